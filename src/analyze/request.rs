@@ -1,0 +1,173 @@
+//! What is asked for: every choice of an analysis, as data.
+
+use crate::prepare::{Detrend, Gaps, Window};
+
+/// Which results to compute; only the transforms these need are made.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct Results {
+    /// `S(f, x)` and the redistribution along x drawn from it.
+    pub temporal: bool,
+    /// `S(k, t)` and the redistribution along t drawn from it.
+    pub spatial: bool,
+    /// `S(k, f)` and the share of energy in each direction.
+    pub spacetime: bool,
+    /// The kinetic flux surrogate `Pi_K(k, t)`.
+    pub flux_surrogate: bool,
+    /// Short-time spectra of chosen sites and of chosen times.
+    pub short_time: bool,
+}
+
+impl Results {
+    pub const ALL: Results = Results {
+        temporal: true,
+        spatial: true,
+        spacetime: true,
+        flux_surrogate: true,
+        short_time: true,
+    };
+    pub const NONE: Results = Results {
+        temporal: false,
+        spatial: false,
+        spacetime: false,
+        flux_surrogate: false,
+        short_time: false,
+    };
+}
+
+/// How a spectrum is scaled; see [`crate::transform::Scale`] for the equations.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, serde::Serialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum Scaling {
+    /// Energy spectral density of a transient: its integral is the sum of `v^2 dt`.
+    #[default]
+    Energy,
+    /// Power spectral density: its integral is the mean square.
+    Density,
+    /// Power spectrum: a sine of amplitude A peaks at `A^2 / 2`.
+    Spectrum,
+}
+
+/// Number type of transforms and of the arrays written.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, serde::Serialize)]
+#[serde(rename_all = "lowercase")]
+pub enum Precision {
+    #[default]
+    F64,
+    F32,
+}
+
+/// Which part of the record is analysed.
+#[derive(Debug, Clone, Copy, PartialEq, Default)]
+pub enum TimeRange {
+    #[default]
+    All,
+    /// Times `from <= t <= to`, in the units of the time axis.
+    Interval { from: f64, to: f64 },
+    /// From the first time to the last one before `|v|` at the last site first exceeds
+    /// `threshold` times the largest `|v|` of the field, so that reflections stay out.
+    UntilArrival { threshold: f64 },
+}
+
+/// Welch's method: averaged periodograms of overlapping segments.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct Welch {
+    /// Samples a segment.
+    pub segment: usize,
+    /// Samples that two neighbouring segments share.
+    pub overlap: usize,
+}
+
+/// Short-time spectra: where, and with which segments.
+#[derive(Debug, Clone, PartialEq)]
+pub struct ShortTime {
+    /// Sites whose records are followed; empty: the first, the middle and the last one.
+    pub sites: Vec<usize>,
+    /// Times whose profiles are followed along x, in the units of the time axis; may be empty.
+    pub times: Vec<f64>,
+    /// Samples a segment along time; `None` chooses a power of two near an eighth of the record.
+    pub segment: Option<usize>,
+    /// Samples between segments along time; `None`: a quarter of the segment.
+    pub hop: Option<usize>,
+    /// Sites a segment along x; `None` chooses as for the time.
+    pub segment_space: Option<usize>,
+    /// Sites between segments along x; `None`: a quarter of the segment.
+    pub hop_space: Option<usize>,
+    pub window: Window,
+}
+
+/// Everything a run is asked for. The default removes nothing, tapers nothing, computes all.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Request {
+    pub results: Results,
+    /// Sites analysed, the end excluded.
+    pub sites: Option<std::ops::Range<usize>>,
+    pub times: TimeRange,
+    pub gaps: Gaps,
+    /// Removes the mean over all samples first.
+    pub detrend_field_mean: bool,
+    /// Removes from each instant's profile; `Mean` removes the common mode.
+    pub detrend_space: Detrend,
+    /// Removes from each site's record, and again from each segment where Welch is used.
+    pub detrend_time: Detrend,
+    pub window_time: Window,
+    pub window_space: Window,
+    pub scaling: Scaling,
+    pub welch: Option<Welch>,
+    /// Length that each record (or segment) is padded to with zeros.
+    pub pad_time: Option<usize>,
+    /// Length that each profile is padded to with zeros.
+    pub pad_space: Option<usize>,
+    /// Site that sets the frequency band edge; `None`: the first with energy.
+    pub reference_site: Option<usize>,
+    /// Time that sets the wavenumber band edge; `None`: the first with energy.
+    pub reference_time: Option<f64>,
+    /// Band edge in cycles per time unit; overrides the reference site.
+    pub band_edge_frequency: Option<f64>,
+    /// Band edge in rad per length unit; overrides the reference time.
+    pub band_edge_wavenumber: Option<f64>,
+    /// Frequencies `[from, to]` over which directions are summed; `None`: all.
+    pub direction_band: Option<(f64, f64)>,
+    pub short_time: ShortTime,
+    pub precision: Precision,
+    /// Worker threads; `None`: one a core.
+    pub threads: Option<usize>,
+    /// Bytes of working memory; `None`: half of what is free.
+    pub memory: Option<u64>,
+}
+
+impl Default for Request {
+    fn default() -> Self {
+        Request {
+            results: Results::ALL,
+            sites: None,
+            times: TimeRange::All,
+            gaps: Gaps::Refuse,
+            detrend_field_mean: false,
+            detrend_space: Detrend::None,
+            detrend_time: Detrend::None,
+            window_time: Window::None,
+            window_space: Window::None,
+            scaling: Scaling::Energy,
+            welch: None,
+            pad_time: None,
+            pad_space: None,
+            reference_site: None,
+            reference_time: None,
+            band_edge_frequency: None,
+            band_edge_wavenumber: None,
+            direction_band: None,
+            short_time: ShortTime {
+                sites: Vec::new(),
+                times: Vec::new(),
+                segment: None,
+                hop: None,
+                segment_space: None,
+                hop_space: None,
+                window: Window::Hann,
+            },
+            precision: Precision::F64,
+            threads: None,
+            memory: None,
+        }
+    }
+}

@@ -1,0 +1,260 @@
+//! What an analysis yields beside the large arrays: one value for JSON, figures and terminal.
+
+use ndarray::{Array2, Array3};
+
+use super::warning::Warning;
+use crate::field::{Axis, Quantity};
+use crate::prepare::WindowGains;
+
+/// The axes of the results. An axis without a unit counts samples or sites.
+#[derive(Debug, Clone)]
+pub struct Axes {
+    /// Times analysed; `origin` is the first of them.
+    pub time: Axis,
+    pub n_times: usize,
+    /// Sites analysed; `origin` is the first of them.
+    pub space: Axis,
+    pub n_sites: usize,
+    /// Frequencies `m df`, in cycles per time unit, from 0.
+    pub frequency: Vec<f64>,
+    /// Wavenumbers `m dk`, in rad per length unit, from 0.
+    pub wavenumber: Vec<f64>,
+    /// Wavenumbers of both signs, ascending; positive travels towards +x.
+    pub wavenumber_signed: Vec<f64>,
+}
+
+impl Axes {
+    pub fn times(&self) -> Vec<f64> {
+        (0..self.n_times).map(|n| self.time.at(n)).collect()
+    }
+
+    pub fn positions(&self) -> Vec<f64> {
+        (0..self.n_sites).map(|j| self.space.at(j)).collect()
+    }
+
+    /// Unit of frequency: `Hz` for seconds, else cycles per unit.
+    pub fn frequency_unit(&self) -> String {
+        match self.time.unit.as_deref() {
+            Some("s") => "Hz".into(),
+            Some(unit) => format!("cycles/{unit}"),
+            None => "cycles/sample".into(),
+        }
+    }
+
+    /// Unit of wavenumber: rad per unit of length.
+    pub fn wavenumber_unit(&self) -> String {
+        format!("rad/{}", self.space.unit.as_deref().unwrap_or("site"))
+    }
+}
+
+/// Measures of a family of spectra, one value a row (a site for `S(f, x)`, a time for `S(k, t)`).
+///
+/// With `p_m` the share of bin m in the row's energy: `centroid = sum m>0 of q_m p_m / sum m>0 of
+/// p_m` and `bandwidth` the root of the second moment about it (bin 0 left out of both);
+/// `entropy = -sum p ln p / ln(bins)`; `participation = 1 / sum p^2` (a number of bins);
+/// `median` and `quantile_90`: the first bin at which the cumulative energy reaches 50 % and 90 %;
+/// `low_share` and `high_share`: energy at or below, and above, the band edge.
+/// A row without energy holds NaN.
+#[derive(Debug, Clone, Default)]
+pub struct Moments {
+    pub centroid: Vec<f64>,
+    pub bandwidth: Vec<f64>,
+    pub entropy: Vec<f64>,
+    pub participation: Vec<f64>,
+    pub median: Vec<f64>,
+    pub quantile_90: Vec<f64>,
+    pub low_share: Vec<f64>,
+    pub high_share: Vec<f64>,
+    /// Integral of the row's spectrum (0 for a row without energy), in the scaling asked for.
+    pub energy: Vec<f64>,
+}
+
+/// How a band edge came about.
+#[derive(Debug, Clone, Copy, PartialEq, serde::Serialize)]
+#[serde(rename_all = "kebab-case", tag = "chosen_by")]
+pub enum BandEdge {
+    /// Given by the user.
+    Given { value: f64 },
+    /// 90 % of the energy at the reference row lies at or below it.
+    Reference {
+        value: f64,
+        /// Index of the reference site or time in the range analysed.
+        index: usize,
+        /// Its coordinate.
+        at: f64,
+    },
+    /// No row has energy.
+    Undefined,
+}
+
+impl BandEdge {
+    pub fn value(&self) -> f64 {
+        match *self {
+            BandEdge::Given { value } | BandEdge::Reference { value, .. } => value,
+            BandEdge::Undefined => f64::NAN,
+        }
+    }
+}
+
+/// Shares of the energy that travel each way. They sum to 1; NaN for a field without energy.
+#[derive(Debug, Clone, Copy)]
+pub struct Direction {
+    pub toward_plus_x: f64,
+    pub toward_minus_x: f64,
+    /// On `f = 0`, on `k = 0` or on a Nyquist line.
+    pub undirected: f64,
+    /// Frequencies summed over.
+    pub band: (f64, f64),
+}
+
+/// `(energy in the transform domain) / (energy of the prepared, tapered samples) - 1`.
+#[derive(Debug, Clone, Copy, Default)]
+pub struct Parseval {
+    pub time: Option<f64>,
+    pub space: Option<f64>,
+    pub spacetime: Option<f64>,
+}
+
+/// A large array reduced by blocks for the eye: no sample is dropped.
+#[derive(Debug, Clone)]
+pub struct Map {
+    /// `(rows, columns)`; row 0 is the lowest value of `y`.
+    pub values: Array2<f32>,
+    pub x: MapAxis,
+    pub y: MapAxis,
+    pub reduction: Reduction,
+    /// What the values are, with unit, for the colour scale's label.
+    pub label: String,
+}
+
+/// An axis of a [`Map`]: cell edges from `low` to `high`, evenly divided.
+#[derive(Debug, Clone)]
+pub struct MapAxis {
+    pub label: String,
+    pub low: f64,
+    pub high: f64,
+}
+
+/// How many samples share a cell, and what of them is shown.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Reduction {
+    /// The largest value of each block.
+    Max { rows: usize, columns: usize },
+    /// The value of largest magnitude of each block, with its sign.
+    Extreme { rows: usize, columns: usize },
+}
+
+/// A short-time spectrum `(bins, frames)` of a site's record or of an instant's profile.
+#[derive(Debug, Clone)]
+pub struct ShortTimeSpectrum {
+    /// Index of the site (or time) in the range analysed.
+    pub index: usize,
+    /// Its coordinate.
+    pub at: f64,
+    pub values: Array2<f64>,
+}
+
+/// Short-time spectra along one axis; all share segments and axes.
+#[derive(Debug, Clone)]
+pub struct ShortTimeSpectra {
+    /// Bin frequencies (cycles) or wavenumbers (rad).
+    pub bins: Vec<f64>,
+    /// Centre of each frame: a time, or a position.
+    pub frames: Vec<f64>,
+    pub segment: usize,
+    pub hop: usize,
+    pub window: WindowGains,
+    pub spectra: Vec<ShortTimeSpectrum>,
+}
+
+impl ShortTimeSpectra {
+    /// All spectra stacked: `(site or time, bin, frame)`.
+    pub fn stacked(&self) -> Array3<f64> {
+        let mut all = Array3::zeros((self.spectra.len(), self.bins.len(), self.frames.len()));
+        for (mut slot, one) in all.outer_iter_mut().zip(&self.spectra) {
+            slot.assign(&one.values);
+        }
+        all
+    }
+}
+
+/// Time and traffic of one stage of the run.
+#[derive(Debug, Clone, serde::Serialize)]
+pub struct Timing {
+    pub stage: &'static str,
+    pub seconds: f64,
+    pub bytes_read: u64,
+    pub bytes_written: u64,
+    pub transforms: u64,
+    /// Length of each of these transforms; 0 where there are none.
+    pub transform_length: usize,
+}
+
+/// What is known of the result's error, and how.
+#[derive(Debug, Clone, serde::Serialize)]
+pub struct Accuracy {
+    pub precision: super::Precision,
+    /// Unit of the stored amplitudes: 1 unless squares leave the number range, then a power of
+    /// two; spectra are then in units of its square.
+    pub amplitude_unit: f64,
+    /// Largest difference of spot-checked amplitudes from direct sums in twice the precision,
+    /// relative to the root-sum-square of the transform (null where nothing was checked).
+    pub spot_check: Option<f64>,
+    /// How many amplitudes were checked.
+    pub spot_checks: usize,
+    /// The largest of the Parseval residuals, as a magnitude.
+    pub parseval: Option<f64>,
+    pub estimated_by: &'static str,
+}
+
+/// Windows in use, with what they do to a sine and to noise.
+#[derive(Debug, Clone)]
+pub struct Conventions {
+    pub scaling: super::Scaling,
+    pub window_time: WindowGains,
+    pub window_space: WindowGains,
+    /// Samples a transform along time sees: the record, or a Welch segment.
+    pub segment: usize,
+    pub overlap: usize,
+    pub segments: usize,
+    pub padded_time: usize,
+    pub padded_space: usize,
+}
+
+/// The result of an analysis, but for the large arrays, which went to the [`super::Sink`].
+#[derive(Debug, Clone)]
+pub struct Analysis {
+    pub name: String,
+    pub content_hash: Option<String>,
+    pub quantity: Quantity,
+    pub unit: Option<String>,
+    /// First time row and first site of the file that were analysed.
+    pub offset: (usize, usize),
+    pub axes: Axes,
+    pub conventions: Conventions,
+    pub parseval: Parseval,
+    pub direction: Option<Direction>,
+    /// Share of energy towards +x and towards -x at each frequency (NaN without energy).
+    pub direction_by_frequency: Option<[Vec<f64>; 2]>,
+    pub frequency_edge: Option<BandEdge>,
+    pub wavenumber_edge: Option<BandEdge>,
+    /// Redistribution of frequency content along x: one value a site.
+    pub along_space: Option<Moments>,
+    /// Redistribution of wavenumber content along t: one value a time.
+    pub along_time: Option<Moments>,
+    /// The field itself, `(time, site)`.
+    pub field_map: Map,
+    /// `S(f, x)`: rows are frequencies, columns positions.
+    pub temporal_map: Option<Map>,
+    /// `S(k, t)`: rows are times, columns wavenumbers.
+    pub spatial_map: Option<Map>,
+    /// `S(k, f)`: rows are frequencies, columns signed wavenumbers.
+    pub spacetime_map: Option<Map>,
+    /// `Pi_K(k, t)`: rows are times, columns wavenumbers.
+    pub flux_map: Option<Map>,
+    pub short_time: Option<ShortTimeSpectra>,
+    pub short_space: Option<ShortTimeSpectra>,
+    pub accuracy: Accuracy,
+    pub timings: Vec<Timing>,
+    pub warnings: Vec<Warning>,
+}

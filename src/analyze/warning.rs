@@ -1,0 +1,197 @@
+//! Findings that do not stop a run but that its user should know, each with what to do.
+
+use serde_json::{Map, Value, json};
+
+/// A finding about the data or the request, with its numbers.
+#[derive(Debug, Clone, PartialEq)]
+#[non_exhaustive]
+pub enum Warning {
+    /// Share of energy in the top tenth of the frequency axis.
+    AliasingTime { share: f64, above: f64 },
+    /// Share of energy in the top tenth of the wavenumber axis.
+    AliasingSpace { share: f64, above: f64 },
+    /// Sites whose record is constant.
+    DeadChannels { sites: Vec<usize> },
+    /// Sites that sit on their largest or smallest value for runs of samples.
+    SaturatedChannels { sites: Vec<usize>, longest: usize },
+    /// Share of energy common to all sites (k = 0).
+    CommonMode { share: f64 },
+    /// Untapered records whose ends do not meet: mean step between last and first sample,
+    /// relative to the records' root mean square.
+    LeakageTime { step: f64 },
+    /// The same for the profiles along x.
+    LeakageSpace { step: f64 },
+    /// Samples that were not finite and were filled or masked.
+    Gaps {
+        samples: u64,
+        sites: usize,
+        share: f64,
+    },
+    /// Energy in the first or the last twentieth of the record: a transient cut at its ends.
+    TransientCut { first: f64, last: f64 },
+    /// Squares of the amplitudes leave the number range; spectra are in units of `unit^2`.
+    Unrepresentable { largest: f64, unit: f64 },
+    /// The quantity is no velocity, so no kinetic energy can be followed.
+    NoKineticEnergy,
+    /// Nothing but zeros.
+    NoEnergy,
+}
+
+impl Warning {
+    /// Stable name, for programs.
+    pub fn code(&self) -> &'static str {
+        match self {
+            Warning::AliasingTime { .. } => "aliasing-time",
+            Warning::AliasingSpace { .. } => "aliasing-space",
+            Warning::DeadChannels { .. } => "dead-channels",
+            Warning::SaturatedChannels { .. } => "saturated-channels",
+            Warning::CommonMode { .. } => "common-mode",
+            Warning::LeakageTime { .. } => "leakage-time",
+            Warning::LeakageSpace { .. } => "leakage-space",
+            Warning::Gaps { .. } => "gaps",
+            Warning::TransientCut { .. } => "transient-cut",
+            Warning::Unrepresentable { .. } => "unrepresentable",
+            Warning::NoKineticEnergy => "no-kinetic-energy",
+            Warning::NoEnergy => "no-energy",
+        }
+    }
+
+    /// One sentence with the numbers.
+    pub fn message(&self) -> String {
+        match self {
+            Warning::AliasingTime { share, above } => format!(
+                "{} of the energy lies above frequency {above:.4}, in the top tenth below Nyquist",
+                percent(*share)
+            ),
+            Warning::AliasingSpace { share, above } => format!(
+                "{} of the energy lies above wavenumber {above:.4}, in the top tenth below Nyquist",
+                percent(*share)
+            ),
+            Warning::DeadChannels { sites } => {
+                format!(
+                    "{} of the records are constant: sites {}",
+                    sites.len(),
+                    some(sites)
+                )
+            }
+            Warning::SaturatedChannels { sites, longest } => format!(
+                "{} of the records stay on their extreme value for up to {longest} samples: sites {}",
+                sites.len(),
+                some(sites)
+            ),
+            Warning::CommonMode { share } => {
+                format!(
+                    "{} of the energy is common to all sites (k = 0)",
+                    percent(*share)
+                )
+            }
+            Warning::LeakageTime { step } => format!(
+                "untapered records jump from their last to their first sample by {step:.3} of their \
+                 root mean square; the jump leaks over all frequencies"
+            ),
+            Warning::LeakageSpace { step } => format!(
+                "untapered profiles jump from the last to the first site by {step:.3} of their root \
+                 mean square; the jump leaks over all wavenumbers"
+            ),
+            Warning::Gaps {
+                samples,
+                sites,
+                share,
+            } => format!(
+                "{samples} samples at {sites} sites were not finite ({} of the field)",
+                percent(*share)
+            ),
+            Warning::TransientCut { first, last } => format!(
+                "{} of the energy lies in the first and {} in the last twentieth of the record",
+                percent(*first),
+                percent(*last)
+            ),
+            Warning::Unrepresentable { largest, unit } => format!(
+                "squares of amplitudes up to {largest:e} leave the number range; spectra are in \
+                 units of ({unit:e})^2"
+            ),
+            Warning::NoKineticEnergy => {
+                "the quantity is not a velocity, so no kinetic flux surrogate is given".into()
+            }
+            Warning::NoEnergy => "the prepared field is zero everywhere".into(),
+        }
+    }
+
+    /// What to do about it.
+    pub fn advice(&self) -> &'static str {
+        match self {
+            Warning::AliasingTime { .. } => {
+                "sample faster, or low-pass before sampling; energy above Nyquist folds down"
+            }
+            Warning::AliasingSpace { .. } => {
+                "measure at more sites; wavenumbers beyond Nyquist fold and may seem to travel \
+                 backwards"
+            }
+            Warning::DeadChannels { .. } => "leave these sites out, or check the sensor",
+            Warning::SaturatedChannels { .. } => {
+                "lower the gain or the amplitude; clipping makes harmonics that are not there"
+            }
+            Warning::CommonMode { .. } => {
+                "if it is noise of the instrument, remove it with `--detrend-space mean`"
+            }
+            Warning::LeakageTime { .. } => {
+                "for a stationary record use `--window-time hann` or remove the trend; for a \
+                 transient record until it has died down"
+            }
+            Warning::LeakageSpace { .. } => {
+                "use `--window-space hann`, or remove the trend with `--detrend-space linear`"
+            }
+            Warning::Gaps { .. } => "read spectra of these sites with care",
+            Warning::TransientCut { .. } => {
+                "record from before the arrival until the motion has died down; a cut transient \
+                 has no energy spectrum of its own"
+            }
+            Warning::Unrepresentable { .. } => {
+                "change the unit of the field so that amplitudes come near 1"
+            }
+            Warning::NoKineticEnergy => "give the velocity, or state `--quantity velocity`",
+            Warning::NoEnergy => "check the range, the layout and the detrending",
+        }
+    }
+
+    /// The numbers behind the message.
+    pub fn numbers(&self) -> Map<String, Value> {
+        let value = match self {
+            Warning::AliasingTime { share, above } | Warning::AliasingSpace { share, above } => {
+                json!({"share": share, "above": above})
+            }
+            Warning::DeadChannels { sites } => json!({"sites": sites}),
+            Warning::SaturatedChannels { sites, longest } => {
+                json!({"sites": sites, "longest": longest})
+            }
+            Warning::CommonMode { share } => json!({"share": share}),
+            Warning::LeakageTime { step } | Warning::LeakageSpace { step } => {
+                json!({"step": step})
+            }
+            Warning::Gaps {
+                samples,
+                sites,
+                share,
+            } => json!({"samples": samples, "sites": sites, "share": share}),
+            Warning::TransientCut { first, last } => json!({"first": first, "last": last}),
+            Warning::Unrepresentable { largest, unit } => {
+                json!({"largest": largest, "unit": unit})
+            }
+            Warning::NoKineticEnergy | Warning::NoEnergy => json!({}),
+        };
+        match value {
+            Value::Object(map) => map,
+            _ => Map::new(),
+        }
+    }
+}
+
+fn percent(share: f64) -> String {
+    format!("{:.3} %", 100.0 * share)
+}
+
+fn some(sites: &[usize]) -> String {
+    let shown: Vec<String> = sites.iter().take(8).map(usize::to_string).collect();
+    let more = if sites.len() > 8 { ", ..." } else { "" };
+    format!("{}{more}", shown.join(", "))
+}

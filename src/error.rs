@@ -1,0 +1,144 @@
+//! The one error type: data in named fields, the sentence built from them in one place.
+//!
+//! [`Error`] says what was expected and what was found; [`Error::advice`] says what to do about it.
+
+use std::path::{Path, PathBuf};
+
+/// A result whose error is [`Error`].
+pub type Result<T> = std::result::Result<T, Error>;
+
+/// Everything that can go wrong in the library.
+#[derive(Debug, thiserror::Error)]
+#[non_exhaustive]
+pub enum Error {
+    /// The operating system refused to read something.
+    #[error("cannot {action} {}: {source}", path.display())]
+    Read {
+        path: PathBuf,
+        action: &'static str,
+        source: std::io::Error,
+    },
+
+    /// The operating system refused to write something.
+    #[error("cannot {action} {}: {source}", path.display())]
+    Write {
+        path: PathBuf,
+        action: &'static str,
+        source: std::io::Error,
+    },
+
+    /// A file is not what its format promises.
+    #[error("{}: {fault}", path.display())]
+    Input {
+        path: PathBuf,
+        #[source]
+        fault: crate::field::InputFault,
+    },
+
+    /// Samples that are neither finite nor declared as gaps.
+    #[error(
+        "{name}: expected finite samples, found {count} that are not (NaN or infinite), \
+         the first at time row {}, site {}; {sites} of {n_sites} sites are affected",
+        first.0, first.1
+    )]
+    NonFinite {
+        name: String,
+        count: u64,
+        first: (usize, usize),
+        sites: usize,
+        n_sites: usize,
+    },
+
+    /// An option whose value does not fit the field or another option.
+    #[error("{option}: expected {expected}, found {found}")]
+    Request {
+        option: &'static str,
+        expected: String,
+        found: String,
+    },
+
+    /// A result directory that is already there.
+    #[error("{} is already there and is not overwritten", path.display())]
+    Exists { path: PathBuf },
+
+    /// The work does not fit the memory it was allowed.
+    #[error("{what} needs {needed} bytes of memory, allowed are {allowed}")]
+    Memory {
+        what: &'static str,
+        needed: u64,
+        allowed: u64,
+    },
+
+    /// The worker threads could not be started.
+    #[error("cannot start {threads} worker threads: {reason}")]
+    Threads { threads: usize, reason: String },
+
+    /// A figure could not be drawn.
+    #[error("cannot draw {}: {reason}", path.display())]
+    Draw { path: PathBuf, reason: String },
+
+    /// The observer asked to stop.
+    #[error("cancelled; nothing was written")]
+    Cancelled,
+}
+
+impl Error {
+    /// What the user can do about it, where there is something to do.
+    pub fn advice(&self) -> Option<String> {
+        match self {
+            Error::Input { fault, .. } => fault.advice(),
+            Error::NonFinite { .. } => Some(
+                "state what to do with gaps: `--gaps interpolate` fills them along time, \
+                 `--gaps mask` gives them no weight"
+                    .into(),
+            ),
+            Error::Exists { .. } => {
+                Some("name another directory, or add `--force` to replace it".into())
+            }
+            Error::Memory { .. } => {
+                Some("raise `--memory`, or choose a smaller range of sites or times".into())
+            }
+            Error::Read { source, .. } if source.kind() == std::io::ErrorKind::NotFound => {
+                Some("check the path; a relative one starts at the current directory".into())
+            }
+            Error::Write { source, .. } if is_disk_full(source) => {
+                Some("free some space, or write elsewhere with `--out`".into())
+            }
+            _ => None,
+        }
+    }
+
+    /// Whether the request itself is at fault (exit code 2) rather than the run (exit code 1).
+    pub fn is_usage(&self) -> bool {
+        matches!(self, Error::Request { .. } | Error::Exists { .. })
+    }
+
+    /// For `map_err` on reading: keeps the path and what was being done.
+    pub(crate) fn read<'a>(
+        action: &'static str,
+        path: &'a Path,
+    ) -> impl FnOnce(std::io::Error) -> Error + 'a {
+        move |source| Error::Read {
+            path: path.to_owned(),
+            action,
+            source,
+        }
+    }
+
+    /// For `map_err` on writing: keeps the path and what was being done.
+    pub(crate) fn write<'a>(
+        action: &'static str,
+        path: &'a Path,
+    ) -> impl FnOnce(std::io::Error) -> Error + 'a {
+        move |source| Error::Write {
+            path: path.to_owned(),
+            action,
+            source,
+        }
+    }
+}
+
+fn is_disk_full(error: &std::io::Error) -> bool {
+    use std::io::ErrorKind::{FileTooLarge, QuotaExceeded, StorageFull};
+    matches!(error.kind(), StorageFull | QuotaExceeded | FileTooLarge)
+}

@@ -1,0 +1,138 @@
+//! The field `v[n, j]`: samples at times `t_n = t0 + n dt` and sites `x_j = x0 + j dx`.
+//!
+//! A [`Field`] is a view of samples where they lie (in a mapped file, in an inflated archive
+//! member, in an array of the caller) with its two axes. Nothing is converted or copied until a
+//! block is asked for, so that a field larger than memory costs no more than the blocks in use.
+
+mod fault;
+
+mod storage;
+
+use std::ops::Range;
+
+use ndarray::Array2;
+
+pub use fault::InputFault;
+
+pub(crate) use storage::Storage;
+
+/// One axis: `origin + index * step`, in `unit`.
+///
+/// Without a unit the axis counts samples (or sites): what is not known is not invented.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Axis {
+    pub origin: f64,
+    pub step: f64,
+    pub unit: Option<String>,
+}
+
+impl Axis {
+    /// An axis that counts: origin 0, step 1, no unit.
+    pub fn index() -> Self {
+        Axis {
+            origin: 0.0,
+            step: 1.0,
+            unit: None,
+        }
+    }
+
+    /// The coordinate of `index`.
+    pub fn at(&self, index: usize) -> f64 {
+        self.origin + index as f64 * self.step
+    }
+}
+
+/// What the samples measure. Only a velocity has a kinetic energy.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, serde::Serialize, serde::Deserialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum Quantity {
+    #[default]
+    Velocity,
+    Displacement,
+    Acceleration,
+    StrainRate,
+    Force,
+}
+
+/// The order of the two axes in a file: an array of two dimensions does not say it.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, serde::Serialize, serde::Deserialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum Layout {
+    /// The first index counts times, the second sites.
+    #[default]
+    TimeSite,
+    /// The first index counts sites, the second times.
+    SiteTime,
+}
+
+/// A field of samples with its axes; see the [module](self) documentation.
+#[derive(Debug, Clone)]
+pub struct Field {
+    storage: Storage,
+    n_times: usize,
+    n_sites: usize,
+    pub name: String,
+    pub time: Axis,
+    pub space: Axis,
+    pub quantity: Quantity,
+    pub unit: Option<String>,
+    /// BLAKE3 of the file's bytes, in hexadecimal, where the field came from a file.
+    pub content_hash: Option<String>,
+}
+
+impl Field {
+    /// A field from an array `(time, site)`, with axes that count.
+    ///
+    /// Set [`Field::time`], [`Field::space`] and the rest afterwards. Non-finite samples are
+    /// allowed here; what to do with them is stated with the analysis.
+    pub fn from_array(values: Array2<f64>) -> Self {
+        let (n_times, n_sites) = values.dim();
+        Field {
+            storage: Storage::from_array(values),
+            n_times,
+            n_sites,
+            name: "field".into(),
+            time: Axis::index(),
+            space: Axis::index(),
+            quantity: Quantity::default(),
+            unit: None,
+            content_hash: None,
+        }
+    }
+
+    pub fn n_times(&self) -> usize {
+        self.n_times
+    }
+
+    pub fn n_sites(&self) -> usize {
+        self.n_sites
+    }
+
+    /// Copies a block time-major: `out[(n - times.start) * sites.len() + (j - sites.start)]`.
+    ///
+    /// # Panics
+    /// If the ranges leave the field or `out` is not as long as the block.
+    pub fn read_time_major(&self, times: Range<usize>, sites: Range<usize>, out: &mut [f64]) {
+        self.check_block(&times, &sites, out.len());
+        self.storage.read(times, sites, false, out);
+    }
+
+    /// Copies a block site-major: `out[(j - sites.start) * times.len() + (n - times.start)]`.
+    ///
+    /// # Panics
+    /// If the ranges leave the field or `out` is not as long as the block.
+    pub fn read_site_major(&self, times: Range<usize>, sites: Range<usize>, out: &mut [f64]) {
+        self.check_block(&times, &sites, out.len());
+        self.storage.read(times, sites, true, out);
+    }
+
+    fn check_block(&self, times: &Range<usize>, sites: &Range<usize>, len: usize) {
+        assert!(times.end <= self.n_times && sites.end <= self.n_sites);
+        assert_eq!(len, times.len() * sites.len());
+    }
+
+    /// Tells the operating system that mapped pages read so far need not stay in memory.
+    pub(crate) fn release_pages(&self) {
+        self.storage.release_pages();
+    }
+}
