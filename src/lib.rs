@@ -2,12 +2,17 @@
 #![warn(missing_debug_implementations)]
 
 pub mod analyze;
+mod diagnostics;
 pub mod error;
 pub mod field;
+mod io;
 #[cfg(feature = "figures")]
 pub mod plot;
 pub mod prepare;
 pub mod report;
+mod sum;
+pub mod transform;
 
+pub use analyze::analyze;
 pub use error::{Error, Result};
 pub use field::Field;

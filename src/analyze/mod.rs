@@ -1,11 +1,31 @@
 //! From a field to its cascade: request, plan, run, result.
 
+mod between;
+mod columns;
 mod observer;
+mod plan;
 mod request;
 mod result;
+mod rows;
+mod run;
+mod short_time;
+mod sink;
+mod spacetime;
 mod warning;
 
 pub use observer::{Observer, Silent};
+pub use plan::{Blocks, Plan, PlannedStage, plan};
 pub use request::{Precision, Request, Results, Scaling, ShortTime, TimeRange, Welch};
 pub use result::*;
+pub use run::{analyze, run};
+pub use sink::{LargeArray, Sink, Spectra};
 pub use warning::Warning;
+
+/// Cells of a map, `(rows, columns)`: as many as a page shows.
+const MAP_LIMIT: (usize, usize) = (400, 300);
+
+/// Index of the sample nearest to `at`, within `count`.
+fn nearest(axis: &crate::field::Axis, at: f64, count: usize) -> usize {
+    let index = ((at - axis.origin) / axis.step).round().max(0.0);
+    (index as usize).min(count.saturating_sub(1))
+}

@@ -1,7 +1,18 @@
 //! Preparation, once, before all transforms: range, gaps, trends, tapers.
+//!
+//! A [`Prepared`] field holds what was found about the samples (trends, gaps, scale), not a copy
+//! of them: any block, in either order, is read from the field and prepared on the way. A sample
+//! is prepared by the same operations whatever block it is read in, so its bits do not depend on
+//! the blocks.
 
+mod prepared;
+mod scan;
+mod trend;
 mod window;
 
+pub(crate) use prepared::{Prepared, Tiles};
+pub(crate) use scan::ChannelScan;
+pub(crate) use trend::Trend;
 pub use window::{Window, WindowGains};
 
 /// What is removed from a record or a profile.
@@ -23,7 +34,8 @@ pub enum Gaps {
     /// The run stops and says how many there are and where.
     #[default]
     Refuse,
-    /// Filled along time by the line between the neighbours; ends keep the nearest value.
+    /// Filled along time by the line between the neighbours; ends keep the nearest value, and a
+    /// record without any finite sample becomes 0.
     Interpolate,
     /// Set to 0 after trends are removed; trends are fitted without them.
     Mask,

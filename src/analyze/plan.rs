@@ -1,0 +1,535 @@
+//! The plan: a request held against a field, with every size settled, before anything is computed.
+
+use std::ops::Range;
+
+use serde::Serialize;
+
+use super::request::{Precision, Request, Scaling, TimeRange};
+use super::result::{Axes, Conventions};
+use super::sink::LargeArray;
+use crate::error::{Error, Result};
+use crate::field::{Axis, Field};
+use crate::prepare::Tiles;
+use crate::transform::{Scale, Segments, frequencies, wavenumbers, wavenumbers_signed};
+
+/// What will be computed, in which blocks, with which transforms; see [`plan`].
+#[derive(Debug, Clone)]
+pub struct Plan {
+    pub(crate) times: Range<usize>,
+    pub(crate) sites: Range<usize>,
+    pub(crate) request: Request,
+    pub(crate) segments: Segments,
+    pub(crate) window_time: Vec<f64>,
+    pub(crate) window_space: Vec<f64>,
+    pub(crate) axes: Axes,
+    pub(crate) conventions: Conventions,
+    pub(crate) time_scale: Scale,
+    pub(crate) space_scale: Scale,
+    pub(crate) tiles: Tiles,
+    pub(crate) blocks: Blocks,
+    pub threads: usize,
+    /// Bytes of working memory that the blocks will use, by estimate.
+    pub memory_needed: u64,
+    /// Bytes allowed.
+    pub memory_allowed: u64,
+    /// Bytes of scratch file for the space-time spectrum; 0 where it is held in memory.
+    pub scratch_file: u64,
+    /// Transforms to be made, stage by stage.
+    pub stages: Vec<PlannedStage>,
+    /// Large arrays to be written, with their shapes.
+    pub arrays: Vec<(LargeArray, (usize, usize))>,
+}
+
+/// Sizes of the blocks that pass through memory.
+#[derive(Debug, Clone, Copy, Serialize)]
+pub struct Blocks {
+    /// Records at once, in transforms along time.
+    pub sites: usize,
+    /// Profiles at once, in transforms along space.
+    pub times: usize,
+    /// Frequencies at once, in the second half of space-time transforms.
+    pub frequencies: usize,
+}
+
+/// The transforms of one stage.
+#[derive(Debug, Clone, Serialize)]
+pub struct PlannedStage {
+    pub stage: &'static str,
+    pub transforms: u64,
+    pub length: usize,
+    pub bytes_read: u64,
+    pub bytes_written: u64,
+}
+
+/// Records transformed together: one cache line of doubles.
+const TILE_SITES: usize = 8;
+/// Profiles transformed together.
+const TILE_TIMES: usize = 32;
+
+/// Settles `request` for `field`.
+///
+/// Reads samples only where the range of times depends on them ([`TimeRange::UntilArrival`]).
+///
+/// # Errors
+/// [`Error::Request`] names the option that does not fit; [`Error::Memory`] where not even the
+/// smallest blocks fit the memory allowed.
+pub fn plan(field: &Field, request: &Request) -> Result<Plan> {
+    let sites = site_range(field, request)?;
+    let times = time_range(field, request, &sites)?;
+    let (n_times, n_sites) = (times.len(), sites.len());
+
+    let segments = segments(request, n_times)?;
+    let padded_time = padded("--pad-time", request.pad_time, segments.length)?;
+    let padded_space = padded("--pad-space", request.pad_space, n_sites)?;
+    check_references(field, request, &times, &sites)?;
+    let window_time = request.window_time.samples(segments.length);
+    let window_space = request.window_space.samples(n_sites);
+    for (option, window, gains) in [
+        ("--window-time", &window_time, request.window_time),
+        ("--window-space", &window_space, request.window_space),
+    ] {
+        if crate::sum::sum_of_squares(window) == 0.0 {
+            return Err(Error::Request {
+                option,
+                expected: "a window that leaves some samples".into(),
+                found: format!("{gains} over {} samples, all zero", window.len()),
+            });
+        }
+    }
+
+    let space = shifted(&field.space, sites.start);
+    let axes = Axes {
+        frequency: frequencies(padded_time, field.time.step),
+        wavenumber: wavenumbers(padded_space, field.space.step),
+        wavenumber_signed: wavenumbers_signed(padded_space, field.space.step),
+        time: shifted(&field.time, times.start),
+        n_times,
+        space,
+        n_sites,
+    };
+    let conventions = Conventions {
+        scaling: request.scaling,
+        window_time: request.window_time.gains(segments.length),
+        window_space: request.window_space.gains(n_sites),
+        segment: segments.length,
+        overlap: segments.length.saturating_sub(segments.hop),
+        segments: segments.count(),
+        padded_time,
+        padded_space,
+    };
+    let threads = request
+        .threads
+        .or_else(|| std::thread::available_parallelism().ok().map(usize::from))
+        .unwrap_or(1);
+    let time_scale = Scale::along_time(
+        request.scaling,
+        &window_time,
+        n_times,
+        padded_time,
+        axes.time.step,
+    );
+    let space_scale = Scale::along_space(
+        request.scaling,
+        &window_space,
+        padded_space,
+        axes.space.step,
+    );
+    let mut plan = Plan {
+        times,
+        sites,
+        request: request.clone(),
+        segments,
+        window_time,
+        window_space,
+        axes,
+        conventions,
+        time_scale,
+        space_scale,
+        tiles: Tiles {
+            sites: TILE_SITES,
+            times: TILE_TIMES,
+        },
+        blocks: Blocks {
+            sites: n_sites,
+            times: n_times,
+            frequencies: padded_time / 2 + 1,
+        },
+        threads,
+        memory_needed: 0,
+        memory_allowed: request.memory.unwrap_or_else(half_of_free_memory),
+        scratch_file: 0,
+        stages: Vec::new(),
+        arrays: Vec::new(),
+    };
+    plan.fit_into_memory()?;
+    plan.list_work();
+    Ok(plan)
+}
+
+impl Plan {
+    /// Rows of the matrix between the two halves of a space-time transform.
+    pub(crate) fn between_rows(&self) -> usize {
+        self.axes.frequency.len() * self.segments.count()
+    }
+
+    pub(crate) fn complex_bytes(&self) -> u64 {
+        match self.request.precision {
+            Precision::F64 => 16,
+            Precision::F32 => 8,
+        }
+    }
+
+    pub(crate) fn space_scale_of(&self, scaling: Scaling) -> Scale {
+        Scale::along_space(
+            scaling,
+            &self.window_space,
+            self.conventions.padded_space,
+            self.axes.space.step,
+        )
+    }
+
+    /// Whether transforms along time are made at all.
+    pub(crate) fn transforms_time(&self) -> bool {
+        self.request.results.temporal || self.request.results.spacetime
+    }
+
+    /// Whether transforms along space of each instant are made at all.
+    pub(crate) fn transforms_space(&self) -> bool {
+        self.request.results.spatial || self.request.results.flux_surrogate
+    }
+
+    fn fit_into_memory(&mut self) -> Result<()> {
+        let (nt, nx) = (self.axes.n_times as u64, self.axes.n_sites as u64);
+        let nf = self.axes.frequency.len() as u64;
+        let (nk, nks) = (
+            self.axes.wavenumber.len() as u64,
+            self.axes.wavenumber_signed.len() as u64,
+        );
+        let threads = self.threads as u64;
+        let allowed = self.memory_allowed;
+        let between_row = nx * self.complex_bytes();
+        let between = self.between_rows() as u64 * between_row;
+        let spacetime = self.request.results.spacetime;
+
+        let vectors = 160 * (nt + nx) + 32 * (nf + nks) + (8 << 20);
+        // Of each thread: a tile of records and its spectra, or a tile of profiles.
+        let column_tile = |sites: u64| threads * sites * (8 * nt + 48 * nf);
+        let row_tile = |times: u64| threads * times * 8 * (nx + nks);
+        let in_memory = between <= allowed / 2 || !spacetime;
+        let held = if spacetime && in_memory { between } else { 0 };
+        let per_site = 8 * nf + if in_memory { 0 } else { between / nx.max(1) };
+        let per_time = 8 * (nx + 3 * nk);
+        let per_frequency = 8 * nks + self.segments.count() as u64 * between_row;
+
+        let fixed = vectors + held;
+        let spare = allowed.saturating_sub(fixed);
+        // The tiles shrink where the records are so long that they would not fit.
+        while self.tiles.sites > 1 && column_tile(self.tiles.sites as u64) > spare / 2 {
+            self.tiles.sites /= 2;
+        }
+        while self.tiles.times > 1 && row_tile(self.tiles.times as u64) > spare / 2 {
+            self.tiles.times /= 2;
+        }
+        let tiles = column_tile(self.tiles.sites as u64).max(row_tile(self.tiles.times as u64));
+        let for_blocks = spare.saturating_sub(tiles);
+        let block = |per: u64, tile: usize, all: usize| -> usize {
+            let fit = usize::try_from(for_blocks / per.max(1)).unwrap_or(usize::MAX);
+            if fit >= all { all } else { fit / tile * tile }
+        };
+        let blocks = Blocks {
+            sites: block(per_site, self.tiles.sites, nx as usize),
+            times: block(per_time, self.tiles.times, nt as usize),
+            frequencies: block(per_frequency, 1, nf as usize),
+        };
+        // The flux surrogate differentiates over three neighbouring times.
+        let smallest_times = (nt as usize).min(4);
+        if blocks.sites == 0 || blocks.times < smallest_times || blocks.frequencies == 0 {
+            let least = per_site.max(4 * per_time).max(per_frequency);
+            return Err(Error::Memory {
+                what: "the smallest block of this field",
+                needed: fixed + column_tile(1).max(row_tile(4)) + least,
+                allowed,
+            });
+        }
+        self.memory_needed = fixed
+            + tiles
+            + (blocks.sites as u64 * per_site)
+                .max(blocks.times as u64 * per_time)
+                .max(if spacetime {
+                    blocks.frequencies as u64 * per_frequency
+                } else {
+                    0
+                });
+        self.blocks = blocks;
+        self.scratch_file = if in_memory { 0 } else { between };
+        Ok(())
+    }
+
+    fn list_work(&mut self) {
+        let (nt, nx) = (self.axes.n_times, self.axes.n_sites);
+        let (nf, nk) = (self.axes.frequency.len(), self.axes.wavenumber.len());
+        let nks = self.axes.wavenumber_signed.len();
+        let results = self.request.results;
+        let item = self.complex_bytes() / 2;
+        let field_bytes = 8 * (nt * nx) as u64;
+        let between = self.between_rows() as u64 * nx as u64 * self.complex_bytes();
+        if results.temporal {
+            self.arrays.push((LargeArray::TemporalSpectrum, (nf, nx)));
+        }
+        if results.spatial {
+            self.arrays.push((LargeArray::SpatialSpectrum, (nt, nk)));
+        }
+        if results.spacetime {
+            self.arrays.push((LargeArray::SpacetimeSpectrum, (nf, nks)));
+        }
+        if results.flux_surrogate {
+            self.arrays
+                .push((LargeArray::KineticFluxSurrogate, (nt, nk)));
+        }
+        let size =
+            |(_, (rows, columns)): &(LargeArray, (usize, usize))| (rows * columns) as u64 * item;
+        let bytes_of = |wanted: &[LargeArray]| -> u64 {
+            let chosen = self.arrays.iter().filter(|a| wanted.contains(&a.0));
+            chosen.map(size).sum()
+        };
+        let mut stages = Vec::new();
+        if self.transforms_time() {
+            stages.push(PlannedStage {
+                stage: "along time",
+                transforms: (nx * self.segments.count()) as u64,
+                length: self.conventions.padded_time,
+                bytes_read: field_bytes,
+                bytes_written: bytes_of(&[LargeArray::TemporalSpectrum])
+                    + if results.spacetime { between } else { 0 },
+            });
+        }
+        stages.push(PlannedStage {
+            stage: "along space",
+            transforms: if self.transforms_space() {
+                nt as u64
+            } else {
+                0
+            },
+            length: if self.transforms_space() {
+                self.conventions.padded_space
+            } else {
+                0
+            },
+            bytes_read: field_bytes,
+            bytes_written: bytes_of(&[
+                LargeArray::SpatialSpectrum,
+                LargeArray::KineticFluxSurrogate,
+            ]),
+        });
+        if results.spacetime {
+            stages.push(PlannedStage {
+                stage: "space-time",
+                transforms: self.between_rows() as u64,
+                length: self.conventions.padded_space,
+                bytes_read: between,
+                bytes_written: bytes_of(&[LargeArray::SpacetimeSpectrum]),
+            });
+        }
+        self.stages = stages;
+    }
+}
+
+fn shifted(axis: &Axis, by: usize) -> Axis {
+    Axis {
+        origin: axis.at(by),
+        ..axis.clone()
+    }
+}
+
+fn site_range(field: &Field, request: &Request) -> Result<Range<usize>> {
+    let all = 0..field.n_sites();
+    let range = request.sites.clone().unwrap_or(all.clone());
+    if range.is_empty() || range.end > all.end {
+        return Err(Error::Request {
+            option: "--sites",
+            expected: format!("a range of sites within 0:{}", all.end),
+            found: format!("{}:{}", range.start, range.end),
+        });
+    }
+    Ok(range)
+}
+
+fn time_range(field: &Field, request: &Request, sites: &Range<usize>) -> Result<Range<usize>> {
+    let n = field.n_times();
+    let axis = &field.time;
+    match request.times {
+        TimeRange::All if n > 0 => Ok(0..n),
+        TimeRange::All => Err(Error::Request {
+            option: "FIELD",
+            expected: "at least one time".into(),
+            found: "none".into(),
+        }),
+        TimeRange::Interval { from, to } => {
+            // Ends of the interval that fall on a sample up to rounding belong to it.
+            let slack = 1e-9 * axis.step;
+            let first = ((from - axis.origin - slack) / axis.step).ceil().max(0.0);
+            let last = ((to - axis.origin + slack) / axis.step).floor();
+            let inside = last >= 0.0 && first <= last && first < n as f64;
+            if !inside {
+                return Err(Error::Request {
+                    option: "--times",
+                    expected: format!(
+                        "an interval that holds times from {} to {}",
+                        axis.origin,
+                        axis.at(n.saturating_sub(1))
+                    ),
+                    found: format!("{from}:{to}"),
+                });
+            }
+            Ok(first as usize..(last as usize + 1).min(n))
+        }
+        TimeRange::UntilArrival { threshold } => until_arrival(field, sites, threshold),
+    }
+}
+
+/// Times before `|v|` at the last site exceeds `threshold` of the field's largest `|v|`.
+fn until_arrival(field: &Field, sites: &Range<usize>, threshold: f64) -> Result<Range<usize>> {
+    if !(threshold > 0.0 && threshold < 1.0) {
+        return Err(Error::Request {
+            option: "--arrival-threshold",
+            expected: "a share of the largest amplitude between 0 and 1".into(),
+            found: threshold.to_string(),
+        });
+    }
+    let n = field.n_times();
+    let mut block = vec![0.0; n];
+    let mut largest = 0.0f64;
+    for j in sites.clone() {
+        field.read_site_major(0..n, j..j + 1, &mut block);
+        let finite = block.iter().filter(|v| v.is_finite());
+        largest = finite.fold(largest, |m, v| m.max(v.abs()));
+    }
+    // The last record read is that of the last site.
+    let arrival = block.iter().position(|v| v.abs() > threshold * largest);
+    match arrival {
+        Some(0) => Err(Error::Request {
+            option: "--until-arrival",
+            expected: "a last site that is quiet at the first time".into(),
+            found: format!("|v| = {:e} there at once", block[0].abs()),
+        }),
+        Some(end) => Ok(0..end),
+        None => Ok(0..n),
+    }
+}
+
+fn segments(request: &Request, n_times: usize) -> Result<Segments> {
+    let Some(welch) = request.welch else {
+        return Ok(Segments::whole(n_times));
+    };
+    if welch.segment == 0 || welch.segment > n_times {
+        return Err(Error::Request {
+            option: "--segment",
+            expected: format!("1 to {n_times} samples (the record)"),
+            found: welch.segment.to_string(),
+        });
+    }
+    if welch.overlap >= welch.segment {
+        return Err(Error::Request {
+            option: "--overlap",
+            expected: format!("fewer samples than a segment of {}", welch.segment),
+            found: welch.overlap.to_string(),
+        });
+    }
+    Ok(Segments {
+        record: n_times,
+        length: welch.segment,
+        hop: welch.segment - welch.overlap,
+    })
+}
+
+fn padded(option: &'static str, asked: Option<usize>, samples: usize) -> Result<usize> {
+    match asked {
+        Some(length) if length < samples => Err(Error::Request {
+            option,
+            expected: format!("at least the {samples} samples to be transformed"),
+            found: length.to_string(),
+        }),
+        Some(length) => Ok(length),
+        None => Ok(samples),
+    }
+}
+
+fn check_references(
+    field: &Field,
+    request: &Request,
+    times: &Range<usize>,
+    sites: &Range<usize>,
+) -> Result<()> {
+    let inside = |option, sites: &Range<usize>, site: usize| {
+        if sites.contains(&site) {
+            return Ok(());
+        }
+        Err(Error::Request {
+            option,
+            expected: format!("a site of the range {}:{}", sites.start, sites.end),
+            found: site.to_string(),
+        })
+    };
+    if let Some(site) = request.reference_site {
+        inside("--reference-site", sites, site)?;
+    }
+    for &site in &request.short_time.sites {
+        inside("--short-time-sites", sites, site)?;
+    }
+    let (from, to) = (field.time.at(times.start), field.time.at(times.end - 1));
+    let asked = request.reference_time.map(|t| ("--reference-time", t));
+    let followed = request.short_time.times.iter();
+    for (option, t) in asked
+        .into_iter()
+        .chain(followed.map(|&t| ("--short-time-times", t)))
+    {
+        let slack = 0.5 * field.time.step;
+        if !(t >= from - slack && t <= to + slack) {
+            return Err(Error::Request {
+                option,
+                expected: format!("a time from {from} to {to}"),
+                found: t.to_string(),
+            });
+        }
+    }
+    for (option, edge) in [
+        ("--band-edge-frequency", request.band_edge_frequency),
+        ("--band-edge-wavenumber", request.band_edge_wavenumber),
+    ] {
+        if edge.is_some_and(|e| !(e >= 0.0 && e.is_finite())) {
+            return Err(Error::Request {
+                option,
+                expected: "a number of at least 0".into(),
+                found: edge.unwrap_or_default().to_string(),
+            });
+        }
+    }
+    if let Some((from, to)) = request.direction_band.filter(|(a, b)| !(a <= b)) {
+        return Err(Error::Request {
+            option: "--direction-band",
+            expected: "two frequencies, the lower one first".into(),
+            found: format!("{from}:{to}"),
+        });
+    }
+    if request.threads == Some(0) {
+        return Err(Error::Request {
+            option: "--threads",
+            expected: "at least 1".into(),
+            found: "0".into(),
+        });
+    }
+    Ok(())
+}
+
+/// Half of the memory that is free now; 2 GiB where the system does not tell.
+fn half_of_free_memory() -> u64 {
+    const FALLBACK: u64 = 2 << 30;
+    let Ok(info) = std::fs::read_to_string("/proc/meminfo") else {
+        return FALLBACK;
+    };
+    info.lines()
+        .find_map(|line| line.strip_prefix("MemAvailable:"))
+        .and_then(|rest| rest.trim().strip_suffix("kB"))
+        .and_then(|kib| kib.trim().parse::<u64>().ok())
+        .map_or(FALLBACK, |kib| kib * 512)
+}

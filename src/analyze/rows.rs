@@ -1,0 +1,280 @@
+//! The pass along space: every instant's profile to its spectrum, and to the flux surrogate.
+
+use ndarray::parallel::prelude::*;
+use ndarray::{Array2, Axis, azip, s};
+
+use super::plan::Plan;
+use super::request::Scaling;
+use super::sink::{LargeArray, Sink};
+use crate::analyze::Observer;
+use crate::diagnostics::{Ends, MapBuilder, Row, moments_of};
+use crate::error::{Error, Result};
+use crate::prepare::Prepared;
+use crate::transform::{Real, RealTransform, Scratch, fold, power};
+
+/// What the pass leaves behind beside the arrays.
+#[derive(Debug)]
+pub(super) struct Rows {
+    /// Measures of each instant's spectrum; empty where none is computed.
+    pub rows: Vec<Row>,
+    /// `sum (w v)^2` of each profile.
+    pub energies: Vec<f64>,
+    pub ends: Vec<Ends>,
+    pub first_profile: Vec<f64>,
+    pub last_profile: Vec<f64>,
+    pub field_map: MapBuilder,
+    pub map: MapBuilder,
+    pub flux_map: MapBuilder,
+}
+
+/// The first time with energy (or the one named) and its spectrum; `None` without energy.
+pub(super) fn reference<T: Real>(
+    plan: &Plan,
+    prepared: &Prepared,
+    observer: &dyn Observer,
+) -> Result<Option<(usize, Vec<f64>)>> {
+    let transform = RealTransform::<T>::new(&plan.window_space, plan.conventions.padded_space);
+    let mut scratch = Scratch::default();
+    let mut profile = vec![0.0; plan.axes.n_sites];
+    let candidates = match plan.request.reference_time {
+        Some(t) => {
+            let n = super::nearest(&plan.axes.time, t, plan.axes.n_times);
+            n..n + 1
+        }
+        None => 0..plan.axes.n_times,
+    };
+    for n in candidates {
+        if observer.cancelled() {
+            return Err(Error::Cancelled);
+        }
+        prepared.profiles(n..n + 1, &mut profile);
+        if profile.iter().all(|&v| v == 0.0) {
+            continue;
+        }
+        let (transformed, _) = transform.transform(&profile, &mut scratch);
+        let spectrum: Vec<f64> = transformed
+            .iter()
+            .enumerate()
+            .map(|(m, &x)| fold(m, transform.padded()) * power(x))
+            .collect();
+        if spectrum.iter().any(|&p| p > 0.0) {
+            return Ok(Some((n, spectrum)));
+        }
+    }
+    Ok(None)
+}
+
+/// Looks at all profiles; transforms them where a result needs it.
+pub(super) fn transform_profiles<T: Real>(
+    plan: &Plan,
+    prepared: &Prepared,
+    edge: f64,
+    stored: f64,
+    with_flux: bool,
+    sink: &dyn Sink,
+    observer: &dyn Observer,
+) -> Result<Rows> {
+    let (nt, nx, nk) = (
+        plan.axes.n_times,
+        plan.axes.n_sites,
+        plan.axes.wavenumber.len(),
+    );
+    observer.stage("along space", nt as u64);
+    let results = plan.request.results;
+    let transform = plan
+        .transforms_space()
+        .then(|| RealTransform::<T>::new(&plan.window_space, plan.conventions.padded_space));
+    let mut done = Rows {
+        rows: Vec::new(),
+        energies: Vec::new(),
+        ends: Vec::with_capacity(nt),
+        first_profile: Vec::new(),
+        last_profile: Vec::new(),
+        field_map: MapBuilder::extreme((nt, nx), super::MAP_LIMIT),
+        map: MapBuilder::largest((nt, nk), super::MAP_LIMIT),
+        flux_map: MapBuilder::extreme((nt, nk), super::MAP_LIMIT),
+    };
+    let mut flux = FluxSurrogate::new(plan, stored);
+    let tile = plan.tiles.times;
+    for from in (0..nt).step_by(plan.blocks.times) {
+        let count = plan.blocks.times.min(nt - from);
+        let mut profiles = Array2::<f64>::zeros((count, nx));
+        let columns = if transform.is_some() { nk } else { 0 };
+        let mut spectra = Array2::<f64>::zeros((count, columns));
+        let seen: Result<Vec<Vec<Seen>>> = profiles
+            .axis_chunks_iter_mut(Axis(0), tile)
+            .into_par_iter()
+            .zip(spectra.axis_chunks_iter_mut(Axis(0), tile))
+            .enumerate()
+            .map_init(
+                Scratch::default,
+                |scratch, (i, (mut profiles, mut spectra))| {
+                    if observer.cancelled() {
+                        return Err(Error::Cancelled);
+                    }
+                    let first = from + i * tile;
+                    let rows = profiles.nrows();
+                    // A band of whole rows of a standard array is contiguous.
+                    if let Some(flat) = profiles.as_slice_mut() {
+                        prepared.profiles(first..first + rows, flat);
+                    }
+                    let seen = profiles.outer_iter().zip(spectra.outer_iter_mut());
+                    let seen = seen.filter_map(|(profile, spectrum)| {
+                        let (profile, spectrum) = (profile.to_slice()?, spectrum.into_slice()?);
+                        Some(look(
+                            plan,
+                            profile,
+                            transform.as_ref(),
+                            edge,
+                            scratch,
+                            spectrum,
+                        ))
+                    });
+                    let seen: Vec<Seen> = seen.collect();
+                    observer.advance(rows as u64);
+                    Ok(seen)
+                },
+            )
+            .collect();
+        for seen in seen?.into_iter().flatten() {
+            done.ends.push(seen.ends);
+            if let Some((row, energy)) = seen.spectrum {
+                done.rows.push(row);
+                done.energies.push(energy);
+            }
+        }
+        if from == 0 {
+            done.first_profile = profiles.row(0).to_vec();
+        }
+        done.last_profile = profiles.row(count - 1).to_vec();
+        done.field_map.add(from, 0, profiles.view());
+        drop(profiles);
+        if with_flux {
+            flux.take(&spectra, &mut done.flux_map, sink)?;
+        }
+        if results.spatial {
+            if stored != 1.0 {
+                spectra.par_mapv_inplace(|p| p * stored);
+            }
+            done.map.add(from, 0, spectra.view());
+            sink.put(LargeArray::SpatialSpectrum, from, 0, spectra.view())?;
+        }
+        prepared.release_pages();
+    }
+    Ok(done)
+}
+
+/// What is noted of one profile.
+struct Seen {
+    ends: Ends,
+    spectrum: Option<(Row, f64)>,
+}
+
+fn look<T: Real>(
+    plan: &Plan,
+    profile: &[f64],
+    transform: Option<&RealTransform<T>>,
+    edge: f64,
+    scratch: &mut Scratch<T>,
+    spectrum: &mut [f64],
+) -> Seen {
+    let ends = Ends::of(profile);
+    let Some(transform) = transform else {
+        return Seen {
+            ends,
+            spectrum: None,
+        };
+    };
+    let (transformed, energy) = transform.transform(profile, scratch);
+    let factor = plan.space_scale.factor;
+    let n = transform.padded();
+    for (m, (p, &x)) in spectrum.iter_mut().zip(transformed).enumerate() {
+        *p = power(x) * (factor * fold(m, n));
+    }
+    let row = moments_of(spectrum, &plan.axes.wavenumber, edge);
+    Seen {
+        ends,
+        spectrum: Some((row, energy)),
+    }
+}
+
+/// `Pi_K(k, t) = - d/dt sum_{|k'| <= k} E_K(k', t)` with `E_K` the energy spectrum of `v^2 / 2`:
+/// central differences, one-sided ones of second order at the ends of the record.
+struct FluxSurrogate {
+    n_times: usize,
+    /// From a bin of the spatial spectrum, as scaled, to half its energy, stored unit included.
+    half_energy: f64,
+    dt: f64,
+    /// Cumulative energies of the times not finished with, the first of them `held_from`.
+    held: Array2<f64>,
+    held_from: usize,
+    next: usize,
+}
+
+impl FluxSurrogate {
+    fn new(plan: &Plan, stored: f64) -> Self {
+        let energy = plan.space_scale_of(Scaling::Energy);
+        FluxSurrogate {
+            n_times: plan.axes.n_times,
+            half_energy: 0.5 * energy.factor * energy.measure / plan.space_scale.factor * stored,
+            dt: plan.axes.time.step,
+            held: Array2::zeros((0, plan.axes.wavenumber.len())),
+            held_from: 0,
+            next: 0,
+        }
+    }
+
+    /// Takes the next block of spectra and passes on all times that can be finished.
+    fn take(&mut self, spectra: &Array2<f64>, map: &mut MapBuilder, sink: &dyn Sink) -> Result<()> {
+        let mut held = Array2::zeros((self.held.nrows() + spectra.nrows(), spectra.ncols()));
+        held.slice_mut(s![..self.held.nrows(), ..])
+            .assign(&self.held);
+        let mut fresh = held.slice_mut(s![self.held.nrows().., ..]);
+        for (mut cumulative, spectrum) in fresh.outer_iter_mut().zip(spectra.outer_iter()) {
+            let mut below = 0.0;
+            for (c, &p) in cumulative.iter_mut().zip(spectrum) {
+                below += p * self.half_energy;
+                *c = below;
+            }
+        }
+        let known = self.held_from + held.nrows();
+        let last = known == self.n_times;
+        let until = if last { known } else { known - 1 };
+        let mut flux = Array2::zeros((until - self.next, held.ncols()));
+        let at = |n: usize| held.row(n - self.held_from);
+        let (next, all, dt) = (self.next, self.n_times, self.dt);
+        flux.axis_iter_mut(Axis(0))
+            .into_par_iter()
+            .enumerate()
+            .for_each(|(i, mut row)| {
+                let n = next + i;
+                let ahead = |out: &mut f64, a: &f64, b: &f64, c: &f64, step: f64| {
+                    *out = -(4.0 * (b - a) - (c - a)) / (2.0 * step);
+                };
+                match (n, all) {
+                    (_, 1) => row.fill(f64::NAN),
+                    (_, 2) => azip!((out in &mut row, a in at(0), b in at(1)) {
+                        *out = -(b - a) / dt;
+                    }),
+                    (0, _) => azip!((out in &mut row, a in at(0), b in at(1), c in at(2)) {
+                        ahead(out, a, b, c, dt);
+                    }),
+                    _ if n + 1 == all => {
+                        azip!((out in &mut row, a in at(n), b in at(n - 1), c in at(n - 2)) {
+                            ahead(out, a, b, c, -dt);
+                        });
+                    }
+                    _ => azip!((out in &mut row, a in at(n - 1), b in at(n + 1)) {
+                        *out = -(b - a) / (2.0 * dt);
+                    }),
+                }
+            });
+        map.add(self.next, 0, flux.view());
+        sink.put(LargeArray::KineticFluxSurrogate, self.next, 0, flux.view())?;
+        self.next = until;
+        let keep = held.nrows().min(2);
+        self.held_from = known - keep;
+        self.held = held.slice(s![held.nrows() - keep.., ..]).to_owned();
+        Ok(())
+    }
+}

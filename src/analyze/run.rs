@@ -1,0 +1,423 @@
+//! The run: passes over the field in the order of the plan, and what they add up to.
+
+use std::time::Instant;
+
+use super::between::Between;
+use super::columns::{self, Columns};
+use super::plan::{Plan, plan};
+use super::request::{Precision, Request};
+use super::result::*;
+use super::rows::{self, Rows};
+use super::sink::{Collect, LargeArray, Sink, Spectra};
+use super::spacetime::{self, ByDirection};
+use super::warning::Warning;
+use super::{Observer, Silent, short_time};
+use crate::diagnostics::{Findings, MapBuilder, Row, edge_of, findings};
+use crate::error::{Error, Result};
+use crate::field::{Field, Quantity};
+use crate::prepare::Prepared;
+use crate::sum::sum;
+use crate::transform::Real;
+
+/// Analyses a field that fits in memory: plan, run, collect.
+///
+/// # Errors
+/// As [`plan`], and [`Error::NonFinite`].
+pub fn analyze(field: &Field, request: &Request) -> Result<(Analysis, Spectra)> {
+    let collect = Collect::default();
+    let analysis = run(field, &plan(field, request)?, &collect, &Silent)?;
+    Ok((analysis, collect.into_spectra()))
+}
+
+/// Carries out `plan` on the `field` it was made for; large arrays go to `sink` block by block.
+///
+/// # Errors
+/// [`Error::NonFinite`] where gaps are refused and there are some, [`Error::Cancelled`], and
+/// whatever the sink reports.
+pub fn run(
+    field: &Field,
+    plan: &Plan,
+    sink: &dyn Sink,
+    observer: &dyn Observer,
+) -> Result<Analysis> {
+    let pool = rayon::ThreadPoolBuilder::new()
+        .num_threads(plan.threads)
+        .build()
+        .map_err(|e| Error::Threads {
+            threads: plan.threads,
+            reason: e.to_string(),
+        })?;
+    pool.install(|| match plan.request.precision {
+        Precision::F64 => passes::<f64>(field, plan, sink, observer),
+        Precision::F32 => passes::<f32>(field, plan, sink, observer),
+    })
+}
+
+fn passes<T: Real>(
+    field: &Field,
+    plan: &Plan,
+    sink: &dyn Sink,
+    observer: &dyn Observer,
+) -> Result<Analysis> {
+    let results = plan.request.results;
+    let kinetic = field.quantity == Quantity::Velocity;
+    let with_flux = results.flux_surrogate && kinetic;
+    for &(array, shape) in &plan.arrays {
+        if array != LargeArray::KineticFluxSurrogate || with_flux {
+            sink.reserve(array, shape)?;
+        }
+    }
+    let mut clock = Clock::new();
+
+    let (times, sites) = (plan.times.clone(), plan.sites.clone());
+    let (prepared, scans) =
+        Prepared::new(field, times, sites, &plan.request, plan.tiles, observer)?;
+    clock.lap(plan, "preparation");
+    let unit = prepared.unit();
+    let stored = stored_square(unit, plan.request.precision);
+
+    let frequency_edge = match (results.temporal, plan.request.band_edge_frequency) {
+        (false, _) => None,
+        (true, Some(value)) => Some(BandEdge::Given { value }),
+        (true, None) => Some(match columns::reference::<T>(plan, &prepared, observer)? {
+            Some((index, spectrum)) => BandEdge::Reference {
+                value: edge_of(&spectrum, &plan.axes.frequency).unwrap_or(f64::NAN),
+                index,
+                at: plan.axes.space.at(index),
+            },
+            None => BandEdge::Undefined,
+        }),
+    };
+    let wavenumber_edge = match (results.spatial, plan.request.band_edge_wavenumber) {
+        (false, _) => None,
+        (true, Some(value)) => Some(BandEdge::Given { value }),
+        (true, None) => Some(match rows::reference::<T>(plan, &prepared, observer)? {
+            Some((index, spectrum)) => BandEdge::Reference {
+                value: edge_of(&spectrum, &plan.axes.wavenumber).unwrap_or(f64::NAN),
+                index,
+                at: plan.axes.time.at(index),
+            },
+            None => BandEdge::Undefined,
+        }),
+    };
+    clock.lap(plan, "band edges");
+
+    let edge_value = |edge: Option<BandEdge>| edge.map_or(f64::NAN, |e| e.value());
+    let shape = (plan.between_rows(), plan.axes.n_sites);
+    let mut between = match (results.spacetime, plan.scratch_file) {
+        (false, _) => None,
+        (true, 0) => Some(Between::<T>::in_memory(shape)),
+        (true, _) => Some(Between::<T>::in_scratch(shape)?),
+    };
+    let columns = if plan.transforms_time() {
+        let edge = edge_value(frequency_edge);
+        let into = between.as_mut();
+        let seen =
+            columns::transform_records::<T>(plan, &prepared, edge, stored, into, sink, observer)?;
+        clock.lap(plan, "along time");
+        Some(seen)
+    } else {
+        None
+    };
+    let rows = rows::transform_profiles::<T>(
+        plan,
+        &prepared,
+        edge_value(wavenumber_edge),
+        stored,
+        with_flux,
+        sink,
+        observer,
+    )?;
+    clock.lap(plan, "along space");
+    let spacetime = match &between {
+        None => None,
+        Some(between) => {
+            let seen = spacetime::transform_frequencies(plan, between, stored, sink, observer)?;
+            clock.lap(plan, "space-time");
+            Some(seen)
+        }
+    };
+    drop(between);
+
+    let (short_time, short_space) = if results.short_time {
+        let along = short_time::along_time::<T>(plan, &prepared, stored)?;
+        let across = short_time::along_space::<T>(plan, &prepared, stored)?;
+        clock.lap(plan, "short-time");
+        (Some(along), across)
+    } else {
+        (None, None)
+    };
+
+    let parseval = parseval(
+        plan,
+        columns.as_ref(),
+        &rows,
+        spacetime.as_ref().map(|s| &*s.0),
+    );
+    let found = Findings {
+        scans: &scans,
+        first_site: plan.sites.start,
+        ends: &rows.ends,
+        first_profile: &rows.first_profile,
+        last_profile: &rows.last_profile,
+        top_frequency: columns
+            .as_ref()
+            .and_then(|c| top(&c.rows, &plan.axes.frequency)),
+        top_wavenumber: top(&rows.rows, &plan.axes.wavenumber),
+    };
+    let mut warnings = findings(&found, &plan.request);
+    if stored == 1.0 && unit != 1.0 {
+        let largest = scans.iter().fold(0.0, |m: f64, s| m.max(s.largest));
+        warnings.push(Warning::Unrepresentable { largest, unit });
+    }
+    if results.flux_surrogate && !kinetic {
+        warnings.push(Warning::NoKineticEnergy);
+    }
+
+    let maps = Maps { field, plan };
+    let residuals = [parseval.time, parseval.space, parseval.spacetime];
+    Ok(Analysis {
+        name: field.name.clone(),
+        content_hash: field.content_hash.clone(),
+        quantity: field.quantity,
+        unit: field.unit.clone(),
+        offset: (plan.times.start, plan.sites.start),
+        axes: plan.axes.clone(),
+        conventions: plan.conventions.clone(),
+        parseval,
+        direction: spacetime.as_ref().map(|(by, _)| direction(plan, by)),
+        direction_by_frequency: spacetime.as_ref().map(|(by, _)| shares(by)),
+        frequency_edge,
+        wavenumber_edge,
+        along_space: results.temporal.then(|| {
+            let rows = columns.as_ref().map_or(&[][..], |c| &c.rows);
+            Moments::gather(rows, plan.time_scale.measure * stored)
+        }),
+        along_time: results
+            .spatial
+            .then(|| Moments::gather(&rows.rows, plan.space_scale.measure * stored)),
+        field_map: maps.field(rows.field_map),
+        temporal_map: columns
+            .filter(|_| results.temporal)
+            .map(|c| maps.temporal(c.map)),
+        spatial_map: results.spatial.then(|| maps.spatial(rows.map)),
+        spacetime_map: spacetime.map(|(_, map)| maps.spacetime(map)),
+        flux_map: with_flux.then(|| maps.flux(rows.flux_map)),
+        short_time,
+        short_space,
+        accuracy: Accuracy {
+            precision: plan.request.precision,
+            amplitude_unit: if stored == 1.0 { unit } else { 1.0 },
+            spot_check: None,
+            spot_checks: 0,
+            parseval: residuals
+                .into_iter()
+                .flatten()
+                .map(f64::abs)
+                .reduce(f64::max),
+            estimated_by: "Parseval's identity",
+        },
+        timings: clock.timings,
+        warnings,
+    })
+}
+
+/// `unit^2`, by which spectra are multiplied before they are stored; 1 (they stay in units of
+/// `unit^2`) where that would leave the number range within 80 binary orders of the largest.
+fn stored_square(unit: f64, precision: Precision) -> f64 {
+    let limit = match precision {
+        Precision::F64 => 470.0,
+        Precision::F32 => 23.0,
+    };
+    if unit.log2().abs() <= limit {
+        unit * unit
+    } else {
+        1.0
+    }
+}
+
+fn parseval(
+    plan: &Plan,
+    columns: Option<&Columns>,
+    rows: &Rows,
+    spacetime: Option<&[ByDirection]>,
+) -> Parseval {
+    let residual = |transformed: f64, samples: f64| {
+        (samples > 0.0 && transformed.is_finite()).then(|| transformed / samples - 1.0)
+    };
+    let total = |rows: &[Row]| sum(&rows.iter().map(|r| r.total).collect::<Vec<_>>());
+    let segments = plan.segments.count() as f64;
+    let (time, space) = (plan.time_scale, plan.space_scale);
+    Parseval {
+        time: columns
+            .filter(|_| plan.request.results.temporal)
+            .and_then(|c| {
+                let samples = sum(&c.energies) / segments * time.energy;
+                residual(total(&c.rows) * time.measure, samples)
+            }),
+        space: plan
+            .transforms_space()
+            .then(|| {
+                let samples = sum(&rows.energies) * space.energy;
+                residual(total(&rows.rows) * space.measure, samples)
+            })
+            .flatten(),
+        spacetime: columns.zip(spacetime).and_then(|(c, by)| {
+            let tapered = c.energies.iter().zip(&plan.window_space);
+            let tapered: Vec<f64> = tapered.map(|(e, w)| e * w * w).collect();
+            let samples = sum(&tapered) / segments * time.energy * space.energy;
+            let totals: Vec<f64> = by.iter().map(ByDirection::total).collect();
+            residual(sum(&totals) * time.measure * space.measure, samples)
+        }),
+    }
+}
+
+/// Share of energy in the top tenth of an axis, and where that begins.
+fn top(rows: &[Row], axis: &[f64]) -> Option<(f64, f64)> {
+    let of = |part: fn(&Row) -> f64| sum(&rows.iter().map(part).collect::<Vec<_>>());
+    let total = of(|r| r.total);
+    (total > 0.0).then(|| (of(|r| r.top) / total, 0.9 * axis[axis.len() - 1]))
+}
+
+fn direction(plan: &Plan, by: &[ByDirection]) -> Direction {
+    let axis = &plan.axes.frequency;
+    let band = plan
+        .request
+        .direction_band
+        .unwrap_or((0.0, axis[axis.len() - 1]));
+    let inside = |q: &f64| (band.0..=band.1).contains(q);
+    let of = |part: fn(&ByDirection) -> f64| {
+        let chosen = by.iter().zip(axis).filter(|(_, q)| inside(q));
+        sum(&chosen.map(|(b, _)| part(b)).collect::<Vec<_>>())
+    };
+    let total = of(ByDirection::total);
+    // 0 / 0 is NaN: a field without energy has no direction.
+    Direction {
+        toward_plus_x: of(|b| b.toward_plus_x) / total,
+        toward_minus_x: of(|b| b.toward_minus_x) / total,
+        undirected: of(|b| b.undirected) / total,
+        band,
+    }
+}
+
+fn shares(by: &[ByDirection]) -> [Vec<f64>; 2] {
+    let share = |part: fn(&ByDirection) -> f64| by.iter().map(|b| part(b) / b.total()).collect();
+    [share(|b| b.toward_plus_x), share(|b| b.toward_minus_x)]
+}
+
+/// Labels of the maps, from one place.
+struct Maps<'a> {
+    field: &'a Field,
+    plan: &'a Plan,
+}
+
+impl Maps<'_> {
+    fn finish(&self, map: MapBuilder, label: String, y: Side, x: Side) -> Map {
+        let axes = &self.plan.axes;
+        let time_unit = axes.time.unit.as_deref().unwrap_or("samples");
+        let space_unit = axes.space.unit.as_deref();
+        let frequency_step = axes.frequency.get(1).copied().unwrap_or(1.0);
+        let wavenumber_step = axes.wavenumber.get(1).copied().unwrap_or(1.0);
+        let describe = |side: Side| match side {
+            Side::Time => (
+                format!("time ({time_unit})"),
+                axes.time.origin,
+                axes.time.step,
+            ),
+            Side::Space => (
+                space_unit.map_or("site".into(), |u| format!("position ({u})")),
+                axes.space.origin,
+                axes.space.step,
+            ),
+            Side::Frequency => (
+                format!("frequency ({})", axes.frequency_unit()),
+                0.0,
+                frequency_step,
+            ),
+            Side::Wavenumber => (
+                format!("wavenumber ({})", axes.wavenumber_unit()),
+                0.0,
+                wavenumber_step,
+            ),
+            Side::SignedWavenumber => (
+                format!("wavenumber ({})", axes.wavenumber_unit()),
+                axes.wavenumber_signed[0],
+                wavenumber_step,
+            ),
+        };
+        let ((y_label, y0, dy), (x_label, x0, dx)) = (describe(y), describe(x));
+        map.finish(label, (&y_label, y0, dy), (&x_label, x0, dx))
+    }
+
+    fn field(&self, map: MapBuilder) -> Map {
+        let name = format!("{:?}", self.field.quantity).to_lowercase();
+        let unit = self.field.unit.as_deref();
+        let label = unit.map_or(name.clone(), |u| format!("{name} ({u})"));
+        self.finish(map, label, Side::Time, Side::Space)
+    }
+
+    fn temporal(&self, map: MapBuilder) -> Map {
+        let label = self.plan.spectrum_label("S(f, x)");
+        self.finish(map, label, Side::Frequency, Side::Space)
+    }
+
+    fn spatial(&self, map: MapBuilder) -> Map {
+        let label = self.plan.spectrum_label("S(k, t)");
+        self.finish(map, label, Side::Time, Side::Wavenumber)
+    }
+
+    fn spacetime(&self, map: MapBuilder) -> Map {
+        let label = self.plan.spectrum_label("S(k, f)");
+        self.finish(map, label, Side::Frequency, Side::SignedWavenumber)
+    }
+
+    fn flux(&self, map: MapBuilder) -> Map {
+        let label = "kinetic flux surrogate (per unit mass)".into();
+        self.finish(map, label, Side::Time, Side::Wavenumber)
+    }
+}
+
+#[derive(Clone, Copy)]
+enum Side {
+    Time,
+    Space,
+    Frequency,
+    Wavenumber,
+    SignedWavenumber,
+}
+
+impl Plan {
+    fn spectrum_label(&self, symbol: &str) -> String {
+        let scaling = format!("{:?}", self.request.scaling).to_lowercase();
+        format!("{symbol}, {scaling}")
+    }
+}
+
+/// Times the stages.
+struct Clock {
+    since: Instant,
+    timings: Vec<Timing>,
+}
+
+impl Clock {
+    fn new() -> Self {
+        Clock {
+            since: Instant::now(),
+            timings: Vec::new(),
+        }
+    }
+
+    /// Ends `stage`; its traffic is that of the plan.
+    fn lap(&mut self, plan: &Plan, stage: &'static str) {
+        let planned = plan.stages.iter().find(|s| s.stage == stage);
+        self.timings.push(Timing {
+            stage,
+            seconds: self.since.elapsed().as_secs_f64(),
+            bytes_read: planned.map_or(0, |s| s.bytes_read),
+            bytes_written: planned.map_or(0, |s| s.bytes_written),
+            transforms: planned.map_or(0, |s| s.transforms),
+            transform_length: planned.map_or(0, |s| s.length),
+        });
+        self.since = Instant::now();
+    }
+}

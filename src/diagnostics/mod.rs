@@ -1,0 +1,9 @@
+//! What spectra say: where energy lies, which way it goes, what is wrong with the data.
+
+mod map;
+mod moments;
+mod quality;
+
+pub(crate) use map::MapBuilder;
+pub(crate) use moments::{Row, edge_of, moments_of};
+pub(crate) use quality::{Ends, Findings, findings};

@@ -1,0 +1,384 @@
+//! The prepared field: any block of it, on demand.
+
+use std::ops::Range;
+
+use rayon::prelude::*;
+
+use super::scan::{self, ChannelScan, Gap};
+use super::trend::Trend;
+use super::{Detrend, Gaps};
+use crate::analyze::{Observer, Precision, Request};
+use crate::error::{Error, Result};
+use crate::field::Field;
+
+/// A field with its range, gaps, scale and trends settled; see the [module](super) documentation.
+pub(crate) struct Prepared<'a> {
+    field: &'a Field,
+    times: Range<usize>,
+    sites: Range<usize>,
+    /// Amplitudes are divided by this power of two, so that their squares stay in range.
+    unit: PowerOfTwo,
+    /// By site, then time; indices are those of the range.
+    gaps: Vec<Gap>,
+    /// The same by time, then site.
+    gaps_by_time: Vec<Gap>,
+    masked: bool,
+    field_mean: Option<Trend>,
+    /// One a time, or none at all.
+    space_trends: Vec<Trend>,
+    /// One a site, or none at all.
+    time_trends: Vec<Trend>,
+}
+
+/// How many records or profiles are read at once.
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct Tiles {
+    pub sites: usize,
+    pub times: usize,
+}
+
+impl<'a> Prepared<'a> {
+    /// Looks at every sample and settles what is to be done with it.
+    ///
+    /// # Errors
+    /// [`Error::NonFinite`] where gaps are refused and there are some; [`Error::Cancelled`].
+    pub fn new(
+        field: &'a Field,
+        times: Range<usize>,
+        sites: Range<usize>,
+        request: &Request,
+        tiles: Tiles,
+        observer: &dyn Observer,
+    ) -> Result<(Self, Vec<ChannelScan>)> {
+        let mut prepared = Prepared {
+            field,
+            times,
+            sites,
+            unit: PowerOfTwo::ONE,
+            gaps: Vec::new(),
+            gaps_by_time: Vec::new(),
+            masked: request.gaps == Gaps::Mask,
+            field_mean: None,
+            space_trends: Vec::new(),
+            time_trends: Vec::new(),
+        };
+        let scans = prepared.scan(request.gaps, tiles, observer)?;
+        let largest = scans.iter().fold(0.0, |m: f64, s| m.max(s.largest));
+        prepared.unit = PowerOfTwo::near(largest, request.precision);
+
+        if request.detrend_field_mean {
+            prepared.field_mean = Some(prepared.mean(tiles, observer)?);
+        }
+        if request.detrend_space != Detrend::None {
+            prepared.space_trends = prepared.fit_space(request.detrend_space, tiles, observer)?;
+        }
+        if request.detrend_time != Detrend::None {
+            prepared.time_trends = prepared.fit_time(request.detrend_time, tiles, observer)?;
+        }
+        Ok((prepared, scans))
+    }
+
+    pub fn n_times(&self) -> usize {
+        self.times.len()
+    }
+
+    pub fn n_sites(&self) -> usize {
+        self.sites.len()
+    }
+
+    /// The amplitude that prepared samples count as 1.
+    pub fn unit(&self) -> f64 {
+        self.unit.value()
+    }
+
+    pub fn release_pages(&self) {
+        self.field.release_pages();
+    }
+
+    /// Whole records of `sites`, one after the other.
+    pub fn records(&self, sites: Range<usize>, out: &mut [f64]) {
+        let n_times = self.n_times();
+        let from = self.sites.start;
+        self.field.read_site_major(
+            self.times.clone(),
+            from + sites.start..from + sites.end,
+            out,
+        );
+        let first = self.gaps.partition_point(|g| g.site < sites.start);
+        let gaps = self.gaps[first..]
+            .iter()
+            .take_while(|g| g.site < sites.end)
+            .map(|g| ((g.site - sites.start) * n_times + g.time, g.value));
+        for (at, value) in gaps.clone() {
+            out[at] = value;
+        }
+        for (j, record) in sites.clone().zip(out.chunks_exact_mut(n_times)) {
+            self.unit.divide(record);
+            if let Some(mean) = &self.field_mean {
+                record.iter_mut().for_each(|v| *v = mean.remove(*v, 0));
+            }
+            for (v, trend) in record.iter_mut().zip(&self.space_trends) {
+                *v = trend.remove(*v, j);
+            }
+            if let Some(trend) = self.time_trends.get(j) {
+                for (n, v) in record.iter_mut().enumerate() {
+                    *v = trend.remove(*v, n);
+                }
+            }
+        }
+        if self.masked {
+            gaps.for_each(|(at, _)| out[at] = 0.0);
+        }
+    }
+
+    /// Whole profiles of `times`, one after the other.
+    pub fn profiles(&self, times: Range<usize>, out: &mut [f64]) {
+        let n_sites = self.n_sites();
+        let from = self.times.start;
+        self.field.read_time_major(
+            from + times.start..from + times.end,
+            self.sites.clone(),
+            out,
+        );
+        let first = self.gaps_by_time.partition_point(|g| g.time < times.start);
+        let gaps = self.gaps_by_time[first..]
+            .iter()
+            .take_while(|g| g.time < times.end)
+            .map(|g| ((g.time - times.start) * n_sites + g.site, g.value));
+        for (at, value) in gaps.clone() {
+            out[at] = value;
+        }
+        for (n, profile) in times.clone().zip(out.chunks_exact_mut(n_sites)) {
+            self.unit.divide(profile);
+            if let Some(mean) = &self.field_mean {
+                profile.iter_mut().for_each(|v| *v = mean.remove(*v, 0));
+            }
+            if let Some(trend) = self.space_trends.get(n) {
+                for (j, v) in profile.iter_mut().enumerate() {
+                    *v = trend.remove(*v, j);
+                }
+            }
+            for (v, trend) in profile.iter_mut().zip(&self.time_trends) {
+                *v = trend.remove(*v, n);
+            }
+        }
+        if self.masked {
+            gaps.for_each(|(at, _)| out[at] = 0.0);
+        }
+    }
+
+    fn is_gap(&self, time: usize, site: usize) -> bool {
+        self.gaps
+            .binary_search_by_key(&(site, time), |g| (g.site, g.time))
+            .is_ok()
+    }
+
+    fn scan(
+        &mut self,
+        gaps: Gaps,
+        tiles: Tiles,
+        observer: &dyn Observer,
+    ) -> Result<Vec<ChannelScan>> {
+        observer.stage("looking at the samples", self.n_sites() as u64);
+        let found = self.each_record(tiles, observer, |j, record, _| {
+            let scan = ChannelScan::of(record);
+            let mut filled = Vec::new();
+            if scan.gaps > 0 && gaps != Gaps::Refuse {
+                scan::fill(record, j, gaps, &mut filled);
+            }
+            (scan, filled)
+        })?;
+        let (scans, filled): (Vec<_>, Vec<_>) = found.into_iter().unzip();
+        let count: u64 = scans.iter().map(|s: &ChannelScan| s.gaps as u64).sum();
+        if count > 0 && gaps == Gaps::Refuse {
+            let first = scans
+                .iter()
+                .enumerate()
+                .filter_map(|(j, s)| Some((s.first_gap?, j)))
+                .min()
+                .unwrap_or_default();
+            return Err(Error::NonFinite {
+                name: self.field.name.clone(),
+                count,
+                first: (self.times.start + first.0, self.sites.start + first.1),
+                sites: scans.iter().filter(|s| s.gaps > 0).count(),
+                n_sites: scans.len(),
+            });
+        }
+        self.gaps = filled.concat();
+        self.gaps_by_time = self.gaps.clone();
+        self.gaps_by_time.sort_by_key(|g| (g.time, g.site));
+        Ok(scans)
+    }
+
+    fn mean(&self, tiles: Tiles, observer: &dyn Observer) -> Result<Trend> {
+        observer.stage("finding the mean", 2 * self.n_sites() as u64);
+        let kept = |j: usize, record: &[f64]| -> Vec<f64> {
+            let keep = |n: &usize| !(self.masked && self.is_gap(*n, j));
+            (0..record.len()).filter(keep).map(|n| record[n]).collect()
+        };
+        let count = self.n_times() * self.n_sites() - if self.masked { self.gaps.len() } else { 0 };
+        if count == 0 {
+            return Ok(Trend::default());
+        }
+        let mean_less = |offset: f64| -> Result<f64> {
+            let sums = self.each_record(tiles, observer, |j, record, _| {
+                let mut values = kept(j, record);
+                values.iter_mut().for_each(|v| *v -= offset);
+                crate::sum::sum(&values)
+            })?;
+            Ok(crate::sum::sum(&sums) / count as f64)
+        };
+        let high = mean_less(0.0)?;
+        let low = mean_less(high)?;
+        Ok(Trend {
+            high,
+            low,
+            slope: 0.0,
+            centre: 0.0,
+        })
+    }
+
+    fn fit_time(&self, kind: Detrend, tiles: Tiles, observer: &dyn Observer) -> Result<Vec<Trend>> {
+        observer.stage("fitting trends along time", self.n_sites() as u64);
+        self.each_record(tiles, observer, |j, record, scratch| {
+            let keep = |n: usize| !(self.masked && self.is_gap(n, j));
+            Trend::fit(record, kind, keep, scratch)
+        })
+    }
+
+    fn fit_space(
+        &self,
+        kind: Detrend,
+        tiles: Tiles,
+        observer: &dyn Observer,
+    ) -> Result<Vec<Trend>> {
+        observer.stage("fitting trends along space", self.n_times() as u64);
+        let n_sites = self.n_sites();
+        let starts: Vec<usize> = (0..self.n_times()).step_by(tiles.times).collect();
+        let fitted: Result<Vec<Vec<Trend>>> = starts
+            .into_par_iter()
+            .map_init(
+                || (Vec::new(), Vec::new()),
+                |(block, scratch), start| {
+                    if observer.cancelled() {
+                        return Err(Error::Cancelled);
+                    }
+                    let end = (start + tiles.times).min(self.n_times());
+                    block.resize((end - start) * n_sites, 0.0);
+                    self.profiles(start..end, block);
+                    observer.advance((end - start) as u64);
+                    Ok((start..end)
+                        .zip(block.chunks_exact(n_sites))
+                        .map(|(n, profile)| {
+                            let keep = |j: usize| !(self.masked && self.is_gap(n, j));
+                            Trend::fit(profile, kind, keep, scratch)
+                        })
+                        .collect())
+                },
+            )
+            .collect();
+        Ok(fitted?.concat())
+    }
+
+    /// `look` at every record as prepared so far, in parallel; the results in order of sites.
+    fn each_record<R: Send>(
+        &self,
+        tiles: Tiles,
+        observer: &dyn Observer,
+        look: impl Fn(usize, &[f64], &mut Vec<f64>) -> R + Sync,
+    ) -> Result<Vec<R>> {
+        let n_times = self.n_times();
+        let starts: Vec<usize> = (0..self.n_sites()).step_by(tiles.sites).collect();
+        let seen: Result<Vec<Vec<R>>> = starts
+            .into_par_iter()
+            .map_init(
+                || (Vec::new(), Vec::new()),
+                |(block, scratch), start| {
+                    if observer.cancelled() {
+                        return Err(Error::Cancelled);
+                    }
+                    let end = (start + tiles.sites).min(self.n_sites());
+                    block.resize((end - start) * n_times, 0.0);
+                    self.records(start..end, block);
+                    observer.advance((end - start) as u64);
+                    Ok((start..end)
+                        .zip(block.chunks_exact(n_times))
+                        .map(|(j, record)| look(j, record, scratch))
+                        .collect())
+                },
+            )
+            .collect();
+        Ok(seen?.into_iter().flatten().collect())
+    }
+}
+
+/// A power of two, possibly beyond the range in which one factor can divide.
+#[derive(Debug, Clone, Copy, PartialEq)]
+struct PowerOfTwo {
+    exponent: i32,
+}
+
+impl PowerOfTwo {
+    const ONE: PowerOfTwo = PowerOfTwo { exponent: 0 };
+
+    /// 1 while squares of `largest` are far inside the number range, else the power of two at or
+    /// below it.
+    fn near(largest: f64, precision: Precision) -> PowerOfTwo {
+        if largest == 0.0 {
+            return Self::ONE;
+        }
+        let exponent = exponent_of(largest);
+        let safe = match precision {
+            Precision::F64 => -200..200,
+            Precision::F32 => -20..20,
+        };
+        if safe.contains(&exponent) {
+            Self::ONE
+        } else {
+            PowerOfTwo { exponent }
+        }
+    }
+
+    fn value(self) -> f64 {
+        let half = self.exponent / 2;
+        2f64.powi(half) * 2f64.powi(self.exponent - half)
+    }
+
+    /// Exact but where a quotient is subnormal, far below the largest.
+    fn divide(self, values: &mut [f64]) {
+        if self == Self::ONE {
+            return;
+        }
+        let half = -self.exponent / 2;
+        let (a, b) = (2f64.powi(half), 2f64.powi(-self.exponent - half));
+        values.iter_mut().for_each(|v| *v = *v * a * b);
+    }
+}
+
+/// `floor(log2 x)` of a positive finite number, subnormal ones included.
+fn exponent_of(x: f64) -> i32 {
+    let bits = |x: f64| ((x.to_bits() >> 52) & 0x7ff) as i32 - 1023;
+    if x < f64::MIN_POSITIVE {
+        bits(x * 2f64.powi(64)) - 64
+    } else {
+        bits(x)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn units_bring_any_amplitude_to_one() {
+        for largest in [5e-324, 1e-310, 1e-200, 1e200, f64::MAX] {
+            let unit = PowerOfTwo::near(largest, Precision::F64);
+            let mut x = [largest];
+            unit.divide(&mut x);
+            assert!((1.0..2.0).contains(&x[0]), "{largest:e} became {}", x[0]);
+            assert_eq!(x[0] * unit.value(), largest);
+        }
+        assert_eq!(PowerOfTwo::near(3.0, Precision::F64), PowerOfTwo::ONE);
+    }
+}

@@ -1,0 +1,135 @@
+//! One look at every record before anything is computed: range, gaps, dead and clipped channels.
+
+use super::Gaps;
+
+/// A sample that was not finite, and what stands in its place (raw units).
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(crate) struct Gap {
+    pub time: usize,
+    pub site: usize,
+    pub value: f64,
+}
+
+/// What one record holds.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(crate) struct ChannelScan {
+    /// Largest finite magnitude.
+    pub largest: f64,
+    pub gaps: usize,
+    pub first_gap: Option<usize>,
+    /// All finite samples are equal.
+    pub constant: bool,
+    /// Longest run of equal samples on an extreme of the record, if that extreme is of the
+    /// record's own size; rests at zero do not count.
+    pub clipped_run: usize,
+}
+
+impl ChannelScan {
+    pub fn of(record: &[f64]) -> ChannelScan {
+        let mut low = f64::INFINITY;
+        let mut high = f64::NEG_INFINITY;
+        let mut gaps = 0;
+        for &v in record {
+            if v.is_finite() {
+                low = low.min(v);
+                high = high.max(v);
+            } else {
+                gaps += 1;
+            }
+        }
+        let first_gap = (gaps > 0)
+            .then(|| record.iter().position(|v| !v.is_finite()))
+            .flatten();
+        let largest = if low <= high { high.max(-low) } else { 0.0 };
+        let constant = low >= high;
+        let clipped_run = if constant {
+            0
+        } else {
+            longest_run(record, |v| {
+                (v == high || v == low) && v.abs() >= 0.5 * largest
+            })
+        };
+        ChannelScan {
+            largest,
+            gaps,
+            first_gap,
+            constant,
+            clipped_run,
+        }
+    }
+}
+
+fn longest_run(record: &[f64], on_extreme: impl Fn(f64) -> bool) -> usize {
+    let mut longest = 0;
+    let mut run = 0;
+    let mut last = f64::NAN;
+    for &v in record {
+        run = match on_extreme(v) {
+            true if v == last => run + 1,
+            true => 1,
+            false => 0,
+        };
+        last = v;
+        longest = longest.max(run);
+    }
+    longest
+}
+
+/// The gaps of `record` with what stands in their place.
+pub(crate) fn fill(record: &[f64], site: usize, gaps: Gaps, into: &mut Vec<Gap>) {
+    let mut time = 0;
+    while time < record.len() {
+        if record[time].is_finite() {
+            time += 1;
+            continue;
+        }
+        let run = record[time..].iter().take_while(|v| !v.is_finite()).count();
+        let end = time + run;
+        let before = time.checked_sub(1).map(|n| record[n]);
+        let after = record.get(end).copied();
+        for n in time..end {
+            let value = match (gaps, before, after) {
+                (Gaps::Refuse | Gaps::Mask, ..) | (_, None, None) => 0.0,
+                (_, Some(a), Some(b)) => {
+                    let weight = (n + 1 - time) as f64 / (run + 1) as f64;
+                    a * (1.0 - weight) + b * weight
+                }
+                (_, Some(only), None) | (_, None, Some(only)) => only,
+            };
+            into.push(Gap {
+                time: n,
+                site,
+                value,
+            });
+        }
+        time = end;
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn gaps_are_filled_along_the_line_and_held_at_the_ends() {
+        let nan = f64::NAN;
+        let record = [nan, 2.0, nan, nan, 8.0, f64::NEG_INFINITY];
+        let mut gaps = Vec::new();
+        fill(&record, 3, Gaps::Interpolate, &mut gaps);
+        let got: Vec<_> = gaps.iter().map(|g| (g.time, g.value)).collect();
+        assert_eq!(got, [(0, 2.0), (2, 4.0), (3, 6.0), (5, 8.0)]);
+        assert!(gaps.iter().all(|g| g.site == 3));
+    }
+
+    #[test]
+    fn a_clipped_record_is_told_from_one_at_rest() {
+        let mut pulse = vec![0.0; 50];
+        pulse[20] = 1.0;
+        assert_eq!(ChannelScan::of(&pulse).clipped_run, 1);
+        let clipped: Vec<f64> = (0..50)
+            .map(|i| (f64::from(i) * 0.3).sin().clamp(-0.5, 0.5))
+            .collect();
+        assert!(ChannelScan::of(&clipped).clipped_run > 4);
+        assert!(ChannelScan::of(&[4.0; 9]).constant);
+    }
+}

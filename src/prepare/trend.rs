@@ -1,0 +1,116 @@
+//! Trends: the mean or the least-squares line of a record.
+
+use super::Detrend;
+use crate::sum::sum;
+
+/// A trend `high + low + slope (i - (n - 1) / 2)` over the indices of a record.
+///
+/// The mean is kept as an unevaluated sum of two doubles: for an offset far above the signal,
+/// `v - high` is exact, and only then is what `high` lacks of the mean removed.
+#[derive(Debug, Clone, Copy, PartialEq, Default)]
+pub(crate) struct Trend {
+    pub high: f64,
+    pub low: f64,
+    pub slope: f64,
+    pub centre: f64,
+}
+
+impl Trend {
+    /// The trend of `record`, over samples for which `keep` holds; 0 where none does.
+    pub fn fit(
+        record: &[f64],
+        kind: Detrend,
+        keep: impl Fn(usize) -> bool,
+        scratch: &mut Vec<f64>,
+    ) -> Trend {
+        if kind == Detrend::None {
+            return Trend::default();
+        }
+        let centre = (record.len() as f64 - 1.0) / 2.0;
+        let kept = |i: &usize| keep(*i);
+        let mut total = |value: &dyn Fn(usize) -> f64| {
+            scratch.clear();
+            scratch.extend((0..record.len()).filter(kept).map(value));
+            (sum(scratch), scratch.len() as f64)
+        };
+        let (first, count) = total(&|i| record[i]);
+        if count == 0.0 {
+            return Trend::default();
+        }
+        let high = first / count;
+        let low = total(&|i| record[i] - high).0 / count;
+        let mut trend = Trend {
+            high,
+            low,
+            slope: 0.0,
+            centre,
+        };
+        if kind == Detrend::Linear {
+            // Gaps shift the mean of the indices off the centre, so it is found anew.
+            let mean = total(&|i| i as f64 - centre).0 / count;
+            let (spread, _) = total(&|i| (i as f64 - centre - mean).powi(2));
+            if spread > 0.0 {
+                let covariance =
+                    total(&|i| (i as f64 - centre - mean) * ((record[i] - high) - low)).0;
+                trend.slope = covariance / spread;
+                trend.low -= trend.slope * mean;
+            }
+        }
+        trend
+    }
+
+    /// `value` at index `i` without the trend.
+    #[inline(always)]
+    pub fn remove(&self, value: f64, i: usize) -> f64 {
+        (value - self.high) - (self.low + self.slope * (i as f64 - self.centre))
+    }
+
+    /// Removes the trend of `record` from it.
+    pub fn remove_from(record: &mut [f64], kind: Detrend, scratch: &mut Vec<f64>) {
+        if kind == Detrend::None {
+            return;
+        }
+        let trend = Trend::fit(record, kind, |_| true, scratch);
+        for (i, v) in record.iter_mut().enumerate() {
+            *v = trend.remove(*v, i);
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn an_offset_a_billion_times_the_signal_leaves_no_mean() {
+        let record: Vec<f64> = (0..1001).map(|i| 1e9 + (i as f64 * 0.37).sin()).collect();
+        let mut left = record.clone();
+        Trend::remove_from(&mut left, Detrend::Mean, &mut Vec::new());
+        // The samples themselves are rounded to 1.2e-7; their mean is removed far below that.
+        assert!(sum(&left).abs() / 1001.0 < 1e-16);
+    }
+
+    #[test]
+    fn a_line_with_gaps_is_removed() {
+        let mut record: Vec<f64> = (0..64).map(|i| 3.0 - 0.25 * f64::from(i)).collect();
+        record[5] = f64::NAN;
+        record[63] = f64::INFINITY;
+        let trend = Trend::fit(
+            &record,
+            Detrend::Linear,
+            |i| record[i].is_finite(),
+            &mut vec![],
+        );
+        for (i, &v) in record.iter().enumerate().filter(|(_, v)| v.is_finite()) {
+            assert!(trend.remove(v, i).abs() < 1e-14);
+        }
+    }
+
+    #[test]
+    fn one_sample_has_a_mean_and_no_slope() {
+        let trend = Trend::fit(&[7.0], Detrend::Linear, |_| true, &mut vec![]);
+        assert_eq!((trend.high, trend.slope), (7.0, 0.0));
+        let none = Trend::fit(&[], Detrend::Mean, |_| true, &mut vec![]);
+        assert_eq!(none, Trend::default());
+    }
+}

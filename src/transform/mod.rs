@@ -1,0 +1,63 @@
+//! Transforms of real records and complex profiles: planned once, run many times.
+//!
+//! # Normalisation and order
+//! Forward transforms are unnormalised sums. Along time the kernel is `exp(-2 pi i f t)`, along
+//! space `exp(+i k x)`, so that a wave `exp(i (k x - omega t))` with `f > 0`, `k > 0` travels
+//! towards +x. What turns `|X|^2` into a spectrum is [`Scale`]; how a one-sided spectrum counts
+//! the bins it stands for is [`fold`]; both in one place.
+//!
+//! # Constant parts
+//! A record whose mean is far above its variation loses digits in any fast transform: rounding
+//! of the large mean is spread over all bins. Such a record is split, exactly, into mean and
+//! rest; the rest is transformed and the mean's known transform added. Other records take the
+//! direct way.
+
+mod axes;
+mod complex;
+mod real;
+mod scale;
+mod segments;
+
+use num_complex::Complex;
+
+pub use axes::{frequencies, wavenumbers, wavenumbers_signed};
+pub use complex::ComplexTransform;
+pub use real::{RealTransform, Scratch};
+pub use scale::{Scale, fold};
+pub use segments::Segments;
+
+/// The number types of transforms.
+pub trait Real: realfft::FftNum + bytemuck::Pod + Default {
+    /// The nearest number of this type.
+    fn rounded(x: f64) -> Self;
+    fn to_f64(self) -> f64;
+}
+
+impl Real for f64 {
+    #[inline(always)]
+    fn rounded(x: f64) -> f64 {
+        x
+    }
+    #[inline(always)]
+    fn to_f64(self) -> f64 {
+        self
+    }
+}
+
+impl Real for f32 {
+    #[inline(always)]
+    fn rounded(x: f64) -> f32 {
+        x as f32
+    }
+    #[inline(always)]
+    fn to_f64(self) -> f64 {
+        f64::from(self)
+    }
+}
+
+/// `|z|^2` in double precision.
+#[inline(always)]
+pub fn power<T: Real>(z: Complex<T>) -> f64 {
+    let (re, im) = (z.re.to_f64(), z.im.to_f64());
+    re * re + im * im
+}
