@@ -8,6 +8,7 @@ pub mod field;
 pub mod plot;
 pub mod prepare;
 pub mod report;
+mod turns;
 
 pub use error::{Error, Result};
 pub use field::Field;

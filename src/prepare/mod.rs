@@ -1,8 +1,9 @@
 //! Preparation, once, before all transforms: range, gaps, trends, tapers.
 
+pub mod slepian;
 mod window;
 
-pub use window::{Window, WindowGains};
+pub use window::{Window, WindowError, WindowGains};
 
 /// What is removed from a record or a profile.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default, serde::Serialize)]
