@@ -212,3 +212,34 @@ fn what_is_no_window_is_told_with_what_was_expected() {
     assert!(dpss.validate(7).is_err());
     assert!(dpss.validate(8).is_ok());
 }
+
+/// Sidelobes and scalloping losses of Harris (1978), table 1, to the digits printed there; the
+/// five-term flat-top's of D'Antona and Ferrero (2006); Kaiser's zero is `sqrt(1 + (beta / pi)^2)`.
+#[test]
+fn val_harris_window_lobes() {
+    for (name, half_width, sidelobe_db, loss_db) in [
+        ("none", 1.0, -13.26, 3.92),
+        ("hann", 2.0, -31.47, 1.42),
+        ("hamming", 2.0, -42.67, 1.75),
+        ("blackman-harris", 4.0, -92.03, 0.83),
+        ("flat-top", 5.0, -93.04, 0.01),
+        ("kaiser:14", 4.5680, -105.94, 0.71),
+    ] {
+        let window: Window = name.parse().unwrap();
+        let lobes = window.lobes();
+        assert!((lobes.half_width_bins - half_width).abs() < 2e-4, "{name}");
+        assert!(
+            (lobes.worst_sidelobe_db - sidelobe_db).abs() < 7e-3,
+            "{name}: {lobes:?}"
+        );
+        let loss = window.scalloping_loss_db(1024);
+        assert!((loss - loss_db).abs() < 6e-3, "{name}: {loss}");
+    }
+}
+
+#[test]
+fn a_window_without_a_zero_says_so() {
+    let lobes = Window::Kaiser { beta: 1e5 }.lobes();
+    assert_eq!(lobes.half_width_bins, 512.0);
+    assert_eq!(lobes.worst_sidelobe_db, f64::NEG_INFINITY);
+}
