@@ -12,6 +12,7 @@ pub mod prepare;
 pub mod report;
 mod sum;
 pub mod transform;
+mod turns;
 
 pub use analyze::analyze;
 pub use error::{Error, Result};

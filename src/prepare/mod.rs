@@ -5,15 +5,18 @@
 //! is prepared by the same operations whatever block it is read in, so its bits do not depend on
 //! the blocks.
 
+mod lobes;
 mod prepared;
 mod scan;
+pub mod slepian;
 mod trend;
 mod window;
 
+pub use lobes::Lobes;
 pub(crate) use prepared::{Prepared, Tiles};
 pub(crate) use scan::ChannelScan;
 pub(crate) use trend::Trend;
-pub use window::{Window, WindowGains};
+pub use window::{Window, WindowError, WindowGains};
 
 /// What is removed from a record or a profile.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default, serde::Serialize)]

@@ -1,5 +1,12 @@
 //! Tapers.
 
+use std::f64::consts::PI;
+use std::fmt;
+use std::str::FromStr;
+
+use super::slepian;
+use crate::turns::{cos_turns, sin_turns};
+
 /// A taper, in its periodic (DFT-even) form.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 pub enum Window {
@@ -34,4 +41,244 @@ pub struct WindowGains {
     pub power_gain: f64,
     /// Equivalent noise bandwidth in bins, `N sum w^2 / (sum w)^2`.
     pub noise_bandwidth_bins: f64,
+}
+
+/// A window's name or parameter that is none.
+#[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
+#[error("expected {expected}, found {found}")]
+pub struct WindowError {
+    pub expected: String,
+    pub found: String,
+}
+
+const NAMES: &str = "none, hann, hamming, blackman-harris, flat-top, tukey:SHARE, kaiser:BETA \
+                     or dpss:NW";
+const HANN: &[f64] = &[0.5, 0.5];
+const HAMMING: &[f64] = &[0.54, 0.46];
+const BLACKMAN_HARRIS: &[f64] = &[0.35875, 0.48829, 0.14128, 0.01168];
+const FLAT_TOP: &[f64] = &[
+    0.21557895,
+    0.41663158,
+    0.277263158,
+    0.083578947,
+    0.006947368,
+];
+
+impl Window {
+    /// The samples `w[j]`, `j = 0..n`, with `w[j] == w[n - j]` bit for bit and `w[n / 2] = 1` for
+    /// even n (flat-top: 1.000000003, the sum of its coefficients).
+    ///
+    /// - cosine sums: `w = sum_k (-1)^k a_k cos(2 pi k j / n)`
+    /// - Tukey: `sin^2(pi j / (taper n))` for `j <= taper n / 2`, then 1
+    /// - Kaiser: `I0(beta sqrt(1 - (2 j / n - 1)^2)) / I0(beta)`
+    /// - dpss: the zeroth Slepian sequence of length n + 1, largest sample 1
+    ///   (`(n + 1)^2 / ((n + 1)^2 + NW)` for odd n), its last sample left out
+    ///
+    /// Parameters are those that [`Window::validate`] accepts.
+    ///
+    /// Source: Harris, Proc. IEEE 66, 51 (1978); Slepian (1978), see [`slepian`]; equal to
+    /// `scipy.signal.get_window(name, n)`.
+    pub fn samples(&self, n: usize) -> Vec<f64> {
+        if n <= 1 {
+            return vec![1.0; n];
+        }
+        let half = self.first_half(n);
+        (0..n).map(|j| half[j.min(n - j)]).collect()
+    }
+
+    /// Samples 0 to `n / 2`.
+    fn first_half(&self, n: usize) -> Vec<f64> {
+        let each = |sample: &dyn Fn(usize) -> f64| (0..=n / 2).map(sample).collect();
+        match *self {
+            Window::None => vec![1.0; n / 2 + 1],
+            Window::Hann => each(&|j| cosine_sum(HANN, j, n)),
+            Window::Hamming => each(&|j| cosine_sum(HAMMING, j, n)),
+            Window::BlackmanHarris => each(&|j| cosine_sum(BLACKMAN_HARRIS, j, n)),
+            Window::FlatTop => each(&|j| cosine_sum(FLAT_TOP, j, n)),
+            Window::Tukey { taper } => each(&|j| {
+                let tapered = taper * n as f64;
+                if 2.0 * j as f64 >= tapered {
+                    1.0
+                } else {
+                    (PI * (j as f64 / tapered)).sin().powi(2)
+                }
+            }),
+            Window::Kaiser { beta } => {
+                let largest = bessel_i0_scaled(beta);
+                each(&|j| {
+                    let (j, n) = (j as f64, n as f64);
+                    let root = (4.0 * j * (n - j)).sqrt() / n;
+                    let descent = beta * ((n - 2.0 * j) / n).powi(2) / (1.0 + root);
+                    bessel_i0_scaled(beta * root) / largest * (-descent).exp()
+                })
+            }
+            Window::Dpss { time_bandwidth } => {
+                let mut half = slepian::taper_half(n + 1, time_bandwidth);
+                if n % 2 == 1 {
+                    let square = (n as f64 + 1.0).powi(2);
+                    let between = square / (square + time_bandwidth);
+                    half.iter_mut().for_each(|w| *w *= between);
+                }
+                half
+            }
+        }
+    }
+
+    /// The gains of the window's `n` samples, at least one.
+    pub fn gains(&self, n: usize) -> WindowGains {
+        let samples = self.samples(n);
+        let length = n as f64;
+        let sum: f64 = samples.iter().sum();
+        let squares: f64 = samples.iter().map(|w| w * w).sum();
+        WindowGains {
+            name: self.to_string(),
+            coherent_gain: sum / length,
+            power_gain: squares / length,
+            noise_bandwidth_bins: length * squares / (sum * sum),
+        }
+    }
+
+    /// How far below its amplitude a sine half way between two bins is read, in dB, at least 0:
+    /// `-20 log10 |sum w exp(-i pi j / n)| / sum w`.
+    pub fn scalloping_loss_db(&self, n: usize) -> f64 {
+        let samples = self.samples(n);
+        let turns = 2 * n as u64;
+        let (mut sum, mut re, mut im) = (0.0, 0.0, 0.0);
+        for (j, w) in samples.iter().enumerate() {
+            sum += w;
+            re += w * cos_turns(j as u64, turns);
+            im -= w * sin_turns(j as u64, turns);
+        }
+        -20.0 * (re.hypot(im) / sum).log10()
+    }
+
+    /// Whether the parameter makes sense for `n` samples.
+    ///
+    /// # Errors
+    /// [`WindowError`] for a taper outside 0 to 1, a beta outside 0 to 1e6, a time-bandwidth
+    /// product that is not above 0 and below `(n + 1) / 2`.
+    pub fn validate(&self, n: usize) -> Result<(), WindowError> {
+        let within = |ok: bool, expected: &str, found: f64| {
+            if ok {
+                return Ok(());
+            }
+            Err(WindowError {
+                expected: expected.into(),
+                found: found.to_string(),
+            })
+        };
+        match *self {
+            Window::Tukey { taper } => within(
+                (0.0..=1.0).contains(&taper),
+                "a tapered share from 0 to 1",
+                taper,
+            ),
+            Window::Kaiser { beta } => {
+                within((0.0..=1e6).contains(&beta), "a beta from 0 to 1e6", beta)
+            }
+            Window::Dpss { time_bandwidth } => {
+                let limit = (n as f64 + 1.0) / 2.0;
+                within(
+                    n <= 1 || time_bandwidth > 0.0 && time_bandwidth < limit,
+                    &format!("a time-bandwidth product above 0 and below {limit}"),
+                    time_bandwidth,
+                )
+            }
+            _ => Ok(()),
+        }
+    }
+}
+
+/// `sum_k (-1)^k a_k cos(2 pi k j / n)`.
+fn cosine_sum(coefficients: &[f64], j: usize, n: usize) -> f64 {
+    let n = n as u64;
+    coefficients
+        .iter()
+        .zip(0..)
+        .map(|(a, k)| a * cos_turns(2 * k * j as u64 + k * n, 2 * n))
+        .sum()
+}
+
+/// `exp(-x) I0(x)` for `x >= 0`: both series have terms above 0 only.
+///
+/// Source: DLMF 10.25.2 up to x = 40, 10.40.1 beyond.
+fn bessel_i0_scaled(x: f64) -> f64 {
+    let (mut term, mut sum, mut k) = (1.0, 1.0, 0.0);
+    let near = x <= 40.0;
+    while term > 0.1 * f64::EPSILON * sum {
+        k += 1.0;
+        term *= if near {
+            (0.5 * x / k).powi(2)
+        } else {
+            (2.0 * k - 1.0).powi(2) / (8.0 * k * x)
+        };
+        sum += term;
+    }
+    if near {
+        sum * (-x).exp()
+    } else {
+        sum / (2.0 * PI * x).sqrt()
+    }
+}
+
+/// The form that the command line takes: a name, and after a colon its parameter if it has one.
+impl fmt::Display for Window {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Window::None => f.write_str("none"),
+            Window::Hann => f.write_str("hann"),
+            Window::Hamming => f.write_str("hamming"),
+            Window::BlackmanHarris => f.write_str("blackman-harris"),
+            Window::FlatTop => f.write_str("flat-top"),
+            Window::Tukey { taper } => write!(f, "tukey:{taper}"),
+            Window::Kaiser { beta } => write!(f, "kaiser:{beta}"),
+            Window::Dpss { time_bandwidth } => write!(f, "dpss:{time_bandwidth}"),
+        }
+    }
+}
+
+/// Reads what [`Display`](fmt::Display) writes; the parameter may be left out: `tukey` is
+/// `tukey:0.25`, `kaiser` is `kaiser:14`, `dpss` is `dpss:4`.
+impl FromStr for Window {
+    type Err = WindowError;
+
+    fn from_str(text: &str) -> Result<Self, WindowError> {
+        let error = |expected: &str| WindowError {
+            expected: expected.into(),
+            found: format!("`{text}`"),
+        };
+        let (name, parameter) = match text.split_once(':') {
+            Some((name, parameter)) => (name, Some(parameter)),
+            None => (text, None),
+        };
+        let number = |default: f64| match parameter {
+            Some(digits) => digits
+                .parse::<f64>()
+                .map_err(|_| error("a number after the colon")),
+            None => Ok(default),
+        };
+        let plain = |window: Window| match parameter {
+            Some(_) => Err(error("a window without a parameter")),
+            None => Ok(window),
+        };
+        let window = match name {
+            "none" => plain(Window::None)?,
+            "hann" => plain(Window::Hann)?,
+            "hamming" => plain(Window::Hamming)?,
+            "blackman-harris" => plain(Window::BlackmanHarris)?,
+            "flat-top" => plain(Window::FlatTop)?,
+            "tukey" => Window::Tukey {
+                taper: number(0.25)?,
+            },
+            "kaiser" => Window::Kaiser {
+                beta: number(14.0)?,
+            },
+            "dpss" => Window::Dpss {
+                time_bandwidth: number(4.0)?,
+            },
+            _ => return Err(error(NAMES)),
+        };
+        window.validate(usize::MAX)?;
+        Ok(window)
+    }
 }
