@@ -1,8 +1,10 @@
 //! Preparation, once, before all transforms: range, gaps, trends, tapers.
 
+mod lobes;
 pub mod slepian;
 mod window;
 
+pub use lobes::Lobes;
 pub use window::{Window, WindowError, WindowGains};
 
 /// What is removed from a record or a profile.
