@@ -9,6 +9,7 @@ mod io;
 #[cfg(feature = "figures")]
 pub mod plot;
 pub mod prepare;
+pub mod reference;
 pub mod report;
 mod sum;
 pub mod transform;
