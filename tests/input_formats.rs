@@ -5,7 +5,7 @@
 use std::path::{Path, PathBuf};
 
 use cascade::Field;
-use cascade::field::{Axis, Layout, OpenOptions, Quantity};
+use cascade::field::{Axis, Header, Layout, OpenOptions, Quantity, TimeColumn};
 use ndarray::{Array1, Array2, Axis as Dimension, ShapeBuilder};
 use ndarray_npy::{NpzWriter, write_npy};
 
@@ -288,4 +288,96 @@ fn the_hash_is_that_of_the_bytes() {
         ..OpenOptions::default()
     };
     assert_eq!(Field::open(&path, &options).unwrap().content_hash, None);
+}
+
+fn table(name: &str, text: &str, options: &OpenOptions) -> Field {
+    let folder = Folder::new();
+    Field::open(folder.write(name, text), options).unwrap()
+}
+
+fn axis(origin: f64, step: f64, unit: Option<&str>) -> Axis {
+    Axis {
+        origin,
+        step,
+        unit: unit.map(String::from),
+    }
+}
+
+#[test]
+fn tables_in_every_dress_hold_the_same_field() {
+    let expected = ndarray::array![[1.0, -2.5], [0.003, 4.0], [5.0, 6e2]];
+    for (name, text) in [
+        ("a.csv", "1,-2.5\n3e-3,4\n5,600\n"),
+        ("a.csv", "\u{feff}1,-2.5\r\n3e-3,4\r\n5,600"),
+        ("a.csv", "1;-2.5\n\n.003;4.\n# note\n5;6E2\n"),
+        ("a.tsv", "1\t-2.5\n3e-3\t4\n5\t600\n"),
+        ("a.txt", "# np.savetxt\n 1.0   -2.5\n 3e-3 4 \n5 600\n"),
+        ("a.csv", "\"1\",\"-2.5\"\r\"3e-3\", 4\r5,600\r"),
+        ("a.csv", "left,right\n1,-2.5\n3e-3,4\n5,600\n"),
+    ] {
+        let field = table(name, text, &OpenOptions::default());
+        assert_eq!(time_major(&field), expected, "{text:?}");
+        assert_eq!(
+            (&field.time, &field.space),
+            (&Axis::index(), &Axis::index())
+        );
+    }
+    let options = OpenOptions {
+        layout: Some(Layout::SiteTime),
+        ..OpenOptions::default()
+    };
+    let field = table("a.csv", "1,0.003,5\n-2.5,4,600\n", &options);
+    assert_eq!(time_major(&field), expected);
+}
+
+#[test]
+fn a_table_states_its_times_and_positions() {
+    let text = "time_ms,0.5,0.75,1.0\n10,1,2,3\n10.25,4,5,6\n10.5,7,8,9\n";
+    let field = table("a.csv", text, &OpenOptions::default());
+    let expected = Array2::from_shape_fn((3, 3), |(n, j)| (3 * n + j + 1) as f64);
+    assert_eq!(time_major(&field), expected);
+    assert_eq!(field.time, axis(10.0, 0.25, Some("ms")));
+    assert_eq!(field.space, axis(0.5, 0.25, None));
+
+    let options = OpenOptions {
+        dt: Some(0.5),
+        time_unit: Some("s".into()),
+        header: Header::Present,
+        ..OpenOptions::default()
+    };
+    let field = table("a.csv", text, &options);
+    assert_eq!(field.time, axis(10.0, 0.5, Some("s")));
+}
+
+#[test]
+fn nothing_is_guessed_without_a_header() {
+    let text = "0.0,1\n0.1,2\n0.2,3\n";
+    let field = table("a.csv", text, &OpenOptions::default());
+    assert_eq!((field.n_times(), field.n_sites()), (3, 2));
+    for time_column in [TimeColumn::Index(0), TimeColumn::Name("clock".into())] {
+        let text = match time_column {
+            TimeColumn::Name(_) => format!("clock,v\n{text}"),
+            _ => text.into(),
+        };
+        let options = OpenOptions {
+            time_column,
+            ..OpenOptions::default()
+        };
+        let field = table("a.csv", &text, &options);
+        assert_eq!(time_major(&field), ndarray::array![[1.0], [2.0], [3.0]]);
+        assert_eq!(field.time, axis(0.0, 0.1, None));
+    }
+    let options = OpenOptions {
+        time_column: TimeColumn::None,
+        ..OpenOptions::default()
+    };
+    let field = table("a.csv", &format!("time,v\n{text}"), &options);
+    assert_eq!((field.n_sites(), field.time), (2, Axis::index()));
+}
+
+#[test]
+fn empty_cells_and_nan_are_gaps() {
+    let field = table("a.csv", "1,,NaN\n,nan,2\n", &OpenOptions::default());
+    let finite: Vec<bool> = time_major(&field).iter().map(|v| v.is_finite()).collect();
+    assert_eq!(finite, [true, false, false, false, false, true]);
 }

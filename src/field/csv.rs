@@ -1,22 +1,17 @@
 //! Tables of text: one row a time (or a site), cells separated by commas, tabs, semicolons or
 //! blanks, `#` before a comment, an empty cell or `nan` for a gap.
 
-use std::io::Read;
-
-use csv::{ByteRecord, ReaderBuilder};
+use csv::ByteRecord;
 use memmap2::Mmap;
 
 use super::Layout;
 use super::coordinates::{Coordinates, Uneven};
 use super::fault::InputFault;
-use super::open::{Contents, Header, Source, TimeColumn};
+use super::open::{Contents, Source};
+use super::options::{Header, TimeColumn};
+use super::rows::{Rows, line_of_row};
 use super::storage::{self, Storage};
 use crate::error::{Error, Result};
-
-/// Bytes of one row, line ends in quotes included.
-const ROW_LIMIT: usize = 16 << 20;
-
-const BOM: &[u8] = b"\xef\xbb\xbf";
 
 /// A table, with the coordinates that its header and its time column state.
 pub(super) fn read(source: &Source) -> Result<Contents> {
@@ -43,26 +38,29 @@ pub(super) fn read(source: &Source) -> Result<Contents> {
             break;
         }
     }
-    table.contents(source, header.as_ref())
+    table.contents(header.as_ref())
 }
 
-struct Table {
+struct Table<'a> {
+    source: &'a Source<'a>,
     width: usize,
     time_column: Option<usize>,
     n_columns: usize,
     values: Vec<f64>,
     times: Vec<f64>,
+    /// For each of the times, the line from which its row was looked for.
     lines: Vec<u64>,
+    /// What the last printed digit of the times counts.
     rounding: f64,
 }
 
-impl Table {
+impl<'a> Table<'a> {
     fn new(
-        source: &Source,
+        source: &'a Source<'a>,
         width: usize,
         n_columns: usize,
         time_column: Option<usize>,
-    ) -> Result<Table> {
+    ) -> Result<Table<'a>> {
         let most = count_lines(&source.map)
             .saturating_mul(n_columns)
             .min(source.map.len() + 1);
@@ -77,6 +75,7 @@ impl Table {
                 source: refused.into(),
             })?;
         Ok(Table {
+            source,
             width,
             time_column,
             n_columns,
@@ -88,10 +87,9 @@ impl Table {
     }
 
     fn push(&mut self, record: &ByteRecord) -> std::result::Result<(), InputFault> {
-        let line = line(record);
         if record.len() != self.width {
             return Err(InputFault::Ragged {
-                line,
+                line: self.line(starts_at(record)),
                 expected: self.width,
                 found: record.len(),
             });
@@ -102,13 +100,13 @@ impl Table {
             match value {
                 Some(time) if is_time && time.is_finite() => {
                     self.times.push(time);
-                    self.lines.push(line);
+                    self.lines.push(starts_at(record));
                     self.rounding = self.rounding.min(printed_unit(cell));
                 }
                 Some(value) if !is_time => self.values.push(value),
                 _ => {
                     return Err(InputFault::Cell {
-                        line,
+                        line: self.line(starts_at(record)),
                         column: column + 1,
                         found: excerpt(cell),
                     });
@@ -118,11 +116,17 @@ impl Table {
         Ok(())
     }
 
-    fn contents(self, source: &Source, header: Option<&ByteRecord>) -> Result<Contents> {
+    /// The line of the row that the reader looked for from line `from`.
+    fn line(&self, from: u64) -> u64 {
+        line_of_row(&self.source.map, from)
+    }
+
+    fn contents(self, header: Option<&ByteRecord>) -> Result<Contents> {
+        let source = self.source;
         let stated = &source.stated;
-        let rows = self.row_axis(stated.dt).map_err(|uneven| {
+        let rows = fit(&self.times, self.rounding, stated.dt).map_err(|uneven| {
             source.fault(InputFault::UnevenTimes {
-                line: self.lines[uneven.index],
+                line: self.line(self.lines[uneven.index]),
                 expected: uneven.expected,
                 found: uneven.found,
             })
@@ -160,10 +164,6 @@ impl Table {
             quantity: None,
         })
     }
-
-    fn row_axis(&self, step: Option<f64>) -> std::result::Result<Coordinates, Uneven> {
-        fit(&self.times, self.rounding, step)
-    }
 }
 
 /// Coordinates of `values`; where the step is stated, the values are not asked for theirs.
@@ -178,17 +178,16 @@ fn fit(
     }
 }
 
-/// A header names its first column, or holds no number at all.
+/// A header starts with a word, or holds no number at all.
 fn is_header(stated: Header, record: &ByteRecord) -> bool {
+    let is_text = |cell: &[u8]| number(cell).is_none();
+    let is_number = |cell: &[u8]| number(cell).is_some_and(|value| !value.is_nan());
+    let is_word = |cell: &[u8]| is_text(cell) && cell.trim_ascii()[0].is_ascii_alphabetic();
     match stated {
         Header::Present => true,
         Header::Absent => false,
         Header::Detect => {
-            number(&record[0]).is_none()
-                || record
-                    .iter()
-                    .all(|cell| number(cell).is_none_or(|value| value.is_nan()))
-                    && record.iter().any(|cell| number(cell).is_none())
+            is_word(&record[0]) || record.iter().any(is_text) && !record.iter().any(is_number)
         }
     }
 }
@@ -296,7 +295,8 @@ fn excerpt(cell: &[u8]) -> String {
     text.trim().chars().take(40).collect()
 }
 
-fn line(record: &ByteRecord) -> u64 {
+/// The line from which a row was looked for; blank lines and comments may come before it.
+fn starts_at(record: &ByteRecord) -> u64 {
     record.position().map_or(0, csv::Position::line)
 }
 
@@ -312,132 +312,49 @@ fn count_lines(map: &Mmap) -> usize {
     count
 }
 
-struct Rows<'a> {
-    reader: csv::Reader<Text<'a>>,
-}
+#[cfg(test)]
+mod tests {
+    use super::*;
 
-impl<'a> Rows<'a> {
-    fn new(source: &'a Source) -> std::result::Result<Rows<'a>, InputFault> {
-        let map = &source.map[..];
-        let sample = &map[..map.len().min(1 << 16)];
-        if sample.starts_with(b"\xff\xfe") || sample.starts_with(b"\xfe\xff") {
-            return Err(InputFault::Encoding { found: "UTF-16" });
+    #[test]
+    fn a_time_column_is_known_by_its_name() {
+        for (name, unit) in [
+            ("t", None),
+            ("Time", None),
+            ("time_s", Some("s")),
+            ("Time (ms)", Some("ms")),
+            ("t [\u{b5}s]", Some("\u{b5}s")),
+            ("t/ns", Some("ns")),
+        ] {
+            assert_eq!(time_unit(name), Some(unit.map(String::from)), "{name}");
         }
-        if sample.contains(&0) {
-            return Err(InputFault::Encoding {
-                found: "binary data",
-            });
-        }
-        let start = if sample.starts_with(BOM) {
-            BOM.len()
-        } else {
-            0
-        };
-        let is_tsv = source
-            .path
-            .extension()
-            .is_some_and(|extension| extension == "tsv");
-        let delimiter = if is_tsv {
-            b'\t'
-        } else {
-            detect_delimiter(&sample[start..])
-        };
-        let text = Text {
-            map: &source.map,
-            at: start,
-            allowance: ROW_LIMIT,
-            fold_blanks: delimiter == b' ',
-            last: b'\n',
-            blank: false,
-        };
-        let reader = ReaderBuilder::new()
-            .has_headers(false)
-            .flexible(true)
-            .comment(Some(b'#'))
-            .delimiter(delimiter)
-            .from_reader(text);
-        Ok(Rows { reader })
-    }
-
-    /// Whether there was another row.
-    fn next(&mut self, record: &mut ByteRecord) -> std::result::Result<bool, InputFault> {
-        self.reader.get_mut().allowance = ROW_LIMIT;
-        let line = self.reader.position().line();
-        let read = self.reader.read_byte_record(record);
-        read.map_err(|_| InputFault::RowLength {
-            line,
-            limit: ROW_LIMIT,
-        })
-    }
-}
-
-/// Told by the second line, which a header does not confuse; else by the first.
-fn detect_delimiter(sample: &[u8]) -> u8 {
-    let lines = sample.split(|byte| matches!(byte, b'\n' | b'\r'));
-    let line = lines
-        .map(<[u8]>::trim_ascii)
-        .filter(|line| !line.is_empty() && !line.starts_with(b"#"))
-        .take(2)
-        .last()
-        .unwrap_or_default();
-    let is_there = |delimiter: &u8| line.contains(delimiter);
-    *b";,\t "
-        .iter()
-        .find(|delimiter| is_there(delimiter))
-        .unwrap_or(&b',')
-}
-
-/// The text of a mapped file, as far as a row is allowed to reach.
-///
-/// The only error of [`Read::read`] is that the row is longer.
-struct Text<'a> {
-    map: &'a Mmap,
-    at: usize,
-    allowance: usize,
-    /// Whether runs of blanks become one, and those at the ends of a line none.
-    fold_blanks: bool,
-    last: u8,
-    blank: bool,
-}
-
-impl Read for Text<'_> {
-    fn read(&mut self, out: &mut [u8]) -> std::io::Result<usize> {
-        loop {
-            let rest = &self.map[self.at..];
-            let taken = &rest[..rest.len().min(out.len() / 2).min(self.allowance)];
-            if taken.is_empty() && !rest.is_empty() {
-                return Err(std::io::ErrorKind::InvalidData.into());
-            }
-            self.at += taken.len();
-            self.allowance -= taken.len();
-            let n = if self.fold_blanks {
-                fold_blanks(taken, out, &mut self.last, &mut self.blank)
-            } else {
-                out[..taken.len()].copy_from_slice(taken);
-                taken.len()
-            };
-            if n > 0 || taken.is_empty() {
-                return Ok(n);
-            }
+        for name in ["t0", "t_1", "temperature", "times", "x", "", "v(t)"] {
+            assert_eq!(time_unit(name), None, "{name}");
         }
     }
-}
 
-fn fold_blanks(text: &[u8], out: &mut [u8], last: &mut u8, blank: &mut bool) -> usize {
-    let mut n = 0;
-    for &byte in text {
-        if matches!(byte, b' ' | b'\t') {
-            *blank = true;
-            continue;
+    #[test]
+    fn a_printed_number_is_exact_to_its_last_digit() {
+        for (text, unit) in [
+            ("0.1250", 1e-4),
+            ("125.0e-3", 1e-4),
+            ("3", 1.0),
+            ("-2E+2", 1e2),
+        ] {
+            let found = printed_unit(text.as_bytes());
+            assert!((found / unit - 1.0).abs() < 1e-12, "{text}: {found}");
         }
-        let is_end = |byte| matches!(byte, b'\n' | b'\r');
-        if *blank && !is_end(*last) && !is_end(byte) {
-            out[n] = b' ';
-            n += 1;
-        }
-        out[n] = byte;
-        n += 1;
-        (*last, *blank) = (byte, false);
     }
-    n
+
+    #[test]
+    fn a_header_starts_with_a_word_or_holds_no_number() {
+        let detected =
+            |cells: &[&str]| is_header(Header::Detect, &ByteRecord::from(cells.to_vec()));
+        assert!(detected(&["time", "0.0", "0.5"]));
+        assert!(detected(&["", "v1", "v2"]));
+        assert!(detected(&["(1)", "(2)"]));
+        assert!(!detected(&["1.0x", "2.0"]));
+        assert!(!detected(&["1.0", "v2"]));
+        assert!(!detected(&["nan", ""]));
+    }
 }

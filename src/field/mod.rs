@@ -10,6 +10,8 @@ mod fault;
 mod npy;
 mod npz;
 mod open;
+mod options;
+mod rows;
 mod sidecar;
 mod storage;
 
@@ -18,7 +20,7 @@ use std::ops::Range;
 use ndarray::Array2;
 
 pub use fault::{FileKind, InputFault, MemberShape};
-pub use open::{Header, OpenOptions, TimeColumn};
+pub use options::{Header, OpenOptions, TimeColumn};
 pub use sidecar::Sidecar;
 
 use storage::Storage;
