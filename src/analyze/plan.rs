@@ -79,14 +79,14 @@ pub fn plan(field: &Field, request: &Request) -> Result<Plan> {
     let (n_times, n_sites) = (times.len(), sites.len());
 
     let segments = segments(request, n_times)?;
-    let padded_time = padded("--pad-time", request.pad_time, segments.length)?;
-    let padded_space = padded("--pad-space", request.pad_space, n_sites)?;
+    let padded_time = padded("pad-time", request.pad_time, segments.length)?;
+    let padded_space = padded("pad-space", request.pad_space, n_sites)?;
     check_references(field, request, &times, &sites)?;
     let window_time = request.window_time.samples(segments.length);
     let window_space = request.window_space.samples(n_sites);
     for (option, window, gains) in [
-        ("--window-time", &window_time, request.window_time),
-        ("--window-space", &window_space, request.window_space),
+        ("window-time", &window_time, request.window_time),
+        ("window-space", &window_space, request.window_space),
     ] {
         if crate::sum::sum_of_squares(window) == 0.0 {
             return Err(Error::Request {
@@ -346,7 +346,7 @@ fn site_range(field: &Field, request: &Request) -> Result<Range<usize>> {
     let range = request.sites.clone().unwrap_or(all.clone());
     if range.is_empty() || range.end > all.end {
         return Err(Error::Request {
-            option: "--sites",
+            option: "sites",
             expected: format!("a range of sites within 0:{}", all.end),
             found: format!("{}:{}", range.start, range.end),
         });
@@ -360,7 +360,7 @@ fn time_range(field: &Field, request: &Request, sites: &Range<usize>) -> Result<
     match request.times {
         TimeRange::All if n > 0 => Ok(0..n),
         TimeRange::All => Err(Error::Request {
-            option: "FIELD",
+            option: "field",
             expected: "at least one time".into(),
             found: "none".into(),
         }),
@@ -372,7 +372,7 @@ fn time_range(field: &Field, request: &Request, sites: &Range<usize>) -> Result<
             let inside = last >= 0.0 && first <= last && first < n as f64;
             if !inside {
                 return Err(Error::Request {
-                    option: "--times",
+                    option: "times",
                     expected: format!(
                         "an interval that holds times from {} to {}",
                         axis.origin,
@@ -391,7 +391,7 @@ fn time_range(field: &Field, request: &Request, sites: &Range<usize>) -> Result<
 fn until_arrival(field: &Field, sites: &Range<usize>, threshold: f64) -> Result<Range<usize>> {
     if !(threshold > 0.0 && threshold < 1.0) {
         return Err(Error::Request {
-            option: "--arrival-threshold",
+            option: "arrival-threshold",
             expected: "a share of the largest amplitude between 0 and 1".into(),
             found: threshold.to_string(),
         });
@@ -408,7 +408,7 @@ fn until_arrival(field: &Field, sites: &Range<usize>, threshold: f64) -> Result<
     let arrival = block.iter().position(|v| v.abs() > threshold * largest);
     match arrival {
         Some(0) => Err(Error::Request {
-            option: "--until-arrival",
+            option: "until-arrival",
             expected: "a last site that is quiet at the first time".into(),
             found: format!("|v| = {:e} there at once", block[0].abs()),
         }),
@@ -423,14 +423,14 @@ fn segments(request: &Request, n_times: usize) -> Result<Segments> {
     };
     if welch.segment == 0 || welch.segment > n_times {
         return Err(Error::Request {
-            option: "--segment",
+            option: "segment",
             expected: format!("1 to {n_times} samples (the record)"),
             found: welch.segment.to_string(),
         });
     }
     if welch.overlap >= welch.segment {
         return Err(Error::Request {
-            option: "--overlap",
+            option: "overlap",
             expected: format!("fewer samples than a segment of {}", welch.segment),
             found: welch.overlap.to_string(),
         });
@@ -471,17 +471,17 @@ fn check_references(
         })
     };
     if let Some(site) = request.reference_site {
-        inside("--reference-site", sites, site)?;
+        inside("reference-site", sites, site)?;
     }
     for &site in &request.short_time.sites {
-        inside("--short-time-sites", sites, site)?;
+        inside("short-time-sites", sites, site)?;
     }
     let (from, to) = (field.time.at(times.start), field.time.at(times.end - 1));
-    let asked = request.reference_time.map(|t| ("--reference-time", t));
+    let asked = request.reference_time.map(|t| ("reference-time", t));
     let followed = request.short_time.times.iter();
     for (option, t) in asked
         .into_iter()
-        .chain(followed.map(|&t| ("--short-time-times", t)))
+        .chain(followed.map(|&t| ("short-time-times", t)))
     {
         let slack = 0.5 * field.time.step;
         if !(t >= from - slack && t <= to + slack) {
@@ -493,8 +493,8 @@ fn check_references(
         }
     }
     for (option, edge) in [
-        ("--band-edge-frequency", request.band_edge_frequency),
-        ("--band-edge-wavenumber", request.band_edge_wavenumber),
+        ("band-edge-frequency", request.band_edge_frequency),
+        ("band-edge-wavenumber", request.band_edge_wavenumber),
     ] {
         if edge.is_some_and(|e| !(e >= 0.0 && e.is_finite())) {
             return Err(Error::Request {
@@ -506,14 +506,14 @@ fn check_references(
     }
     if let Some((from, to)) = request.direction_band.filter(|(a, b)| !(a <= b)) {
         return Err(Error::Request {
-            option: "--direction-band",
+            option: "direction-band",
             expected: "two frequencies, the lower one first".into(),
             found: format!("{from}:{to}"),
         });
     }
     if request.threads == Some(0) {
         return Err(Error::Request {
-            option: "--threads",
+            option: "threads",
             expected: "at least 1".into(),
             found: "0".into(),
         });

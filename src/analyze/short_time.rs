@@ -43,7 +43,7 @@ pub(super) fn along_time<T: Real>(
 ) -> Result<ShortTimeSpectra> {
     let asked = &plan.request.short_time;
     let (nt, nx) = (plan.axes.n_times, plan.axes.n_sites);
-    let segments = choose("--short-time-segment", nt, asked.segment, asked.hop)?;
+    let segments = choose("short-time-segment", nt, asked.segment, asked.hop)?;
     let weights = asked.window.samples(segments.length);
     let scaling = plan.request.scaling;
     let dt = plan.axes.time.step;
@@ -89,7 +89,7 @@ pub(super) fn along_space<T: Real>(
     }
     let nx = plan.axes.n_sites;
     let (length, hop) = (asked.segment_space, asked.hop_space);
-    let segments = choose("--short-space-segment", nx, length, hop)?;
+    let segments = choose("short-space-segment", nx, length, hop)?;
     let weights = asked.window.samples(segments.length);
     let dx = plan.axes.space.step;
     let mut frames = Frames::<T> {
@@ -160,7 +160,7 @@ fn choose(
     let hop = hop.unwrap_or((length / 4).max(1));
     if hop == 0 {
         return Err(Error::Request {
-            option: "--short-time-hop",
+            option: "short-time-hop",
             expected: "at least 1 sample".into(),
             found: "0".into(),
         });

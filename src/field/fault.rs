@@ -1,18 +1,310 @@
 //! Ways in which a file can fail to be what its format promises.
 
+use std::fmt;
+
 /// One such way, with what was expected and what was found.
-#[derive(Debug, thiserror::Error)]
+#[derive(Debug, Clone, PartialEq, thiserror::Error)]
 #[non_exhaustive]
 pub enum InputFault {
     #[error("expected samples, found an empty file")]
     Empty,
+
+    #[error("expected a file, found {found}")]
+    NotAFile { found: FileKind },
+
+    #[error("expected NumPy (.npy, .npz) or text (.csv, .tsv, .txt), found {found}")]
+    UnknownFormat { found: String },
+
+    #[error("expected the NumPy signature \\x93NUMPY, found {found:02x?}")]
+    NpyMagic { found: Vec<u8> },
+
+    #[error("expected format version 1, 2 or 3, found {major}.{minor}")]
+    NpyVersion { major: u8, minor: u8 },
+
+    #[error("expected a header of at most {limit} bytes, found {found}")]
+    NpyHeaderLength { found: u64, limit: u64 },
+
+    #[error("header, byte {at}: expected {expected}, found {found:?}")]
+    NpyHeader {
+        at: usize,
+        expected: &'static str,
+        found: String,
+    },
+
+    #[error("expected numbers, found pickled Python objects")]
+    PickledObjects,
+
+    #[error("expected one number a sample, found the structured type {descr:?}")]
+    StructuredType { descr: String },
+
+    #[error("expected real samples, found the complex type {descr:?}")]
+    ComplexType { descr: String },
+
+    #[error("expected floats of 2, 4 or 8 bytes, integers of 1 to 8 or booleans, found {descr:?}")]
+    SampleType { descr: String },
+
+    #[error("expected an array of 1 or 2 dimensions, found shape {}", Shape(shape))]
+    Dimensions { shape: Vec<u64> },
+
+    #[error("expected samples, found an array of shape {}", Shape(shape))]
+    NoSamples { shape: Vec<u64> },
+
+    #[error(
+        "expected an array that can be addressed, found shape {} of {sample_bytes}-byte samples",
+        Shape(shape)
+    )]
+    TooLarge {
+        shape: Vec<u64>,
+        sample_bytes: usize,
+    },
+
+    #[error("expected {expected} bytes, found {found}: the file is truncated")]
+    Truncated { expected: u64, found: u64 },
+
+    #[error("expected {expected} bytes, found {found}: something follows the array")]
+    TrailingBytes { expected: u64, found: u64 },
+
+    #[error("expected a whole zip archive, found a damaged one: {reason}")]
+    Archive { reason: String },
+
+    #[error("expected at most {limit} members, found {found}")]
+    TooManyMembers { found: usize, limit: usize },
+
+    #[error("expected the member {name:?}, found {}", Members(members))]
+    NoSuchMember {
+        name: String,
+        members: Vec<MemberShape>,
+    },
+
+    #[error("expected one array (time, site), found {}", Members(members))]
+    WhichMember { members: Vec<MemberShape> },
+
+    #[error("member {member:?}: {fault}")]
+    Member {
+        member: String,
+        #[source]
+        fault: Box<InputFault>,
+    },
+
+    #[error("expected a stored or deflated member, found compression method {method}")]
+    Compression { method: u16 },
+
+    #[error("expected a readable member, found an encrypted one")]
+    Encrypted,
+
+    #[error("expected a deflated stream, found a damaged one: {reason}")]
+    Deflate { reason: String },
+
+    #[error("expected {expected} bytes once inflated, found {found}")]
+    InflatedSize { expected: u64, found: u64 },
+
+    #[error("expected the checksum {expected:08x}, found {found:08x}")]
+    Checksum { expected: u32, found: u32 },
+
+    #[error("expected {expected} {axis} coordinates, found {found}")]
+    AxisLength {
+        axis: &'static str,
+        expected: u64,
+        found: u64,
+    },
+
+    #[error(
+        "expected uniform {axis} steps of {expected}, found {found} before {axis} index {index}"
+    )]
+    UnevenAxis {
+        axis: &'static str,
+        index: usize,
+        expected: f64,
+        found: f64,
+    },
+
+    #[error("line {line}: expected a time step of {expected}, found {found}")]
+    UnevenTimes {
+        line: u64,
+        expected: f64,
+        found: f64,
+    },
+
+    #[error("expected text in UTF-8, found {found}")]
+    Encoding { found: &'static str },
+
+    #[error("expected rows of numbers, found only a header")]
+    NoRows,
+
+    #[error("expected a column of samples beside the times, found none")]
+    NoColumns,
+
+    #[error("line {line}: expected {expected} cells, found {found}")]
+    Ragged {
+        line: u64,
+        expected: usize,
+        found: usize,
+    },
+
+    #[error("line {line}, column {column}: expected a number, found {found:?}")]
+    Cell {
+        line: u64,
+        column: usize,
+        found: String,
+    },
+
+    #[error("line {line}: expected a row of at most {limit} bytes, found a longer one")]
+    RowLength { line: u64, limit: usize },
+
+    #[error("expected the time column {asked}, found the columns {}", columns.join(", "))]
+    NoSuchColumn { asked: String, columns: Vec<String> },
+
+    #[error("expected one sidecar, found {first:?} and {second:?}")]
+    TwoSidecars { first: String, second: String },
+
+    #[error("{}{}{reason}", Line(line), Key(key))]
+    Sidecar {
+        line: Option<usize>,
+        key: Option<String>,
+        reason: String,
+    },
+
+    #[error("expected at most {limit} bytes of settings, found {found}")]
+    SidecarLength { found: u64, limit: u64 },
 }
 
 impl InputFault {
     /// What the user can do about it.
     pub fn advice(&self) -> Option<String> {
-        match self {
-            InputFault::Empty => None,
+        use InputFault::*;
+        let advice = match self {
+            Empty | NoRows | NoSamples { .. } => {
+                "check that the program which wrote the file had finished"
+            }
+            NotAFile {
+                found: FileKind::Directory,
+            } => "name a file inside it",
+            NotAFile { .. } => "write the samples to a file first; a field is read more than once",
+            UnknownFormat { .. } | NpyMagic { .. } => {
+                "convert it with `numpy.save(\"field.npy\", array)`"
+            }
+            NpyVersion { .. } | NpyHeader { .. } | NpyHeaderLength { .. } => {
+                "write the array again with `numpy.save`"
+            }
+            PickledObjects => {
+                "save numbers: `numpy.save(path, array.astype(float))`; pickles are never loaded"
+            }
+            StructuredType { .. } => "save one of its members: `numpy.save(path, array[\"name\"])`",
+            ComplexType { .. } => "save its real part: `numpy.save(path, array.real)`",
+            SampleType { .. } => "convert it: `numpy.save(path, array.astype(float))`",
+            Dimensions { shape } if shape.is_empty() => {
+                "save an array (time, site), not one number"
+            }
+            Dimensions { .. } => "save one component: an array (time, site)",
+            TooLarge { .. } | Truncated { .. } => {
+                "the file was cut short while written or copied; copy or write it again"
+            }
+            TrailingBytes { .. } => "write one array a file, or several with `numpy.savez`",
+            Archive { .. } | Deflate { .. } | InflatedSize { .. } | Checksum { .. } => {
+                "the archive was damaged while written or copied; copy or write it again"
+            }
+            TooManyMembers { .. } => "save the field by itself",
+            NoSuchMember { .. } | WhichMember { .. } => "name one of them with `--member`",
+            Member { fault, .. } => return fault.advice(),
+            Compression { .. } => "write it with `numpy.savez` or `numpy.savez_compressed`",
+            Encrypted => "decrypt the archive first",
+            AxisLength { axis: "time", .. } => {
+                "check `--layout`, or state `--t0` and `--dt` to leave the coordinates unread"
+            }
+            AxisLength { .. } => {
+                "check `--layout`, or state `--x0` and `--dx` to leave the coordinates unread"
+            }
+            UnevenAxis { axis: "space", .. } => {
+                "resample to even spacing, or state `--dx` if the coordinates are approximate"
+            }
+            UnevenAxis { .. } | UnevenTimes { .. } => {
+                "fill in or resample the rows; if the times are approximate, state `--dt`"
+            }
+            NoColumns => "state `--time-column none` if the one column holds samples",
+            Encoding { .. } => "save the table as plain UTF-8 text",
+            Ragged { .. } => "give every row the same number of cells; an empty cell is a gap",
+            Cell { line: 1, .. } => {
+                "if the first line is a header, state `--header present`; an empty cell is a gap"
+            }
+            Cell { .. } => "write numbers with a decimal point; an empty cell or `nan` is a gap",
+            RowLength { .. } => "check the line ends and quotes, or save the table as `.npy`",
+            NoSuchColumn { .. } => "name one of the columns, or count them from 0",
+            TwoSidecars { .. } => "keep one of the two",
+            Sidecar { .. } => {
+                "the keys are layout, dt, dx, t0, x0, time_unit, space_unit, quantity and unit"
+            }
+            SidecarLength { .. } => "keep only the settings of the field in it",
+        };
+        Some(advice.into())
+    }
+}
+
+/// What stands where a file was expected.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum FileKind {
+    Directory,
+    Pipe,
+    Socket,
+    Device,
+}
+
+impl fmt::Display for FileKind {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.write_str(match self {
+            FileKind::Directory => "a directory",
+            FileKind::Pipe => "a pipe",
+            FileKind::Socket => "a socket",
+            FileKind::Device => "a device",
+        })
+    }
+}
+
+/// An archive member and the shape its header states, where it could be read.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct MemberShape {
+    pub name: String,
+    pub shape: Option<Vec<u64>>,
+}
+
+struct Shape<'a>(&'a [u64]);
+
+impl fmt::Display for Shape<'_> {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let lengths: Vec<String> = self.0.iter().map(u64::to_string).collect();
+        write!(f, "({})", lengths.join(", "))
+    }
+}
+
+struct Members<'a>(&'a [MemberShape]);
+
+impl fmt::Display for Members<'_> {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        if self.0.is_empty() {
+            return f.write_str("no array");
         }
+        for (i, MemberShape { name, shape }) in self.0.iter().enumerate() {
+            let comma = if i > 0 { ", " } else { "" };
+            match shape {
+                Some(shape) => write!(f, "{comma}{name} {}", Shape(shape))?,
+                None => write!(f, "{comma}{name} (unreadable)")?,
+            }
+        }
+        Ok(())
+    }
+}
+
+struct Line<'a>(&'a Option<usize>);
+
+impl fmt::Display for Line<'_> {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        self.0.map_or(Ok(()), |line| write!(f, "line {line}: "))
+    }
+}
+
+struct Key<'a>(&'a Option<String>);
+
+impl fmt::Display for Key<'_> {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        self.0.as_ref().map_or(Ok(()), |key| write!(f, "{key}: "))
     }
 }

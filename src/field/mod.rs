@@ -4,17 +4,26 @@
 //! member, in an array of the caller) with its two axes. Nothing is converted or copied until a
 //! block is asked for, so that a field larger than memory costs no more than the blocks in use.
 
+mod coordinates;
+mod csv;
 mod fault;
-
+mod npy;
+mod npz;
+mod open;
+mod options;
+mod rows;
+mod sidecar;
 mod storage;
 
 use std::ops::Range;
 
 use ndarray::Array2;
 
-pub use fault::InputFault;
+pub use fault::{FileKind, InputFault, MemberShape};
+pub use options::{Header, OpenOptions, TimeColumn};
+pub use sidecar::Sidecar;
 
-pub(crate) use storage::Storage;
+use storage::Storage;
 
 /// One axis: `origin + index * step`, in `unit`.
 ///

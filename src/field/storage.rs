@@ -1,28 +1,158 @@
-//! Samples where they lie, read by blocks.
+//! Samples where they lie, read by blocks as `f64`.
+//!
+//! The samples form rows of `row_len` neighbours, in memory or in a mapped file, at any byte
+//! offset. A block is copied run by run where the output has the order of the storage, and in
+//! tiles of 8 x 8 where it has the other one, so that each cache line is read once and written
+//! whole.
+//!
+//! A mapped file must not be shortened by another program while it is open: the operating system
+//! ends a process that reads a page which is no longer there.
 
 use std::ops::Range;
 use std::sync::Arc;
 
+use memmap2::Mmap;
 use ndarray::Array2;
 
 /// Type of one stored sample.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(crate) enum SampleType {
     F64,
+    F32,
+    F16,
+    I8,
+    I16,
+    I32,
+    I64,
+    U8,
+    U16,
+    U32,
+    U64,
+    Bool,
+}
+
+impl SampleType {
+    /// Bytes of one sample.
+    pub(crate) fn bytes(self) -> usize {
+        use SampleType::*;
+        match self {
+            I8 | U8 | Bool => 1,
+            F16 | I16 | U16 => 2,
+            F32 | I32 | U32 => 4,
+            F64 | I64 | U64 => 8,
+        }
+    }
+
+    /// By how much, relative to its size, a stored number may differ from the one meant.
+    pub(crate) fn relative_rounding(self) -> f64 {
+        match self {
+            SampleType::F16 => 1.0 / 1024.0,
+            SampleType::F32 => f64::from(f32::EPSILON),
+            _ => f64::EPSILON,
+        }
+    }
+}
+
+/// Order of the bytes of one stored sample.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(crate) enum ByteOrder {
+    Little,
+    Big,
+}
+
+impl ByteOrder {
+    pub(crate) const NATIVE: ByteOrder = if cfg!(target_endian = "big") {
+        ByteOrder::Big
+    } else {
+        ByteOrder::Little
+    };
+}
+
+/// What holds the bytes of the samples.
+#[derive(Debug, Clone)]
+pub(crate) enum Bytes {
+    Mapped(Arc<Mmap>),
+    Inflated(Arc<Vec<u8>>),
+    Values(Arc<Vec<f64>>),
+}
+
+impl Bytes {
+    pub(crate) fn as_slice(&self) -> &[u8] {
+        match self {
+            Bytes::Mapped(map) => map,
+            Bytes::Inflated(bytes) => bytes,
+            // SAFETY: the slice covers exactly the vector's initialized values, every byte of
+            // an `f64` is a valid `u8`, and a `u8` needs no alignment.
+            Bytes::Values(values) => unsafe {
+                std::slice::from_raw_parts(values.as_ptr().cast(), size_of_val(values.as_slice()))
+            },
+        }
+    }
+}
+
+/// How the samples lie in their bytes.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(crate) struct Arrangement {
+    pub(crate) sample: SampleType,
+    pub(crate) order: ByteOrder,
+    /// Byte at which the first sample starts.
+    pub(crate) start: usize,
+    /// Samples that are neighbours, before the next row starts.
+    pub(crate) row_len: usize,
+    /// Whether a row holds the sites of one time, or the times of one site.
+    pub(crate) rows_are_times: bool,
 }
 
 #[derive(Debug, Clone)]
 pub(crate) struct Storage {
-    values: Arc<Array2<f64>>,
+    bytes: Bytes,
+    arrangement: Arrangement,
 }
 
 impl Storage {
-    pub(crate) fn from_array(values: Array2<f64>) -> Self {
-        Storage {
-            values: Arc::new(values),
-        }
+    pub(crate) fn new(bytes: Bytes, arrangement: Arrangement) -> Self {
+        Storage { bytes, arrangement }
     }
 
+    /// `values` in rows of `row_len`.
+    pub(crate) fn from_values(values: Vec<f64>, row_len: usize, rows_are_times: bool) -> Self {
+        Storage::new(
+            Bytes::Values(Arc::new(values)),
+            Arrangement {
+                sample: SampleType::F64,
+                order: ByteOrder::NATIVE,
+                start: 0,
+                row_len,
+                rows_are_times,
+            },
+        )
+    }
+
+    /// An array `(time, site)`; one that is contiguous in either order is not copied.
+    pub(crate) fn from_array(values: Array2<f64>) -> Self {
+        let rows_are_times = !values.t().is_standard_layout() || values.is_standard_layout();
+        let rows = if rows_are_times {
+            values
+        } else {
+            values.reversed_axes()
+        };
+        let row_len = rows.ncols();
+        let rows = if rows.is_standard_layout() {
+            rows
+        } else {
+            rows.as_standard_layout().into_owned()
+        };
+        let len = rows.len();
+        let (mut values, offset) = rows.into_raw_vec_and_offset();
+        values.drain(..offset.unwrap_or(0));
+        values.truncate(len);
+        Storage::from_values(values, row_len, rows_are_times)
+    }
+
+    /// Copies a block; `out` is as long as the block, in time-major or in site-major order.
+    ///
+    /// # Panics
+    /// If the block leaves the storage.
     pub(crate) fn read(
         &self,
         times: Range<usize>,
@@ -30,23 +160,168 @@ impl Storage {
         site_major: bool,
         out: &mut [f64],
     ) {
-        let mut at = 0;
-        if site_major {
-            for j in sites {
-                for n in times.clone() {
-                    out[at] = self.values[[n, j]];
-                    at += 1;
-                }
-            }
+        let Arrangement {
+            sample,
+            order,
+            start,
+            row_len,
+            rows_are_times,
+        } = self.arrangement;
+        let (rows, columns) = if rows_are_times {
+            (times, sites)
         } else {
-            for n in times {
-                for j in sites.clone() {
-                    out[at] = self.values[[n, j]];
-                    at += 1;
+            (sites, times)
+        };
+        if rows.is_empty() || columns.is_empty() {
+            return;
+        }
+        let block = Block {
+            bytes: &self.bytes.as_slice()[start..],
+            row_len,
+            rows,
+            columns,
+            transposed: rows_are_times == site_major,
+        };
+        macro_rules! decode {
+            ($type:ty, $value:expr) => {
+                match order {
+                    ByteOrder::Little => block.read(|b| $value(<$type>::from_le_bytes(b)), out),
+                    ByteOrder::Big => block.read(|b| $value(<$type>::from_be_bytes(b)), out),
                 }
+            };
+        }
+        match sample {
+            SampleType::F64 => decode!(f64, f64::from),
+            SampleType::F32 => decode!(f32, f64::from),
+            SampleType::F16 => decode!(u16, half_to_f64),
+            SampleType::I8 => decode!(i8, f64::from),
+            SampleType::I16 => decode!(i16, f64::from),
+            SampleType::I32 => decode!(i32, f64::from),
+            SampleType::I64 => decode!(i64, |value| value as f64),
+            SampleType::U8 => decode!(u8, f64::from),
+            SampleType::U16 => decode!(u16, f64::from),
+            SampleType::U32 => decode!(u32, f64::from),
+            SampleType::U64 => decode!(u64, |value| value as f64),
+            SampleType::Bool => decode!(u8, |value| f64::from(value != 0)),
+        }
+    }
+
+    /// Tells the operating system that the pages of a mapped file need not stay in memory.
+    pub(crate) fn release_pages(&self) {
+        if let Bytes::Mapped(map) = &self.bytes {
+            release(map, 0..map.len());
+        }
+    }
+}
+
+/// Drops the pages of `range` from this process; they are read again where they are used again.
+pub(crate) fn release(map: &Mmap, range: Range<usize>) {
+    #[cfg(unix)]
+    {
+        // SAFETY: the map is read-only and backed by a file, so a dropped page comes back with
+        // the same bytes. Failing only keeps the page, which is harmless.
+        let _kept = unsafe {
+            map.unchecked_advise_range(memmap2::UncheckedAdvice::DontNeed, range.start, range.len())
+        };
+    }
+    #[cfg(not(unix))]
+    let _ = (map, range);
+}
+
+/// Hands `range` of a mapped file to `consume` in order, and drops the pages as it goes.
+pub(crate) fn stream(map: &Mmap, range: Range<usize>, mut consume: impl FnMut(&[u8])) {
+    const CHUNK: usize = 16 << 20;
+    let mut start = range.start;
+    while start < range.end {
+        let end = range.end.min(start + CHUNK);
+        consume(&map[start..end]);
+        release(map, start..end);
+        start = end;
+    }
+}
+
+/// Edge of a tile: 8 samples of 8 bytes are one cache line.
+const TILE: usize = 8;
+
+/// The part of the storage that a read asks for.
+struct Block<'a> {
+    bytes: &'a [u8],
+    row_len: usize,
+    rows: Range<usize>,
+    columns: Range<usize>,
+    transposed: bool,
+}
+
+impl<'a> Block<'a> {
+    fn read<const N: usize>(&self, decode: impl Fn([u8; N]) -> f64 + Copy, out: &mut [f64]) {
+        let (samples, _) = self.bytes.as_chunks::<N>();
+        if self.transposed {
+            self.read_transposed(samples, decode, out);
+        } else if self.columns == (0..self.row_len) {
+            let run = self.rows.start * self.row_len..self.rows.end * self.row_len;
+            decode_run(&samples[run], decode, out);
+        } else {
+            let rows_out = out.chunks_exact_mut(self.columns.len());
+            for (row, row_out) in self.rows.clone().zip(rows_out) {
+                decode_run(self.row(samples, row), decode, row_out);
             }
         }
     }
 
-    pub(crate) fn release_pages(&self) {}
+    fn row<'s, const N: usize>(&self, samples: &'s [[u8; N]], row: usize) -> &'s [[u8; N]] {
+        &samples[row * self.row_len..][self.columns.clone()]
+    }
+
+    fn read_transposed<const N: usize>(
+        &self,
+        samples: &[[u8; N]],
+        decode: impl Fn([u8; N]) -> f64 + Copy,
+        out: &mut [f64],
+    ) {
+        let out_len = self.rows.len();
+        let n_columns = self.columns.len();
+        for top in (0..out_len).step_by(TILE) {
+            let height = TILE.min(out_len - top);
+            for left in (0..n_columns).step_by(TILE) {
+                let width = TILE.min(n_columns - left);
+                let mut tile = [[0.0; TILE]; TILE];
+                for r in 0..height {
+                    let row = &self.row(samples, self.rows.start + top + r)[left..left + width];
+                    for (c, &sample) in row.iter().enumerate() {
+                        tile[c][r] = decode(sample);
+                    }
+                }
+                for (c, column) in tile[..width].iter().enumerate() {
+                    let at = (left + c) * out_len + top;
+                    out[at..at + height].copy_from_slice(&column[..height]);
+                }
+            }
+        }
+    }
+}
+
+fn decode_run<const N: usize>(
+    samples: &[[u8; N]],
+    decode: impl Fn([u8; N]) -> f64,
+    out: &mut [f64],
+) {
+    for (value, &sample) in out.iter_mut().zip(samples) {
+        *value = decode(sample);
+    }
+}
+
+/// IEEE 754 binary16: 1 sign bit, 5 of exponent, 10 of fraction.
+fn half_to_f64(bits: u16) -> f64 {
+    let fraction = f64::from(bits & 0x3ff);
+    let magnitude = match (bits >> 10) & 0x1f {
+        0 => fraction * 2f64.powi(-24),
+        31 if fraction == 0.0 => f64::INFINITY,
+        31 => f64::NAN,
+        exponent => (1024.0 + fraction) * 2f64.powi(i32::from(exponent) - 25),
+    };
+    if bits & 0x8000 == 0 {
+        magnitude
+    } else {
+        -magnitude
+    }
 }

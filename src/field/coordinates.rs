@@ -1,0 +1,130 @@
+//! An axis from coordinates that a file lists.
+
+use super::Axis;
+
+/// Deviation from even spacing that is taken for rounding, relative to the length of the axis.
+const EVENNESS: f64 = 1e-9;
+
+/// What a file states about an axis; what it leaves open is stated elsewhere or counted.
+#[derive(Debug, Clone, Default, PartialEq)]
+pub(crate) struct Coordinates {
+    pub(crate) origin: Option<f64>,
+    pub(crate) step: Option<f64>,
+    pub(crate) unit: Option<String>,
+}
+
+/// The step before `index` that spoils an axis.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(crate) struct Uneven {
+    pub(crate) index: usize,
+    pub(crate) expected: f64,
+    pub(crate) found: f64,
+}
+
+impl Coordinates {
+    /// Origin and step of increasing, evenly spaced `values`, each exact to `rounding`.
+    ///
+    /// Even is what leaves `origin + index * step` by at most `rounding` plus `1e-9` of the
+    /// length of the axis, and in no case by more than a twentieth of a step.
+    pub(crate) fn fit(values: &[f64], rounding: f64) -> Result<Coordinates, Uneven> {
+        let (&[first, .., last], n) = (values, values.len()) else {
+            return Ok(Coordinates::from_first(values));
+        };
+        let step = (last - first) / (n - 1) as f64;
+        let tolerance = (EVENNESS * (last - first) + rounding).min(step / 20.0);
+        let is_even =
+            |(i, &value): (usize, &f64)| (value - (first + i as f64 * step)).abs() <= tolerance;
+        if step > 0.0 && values.iter().enumerate().all(is_even) {
+            Ok(Coordinates {
+                origin: Some(first),
+                step: Some(step),
+                unit: None,
+            })
+        } else {
+            Err(worst_step(values))
+        }
+    }
+
+    /// The origin alone, for an axis whose step is stated elsewhere.
+    pub(crate) fn from_first(values: &[f64]) -> Coordinates {
+        Coordinates {
+            origin: values.first().copied().filter(|first| first.is_finite()),
+            ..Coordinates::default()
+        }
+    }
+
+    /// The axis, with what is stated elsewhere in place of what the file states.
+    pub(crate) fn axis(self, origin: Option<f64>, step: Option<f64>, unit: Option<String>) -> Axis {
+        let counted = Axis::index();
+        Axis {
+            origin: origin.or(self.origin).unwrap_or(counted.origin),
+            step: step.or(self.step).unwrap_or(counted.step),
+            unit: unit.or(self.unit),
+        }
+    }
+}
+
+/// The first step that does not increase, else the one farthest from the median step.
+fn worst_step(values: &[f64]) -> Uneven {
+    let steps: Vec<f64> = values.windows(2).map(|pair| pair[1] - pair[0]).collect();
+    let mut sorted = steps.clone();
+    sorted.sort_unstable_by(f64::total_cmp);
+    let median = sorted[sorted.len() / 2].abs();
+    let increases = |step: f64| step > 0.0 && step < f64::INFINITY;
+    let worst = steps.iter().position(|&step| !increases(step)).or_else(|| {
+        let distance = |i: &usize| (steps[*i] - median).abs();
+        (0..steps.len()).max_by(|a, b| distance(a).total_cmp(&distance(b)))
+    });
+    let at = worst.unwrap_or(0);
+    Uneven {
+        index: at + 1,
+        expected: median,
+        found: steps[at],
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn rounding_is_not_unevenness() {
+        let mut time = 0.3;
+        let summed: Vec<f64> = (0..100_000)
+            .map(|_| {
+                time += 0.1;
+                time
+            })
+            .collect();
+        let fitted = Coordinates::fit(&summed, 0.0).unwrap();
+        assert!((fitted.step.unwrap() / 0.1 - 1.0).abs() < 1e-9);
+
+        let thirds = [0.0, 0.333, 0.667, 1.0];
+        assert!(Coordinates::fit(&thirds, 0.0).is_err());
+        assert!(Coordinates::fit(&thirds, 0.001).is_ok());
+    }
+
+    #[test]
+    fn a_missing_row_is_found_where_it_is() {
+        for missing in 1..9 {
+            let values: Vec<f64> = (0..10).filter(|&n| n != missing).map(f64::from).collect();
+            let uneven = Coordinates::fit(&values, 1.0).unwrap_err();
+            assert_eq!(
+                uneven,
+                Uneven {
+                    index: missing as usize,
+                    expected: 1.0,
+                    found: 2.0
+                }
+            );
+        }
+    }
+
+    #[test]
+    fn an_axis_increases() {
+        for values in [[0.0, 1.0, 1.0], [2.0, 1.0, 0.0], [0.0, 1.0, f64::NAN]] {
+            assert!(Coordinates::fit(&values, 1.0).is_err(), "{values:?}");
+        }
+        assert_eq!(Coordinates::fit(&[5.0], 0.0).unwrap().step, None);
+    }
+}

@@ -1,0 +1,404 @@
+//! The header of NumPy's `.npy` format, versions 1 to 3.
+//!
+//! The header is a Python dictionary; only the one form that NumPy writes is read: the keys
+//! `descr`, `fortran_order` and `shape`, each once, without nesting. Lengths are checked against
+//! the bytes there are before anything relies on them.
+//!
+//! Source: NumPy Enhancement Proposal 1 and `numpy.lib.format`.
+
+use super::Layout;
+use super::fault::InputFault;
+use super::storage::{Arrangement, ByteOrder, SampleType};
+
+pub(crate) const MAGIC: &[u8] = b"\x93NUMPY";
+
+/// Header bytes that are read at most; NumPy itself writes 118 and reads 10000.
+const TEXT_LIMIT: u64 = 65_536;
+
+/// Bytes from which [`Header::parse`] can tell everything.
+pub(crate) const PREFIX_LIMIT: u64 = 12 + TEXT_LIMIT;
+
+const MAX_DIMENSIONS: usize = 64;
+
+/// What an `.npy` header states.
+#[derive(Debug, Clone, PartialEq)]
+pub(crate) struct Header {
+    pub(crate) sample: SampleType,
+    pub(crate) order: ByteOrder,
+    pub(crate) fortran_order: bool,
+    pub(crate) shape: Vec<u64>,
+    /// Bytes before the first sample.
+    pub(crate) data_start: usize,
+}
+
+impl Header {
+    /// Reads the header at the start of `bytes`, of which the first [`PREFIX_LIMIT`] suffice.
+    pub(crate) fn parse(bytes: &[u8]) -> Result<Header, InputFault> {
+        let found = bytes.len() as u64;
+        let truncated = |expected: u64| InputFault::Truncated { expected, found };
+        if !bytes.starts_with(MAGIC) {
+            let found = bytes[..bytes.len().min(MAGIC.len())].to_vec();
+            return Err(InputFault::NpyMagic { found });
+        }
+        let [major, minor] = *bytes[MAGIC.len()..].first_chunk().ok_or(truncated(8))?;
+        let (text_start, text_len) = match (major, minor) {
+            (1, 0) => {
+                let length = bytes[8..].first_chunk().ok_or(truncated(10))?;
+                (10, u64::from(u16::from_le_bytes(*length)))
+            }
+            (2 | 3, 0) => {
+                let length = bytes[8..].first_chunk().ok_or(truncated(12))?;
+                (12, u64::from(u32::from_le_bytes(*length)))
+            }
+            _ => return Err(InputFault::NpyVersion { major, minor }),
+        };
+        if text_len > TEXT_LIMIT {
+            return Err(InputFault::NpyHeaderLength {
+                found: text_len,
+                limit: TEXT_LIMIT,
+            });
+        }
+        let data_start = text_start + text_len as usize;
+        let text = bytes
+            .get(text_start..data_start)
+            .ok_or(truncated(data_start as u64))?;
+        let cursor = Cursor {
+            text,
+            at: 0,
+            text_start,
+        };
+        cursor.dictionary(data_start)
+    }
+
+    /// Bytes of the samples, where these can be addressed at all.
+    pub(crate) fn data_len(&self) -> Result<u64, InputFault> {
+        self.shape
+            .iter()
+            .try_fold(self.sample.bytes() as u64, |n, &len| n.checked_mul(len))
+            .filter(|&n| n <= isize::MAX as u64 - PREFIX_LIMIT)
+            .ok_or_else(|| InputFault::TooLarge {
+                shape: self.shape.clone(),
+                sample_bytes: self.sample.bytes(),
+            })
+    }
+
+    /// Bytes of header and samples.
+    pub(crate) fn file_len(&self) -> Result<u64, InputFault> {
+        Ok(self.data_start as u64 + self.data_len()?)
+    }
+
+    /// That a file of `found` bytes holds this header and its samples, and nothing else.
+    pub(crate) fn check_len(&self, found: u64) -> Result<(), InputFault> {
+        let expected = self.file_len()?;
+        match found.cmp(&expected) {
+            std::cmp::Ordering::Less => Err(InputFault::Truncated { expected, found }),
+            std::cmp::Ordering::Equal => Ok(()),
+            std::cmp::Ordering::Greater => Err(InputFault::TrailingBytes { expected, found }),
+        }
+    }
+
+    /// The lengths `(first, second)` of the two axes; one dimension is one column.
+    pub(crate) fn dimensions(&self) -> Result<(usize, usize), InputFault> {
+        let (first, second) = match self.shape[..] {
+            [first] => (first, 1),
+            [first, second] => (first, second),
+            _ => {
+                return Err(InputFault::Dimensions {
+                    shape: self.shape.clone(),
+                });
+            }
+        };
+        if first == 0 || second == 0 {
+            return Err(InputFault::NoSamples {
+                shape: self.shape.clone(),
+            });
+        }
+        self.data_len()?;
+        Ok((first as usize, second as usize))
+    }
+
+    /// The lengths `(times, sites)`; one dimension is the record of one site.
+    pub(crate) fn field_lengths(&self, layout: Layout) -> Result<(usize, usize), InputFault> {
+        let (first, second) = self.dimensions()?;
+        match layout {
+            Layout::SiteTime if self.shape.len() == 2 => Ok((second, first)),
+            _ => Ok((first, second)),
+        }
+    }
+
+    /// How the samples lie in bytes where the first of them is at `start`.
+    pub(crate) fn arrangement(
+        &self,
+        start: usize,
+        layout: Layout,
+    ) -> Result<Arrangement, InputFault> {
+        let (first, second) = self.dimensions()?;
+        let is_record = self.shape.len() == 1;
+        let first_is_slow = !(is_record || self.fortran_order);
+        Ok(Arrangement {
+            sample: self.sample,
+            order: self.order,
+            start,
+            row_len: if first_is_slow { second } else { first },
+            rows_are_times: first_is_slow == (is_record || layout == Layout::TimeSite),
+        })
+    }
+}
+
+struct Cursor<'a> {
+    text: &'a [u8],
+    at: usize,
+    text_start: usize,
+}
+
+impl<'a> Cursor<'a> {
+    fn dictionary(mut self, data_start: usize) -> Result<Header, InputFault> {
+        let (mut kind, mut fortran_order, mut shape) = (None, None, None);
+        self.expect(b'{', "{")?;
+        while !self.accept(b'}') {
+            let start = self.at;
+            let key = self.string("a key in quotes")?;
+            self.expect(b':', "a colon")?;
+            match key {
+                b"descr" if kind.is_none() => kind = Some(self.sample_type()?),
+                b"fortran_order" if fortran_order.is_none() => {
+                    fortran_order = Some(self.boolean()?);
+                }
+                b"shape" if shape.is_none() => shape = Some(self.shape()?),
+                _ => {
+                    self.at = start;
+                    return Err(self.fault("the keys descr, fortran_order and shape, each once"));
+                }
+            }
+            if !self.accept(b',') {
+                self.expect(b'}', "a comma or }")?;
+                break;
+            }
+        }
+        self.skip_blanks();
+        if self.at < self.text.len() {
+            return Err(self.fault("nothing but blanks after the dictionary"));
+        }
+        let (sample, order) = kind.ok_or_else(|| self.fault("the key descr"))?;
+        Ok(Header {
+            sample,
+            order,
+            fortran_order: fortran_order.ok_or_else(|| self.fault("the key fortran_order"))?,
+            shape: shape.ok_or_else(|| self.fault("the key shape"))?,
+            data_start,
+        })
+    }
+
+    fn sample_type(&mut self) -> Result<(SampleType, ByteOrder), InputFault> {
+        if matches!(self.peek(), Some(b'[' | b'(' | b'{')) {
+            return Err(InputFault::StructuredType {
+                descr: self.excerpt(),
+            });
+        }
+        let descr = self.string("a type in quotes")?;
+        parse_descr(descr)
+    }
+
+    fn boolean(&mut self) -> Result<bool, InputFault> {
+        self.skip_blanks();
+        for (word, value) in [(&b"True"[..], true), (b"False", false)] {
+            if self.text[self.at..].starts_with(word) {
+                self.at += word.len();
+                return Ok(value);
+            }
+        }
+        Err(self.fault("True or False"))
+    }
+
+    fn shape(&mut self) -> Result<Vec<u64>, InputFault> {
+        let mut shape = Vec::new();
+        self.expect(b'(', "a tuple of lengths")?;
+        while !self.accept(b')') {
+            if shape.len() == MAX_DIMENSIONS {
+                return Err(self.fault("at most 64 lengths"));
+            }
+            shape.push(self.length()?);
+            let comma = self.accept(b',');
+            if !comma && (shape.len() == 1 || self.peek() != Some(b')')) {
+                return Err(self.fault("a comma"));
+            }
+        }
+        Ok(shape)
+    }
+
+    /// A length; one beyond `u64` saturates, for [`Header::data_len`] to refuse.
+    fn length(&mut self) -> Result<u64, InputFault> {
+        self.skip_blanks();
+        let digits = self.text[self.at..]
+            .iter()
+            .take_while(|byte| byte.is_ascii_digit());
+        let mut length = 0u64;
+        let mut count = 0;
+        for digit in digits {
+            length = length
+                .saturating_mul(10)
+                .saturating_add(u64::from(digit - b'0'));
+            count += 1;
+        }
+        if count == 0 {
+            return Err(self.fault("a length"));
+        }
+        self.at += count;
+        if self.text.get(self.at) == Some(&b'L') {
+            self.at += 1;
+        }
+        Ok(length)
+    }
+
+    fn string(&mut self, expected: &'static str) -> Result<&'a [u8], InputFault> {
+        let quote = match self.peek() {
+            Some(quote @ (b'\'' | b'"')) => quote,
+            _ => return Err(self.fault(expected)),
+        };
+        let rest = &self.text[self.at + 1..];
+        let end = rest
+            .iter()
+            .position(|&byte| byte == quote || byte == b'\\')
+            .filter(|&end| rest[end] == quote)
+            .ok_or_else(|| self.fault(expected))?;
+        self.at += end + 2;
+        Ok(&rest[..end])
+    }
+
+    fn skip_blanks(&mut self) {
+        let blanks = self.text[self.at..]
+            .iter()
+            .take_while(|byte| byte.is_ascii_whitespace());
+        self.at += blanks.count();
+    }
+
+    fn peek(&mut self) -> Option<u8> {
+        self.skip_blanks();
+        self.text.get(self.at).copied()
+    }
+
+    fn accept(&mut self, byte: u8) -> bool {
+        let there = self.peek() == Some(byte);
+        self.at += usize::from(there);
+        there
+    }
+
+    fn expect(&mut self, byte: u8, expected: &'static str) -> Result<(), InputFault> {
+        if self.accept(byte) {
+            Ok(())
+        } else {
+            Err(self.fault(expected))
+        }
+    }
+
+    fn excerpt(&self) -> String {
+        let rest = &self.text[self.at..];
+        String::from_utf8_lossy(&rest[..rest.len().min(40)])
+            .trim_end()
+            .to_owned()
+    }
+
+    fn fault(&self, expected: &'static str) -> InputFault {
+        InputFault::NpyHeader {
+            at: self.text_start + self.at,
+            expected,
+            found: self.excerpt(),
+        }
+    }
+}
+
+/// A NumPy type string: byte order, kind, bytes.
+fn parse_descr(descr: &[u8]) -> Result<(SampleType, ByteOrder), InputFault> {
+    let (order, kind) = match descr {
+        [b'<', kind @ ..] => (ByteOrder::Little, kind),
+        [b'>', kind @ ..] => (ByteOrder::Big, kind),
+        [b'|' | b'=', kind @ ..] => (ByteOrder::NATIVE, kind),
+        kind => (ByteOrder::NATIVE, kind),
+    };
+    let text = || String::from_utf8_lossy(descr).into_owned();
+    let sample = match kind {
+        b"f8" => SampleType::F64,
+        b"f4" => SampleType::F32,
+        b"f2" => SampleType::F16,
+        b"i1" => SampleType::I8,
+        b"i2" => SampleType::I16,
+        b"i4" => SampleType::I32,
+        b"i8" => SampleType::I64,
+        b"u1" => SampleType::U8,
+        b"u2" => SampleType::U16,
+        b"u4" => SampleType::U32,
+        b"u8" => SampleType::U64,
+        b"b1" => SampleType::Bool,
+        [b'O', ..] => return Err(InputFault::PickledObjects),
+        [b'c', ..] => return Err(InputFault::ComplexType { descr: text() }),
+        [b'V', ..] => return Err(InputFault::StructuredType { descr: text() }),
+        _ => return Err(InputFault::SampleType { descr: text() }),
+    };
+    Ok((sample, order))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn version_1(text: &str) -> Vec<u8> {
+        let mut bytes = MAGIC.to_vec();
+        bytes.extend([1, 0]);
+        bytes.extend((text.len() as u16).to_le_bytes());
+        bytes.extend(text.as_bytes());
+        bytes
+    }
+
+    #[test]
+    fn keys_come_in_any_order_and_quotes() {
+        let text = "{\"shape\": (3,4),'fortran_order':True , 'descr': '>f4'}\n";
+        let header = Header::parse(&version_1(text)).unwrap();
+        assert_eq!(header.shape, [3, 4]);
+        assert_eq!(
+            (header.sample, header.order),
+            (SampleType::F32, ByteOrder::Big)
+        );
+        assert!(header.fortran_order);
+        assert_eq!(header.data_start, 10 + text.len());
+        assert_eq!(header.data_len(), Ok(48));
+    }
+
+    #[test]
+    fn what_numpy_would_not_write_is_refused() {
+        for text in [
+            "",
+            "{",
+            "{}",
+            "{'descr': '<f8'}",
+            "{'descr': '<f8', 'fortran_order': False, 'shape': (3)}",
+            "{'descr': '<f8', 'fortran_order': False, 'shape': (3, 4}",
+            "{'descr': '<f8', 'fortran_order': False, 'shape': (-3, 4)}",
+            "{'descr': '<f8', 'fortran_order': False, 'shape': (3, 4), 'shape': (3, 4)}",
+            "{'descr': '<f8', 'fortran_order': False, 'shape': (3, 4), 'more': 1}",
+            "{'descr': '<f8', 'fortran_order': 0, 'shape': (3, 4)}",
+            "{'descr': '<f8', 'fortran_order': False, 'shape': [3, 4]}",
+            "{'descr': '<f8', 'fortran_order': False, 'shape': (3, 4)} x",
+            "{'descr': '<f8' 'fortran_order': False, 'shape': (3, 4)}",
+            "{'de\\scr': '<f8', 'fortran_order': False, 'shape': (3, 4)}",
+        ] {
+            let fault = Header::parse(&version_1(text)).unwrap_err();
+            assert!(
+                matches!(fault, InputFault::NpyHeader { .. }),
+                "{text}: {fault}"
+            );
+        }
+    }
+
+    #[test]
+    fn a_length_beyond_u64_is_too_large() {
+        let text = "{'descr': '<f8', 'fortran_order': False, 'shape': (99999999999999999999999,)}";
+        let header = Header::parse(&version_1(text)).unwrap();
+        assert!(matches!(
+            header.data_len(),
+            Err(InputFault::TooLarge {
+                sample_bytes: 8,
+                ..
+            })
+        ));
+    }
+}

@@ -1,0 +1,320 @@
+//! Arrays in NumPy's `.npz` archives: zip files of `.npy` members.
+//!
+//! A stored member stays where it is in the mapped file. A deflated one is inflated to exactly
+//! the bytes that its own header promises, and not one more.
+
+use std::io::{Cursor, Read};
+use std::ops::Range;
+use std::sync::Arc;
+
+use zip::CompressionMethod;
+use zip::read::{ZipArchive, ZipReadOptions};
+use zip::result::ZipError;
+
+use super::coordinates::Coordinates;
+use super::fault::{InputFault, MemberShape};
+use super::npy;
+use super::open::{Contents, Source};
+use super::storage::{self, Bytes};
+use super::{Layout, Quantity};
+use crate::error::{Error, Result};
+
+const MEMBER_LIMIT: usize = 4096;
+
+/// Deflate encodes at most 258 bytes in two bits.
+const MAX_INFLATION: u64 = 1032;
+
+/// The field of an archive, with the axes that its other members state.
+pub(super) fn read(source: &Source) -> Result<Contents> {
+    let mut archive = Archive::open(source).map_err(|fault| source.fault(fault))?;
+    let index = archive
+        .choose(source.options.member.as_deref())
+        .map_err(|fault| source.fault(fault))?;
+    let (header, bytes, start) = archive.load(index)?;
+    let mut contents = Contents::from_npy(&header, bytes, start, source.layout())
+        .map_err(|fault| archive.member_fault(index, fault))?;
+    contents.quantity = quantity(&archive.members[index].name);
+    let stated = &source.stated;
+    contents.time = archive.axis("time", contents.n_times, stated.t0, stated.dt)?;
+    contents.space = archive.axis("space", contents.n_sites, stated.x0, stated.dx)?;
+    Ok(contents)
+}
+
+/// What a member measures, where its name says so.
+fn quantity(member: &str) -> Option<Quantity> {
+    match member {
+        "velocity" => Some(Quantity::Velocity),
+        "displacement" => Some(Quantity::Displacement),
+        "acceleration" => Some(Quantity::Acceleration),
+        "force" => Some(Quantity::Force),
+        _ => None,
+    }
+}
+
+struct Member {
+    /// Without its `.npy`.
+    name: String,
+    index: usize,
+}
+
+struct Archive<'a> {
+    source: &'a Source<'a>,
+    zip: ZipArchive<Cursor<&'a [u8]>>,
+    members: Vec<Member>,
+}
+
+impl<'a> Archive<'a> {
+    fn open(source: &'a Source<'a>) -> std::result::Result<Self, InputFault> {
+        let zip = ZipArchive::new(Cursor::new(&source.map[..])).map_err(archive_fault)?;
+        if zip.len() > MEMBER_LIMIT {
+            return Err(InputFault::TooManyMembers {
+                found: zip.len(),
+                limit: MEMBER_LIMIT,
+            });
+        }
+        if zip.has_duplicate_names() {
+            return Err(InputFault::Archive {
+                reason: "two members have the same name".into(),
+            });
+        }
+        let names = zip.file_names_raw().enumerate();
+        let members = names
+            .filter_map(|(index, name)| {
+                let name = name.strip_suffix(b".npy")?;
+                let name = String::from_utf8_lossy(name).into_owned();
+                Some(Member { name, index })
+            })
+            .collect();
+        Ok(Archive {
+            source,
+            zip,
+            members,
+        })
+    }
+
+    fn find(&self, name: &str) -> Option<usize> {
+        self.members.iter().position(|member| member.name == name)
+    }
+
+    /// The member asked for, else `velocity`, else the only array of two dimensions.
+    fn choose(&mut self, asked: Option<&str>) -> std::result::Result<usize, InputFault> {
+        if let Some(asked) = asked {
+            let name = asked.strip_suffix(".npy").unwrap_or(asked);
+            return self.find(name).ok_or_else(|| InputFault::NoSuchMember {
+                name: name.into(),
+                members: self.shapes(),
+            });
+        }
+        if let Some(index) = self.find("velocity") {
+            return Ok(index);
+        }
+        let members = self.shapes();
+        let is_matrix =
+            |member: &MemberShape| member.shape.as_ref().is_some_and(|shape| shape.len() == 2);
+        let mut matrices = (0..members.len()).filter(|&i| is_matrix(&members[i]));
+        match (matrices.next(), matrices.next(), members.len()) {
+            (Some(index), None, _) => Ok(index),
+            (None, None, 1) => Ok(0),
+            _ => Err(InputFault::WhichMember { members }),
+        }
+    }
+
+    fn shapes(&mut self) -> Vec<MemberShape> {
+        (0..self.members.len())
+            .map(|index| MemberShape {
+                name: self.members[index].name.clone(),
+                shape: self.header(index).ok().map(|header| header.shape),
+            })
+            .collect()
+    }
+
+    fn header(&mut self, index: usize) -> std::result::Result<npy::Header, InputFault> {
+        let mut prefix = Vec::new();
+        self.reader(index)?
+            .take(npy::PREFIX_LIMIT)
+            .read_to_end(&mut prefix)
+            .map_err(deflate_fault)?;
+        npy::Header::parse(&prefix)
+    }
+
+    fn reader(&mut self, index: usize) -> std::result::Result<impl Read + '_, InputFault> {
+        let options = ZipReadOptions::new().ignore_crc32(true);
+        self.zip
+            .by_index_with_options(self.members[index].index, options)
+            .map_err(archive_fault)
+    }
+
+    /// The header of a member, the bytes that hold its samples, and where these start.
+    fn load(&mut self, index: usize) -> Result<(npy::Header, Bytes, usize)> {
+        let place = self.header(index).and_then(|header| {
+            header.dimensions()?;
+            let place = self.place(index, &header)?;
+            Ok((header, place))
+        });
+        let (header, place) = place.map_err(|fault| self.member_fault(index, fault))?;
+        match place {
+            Place::Stored { range, checksum } => {
+                let map = &self.source.map;
+                let mut hasher = crc32fast::Hasher::new();
+                storage::stream(map, range.clone(), |chunk| hasher.update(chunk));
+                check_sum(checksum, hasher).map_err(|fault| self.member_fault(index, fault))?;
+                let start = range.start + header.data_start;
+                Ok((header, Bytes::Mapped(Arc::clone(map)), start))
+            }
+            Place::Deflated { len, checksum } => {
+                self.source.allow("the inflated member", len as u64)?;
+                let mut bytes = Vec::new();
+                bytes
+                    .try_reserve_exact(len)
+                    .map_err(|refused| Error::Read {
+                        path: self.source.path.to_owned(),
+                        action: "hold the inflated samples of",
+                        source: refused.into(),
+                    })?;
+                self.inflate(index, len, checksum, &mut bytes)
+                    .map_err(|fault| self.member_fault(index, fault))?;
+                let start = header.data_start;
+                Ok((header, Bytes::Inflated(Arc::new(bytes)), start))
+            }
+        }
+    }
+
+    /// Where the bytes of a member are, once the lengths in the archive agree with its header.
+    fn place(
+        &mut self,
+        index: usize,
+        header: &npy::Header,
+    ) -> std::result::Result<Place, InputFault> {
+        let file_len = self.source.map.len();
+        let entry = self
+            .zip
+            .by_index_raw(self.members[index].index)
+            .map_err(archive_fault)?;
+        let checksum = entry.crc32();
+        let (size, packed) = (entry.size(), entry.compressed_size());
+        let start = entry.data_start().unwrap_or(u64::MAX);
+        let end = start.saturating_add(packed);
+        if end > file_len as u64 {
+            return Err(InputFault::Truncated {
+                expected: end,
+                found: file_len as u64,
+            });
+        }
+        let expected = header.file_len()?;
+        if entry.compression() == CompressionMethod::Stored {
+            header.check_len(packed)?;
+            let range = start as usize..end as usize;
+            return Ok(Place::Stored { range, checksum });
+        }
+        let possible = packed.saturating_mul(MAX_INFLATION);
+        let found = size.min(possible);
+        if found != expected {
+            return Err(InputFault::InflatedSize { expected, found });
+        }
+        let len = expected as usize;
+        Ok(Place::Deflated { len, checksum })
+    }
+
+    fn inflate(
+        &mut self,
+        index: usize,
+        len: usize,
+        checksum: u32,
+        bytes: &mut Vec<u8>,
+    ) -> std::result::Result<(), InputFault> {
+        let mut reader = self.reader(index)?;
+        let read = reader.by_ref().take(len as u64).read_to_end(bytes);
+        read.map_err(deflate_fault)?;
+        let beyond = reader.read(&mut [0]).map_err(deflate_fault)?;
+        let (expected, found) = (len as u64, (bytes.len() + beyond) as u64);
+        if found != expected {
+            return Err(InputFault::InflatedSize { expected, found });
+        }
+        let mut hasher = crc32fast::Hasher::new();
+        hasher.update(bytes);
+        check_sum(checksum, hasher)
+    }
+
+    /// What the coordinate member of an axis states, where there is one and it is needed.
+    fn axis(
+        &mut self,
+        axis: &'static str,
+        n: usize,
+        origin: Option<f64>,
+        step: Option<f64>,
+    ) -> Result<Coordinates> {
+        let member = if axis == "time" { "time" } else { "position" };
+        let Some(index) = self
+            .find(member)
+            .filter(|_| origin.is_none() || step.is_none())
+        else {
+            return Ok(Coordinates::default());
+        };
+        let (header, bytes, start) = self.load(index)?;
+        if header.shape != [n as u64] {
+            let fault = InputFault::AxisLength {
+                axis,
+                expected: n as u64,
+                found: header.shape.iter().product(),
+            };
+            return Err(self.member_fault(index, fault));
+        }
+        let record = Contents::from_npy(&header, bytes, start, Layout::TimeSite)
+            .map_err(|fault| self.member_fault(index, fault))?;
+        let mut values = vec![0.0; n];
+        record.storage.read(0..n, 0..1, false, &mut values);
+        if step.is_some() {
+            return Ok(Coordinates::from_first(&values));
+        }
+        let largest = values
+            .iter()
+            .fold(0.0, |max: f64, value| max.max(value.abs()));
+        let rounding = largest * header.sample.relative_rounding();
+        Coordinates::fit(&values, rounding).map_err(|uneven| {
+            let fault = InputFault::UnevenAxis {
+                axis,
+                index: uneven.index,
+                expected: uneven.expected,
+                found: uneven.found,
+            };
+            self.member_fault(index, fault)
+        })
+    }
+
+    fn member_fault(&self, index: usize, fault: InputFault) -> Error {
+        self.source.fault(InputFault::Member {
+            member: self.members[index].name.clone(),
+            fault: Box::new(fault),
+        })
+    }
+}
+
+enum Place {
+    Stored { range: Range<usize>, checksum: u32 },
+    Deflated { len: usize, checksum: u32 },
+}
+
+fn check_sum(expected: u32, hasher: crc32fast::Hasher) -> std::result::Result<(), InputFault> {
+    let found = hasher.finalize();
+    if found == expected {
+        Ok(())
+    } else {
+        Err(InputFault::Checksum { expected, found })
+    }
+}
+
+fn deflate_fault(error: std::io::Error) -> InputFault {
+    InputFault::Deflate {
+        reason: error.to_string(),
+    }
+}
+
+fn archive_fault(error: ZipError) -> InputFault {
+    match error {
+        ZipError::CompressionMethodNotSupported(method) => InputFault::Compression { method },
+        ZipError::UnsupportedArchive(ZipError::PASSWORD_REQUIRED) => InputFault::Encrypted,
+        other => InputFault::Archive {
+            reason: other.to_string(),
+        },
+    }
+}

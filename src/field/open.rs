@@ -1,0 +1,237 @@
+//! From a path to a field: which format, which settings.
+
+use std::fs::{File, Metadata};
+use std::path::Path;
+use std::sync::Arc;
+
+use memmap2::Mmap;
+
+use super::coordinates::Coordinates;
+use super::fault::{FileKind, InputFault};
+use super::options::OpenOptions;
+use super::sidecar::Sidecar;
+use super::storage::{self, Bytes, Storage};
+use super::{Field, Layout, Quantity, csv, npy, npz};
+use crate::error::{Error, Result};
+
+/// A mapped file with what was stated about it, as the readers of the formats get it.
+pub(super) struct Source<'a> {
+    pub(super) path: &'a Path,
+    pub(super) map: Arc<Mmap>,
+    pub(super) options: &'a OpenOptions,
+    /// The options over the sidecar.
+    pub(super) stated: Sidecar,
+}
+
+impl Source<'_> {
+    pub(super) fn layout(&self) -> Layout {
+        self.stated.layout.unwrap_or_default()
+    }
+
+    pub(super) fn fault(&self, fault: InputFault) -> Error {
+        Error::Input {
+            path: self.path.to_owned(),
+            fault,
+        }
+    }
+
+    /// That `needed` bytes may be held in memory.
+    pub(super) fn allow(&self, what: &'static str, needed: u64) -> Result<()> {
+        match self.options.memory {
+            Some(allowed) if needed > allowed => Err(Error::Memory {
+                what,
+                needed,
+                allowed,
+            }),
+            _ => Ok(()),
+        }
+    }
+}
+
+/// What a file holds, as the reader of its format hands it over.
+pub(super) struct Contents {
+    pub(super) storage: Storage,
+    pub(super) n_times: usize,
+    pub(super) n_sites: usize,
+    pub(super) time: Coordinates,
+    pub(super) space: Coordinates,
+    pub(super) quantity: Option<Quantity>,
+}
+
+impl Contents {
+    /// Samples that lie in `bytes` from `start` as an `.npy` header states.
+    pub(super) fn from_npy(
+        header: &npy::Header,
+        bytes: Bytes,
+        start: usize,
+        layout: Layout,
+    ) -> std::result::Result<Contents, InputFault> {
+        let (n_times, n_sites) = header.field_lengths(layout)?;
+        Ok(Contents {
+            storage: Storage::new(bytes, header.arrangement(start, layout)?),
+            n_times,
+            n_sites,
+            time: Coordinates::default(),
+            space: Coordinates::default(),
+            quantity: None,
+        })
+    }
+}
+
+impl Field {
+    /// A field from a NumPy array (`.npy`), one of an archive (`.npz`), or a table of text.
+    ///
+    /// An array of two dimensions is `(time, site)` unless the layout says otherwise; one of a
+    /// single dimension is the record of one site. Arrays stay in the mapped file and cost no
+    /// memory; deflated members and tables are held. Steps, origins and units come from
+    /// `options`, else from the [`Sidecar`], else from the file, else the axis counts. In an
+    /// archive, `time` and `position` are the coordinates and `velocity` is the field.
+    ///
+    /// The file must not be shortened while the field is in use.
+    ///
+    /// # Errors
+    /// - [`Error::Read`]: the file is not there or cannot be read.
+    /// - [`Error::Input`]: it is not what its format promises.
+    /// - [`Error::Request`]: a stated step or origin is not a usable number.
+    /// - [`Error::Memory`]: what has to be held is more than [`OpenOptions::memory`].
+    pub fn open(path: impl AsRef<Path>, options: &OpenOptions) -> Result<Field> {
+        let path = path.as_ref();
+        options.check()?;
+        let map = map(path)?;
+        let format = Format::detect(path, &map).map_err(|fault| Error::Input {
+            path: path.to_owned(),
+            fault,
+        })?;
+        let sidecar = Sidecar::find(path)?.map(|(_, sidecar)| sidecar);
+        let source = Source {
+            path,
+            map,
+            options,
+            stated: options.over(sidecar.unwrap_or_default()),
+        };
+        let contents = match format {
+            Format::Npy => read_npy(&source)?,
+            Format::Npz => npz::read(&source)?,
+            Format::Table => csv::read(&source)?,
+        };
+        let content_hash = options.hash.then(|| content_hash(&source.map));
+        let stated = source.stated;
+        let name = path.file_stem().unwrap_or_default();
+        Ok(Field {
+            storage: contents.storage,
+            n_times: contents.n_times,
+            n_sites: contents.n_sites,
+            name: name.to_string_lossy().into_owned(),
+            time: contents.time.axis(stated.t0, stated.dt, stated.time_unit),
+            space: contents.space.axis(stated.x0, stated.dx, stated.space_unit),
+            quantity: stated.quantity.or(contents.quantity).unwrap_or_default(),
+            unit: stated.unit,
+            content_hash,
+        })
+    }
+}
+
+fn read_npy(source: &Source) -> Result<Contents> {
+    let contents = npy::Header::parse(&source.map).and_then(|header| {
+        header.dimensions()?;
+        header.check_len(source.map.len() as u64)?;
+        let bytes = Bytes::Mapped(Arc::clone(&source.map));
+        Contents::from_npy(&header, bytes, header.data_start, source.layout())
+    });
+    contents.map_err(|fault| source.fault(fault))
+}
+
+/// Metadata of a file that can be mapped; a pipe is refused before it is opened.
+pub(super) fn regular_file(path: &Path) -> Result<Metadata> {
+    let metadata = std::fs::metadata(path).map_err(Error::read("read", path))?;
+    match irregular_kind(&metadata) {
+        None => Ok(metadata),
+        Some(found) => Err(Error::Input {
+            path: path.to_owned(),
+            fault: InputFault::NotAFile { found },
+        }),
+    }
+}
+
+fn irregular_kind(metadata: &Metadata) -> Option<FileKind> {
+    let kind = metadata.file_type();
+    #[cfg(unix)]
+    {
+        use std::os::unix::fs::FileTypeExt;
+        if kind.is_fifo() {
+            return Some(FileKind::Pipe);
+        }
+        if kind.is_socket() {
+            return Some(FileKind::Socket);
+        }
+    }
+    match () {
+        _ if kind.is_dir() => Some(FileKind::Directory),
+        _ if kind.is_file() => None,
+        _ => Some(FileKind::Device),
+    }
+}
+
+fn map(path: &Path) -> Result<Arc<Mmap>> {
+    let is_empty = regular_file(path)?.len() == 0;
+    let file = File::open(path).map_err(Error::read("open", path))?;
+    if is_empty {
+        return Err(Error::Input {
+            path: path.to_owned(),
+            fault: InputFault::Empty,
+        });
+    }
+    // SAFETY: the map is read-only and its length is that of the file now. That no other program
+    // shortens the file meanwhile is a documented condition of `Field::open`.
+    let map = unsafe { Mmap::map(&file) }.map_err(Error::read("map", path))?;
+    Ok(Arc::new(map))
+}
+
+/// BLAKE3 of the whole file; its pages are dropped as it goes.
+fn content_hash(map: &Mmap) -> String {
+    let mut hasher = blake3::Hasher::new();
+    storage::stream(map, 0..map.len(), |chunk| {
+        hasher.update_rayon(chunk);
+    });
+    hasher.finalize().to_hex().to_string()
+}
+
+enum Format {
+    Npy,
+    Npz,
+    Table,
+}
+
+impl Format {
+    /// By what the file starts with, and by the extension where that does not tell.
+    fn detect(path: &Path, bytes: &[u8]) -> std::result::Result<Format, InputFault> {
+        const FOREIGN: [(&[u8], &str); 6] = [
+            (b"\x89HDF\r\n\x1a\n", "an HDF5 file"),
+            (b"MATLAB 5.0 MAT-file", "a MATLAB file"),
+            (b"\x1f\x8b", "a gzip file"),
+            (b"\x28\xb5\x2f\xfd", "a zstd file"),
+            (b"CDF", "a NetCDF file"),
+            (b"PAR1", "a Parquet file"),
+        ];
+        if bytes.starts_with(npy::MAGIC) {
+            return Ok(Format::Npy);
+        }
+        if bytes.starts_with(b"PK\x03\x04") || bytes.starts_with(b"PK\x05\x06") {
+            return Ok(Format::Npz);
+        }
+        if let Some((_, name)) = FOREIGN.iter().find(|(magic, _)| bytes.starts_with(magic)) {
+            return Err(InputFault::UnknownFormat {
+                found: (*name).into(),
+            });
+        }
+        let extension = path.extension().unwrap_or_default().to_ascii_lowercase();
+        match extension.to_string_lossy().as_ref() {
+            "npy" => Ok(Format::Npy),
+            "npz" => Ok(Format::Npz),
+            "csv" | "tsv" | "txt" => Ok(Format::Table),
+            other => Err(InputFault::UnknownFormat {
+                found: format!("the extension {other:?}"),
+            }),
+        }
+    }
+}
