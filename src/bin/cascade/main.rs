@@ -1,1 +1,29 @@
-fn main() {}
+//! The program: arguments, one library call, files, exit code.
+
+mod analyze;
+mod args;
+mod failure;
+mod manual;
+mod parse;
+mod progress;
+mod terminal;
+
+use std::process::ExitCode;
+
+use clap::Parser;
+
+use args::{Cli, Command};
+use failure::Failure;
+
+fn main() -> ExitCode {
+    let cli = Cli::parse();
+    let done = match cli.command {
+        Command::Analyze(typed) => analyze::run(*typed),
+        Command::Completions { shell } => manual::completions(shell),
+        Command::Man { page } => manual::page(page.as_deref()),
+    };
+    match done {
+        Ok(()) => ExitCode::SUCCESS,
+        Err(failure) => failure.report(),
+    }
+}

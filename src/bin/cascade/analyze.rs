@@ -1,0 +1,215 @@
+//! `cascade analyze`: typed arguments to a request, the run, the files.
+
+use std::io::{IsTerminal, Write};
+use std::path::{Path, PathBuf};
+use std::time::Instant;
+
+use cascade::Field;
+use cascade::analyze::{
+    Analysis, Plan, Request, Results, ShortTime, TimeRange, Welch, plan, run as run_plan,
+};
+use cascade::field::{OpenOptions, TimeColumn};
+use cascade::plot::{Format, draw_all};
+use cascade::report::{Archive, Provenance, ResultDirectory, Summary, html, write_small_arrays};
+
+use crate::args::{Analyze, FigureArg, Input, ResultArg};
+use crate::failure::Failure;
+use crate::progress::Progress;
+use crate::terminal;
+
+/// Runs the command.
+pub fn run(typed: Analyze) -> Result<(), Failure> {
+    let options = open_options(&typed.input, typed.work.memory);
+    let request = request(&typed);
+    let out = typed.out.clone().unwrap_or_else(|| default_out(&typed.field));
+    let show = !typed.output.quiet && std::io::stderr().is_terminal();
+    let progress = Progress::new(show);
+
+    if typed.work.plan {
+        let field = Field::open(&typed.field, &OpenOptions { hash: false, ..options })?;
+        return print_plan(&plan(&field, &request)?, typed.output.json);
+    }
+    // Before any work: is there room for the result?
+    let directory = ResultDirectory::create(&out, typed.force)?;
+    let field = Field::open(&typed.field, &options)?;
+    let plan = plan(&field, &request)?;
+    progress.check()?;
+
+    let started = Instant::now();
+    let archive = Archive::create(&directory.path().join("spectra.npz"), request.precision)?;
+    let analysis = run_plan(&field, &plan, &archive, &progress)?;
+    write_small_arrays(&analysis, &archive)?;
+    archive.finish()?;
+    progress.check()?;
+
+    let command = std::env::args().collect();
+    let input = typed.field.display().to_string();
+    let provenance = Provenance::new(command, Some(input), &analysis);
+    let json = Summary::new(&analysis, &provenance)
+        .to_json()
+        .map_err(std::io::Error::from)?;
+    directory.write("summary.json", &json)?;
+    let pictures = formats(&typed.output.figures);
+    if !pictures.is_empty() {
+        draw(&analysis, &pictures, &directory, &progress)?;
+    }
+    progress.check()?;
+    let published = directory.publish()?;
+    progress.clear();
+    tell(&typed, &analysis, &json, &published, started)
+}
+
+/// Draws figures and the report side by side.
+fn draw(
+    analysis: &Analysis,
+    formats: &[Format],
+    directory: &ResultDirectory,
+    progress: &Progress,
+) -> Result<(), Failure> {
+    use cascade::analyze::Observer;
+    progress.stage("drawing", 1);
+    let figures = directory.path().join("figures");
+    let (drawn, page) = rayon::join(
+        || draw_all(analysis, &figures, formats),
+        || directory.write("report.html", html(analysis)),
+    );
+    drawn?;
+    page?;
+    Ok(())
+}
+
+fn tell(
+    typed: &Analyze,
+    analysis: &Analysis,
+    json: &str,
+    published: &Path,
+    started: Instant,
+) -> Result<(), Failure> {
+    let mut out = std::io::stdout().lock();
+    if typed.output.json {
+        writeln!(out, "{json}")?;
+        return Ok(());
+    }
+    if typed.output.quiet {
+        return Ok(());
+    }
+    write!(out, "{}", terminal::summary(analysis))?;
+    let report = published.join("report.html");
+    let main = if report.exists() {
+        report
+    } else {
+        published.join("summary.json")
+    };
+    let seconds = started.elapsed().as_secs_f64();
+    writeln!(out, "done in {seconds:.2} s; open {}", main.display())?;
+    Ok(())
+}
+
+fn print_plan(plan: &Plan, json: bool) -> Result<(), Failure> {
+    let mut out = std::io::stdout().lock();
+    if json {
+        let text = serde_json::to_string_pretty(&plan.describe()).map_err(std::io::Error::from)?;
+        writeln!(out, "{text}")?;
+    } else {
+        write!(out, "{}", terminal::plan(plan))?;
+    }
+    Ok(())
+}
+
+fn default_out(field: &Path) -> PathBuf {
+    let stem = field.file_stem().unwrap_or_default().to_string_lossy();
+    PathBuf::from(format!("{stem}-cascade"))
+}
+
+fn formats(typed: &[FigureArg]) -> Vec<Format> {
+    let format = |f: &FigureArg| match f {
+        FigureArg::Png => Some(Format::Png),
+        FigureArg::Svg => Some(Format::Svg),
+        FigureArg::None => None,
+    };
+    typed.iter().filter_map(format).collect()
+}
+
+fn open_options(typed: &Input, memory: Option<u64>) -> OpenOptions {
+    OpenOptions {
+        layout: typed.layout.map(Into::into),
+        dt: typed.dt,
+        dx: typed.dx,
+        t0: typed.t0,
+        x0: typed.x0,
+        time_unit: typed.time_unit.clone(),
+        space_unit: typed.space_unit.clone(),
+        unit: typed.unit.clone(),
+        quantity: typed.quantity.map(Into::into),
+        member: typed.member.clone(),
+        header: typed.header.map(Into::into).unwrap_or_default(),
+        time_column: match typed.time_column.as_deref() {
+            None => TimeColumn::Detect,
+            Some("none") => TimeColumn::None,
+            Some(text) => match text.parse() {
+                Ok(index) => TimeColumn::Index(index),
+                Err(_) => TimeColumn::Name(text.to_owned()),
+            },
+        },
+        memory,
+        hash: true,
+    }
+}
+
+fn request(typed: &Analyze) -> Request {
+    let (prepare, spectra, bands) = (&typed.preparation, &typed.spectra, &typed.bands);
+    Request {
+        results: results(&typed.work.only),
+        sites: prepare.sites.clone(),
+        times: match prepare.times {
+            Some((from, to)) => TimeRange::Interval { from, to },
+            None if prepare.until_arrival => TimeRange::UntilArrival {
+                threshold: prepare.arrival_threshold,
+            },
+            None => TimeRange::All,
+        },
+        gaps: prepare.gaps.into(),
+        detrend_field_mean: prepare.detrend_field.into(),
+        detrend_space: prepare.detrend_space.into(),
+        detrend_time: prepare.detrend_time.into(),
+        window_time: spectra.window_time,
+        window_space: spectra.window_space,
+        scaling: spectra.scaling.into(),
+        welch: spectra.segment.map(|segment| Welch {
+            segment,
+            overlap: spectra.overlap.map_or(segment / 2, |o| o.of(segment)),
+        }),
+        pad_time: spectra.pad_time,
+        pad_space: spectra.pad_space,
+        reference_site: bands.reference_site,
+        reference_time: bands.reference_time,
+        band_edge_frequency: bands.band_edge_frequency,
+        band_edge_wavenumber: bands.band_edge_wavenumber,
+        direction_band: bands.direction_band,
+        short_time: ShortTime {
+            sites: typed.short_time.short_time_sites.clone(),
+            times: typed.short_time.short_time_times.clone(),
+            segment: typed.short_time.short_time_segment,
+            hop: typed.short_time.short_time_hop,
+            segment_space: typed.short_time.short_space_segment,
+            hop_space: typed.short_time.short_space_hop,
+            window: typed.short_time.short_time_window,
+        },
+        precision: typed.work.precision.into(),
+        threads: typed.work.threads,
+        memory: typed.work.memory,
+    }
+}
+
+fn results(only: &[ResultArg]) -> Results {
+    if only.is_empty() {
+        return Results::ALL;
+    }
+    Results {
+        temporal: only.contains(&ResultArg::Temporal),
+        spatial: only.contains(&ResultArg::Spatial),
+        spacetime: only.contains(&ResultArg::Spacetime),
+        flux_surrogate: only.contains(&ResultArg::Flux),
+        short_time: only.contains(&ResultArg::ShortTime),
+    }
+}

@@ -1,0 +1,333 @@
+//! What the user types.
+
+use std::ops::Range;
+use std::path::PathBuf;
+
+use clap::{Args, Parser, Subcommand, ValueEnum};
+
+use crate::parse;
+use cascade::prepare::Window;
+
+/// Where the energy of a velocity field v(t, x) goes: spectra, redistribution, direction.
+#[derive(Debug, Parser)]
+#[command(name = "cascade", version, max_term_width = 100)]
+pub struct Cli {
+    #[command(subcommand)]
+    pub command: Command,
+}
+
+#[derive(Debug, Subcommand)]
+pub enum Command {
+    /// Analyse a field: from a file to a report of where its energy goes.
+    Analyze(Box<Analyze>),
+    /// Print completions for a shell.
+    Completions { shell: clap_complete::Shell },
+    /// Print the manual page of the program, or of one of its commands.
+    Man {
+        /// Name of a command.
+        page: Option<String>,
+    },
+}
+
+/// Analyse a field: from a file to a report of where its energy goes.
+///
+/// FIELD holds samples v(t, x): `.npy`, `.npz`, or a table of text (`.csv`, `.tsv`). An array does
+/// not say which axis is time: that is `--layout`. Axes and units are given here, or in a sidecar
+/// FIELD.toml beside the file (keys layout, dt, dx, t0, x0, time_unit, space_unit, quantity,
+/// unit), or are known from the file; an axis of which nothing is known counts samples.
+#[derive(Debug, Args)]
+pub struct Analyze {
+    /// File with the field.
+    pub field: PathBuf,
+
+    /// Directory for the results; by default the field's name with `-cascade`, here.
+    #[arg(long, short, value_name = "DIR")]
+    pub out: Option<PathBuf>,
+
+    /// Replace an existing result.
+    #[arg(long)]
+    pub force: bool,
+
+    #[command(flatten)]
+    pub input: Input,
+    #[command(flatten)]
+    pub preparation: Preparation,
+    #[command(flatten)]
+    pub spectra: SpectraArgs,
+    #[command(flatten)]
+    pub bands: Bands,
+    #[command(flatten)]
+    pub short_time: ShortTimeArgs,
+    #[command(flatten)]
+    pub work: Work,
+    #[command(flatten)]
+    pub output: Output,
+}
+
+#[derive(Debug, Args)]
+#[command(next_help_heading = "The field and its axes")]
+pub struct Input {
+    /// Order of the axes in the file [default: time-site].
+    #[arg(long, value_enum)]
+    pub layout: Option<LayoutArg>,
+    /// Time step.
+    #[arg(long, value_parser = parse::step)]
+    pub dt: Option<f64>,
+    /// Distance between neighbouring sites.
+    #[arg(long, value_parser = parse::step)]
+    pub dx: Option<f64>,
+    /// Time of the first sample.
+    #[arg(long, value_parser = parse::finite, allow_negative_numbers = true)]
+    pub t0: Option<f64>,
+    /// Position of the first site.
+    #[arg(long, value_parser = parse::finite, allow_negative_numbers = true)]
+    pub x0: Option<f64>,
+    /// Unit of time, such as s.
+    #[arg(long, value_name = "UNIT")]
+    pub time_unit: Option<String>,
+    /// Unit of length, such as m.
+    #[arg(long, value_name = "UNIT")]
+    pub space_unit: Option<String>,
+    /// Unit of the samples, such as m/s.
+    #[arg(long)]
+    pub unit: Option<String>,
+    /// What the samples measure [default: velocity].
+    #[arg(long, value_enum)]
+    pub quantity: Option<QuantityArg>,
+    /// Array of an `.npz` archive.
+    #[arg(long, value_name = "NAME")]
+    pub member: Option<String>,
+    /// Whether the first line of a table names its columns [default: detect].
+    #[arg(long, value_enum)]
+    pub header: Option<HeaderArg>,
+    /// Column of a table with the times: its number from 0, its name, or `none`.
+    #[arg(long, value_name = "COLUMN")]
+    pub time_column: Option<String>,
+}
+
+#[derive(Debug, Args)]
+#[command(next_help_heading = "Preparation, once, before all transforms")]
+pub struct Preparation {
+    /// Sites to analyse, by index, the end excluded.
+    #[arg(long, value_name = "FIRST:END", value_parser = parse::site_range)]
+    pub sites: Option<Range<usize>>,
+    /// Times to analyse, in units of time, both ends included; one may be left out.
+    #[arg(long, value_name = "FROM:TO", value_parser = parse::interval,
+          allow_hyphen_values = true, conflicts_with = "until_arrival")]
+    pub times: Option<(f64, f64)>,
+    /// End the record before the first arrival at the last site, so that reflections stay out.
+    #[arg(long)]
+    pub until_arrival: bool,
+    /// What counts as an arrival, as a share of the field's largest amplitude.
+    #[arg(long, value_name = "SHARE", default_value_t = 0.01, requires = "until_arrival")]
+    pub arrival_threshold: f64,
+    /// What to do with samples that are not finite.
+    #[arg(long, value_enum, default_value_t = GapsArg::Refuse)]
+    pub gaps: GapsArg,
+    /// Remove the mean of all samples.
+    #[arg(long, value_enum, default_value_t = FieldDetrendArg::None, value_name = "WHAT")]
+    pub detrend_field: FieldDetrendArg,
+    /// Remove from each instant's profile; the mean is the common mode.
+    #[arg(long, value_enum, default_value_t = DetrendArg::None, value_name = "WHAT")]
+    pub detrend_space: DetrendArg,
+    /// Remove from each site's record, and from each segment of Welch's method.
+    #[arg(long, value_enum, default_value_t = DetrendArg::None, value_name = "WHAT")]
+    pub detrend_time: DetrendArg,
+}
+
+#[derive(Debug, Args)]
+#[command(next_help_heading = "Spectra")]
+pub struct SpectraArgs {
+    /// Taper along time: none, hann, hamming, blackman-harris, flat-top, tukey[:TAPER],
+    /// kaiser[:BETA], dpss[:NW].
+    #[arg(long, value_name = "WINDOW", default_value_t = Window::None)]
+    pub window_time: Window,
+    /// Taper along space; the same choice.
+    #[arg(long, value_name = "WINDOW", default_value_t = Window::None)]
+    pub window_space: Window,
+    /// Energy spectral density, power spectral density, or power spectrum.
+    #[arg(long, value_enum, default_value_t = ScalingArg::Energy)]
+    pub scaling: ScalingArg,
+    /// Welch's method: average over segments of so many samples.
+    #[arg(long, value_name = "SAMPLES")]
+    pub segment: Option<usize>,
+    /// Overlap of segments, in samples or as a share [default: 50%].
+    #[arg(long, value_name = "SAMPLES|SHARE", value_parser = parse::overlap, requires = "segment")]
+    pub overlap: Option<parse::Overlap>,
+    /// Pad records (or segments) with zeros to so many samples.
+    #[arg(long, value_name = "SAMPLES")]
+    pub pad_time: Option<usize>,
+    /// Pad profiles with zeros to so many sites.
+    #[arg(long, value_name = "SITES")]
+    pub pad_space: Option<usize>,
+}
+
+#[derive(Debug, Args)]
+#[command(next_help_heading = "Low and high band, directions")]
+pub struct Bands {
+    /// Site below whose 90 % energy frequency the low band lies [default: the first with energy].
+    #[arg(long, value_name = "SITE", conflicts_with = "band_edge_frequency")]
+    pub reference_site: Option<usize>,
+    /// Time below whose 90 % energy wavenumber the low band lies [default: the first with energy].
+    #[arg(long, value_name = "TIME", value_parser = parse::finite,
+          allow_negative_numbers = true, conflicts_with = "band_edge_wavenumber")]
+    pub reference_time: Option<f64>,
+    /// Upper edge of the low band, in cycles per unit of time.
+    #[arg(long, value_name = "FREQUENCY", value_parser = parse::finite)]
+    pub band_edge_frequency: Option<f64>,
+    /// Upper edge of the low band, in rad per unit of length.
+    #[arg(long, value_name = "WAVENUMBER", value_parser = parse::finite)]
+    pub band_edge_wavenumber: Option<f64>,
+    /// Frequencies over which the shares of each direction are taken [default: all].
+    #[arg(long, value_name = "FROM:TO", value_parser = parse::interval)]
+    pub direction_band: Option<(f64, f64)>,
+}
+
+#[derive(Debug, Args)]
+#[command(next_help_heading = "Short-time spectra")]
+pub struct ShortTimeArgs {
+    /// Sites to follow in time [default: the first, the middle and the last].
+    #[arg(long, value_name = "SITE", value_delimiter = ',')]
+    pub short_time_sites: Vec<usize>,
+    /// Times to follow along x.
+    #[arg(long, value_name = "TIME", value_delimiter = ',', value_parser = parse::finite,
+          allow_hyphen_values = true)]
+    pub short_time_times: Vec<f64>,
+    /// Samples a segment along time [default: a power of two near an eighth of the record].
+    #[arg(long, value_name = "SAMPLES")]
+    pub short_time_segment: Option<usize>,
+    /// Samples from one segment to the next [default: a quarter of the segment].
+    #[arg(long, value_name = "SAMPLES")]
+    pub short_time_hop: Option<usize>,
+    /// Sites a segment along x.
+    #[arg(long, value_name = "SITES")]
+    pub short_space_segment: Option<usize>,
+    /// Sites from one segment along x to the next.
+    #[arg(long, value_name = "SITES")]
+    pub short_space_hop: Option<usize>,
+    /// Taper of the segments.
+    #[arg(long, value_name = "WINDOW", default_value_t = Window::Hann)]
+    pub short_time_window: Window,
+}
+
+#[derive(Debug, Args)]
+#[command(next_help_heading = "The work")]
+pub struct Work {
+    /// Compute these results alone.
+    #[arg(long, value_enum, value_delimiter = ',', value_name = "RESULT")]
+    pub only: Vec<ResultArg>,
+    /// Print what would be computed, its memory and its transforms, and stop.
+    #[arg(long)]
+    pub plan: bool,
+    /// Working memory, such as 500MB or 2GiB; a larger field streams through in blocks
+    /// [default: half of what is free].
+    #[arg(long, value_name = "SIZE", value_parser = parse::bytes)]
+    pub memory: Option<u64>,
+    /// Number type of transforms and arrays.
+    #[arg(long, value_enum, default_value_t = PrecisionArg::F64)]
+    pub precision: PrecisionArg,
+    /// Worker threads [default: one a core]. The results do not depend on it.
+    #[arg(long, value_name = "N")]
+    pub threads: Option<usize>,
+}
+
+#[derive(Debug, Args)]
+#[command(next_help_heading = "Output")]
+pub struct Output {
+    /// Formats of the figures; none leaves the report out too.
+    #[arg(long, value_enum, value_delimiter = ',', value_name = "FORMAT",
+          default_values_t = [FigureArg::Png, FigureArg::Svg])]
+    pub figures: Vec<FigureArg>,
+    /// Print the summary as JSON on standard output.
+    #[arg(long)]
+    pub json: bool,
+    /// Print errors only.
+    #[arg(long, short)]
+    pub quiet: bool,
+}
+
+/// A choice of the library under the name that is typed.
+macro_rules! choice {
+    ($(#[$about:meta])* $name:ident => $target:ty { $($(#[$doc:meta])* $variant:ident => $value:expr),+ $(,)? }) => {
+        $(#[$about])*
+        #[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
+        pub enum $name { $($(#[$doc])* $variant),+ }
+
+        impl From<$name> for $target {
+            fn from(typed: $name) -> Self {
+                match typed { $($name::$variant => $value),+ }
+            }
+        }
+    };
+}
+
+choice!(LayoutArg => cascade::field::Layout {
+    /// The first index counts times.
+    TimeSite => Self::TimeSite,
+    /// The first index counts sites.
+    SiteTime => Self::SiteTime,
+});
+choice!(QuantityArg => cascade::field::Quantity {
+    Velocity => Self::Velocity,
+    Displacement => Self::Displacement,
+    Acceleration => Self::Acceleration,
+    StrainRate => Self::StrainRate,
+    Force => Self::Force,
+});
+choice!(HeaderArg => cascade::field::Header {
+    Detect => Self::Detect,
+    Present => Self::Present,
+    Absent => Self::Absent,
+});
+choice!(GapsArg => cascade::prepare::Gaps {
+    /// Stop, and say how many there are and where.
+    Refuse => Self::Refuse,
+    /// Fill along time from the neighbours.
+    Interpolate => Self::Interpolate,
+    /// Give them no weight.
+    Mask => Self::Mask,
+});
+choice!(DetrendArg => cascade::prepare::Detrend {
+    None => Self::None,
+    Mean => Self::Mean,
+    /// The least-squares line.
+    Linear => Self::Linear,
+});
+choice!(FieldDetrendArg => bool {
+    None => false,
+    Mean => true,
+});
+choice!(ScalingArg => cascade::analyze::Scaling {
+    /// Its integral is the sum of v^2 dt.
+    Energy => Self::Energy,
+    /// Its integral is the mean square.
+    Density => Self::Density,
+    /// A sine of amplitude A peaks at A^2 / 2.
+    Spectrum => Self::Spectrum,
+});
+choice!(PrecisionArg => cascade::analyze::Precision {
+    F64 => Self::F64,
+    F32 => Self::F32,
+});
+
+/// Results that can be asked for by themselves.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
+pub enum ResultArg {
+    /// S(f, x) and the frequency content along x.
+    Temporal,
+    /// S(k, t) and the wavenumber content along t.
+    Spatial,
+    /// S(k, f) and the directions.
+    Spacetime,
+    /// The kinetic flux surrogate.
+    Flux,
+    /// Short-time spectra.
+    ShortTime,
+}
+
+#[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
+pub enum FigureArg {
+    Png,
+    Svg,
+    None,
+}

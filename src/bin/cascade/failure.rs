@@ -1,0 +1,58 @@
+//! What went wrong, said to a person, and the exit code for a program.
+
+use std::io::Write;
+use std::process::ExitCode;
+
+use cascade::Error;
+
+/// Why a command did not end well.
+#[derive(Debug)]
+pub enum Failure {
+    Library(Error),
+    /// Standard output was closed or could not be written.
+    Output(std::io::Error),
+}
+
+impl From<Error> for Failure {
+    fn from(error: Error) -> Self {
+        Failure::Library(error)
+    }
+}
+
+impl From<std::io::Error> for Failure {
+    fn from(error: std::io::Error) -> Self {
+        Failure::Output(error)
+    }
+}
+
+/// As shells count an interrupt.
+const INTERRUPTED: u8 = 130;
+
+impl Failure {
+    /// Prints it to standard error. 2: the request was wrong; 1: the run failed; 130: interrupted.
+    pub fn report(&self) -> ExitCode {
+        let mut err = std::io::stderr().lock();
+        // Nothing can be done where even this cannot be written.
+        let _ = match self {
+            Failure::Library(Error::Request {
+                option,
+                expected,
+                found,
+            }) => writeln!(err, "error: --{option}: expected {expected}, found {found}"),
+            Failure::Library(error) => writeln!(err, "error: {error}"),
+            // A reader that went away (`cascade ... | head`) is no failure worth words.
+            Failure::Output(error) if error.kind() == std::io::ErrorKind::BrokenPipe => Ok(()),
+            Failure::Output(error) => writeln!(err, "error: cannot write to the terminal: {error}"),
+        };
+        if let Failure::Library(error) = self
+            && let Some(advice) = error.advice()
+        {
+            let _ = writeln!(err, "help: {advice}");
+        }
+        match self {
+            Failure::Library(Error::Cancelled) => ExitCode::from(INTERRUPTED),
+            Failure::Library(error) if error.is_usage() => ExitCode::from(2),
+            _ => ExitCode::from(1),
+        }
+    }
+}

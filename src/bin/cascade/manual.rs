@@ -1,0 +1,36 @@
+//! Shell completions and man pages, made from the arguments themselves.
+
+use std::io::Write;
+
+use clap::CommandFactory;
+use clap_complete::Shell;
+
+use crate::args::Cli;
+use crate::failure::Failure;
+
+/// Prints completions for `shell`.
+pub fn completions(shell: Shell) -> Result<(), Failure> {
+    let mut text = Vec::new();
+    clap_complete::generate(shell, &mut Cli::command(), "cascade", &mut text);
+    Ok(std::io::stdout().write_all(&text)?)
+}
+
+/// Prints the man page of the program, or of one of its commands.
+pub fn page(name: Option<&str>) -> Result<(), Failure> {
+    let mut all = Cli::command();
+    all.build();
+    let command = match name {
+        None => all,
+        Some(name) => all
+            .find_subcommand(name)
+            .cloned()
+            .ok_or_else(|| cascade::Error::Request {
+                option: "page",
+                expected: "the name of a command".into(),
+                found: name.into(),
+            })?,
+    };
+    let mut text = Vec::new();
+    clap_mangen::Man::new(command).render(&mut text)?;
+    Ok(std::io::stdout().write_all(&text)?)
+}

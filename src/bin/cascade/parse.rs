@@ -1,0 +1,139 @@
+//! Values that clap has no parser for.
+
+use std::ops::Range;
+
+/// `A:B` as sites `A .. B`.
+pub fn site_range(text: &str) -> Result<Range<usize>, String> {
+    let expected = "expected FIRST:END, two site indices, the end excluded";
+    let (a, b) = text.split_once(':').ok_or(expected)?;
+    let index = |t: &str| t.trim().parse::<usize>().map_err(|_| expected.to_owned());
+    let range = index(a)?..index(b)?;
+    if range.is_empty() {
+        return Err(format!("{expected}, found an empty range"));
+    }
+    Ok(range)
+}
+
+/// `A:B` as an interval; an end left out is infinite.
+pub fn interval(text: &str) -> Result<(f64, f64), String> {
+    let expected = "expected FROM:TO, two numbers of which one may be left out";
+    let (a, b) = text.split_once(':').ok_or(expected)?;
+    let end = |t: &str, open: f64| match t.trim() {
+        "" => Ok(open),
+        t => match t.parse::<f64>() {
+            Ok(x) if !x.is_nan() => Ok(x),
+            _ => Err(expected.to_owned()),
+        },
+    };
+    let (from, to) = (end(a, f64::NEG_INFINITY)?, end(b, f64::INFINITY)?);
+    if from > to {
+        return Err(format!("{expected}, the lower one first"));
+    }
+    Ok((from, to))
+}
+
+/// A number of bytes: `500000000`, `500MB`, `2GiB`, `2G` (binary).
+pub fn bytes(text: &str) -> Result<u64, String> {
+    let text = text.trim();
+    let digits = text
+        .find(|c: char| !c.is_ascii_digit() && c != '.')
+        .unwrap_or(text.len());
+    let (number, unit) = text.split_at(digits);
+    let factor: f64 = match unit.trim().to_ascii_lowercase().as_str() {
+        "" | "b" => 1.0,
+        "kb" => 1e3,
+        "mb" => 1e6,
+        "gb" => 1e9,
+        "tb" => 1e12,
+        "k" | "kib" => 1024.0,
+        "m" | "mib" => 1024f64.powi(2),
+        "g" | "gib" => 1024f64.powi(3),
+        "t" | "tib" => 1024f64.powi(4),
+        _ => return Err("expected a size such as 500MB or 2GiB".into()),
+    };
+    match number.parse::<f64>() {
+        Ok(n) if n * factor >= 1.0 => Ok((n * factor) as u64),
+        _ => Err("expected a size such as 500MB or 2GiB".into()),
+    }
+}
+
+/// How much of a segment its neighbour shares.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub enum Overlap {
+    Samples(usize),
+    Share(f64),
+}
+
+impl Overlap {
+    pub fn of(self, segment: usize) -> usize {
+        match self {
+            Overlap::Samples(n) => n,
+            Overlap::Share(share) => (share * segment as f64) as usize,
+        }
+    }
+}
+
+/// A whole number of samples, or a share between 0 and 1 (also `50%`).
+pub fn overlap(text: &str) -> Result<Overlap, String> {
+    let expected = "expected a number of samples, or a share between 0 and 1 such as 0.5 or 50%";
+    if let Ok(n) = text.parse::<usize>() {
+        return Ok(Overlap::Samples(n));
+    }
+    let share = match text.strip_suffix('%') {
+        Some(percent) => percent.trim().parse::<f64>().map(|p| p / 100.0),
+        None => text.parse::<f64>(),
+    };
+    match share {
+        Ok(s) if (0.0..1.0).contains(&s) => Ok(Overlap::Share(s)),
+        _ => Err(expected.into()),
+    }
+}
+
+/// A finite number.
+pub fn finite(text: &str) -> Result<f64, String> {
+    match text.trim().parse::<f64>() {
+        Ok(x) if x.is_finite() => Ok(x),
+        _ => Err("expected a finite number".into()),
+    }
+}
+
+/// A finite number above 0.
+pub fn step(text: &str) -> Result<f64, String> {
+    match finite(text) {
+        Ok(x) if x > 0.0 => Ok(x),
+        _ => Err("expected a finite number above 0".into()),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn sizes_have_binary_and_decimal_units() {
+        assert_eq!(bytes("2GiB"), Ok(2 << 30));
+        assert_eq!(bytes("1.5k"), Ok(1536));
+        assert_eq!(bytes("500 MB"), Ok(500_000_000));
+        for wrong in ["", "GiB", "0", "-1", "2 parsecs", "nan"] {
+            assert!(bytes(wrong).is_err(), "{wrong}");
+        }
+    }
+
+    #[test]
+    fn overlaps_are_samples_or_shares() {
+        assert_eq!(overlap("256").map(|o| o.of(512)), Ok(256));
+        assert_eq!(overlap("0.5").map(|o| o.of(513)), Ok(256));
+        assert_eq!(overlap("75%").map(|o| o.of(512)), Ok(384));
+        for wrong in ["1.5", "-3", "100%", "half"] {
+            assert!(overlap(wrong).is_err(), "{wrong}");
+        }
+    }
+
+    #[test]
+    fn ranges_state_both_ends_or_leave_one_open() {
+        assert_eq!(site_range("3:7"), Ok(3..7));
+        assert!(site_range("7:3").is_err() && site_range("3").is_err());
+        assert_eq!(interval("0.5:"), Ok((0.5, f64::INFINITY)));
+        assert!(interval("2:1").is_err() && interval("nan:1").is_err());
+    }
+}
