@@ -1,6 +1,6 @@
 //! Heat maps and their colour bars.
 
-use ndarray::ArrayView2;
+use ndarray::{Array2, ArrayView2, s};
 
 use super::font;
 use super::panel::{LABEL_SIZE, Panel, TICK_SIZE, vertical_text};
@@ -36,26 +36,22 @@ where
 
 /// The value of largest magnitude of each block, at most `most_rows` by `most_columns` of them.
 ///
-/// A block is NaN only where all its values are.
-pub fn block_extremes<T>(
+/// Blocks are as even as whole samples allow; one is NaN only where all its values are.
+pub(crate) fn block_extremes<T>(
     values: ArrayView2<T>,
     most_rows: usize,
     most_columns: usize,
-) -> ndarray::Array2<f64>
+) -> Array2<f64>
 where
     T: Copy + Into<f64>,
 {
     let (rows, columns) = values.dim();
-    let tall = rows.div_ceil(most_rows.max(1)).max(1);
-    let wide = columns.div_ceil(most_columns.max(1)).max(1);
-    let shape = (rows.div_ceil(tall), columns.div_ceil(wide));
-    ndarray::Array2::from_shape_fn(shape, |(i, j)| {
-        let (bottom, left) = (i * tall, j * wide);
-        let block = values.slice(ndarray::s![
-            bottom..(bottom + tall).min(rows),
-            left..(left + wide).min(columns)
-        ]);
-        block
+    let shape = (rows.min(most_rows), columns.min(most_columns));
+    Array2::from_shape_fn(shape, |(i, j)| {
+        let rows = i * rows / shape.0..(i + 1) * rows / shape.0;
+        let columns = j * columns / shape.1..(j + 1) * columns / shape.1;
+        values
+            .slice(s![rows, columns])
             .iter()
             .map(|&value| value.into())
             .fold(f64::NAN, |most: f64, value: f64| {
@@ -123,4 +119,19 @@ fn explain_missing(scene: &mut Scene, bar: Rect) {
     scene.outline(swatch, INK);
     let at = (swatch.right + 11.0, bar.bottom + 27.0);
     scene.text("no value", at, TICK_SIZE, Anchor::Start);
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn blocks_keep_the_extremes() {
+        let values = ndarray::array![[1.0, -5.0, f64::NAN], [2.0, 3.0, f64::NAN]];
+        assert_eq!(
+            block_extremes(values.view(), 1, 2),
+            ndarray::array![[2.0, -5.0]]
+        );
+        assert!(block_extremes(values.view(), 2, 3)[[1, 2]].is_nan());
+    }
 }

@@ -9,7 +9,7 @@ mod curve;
 mod figures;
 mod font;
 mod heat;
-mod labels;
+pub(crate) mod labels;
 mod panel;
 mod redistribution;
 mod scale;
@@ -28,6 +28,10 @@ pub use figures::{
 };
 pub use redistribution::{along_t, along_x};
 pub use short::{short_space, short_time};
+
+pub(crate) use heat::block_extremes;
+pub(crate) use scale::{DECADES, Scale};
+pub(crate) use short::edges;
 
 use crate::analyze::Analysis;
 use crate::{Error, Result};

@@ -13,11 +13,11 @@ const LEVELS: usize = 255;
 const NO_VALUE_INDEX: u8 = LEVELS as u8;
 
 /// Decades below the largest value that a logarithmic scale spans.
-pub(super) const DECADES: f64 = 8.0;
+pub(crate) const DECADES: f64 = 8.0;
 
 /// A colour scale that holds every value it was made for.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub(super) enum Scale {
+pub(crate) enum Scale {
     /// Linear from `-limit` to `limit`, zero in the neutral middle.
     Diverging { limit: f64 },
     /// Logarithmic from `low` to `high`; all that is smaller has the lowest colour.
@@ -101,7 +101,7 @@ impl Scale {
         }
     }
 
-    pub fn ticks(&self, count: usize) -> Vec<Tick> {
+    pub(super) fn ticks(&self, count: usize) -> Vec<Tick> {
         match *self {
             Scale::Diverging { limit } => {
                 ticks::linear(-limit, limit, count, Notation::of(-limit, limit))

@@ -1,7 +1,7 @@
 //! A figure as marks in design pixels, before any file format.
 
 /// Red, green, blue.
-pub(super) type Color = [u8; 3];
+pub(crate) type Color = [u8; 3];
 
 pub(super) const INK: Color = [0x22, 0x22, 0x22];
 pub(super) const FAINT: Color = [0x66, 0x66, 0x66];

@@ -56,7 +56,7 @@ struct Sheet<'a> {
 }
 
 /// Cell edges about evenly spaced centres.
-fn edges(centres: &[f64]) -> (f64, f64) {
+pub(crate) fn edges(centres: &[f64]) -> (f64, f64) {
     match centres {
         [] => (0.0, 1.0),
         [only] => (only - 0.5, only + 0.5),
