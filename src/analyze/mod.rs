@@ -14,7 +14,7 @@ mod spacetime;
 mod warning;
 
 pub use observer::{Observer, Silent};
-pub use plan::{Blocks, Plan, PlannedStage, plan};
+pub use plan::{Blocks, Plan, PlanSummary, PlannedStage, plan};
 pub use request::{Precision, Request, Results, Scaling, ShortTime, TimeRange, Welch};
 pub use result::*;
 pub use run::{analyze, run};

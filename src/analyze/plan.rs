@@ -61,6 +61,20 @@ pub struct PlannedStage {
     pub bytes_written: u64,
 }
 
+/// A [`Plan`] as data; ranges are `[first, end)`, sizes are bytes.
+#[derive(Debug, Serialize)]
+pub struct PlanSummary<'a> {
+    times: [usize; 2],
+    sites: [usize; 2],
+    stages: &'a [PlannedStage],
+    arrays: std::collections::BTreeMap<&'static str, [usize; 2]>,
+    blocks: Blocks,
+    threads: usize,
+    memory_needed: u64,
+    memory_allowed: u64,
+    scratch_file: u64,
+}
+
 /// Records transformed together: one cache line of doubles.
 const TILE_SITES: usize = 8;
 /// Profiles transformed together.
@@ -196,6 +210,30 @@ impl Plan {
     /// Whether transforms along space of each instant are made at all.
     pub(crate) fn transforms_space(&self) -> bool {
         self.request.results.spatial || self.request.results.flux_surrogate
+    }
+
+    /// Sizes of the blocks that pass through memory.
+    pub fn blocks(&self) -> Blocks {
+        self.blocks
+    }
+
+    /// The plan as data, for programs.
+    pub fn describe(&self) -> PlanSummary<'_> {
+        PlanSummary {
+            times: [self.times.start, self.times.end],
+            sites: [self.sites.start, self.sites.end],
+            stages: &self.stages,
+            arrays: self
+                .arrays
+                .iter()
+                .map(|&(array, (rows, columns))| (array.name(), [rows, columns]))
+                .collect(),
+            blocks: self.blocks,
+            threads: self.threads,
+            memory_needed: self.memory_needed,
+            memory_allowed: self.memory_allowed,
+            scratch_file: self.scratch_file,
+        }
     }
 
     fn fit_into_memory(&mut self) -> Result<()> {

@@ -1,1 +1,137 @@
-//! Figures from results; computes nothing.
+//! Figures from results, as PNG and SVG; computes nothing.
+//!
+//! Each figure is a function of an [`Analysis`] that draws what it holds, or `None` where the
+//! result was not asked for. [`draw_all`] draws and writes every one of them.
+
+mod axis;
+mod bitmap;
+mod curve;
+mod figures;
+mod font;
+mod heat;
+pub(crate) mod labels;
+mod panel;
+mod redistribution;
+mod scale;
+mod scene;
+mod short;
+mod svg;
+mod ticks;
+
+use std::fs;
+use std::path::{Path, PathBuf};
+
+use rayon::prelude::*;
+
+pub use figures::{
+    flux_surrogate, space_time, spacetime_spectrum, spatial_spectrum, temporal_spectrum,
+};
+pub use redistribution::{along_t, along_x};
+pub use short::{short_space, short_time};
+
+pub(crate) use heat::block_extremes;
+pub(crate) use scale::{DECADES, Scale};
+pub(crate) use short::edges;
+
+use crate::analyze::Analysis;
+use crate::{Error, Result};
+
+/// A file format of figures.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
+pub enum Format {
+    Png,
+    /// With text as text and heat maps as embedded pictures.
+    Svg,
+}
+
+impl Format {
+    pub fn extension(self) -> &'static str {
+        match self {
+            Format::Png => "png",
+            Format::Svg => "svg",
+        }
+    }
+}
+
+/// A figure, ready to be written in any format.
+#[derive(Debug)]
+pub struct Figure {
+    name: &'static str,
+    scene: scene::Scene,
+}
+
+impl Figure {
+    /// Name of its file, without extension.
+    pub fn name(&self) -> &'static str {
+        self.name
+    }
+
+    /// The bytes of its file.
+    ///
+    /// # Errors
+    /// [`Error::Draw`] if the figure cannot be painted or encoded.
+    pub fn encode(&self, format: Format) -> Result<Vec<u8>> {
+        match format {
+            Format::Png => bitmap::png(&self.scene),
+            Format::Svg => svg::svg(&self.scene).map(String::into_bytes),
+        }
+        .map_err(|reason| Error::Draw {
+            path: self.file_name(format),
+            reason,
+        })
+    }
+
+    /// Writes `<dir>/<name>.<extension>`, whole or not at all, and returns its path.
+    ///
+    /// # Errors
+    /// [`Error::Draw`] if the figure cannot be painted, [`Error::Write`] if it cannot be written.
+    pub fn save(&self, dir: &Path, format: Format) -> Result<PathBuf> {
+        let bytes = self.encode(format)?;
+        let path = dir.join(self.file_name(format));
+        let partial = dir.join(format!(
+            "{}.partial-{}",
+            self.file_name(format).display(),
+            std::process::id()
+        ));
+        fs::write(&partial, bytes)
+            .and_then(|()| fs::rename(&partial, &path))
+            .inspect_err(|_| drop(fs::remove_file(&partial)))
+            .map_err(Error::write("write the figure", &path))?;
+        Ok(path)
+    }
+
+    fn file_name(&self, format: Format) -> PathBuf {
+        PathBuf::from(format!("{}.{}", self.name, format.extension()))
+    }
+}
+
+/// Draws every figure whose result is present into `dir`, in parallel; returns the paths written,
+/// in a fixed order.
+///
+/// # Errors
+/// The first of [`Figure::save`]'s errors; [`Error::Write`] if `dir` cannot be made.
+pub fn draw_all(analysis: &Analysis, dir: &Path, formats: &[Format]) -> Result<Vec<PathBuf>> {
+    let figures: [fn(&Analysis) -> Option<Figure>; 9] = [
+        |analysis| Some(space_time(analysis)),
+        temporal_spectrum,
+        spatial_spectrum,
+        spacetime_spectrum,
+        along_x,
+        along_t,
+        short_time,
+        short_space,
+        flux_surrogate,
+    ];
+    fs::create_dir_all(dir).map_err(Error::write("make the directory", dir))?;
+    let written: Vec<Vec<PathBuf>> = figures
+        .par_iter()
+        .filter_map(|draw| draw(analysis))
+        .map(|figure| {
+            formats
+                .par_iter()
+                .map(|&format| figure.save(dir, format))
+                .collect()
+        })
+        .collect::<Result<_>>()?;
+    Ok(written.into_iter().flatten().collect())
+}

@@ -4,9 +4,13 @@
 mod archive;
 mod arrays;
 mod directory;
+#[cfg(feature = "figures")]
+mod html;
 mod summary;
 
 pub use archive::Archive;
 pub use arrays::write_small_arrays;
 pub use directory::ResultDirectory;
+#[cfg(feature = "figures")]
+pub use html::html;
 pub use summary::{Provenance, SCHEMA, Summary};

@@ -1,0 +1,103 @@
+//! Names of axes and quantities, with their units.
+
+use std::f64::consts::PI;
+
+use crate::analyze::{Analysis, Axes, Scaling};
+
+/// `time (s)`; without a unit, samples.
+pub(crate) fn time(axes: &Axes) -> String {
+    format!("time ({})", axes.time.unit.as_deref().unwrap_or("samples"))
+}
+
+/// `position (m)`; without a unit, `site`.
+pub(crate) fn position(axes: &Axes) -> String {
+    match &axes.space.unit {
+        Some(unit) => format!("position ({unit})"),
+        None => "site".into(),
+    }
+}
+
+/// `frequency (Hz)`: always in cycles.
+pub(crate) fn frequency(axes: &Axes) -> String {
+    format!("frequency ({})", axes.frequency_unit())
+}
+
+/// `wavenumber (rad/m)`: always in rad.
+pub(crate) fn wavenumber(axes: &Axes) -> String {
+    format!("wavenumber ({})", axes.wavenumber_unit())
+}
+
+/// The second reading of a wavenumber axis: `k a / π` with the site spacing a.
+pub(crate) fn wavenumber_reading(axes: &Axes) -> Option<(String, f64)> {
+    let factor = axes.space.step / PI;
+    (factor.is_finite() && factor > 0.0).then(|| ("k a / π  (a: site spacing)".into(), factor))
+}
+
+/// What short-time spectra show, with unit.
+pub(crate) fn short_time_density(analysis: &Analysis) -> String {
+    density(
+        analysis,
+        sample(&analysis.axes),
+        &analysis.axes.frequency_unit(),
+    )
+}
+
+/// What short-space spectra show, with unit.
+pub(crate) fn short_space_density(analysis: &Analysis) -> String {
+    density(
+        analysis,
+        site(&analysis.axes),
+        &analysis.axes.wavenumber_unit(),
+    )
+}
+
+/// The integral of a site's spectrum over frequency, with unit.
+pub(crate) fn site_energy(analysis: &Analysis) -> String {
+    energy(analysis, sample(&analysis.axes))
+}
+
+/// The integral of a time's spectrum over wavenumber, with unit.
+pub(crate) fn time_energy(analysis: &Analysis) -> String {
+    energy(analysis, site(&analysis.axes))
+}
+
+fn sample(axes: &Axes) -> &str {
+    axes.time.unit.as_deref().unwrap_or("sample")
+}
+
+fn site(axes: &Axes) -> &str {
+    axes.space.unit.as_deref().unwrap_or("site")
+}
+
+fn density(analysis: &Analysis, length: &str, bin: &str) -> String {
+    let (square, bin) = (square(analysis), factor(bin));
+    match analysis.conventions.scaling {
+        Scaling::Energy => format!("energy spectral density ({square} {length} / {bin})"),
+        Scaling::Density => format!("power spectral density ({square} / {bin})"),
+        Scaling::Spectrum => format!("power spectrum ({square})"),
+    }
+}
+
+fn energy(analysis: &Analysis, length: &str) -> String {
+    let square = square(analysis);
+    match analysis.conventions.scaling {
+        Scaling::Energy => format!("energy ({square} {length})"),
+        Scaling::Density | Scaling::Spectrum => format!("mean square ({square})"),
+    }
+}
+
+fn square(analysis: &Analysis) -> String {
+    match analysis.unit.as_deref() {
+        Some(unit) => format!("{}²", factor(unit)),
+        None => "field unit²".into(),
+    }
+}
+
+/// A unit that can stand in a product: composed ones in brackets.
+fn factor(unit: &str) -> String {
+    if unit.contains(['/', ' ', '*', '·', '^']) {
+        format!("({unit})")
+    } else {
+        unit.into()
+    }
+}

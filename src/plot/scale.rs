@@ -1,0 +1,177 @@
+//! From values to colours.
+
+use colorous::{Gradient, PURPLE_ORANGE, VIRIDIS};
+
+use super::scene::Color;
+use super::ticks::{self, Notation, Tick};
+
+/// Colour of cells without a value.
+pub(super) const NO_VALUE: Color = [0x9a, 0x9a, 0x9a];
+
+/// Colours of a palette before the one of cells without a value.
+const LEVELS: usize = 255;
+const NO_VALUE_INDEX: u8 = LEVELS as u8;
+
+/// Decades below the largest value that a logarithmic scale spans.
+pub(crate) const DECADES: f64 = 8.0;
+
+/// A colour scale that holds every value it was made for.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(crate) enum Scale {
+    /// Linear from `-limit` to `limit`, zero in the neutral middle.
+    Diverging { limit: f64 },
+    /// Logarithmic from `low` to `high`; all that is smaller has the lowest colour.
+    Log { low: f64, high: f64, smaller: bool },
+}
+
+impl Scale {
+    /// Symmetric about zero, out to the largest magnitude.
+    pub fn diverging(values: impl Iterator<Item = f64>) -> Self {
+        let limit = values
+            .filter(|v| v.is_finite())
+            .fold(0.0, |most: f64, v| most.max(v.abs()));
+        Scale::Diverging {
+            limit: if limit > 0.0 { limit } else { 1.0 },
+        }
+    }
+
+    /// From the largest value down to the smallest positive one, at most [`DECADES`] below.
+    pub fn log(values: impl Iterator<Item = f64>) -> Self {
+        let (mut least, mut most, mut zeros) = (f64::INFINITY, 0.0f64, false);
+        for value in values.filter(|v| v.is_finite()) {
+            if value > 0.0 {
+                least = least.min(value);
+                most = most.max(value);
+            } else {
+                zeros = true;
+            }
+        }
+        if most == 0.0 {
+            return Scale::Log {
+                low: 0.1,
+                high: 1.0,
+                smaller: zeros,
+            };
+        }
+        let floor = most * 10f64.powf(-DECADES);
+        let low = least.max(floor).min(most / 10.0);
+        Scale::Log {
+            low,
+            high: most,
+            smaller: zeros || least < low,
+        }
+    }
+
+    /// The colours that [`Scale::index`] points to.
+    pub fn palette(&self) -> Vec<Color> {
+        let gradient = self.gradient();
+        (0..LEVELS)
+            .map(|level| gradient.eval_rational(level, LEVELS).into_array())
+            .chain([NO_VALUE])
+            .collect()
+    }
+
+    fn gradient(&self) -> Gradient {
+        match self {
+            Scale::Diverging { .. } => PURPLE_ORANGE,
+            Scale::Log { .. } => VIRIDIS,
+        }
+    }
+
+    /// Place of `value` along the scale, 0 to 1; `None` for what is not finite.
+    pub fn share(&self, value: f64) -> Option<f64> {
+        if !value.is_finite() {
+            return None;
+        }
+        let share = match *self {
+            Scale::Diverging { limit } => 0.5 + 0.5 * (value / limit),
+            Scale::Log { low, .. } if value <= low => 0.0,
+            Scale::Log { low, high, .. } => {
+                (value.log10() - low.log10()) / (high.log10() - low.log10())
+            }
+        };
+        Some(share.clamp(0.0, 1.0))
+    }
+
+    /// Index into [`Scale::palette`].
+    pub fn index(&self, value: f64) -> u8 {
+        match self.share(value) {
+            Some(share) => (share * (LEVELS - 1) as f64).round() as u8,
+            None => NO_VALUE_INDEX,
+        }
+    }
+
+    pub(super) fn ticks(&self, count: usize) -> Vec<Tick> {
+        match *self {
+            Scale::Diverging { limit } => {
+                ticks::linear(-limit, limit, count, Notation::of(-limit, limit))
+            }
+            Scale::Log { low, high, .. } => ticks::logarithmic(low, high, count),
+        }
+    }
+
+    /// Whether some values are too small for the scale and share its lowest colour.
+    pub fn holds_smaller(&self) -> bool {
+        matches!(self, Scale::Log { smaller: true, .. })
+    }
+
+    /// What the lowest colour stands for, where it is more than one value.
+    pub fn lowest_text(&self) -> Option<String> {
+        match *self {
+            Scale::Log {
+                low, smaller: true, ..
+            } => Some(format!("≤ {}", ticks::scientific(low))),
+            _ => None,
+        }
+    }
+
+    /// `quantity` with what the colours do to it.
+    pub fn label(&self, quantity: &str) -> String {
+        match *self {
+            Scale::Diverging { limit } => {
+                format!(
+                    "{}, linear scale",
+                    Notation::of(-limit, limit).label(quantity)
+                )
+            }
+            Scale::Log { low, high, .. } => match (high.log10() - low.log10()).round() {
+                1.0 => format!("{quantity}, log scale over 1 decade"),
+                decades => format!("{quantity}, log scale over {decades} decades"),
+            },
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn every_finite_value_lies_on_the_scale() {
+        let values = [-3.0, 0.0, 2.0, f64::NAN];
+        let scale = Scale::diverging(values.into_iter());
+        assert_eq!(scale, Scale::Diverging { limit: 3.0 });
+        assert_eq!(values.map(|v| scale.index(v)), [0, 127, 212, 255]);
+    }
+
+    #[test]
+    fn log_scales_state_what_lies_below() {
+        let scale = Scale::log([0.0, 1e-12, 1e3].into_iter());
+        assert_eq!(scale.share(1e3), Some(1.0));
+        assert_eq!(scale.share(0.0), Some(0.0));
+        assert!((scale.share(1e-1).unwrap() - 0.5).abs() < 1e-12);
+        assert!(matches!(scale, Scale::Log { smaller: true, .. }));
+    }
+
+    #[test]
+    fn nothing_to_scale_is_no_division_by_zero() {
+        for values in [vec![], vec![0.0], vec![f64::NAN]] {
+            assert_eq!(
+                Scale::diverging(values.iter().copied()).share(0.0),
+                Some(0.5)
+            );
+            assert_eq!(Scale::log(values.iter().copied()).share(0.0), Some(0.0));
+        }
+        assert_eq!(Scale::log([5.0].into_iter()).share(5.0), Some(1.0));
+    }
+}

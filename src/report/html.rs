@@ -1,0 +1,108 @@
+//! One page that opens anywhere: pictures to hover, zoom and pick from, with the numbers.
+
+mod curves;
+mod data;
+mod summary;
+mod words;
+
+use maud::{DOCTYPE, Markup, PreEscaped, html as markup};
+
+use crate::analyze::Analysis;
+use curves::CurveGroup;
+use data::{MapData, Payload};
+
+const UPLOT_SCRIPT: &str = include_str!("../../assets/uplot/uPlot.iife.min.js");
+const UPLOT_STYLE: &str = include_str!("../../assets/uplot/uPlot.min.css");
+const SCRIPT: &str = include_str!("../../assets/report.js");
+const STYLE: &str = include_str!("../../assets/report.css");
+
+/// Nothing is loaded: the page may only run and show what is inside it.
+const POLICY: &str = "default-src 'none'; script-src 'unsafe-inline'; style-src 'unsafe-inline'; \
+                      img-src data:";
+
+/// The analysis as a self-contained HTML page that needs no network.
+///
+/// The maps are embedded as little-endian `f32` (NaN where there is no value), so that hovering
+/// and the curves beside each map read the same numbers that the colours show.
+pub fn html(analysis: &Analysis) -> String {
+    let payload = Payload::of(analysis);
+    let page = markup! {
+        (DOCTYPE)
+        html lang="en" {
+            head {
+                meta charset="utf-8";
+                meta name="viewport" content="width=device-width, initial-scale=1";
+                meta http-equiv="Content-Security-Policy" content=(POLICY);
+                meta name="color-scheme" content="light dark";
+                title { (analysis.name) " – cascade" }
+                style { (PreEscaped(UPLOT_STYLE)) (PreEscaped(STYLE)) }
+            }
+            body {
+                header {
+                    h1 { (analysis.name) }
+                    p { (summary::sentence(analysis)) }
+                }
+                noscript {
+                    p class="warning" {
+                        "The pictures need JavaScript, which is off; tables and definitions do not."
+                    }
+                }
+                main {
+                    (summary::warnings(&analysis.warnings))
+                    (summary::tables(analysis))
+                    (words::how_to_read(analysis))
+                    @for map in &payload.maps { (map_figure(map)) }
+                    @for group in &payload.curves { (curve_figure(group)) }
+                }
+                script type="application/json" id="data" { (PreEscaped(payload.json())) }
+                script { (PreEscaped(UPLOT_SCRIPT)) }
+                script { (PreEscaped(SCRIPT)) }
+            }
+        }
+    };
+    page.into_string()
+}
+
+fn map_figure(map: &MapData) -> Markup {
+    let heading = format!("{}-heading", map.id);
+    markup! {
+        section id=(map.id) class="map" aria-labelledby=(heading) {
+            h2 id=(heading) { (map.title) }
+            div class="tools" {
+                fieldset {
+                    legend { "Scale" }
+                    button type="button" data-scale="log" { "log" }
+                    button type="button" data-scale="linear" { "linear" }
+                }
+                fieldset {
+                    legend { "Curve along" }
+                    button type="button" data-along="y" { (map.y.label) }
+                    button type="button" data-along="x" { (map.x.label) }
+                }
+                button type="button" data-reset { "whole picture" }
+            }
+            figure {
+                div class="picture" {
+                    canvas tabindex="0" role="img"
+                        aria-label={ (map.title) ". Arrow keys move the picked cell, plus and minus zoom, 0 shows all." } {}
+                }
+                div class="curve" {}
+                output class="readout" { "Hover to read values; click to pick; drag to zoom." }
+                figcaption { (map.caption) }
+            }
+        }
+    }
+}
+
+fn curve_figure(group: &CurveGroup) -> Markup {
+    let heading = format!("{}-heading", group.id);
+    markup! {
+        section id=(group.id) class="curves" aria-labelledby=(heading) {
+            h2 id=(heading) { (group.title) }
+            figure {
+                @for _ in &group.charts { div class="curve" {} }
+                figcaption { (group.caption) }
+            }
+        }
+    }
+}

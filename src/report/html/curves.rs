@@ -1,0 +1,166 @@
+//! Curves along x, along t and along frequency, for the page's script.
+
+use base64::Engine;
+use base64::prelude::BASE64_STANDARD;
+use serde::Serialize;
+
+use super::data::{Role, mark, single};
+use super::words;
+use crate::analyze::{Analysis, Axes, Moments};
+use crate::plot::labels;
+
+/// Samples of a curve that are embedded as they are; longer ones show each block's extremes.
+const CURVE_LIMIT: usize = 8192;
+
+#[derive(Debug, Serialize)]
+pub(super) struct CurveGroup {
+    pub id: &'static str,
+    pub title: &'static str,
+    #[serde(skip)]
+    pub caption: String,
+    label: String,
+    role: Role,
+    /// Little-endian f64.
+    x: String,
+    pub charts: Vec<Chart>,
+}
+
+#[derive(Debug, Serialize)]
+pub(super) struct Chart {
+    label: String,
+    log: bool,
+    mark: Option<f64>,
+    series: Vec<Series>,
+}
+
+#[derive(Debug, Serialize)]
+struct Series {
+    label: &'static str,
+    /// Little-endian f32.
+    values: String,
+}
+
+/// The groups whose results are present.
+pub(super) fn of(analysis: &Analysis) -> Vec<CurveGroup> {
+    let axes = &analysis.axes;
+    let mut groups = Vec::new();
+    if let Some(moments) = &analysis.along_space {
+        let content = labels::frequency(axes);
+        let energy = labels::site_energy(analysis);
+        let charts = moment_charts(moments, content, energy, mark(analysis.frequency_edge));
+        let along = (labels::position(axes), Role::Position);
+        groups.push(group("along-x", along, &axes.positions(), charts));
+    }
+    if let Some(moments) = &analysis.along_time {
+        let content = labels::wavenumber(axes);
+        let energy = labels::time_energy(analysis);
+        let charts = moment_charts(moments, content, energy, mark(analysis.wavenumber_edge));
+        let along = (labels::time(axes), Role::Time);
+        groups.push(group("along-t", along, &axes.times(), charts));
+    }
+    if let Some([plus, minus]) = &analysis.direction_by_frequency {
+        groups.push(direction_group(axes, plus, minus));
+    }
+    groups
+}
+
+fn direction_group(axes: &Axes, plus: &[f64], minus: &[f64]) -> CurveGroup {
+    let series = vec![series("towards +x", plus), series("towards −x", minus)];
+    let charts = vec![chart("share of energy".into(), false, None, series)];
+    let along = (labels::frequency(axes), Role::Frequency);
+    group("direction", along, &axes.frequency, charts)
+}
+
+fn moment_charts(
+    moments: &Moments,
+    content: String,
+    energy: String,
+    edge: Option<f64>,
+) -> Vec<Chart> {
+    let places = vec![
+        series("centroid", &moments.centroid),
+        series("90 % below", &moments.quantile_90),
+        series("median", &moments.median),
+    ];
+    let shares = vec![
+        series("low band", &moments.low_share),
+        series("high band", &moments.high_share),
+    ];
+    vec![
+        chart(content, false, edge, places),
+        chart("share of energy".into(), false, None, shares),
+        chart(energy, true, None, vec![series("energy", &moments.energy)]),
+    ]
+}
+
+fn chart(label: String, log: bool, mark: Option<f64>, series: Vec<Series>) -> Chart {
+    Chart {
+        label,
+        log,
+        mark,
+        series,
+    }
+}
+
+fn series(label: &'static str, values: &[f64]) -> Series {
+    let shown = shown(values.len());
+    Series {
+        label,
+        values: match shown {
+            Shown::All => single(values.iter().map(|&value| value as f32)),
+            Shown::Blocks(length) => single(values.chunks(length).flat_map(extremes)),
+        },
+    }
+}
+
+fn group(id: &'static str, along: (String, Role), x: &[f64], charts: Vec<Chart>) -> CurveGroup {
+    let shown = shown(x.len());
+    let x: Vec<f64> = match shown {
+        Shown::All => x.to_vec(),
+        Shown::Blocks(length) => x
+            .chunks(length)
+            .flat_map(|block| [block[block.len() / 4], block[3 * block.len() / 4]])
+            .collect(),
+    };
+    let bytes: Vec<u8> = x.into_iter().flat_map(f64::to_le_bytes).collect();
+    CurveGroup {
+        id,
+        title: words::title(id),
+        caption: words::curve_caption(id, matches!(shown, Shown::Blocks(_))),
+        label: along.0,
+        role: along.1,
+        x: BASE64_STANDARD.encode(bytes),
+        charts,
+    }
+}
+
+/// How much of a curve is embedded.
+enum Shown {
+    All,
+    /// The extremes of each block of this many samples, one after the other.
+    Blocks(usize),
+}
+
+fn shown(samples: usize) -> Shown {
+    match samples {
+        0..=CURVE_LIMIT => Shown::All,
+        _ => Shown::Blocks(samples.div_ceil(CURVE_LIMIT / 2)),
+    }
+}
+
+/// The smallest and the largest value, in their order of appearance.
+fn extremes(block: &[f64]) -> [f32; 2] {
+    let (mut low, mut high) = ((0, f64::NAN), (0, f64::NAN));
+    for (index, &value) in block.iter().enumerate() {
+        if low.1.is_nan() || value < low.1 {
+            low = (index, value);
+        }
+        if high.1.is_nan() || value > high.1 {
+            high = (index, value);
+        }
+    }
+    match low.0 <= high.0 {
+        true => [low.1 as f32, high.1 as f32],
+        false => [high.1 as f32, low.1 as f32],
+    }
+}

@@ -1,0 +1,289 @@
+//! The numbers of a run in tables, and its warnings.
+
+use maud::{Markup, html as markup};
+
+use super::words::{number, percent};
+use crate::analyze::{Analysis, BandEdge, Moments, Timing, Warning};
+use crate::field::Axis;
+use crate::plot::labels;
+use crate::prepare::WindowGains;
+
+type Row = (&'static str, String);
+
+/// What was analysed, in one sentence.
+pub(super) fn sentence(analysis: &Analysis) -> String {
+    let axes = &analysis.axes;
+    let quantity = kebab(&analysis.quantity);
+    let unit = match &analysis.unit {
+        Some(unit) => format!(" in {unit}"),
+        None => String::new(),
+    };
+    format!(
+        "{quantity}{unit}: {} times by {} sites",
+        axes.n_times, axes.n_sites
+    )
+}
+
+pub(super) fn warnings(warnings: &[Warning]) -> Markup {
+    markup! {
+        section id="warnings" aria-labelledby="warnings-heading" {
+            h2 id="warnings-heading" { "Warnings" }
+            @if warnings.is_empty() {
+                p { "None." }
+            } @else {
+                ul {
+                    @for warning in warnings {
+                        li class="warning" {
+                            strong { (sentence_case(&warning.message())) "." }
+                            " " (prose(&sentence_case(warning.advice()))) "."
+                        }
+                    }
+                }
+            }
+        }
+    }
+}
+
+fn sentence_case(text: &str) -> String {
+    let mut rest = text.chars();
+    match rest.next() {
+        Some(first) => first.to_uppercase().chain(rest).collect(),
+        None => String::new(),
+    }
+}
+
+/// Text whose parts between backticks are code.
+fn prose(text: &str) -> Markup {
+    markup! {
+        @for (index, part) in text.split('`').enumerate() {
+            @if index % 2 == 1 { code { (part) } } @else { (part) }
+        }
+    }
+}
+
+pub(super) fn tables(analysis: &Analysis) -> Markup {
+    markup! {
+        section id="summary" aria-labelledby="summary-heading" {
+            h2 id="summary-heading" { "Summary" }
+            div class="tables" {
+                (table("Field", &field(analysis)))
+                (table("Spectra", &spectra(analysis)))
+                (table("Redistribution", &redistribution(analysis)))
+                (table("Accuracy", &accuracy(analysis)))
+                (timings(&analysis.timings))
+            }
+        }
+    }
+}
+
+fn table(title: &str, rows: &[Row]) -> Markup {
+    markup! {
+        table {
+            caption { (title) }
+            tbody {
+                @for (name, value) in rows {
+                    tr { th scope="row" { (name) } td { (value) } }
+                }
+            }
+        }
+    }
+}
+
+fn field(analysis: &Analysis) -> Vec<Row> {
+    let axes = &analysis.axes;
+    let span = |axis: &Axis, count: usize| {
+        let last = axis.at(count.saturating_sub(1));
+        let unit = axis.unit.as_deref().unwrap_or("(counted)");
+        format!(
+            "{} to {} in steps of {} {unit}",
+            number(axis.origin),
+            number(last),
+            number(axis.step)
+        )
+    };
+    let mut rows = vec![
+        (
+            "Samples",
+            format!("{} times × {} sites", axes.n_times, axes.n_sites),
+        ),
+        ("Time", span(&axes.time, axes.n_times)),
+        ("Position", span(&axes.space, axes.n_sites)),
+        ("Quantity", sentence_quantity(analysis)),
+        (
+            "Offset in the file",
+            format!("time row {}, site {}", analysis.offset.0, analysis.offset.1),
+        ),
+    ];
+    if let Some(hash) = &analysis.content_hash {
+        rows.push(("BLAKE3", hash.clone()));
+    }
+    rows
+}
+
+fn sentence_quantity(analysis: &Analysis) -> String {
+    match &analysis.unit {
+        Some(unit) => format!("{} ({unit})", kebab(&analysis.quantity)),
+        None => kebab(&analysis.quantity),
+    }
+}
+
+fn spectra(analysis: &Analysis) -> Vec<Row> {
+    let of = &analysis.conventions;
+    let last = |values: &[f64]| number(values.last().copied().unwrap_or(f64::NAN));
+    let axes = &analysis.axes;
+    vec![
+        ("Scaling", kebab(&of.scaling)),
+        ("Window in time", window(&of.window_time)),
+        ("Window in space", window(&of.window_space)),
+        (
+            "Segments in time",
+            format!(
+                "{} of {} samples, overlap {}, padded to {}",
+                of.segments, of.segment, of.overlap, of.padded_time
+            ),
+        ),
+        ("Padded in space to", of.padded_space.to_string()),
+        (
+            "Highest frequency",
+            format!("{} {}", last(&axes.frequency), axes.frequency_unit()),
+        ),
+        (
+            "Highest wavenumber",
+            format!("{} {}", last(&axes.wavenumber), axes.wavenumber_unit()),
+        ),
+    ]
+}
+
+fn window(gains: &WindowGains) -> String {
+    format!(
+        "{} (coherent gain {}, power gain {}, noise bandwidth {} bins)",
+        gains.name,
+        number(gains.coherent_gain),
+        number(gains.power_gain),
+        number(gains.noise_bandwidth_bins)
+    )
+}
+
+fn redistribution(analysis: &Analysis) -> Vec<Row> {
+    let axes = &analysis.axes;
+    let mut rows = Vec::new();
+    if let Some(direction) = analysis.direction {
+        rows.push(("Towards +x", percent(direction.toward_plus_x)));
+        rows.push(("Towards −x", percent(direction.toward_minus_x)));
+        rows.push(("Undirected", percent(direction.undirected)));
+        let (from, to) = direction.band;
+        let unit = axes.frequency_unit();
+        rows.push((
+            "Directions summed over",
+            format!("{} to {} {unit}", number(from), number(to)),
+        ));
+    }
+    if let Some(edge) = analysis.frequency_edge {
+        let at = labels::position(axes);
+        rows.push((
+            "Frequency band edge",
+            band_edge(edge, &axes.frequency_unit(), "site", &at),
+        ));
+    }
+    if let Some(moments) = &analysis.along_space {
+        rows.push(("High band, first and last site", first_and_last(moments)));
+    }
+    if let Some(edge) = analysis.wavenumber_edge {
+        let at = labels::time(axes);
+        rows.push((
+            "Wavenumber band edge",
+            band_edge(edge, &axes.wavenumber_unit(), "time row", &at),
+        ));
+    }
+    if let Some(moments) = &analysis.along_time {
+        rows.push(("High band, first and last time", first_and_last(moments)));
+    }
+    rows
+}
+
+fn band_edge(edge: BandEdge, unit: &str, row: &str, at_label: &str) -> String {
+    match edge {
+        BandEdge::Given { value } => format!("{} {unit}, given", number(value)),
+        BandEdge::Reference { value, index, at } => format!(
+            "{} {unit}: 90 % of the energy at {row} {index} ({at_label} = {}) lies at or below it",
+            number(value),
+            number(at)
+        ),
+        BandEdge::Undefined => "undefined: no row has energy".into(),
+    }
+}
+
+fn first_and_last(moments: &Moments) -> String {
+    match moments.high_share[..] {
+        [] => "undefined".into(),
+        [only] => percent(only),
+        [first, .., last] => format!("{}, {}", percent(first), percent(last)),
+    }
+}
+
+fn accuracy(analysis: &Analysis) -> Vec<Row> {
+    let (of, parseval) = (&analysis.accuracy, &analysis.parseval);
+    let residual = |value: Option<f64>| value.map_or("not computed".into(), number);
+    vec![
+        ("Precision", kebab(&of.precision)),
+        (
+            "Spot check",
+            match of.spot_check {
+                Some(error) => format!("{} over {} amplitudes", number(error), of.spot_checks),
+                None => "not made".into(),
+            },
+        ),
+        ("Parseval residual, time", residual(parseval.time)),
+        ("Parseval residual, space", residual(parseval.space)),
+        (
+            "Parseval residual, space-time",
+            residual(parseval.spacetime),
+        ),
+        ("Unit of stored amplitudes", number(of.amplitude_unit)),
+        ("Estimated by", of.estimated_by.into()),
+    ]
+}
+
+fn timings(timings: &[Timing]) -> Markup {
+    markup! {
+        table class="timings" {
+            caption { "Timings" }
+            thead {
+                tr {
+                    th scope="col" { "Stage" }
+                    th scope="col" { "Seconds" }
+                    th scope="col" { "MB read" }
+                    th scope="col" { "MB written" }
+                    th scope="col" { "Transforms" }
+                }
+            }
+            tbody {
+                @for timing in timings {
+                    tr {
+                        th scope="row" { (timing.stage) }
+                        td { (number(timing.seconds)) }
+                        td { (megabytes(timing.bytes_read)) }
+                        td { (megabytes(timing.bytes_written)) }
+                        td {
+                            @if timing.transforms > 0 {
+                                (timing.transforms) " of length " (timing.transform_length)
+                            } @else { "none" }
+                        }
+                    }
+                }
+            }
+        }
+    }
+}
+
+fn megabytes(bytes: u64) -> String {
+    format!("{:.2}", bytes as f64 / 1e6)
+}
+
+/// The name that an enum has in JSON, in words.
+fn kebab(value: &impl serde::Serialize) -> String {
+    match serde_json::to_value(value) {
+        Ok(serde_json::Value::String(name)) => name.replace('-', " "),
+        _ => String::new(),
+    }
+}

@@ -1,0 +1,174 @@
+//! Titles, captions and definitions.
+
+use maud::{Markup, html as markup};
+
+use crate::analyze::{Analysis, Reduction, Scaling, ShortTimeSpectra};
+
+/// Up to five significant digits; `undefined` for what is not finite.
+pub(super) fn number(value: f64) -> String {
+    let size = value.abs();
+    match value {
+        _ if !value.is_finite() => "undefined".into(),
+        0.0 => "0".into(),
+        _ if (1e-3..1e6).contains(&size) => {
+            let rounded: f64 = format!("{value:.4e}").parse().unwrap_or(value);
+            rounded.to_string()
+        }
+        _ => format!("{value:.3e}"),
+    }
+}
+
+/// A share as a percentage.
+pub(super) fn percent(share: f64) -> String {
+    match share.is_finite() {
+        true => format!("{:.2} %", 100.0 * share),
+        false => "undefined (no energy)".into(),
+    }
+}
+
+pub(super) fn title(id: &str) -> &'static str {
+    match id {
+        "field" => "Field v(t, x)",
+        "temporal" => "Temporal spectrum S(f, x)",
+        "spatial" => "Spatial spectrum E(k, t)",
+        "spacetime" => "Space-time spectrum S(k, f)",
+        "flux" => "Kinetic flux surrogate Π_K(k, t)",
+        "short-time" => "Short-time spectrum",
+        "short-space" => "Short-space spectrum",
+        "along-x" => "Frequency content along x",
+        "along-t" => "Wavenumber content along t",
+        _ => "Direction of travel at each frequency",
+    }
+}
+
+pub(super) fn caption(id: &str, reduction: Reduction) -> String {
+    let shows = match id {
+        "field" => {
+            "The samples themselves. Slopes are speeds: a steeper band is slower. Look for the \
+             leading pulse, what it leaves behind, and reflections."
+        }
+        "temporal" => {
+            "Which frequencies each site sees. A cascade fills the top of the picture as x grows; \
+             the dashed line is the edge between the low and the high band."
+        }
+        "spatial" => {
+            "Which wavenumbers the field holds at each time. A cascade spreads to the right as \
+             time goes on; the dashed line is the edge between the low and the high band."
+        }
+        "spacetime" => {
+            "Energy by wavenumber and frequency: the right half travels towards +x, the left half \
+             towards −x. Ridges are dispersion curves, gaps are band gaps; in a chain with a \
+             cell of two sites, folding shows a few per cent of a one-way wave on the other side."
+        }
+        _ => {
+            "Rate at which kinetic energy leaves the wavenumbers up to k, from velocity alone: \
+             positive towards high k. It counts exchange with contact energy too, so read it as \
+             a surrogate and compare it with an exact budget where one can be had."
+        }
+    };
+    let (what, rows, columns) = match reduction {
+        Reduction::Max { rows, columns } => ("the largest value", rows, columns),
+        Reduction::Extreme { rows, columns } => ("the value of largest magnitude", rows, columns),
+    };
+    match rows * columns {
+        0 | 1 => shows.into(),
+        _ => format!("{shows} Each cell shows {what} of {rows} × {columns} samples."),
+    }
+}
+
+pub(super) fn short_caption(id: &str, spectra: &ShortTimeSpectra) -> String {
+    let (what, unit) = match id {
+        "short-time" => ("this site's record: when each frequency arrives", "samples"),
+        _ => (
+            "the profile at this time: where each wavenumber is",
+            "sites",
+        ),
+    };
+    format!(
+        "Spectra of short pieces of {what}. Segments of {} {unit}, {} apart, window {}.",
+        spectra.segment, spectra.hop, spectra.window.name
+    )
+}
+
+pub(super) fn curve_caption(id: &str, blocks: bool) -> String {
+    let shows = match id {
+        "along-x" => {
+            "Centroid, median and 90 % frequency of each site, the shares of energy in the two \
+             bands, and the energy itself. Content that moves up while energy stays is a cascade; \
+             where energy is small, shares describe noise."
+        }
+        "along-t" => {
+            "Centroid, median and 90 % wavenumber at each time, the shares of energy in the two \
+             bands, and the energy itself. A wall or the end of the record shows as a step."
+        }
+        _ => {
+            "Share of the energy that travels each way. What is missing to 1 has no direction: it \
+             lies on f = 0, on k = 0 or on a Nyquist line."
+        }
+    };
+    match blocks {
+        true => format!("{shows} The curves show the extremes of blocks of samples."),
+        false => shows.into(),
+    }
+}
+
+pub(super) fn how_to_read(analysis: &Analysis) -> Markup {
+    let scaling = match analysis.conventions.scaling {
+        Scaling::Energy => {
+            "Energy spectral density of a transient: its integral is the sum of squares times the \
+             sample spacing."
+        }
+        Scaling::Density => "Power spectral density: its integral is the mean square.",
+        Scaling::Spectrum => "Power spectrum: a sine of amplitude A peaks at A²/2.",
+    };
+    let definitions = [
+        ("Spectra", scaling),
+        (
+            "Frequency and wavenumber",
+            "f counts cycles, k counts rad; k a / π = 1 is the Nyquist wavenumber of sites spaced \
+             a apart.",
+        ),
+        (
+            "Direction",
+            "Waves exp(i (k x − ω t)): for f > 0, k > 0 travels towards +x.",
+        ),
+        (
+            "Centroid, median, 90 %",
+            "The mean of f (or k) weighted by energy, without bin 0; the first bin at which the \
+             cumulative energy reaches 50 % and 90 %.",
+        ),
+        (
+            "Bands",
+            "The low band ends at the band edge, stated above; the high band is the rest.",
+        ),
+        (
+            "Parseval residual",
+            "Energy in the transform domain over energy of the prepared samples, less 1.",
+        ),
+        (
+            "Flux surrogate",
+            "Π_K(k, t) = − d/dt of the kinetic energy in wavenumbers up to k.",
+        ),
+        (
+            "Undefined",
+            "A row without energy has no centroid and no shares: a gap in the curves, grey in \
+             the maps.",
+        ),
+    ];
+    markup! {
+        section id="how-to-read" {
+            details {
+                summary { h2 { "How to read this" } }
+                p {
+                    "Hover a picture to read it, drag to zoom, double-click to see all of it \
+                     again. A click picks a cell: the curve beside the picture runs through it, \
+                     and the other pictures follow to the same site, time, frequency or \
+                     wavenumber. With the keyboard: arrows move the pick, + and − zoom, 0 resets."
+                }
+                dl {
+                    @for (term, meaning) in definitions { dt { (term) } dd { (meaning) } }
+                }
+            }
+        }
+    }
+}

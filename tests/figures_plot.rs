@@ -1,0 +1,197 @@
+//! Figures: valid files, labelled axes, and no panic at the edges of what can be drawn.
+
+mod figures_common;
+
+use std::collections::BTreeSet;
+use std::fs;
+
+use cascade::plot::{self, Format};
+
+const NAMES: [&str; 9] = [
+    "along-t",
+    "along-x",
+    "flux-surrogate",
+    "short-space",
+    "short-time",
+    "space-time",
+    "spacetime-spectrum",
+    "spatial-spectrum",
+    "temporal-spectrum",
+];
+
+fn decode(bytes: &[u8]) -> (u32, u32, Vec<u8>) {
+    let mut reader = png::Decoder::new(std::io::Cursor::new(bytes))
+        .read_info()
+        .unwrap();
+    let mut pixels = vec![0; reader.output_buffer_size().unwrap()];
+    let info = reader.next_frame(&mut pixels).unwrap();
+    (info.width, info.height, pixels)
+}
+
+/// Checks that tags nest and close; returns the text between them.
+fn well_formed(svg: &str) -> String {
+    let (mut open, mut texts) = (Vec::new(), String::new());
+    for piece in svg.split('<').skip(1) {
+        let (tag, text) = piece.split_once('>').expect("a tag closes");
+        if let Some(name) = tag.strip_prefix('/') {
+            assert_eq!(open.pop(), Some(name));
+        } else if !tag.ends_with('/') {
+            open.push(tag.split_whitespace().next().unwrap());
+        }
+        texts.push_str(text);
+    }
+    assert!(open.is_empty(), "{open:?} stay open");
+    texts
+}
+
+#[test]
+fn every_figure_is_written_in_every_format() {
+    let dir = tempfile::tempdir().unwrap();
+    let analysis = figures_common::full();
+    let paths = plot::draw_all(&analysis, dir.path(), &[Format::Png, Format::Svg]).unwrap();
+    let found: BTreeSet<String> = fs::read_dir(dir.path())
+        .unwrap()
+        .map(|entry| entry.unwrap().file_name().into_string().unwrap())
+        .collect();
+    let expected: BTreeSet<String> = NAMES
+        .iter()
+        .flat_map(|name| [format!("{name}.png"), format!("{name}.svg")])
+        .collect();
+    assert_eq!(found, expected);
+    assert_eq!(paths.len(), found.len());
+    for path in paths {
+        let bytes = fs::read(&path).unwrap();
+        if path.extension().unwrap() == "png" {
+            let (width, height, pixels) = decode(&bytes);
+            assert!(
+                width >= 1200 && height >= 800,
+                "{path:?}: {width} x {height}"
+            );
+            let colours: BTreeSet<&[u8]> = pixels.chunks(3).collect();
+            assert!(colours.len() > 20, "{path:?} is nearly blank");
+        } else {
+            assert!(bytes.len() < 500_000, "{path:?}: {} bytes", bytes.len());
+            well_formed(std::str::from_utf8(&bytes).unwrap());
+        }
+    }
+}
+
+#[test]
+fn axes_and_colour_bars_are_named_with_their_units() {
+    let analysis = figures_common::full();
+    let text = |figure: Option<plot::Figure>| {
+        let bytes = figure.unwrap().encode(Format::Svg).unwrap();
+        well_formed(&String::from_utf8(bytes).unwrap())
+    };
+    let check = |text: &str, expected: &[&str]| {
+        for label in expected {
+            assert!(text.contains(label), "{label} is missing from {text}");
+        }
+    };
+    let field = text(Some(plot::space_time(&analysis)));
+    check(
+        &field,
+        &[
+            "position (m)",
+            "time (s)",
+            "velocity (m/s), linear",
+            "no value",
+        ],
+    );
+    check(&field, &["chirp &lt;&amp; &quot;friends&quot;&gt;"]);
+    let temporal = text(plot::temporal_spectrum(&analysis));
+    check(
+        &temporal,
+        &[
+            "position (m)",
+            "frequency (Hz)",
+            "log scale over 8 decades",
+            "band edge",
+        ],
+    );
+    let spatial = text(plot::spatial_spectrum(&analysis));
+    check(&spatial, &["wavenumber (rad/m)", "time (s)", "k a / π"]);
+    let spacetime = text(plot::spacetime_spectrum(&analysis));
+    check(
+        &spacetime,
+        &[
+            "wavenumber (rad/m)",
+            "frequency (Hz)",
+            "k a / π",
+            "share of energy",
+        ],
+    );
+    check(
+        &spacetime,
+        &[
+            "towards −x: 7.1 %",
+            "towards +x: 91.2 %",
+            "undirected: 1.7 %",
+        ],
+    );
+    let flux = text(plot::flux_surrogate(&analysis));
+    check(
+        &flux,
+        &["surrogate", "wavenumber (rad/m)", "k a / π", "linear scale"],
+    );
+    check(
+        &text(plot::along_x(&analysis)),
+        &["position (m)", "frequency (Hz)", "share of energy"],
+    );
+    check(
+        &text(plot::along_t(&analysis)),
+        &["time (s)", "wavenumber (rad/m)", "k a / π"],
+    );
+    check(
+        &text(plot::short_time(&analysis)),
+        &["position (m) = 1.5", "time (s)", "frequency (Hz)"],
+    );
+    check(
+        &text(plot::short_space(&analysis)),
+        &["time (s) = 0.05", "position (m)", "k a / π"],
+    );
+}
+
+#[test]
+fn results_that_are_absent_are_skipped() {
+    let dir = tempfile::tempdir().unwrap();
+    let paths = plot::draw_all(&figures_common::field_only(), dir.path(), &[Format::Png]).unwrap();
+    assert_eq!(paths, [dir.path().join("space-time.png")]);
+}
+
+#[test]
+fn degenerate_results_are_drawn_without_panic() {
+    for (name, analysis) in figures_common::degenerate() {
+        let dir = tempfile::tempdir().unwrap();
+        let paths = plot::draw_all(&analysis, dir.path(), &[Format::Png, Format::Svg])
+            .unwrap_or_else(|error| panic!("{name}: {error}"));
+        assert_eq!(paths.len(), 18, "{name}");
+        for path in paths
+            .iter()
+            .filter(|path| path.extension().unwrap() == "svg")
+        {
+            let svg = fs::read_to_string(path).unwrap();
+            well_formed(&svg);
+            assert!(
+                !svg.contains("NaN") && !svg.contains("inf"),
+                "{name}: {path:?}"
+            );
+        }
+    }
+}
+
+#[test]
+fn the_same_analysis_gives_the_same_bytes() {
+    let analysis = figures_common::full();
+    for format in [Format::Png, Format::Svg] {
+        let once = plot::space_time(&analysis).encode(format).unwrap();
+        assert_eq!(once, plot::space_time(&analysis).encode(format).unwrap());
+    }
+}
+
+#[test]
+fn a_directory_that_cannot_be_made_is_an_error() {
+    let file = tempfile::NamedTempFile::new().unwrap();
+    let error = plot::draw_all(&figures_common::full(), file.path(), &[Format::Png]).unwrap_err();
+    assert!(matches!(error, cascade::Error::Write { .. }), "{error}");
+}
