@@ -7,7 +7,7 @@ use super::Window;
 
 const SAMPLES: usize = 1024;
 /// Points of the transform a bin.
-const FINENESS: usize = 32;
+const FINENESS: usize = 128;
 
 /// The window's transform beside its peak: the bound on what a sine adds to bins far from it.
 #[derive(Debug, Clone, Copy, PartialEq, serde::Serialize)]
@@ -19,10 +19,11 @@ pub struct Lobes {
 }
 
 impl Window {
-    /// The lobes of `A(q) = sum_j w_j cos(2 pi q (j / n - 1/2))`, q in bins, at n = 1024.
+    /// The lobes of `sum_j w_j exp(-2 pi i q (j / n - 1/2))`, q in bins, at n = 1024.
     ///
-    /// They hardly depend on n (0.01 dB from n = 256 on). Below -300 dB rounding is what is seen;
-    /// a window without a zero has a half width of n / 2 and a sidelobe of minus infinity.
+    /// Found on a grid of 1/128 bin, which is good to 0.01 dB. Other lengths from 256 on differ by
+    /// less than 0.3 dB. Below -300 dB rounding is what is seen; a window without a zero has a half
+    /// width of n / 2 and a sidelobe of minus infinity.
     ///
     /// Source: Harris, Proc. IEEE 66, 51 (1978), table 1 (his Blackman-Harris of four terms).
     pub fn lobes(&self) -> Lobes {
@@ -34,22 +35,22 @@ impl Window {
         FftPlanner::new()
             .plan_fft_forward(length)
             .process(&mut transform);
-        let amplitude: Vec<f64> = transform[..=length / 2].iter().map(|a| a.re).collect();
+        let spectrum = &transform[..=length / 2];
 
-        let zero = amplitude.windows(2).position(|pair| pair[1] <= 0.0);
+        let zero = spectrum.windows(2).position(|pair| pair[1].re <= 0.0);
         let Some(before) = zero else {
             return Lobes {
                 half_width_bins: SAMPLES as f64 / 2.0,
                 worst_sidelobe_db: f64::NEG_INFINITY,
             };
         };
-        let part = amplitude[before] / (amplitude[before] - amplitude[before + 1]);
-        let worst = amplitude[before + 1..]
+        let part = spectrum[before].re / (spectrum[before].re - spectrum[before + 1].re);
+        let worst = spectrum[before + 1..]
             .iter()
-            .fold(0.0, |worst: f64, a| worst.max(a.abs()));
+            .fold(0.0, |worst: f64, a| worst.max(a.norm()));
         Lobes {
             half_width_bins: (before as f64 + part) / FINENESS as f64,
-            worst_sidelobe_db: 20.0 * (worst / amplitude[0]).log10(),
+            worst_sidelobe_db: 20.0 * (worst / spectrum[0].norm()).log10(),
         }
     }
 }

@@ -51,6 +51,21 @@ def gains():
         }
 
 
+def lobes():
+    n, fineness = 1024, 256
+    for name, spec in WINDOWS.items():
+        amplitude = numpy.abs(numpy.fft.rfft(get_window(spec, n), n * fineness))
+        rises = numpy.diff(amplitude) > 0
+        zero = numpy.argmax(rises & (amplitude[:-1] < amplitude[0] / 2))
+        worst = amplitude[zero:].max() / amplitude[0]
+        if worst > 1e-12:
+            yield {
+                "name": name,
+                "half_width_bins": zero / fineness,
+                "worst_sidelobe_db": 20 * numpy.log10(worst),
+            }
+
+
 def sequences():
     for n, nw, count in ((16, 2.5, 6), (64, 4, 8), (101, 4, 8), (1000, 3.5, 7)):
         samples, ratios = dpss(n, nw, count, return_ratios=True)
@@ -76,6 +91,7 @@ json.dump(
         },
         "windows": list(windows()),
         "gains": list(gains()),
+        "lobes": list(lobes()),
         "sequences": list(sequences()),
     },
     sys.stdout,
