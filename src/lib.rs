@@ -7,6 +7,7 @@ pub mod field;
 #[cfg(feature = "figures")]
 pub mod plot;
 pub mod prepare;
+pub mod reference;
 pub mod report;
 mod turns;
 
