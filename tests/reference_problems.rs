@@ -194,3 +194,20 @@ fn noise_is_white_and_comes_from_its_seed() {
     assert!((variance / 0.25 - 1.0).abs() < 0.9 * sigmas);
     assert!((neighbours / 0.25).abs() < sigmas);
 }
+
+#[test]
+fn the_shipped_field_is_the_struck_lattice() {
+    let impact = LatticeImpact {
+        n_times: 768,
+        n_sites: 96,
+        dt: 0.125,
+    };
+    let file = include_bytes!("../examples/data/lattice_impact.npy");
+    let stored = file[128..].chunks_exact(4);
+    let exact = samples(&impact.field());
+    assert_eq!(stored.len(), exact.len());
+    for (bytes, v) in stored.zip(exact) {
+        let v_stored = f64::from(f32::from_le_bytes(bytes.try_into().unwrap()));
+        assert!((v_stored - v).abs() < 3.1e-8);
+    }
+}
