@@ -219,7 +219,10 @@ fn what_is_no_window_is_told_with_what_was_expected() {
     let dpss = Window::Dpss {
         time_bandwidth: 4.0,
     };
-    assert!(dpss.validate(7).is_err());
+    assert_eq!(
+        dpss.validate(7).unwrap_err().to_string(),
+        "expected a time-bandwidth product below 4, found 4"
+    );
     assert!(dpss.validate(8).is_ok());
 }
 

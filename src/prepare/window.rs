@@ -178,11 +178,13 @@ impl Window {
             }
             Window::Dpss { time_bandwidth } => {
                 let limit = (n as f64 + 1.0) / 2.0;
-                within(
-                    n <= 1 || time_bandwidth > 0.0 && time_bandwidth < limit,
-                    &format!("a time-bandwidth product above 0 and below {limit}"),
-                    time_bandwidth,
-                )
+                let expected = if time_bandwidth > 0.0 {
+                    format!("a time-bandwidth product below {limit}")
+                } else {
+                    "a time-bandwidth product above 0".into()
+                };
+                let ok = n <= 1 || time_bandwidth > 0.0 && time_bandwidth < limit;
+                within(ok, &expected, time_bandwidth)
             }
             _ => Ok(()),
         }
