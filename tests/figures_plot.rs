@@ -181,6 +181,38 @@ fn degenerate_results_are_drawn_without_panic() {
 }
 
 #[test]
+fn large_noisy_results_stay_small_files() {
+    let mut analysis = figures_common::field_only();
+    let noise = |i: usize, j: usize| ((i * 7919 + j * 104_729) as f64).sin() * 43_758.545_3 % 1.0;
+    analysis.field_map.values =
+        ndarray::Array2::from_shape_fn((1500, 1500), |(i, j)| noise(i, j) as f32);
+    let n = 200_000;
+    let curve: Vec<f64> = (0..n).map(|m| noise(m, 1)).collect();
+    analysis.axes.n_times = n;
+    analysis.along_time = Some(cascade::analyze::Moments {
+        centroid: curve.clone(),
+        median: curve.clone(),
+        quantile_90: curve.clone(),
+        low_share: curve.clone(),
+        high_share: curve.clone(),
+        energy: curve.iter().map(|value| value * value).collect(),
+        ..Default::default()
+    });
+    for figure in [
+        plot::space_time(&analysis),
+        plot::along_t(&analysis).unwrap(),
+    ] {
+        let bytes = figure.encode(Format::Svg).unwrap();
+        assert!(
+            bytes.len() < 500_000,
+            "{}: {} bytes",
+            figure.name(),
+            bytes.len()
+        );
+    }
+}
+
+#[test]
 fn the_same_analysis_gives_the_same_bytes() {
     let analysis = figures_common::full();
     for format in [Format::Png, Format::Svg] {

@@ -7,13 +7,16 @@ use super::panel::{LABEL_SIZE, Panel, TICK_SIZE, vertical_text};
 use super::scale::{NO_VALUE, Scale};
 use super::scene::{Anchor, INK, Image, Mark, Rect, Scene};
 
+/// Most rows and columns of cells in a picture, so that an SVG of noise stays below 500 kB.
+const MOST_CELLS: (usize, usize) = (400, 600);
+
 /// Draws `values` (row 0 at the bottom) over the whole panel.
 pub(super) fn draw<T>(scene: &mut Scene, panel: &Panel, values: ArrayView2<T>, scale: &Scale)
 where
     T: Copy + Into<f64>,
 {
-    let most_rows = panel.rect.height() as usize;
-    let most_columns = panel.rect.width() as usize;
+    let most_rows = (panel.rect.height() as usize).min(MOST_CELLS.0);
+    let most_columns = (panel.rect.width() as usize).min(MOST_CELLS.1);
     let blocks = block_extremes(values, most_rows, most_columns);
     let (rows, columns) = blocks.dim();
     if rows == 0 || columns == 0 {
