@@ -21,12 +21,21 @@ use crate::terminal;
 pub fn run(typed: Analyze) -> Result<(), Failure> {
     let options = open_options(&typed.input, typed.work.memory);
     let request = request(&typed);
-    let out = typed.out.clone().unwrap_or_else(|| default_out(&typed.field));
+    let out = typed
+        .out
+        .clone()
+        .unwrap_or_else(|| default_out(&typed.field));
     let show = !typed.output.quiet && std::io::stderr().is_terminal();
     let progress = Progress::new(show);
 
     if typed.work.plan {
-        let field = Field::open(&typed.field, &OpenOptions { hash: false, ..options })?;
+        let field = Field::open(
+            &typed.field,
+            &OpenOptions {
+                hash: false,
+                ..options
+            },
+        )?;
         return print_plan(&plan(&field, &request)?, typed.output.json);
     }
     // Before any work: is there room for the result?

@@ -119,7 +119,12 @@ pub struct Preparation {
     #[arg(long)]
     pub until_arrival: bool,
     /// What counts as an arrival, as a share of the field's largest amplitude.
-    #[arg(long, value_name = "SHARE", default_value_t = 0.01, requires = "until_arrival")]
+    #[arg(
+        long,
+        value_name = "SHARE",
+        default_value_t = 0.01,
+        requires = "until_arrival"
+    )]
     pub arrival_threshold: f64,
     /// What to do with samples that are not finite.
     #[arg(long, value_enum, default_value_t = GapsArg::Refuse)]

@@ -21,14 +21,15 @@ pub fn page(name: Option<&str>) -> Result<(), Failure> {
     all.build();
     let command = match name {
         None => all,
-        Some(name) => all
-            .find_subcommand(name)
-            .cloned()
-            .ok_or_else(|| cascade::Error::Request {
-                option: "page",
-                expected: "the name of a command".into(),
-                found: name.into(),
-            })?,
+        Some(name) => {
+            all.find_subcommand(name)
+                .cloned()
+                .ok_or_else(|| cascade::Error::Request {
+                    option: "page",
+                    expected: "the name of a command".into(),
+                    found: name.into(),
+                })?
+        }
     };
     let mut text = Vec::new();
     clap_mangen::Man::new(command).render(&mut text)?;

@@ -26,7 +26,12 @@ pub fn summary(analysis: &Analysis) -> String {
     }
     if let Some(moments) = &analysis.along_time {
         along(&mut text, "wavenumber along t", moments, &wavenumber_unit);
-        edge(&mut text, analysis.wavenumber_edge, &wavenumber_unit, "time");
+        edge(
+            &mut text,
+            analysis.wavenumber_edge,
+            &wavenumber_unit,
+            "time",
+        );
         shares(&mut text, moments, "first time", "last time");
     }
     if let Some(d) = analysis.direction {
