@@ -536,6 +536,7 @@ fn tables_with_a_bad_row_or_cell() {
         ("1.0x,2\n3,4\n", 1, 1, "1.0x"),
         ("# c\ntime,v\n0,1\n,2\n", 4, 1, ""),
         ("1;2\n3;4,5\n5;6\n", 2, 2, "4,5"),
+        ("1,2\r\n3,4\r\n5,6\r\n7,8x\r\n", 4, 2, "8x"),
         ("1 2\r\n# c\r\n 3   4a \r\n", 3, 2, "4a"),
     ] {
         let result = fault("field.csv", text);

@@ -4,6 +4,7 @@
 //! member, in an array of the caller) with its two axes. Nothing is converted or copied until a
 //! block is asked for, so that a field larger than memory costs no more than the blocks in use.
 
+mod block;
 mod coordinates;
 mod csv;
 mod fault;

@@ -1,9 +1,7 @@
 //! Samples where they lie, read by blocks as `f64`.
 //!
 //! The samples form rows of `row_len` neighbours, in memory or in a mapped file, at any byte
-//! offset. A block is copied run by run where the output has the order of the storage, and in
-//! tiles of 8 x 8 where it has the other one, so that each cache line is read once and written
-//! whole.
+//! offset.
 //!
 //! A mapped file must not be shortened by another program while it is open: the operating system
 //! ends a process that reads a page which is no longer there.
@@ -13,6 +11,8 @@ use std::sync::Arc;
 
 use memmap2::Mmap;
 use ndarray::Array2;
+
+use super::block::Block;
 
 /// Type of one stored sample.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -237,76 +237,6 @@ pub(crate) fn stream(map: &Mmap, range: Range<usize>, mut consume: impl FnMut(&[
         consume(&map[start..end]);
         release(map, start..end);
         start = end;
-    }
-}
-
-/// Edge of a tile: 8 samples of 8 bytes are one cache line.
-const TILE: usize = 8;
-
-/// The part of the storage that a read asks for.
-struct Block<'a> {
-    bytes: &'a [u8],
-    row_len: usize,
-    rows: Range<usize>,
-    columns: Range<usize>,
-    transposed: bool,
-}
-
-impl<'a> Block<'a> {
-    fn read<const N: usize>(&self, decode: impl Fn([u8; N]) -> f64 + Copy, out: &mut [f64]) {
-        let (samples, _) = self.bytes.as_chunks::<N>();
-        if self.transposed {
-            self.read_transposed(samples, decode, out);
-        } else if self.columns == (0..self.row_len) {
-            let run = self.rows.start * self.row_len..self.rows.end * self.row_len;
-            decode_run(&samples[run], decode, out);
-        } else {
-            let rows_out = out.chunks_exact_mut(self.columns.len());
-            for (row, row_out) in self.rows.clone().zip(rows_out) {
-                decode_run(self.row(samples, row), decode, row_out);
-            }
-        }
-    }
-
-    fn row<'s, const N: usize>(&self, samples: &'s [[u8; N]], row: usize) -> &'s [[u8; N]] {
-        &samples[row * self.row_len..][self.columns.clone()]
-    }
-
-    fn read_transposed<const N: usize>(
-        &self,
-        samples: &[[u8; N]],
-        decode: impl Fn([u8; N]) -> f64 + Copy,
-        out: &mut [f64],
-    ) {
-        let out_len = self.rows.len();
-        let n_columns = self.columns.len();
-        for top in (0..out_len).step_by(TILE) {
-            let height = TILE.min(out_len - top);
-            for left in (0..n_columns).step_by(TILE) {
-                let width = TILE.min(n_columns - left);
-                let mut tile = [[0.0; TILE]; TILE];
-                for r in 0..height {
-                    let row = &self.row(samples, self.rows.start + top + r)[left..left + width];
-                    for (c, &sample) in row.iter().enumerate() {
-                        tile[c][r] = decode(sample);
-                    }
-                }
-                for (c, column) in tile[..width].iter().enumerate() {
-                    let at = (left + c) * out_len + top;
-                    out[at..at + height].copy_from_slice(&column[..height]);
-                }
-            }
-        }
-    }
-}
-
-fn decode_run<const N: usize>(
-    samples: &[[u8; N]],
-    decode: impl Fn([u8; N]) -> f64,
-    out: &mut [f64],
-) {
-    for (value, &sample) in out.iter_mut().zip(samples) {
-        *value = decode(sample);
     }
 }
 

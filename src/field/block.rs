@@ -1,0 +1,106 @@
+//! Copying a block of stored samples, decoded, in the order of the storage or turned.
+//!
+//! A block is copied run by run where the output has the order of the storage, and in tiles of
+//! 8 x 8 where it has the other one, so that each cache line is read once and written whole.
+
+use std::ops::Range;
+
+/// Edge of a tile: 8 samples of 8 bytes are one cache line.
+const TILE: usize = 8;
+
+/// Rows whose tiles are turned before the next columns.
+const BAND: usize = 64;
+
+/// The part of the storage that a read asks for.
+pub(super) struct Block<'a> {
+    pub(super) bytes: &'a [u8],
+    pub(super) row_len: usize,
+    pub(super) rows: Range<usize>,
+    pub(super) columns: Range<usize>,
+    /// Whether the output runs down the columns.
+    pub(super) transposed: bool,
+}
+
+impl Block<'_> {
+    pub(super) fn read<const N: usize>(
+        &self,
+        decode: impl Fn([u8; N]) -> f64 + Copy,
+        out: &mut [f64],
+    ) {
+        let (samples, _) = self.bytes.as_chunks::<N>();
+        if self.transposed {
+            self.read_transposed(samples, decode, out);
+        } else if self.columns == (0..self.row_len) {
+            let run = self.rows.start * self.row_len..self.rows.end * self.row_len;
+            decode_run(&samples[run], decode, out);
+        } else {
+            let rows_out = out.chunks_exact_mut(self.columns.len());
+            for (row, row_out) in self.rows.clone().zip(rows_out) {
+                decode_run(self.row(samples, row), decode, row_out);
+            }
+        }
+    }
+
+    fn row<'s, const N: usize>(&self, samples: &'s [[u8; N]], row: usize) -> &'s [[u8; N]] {
+        &samples[row * self.row_len..][self.columns.clone()]
+    }
+
+    fn read_transposed<const N: usize>(
+        &self,
+        samples: &[[u8; N]],
+        decode: impl Fn([u8; N]) -> f64 + Copy,
+        out: &mut [f64],
+    ) {
+        let (n_rows, n_columns) = (self.rows.len(), self.columns.len());
+        for band in (0..n_rows).step_by(BAND) {
+            let band_end = n_rows.min(band + BAND);
+            for left in (0..n_columns).step_by(TILE) {
+                let width = TILE.min(n_columns - left);
+                for top in (band..band_end).step_by(TILE) {
+                    let height = TILE.min(band_end - top);
+                    let first = self.rows.start + top;
+                    let rows = (first..first + height)
+                        .map(|row| &self.row(samples, row)[left..left + width]);
+                    let tile = turned_tile(rows, decode);
+                    for (c, column) in tile[..width].iter().enumerate() {
+                        let out = &mut out[(left + c) * n_rows + top..][..height];
+                        match out.first_chunk_mut() {
+                            Some(out) => *out = *column,
+                            None => out.copy_from_slice(&column[..height]),
+                        }
+                    }
+                }
+            }
+        }
+    }
+}
+
+/// At most 8 rows of at most 8 samples, turned; whole rows have a length that the compiler knows.
+fn turned_tile<'s, const N: usize>(
+    rows: impl Iterator<Item = &'s [[u8; N]]>,
+    decode: impl Fn([u8; N]) -> f64,
+) -> [[f64; TILE]; TILE] {
+    let mut tile = [[0.0; TILE]; TILE];
+    for (r, row) in rows.enumerate() {
+        if let Some(row) = row.first_chunk::<TILE>() {
+            for (column, &sample) in tile.iter_mut().zip(row) {
+                column[r] = decode(sample);
+            }
+        } else {
+            for (column, &sample) in tile.iter_mut().zip(row) {
+                column[r] = decode(sample);
+            }
+        }
+    }
+    tile
+}
+
+fn decode_run<const N: usize>(
+    samples: &[[u8; N]],
+    decode: impl Fn([u8; N]) -> f64,
+    out: &mut [f64],
+) {
+    for (value, &sample) in out.iter_mut().zip(samples) {
+        *value = decode(sample);
+    }
+}
