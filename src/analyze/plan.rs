@@ -542,7 +542,7 @@ fn check_references(
             });
         }
     }
-    if let Some((from, to)) = request.direction_band.filter(|(a, b)| !(a <= b)) {
+    if let Some((from, to)) = request.direction_band.filter(|(a, b)| a > b) {
         return Err(Error::Request {
             option: "direction-band",
             expected: "two frequencies, the lower one first".into(),
