@@ -12,7 +12,7 @@ use crate::diagnostics::{MapBuilder, Row, moments_of};
 use crate::error::{Error, Result};
 use crate::prepare::{Prepared, Trend};
 use crate::sum::sum;
-use crate::transform::{Real, RealTransform, Scale, Scratch, fold, power};
+use crate::transform::{Real, RealTransform, Scale, Scratch, direct_sums, fold, power};
 
 /// What the pass leaves behind beside the arrays.
 #[derive(Debug)]
@@ -100,6 +100,52 @@ pub(super) fn reference<T: Real>(
         }
     }
     Ok(None)
+}
+
+/// Amplitudes checked at most, and samples summed for them at most.
+const CHECKED_BINS: usize = 8;
+const CHECKED_SAMPLES: usize = 1 << 18;
+
+/// Root mean square difference of a few amplitudes of site `j` from direct sums, relative to the
+/// root mean square of all, which estimates the relative error of the transform; and how many.
+pub(super) fn spot_check<T: Real>(
+    plan: &Plan,
+    prepared: &Prepared,
+    j: usize,
+) -> Option<(f64, usize)> {
+    let transform = RealTransform::<T>::new(&plan.window_time, plan.conventions.padded_time);
+    let (length, bins) = (transform.padded(), transform.bins());
+    let count = CHECKED_BINS.min(bins).min(CHECKED_SAMPLES / length);
+    let mut record = vec![0.0; plan.axes.n_times];
+    prepared.records(j..j + 1, &mut record);
+    record.truncate(plan.segments.length);
+    let mut scratch = Scratch::default();
+    let (spectrum, energy) = transform.transform(&record, &mut scratch);
+    if count == 0 || energy <= 0.0 {
+        return None;
+    }
+    let mut tapered: Vec<f64> = record
+        .iter()
+        .zip(&plan.window_time)
+        .map(|(v, w)| v * w)
+        .collect();
+    tapered.resize(length, 0.0);
+    let chosen: Vec<usize> = (0..count)
+        .map(|i| (2 * i + 1) * bins / (2 * count))
+        .collect();
+    let sums = direct_sums(&tapered, &chosen);
+    let squared: f64 = chosen
+        .iter()
+        .zip(sums)
+        .map(|(&m, z)| {
+            let (re, im) = (
+                spectrum[m].re.to_f64() - z.re,
+                spectrum[m].im.to_f64() - z.im,
+            );
+            re * re + im * im
+        })
+        .sum();
+    Some(((squared / count as f64 / energy).sqrt(), count))
 }
 
 fn worker<'a, T: Real>(plan: &'a Plan, transform: &'a RealTransform<T>) -> Worker<'a, T> {

@@ -253,14 +253,31 @@ impl Plan {
         // Of each thread: a tile of records and its spectra, or a tile of profiles.
         let column_tile = |sites: u64| threads * sites * (8 * nt + 48 * nf);
         let row_tile = |times: u64| threads * times * 8 * (nx + nks);
-        let in_memory = between <= allowed / 2 || !spacetime;
-        let held = if spacetime && in_memory { between } else { 0 };
-        let per_site = 8 * nf + if in_memory { 0 } else { between / nx.max(1) };
+        let per_site = |in_memory: bool| 8 * nf + if in_memory { 0 } else { between / nx.max(1) };
         let per_time = 8 * (nx + 3 * nk);
         let per_frequency = 8 * nks + self.segments.count() as u64 * between_row;
+        // The flux surrogate differentiates over three neighbouring times.
+        let least_times = nt.min(4);
+
+        // The least that any of these blocks can do with: one record, a few profiles.
+        let least_tile = column_tile(1).max(row_tile(1));
+        let least_block = per_site(!spacetime)
+            .max(least_times * per_time)
+            .max(per_frequency);
+        let least = vectors + (2 * least_tile).max(least_tile + least_block);
+        if allowed < least {
+            return Err(Error::Memory {
+                what: "the smallest block of this field",
+                needed: least,
+                allowed,
+            });
+        }
+        let in_memory = !spacetime || (between <= allowed / 2 && between <= allowed - least);
+        let held = if spacetime && in_memory { between } else { 0 };
+        let per_site = per_site(in_memory);
 
         let fixed = vectors + held;
-        let spare = allowed.saturating_sub(fixed);
+        let spare = allowed - fixed;
         // The tiles shrink where the records are so long that they would not fit.
         while self.tiles.sites > 1 && column_tile(self.tiles.sites as u64) > spare / 2 {
             self.tiles.sites /= 2;
@@ -269,26 +286,25 @@ impl Plan {
             self.tiles.times /= 2;
         }
         let tiles = column_tile(self.tiles.sites as u64).max(row_tile(self.tiles.times as u64));
-        let for_blocks = spare.saturating_sub(tiles);
-        let block = |per: u64, tile: usize, all: usize| -> usize {
+        let for_blocks = spare - tiles;
+        let block = |per: u64, tile: usize, least: usize, all: usize| -> usize {
             let fit = usize::try_from(for_blocks / per.max(1)).unwrap_or(usize::MAX);
-            if fit >= all { all } else { fit / tile * tile }
+            if fit >= all {
+                all
+            } else {
+                (fit / tile * tile).max(least)
+            }
         };
         let blocks = Blocks {
-            sites: block(per_site, self.tiles.sites, nx as usize),
-            times: block(per_time, self.tiles.times, nt as usize),
-            frequencies: block(per_frequency, 1, nf as usize),
+            sites: block(per_site, self.tiles.sites, 1, nx as usize),
+            times: block(
+                per_time,
+                self.tiles.times,
+                least_times as usize,
+                nt as usize,
+            ),
+            frequencies: block(per_frequency, 1, 1, nf as usize),
         };
-        // The flux surrogate differentiates over three neighbouring times.
-        let smallest_times = (nt as usize).min(4);
-        if blocks.sites == 0 || blocks.times < smallest_times || blocks.frequencies == 0 {
-            let least = per_site.max(4 * per_time).max(per_frequency);
-            return Err(Error::Memory {
-                what: "the smallest block of this field",
-                needed: fixed + column_tile(1).max(row_tile(4)) + least,
-                allowed,
-            });
-        }
         self.memory_needed = fixed
             + tiles
             + (blocks.sites as u64 * per_site)

@@ -197,8 +197,9 @@ pub struct Accuracy {
     /// Unit of the stored amplitudes: 1 unless squares leave the number range, then a power of
     /// two; spectra are then in units of its square.
     pub amplitude_unit: f64,
-    /// Largest difference of spot-checked amplitudes from direct sums in twice the precision,
-    /// relative to the root-sum-square of the transform (null where nothing was checked).
+    /// Root mean square difference of spot-checked amplitudes (of one site's transform along time)
+    /// from direct sums in twice the precision, relative to the root mean square of all its
+    /// amplitudes; `None` where nothing was checked.
     pub spot_check: Option<f64>,
     /// How many amplitudes were checked.
     pub spot_checks: usize,

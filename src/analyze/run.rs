@@ -139,6 +139,16 @@ fn passes<T: Real>(
     };
     drop(between);
 
+    let checked = plan.transforms_time().then(|| {
+        let site = match frequency_edge {
+            Some(BandEdge::Reference { index, .. }) => index,
+            _ => 0,
+        };
+        columns::spot_check::<T>(plan, &prepared, site)
+    });
+    let checked = checked.flatten();
+    clock.lap(plan, "spot check");
+
     let (short_time, short_space) = if results.short_time {
         let along = short_time::along_time::<T>(plan, &prepared, stored)?;
         let across = short_time::along_space::<T>(plan, &prepared, stored)?;
@@ -208,14 +218,17 @@ fn passes<T: Real>(
         accuracy: Accuracy {
             precision: plan.request.precision,
             amplitude_unit: if stored == 1.0 { unit } else { 1.0 },
-            spot_check: None,
-            spot_checks: 0,
+            spot_check: checked.map(|c| c.0),
+            spot_checks: checked.map_or(0, |c| c.1),
             parseval: residuals
                 .into_iter()
                 .flatten()
                 .map(f64::abs)
                 .reduce(f64::max),
-            estimated_by: "Parseval's identity",
+            estimated_by: match checked {
+                Some(_) => "direct sums in twice the precision; Parseval's identity",
+                None => "Parseval's identity",
+            },
         },
         timings: clock.timings,
         warnings,

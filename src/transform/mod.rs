@@ -14,6 +14,7 @@
 
 mod axes;
 mod complex;
+mod direct;
 mod real;
 mod scale;
 mod segments;
@@ -22,6 +23,7 @@ use num_complex::Complex;
 
 pub use axes::{frequencies, wavenumbers, wavenumbers_signed};
 pub use complex::ComplexTransform;
+pub use direct::direct_sums;
 pub use real::{RealTransform, Scratch};
 pub use scale::{Scale, fold};
 pub use segments::Segments;

@@ -63,7 +63,7 @@ pub fn summary(analysis: &Analysis) -> String {
             &mut text,
             "transform error",
             &format!(
-                "{check:.1e} of the root sum of squares ({} amplitudes against direct sums)",
+                "{check:.1e} of the root mean square ({} amplitudes against direct sums)",
                 analysis.accuracy.spot_checks
             ),
         );

@@ -1,0 +1,115 @@
+//! The same bits from any number of threads and any size of blocks.
+
+use cascade::analyze::{Analysis, Request, Spectra, Welch, plan};
+use cascade::prepare::{Detrend, Gaps, Window};
+use cascade::{Field, analyze};
+use ndarray::Array2;
+
+fn field() -> Field {
+    let values = Array2::from_shape_fn((301, 53), |(n, j)| {
+        let (t, x) = (n as f64, j as f64);
+        if (n, j) == (100, 20) || (n > 250 && j == 7) {
+            f64::NAN
+        } else {
+            (0.31 * t - 0.7 * x).sin() * (-0.001 * (t - 3.0 * x).powi(2)).exp() + 1e-3 * x
+        }
+    });
+    Field::from_array(values)
+}
+
+fn requests() -> Vec<Request> {
+    let plain = Request {
+        gaps: Gaps::Interpolate,
+        ..Request::default()
+    };
+    let welch = Request {
+        gaps: Gaps::Mask,
+        detrend_field_mean: true,
+        detrend_space: Detrend::Linear,
+        detrend_time: Detrend::Linear,
+        window_time: Window::Hann,
+        window_space: Window::Hann,
+        welch: Some(Welch {
+            segment: 64,
+            overlap: 32,
+        }),
+        ..Request::default()
+    };
+    vec![plain, welch]
+}
+
+fn bits(spectra: &Spectra, analysis: &Analysis) -> Vec<u64> {
+    let arrays = [
+        &spectra.temporal,
+        &spectra.spatial,
+        &spectra.spacetime,
+        &spectra.flux_surrogate,
+    ];
+    let large = arrays.into_iter().flatten().flatten().copied();
+    let along = [&analysis.along_space, &analysis.along_time];
+    let small = along.into_iter().flatten().flat_map(|m| {
+        [&m.centroid, &m.entropy, &m.energy, &m.high_share]
+            .into_iter()
+            .flatten()
+            .copied()
+    });
+    let d = analysis.direction.map(|d| [d.toward_plus_x, d.undirected]);
+    let p = analysis.parseval;
+    let scalars = d
+        .into_iter()
+        .flatten()
+        .chain(p.time)
+        .chain(p.space)
+        .chain(p.spacetime);
+    large
+        .chain(small)
+        .chain(scalars)
+        .map(f64::to_bits)
+        .collect()
+}
+
+#[test]
+fn one_two_and_four_threads_agree_bit_for_bit() -> Result<(), cascade::Error> {
+    for request in requests() {
+        let run = |threads| {
+            let request = Request {
+                threads: Some(threads),
+                ..request.clone()
+            };
+            analyze(&field(), &request).map(|(a, s)| bits(&s, &a))
+        };
+        let one = run(1)?;
+        assert_eq!(one, run(2)?);
+        assert_eq!(one, run(4)?);
+    }
+    Ok(())
+}
+
+#[test]
+fn one_block_and_many_agree_bit_for_bit() -> Result<(), cascade::Error> {
+    for request in requests() {
+        let run = |memory| -> Result<(Vec<u64>, cascade::analyze::Plan), cascade::Error> {
+            let request = Request {
+                memory: Some(memory),
+                threads: Some(2),
+                ..request.clone()
+            };
+            let made = plan(&field(), &request)?;
+            let (a, s) = analyze(&field(), &request)?;
+            Ok((bits(&s, &a), made))
+        };
+        let (whole, made) = run(1 << 30)?;
+        assert_eq!((made.blocks().sites, made.blocks().times), (53, 301));
+        assert_eq!(made.scratch_file, 0);
+        // The smallest memory that is accepted: many blocks, and a scratch file between.
+        let least = match run(1) {
+            Err(cascade::Error::Memory { needed, .. }) => needed,
+            other => panic!("{:?}", other.map(|o| o.1)),
+        };
+        let (blocks, made) = run(least)?;
+        assert!(made.blocks().sites < 53 && made.blocks().times < 301);
+        assert!(made.scratch_file > 0);
+        assert_eq!(whole, blocks);
+    }
+    Ok(())
+}

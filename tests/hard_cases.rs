@@ -1,0 +1,413 @@
+//! Fields that break careless spectra: short, long, constant, huge, tiny, offset, with holes.
+
+mod common;
+
+use cascade::analyze::{Analysis, Precision, Request, Scaling, Spectra, Warning, Welch};
+use cascade::field::Axis;
+use cascade::prepare::{Detrend, Gaps, Window};
+use cascade::reference::{Grid, Tone};
+use cascade::{Error, Field, analyze};
+use ndarray::Array2;
+
+/// Waves both ways, a bit of everything; no symmetry.
+fn sample(n: usize, j: usize) -> f64 {
+    let (t, x) = (n as f64, j as f64);
+    (0.7 * t - 0.4 * x + 0.3).sin() + 0.5 * (0.2 * t + 1.1 * x).cos() + 0.1
+}
+
+fn field(shape: (usize, usize)) -> Field {
+    Field::from_array(Array2::from_shape_fn(shape, |(n, j)| sample(n, j)))
+}
+
+fn analyzed(field: &Field, request: &Request) -> (Analysis, Spectra) {
+    match analyze(field, request) {
+        Ok(done) => done,
+        Err(error) => panic!("{error}"),
+    }
+}
+
+fn residuals(analysis: &Analysis) -> impl Iterator<Item = f64> {
+    let p = analysis.parseval;
+    [p.time, p.space, p.spacetime].into_iter().flatten()
+}
+
+#[test]
+fn every_length_on_either_axis_keeps_its_energy() {
+    let lengths = [
+        1, 2, 3, 4, 5, 7, 16, 31, 64, 101, 127, 128, 243, 1000, 1009, 4096,
+    ];
+    for (nt, nx) in lengths
+        .iter()
+        .flat_map(|&n| [(n, 1), (1, n), (n, 3), (2, n), (n, 17)])
+    {
+        for window in [Window::None, Window::Hann] {
+            let request = Request {
+                window_time: window,
+                window_space: window,
+                ..Request::default()
+            };
+            let field = field((nt, nx));
+            // A Hann window of one or two samples is 1 or (0, 1): nothing may be left of a field.
+            let (analysis, spectra) = analyzed(&field, &request);
+            for residual in residuals(&analysis) {
+                assert!(
+                    residual.abs() < 4e-15,
+                    "{nt} x {nx} {window:?}: {residual:e}"
+                );
+            }
+            let temporal = spectra.temporal.expect("asked for");
+            assert_eq!(temporal.dim(), (nt / 2 + 1, nx));
+            assert!(temporal.iter().all(|p| p.is_finite()));
+        }
+    }
+}
+
+/// Rounding grows like the logarithm of the length, also at primes.
+#[test]
+fn val_direct_sums_agree_at_hard_lengths() {
+    for n in [2, 3, 97, 1009, 4096, 5040, 10_007, 16_384] {
+        let (analysis, _) = analyzed(&field((n, 1)), &Request::default());
+        let error = analysis.accuracy.spot_check.expect("short enough to check");
+        assert!(error < 1e-15, "{n}: {error:e}");
+    }
+    let single = Request {
+        precision: Precision::F32,
+        ..Request::default()
+    };
+    let (analysis, _) = analyzed(&field((4096, 1)), &single);
+    let error = analysis.accuracy.spot_check.expect("short enough to check");
+    assert!((1e-9..5e-7).contains(&error), "{error:e}");
+}
+
+#[test]
+fn amplitudes_at_the_ends_of_the_number_range_scale_exactly() {
+    let shape = (64, 12);
+    let plain = analyzed(&field(shape), &Request::default());
+    for exponent in [-1040, -1000, -665, -300, 300, 500, 665, 1020] {
+        // 2^exponent in two steps: the factor itself may be out of range.
+        let (half, rest) = (exponent / 2, exponent - exponent / 2);
+        let scale = |v: f64| v * 2f64.powi(half) * 2f64.powi(rest);
+        let values = Array2::from_shape_fn(shape, |(n, j)| scale(sample(n, j)));
+        let (analysis, spectra) = analyzed(&Field::from_array(values), &Request::default());
+        let warned = analysis
+            .warnings
+            .iter()
+            .any(|w| matches!(w, Warning::Unrepresentable { .. }));
+        assert_eq!(warned, exponent.abs() > 470, "2^{exponent}");
+        let unit = analysis.accuracy.amplitude_unit;
+        let subnormal = exponent < -1022;
+        let tolerance = if subnormal { 1e-9 } else { 1e-15 };
+        let ours = spectra.spacetime.expect("asked for");
+        let theirs = plain.1.spacetime.as_ref().expect("asked for");
+        let peak = theirs.iter().fold(0.0, |m: f64, v| m.max(*v));
+        for (a, b) in ours.iter().zip(theirs) {
+            // In units of the square of the stated unit, `a` is b (2^exponent / unit)^2.
+            let expected = b * (scale(1.0) / unit) * (scale(1.0) / unit);
+            let scale = peak * (scale(1.0) / unit) * (scale(1.0) / unit);
+            assert!(
+                (a - expected).abs() <= tolerance * scale,
+                "2^{exponent}: {a:e} {expected:e}"
+            );
+        }
+        let centroid = |a: &Analysis| a.along_space.as_ref().expect("asked for").centroid[3];
+        let moved = centroid(&analysis) / centroid(&plain.0) - 1.0;
+        assert!(moved.abs() < tolerance, "2^{exponent}: {moved:e}");
+        assert!(residuals(&analysis).all(|r| r.abs() < 1e-14));
+    }
+}
+
+#[test]
+fn an_offset_a_billion_times_the_signal_is_removed_or_kept_without_loss() {
+    let shape = (500, 40);
+    // The signal as it survives being stored on top of the offset.
+    let stored = Array2::from_shape_fn(shape, |(n, j)| (1e9 + sample(n, j)) - 1e9);
+    let offset = Field::from_array(stored.mapv(|v| v + 1e9));
+    let clean = Field::from_array(stored);
+    let mean_removed = Request {
+        detrend_time: Detrend::Mean,
+        ..Request::default()
+    };
+    for request in [Request::default(), mean_removed] {
+        let (_, a) = analyzed(&offset, &request);
+        let (_, b) = analyzed(&clean, &request);
+        let (a, b) = (
+            a.temporal.expect("asked for"),
+            b.temporal.expect("asked for"),
+        );
+        let peak = b.iter().skip(40).fold(0.0, |m: f64, v| m.max(*v));
+        for (a, b) in a.iter().zip(&b).skip(40) {
+            assert!((a - b).abs() < 1e-14 * peak, "{a:e} {b:e}");
+        }
+    }
+    let (analysis, _) = analyzed(&offset, &Request::default());
+    assert!(residuals(&analysis).all(|r| r.abs() < 1e-14));
+}
+
+#[test]
+fn constant_and_zero_channels_have_no_centroid() {
+    let values = Array2::from_shape_fn((32, 4), |(n, j)| match j {
+        0 => 0.0,
+        1 => 5.0,
+        _ => sample(n, j),
+    });
+    let (analysis, _) = analyzed(&Field::from_array(values), &Request::default());
+    let along = analysis.along_space.expect("asked for");
+    assert!(along.centroid[0].is_nan() && along.entropy[0].is_nan());
+    assert!(along.centroid[1].is_nan() && along.quantile_90[1] == 0.0);
+    assert!(along.centroid[2].is_finite());
+    assert_eq!(along.energy[0], 0.0);
+    let dead = analysis.warnings.iter().find_map(|w| match w {
+        Warning::DeadChannels { sites } => Some(sites.clone()),
+        _ => None,
+    });
+    assert_eq!(dead, Some(vec![0, 1]));
+}
+
+#[test]
+fn nothing_but_zeros_is_undefined_and_never_zero() {
+    let (analysis, spectra) = analyzed(
+        &Field::from_array(Array2::zeros((20, 6))),
+        &Request::default(),
+    );
+    assert_eq!(residuals(&analysis).count(), 0);
+    let d = analysis.direction.expect("asked for");
+    assert!(d.toward_plus_x.is_nan() && d.undirected.is_nan());
+    assert!(analysis.warnings.contains(&Warning::NoEnergy));
+    assert!(
+        spectra
+            .spacetime
+            .expect("asked for")
+            .iter()
+            .all(|&p| p == 0.0)
+    );
+}
+
+#[test]
+fn denormals_among_ordinary_samples_do_no_harm() {
+    let values =
+        Array2::from_shape_fn((64, 5), |(n, j)| if n < 32 { 5e-324 } else { sample(n, j) });
+    let (analysis, _) = analyzed(&Field::from_array(values), &Request::default());
+    assert!(residuals(&analysis).all(|r| r.abs() < 1e-14));
+}
+
+#[test]
+fn gaps_are_refused_with_their_number_and_place() {
+    let mut values = Array2::from_shape_fn((40, 7), |(n, j)| sample(n, j));
+    values[[12, 3]] = f64::NAN;
+    values[[9, 5]] = f64::INFINITY;
+    values[[10, 5]] = f64::NEG_INFINITY;
+    match analyze(&Field::from_array(values), &Request::default()) {
+        Err(Error::NonFinite {
+            count,
+            first,
+            sites,
+            n_sites,
+            ..
+        }) => assert_eq!((count, first, sites, n_sites), (3, (9, 5), 2, 7)),
+        other => panic!("{other:?}"),
+    }
+}
+
+#[test]
+fn a_gap_on_a_line_is_interpolated_exactly() {
+    let line = Array2::from_shape_fn((40, 7), |(n, j)| 0.5 * n as f64 - j as f64);
+    let mut holed = line.clone();
+    for n in 5..9 {
+        holed[[n, 2]] = f64::NAN;
+    }
+    let request = Request {
+        gaps: Gaps::Interpolate,
+        ..Request::default()
+    };
+    let (analysis, a) = analyzed(&Field::from_array(holed), &request);
+    let (_, b) = analyzed(&Field::from_array(line), &request);
+    assert_eq!(a.spatial, b.spatial);
+    assert_eq!(a.temporal, b.temporal);
+    assert!(analysis.warnings.iter().any(|w| matches!(
+        w,
+        Warning::Gaps {
+            samples: 4,
+            sites: 1,
+            ..
+        }
+    )));
+}
+
+#[test]
+fn a_masked_gap_has_no_weight() {
+    let mut values = Array2::from_shape_fn((40, 7), |(n, j)| sample(n, j));
+    values[[12, 3]] = f64::NAN;
+    let request = Request {
+        gaps: Gaps::Mask,
+        detrend_time: Detrend::Mean,
+        detrend_space: Detrend::Linear,
+        detrend_field_mean: true,
+        scaling: Scaling::Energy,
+        ..Request::default()
+    };
+    let (analysis, spectra) = analyzed(&Field::from_array(values), &request);
+    let total: f64 = spectra.spacetime.expect("asked for").sum();
+    assert!(total > 0.0 && residuals(&analysis).all(|r| r.abs() < 1e-14));
+}
+
+#[test]
+fn a_field_of_nothing_but_gaps_is_told_from_one_of_zeros() {
+    let values = Array2::from_elem((8, 3), f64::NAN);
+    for gaps in [Gaps::Interpolate, Gaps::Mask] {
+        let request = Request {
+            gaps,
+            detrend_time: Detrend::Linear,
+            detrend_space: Detrend::Mean,
+            detrend_field_mean: true,
+            ..Request::default()
+        };
+        let (analysis, _) = analyzed(&Field::from_array(values.clone()), &request);
+        assert!(analysis.warnings.contains(&Warning::NoEnergy));
+        assert!(analysis.warnings.iter().any(|w| matches!(
+            w,
+            Warning::Gaps {
+                samples: 24,
+                sites: 3,
+                ..
+            }
+        )));
+    }
+}
+
+/// A tone half a bin off: amplitude within the window's scalloping loss, energy to rounding,
+/// frequency within half a bin.
+#[test]
+fn a_tone_between_bins_is_recovered_to_the_bound_of_each_window() {
+    let windows = [
+        Window::None,
+        Window::Hann,
+        Window::Hamming,
+        Window::BlackmanHarris,
+        Window::FlatTop,
+        Window::Tukey { taper: 0.25 },
+        Window::Kaiser { beta: 14.0 },
+        Window::Dpss {
+            time_bandwidth: 4.0,
+        },
+    ];
+    let grid = Grid {
+        n_times: 1024,
+        n_sites: 1,
+        dt: 1.0 / 1024.0,
+        dx: 1.0,
+    };
+    for window in windows {
+        for fraction in [0.0, 0.25, 0.5] {
+            let tone = Tone {
+                grid,
+                amplitude: 3.0,
+                cycles: 200.0 + fraction,
+            };
+            let asked = |scaling| Request {
+                window_time: window,
+                scaling,
+                ..Request::default()
+            };
+            let (_, spectra) = analyzed(&tone.field(), &asked(Scaling::Spectrum));
+            let spectrum = spectra.temporal.expect("asked for");
+            let (bin, peak) =
+                spectrum
+                    .column(0)
+                    .iter()
+                    .copied()
+                    .enumerate()
+                    .fold(
+                        (0, 0.0),
+                        |best, (m, p)| if p > best.1 { (m, p) } else { best },
+                    );
+            let amplitude = (2.0 * peak).sqrt();
+            let loss = 20.0 * (amplitude / 3.0).log10();
+            let bound = -window.scalloping_loss_db(1024);
+            // The image at negative frequency adds a little to the slow sidelobes of no window.
+            let slack = 0.02;
+            assert!(
+                loss <= slack && loss >= -bound.abs() - slack,
+                "{window:?}: {loss} dB"
+            );
+            if fraction == 0.5 {
+                assert!(
+                    (loss + bound.abs()).abs() < slack,
+                    "{window:?}: {loss} dB, {bound}"
+                );
+            }
+            assert!(
+                (bin as f64 - tone.cycles).abs() <= 0.5,
+                "{window:?}: bin {bin}"
+            );
+
+            let (analysis, spectra) = analyzed(&tone.field(), &asked(Scaling::Density));
+            let density = spectra.temporal.expect("asked for");
+            let power = density.sum() * analysis.axes.frequency[1];
+            // Far from the ends of the axis the window weighs the tone's square evenly.
+            assert!((power / 4.5 - 1.0).abs() < 2e-3, "{window:?}: {power}");
+        }
+    }
+}
+
+/// `sum S` is the sum of `v^2 dt` (energy), the mean square (density), along either axis.
+#[test]
+fn integrals_of_spectra_are_what_their_scaling_says() {
+    let mut field = field((60, 21));
+    field.time = Axis {
+        origin: 3.0,
+        step: 0.01,
+        unit: Some("s".into()),
+    };
+    field.space.step = 0.25;
+    let values = Array2::from_shape_fn((60, 21), |(n, j)| sample(n, j));
+    let squares = values.mapv(|v| v * v);
+    for (pad_time, pad_space) in [(None, None), (Some(128), Some(64))] {
+        for scaling in [Scaling::Energy, Scaling::Density] {
+            let request = Request {
+                scaling,
+                pad_time,
+                pad_space,
+                ..Request::default()
+            };
+            let (analysis, spectra) = analyzed(&field, &request);
+            let df = analysis.axes.frequency[1];
+            let dk = analysis.axes.wavenumber[1];
+            let (dt, dx) = match scaling {
+                Scaling::Density => (1.0 / 60.0, 1.0 / 21.0),
+                _ => (0.01, 0.25),
+            };
+            let temporal = spectra.temporal.expect("asked for").column(4).sum() * df;
+            assert!((temporal / (squares.column(4).sum() * dt) - 1.0).abs() < 1e-14);
+            let spatial = spectra.spatial.expect("asked for").row(9).sum() * dk;
+            assert!((spatial / (squares.row(9).sum() * dx) - 1.0).abs() < 1e-14);
+            let both = spectra.spacetime.expect("asked for").sum() * df * dk;
+            assert!((both / (squares.sum() * dt * dx) - 1.0).abs() < 1e-14);
+        }
+    }
+}
+
+#[test]
+fn welch_segments_of_the_whole_record_are_the_periodogram() {
+    let field = field((90, 4));
+    let welch = Request {
+        welch: Some(Welch {
+            segment: 90,
+            overlap: 10,
+        }),
+        detrend_time: Detrend::Linear,
+        window_time: Window::Hann,
+        ..Request::default()
+    };
+    let plain = Request {
+        welch: None,
+        ..welch.clone()
+    };
+    let (_, a) = analyzed(&field, &welch);
+    let (_, b) = analyzed(&field, &plain);
+    let (a, b) = (
+        a.spacetime.expect("asked for"),
+        b.spacetime.expect("asked for"),
+    );
+    let peak = b.iter().fold(0.0, |m: f64, v| m.max(*v));
+    assert!(a.iter().zip(&b).all(|(a, b)| (a - b).abs() < 1e-15 * peak));
+}
