@@ -17,8 +17,8 @@ use ndarray_npy::NpzReader;
 
 type Outcome = Result<(), Box<dyn std::error::Error>>;
 
-/// Reached: 2e-15 of the peak, over all references.
-const TOLERANCE: f64 = 1e-14;
+/// Reached: 3.8e-15 of the peak, over all references.
+const TOLERANCE: f64 = 6e-15;
 
 struct Case {
     name: &'static str,
@@ -98,7 +98,7 @@ fn parseval_holds(analysis: &Analysis, what: &str) {
     let p = analysis.parseval;
     for residual in [p.time, p.space, p.spacetime].into_iter().flatten() {
         assert!(
-            residual.abs() < 1e-14,
+            residual.abs() < 2e-15,
             "{what}: Parseval residual {residual:e}"
         );
     }
@@ -233,8 +233,8 @@ fn val_numpy_spacetime_in_single_precision() -> Outcome {
         let (_, spectra) = analyze(&field, &request)?;
         let theirs = as_ours(&matrix(&mut case.reference("ref_fk_numpy.npz")?, "S")?);
         let error = apart(&spectra.spacetime.ok_or("no space-time spectrum")?, &theirs);
-        // Reached: 1e-6, a few times the spacing of single precision; and not that of double.
-        assert!((1e-9..3e-6).contains(&error), "{}: {error:e}", case.name);
+        // Reached: 1e-7 to 3.3e-7, the rounding of single precision and not that of double.
+        assert!((5e-8..5e-7).contains(&error), "{}: {error:e}", case.name);
     }
     Ok(())
 }

@@ -1,6 +1,6 @@
 //! Preparation, once, before all transforms: range, gaps, trends, tapers.
 //!
-//! A [`Prepared`] field holds what was found about the samples (trends, gaps, scale), not a copy
+//! A `Prepared` field holds what was found about the samples (trends, gaps, scale), not a copy
 //! of them: any block, in either order, is read from the field and prepared on the way. A sample
 //! is prepared by the same operations whatever block it is read in, so its bits do not depend on
 //! the blocks.

@@ -1,0 +1,37 @@
+//! The files of `cascade analyze` from a program of one's own.
+
+use std::path::Path;
+
+use cascade::Field;
+use cascade::analyze::{Request, Silent, plan, run};
+use cascade::field::OpenOptions;
+use cascade::plot::{Format, draw_all};
+use cascade::report::{Archive, Provenance, ResultDirectory, Summary, html, write_small_arrays};
+
+fn main() -> Result<(), Box<dyn std::error::Error>> {
+    let place = tempfile::tempdir()?;
+    let input = Path::new(env!("CARGO_MANIFEST_DIR")).join("examples/data/lattice_impact.npy");
+    let field = Field::open(&input, &OpenOptions::default())?;
+    let request = Request::default();
+
+    // Nothing of it is seen under its name before it is whole.
+    let directory = ResultDirectory::create(&place.path().join("impact"), false)?;
+    let archive = Archive::create(&directory.path().join("spectra.npz"), request.precision)?;
+    let analysis = run(&field, &plan(&field, &request)?, &archive, &Silent)?;
+    write_small_arrays(&analysis, &archive)?;
+    archive.finish()?;
+    let command = vec!["own_report".to_owned()];
+    let provenance = Provenance::new(command, Some(input.display().to_string()), &analysis);
+    directory.write(
+        "summary.json",
+        Summary::new(&analysis, &provenance).to_json()?,
+    )?;
+    directory.write("report.html", html(&analysis))?;
+    draw_all(&analysis, &directory.path().join("figures"), &[Format::Png])?;
+    let published = directory.publish()?;
+
+    for entry in std::fs::read_dir(&published)? {
+        println!("{}", entry?.file_name().to_string_lossy());
+    }
+    Ok(())
+}
