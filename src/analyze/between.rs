@@ -31,7 +31,7 @@ impl<T: Real> Between<T> {
         let place = std::env::temp_dir();
         let file = tempfile::tempfile().map_err(Error::write("make a scratch file in", &place))?;
         let bytes = (shape.0 * shape.1 * size_of::<Complex<T>>()) as u64;
-        crate::io::allocate(&file, bytes)
+        crate::io::allocate(&file, 0, bytes)
             .map_err(Error::write("reserve room for a scratch file in", &place))?;
         Ok(Between::Scratch { file, shape, place })
     }
