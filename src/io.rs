@@ -40,17 +40,17 @@ pub(crate) fn read_at(file: &File, mut bytes: &mut [u8], mut offset: u64) -> Res
     Ok(())
 }
 
-/// Makes `file` hold `length` bytes, on a full disk failing now rather than halfway.
-pub(crate) fn allocate(file: &File, length: u64) -> Result<()> {
+/// Lengthens `file` from `from` bytes to `to`, on a full disk failing now rather than halfway.
+pub(crate) fn allocate(file: &File, from: u64, to: u64) -> Result<()> {
     #[cfg(target_os = "linux")]
     {
         use rustix::fs::{FallocateFlags, fallocate};
         use rustix::io::Errno;
-        match fallocate(file, FallocateFlags::empty(), 0, length) {
+        match fallocate(file, FallocateFlags::empty(), from, to - from) {
             // Some file systems cannot reserve; then the writes themselves tell.
             Ok(()) | Err(Errno::OPNOTSUPP | Errno::NOSYS | Errno::INVAL) => {}
             Err(error) => return Err(error.into()),
         }
     }
-    file.set_len(length)
+    file.set_len(to)
 }

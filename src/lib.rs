@@ -2,6 +2,7 @@
 #![warn(missing_debug_implementations)]
 
 pub mod analyze;
+mod buffer;
 mod diagnostics;
 pub mod error;
 pub mod field;

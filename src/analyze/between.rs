@@ -6,6 +6,7 @@ use std::path::PathBuf;
 use ndarray::{Array2, ArrayView2, ArrayViewMut2, s};
 use num_complex::Complex;
 
+use crate::buffer::Buffer;
 use crate::error::{Error, Result};
 use crate::io::{read_at, write_at};
 use crate::transform::Real;
@@ -13,7 +14,10 @@ use crate::transform::Real;
 /// `(frequency x segment, site)`: written by columns, read by rows.
 #[derive(Debug)]
 pub(super) enum Between<T: Real> {
-    Memory(Array2<Complex<T>>),
+    Memory {
+        buffer: Buffer<Complex<T>>,
+        shape: (usize, usize),
+    },
     Scratch {
         file: File,
         shape: (usize, usize),
@@ -22,8 +26,9 @@ pub(super) enum Between<T: Real> {
 }
 
 impl<T: Real> Between<T> {
-    pub fn in_memory(shape: (usize, usize)) -> Self {
-        Between::Memory(Array2::default(shape))
+    pub fn in_memory(shape: (usize, usize)) -> Result<Self> {
+        let buffer = Buffer::zeros(shape)?;
+        Ok(Between::Memory { buffer, shape })
     }
 
     /// An unnamed file that is gone when it is closed, however the program ends.
@@ -31,7 +36,7 @@ impl<T: Real> Between<T> {
         let place = std::env::temp_dir();
         let file = tempfile::tempfile().map_err(Error::write("make a scratch file in", &place))?;
         let bytes = (shape.0 * shape.1 * size_of::<Complex<T>>()) as u64;
-        crate::io::allocate(&file, bytes)
+        crate::io::allocate(&file, 0, bytes)
             .map_err(Error::write("reserve room for a scratch file in", &place))?;
         Ok(Between::Scratch { file, shape, place })
     }
@@ -44,7 +49,10 @@ impl<T: Real> Between<T> {
         fill: impl FnOnce(ArrayViewMut2<Complex<T>>) -> Result<()>,
     ) -> Result<()> {
         match self {
-            Between::Memory(all) => fill(all.slice_mut(s![.., from..from + width])),
+            Between::Memory { buffer, shape } => {
+                let mut all = buffer.view_mut(*shape)?;
+                fill(all.slice_mut(s![.., from..from + width]))
+            }
             Between::Scratch { file, shape, place } => {
                 let mut block = Array2::default((shape.0, width));
                 fill(block.view_mut())?;
@@ -67,7 +75,10 @@ impl<T: Real> Between<T> {
         read: impl FnOnce(ArrayView2<Complex<T>>) -> R,
     ) -> Result<R> {
         match self {
-            Between::Memory(all) => Ok(read(all.slice(s![from..from + count, ..]))),
+            Between::Memory { buffer, shape } => {
+                let all = buffer.view(*shape)?;
+                Ok(read(all.slice(s![from..from + count, ..])))
+            }
             Between::Scratch { file, shape, place } => {
                 let mut block = Array2::default((count, shape.1));
                 if let Some(values) = block.as_slice_mut() {

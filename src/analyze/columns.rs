@@ -8,6 +8,7 @@ use super::between::Between;
 use super::plan::Plan;
 use super::sink::{LargeArray, Sink};
 use crate::analyze::Observer;
+use crate::buffer::Buffer;
 use crate::diagnostics::{MapBuilder, Row, moments_of};
 use crate::error::{Error, Result};
 use crate::prepare::{Prepared, Trend};
@@ -178,9 +179,11 @@ pub(super) fn transform_records<T: Real>(
         energies: Vec::with_capacity(nx),
         map: MapBuilder::largest((nf, nx), super::MAP_LIMIT),
     };
+    let rows = if wanted { nf } else { 0 };
+    let mut buffer = Buffer::zeros((rows, plan.blocks.sites))?;
     for from in (0..nx).step_by(plan.blocks.sites) {
         let width = plan.blocks.sites.min(nx - from);
-        let mut spectra = Array2::zeros((if wanted { nf } else { 0 }, width));
+        let mut spectra = buffer.view_mut((rows, width))?;
         let stripes = Stripes {
             plan,
             prepared,

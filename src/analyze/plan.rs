@@ -80,6 +80,11 @@ const TILE_SITES: usize = 8;
 /// Profiles transformed together.
 const TILE_TIMES: usize = 32;
 
+/// Bytes of a block of profiles or frequencies, a thread: it is written while it is in the cache,
+/// and its memory is used again. Blocks of sites are as large as they can be, since the pieces
+/// of rows they write are short.
+const BLOCK_BYTES: u64 = 2 << 20;
+
 /// Settles `request` for `field`.
 ///
 /// Reads samples only where the range of times depends on them ([`TimeRange::UntilArrival`]).
@@ -287,23 +292,28 @@ impl Plan {
         }
         let tiles = column_tile(self.tiles.sites as u64).max(row_tile(self.tiles.times as u64));
         let for_blocks = spare - tiles;
-        let block = |per: u64, tile: usize, least: usize, all: usize| -> usize {
-            let fit = usize::try_from(for_blocks / per.max(1)).unwrap_or(usize::MAX);
+        let block = |bytes: u64, per: u64, tile: usize, least: usize, all: usize| -> usize {
+            let fit = usize::try_from(bytes / per.max(1)).unwrap_or(usize::MAX);
             if fit >= all {
                 all
             } else {
                 (fit / tile * tile).max(least)
             }
         };
+        // In the cache if there is room, at least a tile if that fits at all.
+        let cached = |per: u64, tile: usize, least: usize, all: usize| -> usize {
+            let bytes = (BLOCK_BYTES * threads).max(per * tile.max(4) as u64);
+            block(bytes.min(for_blocks), per, tile, least, all)
+        };
         let blocks = Blocks {
-            sites: block(per_site, self.tiles.sites, 1, nx as usize),
-            times: block(
+            sites: block(for_blocks, per_site, self.tiles.sites, 1, nx as usize),
+            times: cached(
                 per_time,
                 self.tiles.times,
                 least_times as usize,
                 nt as usize,
             ),
-            frequencies: block(per_frequency, 1, 1, nf as usize),
+            frequencies: cached(per_frequency, 1, 1, nf as usize),
         };
         self.memory_needed = fixed
             + tiles

@@ -1,7 +1,7 @@
 //! The pass along space: every instant's profile to its spectrum, and to the flux surrogate.
 
 use ndarray::parallel::prelude::*;
-use ndarray::{Array2, Axis, azip, s};
+use ndarray::{Array2, ArrayView2, Axis, azip, s};
 
 use super::plan::Plan;
 use super::request::Scaling;
@@ -96,11 +96,13 @@ pub(super) fn transform_profiles<T: Real>(
     };
     let mut flux = FluxSurrogate::new(plan, stored);
     let tile = plan.tiles.times;
+    let columns = if transform.is_some() { nk } else { 0 };
+    let mut all_profiles = Array2::<f64>::zeros((plan.blocks.times, nx));
+    let mut all_spectra = Array2::<f64>::zeros((plan.blocks.times, columns));
     for from in (0..nt).step_by(plan.blocks.times) {
         let count = plan.blocks.times.min(nt - from);
-        let mut profiles = Array2::<f64>::zeros((count, nx));
-        let columns = if transform.is_some() { nk } else { 0 };
-        let mut spectra = Array2::<f64>::zeros((count, columns));
+        let mut profiles = all_profiles.slice_mut(s![..count, ..]);
+        let mut spectra = all_spectra.slice_mut(s![..count, ..]);
         let seen: Result<Vec<Vec<Seen>>> = profiles
             .axis_chunks_iter_mut(Axis(0), tile)
             .into_par_iter()
@@ -148,9 +150,8 @@ pub(super) fn transform_profiles<T: Real>(
         }
         done.last_profile = profiles.row(count - 1).to_vec();
         done.field_map.add(from, 0, profiles.view());
-        drop(profiles);
         if with_flux {
-            flux.take(&spectra, &mut done.flux_map, sink)?;
+            flux.take(spectra.view(), &mut done.flux_map, sink)?;
         }
         if results.spatial {
             if stored != 1.0 {
@@ -205,44 +206,66 @@ struct FluxSurrogate {
     /// From a bin of the spatial spectrum, as scaled, to half its energy, stored unit included.
     half_energy: f64,
     dt: f64,
-    /// Cumulative energies of the times not finished with, the first of them `held_from`.
-    held: Array2<f64>,
-    held_from: usize,
+    /// Cumulative energies: of the last times of the block before, then of this one.
+    cumulative: Array2<f64>,
+    /// Times kept of the block before.
+    kept: usize,
+    flux: Array2<f64>,
+    /// Times taken in, and those passed on.
+    known: usize,
     next: usize,
 }
 
 impl FluxSurrogate {
     fn new(plan: &Plan, stored: f64) -> Self {
         let energy = plan.space_scale_of(Scaling::Energy);
+        let rows = if plan.request.results.flux_surrogate {
+            plan.blocks.times + 2
+        } else {
+            0
+        };
+        let room = Array2::zeros((rows, plan.axes.wavenumber.len()));
         FluxSurrogate {
             n_times: plan.axes.n_times,
             half_energy: 0.5 * energy.factor * energy.measure / plan.space_scale.factor * stored,
             dt: plan.axes.time.step,
-            held: Array2::zeros((0, plan.axes.wavenumber.len())),
-            held_from: 0,
+            cumulative: room.clone(),
+            kept: 0,
+            flux: room,
+            known: 0,
             next: 0,
         }
     }
 
     /// Takes the next block of spectra and passes on all times that can be finished.
-    fn take(&mut self, spectra: &Array2<f64>, map: &mut MapBuilder, sink: &dyn Sink) -> Result<()> {
-        let mut held = Array2::zeros((self.held.nrows() + spectra.nrows(), spectra.ncols()));
-        held.slice_mut(s![..self.held.nrows(), ..])
-            .assign(&self.held);
-        let mut fresh = held.slice_mut(s![self.held.nrows().., ..]);
-        for (mut cumulative, spectrum) in fresh.outer_iter_mut().zip(spectra.outer_iter()) {
-            let mut below = 0.0;
-            for (c, &p) in cumulative.iter_mut().zip(spectrum) {
-                below += p * self.half_energy;
-                *c = below;
-            }
-        }
-        let known = self.held_from + held.nrows();
-        let last = known == self.n_times;
-        let until = if last { known } else { known - 1 };
-        let mut flux = Array2::zeros((until - self.next, held.ncols()));
-        let at = |n: usize| held.row(n - self.held_from);
+    fn take(
+        &mut self,
+        spectra: ArrayView2<f64>,
+        map: &mut MapBuilder,
+        sink: &dyn Sink,
+    ) -> Result<()> {
+        let held = self.kept + spectra.nrows();
+        let half_energy = self.half_energy;
+        self.cumulative
+            .slice_mut(s![self.kept..held, ..])
+            .axis_iter_mut(Axis(0))
+            .into_par_iter()
+            .zip(spectra.axis_iter(Axis(0)))
+            .for_each(|(mut cumulative, spectrum)| {
+                let mut below = 0.0;
+                azip!((c in &mut cumulative, &p in &spectrum) {
+                    below += p * half_energy;
+                    *c = below;
+                });
+            });
+        self.known += spectra.nrows();
+        let last = self.known == self.n_times;
+        let until = if last { self.known } else { self.known - 1 };
+        let from = self.known - held;
+        let cumulative = &self.cumulative;
+        let at = |n: usize| cumulative.row(n - from);
         let (next, all, dt) = (self.next, self.n_times, self.dt);
+        let mut flux = self.flux.slice_mut(s![..until - next, ..]);
         flux.axis_iter_mut(Axis(0))
             .into_par_iter()
             .enumerate()
@@ -269,12 +292,15 @@ impl FluxSurrogate {
                     }),
                 }
             });
-        map.add(self.next, 0, flux.view());
-        sink.put(LargeArray::KineticFluxSurrogate, self.next, 0, flux.view())?;
+        map.add(next, 0, flux.view());
+        sink.put(LargeArray::KineticFluxSurrogate, next, 0, flux.view())?;
         self.next = until;
-        let keep = held.nrows().min(2);
-        self.held_from = known - keep;
-        self.held = held.slice(s![held.nrows() - keep.., ..]).to_owned();
+        self.kept = held.min(2);
+        let kept = self
+            .cumulative
+            .slice(s![held - self.kept..held, ..])
+            .to_owned();
+        self.cumulative.slice_mut(s![..self.kept, ..]).assign(&kept);
         Ok(())
     }
 }

@@ -106,7 +106,7 @@ fn passes<T: Real>(
     let shape = (plan.between_rows(), plan.axes.n_sites);
     let mut between = match (results.spacetime, plan.scratch_file) {
         (false, _) => None,
-        (true, 0) => Some(Between::<T>::in_memory(shape)),
+        (true, 0) => Some(Between::<T>::in_memory(shape)?),
         (true, _) => Some(Between::<T>::in_scratch(shape)?),
     };
     let columns = if plan.transforms_time() {

@@ -1,7 +1,7 @@
 //! The second half of the space-time transform: along space at each frequency.
 
 use ndarray::parallel::prelude::*;
-use ndarray::{Array2, Axis};
+use ndarray::{Array2, Axis, s};
 
 use super::between::Between;
 use super::plan::Plan;
@@ -61,9 +61,10 @@ pub(super) fn transform_frequencies<T: Real>(
     let n = plan.conventions.padded_time;
     let mut map = MapBuilder::largest((nf, nk), super::MAP_LIMIT);
     let mut directions = Vec::with_capacity(nf);
+    let mut whole_block = Array2::<f64>::zeros((plan.blocks.frequencies, nk));
     for from in (0..nf).step_by(plan.blocks.frequencies) {
         let count = plan.blocks.frequencies.min(nf - from);
-        let mut block = Array2::<f64>::zeros((count, nk));
+        let mut block = whole_block.slice_mut(s![..count, ..]);
         let seen = between.with_rows(from * segments, count * segments, |rows| {
             block
                 .axis_iter_mut(Axis(0))
@@ -76,6 +77,7 @@ pub(super) fn transform_frequencies<T: Real>(
                     let Some(power) = power.into_slice() else {
                         return Ok(ByDirection::default());
                     };
+                    power.fill(0.0);
                     for s in 0..segments {
                         if let Some(profile) = rows.row(i * segments + s).to_slice() {
                             transform.add_power(profile, scratch, power);

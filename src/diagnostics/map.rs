@@ -1,6 +1,7 @@
 //! Large arrays reduced for the eye, block by block.
 
-use ndarray::{Array2, ArrayView2};
+use ndarray::parallel::prelude::*;
+use ndarray::{Array1, Array2, ArrayView2, Axis, azip, s};
 
 use crate::analyze::{Map, MapAxis, Reduction};
 
@@ -48,22 +49,49 @@ impl MapBuilder {
 
     /// Takes in the block whose first element is `(row, column)` of the whole.
     pub fn add(&mut self, row: usize, column: usize, block: ArrayView2<f64>) {
-        for (i, line) in block.outer_iter().enumerate() {
-            let mut cells = self.cells.row_mut((row + i) / self.rows);
-            for (j, &value) in line.iter().enumerate() {
-                let cell = &mut cells[(column + j) / self.columns];
-                let value = value as f32;
-                let better = match self.keep {
-                    Keep::Largest => value > *cell,
-                    Keep::Extreme => {
-                        value.abs() > cell.abs() || (value.abs() == cell.abs() && value > *cell)
-                    }
-                };
-                if better || cell.is_nan() {
-                    *cell = value;
-                }
-            }
+        match self.keep {
+            Keep::Largest => self.add_if(row, column, block, |new, old| new > old),
+            Keep::Extreme => self.add_if(row, column, block, |new, old| {
+                let (a, b) = (new.abs(), old.abs());
+                (a > b) | ((a == b) & (new > old))
+            }),
         }
+    }
+
+    fn add_if(
+        &mut self,
+        row: usize,
+        column: usize,
+        block: ArrayView2<f64>,
+        better: impl Fn(f32, f32) -> bool + Sync,
+    ) {
+        let keep = |old: &mut f32, new: f32| {
+            *old = if better(new, *old) | old.is_nan() {
+                new
+            } else {
+                *old
+            }
+        };
+        let (height, width) = (self.rows, self.columns);
+        let end = row + block.nrows();
+        let (first, last) = (row / height, end.div_ceil(height));
+        self.cells
+            .slice_mut(s![first..last, ..])
+            .axis_iter_mut(Axis(0))
+            .into_par_iter()
+            .enumerate()
+            .for_each(|(i, mut cells)| {
+                let top = ((first + i) * height).max(row);
+                let bottom = ((first + i + 1) * height).min(end);
+                // Row by row first: that vectorises, and leaves one row to share out.
+                let mut line = Array1::from_elem(block.ncols(), f32::NAN);
+                for other in block.slice(s![top - row..bottom - row, ..]).outer_iter() {
+                    azip!((old in &mut line, &new in other) keep(old, new as f32));
+                }
+                for (j, &value) in line.iter().enumerate() {
+                    keep(&mut cells[(column + j) / width], value);
+                }
+            });
     }
 
     /// The map, with the coordinates of its first row and column and their steps.

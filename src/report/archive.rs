@@ -111,7 +111,7 @@ impl Archive {
         let data = content + npy.len() as u64;
         let end = data + shape.iter().product::<usize>() as u64 * self.item();
         let failed = Error::write("reserve room in", &self.path);
-        allocate(&self.file, end).map_err(failed)?;
+        allocate(&self.file, header, end).map_err(failed)?;
         write_at(&self.file, &npy, content).map_err(Error::write("write to", &self.path))?;
         let mut checksum = crc32fast::Hasher::new();
         checksum.update(&npy);

@@ -1,0 +1,62 @@
+//! Memory for large arrays.
+
+use std::marker::PhantomData;
+
+use bytemuck::{Pod, cast_slice, cast_slice_mut};
+use memmap2::MmapMut;
+use ndarray::{ArrayView2, ArrayViewMut2};
+
+use crate::error::{Error, Result};
+
+/// Zeroed memory for arrays, in huge pages where the system has them.
+///
+/// Fresh memory costs a fault a page, and filling a column looks up a page a row. Pages of 2 MiB
+/// instead of 4 KiB make both rare.
+#[derive(Debug)]
+pub(crate) struct Buffer<T> {
+    pages: MmapMut,
+    of: PhantomData<T>,
+}
+
+impl<T: Pod> Buffer<T> {
+    /// Room for an array of `shape`.
+    ///
+    /// # Errors
+    /// [`Error::Memory`] where there is none.
+    pub fn zeros(shape: (usize, usize)) -> Result<Self> {
+        let bytes = shape.0 * shape.1 * size_of::<T>();
+        let pages = MmapMut::map_anon(bytes).map_err(|_| no_room::<T>(shape))?;
+        // A system that refuses has small pages, and they do as well.
+        #[cfg(target_os = "linux")]
+        let _refused = pages.advise(memmap2::Advice::HugePage);
+        Ok(Buffer {
+            pages,
+            of: PhantomData,
+        })
+    }
+
+    /// The start of the memory as an array.
+    ///
+    /// # Errors
+    /// [`Error::Memory`] if `shape` is larger than that asked for.
+    pub fn view(&self, shape: (usize, usize)) -> Result<ArrayView2<'_, T>> {
+        ArrayView2::from_shape(shape, cast_slice(&self.pages)).map_err(|_| no_room::<T>(shape))
+    }
+
+    /// The same to be written to.
+    ///
+    /// # Errors
+    /// As [`Buffer::view`].
+    pub fn view_mut(&mut self, shape: (usize, usize)) -> Result<ArrayViewMut2<'_, T>> {
+        let values = cast_slice_mut(&mut self.pages);
+        ArrayViewMut2::from_shape(shape, values).map_err(|_| no_room::<T>(shape))
+    }
+}
+
+fn no_room<T>(shape: (usize, usize)) -> Error {
+    Error::Memory {
+        what: "an array",
+        needed: (shape.0 * shape.1 * size_of::<T>()) as u64,
+        allowed: 0,
+    }
+}
