@@ -11,7 +11,7 @@ use crate::analyze::Observer;
 use crate::buffer::Buffer;
 use crate::diagnostics::{MapBuilder, Row, moments_of};
 use crate::error::{Error, Result};
-use crate::prepare::{Prepared, Trend};
+use crate::prepare::{Ahead, Prepared, Trend};
 use crate::sum::sum;
 use crate::transform::{Real, RealTransform, Scale, Scratch, direct_sums, fold, power};
 
@@ -92,7 +92,7 @@ pub(super) fn reference<T: Real>(
         if observer.cancelled() {
             return Err(Error::Cancelled);
         }
-        prepared.records(j..j + 1, &mut record);
+        prepared.record(j, &mut record);
         if record.iter().any(|&v| v != 0.0) {
             worker.spectrum(&record, &mut spectrum, |_, _| {});
             if sum(&spectrum) > 0.0 {
@@ -118,7 +118,7 @@ pub(super) fn spot_check<T: Real>(
     let (length, bins) = (transform.padded(), transform.bins());
     let count = CHECKED_BINS.min(bins).min(CHECKED_SAMPLES / length);
     let mut record = vec![0.0; plan.axes.n_times];
-    prepared.records(j..j + 1, &mut record);
+    prepared.record(j, &mut record);
     record.truncate(plan.segments.length);
     let mut scratch = Scratch::default();
     let (spectrum, energy) = transform.transform(&record, &mut scratch);
@@ -184,9 +184,11 @@ pub(super) fn transform_records<T: Real>(
     for from in (0..nx).step_by(plan.blocks.sites) {
         let width = plan.blocks.sites.min(nx - from);
         let mut spectra = buffer.view_mut((rows, width))?;
+        let ahead = prepared.read_ahead(from..from + width);
         let stripes = Stripes {
             plan,
             prepared,
+            ahead: ahead.as_ref(),
             transform: &transform,
             edge,
             observer,
@@ -223,6 +225,7 @@ pub(super) fn transform_records<T: Real>(
 struct Stripes<'a, T: Real> {
     plan: &'a Plan,
     prepared: &'a Prepared<'a>,
+    ahead: Option<&'a Ahead>,
     transform: &'a RealTransform<T>,
     edge: f64,
     observer: &'a dyn Observer,
@@ -271,7 +274,7 @@ impl<T: Real> Stripes<'_, T> {
         let (nf, segments) = (self.transform.bins(), self.plan.segments.count());
         tile.records.resize(width * n_times, 0.0);
         self.prepared
-            .records(first..first + width, &mut tile.records);
+            .records(self.ahead, first..first + width, &mut tile.records);
         tile.power.resize(width * nf, 0.0);
         let keep = between.nrows() > 0;
         tile.transforms.resize(

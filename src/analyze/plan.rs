@@ -167,6 +167,7 @@ pub fn plan(field: &Field, request: &Request) -> Result<Plan> {
         tiles: Tiles {
             sites: TILE_SITES,
             times: TILE_TIMES,
+            ahead: None,
         },
         blocks: Blocks {
             sites: n_sites,
@@ -256,17 +257,20 @@ impl Plan {
 
         let vectors = 160 * (nt + nx) + 32 * (nf + nks) + (8 << 20);
         // Of each thread: a tile of records and its spectra, or a tile of profiles.
-        let column_tile = |sites: u64| threads * sites * (8 * nt + 48 * nf);
+        let segments = self.segments.count() as u64;
+        let column_tile = |sites: u64| threads * sites * (8 * nt + (16 * segments + 32) * nf);
         let row_tile = |times: u64| threads * times * 8 * (nx + nks);
-        let per_site = |in_memory: bool| 8 * nf + if in_memory { 0 } else { between / nx.max(1) };
+        let per_site = |in_memory: bool, streams: bool| {
+            8 * nf + if in_memory { 0 } else { between / nx } + if streams { 8 * nt } else { 0 }
+        };
         let per_time = 8 * (nx + 3 * nk);
-        let per_frequency = 8 * nks + self.segments.count() as u64 * between_row;
+        let per_frequency = 8 * nks + segments * between_row;
         // The flux surrogate differentiates over three neighbouring times.
         let least_times = nt.min(4);
 
         // The least that any of these blocks can do with: one record, a few profiles.
         let least_tile = column_tile(1).max(row_tile(1));
-        let least_block = per_site(!spacetime)
+        let least_block = per_site(!spacetime, true)
             .max(least_times * per_time)
             .max(per_frequency);
         let least = vectors + (2 * least_tile).max(least_tile + least_block);
@@ -277,11 +281,16 @@ impl Plan {
                 allowed,
             });
         }
-        let in_memory = !spacetime || (between <= allowed / 2 && between <= allowed - least);
+        let mut room = allowed - least;
+        let in_memory = !spacetime || between <= room.min(allowed / 2);
         let held = if spacetime && in_memory { between } else { 0 };
-        let per_site = per_site(in_memory);
+        room -= held;
+        // Mapped pages of the field count as memory too, so a large field is read piece by piece.
+        let mapped = 8 * nt * nx;
+        let streams = mapped > room.min(allowed / 4);
+        let per_site = per_site(in_memory, streams);
 
-        let fixed = vectors + held;
+        let fixed = vectors + held + if streams { 0 } else { mapped };
         let spare = allowed - fixed;
         // The tiles shrink where the records are so long that they would not fit.
         while self.tiles.sites > 1 && column_tile(self.tiles.sites as u64) > spare / 2 {
@@ -325,6 +334,7 @@ impl Plan {
                     0
                 });
         self.blocks = blocks;
+        self.tiles.ahead = streams.then_some(blocks.sites);
         self.scratch_file = if in_memory { 0 } else { between };
         Ok(())
     }
@@ -461,20 +471,30 @@ fn until_arrival(field: &Field, sites: &Range<usize>, threshold: f64) -> Result<
         });
     }
     let n = field.n_times();
-    let mut block = vec![0.0; n];
+    let last = sites.len() - 1;
     let mut largest = 0.0f64;
-    for j in sites.clone() {
-        field.read_site_major(0..n, j..j + 1, &mut block);
+    let mut at_last = Vec::with_capacity(n);
+    let mut block = Vec::new();
+    let times = ((1 << 20) / sites.len()).max(1);
+    for start in (0..n).step_by(times) {
+        let piece = start..(start + times).min(n);
+        block.resize(piece.len() * sites.len(), 0.0);
+        field.read_time_major(piece, sites.clone(), &mut block);
+        field.release_pages();
         let finite = block.iter().filter(|v| v.is_finite());
         largest = finite.fold(largest, |m, v| m.max(v.abs()));
+        at_last.extend(
+            block
+                .chunks_exact(sites.len())
+                .map(|profile| profile[last].abs()),
+        );
     }
-    // The last record read is that of the last site.
-    let arrival = block.iter().position(|v| v.abs() > threshold * largest);
+    let arrival = at_last.iter().position(|&v| v > threshold * largest);
     match arrival {
         Some(0) => Err(Error::Request {
             option: "until-arrival",
             expected: "a last site that is quiet at the first time".into(),
-            found: format!("|v| = {:e} there at once", block[0].abs()),
+            found: format!("|v| = {:e} there at once", at_last[0]),
         }),
         Some(end) => Ok(0..end),
         None => Ok(0..n),

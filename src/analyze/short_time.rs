@@ -63,7 +63,7 @@ pub(super) fn along_time<T: Real>(
     let spectra = sites
         .into_iter()
         .map(|index| {
-            prepared.records(index..index + 1, &mut record);
+            prepared.record(index, &mut record);
             ShortTimeSpectrum {
                 index,
                 at: plan.axes.space.at(index),

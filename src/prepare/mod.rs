@@ -13,7 +13,7 @@ mod trend;
 mod window;
 
 pub use lobes::Lobes;
-pub(crate) use prepared::{Prepared, Tiles};
+pub(crate) use prepared::{Ahead, Prepared, Tiles};
 pub(crate) use scan::ChannelScan;
 pub(crate) use trend::Trend;
 pub use window::{Window, WindowError, WindowGains};

@@ -28,6 +28,7 @@ pub(crate) struct Prepared<'a> {
     space_trends: Vec<Trend>,
     /// One a site, or none at all.
     time_trends: Vec<Trend>,
+    tiles: Tiles,
 }
 
 /// How many records or profiles are read at once.
@@ -35,6 +36,33 @@ pub(crate) struct Prepared<'a> {
 pub(crate) struct Tiles {
     pub sites: usize,
     pub times: usize,
+    /// Records read ahead of the tiles, where the field is larger than memory.
+    pub ahead: Option<usize>,
+}
+
+/// Bytes of the field that are mapped at a time where it is larger than memory.
+const PIECE_BYTES: usize = 8 << 20;
+
+/// Raw records of a few sites, read in one go along the file.
+#[derive(Debug)]
+pub(crate) struct Ahead {
+    sites: Range<usize>,
+    /// Times a piece; the last may be shorter.
+    times: usize,
+    /// Site-major pieces.
+    pieces: Vec<Vec<f64>>,
+}
+
+impl Ahead {
+    fn copy(&self, sites: Range<usize>, out: &mut [f64]) {
+        let n_times = out.len() / sites.len();
+        for (j, record) in sites.zip(out.chunks_exact_mut(n_times)) {
+            let column = j - self.sites.start;
+            for (part, piece) in record.chunks_mut(self.times).zip(&self.pieces) {
+                part.copy_from_slice(&piece[column * part.len()..][..part.len()]);
+            }
+        }
+    }
 }
 
 impl<'a> Prepared<'a> {
@@ -61,19 +89,20 @@ impl<'a> Prepared<'a> {
             field_mean: None,
             space_trends: Vec::new(),
             time_trends: Vec::new(),
+            tiles,
         };
-        let scans = prepared.scan(request.gaps, tiles, observer)?;
+        let scans = prepared.scan(request.gaps, observer)?;
         let largest = scans.iter().fold(0.0, |m: f64, s| m.max(s.largest));
         prepared.unit = PowerOfTwo::near(largest, request.precision);
 
         if request.detrend_field_mean {
-            prepared.field_mean = Some(prepared.mean(tiles, observer)?);
+            prepared.field_mean = Some(prepared.mean(observer)?);
         }
         if request.detrend_space != Detrend::None {
-            prepared.space_trends = prepared.fit_space(request.detrend_space, tiles, observer)?;
+            prepared.space_trends = prepared.fit_space(request.detrend_space, observer)?;
         }
         if request.detrend_time != Detrend::None {
-            prepared.time_trends = prepared.fit_time(request.detrend_time, tiles, observer)?;
+            prepared.time_trends = prepared.fit_time(request.detrend_time, observer)?;
         }
         Ok((prepared, scans))
     }
@@ -91,19 +120,53 @@ impl<'a> Prepared<'a> {
         self.unit.value()
     }
 
+    /// The record of one site.
+    pub fn record(&self, site: usize, out: &mut [f64]) {
+        let ahead = self.read_ahead(site..site + 1);
+        self.records(ahead.as_ref(), site..site + 1, out);
+    }
+
     pub fn release_pages(&self) {
         self.field.release_pages();
     }
 
-    /// Whole records of `sites`, one after the other.
-    pub fn records(&self, sites: Range<usize>, out: &mut [f64]) {
+    /// Reads the raw records of `sites` once along the file, so that a field larger than memory is
+    /// not read again for every tile; `None` where the tiles may read for themselves.
+    pub fn read_ahead(&self, sites: Range<usize>) -> Option<Ahead> {
+        self.tiles.ahead?;
+        let times = (PIECE_BYTES / (8 * self.field.n_sites())).max(1);
+        let starts: Vec<usize> = self.times.clone().step_by(times).collect();
+        let in_field = self.sites.start + sites.start..self.sites.start + sites.end;
+        let pieces = starts
+            .into_par_iter()
+            .map(|start| {
+                let piece = start..(start + times).min(self.times.end);
+                let mut values = vec![0.0; piece.len() * in_field.len()];
+                self.field
+                    .read_site_major(piece, in_field.clone(), &mut values);
+                self.field.release_pages();
+                values
+            })
+            .collect();
+        Some(Ahead {
+            sites,
+            times,
+            pieces,
+        })
+    }
+
+    /// Whole records of `sites`, one after the other, from `ahead` where they were read.
+    pub fn records(&self, ahead: Option<&Ahead>, sites: Range<usize>, out: &mut [f64]) {
         let n_times = self.n_times();
         let from = self.sites.start;
-        self.field.read_site_major(
-            self.times.clone(),
-            from + sites.start..from + sites.end,
-            out,
-        );
+        match ahead {
+            Some(ahead) => ahead.copy(sites.clone(), out),
+            None => self.field.read_site_major(
+                self.times.clone(),
+                from + sites.start..from + sites.end,
+                out,
+            ),
+        }
         let first = self.gaps.partition_point(|g| g.site < sites.start);
         let gaps = self.gaps[first..]
             .iter()
@@ -173,14 +236,9 @@ impl<'a> Prepared<'a> {
             .is_ok()
     }
 
-    fn scan(
-        &mut self,
-        gaps: Gaps,
-        tiles: Tiles,
-        observer: &dyn Observer,
-    ) -> Result<Vec<ChannelScan>> {
+    fn scan(&mut self, gaps: Gaps, observer: &dyn Observer) -> Result<Vec<ChannelScan>> {
         observer.stage("looking at the samples", self.n_sites() as u64);
-        let found = self.each_record(tiles, observer, |j, record, _| {
+        let found = self.each_record(observer, |j, record, _| {
             let scan = ChannelScan::of(record);
             let mut filled = Vec::new();
             if scan.gaps > 0 && gaps != Gaps::Refuse {
@@ -211,7 +269,7 @@ impl<'a> Prepared<'a> {
         Ok(scans)
     }
 
-    fn mean(&self, tiles: Tiles, observer: &dyn Observer) -> Result<Trend> {
+    fn mean(&self, observer: &dyn Observer) -> Result<Trend> {
         observer.stage("finding the mean", 2 * self.n_sites() as u64);
         let kept = |j: usize, record: &[f64]| -> Vec<f64> {
             let keep = |n: &usize| !(self.masked && self.is_gap(*n, j));
@@ -222,7 +280,7 @@ impl<'a> Prepared<'a> {
             return Ok(Trend::default());
         }
         let mean_less = |offset: f64| -> Result<f64> {
-            let sums = self.each_record(tiles, observer, |j, record, _| {
+            let sums = self.each_record(observer, |j, record, _| {
                 let mut values = kept(j, record);
                 values.iter_mut().for_each(|v| *v -= offset);
                 crate::sum::sum(&values)
@@ -239,23 +297,18 @@ impl<'a> Prepared<'a> {
         })
     }
 
-    fn fit_time(&self, kind: Detrend, tiles: Tiles, observer: &dyn Observer) -> Result<Vec<Trend>> {
+    fn fit_time(&self, kind: Detrend, observer: &dyn Observer) -> Result<Vec<Trend>> {
         observer.stage("fitting trends along time", self.n_sites() as u64);
-        self.each_record(tiles, observer, |j, record, scratch| {
+        self.each_record(observer, |j, record, scratch| {
             let keep = |n: usize| !(self.masked && self.is_gap(n, j));
             Trend::fit(record, kind, keep, scratch)
         })
     }
 
-    fn fit_space(
-        &self,
-        kind: Detrend,
-        tiles: Tiles,
-        observer: &dyn Observer,
-    ) -> Result<Vec<Trend>> {
+    fn fit_space(&self, kind: Detrend, observer: &dyn Observer) -> Result<Vec<Trend>> {
         observer.stage("fitting trends along space", self.n_times() as u64);
         let n_sites = self.n_sites();
-        let starts: Vec<usize> = (0..self.n_times()).step_by(tiles.times).collect();
+        let starts: Vec<usize> = (0..self.n_times()).step_by(self.tiles.times).collect();
         let fitted: Result<Vec<Vec<Trend>>> = starts
             .into_par_iter()
             .map_init(
@@ -264,9 +317,12 @@ impl<'a> Prepared<'a> {
                     if observer.cancelled() {
                         return Err(Error::Cancelled);
                     }
-                    let end = (start + tiles.times).min(self.n_times());
+                    let end = (start + self.tiles.times).min(self.n_times());
                     block.resize((end - start) * n_sites, 0.0);
                     self.profiles(start..end, block);
+                    if self.tiles.ahead.is_some() {
+                        self.field.release_pages();
+                    }
                     observer.advance((end - start) as u64);
                     Ok((start..end)
                         .zip(block.chunks_exact(n_sites))
@@ -284,32 +340,38 @@ impl<'a> Prepared<'a> {
     /// `look` at every record as prepared so far, in parallel; the results in order of sites.
     fn each_record<R: Send>(
         &self,
-        tiles: Tiles,
         observer: &dyn Observer,
         look: impl Fn(usize, &[f64], &mut Vec<f64>) -> R + Sync,
     ) -> Result<Vec<R>> {
-        let n_times = self.n_times();
-        let starts: Vec<usize> = (0..self.n_sites()).step_by(tiles.sites).collect();
-        let seen: Result<Vec<Vec<R>>> = starts
-            .into_par_iter()
-            .map_init(
-                || (Vec::new(), Vec::new()),
-                |(block, scratch), start| {
-                    if observer.cancelled() {
-                        return Err(Error::Cancelled);
-                    }
-                    let end = (start + tiles.sites).min(self.n_sites());
-                    block.resize((end - start) * n_times, 0.0);
-                    self.records(start..end, block);
-                    observer.advance((end - start) as u64);
-                    Ok((start..end)
-                        .zip(block.chunks_exact(n_times))
-                        .map(|(j, record)| look(j, record, scratch))
-                        .collect())
-                },
-            )
-            .collect();
-        Ok(seen?.into_iter().flatten().collect())
+        let (n_times, n_sites) = (self.n_times(), self.n_sites());
+        let mut all = Vec::with_capacity(n_sites);
+        let block = self.tiles.ahead.unwrap_or(n_sites);
+        for from in (0..n_sites).step_by(block) {
+            let sites = from..(from + block).min(n_sites);
+            let ahead = self.read_ahead(sites.clone());
+            let starts: Vec<usize> = sites.clone().step_by(self.tiles.sites).collect();
+            let seen: Result<Vec<Vec<R>>> = starts
+                .into_par_iter()
+                .map_init(
+                    || (Vec::new(), Vec::new()),
+                    |(tile, scratch), start| {
+                        if observer.cancelled() {
+                            return Err(Error::Cancelled);
+                        }
+                        let end = (start + self.tiles.sites).min(sites.end);
+                        tile.resize((end - start) * n_times, 0.0);
+                        self.records(ahead.as_ref(), start..end, tile);
+                        observer.advance((end - start) as u64);
+                        Ok((start..end)
+                            .zip(tile.chunks_exact(n_times))
+                            .map(|(j, record)| look(j, record, scratch))
+                            .collect())
+                    },
+                )
+                .collect();
+            all.extend(seen?.into_iter().flatten());
+        }
+        Ok(all)
     }
 }
 
