@@ -43,6 +43,9 @@ pub fn run(typed: Analyze) -> Result<(), Failure> {
     use_threads(request.threads)?;
     // Before any work: could the result be written?
     drop(ResultDirectory::create(&out, typed.force)?);
+    if is_long(&typed.field) {
+        progress.wait("reading the field");
+    }
     let field = Field::open(&typed.field, &options)?;
     let plan = plan(&field, &request)?;
 
@@ -150,6 +153,12 @@ fn formats(typed: &[FigureArg]) -> Result<Vec<Format>, Failure> {
         }));
     }
     Ok(chosen)
+}
+
+/// Whether reading the file once takes a while.
+fn is_long(field: &Path) -> bool {
+    const A_WHILE: u64 = 256 << 20;
+    std::fs::metadata(field).is_ok_and(|file| file.len() > A_WHILE)
 }
 
 /// Whatever works outside of the plan, hashing and drawing, keeps to as many threads.

@@ -61,6 +61,19 @@ impl Progress {
         Progress { shown, shared }
     }
 
+    /// Says what is being done, of which nobody knows how far it is.
+    pub fn wait(&self, name: &'static str) {
+        self.stage(name, 1);
+        let stage = lock(&self.shared.stage);
+        if self.shown
+            && let Ok(style) = ProgressStyle::with_template("{spinner} {msg}, {elapsed}")
+        {
+            stage.bar.set_style(style);
+            stage.bar.set_draw_target(ProgressDrawTarget::stderr());
+            stage.bar.enable_steady_tick(PATIENCE / 3);
+        }
+    }
+
     /// From now on an interrupt has something to tidy up.
     pub fn begin_writing(&self) {
         *lock(&self.shared.phase) = Phase::Writing;
