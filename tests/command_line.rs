@@ -745,6 +745,36 @@ fn the_layout_only_names_the_axes() {
 }
 
 #[test]
+fn an_axis_without_a_unit_says_so() {
+    let place = Place::new();
+    fs::remove_file(place.path("wave.toml")).unwrap();
+    let units = |options: &[&str]| {
+        let base = ["analyze", "wave.npy", "--json", "--force"];
+        let said = place.good(&[&base[..], options].concat());
+        let summary: Value = serde_json::from_str(&said).unwrap();
+        let page = fs::read_to_string(place.path("wave-cascade/report.html")).unwrap();
+        let of = |axis: &str| summary["field"]["units"][axis].as_str().map(str::to_owned);
+        (
+            of("frequency").unwrap(),
+            of("wavenumber").unwrap(),
+            page.contains("time (samples)"),
+        )
+    };
+    assert_eq!(
+        units(&[]),
+        ("cycles/sample".into(), "rad/site".into(), true)
+    );
+    let stepped = (
+        "cycles/unit of time".into(),
+        "rad/unit of length".into(),
+        false,
+    );
+    assert_eq!(units(&["--dt", "0.01", "--dx", "2"]), stepped);
+    let named = ["--dt", "10", "--time-unit", "ms", "--space-unit", "mm"];
+    assert_eq!(units(&named), ("cycles/ms".into(), "rad/mm".into(), false));
+}
+
+#[test]
 fn arrays_read_back_with_their_axes() {
     let place = Place::new();
     place.good(&[
@@ -978,7 +1008,7 @@ mod unix {
             "--window-time",
             "hann",
         ];
-        for (name, wait) in [("INT", 0), ("TERM", 200), ("INT", 800)] {
+        for (name, wait) in [("INT", 0), ("TERM", 100), ("INT", 300)] {
             let mut child = start(&place, &words);
             let written = || {
                 place.path("new").exists()
