@@ -57,12 +57,16 @@ pub enum Error {
         found: String,
     },
 
+    /// Something that is no result stands where the result should go.
+    #[error("{} {found}, so it is not replaced", path.display())]
+    Occupied { path: PathBuf, found: String },
+
     /// A result directory that is already there.
     #[error("{} is already there and is not overwritten", path.display())]
     Exists { path: PathBuf },
 
     /// The work does not fit the memory it was allowed.
-    #[error("{what} needs {needed} bytes of memory, allowed are {allowed}")]
+    #[error("{what} needs {} of memory, allowed are {}", size(*needed), size(*allowed))]
     Memory {
         what: &'static str,
         needed: u64,
@@ -95,6 +99,7 @@ impl Error {
             Error::Exists { .. } => {
                 Some("name another directory, or add `--force` to replace it".into())
             }
+            Error::Occupied { .. } => Some("name another directory with `--out`".into()),
             Error::Memory { .. } => {
                 Some("raise `--memory`, or choose a smaller range of sites or times".into())
             }
@@ -104,13 +109,20 @@ impl Error {
             Error::Write { source, .. } if is_disk_full(source) => {
                 Some("free some space, or write elsewhere with `--out`".into())
             }
+            Error::Write { .. } => Some("write elsewhere with `--out`".into()),
             _ => None,
         }
     }
 
     /// Whether the request itself is at fault (exit code 2) rather than the run (exit code 1).
     pub fn is_usage(&self) -> bool {
-        matches!(self, Error::Request { .. } | Error::Exists { .. })
+        matches!(
+            self,
+            Error::Request { .. }
+                | Error::Exists { .. }
+                | Error::Occupied { .. }
+                | Error::Memory { .. }
+        )
     }
 
     /// For `map_err` on reading: keeps the path and what was being done.
@@ -135,6 +147,17 @@ impl Error {
             action,
             source,
         }
+    }
+}
+
+/// Bytes in a unit that suits them, rounded up, so that allowing as much is enough.
+fn size(bytes: u64) -> String {
+    const UNITS: [&str; 5] = ["bytes", "KiB", "MiB", "GiB", "TiB"];
+    let power = (bytes.max(1).ilog2() / 10).min(4);
+    let value = bytes as f64 / 1024f64.powi(power as i32);
+    match UNITS.get(power as usize) {
+        Some(unit) if power > 0 => format!("{:.2} {unit}", (value * 100.0).ceil() / 100.0),
+        _ => format!("{bytes} bytes"),
     }
 }
 

@@ -6,10 +6,11 @@ use serde::Serialize;
 
 use super::request::{Precision, Request, Scaling, TimeRange};
 use super::result::{Axes, Conventions};
+use super::short_time::ShortTimeSegments;
 use super::sink::LargeArray;
 use crate::error::{Error, Result};
 use crate::field::{Axis, Field};
-use crate::prepare::Tiles;
+use crate::prepare::{Tiles, Window};
 use crate::transform::{Scale, Segments, frequencies, wavenumbers, wavenumbers_signed};
 
 /// What will be computed, in which blocks, with which transforms; see [`plan`].
@@ -19,6 +20,7 @@ pub struct Plan {
     pub(crate) sites: Range<usize>,
     pub(crate) request: Request,
     pub(crate) segments: Segments,
+    pub(crate) short_time: ShortTimeSegments,
     pub(crate) window_time: Vec<f64>,
     pub(crate) window_space: Vec<f64>,
     pub(crate) axes: Axes,
@@ -79,6 +81,8 @@ pub struct PlanSummary<'a> {
 const TILE_SITES: usize = 8;
 /// Profiles transformed together.
 const TILE_TIMES: usize = 32;
+/// More threads than any machine has cores are a slip of the hand.
+const MOST_THREADS: usize = 1024;
 
 /// Bytes of a block of profiles or frequencies, a thread: it is written while it is in the cache,
 /// and its memory is used again. Blocks of sites are as large as they can be, since the pieces
@@ -101,6 +105,11 @@ pub fn plan(field: &Field, request: &Request) -> Result<Plan> {
     let padded_time = padded("pad-time", request.pad_time, segments.length)?;
     let padded_space = padded("pad-space", request.pad_space, n_sites)?;
     check_references(field, request, &times, &sites)?;
+    let short_time = ShortTimeSegments::settle(request, n_times, n_sites)?;
+    check_window("window-time", request.window_time, segments.length)?;
+    check_window("window-space", request.window_space, n_sites)?;
+    let memory_allowed = request.memory.unwrap_or_else(half_of_free_memory);
+    check_axes(padded_time, padded_space, memory_allowed)?;
     let window_time = request.window_time.samples(segments.length);
     let window_space = request.window_space.samples(n_sites);
     for (option, window, gains) in [
@@ -158,6 +167,7 @@ pub fn plan(field: &Field, request: &Request) -> Result<Plan> {
         sites,
         request: request.clone(),
         segments,
+        short_time,
         window_time,
         window_space,
         axes,
@@ -176,7 +186,7 @@ pub fn plan(field: &Field, request: &Request) -> Result<Plan> {
         },
         threads,
         memory_needed: 0,
-        memory_allowed: request.memory.unwrap_or_else(half_of_free_memory),
+        memory_allowed,
         scratch_file: 0,
         stages: Vec::new(),
         arrays: Vec::new(),
@@ -443,19 +453,20 @@ fn time_range(field: &Field, request: &Request, sites: &Range<usize>) -> Result<
             let slack = 1e-9 * axis.step;
             let first = ((from - axis.origin - slack) / axis.step).ceil().max(0.0);
             let last = ((to - axis.origin + slack) / axis.step).floor();
-            let inside = last >= 0.0 && first <= last && first < n as f64;
-            if !inside {
+            let last = last.min(n as f64 - 1.0);
+            if !(last >= 0.0 && first <= last) {
                 return Err(Error::Request {
                     option: "times",
                     expected: format!(
-                        "an interval that holds times from {} to {}",
-                        axis.origin,
-                        axis.at(n.saturating_sub(1))
+                        "an interval that holds times from {} to {}, {} apart",
+                        rounded(axis.origin),
+                        rounded(axis.at(n.saturating_sub(1))),
+                        axis.step
                     ),
                     found: format!("{from}:{to}"),
                 });
             }
-            Ok(first as usize..(last as usize + 1).min(n))
+            Ok(first as usize..last as usize + 1)
         }
         TimeRange::UntilArrival { threshold } => until_arrival(field, sites, threshold),
     }
@@ -571,7 +582,7 @@ fn check_references(
         if !(t >= from - slack && t <= to + slack) {
             return Err(Error::Request {
                 option,
-                expected: format!("a time from {from} to {to}"),
+                expected: format!("a time from {} to {}", rounded(from), rounded(to)),
                 found: t.to_string(),
             });
         }
@@ -595,14 +606,41 @@ fn check_references(
             found: format!("{from}:{to}"),
         });
     }
-    if request.threads == Some(0) {
+    if let Some(threads) = request.threads.filter(|n| !(1..=MOST_THREADS).contains(n)) {
         return Err(Error::Request {
             option: "threads",
-            expected: "at least 1".into(),
-            found: "0".into(),
+            expected: format!("1 to {MOST_THREADS}"),
+            found: threads.to_string(),
         });
     }
     Ok(())
+}
+
+/// That the window's parameter makes sense for so many samples.
+pub(super) fn check_window(option: &'static str, window: Window, samples: usize) -> Result<()> {
+    window.validate(samples).map_err(|error| Error::Request {
+        option,
+        expected: format!("{} for {samples} samples", error.expected),
+        found: error.found,
+    })
+}
+
+/// That the axes of padded spectra can be held, before they are.
+fn check_axes(padded_time: usize, padded_space: usize, allowed: u64) -> Result<()> {
+    let needed = (padded_time as u64 + 2 * (padded_space as u64)).saturating_mul(8);
+    if needed > allowed {
+        return Err(Error::Memory {
+            what: "holding the axes of the spectra",
+            needed,
+            allowed,
+        });
+    }
+    Ok(())
+}
+
+/// `x` to 12 digits, for a message: without the rounding of `origin + n step`.
+fn rounded(x: f64) -> f64 {
+    format!("{x:.11e}").parse().unwrap_or(x)
 }
 
 /// Half of the memory that is free now; 2 GiB where the system does not tell.

@@ -32,18 +32,53 @@ impl Axes {
         (0..self.n_sites).map(|j| self.space.at(j)).collect()
     }
 
+    /// Unit of time: `sample` where times are counted, words where a step has no unit.
+    pub fn time_unit(&self) -> &str {
+        unit(&self.time, "sample", "unit of time")
+    }
+
+    /// Unit of length: `site` where sites are counted, words where a step has no unit.
+    pub fn space_unit(&self) -> &str {
+        unit(&self.space, "site", "unit of length")
+    }
+
     /// Unit of frequency: `Hz` for seconds, else cycles per unit.
     pub fn frequency_unit(&self) -> String {
-        match self.time.unit.as_deref() {
-            Some("s") => "Hz".into(),
-            Some(unit) => format!("cycles/{unit}"),
-            None => "cycles/sample".into(),
+        match self.time_unit() {
+            "s" => "Hz".into(),
+            unit => format!("cycles/{unit}"),
         }
     }
 
     /// Unit of wavenumber: rad per unit of length.
     pub fn wavenumber_unit(&self) -> String {
-        format!("rad/{}", self.space.unit.as_deref().unwrap_or("site"))
+        format!("rad/{}", self.space_unit())
+    }
+
+    /// `time (s)`, `time (samples)` where times are counted, `time` where a step has no unit.
+    pub fn time_label(&self) -> String {
+        match &self.time.unit {
+            Some(unit) => format!("time ({unit})"),
+            None if self.time.step == 1.0 => "time (samples)".into(),
+            None => "time".into(),
+        }
+    }
+
+    /// `position (m)`, `site` where sites are counted, `position` where a step has no unit.
+    pub fn position_label(&self) -> String {
+        match &self.space.unit {
+            Some(unit) => format!("position ({unit})"),
+            None if self.space.step == 1.0 => "site".into(),
+            None => "position".into(),
+        }
+    }
+}
+
+fn unit<'a>(axis: &'a Axis, counted: &'a str, stepped: &'a str) -> &'a str {
+    match &axis.unit {
+        Some(unit) => unit,
+        None if axis.step == 1.0 => counted,
+        None => stepped,
     }
 }
 

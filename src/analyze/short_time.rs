@@ -2,7 +2,8 @@
 
 use ndarray::Array2;
 
-use super::plan::Plan;
+use super::plan::{Plan, check_window};
+use super::request::Request;
 use super::result::{ShortTimeSpectra, ShortTimeSpectrum};
 use crate::error::{Error, Result};
 use crate::field::Axis;
@@ -40,10 +41,10 @@ pub(super) fn along_time<T: Real>(
     plan: &Plan,
     prepared: &Prepared,
     stored: f64,
-) -> Result<ShortTimeSpectra> {
+) -> ShortTimeSpectra {
     let asked = &plan.request.short_time;
     let (nt, nx) = (plan.axes.n_times, plan.axes.n_sites);
-    let segments = choose("short-time-segment", nt, asked.segment, asked.hop)?;
+    let segments = plan.short_time.time;
     let weights = asked.window.samples(segments.length);
     let scaling = plan.request.scaling;
     let dt = plan.axes.time.step;
@@ -71,10 +72,10 @@ pub(super) fn along_time<T: Real>(
             }
         })
         .collect();
-    Ok(ShortTimeSpectra {
+    ShortTimeSpectra {
         bins: frequencies(segments.length, dt),
         ..describe(&plan.axes.time, segments, asked.window, spectra)
-    })
+    }
 }
 
 /// Spectra along x of the times asked for; `None` where none are.
@@ -82,14 +83,13 @@ pub(super) fn along_space<T: Real>(
     plan: &Plan,
     prepared: &Prepared,
     stored: f64,
-) -> Result<Option<ShortTimeSpectra>> {
+) -> Option<ShortTimeSpectra> {
     let asked = &plan.request.short_time;
     if asked.times.is_empty() {
-        return Ok(None);
+        return None;
     }
     let nx = plan.axes.n_sites;
-    let (length, hop) = (asked.segment_space, asked.hop_space);
-    let segments = choose("short-space-segment", nx, length, hop)?;
+    let segments = plan.short_time.space;
     let weights = asked.window.samples(segments.length);
     let dx = plan.axes.space.step;
     let mut frames = Frames::<T> {
@@ -114,10 +114,10 @@ pub(super) fn along_space<T: Real>(
             }
         })
         .collect();
-    Ok(Some(ShortTimeSpectra {
+    Some(ShortTimeSpectra {
         bins: wavenumbers(segments.length, dx),
         ..describe(&plan.axes.space, segments, asked.window, spectra)
-    }))
+    })
 }
 
 fn describe(
@@ -140,10 +140,46 @@ fn describe(
     }
 }
 
+/// The segments of short-time spectra, settled before the run.
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct ShortTimeSegments {
+    time: Segments,
+    space: Segments,
+}
+
+impl ShortTimeSegments {
+    /// Segments of records of `n_times` and of profiles of `n_sites`.
+    ///
+    /// # Errors
+    /// [`Error::Request`] names the option that does not fit.
+    pub(super) fn settle(request: &Request, n_times: usize, n_sites: usize) -> Result<Self> {
+        let asked = &request.short_time;
+        let time = choose(
+            ["short-time-segment", "short-time-hop"],
+            n_times,
+            asked.segment,
+            asked.hop,
+        )?;
+        let space = choose(
+            ["short-space-segment", "short-space-hop"],
+            n_sites,
+            asked.segment_space,
+            asked.hop_space,
+        )?;
+        if request.results.short_time {
+            check_window("short-time-window", asked.window, time.length)?;
+            if !asked.times.is_empty() {
+                check_window("short-time-window", asked.window, space.length)?;
+            }
+        }
+        Ok(ShortTimeSegments { time, space })
+    }
+}
+
 /// A power of two near an eighth of the record, at least 16 samples where there are so many, a
 /// quarter of it apart.
 fn choose(
-    option: &'static str,
+    [length_option, hop_option]: [&'static str; 2],
     record: usize,
     length: Option<usize>,
     hop: Option<usize>,
@@ -152,7 +188,7 @@ fn choose(
     let length = length.unwrap_or(default);
     if length == 0 || length > record {
         return Err(Error::Request {
-            option,
+            option: length_option,
             expected: format!("1 to {record} samples"),
             found: length.to_string(),
         });
@@ -160,7 +196,7 @@ fn choose(
     let hop = hop.unwrap_or((length / 4).max(1));
     if hop == 0 {
         return Err(Error::Request {
-            option: "short-time-hop",
+            option: hop_option,
             expected: "at least 1 sample".into(),
             found: "0".into(),
         });

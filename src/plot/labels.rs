@@ -4,17 +4,14 @@ use std::f64::consts::PI;
 
 use crate::analyze::{Analysis, Axes, Scaling};
 
-/// `time (s)`; without a unit, samples.
+/// `time (s)`.
 pub(crate) fn time(axes: &Axes) -> String {
-    format!("time ({})", axes.time.unit.as_deref().unwrap_or("samples"))
+    axes.time_label()
 }
 
-/// `position (m)`; without a unit, `site`.
+/// `position (m)`.
 pub(crate) fn position(axes: &Axes) -> String {
-    match &axes.space.unit {
-        Some(unit) => format!("position ({unit})"),
-        None => "site".into(),
-    }
+    axes.position_label()
 }
 
 /// `frequency (Hz)`: always in cycles.
@@ -37,7 +34,7 @@ pub(crate) fn wavenumber_reading(axes: &Axes) -> Option<(String, f64)> {
 pub(crate) fn short_time_density(analysis: &Analysis) -> String {
     density(
         analysis,
-        sample(&analysis.axes),
+        analysis.axes.time_unit(),
         &analysis.axes.frequency_unit(),
     )
 }
@@ -46,27 +43,19 @@ pub(crate) fn short_time_density(analysis: &Analysis) -> String {
 pub(crate) fn short_space_density(analysis: &Analysis) -> String {
     density(
         analysis,
-        site(&analysis.axes),
+        analysis.axes.space_unit(),
         &analysis.axes.wavenumber_unit(),
     )
 }
 
 /// The integral of a site's spectrum over frequency, with unit.
 pub(crate) fn site_energy(analysis: &Analysis) -> String {
-    energy(analysis, sample(&analysis.axes))
+    energy(analysis, analysis.axes.time_unit())
 }
 
 /// The integral of a time's spectrum over wavenumber, with unit.
 pub(crate) fn time_energy(analysis: &Analysis) -> String {
-    energy(analysis, site(&analysis.axes))
-}
-
-fn sample(axes: &Axes) -> &str {
-    axes.time.unit.as_deref().unwrap_or("sample")
-}
-
-fn site(axes: &Axes) -> &str {
-    axes.space.unit.as_deref().unwrap_or("site")
+    energy(analysis, analysis.axes.space_unit())
 }
 
 fn density(analysis: &Analysis, length: &str, bin: &str) -> String {

@@ -11,40 +11,53 @@ use crate::error::{Error, Result};
 pub struct ResultDirectory {
     wanted: PathBuf,
     working: PathBuf,
+    /// Parents that were not there, innermost first.
+    made: Vec<PathBuf>,
     replace: bool,
     published: bool,
 }
+
+/// What a run may leave in its directory; anything else in it is not ours to remove.
+const NAMES: [&str; 4] = ["summary.json", "spectra.npz", "report.html", "figures"];
 
 impl ResultDirectory {
     /// Makes the working directory; fails before any work is done.
     ///
     /// # Errors
-    /// [`Error::Exists`] if `wanted` is there (an empty directory may be) and is not to be
-    /// replaced; [`Error::Write`] if nothing can be written beside it.
+    /// [`Error::Exists`] if a result is at `wanted` and is not to be replaced,
+    /// [`Error::Occupied`] if something else is there (an empty directory may be);
+    /// [`Error::Request`] if `wanted` has no name (`.`, `/`); [`Error::Write`] if nothing can be
+    /// written beside it.
     pub fn create(wanted: &Path, replace: bool) -> Result<Self> {
-        if !replace && is_occupied(wanted)? {
-            return Err(Error::Exists {
-                path: wanted.to_owned(),
+        let (Some(name), Some(parent)) = (wanted.file_name(), wanted.parent()) else {
+            return Err(Error::Request {
+                option: "out",
+                expected: "a directory with a name, which the run makes".into(),
+                found: wanted.display().to_string(),
             });
-        }
-        let parent = match wanted.parent() {
-            Some(parent) if !parent.as_os_str().is_empty() => parent,
-            _ => Path::new("."),
         };
-        fs::create_dir_all(parent).map_err(Error::write("create", parent))?;
-        let name = wanted.file_name().unwrap_or_default().to_string_lossy();
-        let working = parent.join(format!(".{name}.partial-{}", std::process::id()));
-        if working.exists() {
-            // A leftover of a killed run that had the same process number.
-            fs::remove_dir_all(&working).map_err(Error::write("remove", &working))?;
-        }
-        fs::create_dir(&working).map_err(Error::write("create", &working))?;
-        Ok(ResultDirectory {
+        check_free(wanted, replace)?;
+        let parent = match parent.as_os_str().is_empty() {
+            true => Path::new("."),
+            false => parent,
+        };
+        let missing = parent.ancestors().take_while(|path| !path.exists());
+        let name = name.to_string_lossy();
+        let directory = ResultDirectory {
             wanted: wanted.to_owned(),
-            working,
+            working: parent.join(format!(".{name}.partial-{}", std::process::id())),
+            made: missing.map(Path::to_owned).collect(),
             replace,
             published: false,
-        })
+        };
+        fs::create_dir_all(parent).map_err(Error::write("create", parent))?;
+        let working = &directory.working;
+        if working.exists() {
+            // A leftover of a killed run that had the same process number.
+            fs::remove_dir_all(working).map_err(Error::write("remove", working))?;
+        }
+        fs::create_dir(working).map_err(Error::write("create", working))?;
+        Ok(directory)
     }
 
     /// Where to write.
@@ -64,25 +77,21 @@ impl ResultDirectory {
     /// Gives the directory its name, in place of an older one where that was allowed.
     ///
     /// # Errors
-    /// [`Error::Exists`] if someone else was there first; [`Error::Write`].
+    /// [`Error::Exists`] or [`Error::Occupied`] if someone else was there first; [`Error::Write`].
     pub fn publish(mut self) -> Result<PathBuf> {
         let write = |action| Error::write(action, &self.wanted);
-        let occupied = is_occupied(&self.wanted)?;
-        if occupied && !self.replace {
-            return Err(Error::Exists {
-                path: self.wanted.clone(),
-            });
-        }
-        if occupied {
+        if check_free(&self.wanted, self.replace)? == Place::Result {
             // The old result leaves only once the new one stands beside it.
-            let old = self.working.with_extension("replaced");
+            let mut old = self.working.clone().into_os_string();
+            old.push(".replaced");
+            let old = PathBuf::from(old);
             fs::rename(&self.wanted, &old).map_err(write("move away"))?;
             if let Err(source) = fs::rename(&self.working, &self.wanted) {
                 let _ = fs::rename(&old, &self.wanted);
                 return Err(write("rename to")(source));
             }
             self.published = true;
-            remove(&old).map_err(Error::write("remove", &old))?;
+            fs::remove_dir_all(&old).map_err(Error::write("remove", &old))?;
         } else {
             fs::rename(&self.working, &self.wanted).map_err(write("rename to"))?;
             self.published = true;
@@ -95,28 +104,50 @@ impl Drop for ResultDirectory {
     fn drop(&mut self) {
         if !self.published {
             let _ = fs::remove_dir_all(&self.working);
+            for parent in &self.made {
+                // One that someone else has put something into stays.
+                let _ = fs::remove_dir(parent);
+            }
         }
     }
 }
 
-/// Whether something other than an empty directory is at `path`.
-fn is_occupied(path: &Path) -> Result<bool> {
+/// What is where the result should go.
+#[derive(Debug, PartialEq, Eq)]
+enum Place {
+    /// Nothing, or an empty directory.
+    Free,
+    /// An earlier result.
+    Result,
+}
+
+/// Refuses a place that is taken.
+fn check_free(path: &Path, replace: bool) -> Result<Place> {
+    let occupied = |found: String| {
+        Err(Error::Occupied {
+            path: path.to_owned(),
+            found,
+        })
+    };
     match fs::symlink_metadata(path) {
-        Err(_) => Ok(false),
-        Ok(found) if found.is_dir() => {
-            let mut entries = fs::read_dir(path).map_err(Error::read("list", path))?;
-            Ok(entries.next().is_some())
+        Err(_) => return Ok(Place::Free),
+        Ok(found) if found.is_dir() => (),
+        Ok(_) => return occupied("is there and is no directory".into()),
+    }
+    let mut place = Place::Free;
+    for entry in fs::read_dir(path).map_err(Error::read("list", path))? {
+        let name = entry.map_err(Error::read("list", path))?.file_name();
+        if !NAMES.iter().any(|known| name == *known) {
+            return occupied(format!("holds {name:?}, which no run has written"));
         }
-        Ok(_) => Ok(true),
+        place = Place::Result;
     }
-}
-
-fn remove(path: &Path) -> std::io::Result<()> {
-    if fs::symlink_metadata(path)?.is_dir() {
-        fs::remove_dir_all(path)
-    } else {
-        fs::remove_file(path)
+    if place == Place::Result && !replace {
+        return Err(Error::Exists {
+            path: path.to_owned(),
+        });
     }
+    Ok(place)
 }
 
 #[cfg(test)]
@@ -135,17 +166,43 @@ mod tests {
         assert_eq!(count()?, 0);
 
         let first = ResultDirectory::create(&wanted, false)?;
-        first.write("a", "1")?;
+        first.write("summary.json", "1")?;
         first.publish()?;
-        assert_eq!(fs::read_to_string(wanted.join("a"))?, "1");
+        assert_eq!(fs::read_to_string(wanted.join("summary.json"))?, "1");
         let refused = ResultDirectory::create(&wanted, false);
         assert!(matches!(refused, Err(Error::Exists { .. })));
 
         let second = ResultDirectory::create(&wanted, true)?;
-        second.write("b", "2")?;
+        second.write("report.html", "2")?;
         second.publish()?;
-        assert!(!wanted.join("a").exists() && wanted.join("b").exists());
+        assert!(!wanted.join("summary.json").exists() && wanted.join("report.html").exists());
         assert_eq!(count()?, 1);
+        Ok(())
+    }
+
+    #[test]
+    fn only_results_are_replaced() -> std::result::Result<(), Box<dyn std::error::Error>> {
+        let place = tempfile::tempdir()?;
+        let (file, folder) = (place.path().join("field.npy"), place.path().join("data"));
+        fs::write(&file, "samples")?;
+        fs::create_dir(&folder)?;
+        fs::write(folder.join("notes.txt"), "mine")?;
+        for wanted in [&file, &folder] {
+            let refused = ResultDirectory::create(wanted, true);
+            assert!(matches!(refused, Err(Error::Occupied { .. })));
+        }
+        let nameless = ResultDirectory::create(Path::new("."), true);
+        assert!(matches!(nameless, Err(Error::Request { .. })));
+        assert_eq!(fs::read_dir(place.path())?.count(), 2);
+        Ok(())
+    }
+
+    #[test]
+    fn parents_that_it_made_go_with_it() -> std::result::Result<(), Box<dyn std::error::Error>> {
+        let place = tempfile::tempdir()?;
+        let deep = place.path().join("a/b/out");
+        drop(ResultDirectory::create(&deep, false)?);
+        assert!(!place.path().join("a").exists());
         Ok(())
     }
 }

@@ -4,13 +4,13 @@ use std::io::{IsTerminal, Write};
 use std::path::{Path, PathBuf};
 use std::time::Instant;
 
-use cascade::Field;
 use cascade::analyze::{
     Analysis, Plan, Request, Results, ShortTime, TimeRange, Welch, plan, run as run_plan,
 };
 use cascade::field::{OpenOptions, TimeColumn};
 use cascade::plot::{Format, draw_all};
 use cascade::report::{Archive, Provenance, ResultDirectory, Summary, html, write_small_arrays};
+use cascade::{Error, Field};
 
 use crate::args::{Analyze, FigureArg, Input, ResultArg};
 use crate::failure::Failure;
@@ -21,6 +21,7 @@ use crate::terminal;
 pub fn run(typed: Analyze) -> Result<(), Failure> {
     let options = open_options(&typed.input, typed.work.memory);
     let request = request(&typed);
+    let pictures = formats(&typed.output.figures)?;
     let out = typed
         .out
         .clone()
@@ -38,27 +39,33 @@ pub fn run(typed: Analyze) -> Result<(), Failure> {
         )?;
         return print_plan(&plan(&field, &request)?, typed.output.json);
     }
-    // Before any work: is there room for the result?
-    let directory = ResultDirectory::create(&out, typed.force)?;
+    let started = Instant::now();
+    use_threads(request.threads)?;
+    // Before any work: could the result be written?
+    drop(ResultDirectory::create(&out, typed.force)?);
+    if is_long(&typed.field) {
+        progress.wait("reading the field");
+    }
     let field = Field::open(&typed.field, &options)?;
     let plan = plan(&field, &request)?;
-    progress.check()?;
 
-    let started = Instant::now();
+    progress.begin_writing();
+    let directory = ResultDirectory::create(&out, typed.force)?;
     let archive = Archive::create(&directory.path().join("spectra.npz"), request.precision)?;
-    let analysis = run_plan(&field, &plan, &archive, &progress)?;
+    let analysis = run_plan(&field, &plan, &archive, &progress)
+        .map_err(|error| with_path(error, &typed.field))?;
     write_small_arrays(&analysis, &archive)?;
     archive.finish()?;
     progress.check()?;
 
-    let command = std::env::args().collect();
+    let words = std::env::args_os();
+    let command = words.map(|w| w.to_string_lossy().into_owned()).collect();
     let input = typed.field.display().to_string();
     let provenance = Provenance::new(command, Some(input), &analysis);
     let json = Summary::new(&analysis, &provenance)
         .to_json()
         .map_err(std::io::Error::from)?;
     directory.write("summary.json", &json)?;
-    let pictures = formats(&typed.output.figures);
     if !pictures.is_empty() {
         draw(&analysis, &pictures, &directory, &progress)?;
     }
@@ -102,7 +109,7 @@ fn tell(
     if typed.output.quiet {
         return Ok(());
     }
-    write!(out, "{}", terminal::summary(analysis))?;
+    write!(out, "{}", terminal::summary(analysis, terminal::width()))?;
     let report = published.join("report.html");
     let main = if report.exists() {
         report
@@ -120,7 +127,7 @@ fn print_plan(plan: &Plan, json: bool) -> Result<(), Failure> {
         let text = serde_json::to_string_pretty(&plan.describe()).map_err(std::io::Error::from)?;
         writeln!(out, "{text}")?;
     } else {
-        write!(out, "{}", terminal::plan(plan))?;
+        write!(out, "{}", terminal::plan(plan, terminal::width()))?;
     }
     Ok(())
 }
@@ -130,13 +137,48 @@ fn default_out(field: &Path) -> PathBuf {
     PathBuf::from(format!("{stem}-cascade"))
 }
 
-fn formats(typed: &[FigureArg]) -> Vec<Format> {
-    let format = |f: &FigureArg| match f {
-        FigureArg::Png => Some(Format::Png),
-        FigureArg::Svg => Some(Format::Svg),
-        FigureArg::None => None,
+/// The formats typed, each once.
+fn formats(typed: &[FigureArg]) -> Result<Vec<Format>, Failure> {
+    let typed_any = |f: &FigureArg| typed.contains(f);
+    let known = [(FigureArg::Png, Format::Png), (FigureArg::Svg, Format::Svg)];
+    let chosen: Vec<Format> = known
+        .into_iter()
+        .filter_map(|(typed, format)| typed_any(&typed).then_some(format))
+        .collect();
+    if typed_any(&FigureArg::None) && !chosen.is_empty() {
+        return Err(Failure::Library(Error::Request {
+            option: "figures",
+            expected: "formats, or none alone".into(),
+            found: "both".into(),
+        }));
+    }
+    Ok(chosen)
+}
+
+/// Whether reading the file once takes a while.
+fn is_long(field: &Path) -> bool {
+    const A_WHILE: u64 = 256 << 20;
+    std::fs::metadata(field).is_ok_and(|file| file.len() > A_WHILE)
+}
+
+/// Whatever works outside of the plan, hashing and drawing, keeps to as many threads.
+fn use_threads(threads: Option<usize>) -> Result<(), Failure> {
+    let Some(threads) = threads else {
+        return Ok(());
     };
-    typed.iter().filter_map(format).collect()
+    let pool = rayon::ThreadPoolBuilder::new().num_threads(threads);
+    Ok(pool.build_global().map_err(|e| Error::Threads {
+        threads,
+        reason: e.to_string(),
+    })?)
+}
+
+/// An error about samples, with the path as typed in place of the field's name.
+fn with_path(mut error: Error, path: &Path) -> Error {
+    if let Error::NonFinite { name, .. } = &mut error {
+        *name = path.display().to_string();
+    }
+    error
 }
 
 fn open_options(typed: &Input, memory: Option<u64>) -> OpenOptions {
@@ -205,7 +247,7 @@ fn request(typed: &Analyze) -> Request {
             window: typed.short_time.short_time_window,
         },
         precision: typed.work.precision.into(),
-        threads: typed.work.threads,
+        threads: typed.work.threads.map(usize::from),
         memory: typed.work.memory,
     }
 }

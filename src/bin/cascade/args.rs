@@ -19,6 +19,12 @@ pub struct Cli {
 #[derive(Debug, Subcommand)]
 pub enum Command {
     /// Analyse a field: from a file to a report of where its energy goes.
+    ///
+    /// FIELD holds samples v(t, x): `.npy`, `.npz`, or a table of text (`.csv`, `.tsv`, `.txt`). An
+    /// array does not say which axis is time: that is `--layout`. Axes and units are given here,
+    /// or in a sidecar beside the file, field.toml for field.npy (keys layout, dt, dx, t0, x0,
+    /// time_unit, space_unit, quantity, unit), or are known from the file; an axis of which nothing
+    /// is known counts samples or sites.
     Analyze(Box<Analyze>),
     /// Print completions for a shell.
     Completions { shell: clap_complete::Shell },
@@ -29,12 +35,7 @@ pub enum Command {
     },
 }
 
-/// Analyse a field: from a file to a report of where its energy goes.
-///
-/// FIELD holds samples v(t, x): `.npy`, `.npz`, or a table of text (`.csv`, `.tsv`). An array does
-/// not say which axis is time: that is `--layout`. Axes and units are given here, or in a sidecar
-/// FIELD.toml beside the file (keys layout, dt, dx, t0, x0, time_unit, space_unit, quantity,
-/// unit), or are known from the file; an axis of which nothing is known counts samples.
+/// What `cascade analyze` takes.
 #[derive(Debug, Args)]
 pub struct Analyze {
     /// File with the field.
@@ -71,10 +72,10 @@ pub struct Input {
     #[arg(long, value_enum)]
     pub layout: Option<LayoutArg>,
     /// Time step.
-    #[arg(long, value_parser = parse::step)]
+    #[arg(long, value_parser = parse::step, allow_negative_numbers = true)]
     pub dt: Option<f64>,
     /// Distance between neighbouring sites.
-    #[arg(long, value_parser = parse::step)]
+    #[arg(long, value_parser = parse::step, allow_negative_numbers = true)]
     pub dx: Option<f64>,
     /// Time of the first sample.
     #[arg(long, value_parser = parse::finite, allow_negative_numbers = true)]
@@ -123,6 +124,7 @@ pub struct Preparation {
         long,
         value_name = "SHARE",
         default_value_t = 0.01,
+        allow_negative_numbers = true,
         requires = "until_arrival"
     )]
     pub arrival_threshold: f64,
@@ -178,13 +180,16 @@ pub struct Bands {
           allow_negative_numbers = true, conflicts_with = "band_edge_wavenumber")]
     pub reference_time: Option<f64>,
     /// Upper edge of the low band, in cycles per unit of time.
-    #[arg(long, value_name = "FREQUENCY", value_parser = parse::finite)]
+    #[arg(long, value_name = "FREQUENCY", value_parser = parse::finite,
+          allow_negative_numbers = true)]
     pub band_edge_frequency: Option<f64>,
     /// Upper edge of the low band, in rad per unit of length.
-    #[arg(long, value_name = "WAVENUMBER", value_parser = parse::finite)]
+    #[arg(long, value_name = "WAVENUMBER", value_parser = parse::finite,
+          allow_negative_numbers = true)]
     pub band_edge_wavenumber: Option<f64>,
     /// Frequencies over which the shares of each direction are taken [default: all].
-    #[arg(long, value_name = "FROM:TO", value_parser = parse::interval)]
+    #[arg(long, value_name = "FROM:TO", value_parser = parse::interval,
+          allow_hyphen_values = true)]
     pub direction_band: Option<(f64, f64)>,
 }
 
@@ -232,8 +237,8 @@ pub struct Work {
     #[arg(long, value_enum, default_value_t = PrecisionArg::F64)]
     pub precision: PrecisionArg,
     /// Worker threads [default: one a core]. The results do not depend on it.
-    #[arg(long, value_name = "N")]
-    pub threads: Option<usize>,
+    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u16).range(1..=1024))]
+    pub threads: Option<u16>,
 }
 
 #[derive(Debug, Args)]

@@ -26,7 +26,7 @@ impl From<std::io::Error> for Failure {
 }
 
 /// As shells count an interrupt.
-const INTERRUPTED: u8 = 130;
+pub const INTERRUPTED: u8 = 130;
 
 impl Failure {
     /// Prints it to standard error. 2: the request was wrong; 1: the run failed; 130: interrupted.
@@ -40,9 +40,11 @@ impl Failure {
                 found,
             }) => writeln!(err, "error: --{option}: expected {expected}, found {found}"),
             Failure::Library(error) => writeln!(err, "error: {error}"),
-            // A reader that went away (`cascade ... | head`) is no failure worth words.
+            // A reader that went away (`cascade ... | head`) has read enough: no failure.
             Failure::Output(error) if error.kind() == std::io::ErrorKind::BrokenPipe => Ok(()),
-            Failure::Output(error) => writeln!(err, "error: cannot write to the terminal: {error}"),
+            Failure::Output(error) => {
+                writeln!(err, "error: cannot write to standard output: {error}")
+            }
         };
         if let Failure::Library(error) = self
             && let Some(advice) = error.advice()
@@ -52,6 +54,9 @@ impl Failure {
         match self {
             Failure::Library(Error::Cancelled) => ExitCode::from(INTERRUPTED),
             Failure::Library(error) if error.is_usage() => ExitCode::from(2),
+            Failure::Output(error) if error.kind() == std::io::ErrorKind::BrokenPipe => {
+                ExitCode::SUCCESS
+            }
             _ => ExitCode::from(1),
         }
     }

@@ -3,6 +3,7 @@
 use std::io::Write;
 
 use clap::CommandFactory;
+use clap::error::ErrorKind;
 use clap_complete::Shell;
 
 use crate::args::Cli;
@@ -21,15 +22,14 @@ pub fn page(name: Option<&str>) -> Result<(), Failure> {
     all.build();
     let command = match name {
         None => all,
-        Some(name) => {
-            all.find_subcommand(name)
-                .cloned()
-                .ok_or_else(|| cascade::Error::Request {
-                    option: "page",
-                    expected: "the name of a command".into(),
-                    found: name.into(),
-                })?
-        }
+        Some(name) => match all.find_subcommand(name) {
+            Some(command) => command.clone(),
+            None => {
+                let known: Vec<&str> = all.get_subcommands().map(|c| c.get_name()).collect();
+                let message = format!("expected one of {}, found {name}", known.join(", "));
+                all.error(ErrorKind::InvalidSubcommand, message).exit()
+            }
+        },
     };
     let mut text = Vec::new();
     clap_mangen::Man::new(command).render(&mut text)?;

@@ -1,37 +1,82 @@
 //! A bar for what is being done, and Ctrl-C.
 
-use std::sync::Arc;
-use std::sync::Mutex;
-use std::sync::PoisonError;
+use std::io::Write;
 use std::sync::atomic::{AtomicBool, Ordering};
+use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
+use std::time::{Duration, Instant};
 
 use cascade::analyze::Observer;
 use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
 
+use crate::failure::INTERRUPTED;
+
+/// A stage shorter than this shows no bar.
+const PATIENCE: Duration = Duration::from_millis(300);
+
 /// Shows each stage's progress on standard error where that is a terminal.
 #[derive(Debug)]
 pub struct Progress {
-    bar: Mutex<ProgressBar>,
     shown: bool,
-    interrupted: Arc<AtomicBool>,
+    shared: Arc<Shared>,
+}
+
+#[derive(Debug)]
+struct Shared {
+    stage: Mutex<Stage>,
+    phase: Mutex<Phase>,
+    interrupted: AtomicBool,
+}
+
+#[derive(Debug)]
+struct Stage {
+    bar: ProgressBar,
+    since: Instant,
+}
+
+/// What an interrupt finds.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+enum Phase {
+    /// Nothing has been written: the program can end at once.
+    Reading,
+    /// The work is told to stop, and takes away what it wrote.
+    Writing,
+    /// It has been told.
+    Stopping,
 }
 
 impl Progress {
     /// Listens for Ctrl-C and termination from now on; a second one ends the program at once.
     pub fn new(shown: bool) -> Self {
-        let interrupted = Arc::new(AtomicBool::new(false));
-        let flag = Arc::clone(&interrupted);
-        // Without a handler an interrupt still ends the program, only less tidily.
-        let _ = ctrlc::set_handler(move || {
-            if flag.swap(true, Ordering::Relaxed) {
-                std::process::exit(130);
-            }
+        let shared = Arc::new(Shared {
+            stage: Mutex::new(Stage {
+                bar: ProgressBar::hidden(),
+                since: Instant::now(),
+            }),
+            phase: Mutex::new(Phase::Reading),
+            interrupted: AtomicBool::new(false),
         });
-        Progress {
-            bar: Mutex::new(ProgressBar::hidden()),
-            shown,
-            interrupted,
+        let heard = Arc::clone(&shared);
+        // Without a handler an interrupt still ends the program, only less tidily.
+        let _ = ctrlc::set_handler(move || heard.interrupt());
+        Progress { shown, shared }
+    }
+
+    /// Says what is being done, of which nobody knows how far it is.
+    pub fn wait(&self, name: &'static str) {
+        self.stage(name, 1);
+        let stage = lock(&self.shared.stage);
+        if self.shown
+            && let Ok(style) = ProgressStyle::with_template("{spinner} {msg}, {elapsed}")
+        {
+            stage.bar.set_style(style);
+            stage.bar.set_draw_target(ProgressDrawTarget::stderr());
+            stage.bar.enable_steady_tick(PATIENCE / 3);
         }
+    }
+
+    /// From now on an interrupt has something to tidy up.
+    pub fn begin_writing(&self) {
+        *lock(&self.shared.phase) = Phase::Writing;
     }
 
     /// Ends with an error if the user has asked to stop.
@@ -45,34 +90,57 @@ impl Progress {
 
     /// Takes the bar away.
     pub fn clear(&self) {
-        self.lock().finish_and_clear();
+        lock(&self.shared.stage).bar.finish_and_clear();
     }
+}
 
-    fn lock(&self) -> std::sync::MutexGuard<'_, ProgressBar> {
-        self.bar.lock().unwrap_or_else(PoisonError::into_inner)
+impl Shared {
+    fn interrupt(&self) {
+        let mut phase = lock(&self.phase);
+        match *phase {
+            Phase::Writing => {
+                *phase = Phase::Stopping;
+                self.interrupted.store(true, Ordering::Relaxed);
+            }
+            Phase::Reading => {
+                lock(&self.stage).bar.finish_and_clear();
+                let _ = writeln!(std::io::stderr(), "error: {}", cascade::Error::Cancelled);
+                std::process::exit(INTERRUPTED.into());
+            }
+            Phase::Stopping => std::process::exit(INTERRUPTED.into()),
+        }
     }
+}
+
+fn lock<T>(mutex: &Mutex<T>) -> MutexGuard<'_, T> {
+    mutex.lock().unwrap_or_else(PoisonError::into_inner)
 }
 
 impl Observer for Progress {
     fn stage(&self, name: &'static str, units: u64) {
-        let target = if self.shown {
-            ProgressDrawTarget::stderr()
-        } else {
-            ProgressDrawTarget::hidden()
-        };
         let style = ProgressStyle::with_template("{msg:<26} {bar:30} {percent:>3} %  {eta} left")
             .unwrap_or_else(|_| ProgressStyle::default_bar());
-        let bar = ProgressBar::with_draw_target(Some(units), target);
+        let bar = ProgressBar::with_draw_target(Some(units), ProgressDrawTarget::hidden());
         bar.set_style(style);
         bar.set_message(name);
-        std::mem::replace(&mut *self.lock(), bar).finish_and_clear();
+        let stage = Stage {
+            bar,
+            since: Instant::now(),
+        };
+        std::mem::replace(&mut *lock(&self.shared.stage), stage)
+            .bar
+            .finish_and_clear();
     }
 
     fn advance(&self, units: u64) {
-        self.lock().inc(units);
+        let stage = lock(&self.shared.stage);
+        if self.shown && stage.bar.is_hidden() && stage.since.elapsed() > PATIENCE {
+            stage.bar.set_draw_target(ProgressDrawTarget::stderr());
+        }
+        stage.bar.inc(units);
     }
 
     fn cancelled(&self) -> bool {
-        self.interrupted.load(Ordering::Relaxed)
+        self.shared.interrupted.load(Ordering::Relaxed)
     }
 }

@@ -3,96 +3,162 @@
 use std::fmt::Write;
 
 use cascade::analyze::{Analysis, BandEdge, LargeArray, Moments, Plan};
+use cascade::field::Axis;
 
-/// What a person wants to know first.
-pub fn summary(analysis: &Analysis) -> String {
+/// Columns of the terminal; 100 where there is none.
+pub fn width() -> usize {
+    let found = terminal_size::terminal_size_of(std::io::stdout());
+    found.map_or(100, |(width, _)| usize::from(width.0).clamp(60, 120))
+}
+
+/// Lines of a name and what it is, wrapped.
+struct Lines {
+    text: String,
+    width: usize,
+}
+
+impl Lines {
+    /// Where what a name is begins.
+    const INDENT: usize = 19;
+
+    fn new(width: usize) -> Self {
+        Lines {
+            text: String::new(),
+            width,
+        }
+    }
+
+    fn line(&mut self, name: &str, value: &str) {
+        let indent = Self::INDENT;
+        let mut column = indent;
+        // Writing to a string cannot fail.
+        let _ = write!(self.text, "{name:<indent$}");
+        for word in words(value) {
+            let length = word.chars().count();
+            if column > indent && column + 1 + length > self.width {
+                let _ = write!(self.text, "\n{:indent$}", "");
+                column = indent;
+            }
+            if column > indent {
+                self.text.push(' ');
+                column += 1;
+            }
+            self.text.push_str(word);
+            column += length;
+        }
+        self.text.push('\n');
+    }
+}
+
+/// The words of `text`; a percent sign stays with its number.
+fn words(text: &str) -> impl Iterator<Item = &str> {
+    let mut rest = text;
+    std::iter::from_fn(move || {
+        if rest.is_empty() {
+            return None;
+        }
+        let mut breaks = rest.match_indices(' ').map(|(at, _)| at);
+        let end = breaks.find(|&at| !rest[at + 1..].starts_with('%'));
+        let word = &rest[..end.unwrap_or(rest.len())];
+        rest = end.map_or("", |at| &rest[at + 1..]);
+        Some(word)
+    })
+}
+
+/// What a person wants to know first, in lines of at most `width` columns.
+pub fn summary(analysis: &Analysis, width: usize) -> String {
     let axes = &analysis.axes;
-    let mut text = String::new();
-    let time_unit = axes.time.unit.as_deref().unwrap_or("samples");
-    let space_unit = axes.space.unit.as_deref().unwrap_or("sites");
+    let mut lines = Lines::new(width);
     let (frequency_unit, wavenumber_unit) = (axes.frequency_unit(), axes.wavenumber_unit());
-    line(
-        &mut text,
+    lines.line(
         "field",
         &format!(
-            "{}: {} times x {} sites, dt {} {time_unit}, dx {} {space_unit}",
-            analysis.name, axes.n_times, axes.n_sites, axes.time.step, axes.space.step
+            "{}: {} times x {} sites{}{}",
+            analysis.name,
+            axes.n_times,
+            axes.n_sites,
+            step("dt", &axes.time),
+            step("dx", &axes.space)
         ),
     );
     if let Some(moments) = &analysis.along_space {
-        along(&mut text, "frequency along x", moments, &frequency_unit);
-        edge(&mut text, analysis.frequency_edge, &frequency_unit, "site");
-        shares(&mut text, moments, "first site", "last site");
+        lines.along("frequency along x", moments, &frequency_unit);
+        let place = |index: usize, at: f64| {
+            let unit = axes.space.unit.as_deref();
+            let x = unit.map_or(String::new(), |unit| {
+                format!(" (x = {} {unit})", number(at))
+            });
+            format!("site {}{x}", index + analysis.offset.1)
+        };
+        lines.edge(analysis.frequency_edge, &frequency_unit, place);
+        lines.shares(moments, "site");
     }
     if let Some(moments) = &analysis.along_time {
-        along(&mut text, "wavenumber along t", moments, &wavenumber_unit);
-        edge(
-            &mut text,
-            analysis.wavenumber_edge,
-            &wavenumber_unit,
-            "time",
-        );
-        shares(&mut text, moments, "first time", "last time");
+        lines.along("wavenumber along t", moments, &wavenumber_unit);
+        let unit = axes.time.unit.as_deref().unwrap_or_default();
+        let place = |_, at| format!("t = {} {unit}", number(at)).trim_end().to_owned();
+        lines.edge(analysis.wavenumber_edge, &wavenumber_unit, place);
+        lines.shares(moments, "time");
     }
     if let Some(d) = analysis.direction {
-        line(
-            &mut text,
-            "direction",
-            &format!(
-                "{} towards +x, {} towards -x, {} undirected",
-                percent(d.toward_plus_x),
-                percent(d.toward_minus_x),
-                percent(d.undirected)
-            ),
+        let shares = format!(
+            "{} towards +x, {} towards -x, {} undirected",
+            percent(d.toward_plus_x),
+            percent(d.toward_minus_x),
+            percent(d.undirected)
         );
+        let undefined = "undefined: no energy".to_owned();
+        let defined = d.undirected.is_finite();
+        lines.line("direction", if defined { &shares } else { &undefined });
     }
-    let residual = |r: Option<f64>| r.map_or("-".into(), |r| format!("{r:.1e}"));
     let p = analysis.parseval;
-    line(
-        &mut text,
-        "Parseval residual",
-        &format!(
-            "time {}, space {}, space-time {}",
-            residual(p.time),
-            residual(p.space),
-            residual(p.spacetime)
-        ),
-    );
+    let residuals = [
+        ("time", p.time),
+        ("space", p.space),
+        ("space-time", p.spacetime),
+    ];
+    let residuals: Vec<String> = residuals
+        .into_iter()
+        .filter_map(|(name, residual)| Some(format!("{name} {}", error_size(residual?))))
+        .collect();
+    if !residuals.is_empty() {
+        lines.line("Parseval residual", &residuals.join(", "));
+    }
     if let Some(check) = analysis.accuracy.spot_check {
-        line(
-            &mut text,
+        lines.line(
             "transform error",
             &format!(
-                "{check:.1e} of the root mean square ({} amplitudes against direct sums)",
+                "{} of the root mean square ({} amplitudes against direct sums)",
+                error_size(check),
                 analysis.accuracy.spot_checks
             ),
         );
     }
     let seconds: f64 = analysis.timings.iter().map(|t| t.seconds).sum();
     let transforms: u64 = analysis.timings.iter().map(|t| t.transforms).sum();
-    line(
-        &mut text,
-        "time",
-        &format!("{seconds:.3} s for {transforms} transforms"),
+    lines.line(
+        "computation",
+        &format!("{transforms} transforms in {seconds:.3} s"),
     );
     for warning in &analysis.warnings {
-        line(&mut text, "warning", &warning.message());
-        line(&mut text, "", warning.advice());
+        lines.line("warning", &warning.message());
+        lines.line("", &format!("-> {}", warning.advice()));
     }
-    text
+    lines.text
 }
 
-/// What a plan would do.
-pub fn plan(plan: &Plan) -> String {
-    let mut text = String::new();
+/// What a plan would do, in lines of at most `width` columns.
+pub fn plan(plan: &Plan, width: usize) -> String {
+    let mut lines = Lines::new(width);
     for stage in &plan.stages {
-        line(
-            &mut text,
+        let transforms = match stage.transforms {
+            0 => "no transforms".into(),
+            n => format!("{n} transforms of length {}", stage.length),
+        };
+        lines.line(
             stage.stage,
             &format!(
-                "{} transforms of length {}, {} read, {} written",
-                stage.transforms,
-                stage.length,
+                "{transforms}, {} read, {} written",
                 size(stage.bytes_read),
                 size(stage.bytes_written)
             ),
@@ -104,15 +170,13 @@ pub fn plan(plan: &Plan) -> String {
             LargeArray::SpatialSpectrum | LargeArray::KineticFluxSurrogate => "time x wavenumber",
             LargeArray::SpacetimeSpectrum => "frequency x wavenumber",
         };
-        line(
-            &mut text,
+        lines.line(
             "array",
             &format!("{} {rows} x {columns} ({axes})", array.name()),
         );
     }
     let blocks = plan.blocks();
-    line(
-        &mut text,
+    lines.line(
         "blocks",
         &format!(
             "{} sites, {} times, {} frequencies at once",
@@ -123,8 +187,7 @@ pub fn plan(plan: &Plan) -> String {
         0 => String::new(),
         bytes => format!(", and a scratch file of {}", size(bytes)),
     };
-    line(
-        &mut text,
+    lines.line(
         "memory",
         &format!(
             "{} of {} allowed{scratch}",
@@ -132,58 +195,81 @@ pub fn plan(plan: &Plan) -> String {
             size(plan.memory_allowed)
         ),
     );
-    line(&mut text, "threads", &plan.threads.to_string());
-    text
+    lines.line("threads", &plan.threads.to_string());
+    lines.text
 }
 
-fn along(text: &mut String, name: &str, moments: &Moments, unit: &str) {
-    let ends = |values: &[f64]| match (values.first(), values.last()) {
-        (Some(&a), Some(&b)) => format!("{} -> {}", number(a), number(b)),
+impl Lines {
+    fn along(&mut self, name: &str, moments: &Moments, unit: &str) {
+        let value = format!(
+            "centroid {}, 90 % below {} {unit}, entropy {}",
+            ends(&moments.centroid, number),
+            ends(&moments.quantile_90, number),
+            ends(&moments.entropy, |share| format!("{share:.3}"))
+        );
+        self.line(name, &value);
+    }
+
+    fn edge(&mut self, edge: Option<BandEdge>, unit: &str, place: impl Fn(usize, f64) -> String) {
+        let value = match edge {
+            None => return,
+            Some(BandEdge::Given { value }) => format!("{} {unit}, as given", number(value)),
+            Some(BandEdge::Reference { value, index, at }) => format!(
+                "{} {unit}, with 90 % of the energy at {} below",
+                number(value),
+                place(index, at)
+            ),
+            Some(BandEdge::Undefined) => "undefined: no energy".into(),
+        };
+        self.line("  band edge", &value);
+    }
+
+    fn shares(&mut self, moments: &Moments, row: &str) {
+        let of = |share: Option<&f64>| share.map_or("-".into(), |&s| percent(s));
+        let value = format!(
+            "{} at the first {row}, {} at the last",
+            of(moments.high_share.first()),
+            of(moments.high_share.last())
+        );
+        self.line("  high band", &value);
+    }
+}
+
+/// The first value and the last one.
+fn ends(values: &[f64], shown: impl Fn(f64) -> String) -> String {
+    match (values.first(), values.last()) {
+        (Some(first), Some(last)) if first.is_nan() && last.is_nan() => "undefined".into(),
+        (Some(&first), Some(&last)) => format!("{} -> {}", shown(first), shown(last)),
         _ => "-".into(),
-    };
-    let value = format!(
-        "centroid {}, 90 % below {} {unit}, entropy {}",
-        ends(&moments.centroid),
-        ends(&moments.quantile_90),
-        ends(&moments.entropy)
-    );
-    line(text, name, &value);
+    }
 }
 
-fn edge(text: &mut String, edge: Option<BandEdge>, unit: &str, row: &str) {
-    let value = match edge {
-        None => return,
-        Some(BandEdge::Given { value }) => format!("at {} {unit}, as given", number(value)),
-        Some(BandEdge::Reference { value, at, .. }) => format!(
-            "at {} {unit}: 90 % of the energy at {row} {at} lies below",
-            number(value)
-        ),
-        Some(BandEdge::Undefined) => "undefined: no energy".into(),
-    };
-    line(text, "  band edge", &value);
+/// `, dt 0.01 s`; nothing for an axis that counts.
+fn step(name: &str, axis: &Axis) -> String {
+    match &axis.unit {
+        None if axis.step == 1.0 => String::new(),
+        None => format!(", {name} {}", axis.step),
+        Some(unit) => format!(", {name} {} {unit}", axis.step),
+    }
 }
 
-fn shares(text: &mut String, moments: &Moments, first: &str, last: &str) {
-    let of = |share: Option<&f64>| share.map_or("-".into(), |&s| percent(s));
-    let value = format!(
-        "{} at the {first}, {} at the {last}",
-        of(moments.high_share.first()),
-        of(moments.high_share.last())
-    );
-    line(text, "  high band", &value);
-}
-
-fn line(text: &mut String, name: &str, value: &str) {
-    // Writing to a string cannot fail.
-    let _ = writeln!(text, "{name:<19}{value}");
+fn error_size(x: f64) -> String {
+    if x == 0.0 {
+        "0".into()
+    } else {
+        format!("{x:.1e}")
+    }
 }
 
 fn number(x: f64) -> String {
     if x.is_nan() {
         return "undefined".into();
     }
-    if x == 0.0 || (1e-3..1e5).contains(&x.abs()) {
-        let digits = (3 - x.abs().max(1e-3).log10().floor() as i32).clamp(0, 6) as usize;
+    if x == 0.0 {
+        return "0".into();
+    }
+    if (1e-3..1e5).contains(&x.abs()) {
+        let digits = (3 - x.abs().log10().floor() as i32).clamp(0, 6) as usize;
         format!("{x:.digits$}")
     } else {
         format!("{x:.3e}")
@@ -200,4 +286,23 @@ fn percent(share: f64) -> String {
 
 fn size(bytes: u64) -> String {
     indicatif::HumanBytes(bytes).to_string()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn long_lines_wrap_below_where_they_began() {
+        let mut lines = Lines::new(40);
+        lines.line("warning", "one two three four 12 % of it");
+        let expected = "warning            one two three four\n                   12 % of it\n";
+        assert_eq!(lines.text, expected);
+        lines.line("", "a-word-that-is-longer-than-the-line");
+        assert!(
+            lines
+                .text
+                .ends_with("                   a-word-that-is-longer-than-the-line\n")
+        );
+    }
 }
