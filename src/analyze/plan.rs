@@ -260,9 +260,14 @@ impl Plan {
         let row_tile = |times: u64| threads * times * 8 * (nx + nks);
         let in_memory = between <= allowed / 2 || !spacetime;
         let held = if spacetime && in_memory { between } else { 0 };
-        let per_site = 8 * nf + if in_memory { 0 } else { between / nx.max(1) };
+        // Spectra along time are written by the pass that has them in rows.
+        let per_site = match (spacetime, in_memory) {
+            (false, _) => 8 * nf,
+            (true, true) => 0,
+            (true, false) => between / nx.max(1),
+        };
         let per_time = 8 * (nx + 3 * nk);
-        let per_frequency = 8 * nks + self.segments.count() as u64 * between_row;
+        let per_frequency = 8 * (nks + nx) + self.segments.count() as u64 * between_row;
 
         let fixed = vectors + held;
         let spare = allowed.saturating_sub(fixed);
@@ -347,8 +352,11 @@ impl Plan {
                 transforms: (nx * self.segments.count()) as u64,
                 length: self.conventions.padded_time,
                 bytes_read: field_bytes,
-                bytes_written: bytes_of(&[LargeArray::TemporalSpectrum])
-                    + if results.spacetime { between } else { 0 },
+                bytes_written: if results.spacetime {
+                    between
+                } else {
+                    bytes_of(&[LargeArray::TemporalSpectrum])
+                },
             });
         }
         stages.push(PlannedStage {
@@ -375,7 +383,10 @@ impl Plan {
                 transforms: self.between_rows() as u64,
                 length: self.conventions.padded_space,
                 bytes_read: between,
-                bytes_written: bytes_of(&[LargeArray::SpacetimeSpectrum]),
+                bytes_written: bytes_of(&[
+                    LargeArray::SpacetimeSpectrum,
+                    LargeArray::TemporalSpectrum,
+                ]),
             });
         }
         self.stages = stages;
