@@ -37,24 +37,37 @@ def power(transform):
     return transform.real**2 + transform.imag**2
 
 
-def with_fft(v, dt, dx):
+def with_fft(v, dt, dx, wanted):
     """Bare transforms; the one along time is made once and serves two spectra."""
     n, m = v.shape
-    along_time = scipy.fft.rfft(v, axis=0)
-    temporal = fold(power(along_time) * dt**2, n, 0)
-    spatial = fold(power(scipy.fft.rfft(v, axis=1)) * (dx**2 / (2 * numpy.pi)), m, 1)
-    both = scipy.fft.fft(along_time, axis=1, overwrite_x=True)
-    return temporal, spatial, spacetime(both, n, m, dt, dx)
+    spectra = {}
+    if "time" in wanted or "spacetime" in wanted:
+        along_time = scipy.fft.rfft(v, axis=0)
+    if "time" in wanted:
+        spectra["time"] = fold(power(along_time) * dt**2, n, 0)
+    if "space" in wanted:
+        along_space = scipy.fft.rfft(v, axis=1)
+        spectra["space"] = fold(power(along_space) * (dx**2 / (2 * numpy.pi)), m, 1)
+    if "spacetime" in wanted:
+        both = scipy.fft.fft(along_time, axis=1, overwrite_x=True)
+        spectra["spacetime"] = spacetime(both, n, m, dt, dx)
+    return spectra
 
 
-def with_signal(v, dt, dx):
+def with_signal(v, dt, dx, wanted):
     """scipy.signal.periodogram along each axis, rfftn over both."""
     n, m = v.shape
-    _, temporal = scipy.signal.periodogram(v, 1 / dt, detrend=False, axis=0)
-    _, spatial = scipy.signal.periodogram(v, 2 * numpy.pi / dx, detrend=False, axis=1)
-    temporal *= n * dt
-    spatial *= m * dx
-    return temporal, spatial, spacetime(scipy.fft.rfftn(v, axes=(1, 0)), n, m, dt, dx)
+    spectra = {}
+    if "time" in wanted:
+        _, spectra["time"] = scipy.signal.periodogram(v, 1 / dt, detrend=False, axis=0)
+        spectra["time"] *= n * dt
+    if "space" in wanted:
+        _, spectra["space"] = scipy.signal.periodogram(v, 2 * numpy.pi / dx, detrend=False, axis=1)
+        spectra["space"] *= m * dx
+    if "spacetime" in wanted:
+        both = scipy.fft.rfftn(v, axes=(1, 0))
+        spectra["spacetime"] = spacetime(both, n, m, dt, dx)
+    return spectra
 
 
 def spacetime(transform, n, m, dt, dx):
@@ -70,17 +83,21 @@ def flux(spatial, m, dt, dx):
     return -numpy.gradient(energy, dt, axis=0, edge_order=2)
 
 
-def analyze(path, method, out):
+def load(path):
     sidecar = path.with_suffix(".toml")
     axes = tomllib.loads(sidecar.read_text()) if sidecar.exists() else {}
-    dt, dx = axes.get("dt", 1.0), axes.get("dx", 1.0)
     v = numpy.load(path).astype(numpy.float64, copy=False)
-    temporal, spatial, both = method(v, dt, dx)
+    return v, axes.get("dt", 1.0), axes.get("dx", 1.0)
+
+
+def analyze(path, method, out):
+    v, dt, dx = load(path)
+    spectra = method(v, dt, dx, ("time", "space", "spacetime"))
     arrays = {
-        "temporal_spectrum": temporal,
-        "spatial_spectrum": spatial,
-        "spacetime_spectrum": both,
-        "kinetic_flux_surrogate": flux(spatial, v.shape[1], dt, dx),
+        "temporal_spectrum": spectra["time"],
+        "spatial_spectrum": spectra["space"],
+        "spacetime_spectrum": spectra["spacetime"],
+        "kinetic_flux_surrogate": flux(spectra["space"], v.shape[1], dt, dx),
     }
     if out is not None:
         numpy.savez(out, **arrays)
@@ -99,6 +116,8 @@ def main():
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
     parser.add_argument("field", type=pathlib.Path)
     parser.add_argument("--with", dest="method", choices=("fft", "signal"), default="fft")
+    parser.add_argument("--only", choices=("time", "space", "spacetime"),
+                        help="time one spectrum of a field in memory")
     parser.add_argument("--workers", type=int, default=1, help="threads of scipy.fft")
     parser.add_argument("--runs", type=int, default=5)
     parser.add_argument("--process", action="store_true", help="time whole processes")
@@ -113,11 +132,15 @@ def main():
     else:
         method = {"fft": with_fft, "signal": with_signal}[asked.method]
         run = lambda: analyze(asked.field, method, asked.out)
+        if asked.only:
+            v, dt, dx = load(asked.field)
+            run = lambda: method(v, dt, dx, (asked.only,))
     with scipy.fft.set_workers(asked.workers):
         seconds = timed(run, asked.runs)
     record = {
         "field": asked.field.name,
         "method": asked.method,
+        "only": asked.only,
         "workers": asked.workers,
         "timed": "process" if asked.process else "call",
         "writes": asked.out is not None,

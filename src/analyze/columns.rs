@@ -21,7 +21,8 @@ pub(super) struct Columns {
     pub rows: Vec<Row>,
     /// `sum (w v)^2` over all segments, one a site.
     pub energies: Vec<f64>,
-    pub map: MapBuilder,
+    /// Of the spectra; `None` where they are not written by this pass.
+    pub map: Option<MapBuilder>,
 }
 
 /// One site's records to spectra, with the thread's own buffers.
@@ -160,7 +161,8 @@ fn worker<'a, T: Real>(plan: &'a Plan, transform: &'a RealTransform<T>) -> Worke
     }
 }
 
-/// Transforms all records; spectra go to `sink` (in units of `unit^2`), transforms to `between`.
+/// Transforms all records. The transforms go to `between`, where there is one; where there is
+/// none, spectra go to `sink`.
 pub(super) fn transform_records<T: Real>(
     plan: &Plan,
     prepared: &Prepared,
@@ -173,11 +175,11 @@ pub(super) fn transform_records<T: Real>(
     let (nx, nf) = (plan.axes.n_sites, plan.axes.frequency.len());
     observer.stage("along time", nx as u64);
     let transform = RealTransform::<T>::new(&plan.window_time, plan.conventions.padded_time);
-    let wanted = plan.request.results.temporal;
+    let wanted = between.is_none();
     let mut done = Columns {
         rows: Vec::with_capacity(nx),
         energies: Vec::with_capacity(nx),
-        map: MapBuilder::largest((nf, nx), super::MAP_LIMIT),
+        map: wanted.then(|| MapBuilder::largest((nf, nx), super::MAP_LIMIT)),
     };
     let rows = if wanted { nf } else { 0 };
     let mut buffer = Buffer::zeros((rows, plan.blocks.sites))?;
@@ -209,11 +211,11 @@ pub(super) fn transform_records<T: Real>(
             done.rows.push(row);
             done.energies.push(energy);
         }
-        if wanted {
+        if let Some(map) = &mut done.map {
             if stored != 1.0 {
                 spectra.par_mapv_inplace(|p| p * stored);
             }
-            done.map.add(0, from, spectra.view());
+            map.add(0, from, spectra.view());
             sink.put(LargeArray::TemporalSpectrum, 0, from, spectra.view())?;
         }
         prepared.release_pages();

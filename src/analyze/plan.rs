@@ -270,11 +270,17 @@ impl Plan {
         let segments = self.segments.count() as u64;
         let column_tile = |sites: u64| threads * sites * (8 * nt + (16 * segments + 32) * nf);
         let row_tile = |times: u64| threads * times * 8 * (nx + nks);
+        // Spectra along time are written by the pass that has them in rows, where there is one.
         let per_site = |in_memory: bool, streams: bool| {
-            8 * nf + if in_memory { 0 } else { between / nx } + if streams { 8 * nt } else { 0 }
+            let written = match (spacetime, in_memory) {
+                (false, _) => 8 * nf,
+                (true, true) => 0,
+                (true, false) => between / nx,
+            };
+            written + if streams { 8 * nt } else { 0 }
         };
         let per_time = 8 * (nx + 3 * nk);
-        let per_frequency = 8 * nks + segments * between_row;
+        let per_frequency = 8 * (nks + nx) + segments * between_row;
         // The flux surrogate differentiates over three neighbouring times.
         let least_times = nt.min(4);
 
@@ -383,8 +389,11 @@ impl Plan {
                 transforms: (nx * self.segments.count()) as u64,
                 length: self.conventions.padded_time,
                 bytes_read: field_bytes,
-                bytes_written: bytes_of(&[LargeArray::TemporalSpectrum])
-                    + if results.spacetime { between } else { 0 },
+                bytes_written: if results.spacetime {
+                    between
+                } else {
+                    bytes_of(&[LargeArray::TemporalSpectrum])
+                },
             });
         }
         stages.push(PlannedStage {
@@ -411,7 +420,10 @@ impl Plan {
                 transforms: self.between_rows() as u64,
                 length: self.conventions.padded_space,
                 bytes_read: between,
-                bytes_written: bytes_of(&[LargeArray::SpacetimeSpectrum]),
+                bytes_written: bytes_of(&[
+                    LargeArray::SpacetimeSpectrum,
+                    LargeArray::TemporalSpectrum,
+                ]),
             });
         }
         self.stages = stages;

@@ -162,7 +162,7 @@ fn passes<T: Real>(
         plan,
         columns.as_ref(),
         &rows,
-        spacetime.as_ref().map(|s| &*s.0),
+        spacetime.as_ref().map(|s| &*s.directions),
     );
     let found = Findings {
         scans: &scans,
@@ -185,6 +185,18 @@ fn passes<T: Real>(
     }
 
     let maps = Maps { field, plan };
+    let along_space = results.temporal.then(|| {
+        let rows = columns.as_ref().map_or(&[][..], |c| &c.rows);
+        Moments::gather(rows, plan.time_scale.measure * stored)
+    });
+    let by_direction = spacetime
+        .as_ref()
+        .map(|s| (direction(plan, &s.directions), shares(&s.directions)));
+    let (direction, direction_by_frequency) = by_direction.unzip();
+    let (temporal_map, spacetime_map) = match spacetime.map(|s| (s.temporal_map, s.map)) {
+        Some((temporal, spacetime)) => (Some(temporal), Some(spacetime)),
+        None => (columns.and_then(|c| c.map), None),
+    };
     let residuals = [parseval.time, parseval.space, parseval.spacetime];
     Ok(Analysis {
         name: field.name.clone(),
@@ -195,23 +207,20 @@ fn passes<T: Real>(
         axes: plan.axes.clone(),
         conventions: plan.conventions.clone(),
         parseval,
-        direction: spacetime.as_ref().map(|(by, _)| direction(plan, by)),
-        direction_by_frequency: spacetime.as_ref().map(|(by, _)| shares(by)),
+        direction,
+        direction_by_frequency,
         frequency_edge,
         wavenumber_edge,
-        along_space: results.temporal.then(|| {
-            let rows = columns.as_ref().map_or(&[][..], |c| &c.rows);
-            Moments::gather(rows, plan.time_scale.measure * stored)
-        }),
+        along_space,
         along_time: results
             .spatial
             .then(|| Moments::gather(&rows.rows, plan.space_scale.measure * stored)),
         field_map: maps.field(rows.field_map),
-        temporal_map: columns
+        temporal_map: temporal_map
             .filter(|_| results.temporal)
-            .map(|c| maps.temporal(c.map)),
+            .map(|map| maps.temporal(map)),
         spatial_map: results.spatial.then(|| maps.spatial(rows.map)),
-        spacetime_map: spacetime.map(|(_, map)| maps.spacetime(map)),
+        spacetime_map: spacetime_map.map(|map| maps.spacetime(map)),
         flux_map: with_flux.then(|| maps.flux(rows.flux_map)),
         short_time,
         short_space,

@@ -10,7 +10,7 @@ use crate::analyze::Observer;
 use crate::diagnostics::MapBuilder;
 use crate::error::{Error, Result};
 use crate::sum::sum;
-use crate::transform::{ComplexTransform, Real, Scratch, fold};
+use crate::transform::{ComplexTransform, Real, Scratch, fold, power};
 
 /// Energy of one frequency, by direction (sums over bins, one-sided in f).
 #[derive(Debug, Clone, Copy, Default)]
@@ -45,59 +45,94 @@ impl ByDirection {
     }
 }
 
-/// Transforms all frequencies; the spectrum goes to `sink`. One entry a frequency.
+/// What the pass leaves behind beside the arrays.
+#[derive(Debug)]
+pub(super) struct Frequencies {
+    /// One entry a frequency.
+    pub directions: Vec<ByDirection>,
+    pub map: MapBuilder,
+    /// Of the spectra along time, which lie here by rows; see [`transform_frequencies`].
+    pub temporal_map: MapBuilder,
+}
+
+/// Transforms all frequencies; the spectrum goes to `sink`.
+///
+/// So do the spectra along time where they are wanted: `between` holds their transforms, row by
+/// row, as the array is written.
 pub(super) fn transform_frequencies<T: Real>(
     plan: &Plan,
     between: &Between<T>,
     stored: f64,
     sink: &dyn Sink,
     observer: &dyn Observer,
-) -> Result<(Vec<ByDirection>, MapBuilder)> {
+) -> Result<Frequencies> {
     let (nf, nk) = (plan.axes.frequency.len(), plan.axes.wavenumber_signed.len());
+    let nx = plan.axes.n_sites;
     observer.stage("space-time", nf as u64);
     let transform = ComplexTransform::<T>::new(&plan.window_space, plan.conventions.padded_space);
     let segments = plan.segments.count();
+    let time_factor = plan.time_scale.factor / segments as f64;
     let factor = plan.time_scale.factor * plan.space_scale.factor / segments as f64;
     let n = plan.conventions.padded_time;
-    let mut map = MapBuilder::largest((nf, nk), super::MAP_LIMIT);
-    let mut directions = Vec::with_capacity(nf);
-    let mut whole_block = Array2::<f64>::zeros((plan.blocks.frequencies, nk));
+    let temporal = plan.request.results.temporal;
+    let mut done = Frequencies {
+        directions: Vec::with_capacity(nf),
+        map: MapBuilder::largest((nf, nk), super::MAP_LIMIT),
+        temporal_map: MapBuilder::largest((nf, nx), super::MAP_LIMIT),
+    };
+    let mut all_powers = Array2::<f64>::zeros((plan.blocks.frequencies, nk));
+    let width = if temporal { nx } else { 0 };
+    let mut all_records = Array2::<f64>::zeros((plan.blocks.frequencies, width));
     for from in (0..nf).step_by(plan.blocks.frequencies) {
         let count = plan.blocks.frequencies.min(nf - from);
-        let mut block = whole_block.slice_mut(s![..count, ..]);
+        let mut powers = all_powers.slice_mut(s![..count, ..]);
+        let mut records = all_records.slice_mut(s![..count, ..]);
         let seen = between.with_rows(from * segments, count * segments, |rows| {
-            block
+            powers
                 .axis_iter_mut(Axis(0))
                 .into_par_iter()
+                .zip(records.axis_iter_mut(Axis(0)))
                 .enumerate()
-                .map_init(Scratch::default, |scratch, (i, power)| {
+                .map_init(Scratch::default, |scratch, (i, (powers, record))| {
                     if observer.cancelled() {
                         return Err(Error::Cancelled);
                     }
-                    let Some(power) = power.into_slice() else {
+                    let (Some(powers), Some(record)) = (powers.into_slice(), record.into_slice())
+                    else {
                         return Ok(ByDirection::default());
                     };
-                    power.fill(0.0);
+                    powers.fill(0.0);
+                    record.fill(0.0);
                     for s in 0..segments {
                         if let Some(profile) = rows.row(i * segments + s).to_slice() {
-                            transform.add_power(profile, scratch, power);
+                            transform.add_power(profile, scratch, powers);
+                            for (sum, &x) in record.iter_mut().zip(profile) {
+                                *sum += power(x);
+                            }
                         }
                     }
-                    let scale = factor * fold(from + i, n);
-                    power.iter_mut().for_each(|p| *p *= scale);
+                    let fold = fold(from + i, n);
+                    powers.iter_mut().for_each(|p| *p *= factor * fold);
+                    let directions = ByDirection::of(powers, from + i, n);
+                    powers.iter_mut().for_each(|p| *p *= stored);
+                    let time_scale = time_factor * fold;
+                    record
+                        .iter_mut()
+                        .for_each(|p| *p = *p * time_scale * stored);
                     observer.advance(1);
-                    Ok(ByDirection::of(power, from + i, n))
+                    Ok(directions)
                 })
                 .collect::<Result<Vec<_>>>()
         })?;
-        directions.extend(seen?);
-        if stored != 1.0 {
-            block.par_mapv_inplace(|p| p * stored);
+        done.directions.extend(seen?);
+        done.map.add(from, 0, powers.view());
+        sink.put(LargeArray::SpacetimeSpectrum, from, 0, powers.view())?;
+        if temporal {
+            done.temporal_map.add(from, 0, records.view());
+            sink.put(LargeArray::TemporalSpectrum, from, 0, records.view())?;
         }
-        map.add(from, 0, block.view());
-        sink.put(LargeArray::SpacetimeSpectrum, from, 0, block.view())?;
     }
-    Ok((directions, map))
+    Ok(done)
 }
 
 #[cfg(test)]

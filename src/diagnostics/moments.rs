@@ -1,7 +1,7 @@
 //! Measures of one spectrum: centroid, bandwidth, entropy, quantiles, band shares.
 
 use ndarray::ArrayView1;
-use ndarray_stats::{EntropyExt, SummaryStatisticsExt};
+use ndarray_stats::EntropyExt;
 
 use crate::analyze::Moments;
 use crate::sum::sum;
@@ -109,25 +109,31 @@ fn centroid_and_bandwidth(share: &[f64], axis: &[f64]) -> (f64, f64) {
     if weight <= 0.0 {
         return (f64::NAN, f64::NAN);
     }
-    let centroid = ArrayView1::from(axis)
-        .weighted_mean(&ArrayView1::from(share))
-        .unwrap_or(f64::NAN);
-    let moment: Vec<f64> = share
-        .iter()
-        .zip(axis)
-        .map(|(p, q)| p * (q - centroid).powi(2))
-        .collect();
+    let bins = share.iter().zip(axis);
+    let mut moment: Vec<f64> = bins.clone().map(|(p, q)| p * q).collect();
+    let centroid = sum(&moment) / weight;
+    moment.clear();
+    moment.extend(bins.map(|(p, q)| p * (q - centroid) * (q - centroid)));
     (centroid, (sum(&moment) / weight).sqrt())
 }
 
 /// The first bin at which the cumulative share reaches `level`.
 fn quantile(share: &[f64], axis: &[f64], level: f64) -> f64 {
-    let mut cumulative = 0.0;
-    for (&p, &q) in share.iter().zip(axis) {
-        cumulative += p;
-        if cumulative >= level {
-            return q;
+    /// Bins whose sum is looked at before each of them is.
+    const STRIDE: usize = 64;
+    let mut below = 0.0;
+    for (share, axis) in share.chunks(STRIDE).zip(axis.chunks(STRIDE)) {
+        let through = below + sum(share);
+        if through >= level {
+            let mut cumulative = below;
+            for (&p, &q) in share.iter().zip(axis) {
+                cumulative += p;
+                if cumulative >= level {
+                    return q;
+                }
+            }
         }
+        below = through;
     }
     axis[axis.len() - 1]
 }
