@@ -1,0 +1,129 @@
+//! Blocks that fit the memory allowed.
+
+use super::{Blocks, Plan};
+use crate::error::{Error, Result};
+
+/// Bytes of a block of profiles or frequencies, a thread: it is written while it is in the cache,
+/// and its memory is used again. Blocks of sites are as large as they can be, since the pieces
+/// of rows they write are short.
+const BLOCK_BYTES: u64 = 2 << 20;
+
+impl Plan {
+    /// Chooses tiles and blocks, whether the field streams through, and where the matrix between the
+    /// halves of the space-time transform lies.
+    pub(super) fn fit_into_memory(&mut self) -> Result<()> {
+        let (nt, nx) = (self.axes.n_times as u64, self.axes.n_sites as u64);
+        let nf = self.axes.frequency.len() as u64;
+        let (nk, nks) = (
+            self.axes.wavenumber.len() as u64,
+            self.axes.wavenumber_signed.len() as u64,
+        );
+        let threads = self.threads as u64;
+        let allowed = self.memory_allowed;
+        let between_row = nx * self.complex_bytes();
+        let between = self.between_rows() as u64 * between_row;
+        let spacetime = self.request.results.spacetime;
+
+        let vectors = 160 * (nt + nx) + 32 * (nf + nks) + (8 << 20);
+        // Of each thread: a tile of records and its spectra, or a tile of profiles.
+        let segments = self.segments.count() as u64;
+        let column_tile = |sites: u64| threads * sites * (8 * nt + (16 * segments + 32) * nf);
+        let row_tile = |times: u64| threads * times * 8 * (nx + nks);
+        // Spectra along time are written by the pass that has them in rows, where there is one.
+        let per_site = |in_memory: bool, streams: bool| {
+            let written = match (spacetime, in_memory) {
+                (false, _) => 8 * nf,
+                (true, true) => 0,
+                (true, false) => between / nx,
+            };
+            written + if streams { 8 * nt } else { 0 }
+        };
+        let per_time = 8 * (nx + 3 * nk);
+        let per_frequency = 8 * (nks + nx) + segments * between_row;
+        // The flux surrogate differentiates over three neighbouring times.
+        let least_times = nt.min(4);
+
+        // The least that any of these blocks can do with: one record, a few profiles.
+        let least_tile = column_tile(1).max(row_tile(1));
+        let least_block = per_site(!spacetime, true)
+            .max(least_times * per_time)
+            .max(per_frequency);
+        let least = vectors + (2 * least_tile).max(least_tile + least_block);
+        if allowed < least {
+            return Err(Error::Memory {
+                what: "the smallest block of this field",
+                needed: least,
+                allowed,
+            });
+        }
+        let mut room = allowed - least;
+        let in_memory = !spacetime || between <= room.min(allowed / 2);
+        let held = if spacetime && in_memory { between } else { 0 };
+        room -= held;
+        // Mapped pages of the field count as memory too, so a large field is read piece by piece.
+        let mapped = 8 * nt * nx;
+        let streams = mapped > room.min(allowed / 4);
+        let per_site = per_site(in_memory, streams);
+
+        let fixed = vectors + held + if streams { 0 } else { mapped };
+        let spare = allowed - fixed;
+        // The tiles shrink where the records are so long that they would not fit.
+        while self.tiles.sites > 1 && column_tile(self.tiles.sites as u64) > spare / 2 {
+            self.tiles.sites /= 2;
+        }
+        while self.tiles.times > 1 && row_tile(self.tiles.times as u64) > spare / 2 {
+            self.tiles.times /= 2;
+        }
+        let tiles = column_tile(self.tiles.sites as u64).max(row_tile(self.tiles.times as u64));
+        let for_blocks = spare - tiles;
+        let block = |bytes: u64, per: u64, tile: usize, least: usize, all: usize| -> usize {
+            let fit = usize::try_from(bytes / per.max(1)).unwrap_or(usize::MAX);
+            if fit >= all {
+                all
+            } else {
+                (fit / tile * tile).max(least)
+            }
+        };
+        // In the cache if there is room, at least a tile if that fits at all.
+        let cached = |per: u64, tile: usize, least: usize, all: usize| -> usize {
+            let bytes = (BLOCK_BYTES * threads).max(per * tile.max(4) as u64);
+            block(bytes.min(for_blocks), per, tile, least, all)
+        };
+        let blocks = Blocks {
+            sites: block(for_blocks, per_site, self.tiles.sites, 1, nx as usize),
+            times: cached(
+                per_time,
+                self.tiles.times,
+                least_times as usize,
+                nt as usize,
+            ),
+            frequencies: cached(per_frequency, 1, 1, nf as usize),
+        };
+        self.memory_needed = fixed
+            + tiles
+            + (blocks.sites as u64 * per_site)
+                .max(blocks.times as u64 * per_time)
+                .max(if spacetime {
+                    blocks.frequencies as u64 * per_frequency
+                } else {
+                    0
+                });
+        self.blocks = blocks;
+        self.tiles.ahead = streams.then_some(blocks.sites);
+        self.scratch_file = if in_memory { 0 } else { between };
+        Ok(())
+    }
+}
+
+/// Half of the memory that is free now; 2 GiB where the system does not tell.
+pub(super) fn half_of_free_memory() -> u64 {
+    const FALLBACK: u64 = 2 << 30;
+    let Ok(info) = std::fs::read_to_string("/proc/meminfo") else {
+        return FALLBACK;
+    };
+    info.lines()
+        .find_map(|line| line.strip_prefix("MemAvailable:"))
+        .and_then(|rest| rest.trim().strip_suffix("kB"))
+        .and_then(|kib| kib.trim().parse::<u64>().ok())
+        .map_or(FALLBACK, |kib| kib * 512)
+}

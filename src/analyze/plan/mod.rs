@@ -1,0 +1,336 @@
+//! The plan: a request held against a field, with every size settled, before anything is computed.
+
+mod checks;
+mod memory;
+
+use std::ops::Range;
+
+use serde::Serialize;
+
+use super::request::{Precision, Request, Scaling};
+use super::result::{Axes, Conventions};
+use super::short_time::ShortTimeSegments;
+use super::sink::LargeArray;
+use crate::error::{Error, Result};
+use crate::field::{Axis, Field};
+use crate::prepare::Tiles;
+use crate::transform::{Scale, Segments, frequencies, wavenumbers, wavenumbers_signed};
+
+use checks::{check_axes, check_references, padded, segments, site_range, time_range};
+use memory::half_of_free_memory;
+
+pub(super) use checks::check_window;
+
+/// What will be computed, in which blocks, with which transforms; see [`plan`].
+#[derive(Debug, Clone)]
+pub struct Plan {
+    pub(crate) times: Range<usize>,
+    pub(crate) sites: Range<usize>,
+    pub(crate) request: Request,
+    pub(crate) segments: Segments,
+    pub(crate) short_time: ShortTimeSegments,
+    pub(crate) window_time: Vec<f64>,
+    pub(crate) window_space: Vec<f64>,
+    pub(crate) axes: Axes,
+    pub(crate) conventions: Conventions,
+    pub(crate) time_scale: Scale,
+    pub(crate) space_scale: Scale,
+    pub(crate) tiles: Tiles,
+    pub(crate) blocks: Blocks,
+    pub threads: usize,
+    /// Bytes of working memory that the blocks will use, by estimate.
+    pub memory_needed: u64,
+    /// Bytes allowed.
+    pub memory_allowed: u64,
+    /// Bytes of scratch file for the space-time spectrum; 0 where it is held in memory.
+    pub scratch_file: u64,
+    /// Transforms to be made, stage by stage.
+    pub stages: Vec<PlannedStage>,
+    /// Large arrays to be written, with their shapes.
+    pub arrays: Vec<(LargeArray, (usize, usize))>,
+}
+
+/// Sizes of the blocks that pass through memory.
+#[derive(Debug, Clone, Copy, Serialize)]
+pub struct Blocks {
+    /// Records at once, in transforms along time.
+    pub sites: usize,
+    /// Profiles at once, in transforms along space.
+    pub times: usize,
+    /// Frequencies at once, in the second half of space-time transforms.
+    pub frequencies: usize,
+}
+
+/// The transforms of one stage.
+#[derive(Debug, Clone, Serialize)]
+pub struct PlannedStage {
+    pub stage: &'static str,
+    pub transforms: u64,
+    pub length: usize,
+    pub bytes_read: u64,
+    pub bytes_written: u64,
+}
+
+/// A [`Plan`] as data; ranges are `[first, end)`, sizes are bytes.
+#[derive(Debug, Serialize)]
+pub struct PlanSummary<'a> {
+    times: [usize; 2],
+    sites: [usize; 2],
+    stages: &'a [PlannedStage],
+    arrays: std::collections::BTreeMap<&'static str, [usize; 2]>,
+    blocks: Blocks,
+    threads: usize,
+    memory_needed: u64,
+    memory_allowed: u64,
+    scratch_file: u64,
+}
+
+/// Records transformed together: one cache line of doubles.
+const TILE_SITES: usize = 8;
+/// Profiles transformed together.
+const TILE_TIMES: usize = 32;
+
+/// Settles `request` for `field`.
+///
+/// Reads samples only where the range of times depends on them ([`TimeRange::UntilArrival`]).
+///
+/// # Errors
+/// [`Error::Request`] names the option that does not fit; [`Error::Memory`] where not even the
+/// smallest blocks fit the memory allowed.
+pub fn plan(field: &Field, request: &Request) -> Result<Plan> {
+    let sites = site_range(field, request)?;
+    let times = time_range(field, request, &sites)?;
+    let (n_times, n_sites) = (times.len(), sites.len());
+
+    let segments = segments(request, n_times)?;
+    let padded_time = padded("pad-time", request.pad_time, segments.length)?;
+    let padded_space = padded("pad-space", request.pad_space, n_sites)?;
+    check_references(field, request, &times, &sites)?;
+    let short_time = ShortTimeSegments::settle(request, n_times, n_sites)?;
+    check_window("window-time", request.window_time, segments.length)?;
+    check_window("window-space", request.window_space, n_sites)?;
+    let memory_allowed = request.memory.unwrap_or_else(half_of_free_memory);
+    check_axes(padded_time, padded_space, memory_allowed)?;
+    let window_time = request.window_time.samples(segments.length);
+    let window_space = request.window_space.samples(n_sites);
+    for (option, window, gains) in [
+        ("window-time", &window_time, request.window_time),
+        ("window-space", &window_space, request.window_space),
+    ] {
+        if crate::sum::sum_of_squares(window) == 0.0 {
+            return Err(Error::Request {
+                option,
+                expected: "a window that leaves some samples".into(),
+                found: format!("{gains} over {} samples, all zero", window.len()),
+            });
+        }
+    }
+
+    let space = shifted(&field.space, sites.start);
+    let axes = Axes {
+        frequency: frequencies(padded_time, field.time.step),
+        wavenumber: wavenumbers(padded_space, field.space.step),
+        wavenumber_signed: wavenumbers_signed(padded_space, field.space.step),
+        time: shifted(&field.time, times.start),
+        n_times,
+        space,
+        n_sites,
+    };
+    let conventions = Conventions {
+        scaling: request.scaling,
+        window_time: request.window_time.gains(segments.length),
+        window_space: request.window_space.gains(n_sites),
+        segment: segments.length,
+        overlap: segments.length.saturating_sub(segments.hop),
+        segments: segments.count(),
+        padded_time,
+        padded_space,
+    };
+    let threads = request
+        .threads
+        .or_else(|| std::thread::available_parallelism().ok().map(usize::from))
+        .unwrap_or(1);
+    let time_scale = Scale::along_time(
+        request.scaling,
+        &window_time,
+        n_times,
+        padded_time,
+        axes.time.step,
+    );
+    let space_scale = Scale::along_space(
+        request.scaling,
+        &window_space,
+        padded_space,
+        axes.space.step,
+    );
+    let mut plan = Plan {
+        times,
+        sites,
+        request: request.clone(),
+        segments,
+        short_time,
+        window_time,
+        window_space,
+        axes,
+        conventions,
+        time_scale,
+        space_scale,
+        tiles: Tiles {
+            sites: TILE_SITES,
+            times: TILE_TIMES,
+            ahead: None,
+        },
+        blocks: Blocks {
+            sites: n_sites,
+            times: n_times,
+            frequencies: padded_time / 2 + 1,
+        },
+        threads,
+        memory_needed: 0,
+        memory_allowed,
+        scratch_file: 0,
+        stages: Vec::new(),
+        arrays: Vec::new(),
+    };
+    plan.fit_into_memory()?;
+    plan.list_work();
+    Ok(plan)
+}
+
+impl Plan {
+    /// Rows of the matrix between the two halves of a space-time transform.
+    pub(crate) fn between_rows(&self) -> usize {
+        self.axes.frequency.len() * self.segments.count()
+    }
+
+    pub(crate) fn complex_bytes(&self) -> u64 {
+        match self.request.precision {
+            Precision::F64 => 16,
+            Precision::F32 => 8,
+        }
+    }
+
+    pub(crate) fn space_scale_of(&self, scaling: Scaling) -> Scale {
+        Scale::along_space(
+            scaling,
+            &self.window_space,
+            self.conventions.padded_space,
+            self.axes.space.step,
+        )
+    }
+
+    /// Whether transforms along time are made at all.
+    pub(crate) fn transforms_time(&self) -> bool {
+        self.request.results.temporal || self.request.results.spacetime
+    }
+
+    /// Whether transforms along space of each instant are made at all.
+    pub(crate) fn transforms_space(&self) -> bool {
+        self.request.results.spatial || self.request.results.flux_surrogate
+    }
+
+    /// Sizes of the blocks that pass through memory.
+    pub fn blocks(&self) -> Blocks {
+        self.blocks
+    }
+
+    /// The plan as data, for programs.
+    pub fn describe(&self) -> PlanSummary<'_> {
+        PlanSummary {
+            times: [self.times.start, self.times.end],
+            sites: [self.sites.start, self.sites.end],
+            stages: &self.stages,
+            arrays: self
+                .arrays
+                .iter()
+                .map(|&(array, (rows, columns))| (array.name(), [rows, columns]))
+                .collect(),
+            blocks: self.blocks,
+            threads: self.threads,
+            memory_needed: self.memory_needed,
+            memory_allowed: self.memory_allowed,
+            scratch_file: self.scratch_file,
+        }
+    }
+
+    fn list_work(&mut self) {
+        let (nt, nx) = (self.axes.n_times, self.axes.n_sites);
+        let (nf, nk) = (self.axes.frequency.len(), self.axes.wavenumber.len());
+        let nks = self.axes.wavenumber_signed.len();
+        let results = self.request.results;
+        let item = self.complex_bytes() / 2;
+        let field_bytes = 8 * (nt * nx) as u64;
+        let between = self.between_rows() as u64 * nx as u64 * self.complex_bytes();
+        if results.temporal {
+            self.arrays.push((LargeArray::TemporalSpectrum, (nf, nx)));
+        }
+        if results.spatial {
+            self.arrays.push((LargeArray::SpatialSpectrum, (nt, nk)));
+        }
+        if results.spacetime {
+            self.arrays.push((LargeArray::SpacetimeSpectrum, (nf, nks)));
+        }
+        if results.flux_surrogate {
+            self.arrays
+                .push((LargeArray::KineticFluxSurrogate, (nt, nk)));
+        }
+        let size =
+            |(_, (rows, columns)): &(LargeArray, (usize, usize))| (rows * columns) as u64 * item;
+        let bytes_of = |wanted: &[LargeArray]| -> u64 {
+            let chosen = self.arrays.iter().filter(|a| wanted.contains(&a.0));
+            chosen.map(size).sum()
+        };
+        let mut stages = Vec::new();
+        if self.transforms_time() {
+            stages.push(PlannedStage {
+                stage: "along time",
+                transforms: (nx * self.segments.count()) as u64,
+                length: self.conventions.padded_time,
+                bytes_read: field_bytes,
+                bytes_written: if results.spacetime {
+                    between
+                } else {
+                    bytes_of(&[LargeArray::TemporalSpectrum])
+                },
+            });
+        }
+        stages.push(PlannedStage {
+            stage: "along space",
+            transforms: if self.transforms_space() {
+                nt as u64
+            } else {
+                0
+            },
+            length: if self.transforms_space() {
+                self.conventions.padded_space
+            } else {
+                0
+            },
+            bytes_read: field_bytes,
+            bytes_written: bytes_of(&[
+                LargeArray::SpatialSpectrum,
+                LargeArray::KineticFluxSurrogate,
+            ]),
+        });
+        if results.spacetime {
+            stages.push(PlannedStage {
+                stage: "space-time",
+                transforms: self.between_rows() as u64,
+                length: self.conventions.padded_space,
+                bytes_read: between,
+                bytes_written: bytes_of(&[
+                    LargeArray::SpacetimeSpectrum,
+                    LargeArray::TemporalSpectrum,
+                ]),
+            });
+        }
+        self.stages = stages;
+    }
+}
+
+fn shifted(axis: &Axis, by: usize) -> Axis {
+    Axis {
+        origin: axis.at(by),
+        ..axis.clone()
+    }
+}
