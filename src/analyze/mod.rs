@@ -2,6 +2,8 @@
 
 mod between;
 mod columns;
+pub(crate) mod labels;
+mod maps;
 mod observer;
 mod plan;
 mod request;

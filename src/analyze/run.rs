@@ -4,6 +4,7 @@ use std::time::Instant;
 
 use super::between::Between;
 use super::columns::{self, Columns};
+use super::maps::Maps;
 use super::plan::{Plan, plan};
 use super::request::{Precision, Request};
 use super::result::*;
@@ -12,7 +13,7 @@ use super::sink::{Collect, LargeArray, Sink, Spectra};
 use super::spacetime::{self, ByDirection};
 use super::warning::Warning;
 use super::{Observer, Silent, short_time};
-use crate::diagnostics::{Findings, MapBuilder, Row, edge_of, findings};
+use crate::diagnostics::{Findings, Row, edge_of, findings};
 use crate::error::{Error, Result};
 use crate::field::{Field, Quantity};
 use crate::prepare::Prepared;
@@ -325,84 +326,6 @@ fn direction(plan: &Plan, by: &[ByDirection]) -> Direction {
 fn shares(by: &[ByDirection]) -> [Vec<f64>; 2] {
     let share = |part: fn(&ByDirection) -> f64| by.iter().map(|b| part(b) / b.total()).collect();
     [share(|b| b.toward_plus_x), share(|b| b.toward_minus_x)]
-}
-
-/// Labels of the maps, from one place.
-struct Maps<'a> {
-    field: &'a Field,
-    plan: &'a Plan,
-}
-
-impl Maps<'_> {
-    fn finish(&self, map: MapBuilder, label: String, y: Side, x: Side) -> Map {
-        let axes = &self.plan.axes;
-        let frequency_step = axes.frequency.get(1).copied().unwrap_or(1.0);
-        let wavenumber_step = axes.wavenumber.get(1).copied().unwrap_or(1.0);
-        let describe = |side: Side| match side {
-            Side::Time => (axes.time_label(), axes.time.origin, axes.time.step),
-            Side::Space => (axes.position_label(), axes.space.origin, axes.space.step),
-            Side::Frequency => (
-                format!("frequency ({})", axes.frequency_unit()),
-                0.0,
-                frequency_step,
-            ),
-            Side::Wavenumber => (
-                format!("wavenumber ({})", axes.wavenumber_unit()),
-                0.0,
-                wavenumber_step,
-            ),
-            Side::SignedWavenumber => (
-                format!("wavenumber ({})", axes.wavenumber_unit()),
-                axes.wavenumber_signed[0],
-                wavenumber_step,
-            ),
-        };
-        let ((y_label, y0, dy), (x_label, x0, dx)) = (describe(y), describe(x));
-        map.finish(label, (&y_label, y0, dy), (&x_label, x0, dx))
-    }
-
-    fn field(&self, map: MapBuilder) -> Map {
-        let name = format!("{:?}", self.field.quantity).to_lowercase();
-        let unit = self.field.unit.as_deref();
-        let label = unit.map_or(name.clone(), |u| format!("{name} ({u})"));
-        self.finish(map, label, Side::Time, Side::Space)
-    }
-
-    fn temporal(&self, map: MapBuilder) -> Map {
-        let label = self.plan.spectrum_label("S(f, x)");
-        self.finish(map, label, Side::Frequency, Side::Space)
-    }
-
-    fn spatial(&self, map: MapBuilder) -> Map {
-        let label = self.plan.spectrum_label("S(k, t)");
-        self.finish(map, label, Side::Time, Side::Wavenumber)
-    }
-
-    fn spacetime(&self, map: MapBuilder) -> Map {
-        let label = self.plan.spectrum_label("S(k, f)");
-        self.finish(map, label, Side::Frequency, Side::SignedWavenumber)
-    }
-
-    fn flux(&self, map: MapBuilder) -> Map {
-        let label = "kinetic flux surrogate (per unit mass)".into();
-        self.finish(map, label, Side::Time, Side::Wavenumber)
-    }
-}
-
-#[derive(Clone, Copy)]
-enum Side {
-    Time,
-    Space,
-    Frequency,
-    Wavenumber,
-    SignedWavenumber,
-}
-
-impl Plan {
-    fn spectrum_label(&self, symbol: &str) -> String {
-        let scaling = format!("{:?}", self.request.scaling).to_lowercase();
-        format!("{symbol}, {scaling}")
-    }
 }
 
 /// Times the stages.

@@ -1,0 +1,83 @@
+//! Maps finished: the arrays reduced by the passes get their axes and labels.
+
+use super::labels::{self, Power};
+use super::plan::Plan;
+use super::result::Map;
+use crate::diagnostics::MapBuilder;
+use crate::field::Field;
+
+/// What the labels are made of.
+pub(super) struct Maps<'a> {
+    pub field: &'a Field,
+    pub plan: &'a Plan,
+}
+
+/// An axis of a map.
+#[derive(Clone, Copy)]
+enum Side {
+    Time,
+    Space,
+    Frequency,
+    Wavenumber,
+    SignedWavenumber,
+}
+
+impl Maps<'_> {
+    pub fn field(&self, map: MapBuilder) -> Map {
+        let name = labels::quantity(self.field.quantity);
+        let label = match self.field.unit.as_deref() {
+            Some(unit) => format!("{name} ({unit})"),
+            None => name.into(),
+        };
+        self.finish(map, label, Side::Time, Side::Space)
+    }
+
+    pub fn temporal(&self, map: MapBuilder) -> Map {
+        let label = self.power().over_frequency(&self.plan.axes);
+        self.finish(map, label, Side::Frequency, Side::Space)
+    }
+
+    pub fn spatial(&self, map: MapBuilder) -> Map {
+        let label = self.power().over_wavenumber(&self.plan.axes);
+        self.finish(map, label, Side::Time, Side::Wavenumber)
+    }
+
+    pub fn spacetime(&self, map: MapBuilder) -> Map {
+        let label = self.power().over_both(&self.plan.axes);
+        self.finish(map, label, Side::Frequency, Side::SignedWavenumber)
+    }
+
+    pub fn flux(&self, map: MapBuilder) -> Map {
+        let label = "kinetic flux surrogate (per unit mass)".into();
+        self.finish(map, label, Side::Time, Side::Wavenumber)
+    }
+
+    fn power(&self) -> Power<'_> {
+        Power {
+            scaling: self.plan.request.scaling,
+            unit: self.field.unit.as_deref(),
+        }
+    }
+
+    fn finish(&self, map: MapBuilder, label: String, y: Side, x: Side) -> Map {
+        let ((y_label, y0, dy), (x_label, x0, dx)) = (self.axis(y), self.axis(x));
+        map.finish(label, (&y_label, y0, dy), (&x_label, x0, dx))
+    }
+
+    /// Label, first coordinate and step.
+    fn axis(&self, side: Side) -> (String, f64, f64) {
+        let axes = &self.plan.axes;
+        let step = |bins: &[f64]| bins.get(1).copied().unwrap_or(1.0);
+        match side {
+            Side::Time => (labels::time(axes), axes.time.origin, axes.time.step),
+            Side::Space => (labels::position(axes), axes.space.origin, axes.space.step),
+            Side::Frequency => (labels::frequency(axes), 0.0, step(&axes.frequency)),
+            Side::Wavenumber => (labels::wavenumber(axes), 0.0, step(&axes.wavenumber)),
+            Side::SignedWavenumber => (
+                labels::wavenumber(axes),
+                axes.wavenumber_signed[0],
+                step(&axes.wavenumber),
+            ),
+        }
+    }
+}
