@@ -181,16 +181,9 @@ fn degenerate_results_are_drawn_without_panic() {
     }
 }
 
-#[test]
-fn large_noisy_results_stay_small_files() {
-    let mut analysis = figures_common::field_only();
-    let noise = |i: usize, j: usize| ((i * 7919 + j * 104_729) as f64).sin() * 43_758.545_3 % 1.0;
-    analysis.field_map.values =
-        ndarray::Array2::from_shape_fn((1500, 1500), |(i, j)| noise(i, j) as f32);
-    let n = 200_000;
-    let curve: Vec<f64> = (0..n).map(|m| noise(m, 1)).collect();
-    analysis.axes.n_times = n;
-    analysis.along_time = Some(cascade::analyze::Moments {
+fn noisy(n: usize, value: impl Fn(usize) -> f64) -> cascade::analyze::Moments {
+    let curve: Vec<f64> = (0..n).map(value).collect();
+    cascade::analyze::Moments {
         centroid: curve.clone(),
         median: curve.clone(),
         quantile_90: curve.clone(),
@@ -198,11 +191,25 @@ fn large_noisy_results_stay_small_files() {
         high_share: curve.clone(),
         energy: curve.iter().map(|value| value * value).collect(),
         ..Default::default()
-    });
-    for figure in [
-        plot::space_time(&analysis),
-        plot::along_t(&analysis).unwrap(),
-    ] {
+    }
+}
+
+#[test]
+fn large_noisy_results_stay_small_files() {
+    let mut analysis = figures_common::field_only();
+    let noise = |i: usize, j: usize| ((i * 7919 + j * 104_729) as f64).sin() * 43_758.545_3 % 1.0;
+    analysis.field_map.values =
+        ndarray::Array2::from_shape_fn((1500, 1500), |(i, j)| noise(i, j) as f32);
+    let mut figures = vec![plot::space_time(&analysis)];
+    for (n, gap_every) in [(200_000, usize::MAX), (200_000, 3), (4000, 2), (2000, 2)] {
+        analysis.axes.n_times = n;
+        analysis.along_time = Some(noisy(n, |m| match (m + 1) % gap_every {
+            0 => f64::NAN,
+            _ => noise(m, 1),
+        }));
+        figures.extend(plot::along_t(&analysis));
+    }
+    for figure in figures {
         let bytes = figure.encode(Format::Svg).unwrap();
         assert!(
             bytes.len() < 500_000,
