@@ -181,6 +181,34 @@ fn degenerate_results_are_drawn_without_panic() {
     }
 }
 
+#[test]
+fn the_note_states_the_whole_reduction() {
+    let mut analysis = figures_common::full();
+    let text = |figure: Option<plot::Figure>| {
+        let bytes = figure.unwrap().encode(Format::Svg).unwrap();
+        well_formed(&String::from_utf8(bytes).unwrap())
+    };
+    // The map holds 8 samples a row; 400 by 300 cells are drawn as they are.
+    let note = "value of largest magnitude among up to 8 (vertical) × 1 (horizontal) samples";
+    let field = text(Some(plot::space_time(&analysis)));
+    assert!(field.contains(note), "{field}");
+    // 1500 by 1500 cells are drawn as 400 by 600.
+    analysis.field_map.values = ndarray::Array2::zeros((1500, 1500));
+    let note = "value of largest magnitude among up to 32 (vertical) × 3 (horizontal) samples";
+    let field = text(Some(plot::space_time(&analysis)));
+    assert!(field.contains(note), "{field}");
+
+    assert!(!text(plot::short_time(&analysis)).contains("each cell"));
+    for spectrum in &mut analysis.short_time.as_mut().unwrap().spectra {
+        spectrum.values = ndarray::Array2::ones((150, 2000));
+    }
+    let short = text(plot::short_time(&analysis));
+    assert!(
+        short.contains("each cell: largest value among up to"),
+        "{short}"
+    );
+}
+
 fn noisy(n: usize, value: impl Fn(usize) -> f64) -> cascade::analyze::Moments {
     let curve: Vec<f64> = (0..n).map(value).collect();
     cascade::analyze::Moments {
