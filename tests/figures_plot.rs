@@ -209,6 +209,25 @@ fn the_note_states_the_whole_reduction() {
     );
 }
 
+#[test]
+fn labels_beside_low_panels_stay_legible() {
+    let mut analysis = figures_common::full();
+    analysis.unit = None;
+    let bytes = plot::along_x(&analysis)
+        .unwrap()
+        .encode(Format::Svg)
+        .unwrap();
+    let svg = String::from_utf8(bytes).unwrap();
+    let size = |text: &str| -> f64 {
+        let line = svg.lines().find(|line| line.contains(text)).unwrap();
+        let rest = line.split("font-size=\"").nth(1).unwrap();
+        rest.split('"').next().unwrap().parse().unwrap()
+    };
+    for text in [">frequency (Hz)<", ">energy<", ">(field unit² s)<"] {
+        assert!(size(text) > 17.0, "{text}: {}", size(text));
+    }
+}
+
 fn noisy(n: usize, value: impl Fn(usize) -> f64) -> cascade::analyze::Moments {
     let curve: Vec<f64> = (0..n).map(value).collect();
     cascade::analyze::Moments {

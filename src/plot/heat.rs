@@ -3,7 +3,7 @@
 use ndarray::{Array2, ArrayView2, s};
 
 use super::font;
-use super::panel::{LABEL_SIZE, Panel, TICK_SIZE, vertical_text};
+use super::panel::{Panel, Side, TICK_SIZE, label_upright};
 use super::scale::{NO_VALUE, Scale};
 use super::scene::{Anchor, FAINT, INK, Image, Mark, Rect, Scene, Text};
 
@@ -136,8 +136,8 @@ pub(super) fn colour_bar(
     }
     let label = scale.label(quantity);
     let middle = (rect.top + rect.bottom) / 2.0;
-    let size = font::fit(&label, LABEL_SIZE, rect.height() + 20.0);
-    vertical_text(scene, &label, (rect.right + 32.0 + widest, middle), size);
+    let at = (rect.right + 32.0 + widest, middle);
+    label_upright(scene, &label, at, rect.height() + 20.0, Side::Right);
     if some_missing {
         explain_missing(scene, rect);
     }
