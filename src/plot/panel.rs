@@ -58,7 +58,8 @@ impl Panel {
     }
 
     fn ticks_y(&self, axis: &Axis) -> Vec<(f64, Tick)> {
-        let count = (self.rect.height() / 55.0).max(2.0) as usize;
+        let spacing = if axis.log { 40.0 } else { 55.0 };
+        let count = (self.rect.height() / spacing).max(2.0) as usize;
         let to_pixel = |v| {
             let share = axis.share(v)?;
             Some(self.rect.bottom - share * self.rect.height())
