@@ -78,8 +78,8 @@ pub enum Error {
     Threads { threads: usize, reason: String },
 
     /// A figure could not be drawn.
-    #[error("cannot draw {}: {reason}", path.display())]
-    Draw { path: PathBuf, reason: String },
+    #[error("cannot draw {figure}: {reason}")]
+    Draw { figure: String, reason: String },
 
     /// The observer asked to stop.
     #[error("cancelled; nothing was written")]

@@ -12,6 +12,9 @@ pub(super) const PURPLE: Color = [0xcc, 0x79, 0xa7];
 
 const WIDTH: f64 = 2.4;
 
+/// Samples from which on a curve has more of them than pixels, and is thinned.
+const DENSE: usize = 2000;
+
 /// A named curve; gaps are where either coordinate cannot be placed.
 pub(super) struct Curve<'a> {
     pub label: &'a str,
@@ -20,52 +23,88 @@ pub(super) struct Curve<'a> {
     pub y: &'a [f64],
 }
 
+/// A sample in the figure, and how many before it have no place.
+#[derive(Debug, Clone, Copy, PartialEq)]
+struct Placed {
+    at: (f64, f64),
+    missing: usize,
+}
+
 impl Curve<'_> {
     pub fn draw(&self, scene: &mut Scene, panel: &Panel) {
-        let mut run = Vec::new();
+        let mut missing = 0;
+        let mut placed = Vec::new();
         for (&x, &y) in self.x.iter().zip(self.y) {
             match (panel.place_x(x), panel.place_y(y)) {
-                (Some(x), Some(y)) => run.push((x, y)),
-                _ => self.draw_run(scene, std::mem::take(&mut run)),
+                (Some(x), Some(y)) => placed.push(Placed {
+                    at: (x, y),
+                    missing,
+                }),
+                _ => missing += 1,
             }
         }
-        self.draw_run(scene, run);
+        for run in runs(placed, self.x.len() >= DENSE) {
+            self.draw_run(scene, run);
+        }
     }
 
+    /// A line, or a dot for what is too short to be seen as one.
     fn draw_run(&self, scene: &mut Scene, run: Vec<(f64, f64)>) {
-        match run[..] {
-            [] => {}
-            [(x, y)] => scene.fill(
-                Rect {
-                    left: x - 3.0,
-                    top: y - 3.0,
-                    right: x + 3.0,
-                    bottom: y + 3.0,
-                },
-                self.color,
-            ),
-            _ => scene.line(thin(run), self.color, WIDTH),
+        let Some(&(x, y)) = run.first() else {
+            return;
+        };
+        if run
+            .iter()
+            .all(|p| (p.0 - x).abs().max((p.1 - y).abs()) < 1.0)
+        {
+            let dot = Rect {
+                left: x - 3.0,
+                top: y - 3.0,
+                right: x + 3.0,
+                bottom: y + 3.0,
+            };
+            scene.fill(dot, self.color);
+        } else {
+            scene.line(run, self.color, WIDTH);
         }
     }
 }
 
-/// Keeps, of the points that share a pixel column (or, for curves along the vertical, a pixel
-/// row), the first, the two extremes and the last: the drawn curve stays the same.
-fn thin(run: Vec<(f64, f64)>) -> Vec<(f64, f64)> {
-    if run.len() < 2000 {
-        return run;
-    }
-    let extent = |part: fn(&(f64, f64)) -> f64| {
-        let (first, last) = (part(&run[0]), part(&run[run.len() - 1]));
-        (last - first).abs()
+/// The unbroken parts of a curve, in order.
+///
+/// Of a dense one, only the first, the two extremes and the last of the samples in a pixel column
+/// (or, for curves along the vertical, a pixel row) are kept, which looks the same; and a gap is
+/// one where a whole column is empty.
+fn runs(placed: Vec<Placed>, dense: bool) -> Vec<Vec<(f64, f64)>> {
+    let extent = |part: fn(&Placed) -> f64| match placed[..] {
+        [ref first, .., ref last] => (part(last) - part(first)).abs(),
+        _ => 0.0,
     };
-    let upright = extent(|p| p.1) > extent(|p| p.0);
-    let main = |p: &(f64, f64)| if upright { p.1 } else { p.0 };
-    let cross = |p: &(f64, f64)| if upright { p.0 } else { p.1 };
+    let upright = extent(|p| p.at.1) > extent(|p| p.at.0);
+    let column = |p: &Placed| if upright { p.at.1 } else { p.at.0 }.floor();
+    let value = |p: &Placed| if upright { p.at.0 } else { p.at.1 };
+    let kept = match dense {
+        true => thin(&placed, column, value),
+        false => placed,
+    };
+    let joined = |a: &Placed, b: &Placed| {
+        a.missing == b.missing || (dense && (column(b) - column(a)).abs() <= 1.0)
+    };
+    kept.chunk_by(joined)
+        .map(|run| run.iter().map(|p| p.at).collect())
+        .collect()
+}
+
+fn thin(
+    placed: &[Placed],
+    column: impl Fn(&Placed) -> f64,
+    value: impl Fn(&Placed) -> f64,
+) -> Vec<Placed> {
     let mut kept = Vec::new();
-    for group in run.chunk_by(|a, b| main(a).floor() == main(b).floor()) {
-        let least = (0..group.len()).min_by(|&a, &b| cross(&group[a]).total_cmp(&cross(&group[b])));
-        let most = (0..group.len()).max_by(|&a, &b| cross(&group[a]).total_cmp(&cross(&group[b])));
+    for group in placed.chunk_by(|a, b| column(a) == column(b)) {
+        let by_value = |&a: &usize, &b: &usize| value(&group[a]).total_cmp(&value(&group[b]));
+        let least = (0..group.len()).min_by(by_value);
+        let most = (0..group.len()).max_by(by_value);
         let mut indices: Vec<usize> = [Some(0), least, most, Some(group.len() - 1)]
             .into_iter()
             .flatten()
@@ -111,3 +150,59 @@ fn inside(y: f64, panel: &Panel) -> bool {
 
 /// Colour of level lines among curves.
 pub(super) const LEVEL: Color = FAINT;
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Every sample of a wave of `n` that `missing` does not leave out, over 1000 pixels.
+    fn wave(n: usize, missing: impl Fn(usize) -> bool) -> Vec<Placed> {
+        let mut gaps = 0;
+        let mut placed = Vec::new();
+        for m in 0..n {
+            let x = 1000.0 * m as f64 / n as f64;
+            match missing(m) {
+                true => gaps += 1,
+                false => placed.push(Placed {
+                    at: (x, (0.1 * x).sin()),
+                    missing: gaps,
+                }),
+            }
+        }
+        placed
+    }
+
+    #[test]
+    fn sparse_curves_show_each_gap() {
+        let whole = runs(wave(200, |m| m == 50), false);
+        assert_eq!(whole.iter().map(Vec::len).collect::<Vec<_>>(), [50, 149]);
+    }
+
+    #[test]
+    fn dense_curves_show_gaps_of_a_pixel_and_more() {
+        let runs = runs(
+            wave(100_000, |m| m % 2 == 1 || (500..900).contains(&m)),
+            true,
+        );
+        assert_eq!(runs.len(), 2);
+        assert!(runs.iter().map(Vec::len).sum::<usize>() <= 4000);
+        let last = runs[0].last().expect("a run has points");
+        assert!(last.0 < 5.0 && runs[1][0].0 >= 9.0);
+    }
+
+    #[test]
+    fn thousands_of_gaps_make_no_thousands_of_lines() {
+        for n in [2000, 3000, 10_000] {
+            for period in [2, 3, 7, 20] {
+                let runs = runs(wave(n, |m| m % period == 0), true);
+                assert!(runs.len() <= 500, "{n} by {period}: {}", runs.len());
+            }
+        }
+    }
+
+    #[test]
+    fn nothing_to_draw_is_no_run() {
+        assert!(runs(Vec::new(), true).is_empty());
+        assert!(runs(Vec::new(), false).is_empty());
+    }
+}

@@ -5,7 +5,7 @@ use super::curve::{self, BLUE, Curve, VERMILLION};
 use super::labels;
 use super::panel::{self, Panel};
 use super::scale::Scale;
-use super::scene::{Anchor, FAINT, INK, Mark, Rect, Scene, Text};
+use super::scene::{Anchor, INK, Rect, Scene};
 use super::{Figure, heat};
 use crate::analyze::{Analysis, BandEdge, Map, Reduction};
 
@@ -102,7 +102,7 @@ impl Sheet {
     }
 
     fn draw_map(&mut self, map: &Map, scale: Scale) {
-        heat::draw(&mut self.scene, &self.panel, map.values.view(), &scale);
+        let cell = heat::draw(&mut self.scene, &self.panel, map.values.view(), &scale);
         self.panel.draw_axes(&mut self.scene);
         let bar = Rect {
             left: RIGHT + 28.0,
@@ -111,16 +111,11 @@ impl Sheet {
         };
         let missing = map.values.iter().any(|v| !v.is_finite());
         heat::colour_bar(&mut self.scene, bar, &scale, &map.label, missing);
-        if let Some(text) = reduction_note(map.reduction) {
-            self.scene.marks.push(Mark::Text(Text {
-                text,
-                at: (f64::from(WIDTH) - 30.0, f64::from(HEIGHT) - 18.0),
-                size: 13.0,
-                color: FAINT,
-                anchor: Anchor::End,
-                vertical: false,
-            }));
-        }
+        let (what, rows, columns) = match map.reduction {
+            Reduction::Max { rows, columns } => ("largest value", rows, columns),
+            Reduction::Extreme { rows, columns } => ("value of largest magnitude", rows, columns),
+        };
+        heat::reduction_note(&mut self.scene, what, (rows * cell.0, columns * cell.1));
     }
 
     fn mark_frequency_edge(&mut self, edge: Option<BandEdge>) {
@@ -205,13 +200,4 @@ impl Sheet {
             scene: self.scene,
         }
     }
-}
-
-fn reduction_note(reduction: Reduction) -> Option<String> {
-    let (what, rows, columns) = match reduction {
-        Reduction::Max { rows, columns } => ("largest value", rows, columns),
-        Reduction::Extreme { rows, columns } => ("value of largest magnitude", rows, columns),
-    };
-    (rows * columns > 1)
-        .then(|| format!("each cell: {what} of {rows} (vertical) × {columns} (horizontal) samples"))
 }

@@ -3,11 +3,16 @@
 use std::sync::OnceLock;
 
 use ab_glyph::{Font, FontRef, InvalidFont, OutlineCurve};
+use plotters_backend::text_anchor::VPos;
 
 static BYTES: &[u8] = include_bytes!("../../assets/fonts/DejaVuSans.ttf");
 
 /// Height of a digit over the em.
-pub(super) const CAP_HEIGHT: f64 = 0.729;
+const CAP_HEIGHT: f64 = 0.729;
+
+/// Reach of the tallest letters above, and of the deepest below the baseline, over the em.
+const ASCENT: f64 = 0.76;
+const DESCENT: f64 = 0.24;
 
 /// A glyph's closed contours, in units of the em, y upwards.
 pub(super) struct Glyph {
@@ -60,6 +65,15 @@ pub(super) fn width(text: &str, size: f64) -> f64 {
         Err(_) => 0.6,
     };
     text.chars().map(advance).sum::<f64>() * size
+}
+
+/// How far below the anchor of a text its baseline lies; the middle is that of a digit.
+pub(super) fn baseline(anchor: VPos, size: f64) -> f64 {
+    size * match anchor {
+        VPos::Top => ASCENT,
+        VPos::Center => CAP_HEIGHT / 2.0,
+        VPos::Bottom => -DESCENT,
+    }
 }
 
 /// The largest size up to `size` at which `text` fits into `room`, but not below 11 pixels.

@@ -3,15 +3,22 @@
 use ndarray::{Array2, ArrayView2, s};
 
 use super::font;
-use super::panel::{LABEL_SIZE, Panel, TICK_SIZE, vertical_text};
+use super::panel::{Panel, Side, TICK_SIZE, label_upright};
 use super::scale::{NO_VALUE, Scale};
-use super::scene::{Anchor, INK, Image, Mark, Rect, Scene};
+use super::scene::{Anchor, FAINT, INK, Image, Mark, Rect, Scene, Text};
 
 /// Most rows and columns of cells in a picture, so that an SVG of noise stays below 500 kB.
 const MOST_CELLS: (usize, usize) = (400, 600);
 
 /// Draws `values` (row 0 at the bottom) over the whole panel.
-pub(super) fn draw<T>(scene: &mut Scene, panel: &Panel, values: ArrayView2<T>, scale: &Scale)
+///
+/// Returns how many rows and columns of values a cell of the picture stands for, at most.
+pub(super) fn draw<T>(
+    scene: &mut Scene,
+    panel: &Panel,
+    values: ArrayView2<T>,
+    scale: &Scale,
+) -> (usize, usize)
 where
     T: Copy + Into<f64>,
 {
@@ -20,7 +27,7 @@ where
     let blocks = block_extremes(values, most_rows, most_columns);
     let (rows, columns) = blocks.dim();
     if rows == 0 || columns == 0 {
-        return;
+        return (1, 1);
     }
     scene.marks.push(Mark::Image(Image {
         at: panel.rect,
@@ -34,6 +41,30 @@ where
             .flat_map(|row| row.to_vec())
             .map(|value| scale.index(value))
             .collect(),
+    }));
+    (
+        values.nrows().div_ceil(rows),
+        values.ncols().div_ceil(columns),
+    )
+}
+
+/// At the lower right of the figure, `what` of how many samples each cell shows, if of several.
+pub(super) fn reduction_note(scene: &mut Scene, what: &str, (rows, columns): (usize, usize)) {
+    if rows * columns <= 1 {
+        return;
+    }
+    scene.marks.push(Mark::Text(Text {
+        text: format!(
+            "each cell: {what} among up to {rows} (vertical) × {columns} (horizontal) samples"
+        ),
+        at: (
+            f64::from(scene.width) - 30.0,
+            f64::from(scene.height) - 18.0,
+        ),
+        size: 13.0,
+        color: FAINT,
+        anchor: Anchor::End,
+        vertical: false,
     }));
 }
 
@@ -105,8 +136,8 @@ pub(super) fn colour_bar(
     }
     let label = scale.label(quantity);
     let middle = (rect.top + rect.bottom) / 2.0;
-    let size = font::fit(&label, LABEL_SIZE, rect.height() + 20.0);
-    vertical_text(scene, &label, (rect.right + 32.0 + widest, middle), size);
+    let at = (rect.right + 32.0 + widest, middle);
+    label_upright(scene, &label, at, rect.height() + 20.0, Side::Right);
     if some_missing {
         explain_missing(scene, rect);
     }

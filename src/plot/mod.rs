@@ -1,15 +1,18 @@
 //! Figures from results, as PNG and SVG; computes nothing.
 //!
 //! Each figure is a function of an [`Analysis`] that draws what it holds, or `None` where the
-//! result was not asked for. [`draw_all`] draws and writes every one of them.
+//! result was not asked for. [`draw_all`] draws and writes every one of them. They are drawn by
+//! [`plotters`] on a [`Canvas`], which takes charts of one's own as well.
 
 mod axis;
 mod bitmap;
+mod canvas;
 mod curve;
 mod figures;
 mod font;
 mod heat;
 pub(crate) mod labels;
+mod painter;
 mod panel;
 mod redistribution;
 mod scale;
@@ -23,9 +26,11 @@ use std::path::{Path, PathBuf};
 
 use rayon::prelude::*;
 
+pub use canvas::{Area, Canvas, Surface, px, sans};
 pub use figures::{
     flux_surrogate, space_time, spacetime_spectrum, spatial_spectrum, temporal_spectrum,
 };
+pub use plotters;
 pub use redistribution::{along_t, along_x};
 pub use short::{short_space, short_time};
 
@@ -71,14 +76,10 @@ impl Figure {
     /// # Errors
     /// [`Error::Draw`] if the figure cannot be painted or encoded.
     pub fn encode(&self, format: Format) -> Result<Vec<u8>> {
-        match format {
-            Format::Png => bitmap::png(&self.scene),
-            Format::Svg => svg::svg(&self.scene).map(String::into_bytes),
-        }
-        .map_err(|reason| Error::Draw {
-            path: self.file_name(format),
-            reason,
-        })
+        let scene = &self.scene;
+        let canvas = Canvas::new(&scene.title, scene.width, scene.height, format)?;
+        scene.draw(&canvas.area())?;
+        canvas.encode()
     }
 
     /// Writes `<dir>/<name>.<extension>`, whole or not at all, and returns its path.

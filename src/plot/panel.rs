@@ -58,7 +58,8 @@ impl Panel {
     }
 
     fn ticks_y(&self, axis: &Axis) -> Vec<(f64, Tick)> {
-        let count = (self.rect.height() / 55.0).max(2.0) as usize;
+        let spacing = if axis.log { 40.0 } else { 55.0 };
+        let count = (self.rect.height() / spacing).max(2.0) as usize;
         let to_pixel = |v| {
             let share = axis.share(v)?;
             Some(self.rect.bottom - share * self.rect.height())
@@ -129,7 +130,7 @@ impl Panel {
             }
         }
         if self.names_y {
-            self.label_along(scene, &self.y.title(), label_at);
+            self.label_along(scene, &self.y.title(), label_at, Side::Left);
         }
     }
 
@@ -141,26 +142,55 @@ impl Panel {
             scene.line(vec![(right, y), (right + TICK_LENGTH, y)], INK, 1.0);
             scene.text(tick.text, (right + 13.0, y), TICK_SIZE, Anchor::Start);
         }
-        self.label_along(scene, &axis.title(), label_at);
+        self.label_along(scene, &axis.title(), label_at, Side::Right);
     }
 
-    fn label_along(&self, scene: &mut Scene, label: &str, x: f64) {
+    fn label_along(&self, scene: &mut Scene, label: &str, x: f64, side: Side) {
         let middle = (self.rect.top + self.rect.bottom) / 2.0;
-        let size = font::fit(label, LABEL_SIZE, self.rect.height() + 20.0);
-        vertical_text(scene, label, (x, middle), size);
+        label_upright(scene, label, (x, middle), self.rect.height() + 20.0, side);
     }
 }
 
-/// Text that reads upwards, centred on `at`.
-pub(super) fn vertical_text(scene: &mut Scene, text: &str, at: (f64, f64), size: f64) {
-    scene.marks.push(Mark::Text(Text {
-        text: text.into(),
-        at,
-        size,
-        color: INK,
-        anchor: Anchor::Middle,
-        vertical: true,
-    }));
+/// Where a label stands beside what it names.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(super) enum Side {
+    Left,
+    Right,
+}
+
+/// A label that reads upwards, centred on `at`; where that is too long for `room`, in two lines,
+/// the name and what stands in brackets, the second further out than `at`.
+pub(super) fn label_upright(
+    scene: &mut Scene,
+    label: &str,
+    (x, middle): (f64, f64),
+    room: f64,
+    side: Side,
+) {
+    let fits = font::width(label, LABEL_SIZE) <= room;
+    let lines = match label.find(" (").filter(|_| !fits) {
+        Some(at) => vec![label[..at].trim_end(), &label[at + 1..]],
+        None => vec![label],
+    };
+    let size = lines
+        .iter()
+        .map(|line| font::fit(line, LABEL_SIZE, room))
+        .fold(LABEL_SIZE, f64::min);
+    let spacing = 1.2 * LABEL_SIZE;
+    let first = match side {
+        Side::Left => (x - spacing * (lines.len() - 1) as f64).max(0.6 * LABEL_SIZE),
+        Side::Right => x,
+    };
+    for (index, line) in lines.into_iter().enumerate() {
+        scene.marks.push(Mark::Text(Text {
+            text: line.into(),
+            at: (first + spacing * index as f64, middle),
+            size,
+            color: INK,
+            anchor: Anchor::Middle,
+            vertical: true,
+        }));
+    }
 }
 
 /// Text on a picture, on a white ground of its own.

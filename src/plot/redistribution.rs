@@ -106,7 +106,7 @@ impl Sheet<'_> {
             .copied()
             .chain(edge);
         let y = Axis::around(&self.content_label, all).with_second(self.second.clone());
-        let mut panel = self.panel(110.0, 430.0, y);
+        let mut panel = self.panel(110.0, 410.0, y);
         panel.names_x = false;
         let curves = [
             self.curve("90 % of the energy lies below", VERMILLION, quantile_90),
@@ -129,7 +129,7 @@ impl Sheet<'_> {
         } = self.moments;
         let all = [low_share, high_share].into_iter().flatten().copied();
         let y = Axis::around("share of energy", all.chain([1.0]));
-        let mut panel = self.panel(490.0, 690.0, y);
+        let mut panel = self.panel(470.0, 655.0, y);
         panel.names_x = false;
         let curves = [
             self.curve("low band (up to the edge)", BLUE, low_share),
@@ -141,7 +141,7 @@ impl Sheet<'_> {
     fn draw_energy(&self, scene: &mut Scene) {
         let energy = &self.moments.energy;
         let y = Axis::log_around(&self.energy_label, energy.iter().copied());
-        let panel = self.panel(750.0, 910.0, y);
+        let panel = self.panel(715.0, 910.0, y);
         let label = format!(
             "energy of each {} (integral of its spectrum), log scale",
             self.row_label

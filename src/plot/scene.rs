@@ -1,4 +1,14 @@
-//! A figure as marks in design pixels, before any file format.
+//! A figure as marks in design pixels, before any file format; `plotters` draws them.
+
+use plotters::drawing::DrawingAreaErrorKind;
+use plotters::element::{Drawable, PathElement, PointCollection, Rectangle, Text as Label};
+use plotters::style::text_anchor::{HPos, Pos, VPos};
+use plotters::style::{Color as _, FontTransform, RGBColor, TextStyle};
+use plotters_backend::{BackendCoord, DrawingErrorKind};
+
+use super::canvas::{Area, Surface, place, px, sans};
+use super::painter::Raster;
+use crate::Error;
 
 /// Red, green, blue.
 pub(crate) type Color = [u8; 3];
@@ -24,6 +34,10 @@ impl Rect {
     pub fn height(&self) -> f64 {
         self.bottom - self.top
     }
+
+    fn corners(&self) -> [BackendCoord; 2] {
+        [(self.left, self.top), (self.right, self.bottom)].map(place)
+    }
 }
 
 /// A raster of palette indices, stretched over `at`; row 0 is at the top.
@@ -34,6 +48,36 @@ pub(super) struct Image {
     pub rows: usize,
     pub palette: Vec<Color>,
     pub cells: Vec<u8>,
+}
+
+impl<'a> PointCollection<'a, BackendCoord> for &'a Image {
+    type Point = BackendCoord;
+    type IntoIter = [BackendCoord; 2];
+
+    fn point_iter(self) -> Self::IntoIter {
+        self.at.corners()
+    }
+}
+
+/// An element of its own, since those of `plotters` do not stretch their pixels.
+impl Drawable<Surface> for Image {
+    fn draw<I: Iterator<Item = BackendCoord>>(
+        &self,
+        mut pos: I,
+        surface: &mut Surface,
+        _: (u32, u32),
+    ) -> Result<(), DrawingErrorKind<Error>> {
+        let (Some(from), Some(to)) = (pos.next(), pos.next()) else {
+            return Ok(());
+        };
+        let raster = Raster {
+            columns: self.columns,
+            rows: self.rows,
+            palette: Some(&self.palette),
+            samples: &self.cells,
+        };
+        surface.draw_image(from, to, &raster)
+    }
 }
 
 /// Which point of a text lies at its coordinates; vertically it is always the middle.
@@ -54,6 +98,27 @@ pub(super) struct Text {
     pub anchor: Anchor,
     /// Reads from bottom to top.
     pub vertical: bool,
+}
+
+impl Text {
+    fn style(&self) -> TextStyle<'static> {
+        let turn = match self.vertical {
+            true => FontTransform::Rotate270,
+            false => FontTransform::None,
+        };
+        let across = match self.anchor {
+            Anchor::Start => HPos::Left,
+            Anchor::Middle => HPos::Center,
+            Anchor::End => HPos::Right,
+        };
+        let font = sans(self.size).transform(turn);
+        font.color(&rgb(self.color))
+            .pos(Pos::new(across, VPos::Center))
+    }
+}
+
+fn rgb([red, green, blue]: Color) -> RGBColor {
+    RGBColor(red, green, blue)
 }
 
 #[derive(Debug)]
@@ -88,6 +153,31 @@ impl Scene {
             height,
             marks: Vec::new(),
         }
+    }
+
+    /// Draws every mark as an element of `plotters`.
+    pub fn draw(&self, area: &Area) -> Result<(), DrawingAreaErrorKind<Error>> {
+        for mark in &self.marks {
+            match mark {
+                Mark::Image(image) => area.draw(image)?,
+                Mark::Line {
+                    points,
+                    color,
+                    width,
+                } => {
+                    let points: Vec<BackendCoord> = points.iter().copied().map(place).collect();
+                    let style = rgb(*color).stroke_width(px(*width));
+                    area.draw(&PathElement::new(points, style))?;
+                }
+                Mark::Fill { rect, color } => {
+                    area.draw(&Rectangle::new(rect.corners(), rgb(*color).filled()))?;
+                }
+                Mark::Text(text) => {
+                    area.draw(&Label::new(&text.text[..], place(text.at), text.style()))?;
+                }
+            }
+        }
+        Ok(())
     }
 
     pub fn line(&mut self, points: Vec<(f64, f64)>, color: Color, width: f64) {

@@ -88,9 +88,12 @@ impl Sheet<'_> {
 
         let all = self.spectra.spectra.iter().flat_map(|s| s.values.iter());
         let scale = Scale::log(all.clone().copied());
+        let mut most = (1, 1);
         for index in 0..count {
-            self.draw_one(&mut scene, &scale, (index, count), columns, tall);
+            let cell = self.draw_one(&mut scene, &scale, (index, count), columns, tall);
+            most = (most.0.max(cell.0), most.1.max(cell.1));
         }
+        heat::reduction_note(&mut scene, "largest value", most);
         let bar = Rect {
             left: WIDTH - 207.0,
             right: WIDTH - 183.0,
@@ -102,6 +105,7 @@ impl Sheet<'_> {
         Some(Figure { name, scene })
     }
 
+    /// One panel; returns how many rows and columns of values its cells stand for.
     fn draw_one(
         &self,
         scene: &mut Scene,
@@ -109,7 +113,7 @@ impl Sheet<'_> {
         (index, count): (usize, usize),
         columns: usize,
         tall: f64,
-    ) {
+    ) -> (usize, usize) {
         let spectrum = &self.spectra.spectra[index];
         let (row, column) = (index / columns, index % columns);
         let right = if self.second.is_some() {
@@ -135,11 +139,12 @@ impl Sheet<'_> {
         let mut panel = Panel::new(rect, x, y);
         panel.names_x = index + columns >= count;
         panel.names_y = column == 0;
-        heat::draw(scene, &panel, spectrum.values.view(), scale);
+        let cell = heat::draw(scene, &panel, spectrum.values.view(), scale);
         panel.draw_axes(scene);
         let text = format!("{} = {}", self.panel_label, shown(spectrum.at));
         let size = panel::TICK_SIZE;
         scene.text(text, (left, top - 16.0), size, Anchor::Start);
+        cell
     }
 }
 

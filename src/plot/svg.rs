@@ -1,77 +1,105 @@
-//! A scene as SVG: text stays text, pictures are embedded.
+//! Paints figures as SVG: text stays text, pictures are embedded.
 
 use base64::Engine;
 use base64::prelude::BASE64_STANDARD;
+use plotters_backend::BackendColor;
+use plotters_backend::text_anchor::HPos;
 
 use super::bitmap;
 use super::font;
-use super::scene::{Anchor, Color, Mark, Rect, Scene, Text};
+use super::painter::{Brush, Lettering, Painter, Point, Raster, Shape};
+use super::scene::Rect;
 
-/// The figure as an SVG document.
-pub(super) fn svg(scene: &Scene) -> Result<String, String> {
-    let (width, height) = (scene.width, scene.height);
-    let mut out = format!(
-        "<svg xmlns=\"http://www.w3.org/2000/svg\" width=\"{width}\" height=\"{height}\" \
-         viewBox=\"0 0 {width} {height}\" font-family=\"'DejaVu Sans', sans-serif\" role=\"img\">\n\
-         <title>{}</title>\n\
-         <rect width=\"100%\" height=\"100%\" fill=\"#fff\"/>\n",
-        escape(&scene.title)
-    );
-    for mark in &scene.marks {
-        out.push_str(&element(mark)?);
-        out.push('\n');
-    }
-    out.push_str("</svg>\n");
-    Ok(out)
+/// A figure as an SVG document.
+#[derive(Debug)]
+pub(super) struct Svg {
+    /// All of it but the closing tag.
+    document: String,
 }
 
-fn element(mark: &Mark) -> Result<String, String> {
-    Ok(match mark {
-        Mark::Image(image) => format!(
+impl Svg {
+    /// `None` if there is no such picture.
+    pub fn new(title: &str, width: u32, height: u32) -> Option<Self> {
+        let document = format!(
+            "<svg xmlns=\"http://www.w3.org/2000/svg\" width=\"{width}\" height=\"{height}\" \
+             viewBox=\"0 0 {width} {height}\" font-family=\"'DejaVu Sans', sans-serif\" \
+             role=\"img\">\n<title>{}</title>\n\
+             <rect width=\"100%\" height=\"100%\" fill=\"#fff\"/>\n",
+            escape(title)
+        );
+        (width > 0 && height > 0).then_some(Svg { document })
+    }
+
+    fn push(&mut self, element: &str) {
+        self.document.push_str(element);
+        self.document.push('\n');
+    }
+}
+
+impl Painter for Svg {
+    fn shape(&mut self, shape: &Shape, brush: Brush, color: BackendColor) {
+        let look = match brush {
+            Brush::Fill => ink("fill", color),
+            Brush::Stroke(width) => {
+                let stroke = ink("stroke", color);
+                format!("fill=\"none\" {stroke} stroke-width=\"{width}\"")
+            }
+        };
+        let element = match shape {
+            Shape::Path(points) => format!("<polyline {look} points=\"{}\"/>", list(points)),
+            Shape::Rect(rect) => format!("<rect {look} {}/>", place(rect)),
+            Shape::Circle { center, radius } => format!(
+                "<circle {look} cx=\"{:.1}\" cy=\"{:.1}\" r=\"{radius:.1}\"/>",
+                center.0, center.1
+            ),
+        };
+        self.push(&element);
+    }
+
+    fn text(&mut self, text: &str, at: Point, lettering: &Lettering) -> Result<(), String> {
+        let anchor = match lettering.anchor.h_pos {
+            HPos::Left => "start",
+            HPos::Center => "middle",
+            HPos::Right => "end",
+        };
+        let turn = match lettering.degrees() {
+            0 => String::new(),
+            degrees => format!(" rotate({degrees})"),
+        };
+        self.push(&format!(
+            "<text transform=\"translate({:.1} {:.1}){turn}\" y=\"{:.1}\" font-size=\"{:.1}\" \
+             text-anchor=\"{anchor}\" {}>{}</text>",
+            at.0,
+            at.1,
+            font::baseline(lettering.anchor.v_pos, lettering.size),
+            lettering.size,
+            ink("fill", lettering.color),
+            escape(text)
+        ));
+        Ok(())
+    }
+
+    fn image(&mut self, at: &Rect, raster: &Raster) -> Result<(), String> {
+        self.push(&format!(
             "<image {} preserveAspectRatio=\"none\" style=\"image-rendering:pixelated\" \
              href=\"data:image/png;base64,{}\"/>",
-            place(&image.at),
-            BASE64_STANDARD.encode(bitmap::indexed_png(image)?)
-        ),
-        Mark::Fill { rect, color } => {
-            format!("<rect {} fill=\"{}\"/>", place(rect), hex(*color))
-        }
-        Mark::Line {
-            points,
-            color,
-            width,
-        } => {
-            let points: Vec<String> = points
-                .iter()
-                .map(|(x, y)| format!("{x:.1},{y:.1}"))
-                .collect();
-            format!(
-                "<polyline fill=\"none\" stroke=\"{}\" stroke-width=\"{width}\" points=\"{}\"/>",
-                hex(*color),
-                points.join(" ")
-            )
-        }
-        Mark::Text(text) => text_element(text),
-    })
+            place(at),
+            BASE64_STANDARD.encode(bitmap::png(raster)?)
+        ));
+        Ok(())
+    }
+
+    fn encode(&self) -> Result<Vec<u8>, String> {
+        Ok(format!("{}</svg>\n", self.document).into_bytes())
+    }
 }
 
-fn text_element(text: &Text) -> String {
-    let anchor = match text.anchor {
-        Anchor::Start => "start",
-        Anchor::Middle => "middle",
-        Anchor::End => "end",
-    };
-    let turn = if text.vertical { " rotate(-90)" } else { "" };
-    format!(
-        "<text transform=\"translate({:.1} {:.1}){turn}\" y=\"{:.1}\" font-size=\"{:.1}\" \
-         text-anchor=\"{anchor}\" fill=\"{}\">{}</text>",
-        text.at.0,
-        text.at.1,
-        text.size * font::CAP_HEIGHT / 2.0,
-        text.size,
-        hex(text.color),
-        escape(&text.text)
-    )
+fn list(points: &[Point]) -> String {
+    let points: Vec<String> = points
+        .iter()
+        .map(|(x, y)| format!("{x:.1},{y:.1}"))
+        .collect();
+    points.join(" ")
 }
 
 fn place(rect: &Rect) -> String {
@@ -84,8 +112,14 @@ fn place(rect: &Rect) -> String {
     )
 }
 
-fn hex([red, green, blue]: Color) -> String {
-    format!("#{red:02x}{green:02x}{blue:02x}")
+/// A colour as the attribute `name`, with its opacity where it has one.
+fn ink(name: &str, BackendColor { alpha, rgb }: BackendColor) -> String {
+    let (red, green, blue) = rgb;
+    let color = format!("{name}=\"#{red:02x}{green:02x}{blue:02x}\"");
+    match alpha < 1.0 {
+        true => format!("{color} {name}-opacity=\"{alpha:.3}\""),
+        false => color,
+    }
 }
 
 /// Text as XML takes it; characters that XML forbids become U+FFFD.

@@ -72,7 +72,8 @@ pub(super) fn linear(low: f64, high: f64, count: usize, notation: Notation) -> V
         .collect()
 }
 
-/// Powers of ten inside `low..=high`, thinned to about `count`; within one decade 1, 2, 5.
+/// Powers of ten inside `low..=high`, thinned to about `count`; within one decade 1, 2, 5, or,
+/// where these are not two, every digit.
 pub(super) fn logarithmic(low: f64, high: f64, count: usize) -> Vec<Tick> {
     let (bottom, top) = (low.log10(), high.log10());
     let (first, last) = ((bottom - 1e-9).ceil() as i32, (top + 1e-9).floor() as i32);
@@ -86,17 +87,28 @@ pub(super) fn logarithmic(low: f64, high: f64, count: usize) -> Vec<Tick> {
             })
             .collect();
     }
-    (first - 1..=last)
-        .flat_map(|exponent| [1, 2, 5].map(|digit| (digit, exponent)))
-        .map(|(digit, exponent)| Tick {
-            value: f64::from(digit) * 10f64.powi(exponent),
-            text: match digit {
-                1 => power_of_ten(exponent),
-                _ => format!("{digit}·{}", power_of_ten(exponent)),
-            },
-        })
-        .filter(|tick| (low..=high).contains(&tick.value))
-        .collect()
+    let with = |digits: &[u8]| -> Vec<Tick> {
+        (first - 1..=last)
+            .flat_map(|exponent| digits.iter().map(move |&digit| multiple(digit, exponent)))
+            .filter(|tick| (low..=high).contains(&tick.value))
+            .collect()
+    };
+    let few = with(&[1, 2, 5]);
+    if few.len() > 1 {
+        few
+    } else {
+        with(&[1, 2, 3, 4, 5, 6, 7, 8, 9])
+    }
+}
+
+fn multiple(digit: u8, exponent: i32) -> Tick {
+    Tick {
+        value: f64::from(digit) * 10f64.powi(exponent),
+        text: match digit {
+            1 => power_of_ten(exponent),
+            _ => format!("{digit}·{}", power_of_ten(exponent)),
+        },
+    }
 }
 
 fn round_step(rough: f64) -> f64 {
@@ -187,5 +199,6 @@ mod tests {
     fn decades_are_thinned() {
         assert_eq!(texts(&logarithmic(1e-8, 1.0, 4)), ["10⁻⁶", "10⁻³", "10⁰"]);
         assert_eq!(texts(&logarithmic(1.5, 7.0, 4)), ["2·10⁰", "5·10⁰"]);
+        assert_eq!(texts(&logarithmic(1.5, 3.4, 4)), ["2·10⁰", "3·10⁰"]);
     }
 }
