@@ -101,7 +101,7 @@ impl Error {
             }
             Error::Occupied { .. } => Some("name another directory with `--out`".into()),
             Error::Memory { .. } => {
-                Some("raise `--memory`, or choose a smaller range of sites or times".into())
+                Some("raise `--memory`, choose fewer sites or times, or ask for less: `--threads 1`, `--only`".into())
             }
             Error::Read { source, .. } if source.kind() == std::io::ErrorKind::NotFound => {
                 Some("check the path; a relative one starts at the current directory".into())

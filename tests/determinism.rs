@@ -48,10 +48,19 @@ fn bits(spectra: &Spectra, analysis: &Analysis) -> Vec<u64> {
     let large = arrays.into_iter().flatten().flatten().copied();
     let along = [&analysis.along_space, &analysis.along_time];
     let small = along.into_iter().flatten().flat_map(|m| {
-        [&m.centroid, &m.entropy, &m.energy, &m.high_share]
-            .into_iter()
-            .flatten()
-            .copied()
+        [
+            &m.centroid,
+            &m.bandwidth,
+            &m.entropy,
+            &m.participation,
+            &m.median,
+            &m.quantile_90,
+            &m.energy,
+            &m.high_share,
+        ]
+        .into_iter()
+        .flatten()
+        .copied()
     });
     let d = analysis.direction.map(|d| [d.toward_plus_x, d.undirected]);
     let p = analysis.parseval;

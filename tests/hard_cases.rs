@@ -2,7 +2,7 @@
 
 mod common;
 
-use cascade::analyze::{Analysis, Precision, Request, Scaling, Spectra, Warning, Welch};
+use cascade::analyze::{Analysis, Precision, Request, Scaling, Spectra, TimeRange, Warning, Welch};
 use cascade::field::Axis;
 use cascade::prepare::{Detrend, Gaps, Window};
 use cascade::reference::{Grid, Tone};
@@ -248,6 +248,123 @@ fn a_masked_gap_has_no_weight() {
     let (analysis, spectra) = analyzed(&Field::from_array(values), &request);
     let total: f64 = spectra.spacetime.expect("asked for").sum();
     assert!(total > 0.0 && residuals(&analysis).all(|r| r.abs() < 1e-14));
+}
+
+/// Lines of any slope with a hole: nothing is left of them, if the hole does not enter the fit and
+/// is 0 after it, in the whole record and in each segment.
+#[test]
+fn a_masked_gap_stays_out_of_trends() {
+    let mut values = Array2::from_shape_fn((200, 6), |(n, j)| 1e3 + n as f64 * (1.0 + j as f64));
+    for n in 40..71 {
+        values[[n, 3]] = f64::NAN;
+    }
+    for welch in [
+        None,
+        Some(Welch {
+            segment: 50,
+            overlap: 0,
+        }),
+    ] {
+        let request = Request {
+            gaps: Gaps::Mask,
+            detrend_time: Detrend::Linear,
+            welch,
+            ..Request::default()
+        };
+        let (_, spectra) = analyzed(&Field::from_array(values.clone()), &request);
+        let left = spectra.temporal.expect("asked for").sum();
+        assert!(left < 1e-18, "{welch:?}: {left:e}");
+    }
+}
+
+/// One frame over the whole record is the record's own spectrum; frames elsewhere are those of the
+/// samples they cover.
+#[test]
+fn short_time_spectra_are_spectra_of_their_samples() {
+    let field = field((96, 20));
+    let short = |segment, hop, window| Request {
+        scaling: Scaling::Density,
+        window_time: window,
+        short_time: cascade::analyze::ShortTime {
+            sites: vec![4, 11],
+            times: vec![30.0],
+            segment: Some(segment),
+            hop: Some(hop),
+            segment_space: Some(20),
+            hop_space: Some(1),
+            window,
+        },
+        ..Request::default()
+    };
+    let (analysis, spectra) = analyzed(&field, &short(96, 1, Window::Hann));
+    let along_t = analysis.short_time.expect("asked for");
+    let temporal = spectra.temporal.expect("asked for");
+    assert_eq!(along_t.spectra.len(), 2);
+    for one in &along_t.spectra {
+        assert_eq!(one.values.column(0), temporal.column(one.index));
+    }
+    assert_eq!(along_t.frames, [47.5]);
+
+    let (analysis, _) = analyzed(&field, &short(32, 16, Window::None));
+    let frames = analysis.short_time.expect("asked for");
+    assert_eq!(frames.frames, [15.5, 31.5, 47.5, 63.5, 79.5]);
+    for (s, start) in [0, 16, 32, 48, 64].into_iter().enumerate() {
+        let part = Request {
+            times: TimeRange::Interval {
+                from: start as f64,
+                to: (start + 31) as f64,
+            },
+            scaling: Scaling::Density,
+            ..Request::default()
+        };
+        let (_, spectra) = analyzed(&field, &part);
+        let temporal = spectra.temporal.expect("asked for");
+        assert_eq!(frames.spectra[1].values.column(s), temporal.column(11));
+    }
+    let along_x = analysis.short_space.expect("asked for");
+    let untapered = Request {
+        scaling: Scaling::Density,
+        ..Request::default()
+    };
+    let (_, spectra) = analyzed(&field, &untapered);
+    let spatial = spectra.spatial.expect("asked for");
+    assert_eq!(along_x.spectra[0].values.column(0), spatial.row(30));
+}
+
+#[test]
+fn a_time_range_keeps_its_ends_however_late_it_is() {
+    let mut field = field((200, 2));
+    field.time.origin = 1.7e9;
+    field.time.step = 1e-3;
+    for (first, last) in [(50, 100), (0, 199), (3, 3), (149, 151)] {
+        let request = Request {
+            times: TimeRange::Interval {
+                from: 1.7e9 + 1e-3 * f64::from(first),
+                to: 1.7e9 + 1e-3 * f64::from(last),
+            },
+            ..Request::default()
+        };
+        let (analysis, _) = analyzed(&field, &request);
+        assert_eq!(analysis.axes.n_times as i32, last - first + 1);
+        assert_eq!(analysis.offset.0 as i32, first);
+    }
+}
+
+/// 250 is bin 11 of 44 samples at 1 ms, but the bin as computed lies one rounding above it.
+#[test]
+fn a_typed_band_edge_means_the_bin_it_misses_by_rounding() {
+    let mut field = field((44, 2));
+    field.time.step = 1e-3;
+    let request = |edge| Request {
+        band_edge_frequency: Some(edge),
+        ..Request::default()
+    };
+    let low = |edge: f64| {
+        let (analysis, _) = analyzed(&field, &request(edge));
+        analysis.along_space.expect("asked for").low_share[0]
+    };
+    assert_eq!(low(250.0), low(251.0));
+    assert!(low(249.0) < low(250.0));
 }
 
 #[test]

@@ -11,7 +11,7 @@ use crate::analyze::Observer;
 use crate::buffer::Buffer;
 use crate::diagnostics::{MapBuilder, Row, moments_of};
 use crate::error::{Error, Result};
-use crate::prepare::{Ahead, Prepared, Trend};
+use crate::prepare::{Ahead, Gap, Prepared, Trend};
 use crate::sum::sum;
 use crate::transform::{Real, RealTransform, Scale, Scratch, direct_sums, fold, power};
 
@@ -38,10 +38,12 @@ struct Worker<'a, T: Real> {
 impl<T: Real> Worker<'_, T> {
     /// Mean power spectrum of the segments of `record`, and `sum (w v)^2` over them.
     ///
-    /// `keep` gets each segment's transform.
+    /// `masked` are the times of the record that have no weight; `keep` gets each segment's
+    /// transform.
     fn spectrum(
         &mut self,
         record: &[f64],
+        masked: &[Gap],
         power_sum: &mut [f64],
         mut keep: impl FnMut(usize, &[Complex<T>]),
     ) -> f64 {
@@ -54,7 +56,14 @@ impl<T: Real> Worker<'_, T> {
                 self.segment.clear();
                 self.segment.extend_from_slice(piece);
                 let kind = self.plan.request.detrend_time;
-                Trend::remove_from(&mut self.segment, kind, &mut self.fit);
+                let first = masked.partition_point(|gap| gap.time < start);
+                let end = start + segments.length;
+                let masked = masked[first..].iter().take_while(|gap| gap.time < end);
+                let is_masked = |i: usize| masked.clone().any(|gap| gap.time == start + i);
+                Trend::remove_from(&mut self.segment, kind, |i| !is_masked(i), &mut self.fit);
+                for gap in masked.clone() {
+                    self.segment[gap.time - start] = 0.0;
+                }
                 &self.segment
             } else {
                 piece
@@ -95,7 +104,7 @@ pub(super) fn reference<T: Real>(
         }
         prepared.record(j, &mut record);
         if record.iter().any(|&v| v != 0.0) {
-            worker.spectrum(&record, &mut spectrum, |_, _| {});
+            worker.spectrum(&record, prepared.masked(j), &mut spectrum, |_, _| {});
             if sum(&spectrum) > 0.0 {
                 return Ok(Some((j, spectrum)));
             }
@@ -288,7 +297,8 @@ impl<T: Real> Stripes<'_, T> {
         for (c, record) in tile.records.chunks_exact(n_times).enumerate() {
             let power = &mut tile.power[c * nf..][..nf];
             let kept = &mut tile.transforms;
-            let energy = worker.spectrum(record, power, |s, spectrum| {
+            let masked = self.prepared.masked(first + c);
+            let energy = worker.spectrum(record, masked, power, |s, spectrum| {
                 if keep {
                     kept[(c * segments + s) * nf..][..nf].copy_from_slice(spectrum);
                 }

@@ -10,6 +10,10 @@ use crate::field::Field;
 pub(super) struct Maps<'a> {
     pub field: &'a Field,
     pub plan: &'a Plan,
+    /// What prepared samples count as 1.
+    pub unit: f64,
+    /// Powers are stored in units of its square.
+    pub power_unit: f64,
 }
 
 /// An axis of a map.
@@ -29,7 +33,7 @@ impl Maps<'_> {
             Some(unit) => format!("{name} ({unit})"),
             None => name.into(),
         };
-        self.finish(map, label, Side::Time, Side::Space)
+        self.finish(map.times(self.unit), label, Side::Time, Side::Space)
     }
 
     pub fn temporal(&self, map: MapBuilder) -> Map {
@@ -60,6 +64,11 @@ impl Maps<'_> {
     }
 
     fn finish(&self, map: MapBuilder, label: String, y: Side, x: Side) -> Map {
+        let label = match (y, x) {
+            (Side::Time, Side::Space) => label,
+            _ if self.power_unit != 1.0 => format!("{label} × ({:e})²", self.power_unit),
+            _ => label,
+        };
         let ((y_label, y0, dy), (x_label, x0, dx)) = (self.axis(y), self.axis(x));
         map.finish(label, (&y_label, y0, dy), (&x_label, x0, dx))
     }

@@ -113,12 +113,12 @@ pub enum BandEdge {
     /// 90 % of the energy at the reference row lies at or below it.
     Reference {
         value: f64,
-        /// Index of the reference site or time in the range analysed.
+        /// Index of the reference site or time in the file.
         index: usize,
         /// Its coordinate.
         at: f64,
     },
-    /// No row has energy.
+    /// The reference has no energy, or no row has.
     Undefined,
 }
 

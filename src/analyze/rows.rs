@@ -70,7 +70,6 @@ pub(super) fn transform_profiles<T: Real>(
     prepared: &Prepared,
     edge: f64,
     stored: f64,
-    with_flux: bool,
     sink: &dyn Sink,
     observer: &dyn Observer,
 ) -> Result<Rows> {
@@ -150,7 +149,7 @@ pub(super) fn transform_profiles<T: Real>(
         }
         done.last_profile = profiles.row(count - 1).to_vec();
         done.field_map.add(from, 0, profiles.view());
-        if with_flux {
+        if results.flux_surrogate {
             flux.take(spectra.view(), &mut done.flux_map, sink)?;
         }
         if results.spatial {

@@ -9,13 +9,13 @@ use super::plan::{Plan, plan};
 use super::request::{Precision, Request};
 use super::result::*;
 use super::rows::{self, Rows};
-use super::sink::{Collect, LargeArray, Sink, Spectra};
+use super::sink::{Collect, Sink, Spectra};
 use super::spacetime::{self, ByDirection};
 use super::warning::Warning;
 use super::{Observer, Silent, short_time};
 use crate::diagnostics::{Findings, Row, edge_of, findings};
 use crate::error::{Error, Result};
-use crate::field::{Field, Quantity};
+use crate::field::Field;
 use crate::prepare::Prepared;
 use crate::sum::sum;
 use crate::transform::Real;
@@ -61,12 +61,8 @@ fn passes<T: Real>(
     observer: &dyn Observer,
 ) -> Result<Analysis> {
     let results = plan.request.results;
-    let kinetic = field.quantity == Quantity::Velocity;
-    let with_flux = results.flux_surrogate && kinetic;
     for &(array, shape) in &plan.arrays {
-        if array != LargeArray::KineticFluxSurrogate || with_flux {
-            sink.reserve(array, shape)?;
-        }
+        sink.reserve(array, shape)?;
     }
     let mut clock = Clock::new();
 
@@ -83,7 +79,7 @@ fn passes<T: Real>(
         (true, None) => Some(match columns::reference::<T>(plan, &prepared, observer)? {
             Some((index, spectrum)) => BandEdge::Reference {
                 value: edge_of(&spectrum, &plan.axes.frequency).unwrap_or(f64::NAN),
-                index,
+                index: plan.sites.start + index,
                 at: plan.axes.space.at(index),
             },
             None => BandEdge::Undefined,
@@ -95,7 +91,7 @@ fn passes<T: Real>(
         (true, None) => Some(match rows::reference::<T>(plan, &prepared, observer)? {
             Some((index, spectrum)) => BandEdge::Reference {
                 value: edge_of(&spectrum, &plan.axes.wavenumber).unwrap_or(f64::NAN),
-                index,
+                index: plan.times.start + index,
                 at: plan.axes.time.at(index),
             },
             None => BandEdge::Undefined,
@@ -125,7 +121,6 @@ fn passes<T: Real>(
         &prepared,
         edge_value(wavenumber_edge),
         stored,
-        with_flux,
         sink,
         observer,
     )?;
@@ -140,19 +135,15 @@ fn passes<T: Real>(
     };
     drop(between);
 
-    let checked = plan.transforms_time().then(|| {
-        let site = match frequency_edge {
-            Some(BandEdge::Reference { index, .. }) => index,
-            _ => 0,
-        };
+    let checked = columns.as_ref().and_then(|seen| {
+        let site = seen.energies.iter().position(|&energy| energy > 0.0)?;
         columns::spot_check::<T>(plan, &prepared, site)
     });
-    let checked = checked.flatten();
     clock.lap(plan, "spot check");
 
     let (short_time, short_space) = if results.short_time {
-        let along = short_time::along_time::<T>(plan, &prepared, stored);
-        let across = short_time::along_space::<T>(plan, &prepared, stored);
+        let along = short_time::along_time::<T>(plan, &prepared, stored, observer)?;
+        let across = short_time::along_space::<T>(plan, &prepared, stored, observer)?;
         clock.lap(plan, "short-time");
         (Some(along), across)
     } else {
@@ -181,11 +172,17 @@ fn passes<T: Real>(
         let largest = scans.iter().fold(0.0, |m: f64, s| m.max(s.largest));
         warnings.push(Warning::Unrepresentable { largest, unit });
     }
-    if results.flux_surrogate && !kinetic {
+    if plan.flux_refused {
         warnings.push(Warning::NoKineticEnergy);
     }
 
-    let maps = Maps { field, plan };
+    let power_unit = if stored == 1.0 { unit } else { 1.0 };
+    let maps = Maps {
+        field,
+        plan,
+        unit,
+        power_unit,
+    };
     let along_space = results.temporal.then(|| {
         let rows = columns.as_ref().map_or(&[][..], |c| &c.rows);
         Moments::gather(rows, plan.time_scale.measure * stored)
@@ -222,12 +219,12 @@ fn passes<T: Real>(
             .map(|map| maps.temporal(map)),
         spatial_map: results.spatial.then(|| maps.spatial(rows.map)),
         spacetime_map: spacetime_map.map(|map| maps.spacetime(map)),
-        flux_map: with_flux.then(|| maps.flux(rows.flux_map)),
+        flux_map: results.flux_surrogate.then(|| maps.flux(rows.flux_map)),
         short_time,
         short_space,
         accuracy: Accuracy {
             precision: plan.request.precision,
-            amplitude_unit: if stored == 1.0 { unit } else { 1.0 },
+            amplitude_unit: power_unit,
             spot_check: checked.map(|c| c.0),
             spot_checks: checked.map_or(0, |c| c.1),
             parseval: residuals
@@ -304,11 +301,8 @@ fn top(rows: &[Row], axis: &[f64]) -> Option<(f64, f64)> {
 
 fn direction(plan: &Plan, by: &[ByDirection]) -> Direction {
     let axis = &plan.axes.frequency;
-    let band = plan
-        .request
-        .direction_band
-        .unwrap_or((0.0, axis[axis.len() - 1]));
-    let inside = |q: &f64| (band.0..=band.1).contains(q);
+    let band = plan.direction_band;
+    let inside = |q: &f64| super::in_band(*q, band, axis);
     let of = |part: fn(&ByDirection) -> f64| {
         let chosen = by.iter().zip(axis).filter(|(_, q)| inside(q));
         sum(&chosen.map(|(b, _)| part(b)).collect::<Vec<_>>())

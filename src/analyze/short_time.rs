@@ -2,6 +2,7 @@
 
 use ndarray::Array2;
 
+use super::observer::Observer;
 use super::plan::{Plan, check_window};
 use super::request::Request;
 use super::result::{ShortTimeSpectra, ShortTimeSpectrum};
@@ -22,17 +23,26 @@ struct Frames<T: Real> {
 
 impl<T: Real> Frames<T> {
     /// `(bin, frame)` of one record.
-    fn spectra(&mut self, record: &[f64], stored: f64) -> Array2<f64> {
+    fn spectra(
+        &mut self,
+        record: &[f64],
+        stored: f64,
+        observer: &dyn Observer,
+    ) -> Result<Array2<f64>> {
         let n = self.transform.padded();
         let mut values = Array2::zeros((self.transform.bins(), self.segments.count()));
         for (s, start) in self.segments.starts().enumerate() {
+            if observer.cancelled() {
+                return Err(Error::Cancelled);
+            }
             let piece = &record[start..start + self.segments.length];
             let (spectrum, _) = self.transform.transform(piece, &mut self.scratch);
             for (m, &x) in spectrum.iter().enumerate() {
                 values[[m, s]] = power(x) * (self.scale.factor * fold(m, n)) * stored;
             }
+            observer.advance(1);
         }
-        values
+        Ok(values)
     }
 }
 
@@ -41,7 +51,8 @@ pub(super) fn along_time<T: Real>(
     plan: &Plan,
     prepared: &Prepared,
     stored: f64,
-) -> ShortTimeSpectra {
+    observer: &dyn Observer,
+) -> Result<ShortTimeSpectra> {
     let asked = &plan.request.short_time;
     let (nt, nx) = (plan.axes.n_times, plan.axes.n_sites);
     let segments = plan.short_time.time;
@@ -61,21 +72,22 @@ pub(super) fn along_time<T: Real>(
     sites.sort_unstable();
     sites.dedup();
     let mut record = vec![0.0; nt];
-    let spectra = sites
+    observer.stage("short-time", (sites.len() * segments.count()) as u64);
+    let spectra: Result<Vec<ShortTimeSpectrum>> = sites
         .into_iter()
         .map(|index| {
             prepared.record(index, &mut record);
-            ShortTimeSpectrum {
+            Ok(ShortTimeSpectrum {
                 index,
                 at: plan.axes.space.at(index),
-                values: frames.spectra(&record, stored),
-            }
+                values: frames.spectra(&record, stored, observer)?,
+            })
         })
         .collect();
-    ShortTimeSpectra {
+    Ok(ShortTimeSpectra {
         bins: frequencies(segments.length, dt),
-        ..describe(&plan.axes.time, segments, asked.window, spectra)
-    }
+        ..describe(&plan.axes.time, segments, asked.window, spectra?)
+    })
 }
 
 /// Spectra along x of the times asked for; `None` where none are.
@@ -83,10 +95,11 @@ pub(super) fn along_space<T: Real>(
     plan: &Plan,
     prepared: &Prepared,
     stored: f64,
-) -> Option<ShortTimeSpectra> {
+    observer: &dyn Observer,
+) -> Result<Option<ShortTimeSpectra>> {
     let asked = &plan.request.short_time;
     if asked.times.is_empty() {
-        return None;
+        return Ok(None);
     }
     let nx = plan.axes.n_sites;
     let segments = plan.short_time.space;
@@ -103,21 +116,22 @@ pub(super) fn along_space<T: Real>(
     times.sort_unstable();
     times.dedup();
     let mut profile = vec![0.0; nx];
-    let spectra = times
+    observer.stage("short-space", (times.len() * segments.count()) as u64);
+    let spectra: Result<Vec<ShortTimeSpectrum>> = times
         .into_iter()
         .map(|index| {
             prepared.profiles(index..index + 1, &mut profile);
-            ShortTimeSpectrum {
+            Ok(ShortTimeSpectrum {
                 index,
                 at: plan.axes.time.at(index),
-                values: frames.spectra(&profile, stored),
-            }
+                values: frames.spectra(&profile, stored, observer)?,
+            })
         })
         .collect();
-    Some(ShortTimeSpectra {
+    Ok(Some(ShortTimeSpectra {
         bins: wavenumbers(segments.length, dx),
-        ..describe(&plan.axes.space, segments, asked.window, spectra)
-    })
+        ..describe(&plan.axes.space, segments, asked.window, spectra?)
+    }))
 }
 
 fn describe(
@@ -143,8 +157,8 @@ fn describe(
 /// The segments of short-time spectra, settled before the run.
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct ShortTimeSegments {
-    time: Segments,
-    space: Segments,
+    pub(in crate::analyze) time: Segments,
+    pub(in crate::analyze) space: Segments,
 }
 
 impl ShortTimeSegments {

@@ -124,8 +124,8 @@ impl Warning {
                 "sample faster, or low-pass before sampling; energy above Nyquist folds down"
             }
             Warning::AliasingSpace { .. } => {
-                "measure at more sites; wavenumbers beyond Nyquist fold and may seem to travel \
-                 backwards"
+                "measure at sites closer together; wavenumbers beyond Nyquist fold and may seem to \
+                 travel backwards"
             }
             Warning::DeadChannels { .. } => "leave these sites out, or check the sensor",
             Warning::SaturatedChannels { .. } => {
@@ -149,7 +149,9 @@ impl Warning {
             Warning::Unrepresentable { .. } => {
                 "change the unit of the field so that amplitudes come near 1"
             }
-            Warning::NoKineticEnergy => "give the velocity, or state `--quantity velocity`",
+            Warning::NoKineticEnergy => {
+                "differentiate or integrate to the velocity first, or leave the flux out with `--only`"
+            }
             Warning::NoEnergy => "check the range, the layout and the detrending",
         }
     }

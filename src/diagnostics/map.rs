@@ -18,7 +18,7 @@ enum Keep {
 /// and opposite sign go to the positive one.
 #[derive(Debug)]
 pub(crate) struct MapBuilder {
-    cells: Array2<f32>,
+    cells: Array2<f64>,
     rows: usize,
     columns: usize,
     keep: Keep,
@@ -40,7 +40,7 @@ impl MapBuilder {
         let columns = shape.1.div_ceil(limit.1).max(1);
         let cells = (shape.0.div_ceil(rows), shape.1.div_ceil(columns));
         MapBuilder {
-            cells: Array2::from_elem(cells, f32::NAN),
+            cells: Array2::from_elem(cells, f64::NAN),
             rows,
             columns,
             keep,
@@ -63,9 +63,9 @@ impl MapBuilder {
         row: usize,
         column: usize,
         block: ArrayView2<f64>,
-        better: impl Fn(f32, f32) -> bool + Sync,
+        better: impl Fn(f64, f64) -> bool + Sync,
     ) {
-        let keep = |old: &mut f32, new: f32| {
+        let keep = |old: &mut f64, new: f64| {
             *old = if better(new, *old) | old.is_nan() {
                 new
             } else {
@@ -84,9 +84,9 @@ impl MapBuilder {
                 let top = ((first + i) * height).max(row);
                 let bottom = ((first + i + 1) * height).min(end);
                 // Row by row first: that vectorises, and leaves one row to share out.
-                let mut line = Array1::from_elem(block.ncols(), f32::NAN);
+                let mut line = Array1::from_elem(block.ncols(), f64::NAN);
                 for other in block.slice(s![top - row..bottom - row, ..]).outer_iter() {
-                    azip!((old in &mut line, &new in other) keep(old, new as f32));
+                    azip!((old in &mut line, &new in other) keep(old, new));
                 }
                 for (j, &value) in line.iter().enumerate() {
                     keep(&mut cells[(column + j) / width], value);
@@ -94,7 +94,16 @@ impl MapBuilder {
             });
     }
 
+    /// The same in another unit: every cell times `factor`.
+    pub fn times(mut self, factor: f64) -> Self {
+        self.cells.mapv_inplace(|v| v * factor);
+        self
+    }
+
     /// The map, with the coordinates of its first row and column and their steps.
+    ///
+    /// Cells are shown in single precision; where their size leaves its range, in units of a power
+    /// of ten that the label states.
     pub fn finish(self, label: String, y: (&str, f64, f64), x: (&str, f64, f64)) -> Map {
         let axis = |(label, first, step): (&str, f64, f64), cells: usize, block: usize| MapAxis {
             label: label.to_owned(),
@@ -102,6 +111,20 @@ impl MapBuilder {
             high: first + ((cells * block) as f64 - 0.5) * step,
         };
         let (rows, columns) = self.cells.dim();
+        let largest = self.cells.iter().fold(0.0, |m: f64, v| m.max(v.abs()));
+        let fits = largest == 0.0 || (1e-20..1e20).contains(&largest);
+        let (values, label) = if fits || !largest.is_finite() {
+            (self.cells.mapv(|v| v as f32), label)
+        } else {
+            let exponent = largest.log10().floor() as i32;
+            // In two steps, since 10^-exponent may be out of range.
+            let (a, b) = (
+                10f64.powi(-exponent / 2),
+                10f64.powi(-exponent - -exponent / 2),
+            );
+            let values = self.cells.mapv(|v| (v * a * b) as f32);
+            (values, format!("{label} × 1e{exponent}"))
+        };
         Map {
             x: axis(x, columns, self.columns),
             y: axis(y, rows, self.rows),
@@ -115,7 +138,7 @@ impl MapBuilder {
                     columns: self.columns,
                 },
             },
-            values: self.cells,
+            values,
             label,
         }
     }
@@ -125,6 +148,18 @@ impl MapBuilder {
 mod tests {
     use super::*;
     use ndarray::array;
+
+    #[test]
+    fn sizes_beyond_single_precision_are_shown_in_a_stated_unit() {
+        for (largest, unit) in [(2e-47, "× 1e-47"), (3e250, "× 1e250"), (4e-300, "× 1e-300")] {
+            let mut builder = MapBuilder::largest((1, 2), (2, 2));
+            builder.add(0, 0, array![[largest, 0.5 * largest]].view());
+            let map = builder.finish("S".into(), ("y", 0.0, 1.0), ("x", 0.0, 1.0));
+            assert_eq!(map.label, format!("S {unit}"));
+            assert!((map.values[[0, 0]] / map.values[[0, 1]] - 2.0).abs() < 1e-6);
+            assert!((1.0..10.0).contains(&map.values[[0, 0]]));
+        }
+    }
 
     #[test]
     fn blocks_in_any_order_give_the_same_map() {
@@ -147,6 +182,6 @@ mod tests {
             parts.add(row, column, part);
         }
         assert_eq!(once.cells, parts.cells);
-        assert_eq!(once.cells, array![[-5.0f32, 2.0], [4.0, 0.5]]);
+        assert_eq!(once.cells, array![[-5.0, 2.0], [4.0, 0.5]]);
     }
 }

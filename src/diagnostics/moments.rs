@@ -73,7 +73,9 @@ pub(crate) fn moments_of(power: &[f64], axis: &[f64], edge: f64) -> Row {
     let bins = share.len() as f64;
     let participation = 1.0 / crate::sum::sum_of_squares(&share);
     let (median, quantile_90) = (quantile(&share, axis, 0.5), quantile(&share, axis, 0.9));
-    let split = axis.partition_point(|&q| q <= edge);
+    // An edge that misses its bin by rounding means that bin.
+    let slack = 1e-9 * axis.get(1).copied().unwrap_or_default();
+    let split = axis.partition_point(|&q| q <= edge + slack);
     let (low, high) = share.split_at(split);
     let known = edge.is_finite();
     Row {

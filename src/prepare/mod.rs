@@ -14,7 +14,7 @@ mod window;
 
 pub use lobes::Lobes;
 pub(crate) use prepared::{Ahead, Prepared, Tiles};
-pub(crate) use scan::ChannelScan;
+pub(crate) use scan::{ChannelScan, Gap};
 pub(crate) use trend::Trend;
 pub use window::{Window, WindowError, WindowGains};
 
@@ -40,6 +40,7 @@ pub enum Gaps {
     /// Filled along time by the line between the neighbours; ends keep the nearest value, and a
     /// record without any finite sample becomes 0.
     Interpolate,
-    /// Set to 0 after trends are removed; trends are fitted without them.
+    /// Set to 0 after trends are removed; trends are fitted without them. They count as samples in
+    /// the normalisation, so that a density is low by their share.
     Mask,
 }

@@ -1,6 +1,7 @@
 //! The prepared field: any block of it, on demand.
 
 use std::ops::Range;
+use std::sync::atomic::{AtomicUsize, Ordering};
 
 use rayon::prelude::*;
 
@@ -38,7 +39,12 @@ pub(crate) struct Tiles {
     pub times: usize,
     /// Records read ahead of the tiles, where the field is larger than memory.
     pub ahead: Option<usize>,
+    /// Bytes that account of gaps may take.
+    pub memory: u64,
 }
+
+/// Bytes that a gap takes while gaps are gathered: twice by site, once by time.
+const GAP_BYTES: u64 = 3 * size_of::<Gap>() as u64;
 
 /// Bytes of the field that are mapped at a time where it is larger than memory.
 const PIECE_BYTES: usize = 8 << 20;
@@ -118,6 +124,16 @@ impl<'a> Prepared<'a> {
     /// The amplitude that prepared samples count as 1.
     pub fn unit(&self) -> f64 {
         self.unit.value()
+    }
+
+    /// The samples of `site` that are masked, in order of time.
+    pub fn masked(&self, site: usize) -> &[Gap] {
+        if !self.masked {
+            return &[];
+        }
+        let first = self.gaps.partition_point(|gap| gap.site < site);
+        let end = self.gaps.partition_point(|gap| gap.site <= site);
+        &self.gaps[first..end]
     }
 
     /// The record of one site.
@@ -238,8 +254,14 @@ impl<'a> Prepared<'a> {
 
     fn scan(&mut self, gaps: Gaps, observer: &dyn Observer) -> Result<Vec<ChannelScan>> {
         observer.stage("looking at the samples", self.n_sites() as u64);
+        let room = (self.tiles.memory / GAP_BYTES) as usize;
+        let kept = AtomicUsize::new(0);
         let found = self.each_record(observer, |j, record, _| {
             let scan = ChannelScan::of(record);
+            // Past the limit gaps are still counted, but no longer kept.
+            if kept.fetch_add(scan.gaps, Ordering::Relaxed) + scan.gaps > room {
+                return (scan, Vec::new());
+            }
             let mut filled = Vec::new();
             if scan.gaps > 0 && gaps != Gaps::Refuse {
                 scan::fill(record, j, gaps, &mut filled);
@@ -261,6 +283,13 @@ impl<'a> Prepared<'a> {
                 first: (self.times.start + first.0, self.sites.start + first.1),
                 sites: scans.iter().filter(|s| s.gaps > 0).count(),
                 n_sites: scans.len(),
+            });
+        }
+        if kept.into_inner() > room && gaps != Gaps::Refuse {
+            return Err(Error::Memory {
+                what: "keeping account of the gaps",
+                needed: count * GAP_BYTES,
+                allowed: self.tiles.memory,
             });
         }
         self.gaps = filled.concat();

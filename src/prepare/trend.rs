@@ -65,12 +65,17 @@ impl Trend {
         (value - self.high) - (self.low + self.slope * (i as f64 - self.centre))
     }
 
-    /// Removes the trend of `record` from it.
-    pub fn remove_from(record: &mut [f64], kind: Detrend, scratch: &mut Vec<f64>) {
+    /// Removes the trend of the samples for which `keep` holds from `record`.
+    pub fn remove_from(
+        record: &mut [f64],
+        kind: Detrend,
+        keep: impl Fn(usize) -> bool,
+        scratch: &mut Vec<f64>,
+    ) {
         if kind == Detrend::None {
             return;
         }
-        let trend = Trend::fit(record, kind, |_| true, scratch);
+        let trend = Trend::fit(record, kind, keep, scratch);
         for (i, v) in record.iter_mut().enumerate() {
             *v = trend.remove(*v, i);
         }
@@ -85,7 +90,7 @@ mod tests {
     fn an_offset_a_billion_times_the_signal_leaves_no_mean() {
         let record: Vec<f64> = (0..1001).map(|i| 1e9 + (i as f64 * 0.37).sin()).collect();
         let mut left = record.clone();
-        Trend::remove_from(&mut left, Detrend::Mean, &mut Vec::new());
+        Trend::remove_from(&mut left, Detrend::Mean, |_| true, &mut Vec::new());
         // The samples themselves are rounded to 1.2e-7; their mean is removed far below that.
         assert!(sum(&left).abs() / 1001.0 < 1e-16);
     }

@@ -67,7 +67,8 @@ fn write_short(
 ) -> Result<()> {
     let stacked = spectra.stacked();
     let (n, m, s) = stacked.dim();
-    archive.append(name, &[n, m, s], &stacked.into_iter().collect::<Vec<f64>>())?;
+    // A new array is contiguous, in order.
+    archive.append(name, &[n, m, s], stacked.as_slice().unwrap_or_default())?;
     archive.append(bins, &[m], &spectra.bins)?;
     archive.append(frames, &[s], &spectra.frames)?;
     let places: Vec<f64> = spectra.spectra.iter().map(|one| one.at).collect();

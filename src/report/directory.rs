@@ -20,6 +20,19 @@ pub struct ResultDirectory {
 /// What a run may leave in its directory; anything else in it is not ours to remove.
 const NAMES: [&str; 4] = ["summary.json", "spectra.npz", "report.html", "figures"];
 
+/// What `figures` may hold, as PNG and SVG.
+const FIGURES: [&str; 9] = [
+    "space-time",
+    "temporal-spectrum",
+    "spatial-spectrum",
+    "spacetime-spectrum",
+    "along-x",
+    "along-t",
+    "short-time",
+    "short-space",
+    "flux-surrogate",
+];
+
 impl ResultDirectory {
     /// Makes the working directory; fails before any work is done.
     ///
@@ -134,20 +147,50 @@ fn check_free(path: &Path, replace: bool) -> Result<Place> {
         Ok(found) if found.is_dir() => (),
         Ok(_) => return occupied("is there and is no directory".into()),
     }
-    let mut place = Place::Free;
-    for entry in fs::read_dir(path).map_err(Error::read("list", path))? {
-        let name = entry.map_err(Error::read("list", path))?.file_name();
-        if !NAMES.iter().any(|known| name == *known) {
-            return occupied(format!("holds {name:?}, which no run has written"));
-        }
-        place = Place::Result;
+    let names = names(path)?;
+    if names.is_empty() {
+        return Ok(Place::Free);
     }
-    if place == Place::Result && !replace {
-        return Err(Error::Exists {
-            path: path.to_owned(),
-        });
+    let stranger = names.iter().find(|name| !NAMES.contains(&name.as_str()));
+    if let Some(name) = stranger {
+        return occupied(format!("holds {name:?}, which no run has written"));
     }
-    Ok(place)
+    let summary = fs::read_to_string(path.join("summary.json")).unwrap_or_default();
+    if !summary.contains("\"schema\": \"cascade.") {
+        return occupied("holds no summary.json of a run".into());
+    }
+    let figures = path.join("figures");
+    let drawn = if figures.is_dir() {
+        self::names(&figures)?
+    } else {
+        Vec::new()
+    };
+    let is_ours = |name: &&String| match name.rsplit_once('.') {
+        Some((stem, "png" | "svg")) => FIGURES.contains(&stem),
+        _ => false,
+    };
+    if let Some(name) = drawn.iter().find(|name| !is_ours(name)) {
+        return occupied(format!(
+            "holds \"figures/{name}\", which no run has written"
+        ));
+    }
+    if replace {
+        return Ok(Place::Result);
+    }
+    Err(Error::Exists {
+        path: path.to_owned(),
+    })
+}
+
+/// Names in the directory `path`, those that are no text changed so that they match nothing.
+fn names(path: &Path) -> Result<Vec<String>> {
+    let entries = fs::read_dir(path).map_err(Error::read("list", path))?;
+    entries
+        .map(|entry| {
+            let entry = entry.map_err(Error::read("list", path))?;
+            Ok(entry.file_name().to_string_lossy().into_owned())
+        })
+        .collect()
 }
 
 #[cfg(test)]

@@ -2,6 +2,7 @@
 
 use std::ops::Range;
 
+use crate::analyze::in_band;
 use crate::analyze::request::{Request, TimeRange};
 use crate::error::{Error, Result};
 use crate::field::Field;
@@ -40,7 +41,8 @@ pub(super) fn time_range(
         }),
         TimeRange::Interval { from, to } => {
             // Ends of the interval that fall on a sample up to rounding belong to it.
-            let slack = 1e-9 * axis.step;
+            let farthest = axis.origin.abs().max(axis.at(n).abs());
+            let slack = 1e-9 * axis.step + 4.0 * f64::EPSILON * farthest;
             let first = ((from - axis.origin - slack) / axis.step).ceil().max(0.0);
             let last = ((to - axis.origin + slack) / axis.step).floor();
             let last = last.min(n as f64 - 1.0);
@@ -189,13 +191,6 @@ pub(super) fn check_references(
             });
         }
     }
-    if let Some((from, to)) = request.direction_band.filter(|(a, b)| a > b) {
-        return Err(Error::Request {
-            option: "direction-band",
-            expected: "two frequencies, the lower one first".into(),
-            found: format!("{from}:{to}"),
-        });
-    }
     if let Some(threads) = request.threads.filter(|n| !(1..=MOST_THREADS).contains(n)) {
         return Err(Error::Request {
             option: "threads",
@@ -221,7 +216,10 @@ pub(in crate::analyze) fn check_window(
 
 /// That the axes of padded spectra can be held, before they are.
 pub(super) fn check_axes(padded_time: usize, padded_space: usize, allowed: u64) -> Result<()> {
-    let needed = (padded_time as u64 + 2 * (padded_space as u64)).saturating_mul(8);
+    let needed = (padded_space as u64)
+        .saturating_mul(2)
+        .saturating_add(padded_time as u64)
+        .saturating_mul(8);
     if needed > allowed {
         return Err(Error::Memory {
             what: "holding the axes of the spectra",
@@ -235,4 +233,22 @@ pub(super) fn check_axes(padded_time: usize, padded_space: usize, allowed: u64) 
 /// `x` to 12 digits, for a message: without the rounding of `origin + n step`.
 fn rounded(x: f64) -> f64 {
     format!("{x:.11e}").parse().unwrap_or(x)
+}
+
+/// The band over which directions are summed: as asked for, within the axis, with a bin in it.
+pub(super) fn direction_band(asked: Option<(f64, f64)>, frequencies: &[f64]) -> Result<(f64, f64)> {
+    let highest = frequencies[frequencies.len() - 1];
+    let (from, to) = asked.unwrap_or((0.0, highest));
+    let band = (from.max(0.0), to.min(highest));
+    if frequencies.iter().any(|&f| in_band(f, band, frequencies)) {
+        return Ok(band);
+    }
+    Err(Error::Request {
+        option: "direction-band",
+        expected: format!(
+            "two frequencies with a bin between them, up to {}",
+            rounded(highest)
+        ),
+        found: format!("{from}:{to}"),
+    })
 }

@@ -2,6 +2,7 @@
 
 use super::{Blocks, Plan};
 use crate::error::{Error, Result};
+use crate::transform::Segments;
 
 /// Bytes of a block of profiles or frequencies, a thread: it is written while it is in the cache,
 /// and its memory is used again. Blocks of sites are as large as they can be, since the pieces
@@ -9,6 +10,23 @@ use crate::error::{Error, Result};
 const BLOCK_BYTES: u64 = 2 << 20;
 
 impl Plan {
+    /// Short-time spectra are held, and once more while they are written.
+    fn short_time_bytes(&self) -> u64 {
+        if !self.request.results.short_time {
+            return 0;
+        }
+        let asked = &self.request.short_time;
+        let held = |segments: Segments, count: usize| {
+            let bins = segments.length as u64 / 2 + 1;
+            16 * bins * segments.count() as u64 * count as u64
+        };
+        let sites = match asked.sites.len() {
+            0 => self.axes.n_sites.min(3),
+            count => count,
+        };
+        held(self.short_time.time, sites) + held(self.short_time.space, asked.times.len())
+    }
+
     /// Chooses tiles and blocks, whether the field streams through, and where the matrix between the
     /// halves of the space-time transform lies.
     pub(super) fn fit_into_memory(&mut self) -> Result<()> {
@@ -24,10 +42,11 @@ impl Plan {
         let between = self.between_rows() as u64 * between_row;
         let spacetime = self.request.results.spacetime;
 
-        let vectors = 160 * (nt + nx) + 32 * (nf + nks) + (8 << 20);
+        let vectors = 160 * (nt + nx) + 32 * (nf + nks) + (8 << 20) + self.short_time_bytes();
         // Of each thread: a tile of records and its spectra, or a tile of profiles.
         let segments = self.segments.count() as u64;
-        let column_tile = |sites: u64| threads * sites * (8 * nt + (16 * segments + 32) * nf);
+        let transforms = if spacetime { 16 * segments } else { 0 };
+        let column_tile = |sites: u64| threads * sites * (8 * nt + (transforms + 32) * nf);
         let row_tile = |times: u64| threads * times * 8 * (nx + nks);
         // Spectra along time are written by the pass that has them in rows, where there is one.
         let per_site = |in_memory: bool, streams: bool| {

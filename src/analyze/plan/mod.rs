@@ -12,11 +12,13 @@ use super::result::{Axes, Conventions};
 use super::short_time::ShortTimeSegments;
 use super::sink::LargeArray;
 use crate::error::{Error, Result};
-use crate::field::{Axis, Field};
+use crate::field::{Axis, Field, Quantity};
 use crate::prepare::Tiles;
 use crate::transform::{Scale, Segments, frequencies, wavenumbers, wavenumbers_signed};
 
-use checks::{check_axes, check_references, padded, segments, site_range, time_range};
+use checks::{
+    check_axes, check_references, direction_band, padded, segments, site_range, time_range,
+};
 use memory::half_of_free_memory;
 
 pub(super) use checks::check_window;
@@ -33,6 +35,9 @@ pub struct Plan {
     pub(crate) window_space: Vec<f64>,
     pub(crate) axes: Axes,
     pub(crate) conventions: Conventions,
+    /// The flux surrogate was asked for of a field that is no velocity.
+    pub(crate) flux_refused: bool,
+    pub(crate) direction_band: (f64, f64),
     pub(crate) time_scale: Scale,
     pub(crate) space_scale: Scale,
     pub(crate) tiles: Tiles,
@@ -150,6 +155,7 @@ pub fn plan(field: &Field, request: &Request) -> Result<Plan> {
         .threads
         .or_else(|| std::thread::available_parallelism().ok().map(usize::from))
         .unwrap_or(1);
+    let direction_band = direction_band(request.direction_band, &axes.frequency)?;
     let time_scale = Scale::along_time(
         request.scaling,
         &window_time,
@@ -163,22 +169,29 @@ pub fn plan(field: &Field, request: &Request) -> Result<Plan> {
         padded_space,
         axes.space.step,
     );
+    let kinetic = field.quantity == Quantity::Velocity;
+    let mut request = request.clone();
+    let flux_refused = request.results.flux_surrogate && !kinetic;
+    request.results.flux_surrogate &= kinetic;
     let mut plan = Plan {
+        flux_refused,
         times,
         sites,
-        request: request.clone(),
+        request,
         segments,
         short_time,
         window_time,
         window_space,
         axes,
         conventions,
+        direction_band,
         time_scale,
         space_scale,
         tiles: Tiles {
             sites: TILE_SITES,
             times: TILE_TIMES,
             ahead: None,
+            memory: memory_allowed / 4,
         },
         blocks: Blocks {
             sites: n_sites,

@@ -294,7 +294,7 @@ choice!(GapsArg => cascade::prepare::Gaps {
     Refuse => Self::Refuse,
     /// Fill along time from the neighbours.
     Interpolate => Self::Interpolate,
-    /// Give them no weight.
+    /// Count them as zeros, once trends are removed that were fitted without them.
     Mask => Self::Mask,
 });
 choice!(DetrendArg => cascade::prepare::Detrend {

@@ -88,7 +88,7 @@ pub fn summary(analysis: &Analysis, width: usize) -> String {
             let x = unit.map_or(String::new(), |unit| {
                 format!(" (x = {} {unit})", number(at))
             });
-            format!("site {}{x}", index + analysis.offset.1)
+            format!("site {index}{x}")
         };
         lines.edge(analysis.frequency_edge, &frequency_unit, place);
         lines.shares(moments, "site");

@@ -182,7 +182,7 @@ fn redistribution(analysis: &Analysis) -> Vec<Row> {
         let at = labels::position(axes);
         rows.push((
             "Frequency band edge",
-            band_edge(edge, &axes.frequency_unit(), "site", analysis.offset.1, &at),
+            band_edge(edge, &axes.frequency_unit(), "site", &at),
         ));
     }
     if let Some(moments) = &analysis.along_space {
@@ -192,13 +192,7 @@ fn redistribution(analysis: &Analysis) -> Vec<Row> {
         let at = labels::time(axes);
         rows.push((
             "Wavenumber band edge",
-            band_edge(
-                edge,
-                &axes.wavenumber_unit(),
-                "time row",
-                analysis.offset.0,
-                &at,
-            ),
+            band_edge(edge, &axes.wavenumber_unit(), "time row", &at),
         ));
     }
     if let Some(moments) = &analysis.along_time {
@@ -208,16 +202,16 @@ fn redistribution(analysis: &Analysis) -> Vec<Row> {
 }
 
 /// Rows are counted as in the file, whose row `first` is the first analysed.
-fn band_edge(edge: BandEdge, unit: &str, row: &str, first: usize, at_label: &str) -> String {
+fn band_edge(edge: BandEdge, unit: &str, row: &str, at_label: &str) -> String {
     match edge {
         BandEdge::Given { value } => format!("{} {unit}, given", number(value)),
         BandEdge::Reference { value, index, at } => format!(
             "{} {unit}: 90 % of the energy at {row} {} ({at_label} = {}) lies at or below it",
             number(value),
-            first + index,
+            index,
             number(at)
         ),
-        BandEdge::Undefined => "undefined: no row has energy".into(),
+        BandEdge::Undefined => "undefined: no energy there".into(),
     }
 }
 
