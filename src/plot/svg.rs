@@ -47,7 +47,7 @@ impl Painter for Svg {
         };
         let element = match shape {
             Shape::Path(points) => format!("<polyline {look} points=\"{}\"/>", list(points)),
-            Shape::Rect(rect) => format!("<rect {look} {}/>", place(rect)),
+            Shape::Rect(rect) => format!("<rect {} {look}/>", place(rect)),
             Shape::Circle { center, radius } => format!(
                 "<circle {look} cx=\"{:.1}\" cy=\"{:.1}\" r=\"{radius:.1}\"/>",
                 center.0, center.1
