@@ -4,8 +4,9 @@ Builds the program, makes the fields, then runs in turn, pinned to the same core
 number of threads, every program writing its arrays:
 
 - process: exec to exit, for Python with its imports;
-- stages: the transforms alone, field in memory or page cache, nothing written by SciPy. The times
-  of `cascade` hold more: measures of each spectrum, maps, and writing the array.
+- stages: one spectrum asked for alone, from a field in memory or page cache, by bare scipy.fft,
+  the quicker of its two calls and nothing written. The times of `cascade` hold more: measures of
+  each spectrum, maps, and writing the array.
 
 Then the time from exec to the first byte of output. Needs `benches/peers/install.sh` and Linux.
 Writes benches/runs/<date>-<cpu>/whole_command.json and .md.
@@ -29,6 +30,7 @@ import scipy
 ROOT = pathlib.Path(__file__).resolve().parent.parent
 PROGRAM = ROOT / "target/release/cascade"
 PEER = ROOT / "benches/peers/scipy_analyze.py"
+NAMES = "cascade", "scipy.fft", "scipy.signal"
 SHAPES = (16384, 300), (65536, 1024), (10007, 301)
 # Name for the program, name for the peer, stages of the program that make it.
 STAGES = {
@@ -93,17 +95,16 @@ def stages(field, work, pin, threads, runs):
         shutil.rmtree(out)
         return sum(t["seconds"] for t in summary["timings"] if t["stage"] in parts)
 
-    def peer(only, method):
-        command = [sys.executable, PEER, field, "--runs", "3", "--only", only]
-        command += ["--with", method, "--workers", str(threads)]
-        return json.loads(timed([*pin, *map(str, command)])[2])["median_s"]
+    def peer(only):
+        command = [sys.executable, PEER, field, "--runs", "2", "--only", only]
+        command += ["--workers", str(threads)]
+        return min(json.loads(timed([*pin, *map(str, command)])[2])["runs_s"])
 
     return {
         stage: compare(
             {
                 "cascade": lambda: program(ours, parts),
-                "scipy.fft": lambda: peer(theirs, "fft"),
-                "scipy.signal": lambda: peer(theirs, "signal"),
+                "scipy.fft": lambda: peer(theirs),
             },
             runs,
         )
@@ -147,22 +148,21 @@ def table(record):
     about = record["machine"]
     yield ", ".join(f"{key} {value}" for key, value in about.items()) + ".\n"
     yield f"`{record['command']}`; medians of {record['runs']} runs in turn, seconds; the ratio is"
-    yield "the better of scipy.fft and scipy.signal over cascade; CPU time is user and system.\n"
+    yield "the better of the peers over cascade; CPU time is user and system.\n"
     yield "| field | threads | what | cascade | scipy.fft | scipy.signal | ratio | ratio of CPU |"
     yield "|---|---|---|---|---|---|---|---|"
     for row in record["rows"]:
-        median = lambda name, part: statistics.median(
-            run[part] if isinstance(run, (list, tuple)) else run for run in row["seconds"][name]
-        )
-        ours, fft, signal = (median(n, 0) for n in ("cascade", "scipy.fft", "scipy.signal"))
-        cpu = ""
-        if row["what"] == "process":
-            used, *theirs = (median(n, 1) for n in ("cascade", "scipy.fft", "scipy.signal"))
-            cpu = f"{min(theirs) / used:.1f}"
-        yield (
-            f"| {row['field']} | {row['threads']} | {row['what']} | {ours:.4f} | {fft:.4f} "
-            f"| {signal:.4f} | {min(fft, signal) / ours:.2f} | {cpu} |"
-        )
+        seconds = row["seconds"]
+        whole = row["what"] == "process"
+        of = lambda name, part: statistics.median(r[part] if whole else r for r in seconds[name])
+        wall = {name: of(name, 0) for name in seconds}
+        ratio = min(s for name, s in wall.items() if name != "cascade") / wall["cascade"]
+        cells = [row["field"], row["threads"], row["what"]]
+        cells += [f"{wall[n]:.4f}" if n in wall else "" for n in NAMES] + [f"{ratio:.2f}"]
+        if whole:
+            used = {name: of(name, 1) for name in seconds}
+            cells.append(f"{min(used[n] for n in NAMES[1:]) / used['cascade']:.2f}")
+        yield "| " + " | ".join(map(str, cells)) + " |"
     yield "\nFrom exec to the first byte, ms (median, largest):\n"
     for what, seconds in record["first_byte"].items():
         middle, largest = 1e3 * statistics.median(seconds), 1e3 * max(seconds)
@@ -186,6 +186,7 @@ def main():
             threads = len(cores)
             pin = ["taskset", "-c", ",".join(map(str, cores))]
             common = {"field": field.stem, "threads": threads}
+            print(field.stem, threads, "threads", file=sys.stderr)
             seen = processes(field, asked.work, pin, threads, asked.runs)
             rows.append({**common, "what": "process", "seconds": seen})
             for stage, seen in stages(field, asked.work, pin, threads, asked.runs).items():
