@@ -70,6 +70,10 @@ fn bits(spectra: &Spectra, analysis: &Analysis) -> Vec<u64> {
         .chain(p.time)
         .chain(p.space)
         .chain(p.spacetime);
+    let short = analysis.short_time.iter().flat_map(|s| &s.spectra);
+    let short = short.flat_map(|one| one.values.iter().copied());
+    let by_frequency = analysis.direction_by_frequency.iter().flatten().flatten();
+    let small = small.chain(short).chain(by_frequency.copied());
     large
         .chain(small)
         .chain(scalars)

@@ -208,10 +208,11 @@ mod tests {
         drop(dropped);
         assert_eq!(count()?, 0);
 
+        let summary = r#"{ "schema": "cascade.analyze/1" }"#;
         let first = ResultDirectory::create(&wanted, false)?;
-        first.write("summary.json", "1")?;
+        first.write("summary.json", summary)?;
         first.publish()?;
-        assert_eq!(fs::read_to_string(wanted.join("summary.json"))?, "1");
+        assert_eq!(fs::read_to_string(wanted.join("summary.json"))?, summary);
         let refused = ResultDirectory::create(&wanted, false);
         assert!(matches!(refused, Err(Error::Exists { .. })));
 
@@ -230,13 +231,22 @@ mod tests {
         fs::write(&file, "samples")?;
         fs::create_dir(&folder)?;
         fs::write(folder.join("notes.txt"), "mine")?;
-        for wanted in [&file, &folder] {
+        // Figures alone, and figures that no run has drawn beside those of one.
+        let (paper, mixed) = (place.path().join("paper"), place.path().join("mixed"));
+        fs::create_dir_all(paper.join("figures"))?;
+        fs::create_dir_all(mixed.join("figures"))?;
+        fs::write(
+            mixed.join("summary.json"),
+            r#""schema": "cascade.analyze/1""#,
+        )?;
+        fs::write(mixed.join("figures/mine.png"), "picture")?;
+        for wanted in [&file, &folder, &paper, &mixed] {
             let refused = ResultDirectory::create(wanted, true);
             assert!(matches!(refused, Err(Error::Occupied { .. })));
         }
         let nameless = ResultDirectory::create(Path::new("."), true);
         assert!(matches!(nameless, Err(Error::Request { .. })));
-        assert_eq!(fs::read_dir(place.path())?.count(), 2);
+        assert_eq!(fs::read_dir(place.path())?.count(), 4);
         Ok(())
     }
 
