@@ -64,6 +64,16 @@ impl Power<'_> {
         self.density(&length, &bin)
     }
 
+    /// `Pi_K(k, t)`: half of `v^2 dx` a unit of time, so per unit of mass.
+    pub fn flux(self, axes: &Axes) -> String {
+        format!(
+            "kinetic flux surrogate per unit mass ({} {} / {})",
+            self.square(),
+            axes.space_unit(),
+            factor(axes.time_unit())
+        )
+    }
+
     fn density(self, length: &str, bin: &str) -> String {
         let (square, bin) = (self.square(), factor(bin));
         match self.scaling {

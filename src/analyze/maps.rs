@@ -52,7 +52,7 @@ impl Maps<'_> {
     }
 
     pub fn flux(&self, map: MapBuilder) -> Map {
-        let label = "kinetic flux surrogate (per unit mass)".into();
+        let label = self.power().flux(&self.plan.axes);
         self.finish(map, label, Side::Time, Side::Wavenumber)
     }
 
