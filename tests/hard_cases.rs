@@ -250,21 +250,22 @@ fn a_masked_gap_has_no_weight() {
     assert!(total > 0.0 && residuals(&analysis).all(|r| r.abs() < 1e-14));
 }
 
-/// Lines of any slope with a hole: nothing is left of them, if the hole does not enter the fit and
-/// is 0 after it, in the whole record and in each segment.
+/// A line in each stretch of a record, with a hole: nothing is left of it, if the hole does not
+/// enter the fit and is 0 after it, in the whole record and in each segment.
 #[test]
 fn a_masked_gap_stays_out_of_trends() {
-    let mut values = Array2::from_shape_fn((200, 6), |(n, j)| 1e3 + n as f64 * (1.0 + j as f64));
-    for n in 40..71 {
-        values[[n, 3]] = f64::NAN;
-    }
-    for welch in [
-        None,
-        Some(Welch {
-            segment: 50,
-            overlap: 0,
-        }),
-    ] {
+    let segments = Welch {
+        segment: 50,
+        overlap: 0,
+    };
+    for (stretch, welch) in [(200, None), (50, Some(segments))] {
+        let mut values = Array2::from_shape_fn((200, 6), |(n, j)| {
+            let slope = 1.0 + (n / stretch) as f64 * (1.0 + j as f64);
+            1e3 + slope * (n % stretch) as f64
+        });
+        for n in 40..71 {
+            values[[n, 3]] = f64::NAN;
+        }
         let request = Request {
             gaps: Gaps::Mask,
             detrend_time: Detrend::Linear,
