@@ -51,7 +51,7 @@ fn pixels((x, y): BackendCoord) -> Point {
 /// A [`Canvas`] as `plotters` draws on it.
 pub type Area = DrawingArea<Surface, Shift>;
 
-/// A white sheet for charts of one's own, drawn by [`plotters`](super::plotters).
+/// A white sheet for charts of one's own, drawn by `plotters`.
 ///
 /// `plotters` places everything in whole units of its backend. Here a unit is a tenth of a pixel,
 /// so that curves and letters are not snapped to pixels: give lengths with [`px`] and fonts with

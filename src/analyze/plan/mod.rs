@@ -97,7 +97,8 @@ const TILE_TIMES: usize = 32;
 
 /// Settles `request` for `field`.
 ///
-/// Reads samples only where the range of times depends on them ([`TimeRange::UntilArrival`]).
+/// Reads samples only where the range of times depends on them, as in
+/// [`TimeRange::UntilArrival`](super::TimeRange::UntilArrival).
 ///
 /// # Errors
 /// [`Error::Request`] names the option that does not fit; [`Error::Memory`] where not even the
