@@ -2,6 +2,7 @@
 #![warn(missing_debug_implementations)]
 
 pub mod analyze;
+pub mod chain;
 pub mod error;
 pub mod field;
 #[cfg(feature = "figures")]
