@@ -5,7 +5,6 @@
 /// Source: T. R. Chandrupatla, Advances in Engineering Software 28 (1997) 145-149.
 pub(crate) fn between(mut a: f64, mut b: f64, f: impl Fn(f64) -> f64) -> f64 {
     let (mut fa, mut fb) = (f(a), f(b));
-    let (mut c, mut fc) = (a, fa);
     let mut share = 0.5;
     loop {
         if fa == 0.0 {
@@ -16,11 +15,13 @@ pub(crate) fn between(mut a: f64, mut b: f64, f: impl Fn(f64) -> f64) -> f64 {
         }
         let x = a + share * (b - a);
         let fx = f(x);
-        if fx.is_sign_negative() == fa.is_sign_negative() {
-            (c, fc) = (a, fa);
+        let (c, fc) = if fx.is_sign_negative() == fa.is_sign_negative() {
+            (a, fa)
         } else {
-            (c, fc, b, fb) = (b, fb, a, fa);
-        }
+            let behind = (b, fb);
+            (b, fb) = (a, fa);
+            behind
+        };
         (a, fa) = (x, fx);
         let best = if fa.abs() < fb.abs() { a } else { b };
         let limit = 2.0 * f64::EPSILON * best.abs() + f64::MIN_POSITIVE;
