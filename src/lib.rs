@@ -3,6 +3,7 @@
 
 pub mod analyze;
 mod buffer;
+pub mod chain;
 mod diagnostics;
 pub mod error;
 pub mod field;

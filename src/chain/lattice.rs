@@ -1,0 +1,316 @@
+//! The chain itself: masses, contacts, ends, losses, and the patterns they are laid out in.
+//!
+//! `m_j x_j'' = F_{j-1} - F_j`, `F_j = F(delta_j)`, `delta_j = x_j - x_{j+1} + delta0_j`: contact j
+//! joins sites j and j+1, and the last one joins the last site to the fixed wall.
+
+use super::law::Law;
+use crate::{Error, Result};
+
+/// What holds the ends.
+#[derive(Debug, Clone, Copy, PartialEq, Default)]
+pub enum Ends {
+    /// The first site is free, the last one touches a fixed wall: N contacts.
+    #[default]
+    Wall,
+    /// Both ends are free: N - 1 contacts.
+    Free,
+    /// Both ends touch fixed walls: N contacts, and one of this coefficient before site 0.
+    Fixed { left_coefficient: f64 },
+    /// The last contact joins the last site to the first one: N contacts.
+    Periodic,
+}
+
+/// Terms that take energy out, each absent at 0.
+#[derive(Debug, Clone, Copy, PartialEq, Default)]
+pub struct Losses {
+    /// Dashpot in every closed contact: `Fd = dashpot * delta'`.
+    pub dashpot: f64,
+    /// Hertz-compatible damping: `Fd = tangent * (dF/d delta) delta'`.
+    pub tangent: f64,
+    /// Viscous drag on every site: the force `-drag * v`.
+    pub drag: f64,
+}
+
+impl Losses {
+    /// Whether any term is present.
+    pub fn any(&self) -> bool {
+        *self != Losses::default()
+    }
+}
+
+/// A chain of N sites.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Chain {
+    /// Mass of each site.
+    pub mass: Vec<f64>,
+    /// Coefficient of each contact, as many as [`Ends`] says.
+    pub coefficient: Vec<f64>,
+    pub law: Law,
+    pub ends: Ends,
+    /// Static force in every contact, held at free ends by a constant force from outside.
+    pub precompression: f64,
+    pub losses: Losses,
+}
+
+impl Chain {
+    /// The non-dimensional dimer: unit masses, Hertz contacts of coefficients 1, kappa, 1, ...,
+    /// free at the striker, with a wall after the last site.
+    pub fn dimer(n_sites: usize, stiffness_ratio: f64) -> Chain {
+        Chain {
+            mass: vec![1.0; n_sites],
+            coefficient: (0..n_sites)
+                .map(|j| if j % 2 == 0 { 1.0 } else { stiffness_ratio })
+                .collect(),
+            law: Law::Hertz,
+            ends: Ends::Wall,
+            precompression: 0.0,
+            losses: Losses::default(),
+        }
+    }
+
+    pub fn n_sites(&self) -> usize {
+        self.mass.len()
+    }
+
+    pub fn n_contacts(&self) -> usize {
+        self.coefficient.len()
+    }
+
+    /// Whether a wall stands before site 0.
+    pub fn has_left_wall(&self) -> bool {
+        matches!(self.ends, Ends::Fixed { .. })
+    }
+
+    /// Static overlap of contact j.
+    pub fn static_overlap(&self, contact: usize) -> f64 {
+        self.law
+            .static_overlap(self.coefficient[contact], self.precompression)
+    }
+
+    /// Overlap of contact j beyond the static one, `x_j - x_{j+1}`.
+    pub fn overlap(&self, contact: usize, displacement: &[f64]) -> f64 {
+        displacement[contact] - self.right_of(contact, displacement)
+    }
+
+    fn right_of(&self, contact: usize, values: &[f64]) -> f64 {
+        match (values.get(contact + 1), self.ends) {
+            (Some(&value), _) => value,
+            (None, Ends::Periodic) => values[0],
+            (None, _) => 0.0,
+        }
+    }
+
+    /// Force in contact j beyond the static one, damping included.
+    pub fn force(&self, contact: usize, displacement: &[f64], velocity: &[f64]) -> f64 {
+        self.elastic_force(contact, displacement)
+            + self.damping_force(contact, displacement, velocity)
+    }
+
+    /// Elastic force in contact j beyond the static one.
+    pub fn elastic_force(&self, contact: usize, displacement: &[f64]) -> f64 {
+        let (c, d0) = (self.coefficient[contact], self.static_overlap(contact));
+        self.law.force(c, d0, self.overlap(contact, displacement))
+    }
+
+    /// Damping force in contact j.
+    pub fn damping_force(&self, contact: usize, displacement: &[f64], velocity: &[f64]) -> f64 {
+        let Losses {
+            dashpot, tangent, ..
+        } = self.losses;
+        if dashpot == 0.0 && tangent == 0.0 {
+            return 0.0;
+        }
+        let (c, d0) = (self.coefficient[contact], self.static_overlap(contact));
+        let r = self.overlap(contact, displacement);
+        let closed = d0 + r > 0.0 || !self.law.is_one_sided();
+        let dashpot = if closed { dashpot } else { 0.0 };
+        let closing = velocity[contact] - self.right_of(contact, velocity);
+        (dashpot + tangent * self.law.stiffness(c, d0, r)) * closing
+    }
+
+    /// Energy of each site beyond the static state: `m v^2 / 2`, half of the energy of each contact
+    /// with another site, all of the energy of a contact with a wall. `wall` is the displacement of
+    /// the wall before site 0, 0 where it is at rest or absent.
+    pub fn site_energies(
+        &self,
+        displacement: &[f64],
+        velocity: &[f64],
+        wall: f64,
+        out: &mut [f64],
+    ) {
+        let n = self.n_sites();
+        for (j, energy) in out.iter_mut().enumerate() {
+            *energy = 0.5 * self.mass[j] * velocity[j] * velocity[j];
+        }
+        for j in 0..self.n_contacts() {
+            let r = self.overlap(j, displacement);
+            let energy = self
+                .law
+                .energy(self.coefficient[j], self.static_overlap(j), r);
+            let right = if j + 1 < n {
+                Some(j + 1)
+            } else if self.ends == Ends::Periodic {
+                Some(0)
+            } else {
+                None
+            };
+            match right {
+                Some(right) => {
+                    out[j] += 0.5 * energy;
+                    out[right] += 0.5 * energy;
+                }
+                None => out[j] += energy,
+            }
+        }
+        if let Ends::Fixed { left_coefficient } = self.ends {
+            let d0 = self
+                .law
+                .static_overlap(left_coefficient, self.precompression);
+            out[0] += self
+                .law
+                .energy(left_coefficient, d0, wall - displacement[0]);
+        }
+    }
+
+    /// Total energy beyond the static state; `wall` as for [`Chain::site_energies`].
+    pub fn energy(&self, displacement: &[f64], velocity: &[f64], wall: f64) -> f64 {
+        let mut energies = vec![0.0; self.n_sites()];
+        self.site_energies(displacement, velocity, wall, &mut energies);
+        energies.iter().sum()
+    }
+
+    /// # Errors
+    /// [`Error::Request`] naming the first value that is not physical or does not fit the others.
+    pub fn check(&self) -> Result<()> {
+        let n = self.n_sites();
+        let contacts = match self.ends {
+            Ends::Free => n.saturating_sub(1),
+            _ => n,
+        };
+        if n == 0 || (n < 3 && self.ends == Ends::Periodic) {
+            return Err(refuse("sites", "1 or more, 3 or more if periodic", n));
+        }
+        if self.n_contacts() != contacts {
+            return Err(refuse(
+                "coefficient",
+                &format!("{contacts} contacts for {n} sites with these ends"),
+                self.n_contacts(),
+            ));
+        }
+        for &m in &self.mass {
+            if !(m > 0.0 && m.is_finite()) {
+                return Err(refuse("mass", "positive masses", m));
+            }
+        }
+        let left = match self.ends {
+            Ends::Fixed { left_coefficient } => Some(left_coefficient),
+            _ => None,
+        };
+        for &c in self.coefficient.iter().chain(&left) {
+            if !(c > 0.0 && c.is_finite()) {
+                return Err(refuse("coefficient", "positive coefficients", c));
+            }
+        }
+        if let Law::Power { exponent } = self.law
+            && !(exponent > 1.0 && exponent.is_finite())
+        {
+            return Err(refuse("exponent", "an exponent above 1", exponent));
+        }
+        if let Law::Spring { alpha, beta } = self.law
+            && !(alpha.is_finite() && beta.is_finite())
+        {
+            return Err(refuse(
+                "law",
+                "finite alpha and beta",
+                format!("{alpha}, {beta}"),
+            ));
+        }
+        if !(self.precompression >= 0.0 && self.precompression.is_finite()) {
+            let expected = "a static force of 0 or more";
+            return Err(refuse("precompression", expected, self.precompression));
+        }
+        if self.precompression > 0.0 && !self.law.is_one_sided() {
+            let expected = "none with two-sided springs";
+            return Err(refuse("precompression", expected, self.precompression));
+        }
+        let Losses {
+            dashpot,
+            tangent,
+            drag,
+        } = self.losses;
+        for (name, value) in [("dashpot", dashpot), ("tangent", tangent), ("drag", drag)] {
+            if !(value >= 0.0 && value.is_finite()) {
+                return Err(refuse(name, "a loss of 0 or more", value));
+            }
+        }
+        Ok(())
+    }
+}
+
+pub(crate) fn refuse(option: &'static str, expected: &str, found: impl std::fmt::Display) -> Error {
+    Error::Request {
+        option,
+        expected: expected.to_owned(),
+        found: found.to_string(),
+    }
+}
+
+/// Values laid out along a chain.
+#[derive(Debug, Clone, PartialEq)]
+pub enum Pattern {
+    /// The cell, repeated: one value is uniform, two a dimer, three a trimer.
+    Cell(Vec<f64>),
+    /// Geometric from the first value to the last.
+    Tapered { first: f64, last: f64 },
+    /// Independent and uniform in `mean * (1 -+ spread)`, the same on every machine for a seed.
+    Random { mean: f64, spread: f64, seed: u64 },
+    /// Every value given.
+    Values(Vec<f64>),
+}
+
+impl Pattern {
+    /// The values along `n` places.
+    ///
+    /// # Errors
+    /// [`Error::Request`] for an empty cell, values of another number than `n`, or a pattern
+    /// that is not positive throughout.
+    pub fn values(&self, n: usize) -> Result<Vec<f64>> {
+        let values: Vec<f64> = match self {
+            Pattern::Cell(cell) if cell.is_empty() => {
+                return Err(refuse("cell", "at least one value", "none"));
+            }
+            Pattern::Cell(cell) => cell.iter().copied().cycle().take(n).collect(),
+            Pattern::Tapered { first, last } => {
+                let steps = n.saturating_sub(1).max(1) as f64;
+                let rate = (last / first).ln() / steps;
+                (0..n).map(|j| first * (rate * j as f64).exp()).collect()
+            }
+            Pattern::Random { mean, spread, seed } => {
+                let mut state = *seed;
+                (0..n)
+                    .map(|_| mean * (1.0 + spread * (2.0 * uniform(&mut state) - 1.0)))
+                    .collect()
+            }
+            Pattern::Values(values) if values.len() != n => {
+                return Err(refuse("values", &format!("{n} values"), values.len()));
+            }
+            Pattern::Values(values) => values.clone(),
+        };
+        match values.iter().find(|v| !(**v > 0.0 && v.is_finite())) {
+            Some(value) => Err(refuse("pattern", "positive values", value)),
+            None => Ok(values),
+        }
+    }
+}
+
+/// The next number in 0..1 of SplitMix64.
+///
+/// Source: G. L. Steele, D. Lea, C. H. Flood, *Fast splittable pseudorandom number generators*,
+/// OOPSLA 2014.
+fn uniform(state: &mut u64) -> f64 {
+    *state = state.wrapping_add(0x9e37_79b9_7f4a_7c15);
+    let mut z = *state;
+    z = (z ^ (z >> 30)).wrapping_mul(0xbf58_476d_1ce4_e5b9);
+    z = (z ^ (z >> 27)).wrapping_mul(0x94d0_49bb_1331_11eb);
+    ((z ^ (z >> 31)) >> 11) as f64 / (1u64 << 53) as f64
+}

@@ -1,0 +1,295 @@
+//! Contact laws: force and energy of a contact against its overlap.
+//!
+//! A contact of coefficient c and static overlap `d0` carries, at the overlap `d0 + r`, the excess
+//! over its static state: `F(d0 + r) - F(d0)` and `V(d0 + r) - V(d0) - F(d0) r`. The excess is
+//! computed as such, never as a difference of large numbers, so that small waves on a strong
+//! precompression keep their digits. Without precompression it is the force itself.
+
+/// How the force of a contact grows with its overlap delta.
+#[derive(Debug, Clone, Copy, PartialEq, Default)]
+pub enum Law {
+    /// `F = c max(delta, 0)^{3/2}`, `V = (2/5) c max(delta, 0)^{5/2}`.
+    #[default]
+    Hertz,
+    /// `F = c max(delta, 0)^p`, `V = c max(delta, 0)^{p+1} / (p+1)`, p > 1.
+    Power { exponent: f64 },
+    /// Two-sided, `F = c (delta - alpha delta^2 + beta delta^3)`,
+    /// `V = c (delta^2/2 - alpha delta^3/3 + beta delta^4/4)`: linear at `alpha = beta = 0`,
+    /// else the alpha and beta chains of Fermi, Pasta, Ulam and Tsingou (delta is minus the
+    /// elongation).
+    Spring { alpha: f64, beta: f64 },
+}
+
+impl Law {
+    /// Whether the contact can only press, so that it opens.
+    pub fn is_one_sided(&self) -> bool {
+        !matches!(self, Law::Spring { .. })
+    }
+
+    /// Excess force at the overlap `static_overlap + r`.
+    pub fn force(&self, coefficient: f64, static_overlap: f64, r: f64) -> f64 {
+        match *self {
+            Law::Hertz if static_overlap == 0.0 => Hertz.force(coefficient, 0.0, r),
+            Law::Hertz => PressedHertz.force(coefficient, static_overlap, r),
+            Law::Power { exponent } => Power { exponent }.force(coefficient, static_overlap, r),
+            Law::Spring { alpha, beta } => Spring { alpha, beta }.force(coefficient, 0.0, r),
+        }
+    }
+
+    /// Derivative of [`Law::force`] along r.
+    pub fn stiffness(&self, coefficient: f64, static_overlap: f64, r: f64) -> f64 {
+        match *self {
+            Law::Hertz => 1.5 * coefficient * (static_overlap + r).max(0.0).sqrt(),
+            Law::Power { exponent } => {
+                exponent * coefficient * (static_overlap + r).max(0.0).powf(exponent - 1.0)
+            }
+            Law::Spring { alpha, beta } => coefficient * (1.0 + r * (3.0 * beta * r - 2.0 * alpha)),
+        }
+    }
+
+    /// Excess energy at the overlap `static_overlap + r`.
+    pub fn energy(&self, coefficient: f64, static_overlap: f64, r: f64) -> f64 {
+        let delta = static_overlap + r;
+        match *self {
+            Law::Hertz if static_overlap == 0.0 => {
+                let d = r.max(0.0);
+                0.4 * coefficient * d * d * d.sqrt()
+            }
+            Law::Hertz => {
+                let s0 = static_overlap.sqrt();
+                if delta <= 0.0 {
+                    return coefficient * static_overlap * s0 * (-r - 0.4 * static_overlap);
+                }
+                let u = r / (delta.sqrt() + s0);
+                let cubic = s0 * s0 * (7.5 * s0 + 10.0 * u) + u * u * (5.0 * s0 + u);
+                0.4 * coefficient * u * u * cubic
+            }
+            Law::Power { exponent: p } => {
+                let static_force = coefficient * static_overlap.powf(p);
+                if static_overlap == 0.0 {
+                    return coefficient * r.max(0.0).powf(p + 1.0) / (p + 1.0);
+                }
+                if delta <= 0.0 {
+                    return static_force * (-r - static_overlap / (p + 1.0));
+                }
+                static_force * static_overlap * power_excess(p, r / static_overlap)
+            }
+            Law::Spring { alpha, beta } => {
+                coefficient * r * r * (0.5 + r * (0.25 * beta * r - alpha / 3.0))
+            }
+        }
+    }
+
+    /// The static overlap under a static force.
+    pub fn static_overlap(&self, coefficient: f64, force: f64) -> f64 {
+        match *self {
+            Law::Hertz => (force / coefficient).powf(2.0 / 3.0),
+            Law::Power { exponent } => (force / coefficient).powf(1.0 / exponent),
+            Law::Spring { .. } => 0.0,
+        }
+    }
+}
+
+/// `[(1 + q)^{p+1} - 1] / (p + 1) - q`, by its series where the difference would cancel.
+fn power_excess(p: f64, q: f64) -> f64 {
+    if q.abs() > 1e-2 {
+        return ((p + 1.0) * q.ln_1p()).exp_m1() / (p + 1.0) - q;
+    }
+    let mut term = 0.5 * p * q * q;
+    let mut sum = term;
+    for n in 3..10 {
+        term *= (p - (n - 2) as f64) * q / n as f64;
+        sum += term;
+    }
+    sum
+}
+
+/// A law in the form the stepping is compiled for.
+pub(crate) trait Kernel: Copy + Send + Sync {
+    /// The power of the overlap with which a contact opens; `None` where it does not open.
+    fn opening_power(self) -> Option<f64>;
+
+    /// Excess force at the overlap `d0 + r`.
+    fn force(self, c: f64, d0: f64, r: f64) -> f64;
+
+    /// Derivative of the force along r.
+    fn stiffness(self, c: f64, d0: f64, r: f64) -> f64;
+
+    /// `delta^p` for `delta >= 0`, with the power at which the contact opens.
+    fn power(self, delta: f64) -> f64;
+}
+
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct Hertz;
+
+impl Kernel for Hertz {
+    fn opening_power(self) -> Option<f64> {
+        Some(1.5)
+    }
+
+    #[inline(always)]
+    fn force(self, c: f64, _: f64, r: f64) -> f64 {
+        let d = if r > 0.0 { r } else { 0.0 };
+        c * (d * d.sqrt())
+    }
+
+    #[inline(always)]
+    fn stiffness(self, c: f64, _: f64, r: f64) -> f64 {
+        let d = if r > 0.0 { r } else { 0.0 };
+        1.5 * c * d.sqrt()
+    }
+
+    #[inline(always)]
+    fn power(self, delta: f64) -> f64 {
+        delta * delta.sqrt()
+    }
+}
+
+/// Hertz with a static overlap: `s^3 - s0^3 = r (s^2 + s s0 + s0^2) / (s + s0)`, s the root.
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct PressedHertz;
+
+impl Kernel for PressedHertz {
+    fn opening_power(self) -> Option<f64> {
+        Some(1.5)
+    }
+
+    #[inline(always)]
+    fn force(self, c: f64, d0: f64, r: f64) -> f64 {
+        let d = d0 + r;
+        let r = if d > 0.0 { r } else { -d0 };
+        let d = if d > 0.0 { d } else { 0.0 };
+        let (s, s0) = (d.sqrt(), d0.sqrt());
+        let sum = s + s0;
+        let sum = if sum > 0.0 { sum } else { 1.0 };
+        c * (r * (d + s * s0 + d0) / sum)
+    }
+
+    #[inline(always)]
+    fn stiffness(self, c: f64, d0: f64, r: f64) -> f64 {
+        Hertz.stiffness(c, 0.0, d0 + r)
+    }
+
+    #[inline(always)]
+    fn power(self, delta: f64) -> f64 {
+        delta * delta.sqrt()
+    }
+}
+
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct Power {
+    pub(crate) exponent: f64,
+}
+
+impl Kernel for Power {
+    fn opening_power(self) -> Option<f64> {
+        Some(self.exponent)
+    }
+
+    #[inline(always)]
+    fn force(self, c: f64, d0: f64, r: f64) -> f64 {
+        let d = d0 + r;
+        if d0 == 0.0 {
+            c * d.max(0.0).powf(self.exponent)
+        } else if d > 0.0 {
+            c * d0.powf(self.exponent) * (self.exponent * (r / d0).ln_1p()).exp_m1()
+        } else {
+            -c * d0.powf(self.exponent)
+        }
+    }
+
+    #[inline(always)]
+    fn stiffness(self, c: f64, d0: f64, r: f64) -> f64 {
+        c * self.exponent * (d0 + r).max(0.0).powf(self.exponent - 1.0)
+    }
+
+    #[inline(always)]
+    fn power(self, delta: f64) -> f64 {
+        delta.powf(self.exponent)
+    }
+}
+
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct Spring {
+    pub(crate) alpha: f64,
+    pub(crate) beta: f64,
+}
+
+impl Kernel for Spring {
+    fn opening_power(self) -> Option<f64> {
+        None
+    }
+
+    #[inline(always)]
+    fn force(self, c: f64, _: f64, r: f64) -> f64 {
+        c * r * (1.0 + r * (self.beta * r - self.alpha))
+    }
+
+    #[inline(always)]
+    fn stiffness(self, c: f64, _: f64, r: f64) -> f64 {
+        c * (1.0 + r * (3.0 * self.beta * r - 2.0 * self.alpha))
+    }
+
+    #[inline(always)]
+    fn power(self, delta: f64) -> f64 {
+        delta
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Five-point derivative of the energy against the force, on both sides of opening.
+    #[test]
+    fn val_calculus_force_is_the_slope_of_the_energy() {
+        let laws = [
+            Law::Hertz,
+            Law::Power { exponent: 2.5 },
+            Law::Spring {
+                alpha: 0.25,
+                beta: 0.5,
+            },
+        ];
+        for law in laws {
+            for d0 in [0.0, 0.7] {
+                for r in [-1.3, -0.4, 0.005, 0.01, 0.6, 2.0] {
+                    let h = 1e-3 * f64::abs(d0 + r);
+                    let v = |k: f64| law.energy(2.0, d0, r + k * h);
+                    let slope = (8.0 * (v(1.0) - v(-1.0)) - (v(2.0) - v(-2.0))) / (12.0 * h);
+                    let f = law.force(2.0, d0, r);
+                    assert!((slope - f).abs() < 1e-9, "{law:?} {d0} {r}: {slope} {f}");
+                    let f = |k: f64| law.force(2.0, d0, r + k * h);
+                    let slope = (8.0 * (f(1.0) - f(-1.0)) - (f(2.0) - f(-2.0))) / (12.0 * h);
+                    let k = law.stiffness(2.0, d0, r);
+                    assert!((slope - k).abs() < 1e-5, "{law:?} {d0} {r}: {slope} {k}");
+                }
+            }
+        }
+    }
+
+    #[test]
+    fn val_expansion_small_waves_on_a_strong_precompression() {
+        for (law, p) in [
+            (Law::Hertz, 1.5),
+            (Law::Power { exponent: 2.2 }, 2.2f64),
+            (Law::Power { exponent: 1.5 }, 1.5),
+        ] {
+            for r in [1e-3, 1e-9, -1e-9, 1e-15] {
+                let q: f64 = r;
+                let f = p * q
+                    + p * (p - 1.0) / 2.0 * q * q
+                    + p * (p - 1.0) * (p - 2.0) / 6.0 * q.powi(3)
+                    + p * (p - 1.0) * (p - 2.0) * (p - 3.0) / 24.0 * q.powi(4);
+                let found = law.force(1.0, 1.0, r);
+                assert!((found / f - 1.0).abs() < 2e-14, "{law:?} {r}");
+                let v = p / 2.0 * q * q
+                    + p * (p - 1.0) / 6.0 * q.powi(3)
+                    + p * (p - 1.0) * (p - 2.0) / 24.0 * q.powi(4)
+                    + p * (p - 1.0) * (p - 2.0) * (p - 3.0) / 120.0 * q.powi(5);
+                let found = law.energy(1.0, 1.0, r);
+                assert!((found / v - 1.0).abs() < 2e-12, "{law:?} {r}");
+            }
+        }
+    }
+}

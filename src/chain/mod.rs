@@ -1,0 +1,16 @@
+//! The chain: from a scene to velocities, forces and the energy passed.
+
+pub mod contact;
+mod drive;
+mod elliptic;
+mod lattice;
+mod law;
+mod root;
+mod run;
+mod stepping;
+
+pub use drive::{Drive, Waveform};
+pub use lattice::{Chain, Ends, Losses, Pattern};
+pub use law::Law;
+pub use run::{Accuracy, CHECK_FACTOR, EndTime, Record, Run, RunReport, RunWarning, Simulation};
+pub use stepping::{Cost, Scheme, StepControl, Window};

@@ -1,0 +1,231 @@
+//! What a step of high order misses where a contact opens or closes inside it.
+//!
+//! The force `c max(delta, 0)^p` has an unbounded derivative where delta passes 0, which holds any
+//! quadrature to a low order. The overlap itself is smooth: over one step its quintic Hermite
+//! interpolant follows it closely. The integral of the force along that interpolant, by
+//! Gauss-Jacobi with the root as an end, less what the method's own quadrature makes of the same
+//! interpolant, is the correction of the step; the same applied to the error estimate keeps the
+//! step size from shrinking at every contact.
+
+use super::super::law::Kernel;
+use super::super::root;
+use super::quadrature::{Rule, gauss_jacobi};
+use super::tableau::Tableau;
+
+const NODES: usize = 6;
+
+/// A polynomial of degree five on 0..1.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Quintic([f64; 6]);
+
+impl Quintic {
+    /// From value, h times the first and h^2 times the second derivative at both ends.
+    #[inline]
+    pub(super) fn hermite(start: [f64; 3], end: [f64; 3]) -> Quintic {
+        let [y, d, a] = [start[0], start[1], 0.5 * start[2]];
+        let rise = end[0] - (y + d + a);
+        let slope = end[1] - (d + 2.0 * a);
+        let bend = 0.5 * end[2] - a;
+        Quintic([
+            y,
+            d,
+            a,
+            10.0 * rise - 4.0 * slope + bend,
+            -15.0 * rise + 7.0 * slope - 2.0 * bend,
+            6.0 * rise - 3.0 * slope + bend,
+        ])
+    }
+
+    #[inline]
+    pub(super) fn at(&self, s: f64) -> f64 {
+        self.0.iter().rfold(0.0, |sum, c| sum * s + c)
+    }
+
+    #[inline]
+    pub(super) fn slope_at(&self, s: f64) -> f64 {
+        let [_, a, b, c, d, e] = self.0;
+        a + s * (2.0 * b + s * (3.0 * c + s * (4.0 * d + s * 5.0 * e)))
+    }
+}
+
+/// A part of the step in which the contact presses, with the ends at which it opens.
+#[derive(Debug, Clone, Copy, PartialEq)]
+enum Span {
+    /// Between an opening and an end of the step.
+    Beside { opening: f64, end: f64 },
+    /// Between two openings.
+    Between { from: f64, to: f64 },
+}
+
+/// Quadratures along an opening contact, for one power of the overlap.
+#[derive(Debug, Clone)]
+pub(super) struct Correction {
+    one_end: Rule,
+    both_ends: Rule,
+}
+
+/// Integrals over the step, in units of it, for unit coefficient: what the method missed.
+#[derive(Debug, Clone, Copy, Default)]
+pub(super) struct Missed {
+    /// Of the force.
+    pub(super) impulse: f64,
+    /// Of the force times `1 - s`.
+    pub(super) moment: f64,
+    /// Of the force times the given speed.
+    pub(super) work: f64,
+    /// What the error estimate holds of this force, to be taken out.
+    pub(super) estimate: f64,
+}
+
+impl Correction {
+    pub(super) fn new(power: f64) -> Correction {
+        Correction {
+            one_end: gauss_jacobi(NODES, power, 0.0),
+            both_ends: gauss_jacobi(NODES, power, power),
+        }
+    }
+
+    /// What the method missed along `overlap`; `None` where the contact neither opens nor closes.
+    #[inline]
+    pub(super) fn along<K: Kernel>(
+        &self,
+        kernel: K,
+        tableau: &Tableau,
+        overlap: &Quintic,
+        speed: impl Fn(f64) -> f64,
+    ) -> Option<Missed> {
+        let spans = pressing_spans(overlap)?;
+        let mut missed = Missed::default();
+        let mut add = |s: f64, weight: f64| {
+            missed.impulse += weight;
+            missed.moment += weight * (1.0 - s);
+            missed.work += weight * speed(s);
+        };
+        for span in spans.into_iter().flatten() {
+            match span {
+                Span::Beside { opening, end } => {
+                    let length = end - opening;
+                    for &(node, weight) in &self.one_end {
+                        let s = opening + length * node;
+                        let ratio = (overlap.at(s) / node).max(0.0);
+                        add(s, length.abs() * weight * kernel.power(ratio));
+                    }
+                }
+                Span::Between { from, to } => {
+                    let length = to - from;
+                    for &(node, weight) in &self.both_ends {
+                        let s = from + length * node;
+                        let ratio = (overlap.at(s) / (node * (1.0 - node))).max(0.0);
+                        add(s, length * weight * kernel.power(ratio));
+                    }
+                }
+            }
+        }
+        let force = |stage: usize| kernel.power(overlap.at(tableau.c[stage]).max(0.0));
+        for &(stage, weight) in &tableau.bp {
+            let weighted = weight * force(stage);
+            missed.impulse -= weighted;
+            missed.work -= weighted * speed(tableau.c[stage]);
+        }
+        for &(stage, weight) in &tableau.b {
+            missed.moment -= weight * force(stage);
+        }
+        for &(stage, weight) in &tableau.error {
+            missed.estimate += weight * force(stage);
+        }
+        Some(missed)
+    }
+
+    /// What the method misses of the impulse up to each stage, for the velocities there.
+    pub(super) fn up_to_stages<K: Kernel>(
+        &self,
+        kernel: K,
+        tableau: &Tableau,
+        overlap: &Quintic,
+    ) -> Vec<f64> {
+        let spans = pressing_spans(overlap).unwrap_or_default();
+        let beside = |opening: f64, end: f64| {
+            let length = end - opening;
+            let sum: f64 = self
+                .one_end
+                .iter()
+                .map(|(node, weight)| {
+                    let ratio = overlap.at(opening + length * node) / node;
+                    weight * kernel.power(ratio.max(0.0))
+                })
+                .sum();
+            length.abs() * sum
+        };
+        let impulse_to = |c: f64| -> f64 {
+            let of_span = |span: &Span| match *span {
+                Span::Beside { opening, end } if end > opening => {
+                    if c > opening {
+                        beside(opening, c)
+                    } else {
+                        0.0
+                    }
+                }
+                Span::Beside { opening, end } => {
+                    let left = if c < opening { beside(opening, c) } else { 0.0 };
+                    beside(opening, end) - left
+                }
+                Span::Between { from, to } if c <= to => {
+                    if c > from {
+                        beside(from, c)
+                    } else {
+                        0.0
+                    }
+                }
+                Span::Between { from, to } => {
+                    let middle = 0.5 * (from + to);
+                    beside(from, middle) + beside(to, middle)
+                }
+            };
+            spans.iter().flatten().map(of_span).sum()
+        };
+        let force = |stage: usize| kernel.power(overlap.at(tableau.c[stage]).max(0.0));
+        (0..tableau.stages())
+            .map(|stage| {
+                let quadrature: f64 = tableau.velocity[stage]
+                    .iter()
+                    .map(|&(j, weight)| weight * force(j))
+                    .sum();
+                impulse_to(tableau.c[stage]) - quadrature
+            })
+            .collect()
+    }
+}
+
+/// Where the overlap is positive inside the step, if its sign changes there.
+fn pressing_spans(overlap: &Quintic) -> Option<[Option<Span>; 2]> {
+    let (start, end) = (overlap.at(0.0), overlap.at(1.0));
+    let root = |a: f64, b: f64| root::between(a, b, |s| overlap.at(s));
+    let beside = |opening: f64, end: f64| Some(Span::Beside { opening, end });
+    match (start > 0.0, end > 0.0) {
+        (false, true) => Some([beside(root(0.0, 1.0), 1.0), None]),
+        (true, false) => Some([beside(root(0.0, 1.0), 0.0), None]),
+        (pressing, _) => {
+            let turn = turning_point(overlap, pressing)?;
+            if (overlap.at(turn) > 0.0) == pressing {
+                return None;
+            }
+            let (from, to) = (root(0.0, turn), root(turn, 1.0));
+            Some(if pressing {
+                [beside(from, 0.0), beside(to, 1.0)]
+            } else {
+                [Some(Span::Between { from, to }), None]
+            })
+        }
+    }
+}
+
+/// Where the overlap comes nearest to changing its sign, if it turns inside the step.
+fn turning_point(overlap: &Quintic, pressing: bool) -> Option<f64> {
+    let (first, last) = (overlap.slope_at(0.0), overlap.slope_at(1.0));
+    let towards = if pressing {
+        first < 0.0 && last > 0.0
+    } else {
+        first > 0.0 && last < 0.0
+    };
+    towards.then(|| root::between(0.0, 1.0, |s| overlap.slope_at(s)))
+}

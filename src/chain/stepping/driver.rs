@@ -1,0 +1,298 @@
+//! From sample to sample: islands, steps, and the choice of their length.
+
+use super::composed::{self, Splitting};
+use super::correction::Correction;
+use super::islands::Islands;
+use super::pair::{self, Outcome, Scratch};
+use super::system::{State, System};
+use super::tableau::Tableau;
+use super::{Cost, StepControl, Stepping, Task};
+use crate::Result;
+use crate::chain::lattice::{Chain, refuse};
+use crate::chain::law::Kernel;
+use crate::chain::root;
+
+/// Steps for which a survey of the islands should hold.
+const HORIZON_STEPS: f64 = 4.0;
+
+#[derive(Debug)]
+pub(super) enum Method {
+    Pair {
+        tableau: Tableau,
+        correction: Option<Correction>,
+    },
+    Composition(Splitting),
+}
+
+impl Method {
+    /// Force evaluations a step.
+    fn evaluations(&self) -> usize {
+        match self {
+            Method::Pair { tableau, .. } => tableau.stages() - 1,
+            Method::Composition(splitting) => splitting.drifts.len(),
+        }
+    }
+}
+
+#[derive(Debug)]
+pub(super) struct Driver<K> {
+    system: System<K>,
+    method: Method,
+    islands: Islands,
+    control: StepControl,
+    lossy: bool,
+    energy: bool,
+    time: f64,
+    step: f64,
+    /// Until when the islands hold.
+    surveyed: f64,
+    /// By how much more than the horizon the next survey looks ahead.
+    caution: f64,
+    state: State,
+    next: State,
+    scratch: Scratch,
+    cost: Cost,
+}
+
+impl<K: Kernel> Driver<K> {
+    pub(super) fn new(task: &Task, system: System<K>, method: Method, state: State) -> Self {
+        let evaluations = method.evaluations();
+        let fading = system.kernel.opening_power().is_some() && task.chain.precompression == 0.0;
+        // Forces of an open power law die out within a few sites ahead of the front.
+        let ahead = if fading { 12 } else { 4 * evaluations + 1 };
+        let step = match task.control {
+            StepControl::Fixed(step) => step,
+            StepControl::LocalError(_) => {
+                let contact = contact_time(task.chain, task.velocity_scale, Extreme::Fastest);
+                let drive = task.drive.map_or(f64::INFINITY, |drive| {
+                    1.0 / drive.waveform().angular_frequency()
+                });
+                1e-3 * contact.min(drive)
+            }
+        };
+        Driver {
+            islands: Islands::new(task.window, ahead),
+            control: task.control,
+            lossy: task.chain.losses.any(),
+            energy: task.energy,
+            time: 0.0,
+            step,
+            surveyed: f64::NEG_INFINITY,
+            caution: 1.0,
+            next: state.clone(),
+            scratch: Scratch::new(system.places(), evaluations + 1),
+            state,
+            cost: Cost::default(),
+            system,
+            method,
+        }
+    }
+
+    fn survey(&mut self, h: f64) {
+        let horizon = HORIZON_STEPS * h;
+        self.islands
+            .survey(&self.system, &self.state, horizon, self.caution);
+        self.surveyed = self.time + horizon;
+        for gap in self.islands.gaps() {
+            self.state.a[gap.clone()].fill(0.0);
+            self.next.a[gap].fill(0.0);
+        }
+    }
+
+    fn attempt(&mut self, h: f64) -> Outcome {
+        #[cfg(target_arch = "x86_64")]
+        if std::arch::is_x86_feature_detected!("avx2") {
+            // SAFETY: the feature this is compiled for was found just above.
+            return unsafe { self.attempt_avx2(h) };
+        }
+        self.attempt_portable(h)
+    }
+
+    #[cfg(target_arch = "x86_64")]
+    #[target_feature(enable = "avx2")]
+    fn attempt_avx2(&mut self, h: f64) -> Outcome {
+        self.attempt_portable(h)
+    }
+
+    #[inline(always)]
+    fn attempt_portable(&mut self, h: f64) -> Outcome {
+        match (self.lossy, self.energy) {
+            (false, false) => self.attempt_with::<false, false>(h),
+            (false, true) => self.attempt_with::<false, true>(h),
+            (true, false) => self.attempt_with::<true, false>(h),
+            (true, true) => self.attempt_with::<true, true>(h),
+        }
+    }
+
+    #[inline(always)]
+    fn attempt_with<const LOSSY: bool, const ENERGY: bool>(&mut self, h: f64) -> Outcome {
+        let negligible = match self.control {
+            StepControl::LocalError(tolerance) => 1e-3 * tolerance,
+            StepControl::Fixed(_) => 0.0,
+        };
+        let span = (self.time, h);
+        let mut all = Outcome::default();
+        for island in &self.islands.active {
+            self.cost.forces += (island.contacts.len() * self.method.evaluations()) as u64;
+            all = all.and(match &self.method {
+                Method::Pair {
+                    tableau,
+                    correction,
+                } => pair::advance::<K, LOSSY, ENERGY>(
+                    &self.system,
+                    tableau,
+                    correction.as_ref(),
+                    negligible,
+                    island,
+                    span,
+                    &self.state,
+                    &mut self.next,
+                    &mut self.scratch,
+                ),
+                Method::Composition(splitting) => composed::advance::<K, ENERGY>(
+                    &self.system,
+                    splitting,
+                    island,
+                    span,
+                    &self.state,
+                    &mut self.next,
+                    &mut self.scratch,
+                ),
+            });
+        }
+        for gap in self.islands.gaps() {
+            let (x, v) = (&self.state.x[gap.clone()], &self.state.v[gap.clone()]);
+            let x1 = &mut self.next.x[gap.clone()];
+            match &self.method {
+                Method::Pair { .. } => {
+                    for ((x1, x), v) in x1.iter_mut().zip(x).zip(v) {
+                        *x1 = x + h * v;
+                    }
+                }
+                Method::Composition(splitting) => {
+                    x1.copy_from_slice(x);
+                    splitting.fly(h, v, x1);
+                }
+            }
+            self.next.v[gap].copy_from_slice(v);
+        }
+        all
+    }
+
+    /// What contacts of no island have passed on stays what it was.
+    fn carry_energies(&mut self) {
+        for shut in self.islands.shut(self.state.passed.len()) {
+            self.next.passed[shut.clone()].copy_from_slice(&self.state.passed[shut]);
+        }
+        for gap in self.islands.gaps() {
+            self.next.lost[gap.clone()].copy_from_slice(&self.state.lost[gap]);
+        }
+    }
+
+    /// The factor by which the next step may be longer, and whether this one was good enough.
+    fn judge(&self, error: f64) -> (f64, bool) {
+        match (self.control, &self.method) {
+            (StepControl::LocalError(tolerance), Method::Pair { tableau, .. }) => {
+                let exponent = -1.0 / f64::from(tableau.embedded_order + 1);
+                let factor = 0.9 * (error / tolerance).powf(exponent);
+                (factor.clamp(0.2, 4.0), error <= tolerance)
+            }
+            _ => (1.0, true),
+        }
+    }
+}
+
+impl<K: Kernel> Stepping for Driver<K> {
+    fn advance_to(&mut self, target: f64) -> Result<()> {
+        while self.time < target {
+            let left = target - self.time;
+            let steps = (left / self.step * (1.0 - 1e-12)).ceil().max(1.0);
+            let h = left / steps;
+            if self.time + h <= self.time || h.is_nan() {
+                let expected = "motion that steps of finite length can follow";
+                return Err(refuse("tolerance", expected, format!("a step of {h:e}")));
+            }
+            if self.time + h > self.surveyed {
+                self.survey(h);
+            }
+            let outcome = self.attempt(h);
+            if !outcome.error.is_finite() {
+                if let StepControl::Fixed(step) = self.control {
+                    let expected = "a step below the stability limit";
+                    let found = format!("{step:e}, which overflowed at time {:e}", self.time);
+                    return Err(refuse("step", expected, found));
+                }
+                self.step = 0.1 * h;
+                self.cost.rejected_steps += 1;
+                continue;
+            }
+            if outcome.leaked {
+                self.survey(h);
+                self.caution *= 2.0;
+                continue;
+            }
+            let (factor, accepted) = self.judge(outcome.error);
+            if !accepted {
+                self.step = h * factor.min(0.9);
+                self.cost.rejected_steps += 1;
+                continue;
+            }
+            self.caution = 1.0;
+            if self.energy {
+                self.carry_energies();
+            }
+            std::mem::swap(&mut self.state, &mut self.next);
+            self.time = if steps == 1.0 { target } else { self.time + h };
+            self.cost.steps += 1;
+            self.cost.corrected_contacts += outcome.corrected;
+            // A step cut short by a sample tells little of how long the next one may be.
+            let longest = h * factor;
+            let held_back = h < self.step && factor == 4.0;
+            if matches!(self.control, StepControl::LocalError(_)) {
+                self.step = if held_back {
+                    longest.max(self.step)
+                } else {
+                    longest
+                };
+            }
+        }
+        Ok(())
+    }
+
+    fn state(&self) -> &State {
+        &self.state
+    }
+
+    fn cost(&self) -> Cost {
+        self.cost
+    }
+}
+
+/// Which of a chain's contacts and sites.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(crate) enum Extreme {
+    /// The stiffest contact on the lightest site.
+    Fastest,
+    /// The softest contact on the heaviest site.
+    Slowest,
+}
+
+/// The time in which a contact stops a site of this speed.
+pub(crate) fn contact_time(chain: &Chain, speed: f64, which: Extreme) -> f64 {
+    let contacts = 0..chain.n_contacts();
+    let by = |i: &usize, j: &usize| chain.coefficient[*i].total_cmp(&chain.coefficient[*j]);
+    let masses = chain.mass.iter().copied();
+    let (mass, contact) = match which {
+        Extreme::Fastest => (masses.fold(f64::INFINITY, f64::min), contacts.max_by(by)),
+        Extreme::Slowest => (masses.fold(0.0, f64::max), contacts.min_by(by)),
+    };
+    let Some(j) = contact.filter(|_| speed > 0.0) else {
+        return 1.0;
+    };
+    let (c, d0) = (chain.coefficient[j], chain.static_overlap(j));
+    let excess = |ln_time: f64| {
+        let time = ln_time.exp();
+        (chain.law.force(c, d0, speed * time).abs() * time / (mass * speed)).ln()
+    };
+    root::between(-230.0, 230.0, excess).exp()
+}

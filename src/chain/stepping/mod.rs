@@ -1,0 +1,206 @@
+//! Stepping a chain from sample to sample.
+
+mod composed;
+mod correction;
+mod driver;
+mod islands;
+mod pair;
+mod quadrature;
+mod system;
+mod tableau;
+
+use super::drive::Drive;
+use super::lattice::{Chain, refuse};
+use super::law::{self, Kernel, Law};
+use crate::Result;
+use composed::Splitting;
+use correction::Correction;
+use driver::{Driver, Method};
+pub(crate) use driver::{Extreme, contact_time};
+pub use islands::Window;
+pub(crate) use system::State;
+use system::System;
+use tableau::{SYMPLECTIC_4, SYMPLECTIC_6, Tableau, VERLET};
+
+/// A method of stepping; [`Scheme::citation`] tells where each is from.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, serde::Serialize, serde::Deserialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum Scheme {
+    /// Embedded Nystrom pair 8(6), corrected where contacts open and close; no damping.
+    #[default]
+    Nystrom,
+    /// Embedded Runge-Kutta pair 8(5), corrected likewise; any force.
+    RungeKutta,
+    /// Second order, fixed steps; no damping.
+    VelocityVerlet,
+    /// Symplectic of fourth order, fixed steps; no damping.
+    #[serde(rename = "symplectic-4")]
+    Symplectic4,
+    /// Symplectic of sixth order, fixed steps; no damping.
+    #[serde(rename = "symplectic-6")]
+    Symplectic6,
+}
+
+impl Scheme {
+    pub const ALL: [Scheme; 5] = [
+        Scheme::Nystrom,
+        Scheme::RungeKutta,
+        Scheme::VelocityVerlet,
+        Scheme::Symplectic4,
+        Scheme::Symplectic6,
+    ];
+
+    /// The order at which the error falls with the step, away from contacts that open.
+    pub fn order(&self) -> u32 {
+        match self {
+            Scheme::Nystrom => Tableau::nystrom_8_6().order,
+            Scheme::RungeKutta => Tableau::runge_kutta_8_5().order,
+            Scheme::VelocityVerlet => VERLET.order,
+            Scheme::Symplectic4 => SYMPLECTIC_4.order,
+            Scheme::Symplectic6 => SYMPLECTIC_6.order,
+        }
+    }
+
+    /// Whether forces may depend on velocities.
+    pub fn takes_losses(&self) -> bool {
+        matches!(self, Scheme::RungeKutta)
+    }
+
+    /// Whether the step is chosen by the tolerance rather than given.
+    pub fn is_adaptive(&self) -> bool {
+        matches!(self, Scheme::Nystrom | Scheme::RungeKutta)
+    }
+
+    /// Where the coefficients are from.
+    pub fn citation(&self) -> &'static str {
+        match self {
+            Scheme::Nystrom => {
+                "J. R. Dormand, M. E. A. El-Mikkawy, P. J. Prince, IMA J. Numer. Anal. 7 (1987) 423"
+            }
+            Scheme::RungeKutta => {
+                "E. Hairer, S. P. Norsett, G. Wanner, Solving Ordinary Differential Equations I \
+                 (1993), DOP853"
+            }
+            Scheme::VelocityVerlet => "L. Verlet, Phys. Rev. 159 (1967) 98",
+            Scheme::Symplectic4 => {
+                "S. Blanes, P. C. Moan, J. Comput. Appl. Math. 142 (2002) 313, SRKN_6^b"
+            }
+            Scheme::Symplectic6 => {
+                "S. Blanes, P. C. Moan, J. Comput. Appl. Math. 142 (2002) 313, SRKN_11^b"
+            }
+        }
+    }
+}
+
+/// How long the steps are.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub enum StepControl {
+    /// Largest estimated error of a velocity a step, in velocity units.
+    LocalError(f64),
+    /// Steps no longer than this; every sample is landed on.
+    Fixed(f64),
+}
+
+/// What the stepping did.
+#[derive(Debug, Clone, Copy, Default, PartialEq, Eq, serde::Serialize)]
+pub struct Cost {
+    pub steps: u64,
+    pub rejected_steps: u64,
+    /// Contact forces computed.
+    pub forces: u64,
+    /// Contacts corrected for opening or closing inside a step.
+    pub corrected_contacts: u64,
+}
+
+/// A chain on its way.
+pub(crate) trait Stepping {
+    /// Steps to exactly this time.
+    ///
+    /// # Errors
+    /// [`crate::Error::Request`] where no step is small enough, or the step given is unstable.
+    fn advance_to(&mut self, time: f64) -> Result<()>;
+
+    /// The state, with a ghost place at each end.
+    fn state(&self) -> &State;
+
+    fn cost(&self) -> Cost;
+}
+
+/// What the stepping is asked for.
+#[derive(Debug, Clone)]
+pub(crate) struct Task<'a> {
+    pub(crate) chain: &'a Chain,
+    pub(crate) drive: Option<Drive>,
+    pub(crate) velocity: &'a [f64],
+    pub(crate) displacement: &'a [f64],
+    pub(crate) scheme: Scheme,
+    pub(crate) control: StepControl,
+    pub(crate) window: Window,
+    pub(crate) energy: bool,
+    /// The speed that errors are measured by.
+    pub(crate) velocity_scale: f64,
+}
+
+/// Prepares the stepping of a checked chain.
+///
+/// # Errors
+/// [`crate::Error::Request`] for losses with a scheme that takes none, and for step control that
+/// does not fit the scheme.
+pub(crate) fn prepare(task: &Task) -> Result<Box<dyn Stepping>> {
+    if task.chain.losses.any() && !task.scheme.takes_losses() {
+        let expected = "`runge-kutta`, which takes forces that depend on velocities";
+        return Err(refuse("scheme", expected, format!("{:?}", task.scheme)));
+    }
+    match task.chain.law {
+        Law::Hertz if task.chain.precompression == 0.0 => with_kernel(task, law::Hertz),
+        Law::Hertz => with_kernel(task, law::PressedHertz),
+        Law::Power { exponent } => with_kernel(task, law::Power { exponent }),
+        Law::Spring { alpha, beta } => with_kernel(task, law::Spring { alpha, beta }),
+    }
+}
+
+fn with_kernel<K: Kernel + 'static>(task: &Task, kernel: K) -> Result<Box<dyn Stepping>> {
+    let system = System::new(task.chain, kernel, task.drive);
+    let state = initial_state(task, &system);
+    let pair = |tableau| Method::Pair {
+        tableau,
+        correction: kernel.opening_power().map(Correction::new),
+    };
+    let method = match task.scheme {
+        Scheme::Nystrom => pair(Tableau::nystrom_8_6()),
+        Scheme::RungeKutta => pair(Tableau::runge_kutta_8_5()),
+        Scheme::VelocityVerlet => Method::Composition(Splitting::new(&VERLET)),
+        Scheme::Symplectic4 => Method::Composition(Splitting::new(&SYMPLECTIC_4)),
+        Scheme::Symplectic6 => Method::Composition(Splitting::new(&SYMPLECTIC_6)),
+    };
+    if let (Method::Composition(_), StepControl::LocalError(_)) = (&method, task.control) {
+        return Err(refuse("step", "a step length for this scheme", "none"));
+    }
+    Ok(Box::new(Driver::new(task, system, method, state)))
+}
+
+fn initial_state<K: Kernel>(task: &Task, system: &System<K>) -> State {
+    let places = system.places();
+    let padded = |values: &[f64]| {
+        let mut all = vec![0.0; places];
+        all[1..=values.len()].copy_from_slice(values);
+        if system.periodic {
+            all[0] = all[places - 2];
+            all[places - 1] = all[1];
+        }
+        all
+    };
+    let mut state = State {
+        x: padded(task.displacement),
+        v: padded(task.velocity),
+        a: vec![0.0; places],
+        passed: vec![0.0; if task.energy { places - 1 } else { 0 }],
+        lost: vec![0.0; if task.energy { places } else { 0 }],
+    };
+    system.place_ghosts(0.0, 0, &mut state.x, &mut state.v);
+    let mut force = vec![0.0; places + 1];
+    let mut damping = vec![0.0; places + 1];
+    let State { x, v, a, .. } = &mut state;
+    system.accelerate::<true>(0.0, 0, x, v, &mut force, &mut damping, a);
+    state
+}

@@ -1,0 +1,435 @@
+//! The methods as data: coefficients, order, source.
+
+/// An embedded explicit pair for `x'' = f(x)`:
+/// `k_i = f(x + c_i h v + h^2 sum a_ij k_j)`, `x1 = x + h v + h^2 sum b_i k_i`,
+/// `v1 = v + h sum bp_i k_i`; the last stage is the next step's first.
+struct NystromPair {
+    order: u32,
+    /// Order of the embedded velocity.
+    embedded_order: u32,
+    c: &'static [f64],
+    a: &'static [&'static [f64]],
+    b: &'static [f64],
+    bp: &'static [f64],
+    bp_embedded: &'static [f64],
+}
+
+/// Source: J. R. Dormand, M. E. A. El-Mikkawy, P. J. Prince, High-order embedded
+/// Runge-Kutta-Nystrom formulae, IMA Journal of Numerical Analysis 7 (1987) 423-430, RKN8(6)9FM.
+const NYSTROM_8_6: NystromPair = NystromPair {
+    order: 8,
+    embedded_order: 6,
+    c: &[
+        0.0,
+        1.0 / 20.0,
+        1.0 / 10.0,
+        3.0 / 10.0,
+        1.0 / 2.0,
+        7.0 / 10.0,
+        9.0 / 10.0,
+        1.0,
+        1.0,
+    ],
+    a: &[
+        &[],
+        &[1.0 / 800.0],
+        &[1.0 / 600.0, 1.0 / 300.0],
+        &[9.0 / 200.0, -9.0 / 100.0, 9.0 / 100.0],
+        &[
+            -66701.0 / 197352.0,
+            28325.0 / 32892.0,
+            -2665.0 / 5482.0,
+            2170.0 / 24669.0,
+        ],
+        &[
+            227015747.0 / 304251000.0,
+            -54897451.0 / 30425100.0,
+            12942349.0 / 10141700.0,
+            -9499.0 / 304251.0,
+            539.0 / 9250.0,
+        ],
+        &[
+            -1131891597.0 / 901789000.0,
+            41964921.0 / 12882700.0,
+            -6663147.0 / 3220675.0,
+            270954.0 / 644135.0,
+            -108.0 / 5875.0,
+            114.0 / 1645.0,
+        ],
+        &[
+            13836959.0 / 3667458.0,
+            -17731450.0 / 1833729.0,
+            1063919505.0 / 156478208.0,
+            -33213845.0 / 39119552.0,
+            13335.0 / 28544.0,
+            -705.0 / 14272.0,
+            1645.0 / 57088.0,
+        ],
+        &[
+            223.0 / 7938.0,
+            0.0,
+            1175.0 / 8064.0,
+            925.0 / 6048.0,
+            41.0 / 448.0,
+            925.0 / 14112.0,
+            1175.0 / 72576.0,
+            0.0,
+        ],
+    ],
+    b: &[
+        223.0 / 7938.0,
+        0.0,
+        1175.0 / 8064.0,
+        925.0 / 6048.0,
+        41.0 / 448.0,
+        925.0 / 14112.0,
+        1175.0 / 72576.0,
+        0.0,
+        0.0,
+    ],
+    bp: &[
+        223.0 / 7938.0,
+        0.0,
+        5875.0 / 36288.0,
+        4625.0 / 21168.0,
+        41.0 / 224.0,
+        4625.0 / 21168.0,
+        5875.0 / 36288.0,
+        223.0 / 7938.0,
+        0.0,
+    ],
+    bp_embedded: &[
+        7987313.0 / 109941300.0,
+        0.0,
+        1610737.0 / 40207104.0,
+        10023263.0 / 23454144.0,
+        -497221.0 / 6204800.0,
+        10023263.0 / 23454144.0,
+        1610737.0 / 40207104.0,
+        -4251941.0 / 54970650.0,
+        3.0 / 20.0,
+    ],
+};
+
+/// An embedded explicit pair for `y' = f(y)`: `k_i = f(y + h sum a_ij k_j)`,
+/// `y1 = y + h sum b_i k_i`, with the weights of its error estimate.
+struct RungeKuttaPair {
+    order: u32,
+    embedded_order: u32,
+    c: &'static [f64],
+    a: &'static [&'static [f64]],
+    b: &'static [f64],
+    error: &'static [f64],
+}
+
+/// Source: E. Hairer, S. P. Norsett, G. Wanner, *Solving Ordinary Differential Equations I*, second
+/// edition (1993), section II.10, DOP853 with its fifth-order estimate.
+const RUNGE_KUTTA_8_5: RungeKuttaPair = RungeKuttaPair {
+    order: 8,
+    embedded_order: 5,
+    c: &[
+        0.0,
+        0.05260015195876773,
+        0.0789002279381516,
+        0.1183503419072274,
+        0.2816496580927726,
+        0.3333333333333333,
+        0.25,
+        0.3076923076923077,
+        0.6512820512820513,
+        0.6,
+        0.8571428571428571,
+        1.0,
+    ],
+    a: &[
+        &[],
+        &[0.05260015195876773],
+        &[0.0197250569845379, 0.0591751709536137],
+        &[0.02958758547680685, 0.0, 0.08876275643042054],
+        &[
+            0.2413651341592667,
+            0.0,
+            -0.8845494793282861,
+            0.924834003261792,
+        ],
+        &[
+            0.037037037037037035,
+            0.0,
+            0.0,
+            0.17082860872947386,
+            0.12546768756682242,
+        ],
+        &[
+            0.037109375,
+            0.0,
+            0.0,
+            0.17025221101954405,
+            0.06021653898045596,
+            -0.017578125,
+        ],
+        &[
+            0.03709200011850479,
+            0.0,
+            0.0,
+            0.17038392571223998,
+            0.10726203044637328,
+            -0.015319437748624402,
+            0.008273789163814023,
+        ],
+        &[
+            0.6241109587160757,
+            0.0,
+            0.0,
+            -3.3608926294469414,
+            -0.868219346841726,
+            27.59209969944671,
+            20.154067550477894,
+            -43.48988418106996,
+        ],
+        &[
+            0.47766253643826434,
+            0.0,
+            0.0,
+            -2.4881146199716677,
+            -0.590290826836843,
+            21.230051448181193,
+            15.279233632882423,
+            -33.28821096898486,
+            -0.020331201708508627,
+        ],
+        &[
+            -0.9371424300859873,
+            0.0,
+            0.0,
+            5.186372428844064,
+            1.0914373489967295,
+            -8.149787010746927,
+            -18.52006565999696,
+            22.739487099350505,
+            2.4936055526796523,
+            -3.0467644718982196,
+        ],
+        &[
+            2.273310147516538,
+            0.0,
+            0.0,
+            -10.53449546673725,
+            -2.0008720582248625,
+            -17.9589318631188,
+            27.94888452941996,
+            -2.8589982771350235,
+            -8.87285693353063,
+            12.360567175794303,
+            0.6433927460157636,
+        ],
+    ],
+    b: &[
+        0.054293734116568765,
+        0.0,
+        0.0,
+        0.0,
+        0.0,
+        4.450312892752409,
+        1.8915178993145003,
+        -5.801203960010585,
+        0.3111643669578199,
+        -0.1521609496625161,
+        0.20136540080403034,
+        0.04471061572777259,
+    ],
+    error: &[
+        0.01312004499419488,
+        0.0,
+        0.0,
+        0.0,
+        0.0,
+        -1.2251564463762044,
+        -0.4957589496572502,
+        1.6643771824549864,
+        -0.35032884874997366,
+        0.3341791187130175,
+        0.08192320648511571,
+        -0.022355307863886294,
+    ],
+};
+
+/// A symmetric composition of kicks and drifts: `kick b_1, drift a_1, kick b_2, ...` and back.
+#[derive(Debug)]
+pub(crate) struct Composition {
+    pub(crate) order: u32,
+    /// The first half of the kicks, the middle one included where their number is odd.
+    kicks: &'static [f64],
+    /// The first half of the drifts, the middle one included where their number is odd.
+    drifts: &'static [f64],
+}
+
+/// Source: L. Verlet, Physical Review 159 (1967) 98-103.
+pub(crate) const VERLET: Composition = Composition {
+    order: 2,
+    kicks: &[0.5],
+    drifts: &[1.0],
+};
+
+/// Source: S. Blanes, P. C. Moan, Practical symplectic partitioned Runge-Kutta and
+/// Runge-Kutta-Nystrom methods, Journal of Computational and Applied Mathematics 142 (2002)
+/// 313-330, table 3, SRKN_6^b.
+pub(crate) const SYMPLECTIC_4: Composition = Composition {
+    order: 4,
+    kicks: &[
+        0.0829844064174052,
+        0.396309801498368,
+        -0.0390563049223486,
+        1.0 - 2.0 * (0.0829844064174052 + 0.396309801498368 - 0.0390563049223486),
+    ],
+    drifts: &[
+        0.245298957184271,
+        0.604872665711080,
+        0.5 - (0.245298957184271 + 0.604872665711080),
+    ],
+};
+
+/// Source: as [`SYMPLECTIC_4`], SRKN_11^b.
+pub(crate) const SYMPLECTIC_6: Composition = Composition {
+    order: 6,
+    kicks: &[
+        0.0414649985182624,
+        0.198128671918067,
+        -0.0400061921041533,
+        0.0752539843015807,
+        -0.0115113874206879,
+        0.5 - (0.0414649985182624 + 0.198128671918067 - 0.0400061921041533 + 0.0752539843015807
+            - 0.0115113874206879),
+    ],
+    drifts: &[
+        0.123229775946271,
+        0.290553797799558,
+        -0.127049212625417,
+        -0.246331761062075,
+        0.357208872795928,
+        1.0 - 2.0
+            * (0.123229775946271 + 0.290553797799558 - 0.127049212625417 - 0.246331761062075
+                + 0.357208872795928),
+    ],
+};
+
+impl Composition {
+    /// All kicks and drifts of a step; there is one more kick than there are drifts.
+    pub(crate) fn stages(&self) -> (Vec<f64>, Vec<f64>) {
+        // A middle drift leaves an even number of kicks, a middle kick an even number of drifts.
+        let middle_drift = self.drifts.len() == self.kicks.len();
+        (
+            mirrored(self.kicks, !middle_drift),
+            mirrored(self.drifts, middle_drift),
+        )
+    }
+}
+
+fn mirrored(half: &[f64], keep_middle_single: bool) -> Vec<f64> {
+    let back = half.iter().rev().skip(usize::from(keep_middle_single));
+    half.iter().chain(back).copied().collect()
+}
+
+/// An embedded pair in the form the stepping uses, for `x'' = f(x, v)`.
+#[derive(Debug)]
+pub(crate) struct Tableau {
+    pub(crate) order: u32,
+    pub(crate) embedded_order: u32,
+    pub(crate) c: Vec<f64>,
+    /// Weights of the earlier stages in each stage's position.
+    pub(crate) a: Vec<Weights>,
+    /// Weights in each stage's velocity. Where the method itself has none, they integrate the
+    /// polynomial through all stages with a weight, for use once the step is done.
+    pub(crate) velocity: Vec<Weights>,
+    pub(crate) b: Weights,
+    pub(crate) bp: Weights,
+    /// Weights of the error estimate of the velocity.
+    pub(crate) error: Weights,
+}
+
+/// Stage and weight, zero weights left out.
+pub(crate) type Weights = Vec<(usize, f64)>;
+
+impl Tableau {
+    /// The Nystrom pair 8(6), for forces without damping.
+    pub(crate) fn nystrom_8_6() -> Tableau {
+        let pair = &NYSTROM_8_6;
+        let nodes: Vec<usize> = (0..pair.c.len()).filter(|&i| pair.bp[i] != 0.0).collect();
+        let velocity = pair.c.iter().map(|&c| {
+            nodes
+                .iter()
+                .map(|&j| (j, integral_of_lagrange(pair.c, &nodes, j, c)))
+                .collect()
+        });
+        let error = pair.bp.iter().zip(pair.bp_embedded).map(|(w, e)| w - e);
+        Tableau {
+            order: pair.order,
+            embedded_order: pair.embedded_order,
+            c: pair.c.to_vec(),
+            a: pair
+                .a
+                .iter()
+                .map(|row| weights(row.iter().copied()))
+                .collect(),
+            velocity: velocity.collect(),
+            b: weights(pair.b.iter().copied()),
+            bp: weights(pair.bp.iter().copied()),
+            error: weights(error),
+        }
+    }
+
+    /// The Runge-Kutta pair 8(5), for any force; a last stage at the step's end is added.
+    pub(crate) fn runge_kutta_8_5() -> Tableau {
+        let pair = &RUNGE_KUTTA_8_5;
+        let mut rows: Vec<Vec<f64>> = pair.a.iter().map(|row| row.to_vec()).collect();
+        rows.push(pair.b.to_vec());
+        let squared = |row: &Vec<f64>| -> Weights {
+            weights((0..row.len()).map(|l| {
+                let terms = row.iter().enumerate().skip(l + 1);
+                terms.map(|(j, w)| w * rows[j][l]).sum()
+            }))
+        };
+        let a: Vec<Weights> = rows.iter().map(squared).collect();
+        let mut c = pair.c.to_vec();
+        c.push(1.0);
+        Tableau {
+            order: pair.order,
+            embedded_order: pair.embedded_order,
+            c,
+            b: a.last().cloned().unwrap_or_default(),
+            a,
+            velocity: rows
+                .iter()
+                .map(|row| weights(row.iter().copied()))
+                .collect(),
+            bp: weights(pair.b.iter().copied()),
+            error: weights(pair.error.iter().copied()),
+        }
+    }
+
+    pub(crate) fn stages(&self) -> usize {
+        self.c.len()
+    }
+}
+
+fn weights(row: impl Iterator<Item = f64>) -> Weights {
+    row.enumerate().filter(|(_, w)| *w != 0.0).collect()
+}
+
+/// Integral from 0 to `end` of the polynomial that is 1 at `c[one]`, 0 at the other nodes.
+fn integral_of_lagrange(c: &[f64], nodes: &[usize], one: usize, end: f64) -> f64 {
+    let mut power = vec![1.0];
+    let mut scale = 1.0;
+    for &j in nodes.iter().filter(|&&j| j != one) {
+        scale *= c[one] - c[j];
+        power.push(0.0);
+        for n in (1..power.len()).rev() {
+            power[n] = power[n - 1] - c[j] * power[n];
+        }
+        power[0] *= -c[j];
+    }
+    let sum = power
+        .iter()
+        .enumerate()
+        .rfold(0.0, |sum, (n, p)| sum * end + p / (n + 1) as f64);
+    sum * end / scale
+}

@@ -1,0 +1,188 @@
+//! Chains whose motion is known: collisions, linear modes, the solitary wave, orders of methods.
+
+use cascade::analyze::Silent;
+use cascade::chain::{
+    Accuracy, Chain, EndTime, Ends, Law, Losses, Record, Run, Scheme, Simulation,
+};
+
+fn chain(mass: &[f64], coefficient: &[f64], ends: Ends, law: Law) -> Chain {
+    Chain {
+        mass: mass.to_vec(),
+        coefficient: coefficient.to_vec(),
+        law,
+        ends,
+        precompression: 0.0,
+        losses: Losses::default(),
+    }
+}
+
+fn last(run: &Run) -> Vec<f64> {
+    run.velocity.row(run.time.len() - 1).to_vec()
+}
+
+#[test]
+fn val_closed_form_two_bodies_collide_elastically() {
+    for (m, c) in [(1.0, 1.0), (3.7, 1e4), (0.2, 1e-3)] {
+        let free = chain(&[1.0, m], &[c], Ends::Free, Law::Hertz);
+        let run = Simulation::impact(free, 2.0, 40.0 * f64::powf(c, -0.4), 3)
+            .run(&Silent)
+            .unwrap();
+        let v = last(&run);
+        let expected = [2.0 * (1.0 - m) / (1.0 + m), 4.0 / (1.0 + m)];
+        assert!((v[0] - expected[0]).abs() < 1e-10, "{v:?} {expected:?}");
+        assert!((v[1] - expected[1]).abs() < 1e-10, "{v:?} {expected:?}");
+    }
+}
+
+/// Two equal sites strike a third of equal mass: at a soft second contact they act one by one.
+#[test]
+fn val_closed_form_three_bodies_with_a_hard_and_a_soft_contact() {
+    // Bodies of masses 1 and 1 joined by a contact far stiffer than the next: the first collision
+    // is over before the second begins, so that the speed passes on whole.
+    let free = chain(&[1.0, 1.0, 1.0], &[1e12, 1.0], Ends::Free, Law::Hertz);
+    let v = last(&Simulation::impact(free, 1.0, 20.0, 3).run(&Silent).unwrap());
+    assert!((v.iter().sum::<f64>() - 1.0).abs() < 1e-13);
+    assert!((v.iter().map(|v| v * v).sum::<f64>() - 1.0).abs() < 1e-10);
+    assert!(v[0].abs() < 1e-4 && v[1].abs() < 1e-4 && (v[2] - 1.0).abs() < 1e-4);
+}
+
+/// Fixed ends: `x_j = sum_m A_m sin(pi m (j+1)/(N+1)) sin(w_m t)`.
+#[test]
+fn val_normal_modes_of_a_linear_chain() {
+    let n = 24;
+    let law = Law::Spring {
+        alpha: 0.0,
+        beta: 0.0,
+    };
+    let ends = Ends::Fixed {
+        left_coefficient: 1.0,
+    };
+    for scheme in [Scheme::Nystrom, Scheme::RungeKutta] {
+        let linear = chain(&vec![1.0; n], &vec![1.0; n], ends, law);
+        let mut simulation = Simulation::impact(linear, 1.0, 60.0, 31);
+        simulation.scheme = scheme;
+        let run = simulation.run(&Silent).unwrap();
+        let mut worst = 0f64;
+        for (row, t) in run.velocity.rows().into_iter().zip(&run.time) {
+            for (j, v) in row.iter().enumerate() {
+                let exact: f64 = (1..=n)
+                    .map(|m| {
+                        let q = std::f64::consts::PI * m as f64 / (n + 1) as f64;
+                        let (from, to) = (q.sin(), (q * (j + 1) as f64).sin());
+                        2.0 / (n + 1) as f64 * from * to * (2.0 * (0.5 * q).sin() * t).cos()
+                    })
+                    .sum();
+                worst = worst.max((v - exact).abs());
+            }
+        }
+        println!("{scheme:?}: {worst:.1e}");
+        assert!(worst < 1e-11, "{scheme:?}: {worst:e}");
+    }
+}
+
+/// A weak impact on a strong precompression moves like the linear chain of the same stiffness.
+#[test]
+fn val_linear_limit_of_a_precompressed_chain() {
+    let n = 30;
+    let mut pressed = chain(&vec![1.0; n], &vec![1.0; n], Ends::Wall, Law::Hertz);
+    pressed.precompression = 1.0;
+    let law = Law::Spring {
+        alpha: 0.0,
+        beta: 0.0,
+    };
+    let linear = chain(&vec![1.0; n], &vec![1.5; n], Ends::Wall, law);
+    let difference = |speed: f64| {
+        let [a, b] = [&pressed, &linear].map(|c| {
+            Simulation::impact(c.clone(), speed, 30.0, 31)
+                .run(&Silent)
+                .unwrap()
+        });
+        let pairs = a.velocity.iter().zip(&b.velocity);
+        pairs.fold(0.0, |worst: f64, (a, b)| worst.max((a - b).abs())) / speed
+    };
+    // The first correction is linear in the speed.
+    let (large, small) = (difference(1e-4), difference(1e-6));
+    println!("{large:.2e} {small:.2e}");
+    assert!(small < 1e-6, "{small:e}");
+    assert!((large / small - 100.0).abs() < 2.0, "{large:e} {small:e}");
+}
+
+/// V. F. Nesterenko, *Dynamics of Heterogeneous Materials* (2001): an impact on a Hertz chain
+/// makes a solitary wave, which travels on without a change of shape or speed.
+#[test]
+fn val_solitary_wave_keeps_its_shape_and_speed() {
+    let mut simulation = Simulation::impact(Chain::dimer(120, 1.0), 1.0, 130.0, 13001);
+    simulation.record = Record::default();
+    let run = simulation.run(&Silent).unwrap();
+    let crossing = |site: usize| {
+        let column = run.velocity.column(site);
+        let half = 0.5 * column.iter().fold(0.0, |m: f64, v| m.max(*v));
+        let n = column.iter().position(|v| *v > half).unwrap();
+        let (a, b) = (column[n - 1], column[n]);
+        run.time[n - 1] + (run.time[n] - run.time[n - 1]) * (half - a) / (b - a)
+    };
+    let peak = |site: usize| {
+        run.velocity
+            .column(site)
+            .iter()
+            .fold(0.0, |m: f64, v| m.max(*v))
+    };
+    let early = (crossing(60) - crossing(40)) / 20.0;
+    let late = (crossing(100) - crossing(80)) / 20.0;
+    println!("{early} {late} {} {}", peak(50), peak(90));
+    assert!((early / late - 1.0).abs() < 2e-4);
+    assert!((peak(50) / peak(90) - 1.0).abs() < 2e-3);
+}
+
+/// The error of a smooth chain falls with the order of the method.
+#[test]
+fn val_order_of_every_scheme() {
+    let n = 8;
+    let law = Law::Spring {
+        alpha: 0.3,
+        beta: 0.2,
+    };
+    let ends = Ends::Fixed {
+        left_coefficient: 1.0,
+    };
+    for (scheme, steps) in [
+        (Scheme::Nystrom, [0.4, 0.2]),
+        (Scheme::RungeKutta, [0.5, 0.25]),
+        (Scheme::VelocityVerlet, [0.02, 0.01]),
+        (Scheme::Symplectic4, [0.2, 0.1]),
+        (Scheme::Symplectic6, [0.4, 0.2]),
+    ] {
+        let springs = chain(&vec![1.0; n], &vec![1.0; n], ends, law);
+        let mut simulation = Simulation::impact(springs, 1.0, 20.0, 2);
+        simulation.end_time = EndTime::At(20.0);
+        simulation.accuracy = Accuracy::LocalError(1e-15);
+        simulation.estimate_error = false;
+        let exact = last(&simulation.run(&Silent).unwrap());
+        simulation.scheme = scheme;
+        let [coarse, fine] = steps.map(|step| {
+            simulation.accuracy = Accuracy::Step(step);
+            let v = last(&simulation.run(&Silent).unwrap());
+            let pairs = v.iter().zip(&exact);
+            pairs.fold(0.0, |worst: f64, (a, b)| worst.max((a - b).abs()))
+        });
+        let order = (coarse / fine).log2();
+        println!("{scheme:?}: {coarse:.1e} {fine:.1e} order {order:.2}");
+        assert!(
+            (order - f64::from(scheme.order())).abs() < 0.4,
+            "{scheme:?}: {order}"
+        );
+    }
+}
+
+#[test]
+fn val_stability_an_unstable_step_is_told() {
+    let mut simulation = Simulation::impact(Chain::dimer(20, 1e6), 1.0, 200.0, 5);
+    simulation.scheme = Scheme::VelocityVerlet;
+    simulation.accuracy = Accuracy::Step(20.0);
+    simulation.chain.law = Law::Spring {
+        alpha: 0.0,
+        beta: 0.0,
+    };
+    let error = simulation.run(&Silent).unwrap_err().to_string();
+    assert!(error.contains("stability limit"), "{error}");
+}

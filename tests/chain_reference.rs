@@ -1,0 +1,130 @@
+//! Trajectories of impacted dimers against double-double references of order 12.
+
+use std::path::PathBuf;
+
+use cascade::analyze::Silent;
+use cascade::chain::{Accuracy, Chain, Record, Run, Simulation};
+use ndarray::{Array1, Array2};
+use ndarray_npy::NpzReader;
+
+struct Reference {
+    time: Array1<f64>,
+    velocity: Array2<f64>,
+}
+
+/// `None`, said loudly, where the references are not beside the checkout.
+fn reference(kappa: &str) -> Option<Reference> {
+    let path = PathBuf::from(env!("CARGO_MANIFEST_DIR"))
+        .join("../shared/data/chain_reference")
+        .join(format!("N100_kappa{kappa}.npz"));
+    let Ok(file) = std::fs::File::open(&path) else {
+        println!("NOT TESTED: {} is missing", path.display());
+        return None;
+    };
+    let mut npz = NpzReader::new(file).unwrap();
+    Some(Reference {
+        time: npz.by_name("t").unwrap(),
+        velocity: npz.by_name("v").unwrap(),
+    })
+}
+
+fn simulation(kappa: &str, reference: &Reference) -> Simulation {
+    let chain = Chain::dimer(100, kappa.parse().unwrap());
+    let end = reference.time[reference.time.len() - 1];
+    let mut simulation = Simulation::impact(chain, 1.0, end, reference.time.len());
+    simulation.record = Record::default();
+    simulation
+}
+
+fn error(run: &Run, reference: &Reference) -> f64 {
+    (&run.velocity - &reference.velocity)
+        .iter()
+        .fold(0.0, |worst, d| worst.max(d.abs()))
+}
+
+#[test]
+fn val_reference_tolerances_are_delivered() {
+    for kappa in ["1", "2.398", "4.9272", "1631", "10000", "1000000"] {
+        let Some(reference) = reference(kappa) else {
+            return;
+        };
+        for exponent in [4, 6, 8, 9, 10, 11] {
+            let tolerance = 10f64.powi(-exponent);
+            let mut s = simulation(kappa, &reference);
+            s.accuracy = Accuracy::Tolerance(tolerance);
+            let run = s.run(&Silent).unwrap();
+            let delivered = error(&run, &reference);
+            let estimated = run.report.error.unwrap();
+            println!(
+                "{kappa} {tolerance:e}: delivered {delivered:.1e}, estimated {estimated:.1e} {:?}",
+                run.report.warnings
+            );
+            if run.report.warnings.is_empty() {
+                assert!(
+                    delivered <= tolerance,
+                    "{kappa} {tolerance:e}: {delivered:e}"
+                );
+            } else {
+                assert_eq!(kappa, "2.398");
+            }
+        }
+    }
+}
+
+#[test]
+#[ignore = "prints the table that the local errors are chosen from"]
+fn calibration() {
+    for kappa in ["1", "2.398", "4.9272", "1631", "10000", "1000000"] {
+        let Some(reference) = reference(kappa) else {
+            return;
+        };
+        for exponent in 2..=15 {
+            let mut s = simulation(kappa, &reference);
+            s.accuracy = Accuracy::LocalError(10f64.powi(-exponent));
+            s.estimate_error = false;
+            let start = std::time::Instant::now();
+            let run = s.run(&Silent).unwrap();
+            let took = start.elapsed().as_secs_f64() * 1e3;
+            println!(
+                "{kappa:>8} 1e-{exponent:<2} error {:.1e} steps {} rejected {} forces {} corrected {} drift {:.1e} {took:.2} ms",
+                error(&run, &reference),
+                run.report.cost.steps,
+                run.report.cost.rejected_steps,
+                run.report.cost.forces,
+                run.report.cost.corrected_contacts,
+                run.report.energy_drift.unwrap(),
+            );
+        }
+    }
+}
+
+#[test]
+#[ignore = "prints time against error of a long chain"]
+fn speed() {
+    for (samples, exponents) in [(64, 5..=11), (4096, 7..=9)] {
+        let mut s = Simulation::impact(Chain::dimer(300, 4.9272), 1.0, 295.0, samples);
+        s.record = Record::default();
+        s.estimate_error = false;
+        s.accuracy = Accuracy::LocalError(1e-13);
+        let best = s.run(&Silent).unwrap();
+        for exponent in exponents {
+            s.accuracy = Accuracy::LocalError(10f64.powi(-exponent));
+            let mut least = f64::INFINITY;
+            let mut run = s.run(&Silent).unwrap();
+            for _ in 0..5 {
+                let start = std::time::Instant::now();
+                run = s.run(&Silent).unwrap();
+                least = least.min(start.elapsed().as_secs_f64() * 1e3);
+            }
+            let reference = Reference {
+                time: best.time.clone(),
+                velocity: best.velocity.clone(),
+            };
+            println!(
+                "{samples} samples, local 1e-{exponent}: error {:.1e} in {least:.2} ms {:?}",
+                error(&run, &reference),
+                run.report.cost
+            );
+        }
+    }
+}
