@@ -285,6 +285,9 @@ impl Pattern {
                 let rate = (last / first).ln() / steps;
                 (0..n).map(|j| first * (rate * j as f64).exp()).collect()
             }
+            Pattern::Random { spread, .. } if !(0.0..1.0).contains(spread) => {
+                return Err(refuse("spread", "a share from 0 up to 1", spread));
+            }
             Pattern::Random { mean, spread, seed } => {
                 let mut state = *seed;
                 (0..n)
