@@ -5,6 +5,8 @@
 //! computed as such, never as a difference of large numbers, so that small waves on a strong
 //! precompression keep their digits. Without precompression it is the force itself.
 
+use super::lanes::Number;
+
 /// How the force of a contact grows with its overlap delta.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 pub enum Law {
@@ -83,6 +85,7 @@ impl Law {
     /// The static overlap under a static force.
     pub fn static_overlap(&self, coefficient: f64, force: f64) -> f64 {
         match *self {
+            _ if force == 0.0 => 0.0,
             Law::Hertz => (force / coefficient).powf(2.0 / 3.0),
             Law::Power { exponent } => (force / coefficient).powf(1.0 / exponent),
             Law::Spring { .. } => 0.0,
@@ -109,11 +112,11 @@ pub(crate) trait Kernel: Copy + Send + Sync {
     /// The power of the overlap with which a contact opens; `None` where it does not open.
     fn opening_power(self) -> Option<f64>;
 
-    /// Excess force at the overlap `d0 + r`.
-    fn force(self, c: f64, d0: f64, r: f64) -> f64;
+    /// Excess force at the overlap `d0 + r`, of one contact or of many.
+    fn force<N: Number>(self, c: N, d0: N, r: N) -> N;
 
     /// Derivative of the force along r.
-    fn stiffness(self, c: f64, d0: f64, r: f64) -> f64;
+    fn stiffness<N: Number>(self, c: N, d0: N, r: N) -> N;
 
     /// `delta^p` for `delta >= 0`, with the power at which the contact opens.
     fn power(self, delta: f64) -> f64;
@@ -128,15 +131,14 @@ impl Kernel for Hertz {
     }
 
     #[inline(always)]
-    fn force(self, c: f64, _: f64, r: f64) -> f64 {
-        let d = if r > 0.0 { r } else { 0.0 };
+    fn force<N: Number>(self, c: N, _: N, r: N) -> N {
+        let d = r.positive();
         c * (d * d.sqrt())
     }
 
     #[inline(always)]
-    fn stiffness(self, c: f64, _: f64, r: f64) -> f64 {
-        let d = if r > 0.0 { r } else { 0.0 };
-        1.5 * c * d.sqrt()
+    fn stiffness<N: Number>(self, c: N, _: N, r: N) -> N {
+        N::splat(1.5) * c * r.positive().sqrt()
     }
 
     #[inline(always)]
@@ -155,19 +157,19 @@ impl Kernel for PressedHertz {
     }
 
     #[inline(always)]
-    fn force(self, c: f64, d0: f64, r: f64) -> f64 {
+    fn force<N: Number>(self, c: N, d0: N, r: N) -> N {
         let d = d0 + r;
-        let r = if d > 0.0 { r } else { -d0 };
-        let d = if d > 0.0 { d } else { 0.0 };
+        let r = d.choose(r, N::splat(0.0) - d0);
+        let d = d.positive();
         let (s, s0) = (d.sqrt(), d0.sqrt());
         let sum = s + s0;
-        let sum = if sum > 0.0 { sum } else { 1.0 };
+        let sum = sum.choose(sum, N::splat(1.0));
         c * (r * (d + s * s0 + d0) / sum)
     }
 
     #[inline(always)]
-    fn stiffness(self, c: f64, d0: f64, r: f64) -> f64 {
-        Hertz.stiffness(c, 0.0, d0 + r)
+    fn stiffness<N: Number>(self, c: N, d0: N, r: N) -> N {
+        Hertz.stiffness(c, d0, d0 + r)
     }
 
     #[inline(always)]
@@ -187,20 +189,25 @@ impl Kernel for Power {
     }
 
     #[inline(always)]
-    fn force(self, c: f64, d0: f64, r: f64) -> f64 {
-        let d = d0 + r;
-        if d0 == 0.0 {
-            c * d.max(0.0).powf(self.exponent)
-        } else if d > 0.0 {
-            c * d0.powf(self.exponent) * (self.exponent * (r / d0).ln_1p()).exp_m1()
-        } else {
-            -c * d0.powf(self.exponent)
-        }
+    fn force<N: Number>(self, c: N, d0: N, r: N) -> N {
+        let p = self.exponent;
+        c.map3(d0, r, |c, d0, r| {
+            let d = d0 + r;
+            if d0 == 0.0 {
+                // Most contacts of a chain are open or not reached.
+                if d > 0.0 { c * d.powf(p) } else { 0.0 }
+            } else if d > 0.0 {
+                c * d0.powf(p) * (p * (r / d0).ln_1p()).exp_m1()
+            } else {
+                -c * d0.powf(p)
+            }
+        })
     }
 
     #[inline(always)]
-    fn stiffness(self, c: f64, d0: f64, r: f64) -> f64 {
-        c * self.exponent * (d0 + r).max(0.0).powf(self.exponent - 1.0)
+    fn stiffness<N: Number>(self, c: N, d0: N, r: N) -> N {
+        let p = self.exponent;
+        c.map3(d0, r, |c, d0, r| c * p * (d0 + r).max(0.0).powf(p - 1.0))
     }
 
     #[inline(always)]
@@ -221,13 +228,15 @@ impl Kernel for Spring {
     }
 
     #[inline(always)]
-    fn force(self, c: f64, _: f64, r: f64) -> f64 {
-        c * r * (1.0 + r * (self.beta * r - self.alpha))
+    fn force<N: Number>(self, c: N, _: N, r: N) -> N {
+        let [alpha, beta] = [self.alpha, self.beta].map(N::splat);
+        c * r * (N::splat(1.0) + r * (beta * r - alpha))
     }
 
     #[inline(always)]
-    fn stiffness(self, c: f64, _: f64, r: f64) -> f64 {
-        c * (1.0 + r * (3.0 * self.beta * r - 2.0 * self.alpha))
+    fn stiffness<N: Number>(self, c: N, _: N, r: N) -> N {
+        let [alpha, beta] = [2.0 * self.alpha, 3.0 * self.beta].map(N::splat);
+        c * (N::splat(1.0) + r * (beta * r - alpha))
     }
 
     #[inline(always)]

@@ -4,15 +4,24 @@ use std::sync::Mutex;
 
 use rayon::prelude::*;
 
-use super::run::{Run, Simulation};
+use super::lanes::WIDTH;
+use super::recorder::{Recorder, Samples};
+use super::result::Run;
+use super::simulation::{Accuracy, EndTime, Simulation};
+use super::stepping::{self, Cost, Scheme, StepControl};
 use crate::analyze::Observer;
 use crate::{Error, Result};
+
+/// Below this number of chains alike, stepping them one by one is as fast.
+const LEAST_TOGETHER: usize = WIDTH / 2 + 1;
 
 /// Runs simulations on the threads of the current pool and hands each result on as it is done,
 /// with its place in `simulations`, in any order.
 ///
-/// The bits of a result do not depend on the number of threads nor on what else is run.
-/// Nothing is kept: a caller that wants a summary of each run holds no more than one run a thread.
+/// The bits of a result do not depend on the number of threads nor on what else is run. Chains of
+/// fixed steps that differ in masses, coefficients and initial states alone are stepped eight at a
+/// time, unless their energies are recorded. Nothing is kept: a caller that wants a summary of each
+/// run holds no more than eight runs a thread, and two samples make these small.
 /// The observer sees one stage, a unit for each simulation; once it asks to stop, the simulations
 /// left yield [`Error::Cancelled`].
 pub fn run_each(
@@ -21,18 +30,24 @@ pub fn run_each(
     sink: &(dyn Fn(usize, Result<Run>) + Sync),
 ) {
     observer.stage("chains", simulations.len() as u64);
-    simulations
-        .par_iter()
-        .enumerate()
-        .for_each(|(i, simulation)| {
+    batches(simulations).into_par_iter().for_each(|batch| {
+        if let Some(results) = together(simulations, &batch, observer) {
+            for (&i, result) in batch.iter().zip(results) {
+                observer.advance(1);
+                sink(i, result);
+            }
+            return;
+        }
+        for i in batch {
             let result = if observer.cancelled() {
                 Err(Error::Cancelled)
             } else {
-                simulation.run(&Quiet(observer))
+                simulations[i].run(&Quiet(observer))
             };
             observer.advance(1);
             sink(i, result);
-        });
+        }
+    });
 }
 
 /// The same, with all results in the order of `simulations`.
@@ -51,6 +66,107 @@ pub fn run_many(simulations: &[Simulation], observer: &dyn Observer) -> Vec<Resu
             result.unwrap_or(Err(Error::Cancelled))
         })
         .collect()
+}
+
+/// What chains stepped together must share.
+#[derive(Debug, Clone, Copy, PartialEq)]
+struct Alike {
+    sites: usize,
+    scheme: Scheme,
+    step: f64,
+    end: f64,
+    samples: usize,
+}
+
+impl Alike {
+    fn of(simulation: &Simulation) -> Option<Alike> {
+        match (simulation.accuracy, simulation.end_time) {
+            (Accuracy::Step(step), EndTime::At(end)) => Some(Alike {
+                sites: simulation.chain.n_sites(),
+                scheme: simulation.scheme,
+                step,
+                end,
+                samples: simulation.samples,
+            }),
+            _ => None,
+        }
+    }
+}
+
+/// Runs of up to eight simulations alike, in order; the others by themselves.
+fn batches(simulations: &[Simulation]) -> Vec<Vec<usize>> {
+    let mut batches: Vec<Vec<usize>> = Vec::new();
+    // The last batch of each kind, while it has room.
+    let mut open: Vec<(Alike, usize)> = Vec::new();
+    for (i, simulation) in simulations.iter().enumerate() {
+        let Some(alike) = Alike::of(simulation) else {
+            batches.push(vec![i]);
+            continue;
+        };
+        match open.iter_mut().find(|(other, _)| *other == alike) {
+            Some((_, batch)) if batches[*batch].len() < WIDTH => batches[*batch].push(i),
+            Some((_, batch)) => {
+                *batch = batches.len();
+                batches.push(vec![i]);
+            }
+            None => {
+                open.push((alike, batches.len()));
+                batches.push(vec![i]);
+            }
+        }
+    }
+    batches
+}
+
+/// `None` where the batch must be, or is better, run one by one.
+fn together(
+    simulations: &[Simulation],
+    batch: &[usize],
+    observer: &dyn Observer,
+) -> Option<Vec<Result<Run>>> {
+    if batch.len() < LEAST_TOGETHER {
+        return None;
+    }
+    let batch: Vec<&Simulation> = batch.iter().map(|&i| &simulations[i]).collect();
+    if batch.iter().any(|simulation| simulation.check().is_err()) {
+        return None;
+    }
+    let Alike {
+        step, end, samples, ..
+    } = Alike::of(batch[0])?;
+    let control = StepControl::Fixed(step);
+    let scales: Vec<f64> = batch.iter().map(|s| s.velocity_scale()).collect();
+    let tasks: Vec<_> = batch
+        .iter()
+        .zip(&scales)
+        .map(|(simulation, &scale)| simulation.task(control, scale, simulation.record.energy))
+        .collect();
+    let (mut stepping, mut state) = stepping::prepare_together(&tasks)?;
+    let samples = Samples::all(end, samples);
+    let mut recorders: Vec<Recorder> = batch
+        .iter()
+        .zip(&scales)
+        .map(|(simulation, &scale)| Recorder::new(simulation, simulation.record, scale, samples))
+        .collect();
+    for sample in 0..samples.number() {
+        if observer.cancelled() {
+            return Some(batch.iter().map(|_| Err(Error::Cancelled)).collect());
+        }
+        stepping.advance_to(samples.time(sample));
+        for (lane, recorder) in recorders.iter_mut().enumerate() {
+            stepping.read(lane, &mut state);
+            recorder.keep(sample, &state);
+        }
+    }
+    let cost: Cost = stepping.cost();
+    let finished = recorders.into_iter().zip(batch).map(|(recorder, alone)| {
+        match recorder.finish(control, cost) {
+            Ok(run) if run.velocity.iter().all(|v| v.is_finite()) => Ok(run),
+            // The run alone tells at which time it overflowed.
+            _ => alone.run(&Quiet(observer)),
+        }
+    });
+    Some(finished.collect())
 }
 
 /// Passes on only the question whether to stop.

@@ -1,15 +1,19 @@
 //! One step of a symmetric composition of kicks and drifts on one island.
 
+use super::super::lanes::{Lanes, Row, Work, widest};
 use super::super::law::Kernel;
+use super::energy::PassOn;
+use super::finish::Largest;
 use super::islands::Island;
-use super::pair::{Outcome, Scratch};
+use super::pair::{Outcome, Scratch, Span, set_end_forces};
+use super::stage::{outside, walk};
 use super::system::{State, System};
 use super::tableau::Composition;
 
 /// The kicks and drifts of a step, in shares of it.
 #[derive(Debug)]
 pub(super) struct Splitting {
-    kicks: Vec<f64>,
+    pub(super) kicks: Vec<f64>,
     pub(super) drifts: Vec<f64>,
 }
 
@@ -31,72 +35,167 @@ impl Splitting {
     }
 }
 
-/// Advances an island from `state` at time t by h, into `next`.
-#[inline(always)]
-pub(super) fn advance<K: Kernel, const ENERGY: bool>(
+/// Advances an island from `state`, into `next`.
+pub(super) fn advance<K: Kernel>(
     system: &System<K>,
     splitting: &Splitting,
     island: &Island,
-    (mut t, h): (f64, f64),
+    Span { mut t, h }: Span,
     state: &State,
     next: &mut State,
     scratch: &mut Scratch,
 ) -> Outcome {
-    let places = island.places();
-    let (first, n) = (places.start, places.len());
-    let State {
-        x, v, a, passed, ..
-    } = next;
-    let (x, v, a) = (
-        &mut x[places.clone()],
-        &mut v[places.clone()],
-        &mut a[places.clone()],
-    );
-    x.copy_from_slice(&state.x[places.clone()]);
-    v.copy_from_slice(&state.v[places.clone()]);
-    a.copy_from_slice(&state.a[places.clone()]);
-    let (force, damping) = scratch.forces();
-    if ENERGY {
-        passed[first..first + n - 1].copy_from_slice(&state.passed[first..first + n - 1]);
-        system.accelerate::<false>(t, first, x, v, force, damping, a);
+    let blocks = island.blocks.clone();
+    let energy = !state.passed.is_empty();
+    let moving_ends = system.has_moving_ends() && blocks.start == 0;
+    let copy = |to: &mut Row, from: &Row| {
+        to.0[blocks.clone()].copy_from_slice(&from.0[blocks.clone()]);
+    };
+    copy(&mut next.x, &state.x);
+    copy(&mut next.v, &state.v);
+    copy(&mut next.force, &state.force);
+    if energy {
+        copy(&mut next.passed, &state.passed);
     }
-    let share = &system.flux_share[first..first + n - 1];
+    let State {
+        x,
+        v,
+        force,
+        passed,
+        ..
+    } = next;
+    let push = |time: f64, force: &Row, v: &mut Row| {
+        Kick {
+            mobility: &system.mobility,
+            island,
+            time,
+            force,
+            v,
+        }
+        .work();
+    };
     let mut leaked = false;
     for (i, kick) in splitting.kicks.iter().enumerate() {
         if let Some(drift) = i.checked_sub(1).and_then(|i| splitting.drifts.get(i)) {
             let time = drift * h;
-            for s in 0..n {
-                x[s] += time * v[s];
+            Drift {
+                system,
+                island,
+                time,
+                v,
+                x,
+                force,
             }
+            .work();
             t += time;
-            system.place_ghosts(t, first, x, v);
-            system.accelerate::<false>(t, first, x, v, force, damping, a);
-            leaked |=
-                (island.guards[0] && force[1] != 0.0) || (island.guards[1] && force[n - 1] != 0.0);
+            if moving_ends {
+                system.place_ghosts(t, x, v);
+                set_end_forces(system, t, [x, v], force);
+            }
+            leaked |= island.leaks(force);
         }
         let time = kick * h;
-        if ENERGY {
+        if energy {
             // During a kick the force is constant and the velocity linear in time.
-            let passed = &mut passed[first..first + n - 1];
-            let mean = |s: usize| v[s] + 0.5 * time * a[s];
-            for i in 0..n - 1 {
-                passed[i] +=
-                    time * force[i + 1] * (share[i][0] * mean(i) + share[i][1] * mean(i + 1));
+            let middle = &mut scratch.v;
+            copy(middle, v);
+            push(0.5 * time, force, middle);
+            if moving_ends {
+                system.place_ghosts(t, &mut scratch.x, middle);
             }
+            PassOn {
+                island,
+                weight: time,
+                share: &system.flux_share,
+                force,
+                v: middle,
+                passed,
+            }
+            .work();
         }
-        for s in 0..n {
-            v[s] += time * a[s];
-        }
+        push(time, force, v);
     }
-    // A speed that is not finite is an error that no tolerance accepts.
-    let error = if v.iter().all(|v| v.is_finite()) {
-        0.0
-    } else {
-        f64::NAN
-    };
+    if moving_ends {
+        system.place_ghosts(t, x, v);
+    }
     Outcome {
-        error,
+        // A speed that is not finite is an error that no tolerance accepts.
+        error: 0.0 * Largest { island, row: v }.find(),
         leaked,
         corrected: 0,
+    }
+}
+
+/// `x += time v`, and the forces there.
+struct Drift<'a, K> {
+    system: &'a System<K>,
+    island: &'a Island,
+    time: f64,
+    v: &'a Row,
+    x: &'a mut Row,
+    force: &'a mut Row,
+}
+
+impl<K: Kernel> Drift<'_, K> {
+    fn work(self) {
+        widest(self);
+    }
+}
+
+impl<K: Kernel> Work for Drift<'_, K> {
+    type Output = ();
+
+    #[inline(always)]
+    fn run<L: Lanes>(self) {
+        let time = L::splat(self.time);
+        let mut before = outside::<L>(self.island);
+        for b in self.island.blocks.clone() {
+            let at = L::load(&self.x.0[b]) + time * L::load(&self.v.0[b]);
+            at.store(&mut self.x.0[b]);
+            let r = at.take_left(before) - at;
+            let c = L::load(&self.system.coefficient.0[b]);
+            let d0 = L::load(&self.system.static_overlap.0[b]);
+            self.system
+                .kernel
+                .force(c, d0, r)
+                .store(&mut self.force.0[b]);
+            before = at;
+        }
+    }
+}
+
+/// `v += time (F_s - F_{s+1}) / m`.
+struct Kick<'a> {
+    mobility: &'a Row,
+    island: &'a Island,
+    time: f64,
+    force: &'a Row,
+    v: &'a mut Row,
+}
+
+impl Kick<'_> {
+    fn work(self) {
+        widest(self);
+    }
+}
+
+impl Work for Kick<'_> {
+    type Output = ();
+
+    #[inline(always)]
+    fn run<L: Lanes>(self) {
+        let time = L::splat(self.time);
+        let blocks = self.island.blocks.clone();
+        walk(
+            blocks.len(),
+            #[inline(always)]
+            |b| L::load(&self.force.0[blocks.start + b]),
+            #[inline(always)]
+            |b, left, right| {
+                let b = blocks.start + b;
+                let push = L::load(&self.mobility.0[b]) * (left - right);
+                (L::load(&self.v.0[b]) + time * push).store(&mut self.v.0[b]);
+            },
+        );
     }
 }

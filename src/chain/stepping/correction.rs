@@ -10,7 +10,7 @@
 use super::super::law::Kernel;
 use super::super::root;
 use super::quadrature::{Rule, gauss_jacobi};
-use super::tableau::Tableau;
+use super::tableau::{MOST_STAGES, Tableau};
 
 const NODES: usize = 6;
 
@@ -142,7 +142,7 @@ impl Correction {
         kernel: K,
         tableau: &Tableau,
         overlap: &Quintic,
-    ) -> Vec<f64> {
+    ) -> [f64; MOST_STAGES] {
         let spans = pressing_spans(overlap).unwrap_or_default();
         let beside = |opening: f64, end: f64| {
             let length = end - opening;
@@ -184,15 +184,13 @@ impl Correction {
             spans.iter().flatten().map(of_span).sum()
         };
         let force = |stage: usize| kernel.power(overlap.at(tableau.c[stage]).max(0.0));
-        (0..tableau.stages())
-            .map(|stage| {
-                let quadrature: f64 = tableau.velocity[stage]
-                    .iter()
-                    .map(|&(j, weight)| weight * force(j))
-                    .sum();
-                impulse_to(tableau.c[stage]) - quadrature
-            })
-            .collect()
+        std::array::from_fn(|stage| {
+            let Some(terms) = tableau.velocity.get(stage) else {
+                return 0.0;
+            };
+            let quadrature: f64 = terms.iter().map(|&(j, weight)| weight * force(j)).sum();
+            impulse_to(tableau.c[stage]) - quadrature
+        })
     }
 }
 

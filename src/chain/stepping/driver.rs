@@ -3,7 +3,7 @@
 use super::composed::{self, Splitting};
 use super::correction::Correction;
 use super::islands::Islands;
-use super::pair::{self, Outcome, Scratch};
+use super::pair::{self, Outcome, Scratch, Span};
 use super::system::{State, System};
 use super::tableau::Tableau;
 use super::{Cost, StepControl, Stepping, Task};
@@ -13,7 +13,7 @@ use crate::chain::law::Kernel;
 use crate::chain::root;
 
 /// Steps for which a survey of the islands should hold.
-const HORIZON_STEPS: f64 = 4.0;
+const HORIZON_STEPS: f64 = 6.0;
 
 #[derive(Debug)]
 pub(super) enum Method {
@@ -40,7 +40,6 @@ pub(super) struct Driver<K> {
     method: Method,
     islands: Islands,
     control: StepControl,
-    lossy: bool,
     energy: bool,
     time: f64,
     step: f64,
@@ -73,14 +72,13 @@ impl<K: Kernel> Driver<K> {
         Driver {
             islands: Islands::new(task.window, ahead),
             control: task.control,
-            lossy: task.chain.losses.any(),
             energy: task.energy,
             time: 0.0,
             step,
             surveyed: f64::NEG_INFINITY,
             caution: 1.0,
             next: state.clone(),
-            scratch: Scratch::new(system.places(), evaluations + 1),
+            scratch: Scratch::new(system.places(), evaluations + 1, task.chain.losses.any()),
             state,
             cost: Cost::default(),
             system,
@@ -93,52 +91,25 @@ impl<K: Kernel> Driver<K> {
         self.islands
             .survey(&self.system, &self.state, horizon, self.caution);
         self.surveyed = self.time + horizon;
-        for gap in self.islands.gaps() {
-            self.state.a[gap.clone()].fill(0.0);
-            self.next.a[gap].fill(0.0);
+        for shut in self.islands.shut(self.state.force.len()) {
+            self.state.force[shut.clone()].fill(0.0);
+            self.next.force[shut].fill(0.0);
         }
     }
 
     fn attempt(&mut self, h: f64) -> Outcome {
-        #[cfg(target_arch = "x86_64")]
-        if std::arch::is_x86_feature_detected!("avx2") {
-            // SAFETY: the feature this is compiled for was found just above.
-            return unsafe { self.attempt_avx2(h) };
-        }
-        self.attempt_portable(h)
-    }
-
-    #[cfg(target_arch = "x86_64")]
-    #[target_feature(enable = "avx2")]
-    fn attempt_avx2(&mut self, h: f64) -> Outcome {
-        self.attempt_portable(h)
-    }
-
-    #[inline(always)]
-    fn attempt_portable(&mut self, h: f64) -> Outcome {
-        match (self.lossy, self.energy) {
-            (false, false) => self.attempt_with::<false, false>(h),
-            (false, true) => self.attempt_with::<false, true>(h),
-            (true, false) => self.attempt_with::<true, false>(h),
-            (true, true) => self.attempt_with::<true, true>(h),
-        }
-    }
-
-    #[inline(always)]
-    fn attempt_with<const LOSSY: bool, const ENERGY: bool>(&mut self, h: f64) -> Outcome {
         let negligible = match self.control {
             StepControl::LocalError(tolerance) => 1e-3 * tolerance,
             StepControl::Fixed(_) => 0.0,
         };
-        let span = (self.time, h);
+        let span = Span { t: self.time, h };
         let mut all = Outcome::default();
         for island in &self.islands.active {
-            self.cost.forces += (island.contacts.len() * self.method.evaluations()) as u64;
             all = all.and(match &self.method {
                 Method::Pair {
                     tableau,
                     correction,
-                } => pair::advance::<K, LOSSY, ENERGY>(
+                } => pair::advance(
                     &self.system,
                     tableau,
                     correction.as_ref(),
@@ -149,7 +120,7 @@ impl<K: Kernel> Driver<K> {
                     &mut self.next,
                     &mut self.scratch,
                 ),
-                Method::Composition(splitting) => composed::advance::<K, ENERGY>(
+                Method::Composition(splitting) => composed::advance(
                     &self.system,
                     splitting,
                     island,
@@ -160,7 +131,12 @@ impl<K: Kernel> Driver<K> {
                 ),
             });
         }
-        for gap in self.islands.gaps() {
+        all
+    }
+
+    /// Free flight of the sites in no island.
+    fn fly(&mut self, h: f64) {
+        for gap in &self.islands.gaps {
             let (x, v) = (&self.state.x[gap.clone()], &self.state.v[gap.clone()]);
             let x1 = &mut self.next.x[gap.clone()];
             match &self.method {
@@ -174,9 +150,8 @@ impl<K: Kernel> Driver<K> {
                     splitting.fly(h, v, x1);
                 }
             }
-            self.next.v[gap].copy_from_slice(v);
+            self.next.v[gap.clone()].copy_from_slice(v);
         }
-        all
     }
 
     /// What contacts of no island have passed on stays what it was.
@@ -184,8 +159,8 @@ impl<K: Kernel> Driver<K> {
         for shut in self.islands.shut(self.state.passed.len()) {
             self.next.passed[shut.clone()].copy_from_slice(&self.state.passed[shut]);
         }
-        for gap in self.islands.gaps() {
-            self.next.lost[gap.clone()].copy_from_slice(&self.state.lost[gap]);
+        for gap in &self.islands.gaps {
+            self.next.lost[gap.clone()].copy_from_slice(&self.state.lost[gap.clone()]);
         }
     }
 
@@ -205,10 +180,10 @@ impl<K: Kernel> Driver<K> {
 impl<K: Kernel> Stepping for Driver<K> {
     fn advance_to(&mut self, target: f64) -> Result<()> {
         while self.time < target {
-            let left = target - self.time;
-            let steps = (left / self.step * (1.0 - 1e-12)).ceil().max(1.0);
-            let h = left / steps;
-            if self.time + h <= self.time || h.is_nan() {
+            let Some(NextStep { h, end }) = next_step(self.time, target, self.step) else {
+                break;
+            };
+            if end <= self.time || h.is_nan() {
                 let expected = "motion that steps of finite length can follow";
                 return Err(refuse("tolerance", expected, format!("a step of {h:e}")));
             }
@@ -216,6 +191,8 @@ impl<K: Kernel> Stepping for Driver<K> {
                 self.survey(h);
             }
             let outcome = self.attempt(h);
+            self.fly(h);
+            self.cost.forces += self.islands.contacts() * self.method.evaluations() as u64;
             if !outcome.error.is_finite() {
                 if let StepControl::Fixed(step) = self.control {
                     let expected = "a step below the stability limit";
@@ -242,7 +219,7 @@ impl<K: Kernel> Stepping for Driver<K> {
                 self.carry_energies();
             }
             std::mem::swap(&mut self.state, &mut self.next);
-            self.time = if steps == 1.0 { target } else { self.time + h };
+            self.time = end;
             self.cost.steps += 1;
             self.cost.corrected_contacts += outcome.corrected;
             // A step cut short by a sample tells little of how long the next one may be.
@@ -266,6 +243,22 @@ impl<K: Kernel> Stepping for Driver<K> {
     fn cost(&self) -> Cost {
         self.cost
     }
+}
+
+/// A step on the way to a sample.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct NextStep {
+    pub(super) h: f64,
+    pub(super) end: f64,
+}
+
+/// The next of the equally long steps, none longer than `longest`, that end at `target`.
+pub(super) fn next_step(time: f64, target: f64, longest: f64) -> Option<NextStep> {
+    let left = target - time;
+    let steps = (left / longest * (1.0 - 1e-12)).ceil().max(1.0);
+    let h = left / steps;
+    let end = if steps == 1.0 { target } else { time + h };
+    (time < target).then_some(NextStep { h, end })
 }
 
 /// Which of a chain's contacts and sites.

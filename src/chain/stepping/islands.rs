@@ -2,27 +2,34 @@
 //!
 //! A contact that is open now and cannot close within the horizon carries no force, and the sites
 //! it parts need not be stepped together. What is left are islands: runs of contacts that press or
-//! may, with an open guard contact at each end. A guard that pressed during a step tells that the
-//! horizon was misjudged: the step is then repeated on new islands, so that the result has the
-//! same bits as that of the whole chain.
+//! may, rounded up to whole blocks, with an open guard contact at each end. A guard that pressed
+//! during a step tells that the horizon was misjudged: the step is then repeated on new islands, so
+//! that the result has the same bits as that of the whole chain.
 
 use std::ops::Range;
 
+use super::super::lanes::{Lanes, Row, WIDTH, Work, widest};
 use super::super::law::Kernel;
 use super::system::{State, System};
 
-/// A run of contacts stepped together.
+/// Blocks of places stepped together, with the contacts between them.
 #[derive(Debug, Clone, PartialEq)]
 pub(super) struct Island {
-    pub(super) contacts: Range<usize>,
+    pub(super) blocks: Range<usize>,
     /// Whether the first, and the last, contact is a guard.
-    pub(super) guards: [bool; 2],
+    guards: [bool; 2],
 }
 
 impl Island {
-    /// Places from the left of the first contact to the right of the last one.
     pub(super) fn places(&self) -> Range<usize> {
-        self.contacts.start..self.contacts.end + 1
+        WIDTH * self.blocks.start..WIDTH * self.blocks.end
+    }
+
+    /// Whether a guard pressed.
+    #[inline(always)]
+    pub(super) fn leaks(&self, force: &[f64]) -> bool {
+        let Range { start, end } = self.places();
+        (self.guards[0] && force[start + 1] != 0.0) || (self.guards[1] && force[end - 1] != 0.0)
     }
 }
 
@@ -38,10 +45,11 @@ pub enum Window {
 
 #[derive(Debug, Clone)]
 pub(super) struct Islands {
-    pub(super) window: Window,
+    window: Window,
     pub(super) active: Vec<Island>,
-    /// One past the last place that may move before the next survey.
-    pub(super) reached: usize,
+    /// The places that move and belong to no island, in order.
+    pub(super) gaps: Vec<Range<usize>>,
+    masks: Vec<u8>,
     /// Contacts ahead of the front that are stepped along.
     ahead: usize,
 }
@@ -51,7 +59,8 @@ impl Islands {
         Islands {
             window,
             active: Vec::new(),
-            reached: 0,
+            gaps: Vec::new(),
+            masks: Vec::new(),
             ahead,
         }
     }
@@ -64,84 +73,157 @@ impl Islands {
         horizon: f64,
         caution: f64,
     ) {
-        let horizon = caution * horizon;
-        let ahead = (caution * self.ahead as f64) as usize;
-        let all = system.contacts.clone();
-        self.active.clear();
-        if self.window == Window::Whole || system.periodic {
-            self.reached = system.places();
-            if !all.is_empty() {
-                self.active.push(Island {
-                    contacts: all,
-                    guards: [false; 2],
-                });
-            }
-            return;
-        }
-        let State { x, v, a, .. } = state;
-        let moved = (0..system.places())
+        let places = system.places();
+        let front = (0..places)
             .rev()
-            .find(|&s| x[s] != 0.0 || v[s] != 0.0);
-        let front = moved.map_or(0, |place| place + 1);
-        self.reached = (front + ahead).min(system.places());
-        let end = (front + ahead).min(all.end);
+            .find(|&s| state.x[s] != 0.0 || state.v[s] != 0.0)
+            .map_or(0, |last| last + 1);
+        let ahead = (caution * self.ahead as f64) as usize;
+        let reached = front.saturating_add(ahead).min(places);
+        self.active.clear();
+        self.gaps.clear();
         let opens = system.kernel.opening_power().is_some() && system.losses.drag == 0.0;
-        if !opens || system.static_overlap[all.start] > 0.0 {
-            self.push(all.start..end, &all);
+        if self.window == Window::Whole || system.periodic {
+            self.push(0..places, places);
+        } else if !opens || system.static_overlap[system.contacts.start] > 0.0 {
+            self.push(0..reached, places);
+        } else {
+            self.survey_open(system, state, caution * horizon, reached);
+        }
+        let mut flying = 0;
+        for island in &self.active {
+            let places = island.places();
+            if flying < places.start {
+                self.gaps.push(flying..places.start);
+            }
+            flying = places.end;
+        }
+        if flying < reached {
+            self.gaps.push(flying..reached);
+        }
+    }
+
+    fn survey_open<K: Kernel>(
+        &mut self,
+        system: &System<K>,
+        state: &State,
+        horizon: f64,
+        reached: usize,
+    ) {
+        let mut masks = std::mem::take(&mut self.masks);
+        Reaches {
+            system,
+            x: &state.x,
+            v: &state.v,
+            force: &state.force,
+            horizon,
+            blocks: reached.div_ceil(WIDTH),
+            masks: &mut masks,
+        }
+        .find();
+        if system.drive.is_some() {
+            masks[0] |= 2;
+        }
+        let places = system.places();
+        let mut run: Option<Range<usize>> = None;
+        for (b, mask) in masks.iter().enumerate().filter(|(_, mask)| **mask != 0) {
+            let first = WIDTH * b + mask.trailing_zeros() as usize;
+            let last = WIDTH * b + mask.ilog2() as usize;
+            // The contacts beside these are the guards.
+            let around = first.saturating_sub(2)..(last + 2).min(places);
+            match &mut run {
+                Some(run) if around.start <= run.end + WIDTH => run.end = around.end,
+                _ => {
+                    if let Some(done) = run.replace(around) {
+                        self.push(done, places);
+                    }
+                }
+            }
+        }
+        self.masks = masks;
+        if let Some(run) = run {
+            self.push(run, places);
+        }
+    }
+
+    /// Adds the blocks that hold these places.
+    fn push(&mut self, run: Range<usize>, places: usize) {
+        let blocks = run.start / WIDTH..run.end.div_ceil(WIDTH);
+        if let Some(last) = self.active.last_mut()
+            && blocks.start <= last.blocks.end
+        {
+            last.blocks.end = last.blocks.end.max(blocks.end);
+            last.guards[1] = WIDTH * last.blocks.end < places;
             return;
         }
-        let mut run: Option<Range<usize>> = None;
-        for i in all.start..end {
-            let (left, right) = (i, i + 1);
-            let reach = horizon * (v[left] - v[right]).max(0.0) * 1.01
-                + horizon * horizon * (a[left].abs() + a[right].abs());
-            let slack = x[left].abs() + x[right].abs() + horizon * (v[left].abs() + v[right].abs());
-            let driven = i == 0 && system.drive.is_some();
-            if system.overlap(i, x) + reach < -4.0 * f64::EPSILON * slack && !driven {
-                continue;
-            }
-            match &mut run {
-                Some(run) if i <= run.end + 2 => run.end = i + 1,
-                Some(done) => {
-                    let done = done.clone();
-                    self.push(done, &all);
-                    run = Some(i..i + 1);
-                }
-                None => run = Some(i..i + 1),
-            }
-        }
-        if let Some(run) = run {
-            self.push(run, &all);
-        }
+        let guards = [blocks.start > 0, WIDTH * blocks.end < places];
+        self.active.push(Island { blocks, guards });
     }
 
-    fn push(&mut self, run: Range<usize>, all: &Range<usize>) {
-        let guards = [run.start > all.start, run.end < all.end];
-        self.active.push(Island {
-            contacts: run.start - usize::from(guards[0])..run.end + usize::from(guards[1]),
-            guards,
-        });
-    }
-
-    /// The places up to the front that belong to no island, in order.
-    pub(super) fn gaps(&self) -> impl Iterator<Item = Range<usize>> {
-        let starts = std::iter::once(0).chain(self.active.iter().map(|i| i.places().end));
-        let ends = self
-            .active
-            .iter()
-            .map(|i| i.places().start)
-            .chain(std::iter::once(self.reached));
-        starts.zip(ends).filter(|(s, e)| s < e).map(|(s, e)| s..e)
+    /// Contacts in islands, those that pad them included.
+    pub(super) fn contacts(&self) -> u64 {
+        let contacts = |island: &Island| (WIDTH * island.blocks.len()) as u64;
+        self.active.iter().map(contacts).sum()
     }
 
     /// The contacts that belong to no island, in order.
     pub(super) fn shut(&self, contacts: usize) -> impl Iterator<Item = Range<usize>> {
-        let starts = std::iter::once(0).chain(self.active.iter().map(|i| i.contacts.end));
-        let ends = self
-            .active
-            .iter()
-            .map(|i| i.contacts.start)
-            .chain(std::iter::once(contacts));
-        starts.zip(ends).map(|(s, e)| s..e)
+        // The contact on the left of an island's first place is outside it.
+        let starts = std::iter::once(0).chain(self.active.iter().map(|i| i.places().end));
+        let starts_of_islands = self.active.iter().map(|i| i.places().start);
+        let ends = starts_of_islands.chain(std::iter::once(contacts));
+        starts.zip(ends).map(|(s, e)| s..e.max(s))
+    }
+}
+
+/// Names the contacts that press, or may within the time `horizon`, a mask for each block.
+struct Reaches<'a, K> {
+    system: &'a System<K>,
+    x: &'a Row,
+    v: &'a Row,
+    force: &'a Row,
+    horizon: f64,
+    blocks: usize,
+    masks: &'a mut Vec<u8>,
+}
+
+impl<K: Kernel> Reaches<'_, K> {
+    fn find(self) {
+        widest(self);
+    }
+}
+
+impl<K: Kernel> Work for Reaches<'_, K> {
+    type Output = ();
+
+    #[inline(always)]
+    fn run<L: Lanes>(self) {
+        let zero = L::splat(0.0);
+        let (horizon, squared) = (
+            L::splat(self.horizon * 1.01),
+            L::splat(self.horizon * self.horizon),
+        );
+        let rounding = L::splat(4.0 * f64::EPSILON);
+        let mut before = [zero; 3];
+        self.masks.clear();
+        let mut here = L::load(&self.force.0[0]);
+        for b in 0..self.blocks {
+            let after = self.force.0.get(b + 1).map_or(zero, L::load);
+            let mobility = L::load(&self.system.mobility.0[b]);
+            let acceleration = (mobility * (here - here.take_right(after))).abs();
+            here = after;
+            let (x, v) = (L::load(&self.x.0[b]), L::load(&self.v.0[b]));
+            let (xl, vl) = (x.take_left(before[0]), v.take_left(before[1]));
+            let bend = acceleration.take_left(before[2]) + acceleration;
+            before = [x, v, acceleration];
+            let overlap = L::load(&self.system.static_overlap.0[b]) + (xl - x);
+            let closing = (vl - v).positive();
+            let slack = xl.abs() + x.abs() + horizon * (vl.abs() + v.abs());
+            let latest = overlap + horizon * closing + squared * bend + rounding * slack;
+            // What just touches may press: only what is surely open is left out.
+            let open = (zero - latest).positive_mask();
+            let exists = L::load(&self.system.coefficient.0[b]).positive_mask();
+            self.masks.push(exists & !open);
+        }
     }
 }

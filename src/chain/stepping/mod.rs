@@ -3,14 +3,20 @@
 mod composed;
 mod correction;
 mod driver;
+mod energy;
+mod events;
+mod finish;
 mod islands;
 mod pair;
 mod quadrature;
+mod stage;
 mod system;
 mod tableau;
+mod together;
 
 use super::drive::Drive;
-use super::lattice::{Chain, refuse};
+use super::lanes::Row;
+use super::lattice::{Chain, Ends, refuse};
 use super::law::{self, Kernel, Law};
 use crate::Result;
 use composed::Splitting;
@@ -18,9 +24,10 @@ use correction::Correction;
 use driver::{Driver, Method};
 pub(crate) use driver::{Extreme, contact_time};
 pub use islands::Window;
-pub(crate) use system::State;
 use system::System;
-use tableau::{SYMPLECTIC_4, SYMPLECTIC_6, Tableau, VERLET};
+pub(crate) use system::{FIRST_CONTACT, FIRST_SITE, State};
+use tableau::{Composition, SYMPLECTIC_4, SYMPLECTIC_6, Tableau, VERLET};
+pub(crate) use together::Together;
 
 /// A method of stepping; [`Scheme::citation`] tells where each is from.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default, serde::Serialize, serde::Deserialize)]
@@ -58,6 +65,15 @@ impl Scheme {
             Scheme::VelocityVerlet => VERLET.order,
             Scheme::Symplectic4 => SYMPLECTIC_4.order,
             Scheme::Symplectic6 => SYMPLECTIC_6.order,
+        }
+    }
+
+    fn composition(&self) -> Option<&'static Composition> {
+        match self {
+            Scheme::VelocityVerlet => Some(&VERLET),
+            Scheme::Symplectic4 => Some(&SYMPLECTIC_4),
+            Scheme::Symplectic6 => Some(&SYMPLECTIC_6),
+            Scheme::Nystrom | Scheme::RungeKutta => None,
         }
     }
 
@@ -166,12 +182,10 @@ fn with_kernel<K: Kernel + 'static>(task: &Task, kernel: K) -> Result<Box<dyn St
         tableau,
         correction: kernel.opening_power().map(Correction::new),
     };
-    let method = match task.scheme {
-        Scheme::Nystrom => pair(Tableau::nystrom_8_6()),
-        Scheme::RungeKutta => pair(Tableau::runge_kutta_8_5()),
-        Scheme::VelocityVerlet => Method::Composition(Splitting::new(&VERLET)),
-        Scheme::Symplectic4 => Method::Composition(Splitting::new(&SYMPLECTIC_4)),
-        Scheme::Symplectic6 => Method::Composition(Splitting::new(&SYMPLECTIC_6)),
+    let method = match task.scheme.composition() {
+        Some(composition) => Method::Composition(Splitting::new(composition)),
+        None if task.scheme == Scheme::Nystrom => pair(Tableau::nystrom_8_6()),
+        None => pair(Tableau::runge_kutta_8_5()),
     };
     if let (Method::Composition(_), StepControl::LocalError(_)) = (&method, task.control) {
         return Err(refuse("step", "a step length for this scheme", "none"));
@@ -179,28 +193,62 @@ fn with_kernel<K: Kernel + 'static>(task: &Task, kernel: K) -> Result<Box<dyn St
     Ok(Box::new(Driver::new(task, system, method, state)))
 }
 
+/// Prepares up to [`Together`]'s number of checked chains to be stepped at once; `None` where they
+/// must be stepped one by one: with losses, drives, periodic ends, energies, other laws, or schemes
+/// that choose their steps. The tasks must differ in chains and initial states alone, and their
+/// chains have equally many sites.
+pub(crate) fn prepare_together(tasks: &[Task]) -> Option<(Together<law::Hertz>, State)> {
+    let first = tasks.first()?;
+    let StepControl::Fixed(step) = first.control else {
+        return None;
+    };
+    let composition = first.scheme.composition()?;
+    let chains: Vec<_> = tasks
+        .iter()
+        .filter(|task| task.goes_together())
+        .map(|task| {
+            let system = System::new(task.chain, law::Hertz, None);
+            let state = initial_state(task, &system);
+            (system, state)
+        })
+        .collect();
+    if chains.len() < tasks.len() {
+        return None;
+    }
+    let state = chains[0].1.clone();
+    let splitting = Splitting::new(composition);
+    Some((Together::new(&chains, law::Hertz, splitting, step), state))
+}
+
+impl Task<'_> {
+    fn goes_together(&self) -> bool {
+        self.chain.law == Law::Hertz
+            && self.chain.precompression == 0.0
+            && !self.chain.losses.any()
+            && self.chain.ends != Ends::Periodic
+            && self.drive.is_none()
+            && !self.energy
+    }
+}
+
 fn initial_state<K: Kernel>(task: &Task, system: &System<K>) -> State {
-    let places = system.places();
-    let padded = |values: &[f64]| {
-        let mut all = vec![0.0; places];
-        all[1..=values.len()].copy_from_slice(values);
-        if system.periodic {
-            all[0] = all[places - 2];
-            all[places - 1] = all[1];
-        }
-        all
-    };
-    let mut state = State {
-        x: padded(task.displacement),
-        v: padded(task.velocity),
-        a: vec![0.0; places],
-        passed: vec![0.0; if task.energy { places - 1 } else { 0 }],
-        lost: vec![0.0; if task.energy { places } else { 0 }],
-    };
-    system.place_ghosts(0.0, 0, &mut state.x, &mut state.v);
-    let mut force = vec![0.0; places + 1];
-    let mut damping = vec![0.0; places + 1];
-    let State { x, v, a, .. } = &mut state;
-    system.accelerate::<true>(0.0, 0, x, v, &mut force, &mut damping, a);
-    state
+    let row = || Row::zeros(system.places());
+    let followed = || if task.energy { row() } else { Row::default() };
+    let (mut x, mut v, mut force) = (row(), row(), row());
+    x[FIRST_SITE..][..system.sites].copy_from_slice(task.displacement);
+    v[FIRST_SITE..][..system.sites].copy_from_slice(task.velocity);
+    system.place_ghosts(0.0, &mut x, &mut v);
+    for s in system.contacts.clone() {
+        force[s] = system.force(s, 0.0, &x, &v).0;
+    }
+    if system.periodic {
+        force[1] = force[system.sites + 1];
+    }
+    State {
+        x,
+        v,
+        force,
+        passed: followed(),
+        lost: followed(),
+    }
 }

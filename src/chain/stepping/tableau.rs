@@ -329,6 +329,9 @@ fn mirrored(half: &[f64], keep_middle_single: bool) -> Vec<f64> {
     half.iter().chain(back).copied().collect()
 }
 
+/// Stages of the largest method here, the one at the step's end included.
+pub(crate) const MOST_STAGES: usize = 13;
+
 /// An embedded pair in the form the stepping uses, for `x'' = f(x, v)`.
 #[derive(Debug)]
 pub(crate) struct Tableau {
@@ -341,6 +344,7 @@ pub(crate) struct Tableau {
     /// polynomial through all stages with a weight, for use once the step is done.
     pub(crate) velocity: Vec<Weights>,
     pub(crate) b: Weights,
+    /// Weights of the velocity; for the same stages as those of its error, zeros included.
     pub(crate) bp: Weights,
     /// Weights of the error estimate of the velocity.
     pub(crate) error: Weights,
@@ -372,8 +376,8 @@ impl Tableau {
                 .collect(),
             velocity: velocity.collect(),
             b: weights(pair.b.iter().copied()),
-            bp: weights(pair.bp.iter().copied()),
-            error: weights(error),
+            bp: together(pair.bp.iter().copied(), error.clone()),
+            error: together(error, pair.bp.iter().copied()),
         }
     }
 
@@ -401,8 +405,8 @@ impl Tableau {
                 .iter()
                 .map(|row| weights(row.iter().copied()))
                 .collect(),
-            bp: weights(pair.b.iter().copied()),
-            error: weights(pair.error.iter().copied()),
+            bp: together(pair.b.iter().copied(), pair.error.iter().copied()),
+            error: together(pair.error.iter().copied(), pair.b.iter().copied()),
         }
     }
 
@@ -413,6 +417,15 @@ impl Tableau {
 
 fn weights(row: impl Iterator<Item = f64>) -> Weights {
     row.enumerate().filter(|(_, w)| *w != 0.0).collect()
+}
+
+/// Stage and weight, left out where the other weight is zero too.
+fn together(row: impl Iterator<Item = f64>, other: impl Iterator<Item = f64>) -> Weights {
+    let pairs = row.zip(other).enumerate();
+    pairs
+        .filter(|(_, (w, o))| *w != 0.0 || *o != 0.0)
+        .map(|(stage, (w, _))| (stage, w))
+        .collect()
 }
 
 /// Integral from 0 to `end` of the polynomial that is 1 at `c[one]`, 0 at the other nodes.

@@ -1,0 +1,268 @@
+//! Eight numbers side by side, in the widest registers that the processor has.
+//!
+//! Every operation rounds each lane as it would round a number alone, and sums are never
+//! contracted, so that all levels give the same bits.
+
+#[cfg(target_arch = "x86_64")]
+mod x86;
+
+use std::ops::{Add, Div, Mul, Sub};
+
+/// Lanes of a block.
+pub(crate) const WIDTH: usize = 8;
+
+/// A block of numbers on a cache line of its own.
+#[derive(Debug, Clone, Copy, Default)]
+#[repr(C, align(64))]
+pub(crate) struct Block(pub(crate) [f64; WIDTH]);
+
+// SAFETY: eight `f64` without padding; all zeros are eight zeros.
+unsafe impl bytemuck::Zeroable for Block {}
+// SAFETY: any bits are eight `f64`, and there is no padding.
+unsafe impl bytemuck::Pod for Block {}
+
+/// Numbers in whole blocks.
+#[derive(Debug, Clone, Default)]
+pub(crate) struct Row(pub(crate) Vec<Block>);
+
+impl Row {
+    /// At least this many zeros.
+    pub(crate) fn zeros(length: usize) -> Row {
+        Row(vec![Block::default(); length.div_ceil(WIDTH)])
+    }
+}
+
+impl std::ops::Deref for Row {
+    type Target = [f64];
+
+    #[inline(always)]
+    fn deref(&self) -> &[f64] {
+        bytemuck::cast_slice(&self.0)
+    }
+}
+
+impl std::ops::DerefMut for Row {
+    #[inline(always)]
+    fn deref_mut(&mut self) -> &mut [f64] {
+        bytemuck::cast_slice_mut(&mut self.0)
+    }
+}
+
+/// One number, or several that undergo the same.
+pub(crate) trait Number:
+    Copy + Add<Output = Self> + Sub<Output = Self> + Mul<Output = Self> + Div<Output = Self>
+{
+    fn splat(value: f64) -> Self;
+
+    fn sqrt(self) -> Self;
+
+    /// `yes` where this is above 0, `no` elsewhere.
+    fn choose(self, yes: Self, no: Self) -> Self;
+
+    /// By a function of single numbers.
+    fn map3(self, b: Self, c: Self, f: impl Fn(f64, f64, f64) -> f64) -> Self;
+
+    /// Itself where above 0, else 0.
+    #[inline(always)]
+    fn positive(self) -> Self {
+        self.choose(self, Self::splat(0.0))
+    }
+
+    #[inline(always)]
+    fn abs(self) -> Self {
+        self.choose(self, Self::splat(0.0) - self)
+    }
+
+    #[inline(always)]
+    fn min(self, other: Self) -> Self {
+        (self - other).choose(other, self)
+    }
+}
+
+/// A block in registers.
+pub(crate) trait Lanes: Number {
+    fn load(block: &Block) -> Self;
+
+    fn store(self, block: &mut Block);
+
+    /// Each lane from the one before it, the first from the last of `before`.
+    fn take_left(self, before: Self) -> Self;
+
+    /// Each lane from the one after it, the last from the first of `after`.
+    fn take_right(self, after: Self) -> Self;
+
+    /// A bit for each lane, the first lowest: whether it is above 0.
+    fn positive_mask(self) -> u8;
+}
+
+/// Work that is compiled once a level.
+pub(crate) trait Work {
+    type Output;
+
+    /// To be marked `#[inline(always)]`, with all that it calls on lanes.
+    fn run<L: Lanes>(self) -> Self::Output;
+}
+
+/// Does the work with the widest registers there are.
+#[inline]
+pub(crate) fn widest<W: Work>(work: W) -> W::Output {
+    #[cfg(target_arch = "x86_64")]
+    {
+        if std::arch::is_x86_feature_detected!("avx512f") {
+            // SAFETY: the feature that this needs was found just above.
+            return unsafe { x86::with_avx512(work) };
+        }
+        if std::arch::is_x86_feature_detected!("avx2") {
+            // SAFETY: the feature that this needs was found just above.
+            return unsafe { x86::with_avx2(work) };
+        }
+    }
+    work.run::<Portable>()
+}
+
+impl Number for f64 {
+    #[inline(always)]
+    fn splat(value: f64) -> f64 {
+        value
+    }
+
+    #[inline(always)]
+    fn sqrt(self) -> f64 {
+        f64::sqrt(self)
+    }
+
+    #[inline(always)]
+    fn choose(self, yes: f64, no: f64) -> f64 {
+        if self > 0.0 { yes } else { no }
+    }
+
+    #[inline(always)]
+    fn map3(self, b: f64, c: f64, f: impl Fn(f64, f64, f64) -> f64) -> f64 {
+        f(self, b, c)
+    }
+}
+
+/// Lanes for any processor.
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct Portable([f64; WIDTH]);
+
+macro_rules! by_lane {
+    ($($operator:ident $method:ident)*) => {$(
+        impl $operator for Portable {
+            type Output = Portable;
+
+            #[inline(always)]
+            fn $method(self, other: Portable) -> Portable {
+                Portable(std::array::from_fn(|l| self.0[l].$method(other.0[l])))
+            }
+        }
+    )*};
+}
+by_lane!(Add add Sub sub Mul mul Div div);
+
+impl Number for Portable {
+    #[inline(always)]
+    fn splat(value: f64) -> Portable {
+        Portable([value; WIDTH])
+    }
+
+    #[inline(always)]
+    fn sqrt(self) -> Portable {
+        Portable(self.0.map(f64::sqrt))
+    }
+
+    #[inline(always)]
+    fn choose(self, yes: Portable, no: Portable) -> Portable {
+        Portable(std::array::from_fn(|l| self.0[l].choose(yes.0[l], no.0[l])))
+    }
+
+    #[inline(always)]
+    fn map3(self, b: Portable, c: Portable, f: impl Fn(f64, f64, f64) -> f64) -> Portable {
+        Portable(std::array::from_fn(|l| f(self.0[l], b.0[l], c.0[l])))
+    }
+}
+
+impl Lanes for Portable {
+    #[inline(always)]
+    fn load(block: &Block) -> Portable {
+        Portable(block.0)
+    }
+
+    #[inline(always)]
+    fn store(self, block: &mut Block) {
+        block.0 = self.0;
+    }
+
+    #[inline(always)]
+    fn take_left(self, before: Portable) -> Portable {
+        Portable(std::array::from_fn(|l| match l {
+            0 => before.0[WIDTH - 1],
+            _ => self.0[l - 1],
+        }))
+    }
+
+    #[inline(always)]
+    fn take_right(self, after: Portable) -> Portable {
+        Portable(std::array::from_fn(|l| {
+            *self.0.get(l + 1).unwrap_or(&after.0[0])
+        }))
+    }
+
+    #[inline(always)]
+    fn positive_mask(self) -> u8 {
+        let bit = |l: usize| u8::from(self.0[l] > 0.0) << l;
+        (0..WIDTH).fold(0, |mask, l| mask | bit(l))
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Bits of every operation on some awkward numbers.
+    struct Sample;
+
+    impl Work for Sample {
+        type Output = Vec<u64>;
+
+        #[inline(always)]
+        fn run<L: Lanes>(self) -> Vec<u64> {
+            let blocks = [
+                Block([1.5, -2.0, 0.0, -0.0, 1e300, 3e-310, 7.25, -1e-3]),
+                Block([0.3, 4.0, -1.0, 2.0, 1e-300, 9.0, -7.25, 1e5]),
+            ];
+            let [a, b] = [L::load(&blocks[0]), L::load(&blocks[1])];
+            let results = [
+                a + b,
+                a - b,
+                a * b,
+                a / b,
+                a.abs().sqrt(),
+                a.positive(),
+                a.choose(b, a),
+                a.min(b),
+                a.take_left(b),
+                a.take_right(b),
+                a.map3(b, a, |a, b, c| a.mul_add(b, c)),
+            ];
+            let mut bits = vec![u64::from(a.positive_mask()), u64::from(b.positive_mask())];
+            for lanes in results {
+                let mut block = Block::default();
+                lanes.store(&mut block);
+                bits.extend(block.0.map(f64::to_bits));
+            }
+            bits
+        }
+    }
+
+    #[test]
+    fn val_portable_lanes_equal_registers_bit_by_bit() {
+        let portable = Sample.run::<Portable>();
+        assert_eq!(widest(Sample), portable);
+        #[cfg(target_arch = "x86_64")]
+        if std::arch::is_x86_feature_detected!("avx2") {
+            // SAFETY: the feature was found just above.
+            assert_eq!(unsafe { x86::with_avx2(Sample) }, portable);
+        }
+    }
+}

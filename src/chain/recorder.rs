@@ -1,0 +1,181 @@
+//! The samples of a run, and the arrays that are filled at them.
+
+use ndarray::{Array1, Array2};
+
+use super::lattice::refuse;
+use super::result::{Run, RunReport};
+use super::simulation::{Record, Simulation};
+use super::stepping::{Cost, FIRST_CONTACT, FIRST_SITE, State, StepControl};
+use crate::Result;
+
+/// Uniform samples from 0 to the end time, or every so many of them and the last one.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Samples {
+    end: f64,
+    last: usize,
+    stride: usize,
+}
+
+impl Samples {
+    pub(super) fn all(end: f64, samples: usize) -> Samples {
+        Samples {
+            end,
+            last: samples - 1,
+            stride: 1,
+        }
+    }
+
+    /// Not more than about this many of them.
+    pub(super) fn at_most(self, number: usize) -> Samples {
+        Samples {
+            stride: self.last.div_ceil(number).max(1),
+            ..self
+        }
+    }
+
+    pub(super) fn number(&self) -> usize {
+        self.last.div_ceil(self.stride) + 1
+    }
+
+    /// Among all samples.
+    fn index(&self, sample: usize) -> usize {
+        (sample * self.stride).min(self.last)
+    }
+
+    pub(super) fn time(&self, sample: usize) -> f64 {
+        self.end * (self.index(sample) as f64 / self.last as f64)
+    }
+
+    /// Between the rows at these samples and those at all samples.
+    pub(super) fn largest_difference(&self, few: &Array2<f64>, all: &Array2<f64>) -> f64 {
+        let rows = few.rows().into_iter().enumerate();
+        rows.fold(0.0, |worst, (sample, row)| {
+            let pairs = row.into_iter().zip(all.row(self.index(sample)));
+            pairs.fold(worst, |worst: f64, (a, b)| worst.max((a - b).abs()))
+        })
+    }
+}
+
+/// Fills the arrays of a run.
+pub(super) struct Recorder {
+    samples: Samples,
+    run: Run,
+    lossy: bool,
+    /// Largest energy and largest unexplained change of it.
+    energy: [f64; 3],
+    explained: bool,
+}
+
+impl Recorder {
+    pub(super) fn new(
+        simulation: &Simulation,
+        record: Record,
+        scale: f64,
+        samples: Samples,
+    ) -> Recorder {
+        let chain = simulation.chain.clone();
+        let (rows, n, m) = (samples.number(), chain.n_sites(), chain.n_contacts());
+        let array = |wanted: bool, columns| wanted.then(|| Array2::zeros((rows, columns)));
+        let lossy = chain.losses.any();
+        let driven = simulation.drive.is_some();
+        Recorder {
+            samples,
+            lossy,
+            energy: [0.0; 3],
+            explained: record.energy || !(lossy || driven),
+            run: Run {
+                time: Array1::zeros(rows),
+                velocity: Array2::zeros((rows, n)),
+                displacement: array(record.displacement, n),
+                force: array(record.force, m),
+                energy_passed: array(record.energy, m),
+                energy_lost: array(record.energy && lossy, n),
+                energy_input: (record.energy && driven).then(|| Array1::zeros(rows)),
+                chain,
+                report: RunReport {
+                    velocity_scale: scale,
+                    error: None,
+                    energy_drift: None,
+                    cost: Cost::default(),
+                    warnings: Vec::new(),
+                },
+            },
+        }
+    }
+
+    pub(super) fn keep(&mut self, sample: usize, state: &State) {
+        let Run {
+            chain,
+            time: times,
+            velocity,
+            displacement,
+            force,
+            energy_passed,
+            energy_lost,
+            energy_input,
+            ..
+        } = &mut self.run;
+        let (n, m) = (chain.n_sites(), chain.n_contacts());
+        let (x, v) = (&state.x[FIRST_SITE..][..n], &state.v[FIRST_SITE..][..n]);
+        times[sample] = self.samples.time(sample);
+        let copy = |array: &mut Array2<f64>, values: &[f64]| {
+            let row = array.ncols() * sample..array.ncols() * (sample + 1);
+            if let Some(all) = array.as_slice_mut() {
+                all[row].copy_from_slice(values);
+            }
+        };
+        copy(velocity, v);
+        if let Some(array) = displacement {
+            copy(array, x);
+        }
+        if let Some(array) = force {
+            copy(array, &state.force[FIRST_CONTACT..][..m]);
+        }
+        if let Some(array) = energy_passed {
+            copy(array, &state.passed[FIRST_CONTACT..][..m]);
+        }
+        if let Some(array) = energy_lost {
+            copy(array, &state.lost[FIRST_SITE..][..n]);
+        }
+        if let Some(array) = energy_input {
+            array[sample] = state.passed[1];
+        }
+        let last = times.len() - 1;
+        if !self.explained || !(sample == last || sample.is_multiple_of(last.div_ceil(64))) {
+            return;
+        }
+        let wall = if chain.has_left_wall() {
+            state.x[0]
+        } else {
+            0.0
+        };
+        let mut energy = chain.energy(x, v, wall);
+        let [first, largest, drift] = &mut self.energy;
+        *largest = largest.max(energy);
+        if self.lossy {
+            energy += state.lost.iter().sum::<f64>();
+        }
+        energy -= state.passed.get(1).copied().unwrap_or(0.0);
+        if sample == 0 {
+            *first = energy;
+        }
+        *drift = drift.max((energy - *first).abs());
+    }
+
+    /// # Errors
+    /// [`crate::Error::Request`] where the energy of fixed steps ran away.
+    pub(super) fn finish(mut self, control: StepControl, cost: Cost) -> Result<Run> {
+        let [_, largest, drift] = self.energy;
+        self.run.report.cost = cost;
+        let drift = (self.explained && largest > 0.0).then(|| drift / largest);
+        self.run.report.energy_drift = drift;
+        match (control, drift) {
+            (StepControl::Fixed(step), Some(drift)) if drift > 0.5 => {
+                let expected = "a step below the stability limit";
+                let found = format!("{step:e}, with which the energy runs away");
+                Err(refuse("step", expected, found))
+            }
+            _ => Ok(self.run),
+        }
+    }
+}

@@ -1,0 +1,75 @@
+//! What a run yields.
+
+use ndarray::{Array1, Array2};
+
+use super::lattice::Chain;
+use super::stepping::Cost;
+use crate::field::{Axis, Field, Quantity};
+
+/// The results of a run; arrays are `(time, site)` or `(time, contact)`.
+#[derive(Debug, Clone)]
+pub struct Run {
+    pub chain: Chain,
+    pub time: Array1<f64>,
+    pub velocity: Array2<f64>,
+    pub displacement: Option<Array2<f64>>,
+    /// Force in each contact beyond the static one, damping included, positive in compression.
+    pub force: Option<Array2<f64>>,
+    /// `W_j(t)`: energy passed through contact j towards +x since 0; 0 at a wall.
+    pub energy_passed: Option<Array2<f64>>,
+    /// Energy lost at each site since 0; only where the chain has losses.
+    pub energy_lost: Option<Array2<f64>>,
+    /// Energy put in at a driven end since 0.
+    pub energy_input: Option<Array1<f64>>,
+    pub report: RunReport,
+}
+
+/// How well a run went.
+#[derive(Debug, Clone, PartialEq, serde::Serialize)]
+pub struct RunReport {
+    /// The speed that errors are relative to: the largest initial one; from rest, that of the
+    /// lightest site with the energy of the start; driven, that of the drive.
+    pub velocity_scale: f64,
+    /// Largest difference of a velocity, relative to the scale, between this run and one of
+    /// [`CHECK_FACTOR`] times its local error; `None` where it was not asked for.
+    pub error: Option<f64>,
+    /// Largest change of the energy that neither input nor losses explain, relative to the largest
+    /// energy. Small drift says nothing of the error of velocities.
+    pub energy_drift: Option<f64>,
+    pub cost: Cost,
+    pub warnings: Vec<RunWarning>,
+}
+
+/// A finding that its user should know.
+#[derive(Debug, Clone, PartialEq, serde::Serialize)]
+#[serde(rename_all = "kebab-case", tag = "code")]
+#[non_exhaustive]
+pub enum RunWarning {
+    /// The velocities could not be had to the tolerance: smaller steps no longer bring two runs
+    /// together, since the chain amplifies differences of the last digit.
+    Sensitive {
+        tolerance: f64,
+        reached: f64,
+        /// Largest change of a velocity, relative to the scale, over the relative change of the
+        /// masses that caused it.
+        amplification: f64,
+    },
+    /// The tolerance is below what rounding leaves of the velocities.
+    Rounding { tolerance: f64, reached: f64 },
+}
+
+impl Run {
+    /// The velocities as a field, its time axis that of the samples, its sites counted.
+    pub fn to_field(&self) -> Field {
+        let mut field = Field::from_array(self.velocity.clone());
+        field.quantity = Quantity::Velocity;
+        field.name = "run".into();
+        let last = self.time.len() - 1;
+        field.time = Axis {
+            origin: 0.0,
+            step: self.time[last] / last as f64,
+            unit: None,
+        };
+        field
+    }
+}

@@ -1,0 +1,211 @@
+//! A simulation as data.
+
+use super::drive::Drive;
+use super::lattice::{Chain, Ends, refuse};
+use super::run::CHECKED_SAMPLES;
+use super::stepping::{Scheme, Window};
+use crate::{Error, Result};
+
+/// What decides the length of the steps.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub enum Accuracy {
+    /// The largest error of any site's velocity at any sample, relative to the velocity scale.
+    Tolerance(f64),
+    /// The largest estimated error of any velocity in one step, relative to the velocity scale.
+    LocalError(f64),
+    /// The longest step, for the schemes of fixed steps.
+    Step(f64),
+}
+
+/// When a run ends.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub enum EndTime {
+    At(f64),
+    /// When the last site first moves at a thousandth of the velocity scale.
+    Arrival,
+}
+
+/// What is kept beside the velocities; nothing else is computed.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+pub struct Record {
+    pub displacement: bool,
+    pub force: bool,
+    /// Energy passed through contacts and lost at sites.
+    pub energy: bool,
+}
+
+impl Record {
+    pub const ALL: Record = Record {
+        displacement: true,
+        force: true,
+        energy: true,
+    };
+}
+
+/// A chain, how it starts, and what is asked of it.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Simulation {
+    pub chain: Chain,
+    /// Initial velocity of each site.
+    pub velocity: Vec<f64>,
+    /// Initial displacement of each site from the static state.
+    pub displacement: Vec<f64>,
+    pub drive: Option<Drive>,
+    pub scheme: Scheme,
+    pub accuracy: Accuracy,
+    pub end_time: EndTime,
+    /// Uniform samples from 0 to the end time, both included.
+    pub samples: usize,
+    pub record: Record,
+    /// Repeats the run with a smaller tolerance and reports by how much it differs.
+    pub estimate_error: bool,
+    pub window: Window,
+    /// Bytes that the results may take; `None`: what is available.
+    pub memory: Option<u64>,
+}
+
+impl Simulation {
+    /// The impact of a striker on a chain at rest: site 0 starts with `speed`.
+    pub fn impact(chain: Chain, speed: f64, end_time: f64, samples: usize) -> Simulation {
+        let mut velocity = vec![0.0; chain.n_sites()];
+        if let Some(striker) = velocity.first_mut() {
+            *striker = speed;
+        }
+        Simulation {
+            displacement: vec![0.0; chain.n_sites()],
+            velocity,
+            chain,
+            drive: None,
+            scheme: Scheme::default(),
+            accuracy: Accuracy::Tolerance(1e-9),
+            end_time: EndTime::At(end_time),
+            samples,
+            record: Record::ALL,
+            estimate_error: true,
+            window: Window::default(),
+            memory: None,
+        }
+    }
+
+    /// # Errors
+    /// [`Error::Request`] naming what is not physical or does not fit, [`Error::Memory`] for
+    /// results that do not fit the memory.
+    pub fn check(&self) -> Result<()> {
+        self.chain.check()?;
+        let n = self.chain.n_sites();
+        for (name, values) in [
+            ("velocity", &self.velocity),
+            ("displacement", &self.displacement),
+        ] {
+            if values.len() != n {
+                return Err(refuse(name, &format!("{n} values"), values.len()));
+            }
+            if let Some(value) = values.iter().find(|v| !v.is_finite()) {
+                return Err(refuse(name, "finite values", value));
+            }
+        }
+        if let EndTime::At(end) = self.end_time
+            && !(end > 0.0 && end.is_finite())
+        {
+            return Err(refuse("end-time", "a positive time", end));
+        }
+        if self.samples < 2 {
+            return Err(refuse("samples", "2 or more", self.samples));
+        }
+        match self.accuracy {
+            Accuracy::Tolerance(value) | Accuracy::LocalError(value) => {
+                if !(value > 0.0 && value < 1.0) {
+                    return Err(refuse("tolerance", "a number between 0 and 1", value));
+                }
+                if !self.scheme.is_adaptive() {
+                    return Err(refuse("step", "a step for a scheme of fixed steps", "none"));
+                }
+            }
+            Accuracy::Step(step) if !(step > 0.0 && step.is_finite()) => {
+                return Err(refuse("step", "a positive step", step));
+            }
+            Accuracy::Step(_) => {}
+        }
+        if matches!(self.drive, Some(Drive::Wall(_)))
+            && !matches!(self.chain.ends, Ends::Fixed { .. })
+        {
+            let expected = "a chain fixed at both ends for a driven wall";
+            return Err(refuse("drive", expected, format!("{:?}", self.chain.ends)));
+        }
+        if matches!(self.drive, Some(Drive::Force(_)))
+            && matches!(self.chain.ends, Ends::Fixed { .. } | Ends::Periodic)
+        {
+            let expected = "a chain whose first end is free for a driving force";
+            return Err(refuse("drive", expected, format!("{:?}", self.chain.ends)));
+        }
+        let (needed, allowed) = (self.bytes(), self.memory.unwrap_or_else(available_memory));
+        if needed > allowed {
+            return Err(Error::Memory {
+                what: "the run",
+                needed,
+                allowed,
+            });
+        }
+        Ok(())
+    }
+
+    /// Bytes that the results take.
+    pub fn bytes(&self) -> u64 {
+        let (n, m) = (self.chain.n_sites() as u64, self.chain.n_contacts() as u64);
+        let Record {
+            displacement,
+            force,
+            energy,
+        } = self.record;
+        let mut columns = 1 + n * (1 + u64::from(displacement)) + m * u64::from(force);
+        if energy {
+            columns += m + if self.chain.losses.any() { n } else { 0 };
+        }
+        let checked = if self.estimate_error {
+            n.saturating_mul(CHECKED_SAMPLES as u64 + 2)
+        } else {
+            0
+        };
+        columns
+            .saturating_mul(self.samples as u64)
+            .saturating_add(checked)
+            .saturating_mul(8)
+    }
+
+    /// The speed that errors are relative to, see [`super::RunReport`].
+    pub(super) fn velocity_scale(&self) -> f64 {
+        let largest = |values: &[f64]| values.iter().fold(0.0, |m: f64, v| m.max(v.abs()));
+        let initial = largest(&self.velocity);
+        if initial > 0.0 {
+            return initial;
+        }
+        let lightest = self
+            .chain
+            .mass
+            .iter()
+            .copied()
+            .fold(f64::INFINITY, f64::min);
+        let stored = self.chain.energy(&self.displacement, &self.velocity, 0.0);
+        if stored > 0.0 {
+            return (2.0 * stored / lightest).sqrt();
+        }
+        match &self.drive {
+            Some(Drive::Wall(wave)) => wave.amplitude().abs() * wave.angular_frequency(),
+            Some(Drive::Force(wave)) => {
+                wave.amplitude().abs() / (lightest * wave.angular_frequency())
+            }
+            None => 0.0,
+        }
+    }
+}
+
+/// Bytes of memory that the system would give now, all that can be addressed if it does not say.
+fn available_memory() -> u64 {
+    let unknown = u64::MAX;
+    let Ok(text) = std::fs::read_to_string("/proc/meminfo") else {
+        return unknown;
+    };
+    let line = text.lines().find_map(|l| l.strip_prefix("MemAvailable:"));
+    let kibibytes = line.and_then(|l| l.split_whitespace().next()?.parse::<u64>().ok());
+    kibibytes.map_or(unknown, |k| k.saturating_mul(1024))
+}

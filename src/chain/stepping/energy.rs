@@ -1,0 +1,114 @@
+//! Energy that contacts pass on and sites lose, followed inside a step.
+
+use super::super::lanes::{Lanes, Row, Work, widest};
+use super::super::law::Kernel;
+use super::islands::Island;
+use super::pair::{Scratch, Span, push};
+use super::system::{State, System};
+use super::tableau::Tableau;
+
+/// Adds what the contacts passed on and what was lost, by the quadrature of the velocities.
+pub(super) fn pass_on<K: Kernel>(
+    system: &System<K>,
+    tableau: &Tableau,
+    island: &Island,
+    Span { t, h }: Span,
+    state: &State,
+    next: &mut State,
+    scratch: &mut Scratch,
+) {
+    let blocks = island.blocks.clone();
+    let lossy = system.losses.any();
+    let Scratch {
+        force,
+        damping,
+        pull,
+        x,
+        v,
+        events,
+        ..
+    } = scratch;
+    next.passed.0[blocks.clone()].copy_from_slice(&state.passed.0[blocks.clone()]);
+    events.pass_missed_work(system, h, &mut next.passed);
+    if lossy {
+        next.lost.0[blocks.clone()].copy_from_slice(&state.lost.0[blocks]);
+    }
+    for &(stage, weight) in tableau.bp.iter().filter(|(_, weight)| *weight != 0.0) {
+        let weights = &tableau.velocity[stage];
+        push(system, island, &state.v, None, weights, h, [force, pull], v);
+        if system.has_moving_ends() && island.blocks.start == 0 {
+            system.place_ghosts(t + tableau.c[stage] * h, x, v);
+        }
+        events.correct_velocities(system, h, stage, v);
+        let weight = weight * h;
+        PassOn {
+            island,
+            weight,
+            share: &system.flux_share,
+            force: &force[stage],
+            v,
+            passed: &mut next.passed,
+        }
+        .work();
+        if lossy {
+            lose_energy(system, island, weight, [&damping[stage], v], &mut next.lost);
+        }
+    }
+}
+
+/// Adds what dampers and drag took at a stage.
+fn lose_energy<K: Kernel>(
+    system: &System<K>,
+    island: &Island,
+    weight: f64,
+    [damping, v]: [&Row; 2],
+    lost: &mut Row,
+) {
+    let places = island.places();
+    for s in places.start + 1..places.end.min(system.contacts.end) {
+        let heat = weight * damping[s] * (v[s - 1] - v[s]);
+        let [left, right] = system.loss_share(s);
+        lost[s - 1] += left * heat;
+        lost[s] += right * heat;
+    }
+    for s in places {
+        if system.mobility[s] > 0.0 {
+            lost[s] += weight * system.losses.drag * v[s] * v[s];
+        }
+    }
+}
+
+/// `passed_s += weight F_s (left_s v_{s-1} + right_s v_s)`.
+pub(super) struct PassOn<'a> {
+    pub(super) island: &'a Island,
+    pub(super) weight: f64,
+    pub(super) share: &'a [Row; 2],
+    pub(super) force: &'a Row,
+    pub(super) v: &'a Row,
+    pub(super) passed: &'a mut Row,
+}
+
+impl PassOn<'_> {
+    pub(super) fn work(self) {
+        widest(self);
+    }
+}
+
+impl Work for PassOn<'_> {
+    type Output = ();
+
+    #[inline(always)]
+    fn run<L: Lanes>(self) {
+        let weight = L::splat(self.weight);
+        let mut before = L::splat(0.0);
+        for b in self.island.blocks.clone() {
+            let speed = L::load(&self.v.0[b]);
+            let left = L::load(&self.share[0].0[b]) * speed.take_left(before);
+            let right = L::load(&self.share[1].0[b]) * speed;
+            let flux = L::load(&self.force.0[b]) * (left + right);
+            let passed = &mut self.passed.0[b];
+            (L::load(passed) + weight * flux).store(passed);
+            before = speed;
+        }
+    }
+}

@@ -1,0 +1,284 @@
+//! The sums and forces of a step, a block of places at a time, each in one pass over an island.
+//!
+//! A stage keeps the force of each contact, not the acceleration of each site: with
+//! `S_s = sum_m w_m F_m,s` the site at place s is pushed by `S_s - S_{s+1}`, since contact s acts
+//! on it to the right and contact s + 1 to the left. What lies outside the blocks at hand carries
+//! no force.
+
+use super::super::lanes::{Block, Lanes, Row, Work, widest};
+use super::super::lattice::Losses;
+use super::super::law::Kernel;
+use super::islands::Island;
+use super::system::System;
+use super::tableau::{MOST_STAGES, Weights};
+
+/// Sums over stages of weighted rows.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Sums<'a> {
+    terms: [(f64, &'a [Block]); MOST_STAGES],
+    number: usize,
+}
+
+impl<'a> Sums<'a> {
+    #[inline(always)]
+    pub(super) fn new(weights: &Weights, scale: f64, rows: &'a [Row], island: &Island) -> Self {
+        let mut sums = Sums {
+            terms: [(0.0, &[]); MOST_STAGES],
+            number: weights.len().min(MOST_STAGES),
+        };
+        for (term, &(row, weight)) in sums.terms.iter_mut().zip(weights) {
+            *term = (scale * weight, &rows[row].0[island.blocks.clone()]);
+        }
+        sums
+    }
+
+    /// Of one block, by two sets of weights for the same rows.
+    #[inline(always)]
+    pub(super) fn both<L: Lanes>(one: &Self, other: &Self, block: usize) -> (L, L) {
+        let mut sums = (L::splat(0.0), L::splat(0.0));
+        for ((weight, row), (weight_2, _)) in one.terms[..one.number]
+            .iter()
+            .zip(&other.terms[..one.number])
+        {
+            let value = L::load(&row[block]);
+            sums.0 = sums.0 + L::splat(*weight) * value;
+            sums.1 = sums.1 + L::splat(*weight_2) * value;
+        }
+        sums
+    }
+
+    /// Of one block, counted from the first of the island.
+    #[inline(always)]
+    fn at<L: Lanes>(&self, block: usize) -> L {
+        let mut sum = L::splat(0.0);
+        for (weight, row) in &self.terms[..self.number] {
+            sum = sum + L::splat(*weight) * L::load(&row[block]);
+        }
+        sum
+    }
+}
+
+/// Sums of blocks whose right neighbours can be had.
+pub(super) trait Right: Copy {
+    fn nothing() -> Self;
+
+    fn right(self, after: Self) -> Self;
+}
+
+impl<L: Lanes> Right for L {
+    #[inline(always)]
+    fn nothing() -> L {
+        L::splat(0.0)
+    }
+
+    #[inline(always)]
+    fn right(self, after: L) -> L {
+        self.take_right(after)
+    }
+}
+
+impl<L: Lanes> Right for (L, L) {
+    #[inline(always)]
+    fn nothing() -> (L, L) {
+        (L::splat(0.0), L::splat(0.0))
+    }
+
+    #[inline(always)]
+    fn right(self, after: (L, L)) -> (L, L) {
+        (self.0.take_right(after.0), self.1.take_right(after.1))
+    }
+}
+
+/// Walks through blocks with the sums of each and the sums of each place's right neighbour.
+#[inline(always)]
+pub(super) fn walk<T: Right>(
+    blocks: usize,
+    sums: impl Fn(usize) -> T,
+    mut visit: impl FnMut(usize, T, T),
+) {
+    let mut here = sums(0);
+    for b in 0..blocks - 1 {
+        let after = sums(b + 1);
+        visit(b, here, here.right(after));
+        here = after;
+    }
+    visit(blocks - 1, here, here.right(T::nothing()));
+}
+
+/// Where the place before the first block is: so far left that its contact is open.
+#[inline(always)]
+pub(super) fn outside<L: Lanes>(island: &Island) -> L {
+    L::splat(if island.blocks.start == 0 {
+        0.0
+    } else {
+        f64::NEG_INFINITY
+    })
+}
+
+/// Positions `x + reach v + (S_s - S_{s+1}) / m`, and the forces there.
+pub(super) struct MoveAndPress<'a, K> {
+    pub(super) system: &'a System<K>,
+    pub(super) island: &'a Island,
+    pub(super) x: &'a Row,
+    pub(super) v: &'a Row,
+    pub(super) reach: f64,
+    pub(super) sums: &'a Sums<'a>,
+    pub(super) positions: &'a mut Row,
+    pub(super) force: &'a mut Row,
+}
+
+impl<K: Kernel> MoveAndPress<'_, K> {
+    pub(super) fn work(self) {
+        widest(self);
+    }
+}
+
+impl<K: Kernel> Work for MoveAndPress<'_, K> {
+    type Output = ();
+
+    #[inline(always)]
+    fn run<L: Lanes>(self) {
+        let System {
+            kernel,
+            mobility,
+            coefficient,
+            static_overlap,
+            ..
+        } = self.system;
+        let blocks = self.island.blocks.clone();
+        let n = blocks.len();
+        let (x, v) = (
+            &self.x.0[blocks.clone()][..n],
+            &self.v.0[blocks.clone()][..n],
+        );
+        let mobility = &mobility.0[blocks.clone()][..n];
+        let c = &coefficient.0[blocks.clone()][..n];
+        let d0 = &static_overlap.0[blocks.clone()][..n];
+        let positions = &mut self.positions.0[blocks.clone()][..n];
+        let force = &mut self.force.0[blocks][..n];
+        let reach = L::splat(self.reach);
+        let mut before = outside::<L>(self.island);
+        let sums = self.sums;
+        walk(
+            n,
+            #[inline(always)]
+            |b| sums.at::<L>(b),
+            #[inline(always)]
+            |b, left, right| {
+                let flight = reach * L::load(&v[b]);
+                let push = L::load(&mobility[b]) * (left - right);
+                let at = L::load(&x[b]) + (flight + push);
+                let r = at.take_left(before) - at;
+                let (c, d0) = (L::load(&c[b]), L::load(&d0[b]));
+                kernel.force(c, d0, r).store(&mut force[b]);
+                at.store(&mut positions[b]);
+                before = at;
+            },
+        );
+    }
+}
+
+/// `base + reach slope + (S_s - S_{s+1} - P_s) / m`, P the sums of forces on the sites themselves.
+pub(super) struct Push<'a> {
+    pub(super) mobility: &'a Row,
+    pub(super) island: &'a Island,
+    pub(super) base: &'a Row,
+    pub(super) flight: Option<(f64, &'a Row)>,
+    pub(super) sums: &'a Sums<'a>,
+    pub(super) pulls: Option<&'a Sums<'a>>,
+    pub(super) out: &'a mut Row,
+}
+
+impl Push<'_> {
+    pub(super) fn work(self) {
+        widest(self);
+    }
+}
+
+impl Work for Push<'_> {
+    type Output = ();
+
+    #[inline(always)]
+    fn run<L: Lanes>(self) {
+        let blocks = self.island.blocks.clone();
+        let n = blocks.len();
+        let mobility = &self.mobility.0[blocks.clone()][..n];
+        let base = &self.base.0[blocks.clone()][..n];
+        let flight = self.flight.map(
+            #[inline(always)]
+            |(reach, slope)| (L::splat(reach), &slope.0[blocks.clone()][..n]),
+        );
+        let out = &mut self.out.0[blocks][..n];
+        let (sums, pulls) = (self.sums, self.pulls);
+        walk(
+            n,
+            #[inline(always)]
+            |b| sums.at::<L>(b),
+            #[inline(always)]
+            |b, left, right| {
+                let mut force = left - right;
+                if let Some(pulls) = pulls {
+                    force = force - pulls.at::<L>(b);
+                }
+                let mut sum = L::load(&mobility[b]) * force;
+                if let Some((reach, slope)) = flight {
+                    sum = reach * L::load(&slope[b]) + sum;
+                }
+                (L::load(&base[b]) + sum).store(&mut out[b]);
+            },
+        );
+    }
+}
+
+/// Forces and damping at positions and velocities; `pull` gets the drag.
+pub(super) struct Damp<'a, K> {
+    pub(super) system: &'a System<K>,
+    pub(super) island: &'a Island,
+    pub(super) x: &'a Row,
+    pub(super) v: &'a Row,
+    pub(super) force: &'a mut Row,
+    pub(super) damping: &'a mut Row,
+    pub(super) pull: &'a mut Row,
+}
+
+impl<K: Kernel> Damp<'_, K> {
+    pub(super) fn work(self) {
+        widest(self);
+    }
+}
+
+impl<K: Kernel> Work for Damp<'_, K> {
+    type Output = ();
+
+    #[inline(always)]
+    fn run<L: Lanes>(self) {
+        let System { kernel, losses, .. } = self.system;
+        let Losses {
+            dashpot,
+            tangent,
+            drag,
+        } = *losses;
+        let (dashpot, tangent) = (L::splat(dashpot), L::splat(tangent));
+        let (drag, zero) = (L::splat(drag), L::splat(0.0));
+        let opens = kernel.opening_power().is_some();
+        let mut before = [outside::<L>(self.island), zero];
+        for b in self.island.blocks.clone() {
+            let (at, speed) = (L::load(&self.x.0[b]), L::load(&self.v.0[b]));
+            let r = at.take_left(before[0]) - at;
+            let closing = speed.take_left(before[1]) - speed;
+            let c = L::load(&self.system.coefficient.0[b]);
+            let d0 = L::load(&self.system.static_overlap.0[b]);
+            let closed = if opens {
+                (d0 + r).choose(dashpot, zero)
+            } else {
+                dashpot
+            };
+            let damper = closed + tangent * kernel.stiffness(c, d0, r);
+            let damping = c.choose(damper * closing, zero);
+            damping.store(&mut self.damping.0[b]);
+            (kernel.force(c, d0, r) + damping).store(&mut self.force.0[b]);
+            (drag * speed).store(&mut self.pull.0[b]);
+            before = [at, speed];
+        }
+    }
+}
