@@ -2,8 +2,10 @@
 
 use cascade::analyze::Silent;
 use cascade::chain::{
-    Accuracy, Chain, EndTime, Ends, Law, Losses, Record, Run, Scheme, Simulation,
+    Accuracy, Chain, EndTime, Ends, Law, Losses, Pattern, Record, Run, RunWarning, Scheme,
+    Simulation,
 };
+use cascade::field::Quantity;
 
 fn chain(mass: &[f64], coefficient: &[f64], ends: Ends, law: Law) -> Chain {
     Chain {
@@ -185,4 +187,103 @@ fn val_stability_an_unstable_step_is_told() {
     };
     let error = simulation.run(&Silent).unwrap_err().to_string();
     assert!(error.contains("stability limit"), "{error}");
+}
+
+/// Hertz contacts, whose frequency grows with the overlap, at several times the limit.
+#[test]
+fn val_stability_an_unstable_step_of_hertz_contacts_is_told() {
+    for scheme in [
+        Scheme::VelocityVerlet,
+        Scheme::Symplectic4,
+        Scheme::Symplectic6,
+    ] {
+        for kappa in [4.9272, 1e4] {
+            let mut simulation = Simulation::impact(Chain::dimer(40, kappa), 1.0, 100.0, 3);
+            simulation.scheme = scheme;
+            simulation.accuracy = Accuracy::Step(20.0 * kappa.powf(-1.0 / 3.0));
+            let error = simulation.run(&Silent).unwrap_err();
+            assert!(error.is_usage());
+            let error = error.to_string();
+            assert!(
+                error.contains("stability limit"),
+                "{scheme:?} {kappa}: {error}"
+            );
+        }
+    }
+}
+
+/// More is asked than numbers of 53 bits hold.
+#[test]
+fn val_rounding_a_tolerance_below_it_is_told() {
+    let mut simulation = Simulation::impact(Chain::dimer(20, 1.0), 1.0, 20.0, 11);
+    simulation.accuracy = Accuracy::Tolerance(1e-16);
+    let report = simulation.run(&Silent).unwrap().report;
+    let [RunWarning::Rounding { tolerance, reached }] = report.warnings[..] else {
+        panic!("{:?}", report.warnings)
+    };
+    assert_eq!(tolerance, 1e-16);
+    assert!(reached > 1e-16 && reached < 1e-12, "{reached:e}");
+}
+
+#[test]
+fn val_definition_patterns() {
+    let cell = Pattern::Cell(vec![1.0, 2.0, 3.0]).values(5).unwrap();
+    assert_eq!(cell, [1.0, 2.0, 3.0, 1.0, 2.0]);
+    let tapered = Pattern::Tapered {
+        first: 1.0,
+        last: 16.0,
+    };
+    for (found, expected) in tapered
+        .values(5)
+        .unwrap()
+        .iter()
+        .zip([1.0, 2.0, 4.0, 8.0, 16.0])
+    {
+        assert!((found / expected - 1.0f64).abs() < 1e-14);
+    }
+    let random = |seed| {
+        let pattern = Pattern::Random {
+            mean: 2.0,
+            spread: 0.25,
+            seed,
+        };
+        pattern.values(20_000).unwrap()
+    };
+    let values = random(7);
+    assert_eq!(values, random(7));
+    assert_ne!(values, random(8));
+    let mean = values.iter().sum::<f64>() / values.len() as f64;
+    let square = values.iter().map(|v| (v - 2.0).powi(2)).sum::<f64>() / values.len() as f64;
+    // Uniform in 1.5..2.5: variance 1/12; three standard errors.
+    assert!((mean - 2.0).abs() < 0.006, "{mean}");
+    assert!((square * 12.0 - 1.0).abs() < 0.02, "{square}");
+    assert!(values.iter().all(|v| (1.5..2.5).contains(v)));
+    assert_eq!(Pattern::Values(vec![3.0]).values(1).unwrap(), [3.0]);
+    for wrong in [
+        Pattern::Cell(vec![]),
+        Pattern::Cell(vec![1.0, -1.0]),
+        Pattern::Values(vec![1.0, 2.0]),
+        Pattern::Tapered {
+            first: 1.0,
+            last: 0.0,
+        },
+        Pattern::Random {
+            mean: 1.0,
+            spread: 3.0,
+            seed: 1,
+        },
+    ] {
+        assert!(wrong.values(3).unwrap_err().is_usage(), "{wrong:?}");
+    }
+}
+
+#[test]
+fn val_definition_the_field_of_a_run() {
+    let run = Simulation::impact(Chain::dimer(12, 2.0), 1.0, 8.0, 33)
+        .run(&Silent)
+        .unwrap();
+    let field = run.to_field();
+    assert_eq!(field.quantity, Quantity::Velocity);
+    assert_eq!((field.time.origin, field.time.step), (0.0, 0.25));
+    assert_eq!((field.n_times(), field.n_sites()), (33, 12));
 }

@@ -1,0 +1,187 @@
+//! Many chains at once: the same bits as each alone, from any number of threads.
+
+use std::sync::atomic::{AtomicUsize, Ordering};
+
+use cascade::Error;
+use cascade::analyze::{Observer, Silent};
+use cascade::chain::{
+    Accuracy, Chain, EndTime, Ends, Law, Losses, Record, Run, Scheme, Simulation, run_each,
+    run_many,
+};
+
+fn fixed(kappa: f64, scheme: Scheme) -> Simulation {
+    let mut simulation = Simulation::impact(Chain::dimer(45, kappa), 1.0, 40.0, 9);
+    simulation.scheme = scheme;
+    simulation.accuracy = Accuracy::Step(0.03);
+    simulation.record = Record {
+        energy: false,
+        ..Record::ALL
+    };
+    simulation
+}
+
+/// Chains of every kind, most of them in groups that go together.
+fn mixture() -> Vec<Simulation> {
+    let mut all = Vec::new();
+    for scheme in [
+        Scheme::VelocityVerlet,
+        Scheme::Symplectic4,
+        Scheme::Symplectic6,
+    ] {
+        for i in 0..11 {
+            let mut simulation = fixed(1.0 + 0.7 * f64::from(i), scheme);
+            simulation.chain.mass[3] = 1.0 + 0.1 * f64::from(i);
+            simulation.velocity[0] = 1.0 + 0.01 * f64::from(i);
+            if i == 4 {
+                simulation.chain.ends = Ends::Free;
+                simulation.chain.coefficient.pop();
+            }
+            if i == 5 {
+                simulation.chain.ends = Ends::Fixed {
+                    left_coefficient: 2.0,
+                };
+            }
+            all.push(simulation);
+        }
+    }
+    let mut pressed = fixed(2.0, Scheme::VelocityVerlet);
+    pressed.chain.precompression = 0.1;
+    let mut power = fixed(2.0, Scheme::VelocityVerlet);
+    power.chain.law = Law::Power { exponent: 2.0 };
+    let mut adaptive = fixed(2.0, Scheme::Nystrom);
+    adaptive.accuracy = Accuracy::Tolerance(1e-6);
+    let mut lossy = adaptive.clone();
+    lossy.scheme = Scheme::RungeKutta;
+    lossy.chain.losses = Losses {
+        drag: 0.01,
+        ..Losses::default()
+    };
+    all.insert(2, pressed);
+    all.insert(7, power);
+    all.extend([adaptive, lossy]);
+    all
+}
+
+fn bits(run: &Run) -> Vec<u64> {
+    let arrays = [
+        Some(&run.velocity),
+        run.displacement.as_ref(),
+        run.force.as_ref(),
+    ];
+    let values = arrays.into_iter().flatten().flat_map(|array| array.iter());
+    // Zeros of either sign are the same number.
+    values.map(|v| (v + 0.0).to_bits()).collect()
+}
+
+#[test]
+fn val_each_chain_alone_and_any_number_of_threads() {
+    let all = mixture();
+    let alone: Vec<Run> = all.iter().map(|s| s.run(&Silent).unwrap()).collect();
+    for threads in [1, 2, 4] {
+        let pool = rayon::ThreadPoolBuilder::new().num_threads(threads);
+        let pool = pool.build().unwrap();
+        let many = pool.install(|| run_many(&all, &Silent));
+        for (i, (one, run)) in alone.iter().zip(many).enumerate() {
+            let run = run.unwrap();
+            assert_eq!(bits(one), bits(&run), "{i}: {:?}", all[i].scheme);
+            assert_eq!(one.report.cost.steps, run.report.cost.steps);
+            assert_eq!(one.report.energy_drift, run.report.energy_drift);
+        }
+    }
+}
+
+#[test]
+fn val_errors_are_those_of_the_chain_alone() {
+    let mut all: Vec<Simulation> = (0..8).map(|_| fixed(2.0, Scheme::VelocityVerlet)).collect();
+    all[3].chain.mass[0] = -1.0;
+    let mut unstable: Vec<Simulation> =
+        (0..8).map(|_| fixed(2.0, Scheme::VelocityVerlet)).collect();
+    for simulation in &mut unstable {
+        simulation.accuracy = Accuracy::Step(4.0);
+    }
+    unstable[2].chain.coefficient[1] = 1e9;
+    all.extend(unstable);
+    for (simulation, result) in all.iter().zip(run_many(&all, &Silent)) {
+        let alone = simulation
+            .run(&Silent)
+            .map(|_| ())
+            .map_err(|e| e.to_string());
+        assert_eq!(result.map(|_| ()).map_err(|e| e.to_string()), alone);
+    }
+}
+
+/// Asks to stop from its third question on.
+struct Impatient(AtomicUsize);
+
+impl Observer for Impatient {
+    fn cancelled(&self) -> bool {
+        self.0.fetch_add(1, Ordering::Relaxed) >= 2
+    }
+}
+
+#[test]
+fn val_cancelling_leaves_no_chain_unanswered() {
+    let all = mixture();
+    let answered = AtomicUsize::new(0);
+    let cancelled = AtomicUsize::new(0);
+    run_each(&all, &Impatient(AtomicUsize::new(0)), &|_, result| {
+        answered.fetch_add(1, Ordering::Relaxed);
+        if matches!(result, Err(Error::Cancelled)) {
+            cancelled.fetch_add(1, Ordering::Relaxed);
+        }
+    });
+    assert_eq!(answered.into_inner(), all.len());
+    assert!(cancelled.into_inner() > 0);
+}
+
+#[test]
+fn val_memory_is_asked_for_before_the_work() {
+    let mut simulation = fixed(2.0, Scheme::VelocityVerlet);
+    simulation.memory = Some(simulation.bytes() - 1);
+    for result in [
+        simulation.run(&Silent),
+        run_many(&[simulation.clone()], &Silent).remove(0),
+    ] {
+        let error = result.unwrap_err();
+        let (needed, allowed) = match error {
+            Error::Memory {
+                needed, allowed, ..
+            } => (needed, allowed),
+            other => panic!("{other}"),
+        };
+        assert_eq!(needed, allowed + 1);
+    }
+    simulation.memory = Some(simulation.bytes());
+    assert!(simulation.run(&Silent).is_ok());
+    simulation.samples = usize::MAX;
+    simulation.memory = None;
+    assert!(matches!(
+        simulation.run(&Silent).unwrap_err(),
+        Error::Memory { .. }
+    ));
+}
+
+#[test]
+fn val_end_time_of_the_front() {
+    let mut simulation = Simulation::impact(Chain::dimer(40, 4.9272), 1.0, 1.0, 2001);
+    let arrives = |simulation: &Simulation| {
+        let mut simulation = simulation.clone();
+        simulation.end_time = EndTime::Arrival;
+        let run = simulation.run(&Silent).unwrap();
+        run.time[run.time.len() - 1]
+    };
+    let end = arrives(&simulation);
+    simulation.end_time = EndTime::At(2.0 * end);
+    let run = simulation.run(&Silent).unwrap();
+    let last = run.velocity.column(39);
+    let first = last.iter().position(|v| v.abs() >= 1e-3).unwrap();
+    let (before, after) = (run.time[first - 1], run.time[first]);
+    let slack = after - before;
+    assert!(
+        before - slack < end && end < after + slack,
+        "{before} {end} {after}"
+    );
+    // A soft chain that is struck faster scales: t -> t / v^{1/5}.
+    simulation.velocity[0] = 32.0;
+    assert!((arrives(&simulation) * 2.0 / end - 1.0).abs() < 1e-3);
+}
