@@ -7,6 +7,7 @@ mod lattice;
 mod law;
 mod root;
 mod run;
+pub mod scene;
 mod stepping;
 
 pub use drive::{Drive, Waveform};

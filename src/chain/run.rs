@@ -570,7 +570,7 @@ fn largest_difference(a: &Array2<f64>, b: &Array2<f64>) -> f64 {
 }
 
 /// Bytes of memory that the system would give now, all that can be addressed if it does not say.
-fn available_memory() -> u64 {
+pub(crate) fn available_memory() -> u64 {
     let unknown = u64::MAX;
     let Ok(text) = std::fs::read_to_string("/proc/meminfo") else {
         return unknown;

@@ -24,6 +24,7 @@ pub use fault::{FileKind, InputFault, MemberShape};
 pub use options::{Header, OpenOptions, TimeColumn};
 pub use sidecar::Sidecar;
 
+pub(crate) use open::regular_file;
 use storage::Storage;
 
 /// One axis: `origin + index * step`, in `unit`.

@@ -142,7 +142,7 @@ fn read_npy(source: &Source) -> Result<Contents> {
 }
 
 /// Metadata of a file that can be mapped; a pipe is refused before it is opened.
-pub(super) fn regular_file(path: &Path) -> Result<Metadata> {
+pub(crate) fn regular_file(path: &Path) -> Result<Metadata> {
     let metadata = std::fs::metadata(path).map_err(Error::read("read", path))?;
     match irregular_kind(&metadata) {
         None => Ok(metadata),

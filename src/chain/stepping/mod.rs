@@ -23,7 +23,17 @@ use system::System;
 use tableau::{SYMPLECTIC_4, SYMPLECTIC_6, Tableau, VERLET};
 
 /// A method of stepping; [`Scheme::citation`] tells where each is from.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, serde::Serialize, serde::Deserialize)]
+#[derive(
+    Debug,
+    Clone,
+    Copy,
+    PartialEq,
+    Eq,
+    Default,
+    serde::Serialize,
+    serde::Deserialize,
+    schemars::JsonSchema,
+)]
 #[serde(rename_all = "kebab-case")]
 pub enum Scheme {
     /// Embedded Nystrom pair 8(6), corrected where contacts open and close; no damping.
