@@ -102,9 +102,7 @@ impl Error {
                  `--gaps mask` gives them no weight"
                     .into(),
             ),
-            Error::Scene { .. } => {
-                Some("`cascade scene` prints all keys with what they mean".into())
-            }
+            Error::Scene { fault } => Some(fault.advice()),
             Error::Exists { .. } => {
                 Some("name another place, or add `--force` to replace it".into())
             }

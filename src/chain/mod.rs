@@ -9,6 +9,7 @@ mod root;
 mod run;
 pub mod scene;
 mod stepping;
+mod warning;
 
 pub use drive::{Drive, Waveform};
 pub use lattice::{Chain, Ends, Losses, Pattern};

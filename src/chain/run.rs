@@ -86,7 +86,7 @@ pub struct Run {
 }
 
 /// How well a run went.
-#[derive(Debug, Clone, PartialEq, serde::Serialize)]
+#[derive(Debug, Clone, PartialEq, serde::Serialize, serde::Deserialize)]
 pub struct RunReport {
     /// The speed that errors are relative to: the largest initial one; from rest, that of the
     /// lightest site with the energy of the start; driven, that of the drive.
@@ -102,7 +102,7 @@ pub struct RunReport {
 }
 
 /// A finding that its user should know.
-#[derive(Debug, Clone, PartialEq, serde::Serialize)]
+#[derive(Debug, Clone, PartialEq, serde::Serialize, serde::Deserialize)]
 #[serde(rename_all = "kebab-case", tag = "code")]
 #[non_exhaustive]
 pub enum RunWarning {

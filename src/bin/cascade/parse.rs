@@ -2,6 +2,8 @@
 
 use std::ops::Range;
 
+use cascade::chain::scene::measure::{Dimension, Measure};
+
 /// `A:B` as sites `A .. B`.
 pub fn site_range(text: &str) -> Result<Range<usize>, String> {
     let expected = "expected FIRST:END, two site indices, the end excluded";
@@ -95,6 +97,11 @@ pub fn finite(text: &str) -> Result<f64, String> {
         Ok(x) if x.is_finite() => Ok(x),
         _ => Err("expected a finite number".into()),
     }
+}
+
+/// A number with a unit of its dimension, or without in the first of them.
+pub fn measure<D: Dimension>(text: &str) -> Result<f64, String> {
+    Measure::<D>::read(text).map(|measure| measure.value)
 }
 
 /// A finite number above 0.

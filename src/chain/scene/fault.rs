@@ -3,6 +3,8 @@
 use std::fmt;
 use std::path::PathBuf;
 
+use crate::error::size;
+
 /// Where a key of a scene was typed.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub enum Place {
@@ -22,6 +24,13 @@ pub enum Problem {
     Syntax { reason: String },
     /// A value that is absent, unknown, contradictory or not physical.
     Value { expected: String, found: String },
+    /// A run whose results do not fit the memory, in bytes.
+    TooLarge {
+        sites: usize,
+        samples: usize,
+        needed: u64,
+        allowed: u64,
+    },
 }
 
 /// A fault of a scene.
@@ -56,11 +65,35 @@ impl fmt::Display for SceneFault {
         match &self.problem {
             Problem::Syntax { reason } => f.write_str(reason),
             Problem::Value { expected, found } => write!(f, "expected {expected}, found {found}"),
+            Problem::TooLarge {
+                sites,
+                samples,
+                needed,
+                allowed,
+            } => write!(
+                f,
+                "expected a run that fits {} of memory, found {sites} sites at {samples} samples, \
+                 which need {}",
+                size(*allowed),
+                size(*needed)
+            ),
         }
     }
 }
 
 impl SceneFault {
+    /// What the user can do about it.
+    pub fn advice(&self) -> String {
+        match &self.problem {
+            Problem::TooLarge { .. } => {
+                "choose fewer `samples` or `sites`, keep less with `record`, or raise `memory`"
+            }
+            Problem::Syntax { .. } => "`cascade scene` prints a scene to start from",
+            Problem::Value { .. } => "`cascade scene` prints all keys with what they mean",
+        }
+        .into()
+    }
+
     pub(super) fn new(
         place: Place,
         key: &str,

@@ -75,6 +75,17 @@ impl<D: Dimension> Measure<D> {
         })
     }
 
+    /// From a number, or a number with a unit.
+    ///
+    /// # Errors
+    /// What was expected instead.
+    pub fn read(text: &str) -> Result<Self, String> {
+        match text.trim().parse::<f64>() {
+            Ok(value) if value.is_finite() => Ok(Measure::new(value)),
+            _ => Measure::parse(text).ok_or_else(|| format!("expected {}", Self::expected())),
+        }
+    }
+
     fn expected() -> String {
         let units: Vec<&str> = D::UNITS.iter().map(|(unit, _)| *unit).collect();
         format!(

@@ -7,6 +7,7 @@
 
 mod bodies;
 mod check;
+mod description;
 mod fault;
 pub mod measure;
 mod motion;
@@ -17,6 +18,7 @@ mod source;
 mod template;
 mod typed;
 
+pub use description::Description;
 pub use fault::{Place, Problem, SceneFault};
 pub use properties::{Choice, Kind, Property, properties, schema};
 pub use setup::Setup;

@@ -2,13 +2,14 @@
 
 use super::bodies::Bodies;
 use super::check::Check;
+use super::fault::{Problem, SceneFault};
 use super::source::Places;
 use super::{EndTimeTyped, EndsTyped, LawTyped, Recorded, Scene, Units, motion, pattern};
 use crate::chain::run::available_memory;
 use crate::chain::{
     Accuracy, Chain, EndTime, Ends, Law, Losses, Record, Scheme, Simulation, Window,
 };
-use crate::error::{Error, Result, size};
+use crate::error::{Error, Result};
 
 /// A scene worked out.
 #[derive(Debug, Clone, PartialEq)]
@@ -111,20 +112,22 @@ fn memory(check: Check) -> Result<Option<u64>> {
     Ok(Some(memory.value as u64))
 }
 
-fn too_large(check: Check, n: usize, samples: usize, needed: u64, allowed: u64) -> Error {
-    let key = if samples > n && check.places.has("samples") {
+fn too_large(check: Check, sites: usize, samples: usize, needed: u64, allowed: u64) -> Error {
+    let key = if samples > sites && check.places.has("samples") {
         "samples"
     } else {
         "sites"
     };
-    check.fault(
-        key,
-        format!("a run that fits {} of memory", size(allowed)),
-        format!(
-            "{n} sites at {samples} samples, which need {}",
-            size(needed)
-        ),
-    )
+    Error::scene(SceneFault {
+        place: check.places.of(key),
+        key: key.to_owned(),
+        problem: Problem::TooLarge {
+            sites,
+            samples,
+            needed,
+            allowed,
+        },
+    })
 }
 
 fn law(check: Check) -> Result<Law> {

@@ -12,8 +12,9 @@ use super::{Scene, Setup, setup};
 use crate::error::{Error, Result};
 use crate::field::regular_file;
 
-/// Bytes of a scene file that are read at most; long lists of values fit.
-const LENGTH_LIMIT: u64 = 64 << 20;
+/// Bytes of a scene file that are read at most; long lists of values fit, and so does the text in
+/// the file of its run.
+const LENGTH_LIMIT: u64 = 8 << 20;
 
 /// One key set from outside of a scene's text.
 #[derive(Debug, Clone, PartialEq)]

@@ -112,7 +112,7 @@ pub enum StepControl {
 }
 
 /// What the stepping did.
-#[derive(Debug, Clone, Copy, Default, PartialEq, Eq, serde::Serialize)]
+#[derive(Debug, Clone, Copy, Default, PartialEq, Eq, serde::Serialize, serde::Deserialize)]
 pub struct Cost {
     pub steps: u64,
     pub rejected_steps: u64,
