@@ -71,6 +71,7 @@ pub struct Simulation {
 #[derive(Debug, Clone)]
 pub struct Run {
     pub chain: Chain,
+    pub drive: Option<Drive>,
     pub time: Array1<f64>,
     pub velocity: Array2<f64>,
     pub displacement: Option<Array2<f64>>,
@@ -484,6 +485,7 @@ impl Recorder {
                 energy_lost: array(record.energy && lossy, n),
                 energy_input: (record.energy && driven).then(|| Array1::zeros(samples)),
                 chain,
+                drive: simulation.drive,
                 report: RunReport {
                     velocity_scale: scale,
                     error: None,

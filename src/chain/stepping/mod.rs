@@ -15,6 +15,7 @@ use super::law::{self, Kernel, Law};
 use crate::Result;
 use composed::Splitting;
 use correction::Correction;
+pub(crate) use correction::Quintic;
 use driver::{Driver, Method};
 pub(crate) use driver::{Extreme, contact_time};
 pub use islands::Window;
