@@ -67,6 +67,14 @@ pub enum Error {
         fault: Box<crate::chain::scene::SceneFault>,
     },
 
+    /// A file of a sweep that no sweep has written so.
+    #[error("{}, line {line}: {reason}", path.display())]
+    Damaged {
+        path: PathBuf,
+        line: usize,
+        reason: String,
+    },
+
     /// A result that is already there.
     #[error("{} is already there and is not overwritten", path.display())]
     Exists { path: PathBuf },
@@ -90,6 +98,10 @@ pub enum Error {
     /// The observer asked to stop.
     #[error("cancelled; nothing was written")]
     Cancelled,
+
+    /// The observer asked a sweep to stop.
+    #[error("stopped with {known} of {members} members known")]
+    Paused { known: usize, members: usize },
 }
 
 impl Error {
@@ -106,6 +118,10 @@ impl Error {
             Error::Exists { .. } => {
                 Some("name another place, or add `--force` to replace it".into())
             }
+            Error::Damaged { .. } => Some(
+                "remove the line, and its member is computed again; or begin anew elsewhere".into(),
+            ),
+            Error::Paused { .. } => Some("the same command goes on from there".into()),
             Error::Occupied { .. } => Some("name another place with `--out`".into()),
             Error::Memory { .. } => {
                 Some("raise `--memory`, choose fewer sites or times, or ask for less: `--threads 1`, `--only`".into())

@@ -18,5 +18,6 @@ pub use lattice::{Chain, Ends, Losses, Pattern};
 pub use law::Law;
 pub use many::{run_each, run_many};
 pub use peak::Peak;
+pub(crate) use run::available_memory;
 pub use run::{Accuracy, CHECK_FACTOR, EndTime, Record, Run, RunReport, RunWarning, Simulation};
 pub use stepping::{Cost, Scheme, StepControl, Window};

@@ -9,6 +9,7 @@ use crate::parse;
 use crate::scene_keys::SceneKeys;
 use cascade::chain::scene::measure::{Angle, Length, Pressure};
 use cascade::prepare::Window;
+use cascade::sweep::Part;
 
 /// Where the energy of a velocity field v(t, x) goes: spectra, redistribution, direction.
 #[derive(Debug, Parser)]
@@ -35,6 +36,13 @@ pub enum Command {
     /// (`.npz`) holds time, velocity, displacement, force, energy passed, masses, coefficients and
     /// the scene; `cascade analyze` reads it with all axes known.
     Simulate(Box<Simulate>),
+    /// Run chains that differ in a few keys of one scene, to one table.
+    ///
+    /// The members are all combinations of the varied values. What each comes to is kept in the
+    /// directory at once; interrupted or killed, the same command goes on where it was. The table
+    /// (`table.csv`) is written when all members are known: largest forces (located between
+    /// samples), energies, estimated errors, one row a member.
+    Sweep(Box<SweepCommand>),
     /// Print a commented scene to start from, or say what a scene describes.
     Scene(SceneCommand),
     /// Print the Hertz contact of two equal crossed cylinders, or the angle of a stiffness ratio.
@@ -97,6 +105,52 @@ pub struct Simulate {
     pub plan: bool,
 
     /// Print what was done, or the plan, as JSON on standard output.
+    #[arg(long)]
+    pub json: bool,
+
+    /// Print errors only.
+    #[arg(long, short)]
+    pub quiet: bool,
+
+    #[command(flatten)]
+    pub keys: SceneKeys,
+}
+
+/// What `cascade sweep` takes.
+#[derive(Debug, Args)]
+pub struct SweepCommand {
+    /// File with the scene; without one, the options say all.
+    #[arg(conflicts_with = "merge")]
+    pub scene: Option<PathBuf>,
+
+    /// A key of the scene and its values: `stiffness_ratio=1:120:400log` (400 values, equal ratios),
+    /// `1:10:19` (equal steps), `seed=1:100` (whole numbers), `ends=wall,free`. Repeat it for all
+    /// combinations, the last one fastest.
+    #[arg(
+        long,
+        value_name = "KEY=VALUES",
+        required_unless_present = "merge",
+        conflicts_with = "merge"
+    )]
+    pub vary: Vec<String>,
+
+    /// Directory of the sweep; by default the scene's name with `-sweep`, here.
+    #[arg(long, short, value_name = "DIR", required_unless_present_any = ["scene", "vary"])]
+    pub out: Option<PathBuf>,
+
+    /// Compute only the K-th of N parts, to be merged later.
+    #[arg(long, value_name = "K/N", value_parser = parse::part, conflicts_with = "merge")]
+    pub part: Option<Part>,
+
+    /// Put together what these directories hold of one sweep.
+    #[arg(long, value_name = "DIR", num_args = 1..)]
+    pub merge: Vec<PathBuf>,
+
+    /// Worker threads [default: one a core]. The table does not depend on it.
+    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u16).range(1..=256))]
+    pub threads: Option<u16>,
+
+    /// Print where the sweep stands as JSON on standard output.
     #[arg(long)]
     pub json: bool,
 

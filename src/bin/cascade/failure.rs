@@ -64,7 +64,9 @@ impl Failure {
             let _ = writeln!(err, "help: {advice}");
         }
         match self {
-            Failure::Library(Error::Cancelled) => ExitCode::from(INTERRUPTED),
+            Failure::Library(Error::Cancelled | Error::Paused { .. }) => {
+                ExitCode::from(INTERRUPTED)
+            }
             Failure::Library(error) if error.is_usage() => ExitCode::from(2),
             Failure::Output(error) if error.kind() == std::io::ErrorKind::BrokenPipe => {
                 ExitCode::SUCCESS

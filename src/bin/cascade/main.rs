@@ -10,6 +10,7 @@ mod progress;
 mod scene;
 mod scene_keys;
 mod simulate;
+mod sweep;
 mod terminal;
 
 use std::process::ExitCode;
@@ -23,6 +24,7 @@ fn main() -> ExitCode {
     let done = match cli.command {
         Command::Analyze(typed) => analyze::run(*typed),
         Command::Simulate(typed) => simulate::run(*typed),
+        Command::Sweep(typed) => sweep::run(*typed),
         Command::Scene(typed) => scene::run(typed),
         Command::Contact(typed) => contact::run(typed),
         Command::Completions { shell } => manual::completions(shell),

@@ -3,6 +3,7 @@
 use std::ops::Range;
 
 use cascade::chain::scene::measure::{Dimension, Measure};
+use cascade::sweep::Part;
 
 /// `A:B` as sites `A .. B`.
 pub fn site_range(text: &str) -> Result<Range<usize>, String> {
@@ -57,6 +58,14 @@ pub fn bytes(text: &str) -> Result<u64, String> {
         Ok(n) if n * factor >= 1.0 => Ok((n * factor) as u64),
         _ => Err("expected a size such as 500MB or 2GiB".into()),
     }
+}
+
+/// `K/N`, the K-th of N parts.
+pub fn part(text: &str) -> Result<Part, String> {
+    let expected = "expected K/N with K from 1 to N, such as 2/4";
+    let (k, n) = text.split_once('/').ok_or(expected)?;
+    let number = |t: &str| t.trim().parse::<usize>().map_err(|_| expected.to_owned());
+    Part::new(number(k)?, number(n)?).map_err(|_| expected.to_owned())
 }
 
 /// How much of a segment its neighbour shares.

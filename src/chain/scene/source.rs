@@ -113,7 +113,7 @@ impl SceneSource {
     }
 
     /// One text that says all: that of the file, or, where settings hold over it, all keys anew.
-    fn whole_text(&self) -> Result<String> {
+    pub(crate) fn whole_text(&self) -> Result<String> {
         if self.settings.is_empty() {
             return Ok(self.text.clone());
         }
