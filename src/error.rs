@@ -61,7 +61,21 @@ pub enum Error {
     #[error("{} {found}, so it is not replaced", path.display())]
     Occupied { path: PathBuf, found: String },
 
-    /// A result directory that is already there.
+    /// A scene that says too little, too much, or what cannot be.
+    #[error("{fault}")]
+    Scene {
+        fault: Box<crate::chain::scene::SceneFault>,
+    },
+
+    /// A file of a sweep that no sweep has written so.
+    #[error("{}, line {line}: {reason}", path.display())]
+    Damaged {
+        path: PathBuf,
+        line: usize,
+        reason: String,
+    },
+
+    /// A result that is already there.
     #[error("{} is already there and is not overwritten", path.display())]
     Exists { path: PathBuf },
 
@@ -84,6 +98,10 @@ pub enum Error {
     /// The observer asked to stop.
     #[error("cancelled; nothing was written")]
     Cancelled,
+
+    /// The observer asked a sweep to stop.
+    #[error("stopped with {known} of {members} members known")]
+    Paused { known: usize, members: usize },
 }
 
 impl Error {
@@ -96,10 +114,15 @@ impl Error {
                  `--gaps mask` gives them no weight"
                     .into(),
             ),
+            Error::Scene { fault } => Some(fault.advice()),
             Error::Exists { .. } => {
-                Some("name another directory, or add `--force` to replace it".into())
+                Some("name another place, or add `--force` to replace it".into())
             }
-            Error::Occupied { .. } => Some("name another directory with `--out`".into()),
+            Error::Damaged { .. } => Some(
+                "remove the line, and its member is computed again; or begin anew elsewhere".into(),
+            ),
+            Error::Paused { .. } => Some("the same command goes on from there".into()),
+            Error::Occupied { .. } => Some("name another place with `--out`".into()),
             Error::Memory { .. } => {
                 Some("raise `--memory`, choose fewer sites or times, or ask for less: `--threads 1`, `--only`".into())
             }
@@ -119,10 +142,17 @@ impl Error {
         matches!(
             self,
             Error::Request { .. }
+                | Error::Scene { .. }
                 | Error::Exists { .. }
                 | Error::Occupied { .. }
                 | Error::Memory { .. }
         )
+    }
+
+    pub(crate) fn scene(fault: crate::chain::scene::SceneFault) -> Error {
+        Error::Scene {
+            fault: Box::new(fault),
+        }
     }
 
     /// For `map_err` on reading: keeps the path and what was being done.
@@ -151,7 +181,7 @@ impl Error {
 }
 
 /// Bytes in a unit that suits them, rounded up, so that allowing as much is enough.
-fn size(bytes: u64) -> String {
+pub(crate) fn size(bytes: u64) -> String {
     const UNITS: [&str; 5] = ["bytes", "KiB", "MiB", "GiB", "TiB"];
     let power = (bytes.max(1).ilog2() / 10).min(4);
     let value = bytes as f64 / 1024f64.powi(power as i32);

@@ -14,6 +14,7 @@ pub mod prepare;
 pub mod reference;
 pub mod report;
 mod sum;
+pub mod sweep;
 pub mod transform;
 mod turns;
 

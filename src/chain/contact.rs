@@ -110,7 +110,17 @@ impl Surface {
 }
 
 /// How the aspect ratio of the contact ellipse is found.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, serde::Serialize, serde::Deserialize)]
+#[derive(
+    Debug,
+    Clone,
+    Copy,
+    PartialEq,
+    Eq,
+    Default,
+    serde::Serialize,
+    serde::Deserialize,
+    schemars::JsonSchema,
+)]
 #[serde(rename_all = "kebab-case")]
 pub enum Ellipse {
     /// From the transcendental equation of Hertz's theory.

@@ -114,18 +114,41 @@ impl Chain {
 
     /// Damping force in contact j.
     pub fn damping_force(&self, contact: usize, displacement: &[f64], velocity: &[f64]) -> f64 {
+        let closing = velocity[contact] - self.right_of(contact, velocity);
+        let r = self.overlap(contact, displacement);
+        self.damping(self.coefficient[contact], r, closing)
+    }
+
+    /// Force of contact j beyond the static one, damping included, at an overlap beyond the static
+    /// one and its rate.
+    pub(super) fn force_at(&self, contact: usize, r: f64, closing: f64) -> f64 {
+        self.force_of(self.coefficient[contact], r, closing)
+    }
+
+    /// The same of the contact with the wall before site 0; 0 where there is none.
+    pub(super) fn left_wall_force(&self, r: f64, closing: f64) -> f64 {
+        match self.ends {
+            Ends::Fixed { left_coefficient } => self.force_of(left_coefficient, r, closing),
+            _ => 0.0,
+        }
+    }
+
+    fn force_of(&self, coefficient: f64, r: f64, closing: f64) -> f64 {
+        let d0 = self.law.static_overlap(coefficient, self.precompression);
+        self.law.force(coefficient, d0, r) + self.damping(coefficient, r, closing)
+    }
+
+    fn damping(&self, coefficient: f64, r: f64, closing: f64) -> f64 {
         let Losses {
             dashpot, tangent, ..
         } = self.losses;
         if dashpot == 0.0 && tangent == 0.0 {
             return 0.0;
         }
-        let (c, d0) = (self.coefficient[contact], self.static_overlap(contact));
-        let r = self.overlap(contact, displacement);
+        let d0 = self.law.static_overlap(coefficient, self.precompression);
         let closed = d0 + r > 0.0 || !self.law.is_one_sided();
         let dashpot = if closed { dashpot } else { 0.0 };
-        let closing = velocity[contact] - self.right_of(contact, velocity);
-        (dashpot + tangent * self.law.stiffness(c, d0, r)) * closing
+        (dashpot + tangent * self.law.stiffness(coefficient, d0, r)) * closing
     }
 
     /// Energy of each site beyond the static state: `m v^2 / 2`, half of the energy of each contact

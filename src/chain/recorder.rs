@@ -92,6 +92,7 @@ impl Recorder {
                 energy_lost: array(record.energy && lossy, n),
                 energy_input: (record.energy && driven).then(|| Array1::zeros(rows)),
                 chain,
+                drive: simulation.drive,
                 report: RunReport {
                     velocity_scale: scale,
                     error: None,

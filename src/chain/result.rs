@@ -2,6 +2,7 @@
 
 use ndarray::{Array1, Array2};
 
+use super::drive::Drive;
 use super::lattice::Chain;
 use super::stepping::Cost;
 use crate::field::{Axis, Field, Quantity};
@@ -10,6 +11,7 @@ use crate::field::{Axis, Field, Quantity};
 #[derive(Debug, Clone)]
 pub struct Run {
     pub chain: Chain,
+    pub drive: Option<Drive>,
     pub time: Array1<f64>,
     pub velocity: Array2<f64>,
     pub displacement: Option<Array2<f64>>,
@@ -25,7 +27,7 @@ pub struct Run {
 }
 
 /// How well a run went.
-#[derive(Debug, Clone, PartialEq, serde::Serialize)]
+#[derive(Debug, Clone, PartialEq, serde::Serialize, serde::Deserialize)]
 pub struct RunReport {
     /// The speed that errors are relative to: the largest initial one; from rest, that of the
     /// lightest site with the energy of the start; driven, that of the drive.
@@ -41,7 +43,7 @@ pub struct RunReport {
 }
 
 /// A finding that its user should know.
-#[derive(Debug, Clone, PartialEq, serde::Serialize)]
+#[derive(Debug, Clone, PartialEq, serde::Serialize, serde::Deserialize)]
 #[serde(rename_all = "kebab-case", tag = "code")]
 #[non_exhaustive]
 pub enum RunWarning {

@@ -200,7 +200,7 @@ impl Simulation {
 }
 
 /// Bytes of memory that the system would give now, all that can be addressed if it does not say.
-fn available_memory() -> u64 {
+pub(crate) fn available_memory() -> u64 {
     let unknown = u64::MAX;
     let Ok(text) = std::fs::read_to_string("/proc/meminfo") else {
         return unknown;

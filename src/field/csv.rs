@@ -162,6 +162,7 @@ impl<'a> Table<'a> {
             time,
             space,
             quantity: None,
+            unit: None,
         })
     }
 }

@@ -43,6 +43,27 @@ pub enum InputFault {
     #[error("expected floats of 2, 4 or 8 bytes, integers of 1 to 8 or booleans, found {descr:?}")]
     SampleType { descr: String },
 
+    #[error("expected a text, found {descr:?}")]
+    NoText { descr: String },
+
+    #[error("expected one text, found an array of shape {}", Shape(shape))]
+    NotOneText { shape: Vec<u64> },
+
+    #[error("expected a text of at most {limit} characters, found {found}")]
+    TextLength { found: u64, limit: u64 },
+
+    #[error("expected a run file: the member {missing:?} is not there")]
+    NoRun { missing: &'static str },
+
+    #[error("expected shape {}, found {}", Shape(expected), Shape(found))]
+    RunShape { expected: Vec<u64>, found: Vec<u64> },
+
+    #[error("expected what the scene in the file says, found another {what} at index {index}")]
+    RunScene { what: &'static str, index: usize },
+
+    #[error("expected the report of a run, found {reason}")]
+    RunReport { reason: String },
+
     #[error("expected an array of 1 or 2 dimensions, found shape {}", Shape(shape))]
     Dimensions { shape: Vec<u64> },
 
@@ -191,6 +212,12 @@ impl InputFault {
             }
             StructuredType { .. } => "save one of its members: `numpy.save(path, array[\"name\"])`",
             ComplexType { .. } => "save its real part: `numpy.save(path, array.real)`",
+            NoText { .. } | NotOneText { .. } | TextLength { .. } => {
+                "save it as `numpy.array(\"text\")`"
+            }
+            NoRun { .. } | RunShape { .. } | RunScene { .. } | RunReport { .. } => {
+                "make it anew with `cascade simulate`"
+            }
             SampleType { .. } => "convert it: `numpy.save(path, array.astype(float))`",
             Dimensions { shape } if shape.is_empty() => {
                 "save an array (time, site), not one number"

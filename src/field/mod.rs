@@ -24,6 +24,8 @@ pub use fault::{FileKind, InputFault, MemberShape};
 pub use options::{Header, OpenOptions, TimeColumn};
 pub use sidecar::Sidecar;
 
+pub(crate) use npz::{Archive as Members, read_members};
+pub(crate) use open::{is_run_file, regular_file};
 use storage::Storage;
 
 /// One axis: `origin + index * step`, in `unit`.

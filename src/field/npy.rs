@@ -34,40 +34,19 @@ pub(crate) struct Header {
 impl Header {
     /// Reads the header at the start of `bytes`, of which the first [`PREFIX_LIMIT`] suffice.
     pub(crate) fn parse(bytes: &[u8]) -> Result<Header, InputFault> {
-        let found = bytes.len() as u64;
-        let truncated = |expected: u64| InputFault::Truncated { expected, found };
-        if !bytes.starts_with(MAGIC) {
-            let found = bytes[..bytes.len().min(MAGIC.len())].to_vec();
-            return Err(InputFault::NpyMagic { found });
-        }
-        let [major, minor] = *bytes[MAGIC.len()..].first_chunk().ok_or(truncated(8))?;
-        let (text_start, text_len) = match (major, minor) {
-            (1, 0) => {
-                let length = bytes[8..].first_chunk().ok_or(truncated(10))?;
-                (10, u64::from(u16::from_le_bytes(*length)))
-            }
-            (2 | 3, 0) => {
-                let length = bytes[8..].first_chunk().ok_or(truncated(12))?;
-                (12, u64::from(u32::from_le_bytes(*length)))
-            }
-            _ => return Err(InputFault::NpyVersion { major, minor }),
-        };
-        if text_len > TEXT_LIMIT {
-            return Err(InputFault::NpyHeaderLength {
-                found: text_len,
-                limit: TEXT_LIMIT,
-            });
-        }
-        let data_start = text_start + text_len as usize;
-        let text = bytes
-            .get(text_start..data_start)
-            .ok_or(truncated(data_start as u64))?;
-        let cursor = Cursor {
-            text,
-            at: 0,
-            text_start,
-        };
-        cursor.dictionary(data_start)
+        let Stated {
+            kind: (sample, order),
+            fortran_order,
+            shape,
+            data_start,
+        } = Stated::parse(bytes, parse_descr)?;
+        Ok(Header {
+            sample,
+            order,
+            fortran_order,
+            shape,
+            data_start,
+        })
     }
 
     /// Bytes of the samples, where these can be addressed at all.
@@ -89,12 +68,7 @@ impl Header {
 
     /// That a file of `found` bytes holds this header and its samples, and nothing else.
     pub(crate) fn check_len(&self, found: u64) -> Result<(), InputFault> {
-        let expected = self.file_len()?;
-        match found.cmp(&expected) {
-            std::cmp::Ordering::Less => Err(InputFault::Truncated { expected, found }),
-            std::cmp::Ordering::Equal => Ok(()),
-            std::cmp::Ordering::Greater => Err(InputFault::TrailingBytes { expected, found }),
-        }
+        check_len(self.file_len()?, found)
     }
 
     /// The lengths `(first, second)` of the two axes; one dimension is one column.
@@ -145,6 +119,114 @@ impl Header {
     }
 }
 
+/// That a file is as long as its header says.
+pub(crate) fn check_len(expected: u64, found: u64) -> Result<(), InputFault> {
+    match found.cmp(&expected) {
+        std::cmp::Ordering::Less => Err(InputFault::Truncated { expected, found }),
+        std::cmp::Ordering::Equal => Ok(()),
+        std::cmp::Ordering::Greater => Err(InputFault::TrailingBytes { expected, found }),
+    }
+}
+
+/// A single text, as an array of no dimension (`numpy.array("text")`).
+#[derive(Debug, Clone, PartialEq)]
+pub(crate) struct TextHeader {
+    /// Characters, of four bytes each.
+    pub(crate) length: u64,
+    pub(crate) order: ByteOrder,
+    pub(crate) data_start: usize,
+}
+
+impl TextHeader {
+    /// Reads the header at the start of `bytes`.
+    pub(crate) fn parse(bytes: &[u8]) -> Result<TextHeader, InputFault> {
+        let stated = Stated::parse(bytes, parse_text_descr)?;
+        let (length, order) = stated.kind;
+        match stated.shape[..] {
+            [] => Ok(TextHeader {
+                length,
+                order,
+                data_start: stated.data_start,
+            }),
+            _ => Err(InputFault::NotOneText {
+                shape: stated.shape,
+            }),
+        }
+    }
+
+    /// Bytes of header and characters.
+    pub(crate) fn file_len(&self) -> u64 {
+        self.length
+            .saturating_mul(4)
+            .saturating_add(self.data_start as u64)
+    }
+
+    /// The text in the characters' bytes; NumPy pads it with NULs.
+    pub(crate) fn decode(&self, bytes: &[u8]) -> Result<String, InputFault> {
+        let (characters, _) = bytes.as_chunks::<4>();
+        let character = |bytes: &[u8; 4]| {
+            let code = match self.order {
+                ByteOrder::Little => u32::from_le_bytes(*bytes),
+                ByteOrder::Big => u32::from_be_bytes(*bytes),
+            };
+            let found = "a number that is no character";
+            char::from_u32(code).ok_or(InputFault::Encoding { found })
+        };
+        let text: String = characters.iter().map(character).collect::<Result<_, _>>()?;
+        Ok(text.trim_end_matches('\0').to_owned())
+    }
+}
+
+/// What the dictionary of a header states, `kind` being what its `descr` was read as.
+struct Stated<K> {
+    kind: K,
+    fortran_order: bool,
+    shape: Vec<u64>,
+    data_start: usize,
+}
+
+impl<K> Stated<K> {
+    fn parse(
+        bytes: &[u8],
+        kind_of: fn(&[u8]) -> Result<K, InputFault>,
+    ) -> Result<Stated<K>, InputFault> {
+        let found = bytes.len() as u64;
+        let truncated = |expected: u64| InputFault::Truncated { expected, found };
+        if !bytes.starts_with(MAGIC) {
+            let found = bytes[..bytes.len().min(MAGIC.len())].to_vec();
+            return Err(InputFault::NpyMagic { found });
+        }
+        let [major, minor] = *bytes[MAGIC.len()..].first_chunk().ok_or(truncated(8))?;
+        let (text_start, text_len) = match (major, minor) {
+            (1, 0) => {
+                let length = bytes[8..].first_chunk().ok_or(truncated(10))?;
+                (10, u64::from(u16::from_le_bytes(*length)))
+            }
+            (2 | 3, 0) => {
+                let length = bytes[8..].first_chunk().ok_or(truncated(12))?;
+                (12, u64::from(u32::from_le_bytes(*length)))
+            }
+            _ => return Err(InputFault::NpyVersion { major, minor }),
+        };
+        if text_len > TEXT_LIMIT {
+            return Err(InputFault::NpyHeaderLength {
+                found: text_len,
+                limit: TEXT_LIMIT,
+            });
+        }
+        let data_start = text_start + text_len as usize;
+        let text = bytes
+            .get(text_start..data_start)
+            .ok_or(truncated(data_start as u64))?;
+        let cursor = Cursor {
+            text,
+            at: 0,
+            text_start,
+        };
+        cursor.dictionary(data_start, kind_of)
+    }
+}
+
 struct Cursor<'a> {
     text: &'a [u8],
     at: usize,
@@ -152,7 +234,11 @@ struct Cursor<'a> {
 }
 
 impl<'a> Cursor<'a> {
-    fn dictionary(mut self, data_start: usize) -> Result<Header, InputFault> {
+    fn dictionary<K>(
+        mut self,
+        data_start: usize,
+        kind_of: fn(&[u8]) -> Result<K, InputFault>,
+    ) -> Result<Stated<K>, InputFault> {
         let (mut kind, mut fortran_order, mut shape) = (None, None, None);
         self.expect(b'{', "{")?;
         while !self.accept(b'}') {
@@ -160,7 +246,7 @@ impl<'a> Cursor<'a> {
             let key = self.string("a key in quotes")?;
             self.expect(b':', "a colon")?;
             match key {
-                b"descr" if kind.is_none() => kind = Some(self.sample_type()?),
+                b"descr" if kind.is_none() => kind = Some(self.kind(kind_of)?),
                 b"fortran_order" if fortran_order.is_none() => {
                     fortran_order = Some(self.boolean()?);
                 }
@@ -179,24 +265,22 @@ impl<'a> Cursor<'a> {
         if self.at < self.text.len() {
             return Err(self.fault("nothing but blanks after the dictionary"));
         }
-        let (sample, order) = kind.ok_or_else(|| self.fault("the key descr"))?;
-        Ok(Header {
-            sample,
-            order,
+        Ok(Stated {
+            kind: kind.ok_or_else(|| self.fault("the key descr"))?,
             fortran_order: fortran_order.ok_or_else(|| self.fault("the key fortran_order"))?,
             shape: shape.ok_or_else(|| self.fault("the key shape"))?,
             data_start,
         })
     }
 
-    fn sample_type(&mut self) -> Result<(SampleType, ByteOrder), InputFault> {
+    fn kind<K>(&mut self, kind_of: fn(&[u8]) -> Result<K, InputFault>) -> Result<K, InputFault> {
         if matches!(self.peek(), Some(b'[' | b'(' | b'{')) {
             return Err(InputFault::StructuredType {
                 descr: self.excerpt(),
             });
         }
         let descr = self.string("a type in quotes")?;
-        parse_descr(descr)
+        kind_of(descr)
     }
 
     fn boolean(&mut self) -> Result<bool, InputFault> {
@@ -335,6 +419,24 @@ fn parse_descr(descr: &[u8]) -> Result<(SampleType, ByteOrder), InputFault> {
         _ => return Err(InputFault::SampleType { descr: text() }),
     };
     Ok((sample, order))
+}
+
+/// The type string of texts, `<U12`: order and characters.
+fn parse_text_descr(descr: &[u8]) -> Result<(u64, ByteOrder), InputFault> {
+    let text = String::from_utf8_lossy(descr);
+    let (order, rest) = match text.strip_prefix('>') {
+        Some(rest) => (ByteOrder::Big, rest),
+        None => (ByteOrder::Little, text.strip_prefix('<').unwrap_or(&text)),
+    };
+    let length = rest
+        .strip_prefix('U')
+        .and_then(|digits| digits.parse().ok());
+    match length {
+        Some(length) => Ok((length, order)),
+        None => Err(InputFault::NoText {
+            descr: text.into_owned(),
+        }),
+    }
 }
 
 #[cfg(test)]

@@ -5,6 +5,7 @@
 
 use std::io::{Cursor, Read};
 use std::ops::Range;
+use std::path::Path;
 use std::sync::Arc;
 
 use zip::CompressionMethod;
@@ -14,12 +15,17 @@ use zip::result::ZipError;
 use super::coordinates::Coordinates;
 use super::fault::{InputFault, MemberShape};
 use super::npy;
-use super::open::{Contents, Source};
+use super::open::{Contents, Source, map};
+use super::options::OpenOptions;
+use super::sidecar::Sidecar;
 use super::storage::{self, Bytes};
 use super::{Layout, Quantity};
 use crate::error::{Error, Result};
 
 const MEMBER_LIMIT: usize = 4096;
+
+/// Characters of a text member.
+const TEXT_LIMIT: u64 = 16 << 20;
 
 /// Deflate encodes at most 258 bytes in two bits.
 const MAX_INFLATION: u64 = 1032;
@@ -33,11 +39,25 @@ pub(super) fn read(source: &Source) -> Result<Contents> {
     let (header, bytes, start) = archive.load(index)?;
     let mut contents = Contents::from_npy(&header, bytes, start, source.layout())
         .map_err(|fault| archive.member_fault(index, fault))?;
-    contents.quantity = quantity(&archive.members[index].name);
+    let name = archive.members[index].name.clone();
+    contents.quantity = quantity(&name);
+    contents.unit = archive.text(&format!("{name}_unit"))?;
     let stated = &source.stated;
-    contents.time = archive.axis("time", contents.n_times, stated.t0, stated.dt)?;
-    contents.space = archive.axis("space", contents.n_sites, stated.x0, stated.dx)?;
+    contents.time = archive.axis("time", "time", contents.n_times, stated.t0, stated.dt)?;
+    // Contacts lie between sites and may be fewer.
+    let along = match archive.find("contact_position") {
+        Some(_) if matches!(name.as_str(), "force" | "energy_passed") => "contact_position",
+        _ => "position",
+    };
+    contents.space = archive.axis("space", along, contents.n_sites, stated.x0, stated.dx)?;
     Ok(contents)
+}
+
+/// Whether an archive is a run file: it holds its scene and says what its members are.
+pub(super) fn is_run(bytes: &[u8]) -> bool {
+    let has = |zip: &ZipArchive<_>, name| zip.index_for_name(name).is_some();
+    ZipArchive::new(Cursor::new(bytes))
+        .is_ok_and(|zip| has(&zip, "scene.npy") && has(&zip, "schema.npy"))
 }
 
 /// What a member measures, where its name says so.
@@ -51,13 +71,30 @@ fn quantity(member: &str) -> Option<Quantity> {
     }
 }
 
+/// Reads members of the archive at `path`.
+pub(crate) fn read_members<T>(
+    path: &Path,
+    read: impl FnOnce(&mut Archive<'_>) -> Result<T>,
+) -> Result<T> {
+    let options = OpenOptions::default();
+    let source = Source {
+        path,
+        map: map(path)?,
+        options: &options,
+        stated: Sidecar::default(),
+    };
+    let mut archive = Archive::open(&source).map_err(|fault| source.fault(fault))?;
+    read(&mut archive)
+}
+
 struct Member {
     /// Without its `.npy`.
     name: String,
     index: usize,
 }
 
-struct Archive<'a> {
+/// The members of an archive.
+pub(crate) struct Archive<'a> {
     source: &'a Source<'a>,
     zip: ZipArchive<Cursor<&'a [u8]>>,
     members: Vec<Member>,
@@ -90,6 +127,30 @@ impl<'a> Archive<'a> {
             zip,
             members,
         })
+    }
+
+    /// Shape and samples of a member, row-major, where there is one of this name.
+    pub(crate) fn array(&mut self, name: &str) -> Result<Option<(Vec<u64>, Vec<f64>)>> {
+        let Some(index) = self.find(name) else {
+            return Ok(None);
+        };
+        let (header, bytes, start) = self.load(index)?;
+        let contents = Contents::from_npy(&header, bytes, start, Layout::TimeSite)
+            .map_err(|fault| self.member_fault(index, fault))?;
+        let (rows, columns) = (contents.n_times, contents.n_sites);
+        let mut values = vec![0.0; rows * columns];
+        contents
+            .storage
+            .read(0..rows, 0..columns, false, &mut values);
+        Ok(Some((header.shape, values)))
+    }
+
+    /// A fault of the member of this name, or of the archive where there is none.
+    pub(crate) fn fault(&self, name: &str, fault: InputFault) -> Error {
+        match self.find(name) {
+            Some(index) => self.member_fault(index, fault),
+            None => self.source.fault(fault),
+        }
     }
 
     fn find(&self, name: &str) -> Option<usize> {
@@ -129,12 +190,16 @@ impl<'a> Archive<'a> {
     }
 
     fn header(&mut self, index: usize) -> std::result::Result<npy::Header, InputFault> {
+        npy::Header::parse(&self.prefix(index)?)
+    }
+
+    fn prefix(&mut self, index: usize) -> std::result::Result<Vec<u8>, InputFault> {
         let mut prefix = Vec::new();
         self.reader(index)?
             .take(npy::PREFIX_LIMIT)
             .read_to_end(&mut prefix)
             .map_err(deflate_fault)?;
-        npy::Header::parse(&prefix)
+        Ok(prefix)
     }
 
     fn reader(&mut self, index: usize) -> std::result::Result<impl Read + '_, InputFault> {
@@ -146,20 +211,51 @@ impl<'a> Archive<'a> {
 
     /// The header of a member, the bytes that hold its samples, and where these start.
     fn load(&mut self, index: usize) -> Result<(npy::Header, Bytes, usize)> {
-        let place = self.header(index).and_then(|header| {
+        let header = self.header(index).and_then(|header| {
             header.dimensions()?;
-            let place = self.place(index, &header)?;
-            Ok((header, place))
+            let expected = header.file_len()?;
+            Ok((header, expected))
         });
-        let (header, place) = place.map_err(|fault| self.member_fault(index, fault))?;
-        match place {
+        let (header, expected) = header.map_err(|fault| self.member_fault(index, fault))?;
+        let (bytes, start) = self.bytes(index, expected)?;
+        let start = start + header.data_start;
+        Ok((header, bytes, start))
+    }
+
+    /// The text of a member, where there is one of this name.
+    pub(crate) fn text(&mut self, name: &str) -> Result<Option<String>> {
+        let Some(index) = self.find(name) else {
+            return Ok(None);
+        };
+        let header = self.prefix(index).and_then(|prefix| {
+            let header = npy::TextHeader::parse(&prefix)?;
+            if header.length > TEXT_LIMIT {
+                return Err(InputFault::TextLength {
+                    found: header.length,
+                    limit: TEXT_LIMIT,
+                });
+            }
+            Ok(header)
+        });
+        let header = header.map_err(|fault| self.member_fault(index, fault))?;
+        let expected = header.file_len();
+        let (bytes, start) = self.bytes(index, expected)?;
+        let range = start + header.data_start..start + expected as usize;
+        let text = header.decode(&bytes.as_slice()[range]);
+        text.map(Some)
+            .map_err(|fault| self.member_fault(index, fault))
+    }
+
+    /// The bytes that hold a member of `expected` bytes, and where it starts in them.
+    fn bytes(&mut self, index: usize, expected: u64) -> Result<(Bytes, usize)> {
+        let place = self.place(index, expected);
+        match place.map_err(|fault| self.member_fault(index, fault))? {
             Place::Stored { range, checksum } => {
                 let map = &self.source.map;
                 let mut hasher = crc32fast::Hasher::new();
                 storage::stream(map, range.clone(), |chunk| hasher.update(chunk));
                 check_sum(checksum, hasher).map_err(|fault| self.member_fault(index, fault))?;
-                let start = range.start + header.data_start;
-                Ok((header, Bytes::Mapped(Arc::clone(map)), start))
+                Ok((Bytes::Mapped(Arc::clone(map)), range.start))
             }
             Place::Deflated { len, checksum } => {
                 self.source.allow("the inflated member", len as u64)?;
@@ -173,18 +269,13 @@ impl<'a> Archive<'a> {
                     })?;
                 self.inflate(index, len, checksum, &mut bytes)
                     .map_err(|fault| self.member_fault(index, fault))?;
-                let start = header.data_start;
-                Ok((header, Bytes::Inflated(Arc::new(bytes)), start))
+                Ok((Bytes::Inflated(Arc::new(bytes)), 0))
             }
         }
     }
 
     /// Where the bytes of a member are, once the lengths in the archive agree with its header.
-    fn place(
-        &mut self,
-        index: usize,
-        header: &npy::Header,
-    ) -> std::result::Result<Place, InputFault> {
+    fn place(&mut self, index: usize, expected: u64) -> std::result::Result<Place, InputFault> {
         let file_len = self.source.map.len();
         let entry = self
             .zip
@@ -200,9 +291,8 @@ impl<'a> Archive<'a> {
                 found: file_len as u64,
             });
         }
-        let expected = header.file_len()?;
         if entry.compression() == CompressionMethod::Stored {
-            header.check_len(packed)?;
+            npy::check_len(expected, packed)?;
             let range = start as usize..end as usize;
             return Ok(Place::Stored { range, checksum });
         }
@@ -239,11 +329,11 @@ impl<'a> Archive<'a> {
     fn axis(
         &mut self,
         axis: &'static str,
+        member: &str,
         n: usize,
         origin: Option<f64>,
         step: Option<f64>,
     ) -> Result<Coordinates> {
-        let member = if axis == "time" { "time" } else { "position" };
         let Some(index) = self
             .find(member)
             .filter(|_| origin.is_none() || step.is_none())
@@ -270,7 +360,9 @@ impl<'a> Archive<'a> {
             .iter()
             .fold(0.0, |max: f64, value| max.max(value.abs()));
         let rounding = largest * header.sample.relative_rounding();
-        Coordinates::fit(&values, rounding).map_err(|uneven| {
+        let unit = self.text(&format!("{member}_unit"))?;
+        let fitted = Coordinates::fit(&values, rounding).map(|even| Coordinates { unit, ..even });
+        fitted.map_err(|uneven| {
             let fault = InputFault::UnevenAxis {
                 axis,
                 index: uneven.index,

@@ -56,6 +56,7 @@ pub(super) struct Contents {
     pub(super) time: Coordinates,
     pub(super) space: Coordinates,
     pub(super) quantity: Option<Quantity>,
+    pub(super) unit: Option<String>,
 }
 
 impl Contents {
@@ -74,6 +75,7 @@ impl Contents {
             time: Coordinates::default(),
             space: Coordinates::default(),
             quantity: None,
+            unit: None,
         })
     }
 }
@@ -85,7 +87,8 @@ impl Field {
     /// single dimension is the record of one site. Arrays stay in the mapped file and cost no
     /// memory; deflated members and tables are held. Steps, origins and units come from
     /// `options`, else from the [`Sidecar`], else from the file, else the axis counts. In an
-    /// archive, `time` and `position` are the coordinates and `velocity` is the field.
+    /// archive, `time` and `position` are the coordinates and `velocity` is the field; the text
+    /// `velocity_unit` is the unit of the array `velocity`, and so for every array.
     ///
     /// The file must not be shortened while the field is in use.
     ///
@@ -102,7 +105,9 @@ impl Field {
             path: path.to_owned(),
             fault,
         })?;
-        let sidecar = Sidecar::find(path)?.map(|(_, sidecar)| sidecar);
+        // The `run.toml` beside a run is its scene, not a sidecar.
+        let is_run = matches!(format, Format::Npz) && npz::is_run(&map);
+        let sidecar = Sidecar::find_for(path, is_run)?.map(|(_, sidecar)| sidecar);
         let source = Source {
             path,
             map,
@@ -125,7 +130,7 @@ impl Field {
             time: contents.time.axis(stated.t0, stated.dt, stated.time_unit),
             space: contents.space.axis(stated.x0, stated.dx, stated.space_unit),
             quantity: stated.quantity.or(contents.quantity).unwrap_or_default(),
-            unit: stated.unit,
+            unit: stated.unit.or(contents.unit),
             content_hash,
         })
     }
@@ -141,8 +146,13 @@ fn read_npy(source: &Source) -> Result<Contents> {
     contents.map_err(|fault| source.fault(fault))
 }
 
+/// Whether the file at `path` is a run; false for one that cannot be read.
+pub(crate) fn is_run_file(path: &Path) -> bool {
+    map(path).is_ok_and(|map| npz::is_run(&map))
+}
+
 /// Metadata of a file that can be mapped; a pipe is refused before it is opened.
-pub(super) fn regular_file(path: &Path) -> Result<Metadata> {
+pub(crate) fn regular_file(path: &Path) -> Result<Metadata> {
     let metadata = std::fs::metadata(path).map_err(Error::read("read", path))?;
     match irregular_kind(&metadata) {
         None => Ok(metadata),
@@ -172,7 +182,7 @@ fn irregular_kind(metadata: &Metadata) -> Option<FileKind> {
     }
 }
 
-fn map(path: &Path) -> Result<Arc<Mmap>> {
+pub(super) fn map(path: &Path) -> Result<Arc<Mmap>> {
     let is_empty = regular_file(path)?.len() == 0;
     let file = File::open(path).map_err(Error::read("open", path))?;
     if is_empty {

@@ -56,15 +56,23 @@ pub struct Sidecar {
 impl Sidecar {
     /// The sidecar of a field: `field.toml` or `field.npy.toml` beside `field.npy`, if any.
     ///
+    /// A run file states its own axes, and `run.toml` beside `run.npz` is its scene:
+    /// [`Field::open`](super::Field::open) takes only `run.npz.toml` for the sidecar of a run.
+    ///
     /// # Errors
     /// Both are there, one cannot be read, or one states something other than the known keys.
     pub fn find(field: &Path) -> Result<Option<(PathBuf, Sidecar)>> {
+        Sidecar::find_for(field, false)
+    }
+
+    /// As [`Sidecar::find`]; beside a run only `run.npz.toml` is a sidecar.
+    pub(super) fn find_for(field: &Path, is_run: bool) -> Result<Option<(PathBuf, Sidecar)>> {
         let replaced = field.with_extension("toml");
         let mut appended = OsString::from(field);
         appended.push(".toml");
         let appended = PathBuf::from(appended);
         let is_there = |path: &Path| path != field && path.symlink_metadata().is_ok();
-        let path = match (is_there(&replaced), is_there(&appended)) {
+        let path = match (!is_run && is_there(&replaced), is_there(&appended)) {
             (false, false) => return Ok(None),
             (true, false) => replaced,
             (false, true) => appended,

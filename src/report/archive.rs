@@ -84,6 +84,23 @@ impl Archive {
         self.write_samples(member, 0, values)
     }
 
+    /// Appends a text, which NumPy reads as an array of no dimension: `str(archive["scene"])`.
+    ///
+    /// # Errors
+    /// [`Error::Write`].
+    pub fn append_text(&self, name: &str, text: &str) -> Result<()> {
+        // NumPy has no text of no characters, and drops NULs at the end.
+        let text = if text.is_empty() { "\0" } else { text };
+        let characters = text.chars().count() as u64;
+        let bytes: Vec<u8> = text
+            .chars()
+            .flat_map(|c| u32::from(c).to_le_bytes())
+            .collect();
+        let header = |content| npy_header(&format!("<U{characters}"), "()", content);
+        let member = self.reserve_bytes(name, header, bytes.len() as u64, None, 1)?;
+        self.write_bytes(member, 0, &bytes)
+    }
+
     fn item(&self) -> u64 {
         match self.precision {
             Precision::F64 => 8,
@@ -103,13 +120,28 @@ impl Archive {
         shape: &[usize],
         array: Option<LargeArray>,
     ) -> Result<usize> {
+        let descr = format!("<f{}", self.item());
+        let header = |content| npy_header(&descr, &tuple(shape), content);
+        let bytes = shape.iter().product::<usize>() as u64 * self.item();
+        let columns = shape.get(1).copied().unwrap_or(1);
+        self.reserve_bytes(name, header, bytes, array, columns)
+    }
+
+    fn reserve_bytes(
+        &self,
+        name: &str,
+        npy_header: impl Fn(u64) -> Vec<u8>,
+        bytes: u64,
+        array: Option<LargeArray>,
+        columns: usize,
+    ) -> Result<usize> {
         let mut state = self.lock();
         let name = format!("{name}.npy");
         let header = state.end;
         let content = header + LOCAL_HEADER + name.len() as u64 + ZIP64_EXTRA;
-        let npy = npy_header(shape, self.item(), content);
+        let npy = npy_header(content);
         let data = content + npy.len() as u64;
-        let end = data + shape.iter().product::<usize>() as u64 * self.item();
+        let end = data + bytes;
         let failed = Error::write("reserve room in", &self.path);
         allocate(&self.file, header, end).map_err(failed)?;
         write_at(&self.file, &npy, content).map_err(Error::write("write to", &self.path))?;
@@ -122,7 +154,7 @@ impl Archive {
             content,
             data,
             end,
-            columns: shape.get(1).copied().unwrap_or(1),
+            columns,
             array,
             checksum,
             hashed: data,
@@ -150,7 +182,12 @@ impl Archive {
                 .collect();
             &swapped
         };
-        let at = self.lock().members[member].data + first as u64 * self.item();
+        self.write_bytes(member, first as u64 * self.item(), bytes)
+    }
+
+    /// Writes at `offset` into the content of a member.
+    fn write_bytes(&self, member: usize, offset: u64, bytes: &[u8]) -> Result<()> {
+        let at = self.lock().members[member].data + offset;
         write_at(&self.file, bytes, at).map_err(Error::write("write to", &self.path))?;
         let member = &mut self.lock().members[member];
         if member.hashed == at {
@@ -240,15 +277,19 @@ impl Sink for Archive {
     }
 }
 
-/// The `.npy` header of a row-major array whose content starts at `content`, padded so that its
-/// samples are aligned in the file.
-fn npy_header(shape: &[usize], item: u64, content: u64) -> Vec<u8> {
-    let shape: Vec<String> = shape.iter().map(usize::to_string).collect();
-    let shape = match shape.as_slice() {
+/// A shape as Python writes it.
+fn tuple(shape: &[usize]) -> String {
+    let lengths: Vec<String> = shape.iter().map(usize::to_string).collect();
+    match lengths.as_slice() {
         [one] => format!("({one},)"),
         all => format!("({})", all.join(", ")),
-    };
-    let fields = format!("{{'descr': '<f{item}', 'fortran_order': False, 'shape': {shape}, }}");
+    }
+}
+
+/// The `.npy` header of a row-major array whose content starts at `content`, padded so that its
+/// samples are aligned in the file.
+fn npy_header(descr: &str, shape: &str, content: u64) -> Vec<u8> {
+    let fields = format!("{{'descr': '{descr}', 'fortran_order': False, 'shape': {shape}, }}");
     // Magic, version and length take 10 bytes; a newline ends the header.
     let plain = 10 + fields.len() as u64 + 1;
     let padding = (content + plain).next_multiple_of(ALIGNMENT) - (content + plain);
@@ -391,7 +432,7 @@ mod tests {
     #[test]
     fn samples_start_aligned() {
         for content in 0..130 {
-            let header = npy_header(&[5, 7], 8, content);
+            let header = npy_header("<f8", "(5, 7)", content);
             assert_eq!((content + header.len() as u64) % ALIGNMENT, 0);
         }
     }

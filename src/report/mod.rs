@@ -1,11 +1,12 @@
 //! Results to files: `summary.json`, `spectra.npz`, `report.html`, in a directory that appears
-//! whole or not at all.
+//! whole or not at all; run files.
 
 mod archive;
 mod arrays;
 mod directory;
 #[cfg(feature = "figures")]
 mod html;
+mod run_file;
 mod summary;
 
 pub use archive::Archive;
@@ -13,4 +14,5 @@ pub use arrays::write_small_arrays;
 pub use directory::ResultDirectory;
 #[cfg(feature = "figures")]
 pub use html::html;
+pub use run_file::{RUN_SCHEMA, RunFile};
 pub use summary::{Provenance, SCHEMA, Summary};

@@ -162,7 +162,7 @@ fn is_long(field: &Path) -> bool {
 }
 
 /// Whatever works outside of the plan, hashing and drawing, keeps to as many threads.
-fn use_threads(threads: Option<usize>) -> Result<(), Failure> {
+pub fn use_threads(threads: Option<usize>) -> Result<(), Failure> {
     let Some(threads) = threads else {
         return Ok(());
     };

@@ -4,6 +4,7 @@ use std::io::Write;
 use std::process::ExitCode;
 
 use cascade::Error;
+use cascade::chain::scene::Place;
 
 /// Why a command did not end well.
 #[derive(Debug)]
@@ -39,6 +40,17 @@ impl Failure {
                 expected,
                 found,
             }) => writeln!(err, "error: --{option}: expected {expected}, found {found}"),
+            // A key that is missing where there is no file is an option that is missing.
+            Failure::Library(Error::Scene { fault })
+                if fault.place == Place::Nowhere && !fault.key.is_empty() =>
+            {
+                let option = fault.key.replace('_', "-");
+                writeln!(
+                    err,
+                    "error: --{}",
+                    fault.to_string().replacen(&fault.key, &option, 1)
+                )
+            }
             Failure::Library(error) => writeln!(err, "error: {error}"),
             // A reader that went away (`cascade ... | head`) has read enough: no failure.
             Failure::Output(error) if error.kind() == std::io::ErrorKind::BrokenPipe => Ok(()),
@@ -52,7 +64,9 @@ impl Failure {
             let _ = writeln!(err, "help: {advice}");
         }
         match self {
-            Failure::Library(Error::Cancelled) => ExitCode::from(INTERRUPTED),
+            Failure::Library(Error::Cancelled | Error::Paused { .. }) => {
+                ExitCode::from(INTERRUPTED)
+            }
             Failure::Library(error) if error.is_usage() => ExitCode::from(2),
             Failure::Output(error) if error.kind() == std::io::ErrorKind::BrokenPipe => {
                 ExitCode::SUCCESS

@@ -2,10 +2,15 @@
 
 mod analyze;
 mod args;
+mod contact;
 mod failure;
 mod manual;
 mod parse;
 mod progress;
+mod scene;
+mod scene_keys;
+mod simulate;
+mod sweep;
 mod terminal;
 
 use std::process::ExitCode;
@@ -18,6 +23,10 @@ fn main() -> ExitCode {
     let cli = Cli::parse();
     let done = match cli.command {
         Command::Analyze(typed) => analyze::run(*typed),
+        Command::Simulate(typed) => simulate::run(*typed),
+        Command::Sweep(typed) => sweep::run(*typed),
+        Command::Scene(typed) => scene::run(typed),
+        Command::Contact(typed) => contact::run(typed),
         Command::Completions { shell } => manual::completions(shell),
         Command::Man { page } => manual::page(page.as_deref()),
     };

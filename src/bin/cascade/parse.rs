@@ -2,6 +2,9 @@
 
 use std::ops::Range;
 
+use cascade::chain::scene::measure::{Dimension, Measure};
+use cascade::sweep::Part;
+
 /// `A:B` as sites `A .. B`.
 pub fn site_range(text: &str) -> Result<Range<usize>, String> {
     let expected = "expected FIRST:END, two site indices, the end excluded";
@@ -57,6 +60,14 @@ pub fn bytes(text: &str) -> Result<u64, String> {
     }
 }
 
+/// `K/N`, the K-th of N parts.
+pub fn part(text: &str) -> Result<Part, String> {
+    let expected = "expected K/N with K from 1 to N, such as 2/4";
+    let (k, n) = text.split_once('/').ok_or(expected)?;
+    let number = |t: &str| t.trim().parse::<usize>().map_err(|_| expected.to_owned());
+    Part::new(number(k)?, number(n)?).map_err(|_| expected.to_owned())
+}
+
 /// How much of a segment its neighbour shares.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum Overlap {
@@ -95,6 +106,11 @@ pub fn finite(text: &str) -> Result<f64, String> {
         Ok(x) if x.is_finite() => Ok(x),
         _ => Err("expected a finite number".into()),
     }
+}
+
+/// A number with a unit of its dimension, or without in the first of them.
+pub fn measure<D: Dimension>(text: &str) -> Result<f64, String> {
+    Measure::<D>::read(text).map(|measure| measure.value)
 }
 
 /// A finite number above 0.

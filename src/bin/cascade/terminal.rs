@@ -12,8 +12,8 @@ pub fn width() -> usize {
 }
 
 /// Lines of a name and what it is, wrapped.
-struct Lines {
-    text: String,
+pub struct Lines {
+    pub text: String,
     width: usize,
 }
 
@@ -21,14 +21,14 @@ impl Lines {
     /// Where what a name is begins.
     const INDENT: usize = 19;
 
-    fn new(width: usize) -> Self {
+    pub fn new(width: usize) -> Self {
         Lines {
             text: String::new(),
             width,
         }
     }
 
-    fn line(&mut self, name: &str, value: &str) {
+    pub fn line(&mut self, name: &str, value: &str) {
         let indent = Self::INDENT;
         let mut column = indent;
         // Writing to a string cannot fail.
@@ -253,7 +253,7 @@ fn step(name: &str, axis: &Axis) -> String {
     }
 }
 
-fn error_size(x: f64) -> String {
+pub fn error_size(x: f64) -> String {
     if x == 0.0 {
         "0".into()
     } else {
@@ -261,7 +261,7 @@ fn error_size(x: f64) -> String {
     }
 }
 
-fn number(x: f64) -> String {
+pub fn number(x: f64) -> String {
     if x.is_nan() {
         return "undefined".into();
     }
@@ -284,7 +284,7 @@ fn percent(share: f64) -> String {
     }
 }
 
-fn size(bytes: u64) -> String {
+pub fn size(bytes: u64) -> String {
     indicatif::HumanBytes(bytes).to_string()
 }
 

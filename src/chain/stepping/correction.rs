@@ -16,12 +16,12 @@ const NODES: usize = 6;
 
 /// A polynomial of degree five on 0..1.
 #[derive(Debug, Clone, Copy)]
-pub(super) struct Quintic([f64; 6]);
+pub(crate) struct Quintic([f64; 6]);
 
 impl Quintic {
     /// From value, h times the first and h^2 times the second derivative at both ends.
     #[inline]
-    pub(super) fn hermite(start: [f64; 3], end: [f64; 3]) -> Quintic {
+    pub(crate) fn hermite(start: [f64; 3], end: [f64; 3]) -> Quintic {
         let [y, d, a] = [start[0], start[1], 0.5 * start[2]];
         let rise = end[0] - (y + d + a);
         let slope = end[1] - (d + 2.0 * a);
@@ -37,12 +37,12 @@ impl Quintic {
     }
 
     #[inline]
-    pub(super) fn at(&self, s: f64) -> f64 {
+    pub(crate) fn at(&self, s: f64) -> f64 {
         self.0.iter().rfold(0.0, |sum, c| sum * s + c)
     }
 
     #[inline]
-    pub(super) fn slope_at(&self, s: f64) -> f64 {
+    pub(crate) fn slope_at(&self, s: f64) -> f64 {
         let [_, a, b, c, d, e] = self.0;
         a + s * (2.0 * b + s * (3.0 * c + s * (4.0 * d + s * 5.0 * e)))
     }

@@ -21,6 +21,7 @@ use super::law::{self, Kernel, Law};
 use crate::Result;
 use composed::Splitting;
 use correction::Correction;
+pub(crate) use correction::Quintic;
 use driver::{Driver, Method};
 pub(crate) use driver::{Extreme, contact_time};
 pub use islands::Window;
@@ -30,7 +31,17 @@ use tableau::{Composition, SYMPLECTIC_4, SYMPLECTIC_6, Tableau, VERLET};
 pub(crate) use together::Together;
 
 /// A method of stepping; [`Scheme::citation`] tells where each is from.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, serde::Serialize, serde::Deserialize)]
+#[derive(
+    Debug,
+    Clone,
+    Copy,
+    PartialEq,
+    Eq,
+    Default,
+    serde::Serialize,
+    serde::Deserialize,
+    schemars::JsonSchema,
+)]
 #[serde(rename_all = "kebab-case")]
 pub enum Scheme {
     /// Embedded Nystrom pair 8(6), corrected where contacts open and close; no damping.
@@ -118,7 +129,7 @@ pub enum StepControl {
 }
 
 /// What the stepping did.
-#[derive(Debug, Clone, Copy, Default, PartialEq, Eq, serde::Serialize)]
+#[derive(Debug, Clone, Copy, Default, PartialEq, Eq, serde::Serialize, serde::Deserialize)]
 pub struct Cost {
     pub steps: u64,
     pub rejected_steps: u64,

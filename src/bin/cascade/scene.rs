@@ -1,0 +1,133 @@
+//! `cascade scene`: a scene to start from, its schema, what a scene describes.
+
+use std::io::Write;
+
+use cascade::chain::scene::{Description, SceneSource, Units, schema, template};
+
+use crate::args::SceneCommand;
+use crate::failure::Failure;
+use crate::terminal::{self, Lines, number};
+
+/// Runs the command.
+pub fn run(typed: SceneCommand) -> Result<(), Failure> {
+    let mut out = std::io::stdout().lock();
+    if typed.schema {
+        let text = serde_json::to_string_pretty(&schema()).map_err(std::io::Error::from)?;
+        return Ok(writeln!(out, "{text}")?);
+    }
+    let Some(path) = typed.check else {
+        return Ok(out.write_all(template().as_bytes())?);
+    };
+    let description = SceneSource::read(&path)?.setup()?.description();
+    Ok(out.write_all(describe(&description, typed.json)?.as_bytes())?)
+}
+
+/// A description in lines, or in JSON.
+pub fn describe(description: &Description, json: bool) -> Result<String, Failure> {
+    if json {
+        let text = serde_json::to_string_pretty(description).map_err(std::io::Error::from)?;
+        return Ok(text + "\n");
+    }
+    let mut lines = Lines::new(terminal::width());
+    chain_lines(&mut lines, description);
+    run_lines(&mut lines, description);
+    Ok(lines.text)
+}
+
+/// What the chain is.
+pub fn chain_lines(lines: &mut Lines, d: &Description) {
+    let unit = |unit: &str| match d.units {
+        Units::Si => format!(" {unit}"),
+        Units::None => String::new(),
+    };
+    let (kg, speed) = (unit("kg"), unit("m/s"));
+    lines.line(
+        "chain",
+        &format!(
+            "{} sites, {} contacts, law {}, ends {}",
+            d.sites, d.contacts, d.law, d.ends
+        ),
+    );
+    if let Some(range) = d.coefficient {
+        let ratio = match d.stiffness_ratio {
+            Some(ratio) => format!(", stiffness ratio {}", digits(ratio)),
+            None => String::new(),
+        };
+        lines.line("coefficients", &format!("{}{ratio}", between(range)));
+    }
+    lines.line(
+        "masses",
+        &format!(
+            "{}{kg}, {}{kg} in all",
+            between(d.mass),
+            number(d.total_mass)
+        ),
+    );
+    lines.line(
+        "striker",
+        &format!(
+            "{}{kg} at {}{speed}",
+            number(d.striker_mass),
+            number(d.striker_velocity)
+        ),
+    );
+    if d.precompression > 0.0 {
+        let force = format!("{}{}", number(d.precompression), unit("N"));
+        lines.line("precompression", &force);
+    }
+    let losses = [
+        ("dashpot", d.dashpot),
+        ("tangent", d.tangent),
+        ("drag", d.drag),
+    ];
+    let losses: Vec<String> = losses
+        .iter()
+        .filter(|(_, value)| *value > 0.0)
+        .map(|(name, value)| format!("{name} {}", number(*value)))
+        .collect();
+    if !losses.is_empty() {
+        lines.line("losses", &losses.join(", "));
+    }
+}
+
+fn run_lines(lines: &mut Lines, d: &Description) {
+    let seconds = if d.units == Units::Si { " s" } else { "" };
+    let accuracy = match (d.tolerance, d.step) {
+        (Some(tolerance), _) => format!("tolerance {tolerance:e}"),
+        (None, Some(step)) => format!("step {step:e}{seconds}"),
+        (None, None) => String::new(),
+    };
+    lines.line("stepping", &format!("{}, {accuracy}", name_of(&d.scheme)));
+    let end = match d.end_time {
+        Some(time) => format!("{}{seconds}", number(time)),
+        None => "when the front reaches the last site".into(),
+    };
+    lines.line("end", &format!("{end}, {} samples", d.samples));
+    lines.line("kept", &d.record.join(", "));
+    lines.line("memory", &terminal::size(d.memory));
+}
+
+/// A choice under the name that is typed.
+pub fn name_of(choice: &impl serde::Serialize) -> String {
+    match serde_json::to_value(choice) {
+        Ok(serde_json::Value::String(name)) => name,
+        _ => String::new(),
+    }
+}
+
+/// A number with the digits that tell one chain from another.
+pub fn digits(x: f64) -> String {
+    let digits = (6 - x.abs().max(1e-300).log10().floor() as i32).clamp(0, 12) as usize;
+    let text = format!("{x:.digits$}");
+    match text.contains('.') {
+        true => text.trim_end_matches('0').trim_end_matches('.').to_owned(),
+        false => text,
+    }
+}
+
+fn between([least, most]: [f64; 2]) -> String {
+    match least == most {
+        true => number(least),
+        false => format!("{} to {}", number(least), number(most)),
+    }
+}

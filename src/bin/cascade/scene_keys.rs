@@ -1,0 +1,99 @@
+//! The keys of a scene as options, made from their declaration.
+
+use cascade::chain::scene::{Choice, Kind, Property, Setting, properties};
+use clap::builder::{PossibleValue, PossibleValuesParser};
+use clap::{Arg, ArgAction, ArgMatches, Args, Command, FromArgMatches};
+
+/// The keys that were typed as options.
+#[derive(Debug, Clone, Default)]
+pub struct SceneKeys {
+    pub settings: Vec<Setting>,
+}
+
+impl Args for SceneKeys {
+    fn augment_args(command: Command) -> Command {
+        properties()
+            .iter()
+            .fold(command, |command, property| command.arg(option(property)))
+    }
+
+    fn augment_args_for_update(command: Command) -> Command {
+        Self::augment_args(command)
+    }
+}
+
+impl FromArgMatches for SceneKeys {
+    fn from_arg_matches(matches: &ArgMatches) -> Result<Self, clap::Error> {
+        let mut settings = Vec::new();
+        for property in properties() {
+            let typed = matches.get_many::<String>(&property.name);
+            settings.extend(typed.into_iter().flatten().map(|text| Setting {
+                key: property.name.clone(),
+                text: text.clone(),
+                source: format!("--{}", kebab(&property.name)),
+            }));
+        }
+        Ok(SceneKeys { settings })
+    }
+
+    fn update_from_arg_matches(&mut self, matches: &ArgMatches) -> Result<(), clap::Error> {
+        *self = Self::from_arg_matches(matches)?;
+        Ok(())
+    }
+}
+
+fn option(property: &'static Property) -> Arg {
+    let name = property.name.as_str();
+    let mut help = property.description.clone();
+    let arg = Arg::new(name)
+        .long(kebab(name))
+        .help_heading(property.group.as_str())
+        .value_name(hint(&property.kind))
+        .action(match property.kind {
+            Kind::Tables => ArgAction::Append,
+            _ => ArgAction::Set,
+        });
+    let arg = match &property.kind {
+        Kind::Choice(choices) => {
+            let values = choices.iter().map(|choice: &'static Choice| {
+                let value = PossibleValue::new(choice.name.as_str());
+                match choice.description.as_str() {
+                    "" => value,
+                    about => value.help(about),
+                }
+            });
+            arg.value_parser(PossibleValuesParser::new(values))
+        }
+        Kind::Choices(choices) => {
+            let names: Vec<&str> = choices.iter().map(|choice| choice.name.as_str()).collect();
+            help += &format!(" Of {}, with commas between.", names.join(", "));
+            arg.allow_hyphen_values(true)
+        }
+        Kind::Numbers | Kind::Tables => arg.allow_hyphen_values(true),
+        _ => arg.allow_negative_numbers(true),
+    };
+    if let Some(default) = &property.default {
+        let default = default.to_string();
+        let plain = default.trim_matches(['"', '[', ']']).replace('"', "");
+        help += &format!(" [default: {plain}]");
+    }
+    arg.help(help)
+}
+
+fn hint(kind: &Kind) -> &'static str {
+    match kind {
+        Kind::Number => "NUMBER",
+        Kind::Whole => "N",
+        Kind::Flag => "true|false",
+        Kind::Text => "NAME",
+        Kind::Measure { .. } => "QUANTITY",
+        Kind::Choice(_) => "CHOICE",
+        Kind::Numbers => "NUMBERS",
+        Kind::Choices(_) => "NAMES",
+        Kind::Tables => "TABLE",
+    }
+}
+
+fn kebab(name: &str) -> String {
+    name.replace('_', "-")
+}

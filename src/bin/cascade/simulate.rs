@@ -1,0 +1,142 @@
+//! `cascade simulate`: a scene with options over it, the run, the run file.
+
+use std::io::{IsTerminal, Write};
+use std::path::{Path, PathBuf};
+use std::time::Instant;
+
+use cascade::chain::scene::{Description, SceneSource, Setup, Units};
+use cascade::chain::{CHECK_FACTOR, Run};
+use cascade::report::{RUN_SCHEMA, RunFile};
+use serde_json::json;
+
+use crate::args::Simulate;
+use crate::failure::Failure;
+use crate::progress::Progress;
+use crate::scene::{chain_lines, describe, name_of};
+use crate::terminal::{self, Lines, error_size, number};
+
+/// Runs the command.
+pub fn run(typed: Simulate) -> Result<(), Failure> {
+    let source = match &typed.scene {
+        Some(path) => SceneSource::read(path)?,
+        None => SceneSource::default(),
+    };
+    let setup = source.with(typed.keys.settings.clone()).setup()?;
+    if typed.plan {
+        let text = describe(&setup.description(), typed.json)?;
+        return Ok(std::io::stdout().write_all(text.as_bytes())?);
+    }
+    let out = typed
+        .out
+        .clone()
+        .unwrap_or_else(|| default_out(typed.scene.as_deref()));
+    let progress = Progress::new(!typed.quiet && std::io::stderr().is_terminal());
+    // Before any work: could the run be written?
+    RunFile::check(&out, typed.force)?;
+    let started = Instant::now();
+    let run = setup.simulation.run(&progress)?;
+    let seconds = started.elapsed().as_secs_f64();
+    progress.begin_writing();
+    RunFile::write(&out, typed.force, &setup, &run, &progress)?;
+    progress.clear();
+    tell(&typed, &setup, &run, &out, seconds)
+}
+
+fn default_out(scene: Option<&Path>) -> PathBuf {
+    let stem = scene.and_then(Path::file_stem);
+    let mut name = stem.unwrap_or("run".as_ref()).to_owned();
+    name.push(".npz");
+    name.into()
+}
+
+fn tell(
+    typed: &Simulate,
+    setup: &Setup,
+    run: &Run,
+    out: &Path,
+    seconds: f64,
+) -> Result<(), Failure> {
+    let description = setup.description();
+    let mut stdout = std::io::stdout().lock();
+    if typed.json {
+        let warnings: Vec<_> = run
+            .report
+            .warnings
+            .iter()
+            .map(|w| json!({ "message": w.message(), "advice": w.advice() }))
+            .collect();
+        let summary = json!({
+            "schema": RUN_SCHEMA,
+            "file": out,
+            "seconds": seconds,
+            "end_time": run.time[run.time.len() - 1],
+            "scene": description,
+            "report": run.report,
+            "warnings": warnings,
+        });
+        let text = serde_json::to_string_pretty(&summary).map_err(std::io::Error::from)?;
+        writeln!(stdout, "{text}")?;
+    } else if !typed.quiet {
+        let text = summary(&description, run, seconds, terminal::width());
+        stdout.write_all(text.as_bytes())?;
+        writeln!(stdout, "wrote {}; next: cascade analyze {0}", out.display())?;
+    }
+    Ok(())
+}
+
+/// What was run and how well, in lines of at most `width` columns.
+fn summary(description: &Description, run: &Run, seconds: f64, width: usize) -> String {
+    let mut lines = Lines::new(width);
+    chain_lines(&mut lines, description);
+    let report = &run.report;
+    let unit = if description.units == Units::Si {
+        " s"
+    } else {
+        ""
+    };
+    let end = run.time[run.time.len() - 1];
+    let auto = match description.end_time {
+        Some(_) => "",
+        None => ", when the front reached the last site",
+    };
+    let samples = description.samples;
+    lines.line(
+        "time",
+        &format!("0 to {}{unit}{auto}, {samples} samples", number(end)),
+    );
+    let error = match report.error {
+        Some(error) => format!(
+            "{} of {} in any velocity at any sample, from a second run at {CHECK_FACTOR} of the \
+             error a step",
+            error_size(error),
+            number(report.velocity_scale)
+        ),
+        None => "not estimated: a single run".into(),
+    };
+    lines.line("estimated error", &error);
+    if let Some(drift) = report.energy_drift {
+        let drift = error_size(drift);
+        lines.line(
+            "energy drift",
+            &format!("{drift}, which bounds no error of velocities"),
+        );
+    }
+    let cost = report.cost;
+    lines.line(
+        "stepping",
+        &format!(
+            "{}: {} steps and {} repeated, {} contact forces, {} openings and closings corrected",
+            name_of(&description.scheme),
+            cost.steps,
+            cost.rejected_steps,
+            cost.forces,
+            cost.corrected_contacts
+        ),
+    );
+    lines.line("computation", &format!("{seconds:.3} s"));
+    for warning in &report.warnings {
+        lines.line("warning", &warning.message());
+        lines.line("", &format!("-> {}", warning.advice()));
+    }
+    lines.text
+}

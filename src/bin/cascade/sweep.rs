@@ -1,0 +1,85 @@
+//! `cascade sweep`: a scene with varied keys, the runs, one table.
+
+use std::io::{IsTerminal, Write};
+use std::path::{Path, PathBuf};
+use std::time::Instant;
+
+use cascade::chain::scene::SceneSource;
+use cascade::sweep::{Part, Standing, Sweep};
+
+use crate::analyze::use_threads;
+use crate::args::SweepCommand;
+use crate::failure::Failure;
+use crate::progress::Progress;
+
+/// Runs the command.
+pub fn run(typed: SweepCommand) -> Result<(), Failure> {
+    let started = Instant::now();
+    use_threads(typed.threads.map(usize::from))?;
+    let out = typed
+        .out
+        .clone()
+        .unwrap_or_else(|| default_out(typed.scene.as_deref()));
+    let standing = if typed.merge.is_empty() {
+        let source = match &typed.scene {
+            Some(path) => SceneSource::read(path)?,
+            None => SceneSource::default(),
+        };
+        let sweep = Sweep::new(source.with(typed.keys.settings.clone()), &typed.vary)?;
+        let progress = Progress::new(!typed.quiet && std::io::stderr().is_terminal());
+        progress.begin_writing();
+        let standing = sweep.run(&out, typed.part.unwrap_or(Part::WHOLE), &progress);
+        progress.clear();
+        standing?
+    } else {
+        Sweep::merge(&typed.merge, &out)?
+    };
+    tell(&typed, &standing, &out, started)
+}
+
+fn default_out(scene: Option<&Path>) -> PathBuf {
+    let stem = scene.and_then(Path::file_stem);
+    let mut name = stem.unwrap_or("chains".as_ref()).to_owned();
+    name.push("-sweep");
+    name.into()
+}
+
+fn tell(
+    typed: &SweepCommand,
+    standing: &Standing,
+    out: &Path,
+    started: Instant,
+) -> Result<(), Failure> {
+    let mut stdout = std::io::stdout().lock();
+    if typed.json {
+        let text = serde_json::to_string_pretty(standing).map_err(std::io::Error::from)?;
+        writeln!(stdout, "{text}")?;
+    } else if !typed.quiet {
+        let Standing {
+            members,
+            known,
+            failed,
+            computed,
+            table,
+        } = standing;
+        let seconds = started.elapsed().as_secs_f64();
+        writeln!(
+            stdout,
+            "{known} of {members} members known, {computed} of them computed now in {seconds:.2} s"
+        )?;
+        if *failed > 0 {
+            writeln!(stdout, "{failed} failed; the table's last column says why")?;
+        }
+        match table {
+            Some(table) => writeln!(stdout, "wrote {}", table.display())?,
+            None => writeln!(
+                stdout,
+                "no table yet, {} members are missing: run the other parts, and put them together \
+                 with --merge; {} keeps what is known",
+                members - known,
+                out.display()
+            )?,
+        }
+    }
+    Ok(())
+}

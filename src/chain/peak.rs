@@ -1,0 +1,146 @@
+//! The largest force of a contact, between samples too.
+
+use super::drive::Drive;
+use super::lattice::Ends;
+use super::result::Run;
+use super::stepping::Quintic;
+
+/// A largest value and when it was reached.
+#[derive(Debug, Clone, Copy, PartialEq, serde::Serialize, serde::Deserialize)]
+pub struct Peak {
+    pub value: f64,
+    pub time: f64,
+}
+
+/// Parts of an interval between samples at whose ends it is looked at before its peak is located.
+const LOOKS: usize = 4;
+
+/// By how much of the largest force seen so far the peak of an interval may rise between looks.
+const NEAR: f64 = 0.1;
+
+impl Run {
+    /// The largest force `F_j` of contact j beyond the static one, damping included; `None` where
+    /// displacements or forces were not recorded.
+    ///
+    /// Between two samples the overlap is the polynomial of degree five with its value, rate and
+    /// acceleration at both, so that the error falls with the sixth power of the time between
+    /// samples; a sampled maximum would be low by an error of second order.
+    ///
+    /// # Panics
+    /// Where the chain has no such contact.
+    pub fn peak_force(&self, contact: usize) -> Option<Peak> {
+        let x = self.displacement.as_ref()?;
+        self.force.as_ref()?;
+        let chain = &self.chain;
+        let left = contact;
+        let right = match contact + 1 {
+            j if j < chain.n_sites() => Some(j),
+            _ if chain.ends == Ends::Periodic => Some(0),
+            _ => None,
+        };
+        let motion = |sample: usize, site: usize| {
+            [
+                x[[sample, site]],
+                self.velocity[[sample, site]],
+                self.acceleration(sample, site),
+            ]
+        };
+        let overlap = |sample: usize| {
+            let wall = [0.0; 3];
+            let other = right.map_or(wall, |right| motion(sample, right));
+            let mut own = motion(sample, left);
+            own.iter_mut().zip(other).for_each(|(a, b)| *a -= b);
+            own
+        };
+        let mut intervals = Vec::with_capacity(self.time.len());
+        let mut start = overlap(0);
+        for (sample, width) in self.time.windows(2).into_iter().enumerate() {
+            let end = overlap(sample + 1);
+            let h = width[1] - width[0];
+            let path = Quintic::hermite(
+                [start[0], h * start[1], h * h * start[2]],
+                [end[0], h * end[1], h * h * end[2]],
+            );
+            let force = move |s: f64| chain.force_at(contact, path.at(s), path.slope_at(s) / h);
+            let highest = (0..=LOOKS)
+                .map(|i| i as f64 / LOOKS as f64)
+                .map(|s| (force(s), s))
+                .fold(
+                    (f64::NEG_INFINITY, 0.0),
+                    |a, b| if b.0 > a.0 { b } else { a },
+                );
+            intervals.push((highest, force, width[0], h));
+            start = end;
+        }
+        let seen = intervals
+            .iter()
+            .fold(f64::NEG_INFINITY, |m, i| i.0.0.max(m));
+        let step = 1.0 / LOOKS as f64;
+        intervals
+            .iter()
+            .filter(|((value, _), ..)| *value >= seen - NEAR * seen.abs())
+            .map(|((_, s), force, from, h)| {
+                let (s, value) = largest((s - step).max(0.0), (s + step).min(1.0), force);
+                let time = from + s * h;
+                Peak { value, time }
+            })
+            .reduce(|a, b| if b.value > a.value { b } else { a })
+    }
+
+    /// Acceleration of a site at a sample, from the forces recorded there.
+    fn acceleration(&self, sample: usize, site: usize) -> f64 {
+        let Run {
+            chain,
+            time,
+            velocity,
+            displacement: Some(x),
+            force: Some(force),
+            ..
+        } = self
+        else {
+            return 0.0;
+        };
+        let right = match site < chain.n_contacts() {
+            true => force[[sample, site]],
+            false => 0.0,
+        };
+        let v = velocity[[sample, site]];
+        let left = match (site.checked_sub(1), chain.ends) {
+            (Some(contact), _) => force[[sample, contact]],
+            (None, Ends::Periodic) => force[[sample, chain.n_contacts() - 1]],
+            (None, Ends::Fixed { .. }) => {
+                let (wall, speed) = match &self.drive {
+                    Some(Drive::Wall(wave)) => (wave.at(time[sample]), wave.rate_at(time[sample])),
+                    _ => (0.0, 0.0),
+                };
+                chain.left_wall_force(wall - x[[sample, 0]], speed - v)
+            }
+            (None, _) => match &self.drive {
+                Some(Drive::Force(wave)) => wave.at(time[sample]),
+                _ => 0.0,
+            },
+        };
+        (left - right - chain.losses.drag * v) / chain.mass[site]
+    }
+}
+
+/// Where a function of one hump is largest, by golden sections down to half the digits, at which
+/// its value has them all.
+fn largest(mut a: f64, mut b: f64, f: impl Fn(f64) -> f64) -> (f64, f64) {
+    let golden = 0.5 * (5f64.sqrt() - 1.0);
+    let (mut c, mut d) = (b - golden * (b - a), a + golden * (b - a));
+    let (mut at_c, mut at_d) = (f(c), f(d));
+    while b - a > 1e-9 {
+        if at_c > at_d {
+            (b, d, at_d) = (d, c, at_c);
+            c = b - golden * (b - a);
+            at_c = f(c);
+        } else {
+            (a, c, at_c) = (c, d, at_d);
+            d = a + golden * (b - a);
+            at_d = f(d);
+        }
+    }
+    let middle = 0.5 * (a + b);
+    (middle, f(middle).max(at_c).max(at_d))
+}

@@ -1,0 +1,114 @@
+//! What a scene describes, in numbers.
+
+use serde::Serialize;
+
+use super::{Setup, Units};
+use crate::chain::{Accuracy, EndTime, Ends, Law, Losses, Scheme};
+
+/// What a scene describes, known without a run.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct Description {
+    pub units: Units,
+    pub sites: usize,
+    pub contacts: usize,
+    pub law: String,
+    pub ends: &'static str,
+    /// Smallest and largest coefficient; absent without contacts.
+    pub coefficient: Option<[f64; 2]>,
+    /// Largest over smallest coefficient of the contacts between two sites of which neither is the
+    /// striker; absent without such contacts.
+    pub stiffness_ratio: Option<f64>,
+    pub mass: [f64; 2],
+    pub total_mass: f64,
+    pub striker_mass: f64,
+    pub striker_velocity: f64,
+    pub precompression: f64,
+    pub dashpot: f64,
+    pub tangent: f64,
+    pub drag: f64,
+    pub scheme: Scheme,
+    pub tolerance: Option<f64>,
+    pub step: Option<f64>,
+    /// Absent where the run ends when the front reaches the last site.
+    pub end_time: Option<f64>,
+    pub samples: usize,
+    /// Arrays that are kept.
+    pub record: Vec<&'static str>,
+    /// Memory of the run, in bytes.
+    pub memory: u64,
+}
+
+impl Setup {
+    /// What the scene describes.
+    pub fn description(&self) -> Description {
+        let simulation = &self.simulation;
+        let chain = &simulation.chain;
+        let n = chain.n_sites();
+        let last = n.saturating_sub(1).min(chain.n_contacts());
+        let inner = chain.coefficient.get(1..last).unwrap_or_default();
+        let Losses {
+            dashpot,
+            tangent,
+            drag,
+        } = chain.losses;
+        let record = simulation.record;
+        let kept = [
+            ("velocity", true),
+            ("displacement", record.displacement),
+            ("force", record.force),
+            ("energy_passed", record.energy),
+        ];
+        Description {
+            units: self.units,
+            sites: n,
+            contacts: chain.n_contacts(),
+            law: match chain.law {
+                Law::Hertz => "hertz".into(),
+                Law::Power { exponent } => format!("power {exponent}"),
+                Law::Spring { alpha, beta } => format!("spring, alpha {alpha}, beta {beta}"),
+            },
+            ends: match chain.ends {
+                Ends::Wall => "wall",
+                Ends::Free => "free",
+                Ends::Fixed { .. } => "fixed",
+                Ends::Periodic => "periodic",
+            },
+            coefficient: range(&chain.coefficient),
+            stiffness_ratio: range(inner).map(|[least, most]| most / least),
+            mass: range(&chain.mass).unwrap_or_default(),
+            total_mass: chain.mass.iter().sum(),
+            striker_mass: chain.mass[0],
+            striker_velocity: simulation.velocity[0],
+            precompression: chain.precompression,
+            dashpot,
+            tangent,
+            drag,
+            scheme: simulation.scheme,
+            tolerance: match simulation.accuracy {
+                Accuracy::Tolerance(tolerance) => Some(tolerance),
+                _ => None,
+            },
+            step: match simulation.accuracy {
+                Accuracy::Step(step) => Some(step),
+                _ => None,
+            },
+            end_time: match simulation.end_time {
+                EndTime::At(time) => Some(time),
+                EndTime::Arrival => None,
+            },
+            samples: simulation.samples,
+            record: kept
+                .iter()
+                .filter(|(_, kept)| *kept)
+                .map(|(name, _)| *name)
+                .collect(),
+            memory: simulation.bytes(),
+        }
+    }
+}
+
+fn range(values: &[f64]) -> Option<[f64; 2]> {
+    let first = *values.first()?;
+    let widen = |[least, most]: [f64; 2], &v: &f64| [least.min(v), most.max(v)];
+    Some(values.iter().fold([first, first], widen))
+}

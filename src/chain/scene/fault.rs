@@ -1,0 +1,157 @@
+//! What is wrong with a scene, and where.
+
+use std::fmt;
+use std::path::PathBuf;
+
+use crate::error::size;
+
+/// Where a key of a scene was typed.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub enum Place {
+    /// In a scene file; without a line where the key is not in it.
+    File { path: PathBuf, line: Option<usize> },
+    /// Set from outside, by something of this name, such as an option.
+    Setting { source: String },
+    /// Nowhere, in a scene without a file.
+    Nowhere,
+}
+
+/// What is wrong.
+#[derive(Debug, Clone, PartialEq, Eq)]
+#[non_exhaustive]
+pub enum Problem {
+    /// The text is no TOML.
+    Syntax { reason: String },
+    /// A value that is absent, unknown, contradictory or not physical.
+    Value { expected: String, found: String },
+    /// A run whose results do not fit the memory, in bytes.
+    TooLarge {
+        sites: usize,
+        samples: usize,
+        needed: u64,
+        allowed: u64,
+    },
+}
+
+/// A fault of a scene.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct SceneFault {
+    pub place: Place,
+    /// The key at fault, such as `stiffness_ratio` or `defect[1].site`; empty for a fault of syntax.
+    pub key: String,
+    pub problem: Problem,
+}
+
+impl fmt::Display for SceneFault {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let named = match &self.place {
+            Place::File { path, line } => {
+                write!(f, "{}:", path.display())?;
+                if let Some(line) = line {
+                    write!(f, "{line}:")?;
+                }
+                write!(f, " ")?;
+                true
+            }
+            Place::Setting { source } => {
+                write!(f, "{source}: ")?;
+                false
+            }
+            Place::Nowhere => true,
+        };
+        if named && !self.key.is_empty() {
+            write!(f, "{}: ", self.key)?;
+        }
+        match &self.problem {
+            Problem::Syntax { reason } => f.write_str(reason),
+            Problem::Value { expected, found } => write!(f, "expected {expected}, found {found}"),
+            Problem::TooLarge {
+                sites,
+                samples,
+                needed,
+                allowed,
+            } => write!(
+                f,
+                "expected a run that fits {} of memory, found {sites} sites at {samples} samples, \
+                 which need {}",
+                size(*allowed),
+                size(*needed)
+            ),
+        }
+    }
+}
+
+impl SceneFault {
+    /// What the user can do about it.
+    pub fn advice(&self) -> String {
+        match &self.problem {
+            Problem::TooLarge { .. } => {
+                "choose fewer `samples` or `sites`, keep less with `record`, or raise `memory`"
+            }
+            Problem::Syntax { .. } => "`cascade scene` prints a scene to start from",
+            Problem::Value { .. } => "`cascade scene` prints all keys with what they mean",
+        }
+        .into()
+    }
+
+    pub(super) fn new(
+        place: Place,
+        key: &str,
+        expected: impl Into<String>,
+        found: impl fmt::Display,
+    ) -> SceneFault {
+        SceneFault {
+            place,
+            key: key.to_owned(),
+            problem: Problem::Value {
+                expected: expected.into(),
+                found: found.to_string(),
+            },
+        }
+    }
+}
+
+/// What serde says of a value, as what was expected and what was found.
+pub(super) fn reworded(message: &str) -> Problem {
+    let value = |expected: &str, found: &str| Problem::Value {
+        expected: plain(expected),
+        found: plain(found),
+    };
+    for prefix in ["invalid type: ", "invalid value: ", "invalid length "] {
+        if let Some((found, expected)) = message
+            .strip_prefix(prefix)
+            .and_then(|rest| rest.split_once(", expected "))
+        {
+            return value(expected, found);
+        }
+    }
+    for prefix in ["unknown variant ", "unknown field "] {
+        if let Some((found, expected)) = message
+            .strip_prefix(prefix)
+            .and_then(|rest| rest.split_once(", expected "))
+        {
+            return value(expected, found);
+        }
+    }
+    Problem::Syntax {
+        reason: message.to_owned(),
+    }
+}
+
+/// Names of Rust's types as a person would say them.
+fn plain(words: &str) -> String {
+    let named = match words {
+        "f64" => "a number",
+        "usize" | "u64" => "a whole number of 0 or more",
+        "a boolean" | "bool" => "true or false",
+        "a sequence" => "a list",
+        "sequence" => "a list",
+        "map" => "a table",
+        other => other,
+    };
+    named
+        .replace("floating point `", "the number `")
+        .replace("integer `", "the number `")
+        .replace("string \"", "the text \"")
+        .replace("boolean `", "`")
+}

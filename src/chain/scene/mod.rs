@@ -1,0 +1,30 @@
+//! Scenes: a chain and a run of it as text.
+//!
+//! [`SceneSource`] is a text with settings over it. It is parsed to a [`Scene`], in which every
+//! field is optional and says what was typed, and worked out to a [`Setup`], in which everything
+//! is checked and known. A fault of either names its key and where that was typed. The declaration
+//! of [`Scene`] is the one list of fields: schema, template and options are made from it.
+
+mod bodies;
+mod check;
+mod description;
+mod fault;
+pub mod measure;
+mod motion;
+mod pattern;
+mod properties;
+mod setup;
+mod source;
+mod template;
+mod typed;
+
+pub use description::Description;
+pub use fault::{Place, Problem, SceneFault};
+pub use properties::{Choice, Kind, Property, properties, schema};
+pub use setup::Setup;
+pub use source::{SceneSource, Setting};
+pub use template::template;
+pub use typed::{
+    Defect, DriveTyped, EndTimeTyped, EndsTyped, FirstContact, LawTyped, Recorded, Scene, Shape,
+    Units, WaveformTyped,
+};

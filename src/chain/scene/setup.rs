@@ -1,0 +1,236 @@
+//! From a typed scene to a simulation, every key checked.
+
+use super::bodies::Bodies;
+use super::check::Check;
+use super::fault::{Problem, SceneFault};
+use super::source::Places;
+use super::{EndTimeTyped, EndsTyped, LawTyped, Recorded, Scene, Units, motion, pattern};
+use crate::chain::{
+    Accuracy, Chain, EndTime, Ends, Law, Losses, Record, Scheme, Simulation, Window,
+    available_memory,
+};
+use crate::error::{Error, Result};
+
+/// A scene worked out.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Setup {
+    pub simulation: Simulation,
+    pub units: Units,
+    /// Distance of neighbouring bodies in m, where the scene says it.
+    pub pitch: Option<f64>,
+    /// A text that describes this very scene.
+    pub text: String,
+}
+
+/// Turns what was typed into what is run.
+pub(super) fn work_out(scene: &Scene, places: &Places, text: String) -> Result<Setup> {
+    let check = Check::new(scene, places)?;
+    let n = sites(check)?;
+    let samples = scene.samples.unwrap_or(1024);
+    if samples < 2 {
+        return Err(check.fault("samples", "2 or more", samples));
+    }
+    let memory = memory(check)?;
+    // Before anything as long as the chain is made.
+    let allowed = memory.unwrap_or_else(available_memory);
+    let least = (n as u64).saturating_mul((samples as u64).saturating_mul(8).saturating_add(64));
+    if least > allowed {
+        return Err(too_large(check, n, samples, least, allowed));
+    }
+    let law = law(check)?;
+    let bodies = match check.has_material() {
+        true => Some(Bodies::new(check)?),
+        false => None,
+    };
+    let bodies = bodies.as_ref();
+    let (mut coefficient, ends) = pattern::coefficients(check, bodies, n)?;
+    let mut mass = pattern::masses(check, bodies, n)?;
+    pattern::defects(check, &mut mass, &mut coefficient)?;
+    let precompression = scene.precompression.map_or(0.0, |force| force.value);
+    check.not_negative("precompression", precompression)?;
+    if precompression > 0.0 && !law.is_one_sided() {
+        let expected = "none beside `law = \"spring\"`";
+        return Err(check.fault("precompression", expected, precompression));
+    }
+    let losses = losses(check)?;
+    let (velocity, displacement) = motion::start(check, n)?;
+    let (scheme, accuracy) = stepping(check, &losses)?;
+    let simulation = Simulation {
+        chain: Chain {
+            mass,
+            coefficient,
+            law,
+            ends,
+            precompression,
+            losses,
+        },
+        drive: motion::drive(check)?,
+        scheme,
+        estimate_error: estimate_error(check, accuracy)?,
+        accuracy,
+        end_time: end_time(check, ends, &velocity, &displacement)?,
+        velocity,
+        displacement,
+        samples,
+        record: record(scene),
+        window: Window::default(),
+        memory,
+    };
+    match simulation.check() {
+        Ok(()) => {}
+        Err(Error::Memory {
+            needed, allowed, ..
+        }) => return Err(too_large(check, n, samples, needed, allowed)),
+        Err(error) => return Err(check.named(error, "sites")),
+    }
+    Ok(Setup {
+        simulation,
+        units: check.units,
+        pitch: bodies.map(Bodies::pitch),
+        text,
+    })
+}
+
+fn sites(check: Check) -> Result<usize> {
+    let n = check.need("sites", check.scene.sites, "the number of sites")?;
+    let least = match check.scene.ends.unwrap_or_default() {
+        EndsTyped::Periodic => 3,
+        EndsTyped::Free => 2,
+        EndsTyped::Wall | EndsTyped::Fixed => 1,
+    };
+    if n < least {
+        return Err(check.fault("sites", format!("{least} or more with these ends"), n));
+    }
+    Ok(n)
+}
+
+fn memory(check: Check) -> Result<Option<u64>> {
+    let Some(memory) = check.scene.memory else {
+        return Ok(None);
+    };
+    check.positive("memory", memory.value)?;
+    Ok(Some(memory.value as u64))
+}
+
+fn too_large(check: Check, sites: usize, samples: usize, needed: u64, allowed: u64) -> Error {
+    let key = if samples > sites && check.places.has("samples") {
+        "samples"
+    } else {
+        "sites"
+    };
+    Error::scene(SceneFault {
+        place: check.places.of(key),
+        key: key.to_owned(),
+        problem: Problem::TooLarge {
+            sites,
+            samples,
+            needed,
+            allowed,
+        },
+    })
+}
+
+fn law(check: Check) -> Result<Law> {
+    let scene = check.scene;
+    let law = scene.law.unwrap_or_default();
+    let is = |one| law == one;
+    check.only_with(&["exponent"], is(LawTyped::Power), "`law = \"power\"`")?;
+    check.only_with(
+        &["alpha", "beta"],
+        is(LawTyped::Spring),
+        "`law = \"spring\"`",
+    )?;
+    Ok(match law {
+        LawTyped::Hertz => Law::Hertz,
+        LawTyped::Power => {
+            let exponent = check.need("exponent", scene.exponent, "the exponent of the law")?;
+            if !(exponent > 1.0 && exponent.is_finite()) {
+                return Err(check.fault("exponent", "a finite exponent above 1", exponent));
+            }
+            Law::Power { exponent }
+        }
+        LawTyped::Spring => Law::Spring {
+            alpha: check.finite("alpha", scene.alpha.unwrap_or(0.0))?,
+            beta: check.finite("beta", scene.beta.unwrap_or(0.0))?,
+        },
+    })
+}
+
+fn losses(check: Check) -> Result<Losses> {
+    let scene = check.scene;
+    let tangent = scene.tangent.map_or(0.0, |time| time.value);
+    Ok(Losses {
+        dashpot: check.not_negative("dashpot", scene.dashpot.unwrap_or(0.0))?,
+        tangent: check.not_negative("tangent", tangent)?,
+        drag: check.not_negative("drag", scene.drag.unwrap_or(0.0))?,
+    })
+}
+
+fn stepping(check: Check, losses: &Losses) -> Result<(Scheme, Accuracy)> {
+    let scene = check.scene;
+    let scheme = match scene.scheme {
+        None if losses.any() => Scheme::RungeKutta,
+        None => Scheme::default(),
+        Some(scheme) if losses.any() && !scheme.takes_losses() => {
+            let keys = ["dashpot", "tangent", "drag"];
+            let loss = keys.iter().find(|key| check.places.has(key));
+            let expected = "runge-kutta, which takes forces that depend on velocities";
+            let beside = check.places.mention(loss.unwrap_or(&keys[0]));
+            return Err(check.fault("scheme", expected, format!("another beside {beside}")));
+        }
+        Some(scheme) => scheme,
+    };
+    if !scheme.is_adaptive() {
+        let expected = "`step`, since the scheme takes steps of one length";
+        if scene.tolerance.is_some() {
+            return Err(check.fault("tolerance", expected, "a tolerance"));
+        }
+        check.need("step", scene.step, "a step, which this scheme takes")?;
+    }
+    check.one_of(&["tolerance", "step"], "the length of steps")?;
+    if let Some(step) = scene.step {
+        return Ok((scheme, Accuracy::Step(check.positive("step", step.value)?)));
+    }
+    let tolerance = scene.tolerance.unwrap_or(1e-9);
+    if !(tolerance > 0.0 && tolerance < 1.0) {
+        let expected = "a number above 0 and below 1";
+        return Err(check.fault("tolerance", expected, tolerance));
+    }
+    Ok((scheme, Accuracy::Tolerance(tolerance)))
+}
+
+fn estimate_error(check: Check, accuracy: Accuracy) -> Result<bool> {
+    let typed = check.scene.estimate_error;
+    if typed == Some(true) && matches!(accuracy, Accuracy::Step(_)) {
+        let expected = "none beside `step`: an error is estimated for a `tolerance`";
+        return Err(check.fault("estimate_error", expected, "true"));
+    }
+    Ok(typed.unwrap_or(true))
+}
+
+fn end_time(check: Check, ends: Ends, velocity: &[f64], displacement: &[f64]) -> Result<EndTime> {
+    if let Some(EndTimeTyped::At(time)) = check.scene.end_time {
+        return Ok(EndTime::At(check.positive("end_time", time.value)?));
+    }
+    let moves = |values: &[f64]| values.last().is_some_and(|v| *v != 0.0);
+    if ends == Ends::Periodic || moves(velocity) || moves(displacement) {
+        let expected = "a time, since no front reaches the last site";
+        let found = match check.scene.end_time {
+            Some(_) => "auto",
+            None => "nothing",
+        };
+        return Err(check.fault("end_time", expected, found));
+    }
+    Ok(EndTime::Arrival)
+}
+
+fn record(scene: &Scene) -> Record {
+    let Some(typed) = &scene.record else {
+        return Record::ALL;
+    };
+    Record {
+        displacement: typed.contains(&Recorded::Displacement),
+        force: typed.contains(&Recorded::Force),
+        energy: typed.contains(&Recorded::EnergyPassed),
+    }
+}

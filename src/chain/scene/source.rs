@@ -1,0 +1,371 @@
+//! From a text and settings over it to a typed scene, with the place of every key.
+
+use std::collections::BTreeMap;
+use std::path::{Path, PathBuf};
+
+use toml::de::{DeTable, DeValue};
+use toml::{Table, Value};
+
+use super::fault::{Place, Problem, SceneFault, reworded};
+use super::properties::{Kind, properties};
+use super::{Scene, Setup, setup};
+use crate::error::{Error, Result};
+use crate::field::regular_file;
+
+/// Bytes of a scene file that are read at most; long lists of values fit, and so does the text in
+/// the file of its run.
+const LENGTH_LIMIT: u64 = 8 << 20;
+
+/// One key set from outside of a scene's text.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Setting {
+    /// Name of the field, such as `stiffness_ratio`.
+    pub key: String,
+    /// As typed: `4.9`, `9 mm`, `stiff`, lists with commas (`1,4.9`), a table as
+    /// `site=20,factor=2`.
+    pub text: String,
+    /// What set it, for messages: `--stiffness-ratio`.
+    pub source: String,
+}
+
+/// The text of a scene and the settings over it.
+///
+/// # Examples
+/// ```
+/// use cascade::chain::scene::{SceneSource, Setting};
+///
+/// let scene = SceneSource::new(None, "sites = 20\nstiffness_ratio = 2.0\nend_time = 30.0");
+/// let member = scene.with([Setting {
+///     key: "stiffness_ratio".into(),
+///     text: "4.9272".into(),
+///     source: "stiffness_ratio of member 7".into(),
+/// }]);
+/// let setup = member.setup()?;
+/// assert_eq!(setup.simulation.chain.coefficient[1], 4.9272);
+/// # Ok::<(), cascade::Error>(())
+/// ```
+#[derive(Debug, Clone, Default, PartialEq)]
+pub struct SceneSource {
+    path: Option<PathBuf>,
+    text: String,
+    settings: Vec<Setting>,
+}
+
+impl SceneSource {
+    /// A scene of this text; `path` is what messages call it.
+    pub fn new(path: Option<&Path>, text: impl Into<String>) -> SceneSource {
+        SceneSource {
+            path: path.map(Path::to_owned),
+            text: text.into(),
+            settings: Vec::new(),
+        }
+    }
+
+    /// The text of a file.
+    ///
+    /// # Errors
+    /// [`Error::Read`]; [`Error::Input`] for what is no file; [`Error::Scene`] for one that is too
+    /// long or no text.
+    pub fn read(path: &Path) -> Result<SceneSource> {
+        let fault = |expected: &str, found: String| {
+            let place = Place::File {
+                path: path.to_owned(),
+                line: None,
+            };
+            Error::scene(SceneFault::new(place, "", expected, found))
+        };
+        let length = regular_file(path)?.len();
+        if length > LENGTH_LIMIT {
+            let expected = format!("a scene of at most {LENGTH_LIMIT} bytes");
+            return Err(fault(&expected, format!("{length} bytes")));
+        }
+        let bytes = std::fs::read(path).map_err(Error::read("read", path))?;
+        let text = String::from_utf8(bytes).map_err(|error| {
+            let at = error.utf8_error().valid_up_to();
+            fault("text in UTF-8", format!("something else at byte {at}"))
+        })?;
+        Ok(SceneSource::new(Some(path), text))
+    }
+
+    /// The scene with more settings, of which later ones hold over earlier ones. Tables that are
+    /// set ([`defect`](Scene::defect)) take the place of those in the text, all together.
+    pub fn with(&self, settings: impl IntoIterator<Item = Setting>) -> SceneSource {
+        let mut more = self.clone();
+        more.settings.extend(settings);
+        more
+    }
+
+    /// The scene as typed.
+    ///
+    /// # Errors
+    /// [`Error::Scene`] for a text that is no TOML, an unknown key, a value of another type.
+    pub fn scene(&self) -> Result<Scene> {
+        Ok(self.typed()?.0)
+    }
+
+    /// The scene checked and worked out.
+    ///
+    /// # Errors
+    /// [`Error::Scene`] naming the first key at fault with its place.
+    pub fn setup(&self) -> Result<Setup> {
+        let (scene, places) = self.typed()?;
+        setup::work_out(&scene, &places, self.whole_text()?)
+    }
+
+    /// One text that says all: that of the file, or, where settings hold over it, all keys anew.
+    pub(crate) fn whole_text(&self) -> Result<String> {
+        if self.settings.is_empty() {
+            return Ok(self.text.clone());
+        }
+        let (table, places) = self.table()?;
+        toml::to_string(&table).map_err(|error| {
+            Error::scene(SceneFault::new(
+                places.of(""),
+                "",
+                "values that TOML can hold",
+                error,
+            ))
+        })
+    }
+
+    fn typed(&self) -> Result<(Scene, Places)> {
+        let (table, places) = self.table()?;
+        if let Some(key) = table.keys().find(|key| !is_known(key)) {
+            let expected = match similar(key) {
+                Some(name) => format!("a key of scenes (`{name}`?)"),
+                None => "a key of scenes".into(),
+            };
+            let fault = SceneFault::new(places.of(key), key, expected, format!("`{key}`"));
+            return Err(Error::scene(fault));
+        }
+        let scene = serde_path_to_error::deserialize(Value::Table(table)).map_err(|error| {
+            let key = error.path().to_string();
+            Error::scene(SceneFault {
+                place: places.of(&key),
+                key,
+                problem: reworded(error.inner().message()),
+            })
+        })?;
+        Ok((scene, places))
+    }
+
+    /// All keys with their values.
+    fn table(&self) -> Result<(Table, Places)> {
+        let mut places = Places {
+            path: self.path.clone(),
+            ..Places::default()
+        };
+        let syntax = |error: &toml::de::Error| {
+            let line = error.span().map(|span| line_at(&self.text, span.start));
+            Error::scene(SceneFault {
+                place: match &self.path {
+                    Some(path) => Place::File {
+                        path: path.clone(),
+                        line,
+                    },
+                    None => Place::Nowhere,
+                },
+                key: String::new(),
+                problem: Problem::Syntax {
+                    reason: error.message().trim().replace('\n', ", "),
+                },
+            })
+        };
+        let spanned = DeTable::parse(&self.text).map_err(|error| syntax(&error))?;
+        let starts = line_starts(&self.text);
+        note_lines(&mut places.lines, &starts, "", spanned.get_ref());
+        let mut table: Table = toml::from_str(&self.text).map_err(|error| syntax(&error))?;
+        for Setting { key, text, source } in &self.settings {
+            let value = value_of(key, text).map_err(|expected| {
+                let place = Place::Setting {
+                    source: source.clone(),
+                };
+                Error::scene(SceneFault::new(place, key, expected, format!("{text:?}")))
+            })?;
+            let earlier = places.settings.insert(key.clone(), source.clone());
+            match (table.get_mut(key), value) {
+                (Some(Value::Array(tables)), Value::Array(more))
+                    if earlier.is_some() && kind_of(key) == Some(&Kind::Tables) =>
+                {
+                    tables.extend(more);
+                }
+                (_, value) => {
+                    table.insert(key.clone(), value);
+                }
+            }
+        }
+        Ok((table, places))
+    }
+}
+
+/// Where each key was typed.
+#[derive(Debug, Clone, Default)]
+pub(super) struct Places {
+    path: Option<PathBuf>,
+    /// Line of every key of the text, by its path (`defect[1].site`).
+    lines: BTreeMap<String, usize>,
+    /// What set each key that was set from outside.
+    settings: BTreeMap<String, String>,
+}
+
+impl Places {
+    /// The place of a key, or of the innermost thing that holds it.
+    pub(super) fn of(&self, key: &str) -> Place {
+        let top = key.split(['.', '[']).next().unwrap_or(key);
+        if let Some(source) = self.settings.get(top) {
+            return Place::Setting {
+                source: source.clone(),
+            };
+        }
+        let Some(path) = &self.path else {
+            return Place::Nowhere;
+        };
+        let mut shorter = key;
+        let line = loop {
+            if let Some(line) = self.lines.get(shorter) {
+                break Some(*line);
+            }
+            match shorter.rfind(['.', '[']) {
+                Some(end) => shorter = &shorter[..end],
+                None => break None,
+            }
+        };
+        Place::File {
+            path: path.clone(),
+            line,
+        }
+    }
+
+    /// Whether the key was typed.
+    pub(super) fn has(&self, key: &str) -> bool {
+        self.settings.contains_key(key) || self.lines.contains_key(key)
+    }
+
+    /// How a message about another key mentions this one: with its line or its option.
+    pub(super) fn mention(&self, key: &str) -> String {
+        match self.of(key) {
+            Place::Setting { source } => format!("`{source}`"),
+            Place::File {
+                line: Some(line), ..
+            } => format!("`{key}` (line {line})"),
+            _ => format!("`{key}`"),
+        }
+    }
+}
+
+fn is_known(key: &str) -> bool {
+    kind_of(key).is_some()
+}
+
+fn kind_of(key: &str) -> Option<&'static Kind> {
+    let property = properties().iter().find(|p| p.name == key)?;
+    Some(&property.kind)
+}
+
+/// The known key that a mistyped one is nearest to, if any is near.
+fn similar(key: &str) -> Option<&'static str> {
+    let distance = |name: &str| edit_distance(key, name);
+    let nearest = properties().iter().min_by_key(|p| distance(&p.name))?;
+    (distance(&nearest.name) <= 1 + key.len() / 5).then_some(&nearest.name)
+}
+
+/// Letters to insert, remove or replace (Levenshtein).
+fn edit_distance(a: &str, b: &str) -> usize {
+    let b: Vec<char> = b.chars().collect();
+    let mut row: Vec<usize> = (0..=b.len()).collect();
+    // No key is that long; a hostile one is not compared.
+    for (i, x) in a.chars().take(100).enumerate() {
+        let mut diagonal = row[0];
+        row[0] = i + 1;
+        for (j, &y) in b.iter().enumerate() {
+            let replaced = diagonal + usize::from(x != y);
+            diagonal = row[j + 1];
+            row[j + 1] = replaced.min(row[j] + 1).min(diagonal + 1);
+        }
+    }
+    row[b.len()]
+}
+
+/// The value of a setting, by the kind of its field; else what was expected.
+fn value_of(key: &str, text: &str) -> std::result::Result<Value, String> {
+    let text = text.trim();
+    let toml = |text: &str, expected: &str| match toml::from_str::<Table>(&format!("v = {text}")) {
+        Ok(mut table) if table.len() == 1 => table.remove("v").ok_or(expected.to_owned()),
+        _ => Err(expected.to_owned()),
+    };
+    match kind_of(key) {
+        Some(Kind::Numbers | Kind::Choices(_)) if text.starts_with('[') => toml(text, "a list"),
+        Some(Kind::Numbers | Kind::Choices(_)) if text.is_empty() => Ok(Value::Array(Vec::new())),
+        Some(Kind::Numbers | Kind::Choices(_)) => {
+            Ok(Value::Array(text.split(',').map(scalar).collect()))
+        }
+        Some(Kind::Tables) if text.starts_with('[') => toml(text, "a list of tables"),
+        Some(Kind::Tables) => {
+            let braced = match text.starts_with('{') {
+                true => text.to_owned(),
+                false => format!("{{{text}}}"),
+            };
+            let table = toml(&braced, "a table such as `site=20,factor=2`")?;
+            Ok(Value::Array(vec![table]))
+        }
+        Some(Kind::Text | Kind::Choice(_)) => Ok(Value::String(text.to_owned())),
+        _ => Ok(scalar(text)),
+    }
+}
+
+fn scalar(text: &str) -> Value {
+    let text = text.trim();
+    if let Ok(whole) = text.parse() {
+        Value::Integer(whole)
+    } else if let Ok(number) = text.parse() {
+        Value::Float(number)
+    } else if let Ok(flag) = text.parse() {
+        Value::Boolean(flag)
+    } else {
+        Value::String(text.to_owned())
+    }
+}
+
+fn line_at(text: &str, offset: usize) -> usize {
+    let before = text.as_bytes().get(..offset).unwrap_or_default();
+    before.iter().filter(|&&byte| byte == b'\n').count() + 1
+}
+
+fn line_starts(text: &str) -> Vec<usize> {
+    let ends = text.bytes().enumerate().filter(|(_, byte)| *byte == b'\n');
+    std::iter::once(0)
+        .chain(ends.map(|(at, _)| at + 1))
+        .collect()
+}
+
+fn note_lines(
+    lines: &mut BTreeMap<String, usize>,
+    starts: &[usize],
+    prefix: &str,
+    table: &DeTable<'_>,
+) {
+    let line = |offset: usize| starts.partition_point(|&start| start <= offset);
+    for (key, value) in table.iter() {
+        let dot = if prefix.is_empty() { "" } else { "." };
+        let name = format!("{prefix}{dot}{}", key.get_ref());
+        lines.insert(name.clone(), line(key.span().start));
+        match value.get_ref() {
+            DeValue::Table(inner) => note_lines(lines, starts, &name, inner),
+            DeValue::Array(items) => {
+                for (index, item) in items.iter().enumerate() {
+                    let at = line(item.span().start);
+                    // On the key's own line the key tells the line.
+                    if lines.get(&name) == Some(&at) && !item.get_ref().is_table() {
+                        continue;
+                    }
+                    let name = format!("{name}[{index}]");
+                    lines.insert(name.clone(), at);
+                    if let DeValue::Table(inner) = item.get_ref() {
+                        note_lines(lines, starts, &name, inner);
+                    }
+                }
+            }
+            _ => {}
+        }
+    }
+}

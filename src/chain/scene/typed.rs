@@ -1,0 +1,400 @@
+//! What the user types: every field optional, nothing checked beyond its type.
+//!
+//! The doc comments here are all there is: they become the schema's descriptions, the comments of
+//! the template and the help of the options. `x-group` opens a group of fields.
+
+use std::fmt;
+
+use schemars::{JsonSchema, Schema, SchemaGenerator, json_schema};
+use serde::{Deserialize, Deserializer, Serialize, Serializer, de};
+
+use super::measure::{
+    Angle, Density, Force, Frequency, Length, Mass, Measure, Memory, Pressure, Speed, Time,
+};
+use crate::chain::Scheme;
+use crate::chain::contact::Ellipse;
+
+/// A scene: a chain, how it starts, and what is asked of it.
+///
+/// A scene with a material is in SI; one without has no units. A quantity of an SI scene is a number
+/// in the unit stated or a text with its unit, such as "9 mm".
+#[derive(Debug, Clone, Default, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields, default)]
+#[schemars(title = "cascade scene")]
+pub struct Scene {
+    /// Number of sites, the striker (site 0) included.
+    #[schemars(extend("x-group" = "The chain"), extend("examples" = [300]))]
+    pub sites: Option<usize>,
+    /// What holds the ends.
+    #[schemars(extend("default" = "wall"))]
+    pub ends: Option<EndsTyped>,
+    /// Force of a contact against its overlap d.
+    #[schemars(extend("default" = "hertz"))]
+    pub law: Option<LawTyped>,
+    /// Exponent p > 1 of the law `power`.
+    #[schemars(extend("examples" = [1.5]))]
+    pub exponent: Option<f64>,
+    /// Quadratic term of the law `spring`.
+    #[schemars(extend("default" = 0.0))]
+    pub alpha: Option<f64>,
+    /// Cubic term of the law `spring`.
+    #[schemars(extend("default" = 0.0))]
+    pub beta: Option<f64>,
+    /// Static force in every contact, in N in an SI scene; at free ends a constant force holds it.
+    #[schemars(extend("default" = 0.0))]
+    pub precompression: Option<Measure<Force>>,
+
+    /// Coefficients alternate between 1 and this, which is 1 or more. With a material, between that
+    /// of cylinders crossed at 90 degrees and this times as much.
+    #[schemars(extend("x-group" = "Contact coefficients (N/m^1.5 in an SI scene with Hertz's law)"),
+               extend("examples" = [4.9272]))]
+    pub stiffness_ratio: Option<f64>,
+    /// Which contact of the dimer the striker touches.
+    #[schemars(extend("default" = "soft"))]
+    pub first_contact: Option<FirstContact>,
+    /// Coefficients repeated along the chain from contact 0 on: one is uniform, two a dimer, three
+    /// a trimer.
+    #[schemars(extend("examples" = [[1.0, 4.9272]]))]
+    pub coefficient_cell: Option<Vec<f64>>,
+    /// The coefficient of every contact, the wall's included.
+    #[schemars(extend("examples" = [[1.0, 2.0, 4.0]]))]
+    pub coefficients: Option<Vec<f64>>,
+    /// By what coefficients grow geometrically from the first contact to the last.
+    #[schemars(extend("default" = 1.0))]
+    pub coefficient_taper: Option<f64>,
+    /// Each coefficient is multiplied by a random number in 1 -+ this, below 1.
+    #[schemars(extend("default" = 0.0))]
+    pub coefficient_spread: Option<f64>,
+    /// Coefficient of the striker's contact, contact 0 [default: that of the pattern].
+    #[schemars(extend("examples" = [1.0]))]
+    pub striker_coefficient: Option<f64>,
+    /// Coefficient of the last contact where it is a wall's [default: that of the pattern].
+    #[schemars(extend("examples" = [1.0]))]
+    pub wall_coefficient: Option<f64>,
+    /// Coefficient of the contact with the wall before site 0, with fixed ends [default: the last
+    /// one of the cell, as if the pattern went on].
+    #[schemars(extend("examples" = [1.0]))]
+    pub left_wall_coefficient: Option<f64>,
+
+    /// Masses alternate between 1 and this, the striker's first.
+    #[schemars(extend("x-group" = "Masses (kg in an SI scene)"), extend("examples" = [2.0]))]
+    pub mass_ratio: Option<f64>,
+    /// Masses repeated along the chain from the striker on [default: 1, or those of the bodies].
+    #[schemars(extend("examples" = [[1.0, 2.0]]))]
+    pub mass_cell: Option<Vec<f64>>,
+    /// The mass of every site.
+    #[schemars(extend("examples" = [[1.0, 1.0, 2.0]]))]
+    pub masses: Option<Vec<f64>>,
+    /// By what masses grow geometrically from the first site to the last.
+    #[schemars(extend("default" = 1.0))]
+    pub mass_taper: Option<f64>,
+    /// Each mass is multiplied by a random number in 1 -+ this, below 1.
+    #[schemars(extend("default" = 0.0))]
+    pub mass_spread: Option<f64>,
+    /// Mass of the striker [default: that of the pattern, or of its sphere].
+    #[schemars(extend("examples" = [1.0]))]
+    pub striker_mass: Option<Measure<Mass>>,
+    /// Seed of the random masses and coefficients.
+    #[schemars(extend("default" = 0))]
+    pub seed: Option<u64>,
+    /// Single sites or contacts that differ, after all patterns, as tables [[defect]] of `site` or
+    /// `contact` and either `factor` or `value`.
+    #[schemars(extend("examples" = [[{"site": 20, "factor": 2.0}]]))]
+    pub defect: Option<Vec<Defect>>,
+
+    /// Units of the scene [default: si with a material, else none]. In SI without a material, masses
+    /// and coefficients are given.
+    #[schemars(extend("x-group" = "Bodies of an SI scene"), extend("examples" = ["si"]))]
+    pub units: Option<Units>,
+    /// Material of the bodies: quartz, steel or ptfe; or `young`, `poisson` and `density`.
+    #[schemars(extend("examples" = ["quartz"]))]
+    pub material: Option<String>,
+    /// Young's modulus, in Pa [default: the material's].
+    #[schemars(extend("examples" = ["72 GPa"]))]
+    pub young: Option<Measure<Pressure>>,
+    /// Poisson's ratio [default: the material's].
+    #[schemars(extend("examples" = [0.17]))]
+    pub poisson: Option<f64>,
+    /// Density, in kg/m^3 [default: the material's].
+    #[schemars(extend("examples" = [2200.0]))]
+    pub density: Option<Measure<Density>>,
+    /// Shape of the bodies.
+    #[schemars(extend("default" = "cylinder"))]
+    pub shape: Option<Shape>,
+    /// Radius of the bodies, in m.
+    #[schemars(extend("examples" = ["9 mm"]))]
+    pub radius: Option<Measure<Length>>,
+    /// Length of the cylinders, in m; it decides their mass.
+    #[schemars(extend("examples" = ["18 mm"]))]
+    pub length: Option<Measure<Length>>,
+    /// Angle between the axes of neighbouring cylinders, in degrees.
+    #[schemars(extend("examples" = [8.0]))]
+    pub angle: Option<Measure<Angle>>,
+    /// Angle at every second contact, from contact 1 on, in degrees [default: the same].
+    #[schemars(extend("examples" = [90.0]))]
+    pub second_angle: Option<Measure<Angle>>,
+    /// Angles repeated along the chain from contact 0 on, in degrees.
+    #[schemars(extend("examples" = [[8.0, 90.0, 90.0]]))]
+    pub angle_cell: Option<Vec<f64>>,
+    /// How the ellipse of a contact is found.
+    #[schemars(extend("default" = "approximate"))]
+    pub ellipse: Option<Ellipse>,
+    /// The striker is a sphere of this radius, in m [default: it is like the other bodies].
+    #[schemars(extend("examples" = ["9 mm"]))]
+    pub striker_radius: Option<Measure<Length>>,
+    /// Material of the spherical striker [default: that of the bodies].
+    #[schemars(extend("examples" = ["steel"]))]
+    pub striker_material: Option<String>,
+    /// Radius of the sphere by which the wall touches the last body, in m [default: flat where
+    /// there is a `wall_material`].
+    #[schemars(extend("examples" = ["9 mm"]))]
+    pub wall_radius: Option<Measure<Length>>,
+    /// Material of the wall [default: that of the bodies].
+    #[schemars(extend("examples" = ["steel"]))]
+    pub wall_material: Option<String>,
+
+    /// Velocity of the striker at time 0, in m/s in an SI scene [default: 1 in a scene without
+    /// units in which nothing else moves].
+    #[schemars(extend("x-group" = "How it starts"), extend("examples" = [1.0]))]
+    pub striker_velocity: Option<Measure<Speed>>,
+    /// The initial velocity of every site.
+    #[schemars(extend("examples" = [[1.0, 0.0, 0.0]]))]
+    pub velocities: Option<Vec<f64>>,
+    /// The initial displacement of every site from the static state.
+    #[schemars(extend("examples" = [[0.1, 0.0, -0.1]]))]
+    pub displacements: Option<Vec<f64>>,
+    /// Initial displacements in the shape of this mode of the uniform linear chain, from 1 on.
+    #[schemars(extend("examples" = [1]))]
+    pub mode: Option<usize>,
+    /// Largest displacement of the mode, in m in an SI scene.
+    #[schemars(extend("examples" = [1.0]))]
+    pub mode_amplitude: Option<Measure<Length>>,
+
+    /// What is driven from time 0 on.
+    #[schemars(extend("x-group" = "Drive"), extend("examples" = ["force"]))]
+    pub drive: Option<DriveTyped>,
+    /// Course of the drive in time.
+    #[schemars(extend("default" = "sine"))]
+    pub drive_waveform: Option<WaveformTyped>,
+    /// Amplitude of the drive: a force, in N in an SI scene, or the displacement of the wall, in m.
+    #[schemars(extend("examples" = [0.1]))]
+    pub drive_amplitude: Option<f64>,
+    /// Frequency of a sine, in cycles per unit of time (Hz in an SI scene).
+    #[schemars(extend("examples" = [0.05]))]
+    pub drive_frequency: Option<Measure<Frequency>>,
+    /// Duration of a half-sine, in s in an SI scene.
+    #[schemars(extend("examples" = [10.0]))]
+    pub drive_duration: Option<Measure<Time>>,
+
+    /// Dashpot in every closed contact, force over closing speed (N s/m in an SI scene).
+    #[schemars(extend("x-group" = "Losses"), extend("default" = 0.0))]
+    pub dashpot: Option<f64>,
+    /// Hertz-compatible damping: the damping force is this times the tangent stiffness times the
+    /// closing speed (s in an SI scene).
+    #[schemars(extend("default" = 0.0))]
+    pub tangent: Option<Measure<Time>>,
+    /// Viscous drag on every site, force over velocity (N s/m in an SI scene).
+    #[schemars(extend("default" = 0.0))]
+    pub drag: Option<f64>,
+
+    /// Largest error of any site's velocity at any sample, relative to the impact velocity.
+    #[schemars(extend("x-group" = "Stepping"), extend("default" = 1e-9))]
+    pub tolerance: Option<f64>,
+    /// Method of stepping [default: nystrom, or runge-kutta for a chain with losses].
+    #[schemars(extend("examples" = ["nystrom"]))]
+    pub scheme: Option<Scheme>,
+    /// Longest step, in s in an SI scene, in place of a tolerance.
+    #[schemars(extend("examples" = [0.01]))]
+    pub step: Option<Measure<Time>>,
+    /// Whether the run is checked by a second one of smaller steps, which `tolerance` rests on.
+    #[schemars(extend("default" = true))]
+    pub estimate_error: Option<bool>,
+
+    /// End of the run, in s in an SI scene, or `auto`: when the front reaches the last site.
+    #[schemars(extend("x-group" = "What is kept"), extend("default" = "auto"))]
+    pub end_time: Option<EndTimeTyped>,
+    /// Number of samples, uniform from 0 to the end, both included.
+    #[schemars(extend("default" = 1024))]
+    pub samples: Option<usize>,
+    /// What is computed and kept beside the velocities; may be empty.
+    #[schemars(extend("default" = ["displacement", "force", "energy_passed"]))]
+    pub record: Option<Vec<Recorded>>,
+    /// Memory that the results may take, such as 2GiB [default: what is free].
+    #[schemars(extend("examples" = ["2GiB"]))]
+    pub memory: Option<Measure<Memory>>,
+}
+
+/// The units of a scene and of what it yields.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize, JsonSchema)]
+#[serde(rename_all = "kebab-case")]
+pub enum Units {
+    /// Numbers alone.
+    #[default]
+    None,
+    /// m, kg, s, N, J.
+    Si,
+}
+
+/// What holds the ends.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize, JsonSchema)]
+#[serde(rename_all = "kebab-case")]
+pub enum EndsTyped {
+    /// The striker is free, the last site touches a fixed wall.
+    #[default]
+    Wall,
+    /// Both ends are free.
+    Free,
+    /// Both ends touch fixed walls.
+    Fixed,
+    /// The last site touches the first.
+    Periodic,
+}
+
+/// A contact law.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize, JsonSchema)]
+#[serde(rename_all = "kebab-case")]
+pub enum LawTyped {
+    /// c d^1.5 in compression, else nothing.
+    #[default]
+    Hertz,
+    /// c d^p in compression, else nothing; p is `exponent`.
+    Power,
+    /// c (d - alpha d^2 + beta d^3), two-sided.
+    Spring,
+}
+
+/// Which contact of a dimer comes first.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize, JsonSchema)]
+#[serde(rename_all = "kebab-case")]
+pub enum FirstContact {
+    #[default]
+    Soft,
+    Stiff,
+}
+
+/// The shape of the bodies.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize, JsonSchema)]
+#[serde(rename_all = "kebab-case")]
+pub enum Shape {
+    /// Crossed cylinders, which touch by their sides.
+    #[default]
+    Cylinder,
+    Sphere,
+}
+
+/// What is driven.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
+#[serde(rename_all = "kebab-case")]
+pub enum DriveTyped {
+    /// A force on site 0, positive towards +x; its end is free.
+    Force,
+    /// The wall before site 0 is moved; both ends are fixed.
+    Wall,
+}
+
+/// The course of a drive.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize, JsonSchema)]
+#[serde(rename_all = "kebab-case")]
+pub enum WaveformTyped {
+    /// amplitude sin(2 pi frequency t).
+    #[default]
+    Sine,
+    /// amplitude sin(pi t / duration) up to the duration, then nothing.
+    HalfSine,
+}
+
+/// An array of the run file that can be left out.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
+#[serde(rename_all = "snake_case")]
+pub enum Recorded {
+    /// Displacement of every site.
+    Displacement,
+    /// Force in every contact.
+    Force,
+    /// Energy passed through every contact, and lost at every site.
+    EnergyPassed,
+}
+
+/// A site or a contact that differs from its pattern.
+#[derive(Debug, Clone, Default, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields, default)]
+pub struct Defect {
+    /// The site whose mass differs.
+    pub site: Option<usize>,
+    /// The contact whose coefficient differs.
+    pub contact: Option<usize>,
+    /// By what it is multiplied.
+    pub factor: Option<f64>,
+    /// By what it is replaced.
+    pub value: Option<f64>,
+}
+
+/// The end of a run.
+#[derive(Debug, Clone, Copy, PartialEq, Default)]
+pub enum EndTimeTyped {
+    /// When the front reaches the last site.
+    #[default]
+    Auto,
+    At(Measure<Time>),
+}
+
+impl Serialize for EndTimeTyped {
+    fn serialize<S: Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
+        match self {
+            EndTimeTyped::Auto => serializer.serialize_str("auto"),
+            EndTimeTyped::At(time) => time.serialize(serializer),
+        }
+    }
+}
+
+impl<'de> Deserialize<'de> for EndTimeTyped {
+    fn deserialize<T: Deserializer<'de>>(deserializer: T) -> Result<Self, T::Error> {
+        struct Visitor;
+
+        impl de::Visitor<'_> for Visitor {
+            type Value = EndTimeTyped;
+
+            fn expecting(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+                f.write_str("a time in s, a text of number and unit (s, ms, us, ns), or `auto`")
+            }
+
+            fn visit_i64<E: de::Error>(self, value: i64) -> Result<EndTimeTyped, E> {
+                self.visit_f64(value as f64)
+            }
+
+            fn visit_f64<E: de::Error>(self, value: f64) -> Result<EndTimeTyped, E> {
+                Ok(EndTimeTyped::At(Measure::new(value)))
+            }
+
+            fn visit_str<E: de::Error>(self, text: &str) -> Result<EndTimeTyped, E> {
+                if text == "auto" {
+                    return Ok(EndTimeTyped::Auto);
+                }
+                let found = de::Unexpected::Str(text);
+                let time = Measure::parse(text).ok_or_else(|| E::invalid_value(found, &self))?;
+                Ok(EndTimeTyped::At(time))
+            }
+        }
+        deserializer.deserialize_any(Visitor)
+    }
+}
+
+impl JsonSchema for EndTimeTyped {
+    fn inline_schema() -> bool {
+        true
+    }
+
+    fn schema_name() -> std::borrow::Cow<'static, str> {
+        "end_time".into()
+    }
+
+    fn json_schema(generator: &mut SchemaGenerator) -> Schema {
+        let mut schema = Measure::<Time>::json_schema(generator);
+        schema.ensure_object().extend(
+            json_schema!({ "x-words": ["auto"] })
+                .ensure_object()
+                .clone(),
+        );
+        schema
+    }
+}

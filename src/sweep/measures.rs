@@ -1,0 +1,68 @@
+//! What is kept of each member of a sweep.
+
+use serde::{Deserialize, Serialize};
+
+use crate::chain::Run;
+
+/// Measures of a run, in the units of its scene; `None` where the scene does not record what a
+/// measure needs.
+#[derive(Debug, Clone, Default, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Measures {
+    pub end_time: f64,
+    /// Largest force of the first contact, located between samples.
+    pub peak_force_first: Option<f64>,
+    /// Largest force of the last contact, the wall's where there is one.
+    pub peak_force_last: Option<f64>,
+    pub peak_force_last_time: Option<f64>,
+    /// Energy at the start and put in by a drive.
+    pub energy_input: Option<f64>,
+    /// Energy passed through the last contact that joins two sites.
+    pub energy_passed_last: Option<f64>,
+    /// Energy taken out by losses.
+    pub energy_lost: Option<f64>,
+    /// Estimated error of the velocities, relative to the velocity scale.
+    pub error: Option<f64>,
+    pub energy_drift: Option<f64>,
+    pub velocity_scale: f64,
+    pub steps: u64,
+    /// Contact forces computed.
+    pub forces: u64,
+    /// Whether the tolerance could not be had.
+    pub sensitive: bool,
+}
+
+impl Measures {
+    pub fn of(run: &Run) -> Measures {
+        let contacts = run.chain.n_contacts();
+        let last_sample = run.time.len() - 1;
+        let first = (contacts > 0).then(|| run.peak_force(0)).flatten();
+        let last = contacts.checked_sub(1).and_then(|j| run.peak_force(j));
+        let joint = run.chain.n_sites().checked_sub(2);
+        let start = run.displacement.as_ref().map(|x| {
+            let (x, v) = (x.row(0).to_vec(), run.velocity.row(0).to_vec());
+            let input = run.energy_input.as_ref().map_or(0.0, |e| e[last_sample]);
+            run.chain.energy(&x, &v, 0.0) + input
+        });
+        let passed = run.energy_passed.as_ref();
+        let report = &run.report;
+        Measures {
+            end_time: run.time[last_sample],
+            peak_force_first: first.map(|peak| peak.value),
+            peak_force_last: last.map(|peak| peak.value),
+            peak_force_last_time: last.map(|peak| peak.time),
+            energy_input: start.filter(|_| run.drive.is_none() || run.energy_input.is_some()),
+            energy_passed_last: joint.and_then(|j| passed.map(|w| w[[last_sample, j]])),
+            energy_lost: run
+                .energy_lost
+                .as_ref()
+                .map(|lost| lost.row(last_sample).sum()),
+            error: report.error,
+            energy_drift: report.energy_drift,
+            velocity_scale: report.velocity_scale,
+            steps: report.cost.steps,
+            forces: report.cost.forces,
+            sensitive: !report.warnings.is_empty(),
+        }
+    }
+}

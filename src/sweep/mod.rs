@@ -1,0 +1,330 @@
+//! Sweeps: many chains that differ in a few keys of one scene.
+//!
+//! A [`Sweep`] is a scene and [`Axis`]es; its members are the product of the axes' values, each
+//! named by its values. What each came to is kept in a directory as soon as it is known, so a sweep
+//! that was killed goes on where it was, parts of it can be computed apart and merged, and the table
+//! at the end is the same, byte for byte.
+
+mod axis;
+mod ledger;
+mod measures;
+mod table;
+
+use std::path::{Path, PathBuf};
+use std::sync::{Mutex, PoisonError};
+
+pub use axis::Axis;
+pub use ledger::{Outcome, Outcomes, Request, read};
+pub use measures::Measures;
+
+use rayon::prelude::*;
+
+use crate::analyze::Observer;
+use crate::chain::scene::{Kind, SceneSource, Setting, properties};
+use crate::chain::{Run, Simulation, available_memory, run_each};
+use crate::{Error, Result};
+use ledger::Ledger;
+
+/// The name of the table in a sweep's directory.
+pub const TABLE: &str = "table.csv";
+
+/// Members that are prepared together; what a scene describes takes little beside its run.
+const BATCH: usize = 256;
+
+/// One of the parts that a sweep is split into: every `of`-th member, from `index` on.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct Part {
+    index: usize,
+    of: usize,
+}
+
+impl Part {
+    pub const WHOLE: Part = Part { index: 0, of: 1 };
+
+    /// Part `number` of `of`, counted from 1.
+    ///
+    /// # Errors
+    /// [`Error::Request`] unless `1 <= number <= of`.
+    pub fn new(number: usize, of: usize) -> Result<Part> {
+        if number == 0 || number > of {
+            return Err(Error::Request {
+                option: "part",
+                expected: "K/N with K from 1 to N, such as 2/4".into(),
+                found: format!("{number}/{of}"),
+            });
+        }
+        let index = number - 1;
+        Ok(Part { index, of })
+    }
+
+    fn holds(self, member: usize) -> bool {
+        member % self.of == self.index
+    }
+}
+
+/// A scene and what is varied in it.
+#[derive(Debug, Clone)]
+pub struct Sweep {
+    scene: SceneSource,
+    request: Request,
+    members: usize,
+}
+
+/// How far a sweep is.
+#[derive(Debug, Clone, PartialEq, Eq, serde::Serialize)]
+pub struct Standing {
+    pub members: usize,
+    /// Of these, how many are known, and how many of those failed.
+    pub known: usize,
+    pub failed: usize,
+    /// How many were computed just now.
+    pub computed: usize,
+    /// The table, written once all members are known.
+    pub table: Option<PathBuf>,
+}
+
+impl Sweep {
+    /// A sweep of the product of `vary`, each written as for [`Axis::parse`], the last one fastest.
+    ///
+    /// # Errors
+    /// [`Error::Request`] for what cannot be read, is no key of scenes, or is too much; [`Error::Scene`]
+    /// for a scene that is at fault whatever its varied keys are.
+    pub fn new(scene: SceneSource, vary: &[String]) -> Result<Sweep> {
+        let axes: Result<Vec<Axis>> = vary
+            .iter()
+            .map(|text| {
+                let axis = Axis::parse(text, is_whole)?;
+                match properties().iter().any(|p| p.name == axis.key) {
+                    true => Ok(axis),
+                    false => Err(Error::Request {
+                        option: "vary",
+                        expected: "a key of scenes (`cascade scene` prints them)".into(),
+                        found: format!("`{}`", axis.key),
+                    }),
+                }
+            })
+            .collect();
+        let axes = axes?;
+        let members = axis::count(&axes)?;
+        let request = Request {
+            version: env!("CARGO_PKG_VERSION").into(),
+            scene: scene.whole_text()?,
+            vary: axes,
+        };
+        let sweep = Sweep {
+            scene,
+            request,
+            members,
+        };
+        sweep.simulation(0)?;
+        Ok(sweep)
+    }
+
+    /// How many members there are.
+    #[allow(clippy::len_without_is_empty)]
+    pub fn len(&self) -> usize {
+        self.members
+    }
+
+    /// The varied keys and their values in a member.
+    pub fn values(&self, member: usize) -> Vec<(&str, &str)> {
+        let keys = self.request.vary.iter().map(|axis| axis.key.as_str());
+        keys.zip(axis::member(&self.request.vary, member)).collect()
+    }
+
+    /// What a member runs.
+    ///
+    /// # Errors
+    /// [`Error::Scene`] that names the member's value at fault.
+    pub fn simulation(&self, member: usize) -> Result<Simulation> {
+        let settings = self.values(member).into_iter().map(|(key, value)| Setting {
+            key: key.to_owned(),
+            text: value.to_owned(),
+            source: format!("--vary {key}"),
+        });
+        Ok(self.scene.with(settings).setup()?.simulation)
+    }
+
+    /// Computes the members of a part that `directory` does not hold yet, and writes the table once
+    /// none is missing. A member whose run fails is kept with its reason.
+    ///
+    /// Runs on all threads of the current pool; neither their number nor the order of the work
+    /// changes the table.
+    ///
+    /// # Errors
+    /// Before any work, [`Error::Occupied`] for a directory that holds something else,
+    /// [`Error::Scene`] for a member that is at fault, and [`Error::Memory`] where a run a thread
+    /// does not fit; later [`Error::Write`], and
+    /// [`Error::Paused`] when the observer asks to stop. What was computed is kept.
+    pub fn run(&self, directory: &Path, part: Part, observer: &dyn Observer) -> Result<Standing> {
+        self.check()?;
+        let (ledger, mut outcomes) = Ledger::open(directory, &self.request)?;
+        let missing: Vec<usize> = (0..self.members)
+            .filter(|member| part.holds(*member) && !outcomes.contains_key(member))
+            .collect();
+        observer.stage("chains", missing.len() as u64);
+        for members in missing.chunks(BATCH) {
+            let simulations: Result<Vec<Simulation>> = members
+                .iter()
+                .map(|member| self.simulation(*member))
+                .collect();
+            let done = Collected::default();
+            let watch = Watch {
+                observer,
+                done: &done,
+            };
+            run_each(&simulations?, &watch, &|i, result| {
+                done.take(members[i], result, &ledger);
+                observer.advance(1);
+            });
+            match done.finish() {
+                (more, None) => outcomes.extend(more),
+                (more, Some(Error::Cancelled)) => {
+                    return Err(Error::Paused {
+                        known: outcomes.len() + more.len(),
+                        members: self.members,
+                    });
+                }
+                (_, Some(error)) => return Err(error),
+            }
+        }
+        ledger.settle()?;
+        self.standing(directory, outcomes, missing.len())
+    }
+
+    /// Every member can be run, and as many at once as there are threads.
+    fn check(&self) -> Result<()> {
+        let sizes: Result<Vec<(u64, Option<u64>)>> = (0..self.members)
+            .into_par_iter()
+            .map(|member| self.simulation(member).map(|s| (s.bytes(), s.memory)))
+            .collect();
+        let sizes = sizes?;
+        let allowed = sizes.iter().filter_map(|(_, memory)| *memory).min();
+        let allowed = allowed.unwrap_or_else(available_memory);
+        let threads = rayon::current_num_threads().min(self.members) as u64;
+        let largest = sizes.iter().map(|(bytes, _)| *bytes).max().unwrap_or(0);
+        let needed = largest.saturating_mul(threads);
+        if needed > allowed {
+            return Err(Error::Memory {
+                what: "a run on every thread",
+                needed,
+                allowed,
+            });
+        }
+        Ok(())
+    }
+
+    /// Puts together what directories hold of one and the same sweep.
+    ///
+    /// # Errors
+    /// [`Error::Read`] for a directory that holds no sweep, [`Error::Occupied`] where they hold
+    /// different ones, and as [`Sweep::run`].
+    pub fn merge(directories: &[PathBuf], out: &Path) -> Result<Standing> {
+        let Some((first, rest)) = directories.split_first() else {
+            return Err(Error::Request {
+                option: "merge",
+                expected: "directories of sweeps".into(),
+                found: "none".into(),
+            });
+        };
+        let (request, mut outcomes) = read(first)?;
+        for directory in rest {
+            let (other, more) = read(directory)?;
+            if let Some(difference) = ledger::difference(&other, &request) {
+                return Err(Error::Occupied {
+                    path: directory.clone(),
+                    found: format!("holds another sweep than {}: {difference}", first.display()),
+                });
+            }
+            more.into_iter().for_each(|(member, outcome)| {
+                outcomes.entry(member).or_insert(outcome);
+            });
+        }
+        let scene = SceneSource::new(None, request.scene.clone());
+        let members = axis::count(&request.vary)?;
+        let sweep = Sweep {
+            scene,
+            request,
+            members,
+        };
+        let (ledger, known) = Ledger::open(out, &sweep.request)?;
+        for (member, outcome) in &outcomes {
+            if !known.contains_key(member) {
+                ledger.add(*member, outcome)?;
+            }
+        }
+        ledger.settle()?;
+        outcomes.extend(known);
+        sweep.standing(out, outcomes, 0)
+    }
+
+    fn standing(&self, directory: &Path, outcomes: Outcomes, computed: usize) -> Result<Standing> {
+        let failed = outcomes
+            .values()
+            .filter(|o| matches!(o, Outcome::Failed(_)));
+        let failed = failed.count();
+        let known = outcomes.len();
+        let table = if known == self.members {
+            let path = directory.join(TABLE);
+            let text = table::csv(&self.request, &outcomes)
+                .map_err(|error| Error::write("write", &path)(error.into()))?;
+            Some(ledger::write_whole(directory, TABLE, &text)?)
+        } else {
+            None
+        };
+        Ok(Standing {
+            members: self.members,
+            known,
+            failed,
+            computed,
+            table,
+        })
+    }
+}
+
+fn is_whole(key: &str) -> bool {
+    let mut all = properties().iter();
+    all.any(|p| p.name == key && matches!(p.kind, Kind::Whole))
+}
+
+/// What a batch has come to.
+#[derive(Default)]
+struct Collected(Mutex<(Outcomes, Option<Error>)>);
+
+impl Collected {
+    fn take(&self, member: usize, result: Result<Run>, ledger: &Ledger) {
+        let outcome = match result {
+            Ok(run) => Outcome::Done(Measures::of(&run)),
+            Err(Error::Cancelled) => return self.stop(Error::Cancelled),
+            Err(error) => Outcome::Failed(error.to_string()),
+        };
+        if let Err(error) = ledger.add(member, &outcome) {
+            return self.stop(error);
+        }
+        self.lock().0.insert(member, outcome);
+    }
+
+    fn stop(&self, error: Error) {
+        self.lock().1.get_or_insert(error);
+    }
+
+    fn lock(&self) -> std::sync::MutexGuard<'_, (Outcomes, Option<Error>)> {
+        self.0.lock().unwrap_or_else(PoisonError::into_inner)
+    }
+
+    fn finish(self) -> (Outcomes, Option<Error>) {
+        self.0.into_inner().unwrap_or_else(PoisonError::into_inner)
+    }
+}
+
+/// Asks whether to stop: since the observer says so, or since nothing can be kept any more.
+struct Watch<'a> {
+    observer: &'a dyn Observer,
+    done: &'a Collected,
+}
+
+impl Observer for Watch<'_> {
+    fn cancelled(&self) -> bool {
+        self.observer.cancelled() || self.done.lock().1.is_some()
+    }
+}

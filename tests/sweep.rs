@@ -1,0 +1,248 @@
+//! Sweeps: the same table from any order of work, however often it is interrupted.
+
+use std::path::Path;
+use std::sync::atomic::{AtomicU64, Ordering};
+
+use cascade::Error;
+use cascade::analyze::{Observer, Silent};
+use cascade::chain::scene::SceneSource;
+use cascade::sweep::{Outcome, Part, Sweep, TABLE, read};
+
+const SCENE: &str = "sites = 12\nend_time = 20.0\nsamples = 80\ntolerance = 1e-7\n";
+
+fn sweep(vary: &[&str]) -> Sweep {
+    let vary: Vec<String> = vary.iter().map(|&v| v.to_owned()).collect();
+    Sweep::new(SceneSource::new(None, SCENE), &vary).unwrap()
+}
+
+const VARY: [&str; 2] = ["stiffness_ratio=1:20:6log", "striker_velocity=0.5,1,2"];
+
+fn table(directory: &Path) -> String {
+    std::fs::read_to_string(directory.join(TABLE)).unwrap()
+}
+
+/// Asks to stop after so many members.
+struct Impatient(AtomicU64);
+
+impl Observer for Impatient {
+    fn advance(&self, units: u64) {
+        self.0
+            .fetch_sub(units.min(self.0.load(Ordering::SeqCst)), Ordering::SeqCst);
+    }
+
+    fn cancelled(&self) -> bool {
+        self.0.load(Ordering::SeqCst) == 0
+    }
+}
+
+fn whole(place: &Path) -> String {
+    let standing = sweep(&VARY).run(place, Part::WHOLE, &Silent).unwrap();
+    assert_eq!(
+        (standing.members, standing.computed, standing.failed),
+        (18, 18, 0)
+    );
+    table(place)
+}
+
+/// Peaks scale as `v^{6/5}` with the impact's speed in a Hertz chain, energies as `v^2`.
+#[test]
+fn val_scaling_of_peaks_and_energies() {
+    let place = tempfile::tempdir().unwrap();
+    let out = place.path().join("sweep");
+    let all = whole(&out);
+    let mut rows = csv::Reader::from_reader(all.as_bytes());
+    let columns = rows.headers().unwrap().clone();
+    let column = |name: &str| columns.iter().position(|c| c == name).unwrap();
+    assert_eq!(&columns[0], "stiffness_ratio");
+    let rows: Vec<Vec<f64>> = rows
+        .records()
+        .map(|row| {
+            row.unwrap()
+                .iter()
+                .map(|v| v.parse().unwrap_or(f64::NAN))
+                .collect()
+        })
+        .collect();
+    assert_eq!(rows.len(), 18);
+    for rows in rows.chunks(3) {
+        for (name, power) in [("peak_force_first", 1.2), ("energy_input", 2.0)] {
+            let value =
+                |i: usize| rows[i][column(name)] / rows[i][column("striker_velocity")].powf(power);
+            for i in 1..3 {
+                let off = value(i) / value(0) - 1.0;
+                println!("{name}: {off:e}");
+                assert!(off.abs() < 2e-7, "{name}: {off:e}");
+            }
+        }
+        for row in rows {
+            let (v, drift) = (row[column("striker_velocity")], row[column("energy_drift")]);
+            assert_eq!(row[column("energy_input")], 0.5 * v * v);
+            assert!(drift < 1e-8, "{drift:e}");
+        }
+    }
+}
+
+#[test]
+fn regress_the_same_table_from_threads_parts_and_interruptions() {
+    let place = tempfile::tempdir().unwrap();
+    let at = |name: &str| place.path().join(name);
+    let all = whole(&at("whole"));
+
+    let one = rayon::ThreadPoolBuilder::new()
+        .num_threads(1)
+        .build()
+        .unwrap();
+    assert_eq!(one.install(|| whole(&at("one"))), all);
+
+    for (k, name) in [(1, "first"), (2, "second"), (3, "third")] {
+        let part = Part::new(k, 3).unwrap();
+        let standing = sweep(&VARY).run(&at(name), part, &Silent).unwrap();
+        assert_eq!((standing.known, standing.table), (6, None));
+    }
+    let merged = Sweep::merge(&[at("third"), at("first")], &at("merged")).unwrap();
+    assert_eq!((merged.known, merged.table), (12, None));
+    let merged = Sweep::merge(&[at("second"), at("merged")], &at("merged")).unwrap();
+    assert_eq!(merged.table, Some(at("merged").join(TABLE)));
+    assert_eq!(table(&at("merged")), all);
+
+    let stopped = at("stopped");
+    let mut rounds = 0;
+    let standing = loop {
+        match sweep(&VARY).run(&stopped, Part::WHOLE, &Impatient(AtomicU64::new(4))) {
+            Ok(standing) => break standing,
+            Err(Error::Paused { .. }) => rounds += 1,
+            Err(error) => panic!("{error}"),
+        }
+    };
+    assert!(rounds >= 2 && standing.known == 18, "{rounds} {standing:?}");
+    assert_eq!(table(&stopped), all);
+}
+
+/// A line that was cut short by a kill is computed again; a damaged one is named.
+#[test]
+fn regress_lines_cut_short_and_damaged() {
+    let place = tempfile::tempdir().unwrap();
+    let out = place.path().join("sweep");
+    let all = whole(&out);
+    let members = out.join("members.jsonl");
+    let text = std::fs::read(&members).unwrap();
+    for length in [0, 1, text.len() / 2, text.len() - 1] {
+        std::fs::write(&members, &text[..length]).unwrap();
+        let standing = sweep(&VARY).run(&out, Part::WHOLE, &Silent).unwrap();
+        let lines = text[..length].iter().filter(|b| **b == b'\n').count();
+        assert_eq!(standing.computed, 18 - lines);
+        assert_eq!(table(&out), all);
+    }
+    let mut damaged = text.clone();
+    damaged[0] = b'!';
+    std::fs::write(&members, damaged).unwrap();
+    let error = sweep(&VARY).run(&out, Part::WHOLE, &Silent).unwrap_err();
+    assert!(matches!(&error, Error::Damaged { line: 1, .. }), "{error}");
+}
+
+#[test]
+fn what_is_not_this_sweep_is_left_alone() {
+    let place = tempfile::tempdir().unwrap();
+    let out = place.path().join("sweep");
+    whole(&out);
+    let other = sweep(&["stiffness_ratio=1:20:7log"]);
+    let error = other
+        .run(&out, Part::WHOLE, &Silent)
+        .unwrap_err()
+        .to_string();
+    assert!(
+        error.contains("another sweep: it varies stiffness_ratio from 1.0 to 20.0 in 6"),
+        "{error}"
+    );
+    let scene = SceneSource::new(None, SCENE.replace("samples = 80", "samples = 81"));
+    let other = Sweep::new(scene, &VARY.map(str::to_owned)).unwrap();
+    let error = other
+        .run(&out, Part::WHOLE, &Silent)
+        .unwrap_err()
+        .to_string();
+    assert!(error.contains("its scene differs in line 3"), "{error}");
+    let foreign = place.path().join("foreign");
+    std::fs::create_dir(&foreign).unwrap();
+    std::fs::write(foreign.join("thesis.tex"), "").unwrap();
+    let error = sweep(&VARY)
+        .run(&foreign, Part::WHOLE, &Silent)
+        .unwrap_err();
+    assert!(
+        error.is_usage() && error.to_string().contains("something other"),
+        "{error}"
+    );
+    let error = Sweep::merge(&[foreign], &place.path().join("m")).unwrap_err();
+    assert!(error.to_string().contains("no sweep is there"), "{error}");
+}
+
+/// A value that no scene allows is named before any work; a run that fails is a row of the table.
+#[test]
+fn members_at_fault() {
+    let place = tempfile::tempdir().unwrap();
+    let out = place.path().join("sweep");
+    for (vary, named) in [
+        ("stiffness_ratio=0.5,2", "stiffness_ratio"),
+        ("stifness_ratio=1,2", "stifness_ratio"),
+        ("ends=wall,open", "ends"),
+        ("sites=-3:5", "sites"),
+    ] {
+        let made = Sweep::new(SceneSource::new(None, SCENE), &[vary.to_owned()]);
+        let error = made
+            .and_then(|s| s.run(&out, Part::WHOLE, &Silent))
+            .unwrap_err();
+        assert!(
+            error.is_usage() && error.to_string().contains(named),
+            "{error}"
+        );
+        assert!(!out.exists());
+    }
+    let scene =
+        "sites = 8\nend_time = 20.0\nsamples = 8\nscheme = \"velocity-verlet\"\nstep = 0.01\n";
+    let steps = ["step=0.01,9.0".to_owned()];
+    let sweep = Sweep::new(SceneSource::new(None, scene), &steps).unwrap();
+    let standing = sweep.run(&out, Part::WHOLE, &Silent).unwrap();
+    assert_eq!((standing.known, standing.failed), (2, 1));
+    let (_, outcomes) = read(&out).unwrap();
+    assert!(
+        matches!(&outcomes[&1], Outcome::Failed(why) if why.contains("stability")),
+        "{outcomes:?}"
+    );
+    assert!(table(&out).lines().nth(2).unwrap().starts_with("9.0,,,"));
+}
+
+/// Killed at any moment, the program goes on to the identical table.
+#[test]
+#[cfg(feature = "cli")]
+fn regress_killed_ten_times() {
+    use std::process::{Command, Stdio};
+
+    let place = tempfile::tempdir().unwrap();
+    let scene = place.path().join("scene.toml");
+    std::fs::write(&scene, SCENE).unwrap();
+    let command = |out: &Path| {
+        let mut command = Command::new(env!("CARGO_BIN_EXE_cascade"));
+        command
+            .arg("sweep")
+            .arg(&scene)
+            .args(["--vary", "stiffness_ratio=1:120:150log"]);
+        command.args(["--threads", "2", "--out"]).arg(out);
+        command.stdout(Stdio::null()).stderr(Stdio::null());
+        command
+    };
+    let (whole, killed) = (place.path().join("whole"), place.path().join("killed"));
+    assert!(command(&whole).status().unwrap().success());
+    let mut kept = 0;
+    for round in 0..10u64 {
+        let mut child = command(&killed).spawn().unwrap();
+        std::thread::sleep(std::time::Duration::from_millis(20 + 37 * round % 90));
+        child.kill().unwrap();
+        child.wait().unwrap();
+        let known = std::fs::read(killed.join("members.jsonl"))
+            .unwrap_or_default()
+            .len();
+        assert!(known >= kept, "what was computed is kept");
+        kept = known;
+    }
+    assert!(command(&killed).status().unwrap().success());
+    assert_eq!(table(&killed), table(&whole));
+}
