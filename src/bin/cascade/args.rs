@@ -5,9 +5,8 @@ use std::path::PathBuf;
 
 use clap::{Args, Parser, Subcommand, ValueEnum};
 
+use crate::chain_args::{Contact, SceneCommand, Simulate};
 use crate::parse;
-use crate::scene_keys::SceneKeys;
-use cascade::chain::scene::measure::{Angle, Length, Pressure};
 use cascade::prepare::Window;
 
 /// Where the energy of a velocity field v(t, x) goes: spectra, redistribution, direction.
@@ -76,87 +75,6 @@ pub struct Analyze {
     pub work: Work,
     #[command(flatten)]
     pub output: Output,
-}
-
-/// What `cascade simulate` takes.
-#[derive(Debug, Args)]
-pub struct Simulate {
-    /// File with the scene; without one, the options say all.
-    pub scene: Option<PathBuf>,
-
-    /// File for the run; by default the scene's name with `.npz`, here, or run.npz.
-    #[arg(long, short, value_name = "FILE")]
-    pub out: Option<PathBuf>,
-
-    /// Replace an existing run.
-    #[arg(long)]
-    pub force: bool,
-
-    /// Print what the scene describes and the memory of its run, and stop.
-    #[arg(long)]
-    pub plan: bool,
-
-    /// Print what was done, or the plan, as JSON on standard output.
-    #[arg(long)]
-    pub json: bool,
-
-    /// Print errors only.
-    #[arg(long, short)]
-    pub quiet: bool,
-
-    #[command(flatten)]
-    pub keys: SceneKeys,
-}
-
-/// What `cascade scene` takes.
-#[derive(Debug, Args)]
-pub struct SceneCommand {
-    /// Print the JSON schema of scene files instead.
-    #[arg(long, conflicts_with = "check")]
-    pub schema: bool,
-
-    /// Say what the scene in this file describes, without running it.
-    #[arg(long, value_name = "FILE")]
-    pub check: Option<PathBuf>,
-
-    /// With `--check`, as JSON.
-    #[arg(long, requires = "check")]
-    pub json: bool,
-}
-
-/// What `cascade contact` takes.
-#[derive(Debug, Args)]
-pub struct Contact {
-    /// Angle between the axes, in degrees; beyond 90 it folds back.
-    #[arg(long, value_parser = parse::measure::<Angle>, allow_negative_numbers = true,
-          required_unless_present = "stiffness_ratio")]
-    pub angle: Option<f64>,
-
-    /// Find the angle at which the contact is stiffer by this than at 90 degrees.
-    #[arg(long, value_name = "RATIO", value_parser = parse::finite,
-          allow_negative_numbers = true, conflicts_with = "angle")]
-    pub stiffness_ratio: Option<f64>,
-
-    /// Material of both: quartz, steel or ptfe.
-    #[arg(long, requires = "radius", conflicts_with_all = ["young", "poisson"])]
-    pub material: Option<String>,
-
-    /// Young's modulus of both, such as 72GPa.
-    #[arg(long, value_parser = parse::measure::<Pressure>, requires = "poisson",
-          requires = "radius", allow_negative_numbers = true)]
-    pub young: Option<f64>,
-
-    /// Poisson's ratio of both.
-    #[arg(long, value_parser = parse::finite, requires = "young", allow_negative_numbers = true)]
-    pub poisson: Option<f64>,
-
-    /// Radius of both, such as 9mm.
-    #[arg(long, value_parser = parse::measure::<Length>, allow_negative_numbers = true)]
-    pub radius: Option<f64>,
-
-    /// Print JSON.
-    #[arg(long)]
-    pub json: bool,
 }
 
 #[derive(Debug, Args)]
