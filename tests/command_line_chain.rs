@@ -222,14 +222,14 @@ fn only_what_is_recorded_is_kept() {
     let mut npz = NpzReader::new(fs::File::open(place.path("few.npz")).unwrap()).unwrap();
     let names: BTreeSet<String> = npz.names().unwrap().into_iter().collect();
     let expected = [
-        "contact_coefficient.npy",
-        "force.npy",
-        "mass.npy",
-        "report.npy",
-        "scene.npy",
-        "schema.npy",
-        "time.npy",
-        "velocity.npy",
+        "contact_coefficient",
+        "force",
+        "mass",
+        "report",
+        "scene",
+        "schema",
+        "time",
+        "velocity",
     ];
     let names: Vec<&str> = names.iter().map(String::as_str).collect();
     assert_eq!(names, expected);
@@ -410,8 +410,9 @@ fn val_paper_the_contact_of_8_degrees() {
         "--radius",
         "9mm",
     ]);
+    // 4.507 in the paper.
     assert!(
-        said.contains("4.507") && said.contains("exact") && said.contains("N/m^1.5"),
+        said.contains("4.506814") && said.contains("exact") && said.contains("N/m^1.5"),
         "{said}"
     );
     let json: Value =

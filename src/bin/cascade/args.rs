@@ -5,11 +5,9 @@ use std::path::PathBuf;
 
 use clap::{Args, Parser, Subcommand, ValueEnum};
 
+use crate::chain_args::{Contact, SceneCommand, Simulate, SweepCommand};
 use crate::parse;
-use crate::scene_keys::SceneKeys;
-use cascade::chain::scene::measure::{Angle, Length, Pressure};
 use cascade::prepare::Window;
-use cascade::sweep::Part;
 
 /// Where the energy of a velocity field v(t, x) goes: spectra, redistribution, direction.
 #[derive(Debug, Parser)]
@@ -84,133 +82,6 @@ pub struct Analyze {
     pub work: Work,
     #[command(flatten)]
     pub output: Output,
-}
-
-/// What `cascade simulate` takes.
-#[derive(Debug, Args)]
-pub struct Simulate {
-    /// File with the scene; without one, the options say all.
-    pub scene: Option<PathBuf>,
-
-    /// File for the run; by default the scene's name with `.npz`, here, or run.npz.
-    #[arg(long, short, value_name = "FILE")]
-    pub out: Option<PathBuf>,
-
-    /// Replace an existing run.
-    #[arg(long)]
-    pub force: bool,
-
-    /// Print what the scene describes and the memory of its run, and stop.
-    #[arg(long)]
-    pub plan: bool,
-
-    /// Print what was done, or the plan, as JSON on standard output.
-    #[arg(long)]
-    pub json: bool,
-
-    /// Print errors only.
-    #[arg(long, short)]
-    pub quiet: bool,
-
-    #[command(flatten)]
-    pub keys: SceneKeys,
-}
-
-/// What `cascade sweep` takes.
-#[derive(Debug, Args)]
-pub struct SweepCommand {
-    /// File with the scene; without one, the options say all.
-    #[arg(conflicts_with = "merge")]
-    pub scene: Option<PathBuf>,
-
-    /// A key of the scene and its values: `stiffness_ratio=1:120:400log` (400 values, equal ratios),
-    /// `1:10:19` (equal steps), `seed=1:100` (whole numbers), `ends=wall,free`. Repeat it for all
-    /// combinations, the last one fastest.
-    #[arg(
-        long,
-        value_name = "KEY=VALUES",
-        required_unless_present = "merge",
-        conflicts_with = "merge"
-    )]
-    pub vary: Vec<String>,
-
-    /// Directory of the sweep; by default the scene's name with `-sweep`, here.
-    #[arg(long, short, value_name = "DIR", required_unless_present_any = ["scene", "vary"])]
-    pub out: Option<PathBuf>,
-
-    /// Compute only the K-th of N parts, to be merged later.
-    #[arg(long, value_name = "K/N", value_parser = parse::part, conflicts_with = "merge")]
-    pub part: Option<Part>,
-
-    /// Put together what these directories hold of one sweep.
-    #[arg(long, value_name = "DIR", num_args = 1..)]
-    pub merge: Vec<PathBuf>,
-
-    /// Worker threads [default: one a core]. The table does not depend on it.
-    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u16).range(1..=256))]
-    pub threads: Option<u16>,
-
-    /// Print where the sweep stands as JSON on standard output.
-    #[arg(long)]
-    pub json: bool,
-
-    /// Print errors only.
-    #[arg(long, short)]
-    pub quiet: bool,
-
-    #[command(flatten)]
-    pub keys: SceneKeys,
-}
-
-/// What `cascade scene` takes.
-#[derive(Debug, Args)]
-pub struct SceneCommand {
-    /// Print the JSON schema of scene files instead.
-    #[arg(long, conflicts_with = "check")]
-    pub schema: bool,
-
-    /// Say what the scene in this file describes, without running it.
-    #[arg(long, value_name = "FILE")]
-    pub check: Option<PathBuf>,
-
-    /// With `--check`, as JSON.
-    #[arg(long, requires = "check")]
-    pub json: bool,
-}
-
-/// What `cascade contact` takes.
-#[derive(Debug, Args)]
-pub struct Contact {
-    /// Angle between the axes, in degrees; beyond 90 it folds back.
-    #[arg(long, value_parser = parse::measure::<Angle>, allow_negative_numbers = true,
-          required_unless_present = "stiffness_ratio")]
-    pub angle: Option<f64>,
-
-    /// Find the angle at which the contact is stiffer by this than at 90 degrees.
-    #[arg(long, value_name = "RATIO", value_parser = parse::finite,
-          allow_negative_numbers = true, conflicts_with = "angle")]
-    pub stiffness_ratio: Option<f64>,
-
-    /// Material of both: quartz, steel or ptfe.
-    #[arg(long, requires = "radius", conflicts_with_all = ["young", "poisson"])]
-    pub material: Option<String>,
-
-    /// Young's modulus of both, such as 72GPa.
-    #[arg(long, value_parser = parse::measure::<Pressure>, requires = "poisson",
-          requires = "radius", allow_negative_numbers = true)]
-    pub young: Option<f64>,
-
-    /// Poisson's ratio of both.
-    #[arg(long, value_parser = parse::finite, requires = "young", allow_negative_numbers = true)]
-    pub poisson: Option<f64>,
-
-    /// Radius of both, such as 9mm.
-    #[arg(long, value_parser = parse::measure::<Length>, allow_negative_numbers = true)]
-    pub radius: Option<f64>,
-
-    /// Print JSON.
-    #[arg(long)]
-    pub json: bool,
 }
 
 #[derive(Debug, Args)]

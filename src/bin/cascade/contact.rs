@@ -8,7 +8,7 @@ use cascade::chain::contact::{
 };
 use serde::Serialize;
 
-use crate::args::Contact;
+use crate::chain_args::Contact;
 use crate::failure::Failure;
 use crate::scene::{digits, name_of};
 use crate::terminal::{self, Lines};

@@ -2,6 +2,7 @@
 
 mod analyze;
 mod args;
+mod chain_args;
 mod contact;
 mod failure;
 mod manual;

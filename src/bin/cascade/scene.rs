@@ -4,7 +4,7 @@ use std::io::Write;
 
 use cascade::chain::scene::{Description, SceneSource, Units, schema, template};
 
-use crate::args::SceneCommand;
+use crate::chain_args::SceneCommand;
 use crate::failure::Failure;
 use crate::terminal::{self, Lines, number};
 
@@ -63,14 +63,29 @@ pub fn chain_lines(lines: &mut Lines, d: &Description) {
             number(d.total_mass)
         ),
     );
-    lines.line(
-        "striker",
-        &format!(
-            "{}{kg} at {}{speed}",
-            number(d.striker_mass),
-            number(d.striker_velocity)
-        ),
-    );
+    let meters = unit("m");
+    let mut start = Vec::new();
+    if d.striker_velocity != 0.0 {
+        let (mass, velocity) = (number(d.striker_mass), number(d.striker_velocity));
+        start.push(format!("striker of {mass}{kg} at {velocity}{speed}"));
+    } else if d.largest_velocity > 0.0 {
+        start.push(format!(
+            "velocities up to {}{speed}",
+            number(d.largest_velocity)
+        ));
+    }
+    if d.largest_displacement > 0.0 {
+        start.push(format!(
+            "displacements up to {}{meters}",
+            number(d.largest_displacement)
+        ));
+    }
+    if !start.is_empty() {
+        lines.line("start", &start.join(", "));
+    }
+    if let Some(drive) = &d.drive {
+        lines.line("drive", drive);
+    }
     if d.precompression > 0.0 {
         let force = format!("{}{}", number(d.precompression), unit("N"));
         lines.line("precompression", &force);

@@ -9,7 +9,7 @@ use cascade::chain::{CHECK_FACTOR, Run};
 use cascade::report::{RUN_SCHEMA, RunFile};
 use serde_json::json;
 
-use crate::args::Simulate;
+use crate::chain_args::Simulate;
 use crate::failure::Failure;
 use crate::progress::Progress;
 use crate::scene::{chain_lines, describe, name_of};

@@ -8,7 +8,7 @@ use cascade::chain::scene::SceneSource;
 use cascade::sweep::{Part, Standing, Sweep};
 
 use crate::analyze::use_threads;
-use crate::args::SweepCommand;
+use crate::chain_args::SweepCommand;
 use crate::failure::Failure;
 use crate::progress::Progress;
 

@@ -246,10 +246,14 @@ fn ends(values: &[f64], shown: impl Fn(f64) -> String) -> String {
 
 /// `, dt 0.01 s`; nothing for an axis that counts.
 fn step(name: &str, axis: &Axis) -> String {
+    let step = match (1e-4..1e6).contains(&axis.step) {
+        true => axis.step.to_string(),
+        false => format!("{:.6e}", axis.step),
+    };
     match &axis.unit {
         None if axis.step == 1.0 => String::new(),
-        None => format!(", {name} {}", axis.step),
-        Some(unit) => format!(", {name} {} {unit}", axis.step),
+        None => format!(", {name} {step}"),
+        Some(unit) => format!(", {name} {step} {unit}"),
     }
 }
 

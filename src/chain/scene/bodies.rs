@@ -20,6 +20,7 @@ impl<'a> Bodies<'a> {
     /// The bodies of a scene with a material.
     pub(super) fn new(check: Check<'a>) -> Result<Bodies<'a>> {
         let scene = check.scene;
+        let material = material(check)?;
         let shape = scene.shape.unwrap_or_default();
         if shape == Shape::Sphere {
             let keys = ["length", "angle", "second_angle", "angle_cell"];
@@ -29,7 +30,7 @@ impl<'a> Bodies<'a> {
         let radius = check.need("radius", scene.radius, expected)?.value;
         Ok(Bodies {
             check,
-            material: material(check)?,
+            material,
             shape,
             radius: check.positive("radius", radius)?,
         })

@@ -3,7 +3,7 @@
 use std::fmt::Display;
 
 use super::fault::SceneFault;
-use super::source::Places;
+use super::places::Places;
 use super::{Scene, Units};
 use crate::error::{Error, Result};
 

@@ -3,7 +3,7 @@
 use serde::Serialize;
 
 use super::{Setup, Units};
-use crate::chain::{Accuracy, EndTime, Ends, Law, Losses, Scheme};
+use crate::chain::{Accuracy, Drive, EndTime, Ends, Law, Losses, Scheme, Waveform};
 
 /// What a scene describes, known without a run.
 #[derive(Debug, Clone, PartialEq, Serialize)]
@@ -22,6 +22,10 @@ pub struct Description {
     pub total_mass: f64,
     pub striker_mass: f64,
     pub striker_velocity: f64,
+    /// Largest initial speed and displacement of any site.
+    pub largest_velocity: f64,
+    pub largest_displacement: f64,
+    pub drive: Option<String>,
     pub precompression: f64,
     pub dashpot: f64,
     pub tangent: f64,
@@ -79,6 +83,9 @@ impl Setup {
             total_mass: chain.mass.iter().sum(),
             striker_mass: chain.mass[0],
             striker_velocity: simulation.velocity[0],
+            largest_velocity: largest(&simulation.velocity),
+            largest_displacement: largest(&simulation.displacement),
+            drive: simulation.drive.as_ref().map(drive),
             precompression: chain.precompression,
             dashpot,
             tangent,
@@ -104,6 +111,27 @@ impl Setup {
                 .collect(),
             memory: simulation.bytes(),
         }
+    }
+}
+
+fn largest(values: &[f64]) -> f64 {
+    values.iter().fold(0.0, |largest, v| v.abs().max(largest))
+}
+
+fn drive(drive: &Drive) -> String {
+    let what = match drive {
+        Drive::Force(_) => "force on site 0",
+        Drive::Wall(_) => "displacement of the first wall",
+    };
+    match *drive.waveform() {
+        Waveform::Sine {
+            amplitude,
+            frequency,
+        } => format!("{what}, sine of amplitude {amplitude} and frequency {frequency}"),
+        Waveform::HalfSine {
+            amplitude,
+            duration,
+        } => format!("{what}, half-sine of amplitude {amplitude} and duration {duration}"),
     }
 }
 

@@ -7,24 +7,29 @@
 
 mod bodies;
 mod check;
+mod choices;
+mod coefficients;
 mod description;
 mod fault;
+mod masses;
 pub mod measure;
 mod motion;
 mod pattern;
+mod places;
 mod properties;
 mod setup;
 mod source;
 mod template;
 mod typed;
 
+pub use choices::{
+    Defect, DriveTyped, EndTimeTyped, EndsTyped, FirstContact, LawTyped, Recorded, Shape, Units,
+    WaveformTyped,
+};
 pub use description::Description;
 pub use fault::{Place, Problem, SceneFault};
 pub use properties::{Choice, Kind, Property, properties, schema};
 pub use setup::Setup;
 pub use source::{SceneSource, Setting};
 pub use template::template;
-pub use typed::{
-    Defect, DriveTyped, EndTimeTyped, EndsTyped, FirstContact, LawTyped, Recorded, Scene, Shape,
-    Units, WaveformTyped,
-};
+pub use typed::Scene;

@@ -3,8 +3,10 @@
 use super::bodies::Bodies;
 use super::check::Check;
 use super::fault::{Problem, SceneFault};
-use super::source::Places;
-use super::{EndTimeTyped, EndsTyped, LawTyped, Recorded, Scene, Units, motion, pattern};
+use super::places::Places;
+use super::{
+    EndTimeTyped, EndsTyped, LawTyped, Recorded, Scene, Units, coefficients, masses, motion,
+};
 use crate::chain::{
     Accuracy, Chain, EndTime, Ends, Law, Losses, Record, Scheme, Simulation, Window,
     available_memory,
@@ -43,9 +45,9 @@ pub(super) fn work_out(scene: &Scene, places: &Places, text: String) -> Result<S
         false => None,
     };
     let bodies = bodies.as_ref();
-    let (mut coefficient, ends) = pattern::coefficients(check, bodies, n)?;
-    let mut mass = pattern::masses(check, bodies, n)?;
-    pattern::defects(check, &mut mass, &mut coefficient)?;
+    let (mut coefficient, ends) = coefficients::coefficients(check, bodies, n)?;
+    let mut mass = masses::masses(check, bodies, n)?;
+    masses::defects(check, &mut mass, &mut coefficient)?;
     let precompression = scene.precompression.map_or(0.0, |force| force.value);
     check.not_negative("precompression", precompression)?;
     if precompression > 0.0 && !law.is_one_sided() {

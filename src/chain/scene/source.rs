@@ -1,12 +1,12 @@
 //! From a text and settings over it to a typed scene, with the place of every key.
 
-use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 
-use toml::de::{DeTable, DeValue};
+use toml::de::DeTable;
 use toml::{Table, Value};
 
 use super::fault::{Place, Problem, SceneFault, reworded};
+use super::places::{Places, line_at};
 use super::properties::{Kind, properties};
 use super::{Scene, Setup, setup};
 use crate::error::{Error, Result};
@@ -151,10 +151,6 @@ impl SceneSource {
 
     /// All keys with their values.
     fn table(&self) -> Result<(Table, Places)> {
-        let mut places = Places {
-            path: self.path.clone(),
-            ..Places::default()
-        };
         let syntax = |error: &toml::de::Error| {
             let line = error.span().map(|span| line_at(&self.text, span.start));
             Error::scene(SceneFault {
@@ -172,8 +168,7 @@ impl SceneSource {
             })
         };
         let spanned = DeTable::parse(&self.text).map_err(|error| syntax(&error))?;
-        let starts = line_starts(&self.text);
-        note_lines(&mut places.lines, &starts, "", spanned.get_ref());
+        let mut places = Places::of_text(self.path.as_deref(), &self.text, spanned.get_ref());
         let mut table: Table = toml::from_str(&self.text).map_err(|error| syntax(&error))?;
         for Setting { key, text, source } in &self.settings {
             let value = value_of(key, text).map_err(|expected| {
@@ -182,10 +177,10 @@ impl SceneSource {
                 };
                 Error::scene(SceneFault::new(place, key, expected, format!("{text:?}")))
             })?;
-            let earlier = places.settings.insert(key.clone(), source.clone());
+            let was_set = places.set(key, source);
             match (table.get_mut(key), value) {
                 (Some(Value::Array(tables)), Value::Array(more))
-                    if earlier.is_some() && kind_of(key) == Some(&Kind::Tables) =>
+                    if was_set && kind_of(key) == Some(&Kind::Tables) =>
                 {
                     tables.extend(more);
                 }
@@ -195,61 +190,6 @@ impl SceneSource {
             }
         }
         Ok((table, places))
-    }
-}
-
-/// Where each key was typed.
-#[derive(Debug, Clone, Default)]
-pub(super) struct Places {
-    path: Option<PathBuf>,
-    /// Line of every key of the text, by its path (`defect[1].site`).
-    lines: BTreeMap<String, usize>,
-    /// What set each key that was set from outside.
-    settings: BTreeMap<String, String>,
-}
-
-impl Places {
-    /// The place of a key, or of the innermost thing that holds it.
-    pub(super) fn of(&self, key: &str) -> Place {
-        let top = key.split(['.', '[']).next().unwrap_or(key);
-        if let Some(source) = self.settings.get(top) {
-            return Place::Setting {
-                source: source.clone(),
-            };
-        }
-        let Some(path) = &self.path else {
-            return Place::Nowhere;
-        };
-        let mut shorter = key;
-        let line = loop {
-            if let Some(line) = self.lines.get(shorter) {
-                break Some(*line);
-            }
-            match shorter.rfind(['.', '[']) {
-                Some(end) => shorter = &shorter[..end],
-                None => break None,
-            }
-        };
-        Place::File {
-            path: path.clone(),
-            line,
-        }
-    }
-
-    /// Whether the key was typed.
-    pub(super) fn has(&self, key: &str) -> bool {
-        self.settings.contains_key(key) || self.lines.contains_key(key)
-    }
-
-    /// How a message about another key mentions this one: with its line or its option.
-    pub(super) fn mention(&self, key: &str) -> String {
-        match self.of(key) {
-            Place::Setting { source } => format!("`{source}`"),
-            Place::File {
-                line: Some(line), ..
-            } => format!("`{key}` (line {line})"),
-            _ => format!("`{key}`"),
-        }
     }
 }
 
@@ -323,49 +263,5 @@ fn scalar(text: &str) -> Value {
         Value::Boolean(flag)
     } else {
         Value::String(text.to_owned())
-    }
-}
-
-fn line_at(text: &str, offset: usize) -> usize {
-    let before = text.as_bytes().get(..offset).unwrap_or_default();
-    before.iter().filter(|&&byte| byte == b'\n').count() + 1
-}
-
-fn line_starts(text: &str) -> Vec<usize> {
-    let ends = text.bytes().enumerate().filter(|(_, byte)| *byte == b'\n');
-    std::iter::once(0)
-        .chain(ends.map(|(at, _)| at + 1))
-        .collect()
-}
-
-fn note_lines(
-    lines: &mut BTreeMap<String, usize>,
-    starts: &[usize],
-    prefix: &str,
-    table: &DeTable<'_>,
-) {
-    let line = |offset: usize| starts.partition_point(|&start| start <= offset);
-    for (key, value) in table.iter() {
-        let dot = if prefix.is_empty() { "" } else { "." };
-        let name = format!("{prefix}{dot}{}", key.get_ref());
-        lines.insert(name.clone(), line(key.span().start));
-        match value.get_ref() {
-            DeValue::Table(inner) => note_lines(lines, starts, &name, inner),
-            DeValue::Array(items) => {
-                for (index, item) in items.iter().enumerate() {
-                    let at = line(item.span().start);
-                    // On the key's own line the key tells the line.
-                    if lines.get(&name) == Some(&at) && !item.get_ref().is_table() {
-                        continue;
-                    }
-                    let name = format!("{name}[{index}]");
-                    lines.insert(name.clone(), at);
-                    if let DeValue::Table(inner) = item.get_ref() {
-                        note_lines(lines, starts, &name, inner);
-                    }
-                }
-            }
-            _ => {}
-        }
     }
 }

@@ -1,0 +1,183 @@
+//! The choices and compound values of a scene's fields, under the words that are typed.
+
+use std::fmt;
+
+use schemars::{JsonSchema, Schema, SchemaGenerator, json_schema};
+use serde::{Deserialize, Deserializer, Serialize, Serializer, de};
+
+use super::measure::{Measure, Time};
+
+/// The units of a scene and of what it yields.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize, JsonSchema)]
+#[serde(rename_all = "kebab-case")]
+pub enum Units {
+    /// Numbers alone.
+    #[default]
+    None,
+    /// m, kg, s, N, J.
+    Si,
+}
+
+/// What holds the ends.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize, JsonSchema)]
+#[serde(rename_all = "kebab-case")]
+pub enum EndsTyped {
+    /// The striker is free, the last site touches a fixed wall.
+    #[default]
+    Wall,
+    /// Both ends are free.
+    Free,
+    /// Both ends touch fixed walls.
+    Fixed,
+    /// The last site touches the first.
+    Periodic,
+}
+
+/// A contact law.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize, JsonSchema)]
+#[serde(rename_all = "kebab-case")]
+pub enum LawTyped {
+    /// c d^1.5 in compression, else nothing.
+    #[default]
+    Hertz,
+    /// c d^p in compression, else nothing; p is `exponent`.
+    Power,
+    /// c (d - alpha d^2 + beta d^3), two-sided.
+    Spring,
+}
+
+/// Which contact of a dimer comes first.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize, JsonSchema)]
+#[serde(rename_all = "kebab-case")]
+pub enum FirstContact {
+    #[default]
+    Soft,
+    Stiff,
+}
+
+/// The shape of the bodies.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize, JsonSchema)]
+#[serde(rename_all = "kebab-case")]
+pub enum Shape {
+    /// Crossed cylinders, which touch by their sides.
+    #[default]
+    Cylinder,
+    Sphere,
+}
+
+/// What is driven.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
+#[serde(rename_all = "kebab-case")]
+pub enum DriveTyped {
+    /// A force on site 0, positive towards +x; its end is free.
+    Force,
+    /// The wall before site 0 is moved; both ends are fixed.
+    Wall,
+}
+
+/// The course of a drive.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize, JsonSchema)]
+#[serde(rename_all = "kebab-case")]
+pub enum WaveformTyped {
+    /// amplitude sin(2 pi frequency t).
+    #[default]
+    Sine,
+    /// amplitude sin(pi t / duration) up to the duration, then nothing.
+    HalfSine,
+}
+
+/// An array of the run file that can be left out.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
+#[serde(rename_all = "snake_case")]
+pub enum Recorded {
+    /// Displacement of every site.
+    Displacement,
+    /// Force in every contact.
+    Force,
+    /// Energy passed through every contact, and lost at every site.
+    EnergyPassed,
+}
+
+/// A site or a contact that differs from its pattern.
+#[derive(Debug, Clone, Default, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields, default)]
+pub struct Defect {
+    /// The site whose mass differs.
+    pub site: Option<usize>,
+    /// The contact whose coefficient differs.
+    pub contact: Option<usize>,
+    /// By what it is multiplied.
+    pub factor: Option<f64>,
+    /// By what it is replaced.
+    pub value: Option<f64>,
+}
+
+/// The end of a run.
+#[derive(Debug, Clone, Copy, PartialEq, Default)]
+pub enum EndTimeTyped {
+    /// When the front reaches the last site.
+    #[default]
+    Auto,
+    At(Measure<Time>),
+}
+
+impl Serialize for EndTimeTyped {
+    fn serialize<S: Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
+        match self {
+            EndTimeTyped::Auto => serializer.serialize_str("auto"),
+            EndTimeTyped::At(time) => time.serialize(serializer),
+        }
+    }
+}
+
+impl<'de> Deserialize<'de> for EndTimeTyped {
+    fn deserialize<T: Deserializer<'de>>(deserializer: T) -> Result<Self, T::Error> {
+        struct Visitor;
+
+        impl de::Visitor<'_> for Visitor {
+            type Value = EndTimeTyped;
+
+            fn expecting(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+                f.write_str("a time in s, a text of number and unit (s, ms, us, ns), or `auto`")
+            }
+
+            fn visit_i64<E: de::Error>(self, value: i64) -> Result<EndTimeTyped, E> {
+                self.visit_f64(value as f64)
+            }
+
+            fn visit_f64<E: de::Error>(self, value: f64) -> Result<EndTimeTyped, E> {
+                Ok(EndTimeTyped::At(Measure::new(value)))
+            }
+
+            fn visit_str<E: de::Error>(self, text: &str) -> Result<EndTimeTyped, E> {
+                if text == "auto" {
+                    return Ok(EndTimeTyped::Auto);
+                }
+                let found = de::Unexpected::Str(text);
+                let time = Measure::parse(text).ok_or_else(|| E::invalid_value(found, &self))?;
+                Ok(EndTimeTyped::At(time))
+            }
+        }
+        deserializer.deserialize_any(Visitor)
+    }
+}
+
+impl JsonSchema for EndTimeTyped {
+    fn inline_schema() -> bool {
+        true
+    }
+
+    fn schema_name() -> std::borrow::Cow<'static, str> {
+        "end_time".into()
+    }
+
+    fn json_schema(generator: &mut SchemaGenerator) -> Schema {
+        let mut schema = Measure::<Time>::json_schema(generator);
+        schema.ensure_object().extend(
+            json_schema!({ "x-words": ["auto"] })
+                .ensure_object()
+                .clone(),
+        );
+        schema
+    }
+}

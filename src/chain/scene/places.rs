@@ -1,0 +1,125 @@
+//! Where the keys of a scene were typed.
+
+use std::collections::BTreeMap;
+use std::path::{Path, PathBuf};
+
+use toml::de::{DeTable, DeValue};
+
+use super::fault::Place;
+
+/// Where each key was typed.
+#[derive(Debug, Clone, Default)]
+pub(super) struct Places {
+    path: Option<PathBuf>,
+    /// Line of every key of the text, by its path (`defect[1].site`).
+    lines: BTreeMap<String, usize>,
+    /// What set each key that was set from outside.
+    settings: BTreeMap<String, String>,
+}
+
+impl Places {
+    /// The places of all keys of a parsed text.
+    pub(super) fn of_text(path: Option<&Path>, text: &str, table: &DeTable<'_>) -> Places {
+        let mut places = Places {
+            path: path.map(Path::to_owned),
+            ..Places::default()
+        };
+        note_lines(&mut places.lines, &line_starts(text), "", table);
+        places
+    }
+
+    /// Notes what set a key, and says whether something had set it before.
+    pub(super) fn set(&mut self, key: &str, source: &str) -> bool {
+        self.settings
+            .insert(key.to_owned(), source.to_owned())
+            .is_some()
+    }
+
+    /// The place of a key, or of the innermost thing that holds it.
+    pub(super) fn of(&self, key: &str) -> Place {
+        let top = key.split(['.', '[']).next().unwrap_or(key);
+        if let Some(source) = self.settings.get(top) {
+            return Place::Setting {
+                source: source.clone(),
+            };
+        }
+        let Some(path) = &self.path else {
+            return Place::Nowhere;
+        };
+        let mut shorter = key;
+        let line = loop {
+            if let Some(line) = self.lines.get(shorter) {
+                break Some(*line);
+            }
+            match shorter.rfind(['.', '[']) {
+                Some(end) => shorter = &shorter[..end],
+                None => break None,
+            }
+        };
+        Place::File {
+            path: path.clone(),
+            line,
+        }
+    }
+
+    /// Whether the key was typed.
+    pub(super) fn has(&self, key: &str) -> bool {
+        self.settings.contains_key(key) || self.lines.contains_key(key)
+    }
+
+    /// How a message about another key mentions this one: with its line or its option.
+    pub(super) fn mention(&self, key: &str) -> String {
+        match self.of(key) {
+            Place::Setting { source } => format!("`{source}`"),
+            Place::File {
+                line: Some(line), ..
+            } => format!("`{key}` (line {line})"),
+            _ => format!("`{key}`"),
+        }
+    }
+}
+
+/// The line, from 1, in which a byte of the text is.
+pub(super) fn line_at(text: &str, offset: usize) -> usize {
+    let before = text.as_bytes().get(..offset).unwrap_or_default();
+    before.iter().filter(|&&byte| byte == b'\n').count() + 1
+}
+
+fn line_starts(text: &str) -> Vec<usize> {
+    let ends = text.bytes().enumerate().filter(|(_, byte)| *byte == b'\n');
+    std::iter::once(0)
+        .chain(ends.map(|(at, _)| at + 1))
+        .collect()
+}
+
+fn note_lines(
+    lines: &mut BTreeMap<String, usize>,
+    starts: &[usize],
+    prefix: &str,
+    table: &DeTable<'_>,
+) {
+    let line = |offset: usize| starts.partition_point(|&start| start <= offset);
+    for (key, value) in table.iter() {
+        let dot = if prefix.is_empty() { "" } else { "." };
+        let name = format!("{prefix}{dot}{}", key.get_ref());
+        lines.insert(name.clone(), line(key.span().start));
+        match value.get_ref() {
+            DeValue::Table(inner) => note_lines(lines, starts, &name, inner),
+            DeValue::Array(items) => {
+                for (index, item) in items.iter().enumerate() {
+                    let at = line(item.span().start);
+                    // On the key's own line the key tells the line.
+                    if lines.get(&name) == Some(&at) && !item.get_ref().is_table() {
+                        continue;
+                    }
+                    let name = format!("{name}[{index}]");
+                    lines.insert(name.clone(), at);
+                    if let DeValue::Table(inner) = item.get_ref() {
+                        note_lines(lines, starts, &name, inner);
+                    }
+                }
+            }
+            _ => {}
+        }
+    }
+}
