@@ -86,7 +86,7 @@ fn val_double_double_three_bodies_collide() {
             let pairs = run.velocity.row(1).into_iter().zip(&case.velocity);
             let worst = pairs.fold(0.0, |worst: f64, (a, b)| worst.max((a - b).abs()));
             println!("{scheme:?} {:?}: {worst:.1e}", case.mass);
-            assert!(worst < 1e-12, "{scheme:?} {:?}: {worst:e}", case.mass);
+            assert!(worst < 1e-14, "{scheme:?} {:?}: {worst:e}", case.mass);
         }
     }
 }
@@ -119,7 +119,7 @@ fn val_closed_form_two_bodies_exchange_momentum() {
         for (found, before) in run.velocity.row(1).into_iter().zip([v0, v1]) {
             let expected = 2.0 * centre - before;
             let error = (found - expected).abs() / scale;
-            assert!(error < 1e-12, "{m} {v0} {v1}: {found} {expected}");
+            assert!(error < 1e-14, "{m} {v0} {v1}: {found} {expected}");
         }
     }
 }
