@@ -1,0 +1,211 @@
+//! The solitary wave of the homogeneous Hertz chain: launched, and made by an impact.
+//!
+//! Truth: `data/solitary_wave.json`, the solution of the travelling-wave equation
+//! `psi'' = psi(xi - 1)^{3/2} - 2 psi^{3/2} + psi(xi + 1)^{3/2}` made by `data/solitary_wave.py` on
+//! 2026-11-21 (Fourier modes, residual 1e-14). A wave of speed c has overlaps
+//! `c^4 psi(j - c t)` and velocities `c^5 v(j - c t)`, with `v` the sum of `-psi'` over the sites
+//! ahead.
+
+use std::f64::consts::PI;
+
+use cascade::analyze::Silent;
+use cascade::chain::{Accuracy, Chain, Record, Run, Simulation};
+
+#[derive(serde::Deserialize)]
+struct Wave {
+    period: f64,
+    modes: Vec<f64>,
+    largest_overlap: f64,
+    largest_velocity: f64,
+    momentum: f64,
+    speed_after_impact: f64,
+}
+
+impl Wave {
+    fn load() -> Wave {
+        let path = concat!(env!("CARGO_MANIFEST_DIR"), "/tests/data/solitary_wave.json");
+        serde_json::from_str(&std::fs::read_to_string(path).unwrap()).unwrap()
+    }
+
+    /// Overlap and its slope at `xi` for speed 1.
+    fn overlap(&self, xi: f64) -> (f64, f64) {
+        if xi.abs() >= 0.5 * self.period {
+            return (0.0, 0.0);
+        }
+        let mut sum = (0.0, 0.0);
+        for (m, a) in self.modes.iter().enumerate() {
+            let k = 2.0 * PI * m as f64 / self.period;
+            let (sin, cos) = (k * xi).sin_cos();
+            sum.0 += a * cos;
+            sum.1 -= a * k * sin;
+        }
+        sum
+    }
+
+    /// Displacement and velocity at `xi` for speed 1: nothing has moved far ahead.
+    fn motion(&self, xi: f64) -> (f64, f64) {
+        let mut sum = (0.0, 0.0);
+        let mut at = xi;
+        while at < 0.5 * self.period {
+            let (psi, slope) = self.overlap(at);
+            sum.0 += psi;
+            sum.1 -= slope;
+            at += 1.0;
+        }
+        sum
+    }
+
+    fn velocity(&self, xi: f64) -> f64 {
+        self.motion(xi).1
+    }
+}
+
+/// The longest wave of V. F. Nesterenko's continuum has `c = (4/5)^{1/2} delta^{1/4}`; the chain's
+/// own is 1.2 % faster at the same overlap.
+#[test]
+fn val_travelling_wave_equation_its_solution_is_read_right() {
+    let wave = Wave::load();
+    assert!((wave.overlap(0.0).0 - wave.largest_overlap).abs() < 1e-14);
+    assert!((wave.velocity(0.5) - wave.largest_velocity).abs() < 1e-13);
+    let sum: f64 = (-20..20).map(|j| wave.velocity(f64::from(j) + 0.3)).sum();
+    assert!((sum - wave.momentum).abs() < 1e-13);
+    // psi'' from the forces, as a difference of slopes by Simpson's rule.
+    let force = |xi: f64| wave.overlap(xi).0.max(0.0).powf(1.5);
+    let second = |xi: f64| force(xi - 1.0) - 2.0 * force(xi) + force(xi + 1.0);
+    for i in 0..12 {
+        let (a, h) = (0.25 * f64::from(i), 2e-3);
+        let integral = h / 3.0 * (second(a - h) + 4.0 * second(a) + second(a + h));
+        let difference = wave.overlap(a + h).1 - wave.overlap(a - h).1;
+        let off = (integral - difference).abs();
+        assert!(off < 2e-13, "{a}: {off:e}");
+    }
+    let continuum = 0.8f64.sqrt();
+    let speed = wave.largest_overlap.powf(-0.25);
+    assert!((speed / continuum - 1.0124).abs() < 1e-4, "{speed}");
+}
+
+/// Launched exactly, the wave travels over 200 sites as it is.
+#[test]
+fn val_travelling_wave_equation_launched_wave_keeps_its_shape() {
+    let wave = Wave::load();
+    let (start, distance) = (12.0, 200.0);
+    for (exponent, speed) in [(6, 1.0), (9, 1.0), (11, 1.0), (9, 0.5)] {
+        let tolerance = 10f64.powi(-exponent);
+        let chain = Chain::dimer(230, 1.0);
+        let mut simulation = Simulation::impact(chain, 0.0, distance / speed, 201);
+        for j in 0..simulation.velocity.len() {
+            let (u, v) = wave.motion(j as f64 - start);
+            simulation.displacement[j] = speed.powi(4) * u;
+            simulation.velocity[j] = speed.powi(5) * v;
+        }
+        simulation.record = Record::default();
+        simulation.accuracy = Accuracy::Tolerance(tolerance);
+        let run = simulation.run(&Silent).unwrap();
+        let scale = run.report.velocity_scale;
+        let worst = farthest(&run, |j, t| {
+            speed.powi(5) * wave.velocity(j as f64 - start - speed * t)
+        }) / scale;
+        println!("speed {speed}, tolerance 1e-{exponent}: {worst:.1e}");
+        assert!(worst <= tolerance, "1e-{exponent}: {worst:e}");
+    }
+}
+
+fn farthest(run: &Run, expected: impl Fn(usize, f64) -> f64) -> f64 {
+    let mut worst = 0f64;
+    for ((sample, j), v) in run.velocity.indexed_iter() {
+        worst = worst.max((v - expected(j, run.time[sample])).abs());
+    }
+    worst
+}
+
+/// Speed and place of the wave that has the momentum and the centre of what moves from site
+/// `first` on.
+fn fitted(wave: &Wave, velocity: &[f64], first: usize) -> (f64, f64) {
+    let momentum: f64 = velocity[first..].iter().sum();
+    let speed = (momentum / wave.momentum).powf(0.2);
+    let centre = |v: &dyn Fn(usize) -> f64| {
+        let moment: f64 = (first..velocity.len())
+            .map(|j| (j - first) as f64 * v(j))
+            .sum();
+        moment / momentum
+    };
+    let measured = centre(&|j| velocity[j]);
+    let mut place = first as f64 + measured;
+    for _ in 0..20 {
+        let model = centre(&|j| speed.powi(5) * wave.velocity(j as f64 - place));
+        place += measured - model;
+    }
+    (speed, place)
+}
+
+/// An impact makes the wave and leaves the rest behind: from site 100 to 290 its shape is that of
+/// the travelling-wave equation, and the speed of that shape is the one it travels at.
+#[test]
+fn val_travelling_wave_equation_impact_settles_into_the_wave() {
+    let wave = Wave::load();
+    let mut simulation = Simulation::impact(Chain::dimer(320, 1.0), 1.0, 350.0, 701);
+    simulation.record = Record::default();
+    simulation.accuracy = Accuracy::Tolerance(1e-11);
+    let run = simulation.run(&Silent).unwrap();
+    let mut settled = Vec::new();
+    for (sample, row) in run.velocity.rows().into_iter().enumerate() {
+        let v = row.to_vec();
+        let mut peak = 0;
+        for j in 0..v.len() {
+            if v[j] > v[peak] {
+                peak = j;
+            }
+        }
+        if !(20..=290).contains(&peak) {
+            continue;
+        }
+        let first = peak - 8;
+        let (speed, place) = fitted(&wave, &v, first);
+        let mut shape = 0f64;
+        for (j, v) in v.iter().enumerate().skip(first) {
+            let expected = speed.powi(5) * wave.velocity(j as f64 - place);
+            shape = shape.max((v - expected).abs());
+        }
+        settled.push(Settled {
+            time: run.time[sample],
+            peak,
+            speed,
+            place,
+            shape,
+        });
+    }
+    let worst = |sites: std::ops::RangeInclusive<usize>| {
+        let within = settled.iter().filter(|s| sites.contains(&s.peak));
+        within.fold((0f64, 0f64), |(speed, shape), s| {
+            let off = (s.speed - wave.speed_after_impact).abs();
+            (speed.max(off), shape.max(s.shape))
+        })
+    };
+    for sites in [20..=22, 40..=42, 100..=290] {
+        let (speed, shape) = worst(sites.clone());
+        println!("sites {sites:?}: speed off by {speed:.1e}, shape by {shape:.1e}");
+    }
+    // What is left of the impact dies out by a factor of 400 each ten sites.
+    let (_, shape) = worst(20..=22);
+    assert!((2e-4..1e-3).contains(&shape), "{shape:e}");
+    let (_, shape) = worst(40..=42);
+    assert!((1e-9..1e-8).contains(&shape), "{shape:e}");
+    let (speed, shape) = worst(100..=290);
+    assert!(speed < 2e-14 && shape < 4e-13, "{speed:e} {shape:e}");
+
+    let late: Vec<_> = settled.iter().filter(|s| s.peak >= 100).collect();
+    assert!(late.len() > 400, "{}", late.len());
+    let (first, last) = (late[0], late[late.len() - 1]);
+    let travelled = (last.place - first.place) / (last.time - first.time);
+    println!("travelled at {travelled}");
+    assert!((travelled - wave.speed_after_impact).abs() < 2e-13);
+}
+
+/// The leading pulse at one sample, and how far it is from the wave of its momentum.
+struct Settled {
+    time: f64,
+    peak: usize,
+    speed: f64,
+    place: f64,
+    shape: f64,
+}
