@@ -69,6 +69,7 @@ fn read_run(members: &mut Members, setup: &Setup, report: RunReport) -> Result<R
         energy_lost,
         energy_input,
         chain,
+        drive: simulation.drive,
         report,
     })
 }
