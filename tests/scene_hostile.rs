@@ -109,6 +109,14 @@ const FAULTS: &[(&str, &str, usize, &str, &str)] = &[
         "defect",
         "`factor`",
     ),
+    (GOOD, "\"a.b\" = 1", 3, "a.b", "a key of scenes"),
+    (
+        GOOD,
+        "mass_taper = 1e300\nmasses = [1, 1, 1, 1, 1, 1, 1, 1e200]",
+        3,
+        "mass_taper",
+        "finite",
+    ),
     // Of another type.
     ("sites = 8.5", "", 1, "sites", "a whole number"),
     ("sites = -3", "", 1, "sites", "a whole number"),
@@ -411,6 +419,14 @@ const FAULTS: &[(&str, &str, usize, &str, &str)] = &[
     (SI, "poisson = 0.9", 7, "poisson", "0.5"),
     (SI, "young = '-1 GPa'", 7, "young", "above 0"),
     (SI, "striker_radius = -0.1", 7, "striker_radius", "above 0"),
+    // Found only by running.
+    (
+        GOOD,
+        "scheme = 'velocity-verlet'\nstep = 3.9\nlaw = 'spring'",
+        4,
+        "step",
+        "stability",
+    ),
     // Too large.
     ("sites = 1000000000000", "", 1, "sites", "of memory"),
     (

@@ -60,6 +60,7 @@ fn form(typed: &Contact, body: Option<(f64, Material)>, ellipse: Ellipse) -> Res
         (None, Some(ratio)) => angle_of_stiffness_ratio(ratio, ellipse)?,
         (angle, _) => angle.unwrap_or(90.0),
     };
+    let ratio = stiffness_ratio(angle, ellipse)?;
     // The ellipse depends on the angle alone.
     let (radius, material) = body.unwrap_or((1.0, Material::QUARTZ));
     let contact = HertzContact::crossed_cylinders(radius, material, angle, ellipse)?;
@@ -67,7 +68,7 @@ fn form(typed: &Contact, body: Option<(f64, Material)>, ellipse: Ellipse) -> Res
     Ok(Form {
         ellipse,
         angle,
-        stiffness_ratio: stiffness_ratio(angle, ellipse)?,
+        stiffness_ratio: ratio,
         aspect: contact.aspect,
         coefficient: body.map(|_| contact.coefficient),
         coefficient_at_90: body.map(|_| right.coefficient),

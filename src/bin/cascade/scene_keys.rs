@@ -44,7 +44,7 @@ impl FromArgMatches for SceneKeys {
 
 fn option(property: &'static Property) -> Arg {
     let name = property.name.as_str();
-    let mut help = property.description.clone();
+    let mut help = property.description.trim_end_matches('.').to_owned();
     let arg = Arg::new(name)
         .long(kebab(name))
         .help_heading(property.group.as_str())
@@ -59,14 +59,14 @@ fn option(property: &'static Property) -> Arg {
                 let value = PossibleValue::new(choice.name.as_str());
                 match choice.description.as_str() {
                     "" => value,
-                    about => value.help(about),
+                    about => value.help(about.trim_end_matches('.')),
                 }
             });
             arg.value_parser(PossibleValuesParser::new(values))
         }
         Kind::Choices(choices) => {
             let names: Vec<&str> = choices.iter().map(|choice| choice.name.as_str()).collect();
-            help += &format!(" Of {}, with commas between.", names.join(", "));
+            help += &format!(": of {}, with commas between", names.join(", "));
             arg.allow_hyphen_values(true)
         }
         Kind::Numbers | Kind::Tables => arg.allow_hyphen_values(true),

@@ -21,7 +21,8 @@ pub fn run(typed: Simulate) -> Result<(), Failure> {
         Some(path) => SceneSource::read(path)?,
         None => SceneSource::default(),
     };
-    let setup = source.with(typed.keys.settings.clone()).setup()?;
+    let source = source.with(typed.keys.settings.clone());
+    let setup = source.setup()?;
     if typed.plan {
         let text = describe(&setup.description(), typed.json)?;
         return Ok(std::io::stdout().write_all(text.as_bytes())?);
@@ -34,7 +35,8 @@ pub fn run(typed: Simulate) -> Result<(), Failure> {
     // Before any work: could the run be written?
     RunFile::check(&out, typed.force)?;
     let started = Instant::now();
-    let run = setup.simulation.run(&progress)?;
+    let run = setup.simulation.run(&progress);
+    let run = run.map_err(|error| source.locate(error))?;
     let seconds = started.elapsed().as_secs_f64();
     progress.begin_writing();
     RunFile::write(&out, typed.force, &setup, &run, &progress)?;

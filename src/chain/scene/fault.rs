@@ -102,12 +102,21 @@ impl SceneFault {
     ) -> SceneFault {
         SceneFault {
             place,
-            key: key.to_owned(),
+            key: shortened(key),
             problem: Problem::Value {
                 expected: expected.into(),
-                found: found.to_string(),
+                found: shortened(&found.to_string()),
             },
         }
+    }
+}
+
+/// As much of a text as a message has room for.
+fn shortened(text: &str) -> String {
+    const MOST: usize = 120;
+    match text.char_indices().nth(MOST) {
+        Some((end, _)) => format!("{}...", &text[..end]),
+        None => text.to_owned(),
     }
 }
 
@@ -115,7 +124,7 @@ impl SceneFault {
 pub(super) fn reworded(message: &str) -> Problem {
     let value = |expected: &str, found: &str| Problem::Value {
         expected: plain(expected),
-        found: plain(found),
+        found: shortened(&plain(found)),
     };
     for prefix in ["invalid type: ", "invalid value: ", "invalid length "] {
         if let Some((found, expected)) = message
@@ -134,7 +143,7 @@ pub(super) fn reworded(message: &str) -> Problem {
         }
     }
     Problem::Syntax {
-        reason: message.to_owned(),
+        reason: shortened(message),
     }
 }
 

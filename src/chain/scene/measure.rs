@@ -101,10 +101,12 @@ impl<D: Dimension> Measure<D> {
 fn scaled(number: &str, size: f64) -> Option<f64> {
     let value: f64 = number.parse().ok()?;
     let power = size.log10().round();
-    if format!("1e{power}").parse() == Ok(size) && !number.contains(['e', 'E', 'n', 'N']) {
-        return format!("{number}e{power}").parse().ok();
+    if format!("1e{power}").parse() != Ok(size) {
+        return Some(value * size);
     }
-    Some(value * size)
+    let (digits, exponent) = number.split_once(['e', 'E']).unwrap_or((number, "0"));
+    let exponent = exponent.parse::<f64>().ok()? + power;
+    format!("{digits}e{exponent}").parse().ok()
 }
 
 impl<D: Dimension> fmt::Debug for Measure<D> {

@@ -47,10 +47,6 @@ pub(super) fn along(
         values(random, &spread_key)?,
     );
     let product = |((cell, taper), random): ((f64, f64), f64)| cell * taper * random;
-    Ok(cell
-        .into_iter()
-        .zip(taper)
-        .zip(random)
-        .map(product)
-        .collect())
+    let all = cell.into_iter().zip(taper).zip(random).map(product);
+    all.map(|value| check.positive(&taper_key, value)).collect()
 }

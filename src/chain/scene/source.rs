@@ -112,6 +112,25 @@ impl SceneSource {
         setup::work_out(&scene, &places, self.whole_text()?)
     }
 
+    /// A fault that a run found in a value, with the place of its key.
+    pub fn locate(&self, error: Error) -> Error {
+        match (error, self.table()) {
+            (
+                Error::Request {
+                    option,
+                    expected,
+                    found,
+                },
+                Ok((_, places)),
+            ) if places.has(&option.replace('-', "_")) => {
+                let key = option.replace('-', "_");
+                let fault = SceneFault::new(places.of(&key), &key, expected, found);
+                Error::scene(fault)
+            }
+            (error, _) => error,
+        }
+    }
+
     /// One text that says all: that of the file, or, where settings hold over it, all keys anew.
     pub(crate) fn whole_text(&self) -> Result<String> {
         if self.settings.is_empty() {

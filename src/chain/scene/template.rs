@@ -22,10 +22,10 @@ pub fn template() -> String {
         if property.group != group {
             group = &property.group;
             // Writing to a string cannot fail.
-            let _ = write!(text, "\n# == {group}\n");
+            let _ = write!(text, "\n\n# == {group}\n");
         }
-        let comment = comment(property);
-        for line in wrapped(&comment) {
+        text.push('\n');
+        for line in wrapped(&comment(property)) {
             let _ = writeln!(text, "# {line}");
         }
         let value = property.default.as_ref().or(property.example.as_ref());
