@@ -25,11 +25,15 @@ const SENSITIVE: f64 = 1e4;
 /// that it differs from the run that is checked also where all steps end on samples.
 pub(super) const CHECKED_SAMPLES: usize = 128;
 
+/// By how much two runs must differ less than the tolerance: close to rounding they agree up to
+/// twice better than either is right.
+const SURE: f64 = 2.0;
+
 impl Simulation {
     /// Runs the simulation.
     ///
     /// A tolerance is checked by a second run of smaller steps, whose results are returned; while
-    /// the two differ by more than the tolerance, the steps are made smaller still.
+    /// the two differ by more than half the tolerance, the steps are made smaller still.
     ///
     /// # Errors
     /// As [`Simulation::check`]; [`Error::Request`] for a step that is unstable;
@@ -67,7 +71,7 @@ impl Simulation {
             let mut run = with(local, self.record, all)?;
             let error = few.largest_difference(&check.velocity, &run.velocity) / scale;
             run.report.error = Some(error);
-            if tolerance.is_none_or(|tolerance| error <= tolerance) {
+            if tolerance.is_none_or(|tolerance| SURE * error <= tolerance) {
                 return Ok(run);
             }
             let stuck = error > 0.5 * best && local < ROUNDING;
