@@ -422,8 +422,8 @@ const FAULTS: &[(&str, &str, usize, &str, &str)] = &[
     // Found only by running.
     (
         GOOD,
-        "scheme = 'velocity-verlet'\nstep = 3.9\nlaw = 'spring'",
-        4,
+        "samples = 2\nlaw = 'spring'\nscheme = 'velocity-verlet'\nstep = 4",
+        6,
         "step",
         "stability",
     ),

@@ -33,7 +33,7 @@ pub struct RunReport {
     /// lightest site with the energy of the start; driven, that of the drive.
     pub velocity_scale: f64,
     /// Largest difference of a velocity, relative to the scale, between this run and one of
-    /// [`CHECK_FACTOR`] times its local error; `None` where it was not asked for.
+    /// [`CHECK_FACTOR`](super::CHECK_FACTOR) times its local error; `None` where it was not asked for.
     pub error: Option<f64>,
     /// Largest change of the energy that neither input nor losses explain, relative to the largest
     /// energy. Small drift says nothing of the error of velocities.

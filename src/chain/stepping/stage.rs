@@ -96,13 +96,18 @@ pub(super) fn walk<T: Right>(
     sums: impl Fn(usize) -> T,
     mut visit: impl FnMut(usize, T, T),
 ) {
+    // A sum is used two blocks after it was begun, so that none is waited for.
     let mut here = sums(0);
-    for b in 0..blocks - 1 {
-        let after = sums(b + 1);
+    let mut after = if blocks > 1 { sums(1) } else { T::nothing() };
+    for b in 0..blocks {
+        let later = if b + 2 < blocks {
+            sums(b + 2)
+        } else {
+            T::nothing()
+        };
         visit(b, here, here.right(after));
-        here = after;
+        (here, after) = (after, later);
     }
-    visit(blocks - 1, here, here.right(T::nothing()));
 }
 
 /// Where the place before the first block is: so far left that its contact is open.
@@ -159,6 +164,8 @@ impl<K: Kernel> Work for MoveAndPress<'_, K> {
         let reach = L::splat(self.reach);
         let mut before = outside::<L>(self.island);
         let sums = self.sums;
+        // The root of a block is taken while the next one moves.
+        let mut r = L::splat(0.0);
         walk(
             n,
             #[inline(always)]
@@ -168,14 +175,29 @@ impl<K: Kernel> Work for MoveAndPress<'_, K> {
                 let flight = reach * L::load(&v[b]);
                 let push = L::load(&mobility[b]) * (left - right);
                 let at = L::load(&x[b]) + (flight + push);
-                let r = at.take_left(before) - at;
-                let (c, d0) = (L::load(&c[b]), L::load(&d0[b]));
-                kernel.force(c, d0, r).store(&mut force[b]);
+                if b > 0 {
+                    press(*kernel, [c, d0], b - 1, r, force);
+                }
+                r = at.take_left(before) - at;
                 at.store(&mut positions[b]);
                 before = at;
             },
         );
+        press(*kernel, [c, d0], n - 1, r, force);
     }
+}
+
+/// Forces of a block at the excess overlaps `r`.
+#[inline(always)]
+fn press<K: Kernel, L: Lanes>(
+    kernel: K,
+    [c, d0]: [&[Block]; 2],
+    b: usize,
+    r: L,
+    force: &mut [Block],
+) {
+    let (c, d0) = (L::load(&c[b]), L::load(&d0[b]));
+    kernel.force(c, d0, r).store(&mut force[b]);
 }
 
 /// `base + reach slope + (S_s - S_{s+1} - P_s) / m`, P the sums of forces on the sites themselves.
