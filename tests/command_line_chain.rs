@@ -361,7 +361,8 @@ fn the_scene_command_prints_a_scene_that_runs_and_a_schema() {
         (&plan["sites"], &plan["stiffness_ratio"]),
         (&300.into(), &4.9272.into())
     );
-    assert_eq!(plan["memory"], 1024 * 8 * (1 + 5 * 300));
+    // All samples of a run with its arrays, and the velocities of its check at some of them.
+    assert_eq!(plan["memory"], 1024 * 8 * (1 + 4 * 300) + 130 * 8 * 300);
     assert_eq!(place.names().len(), 1, "a plan writes nothing");
     let schema: Value = serde_json::from_str(&place.good(&["scene", "--schema"])).unwrap();
     let properties = schema["properties"].as_object().unwrap();

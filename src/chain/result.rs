@@ -47,8 +47,8 @@ pub struct RunReport {
 #[serde(rename_all = "kebab-case", tag = "code")]
 #[non_exhaustive]
 pub enum RunWarning {
-    /// The velocities could not be had to the tolerance: smaller steps no longer bring two runs
-    /// together, since the chain amplifies differences of the last digit.
+    /// The tolerance could not be assured: smaller steps no longer bring two runs together, since
+    /// the chain amplifies differences of the last digit.
     Sensitive {
         tolerance: f64,
         reached: f64,
@@ -57,6 +57,7 @@ pub enum RunWarning {
         amplification: f64,
     },
     /// The tolerance is below what rounding leaves of the velocities.
+    /// Two runs agree to `reached`.
     Rounding { tolerance: f64, reached: f64 },
 }
 

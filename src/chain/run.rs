@@ -64,7 +64,7 @@ impl Simulation {
             return with(local, self.record, all);
         }
         let mut local = local;
-        let mut best = f64::INFINITY;
+        let mut best = (f64::INFINITY, local);
         loop {
             let check = with(local, Record::default(), few)?;
             local = (local * CHECK_FACTOR).max(LEAST_LOCAL_ERROR);
@@ -74,25 +74,32 @@ impl Simulation {
             if tolerance.is_none_or(|tolerance| SURE * error <= tolerance) {
                 return Ok(run);
             }
-            let stuck = error > 0.5 * best && local < ROUNDING;
-            best = best.min(error);
-            if stuck || local <= LEAST_LOCAL_ERROR {
-                let tolerance = tolerance.unwrap_or(local);
-                let amplification = self.amplification(&run, local, scale, few, observer)?;
-                run.report.warnings.push(if amplification < SENSITIVE {
-                    RunWarning::Rounding {
-                        tolerance,
-                        reached: error,
-                    }
-                } else {
-                    RunWarning::Sensitive {
-                        tolerance,
-                        reached: error,
-                        amplification,
-                    }
-                });
-                return Ok(run);
+            let stuck = error > 0.5 * best.0 && local < ROUNDING;
+            if !stuck && local > LEAST_LOCAL_ERROR {
+                if error < best.0 {
+                    best = (error, local);
+                }
+                continue;
             }
+            let mut reached = error;
+            if best.0 < error {
+                // Shorter steps only gather more rounding.
+                (reached, local) = best;
+                run = with(local, self.record, all)?;
+                run.report.error = Some(reached);
+            }
+            let tolerance = tolerance.unwrap_or(local);
+            let amplification = self.amplification(&run, local, scale, few, observer)?;
+            run.report.warnings.push(if amplification < SENSITIVE {
+                RunWarning::Rounding { tolerance, reached }
+            } else {
+                RunWarning::Sensitive {
+                    tolerance,
+                    reached,
+                    amplification,
+                }
+            });
+            return Ok(run);
         }
     }
 

@@ -11,11 +11,12 @@ impl RunWarning {
                 reached,
                 amplification,
             } => format!(
-                "velocities are good to {reached:.1e}, not to {tolerance:.1e}, whatever the steps: \
-                 the chain amplifies a relative change of its masses {amplification:.1e} times"
+                "two runs agree to {reached:.1e}, which does not assure {tolerance:.1e}, whatever the \
+                 steps: the chain amplifies a relative change of its masses {amplification:.1e} times"
             ),
             RunWarning::Rounding { tolerance, reached } => format!(
-                "velocities are good to {reached:.1e}, not to {tolerance:.1e}: rounding leaves no more"
+                "two runs agree to {reached:.1e}, which does not assure {tolerance:.1e}; rounding \
+                 leaves no more"
             ),
         }
     }
