@@ -107,6 +107,8 @@ fn summary(description: &Description, run: &Run, seconds: f64, width: usize) -> 
         &format!("0 to {}{unit}{auto}, {samples} samples", number(end)),
     );
     let error = match report.error {
+        // Where samples or rounding set the steps, the two runs are one.
+        Some(0.0) => "not told: the second run took the same steps and gave the same bits".into(),
         Some(error) => format!(
             "{} of {} in any velocity at any sample, from a second run at {CHECK_FACTOR} of the \
              error a step",

@@ -99,7 +99,7 @@ pub struct Scene {
     /// Seed of the random masses and coefficients.
     #[schemars(extend("default" = 0))]
     pub seed: Option<u64>,
-    /// Single sites or contacts that differ, after all patterns, as tables [[defect]] of `site` or
+    /// Single sites or contacts that differ, after all patterns, as tables `[[defect]]` of `site` or
     /// `contact` and either `factor` or `value`.
     #[schemars(extend("examples" = [[{"site": 20, "factor": 2.0}]]))]
     pub defect: Option<Vec<Defect>>,
