@@ -160,7 +160,11 @@ impl Recorder {
         if sample == 0 {
             *first = energy;
         }
-        *drift = drift.max((energy - *first).abs());
+        let change = (energy - *first).abs();
+        // What is not a number is worse than any drift, and stays.
+        if change > *drift || change.is_nan() {
+            *drift = change;
+        }
     }
 
     /// # Errors
@@ -171,7 +175,7 @@ impl Recorder {
         let drift = (self.explained && largest > 0.0).then(|| drift / largest);
         self.run.report.energy_drift = drift;
         match (control, drift) {
-            (StepControl::Fixed(step), Some(drift)) if drift > 0.5 => {
+            (StepControl::Fixed(step), Some(drift)) if drift.is_nan() || drift > 0.5 => {
                 let expected = "a step below the stability limit";
                 let found = format!("{step:e}, with which the energy runs away");
                 Err(refuse("step", expected, found))

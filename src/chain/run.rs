@@ -66,10 +66,10 @@ impl Simulation {
         let mut local = local;
         let mut best = (f64::INFINITY, local);
         loop {
-            let check = with(local, Record::default(), few)?;
+            let coarse = local;
             local = (local * CHECK_FACTOR).max(LEAST_LOCAL_ERROR);
             let mut run = with(local, self.record, all)?;
-            let error = few.largest_difference(&check.velocity, &run.velocity) / scale;
+            let error = self.difference(&run, coarse, few, &with)? / scale;
             run.report.error = Some(error);
             if tolerance.is_none_or(|tolerance| SURE * error <= tolerance) {
                 return Ok(run);
@@ -100,6 +100,26 @@ impl Simulation {
                 }
             });
             return Ok(run);
+        }
+    }
+
+    /// The largest difference of a velocity between a run and one of another local error, at the
+    /// samples given. Where samples close together hold the steps of both to the same lengths, the
+    /// two are the same to the last bit, which tells nothing: it is then taken over fewer samples.
+    fn difference(
+        &self,
+        run: &Run,
+        local: f64,
+        mut samples: Samples,
+        with: &dyn Fn(f64, Record, Samples) -> Result<Run>,
+    ) -> Result<f64> {
+        loop {
+            let check = with(local, Record::default(), samples)?;
+            let difference = samples.largest_difference(&check.velocity, &run.velocity);
+            if difference != 0.0 || samples.number() == 2 {
+                return Ok(difference);
+            }
+            samples = samples.at_most((samples.number() / 4).max(1));
         }
     }
 
