@@ -12,7 +12,7 @@ use crate::{Error, Result};
 pub const CHECK_FACTOR: f64 = 0.1;
 
 /// Below this the estimate of a step's error is rounding.
-const LEAST_LOCAL_ERROR: f64 = 1e-15;
+const LEAST_LOCAL_ERROR: f64 = 1e-14;
 
 /// Where smaller steps bring two runs no closer, from here on it is the chain that amplifies
 /// rounding.
@@ -63,22 +63,24 @@ impl Simulation {
         if !self.estimate_error {
             return with(local, self.record, all);
         }
-        let mut local = local;
+        let mut coarse = local;
         let mut best = (f64::INFINITY, local);
         loop {
-            let coarse = local;
-            local = (local * CHECK_FACTOR).max(LEAST_LOCAL_ERROR);
+            let mut local = coarse * CHECK_FACTOR;
             let mut run = with(local, self.record, all)?;
             let error = self.difference(&run, coarse, few, &with)? / scale;
             run.report.error = Some(error);
-            if tolerance.is_none_or(|tolerance| SURE * error <= tolerance) {
+            let Some(tolerance) = tolerance.filter(|tolerance| SURE * error > *tolerance) else {
                 return Ok(run);
-            }
+            };
             let stuck = error > 0.5 * best.0 && local < ROUNDING;
             if !stuck && local > LEAST_LOCAL_ERROR {
                 if error < best.0 {
                     best = (error, local);
                 }
+                // The error falls about as the local one does.
+                let shorter = (0.5 * tolerance / (SURE * error)).min(CHECK_FACTOR);
+                coarse = (coarse * shorter).max(LEAST_LOCAL_ERROR / CHECK_FACTOR);
                 continue;
             }
             let mut reached = error;
@@ -88,7 +90,6 @@ impl Simulation {
                 run = with(local, self.record, all)?;
                 run.report.error = Some(reached);
             }
-            let tolerance = tolerance.unwrap_or(local);
             let amplification = self.amplification(&run, local, scale, few, observer)?;
             run.report.warnings.push(if amplification < SENSITIVE {
                 RunWarning::Rounding { tolerance, reached }

@@ -14,6 +14,7 @@ pub struct Measures {
     pub peak_force_first: Option<f64>,
     /// Largest force of the last contact, the wall's where there is one.
     pub peak_force_last: Option<f64>,
+    /// When that was; `None` where nothing has arrived.
     pub peak_force_last_time: Option<f64>,
     /// Energy at the start and put in by a drive.
     pub energy_input: Option<f64>,
@@ -50,7 +51,7 @@ impl Measures {
             end_time: run.time[last_sample],
             peak_force_first: first.map(|peak| peak.value),
             peak_force_last: last.map(|peak| peak.value),
-            peak_force_last_time: last.map(|peak| peak.time),
+            peak_force_last_time: last.filter(|peak| peak.value > 0.0).map(|peak| peak.time),
             energy_input: start.filter(|_| run.drive.is_none() || run.energy_input.is_some()),
             energy_passed_last: joint.and_then(|j| passed.map(|w| w[[last_sample, j]])),
             energy_lost: run
