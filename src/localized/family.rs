@@ -3,7 +3,7 @@
 use super::dense::Matrix;
 use super::fast::Oscillator;
 use super::grid::Grid;
-use super::problem::{Parameter, Problem, Root};
+use super::problem::{Parameter, Problem, Root, Symmetry};
 use super::series::Series;
 use super::slow::{MOST_POINTS, SlowProfile, check_exponent, solitary, unresolved};
 use super::wave::{Alternation, Wave};
@@ -132,6 +132,7 @@ impl Family {
                     constant: soft,
                     linear: Some(stiff),
                     blocks: vec![0..n, n..2 * n],
+                    symmetry: Symmetry::Even,
                     on_values: vec![unit(n - 1), unit(2 * n - 1)],
                     on_forces: vec![balance.map(|w| scale * w).collect()],
                 }
@@ -152,6 +153,7 @@ impl Family {
                     constant,
                     linear: Some(linear),
                     blocks: vec![0..m],
+                    symmetry: Symmetry::None,
                     on_values: vec![end, grid.slope_at_end()],
                     on_forces: Vec::new(),
                 }
@@ -205,8 +207,8 @@ impl Search {
     ///
     /// From the estimate, values at a held ratio come first, by Gauss and Newton's steps, then the
     /// ratio with them. Counting the maxima of the fast part tells which order was found; where it
-    /// is another one, the start moves on by that many orders. Then the resolution is raised until the
-    /// ratio stands, and the period made longer once.
+    /// is another one, or none, other starts around the estimate are tried. Then the resolution is
+    /// raised until the ratio stands, and the period made longer once.
     ///
     /// # Errors
     /// [`Error::Request`] for an order that was not prepared, [`Error::Unresolved`] where no start
@@ -220,16 +222,15 @@ impl Search {
                 found: order.to_string(),
             });
         }
-        let mut start = self.stiffenings[order - 1].sqrt();
-        let spacing = match order {
-            1 => 0.0,
-            _ => start - self.stiffenings[order - 2].sqrt(),
-        };
+        if order == 1 {
+            return self.homogeneous();
+        }
+        let centre = self.stiffenings[order - 1].sqrt();
+        let spacing = centre - self.stiffenings[order - 2].sqrt();
         let mut found = "none".to_owned();
-        for _ in 0..ATTEMPTS {
-            let stiffening = start * start;
-            let Some((grid, root)) = self.first(order, stiffening) else {
-                start += 0.2 * spacing;
+        for offset in OFFSETS {
+            let start = centre + offset * spacing;
+            let Some((grid, root)) = self.first(start * start) else {
                 continue;
             };
             let wave = self.assemble(grid, &root, Changes::default());
@@ -237,7 +238,6 @@ impl Search {
                 return self.refine(grid, root, order);
             }
             found = format!("one of order {} at the ratio {}", wave.order, wave.ratio);
-            start += 0.5 * spacing * (order as f64 - wave.order as f64).clamp(-2.0, 2.0);
         }
         Err(unresolved(
             "the localized wave",
@@ -246,22 +246,34 @@ impl Search {
         ))
     }
 
+    /// The wave of order 1: that of the homogeneous chain, at the ratio 1. (For the mass dimer this
+    /// is a double root, since mu and 1/mu are one chain, so that Newton's steps do not end at it.)
+    fn homogeneous(&self) -> Result<Wave> {
+        let series = solitary(self.family.exponent, 0.5, 1.0)?;
+        let grid = Grid {
+            half: series.len(),
+            period: series.period(),
+        };
+        let values = self.family.sample(grid, &[series.clone(), series]);
+        let theta = self.theta(1.0);
+        let root = Root {
+            residual: self.family.problem(grid).residual(&values, theta),
+            values,
+            theta,
+            iterations: 0,
+            converged: true,
+        };
+        Ok(self.assemble(grid, &root, Changes::default()))
+    }
+
     /// A root on the coarsest grid.
-    fn first(&self, order: usize, stiffening: f64) -> Option<(Grid, Root)> {
+    fn first(&self, stiffening: f64) -> Option<(Grid, Root)> {
         let fastest = self.fastest * stiffening.sqrt();
         let density = (LEAST_FREQUENCY + 2.0 * fastest) / std::f64::consts::PI;
+        let density = density.max(self.slow.density());
         let grid = Grid::new(2.0 * self.slow.end(), density);
         let family = &self.family;
         let problem = family.problem(grid);
-        if order == 1 {
-            let homogeneous = solitary(family.exponent, 0.5, 1.0).ok()?;
-            let values = family.sample(grid, &[homogeneous.clone(), homogeneous]);
-            let theta = self.theta(1.0);
-            return Some((
-                grid,
-                problem.iterate(Parameter::Free, &values, theta, NEWTON)?,
-            ));
-        }
         let half = grid.half as isize;
         let slow = &self.slow;
         let values: Vec<f64> = match family.alternation {
@@ -410,7 +422,8 @@ struct Changes {
 /// Relative change of the ratio at which the resolution is enough.
 const GOAL: f64 = 1e-12;
 const LONGER: f64 = 1.2;
-const ATTEMPTS: usize = 8;
+/// Where to start, in orders from the estimate.
+const OFFSETS: [f64; 9] = [0.0, -0.25, 0.25, -0.5, 0.5, -0.75, 0.75, -1.0, 1.0];
 /// Steps at a held ratio, and Newton's steps at most.
 const HELD: usize = 5;
 const NEWTON: usize = 25;

@@ -14,6 +14,7 @@ pub(super) struct Problem {
     /// What theta multiplies; `None` where there is no parameter.
     pub(super) linear: Option<Matrix>,
     pub(super) blocks: Vec<Range<usize>>,
+    pub(super) symmetry: Symmetry,
     /// Conditions `sum_j row_j u_j = 0`.
     pub(super) on_values: Vec<Vec<f64>>,
     /// Conditions `sum_j row_j F(u_j) = 0`.
@@ -29,6 +30,14 @@ pub(super) struct Root {
     /// Largest residual over the largest value.
     pub(super) residual: f64,
     pub(super) converged: bool,
+}
+
+/// What is known of the unknown functions.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(super) enum Symmetry {
+    /// Even, so that a block holds half a period, its ends included.
+    Even,
+    None,
 }
 
 /// Whether theta is held or solved for.
@@ -56,11 +65,7 @@ impl Problem {
             residual: f64::INFINITY,
             converged: false,
         };
-        let mut means: Vec<f64> = self
-            .blocks
-            .iter()
-            .map(|b| mean(&values[b.clone()]))
-            .collect();
+        let mut means = self.means(values);
         let mut last = f64::INFINITY;
         while root.iterations < most {
             let (mut residual, jacobian) = self.linearised(parameter, &root, &means);
@@ -102,6 +107,34 @@ impl Problem {
         // The zero wave solves the equations too.
         let alive = largest(&root.values) > 1e-3 * largest(values);
         (alive && root.values.iter().all(|v| v.is_finite())).then_some(root)
+    }
+
+    /// Largest residual over the largest value.
+    pub(super) fn residual(&self, values: &[f64], theta: f64) -> f64 {
+        let root = Root {
+            values: values.to_vec(),
+            theta,
+            iterations: 0,
+            residual: f64::INFINITY,
+            converged: false,
+        };
+        let (residual, _) = self.linearised(Parameter::Held, &root, &self.means(values));
+        largest(&residual) / largest(values)
+    }
+
+    fn means(&self, values: &[f64]) -> Vec<f64> {
+        let mean = |block: &Range<usize>| {
+            let values = &values[block.clone()];
+            let sum: f64 = values.iter().sum();
+            match self.symmetry {
+                Symmetry::Even => {
+                    let ends = 0.5 * (values[0] + values[values.len() - 1]);
+                    (sum - ends) / (values.len() - 1) as f64
+                }
+                Symmetry::None => sum / values.len() as f64,
+            }
+        };
+        self.blocks.iter().map(mean).collect()
     }
 
     fn linearised(&self, parameter: Parameter, root: &Root, means: &[f64]) -> (Vec<f64>, Matrix) {
@@ -164,10 +197,6 @@ const MOST_CHANGE: f64 = 0.15;
 const ROUNDING: f64 = 1e-14;
 /// Relative change below which changes that no longer halve are rounding.
 const NEAR: f64 = 1e-9;
-
-fn mean(values: &[f64]) -> f64 {
-    values.iter().sum::<f64>() / values.len() as f64
-}
 
 fn largest(values: &[f64]) -> f64 {
     values.iter().fold(0.0, |m: f64, v| m.max(v.abs()))

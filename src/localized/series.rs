@@ -58,6 +58,11 @@ impl Series {
         }
     }
 
+    /// Number of frequencies beside 0.
+    pub(super) fn len(&self) -> usize {
+        self.cosine.len() - 1
+    }
+
     pub fn period(&self) -> f64 {
         self.period
     }

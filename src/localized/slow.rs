@@ -2,7 +2,7 @@
 
 use super::dense::Matrix;
 use super::grid::Grid;
-use super::problem::{Parameter, Problem};
+use super::problem::{Parameter, Problem, Symmetry};
 use super::series::Series;
 use crate::{Error, Result};
 
@@ -63,6 +63,14 @@ impl SlowProfile {
     /// `psi(t)^p`.
     pub fn force(&self, time: f64) -> f64 {
         self.overlap(time).max(0.0).powf(self.exponent)
+    }
+
+    /// Times per unit of time that resolve the wave.
+    pub(super) fn density(&self) -> f64 {
+        match &self.shape {
+            Shape::Exact(series) => 2.0 * series.len() as f64 / series.period(),
+            Shape::Fitted { .. } => 16.0,
+        }
     }
 
     /// A time beyond which the wave is below rounding.
@@ -126,6 +134,7 @@ fn solitary_on(grid: Grid, exponent: f64, delay: f64, rate: f64) -> Result<Serie
         constant,
         linear: None,
         blocks: vec![0..n],
+        symmetry: Symmetry::Even,
         on_values: vec![tail],
         on_forces: Vec::new(),
     };

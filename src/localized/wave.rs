@@ -96,14 +96,19 @@ impl Wave {
         }
     }
 
-    /// Rises followed by falls, both above the noise.
+    /// Rises followed by falls, both above the noise, where there is a force. (Where there is none,
+    /// the root of rounded forces is all noise.)
     fn maxima_of_fast_part(&self) -> usize {
         let end = 0.5 * self.overlap[0].period();
+        let noise = (1e3 * self.convergence.spectral_tail).max(1e-12);
+        let least = noise * Wave::peak(&self.force[0]).1;
         let values: Vec<f64> = (-COUNTING..=COUNTING)
-            .map(|j| self.fast_part(end * f64::from(j) / f64::from(COUNTING)))
+            .map(|j| end * f64::from(j) / f64::from(COUNTING))
+            .filter(|t| self.force[0].value(t.abs() - 0.5) > least)
+            .map(|t| self.fast_part(t))
             .collect();
         let noise = 1e-5 * values.iter().fold(0.0, |m: f64, v| m.max(v.abs()));
-        let (mut extreme, mut rising, mut maxima) = (values[0], false, 0);
+        let (mut extreme, mut rising, mut maxima) = (f64::INFINITY, false, 0);
         for value in values {
             if rising {
                 if value < extreme - noise {
