@@ -33,6 +33,7 @@ impl Matrix {
     }
 
     /// `A x`.
+    #[cfg(test)]
     pub(super) fn times(&self, x: &[f64]) -> Vec<f64> {
         (0..self.rows()).map(|i| dot(self.row(i), x)).collect()
     }

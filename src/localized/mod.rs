@@ -17,7 +17,8 @@
 //!
 //! Solutions that decay on both sides exist at isolated ratios only. [`Search::wave`] finds the one
 //! of a given order, the ratio being one of the unknowns; [`Family::estimates`] gives the estimates
-//! of a fast oscillation on the slow wave of the limit.
+//! of a fast oscillation on the slow wave of the limit; [`LeakScan`] measures on simulated chains
+//! what a pulse loses per cell, and [`Wave::launch`] starts a chain with a wave.
 //!
 //! Sources: J. M. English, R. L. Pego, *On the solitary wave pulse in a chain of beads*, Proc.
 //! AMS 133 (2005) 1763 (the equation as a convolution); K. R. Jayaprakash, Y. Starosvetsky,
@@ -28,12 +29,16 @@ mod dense;
 mod family;
 mod fast;
 mod grid;
+mod launch;
+mod leak;
 mod problem;
 mod series;
 mod slow;
 mod wave;
 
 pub use family::{Convergence, Family, Search};
+pub use launch::Travel;
+pub use leak::{Leak, LeakScan, REACH, minima};
 pub use series::Series;
 pub use slow::SlowProfile;
 pub use wave::{Alternation, Wave};
