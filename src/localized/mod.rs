@@ -25,6 +25,7 @@
 //! A. F. Vakakis, *New family of solitary waves in granular dimer chains with no precompression*,
 //! Phys. Rev. E 83 (2011) 036606 (slow and fast parts, mass ratios).
 
+mod comparison;
 mod dense;
 mod family;
 mod fast;
@@ -32,13 +33,16 @@ mod grid;
 mod launch;
 mod leak;
 mod problem;
+mod published;
 mod series;
 mod slow;
 mod wave;
 
+pub use comparison::{Asymptotic, Direct, Exact, Row, compare};
 pub use family::{Convergence, Family, Search};
 pub use launch::Travel;
 pub use leak::{Leak, LeakScan, REACH, minima};
+pub use published::{PUBLISHED, Published};
 pub use series::Series;
 pub use slow::SlowProfile;
 pub use wave::{Alternation, Wave};

@@ -26,6 +26,8 @@ pub enum Command {
     /// time_unit, space_unit, quantity, unit), or are known from the file; an axis of which nothing
     /// is known counts samples or sites.
     Analyze(Box<Analyze>),
+    /// Compute the ratios at which a dimer carries localized waves.
+    Localize(crate::localize::Localize),
     /// Print completions for a shell.
     Completions { shell: clap_complete::Shell },
     /// Print the manual page of the program, or of one of its commands.

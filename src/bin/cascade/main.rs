@@ -3,6 +3,7 @@
 mod analyze;
 mod args;
 mod failure;
+mod localize;
 mod manual;
 mod parse;
 mod progress;
@@ -18,6 +19,7 @@ fn main() -> ExitCode {
     let cli = Cli::parse();
     let done = match cli.command {
         Command::Analyze(typed) => analyze::run(*typed),
+        Command::Localize(typed) => localize::run(typed),
         Command::Completions { shell } => manual::completions(shell),
         Command::Man { page } => manual::page(page.as_deref()),
     };
