@@ -100,7 +100,7 @@ fn val_finite_differences() {
         let slope = (coarse / fine).log2();
         println!("{coarse:e} {fine:e} {slope}");
         assert!((slope - 4.0).abs() < 0.1, "{slope}");
-        assert!(fine < 2e-4, "{fine:e}");
+        assert!(fine < 5e-7, "{fine:e}");
     }
 }
 
@@ -152,8 +152,8 @@ fn val_chain_a_launched_wave_travels() {
         let run = wave.launch(100, 1e-13).run(&Silent).unwrap();
         let travel = wave.travelled(&run, 100).unwrap();
         println!("{travel:?}");
-        assert!(travel.shape_change < 1e-10, "{travel:?}");
-        assert!(travel.leak < 1e-20, "{travel:?}");
+        assert!(travel.shape_change < 3e-11, "{travel:?}");
+        assert!(travel.leak < 1e-25, "{travel:?}");
         // Beside its ratio it does leave something behind.
         let mut other = wave.launch(100, 1e-10);
         let change = |j: usize, c: f64| if j % 2 == 1 { 1.01 * c } else { c };
@@ -228,19 +228,16 @@ fn regress_bad_requests_are_refused() {
     };
     let slow = SlowProfile::exact(1.5).unwrap();
     assert!(other.estimates(&slow, 2).unwrap_err().is_usage());
-    // Too wide for any grid, and beyond the digits of the fast part: no number rather than a wrong
-    // one.
-    for (family, order) in [
-        (
-            Family {
-                exponent: 1.02,
-                ..family
-            },
-            1,
-        ),
-        (family, 90),
-    ] {
-        let error = family.search(order).unwrap_err();
+    // Too wide, or too fast, for any grid: no number rather than a wrong one.
+    let wide = Family {
+        exponent: 1.02,
+        ..family
+    };
+    for (family, order) in [(wide, 1), (family, 130)] {
+        let error = family
+            .search(order)
+            .and_then(|s| s.wave(order))
+            .unwrap_err();
         assert!(!error.is_usage(), "{error}");
     }
 }

@@ -272,6 +272,9 @@ impl Search {
         let density = (LEAST_FREQUENCY + 2.0 * fastest) / std::f64::consts::PI;
         let density = density.max(self.slow.density());
         let grid = Grid::new(2.0 * self.slow.end(), density);
+        if grid.half as f64 > MOST_POINTS {
+            return None;
+        }
         let family = &self.family;
         let problem = family.problem(grid);
         let half = grid.half as isize;
@@ -321,6 +324,16 @@ impl Search {
             if change < GOAL || stalled {
                 break;
             }
+        }
+        if changes.resolution > LARGEST_CHANGE {
+            return Err(unresolved(
+                "the localized wave",
+                format!("a ratio of order {order} that stands when the resolution is raised"),
+                format!(
+                    "a relative change of {:e} at the last grid",
+                    changes.resolution
+                ),
+            ));
         }
         let longer = Grid {
             half: (grid.half as f64 * LONGER).round() as usize,
@@ -421,6 +434,8 @@ struct Changes {
 
 /// Relative change of the ratio at which the resolution is enough.
 const GOAL: f64 = 1e-12;
+/// Relative change of the ratio beyond which no digit that is promised stands.
+const LARGEST_CHANGE: f64 = 1e-6;
 const LONGER: f64 = 1.2;
 /// Where to start, in orders from the estimate.
 const OFFSETS: [f64; 9] = [0.0, -0.25, 0.25, -0.5, 0.5, -0.75, 0.75, -1.0, 1.0];
