@@ -16,9 +16,9 @@ pub struct Published {
 /// R. Chaunsali, M. Toles, J. Yang, E. Kim, *Extreme control of impulse transmission by
 /// cylinder-based nonlinear phononic crystals*, Table 1: stiffness ratios, Hertz contacts.
 ///
-/// The direct values of orders 2 to 4 are the exact ones to 3e-5, of orders 5 to 7 to 9e-5: their
-/// last two digits do not stand. The last row's direct value is that of no localized wave (1440.05492
-/// is order 18, 1667.70163 order 19); it seems to have been found near the estimate.
+/// The direct values of orders 2 and 3 are exact as printed; the last digit of order 4 and the last
+/// two of orders 5 to 7 are not (31.2757, 54.5201, 82.9973, 119.9304). The last row's is that of no
+/// localized wave: 1440.05492 is order 18, 1667.70163 order 19.
 pub const PUBLISHED: [Published; 8] = [
     row(1, 1, 1.0000, 1.3542),
     row(2, 2, 4.9272, 6.9766),
