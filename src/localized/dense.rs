@@ -70,8 +70,8 @@ impl Matrix {
         for k in first..last {
             let size = |i: &usize| self[(*i, k)].abs();
             let pivot = (k..n).max_by(|i, j| size(i).total_cmp(&size(j)))?;
-            // Also false where the pivot is not a number.
-            if !(size(&pivot) > f64::EPSILON * f64::EPSILON * scale) {
+            let largest = size(&pivot);
+            if largest.is_nan() || largest <= f64::EPSILON * f64::EPSILON * scale {
                 return None;
             }
             if pivot != k {

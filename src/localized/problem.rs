@@ -1,7 +1,5 @@
 //! Travelling waves as roots: `u = mean + (K0 + theta K1) F(u)` with side conditions.
 
-use std::ops::Range;
-
 use super::dense::Matrix;
 
 /// The unknowns are the values u at the times of a grid, one mean for each block of them, and the
@@ -13,7 +11,8 @@ pub(super) struct Problem {
     pub(super) constant: Matrix,
     /// What theta multiplies; `None` where there is no parameter.
     pub(super) linear: Option<Matrix>,
-    pub(super) blocks: Vec<Range<usize>>,
+    /// Unknown values in a block: those of one function.
+    pub(super) block: usize,
     pub(super) symmetry: Symmetry,
     /// Conditions `sum_j row_j u_j = 0`.
     pub(super) on_values: Vec<Vec<f64>>,
@@ -123,8 +122,7 @@ impl Problem {
     }
 
     fn means(&self, values: &[f64]) -> Vec<f64> {
-        let mean = |block: &Range<usize>| {
-            let values = &values[block.clone()];
+        let mean = |values: &[f64]| {
             let sum: f64 = values.iter().sum();
             match self.symmetry {
                 Symmetry::Even => {
@@ -134,7 +132,7 @@ impl Problem {
                 Symmetry::None => sum / values.len() as f64,
             }
         };
-        self.blocks.iter().map(mean).collect()
+        values.chunks(self.block).map(mean).collect()
     }
 
     fn linearised(&self, parameter: Parameter, root: &Root, means: &[f64]) -> (Vec<f64>, Matrix) {
@@ -172,7 +170,7 @@ impl Problem {
                 }
             }
             row[i] += 1.0;
-            let block = self.blocks.iter().position(|b| b.contains(&i)).unwrap_or(0);
+            let block = i / self.block;
             row[n + block] = -1.0;
             residual.push(u[i] - means[block] - fixed);
         }

@@ -133,7 +133,7 @@ fn solitary_on(grid: Grid, exponent: f64, delay: f64, rate: f64) -> Result<Serie
         exponent,
         constant,
         linear: None,
-        blocks: vec![0..n],
+        block: n,
         symmetry: Symmetry::Even,
         on_values: vec![tail],
         on_forces: Vec::new(),
