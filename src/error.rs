@@ -95,6 +95,14 @@ pub enum Error {
     #[error("cannot draw {figure}: {reason}")]
     Draw { figure: String, reason: String },
 
+    /// An iteration that found no solution, or one that is not the one looked for.
+    #[error("{what}: expected {expected}, found {found}")]
+    Unresolved {
+        what: String,
+        expected: String,
+        found: String,
+    },
+
     /// The observer asked to stop.
     #[error("cancelled; nothing was written")]
     Cancelled,

@@ -8,6 +8,7 @@ mod diagnostics;
 pub mod error;
 pub mod field;
 mod io;
+pub mod localized;
 #[cfg(feature = "figures")]
 pub mod plot;
 pub mod prepare;

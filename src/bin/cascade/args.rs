@@ -45,6 +45,8 @@ pub enum Command {
     Scene(SceneCommand),
     /// Print the Hertz contact of two equal crossed cylinders, or the angle of a stiffness ratio.
     Contact(Contact),
+    /// Compute the ratios at which a dimer carries localized waves.
+    Localize(crate::localize::Localize),
     /// Print completions for a shell.
     Completions { shell: clap_complete::Shell },
     /// Print the manual page of the program, or of one of its commands.

@@ -5,6 +5,7 @@ mod args;
 mod chain_args;
 mod contact;
 mod failure;
+mod localize;
 mod manual;
 mod parse;
 mod progress;
@@ -28,6 +29,7 @@ fn main() -> ExitCode {
         Command::Sweep(typed) => sweep::run(*typed),
         Command::Scene(typed) => scene::run(typed),
         Command::Contact(typed) => contact::run(typed),
+        Command::Localize(typed) => localize::run(typed),
         Command::Completions { shell } => manual::completions(shell),
         Command::Man { page } => manual::page(page.as_deref()),
     };

@@ -1,0 +1,45 @@
+//! The fast component in the stiff contacts at several orders: Figure 5 of the paper.
+//!
+//! Equation: `[psi - ((F(t+h) + F(t-h))/2)^{2/3}] / eps`, psi at stiff and F at soft contacts of the
+//! localized waves, `eps = kappa^{-2/3}`: what the paper expands to first order, exactly.
+//! Command: `cargo run --release --example fig05_fast_component`; seconds.
+//! Shows: orders 2 to 7, time in cells.
+//! Asserts: as many maxima as the order says, counted on the drawn curve; evenness.
+
+#[path = "panels/mod.rs"]
+mod panels;
+
+use cascade::localized::Family;
+use panels::{Panel, around, save};
+
+fn main() -> Result<(), Box<dyn std::error::Error>> {
+    let search = Family::default().search(7)?;
+    let mut panels = Vec::new();
+    for order in 2..=7 {
+        let wave = search.wave(order)?;
+        let eps = wave.ratio.powf(-2.0 / 3.0);
+        let points: Vec<(f64, f64)> = (-1250..=1250)
+            .map(|j| 0.002 * f64::from(j))
+            .map(|t| (t, wave.fast_part(t) / eps))
+            .collect();
+        let maxima = points
+            .windows(3)
+            .filter(|w| w[1].1 > w[0].1 && w[1].1 >= w[2].1 && w[1].1.abs() > 1e-4)
+            .count();
+        println!("order {order}: kappa = {:.6}, {maxima} maxima", wave.ratio);
+        assert_eq!(maxima, order);
+        let mirrored = points.iter().rev();
+        let uneven = points.iter().zip(mirrored).map(|(a, b)| (a.1 - b.1).abs());
+        assert!(uneven.fold(0.0, f64::max) < 1e-9);
+        let curves = vec![("", points)];
+        panels.push(Panel {
+            title: format!("order {order}, kappa = {:.4}", wave.ratio),
+            x_label: "time (cells)",
+            y_label: "fast component",
+            x: -2.5..2.5,
+            y: around(&curves),
+            curves,
+        });
+    }
+    save("fig05_fast_component", 2, &panels)
+}

@@ -1,0 +1,132 @@
+//! The asymptotic estimate: a fast oscillation driven by the slow wave, left at rest behind it.
+
+use super::slow::{SlowProfile, unresolved};
+use super::wave::Alternation;
+use crate::Result;
+
+/// The linear oscillator `y'' + s W(t)^2 y = f(t)` of the fast part, with s the stiffening:
+/// `kappa^{1/p}`, or the reciprocal mass ratio.
+///
+/// * Stiffness dimer: y the overlap of the stiff contact beyond its slow one `psi`,
+///   `psi^p = (F(t+h) + F(t-h))/2`; `W^2 = 2 p psi^{p-1}`, `f = -psi''`, both even.
+/// * Mass dimer: y the difference of a light site's two overlaps, `W^2 = 2 p psi^{p-1}`,
+///   `f = F(t+1) - F(t-1)`, odd.
+///
+/// The solution at rest before the wave is at rest behind it where it has the symmetry of f, that
+/// is, where `integral f u = 0` over half of the time, u being the free oscillation of that
+/// symmetry. With `-psi'' u` integrated by parts twice, f becomes `psi^p` for the stiffness dimer. (The
+/// condition `y'(inf) = 0` alone has roots in between, at which y ends constant, but not at 0.)
+///
+/// Source: K. R. Jayaprakash, Y. Starosvetsky, A. F. Vakakis, Phys. Rev. E 83 (2011) 036606.
+pub(super) struct Oscillator {
+    alternation: Alternation,
+    step: f64,
+    /// `W^2` and the drive at the times `j step`.
+    square: Vec<f64>,
+    drive: Vec<f64>,
+}
+
+impl Oscillator {
+    pub(super) fn new(alternation: Alternation, slow: &SlowProfile) -> Oscillator {
+        let p = slow.exponent;
+        let steps = (slow.end() * STEPS_PER_TIME).ceil() as usize;
+        let step = slow.end() / steps as f64;
+        let times = (0..=steps).map(|j| j as f64 * step);
+        let (square, drive) = times
+            .map(|t| {
+                let (force, drive) = match alternation {
+                    Alternation::Stiffness => {
+                        let force = 0.5 * (slow.force(t + 0.5) + slow.force(t - 0.5));
+                        (force, force)
+                    }
+                    Alternation::Mass => (slow.force(t), slow.force(t + 1.0) - slow.force(t - 1.0)),
+                };
+                (2.0 * p * force.powf((p - 1.0) / p), drive)
+            })
+            .unzip();
+        Oscillator {
+            alternation,
+            step,
+            square,
+            drive,
+        }
+    }
+
+    /// Largest angular frequency at the stiffening 1.
+    pub(super) fn fastest(&self) -> f64 {
+        self.square.iter().fold(0.0, |m: f64, w| m.max(*w)).sqrt()
+    }
+
+    /// The stiffenings of the first `count` orders.
+    pub(super) fn roots(&self, count: usize) -> Result<Vec<f64>> {
+        let phase: f64 = 2.0 * self.step * self.square.iter().map(|w| w.sqrt()).sum::<f64>();
+        let step = 0.5 / phase;
+        let mut roots = Vec::with_capacity(count);
+        // Along the root of s, in which roots are almost equally far apart. The first order of the
+        // mass dimer, the homogeneous chain, has no root of its own.
+        let mut root_of_s = if self.alternation == Alternation::Mass {
+            roots.push(1.0);
+            1.15
+        } else {
+            0.8
+        };
+        let mut mismatch = self.mismatch(root_of_s);
+        while roots.len() < count {
+            let next = self.mismatch(root_of_s + step);
+            if next.abs().max(mismatch.abs()) < LEAST_MISMATCH {
+                return Err(unresolved(
+                    "the asymptotic estimate",
+                    format!("a fast part above rounding up to order {count}"),
+                    format!("rounding beyond order {}", roots.len()),
+                ));
+            }
+            if (next < 0.0) != (mismatch < 0.0) {
+                roots.push(self.bisect(root_of_s, root_of_s + step, next < 0.0).powi(2));
+            }
+            root_of_s += step;
+            mismatch = next;
+        }
+        roots.truncate(count);
+        Ok(roots)
+    }
+
+    fn bisect(&self, mut low: f64, mut high: f64, high_is_negative: bool) -> f64 {
+        while high - low > 1e-12 * high {
+            let middle = 0.5 * (low + high);
+            if (self.mismatch(middle) < 0.0) == high_is_negative {
+                high = middle;
+            } else {
+                low = middle;
+            }
+        }
+        0.5 * (low + high)
+    }
+
+    /// `integral f u / integral |f u|`.
+    fn mismatch(&self, root_of_s: f64) -> f64 {
+        let s = root_of_s * root_of_s;
+        // Numerov's method.
+        let h2 = self.step * self.step * s / 12.0;
+        let weight = |j: usize| 1.0 + h2 * self.square[j];
+        let pull = |j: usize| 2.0 - 10.0 * h2 * self.square[j];
+        let (mut before, mut now) = match self.alternation {
+            Alternation::Stiffness => (1.0, 0.5 * pull(0) / weight(1)),
+            Alternation::Mass => (0.0, self.step / weight(1)),
+        };
+        let first = 0.5 * self.drive[0] * before;
+        let (mut sum, mut size) = (first + self.drive[1] * now, first.abs());
+        for j in 2..self.square.len() {
+            let next = (pull(j - 1) * now - weight(j - 2) * before) / weight(j);
+            (before, now) = (now, next);
+            sum += self.drive[j] * now;
+            size += (self.drive[j] * now).abs();
+        }
+        sum / size
+    }
+}
+
+/// Steps per unit of time: at order 30 the error of a ratio is 1e-8.
+const STEPS_PER_TIME: f64 = 1500.0;
+
+/// What is left of `integral f u` by rounding, relative to `integral |f u|`.
+const LEAST_MISMATCH: f64 = 1e-13;

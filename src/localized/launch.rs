@@ -1,0 +1,117 @@
+//! A chain that starts with a localized wave, and how well the wave keeps on it.
+
+use ndarray::ArrayView1;
+
+use super::wave::Wave;
+use crate::chain::{
+    Accuracy, Chain, EndTime, Ends, Law, Losses, Record, Run, Scheme, Simulation, Window,
+};
+
+/// What is left of a wave after some cells.
+#[derive(Debug, Clone, Copy, PartialEq, serde::Serialize)]
+pub struct Travel {
+    /// Cells travelled, of unit time each.
+    pub cells: usize,
+    /// Largest difference of any velocity from that of the site as many cells back at the start,
+    /// relative to the largest velocity.
+    pub shape_change: f64,
+    /// Share of the energy that was left behind, per cell.
+    pub leak: f64,
+    /// Drift of the total energy, relative.
+    pub energy_drift: f64,
+}
+
+impl Wave {
+    /// Cells on each side of its centre that the wave can be felt in.
+    fn reach(&self) -> usize {
+        (0.5 * self.overlap[0].period()).ceil() as usize + 1
+    }
+
+    /// The chain on which the wave has its ratio: `cells` cells, free in front of the first site,
+    /// with a wall after the last one.
+    pub fn chain(&self, cells: usize) -> Chain {
+        let pair = |[a, b]: [f64; 2]| (0..2 * cells).map(move |j| if j % 2 == 0 { a } else { b });
+        Chain {
+            mass: pair(self.masses()).collect(),
+            coefficient: pair(self.coefficients()).collect(),
+            law: if self.exponent == 1.5 {
+                Law::Hertz
+            } else {
+                Law::Power {
+                    exponent: self.exponent,
+                }
+            },
+            ends: Ends::Wall,
+            precompression: 0.0,
+            losses: Losses::default(),
+        }
+    }
+
+    /// A run that starts with the wave near its first sites and ends `cells` unit times later, when
+    /// the wave has passed as many cells; one sample a unit of time.
+    pub fn launch(&self, cells: usize, local_error: f64) -> Simulation {
+        let reach = self.reach();
+        let total = cells + 2 * reach;
+        let mut displacement = vec![0.0; 2 * total];
+        let mut velocity = vec![0.0; 2 * total];
+        let mut ahead = 0.0;
+        for cell in (0..total).rev() {
+            let time = reach as f64 - cell as f64;
+            for i in [1, 0] {
+                ahead += self.overlap[i].value(time - 0.5 * i as f64);
+                displacement[2 * cell + i] = ahead;
+                velocity[2 * cell + i] = self.velocity[i].value(time);
+            }
+        }
+        Simulation {
+            chain: self.chain(total),
+            velocity,
+            displacement,
+            drive: None,
+            scheme: Scheme::default(),
+            accuracy: Accuracy::LocalError(local_error),
+            end_time: EndTime::At(cells as f64),
+            samples: cells + 1,
+            record: Record {
+                displacement: true,
+                ..Record::default()
+            },
+            estimate_error: false,
+            window: Window::default(),
+            memory: None,
+        }
+    }
+
+    /// Compares the wave at a sample of a run of [`Wave::launch`] with its start; `None` for a
+    /// sample that is not there, or displacements that were not recorded.
+    pub fn travelled(&self, run: &Run, cells: usize) -> Option<Travel> {
+        let displacement = run.displacement.as_ref()?;
+        if cells == 0 || cells >= run.time.len() {
+            return None;
+        }
+        let (start, now) = (run.velocity.row(0), run.velocity.row(cells));
+        let largest = start.iter().fold(0.0, |m: f64, v| m.max(v.abs()));
+        let shifted = 2 * cells;
+        let before = |j: usize| if j < shifted { 0.0 } else { start[j - shifted] };
+        let change = (0..now.len())
+            .map(|j| (now[j] - before(j)).abs())
+            .fold(0.0, f64::max);
+        let energies = |x: ArrayView1<f64>, v: ArrayView1<f64>| {
+            let mut energies = vec![0.0; v.len()];
+            let (x, v) = (x.to_vec(), v.to_vec());
+            run.chain.site_energies(&x, &v, 0.0, &mut energies);
+            energies
+        };
+        let first: f64 = energies(displacement.row(0), start).iter().sum();
+        let last = energies(displacement.row(cells), now);
+        let total: f64 = last.iter().sum();
+        // At the start the wave's own sites begin with the first.
+        let behind: f64 = last[..shifted].iter().sum();
+        Some(Travel {
+            cells,
+            shape_change: change / largest,
+            leak: behind / first / cells as f64,
+            energy_drift: total / first - 1.0,
+        })
+    }
+}

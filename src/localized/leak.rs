@@ -1,0 +1,177 @@
+//! What the leading pulse of a struck dimer loses per cell, measured on simulated chains.
+
+use rayon::prelude::*;
+
+use super::family::Family;
+use super::wave::Alternation;
+use crate::analyze::{Observer, Silent};
+use crate::chain::{Accuracy, Chain, EndTime, Ends, Law, Losses, Record, Run, Simulation};
+use crate::{Error, Result};
+
+/// Chains that are struck, one for each ratio.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct LeakScan {
+    pub family: Family,
+    pub cells: usize,
+    /// Of the stepping, relative to the speed of the striker.
+    pub local_error: f64,
+}
+
+/// The loss of one chain's leading pulse.
+#[derive(Debug, Clone, Copy, PartialEq, serde::Serialize)]
+pub struct Leak {
+    /// kappa or mu.
+    pub ratio: f64,
+    /// Relative decrease of the pulse's energy per cell, along the second half of the chain.
+    pub per_cell: f64,
+    /// The pulse's share of the energy of the impact, at the end of the chain.
+    pub energy: f64,
+    /// Cells passed per unit of time there.
+    pub speed: f64,
+}
+
+impl LeakScan {
+    /// The leaks at the given ratios, in their order, computed side by side. The leading pulse is
+    /// what lies up to [`REACH`] cells behind its peak and all that is in front; its energy is
+    /// fitted as an exponential of the distance.
+    ///
+    /// # Errors
+    /// [`Error::Request`] for chains too short for a pulse to stand alone, and for ratios that are
+    /// not positive; those of [`Simulation::run`].
+    pub fn run(&self, ratios: &[f64], observer: &dyn Observer) -> Result<Vec<Leak>> {
+        if self.cells < 5 * REACH {
+            return Err(Error::Request {
+                option: "cells",
+                expected: format!("{} cells or more", 5 * REACH),
+                found: self.cells.to_string(),
+            });
+        }
+        observer.stage("chains", ratios.len() as u64);
+        ratios
+            .par_iter()
+            .map(|&ratio| {
+                if observer.cancelled() {
+                    return Err(Error::Cancelled);
+                }
+                let leak = self.leak(ratio);
+                observer.advance(1);
+                leak
+            })
+            .collect()
+    }
+
+    fn leak(&self, ratio: f64) -> Result<Leak> {
+        let sites = 2 * self.cells;
+        let pair = |a: f64, b: f64| (0..sites).map(move |j| if j % 2 == 0 { a } else { b });
+        let (mass, stiff) = match self.family.alternation {
+            Alternation::Stiffness => (1.0, ratio),
+            Alternation::Mass => (ratio, 1.0),
+        };
+        let exponent = self.family.exponent;
+        let chain = Chain {
+            mass: pair(1.0, mass).collect(),
+            coefficient: pair(1.0, stiff).collect(),
+            law: if exponent == 1.5 {
+                Law::Hertz
+            } else {
+                Law::Power { exponent }
+            },
+            ends: Ends::Wall,
+            precompression: 0.0,
+            losses: Losses::default(),
+        };
+        let mut simulation = Simulation::impact(chain, 1.0, 1.0, 2);
+        simulation.estimate_error = false;
+        simulation.record = Record::default();
+        // When the pulse arrives need not be known to more than a part of a cell.
+        simulation.end_time = EndTime::Arrival;
+        simulation.accuracy = Accuracy::LocalError(self.local_error.max(1e-5));
+        let probe = simulation.run(&Silent)?;
+        simulation.end_time = EndTime::At(probe.time[1]);
+        simulation.accuracy = Accuracy::LocalError(self.local_error);
+        simulation.samples = SAMPLES;
+        simulation.record = Record {
+            displacement: true,
+            ..Record::default()
+        };
+        let run = simulation.run(&Silent)?;
+        measure(ratio, &run)
+    }
+}
+
+/// Cells behind the peak that belong to the leading pulse.
+pub const REACH: usize = 6;
+const SAMPLES: usize = 81;
+/// Share of the largest energy of a cell above which a peak is a pulse.
+const FOREMOST: f64 = 1e-3;
+
+fn measure(ratio: f64, run: &Run) -> Result<Leak> {
+    let Some(displacement) = &run.displacement else {
+        return Err(Error::Request {
+            option: "record",
+            expected: "a run with displacements".into(),
+            found: "one without".into(),
+        });
+    };
+    let sites = run.chain.n_sites();
+    let initial = 0.5 * run.chain.mass[0];
+    let mut energies = vec![0.0; sites];
+    let mut points = Vec::new();
+    for k in 1..run.time.len() {
+        let (x, v) = (displacement.row(k).to_vec(), run.velocity.row(k).to_vec());
+        run.chain.site_energies(&x, &v, 0.0, &mut energies);
+        let cell = |c: usize| energies[2 * c] + energies[2 * c + 1];
+        let largest = (0..sites / 2).map(cell).fold(0.0, f64::max);
+        // The foremost pulse; after much loss it is not the largest one.
+        let front = (1..sites / 2).rev();
+        let peak = front
+            .filter(|&c| cell(c) > FOREMOST * largest)
+            .find(|&c| cell(c) >= cell(c - 1));
+        let Some(peak) = peak else { continue };
+        let first = peak.saturating_sub(REACH);
+        let energy: f64 = energies[2 * first..].iter().sum();
+        let moment: f64 = (2 * first..sites)
+            .map(|j| 0.5 * j as f64 * energies[j])
+            .sum();
+        let centre = moment / energy;
+        if centre > 0.25 * sites as f64 && centre < (sites / 2 - REACH / 2) as f64 {
+            points.push((centre, energy, run.time[k]));
+        }
+    }
+    let n = points.len() as f64;
+    if points.len() < 4 {
+        return Err(Error::Unresolved {
+            what: "the leak".into(),
+            expected: "a leading pulse on the second half of the chain".into(),
+            found: format!("one at {} of {SAMPLES} samples", points.len()),
+        });
+    }
+    let mean = |value: &dyn Fn(&(f64, f64, f64)) -> f64| points.iter().map(value).sum::<f64>() / n;
+    let (centre, time) = (mean(&|p| p.0), mean(&|p| p.2));
+    let log = mean(&|p| p.1.ln());
+    let spread = mean(&|p| (p.0 - centre).powi(2));
+    let slope = mean(&|p| (p.0 - centre) * (p.1.ln() - log)) / spread;
+    let speed = spread / mean(&|p| (p.0 - centre) * (p.2 - time));
+    Ok(Leak {
+        ratio,
+        per_cell: -slope.exp_m1(),
+        energy: points[points.len() - 1].1 / initial,
+        speed,
+    })
+}
+
+/// The ratios at which leaks, ordered by ratio, are least: where a leak is smaller than both of its
+/// neighbours, the vertex of the parabola through the three. (Near a localized wave the energy
+/// that is shed grows as the square of the distance from its ratio.)
+pub fn minima(leaks: &[Leak]) -> Vec<f64> {
+    leaks
+        .windows(3)
+        .filter(|w| w[1].per_cell < w[0].per_cell && w[1].per_cell <= w[2].per_cell)
+        .map(|w| {
+            let [a, b, c] = [0, 1, 2].map(|i| (w[i].ratio, w[i].per_cell));
+            let (left, right) = ((b.1 - a.1) / (b.0 - a.0), (c.1 - b.1) / (c.0 - b.0));
+            let curvature = (right - left) / (c.0 - a.0);
+            0.5 * (a.0 + b.0) - 0.5 * left / curvature
+        })
+        .collect()
+}

@@ -1,0 +1,48 @@
+//! Localized waves: pulses that travel through a dimer and leave nothing behind.
+//!
+//! With the time unit that the pulse takes over one cell of two contacts, and `psi = F^{1/p}` of
+//! the force F in a contact, a travelling wave of the stiffness dimer solves, with `h = 1/2`,
+//!
+//! ```text
+//! S''(t)       = P(t+h)^p + P(t-h)^p - 2 S(t)^p         soft contacts
+//! eps P''(t)   = S(t+h)^p + S(t-h)^p - 2 P(t)^p         stiff contacts, eps = kappa^{-1/p}
+//! ```
+//!
+//! and of the mass dimer (masses 1 and mu, `a` and `b` the contacts before and after the light
+//! site)
+//!
+//! ```text
+//! a''(t) = b(t+h)^p + b(t-h)^p / mu - (1 + 1/mu) a(t)^p,    b(t) = a(-t).
+//! ```
+//!
+//! Solutions that decay on both sides exist at isolated ratios only. [`Search::wave`] finds the one
+//! of a given order, the ratio being one of the unknowns; [`Family::estimates`] gives the estimates
+//! of a fast oscillation on the slow wave of the limit; [`LeakScan`] measures on simulated chains
+//! what a pulse loses per cell, and [`Wave::launch`] starts a chain with a wave.
+//!
+//! Sources: J. M. English, R. L. Pego, *On the solitary wave pulse in a chain of beads*, Proc.
+//! AMS 133 (2005) 1763 (the equation as a convolution); K. R. Jayaprakash, Y. Starosvetsky,
+//! A. F. Vakakis, *New family of solitary waves in granular dimer chains with no precompression*,
+//! Phys. Rev. E 83 (2011) 036606 (slow and fast parts, mass ratios).
+
+mod comparison;
+mod dense;
+mod family;
+mod fast;
+mod grid;
+mod launch;
+mod leak;
+mod problem;
+mod published;
+mod series;
+mod slow;
+mod wave;
+
+pub use comparison::{Asymptotic, Direct, Exact, Row, compare};
+pub use family::{Convergence, Family, Search};
+pub use launch::Travel;
+pub use leak::{Leak, LeakScan, REACH, minima};
+pub use published::{PUBLISHED, Published};
+pub use series::Series;
+pub use slow::SlowProfile;
+pub use wave::{Alternation, Wave};

@@ -1,0 +1,220 @@
+//! A localized wave and what is read off it.
+
+use super::family::Convergence;
+use super::series::Series;
+
+/// What alternates from contact to contact or from site to site.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, serde::Serialize, serde::Deserialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum Alternation {
+    /// Unit masses; contact coefficients 1 and kappa >= 1.
+    #[default]
+    Stiffness,
+    /// Unit coefficients; masses 1 and mu <= 1.
+    Mass,
+}
+
+/// A localized wave at unit cell time: it takes the time 1 over two contacts.
+///
+/// A cell is site 0, contact 0 (soft, in a stiffness dimer), site 1 (light, in a mass dimer),
+/// contact 1. In cell n, contact 0 has the overlap `overlap[0](t - n)`, contact 1
+/// `overlap[1](t - n - 1/2)`, site i the velocity `velocity[i](t - n)`. From x(t), any
+/// amplitude: `A x(A^{(p-1)/2} t)`.
+#[derive(Debug, Clone)]
+pub struct Wave {
+    pub alternation: Alternation,
+    pub exponent: f64,
+    /// Number of maxima of the fast part: 1 for the homogeneous chain.
+    pub order: usize,
+    /// kappa or mu.
+    pub ratio: f64,
+    pub overlap: [Series; 2],
+    pub force: [Series; 2],
+    pub velocity: [Series; 2],
+    pub convergence: Convergence,
+}
+
+impl Wave {
+    /// Builds the wave from `psi = F^{1/p}` and F at both contacts.
+    pub(super) fn new(
+        alternation: Alternation,
+        exponent: f64,
+        ratio: f64,
+        psi: [Series; 2],
+        force: [Series; 2],
+        convergence: Convergence,
+    ) -> Wave {
+        let mut wave = Wave {
+            alternation,
+            exponent,
+            order: 0,
+            ratio,
+            velocity: [force[0].clone(), force[1].clone()],
+            overlap: psi,
+            force,
+            convergence,
+        };
+        let compliance = wave.coefficients()[1].powf(-1.0 / exponent);
+        wave.overlap[1] = wave.overlap[1].scaled(compliance);
+        let [masses, [before, after]] = [wave.masses(), [0.5, -0.5]];
+        let pushed = wave.force[1].shifted(before).plus(-1.0, &wave.force[0]);
+        wave.velocity[0] = pushed.scaled(1.0 / masses[0]).integral();
+        let pushed = wave.force[0].plus(-1.0, &wave.force[1].shifted(after));
+        wave.velocity[1] = pushed.scaled(1.0 / masses[1]).integral();
+        wave.order = wave.maxima_of_fast_part();
+        wave
+    }
+
+    pub fn masses(&self) -> [f64; 2] {
+        match self.alternation {
+            Alternation::Stiffness => [1.0, 1.0],
+            Alternation::Mass => [1.0, self.ratio],
+        }
+    }
+
+    pub fn coefficients(&self) -> [f64; 2] {
+        match self.alternation {
+            Alternation::Stiffness => [1.0, self.ratio],
+            Alternation::Mass => [1.0, 1.0],
+        }
+    }
+
+    /// The fast part at time t: of a stiffness dimer `psi_1 - [(F_0(t+h) + F_0(t-h))/2]^{1/p}`, of a
+    /// mass dimer the difference of the overlaps on both sides of the light site.
+    pub fn fast_part(&self, time: f64) -> f64 {
+        let p = self.exponent;
+        match self.alternation {
+            Alternation::Stiffness => {
+                let mean =
+                    0.5 * (self.force[0].value(time + 0.5) + self.force[0].value(time - 0.5));
+                let psi = self.ratio.powf(1.0 / p) * self.overlap[1].value(time);
+                psi - mean.max(0.0).powf(1.0 / p)
+            }
+            Alternation::Mass => {
+                self.overlap[0].value(time + 0.25) - self.overlap[1].value(time - 0.25)
+            }
+        }
+    }
+
+    /// Rises followed by falls, both above the noise, where there is a force. (Where there is none,
+    /// the root of rounded forces is all noise.)
+    fn maxima_of_fast_part(&self) -> usize {
+        let end = 0.5 * self.overlap[0].period();
+        let noise = (1e3 * self.convergence.spectral_tail).max(1e-12);
+        let least = noise * Wave::peak(&self.force[0]).1;
+        let values: Vec<f64> = (-COUNTING..=COUNTING)
+            .map(|j| end * f64::from(j) / f64::from(COUNTING))
+            .filter(|t| self.force[0].value(t.abs() - 0.5) > least)
+            .map(|t| self.fast_part(t))
+            .collect();
+        let noise = 1e-5 * values.iter().fold(0.0, |m: f64, v| m.max(v.abs()));
+        let (mut extreme, mut rising, mut maxima) = (f64::INFINITY, false, 0);
+        for value in values {
+            if rising {
+                if value < extreme - noise {
+                    maxima += 1;
+                    rising = false;
+                    extreme = value;
+                }
+                extreme = extreme.max(value);
+            } else {
+                if value > extreme + noise {
+                    rising = true;
+                    extreme = value;
+                }
+                extreme = extreme.min(value);
+            }
+            if rising {
+                extreme = extreme.max(value);
+            }
+        }
+        maxima
+    }
+
+    /// Time and value of the largest value.
+    pub fn peak(series: &Series) -> (f64, f64) {
+        let end = 0.5 * series.period();
+        let times = (-COUNTING..=COUNTING).map(|j| end * f64::from(j) / f64::from(COUNTING));
+        let coarse = times
+            .map(|t| (t, series.value(t)))
+            .max_by(|a, b| a.1.total_cmp(&b.1));
+        let mut time = coarse.map_or(0.0, |(t, _)| t);
+        let (slope, curvature) = (series.derivative(), series.derivative().derivative());
+        for _ in 0..4 {
+            time -= slope.value(time) / curvature.value(time);
+        }
+        (time, series.value(time))
+    }
+
+    /// Largest difference of a profile from its mirror image about its peak, relative to the peak.
+    pub fn asymmetry(series: &Series) -> f64 {
+        let (centre, height) = Wave::peak(series);
+        let lags = (0..=COUNTING).map(|j| series.period() * f64::from(j) / f64::from(4 * COUNTING));
+        lags.map(|lag| (series.value(centre + lag) - series.value(centre - lag)).abs())
+            .fold(0.0, f64::max)
+            / height
+    }
+
+    /// Full width at half height of the force in contact 0, in sites.
+    pub fn width(&self) -> f64 {
+        let force = &self.force[0];
+        let (centre, height) = Wave::peak(force);
+        let side = |direction: f64| {
+            let excess = |lag: f64| force.value(centre + direction * lag) - 0.5 * height;
+            let step = 0.5 * force.period() / f64::from(COUNTING);
+            let steps = (1..)
+                .take_while(|j| excess(f64::from(*j) * step) > 0.0)
+                .count();
+            let (mut near, mut far) = (steps as f64 * step, (steps + 1) as f64 * step);
+            while far - near > 1e-14 {
+                let middle = 0.5 * (near + far);
+                if excess(middle) > 0.0 {
+                    near = middle;
+                } else {
+                    far = middle;
+                }
+            }
+            near
+        };
+        2.0 * (side(1.0) + side(-1.0))
+    }
+
+    /// `C` in `V = C F^{(p-1)/(2p)}`: speed in sites against the peak force in contact 0.
+    pub fn speed_coefficient(&self) -> f64 {
+        let (_, height) = Wave::peak(&self.force[0]);
+        2.0 / height.powf((self.exponent - 1.0) / (2.0 * self.exponent))
+    }
+
+    /// Energy, kinetic and of contacts, at unit cell time; it grows as `V^{2(p+1)/(p-1)}`.
+    pub fn energy(&self) -> f64 {
+        let p = self.exponent;
+        let masses = self.masses();
+        let coefficients = self.coefficients();
+        self.mean_over_a_cell(|t| {
+            (0..2)
+                .map(|i| {
+                    let v = self.velocity[i].value(t);
+                    let overlap = self.overlap[i].value(t).max(0.0);
+                    0.5 * masses[i] * v * v + coefficients[i] * overlap.powf(p + 1.0) / (p + 1.0)
+                })
+                .sum()
+        })
+    }
+
+    /// Momentum at unit cell time; it grows as `V^{(p+1)/(p-1)}`.
+    pub fn momentum(&self) -> f64 {
+        let masses = self.masses();
+        masses[0] * self.velocity[0].total() + masses[1] * self.velocity[1].total()
+    }
+
+    /// The sum over all cells, which over a cell's time has the mean `integral density dt`.
+    fn mean_over_a_cell(&self, density: impl Fn(f64) -> f64) -> f64 {
+        let period = self.overlap[0].period();
+        let points = (period * 100.0).ceil();
+        let times = (0..points as usize).map(|j| period * (j as f64 / points - 0.5));
+        period / points * times.map(density).sum::<f64>()
+    }
+}
+
+/// Samples of half a period between which extremes are looked for.
+const COUNTING: i32 = 1500;
