@@ -67,6 +67,10 @@ pub enum Error {
         fault: Box<crate::chain::scene::SceneFault>,
     },
 
+    /// A sweep that another process works on.
+    #[error("{} is being worked on by another process", path.display())]
+    Busy { path: PathBuf },
+
     /// A file of a sweep that no sweep has written so.
     #[error("{}, line {line}: {reason}", path.display())]
     Damaged {
@@ -126,6 +130,7 @@ impl Error {
             Error::Exists { .. } => {
                 Some("name another place, or add `--force` to replace it".into())
             }
+            Error::Busy { .. } => Some("wait for it, or compute parts in directories of their own".into()),
             Error::Damaged { .. } => Some(
                 "remove the line, and its member is computed again; or begin anew elsewhere".into(),
             ),
@@ -153,6 +158,7 @@ impl Error {
                 | Error::Scene { .. }
                 | Error::Exists { .. }
                 | Error::Occupied { .. }
+                | Error::Busy { .. }
                 | Error::Memory { .. }
         )
     }

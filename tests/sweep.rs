@@ -118,6 +118,59 @@ fn regress_the_same_table_from_threads_parts_and_interruptions() {
     assert_eq!(table(&stopped), all);
 }
 
+/// Chains of fixed steps go eight together; which eight makes no difference.
+#[test]
+fn regress_the_same_table_of_fixed_steps_from_parts() {
+    let scene = "sites = 30\nend_time = 40.0\nsamples = 100\nscheme = \"velocity-verlet\"\n\
+                 step = 0.01\nrecord = [\"displacement\", \"force\"]\n";
+    let vary = ["ends=wall,free,fixed", "stiffness_ratio=2,3,4"].map(str::to_owned);
+    let sweep = Sweep::new(SceneSource::new(None, scene), &vary).unwrap();
+    let place = tempfile::tempdir().unwrap();
+    let whole = place.path().join("whole");
+    sweep.run(&whole, Part::WHOLE, &Silent).unwrap();
+    let parts: Vec<_> = (1..=9)
+        .map(|k| {
+            let out = place.path().join(k.to_string());
+            sweep.run(&out, Part::new(k, 9).unwrap(), &Silent).unwrap();
+            out
+        })
+        .collect();
+    let merged = place.path().join("merged");
+    Sweep::merge(&parts, &merged).unwrap();
+    assert_eq!(table(&merged), table(&whole));
+}
+
+/// Peaks that the samples do not show, or that the end of the run cuts off, are not told.
+#[test]
+fn val_definition_peaks_that_are_not_known() {
+    let peaks = |samples: usize, end: f64| {
+        let scene =
+            format!("sites = 40\nend_time = {end}\nsamples = {samples}\ntolerance = 1e-7\n");
+        let vary = ["stiffness_ratio=4.9272".to_owned()];
+        let sweep = Sweep::new(SceneSource::new(None, scene), &vary).unwrap();
+        let place = tempfile::tempdir().unwrap();
+        let out = place.path().join("sweep");
+        sweep.run(&out, Part::WHOLE, &Silent).unwrap();
+        match &read(&out).unwrap().1[&0] {
+            Outcome::Done(measures) => (
+                measures.peak_force_first,
+                measures.peak_force_last,
+                measures.peak_force_first_error,
+            ),
+            other => panic!("{other:?}"),
+        }
+    };
+    let (first, last, error) = peaks(4096, 60.0);
+    // The same from 16 times as many samples.
+    assert!((first.unwrap() - 0.775_7).abs() < 1e-4, "{first:?}");
+    assert!((last.unwrap() - 1.019_8).abs() < 1e-4, "{last:?}");
+    assert!(error.unwrap() < 1e-9, "{error:?}");
+    assert_eq!(peaks(2, 60.0).0, None);
+    assert_eq!(peaks(16, 60.0).0, None);
+    // The front has only just arrived.
+    assert_eq!(peaks(4096, 34.0).1, None);
+}
+
 /// A line that was cut short by a kill is computed again; a damaged one is named.
 #[test]
 fn regress_lines_cut_short_and_damaged() {
@@ -161,6 +214,24 @@ fn what_is_not_this_sweep_is_left_alone() {
         .unwrap_err()
         .to_string();
     assert!(error.contains("its scene differs in line 3"), "{error}");
+    // What a kill before the first member leaves is no hindrance.
+    let young = place.path().join("young");
+    std::fs::create_dir(&young).unwrap();
+    std::fs::write(young.join(".sweep.json.partial-1"), "{").unwrap();
+    assert!(sweep(&VARY).run(&young, Part::WHOLE, &Silent).is_ok());
+    // A member that the sweep does not have.
+    let members = out.join("members.jsonl");
+    let text = std::fs::read_to_string(&members).unwrap();
+    let line = text.lines().next().unwrap();
+    let stray = line.replacen(&line[..line.find(',').unwrap()], "{\"member\":18", 1);
+    std::fs::write(&members, format!("{text}{stray}\n")).unwrap();
+    let error = sweep(&VARY).run(&out, Part::WHOLE, &Silent).unwrap_err();
+    assert!(
+        error
+            .to_string()
+            .contains("line 19: expected a member below 18"),
+        "{error}"
+    );
     let foreign = place.path().join("foreign");
     std::fs::create_dir(&foreign).unwrap();
     std::fs::write(foreign.join("thesis.tex"), "").unwrap();

@@ -195,6 +195,23 @@ impl Chain {
         }
     }
 
+    /// Magnitudes of the energies of all contacts, added up; a wall before site 0 is at rest.
+    pub(super) fn stored_energy(&self, displacement: &[f64]) -> f64 {
+        let of = |coefficient: f64, r: f64| {
+            let d0 = self.law.static_overlap(coefficient, self.precompression);
+            self.law.energy(coefficient, d0, r).abs()
+        };
+        let contacts = 0..self.n_contacts();
+        let left = match self.ends {
+            Ends::Fixed { left_coefficient } => of(left_coefficient, -displacement[0]),
+            _ => 0.0,
+        };
+        let sum: f64 = contacts
+            .map(|j| of(self.coefficient[j], self.overlap(j, displacement)))
+            .sum();
+        sum + left
+    }
+
     /// Total energy beyond the static state; `wall` as for [`Chain::site_energies`].
     pub fn energy(&self, displacement: &[f64], velocity: &[f64], wall: f64) -> f64 {
         let mut energies = vec![0.0; self.n_sites()];

@@ -12,6 +12,11 @@ use super::stepping::{self, Cost, Scheme, StepControl};
 use crate::analyze::Observer;
 use crate::{Error, Result};
 
+/// How many runs of a simulation's kind [`run_each`] holds on each thread.
+pub(crate) fn runs_a_thread(simulation: &Simulation) -> usize {
+    Alike::of(simulation).map_or(1, |_| WIDTH)
+}
+
 /// Below this number of chains alike, stepping them one by one is as fast.
 const LEAST_TOGETHER: usize = WIDTH / 2 + 1;
 
@@ -21,7 +26,7 @@ const LEAST_TOGETHER: usize = WIDTH / 2 + 1;
 /// The bits of a result do not depend on the number of threads nor on what else is run. Chains of
 /// fixed steps that differ in masses, coefficients and initial states alone are stepped eight at a
 /// time, unless their energies are recorded. Nothing is kept: a caller that wants a summary of each
-/// run holds no more than eight runs a thread, and two samples make these small.
+/// run holds no more than [`runs_a_thread`] at once on each.
 /// The observer sees one stage, a unit for each simulation; once it asks to stop, the simulations
 /// left yield [`Error::Cancelled`].
 pub fn run_each(
@@ -135,7 +140,7 @@ fn together(
         step, end, samples, ..
     } = Alike::of(batch[0])?;
     let control = StepControl::Fixed(step);
-    let scales: Vec<f64> = batch.iter().map(|s| s.velocity_scale()).collect();
+    let scales: Vec<f64> = batch.iter().map(|s| s.velocity_scale(end)).collect();
     let tasks: Vec<_> = batch
         .iter()
         .zip(&scales)

@@ -20,6 +20,7 @@ mod warning;
 pub use drive::{Drive, Waveform};
 pub use lattice::{Chain, Ends, Losses, Pattern};
 pub use law::Law;
+pub(crate) use many::runs_a_thread;
 pub use many::{run_each, run_many};
 pub use peak::Peak;
 pub use result::{Run, RunReport, RunWarning};

@@ -10,6 +10,9 @@ use super::stepping::Quintic;
 pub struct Peak {
     pub value: f64,
     pub time: f64,
+    /// By how much the value from every second sample differs, many times the error of this one
+    /// where samples are close enough for it to be small; infinite for less than three samples.
+    pub error: f64,
 }
 
 /// Parts of an interval between samples at whose ends it is looked at before its peak is located.
@@ -52,39 +55,18 @@ impl Run {
             own.iter_mut().zip(other).for_each(|(a, b)| *a -= b);
             own
         };
-        let mut intervals = Vec::with_capacity(self.time.len());
-        let mut start = overlap(0);
-        for (sample, width) in self.time.windows(2).into_iter().enumerate() {
-            let end = overlap(sample + 1);
-            let h = width[1] - width[0];
-            let path = Quintic::hermite(
-                [start[0], h * start[1], h * h * start[2]],
-                [end[0], h * end[1], h * h * end[2]],
-            );
-            let force = move |s: f64| chain.force_at(contact, path.at(s), path.slope_at(s) / h);
-            let highest = (0..=LOOKS)
-                .map(|i| i as f64 / LOOKS as f64)
-                .map(|s| (force(s), s))
-                .fold(
-                    (f64::NEG_INFINITY, 0.0),
-                    |a, b| if b.0 > a.0 { b } else { a },
-                );
-            intervals.push((highest, force, width[0], h));
-            start = end;
-        }
-        let seen = intervals
-            .iter()
-            .fold(f64::NEG_INFINITY, |m, i| i.0.0.max(m));
-        let step = 1.0 / LOOKS as f64;
-        intervals
-            .iter()
-            .filter(|((value, _), ..)| *value >= seen - NEAR * seen.abs())
-            .map(|((_, s), force, from, h)| {
-                let (s, value) = largest((s - step).max(0.0), (s + step).min(1.0), force);
-                let time = from + s * h;
-                Peak { value, time }
-            })
-            .reduce(|a, b| if b.value > a.value { b } else { a })
+        let last = self.time.len() - 1;
+        let nodes = |stride: usize| -> Vec<(f64, [f64; 3])> {
+            let samples = (0..last).step_by(stride).chain([last]);
+            samples.map(|n| (self.time[n], overlap(n))).collect()
+        };
+        let force = |r: f64, closing: f64| chain.force_at(contact, r, closing);
+        let (value, time) = highest(&nodes(1), force)?;
+        let error = match last {
+            0 | 1 => f64::INFINITY,
+            _ => (highest(&nodes(2), force)?.0 - value).abs(),
+        };
+        Some(Peak { value, time, error })
     }
 
     /// Acceleration of a site at a sample, from the forces recorded there.
@@ -122,6 +104,46 @@ impl Run {
         };
         (left - right - chain.losses.drag * v) / chain.mass[site]
     }
+}
+
+/// The largest force and its time along overlaps of these times, values, rates and accelerations.
+fn highest(nodes: &[(f64, [f64; 3])], force: impl Fn(f64, f64) -> f64) -> Option<(f64, f64)> {
+    let interval = |i: usize| {
+        let ((from, start), (to, end)) = (nodes[i], nodes[i + 1]);
+        let h = to - from;
+        let scaled = |[r, rate, bend]: [f64; 3]| [r, h * rate, h * h * bend];
+        let path = Quintic::hermite(scaled(start), scaled(end));
+        let force = &force;
+        (from, h, move |s: f64| {
+            force(path.at(s), path.slope_at(s) / h)
+        })
+    };
+    let step = 1.0 / LOOKS as f64;
+    let looked: Vec<(f64, f64)> = (0..nodes.len() - 1)
+        .map(|i| {
+            let (_, _, force) = interval(i);
+            let looks = (0..=LOOKS).map(|look| step * look as f64);
+            looks
+                .map(|s| (force(s), s))
+                .fold(
+                    (f64::NEG_INFINITY, 0.0),
+                    |a, b| if b.0 > a.0 { b } else { a },
+                )
+        })
+        .collect();
+    let seen = looked
+        .iter()
+        .fold(f64::NEG_INFINITY, |m, look| look.0.max(m));
+    let near = looked
+        .iter()
+        .enumerate()
+        .filter(|(_, (value, _))| *value >= seen - NEAR * seen.abs());
+    near.map(|(i, (_, s))| {
+        let (from, h, force) = interval(i);
+        let (s, value) = largest((s - step).max(0.0), (s + step).min(1.0), force);
+        (value, from + s * h)
+    })
+    .reduce(|a, b| if b.0 > a.0 { b } else { a })
 }
 
 /// Where a function of one hump is largest, by golden sections down to half the digits, at which

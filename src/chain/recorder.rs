@@ -152,7 +152,7 @@ impl Recorder {
         };
         let mut energy = chain.energy(x, v, wall);
         let [first, largest, drift] = &mut self.energy;
-        *largest = largest.max(energy);
+        *largest = largest.max(energy.abs());
         if self.lossy {
             energy += state.lost.iter().sum::<f64>();
         }

@@ -29,8 +29,8 @@ pub struct Run {
 /// How well a run went.
 #[derive(Debug, Clone, PartialEq, serde::Serialize, serde::Deserialize)]
 pub struct RunReport {
-    /// The speed that errors are relative to: the largest initial one; from rest, that of the
-    /// lightest site with the energy of the start; driven, that of the drive.
+    /// The speed that errors are relative to: the largest initial one, or that of the lightest site
+    /// with the energy of the start where that is more; driven, the largest that was seen.
     pub velocity_scale: f64,
     /// Largest difference of a velocity, relative to the scale, between this run and one of
     /// [`CHECK_FACTOR`](super::CHECK_FACTOR) times its local error; `None` where it was not asked for.

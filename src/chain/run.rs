@@ -25,6 +25,10 @@ const SENSITIVE: f64 = 1e4;
 /// that it differs from the run that is checked also where all steps end on samples.
 pub(super) const CHECKED_SAMPLES: usize = 128;
 
+/// Runs by which the speeds of a driven chain are found, and their local error.
+const MOST_PILOTS: usize = 4;
+const PILOT_ERROR: f64 = 1e-6;
+
 /// By how much two runs must differ less than the tolerance: close to rounding they agree up to
 /// twice better than either is right.
 const SURE: f64 = 2.0;
@@ -40,11 +44,11 @@ impl Simulation {
     /// [`Error::Cancelled`] when the observer asks to stop.
     pub fn run(&self, observer: &dyn Observer) -> Result<Run> {
         self.check()?;
-        let scale = self.velocity_scale();
         let end = match self.end_time {
             EndTime::At(end) => end,
-            EndTime::Arrival => self.arrival_time(scale, observer)?,
+            EndTime::Arrival => self.arrival_time(self.velocity_scale(f64::INFINITY), observer)?,
         };
+        let scale = self.velocity_scale(end);
         let (local, tolerance) = match self.accuracy {
             Accuracy::Step(step) => {
                 let samples = Samples::all(end, self.samples);
@@ -56,6 +60,10 @@ impl Simulation {
         };
         let all = Samples::all(end, self.samples);
         let few = all.at_most(CHECKED_SAMPLES);
+        let scale = match self.drive {
+            Some(_) => self.driven_scale(scale, few, observer)?,
+            None => scale,
+        };
         let with = |local: f64, record, samples| {
             let control = StepControl::LocalError(local * scale);
             self.once(control, scale, samples, record, observer)
@@ -87,6 +95,7 @@ impl Simulation {
             if best.0 < error {
                 // Shorter steps only gather more rounding.
                 (reached, local) = best;
+                drop(run);
                 run = with(local, self.record, all)?;
                 run.report.error = Some(reached);
             }
@@ -122,6 +131,27 @@ impl Simulation {
             }
             samples = samples.at_most((samples.number() / 4).max(1));
         }
+    }
+
+    /// The largest speed that a drive brings about, which the scale it was guessed by may be far
+    /// above: it is the scale once it is not much below it.
+    fn driven_scale(&self, guess: f64, samples: Samples, observer: &dyn Observer) -> Result<f64> {
+        let mut scale = guess;
+        for _ in 0..MOST_PILOTS {
+            let control = StepControl::LocalError(PILOT_ERROR * scale);
+            let pilot = self.once(control, scale, samples, Record::default(), observer)?;
+            let speeds = pilot.velocity.iter();
+            let seen = speeds.fold(0.0, |most: f64, v| most.max(v.abs()));
+            if seen == 0.0 {
+                break;
+            }
+            let settled = seen > 0.1 * scale;
+            scale = seen;
+            if settled {
+                break;
+            }
+        }
+        Ok(scale)
     }
 
     /// The local error at which a run keeps the tolerance, from impacts on dimers of 100 sites
@@ -178,7 +208,7 @@ impl Simulation {
                 return Err(refuse("end-time", expected, format!("none until {time:e}")));
             }
             time += unit;
-            stepping.advance_to(time)?;
+            stepping.advance_to(time, observer)?;
         }
         if time == 0.0 {
             return Err(refuse(
@@ -190,11 +220,11 @@ impl Simulation {
         // Located to a thousandth of a contact time by running the last stretch again.
         let mut stepping = self.prepare(control, scale, false)?;
         time -= unit;
-        stepping.advance_to(time.max(0.0))?;
+        stepping.advance_to(time.max(0.0), observer)?;
         unit *= 1e-3;
         while still(stepping.state()) {
             time += unit;
-            stepping.advance_to(time)?;
+            stepping.advance_to(time, observer)?;
         }
         Ok(time)
     }
@@ -234,7 +264,7 @@ impl Simulation {
         let mut stepping = self.prepare(control, scale, record.energy)?;
         let mut recorder = Recorder::new(self, record, scale, samples);
         for sample in 0..samples.number() {
-            stepping.advance_to(samples.time(sample))?;
+            stepping.advance_to(samples.time(sample), observer)?;
             recorder.keep(sample, stepping.state());
             observer.advance(1);
             if sample % 64 == 0 && observer.cancelled() {

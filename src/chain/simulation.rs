@@ -172,30 +172,24 @@ impl Simulation {
             .saturating_mul(8)
     }
 
-    /// The speed that errors are relative to, see [`super::RunReport`].
-    pub(super) fn velocity_scale(&self) -> f64 {
+    /// A speed that the motion cannot be much below: the largest initial one, that of the lightest
+    /// site with the energy stored at the start, or that which a drive has or gives.
+    pub(super) fn velocity_scale(&self, end: f64) -> f64 {
         let largest = |values: &[f64]| values.iter().fold(0.0, |m: f64, v| m.max(v.abs()));
-        let initial = largest(&self.velocity);
-        if initial > 0.0 {
-            return initial;
-        }
-        let lightest = self
-            .chain
-            .mass
-            .iter()
-            .copied()
-            .fold(f64::INFINITY, f64::min);
-        let stored = self.chain.energy(&self.displacement, &self.velocity, 0.0);
-        if stored > 0.0 {
-            return (2.0 * stored / lightest).sqrt();
-        }
-        match &self.drive {
-            Some(Drive::Wall(wave)) => wave.amplitude().abs() * wave.angular_frequency(),
-            Some(Drive::Force(wave)) => {
-                wave.amplitude().abs() / (lightest * wave.angular_frequency())
+        let masses = self.chain.mass.iter().copied();
+        let lightest = masses.fold(f64::INFINITY, f64::min);
+        let stored = self.chain.stored_energy(&self.displacement);
+        let driven = self.drive.map_or(0.0, |drive| {
+            let amplitude = drive.waveform().amplitude().abs();
+            let frequency = drive.waveform().angular_frequency();
+            match drive {
+                Drive::Wall(_) => amplitude * frequency,
+                Drive::Force(_) => amplitude / lightest * end.min(1.0 / frequency),
             }
-            None => 0.0,
-        }
+        });
+        largest(&self.velocity)
+            .max((2.0 * stored / lightest).sqrt())
+            .max(driven)
     }
 }
 

@@ -41,7 +41,7 @@ pub(super) fn read(source: &Source) -> Result<Contents> {
         .map_err(|fault| archive.member_fault(index, fault))?;
     let name = archive.members[index].name.clone();
     contents.quantity = quantity(&name);
-    contents.unit = archive.text(&format!("{name}_unit"))?;
+    contents.unit = archive.unit(&name);
     let stated = &source.stated;
     contents.time = archive.axis("time", "time", contents.n_times, stated.t0, stated.dt)?;
     // Contacts lie between sites and may be fewer.
@@ -246,6 +246,11 @@ impl<'a> Archive<'a> {
             .map_err(|fault| self.member_fault(index, fault))
     }
 
+    /// The unit that an archive states of a member; what is no text is not one.
+    fn unit(&mut self, member: &str) -> Option<String> {
+        self.text(&format!("{member}_unit")).ok().flatten()
+    }
+
     /// The bytes that hold a member of `expected` bytes, and where it starts in them.
     fn bytes(&mut self, index: usize, expected: u64) -> Result<(Bytes, usize)> {
         let place = self.place(index, expected);
@@ -360,7 +365,7 @@ impl<'a> Archive<'a> {
             .iter()
             .fold(0.0, |max: f64, value| max.max(value.abs()));
         let rounding = largest * header.sample.relative_rounding();
-        let unit = self.text(&format!("{member}_unit"))?;
+        let unit = self.unit(member);
         let fitted = Coordinates::fit(&values, rounding).map(|even| Coordinates { unit, ..even });
         fitted.map_err(|uneven| {
             let fault = InputFault::UnevenAxis {

@@ -67,7 +67,12 @@ impl Axis {
         if let Some(at) = values.iter().position(|v| v.is_empty()) {
             return Err(refuse(&format!("a value in place {}", at + 1)));
         }
-        let mut sorted: Vec<&String> = values.iter().collect();
+        // 1 and 1.0 are one value.
+        let plain = |value: &String| match value.parse::<f64>() {
+            Ok(number) => format!("{number:?}"),
+            Err(_) => value.clone(),
+        };
+        let mut sorted: Vec<String> = values.iter().map(plain).collect();
         sorted.sort();
         if let Some(pair) = sorted.windows(2).find(|pair| pair[0] == pair[1]) {
             return Err(refuse(&format!("each value once, not {} twice", pair[0])));

@@ -12,7 +12,7 @@ use std::sync::{Mutex, PoisonError};
 
 use serde::{Deserialize, Serialize};
 
-use super::axis::Axis;
+use super::axis::{self, Axis};
 use super::measures::Measures;
 use crate::{Error, Result};
 
@@ -58,13 +58,21 @@ pub(super) struct Ledger {
 
 impl Ledger {
     /// Opens the directory of a sweep, made where nothing is there, with what is known already.
-    pub(super) fn open(directory: &Path, request: &Request) -> Result<(Ledger, Outcomes)> {
+    pub(super) fn open(
+        directory: &Path,
+        request: &Request,
+        members: usize,
+    ) -> Result<(Ledger, Outcomes)> {
         let occupied = |found: String| Error::Occupied {
             path: directory.to_owned(),
             found,
         };
         let is_new = match fs::read_dir(directory) {
-            Ok(mut entries) => entries.next().is_none(),
+            // One that was killed before it began has left its request half-written.
+            Ok(entries) => entries.flatten().all(|entry| {
+                let name = entry.file_name();
+                name.to_string_lossy().starts_with(&partial_prefix(REQUEST))
+            }),
             Err(error) if error.kind() == std::io::ErrorKind::NotFound => true,
             Err(error) if error.kind() == std::io::ErrorKind::NotADirectory => {
                 return Err(occupied("is a file".into()));
@@ -91,12 +99,14 @@ impl Ledger {
         match file.try_lock() {
             Ok(()) => {}
             Err(TryLockError::WouldBlock) => {
-                return Err(occupied("is being worked on by another process".into()));
+                return Err(Error::Busy {
+                    path: directory.to_owned(),
+                });
             }
             // A file system without locks: the user keeps two processes apart.
             Err(TryLockError::Error(_)) => {}
         }
-        let (outcomes, whole) = parse(&mut file, &path)?;
+        let (outcomes, whole) = parse(&mut file, &path, members)?;
         file.set_len(whole).map_err(Error::write("cut", &path))?;
         let file = Mutex::new(file);
         Ok((Ledger { path, file }, outcomes))
@@ -111,8 +121,14 @@ impl Ledger {
         let mut text = to_json(&line)?;
         text.push('\n');
         let mut file = self.file.lock().unwrap_or_else(PoisonError::into_inner);
-        file.write_all(text.as_bytes())
-            .map_err(Error::write("append to", &self.path))
+        let before = file.seek(SeekFrom::End(0));
+        let written = before.and_then(|end| {
+            file.write_all(text.as_bytes()).inspect_err(|_| {
+                // What was written of the line must not be continued by the next one.
+                let _ = file.set_len(end);
+            })
+        });
+        written.map_err(Error::write("append to", &self.path))
     }
 
     /// Sees to it that what was added is on the disk.
@@ -141,12 +157,13 @@ pub fn read(directory: &Path) -> Result<(Request, Outcomes)> {
         }
         Err(error) => return Err(Error::read("open", &path)(error)),
     };
-    let (outcomes, _) = parse(&mut file, &path)?;
+    let members = axis::count(&request.vary)?;
+    let (outcomes, _) = parse(&mut file, &path, members)?;
     Ok((request, outcomes))
 }
 
 /// The members of a file and the length of its whole lines; the first line of a member counts.
-fn parse(file: &mut File, path: &Path) -> Result<(Outcomes, u64)> {
+fn parse(file: &mut File, path: &Path, members: usize) -> Result<(Outcomes, u64)> {
     let mut text = Vec::new();
     file.seek(SeekFrom::Start(0))
         .and_then(|_| file.read_to_end(&mut text))
@@ -157,11 +174,19 @@ fn parse(file: &mut File, path: &Path) -> Result<(Outcomes, u64)> {
         .map_or(0, |at| at + 1);
     let mut outcomes = Outcomes::new();
     for (number, line) in text[..whole].split_inclusive(|b| *b == b'\n').enumerate() {
-        let line: Line = serde_json::from_slice(line).map_err(|error| Error::Damaged {
+        let damaged = |reason: String| Error::Damaged {
             path: path.to_owned(),
             line: number + 1,
-            reason: error.to_string(),
-        })?;
+            reason,
+        };
+        let line: Line =
+            serde_json::from_slice(line).map_err(|error| damaged(error.to_string()))?;
+        if line.member >= members {
+            let found = line.member;
+            return Err(damaged(format!(
+                "expected a member below {members}, found {found}"
+            )));
+        }
         outcomes.entry(line.member).or_insert(line.outcome);
     }
     Ok((outcomes, whole as u64))
@@ -222,10 +247,14 @@ pub(super) fn difference(found: &Request, asked: &Request) -> Option<String> {
     }
 }
 
+fn partial_prefix(name: &str) -> String {
+    format!(".{name}.partial-")
+}
+
 /// Writes a file beside its place, then renames it.
 pub(super) fn write_whole(directory: &Path, name: &str, text: &str) -> Result<PathBuf> {
     let path = directory.join(name);
-    let partial = directory.join(format!(".{name}.partial-{}", std::process::id()));
+    let partial = directory.join(partial_prefix(name) + &std::process::id().to_string());
     fs::write(&partial, text).map_err(Error::write("write", &partial))?;
     fs::rename(&partial, &path).map_err(Error::write("rename to", &path))?;
     Ok(path)

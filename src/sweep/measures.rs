@@ -4,16 +4,23 @@ use serde::{Deserialize, Serialize};
 
 use crate::chain::Run;
 
+/// Peaks whose relative error may be larger are not told.
+const KNOWN: f64 = 0.01;
+
 /// Measures of a run, in the units of its scene; `None` where the scene does not record what a
 /// measure needs.
 #[derive(Debug, Clone, Default, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Measures {
-    pub end_time: f64,
-    /// Largest force of the first contact, located between samples.
+    pub run_end_time: f64,
+    /// Largest force of the first contact, located between samples; `None` also where samples are
+    /// too far apart for it to be known to 1 %, and where the force still rises at the end.
     pub peak_force_first: Option<f64>,
-    /// Largest force of the last contact, the wall's where there is one.
+    /// An upper bound of its error, from every second sample.
+    pub peak_force_first_error: Option<f64>,
+    /// The same of the last contact, the wall's where there is one.
     pub peak_force_last: Option<f64>,
+    pub peak_force_last_error: Option<f64>,
     /// When that was; `None` where nothing has arrived.
     pub peak_force_last_time: Option<f64>,
     /// Energy at the start and put in by a drive.
@@ -27,18 +34,23 @@ pub struct Measures {
     pub energy_drift: Option<f64>,
     pub velocity_scale: f64,
     pub steps: u64,
-    /// Contact forces computed.
-    pub forces: u64,
-    /// Whether the tolerance could not be had.
-    pub sensitive: bool,
+    /// Whether the run ended with a warning: its tolerance is not assured.
+    pub warned: bool,
 }
 
 impl Measures {
     pub fn of(run: &Run) -> Measures {
         let contacts = run.chain.n_contacts();
         let last_sample = run.time.len() - 1;
-        let first = (contacts > 0).then(|| run.peak_force(0)).flatten();
-        let last = contacts.checked_sub(1).and_then(|j| run.peak_force(j));
+        let spacing = run.time[last_sample] - run.time[last_sample - 1];
+        let peak = |contact: usize| {
+            run.peak_force(contact).filter(|peak| {
+                let rises = peak.time > run.time[last_sample] - 1e-6 * spacing && peak.value > 0.0;
+                !rises && peak.error <= KNOWN * peak.value.abs()
+            })
+        };
+        let first = (contacts > 0).then(|| peak(0)).flatten();
+        let last = contacts.checked_sub(1).and_then(peak);
         let joint = run.chain.n_sites().checked_sub(2);
         let start = run.displacement.as_ref().map(|x| {
             let (x, v) = (x.row(0).to_vec(), run.velocity.row(0).to_vec());
@@ -48,9 +60,11 @@ impl Measures {
         let passed = run.energy_passed.as_ref();
         let report = &run.report;
         Measures {
-            end_time: run.time[last_sample],
+            run_end_time: run.time[last_sample],
             peak_force_first: first.map(|peak| peak.value),
+            peak_force_first_error: first.map(|peak| peak.error),
             peak_force_last: last.map(|peak| peak.value),
+            peak_force_last_error: last.map(|peak| peak.error),
             peak_force_last_time: last.filter(|peak| peak.value > 0.0).map(|peak| peak.time),
             energy_input: start.filter(|_| run.drive.is_none() || run.energy_input.is_some()),
             energy_passed_last: joint.and_then(|j| passed.map(|w| w[[last_sample, j]])),
@@ -62,8 +76,7 @@ impl Measures {
             energy_drift: report.energy_drift,
             velocity_scale: report.velocity_scale,
             steps: report.cost.steps,
-            forces: report.cost.forces,
-            sensitive: !report.warnings.is_empty(),
+            warned: !report.warnings.is_empty(),
         }
     }
 }

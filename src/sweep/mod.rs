@@ -21,7 +21,7 @@ use rayon::prelude::*;
 
 use crate::analyze::Observer;
 use crate::chain::scene::{Kind, SceneSource, Setting, properties};
-use crate::chain::{Run, Simulation, available_memory, run_each};
+use crate::chain::{Run, Simulation, available_memory, run_each, runs_a_thread};
 use crate::{Error, Result};
 use ledger::Ledger;
 
@@ -158,7 +158,7 @@ impl Sweep {
     /// [`Error::Paused`] when the observer asks to stop. What was computed is kept.
     pub fn run(&self, directory: &Path, part: Part, observer: &dyn Observer) -> Result<Standing> {
         self.check()?;
-        let (ledger, mut outcomes) = Ledger::open(directory, &self.request)?;
+        let (ledger, mut outcomes) = Ledger::open(directory, &self.request, self.members)?;
         let missing: Vec<usize> = (0..self.members)
             .filter(|member| part.holds(*member) && !outcomes.contains_key(member))
             .collect();
@@ -196,7 +196,14 @@ impl Sweep {
     fn check(&self) -> Result<()> {
         let sizes: Result<Vec<(u64, Option<u64>)>> = (0..self.members)
             .into_par_iter()
-            .map(|member| self.simulation(member).map(|s| (s.bytes(), s.memory)))
+            .map(|member| {
+                let simulation = self.simulation(member)?;
+                let at_once = runs_a_thread(&simulation) as u64;
+                Ok((
+                    simulation.bytes().saturating_mul(at_once),
+                    simulation.memory,
+                ))
+            })
             .collect();
         let sizes = sizes?;
         let allowed = sizes.iter().filter_map(|(_, memory)| *memory).min();
@@ -247,7 +254,7 @@ impl Sweep {
             request,
             members,
         };
-        let (ledger, known) = Ledger::open(out, &sweep.request)?;
+        let (ledger, known) = Ledger::open(out, &sweep.request, sweep.members)?;
         for (member, outcome) in &outcomes {
             if !known.contains_key(member) {
                 ledger.add(*member, outcome)?;
@@ -295,7 +302,8 @@ impl Collected {
     fn take(&self, member: usize, result: Result<Run>, ledger: &Ledger) {
         let outcome = match result {
             Ok(run) => Outcome::Done(Measures::of(&run)),
-            Err(Error::Cancelled) => return self.stop(Error::Cancelled),
+            // Neither is the fault of the member.
+            Err(error @ (Error::Cancelled | Error::Memory { .. })) => return self.stop(error),
             Err(error) => Outcome::Failed(error.to_string()),
         };
         if let Err(error) = ledger.add(member, &outcome) {

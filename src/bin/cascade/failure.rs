@@ -10,6 +10,8 @@ use cascade::chain::scene::Place;
 #[derive(Debug)]
 pub enum Failure {
     Library(Error),
+    /// So many runs of a sweep failed.
+    Members(usize),
     /// Standard output was closed or could not be written.
     Output(std::io::Error),
 }
@@ -52,6 +54,10 @@ impl Failure {
                 )
             }
             Failure::Library(error) => writeln!(err, "error: {error}"),
+            Failure::Members(failed) => writeln!(
+                err,
+                "error: {failed} of the runs failed; the last column of the table says why"
+            ),
             // A reader that went away (`cascade ... | head`) has read enough: no failure.
             Failure::Output(error) if error.kind() == std::io::ErrorKind::BrokenPipe => Ok(()),
             Failure::Output(error) => {

@@ -69,7 +69,8 @@ fn option(property: &'static Property) -> Arg {
             help += &format!(": of {}, with commas between", names.join(", "));
             arg.allow_hyphen_values(true)
         }
-        Kind::Numbers | Kind::Tables => arg.allow_hyphen_values(true),
+        // "-9 mm" is no number to the parser of arguments.
+        Kind::Numbers | Kind::Tables | Kind::Measure { .. } => arg.allow_hyphen_values(true),
         _ => arg.allow_negative_numbers(true),
     };
     if let Some(default) = &property.default {

@@ -4,6 +4,7 @@ use std::io::{IsTerminal, Write};
 use std::path::{Path, PathBuf};
 use std::time::Instant;
 
+use cascade::Error;
 use cascade::chain::scene::SceneSource;
 use cascade::sweep::{Part, Standing, Sweep};
 
@@ -32,9 +33,20 @@ pub fn run(typed: SweepCommand) -> Result<(), Failure> {
         progress.clear();
         standing?
     } else {
+        if let Some(setting) = typed.keys.settings.first() {
+            return Err(Failure::Library(Error::Request {
+                option: "merge",
+                expected: "no keys of a scene: the directories hold theirs".into(),
+                found: setting.source.clone(),
+            }));
+        }
         Sweep::merge(&typed.merge, &out)?
     };
-    tell(&typed, &standing, &out, started)
+    tell(&typed, &standing, &out, started)?;
+    match standing.failed {
+        0 => Ok(()),
+        failed => Err(Failure::Members(failed)),
+    }
 }
 
 fn default_out(scene: Option<&Path>) -> PathBuf {
@@ -58,18 +70,15 @@ fn tell(
         let Standing {
             members,
             known,
-            failed,
             computed,
             table,
+            ..
         } = standing;
         let seconds = started.elapsed().as_secs_f64();
         writeln!(
             stdout,
             "{known} of {members} members known, {computed} of them computed now in {seconds:.2} s"
         )?;
-        if *failed > 0 {
-            writeln!(stdout, "{failed} failed; the table's last column says why")?;
-        }
         match table {
             Some(table) => writeln!(stdout, "wrote {}", table.display())?,
             None => writeln!(

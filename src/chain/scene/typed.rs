@@ -168,7 +168,7 @@ pub struct Scene {
     /// Initial displacements in the shape of this mode of the uniform linear chain, from 1 on.
     #[schemars(extend("examples" = [1]))]
     pub mode: Option<usize>,
-    /// Largest displacement of the mode, in m in an SI scene.
+    /// Amplitude of the sine or cosine that the mode samples, in m in an SI scene.
     #[schemars(extend("examples" = [1.0]))]
     pub mode_amplitude: Option<Measure<Length>>,
 

@@ -7,10 +7,11 @@ use super::pair::{self, Outcome, Scratch, Span};
 use super::system::{State, System};
 use super::tableau::Tableau;
 use super::{Cost, StepControl, Stepping, Task};
-use crate::Result;
+use crate::analyze::Observer;
 use crate::chain::lattice::{Chain, refuse};
 use crate::chain::law::Kernel;
 use crate::chain::root;
+use crate::{Error, Result};
 
 /// Steps for which a survey of the islands should hold.
 const HORIZON_STEPS: f64 = 6.0;
@@ -178,8 +179,11 @@ impl<K: Kernel> Driver<K> {
 }
 
 impl<K: Kernel> Stepping for Driver<K> {
-    fn advance_to(&mut self, target: f64) -> Result<()> {
+    fn advance_to(&mut self, target: f64, observer: &dyn Observer) -> Result<()> {
         while self.time < target {
+            if self.cost.steps.is_multiple_of(256) && observer.cancelled() {
+                return Err(Error::Cancelled);
+            }
             let Some(NextStep { h, end }) = next_step(self.time, target, self.step) else {
                 break;
             };

@@ -19,6 +19,7 @@ use super::lanes::Row;
 use super::lattice::{Chain, Ends, refuse};
 use super::law::{self, Kernel, Law};
 use crate::Result;
+use crate::analyze::Observer;
 use composed::Splitting;
 use correction::Correction;
 pub(crate) use correction::Quintic;
@@ -144,8 +145,9 @@ pub(crate) trait Stepping {
     /// Steps to exactly this time.
     ///
     /// # Errors
-    /// [`crate::Error::Request`] where no step is small enough, or the step given is unstable.
-    fn advance_to(&mut self, time: f64) -> Result<()>;
+    /// [`crate::Error::Request`] where no step is small enough, or the step given is unstable;
+    /// [`crate::Error::Cancelled`] when the observer asks to stop.
+    fn advance_to(&mut self, time: f64, observer: &dyn Observer) -> Result<()>;
 
     /// The state, with a ghost place at each end.
     fn state(&self) -> &State;

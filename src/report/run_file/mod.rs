@@ -93,7 +93,11 @@ fn is_there(folder: &Path) -> bool {
 
 /// Refuses a place that is taken.
 fn check_free(path: &Path, replace: bool) -> Result<()> {
-    if path.file_name().is_none() {
+    let ends_in_separator = path
+        .as_os_str()
+        .to_string_lossy()
+        .ends_with(std::path::is_separator);
+    if path.file_name().is_none() || ends_in_separator {
         return Err(Error::Request {
             option: "out",
             expected: "a file with a name".into(),
