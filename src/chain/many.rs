@@ -26,7 +26,7 @@ const LEAST_TOGETHER: usize = WIDTH / 2 + 1;
 /// The bits of a result do not depend on the number of threads nor on what else is run. Chains of
 /// fixed steps that differ in masses, coefficients and initial states alone are stepped eight at a
 /// time, unless their energies are recorded. Nothing is kept: a caller that wants a summary of each
-/// run holds no more than [`runs_a_thread`] at once on each.
+/// run holds no more than eight at once on each thread.
 /// The observer sees one stage, a unit for each simulation; once it asks to stop, the simulations
 /// left yield [`Error::Cancelled`].
 pub fn run_each(
