@@ -186,7 +186,10 @@ fn regress_lines_cut_short_and_damaged() {
         assert_eq!(standing.computed, 18 - lines);
         assert_eq!(table(&out), all);
         let again = sweep(&VARY).run(&out, Part::WHOLE, &Silent).unwrap();
-        assert_eq!(again.computed, 0, "what was added stands in lines of its own");
+        assert_eq!(
+            again.computed, 0,
+            "what was added stands in lines of its own"
+        );
     }
     let mut damaged = text.clone();
     damaged[0] = b'!';

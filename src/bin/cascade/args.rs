@@ -30,9 +30,9 @@ pub enum Command {
     /// Simulate a chain: from a scene to a run file.
     ///
     /// SCENE is a text file (TOML) that `cascade scene` explains. Every key of it is an option too,
-    /// which holds over the file: `stiffness_ratio = 4.9` and `--stiffness-ratio 4.9`. The run file
-    /// (`.npz`) holds time, velocity, displacement, force, energy passed, masses, coefficients and
-    /// the scene; `cascade analyze` reads it with all axes known.
+    /// and takes precedence over the file: `stiffness_ratio = 4.9` and `--stiffness-ratio 4.9`. The
+    /// run file (`.npz`) holds time, velocity, displacement, force, energy passed, masses,
+    /// coefficients and the scene; `cascade analyze` reads it with all axes known.
     Simulate(Box<Simulate>),
     /// Run chains that differ in a few keys of one scene, to one table.
     ///

@@ -87,8 +87,8 @@ impl SceneSource {
         Ok(SceneSource::new(Some(path), text))
     }
 
-    /// The scene with more settings, of which later ones hold over earlier ones. Tables that are
-    /// set ([`defect`](Scene::defect)) take the place of those in the text, all together.
+    /// The scene with more settings, of which later ones take precedence over earlier ones. Tables
+    /// that are set ([`defect`](Scene::defect)) take the place of those in the text, all together.
     pub fn with(&self, settings: impl IntoIterator<Item = Setting>) -> SceneSource {
         let mut more = self.clone();
         more.settings.extend(settings);
@@ -131,7 +131,7 @@ impl SceneSource {
         }
     }
 
-    /// One text that says all: that of the file, or, where settings hold over it, all keys anew.
+    /// One text that says all: that of the file, or, where settings take precedence, all keys anew.
     pub(crate) fn whole_text(&self) -> Result<String> {
         if self.settings.is_empty() {
             return Ok(self.text.clone());
