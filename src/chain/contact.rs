@@ -175,7 +175,7 @@ impl HertzContact {
                 option: "curvature",
                 expected: "surfaces that touch in a point".into(),
                 found: format!(
-                    "curvatures {p1}, {q1} and {p2}, {q2} at {angle_deg} degrees, \
+                    "curvatures {p1:e}, {q1:e} and {p2:e}, {q2:e} at {angle_deg:e} degrees, \
                      which touch along a line or conform"
                 ),
             });
@@ -248,7 +248,7 @@ pub fn angle_of_stiffness_ratio(ratio: f64, ellipse: Ellipse) -> Result<f64> {
         return Err(Error::Request {
             option: "stiffness-ratio",
             expected: "a ratio of 1 to 1e60".into(),
-            found: ratio.to_string(),
+            found: format!("{ratio:e}"),
         });
     }
     let target = (ratio - 1.0).ln_1p().sqrt();

@@ -63,8 +63,11 @@ fn form(typed: &Contact, body: Option<(f64, Material)>, ellipse: Ellipse) -> Res
     let ratio = stiffness_ratio(angle, ellipse)?;
     // The ellipse depends on the angle alone.
     let (radius, material) = body.unwrap_or((1.0, Material::QUARTZ));
-    let contact = HertzContact::crossed_cylinders(radius, material, angle, ellipse)?;
-    let right = HertzContact::crossed_cylinders(radius, material, 90.0, ellipse)?;
+    let crossed = |angle: f64| {
+        let contact = HertzContact::crossed_cylinders(radius, material, angle, ellipse);
+        contact.map_err(|error| typed_of(error, radius, angle))
+    };
+    let (right, contact) = (crossed(90.0)?, crossed(angle)?);
     Ok(Form {
         ellipse,
         angle,
@@ -73,6 +76,31 @@ fn form(typed: &Contact, body: Option<(f64, Material)>, ellipse: Ellipse) -> Res
         coefficient: body.map(|_| contact.coefficient),
         coefficient_at_90: body.map(|_| right.coefficient),
     })
+}
+
+/// A fault of the curvatures as one of what was typed, which they follow from.
+fn typed_of(error: Error, radius: f64, angle: f64) -> Error {
+    match error {
+        Error::Request {
+            option: "curvature",
+            expected,
+            ..
+        } if angle == 90.0 => Error::Request {
+            option: "radius",
+            expected,
+            found: format!("a radius of {radius:e} m"),
+        },
+        Error::Request {
+            option: "curvature",
+            expected,
+            ..
+        } => Error::Request {
+            option: "angle",
+            expected,
+            found: format!("{angle:e} degrees"),
+        },
+        error => error,
+    }
 }
 
 fn material(typed: &Contact) -> Result<Option<Material>, Error> {
