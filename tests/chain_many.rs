@@ -185,3 +185,22 @@ fn val_end_time_of_the_front() {
     simulation.velocity[0] = 32.0;
     assert!((arrives(&simulation) * 2.0 / end - 1.0).abs() < 1e-3);
 }
+
+/// Asked so many times whether to stop, says so.
+struct Fuse(AtomicUsize);
+
+impl Observer for Fuse {
+    fn cancelled(&self) -> bool {
+        let left = self.0.load(Ordering::SeqCst);
+        self.0.store(left.saturating_sub(1), Ordering::SeqCst);
+        left == 0
+    }
+}
+
+/// A run of thousands of steps between two samples is stopped between them.
+#[test]
+fn a_long_run_of_few_samples_is_cancelled() {
+    let simulation = Simulation::impact(Chain::dimer(60, 1.0), 1.0, 2000.0, 2);
+    let stopped = simulation.run(&Fuse(AtomicUsize::new(5)));
+    assert!(matches!(stopped, Err(Error::Cancelled)));
+}
