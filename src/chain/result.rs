@@ -53,7 +53,7 @@ pub enum RunWarning {
         tolerance: f64,
         reached: f64,
         /// Largest change of a velocity, relative to the scale, over the relative change of the
-        /// masses that caused it.
+        /// masses that caused it; too small where the velocities are then nothing alike.
         amplification: f64,
     },
     /// The tolerance is below what rounding leaves of the velocities.

@@ -12,7 +12,8 @@ impl RunWarning {
                 amplification,
             } => format!(
                 "two runs agree to {reached:.1e}, which does not assure {tolerance:.1e}, whatever the \
-                 steps: the chain amplifies a relative change of its masses {amplification:.1e} times"
+                 steps: the chain amplifies a relative change of its masses at least \
+                 {amplification:.1e} times"
             ),
             RunWarning::Rounding { tolerance, reached } => format!(
                 "two runs agree to {reached:.1e}, which does not assure {tolerance:.1e}; rounding \
