@@ -530,6 +530,6 @@ fn what_is_no_text_is_no_unit() {
     npz.add_array("velocity_unit", &Array1::<f64>::zeros(3))
         .unwrap();
     npz.finish().unwrap();
-    let field = Field::open(&place.path("other.npz"), &OpenOptions::default()).unwrap();
+    let field = Field::open(place.path("other.npz"), &OpenOptions::default()).unwrap();
     assert_eq!((field.quantity, field.unit), (Quantity::Velocity, None));
 }
