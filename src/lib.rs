@@ -2,6 +2,7 @@
 #![warn(missing_debug_implementations)]
 
 pub mod analyze;
+pub mod budget;
 mod buffer;
 pub mod chain;
 mod diagnostics;
@@ -16,6 +17,7 @@ pub mod reference;
 pub mod report;
 mod sum;
 pub mod sweep;
+mod threads;
 pub mod transform;
 mod turns;
 

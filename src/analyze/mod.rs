@@ -20,7 +20,8 @@ pub use plan::{Blocks, Plan, PlanSummary, PlannedStage, plan};
 pub use request::{Precision, Request, Results, Scaling, ShortTime, TimeRange, Welch};
 pub use result::*;
 pub use run::{analyze, run};
-pub use sink::{LargeArray, Sink, Spectra};
+pub(crate) use sink::Collect;
+pub use sink::{Arrays, LargeArray, Sink, Spectra};
 pub use warning::Warning;
 
 /// Cells of a map, `(rows, columns)`: as many as a page shows.

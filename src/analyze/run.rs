@@ -14,7 +14,7 @@ use super::spacetime::{self, ByDirection};
 use super::warning::Warning;
 use super::{Observer, Silent, short_time};
 use crate::diagnostics::{Findings, Row, edge_of, findings};
-use crate::error::{Error, Result};
+use crate::error::Result;
 use crate::field::Field;
 use crate::prepare::Prepared;
 use crate::sum::sum;
@@ -27,7 +27,7 @@ use crate::transform::Real;
 pub fn analyze(field: &Field, request: &Request) -> Result<(Analysis, Spectra)> {
     let collect = Collect::default();
     let analysis = run(field, &plan(field, request)?, &collect, &Silent)?;
-    Ok((analysis, collect.into_spectra()))
+    Ok((analysis, Spectra::from(collect.into_arrays())))
 }
 
 /// Carries out `plan` on the `field` it was made for; large arrays go to `sink` block by block.
@@ -41,14 +41,7 @@ pub fn run(
     sink: &dyn Sink,
     observer: &dyn Observer,
 ) -> Result<Analysis> {
-    let pool = rayon::ThreadPoolBuilder::new()
-        .num_threads(plan.threads)
-        .build()
-        .map_err(|e| Error::Threads {
-            threads: plan.threads,
-            reason: e.to_string(),
-        })?;
-    pool.install(|| match plan.request.precision {
+    crate::threads::in_pool(Some(plan.threads), || match plan.request.precision {
         Precision::F64 => passes::<f64>(field, plan, sink, observer),
         Precision::F32 => passes::<f32>(field, plan, sink, observer),
     })

@@ -1,5 +1,6 @@
 //! Where the large arrays go, block by block.
 
+use std::collections::BTreeMap;
 use std::sync::Mutex;
 
 use ndarray::{Array2, ArrayView2, s};
@@ -7,7 +8,7 @@ use ndarray::{Array2, ArrayView2, s};
 use crate::error::Result;
 
 /// An array too large to be held twice.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
 pub enum LargeArray {
     /// `(frequency, site)`
     TemporalSpectrum,
@@ -17,6 +18,36 @@ pub enum LargeArray {
     SpacetimeSpectrum,
     /// `(time, wavenumber)`
     KineticFluxSurrogate,
+    /// `e_j(t)`, `(time, site)`
+    SiteEnergy,
+    /// `J_j(t)`, `(time, contact)`
+    EnergyFlux,
+    /// `W_j(t)`, `(time, contact)`
+    EnergyPassed,
+    /// Energy lost at each site since the first sample, `(time, site)`
+    EnergyLost,
+    /// `E(k, t)`, `(time, wavenumber)`
+    EnergySpectrum,
+    /// `T(k, t)`, `(time, wavenumber)`
+    Transfer,
+    /// `L(k, t)`, `(time, wavenumber)`
+    LossSpectrum,
+    /// Spectrum of the power put in at a driven end, `(time, wavenumber)`
+    InputSpectrum,
+    /// `Pi(k, t)`, `(time, wavenumber)`
+    SpectralFlux,
+    /// `Pi(k, t)` integrated since the first sample, `(time, wavenumber)`
+    IntegratedSpectralFlux,
+    /// Acoustic part of `E(k, t)`, `(time, wavenumber of the cell)`
+    AcousticSpectrum,
+    /// Optical part of `E(k, t)`, `(time, wavenumber of the cell)`
+    OpticalSpectrum,
+    /// `P_j(f)`, `(frequency, contact)`
+    PowerFlow,
+    /// `Pi_l,j(t)` at one scale, `(time, contact)`
+    ScaleFlux,
+    /// `Pi_l` summed over contacts, `(time, scale)`
+    ScaleFluxInTime,
 }
 
 impl LargeArray {
@@ -27,6 +58,46 @@ impl LargeArray {
             LargeArray::SpatialSpectrum => "spatial_spectrum",
             LargeArray::SpacetimeSpectrum => "spacetime_spectrum",
             LargeArray::KineticFluxSurrogate => "kinetic_flux_surrogate",
+            LargeArray::SiteEnergy => "site_energy",
+            LargeArray::EnergyFlux => "energy_flux",
+            LargeArray::EnergyPassed => "energy_passed",
+            LargeArray::EnergyLost => "energy_lost",
+            LargeArray::EnergySpectrum => "energy_spectrum",
+            LargeArray::Transfer => "transfer",
+            LargeArray::LossSpectrum => "loss_spectrum",
+            LargeArray::InputSpectrum => "input_spectrum",
+            LargeArray::SpectralFlux => "spectral_flux",
+            LargeArray::IntegratedSpectralFlux => "integrated_spectral_flux",
+            LargeArray::AcousticSpectrum => "acoustic_spectrum",
+            LargeArray::OpticalSpectrum => "optical_spectrum",
+            LargeArray::PowerFlow => "power_flow",
+            LargeArray::ScaleFlux => "scale_flux",
+            LargeArray::ScaleFluxInTime => "scale_flux_in_time",
+        }
+    }
+
+    /// What its rows and columns count.
+    pub fn axes(self) -> [&'static str; 2] {
+        match self {
+            LargeArray::TemporalSpectrum => ["frequency", "site"],
+            LargeArray::SpatialSpectrum
+            | LargeArray::KineticFluxSurrogate
+            | LargeArray::EnergySpectrum
+            | LargeArray::Transfer
+            | LargeArray::LossSpectrum
+            | LargeArray::InputSpectrum
+            | LargeArray::SpectralFlux
+            | LargeArray::IntegratedSpectralFlux => ["time", "wavenumber"],
+            LargeArray::SpacetimeSpectrum => ["frequency", "wavenumber"],
+            LargeArray::SiteEnergy | LargeArray::EnergyLost => ["time", "site"],
+            LargeArray::EnergyFlux | LargeArray::EnergyPassed | LargeArray::ScaleFlux => {
+                ["time", "contact"]
+            }
+            LargeArray::AcousticSpectrum | LargeArray::OpticalSpectrum => {
+                ["time", "wavenumber of the cell"]
+            }
+            LargeArray::PowerFlow => ["frequency", "contact"],
+            LargeArray::ScaleFluxInTime => ["time", "scale"],
         }
     }
 }
@@ -66,28 +137,31 @@ pub struct Spectra {
 }
 
 impl Spectra {
-    fn slot(&mut self, array: LargeArray) -> &mut Option<Array2<f64>> {
-        match array {
-            LargeArray::TemporalSpectrum => &mut self.temporal,
-            LargeArray::SpatialSpectrum => &mut self.spatial,
-            LargeArray::SpacetimeSpectrum => &mut self.spacetime,
-            LargeArray::KineticFluxSurrogate => &mut self.flux_surrogate,
+    pub(crate) fn from(mut arrays: Arrays) -> Spectra {
+        Spectra {
+            temporal: arrays.remove(&LargeArray::TemporalSpectrum),
+            spatial: arrays.remove(&LargeArray::SpatialSpectrum),
+            spacetime: arrays.remove(&LargeArray::SpacetimeSpectrum),
+            flux_surrogate: arrays.remove(&LargeArray::KineticFluxSurrogate),
         }
     }
 }
 
-/// Collects [`Spectra`].
+/// Large arrays in memory.
+pub type Arrays = BTreeMap<LargeArray, Array2<f64>>;
+
+/// Collects [`Arrays`].
 #[derive(Debug, Default)]
-pub(crate) struct Collect(Mutex<Spectra>);
+pub(crate) struct Collect(Mutex<Arrays>);
 
 impl Collect {
-    pub fn into_spectra(self) -> Spectra {
+    pub fn into_arrays(self) -> Arrays {
         self.0
             .into_inner()
             .unwrap_or_else(std::sync::PoisonError::into_inner)
     }
 
-    fn lock(&self) -> std::sync::MutexGuard<'_, Spectra> {
+    fn lock(&self) -> std::sync::MutexGuard<'_, Arrays> {
         self.0
             .lock()
             .unwrap_or_else(std::sync::PoisonError::into_inner)
@@ -96,7 +170,7 @@ impl Collect {
 
 impl Sink for Collect {
     fn reserve(&self, array: LargeArray, shape: (usize, usize)) -> Result<()> {
-        *self.lock().slot(array) = Some(Array2::zeros(shape));
+        self.lock().insert(array, Array2::zeros(shape));
         Ok(())
     }
 
@@ -107,7 +181,7 @@ impl Sink for Collect {
         column: usize,
         block: ArrayView2<f64>,
     ) -> Result<()> {
-        if let Some(whole) = self.lock().slot(array) {
+        if let Some(whole) = self.lock().get_mut(&array) {
             let (rows, columns) = block.dim();
             whole
                 .slice_mut(s![row..row + rows, column..column + columns])

@@ -138,7 +138,7 @@ impl Chain {
         self.law.force(coefficient, d0, r) + self.damping(coefficient, r, closing)
     }
 
-    fn damping(&self, coefficient: f64, r: f64, closing: f64) -> f64 {
+    pub(crate) fn damping(&self, coefficient: f64, r: f64, closing: f64) -> f64 {
         let Losses {
             dashpot, tangent, ..
         } = self.losses;

@@ -165,11 +165,8 @@ pub fn plan(plan: &Plan, width: usize) -> String {
         );
     }
     for (array, (rows, columns)) in &plan.arrays {
-        let axes = match array {
-            LargeArray::TemporalSpectrum => "frequency x site",
-            LargeArray::SpatialSpectrum | LargeArray::KineticFluxSurrogate => "time x wavenumber",
-            LargeArray::SpacetimeSpectrum => "frequency x wavenumber",
-        };
+        let [rows, columns] = array.axes();
+        let axes = format!("{rows} x {columns}");
         lines.line(
             "array",
             &format!("{} {rows} x {columns} ({axes})", array.name()),

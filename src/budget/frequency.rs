@@ -1,0 +1,144 @@
+//! Power flow by frequency through each contact.
+//!
+//! `P_j(f) = w Re(conj(F^_j) vbar^_j)`, `vbar_j = (v_j + v_{j+1}) / 2`, with `w = 2` but 1 at `f = 0`
+//! and, for an even number of samples, at Nyquist; the end samples of F are halved, so that
+//! `sum P_j df` is the trapezoid sum of `F_j vbar_j`, which is `W_j` at the end of the record.
+
+use rayon::prelude::*;
+
+use ndarray::{Array2, s};
+use num_complex::Complex;
+
+use super::contacts::Contacts;
+use super::motion::Motion;
+use super::wavenumber::dot;
+use crate::analyze::{LargeArray, Observer, Sink};
+use crate::error::{Error, Result};
+use crate::transform::{RealTransform, Scratch, fold};
+
+/// Contacts whose records are transformed together.
+const BLOCK: usize = 16;
+
+/// What passed each contact in either band.
+#[derive(Debug, Clone)]
+pub struct FrequencyFlow {
+    /// In cycles per unit of time.
+    pub frequency: Vec<f64>,
+    /// Upper edge of the low band; NaN where nothing moves.
+    pub edge: f64,
+    /// Energy passed below the edge, and above; a value a contact.
+    pub low: Vec<f64>,
+    pub high: Vec<f64>,
+}
+
+/// What happened to the energy between two contacts: the three numbers sum to 0.
+#[derive(Debug, Clone, Copy, PartialEq, serde::Serialize)]
+pub struct Between {
+    pub contacts: [usize; 2],
+    /// What the low band changed by.
+    pub low: f64,
+    /// What the high band changed by; nothing says that it gains.
+    pub high: f64,
+    /// What stayed behind or was lost.
+    pub behind: f64,
+}
+
+impl FrequencyFlow {
+    /// From contact `a` to contact `b`.
+    ///
+    /// # Panics
+    /// If there is no such contact.
+    pub fn between(&self, a: usize, b: usize) -> Between {
+        let (low, high) = (self.low[b] - self.low[a], self.high[b] - self.high[a]);
+        Between {
+            contacts: [a, b],
+            low,
+            high,
+            behind: -(low + high),
+        }
+    }
+
+    /// Energy passed through contact j by the end of the record, as the spectrum sums to.
+    pub fn passed(&self, j: usize) -> f64 {
+        self.low[j] + self.high[j]
+    }
+}
+
+/// Power-flow spectra of all contacts, handed on as `(frequency, contact)`.
+pub(super) fn power_flow(
+    motion: &Motion,
+    contacts: &Contacts,
+    edge: Option<f64>,
+    sink: &dyn Sink,
+    observer: &dyn Observer,
+) -> Result<FrequencyFlow> {
+    let (samples, m) = (motion.samples(), motion.chain.n_contacts());
+    let dt = motion.step();
+    let frequency = crate::transform::frequencies(samples, dt);
+    let plan = RealTransform::<f64>::new(&vec![1.0; samples], samples);
+    let edge = edge.unwrap_or_else(|| default_edge(motion, &plan, &frequency));
+    let low_bins = frequency.partition_point(|f| *f <= edge * (1.0 + 1e-9));
+    sink.reserve(LargeArray::PowerFlow, (frequency.len(), m))?;
+    observer.stage("power flow", m as u64);
+    let df = 1.0 / (samples as f64 * dt);
+    let blocks: Vec<usize> = (0..m).step_by(BLOCK).collect();
+    let sums: Vec<Vec<[f64; 2]>> = blocks
+        .into_par_iter()
+        .map(|first| {
+            if observer.cancelled() {
+                return Err(Error::Cancelled);
+            }
+            let width = BLOCK.min(m - first);
+            let mut block = Array2::zeros((frequency.len(), width));
+            let (mut force, mut speed) = (vec![0.0; samples], vec![0.0; samples]);
+            let (mut of_force, mut of_speed) = (Scratch::default(), Scratch::default());
+            for j in first..first + width {
+                for (i, (force, speed)) in force.iter_mut().zip(&mut speed).enumerate() {
+                    (*force, *speed) = contacts.force_and_speed(j, motion.at(i));
+                }
+                force[0] *= 0.5;
+                force[samples - 1] *= 0.5;
+                let (force, _) = plan.transform(&force, &mut of_force);
+                let (speed, _) = plan.transform(&speed, &mut of_speed);
+                let mut column = block.column_mut(j - first);
+                let pairs = column.iter_mut().zip(force.iter().zip(speed)).enumerate();
+                for (bin, (out, (force, speed))) in pairs {
+                    let power = dot(*force, *speed);
+                    *out = dt * dt * fold(bin, samples) * power;
+                }
+            }
+            sink.put(LargeArray::PowerFlow, 0, first, block.view())?;
+            observer.advance(width as u64);
+            let sum = |bins: std::ops::Range<usize>, j: usize| {
+                df * crate::sum::sum(&block.slice(s![bins, j]).to_vec())
+            };
+            let bands = |j| [sum(0..low_bins, j), sum(low_bins..frequency.len(), j)];
+            Ok((0..width).map(bands).collect())
+        })
+        .collect::<Result<_>>()?;
+    let bands: Vec<[f64; 2]> = sums.into_iter().flatten().collect();
+    Ok(FrequencyFlow {
+        low: bands.iter().map(|[low, _]| *low).collect(),
+        high: bands.iter().map(|[_, high]| *high).collect(),
+        frequency,
+        edge,
+    })
+}
+
+/// The frequency below which 90 % of the kinetic energy of the first site that moves lies.
+fn default_edge(motion: &Motion, plan: &RealTransform<f64>, frequency: &[f64]) -> f64 {
+    let columns = motion.velocity.columns().into_iter();
+    let mut moving = columns.filter(|column| column.iter().any(|v| *v != 0.0));
+    let Some(record) = moving.next() else {
+        return f64::NAN;
+    };
+    let mut scratch = Scratch::default();
+    let (spectrum, _) = plan.transform(&record.to_vec(), &mut scratch);
+    let fold = |m: usize, z: &Complex<f64>| fold(m, record.len()) * z.norm_sqr();
+    let power: Vec<f64> = spectrum
+        .iter()
+        .enumerate()
+        .map(|(m, z)| fold(m, z))
+        .collect();
+    crate::diagnostics::edge_of(&power, frequency).unwrap_or(f64::NAN)
+}

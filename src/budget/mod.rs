@@ -1,0 +1,84 @@
+//! Where the energy of a chain goes: four budgets, each with the residual of its balance.
+//!
+//! | budget | balance |
+//! |---|---|
+//! | real space | `de_j/dt = J_{j-1} - J_j - D_j` |
+//! | wavenumber | `dE(k)/dt = T(k) - L(k)`, `sum T = 0`, `Pi(k) = - sum_{k' <= k} T(k')` |
+//! | frequency | `sum P_j(f) df = W_j`, energy passed through contact j by the end |
+//! | scale | `de_l/dt = J_{j-1} - J_j - (Pi_{j-1} + Pi_j) / 2 - D_j` of coarse-grained energies |
+//!
+//! Sums over sites and over k are identities that hold for any state. What measures the numerics is
+//! the balance over time: what a quantity changed by against the integral of its rate.
+//!
+//! Budgets need contact energies: they are made from a [`Motion`], a chain with displacements and
+//! velocities, and not from a [`crate::Field`] of velocities alone.
+
+mod branches;
+mod contacts;
+mod filter;
+mod frequency;
+mod ledger;
+mod modes;
+mod motion;
+mod real_space;
+mod request;
+mod result;
+mod rows;
+mod scale;
+mod scale_pass;
+mod spectral;
+mod wavenumber;
+
+pub use filter::{Filter, ScaleOf};
+pub use frequency::{Between, FrequencyFlow};
+pub use modes::Basis;
+pub use motion::Motion;
+pub use request::{BudgetRequest, Views};
+pub use result::{
+    BranchBudget, Budget, Closure, Identities, Integration, Residual, ScaleBudget, WavenumberBudget,
+};
+
+use crate::analyze::{Arrays, Observer, Silent, Sink};
+use crate::error::Result;
+use contacts::Contacts;
+
+/// The budgets of a motion, with the arrays over time in memory.
+///
+/// # Errors
+/// As [`run`].
+pub fn budget(motion: &Motion, request: &BudgetRequest) -> Result<(Budget, Arrays)> {
+    let collect = crate::analyze::Collect::default();
+    let budget = run(motion, request, &collect, &Silent)?;
+    Ok((budget, collect.into_arrays()))
+}
+
+/// The budgets of a motion; the arrays over time go to `sink` block by block.
+///
+/// # Errors
+/// [`crate::Error::Request`] for arrays that do not fit the chain and for scales that it has not;
+/// [`crate::Error::Threads`]; [`crate::Error::Cancelled`] when the observer asks to stop; what the sink yields.
+pub fn run(
+    motion: &Motion,
+    request: &BudgetRequest,
+    sink: &dyn Sink,
+    observer: &dyn Observer,
+) -> Result<Budget> {
+    motion.check()?;
+    request.check(motion)?;
+    crate::threads::in_pool(request.threads, || {
+        let contacts = Contacts::of(motion);
+        let mut budget = rows::pass(motion, &contacts, request, sink, observer)?;
+        if request.views.frequency {
+            let edge = request.band_edge_frequency;
+            let flow = frequency::power_flow(motion, &contacts, edge, sink, observer)?;
+            let off = |j: usize| (flow.passed(j) - budget.passed[j]).abs();
+            let worst = (0..budget.n_contacts).map(off).fold(0.0, f64::max);
+            budget.closure.frequency = budget.relative(worst);
+            budget.frequency = Some(flow);
+        }
+        if request.views.scale {
+            scale_pass::pass(motion, &contacts, request, sink, observer, &mut budget)?;
+        }
+        Ok(budget)
+    })
+}

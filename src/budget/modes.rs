@@ -1,0 +1,249 @@
+//! Unitary transforms of sites and contacts, and the wavenumbers of their components.
+
+use std::f64::consts::PI;
+use std::sync::Arc;
+
+use num_complex::Complex;
+use realfft::{RealFftPlanner, RealToComplex};
+
+use crate::chain::Ends;
+
+/// What rows along a chain are expanded in.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, serde::Serialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum Basis {
+    /// `exp(i k x)` over the N sites; contacts, as many, at their left sites.
+    Fourier,
+    /// Between two walls: sines of the sites, cosines of the contacts, `k = pi m / (N + 1)`.
+    Standing,
+}
+
+impl Basis {
+    /// That of a chain's ends: the modes of the uniform linear chain between two walls, else Fourier.
+    pub fn of(ends: Ends) -> Basis {
+        match ends {
+            Ends::Fixed { .. } => Basis::Standing,
+            _ => Basis::Fourier,
+        }
+    }
+}
+
+/// Transforms between sites (contacts) and components of rising wavenumber.
+///
+/// `sum_m w_m |X_m|^2 = sum_j X_j^2` with the weights [`Modes::weight`]: in the Fourier basis a
+/// component stands for k and -k, but 0 and, for even N, the largest k.
+#[derive(Clone)]
+pub(super) struct Modes {
+    basis: Basis,
+    sites: usize,
+    plan: Arc<dyn RealToComplex<f64>>,
+    /// `exp(i pi m / (2 (N + 1)))`: contacts lie halfway between sites.
+    halfway: Vec<Complex<f64>>,
+}
+
+impl std::fmt::Debug for Modes {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        f.debug_struct("Modes")
+            .field("basis", &self.basis)
+            .field("sites", &self.sites)
+            .finish_non_exhaustive()
+    }
+}
+
+/// Working space of one thread.
+#[derive(Debug, Clone)]
+pub(super) struct ModesScratch {
+    input: Vec<f64>,
+    output: Vec<Complex<f64>>,
+    work: Vec<Complex<f64>>,
+}
+
+impl Modes {
+    pub(super) fn new(basis: Basis, sites: usize) -> Modes {
+        let length = match basis {
+            Basis::Fourier => sites,
+            Basis::Standing => 2 * (sites + 1),
+        };
+        let quarter = PI / length as f64;
+        let halfway = match basis {
+            Basis::Fourier => Vec::new(),
+            Basis::Standing => (0..=sites)
+                .map(|m| Complex::from_polar(1.0, -quarter * m as f64))
+                .collect(),
+        };
+        Modes {
+            basis,
+            sites,
+            plan: RealFftPlanner::new().plan_fft_forward(length),
+            halfway,
+        }
+    }
+
+    pub(super) fn basis(&self) -> Basis {
+        self.basis
+    }
+
+    /// Components.
+    pub(super) fn len(&self) -> usize {
+        match self.basis {
+            Basis::Fourier => self.sites / 2 + 1,
+            Basis::Standing => self.sites + 1,
+        }
+    }
+
+    /// Wavenumbers in rad per length, for sites `pitch` apart.
+    pub(super) fn wavenumbers(&self, pitch: f64) -> Vec<f64> {
+        let step = match self.basis {
+            Basis::Fourier => 2.0 * PI / self.sites as f64,
+            Basis::Standing => PI / (self.sites + 1) as f64,
+        };
+        (0..self.len()).map(|m| step * m as f64 / pitch).collect()
+    }
+
+    /// How many wavenumbers component m stands for.
+    #[inline]
+    pub(super) fn weight(&self, m: usize) -> f64 {
+        match self.basis {
+            Basis::Fourier if m > 0 && 2 * m != self.sites => 2.0,
+            _ => 1.0,
+        }
+    }
+
+    pub(super) fn scratch(&self) -> ModesScratch {
+        ModesScratch {
+            input: self.plan.make_input_vec(),
+            output: self.plan.make_output_vec(),
+            work: self.plan.make_scratch_vec(),
+        }
+    }
+
+    /// Components of a row over the sites.
+    pub(super) fn of_sites(
+        &self,
+        row: &[f64],
+        scratch: &mut ModesScratch,
+        out: &mut [Complex<f64>],
+    ) {
+        let n = self.sites;
+        let ModesScratch { input, output, .. } = scratch;
+        match self.basis {
+            Basis::Fourier => self.fourier(row, scratch, out),
+            Basis::Standing => {
+                // The odd continuation: site j stands at j + 1.
+                input.fill(0.0);
+                input[1..=n].copy_from_slice(row);
+                for (mirrored, value) in input[n + 2..].iter_mut().rev().zip(row) {
+                    *mirrored = -value;
+                }
+                debug_assert_eq!(output.len(), n + 2);
+                let scale = (0.5 / (n + 1) as f64).sqrt();
+                self.transform(scratch);
+                for (out, z) in out.iter_mut().zip(&scratch.output) {
+                    *out = Complex::new(-scale * z.im, 0.0);
+                }
+            }
+        }
+    }
+
+    /// Components of a row over the contacts, up to as many as there are places for.
+    pub(super) fn of_contacts(
+        &self,
+        row: &[f64],
+        scratch: &mut ModesScratch,
+        out: &mut [Complex<f64>],
+    ) {
+        match self.basis {
+            Basis::Fourier => self.fourier(row, scratch, out),
+            Basis::Standing => {
+                // The even continuation: contact i stands at i + 1/2.
+                let input = &mut scratch.input;
+                input[..row.len()].copy_from_slice(row);
+                for (mirrored, value) in input.iter_mut().rev().zip(row) {
+                    *mirrored = *value;
+                }
+                let scale = (0.5 / (self.sites + 1) as f64).sqrt();
+                self.transform(scratch);
+                let found = scratch.output.iter().zip(&self.halfway);
+                for (m, (out, (z, turn))) in out.iter_mut().zip(found).enumerate() {
+                    let scale = if m == 0 { scale * 0.5f64.sqrt() } else { scale };
+                    *out = Complex::new(scale * (z * turn).re, 0.0);
+                }
+            }
+        }
+    }
+
+    fn fourier(&self, row: &[f64], scratch: &mut ModesScratch, out: &mut [Complex<f64>]) {
+        let scale = (1.0 / self.sites as f64).sqrt();
+        scratch.input[..row.len()].copy_from_slice(row);
+        scratch.input[row.len()..].fill(0.0);
+        self.transform(scratch);
+        for (out, z) in out.iter_mut().zip(&scratch.output) {
+            // The kernel is exp(+i k x), so that positive k travels towards +x.
+            *out = z.conj() * scale;
+        }
+    }
+
+    fn transform(&self, scratch: &mut ModesScratch) {
+        let ModesScratch {
+            input,
+            output,
+            work,
+        } = scratch;
+        // The lengths are the plan's own, so this cannot fail.
+        let _ = self.plan.process_with_scratch(input, output, work);
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Against the sums that define the transforms.
+    #[test]
+    fn val_defining_sums() {
+        for n in [1, 2, 5, 8, 33] {
+            let row: Vec<f64> = (0..=n).map(|j| (1.3 * j as f64).sin() + 0.2).collect();
+            let modes = Modes::new(Basis::Standing, n);
+            let mut scratch = modes.scratch();
+            let (mut q, mut phi) = (
+                vec![Complex::default(); n + 1],
+                vec![Complex::default(); n + 1],
+            );
+            modes.of_sites(&row[..n], &mut scratch, &mut q);
+            modes.of_contacts(&row, &mut scratch, &mut phi);
+            let length = (n + 1) as f64;
+            for m in 0..=n {
+                let angle = PI * m as f64 / length;
+                let sine: f64 = (0..n)
+                    .map(|j| row[j] * (angle * (j + 1) as f64).sin())
+                    .sum();
+                let cosine: f64 = (0..=n)
+                    .map(|i| row[i] * (angle * (i as f64 + 0.5)).cos())
+                    .sum();
+                let weight = if m == 0 { 1.0 } else { 2.0 };
+                assert!((q[m].re - (2.0 / length).sqrt() * sine).abs() < 4e-15);
+                let expected = (weight / length as f64).sqrt() * cosine;
+                assert!((phi[m].re - expected).abs() < 4e-15, "{n} {m}");
+            }
+
+            let modes = Modes::new(Basis::Fourier, n);
+            let mut scratch = modes.scratch();
+            let mut q = vec![Complex::default(); modes.len()];
+            modes.of_sites(&row[..n], &mut scratch, &mut q);
+            for (m, q) in q.iter().enumerate() {
+                let term = |j: usize| {
+                    Complex::from_polar(row[j], 2.0 * PI * (m * j % n) as f64 / n as f64)
+                };
+                let sum: Complex<f64> = (0..n).map(term).sum();
+                assert!((q - sum / (n as f64).sqrt()).norm() < 4e-15, "{n} {m}");
+            }
+            let energy: f64 = q
+                .iter()
+                .enumerate()
+                .map(|(m, q)| modes.weight(m) * q.norm_sqr())
+                .sum();
+            let direct: f64 = row[..n].iter().map(|q| q * q).sum();
+            assert!((energy / direct - 1.0).abs() < 1e-14);
+        }
+    }
+}

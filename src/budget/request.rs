@@ -1,0 +1,113 @@
+//! What is asked of a budget.
+
+use std::ops::Range;
+
+use super::contacts::Contacts;
+use super::filter::Filter;
+use super::motion::Motion;
+use super::scale::Scales;
+use crate::error::{Error, Result};
+
+/// Which views of the energy are computed.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct Views {
+    pub wavenumber: bool,
+    pub frequency: bool,
+    pub scale: bool,
+}
+
+impl Views {
+    pub const ALL: Views = Views {
+        wavenumber: true,
+        frequency: true,
+        scale: true,
+    };
+}
+
+/// A budget as data. The real-space balance always belongs to it.
+#[derive(Debug, Clone, PartialEq)]
+pub struct BudgetRequest {
+    pub views: Views,
+    pub filter: Filter,
+    /// Coarse-graining scales, in units of length; empty: in equal ratios from two cells to as far
+    /// as the chain allows.
+    pub scales: Vec<f64>,
+    /// The scale whose flux is kept contact by contact; `None`: the one in the middle.
+    pub map_scale: Option<f64>,
+    /// Distance of neighbouring sites.
+    pub pitch: f64,
+    /// Upper edge of the low band, in cycles per unit of time; `None`: below it lie 90 % of the
+    /// kinetic energy of the first site with any.
+    pub band_edge_frequency: Option<f64>,
+    /// Upper edge of the low band, in rad per unit of length; `None`: below it lie 90 % of the
+    /// energy at the first sample with any.
+    pub band_edge_wavenumber: Option<f64>,
+    /// Samples and sites over which the real-space balance is judged; `None`: all.
+    pub window: Option<[Range<usize>; 2]>,
+    /// Worker threads; `None`: one a core. The results do not depend on it.
+    pub threads: Option<usize>,
+}
+
+impl Default for BudgetRequest {
+    fn default() -> Self {
+        BudgetRequest {
+            views: Views::ALL,
+            filter: Filter::Gaussian,
+            scales: Vec::new(),
+            map_scale: None,
+            pitch: 1.0,
+            band_edge_frequency: None,
+            band_edge_wavenumber: None,
+            window: None,
+            threads: None,
+        }
+    }
+}
+
+impl BudgetRequest {
+    /// # Errors
+    /// [`Error::Request`] naming what does not fit the motion.
+    pub(super) fn check(&self, motion: &Motion) -> Result<()> {
+        let refuse = |option, expected: String, found: String| {
+            Err(Error::Request {
+                option,
+                expected,
+                found,
+            })
+        };
+        if !(self.pitch > 0.0 && self.pitch.is_finite()) {
+            return refuse("pitch", "a positive length".into(), self.pitch.to_string());
+        }
+        for (option, edge) in [
+            ("band-edge-frequency", self.band_edge_frequency),
+            ("band-edge-wavenumber", self.band_edge_wavenumber),
+        ] {
+            if let Some(edge) = edge.filter(|edge| !(edge.is_finite() && *edge >= 0.0)) {
+                return refuse(option, "0 or more".into(), edge.to_string());
+            }
+        }
+        if let Some(scale) = self.map_scale.filter(|l| !(l.is_finite() && *l > 0.0)) {
+            return refuse("map-scale", "a positive length".into(), scale.to_string());
+        }
+        let Some([times, sites]) = &self.window else {
+            return Ok(());
+        };
+        let lengths = [motion.samples(), motion.chain.n_sites()];
+        for (window, length) in [times, sites].into_iter().zip(lengths) {
+            if window.start >= window.end || window.end > length {
+                let expected = format!("FIRST:END within 0:{length}");
+                return refuse(
+                    "window",
+                    expected,
+                    format!("{}:{}", window.start, window.end),
+                );
+            }
+        }
+        Ok(())
+    }
+
+    /// The scales planned on a chain.
+    pub(super) fn scales_of<'a>(&self, contacts: &'a Contacts<'a>) -> Result<Scales<'a>> {
+        Scales::new(contacts, self.filter, &self.scales, self.pitch)
+    }
+}

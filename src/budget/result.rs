@@ -1,0 +1,190 @@
+//! What a budget yields beside its large arrays.
+
+use super::branches::Split;
+use super::filter::ScaleOf;
+use super::frequency::FrequencyFlow;
+use super::modes::Basis;
+use crate::analyze::{Map, MapAxis, Reduction};
+
+/// A budget: curves, numbers and maps; the arrays over time go to a [`crate::analyze::Sink`].
+#[derive(Debug, Clone)]
+pub struct Budget {
+    pub n_sites: usize,
+    pub n_contacts: usize,
+    /// Distance of neighbouring sites.
+    pub pitch: f64,
+    pub time: Vec<f64>,
+    /// Energy of motion, of contacts, lost and put in since the first sample, at each.
+    pub kinetic: Vec<f64>,
+    pub contact: Vec<f64>,
+    pub lost: Vec<f64>,
+    pub input: Vec<f64>,
+    /// The largest energy that the chain held or was given, which residuals are relative to.
+    pub scale: f64,
+    /// Energy passed through each contact by the end.
+    pub passed: Vec<f64>,
+    /// Largest flux through each contact.
+    pub peak_flux: Vec<f64>,
+    /// What the sites up to the left of each contact hold at the end.
+    pub left_behind: Vec<f64>,
+    /// Whether energies passed and lost were followed inside the steps.
+    pub followed: bool,
+    pub flux_map: Map,
+    pub wavenumber: Option<WavenumberBudget>,
+    pub frequency: Option<FrequencyFlow>,
+    pub scales: Option<ScaleBudget>,
+    pub closure: Closure,
+}
+
+impl Budget {
+    /// A residual relative to the largest energy.
+    pub(super) fn relative(&self, worst: f64) -> Residual {
+        Residual::Closed(if worst == 0.0 {
+            0.0
+        } else {
+            worst / self.scale
+        })
+    }
+}
+
+/// The budget over wavenumbers.
+#[derive(Debug, Clone)]
+pub struct WavenumberBudget {
+    pub basis: Basis,
+    /// In rad per length; both signs in one.
+    pub wavenumber: Vec<f64>,
+    /// Upper edge of the low band; NaN for a chain without energy.
+    pub edge: f64,
+    /// `Pi` integrated over the record: energy that has passed from below each k to above.
+    pub integrated_flux: Vec<f64>,
+    /// Energy below the edge at each sample.
+    pub low_energy: Vec<f64>,
+    /// `Pi` through the edge at each sample.
+    pub edge_flux: Vec<f64>,
+    /// Mean wavenumber of the energy, `k = 0` left out, at each sample.
+    pub centroid: Vec<f64>,
+    pub energy_map: Map,
+    pub flux_map: Map,
+    pub branches: Option<BranchBudget>,
+}
+
+/// Acoustic and optical energy.
+#[derive(Debug, Clone)]
+pub struct BranchBudget {
+    /// Wavenumbers of the cell, in rad per length.
+    pub wavenumber: Vec<f64>,
+    /// Energy of the optical branch at each sample.
+    pub optical_energy: Vec<f64>,
+    /// Rate at which it gains from the acoustic one.
+    pub optical_transfer: Vec<f64>,
+}
+
+impl BranchBudget {
+    pub(super) fn keep(&mut self, split: &Split) {
+        self.optical_energy
+            .push(crate::sum::sum(&split.optical_energy));
+        self.optical_transfer.push(split.optical_transfer);
+    }
+}
+
+/// The budget over scales.
+#[derive(Debug, Clone)]
+pub struct ScaleBudget {
+    pub scales: Vec<ScaleOf>,
+    /// Contacts at which the flux of each scale is defined: first, and one after the last.
+    pub contacts: Vec<[usize; 2]>,
+    /// Flux summed over contacts and integrated over the record, for each scale.
+    pub integrated_flux: Vec<f64>,
+    /// The scale of the map.
+    pub map_scale: f64,
+    pub flux_map: Option<Map>,
+    /// Residual of each scale's balance, relative to the largest energy of the chain.
+    pub residual: Vec<f64>,
+}
+
+/// How far the balances are from closing; relative to the largest energy, or to what is named.
+#[derive(Debug, Clone, PartialEq, Default)]
+pub struct Closure {
+    /// Site energies against what came, went and was lost.
+    pub real_space: Residual,
+    /// `E(k)` against the integral of `T - L` (and of the input).
+    pub wavenumber: Residual,
+    /// Power-flow spectra against energy passed, both at the end, over all contacts.
+    pub frequency: Residual,
+    /// Coarse-grained energies against the integral of their rates, over all scales and sites.
+    pub scale: Residual,
+    /// How the integrals over time were taken.
+    pub integration: Integration,
+    /// Identities that hold for any state.
+    pub identities: Identities,
+}
+
+/// A residual, or why there is none.
+#[derive(Debug, Clone, PartialEq)]
+pub enum Residual {
+    Closed(f64),
+    Undefined(String),
+}
+
+impl Default for Residual {
+    fn default() -> Self {
+        Residual::Undefined("not asked for".into())
+    }
+}
+
+impl Residual {
+    pub fn value(&self) -> Option<f64> {
+        match self {
+            Residual::Closed(value) => Some(*value),
+            Residual::Undefined(_) => None,
+        }
+    }
+
+    pub fn reason(&self) -> Option<&str> {
+        match self {
+            Residual::Closed(_) => None,
+            Residual::Undefined(reason) => Some(reason),
+        }
+    }
+}
+
+/// Where the integrals over time come from.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, serde::Serialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum Integration {
+    /// The trapezoid rule over the samples, which converges slowly where contacts open.
+    #[default]
+    Samples,
+    /// Gauss's rule between the openings of contacts, along the chain stepped anew.
+    Stepping,
+}
+
+/// Largest violation at any sample of what holds for any state, relative.
+#[derive(Debug, Clone, Copy, PartialEq, Default, serde::Serialize)]
+pub struct Identities {
+    /// `sum_k T` over the largest |T(k)| of the sample.
+    pub transfer_sum: f64,
+    /// `sum_k E` against the energy of the sample.
+    pub energy_sum: f64,
+    /// `sum_k L` against the dissipation of the sample.
+    pub loss_sum: Option<f64>,
+}
+
+/// A map that is drawn later.
+pub(super) fn empty_map() -> Map {
+    let axis = || MapAxis {
+        label: String::new(),
+        low: 0.0,
+        high: 1.0,
+    };
+    Map {
+        values: ndarray::Array2::zeros((0, 0)),
+        x: axis(),
+        y: axis(),
+        reduction: Reduction::Extreme {
+            rows: 1,
+            columns: 1,
+        },
+        label: String::new(),
+    }
+}

@@ -1,0 +1,308 @@
+//! The pass over time: real space and wavenumbers, sample by sample.
+
+use ndarray::ArrayView2;
+use rayon::prelude::*;
+
+use super::contacts::Contacts;
+use super::modes::{Basis, Modes};
+use super::motion::Motion;
+use super::real_space::{Balance, Exchanged, SiteTerms};
+use super::request::BudgetRequest;
+use super::result::{Budget, Closure, empty_map};
+use super::spectral::Spectral;
+use super::wavenumber::{Terms, Transfers};
+use crate::analyze::{LargeArray, Observer, Sink};
+use crate::diagnostics::MapBuilder;
+use crate::error::{Error, Result};
+use crate::sum::sum;
+
+/// Samples that are computed before they are added up in order.
+const BATCH: usize = 64;
+
+/// Cells of a map, as many as a page shows.
+pub(super) const MAP_LIMIT: (usize, usize) = (400, 300);
+
+/// Everything of one sample.
+struct Sample {
+    sites: SiteTerms,
+    spectra: Option<Terms>,
+}
+
+/// Real space, and wavenumbers where they are asked for.
+pub(super) fn pass(
+    motion: &Motion,
+    contacts: &Contacts,
+    request: &BudgetRequest,
+    sink: &dyn Sink,
+    observer: &dyn Observer,
+) -> Result<Budget> {
+    let chain = motion.chain;
+    let modes = Modes::new(Basis::of(chain.ends), chain.n_sites());
+    let transfers = Transfers::new(contacts, modes, motion.drive.is_some());
+    let samples = motion.samples();
+    observer.stage("budgets", samples as u64);
+    let mut pass = Pass::new(*motion, &transfers, request, sink)?;
+    for first in (0..samples).step_by(BATCH) {
+        if observer.cancelled() {
+            return Err(Error::Cancelled);
+        }
+        let batch = first..(first + BATCH).min(samples);
+        let found: Vec<Sample> = batch
+            .clone()
+            .into_par_iter()
+            .map_init(
+                || transfers.scratch(),
+                |scratch, i| {
+                    let at = motion.at(i);
+                    let spectra = match request.views.wavenumber {
+                        true => Some(transfers.evaluate(at, scratch)),
+                        false => {
+                            contacts.evaluate(at.t, at.x, at.v, &mut scratch.contacts);
+                            None
+                        }
+                    };
+                    let sites = SiteTerms::of(contacts, at, &scratch.contacts);
+                    Sample { sites, spectra }
+                },
+            )
+            .collect();
+        for (i, sample) in batch.clone().zip(&found) {
+            pass.take_in(i, sample);
+        }
+        pass.waiting.hand_on(sink, batch.start)?;
+        observer.advance(batch.len() as u64);
+    }
+    Ok(pass.finish())
+}
+
+/// Rows that wait to be handed on together.
+#[derive(Default)]
+pub(super) struct Waiting(Vec<Rows>);
+
+struct Rows {
+    array: LargeArray,
+    columns: usize,
+    values: Vec<f64>,
+}
+
+impl Waiting {
+    /// Announces an array; one without columns is left out.
+    pub(super) fn reserve(
+        &mut self,
+        sink: &dyn Sink,
+        array: LargeArray,
+        shape: (usize, usize),
+    ) -> Result<()> {
+        if shape.1 > 0 {
+            sink.reserve(array, shape)?;
+            self.0.push(Rows {
+                array,
+                columns: shape.1,
+                values: Vec::new(),
+            });
+        }
+        Ok(())
+    }
+
+    /// Adds a row of an array that was announced.
+    pub(super) fn push(&mut self, array: LargeArray, row: &[f64]) {
+        if let Some(rows) = self.0.iter_mut().find(|rows| rows.array == array) {
+            rows.values.extend(row);
+        }
+    }
+
+    /// Hands all rows on, the first of them that of sample `first`.
+    pub(super) fn hand_on(&mut self, sink: &dyn Sink, first: usize) -> Result<()> {
+        for rows in &mut self.0 {
+            let shape = (rows.values.len() / rows.columns, rows.columns);
+            if let Ok(block) = ArrayView2::from_shape(shape, &rows.values) {
+                sink.put(rows.array, first, 0, block)?;
+            }
+            rows.values.clear();
+        }
+        Ok(())
+    }
+}
+
+struct Pass<'a> {
+    motion: Motion<'a>,
+    dt: f64,
+    waiting: Waiting,
+    balance: Balance,
+    exchanged: Exchanged,
+    before: Option<Rates>,
+    budget: Budget,
+    spectral: Option<Spectral>,
+    flux_map: MapBuilder,
+}
+
+/// Rates at the last sample, for the trapezoid rule.
+struct Rates {
+    flux: Vec<f64>,
+    loss: Vec<f64>,
+    input: f64,
+}
+
+impl<'a> Pass<'a> {
+    fn new(
+        motion: Motion<'a>,
+        transfers: &Transfers,
+        request: &BudgetRequest,
+        sink: &dyn Sink,
+    ) -> Result<Pass<'a>> {
+        let chain = motion.chain;
+        let (samples, n, m) = (motion.samples(), chain.n_sites(), chain.n_contacts());
+        let mut waiting = Waiting::default();
+        let lossy = chain.losses.any();
+        waiting.reserve(sink, LargeArray::SiteEnergy, (samples, n))?;
+        waiting.reserve(sink, LargeArray::EnergyFlux, (samples, m))?;
+        waiting.reserve(sink, LargeArray::EnergyPassed, (samples, m))?;
+        if lossy {
+            waiting.reserve(sink, LargeArray::EnergyLost, (samples, n))?;
+        }
+        let spectral = match request.views.wavenumber {
+            true => Some(Spectral::new(
+                &motion,
+                transfers,
+                request,
+                sink,
+                &mut waiting,
+            )?),
+            false => None,
+        };
+        let [times, sites] = request.window.clone().unwrap_or([0..samples, 0..n]);
+        Ok(Pass {
+            motion,
+            dt: motion.step(),
+            waiting,
+            balance: Balance::new(times, sites, chain.ends == crate::chain::Ends::Periodic),
+            exchanged: Exchanged {
+                passed: vec![0.0; m],
+                lost: vec![0.0; if lossy { n } else { 0 }],
+                input: 0.0,
+            },
+            before: None,
+            spectral,
+            flux_map: MapBuilder::extreme((samples, m.max(1)), MAP_LIMIT),
+            budget: Budget {
+                n_sites: n,
+                n_contacts: m,
+                pitch: request.pitch,
+                time: motion.time.to_vec(),
+                kinetic: Vec::with_capacity(samples),
+                contact: Vec::with_capacity(samples),
+                lost: Vec::with_capacity(samples),
+                input: Vec::with_capacity(samples),
+                scale: 0.0,
+                passed: Vec::new(),
+                peak_flux: vec![0.0; m],
+                left_behind: Vec::new(),
+                followed: motion.energy_passed.is_some(),
+                flux_map: empty_map(),
+                wavenumber: None,
+                frequency: None,
+                scales: None,
+                closure: Closure::default(),
+            },
+        })
+    }
+
+    /// Energies passed, lost and put in up to sample i: as followed inside the steps, else by the
+    /// trapezoid rule.
+    fn exchange(&mut self, i: usize, sites: &SiteTerms) {
+        let Exchanged {
+            passed,
+            lost,
+            input,
+        } = &mut self.exchanged;
+        let trapezoid = |sums: &mut [f64], before: &[f64], now: &[f64]| {
+            for ((sum, before), now) in sums.iter_mut().zip(before).zip(now) {
+                *sum += 0.5 * self.dt * (before + now);
+            }
+        };
+        match (self.motion.energy_passed, &self.before) {
+            (Some(array), _) => {
+                passed.clear();
+                passed.extend(array.row(i));
+            }
+            (None, Some(before)) => trapezoid(passed, &before.flux, &sites.flux),
+            (None, None) => {}
+        }
+        match (self.motion.energy_lost, &self.before) {
+            (Some(array), _) => {
+                lost.clear();
+                lost.extend(array.row(i));
+            }
+            (None, Some(before)) => trapezoid(lost, &before.loss, &sites.loss),
+            (None, None) => {}
+        }
+        match (&self.motion.energy_input, &self.before) {
+            (Some(array), _) => *input = array[i],
+            (None, Some(before)) => *input += 0.5 * self.dt * (before.input + sites.input),
+            (None, None) => {}
+        }
+        self.before = Some(Rates {
+            flux: sites.flux.clone(),
+            loss: sites.loss.clone(),
+            input: sites.input,
+        });
+    }
+
+    fn take_in(&mut self, i: usize, sample: &Sample) {
+        let Sample { sites, spectra } = sample;
+        self.exchange(i, sites);
+        self.balance.follow(i, &sites.energy, &self.exchanged);
+        let total = sites.kinetic + sites.contact;
+        let budget = &mut self.budget;
+        budget.kinetic.push(sites.kinetic);
+        budget.contact.push(sites.contact);
+        budget.lost.push(sum(&self.exchanged.lost));
+        budget.input.push(self.exchanged.input);
+        budget.scale = budget
+            .scale
+            .max(total.abs())
+            .max(self.exchanged.input.abs());
+        for (peak, flux) in budget.peak_flux.iter_mut().zip(&sites.flux) {
+            *peak = peak.max(*flux);
+        }
+        if i + 1 == self.motion.samples() {
+            let mut held = 0.0;
+            let sums = sites.energy.iter().map(|e| {
+                held += e;
+                held
+            });
+            budget.left_behind = sums.take(budget.n_contacts).collect();
+            budget.passed = self.exchanged.passed.clone();
+        }
+        let m = sites.flux.len();
+        if let Ok(row) = ArrayView2::from_shape((1, m), &sites.flux)
+            && m > 0
+        {
+            self.flux_map.add(i, 0, row);
+        }
+        let waiting = &mut self.waiting;
+        waiting.push(LargeArray::SiteEnergy, &sites.energy);
+        waiting.push(LargeArray::EnergyFlux, &sites.flux);
+        waiting.push(LargeArray::EnergyPassed, &self.exchanged.passed);
+        waiting.push(LargeArray::EnergyLost, &self.exchanged.lost);
+        if let (Some(spectral), Some(terms)) = (&mut self.spectral, spectra) {
+            // What a moving wall puts into its damper never was energy of a wavenumber.
+            let dissipation = sum(&sites.loss) - sites.wall_heat;
+            spectral.take_in(i, self.dt, terms, [total, dissipation], waiting);
+        }
+    }
+
+    fn finish(self) -> Budget {
+        let mut budget = self.budget;
+        budget.closure.real_space = budget.relative(self.balance.worst());
+        let time = ("time", budget.time[0], self.dt);
+        let place = ("position", 0.5 * budget.pitch, budget.pitch);
+        budget.flux_map = self.flux_map.finish("energy flux J".into(), time, place);
+        if let Some(spectral) = self.spectral {
+            budget.closure.wavenumber = budget.relative(spectral.worst());
+            budget.closure.identities = spectral.identities();
+            budget.wavenumber = Some(spectral.finish(time));
+        }
+        budget
+    }
+}

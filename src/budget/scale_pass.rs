@@ -1,0 +1,130 @@
+//! The pass over time for coarse-grained energies and fluxes.
+
+use ndarray::ArrayView2;
+use rayon::prelude::*;
+
+use super::contacts::Contacts;
+use super::ledger::ScaleLedgers;
+use super::motion::Motion;
+use super::request::BudgetRequest;
+use super::result::{Budget, Residual, ScaleBudget};
+use super::rows::{MAP_LIMIT, Waiting};
+use super::scale::{ScaleTerms, Scales};
+use crate::analyze::{LargeArray, Observer, Sink};
+use crate::diagnostics::MapBuilder;
+use crate::error::{Error, Result};
+use crate::sum::sum;
+
+/// Samples that are computed before they are added up in order.
+const BATCH: usize = 64;
+
+/// Adds the budget over scales to `budget`, or why the chain has none.
+pub(super) fn pass(
+    motion: &Motion,
+    contacts: &Contacts,
+    request: &BudgetRequest,
+    sink: &dyn Sink,
+    observer: &dyn Observer,
+    budget: &mut Budget,
+) -> Result<()> {
+    let scales = match request.scales_of(contacts) {
+        Ok(scales) => scales,
+        Err(Error::Request {
+            expected, found, ..
+        }) if request.scales.is_empty() => {
+            budget.closure.scale =
+                Residual::Undefined(format!("expected {expected}, found {found}"));
+            return Ok(());
+        }
+        Err(error) => return Err(error),
+    };
+    let count = scales.scales.len();
+    let (samples, m) = (motion.samples(), budget.n_contacts);
+    let Some(mapped) = mapped(&scales, request.map_scale) else {
+        let reason = "the chain is shorter than the reach of the smallest filter";
+        budget.closure.scale = Residual::Undefined(reason.into());
+        return Ok(());
+    };
+    let mut waiting = Waiting::default();
+    waiting.reserve(sink, LargeArray::ScaleFlux, (samples, m))?;
+    waiting.reserve(sink, LargeArray::ScaleFluxInTime, (samples, count))?;
+    let mut ledgers = ScaleLedgers::new(&scales);
+    let mut integrated = vec![0.0; count];
+    let mut map = MapBuilder::extreme((samples, m), MAP_LIMIT);
+    let mut before: Option<Vec<ScaleTerms>> = None;
+    let dt = motion.step();
+    observer.stage("scales", samples as u64);
+    for first in (0..samples).step_by(BATCH) {
+        if observer.cancelled() {
+            return Err(Error::Cancelled);
+        }
+        let batch = first..(first + BATCH).min(samples);
+        let found: Vec<Vec<ScaleTerms>> = batch
+            .clone()
+            .into_par_iter()
+            .map_init(
+                || scales.scratch(),
+                |scratch, i| {
+                    scales.load(motion.at(i), scratch);
+                    let planned = scales.scales.iter();
+                    planned
+                        .map(|planned| scales.terms(planned, scratch))
+                        .collect()
+                },
+            )
+            .collect();
+        for (i, terms) in batch.clone().zip(found) {
+            let sums: Vec<f64> = terms.iter().map(|terms| sum(&terms.flux)).collect();
+            let weight = |i: usize| {
+                if i == 0 || i + 1 == samples {
+                    0.5 * dt
+                } else {
+                    dt
+                }
+            };
+            for (scale, now) in terms.iter().enumerate() {
+                integrated[scale] += weight(i) * sums[scale];
+                if let Some(before) = &before {
+                    ledgers.add(scale, 0.5 * dt, &before[scale]);
+                    ledgers.add(scale, 0.5 * dt, now);
+                }
+                ledgers.compare(scale, now);
+            }
+            // Undefined where the filter reaches an end.
+            let mut row = vec![f64::NAN; m];
+            row[scales.scales[mapped].contacts.clone()].copy_from_slice(&terms[mapped].flux);
+            if let Ok(row) = ArrayView2::from_shape((1, m), &row) {
+                map.add(i, 0, row);
+            }
+            waiting.push(LargeArray::ScaleFlux, &row);
+            waiting.push(LargeArray::ScaleFluxInTime, &sums);
+            before = Some(terms);
+        }
+        waiting.hand_on(sink, batch.start)?;
+        observer.advance(batch.len() as u64);
+    }
+    let worst = ledgers.worst();
+    budget.closure.scale = budget.relative(worst.iter().copied().fold(0.0, f64::max));
+    let time = ("time", budget.time[0], dt);
+    let place = ("position", 0.5 * budget.pitch, budget.pitch);
+    let of_all = |planned: &super::scale::Planned| [planned.contacts.start, planned.contacts.end];
+    budget.scales = Some(ScaleBudget {
+        scales: scales.scales.iter().map(|planned| planned.of).collect(),
+        contacts: scales.scales.iter().map(of_all).collect(),
+        integrated_flux: integrated,
+        map_scale: scales.scales[mapped].of.scale,
+        flux_map: Some(map.finish("scale flux Π_l".into(), time, place)),
+        residual: worst.iter().map(|worst| worst / budget.scale).collect(),
+    });
+    Ok(())
+}
+
+/// The scale that is mapped: the nearest to the one asked for, else that in the middle.
+fn mapped(scales: &Scales, asked: Option<f64>) -> Option<usize> {
+    let count = scales.scales.len();
+    let off = |i: &usize| asked.map_or(0.0, |l| (scales.scales[*i].of.scale / l).ln().abs());
+    match asked {
+        None => count.checked_sub(1).map(|last| last / 2),
+        Some(_) => (0..count).min_by(|a, b| off(a).total_cmp(&off(b))),
+    }
+}

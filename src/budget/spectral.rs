@@ -1,0 +1,224 @@
+//! The wavenumber budget over time: spectra, flux, its integral, and whether it balances.
+
+use ndarray::ArrayView2;
+
+use super::ledger::{Ledger, energy_rates};
+use super::motion::Motion;
+use super::request::BudgetRequest;
+use super::result::{BranchBudget, Identities, WavenumberBudget, empty_map};
+use super::rows::{MAP_LIMIT, Waiting};
+use super::wavenumber::{Terms, Transfers};
+use crate::analyze::{LargeArray, Sink};
+use crate::diagnostics::{MapBuilder, edge_of};
+use crate::error::Result;
+use crate::sum::sum;
+
+pub(super) struct Spectral {
+    budget: WavenumberBudget,
+    edge_asked: Option<f64>,
+    /// Bins of the low band; `None` until there is energy.
+    low_bins: Option<usize>,
+    ledger: Ledger,
+    first: Vec<f64>,
+    /// Integral of losses less input.
+    gone: Vec<f64>,
+    before: Option<Terms>,
+    identities: Identities,
+    energy_map: MapBuilder,
+    flux_map: MapBuilder,
+}
+
+impl Spectral {
+    pub(super) fn new(
+        motion: &Motion,
+        transfers: &Transfers,
+        request: &BudgetRequest,
+        sink: &dyn Sink,
+        waiting: &mut Waiting,
+    ) -> Result<Spectral> {
+        let wavenumber = transfers.modes.wavenumbers(request.pitch);
+        let shape = (motion.samples(), wavenumber.len());
+        for array in [
+            LargeArray::EnergySpectrum,
+            LargeArray::Transfer,
+            LargeArray::SpectralFlux,
+            LargeArray::IntegratedSpectralFlux,
+        ] {
+            waiting.reserve(sink, array, shape)?;
+        }
+        let lossy = motion.chain.losses.any();
+        if lossy {
+            waiting.reserve(sink, LargeArray::LossSpectrum, shape)?;
+        }
+        if motion.drive.is_some() {
+            waiting.reserve(sink, LargeArray::InputSpectrum, shape)?;
+        }
+        let branches = transfers.branches().map(|branches| BranchBudget {
+            wavenumber: branches.wavenumbers(request.pitch),
+            optical_energy: Vec::new(),
+            optical_transfer: Vec::new(),
+        });
+        if let Some(branches) = &branches {
+            let shape = (shape.0, branches.wavenumber.len());
+            waiting.reserve(sink, LargeArray::AcousticSpectrum, shape)?;
+            waiting.reserve(sink, LargeArray::OpticalSpectrum, shape)?;
+        }
+        Ok(Spectral {
+            edge_asked: request.band_edge_wavenumber,
+            low_bins: None,
+            ledger: Ledger::default(),
+            first: Vec::new(),
+            gone: vec![0.0; shape.1],
+            before: None,
+            identities: Identities {
+                loss_sum: lossy.then_some(0.0),
+                ..Identities::default()
+            },
+            energy_map: MapBuilder::largest(shape, MAP_LIMIT),
+            flux_map: MapBuilder::extreme(shape, MAP_LIMIT),
+            budget: WavenumberBudget {
+                basis: transfers.modes.basis(),
+                edge: f64::NAN,
+                integrated_flux: Vec::new(),
+                low_energy: Vec::new(),
+                edge_flux: Vec::new(),
+                centroid: Vec::new(),
+                energy_map: empty_map(),
+                flux_map: empty_map(),
+                branches,
+                wavenumber,
+            },
+        })
+    }
+
+    /// Takes in sample i, whose energy and dissipation are known from its sites.
+    pub(super) fn take_in(
+        &mut self,
+        i: usize,
+        dt: f64,
+        terms: &Terms,
+        [total, dissipation]: [f64; 2],
+        waiting: &mut Waiting,
+    ) {
+        self.check_identities(terms, total, dissipation);
+        self.integrate(dt, terms);
+        let energy = &terms.energy;
+        let flux = running(terms.transfer.iter().map(|transfer| -transfer));
+        let changes = energy.iter().zip(&self.first).zip(&self.gone);
+        let integrated = running(changes.map(|((now, first), gone)| first - now - gone));
+        let bins = self.low_bins(energy);
+        let budget = &mut self.budget;
+        budget.low_energy.push(sum(&energy[..bins]));
+        budget
+            .edge_flux
+            .push(bins.checked_sub(1).map_or(0.0, |last| flux[last]));
+        budget.centroid.push(centroid(energy, &budget.wavenumber));
+        if let (Some(branches), Some(split)) = (&mut budget.branches, &terms.split) {
+            branches.keep(split);
+            waiting.push(LargeArray::AcousticSpectrum, &split.acoustic_energy);
+            waiting.push(LargeArray::OpticalSpectrum, &split.optical_energy);
+        }
+        for (map, row) in [(&mut self.energy_map, energy), (&mut self.flux_map, &flux)] {
+            if let Ok(row) = ArrayView2::from_shape((1, row.len()), row) {
+                map.add(i, 0, row);
+            }
+        }
+        for (array, row) in [
+            (LargeArray::EnergySpectrum, energy),
+            (LargeArray::Transfer, &terms.transfer),
+            (LargeArray::SpectralFlux, &flux),
+            (LargeArray::IntegratedSpectralFlux, &integrated),
+            (LargeArray::LossSpectrum, &terms.loss),
+            (LargeArray::InputSpectrum, &terms.input),
+        ] {
+            waiting.push(array, row);
+        }
+        budget.integrated_flux = integrated;
+    }
+
+    fn check_identities(&mut self, terms: &Terms, total: f64, dissipation: f64) {
+        let keep = |worst: &mut f64, off: f64, scale: f64| {
+            let off = if off == 0.0 { 0.0 } else { (off / scale).abs() };
+            if off > *worst || off.is_nan() {
+                *worst = off;
+            }
+        };
+        let largest = terms.transfer.iter().fold(0.0, |m: f64, t| m.max(t.abs()));
+        let identities = &mut self.identities;
+        keep(&mut identities.transfer_sum, sum(&terms.transfer), largest);
+        keep(
+            &mut identities.energy_sum,
+            sum(&terms.energy) - total,
+            total,
+        );
+        if let Some(worst) = &mut identities.loss_sum {
+            keep(worst, sum(&terms.loss) - dissipation, dissipation);
+        }
+    }
+
+    /// The trapezoid rule over the samples.
+    fn integrate(&mut self, dt: f64, terms: &Terms) {
+        if let Some(before) = &self.before {
+            for terms in [before, terms] {
+                self.ledger.add(0.5 * dt, energy_rates(terms));
+                let rates = energy_rates(terms).zip(&terms.transfer);
+                for (gone, (rate, transfer)) in self.gone.iter_mut().zip(rates) {
+                    *gone += 0.5 * dt * (transfer - rate);
+                }
+            }
+        } else {
+            self.first = terms.energy.clone();
+        }
+        self.ledger.compare(&terms.energy);
+        self.before = Some(terms.clone());
+    }
+
+    /// Bins at or below the edge, which the first sample with energy settles.
+    fn low_bins(&mut self, energy: &[f64]) -> usize {
+        if let Some(bins) = self.low_bins {
+            return bins;
+        }
+        let wavenumber = &self.budget.wavenumber;
+        let Some(edge) = self.edge_asked.or_else(|| edge_of(energy, wavenumber)) else {
+            return 0;
+        };
+        self.budget.edge = edge;
+        let bins = wavenumber.partition_point(|k| *k <= edge * (1.0 + 1e-9));
+        self.low_bins = Some(bins);
+        bins
+    }
+
+    pub(super) fn worst(&self) -> f64 {
+        self.ledger.worst()
+    }
+
+    pub(super) fn identities(&self) -> Identities {
+        self.identities
+    }
+
+    /// `time`: label, first and step of the axis.
+    pub(super) fn finish(self, time: (&str, f64, f64)) -> WavenumberBudget {
+        let mut budget = self.budget;
+        let step = budget.wavenumber.get(1).copied().unwrap_or(1.0);
+        let k = ("wavenumber", 0.0, step);
+        budget.energy_map = self.energy_map.finish("energy E(k)".into(), time, k);
+        budget.flux_map = self.flux_map.finish("flux Π(k)".into(), time, k);
+        budget
+    }
+}
+
+fn running(terms: impl Iterator<Item = f64>) -> Vec<f64> {
+    terms
+        .scan(0.0, |sum, term| {
+            *sum += term;
+            Some(*sum)
+        })
+        .collect()
+}
+
+/// Mean of k over the energy, `k = 0` left out; NaN without energy.
+fn centroid(energy: &[f64], wavenumber: &[f64]) -> f64 {
+    let (energy, wavenumber) = (&energy[1..], &wavenumber[1..]);
+    let moment: Vec<f64> = energy.iter().zip(wavenumber).map(|(e, k)| e * k).collect();
+    sum(&moment) / sum(energy)
+}
