@@ -21,7 +21,11 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
     write_small_arrays(&analysis, &archive)?;
     archive.finish()?;
     let command = vec!["own_report".to_owned()];
-    let provenance = Provenance::new(command, Some(input.display().to_string()), &analysis);
+    let provenance = Provenance::new(
+        command,
+        Some(input.display().to_string()),
+        analysis.content_hash.clone(),
+    );
     directory.write(
         "summary.json",
         Summary::new(&analysis, &provenance).to_json()?,

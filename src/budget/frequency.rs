@@ -4,6 +4,8 @@
 //! and, for an even number of samples, at Nyquist; the end samples of F are halved, so that
 //! `sum P_j df` is the trapezoid sum of `F_j vbar_j`, which is `W_j` at the end of the record.
 
+use std::sync::{Mutex, PoisonError};
+
 use rayon::prelude::*;
 
 use ndarray::{Array2, s};
@@ -11,10 +13,16 @@ use num_complex::Complex;
 
 use super::contacts::Contacts;
 use super::motion::Motion;
+use super::request::BudgetRequest;
+use super::rows::MAP_LIMIT;
 use super::wavenumber::dot;
-use crate::analyze::{LargeArray, Observer, Sink};
+use crate::analyze::{LargeArray, Map, Observer, Sink};
+use crate::diagnostics::{MapBuilder, edge_of};
 use crate::error::{Error, Result};
 use crate::transform::{RealTransform, Scratch, fold};
+
+/// Frequencies shown, in units of the band edge.
+const SHOWN: f64 = 5.0;
 
 /// Contacts whose records are transformed together.
 const BLOCK: usize = 16;
@@ -29,6 +37,8 @@ pub struct FrequencyFlow {
     /// Energy passed below the edge, and above; a value a contact.
     pub low: Vec<f64>,
     pub high: Vec<f64>,
+    /// `P_j(f)` over contacts, up to a few times the edge.
+    pub map: Map,
 }
 
 /// What happened to the energy between two contacts: the three numbers sum to 0.
@@ -68,7 +78,7 @@ impl FrequencyFlow {
 pub(super) fn power_flow(
     motion: &Motion,
     contacts: &Contacts,
-    edge: Option<f64>,
+    request: &BudgetRequest,
     sink: &dyn Sink,
     observer: &dyn Observer,
 ) -> Result<FrequencyFlow> {
@@ -76,11 +86,18 @@ pub(super) fn power_flow(
     let dt = motion.step();
     let frequency = crate::transform::frequencies(samples, dt);
     let plan = RealTransform::<f64>::new(&vec![1.0; samples], samples);
-    let edge = edge.unwrap_or_else(|| default_edge(motion, &plan, &frequency));
+    let edge = request.band_edge_frequency;
+    let edge = edge.unwrap_or_else(|| default_edge(motion, contacts, &plan, &frequency));
     let low_bins = frequency.partition_point(|f| *f <= edge * (1.0 + 1e-9));
     sink.reserve(LargeArray::PowerFlow, (frequency.len(), m))?;
     observer.stage("power flow", m as u64);
     let df = 1.0 / (samples as f64 * dt);
+    // Above a few times the edge there is hardly anything to see.
+    let shown = frequency
+        .partition_point(|f| *f <= SHOWN * edge)
+        .max(2)
+        .min(frequency.len());
+    let map = Mutex::new(MapBuilder::extreme((shown, m.max(1)), MAP_LIMIT));
     let blocks: Vec<usize> = (0..m).step_by(BLOCK).collect();
     let sums: Vec<Vec<[f64; 2]>> = blocks
         .into_par_iter()
@@ -108,6 +125,9 @@ pub(super) fn power_flow(
                 }
             }
             sink.put(LargeArray::PowerFlow, 0, first, block.view())?;
+            if let Ok(mut map) = map.lock() {
+                map.add(0, first, block.slice(s![..shown, ..]));
+            }
             observer.advance(width as u64);
             let sum = |bins: std::ops::Range<usize>, j: usize| {
                 df * crate::sum::sum(&block.slice(s![bins, j]).to_vec())
@@ -117,7 +137,13 @@ pub(super) fn power_flow(
         })
         .collect::<Result<_>>()?;
     let bands: Vec<[f64; 2]> = sums.into_iter().flatten().collect();
+    let map = map.into_inner().unwrap_or_else(PoisonError::into_inner);
+    let units = &request.units;
+    let (f, x) = (units.frequency(), units.position());
+    let x = (&*x, 0.5 * request.pitch, request.pitch);
+    let label = units.energy("power flow P(f), energy per unit of frequency");
     Ok(FrequencyFlow {
+        map: map.finish(label, (&f, 0.0, df), x),
         low: bands.iter().map(|[low, _]| *low).collect(),
         high: bands.iter().map(|[_, high]| *high).collect(),
         frequency,
@@ -125,20 +151,31 @@ pub(super) fn power_flow(
     })
 }
 
-/// The frequency below which 90 % of the kinetic energy of the first site that moves lies.
-fn default_edge(motion: &Motion, plan: &RealTransform<f64>, frequency: &[f64]) -> f64 {
-    let columns = motion.velocity.columns().into_iter();
-    let mut moving = columns.filter(|column| column.iter().any(|v| *v != 0.0));
-    let Some(record) = moving.next() else {
+/// The frequency below which 90 % of the energy of the first contact's force lies: that of a site's
+/// velocity would be that of its drift after the impact.
+fn default_edge(
+    motion: &Motion,
+    contacts: &Contacts,
+    plan: &RealTransform<f64>,
+    frequency: &[f64],
+) -> f64 {
+    let samples = motion.samples();
+    let record = |j: usize| -> Vec<f64> {
+        (0..samples)
+            .map(|i| contacts.force_and_speed(j, motion.at(i)).0)
+            .collect()
+    };
+    let mut records = (0..motion.chain.n_contacts()).map(record);
+    let Some(record) = records.find(|record| record.iter().any(|force| *force != 0.0)) else {
         return f64::NAN;
     };
     let mut scratch = Scratch::default();
-    let (spectrum, _) = plan.transform(&record.to_vec(), &mut scratch);
-    let fold = |m: usize, z: &Complex<f64>| fold(m, record.len()) * z.norm_sqr();
+    let (spectrum, _) = plan.transform(&record, &mut scratch);
+    let fold = |m: usize, z: &Complex<f64>| fold(m, samples) * z.norm_sqr();
     let power: Vec<f64> = spectrum
         .iter()
         .enumerate()
         .map(|(m, z)| fold(m, z))
         .collect();
-    crate::diagnostics::edge_of(&power, frequency).unwrap_or(f64::NAN)
+    edge_of(&power, frequency).unwrap_or(f64::NAN)
 }

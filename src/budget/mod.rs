@@ -27,6 +27,8 @@ mod rows;
 mod scale;
 mod scale_pass;
 mod spectral;
+mod stepped;
+mod units;
 mod wavenumber;
 
 pub use filter::{Filter, ScaleOf};
@@ -37,6 +39,7 @@ pub use request::{BudgetRequest, Views};
 pub use result::{
     BranchBudget, Budget, Closure, Identities, Integration, Residual, ScaleBudget, WavenumberBudget,
 };
+pub use units::BudgetUnits;
 
 use crate::analyze::{Arrays, Observer, Silent, Sink};
 use crate::error::Result;
@@ -69,8 +72,7 @@ pub fn run(
         let contacts = Contacts::of(motion);
         let mut budget = rows::pass(motion, &contacts, request, sink, observer)?;
         if request.views.frequency {
-            let edge = request.band_edge_frequency;
-            let flow = frequency::power_flow(motion, &contacts, edge, sink, observer)?;
+            let flow = frequency::power_flow(motion, &contacts, request, sink, observer)?;
             let off = |j: usize| (flow.passed(j) - budget.passed[j]).abs();
             let worst = (0..budget.n_contacts).map(off).fold(0.0, f64::max);
             budget.closure.frequency = budget.relative(worst);
@@ -78,6 +80,9 @@ pub fn run(
         }
         if request.views.scale {
             scale_pass::pass(motion, &contacts, request, sink, observer, &mut budget)?;
+        }
+        if request.integration == Integration::Stepping {
+            stepped::close(motion, &contacts, request, observer, &mut budget)?;
         }
         Ok(budget)
     })

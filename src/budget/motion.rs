@@ -62,9 +62,12 @@ impl<'a> Motion<'a> {
         self.time.len()
     }
 
+    pub(super) fn duration(&self) -> f64 {
+        self.time[self.samples() - 1] - self.time[0]
+    }
+
     pub(super) fn step(&self) -> f64 {
-        let last = self.samples() - 1;
-        (self.time[last] - self.time[0]) / last as f64
+        self.duration() / (self.samples() - 1) as f64
     }
 
     /// # Errors

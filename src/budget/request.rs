@@ -5,7 +5,9 @@ use std::ops::Range;
 use super::contacts::Contacts;
 use super::filter::Filter;
 use super::motion::Motion;
+use super::result::Integration;
 use super::scale::Scales;
+use super::units::BudgetUnits;
 use crate::error::{Error, Result};
 
 /// Which views of the energy are computed.
@@ -36,14 +38,17 @@ pub struct BudgetRequest {
     pub map_scale: Option<f64>,
     /// Distance of neighbouring sites.
     pub pitch: f64,
+    pub units: BudgetUnits,
     /// Upper edge of the low band, in cycles per unit of time; `None`: below it lie 90 % of the
-    /// kinetic energy of the first site with any.
+    /// energy of the force in the first contact that presses.
     pub band_edge_frequency: Option<f64>,
     /// Upper edge of the low band, in rad per unit of length; `None`: below it lie 90 % of the
     /// energy at the first sample with any.
     pub band_edge_wavenumber: Option<f64>,
     /// Samples and sites over which the real-space balance is judged; `None`: all.
     pub window: Option<[Range<usize>; 2]>,
+    /// How rates are integrated over time, to see whether balances close.
+    pub integration: Integration,
     /// Worker threads; `None`: one a core. The results do not depend on it.
     pub threads: Option<usize>,
 }
@@ -56,9 +61,11 @@ impl Default for BudgetRequest {
             scales: Vec::new(),
             map_scale: None,
             pitch: 1.0,
+            units: BudgetUnits::default(),
             band_edge_frequency: None,
             band_edge_wavenumber: None,
             window: None,
+            integration: Integration::Samples,
             threads: None,
         }
     }

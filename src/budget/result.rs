@@ -4,6 +4,7 @@ use super::branches::Split;
 use super::filter::ScaleOf;
 use super::frequency::FrequencyFlow;
 use super::modes::Basis;
+use super::units::BudgetUnits;
 use crate::analyze::{Map, MapAxis, Reduction};
 
 /// A budget: curves, numbers and maps; the arrays over time go to a [`crate::analyze::Sink`].
@@ -13,6 +14,7 @@ pub struct Budget {
     pub n_contacts: usize,
     /// Distance of neighbouring sites.
     pub pitch: f64,
+    pub units: BudgetUnits,
     pub time: Vec<f64>,
     /// Energy of motion, of contacts, lost and put in since the first sample, at each.
     pub kinetic: Vec<f64>,
@@ -23,8 +25,6 @@ pub struct Budget {
     pub scale: f64,
     /// Energy passed through each contact by the end.
     pub passed: Vec<f64>,
-    /// Largest flux through each contact.
-    pub peak_flux: Vec<f64>,
     /// What the sites up to the left of each contact hold at the end.
     pub left_behind: Vec<f64>,
     /// Whether energies passed and lost were followed inside the steps.
@@ -57,6 +57,8 @@ pub struct WavenumberBudget {
     pub edge: f64,
     /// `Pi` integrated over the record: energy that has passed from below each k to above.
     pub integrated_flux: Vec<f64>,
+    /// The same over the second half of the record, when an impact has been taken up.
+    pub late_flux: Vec<f64>,
     /// Energy below the edge at each sample.
     pub low_energy: Vec<f64>,
     /// `Pi` through the edge at each sample.
@@ -98,8 +100,9 @@ pub struct ScaleBudget {
     /// The scale of the map.
     pub map_scale: f64,
     pub flux_map: Option<Map>,
-    /// Residual of each scale's balance, relative to the largest energy of the chain.
-    pub residual: Vec<f64>,
+    /// Residual of each scale's balance, relative to the largest energy of the chain; `None` for
+    /// those that were not followed inside the stepping.
+    pub residual: Vec<Option<f64>>,
 }
 
 /// How far the balances are from closing; relative to the largest energy, or to what is named.

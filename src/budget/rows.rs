@@ -188,6 +188,7 @@ impl<'a> Pass<'a> {
                 n_sites: n,
                 n_contacts: m,
                 pitch: request.pitch,
+                units: request.units.clone(),
                 time: motion.time.to_vec(),
                 kinetic: Vec::with_capacity(samples),
                 contact: Vec::with_capacity(samples),
@@ -195,7 +196,6 @@ impl<'a> Pass<'a> {
                 input: Vec::with_capacity(samples),
                 scale: 0.0,
                 passed: Vec::new(),
-                peak_flux: vec![0.0; m],
                 left_behind: Vec::new(),
                 followed: motion.energy_passed.is_some(),
                 flux_map: empty_map(),
@@ -262,9 +262,6 @@ impl<'a> Pass<'a> {
             .scale
             .max(total.abs())
             .max(self.exchanged.input.abs());
-        for (peak, flux) in budget.peak_flux.iter_mut().zip(&sites.flux) {
-            *peak = peak.max(*flux);
-        }
         if i + 1 == self.motion.samples() {
             let mut held = 0.0;
             let sums = sites.energy.iter().map(|e| {
@@ -295,13 +292,17 @@ impl<'a> Pass<'a> {
     fn finish(self) -> Budget {
         let mut budget = self.budget;
         budget.closure.real_space = budget.relative(self.balance.worst());
-        let time = ("time", budget.time[0], self.dt);
-        let place = ("position", 0.5 * budget.pitch, budget.pitch);
-        budget.flux_map = self.flux_map.finish("energy flux J".into(), time, place);
+        let units = budget.units.clone();
+        let (time, place) = (units.time(), units.position());
+        let time = (&*time, budget.time[0], self.dt);
+        let place = (&*place, 0.5 * budget.pitch, budget.pitch);
+        budget.flux_map = self
+            .flux_map
+            .finish(units.power("energy flux J"), time, place);
         if let Some(spectral) = self.spectral {
             budget.closure.wavenumber = budget.relative(spectral.worst());
             budget.closure.identities = spectral.identities();
-            budget.wavenumber = Some(spectral.finish(time));
+            budget.wavenumber = Some(spectral.finish(time, &units));
         }
         budget
     }

@@ -105,16 +105,22 @@ pub(super) fn pass(
     }
     let worst = ledgers.worst();
     budget.closure.scale = budget.relative(worst.iter().copied().fold(0.0, f64::max));
-    let time = ("time", budget.time[0], dt);
-    let place = ("position", 0.5 * budget.pitch, budget.pitch);
+    let units = &budget.units;
+    let (time, place) = (units.time(), units.position());
+    let time = (&*time, budget.time[0], dt);
+    let place = (&*place, 0.5 * budget.pitch, budget.pitch);
+    let label = units.power("scale flux Π_l");
     let of_all = |planned: &super::scale::Planned| [planned.contacts.start, planned.contacts.end];
     budget.scales = Some(ScaleBudget {
         scales: scales.scales.iter().map(|planned| planned.of).collect(),
         contacts: scales.scales.iter().map(of_all).collect(),
         integrated_flux: integrated,
         map_scale: scales.scales[mapped].of.scale,
-        flux_map: Some(map.finish("scale flux Π_l".into(), time, place)),
-        residual: worst.iter().map(|worst| worst / budget.scale).collect(),
+        flux_map: Some(map.finish(label, time, place)),
+        residual: worst
+            .iter()
+            .map(|worst| Some(worst / budget.scale))
+            .collect(),
     });
     Ok(())
 }

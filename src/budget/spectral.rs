@@ -7,6 +7,7 @@ use super::motion::Motion;
 use super::request::BudgetRequest;
 use super::result::{BranchBudget, Identities, WavenumberBudget, empty_map};
 use super::rows::{MAP_LIMIT, Waiting};
+use super::units::BudgetUnits;
 use super::wavenumber::{Terms, Transfers};
 use crate::analyze::{LargeArray, Sink};
 use crate::diagnostics::{MapBuilder, edge_of};
@@ -20,6 +21,8 @@ pub(super) struct Spectral {
     low_bins: Option<usize>,
     ledger: Ledger,
     first: Vec<f64>,
+    /// The sample in the middle.
+    half: usize,
     /// Integral of losses less input.
     gone: Vec<f64>,
     before: Option<Terms>,
@@ -68,6 +71,7 @@ impl Spectral {
             low_bins: None,
             ledger: Ledger::default(),
             first: Vec::new(),
+            half: (shape.0 - 1) / 2,
             gone: vec![0.0; shape.1],
             before: None,
             identities: Identities {
@@ -80,6 +84,7 @@ impl Spectral {
                 basis: transfers.modes.basis(),
                 edge: f64::NAN,
                 integrated_flux: Vec::new(),
+                late_flux: Vec::new(),
                 low_energy: Vec::new(),
                 edge_flux: Vec::new(),
                 centroid: Vec::new(),
@@ -132,6 +137,9 @@ impl Spectral {
             (LargeArray::InputSpectrum, &terms.input),
         ] {
             waiting.push(array, row);
+        }
+        if i <= self.half {
+            budget.late_flux.clone_from(&integrated);
         }
         budget.integrated_flux = integrated;
     }
@@ -197,12 +205,18 @@ impl Spectral {
     }
 
     /// `time`: label, first and step of the axis.
-    pub(super) fn finish(self, time: (&str, f64, f64)) -> WavenumberBudget {
+    pub(super) fn finish(self, time: (&str, f64, f64), units: &BudgetUnits) -> WavenumberBudget {
         let mut budget = self.budget;
+        for (late, whole) in budget.late_flux.iter_mut().zip(&budget.integrated_flux) {
+            *late = whole - *late;
+        }
         let step = budget.wavenumber.get(1).copied().unwrap_or(1.0);
-        let k = ("wavenumber", 0.0, step);
-        budget.energy_map = self.energy_map.finish("energy E(k)".into(), time, k);
-        budget.flux_map = self.flux_map.finish("flux Π(k)".into(), time, k);
+        let k = units.wavenumber();
+        let k = (&*k, 0.0, step);
+        budget.energy_map = self
+            .energy_map
+            .finish(units.energy("E(k), both signs of k"), time, k);
+        budget.flux_map = self.flux_map.finish(units.power("flux Π(k)"), time, k);
         budget
     }
 }

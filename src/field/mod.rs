@@ -25,7 +25,8 @@ pub use options::{Header, OpenOptions, TimeColumn};
 pub use sidecar::Sidecar;
 
 pub(crate) use npz::{Archive as Members, read_members};
-pub(crate) use open::{is_run_file, regular_file};
+pub(crate) use open::regular_file;
+pub use open::{file_hash, is_run_file};
 use storage::Storage;
 
 /// One axis: `origin + index * step`, in `unit`.

@@ -147,7 +147,7 @@ fn read_npy(source: &Source) -> Result<Contents> {
 }
 
 /// Whether the file at `path` is a run; false for one that cannot be read.
-pub(crate) fn is_run_file(path: &Path) -> bool {
+pub fn is_run_file(path: &Path) -> bool {
     map(path).is_ok_and(|map| npz::is_run(&map))
 }
 
@@ -195,6 +195,14 @@ pub(super) fn map(path: &Path) -> Result<Arc<Mmap>> {
     // shortens the file meanwhile is a documented condition of `Field::open`.
     let map = unsafe { Mmap::map(&file) }.map_err(Error::read("map", path))?;
     Ok(Arc::new(map))
+}
+
+/// BLAKE3 of the file at `path`, hexadecimal.
+///
+/// # Errors
+/// [`Error::Read`].
+pub fn file_hash(path: &Path) -> Result<String> {
+    Ok(content_hash(&*map(path)?))
 }
 
 /// BLAKE3 of the whole file; its pages are dropped as it goes.

@@ -7,7 +7,7 @@ use super::panel::{self, Panel};
 use super::scale::Scale;
 use super::scene::{Anchor, INK, Rect, Scene};
 use super::{Figure, heat};
-use crate::analyze::{Analysis, BandEdge, Map, Reduction};
+use crate::analyze::{Analysis, Map, Reduction};
 
 const WIDTH: u32 = 1200;
 const HEIGHT: u32 = 800;
@@ -19,12 +19,12 @@ const TOP: f64 = 75.0;
 /// Below a second axis.
 const LOW_TOP: f64 = 130.0;
 
-const WHITE: [u8; 3] = [255; 3];
+pub(super) const WHITE: [u8; 3] = [255; 3];
 
 /// The field itself, on a colour scale symmetric about zero.
 pub fn space_time(analysis: &Analysis) -> Figure {
     let map = &analysis.field_map;
-    let mut sheet = Sheet::new("Field v(t, x)", analysis, map, None);
+    let mut sheet = Sheet::new("Field v(t, x)", &analysis.name, map, None);
     sheet.draw_map(map, Scale::diverging(values(map)));
     sheet.figure("space-time")
 }
@@ -32,9 +32,9 @@ pub fn space_time(analysis: &Analysis) -> Figure {
 /// `S(f, x)` on a logarithmic colour scale, with the band edge.
 pub fn temporal_spectrum(analysis: &Analysis) -> Option<Figure> {
     let map = analysis.temporal_map.as_ref()?;
-    let mut sheet = Sheet::new("Temporal spectrum S(f, x)", analysis, map, None);
+    let mut sheet = Sheet::new("Temporal spectrum S(f, x)", &analysis.name, map, None);
     sheet.draw_map(map, Scale::log(values(map)));
-    sheet.mark_frequency_edge(analysis.frequency_edge);
+    sheet.mark_frequency_edge(analysis.frequency_edge.map(|edge| edge.value()), WHITE);
     Some(sheet.figure("temporal-spectrum"))
 }
 
@@ -42,9 +42,9 @@ pub fn temporal_spectrum(analysis: &Analysis) -> Option<Figure> {
 pub fn spatial_spectrum(analysis: &Analysis) -> Option<Figure> {
     let map = analysis.spatial_map.as_ref()?;
     let second = labels::wavenumber_reading(&analysis.axes);
-    let mut sheet = Sheet::new("Spatial spectrum E(k, t)", analysis, map, second);
+    let mut sheet = Sheet::new("Spatial spectrum E(k, t)", &analysis.name, map, second);
     sheet.draw_map(map, Scale::log(values(map)));
-    sheet.mark_wavenumber_edge(analysis.wavenumber_edge, WHITE);
+    sheet.mark_wavenumber_edge(analysis.wavenumber_edge.map(|edge| edge.value()), WHITE);
     Some(sheet.figure("spatial-spectrum"))
 }
 
@@ -53,9 +53,9 @@ pub fn flux_surrogate(analysis: &Analysis) -> Option<Figure> {
     let map = analysis.flux_map.as_ref()?;
     let second = labels::wavenumber_reading(&analysis.axes);
     let title = "Kinetic flux surrogate Π_K(k, t), positive towards high k";
-    let mut sheet = Sheet::new(title, analysis, map, second);
+    let mut sheet = Sheet::new(title, &analysis.name, map, second);
     sheet.draw_map(map, Scale::diverging(values(map)));
-    sheet.mark_wavenumber_edge(analysis.wavenumber_edge, INK);
+    sheet.mark_wavenumber_edge(analysis.wavenumber_edge.map(|edge| edge.value()), INK);
     Some(sheet.figure("flux-surrogate"))
 }
 
@@ -63,7 +63,7 @@ pub fn flux_surrogate(analysis: &Analysis) -> Option<Figure> {
 pub fn spacetime_spectrum(analysis: &Analysis) -> Option<Figure> {
     let map = analysis.spacetime_map.as_ref()?;
     let second = labels::wavenumber_reading(&analysis.axes);
-    let mut sheet = Sheet::new("Space-time spectrum S(k, f)", analysis, map, second);
+    let mut sheet = Sheet::new("Space-time spectrum S(k, f)", &analysis.name, map, second);
     if let Some(shares) = &analysis.direction_by_frequency {
         sheet.panel.rect.right = 780.0;
         sheet.draw_shares(&analysis.axes.frequency, shares);
@@ -73,20 +73,20 @@ pub fn spacetime_spectrum(analysis: &Analysis) -> Option<Figure> {
     Some(sheet.figure("spacetime-spectrum"))
 }
 
-fn values(map: &Map) -> impl Iterator<Item = f64> + '_ {
+pub(super) fn values(map: &Map) -> impl Iterator<Item = f64> + '_ {
     map.values.iter().copied().map(f64::from)
 }
 
 /// One map with its axes, colour bar and notes.
-struct Sheet {
+pub(super) struct Sheet {
     scene: Scene,
     panel: Panel,
 }
 
 impl Sheet {
-    fn new(title: &str, analysis: &Analysis, map: &Map, second: Option<(String, f64)>) -> Self {
-        let mut scene = Scene::new(&format!("{title}: {}", analysis.name), WIDTH, HEIGHT);
-        panel::heading(&mut scene, title, &analysis.name);
+    pub(super) fn new(title: &str, name: &str, map: &Map, second: Option<(String, f64)>) -> Self {
+        let mut scene = Scene::new(&format!("{title}: {name}"), WIDTH, HEIGHT);
+        panel::heading(&mut scene, title, name);
         let rect = Rect {
             left: LEFT,
             top: if second.is_some() { LOW_TOP } else { TOP },
@@ -101,7 +101,7 @@ impl Sheet {
         }
     }
 
-    fn draw_map(&mut self, map: &Map, scale: Scale) {
+    pub(super) fn draw_map(&mut self, map: &Map, scale: Scale) {
         let cell = heat::draw(&mut self.scene, &self.panel, map.values.view(), &scale);
         self.panel.draw_axes(&mut self.scene);
         let bar = Rect {
@@ -118,21 +118,21 @@ impl Sheet {
         heat::reduction_note(&mut self.scene, what, (rows * cell.0, columns * cell.1));
     }
 
-    fn mark_frequency_edge(&mut self, edge: Option<BandEdge>) {
-        let Some(y) = edge.and_then(|edge| self.panel.place_y(edge.value())) else {
+    pub(super) fn mark_frequency_edge(&mut self, edge: Option<f64>, color: [u8; 3]) {
+        let Some(y) = edge.and_then(|edge| self.panel.place_y(edge)) else {
             return;
         };
         let rect = self.panel.rect;
         if y > rect.top && y < rect.bottom {
             let (scene, room) = (&mut self.scene, y - rect.top);
-            scene.dashes((rect.left, y), (rect.right, y), WHITE, 2.0);
+            scene.dashes((rect.left, y), (rect.right, y), color, 2.0);
             let beside = if room > 30.0 { y - 16.0 } else { y + 16.0 };
             panel::note(scene, "band edge", (rect.right - 10.0, beside), Anchor::End);
         }
     }
 
-    fn mark_wavenumber_edge(&mut self, edge: Option<BandEdge>, color: [u8; 3]) {
-        let Some(x) = edge.and_then(|edge| self.panel.place_x(edge.value())) else {
+    pub(super) fn mark_wavenumber_edge(&mut self, edge: Option<f64>, color: [u8; 3]) {
+        let Some(x) = edge.and_then(|edge| self.panel.place_x(edge)) else {
             return;
         };
         let rect = self.panel.rect;
@@ -194,7 +194,7 @@ impl Sheet {
         curve::legend(&mut self.scene, at, &entries);
     }
 
-    fn figure(self, name: &'static str) -> Figure {
+    pub(super) fn figure(self, name: &'static str) -> Figure {
         Figure {
             name,
             scene: self.scene,

@@ -6,6 +6,7 @@
 
 mod axis;
 mod bitmap;
+mod budget;
 mod canvas;
 mod curve;
 mod figures;
@@ -26,6 +27,7 @@ use std::path::{Path, PathBuf};
 
 use rayon::prelude::*;
 
+pub use budget::{SharedScales, budget_figures, encode_all, views};
 pub use canvas::{Area, Canvas, Surface, px, sans};
 pub use figures::{
     flux_surrogate, space_time, spacetime_spectrum, spatial_spectrum, temporal_spectrum,
@@ -66,6 +68,11 @@ pub struct Figure {
 }
 
 impl Figure {
+    /// What it shows, in words.
+    pub fn title(&self) -> &str {
+        &self.scene.title
+    }
+
     /// Name of its file, without extension.
     pub fn name(&self) -> &'static str {
         self.name
@@ -123,10 +130,21 @@ pub fn draw_all(analysis: &Analysis, dir: &Path, formats: &[Format]) -> Result<V
         short_space,
         flux_surrogate,
     ];
+    let figures: Vec<Figure> = figures
+        .par_iter()
+        .filter_map(|draw| draw(analysis))
+        .collect();
+    save_all(&figures, dir, formats)
+}
+
+/// Writes figures into `dir`, in parallel; returns the paths written, in order.
+///
+/// # Errors
+/// As [`draw_all`].
+pub fn save_all(figures: &[Figure], dir: &Path, formats: &[Format]) -> Result<Vec<PathBuf>> {
     fs::create_dir_all(dir).map_err(Error::write("make the directory", dir))?;
     let written: Vec<Vec<PathBuf>> = figures
         .par_iter()
-        .filter_map(|draw| draw(analysis))
         .map(|figure| {
             formats
                 .par_iter()

@@ -18,10 +18,17 @@ pub struct ResultDirectory {
 }
 
 /// What a run may leave in its directory; anything else in it is not ours to remove.
-const NAMES: [&str; 4] = ["summary.json", "spectra.npz", "report.html", "figures"];
+const NAMES: [&str; 6] = [
+    "summary.json",
+    "spectra.npz",
+    "budget.npz",
+    "budget.html",
+    "report.html",
+    "figures",
+];
 
 /// What `figures` may hold, as PNG and SVG.
-const FIGURES: [&str; 9] = [
+const FIGURES: [&str; 17] = [
     "space-time",
     "temporal-spectrum",
     "spatial-spectrum",
@@ -31,6 +38,14 @@ const FIGURES: [&str; 9] = [
     "short-time",
     "short-space",
     "flux-surrogate",
+    "energies",
+    "energy-flux",
+    "energy-passed",
+    "power-flow",
+    "energy-spectrum",
+    "spectral-flux",
+    "scale-flux",
+    "views",
 ];
 
 impl ResultDirectory {

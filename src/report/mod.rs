@@ -3,6 +3,9 @@
 
 mod archive;
 mod arrays;
+mod budget;
+#[cfg(feature = "figures")]
+mod budget_page;
 mod directory;
 #[cfg(feature = "figures")]
 mod html;
@@ -11,6 +14,9 @@ mod summary;
 
 pub use archive::Archive;
 pub use arrays::write_small_arrays;
+pub use budget::{BUDGET_SCHEMA, BudgetSummary, ClosureSummary, write_budget_arrays};
+#[cfg(feature = "figures")]
+pub use budget_page::{budget_html, comparison_html};
 pub use directory::ResultDirectory;
 #[cfg(feature = "figures")]
 pub use html::html;

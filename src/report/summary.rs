@@ -3,6 +3,7 @@
 use serde::Serialize;
 use serde_json::{Map, Value};
 
+use super::ClosureSummary;
 use crate::analyze::{Accuracy, Analysis, BandEdge, Moments, Scaling, Timing, Warning};
 use crate::field::Quantity;
 use crate::prepare::WindowGains;
@@ -23,14 +24,14 @@ pub struct Provenance {
 }
 
 impl Provenance {
-    /// Of this program, for `command` on `input`.
-    pub fn new(command: Vec<String>, input: Option<String>, analysis: &Analysis) -> Self {
+    /// Of this program, for `command` on `input`, whose content has this hash.
+    pub fn new(command: Vec<String>, input: Option<String>, input_blake3: Option<String>) -> Self {
         Provenance {
             program: "cascade",
             version: env!("CARGO_PKG_VERSION"),
             command,
             input,
-            input_blake3: analysis.content_hash.clone(),
+            input_blake3,
         }
     }
 }
@@ -43,6 +44,7 @@ pub struct Summary<'a> {
     field: FieldSummary<'a>,
     conventions: ConventionsSummary<'a>,
     parseval: ParsevalSummary,
+    closure: ClosureSummary,
     direction: Option<DirectionSummary>,
     low_high: LowHigh,
     accuracy: &'a Accuracy,
@@ -204,6 +206,7 @@ impl<'a> Summary<'a> {
                 space: analysis.parseval.space,
                 spacetime: analysis.parseval.spacetime,
             },
+            closure: ClosureSummary::undefined("the field carries no chain"),
             direction: analysis.direction.map(|d| DirectionSummary {
                 toward_plus_x: defined(d.toward_plus_x),
                 toward_minus_x: defined(d.toward_minus_x),
@@ -222,6 +225,12 @@ impl<'a> Summary<'a> {
             timings: &analysis.timings,
             warnings: analysis.warnings.iter().map(warning).collect(),
         }
+    }
+
+    /// The same with how far the budgets of the field's chain are from closing, or why there are
+    /// none.
+    pub fn with_closure(self, closure: ClosureSummary) -> Self {
+        Summary { closure, ..self }
     }
 
     /// The summary as indented JSON.

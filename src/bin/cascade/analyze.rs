@@ -5,14 +5,19 @@ use std::path::{Path, PathBuf};
 use std::time::Instant;
 
 use cascade::analyze::{
-    Analysis, Plan, Request, Results, ShortTime, TimeRange, Welch, plan, run as run_plan,
+    Analysis, Plan, Precision, Request, Results, ShortTime, TimeRange, Welch, plan, run as run_plan,
 };
-use cascade::field::{OpenOptions, TimeColumn};
+use cascade::budget::{Budget, Motion};
+use cascade::field::{OpenOptions, TimeColumn, is_run_file};
 use cascade::plot::{Format, draw_all};
-use cascade::report::{Archive, Provenance, ResultDirectory, Summary, html, write_small_arrays};
+use cascade::report::{
+    Archive, ClosureSummary, Provenance, ResultDirectory, RunFile, Summary, html,
+    write_budget_arrays, write_small_arrays,
+};
 use cascade::{Error, Field};
 
 use crate::args::{Analyze, FigureArg, Input, ResultArg};
+use crate::budget;
 use crate::failure::Failure;
 use crate::progress::Progress;
 use crate::terminal;
@@ -61,18 +66,51 @@ pub fn run(typed: Analyze) -> Result<(), Failure> {
     let words = std::env::args_os();
     let command = words.map(|w| w.to_string_lossy().into_owned()).collect();
     let input = typed.field.display().to_string();
-    let provenance = Provenance::new(command, Some(input), &analysis);
+    let provenance = Provenance::new(command, Some(input), analysis.content_hash.clone());
+    let (budget, closure) = budget(&typed, &directory, &progress)?;
     let json = Summary::new(&analysis, &provenance)
+        .with_closure(closure)
         .to_json()
         .map_err(std::io::Error::from)?;
     directory.write("summary.json", &json)?;
     if !pictures.is_empty() {
         draw(&analysis, &pictures, &directory, &progress)?;
+        if let Some(budget) = &budget {
+            budget::draw(budget, &analysis.name, &pictures, &directory, "budget.html")?;
+        }
     }
     progress.check()?;
     let published = directory.publish()?;
     progress.clear();
     tell(&typed, &analysis, &json, &published, started)
+}
+
+/// The budgets of a field that carries its chain, from its samples, and how far they close.
+fn budget(
+    typed: &Analyze,
+    directory: &ResultDirectory,
+    progress: &Progress,
+) -> Result<(Option<Budget>, ClosureSummary), Failure> {
+    let undefined = |reason: &str| Ok((None, ClosureSummary::undefined(reason)));
+    let only = &typed.work.only;
+    if !(only.is_empty() || only.contains(&ResultArg::Budget)) {
+        return undefined("not asked for");
+    }
+    if !is_run_file(&typed.field) {
+        return undefined("the field carries no chain");
+    }
+    let file = RunFile::read(&typed.field)?;
+    if file.run.displacement.is_none() {
+        return undefined("the run recorded no displacements");
+    }
+    let archive = Archive::create(&directory.path().join("budget.npz"), Precision::F64)?;
+    let request = budget::request_of(&file.setup);
+    let motion = Motion::of(&file.run)?;
+    let budget = cascade::budget::run(&motion, &request, &archive, progress)?;
+    write_budget_arrays(&budget, &archive)?;
+    archive.finish()?;
+    let closure = ClosureSummary::of(&budget.closure);
+    Ok((Some(budget), closure))
 }
 
 /// Draws figures and the report side by side.
@@ -138,7 +176,7 @@ fn default_out(field: &Path) -> PathBuf {
 }
 
 /// The formats typed, each once.
-fn formats(typed: &[FigureArg]) -> Result<Vec<Format>, Failure> {
+pub fn formats(typed: &[FigureArg]) -> Result<Vec<Format>, Failure> {
     let typed_any = |f: &FigureArg| typed.contains(f);
     let known = [(FigureArg::Png, Format::Png), (FigureArg::Svg, Format::Svg)];
     let chosen: Vec<Format> = known

@@ -27,6 +27,14 @@ pub enum Command {
     /// time_unit, space_unit, quantity, unit), or are known from the file; an axis of which nothing
     /// is known counts samples or sites.
     Analyze(Box<Analyze>),
+    /// Follow the energy of a simulated chain: balances that close.
+    ///
+    /// RUN is a run file of `cascade simulate` with displacements. Four budgets: site by site in real
+    /// space, from low to high wavenumber in time, by frequency through each contact, and out of the
+    /// scales larger than l. Each states by how much its balance over time fails to close.
+    Budget(Box<crate::budget::Budget>),
+    /// Compare the budgets of two runs on one page, with shared scales and their differences.
+    Compare(Box<crate::compare::Compare>),
     /// Simulate a chain: from a scene to a run file.
     ///
     /// SCENE is a text file (TOML) that `cascade scene` explains. Every key of it is an option too,
@@ -354,6 +362,8 @@ pub enum ResultArg {
     Flux,
     /// Short-time spectra.
     ShortTime,
+    /// Budgets of a simulated chain's energy, from its samples.
+    Budget,
 }
 
 #[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]

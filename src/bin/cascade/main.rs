@@ -2,7 +2,9 @@
 
 mod analyze;
 mod args;
+mod budget;
 mod chain_args;
+mod compare;
 mod contact;
 mod failure;
 mod localize;
@@ -25,6 +27,8 @@ fn main() -> ExitCode {
     let cli = Cli::parse();
     let done = match cli.command {
         Command::Analyze(typed) => analyze::run(*typed),
+        Command::Budget(typed) => budget::run(*typed),
+        Command::Compare(typed) => compare::run(*typed),
         Command::Simulate(typed) => simulate::run(*typed),
         Command::Sweep(typed) => sweep::run(*typed),
         Command::Scene(typed) => scene::run(typed),

@@ -2,7 +2,7 @@
 
 use std::fmt::Write;
 
-use cascade::analyze::{Analysis, BandEdge, LargeArray, Moments, Plan};
+use cascade::analyze::{Analysis, BandEdge, Moments, Plan};
 use cascade::field::Axis;
 
 /// Columns of the terminal; 100 where there is none.
@@ -165,8 +165,8 @@ pub fn plan(plan: &Plan, width: usize) -> String {
         );
     }
     for (array, (rows, columns)) in &plan.arrays {
-        let [rows, columns] = array.axes();
-        let axes = format!("{rows} x {columns}");
+        let [along, across] = array.axes();
+        let axes = format!("{along} x {across}");
         lines.line(
             "array",
             &format!("{} {rows} x {columns} ({axes})", array.name()),

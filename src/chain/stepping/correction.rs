@@ -194,6 +194,19 @@ impl Correction {
     }
 }
 
+/// The places on 0..1 at which a contact of this overlap opens or closes, in order.
+pub(crate) fn openings(overlap: &Quintic) -> impl Iterator<Item = f64> {
+    let spans = pressing_spans(overlap).unwrap_or_default();
+    spans
+        .into_iter()
+        .flatten()
+        .flat_map(|span| match span {
+            Span::Beside { opening, .. } => [Some(opening), None],
+            Span::Between { from, to } => [Some(from), Some(to)],
+        })
+        .flatten()
+}
+
 /// Where the overlap is positive inside the step, if its sign changes there.
 fn pressing_spans(overlap: &Quintic) -> Option<[Option<Span>; 2]> {
     let (start, end) = (overlap.at(0.0), overlap.at(1.0));

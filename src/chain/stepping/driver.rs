@@ -6,7 +6,7 @@ use super::islands::Islands;
 use super::pair::{self, Outcome, Scratch, Span};
 use super::system::{State, System};
 use super::tableau::Tableau;
-use super::{Cost, StepControl, Stepping, Task};
+use super::{Cost, Mark, StepControl, Stepping, Task};
 use crate::analyze::Observer;
 use crate::chain::lattice::{Chain, refuse};
 use crate::chain::law::Kernel;
@@ -242,6 +242,29 @@ impl<K: Kernel> Stepping for Driver<K> {
 
     fn state(&self) -> &State {
         &self.state
+    }
+
+    fn step(&self) -> f64 {
+        self.step
+    }
+
+    fn set_step(&mut self, step: f64) {
+        self.step = step;
+    }
+
+    fn mark(&self) -> Mark {
+        Mark {
+            time: self.time,
+            step: self.step,
+            state: self.state.clone(),
+        }
+    }
+
+    fn reset(&mut self, mark: &Mark) {
+        (self.time, self.step) = (mark.time, mark.step);
+        self.state.clone_from(&mark.state);
+        self.next.clone_from(&mark.state);
+        self.surveyed = f64::NEG_INFINITY;
     }
 
     fn cost(&self) -> Cost {

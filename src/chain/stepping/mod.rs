@@ -22,7 +22,7 @@ use crate::Result;
 use crate::analyze::Observer;
 use composed::Splitting;
 use correction::Correction;
-pub(crate) use correction::Quintic;
+pub(crate) use correction::{Quintic, openings};
 use driver::{Driver, Method};
 pub(crate) use driver::{Extreme, contact_time};
 pub use islands::Window;
@@ -152,7 +152,27 @@ pub(crate) trait Stepping {
     /// The state, with a ghost place at each end.
     fn state(&self) -> &State;
 
+    /// The length of step that the error allows.
+    fn step(&self) -> f64;
+
+    /// Sets it, where steps cut short have hidden it.
+    fn set_step(&mut self, step: f64);
+
+    /// What [`Stepping::reset`] goes back to.
+    fn mark(&self) -> Mark;
+
+    /// Goes back to where `mark` was made.
+    fn reset(&mut self, mark: &Mark);
+
     fn cost(&self) -> Cost;
+}
+
+/// A point on the way.
+#[derive(Debug, Clone)]
+pub(crate) struct Mark {
+    pub(crate) time: f64,
+    step: f64,
+    pub(crate) state: State,
 }
 
 /// What the stepping is asked for.
@@ -168,6 +188,11 @@ pub(crate) struct Task<'a> {
     pub(crate) energy: bool,
     /// The speed that errors are measured by.
     pub(crate) velocity_scale: f64,
+}
+
+/// Nodes and weights of Gauss's rule on 0..1.
+pub(crate) fn gauss(nodes: usize) -> Vec<(f64, f64)> {
+    quadrature::gauss_jacobi(nodes, 0.0, 0.0)
 }
 
 /// Prepares the stepping of a checked chain.

@@ -1,0 +1,323 @@
+//! `cascade budget`: a run file, its budgets, the files.
+
+use std::io::{IsTerminal, Write};
+use std::ops::Range;
+use std::path::{Path, PathBuf};
+use std::time::Instant;
+
+use cascade::Error;
+use cascade::analyze::{Observer, Precision, Sink};
+use cascade::budget::{
+    Budget as Found, BudgetRequest, BudgetUnits, Filter, Integration, Motion, Residual, Views,
+};
+use cascade::chain::scene::{Setup, Units};
+use cascade::field::file_hash;
+use cascade::plot::{Format, SharedScales, budget_figures, save_all};
+use cascade::report::{
+    Archive, BudgetSummary, Provenance, ResultDirectory, RunFile, budget_html, write_budget_arrays,
+};
+use clap::{Args, ValueEnum};
+
+use crate::analyze::{formats, use_threads};
+use crate::args::FigureArg;
+use crate::failure::Failure;
+use crate::parse;
+use crate::progress::Progress;
+use crate::terminal::{self, Lines, error_size, number};
+
+/// What `cascade budget` takes.
+#[derive(Debug, Args)]
+pub struct Budget {
+    /// Run file of `cascade simulate`.
+    pub run: PathBuf,
+    /// Directory for the results; by default the run's name with `-budget`, here.
+    #[arg(long, short, value_name = "DIR")]
+    pub out: Option<PathBuf>,
+    /// Replace an existing result.
+    #[arg(long)]
+    pub force: bool,
+    #[command(flatten)]
+    pub views: ViewArgs,
+    /// Formats of the figures; none leaves the report out too.
+    #[arg(long, value_enum, value_delimiter = ',', value_name = "FORMAT",
+          default_values_t = [FigureArg::Png, FigureArg::Svg])]
+    pub figures: Vec<FigureArg>,
+    /// Print the summary as JSON on standard output.
+    #[arg(long)]
+    pub json: bool,
+    /// Print errors only.
+    #[arg(long, short)]
+    pub quiet: bool,
+}
+
+/// What is computed, and how.
+#[derive(Debug, Args)]
+#[command(next_help_heading = "The budgets")]
+pub struct ViewArgs {
+    /// Compute these beside the balance in real space alone.
+    #[arg(long, value_enum, value_delimiter = ',', value_name = "VIEW")]
+    pub only: Vec<ViewArg>,
+    /// Integrate rates over the samples alone: faster, and balances close to the trapezoid rule's
+    /// error. By default the chain is stepped anew, and rates are integrated between the times at
+    /// which contacts open.
+    #[arg(long)]
+    pub from_samples: bool,
+    /// Filter of the coarse graining.
+    #[arg(long, value_enum, default_value_t = FilterArg::Gaussian)]
+    pub filter: FilterArg,
+    /// Scales l, in units of length [default: from two cells on, by the square root of two].
+    #[arg(long, value_delimiter = ',', value_name = "LENGTH", value_parser = parse::finite)]
+    pub scales: Vec<f64>,
+    /// Scale whose flux is kept contact by contact [default: the one in the middle].
+    #[arg(long, value_name = "LENGTH", value_parser = parse::finite)]
+    pub map_scale: Option<f64>,
+    /// Upper edge of the low band, in cycles per unit of time [default: below it lie 90 % of the
+    /// energy of the first contact's force].
+    #[arg(long, value_name = "FREQUENCY", value_parser = parse::finite,
+          allow_negative_numbers = true)]
+    pub band_edge_frequency: Option<f64>,
+    /// Upper edge of the low band, in rad per unit of length [default: below it lie 90 % of the
+    /// energy at the first sample with any].
+    #[arg(long, value_name = "WAVENUMBER", value_parser = parse::finite,
+          allow_negative_numbers = true)]
+    pub band_edge_wavenumber: Option<f64>,
+    /// Samples over which the real-space balance is judged, the end excluded [default: all].
+    #[arg(long, value_name = "FIRST:END", value_parser = parse::site_range)]
+    pub window_samples: Option<Range<usize>>,
+    /// Sites over which it is judged, the end excluded [default: all].
+    #[arg(long, value_name = "FIRST:END", value_parser = parse::site_range)]
+    pub window_sites: Option<Range<usize>>,
+    /// Worker threads [default: one a core]. The results do not depend on it.
+    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u16).range(1..=256))]
+    pub threads: Option<u16>,
+}
+
+#[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
+pub enum ViewArg {
+    /// E(k, t), transfer, flux.
+    Wavenumber,
+    /// Power flow by frequency.
+    Frequency,
+    /// Coarse-grained flux.
+    Scale,
+}
+
+#[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
+pub enum FilterArg {
+    /// sigma = l / sqrt(12).
+    Gaussian,
+    /// Equal weights over l.
+    Box,
+    /// Cut off at k = 2 pi / l; periodic chains only.
+    Sharp,
+}
+
+impl ViewArgs {
+    pub fn request(&self, setup: &Setup) -> BudgetRequest {
+        let only = |view| self.only.is_empty() || self.only.contains(&view);
+        let simulation = &setup.simulation;
+        let whole = [0..simulation.samples, 0..simulation.chain.n_sites()];
+        let window = match (&self.window_samples, &self.window_sites) {
+            (None, None) => None,
+            (samples, sites) => {
+                let [all_samples, all_sites] = whole;
+                let samples = samples.clone().unwrap_or(all_samples);
+                Some([samples, sites.clone().unwrap_or(all_sites)])
+            }
+        };
+        BudgetRequest {
+            views: Views {
+                wavenumber: only(ViewArg::Wavenumber),
+                frequency: only(ViewArg::Frequency),
+                scale: only(ViewArg::Scale),
+            },
+            filter: match self.filter {
+                FilterArg::Gaussian => Filter::Gaussian,
+                FilterArg::Box => Filter::Box,
+                FilterArg::Sharp => Filter::Sharp,
+            },
+            scales: self.scales.clone(),
+            map_scale: self.map_scale,
+            band_edge_frequency: self.band_edge_frequency,
+            band_edge_wavenumber: self.band_edge_wavenumber,
+            window,
+            integration: match self.from_samples {
+                true => Integration::Samples,
+                false => Integration::Stepping,
+            },
+            ..request_of(setup)
+        }
+    }
+}
+
+/// All views of a run, in its units.
+pub fn request_of(setup: &Setup) -> BudgetRequest {
+    BudgetRequest {
+        pitch: setup.pitch.unwrap_or(1.0),
+        units: match (setup.units, setup.pitch) {
+            (Units::None, _) => BudgetUnits::default(),
+            (Units::Si, Some(_)) => BudgetUnits::si(),
+            // Sites are counted where nothing says how far they are apart.
+            (Units::Si, None) => BudgetUnits {
+                length: None,
+                ..BudgetUnits::si()
+            },
+        },
+        ..BudgetRequest::default()
+    }
+}
+
+/// Runs the command.
+pub fn run(typed: Budget) -> Result<(), Failure> {
+    let pictures = formats(&typed.figures)?;
+    let out = typed.out.clone().unwrap_or_else(|| default_out(&typed.run));
+    let progress = Progress::new(!typed.quiet && std::io::stderr().is_terminal());
+    let started = Instant::now();
+    use_threads(typed.views.threads.map(usize::from))?;
+    // Before any work: could the result be written?
+    drop(ResultDirectory::create(&out, typed.force)?);
+    let file = RunFile::read(&typed.run)?;
+    let name = name_of(&typed.run);
+
+    progress.begin_writing();
+    let directory = ResultDirectory::create(&out, typed.force)?;
+    let archive = Archive::create(&directory.path().join("budget.npz"), Precision::F64)?;
+    let budget = compute(&typed.views, &file, &archive, &progress)?;
+    write_budget_arrays(&budget, &archive)?;
+    archive.finish()?;
+    progress.check()?;
+    let input = typed.run.display().to_string();
+    let provenance = Provenance::new(command(), Some(input), Some(file_hash(&typed.run)?));
+    let summary = BudgetSummary::new(&budget, &provenance);
+    let json = summary.to_json().map_err(std::io::Error::from)?;
+    directory.write("summary.json", &json)?;
+    if !pictures.is_empty() {
+        progress.stage("drawing", 1);
+        draw(&budget, &name, &pictures, &directory, "report.html")?;
+    }
+    progress.check()?;
+    let published = directory.publish()?;
+    progress.clear();
+    let mut out = std::io::stdout().lock();
+    if typed.json {
+        writeln!(out, "{json}")?;
+    } else if !typed.quiet {
+        out.write_all(lines(&budget).as_bytes())?;
+        let seconds = started.elapsed().as_secs_f64();
+        let page = published.join("report.html");
+        let main = if page.exists() {
+            page
+        } else {
+            published.join("summary.json")
+        };
+        writeln!(out, "done in {seconds:.2} s; open {}", main.display())?;
+    }
+    Ok(())
+}
+
+/// Draws the figures and writes the page of this name.
+pub fn draw(
+    budget: &Found,
+    name: &str,
+    formats: &[Format],
+    directory: &ResultDirectory,
+    page: &str,
+) -> Result<(), Error> {
+    let figures = budget_figures(budget, name, &SharedScales(&[budget]));
+    save_all(&figures, &directory.path().join("figures"), formats)?;
+    directory.write(page, budget_html(name, budget, &figures)?)
+}
+
+/// The budgets of a run file.
+pub fn compute(
+    views: &ViewArgs,
+    file: &RunFile,
+    sink: &dyn Sink,
+    observer: &dyn Observer,
+) -> Result<Found, Error> {
+    let motion = Motion::of(&file.run)?;
+    cascade::budget::run(&motion, &views.request(&file.setup), sink, observer)
+}
+
+/// The words typed.
+pub fn command() -> Vec<String> {
+    let words = std::env::args_os();
+    words
+        .map(|word| word.to_string_lossy().into_owned())
+        .collect()
+}
+
+pub fn name_of(run: &Path) -> String {
+    let stem = run.file_stem().unwrap_or_default();
+    stem.to_string_lossy().into_owned()
+}
+
+fn default_out(run: &Path) -> PathBuf {
+    format!("{}-budget", name_of(run)).into()
+}
+
+/// What was found, in lines.
+fn lines(budget: &Found) -> String {
+    let mut lines = Lines::new(terminal::width());
+    let last = budget.time.len() - 1;
+    let energy = |i: usize| budget.kinetic[i] + budget.contact[i];
+    let unit = budget
+        .units
+        .energy
+        .as_deref()
+        .map_or(String::new(), |unit| format!(" {unit}"));
+    let mut text = format!(
+        "{}{unit} at the start, {}{unit} at the end",
+        number(energy(0)),
+        number(energy(last))
+    );
+    for (what, value) in [("lost", budget.lost[last]), ("put in", budget.input[last])] {
+        if value != 0.0 {
+            text += &format!(", {}{unit} {what}", number(value));
+        }
+    }
+    lines.line("energy", &text);
+    if let Some(found) = &budget.wavenumber {
+        let low = found
+            .wavenumber
+            .partition_point(|k| *k <= found.edge * (1.0 + 1e-9));
+        if let Some(passed) = low.checked_sub(1).map(|last| found.integrated_flux[last]) {
+            let way = if passed < 0.0 { "below" } else { "above" };
+            let share = 100.0 * passed.abs() / budget.scale;
+            let text = format!(
+                "{share:.3} % of it has passed to {way} k = {}",
+                number(found.edge)
+            );
+            lines.line("wavenumber", &text);
+        }
+    }
+    if let Some(flow) = &budget.frequency {
+        let inner = budget.n_contacts.min(budget.n_sites.saturating_sub(1));
+        if inner > 1 {
+            let between = flow.between(0, inner - 1);
+            let text = format!(
+                "from the first contact to the last the band up to {} changed by {}, that above by \
+                 {}, {} stayed behind",
+                number(flow.edge),
+                number(between.low),
+                number(between.high),
+                number(between.behind)
+            );
+            lines.line("frequency", &text);
+        }
+    }
+    let closure = &budget.closure;
+    for (name, residual) in [
+        ("real space", &closure.real_space),
+        ("wavenumber", &closure.wavenumber),
+        ("frequency", &closure.frequency),
+        ("scale", &closure.scale),
+    ] {
+        let text = match residual {
+            Residual::Closed(value) => format!("closes to {} of the energy", error_size(*value)),
+            Residual::Undefined(reason) => format!("no balance: {reason}"),
+        };
+        lines.line(&format!("{name} balance"), &text);
+    }
+    lines.text
+}

@@ -1,0 +1,140 @@
+//! `cascade compare`: the budgets of two runs on one page.
+
+use std::io::{IsTerminal, Write};
+use std::path::PathBuf;
+
+use cascade::analyze::Observer;
+use cascade::budget::Budget;
+use cascade::field::file_hash;
+use cascade::plot::views;
+use cascade::report::{BudgetSummary, Provenance, ResultDirectory, RunFile, comparison_html};
+use clap::Args;
+use serde_json::{Value, json};
+
+use crate::analyze::use_threads;
+use crate::budget::{ViewArgs, command, compute, name_of};
+use crate::failure::Failure;
+use crate::progress::Progress;
+
+/// What `cascade compare` takes.
+#[derive(Debug, Args)]
+pub struct Compare {
+    /// Run file of `cascade simulate`, say of a chain that carries a localized wave.
+    pub first: PathBuf,
+    /// Another, say of a dispersive one.
+    pub second: PathBuf,
+    /// Directory for the results.
+    #[arg(long, short, value_name = "DIR", default_value = "comparison")]
+    pub out: PathBuf,
+    /// Replace an existing result.
+    #[arg(long)]
+    pub force: bool,
+    #[command(flatten)]
+    pub views: ViewArgs,
+    /// Print the summary as JSON on standard output.
+    #[arg(long)]
+    pub json: bool,
+    /// Print errors only.
+    #[arg(long, short)]
+    pub quiet: bool,
+}
+
+/// Version of the layout of a comparison's `summary.json`.
+const SCHEMA: &str = "cascade.compare/1";
+
+/// Runs the command.
+pub fn run(typed: Compare) -> Result<(), Failure> {
+    let progress = Progress::new(!typed.quiet && std::io::stderr().is_terminal());
+    use_threads(typed.views.threads.map(usize::from))?;
+    drop(ResultDirectory::create(&typed.out, typed.force)?);
+    let files = [RunFile::read(&typed.first)?, RunFile::read(&typed.second)?];
+    progress.begin_writing();
+    let directory = ResultDirectory::create(&typed.out, typed.force)?;
+    let paths = [&typed.first, &typed.second];
+    let mut budgets = Vec::with_capacity(2);
+    let mut parts = Vec::with_capacity(2);
+    for (path, file) in paths.into_iter().zip(&files) {
+        let found = compute(&typed.views, file, &Nowhere, &progress)?;
+        let input = path.display().to_string();
+        let provenance = Provenance::new(command(), Some(input), Some(file_hash(path)?));
+        let summary = BudgetSummary::new(&found, &provenance);
+        parts.push(serde_json::to_value(&summary).map_err(std::io::Error::from)?);
+        budgets.push(found);
+    }
+    let names = names(paths.map(|path| name_of(path)));
+    let both: [(&str, &Budget); 2] = [(&names[0], &budgets[0]), (&names[1], &budgets[1])];
+    let summary = json!({
+        "schema": SCHEMA,
+        "first": parts[0],
+        "second": parts[1],
+        "difference": difference(&parts[0], &parts[1]),
+    });
+    let json = serde_json::to_string_pretty(&summary).map_err(std::io::Error::from)?;
+    directory.write("summary.json", &json)?;
+    progress.stage("drawing", 1);
+    directory.write("report.html", comparison_html(both)?)?;
+    let together: Vec<_> = views(&both).into_iter().collect();
+    let formats = [cascade::plot::Format::Png, cascade::plot::Format::Svg];
+    cascade::plot::save_all(&together, &directory.path().join("figures"), &formats)?;
+    progress.check()?;
+    let published = directory.publish()?;
+    progress.clear();
+    let mut out = std::io::stdout().lock();
+    if typed.json {
+        writeln!(out, "{json}")?;
+    } else if !typed.quiet {
+        writeln!(out, "open {}", published.join("report.html").display())?;
+    }
+    Ok(())
+}
+
+/// Two names that differ.
+fn names([first, second]: [String; 2]) -> [String; 2] {
+    match first == second {
+        true => [format!("{first} (first)"), format!("{second} (second)")],
+        false => [first, second],
+    }
+}
+
+/// Second less first, wherever both hold a number under the same name.
+fn difference(first: &Value, second: &Value) -> Value {
+    match (first, second) {
+        (Value::Object(a), Value::Object(b)) => {
+            let pairs = a
+                .iter()
+                .filter_map(|(key, a)| Some((key, difference(a, b.get(key)?))));
+            let kept = pairs.filter(|(_, value)| !value.is_null());
+            let map: serde_json::Map<_, _> =
+                kept.map(|(key, value)| (key.clone(), value)).collect();
+            if map.is_empty() {
+                Value::Null
+            } else {
+                Value::Object(map)
+            }
+        }
+        (Value::Number(a), Value::Number(b)) => match (a.as_f64(), b.as_f64()) {
+            (Some(a), Some(b)) => json!(b - a),
+            _ => Value::Null,
+        },
+        _ => Value::Null,
+    }
+}
+
+/// Arrays over time are left out of a comparison.
+struct Nowhere;
+
+impl cascade::analyze::Sink for Nowhere {
+    fn reserve(&self, _: cascade::analyze::LargeArray, _: (usize, usize)) -> cascade::Result<()> {
+        Ok(())
+    }
+
+    fn put(
+        &self,
+        _: cascade::analyze::LargeArray,
+        _: usize,
+        _: usize,
+        _: ndarray::ArrayView2<f64>,
+    ) -> cascade::Result<()> {
+        Ok(())
+    }
+}

@@ -1,0 +1,294 @@
+//! Quadratures along the motion of a chain, for integrals over time of what has cusps where contacts
+//! open.
+//!
+//! A rate that holds `delta^{1/4}` beside smooth terms, as the transfer between wavenumbers does, is
+//! integrated slowly by any rule over samples or over steps. Here each step is made once to find
+//! the contacts that open or close inside it, and again from the same start, landing on the nodes of
+//! Gauss's rule between these times. Beside an opening at `t_o` the variable is `s` with
+//! `t - t_o ~ s^4`, in which all powers that are multiples of 1/4 are smooth.
+
+use super::lattice::Ends;
+use super::simulation::Simulation;
+use super::stepping::{
+    self, FIRST_CONTACT, FIRST_SITE, Mark, Quintic, State, StepControl, Stepping, openings,
+};
+use crate::analyze::Observer;
+use crate::error::{Error, Result};
+
+/// Nodes between two openings, and where nothing opens.
+const NODES: usize = 12;
+const SMOOTH_NODES: usize = 6;
+
+/// An opening is felt at so many lengths of a piece from it.
+const FELT: f64 = 2.0;
+
+/// Contacts with less than this share of the energy open unnoticed: what they put into a rate is its
+/// square root.
+const NOTICED: f64 = 1e-26;
+
+/// A place on the way.
+#[derive(Debug, Clone, Copy)]
+pub(crate) enum Visit {
+    /// A node of the quadrature, with its weight.
+    Node(f64),
+    Sample,
+}
+
+/// Displacements and velocities there.
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct Place<'a> {
+    pub(crate) t: f64,
+    pub(crate) x: &'a [f64],
+    pub(crate) v: &'a [f64],
+}
+
+impl Simulation {
+    /// Steps through `times`, rising from 0, with this error of a velocity a step relative to the
+    /// velocity scale, and calls `visit` at every sample and at the nodes between them, in order.
+    ///
+    /// # Errors
+    /// As [`Simulation::run`].
+    pub(crate) fn along(
+        &self,
+        times: &[f64],
+        local_error: f64,
+        observer: &dyn Observer,
+        visit: &mut dyn FnMut(Visit, Place),
+    ) -> Result<()> {
+        let end = times.last().copied().unwrap_or(0.0);
+        let scale = self.velocity_scale(end);
+        let control = StepControl::LocalError(local_error * scale);
+        let task = self.task(control, scale, false);
+        let largest_energy = self.chain.stored_energy(&self.displacement)
+            + 0.5 * scale * scale * self.chain.mass.iter().copied().fold(0.0, f64::max);
+        let mut walk = Walk {
+            simulation: self,
+            stepping: stepping::prepare(&task)?,
+            observer,
+            noticed: NOTICED * largest_energy,
+            smooth: stepping::gauss(SMOOTH_NODES),
+            beside: stepping::gauss(NODES),
+            opened: None,
+        };
+        let mut time = 0.0;
+        for &target in times {
+            while time < target {
+                time = walk.step(time, target, visit)?;
+            }
+            visit(Visit::Sample, walk.place(time));
+            observer.advance(1);
+            if observer.cancelled() {
+                return Err(Error::Cancelled);
+            }
+        }
+        Ok(())
+    }
+}
+
+struct Walk<'a> {
+    simulation: &'a Simulation,
+    stepping: Box<dyn Stepping>,
+    observer: &'a dyn Observer,
+    /// Energy of a contact whose opening counts.
+    noticed: f64,
+    smooth: Vec<(f64, f64)>,
+    beside: Vec<(f64, f64)>,
+    /// The last time at which a contact opened or closed.
+    opened: Option<f64>,
+}
+
+impl Walk<'_> {
+    fn place(&self, t: f64) -> Place<'_> {
+        let n = self.simulation.chain.n_sites();
+        let state = self.stepping.state();
+        Place {
+            t,
+            x: &state.x[FIRST_SITE..][..n],
+            v: &state.v[FIRST_SITE..][..n],
+        }
+    }
+
+    /// One step towards `target`; returns where it ends.
+    fn step(&mut self, from: f64, target: f64, visit: &mut dyn FnMut(Visit, Place)) -> Result<f64> {
+        let mark = self.stepping.mark();
+        let steps = ((target - from) / self.stepping.step()).ceil().max(1.0);
+        let to = if steps == 1.0 {
+            target
+        } else {
+            from + (target - from) / steps
+        };
+        self.stepping.advance_to(to, self.observer)?;
+        let allowed = self.stepping.step();
+        // What opens soon after the step is felt in it.
+        let middle = self.stepping.mark();
+        let beyond = to + (to - from);
+        self.stepping.advance_to(beyond, self.observer)?;
+        let soon = self.openings(&middle, beyond)?;
+        self.stepping.reset(&middle);
+        let inside = self.openings(&mark, to)?;
+        self.stepping.reset(&mark);
+        let opening = |t: f64, times: &[f64]| times.iter().copied().find(|other| *other > t);
+        let mut start = from;
+        for end in inside.iter().copied().chain([to]) {
+            let left = self.opened.filter(|t| *t <= start);
+            if end > start {
+                let right = opening(start, &inside).or(opening(start, &soon));
+                self.piece([start, end], [left, right], visit)?;
+                start = end;
+            }
+            if end < to || inside.last() == Some(&to) {
+                self.opened = Some(end);
+            }
+        }
+        self.stepping.advance_to(to, self.observer)?;
+        self.stepping.set_step(allowed);
+        Ok(to)
+    }
+
+    /// Visits the nodes of a piece, with the openings before and after it.
+    fn piece(
+        &mut self,
+        [from, to]: [f64; 2],
+        openings: [Option<f64>; 2],
+        visit: &mut dyn FnMut(Visit, Place),
+    ) -> Result<()> {
+        let length = to - from;
+        let [left, right] = openings;
+        let left = left.filter(|t| from - t < FELT * length);
+        let right = right.filter(|t| t - to < FELT * length);
+        let nodes: Vec<(f64, f64)> = match (left, right) {
+            (Some(_), Some(_)) => {
+                let middle = from + 0.5 * length;
+                self.piece([from, middle], [left, None], visit)?;
+                return self.piece([middle, to], [None, right], visit);
+            }
+            (None, None) => {
+                let on = |&(s, w): &(f64, f64)| (from + length * s, length * w);
+                self.smooth.iter().map(on).collect()
+            }
+            (Some(opening), None) => self.graded(opening, from, to),
+            (None, Some(opening)) => {
+                let mut nodes = self.graded(opening, to, from);
+                nodes.reverse();
+                nodes
+            }
+        };
+        for (t, weight) in nodes {
+            self.stepping.advance_to(t, self.observer)?;
+            visit(Visit::Node(weight), self.place(t));
+        }
+        Ok(())
+    }
+
+    /// Nodes between `near` and `far` of an opening, even in `s` with `t = opening +- s^4`.
+    fn graded(&self, opening: f64, near: f64, far: f64) -> Vec<(f64, f64)> {
+        let sign = (far - near).signum();
+        let root = |t: f64| (sign * (t - opening)).max(0.0).sqrt().sqrt();
+        let (first, last) = (root(near), root(far));
+        let on = |&(node, w): &(f64, f64)| {
+            let s = first + (last - first) * node;
+            let cube = s * s * s;
+            (opening + sign * cube * s, 4.0 * cube * (last - first) * w)
+        };
+        self.beside.iter().map(on).collect()
+    }
+
+    /// The times inside a step at which contacts open or close, to the last digits.
+    fn openings(&mut self, mark: &Mark, to: f64) -> Result<Vec<f64>> {
+        let chain = &self.simulation.chain;
+        if !chain.law.is_one_sided() {
+            return Ok(Vec::new());
+        }
+        let h = to - mark.time;
+        let mut found: Vec<(f64, usize)> = Vec::new();
+        let [start, end] = [&mark.state, self.stepping.state()];
+        let first = if chain.has_left_wall() {
+            1
+        } else {
+            FIRST_CONTACT
+        };
+        for s in first..FIRST_CONTACT + chain.n_contacts() {
+            let d0 = self.static_overlap(s);
+            let of = |state: &State| d0 + state.x[s - 1] - state.x[s];
+            let closing = |state: &State| h * (state.v[s - 1] - state.v[s]);
+            let (before, after) = (of(start), of(end));
+            let crosses = (before > 0.0) != (after > 0.0);
+            let (closing, closing_end) = (closing(start), closing(end));
+            let grazes = closing * closing_end < 0.0
+                && before.abs().min(after.abs()) < closing.abs() + closing_end.abs();
+            if !crosses && !grazes {
+                continue;
+            }
+            let most = before.max(after).max(closing.abs() + closing_end.abs());
+            if self.energy(s, most) < self.noticed {
+                continue;
+            }
+            let bend = |state: &State| {
+                h * h * (self.acceleration(s - 1, state) - self.acceleration(s, state))
+            };
+            let path = Quintic::hermite(
+                [before, closing, bend(start)],
+                [after, closing_end, bend(end)],
+            );
+            found.extend(openings(&path).map(|share| (mark.time + h * share, s)));
+        }
+        found.sort_by(|a, b| a.0.total_cmp(&b.0));
+        self.refine(mark, to, found)
+    }
+
+    /// One step of Newton's method from each time, on the motion itself.
+    fn refine(&mut self, mark: &Mark, to: f64, found: Vec<(f64, usize)>) -> Result<Vec<f64>> {
+        if found.is_empty() {
+            return Ok(Vec::new());
+        }
+        self.stepping.reset(mark);
+        let mut times = Vec::with_capacity(found.len());
+        for (t, s) in found {
+            self.stepping.advance_to(t, self.observer)?;
+            let d0 = self.static_overlap(s);
+            let state = self.stepping.state();
+            let closing = state.v[s - 1] - state.v[s];
+            let off = (d0 + state.x[s - 1] - state.x[s]) / closing;
+            // Where the contact only grazes, the interpolant knows better.
+            let small = off.abs() < 1e-3 * (to - mark.time);
+            let refined = if small { t - off } else { t };
+            times.push(refined.clamp(mark.time, to));
+        }
+        times.sort_by(f64::total_cmp);
+        Ok(times)
+    }
+
+    fn coefficient(&self, s: usize) -> f64 {
+        let chain = &self.simulation.chain;
+        match (s.checked_sub(FIRST_CONTACT), chain.ends) {
+            (Some(j), _) => chain.coefficient[j],
+            (None, Ends::Fixed { left_coefficient }) => left_coefficient,
+            (None, _) => 0.0,
+        }
+    }
+
+    fn static_overlap(&self, s: usize) -> f64 {
+        let chain = &self.simulation.chain;
+        chain
+            .law
+            .static_overlap(self.coefficient(s), chain.precompression)
+    }
+
+    /// Energy of contact s at an overlap.
+    fn energy(&self, s: usize, overlap: f64) -> f64 {
+        self.simulation
+            .chain
+            .law
+            .energy(self.coefficient(s), 0.0, overlap)
+    }
+
+    /// Acceleration of place s.
+    fn acceleration(&self, s: usize, state: &State) -> f64 {
+        let chain = &self.simulation.chain;
+        let Some(mass) = s.checked_sub(FIRST_SITE).and_then(|j| chain.mass.get(j)) else {
+            return 0.0;
+        };
+        let right = state.force.get(s + 1).copied().unwrap_or(0.0);
+        (state.force[s] - right - chain.losses.drag * state.v[s]) / mass
+    }
+}

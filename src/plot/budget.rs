@@ -1,0 +1,305 @@
+//! Figures of a budget: maps of its fluxes, what passed and what stayed, and its views side by side.
+
+use super::axis::Axis;
+use super::curve::{self, BLUE, Curve, GREEN, LEVEL, PURPLE, VERMILLION};
+use super::figures::{Sheet, WHITE, values};
+use super::panel::{self, Panel};
+use super::scale::Scale;
+use super::scene::{Anchor, INK, Rect, Scene};
+use super::{Figure, Format};
+use crate::Result;
+use crate::analyze::Map;
+use crate::budget::{Budget, Residual};
+
+const WIDTH: u32 = 1200;
+const LEFT: f64 = 140.0;
+const RIGHT: f64 = 1165.0;
+
+/// Colour scales that two budgets share, so that their pictures compare.
+#[derive(Debug, Clone)]
+pub struct SharedScales<'a>(pub &'a [&'a Budget]);
+
+impl SharedScales<'_> {
+    fn of<'b>(&'b self, map: impl Fn(&'b Budget) -> Option<&'b Map>) -> impl Iterator<Item = f64> {
+        let maps: Vec<&Map> = self.0.iter().copied().filter_map(map).collect();
+        let all: Vec<f64> = maps.into_iter().flat_map(values).collect();
+        all.into_iter()
+    }
+}
+
+/// All figures of a budget called `name`, in the order of reading, on scales shared with others.
+pub fn budget_figures(budget: &Budget, name: &str, shared: &SharedScales) -> Vec<Figure> {
+    let closure = &budget.closure;
+    let mut figures = vec![
+        energies(budget, name),
+        flux_map(budget, &captioned(name, &closure.real_space), shared),
+        passed(budget, &captioned(name, &closure.frequency)),
+    ];
+    if let Some(flow) = &budget.frequency {
+        let name = captioned(name, &closure.frequency);
+        let mut sheet = Sheet::new(
+            "Power flow P(f) through each contact",
+            &name,
+            &flow.map,
+            None,
+        );
+        let all = shared.of(|budget| Some(&budget.frequency.as_ref()?.map));
+        sheet.draw_map(&flow.map, clipped(all));
+        sheet.mark_frequency_edge(Some(flow.edge), INK);
+        figures.push(sheet.figure("power-flow"));
+    }
+    if let Some(found) = &budget.wavenumber {
+        let name = captioned(name, &closure.wavenumber);
+        let second = Some(("k a / π".to_owned(), budget.pitch / std::f64::consts::PI));
+        let edge = found.edge.is_finite().then_some(found.edge);
+        let title = "Energy spectrum E(k, t)";
+        let mut sheet = Sheet::new(title, &name, &found.energy_map, second.clone());
+        let all = shared.of(|budget| Some(&budget.wavenumber.as_ref()?.energy_map));
+        sheet.draw_map(&found.energy_map, Scale::log(all));
+        sheet.mark_wavenumber_edge(edge, WHITE);
+        figures.push(sheet.figure("energy-spectrum"));
+        let title = "Spectral flux Π(k, t), towards high k";
+        let mut sheet = Sheet::new(title, &name, &found.flux_map, second);
+        let all = shared.of(|budget| Some(&budget.wavenumber.as_ref()?.flux_map));
+        sheet.draw_map(&found.flux_map, clipped(all));
+        sheet.mark_wavenumber_edge(edge, INK);
+        figures.push(sheet.figure("spectral-flux"));
+    }
+    if let Some(scales) = &budget.scales
+        && let Some(map) = &scales.flux_map
+    {
+        let title = format!("Scale flux Π_l(x, t) at l = {:.4}", scales.map_scale);
+        let name = captioned(name, &closure.scale);
+        let mut sheet = Sheet::new(&title, &name, map, None);
+        let all = shared.of(|budget| budget.scales.as_ref()?.flux_map.as_ref());
+        sheet.draw_map(map, clipped(all));
+        figures.push(sheet.figure("scale-flux"));
+    }
+    figures.extend(views(&[(name, budget)]));
+    figures
+}
+
+/// The files of figures, in one format.
+///
+/// # Errors
+/// [`crate::Error::Draw`].
+pub fn encode_all(figures: &[Figure], format: Format) -> Result<Vec<Vec<u8>>> {
+    use rayon::prelude::*;
+    figures
+        .par_iter()
+        .map(|figure| figure.encode(format))
+        .collect()
+}
+
+/// A scale about zero that ends where one cell in two hundred that are not 0 is beyond it: what
+/// happens at the striker would hide the rest.
+fn clipped(values: impl Iterator<Item = f64>) -> Scale {
+    let mut sizes: Vec<f64> = values.map(f64::abs).filter(|size| *size > 0.0).collect();
+    sizes.sort_by(f64::total_cmp);
+    let kept = (0.995 * sizes.len() as f64).ceil() as usize;
+    Scale::diverging(sizes.into_iter().take(kept))
+}
+
+fn captioned(name: &str, residual: &Residual) -> String {
+    match residual {
+        Residual::Closed(value) => format!("{name}; balance closes to {value:.1e}"),
+        Residual::Undefined(_) => name.to_owned(),
+    }
+}
+
+fn flux_map(budget: &Budget, name: &str, shared: &SharedScales) -> Figure {
+    let map = &budget.flux_map;
+    let mut sheet = Sheet::new("Energy flux J(x, t), towards +x", name, map, None);
+    sheet.draw_map(map, clipped(shared.of(|budget| Some(&budget.flux_map))));
+    sheet.figure("energy-flux")
+}
+
+fn span(axis: &[f64]) -> (f64, f64) {
+    match axis {
+        [first, .., last] => (*first, *last),
+        _ => (0.0, 1.0),
+    }
+}
+
+fn rect(top: f64, bottom: f64) -> Rect {
+    Rect {
+        left: LEFT,
+        top,
+        right: RIGHT,
+        bottom,
+    }
+}
+
+/// Motion, contacts, losses and input over time.
+fn energies(budget: &Budget, name: &str) -> Figure {
+    let mut scene = Scene::new(&format!("Energy over time: {name}"), WIDTH, 560);
+    panel::heading(&mut scene, "Energy over time", name);
+    let x = &budget.time[..];
+    let curve = |label, color, y| Curve { label, color, x, y };
+    let total: Vec<f64> = budget
+        .kinetic
+        .iter()
+        .zip(&budget.contact)
+        .map(|(a, b)| a + b)
+        .collect();
+    let mut curves = vec![
+        curve("in the chain", INK, &total),
+        curve("of motion", BLUE, &budget.kinetic),
+        curve("of contacts", VERMILLION, &budget.contact),
+    ];
+    let any = |values: &[f64]| values.iter().any(|value| *value != 0.0);
+    if any(&budget.lost) {
+        curves.push(curve("lost", GREEN, &budget.lost));
+    }
+    if any(&budget.input) {
+        curves.push(curve("put in", PURPLE, &budget.input));
+    }
+    let all = curves.iter().flat_map(|curve| curve.y.iter().copied());
+    let y = Axis::around(&budget.units.energy("energy"), all);
+    let (first, last) = span(x);
+    let panel = Panel::new(
+        rect(105.0, 475.0),
+        Axis::linear(&budget.units.time(), first, last),
+        y,
+    );
+    curve::draw_all(&mut scene, &panel, &curves);
+    Figure {
+        name: "energies",
+        scene,
+    }
+}
+
+/// Energy passed by the end through each contact, in either band, and what stayed behind.
+fn passed(budget: &Budget, name: &str) -> Figure {
+    let mut scene = Scene::new(&format!("Energy passed along x: {name}"), WIDTH, 560);
+    panel::heading(&mut scene, "Energy passed along x", name);
+    let x = positions(budget);
+    let curve = |label, color, y| Curve {
+        label,
+        color,
+        x: &x,
+        y,
+    };
+    let mut curves = vec![curve("passed by the end", INK, &budget.passed[..])];
+    let (low, high);
+    if let Some(flow) = &budget.frequency {
+        low = format!("low band (up to {:.3})", flow.edge);
+        high = "high band";
+        curves.push(curve(&low, BLUE, &flow.low));
+        curves.push(curve(high, VERMILLION, &flow.high));
+    }
+    curves.push(curve("held behind at the end", GREEN, &budget.left_behind));
+    let all = curves.iter().flat_map(|curve| curve.y.iter().copied());
+    let y = Axis::around(&budget.units.energy("energy"), all);
+    let (first, last) = span(&x);
+    let place = Axis::linear(&budget.units.position(), first, last);
+    let panel = Panel::new(rect(105.0, 475.0), place, y);
+    curve::draw_all(&mut scene, &panel, &curves);
+    Figure {
+        name: "energy-passed",
+        scene,
+    }
+}
+
+fn positions(budget: &Budget) -> Vec<f64> {
+    (0..budget.n_contacts)
+        .map(|j| budget.pitch * (j as f64 + 0.5))
+        .collect()
+}
+
+/// The views of one budget, or of several, side by side: energy that has passed from low to high k,
+/// out of the scales larger than l, and through x. Shares of the largest energy.
+pub fn views(budgets: &[(&str, &Budget)]) -> Option<Figure> {
+    const COLORS: [[u8; 3]; 3] = [BLUE, VERMILLION, GREEN];
+    budgets
+        .iter()
+        .find(|(_, budget)| budget.wavenumber.is_some())?;
+    let names: Vec<&str> = budgets.iter().map(|(name, _)| *name).collect();
+    let name = names.join(" and ");
+    let mut scene = Scene::new(&format!("Views of the energy: {name}"), WIDTH, 985);
+    panel::heading(&mut scene, "Where the energy went", &name);
+    let share = |values: &[f64], budget: &Budget| -> Vec<f64> {
+        values.iter().map(|value| value / budget.scale).collect()
+    };
+    let mut curves: Vec<(String, Vec<f64>, Vec<f64>, [u8; 3])> = Vec::new();
+    let mut places: Vec<(String, Vec<f64>, Vec<f64>, [u8; 3])> = Vec::new();
+    const LIGHT: [[u8; 3]; 3] = [[0x56, 0xb4, 0xe9], [0xe6, 0x9f, 0x00], PURPLE];
+    for ((name, budget), (dark, light)) in budgets.iter().zip(COLORS.into_iter().zip(LIGHT)) {
+        let label = |what: &str| match budgets.len() {
+            1 => what.to_owned(),
+            _ => format!("{name}: {what}"),
+        };
+        if let Some(found) = &budget.wavenumber {
+            if budgets.len() == 1 {
+                let flux = share(&found.integrated_flux, budget);
+                curves.push((
+                    label("over k, whole record"),
+                    found.wavenumber.clone(),
+                    flux,
+                    INK,
+                ));
+            }
+            let flux = share(&found.late_flux, budget);
+            curves.push((label("over k"), found.wavenumber.clone(), flux, dark));
+        }
+        if let Some(scales) = &budget.scales {
+            let k = |l: f64| 2.0 * std::f64::consts::PI / l;
+            let at = scales.scales.iter().map(|scale| k(scale.scale)).collect();
+            let flux = share(&scales.integrated_flux, budget);
+            curves.push((label("over 2π/l"), at, flux, light));
+        }
+        places.push((
+            label("passed x"),
+            positions(budget),
+            share(&budget.passed, budget),
+            dark,
+        ));
+    }
+    let draw = |scene: &mut Scene,
+                rect: Rect,
+                x: &str,
+                y: &str,
+                all: &[(String, Vec<f64>, Vec<f64>, [u8; 3])]| {
+        let highest = all
+            .iter()
+            .flat_map(|(_, x, _, _)| x)
+            .fold(0.0, |m: f64, x| m.max(*x));
+        let y = Axis::around(y, all.iter().flat_map(|(_, _, y, _)| y.iter().copied()));
+        let panel = Panel::new(rect, Axis::linear(x, 0.0, highest), y);
+        let curves: Vec<Curve> = all
+            .iter()
+            .map(|(label, x, y, color)| Curve {
+                label,
+                color: *color,
+                x,
+                y,
+            })
+            .collect();
+        curve::draw_all(scene, &panel, &curves);
+        curve::level(scene, &panel, 0.0, LEVEL);
+    };
+    let units = &budgets[0].1.units;
+    let flux = "passed to higher k, or smaller scales (share of the energy)";
+    draw(
+        &mut scene,
+        rect(105.0, 425.0),
+        &units.wavenumber(),
+        flux,
+        &curves,
+    );
+    let through = "passed through x (share of the energy)";
+    draw(
+        &mut scene,
+        rect(555.0, 875.0),
+        &units.position(),
+        through,
+        &places,
+    );
+    let note = "over k: the second half of the record, when the impact is taken up; over l: where the \
+                filter fits into the chain";
+    scene.text(note, (RIGHT, 962.0), panel::TICK_SIZE, Anchor::End);
+    Some(Figure {
+        name: "views",
+        scene,
+    })
+}

@@ -1,0 +1,323 @@
+//! `summary.json` of a budget, and the small arrays of `budget.npz`.
+
+use serde::Serialize;
+use serde_json::{Map, Value, json};
+
+use super::{Archive, Provenance};
+use crate::budget::{
+    Between, Budget, BudgetUnits, Closure, FrequencyFlow, Identities, Integration, ScaleBudget,
+    ScaleOf, WavenumberBudget,
+};
+use crate::error::Result;
+
+/// Version of the layout of a budget's `summary.json` and `budget.npz`.
+pub const BUDGET_SCHEMA: &str = "cascade.budget/1";
+
+/// The summary of a budget; undefined numbers are `null`.
+#[derive(Debug, Serialize)]
+pub struct BudgetSummary<'a> {
+    schema: &'static str,
+    provenance: &'a Provenance,
+    sites: usize,
+    contacts: usize,
+    samples: usize,
+    duration: f64,
+    units: &'a BudgetUnits,
+    conventions: Conventions,
+    energy: Energies,
+    wavenumber: Option<WavenumberSummary>,
+    frequency: Option<FrequencySummary>,
+    scale: Option<Vec<ScaleSummary>>,
+    closure: ClosureSummary,
+}
+
+#[derive(Debug, Serialize)]
+struct Conventions {
+    flux: &'static str,
+    wavenumber: &'static str,
+    power_flow: &'static str,
+    residuals: &'static str,
+}
+
+#[derive(Debug, Serialize)]
+struct Energies {
+    start: f64,
+    end: f64,
+    kinetic_end: f64,
+    contact_end: f64,
+    lost: f64,
+    put_in: f64,
+    /// Through the last contact between two sites.
+    passed: Option<f64>,
+    followed_inside_the_steps: bool,
+}
+
+#[derive(Debug, Serialize)]
+struct WavenumberSummary {
+    basis: crate::budget::Basis,
+    band_edge: Option<f64>,
+    /// Energy that has passed from below the edge to above, net, over the largest energy.
+    share_passed: Option<f64>,
+    direction: Option<&'static str>,
+    /// Mean flux through the edge.
+    rate: Option<f64>,
+    /// Wavenumber through which most has passed, either way, and how much.
+    largest_passage: Option<Passage>,
+    centroid_start: Option<f64>,
+    centroid_end: Option<f64>,
+    optical_share_start: Option<f64>,
+    optical_share_end: Option<f64>,
+}
+
+#[derive(Debug, Serialize)]
+struct Passage {
+    wavenumber: f64,
+    share: f64,
+}
+
+#[derive(Debug, Serialize)]
+struct FrequencySummary {
+    band_edge: Option<f64>,
+    /// From the first contact to the middle and to the last that joins two sites.
+    between: Vec<Between>,
+}
+
+#[derive(Debug, Serialize)]
+struct ScaleSummary {
+    #[serde(flatten)]
+    of: ScaleOf,
+    contacts: [usize; 2],
+    integrated_flux: f64,
+    residual: Option<f64>,
+}
+
+/// Residuals; where one is `null`, `reasons` says why.
+#[derive(Debug, Clone, Serialize)]
+pub struct ClosureSummary {
+    real_space: Option<f64>,
+    wavenumber: Option<f64>,
+    frequency: Option<f64>,
+    scale: Option<f64>,
+    integration: Option<Integration>,
+    identities: Option<Identities>,
+    #[serde(skip_serializing_if = "Map::is_empty")]
+    reasons: Map<String, Value>,
+}
+
+impl ClosureSummary {
+    /// Of a budget.
+    pub fn of(closure: &Closure) -> ClosureSummary {
+        let named = [
+            ("real_space", &closure.real_space),
+            ("wavenumber", &closure.wavenumber),
+            ("frequency", &closure.frequency),
+            ("scale", &closure.scale),
+        ];
+        let reasons = named
+            .iter()
+            .filter_map(|(name, residual)| Some(((*name).into(), json!(residual.reason()?))));
+        ClosureSummary {
+            real_space: closure.real_space.value(),
+            wavenumber: closure.wavenumber.value(),
+            frequency: closure.frequency.value(),
+            scale: closure.scale.value(),
+            integration: Some(closure.integration),
+            identities: Some(closure.identities),
+            reasons: reasons.collect(),
+        }
+    }
+
+    /// Of a field for which there is no budget.
+    pub fn undefined(reason: &str) -> ClosureSummary {
+        let names = ["real_space", "wavenumber", "frequency", "scale"];
+        ClosureSummary {
+            real_space: None,
+            wavenumber: None,
+            frequency: None,
+            scale: None,
+            integration: None,
+            identities: None,
+            reasons: names
+                .into_iter()
+                .map(|name| (name.into(), reason.into()))
+                .collect(),
+        }
+    }
+}
+
+impl<'a> BudgetSummary<'a> {
+    /// Gathers the summary of `budget`; computes nothing new.
+    pub fn new(budget: &'a Budget, provenance: &'a Provenance) -> Self {
+        let last = budget.time.len() - 1;
+        let total = |i: usize| budget.kinetic[i] + budget.contact[i];
+        BudgetSummary {
+            schema: BUDGET_SCHEMA,
+            provenance,
+            sites: budget.n_sites,
+            contacts: budget.n_contacts,
+            samples: budget.time.len(),
+            duration: budget.time[last] - budget.time[0],
+            units: &budget.units,
+            conventions: Conventions {
+                flux: "J positive towards +x; spectral and scale fluxes positive towards high k \
+                       and small scales",
+                wavenumber: "rad per unit of length; E and T hold both signs of k and sum to the \
+                             energy and to 0",
+                power_flow: "one-sided; its sum times df is the energy passed",
+                residuals: "largest over all samples, relative to the largest energy of the chain",
+            },
+            energy: Energies {
+                start: total(0),
+                end: total(last),
+                kinetic_end: budget.kinetic[last],
+                contact_end: budget.contact[last],
+                lost: budget.lost[last],
+                put_in: budget.input[last],
+                passed: inner_contacts(budget).last().map(|j| budget.passed[j]),
+                followed_inside_the_steps: budget.followed,
+            },
+            wavenumber: budget
+                .wavenumber
+                .as_ref()
+                .map(|found| wavenumber(budget, found)),
+            frequency: budget
+                .frequency
+                .as_ref()
+                .map(|flow| frequency(budget, flow)),
+            scale: budget.scales.as_ref().map(scales),
+            closure: ClosureSummary::of(&budget.closure),
+        }
+    }
+
+    /// The summary as indented JSON.
+    ///
+    /// # Errors
+    /// None in practice: every part is plain data.
+    pub fn to_json(&self) -> serde_json::Result<String> {
+        serde_json::to_string_pretty(self)
+    }
+}
+
+/// Contacts between two sites.
+fn inner_contacts(budget: &Budget) -> std::ops::Range<usize> {
+    0..budget.n_contacts.min(budget.n_sites.saturating_sub(1))
+}
+
+fn defined(x: f64) -> Option<f64> {
+    x.is_finite().then_some(x)
+}
+
+fn wavenumber(budget: &Budget, found: &WavenumberBudget) -> WavenumberSummary {
+    let low = found
+        .wavenumber
+        .partition_point(|k| *k <= found.edge * (1.0 + 1e-9));
+    let passed = low.checked_sub(1).map(|last| found.integrated_flux[last]);
+    let passed = passed.filter(|_| budget.scale > 0.0 && found.edge.is_finite());
+    let duration = budget.time[budget.time.len() - 1] - budget.time[0];
+    let most = found.integrated_flux.iter().zip(&found.wavenumber);
+    let most = most.max_by(|a, b| a.0.abs().total_cmp(&b.0.abs()));
+    let optical = |last: bool| {
+        let energy = &found.branches.as_ref()?.optical_energy;
+        let i = if last { energy.len() - 1 } else { 0 };
+        defined(energy[i] / (budget.kinetic[i] + budget.contact[i]))
+    };
+    WavenumberSummary {
+        basis: found.basis,
+        band_edge: defined(found.edge),
+        share_passed: passed.map(|passed| passed / budget.scale),
+        direction: passed.map(|passed| match passed {
+            up if up > 0.0 => "towards high k",
+            down if down < 0.0 => "towards low k",
+            _ => "none",
+        }),
+        rate: passed.map(|passed| passed / duration),
+        largest_passage: most
+            .filter(|_| budget.scale > 0.0)
+            .map(|(flux, k)| Passage {
+                wavenumber: *k,
+                share: flux / budget.scale,
+            }),
+        centroid_start: found.centroid.first().copied().and_then(defined),
+        centroid_end: found.centroid.last().copied().and_then(defined),
+        optical_share_start: optical(false),
+        optical_share_end: optical(true),
+    }
+}
+
+fn frequency(budget: &Budget, flow: &FrequencyFlow) -> FrequencySummary {
+    let inner = inner_contacts(budget);
+    let between = match inner.len() {
+        0 | 1 => Vec::new(),
+        2 => vec![flow.between(0, 1)],
+        n => vec![
+            flow.between(0, n / 2),
+            flow.between(n / 2, n - 1),
+            flow.between(0, n - 1),
+        ],
+    };
+    FrequencySummary {
+        band_edge: defined(flow.edge),
+        between,
+    }
+}
+
+fn scales(found: &ScaleBudget) -> Vec<ScaleSummary> {
+    let rows = found.scales.iter().enumerate();
+    rows.map(|(i, of)| ScaleSummary {
+        of: *of,
+        contacts: found.contacts[i],
+        integrated_flux: found.integrated_flux[i],
+        residual: found.residual[i].and_then(defined),
+    })
+    .collect()
+}
+
+/// Appends the arrays of one dimension, under the names of the manual.
+///
+/// # Errors
+/// [`crate::Error::Write`].
+pub fn write_budget_arrays(budget: &Budget, archive: &Archive) -> Result<()> {
+    let line = |name: &str, values: &[f64]| match values.is_empty() {
+        true => Ok(()),
+        false => archive.append(name, &[values.len()], values),
+    };
+    let places = |n: usize, first: f64| -> Vec<f64> {
+        (0..n).map(|j| budget.pitch * (j as f64 + first)).collect()
+    };
+    line("time", &budget.time)?;
+    line("position", &places(budget.n_sites, 0.0))?;
+    line("contact_position", &places(budget.n_contacts, 0.5))?;
+    line("kinetic_energy", &budget.kinetic)?;
+    line("contact_energy", &budget.contact)?;
+    line("lost_energy", &budget.lost)?;
+    line("input_energy", &budget.input)?;
+    line("left_behind", &budget.left_behind)?;
+    if let Some(found) = &budget.wavenumber {
+        line("wavenumber", &found.wavenumber)?;
+        line("wavenumber_centroid", &found.centroid)?;
+        line("low_wavenumber_energy", &found.low_energy)?;
+        line("band_edge_flux", &found.edge_flux)?;
+        if let Some(branches) = &found.branches {
+            line("cell_wavenumber", &branches.wavenumber)?;
+            line("optical_energy", &branches.optical_energy)?;
+            line("optical_transfer", &branches.optical_transfer)?;
+        }
+    }
+    if let Some(flow) = &budget.frequency {
+        line("frequency", &flow.frequency)?;
+        line("low_frequency_passed", &flow.low)?;
+        line("high_frequency_passed", &flow.high)?;
+    }
+    if let Some(found) = &budget.scales {
+        let of =
+            |value: fn(&ScaleOf) -> f64| -> Vec<f64> { found.scales.iter().map(value).collect() };
+        line("scale", &of(|scale| scale.scale))?;
+        line("scale_sigma", &of(|scale| scale.sigma.unwrap_or(f64::NAN)))?;
+        line(
+            "scale_cutoff_wavenumber",
+            &of(|scale| scale.cutoff_wavenumber),
+        )?;
+        line("integrated_scale_flux", &found.integrated_flux)?;
+    }
+    Ok(())
+}
