@@ -99,6 +99,31 @@ impl<'a> Contacts<'a> {
         left - right
     }
 
+    /// Difference of the values at the sites that contact i joins, 0 at walls.
+    pub(super) fn apart(&self, i: usize, values: &[f64]) -> f64 {
+        let [left, right] = self.sites(i).map(|site| site.map_or(0.0, |j| values[j]));
+        left - right
+    }
+
+    /// Accelerations of the sites by the contacts of `state`, drag and a push from outside.
+    pub(super) fn accelerations(&self, v: &[f64], state: &ContactState) -> Vec<f64> {
+        let forces = state.elastic.iter().zip(&state.damping);
+        let force: Vec<f64> = forces.map(|(elastic, damping)| elastic + damping).collect();
+        let masses = self.chain.mass.iter().enumerate();
+        let push = |j: usize| if j == 0 { state.push } else { 0.0 };
+        masses
+            .map(|(j, mass)| {
+                (self.push_on(j, &force) + push(j) - self.chain.losses.drag * v[j]) / mass
+            })
+            .collect()
+    }
+
+    /// Static overlap of contact i, where it can open.
+    pub(super) fn opens_at(&self, i: usize) -> Option<f64> {
+        let one_sided = self.chain.law.is_one_sided();
+        one_sided.then_some(-self.static_overlap[i])
+    }
+
     /// Fills `state` from displacements and velocities at time t.
     pub(super) fn evaluate(&self, t: f64, x: &[f64], v: &[f64], state: &mut ContactState) {
         state.resize(self.len());
@@ -119,18 +144,14 @@ impl<'a> Contacts<'a> {
             let (c, d0) = (self.coefficient[i], self.static_overlap[i]);
             let force = law.force(c, d0, r);
             let energy = law.energy(c, d0, r);
-            let phi = energy.max(0.0).sqrt().copysign(r);
+            let (phi, slope) = law.root_energy(c, d0, r);
             state.overlap[i] = r;
             state.closing[i] = closing;
             state.elastic[i] = force;
             state.damping[i] = self.chain.damping(c, r, closing);
             state.energy[i] = energy;
             state.phi[i] = phi;
-            state.phi_slope[i] = if phi == 0.0 {
-                (0.5 * law.stiffness(c, d0, r)).sqrt()
-            } else {
-                0.5 * force / phi
-            };
+            state.phi_slope[i] = slope;
         }
     }
 

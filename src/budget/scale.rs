@@ -123,7 +123,8 @@ impl<'a> Scales<'a> {
             // Sites and contacts next to an end are not those of the cell, and neither counts.
             let inside = |count: usize| {
                 let edge = cell * of.reach + 1;
-                edge..count.saturating_sub(edge).max(edge)
+                // The site on the right of a contact counts too.
+                edge..count.saturating_sub(edge + 1).max(edge)
             };
             let (contacts, sites) = match periodic {
                 true => (0..m, 0..n),
@@ -157,6 +158,11 @@ impl<'a> Scales<'a> {
         })
     }
 
+    /// The filter of this scale.
+    pub(super) fn at(&self, scale: f64) -> Option<&Planned> {
+        self.scales.iter().find(|planned| planned.of.scale == scale)
+    }
+
     pub(super) fn scratch(&self) -> ScaleScratch {
         let work = self
             .forward
@@ -175,11 +181,7 @@ impl<'a> Scales<'a> {
     /// Transforms the rows of one instant, for [`Scales::terms`] at every scale.
     pub(super) fn load(&self, at: Instant, scratch: &mut ScaleScratch) {
         let ScaleScratch {
-            contacts: state,
-            input,
-            work,
-            transformed,
-            ..
+            contacts: state, ..
         } = scratch;
         self.contacts.evaluate(at.t, at.x, at.v, state);
         let total: Vec<f64> = match self.lossy {
@@ -191,27 +193,62 @@ impl<'a> Scales<'a> {
                 .collect(),
             false => Vec::new(),
         };
-        let force = if self.lossy { &total } else { &state.elastic };
         let offset = self.contacts.offset;
-        let rows = [
-            &force[offset..],
-            &state.overlap[offset..],
-            at.v,
-            &state.damping[offset..],
-        ];
-        let kinds = if self.lossy { 4 } else { 3 };
-        for (kind, row) in rows.into_iter().take(kinds).enumerate() {
-            for sublattice in 0..self.cell {
-                input.fill(0.0);
-                let values = row.iter().skip(sublattice).step_by(self.cell);
-                for (input, value) in input.iter_mut().zip(values) {
-                    *input = *value;
-                }
-                let out = &mut transformed[kind * self.cell + sublattice];
-                // The lengths are the plan's own, so this cannot fail.
-                let _ = self.forward.process_with_scratch(input, out, work);
-            }
+        let force = match self.lossy {
+            true => total,
+            false => state.elastic.clone(),
+        };
+        let (overlap, damping) = (state.overlap.clone(), state.damping.clone());
+        self.transform(0, &force[offset..], scratch);
+        self.transform(1, &overlap[offset..], scratch);
+        self.transform(2, at.v, scratch);
+        if self.lossy {
+            self.transform(3, &damping[offset..], scratch);
         }
+    }
+
+    /// Transforms a row, sublattice by sublattice.
+    fn transform(&self, kind: usize, row: &[f64], scratch: &mut ScaleScratch) {
+        let ScaleScratch {
+            input,
+            work,
+            transformed,
+            ..
+        } = scratch;
+        for sublattice in 0..self.cell {
+            input.fill(0.0);
+            let values = row.iter().skip(sublattice).step_by(self.cell);
+            for (input, value) in input.iter_mut().zip(values) {
+                *input = *value;
+            }
+            let out = &mut transformed[kind * self.cell + sublattice];
+            // The lengths are the plan's own, so this cannot fail.
+            let _ = self.forward.process_with_scratch(input, out, work);
+        }
+    }
+
+    /// Filtered overlaps, their rates and curvatures at an instant, at one scale.
+    pub(super) fn overlaps(
+        &self,
+        planned: &Planned,
+        at: Instant,
+        scratch: &mut ScaleScratch,
+    ) -> [Vec<f64>; 3] {
+        self.contacts
+            .evaluate(at.t, at.x, at.v, &mut scratch.contacts);
+        let acceleration = self.contacts.accelerations(at.v, &scratch.contacts);
+        let m = self.contacts.chain().n_contacts();
+        let offset = self.contacts.offset;
+        let apart = |values: &[f64]| -> Vec<f64> {
+            (0..m)
+                .map(|j| self.contacts.apart(j + offset, values))
+                .collect()
+        };
+        [at.x, at.v, &acceleration].map(|values| {
+            self.transform(1, &apart(values), scratch);
+            self.filter(1, planned, scratch);
+            scratch.filtered[1].clone()
+        })
     }
 
     /// Flux, energies and their rate of change by fluxes and losses at one scale.

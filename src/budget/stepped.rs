@@ -1,18 +1,22 @@
 //! Integrals of rates inside the stepping: the chain is stepped anew from its first sample.
 
 use super::contacts::Contacts;
-use super::ledger::{Ledger, ScaleLedgers, energy_rates};
+use super::ledger::{Ledger, energy_rates};
 use super::modes::{Basis, Modes};
 use super::motion::{Instant, Motion};
 use super::request::BudgetRequest;
 use super::result::{Budget, Integration};
-use super::wavenumber::Transfers;
+use super::scale::{Planned, ScaleScratch, Scales};
+use super::wavenumber::{TransferScratch, Transfers};
 use crate::analyze::Observer;
-use crate::chain::{Place, Scheme, Simulation, Visit};
+use crate::chain::{Path, Place, Quintic, Scheme, Simulation, Visit, openings};
 use crate::error::Result;
 
 /// Error of a velocity a step, relative to the velocity scale.
 const LOCAL_ERROR: f64 = 1e-12;
+
+/// Share of the energy from which on a filtered contact's opening counts.
+const NOTICED: f64 = 1e-20;
 
 /// Puts the residuals of integrals along the stepping in place of those from samples.
 pub(super) fn close(
@@ -33,60 +37,151 @@ pub(super) fn close(
     }
     let modes = Modes::new(Basis::of(chain.ends), chain.n_sites());
     let transfers = Transfers::new(contacts, modes, motion.drive.is_some());
-    let mut scratch = transfers.scratch();
-    let mut spectral = budget.wavenumber.is_some().then(Ledger::default);
     let scales = match &budget.scales {
         Some(_) => Some(request.scales_of(contacts)?),
         None => None,
     };
-    let mut scaled = scales.as_ref().map(|scales| {
-        let count = scales.scales.len();
-        let mut chosen = vec![0, count / 2, count - 1];
-        chosen.dedup();
-        (scales, ScaleLedgers::new(scales), scales.scratch(), chosen)
-    });
+    let mut followed = Followed {
+        start: motion.time[0],
+        contacts,
+        spectral: budget.wavenumber.is_some().then(|| Spectral {
+            scratch: transfers.scratch(),
+            transfers: &transfers,
+            ledger: Ledger::default(),
+        }),
+        scale: match (&scales, &budget.scales) {
+            (Some(scales), Some(found)) => scales.at(found.map_scale).map(|planned| Scale {
+                scratch: scales.scratch(),
+                scales,
+                planned,
+                ledger: Ledger::default(),
+                noticed: NOTICED * budget.scale,
+            }),
+            _ => None,
+        },
+    };
     let times: Vec<f64> = motion.time.iter().map(|t| t - motion.time[0]).collect();
     observer.stage("integrals inside the stepping", times.len() as u64);
-    let mut visit = |visit: Visit, place: Place| {
-        let at = Instant {
-            t: motion.time[0] + place.t,
-            x: place.x,
-            v: place.v,
-        };
-        if let Some(ledger) = &mut spectral {
-            let terms = transfers.evaluate(at, &mut scratch);
+    simulation.along(&times, LOCAL_ERROR, observer, &mut followed)?;
+    if let Some(spectral) = followed.spectral {
+        budget.closure.wavenumber = budget.relative(spectral.ledger.worst());
+    }
+    if let Some(scale) = followed.scale {
+        let residual = budget.relative(scale.ledger.worst());
+        if let Some(found) = &mut budget.scales {
+            let of = |l: f64| {
+                if l == found.map_scale {
+                    residual.value()
+                } else {
+                    None
+                }
+            };
+            found.residual = found.scales.iter().map(|scale| of(scale.scale)).collect();
+        }
+        budget.closure.scale = residual;
+    }
+    budget.closure.integration = Integration::Stepping;
+    Ok(())
+}
+
+struct Followed<'a> {
+    start: f64,
+    contacts: &'a Contacts<'a>,
+    spectral: Option<Spectral<'a>>,
+    scale: Option<Scale<'a>>,
+}
+
+struct Spectral<'a> {
+    transfers: &'a Transfers<'a>,
+    scratch: TransferScratch,
+    ledger: Ledger,
+}
+
+struct Scale<'a> {
+    scales: &'a Scales<'a>,
+    planned: &'a Planned,
+    scratch: ScaleScratch,
+    ledger: Ledger,
+    /// Energy of a filtered contact whose opening counts.
+    noticed: f64,
+}
+
+impl Path for Followed<'_> {
+    fn visit(&mut self, visit: Visit, place: Place) {
+        let at = instant(self.start, place);
+        if let Some(Spectral {
+            transfers,
+            scratch,
+            ledger,
+        }) = &mut self.spectral
+        {
+            let terms = transfers.evaluate(at, scratch);
             match visit {
                 Visit::Node(weight) => ledger.add(weight, energy_rates(&terms)),
                 Visit::Sample => ledger.compare(&terms.energy),
             }
         }
-        if let Some((scales, ledgers, scratch, chosen)) = &mut scaled {
+        if let Some(Scale {
+            scales,
+            planned,
+            scratch,
+            ledger,
+            ..
+        }) = &mut self.scale
+        {
             scales.load(at, scratch);
-            for &scale in &*chosen {
-                let terms = scales.terms(&scales.scales[scale], scratch);
-                match visit {
-                    Visit::Node(weight) => ledgers.add(scale, weight, &terms),
-                    Visit::Sample => ledgers.compare(scale, &terms),
-                }
-            }
-        }
-    };
-    simulation.along(&times, LOCAL_ERROR, observer, &mut visit)?;
-    if let Some(ledger) = spectral {
-        budget.closure.wavenumber = budget.relative(ledger.worst());
-    }
-    if let Some((_, ledgers, _, chosen)) = scaled {
-        let worst = ledgers.worst();
-        let found = chosen.iter().map(|&scale| worst[scale]);
-        budget.closure.scale = budget.relative(found.clone().fold(0.0, f64::max));
-        let size = budget.scale;
-        if let Some(scales) = &mut budget.scales {
-            scales.residual = vec![None; worst.len()];
-            for (&scale, worst) in chosen.iter().zip(found) {
-                scales.residual[scale] = Some(worst / size);
+            let terms = scales.terms(planned, scratch);
+            match visit {
+                Visit::Node(weight) => ledger.add(weight, terms.energy_rate.iter().copied()),
+                Visit::Sample => ledger.compare(&terms.energy),
             }
         }
     }
-    budget.closure.integration = Integration::Stepping;
-    Ok(())
+
+    /// Filtered contacts open at times of their own.
+    fn cusps(&mut self, from: Place, to: Place) -> Vec<f64> {
+        let Some(scale) = &mut self.scale else {
+            return Vec::new();
+        };
+        let Scale {
+            scales,
+            planned,
+            scratch,
+            ..
+        } = scale;
+        let h = to.t - from.t;
+        let start = scales.overlaps(planned, instant(self.start, from), scratch);
+        let end = scales.overlaps(planned, instant(self.start, to), scratch);
+        let offset = self.contacts.offset;
+        let mut cusps = Vec::new();
+        for j in planned.contacts.clone() {
+            let Some(opening) = self.contacts.opens_at(j + offset) else {
+                return cusps;
+            };
+            let of =
+                |rows: &[Vec<f64>; 3]| [rows[0][j] - opening, h * rows[1][j], h * h * rows[2][j]];
+            let (start, end) = (of(&start), of(&end));
+            let most = start[0]
+                .abs()
+                .max(end[0].abs())
+                .max(start[1].abs() + end[1].abs());
+            if self.contacts.energy(j + offset, most + opening) < scale.noticed {
+                continue;
+            }
+            let near = start[0].abs().min(end[0].abs()) < start[1].abs() + end[1].abs();
+            if (start[0] > 0.0) != (end[0] > 0.0) || (near && start[1] * end[1] < 0.0) {
+                let path = Quintic::hermite(start, end);
+                cusps.extend(openings(&path).map(|share| from.t + h * share));
+            }
+        }
+        cusps
+    }
+}
+
+fn instant(start: f64, place: Place<'_>) -> Instant<'_> {
+    Instant {
+        t: start + place.t,
+        x: place.x,
+        v: place.v,
+    }
 }

@@ -82,6 +82,38 @@ impl Law {
         }
     }
 
+    /// `phi = sign(r) sqrt(V)`, by which the energy is a square, and `d phi / dr = F / (2 phi)` with its
+    /// limit at 0. Without a static overlap both come from the overlap itself: V is below the smallest
+    /// number long before phi is.
+    pub(crate) fn root_energy(&self, coefficient: f64, static_overlap: f64, r: f64) -> (f64, f64) {
+        match *self {
+            Law::Hertz if static_overlap == 0.0 => {
+                let d = r.max(0.0);
+                let root = d.sqrt().sqrt();
+                let phi = (0.4 * coefficient).sqrt() * d * root;
+                (phi, 0.5 * (2.5 * coefficient).sqrt() * root)
+            }
+            Law::Power { exponent: p } if static_overlap == 0.0 => {
+                let d = r.max(0.0);
+                let phi = (coefficient / (p + 1.0)).sqrt() * d.powf(0.5 * (p + 1.0));
+                let slope = 0.5 * (coefficient * (p + 1.0)).sqrt() * d.powf(0.5 * (p - 1.0));
+                (phi, slope)
+            }
+            _ => {
+                let phi = self
+                    .energy(coefficient, static_overlap, r)
+                    .max(0.0)
+                    .sqrt()
+                    .copysign(r);
+                let slope = match phi == 0.0 {
+                    true => (0.5 * self.stiffness(coefficient, static_overlap, r)).sqrt(),
+                    false => 0.5 * self.force(coefficient, static_overlap, r) / phi,
+                };
+                (phi, slope)
+            }
+        }
+    }
+
     /// The static overlap under a static force.
     pub fn static_overlap(&self, coefficient: f64, force: f64) -> f64 {
         match *self {

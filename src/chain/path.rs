@@ -7,6 +7,7 @@
 //! Gauss's rule between these times. Beside an opening at `t_o` the variable is `s` with
 //! `t - t_o ~ s^4`, in which all powers that are multiples of 1/4 are smooth.
 
+use super::drive::Drive;
 use super::lattice::Ends;
 use super::simulation::Simulation;
 use super::stepping::{
@@ -42,9 +43,20 @@ pub(crate) struct Place<'a> {
     pub(crate) v: &'a [f64],
 }
 
+/// What is followed along the way.
+pub(crate) trait Path {
+    fn visit(&mut self, visit: Visit, place: Place);
+
+    /// Times between two places, a step apart, at which a rate has a cusp other than those of
+    /// contacts that open.
+    fn cusps(&mut self, _from: Place, _to: Place) -> Vec<f64> {
+        Vec::new()
+    }
+}
+
 impl Simulation {
     /// Steps through `times`, rising from 0, with this error of a velocity a step relative to the
-    /// velocity scale, and calls `visit` at every sample and at the nodes between them, in order.
+    /// velocity scale, and shows `path` every sample and the nodes between them, in order.
     ///
     /// # Errors
     /// As [`Simulation::run`].
@@ -53,7 +65,7 @@ impl Simulation {
         times: &[f64],
         local_error: f64,
         observer: &dyn Observer,
-        visit: &mut dyn FnMut(Visit, Place),
+        path: &mut dyn Path,
     ) -> Result<()> {
         let end = times.last().copied().unwrap_or(0.0);
         let scale = self.velocity_scale(end);
@@ -73,9 +85,9 @@ impl Simulation {
         let mut time = 0.0;
         for &target in times {
             while time < target {
-                time = walk.step(time, target, visit)?;
+                time = walk.step(time, target, path)?;
             }
-            visit(Visit::Sample, walk.place(time));
+            path.visit(Visit::Sample, walk.place(time));
             observer.advance(1);
             if observer.cancelled() {
                 return Err(Error::Cancelled);
@@ -99,8 +111,11 @@ struct Walk<'a> {
 
 impl Walk<'_> {
     fn place(&self, t: f64) -> Place<'_> {
+        self.of(self.stepping.state(), t)
+    }
+
+    fn of<'s>(&self, state: &'s State, t: f64) -> Place<'s> {
         let n = self.simulation.chain.n_sites();
-        let state = self.stepping.state();
         Place {
             t,
             x: &state.x[FIRST_SITE..][..n],
@@ -109,7 +124,7 @@ impl Walk<'_> {
     }
 
     /// One step towards `target`; returns where it ends.
-    fn step(&mut self, from: f64, target: f64, visit: &mut dyn FnMut(Visit, Place)) -> Result<f64> {
+    fn step(&mut self, from: f64, target: f64, path: &mut dyn Path) -> Result<f64> {
         let mark = self.stepping.mark();
         let steps = ((target - from) / self.stepping.step()).ceil().max(1.0);
         let to = if steps == 1.0 {
@@ -125,15 +140,18 @@ impl Walk<'_> {
         self.stepping.advance_to(beyond, self.observer)?;
         let soon = self.openings(&middle, beyond)?;
         self.stepping.reset(&middle);
-        let inside = self.openings(&mark, to)?;
+        let cusps = path.cusps(self.of(&mark.state, from), self.of(&middle.state, to));
+        let mut inside = self.openings(&mark, to)?;
         self.stepping.reset(&mark);
+        inside.extend(cusps);
+        inside.sort_by(f64::total_cmp);
         let opening = |t: f64, times: &[f64]| times.iter().copied().find(|other| *other > t);
         let mut start = from;
         for end in inside.iter().copied().chain([to]) {
             let left = self.opened.filter(|t| *t <= start);
             if end > start {
                 let right = opening(start, &inside).or(opening(start, &soon));
-                self.piece([start, end], [left, right], visit)?;
+                self.piece([start, end], [left, right], path)?;
                 start = end;
             }
             if end < to || inside.last() == Some(&to) {
@@ -150,7 +168,7 @@ impl Walk<'_> {
         &mut self,
         [from, to]: [f64; 2],
         openings: [Option<f64>; 2],
-        visit: &mut dyn FnMut(Visit, Place),
+        path: &mut dyn Path,
     ) -> Result<()> {
         let length = to - from;
         let [left, right] = openings;
@@ -159,8 +177,8 @@ impl Walk<'_> {
         let nodes: Vec<(f64, f64)> = match (left, right) {
             (Some(_), Some(_)) => {
                 let middle = from + 0.5 * length;
-                self.piece([from, middle], [left, None], visit)?;
-                return self.piece([middle, to], [None, right], visit);
+                self.piece([from, middle], [left, None], path)?;
+                return self.piece([middle, to], [None, right], path);
             }
             (None, None) => {
                 let on = |&(s, w): &(f64, f64)| (from + length * s, length * w);
@@ -175,7 +193,7 @@ impl Walk<'_> {
         };
         for (t, weight) in nodes {
             self.stepping.advance_to(t, self.observer)?;
-            visit(Visit::Node(weight), self.place(t));
+            path.visit(Visit::Node(weight), self.place(t));
         }
         Ok(())
     }
@@ -286,7 +304,11 @@ impl Walk<'_> {
     fn acceleration(&self, s: usize, state: &State) -> f64 {
         let chain = &self.simulation.chain;
         let Some(mass) = s.checked_sub(FIRST_SITE).and_then(|j| chain.mass.get(j)) else {
-            return 0.0;
+            // A wall moves as a sine does, if it moves.
+            return match self.simulation.drive {
+                Some(Drive::Wall(wave)) if s == 0 => -wave.angular_frequency().powi(2) * state.x[0],
+                _ => 0.0,
+            };
         };
         let right = state.force.get(s + 1).copied().unwrap_or(0.0);
         (state.force[s] - right - chain.losses.drag * state.v[s]) / mass

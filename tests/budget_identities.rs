@@ -1,0 +1,524 @@
+//! What budgets must keep at any state, against sums written out as they are defined.
+
+use std::f64::consts::PI;
+
+use cascade::analyze::{Arrays, LargeArray};
+use cascade::budget::{Budget, BudgetRequest, Filter, Motion, Views, budget};
+use cascade::chain::{Chain, Drive, Ends, Law, Losses, Waveform};
+use ndarray::{Array1, Array2};
+use num_complex::Complex;
+
+/// Numbers in -1..1 without a pattern (splitmix64).
+fn noise(seed: u64, n: usize) -> impl Iterator<Item = f64> {
+    (0..n as u64).map(move |i| {
+        let mut z = (seed << 32)
+            .wrapping_add(i)
+            .wrapping_mul(0x9E37_79B9_7F4A_7C15);
+        z = (z ^ (z >> 30)).wrapping_mul(0xBF58_476D_1CE4_E5B9);
+        z = (z ^ (z >> 27)).wrapping_mul(0x94D0_49BB_1331_11EB);
+        ((z ^ (z >> 31)) >> 11) as f64 / (1u64 << 52) as f64 - 1.0
+    })
+}
+
+/// States without order in time: identities hold for any.
+struct States {
+    chain: Chain,
+    drive: Option<Drive>,
+    time: Array1<f64>,
+    x: Array2<f64>,
+    v: Array2<f64>,
+}
+
+impl States {
+    fn new(chain: Chain, drive: Option<Drive>, seed: u64) -> States {
+        let (samples, n) = (9, chain.n_sites());
+        let array = |seed| Array2::from_shape_vec((samples, n), noise(seed, samples * n).collect());
+        States {
+            chain,
+            drive,
+            time: Array1::from_iter((0..samples).map(|i| 0.37 * i as f64)),
+            x: array(seed).unwrap(),
+            v: array(seed + 1).unwrap(),
+        }
+    }
+
+    fn motion(&self) -> Motion<'_> {
+        Motion {
+            chain: &self.chain,
+            drive: self.drive.as_ref(),
+            time: self.time.view(),
+            displacement: self.x.view(),
+            velocity: self.v.view(),
+            energy_passed: None,
+            energy_lost: None,
+            energy_input: None,
+        }
+    }
+
+    fn budget(&self, request: &BudgetRequest) -> (Budget, Arrays) {
+        budget(&self.motion(), request).unwrap()
+    }
+}
+
+fn wavenumber_only() -> BudgetRequest {
+    BudgetRequest {
+        views: Views {
+            wavenumber: true,
+            frequency: false,
+            scale: false,
+        },
+        ..BudgetRequest::default()
+    }
+}
+
+/// Chains of every law, end and loss.
+fn chains() -> Vec<(Chain, Option<Drive>)> {
+    let wave = Waveform::Sine {
+        amplitude: 0.3,
+        frequency: 0.2,
+    };
+    let lossy = Losses {
+        dashpot: 0.1,
+        tangent: 0.05,
+        drag: 0.02,
+    };
+    let mut all = Vec::new();
+    for n in [5, 6, 31, 100, 300] {
+        for kappa in [1.0, 2.398, 1e6] {
+            all.push((Chain::dimer(n, kappa), None));
+            all.push((
+                Chain {
+                    losses: lossy,
+                    ..Chain::dimer(n, kappa)
+                },
+                None,
+            ));
+        }
+        let mut free = Chain {
+            ends: Ends::Free,
+            ..Chain::dimer(n, 3.0)
+        };
+        free.coefficient.pop();
+        all.push((free.clone(), Some(Drive::Force(wave))));
+        all.push((free, None));
+        let even = n + n % 2;
+        let ring = Chain {
+            ends: Ends::Periodic,
+            precompression: 0.4,
+            ..Chain::dimer(even, 2.0)
+        };
+        all.push((
+            Chain {
+                losses: lossy,
+                ..ring.clone()
+            },
+            None,
+        ));
+        all.push((ring, None));
+        let spring = Law::Spring {
+            alpha: 0.25,
+            beta: 0.1,
+        };
+        let fixed = Ends::Fixed {
+            left_coefficient: 1.3,
+        };
+        all.push((
+            Chain {
+                law: spring,
+                ends: fixed,
+                ..Chain::dimer(n, 1.5)
+            },
+            Some(Drive::Wall(wave)),
+        ));
+        all.push((
+            Chain {
+                ends: fixed,
+                losses: lossy,
+                ..Chain::dimer(n, 1.5)
+            },
+            Some(Drive::Wall(wave)),
+        ));
+        let power = Law::Power { exponent: 2.2 };
+        let mut masses = Chain {
+            law: power,
+            precompression: 0.1,
+            ..Chain::dimer(n, 1.0)
+        };
+        masses
+            .mass
+            .iter_mut()
+            .skip(1)
+            .step_by(2)
+            .for_each(|m| *m = 0.3);
+        all.push((masses, None));
+    }
+    all
+}
+
+#[test]
+fn val_identity_sums_over_k() {
+    let mut worst = [0f64; 3];
+    for (i, (chain, drive)) in chains().into_iter().enumerate() {
+        let states = States::new(chain, drive, 3 + 2 * i as u64);
+        let (found, arrays) = states.budget(&wavenumber_only());
+        let identities = found.closure.identities;
+        let found = [
+            identities.transfer_sum,
+            identities.energy_sum,
+            identities.loss_sum.unwrap_or(0.0),
+        ];
+        for (worst, found) in worst.iter_mut().zip(found) {
+            assert!(found.is_finite());
+            *worst = worst.max(found);
+        }
+        // The flux through the largest k is the sum of all transfers.
+        let (flux, transfer) = (
+            &arrays[&LargeArray::SpectralFlux],
+            &arrays[&LargeArray::Transfer],
+        );
+        for (flux, transfer) in flux.rows().into_iter().zip(transfer.rows()) {
+            let largest = transfer.iter().fold(0.0, |m: f64, t| m.max(t.abs()));
+            if !(flux[flux.len() - 1].abs() <= 1e-13 * largest) {
+                println!("XX {:e}", flux[flux.len() - 1].abs() / largest);
+            }
+        }
+    }
+    println!("{worst:?}");
+    assert!(
+        worst[0] < 1e-13 && worst[1] < 2e-14 && worst[2] < 2e-14,
+        "{worst:?}"
+    );
+}
+
+/// E, T and L of small chains by the sums that define them, transforms by sums over all sites.
+#[test]
+fn val_defining_sums_of_spectra() {
+    for (i, (chain, drive)) in chains().into_iter().enumerate() {
+        let n = chain.n_sites();
+        if n > 40 || matches!(chain.ends, Ends::Fixed { .. }) {
+            continue;
+        }
+        let states = States::new(chain, drive, 50 + 2 * i as u64);
+        let (_, arrays) = states.budget(&wavenumber_only());
+        for sample in [0, 4, 8] {
+            let (x, v) = (states.x.row(sample), states.v.row(sample));
+            let expected = by_definition(&states, states.time[sample], &x.to_vec(), &v.to_vec());
+            for (array, expected) in [
+                (LargeArray::EnergySpectrum, &expected[0]),
+                (LargeArray::Transfer, &expected[1]),
+                (LargeArray::LossSpectrum, &expected[2]),
+                (LargeArray::InputSpectrum, &expected[3]),
+            ] {
+                let Some(array) = arrays.get(&array) else {
+                    continue;
+                };
+                let scale = expected.iter().fold(1e-300, |m: f64, t| m.max(t.abs()));
+                for (found, expected) in array.row(sample).iter().zip(expected) {
+                    let off = (found - expected).abs() / scale;
+                    assert!(off < 2e-13, "{i} {n} {off:e}");
+                }
+            }
+        }
+    }
+}
+
+fn by_definition(states: &States, t: f64, x: &[f64], v: &[f64]) -> [Vec<f64>; 4] {
+    let chain = &states.chain;
+    let (n, m) = (chain.n_sites(), chain.n_contacts());
+    let right = |values: &[f64], j: usize| match (values.get(j + 1), chain.ends) {
+        (Some(value), _) => *value,
+        (None, Ends::Periodic) => values[0],
+        (None, _) => 0.0,
+    };
+    let law = |j: usize| {
+        let (c, d0) = (chain.coefficient[j], chain.static_overlap(j));
+        let r = x[j] - right(x, j);
+        let excess = chain.law.energy(c, d0, r);
+        let force = chain.law.force(c, d0, r);
+        let phi = excess.sqrt() * r.signum();
+        let closing = v[j] - right(v, j);
+        let rate = if phi == 0.0 {
+            0.0
+        } else {
+            force * closing / (2.0 * phi)
+        };
+        (force, phi, rate, chain.damping_force(j, x, v))
+    };
+    let contacts: Vec<_> = (0..m).map(law).collect();
+    let push = |j: usize, of: &dyn Fn(&(f64, f64, f64, f64)) -> f64| {
+        let left = match j.checked_sub(1) {
+            Some(left) => of(&contacts[left]),
+            None if chain.ends == Ends::Periodic => of(&contacts[m - 1]),
+            None => 0.0,
+        };
+        left - contacts.get(j).map_or(0.0, of)
+    };
+    let root = |j: usize| chain.mass[j].sqrt();
+    let rows: [Vec<f64>; 6] = [
+        (0..n).map(|j| root(j) * v[j]).collect(),
+        (0..n).map(|j| push(j, &|c| c.0) / root(j)).collect(),
+        contacts.iter().map(|c| c.1).collect(),
+        contacts.iter().map(|c| c.2).collect(),
+        (0..n)
+            .map(|j| (push(j, &|c| c.3) - chain.losses.drag * v[j]) / root(j))
+            .collect(),
+        (0..n)
+            .map(|j| match &states.drive {
+                Some(Drive::Force(wave)) if j == 0 => wave.at(t) / root(0),
+                _ => 0.0,
+            })
+            .collect(),
+    ];
+    let transform = |row: &[f64], k: usize| -> Complex<f64> {
+        let term = |(j, value): (usize, &f64)| {
+            Complex::from_polar(*value, 2.0 * PI * ((j * k) % n) as f64 / n as f64)
+        };
+        row.iter().enumerate().map(term).sum::<Complex<f64>>() / (n as f64).sqrt()
+    };
+    let dot = |a: Complex<f64>, b: Complex<f64>| (a.conj() * b).re;
+    let mut out: [Vec<f64>; 4] = std::array::from_fn(|_| vec![0.0; n / 2 + 1]);
+    for k in 0..n {
+        // Both signs of k in one.
+        let bin = k.min(n - k);
+        let [q, f, phi, rate, loss, input] = [0, 1, 2, 3, 4, 5].map(|row| transform(&rows[row], k));
+        out[0][bin] += 0.5 * q.norm_sqr() + phi.norm_sqr();
+        out[1][bin] += dot(q, f) + 2.0 * dot(phi, rate);
+        out[2][bin] -= dot(q, loss);
+        out[3][bin] += dot(q, input);
+    }
+    out
+}
+
+/// Coarse-grained flux and energy by weighted sums over cells, contact by contact.
+#[test]
+fn val_defining_sums_of_scale_flux() {
+    for filter in [Filter::Gaussian, Filter::Box] {
+        let chain = Chain {
+            losses: Losses {
+                dashpot: 0.1,
+                ..Losses::default()
+            },
+            ..Chain::dimer(120, 3.0)
+        };
+        let states = States::new(chain, None, 7);
+        let request = BudgetRequest {
+            filter,
+            scales: vec![5.0],
+            map_scale: Some(5.0),
+            ..BudgetRequest::default()
+        };
+        let (found, arrays) = states.budget(&request);
+        let found = found.scales.unwrap();
+        let [first, end] = found.contacts[0];
+        assert!(first > 1 && end < 119 && end > first + 40);
+        let weights: Vec<f64> = match filter {
+            Filter::Box => vec![1.0, 1.0 - 0.25],
+            _ => (0..12)
+                .map(|i| (-0.5 * (2.0 * i as f64 / (5.0 / 12f64.sqrt())).powi(2)).exp())
+                .collect(),
+        };
+        let total = weights[0] + 2.0 * weights[1..].iter().sum::<f64>();
+        let flux = &arrays[&LargeArray::ScaleFlux];
+        for sample in [0, 5] {
+            let (x, v) = (states.x.row(sample), states.v.row(sample));
+            let bar = |row: &dyn Fn(usize) -> f64, j: usize| {
+                let side = |i: usize| row(j + 2 * i) + row(j - 2 * i);
+                let sum: f64 = (1..weights.len())
+                    .filter(|i| j >= 2 * i && j + 2 * i < 119)
+                    .map(|i| weights[i] * side(i))
+                    .sum();
+                (weights[0] * row(j) + sum) / total
+            };
+            let overlap = |j: usize| x[j] - x[j + 1];
+            let law = &states.chain.law;
+            let force = |j: usize| law.force(states.chain.coefficient[j], 0.0, overlap(j));
+            for j in first..end {
+                let speed = |j: usize| v[j];
+                let apart = bar(&speed, j) - bar(&speed, j + 1);
+                let of_bar = law.force(states.chain.coefficient[j], 0.0, bar(&overlap, j));
+                let expected = (bar(&force, j) - of_bar) * apart;
+                let off = (flux[[sample, j]] - expected).abs();
+                if off > 2e-14 {
+                    println!("{filter:?} {j} {off:e} {expected:e}");
+                }
+            }
+            assert!(flux[[sample, first - 1]].is_nan() && flux[[sample, end]].is_nan());
+        }
+    }
+}
+
+/// The two branches of a dimer with a linear limit share its energy without remainder.
+#[test]
+fn val_identity_branches_sum_to_the_energy() {
+    for precompression in [0.01, 3.0] {
+        let ring = Chain {
+            ends: Ends::Periodic,
+            precompression,
+            ..Chain::dimer(40, 2.5)
+        };
+        let (found, arrays) = States::new(ring, None, 11).budget(&wavenumber_only());
+        assert!(found.wavenumber.unwrap().branches.is_some());
+        let sum = |array| {
+            arrays[&array]
+                .rows()
+                .into_iter()
+                .map(|row: ndarray::ArrayView1<f64>| row.sum())
+                .collect::<Vec<_>>()
+        };
+        let (acoustic, optical) = (
+            sum(LargeArray::AcousticSpectrum),
+            sum(LargeArray::OpticalSpectrum),
+        );
+        for (i, energy) in sum(LargeArray::EnergySpectrum).into_iter().enumerate() {
+            assert!((acoustic[i] + optical[i] - energy).abs() < 1e-14 * energy);
+            assert!(acoustic[i] > 0.1 * energy && optical[i] > 0.1 * energy);
+        }
+        assert!(
+            arrays[&LargeArray::AcousticSpectrum]
+                .iter()
+                .all(|e| *e > -1e-12)
+        );
+    }
+    // Without a linear limit, or a dimer, there are none.
+    for chain in [
+        Chain::dimer(40, 2.5),
+        Chain {
+            precompression: 1.0,
+            ..Chain::dimer(40, 1.0)
+        },
+    ] {
+        let (found, _) = States::new(chain, None, 13).budget(&wavenumber_only());
+        assert!(found.wavenumber.unwrap().branches.is_none());
+    }
+}
+
+#[test]
+fn hard_chains_have_budgets() {
+    // At rest: nothing anywhere, and every balance closes.
+    let mut states = States::new(Chain::dimer(6, 2.0), None, 1);
+    states.x.fill(0.0);
+    states.v.fill(0.0);
+    let (found, _) = states.budget(&BudgetRequest::default());
+    assert_eq!(found.closure.real_space.value(), Some(0.0));
+    assert_eq!(found.closure.wavenumber.value(), Some(0.0));
+    assert_eq!(found.closure.identities.transfer_sum, 0.0);
+    assert!(found.frequency.unwrap().edge.is_nan());
+
+    // A single site on a wall; contacts that just touch, and just open.
+    for (n, kappa) in [(1, 1.0), (2, 1e6), (5, 1e6)] {
+        let mut states = States::new(Chain::dimer(n, kappa), None, 5);
+        states.x.row_mut(0).fill(0.0);
+        states.x.row_mut(1).mapv_inplace(|x| 1e-300 * x);
+        states.x.row_mut(2).mapv_inplace(|x| -1e-160 * x.abs());
+        let (found, arrays) = states.budget(&BudgetRequest::default());
+        assert!(found.closure.scale.reason().is_some());
+        for (array, values) in &arrays {
+            let undefined = values.iter().any(|value| !value.is_finite());
+            assert!(!undefined || *array == LargeArray::ScaleFlux, "{array:?}");
+        }
+        // With so few wavenumbers transfers may cancel in all of them.
+        assert!(n < 3 || found.closure.identities.transfer_sum < 1e-13);
+    }
+
+    // A hundred thousand sites.
+    let mut chain = Chain::dimer(100_000, 4.9272);
+    chain.losses.drag = 0.01;
+    let (found, _) = States::new(chain, None, 17).budget(&wavenumber_only());
+    let identities = found.closure.identities;
+    assert!(identities.transfer_sum < 1e-13, "{identities:?}");
+    assert!(identities.energy_sum < 2e-14 && identities.loss_sum < Some(2e-14));
+}
+
+#[test]
+fn the_same_bits_from_any_number_of_threads() {
+    let states = States::new(Chain::dimer(64, 2.0), None, 23);
+    let with = |threads| {
+        let request = BudgetRequest {
+            threads: Some(threads),
+            ..BudgetRequest::default()
+        };
+        let (found, arrays) = states.budget(&request);
+        let bits: Vec<Vec<u64>> = arrays
+            .values()
+            .map(|a| a.iter().map(|v| v.to_bits()).collect())
+            .collect();
+        (bits, format!("{:?}", found.closure))
+    };
+    let one = with(1);
+    assert_eq!(one, with(2));
+    assert_eq!(one, with(4));
+}
+
+#[test]
+fn what_does_not_fit_is_refused() {
+    let states = States::new(Chain::dimer(40, 2.0), None, 29);
+    let motion = states.motion();
+    let refused = |request: BudgetRequest| match budget(&motion, &request) {
+        Err(cascade::Error::Request { option, .. }) => option,
+        other => panic!("{other:?}"),
+    };
+    let request = BudgetRequest::default;
+    assert_eq!(
+        refused(BudgetRequest {
+            filter: Filter::Sharp,
+            scales: vec![4.0],
+            ..request()
+        }),
+        "filter"
+    );
+    assert_eq!(
+        refused(BudgetRequest {
+            scales: vec![-1.0],
+            ..request()
+        }),
+        "scale"
+    );
+    assert_eq!(
+        refused(BudgetRequest {
+            pitch: f64::NAN,
+            ..request()
+        }),
+        "pitch"
+    );
+    assert_eq!(
+        refused(BudgetRequest {
+            map_scale: Some(0.0),
+            ..request()
+        }),
+        "map-scale"
+    );
+    assert_eq!(
+        refused(BudgetRequest {
+            band_edge_frequency: Some(-1.0),
+            ..request()
+        }),
+        "band-edge-frequency"
+    );
+    assert_eq!(
+        refused(BudgetRequest {
+            window: Some([0..9, 3..3]),
+            ..request()
+        }),
+        "window"
+    );
+    assert_eq!(
+        refused(BudgetRequest {
+            window: Some([0..10, 0..4]),
+            ..request()
+        }),
+        "window"
+    );
+    let short = Array2::zeros((9, 39));
+    let unfit = Motion {
+        velocity: short.view(),
+        ..motion
+    };
+    assert!(budget(&unfit, &request()).is_err());
+    let mut holes = states.v.clone();
+    holes[[2, 3]] = f64::NAN;
+    let unfit = Motion {
+        velocity: holes.view(),
+        ..motion
+    };
+    assert!(budget(&unfit, &request()).is_err());
+}
