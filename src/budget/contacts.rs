@@ -53,6 +53,11 @@ impl ContactState {
     }
 }
 
+/// Contacts between neighbours among n sites, no more than there are.
+fn at_most(n: usize, contacts: usize) -> usize {
+    n.saturating_sub(1).min(contacts)
+}
+
 impl<'a> Contacts<'a> {
     pub(super) fn of(motion: &Motion<'a>) -> Contacts<'a> {
         let chain = motion.chain;
@@ -99,6 +104,19 @@ impl<'a> Contacts<'a> {
         left - right
     }
 
+    /// What contacts of these forces push each site with.
+    pub(super) fn push_all(&self, force: &[f64], out: &mut [f64]) {
+        let last = out.len() - 1;
+        // Between the ends the contacts on both sides are there.
+        let pairs = force[self.offset..].windows(2);
+        for (push, pair) in out[1..].iter_mut().zip(pairs) {
+            *push = pair[0] - pair[1];
+        }
+        for j in [0, last] {
+            out[j] = self.push_on(j, force);
+        }
+    }
+
     /// Difference of the values at the sites that contact i joins, 0 at walls.
     pub(super) fn apart(&self, i: usize, values: &[f64]) -> f64 {
         let [left, right] = self.sites(i).map(|site| site.map_or(0.0, |j| values[j]));
@@ -133,26 +151,50 @@ impl<'a> Contacts<'a> {
             None => (0.0, 0.0, 0.0),
         };
         (state.wall_velocity, state.push) = (wall_velocity, push);
-        let law = self.chain.law;
-        for i in 0..self.len() {
+        // Sites side by side first; then the contacts at the ends.
+        let inner = self.offset..self.offset + at_most(x.len(), self.len() - self.offset);
+        for (row, values) in [(&mut state.overlap, x), (&mut state.closing, v)] {
+            for (difference, pair) in row[inner.clone()].iter_mut().zip(values.windows(2)) {
+                *difference = pair[0] - pair[1];
+            }
+        }
+        for i in (0..self.offset).chain(inner.end..self.len()) {
             let [left, right] = self.sites(i);
             let at =
                 |site: Option<usize>, values: &[f64], wall: f64| site.map_or(wall, |j| values[j]);
             // A wall on the right stands still.
-            let r = at(left, x, wall) - at(right, x, 0.0);
-            let closing = at(left, v, wall_velocity) - at(right, v, 0.0);
-            let (c, d0) = (self.coefficient[i], self.static_overlap[i]);
-            let force = law.force(c, d0, r);
-            let energy = law.energy(c, d0, r);
-            let (phi, slope) = law.root_energy(c, d0, r);
-            state.overlap[i] = r;
-            state.closing[i] = closing;
-            state.elastic[i] = force;
-            state.damping[i] = self.chain.damping(c, r, closing);
-            state.energy[i] = energy;
-            state.phi[i] = phi;
-            state.phi_slope[i] = slope;
+            state.overlap[i] = at(left, x, wall) - at(right, x, 0.0);
+            state.closing[i] = at(left, v, wall_velocity) - at(right, v, 0.0);
         }
+        let law = self.chain.law;
+        let contacts = [&self.coefficient[..], &self.static_overlap, &state.overlap];
+        law.forces_and_energies(contacts, [&mut state.elastic, &mut state.energy]);
+        if self.chain.losses.any() {
+            let motion = state.overlap.iter().zip(&state.closing);
+            for ((damping, c), (r, closing)) in
+                state.damping.iter_mut().zip(&self.coefficient).zip(motion)
+            {
+                *damping = self.chain.damping(*c, *r, *closing);
+            }
+        }
+    }
+
+    /// `phi` and its slope, by the overlaps of `state`.
+    pub(super) fn evaluate_roots(&self, state: &mut ContactState) {
+        let contacts = [&self.coefficient[..], &self.static_overlap, &state.overlap];
+        let roots = [&mut state.phi[..], &mut state.phi_slope[..]];
+        self.chain.law.root_energies(contacts, roots);
+    }
+
+    /// Forces and energies of the chain's contacts at these overlaps.
+    pub(super) fn forces_and_energies(&self, overlap: &[f64], out: [&mut [f64]; 2]) {
+        let contacts = self.offset..self.len();
+        let constants = [
+            &self.coefficient[contacts.clone()],
+            &self.static_overlap[contacts],
+        ];
+        let [c, d0] = constants;
+        self.chain.law.forces_and_energies([c, d0, overlap], out);
     }
 
     /// Force, damping included, and mean speed of contact j of the chain; a wall's has no speed,

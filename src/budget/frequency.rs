@@ -14,7 +14,7 @@ use num_complex::Complex;
 use super::contacts::Contacts;
 use super::motion::Motion;
 use super::request::BudgetRequest;
-use super::rows::MAP_LIMIT;
+use super::waiting::MAP_LIMIT;
 use super::wavenumber::dot;
 use crate::analyze::{LargeArray, Map, Observer, Sink};
 use crate::diagnostics::{MapBuilder, edge_of};
@@ -107,17 +107,20 @@ pub(super) fn power_flow(
             }
             let width = BLOCK.min(m - first);
             let mut block = Array2::zeros((frequency.len(), width));
-            let (mut force, mut speed) = (vec![0.0; samples], vec![0.0; samples]);
-            let (mut of_force, mut of_speed) = (Scratch::default(), Scratch::default());
-            for j in first..first + width {
-                for (i, (force, speed)) in force.iter_mut().zip(&mut speed).enumerate() {
-                    (*force, *speed) = contacts.force_and_speed(j, motion.at(i));
+            let [mut forces, mut speeds] = [0, 1].map(|_| vec![vec![0.0; samples]; width]);
+            for i in 0..samples {
+                let at = motion.at(i);
+                for (j, (force, speed)) in forces.iter_mut().zip(&mut speeds).enumerate() {
+                    (force[i], speed[i]) = contacts.force_and_speed(first + j, at);
                 }
+            }
+            let (mut of_force, mut of_speed) = (Scratch::default(), Scratch::default());
+            for (j, (force, speed)) in forces.iter_mut().zip(&speeds).enumerate() {
                 force[0] *= 0.5;
                 force[samples - 1] *= 0.5;
-                let (force, _) = plan.transform(&force, &mut of_force);
-                let (speed, _) = plan.transform(&speed, &mut of_speed);
-                let mut column = block.column_mut(j - first);
+                let (force, _) = plan.transform(force, &mut of_force);
+                let (speed, _) = plan.transform(speed, &mut of_speed);
+                let mut column = block.column_mut(j);
                 let pairs = column.iter_mut().zip(force.iter().zip(speed)).enumerate();
                 for (bin, (out, (force, speed))) in pairs {
                     let power = dot(*force, *speed);

@@ -1,6 +1,5 @@
 //! Balances over time: what a quantity changed by against the integral of its rate.
 
-use super::scale::{ScaleTerms, Scales};
 use super::wavenumber::Terms;
 
 /// A balance of many quantities: `change = integral of rate`, and how far it is from closing.
@@ -12,28 +11,36 @@ pub(super) struct Ledger {
 }
 
 impl Ledger {
-    /// Adds `weight` times the rates at a node of a quadrature.
+    /// Adds `weight` times the rates at a node of a quadrature, after a first sample was compared.
     pub(super) fn add(&mut self, weight: f64, rates: impl Iterator<Item = f64>) {
-        // The first node brings the length.
-        if self.integral.is_empty() {
-            self.integral.extend(rates.map(|rate| weight * rate));
-            return;
-        }
         for (sum, rate) in self.integral.iter_mut().zip(rates) {
             *sum += weight * rate;
+        }
+    }
+
+    /// Adds a step of the trapezoid rule between two samples.
+    pub(super) fn trapezoid(&mut self, dt: f64, before: &[f64], now: &[f64]) {
+        self.integral.resize(now.len(), 0.0);
+        for (sum, (before, now)) in self.integral.iter_mut().zip(before.iter().zip(now)) {
+            *sum += 0.5 * dt * (before + now);
         }
     }
 
     /// Compares with the quantities at a sample.
     pub(super) fn compare(&mut self, values: &[f64]) {
         let first = self.first.get_or_insert_with(|| values.to_vec());
-        for (m, (value, first)) in values.iter().zip(first).enumerate() {
-            let off = (value - *first - self.integral.get(m).unwrap_or(&0.0)).abs();
+        self.integral.resize(values.len(), 0.0);
+        let mut worst = self.worst;
+        for ((value, first), integral) in values.iter().zip(first).zip(&self.integral) {
+            let off = (value - *first - integral).abs();
             // What is not a number is worse than any residual, and stays.
-            if off > self.worst || off.is_nan() {
-                self.worst = off;
-            }
+            worst = if worst >= off || worst.is_nan() {
+                worst
+            } else {
+                off
+            };
         }
+        self.worst = worst;
     }
 
     /// The largest residual so far, in units of the quantities.
@@ -47,27 +54,4 @@ pub(super) fn energy_rates(terms: &Terms) -> impl Iterator<Item = f64> + '_ {
     terms.transfer.iter().enumerate().map(|(m, transfer)| {
         transfer - terms.loss.get(m).unwrap_or(&0.0) + terms.input.get(m).unwrap_or(&0.0)
     })
-}
-
-/// The balances of chosen scales.
-#[derive(Debug)]
-pub(super) struct ScaleLedgers(Vec<Ledger>);
-
-impl ScaleLedgers {
-    pub(super) fn new(scales: &Scales) -> ScaleLedgers {
-        ScaleLedgers(vec![Ledger::default(); scales.scales.len()])
-    }
-
-    pub(super) fn add(&mut self, scale: usize, weight: f64, terms: &ScaleTerms) {
-        self.0[scale].add(weight, terms.energy_rate.iter().copied());
-    }
-
-    pub(super) fn compare(&mut self, scale: usize, terms: &ScaleTerms) {
-        self.0[scale].compare(&terms.energy);
-    }
-
-    /// Of each scale.
-    pub(super) fn worst(&self) -> Vec<f64> {
-        self.0.iter().map(Ledger::worst).collect()
-    }
 }

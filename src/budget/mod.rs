@@ -29,6 +29,7 @@ mod scale_pass;
 mod spectral;
 mod stepped;
 mod units;
+mod waiting;
 mod wavenumber;
 
 pub use filter::{Filter, ScaleOf};

@@ -41,7 +41,23 @@ impl SiteTerms {
             contact: crate::sum::sum(&state.energy),
         };
         terms.kinetic = crate::sum::sum(&terms.energy);
-        for i in 0..contacts.len() {
+        let lossy = chain.losses.any();
+        let inner = m.min(at.v.len() - 1);
+        let sites = at.v.windows(2).enumerate();
+        for (j, pair) in sites.take(inner) {
+            let i = j + offset;
+            let half = 0.5 * state.energy[i];
+            terms.energy[j] += half;
+            terms.energy[j + 1] += half;
+            let force = state.elastic[i] + state.damping[i];
+            terms.flux[j] = 0.5 * force * (pair[0] + pair[1]);
+            if lossy {
+                let half = 0.5 * state.damping[i] * state.closing[i];
+                terms.loss[j] += half;
+                terms.loss[j + 1] += half;
+            }
+        }
+        for i in (0..offset).chain(inner + offset..contacts.len()) {
             let heat = state.damping[i] * state.closing[i];
             let force = state.elastic[i] + state.damping[i];
             match contacts.sites(i) {
@@ -109,21 +125,26 @@ impl Balance {
             self.start = Some((energy.to_vec(), now.clone()));
             return;
         };
+        let passed = |j: usize| now.passed[j] - then.passed[j];
+        let mut came = match self.sites.start.checked_sub(1) {
+            Some(left) => passed(left),
+            None if self.periodic => passed(now.passed.len() - 1),
+            None => now.input - then.input,
+        };
+        let mut worst = self.worst;
         for j in self.sites.clone() {
-            let passed = |j: usize| now.passed[j] - then.passed[j];
-            let came = match j.checked_sub(1) {
-                Some(left) => passed(left),
-                None if self.periodic => passed(now.passed.len() - 1),
-                None => now.input - then.input,
-            };
             let went = if j < now.passed.len() { passed(j) } else { 0.0 };
             let lost = now.lost.get(j).map_or(0.0, |lost| lost - then.lost[j]);
             let off = (energy[j] - first[j] - came + went + lost).abs();
             // What is not a number is worse than any residual, and stays.
-            if off > self.worst || off.is_nan() {
-                self.worst = off;
-            }
+            worst = if worst >= off || worst.is_nan() {
+                worst
+            } else {
+                off
+            };
+            came = went;
         }
+        self.worst = worst;
     }
 
     /// The largest residual, in units of energy.

@@ -1,6 +1,5 @@
 //! The pass over time: real space and wavenumbers, sample by sample.
 
-use ndarray::ArrayView2;
 use rayon::prelude::*;
 
 use super::contacts::Contacts;
@@ -10,17 +9,14 @@ use super::real_space::{Balance, Exchanged, SiteTerms};
 use super::request::BudgetRequest;
 use super::result::{Budget, Closure, empty_map};
 use super::spectral::Spectral;
+use super::waiting::{Shown, Waiting};
 use super::wavenumber::{Terms, Transfers};
 use crate::analyze::{LargeArray, Observer, Sink};
-use crate::diagnostics::MapBuilder;
 use crate::error::{Error, Result};
 use crate::sum::sum;
 
 /// Samples that are computed before they are added up in order.
 const BATCH: usize = 64;
-
-/// Cells of a map, as many as a page shows.
-pub(super) const MAP_LIMIT: (usize, usize) = (400, 300);
 
 /// Everything of one sample.
 struct Sample {
@@ -75,55 +71,6 @@ pub(super) fn pass(
     Ok(pass.finish())
 }
 
-/// Rows that wait to be handed on together.
-#[derive(Default)]
-pub(super) struct Waiting(Vec<Rows>);
-
-struct Rows {
-    array: LargeArray,
-    columns: usize,
-    values: Vec<f64>,
-}
-
-impl Waiting {
-    /// Announces an array; one without columns is left out.
-    pub(super) fn reserve(
-        &mut self,
-        sink: &dyn Sink,
-        array: LargeArray,
-        shape: (usize, usize),
-    ) -> Result<()> {
-        if shape.1 > 0 {
-            sink.reserve(array, shape)?;
-            self.0.push(Rows {
-                array,
-                columns: shape.1,
-                values: Vec::new(),
-            });
-        }
-        Ok(())
-    }
-
-    /// Adds a row of an array that was announced.
-    pub(super) fn push(&mut self, array: LargeArray, row: &[f64]) {
-        if let Some(rows) = self.0.iter_mut().find(|rows| rows.array == array) {
-            rows.values.extend(row);
-        }
-    }
-
-    /// Hands all rows on, the first of them that of sample `first`.
-    pub(super) fn hand_on(&mut self, sink: &dyn Sink, first: usize) -> Result<()> {
-        for rows in &mut self.0 {
-            let shape = (rows.values.len() / rows.columns, rows.columns);
-            if let Ok(block) = ArrayView2::from_shape(shape, &rows.values) {
-                sink.put(rows.array, first, 0, block)?;
-            }
-            rows.values.clear();
-        }
-        Ok(())
-    }
-}
-
 struct Pass<'a> {
     motion: Motion<'a>,
     dt: f64,
@@ -133,7 +80,6 @@ struct Pass<'a> {
     before: Option<Rates>,
     budget: Budget,
     spectral: Option<Spectral>,
-    flux_map: MapBuilder,
 }
 
 /// Rates at the last sample, for the trapezoid rule.
@@ -154,11 +100,11 @@ impl<'a> Pass<'a> {
         let (samples, n, m) = (motion.samples(), chain.n_sites(), chain.n_contacts());
         let mut waiting = Waiting::default();
         let lossy = chain.losses.any();
-        waiting.reserve(sink, LargeArray::SiteEnergy, (samples, n))?;
-        waiting.reserve(sink, LargeArray::EnergyFlux, (samples, m))?;
-        waiting.reserve(sink, LargeArray::EnergyPassed, (samples, m))?;
+        waiting.reserve(sink, LargeArray::SiteEnergy, (samples, n), Shown::Not)?;
+        waiting.reserve(sink, LargeArray::EnergyFlux, (samples, m), Shown::Extreme)?;
+        waiting.reserve(sink, LargeArray::EnergyPassed, (samples, m), Shown::Not)?;
         if lossy {
-            waiting.reserve(sink, LargeArray::EnergyLost, (samples, n))?;
+            waiting.reserve(sink, LargeArray::EnergyLost, (samples, n), Shown::Not)?;
         }
         let spectral = match request.views.wavenumber {
             true => Some(Spectral::new(
@@ -183,7 +129,6 @@ impl<'a> Pass<'a> {
             },
             before: None,
             spectral,
-            flux_map: MapBuilder::extreme((samples, m.max(1)), MAP_LIMIT),
             budget: Budget {
                 n_sites: n,
                 n_contacts: m,
@@ -271,12 +216,6 @@ impl<'a> Pass<'a> {
             budget.left_behind = sums.take(budget.n_contacts).collect();
             budget.passed = self.exchanged.passed.clone();
         }
-        let m = sites.flux.len();
-        if let Ok(row) = ArrayView2::from_shape((1, m), &sites.flux)
-            && m > 0
-        {
-            self.flux_map.add(i, 0, row);
-        }
         let waiting = &mut self.waiting;
         waiting.push(LargeArray::SiteEnergy, &sites.energy);
         waiting.push(LargeArray::EnergyFlux, &sites.flux);
@@ -296,13 +235,14 @@ impl<'a> Pass<'a> {
         let (time, place) = (units.time(), units.position());
         let time = (&*time, budget.time[0], self.dt);
         let place = (&*place, 0.5 * budget.pitch, budget.pitch);
-        budget.flux_map = self
-            .flux_map
-            .finish(units.power("energy flux J"), time, place);
+        let mut waiting = self.waiting;
+        let label = units.power("energy flux J");
+        let map = waiting.map(LargeArray::EnergyFlux, label, time, place);
+        budget.flux_map = map.unwrap_or_else(empty_map);
         if let Some(spectral) = self.spectral {
             budget.closure.wavenumber = budget.relative(spectral.worst());
             budget.closure.identities = spectral.identities();
-            budget.wavenumber = Some(spectral.finish(time, &units));
+            budget.wavenumber = Some(spectral.finish(time, &units, &mut waiting));
         }
         budget
     }

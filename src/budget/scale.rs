@@ -55,6 +55,10 @@ pub(super) struct ScaleScratch {
     /// Force, overlap, velocity, damping, each of them sublattice by sublattice.
     transformed: Vec<Vec<Complex<f64>>>,
     filtered: [Vec<f64>; 4],
+    /// Forces and energies by the law at the filtered overlaps.
+    law: [Vec<f64>; 2],
+    apart: Vec<f64>,
+    passes: Vec<f64>,
 }
 
 /// Rates and energies at one scale.
@@ -175,6 +179,9 @@ impl<'a> Scales<'a> {
             back: self.inverse.make_input_vec(),
             transformed: vec![self.forward.make_output_vec(); 4 * self.cell],
             filtered: Default::default(),
+            law: Default::default(),
+            apart: Vec::new(),
+            passes: Vec::new(),
         }
     }
 
@@ -253,38 +260,50 @@ impl<'a> Scales<'a> {
 
     /// Flux, energies and their rate of change by fluxes and losses at one scale.
     pub(super) fn terms(&self, planned: &Planned, scratch: &mut ScaleScratch) -> ScaleTerms {
-        let n = self.contacts.chain().n_sites();
-        let kinds = if self.lossy { 4 } else { 3 };
-        for kind in 0..kinds {
+        let chain = self.contacts.chain();
+        let (n, m) = (chain.n_sites(), chain.n_contacts());
+        for kind in 0..if self.lossy { 4 } else { 3 } {
             self.filter(kind, planned, scratch);
         }
-        let [force, overlap, speed, damping] = &scratch.filtered;
-        let chain = self.contacts.chain();
-        let offset = self.contacts.offset;
-        let right = |j: usize| if j + 1 < n { j + 1 } else { 0 };
-        let apart = |j: usize| speed[j] - speed[right(j)];
+        let ScaleScratch {
+            filtered: [force, overlap, speed, damping],
+            law: [law_force, energy],
+            apart,
+            passes,
+            ..
+        } = scratch;
+        for row in [&mut *law_force, energy, apart, passes] {
+            row.resize(m, 0.0);
+        }
+        self.contacts
+            .forces_and_energies(&overlap[..m], [law_force, energy]);
+        // What the contact takes out of the motion, and what it passes on.
+        for j in 0..m {
+            let right = if j + 1 < n { j + 1 } else { 0 };
+            let (before, after) = (speed[j], speed[right]);
+            apart[j] = before - after;
+            passes[j] = 0.5 * force[j] * (before + after);
+        }
         let friction = |j: usize| if self.lossy { damping[j] } else { 0.0 };
-        let law_force = |j: usize| self.contacts.force(j + offset, overlap[j]);
-        let flux = |j: usize| (force[j] - friction(j) - law_force(j)) * apart(j);
-        let current = |j: usize| 0.5 * force[j] * (speed[j] + speed[right(j)]);
-        let energy = |j: usize| self.contacts.energy(j + offset, overlap[j]);
+        let flux = |j: usize| (force[j] - friction(j) - law_force[j]) * apart[j];
         let left = |j: usize| if j == 0 { n - 1 } else { j - 1 };
-        let rate = |j: usize| {
-            let i = left(j);
-            let lost = 0.5 * (friction(i) * apart(i) + friction(j) * apart(j))
-                + chain.losses.drag * speed[j] * speed[j];
-            current(i) - current(j) - 0.5 * (flux(i) + flux(j)) - lost
-        };
+        // With the flux, the losses of contacts make up all of the filtered force but the law's.
+        let taken = |j: usize| (force[j] - law_force[j]) * apart[j];
+        let drag = chain.losses.drag;
+        let sites = planned.sites.clone();
         ScaleTerms {
             flux: planned.contacts.clone().map(flux).collect(),
-            energy: planned
-                .sites
+            energy: sites
                 .clone()
+                .map(|j| 0.5 * (chain.mass[j] * speed[j] * speed[j] + energy[left(j)] + energy[j]))
+                .collect(),
+            energy_rate: sites
                 .map(|j| {
-                    0.5 * chain.mass[j] * speed[j] * speed[j] + 0.5 * (energy(left(j)) + energy(j))
+                    let i = left(j);
+                    let lost = drag * speed[j] * speed[j];
+                    passes[i] - passes[j] - 0.5 * (taken(i) + taken(j)) - lost
                 })
                 .collect(),
-            energy_rate: planned.sites.clone().map(rate).collect(),
         }
     }
 

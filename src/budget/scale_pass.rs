@@ -1,17 +1,15 @@
 //! The pass over time for coarse-grained energies and fluxes.
 
-use ndarray::ArrayView2;
 use rayon::prelude::*;
 
 use super::contacts::Contacts;
-use super::ledger::ScaleLedgers;
+use super::ledger::Ledger;
 use super::motion::Motion;
 use super::request::BudgetRequest;
 use super::result::{Budget, Residual, ScaleBudget};
-use super::rows::{MAP_LIMIT, Waiting};
 use super::scale::{ScaleTerms, Scales};
+use super::waiting::{Shown, Waiting};
 use crate::analyze::{LargeArray, Observer, Sink};
-use crate::diagnostics::MapBuilder;
 use crate::error::{Error, Result};
 use crate::sum::sum;
 
@@ -46,11 +44,15 @@ pub(super) fn pass(
         return Ok(());
     };
     let mut waiting = Waiting::default();
-    waiting.reserve(sink, LargeArray::ScaleFlux, (samples, m))?;
-    waiting.reserve(sink, LargeArray::ScaleFluxInTime, (samples, count))?;
-    let mut ledgers = ScaleLedgers::new(&scales);
+    waiting.reserve(sink, LargeArray::ScaleFlux, (samples, m), Shown::Extreme)?;
+    waiting.reserve(
+        sink,
+        LargeArray::ScaleFluxInTime,
+        (samples, count),
+        Shown::Not,
+    )?;
+    let mut ledgers = vec![Ledger::default(); count];
     let mut integrated = vec![0.0; count];
-    let mut map = MapBuilder::extreme((samples, m), MAP_LIMIT);
     let mut before: Option<Vec<ScaleTerms>> = None;
     let dt = motion.step();
     observer.stage("scales", samples as u64);
@@ -85,17 +87,13 @@ pub(super) fn pass(
             for (scale, now) in terms.iter().enumerate() {
                 integrated[scale] += weight(i) * sums[scale];
                 if let Some(before) = &before {
-                    ledgers.add(scale, 0.5 * dt, &before[scale]);
-                    ledgers.add(scale, 0.5 * dt, now);
+                    ledgers[scale].trapezoid(dt, &before[scale].energy_rate, &now.energy_rate);
                 }
-                ledgers.compare(scale, now);
+                ledgers[scale].compare(&now.energy);
             }
             // Undefined where the filter reaches an end.
             let mut row = vec![f64::NAN; m];
             row[scales.scales[mapped].contacts.clone()].copy_from_slice(&terms[mapped].flux);
-            if let Ok(row) = ArrayView2::from_shape((1, m), &row) {
-                map.add(i, 0, row);
-            }
             waiting.push(LargeArray::ScaleFlux, &row);
             waiting.push(LargeArray::ScaleFluxInTime, &sums);
             before = Some(terms);
@@ -103,7 +101,7 @@ pub(super) fn pass(
         waiting.hand_on(sink, batch.start)?;
         observer.advance(batch.len() as u64);
     }
-    let worst = ledgers.worst();
+    let worst: Vec<f64> = ledgers.iter().map(Ledger::worst).collect();
     budget.closure.scale = budget.relative(worst.iter().copied().fold(0.0, f64::max));
     let units = &budget.units;
     let (time, place) = (units.time(), units.position());
@@ -116,7 +114,7 @@ pub(super) fn pass(
         contacts: scales.scales.iter().map(of_all).collect(),
         integrated_flux: integrated,
         map_scale: scales.scales[mapped].of.scale,
-        flux_map: Some(map.finish(label, time, place)),
+        flux_map: waiting.map(LargeArray::ScaleFlux, label, time, place),
         residual: worst
             .iter()
             .map(|worst| Some(worst / budget.scale))

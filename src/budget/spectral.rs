@@ -1,16 +1,14 @@
 //! The wavenumber budget over time: spectra, flux, its integral, and whether it balances.
 
-use ndarray::ArrayView2;
-
 use super::ledger::{Ledger, energy_rates};
 use super::motion::Motion;
 use super::request::BudgetRequest;
 use super::result::{BranchBudget, Identities, WavenumberBudget, empty_map};
-use super::rows::{MAP_LIMIT, Waiting};
 use super::units::BudgetUnits;
+use super::waiting::{Shown, Waiting};
 use super::wavenumber::{Terms, Transfers};
 use crate::analyze::{LargeArray, Sink};
-use crate::diagnostics::{MapBuilder, edge_of};
+use crate::diagnostics::edge_of;
 use crate::error::Result;
 use crate::sum::sum;
 
@@ -25,10 +23,9 @@ pub(super) struct Spectral {
     half: usize,
     /// Integral of losses less input.
     gone: Vec<f64>,
-    before: Option<Terms>,
+    /// Rates of energy, and of losses less input, at the last sample.
+    before: Option<(Vec<f64>, Vec<f64>)>,
     identities: Identities,
-    energy_map: MapBuilder,
-    flux_map: MapBuilder,
 }
 
 impl Spectral {
@@ -41,20 +38,20 @@ impl Spectral {
     ) -> Result<Spectral> {
         let wavenumber = transfers.modes.wavenumbers(request.pitch);
         let shape = (motion.samples(), wavenumber.len());
-        for array in [
-            LargeArray::EnergySpectrum,
-            LargeArray::Transfer,
-            LargeArray::SpectralFlux,
-            LargeArray::IntegratedSpectralFlux,
+        for (array, shown) in [
+            (LargeArray::EnergySpectrum, Shown::Largest),
+            (LargeArray::Transfer, Shown::Not),
+            (LargeArray::SpectralFlux, Shown::Extreme),
+            (LargeArray::IntegratedSpectralFlux, Shown::Not),
         ] {
-            waiting.reserve(sink, array, shape)?;
+            waiting.reserve(sink, array, shape, shown)?;
         }
         let lossy = motion.chain.losses.any();
         if lossy {
-            waiting.reserve(sink, LargeArray::LossSpectrum, shape)?;
+            waiting.reserve(sink, LargeArray::LossSpectrum, shape, Shown::Not)?;
         }
         if motion.drive.is_some() {
-            waiting.reserve(sink, LargeArray::InputSpectrum, shape)?;
+            waiting.reserve(sink, LargeArray::InputSpectrum, shape, Shown::Not)?;
         }
         let branches = transfers.branches().map(|branches| BranchBudget {
             wavenumber: branches.wavenumbers(request.pitch),
@@ -63,8 +60,8 @@ impl Spectral {
         });
         if let Some(branches) = &branches {
             let shape = (shape.0, branches.wavenumber.len());
-            waiting.reserve(sink, LargeArray::AcousticSpectrum, shape)?;
-            waiting.reserve(sink, LargeArray::OpticalSpectrum, shape)?;
+            waiting.reserve(sink, LargeArray::AcousticSpectrum, shape, Shown::Not)?;
+            waiting.reserve(sink, LargeArray::OpticalSpectrum, shape, Shown::Not)?;
         }
         Ok(Spectral {
             edge_asked: request.band_edge_wavenumber,
@@ -78,8 +75,6 @@ impl Spectral {
                 loss_sum: lossy.then_some(0.0),
                 ..Identities::default()
             },
-            energy_map: MapBuilder::largest(shape, MAP_LIMIT),
-            flux_map: MapBuilder::extreme(shape, MAP_LIMIT),
             budget: WavenumberBudget {
                 basis: transfers.modes.basis(),
                 edge: f64::NAN,
@@ -123,11 +118,6 @@ impl Spectral {
             waiting.push(LargeArray::AcousticSpectrum, &split.acoustic_energy);
             waiting.push(LargeArray::OpticalSpectrum, &split.optical_energy);
         }
-        for (map, row) in [(&mut self.energy_map, energy), (&mut self.flux_map, &flux)] {
-            if let Ok(row) = ArrayView2::from_shape((1, row.len()), row) {
-                map.add(i, 0, row);
-            }
-        }
         for (array, row) in [
             (LargeArray::EnergySpectrum, energy),
             (LargeArray::Transfer, &terms.transfer),
@@ -166,19 +156,23 @@ impl Spectral {
 
     /// The trapezoid rule over the samples.
     fn integrate(&mut self, dt: f64, terms: &Terms) {
-        if let Some(before) = &self.before {
-            for terms in [before, terms] {
-                self.ledger.add(0.5 * dt, energy_rates(terms));
-                let rates = energy_rates(terms).zip(&terms.transfer);
-                for (gone, (rate, transfer)) in self.gone.iter_mut().zip(rates) {
-                    *gone += 0.5 * dt * (transfer - rate);
-                }
+        let rates: Vec<f64> = energy_rates(terms).collect();
+        if let Some((before, gone_before)) = &self.before {
+            let both = self.gone.iter_mut().zip(gone_before);
+            for (gone, (rate, transfer)) in both.zip(rates.iter().zip(&terms.transfer)) {
+                *gone.0 += 0.5 * dt * (gone.1 + (transfer - rate));
             }
+            self.ledger.trapezoid(dt, before, &rates);
         } else {
             self.first = terms.energy.clone();
         }
         self.ledger.compare(&terms.energy);
-        self.before = Some(terms.clone());
+        let gone = terms
+            .transfer
+            .iter()
+            .zip(&rates)
+            .map(|(transfer, rate)| transfer - rate);
+        self.before = Some((rates.clone(), gone.collect()));
     }
 
     /// Bins at or below the edge, which the first sample with energy settles.
@@ -205,7 +199,12 @@ impl Spectral {
     }
 
     /// `time`: label, first and step of the axis.
-    pub(super) fn finish(self, time: (&str, f64, f64), units: &BudgetUnits) -> WavenumberBudget {
+    pub(super) fn finish(
+        self,
+        time: (&str, f64, f64),
+        units: &BudgetUnits,
+        waiting: &mut Waiting,
+    ) -> WavenumberBudget {
         let mut budget = self.budget;
         for (late, whole) in budget.late_flux.iter_mut().zip(&budget.integrated_flux) {
             *late = whole - *late;
@@ -213,10 +212,11 @@ impl Spectral {
         let step = budget.wavenumber.get(1).copied().unwrap_or(1.0);
         let k = units.wavenumber();
         let k = (&*k, 0.0, step);
-        budget.energy_map = self
-            .energy_map
-            .finish(units.energy("E(k), both signs of k"), time, k);
-        budget.flux_map = self.flux_map.finish(units.power("flux Π(k)"), time, k);
+        let label = units.energy("E(k), both signs of k");
+        let map = waiting.map(LargeArray::EnergySpectrum, label, time, k);
+        budget.energy_map = map.unwrap_or_else(empty_map);
+        let map = waiting.map(LargeArray::SpectralFlux, units.power("flux Π(k)"), time, k);
+        budget.flux_map = map.unwrap_or_else(empty_map);
         budget
     }
 }

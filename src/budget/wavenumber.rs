@@ -93,44 +93,28 @@ impl<'a> Transfers<'a> {
             other,
         } = scratch;
         self.contacts.evaluate(at.t, at.x, at.v, state);
-        let modes = &self.modes;
-        let mut fill =
-            |values: &mut dyn Iterator<Item = f64>, sites: bool, out: &mut Vec<Complex<f64>>| {
-                row.clear();
-                row.extend(values);
-                match sites {
-                    true => modes.of_sites(row, work, out),
-                    false => modes.of_contacts(row, work, out),
-                }
-            };
+        self.contacts.evaluate_roots(state);
         let state = &*state;
-        let masses = self.root_mass.iter();
-        fill(&mut masses.clone().zip(at.v).map(|(m, v)| m * v), true, q);
-        let push = |force: &'_ [f64]| {
-            let (force, contacts) = (force.to_vec(), self.contacts);
-            move |j: usize| contacts.push_on(j, &force)
-        };
-        let elastic = push(&state.elastic);
-        fill(
-            &mut masses.clone().enumerate().map(|(j, m)| elastic(j) / m),
-            true,
-            f,
-        );
-        fill(&mut state.phi.iter().copied(), false, phi);
-        // The wall's own motion is an input.
-        let wall = |i: usize| {
-            if i == 0 && self.contacts.offset == 1 {
-                state.wall_velocity
-            } else {
-                0.0
-            }
-        };
-        let slopes = state.phi_slope.iter().zip(&state.closing).enumerate();
-        fill(
-            &mut slopes.map(|(i, (slope, closing))| slope * (closing - wall(i))),
-            false,
-            rate,
-        );
+        let (n, modes, contacts) = (at.v.len(), &self.modes, self.contacts);
+        row.resize(n, 0.0);
+        for ((q, root), v) in row.iter_mut().zip(&self.root_mass).zip(at.v) {
+            *q = root * v;
+        }
+        modes.of_sites(row, work, q);
+        contacts.push_all(&state.elastic, row);
+        for (f, root) in row.iter_mut().zip(&self.root_mass) {
+            *f /= root;
+        }
+        modes.of_sites(row, work, f);
+        modes.of_contacts(&state.phi, work, phi);
+        row.clear();
+        let slopes = state.phi_slope.iter().zip(&state.closing);
+        row.extend(slopes.map(|(slope, closing)| slope * closing));
+        if contacts.offset == 1 {
+            // The wall's own motion is an input.
+            row[0] -= state.phi_slope[0] * state.wall_velocity;
+        }
+        modes.of_contacts(row, work, rate);
 
         let weight = |m: usize| self.modes.weight(m);
         let count = self.modes.len();
@@ -148,36 +132,31 @@ impl<'a> Transfers<'a> {
             .as_ref()
             .map(|branches| branches.split(q, f, phi, rate));
         if self.lossy {
-            let damping = push(&state.damping);
-            let drag = self.contacts.chain().losses.drag;
-            let forces = masses
-                .clone()
-                .enumerate()
-                .map(|(j, m)| (damping(j) - drag * at.v[j]) / m);
-            fill(&mut { forces }, true, other);
-            terms.loss = (0..count)
-                .map(|m| -weight(m) * dot(q[m], other[m]))
-                .collect();
+            row.resize(n, 0.0);
+            contacts.push_all(&state.damping, row);
+            let drag = contacts.chain().losses.drag;
+            for ((force, root), v) in row.iter_mut().zip(&self.root_mass).zip(at.v) {
+                *force = (*force - drag * v) / root;
+            }
+            modes.of_sites(row, work, other);
+            let loss = (0..count).map(|m| -weight(m) * dot(q[m], other[m]));
+            terms.loss = loss.collect();
         }
         if self.driven {
-            terms.input = vec![0.0; count];
-            if state.push != 0.0 {
-                let pushed = |j: usize, m: &f64| if j == 0 { state.push / m } else { 0.0 };
-                fill(
-                    &mut masses.clone().enumerate().map(|(j, m)| pushed(j, m)),
-                    true,
-                    other,
-                );
-                for m in 0..count {
-                    terms.input[m] = weight(m) * dot(q[m], other[m]);
-                }
+            row.clear();
+            row.resize(n, 0.0);
+            row[0] = state.push / self.root_mass[0];
+            modes.of_sites(row, work, other);
+            let input = (0..count).map(|m| weight(m) * dot(q[m], other[m]));
+            terms.input = input.collect();
+            row.clear();
+            row.resize(contacts.len(), 0.0);
+            if contacts.offset == 1 {
+                row[0] = state.phi_slope[0] * state.wall_velocity;
             }
-            if state.wall_velocity != 0.0 {
-                let slopes = state.phi_slope.iter().enumerate();
-                fill(&mut slopes.map(|(i, slope)| slope * wall(i)), false, other);
-                for m in 0..count {
-                    terms.input[m] += 2.0 * weight(m) * dot(phi[m], other[m]);
-                }
+            modes.of_contacts(row, work, other);
+            for (m, input) in terms.input.iter_mut().enumerate() {
+                *input += 2.0 * weight(m) * dot(phi[m], other[m]);
             }
         }
         terms

@@ -114,6 +114,53 @@ impl Law {
         }
     }
 
+    /// Forces and energies of many contacts at these overlaps beyond the static ones.
+    pub(crate) fn forces_and_energies(
+        &self,
+        [coefficient, static_overlap, r]: [&[f64]; 3],
+        [force, energy]: [&mut [f64]; 2],
+    ) {
+        let at_rest = static_overlap.iter().all(|d0| *d0 == 0.0);
+        let out = force.iter_mut().zip(energy);
+        if matches!(self, Law::Hertz) && at_rest {
+            for ((force, energy), (c, r)) in out.zip(coefficient.iter().zip(r)) {
+                let d = r.max(0.0);
+                *force = c * (d * d.sqrt());
+                *energy = 0.4 * *force * d;
+            }
+            return;
+        }
+        let contacts = coefficient.iter().zip(static_overlap).zip(r);
+        for ((force, energy), ((&c, &d0), &r)) in out.zip(contacts) {
+            *force = self.force(c, d0, r);
+            *energy = self.energy(c, d0, r);
+        }
+    }
+
+    /// [`Law::root_energy`] of many contacts.
+    pub(crate) fn root_energies(
+        &self,
+        [coefficient, static_overlap, r]: [&[f64]; 3],
+        [phi, slope]: [&mut [f64]; 2],
+    ) {
+        let at_rest = static_overlap.iter().all(|d0| *d0 == 0.0);
+        let out = phi.iter_mut().zip(slope);
+        if matches!(self, Law::Hertz) && at_rest {
+            let (a, b) = (0.4f64.sqrt(), 0.5 * 2.5f64.sqrt());
+            for ((phi, slope), (c, r)) in out.zip(coefficient.iter().zip(r)) {
+                let d = r.max(0.0);
+                let root = c.sqrt() * d.sqrt().sqrt();
+                *phi = a * (d * root);
+                *slope = b * root;
+            }
+            return;
+        }
+        let contacts = coefficient.iter().zip(static_overlap).zip(r);
+        for ((phi, slope), ((&c, &d0), &r)) in out.zip(contacts) {
+            (*phi, *slope) = self.root_energy(c, d0, r);
+        }
+    }
+
     /// The static overlap under a static force.
     pub fn static_overlap(&self, coefficient: f64, force: f64) -> f64 {
         match *self {

@@ -1,0 +1,135 @@
+//! Budgets of a run against the transforms they need: `cargo bench --bench budget`.
+//!
+//! A struck dimer of 300 sites at 4096 samples. The limit is the time of the transforms alone, made
+//! with the same library in the same process: over sites (four rows a sample), over unit cells
+//! (three rows a sample, and three back for each scale), and over time (two records a contact).
+//! Medians of interleaved rounds on one thread.
+
+use std::hint::black_box;
+use std::time::Instant;
+
+use cascade::analyze::{Arrays, LargeArray, Silent, Sink};
+use cascade::budget::{BudgetRequest, Integration, Motion, Views};
+use cascade::chain::{Chain, Simulation};
+use num_complex::Complex;
+use realfft::RealFftPlanner;
+
+const SITES: usize = 300;
+const SAMPLES: usize = 4096;
+const ROUNDS: usize = 9;
+
+/// Takes the arrays and forgets them.
+struct Nowhere;
+
+impl Sink for Nowhere {
+    fn reserve(&self, _: LargeArray, _: (usize, usize)) -> cascade::Result<()> {
+        Ok(())
+    }
+
+    fn put(
+        &self,
+        _: LargeArray,
+        _: usize,
+        _: usize,
+        block: ndarray::ArrayView2<f64>,
+    ) -> cascade::Result<()> {
+        black_box(block);
+        Ok(())
+    }
+}
+
+fn main() -> Result<(), Box<dyn std::error::Error>> {
+    let simulation = Simulation::impact(Chain::dimer(SITES, 4.9272), 1.0, 295.0, SAMPLES);
+    let run = simulation.run(&Silent)?;
+    let motion = Motion::of(&run)?;
+    let views = [
+        ("wavenumber", [true, false, false]),
+        ("frequency", [false, true, false]),
+        ("scale", [false, false, true]),
+        ("all", [true, true, true]),
+    ];
+    let request = |[wavenumber, frequency, scale]: [bool; 3], integration| BudgetRequest {
+        views: Views {
+            wavenumber,
+            frequency,
+            scale,
+        },
+        integration,
+        threads: Some(1),
+        ..BudgetRequest::default()
+    };
+    let (found, _): (_, Arrays) =
+        cascade::budget::budget(&motion, &request([true; 3], Integration::Samples))?;
+    let scales = found.scales.map_or(0, |found| found.scales.len());
+    println!("{SITES} sites, {SAMPLES} samples, {scales} scales, one thread");
+    println!(
+        "{:>12} {:>12} {:>14} {:>8}",
+        "view", "budget (ms)", "transforms", "ratio"
+    );
+    for (name, chosen) in views {
+        let mut times = [Vec::new(), Vec::new()];
+        for _ in 0..ROUNDS {
+            let started = Instant::now();
+            let request = request(chosen, Integration::Samples);
+            black_box(cascade::budget::run(&motion, &request, &Nowhere, &Silent)?);
+            times[0].push(started.elapsed().as_secs_f64());
+            let started = Instant::now();
+            transforms(chosen, scales);
+            times[1].push(started.elapsed().as_secs_f64());
+        }
+        let [ours, limit] = times.map(median);
+        println!(
+            "{name:>12} {:>12.1} {:>14.1} {:>8.2}",
+            1e3 * ours,
+            1e3 * limit,
+            ours / limit
+        );
+    }
+    let started = Instant::now();
+    let request = request([true; 3], Integration::Stepping);
+    let found = cascade::budget::run(&motion, &request, &Nowhere, &Silent)?;
+    let seconds = started.elapsed().as_secs_f64();
+    println!(
+        "all, integrated inside the stepping: {seconds:.2} s, {:?}",
+        found.closure.wavenumber
+    );
+    Ok(())
+}
+
+fn median(mut times: Vec<f64>) -> f64 {
+    times.sort_by(f64::total_cmp);
+    times[times.len() / 2]
+}
+
+/// The transforms of the views, on numbers of the right size.
+fn transforms([wavenumber, frequency, scale]: [bool; 3], scales: usize) {
+    let mut planner = RealFftPlanner::<f64>::new();
+    let mut forward = |length: usize, count: usize| {
+        let plan = planner.plan_fft_forward(length);
+        let mut input: Vec<f64> = (0..length).map(|i| (0.3 * i as f64).sin()).collect();
+        let (mut output, mut work) = (plan.make_output_vec(), plan.make_scratch_vec());
+        for _ in 0..count {
+            let _ = plan.process_with_scratch(&mut input, &mut output, &mut work);
+            // The transform leaves its input as scratch, which must not grow.
+            input.iter_mut().for_each(|x| *x = 0.5);
+            black_box(&output);
+        }
+    };
+    if wavenumber {
+        forward(SITES, 4 * SAMPLES);
+    }
+    if frequency {
+        forward(SAMPLES, 2 * SITES);
+    }
+    if scale {
+        forward(SITES / 2, 2 * 3 * SAMPLES);
+        let plan = planner.plan_fft_inverse(SITES / 2);
+        let (mut input, mut output) = (plan.make_input_vec(), plan.make_output_vec());
+        let mut work = plan.make_scratch_vec();
+        for _ in 0..2 * 3 * SAMPLES * scales {
+            input.iter_mut().for_each(|z| *z = Complex::new(0.5, 0.0));
+            let _ = plan.process_with_scratch(&mut input, &mut output, &mut work);
+            black_box(&output);
+        }
+    }
+}

@@ -1,0 +1,89 @@
+//! Rows over time that wait to be handed on together.
+
+use ndarray::ArrayView2;
+
+use crate::analyze::{LargeArray, Map, Sink};
+use crate::diagnostics::MapBuilder;
+use crate::error::Result;
+
+/// Cells of a map, as many as a page shows.
+pub(super) const MAP_LIMIT: (usize, usize) = (400, 300);
+
+/// Arrays that were announced to a sink.
+#[derive(Default)]
+pub(super) struct Waiting(Vec<Rows>);
+
+struct Rows {
+    array: LargeArray,
+    columns: usize,
+    values: Vec<f64>,
+    map: Option<MapBuilder>,
+}
+
+/// What is kept of an array for the eye.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(super) enum Shown {
+    Not,
+    Largest,
+    Extreme,
+}
+
+impl Waiting {
+    /// Announces an array; one without columns is left out.
+    pub(super) fn reserve(
+        &mut self,
+        sink: &dyn Sink,
+        array: LargeArray,
+        shape: (usize, usize),
+        shown: Shown,
+    ) -> Result<()> {
+        if shape.1 > 0 {
+            sink.reserve(array, shape)?;
+            self.0.push(Rows {
+                array,
+                columns: shape.1,
+                values: Vec::new(),
+                map: match shown {
+                    Shown::Not => None,
+                    Shown::Largest => Some(MapBuilder::largest(shape, MAP_LIMIT)),
+                    Shown::Extreme => Some(MapBuilder::extreme(shape, MAP_LIMIT)),
+                },
+            });
+        }
+        Ok(())
+    }
+
+    /// Adds a row of an array that was announced.
+    pub(super) fn push(&mut self, array: LargeArray, row: &[f64]) {
+        if let Some(rows) = self.0.iter_mut().find(|rows| rows.array == array) {
+            rows.values.extend_from_slice(row);
+        }
+    }
+
+    /// Hands all rows on, the first of them that of sample `first`.
+    pub(super) fn hand_on(&mut self, sink: &dyn Sink, first: usize) -> Result<()> {
+        for rows in &mut self.0 {
+            let shape = (rows.values.len() / rows.columns, rows.columns);
+            if let Ok(block) = ArrayView2::from_shape(shape, &rows.values) {
+                sink.put(rows.array, first, 0, block)?;
+                if let Some(map) = &mut rows.map {
+                    map.add(first, 0, block);
+                }
+            }
+            rows.values.clear();
+        }
+        Ok(())
+    }
+
+    /// The map of an array, with label, first and step of its axes.
+    pub(super) fn map(
+        &mut self,
+        array: LargeArray,
+        label: String,
+        y: (&str, f64, f64),
+        x: (&str, f64, f64),
+    ) -> Option<Map> {
+        let rows = self.0.iter_mut().find(|rows| rows.array == array)?;
+        Some(rows.map.take()?.finish(label, y, x))
+    }
+}
