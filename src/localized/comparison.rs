@@ -2,9 +2,11 @@
 
 use std::ops::RangeInclusive;
 
-use super::family::{Convergence, Family, Search};
+use super::convergence::Convergence;
+use super::family::Family;
 use super::leak::{Leak, LeakScan, minima};
 use super::published::{PUBLISHED, Published};
+use super::search::Search;
 use super::slow::SlowProfile;
 use super::wave::{Alternation, Wave};
 use crate::analyze::Observer;

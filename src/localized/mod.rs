@@ -26,7 +26,9 @@
 //! Phys. Rev. E 83 (2011) 036606 (slow and fast parts, mass ratios).
 
 mod comparison;
+mod convergence;
 mod dense;
+mod equations;
 mod family;
 mod fast;
 mod grid;
@@ -34,15 +36,19 @@ mod launch;
 mod leak;
 mod problem;
 mod published;
+mod resolve;
+mod search;
 mod series;
 mod slow;
 mod wave;
 
 pub use comparison::{Asymptotic, Direct, Exact, Row, compare};
-pub use family::{Convergence, Family, Search};
+pub use convergence::Convergence;
+pub use family::Family;
 pub use launch::Travel;
 pub use leak::{Leak, LeakScan, REACH, minima};
 pub use published::{PUBLISHED, Published};
+pub use search::Search;
 pub use series::Series;
 pub use slow::SlowProfile;
 pub use wave::{Alternation, Wave};

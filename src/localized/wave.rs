@@ -1,6 +1,6 @@
 //! A localized wave and what is read off it.
 
-use super::family::Convergence;
+use super::convergence::Convergence;
 use super::series::Series;
 
 /// What alternates from contact to contact or from site to site.
