@@ -59,6 +59,11 @@ impl Family {
         Ok(Search::new(self, slow, last))
     }
 
+    /// The search on a given slow wave, of which the estimates alone are of use.
+    pub(super) fn search_on(self, slow: SlowProfile, last: usize) -> Search {
+        Search::new(self, slow, last)
+    }
+
     /// kappa or mu of a stiffening `kappa^{1/p}` or `1/mu`.
     pub(super) fn ratio(&self, stiffening: f64) -> f64 {
         match self.alternation {

@@ -25,9 +25,11 @@
 //! A. F. Vakakis, *New family of solitary waves in granular dimer chains with no precompression*,
 //! Phys. Rev. E 83 (2011) 036606 (slow and fast parts, mass ratios).
 
+mod angle;
 mod comparison;
 mod convergence;
 mod dense;
+mod direct;
 mod equations;
 mod family;
 mod fast;
@@ -42,8 +44,10 @@ mod series;
 mod slow;
 mod wave;
 
-pub use comparison::{Asymptotic, Direct, Exact, Row, compare};
+pub use angle::{Angle, Cylinders};
+pub use comparison::{Asymptotic, Comparison, Differences, Direct, Exact, LARGEST_ORDER, Row};
 pub use convergence::Convergence;
+pub use direct::{Extreme, LeakCurve};
 pub use family::Family;
 pub use launch::Travel;
 pub use leak::{Leak, LeakScan, REACH, minima};
@@ -51,4 +55,4 @@ pub use published::{PUBLISHED, Published};
 pub use search::Search;
 pub use series::Series;
 pub use slow::SlowProfile;
-pub use wave::{Alternation, Wave};
+pub use wave::{Alternation, Ratio, Wave};

@@ -90,13 +90,15 @@ impl Search {
             }
         }
         if changes.resolution > LARGEST_CHANGE {
+            let found = match changes.resolution {
+                change if change.is_finite() => format!("a relative change of {change:.1e}"),
+                _ => "one resolution alone".to_owned(),
+            };
+            let most = self.most_points;
             return Err(unresolved(
                 "the localized wave",
                 format!("a ratio of order {order} that stands when the resolution is raised"),
-                format!(
-                    "a relative change of {:e} at the last grid",
-                    changes.resolution
-                ),
+                format!("{found} with up to {most} times on half a period"),
             ));
         }
         let longer = Grid {

@@ -14,6 +14,34 @@ pub enum Alternation {
     Mass,
 }
 
+/// A ratio by the name of what alternates.
+#[derive(Debug, Clone, Copy, PartialEq, serde::Serialize)]
+#[serde(rename_all = "snake_case")]
+pub enum Ratio {
+    /// Stiff over soft contact coefficient.
+    Kappa(f64),
+    /// Light over heavy mass.
+    MassRatio(f64),
+}
+
+impl Ratio {
+    pub fn value(self) -> f64 {
+        match self {
+            Ratio::Kappa(value) | Ratio::MassRatio(value) => value,
+        }
+    }
+}
+
+impl Alternation {
+    /// A value by its name.
+    pub fn ratio(self, value: f64) -> Ratio {
+        match self {
+            Alternation::Stiffness => Ratio::Kappa(value),
+            Alternation::Mass => Ratio::MassRatio(value),
+        }
+    }
+}
+
 /// A localized wave at unit cell time: it takes the time 1 over two contacts.
 ///
 /// A cell is site 0, contact 0 (soft, in a stiffness dimer), site 1 (light, in a mass dimer),
@@ -63,6 +91,11 @@ impl Wave {
         wave.velocity[1] = pushed.scaled(1.0 / masses[1]).integral();
         wave.order = wave.maxima_of_fast_part();
         wave
+    }
+
+    /// kappa or mu by its name.
+    pub fn ratio(&self) -> Ratio {
+        self.alternation.ratio(self.ratio)
     }
 
     pub fn masses(&self) -> [f64; 2] {
