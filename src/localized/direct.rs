@@ -59,17 +59,11 @@ impl LeakScan {
                 })
                 .collect::<Result<Vec<Extreme>>>()
         };
-        let minima = each(&least, &|i| {
-            let last = leaks.len() - 1;
-            self.least(
-                leaks[i.saturating_sub(2)],
-                leaks[(i + 2).min(last)],
-                observer,
-            )
-        })?;
+        let around = |i: usize| [leaks[i - 1], leaks[i], leaks[i + 1]];
+        let minima = each(&least, &|i| self.least(around(i), observer))?;
         let maxima = each(&most, &|i| {
-            let mut seen = vec![leaks[i - 1], leaks[i], leaks[i + 1]];
-            let (best, width) = self.narrow([0, 1, 2], &mut seen, Sense::Most, observer)?;
+            let mut seen = around(i).to_vec();
+            let (best, width) = self.narrow([0, 1, 2], &mut seen, Sense::Most, NEAR, observer)?;
             Ok(extreme(&best, width))
         })?;
         Ok(LeakCurve {
@@ -79,32 +73,35 @@ impl LeakScan {
         })
     }
 
-    /// The least leak between two ratios.
-    fn least(&self, first: Leak, last: Leak, observer: &dyn Observer) -> Result<Extreme> {
-        let step = (last.ratio / first.ratio).ln() / f64::from(CLOSER);
-        let inner = (1..CLOSER).map(|j| first.ratio * (f64::from(j) * step).exp());
-        let inner: Result<Vec<Leak>> = inner.map(|ratio| self.leak(ratio, observer)).collect();
-        let mut seen = vec![first];
-        seen.extend(inner?);
-        seen.push(last);
-        let mut best = first;
-        for i in minima(&seen) {
-            let (found, _) = self.narrow([i - 1, i, i + 1], &mut seen, Sense::Least, observer)?;
-            if !(found.per_cell >= best.per_cell) {
+    /// The least leak near the middle one of three that were seen.
+    fn least(&self, around: [Leak; 3], observer: &dyn Observer) -> Result<Extreme> {
+        let mut seen = around.to_vec();
+        let (near, _) = self.narrow([0, 1, 2], &mut seen, Sense::Least, NEAR, observer)?;
+        let parts = (-CLOSER..=CLOSER).map(|j| near.ratio * (1.0 + NEAR * f64::from(j)));
+        let closer: Result<Vec<Leak>> = parts.map(|ratio| self.leak(ratio, observer)).collect();
+        let mut closer = closer?;
+        let mut best = near;
+        for i in minima(&closer) {
+            let around = [i - 1, i, i + 1];
+            let (found, _) = self.narrow(around, &mut closer, Sense::Least, FINEST, observer)?;
+            if found.per_cell < best.per_cell {
                 best = found;
             }
         }
+        seen.extend(closer);
         let error = uncertainty(seen, &best, 4.0 * best.per_cell.max(self.rounding()));
         Ok(extreme(&best, error))
     }
 
     /// Golden sections between the first and the last one of three leaks that were seen, to which
-    /// all that were measured are added; the best one, and the relative width that is left.
+    /// all that were measured are added, to a relative width that is enough; the best one, and the
+    /// width that is left.
     fn narrow(
         &self,
         around: [usize; 3],
         seen: &mut Vec<Leak>,
         sense: Sense,
+        enough: f64,
         observer: &dyn Observer,
     ) -> Result<(Leak, f64)> {
         let golden = 0.5 * (5f64.sqrt() - 1.0);
@@ -125,7 +122,7 @@ impl LeakScan {
         };
         let [left, right] = inner(&low, &high);
         let (mut left, mut right) = (at(left)?, at(right)?);
-        while high.ratio / low.ratio - 1.0 > sense.enough() {
+        while high.ratio / low.ratio - 1.0 > enough {
             for found in [left, right] {
                 if better(&found, &best) {
                     best = found;
@@ -167,16 +164,6 @@ enum Sense {
     Most,
 }
 
-impl Sense {
-    /// Relative width of a bracket that needs no narrowing.
-    fn enough(self) -> f64 {
-        match self {
-            Sense::Least => 1e-8,
-            Sense::Most => 1e-3,
-        }
-    }
-}
-
 fn by_leak(leaks: &[Leak]) -> impl Fn(&usize, &usize) -> std::cmp::Ordering {
     // What cannot be told is no maximum.
     let size = |i: usize| match leaks[i].per_cell {
@@ -197,5 +184,9 @@ fn uncertainty(mut seen: Vec<Leak>, best: &Leak, bound: f64) -> f64 {
     distance(first.saturating_sub(1)).max(distance((last + 1).min(seen.len() - 1)))
 }
 
-/// Parts of the range about a minimum that are looked at.
-const CLOSER: u32 = 24;
+/// Relative distance of ratios that tells the two minima of a high order apart.
+const NEAR: f64 = 1e-3;
+/// As many of these to each side of a minimum are looked at.
+const CLOSER: i32 = 12;
+/// Relative width of a bracket that needs no narrowing.
+const FINEST: f64 = 1e-8;
