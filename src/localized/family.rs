@@ -7,7 +7,7 @@ use super::wave::Alternation;
 use crate::{Error, Result};
 
 /// Dimers that differ in their ratio only.
-#[derive(Debug, Clone, Copy, PartialEq)]
+#[derive(Debug, Clone, Copy, PartialEq, serde::Serialize)]
 pub struct Family {
     pub alternation: Alternation,
     /// p of `F = c delta^p`.

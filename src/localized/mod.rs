@@ -18,7 +18,8 @@
 //! Solutions that decay on both sides exist at isolated ratios only. [`Search::wave`] finds the one
 //! of a given order, the ratio being one of the unknowns; [`Family::estimates`] gives the estimates
 //! of a fast oscillation on the slow wave of the limit; [`LeakScan`] measures on simulated chains
-//! what a pulse loses per cell, and [`Wave::launch`] starts a chain with a wave.
+//! what a pulse loses per cell, and where that is least and most; [`Comparison`] puts all of it side
+//! by side, with the angles of crossed cylinders, and [`Wave::journey`] starts a chain with a wave.
 //!
 //! Sources: J. M. English, R. L. Pego, *On the solitary wave pulse in a chain of beads*, Proc.
 //! AMS 133 (2005) 1763 (the equation as a convolution); K. R. Jayaprakash, Y. Starosvetsky,
@@ -37,6 +38,7 @@ mod grid;
 mod launch;
 mod leak;
 mod problem;
+mod profile;
 mod published;
 mod resolve;
 mod search;
@@ -49,8 +51,9 @@ pub use comparison::{Asymptotic, Comparison, Differences, Direct, Exact, LARGEST
 pub use convergence::Convergence;
 pub use direct::{Extreme, LeakCurve};
 pub use family::Family;
-pub use launch::Travel;
+pub use launch::{Journey, Travel};
 pub use leak::{Leak, LeakScan, REACH, minima};
+pub use profile::Profile;
 pub use published::{PUBLISHED, Published};
 pub use search::Search;
 pub use series::Series;

@@ -112,16 +112,28 @@ impl Wave {
         }
     }
 
-    /// The fast part at time t: of a stiffness dimer `psi_1 - [(F_0(t+h) + F_0(t-h))/2]^{1/p}`, of a
-    /// mass dimer the difference of the overlaps on both sides of the light site.
-    pub fn fast_part(&self, time: f64) -> f64 {
-        let p = self.exponent;
+    /// The slow part at time t: what a stiff contact without inertia would have,
+    /// `[(F_0(t+h) + F_0(t-h))/2]^{1/p}`, or the mean of the overlaps on both sides of the light
+    /// site.
+    pub fn slow_part(&self, time: f64) -> f64 {
         match self.alternation {
             Alternation::Stiffness => {
-                let mean =
-                    0.5 * (self.force[0].value(time + 0.5) + self.force[0].value(time - 0.5));
-                let psi = self.ratio.powf(1.0 / p) * self.overlap[1].value(time);
-                psi - mean.max(0.0).powf(1.0 / p)
+                let [ahead, behind] = [0.5, -0.5].map(|h| self.force[0].value(time + h));
+                (0.5 * (ahead + behind)).max(0.0).powf(1.0 / self.exponent)
+            }
+            Alternation::Mass => {
+                0.5 * (self.overlap[0].value(time + 0.25) + self.overlap[1].value(time - 0.25))
+            }
+        }
+    }
+
+    /// The fast part at time t: `psi_1` beyond the slow part in a stiffness dimer, the difference of
+    /// the overlaps on both sides of the light site in a mass dimer.
+    pub fn fast_part(&self, time: f64) -> f64 {
+        match self.alternation {
+            Alternation::Stiffness => {
+                let psi = self.ratio.powf(1.0 / self.exponent) * self.overlap[1].value(time);
+                psi - self.slow_part(time)
             }
             Alternation::Mass => {
                 self.overlap[0].value(time + 0.25) - self.overlap[1].value(time - 0.25)

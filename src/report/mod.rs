@@ -1,18 +1,20 @@
 //! Results to files: `summary.json`, `spectra.npz`, `report.html`, in a directory that appears
-//! whole or not at all; run files.
+//! whole or not at all; run files; localized waves.
 
 mod archive;
 mod arrays;
 mod directory;
 #[cfg(feature = "figures")]
 mod html;
+mod localized;
 mod run_file;
 mod summary;
 
 pub use archive::Archive;
 pub use arrays::write_small_arrays;
-pub use directory::ResultDirectory;
+pub use directory::{Contents, ResultDirectory};
 #[cfg(feature = "figures")]
 pub use html::html;
+pub use localized::{LOCALIZED_SCHEMA, LocalizedSummary, table_csv, write_journey, write_profile};
 pub use run_file::{RUN_SCHEMA, RunFile};
 pub use summary::{Provenance, SCHEMA, Summary};
