@@ -4,6 +4,7 @@ use ndarray::ArrayView1;
 
 use super::wave::{Ratio, Wave};
 use crate::analyze::Observer;
+use crate::chain::available_memory;
 use crate::chain::{
     Accuracy, Chain, EndTime, Ends, Law, Losses, Record, Run, Scheme, Simulation, Window,
 };
@@ -57,6 +58,19 @@ impl Wave {
                 option: "cells",
                 expected: "a cell or more".into(),
                 found: "0".into(),
+            });
+        }
+        // Sites times samples, velocities and displacements.
+        let sites = (cells as u64)
+            .saturating_add(2 * self.reach() as u64)
+            .saturating_mul(2);
+        let needed = sites.saturating_mul(16).saturating_mul(cells as u64);
+        let allowed = available_memory();
+        if needed > allowed {
+            return Err(Error::Memory {
+                what: "the launched wave",
+                needed,
+                allowed,
             });
         }
         let run = self.launch(cells, LOCAL_ERROR).run(observer)?;

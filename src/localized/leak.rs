@@ -39,7 +39,7 @@ impl LeakScan {
     /// which they do where most is shed. A leak below about 1e-15 is rounding.
     ///
     /// # Errors
-    /// [`Error::Request`] for chains too short for a pulse to stand alone, and for ratios that are
+    /// [`Error::Request`] for chains too short for a pulse to stand alone, or too long, and for ratios that are
     /// not positive; those of [`Simulation::run`].
     pub fn run(&self, ratios: &[f64], observer: &dyn Observer) -> Result<Vec<Leak>> {
         self.check()?;
@@ -55,12 +55,12 @@ impl LeakScan {
     }
 
     pub(super) fn check(&self) -> Result<()> {
-        if self.cells >= 5 * REACH {
+        if (5 * REACH..=MOST_CELLS).contains(&self.cells) {
             return Ok(());
         }
         Err(Error::Request {
             option: "cells",
-            expected: format!("{} cells or more", 5 * REACH),
+            expected: format!("{} to {MOST_CELLS} cells", 5 * REACH),
             found: self.cells.to_string(),
         })
     }
@@ -117,6 +117,8 @@ impl LeakScan {
 
 /// Cells behind the peak that belong to the leading pulse.
 pub const REACH: usize = 6;
+/// Cells of a chain that is struck, at most: hours for each.
+const MOST_CELLS: usize = 100_000;
 const SAMPLES: usize = 81;
 /// Share of the largest energy of a cell above which a peak is a pulse.
 const FOREMOST: f64 = 1e-3;

@@ -51,7 +51,7 @@ pub fn draw_panels(
 fn draw(panel: &Panel, area: &Area) -> Result<()> {
     let mut chart = ChartBuilder::on(area)
         .margin(px(16.0))
-        .margin_right(px(24.0))
+        .margin_right(px(36.0))
         .caption(&panel.title, sans(17.0))
         .x_label_area_size(px(48.0))
         .y_label_area_size(px(72.0))

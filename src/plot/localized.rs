@@ -1,5 +1,7 @@
 //! Localized waves: their profile, and how they travel.
 
+use std::ops::Range;
+
 use super::Format;
 use super::charts::{Curve, Panel, around, draw_panels};
 use crate::Result;
@@ -18,7 +20,7 @@ pub fn wave(wave: &Wave, profile: &Profile, format: Format) -> Result<Vec<u8>> {
         Alternation::Stiffness => ["before the soft contact", "behind it"],
         Alternation::Mass => ["heavy site", "light site"],
     };
-    let end = 0.8 * profile.time[profile.time.len() - 1];
+    let end = 0.55 * profile.time[profile.time.len() - 1];
     let curve = |label: &'static str, values: &[f64]| -> Curve {
         let points = profile.time.iter().copied().zip(values.iter().copied());
         (label, points.filter(|point| point.0.abs() <= end).collect())
@@ -33,7 +35,7 @@ pub fn wave(wave: &Wave, profile: &Profile, format: Format) -> Result<Vec<u8>> {
         x_label: "time (cells)",
         y_label,
         x: -end..end,
-        y: around(&curves),
+        y: below_names(&curves),
         curves,
     };
     let parts = vec![
@@ -84,7 +86,7 @@ pub fn journey(journey: &Journey, format: Format) -> Result<Vec<u8>> {
             x_label: "cell",
             y_label: "velocity",
             x: 0.0..0.5 * length as f64,
-            y: around(&velocities),
+            y: below_names(&velocities),
             curves: velocities,
         },
         Panel {
@@ -92,11 +94,17 @@ pub fn journey(journey: &Journey, format: Format) -> Result<Vec<u8>> {
             x_label: "cells travelled",
             y_label: "decimal logarithm",
             x: 0.0..journey.arrived.cells as f64,
-            y: -17.5..around(&course).end.max(0.0),
+            y: -17.5..0.0,
             curves: course,
         },
     ];
     draw_panels("launched wave", 2, &panels, format)
+}
+
+/// A range with room for the curves' names above them.
+fn below_names(curves: &[Curve]) -> Range<f64> {
+    let range = around(curves);
+    range.start..range.end + 0.3 * (range.end - range.start)
 }
 
 fn titled(ratio: Ratio) -> String {
