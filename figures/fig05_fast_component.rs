@@ -19,7 +19,7 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
     for order in 2..=7 {
         let wave = search.wave(order)?;
         let eps = wave.ratio.powf(-2.0 / 3.0);
-        let points: Vec<(f64, f64)> = (-1500..=1500)
+        let points: Vec<(f64, f64)> = (-1750..=1750)
             .map(|j| 0.002 * f64::from(j))
             .map(|t| (t, wave.fast_part(t) / eps))
             .collect();
@@ -31,7 +31,7 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
         assert_eq!(maxima, order);
         let largest = points.iter().fold(0.0, |m: f64, p| m.max(p.1.abs()));
         assert!(
-            points[0].1.abs() < 2e-4 * largest,
+            points[0].1.abs() < 1e-5 * largest,
             "order {order}: cut short"
         );
         let mirrored = points.iter().rev();
@@ -42,7 +42,7 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
             title: format!("order {order}, kappa = {:.4}", wave.ratio),
             x_label: "time (cells)",
             y_label: "fast component",
-            x: -3.0..3.0,
+            x: -3.5..3.5,
             y: around(&curves),
             curves,
         });

@@ -2,6 +2,7 @@
 
 use std::path::Path;
 
+#[allow(unused_imports)] // each script uses a part of them
 pub use cascade::plot::{Curve, Panel, around};
 use cascade::plot::{Format, draw_panels};
 
