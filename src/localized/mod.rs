@@ -34,6 +34,7 @@ mod direct;
 mod equations;
 mod family;
 mod fast;
+mod follow;
 mod grid;
 mod launch;
 mod leak;

@@ -30,12 +30,16 @@ impl Search {
         Ok(self.assemble(grid, &root, Changes::default()))
     }
 
-    /// A root on the coarsest grid.
-    pub(super) fn first(&self, stiffening: f64) -> Option<(Grid, Root)> {
+    /// The coarsest grid that a wave is looked for on.
+    pub(super) fn coarsest(&self, stiffening: f64) -> Grid {
         let fastest = self.fastest * stiffening.sqrt();
         let density = (LEAST_FREQUENCY + 2.0 * fastest) / std::f64::consts::PI;
-        let density = density.max(self.slow.density());
-        let grid = Grid::new(2.0 * self.slow.end(), density);
+        Grid::new(2.0 * self.slow.end(), density.max(self.slow.density()))
+    }
+
+    /// A root on the coarsest grid.
+    pub(super) fn first(&self, stiffening: f64) -> Option<(Grid, Root)> {
+        let grid = self.coarsest(stiffening);
         if grid.half > self.most_points {
             return None;
         }
@@ -65,7 +69,13 @@ impl Search {
     }
 
     /// Raises the resolution until the ratio stands, then makes the period longer.
-    pub(super) fn refine(&self, mut grid: Grid, mut root: Root, order: usize) -> Result<Wave> {
+    pub(super) fn refine(
+        &self,
+        mut grid: Grid,
+        mut root: Root,
+        order: usize,
+        identity: Identity,
+    ) -> Result<Wave> {
         let mut changes = Changes {
             resolution: f64::INFINITY,
             ..Changes::default()
@@ -109,6 +119,9 @@ impl Search {
         changes.period = self.change(&root, &other);
         root.iterations = other.iterations;
         let wave = self.assemble(grid, &root, changes);
+        if identity == Identity::Followed {
+            return Ok(Wave { order, ..wave });
+        }
         if wave.order != order {
             return Err(unresolved(
                 "the localized wave",
@@ -147,14 +160,14 @@ impl Search {
         (a / b - 1.0).abs()
     }
 
-    fn theta(&self, stiffening: f64) -> f64 {
+    pub(super) fn theta(&self, stiffening: f64) -> f64 {
         match self.family.alternation {
             Alternation::Stiffness => stiffening,
             Alternation::Mass => stiffening - 1.0,
         }
     }
 
-    fn stiffening(&self, theta: f64) -> f64 {
+    pub(super) fn stiffening(&self, theta: f64) -> f64 {
         match self.family.alternation {
             Alternation::Stiffness => theta,
             Alternation::Mass => theta + 1.0,
@@ -191,6 +204,15 @@ impl Search {
     }
 }
 
+/// By what the order of a wave is known.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(super) enum Identity {
+    /// The maxima of its fast part.
+    Counted,
+    /// That of the wave that it was followed from.
+    Followed,
+}
+
 /// Relative changes of the ratio.
 #[derive(Default)]
 pub(super) struct Changes {
@@ -205,6 +227,6 @@ const LARGEST_CHANGE: f64 = 1e-6;
 const LONGER: f64 = 1.2;
 /// Steps at a held ratio, and Newton's steps at most.
 const HELD: usize = 5;
-const NEWTON: usize = 25;
+pub(super) const NEWTON: usize = 25;
 /// Angular frequency that the coarsest grid resolves beyond the fast part's.
 const LEAST_FREQUENCY: f64 = 35.0;

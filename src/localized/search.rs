@@ -2,7 +2,7 @@
 
 use super::family::{Family, no_estimate};
 use super::fast::Oscillator;
-use super::resolve::Changes;
+use super::resolve::{Changes, Identity};
 use super::slow::{MOST_POINTS, SlowProfile, unresolved};
 use super::wave::{Alternation, Wave};
 use crate::{Error, Result};
@@ -59,7 +59,8 @@ impl Search {
     /// From the estimate, values at a held ratio come first, by Gauss and Newton's steps, then the
     /// ratio with them. The maxima of the fast part, counted, and the nearest estimate tell which
     /// order was found; where they do not say this one, or nothing is found, other starts around
-    /// the estimate are tried. Then the resolution is raised until the ratio stands, and the period
+    /// the estimate are tried, and at last the wave of Hertz contacts is followed from exponent to
+    /// exponent. Then the resolution is raised until the ratio stands, and the period
     /// made longer once.
     ///
     /// # Errors
@@ -90,7 +91,7 @@ impl Search {
             };
             let wave = self.assemble(grid, &root, Changes::default());
             if self.is_of(&wave, order) {
-                return self.refine(grid, root, order);
+                return self.refine(grid, root, order, Identity::Counted);
             }
             found = format!(
                 "one of {} maxima at the ratio {}, next to the estimate of order {}",
@@ -98,6 +99,11 @@ impl Search {
                 wave.ratio,
                 self.nearest(wave.ratio)
             );
+        }
+        if let Some((grid, root)) = self.followed(order)
+            && self.nearest(self.family.ratio(self.stiffening(root.theta))) == order
+        {
+            return self.refine(grid, root, order, Identity::Followed);
         }
         Err(unresolved(
             "the localized wave",
@@ -147,7 +153,7 @@ impl Search {
                 ),
             ));
         }
-        self.refine(grid, root, wave.order)
+        self.refine(grid, root, wave.order, Identity::Counted)
     }
 
     /// Whether the count of maxima and the nearest estimate both say so.

@@ -52,7 +52,9 @@ impl Alternation {
 pub struct Wave {
     pub alternation: Alternation,
     pub exponent: f64,
-    /// Number of maxima of the fast part: 1 for the homogeneous chain.
+    /// Number of maxima of the fast part, 1 for the homogeneous chain; for exponents near 1, at which
+    /// they drown in the slow part, that of the wave of Hertz contacts that this one is followed
+    /// from.
     pub order: usize,
     /// kappa or mu.
     pub ratio: f64,
@@ -110,6 +112,12 @@ impl Wave {
             Alternation::Stiffness => [1.0, self.ratio],
             Alternation::Mass => [1.0, 1.0],
         }
+    }
+
+    /// `psi = F^{1/p}` at both contacts.
+    pub(super) fn psi(&self) -> [Series; 2] {
+        let [a, b] = self.coefficients().map(|c| c.powf(1.0 / self.exponent));
+        [self.overlap[0].scaled(a), self.overlap[1].scaled(b)]
     }
 
     /// The slow part at time t: what a stiff contact without inertia would have,
