@@ -177,7 +177,7 @@ fn by_leak(leaks: &[Leak]) -> impl Fn(&usize, &usize) -> std::cmp::Ordering {
 /// than `bound`.
 fn uncertainty(mut seen: Vec<Leak>, best: &Leak, bound: f64) -> f64 {
     seen.sort_by(|a, b| a.ratio.total_cmp(&b.ratio));
-    let small = |leak: &Leak| !(leak.per_cell > bound);
+    let small = |leak: &Leak| leak.per_cell.is_nan() || leak.per_cell <= bound;
     let first = seen.iter().position(small).unwrap_or(0);
     let last = seen.iter().rposition(small).unwrap_or(seen.len() - 1);
     let distance = |i: usize| (seen[i].ratio / best.ratio - 1.0).abs();
