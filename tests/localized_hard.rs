@@ -77,8 +77,8 @@ fn val_finer_grids_too_low_a_resolution() {
 #[test]
 fn val_other_grids_high_orders() {
     let family = Family::default();
-    let search = search(30);
-    for order in [16, 19, 24, 30] {
+    let search = search(24);
+    for order in [16, 19, 24] {
         let wave = search.wave(order).unwrap();
         assert_eq!(wave.order, order);
         let stated = wave.convergence.error();
@@ -100,7 +100,7 @@ fn val_other_grids_high_orders() {
 /// one order do, and the waves travel.
 #[test]
 fn val_estimates_and_chains_small_exponents() {
-    for order in 2..=4 {
+    for order in 2..=3 {
         let mut last: Option<f64> = None;
         for exponent in [1.5, 1.4, 1.3, 1.2] {
             let family = Family {
