@@ -146,3 +146,19 @@ fn regress_bad_scans_are_refused_and_stopped() {
         assert!(wrong.run(&Silent).unwrap_err().is_usage());
     }
 }
+
+/// The same bits from any number of threads.
+#[test]
+fn regress_threads_do_not_count() {
+    let found = |threads: usize| {
+        let pool = rayon::ThreadPoolBuilder::new().num_threads(threads);
+        let rows = pool
+            .build()
+            .unwrap()
+            .install(|| compared(Family::default(), 3..=3, 60));
+        serde_json::to_string(&rows).unwrap()
+    };
+    let one = found(1);
+    assert!(one.contains("\"direct\":{\"kappa\":14.62"), "{one}");
+    assert_eq!(one, found(3));
+}
