@@ -165,7 +165,8 @@ fn val_chain_a_launched_wave_travels() {
 }
 
 /// K. R. Jayaprakash, Y. Starosvetsky, A. F. Vakakis, Phys. Rev. E 83 (2011) 036606: mass ratios
-/// of dimers that carry solitary waves.
+/// of dimers that carry solitary waves, as quoted by others; the article itself was not at hand, so
+/// the last digits are not checked against its print.
 #[test]
 fn val_published_mass_ratios() {
     let search = MASS.search(5).unwrap();

@@ -1,25 +1,10 @@
 //! Panels of curves, written as PNG and SVG: what the figure scripts share.
 
-use std::ops::Range;
 use std::path::Path;
 
-use cascade::plot::plotters::prelude::*;
-use cascade::plot::{Canvas, Format, px, sans};
-
-pub type Curve = (&'static str, Vec<(f64, f64)>);
-
-pub struct Panel {
-    pub title: String,
-    pub x_label: &'static str,
-    pub y_label: &'static str,
-    pub x: Range<f64>,
-    pub y: Range<f64>,
-    pub curves: Vec<Curve>,
-}
-
-/// Okabe and Ito's blue and vermillion.
-const COLOURS: [RGBColor; 2] = [RGBColor(0x00, 0x72, 0xb2), RGBColor(0xd5, 0x5e, 0x00)];
-const PANEL: (u32, u32) = (560, 330);
+#[allow(unused_imports)] // each script uses a part of them
+pub use cascade::plot::{Curve, Panel, around};
+use cascade::plot::{Format, draw_panels};
 
 /// Draws the panels in rows of `columns` into `figures/out/<name>.png` and `.svg`.
 pub fn save(
@@ -28,68 +13,12 @@ pub fn save(
     panels: &[Panel],
 ) -> Result<(), Box<dyn std::error::Error>> {
     let out = Path::new(env!("CARGO_MANIFEST_DIR")).join("figures/out");
-    let rows = panels.len().div_ceil(columns);
-    let (width, height) = (PANEL.0 * columns as u32, PANEL.1 * rows as u32);
     for format in [Format::Png, Format::Svg] {
-        let canvas = Canvas::new(name, width, height, format)?;
-        let areas = canvas.area().split_evenly((rows, columns));
-        for (panel, area) in panels.iter().zip(&areas) {
-            draw(panel, area)?;
-        }
         let file = out.join(format!("{name}.{}", format.extension()));
         let part = file.with_extension("part");
-        std::fs::write(&part, canvas.encode()?)?;
+        std::fs::write(&part, draw_panels(name, columns, panels, format)?)?;
         std::fs::rename(&part, &file)?;
         println!("{}", file.display());
     }
     Ok(())
-}
-
-fn draw(panel: &Panel, area: &cascade::plot::Area) -> Result<(), cascade::Error> {
-    let mut chart = ChartBuilder::on(area)
-        .margin(px(16.0))
-        .margin_right(px(24.0))
-        .caption(&panel.title, sans(17.0))
-        .x_label_area_size(px(48.0))
-        .y_label_area_size(px(72.0))
-        .build_cartesian_2d(panel.x.clone(), panel.y.clone())?;
-    chart
-        .configure_mesh()
-        .light_line_style(TRANSPARENT)
-        .bold_line_style(RGBColor(0xe6, 0xe6, 0xe6))
-        .label_style(sans(14.0))
-        .axis_desc_style(sans(15.0))
-        .set_all_tick_mark_size(px(5.0))
-        .x_labels(7)
-        .y_labels(6)
-        .x_desc(panel.x_label)
-        .y_desc(panel.y_label)
-        .draw()?;
-    let named = panel.curves.iter().any(|(label, _)| !label.is_empty());
-    for ((label, points), colour) in panel.curves.iter().zip(COLOURS) {
-        let style = colour.stroke_width(px(2.0));
-        let series = chart.draw_series(LineSeries::new(points.iter().copied(), style))?;
-        series
-            .label(*label)
-            .legend(move |(x, y)| PathElement::new([(x, y), (x + px(22.0) as i32, y)], style));
-    }
-    if named {
-        chart
-            .configure_series_labels()
-            .position(SeriesLabelPosition::UpperRight)
-            .legend_area_size(px(30.0))
-            .label_font(sans(14.0))
-            .background_style(WHITE.mix(0.8))
-            .margin(px(6.0))
-            .draw()?;
-    }
-    Ok(())
-}
-
-/// A range that holds all values of the curves, with a margin.
-pub fn around(curves: &[Curve]) -> Range<f64> {
-    let values = curves.iter().flat_map(|(_, points)| points).map(|p| p.1);
-    let (low, high) = values.fold((0.0f64, 0.0f64), |(l, h), v| (l.min(v), h.max(v)));
-    let margin = 0.08 * (high - low);
-    low - margin..high + margin
 }

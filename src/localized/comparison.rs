@@ -2,197 +2,245 @@
 
 use std::ops::RangeInclusive;
 
-use super::family::{Convergence, Family, Search};
-use super::leak::{Leak, LeakScan, minima};
-use super::published::{PUBLISHED, Published};
+use rayon::prelude::*;
+
+use super::angle::{Angle, Cylinders};
+use super::direct::{Extreme, LeakCurve};
+use super::family::Family;
+use super::leak::LeakScan;
+use super::published::PUBLISHED;
+use super::row::{Asymptotic, Differences, Direct, Exact, Row};
+use super::search::Search;
 use super::slow::SlowProfile;
-use super::wave::{Alternation, Wave};
+use super::wave::Wave;
 use crate::analyze::Observer;
 use crate::{Error, Result};
 
-/// What is known of one order; ratios are kappa of stiffness dimers, mu of mass dimers.
-#[derive(Debug, Clone, PartialEq, serde::Serialize)]
-pub struct Row {
-    pub order: usize,
-    pub exact: Exact,
-    pub asymptotic: Asymptotic,
-    /// Only where chains were asked for.
-    pub direct: Option<Direct>,
-    /// Only of stiffness dimers of Hertz contacts.
-    pub published: Option<Published>,
+/// What is to be known of the orders of a family.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Comparison {
+    pub family: Family,
+    /// Both ends included; 1 is the homogeneous chain.
+    pub orders: RangeInclusive<usize>,
+    /// Cells of chains that are struck to measure leaks; `None`: none are.
+    pub cells: Option<usize>,
+    /// Crossed cylinders whose angles are looked for; only of stiffness dimers of Hertz contacts.
+    pub cylinders: Option<Cylinders>,
 }
 
-/// The localized wave's numbers, at unit cell time.
-#[derive(Debug, Clone, Copy, PartialEq, serde::Serialize)]
-pub struct Exact {
-    pub ratio: f64,
-    /// Estimated relative error of the ratio.
-    pub error: f64,
-    pub convergence: Convergence,
-    /// C of `V = C F^{(p-1)/(2p)}`, sites per unit of time against the peak force in contact 0.
-    pub speed_coefficient: f64,
-    /// Full width at half height of the force in contact 0, in sites.
-    pub width: f64,
-    pub energy: f64,
-    pub momentum: f64,
-    /// Largest difference of the velocity of site 0 from its mirror image, relative to its peak.
-    pub velocity_asymmetry: f64,
-    /// The same of the force in contact 0.
-    pub force_asymmetry: f64,
-}
-
-/// Ratios from the asymptotic condition.
-#[derive(Debug, Clone, Copy, PartialEq, serde::Serialize)]
-pub struct Asymptotic {
-    pub exact_profile: f64,
-    /// Only for Hertz contacts, which it was fitted for.
-    pub fitted_profile: Option<f64>,
-}
-
-/// The minimum of the leak of simulated chains that is nearest to the wave.
-#[derive(Debug, Clone, Copy, PartialEq, serde::Serialize)]
-pub struct Direct {
-    pub ratio: f64,
-    /// Least leak per cell that was measured near it.
-    pub leak: f64,
-}
-
-impl Exact {
-    fn of(wave: &Wave) -> Exact {
-        Exact {
-            ratio: wave.ratio,
-            error: wave.convergence.error(),
-            convergence: wave.convergence,
-            speed_coefficient: wave.speed_coefficient(),
-            width: wave.width(),
-            energy: wave.energy(),
-            momentum: wave.momentum(),
-            velocity_asymmetry: Wave::asymmetry(&wave.velocity[0]),
-            force_asymmetry: Wave::asymmetry(&wave.force[0]),
-        }
-    }
-}
-
-/// The rows of all orders asked for; with `cells`, chains of as many cells are struck too.
-///
-/// # Errors
-/// Those of [`Family::search`], [`Search::wave`] and [`LeakScan::run`]; [`Error::Cancelled`].
-pub fn compare(
-    family: Family,
-    orders: RangeInclusive<usize>,
-    cells: Option<usize>,
-    observer: &dyn Observer,
-) -> Result<Vec<Row>> {
-    if orders.is_empty() || *orders.start() == 0 {
-        return Err(Error::Request {
-            option: "order",
-            expected: "orders of 1 or more, the first one first".into(),
-            found: format!("{}..{}", orders.start(), orders.end()),
-        });
-    }
-    let search = family.search(*orders.end())?;
-    let hertz = family.exponent == 1.5;
-    let fitted = match hertz {
-        true => Some(family.estimates(&SlowProfile::fitted()?, *orders.end())?),
-        false => None,
-    };
-    observer.stage("orders", orders.clone().count() as u64);
-    let mut rows = Vec::new();
-    for order in orders {
-        if observer.cancelled() {
-            return Err(Error::Cancelled);
-        }
-        let wave = search.wave(order)?;
-        let published = (PUBLISHED.iter())
-            .find(|row| row.order == order)
-            .filter(|_| hertz && family.alternation == Alternation::Stiffness);
-        rows.push(Row {
-            order,
-            exact: Exact::of(&wave),
-            asymptotic: Asymptotic {
-                exact_profile: search.estimate(order).unwrap_or(f64::NAN),
-                fitted_profile: fitted.as_ref().map(|f| f[order - 1]),
-            },
-            direct: None,
-            published: published.copied(),
-        });
-        observer.advance(1);
-    }
-    if let Some(cells) = cells {
-        add_direct(family, cells, &search, &mut rows, observer)?;
-    }
-    Ok(rows)
-}
-
-/// Scans the leak over the estimates' range, and once more around each of its minima.
-fn add_direct(
-    family: Family,
-    cells: usize,
-    search: &Search,
-    rows: &mut [Row],
-    observer: &dyn Observer,
-) -> Result<()> {
-    let scan = LeakScan {
-        family,
-        cells,
-        local_error: LOCAL_ERROR,
-    };
-    // Orders are almost evenly spaced in the root of the stiffening.
-    let root = |ratio: f64| match family.alternation {
-        Alternation::Stiffness => ratio.powf(0.5 / family.exponent),
-        Alternation::Mass => ratio.powf(-0.5),
-    };
-    let ratio = |root: f64| match family.alternation {
-        Alternation::Stiffness => root.powf(2.0 * family.exponent),
-        Alternation::Mass => root.powi(-2),
-    };
-    let estimates: Vec<f64> = (1..)
-        .map_while(|order| search.estimate(order))
-        .map(root)
-        .collect();
-    let last = estimates[estimates.len() - 1].max(1.2);
-    let spacing = match estimates[..] {
-        [.., before, last] => last - before,
-        _ => 0.5,
-    };
-    let step = spacing / 12.0;
-    let count = ((last + 0.6 * spacing - 1.0) / step).ceil() as usize;
-    let along = |centre: f64, step: f64, count: usize| -> Vec<f64> {
-        let mut ratios: Vec<f64> = (0..=count)
-            .map(|j| ratio(centre + step * j as f64))
+impl Comparison {
+    /// The rows of all orders asked for, computed side by side. An order without a wave has a
+    /// reason in its place.
+    ///
+    /// # Errors
+    /// [`Error::Request`] for orders that are no range from 1 on, angles of dimers that are no
+    /// crossed cylinders, and chains too short; those of [`Family::search`] and [`LeakScan::run`];
+    /// [`Error::Cancelled`].
+    pub fn run(&self, observer: &dyn Observer) -> Result<Vec<Row>> {
+        self.check()?;
+        let family = self.family;
+        let search = family.search(*self.orders.end())?;
+        let fitted = match family.exponent == 1.5 {
+            true => Some(family.search_on(SlowProfile::fitted()?, *self.orders.end())),
+            false => None,
+        };
+        let estimate = |order: usize| {
+            Some(Asymptotic {
+                exact_profile: search.estimate(order)?,
+                fitted_profile: fitted.as_ref().and_then(|f| f.estimate(order)),
+            })
+        };
+        let orders: Vec<usize> = self.orders.clone().collect();
+        observer.stage("orders", orders.len() as u64);
+        let rows: Result<Vec<Row>> = orders
+            .into_par_iter()
+            .map(|order| {
+                if observer.cancelled() {
+                    return Err(Error::Cancelled);
+                }
+                let row = self.row(order, search.wave(order), estimate(order));
+                observer.advance(1);
+                row
+            })
             .collect();
-        ratios.sort_by(f64::total_cmp);
-        ratios
-    };
-    // From just below the homogeneous chain, so that it is a minimum among others.
-    let coarse = scan.run(&along(1.0 - step, step, count + 1), observer)?;
-    for minimum in minima(&coarse) {
-        let fine = step / 6.0;
-        let around = scan.run(&along(root(minimum) - 3.0 * fine, fine, 6), observer)?;
-        let Some(found) = minima(&around).first().copied() else {
-            continue;
-        };
-        let least = |leaks: &[Leak]| {
-            leaks
-                .iter()
-                .map(|l| l.per_cell)
-                .fold(f64::INFINITY, f64::min)
-        };
-        let distance = |row: &Row| (root(row.exact.ratio) - root(found)).abs();
-        let nearest = rows
-            .iter_mut()
-            .min_by(|a, b| distance(a).total_cmp(&distance(b)));
-        if let Some(row) = nearest
-            && distance(row) < 0.3 * spacing
-        {
-            row.direct = Some(Direct {
-                ratio: found,
-                leak: least(&around),
+        let mut rows = rows?;
+        if let Some(cells) = self.cells {
+            self.add_direct(cells, &search, &mut rows, observer)?;
+        }
+        rows.iter_mut().for_each(Row::compare);
+        Ok(rows)
+    }
+
+    fn check(&self) -> Result<()> {
+        let Comparison { family, orders, .. } = self;
+        if orders.is_empty() || *orders.start() == 0 || *orders.end() > LARGEST_ORDER {
+            return Err(Error::Request {
+                option: "order",
+                expected: format!("orders from 1 to {LARGEST_ORDER}, the first one first"),
+                found: format!("{}..{}", orders.start(), orders.end()),
             });
         }
+        let dimer = *family == Family::default();
+        if self.cylinders.is_some() && !dimer {
+            return Err(Error::Request {
+                option: "angles",
+                expected: "stiffness dimers of Hertz contacts".into(),
+                found: format!(
+                    "{:?} dimers of exponent {}",
+                    family.alternation, family.exponent
+                ),
+            });
+        }
+        self.cells.map_or(Ok(()), |cells| self.scan(cells).check())
     }
-    Ok(())
+
+    fn row(&self, order: usize, wave: Result<Wave>, asymptotic: Option<Asymptotic>) -> Result<Row> {
+        let (wave, reason) = match wave {
+            Ok(wave) => (Some(wave), None),
+            Err(error @ Error::Unresolved { .. }) => (None, Some(error.to_string())),
+            Err(error) => return Err(error),
+        };
+        let exact = wave.as_ref().map(Exact::of);
+        let published = (PUBLISHED.iter()).find(|row| row.order == order);
+        Ok(Row {
+            order,
+            angle: self.angle(exact.map(|exact| exact.ratio.value()))?,
+            exact,
+            reason,
+            asymptotic,
+            direct: None,
+            most_dispersive: None,
+            published: published
+                .filter(|_| self.family == Family::default())
+                .copied(),
+            differences: Differences::default(),
+            wave,
+        })
+    }
+
+    fn angle(&self, kappa: Option<f64>) -> Result<Option<Angle>> {
+        match (&self.cylinders, kappa) {
+            (Some(cylinders), Some(kappa)) => cylinders.crossed_for(kappa).map(Some),
+            _ => Ok(None),
+        }
+    }
+
+    fn scan(&self, cells: usize) -> LeakScan {
+        LeakScan {
+            family: self.family,
+            cells,
+            local_error: LOCAL_ERROR,
+        }
+    }
+
+    /// Scans the leak over the range of the orders, and narrows its extremes down.
+    fn add_direct(
+        &self,
+        cells: usize,
+        search: &Search,
+        rows: &mut [Row],
+        observer: &dyn Observer,
+    ) -> Result<()> {
+        let Some(range) = Range::of(&self.family, search, &self.orders) else {
+            return Ok(());
+        };
+        let LeakCurve { minima, maxima, .. } = self.scan(cells).curve(&range.ratios(), observer)?;
+        let direct = |extreme: &Extreme| -> Result<Direct> {
+            // Just below the homogeneous chain there is no angle, and none is needed.
+            let kappa = extreme.ratio.max(1.0);
+            Ok(Direct {
+                ratio: self.family.alternation.ratio(extreme.ratio),
+                error: extreme.error,
+                leak: extreme.leak,
+                angle: self.angle(Some(kappa))?,
+            })
+        };
+        let localized = minima.iter().filter(|m| m.leak < LARGEST_LEAK);
+        let mut found: Vec<Option<f64>> = vec![None; rows.len()];
+        for minimum in localized {
+            let distance = |row: &Row| {
+                let ratio = row.exact.map(|exact| exact.ratio.value());
+                let ratio = ratio.or(row.asymptotic.map(|a| a.exact_profile));
+                ratio.map_or(f64::INFINITY, |ratio| range.apart(ratio, minimum.ratio))
+            };
+            let nearest =
+                (0..rows.len()).min_by(|a, b| distance(&rows[*a]).total_cmp(&distance(&rows[*b])));
+            if let Some(nearest) = nearest
+                && distance(&rows[nearest]) < 0.3 * range.spacing
+                && (rows[nearest].direct).is_none_or(|direct| minimum.leak < direct.leak)
+            {
+                rows[nearest].direct = Some(direct(minimum)?);
+                found[nearest] = Some(minimum.ratio);
+            }
+        }
+        for i in 1..rows.len() {
+            let (Some(a), Some(b)) = (found[i - 1], found[i]) else {
+                continue;
+            };
+            let between = (maxima.iter())
+                .filter(|m| m.ratio > a.min(b) && m.ratio < a.max(b))
+                .max_by(|a, b| a.leak.total_cmp(&b.leak));
+            rows[i - 1].most_dispersive = between.map(direct).transpose()?;
+        }
+        Ok(())
+    }
 }
 
-/// Of the stepping: leaks of 1e-10 a cell are seen with it.
+/// Where chains are looked at, evenly in the root of the stiffening, in which orders are almost
+/// equally far apart.
+struct Range {
+    family: Family,
+    first: f64,
+    last: f64,
+    spacing: f64,
+}
+
+impl Range {
+    /// From half an order below the first one asked for to half an order above the last.
+    fn of(family: &Family, search: &Search, orders: &RangeInclusive<usize>) -> Option<Range> {
+        let root = |order: usize| match order {
+            1 => Some(1.0),
+            order => Some(family.stiffening(search.estimate(order)?).sqrt()),
+        };
+        let last = (orders.clone().rev()).find_map(root)?;
+        let first = root(*orders.start())?;
+        let spacing = match *orders.end() {
+            1 => 0.6,
+            end => (2..=end)
+                .filter_map(|order| Some(root(order)? - root(order - 1)?))
+                .next_back()?,
+        };
+        // From just below the homogeneous chain, so that it is a minimum among others.
+        let first = (first - 0.6 * spacing).max(1.0 - 2.0 * spacing / PER_ORDER);
+        Some(Range {
+            family: *family,
+            first,
+            last: last + 0.6 * spacing,
+            spacing,
+        })
+    }
+
+    fn ratios(&self) -> Vec<f64> {
+        let count = ((self.last - self.first) / self.spacing * PER_ORDER).ceil();
+        let step = (self.last - self.first) / count;
+        (0..=count as usize)
+            .map(|j| self.family.ratio((self.first + step * j as f64).powi(2)))
+            .collect()
+    }
+
+    /// How far two ratios are apart, in the root of the stiffening.
+    fn apart(&self, a: f64, b: f64) -> f64 {
+        let [a, b] = [a, b].map(|ratio| self.family.stiffening(ratio).sqrt());
+        (a - b).abs()
+    }
+}
+
+/// The largest order that is looked for; its ratio still stands to seven digits.
+pub const LARGEST_ORDER: usize = 60;
+
+/// Of the stepping: leaks of 1e-14 a cell are seen with it.
 const LOCAL_ERROR: f64 = 1e-11;
+/// Ratios looked at from one order to the next.
+const PER_ORDER: f64 = 12.0;
+/// A larger least leak is no localized wave's.
+const LARGEST_LEAK: f64 = 1e-9;

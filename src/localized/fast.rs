@@ -1,8 +1,7 @@
 //! The asymptotic estimate: a fast oscillation driven by the slow wave, left at rest behind it.
 
-use super::slow::{SlowProfile, unresolved};
+use super::slow::SlowProfile;
 use super::wave::Alternation;
-use crate::Result;
 
 /// The linear oscillator `y'' + s W(t)^2 y = f(t)` of the fast part, with s the stiffening:
 /// `kappa^{1/p}`, or the reciprocal mass ratio.
@@ -57,8 +56,8 @@ impl Oscillator {
         self.square.iter().fold(0.0, |m: f64, w| m.max(*w)).sqrt()
     }
 
-    /// The stiffenings of the first `count` orders.
-    pub(super) fn roots(&self, count: usize) -> Result<Vec<f64>> {
+    /// The stiffenings of the first `count` orders, or of as many as are above rounding.
+    pub(super) fn roots(&self, count: usize) -> Vec<f64> {
         let phase: f64 = 2.0 * self.step * self.square.iter().map(|w| w.sqrt()).sum::<f64>();
         let step = 0.5 / phase;
         let mut roots = Vec::with_capacity(count);
@@ -74,11 +73,7 @@ impl Oscillator {
         while roots.len() < count {
             let next = self.mismatch(root_of_s + step);
             if next.abs().max(mismatch.abs()) < LEAST_MISMATCH {
-                return Err(unresolved(
-                    "the asymptotic estimate",
-                    format!("a fast part above rounding up to order {count}"),
-                    format!("rounding beyond order {}", roots.len()),
-                ));
+                break;
             }
             if (next < 0.0) != (mismatch < 0.0) {
                 roots.push(self.bisect(root_of_s, root_of_s + step, next < 0.0).powi(2));
@@ -87,7 +82,7 @@ impl Oscillator {
             mismatch = next;
         }
         roots.truncate(count);
-        Ok(roots)
+        roots
     }
 
     fn bisect(&self, mut low: f64, mut high: f64, high_is_negative: bool) -> f64 {

@@ -2,10 +2,13 @@
 
 use ndarray::ArrayView1;
 
-use super::wave::Wave;
+use super::wave::{Ratio, Wave};
+use crate::analyze::Observer;
+use crate::chain::available_memory;
 use crate::chain::{
     Accuracy, Chain, EndTime, Ends, Law, Losses, Record, Run, Scheme, Simulation, Window,
 };
+use crate::{Error, Result};
 
 /// What is left of a wave after some cells.
 #[derive(Debug, Clone, Copy, PartialEq, serde::Serialize)]
@@ -21,7 +24,83 @@ pub struct Travel {
     pub energy_drift: f64,
 }
 
+/// A wave's way along a chain that starts with it.
+#[derive(Debug, Clone, PartialEq, serde::Serialize)]
+pub struct Journey {
+    pub order: usize,
+    #[serde(flatten)]
+    pub ratio: Ratio,
+    /// Of the stepping, relative to the largest velocity.
+    pub local_error: f64,
+    /// At the end of the way.
+    #[serde(flatten)]
+    pub arrived: Travel,
+    /// Largest difference of any velocity at the end from a run of ten times the local error,
+    /// relative to the largest velocity: what the stepping may be wrong by, ten times over.
+    pub stepping_error: f64,
+    /// After each cell.
+    #[serde(skip)]
+    pub course: Vec<Travel>,
+    /// Velocities of all sites at the start and at the end.
+    #[serde(skip)]
+    pub velocity: [Vec<f64>; 2],
+}
+
 impl Wave {
+    /// Starts a chain with the wave, at a local error of 1e-13 a step, and compares it with its
+    /// start after every cell.
+    ///
+    /// # Errors
+    /// [`Error::Request`] for no cells, [`Error::Memory`] for too many; [`Error::Cancelled`].
+    pub fn journey(&self, cells: usize, observer: &dyn Observer) -> Result<Journey> {
+        if cells == 0 {
+            return Err(Error::Request {
+                option: "cells",
+                expected: "a cell or more".into(),
+                found: "0".into(),
+            });
+        }
+        // Sites times samples, velocities and displacements.
+        let sites = (cells as u64)
+            .saturating_add(2 * self.reach() as u64)
+            .saturating_mul(2);
+        let needed = sites.saturating_mul(16).saturating_mul(cells as u64);
+        let allowed = available_memory();
+        if needed > allowed {
+            return Err(Error::Memory {
+                what: "the launched wave",
+                needed,
+                allowed,
+            });
+        }
+        let run = self.launch(cells, LOCAL_ERROR).run(observer)?;
+        let mut coarser = self.launch(cells, 10.0 * LOCAL_ERROR);
+        coarser.samples = 2;
+        coarser.record = Record::default();
+        let coarser = coarser.run(observer)?;
+        let course: Vec<Travel> = (1..=cells)
+            .filter_map(|cell| self.travelled(&run, cell))
+            .collect();
+        let (start, end) = (run.velocity.row(0), run.velocity.row(cells));
+        let largest = start.iter().fold(0.0, |m: f64, v| m.max(v.abs()));
+        let difference = (end.iter().zip(coarser.velocity.row(1)))
+            .fold(0.0, |m: f64, (a, b)| m.max((a - b).abs()));
+        let arrived = course.last().copied().ok_or_else(|| Error::Unresolved {
+            what: "the launched wave".into(),
+            expected: "a run with displacements".into(),
+            found: "one without".into(),
+        })?;
+        Ok(Journey {
+            order: self.order,
+            ratio: self.ratio(),
+            local_error: LOCAL_ERROR,
+            arrived,
+            stepping_error: difference / largest,
+            course,
+            velocity: [start.to_vec(), end.to_vec()],
+        })
+    }
+
     /// Cells on each side of its centre that the wave can be felt in.
     fn reach(&self) -> usize {
         (0.5 * self.overlap[0].period()).ceil() as usize + 1
@@ -115,3 +194,6 @@ impl Wave {
         })
     }
 }
+
+/// Of the stepping of a journey.
+const LOCAL_ERROR: f64 = 1e-13;

@@ -22,7 +22,7 @@ pub struct LeakScan {
 pub struct Leak {
     /// kappa or mu.
     pub ratio: f64,
-    /// Relative decrease of the pulse's energy per cell, along the second half of the chain.
+    /// Relative decrease of the pulse's energy per cell; NaN where it cannot be told.
     pub per_cell: f64,
     /// The pulse's share of the energy of the impact, at the end of the chain.
     pub energy: f64,
@@ -31,36 +31,52 @@ pub struct Leak {
 }
 
 impl LeakScan {
-    /// The leaks at the given ratios, in their order, computed side by side. The leading pulse is
-    /// what lies up to [`REACH`] cells behind its peak and all that is in front; its energy is
-    /// fitted as an exponential of the distance.
+    /// The leaks at the given ratios, in their order, computed side by side.
+    ///
+    /// The leading pulse is what lies up to [`REACH`] cells behind its peak and all that is in
+    /// front. Its energy is fitted as an exponential of the distance along the second half of the
+    /// chain, or of that part of it before waves behind it catch up with it (it then gains energy),
+    /// which they do where most is shed. A leak below about 1e-15 is rounding.
     ///
     /// # Errors
-    /// [`Error::Request`] for chains too short for a pulse to stand alone, and for ratios that are
+    /// [`Error::Request`] for chains too short for a pulse to stand alone, or too long, and for ratios that are
     /// not positive; those of [`Simulation::run`].
     pub fn run(&self, ratios: &[f64], observer: &dyn Observer) -> Result<Vec<Leak>> {
-        if self.cells < 5 * REACH {
-            return Err(Error::Request {
-                option: "cells",
-                expected: format!("{} cells or more", 5 * REACH),
-                found: self.cells.to_string(),
-            });
-        }
+        self.check()?;
         observer.stage("chains", ratios.len() as u64);
         ratios
             .par_iter()
             .map(|&ratio| {
-                if observer.cancelled() {
-                    return Err(Error::Cancelled);
-                }
-                let leak = self.leak(ratio);
+                let leak = self.leak(ratio, observer);
                 observer.advance(1);
                 leak
             })
             .collect()
     }
 
-    fn leak(&self, ratio: f64) -> Result<Leak> {
+    pub(super) fn check(&self) -> Result<()> {
+        if (5 * REACH..=MOST_CELLS).contains(&self.cells) {
+            return Ok(());
+        }
+        Err(Error::Request {
+            option: "cells",
+            expected: format!("{} to {MOST_CELLS} cells", 5 * REACH),
+            found: self.cells.to_string(),
+        })
+    }
+
+    /// The leak of one chain.
+    pub(super) fn leak(&self, ratio: f64, observer: &dyn Observer) -> Result<Leak> {
+        if observer.cancelled() {
+            return Err(Error::Cancelled);
+        }
+        if !(ratio > 0.0 && ratio.is_finite()) {
+            return Err(Error::Request {
+                option: "ratio",
+                expected: "a positive number".into(),
+                found: ratio.to_string(),
+            });
+        }
         let sites = 2 * self.cells;
         let pair = |a: f64, b: f64| (0..sites).map(move |j| if j % 2 == 0 { a } else { b });
         let (mass, stiff) = match self.family.alternation {
@@ -101,9 +117,13 @@ impl LeakScan {
 
 /// Cells behind the peak that belong to the leading pulse.
 pub const REACH: usize = 6;
+/// Cells of a chain that is struck, at most: hours for each.
+const MOST_CELLS: usize = 100_000;
 const SAMPLES: usize = 81;
 /// Share of the largest energy of a cell above which a peak is a pulse.
 const FOREMOST: f64 = 1e-3;
+/// Relative gain of energy from sample to sample that tells of waves catching up.
+const GAIN: f64 = 1e-3;
 
 fn measure(ratio: f64, run: &Run) -> Result<Leak> {
     let Some(displacement) = &run.displacement else {
@@ -134,16 +154,25 @@ fn measure(ratio: f64, run: &Run) -> Result<Leak> {
             .map(|j| 0.5 * j as f64 * energies[j])
             .sum();
         let centre = moment / energy;
-        if centre > 0.25 * sites as f64 && centre < (sites / 2 - REACH / 2) as f64 {
+        if centre > REACH as f64 && centre < (sites / 2 - REACH / 2) as f64 {
             points.push((centre, energy, run.time[k]));
         }
     }
+    let energy = points.last().map_or(f64::NAN, |last| last.1 / initial);
+    let alone = 1
+        + (points.windows(2))
+            .take_while(|pair| pair[1].1 < (1.0 + GAIN) * pair[0].1)
+            .count();
+    points.truncate(alone);
+    let end = points.last().map_or(0.0, |last| last.0);
+    points.retain(|point| point.0 > 0.5 * end);
     let n = points.len() as f64;
     if points.len() < 4 {
-        return Err(Error::Unresolved {
-            what: "the leak".into(),
-            expected: "a leading pulse on the second half of the chain".into(),
-            found: format!("one at {} of {SAMPLES} samples", points.len()),
+        return Ok(Leak {
+            ratio,
+            per_cell: f64::NAN,
+            energy,
+            speed: f64::NAN,
         });
     }
     let mean = |value: &dyn Fn(&(f64, f64, f64)) -> f64| points.iter().map(value).sum::<f64>() / n;
@@ -155,23 +184,17 @@ fn measure(ratio: f64, run: &Run) -> Result<Leak> {
     Ok(Leak {
         ratio,
         per_cell: -slope.exp_m1(),
-        energy: points[points.len() - 1].1 / initial,
+        energy,
         speed,
     })
 }
 
-/// The ratios at which leaks, ordered by ratio, are least: where a leak is smaller than both of its
-/// neighbours, the vertex of the parabola through the three. (Near a localized wave the energy
-/// that is shed grows as the square of the distance from its ratio.)
-pub fn minima(leaks: &[Leak]) -> Vec<f64> {
-    leaks
-        .windows(3)
-        .filter(|w| w[1].per_cell < w[0].per_cell && w[1].per_cell <= w[2].per_cell)
-        .map(|w| {
-            let [a, b, c] = [0, 1, 2].map(|i| (w[i].ratio, w[i].per_cell));
-            let (left, right) = ((b.1 - a.1) / (b.0 - a.0), (c.1 - b.1) / (c.0 - b.0));
-            let curvature = (right - left) / (c.0 - a.0);
-            0.5 * (a.0 + b.0) - 0.5 * left / curvature
-        })
+/// The indices of the leaks, ordered by ratio, that are smaller than both of their neighbours.
+pub fn minima(leaks: &[Leak]) -> Vec<usize> {
+    let least = |w: &[Leak]| w[1].per_cell < w[0].per_cell && w[1].per_cell <= w[2].per_cell;
+    let inner = leaks.windows(3).enumerate();
+    inner
+        .filter(|(_, w)| least(w))
+        .map(|(i, _)| i + 1)
         .collect()
 }

@@ -18,31 +18,47 @@
 //! Solutions that decay on both sides exist at isolated ratios only. [`Search::wave`] finds the one
 //! of a given order, the ratio being one of the unknowns; [`Family::estimates`] gives the estimates
 //! of a fast oscillation on the slow wave of the limit; [`LeakScan`] measures on simulated chains
-//! what a pulse loses per cell, and [`Wave::launch`] starts a chain with a wave.
+//! what a pulse loses per cell, and where that is least and most; [`Comparison`] puts all of it side
+//! by side, with the angles of crossed cylinders, and [`Wave::journey`] starts a chain with a wave.
 //!
 //! Sources: J. M. English, R. L. Pego, *On the solitary wave pulse in a chain of beads*, Proc.
 //! AMS 133 (2005) 1763 (the equation as a convolution); K. R. Jayaprakash, Y. Starosvetsky,
 //! A. F. Vakakis, *New family of solitary waves in granular dimer chains with no precompression*,
 //! Phys. Rev. E 83 (2011) 036606 (slow and fast parts, mass ratios).
 
+mod angle;
 mod comparison;
+mod convergence;
 mod dense;
+mod direct;
+mod equations;
 mod family;
 mod fast;
+mod follow;
 mod grid;
 mod launch;
 mod leak;
 mod problem;
+mod profile;
 mod published;
+mod resolve;
+mod row;
+mod search;
 mod series;
 mod slow;
 mod wave;
 
-pub use comparison::{Asymptotic, Direct, Exact, Row, compare};
-pub use family::{Convergence, Family, Search};
-pub use launch::Travel;
+pub use angle::{Angle, Cylinders};
+pub use comparison::{Comparison, LARGEST_ORDER};
+pub use convergence::Convergence;
+pub use direct::{Extreme, LeakCurve};
+pub use family::Family;
+pub use launch::{Journey, Travel};
 pub use leak::{Leak, LeakScan, REACH, minima};
+pub use profile::Profile;
 pub use published::{PUBLISHED, Published};
+pub use row::{Asymptotic, Differences, Direct, Exact, Row};
+pub use search::Search;
 pub use series::Series;
 pub use slow::SlowProfile;
-pub use wave::{Alternation, Wave};
+pub use wave::{Alternation, Ratio, Wave};

@@ -1,6 +1,6 @@
 //! A localized wave and what is read off it.
 
-use super::family::Convergence;
+use super::convergence::Convergence;
 use super::series::Series;
 
 /// What alternates from contact to contact or from site to site.
@@ -14,6 +14,34 @@ pub enum Alternation {
     Mass,
 }
 
+/// A ratio by the name of what alternates.
+#[derive(Debug, Clone, Copy, PartialEq, serde::Serialize)]
+#[serde(rename_all = "snake_case")]
+pub enum Ratio {
+    /// Stiff over soft contact coefficient.
+    Kappa(f64),
+    /// Light over heavy mass.
+    MassRatio(f64),
+}
+
+impl Ratio {
+    pub fn value(self) -> f64 {
+        match self {
+            Ratio::Kappa(value) | Ratio::MassRatio(value) => value,
+        }
+    }
+}
+
+impl Alternation {
+    /// A value by its name.
+    pub fn ratio(self, value: f64) -> Ratio {
+        match self {
+            Alternation::Stiffness => Ratio::Kappa(value),
+            Alternation::Mass => Ratio::MassRatio(value),
+        }
+    }
+}
+
 /// A localized wave at unit cell time: it takes the time 1 over two contacts.
 ///
 /// A cell is site 0, contact 0 (soft, in a stiffness dimer), site 1 (light, in a mass dimer),
@@ -24,7 +52,9 @@ pub enum Alternation {
 pub struct Wave {
     pub alternation: Alternation,
     pub exponent: f64,
-    /// Number of maxima of the fast part: 1 for the homogeneous chain.
+    /// Number of maxima of the fast part, 1 for the homogeneous chain; for exponents near 1, at which
+    /// they drown in the slow part, that of the wave of Hertz contacts that this one is followed
+    /// from.
     pub order: usize,
     /// kappa or mu.
     pub ratio: f64,
@@ -65,6 +95,11 @@ impl Wave {
         wave
     }
 
+    /// kappa or mu by its name.
+    pub fn ratio(&self) -> Ratio {
+        self.alternation.ratio(self.ratio)
+    }
+
     pub fn masses(&self) -> [f64; 2] {
         match self.alternation {
             Alternation::Stiffness => [1.0, 1.0],
@@ -79,16 +114,34 @@ impl Wave {
         }
     }
 
-    /// The fast part at time t: of a stiffness dimer `psi_1 - [(F_0(t+h) + F_0(t-h))/2]^{1/p}`, of a
-    /// mass dimer the difference of the overlaps on both sides of the light site.
-    pub fn fast_part(&self, time: f64) -> f64 {
-        let p = self.exponent;
+    /// `psi = F^{1/p}` at both contacts.
+    pub(super) fn psi(&self) -> [Series; 2] {
+        let [a, b] = self.coefficients().map(|c| c.powf(1.0 / self.exponent));
+        [self.overlap[0].scaled(a), self.overlap[1].scaled(b)]
+    }
+
+    /// The slow part at time t: what a stiff contact without inertia would have,
+    /// `[(F_0(t+h) + F_0(t-h))/2]^{1/p}`, or the mean of the overlaps on both sides of the light
+    /// site.
+    pub fn slow_part(&self, time: f64) -> f64 {
         match self.alternation {
             Alternation::Stiffness => {
-                let mean =
-                    0.5 * (self.force[0].value(time + 0.5) + self.force[0].value(time - 0.5));
-                let psi = self.ratio.powf(1.0 / p) * self.overlap[1].value(time);
-                psi - mean.max(0.0).powf(1.0 / p)
+                let [ahead, behind] = [0.5, -0.5].map(|h| self.force[0].value(time + h));
+                (0.5 * (ahead + behind)).max(0.0).powf(1.0 / self.exponent)
+            }
+            Alternation::Mass => {
+                0.5 * (self.overlap[0].value(time + 0.25) + self.overlap[1].value(time - 0.25))
+            }
+        }
+    }
+
+    /// The fast part at time t: `psi_1` beyond the slow part in a stiffness dimer, the difference of
+    /// the overlaps on both sides of the light site in a mass dimer.
+    pub fn fast_part(&self, time: f64) -> f64 {
+        match self.alternation {
+            Alternation::Stiffness => {
+                let psi = self.ratio.powf(1.0 / self.exponent) * self.overlap[1].value(time);
+                psi - self.slow_part(time)
             }
             Alternation::Mass => {
                 self.overlap[0].value(time + 0.25) - self.overlap[1].value(time - 0.25)

@@ -8,11 +8,13 @@ mod axis;
 mod bitmap;
 mod budget;
 mod canvas;
+mod charts;
 mod curve;
 mod figures;
 mod font;
 mod heat;
 pub(crate) mod labels;
+mod localized;
 mod painter;
 mod panel;
 mod redistribution;
@@ -29,9 +31,11 @@ use rayon::prelude::*;
 
 pub use budget::{SharedScales, budget_figures, encode_all, views};
 pub use canvas::{Area, Canvas, Surface, px, sans};
+pub use charts::{Curve, Panel, around, draw_panels};
 pub use figures::{
     flux_surrogate, space_time, spacetime_spectrum, spatial_spectrum, temporal_spectrum,
 };
+pub use localized::{journey, wave};
 pub use plotters;
 pub use redistribution::{along_t, along_x};
 pub use short::{short_space, short_time};

@@ -13,11 +13,41 @@ pub struct ResultDirectory {
     working: PathBuf,
     /// Parents that were not there, innermost first.
     made: Vec<PathBuf>,
+    contents: Contents,
     replace: bool,
     published: bool,
 }
 
-/// What a run may leave in its directory; anything else in it is not ours to remove.
+/// What a directory of results may hold; anything else in it is not ours to remove.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Contents {
+    /// What `analyze`, `budget` and `compare` find.
+    Analysis,
+    /// Localized waves.
+    Localized,
+}
+
+impl Contents {
+    /// The file that tells what the others are.
+    fn summary(self) -> &'static str {
+        match self {
+            Contents::Analysis => "summary.json",
+            Contents::Localized => "localized.json",
+        }
+    }
+
+    fn may_hold(self, name: &str) -> bool {
+        let is_wave = || {
+            let digits = name.strip_prefix("wave-")?.strip_suffix(".npz")?;
+            (!digits.is_empty()).then(|| digits.bytes().all(|b| b.is_ascii_digit()))
+        };
+        match self {
+            Contents::Analysis => NAMES.contains(&name),
+            Contents::Localized => LOCALIZED.contains(&name) || is_wave() == Some(true),
+        }
+    }
+}
+
 const NAMES: [&str; 6] = [
     "summary.json",
     "spectra.npz",
@@ -25,6 +55,16 @@ const NAMES: [&str; 6] = [
     "budget.html",
     "report.html",
     "figures",
+];
+const LOCALIZED: [&str; 8] = [
+    "localized.json",
+    "table.csv",
+    "wave.npz",
+    "wave.png",
+    "wave.svg",
+    "launch.npz",
+    "launch.png",
+    "launch.svg",
 ];
 
 /// What `figures` may hold, as PNG and SVG.
@@ -49,7 +89,7 @@ const FIGURES: [&str; 17] = [
 ];
 
 impl ResultDirectory {
-    /// Makes the working directory; fails before any work is done.
+    /// Makes the working directory of an analysis; fails before any work is done.
     ///
     /// # Errors
     /// [`Error::Exists`] if a result is at `wanted` and is not to be replaced,
@@ -57,6 +97,14 @@ impl ResultDirectory {
     /// [`Error::Request`] if `wanted` has no name (`.`, `/`); [`Error::Write`] if nothing can be
     /// written beside it.
     pub fn create(wanted: &Path, replace: bool) -> Result<Self> {
+        ResultDirectory::create_for(Contents::Analysis, wanted, replace)
+    }
+
+    /// The same for results of another kind, which replace their own kind alone.
+    ///
+    /// # Errors
+    /// As [`ResultDirectory::create`].
+    pub fn create_for(contents: Contents, wanted: &Path, replace: bool) -> Result<Self> {
         let (Some(name), Some(parent)) = (wanted.file_name(), wanted.parent()) else {
             return Err(Error::Request {
                 option: "out",
@@ -64,7 +112,7 @@ impl ResultDirectory {
                 found: wanted.display().to_string(),
             });
         };
-        check_free(wanted, replace)?;
+        check_free(contents, wanted, replace)?;
         let parent = match parent.as_os_str().is_empty() {
             true => Path::new("."),
             false => parent,
@@ -75,6 +123,7 @@ impl ResultDirectory {
             wanted: wanted.to_owned(),
             working: parent.join(format!(".{name}.partial-{}", std::process::id())),
             made: missing.map(Path::to_owned).collect(),
+            contents,
             replace,
             published: false,
         };
@@ -108,7 +157,7 @@ impl ResultDirectory {
     /// [`Error::Exists`] or [`Error::Occupied`] if someone else was there first; [`Error::Write`].
     pub fn publish(mut self) -> Result<PathBuf> {
         let write = |action| Error::write(action, &self.wanted);
-        if check_free(&self.wanted, self.replace)? == Place::Result {
+        if check_free(self.contents, &self.wanted, self.replace)? == Place::Result {
             // The old result leaves only once the new one stands beside it.
             let mut old = self.working.clone().into_os_string();
             old.push(".replaced");
@@ -150,7 +199,7 @@ enum Place {
 }
 
 /// Refuses a place that is taken.
-fn check_free(path: &Path, replace: bool) -> Result<Place> {
+fn check_free(contents: Contents, path: &Path, replace: bool) -> Result<Place> {
     let occupied = |found: String| {
         Err(Error::Occupied {
             path: path.to_owned(),
@@ -166,13 +215,14 @@ fn check_free(path: &Path, replace: bool) -> Result<Place> {
     if names.is_empty() {
         return Ok(Place::Free);
     }
-    let stranger = names.iter().find(|name| !NAMES.contains(&name.as_str()));
+    let stranger = names.iter().find(|name| !contents.may_hold(name));
     if let Some(name) = stranger {
         return occupied(format!("holds {name:?}, which no run has written"));
     }
-    let summary = fs::read_to_string(path.join("summary.json")).unwrap_or_default();
+    let name = contents.summary();
+    let summary = fs::read_to_string(path.join(name)).unwrap_or_default();
     if !summary.contains("\"schema\": \"cascade.") {
-        return occupied("holds no summary.json of a run".into());
+        return occupied(format!("holds no {name} of a run"));
     }
     let figures = path.join("figures");
     let drawn = if figures.is_dir() {

@@ -1,5 +1,5 @@
 //! Results to files: `summary.json`, `spectra.npz`, `report.html`, in a directory that appears
-//! whole or not at all; run files.
+//! whole or not at all; run files; localized waves.
 
 mod archive;
 mod arrays;
@@ -9,6 +9,7 @@ mod budget_page;
 mod directory;
 #[cfg(feature = "figures")]
 mod html;
+mod localized;
 mod run_file;
 mod summary;
 
@@ -17,8 +18,9 @@ pub use arrays::write_small_arrays;
 pub use budget::{BUDGET_SCHEMA, BudgetSummary, ClosureSummary, write_budget_arrays};
 #[cfg(feature = "figures")]
 pub use budget_page::{budget_html, comparison_html};
-pub use directory::ResultDirectory;
+pub use directory::{Contents, ResultDirectory};
 #[cfg(feature = "figures")]
 pub use html::html;
+pub use localized::{LOCALIZED_SCHEMA, LocalizedSummary, table_csv, write_journey, write_profile};
 pub use run_file::{RUN_SCHEMA, RunFile};
 pub use summary::{Provenance, SCHEMA, Summary};

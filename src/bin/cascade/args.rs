@@ -54,7 +54,12 @@ pub enum Command {
     /// Print the Hertz contact of two equal crossed cylinders, or the angle of a stiffness ratio.
     Contact(Contact),
     /// Compute the ratios at which a dimer carries localized waves.
-    Localize(crate::localize::Localize),
+    ///
+    /// A table of orders: the exact ratio with its error, the asymptotic estimate on the exact and
+    /// on the fitted slow wave, the published numbers; with `--direct` the ratios at which the
+    /// pulses of struck chains lose least and most. An order that cannot be resolved says why in
+    /// its row, the others stand, and the exit code is 1. `--profile` and `--launch` take one wave.
+    Localize(Box<crate::localize::Localize>),
     /// Print completions for a shell.
     Completions { shell: clap_complete::Shell },
     /// Print the manual page of the program, or of one of its commands.

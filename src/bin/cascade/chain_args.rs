@@ -114,6 +114,17 @@ pub struct Contact {
           allow_negative_numbers = true, conflicts_with = "angle")]
     pub stiffness_ratio: Option<f64>,
 
+    #[command(flatten)]
+    pub body: Body,
+
+    /// Print JSON.
+    #[arg(long)]
+    pub json: bool,
+}
+
+/// A material and a radius.
+#[derive(Debug, Args)]
+pub struct Body {
     /// Material of both: quartz, steel or ptfe.
     #[arg(long, requires = "radius", conflicts_with_all = ["young", "poisson"])]
     pub material: Option<String>,
@@ -130,8 +141,4 @@ pub struct Contact {
     /// Radius of both, such as 9mm.
     #[arg(long, value_parser = parse::measure::<Length>, allow_negative_numbers = true)]
     pub radius: Option<f64>,
-
-    /// Print JSON.
-    #[arg(long)]
-    pub json: bool,
 }

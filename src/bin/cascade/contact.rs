@@ -8,7 +8,7 @@ use cascade::chain::contact::{
 };
 use serde::Serialize;
 
-use crate::chain_args::Contact;
+use crate::chain_args::{Body, Contact};
 use crate::failure::Failure;
 use crate::scene::{digits, name_of};
 use crate::terminal::{self, Lines};
@@ -36,8 +36,8 @@ struct Answer {
 
 /// Runs the command.
 pub fn run(typed: Contact) -> Result<(), Failure> {
-    let body = match material(&typed)? {
-        Some(material) => typed.radius.map(|radius| (radius, material)),
+    let body = match typed.body.material()? {
+        Some(material) => typed.body.radius.map(|radius| (radius, material)),
         None => None,
     };
     let answer = Answer {
@@ -103,24 +103,27 @@ fn typed_of(error: Error, radius: f64, angle: f64) -> Error {
     }
 }
 
-fn material(typed: &Contact) -> Result<Option<Material>, Error> {
-    if let (Some(young), Some(poisson)) = (typed.young, typed.poisson) {
-        return Ok(Some(Material {
-            young,
-            poisson,
-            // No contact depends on it.
-            density: 1.0,
-        }));
+impl Body {
+    /// The material that was named or given by its constants.
+    pub fn material(&self) -> Result<Option<Material>, Error> {
+        if let (Some(young), Some(poisson)) = (self.young, self.poisson) {
+            return Ok(Some(Material {
+                young,
+                poisson,
+                // No contact depends on it.
+                density: 1.0,
+            }));
+        }
+        let Some(name) = &self.material else {
+            return Ok(None);
+        };
+        let known = Material::named(name).ok_or_else(|| Error::Request {
+            option: "material",
+            expected: "quartz, steel or ptfe".into(),
+            found: name.clone(),
+        });
+        known.map(Some)
     }
-    let Some(name) = &typed.material else {
-        return Ok(None);
-    };
-    let known = Material::named(name).ok_or_else(|| Error::Request {
-        option: "material",
-        expected: "quartz, steel or ptfe".into(),
-        found: name.clone(),
-    });
-    known.map(Some)
 }
 
 fn lines(answer: &Answer, width: usize) -> String {

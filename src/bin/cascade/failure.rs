@@ -12,6 +12,8 @@ pub enum Failure {
     Library(Error),
     /// So many runs of a sweep failed.
     Members(usize),
+    /// So many orders have no localized wave that could be resolved.
+    Orders(usize),
     /// Standard output was closed or could not be written.
     Output(std::io::Error),
 }
@@ -57,6 +59,10 @@ impl Failure {
             Failure::Members(failed) => writeln!(
                 err,
                 "error: {failed} of the runs failed; the last column of the table says why"
+            ),
+            Failure::Orders(unresolved) => writeln!(
+                err,
+                "error: {unresolved} of the orders could not be resolved; the others stand"
             ),
             // A reader that went away (`cascade ... | head`) has read enough: no failure.
             Failure::Output(error) if error.kind() == std::io::ErrorKind::BrokenPipe => Ok(()),

@@ -1,34 +1,77 @@
-//! `cascade localize`: stiffness or mass ratios that carry localized waves.
+//! `cascade localize`: ratios that carry localized waves, a wave, a wave on its way.
 
-use std::io::Write;
+mod launch;
+mod profile;
+mod table;
+
+use std::io::IsTerminal;
 use std::ops::RangeInclusive;
+use std::path::{Path, PathBuf};
 
-use cascade::localized::{Alternation, Family, Row, compare};
+use cascade::Error;
+use cascade::chain::contact::Ellipse;
+use cascade::localized::{Alternation, Family, LARGEST_ORDER, Wave};
+use cascade::report::{Contents, ResultDirectory};
 use clap::{Args, ValueEnum};
 
+use crate::analyze::use_threads;
+use crate::chain_args::Body;
 use crate::failure::Failure;
+use crate::parse;
+use crate::progress::Progress;
 
 /// What `cascade localize` takes.
 #[derive(Debug, Args)]
 pub struct Localize {
-    /// Orders, both ends included; 1 is the homogeneous chain.
+    /// Orders, both ends included, from 1, the homogeneous chain, to 60.
     #[arg(long, value_name = "N|FIRST..LAST", default_value = "1..8", value_parser = orders)]
     pub order: RangeInclusive<usize>,
     /// What alternates along the dimer.
     #[arg(long, value_enum, default_value_t = Of::Stiffness)]
     pub alternation: Of,
     /// p of the contact law `F = c delta^p`.
-    #[arg(long, default_value_t = 1.5)]
+    #[arg(long, default_value_t = 1.5, value_parser = parse::finite, allow_negative_numbers = true)]
     pub exponent: f64,
-    /// Strike chains too, and find where their pulses lose least.
+    /// Strike chains too, and find where their pulses lose least, and most in between.
     #[arg(long)]
     pub direct: bool,
-    /// Cells of the chains that are struck.
-    #[arg(long, default_value_t = 200, requires = "direct")]
-    pub cells: usize,
+    /// Give the angles of cylinders crossed alternately at 90 degrees and at this angle, for
+    /// each order and, as `--direct`, for the largest leak between two orders.
+    #[arg(long)]
+    pub angles: bool,
+    /// By which form of the contact ellipse an angle follows from a stiffness ratio.
+    #[arg(long, value_enum, default_value_t = Form::Approximate, requires = "angles")]
+    pub ellipse: Form,
+    #[command(flatten)]
+    pub body: Body,
+    /// Write the wave of this order and draw it.
+    #[arg(long, value_name = "N", value_parser = one_order,
+          conflicts_with_all = ["order", "direct", "angles", "cells", "launch"])]
+    pub profile: Option<usize>,
+    /// Start a chain with the wave of this order and see how it travels.
+    #[arg(long, value_name = "N", value_parser = one_order,
+          conflicts_with_all = ["order", "direct", "angles"])]
+    pub launch: Option<usize>,
+    /// Cells of chains that are struck [default: 200], or that a launched wave travels
+    /// [default: 1000].
+    #[arg(long)]
+    pub cells: Option<usize>,
+    /// Directory for the results: localized.json beside table.csv and the waves, or the wave and
+    /// its picture. Without it nothing is written, but for `--profile` localized-N.
+    #[arg(long, short, value_name = "DIR")]
+    pub out: Option<PathBuf>,
+    /// Replace an existing result.
+    #[arg(long)]
+    pub force: bool,
+    /// Number of worker threads [default: all cores].
+    #[arg(long, value_name = "N")]
+    pub threads: Option<std::num::NonZeroUsize>,
     /// Print all that was found as JSON.
     #[arg(long)]
     pub json: bool,
+    /// Print errors only.
+    #[arg(long, short)]
+    pub quiet: bool,
 }
 
 #[derive(Debug, Clone, Copy, ValueEnum)]
@@ -37,73 +80,69 @@ pub enum Of {
     Mass,
 }
 
+#[derive(Debug, Clone, Copy, ValueEnum)]
+pub enum Form {
+    /// The published `b/a = (A/B)^(2/3)`.
+    Approximate,
+    /// From the transcendental equation.
+    Exact,
+}
+
+impl From<Form> for Ellipse {
+    fn from(form: Form) -> Ellipse {
+        match form {
+            Form::Approximate => Ellipse::Approximate,
+            Form::Exact => Ellipse::Exact,
+        }
+    }
+}
+
 fn orders(text: &str) -> Result<RangeInclusive<usize>, String> {
     let (first, last) = text.split_once("..").unwrap_or((text, text));
-    let number = |part: &str| {
-        part.parse::<usize>()
-            .ok()
-            .filter(|n| *n > 0)
-            .ok_or_else(|| format!("expected N or FIRST..LAST, from 1 on, found {text}"))
-    };
-    let (first, last) = (number(first)?, number(last)?);
+    let (first, last) = (one_order(first)?, one_order(last)?);
     if first > last {
         return Err(format!("expected the first order first, found {text}"));
     }
     Ok(first..=last)
 }
 
-/// Runs the command.
-pub fn run(typed: Localize) -> Result<(), Failure> {
-    let family = Family {
-        alternation: match typed.alternation {
-            Of::Stiffness => Alternation::Stiffness,
-            Of::Mass => Alternation::Mass,
-        },
-        exponent: typed.exponent,
-    };
-    let cells = typed.direct.then_some(typed.cells);
-    let rows = compare(family, typed.order, cells, &cascade::analyze::Silent)?;
-    let mut out = std::io::stdout().lock();
-    if typed.json {
-        let text = serde_json::to_string_pretty(&rows).map_err(std::io::Error::from)?;
-        return Ok(writeln!(out, "{text}")?);
+fn one_order(text: &str) -> Result<usize, String> {
+    match text.parse::<usize>() {
+        Ok(order) if (1..=LARGEST_ORDER).contains(&order) => Ok(order),
+        _ => Err(format!("expected orders from 1 to {LARGEST_ORDER}")),
     }
-    writeln!(
-        out,
-        "{:>5} {:>20} {:>8} {:>14} {:>14} {:>14} {:>9} {:>10} {:>10}",
-        "order", "exact", "error", "estimate", "fitted", "direct", "leak", "paper", "estimate"
-    )?;
-    for row in &rows {
-        writeln!(out, "{}", line(row))?;
-    }
-    Ok(())
 }
 
-/// A row of the table, the paper's numbers beside ours.
-fn line(row: &Row) -> String {
-    let number = |value: Option<f64>, width: usize| match value {
-        Some(value) => format!(" {value:>width$.6}"),
-        None => format!(" {:>width$}", "-"),
-    };
-    let exact = &row.exact;
-    let mut line = format!(
-        "{:>5} {:>20.12} {:>8.1e}",
-        row.order, exact.ratio, exact.error
-    );
-    line += &number(Some(row.asymptotic.exact_profile), 14);
-    line += &number(row.asymptotic.fitted_profile, 14);
-    line += &number(row.direct.map(|d| d.ratio), 14);
-    line += &match row.direct {
-        Some(direct) => format!(" {:>9.1e}", direct.leak),
-        None => format!(" {:>9}", "-"),
-    };
-    if let Some(paper) = row.published {
-        line += &format!(" {:>10} {:>10}", paper.direct, paper.estimate);
-        if paper.printed_order != row.order {
-            line += &format!("  printed as order {}", paper.printed_order);
+impl Localize {
+    fn family(&self) -> Family {
+        Family {
+            alternation: match self.alternation {
+                Of::Stiffness => Alternation::Stiffness,
+                Of::Mass => Alternation::Mass,
+            },
+            exponent: self.exponent,
         }
-    } else {
-        line += &format!(" {:>10} {:>10}", "-", "-");
     }
-    line
+
+    fn progress(&self) -> Progress {
+        Progress::new(!self.quiet && std::io::stderr().is_terminal())
+    }
+
+    fn directory(&self, out: &Path) -> Result<ResultDirectory, Error> {
+        ResultDirectory::create_for(Contents::Localized, out, self.force)
+    }
+
+    fn wave(&self, order: usize) -> Result<Wave, Error> {
+        self.family().search(order)?.wave(order)
+    }
+}
+
+/// Runs the command.
+pub fn run(typed: Localize) -> Result<(), Failure> {
+    use_threads(typed.threads.map(usize::from))?;
+    match (typed.profile, typed.launch) {
+        (Some(order), _) => profile::run(&typed, order),
+        (None, Some(order)) => launch::run(&typed, order),
+        (None, None) => table::run(&typed),
+    }
 }

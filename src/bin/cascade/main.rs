@@ -33,7 +33,7 @@ fn main() -> ExitCode {
         Command::Sweep(typed) => sweep::run(*typed),
         Command::Scene(typed) => scene::run(typed),
         Command::Contact(typed) => contact::run(typed),
-        Command::Localize(typed) => localize::run(typed),
+        Command::Localize(typed) => localize::run(*typed),
         Command::Completions { shell } => manual::completions(shell),
         Command::Man { page } => manual::page(page.as_deref()),
     };

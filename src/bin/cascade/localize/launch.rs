@@ -1,0 +1,84 @@
+//! `cascade localize --launch N`: a chain that starts with a wave.
+
+use std::io::Write;
+
+use cascade::localized::Journey;
+use cascade::plot::{self, Format};
+use cascade::report::{LocalizedSummary, write_journey};
+use serde::Serialize;
+
+use super::Localize;
+use crate::failure::Failure;
+use crate::terminal::{self, Lines, error_size};
+
+/// Cells that a wave travels where nothing else is said.
+const CELLS: usize = 1000;
+
+#[derive(Debug, Serialize)]
+struct Found<'a> {
+    launch: &'a Journey,
+}
+
+pub(super) fn run(typed: &Localize, order: usize) -> Result<(), Failure> {
+    let progress = typed.progress();
+    progress.begin_writing();
+    let directory = typed
+        .out
+        .as_deref()
+        .map(|out| typed.directory(out))
+        .transpose()?;
+    progress.wait("solving");
+    let wave = typed.wave(order)?;
+    progress.check()?;
+    let journey = wave.journey(typed.cells.unwrap_or(CELLS), &progress)?;
+    let found = Found { launch: &journey };
+    let json = LocalizedSummary::new(typed.family(), &found)
+        .to_json()
+        .map_err(std::io::Error::from)?;
+    let published = match directory {
+        None => None,
+        Some(directory) => {
+            directory.write("localized.json", &json)?;
+            write_journey(&directory.path().join("launch.npz"), &journey)?;
+            for format in [Format::Png, Format::Svg] {
+                let name = format!("launch.{}", format.extension());
+                directory.write(&name, plot::journey(&journey, format)?)?;
+            }
+            progress.check()?;
+            Some(directory.publish()?)
+        }
+    };
+    progress.clear();
+    let mut stdout = std::io::stdout().lock();
+    if typed.json {
+        return Ok(writeln!(stdout, "{json}")?);
+    }
+    if typed.quiet {
+        return Ok(());
+    }
+    let arrived = &journey.arrived;
+    let mut lines = Lines::new(terminal::width());
+    let ratio = journey.ratio.value();
+    lines.line("order", &format!("{order}, ratio {ratio}"));
+    lines.line("travelled", &format!("{} cells", arrived.cells));
+    lines.line(
+        "shape change",
+        &format!(
+            "{} of the largest velocity; runs of local errors {} and {} differ by {}",
+            error_size(arrived.shape_change),
+            error_size(journey.local_error),
+            error_size(10.0 * journey.local_error),
+            error_size(journey.stepping_error)
+        ),
+    );
+    lines.line(
+        "leak",
+        &format!("{} of the energy a cell", error_size(arrived.leak)),
+    );
+    lines.line("energy drift", &error_size(arrived.energy_drift));
+    write!(stdout, "{}", lines.text)?;
+    if let Some(published) = published {
+        writeln!(stdout, "wrote {}", published.display())?;
+    }
+    Ok(())
+}

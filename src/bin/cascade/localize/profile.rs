@@ -1,0 +1,96 @@
+//! `cascade localize --profile N`: a wave as arrays and as a picture.
+
+use std::io::Write;
+use std::path::PathBuf;
+
+use cascade::localized::Exact;
+use cascade::plot::{self, Format};
+use cascade::report::{LocalizedSummary, write_profile};
+use serde::Serialize;
+
+use super::Localize;
+use crate::failure::Failure;
+use crate::terminal::{self, Lines, error_size, number};
+
+/// Times on each side of the centre.
+const HALF: usize = 2000;
+
+#[derive(Debug, Serialize)]
+struct Found {
+    order: usize,
+    exact: Exact,
+}
+
+pub(super) fn run(typed: &Localize, order: usize) -> Result<(), Failure> {
+    let default = PathBuf::from(format!("localized-{order}"));
+    let out = typed.out.as_ref().unwrap_or(&default);
+    let progress = typed.progress();
+    progress.begin_writing();
+    // Before any work: could the result be written?
+    let directory = typed.directory(out)?;
+    progress.wait("solving");
+    let wave = typed.wave(order)?;
+    progress.check()?;
+    let found = Found {
+        order,
+        exact: Exact::of(&wave),
+    };
+    let json = LocalizedSummary::new(typed.family(), &found)
+        .to_json()
+        .map_err(std::io::Error::from)?;
+    directory.write("localized.json", &json)?;
+    let profile = wave.profile(HALF);
+    write_profile(&directory.path().join("wave.npz"), &wave, &profile)?;
+    for format in [Format::Png, Format::Svg] {
+        let name = format!("wave.{}", format.extension());
+        directory.write(&name, plot::wave(&wave, &profile, format)?)?;
+    }
+    progress.check()?;
+    let published = directory.publish()?;
+    progress.clear();
+    let mut stdout = std::io::stdout().lock();
+    if typed.json {
+        return Ok(writeln!(stdout, "{json}")?);
+    }
+    if typed.quiet {
+        return Ok(());
+    }
+    let exact = &found.exact;
+    let mut lines = Lines::new(terminal::width());
+    lines.line("order", &order.to_string());
+    lines.line(
+        "ratio",
+        &format!(
+            "{}, error {} of it",
+            exact.ratio.value(),
+            error_size(exact.error)
+        ),
+    );
+    lines.line(
+        "speed",
+        &format!(
+            "{} F^{:.4} sites per unit of time, F the peak force in the first contact",
+            number(exact.speed_coefficient),
+            (wave.exponent - 1.0) / (2.0 * wave.exponent)
+        ),
+    );
+    lines.line("width", &format!("{} sites", number(exact.width)));
+    lines.line("energy", &number(exact.energy));
+    lines.line("momentum", &number(exact.momentum));
+    lines.line(
+        "residual",
+        &format!(
+            "{} of the largest overlap, after {} iterations; tail {}",
+            error_size(exact.convergence.residual),
+            exact.convergence.iterations,
+            error_size(exact.convergence.tail)
+        ),
+    );
+    write!(stdout, "{}", lines.text)?;
+    Ok(writeln!(
+        stdout,
+        "wrote {}; open {}",
+        published.display(),
+        published.join("wave.png").display()
+    )?)
+}

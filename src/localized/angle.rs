@@ -1,0 +1,53 @@
+//! Crossed cylinders that make a dimer.
+
+use crate::Result;
+use crate::chain::contact::{
+    Ellipse, HertzContact, Material, angle_of_stiffness_ratio, stiffness_ratio,
+};
+
+/// Equal cylinders, crossed alternately at 90 degrees, the soft contacts, and at an angle.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Cylinders {
+    /// By which form of the contact ellipse the angle follows from the ratio.
+    pub ellipse: Ellipse,
+    /// Radius in m, and material; the angle needs neither.
+    pub body: Option<(f64, Material)>,
+}
+
+/// The angle of the stiff contacts.
+#[derive(Debug, Clone, Copy, PartialEq, serde::Serialize)]
+pub struct Angle {
+    pub ellipse: Ellipse,
+    /// In degrees, 0 to 90.
+    pub degrees: f64,
+    /// Relative change of the stiffness ratio by 0.1 degrees: what an angle must be set to.
+    pub ratio_change_per_tenth_degree: f64,
+    /// Contact coefficients `[at 90 degrees, at the angle]` in N/m^1.5, where a material is known.
+    pub coefficients: Option<[f64; 2]>,
+}
+
+impl Cylinders {
+    /// The angle at which the stiff contacts are kappa times as stiff as those at 90 degrees.
+    ///
+    /// # Errors
+    /// As [`angle_of_stiffness_ratio`] and [`HertzContact::crossed_cylinders`].
+    pub fn crossed_for(&self, kappa: f64) -> Result<Angle> {
+        let degrees = angle_of_stiffness_ratio(kappa, self.ellipse)?;
+        let coefficient = |angle: f64, (radius, material): (f64, Material)| {
+            HertzContact::crossed_cylinders(radius, material, angle, self.ellipse)
+                .map(|contact| contact.coefficient)
+        };
+        let coefficients = match self.body {
+            None => None,
+            Some(body) => Some([coefficient(90.0, body)?, coefficient(degrees, body)?]),
+        };
+        // Away from 90 degrees, at which the ratio is least, so that the change is not 0.
+        let aside = (degrees - 0.1).max(0.5 * degrees);
+        Ok(Angle {
+            ellipse: self.ellipse,
+            degrees,
+            ratio_change_per_tenth_degree: stiffness_ratio(aside, self.ellipse)? / kappa - 1.0,
+            coefficients,
+        })
+    }
+}

@@ -1,0 +1,125 @@
+//! What is known of one order.
+
+use super::angle::Angle;
+use super::convergence::Convergence;
+use super::published::Published;
+use super::wave::{Ratio, Wave};
+
+/// What is known of one order; all numbers at unit cell time.
+#[derive(Debug, Clone, serde::Serialize)]
+pub struct Row {
+    pub order: usize,
+    pub exact: Option<Exact>,
+    /// Why there is no exact one.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub reason: Option<String>,
+    pub asymptotic: Option<Asymptotic>,
+    /// The least leak near this order; only where chains were struck, and found it.
+    pub direct: Option<Direct>,
+    /// The largest leak between this order and the next; only where chains were struck, and found
+    /// both.
+    pub most_dispersive: Option<Direct>,
+    /// Only where cylinders were asked for.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub angle: Option<Angle>,
+    /// Only of stiffness dimers of Hertz contacts.
+    pub published: Option<Published>,
+    pub differences: Differences,
+    #[serde(skip)]
+    pub wave: Option<Wave>,
+}
+
+/// The localized wave's numbers.
+#[derive(Debug, Clone, Copy, PartialEq, serde::Serialize)]
+pub struct Exact {
+    #[serde(flatten)]
+    pub ratio: Ratio,
+    /// Estimated relative error of the ratio.
+    pub error: f64,
+    /// Significant digits of the ratio that stand.
+    pub digits: u32,
+    #[serde(flatten)]
+    pub convergence: Convergence,
+    /// C of `V = C F^{(p-1)/(2p)}`, sites per unit of time against the peak force in contact 0.
+    pub speed_coefficient: f64,
+    /// Full width at half height of the force in contact 0, in sites.
+    pub width: f64,
+    pub energy: f64,
+    pub momentum: f64,
+    /// Largest difference of the velocity of site 0 from its mirror image, relative to its peak.
+    pub velocity_asymmetry: f64,
+    /// The same of the force in contact 0.
+    pub force_asymmetry: f64,
+}
+
+/// Ratios from the asymptotic condition.
+#[derive(Debug, Clone, Copy, PartialEq, serde::Serialize)]
+pub struct Asymptotic {
+    pub exact_profile: f64,
+    /// Only for Hertz contacts, which it was fitted for.
+    pub fitted_profile: Option<f64>,
+}
+
+/// An extreme of the leak of simulated chains.
+#[derive(Debug, Clone, Copy, PartialEq, serde::Serialize)]
+pub struct Direct {
+    #[serde(flatten)]
+    pub ratio: Ratio,
+    /// Relative error of the ratio.
+    pub error: f64,
+    /// Relative loss of energy per cell there.
+    pub leak: f64,
+    /// Only where cylinders were asked for.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub angle: Option<Angle>,
+}
+
+/// Relative differences of ratios from the exact one; of the published estimate, from ours on the
+/// same fitted profile.
+#[derive(Debug, Clone, Copy, Default, PartialEq, serde::Serialize)]
+pub struct Differences {
+    pub exact_profile: Option<f64>,
+    pub fitted_profile: Option<f64>,
+    pub direct: Option<f64>,
+    pub published_direct: Option<f64>,
+    pub published_estimate: Option<f64>,
+}
+
+impl Exact {
+    /// Reads them off a wave.
+    pub fn of(wave: &Wave) -> Exact {
+        let error = wave.convergence.error();
+        Exact {
+            ratio: wave.ratio(),
+            error,
+            digits: (-error.log10()).floor().max(0.0) as u32,
+            convergence: wave.convergence,
+            speed_coefficient: wave.speed_coefficient(),
+            width: wave.width(),
+            energy: wave.energy(),
+            momentum: wave.momentum(),
+            velocity_asymmetry: Wave::asymmetry(&wave.velocity[0]),
+            force_asymmetry: Wave::asymmetry(&wave.force[0]),
+        }
+    }
+}
+
+impl Row {
+    /// Fills in the differences.
+    pub(super) fn compare(&mut self) {
+        let exact = self.exact.map(|exact| exact.ratio.value());
+        let off = |value: Option<f64>| Some(value? / exact? - 1.0);
+        let estimates = self.asymptotic;
+        let fitted = estimates.and_then(|a| a.fitted_profile);
+        self.differences = Differences {
+            exact_profile: off(estimates.map(|a| a.exact_profile)),
+            fitted_profile: off(fitted),
+            direct: off(self.direct.map(|direct| direct.ratio.value())),
+            published_direct: off(self.published.map(|paper| paper.direct)),
+            published_estimate: self
+                .published
+                .zip(fitted)
+                .map(|(paper, fitted)| paper.estimate / fitted - 1.0),
+        };
+    }
+}

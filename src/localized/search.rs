@@ -1,0 +1,177 @@
+//! Finding the localized waves of a family, order by order.
+
+use super::family::{Family, no_estimate};
+use super::fast::Oscillator;
+use super::resolve::{Changes, Identity};
+use super::slow::{MOST_POINTS, SlowProfile, unresolved};
+use super::wave::{Alternation, Wave};
+use crate::{Error, Result};
+
+/// The estimates and starting values of a family, from which its waves are found.
+#[derive(Debug)]
+pub struct Search {
+    pub(super) family: Family,
+    pub(super) slow: SlowProfile,
+    pub(super) fastest: f64,
+    /// Of one order beyond the last one asked for, where there is an estimate of it.
+    stiffenings: Vec<f64>,
+    last: usize,
+    pub(super) most_points: usize,
+}
+
+impl Search {
+    pub(super) fn new(family: Family, slow: SlowProfile, last: usize) -> Search {
+        let oscillator = Oscillator::new(family.alternation, &slow);
+        Search {
+            family,
+            fastest: oscillator.fastest(),
+            stiffenings: oscillator.roots(last + 1),
+            slow,
+            last,
+            most_points: MOST_POINTS as usize,
+        }
+    }
+
+    /// The same with at most so many times on half of a period (by default 700): waves that need
+    /// more are found with a larger error, or not at all.
+    pub fn with_most_points(self, most_points: usize) -> Search {
+        Search {
+            most_points,
+            ..self
+        }
+    }
+
+    /// The exact homogeneous wave that the estimates build on.
+    pub fn slow(&self) -> &SlowProfile {
+        &self.slow
+    }
+
+    /// The asymptotic estimate of a ratio; `None` for an order that was not prepared, or whose
+    /// fast part is below rounding.
+    pub fn estimate(&self, order: usize) -> Option<f64> {
+        let index = order.checked_sub(1).filter(|_| order <= self.last)?;
+        let stiffening = self.stiffenings.get(index)?;
+        Some(self.family.ratio(*stiffening))
+    }
+
+    /// The localized wave of an order, its ratio included.
+    ///
+    /// From the estimate, values at a held ratio come first, by Gauss and Newton's steps, then the
+    /// ratio with them. The maxima of the fast part, counted, and the nearest estimate tell which
+    /// order was found; where they do not say this one, or nothing is found, other starts around
+    /// the estimate are tried, and at last the wave of Hertz contacts is followed from exponent to
+    /// exponent. Then the resolution is raised until the ratio stands, and the period
+    /// made longer once.
+    ///
+    /// # Errors
+    /// [`Error::Request`] for an order that was not prepared, [`Error::Unresolved`] where no start
+    /// leads to a wave of this order.
+    pub fn wave(&self, order: usize) -> Result<Wave> {
+        let last = self.last;
+        if order == 0 || order > last {
+            return Err(Error::Request {
+                option: "order",
+                expected: format!("an order from 1 to {last}"),
+                found: order.to_string(),
+            });
+        }
+        if order == 1 {
+            return self.homogeneous();
+        }
+        if order > self.stiffenings.len() {
+            return Err(no_estimate(order, self.stiffenings.len()));
+        }
+        let centre = self.stiffenings[order - 1].sqrt();
+        let spacing = centre - self.stiffenings[order - 2].sqrt();
+        let mut found = "none".to_owned();
+        for offset in OFFSETS {
+            let start = centre + offset * spacing;
+            let Some((grid, root)) = self.first(start * start) else {
+                continue;
+            };
+            let wave = self.assemble(grid, &root, Changes::default());
+            if self.is_of(&wave, order) {
+                return self.refine(grid, root, order, Identity::Counted);
+            }
+            found = format!(
+                "one of {} maxima at the ratio {}, next to the estimate of order {}",
+                wave.order,
+                wave.ratio,
+                self.nearest(wave.ratio)
+            );
+        }
+        if let Some((grid, root)) = self.followed(order)
+            && self.nearest(self.family.ratio(self.stiffening(root.theta))) == order
+        {
+            return self.refine(grid, root, order, Identity::Followed);
+        }
+        Err(unresolved(
+            "the localized wave",
+            format!("a wave of order {order}"),
+            found,
+        ))
+    }
+
+    /// The localized wave that Newton's steps lead to from a ratio, of whatever order.
+    ///
+    /// # Errors
+    /// [`Error::Request`] for a ratio that is not positive, [`Error::Unresolved`] where the steps
+    /// lead nowhere, or to a wave whose order cannot be told.
+    pub fn wave_from(&self, ratio: f64) -> Result<Wave> {
+        if !(ratio > 0.0 && ratio.is_finite()) {
+            return Err(Error::Request {
+                option: "ratio",
+                expected: "a positive number".into(),
+                found: ratio.to_string(),
+            });
+        }
+        let Some((grid, root)) = self.first(self.family.stiffening(ratio)) else {
+            return Err(unresolved(
+                "the localized wave",
+                format!("Newton's steps that converge from the ratio {ratio}"),
+                "none".into(),
+            ));
+        };
+        let wave = self.assemble(grid, &root, Changes::default());
+        let beyond = wave.ratio
+            / self
+                .family
+                .ratio(self.stiffenings[self.stiffenings.len() - 1]);
+        let known = match self.family.alternation {
+            Alternation::Stiffness => beyond < 1.0,
+            Alternation::Mass => beyond > 1.0,
+        };
+        if known && !self.is_of(&wave, wave.order) {
+            return Err(unresolved(
+                "the localized wave",
+                "as many maxima of the fast part as the order of the nearest estimate".into(),
+                format!(
+                    "{} and {} at the ratio {}",
+                    wave.order,
+                    self.nearest(wave.ratio),
+                    wave.ratio
+                ),
+            ));
+        }
+        self.refine(grid, root, wave.order, Identity::Counted)
+    }
+
+    /// Whether the count of maxima and the nearest estimate both say so.
+    fn is_of(&self, wave: &Wave, order: usize) -> bool {
+        wave.order == order && self.nearest(wave.ratio) == order
+    }
+
+    /// The order of the estimate that is nearest to a ratio, in the root of the stiffening, in
+    /// which orders are almost equally far apart.
+    fn nearest(&self, ratio: f64) -> usize {
+        let root = self.family.stiffening(ratio).sqrt();
+        let far = |s: &f64| (s.sqrt() - root).abs();
+        let estimates = self.stiffenings.iter().enumerate();
+        estimates
+            .min_by(|a, b| far(a.1).total_cmp(&far(b.1)))
+            .map_or(0, |(index, _)| index + 1)
+    }
+}
+
+/// Where to start, in orders from the estimate.
+const OFFSETS: [f64; 9] = [0.0, -0.25, 0.25, -0.5, 0.5, -0.75, 0.75, -1.0, 1.0];

@@ -1,0 +1,189 @@
+//! Localized waves where they are hard to find: a wave, or the truth about why there is none.
+
+use cascade::Error;
+use cascade::analyze::Silent;
+use cascade::localized::{Alternation, Comparison, Family, Search};
+
+fn search(last: usize) -> Search {
+    Family::default().search(last).unwrap()
+}
+
+fn exact(order: usize) -> f64 {
+    search(order).wave(order).unwrap().ratio
+}
+
+/// Newton's steps from anywhere lead to a wave of the order that it is told to be of, or nowhere.
+#[test]
+fn val_estimates_starts_far_from_any_solution() {
+    let search = search(19);
+    let known: Vec<f64> = (1..=19).map(|n| search.wave(n).unwrap().ratio).collect();
+    let mut found = 0;
+    for ratio in [
+        0.3, 0.99, 1.0, 1.01, 1.5, 2.0, 3.0, 9.5, 22.0, 40.0, 140.0, 300.0, 1e3,
+    ] {
+        match search.wave_from(ratio) {
+            Ok(wave) => {
+                found += 1;
+                let off = wave.ratio / known[wave.order - 1] - 1.0;
+                let stated = wave.convergence.error().max(2e-10);
+                assert!(off.abs() < 10.0 * stated, "{ratio}: {off:e}");
+            }
+            Err(Error::Unresolved { .. }) => {}
+            Err(error) => panic!("{ratio}: {error}"),
+        }
+    }
+    assert!(found >= 6, "{found}");
+    for ratio in [0.0, -1.0, f64::NAN, f64::INFINITY] {
+        assert!(search.wave_from(ratio).unwrap_err().is_usage());
+    }
+}
+
+/// Near kappa = 1 there is one wave, that of the homogeneous chain.
+#[test]
+fn val_homogeneous_chain_is_alone_near_one() {
+    let search = search(2);
+    assert_eq!(search.wave(1).unwrap().ratio, 1.0);
+    for ratio in [0.9, 0.99, 1.0, 1.001, 1.01, 1.1] {
+        if let Ok(wave) = search.wave_from(ratio) {
+            assert!(wave.order != 1 || (wave.ratio - 1.0).abs() < 1e-6);
+            assert!(wave.order == 1 || wave.ratio > 4.9);
+        }
+    }
+}
+
+/// Too few times: an error that covers what the ratio is off by, or no ratio.
+#[test]
+fn val_finer_grids_too_low_a_resolution() {
+    let mut refused = 0;
+    for order in [2, 5, 8, 16] {
+        let exact = exact(order);
+        for points in [20, 60, 100, 120, 150, 200, 260] {
+            match search(order).with_most_points(points).wave(order) {
+                Ok(wave) => {
+                    let off = (wave.ratio / exact - 1.0).abs();
+                    let stated = wave.convergence.error();
+                    assert!(off <= stated, "{order}, {points}: {off:e} {stated:e}");
+                }
+                Err(Error::Unresolved { .. }) => refused += 1,
+                Err(error) => panic!("{order}: {error}"),
+            }
+        }
+    }
+    assert!((10..28).contains(&refused), "{refused}");
+}
+
+/// Orders above 15, of which the last ones are beyond what is promised: each stands on grids that
+/// differ in resolution and in period to what it states.
+#[test]
+fn val_other_grids_high_orders() {
+    let family = Family::default();
+    let search = search(24);
+    for order in [16, 19, 24] {
+        let wave = search.wave(order).unwrap();
+        assert_eq!(wave.order, order);
+        let stated = wave.convergence.error();
+        assert!(stated < 2e-8, "{order}: {stated:e}");
+        // From the other side of the estimate, and so on other grids.
+        let other = family.search(order + 3).unwrap();
+        let other = other.wave_from(1.002 * wave.ratio).unwrap();
+        let off = (other.ratio / wave.ratio - 1.0).abs();
+        assert_eq!(other.order, order);
+        assert!(
+            off < 3.0 * (stated + other.convergence.error()),
+            "{order}: {off:e}"
+        );
+    }
+}
+
+/// Exponents at which the fast part drowns in the slow wave, so that its maxima cannot be counted:
+/// the waves are next to the estimates of their orders, ratios change with the exponent as those of
+/// one order do, and the waves travel.
+#[test]
+fn val_estimates_and_chains_small_exponents() {
+    for order in 2..=3 {
+        let mut last: Option<f64> = None;
+        for exponent in [1.5, 1.4, 1.3, 1.2] {
+            let family = Family {
+                alternation: Alternation::Mass,
+                exponent,
+            };
+            let search = family.search(order).unwrap();
+            let wave = search.wave(order).unwrap();
+            assert_eq!(wave.order, order);
+            assert!(wave.convergence.error() < 1e-9, "{:?}", wave.convergence);
+            let estimate = search.estimate(order).unwrap();
+            assert!(
+                (wave.ratio / estimate - 1.0).abs() < 0.25,
+                "{exponent}, {order}"
+            );
+            if let Some(last) = last {
+                let change = wave.ratio / last;
+                assert!(
+                    (1.01..1.4).contains(&change),
+                    "{exponent}, {order}: {change}"
+                );
+            }
+            last = Some(wave.ratio);
+            if exponent == 1.2 {
+                let journey = wave.journey(20, &Silent).unwrap();
+                assert!(journey.arrived.shape_change < 1e-8, "{journey:?}");
+                assert!(journey.arrived.leak < 1e-16);
+            }
+        }
+    }
+}
+
+/// An order that cannot be resolved says so in its row; the others stand.
+#[test]
+fn regress_unresolved_orders_do_not_end_the_list() {
+    let comparison = Comparison {
+        family: Family {
+            alternation: Alternation::Stiffness,
+            exponent: 6.0,
+        },
+        orders: 2..=3,
+        cells: None,
+        cylinders: None,
+    };
+    let rows = comparison.run(&Silent).unwrap();
+    assert_eq!(rows.len(), 2);
+    assert!(rows[0].exact.is_some() && rows[0].reason.is_none());
+    let row = &rows[1];
+    assert!(row.exact.is_none() && row.wave.is_none() && row.asymptotic.is_some());
+    assert!(
+        row.reason
+            .as_ref()
+            .unwrap()
+            .contains("expected a wave of order 3")
+    );
+    assert_eq!(row.differences, Default::default());
+}
+
+/// A wave that travels a while, with what its run says of itself.
+#[test]
+fn val_chain_a_journey_keeps_the_shape() {
+    for (alternation, order) in [(Alternation::Stiffness, 5), (Alternation::Mass, 2)] {
+        let family = Family {
+            alternation,
+            exponent: 1.5,
+        };
+        let wave = family.search(order).unwrap().wave(order).unwrap();
+        let journey = wave.journey(120, &Silent).unwrap();
+        assert_eq!((journey.course.len(), journey.order), (120, order));
+        assert_eq!(journey.arrived, journey.course[119]);
+        assert!(
+            journey.arrived.shape_change < 10.0 * journey.stepping_error,
+            "{order}"
+        );
+        assert!((1e-14..3e-10).contains(&journey.stepping_error));
+        assert!(
+            journey
+                .course
+                .iter()
+                .all(|t| t.leak < 1e-20 && t.energy_drift.abs() < 1e-12)
+        );
+    }
+    let wave = Family::default().search(1).unwrap().wave(1).unwrap();
+    assert!(wave.journey(0, &Silent).unwrap_err().is_usage());
+    assert!(wave.journey(1 << 40, &Silent).unwrap_err().is_usage());
+}
