@@ -3,6 +3,7 @@
 use rayon::prelude::*;
 
 use super::contacts::Contacts;
+use super::filter::Filter;
 use super::ledger::Ledger;
 use super::motion::Motion;
 use super::request::BudgetRequest;
@@ -29,7 +30,7 @@ pub(super) fn pass(
         Ok(scales) => scales,
         Err(Error::Request {
             expected, found, ..
-        }) if request.scales.is_empty() => {
+        }) if request.scales.is_empty() && request.filter != Filter::Sharp => {
             budget.closure.scale =
                 Residual::Undefined(format!("expected {expected}, found {found}"));
             return Ok(());

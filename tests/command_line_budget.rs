@@ -1,0 +1,292 @@
+//! `cascade budget` and `compare`, and budgets in `cascade analyze`, as a stranger meets them.
+
+use std::collections::BTreeSet;
+use std::fs;
+use std::path::PathBuf;
+use std::process::Output;
+
+use assert_cmd::Command;
+use ndarray::{Array1, Array2};
+use ndarray_npy::NpzReader;
+use serde_json::Value;
+
+struct Place(tempfile::TempDir);
+
+impl Place {
+    /// With a localized and a dispersive run in it.
+    fn new() -> Place {
+        let place = Place(tempfile::tempdir().unwrap());
+        for (name, ratio) in [("loc.npz", "4.9272"), ("dis.npz", "2.398")] {
+            let scene = ["--sites", "40", "--end-time", "38", "--samples", "257"];
+            let run = [
+                &["simulate", "-q", "--out", name, "--stiffness-ratio", ratio],
+                &scene[..],
+            ];
+            place.good(&run.concat());
+        }
+        place
+    }
+
+    fn path(&self, name: &str) -> PathBuf {
+        self.0.path().join(name)
+    }
+
+    fn names(&self) -> BTreeSet<String> {
+        let entries = fs::read_dir(self.0.path()).unwrap();
+        entries
+            .map(|e| e.unwrap().file_name().into_string().unwrap())
+            .collect()
+    }
+
+    fn run(&self, words: &[&str]) -> Output {
+        let mut command = Command::cargo_bin("cascade").unwrap();
+        command
+            .current_dir(self.0.path())
+            .args(words)
+            .output()
+            .unwrap()
+    }
+
+    fn good(&self, words: &[&str]) -> String {
+        let output = self.run(words);
+        assert_eq!(output.status.code(), Some(0), "{words:?}: {output:?}");
+        assert_eq!(String::from_utf8_lossy(&output.stderr), "", "{words:?}");
+        String::from_utf8(output.stdout).unwrap()
+    }
+
+    /// Runs to a failure that leaves the place as it was.
+    fn bad(&self, code: i32, words: &[&str]) -> String {
+        let before = self.names();
+        let output = self.run(words);
+        let said = String::from_utf8(output.stderr).unwrap();
+        assert_eq!(output.status.code(), Some(code), "{words:?}: {said}");
+        assert!(
+            said.starts_with("error: ") && !said.contains("panicked"),
+            "{said}"
+        );
+        assert_eq!(self.names(), before, "{words:?}: {said}");
+        said
+    }
+
+    fn summary(&self, name: &str) -> Value {
+        let text = fs::read_to_string(self.path(name).join("summary.json")).unwrap();
+        serde_json::from_str(&text).unwrap()
+    }
+}
+
+fn names_in(path: PathBuf) -> Vec<String> {
+    let entries = fs::read_dir(path).unwrap();
+    let mut names: Vec<String> = entries
+        .map(|e| e.unwrap().file_name().into_string().unwrap())
+        .collect();
+    names.sort();
+    names
+}
+
+#[test]
+fn a_run_to_its_budgets() {
+    let place = Place::new();
+    let said = place.good(&["budget", "loc.npz", "--out", "b"]);
+    for word in [
+        "real space balance",
+        "wavenumber balance",
+        "frequency",
+        "scale balance",
+        "b/report.html",
+    ] {
+        assert!(said.contains(word), "{word}: {said}");
+    }
+    assert_eq!(
+        names_in(place.path("b")),
+        ["budget.npz", "figures", "report.html", "summary.json"]
+    );
+    let drawn = names_in(place.path("b").join("figures"));
+    for name in [
+        "energies",
+        "energy-flux",
+        "energy-passed",
+        "power-flow",
+        "energy-spectrum",
+        "spectral-flux",
+        "scale-flux",
+        "views",
+    ] {
+        assert!(
+            drawn.contains(&format!("{name}.png")) && drawn.contains(&format!("{name}.svg")),
+            "{drawn:?}"
+        );
+    }
+    let summary = place.summary("b");
+    assert_eq!(summary["schema"], "cascade.budget/1");
+    assert_eq!(
+        summary["provenance"]["input_blake3"].as_str().map(str::len),
+        Some(64)
+    );
+    let closure = &summary["closure"];
+    assert_eq!(closure["integration"], "stepping");
+    for (name, limit) in [
+        ("real_space", 1e-10),
+        ("wavenumber", 1e-11),
+        ("frequency", 1e-2),
+        ("scale", 1e-10),
+    ] {
+        let residual = closure[name].as_f64().unwrap();
+        assert!(residual > 0.0 && residual < limit, "{name} {residual:e}");
+    }
+    assert!(closure.get("reasons").is_none());
+    for between in summary["frequency"]["between"].as_array().unwrap() {
+        let of = |name: &str| between[name].as_f64().unwrap();
+        assert!((of("low") + of("high") + of("behind")).abs() < 1e-15);
+    }
+    for scale in summary["scale"].as_array().unwrap() {
+        let of = |name: &str| scale[name].as_f64().unwrap();
+        assert!((of("sigma") - of("scale") / 12f64.sqrt()).abs() < 1e-12);
+        assert!(of("cutoff_wavenumber") > 0.0 && scale["filter"] == "gaussian");
+    }
+
+    let mut arrays = NpzReader::new(fs::File::open(place.path("b/budget.npz")).unwrap()).unwrap();
+    let mut line = |name: &str| -> Array1<f64> { arrays.by_name(name).unwrap() };
+    let (time, k, f) = (line("time"), line("wavenumber"), line("frequency"));
+    let (kinetic, contact) = (line("kinetic_energy"), line("contact_energy"));
+    let mut table = |name: &str| -> Array2<f64> { arrays.by_name(name).unwrap() };
+    let spectrum = table("energy_spectrum");
+    assert_eq!(spectrum.dim(), (time.len(), k.len()));
+    for (i, row) in spectrum.rows().into_iter().enumerate() {
+        assert!((row.sum() - kinetic[i] - contact[i]).abs() < 1e-14);
+    }
+    for (name, shape) in [
+        ("transfer", (257, 21)),
+        ("spectral_flux", (257, 21)),
+        ("integrated_spectral_flux", (257, 21)),
+        ("site_energy", (257, 40)),
+        ("energy_flux", (257, 40)),
+        ("energy_passed", (257, 40)),
+        ("power_flow", (f.len(), 40)),
+        ("scale_flux", (257, 40)),
+    ] {
+        assert_eq!(table(name).dim(), shape, "{name}");
+    }
+    // df times the sum is what passed by the end.
+    let (flow, passed) = (table("power_flow"), table("energy_passed"));
+    for j in 0..39 {
+        let sum = flow.column(j).sum() * f[1];
+        assert!((sum - passed[[256, j]]).abs() < 5e-3, "{j}");
+    }
+}
+
+#[test]
+fn choices_of_a_budget() {
+    let place = Place::new();
+    let text = place.good(&[
+        "budget",
+        "dis.npz",
+        "--out",
+        "c",
+        "--from-samples",
+        "--only",
+        "wavenumber",
+        "--figures",
+        "none",
+        "--json",
+        "--window-sites",
+        "2:9",
+        "--band-edge-wavenumber",
+        "1.5",
+    ]);
+    let summary: Value = serde_json::from_str(&text).unwrap();
+    assert_eq!(summary, place.summary("c"));
+    assert_eq!(names_in(place.path("c")), ["budget.npz", "summary.json"]);
+    let closure = &summary["closure"];
+    assert_eq!(closure["integration"], "samples");
+    assert!(closure["scale"].is_null() && closure["reasons"]["scale"] == "not asked for");
+    assert!(summary["frequency"].is_null() && summary["wavenumber"]["band_edge"] == 1.5);
+    place.bad(2, &["budget", "dis.npz", "--out", "c"]);
+    place.good(&[
+        "budget",
+        "dis.npz",
+        "--out",
+        "c",
+        "--force",
+        "--from-samples",
+        "-q",
+    ]);
+
+    let said = place.bad(2, &["budget", "dis.npz", "--filter", "sharp"]);
+    assert!(said.contains("gaussian"), "{said}");
+    place.bad(2, &["budget", "dis.npz", "--scales", "-2"]);
+    place.bad(2, &["budget", "dis.npz", "--window-samples", "5:9999"]);
+    place.bad(1, &["budget", "absent.npz"]);
+    fs::write(place.path("text.npz"), "no archive").unwrap();
+    place.bad(1, &["budget", "text.npz"]);
+    place.good(&[
+        "simulate",
+        "-q",
+        "--out",
+        "v.npz",
+        "--sites",
+        "8",
+        "--end-time",
+        "9",
+        "--record",
+        "force",
+    ]);
+    let said = place.bad(2, &["budget", "v.npz"]);
+    assert!(said.contains("displacements"), "{said}");
+}
+
+#[test]
+fn two_runs_on_one_page() {
+    let place = Place::new();
+    place.good(&[
+        "compare",
+        "loc.npz",
+        "dis.npz",
+        "--out",
+        "d",
+        "--from-samples",
+    ]);
+    assert_eq!(
+        names_in(place.path("d")),
+        ["figures", "report.html", "summary.json"]
+    );
+    let summary = place.summary("d");
+    assert_eq!(summary["schema"], "cascade.compare/1");
+    let of = |which: &str| {
+        summary[which]["wavenumber"]["share_passed"]
+            .as_f64()
+            .unwrap()
+    };
+    let difference = summary["difference"]["wavenumber"]["share_passed"]
+        .as_f64()
+        .unwrap();
+    assert!((of("second") - of("first") - difference).abs() < 1e-15);
+    let page = fs::read_to_string(place.path("d/report.html")).unwrap();
+    assert!(page.contains("loc") && page.contains("dis") && page.matches("<img").count() >= 15);
+    assert!(!page.contains("<script"));
+    place.bad(2, &["compare", "loc.npz"]);
+    place.bad(1, &["compare", "loc.npz", "absent.npz"]);
+}
+
+#[test]
+fn an_analysis_of_a_run_holds_its_budgets() {
+    let place = Place::new();
+    place.good(&["analyze", "loc.npz", "--out", "a", "-q", "--figures", "png"]);
+    let closure = place.summary("a")["closure"].clone();
+    assert!(closure["real_space"].as_f64().unwrap() < 1e-10);
+    assert_eq!(closure["integration"], "samples");
+    assert!(place.path("a/budget.npz").exists() && place.path("a/budget.html").exists());
+
+    // A field alone carries no chain, and says so.
+    let field = concat!(
+        env!("CARGO_MANIFEST_DIR"),
+        "/examples/data/lattice_impact.npy"
+    );
+    place.good(&["analyze", field, "--out", "f", "-q", "--figures", "none"]);
+    let closure = place.summary("f")["closure"].clone();
+    assert!(closure["wavenumber"].is_null());
+    assert_eq!(
+        closure["reasons"]["wavenumber"],
+        "the field carries no chain"
+    );
+    assert!(!place.path("f/budget.npz").exists());
+}
