@@ -20,6 +20,7 @@ mod frequency;
 mod ledger;
 mod modes;
 mod motion;
+mod quadrature;
 mod real_space;
 mod request;
 mod result;
@@ -27,6 +28,7 @@ mod rows;
 mod scale;
 mod scale_pass;
 mod spectral;
+mod tendency;
 mod wavenumber;
 
 pub use filter::{Filter, ScaleOf};
@@ -37,6 +39,7 @@ pub use request::{BudgetRequest, Views};
 pub use result::{
     BranchBudget, Budget, Closure, Identities, Integration, Residual, ScaleBudget, WavenumberBudget,
 };
+pub use tendency::{Burgers, Tendency, TendencyBudget, tendency_budget};
 
 use crate::analyze::{Arrays, Observer, Silent, Sink};
 use crate::error::Result;
