@@ -18,8 +18,10 @@ mod contacts;
 mod filter;
 mod frequency;
 mod ledger;
+pub mod measured;
 mod modes;
 mod motion;
+mod quadrature;
 mod real_space;
 mod request;
 mod result;
@@ -28,6 +30,7 @@ mod scale;
 mod scale_pass;
 mod spectral;
 mod stepped;
+mod tendency;
 mod units;
 mod waiting;
 mod wavenumber;
@@ -40,6 +43,7 @@ pub use request::{BudgetRequest, Views};
 pub use result::{
     BranchBudget, Budget, Closure, Identities, Integration, Residual, ScaleBudget, WavenumberBudget,
 };
+pub use tendency::{Burgers, Tendency, TendencyBudget, tendency_budget};
 pub use units::BudgetUnits;
 
 use crate::analyze::{Arrays, Observer, Silent, Sink};

@@ -1,0 +1,121 @@
+//! Integrals over time of what is known at uniform samples only.
+//!
+//! Each interval takes the integral of the polynomial through the samples nearest to it; near the
+//! ends the same samples serve several intervals. With P points the error of a smooth integrand
+//! falls as `dt^P` (one more for odd P); a kink `|t|^s` limits it to `dt^{s+1}`.
+
+use ndarray::{Array2, ArrayView2, Axis};
+
+/// Points of the polynomials that velocities are integrated with: kinks where contacts open
+/// (`t^{5/2}` of a Hertz contact) leave nothing to higher orders.
+pub(super) const CUBIC: usize = 4;
+
+/// Points for smooth integrands.
+pub(super) const SMOOTH: usize = 8;
+
+/// Weights for every interval of a record.
+#[derive(Debug, Clone)]
+pub(super) struct Quadrature {
+    samples: usize,
+    points: usize,
+    /// `weights[s]`: for an interval that begins at the sample s of its points.
+    weights: Vec<Vec<f64>>,
+}
+
+impl Quadrature {
+    /// Through `points` samples, or all where there are fewer.
+    pub(super) fn new(samples: usize, points: usize) -> Quadrature {
+        let points = points.min(samples);
+        let intervals = points.saturating_sub(1);
+        Quadrature {
+            samples,
+            points,
+            weights: (0..intervals).map(|s| interval(points, s)).collect(),
+        }
+    }
+
+    /// First sample and weights (in units of dt) of the integral from sample i to the next.
+    pub(super) fn interval(&self, i: usize) -> (usize, &[f64]) {
+        let last = self.samples - self.points;
+        let first = (i + 1).saturating_sub(self.points / 2).min(last);
+        (first, &self.weights[i - first])
+    }
+
+    /// Integrals from the first sample to each, of every column of `(time, column)`.
+    pub(super) fn running(&self, rates: ArrayView2<f64>, dt: f64) -> Array2<f64> {
+        let mut out = Array2::zeros(rates.dim());
+        for i in 0..self.samples.saturating_sub(1) {
+            let (first, weights) = self.interval(i);
+            let (before, mut after) = out.view_mut().split_at(Axis(0), i + 1);
+            let mut now = after.row_mut(0);
+            now.assign(&before.row(i));
+            for (n, weight) in weights.iter().enumerate() {
+                now.scaled_add(dt * weight, &rates.row(first + n));
+            }
+        }
+        out
+    }
+}
+
+/// Weights of the samples 0, 1, ... in the integral from `s` to `s + 1`.
+fn interval(points: usize, s: usize) -> Vec<f64> {
+    (0..points)
+        .map(|j| {
+            // Coefficients of Lagrange's polynomial in t - s.
+            let mut polynomial = vec![1.0];
+            for other in (0..points).filter(|other| *other != j) {
+                let (root, scale) = (other as f64 - s as f64, j as f64 - other as f64);
+                let mut next = vec![0.0; polynomial.len() + 1];
+                for (power, c) in polynomial.iter().enumerate() {
+                    next[power] -= c * root / scale;
+                    next[power + 1] += c / scale;
+                }
+                polynomial = next;
+            }
+            let terms = polynomial.iter().enumerate();
+            terms.map(|(power, c)| c / (power + 1) as f64).sum()
+        })
+        .collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// The weights of textbooks (Adams-Moulton and its mirror image, the central ones).
+    #[test]
+    fn val_textbook_weights_of_cubics() {
+        let expected = [
+            [9.0, 19.0, -5.0, 1.0],
+            [-1.0, 13.0, 13.0, -1.0],
+            [1.0, -5.0, 19.0, 9.0],
+        ];
+        for (s, expected) in expected.iter().enumerate() {
+            for (found, expected) in interval(4, s).iter().zip(expected) {
+                assert!((found - expected / 24.0).abs() < 1e-15);
+            }
+        }
+        assert_eq!(interval(2, 0), [0.5, 0.5]);
+    }
+
+    #[test]
+    fn val_calculus_polynomials_are_integrated_exactly() {
+        for samples in [1, 2, 3, 4, 7, 8, 9, 20] {
+            for points in [2, CUBIC, SMOOTH] {
+                let degree = points.min(samples) as i32 - 1;
+                let values = Array2::from_shape_fn((samples, 1), |(i, _)| {
+                    (0.1 * i as f64 - 0.3).powi(degree)
+                });
+                let sums = Quadrature::new(samples, points).running(values.view(), 0.1);
+                let primitive = |t: f64| t.powi(degree + 1) / f64::from(degree + 1);
+                for i in 0..samples {
+                    let expected = primitive(0.1 * i as f64 - 0.3) - primitive(-0.3);
+                    assert!(
+                        (sums[[i, 0]] - expected).abs() < 2e-15,
+                        "{samples} {points} {i}"
+                    );
+                }
+            }
+        }
+    }
+}

@@ -1,0 +1,367 @@
+//! Chains whose exchange of energy between wavenumbers is known from elsewhere.
+
+use std::f64::consts::PI;
+
+use cascade::analyze::{Arrays, LargeArray, Silent};
+use cascade::budget::{Budget, BudgetRequest, Motion, Views, budget};
+use cascade::chain::{
+    Accuracy, Chain, EndTime, Ends, Law, Losses, Pattern, Record, Run, Scheme, Simulation,
+};
+use ndarray::{Array1, Array2};
+
+const LINEAR: Law = Law::Spring {
+    alpha: 0.0,
+    beta: 0.0,
+};
+
+fn chain(mass: Vec<f64>, coefficient: Vec<f64>, law: Law, ends: Ends, static_force: f64) -> Chain {
+    Chain {
+        mass,
+        coefficient,
+        law,
+        ends,
+        precompression: static_force,
+        losses: Losses::default(),
+    }
+}
+
+/// The wavenumber budget alone.
+fn of(run: &Run) -> (Budget, Arrays) {
+    let request = BudgetRequest {
+        views: Views {
+            frequency: false,
+            scale: false,
+            ..Views::ALL
+        },
+        ..BudgetRequest::default()
+    };
+    budget(&Motion::of(run).unwrap(), &request).unwrap()
+}
+
+fn array(arrays: &Arrays, which: LargeArray) -> &Array2<f64> {
+    &arrays[&which]
+}
+
+/// Numbers between -0.9 and 0.9 from a seed.
+fn random(n: usize, seed: u64) -> Vec<f64> {
+    let pattern = Pattern::Random {
+        mean: 1.0,
+        spread: 0.9,
+        seed,
+    };
+    pattern.values(n).unwrap().iter().map(|x| x - 1.0).collect()
+}
+
+/// States at which no time passes: budgets need no motion.
+struct States {
+    chain: Chain,
+    time: Array1<f64>,
+    displacement: Array2<f64>,
+    velocity: Array2<f64>,
+}
+
+impl States {
+    fn random(chain: Chain, count: usize) -> States {
+        let n = chain.n_sites();
+        let rows = |first: u64| {
+            let values = (0..count as u64)
+                .flat_map(|i| random(n, first + i))
+                .collect();
+            Array2::from_shape_vec((count, n), values).unwrap()
+        };
+        States {
+            chain,
+            time: Array1::from_iter((0..count).map(|i| i as f64)),
+            displacement: rows(1000),
+            velocity: rows(2000),
+        }
+    }
+
+    fn budget(&self) -> (Budget, Arrays) {
+        let motion = Motion {
+            chain: &self.chain,
+            drive: None,
+            time: self.time.view(),
+            displacement: self.displacement.view(),
+            velocity: self.velocity.view(),
+            energy_passed: None,
+            energy_lost: None,
+            energy_input: None,
+        };
+        budget(
+            &motion,
+            &BudgetRequest {
+                views: Views {
+                    wavenumber: true,
+                    frequency: false,
+                    scale: false,
+                },
+                ..BudgetRequest::default()
+            },
+        )
+        .unwrap()
+    }
+}
+
+/// In a uniform linear chain each wavenumber keeps its energy: `T(k) = 0`, for any state.
+#[test]
+fn val_linear_chains_exchange_nothing_between_wavenumbers() {
+    for n in [3, 4, 31, 64, 101] {
+        for ends in [
+            Ends::Periodic,
+            Ends::Fixed {
+                left_coefficient: 2.5,
+            },
+        ] {
+            let states = States::random(chain(vec![0.7; n], vec![2.5; n], LINEAR, ends, 0.0), 6);
+            let (_, arrays) = states.budget();
+            let energy = array(&arrays, LargeArray::EnergySpectrum);
+            let transfer = array(&arrays, LargeArray::Transfer);
+            // 2 sqrt(c / m) is the highest frequency: |q^| |f^| is at most that times the energy.
+            let highest = 2.0 * f64::sqrt(2.5 / 0.7);
+            let scale = highest * energy.iter().fold(0.0, |m: f64, e| m.max(*e));
+            let worst = transfer.iter().fold(0.0, |m: f64, t| m.max(t.abs())) / scale;
+            assert!(worst < 2e-15, "{n} {ends:?} {worst:e}");
+        }
+    }
+}
+
+/// A linear dimer mixes k with k + pi / a, but not its acoustic with its optical modes.
+#[test]
+fn val_linear_dimers_exchange_nothing_between_branches() {
+    for (mass, coefficient) in [
+        ([1.0, 1.0], [1.0, 4.9]),
+        ([1.0, 3.0], [1.0, 1.0]),
+        ([0.2, 3.0], [2.0, 0.5]),
+    ] {
+        let n = 64;
+        let cell = |cell: [f64; 2]| Pattern::Cell(cell.to_vec()).values(n).unwrap();
+        let dimer = chain(cell(mass), cell(coefficient), LINEAR, Ends::Periodic, 0.0);
+        let states = States::random(dimer, 6);
+        let (found, arrays) = states.budget();
+        let branches = found.wavenumber.unwrap().branches.unwrap();
+        let transfer = array(&arrays, LargeArray::Transfer);
+        for (i, optical) in branches.optical_transfer.iter().enumerate() {
+            let exchanged: f64 = transfer.row(i).iter().map(|t| t.abs()).sum();
+            assert!(
+                exchanged > 0.01,
+                "k and k + pi / a do exchange: {exchanged}"
+            );
+            assert!(
+                optical.abs() < 1e-14 * exchanged,
+                "{optical:e} of {exchanged:e}"
+            );
+            let energy = branches.optical_energy[i];
+            assert!(energy > 0.1 * (found.kinetic[i] + found.contact[i]));
+        }
+    }
+}
+
+/// Energy that a strongly pressed Hertz chain exchanges between wavenumbers, relative to its own,
+/// against the amplitude.
+///
+/// With overlaps r on a static overlap d the chain is alpha-FPUT to first order, so T is
+/// `O((r/d) E)`: three waves exchange energy at a rate of first order in the amplitude, and back
+/// again where they are not resonant, which leaves their exchange of first order too.
+#[test]
+fn val_expansion_pressed_chains_approach_linear_ones_at_first_order() {
+    let n = 32;
+    let amplitudes = [1e-1, 1e-2, 1e-3, 1e-4];
+    let exchanged = amplitudes.map(|amplitude| {
+        let pressed = chain(vec![1.0; n], vec![1.0; n], Law::Hertz, Ends::Periodic, 1.0);
+        let scaled = |seed| random(n, seed).iter().map(|x| amplitude * x).collect();
+        let simulation = Simulation {
+            displacement: scaled(1),
+            accuracy: Accuracy::LocalError(1e-11),
+            estimate_error: false,
+            ..Simulation::impact(pressed, 0.0, 40.0, 401)
+        };
+        let run = Simulation {
+            velocity: scaled(2),
+            ..simulation
+        }
+        .run(&Silent)
+        .unwrap();
+        let (found, arrays) = of(&run);
+        // T is as small as the amplitude, its rounding is not.
+        let identities = found.closure.identities;
+        assert!(
+            identities.transfer_sum * amplitude < 1e-12,
+            "{identities:?}"
+        );
+        let energy = array(&arrays, LargeArray::EnergySpectrum);
+        let first = energy.row(0);
+        let total = first.sum();
+        let moved = |i: usize| {
+            (&energy.row(i) - &first)
+                .iter()
+                .map(|e| 0.5 * e.abs())
+                .sum::<f64>()
+        };
+        (0..energy.nrows()).map(moved).fold(0.0, f64::max) / total
+    });
+    for pair in exchanged.windows(2) {
+        let order = (pair[0] / pair[1]).log10();
+        assert!((order - 1.0).abs() < 0.1, "{exchanged:?}");
+    }
+}
+
+/// A chain of FPUT between walls: `F = r + alpha r^2` of the elongation r.
+fn fput(n: usize, alpha: f64, ends: Ends) -> Chain {
+    chain(
+        vec![1.0; n],
+        vec![1.0; n],
+        Law::Spring { alpha, beta: 0.0 },
+        ends,
+        0.0,
+    )
+}
+
+/// The energy of the lowest mode, as a share of all: least, and when it comes back most with how
+/// much, in periods of that mode.
+fn recurrence(scheme: Scheme, accuracy: Accuracy, sample: f64) -> [f64; 3] {
+    let springs = 32;
+    let n = springs - 1;
+    let lowest = PI / springs as f64;
+    let period = PI / (0.5 * lowest).sin();
+    let samples = (170.0 * period / sample) as usize;
+    let ends = Ends::Fixed {
+        left_coefficient: 1.0,
+    };
+    let simulation = Simulation {
+        velocity: vec![0.0; n],
+        displacement: (1..=n).map(|j| (lowest * j as f64).sin()).collect(),
+        scheme,
+        accuracy,
+        estimate_error: false,
+        ..Simulation::impact(
+            fput(n, 0.25, ends),
+            0.0,
+            sample * samples as f64,
+            samples + 1,
+        )
+    };
+    let run = simulation.run(&Silent).unwrap();
+    let (found, arrays) = of(&run);
+    let identities = found.closure.identities;
+    assert!(
+        identities.transfer_sum < 1e-10 && identities.energy_sum < 1e-14,
+        "{identities:?}"
+    );
+    let energy = array(&arrays, LargeArray::EnergySpectrum);
+    let share = |i: usize| energy[[i, 1]] / energy.row(i).sum();
+    assert!(share(0) > 0.999);
+    let shares: Vec<f64> = (0..energy.nrows()).map(share).collect();
+    let least = shares.iter().copied().fold(1.0, f64::min);
+    let late = shares.len() / 2..shares.len();
+    let back = late
+        .max_by(|a, b| shares[*a].total_cmp(&shares[*b]))
+        .unwrap();
+    [least, shares[back], run.time[back] / period]
+}
+
+/// E. Fermi, J. Pasta, S. Ulam, *Studies of nonlinear problems* (Los Alamos report LA-1940, 1955),
+/// figure 1: 32 springs, alpha = 1/4, the lowest mode displaced by 1, steps with `dt^2 = 1/8`.
+/// Energy leaves that mode almost entirely, and 97 to 98 % come back after the 157 periods that are
+/// quoted of it.
+///
+/// That time is one of its steps. The chain itself, solved to 1e-9, comes back after 146.4.
+#[test]
+fn val_fermi_pasta_ulam_recurrence_of_the_lowest_mode() {
+    let step = 0.125f64.sqrt();
+    let published = recurrence(Scheme::VelocityVerlet, Accuracy::Step(step), 11.0 * step);
+    let exact = recurrence(Scheme::Nystrom, Accuracy::LocalError(1e-11), 4.0);
+    for ([least, back, periods], expected) in [
+        (published, [0.0768, 0.9777, 156.7]),
+        (exact, [0.0880, 0.9811, 146.4]),
+    ] {
+        // Velocity Verlet and these numbers by numpy, with energies of the linear modes.
+        assert!((least - expected[0]).abs() < 0.005, "{least}");
+        assert!((back - expected[1]).abs() < 0.003, "{back}");
+        assert!((periods - expected[2]).abs() < 0.6, "{periods}");
+    }
+}
+
+/// Over the first periods of the same chain `E(k)` changes by the integral of T, to the second
+/// order of sums over samples.
+#[test]
+fn val_fermi_pasta_ulam_budget_closes() {
+    let (springs, n) = (32, 31);
+    let lowest = PI / springs as f64;
+    let ends = Ends::Fixed {
+        left_coefficient: 1.0,
+    };
+    let closure = |samples: usize| {
+        let simulation = Simulation {
+            velocity: vec![0.0; n],
+            displacement: (1..=n).map(|j| (lowest * j as f64).sin()).collect(),
+            accuracy: Accuracy::LocalError(1e-12),
+            estimate_error: false,
+            ..Simulation::impact(fput(n, 0.25, ends), 0.0, 320.0, samples)
+        };
+        let run = simulation.run(&Silent).unwrap();
+        of(&run).0.closure.wavenumber.value().unwrap()
+    };
+    let [coarse, fine] = [closure(801), closure(1601)];
+    let order = (coarse / fine).log2();
+    assert!((order - 2.0).abs() < 0.1, "{coarse:e} {fine:e}");
+    assert!((1e-8..1e-4).contains(&fine), "{fine:e}");
+}
+
+/// M. Gallone, A. Ponno, S. Ruffo, *Energy cascade and Burgers turbulence in the
+/// Fermi-Pasta-Ulam-Tsingou chain* (arXiv:2407.16534): from one long wave that travels, mode
+/// energies fall as `k^{-8/3}` when the Burgers shock forms and as about `k^{-2}` within two of
+/// these times.
+///
+/// Elongations r run at `sqrt(1 + 2 alpha r)`; of a wave of one sign of velocity and energy
+/// `epsilon` a site, `r = sqrt(2 epsilon) cos(k x)`, the steepest place is a shock after
+/// `1 / (alpha k sqrt(2 epsilon))`.
+#[test]
+fn val_gallone_ponno_ruffo_slopes_of_the_mode_energies() {
+    let (n, epsilon, alpha): (usize, f64, f64) = (4096, 0.001, 1.0);
+    let k = 2.0 * PI / n as f64;
+    let frequency = 2.0 * (0.5 * k).sin();
+    let amplitude = (2.0 * epsilon).sqrt() / frequency;
+    let shock = 1.0 / (alpha * k * (2.0 * epsilon).sqrt());
+    let place = |j: usize| k * j as f64;
+    let simulation = Simulation {
+        velocity: (0..n)
+            .map(|j| -amplitude * frequency * place(j).cos())
+            .collect(),
+        displacement: (0..n).map(|j| amplitude * place(j).sin()).collect(),
+        scheme: Scheme::Symplectic6,
+        accuracy: Accuracy::Step(1.0),
+        estimate_error: false,
+        record: Record {
+            displacement: true,
+            force: false,
+            energy: false,
+        },
+        end_time: EndTime::At(2.0 * shock),
+        ..Simulation::impact(fput(n, alpha, Ends::Periodic), 0.0, shock, 5)
+    };
+    let run = simulation.run(&Silent).unwrap();
+    let (found, arrays) = of(&run);
+    let energy = array(&arrays, LargeArray::EnergySpectrum);
+    let slope = |i: usize, modes: std::ops::RangeInclusive<usize>| {
+        let points: Vec<[f64; 2]> = modes
+            .map(|m| [(m as f64).ln(), energy[[i, m]].ln()])
+            .collect();
+        let mean = |c: usize| points.iter().map(|p| p[c]).sum::<f64>() / points.len() as f64;
+        let (x, y) = (mean(0), mean(1));
+        let products = points.iter().map(|p| (p[0] - x) * (p[1] - y)).sum::<f64>();
+        products / points.iter().map(|p| (p[0] - x).powi(2)).sum::<f64>()
+    };
+    let (at_shock, after) = (slope(2, 10..=80), slope(4, 10..=80));
+    assert!((at_shock + 8.0 / 3.0).abs() < 0.03, "{at_shock}");
+    assert!((after + 2.0).abs() < 0.1, "{after}");
+    let transfer = array(&arrays, LargeArray::Transfer);
+    // At the start there is nothing but one wave, which exchanges with nothing.
+    for row in transfer.rows().into_iter().skip(1) {
+        let largest = row.iter().fold(0.0, |m: f64, t| m.max(t.abs()));
+        assert!(row.sum().abs() < 1e-9 * largest, "{} {largest}", row.sum());
+    }
+    assert!(found.closure.identities.energy_sum < 1e-13);
+    let total = energy.row(0).sum();
+    assert!((energy.row(4).sum() / total - 1.0).abs() < 1e-6);
+}
