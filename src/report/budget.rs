@@ -4,6 +4,7 @@ use serde::Serialize;
 use serde_json::{Map, Value, json};
 
 use super::{Archive, Provenance};
+use crate::budget::measured::{MeasuredMotion, MeasuredReport};
 use crate::budget::{
     Between, Budget, BudgetUnits, Closure, FrequencyFlow, Identities, Integration, ScaleBudget,
     ScaleOf, WavenumberBudget,
@@ -29,6 +30,9 @@ pub struct BudgetSummary<'a> {
     frequency: Option<FrequencySummary>,
     scale: Option<Vec<ScaleSummary>>,
     closure: ClosureSummary,
+    /// Of a measured field: its noise, errors, momenta, warnings.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    measured: Option<&'a MeasuredReport>,
 }
 
 #[derive(Debug, Serialize)]
@@ -186,7 +190,13 @@ impl<'a> BudgetSummary<'a> {
                 .map(|flow| frequency(budget, flow)),
             scale: budget.scales.as_ref().map(scales),
             closure: ClosureSummary::of(&budget.closure),
+            measured: None,
         }
+    }
+
+    /// The same with what a measurement of the motion yields.
+    pub fn with_measurement(self, measured: Option<&'a MeasuredReport>) -> Self {
+        BudgetSummary { measured, ..self }
     }
 
     /// The summary as indented JSON.
@@ -318,6 +328,33 @@ pub fn write_budget_arrays(budget: &Budget, archive: &Archive) -> Result<()> {
             &of(|scale| scale.cutoff_wavenumber),
         )?;
         line("integrated_scale_flux", &found.integrated_flux)?;
+    }
+    Ok(())
+}
+
+/// Appends what a measured motion holds beside its budgets, with standard errors.
+///
+/// # Errors
+/// [`crate::Error::Write`].
+pub fn write_measured_arrays(measured: &MeasuredMotion, archive: &Archive) -> Result<()> {
+    let errors = &measured.errors;
+    for (name, array) in [
+        ("velocity", &measured.velocity),
+        ("velocity_error", &errors.velocity),
+        ("displacement", &measured.displacement),
+        ("overlap", &measured.overlap),
+        ("overlap_error", &errors.overlap),
+        ("force", &measured.force),
+        ("force_error", &errors.force),
+        ("energy_flux_error", &errors.flux),
+        ("energy_passed_error", &errors.passed),
+        ("energy_error", &errors.energy),
+    ] {
+        let (rows, columns) = array.dim();
+        if columns > 0 {
+            let values: Vec<f64> = array.iter().copied().collect();
+            archive.append(name, &[rows, columns], &values)?;
+        }
     }
     Ok(())
 }

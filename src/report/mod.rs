@@ -15,7 +15,9 @@ mod summary;
 
 pub use archive::Archive;
 pub use arrays::write_small_arrays;
-pub use budget::{BUDGET_SCHEMA, BudgetSummary, ClosureSummary, write_budget_arrays};
+pub use budget::{
+    BUDGET_SCHEMA, BudgetSummary, ClosureSummary, write_budget_arrays, write_measured_arrays,
+};
 #[cfg(feature = "figures")]
 pub use budget_page::{budget_html, comparison_html};
 pub use directory::{Contents, ResultDirectory};

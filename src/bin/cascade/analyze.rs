@@ -219,7 +219,7 @@ fn with_path(mut error: Error, path: &Path) -> Error {
     error
 }
 
-fn open_options(typed: &Input, memory: Option<u64>) -> OpenOptions {
+pub fn open_options(typed: &Input, memory: Option<u64>) -> OpenOptions {
     OpenOptions {
         layout: typed.layout.map(Into::into),
         dt: typed.dt,

@@ -7,6 +7,7 @@ use std::time::Instant;
 
 use cascade::Error;
 use cascade::analyze::{Observer, Precision, Sink};
+use cascade::budget::measured::MeasuredReport;
 use cascade::budget::{
     Budget as Found, BudgetRequest, BudgetUnits, Filter, Integration, Motion, Residual, Views,
 };
@@ -21,6 +22,7 @@ use clap::{Args, ValueEnum};
 use crate::analyze::{formats, use_threads};
 use crate::args::FigureArg;
 use crate::failure::Failure;
+use crate::measured::{self, Measured, MeasuredArgs, refuse_options_of_fields};
 use crate::parse;
 use crate::progress::Progress;
 use crate::terminal::{self, Lines, error_size, number};
@@ -28,7 +30,7 @@ use crate::terminal::{self, Lines, error_size, number};
 /// What `cascade budget` takes.
 #[derive(Debug, Args)]
 pub struct Budget {
-    /// Run file of `cascade simulate`.
+    /// Run file of `cascade simulate`; with `--scene`, a measured field of velocities.
     pub run: PathBuf,
     /// Directory for the results; by default the run's name with `-budget`, here.
     #[arg(long, short, value_name = "DIR")]
@@ -38,6 +40,8 @@ pub struct Budget {
     pub force: bool,
     #[command(flatten)]
     pub views: ViewArgs,
+    #[command(flatten)]
+    pub measured: MeasuredArgs,
     /// Formats of the figures; none leaves the report out too.
     #[arg(long, value_enum, value_delimiter = ',', value_name = "FORMAT",
           default_values_t = [FigureArg::Png, FigureArg::Svg])]
@@ -114,9 +118,15 @@ pub enum FilterArg {
 
 impl ViewArgs {
     pub fn request(&self, setup: &Setup) -> BudgetRequest {
-        let only = |view| self.only.is_empty() || self.only.contains(&view);
         let simulation = &setup.simulation;
-        let whole = [0..simulation.samples, 0..simulation.chain.n_sites()];
+        let sites = simulation.chain.n_sites();
+        self.choices(simulation.samples, sites, request_of(setup))
+    }
+
+    /// The choices typed over `base`.
+    pub fn choices(&self, samples: usize, sites: usize, base: BudgetRequest) -> BudgetRequest {
+        let only = |view| self.only.is_empty() || self.only.contains(&view);
+        let whole = [0..samples, 0..sites];
         let window = match (&self.window_samples, &self.window_sites) {
             (None, None) => None,
             (samples, sites) => {
@@ -145,7 +155,7 @@ impl ViewArgs {
                 true => Integration::Samples,
                 false => Integration::Stepping,
             },
-            ..request_of(setup)
+            ..base
         }
     }
 }
@@ -176,19 +186,31 @@ pub fn run(typed: Budget) -> Result<(), Failure> {
     use_threads(typed.views.threads.map(usize::from))?;
     // Before any work: could the result be written?
     drop(ResultDirectory::create(&out, typed.force)?);
-    let file = RunFile::read(&typed.run)?;
+    let source = match &typed.measured.scene {
+        None => {
+            refuse_options_of_fields(&typed.measured)?;
+            Source::Run(Box::new(RunFile::read(&typed.run)?))
+        }
+        Some(scene) => {
+            let read = measured::read(&typed.run, scene, &typed.measured, &typed.views);
+            Source::Measured(Box::new(read?))
+        }
+    };
     let name = name_of(&typed.run);
 
     progress.begin_writing();
     let directory = ResultDirectory::create(&out, typed.force)?;
     let archive = Archive::create(&directory.path().join("budget.npz"), Precision::F64)?;
-    let budget = compute(&typed.views, &file, &archive, &progress)?;
+    let budget = match &source {
+        Source::Run(file) => compute(&typed.views, file, &archive, &progress)?,
+        Source::Measured(measured) => measured.budget(&archive, &progress)?,
+    };
     write_budget_arrays(&budget, &archive)?;
     archive.finish()?;
     progress.check()?;
     let input = typed.run.display().to_string();
     let provenance = Provenance::new(command(), Some(input), Some(file_hash(&typed.run)?));
-    let summary = BudgetSummary::new(&budget, &provenance);
+    let summary = BudgetSummary::new(&budget, &provenance).with_measurement(source.report());
     let json = summary.to_json().map_err(std::io::Error::from)?;
     directory.write("summary.json", &json)?;
     if !pictures.is_empty() {
@@ -202,7 +224,7 @@ pub fn run(typed: Budget) -> Result<(), Failure> {
     if typed.json {
         writeln!(out, "{json}")?;
     } else if !typed.quiet {
-        out.write_all(lines(&budget).as_bytes())?;
+        out.write_all(lines(&budget, source.report()).as_bytes())?;
         let seconds = started.elapsed().as_secs_f64();
         let page = published.join("report.html");
         let main = if page.exists() {
@@ -213,6 +235,21 @@ pub fn run(typed: Budget) -> Result<(), Failure> {
         writeln!(out, "done in {seconds:.2} s; open {}", main.display())?;
     }
     Ok(())
+}
+
+/// Where the motion comes from.
+enum Source {
+    Run(Box<RunFile>),
+    Measured(Box<Measured>),
+}
+
+impl Source {
+    fn report(&self) -> Option<&MeasuredReport> {
+        match self {
+            Source::Run(_) => None,
+            Source::Measured(measured) => Some(&measured.motion.report),
+        }
+    }
 }
 
 /// Draws the figures and writes the page of this name.
@@ -257,7 +294,7 @@ fn default_out(run: &Path) -> PathBuf {
 }
 
 /// What was found, in lines.
-fn lines(budget: &Found) -> String {
+fn lines(budget: &Found, measured: Option<&MeasuredReport>) -> String {
     let mut lines = Lines::new(terminal::width());
     let last = budget.time.len() - 1;
     let energy = |i: usize| budget.kinetic[i] + budget.contact[i];
@@ -318,6 +355,19 @@ fn lines(budget: &Found) -> String {
             Residual::Undefined(reason) => format!("no balance: {reason}"),
         };
         lines.line(&format!("{name} balance"), &text);
+    }
+    if let Some(report) = measured {
+        let energy = report.energy;
+        let text = format!(
+            "{} of {} in the energy",
+            error_size(energy.error),
+            number(energy.value)
+        );
+        lines.line("error by noise", &text);
+        for warning in &report.warnings {
+            lines.line("warning", &warning.message());
+            lines.line("", &format!("-> {}", warning.advice()));
+        }
     }
     lines.text
 }

@@ -9,6 +9,7 @@ mod contact;
 mod failure;
 mod localize;
 mod manual;
+mod measured;
 mod parse;
 mod progress;
 mod scene;

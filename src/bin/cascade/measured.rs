@@ -1,0 +1,153 @@
+//! `cascade budget FIELD --scene CHAIN`: budgets of a measured field with a stated chain.
+
+use std::path::{Path, PathBuf};
+
+use cascade::Field;
+use cascade::analyze::Observer;
+use cascade::budget::measured::{Drift, MeasuredMotion, MeasuredOptions, Noise, from_field};
+use cascade::budget::{Budget, BudgetRequest, BudgetUnits, Integration};
+use cascade::chain::scene::{SceneSource, Units};
+use cascade::report::{Archive, write_measured_arrays};
+use cascade::{Error, Result};
+use clap::{Args, ValueEnum};
+
+use crate::analyze::open_options;
+use crate::args::Input;
+use crate::budget::{ViewArgs, request_of};
+use crate::parse;
+
+/// How a measurement is read.
+#[derive(Debug, Args)]
+#[command(next_help_heading = "A measured field")]
+pub struct MeasuredArgs {
+    /// Scene of the chain that FIELD is a record of: its masses, contacts, law and ends.
+    #[arg(long, value_name = "SCENE")]
+    pub scene: Option<PathBuf>,
+    /// Sample at which all contacts just touch; those before it only tell the noise.
+    #[arg(long, value_name = "SAMPLE", default_value_t = 0, requires = "scene")]
+    pub start: usize,
+    /// Sites whose channels are dead, beside those of nothing but zeros or gaps.
+    #[arg(long, value_delimiter = ',', value_name = "SITE", requires = "scene")]
+    pub missing: Vec<usize>,
+    /// Standard deviation of the noise [default: that of the quiet part before the wave arrives].
+    #[arg(long, value_name = "SPEED", value_parser = parse::finite, requires = "scene")]
+    pub noise: Option<f64>,
+    /// Standard deviation of a constant offset of the channels, beside `--noise` [default: 0].
+    #[arg(long, value_name = "SPEED", value_parser = parse::finite, requires = "noise")]
+    pub offset: Option<f64>,
+    /// What the channels may drift by.
+    #[arg(long, value_enum, default_value_t = DriftArg::Linear, requires = "scene")]
+    pub drift: DriftArg,
+    #[command(flatten)]
+    pub input: Input,
+}
+
+#[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
+pub enum DriftArg {
+    None,
+    /// An offset each.
+    Constant,
+    /// An offset and a slope each.
+    Linear,
+}
+
+/// A measured motion, and what is asked of its budgets.
+pub struct Measured {
+    pub motion: MeasuredMotion,
+    request: BudgetRequest,
+}
+
+/// Reads a field as the record of the chain of a scene.
+pub fn read(
+    field: &Path,
+    scene: &Path,
+    typed: &MeasuredArgs,
+    views: &ViewArgs,
+) -> Result<Measured> {
+    let setup = SceneSource::read(scene)?.setup()?;
+    let field = Field::open(field, &open_options(&typed.input, None))?;
+    let options = MeasuredOptions {
+        start: typed.start,
+        noise: match typed.noise {
+            None => Noise::Quiet,
+            Some(deviation) => Noise::Stated {
+                deviation,
+                offset: typed.offset.unwrap_or(0.0),
+            },
+        },
+        drift: match typed.drift {
+            DriftArg::None => Drift::None,
+            DriftArg::Constant => Drift::Constant,
+            DriftArg::Linear => Drift::Linear,
+        },
+        missing: typed.missing.clone(),
+        ..MeasuredOptions::default()
+    };
+    let motion = from_field(&field, &setup.simulation.chain, &options)?;
+    let units = match setup.units {
+        Units::Si => BudgetUnits::si(),
+        Units::None => BudgetUnits {
+            time: field.time.unit.clone(),
+            length: field.space.unit.clone(),
+            energy: None,
+        },
+    };
+    let stated = field.space.unit.is_some() || typed.input.dx.is_some();
+    let base = request_of(&setup);
+    let request = BudgetRequest {
+        pitch: if stated { field.space.step } else { base.pitch },
+        units,
+        integration: Integration::Samples,
+        ..views.choices(motion.time.len(), motion.chain.n_sites(), base)
+    };
+    Ok(Measured { motion, request })
+}
+
+impl Measured {
+    pub fn budget(&self, archive: &Archive, observer: &dyn Observer) -> Result<Budget> {
+        let motion = self.motion.motion();
+        let budget = cascade::budget::run(&motion, &self.request, archive, observer)?;
+        write_measured_arrays(&self.motion, archive)?;
+        Ok(budget)
+    }
+}
+
+/// That no option for a measured field was given without one.
+pub fn refuse_options_of_fields(typed: &MeasuredArgs) -> Result<()> {
+    let Input {
+        layout,
+        dt,
+        dx,
+        t0,
+        x0,
+        time_unit,
+        space_unit,
+        unit,
+        quantity,
+        member,
+        header,
+        time_column,
+    } = &typed.input;
+    let given = [
+        ("layout", layout.is_some()),
+        ("dt", dt.is_some()),
+        ("dx", dx.is_some()),
+        ("t0", t0.is_some()),
+        ("x0", x0.is_some()),
+        ("time-unit", time_unit.is_some()),
+        ("space-unit", space_unit.is_some()),
+        ("unit", unit.is_some()),
+        ("quantity", quantity.is_some()),
+        ("member", member.is_some()),
+        ("header", header.is_some()),
+        ("time-column", time_column.is_some()),
+    ];
+    match given.into_iter().find(|(_, given)| *given) {
+        None => Ok(()),
+        Some((option, _)) => Err(Error::Request {
+            option,
+            expected: "`--scene` beside it: a run file states its axes itself".into(),
+            found: "no scene".into(),
+        }),
+    }
+}
