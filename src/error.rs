@@ -107,6 +107,14 @@ pub enum Error {
         found: String,
     },
 
+    /// A measured quantity that noise leaves nothing of.
+    #[error("{what}: expected more than twice its standard error {error:.3e}, found {signal:.3e}")]
+    Drowned {
+        what: String,
+        signal: f64,
+        error: f64,
+    },
+
     /// The observer asked to stop.
     #[error("cancelled; nothing was written")]
     Cancelled,
@@ -136,6 +144,12 @@ impl Error {
             ),
             Error::Paused { .. } => Some("the same command goes on from there".into()),
             Error::Occupied { .. } => Some("name another place with `--out`".into()),
+            Error::Drowned { .. } => Some(
+                "average repeated records, record longer before the impact, or state which channels \
+                 are too noisy to use as missing; an offset of the velocity grows with time, so a \
+                 shorter record may do"
+                    .into(),
+            ),
             Error::Memory { .. } => {
                 Some("raise `--memory`, choose fewer sites or times, or ask for less: `--threads 1`, `--only`".into())
             }

@@ -157,6 +157,17 @@ impl<'a> Contacts<'a> {
             .force(self.coefficient[i], self.static_overlap[i], r)
     }
 
+    /// Force of contact i, damping included, at an overlap beyond the static one and its rate.
+    pub(super) fn total_force(&self, i: usize, r: f64, closing: f64) -> f64 {
+        self.force(i, r) + self.chain.damping(self.coefficient[i], r, closing)
+    }
+
+    /// Stiffness of contact i at an overlap beyond the static one.
+    pub(super) fn stiffness_at(&self, i: usize, r: f64) -> f64 {
+        let (c, d0) = (self.coefficient[i], self.static_overlap[i]);
+        self.chain.law.stiffness(c, d0, r)
+    }
+
     /// Energy of contact i at an overlap beyond the static one.
     pub(super) fn energy(&self, i: usize, r: f64) -> f64 {
         self.chain

@@ -18,6 +18,7 @@ mod contacts;
 mod filter;
 mod frequency;
 mod ledger;
+pub mod measured;
 mod modes;
 mod motion;
 mod quadrature;

@@ -38,7 +38,7 @@ impl WhiteNoise {
 /// The next state and 64 random bits.
 ///
 /// Source: Steele, Lea and Flood, OOPSLA 2014 (SplitMix64).
-fn split_mix(state: u64) -> (u64, u64) {
+pub(crate) fn split_mix(state: u64) -> (u64, u64) {
     let state = state.wrapping_add(0x9e37_79b9_7f4a_7c15);
     let mut bits = state;
     bits = (bits ^ (bits >> 30)).wrapping_mul(0xbf58_476d_1ce4_e5b9);

@@ -1,0 +1,207 @@
+//! Sites whose channel is dead, from the motion of their neighbours.
+//!
+//! A missing site moves by its own equation of motion, `m x'' = F_left - F_right`, from rest at t0,
+//! between neighbours that are where their records say: contacts and mass give what the channel
+//! did not. Nothing is differentiated, so the noise of the neighbours is not amplified. Several
+//! missing sites in a row move together.
+
+use std::ops::Range;
+
+use ndarray::{Array1, Array2};
+
+use super::derive::motion;
+use crate::budget::contacts::Contacts;
+use crate::chain::Chain;
+use crate::error::{Error, Result};
+
+/// Phase, in rad, by which the fastest oscillation may turn in a step.
+const STEP: f64 = 0.2;
+
+/// Steps between two samples at most.
+const MOST_STEPS: usize = 2000;
+
+/// # Errors
+/// [`Error::Request`] for a site that nothing holds on the left, whose velocity at t0 is unknown,
+/// and for more than half of all sites missing.
+pub(super) fn check(chain: &Chain, missing: &[bool]) -> Result<()> {
+    let refuse = |expected: &str, found: String| {
+        Err(Error::Request {
+            option: "missing",
+            expected: expected.into(),
+            found,
+        })
+    };
+    if missing.first() == Some(&true) && !chain.has_left_wall() {
+        return refuse(
+            "sites with neighbours or walls on both sides, at rest at the start",
+            "site 0, which has none on its left".into(),
+        );
+    }
+    let count = missing.iter().filter(|m| **m).count();
+    if 2 * count > missing.len() {
+        let found = format!("{count} of {} missing", missing.len());
+        return refuse("half of the sites or more with a record", found);
+    }
+    Ok(())
+}
+
+/// Fills in columns of missing sites.
+pub(super) fn fill(
+    chain: &Chain,
+    dt: f64,
+    missing: &[bool],
+    displacement: &mut Array2<f64>,
+    velocity: &mut Array2<f64>,
+) {
+    let mut first = 0;
+    while let Some(from) = (first..missing.len()).find(|j| missing[*j]) {
+        let end = (from..missing.len())
+            .find(|j| !missing[*j])
+            .unwrap_or(missing.len());
+        let (x, v) = Gap::new(chain, from..end).motion(dt, displacement, velocity);
+        for j in from..end {
+            displacement.column_mut(j).assign(&x.column(j - from));
+            velocity.column_mut(j).assign(&v.column(j - from));
+        }
+        first = end;
+    }
+}
+
+/// Missing sites in a row.
+struct Gap<'a> {
+    chain: &'a Chain,
+    sites: Range<usize>,
+}
+
+/// Positions and velocities of the sites of a gap, and those beside it, at one time.
+#[derive(Clone)]
+struct State {
+    x: Vec<f64>,
+    v: Vec<f64>,
+}
+
+impl<'a> Gap<'a> {
+    fn new(chain: &'a Chain, sites: Range<usize>) -> Gap<'a> {
+        Gap { chain, sites }
+    }
+
+    fn motion(
+        &self,
+        dt: f64,
+        displacement: &Array2<f64>,
+        velocity: &Array2<f64>,
+    ) -> (Array2<f64>, Array2<f64>) {
+        let (samples, n) = displacement.dim();
+        let count = self.sites.len();
+        let time = Array1::zeros(samples);
+        let of = motion(self.chain, time.view(), displacement, velocity);
+        let contacts = Contacts::of(&of);
+        // Contact i of these is left of the site i of the gap.
+        let ids: Vec<usize> = (0..=count)
+            .map(|i| self.sites.start + contacts.offset + i)
+            .collect();
+        let present = |i: usize| ids[i] >= 1 && ids[i] - 1 < contacts.len();
+        let ids: Vec<Option<usize>> = (0..=count)
+            .map(|i| present(i).then(|| ids[i] - 1))
+            .collect();
+        let beside = |right: bool| -> Option<usize> {
+            let id = ids[if right { count } else { 0 }]?;
+            contacts.sites(id)[usize::from(right)]
+        };
+        let (left, right) = (beside(false), beside(true).filter(|j| *j < n));
+        let at = |site: Option<usize>, i: usize| match site {
+            Some(j) => (displacement[[i, j]], velocity[[i, j]]),
+            None => (0.0, 0.0),
+        };
+
+        let squeezed = (0..samples).map(|i| at(left, i).0 - at(right, i).0);
+        let most = squeezed.fold(0.0, |m: f64, r| m.max(r.abs()));
+        let stiffest = |i: usize| ids[i].map_or(0.0, |id| contacts.stiffness_at(id, most));
+        let fastest = (0..count).map(|i| {
+            ((stiffest(i) + stiffest(i + 1)) * 2.0 / self.chain.mass[self.sites.start + i]).sqrt()
+        });
+        let fastest = fastest.fold(0.0, f64::max);
+        let steps = ((dt * fastest / STEP).ceil() as usize).clamp(1, MOST_STEPS);
+        let h = dt / steps as f64;
+
+        let acceleration = |ends: [(f64, f64); 2], state: &State, out: &mut [f64]| {
+            let place = |i: usize| match i {
+                0 => ends[0],
+                i if i > count => ends[1],
+                i => (state.x[i - 1], state.v[i - 1]),
+            };
+            let force = |i: usize| {
+                let (a, b) = (place(i), place(i + 1));
+                ids[i].map_or(0.0, |id| contacts.total_force(id, a.0 - b.0, a.1 - b.1))
+            };
+            let mut before = force(0);
+            for (i, out) in out.iter_mut().enumerate() {
+                let after = force(i + 1);
+                let drag = self.chain.losses.drag * state.v[i];
+                *out = (before - after - drag) / self.chain.mass[self.sites.start + i];
+                before = after;
+            }
+        };
+
+        let (mut x, mut v) = (
+            Array2::zeros((samples, count)),
+            Array2::zeros((samples, count)),
+        );
+        let mut state = State {
+            x: vec![0.0; count],
+            v: vec![0.0; count],
+        };
+        for i in 0..samples.saturating_sub(1) {
+            let ends = [left, right].map(|site| [at(site, i), at(site, i + 1)]);
+            for step in 0..steps {
+                let between = |part: f64| {
+                    let u = (step as f64 + part) / steps as f64;
+                    ends.map(|[a, b]| hermite(a, b, dt, u))
+                };
+                runge_kutta(h, between, &acceleration, &mut state);
+            }
+            for k in 0..count {
+                (x[[i + 1, k]], v[[i + 1, k]]) = (state.x[k], state.v[k]);
+            }
+        }
+        (x, v)
+    }
+}
+
+/// Value and slope at the share u of an interval, of the cubic with these values and slopes at its
+/// ends.
+fn hermite((x0, v0): (f64, f64), (x1, v1): (f64, f64), dt: f64, u: f64) -> (f64, f64) {
+    let rise = x1 - x0;
+    let (a, b) = (dt * v0 - rise, rise - dt * v1);
+    let w = 1.0 - u;
+    let x = x0 * w + x1 * u + u * w * (a * w + b * u);
+    let slope = rise + (w - u) * (a * w + b * u) + u * w * (b - a);
+    (x, slope / dt)
+}
+
+/// A step of the classical method of fourth order.
+fn runge_kutta(
+    h: f64,
+    ends: impl Fn(f64) -> [(f64, f64); 2],
+    acceleration: &impl Fn([(f64, f64); 2], &State, &mut [f64]),
+    state: &mut State,
+) {
+    let count = state.x.len();
+    let start = state.clone();
+    let (mut a, mut now) = (vec![0.0; count], start.clone());
+    for (part, next, weight) in [
+        (0.0, 0.5, 1.0),
+        (0.5, 0.5, 2.0),
+        (0.5, 1.0, 2.0),
+        (1.0, 0.0, 1.0),
+    ] {
+        acceleration(ends(part), &now, &mut a);
+        for (k, a) in a.iter().enumerate() {
+            let v = now.v[k];
+            state.x[k] += h * weight / 6.0 * v;
+            state.v[k] += h * weight / 6.0 * a;
+            now.x[k] = start.x[k] + h * next * v;
+            now.v[k] = start.v[k] + h * next * a;
+        }
+    }
+}

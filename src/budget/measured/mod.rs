@@ -1,0 +1,242 @@
+//! Budgets of a measured chain: what its velocities say, given masses and contact law, and how well.
+//!
+//! Displacements are integrals of the velocities from t0 on, when all contacts just touch (or carry
+//! their static force); with them come overlaps, forces, fluxes and energies, from which a
+//! [`Motion`] for every budget is made. A site is at rest until the wave arrives. Before that its
+//! channel records noise and drift, and both are carried through to everything that follows; see
+//! [`Errors`]. A result whose error exceeds it is refused by [`MeasuredMotion::check_contact`], and
+//! a measurement of which nothing is left by [`from_field`].
+
+mod derive;
+mod drift;
+mod estimate;
+mod missing;
+mod momentum;
+mod noise;
+mod options;
+mod quiet;
+mod random;
+mod report;
+mod warning;
+
+use ndarray::{Array1, Array2, ArrayView2, s};
+
+use super::motion::Motion;
+use crate::chain::Chain;
+use crate::error::{Error, Result};
+use crate::field::{Field, Quantity};
+use derive::Derived;
+pub use estimate::Errors;
+use estimate::Repeated;
+pub use momentum::{Factor, Momentum, SiteMomentum};
+use noise::Channels;
+pub use noise::SiteNoise;
+pub use options::{Drift, MeasuredOptions, Noise};
+pub use report::{ContactEstimate, Estimate, MeasuredReport, MissingSite};
+pub use warning::MeasuredWarning;
+
+/// A measured motion of a chain; arrays are `(time, site)` or `(time, contact)`.
+#[derive(Debug, Clone)]
+pub struct MeasuredMotion {
+    pub chain: Chain,
+    pub time: Array1<f64>,
+    /// Drift taken off, zero while at rest, missing sites filled in.
+    pub velocity: Array2<f64>,
+    /// From the static state.
+    pub displacement: Array2<f64>,
+    /// Beyond the static one.
+    pub overlap: Array2<f64>,
+    /// Beyond the static one, damping included.
+    pub force: Array2<f64>,
+    pub flux: Array2<f64>,
+    pub energy_passed: Array2<f64>,
+    /// Total energy, `(time, 1)`.
+    pub energy: Array2<f64>,
+    /// Standard errors of all these.
+    pub errors: Errors,
+    pub report: MeasuredReport,
+}
+
+impl MeasuredMotion {
+    /// The motion that budgets are made from.
+    pub fn motion(&self) -> Motion<'_> {
+        derive::motion(
+            &self.chain,
+            self.time.view(),
+            &self.displacement,
+            &self.velocity,
+        )
+    }
+
+    /// What is known of contact j, where its force is more than twice its error.
+    ///
+    /// # Errors
+    /// [`Error::Drowned`] where it is not; [`Error::Request`] for a contact that is not there.
+    pub fn check_contact(&self, j: usize) -> Result<&ContactEstimate> {
+        let contact = self.report.contacts.get(j).ok_or_else(|| Error::Request {
+            option: "contact",
+            expected: format!("0 to {}", self.report.contacts.len().saturating_sub(1)),
+            found: j.to_string(),
+        })?;
+        let Estimate { value, error } = contact.force;
+        if contact.force.is_resolved() || (value == 0.0 && error == 0.0) {
+            return Ok(contact);
+        }
+        Err(Error::Drowned {
+            what: format!("the force in contact {j}"),
+            signal: value.abs(),
+            error,
+        })
+    }
+}
+
+/// The motion of `chain` that a field of velocities `(time, site)` is the record of, in units in
+/// which the chain's masses and coefficients are stated.
+///
+/// # Errors
+/// As [`from_velocities`]; [`Error::Request`] for a field of another quantity.
+pub fn from_field(
+    field: &Field,
+    chain: &Chain,
+    options: &MeasuredOptions,
+) -> Result<MeasuredMotion> {
+    if field.quantity != Quantity::Velocity {
+        return Err(Error::Request {
+            option: "quantity",
+            expected: "velocities, which displacements are the integrals of".into(),
+            found: format!("{:?}", field.quantity).to_lowercase(),
+        });
+    }
+    let (samples, n) = (field.n_times(), field.n_sites());
+    options::check_memory(samples, chain)?;
+    let mut values = vec![0.0; samples * n];
+    field.read_time_major(0..samples, 0..n, &mut values);
+    let record = ArrayView2::from_shape((samples, n), &values).map_err(|e| Error::Request {
+        option: "field",
+        expected: "times by sites".into(),
+        found: e.to_string(),
+    })?;
+    from_velocities(record, [field.time.origin, field.time.step], chain, options)
+}
+
+/// The same from velocities at times `t0 + n dt`.
+///
+/// # Errors
+/// [`Error::Request`] for a record that does not fit the chain, that has no quiet part in any
+/// channel, or in which nothing moves; [`Error::NonFinite`] for channels with gaps;
+/// [`Error::Drowned`] where noise leaves nothing of all forces or of the energy;
+/// [`Error::Memory`]; [`Error::Threads`].
+pub fn from_velocities(
+    record: ArrayView2<f64>,
+    [t0, dt]: [f64; 2],
+    chain: &Chain,
+    options: &MeasuredOptions,
+) -> Result<MeasuredMotion> {
+    options.check(record, [t0, dt], chain)?;
+    options::check_memory(record.nrows(), chain)?;
+    let (record, missing, channels) = channels(record, chain, options)?;
+    crate::threads::in_pool(options.threads, || {
+        let mut velocity = record.slice(s![options.start.., ..]).to_owned();
+        for (j, site) in channels.sites.iter().enumerate() {
+            let still = site.rest_samples.saturating_sub(options.start);
+            for (i, v) in velocity.column_mut(j).iter_mut().enumerate() {
+                *v = match i < still || missing[j] {
+                    true => 0.0,
+                    false => *v - site.offset - site.slope * i as f64,
+                };
+            }
+        }
+        let derived = Derived::of(chain, dt, velocity, &missing);
+        let repeated = Repeated {
+            chain,
+            dt,
+            channels: &channels,
+            missing: &missing,
+            options,
+            derived: &derived,
+        };
+        let (errors, fits) = repeated.errors();
+        let momentum = Momentum::of(&derived, &errors, &fits);
+        let report = report::of(&derived, &errors, &missing, &channels, momentum)?;
+        let first = t0 + dt * options.start as f64;
+        Ok(MeasuredMotion {
+            chain: chain.clone(),
+            time: Array1::from_shape_fn(derived.velocity.nrows(), |i| first + dt * i as f64),
+            velocity: derived.velocity,
+            displacement: derived.displacement,
+            overlap: derived.overlap,
+            force: derived.force,
+            flux: derived.flux,
+            energy_passed: derived.passed,
+            energy: derived.energy,
+            errors,
+            report,
+        })
+    })
+}
+
+/// The record without gaps, which channels are dead, and what is known of the others.
+fn channels(
+    record: ArrayView2<f64>,
+    chain: &Chain,
+    options: &MeasuredOptions,
+) -> Result<(Array2<f64>, Vec<bool>, Channels)> {
+    let n = record.ncols();
+    let mut missing = vec![false; n];
+    for site in &options.missing {
+        missing[*site] = true;
+    }
+    let silent: Vec<bool> = (0..n)
+        .map(|j| record.column(j).iter().all(|v| *v == 0.0))
+        .collect();
+    for j in 0..n {
+        let gap = record.column(j).iter().all(|v| v.is_nan());
+        // A wave has passed over a channel of zeros before others that record it.
+        let passed = silent[j] && silent[j + 1..].contains(&false);
+        missing[j] |= gap || passed;
+    }
+    let mut record = record.to_owned();
+    for j in (0..n).filter(|j| missing[*j]) {
+        record.column_mut(j).fill(0.0);
+    }
+    let broken: Vec<(usize, usize)> = record
+        .indexed_iter()
+        .filter_map(|(at, v)| (!v.is_finite()).then_some(at))
+        .collect();
+    if let Some(&first) = broken.first() {
+        let mut sites: Vec<usize> = broken.iter().map(|(_, site)| *site).collect();
+        sites.sort_unstable();
+        sites.dedup();
+        return Err(Error::NonFinite {
+            name: "the velocities".into(),
+            count: broken.len() as u64,
+            first,
+            sites: sites.len(),
+            n_sites: n,
+        });
+    }
+    let mut channels = Channels::of(record.view(), &missing, options)?;
+    // Where others record noise, zeros are no site at rest.
+    let noisy = channels
+        .sites
+        .iter()
+        .zip(&silent)
+        .any(|(site, silent)| !silent && site.deviation > 0.0);
+    let late: Vec<usize> = (0..n).filter(|j| silent[*j] && !missing[*j]).collect();
+    if noisy && !late.is_empty() {
+        for j in late {
+            missing[j] = true;
+        }
+        channels = Channels::of(record.view(), &missing, options)?;
+    }
+    missing::check(chain, &missing)?;
+    let reached = |(site, missing): (&SiteNoise, &bool)| !missing && site.arrival.is_some();
+    if options.noise == Noise::Quiet && !channels.sites.iter().zip(&missing).any(reached) {
+        return Err(Error::Request {
+            option: "field",
+            expected: "a wave above the noise of at least one channel".into(),
+            found: "none that chance does not explain".into(),
+        });
+    }
+    Ok((record, missing, channels))
+}

@@ -1,0 +1,230 @@
+//! Noise and drift of each channel, from what it records before the wave arrives.
+//!
+//! A channel is taken as `v + b + s t + noise`, t from the start of the motion, with white noise of
+//! deviation sigma. sigma, b and s come from a straight line through the quiet part. A short quiet
+//! part says little of b and less of s; what the other channels have stands in: b and s are
+//! normal, as large as over all channels together (less what noise explains, plus the standard
+//! error of that), and are estimated given both. The covariance of b and s that remains is carried
+//! on. Noise that is correlated from sample to sample integrates to more than its deviation says,
+//! so sigma is then raised by the root of the correlation time.
+
+use ndarray::ArrayView2;
+
+use super::drift::{Drifting, Line, spread_of};
+use super::quiet::{Quiet, quiet_part};
+use super::{Drift, MeasuredOptions, Noise};
+use crate::error::{Error, Result};
+
+/// Samples that a channel's own noise is told from.
+pub(super) const LEAST_QUIET: usize = 32;
+
+/// Lags over which noise may be correlated.
+const LAGS: usize = 8;
+
+/// Share of the largest velocity below which samples are no noise.
+const ROUNDING: f64 = 1e-12;
+
+/// Share of the largest velocity below which noise is no reason to take a site to be at rest: the
+/// foot of the wave is then lost for nothing.
+const CLEAN: f64 = 1e-6;
+
+/// Share of the largest velocity above which a steady level is a site in flight, not an offset.
+const FLIGHT: f64 = 0.2;
+
+/// What is known of a channel.
+#[derive(Debug, Clone, PartialEq, serde::Serialize)]
+pub struct SiteNoise {
+    /// Sample of the record at which the wave arrives; `None` where it does not.
+    pub arrival: Option<usize>,
+    /// Samples before that, up to the foot of the wave.
+    pub quiet_samples: usize,
+    /// Samples from the first during which the site is taken to be at rest.
+    pub rest_samples: usize,
+    /// Standard deviation of the noise.
+    pub deviation: f64,
+    /// Whether it is that of the other channels, for want of a quiet part.
+    pub borrowed: bool,
+    /// Offset and slope that were taken off, and the standard errors of what remains of them.
+    pub offset: f64,
+    pub offset_error: f64,
+    pub slope: f64,
+    pub slope_error: f64,
+    #[serde(skip)]
+    pub(super) covariance: f64,
+}
+
+/// What is known of all channels.
+#[derive(Debug, Clone)]
+pub(super) struct Channels {
+    pub(super) sites: Vec<SiteNoise>,
+    /// Correlation time of the noise in samples; 1 if white.
+    pub(super) correlation: f64,
+}
+
+impl Channels {
+    /// From a record `(time, site)`; `missing` channels have nothing.
+    ///
+    /// # Errors
+    /// [`Error::Request`] where no channel has a quiet part.
+    pub(super) fn of(
+        record: ArrayView2<f64>,
+        missing: &[bool],
+        options: &MeasuredOptions,
+    ) -> Result<Channels> {
+        let samples = record.nrows();
+        if let Noise::Stated { deviation, offset } = options.noise {
+            let site = SiteNoise {
+                arrival: None,
+                quiet_samples: 0,
+                rest_samples: 0,
+                deviation,
+                borrowed: false,
+                offset: 0.0,
+                offset_error: offset,
+                slope: 0.0,
+                slope_error: 0.0,
+                covariance: 0.0,
+            };
+            return Ok(Channels {
+                sites: vec![site; record.ncols()],
+                correlation: 1.0,
+            });
+        }
+        let columns: Vec<Vec<f64>> = record.columns().into_iter().map(|c| c.to_vec()).collect();
+        let scale = record.iter().fold(0.0, |m: f64, v| m.max(v.abs()));
+        let quiet: Vec<Quiet> = columns
+            .iter()
+            .map(|column| {
+                let quiet = quiet_part(column);
+                let level = column[..quiet.samples].iter().sum::<f64>().abs();
+                match level > FLIGHT * scale * quiet.samples as f64 {
+                    true => Quiet::NONE,
+                    false => quiet,
+                }
+            })
+            .collect();
+        let lines: Vec<Option<Line>> = columns
+            .iter()
+            .zip(&quiet)
+            .map(|(column, quiet)| Line::through(&column[..quiet.samples], options.start))
+            .collect();
+        let live = |j: &usize| !missing[*j];
+        let own = |j: &usize| quiet[*j].samples >= LEAST_QUIET;
+        let known: Vec<(usize, Line)> = (0..columns.len())
+            .filter(live)
+            .filter(own)
+            .filter_map(|j| Some((j, lines[j]?)))
+            .collect();
+        if known.is_empty() {
+            let longest = (0..columns.len()).filter(live).map(|j| quiet[j].samples);
+            return Err(Error::Request {
+                option: "noise",
+                expected: format!(
+                    "a channel with {LEAST_QUIET} samples or more before the wave arrives, or \
+                     stated noise"
+                ),
+                found: format!("at most {} of {samples}", longest.max().unwrap_or(0)),
+            });
+        }
+        let parts = known
+            .iter()
+            .map(|(j, line)| (&columns[*j][..quiet[*j].samples], *line, options.start));
+        let correlation = correlation_time(parts, scale);
+        let freedom: f64 = known.iter().map(|(_, line)| line.count - 2.0).sum();
+        let pooled = known
+            .iter()
+            .map(|(_, l)| l.variance * (l.count - 2.0))
+            .sum::<f64>()
+            / freedom;
+        let offsets = known
+            .iter()
+            .map(|(_, l)| (l.offset, correlation * l.variance * l.offset_share));
+        let slopes = known
+            .iter()
+            .map(|(_, l)| (l.slope, correlation * l.variance * l.slope_share));
+        let prior = match options.drift {
+            Drift::None => [0.0; 2],
+            Drift::Constant => [spread_of(offsets.collect()), 0.0],
+            Drift::Linear => [spread_of(offsets.collect()), spread_of(slopes.collect())],
+        };
+
+        let sites = (0..columns.len()).map(|j| {
+            let borrowed = !own(&j) || missing[j];
+            let variance = match lines[j] {
+                Some(line) if !borrowed => line.variance,
+                _ => pooled,
+            };
+            let line = lines[j].filter(|_| !missing[j]);
+            let drift = Drifting::of(line, options.start, correlation * variance, prior);
+            SiteNoise {
+                arrival: quiet[j].arrival.filter(|_| !missing[j]),
+                quiet_samples: if missing[j] { 0 } else { quiet[j].samples },
+                rest_samples: match variance.sqrt() > CLEAN * scale {
+                    true => rest(&quiet, missing, j),
+                    false => 0,
+                },
+                deviation: variance.sqrt(),
+                borrowed,
+                offset: drift.offset,
+                offset_error: drift.covariance[0].max(0.0).sqrt(),
+                slope: drift.slope,
+                slope_error: drift.covariance[2].max(0.0).sqrt(),
+                covariance: drift.covariance[1],
+            }
+        });
+        Ok(Channels {
+            sites: sites.collect(),
+            correlation,
+        })
+    }
+}
+
+/// Until when site j is taken to be at rest: where no wave is seen, until one may have come over
+/// from a neighbour; not at all where the quiet part is too short to be sure of.
+fn rest(quiet: &[Quiet], missing: &[bool], j: usize) -> usize {
+    let seen = |j: usize| {
+        let samples = quiet[j].samples;
+        let found = !missing[j] && quiet[j].arrival.is_some();
+        found.then_some(if samples < LEAST_QUIET { 0 } else { samples })
+    };
+    seen(j).unwrap_or_else(|| {
+        let sides = [
+            (0..j).rev().find_map(seen),
+            (j + 1..quiet.len()).find_map(seen),
+        ];
+        let first = sides.into_iter().flatten().min();
+        first.unwrap_or(quiet[j].samples)
+    })
+}
+
+/// `1 + 2 sum_l rho_l` over the first lags with Bartlett's weights; 1 where that is no more than
+/// chance.
+fn correlation_time<'a>(parts: impl Iterator<Item = (&'a [f64], Line, usize)>, scale: f64) -> f64 {
+    let mut sums = [0.0; LAGS + 1];
+    let mut count = 0.0;
+    for (part, line, start) in parts {
+        // What rounding leaves is no noise.
+        if line.variance.sqrt() <= ROUNDING * scale {
+            continue;
+        }
+        let residual = |i: usize| part[i] - line.offset - line.slope * (i as f64 - start as f64);
+        for (lag, sum) in sums.iter_mut().enumerate() {
+            let products = (lag..part.len()).map(|i| residual(i) * residual(i - lag));
+            *sum += products.sum::<f64>() / line.variance;
+        }
+        count += part.len() as f64;
+    }
+    if sums[0] == 0.0 {
+        return 1.0;
+    }
+    let weight = |lag: usize| 1.0 - lag as f64 / (LAGS + 1) as f64;
+    let excess: f64 = (1..=LAGS)
+        .map(|lag| 2.0 * weight(lag) * sums[lag] / sums[0])
+        .sum();
+    let squares: f64 = (1..=LAGS).map(|lag| 4.0 * weight(lag).powi(2)).sum();
+    if excess > 4.0 * (squares / count).sqrt() {
+        1.0 + excess
+    } else {
+        1.0
+    }
+}

@@ -1,0 +1,127 @@
+//! How a measurement is read.
+
+use ndarray::ArrayView2;
+
+use crate::chain::{Chain, available_memory};
+use crate::error::{Error, Result};
+
+/// Where the level of the noise comes from.
+#[derive(Debug, Clone, Copy, PartialEq, Default)]
+pub enum Noise {
+    /// The quiet part of each channel, before the wave arrives.
+    #[default]
+    Quiet,
+    /// Stated: the standard deviation of white noise, and that of a constant offset.
+    Stated { deviation: f64, offset: f64 },
+}
+
+/// What channels may drift by, beside their noise.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+pub enum Drift {
+    /// Stated: they do not.
+    None,
+    /// A constant offset each.
+    Constant,
+    /// An offset and a slope each. That no slope is seen in the quiet part does not exclude one
+    /// that matters later, which errors then allow for.
+    #[default]
+    Linear,
+}
+
+/// How a measurement is read.
+#[derive(Debug, Clone, PartialEq)]
+pub struct MeasuredOptions {
+    /// Sample of the record at which all contacts just touch; those before it only tell the noise.
+    pub start: usize,
+    pub noise: Noise,
+    /// Looked for in quiet parts only, so not where the noise is stated.
+    pub drift: Drift,
+    /// Sites whose channel is known to be dead, beside those that record nothing but zeros or gaps.
+    pub missing: Vec<usize>,
+    /// Repetitions with new noise that errors are found from.
+    pub repetitions: usize,
+    pub seed: u64,
+    /// Worker threads; `None`: one a core. The results do not depend on it.
+    pub threads: Option<usize>,
+}
+
+impl Default for MeasuredOptions {
+    fn default() -> Self {
+        MeasuredOptions {
+            start: 0,
+            noise: Noise::Quiet,
+            drift: Drift::Linear,
+            missing: Vec::new(),
+            repetitions: 48,
+            seed: 1,
+            threads: None,
+        }
+    }
+}
+
+impl MeasuredOptions {
+    /// # Errors
+    /// [`Error::Request`] naming what does not fit.
+    pub(super) fn check(
+        &self,
+        record: ArrayView2<f64>,
+        [t0, dt]: [f64; 2],
+        chain: &Chain,
+    ) -> Result<()> {
+        let refuse = |option, expected: String, found: String| {
+            Err(Error::Request {
+                option,
+                expected,
+                found,
+            })
+        };
+        chain.check()?;
+        let (samples, n) = record.dim();
+        if n != chain.n_sites() {
+            let expected = format!("{} sites, as the chain has", chain.n_sites());
+            return refuse("field", expected, n.to_string());
+        }
+        if samples < self.start.saturating_add(4) {
+            let expected = "4 samples or more from the start of the motion on".into();
+            return refuse(
+                "field",
+                expected,
+                format!("{samples}, start {}", self.start),
+            );
+        }
+        if !(dt > 0.0 && dt.is_finite() && t0.is_finite()) {
+            return refuse("dt", "a positive step of time".into(), dt.to_string());
+        }
+        if self.repetitions < 8 {
+            let found = self.repetitions.to_string();
+            return refuse("repetitions", "8 or more".into(), found);
+        }
+        if let Noise::Stated { deviation, offset } = self.noise
+            && !(deviation >= 0.0 && deviation.is_finite() && offset >= 0.0 && offset.is_finite())
+        {
+            let found = format!("{deviation}, {offset}");
+            return refuse("noise", "deviations of 0 or more".into(), found);
+        }
+        if let Some(site) = self.missing.iter().find(|site| **site >= n) {
+            return refuse("missing", format!("sites 0 to {}", n - 1), site.to_string());
+        }
+        Ok(())
+    }
+}
+
+/// Arrays of a result, of its errors, of its half and of a batch of repetitions.
+pub(super) fn check_memory(samples: usize, chain: &Chain) -> Result<()> {
+    let columns = 4 * chain.n_sites() as u64 + 6 * chain.n_contacts() as u64;
+    let needed = (samples as u64)
+        .saturating_mul(columns)
+        .saturating_mul(8 * 7);
+    let allowed = available_memory();
+    if needed > allowed {
+        return Err(Error::Memory {
+            what: "the measured motion with its errors",
+            needed,
+            allowed,
+        });
+    }
+    Ok(())
+}

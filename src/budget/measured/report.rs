@@ -1,0 +1,150 @@
+//! What a measurement yields beside its arrays.
+
+use ndarray::Array2;
+
+use super::derive::Derived;
+use super::estimate::Errors;
+use super::momentum::Momentum;
+use super::noise::{Channels, SiteNoise};
+use super::warning::MeasuredWarning;
+use crate::error::{Error, Result};
+
+/// What a measurement yields beside its arrays.
+#[derive(Debug, Clone, PartialEq, serde::Serialize)]
+pub struct MeasuredReport {
+    /// Correlation time of the noise in samples; 1 if white.
+    pub noise_correlation: f64,
+    pub sites: Vec<SiteNoise>,
+    pub missing: Vec<MissingSite>,
+    pub contacts: Vec<ContactEstimate>,
+    /// The largest total energy, and the largest standard error of it.
+    pub energy: Estimate,
+    pub momentum: Momentum,
+    pub warnings: Vec<MeasuredWarning>,
+}
+
+/// A value and its standard error.
+#[derive(Debug, Clone, Copy, PartialEq, serde::Serialize)]
+pub struct Estimate {
+    pub value: f64,
+    pub error: f64,
+}
+
+impl Estimate {
+    /// Whether the value is more than twice its error. What noise alone adds to a force or an energy
+    /// is about its own error, since neither is linear.
+    pub fn is_resolved(&self) -> bool {
+        self.value.abs() > 2.0 * self.error
+    }
+}
+
+/// A site whose motion follows from its neighbours.
+#[derive(Debug, Clone, Copy, PartialEq, serde::Serialize)]
+pub struct MissingSite {
+    pub site: usize,
+    /// Its largest velocity, and the root mean square of the standard error over time.
+    pub velocity: Estimate,
+}
+
+/// What is known of a contact.
+#[derive(Debug, Clone, Copy, PartialEq, serde::Serialize)]
+pub struct ContactEstimate {
+    /// Largest force, with its error at that time.
+    pub force: Estimate,
+    /// Energy passed by the end.
+    pub passed: Estimate,
+}
+
+/// # Errors
+/// [`Error::Drowned`] where nothing is left of the energy or of all forces.
+pub(super) fn of(
+    derived: &Derived,
+    errors: &Errors,
+    missing: &[bool],
+    channels: &Channels,
+    momentum: Momentum,
+) -> Result<MeasuredReport> {
+    let last = derived.velocity.nrows() - 1;
+    let largest = |array: &Array2<f64>, j: usize| {
+        let column = array.column(j);
+        let better = |best: usize, i: usize| {
+            if column[i].abs() > column[best].abs() {
+                i
+            } else {
+                best
+            }
+        };
+        (0..column.len()).fold(0, better)
+    };
+    let contacts: Vec<ContactEstimate> = (0..derived.force.ncols())
+        .map(|j| {
+            let at = largest(&derived.force, j);
+            ContactEstimate {
+                force: Estimate {
+                    value: derived.force[[at, j]],
+                    error: errors.force[[at, j]],
+                },
+                passed: Estimate {
+                    value: derived.passed[[last, j]],
+                    error: errors.passed[[last, j]],
+                },
+            }
+        })
+        .collect();
+    let energy = Estimate {
+        value: derived.energy[[largest(&derived.energy, 0), 0]],
+        error: errors.energy[[largest(&errors.energy, 0), 0]],
+    };
+    if !energy.is_resolved() {
+        return Err(Error::Drowned {
+            what: "the total energy".into(),
+            signal: energy.value,
+            error: energy.error,
+        });
+    }
+    let reached = || contacts.iter().filter(|c| c.force.value != 0.0);
+    if !reached().any(|c| c.force.is_resolved()) {
+        let most = reached().map(|c| c.force).max_by(|a, b| {
+            let share = |e: &Estimate| e.value.abs() / e.error;
+            share(a).total_cmp(&share(b))
+        });
+        let Estimate { value, error } = most.unwrap_or(Estimate {
+            value: 0.0,
+            error: 0.0,
+        });
+        return Err(Error::Drowned {
+            what: "the force in every contact, at best".into(),
+            signal: value.abs(),
+            error,
+        });
+    }
+    let missing: Vec<MissingSite> = (0..missing.len())
+        .filter(|j| missing[*j])
+        .map(|site| {
+            let error = errors.velocity.column(site);
+            MissingSite {
+                site,
+                velocity: Estimate {
+                    value: derived.velocity[[largest(&derived.velocity, site), site]],
+                    error: (error.dot(&error) / error.len() as f64).sqrt(),
+                },
+            }
+        })
+        .collect();
+    let warnings = super::warning::find(
+        &channels.sites,
+        channels.correlation,
+        &missing,
+        &contacts,
+        &momentum,
+    );
+    Ok(MeasuredReport {
+        noise_correlation: channels.correlation,
+        sites: channels.sites.clone(),
+        missing,
+        contacts,
+        energy,
+        momentum,
+        warnings,
+    })
+}
