@@ -217,7 +217,8 @@ fn choices_of_a_budget() {
     place.bad(2, &["budget", "dis.npz", "--window-samples", "5:9999"]);
     place.bad(1, &["budget", "absent.npz"]);
     fs::write(place.path("text.npz"), "no archive").unwrap();
-    place.bad(1, &["budget", "text.npz"]);
+    let said = place.bad(2, &["budget", "text.npz"]);
+    assert!(said.contains("--scene"), "{said}");
     place.good(&[
         "simulate",
         "-q",
@@ -289,4 +290,61 @@ fn an_analysis_of_a_run_holds_its_budgets() {
         "the field carries no chain"
     );
     assert!(!place.path("f/budget.npz").exists());
+}
+
+#[test]
+fn a_measured_field_with_its_chain() {
+    let place = Place::new();
+    let chain = "sites = 40\nstiffness_ratio = 4.9272\nend_time = 30.0\nsamples = 1501\n";
+    fs::write(place.path("chain.toml"), chain).unwrap();
+    place.good(&["simulate", "chain.toml", "--out", "m.npz", "-q"]);
+    let mut run = NpzReader::new(fs::File::open(place.path("m.npz")).unwrap()).unwrap();
+    let mut velocity: Array2<f64> = run.by_name("velocity").unwrap();
+    // Twelve draws of a linear congruence are as good as normal here.
+    let mut state = 1u64;
+    let mut noise = || -> f64 {
+        (0..12).fold(-6.0, |sum, _| {
+            state = state
+                .wrapping_mul(6364136223846793005)
+                .wrapping_add(1442695040888963407);
+            sum + (state >> 11) as f64 / (1u64 << 53) as f64
+        })
+    };
+    velocity.mapv_inplace(|v| v + 1e-3 * noise());
+    ndarray_npy::write_npy(place.path("m.npy"), &velocity).unwrap();
+    let measured = ["budget", "m.npy", "--scene", "chain.toml", "--dt", "0.02"];
+    let said = place.good(&[&measured[..], &["--out", "m"]].concat());
+    assert!(
+        said.contains("error by noise") && said.contains("warning"),
+        "{said}"
+    );
+    let summary = place.summary("m");
+    let of = |name: &str| summary["measured"]["energy"][name].as_f64().unwrap();
+    let (value, error) = (of("value"), of("error"));
+    assert!(
+        (value - 0.5).abs() < 3.0 * error && error < 0.01,
+        "{value} {error}"
+    );
+    let mut arrays = NpzReader::new(fs::File::open(place.path("m/budget.npz")).unwrap()).unwrap();
+    let force: Array2<f64> = arrays.by_name("force").unwrap();
+    let error: Array2<f64> = arrays.by_name("force_error").unwrap();
+    assert_eq!((force.dim(), error.dim()), ((1501, 40), (1501, 40)));
+
+    let said = place.bad(2, &["budget", "m.npy", "--scene", "chain.toml"]);
+    assert!(said.contains("dt"), "{said}");
+    let said = place.bad(2, &["budget", "loc.npz", "--dt", "0.1"]);
+    assert!(said.contains("--scene"), "{said}");
+    velocity.mapv_inplace(|v| v + noise());
+    ndarray_npy::write_npy(place.path("loud.npy"), &velocity).unwrap();
+    let loud = [
+        "budget",
+        "loud.npy",
+        "--scene",
+        "chain.toml",
+        "--dt",
+        "0.02",
+    ];
+    let said = place.bad(1, &loud);
+    assert!(said.contains("standard error"), "{said}");
+    place.bad(2, &[&measured[..], &["--missing", "77"]].concat());
 }

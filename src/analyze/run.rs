@@ -23,7 +23,7 @@ use crate::transform::Real;
 /// Analyses a field that fits in memory: plan, run, collect.
 ///
 /// # Errors
-/// As [`plan`], and [`Error::NonFinite`].
+/// As [`plan`], and [`crate::Error::NonFinite`].
 pub fn analyze(field: &Field, request: &Request) -> Result<(Analysis, Spectra)> {
     let collect = Collect::default();
     let analysis = run(field, &plan(field, request)?, &collect, &Silent)?;
@@ -33,7 +33,7 @@ pub fn analyze(field: &Field, request: &Request) -> Result<(Analysis, Spectra)> 
 /// Carries out `plan` on the `field` it was made for; large arrays go to `sink` block by block.
 ///
 /// # Errors
-/// [`Error::NonFinite`] where gaps are refused and there are some, [`Error::Cancelled`], and
+/// [`crate::Error::NonFinite`] where gaps are refused and there are some, [`crate::Error::Cancelled`], and
 /// whatever the sink reports.
 pub fn run(
     field: &Field,

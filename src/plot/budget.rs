@@ -1,19 +1,20 @@
 //! Figures of a budget: maps of its fluxes, what passed and what stayed, and its views side by side.
 
 use super::axis::Axis;
-use super::curve::{self, BLUE, Curve, GREEN, LEVEL, PURPLE, VERMILLION};
+use super::curve::{self, BLUE, Curve, GREEN, PURPLE, VERMILLION};
 use super::figures::{Sheet, WHITE, values};
 use super::panel::{self, Panel};
 use super::scale::Scale;
-use super::scene::{Anchor, INK, Rect, Scene};
+use super::scene::{INK, Rect, Scene};
+use super::views::views;
 use super::{Figure, Format};
 use crate::Result;
 use crate::analyze::Map;
 use crate::budget::{Budget, Residual};
 
-const WIDTH: u32 = 1200;
+pub(super) const WIDTH: u32 = 1200;
 const LEFT: f64 = 140.0;
-const RIGHT: f64 = 1165.0;
+pub(super) const RIGHT: f64 = 1165.0;
 
 /// Colour scales that two budgets share, so that their pictures compare.
 #[derive(Debug, Clone)]
@@ -114,14 +115,14 @@ fn flux_map(budget: &Budget, name: &str, shared: &SharedScales) -> Figure {
     sheet.figure("energy-flux")
 }
 
-fn span(axis: &[f64]) -> (f64, f64) {
+pub(super) fn span(axis: &[f64]) -> (f64, f64) {
     match axis {
         [first, .., last] => (*first, *last),
         _ => (0.0, 1.0),
     }
 }
 
-fn rect(top: f64, bottom: f64) -> Rect {
+pub(super) fn rect(top: f64, bottom: f64) -> Rect {
     Rect {
         left: LEFT,
         top,
@@ -201,105 +202,8 @@ fn passed(budget: &Budget, name: &str) -> Figure {
     }
 }
 
-fn positions(budget: &Budget) -> Vec<f64> {
+pub(super) fn positions(budget: &Budget) -> Vec<f64> {
     (0..budget.n_contacts)
         .map(|j| budget.pitch * (j as f64 + 0.5))
         .collect()
-}
-
-/// The views of one budget, or of several, side by side: energy that has passed from low to high k,
-/// out of the scales larger than l, and through x. Shares of the largest energy.
-pub fn views(budgets: &[(&str, &Budget)]) -> Option<Figure> {
-    const COLORS: [[u8; 3]; 3] = [BLUE, VERMILLION, GREEN];
-    budgets
-        .iter()
-        .find(|(_, budget)| budget.wavenumber.is_some())?;
-    let names: Vec<&str> = budgets.iter().map(|(name, _)| *name).collect();
-    let name = names.join(" and ");
-    let mut scene = Scene::new(&format!("Views of the energy: {name}"), WIDTH, 985);
-    panel::heading(&mut scene, "Where the energy went", &name);
-    let share = |values: &[f64], budget: &Budget| -> Vec<f64> {
-        values.iter().map(|value| value / budget.scale).collect()
-    };
-    let mut curves: Vec<(String, Vec<f64>, Vec<f64>, [u8; 3])> = Vec::new();
-    let mut places: Vec<(String, Vec<f64>, Vec<f64>, [u8; 3])> = Vec::new();
-    const LIGHT: [[u8; 3]; 3] = [[0x56, 0xb4, 0xe9], [0xe6, 0x9f, 0x00], PURPLE];
-    for ((name, budget), (dark, light)) in budgets.iter().zip(COLORS.into_iter().zip(LIGHT)) {
-        let label = |what: &str| match budgets.len() {
-            1 => what.to_owned(),
-            _ => format!("{name}: {what}"),
-        };
-        if let Some(found) = &budget.wavenumber {
-            if budgets.len() == 1 {
-                let flux = share(&found.integrated_flux, budget);
-                curves.push((
-                    label("over k, whole record"),
-                    found.wavenumber.clone(),
-                    flux,
-                    INK,
-                ));
-            }
-            let flux = share(&found.late_flux, budget);
-            curves.push((label("over k"), found.wavenumber.clone(), flux, dark));
-        }
-        if let Some(scales) = &budget.scales {
-            let k = |l: f64| 2.0 * std::f64::consts::PI / l;
-            let at = scales.scales.iter().map(|scale| k(scale.scale)).collect();
-            let flux = share(&scales.integrated_flux, budget);
-            curves.push((label("over 2π/l"), at, flux, light));
-        }
-        places.push((
-            label("passed x"),
-            positions(budget),
-            share(&budget.passed, budget),
-            dark,
-        ));
-    }
-    let draw = |scene: &mut Scene,
-                rect: Rect,
-                x: &str,
-                y: &str,
-                all: &[(String, Vec<f64>, Vec<f64>, [u8; 3])]| {
-        let highest = all
-            .iter()
-            .flat_map(|(_, x, _, _)| x)
-            .fold(0.0, |m: f64, x| m.max(*x));
-        let y = Axis::around(y, all.iter().flat_map(|(_, _, y, _)| y.iter().copied()));
-        let panel = Panel::new(rect, Axis::linear(x, 0.0, highest), y);
-        let curves: Vec<Curve> = all
-            .iter()
-            .map(|(label, x, y, color)| Curve {
-                label,
-                color: *color,
-                x,
-                y,
-            })
-            .collect();
-        curve::draw_all(scene, &panel, &curves);
-        curve::level(scene, &panel, 0.0, LEVEL);
-    };
-    let units = &budgets[0].1.units;
-    let flux = "passed to higher k, or smaller scales (share of the energy)";
-    draw(
-        &mut scene,
-        rect(105.0, 425.0),
-        &units.wavenumber(),
-        flux,
-        &curves,
-    );
-    let through = "passed through x (share of the energy)";
-    draw(
-        &mut scene,
-        rect(555.0, 875.0),
-        &units.position(),
-        through,
-        &places,
-    );
-    let note = "over k: the second half of the record, when the impact is taken up; over l: where the \
-                filter fits into the chain";
-    scene.text(note, (RIGHT, 962.0), panel::TICK_SIZE, Anchor::End);
-    Some(Figure {
-        name: "views",
-        scene,
-    })
 }

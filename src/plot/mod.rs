@@ -23,13 +23,14 @@ mod scene;
 mod short;
 mod svg;
 mod ticks;
+mod views;
 
 use std::fs;
 use std::path::{Path, PathBuf};
 
 use rayon::prelude::*;
 
-pub use budget::{SharedScales, budget_figures, encode_all, views};
+pub use budget::{SharedScales, budget_figures, encode_all};
 pub use canvas::{Area, Canvas, Surface, px, sans};
 pub use charts::{Curve, Panel, around, draw_panels};
 pub use figures::{
@@ -39,6 +40,7 @@ pub use localized::{journey, wave};
 pub use plotters;
 pub use redistribution::{along_t, along_x};
 pub use short::{short_space, short_time};
+pub use views::views;
 
 pub(crate) use heat::block_extremes;
 pub(crate) use scale::{DECADES, Scale};

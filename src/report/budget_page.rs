@@ -159,7 +159,8 @@ fn rows(budgets: &[(&str, &Budget)]) -> Vec<(String, Vec<Option<f64>>)> {
             Some(found.integrated_flux[low.checked_sub(1)?] / b.scale)
         }),
     ];
-    let residuals: [(&str, fn(&Closure) -> &Residual); 4] = [
+    type Of = fn(&Closure) -> &Residual;
+    let residuals: [(&str, Of); 4] = [
         ("residual in real space", |c| &c.real_space),
         ("residual over wavenumbers", |c| &c.wavenumber),
         ("residual over frequencies", |c| &c.frequency),

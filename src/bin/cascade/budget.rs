@@ -12,7 +12,7 @@ use cascade::budget::{
     Budget as Found, BudgetRequest, BudgetUnits, Filter, Integration, Motion, Residual, Views,
 };
 use cascade::chain::scene::{Setup, Units};
-use cascade::field::file_hash;
+use cascade::field::{file_hash, is_run_file};
 use cascade::plot::{Format, SharedScales, budget_figures, save_all};
 use cascade::report::{
     Archive, BudgetSummary, Provenance, ResultDirectory, RunFile, budget_html, write_budget_arrays,
@@ -189,6 +189,15 @@ pub fn run(typed: Budget) -> Result<(), Failure> {
     let source = match &typed.measured.scene {
         None => {
             refuse_options_of_fields(&typed.measured)?;
+            if typed.run.is_file() && !is_run_file(&typed.run) {
+                return Err(Failure::Library(Error::Request {
+                    option: "scene",
+                    expected: "the chain that a measured field is a record of, or a run file of \
+                               `cascade simulate` in place of the field"
+                        .into(),
+                    found: format!("no scene, and {} is no run", typed.run.display()),
+                }));
+            }
             Source::Run(Box::new(RunFile::read(&typed.run)?))
         }
         Some(scene) => {

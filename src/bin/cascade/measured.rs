@@ -66,6 +66,13 @@ pub fn read(
 ) -> Result<Measured> {
     let setup = SceneSource::read(scene)?.setup()?;
     let field = Field::open(field, &open_options(&typed.input, None))?;
+    if typed.input.dt.is_none() && field.time.unit.is_none() && field.time.step == 1.0 {
+        return Err(Error::Request {
+            option: "dt",
+            expected: "the time step, in the units of the scene".into(),
+            found: "none stated, and none known from the file".into(),
+        });
+    }
     let options = MeasuredOptions {
         start: typed.start,
         noise: match typed.noise {

@@ -123,16 +123,15 @@ fn cut(record: &[f64], middle: f64, scale: f64) -> Cut {
         count * (left / count).max(1e-14).ln()
     };
     let of = |k: usize| cost(0, k) + cost(k, n);
-    let places = LEAST_PART..n.saturating_sub(LEAST_PART) + 1;
-    let Some(best) = places.min_by(|a, b| of(*a).total_cmp(&of(*b))) else {
-        return Cut::None;
-    };
-    if cost(0, n) - of(best) <= LEAST_GAIN {
-        Cut::None
-    } else if cost(0, best) / (best as f64) < cost(best, n) / (n - best) as f64 {
-        Cut::Quieter(best)
-    } else {
-        Cut::Louder
+    let mean = |from: usize, to: usize| cost(from, to) / (to - from) as f64;
+    let gain = |k: usize| cost(0, n) - of(k);
+    let places =
+        || (LEAST_PART..n.saturating_sub(LEAST_PART) + 1).filter(|k| gain(*k) > LEAST_GAIN);
+    let quieter = places().filter(|k| mean(0, *k) < mean(*k, n));
+    match quieter.max_by(|a, b| gain(*a).total_cmp(&gain(*b))) {
+        Some(best) => Cut::Quieter(best),
+        None if places().next().is_some() => Cut::Louder,
+        None => Cut::None,
     }
 }
 
