@@ -16,7 +16,7 @@ pub(super) const WIDTH: u32 = 1200;
 const LEFT: f64 = 140.0;
 pub(super) const RIGHT: f64 = 1165.0;
 
-/// Colour scales that two budgets share, so that their pictures compare.
+/// Budgets whose pictures share their axes and colours, so that they compare.
 #[derive(Debug, Clone)]
 pub struct SharedScales<'a>(pub &'a [&'a Budget]);
 
@@ -32,9 +32,9 @@ impl SharedScales<'_> {
 pub fn budget_figures(budget: &Budget, name: &str, shared: &SharedScales) -> Vec<Figure> {
     let closure = &budget.closure;
     let mut figures = vec![
-        energies(budget, name),
+        energies(budget, name, shared),
         flux_map(budget, &captioned(name, &closure.real_space), shared),
-        passed(budget, &captioned(name, &closure.frequency)),
+        passed(budget, &captioned(name, &closure.frequency), shared),
     ];
     if let Some(flow) = &budget.frequency {
         let name = captioned(name, &closure.frequency);
@@ -115,11 +115,13 @@ fn flux_map(budget: &Budget, name: &str, shared: &SharedScales) -> Figure {
     sheet.figure("energy-flux")
 }
 
-pub(super) fn span(axis: &[f64]) -> (f64, f64) {
-    match axis {
-        [first, .., last] => (*first, *last),
-        _ => (0.0, 1.0),
-    }
+/// From the least to the largest.
+fn span<'a>(values: impl IntoIterator<Item = &'a f64>) -> (f64, f64) {
+    let ends = (f64::INFINITY, f64::NEG_INFINITY);
+    let values = values.into_iter();
+    values.fold(ends, |(low, high), value| {
+        (low.min(*value), high.max(*value))
+    })
 }
 
 pub(super) fn rect(top: f64, bottom: f64) -> Rect {
@@ -132,7 +134,7 @@ pub(super) fn rect(top: f64, bottom: f64) -> Rect {
 }
 
 /// Motion, contacts, losses and input over time.
-fn energies(budget: &Budget, name: &str) -> Figure {
+fn energies(budget: &Budget, name: &str, shared: &SharedScales) -> Figure {
     let mut scene = Scene::new(&format!("Energy over time: {name}"), WIDTH, 560);
     panel::heading(&mut scene, "Energy over time", name);
     let x = &budget.time[..];
@@ -155,14 +157,24 @@ fn energies(budget: &Budget, name: &str) -> Figure {
     if any(&budget.input) {
         curves.push(curve("put in", PURPLE, &budget.input));
     }
-    let all = curves.iter().flat_map(|curve| curve.y.iter().copied());
+    let all = shared.0.iter().flat_map(|budget| {
+        let held = budget
+            .kinetic
+            .iter()
+            .zip(&budget.contact)
+            .map(|(a, b)| a + b);
+        let rest = [
+            &budget.kinetic,
+            &budget.contact,
+            &budget.lost,
+            &budget.input,
+        ];
+        held.chain(rest.into_iter().flatten().copied())
+    });
     let y = Axis::around(&budget.units.energy("energy"), all);
-    let (first, last) = span(x);
-    let panel = Panel::new(
-        rect(105.0, 475.0),
-        Axis::linear(&budget.units.time(), first, last),
-        y,
-    );
+    let (first, last) = span(shared.0.iter().flat_map(|budget| &budget.time));
+    let time = Axis::linear(&budget.units.time(), first, last);
+    let panel = Panel::new(rect(105.0, 475.0), time, y);
     curve::draw_all(&mut scene, &panel, &curves);
     Figure {
         name: "energies",
@@ -171,7 +183,7 @@ fn energies(budget: &Budget, name: &str) -> Figure {
 }
 
 /// Energy passed by the end through each contact, in either band, and what stayed behind.
-fn passed(budget: &Budget, name: &str) -> Figure {
+fn passed(budget: &Budget, name: &str, shared: &SharedScales) -> Figure {
     let mut scene = Scene::new(&format!("Energy passed along x: {name}"), WIDTH, 560);
     panel::heading(&mut scene, "Energy passed along x", name);
     let x = positions(budget);
@@ -190,9 +202,21 @@ fn passed(budget: &Budget, name: &str) -> Figure {
         curves.push(curve(high, VERMILLION, &flow.high));
     }
     curves.push(curve("held behind at the end", GREEN, &budget.left_behind));
-    let all = curves.iter().flat_map(|curve| curve.y.iter().copied());
+    let all = shared.0.iter().flat_map(|budget| {
+        let bands = budget
+            .frequency
+            .iter()
+            .flat_map(|flow| [&flow.low, &flow.high]);
+        let whole = [&budget.passed, &budget.left_behind].into_iter();
+        whole.chain(bands).flatten().copied()
+    });
     let y = Axis::around(&budget.units.energy("energy"), all);
-    let (first, last) = span(&x);
+    let places: Vec<f64> = shared
+        .0
+        .iter()
+        .flat_map(|budget| positions(budget))
+        .collect();
+    let (first, last) = span(&places);
     let place = Axis::linear(&budget.units.position(), first, last);
     let panel = Panel::new(rect(105.0, 475.0), place, y);
     curve::draw_all(&mut scene, &panel, &curves);
