@@ -6,7 +6,8 @@ use super::modes::{Basis, Modes};
 use super::motion::{Instant, Motion};
 use super::request::BudgetRequest;
 use super::result::{Budget, Integration};
-use super::scale::{Planned, ScaleScratch, Scales};
+use super::scale::{Planned, Scales};
+use super::scale_terms::{ScaleScratch, ScaleTerms};
 use super::wavenumber::{TransferScratch, Transfers};
 use crate::analyze::Observer;
 use crate::chain::{Path, Place, Quintic, Scheme, Simulation, Visit, openings};
@@ -51,7 +52,8 @@ pub(super) fn close(
         }),
         scale: match (&scales, &budget.scales) {
             (Some(scales), Some(found)) => scales.at(found.map_scale).map(|planned| Scale {
-                scratch: scales.scratch(),
+                scratch: ScaleScratch::default(),
+                terms: ScaleTerms::default(),
                 scales,
                 planned,
                 ledger: Ledger::default(),
@@ -101,6 +103,7 @@ struct Scale<'a> {
     scales: &'a Scales<'a>,
     planned: &'a Planned,
     scratch: ScaleScratch,
+    terms: ScaleTerms,
     ledger: Ledger,
     /// Energy of a filtered contact whose opening counts.
     noticed: f64,
@@ -125,12 +128,13 @@ impl Path for Followed<'_> {
             scales,
             planned,
             scratch,
+            terms,
             ledger,
             ..
         }) = &mut self.scale
         {
             scales.load(at, scratch);
-            let terms = scales.terms(planned, scratch);
+            scales.terms(planned, scratch, terms);
             match visit {
                 Visit::Node(weight) => ledger.add(weight, terms.energy_rate.iter().copied()),
                 Visit::Sample => ledger.compare(&terms.energy),

@@ -5,7 +5,7 @@
 //! computed as such, never as a difference of large numbers, so that small waves on a strong
 //! precompression keep their digits. Without precompression it is the force itself.
 
-use super::lanes::Number;
+use super::lanes::{Lanes, Number, Work, widest};
 
 /// How the force of a contact grows with its overlap delta.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
@@ -120,16 +120,13 @@ impl Law {
         [coefficient, static_overlap, r]: [&[f64]; 3],
         [force, energy]: [&mut [f64]; 2],
     ) {
-        let at_rest = static_overlap.iter().all(|d0| *d0 == 0.0);
-        let out = force.iter_mut().zip(energy);
-        if matches!(self, Law::Hertz) && at_rest {
-            for ((force, energy), (c, r)) in out.zip(coefficient.iter().zip(r)) {
-                let d = r.max(0.0);
-                *force = c * (d * d.sqrt());
-                *energy = 0.4 * *force * d;
-            }
-            return;
+        if matches!(self, Law::Hertz) && static_overlap.iter().all(|d0| *d0 == 0.0) {
+            return widest(HertzEnergies {
+                contacts: [coefficient, r],
+                out: [force, energy],
+            });
         }
+        let out = force.iter_mut().zip(energy);
         let contacts = coefficient.iter().zip(static_overlap).zip(r);
         for ((force, energy), ((&c, &d0), &r)) in out.zip(contacts) {
             *force = self.force(c, d0, r);
@@ -143,18 +140,13 @@ impl Law {
         [coefficient, static_overlap, r]: [&[f64]; 3],
         [phi, slope]: [&mut [f64]; 2],
     ) {
-        let at_rest = static_overlap.iter().all(|d0| *d0 == 0.0);
-        let out = phi.iter_mut().zip(slope);
-        if matches!(self, Law::Hertz) && at_rest {
-            let (a, b) = (0.4f64.sqrt(), 0.5 * 2.5f64.sqrt());
-            for ((phi, slope), (c, r)) in out.zip(coefficient.iter().zip(r)) {
-                let d = r.max(0.0);
-                let root = c.sqrt() * d.sqrt().sqrt();
-                *phi = a * (d * root);
-                *slope = b * root;
-            }
-            return;
+        if matches!(self, Law::Hertz) && static_overlap.iter().all(|d0| *d0 == 0.0) {
+            return widest(HertzRoots {
+                contacts: [coefficient, r],
+                out: [phi, slope],
+            });
         }
+        let out = phi.iter_mut().zip(slope);
         let contacts = coefficient.iter().zip(static_overlap).zip(r);
         for ((phi, slope), ((&c, &d0), &r)) in out.zip(contacts) {
             (*phi, *slope) = self.root_energy(c, d0, r);
@@ -168,6 +160,50 @@ impl Law {
             Law::Hertz => (force / coefficient).powf(2.0 / 3.0),
             Law::Power { exponent } => (force / coefficient).powf(1.0 / exponent),
             Law::Spring { .. } => 0.0,
+        }
+    }
+}
+
+/// [`Law::forces_and_energies`] of Hertz contacts that just touch.
+struct HertzEnergies<'a> {
+    /// Coefficients and overlaps.
+    contacts: [&'a [f64]; 2],
+    out: [&'a mut [f64]; 2],
+}
+
+impl Work for HertzEnergies<'_> {
+    type Output = ();
+
+    #[inline(always)]
+    fn run<L: Lanes>(self) {
+        let ([c, r], [force, energy]) = (self.contacts, self.out);
+        for ((force, energy), (c, r)) in force.iter_mut().zip(energy).zip(c.iter().zip(r)) {
+            let d = r.positive();
+            *force = c * (d * d.sqrt());
+            *energy = 0.4 * *force * d;
+        }
+    }
+}
+
+/// [`Law::root_energies`] of Hertz contacts that just touch.
+struct HertzRoots<'a> {
+    /// Coefficients and overlaps.
+    contacts: [&'a [f64]; 2],
+    out: [&'a mut [f64]; 2],
+}
+
+impl Work for HertzRoots<'_> {
+    type Output = ();
+
+    #[inline(always)]
+    fn run<L: Lanes>(self) {
+        let ([c, r], [phi, slope]) = (self.contacts, self.out);
+        let (a, b) = (0.4f64.sqrt(), 0.5 * 2.5f64.sqrt());
+        for ((phi, slope), (c, r)) in phi.iter_mut().zip(slope).zip(c.iter().zip(r)) {
+            let d = r.positive();
+            let root = c.sqrt() * d.sqrt().sqrt();
+            *phi = a * (d * root);
+            *slope = b * root;
         }
     }
 }
