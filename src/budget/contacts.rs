@@ -1,5 +1,7 @@
 //! All contacts of a chain at one instant: what every budget starts from.
 
+use std::ops::Range;
+
 use super::motion::{Instant, Motion};
 use crate::chain::{Chain, Drive, Ends, Law};
 
@@ -33,6 +35,15 @@ pub(super) struct ContactState {
     /// Velocity of the wall before site 0, and the force that pushes site 0 from outside.
     pub(super) wall_velocity: f64,
     pub(super) push: f64,
+}
+
+/// Some contacts of the chain at one instant.
+#[derive(Debug, Clone, Default)]
+pub(super) struct PowerRow {
+    overlap: Vec<f64>,
+    energy: Vec<f64>,
+    pub(super) force: Vec<f64>,
+    pub(super) speed: Vec<f64>,
 }
 
 impl ContactState {
@@ -197,27 +208,46 @@ impl<'a> Contacts<'a> {
         self.chain.law.forces_and_energies([c, d0, overlap], out);
     }
 
-    /// Force, damping included, and mean speed of contact j of the chain; a wall's has no speed,
+    /// Forces, damping included, and mean speeds of some contacts of the chain; a wall's are 0,
     /// since nothing passes it.
-    pub(super) fn force_and_speed(&self, j: usize, at: Instant) -> (f64, f64) {
-        let i = j + self.offset;
-        match self.sites(i) {
-            [Some(left), Some(right)] => {
-                let r = at.x[left] - at.x[right];
-                let closing = at.v[left] - at.v[right];
-                let damping = self.chain.damping(self.coefficient[i], r, closing);
-                let force = self.force(i, r) + damping;
-                (force, 0.5 * (at.v[left] + at.v[right]))
-            }
-            _ => (0.0, 0.0),
+    pub(super) fn forces_and_speeds(&self, some: Range<usize>, at: Instant, row: &mut PowerRow) {
+        let (n, count) = (self.chain.n_sites(), some.len());
+        let PowerRow {
+            overlap,
+            energy,
+            force,
+            speed,
+        } = row;
+        for row in [&mut *overlap, energy, force, speed] {
+            row.resize(count, 0.0);
         }
-    }
-
-    /// Elastic force of contact i at an overlap beyond the static one.
-    pub(super) fn force(&self, i: usize, r: f64) -> f64 {
-        self.chain
-            .law
-            .force(self.coefficient[i], self.static_overlap[i], r)
+        let [x, v] = [at.x, at.v].map(|values| values[some.start..].windows(2));
+        for ((r, speed), (x, v)) in overlap.iter_mut().zip(&mut *speed).zip(x.zip(v)) {
+            *r = x[0] - x[1];
+            *speed = 0.5 * (v[0] + v[1]);
+        }
+        // The contact behind the last site.
+        let behind = some.contains(&(n - 1)).then_some(count - 1);
+        if let Some(last) = behind {
+            overlap[last] = at.x[n - 1] - at.x[0];
+            speed[last] = 0.5 * (at.v[n - 1] + at.v[0]);
+        }
+        let contacts = some.start + self.offset..some.end + self.offset;
+        let coefficient = &self.coefficient[contacts.clone()];
+        let contacts = [coefficient, &self.static_overlap[contacts], overlap];
+        let law = self.chain.law;
+        law.forces_and_energies(contacts, [force, energy]);
+        if self.chain.losses.any() {
+            for (i, force) in force.iter_mut().enumerate() {
+                let left = some.start + i;
+                let right = if left + 1 < n { left + 1 } else { 0 };
+                let closing = at.v[left] - at.v[right];
+                *force += self.chain.damping(coefficient[i], overlap[i], closing);
+            }
+        }
+        if let Some(last) = behind.filter(|_| self.chain.ends != Ends::Periodic) {
+            (force[last], speed[last]) = (0.0, 0.0);
+        }
     }
 
     /// Energy of contact i at an overlap beyond the static one.
