@@ -178,8 +178,8 @@ impl<'a> Contacts<'a> {
             state.closing[i] = at(left, v, wall_velocity) - at(right, v, 0.0);
         }
         let law = self.chain.law;
-        let contacts = [&self.coefficient[..], &self.static_overlap, &state.overlap];
-        law.forces_and_energies(contacts, [&mut state.elastic, &mut state.energy]);
+        let (contacts, pressed) = self.some(0..self.len(), &state.overlap);
+        law.forces_and_energies(contacts, pressed, [&mut state.elastic, &mut state.energy]);
         if self.chain.losses.any() {
             let motion = state.overlap.iter().zip(&state.closing);
             for ((damping, c), (r, closing)) in
@@ -192,20 +192,26 @@ impl<'a> Contacts<'a> {
 
     /// `phi` and its slope, by the overlaps of `state`.
     pub(super) fn evaluate_roots(&self, state: &mut ContactState) {
-        let contacts = [&self.coefficient[..], &self.static_overlap, &state.overlap];
+        let (contacts, pressed) = self.some(0..self.len(), &state.overlap);
         let roots = [&mut state.phi[..], &mut state.phi_slope[..]];
-        self.chain.law.root_energies(contacts, roots);
+        self.chain.law.root_energies(contacts, pressed, roots);
     }
 
     /// Forces and energies of the chain's contacts at these overlaps.
     pub(super) fn forces_and_energies(&self, overlap: &[f64], out: [&mut [f64]; 2]) {
-        let contacts = self.offset..self.len();
-        let constants = [
-            &self.coefficient[contacts.clone()],
-            &self.static_overlap[contacts],
-        ];
-        let [c, d0] = constants;
-        self.chain.law.forces_and_energies([c, d0, overlap], out);
+        let (contacts, pressed) = self.some(self.offset..self.len(), overlap);
+        self.chain.law.forces_and_energies(contacts, pressed, out);
+    }
+
+    /// Some contacts' coefficients beside their overlaps, and their static overlaps, if any.
+    fn some<'s>(
+        &'s self,
+        contacts: Range<usize>,
+        overlap: &'s [f64],
+    ) -> ([&'s [f64]; 2], Option<&'s [f64]>) {
+        let pressed = self.chain.precompression != 0.0;
+        let static_overlap = pressed.then(|| &self.static_overlap[contacts.clone()]);
+        ([&self.coefficient[contacts], overlap], static_overlap)
     }
 
     /// Forces, damping included, and mean speeds of some contacts of the chain; a wall's are 0,
@@ -232,17 +238,16 @@ impl<'a> Contacts<'a> {
             overlap[last] = at.x[n - 1] - at.x[0];
             speed[last] = 0.5 * (at.v[n - 1] + at.v[0]);
         }
-        let contacts = some.start + self.offset..some.end + self.offset;
-        let coefficient = &self.coefficient[contacts.clone()];
-        let contacts = [coefficient, &self.static_overlap[contacts], overlap];
+        let shifted = some.start + self.offset..some.end + self.offset;
+        let (contacts, pressed) = self.some(shifted, overlap);
         let law = self.chain.law;
-        law.forces_and_energies(contacts, [force, energy]);
+        law.forces_and_energies(contacts, pressed, [force, energy]);
         if self.chain.losses.any() {
             for (i, force) in force.iter_mut().enumerate() {
                 let left = some.start + i;
                 let right = if left + 1 < n { left + 1 } else { 0 };
                 let closing = at.v[left] - at.v[right];
-                *force += self.chain.damping(coefficient[i], overlap[i], closing);
+                *force += self.chain.damping(contacts[0][i], overlap[i], closing);
             }
         }
         if let Some(last) = behind.filter(|_| self.chain.ends != Ends::Periodic) {

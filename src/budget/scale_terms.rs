@@ -212,8 +212,7 @@ impl Work for Balance<'_> {
         let sites = self.mass.iter().zip(self.speed);
         let out = self.energy.iter_mut().zip(self.rate);
         let beside = held.zip(passes.zip(taken));
-        for ((energy, rate), ((mass, speed), (held, (passes, taken)))) in
-            out.zip(sites.zip(beside))
+        for ((energy, rate), ((mass, speed), (held, (passes, taken)))) in out.zip(sites.zip(beside))
         {
             let square = speed * speed;
             *energy = 0.5 * (mass * square + held[0] + held[1]);

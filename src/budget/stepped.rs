@@ -8,7 +8,7 @@ use super::request::BudgetRequest;
 use super::result::{Budget, Integration};
 use super::scale::{Planned, Scales};
 use super::scale_terms::{ScaleScratch, ScaleTerms};
-use super::wavenumber::{TransferScratch, Transfers};
+use super::wavenumber::{Terms, TransferScratch, Transfers};
 use crate::analyze::Observer;
 use crate::chain::{Path, Place, Quintic, Scheme, Simulation, Visit, openings};
 use crate::error::Result;
@@ -47,6 +47,8 @@ pub(super) fn close(
         contacts,
         spectral: budget.wavenumber.is_some().then(|| Spectral {
             scratch: transfers.scratch(),
+            terms: Terms::default(),
+            rates: Vec::new(),
             transfers: &transfers,
             ledger: Ledger::default(),
         }),
@@ -96,6 +98,8 @@ struct Followed<'a> {
 struct Spectral<'a> {
     transfers: &'a Transfers<'a>,
     scratch: TransferScratch,
+    terms: Terms,
+    rates: Vec<f64>,
     ledger: Ledger,
 }
 
@@ -115,12 +119,17 @@ impl Path for Followed<'_> {
         if let Some(Spectral {
             transfers,
             scratch,
+            terms,
+            rates,
             ledger,
         }) = &mut self.spectral
         {
-            let terms = transfers.evaluate(at, scratch);
+            transfers.evaluate(at, scratch, terms);
             match visit {
-                Visit::Node(weight) => ledger.add(weight, energy_rates(&terms)),
+                Visit::Node(weight) => {
+                    energy_rates(terms, rates);
+                    ledger.add(weight, rates);
+                }
                 Visit::Sample => ledger.compare(&terms.energy),
             }
         }
@@ -136,7 +145,7 @@ impl Path for Followed<'_> {
             scales.load(at, scratch);
             scales.terms(planned, scratch, terms);
             match visit {
-                Visit::Node(weight) => ledger.add(weight, terms.energy_rate.iter().copied()),
+                Visit::Node(weight) => ledger.add(weight, &terms.energy_rate),
                 Visit::Sample => ledger.compare(&terms.energy),
             }
         }

@@ -20,6 +20,8 @@ pub(super) struct Transfers<'a> {
     pub(super) contacts: &'a Contacts<'a>,
     pub(super) modes: Modes,
     root_mass: Vec<f64>,
+    /// Wavenumbers that a component stands for.
+    weights: Vec<f64>,
     lossy: bool,
     driven: bool,
     branches: Option<Branches>,
@@ -56,6 +58,7 @@ impl<'a> Transfers<'a> {
             branches: Branches::of(contacts, &modes),
             contacts,
             root_mass: chain.mass.iter().map(|m| m.sqrt()).collect(),
+            weights: (0..modes.len()).map(|m| modes.weight(m)).collect(),
             lossy: chain.losses.any(),
             driven,
             modes,
@@ -81,7 +84,7 @@ impl<'a> Transfers<'a> {
     }
 
     /// All terms of the balance. The contacts of `scratch` are those at this instant.
-    pub(super) fn evaluate(&self, at: Instant, scratch: &mut TransferScratch) -> Terms {
+    pub(super) fn evaluate(&self, at: Instant, scratch: &mut TransferScratch, terms: &mut Terms) {
         let TransferScratch {
             modes: work,
             row,
@@ -116,18 +119,23 @@ impl<'a> Transfers<'a> {
         }
         modes.of_contacts(row, work, rate);
 
-        let weight = |m: usize| self.modes.weight(m);
-        let count = self.modes.len();
-        let mut terms = Terms {
-            energy: (0..count)
-                .map(|m| weight(m) * (0.5 * q[m].norm_sqr() + phi[m].norm_sqr()))
-                .collect(),
-            transfer: (0..count)
-                .map(|m| weight(m) * (dot(q[m], f[m]) + 2.0 * dot(phi[m], rate[m])))
-                .collect(),
-            ..Terms::default()
-        };
-        terms.split = self
+        let Terms {
+            energy,
+            transfer,
+            loss,
+            input,
+            split,
+        } = terms;
+        for row in [&mut *energy, transfer] {
+            row.resize(self.modes.len(), 0.0);
+        }
+        let parts = q.iter().zip(&*f).zip(phi.iter().zip(&*rate));
+        let out = energy.iter_mut().zip(transfer).zip(&self.weights);
+        for (((energy, transfer), weight), ((q, f), (phi, rate))) in out.zip(parts) {
+            *energy = weight * (0.5 * q.norm_sqr() + phi.norm_sqr());
+            *transfer = weight * (dot(*q, *f) + 2.0 * dot(*phi, *rate));
+        }
+        *split = self
             .branches
             .as_ref()
             .map(|branches| branches.split(q, f, phi, rate));
@@ -139,27 +147,29 @@ impl<'a> Transfers<'a> {
                 *force = (*force - drag * v) / root;
             }
             modes.of_sites(row, work, other);
-            let loss = (0..count).map(|m| -weight(m) * dot(q[m], other[m]));
-            terms.loss = loss.collect();
+            let parts = self.weights.iter().zip(q.iter().zip(&*other));
+            loss.clear();
+            loss.extend(parts.map(|(weight, (q, damped))| -weight * dot(*q, *damped)));
         }
         if self.driven {
             row.clear();
             row.resize(n, 0.0);
             row[0] = state.push / self.root_mass[0];
             modes.of_sites(row, work, other);
-            let input = (0..count).map(|m| weight(m) * dot(q[m], other[m]));
-            terms.input = input.collect();
+            let parts = self.weights.iter().zip(q.iter().zip(&*other));
+            input.clear();
+            input.extend(parts.map(|(weight, (q, push))| weight * dot(*q, *push)));
             row.clear();
             row.resize(contacts.len(), 0.0);
             if contacts.offset == 1 {
                 row[0] = state.phi_slope[0] * state.wall_velocity;
             }
             modes.of_contacts(row, work, other);
-            for (m, input) in terms.input.iter_mut().enumerate() {
-                *input += 2.0 * weight(m) * dot(phi[m], other[m]);
+            let parts = self.weights.iter().zip(phi.iter().zip(&*other));
+            for (input, (weight, (phi, moved))) in input.iter_mut().zip(parts) {
+                *input += 2.0 * weight * dot(*phi, *moved);
             }
         }
-        terms
     }
 }
 

@@ -114,21 +114,23 @@ impl Law {
         }
     }
 
-    /// Forces and energies of many contacts at these overlaps beyond the static ones.
+    /// Forces and energies of many contacts at these overlaps beyond the static ones, if any.
     pub(crate) fn forces_and_energies(
         &self,
-        [coefficient, static_overlap, r]: [&[f64]; 3],
+        [coefficient, r]: [&[f64]; 2],
+        static_overlap: Option<&[f64]>,
         [force, energy]: [&mut [f64]; 2],
     ) {
-        if matches!(self, Law::Hertz) && static_overlap.iter().all(|d0| *d0 == 0.0) {
+        if matches!(self, Law::Hertz) && static_overlap.is_none() {
             return widest(HertzEnergies {
                 contacts: [coefficient, r],
                 out: [force, energy],
             });
         }
         let out = force.iter_mut().zip(energy);
-        let contacts = coefficient.iter().zip(static_overlap).zip(r);
-        for ((force, energy), ((&c, &d0), &r)) in out.zip(contacts) {
+        let contacts = coefficient.iter().zip(r).enumerate();
+        for ((force, energy), (i, (&c, &r))) in out.zip(contacts) {
+            let d0 = static_overlap.map_or(0.0, |d0| d0[i]);
             *force = self.force(c, d0, r);
             *energy = self.energy(c, d0, r);
         }
@@ -137,18 +139,20 @@ impl Law {
     /// [`Law::root_energy`] of many contacts.
     pub(crate) fn root_energies(
         &self,
-        [coefficient, static_overlap, r]: [&[f64]; 3],
+        [coefficient, r]: [&[f64]; 2],
+        static_overlap: Option<&[f64]>,
         [phi, slope]: [&mut [f64]; 2],
     ) {
-        if matches!(self, Law::Hertz) && static_overlap.iter().all(|d0| *d0 == 0.0) {
+        if matches!(self, Law::Hertz) && static_overlap.is_none() {
             return widest(HertzRoots {
                 contacts: [coefficient, r],
                 out: [phi, slope],
             });
         }
         let out = phi.iter_mut().zip(slope);
-        let contacts = coefficient.iter().zip(static_overlap).zip(r);
-        for ((phi, slope), ((&c, &d0), &r)) in out.zip(contacts) {
+        let contacts = coefficient.iter().zip(r).enumerate();
+        for ((phi, slope), (i, (&c, &r))) in out.zip(contacts) {
+            let d0 = static_overlap.map_or(0.0, |d0| d0[i]);
             (*phi, *slope) = self.root_energy(c, d0, r);
         }
     }
