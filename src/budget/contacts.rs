@@ -1,5 +1,7 @@
 //! All contacts of a chain at one instant: what every budget starts from.
 
+use std::ops::Range;
+
 use super::motion::{Instant, Motion};
 use crate::chain::{Chain, Drive, Ends, Law};
 
@@ -33,6 +35,15 @@ pub(super) struct ContactState {
     /// Velocity of the wall before site 0, and the force that pushes site 0 from outside.
     pub(super) wall_velocity: f64,
     pub(super) push: f64,
+}
+
+/// Some contacts of the chain at one instant.
+#[derive(Debug, Clone, Default)]
+pub(super) struct PowerRow {
+    overlap: Vec<f64>,
+    energy: Vec<f64>,
+    pub(super) force: Vec<f64>,
+    pub(super) speed: Vec<f64>,
 }
 
 impl ContactState {
@@ -167,8 +178,8 @@ impl<'a> Contacts<'a> {
             state.closing[i] = at(left, v, wall_velocity) - at(right, v, 0.0);
         }
         let law = self.chain.law;
-        let contacts = [&self.coefficient[..], &self.static_overlap, &state.overlap];
-        law.forces_and_energies(contacts, [&mut state.elastic, &mut state.energy]);
+        let (contacts, pressed) = self.some(0..self.len(), &state.overlap);
+        law.forces_and_energies(contacts, pressed, [&mut state.elastic, &mut state.energy]);
         if self.chain.losses.any() {
             let motion = state.overlap.iter().zip(&state.closing);
             for ((damping, c), (r, closing)) in
@@ -181,43 +192,73 @@ impl<'a> Contacts<'a> {
 
     /// `phi` and its slope, by the overlaps of `state`.
     pub(super) fn evaluate_roots(&self, state: &mut ContactState) {
-        let contacts = [&self.coefficient[..], &self.static_overlap, &state.overlap];
+        let (contacts, pressed) = self.some(0..self.len(), &state.overlap);
         let roots = [&mut state.phi[..], &mut state.phi_slope[..]];
-        self.chain.law.root_energies(contacts, roots);
+        self.chain.law.root_energies(contacts, pressed, roots);
     }
 
     /// Forces and energies of the chain's contacts at these overlaps.
     pub(super) fn forces_and_energies(&self, overlap: &[f64], out: [&mut [f64]; 2]) {
-        let contacts = self.offset..self.len();
-        let constants = [
-            &self.coefficient[contacts.clone()],
-            &self.static_overlap[contacts],
-        ];
-        let [c, d0] = constants;
-        self.chain.law.forces_and_energies([c, d0, overlap], out);
+        let (contacts, pressed) = self.some(self.offset..self.len(), overlap);
+        self.chain.law.forces_and_energies(contacts, pressed, out);
     }
 
-    /// Force, damping included, and mean speed of contact j of the chain; a wall's has no speed,
+    /// Some contacts' coefficients beside their overlaps, and their static overlaps, if any.
+    fn some<'s>(
+        &'s self,
+        contacts: Range<usize>,
+        overlap: &'s [f64],
+    ) -> ([&'s [f64]; 2], Option<&'s [f64]>) {
+        let pressed = self.chain.precompression != 0.0;
+        let static_overlap = pressed.then(|| &self.static_overlap[contacts.clone()]);
+        ([&self.coefficient[contacts], overlap], static_overlap)
+    }
+
+    /// Forces, damping included, and mean speeds of some contacts of the chain; a wall's are 0,
     /// since nothing passes it.
-    pub(super) fn force_and_speed(&self, j: usize, at: Instant) -> (f64, f64) {
-        let i = j + self.offset;
-        match self.sites(i) {
-            [Some(left), Some(right)] => {
-                let r = at.x[left] - at.x[right];
+    pub(super) fn forces_and_speeds(&self, some: Range<usize>, at: Instant, row: &mut PowerRow) {
+        let (n, count) = (self.chain.n_sites(), some.len());
+        let PowerRow {
+            overlap,
+            energy,
+            force,
+            speed,
+        } = row;
+        for row in [&mut *overlap, energy, force, speed] {
+            row.resize(count, 0.0);
+        }
+        let [x, v] = [at.x, at.v].map(|values| values[some.start..].windows(2));
+        for ((r, speed), (x, v)) in overlap.iter_mut().zip(&mut *speed).zip(x.zip(v)) {
+            *r = x[0] - x[1];
+            *speed = 0.5 * (v[0] + v[1]);
+        }
+        // The contact behind the last site.
+        let behind = some.contains(&(n - 1)).then_some(count - 1);
+        if let Some(last) = behind {
+            overlap[last] = at.x[n - 1] - at.x[0];
+            speed[last] = 0.5 * (at.v[n - 1] + at.v[0]);
+        }
+        let shifted = some.start + self.offset..some.end + self.offset;
+        let (contacts, pressed) = self.some(shifted, overlap);
+        let law = self.chain.law;
+        law.forces_and_energies(contacts, pressed, [force, energy]);
+        if self.chain.losses.any() {
+            for (i, force) in force.iter_mut().enumerate() {
+                let left = some.start + i;
+                let right = if left + 1 < n { left + 1 } else { 0 };
                 let closing = at.v[left] - at.v[right];
-                let damping = self.chain.damping(self.coefficient[i], r, closing);
-                let force = self.force(i, r) + damping;
-                (force, 0.5 * (at.v[left] + at.v[right]))
+                *force += self.chain.damping(contacts[0][i], overlap[i], closing);
             }
-            _ => (0.0, 0.0),
+        }
+        if let Some(last) = behind.filter(|_| self.chain.ends != Ends::Periodic) {
+            (force[last], speed[last]) = (0.0, 0.0);
         }
     }
 
     /// Elastic force of contact i at an overlap beyond the static one.
     pub(super) fn force(&self, i: usize, r: f64) -> f64 {
-        self.chain
-            .law
-            .force(self.coefficient[i], self.static_overlap[i], r)
+        let (c, d0) = (self.coefficient[i], self.static_overlap[i]);
+        self.chain.law.force(c, d0, r)
     }
 
     /// Force of contact i, damping included, at an overlap beyond the static one and its rate.

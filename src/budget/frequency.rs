@@ -4,14 +4,14 @@
 //! and, for an even number of samples, at Nyquist; the end samples of F are halved, so that
 //! `sum P_j df` is the trapezoid sum of `F_j vbar_j`, which is `W_j` at the end of the record.
 
+use std::ops::Range;
 use std::sync::{Mutex, PoisonError};
 
-use rayon::prelude::*;
-
 use ndarray::{Array2, s};
-use num_complex::Complex;
+use rayon::prelude::*;
+use realfft::{RealFftPlanner, RealToComplex};
 
-use super::contacts::Contacts;
+use super::contacts::{Contacts, PowerRow};
 use super::motion::Motion;
 use super::request::BudgetRequest;
 use super::waiting::MAP_LIMIT;
@@ -19,13 +19,16 @@ use super::wavenumber::dot;
 use crate::analyze::{LargeArray, Map, Observer, Sink};
 use crate::diagnostics::{MapBuilder, edge_of};
 use crate::error::{Error, Result};
-use crate::transform::{RealTransform, Scratch, fold};
+use crate::transform::fold;
 
 /// Frequencies shown, in units of the band edge.
 const SHOWN: f64 = 5.0;
 
 /// Contacts whose records are transformed together.
 const BLOCK: usize = 16;
+
+/// Samples that are put into records together: a line of the cache.
+const TILE: usize = 8;
 
 /// What passed each contact in either band.
 #[derive(Debug, Clone)]
@@ -85,19 +88,21 @@ pub(super) fn power_flow(
     let (samples, m) = (motion.samples(), motion.chain.n_contacts());
     let dt = motion.step();
     let frequency = crate::transform::frequencies(samples, dt);
-    let plan = RealTransform::<f64>::new(&vec![1.0; samples], samples);
+    let bins = frequency.len();
+    let plan = RealFftPlanner::new().plan_fft_forward(samples);
     let edge = request.band_edge_frequency;
-    let edge = edge.unwrap_or_else(|| default_edge(motion, contacts, &plan, &frequency));
+    let edge = edge.unwrap_or_else(|| default_edge(motion, contacts, &*plan, &frequency));
     let low_bins = frequency.partition_point(|f| *f <= edge * (1.0 + 1e-9));
-    sink.reserve(LargeArray::PowerFlow, (frequency.len(), m))?;
+    sink.reserve(LargeArray::PowerFlow, (bins, m))?;
     observer.stage("power flow", m as u64);
     let df = 1.0 / (samples as f64 * dt);
     // Above a few times the edge there is hardly anything to see.
     let shown = frequency
         .partition_point(|f| *f <= SHOWN * edge)
         .max(2)
-        .min(frequency.len());
+        .min(bins);
     let map = Mutex::new(MapBuilder::extreme((shown, m.max(1)), MAP_LIMIT));
+    let weights: Vec<f64> = (0..bins).map(|bin| dt * dt * fold(bin, samples)).collect();
     let blocks: Vec<usize> = (0..m).step_by(BLOCK).collect();
     let sums: Vec<Vec<[f64; 2]>> = blocks
         .into_par_iter()
@@ -105,38 +110,38 @@ pub(super) fn power_flow(
             if observer.cancelled() {
                 return Err(Error::Cancelled);
             }
-            let width = BLOCK.min(m - first);
-            let mut block = Array2::zeros((frequency.len(), width));
-            let [mut forces, mut speeds] = [0, 1].map(|_| vec![vec![0.0; samples]; width]);
-            for i in 0..samples {
-                let at = motion.at(i);
-                for (j, (force, speed)) in forces.iter_mut().zip(&mut speeds).enumerate() {
-                    (force[i], speed[i]) = contacts.force_and_speed(first + j, at);
-                }
-            }
-            let (mut of_force, mut of_speed) = (Scratch::default(), Scratch::default());
-            for (j, (force, speed)) in forces.iter_mut().zip(&speeds).enumerate() {
+            let block = first..(first + BLOCK).min(m);
+            let width = block.len();
+            let [mut forces, mut speeds] = records(motion, contacts, block);
+            let [mut of_force, mut of_speed] = [0, 1].map(|_| plan.make_output_vec());
+            let mut work = plan.make_scratch_vec();
+            let mut powers = Array2::zeros((width, bins));
+            let mut bands = Vec::with_capacity(width);
+            let records = forces
+                .chunks_exact_mut(samples)
+                .zip(speeds.chunks_exact_mut(samples));
+            for (power, (force, speed)) in powers.rows_mut().into_iter().zip(records) {
                 force[0] *= 0.5;
                 force[samples - 1] *= 0.5;
-                let (force, _) = plan.transform(force, &mut of_force);
-                let (speed, _) = plan.transform(speed, &mut of_speed);
-                let mut column = block.column_mut(j);
-                let pairs = column.iter_mut().zip(force.iter().zip(speed)).enumerate();
-                for (bin, (out, (force, speed))) in pairs {
-                    let power = dot(*force, *speed);
-                    *out = dt * dt * fold(bin, samples) * power;
+                // The lengths are the plan's own, so these cannot fail.
+                let _ = plan.process_with_scratch(force, &mut of_force, &mut work);
+                let _ = plan.process_with_scratch(speed, &mut of_speed, &mut work);
+                let power = power.into_slice().unwrap_or_default();
+                let spectra = of_force.iter().zip(&of_speed).zip(&weights);
+                for (power, ((force, speed), weight)) in power.iter_mut().zip(spectra) {
+                    *power = weight * dot(*force, *speed);
                 }
+                let (low, high) = power.split_at(low_bins);
+                bands.push([low, high].map(|band| df * crate::sum::sum(band)));
             }
+            // Contacts side by side, as the whole array has them.
+            let block = Array2::from_shape_fn((bins, width), |(bin, j)| powers[[j, bin]]);
             sink.put(LargeArray::PowerFlow, 0, first, block.view())?;
             if let Ok(mut map) = map.lock() {
                 map.add(0, first, block.slice(s![..shown, ..]));
             }
             observer.advance(width as u64);
-            let sum = |bins: std::ops::Range<usize>, j: usize| {
-                df * crate::sum::sum(&block.slice(s![bins, j]).to_vec())
-            };
-            let bands = |j| [sum(0..low_bins, j), sum(low_bins..frequency.len(), j)];
-            Ok((0..width).map(bands).collect())
+            Ok(bands)
         })
         .collect::<Result<_>>()?;
     let bands: Vec<[f64; 2]> = sums.into_iter().flatten().collect();
@@ -154,31 +159,55 @@ pub(super) fn power_flow(
     })
 }
 
+/// Forces and mean speeds of up to [`BLOCK`] contacts, record after record.
+fn records(motion: &Motion, contacts: &Contacts, block: Range<usize>) -> [Vec<f64>; 2] {
+    let samples = motion.samples();
+    let mut records = [0, 1].map(|_| vec![0.0; block.len() * samples]);
+    let mut row = PowerRow::default();
+    // Records start alike in the cache, and so many at once would drive each other out.
+    let mut tiles = [[[0.0; TILE]; BLOCK]; 2];
+    for first in (0..samples).step_by(TILE) {
+        let count = TILE.min(samples - first);
+        for i in 0..count {
+            contacts.forces_and_speeds(block.clone(), motion.at(first + i), &mut row);
+            for (tile, row) in tiles.iter_mut().zip([&row.force, &row.speed]) {
+                for (column, value) in tile.iter_mut().zip(row) {
+                    column[i] = *value;
+                }
+            }
+        }
+        for (records, tile) in records.iter_mut().zip(&tiles) {
+            for (record, column) in records.chunks_exact_mut(samples).zip(tile) {
+                record[first..first + count].copy_from_slice(&column[..count]);
+            }
+        }
+    }
+    records
+}
+
 /// The frequency below which 90 % of the energy of the first contact's force lies: that of a site's
 /// velocity would be that of its drift after the impact.
 fn default_edge(
     motion: &Motion,
     contacts: &Contacts,
-    plan: &RealTransform<f64>,
+    plan: &dyn RealToComplex<f64>,
     frequency: &[f64],
 ) -> f64 {
     let samples = motion.samples();
-    let record = |j: usize| -> Vec<f64> {
-        (0..samples)
-            .map(|i| contacts.force_and_speed(j, motion.at(i)).0)
-            .collect()
-    };
-    let mut records = (0..motion.chain.n_contacts()).map(record);
-    let Some(record) = records.find(|record| record.iter().any(|force| *force != 0.0)) else {
+    let moves = |record: &Vec<f64>| record.iter().any(|force| *force != 0.0);
+    let mut forces = (0..motion.chain.n_contacts()).map(|j| {
+        let [force, _] = records(motion, contacts, j..j + 1);
+        force
+    });
+    let Some(mut record) = forces.find(moves) else {
         return f64::NAN;
     };
-    let mut scratch = Scratch::default();
-    let (spectrum, _) = plan.transform(&record, &mut scratch);
-    let fold = |m: usize, z: &Complex<f64>| fold(m, samples) * z.norm_sqr();
+    let mut spectrum = plan.make_output_vec();
+    // The lengths are the plan's own, so this cannot fail.
+    let _ = plan.process(&mut record, &mut spectrum);
+    let spectrum = spectrum.iter().enumerate();
     let power: Vec<f64> = spectrum
-        .iter()
-        .enumerate()
-        .map(|(m, z)| fold(m, z))
+        .map(|(m, z)| fold(m, samples) * z.norm_sqr())
         .collect();
     edge_of(&power, frequency).unwrap_or(f64::NAN)
 }

@@ -1,18 +1,20 @@
 //! Balances over time: what a quantity changed by against the integral of its rate.
 
 use super::wavenumber::Terms;
+use crate::chain::lanes::{Lanes, Work, widest};
 
 /// A balance of many quantities: `change = integral of rate`, and how far it is from closing.
 #[derive(Debug, Clone, Default)]
 pub(super) struct Ledger {
     first: Option<Vec<f64>>,
     integral: Vec<f64>,
+    off: Vec<f64>,
     worst: f64,
 }
 
 impl Ledger {
     /// Adds `weight` times the rates at a node of a quadrature, after a first sample was compared.
-    pub(super) fn add(&mut self, weight: f64, rates: impl Iterator<Item = f64>) {
+    pub(super) fn add(&mut self, weight: f64, rates: &[f64]) {
         for (sum, rate) in self.integral.iter_mut().zip(rates) {
             *sum += weight * rate;
         }
@@ -21,26 +23,22 @@ impl Ledger {
     /// Adds a step of the trapezoid rule between two samples.
     pub(super) fn trapezoid(&mut self, dt: f64, before: &[f64], now: &[f64]) {
         self.integral.resize(now.len(), 0.0);
-        for (sum, (before, now)) in self.integral.iter_mut().zip(before.iter().zip(now)) {
-            *sum += 0.5 * dt * (before + now);
-        }
+        trapezoid(&mut self.integral, dt, before, now);
     }
 
     /// Compares with the quantities at a sample.
     pub(super) fn compare(&mut self, values: &[f64]) {
         let first = self.first.get_or_insert_with(|| values.to_vec());
-        self.integral.resize(values.len(), 0.0);
-        let mut worst = self.worst;
-        for ((value, first), integral) in values.iter().zip(first).zip(&self.integral) {
-            let off = (value - *first - integral).abs();
-            // What is not a number is worse than any residual, and stays.
-            worst = if worst >= off || worst.is_nan() {
-                worst
-            } else {
-                off
-            };
+        for row in [&mut self.integral, &mut self.off] {
+            row.resize(values.len(), 0.0);
         }
-        self.worst = worst;
+        widest(Residuals {
+            values,
+            first,
+            integral: &self.integral,
+            off: &mut self.off,
+        });
+        self.worst = worst_of(self.worst, &self.off);
     }
 
     /// The largest residual so far, in units of the quantities.
@@ -49,9 +47,98 @@ impl Ledger {
     }
 }
 
+/// Adds a step of the trapezoid rule to each sum.
+pub(super) fn trapezoid(sums: &mut [f64], dt: f64, before: &[f64], now: &[f64]) {
+    for (sum, (before, now)) in sums.iter_mut().zip(before.iter().zip(now)) {
+        *sum += 0.5 * dt * (before + now);
+    }
+}
+
+/// The worst of residuals that are 0 or more; what is not a number is worse than any, and stays.
+pub(super) fn worst_of(worst: f64, off: &[f64]) -> f64 {
+    widest(Worst { worst, off })
+}
+
+struct Residuals<'a> {
+    values: &'a [f64],
+    first: &'a [f64],
+    integral: &'a [f64],
+    off: &'a mut [f64],
+}
+
+impl Work for Residuals<'_> {
+    type Output = ();
+
+    #[inline(always)]
+    fn run<L: Lanes>(self) {
+        let now = self.values.iter().zip(self.first).zip(self.integral);
+        for (off, ((value, first), integral)) in self.off.iter_mut().zip(now) {
+            *off = (value - first - integral).abs();
+        }
+    }
+}
+
+struct Worst<'a> {
+    worst: f64,
+    off: &'a [f64],
+}
+
+impl Work for Worst<'_> {
+    type Output = f64;
+
+    #[inline(always)]
+    fn run<L: Lanes>(self) -> f64 {
+        let keep = |worst: &mut f64, off: f64| {
+            *worst = if *worst >= off || worst.is_nan() {
+                *worst
+            } else {
+                off
+            };
+        };
+        // Side by side, since the largest does not depend on the order.
+        let mut lanes = [self.worst; 8];
+        let chunks = self.off.chunks_exact(8);
+        let rest = chunks.remainder();
+        for chunk in chunks {
+            for (lane, off) in lanes.iter_mut().zip(chunk) {
+                keep(lane, *off);
+            }
+        }
+        let mut worst = self.worst;
+        for off in lanes.iter().chain(rest) {
+            keep(&mut worst, *off);
+        }
+        worst
+    }
+}
+
 /// `dE(k)/dt` from all its terms.
-pub(super) fn energy_rates(terms: &Terms) -> impl Iterator<Item = f64> + '_ {
-    terms.transfer.iter().enumerate().map(|(m, transfer)| {
-        transfer - terms.loss.get(m).unwrap_or(&0.0) + terms.input.get(m).unwrap_or(&0.0)
-    })
+pub(super) fn energy_rates(terms: &Terms, rates: &mut Vec<f64>) {
+    rates.clone_from(&terms.transfer);
+    for (rate, loss) in rates.iter_mut().zip(&terms.loss) {
+        *rate -= loss;
+    }
+    for (rate, input) in rates.iter_mut().zip(&terms.input) {
+        *rate += input;
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_worst_residual_is_kept_wherever_it_stands_and_so_is_what_is_no_number() {
+        for length in [1, 7, 8, 30] {
+            for at in 0..length {
+                let mut off = vec![0.5; length];
+                off[at] = 2.0;
+                assert_eq!(worst_of(1.0, &off), 2.0);
+                assert_eq!(worst_of(3.0, &off), 3.0);
+                off[at] = f64::NAN;
+                assert!(worst_of(1.0, &off).is_nan());
+                assert!(worst_of(f64::NAN, &vec![1.0; length]).is_nan());
+            }
+        }
+    }
 }

@@ -7,6 +7,7 @@
 use std::ops::Range;
 
 use super::contacts::{ContactState, Contacts};
+use super::ledger::worst_of;
 use super::motion::Instant;
 
 /// Energies and rates at one instant.
@@ -27,35 +28,39 @@ pub(super) struct SiteTerms {
 }
 
 impl SiteTerms {
-    pub(super) fn of(contacts: &Contacts, at: Instant, state: &ContactState) -> SiteTerms {
+    /// Those of this instant, with its contacts.
+    pub(super) fn evaluate(&mut self, contacts: &Contacts, at: Instant, state: &ContactState) {
         let chain = contacts.chain();
         let (m, offset) = (chain.n_contacts(), contacts.offset);
-        let kinetic = chain.mass.iter().zip(at.v).map(|(m, v)| 0.5 * m * v * v);
-        let mut terms = SiteTerms {
-            energy: kinetic.collect(),
-            loss: at.v.iter().map(|v| chain.losses.drag * v * v).collect(),
-            flux: vec![0.0; m],
-            input: 0.0,
-            wall_heat: 0.0,
-            kinetic: 0.0,
-            contact: crate::sum::sum(&state.energy),
-        };
-        terms.kinetic = crate::sum::sum(&terms.energy);
-        let lossy = chain.losses.any();
+        let terms = self;
+        let (energy, loss, flux) = (&mut terms.energy, &mut terms.loss, &mut terms.flux);
+        energy.clear();
+        let kinetic = chain.mass.iter().zip(at.v);
+        energy.extend(kinetic.map(|(m, v)| 0.5 * m * v * v));
+        terms.kinetic = crate::sum::sum(energy);
+        terms.contact = crate::sum::sum(&state.energy);
+        (terms.input, terms.wall_heat) = (0.0, 0.0);
+        loss.clear();
+        loss.extend(at.v.iter().map(|v| chain.losses.drag * v * v));
+        flux.clear();
+        flux.resize(m, 0.0);
+        // Contacts of neighbours first; then those at the ends.
         let inner = m.min(at.v.len() - 1);
-        let sites = at.v.windows(2).enumerate();
-        for (j, pair) in sites.take(inner) {
-            let i = j + offset;
-            let half = 0.5 * state.energy[i];
-            terms.energy[j] += half;
-            terms.energy[j + 1] += half;
-            let force = state.elastic[i] + state.damping[i];
-            terms.flux[j] = 0.5 * force * (pair[0] + pair[1]);
-            if lossy {
-                let half = 0.5 * state.damping[i] * state.closing[i];
-                terms.loss[j] += half;
-                terms.loss[j + 1] += half;
-            }
+        let joined = offset..offset + inner;
+        let [elastic, damping, closing, held] = [
+            &state.elastic,
+            &state.damping,
+            &state.closing,
+            &state.energy,
+        ]
+        .map(|row| row[joined.clone()].iter());
+        let forces = elastic.zip(damping.clone());
+        for ((flux, v), (elastic, damping)) in flux.iter_mut().zip(at.v.windows(2)).zip(forces) {
+            *flux = 0.5 * (elastic + damping) * (v[0] + v[1]);
+        }
+        share(held.copied(), energy);
+        if chain.losses.any() {
+            share(damping.zip(closing).map(|(d, closing)| d * closing), loss);
         }
         for i in (0..offset).chain(inner + offset..contacts.len()) {
             let heat = state.damping[i] * state.closing[i];
@@ -81,7 +86,16 @@ impl SiteTerms {
             }
         }
         terms.input += state.push * at.v.first().copied().unwrap_or(0.0);
-        terms
+    }
+}
+
+/// Gives half of what each contact between neighbours has to either site.
+fn share(contacts: impl Iterator<Item = f64> + Clone, sites: &mut [f64]) {
+    for (right, value) in sites[1..].iter_mut().zip(contacts.clone()) {
+        *right += 0.5 * value;
+    }
+    for (left, value) in sites.iter_mut().zip(contacts) {
+        *left += 0.5 * value;
     }
 }
 
@@ -102,6 +116,8 @@ pub(super) struct Balance {
     sites: Range<usize>,
     periodic: bool,
     start: Option<(Vec<f64>, Exchanged)>,
+    came: Vec<f64>,
+    off: Vec<f64>,
     worst: f64,
 }
 
@@ -112,6 +128,8 @@ impl Balance {
             sites,
             periodic,
             start: None,
+            came: Vec::new(),
+            off: Vec::new(),
             worst: 0.0,
         }
     }
@@ -126,25 +144,33 @@ impl Balance {
             return;
         };
         let passed = |j: usize| now.passed[j] - then.passed[j];
-        let mut came = match self.sites.start.checked_sub(1) {
+        let (sites, contacts) = (self.sites.clone(), now.passed.len());
+        // What came to each site from the left, and last what left behind them all.
+        let came = &mut self.came;
+        came.clear();
+        came.push(match sites.start.checked_sub(1) {
             Some(left) => passed(left),
-            None if self.periodic => passed(now.passed.len() - 1),
+            None if self.periodic => passed(contacts - 1),
             None => now.input - then.input,
-        };
-        let mut worst = self.worst;
-        for j in self.sites.clone() {
-            let went = if j < now.passed.len() { passed(j) } else { 0.0 };
-            let lost = now.lost.get(j).map_or(0.0, |lost| lost - then.lost[j]);
-            let off = (energy[j] - first[j] - came + went + lost).abs();
-            // What is not a number is worse than any residual, and stays.
-            worst = if worst >= off || worst.is_nan() {
-                worst
-            } else {
-                off
-            };
-            came = went;
+        });
+        came.extend((sites.start..sites.end.min(contacts)).map(passed));
+        came.resize(sites.len() + 1, 0.0);
+        let changes = energy[sites.clone()].iter().zip(&first[sites.clone()]);
+        let off = &mut self.off;
+        off.clear();
+        off.extend(
+            changes
+                .zip(came.windows(2))
+                .map(|((now, first), came)| now - first - came[0] + came[1]),
+        );
+        if !now.lost.is_empty() {
+            let lost = now.lost[sites.clone()].iter().zip(&then.lost[sites]);
+            for (off, (now, then)) in off.iter_mut().zip(lost) {
+                *off += now - then;
+            }
         }
-        self.worst = worst;
+        off.iter_mut().for_each(|off| *off = off.abs());
+        self.worst = worst_of(self.worst, off);
     }
 
     /// The largest residual, in units of energy.

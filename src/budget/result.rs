@@ -165,8 +165,10 @@ pub enum Integration {
 /// Largest violation at any sample of what holds for any state, relative.
 #[derive(Debug, Clone, Copy, PartialEq, Default, serde::Serialize)]
 pub struct Identities {
-    /// `sum_k T` over the largest |T(k)| of the sample.
+    /// `sum_k T` over the largest |T(k)| of the sample, what rounding left taken out.
     pub transfer_sum: f64,
+    /// What was taken out, over the root of the sum of squares of `|q^||f^|` and `2 |phi^||phi'^|`.
+    pub transfer_rounding: f64,
     /// `sum_k E` against the energy of the sample.
     pub energy_sum: f64,
     /// `sum_k L` against the dissipation of the sample.

@@ -1,8 +1,10 @@
 //! The pass over time: real space and wavenumbers, sample by sample.
 
+use ndarray::ArrayView1;
 use rayon::prelude::*;
 
 use super::contacts::Contacts;
+use super::ledger::trapezoid;
 use super::modes::{Basis, Modes};
 use super::motion::Motion;
 use super::real_space::{Balance, Exchanged, SiteTerms};
@@ -19,9 +21,11 @@ use crate::sum::sum;
 const BATCH: usize = 64;
 
 /// Everything of one sample.
+#[derive(Clone, Default)]
 struct Sample {
     sites: SiteTerms,
-    spectra: Option<Terms>,
+    /// Empty where wavenumbers are not asked for.
+    spectra: Terms,
 }
 
 /// Real space, and wavenumbers where they are asked for.
@@ -38,33 +42,31 @@ pub(super) fn pass(
     let samples = motion.samples();
     observer.stage("budgets", samples as u64);
     let mut pass = Pass::new(*motion, &transfers, request, sink)?;
+    // The last sample of the batch before, then the batch.
+    let mut found = vec![Sample::default(); BATCH + 1];
     for first in (0..samples).step_by(BATCH) {
         if observer.cancelled() {
             return Err(Error::Cancelled);
         }
         let batch = first..(first + BATCH).min(samples);
-        let found: Vec<Sample> = batch
-            .clone()
-            .into_par_iter()
-            .map_init(
+        found[1..=batch.len()]
+            .par_iter_mut()
+            .zip(batch.clone())
+            .for_each_init(
                 || transfers.scratch(),
-                |scratch, i| {
+                |scratch, (Sample { sites, spectra }, i)| {
                     let at = motion.at(i);
-                    let spectra = match request.views.wavenumber {
-                        true => Some(transfers.evaluate(at, scratch)),
-                        false => {
-                            contacts.evaluate(at.t, at.x, at.v, &mut scratch.contacts);
-                            None
-                        }
-                    };
-                    let sites = SiteTerms::of(contacts, at, &scratch.contacts);
-                    Sample { sites, spectra }
+                    match request.views.wavenumber {
+                        true => transfers.evaluate(at, scratch, spectra),
+                        false => contacts.evaluate(at.t, at.x, at.v, &mut scratch.contacts),
+                    }
+                    sites.evaluate(contacts, at, &scratch.contacts);
                 },
-            )
-            .collect();
-        for (i, sample) in batch.clone().zip(&found) {
-            pass.take_in(i, sample);
+            );
+        for (i, pair) in batch.clone().zip(found.windows(2)) {
+            pass.take_in(i, &pair[0].sites, &pair[1]);
         }
+        found.swap(0, batch.len());
         pass.waiting.hand_on(sink, batch.start)?;
         observer.advance(batch.len() as u64);
     }
@@ -77,16 +79,8 @@ struct Pass<'a> {
     waiting: Waiting,
     balance: Balance,
     exchanged: Exchanged,
-    before: Option<Rates>,
     budget: Budget,
     spectral: Option<Spectral>,
-}
-
-/// Rates at the last sample, for the trapezoid rule.
-struct Rates {
-    flux: Vec<f64>,
-    loss: Vec<f64>,
-    input: f64,
 }
 
 impl<'a> Pass<'a> {
@@ -127,7 +121,6 @@ impl<'a> Pass<'a> {
                 lost: vec![0.0; if lossy { n } else { 0 }],
                 input: 0.0,
             },
-            before: None,
             spectral,
             budget: Budget {
                 n_sites: n,
@@ -154,48 +147,33 @@ impl<'a> Pass<'a> {
 
     /// Energies passed, lost and put in up to sample i: as followed inside the steps, else by the
     /// trapezoid rule.
-    fn exchange(&mut self, i: usize, sites: &SiteTerms) {
+    fn exchange(&mut self, i: usize, before: &SiteTerms, now: &SiteTerms) {
         let Exchanged {
             passed,
             lost,
             input,
         } = &mut self.exchanged;
-        let trapezoid = |sums: &mut [f64], before: &[f64], now: &[f64]| {
-            for ((sum, before), now) in sums.iter_mut().zip(before).zip(now) {
-                *sum += 0.5 * self.dt * (before + now);
-            }
-        };
-        match (self.motion.energy_passed, &self.before) {
-            (Some(array), _) => {
-                passed.clear();
-                passed.extend(array.row(i));
-            }
-            (None, Some(before)) => trapezoid(passed, &before.flux, &sites.flux),
-            (None, None) => {}
+        let (motion, dt) = (&self.motion, self.dt);
+        match motion.energy_passed {
+            Some(array) => set(passed, array.row(i)),
+            None if i > 0 => trapezoid(passed, dt, &before.flux, &now.flux),
+            None => {}
         }
-        match (self.motion.energy_lost, &self.before) {
-            (Some(array), _) => {
-                lost.clear();
-                lost.extend(array.row(i));
-            }
-            (None, Some(before)) => trapezoid(lost, &before.loss, &sites.loss),
-            (None, None) => {}
+        match motion.energy_lost {
+            Some(array) => set(lost, array.row(i)),
+            None if i > 0 => trapezoid(lost, dt, &before.loss, &now.loss),
+            None => {}
         }
-        match (&self.motion.energy_input, &self.before) {
-            (Some(array), _) => *input = array[i],
-            (None, Some(before)) => *input += 0.5 * self.dt * (before.input + sites.input),
-            (None, None) => {}
+        match &motion.energy_input {
+            Some(array) => *input = array[i],
+            None if i > 0 => *input += 0.5 * dt * (before.input + now.input),
+            None => {}
         }
-        self.before = Some(Rates {
-            flux: sites.flux.clone(),
-            loss: sites.loss.clone(),
-            input: sites.input,
-        });
     }
 
-    fn take_in(&mut self, i: usize, sample: &Sample) {
+    fn take_in(&mut self, i: usize, before: &SiteTerms, sample: &Sample) {
         let Sample { sites, spectra } = sample;
-        self.exchange(i, sites);
+        self.exchange(i, before, sites);
         self.balance.follow(i, &sites.energy, &self.exchanged);
         let total = sites.kinetic + sites.contact;
         let budget = &mut self.budget;
@@ -221,10 +199,10 @@ impl<'a> Pass<'a> {
         waiting.push(LargeArray::EnergyFlux, &sites.flux);
         waiting.push(LargeArray::EnergyPassed, &self.exchanged.passed);
         waiting.push(LargeArray::EnergyLost, &self.exchanged.lost);
-        if let (Some(spectral), Some(terms)) = (&mut self.spectral, spectra) {
+        if let Some(spectral) = &mut self.spectral {
             // What a moving wall puts into its damper never was energy of a wavenumber.
             let dissipation = sum(&sites.loss) - sites.wall_heat;
-            spectral.take_in(i, self.dt, terms, [total, dissipation], waiting);
+            spectral.take_in(i, self.dt, spectra, [total, dissipation], waiting);
         }
     }
 
@@ -245,5 +223,13 @@ impl<'a> Pass<'a> {
             budget.wavenumber = Some(spectral.finish(time, &units, &mut waiting));
         }
         budget
+    }
+}
+
+fn set(values: &mut Vec<f64>, row: ArrayView1<f64>) {
+    values.clear();
+    match row.to_slice() {
+        Some(row) => values.extend_from_slice(row),
+        None => values.extend(row),
     }
 }

@@ -8,7 +8,8 @@ use super::ledger::Ledger;
 use super::motion::Motion;
 use super::request::BudgetRequest;
 use super::result::{Budget, Residual, ScaleBudget};
-use super::scale::{ScaleTerms, Scales};
+use super::scale::{Planned, Scales};
+use super::scale_terms::{ScaleScratch, ScaleTerms};
 use super::waiting::{Shown, Waiting};
 use crate::analyze::{LargeArray, Observer, Sink};
 use crate::error::{Error, Result};
@@ -54,7 +55,11 @@ pub(super) fn pass(
     )?;
     let mut ledgers = vec![Ledger::default(); count];
     let mut integrated = vec![0.0; count];
-    let mut before: Option<Vec<ScaleTerms>> = None;
+    // The last sample of the batch before, then the batch.
+    let mut found = vec![vec![ScaleTerms::default(); count]; BATCH + 1];
+    // Undefined where the filter reaches an end.
+    let mut row = vec![f64::NAN; m];
+    let mut sums = Vec::with_capacity(count);
     let dt = motion.step();
     observer.stage("scales", samples as u64);
     for first in (0..samples).step_by(BATCH) {
@@ -62,43 +67,36 @@ pub(super) fn pass(
             return Err(Error::Cancelled);
         }
         let batch = first..(first + BATCH).min(samples);
-        let found: Vec<Vec<ScaleTerms>> = batch
-            .clone()
-            .into_par_iter()
-            .map_init(
-                || scales.scratch(),
-                |scratch, i| {
-                    scales.load(motion.at(i), scratch);
-                    let planned = scales.scales.iter();
-                    planned
-                        .map(|planned| scales.terms(planned, scratch))
-                        .collect()
-                },
-            )
-            .collect();
-        for (i, terms) in batch.clone().zip(found) {
-            let sums: Vec<f64> = terms.iter().map(|terms| sum(&terms.flux)).collect();
-            let weight = |i: usize| {
-                if i == 0 || i + 1 == samples {
-                    0.5 * dt
-                } else {
-                    dt
+        found[1..=batch.len()]
+            .par_iter_mut()
+            .zip(batch.clone())
+            .for_each_init(ScaleScratch::default, |scratch, (found, i)| {
+                scales.load(motion.at(i), scratch);
+                for (planned, terms) in scales.scales.iter().zip(found) {
+                    scales.terms(planned, scratch, terms);
                 }
+            });
+        for (i, pair) in batch.clone().zip(found.windows(2)) {
+            let (before, terms) = (&pair[0], &pair[1]);
+            sums.clear();
+            sums.extend(terms.iter().map(|terms| sum(&terms.flux)));
+            let weight = if i == 0 || i + 1 == samples {
+                0.5 * dt
+            } else {
+                dt
             };
-            for (scale, now) in terms.iter().enumerate() {
-                integrated[scale] += weight(i) * sums[scale];
-                if let Some(before) = &before {
-                    ledgers[scale].trapezoid(dt, &before[scale].energy_rate, &now.energy_rate);
+            for (scale, (before, now)) in before.iter().zip(terms).enumerate() {
+                integrated[scale] += weight * sums[scale];
+                if i > 0 {
+                    ledgers[scale].trapezoid(dt, &before.energy_rate, &now.energy_rate);
                 }
                 ledgers[scale].compare(&now.energy);
             }
-            // Undefined where the filter reaches an end.
-            let mut row = vec![f64::NAN; m];
             row[scales.scales[mapped].contacts.clone()].copy_from_slice(&terms[mapped].flux);
             waiting.push(LargeArray::ScaleFlux, &row);
             waiting.push(LargeArray::ScaleFluxInTime, &sums);
-            before = Some(terms);
         }
+        found.swap(0, batch.len());
         waiting.hand_on(sink, batch.start)?;
         observer.advance(batch.len() as u64);
     }
@@ -109,7 +107,7 @@ pub(super) fn pass(
     let time = (&*time, budget.time[0], dt);
     let place = (&*place, 0.5 * budget.pitch, budget.pitch);
     let label = units.power("scale flux Π_l");
-    let of_all = |planned: &super::scale::Planned| [planned.contacts.start, planned.contacts.end];
+    let of_all = |planned: &Planned| [planned.contacts.start, planned.contacts.end];
     budget.scales = Some(ScaleBudget {
         scales: scales.scales.iter().map(|planned| planned.of).collect(),
         contacts: scales.scales.iter().map(of_all).collect(),

@@ -1,6 +1,6 @@
 //! The wavenumber budget over time: spectra, flux, its integral, and whether it balances.
 
-use super::ledger::{Ledger, energy_rates};
+use super::ledger::{Ledger, energy_rates, trapezoid};
 use super::motion::Motion;
 use super::request::BudgetRequest;
 use super::result::{BranchBudget, Identities, WavenumberBudget, empty_map};
@@ -11,6 +11,13 @@ use crate::analyze::{LargeArray, Sink};
 use crate::diagnostics::edge_of;
 use crate::error::Result;
 use crate::sum::sum;
+
+#[derive(Default)]
+struct Rates {
+    energy: Vec<f64>,
+    /// Losses less input.
+    gone: Vec<f64>,
+}
 
 pub(super) struct Spectral {
     budget: WavenumberBudget,
@@ -23,8 +30,11 @@ pub(super) struct Spectral {
     half: usize,
     /// Integral of losses less input.
     gone: Vec<f64>,
-    /// Rates of energy, and of losses less input, at the last sample.
-    before: Option<(Vec<f64>, Vec<f64>)>,
+    /// Rates at this sample, and at the one before.
+    now: Rates,
+    before: Rates,
+    flux: Vec<f64>,
+    moments: Vec<f64>,
     identities: Identities,
 }
 
@@ -70,7 +80,10 @@ impl Spectral {
             first: Vec::new(),
             half: (shape.0 - 1) / 2,
             gone: vec![0.0; shape.1],
-            before: None,
+            now: Rates::default(),
+            before: Rates::default(),
+            flux: Vec::new(),
+            moments: Vec::new(),
             identities: Identities {
                 loss_sum: lossy.then_some(0.0),
                 ..Identities::default()
@@ -103,16 +116,18 @@ impl Spectral {
         self.check_identities(terms, total, dissipation);
         self.integrate(dt, terms);
         let energy = &terms.energy;
-        let flux = running(terms.transfer.iter().map(|transfer| -transfer));
-        let changes = energy.iter().zip(&self.first).zip(&self.gone);
-        let integrated = running(changes.map(|((now, first), gone)| first - now - gone));
         let bins = self.low_bins(energy);
-        let budget = &mut self.budget;
+        let (budget, flux) = (&mut self.budget, &mut self.flux);
+        running(flux, terms.transfer.iter().map(|transfer| -transfer));
+        let changes = energy.iter().zip(&self.first).zip(&self.gone);
+        let changes = changes.map(|((now, first), gone)| first - now - gone);
+        running(&mut budget.integrated_flux, changes);
         budget.low_energy.push(sum(&energy[..bins]));
         budget
             .edge_flux
             .push(bins.checked_sub(1).map_or(0.0, |last| flux[last]));
-        budget.centroid.push(centroid(energy, &budget.wavenumber));
+        let centroid = centroid(energy, &budget.wavenumber, &mut self.moments);
+        budget.centroid.push(centroid);
         if let (Some(branches), Some(split)) = (&mut budget.branches, &terms.split) {
             branches.keep(split);
             waiting.push(LargeArray::AcousticSpectrum, &split.acoustic_energy);
@@ -121,17 +136,16 @@ impl Spectral {
         for (array, row) in [
             (LargeArray::EnergySpectrum, energy),
             (LargeArray::Transfer, &terms.transfer),
-            (LargeArray::SpectralFlux, &flux),
-            (LargeArray::IntegratedSpectralFlux, &integrated),
+            (LargeArray::SpectralFlux, flux),
+            (LargeArray::IntegratedSpectralFlux, &budget.integrated_flux),
             (LargeArray::LossSpectrum, &terms.loss),
             (LargeArray::InputSpectrum, &terms.input),
         ] {
             waiting.push(array, row);
         }
-        if i <= self.half {
-            budget.late_flux.clone_from(&integrated);
+        if i == self.half {
+            budget.late_flux.clone_from(&budget.integrated_flux);
         }
-        budget.integrated_flux = integrated;
     }
 
     fn check_identities(&mut self, terms: &Terms, total: f64, dissipation: f64) {
@@ -143,6 +157,7 @@ impl Spectral {
         };
         let largest = terms.transfer.iter().fold(0.0, |m: f64, t| m.max(t.abs()));
         let identities = &mut self.identities;
+        keep(&mut identities.transfer_rounding, terms.rounding, 1.0);
         keep(&mut identities.transfer_sum, sum(&terms.transfer), largest);
         keep(
             &mut identities.energy_sum,
@@ -156,23 +171,19 @@ impl Spectral {
 
     /// The trapezoid rule over the samples.
     fn integrate(&mut self, dt: f64, terms: &Terms) {
-        let rates: Vec<f64> = energy_rates(terms).collect();
-        if let Some((before, gone_before)) = &self.before {
-            let both = self.gone.iter_mut().zip(gone_before);
-            for (gone, (rate, transfer)) in both.zip(rates.iter().zip(&terms.transfer)) {
-                *gone.0 += 0.5 * dt * (gone.1 + (transfer - rate));
-            }
-            self.ledger.trapezoid(dt, before, &rates);
+        std::mem::swap(&mut self.now, &mut self.before);
+        let Rates { energy, gone } = &mut self.now;
+        energy_rates(terms, energy);
+        gone.clear();
+        let both = terms.transfer.iter().zip(&*energy);
+        gone.extend(both.map(|(transfer, rate)| transfer - rate));
+        if self.first.is_empty() {
+            self.first.clone_from(&terms.energy);
         } else {
-            self.first = terms.energy.clone();
+            trapezoid(&mut self.gone, dt, &self.before.gone, gone);
+            self.ledger.trapezoid(dt, &self.before.energy, energy);
         }
         self.ledger.compare(&terms.energy);
-        let gone = terms
-            .transfer
-            .iter()
-            .zip(&rates)
-            .map(|(transfer, rate)| transfer - rate);
-        self.before = Some((rates.clone(), gone.collect()));
     }
 
     /// Bins at or below the edge, which the first sample with energy settles.
@@ -221,18 +232,19 @@ impl Spectral {
     }
 }
 
-fn running(terms: impl Iterator<Item = f64>) -> Vec<f64> {
-    terms
-        .scan(0.0, |sum, term| {
-            *sum += term;
-            Some(*sum)
-        })
-        .collect()
+fn running(sums: &mut Vec<f64>, terms: impl Iterator<Item = f64>) {
+    let mut sum = 0.0;
+    sums.clear();
+    sums.extend(terms.map(|term| {
+        sum += term;
+        sum
+    }));
 }
 
 /// Mean of k over the energy, `k = 0` left out; NaN without energy.
-fn centroid(energy: &[f64], wavenumber: &[f64]) -> f64 {
+fn centroid(energy: &[f64], wavenumber: &[f64], moments: &mut Vec<f64>) -> f64 {
     let (energy, wavenumber) = (&energy[1..], &wavenumber[1..]);
-    let moment: Vec<f64> = energy.iter().zip(wavenumber).map(|(e, k)| e * k).collect();
-    sum(&moment) / sum(energy)
+    moments.clear();
+    moments.extend(energy.iter().zip(wavenumber).map(|(e, k)| e * k));
+    sum(moments) / sum(energy)
 }

@@ -6,8 +6,9 @@ use super::modes::{Basis, Modes};
 use super::motion::{Instant, Motion};
 use super::request::BudgetRequest;
 use super::result::{Budget, Integration};
-use super::scale::{Planned, ScaleScratch, Scales};
-use super::wavenumber::{TransferScratch, Transfers};
+use super::scale::{Planned, Scales};
+use super::scale_terms::{ScaleScratch, ScaleTerms};
+use super::wavenumber::{Terms, TransferScratch, Transfers};
 use crate::analyze::Observer;
 use crate::chain::{Path, Place, Quintic, Scheme, Simulation, Visit, openings};
 use crate::error::Result;
@@ -46,12 +47,15 @@ pub(super) fn close(
         contacts,
         spectral: budget.wavenumber.is_some().then(|| Spectral {
             scratch: transfers.scratch(),
+            terms: Terms::default(),
+            rates: Vec::new(),
             transfers: &transfers,
             ledger: Ledger::default(),
         }),
         scale: match (&scales, &budget.scales) {
             (Some(scales), Some(found)) => scales.at(found.map_scale).map(|planned| Scale {
-                scratch: scales.scratch(),
+                scratch: ScaleScratch::default(),
+                terms: ScaleTerms::default(),
                 scales,
                 planned,
                 ledger: Ledger::default(),
@@ -94,6 +98,8 @@ struct Followed<'a> {
 struct Spectral<'a> {
     transfers: &'a Transfers<'a>,
     scratch: TransferScratch,
+    terms: Terms,
+    rates: Vec<f64>,
     ledger: Ledger,
 }
 
@@ -101,6 +107,7 @@ struct Scale<'a> {
     scales: &'a Scales<'a>,
     planned: &'a Planned,
     scratch: ScaleScratch,
+    terms: ScaleTerms,
     ledger: Ledger,
     /// Energy of a filtered contact whose opening counts.
     noticed: f64,
@@ -112,12 +119,17 @@ impl Path for Followed<'_> {
         if let Some(Spectral {
             transfers,
             scratch,
+            terms,
+            rates,
             ledger,
         }) = &mut self.spectral
         {
-            let terms = transfers.evaluate(at, scratch);
+            transfers.evaluate(at, scratch, terms);
             match visit {
-                Visit::Node(weight) => ledger.add(weight, energy_rates(&terms)),
+                Visit::Node(weight) => {
+                    energy_rates(terms, rates);
+                    ledger.add(weight, rates);
+                }
                 Visit::Sample => ledger.compare(&terms.energy),
             }
         }
@@ -125,14 +137,15 @@ impl Path for Followed<'_> {
             scales,
             planned,
             scratch,
+            terms,
             ledger,
             ..
         }) = &mut self.scale
         {
             scales.load(at, scratch);
-            let terms = scales.terms(planned, scratch);
+            scales.terms(planned, scratch, terms);
             match visit {
-                Visit::Node(weight) => ledger.add(weight, terms.energy_rate.iter().copied()),
+                Visit::Node(weight) => ledger.add(weight, &terms.energy_rate),
                 Visit::Sample => ledger.compare(&terms.energy),
             }
         }

@@ -107,6 +107,7 @@ pub fn tendency_budget(
     let relative = |off: f64, of: f64| if off == 0.0 { 0.0 } else { off / of };
     let lines = || (0..samples).map(|i| (u.row(i).to_vec(), transfer.row(i).to_vec()));
     let identities = Identities {
+        transfer_rounding: 0.0,
         transfer_sum: largest(lines().map(|(_, transfer)| {
             let peak = largest(transfer.iter().copied());
             relative(sum(&transfer), peak)

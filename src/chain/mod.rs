@@ -3,7 +3,7 @@
 pub mod contact;
 mod drive;
 mod elliptic;
-mod lanes;
+pub(crate) mod lanes;
 mod lattice;
 mod law;
 mod many;

@@ -78,10 +78,11 @@ impl Derived {
             displacement: Array2::zeros((0, 0)),
         };
         let mut state = ContactState::default();
+        let mut sites = SiteTerms::default();
         for i in 0..samples {
             let at = motion.at(i);
             contacts.evaluate(at.t, at.x, at.v, &mut state);
-            let sites = SiteTerms::of(&contacts, at, &state);
+            sites.evaluate(&contacts, at, &state);
             out.energy[[i, 0]] = sites.kinetic + sites.contact;
             out.flux.row_mut(i).assign(&ArrayView1::from(&sites.flux));
             let force: Vec<f64> = state

@@ -95,7 +95,8 @@ pub(crate) trait Lanes: Number {
     fn positive_mask(self) -> u8;
 }
 
-/// Work that is compiled once a level.
+/// Work that is compiled once a level, be it on lanes or in loops over slices that the compiler
+/// makes as wide as the level's registers.
 pub(crate) trait Work {
     type Output;
 

@@ -1,0 +1,224 @@
+//! Rates and energies of coarse-grained motion at one instant, at every scale.
+
+use super::contacts::ContactState;
+use super::motion::Instant;
+use super::scale::{Planned, Scales};
+use super::sublattices::Filtered;
+use crate::chain::Ends;
+use crate::chain::lanes::{Lanes, Work, widest};
+
+/// Working space of one thread.
+#[derive(Debug, Clone, Default)]
+pub(super) struct ScaleScratch {
+    pub(super) contacts: ContactState,
+    /// Force, overlap, velocity, damping.
+    rows: Filtered,
+    /// Elastic forces and damping together.
+    force: Vec<f64>,
+    /// Force by the law at the filtered overlaps.
+    law_force: Vec<f64>,
+    at_sites: AtSites,
+}
+
+/// Of the contacts left of each site, that before site 0 first; the last is right of the last site.
+#[derive(Debug, Clone, Default)]
+struct AtSites {
+    /// By the law at the filtered overlaps.
+    energy: Vec<f64>,
+    /// Power passed on by the filtered force.
+    passes: Vec<f64>,
+    /// Power that filtered forces take out of the motion and the law does not store.
+    taken: Vec<f64>,
+}
+
+/// Rates and energies at one scale.
+#[derive(Debug, Clone, Default)]
+pub(super) struct ScaleTerms {
+    /// At the contacts of [`Planned::contacts`].
+    pub(super) flux: Vec<f64>,
+    /// At the sites of [`Planned::sites`].
+    pub(super) energy: Vec<f64>,
+    pub(super) energy_rate: Vec<f64>,
+}
+
+impl Scales<'_> {
+    /// Transforms the rows of one instant, for [`Scales::terms`] at every scale.
+    pub(super) fn load(&self, at: Instant, scratch: &mut ScaleScratch) {
+        let ScaleScratch {
+            contacts: state,
+            rows,
+            force,
+            ..
+        } = scratch;
+        self.contacts.evaluate(at.t, at.x, at.v, state);
+        let inside = self.contacts.offset..;
+        let [elastic, overlap, damping] =
+            [&state.elastic, &state.overlap, &state.damping].map(|row| &row[inside.clone()]);
+        if self.lossy {
+            force.clear();
+            force.extend(elastic.iter().zip(damping).map(|(a, b)| a + b));
+            let kinds = [&force[..], overlap, at.v, damping];
+            self.sublattices.transform(&kinds, rows);
+        } else {
+            self.sublattices.transform(&[elastic, overlap, at.v], rows);
+        }
+    }
+
+    /// Filtered overlaps, their rates and curvatures at an instant, at one scale.
+    pub(super) fn overlaps(
+        &self,
+        planned: &Planned,
+        at: Instant,
+        scratch: &mut ScaleScratch,
+    ) -> [Vec<f64>; 3] {
+        let ScaleScratch {
+            contacts: state,
+            rows,
+            ..
+        } = scratch;
+        self.contacts.evaluate(at.t, at.x, at.v, state);
+        let acceleration = self.contacts.accelerations(at.v, state);
+        let contacts = self.contacts.offset..self.contacts.len();
+        let apart = [at.x, at.v, &acceleration].map(|values| -> Vec<f64> {
+            let apart = |i| self.contacts.apart(i, values);
+            contacts.clone().map(apart).collect()
+        });
+        let [a, b, c] = &apart;
+        self.sublattices.transform(&[a, b, c], rows);
+        let mut filtered = self.sublattices.filter(&planned.gains, rows);
+        [(); 3].map(|()| filtered.next().unwrap_or_default().to_vec())
+    }
+
+    /// Flux, energies and their rate of change by fluxes and losses at one scale.
+    pub(super) fn terms(
+        &self,
+        planned: &Planned,
+        scratch: &mut ScaleScratch,
+        terms: &mut ScaleTerms,
+    ) {
+        if planned.contacts.is_empty() {
+            *terms = ScaleTerms::default();
+            return;
+        }
+        let chain = self.contacts.chain();
+        let (n, m) = (chain.n_sites(), chain.n_contacts());
+        let ScaleScratch {
+            rows,
+            law_force,
+            at_sites,
+            ..
+        } = scratch;
+        let mut filtered = self.sublattices.filter(&planned.gains, rows);
+        let mut row = || filtered.next().unwrap_or_default();
+        let (force, overlap, speed, damping) = (row(), row(), row(), row());
+        law_force.resize(m, 0.0);
+        let AtSites {
+            energy,
+            passes,
+            taken,
+        } = at_sites;
+        for row in [&mut *energy, passes, taken] {
+            row.resize(m + 1, 0.0);
+        }
+        self.contacts
+            .forces_and_energies(&overlap[..m], [law_force, &mut energy[1..]]);
+        let inner = m.min(n - 1);
+        widest(Powers {
+            speed: &speed[..inner + 1],
+            forces: [&force[..inner], &law_force[..inner]],
+            passes: &mut passes[1..=inner],
+            taken: &mut taken[1..=inner],
+        });
+        if chain.ends == Ends::Periodic {
+            let around = (speed[n - 1], speed[0]);
+            for at in [0, n] {
+                energy[at] = energy[n];
+                passes[at] = 0.5 * force[n - 1] * (around.0 + around.1);
+                taken[at] = (force[n - 1] - law_force[n - 1]) * (around.0 - around.1);
+            }
+        }
+        let ScaleTerms {
+            flux,
+            energy: energies,
+            energy_rate,
+        } = terms;
+        let contacts = planned.contacts.clone();
+        flux.clear();
+        flux.extend_from_slice(&taken[1..][contacts.clone()]);
+        if self.lossy {
+            // What the filtered damper takes is heat, not flux.
+            for (flux, j) in flux.iter_mut().zip(contacts) {
+                let right = if j + 1 < n { j + 1 } else { 0 };
+                *flux -= damping[j] * (speed[j] - speed[right]);
+            }
+        }
+        let sites = planned.sites.clone();
+        for row in [&mut *energies, energy_rate] {
+            row.resize(sites.len(), 0.0);
+        }
+        let beside = sites.start..sites.end + 1;
+        widest(Balance {
+            mass: &chain.mass[sites.clone()],
+            speed: &speed[sites],
+            drag: chain.losses.drag,
+            beside: [energy, passes, taken].map(|row| &row[beside.clone()]),
+            energy: energies,
+            rate: energy_rate,
+        });
+    }
+}
+
+/// `bar F_j (bar v_j + bar v_{j+1}) / 2` and `(bar F_j - F_j(bar delta_j)) (bar v_j - bar v_{j+1})`.
+struct Powers<'a> {
+    speed: &'a [f64],
+    /// Filtered, and by the law.
+    forces: [&'a [f64]; 2],
+    passes: &'a mut [f64],
+    taken: &'a mut [f64],
+}
+
+impl Work for Powers<'_> {
+    type Output = ();
+
+    #[inline(always)]
+    fn run<L: Lanes>(self) {
+        let [force, law_force] = self.forces;
+        let contacts = self.speed.windows(2).zip(force.iter().zip(law_force));
+        let out = self.passes.iter_mut().zip(self.taken);
+        for ((passes, taken), (speed, (force, law_force))) in out.zip(contacts) {
+            *passes = 0.5 * force * (speed[0] + speed[1]);
+            *taken = (force - law_force) * (speed[0] - speed[1]);
+        }
+    }
+}
+
+/// Energies of sites and their rates of change.
+struct Balance<'a> {
+    mass: &'a [f64],
+    speed: &'a [f64],
+    drag: f64,
+    /// Rows of [`AtSites`], one longer than there are sites.
+    beside: [&'a [f64]; 3],
+    energy: &'a mut [f64],
+    rate: &'a mut [f64],
+}
+
+impl Work for Balance<'_> {
+    type Output = ();
+
+    #[inline(always)]
+    fn run<L: Lanes>(self) {
+        let [held, passes, taken] = self.beside.map(|row| row.windows(2));
+        let sites = self.mass.iter().zip(self.speed);
+        let out = self.energy.iter_mut().zip(self.rate);
+        let beside = held.zip(passes.zip(taken));
+        for ((energy, rate), ((mass, speed), (held, (passes, taken)))) in out.zip(sites.zip(beside))
+        {
+            let square = speed * speed;
+            *energy = 0.5 * (mass * square + held[0] + held[1]);
+            // With the flux, the losses of contacts make up all of the filtered force but the law's.
+            let taken = 0.5 * (taken[0] + taken[1]);
+            *rate = passes[0] - passes[1] - taken - self.drag * square;
+        }
+    }
+}
