@@ -74,7 +74,7 @@ impl<'a> Scales<'a> {
                 "`gaussian` or `box` on a chain with ends, through which `sharp` reaches";
             return Err(refuse("filter", expected, "sharp".into()));
         }
-        if periodic && n % cell != 0 {
+        if periodic && !n.is_multiple_of(cell) {
             let found = format!("{n} sites in cells of {cell}");
             return Err(refuse("scale", "a ring of whole cells", found));
         }
