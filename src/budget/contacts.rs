@@ -227,9 +227,10 @@ impl<'a> Contacts<'a> {
         for row in [&mut *overlap, energy, force, speed] {
             row.resize(count, 0.0);
         }
-        let [x, v] = [at.x, at.v].map(|values| values[some.start..].windows(2));
-        for ((r, speed), (x, v)) in overlap.iter_mut().zip(&mut *speed).zip(x.zip(v)) {
+        for (r, x) in overlap.iter_mut().zip(at.x[some.start..].windows(2)) {
             *r = x[0] - x[1];
+        }
+        for (speed, v) in speed.iter_mut().zip(at.v[some.start..].windows(2)) {
             *speed = 0.5 * (v[0] + v[1]);
         }
         // The contact behind the last site.

@@ -25,7 +25,7 @@ use crate::transform::fold;
 const SHOWN: f64 = 5.0;
 
 /// Contacts whose records are transformed together.
-const BLOCK: usize = 16;
+const BLOCK: usize = 32;
 
 /// Samples that are put into records together: a line of the cache.
 const TILE: usize = 8;

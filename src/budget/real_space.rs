@@ -32,14 +32,13 @@ impl SiteTerms {
     pub(super) fn evaluate(&mut self, contacts: &Contacts, at: Instant, state: &ContactState) {
         let chain = contacts.chain();
         let (m, offset) = (chain.n_contacts(), contacts.offset);
-        let terms = self;
-        let (energy, loss, flux) = (&mut terms.energy, &mut terms.loss, &mut terms.flux);
+        let (energy, loss, flux) = (&mut self.energy, &mut self.loss, &mut self.flux);
         energy.clear();
         let kinetic = chain.mass.iter().zip(at.v);
         energy.extend(kinetic.map(|(m, v)| 0.5 * m * v * v));
-        terms.kinetic = crate::sum::sum(energy);
-        terms.contact = crate::sum::sum(&state.energy);
-        (terms.input, terms.wall_heat) = (0.0, 0.0);
+        self.kinetic = crate::sum::sum(energy);
+        self.contact = crate::sum::sum(&state.energy);
+        (self.input, self.wall_heat) = (0.0, 0.0);
         loss.clear();
         loss.extend(at.v.iter().map(|v| chain.losses.drag * v * v));
         flux.clear();
@@ -68,24 +67,24 @@ impl SiteTerms {
             match contacts.sites(i) {
                 [Some(left), Some(right)] => {
                     for site in [left, right] {
-                        terms.energy[site] += 0.5 * state.energy[i];
-                        terms.loss[site] += 0.5 * heat;
+                        self.energy[site] += 0.5 * state.energy[i];
+                        self.loss[site] += 0.5 * heat;
                     }
-                    terms.flux[i - offset] = 0.5 * force * (at.v[left] + at.v[right]);
+                    self.flux[i - offset] = 0.5 * force * (at.v[left] + at.v[right]);
                 }
                 [left, right] => {
                     if let Some(site) = left.or(right) {
-                        terms.energy[site] += state.energy[i];
-                        terms.loss[site] += heat;
+                        self.energy[site] += state.energy[i];
+                        self.loss[site] += heat;
                     }
                     if left.is_none() {
-                        terms.input += force * state.wall_velocity;
-                        terms.wall_heat = state.damping[i] * state.wall_velocity;
+                        self.input += force * state.wall_velocity;
+                        self.wall_heat = state.damping[i] * state.wall_velocity;
                     }
                 }
             }
         }
-        terms.input += state.push * at.v.first().copied().unwrap_or(0.0);
+        self.input += state.push * at.v.first().copied().unwrap_or(0.0);
     }
 }
 

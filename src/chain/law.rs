@@ -5,7 +5,7 @@
 //! computed as such, never as a difference of large numbers, so that small waves on a strong
 //! precompression keep their digits. Without precompression it is the force itself.
 
-use super::lanes::{Lanes, Number, Work, widest};
+use super::lanes::Number;
 
 /// How the force of a contact grows with its overlap delta.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
@@ -114,49 +114,6 @@ impl Law {
         }
     }
 
-    /// Forces and energies of many contacts at these overlaps beyond the static ones, if any.
-    pub(crate) fn forces_and_energies(
-        &self,
-        [coefficient, r]: [&[f64]; 2],
-        static_overlap: Option<&[f64]>,
-        [force, energy]: [&mut [f64]; 2],
-    ) {
-        if matches!(self, Law::Hertz) && static_overlap.is_none() {
-            return widest(HertzEnergies {
-                contacts: [coefficient, r],
-                out: [force, energy],
-            });
-        }
-        let out = force.iter_mut().zip(energy);
-        let contacts = coefficient.iter().zip(r).enumerate();
-        for ((force, energy), (i, (&c, &r))) in out.zip(contacts) {
-            let d0 = static_overlap.map_or(0.0, |d0| d0[i]);
-            *force = self.force(c, d0, r);
-            *energy = self.energy(c, d0, r);
-        }
-    }
-
-    /// [`Law::root_energy`] of many contacts.
-    pub(crate) fn root_energies(
-        &self,
-        [coefficient, r]: [&[f64]; 2],
-        static_overlap: Option<&[f64]>,
-        [phi, slope]: [&mut [f64]; 2],
-    ) {
-        if matches!(self, Law::Hertz) && static_overlap.is_none() {
-            return widest(HertzRoots {
-                contacts: [coefficient, r],
-                out: [phi, slope],
-            });
-        }
-        let out = phi.iter_mut().zip(slope);
-        let contacts = coefficient.iter().zip(r).enumerate();
-        for ((phi, slope), (i, (&c, &r))) in out.zip(contacts) {
-            let d0 = static_overlap.map_or(0.0, |d0| d0[i]);
-            (*phi, *slope) = self.root_energy(c, d0, r);
-        }
-    }
-
     /// The static overlap under a static force.
     pub fn static_overlap(&self, coefficient: f64, force: f64) -> f64 {
         match *self {
@@ -164,50 +121,6 @@ impl Law {
             Law::Hertz => (force / coefficient).powf(2.0 / 3.0),
             Law::Power { exponent } => (force / coefficient).powf(1.0 / exponent),
             Law::Spring { .. } => 0.0,
-        }
-    }
-}
-
-/// [`Law::forces_and_energies`] of Hertz contacts that just touch.
-struct HertzEnergies<'a> {
-    /// Coefficients and overlaps.
-    contacts: [&'a [f64]; 2],
-    out: [&'a mut [f64]; 2],
-}
-
-impl Work for HertzEnergies<'_> {
-    type Output = ();
-
-    #[inline(always)]
-    fn run<L: Lanes>(self) {
-        let ([c, r], [force, energy]) = (self.contacts, self.out);
-        for ((force, energy), (c, r)) in force.iter_mut().zip(energy).zip(c.iter().zip(r)) {
-            let d = r.positive();
-            *force = c * (d * d.sqrt());
-            *energy = 0.4 * *force * d;
-        }
-    }
-}
-
-/// [`Law::root_energies`] of Hertz contacts that just touch.
-struct HertzRoots<'a> {
-    /// Coefficients and overlaps.
-    contacts: [&'a [f64]; 2],
-    out: [&'a mut [f64]; 2],
-}
-
-impl Work for HertzRoots<'_> {
-    type Output = ();
-
-    #[inline(always)]
-    fn run<L: Lanes>(self) {
-        let ([c, r], [phi, slope]) = (self.contacts, self.out);
-        let (a, b) = (0.4f64.sqrt(), 0.5 * 2.5f64.sqrt());
-        for ((phi, slope), (c, r)) in phi.iter_mut().zip(slope).zip(c.iter().zip(r)) {
-            let d = r.positive();
-            let root = c.sqrt() * d.sqrt().sqrt();
-            *phi = a * (d * root);
-            *slope = b * root;
         }
     }
 }

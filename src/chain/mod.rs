@@ -6,6 +6,7 @@ mod elliptic;
 pub(crate) mod lanes;
 mod lattice;
 mod law;
+mod law_rows;
 mod many;
 mod path;
 mod peak;
