@@ -10,7 +10,7 @@
 //! Asserts: every balance closes to 1e-10 of the energy (the power flow, from samples, to 1e-3); the
 //! localized wave passes three quarters of the chain with four fifths of the energy, all but what the
 //! impact left at the striker's end, the dispersive chain with less than half of that; over scales the
-//! localized wave exchanges nothing on the whole, as a wave that keeps its shape must.
+//! localized wave exchanges a few per cent on the whole, a fifth of what the dispersive chain does.
 
 use std::fmt::Write;
 use std::path::Path;
@@ -55,9 +55,12 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
 
     // Before the front, at three quarters of the chain.
     let passed = |budget: &Budget| budget.passed[3 * SITES / 4] / budget.scale;
-    let exchanged = |budget: &Budget| -> Option<f64> {
-        let flux = &budget.scales.as_ref()?.integrated_flux;
-        Some(flux.iter().fold(0.0, |m: f64, flux| m.max(flux.abs())) / budget.scale)
+    let exchanged = |budget: &Budget| -> f64 {
+        let flux = budget
+            .scales
+            .iter()
+            .flat_map(|scales| &scales.integrated_flux);
+        flux.fold(f64::NAN, |m: f64, flux| m.max(flux.abs())) / budget.scale
     };
     let numbers = [&localized, &dispersive].map(|budget| (passed(budget), exchanged(budget)));
     println!(
@@ -65,7 +68,7 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
     );
     let [(kept, at_rest), (shed, exchange)] = numbers;
     assert!((kept - 0.814).abs() < 0.005 && shed < 0.5 * kept);
-    assert!(at_rest < exchange.map(|share| 0.5 * share));
+    assert!((at_rest - 0.027).abs() < 0.002 && (exchange - 0.158).abs() < 0.005);
 
     let out = Path::new(env!("CARGO_MANIFEST_DIR")).join("figures/out");
     let both = [("localized", &localized), ("dispersive", &dispersive)];

@@ -40,6 +40,8 @@ pub struct FrequencyFlow {
     /// Energy passed below the edge, and above; a value a contact.
     pub low: Vec<f64>,
     pub high: Vec<f64>,
+    /// Between the contacts asked for.
+    pub chosen: Vec<Between>,
     /// `P_j(f)` over contacts, up to a few times the edge.
     pub map: Map,
 }
@@ -150,13 +152,20 @@ pub(super) fn power_flow(
     let (f, x) = (units.frequency(), units.position());
     let x = (&*x, 0.5 * request.pitch, request.pitch);
     let label = units.energy("power flow P(f), energy per unit of frequency");
-    Ok(FrequencyFlow {
+    let mut flow = FrequencyFlow {
+        chosen: Vec::new(),
         map: map.finish(label, (&f, 0.0, df), x),
         low: bands.iter().map(|[low, _]| *low).collect(),
         high: bands.iter().map(|[_, high]| *high).collect(),
         frequency,
         edge,
-    })
+    };
+    flow.chosen = request
+        .between
+        .iter()
+        .map(|[a, b]| flow.between(*a, *b))
+        .collect();
+    Ok(flow)
 }
 
 /// Forces and mean speeds of up to [`BLOCK`] contacts, record after record.

@@ -81,8 +81,12 @@ pub fn run(
         if request.views.frequency {
             let flow = frequency::power_flow(motion, &contacts, request, sink, observer)?;
             let off = |j: usize| (flow.passed(j) - budget.passed[j]).abs();
-            let worst = (0..budget.n_contacts).map(off).fold(0.0, f64::max);
-            budget.closure.frequency = budget.relative(worst);
+            let off: Vec<f64> = (0..budget.n_contacts).map(off).collect();
+            budget.closure.frequency = match budget.followed {
+                true => budget.relative(ledger::worst_of(0.0, &off)),
+                // Both would be the same sum over samples.
+                false => Residual::Undefined("energy passed was not followed inside steps".into()),
+            };
             budget.frequency = Some(flow);
         }
         if request.views.scale {

@@ -84,7 +84,37 @@ impl<'a> Motion<'a> {
         if self.samples() < 2 {
             return refuse("samples", "2 or more".into(), self.samples().to_string());
         }
-        let shape = (self.samples(), self.chain.n_sites());
+        let step = self.step();
+        let even =
+            |(i, t): (usize, &f64)| (t - self.time[0] - step * i as f64).abs() <= 1e-6 * step;
+        if !(step > 0.0 && self.time.iter().enumerate().all(even)) {
+            return refuse(
+                "time",
+                "rising, evenly spaced times".into(),
+                "others".into(),
+            );
+        }
+        let (n, m) = (self.chain.n_sites(), self.chain.n_contacts());
+        let shape = (self.samples(), n);
+        for (name, array, columns) in [
+            ("energy_passed", self.energy_passed, m),
+            ("energy_lost", self.energy_lost, n),
+        ] {
+            if let Some(array) = array.filter(|array| array.dim() != (self.samples(), columns)) {
+                let expected = format!("the shape ({}, {columns})", self.samples());
+                return refuse(name, expected, format!("{:?}", array.dim()));
+            }
+        }
+        if self
+            .energy_input
+            .is_some_and(|input| input.len() != self.samples())
+        {
+            return refuse(
+                "energy_input",
+                format!("{} values", self.samples()),
+                "others".into(),
+            );
+        }
         for (name, array) in [
             ("displacement", self.displacement),
             ("velocity", self.velocity),

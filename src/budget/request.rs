@@ -45,6 +45,8 @@ pub struct BudgetRequest {
     /// Upper edge of the low band, in rad per unit of length; `None`: below it lie 90 % of the
     /// energy at the first sample with any.
     pub band_edge_wavenumber: Option<f64>,
+    /// Pairs of contacts between which the power flow is followed.
+    pub between: Vec<[usize; 2]>,
     /// Samples and sites over which the real-space balance is judged; `None`: all.
     pub window: Option<[Range<usize>; 2]>,
     /// How rates are integrated over time, to see whether balances close.
@@ -64,6 +66,7 @@ impl Default for BudgetRequest {
             units: BudgetUnits::default(),
             band_edge_frequency: None,
             band_edge_wavenumber: None,
+            between: Vec::new(),
             window: None,
             integration: Integration::Samples,
             threads: None,
@@ -95,6 +98,15 @@ impl BudgetRequest {
         }
         if let Some(scale) = self.map_scale.filter(|l| !(l.is_finite() && *l > 0.0)) {
             return refuse("map-scale", "a positive length".into(), scale.to_string());
+        }
+        let contacts = motion.chain.n_contacts();
+        if let Some([a, b]) = self
+            .between
+            .iter()
+            .find(|pair| pair.iter().any(|j| *j >= contacts))
+        {
+            let expected = format!("contacts 0 to {}", contacts.saturating_sub(1));
+            return refuse("between", expected, format!("{a}:{b}"));
         }
         let Some([times, sites]) = &self.window else {
             return Ok(());

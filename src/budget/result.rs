@@ -39,11 +39,15 @@ pub struct Budget {
 impl Budget {
     /// A residual relative to the largest energy.
     pub(super) fn relative(&self, worst: f64) -> Residual {
-        Residual::Closed(if worst == 0.0 {
+        let relative = if worst == 0.0 {
             0.0
         } else {
             worst / self.scale
-        })
+        };
+        match relative.is_finite() {
+            true => Residual::Closed(relative),
+            false => Residual::Undefined("it is not finite".into()),
+        }
     }
 }
 
@@ -114,10 +118,14 @@ pub struct Closure {
     pub wavenumber: Residual,
     /// Power-flow spectra against energy passed, both at the end, over all contacts.
     pub frequency: Residual,
-    /// Coarse-grained energies against the integral of their rates, over all scales and sites.
+    /// Coarse-grained energies against the integral of their rates: of the mapped scale inside the
+    /// stepping, of all from samples.
     pub scale: Residual,
-    /// How the integrals over time were taken.
+    /// How the integrals over wavenumbers and scales were taken.
     pub integration: Integration,
+    /// Where the chain was stepped anew: the largest difference of its E(k) from that of the record,
+    /// at any sample, relative to the largest energy.
+    pub departure: Option<f64>,
     /// Identities that hold for any state.
     pub identities: Identities,
 }

@@ -83,6 +83,12 @@ impl<'a> Scales<'a> {
         }
         let cells = n.div_ceil(cell);
         let length = pitch * cell as f64;
+        // Before weights are made: a filter as long as the chain fits nowhere into it.
+        let whole = length * cells as f64;
+        if let Some(scale) = scales.iter().find(|l| **l > whole || **l < 1e-6 * length) {
+            let expected = format!("lengths between a cell, {length}, and the chain, {whole}");
+            return Err(refuse("scale", &expected, scale.to_string()));
+        }
         let chosen = match scales {
             [] => default_scales(cells).map(|l| l * length).collect(),
             given => given.to_vec(),
@@ -114,10 +120,18 @@ impl<'a> Scales<'a> {
             }
         };
         let all = chosen.into_iter().map(plan);
-        let scales = match scales {
-            [] => all.filter(|planned| !planned.contacts.is_empty()).collect(),
+        let fits = |planned: &Planned| !planned.contacts.is_empty() && !planned.sites.is_empty();
+        let scales: Vec<Planned> = match scales {
+            [] => all.filter(fits).collect(),
             _ => all.collect(),
         };
+        if let Some(planned) = scales.iter().find(|planned| !fits(planned)) {
+            let ScaleOf { scale, reach, .. } = planned.of;
+            let expected = format!(
+                "scales whose filter fits into the chain: {scale} reaches {reach} cells to either side"
+            );
+            return Err(refuse("scale", &expected, format!("{cells} cells")));
+        }
         Ok(Scales {
             scales,
             contacts,

@@ -4,7 +4,7 @@ use rayon::prelude::*;
 
 use super::contacts::Contacts;
 use super::filter::Filter;
-use super::ledger::Ledger;
+use super::ledger::{Ledger, worst_of};
 use super::motion::Motion;
 use super::request::BudgetRequest;
 use super::result::{Budget, Residual, ScaleBudget};
@@ -101,7 +101,7 @@ pub(super) fn pass(
         observer.advance(batch.len() as u64);
     }
     let worst: Vec<f64> = ledgers.iter().map(Ledger::worst).collect();
-    budget.closure.scale = budget.relative(worst.iter().copied().fold(0.0, f64::max));
+    budget.closure.scale = budget.relative(worst_of(0.0, &worst));
     let units = &budget.units;
     let (time, place) = (units.time(), units.position());
     let time = (&*time, budget.time[0], dt);

@@ -1,7 +1,7 @@
 //! Integrals of rates inside the stepping: the chain is stepped anew from its first sample.
 
 use super::contacts::Contacts;
-use super::ledger::{Ledger, energy_rates};
+use super::ledger::{Ledger, energy_rates, worst_of};
 use super::modes::{Basis, Modes};
 use super::motion::{Instant, Motion};
 use super::request::BudgetRequest;
@@ -43,6 +43,7 @@ pub(super) fn close(
         None => None,
     };
     let mut followed = Followed {
+        motion,
         start: motion.time[0],
         contacts,
         spectral: budget.wavenumber.is_some().then(|| Spectral {
@@ -51,6 +52,8 @@ pub(super) fn close(
             rates: Vec::new(),
             transfers: &transfers,
             ledger: Ledger::default(),
+            recorded: Terms::default(),
+            departure: 0.0,
         }),
         scale: match (&scales, &budget.scales) {
             (Some(scales), Some(found)) => scales.at(found.map_scale).map(|planned| Scale {
@@ -69,6 +72,7 @@ pub(super) fn close(
     simulation.along(&times, LOCAL_ERROR, observer, &mut followed)?;
     if let Some(spectral) = followed.spectral {
         budget.closure.wavenumber = budget.relative(spectral.ledger.worst());
+        budget.closure.departure = budget.relative(spectral.departure).value();
     }
     if let Some(scale) = followed.scale {
         let residual = budget.relative(scale.ledger.worst());
@@ -88,7 +92,8 @@ pub(super) fn close(
     Ok(())
 }
 
-struct Followed<'a> {
+struct Followed<'a, 'm> {
+    motion: &'a Motion<'m>,
     start: f64,
     contacts: &'a Contacts<'a>,
     spectral: Option<Spectral<'a>>,
@@ -101,6 +106,9 @@ struct Spectral<'a> {
     terms: Terms,
     rates: Vec<f64>,
     ledger: Ledger,
+    /// Terms of the record at a sample, and the largest difference of E(k) from them.
+    recorded: Terms,
+    departure: f64,
 }
 
 struct Scale<'a> {
@@ -113,7 +121,7 @@ struct Scale<'a> {
     noticed: f64,
 }
 
-impl Path for Followed<'_> {
+impl Path for Followed<'_, '_> {
     fn visit(&mut self, visit: Visit, place: Place) {
         let at = instant(self.start, place);
         if let Some(Spectral {
@@ -122,6 +130,8 @@ impl Path for Followed<'_> {
             terms,
             rates,
             ledger,
+            recorded,
+            departure,
         }) = &mut self.spectral
         {
             transfers.evaluate(at, scratch, terms);
@@ -130,7 +140,13 @@ impl Path for Followed<'_> {
                     energy_rates(terms, rates);
                     ledger.add(weight, rates);
                 }
-                Visit::Sample => ledger.compare(&terms.energy),
+                Visit::Sample(i) => {
+                    ledger.compare(&terms.energy);
+                    transfers.evaluate(self.motion.at(i), scratch, recorded);
+                    let pairs = terms.energy.iter().zip(&recorded.energy);
+                    let off: Vec<f64> = pairs.map(|(a, b)| (a - b).abs()).collect();
+                    *departure = worst_of(*departure, &off);
+                }
             }
         }
         if let Some(Scale {
@@ -146,7 +162,7 @@ impl Path for Followed<'_> {
             scales.terms(planned, scratch, terms);
             match visit {
                 Visit::Node(weight) => ledger.add(weight, &terms.energy_rate),
-                Visit::Sample => ledger.compare(&terms.energy),
+                Visit::Sample(_) => ledger.compare(&terms.energy),
             }
         }
     }

@@ -7,7 +7,7 @@
 //! Gauss's rule between these times. Beside an opening at `t_o` the variable is `s` with
 //! `t - t_o ~ s^4`, in which all powers that are multiples of 1/4 are smooth.
 
-use super::drive::Drive;
+use super::drive::{Drive, Waveform};
 use super::lattice::Ends;
 use super::simulation::Simulation;
 use super::stepping::{
@@ -32,7 +32,8 @@ const NOTICED: f64 = 1e-26;
 pub(crate) enum Visit {
     /// A node of the quadrature, with its weight.
     Node(f64),
-    Sample,
+    /// The sample of this index.
+    Sample(usize),
 }
 
 /// Displacements and velocities there.
@@ -83,11 +84,11 @@ impl Simulation {
             opened: None,
         };
         let mut time = 0.0;
-        for &target in times {
+        for (sample, &target) in times.iter().enumerate() {
             while time < target {
                 time = walk.step(time, target, path)?;
             }
-            path.visit(Visit::Sample, walk.place(time));
+            path.visit(Visit::Sample(sample), walk.place(time));
             observer.advance(1);
             if observer.cancelled() {
                 return Err(Error::Cancelled);
@@ -144,6 +145,12 @@ impl Walk<'_> {
         let mut inside = self.openings(&mark, to)?;
         self.stepping.reset(&mark);
         inside.extend(cusps);
+        if let Some(Waveform::HalfSine { duration, .. }) =
+            self.simulation.drive.map(|d| *d.waveform())
+        {
+            // The push, or the speed of the wall, breaks off there.
+            inside.extend((from < duration && duration < to).then_some(duration));
+        }
         inside.sort_by(f64::total_cmp);
         let opening = |t: f64, times: &[f64]| times.iter().copied().find(|other| *other > t);
         let mut start = from;

@@ -69,7 +69,12 @@ pub fn budget_figures(budget: &Budget, name: &str, shared: &SharedScales) -> Vec
     if let Some(scales) = &budget.scales
         && let Some(map) = &scales.flux_map
     {
-        let title = format!("Scale flux Π_l(x, t) at l = {:.4}", scales.map_scale);
+        let of = scales.scales.iter().find(|of| of.scale == scales.map_scale);
+        let cutoff = of.map_or(f64::NAN, |of| of.cutoff_wavenumber);
+        let title = format!(
+            "Scale flux Π_l(x, t) at l = {:.4} (gain 1/2 at k = {cutoff:.3})",
+            scales.map_scale
+        );
         let name = captioned(name, &closure.scale);
         let mut sheet = Sheet::new(&title, &name, map, None);
         let all = shared.of(|budget| budget.scales.as_ref()?.flux_map.as_ref());

@@ -102,7 +102,9 @@ pub struct ClosureSummary {
     wavenumber: Option<f64>,
     frequency: Option<f64>,
     scale: Option<f64>,
+    /// Of the balances over wavenumbers and scales.
     integration: Option<Integration>,
+    departure: Option<f64>,
     identities: Option<Identities>,
     #[serde(skip_serializing_if = "Map::is_empty")]
     reasons: Map<String, Value>,
@@ -126,6 +128,7 @@ impl ClosureSummary {
             frequency: closure.frequency.value(),
             scale: closure.scale.value(),
             integration: Some(closure.integration),
+            departure: closure.departure,
             identities: Some(closure.identities),
             reasons: reasons.collect(),
         }
@@ -140,6 +143,7 @@ impl ClosureSummary {
             frequency: None,
             scale: None,
             integration: None,
+            departure: None,
             identities: None,
             reasons: names
                 .into_iter()
@@ -167,7 +171,7 @@ impl<'a> BudgetSummary<'a> {
                        and small scales",
                 wavenumber: "rad per unit of length; E and T hold both signs of k and sum to the \
                              energy and to 0",
-                power_flow: "one-sided; its sum times df is the energy passed",
+                power_flow: "one-sided; its sum times df is the energy passed by the trapezoid rule",
                 residuals: "largest over all samples, relative to the largest energy of the chain",
             },
             energy: Energies {
@@ -267,7 +271,7 @@ fn frequency(budget: &Budget, flow: &FrequencyFlow) -> FrequencySummary {
     };
     FrequencySummary {
         band_edge: defined(flow.edge),
-        between,
+        between: between.into_iter().chain(flow.chosen.clone()).collect(),
     }
 }
 

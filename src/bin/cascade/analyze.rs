@@ -106,7 +106,15 @@ fn budget(
     let archive = Archive::create(&directory.path().join("budget.npz"), Precision::F64)?;
     let request = budget::request_of(&file.setup);
     let motion = Motion::of(&file.run)?;
-    let budget = cascade::budget::run(&motion, &request, &archive, progress)?;
+    let budget = match cascade::budget::run(&motion, &request, &archive, progress) {
+        Err(error @ Error::Request { .. }) => {
+            drop(archive);
+            let path = directory.path().join("budget.npz");
+            std::fs::remove_file(path)?;
+            return undefined(&error.to_string());
+        }
+        done => done?,
+    };
     write_budget_arrays(&budget, &archive)?;
     archive.finish()?;
     let closure = ClosureSummary::of(&budget.closure);

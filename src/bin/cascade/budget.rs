@@ -85,6 +85,10 @@ pub struct ViewArgs {
     #[arg(long, value_name = "WAVENUMBER", value_parser = parse::finite,
           allow_negative_numbers = true)]
     pub band_edge_wavenumber: Option<f64>,
+    /// Pairs of contacts between which to say what each band gained and what stayed behind, beside
+    /// the first, the middle and the last.
+    #[arg(long, value_delimiter = ',', value_name = "A:B", value_parser = parse::pair)]
+    pub between: Vec<[usize; 2]>,
     /// Samples over which the real-space balance is judged, the end excluded [default: all].
     #[arg(long, value_name = "FIRST:END", value_parser = parse::site_range)]
     pub window_samples: Option<Range<usize>>,
@@ -123,6 +127,19 @@ impl ViewArgs {
         self.choices(simulation.samples, sites, request_of(setup))
     }
 
+    /// Takes band edges and the mapped scale of a first budget for a second one, where none are
+    /// typed, so that like is compared with like.
+    pub fn take_over(&mut self, found: &Found) {
+        let edge = |edge: f64| edge.is_finite().then_some(edge);
+        let over_f = found.frequency.as_ref().and_then(|flow| edge(flow.edge));
+        self.band_edge_frequency = self.band_edge_frequency.or(over_f);
+        let over_k = found.wavenumber.as_ref().and_then(|found| edge(found.edge));
+        self.band_edge_wavenumber = self.band_edge_wavenumber.or(over_k);
+        self.map_scale = self
+            .map_scale
+            .or(found.scales.as_ref().map(|found| found.map_scale));
+    }
+
     /// The choices typed over `base`.
     pub fn choices(&self, samples: usize, sites: usize, base: BudgetRequest) -> BudgetRequest {
         let only = |view| self.only.is_empty() || self.only.contains(&view);
@@ -151,6 +168,7 @@ impl ViewArgs {
             band_edge_frequency: self.band_edge_frequency,
             band_edge_wavenumber: self.band_edge_wavenumber,
             window,
+            between: self.between.clone(),
             integration: match self.from_samples {
                 true => Integration::Samples,
                 false => Integration::Stepping,
@@ -352,7 +370,26 @@ fn lines(budget: &Found, measured: Option<&MeasuredReport>) -> String {
             lines.line("frequency", &text);
         }
     }
+    if let Some(scales) = &budget.scales
+        && let Some(of) = scales.scales.iter().find(|of| of.scale == scales.map_scale)
+    {
+        let sigma = of.sigma.map_or("none".into(), number);
+        let text = format!(
+            "flux mapped at l = {} ({:?} filter, sigma {sigma}, gain 1/2 at k = {})",
+            number(of.scale),
+            of.filter,
+            number(of.cutoff_wavenumber)
+        );
+        lines.line("scale", &text);
+    }
     let closure = &budget.closure;
+    if let Some(departure) = closure.departure {
+        let text = format!(
+            "departs from the record by {} of the energy",
+            error_size(departure)
+        );
+        lines.line("stepped anew", &text);
+    }
     for (name, residual) in [
         ("real space", &closure.real_space),
         ("wavenumber", &closure.wavenumber),

@@ -53,8 +53,17 @@ pub fn run(typed: Compare) -> Result<(), Failure> {
     let paths = [&typed.first, &typed.second];
     let mut budgets = Vec::with_capacity(2);
     let mut parts = Vec::with_capacity(2);
+    let mut chosen = typed.views;
+    if files[0].setup.units != files[1].setup.units {
+        return Err(Failure::Library(cascade::Error::Request {
+            option: "second",
+            expected: "two runs in the same units".into(),
+            found: "one in SI, one without units".into(),
+        }));
+    }
     for (path, file) in paths.into_iter().zip(&files) {
-        let found = compute(&typed.views, file, &Nowhere, &progress)?;
+        let found = compute(&chosen, file, &Nowhere, &progress)?;
+        chosen.take_over(&found);
         let input = path.display().to_string();
         let provenance = Provenance::new(command(), Some(input), Some(file_hash(path)?));
         let summary = BudgetSummary::new(&found, &provenance);

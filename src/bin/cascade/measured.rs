@@ -65,6 +65,13 @@ pub fn read(
     views: &ViewArgs,
 ) -> Result<Measured> {
     let setup = SceneSource::read(scene)?.setup()?;
+    if setup.simulation.drive.is_some() {
+        return Err(Error::Request {
+            option: "scene",
+            expected: "a chain that nothing drives: what a drive does is not measured".into(),
+            found: "a driven one".into(),
+        });
+    }
     let field = Field::open(field, &open_options(&typed.input, None))?;
     if typed.input.dt.is_none() && field.time.unit.is_none() && field.time.step == 1.0 {
         return Err(Error::Request {

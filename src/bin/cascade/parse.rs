@@ -121,6 +121,14 @@ pub fn step(text: &str) -> Result<f64, String> {
     }
 }
 
+/// `A:B`, two indices.
+pub fn pair(text: &str) -> Result<[usize; 2], String> {
+    let numbers = text
+        .split_once(':')
+        .and_then(|(a, b)| Some([a.parse().ok()?, b.parse().ok()?]));
+    numbers.ok_or_else(|| format!("expected A:B, two contacts by index, found {text}"))
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
