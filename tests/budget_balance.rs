@@ -193,7 +193,6 @@ fn val_identity_scales_of_a_long_chain() {
     let run = simulate(chain, Some(Drive::Wall(wave)), 20.0, 41);
     let closure = self::found(&run, Integration::Stepping).closure;
     let (real, wave) = (closed(&closure.real_space), closed(&closure.wavenumber));
-    println!("{real:e} {wave:e}");
     assert!(real < 1e-8 && wave < 1e-8, "{real:e} {wave:e}");
 }
 
