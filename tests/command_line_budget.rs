@@ -1,77 +1,33 @@
 //! `cascade budget` and `compare`, and budgets in `cascade analyze`, as a stranger meets them.
 
-use std::collections::BTreeSet;
+#[path = "common/place.rs"]
+mod place;
+
 use std::fs;
 use std::path::PathBuf;
-use std::process::Output;
 
-use assert_cmd::Command;
 use ndarray::{Array1, Array2};
 use ndarray_npy::NpzReader;
+use place::Place;
 use serde_json::Value;
 
-struct Place(tempfile::TempDir);
-
-impl Place {
-    /// With a localized and a dispersive run in it.
-    fn new() -> Place {
-        let place = Place(tempfile::tempdir().unwrap());
-        for (name, ratio) in [("loc.npz", "4.9272"), ("dis.npz", "2.398")] {
-            let scene = ["--sites", "40", "--end-time", "38", "--samples", "257"];
-            let run = [
-                &["simulate", "-q", "--out", name, "--stiffness-ratio", ratio],
-                &scene[..],
-            ];
-            place.good(&run.concat());
-        }
-        place
+/// With a localized and a dispersive run in it.
+fn with_runs() -> Place {
+    let place = Place::new();
+    for (name, ratio) in [("loc.npz", "4.9272"), ("dis.npz", "2.398")] {
+        let scene = ["--sites", "40", "--end-time", "38", "--samples", "257"];
+        let run = [
+            &["simulate", "-q", "--out", name, "--stiffness-ratio", ratio],
+            &scene[..],
+        ];
+        place.good(&run.concat());
     }
+    place
+}
 
-    fn path(&self, name: &str) -> PathBuf {
-        self.0.path().join(name)
-    }
-
-    fn names(&self) -> BTreeSet<String> {
-        let entries = fs::read_dir(self.0.path()).unwrap();
-        entries
-            .map(|e| e.unwrap().file_name().into_string().unwrap())
-            .collect()
-    }
-
-    fn run(&self, words: &[&str]) -> Output {
-        let mut command = Command::cargo_bin("cascade").unwrap();
-        command
-            .current_dir(self.0.path())
-            .args(words)
-            .output()
-            .unwrap()
-    }
-
-    fn good(&self, words: &[&str]) -> String {
-        let output = self.run(words);
-        assert_eq!(output.status.code(), Some(0), "{words:?}: {output:?}");
-        assert_eq!(String::from_utf8_lossy(&output.stderr), "", "{words:?}");
-        String::from_utf8(output.stdout).unwrap()
-    }
-
-    /// Runs to a failure that leaves the place as it was.
-    fn bad(&self, code: i32, words: &[&str]) -> String {
-        let before = self.names();
-        let output = self.run(words);
-        let said = String::from_utf8(output.stderr).unwrap();
-        assert_eq!(output.status.code(), Some(code), "{words:?}: {said}");
-        assert!(
-            said.starts_with("error: ") && !said.contains("panicked"),
-            "{said}"
-        );
-        assert_eq!(self.names(), before, "{words:?}: {said}");
-        said
-    }
-
-    fn summary(&self, name: &str) -> Value {
-        let text = fs::read_to_string(self.path(name).join("summary.json")).unwrap();
-        serde_json::from_str(&text).unwrap()
-    }
+fn summary_in(place: &Place, name: &str) -> Value {
+    let text = fs::read_to_string(place.path(name).join("summary.json")).unwrap();
+    serde_json::from_str(&text).unwrap()
 }
 
 fn names_in(path: PathBuf) -> Vec<String> {
@@ -85,7 +41,7 @@ fn names_in(path: PathBuf) -> Vec<String> {
 
 #[test]
 fn a_run_to_its_budgets() {
-    let place = Place::new();
+    let place = with_runs();
     let said = place.good(&["budget", "loc.npz", "--out", "b", "--between", "3:17"]);
     for word in [
         "gain 1/2",
@@ -117,7 +73,7 @@ fn a_run_to_its_budgets() {
             "{drawn:?}"
         );
     }
-    let summary = place.summary("b");
+    let summary = summary_in(&place, "b");
     assert_eq!(summary["schema"], "cascade.budget/1");
     assert_eq!(
         summary["provenance"]["input_blake3"].as_str().map(str::len),
@@ -180,7 +136,7 @@ fn a_run_to_its_budgets() {
 
 #[test]
 fn choices_of_a_budget() {
-    let place = Place::new();
+    let place = with_runs();
     let text = place.good(&[
         "budget",
         "dis.npz",
@@ -198,7 +154,7 @@ fn choices_of_a_budget() {
         "1.5",
     ]);
     let summary: Value = serde_json::from_str(&text).unwrap();
-    assert_eq!(summary, place.summary("c"));
+    assert_eq!(summary, summary_in(&place, "c"));
     assert_eq!(names_in(place.path("c")), ["budget.npz", "summary.json"]);
     let closure = &summary["closure"];
     assert_eq!(closure["integration"], "samples");
@@ -247,7 +203,7 @@ fn choices_of_a_budget() {
 
 #[test]
 fn two_runs_on_one_page() {
-    let place = Place::new();
+    let place = with_runs();
     place.good(&[
         "compare",
         "loc.npz",
@@ -260,7 +216,7 @@ fn two_runs_on_one_page() {
         names_in(place.path("d")),
         ["figures", "report.html", "summary.json"]
     );
-    let summary = place.summary("d");
+    let summary = summary_in(&place, "d");
     assert_eq!(summary["schema"], "cascade.compare/1");
     let of = |which: &str| {
         summary[which]["wavenumber"]["share_passed"]
@@ -280,9 +236,9 @@ fn two_runs_on_one_page() {
 
 #[test]
 fn an_analysis_of_a_run_holds_its_budgets() {
-    let place = Place::new();
+    let place = with_runs();
     place.good(&["analyze", "loc.npz", "--out", "a", "-q", "--figures", "png"]);
-    let closure = place.summary("a")["closure"].clone();
+    let closure = summary_in(&place, "a")["closure"].clone();
     assert!(closure["real_space"].as_f64().unwrap() < 1e-10);
     assert_eq!(closure["integration"], "samples");
     assert!(place.path("a/budget.npz").exists() && place.path("a/budget.html").exists());
@@ -293,7 +249,7 @@ fn an_analysis_of_a_run_holds_its_budgets() {
         "/examples/data/lattice_impact.npy"
     );
     place.good(&["analyze", field, "--out", "f", "-q", "--figures", "none"]);
-    let closure = place.summary("f")["closure"].clone();
+    let closure = summary_in(&place, "f")["closure"].clone();
     assert!(closure["wavenumber"].is_null());
     assert_eq!(
         closure["reasons"]["wavenumber"],
@@ -304,7 +260,7 @@ fn an_analysis_of_a_run_holds_its_budgets() {
 
 #[test]
 fn a_measured_field_with_its_chain() {
-    let place = Place::new();
+    let place = with_runs();
     let chain = "sites = 40\nstiffness_ratio = 4.9272\nend_time = 30.0\nsamples = 1501\n";
     fs::write(place.path("chain.toml"), chain).unwrap();
     place.good(&["simulate", "chain.toml", "--out", "m.npz", "-q"]);
@@ -328,7 +284,7 @@ fn a_measured_field_with_its_chain() {
         said.contains("error by noise") && said.contains("warning"),
         "{said}"
     );
-    let summary = place.summary("m");
+    let summary = summary_in(&place, "m");
     let of = |name: &str| summary["measured"]["energy"][name].as_f64().unwrap();
     let (value, error) = (of("value"), of("error"));
     assert!(

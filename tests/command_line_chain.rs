@@ -1,11 +1,12 @@
 //! `cascade simulate`, `scene` and `contact` as a stranger meets them.
 
+#[path = "common/place.rs"]
+mod place;
+
 use std::collections::BTreeSet;
 use std::fs;
 use std::path::{Path, PathBuf};
-use std::process::Output;
 
-use assert_cmd::Command;
 use cascade::analyze::Silent;
 use cascade::chain::scene::SceneSource;
 use cascade::field::{OpenOptions, Quantity};
@@ -13,56 +14,8 @@ use cascade::report::RunFile;
 use cascade::{Error, Field};
 use ndarray::{Array1, Array2};
 use ndarray_npy::NpzReader;
+use place::Place;
 use serde_json::Value;
-
-struct Place(tempfile::TempDir);
-
-impl Place {
-    fn new() -> Place {
-        Place(tempfile::tempdir().unwrap())
-    }
-
-    fn path(&self, name: &str) -> PathBuf {
-        self.0.path().join(name)
-    }
-
-    fn names(&self) -> BTreeSet<String> {
-        let entries = fs::read_dir(self.0.path()).unwrap();
-        entries
-            .map(|e| e.unwrap().file_name().into_string().unwrap())
-            .collect()
-    }
-
-    fn run(&self, words: &[&str]) -> Output {
-        let mut command = Command::cargo_bin("cascade").unwrap();
-        command
-            .current_dir(self.0.path())
-            .args(words)
-            .output()
-            .unwrap()
-    }
-
-    fn good(&self, words: &[&str]) -> String {
-        let output = self.run(words);
-        assert_eq!(output.status.code(), Some(0), "{words:?}: {output:?}");
-        assert_eq!(String::from_utf8_lossy(&output.stderr), "", "{words:?}");
-        String::from_utf8(output.stdout).unwrap()
-    }
-
-    /// Runs to a failure that leaves the place as it was.
-    fn bad(&self, code: i32, words: &[&str]) -> String {
-        let before = self.names();
-        let output = self.run(words);
-        let said = String::from_utf8(output.stderr).unwrap();
-        assert_eq!(output.status.code(), Some(code), "{words:?}: {said}");
-        assert!(
-            said.starts_with("error: ") && !said.contains("panicked"),
-            "{said}"
-        );
-        assert_eq!(self.names(), before, "{words:?}: {said}");
-        said
-    }
-}
 
 fn examples() -> PathBuf {
     Path::new(env!("CARGO_MANIFEST_DIR")).join("examples/scenes")
@@ -460,7 +413,7 @@ fn an_interrupt_leaves_nothing() {
         "x/run.npz",
     ];
     let mut child = std::process::Command::new(program)
-        .current_dir(place.0.path())
+        .current_dir(place.folder())
         .args(long)
         .stderr(std::process::Stdio::piped())
         .spawn()

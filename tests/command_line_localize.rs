@@ -1,56 +1,16 @@
 //! `cascade localize` as a stranger meets it.
 
+#[path = "common/place.rs"]
+mod place;
+
 use std::collections::BTreeSet;
 use std::fs;
-use std::path::{Path, PathBuf};
-use std::process::Output;
+use std::path::Path;
 
-use assert_cmd::Command;
 use ndarray::{Array1, Array2};
 use ndarray_npy::NpzReader;
+use place::Place;
 use serde_json::Value;
-
-struct Place(tempfile::TempDir);
-
-impl Place {
-    fn new() -> Place {
-        Place(tempfile::tempdir().unwrap())
-    }
-
-    fn path(&self, name: &str) -> PathBuf {
-        self.0.path().join(name)
-    }
-
-    fn run(&self, words: &[&str]) -> Output {
-        let mut command = Command::cargo_bin("cascade").unwrap();
-        command
-            .current_dir(self.0.path())
-            .arg("localize")
-            .args(words)
-            .output()
-            .unwrap()
-    }
-
-    fn good(&self, words: &[&str]) -> String {
-        let output = self.run(words);
-        assert_eq!(output.status.code(), Some(0), "{words:?}: {output:?}");
-        assert_eq!(String::from_utf8_lossy(&output.stderr), "", "{words:?}");
-        String::from_utf8(output.stdout).unwrap()
-    }
-
-    fn bad(&self, code: i32, words: &[&str]) -> String {
-        let before = names(self.0.path());
-        let output = self.run(words);
-        let said = String::from_utf8(output.stderr).unwrap();
-        assert_eq!(output.status.code(), Some(code), "{words:?}: {said}");
-        assert!(
-            said.starts_with("error: ") && !said.contains("panicked"),
-            "{said}"
-        );
-        assert_eq!(names(self.0.path()), before, "{words:?}");
-        said
-    }
-}
 
 fn names(place: &Path) -> BTreeSet<String> {
     let entries = fs::read_dir(place).unwrap();
@@ -66,7 +26,7 @@ fn json(path: &Path) -> Value {
 /// The paper's direct values, to 1e-4.
 #[test]
 fn val_paper_a_table_and_its_json() {
-    let place = Place::new();
+    let place = Place::of(&["localize"]);
     let said = place.good(&[]);
     assert_eq!(said.lines().count(), 9, "{said}");
     assert!(
@@ -111,7 +71,7 @@ fn val_paper_a_table_and_its_json() {
     }
     let last: Value = serde_json::from_str(&place.good(&["--order", "19", "--json"])).unwrap();
     assert_eq!(last[0]["published"]["printed_order"], 18);
-    assert_eq!(names(place.0.path()), BTreeSet::new());
+    assert_eq!(place.names(), BTreeSet::new());
 
     let words = ["--alternation", "mass", "--order", "2", "--json"];
     let mass: Value = serde_json::from_str(&place.good(&words)).unwrap();
@@ -121,7 +81,7 @@ fn val_paper_a_table_and_its_json() {
 
 #[test]
 fn a_directory_with_the_table_and_the_waves_appears_whole() {
-    let place = Place::new();
+    let place = Place::of(&["localize"]);
     place.good(&["--order", "2..3", "--out", "waves", "--quiet"]);
     let expected = ["localized.json", "table.csv", "wave-02.npz", "wave-03.npz"];
     assert_eq!(
@@ -158,7 +118,7 @@ fn a_directory_with_the_table_and_the_waves_appears_whole() {
 /// The arrays satisfy what they are: forces are powers of psi, the parts make up psi.
 #[test]
 fn val_definitions_a_profile_is_written_and_drawn() {
-    let place = Place::new();
+    let place = Place::of(&["localize"]);
     let said = place.good(&["--profile", "3", "--out", "wave"]);
     assert!(
         said.contains("14.6221") && said.contains("wave.png"),
@@ -199,7 +159,7 @@ fn val_definitions_a_profile_is_written_and_drawn() {
 
 #[test]
 fn val_chain_a_launched_wave_keeps_its_shape() {
-    let place = Place::new();
+    let place = Place::of(&["localize"]);
     let words = ["--launch", "2", "--cells", "100", "--out", "way", "--json"];
     let found: Value = serde_json::from_str(&place.good(&words)).unwrap();
     let launch = &found["launch"];
@@ -232,7 +192,7 @@ fn val_chain_a_launched_wave_keeps_its_shape() {
 /// Angles by the published form of the ellipse: 8 degrees are nearly those of order 2.
 #[test]
 fn val_paper_angles_of_localized_and_most_dispersive_waves() {
-    let place = Place::new();
+    let place = Place::of(&["localize"]);
     let words = "--order 2..3 --angles --material quartz --radius 9mm --cells 80 --json";
     let words: Vec<&str> = words.split(' ').collect();
     let rows: Value = serde_json::from_str(&place.good(&words)).unwrap();
@@ -252,7 +212,7 @@ fn val_paper_angles_of_localized_and_most_dispersive_waves() {
 
 #[test]
 fn an_unresolved_order_is_told_in_its_row() {
-    let place = Place::new();
+    let place = Place::of(&["localize"]);
     let words = "--exponent 1.15 --order 40 --json --out found";
     let words: Vec<&str> = words.split(' ').collect();
     let output = place.run(&words);
@@ -276,7 +236,7 @@ fn an_unresolved_order_is_told_in_its_row() {
 
 #[test]
 fn wrong_requests_end_with_code_2_and_leave_nothing() {
-    let place = Place::new();
+    let place = Place::of(&["localize"]);
     for words in [
         "--order 0",
         "--order 61",

@@ -14,6 +14,7 @@ use realfft::{RealFftPlanner, RealToComplex};
 use super::contacts::{Contacts, PowerRow};
 use super::motion::Motion;
 use super::request::BudgetRequest;
+use super::result::low_bins;
 use super::waiting::MAP_LIMIT;
 use super::wavenumber::dot;
 use crate::analyze::{LargeArray, Map, Observer, Sink};
@@ -94,7 +95,7 @@ pub(super) fn power_flow(
     let plan = RealFftPlanner::new().plan_fft_forward(samples);
     let edge = request.band_edge_frequency;
     let edge = edge.unwrap_or_else(|| default_edge(motion, contacts, &*plan, &frequency));
-    let low_bins = frequency.partition_point(|f| *f <= edge * (1.0 + 1e-9));
+    let low_bins = low_bins(&frequency, edge);
     sink.reserve(LargeArray::PowerFlow, (bins, m))?;
     observer.stage("power flow", m as u64);
     let df = 1.0 / (samples as f64 * dt);

@@ -74,6 +74,21 @@ pub struct WavenumberBudget {
     pub branches: Option<BranchBudget>,
 }
 
+impl WavenumberBudget {
+    /// Energy that has passed from the low band to the high one over the record, net; `None` for a
+    /// chain without energy.
+    pub fn passed_edge(&self) -> Option<f64> {
+        let bins = low_bins(&self.wavenumber, self.edge);
+        let last = bins.checked_sub(1).filter(|_| self.edge.is_finite())?;
+        self.integrated_flux.get(last).copied()
+    }
+}
+
+/// How many wavenumbers lie at or below an edge; one that misses its bin by rounding means it.
+pub(super) fn low_bins(wavenumber: &[f64], edge: f64) -> usize {
+    wavenumber.partition_point(|k| *k <= edge * (1.0 + 1e-9))
+}
+
 /// Acoustic and optical energy.
 #[derive(Debug, Clone)]
 pub struct BranchBudget {

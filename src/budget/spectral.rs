@@ -3,7 +3,7 @@
 use super::ledger::{Ledger, energy_rates, trapezoid};
 use super::motion::Motion;
 use super::request::BudgetRequest;
-use super::result::{BranchBudget, Identities, WavenumberBudget, empty_map};
+use super::result::{BranchBudget, Identities, WavenumberBudget, empty_map, low_bins};
 use super::units::BudgetUnits;
 use super::waiting::{Shown, Waiting};
 use super::wavenumber::{Terms, Transfers};
@@ -196,7 +196,7 @@ impl Spectral {
             return 0;
         };
         self.budget.edge = edge;
-        let bins = wavenumber.partition_point(|k| *k <= edge * (1.0 + 1e-9));
+        let bins = low_bins(wavenumber, edge);
         self.low_bins = Some(bins);
         bins
     }

@@ -153,10 +153,7 @@ fn rows(budgets: &[(&str, &Budget)]) -> Vec<(String, Vec<Option<f64>>)> {
         }),
         row("share passed from low to high k (net)", &|b| {
             let found = b.wavenumber.as_ref()?;
-            let low = found
-                .wavenumber
-                .partition_point(|k| *k <= found.edge * (1.0 + 1e-9));
-            Some(found.integrated_flux[low.checked_sub(1)?] / b.scale)
+            Some(found.passed_edge()? / b.scale)
         }),
     ];
     type Of = fn(&Closure) -> &Residual;

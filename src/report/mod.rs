@@ -4,6 +4,7 @@
 mod archive;
 mod arrays;
 mod budget;
+mod budget_arrays;
 #[cfg(feature = "figures")]
 mod budget_page;
 mod directory;
@@ -15,9 +16,8 @@ mod summary;
 
 pub use archive::Archive;
 pub use arrays::write_small_arrays;
-pub use budget::{
-    BUDGET_SCHEMA, BudgetSummary, ClosureSummary, write_budget_arrays, write_measured_arrays,
-};
+pub use budget::{BUDGET_SCHEMA, BudgetSummary, ClosureSummary};
+pub use budget_arrays::{write_budget_arrays, write_measured_arrays};
 #[cfg(feature = "figures")]
 pub use budget_page::{budget_html, comparison_html};
 pub use directory::{Contents, ResultDirectory};

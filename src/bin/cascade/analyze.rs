@@ -21,6 +21,7 @@ use crate::budget;
 use crate::failure::Failure;
 use crate::progress::Progress;
 use crate::terminal;
+use crate::view_args::request_of;
 
 /// Runs the command.
 pub fn run(typed: Analyze) -> Result<(), Failure> {
@@ -104,7 +105,7 @@ fn budget(
         return undefined("the run recorded no displacements");
     }
     let archive = Archive::create(&directory.path().join("budget.npz"), Precision::F64)?;
-    let request = budget::request_of(&file.setup);
+    let request = request_of(&file.setup);
     let motion = Motion::of(&file.run)?;
     let budget = match cascade::budget::run(&motion, &request, &archive, progress) {
         Err(error @ Error::Request { .. }) => {

@@ -1,31 +1,27 @@
 //! `cascade budget`: a run file, its budgets, the files.
 
 use std::io::{IsTerminal, Write};
-use std::ops::Range;
 use std::path::{Path, PathBuf};
 use std::time::Instant;
 
 use cascade::Error;
 use cascade::analyze::{Observer, Precision, Sink};
 use cascade::budget::measured::MeasuredReport;
-use cascade::budget::{
-    Budget as Found, BudgetRequest, BudgetUnits, Filter, Integration, Motion, Residual, Views,
-};
-use cascade::chain::scene::{Setup, Units};
+use cascade::budget::{Budget as Found, Motion, Residual};
 use cascade::field::{file_hash, is_run_file};
 use cascade::plot::{Format, SharedScales, budget_figures, save_all};
 use cascade::report::{
     Archive, BudgetSummary, Provenance, ResultDirectory, RunFile, budget_html, write_budget_arrays,
 };
-use clap::{Args, ValueEnum};
+use clap::Args;
 
 use crate::analyze::{formats, use_threads};
 use crate::args::FigureArg;
 use crate::failure::Failure;
 use crate::measured::{self, Measured, MeasuredArgs, refuse_options_of_fields};
-use crate::parse;
 use crate::progress::Progress;
 use crate::terminal::{self, Lines, error_size, number};
+use crate::view_args::ViewArgs;
 
 /// What `cascade budget` takes.
 #[derive(Debug, Args)]
@@ -52,147 +48,6 @@ pub struct Budget {
     /// Print errors only.
     #[arg(long, short)]
     pub quiet: bool,
-}
-
-/// What is computed, and how.
-#[derive(Debug, Args)]
-#[command(next_help_heading = "The budgets")]
-pub struct ViewArgs {
-    /// Compute these beside the balance in real space alone.
-    #[arg(long, value_enum, value_delimiter = ',', value_name = "VIEW")]
-    pub only: Vec<ViewArg>,
-    /// Integrate rates over the samples alone: faster, and balances close to the trapezoid rule's
-    /// error. By default the chain is stepped anew, and rates are integrated between the times at
-    /// which contacts open.
-    #[arg(long)]
-    pub from_samples: bool,
-    /// Filter of the coarse graining.
-    #[arg(long, value_enum, default_value_t = FilterArg::Gaussian)]
-    pub filter: FilterArg,
-    /// Scales l, in units of length [default: from two cells on, by the square root of two].
-    #[arg(long, value_delimiter = ',', value_name = "LENGTH", value_parser = parse::finite)]
-    pub scales: Vec<f64>,
-    /// Scale whose flux is kept contact by contact [default: the one in the middle].
-    #[arg(long, value_name = "LENGTH", value_parser = parse::finite)]
-    pub map_scale: Option<f64>,
-    /// Upper edge of the low band, in cycles per unit of time [default: below it lie 90 % of the
-    /// energy of the first contact's force].
-    #[arg(long, value_name = "FREQUENCY", value_parser = parse::finite,
-          allow_negative_numbers = true)]
-    pub band_edge_frequency: Option<f64>,
-    /// Upper edge of the low band, in rad per unit of length [default: below it lie 90 % of the
-    /// energy at the first sample with any].
-    #[arg(long, value_name = "WAVENUMBER", value_parser = parse::finite,
-          allow_negative_numbers = true)]
-    pub band_edge_wavenumber: Option<f64>,
-    /// Pairs of contacts between which to say what each band gained and what stayed behind, beside
-    /// the first, the middle and the last.
-    #[arg(long, value_delimiter = ',', value_name = "A:B", value_parser = parse::pair)]
-    pub between: Vec<[usize; 2]>,
-    /// Samples over which the real-space balance is judged, the end excluded [default: all].
-    #[arg(long, value_name = "FIRST:END", value_parser = parse::site_range)]
-    pub window_samples: Option<Range<usize>>,
-    /// Sites over which it is judged, the end excluded [default: all].
-    #[arg(long, value_name = "FIRST:END", value_parser = parse::site_range)]
-    pub window_sites: Option<Range<usize>>,
-    /// Worker threads [default: one a core]. The results do not depend on it.
-    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u16).range(1..=256))]
-    pub threads: Option<u16>,
-}
-
-#[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
-pub enum ViewArg {
-    /// E(k, t), transfer, flux.
-    Wavenumber,
-    /// Power flow by frequency.
-    Frequency,
-    /// Coarse-grained flux.
-    Scale,
-}
-
-#[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
-pub enum FilterArg {
-    /// sigma = l / sqrt(12).
-    Gaussian,
-    /// Equal weights over l.
-    Box,
-    /// Cut off at k = 2 pi / l; periodic chains only.
-    Sharp,
-}
-
-impl ViewArgs {
-    pub fn request(&self, setup: &Setup) -> BudgetRequest {
-        let simulation = &setup.simulation;
-        let sites = simulation.chain.n_sites();
-        self.choices(simulation.samples, sites, request_of(setup))
-    }
-
-    /// Takes band edges and the mapped scale of a first budget for a second one, where none are
-    /// typed, so that like is compared with like.
-    pub fn take_over(&mut self, found: &Found) {
-        let edge = |edge: f64| edge.is_finite().then_some(edge);
-        let over_f = found.frequency.as_ref().and_then(|flow| edge(flow.edge));
-        self.band_edge_frequency = self.band_edge_frequency.or(over_f);
-        let over_k = found.wavenumber.as_ref().and_then(|found| edge(found.edge));
-        self.band_edge_wavenumber = self.band_edge_wavenumber.or(over_k);
-        self.map_scale = self
-            .map_scale
-            .or(found.scales.as_ref().map(|found| found.map_scale));
-    }
-
-    /// The choices typed over `base`.
-    pub fn choices(&self, samples: usize, sites: usize, base: BudgetRequest) -> BudgetRequest {
-        let only = |view| self.only.is_empty() || self.only.contains(&view);
-        let whole = [0..samples, 0..sites];
-        let window = match (&self.window_samples, &self.window_sites) {
-            (None, None) => None,
-            (samples, sites) => {
-                let [all_samples, all_sites] = whole;
-                let samples = samples.clone().unwrap_or(all_samples);
-                Some([samples, sites.clone().unwrap_or(all_sites)])
-            }
-        };
-        BudgetRequest {
-            views: Views {
-                wavenumber: only(ViewArg::Wavenumber),
-                frequency: only(ViewArg::Frequency),
-                scale: only(ViewArg::Scale),
-            },
-            filter: match self.filter {
-                FilterArg::Gaussian => Filter::Gaussian,
-                FilterArg::Box => Filter::Box,
-                FilterArg::Sharp => Filter::Sharp,
-            },
-            scales: self.scales.clone(),
-            map_scale: self.map_scale,
-            band_edge_frequency: self.band_edge_frequency,
-            band_edge_wavenumber: self.band_edge_wavenumber,
-            window,
-            between: self.between.clone(),
-            integration: match self.from_samples {
-                true => Integration::Samples,
-                false => Integration::Stepping,
-            },
-            ..base
-        }
-    }
-}
-
-/// All views of a run, in its units.
-pub fn request_of(setup: &Setup) -> BudgetRequest {
-    BudgetRequest {
-        pitch: setup.pitch.unwrap_or(1.0),
-        units: match (setup.units, setup.pitch) {
-            (Units::None, _) => BudgetUnits::default(),
-            (Units::Si, Some(_)) => BudgetUnits::si(),
-            // Sites are counted where nothing says how far they are apart.
-            (Units::Si, None) => BudgetUnits {
-                length: None,
-                ..BudgetUnits::si()
-            },
-        },
-        ..BudgetRequest::default()
-    }
 }
 
 /// Runs the command.
@@ -341,19 +196,16 @@ fn lines(budget: &Found, measured: Option<&MeasuredReport>) -> String {
         }
     }
     lines.line("energy", &text);
-    if let Some(found) = &budget.wavenumber {
-        let low = found
-            .wavenumber
-            .partition_point(|k| *k <= found.edge * (1.0 + 1e-9));
-        if let Some(passed) = low.checked_sub(1).map(|last| found.integrated_flux[last]) {
-            let way = if passed < 0.0 { "below" } else { "above" };
-            let share = 100.0 * passed.abs() / budget.scale;
-            let text = format!(
-                "{share:.3} % of it has passed to {way} k = {}",
-                number(found.edge)
-            );
-            lines.line("wavenumber", &text);
-        }
+    if let Some(found) = &budget.wavenumber
+        && let Some(passed) = found.passed_edge()
+    {
+        let way = if passed < 0.0 { "below" } else { "above" };
+        let share = 100.0 * passed.abs() / budget.scale;
+        let text = format!(
+            "{share:.3} % of it has passed to {way} k = {}",
+            number(found.edge)
+        );
+        lines.line("wavenumber", &text);
     }
     if let Some(flow) = &budget.frequency {
         let inner = budget.n_contacts.min(budget.n_sites.saturating_sub(1));

@@ -12,9 +12,10 @@ use clap::Args;
 use serde_json::{Value, json};
 
 use crate::analyze::use_threads;
-use crate::budget::{ViewArgs, command, compute, name_of};
+use crate::budget::{command, compute, name_of};
 use crate::failure::Failure;
 use crate::progress::Progress;
+use crate::view_args::ViewArgs;
 
 /// What `cascade compare` takes.
 #[derive(Debug, Args)]

@@ -17,6 +17,7 @@ mod scene_keys;
 mod simulate;
 mod sweep;
 mod terminal;
+mod view_args;
 
 use std::process::ExitCode;
 

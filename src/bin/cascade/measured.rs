@@ -13,8 +13,8 @@ use clap::{Args, ValueEnum};
 
 use crate::analyze::open_options;
 use crate::args::Input;
-use crate::budget::{ViewArgs, request_of};
 use crate::parse;
+use crate::view_args::{ViewArgs, request_of};
 
 /// How a measurement is read.
 #[derive(Debug, Args)]
