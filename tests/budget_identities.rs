@@ -3,7 +3,7 @@
 use std::f64::consts::PI;
 
 use cascade::analyze::{Arrays, LargeArray};
-use cascade::budget::{Budget, BudgetRequest, Filter, Motion, Views, budget};
+use cascade::budget::{Budget, BudgetRequest, Filter, Integration, Motion, Views, budget};
 use cascade::chain::{Chain, Drive, Ends, Law, Losses, Waveform};
 use ndarray::{Array1, Array2};
 use num_complex::Complex;
@@ -394,6 +394,14 @@ fn hard_chains_have_budgets() {
     let mut states = States::new(Chain::dimer(6, 2.0), None, 1);
     states.x.fill(0.0);
     states.v.fill(0.0);
+    for integration in [Integration::Samples, Integration::Stepping] {
+        let request = BudgetRequest {
+            integration,
+            ..BudgetRequest::default()
+        };
+        let (found, _) = states.budget(&request);
+        assert_eq!(found.closure.wavenumber.value(), Some(0.0));
+    }
     let (found, _) = states.budget(&BudgetRequest::default());
     assert_eq!(found.closure.real_space.value(), Some(0.0));
     assert_eq!(found.closure.wavenumber.value(), Some(0.0));

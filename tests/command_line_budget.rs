@@ -128,9 +128,11 @@ fn a_run_to_its_budgets() {
     }
     // df times the sum is what passed by the end.
     let (flow, passed) = (table("power_flow"), table("energy_passed"));
+    let cumulative = table("cumulative_power_flow");
     for j in 0..39 {
         let sum = flow.column(j).sum() * f[1];
         assert!((sum - passed[[256, j]]).abs() < 1e-3, "{j}");
+        assert!((cumulative[[f.len() - 1, j]] - sum).abs() < 1e-13, "{j}");
     }
 }
 

@@ -44,6 +44,8 @@ pub enum LargeArray {
     OpticalSpectrum,
     /// `P_j(f)`, `(frequency, contact)`
     PowerFlow,
+    /// Energy that passed each contact up to a frequency, `(frequency, contact)`
+    CumulativePowerFlow,
     /// `Pi_l,j(t)` at one scale, `(time, contact)`
     ScaleFlux,
     /// `Pi_l` summed over contacts, `(time, scale)`
@@ -71,6 +73,7 @@ impl LargeArray {
             LargeArray::AcousticSpectrum => "acoustic_spectrum",
             LargeArray::OpticalSpectrum => "optical_spectrum",
             LargeArray::PowerFlow => "power_flow",
+            LargeArray::CumulativePowerFlow => "cumulative_power_flow",
             LargeArray::ScaleFlux => "scale_flux",
             LargeArray::ScaleFluxInTime => "scale_flux_in_time",
         }
@@ -96,7 +99,7 @@ impl LargeArray {
             LargeArray::AcousticSpectrum | LargeArray::OpticalSpectrum => {
                 ["time", "wavenumber of the cell"]
             }
-            LargeArray::PowerFlow => ["frequency", "contact"],
+            LargeArray::PowerFlow | LargeArray::CumulativePowerFlow => ["frequency", "contact"],
             LargeArray::ScaleFluxInTime => ["time", "scale"],
         }
     }

@@ -7,7 +7,7 @@
 use std::ops::Range;
 use std::sync::{Mutex, PoisonError};
 
-use ndarray::{Array2, s};
+use ndarray::{Array2, Axis, s};
 use rayon::prelude::*;
 use realfft::{RealFftPlanner, RealToComplex};
 
@@ -96,7 +96,9 @@ pub(super) fn power_flow(
     let edge = request.band_edge_frequency;
     let edge = edge.unwrap_or_else(|| default_edge(motion, contacts, &*plan, &frequency));
     let low_bins = low_bins(&frequency, edge);
-    sink.reserve(LargeArray::PowerFlow, (bins, m))?;
+    for array in [LargeArray::PowerFlow, LargeArray::CumulativePowerFlow] {
+        sink.reserve(array, (bins, m))?;
+    }
     observer.stage("power flow", m as u64);
     let df = 1.0 / (samples as f64 * dt);
     // Above a few times the edge there is hardly anything to see.
@@ -138,11 +140,14 @@ pub(super) fn power_flow(
                 bands.push([low, high].map(|band| df * crate::sum::sum(band)));
             }
             // Contacts side by side, as the whole array has them.
-            let block = Array2::from_shape_fn((bins, width), |(bin, j)| powers[[j, bin]]);
+            let mut block = Array2::from_shape_fn((bins, width), |(bin, j)| powers[[j, bin]]);
             sink.put(LargeArray::PowerFlow, 0, first, block.view())?;
             if let Ok(mut map) = map.lock() {
                 map.add(0, first, block.slice(s![..shown, ..]));
             }
+            block *= df;
+            block.accumulate_axis_inplace(Axis(0), |below, here| *here += below);
+            sink.put(LargeArray::CumulativePowerFlow, 0, first, block.view())?;
             observer.advance(width as u64);
             Ok(bands)
         })

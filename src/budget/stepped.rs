@@ -27,6 +27,10 @@ pub(super) fn close(
     observer: &dyn Observer,
     budget: &mut Budget,
 ) -> Result<()> {
+    if budget.scale == 0.0 {
+        // Nothing moves, and there is no speed to measure errors of steps by.
+        return Ok(());
+    }
     let chain = motion.chain;
     let first = motion.at(0);
     let mut simulation = Simulation::impact(chain.clone(), 0.0, motion.duration(), 2);
