@@ -343,6 +343,82 @@ fn val_defining_sums_of_scale_flux() {
     }
 }
 
+/// Power flow by the transforms that define it, of records of even and odd length, and its sums.
+#[test]
+fn val_defining_sums_of_power_flow() {
+    let losses = Losses {
+        tangent: 0.1,
+        ..Losses::default()
+    };
+    let ring = Chain {
+        ends: Ends::Periodic,
+        losses,
+        ..Chain::dimer(40, 3.0)
+    };
+    for chain in [ring, Chain::dimer(37, 2.0)] {
+        let states = States::new(chain, None, 31);
+        let n = states.chain.n_sites();
+        for samples in [9, 8] {
+            let whole = states.motion();
+            let motion = Motion {
+                time: states.time.slice(ndarray::s![..samples]),
+                displacement: states.x.slice(ndarray::s![..samples, ..]),
+                velocity: states.v.slice(ndarray::s![..samples, ..]),
+                ..whole
+            };
+            let (found, arrays) = budget(&motion, &BudgetRequest::default()).unwrap();
+            let flow = found.frequency.unwrap();
+            let dt = 0.37;
+            for j in 0..states.chain.n_contacts() {
+                let right = (j + 1) % n;
+                // Nothing passes a wall.
+                let wall = j + 1 == n && states.chain.ends != Ends::Periodic;
+                let record = |i: usize| {
+                    let (x, v) = (states.x.row(i).to_vec(), states.v.row(i).to_vec());
+                    let end = if i == 0 || i + 1 == samples { 0.5 } else { 1.0 };
+                    match wall {
+                        true => (0.0, 0.0),
+                        false => (end * states.chain.force(j, &x, &v), 0.5 * (v[j] + v[right])),
+                    }
+                };
+                let records: Vec<_> = (0..samples).map(record).collect();
+                for bin in 0..=samples / 2 {
+                    let term = |(i, value): (usize, f64)| {
+                        Complex::from_polar(
+                            value,
+                            -2.0 * PI * ((i * bin) % samples) as f64 / samples as f64,
+                        )
+                    };
+                    let force: Complex<f64> =
+                        records.iter().map(|r| r.0).enumerate().map(term).sum();
+                    let speed: Complex<f64> =
+                        records.iter().map(|r| r.1).enumerate().map(term).sum();
+                    let weight = if bin == 0 || 2 * bin == samples {
+                        1.0
+                    } else {
+                        2.0
+                    };
+                    let expected = weight * dt * dt * (force.conj() * speed).re;
+                    let off = (arrays[&LargeArray::PowerFlow][[bin, j]] - expected).abs();
+                    assert!(off < 1e-13, "{j} {bin} {off:e}");
+                }
+                let trapezoid: f64 = records
+                    .iter()
+                    .map(|(force, speed)| dt * force * speed)
+                    .sum();
+                assert!((flow.passed(j) - trapezoid).abs() < 1e-13);
+                let column = arrays[&LargeArray::CumulativePowerFlow].column(j).to_vec();
+                let edge = flow
+                    .frequency
+                    .iter()
+                    .filter(|f| **f <= flow.edge * (1.0 + 1e-9))
+                    .count();
+                assert!((column[edge - 1] - flow.low[j]).abs() < 1e-13);
+            }
+        }
+    }
+}
+
 /// The two branches of a dimer with a linear limit share its energy without remainder.
 #[test]
 fn val_identity_branches_sum_to_the_energy() {
