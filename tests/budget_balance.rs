@@ -3,7 +3,7 @@
 
 use cascade::analyze::{LargeArray, Silent};
 use cascade::budget::{
-    Budget, BudgetRequest, Closure, Filter, Integration, Motion, Residual, budget,
+    Budget, BudgetRequest, Closure, Filter, Integration, Motion, Residual, Views, budget,
 };
 use cascade::chain::{
     Accuracy, Chain, Drive, Ends, Law, Losses, Record, Run, Scheme, Simulation, Waveform,
@@ -271,6 +271,24 @@ fn val_observed_order_from_samples() {
     assert!((wavenumber - 1.5).abs() < 0.1, "{wavenumber}");
     assert!((frequency - 2.5).abs() < 0.1, "{frequency}");
     assert!((scale - 2.0).abs() < 0.1, "{scale}");
+}
+
+/// With samples close enough the power flow closes to the error of the energy passed itself, which
+/// was followed inside the steps.
+#[test]
+fn val_power_flow_closes_with_the_samples() {
+    let run = simulate(Chain::dimer(26, 2.398), None, 60.0, 131_073);
+    let request = BudgetRequest {
+        views: Views {
+            wavenumber: false,
+            frequency: true,
+            scale: false,
+        },
+        ..BudgetRequest::default()
+    };
+    let (found, _) = budget(&Motion::of(&run).unwrap(), &request).unwrap();
+    let residual = closed(&found.closure.frequency);
+    assert!(residual > 0.0 && residual < 1e-9, "{residual:e}");
 }
 
 /// Differences of E(k) in time, from runs landed on beside a sample, against T - L.
