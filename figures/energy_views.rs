@@ -7,7 +7,7 @@
 //! (2.398), energy that passed to higher k in the second half of the record (the first holds
 //! the impact, which starts with E(k) flat), energy that left the scales larger than l where the
 //! filter fits into the chain, and energy that passed through x. 200 sites, before the wall is felt.
-//! Asserts: every balance closes to 1e-10 of the energy (the power flow, from samples, to 1e-3); the
+//! Asserts: every balance closes to 1e-9 of the energy; the
 //! localized wave passes three quarters of the chain with four fifths of the energy, all but what the
 //! impact left at the striker's end, the dispersive chain with less than half of that; over scales the
 //! localized wave exchanges a few per cent on the whole, a fifth of what the dispersive chain does.
@@ -46,7 +46,7 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
             closure
                 .frequency
                 .value()
-                .is_some_and(|residual| residual < 1e-3)
+                .is_some_and(|residual| residual < 1e-9)
         );
         Ok(found)
     };

@@ -84,7 +84,7 @@ fn a_run_to_its_budgets() {
     for (name, limit) in [
         ("real_space", 1e-10),
         ("wavenumber", 1e-11),
-        ("frequency", 2e-3),
+        ("frequency", 1e-9),
         ("scale", 1e-10),
     ] {
         let residual = closure[name].as_f64().unwrap();

@@ -256,6 +256,19 @@ impl<'a> Contacts<'a> {
         }
     }
 
+    /// Force, damping included, and mean speed of a contact of the chain between two sites; zeros for
+    /// a wall's, which nothing passes.
+    pub(super) fn force_and_speed(&self, j: usize, x: &[f64], v: &[f64]) -> (f64, f64) {
+        let i = j + self.offset;
+        match self.sites(i) {
+            [Some(left), Some(right)] => {
+                let force = self.total_force(i, x[left] - x[right], v[left] - v[right]);
+                (force, 0.5 * (v[left] + v[right]))
+            }
+            _ => (0.0, 0.0),
+        }
+    }
+
     /// Elastic force of contact i at an overlap beyond the static one.
     pub(super) fn force(&self, i: usize, r: f64) -> f64 {
         let (c, d0) = (self.coefficient[i], self.static_overlap[i]);

@@ -43,8 +43,21 @@ pub struct FrequencyFlow {
     pub high: Vec<f64>,
     /// Between the contacts asked for.
     pub chosen: Vec<Between>,
+    /// Chosen contacts from records made inside the stepping; empty where it was not stepped anew.
+    pub refined: Vec<RefinedFlow>,
     /// `P_j(f)` over contacts, up to a few times the edge.
     pub map: Map,
+}
+
+/// The power flow of a contact from a record as fine as the stepping allows.
+#[derive(Debug, Clone, Copy, PartialEq, serde::Serialize)]
+pub struct RefinedFlow {
+    pub contact: usize,
+    /// Sums of the spectrum below the edge, and above.
+    pub low: f64,
+    pub high: f64,
+    /// Energy passed, followed inside the same steps.
+    pub passed: f64,
 }
 
 /// What happened to the energy between two contacts: the three numbers sum to 0.
@@ -160,6 +173,7 @@ pub(super) fn power_flow(
     let label = units.energy("power flow P(f), energy per unit of frequency");
     let mut flow = FrequencyFlow {
         chosen: Vec::new(),
+        refined: Vec::new(),
         map: map.finish(label, (&f, 0.0, df), x),
         low: bands.iter().map(|[low, _]| *low).collect(),
         high: bands.iter().map(|[_, high]| *high).collect(),

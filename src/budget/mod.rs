@@ -23,6 +23,7 @@ mod modes;
 mod motion;
 mod quadrature;
 mod real_space;
+mod refined;
 mod request;
 mod result;
 mod rows;
@@ -38,7 +39,7 @@ mod waiting;
 mod wavenumber;
 
 pub use filter::{Filter, ScaleOf};
-pub use frequency::{Between, FrequencyFlow};
+pub use frequency::{Between, FrequencyFlow, RefinedFlow};
 pub use modes::Basis;
 pub use motion::Motion;
 pub use request::{BudgetRequest, Views};

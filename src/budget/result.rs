@@ -131,12 +131,13 @@ pub struct Closure {
     pub real_space: Residual,
     /// `E(k)` against the integral of `T - L` (and of the input).
     pub wavenumber: Residual,
-    /// Power-flow spectra against energy passed, both at the end, over all contacts.
+    /// Power-flow spectra against energy passed, both at the end: of chosen contacts from records
+    /// made inside the stepping, of all from samples.
     pub frequency: Residual,
     /// Coarse-grained energies against the integral of their rates: of the mapped scale inside the
     /// stepping, of all from samples.
     pub scale: Residual,
-    /// How the integrals over wavenumbers and scales were taken.
+    /// How the integrals were taken; in real space they are those that the run recorded.
     pub integration: Integration,
     /// Where the chain was stepped anew: the largest difference of its E(k) from that of the record,
     /// at any sample, relative to the largest energy.

@@ -4,6 +4,7 @@ use super::contacts::Contacts;
 use super::ledger::{Ledger, energy_rates, worst_of};
 use super::modes::{Basis, Modes};
 use super::motion::{Instant, Motion};
+use super::refined;
 use super::request::BudgetRequest;
 use super::result::{Budget, Integration};
 use super::scale::{Planned, Scales};
@@ -74,11 +75,22 @@ pub(super) fn close(
     let times: Vec<f64> = motion.time.iter().map(|t| t - motion.time[0]).collect();
     observer.stage("integrals inside the stepping", times.len() as u64);
     simulation.along(&times, LOCAL_ERROR, observer, &mut followed)?;
-    if let Some(spectral) = followed.spectral {
+    let Followed {
+        spectral, scale, ..
+    } = followed;
+    refined::refine(
+        &simulation,
+        contacts,
+        LOCAL_ERROR,
+        request,
+        observer,
+        budget,
+    )?;
+    if let Some(spectral) = spectral {
         budget.closure.wavenumber = budget.relative(spectral.ledger.worst());
         budget.closure.departure = budget.relative(spectral.departure).value();
     }
-    if let Some(scale) = followed.scale {
+    if let Some(scale) = scale {
         let residual = budget.relative(scale.ledger.worst());
         if let Some(found) = &mut budget.scales {
             let of = |l: f64| {

@@ -6,8 +6,8 @@ use serde_json::{Map, Value, json};
 use super::Provenance;
 use crate::budget::measured::MeasuredReport;
 use crate::budget::{
-    Between, Budget, BudgetUnits, Closure, FrequencyFlow, Identities, Integration, ScaleBudget,
-    ScaleOf, WavenumberBudget,
+    Between, Budget, BudgetUnits, Closure, FrequencyFlow, Identities, Integration, RefinedFlow,
+    ScaleBudget, ScaleOf, WavenumberBudget,
 };
 
 /// Version of the layout of a budget's `summary.json` and `budget.npz`.
@@ -83,6 +83,8 @@ struct FrequencySummary {
     band_edge: Option<f64>,
     /// From the first contact to the middle and to the last that joins two sites.
     between: Vec<Between>,
+    /// Of chosen contacts, from records made inside the stepping.
+    refined: Vec<RefinedFlow>,
 }
 
 #[derive(Debug, Serialize)]
@@ -101,7 +103,6 @@ pub struct ClosureSummary {
     wavenumber: Option<f64>,
     frequency: Option<f64>,
     scale: Option<f64>,
-    /// Of the balances over wavenumbers and scales.
     integration: Option<Integration>,
     departure: Option<f64>,
     identities: Option<Identities>,
@@ -267,6 +268,7 @@ fn frequency(budget: &Budget, flow: &FrequencyFlow) -> FrequencySummary {
     FrequencySummary {
         band_edge: defined(flow.edge),
         between: between.into_iter().chain(flow.chosen.clone()).collect(),
+        refined: flow.refined.clone(),
     }
 }
 

@@ -1,0 +1,102 @@
+//! Power flow of chosen contacts from records made inside the stepping, as fine as it takes.
+//!
+//! Forces open like `t^{3/2}`, so the sum of `P_j(f) df` comes to `W_j` with order 5/2 in the time
+//! between samples, whatever the rule. The chain is stepped anew and landed on many more samples than
+//! the record has, the energy passed being followed inside the same steps; the spectrum then reaches
+//! to frequencies far above those of the record, and its sum closes to the stepping's error.
+
+use realfft::RealFftPlanner;
+
+use super::contacts::Contacts;
+use super::frequency::RefinedFlow;
+use super::ledger::worst_of;
+use super::request::BudgetRequest;
+use super::result::{Budget, low_bins};
+use super::wavenumber::dot;
+use crate::analyze::Observer;
+use crate::chain::Simulation;
+use crate::error::Result;
+use crate::transform::{fold, frequencies};
+
+/// Intervals between samples; a power of two less one, so that records have a fast length.
+const INTERVALS: usize = (1 << 19) - 1;
+
+/// Puts refined flows, and their residual, in place of that of the samples.
+pub(super) fn refine(
+    simulation: &Simulation,
+    contacts: &Contacts,
+    local_error: f64,
+    request: &BudgetRequest,
+    observer: &dyn Observer,
+    budget: &mut Budget,
+) -> Result<()> {
+    let (Some(flow), end) = (&mut budget.frequency, budget.time[budget.time.len() - 1]) else {
+        return Ok(());
+    };
+    let duration = end - budget.time[0];
+    let chosen = chosen(contacts, request);
+    let samples = INTERVALS + 1;
+    let mut records: Vec<[Vec<f64>; 2]> = chosen
+        .iter()
+        .map(|_| [0, 1].map(|_| Vec::with_capacity(samples)))
+        .collect();
+    let mut passed = vec![0.0; chosen.len()];
+    let times = (0..samples).map(|i| duration * (i as f64 / INTERVALS as f64));
+    observer.stage("power flow inside the stepping", samples as u64);
+    simulation.sampled(times, local_error, observer, &mut |place, followed| {
+        for ((j, [force, speed]), passed) in chosen.iter().zip(&mut records).zip(&mut passed) {
+            let (f, v) = contacts.force_and_speed(*j, place.x, place.v);
+            force.push(f);
+            speed.push(v);
+            *passed = followed[*j];
+        }
+    })?;
+    let dt = duration / INTERVALS as f64;
+    let (df, frequency) = (1.0 / (samples as f64 * dt), frequencies(samples, dt));
+    let low_bins = low_bins(&frequency, flow.edge);
+    let plan = RealFftPlanner::new().plan_fft_forward(samples);
+    let mut work = plan.make_scratch_vec();
+    let [mut of_force, mut of_speed] = [0, 1].map(|_| plan.make_output_vec());
+    for ((contact, [mut force, mut speed]), passed) in chosen.into_iter().zip(records).zip(passed) {
+        force[0] *= 0.5;
+        force[samples - 1] *= 0.5;
+        // The lengths are the plan's own, so these cannot fail.
+        let _ = plan.process_with_scratch(&mut force, &mut of_force, &mut work);
+        let _ = plan.process_with_scratch(&mut speed, &mut of_speed, &mut work);
+        let spectra = of_force.iter().zip(&of_speed).enumerate();
+        let power = spectra.map(|(bin, (f, v))| dt * dt * fold(bin, samples) * dot(*f, *v));
+        let power: Vec<f64> = power.collect();
+        let band = |power: &[f64]| df * crate::sum::sum(power);
+        flow.refined.push(RefinedFlow {
+            contact,
+            low: band(&power[..low_bins]),
+            high: band(&power[low_bins..]),
+            passed,
+        });
+    }
+    let off = flow
+        .refined
+        .iter()
+        .map(|of| (of.low + of.high - of.passed).abs());
+    let off: Vec<f64> = off.collect();
+    if !off.is_empty() {
+        budget.closure.frequency = budget.relative(worst_of(0.0, &off));
+    }
+    Ok(())
+}
+
+/// The first, the middle and the last contact between two sites, and those asked for.
+fn chosen(contacts: &Contacts, request: &BudgetRequest) -> Vec<usize> {
+    let count = contacts.chain().n_contacts();
+    let joins = |j: &usize| matches!(contacts.sites(j + contacts.offset), [Some(_), Some(_)]);
+    let inner: Vec<usize> = (0..count).filter(joins).collect();
+    let Some(last) = inner.len().checked_sub(1) else {
+        return Vec::new();
+    };
+    let usual = [inner[0], inner[last / 2], inner[last]];
+    let asked = request.between.iter().flatten().copied().filter(joins);
+    let mut chosen: Vec<usize> = usual.into_iter().chain(asked).collect();
+    chosen.sort_unstable();
+    chosen.dedup();
+    chosen
+}
