@@ -2,6 +2,7 @@
 #![warn(missing_debug_implementations)]
 
 pub mod analyze;
+pub mod attenuation;
 pub mod budget;
 mod buffer;
 pub mod chain;
@@ -9,6 +10,7 @@ mod diagnostics;
 pub mod error;
 pub mod field;
 mod io;
+mod ledger;
 pub mod localized;
 #[cfg(feature = "figures")]
 pub mod plot;

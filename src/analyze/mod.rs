@@ -21,7 +21,7 @@ pub use request::{Precision, Request, Results, Scaling, ShortTime, TimeRange, We
 pub use result::*;
 pub use run::{analyze, run};
 pub(crate) use sink::Collect;
-pub use sink::{Arrays, LargeArray, Sink, Spectra};
+pub use sink::{Arrays, LargeArray, Nowhere, Sink, Spectra};
 pub use warning::Warning;
 
 /// Cells of a map, `(rows, columns)`: as many as a page shows.

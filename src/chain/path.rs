@@ -278,7 +278,9 @@ impl Walk<'_> {
                 continue;
             }
             let bend = |state: &State| {
-                h * h * (self.acceleration(s - 1, state) - self.acceleration(s, state))
+                h * h
+                    * (acceleration(self.simulation, s - 1, state)
+                        - acceleration(self.simulation, s, state))
             };
             let path = Quintic::hermite(
                 [before, closing, bend(start)],
@@ -335,18 +337,18 @@ impl Walk<'_> {
             .law
             .energy(self.coefficient(s), 0.0, overlap)
     }
+}
 
-    /// Acceleration of place s.
-    fn acceleration(&self, s: usize, state: &State) -> f64 {
-        let chain = &self.simulation.chain;
-        let Some(mass) = s.checked_sub(FIRST_SITE).and_then(|j| chain.mass.get(j)) else {
-            // A wall moves as a sine does, if it moves.
-            return match self.simulation.drive {
-                Some(Drive::Wall(wave)) if s == 0 => -wave.angular_frequency().powi(2) * state.x[0],
-                _ => 0.0,
-            };
+/// Acceleration of place s.
+pub(super) fn acceleration(simulation: &Simulation, s: usize, state: &State) -> f64 {
+    let chain = &simulation.chain;
+    let Some(mass) = s.checked_sub(FIRST_SITE).and_then(|j| chain.mass.get(j)) else {
+        // A wall moves as a sine does, if it moves.
+        return match simulation.drive {
+            Some(Drive::Wall(wave)) if s == 0 => -wave.angular_frequency().powi(2) * state.x[0],
+            _ => 0.0,
         };
-        let right = state.force.get(s + 1).copied().unwrap_or(0.0);
-        (state.force[s] - right - chain.losses.drag * state.v[s]) / mass
-    }
+    };
+    let right = state.force.get(s + 1).copied().unwrap_or(0.0);
+    (state.force[s] - right - chain.losses.drag * state.v[s]) / mass
 }

@@ -148,7 +148,7 @@ fn highest(nodes: &[(f64, [f64; 3])], force: impl Fn(f64, f64) -> f64) -> Option
 
 /// Where a function of one hump is largest, by golden sections down to half the digits, at which
 /// its value has them all.
-fn largest(mut a: f64, mut b: f64, f: impl Fn(f64) -> f64) -> (f64, f64) {
+pub(crate) fn largest(mut a: f64, mut b: f64, f: impl Fn(f64) -> f64) -> (f64, f64) {
     let golden = 0.5 * (5f64.sqrt() - 1.0);
     let (mut c, mut d) = (b - golden * (b - a), a + golden * (b - a));
     let (mut at_c, mut at_d) = (f(c), f(d));

@@ -157,7 +157,7 @@ impl Simulation {
     /// The local error at which a run keeps the tolerance, from impacts on dimers of 100 sites
     /// (kappa 1 to 10^6): their errors were 0.1 to 6 times the local one. Energies passed, whose
     /// quadrature converges more slowly, are followed with steps shorter than velocities need.
-    fn local_error_for(&self, tolerance: f64) -> f64 {
+    pub(super) fn local_error_for(&self, tolerance: f64) -> f64 {
         let share = if self.record.energy {
             1.0 / 256.0
         } else {
@@ -230,7 +230,7 @@ impl Simulation {
     }
 
     /// The time in which the softest contact stops the heaviest site.
-    fn contact_time(&self, scale: f64) -> f64 {
+    pub(crate) fn contact_time(&self, scale: f64) -> f64 {
         stepping::contact_time(&self.chain, scale, stepping::Extreme::Slowest)
     }
 

@@ -9,6 +9,13 @@ pub enum InputFault {
     #[error("expected samples, found an empty file")]
     Empty,
 
+    #[error("line {line}: expected {expected}, found {found}")]
+    Curve {
+        line: usize,
+        expected: String,
+        found: String,
+    },
+
     #[error("expected a file, found {found}")]
     NotAFile { found: FileKind },
 
@@ -197,6 +204,7 @@ impl InputFault {
             Empty | NoRows | NoSamples { .. } => {
                 "check that the program which wrote the file had finished"
             }
+            Curve { .. } => "write one row a point: abscissa, value, standard error if it is known",
             NotAFile {
                 found: FileKind::Directory,
             } => "name a file inside it",

@@ -4,10 +4,12 @@
 //! result was not asked for. [`draw_all`] draws and writes every one of them. They are drawn by
 //! [`plotters`] on a [`Canvas`], which takes charts of one's own as well.
 
+mod attenuation;
 mod axis;
 mod bitmap;
 mod budget;
 mod canvas;
+mod chart;
 mod charts;
 mod curve;
 mod figures;
@@ -30,8 +32,10 @@ use std::path::{Path, PathBuf};
 
 use rayon::prelude::*;
 
+pub use attenuation::{attenuation, transmission};
 pub use budget::{SharedScales, budget_figures, encode_all};
 pub use canvas::{Area, Canvas, Surface, px, sans};
+pub use chart::{Chart, Corner, Look, Mark, PALETTE, Series, draw_charts, extent};
 pub use charts::{Curve, Panel, around, draw_panels};
 pub use figures::{
     flux_surrogate, space_time, spacetime_spectrum, spatial_spectrum, temporal_spectrum,

@@ -3,6 +3,7 @@
 
 mod archive;
 mod arrays;
+mod attenuation;
 mod budget;
 mod budget_arrays;
 #[cfg(feature = "figures")]
@@ -16,6 +17,9 @@ mod summary;
 
 pub use archive::Archive;
 pub use arrays::write_small_arrays;
+pub use attenuation::{
+    ATTENUATION_SCHEMA, TRANSMISSION_SCHEMA, attenuation_csv, transmission_csv, versioned_json,
+};
 pub use budget::{BUDGET_SCHEMA, BudgetSummary, ClosureSummary};
 pub use budget_arrays::{write_budget_arrays, write_measured_arrays};
 #[cfg(feature = "figures")]

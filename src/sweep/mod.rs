@@ -22,8 +22,8 @@ use rayon::prelude::*;
 use crate::analyze::Observer;
 use crate::chain::scene::{Kind, SceneSource, Setting, properties};
 use crate::chain::{Run, Simulation, available_memory, run_each, runs_a_thread};
+use crate::ledger::{Asked, Ledger, write_whole};
 use crate::{Error, Result};
-use ledger::Ledger;
 
 /// The name of the table in a sweep's directory.
 pub const TABLE: &str = "table.csv";
@@ -90,20 +90,7 @@ impl Sweep {
     /// [`Error::Request`] for what cannot be read, is no key of scenes, or is too much; [`Error::Scene`]
     /// for a scene that is at fault whatever its varied keys are.
     pub fn new(scene: SceneSource, vary: &[String]) -> Result<Sweep> {
-        let axes: Result<Vec<Axis>> = vary
-            .iter()
-            .map(|text| {
-                let axis = Axis::parse(text, is_whole)?;
-                match properties().iter().any(|p| p.name == axis.key) {
-                    true => Ok(axis),
-                    false => Err(Error::Request {
-                        option: "vary",
-                        expected: "a key of scenes (`cascade scene` prints them)".into(),
-                        found: format!("`{}`", axis.key),
-                    }),
-                }
-            })
-            .collect();
+        let axes: Result<Vec<Axis>> = vary.iter().map(|text| axis_of_scenes(text)).collect();
         let axes = axes?;
         let members = axis::count(&axes)?;
         let request = Request {
@@ -158,7 +145,8 @@ impl Sweep {
     /// [`Error::Paused`] when the observer asks to stop. What was computed is kept.
     pub fn run(&self, directory: &Path, part: Part, observer: &dyn Observer) -> Result<Standing> {
         self.check()?;
-        let (ledger, mut outcomes) = Ledger::open(directory, &self.request, self.members)?;
+        let (ledger, mut outcomes): (Ledger, Outcomes) =
+            Ledger::open(directory, &self.request, &ledger::below(self.members))?;
         let missing: Vec<usize> = (0..self.members)
             .filter(|member| part.holds(*member) && !outcomes.contains_key(member))
             .collect();
@@ -237,7 +225,7 @@ impl Sweep {
         let (request, mut outcomes) = read(first)?;
         for directory in rest {
             let (other, more) = read(directory)?;
-            if let Some(difference) = ledger::difference(&other, &request) {
+            if let Some(difference) = other.difference(&request) {
                 return Err(Error::Occupied {
                     path: directory.clone(),
                     found: format!("holds another sweep than {}: {difference}", first.display()),
@@ -254,10 +242,11 @@ impl Sweep {
             request,
             members,
         };
-        let (ledger, known) = Ledger::open(out, &sweep.request, sweep.members)?;
+        let (ledger, known): (Ledger, Outcomes) =
+            Ledger::open(out, &sweep.request, &ledger::below(sweep.members))?;
         for (member, outcome) in &outcomes {
             if !known.contains_key(member) {
-                ledger.add(*member, outcome)?;
+                ledger.add(member, outcome)?;
             }
         }
         ledger.settle()?;
@@ -275,7 +264,7 @@ impl Sweep {
             let path = directory.join(TABLE);
             let text = table::csv(&self.request, &outcomes)
                 .map_err(|error| Error::write("write", &path)(error.into()))?;
-            Some(ledger::write_whole(directory, TABLE, &text)?)
+            Some(write_whole(directory, TABLE, &text)?)
         } else {
             None
         };
@@ -287,6 +276,33 @@ impl Sweep {
             table,
         })
     }
+}
+
+/// An axis whose key is one of scenes.
+pub(crate) fn axis_of_scenes(text: &str) -> Result<Axis> {
+    let axis = Axis::parse(text, is_whole)?;
+    match properties().iter().any(|p| p.name == axis.key) {
+        true => Ok(axis),
+        false => Err(Error::Request {
+            option: "vary",
+            expected: "a key of scenes (`cascade scene` prints them)".into(),
+            found: format!("`{}`", axis.key),
+        }),
+    }
+}
+
+/// All combinations of the values of axes, as keys with values, the last axis fastest; of no axes,
+/// one without any.
+pub(crate) fn combinations(axes: &[Axis]) -> Result<Vec<Vec<(String, String)>>> {
+    if axes.is_empty() {
+        return Ok(vec![Vec::new()]);
+    }
+    let keys = || axes.iter().map(|axis| axis.key.clone());
+    let of = |member| {
+        let values = axis::member(axes, member).into_iter().map(str::to_owned);
+        keys().zip(values).collect()
+    };
+    Ok((0..axis::count(axes)?).map(of).collect())
 }
 
 fn is_whole(key: &str) -> bool {
@@ -306,7 +322,7 @@ impl Collected {
             Err(error @ (Error::Cancelled | Error::Memory { .. })) => return self.stop(error),
             Err(error) => Outcome::Failed(error.to_string()),
         };
-        if let Err(error) = ledger.add(member, &outcome) {
+        if let Err(error) = ledger.add(&member, &outcome) {
             return self.stop(error);
         }
         self.lock().0.insert(member, outcome);

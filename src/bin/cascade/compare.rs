@@ -63,7 +63,7 @@ pub fn run(typed: Compare) -> Result<(), Failure> {
         }));
     }
     for (path, file) in paths.into_iter().zip(&files) {
-        let found = compute(&chosen, file, &Nowhere, &progress)?;
+        let found = compute(&chosen, file, &cascade::analyze::Nowhere, &progress)?;
         chosen.take_over(&found);
         let input = path.display().to_string();
         let provenance = Provenance::new(command(), Some(input), Some(file_hash(path)?));
@@ -127,24 +127,5 @@ fn difference(first: &Value, second: &Value) -> Value {
             _ => Value::Null,
         },
         _ => Value::Null,
-    }
-}
-
-/// Arrays over time are left out of a comparison.
-struct Nowhere;
-
-impl cascade::analyze::Sink for Nowhere {
-    fn reserve(&self, _: cascade::analyze::LargeArray, _: (usize, usize)) -> cascade::Result<()> {
-        Ok(())
-    }
-
-    fn put(
-        &self,
-        _: cascade::analyze::LargeArray,
-        _: usize,
-        _: usize,
-        _: ndarray::ArrayView2<f64>,
-    ) -> cascade::Result<()> {
-        Ok(())
     }
 }

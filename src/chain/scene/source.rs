@@ -131,6 +131,14 @@ impl SceneSource {
         }
     }
 
+    /// The keys that the text or a setting holds.
+    ///
+    /// # Errors
+    /// As [`SceneSource::scene`], for what cannot be read.
+    pub(crate) fn typed_keys(&self) -> Result<Vec<String>> {
+        Ok(self.table()?.0.keys().cloned().collect())
+    }
+
     /// One text that says all: that of the file, or, where settings take precedence, all keys anew.
     pub(crate) fn whole_text(&self) -> Result<String> {
         if self.settings.is_empty() {

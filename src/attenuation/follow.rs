@@ -1,0 +1,315 @@
+//! Following pulses through a simulation: once for their peaks, once for what is measured by these.
+
+use std::ops::Range;
+
+use super::pulse::{FRONT, Located, Pulse, Sense, refuse};
+use crate::Result;
+use crate::analyze::Observer;
+use crate::chain::{Instant, LOOKS, Resolution, Signal, Simulation, Watch};
+use crate::error::Error;
+
+/// A pulse may not have reached the last site by more than this of the velocity scale, so that what
+/// a wall throws back is nowhere in the chain yet.
+const UNREACHED: f64 = 1e-6;
+
+/// A pulse has arrived at the wall once its last site moves at this of the velocity scale.
+const ARRIVED: f64 = 1e-3;
+
+/// A signal that is below this of its largest value so far at both ends of a step is not above it
+/// between them, since pulses take several steps.
+const RISE: f64 = 0.5;
+
+/// Peaks that are lower than the highest by more than this are told apart without being located.
+const DOUBT: f64 = 1e-2;
+
+/// A pulse takes at most this many contact times a site; what is slower is not waited for.
+const PATIENCE: f64 = 20.0;
+
+/// Shares of a step between two looks, and from its end, that count as none.
+const LOOK: f64 = 1.0 / LOOKS as f64;
+const EDGE: f64 = 1e-6;
+
+/// One resolution of a simulation.
+pub(super) struct Following<'a> {
+    pub(super) simulation: &'a Simulation,
+    pub(super) sense: Sense,
+    pub(super) resolution: Resolution,
+    pub(super) observer: &'a dyn Observer,
+}
+
+/// A largest value so far.
+#[derive(Debug, Clone, Copy)]
+struct Highest {
+    value: f64,
+    time: f64,
+}
+
+/// What is known of the pulse at a contact on the way.
+#[derive(Debug, Clone, Copy, Default)]
+struct Passage {
+    arrival: Option<f64>,
+    rise: Option<f64>,
+    fall: Option<f64>,
+    /// Energy passed when the pulse was over.
+    energy: Option<f64>,
+    at_peak: Option<Split>,
+}
+
+/// Where the energy is, seen from a contact.
+#[derive(Debug, Clone, Copy, Default)]
+struct Split {
+    passed: f64,
+    behind: f64,
+    lost: f64,
+    closure: f64,
+}
+
+impl Following<'_> {
+    /// The pulses at these contacts, `None` where one is not whole, and the end of what was seen.
+    pub(super) fn all(&self, contacts: Range<usize>) -> Result<(Vec<Option<Pulse>>, f64)> {
+        let (peaks, end) = self.peaks(contacts.clone())?;
+        let mut passages = vec![Passage::default(); contacts.len()];
+        let mut watch = self.simulation.watch(self.resolution, self.observer)?;
+        let start = self.start(&watch);
+        while watch.times()[1] < end {
+            self.advance(&mut watch)?;
+            for (i, contact) in contacts.clone().enumerate() {
+                if peaks[i][0].value > 0.0 {
+                    self.pass(&mut watch, contact, peaks[i][0], &start, &mut passages[i])?;
+                }
+            }
+        }
+        let instant = watch.at(end)?;
+        let ends = Splits::of(self.simulation, &instant, &start);
+        let whole = contacts.enumerate().map(|(i, contact)| {
+            let [force, velocity] = peaks[i];
+            let passage = passages[i];
+            let split = match self.sense {
+                Sense::Chain => ends.at(contact),
+                Sense::Wall => passage.at_peak?,
+            };
+            Some(Pulse {
+                contact,
+                peak_force: located(force.value),
+                peak_time: located(force.time),
+                peak_velocity: located(velocity.value),
+                velocity_time: located(velocity.time),
+                arrival_time: located(passage.arrival?),
+                width: located(passage.fall? - passage.rise?),
+                energy_pulse: match self.sense {
+                    Sense::Chain => passage.energy.map(located),
+                    Sense::Wall => None,
+                },
+                energy_passed: located(split.passed),
+                energy_behind: split.behind,
+                energy_lost: split.lost,
+                closure: split.closure,
+            })
+        });
+        Ok((whole.collect(), end))
+    }
+
+    fn advance(&self, watch: &mut Watch) -> Result<()> {
+        if self.observer.cancelled() {
+            return Err(Error::Cancelled);
+        }
+        watch.step()
+    }
+
+    /// Largest force of each contact and largest velocity of the site before it, until the end.
+    fn peaks(&self, contacts: Range<usize>) -> Result<(Vec<[Highest; 2]>, f64)> {
+        let simulation = self.simulation;
+        let mut watch = simulation.watch(self.resolution, self.observer)?;
+        let scale = simulation.speed();
+        let last = simulation.chain.n_sites() - 1;
+        let latest = PATIENCE * (last + 10) as f64 * simulation.contact_time(scale);
+        let at_start = |velocity: f64| {
+            let none = Highest {
+                value: 0.0,
+                time: 0.0,
+            };
+            let value = velocity.max(0.0);
+            [none, Highest { value, time: 0.0 }]
+        };
+        let begin = simulation.velocity.as_slice();
+        if begin[last].abs() > UNREACHED * scale && last > 0 {
+            let expected = "a last site at rest, which the pulse has yet to reach".into();
+            return Err(refuse("velocities", expected, format!("{}", begin[last])));
+        }
+        let mut peaks: Vec<[Highest; 2]> = contacts.clone().map(|j| at_start(begin[j])).collect();
+        let mut end = latest;
+        while watch.times()[1] < end {
+            self.advance(&mut watch)?;
+            for (j, [force, velocity]) in contacts.clone().zip(&mut peaks) {
+                if watch.presses(j) {
+                    raise(&mut watch, Signal::Force(j), force)?;
+                    raise(&mut watch, Signal::Velocity(j), velocity)?;
+                }
+            }
+            let level = match self.sense {
+                Sense::Chain => UNREACHED * scale,
+                Sense::Wall => ARRIVED * scale,
+            };
+            if end == latest && watch.now().v[last] > level {
+                let signal = Signal::Velocity(last);
+                let share = watch.course(signal).passes(level, 0.0, 1.0);
+                let time = watch.course(signal).time(share);
+                let reached = crossing(&mut watch, signal, time, level)?;
+                end = match self.sense {
+                    Sense::Chain => reached,
+                    Sense::Wall => 2.0 * reached,
+                };
+            }
+        }
+        Ok((peaks, end))
+    }
+
+    /// What the last step adds to what is known of a contact's pulse.
+    fn pass(
+        &self,
+        watch: &mut Watch,
+        contact: usize,
+        peak: Highest,
+        start: &[f64],
+        passage: &mut Passage,
+    ) -> Result<()> {
+        let [from, to] = watch.times();
+        if self.sense == Sense::Wall && from < peak.time && peak.time <= to {
+            // What comes to the wall has passed the contact before it.
+            let before = contact.saturating_sub(1);
+            let instant = watch.at(peak.time)?;
+            passage.at_peak = Some(Splits::of(self.simulation, &instant, start).at(before));
+        }
+        if passage.energy.is_some() || !(watch.presses(contact) || passage.fall.is_some()) {
+            return Ok(());
+        }
+        let signal = Signal::Force(contact);
+        let course = watch.course(signal);
+        let looks = course.looks();
+        for look in 0..LOOKS {
+            let (a, b) = (looks[look], looks[look + 1]);
+            let share = |level| course.passes(level, LOOK * look as f64, LOOK * (look + 1) as f64);
+            let rises = |level| a < level && b >= level;
+            let front = FRONT * peak.value;
+            if passage.arrival.is_none() && rises(front) {
+                let time = course.time(share(front));
+                passage.arrival = Some(crossing(watch, signal, time, front)?);
+            }
+            let half = 0.5 * peak.value;
+            if rises(half) && course.time(share(half)) < peak.time {
+                passage.rise = Some(crossing(watch, signal, course.time(share(half)), half)?);
+            }
+            if passage.fall.is_none() && a > half && b <= half {
+                let time = course.time(share(half));
+                if time > peak.time {
+                    passage.fall = Some(crossing(watch, signal, time, half)?);
+                }
+            }
+            if passage.energy.is_none() && a > front && b <= front {
+                let time = course.time(share(front));
+                if time > peak.time {
+                    let time = crossing(watch, signal, time, front)?;
+                    passage.energy = Some(watch.at(time)?.passed[contact]);
+                }
+            }
+        }
+        Ok(())
+    }
+
+    /// Energy of each site at the start.
+    fn start(&self, watch: &Watch) -> Vec<f64> {
+        site_energies(self.simulation, &watch.now())
+    }
+}
+
+fn located(value: f64) -> Located {
+    Located { value, error: 0.0 }
+}
+
+fn site_energies(simulation: &Simulation, instant: &Instant) -> Vec<f64> {
+    let chain = &simulation.chain;
+    let mut energies = vec![0.0; chain.n_sites()];
+    let wall = if chain.has_left_wall() {
+        instant.wall
+    } else {
+        0.0
+    };
+    chain.site_energies(instant.x, instant.v, wall, &mut energies);
+    energies
+}
+
+/// Raises `highest` to the largest value of the last step, located if that may be larger.
+fn raise(watch: &mut Watch, signal: Signal, highest: &mut Highest) -> Result<()> {
+    let course = watch.course(signal);
+    if course.value(0.0).max(course.value(1.0)) < RISE * highest.value {
+        return Ok(());
+    }
+    let looks = course.looks();
+    let best = (0..=LOOKS).fold(0, |best, i| if looks[i] > looks[best] { i } else { best });
+    let around = |at: f64| [(at - LOOK).max(0.0), (at + LOOK).min(1.0)];
+    let [from, to] = around(LOOK * best as f64);
+    let (share, value) = course.largest(from, to);
+    if share > 1.0 - EDGE || value < (1.0 - DOUBT) * highest.value {
+        return Ok(());
+    }
+    let close = watch.near(signal, course.time(share))?;
+    let (share, value) = close.largest(0.0, 1.0);
+    if value > highest.value {
+        let time = close.time(share);
+        *highest = Highest { value, time };
+    }
+    Ok(())
+}
+
+/// When the signal passes a level near this time.
+fn crossing(watch: &mut Watch, signal: Signal, time: f64, level: f64) -> Result<f64> {
+    let close = watch.near(signal, time)?;
+    Ok(close.time(close.passes(level, 0.0, 1.0)))
+}
+
+/// Energies on the striker's side of every contact, sums over sites from the first on.
+struct Splits {
+    behind: Vec<f64>,
+    lost: Vec<f64>,
+    /// What was there at the start or put in.
+    given: Vec<f64>,
+    passed: Vec<f64>,
+    total: f64,
+}
+
+impl Splits {
+    fn of(simulation: &Simulation, instant: &Instant, start: &[f64]) -> Splits {
+        let now = site_energies(simulation, instant);
+        let sums = |values: &[f64], first: f64| {
+            let summed = values.iter().scan(first, |sum, value| {
+                *sum += value;
+                Some(*sum)
+            });
+            summed.collect::<Vec<f64>>()
+        };
+        let lost = if simulation.chain.losses.any() {
+            sums(instant.lost, 0.0)
+        } else {
+            vec![0.0; now.len()]
+        };
+        let given = sums(start, instant.input);
+        Splits {
+            total: given.last().copied().unwrap_or(0.0),
+            behind: sums(&now, 0.0),
+            passed: instant.passed.to_vec(),
+            lost,
+            given,
+        }
+    }
+
+    fn at(&self, contact: usize) -> Split {
+        let (passed, behind) = (self.passed[contact], self.behind[contact]);
+        let lost = self.lost[contact];
+        Split {
+            passed,
+            behind,
+            lost,
+            closure: (passed + behind + lost - self.given[contact]) / self.total,
+        }
+    }
+}

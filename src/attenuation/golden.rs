@@ -1,0 +1,96 @@
+//! Locating an extreme of a curve whose every value costs a run.
+
+use crate::Result;
+
+/// How much of the interval around an extreme remains.
+const LEFT: f64 = 1e-5;
+
+/// Three neighbouring places of a curve of which the middle one is highest or lowest.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(super) struct Turn {
+    pub(super) is_maximum: bool,
+    pub(super) around: [f64; 3],
+}
+
+/// The turns of a curve given by its places in order.
+pub(super) fn turning_points(places: &[(f64, f64)]) -> Vec<Turn> {
+    let turns = places.windows(3).filter_map(|at| {
+        let [a, b, c] = [at[0], at[1], at[2]];
+        let is_maximum = b.1 > a.1 && b.1 >= c.1;
+        let is_minimum = b.1 < a.1 && b.1 <= c.1;
+        (is_maximum || is_minimum).then_some(Turn {
+            is_maximum,
+            around: [a.0, b.0, c.0],
+        })
+    });
+    turns.collect()
+}
+
+impl Turn {
+    /// The place of the extreme and half the length of the interval that holds it, by golden
+    /// sections, which need no smoothness: the force is the larger of two humps at some extremes.
+    /// `None` where the curve has no value.
+    pub(super) fn locate(
+        &self,
+        curve: &dyn Fn(f64) -> Result<Option<f64>>,
+    ) -> Result<Option<(f64, f64)>> {
+        let golden = 0.5 * (5f64.sqrt() - 1.0);
+        let [mut a, _, mut b] = self.around;
+        let height = |x: f64| -> Result<Option<f64>> {
+            Ok(curve(x)?.map(|y| if self.is_maximum { y } else { -y }))
+        };
+        let (mut c, mut d) = (b - golden * (b - a), a + golden * (b - a));
+        let (Some(mut at_c), Some(mut at_d)) = (height(c)?, height(d)?) else {
+            return Ok(None);
+        };
+        let enough = LEFT * (b - a);
+        while b - a > enough {
+            let next = if at_c > at_d {
+                (b, d, at_d) = (d, c, at_c);
+                c = b - golden * (b - a);
+                (c, &mut at_c)
+            } else {
+                (a, c, at_c) = (c, d, at_d);
+                d = a + golden * (b - a);
+                (d, &mut at_d)
+            };
+            let Some(value) = height(next.0)? else {
+                return Ok(None);
+            };
+            *next.1 = value;
+        }
+        let best = if at_c > at_d { c } else { d };
+        Ok(Some((best, 0.5 * (b - a))))
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn val_an_extreme_of_a_smooth_curve_and_of_a_kink() {
+        let smooth = |x: f64| (x - 0.31).powi(2);
+        let kink = |x: f64| 1.0 - (x - 0.62).abs();
+        let places = |curve: &dyn Fn(f64) -> f64| -> Vec<(f64, f64)> {
+            (0..=10)
+                .map(|i| 0.1 * f64::from(i))
+                .map(|x| (x, curve(x)))
+                .collect()
+        };
+        for (curve, is_maximum, truth) in [
+            (&smooth as &dyn Fn(f64) -> f64, false, 0.31),
+            (&kink, true, 0.62),
+        ] {
+            let turns = turning_points(&places(curve));
+            assert_eq!(turns.len(), 1);
+            assert_eq!(turns[0].is_maximum, is_maximum);
+            let (x, error) = turns[0].locate(&|x| Ok(Some(curve(x)))).unwrap().unwrap();
+            assert!(
+                (x - truth).abs() <= 2.0 * error && error <= 1e-6,
+                "{x} {error}"
+            );
+        }
+        assert!(turning_points(&[(0.0, 1.0), (1.0, 2.0), (2.0, 3.0)]).is_empty());
+    }
+}

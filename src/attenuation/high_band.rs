@@ -1,0 +1,77 @@
+//! The share of the energy passed above a frequency.
+
+use crate::Result;
+use crate::analyze::{Nowhere, Observer};
+use crate::budget::{self, BudgetRequest, Motion, Views};
+use crate::chain::{EndTime, Record, Simulation};
+
+/// Samples of a run from which shares are taken.
+const SAMPLES: usize = 8192;
+
+/// Contact times in which the first contact is heard.
+const FIRST: f64 = 200.0;
+
+/// Bytes that such a run may take; longer chains have fewer samples.
+const MEMORY: u64 = 512 << 20;
+
+/// `1 - sum_{f <= edge} P_j(f) df / W_j` of every contact, with the power-flow spectrum P of the
+/// record from 0 to `end` (`budget::FrequencyFlow`). P may be negative in a bin, so that a share
+/// may be, too. NaN where nothing passed.
+pub(super) fn high_shares(
+    simulation: &Simulation,
+    end: f64,
+    edge: f64,
+    observer: &dyn Observer,
+) -> Result<Vec<f64>> {
+    let flow = flow(simulation, end, Some(edge), observer)?;
+    let passed = |j: usize| flow.passed(j);
+    Ok((0..flow.high.len())
+        .map(|j| flow.high[j] / passed(j))
+        .collect())
+}
+
+/// The frequency below which 90 % of the energy of the first contact's force lie, in steps of the
+/// inverse of [`FIRST`] contact times.
+pub(super) fn default_edge(simulation: &Simulation, observer: &dyn Observer) -> Result<f64> {
+    let end = FIRST * simulation.contact_time(simulation.speed());
+    Ok(flow(simulation, end, None, observer)?.edge)
+}
+
+fn flow(
+    simulation: &Simulation,
+    end: f64,
+    edge: Option<f64>,
+    observer: &dyn Observer,
+) -> Result<budget::FrequencyFlow> {
+    let mut sampled = simulation.clone();
+    sampled.end_time = EndTime::At(end);
+    sampled.record = Record {
+        displacement: true,
+        force: false,
+        energy: false,
+    };
+    sampled.samples = SAMPLES;
+    sampled.estimate_error = false;
+    sampled.memory = None;
+    while sampled.bytes() > MEMORY && sampled.samples > 512 {
+        sampled.samples /= 2;
+    }
+    let run = sampled.run(&super::members::Quiet(observer))?;
+    let motion = Motion::of(&run)?;
+    let request = BudgetRequest {
+        views: Views {
+            wavenumber: false,
+            frequency: true,
+            scale: false,
+        },
+        band_edge_frequency: edge,
+        ..BudgetRequest::default()
+    };
+    let quiet = super::members::Quiet(observer);
+    let found = budget::run(&motion, &request, &Nowhere, &quiet)?;
+    found.frequency.ok_or_else(|| crate::Error::Request {
+        option: "band-edge-frequency",
+        expected: "a power flow".into(),
+        found: "none".into(),
+    })
+}

@@ -1,0 +1,253 @@
+//! Measured curves and fields to be laid over computed ones.
+
+use std::path::Path;
+
+use serde::Serialize;
+
+use crate::error::{Error, Result};
+use crate::field::{Field, InputFault};
+
+/// A measured value at an abscissa.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize)]
+pub struct MeasuredPoint {
+    pub at: f64,
+    pub value: f64,
+    /// Standard error, where it is known.
+    pub error: Option<f64>,
+}
+
+/// A measured point beside the computed value there.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize)]
+pub struct Compared {
+    pub measured: MeasuredPoint,
+    pub computed: f64,
+    /// Measured less computed.
+    pub difference: f64,
+    /// The same in standard errors, where these are known.
+    pub in_errors: Option<f64>,
+}
+
+impl MeasuredPoint {
+    pub fn compared_with(self, computed: f64) -> Compared {
+        let difference = self.value - computed;
+        Compared {
+            measured: self,
+            computed,
+            difference,
+            in_errors: self.error.filter(|e| *e > 0.0).map(|e| difference / e),
+        }
+    }
+}
+
+/// A measured curve from a table of text: abscissa, value, and if there is a third column, the
+/// standard error. A first row that is not of numbers is a heading; rows that begin with `#` and
+/// empty ones are left out.
+///
+/// # Errors
+/// [`Error::Read`]; [`Error::Input`] with the line of what is no number.
+pub fn read_curve(path: &Path) -> Result<Vec<MeasuredPoint>> {
+    let text = std::fs::read_to_string(path).map_err(Error::read("read", path))?;
+    let fault = |line: usize, expected: &str, found: String| Error::Input {
+        path: path.to_owned(),
+        fault: InputFault::Curve {
+            line,
+            expected: expected.to_owned(),
+            found,
+        },
+    };
+    let mut points: Vec<MeasuredPoint> = Vec::new();
+    let mut headed = false;
+    for (number, line) in text.lines().enumerate() {
+        let line = line.trim();
+        if line.is_empty() || line.starts_with('#') {
+            continue;
+        }
+        let cells: Vec<&str> = line.split([',', ';', '\t']).map(str::trim).collect();
+        let numbers: Option<Vec<f64>> = cells
+            .iter()
+            .map(|cell| cell.parse().ok().filter(|v: &f64| v.is_finite()))
+            .collect();
+        match numbers.as_deref() {
+            Some(&[at, value]) => points.push(MeasuredPoint {
+                at,
+                value,
+                error: None,
+            }),
+            Some(&[at, value, error]) if error >= 0.0 => points.push(MeasuredPoint {
+                at,
+                value,
+                error: Some(error),
+            }),
+            None if points.is_empty() && !headed => headed = true,
+            _ => {
+                let expected =
+                    "two or three finite numbers: abscissa, value, standard error of 0 or more";
+                return Err(fault(number + 1, expected, format!("`{line}`")));
+            }
+        }
+    }
+    if points.is_empty() {
+        return Err(fault(1, "at least one row of numbers", "none".into()));
+    }
+    Ok(points)
+}
+
+/// The pulse at one site of a measured velocity field.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize)]
+pub struct MeasuredPeak {
+    pub site: usize,
+    /// Largest velocity, between samples too, with its standard error.
+    pub velocity: f64,
+    pub velocity_error: f64,
+    /// When that was, with its standard error.
+    pub time: f64,
+    pub time_error: f64,
+    /// Standard deviation of the samples before the pulse.
+    pub noise: Option<f64>,
+}
+
+/// Samples on either side of the largest one that its parabola is fitted to, at most.
+const REACH: usize = 2;
+
+/// A site is quiet until its velocity first is this of its largest one.
+const QUIET: f64 = 0.2;
+
+/// Quiet samples from which noise is known.
+const ENOUGH: usize = 16;
+
+/// The largest velocity of every site of a field, located between samples by the quartic through
+/// the five samples around the largest one. The error joins two parts: what noise, as the samples
+/// before the pulse show it, does to the quartic's vertex, and how far the vertex of the parabola
+/// through three samples is, which bounds what the samples leave open. A site whose largest sample
+/// is the first or last has no peak and is left out; so is one without a positive sample.
+///
+pub fn measured_peaks(field: &Field) -> Vec<MeasuredPeak> {
+    let times = field.n_times();
+    let mut record = vec![0.0; times];
+    let peaks = (0..field.n_sites()).filter_map(|site| {
+        field.read_site_major(0..times, site..site + 1, &mut record);
+        peak_of(&record).map(|peak| MeasuredPeak {
+            site,
+            time: field.time.origin + peak.time * field.time.step,
+            time_error: peak.time_error * field.time.step,
+            ..peak
+        })
+    });
+    peaks.collect()
+}
+
+/// The peak of a record, in samples.
+fn peak_of(record: &[f64]) -> Option<MeasuredPeak> {
+    let by = |a: &usize, b: &usize| record[*a].total_cmp(&record[*b]);
+    let top = (0..record.len())
+        .filter(|i| record[*i].is_finite())
+        .max_by(by)?;
+    if record[top] <= 0.0 || top < REACH || top + REACH >= record.len() {
+        return None;
+    }
+    let v: [f64; 5] = std::array::from_fn(|i| record[top + i - REACH]);
+    if v.iter().any(|v| !v.is_finite()) {
+        return None;
+    }
+    let quiet = record.iter().position(|v| v.abs() > QUIET * record[top])?;
+    let quiet = &record[..quiet / 2];
+    let noise = (quiet.len() >= ENOUGH).then(|| {
+        let mean = quiet.iter().sum::<f64>() / quiet.len() as f64;
+        let squares: f64 = quiet.iter().map(|v| (v - mean).powi(2)).sum();
+        (squares / (quiet.len() - 1) as f64).sqrt()
+    });
+    // Derivatives at the middle sample by differences of fourth order.
+    let slope = (v[0] - 8.0 * v[1] + 8.0 * v[3] - v[4]) / 12.0;
+    let bend = (-v[0] + 16.0 * v[1] - 30.0 * v[2] + 16.0 * v[3] - v[4]) / 12.0;
+    let third = (-v[0] + 2.0 * v[1] - 2.0 * v[3] + v[4]) / 2.0;
+    let fourth = v[0] - 4.0 * v[1] + 6.0 * v[2] - 4.0 * v[3] + v[4];
+    let quartic =
+        |x: f64| v[2] + x * (slope + x * (bend / 2.0 + x * (third / 6.0 + x * fourth / 24.0)));
+    let (at, value) = crate::chain::largest(-1.0, 1.0, quartic);
+    // The parabola through three samples.
+    let (rise, curve) = (0.5 * (v[3] - v[1]), v[1] - 2.0 * v[2] + v[3]);
+    let (coarse_at, coarse) = match curve < 0.0 {
+        true => (-rise / curve, v[2] - 0.5 * rise * rise / curve),
+        false => (0.0, v[2]),
+    };
+    // What one sample's noise does to the value at `at`, by the weights of Lagrange's polynomial.
+    let gain = (0..5)
+        .map(|i| {
+            let node = |k: usize| k as f64 - REACH as f64;
+            let others = (0..5).filter(|k| *k != i);
+            others
+                .map(|k| (at - node(k)) / (node(i) - node(k)))
+                .product::<f64>()
+                .powi(2)
+        })
+        .sum::<f64>()
+        .sqrt();
+    // The slope's noise is sqrt(130) / 12 of a sample's.
+    let slope_gain = 130f64.sqrt() / 12.0;
+    let sigma = noise.unwrap_or(0.0);
+    let (value_open, time_open) = (value - coarse, at - coarse_at);
+    Some(MeasuredPeak {
+        site: 0,
+        velocity: value,
+        velocity_error: (gain * sigma).hypot(value_open),
+        time: top as f64 + at,
+        time_error: (slope_gain * sigma / bend.abs().max(f64::MIN_POSITIVE)).hypot(time_open),
+        noise,
+    })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// A Gaussian pulse sampled coarsely, its peak between samples: the error stated holds, and is
+    /// not many times too wide.
+    #[test]
+    fn val_a_gaussian_pulse_is_found_within_the_error_stated() {
+        for (width, at) in [(2.0, 50.37), (4.0, 60.5), (8.0, 71.02)] {
+            let record: Vec<f64> = (0..128)
+                .map(|i| 3.0 * (-0.5 * ((f64::from(i) - at) / width).powi(2)).exp())
+                .collect();
+            let peak = peak_of(&record).unwrap();
+            let off = (peak.velocity - 3.0).abs();
+            assert!(off <= peak.velocity_error, "{width}: {off:e} {peak:?}");
+            assert!(
+                peak.velocity_error < 0.02 * (2.0f64 / width).powi(4) * 3.0,
+                "{peak:?}"
+            );
+            let late = (peak.time - at).abs();
+            assert!(
+                late <= peak.time_error.max(1e-3),
+                "{width}: {late:e} {peak:?}"
+            );
+        }
+    }
+
+    /// With noise, about two thirds of the peaks are within one standard error.
+    #[test]
+    fn val_errors_cover_as_often_as_a_standard_error_does() {
+        let (mut state, mut held, n) = (3, [0; 2], 500);
+        for trial in 0..n {
+            let at = 60.0 + f64::from(trial) / f64::from(n);
+            let record: Vec<f64> = (0..128)
+                .map(|i| {
+                    let mut sum = -6.0;
+                    for _ in 0..12 {
+                        let (next, bits) = crate::reference::split_mix(state);
+                        state = next;
+                        sum += (bits >> 11) as f64 / (1_u64 << 53) as f64;
+                    }
+                    (-0.5 * ((f64::from(i) - at) / 6.0).powi(2)).exp() + 0.003 * sum
+                })
+                .collect();
+            let peak = peak_of(&record).unwrap();
+            held[0] += i32::from((peak.velocity - 1.0).abs() <= peak.velocity_error);
+            held[1] += i32::from((peak.time - at).abs() <= peak.time_error);
+        }
+        println!("{held:?} of {n}");
+        assert!(
+            held.iter().all(|h| (*h as f64) > 0.5 * f64::from(n)),
+            "{held:?}"
+        );
+    }
+}

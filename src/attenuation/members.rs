@@ -1,0 +1,178 @@
+//! Computing members, and keeping what is known of them.
+
+use std::path::Path;
+use std::sync::{Mutex, MutexGuard, PoisonError};
+
+use rayon::prelude::*;
+use serde::{Deserialize, Serialize};
+
+use super::high_band::high_shares;
+use super::pulse::{Pulses, Sense, pulses};
+use crate::analyze::Observer;
+use crate::chain::Simulation;
+use crate::ledger::{Asked, Ledger, Outcome, Outcomes};
+use crate::{Error, Result};
+
+/// What is kept of a member.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub(super) struct Seen {
+    pub(super) pulses: Pulses,
+    /// Sites of the chain that it was seen in.
+    pub(super) sites: usize,
+    /// Share of the energy passed above the band edge, from contact 0 on.
+    pub(super) high: Option<Vec<f64>>,
+}
+
+/// One chain to follow a pulse in.
+#[derive(Debug, Clone)]
+pub(super) struct Member {
+    /// Its name.
+    pub(super) key: String,
+    /// Chains of growing length, of which the first that is long enough is taken.
+    pub(super) attempts: Vec<Simulation>,
+    pub(super) sense: Sense,
+    /// The contact that is to be seen.
+    pub(super) wanted: usize,
+    /// Where the high band begins, where its share is asked for.
+    pub(super) edge: Option<f64>,
+}
+
+/// Members that are known, kept in a directory if there is one.
+#[derive(Debug)]
+pub(super) struct Known {
+    ledger: Option<Ledger>,
+    outcomes: Mutex<Outcomes<String, Seen>>,
+    /// How many members were computed just now.
+    computed: Mutex<usize>,
+}
+
+impl Known {
+    /// # Errors
+    /// As [`Ledger::open`].
+    pub(super) fn open<A: Asked>(directory: Option<&Path>, asked: &A) -> Result<Known> {
+        let (ledger, outcomes) = match directory {
+            None => (None, Outcomes::new()),
+            Some(directory) => {
+                let (ledger, outcomes) = Ledger::open(directory, asked, &|_: &String| Ok(()))?;
+                (Some(ledger), outcomes)
+            }
+        };
+        Ok(Known {
+            ledger,
+            outcomes: Mutex::new(outcomes),
+            computed: Mutex::new(0),
+        })
+    }
+
+    /// What a member comes to, computed if it is not known.
+    ///
+    /// # Errors
+    /// [`Error::Cancelled`], [`Error::Memory`], [`Error::Write`]; what else fails is the outcome.
+    pub(super) fn member(&self, member: &Member, observer: &dyn Observer) -> Result<Outcome<Seen>> {
+        if let Some(known) = self.lock().get(&member.key) {
+            return Ok(known.clone());
+        }
+        let outcome = match member.see(observer) {
+            Ok(seen) => Outcome::Done(seen),
+            Err(error @ (Error::Cancelled | Error::Memory { .. })) => return Err(error),
+            Err(error) => Outcome::Failed(error.to_string()),
+        };
+        if let Some(ledger) = &self.ledger {
+            ledger.add(&member.key, &outcome)?;
+        }
+        *self.computed.lock().unwrap_or_else(PoisonError::into_inner) += 1;
+        self.lock().insert(member.key.clone(), outcome.clone());
+        Ok(outcome)
+    }
+
+    /// What members come to, in their order, computed on all threads of the current pool.
+    ///
+    /// # Errors
+    /// As [`Known::member`]; [`Error::Paused`] where a directory keeps what was computed.
+    pub(super) fn members(
+        &self,
+        members: &[Member],
+        observer: &dyn Observer,
+    ) -> Result<Vec<Outcome<Seen>>> {
+        observer.stage("pulses", members.len() as u64);
+        let outcomes: Result<Vec<Outcome<Seen>>> = members
+            .par_iter()
+            .map(|member| {
+                let outcome = self.member(member, &Quiet(observer));
+                observer.advance(1);
+                outcome
+            })
+            .collect();
+        outcomes.map_err(|error| self.paused(error, members))
+    }
+
+    /// A stop that loses nothing says so.
+    pub(super) fn paused(&self, error: Error, members: &[Member]) -> Error {
+        match (error, &self.ledger) {
+            (Error::Cancelled, Some(_)) => {
+                let known = self.lock();
+                Error::Paused {
+                    known: members
+                        .iter()
+                        .filter(|m| known.contains_key(&m.key))
+                        .count(),
+                    members: members.len(),
+                }
+            }
+            (error, _) => error,
+        }
+    }
+
+    /// Sees to it that what was computed is on the disk; how many members were.
+    pub(super) fn settle(&self) -> Result<usize> {
+        if let Some(ledger) = &self.ledger {
+            ledger.settle()?;
+        }
+        Ok(*self.computed.lock().unwrap_or_else(PoisonError::into_inner))
+    }
+
+    fn lock(&self) -> MutexGuard<'_, Outcomes<String, Seen>> {
+        self.outcomes.lock().unwrap_or_else(PoisonError::into_inner)
+    }
+}
+
+impl Member {
+    fn see(&self, observer: &dyn Observer) -> Result<Seen> {
+        let mut seen = None;
+        for simulation in &self.attempts {
+            let found = pulses(simulation, self.sense, observer)?;
+            let reached = found.pulses.last().map(|pulse| pulse.contact);
+            seen = Some((simulation, found));
+            if reached >= Some(self.wanted) {
+                break;
+            }
+        }
+        let Some((simulation, mut found)) = seen else {
+            return Err(Error::Request {
+                option: "length",
+                expected: "a chain".into(),
+                found: "none".into(),
+            });
+        };
+        found.pulses.retain(|pulse| pulse.contact <= self.wanted);
+        let high = match self.edge {
+            None => None,
+            Some(edge) => Some(high_shares(simulation, found.end_time, edge, observer)?),
+        };
+        Ok(Seen {
+            high: high.map(|shares| shares[..found.pulses.len()].to_vec()),
+            pulses: found,
+            sites: simulation.chain.n_sites(),
+        })
+    }
+}
+
+/// Asks whether to stop, and tells nothing.
+pub(super) struct Quiet<'a>(pub(super) &'a dyn Observer);
+
+impl Observer for Quiet<'_> {
+    fn cancelled(&self) -> bool {
+        self.0.cancelled()
+    }
+}

@@ -1,0 +1,340 @@
+//! Transmission through a chain against a key of its scene.
+
+use std::path::Path;
+
+use rayon::prelude::*;
+use serde::{Deserialize, Serialize};
+
+use super::chains::{Make, homogeneous};
+use super::golden::{Turn, turning_points};
+use super::marks::{LocalizedMark, localized_marks};
+use super::members::{Known, Member, Quiet, Seen};
+use super::pulse::{Located, Pulse, Sense, refuse};
+use crate::Result;
+use crate::analyze::Observer;
+use crate::chain::scene::{SceneSource, Setup, Units};
+use crate::ledger::{Asked, Outcome};
+use crate::sweep::Axis;
+
+/// What is asked of transmission.
+#[derive(Debug, Clone)]
+pub struct TransmissionRequest {
+    pub scene: SceneSource,
+    /// The key whose numbers are the abscissa, written as for a sweep: `angle=2:90:45`.
+    pub over: String,
+    /// Further values of the key, such as those that were measured.
+    pub also: Vec<f64>,
+    /// Other keys with their values, a curve for each combination.
+    pub vary: Vec<String>,
+    /// Whether the extremes between the values are located.
+    pub locate: bool,
+}
+
+/// What was found, curve by curve.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct Transmission {
+    pub key: String,
+    pub units: Units,
+    pub curves: Vec<TransmissionCurve>,
+    pub failed: Vec<(String, String)>,
+    #[serde(skip)]
+    pub computed: usize,
+}
+
+/// One combination of the other keys.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct TransmissionCurve {
+    /// The other keys and their values.
+    pub settings: Vec<(String, String)>,
+    pub points: Vec<Point>,
+    /// Where the force on the wall is largest or least between two values of the key.
+    pub extremes: Vec<Extreme>,
+    /// Where a dimer of this law carries a localized wave.
+    pub localized: Vec<LocalizedMark>,
+}
+
+/// What comes to the wall at one value of the key.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize)]
+pub struct Point {
+    pub value: f64,
+    /// Largest over smallest coefficient between bodies.
+    pub stiffness_ratio: Option<f64>,
+    /// Largest force on the wall, and the same relative to the homogeneous chain.
+    pub peak_force: Located,
+    pub relative_force: f64,
+    /// From the impact until the force on the wall is [`super::FRONT`] of its peak.
+    pub time_of_flight: Located,
+    /// Bodies behind the striker times their pitch (1 in a scene without units), over that time.
+    pub mean_speed: f64,
+    /// All that is known of the pulse at the wall.
+    pub pulse: Pulse,
+}
+
+/// An extreme of the force on the wall.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize)]
+pub struct Extreme {
+    pub is_maximum: bool,
+    /// The interval that holds it is no longer than twice this.
+    pub value_error: f64,
+    pub point: Point,
+}
+
+/// What a directory of kept members was made for.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+struct AskedTransmission {
+    version: String,
+    scene: String,
+}
+
+impl Asked for AskedTransmission {
+    const FILE: &'static str = "transmission-request.json";
+    const WORD: &'static str = "transmission curve";
+
+    // Members are named by all that is varied, so that other values may join them.
+    fn difference(&self, asked: &AskedTransmission) -> Option<String> {
+        if self.version != asked.version {
+            let (found, asked) = (&self.version, &asked.version);
+            Some(format!("it was made by version {found}, this is {asked}"))
+        } else if self.scene != asked.scene {
+            Some("it is of another scene".into())
+        } else {
+            None
+        }
+    }
+}
+
+impl TransmissionRequest {
+    /// Transmission over `key`, written as for a sweep.
+    pub fn new(scene: SceneSource, over: impl Into<String>) -> TransmissionRequest {
+        TransmissionRequest {
+            scene,
+            over: over.into(),
+            also: Vec::new(),
+            vary: Vec::new(),
+            locate: true,
+        }
+    }
+
+    /// Follows the pulse to the wall for every value and combination, locates the extremes by
+    /// further runs, and marks the localized ratios.
+    ///
+    /// With a directory, each chain is kept in it as soon as it is known, and what is there is not
+    /// computed again. The results depend neither on that nor on the number of threads.
+    ///
+    /// # Errors
+    /// [`crate::Error::Request`] and [`crate::Error::Scene`] before any work; [`crate::Error::Occupied`] for a directory
+    /// that holds something else; [`crate::Error::Paused`] or [`crate::Error::Cancelled`] when the observer asks
+    /// to stop; [`crate::Error::Write`].
+    pub fn run(&self, directory: Option<&Path>, observer: &dyn Observer) -> Result<Transmission> {
+        let over = crate::sweep::axis_of_scenes(&self.over)?;
+        let values = self.values(&over)?;
+        let axes: Result<Vec<Axis>> = self
+            .vary
+            .iter()
+            .map(|text| crate::sweep::axis_of_scenes(text))
+            .collect();
+        let axes = axes?;
+        if let Some(axis) = axes.iter().find(|axis| axis.key == over.key) {
+            return Err(refuse(
+                "vary",
+                "another key than the abscissa".into(),
+                axis.key.clone(),
+            ));
+        }
+        let make = Make::new(self.scene.clone())?;
+        let asked = AskedTransmission {
+            version: env!("CARGO_PKG_VERSION").into(),
+            scene: make.text()?,
+        };
+        let families: Vec<Family> = crate::sweep::combinations(&axes)?
+            .into_iter()
+            .map(|settings| Family::new(&make, &over.key, settings))
+            .collect();
+        // Everything that can be at fault is before any work.
+        let mut members = Vec::new();
+        let mut units = Units::None;
+        for family in &families {
+            for &value in &values {
+                let setup = family.setup(value)?;
+                units = setup.units;
+                members.push(family.member(value, &setup));
+                members.push(family.reference(&setup));
+            }
+        }
+        members.sort_by(|a: &Member, b| a.key.cmp(&b.key));
+        members.dedup_by(|a, b| a.key == b.key);
+        let known = Known::open(directory, &asked)?;
+        let outcomes = known.members(&members, observer)?;
+        let failed = members.iter().zip(&outcomes);
+        let failed = failed.filter_map(|(member, outcome)| match outcome {
+            Outcome::Failed(reason) => Some((member.key.clone(), reason.clone())),
+            Outcome::Done(_) => None,
+        });
+        let failed = failed.collect();
+        let curves: Result<Vec<TransmissionCurve>> = families
+            .iter()
+            .map(|family| self.curve(family, &values, &known, observer))
+            .collect();
+        let curves = curves.map_err(|error| known.paused(error, &members))?;
+        Ok(Transmission {
+            key: over.key,
+            units,
+            curves,
+            failed,
+            computed: known.settle()?,
+        })
+    }
+
+    /// The numbers of the abscissa, rising.
+    fn values(&self, over: &Axis) -> Result<Vec<f64>> {
+        let numbers: Option<Vec<f64>> = over
+            .values
+            .iter()
+            .map(|text| text.parse().ok().filter(|v: &f64| v.is_finite()))
+            .collect();
+        let Some(mut values) = numbers else {
+            let expected = "numbers, without units, for the abscissa".into();
+            return Err(refuse("over", expected, over.values.join(", ")));
+        };
+        values.extend(self.also.iter().copied().filter(|v| v.is_finite()));
+        values.sort_by(f64::total_cmp);
+        values.dedup();
+        Ok(values)
+    }
+
+    fn curve(
+        &self,
+        family: &Family,
+        values: &[f64],
+        known: &Known,
+        observer: &dyn Observer,
+    ) -> Result<TransmissionCurve> {
+        let point = |value: f64| family.point(value, known, observer);
+        let points: Result<Vec<Option<Point>>> = values.iter().map(|v| point(*v)).collect();
+        let points: Vec<Point> = points?.into_iter().flatten().collect();
+        let forces: Vec<(f64, f64)> = points.iter().map(|p| (p.value, p.relative_force)).collect();
+        let turns = if self.locate {
+            turning_points(&forces)
+        } else {
+            Vec::new()
+        };
+        observer.stage("extremes", turns.len() as u64);
+        let extremes: Result<Vec<Option<Extreme>>> = turns
+            .par_iter()
+            .map(|turn| {
+                let extreme = located(turn, &point);
+                observer.advance(1);
+                extreme
+            })
+            .collect();
+        Ok(TransmissionCurve {
+            settings: family.settings.clone(),
+            extremes: extremes?.into_iter().flatten().collect(),
+            localized: localized_marks(values, |value| Ok(family.setup(value)?.simulation.chain))?,
+            points,
+        })
+    }
+}
+
+fn located(turn: &Turn, point: &dyn Fn(f64) -> Result<Option<Point>>) -> Result<Option<Extreme>> {
+    let force = |value: f64| Ok(point(value)?.map(|p| p.relative_force));
+    let Some((value, value_error)) = turn.locate(&force)? else {
+        return Ok(None);
+    };
+    Ok(point(value)?.map(|point| Extreme {
+        is_maximum: turn.is_maximum,
+        value_error,
+        point,
+    }))
+}
+
+/// The chains of one combination of the other keys.
+struct Family<'a> {
+    make: Make,
+    key: &'a str,
+    settings: Vec<(String, String)>,
+}
+
+impl<'a> Family<'a> {
+    fn new(make: &Make, key: &'a str, settings: Vec<(String, String)>) -> Family<'a> {
+        let make = settings
+            .iter()
+            .fold(make.clone(), |make, (key, text)| make.with(key, text));
+        Family {
+            make,
+            key,
+            settings,
+        }
+    }
+
+    fn setup(&self, value: f64) -> Result<Setup> {
+        self.make.with(self.key, &format!("{value:?}")).setup()
+    }
+
+    fn name(&self, value: f64) -> String {
+        let others = self
+            .settings
+            .iter()
+            .map(|(key, text)| format!("{key}={text}"));
+        let all = others.chain([format!("{}={value:?}", self.key)]);
+        all.collect::<Vec<_>>().join(", ")
+    }
+
+    fn member(&self, value: f64, setup: &Setup) -> Member {
+        self.of(self.name(value), setup.simulation.clone())
+    }
+
+    /// The homogeneous chain, named by what it is, since it is often one for many values.
+    fn reference(&self, setup: &Setup) -> Member {
+        let simulation = homogeneous(&setup.simulation);
+        let hash = blake3::hash(format!("{simulation:?}").as_bytes());
+        self.of(format!("homogeneous {}", hash.to_hex()), simulation)
+    }
+
+    fn of(&self, key: String, simulation: crate::chain::Simulation) -> Member {
+        Member {
+            key,
+            wanted: simulation.chain.n_contacts().saturating_sub(1),
+            attempts: vec![simulation],
+            sense: Sense::Wall,
+            edge: None,
+        }
+    }
+
+    /// What comes to the wall; `None` where nothing does or the run failed.
+    fn point(&self, value: f64, known: &Known, observer: &dyn Observer) -> Result<Option<Point>> {
+        let setup = self.setup(value)?;
+        let pulse = |member: Member| -> Result<Option<Pulse>> {
+            match known.member(&member, &Quiet(observer))? {
+                Outcome::Done(Seen { pulses, .. }) => Ok(pulses.pulses.first().copied()),
+                Outcome::Failed(_) => Ok(None),
+            }
+        };
+        let own = pulse(self.member(value, &setup))?;
+        let reference = pulse(self.reference(&setup))?;
+        let (Some(pulse), Some(reference)) = (own, reference) else {
+            return Ok(None);
+        };
+        let bodies = setup.simulation.chain.n_sites() - 1;
+        let distance = bodies as f64 * setup.pitch.unwrap_or(1.0);
+        Ok(Some(Point {
+            value,
+            stiffness_ratio: setup.description().stiffness_ratio,
+            peak_force: pulse.peak_force,
+            relative_force: pulse.peak_force.value / reference.peak_force.value,
+            time_of_flight: pulse.arrival_time,
+            mean_speed: distance / pulse.arrival_time.value,
+            pulse,
+        }))
+    }
+}
+
+impl TransmissionCurve {
+    /// The value of the key at which least force comes to the wall, an extreme or an end.
+    pub fn least(&self) -> Option<&Point> {
+        let extremes = self.extremes.iter().map(|extreme| &extreme.point);
+        let all = self.points.iter().chain(extremes);
+        all.min_by(|a, b| a.relative_force.total_cmp(&b.relative_force))
+    }
+}

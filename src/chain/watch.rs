@@ -1,0 +1,250 @@
+//! Following a chain step by step, with every instant between at hand.
+//!
+//! Over a step each overlap is close to the quintic with its value, rate and acceleration at both
+//! ends, which is good enough to see where something happens. The step is then made again from its
+//! start to just before and just after that instant, and the quintic between the two is as good as
+//! the stepping itself.
+
+use super::lattice::Chain;
+use super::path::acceleration;
+use super::peak::largest;
+use super::root;
+use super::run::CHECK_FACTOR;
+use super::simulation::{Accuracy, Simulation};
+use super::stepping::{
+    self, FIRST_CONTACT, FIRST_SITE, Mark, Quintic, State, StepControl, Stepping,
+};
+use crate::Result;
+use crate::analyze::Observer;
+
+/// Half the length of what is made again around an instant, in steps.
+const CLOSE: f64 = 1.0 / 32.0;
+
+/// Parts of a course at whose ends it is looked at before anything in it is located.
+pub(crate) const LOOKS: usize = 4;
+
+/// What is followed.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(crate) enum Signal {
+    /// Force of a contact beyond the static one, damping included.
+    Force(usize),
+    /// Velocity of a site.
+    Velocity(usize),
+}
+
+/// How fine the steps are.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(crate) enum Resolution {
+    /// As the tolerance asks for.
+    Asked,
+    /// Finer by [`CHECK_FACTOR`] in the error of a step, or by half in its length.
+    Finer,
+}
+
+/// A simulation on its way, and its last step.
+pub(crate) struct Watch<'a> {
+    simulation: &'a Simulation,
+    stepping: Box<dyn Stepping>,
+    observer: &'a dyn Observer,
+    start: Mark,
+    end: Mark,
+    /// Whether the stepping is elsewhere than at the end of the last step.
+    astray: bool,
+}
+
+impl Simulation {
+    /// # Errors
+    /// As [`Simulation::check`].
+    pub(crate) fn watch<'a>(
+        &'a self,
+        resolution: Resolution,
+        observer: &'a dyn Observer,
+    ) -> Result<Watch<'a>> {
+        self.check()?;
+        let scale = self.speed();
+        let (fraction, part) = match resolution {
+            Resolution::Asked => (1.0, 1.0),
+            Resolution::Finer => (CHECK_FACTOR, 0.5),
+        };
+        let control = match self.accuracy {
+            Accuracy::Step(step) => StepControl::Fixed(part * step),
+            Accuracy::LocalError(local) => StepControl::LocalError(fraction * local * scale),
+            Accuracy::Tolerance(tolerance) => {
+                StepControl::LocalError(fraction * self.local_error_for(tolerance) * scale)
+            }
+        };
+        let stepping = stepping::prepare(&self.task(control, scale, true))?;
+        let mark = stepping.mark();
+        Ok(Watch {
+            simulation: self,
+            stepping,
+            observer,
+            start: mark.clone(),
+            end: mark,
+            astray: false,
+        })
+    }
+
+    /// The speed that velocities are compared with.
+    pub(crate) fn speed(&self) -> f64 {
+        self.velocity_scale(f64::INFINITY)
+    }
+}
+
+impl<'a> Watch<'a> {
+    /// Makes a step. Its length does not depend on what was looked at in earlier ones.
+    pub(crate) fn step(&mut self) -> Result<()> {
+        if self.astray {
+            self.stepping.reset(&self.end);
+            self.astray = false;
+        }
+        let to = self.end.time + self.stepping.step();
+        self.stepping.advance_to(to, self.observer)?;
+        std::mem::swap(&mut self.start, &mut self.end);
+        self.end = self.stepping.mark();
+        Ok(())
+    }
+
+    /// Begins and ends of the last step.
+    pub(crate) fn times(&self) -> [f64; 2] {
+        [self.start.time, self.end.time]
+    }
+
+    /// The state at the end of the last step.
+    pub(crate) fn now(&self) -> Instant<'_> {
+        self.instant(&self.end.state)
+    }
+
+    /// Whether a contact is closed at either end of the last step.
+    pub(crate) fn presses(&self, contact: usize) -> bool {
+        let s = FIRST_CONTACT + contact;
+        self.start.state.force[s] != 0.0 || self.end.state.force[s] != 0.0
+    }
+
+    /// A signal over the last step, interpolated.
+    pub(crate) fn course(&self, signal: Signal) -> Course<'a> {
+        self.between(signal, &self.start, &self.end)
+    }
+
+    /// The same around an instant inside the step, made again.
+    pub(crate) fn near(&mut self, signal: Signal, t: f64) -> Result<Course<'a>> {
+        let [from, to] = self.times();
+        let close = CLOSE * (to - from);
+        self.go_to((t - close).max(from))?;
+        let before = self.stepping.mark();
+        self.stepping
+            .advance_to((t + close).min(to), self.observer)?;
+        let after = self.stepping.mark();
+        Ok(self.between(signal, &before, &after))
+    }
+
+    /// The state at an instant inside the step, made again.
+    pub(crate) fn at(&mut self, t: f64) -> Result<Instant<'_>> {
+        self.go_to(t)?;
+        Ok(self.instant(self.stepping.state()))
+    }
+
+    fn go_to(&mut self, t: f64) -> Result<()> {
+        self.astray = true;
+        self.stepping.reset(&self.start);
+        self.stepping.advance_to(t, self.observer)
+    }
+
+    fn instant<'s>(&self, state: &'s State) -> Instant<'s> {
+        let chain = &self.simulation.chain;
+        let (n, m) = (chain.n_sites(), chain.n_contacts());
+        Instant {
+            x: &state.x[FIRST_SITE..][..n],
+            v: &state.v[FIRST_SITE..][..n],
+            passed: &state.passed[FIRST_CONTACT..][..m],
+            lost: &state.lost[FIRST_SITE..][..n],
+            input: state.passed[FIRST_CONTACT - 1],
+            wall: state.x[0],
+        }
+    }
+
+    fn between(&self, signal: Signal, from: &Mark, to: &Mark) -> Course<'a> {
+        let h = to.time - from.time;
+        let place = |s: usize, state: &State| {
+            let a = acceleration(self.simulation, s, state);
+            [state.x[s], h * state.v[s], h * h * a]
+        };
+        let ends = [&from.state, &to.state].map(|state| match signal {
+            Signal::Velocity(site) => place(FIRST_SITE + site, state),
+            Signal::Force(contact) => {
+                let s = FIRST_CONTACT + contact;
+                let (left, right) = (place(s - 1, state), place(s, state));
+                std::array::from_fn(|i| left[i] - right[i])
+            }
+        });
+        Course {
+            from: from.time,
+            h,
+            path: Quintic::hermite(ends[0], ends[1]),
+            signal,
+            chain: &self.simulation.chain,
+        }
+    }
+}
+
+/// What a chain is like at an instant.
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct Instant<'a> {
+    pub(crate) x: &'a [f64],
+    pub(crate) v: &'a [f64],
+    /// Energy passed through each contact so far, and lost at each site.
+    pub(crate) passed: &'a [f64],
+    pub(crate) lost: &'a [f64],
+    /// Energy put in by a drive.
+    pub(crate) input: f64,
+    /// Displacement of a wall before site 0.
+    pub(crate) wall: f64,
+}
+
+/// A signal over a piece of time.
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct Course<'a> {
+    from: f64,
+    h: f64,
+    /// Of the overlap or the displacement.
+    path: Quintic,
+    signal: Signal,
+    chain: &'a Chain,
+}
+
+impl Course<'_> {
+    /// The time of a share of the piece.
+    pub(crate) fn time(&self, share: f64) -> f64 {
+        self.from + share * self.h
+    }
+
+    /// The signal there.
+    pub(crate) fn value(&self, share: f64) -> f64 {
+        let rate = self.path.slope_at(share) / self.h;
+        match self.signal {
+            Signal::Force(contact) => self.chain.force_at(contact, self.path.at(share), rate),
+            Signal::Velocity(_) => rate,
+        }
+    }
+
+    /// Values at the ends of [`LOOKS`] equal parts.
+    pub(crate) fn looks(&self) -> [f64; LOOKS + 1] {
+        std::array::from_fn(|look| self.value(look as f64 / LOOKS as f64))
+    }
+
+    /// Share and value of the largest value between two shares between which there is one hump.
+    pub(crate) fn largest(&self, from: f64, to: f64) -> (f64, f64) {
+        largest(from, to, |share| self.value(share))
+    }
+
+    /// The share at which the signal passes `level` between two shares on either side of it; the
+    /// nearer one of them if they are on one side.
+    pub(crate) fn passes(&self, level: f64, from: f64, to: f64) -> f64 {
+        let off = |share: f64| self.value(share) - level;
+        let (a, b) = (off(from), off(to));
+        if (a > 0.0) == (b > 0.0) {
+            return if a.abs() < b.abs() { from } else { to };
+        }
+        root::between(from, to, off)
+    }
+}

@@ -1,0 +1,242 @@
+//! What long work has computed so far, kept so that it survives being killed.
+//!
+//! A directory holds a file that says what was asked, and `members.jsonl`, a line a member that is
+//! done, in the order in which they were. A line is written at once and counts when its end is there;
+//! a line cut short is taken off when the work goes on.
+
+use std::collections::BTreeMap;
+use std::fs::{self, File, TryLockError};
+use std::io::{Read, Seek, SeekFrom, Write};
+use std::path::{Path, PathBuf};
+use std::sync::{Mutex, PoisonError};
+
+use serde::de::DeserializeOwned;
+use serde::{Deserialize, Serialize};
+
+use crate::{Error, Result};
+
+const MEMBERS: &str = "members.jsonl";
+
+/// What long work was asked for: equal requests have equal members.
+pub(crate) trait Asked: Serialize + DeserializeOwned {
+    /// The file that holds it.
+    const FILE: &'static str;
+    /// What messages call the work.
+    const WORD: &'static str;
+
+    /// In what another request differs.
+    fn difference(&self, asked: &Self) -> Option<String>;
+}
+
+/// The name of a member.
+pub(crate) trait Key: Clone + Ord + Serialize + DeserializeOwned {}
+impl<K: Clone + Ord + Serialize + DeserializeOwned> Key for K {}
+
+/// What a member comes to.
+pub(crate) trait Member: Clone + Serialize + DeserializeOwned {}
+impl<M: Clone + Serialize + DeserializeOwned> Member for M {}
+
+/// Says what is wrong with the name of a member.
+pub(crate) type Check<K> = Box<dyn Fn(&K) -> std::result::Result<(), String>>;
+
+/// What became of a member.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum Outcome<M> {
+    Done(M),
+    /// Why its run failed.
+    Failed(String),
+}
+
+#[derive(Debug, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+struct Line<K, M> {
+    member: K,
+    outcome: Outcome<M>,
+}
+
+/// The members that are known, by their names.
+pub type Outcomes<K, M> = BTreeMap<K, Outcome<M>>;
+
+/// An open directory; no other process can add to it meanwhile.
+#[derive(Debug)]
+pub(crate) struct Ledger {
+    path: PathBuf,
+    file: Mutex<File>,
+}
+
+impl Ledger {
+    /// Opens the directory of a sweep, made where nothing is there, with what is known already.
+    pub(crate) fn open<A: Asked, K: Key, M: Member>(
+        directory: &Path,
+        asked: &A,
+        check: &dyn Fn(&K) -> std::result::Result<(), String>,
+    ) -> Result<(Ledger, Outcomes<K, M>)> {
+        let occupied = |found: String| Error::Occupied {
+            path: directory.to_owned(),
+            found,
+        };
+        let is_new = match fs::read_dir(directory) {
+            // One that was killed before it began has left its request half-written.
+            Ok(entries) => entries.flatten().all(|entry| {
+                let name = entry.file_name();
+                name.to_string_lossy().starts_with(&partial_prefix(A::FILE))
+            }),
+            Err(error) if error.kind() == std::io::ErrorKind::NotFound => true,
+            Err(error) if error.kind() == std::io::ErrorKind::NotADirectory => {
+                return Err(occupied("is a file".into()));
+            }
+            Err(error) => return Err(Error::read("read", directory)(error)),
+        };
+        if is_new {
+            fs::create_dir_all(directory).map_err(Error::write("create", directory))?;
+            write_whole(directory, A::FILE, &to_json(asked)?)?;
+        } else {
+            let found = read_asked::<A>(directory)?
+                .ok_or_else(|| occupied(format!("holds something other than a {}", A::WORD)))?;
+            if let Some(difference) = found.difference(asked) {
+                return Err(occupied(format!("holds another {}: {difference}", A::WORD)));
+            }
+        }
+        let path = directory.join(MEMBERS);
+        let mut file = File::options()
+            .read(true)
+            .append(true)
+            .create(true)
+            .open(&path)
+            .map_err(Error::write("open", &path))?;
+        match file.try_lock() {
+            Ok(()) => {}
+            Err(TryLockError::WouldBlock) => {
+                return Err(Error::Busy {
+                    path: directory.to_owned(),
+                });
+            }
+            // A file system without locks: the user keeps two processes apart.
+            Err(TryLockError::Error(_)) => {}
+        }
+        let (outcomes, whole) = parse(&mut file, &path, check)?;
+        file.set_len(whole).map_err(Error::write("cut", &path))?;
+        let file = Mutex::new(file);
+        Ok((Ledger { path, file }, outcomes))
+    }
+
+    /// Adds a member that is done.
+    pub(crate) fn add<K: Key, M: Member>(&self, member: &K, outcome: &Outcome<M>) -> Result<()> {
+        let line = Line {
+            member: member.clone(),
+            outcome: outcome.clone(),
+        };
+        let mut text = to_json(&line)?;
+        text.push('\n');
+        let mut file = self.file.lock().unwrap_or_else(PoisonError::into_inner);
+        let before = file.seek(SeekFrom::End(0));
+        let written = before.and_then(|end| {
+            file.write_all(text.as_bytes()).inspect_err(|_| {
+                // What was written of the line must not be continued by the next one.
+                let _ = file.set_len(end);
+            })
+        });
+        written.map_err(Error::write("append to", &self.path))
+    }
+
+    /// Sees to it that what was added is on the disk.
+    pub(crate) fn settle(&self) -> Result<()> {
+        let file = self.file.lock().unwrap_or_else(PoisonError::into_inner);
+        file.sync_data().map_err(Error::write("write", &self.path))
+    }
+}
+
+/// What a directory holds of such work; `check` says what a member may not be.
+///
+/// # Errors
+/// [`Error::Read`] where it cannot be read or holds none; [`Error::Damaged`] for a line that is no
+/// member.
+pub(crate) fn read<A: Asked, K: Key, M: Member>(
+    directory: &Path,
+    check: impl Fn(&A) -> Result<Check<K>>,
+) -> Result<(A, Outcomes<K, M>)> {
+    let none = || {
+        let none = format!("no {} is there", A::WORD);
+        let none = std::io::Error::new(std::io::ErrorKind::NotFound, none);
+        Error::read("read", directory)(none)
+    };
+    let asked = read_asked::<A>(directory)?.ok_or_else(none)?;
+    let path = directory.join(MEMBERS);
+    let mut file = match File::open(&path) {
+        Ok(file) => file,
+        Err(error) if error.kind() == std::io::ErrorKind::NotFound => {
+            return Ok((asked, Outcomes::new()));
+        }
+        Err(error) => return Err(Error::read("open", &path)(error)),
+    };
+    let check = check(&asked)?;
+    let (outcomes, _) = parse(&mut file, &path, &*check)?;
+    Ok((asked, outcomes))
+}
+
+/// The members of a file and the length of its whole lines; the first line of a member counts.
+fn parse<K: Key, M: Member>(
+    file: &mut File,
+    path: &Path,
+    check: &dyn Fn(&K) -> std::result::Result<(), String>,
+) -> Result<(Outcomes<K, M>, u64)> {
+    let mut text = Vec::new();
+    file.seek(SeekFrom::Start(0))
+        .and_then(|_| file.read_to_end(&mut text))
+        .map_err(Error::read("read", path))?;
+    let whole = text
+        .iter()
+        .rposition(|b| *b == b'\n')
+        .map_or(0, |at| at + 1);
+    let mut outcomes = Outcomes::new();
+    for (number, line) in text[..whole].split_inclusive(|b| *b == b'\n').enumerate() {
+        let damaged = |reason: String| Error::Damaged {
+            path: path.to_owned(),
+            line: number + 1,
+            reason,
+        };
+        let line: Line<K, M> =
+            serde_json::from_slice(line).map_err(|error| damaged(error.to_string()))?;
+        check(&line.member).map_err(damaged)?;
+        outcomes.entry(line.member).or_insert(line.outcome);
+    }
+    Ok((outcomes, whole as u64))
+}
+
+fn read_asked<A: Asked>(directory: &Path) -> Result<Option<A>> {
+    let path = directory.join(A::FILE);
+    let text = match fs::read_to_string(&path) {
+        Ok(text) => text,
+        Err(error) if error.kind() == std::io::ErrorKind::NotFound => return Ok(None),
+        Err(error) => return Err(Error::read("read", &path)(error)),
+    };
+    match serde_json::from_str(&text) {
+        Ok(asked) => Ok(Some(asked)),
+        Err(error) => Err(Error::Damaged {
+            line: error.line(),
+            reason: error.to_string(),
+            path,
+        }),
+    }
+}
+
+fn partial_prefix(name: &str) -> String {
+    format!(".{name}.partial-")
+}
+
+/// Writes a file beside its place, then renames it.
+pub(crate) fn write_whole(directory: &Path, name: &str, text: &str) -> Result<PathBuf> {
+    let path = directory.join(name);
+    let partial = directory.join(partial_prefix(name) + &std::process::id().to_string());
+    fs::write(&partial, text).map_err(Error::write("write", &partial))?;
+    fs::rename(&partial, &path).map_err(Error::write("rename to", &path))?;
+    Ok(path)
+}
+
+fn to_json(value: &impl Serialize) -> Result<String> {
+    serde_json::to_string(value).map_err(|error| {
+        let path = Path::new(MEMBERS);
+        Error::write("encode", path)(error.into())
+    })
+}

@@ -1,0 +1,176 @@
+//! Attenuation against length and transmission against a key, as charts.
+
+use super::Format;
+use super::chart::{Chart, Corner, Look, Mark, Series, draw_charts};
+use crate::Result;
+use crate::attenuation::{
+    Attenuation, AttenuationCurve, ContactKind, MeasuredPoint, Row, Sense, Transmission,
+};
+use crate::chain::scene::Units;
+
+const SIZE: (u32, u32) = (720, 430);
+
+/// Force, energy, share of the high band and width against length, for every chain: forces in the
+/// contacts that are compared, with the chosen laws dashed.
+///
+/// # Errors
+/// [`crate::Error::Draw`].
+pub fn attenuation(
+    attenuation: &Attenuation,
+    measured: &[MeasuredPoint],
+    format: Format,
+) -> Result<Vec<u8>> {
+    let kind = attenuation.kind;
+    let like = |row: &&Row| row.kind == kind || row.kind == ContactKind::Other;
+    let unit = |curve: Option<&AttenuationCurve>| match curve.map(|c| c.units) {
+        Some(Units::Si) => " (s)",
+        _ => "",
+    };
+    let of = |sense: Sense, value: &dyn Fn(&Row) -> Option<f64>| -> Vec<Series> {
+        let curves = attenuation.curves.iter().filter(|c| c.sense == sense);
+        curves
+            .enumerate()
+            .map(|(i, curve)| {
+                let rows = curve.rows.iter().filter(like);
+                let points = rows.filter_map(|row| Some((row.bodies as f64, value(row)?)));
+                Series::line(&curve.name, i, points.collect())
+            })
+            .collect()
+    };
+    let bodies = "bodies before the contact";
+    let mut charts = Vec::new();
+    for sense in [Sense::Chain, Sense::Wall] {
+        let mut series = of(sense, &|row| row.relative_force);
+        if series.is_empty() {
+            continue;
+        }
+        let curves = attenuation.curves.iter().filter(|c| c.sense == sense);
+        for (i, curve) in curves.enumerate() {
+            let Some(fits) = &curve.fits else { continue };
+            let law = series[i]
+                .points
+                .iter()
+                .map(|p| (p.0, fits.chosen().at(p.0)));
+            let law = law.filter(|p| p.0 > 0.0).collect();
+            series.push(Series::line("", i, law).with(Look::Dashed));
+        }
+        series.extend(laid_over(measured));
+        let title = match sense {
+            Sense::Chain => format!("peak force in one long chain, {} contacts", kind.name()),
+            Sense::Wall => "peak force on the wall".to_owned(),
+        };
+        let label = "force / that of the homogeneous chain";
+        charts.push(Chart::of(title, bodies, label, series));
+    }
+    let others: [(&str, String, &dyn Fn(&Row) -> Option<f64>); 3] = [
+        (
+            "energy passed in one long chain",
+            "energy / that of the homogeneous chain".into(),
+            &|row| row.relative_energy,
+        ),
+        (
+            "share of the energy passed above the band edge",
+            "share".into(),
+            &|row| row.high_share,
+        ),
+        (
+            "width of the pulse at half its peak",
+            format!("width{}", unit(attenuation.curves.first())),
+            &|row| Some(row.pulse.width.value),
+        ),
+    ];
+    for (title, label, value) in others {
+        let series = of(Sense::Chain, value);
+        if series.iter().any(|s| !s.points.is_empty()) {
+            charts.push(Chart::of(title, bodies, label, series));
+        }
+    }
+    draw_charts("attenuation against length", 2, SIZE, &charts, format)
+}
+
+/// Force on the wall, time of flight and mean speed against the key, with the extremes as dots and
+/// the localized ratios as marks.
+///
+/// # Errors
+/// [`crate::Error::Draw`].
+pub fn transmission(
+    transmission: &Transmission,
+    measured: &[MeasuredPoint],
+    format: Format,
+) -> Result<Vec<u8>> {
+    let si = transmission.units == Units::Si;
+    let key = match (transmission.key.as_str(), si) {
+        ("angle" | "second_angle", _) => {
+            format!("{} (degrees)", transmission.key.replace('_', " "))
+        }
+        (key, _) => key.replace('_', " "),
+    };
+    let points = |value: &dyn Fn(&crate::attenuation::Point) -> f64| -> Vec<Series> {
+        let curves = transmission.curves.iter().enumerate();
+        curves
+            .map(|(i, curve)| {
+                let label: Vec<String> = curve
+                    .settings
+                    .iter()
+                    .map(|(key, text)| format!("{} {text}", key.replace('_', " ")))
+                    .collect();
+                let points = curve.points.iter().map(|p| (p.value, value(p)));
+                Series::line(label.join(", "), i, points.collect())
+            })
+            .collect()
+    };
+    let mut forces = points(&|p| p.relative_force);
+    for (i, curve) in transmission.curves.iter().enumerate() {
+        let extremes = curve.extremes.iter().map(|e| &e.point);
+        let dots = extremes.map(|p| (p.value, p.relative_force)).collect();
+        forces.push(Series::line("", i, dots).with(Look::Dots));
+    }
+    forces.extend(laid_over(measured));
+    let unit = |name: &str, si_unit: &str| match si {
+        true => format!("{name} ({si_unit})"),
+        false => name.to_owned(),
+    };
+    let mut charts = [
+        (
+            "peak force on the wall",
+            "force / that of the homogeneous chain".to_owned(),
+            forces,
+        ),
+        (
+            "time of flight to the wall",
+            unit("time", "s"),
+            points(&|p| p.time_of_flight.value),
+        ),
+        (
+            "mean speed",
+            unit("bodies per time", "m/s").replace("bodies per time (m/s)", "speed (m/s)"),
+            points(&|p| p.mean_speed),
+        ),
+    ]
+    .map(|(title, label, series)| Chart::of(title, &key, label, series));
+    let marks = transmission.curves.first().map(|curve| &curve.localized);
+    for chart in &mut charts {
+        chart.names = Corner::LowerRight;
+        chart.marks = marks
+            .into_iter()
+            .flatten()
+            .map(|mark| Mark {
+                at: mark.value,
+                label: format!("n = {}", mark.order),
+            })
+            .collect();
+    }
+    draw_charts("transmission", 1, SIZE, &charts, format)
+}
+
+fn laid_over(measured: &[MeasuredPoint]) -> Option<Series> {
+    let points: Vec<(f64, f64)> = measured.iter().map(|p| (p.at, p.value)).collect();
+    if points.is_empty() {
+        return None;
+    }
+    let errors = measured.iter().map(|p| p.error.unwrap_or(0.0)).collect();
+    Some(Series {
+        errors,
+        ..Series::line("measured", 6, points).with(Look::Dots)
+    })
+}
