@@ -90,7 +90,7 @@ impl Ledger {
         };
         if is_new {
             fs::create_dir_all(directory).map_err(Error::write("create", directory))?;
-            write_whole(directory, A::FILE, &to_json(asked)?)?;
+            write_whole(directory, A::FILE, to_json(asked)?.as_bytes())?;
         } else {
             let found = read_asked::<A>(directory)?
                 .ok_or_else(|| occupied(format!("holds something other than a {}", A::WORD)))?;
@@ -226,10 +226,10 @@ fn partial_prefix(name: &str) -> String {
 }
 
 /// Writes a file beside its place, then renames it.
-pub(crate) fn write_whole(directory: &Path, name: &str, text: &str) -> Result<PathBuf> {
+pub(crate) fn write_whole(directory: &Path, name: &str, bytes: &[u8]) -> Result<PathBuf> {
     let path = directory.join(name);
     let partial = directory.join(partial_prefix(name) + &std::process::id().to_string());
-    fs::write(&partial, text).map_err(Error::write("write", &partial))?;
+    fs::write(&partial, bytes).map_err(Error::write("write", &partial))?;
     fs::rename(&partial, &path).map_err(Error::write("rename to", &path))?;
     Ok(path)
 }

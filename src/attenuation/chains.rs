@@ -122,10 +122,14 @@ impl Make {
         self.of([("samples", "2".into()), ("sites", sites)])
     }
 
-    /// With one key set.
-    pub(super) fn with(&self, key: &str, text: &str) -> Make {
+    /// With one key set by an option.
+    pub(super) fn with(&self, key: &str, text: &str, option: &str) -> Make {
+        let setting = Setting {
+            source: format!("--{option} {key}"),
+            ..setting(key, text)
+        };
         Make {
-            source: self.source.with([setting(key, text)]),
+            source: self.source.with([setting]),
             extends: self.extends,
         }
     }
@@ -142,7 +146,7 @@ fn setting(key: &str, text: &str) -> Setting {
     Setting {
         key: key.to_owned(),
         text: text.to_owned(),
-        source: key.replace('_', "-"),
+        source: format!("--{}", key.replace('_', "-")),
     }
 }
 

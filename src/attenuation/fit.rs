@@ -6,6 +6,8 @@ use serde::Serialize;
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
 #[serde(rename_all = "kebab-case")]
 pub enum Law {
+    /// `c`.
+    Level,
     /// `a exp(-r n)`.
     Exponential,
     /// `a n^-p`.
@@ -15,11 +17,12 @@ pub enum Law {
 }
 
 impl Law {
-    pub const ALL: [Law; 3] = [Law::Exponential, Law::PowerLaw, Law::Plateau];
+    pub const ALL: [Law; 4] = [Law::Level, Law::Exponential, Law::PowerLaw, Law::Plateau];
 
-    /// Names of the parameters; the first one is the rate or the power.
+    /// Names of the parameters; the first one is the rate or the power, except of a level.
     pub fn parameters(self) -> &'static [&'static str] {
         match self {
+            Law::Level => &["c"],
             Law::Exponential => &["r", "a"],
             Law::PowerLaw => &["p", "a"],
             Law::Plateau => &["r", "a", "c"],
@@ -29,15 +32,24 @@ impl Law {
     /// Shapes whose sum, weighted by all parameters but the first, is the law.
     fn shapes(self, first: f64, n: f64) -> [f64; 2] {
         match self {
+            Law::Level => [1.0, 0.0],
             Law::Exponential => [(-first * n).exp(), 0.0],
             Law::PowerLaw => [n.powf(-first), 0.0],
             Law::Plateau => [(-first * n).exp(), 1.0],
         }
     }
 
+    /// How many parameters do not enter linearly.
+    fn searched(self) -> usize {
+        match self {
+            Law::Level => 0,
+            _ => 1,
+        }
+    }
+
     fn at(self, parameters: &[f64], n: f64) -> f64 {
         let shapes = self.shapes(parameters[0], n);
-        let weights = &parameters[1..];
+        let weights = &parameters[self.searched()..];
         weights.iter().zip(shapes).map(|(w, s)| w * s).sum()
     }
 
@@ -48,6 +60,7 @@ impl Law {
             (0..GRID).map(move |i| from + step * i as f64).collect()
         };
         match self {
+            Law::Level => vec![0.0; GRID],
             Law::Exponential => even(-1.0 / longest, 3.0),
             Law::PowerLaw => even(-1.0, 5.0),
             // Slower than the record, it is a line.
@@ -59,6 +72,9 @@ impl Law {
         }
     }
 }
+
+/// Relative residuals below which one law is as good as another, and the simplest is chosen.
+const EXACT: f64 = 1e-9;
 
 /// Values of the first parameter at which a fit is tried before the best of them is refined.
 const GRID: usize = 600;
@@ -173,6 +189,7 @@ impl Fit {
     /// What the law settles at for long chains.
     pub fn settles_at(&self) -> f64 {
         match (self.law, self.parameters[0].value > 0.0) {
+            (Law::Level, _) => self.parameters[0].value,
             (Law::Plateau, _) => self.parameters[2].value,
             (_, true) => 0.0,
             (_, false) => f64::INFINITY,
@@ -211,8 +228,11 @@ impl Fit {
 }
 
 fn reaches(law: Law, values: &[f64], level: f64) -> Option<f64> {
-    let (first, a) = (values[0], values[1]);
+    let &[first, a, ..] = values else {
+        return None;
+    };
     let n = match law {
+        Law::Level => return None,
         Law::Exponential => (a / level).ln() / first,
         Law::PowerLaw => (a / level).powf(1.0 / first),
         Law::Plateau => (a / (level - values[2])).ln() / first,
@@ -251,8 +271,8 @@ fn solve(law: Law, points: &[(f64, f64)]) -> Option<Solution> {
         firsts[best]
     };
     let (weights, squares) = linear(law, first, points)?;
-    let mut parameters = vec![first];
-    parameters.extend(&weights[..law.parameters().len() - 1]);
+    let mut parameters = vec![first; law.searched()];
+    parameters.extend(&weights[..law.parameters().len() - law.searched()]);
     Some(Solution {
         parameters,
         squares,
@@ -310,8 +330,7 @@ fn correlation(residuals: &[f64]) -> f64 {
 fn judged(law: Law, solution: &Solution, points: &[(f64, f64)], independent: f64) -> Option<Fit> {
     let (m, k) = (points.len() as f64, solution.parameters.len());
     let freedom = (independent - k as f64).max(1.0);
-    // Residuals below rounding would make criteria of it.
-    let mean_square = (solution.squares / m).max(1e-30);
+    let mean_square = (solution.squares / m).max(EXACT * EXACT);
     let fitted = (k + 1) as f64;
     let spare = (independent - fitted - 1.0).max(0.5);
     let aicc =
@@ -359,13 +378,15 @@ fn covariance(law: Law, values: &[f64], points: &[(f64, f64)], variance: f64) ->
         let shapes = law.shapes(values[0], n);
         let by_first = match law {
             Law::PowerLaw => -n.ln(),
-            Law::Exponential | Law::Plateau => -n,
+            _ => -n,
         };
-        let row = [
-            values[1] * by_first * shapes[0] / y,
-            shapes[0] / y,
-            shapes[1] / y,
-        ];
+        let row = match law {
+            Law::Level => [1.0 / y, 0.0, 0.0],
+            _ => {
+                let first = values[1] * by_first * shapes[0] / y;
+                [first, shapes[0] / y, shapes[1] / y]
+            }
+        };
         for i in 0..k {
             for j in 0..k {
                 normal[i][j] += row[i] * row[j];
@@ -557,12 +578,8 @@ mod tests {
         let n = lengths(8);
         assert!(fit(&n, &[0.0; 8], Criterion::Aicc).is_none());
         let level = fit(&n, &[0.5; 8], Criterion::Aicc).unwrap();
+        assert_eq!(level.chosen().law, Law::Level);
         assert!((level.chosen().at(4.0) - 0.5).abs() < 1e-12);
-        assert!(
-            level
-                .fits
-                .iter()
-                .all(|f| f.reaches(0.25).is_none() || f.law != Law::Plateau)
-        );
+        assert!(level.chosen().reaches(0.4).is_none());
     }
 }

@@ -22,6 +22,9 @@ const RISE: f64 = 0.5;
 /// Peaks that are lower than the highest by more than this are told apart without being located.
 const DOUBT: f64 = 1e-2;
 
+/// Contact times that a pulse on the wall of a short chain takes at most.
+const WHOLE: f64 = 10.0;
+
 /// A pulse takes at most this many contact times a site; what is slower is not waited for.
 const PATIENCE: f64 = 20.0;
 
@@ -157,7 +160,7 @@ impl Following<'_> {
                 let reached = crossing(&mut watch, signal, time, level)?;
                 end = match self.sense {
                     Sense::Chain => reached,
-                    Sense::Wall => 2.0 * reached,
+                    Sense::Wall => 2.0 * reached + WHOLE * simulation.contact_time(scale),
                 };
             }
         }

@@ -1,7 +1,7 @@
 //! The share of the energy passed above a frequency.
 
 use crate::Result;
-use crate::analyze::{Nowhere, Observer};
+use crate::analyze::{Nowhere, Observer, Silent};
 use crate::budget::{self, BudgetRequest, Motion, Views};
 use crate::chain::{EndTime, Record, Simulation};
 
@@ -32,9 +32,9 @@ pub(super) fn high_shares(
 
 /// The frequency below which 90 % of the energy of the first contact's force lie, in steps of the
 /// inverse of [`FIRST`] contact times.
-pub(super) fn default_edge(simulation: &Simulation, observer: &dyn Observer) -> Result<f64> {
+pub(super) fn default_edge(simulation: &Simulation) -> Result<f64> {
     let end = FIRST * simulation.contact_time(simulation.speed());
-    Ok(flow(simulation, end, None, observer)?.edge)
+    Ok(flow(simulation, end, None, &Silent)?.edge)
 }
 
 fn flow(

@@ -241,7 +241,7 @@ impl AttenuationRequest {
         let mut plan = Plan::default();
         for (chain, make) in makes.iter().enumerate() {
             for &sense in &self.senses {
-                let planned = self.plan(chain, make, sense, &lengths, observer, &mut plan)?;
+                let planned = self.plan(chain, make, sense, &lengths, &mut plan)?;
                 plan.curves.push(planned);
             }
         }
@@ -273,7 +273,6 @@ impl AttenuationRequest {
         make: &Make,
         sense: Sense,
         lengths: &[usize],
-        observer: &dyn Observer,
         plan: &mut Plan,
     ) -> Result<Planned> {
         let groups: Vec<(usize, Vec<Setup>)> = match sense {
@@ -303,7 +302,7 @@ impl AttenuationRequest {
             (Sense::Chain, true, Some(edge)) => Some(edge),
             (Sense::Chain, true, None) => {
                 let reference = homogeneous(&groups[0].1[0].simulation);
-                Some(plan.edge(reference, observer)?)
+                Some(plan.edge(reference)?)
             }
         };
         let mut pairs = Vec::new();
@@ -428,11 +427,11 @@ impl Plan {
         self.members.len() - 1
     }
 
-    fn edge(&mut self, reference: Simulation, observer: &dyn Observer) -> Result<f64> {
+    fn edge(&mut self, reference: Simulation) -> Result<f64> {
         if let Some((_, edge)) = self.edges.iter().find(|(known, _)| *known == reference) {
             return Ok(*edge);
         }
-        let edge = default_edge(&reference, observer)?;
+        let edge = default_edge(&reference)?;
         self.edges.push((reference, edge));
         Ok(edge)
     }

@@ -54,7 +54,8 @@ pub struct Pulse {
 pub enum Sense {
     /// At the contacts of one long chain, until its front reaches the last site.
     Chain,
-    /// On the wall behind the last body, for twice the time that the front takes to it.
+    /// On the wall behind the last body, for twice the time that the front takes to it and ten
+    /// contact times more.
     Wall,
 }
 

@@ -258,9 +258,9 @@ struct Family<'a> {
 
 impl<'a> Family<'a> {
     fn new(make: &Make, key: &'a str, settings: Vec<(String, String)>) -> Family<'a> {
-        let make = settings
-            .iter()
-            .fold(make.clone(), |make, (key, text)| make.with(key, text));
+        let make = settings.iter().fold(make.clone(), |make, (key, text)| {
+            make.with(key, text, "vary")
+        });
         Family {
             make,
             key,
@@ -269,7 +269,9 @@ impl<'a> Family<'a> {
     }
 
     fn setup(&self, value: f64) -> Result<Setup> {
-        self.make.with(self.key, &format!("{value:?}")).setup()
+        self.make
+            .with(self.key, &format!("{value:?}"), "over")
+            .setup()
     }
 
     fn name(&self, value: f64) -> String {

@@ -20,6 +20,9 @@ use crate::analyze::Observer;
 /// Half the length of what is made again around an instant, in steps.
 const CLOSE: f64 = 1.0 / 32.0;
 
+/// How far beside a top its slopes are looked at, as a share of a course.
+const ASIDE: f64 = 0.05;
+
 /// Parts of a course at whose ends it is looked at before anything in it is located.
 pub(crate) const LOOKS: usize = 4;
 
@@ -234,7 +237,21 @@ impl Course<'_> {
 
     /// Share and value of the largest value between two shares between which there is one hump.
     pub(crate) fn largest(&self, from: f64, to: f64) -> (f64, f64) {
-        largest(from, to, |share| self.value(share))
+        let (share, value) = largest(from, to, |share| self.value(share));
+        // Values near the top tell its place to half the digits; where they stop rising tells all.
+        let (before, after) = ((share - ASIDE).max(from), (share + ASIDE).min(to));
+        if self.slope(before) > 0.0 && self.slope(after) < 0.0 {
+            let share = root::between(before, after, |share| self.slope(share));
+            return (share, self.value(share).max(value));
+        }
+        (share, value)
+    }
+
+    /// By differences of fourth order, which are exact to rounding over pieces of a step.
+    fn slope(&self, share: f64) -> f64 {
+        let h = 0.2 * ASIDE;
+        let pair = |by: f64| self.value(share + by) - self.value(share - by);
+        (8.0 * pair(h) - pair(2.0 * h)) / (12.0 * h)
     }
 
     /// The share at which the signal passes `level` between two shares on either side of it; the

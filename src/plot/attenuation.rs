@@ -8,6 +8,9 @@ use crate::attenuation::{
 };
 use crate::chain::scene::Units;
 
+/// Ends of an axis of a ratio above which it is logarithmic.
+const WIDE: f64 = 30.0;
+
 const SIZE: (u32, u32) = (720, 430);
 
 /// Force, energy, share of the high band and width against length, for every chain: forces in the
@@ -60,7 +63,10 @@ pub fn attenuation(
             Sense::Wall => "peak force on the wall".to_owned(),
         };
         let label = "force / that of the homogeneous chain";
-        charts.push(Chart::of(title, bodies, label, series));
+        charts.push(Chart {
+            names: Corner::LowerLeft,
+            ..Chart::of(title, bodies, label, series)
+        });
     }
     let others: [(&str, String, &dyn Fn(&Row) -> Option<f64>); 3] = [
         (
@@ -82,7 +88,13 @@ pub fn attenuation(
     for (title, label, value) in others {
         let series = of(Sense::Chain, value);
         if series.iter().any(|s| !s.points.is_empty()) {
-            charts.push(Chart::of(title, bodies, label, series));
+            let chart = Chart::of(title, bodies, label, series);
+            // Shares fall with the length, the others lie above what is small.
+            let names = match chart.y.start < 0.0 {
+                true => Corner::UpperRight,
+                false => Corner::LowerRight,
+            };
+            charts.push(Chart { names, ..chart });
         }
     }
     draw_charts("attenuation against length", 2, SIZE, &charts, format)
@@ -149,8 +161,10 @@ pub fn transmission(
     ]
     .map(|(title, label, series)| Chart::of(title, &key, label, series));
     let marks = transmission.curves.first().map(|curve| &curve.localized);
+    let is_angle = transmission.key.ends_with("angle");
     for chart in &mut charts {
         chart.names = Corner::LowerRight;
+        chart.log_x = !is_angle && chart.x.start > 0.0 && chart.x.end > WIDE * chart.x.start;
         chart.marks = marks
             .into_iter()
             .flatten()

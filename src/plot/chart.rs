@@ -198,8 +198,8 @@ impl Chart {
             .set_all_tick_mark_size(px(5.0))
             .x_labels(8)
             .y_labels(7)
-            .x_label_formatter(&|v| short(*v))
-            .y_label_formatter(&|v| short(*v))
+            .x_label_formatter(&|v| short(*v, &self.x))
+            .y_label_formatter(&|v| short(*v, &self.y))
             .x_desc(&self.x_label)
             .y_desc(&self.y_label)
             .draw()?;
@@ -272,10 +272,11 @@ impl Chart {
     }
 }
 
-/// A number as few digits say it.
-fn short(v: f64) -> String {
+/// A number of an axis as few digits say it.
+fn short(v: f64, axis: &Range<f64>) -> String {
     let size = v.abs();
-    if v == 0.0 {
+    // Ticks are sums of steps, and 0 is one only to rounding.
+    if size <= 1e-12 * (axis.end - axis.start) {
         "0".into()
     } else if !(1e-3..1e5).contains(&size) {
         format!("{v:e}")

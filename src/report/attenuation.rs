@@ -1,5 +1,7 @@
 //! Attenuation and transmission as files.
 
+use std::path::{Path, PathBuf};
+
 use serde::Serialize;
 
 use crate::attenuation::{Attenuation, Pulse, Transmission};
@@ -31,6 +33,14 @@ pub fn versioned_json<T: Serialize>(
         version,
         result,
     })
+}
+
+/// Writes a file of a directory that keeps results, whole or not at all.
+///
+/// # Errors
+/// [`crate::Error::Write`].
+pub fn write_beside(directory: &Path, name: &str, bytes: &[u8]) -> crate::Result<PathBuf> {
+    crate::ledger::write_whole(directory, name, bytes)
 }
 
 /// Columns of a pulse, each located value with its error.

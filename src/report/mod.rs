@@ -19,6 +19,7 @@ pub use archive::Archive;
 pub use arrays::write_small_arrays;
 pub use attenuation::{
     ATTENUATION_SCHEMA, TRANSMISSION_SCHEMA, attenuation_csv, transmission_csv, versioned_json,
+    write_beside,
 };
 pub use budget::{BUDGET_SCHEMA, BudgetSummary, ClosureSummary};
 pub use budget_arrays::{write_budget_arrays, write_measured_arrays};

@@ -264,7 +264,7 @@ impl Sweep {
             let path = directory.join(TABLE);
             let text = table::csv(&self.request, &outcomes)
                 .map_err(|error| Error::write("write", &path)(error.into()))?;
-            Some(write_whole(directory, TABLE, &text)?)
+            Some(write_whole(directory, TABLE, text.as_bytes())?)
         } else {
             None
         };

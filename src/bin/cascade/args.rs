@@ -60,6 +60,19 @@ pub enum Command {
     /// pulses of struck chains lose least and most. An order that cannot be resolved says why in
     /// its row, the others stand, and the exit code is 1. `--profile` and `--launch` take one wave.
     Localize(Box<crate::localize::Localize>),
+    /// Follow the pulse of a struck chain against length: how long must it be to attenuate?
+    ///
+    /// SCENES, `--angles` or `--ratios` name the chains that are compared, each with the homogeneous
+    /// chain beside it: largest force and velocity, energy passed and left behind, share of the high
+    /// band, width, arrival. Values are located inside the steps of the simulation, so that they
+    /// depend on no sampling, and carry errors. With `--out`, what is known is kept at once, and the
+    /// same command goes on after an interrupt.
+    Attenuate(Box<crate::attenuate::Attenuate>),
+    /// Follow the pulse to the wall against a key of the scene: force, time of flight, mean speed.
+    ///
+    /// The extremes of the force are located by further runs, and the values that carry localized
+    /// waves are marked. `--vary` adds curves for other lengths, amplitudes or losses.
+    Transmit(Box<crate::transmit::Transmit>),
     /// Print completions for a shell.
     Completions { shell: clap_complete::Shell },
     /// Print the manual page of the program, or of one of its commands.

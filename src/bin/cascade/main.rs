@@ -2,6 +2,7 @@
 
 mod analyze;
 mod args;
+mod attenuate;
 mod budget;
 mod chain_args;
 mod compare;
@@ -17,6 +18,7 @@ mod scene_keys;
 mod simulate;
 mod sweep;
 mod terminal;
+mod transmit;
 mod view_args;
 
 use std::process::ExitCode;
@@ -35,6 +37,8 @@ fn main() -> ExitCode {
         Command::Sweep(typed) => sweep::run(*typed),
         Command::Scene(typed) => scene::run(typed),
         Command::Contact(typed) => contact::run(typed),
+        Command::Attenuate(typed) => attenuate::run(*typed),
+        Command::Transmit(typed) => transmit::run(*typed),
         Command::Localize(typed) => localize::run(*typed),
         Command::Completions { shell } => manual::completions(shell),
         Command::Man { page } => manual::page(page.as_deref()),

@@ -1,0 +1,526 @@
+//! `cascade attenuate`: what is left of a pulse after so many bodies.
+
+use std::io::{IsTerminal, Write};
+use std::path::{Path, PathBuf};
+
+use cascade::Error;
+use cascade::attenuation::{
+    Attenuation, AttenuationCurve, AttenuationRequest, Compared, ContactKind, Criterion, Law,
+    MeasuredPoint, Named, Point, Reach, Row, Sense, TransmissionRequest, measured_peaks,
+    read_curve,
+};
+use cascade::chain::scene::{SceneSource, Setting};
+use cascade::plot::Format;
+use cascade::report::{ATTENUATION_SCHEMA, attenuation_csv, versioned_json, write_beside};
+use clap::{Args, ValueEnum};
+use serde::Serialize;
+
+use crate::analyze::use_threads;
+use crate::failure::Failure;
+use crate::parse;
+use crate::progress::Progress;
+use crate::scene_keys::SceneKeys;
+use crate::terminal::number;
+
+/// What `cascade attenuate` takes.
+#[derive(Debug, Args)]
+pub struct Attenuate {
+    /// Files with the chains to compare; keys given as options hold for all of them.
+    pub scenes: Vec<PathBuf>,
+
+    /// Dimers of cylinders crossed at these angles, in degrees, and at 90; or at both angles of a
+    /// pair, 8/45. The other keys say what the cylinders are.
+    #[arg(long, value_name = "A[/B],..", value_delimiter = ',', value_parser = angle_pair)]
+    pub angles: Vec<[f64; 2]>,
+
+    /// Dimers of these stiffness ratios.
+    #[arg(long, value_name = "K,..", value_delimiter = ',', value_parser = parse::finite)]
+    pub ratios: Vec<f64>,
+
+    /// Bodies behind the striker up to which attenuation is followed.
+    #[arg(long = "bodies", value_name = "N", default_value_t = 40)]
+    pub bodies: usize,
+
+    /// Where the pulse is followed: at the contacts of one long chain, or on the wall behind
+    /// chains of every length.
+    #[arg(long, value_enum, default_value_t = Where::Both)]
+    pub sense: Where,
+
+    /// Lengths in the sense of the wall [default: all up to 40, then in equal ratios].
+    #[arg(long, value_name = "N,..", value_delimiter = ',')]
+    pub lengths: Option<Vec<usize>>,
+
+    /// Contacts that are fitted and compared with the target; soft and stiff ones carry different
+    /// peaks.
+    #[arg(long, value_enum, default_value_t = Kind::Soft)]
+    pub contacts: Kind,
+
+    /// By what the law of attenuation is chosen: exponential, power law, or plateau.
+    #[arg(long, value_enum, default_value_t = Choice::Aicc)]
+    pub fit: Choice,
+
+    /// Find the length at which the force is down to this part of that in the homogeneous chain.
+    #[arg(long, value_name = "PART", value_parser = parse::finite, allow_negative_numbers = true)]
+    pub target: Option<f64>,
+
+    /// Find the angle, or the stiffness ratio, that lets least force through to a wall behind
+    /// so many bodies.
+    #[arg(long, value_name = "N")]
+    pub best_at: Option<usize>,
+
+    /// The values among which `--best-at` looks, as for `cascade transmit`
+    /// [default: angle=2:90:45 with a material, else stiffness_ratio=1:100:45log].
+    #[arg(long, value_name = "KEY=VALUES", requires = "best_at")]
+    pub best_over: Option<String>,
+
+    /// A measured curve (.csv: bodies, relative force, standard error if known) or velocity field
+    /// (.npy, .npz, .csv with --measured-field) to lay over the results.
+    #[arg(long, value_name = "FILE")]
+    pub measured: Option<PathBuf>,
+
+    /// The measured file is a field of velocities, whose site n is site n of the first chain.
+    #[arg(long, requires = "measured")]
+    pub measured_field: bool,
+
+    /// Upper edge of the low band, in cycles per unit of time [default: 90 % of the energy of the
+    /// first contact's force in the homogeneous chain are below it].
+    #[arg(long, value_name = "F", value_parser = parse::finite, allow_negative_numbers = true)]
+    pub band_edge_frequency: Option<f64>,
+
+    /// Directory for the results: attenuation.json, curves.csv, attenuation.png and .svg, and what
+    /// is known of every chain, so that an interrupted run goes on. Without it nothing is kept.
+    #[arg(long, short, value_name = "DIR")]
+    pub out: Option<PathBuf>,
+
+    /// Worker threads [default: one a core]. The results do not depend on it.
+    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u16).range(1..=256))]
+    pub threads: Option<u16>,
+
+    /// Print all that was found as JSON on standard output.
+    #[arg(long)]
+    pub json: bool,
+
+    /// Print errors only.
+    #[arg(long, short)]
+    pub quiet: bool,
+
+    #[command(flatten)]
+    pub keys: SceneKeys,
+}
+
+#[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
+pub enum Where {
+    Chain,
+    Wall,
+    Both,
+}
+
+#[derive(Debug, Clone, Copy, ValueEnum)]
+pub enum Kind {
+    Soft,
+    Stiff,
+}
+
+#[derive(Debug, Clone, Copy, ValueEnum)]
+pub enum Choice {
+    /// Akaike's criterion, corrected for few points.
+    Aicc,
+    /// The error of predicting a fifth of the points from the others.
+    CrossValidation,
+}
+
+/// All that is printed and kept.
+#[derive(Debug, Serialize)]
+struct Found<'a> {
+    #[serde(flatten)]
+    attenuation: &'a Attenuation,
+    best: Option<Best>,
+    measured: Vec<Compared>,
+}
+
+/// The value of the key that lets least through.
+#[derive(Debug, Clone, Serialize)]
+struct Best {
+    bodies: usize,
+    key: String,
+    #[serde(flatten)]
+    point: Point,
+}
+
+fn angle_pair(text: &str) -> Result<[f64; 2], String> {
+    let (first, second) = text.split_once('/').unwrap_or((text, "90"));
+    let angle = |text: &str| {
+        let angle = text.trim().parse::<f64>().ok().filter(|a| a.is_finite());
+        angle.ok_or("expected an angle in degrees, or two, A/B".to_owned())
+    };
+    Ok([angle(first)?, angle(second)?])
+}
+
+/// Runs the command.
+pub fn run(typed: Attenuate) -> Result<(), Failure> {
+    use_threads(typed.threads.map(usize::from))?;
+    let request = typed.request()?;
+    let measured = typed.measured_curve()?;
+    let field = match &typed.measured {
+        Some(path) if typed.measured_field => {
+            let options = cascade::field::OpenOptions::default();
+            Some(measured_peaks(&cascade::Field::open(path, &options)?))
+        }
+        _ => None,
+    };
+    let progress = Progress::new(!typed.quiet && std::io::stderr().is_terminal());
+    progress.begin_writing();
+    let result = typed.compute(&request, &progress);
+    progress.clear();
+    let (attenuation, best) = result?;
+    let compared = match &field {
+        Some(peaks) => beside_field(&attenuation, peaks),
+        None => beside_curve(&attenuation, &measured),
+    };
+    let found = Found {
+        attenuation: &attenuation,
+        best,
+        measured: compared,
+    };
+    let json = versioned_json(ATTENUATION_SCHEMA, &found).map_err(std::io::Error::from)?;
+    if let Some(out) = &typed.out {
+        write_beside(out, "attenuation.json", json.as_bytes())?;
+        let csv = attenuation_csv(&attenuation).map_err(std::io::Error::other)?;
+        write_beside(out, "curves.csv", csv.as_bytes())?;
+        for format in [Format::Png, Format::Svg] {
+            let picture = cascade::plot::attenuation(&attenuation, &measured, format)?;
+            let name = format!("attenuation.{}", format.extension());
+            write_beside(out, &name, &picture)?;
+        }
+    }
+    let mut stdout = std::io::stdout().lock();
+    if typed.json {
+        writeln!(stdout, "{json}")?;
+    } else if !typed.quiet {
+        stdout.write_all(told(&found).as_bytes())?;
+        if let Some(out) = &typed.out {
+            writeln!(stdout, "wrote {}", out.display())?;
+        }
+    }
+    match attenuation.failed.len() {
+        0 => Ok(()),
+        failed => Err(Failure::Members(failed)),
+    }
+}
+
+impl Attenuate {
+    fn compute(
+        &self,
+        request: &AttenuationRequest,
+        progress: &Progress,
+    ) -> Result<(Attenuation, Option<Best>), Error> {
+        let attenuation = request.run(self.out.as_deref(), progress)?;
+        let Some(bodies) = self.best_at else {
+            return Ok((attenuation, None));
+        };
+        let base = self.base()?;
+        let over = match &self.best_over {
+            Some(over) => over.clone(),
+            None => default_over(&base)?,
+        };
+        let sites = setting("sites", &(bodies + 1).to_string(), "best-at");
+        let transmission = TransmissionRequest::new(base.with([sites]), over);
+        let directory = self.out.as_ref().map(|out| out.join("best"));
+        let found = transmission.run(directory.as_deref(), progress)?;
+        let point = found
+            .curves
+            .first()
+            .and_then(|curve| curve.least())
+            .copied();
+        let best = point.map(|point| Best {
+            bodies,
+            key: found.key.clone(),
+            point,
+        });
+        Ok((attenuation, best))
+    }
+
+    /// The one scene that angles or ratios vary.
+    fn base(&self) -> Result<SceneSource, Error> {
+        let base = match self.scenes.as_slice() {
+            [] => SceneSource::default(),
+            [one] => SceneSource::read(one)?,
+            many => {
+                return Err(Error::Request {
+                    option: "angles",
+                    expected: "one scene whose angles or ratios are varied".into(),
+                    found: format!("{} scenes", many.len()),
+                });
+            }
+        };
+        Ok(base.with(self.keys.settings.clone()))
+    }
+
+    fn chains(&self) -> Result<Vec<Named>, Error> {
+        let mut chains = Vec::new();
+        if self.angles.is_empty() && self.ratios.is_empty() {
+            for path in &self.scenes {
+                let scene = SceneSource::read(path)?.with(self.keys.settings.clone());
+                chains.push(Named {
+                    name: stem(path),
+                    scene,
+                });
+            }
+            if chains.is_empty() && !self.keys.settings.is_empty() {
+                chains.push(Named {
+                    name: "chain".into(),
+                    scene: self.base()?,
+                });
+            }
+            return Ok(chains);
+        }
+        let base = self.base()?;
+        for [first, second] in &self.angles {
+            let angles = [
+                setting("angle", &format!("{first:?}"), "angles"),
+                setting("second_angle", &format!("{second:?}"), "angles"),
+            ];
+            chains.push(Named {
+                name: format!("angles {}/{}", number(*first), number(*second)),
+                scene: base.with(angles),
+            });
+        }
+        for ratio in &self.ratios {
+            let ratios = [setting("stiffness_ratio", &format!("{ratio:?}"), "ratios")];
+            chains.push(Named {
+                name: format!("ratio {}", number(*ratio)),
+                scene: base.with(ratios),
+            });
+        }
+        Ok(chains)
+    }
+
+    fn request(&self) -> Result<AttenuationRequest, Error> {
+        let mut chains = self.chains()?;
+        // The length is what is varied; a scene need not say one.
+        for chain in &mut chains {
+            let sites = setting("sites", &(self.bodies + 1).to_string(), "bodies");
+            let typed = chain.scene.scene()?;
+            if typed.sites.is_none() {
+                chain.scene = chain.scene.with([sites]);
+            }
+        }
+        if chains.is_empty() {
+            return Err(Error::Request {
+                option: "angles",
+                expected: "chains to compare: scene files, --angles, or --ratios".into(),
+                found: "none".into(),
+            });
+        }
+        Ok(AttenuationRequest {
+            chains,
+            length: self.bodies,
+            senses: match self.sense {
+                Where::Chain => vec![Sense::Chain],
+                Where::Wall => vec![Sense::Wall],
+                Where::Both => vec![Sense::Chain, Sense::Wall],
+            },
+            lengths: self.lengths.clone(),
+            kind: match self.contacts {
+                Kind::Soft => ContactKind::Soft,
+                Kind::Stiff => ContactKind::Stiff,
+            },
+            criterion: match self.fit {
+                Choice::Aicc => Criterion::Aicc,
+                Choice::CrossValidation => Criterion::CrossValidation,
+            },
+            target: self.target,
+            high_band: true,
+            band_edge_frequency: self.band_edge_frequency,
+        })
+    }
+
+    fn measured_curve(&self) -> Result<Vec<MeasuredPoint>, Error> {
+        match &self.measured {
+            Some(path) if !self.measured_field => read_curve(path),
+            _ => Ok(Vec::new()),
+        }
+    }
+}
+
+/// The key that `--best-at` varies where none is given.
+pub fn default_over(scene: &SceneSource) -> Result<String, Error> {
+    let typed = scene.scene()?;
+    let has_material = typed.material.is_some() || typed.young.is_some();
+    Ok(match has_material {
+        true => "angle=2:90:45".into(),
+        false => "stiffness_ratio=1:100:45log".into(),
+    })
+}
+
+fn setting(key: &str, text: &str, option: &str) -> Setting {
+    Setting {
+        key: key.into(),
+        text: text.into(),
+        source: format!("--{option}"),
+    }
+}
+
+fn stem(path: &Path) -> String {
+    let stem = path.file_stem().unwrap_or(path.as_os_str());
+    stem.to_string_lossy().into_owned()
+}
+
+/// Measured relative forces beside those of the first curve.
+fn beside_curve(attenuation: &Attenuation, measured: &[MeasuredPoint]) -> Vec<Compared> {
+    let rows = || attenuation.curves.first().map(|c| c.rows.as_slice());
+    let at = |bodies: f64| -> Option<f64> {
+        let rows = rows()?.iter().filter(|row| row.bodies as f64 == bodies);
+        rows.filter_map(|row| row.relative_force).next()
+    };
+    let pairs = measured.iter();
+    pairs
+        .filter_map(|m| Some(m.compared_with(at(m.at)?)))
+        .collect()
+}
+
+/// Measured peak velocities beside those of the first curve.
+fn beside_field(
+    attenuation: &Attenuation,
+    peaks: &[cascade::attenuation::MeasuredPeak],
+) -> Vec<Compared> {
+    let rows = || attenuation.curves.first().map(|c| c.rows.as_slice());
+    let at = |site: usize| -> Option<f64> {
+        let row = rows()?.iter().find(|row| row.bodies == site)?;
+        Some(row.pulse.peak_velocity.value)
+    };
+    let pairs = peaks.iter().filter_map(|peak| {
+        let measured = MeasuredPoint {
+            at: peak.site as f64,
+            value: peak.velocity,
+            error: Some(peak.velocity_error),
+        };
+        Some(measured.compared_with(at(peak.site)?))
+    });
+    pairs.collect()
+}
+
+/// What was found, in words.
+fn told(found: &Found) -> String {
+    let attenuation = found.attenuation;
+    let mut lines = vec![format!(
+        "{:<22} {:<6} {:>8} {:>7} {:>8} {:>8} {:>9} {:>7}  law of the force, {} contacts",
+        "chain",
+        "sense",
+        "ratio",
+        "bodies",
+        "force",
+        "energy",
+        "width",
+        "high",
+        attenuation.kind.name()
+    )];
+    for curve in &attenuation.curves {
+        lines.push(curve_line(curve));
+        if let Some(at) = curve.stopped_at {
+            lines.push(format!(
+                "  stops at {at} bodies: a reflection would enter there before the pulse is whole"
+            ));
+        }
+        if let (Some(reach), Some(target)) = (&curve.reach, attenuation.target) {
+            lines.push(format!("  {}", reach_line(reach, target)));
+        }
+    }
+    if let Some(best) = &found.best {
+        lines.push(format!(
+            "least force on a wall behind {} bodies: {} at {} {}, stiffness ratio {}",
+            best.bodies,
+            number(best.point.relative_force),
+            best.key.replace('_', " "),
+            number(best.point.value),
+            best.point.stiffness_ratio.map_or("-".into(), number)
+        ));
+    }
+    for compared in &found.measured {
+        lines.push(compared_line(compared));
+    }
+    lines.push(String::new());
+    lines.join("\n")
+}
+
+/// A measured point beside the computed one.
+pub fn compared_line(compared: &Compared) -> String {
+    let error = match compared.measured.error {
+        Some(error) => format!(" +- {}", number(error)),
+        None => String::new(),
+    };
+    let within = match compared.in_errors {
+        Some(errors) => format!(" ({} standard errors)", number(errors)),
+        None => String::new(),
+    };
+    format!(
+        "measured at {}: {}{error}, computed {}, difference {}{within}",
+        number(compared.measured.at),
+        number(compared.measured.value),
+        number(compared.computed),
+        number(compared.difference)
+    )
+}
+
+fn curve_line(curve: &AttenuationCurve) -> String {
+    let optional = |value: Option<f64>| value.map_or("-".to_owned(), |v| format!("{v:.4}"));
+    let last: Option<&Row> = curve.rows.last();
+    let law = curve.fits.as_ref().map_or("-".to_owned(), |fits| {
+        let chosen = fits.chosen();
+        let parameters = chosen.parameters.iter().map(|p| {
+            format!(
+                "{} = {} ({} to {})",
+                p.name,
+                number(p.value),
+                number(p.low),
+                number(p.high)
+            )
+        });
+        format!(
+            "{}: {}",
+            law_name(chosen.law),
+            parameters.collect::<Vec<_>>().join(", ")
+        )
+    });
+    format!(
+        "{:<22} {:<6} {:>8} {:>7} {:>8} {:>8} {:>9} {:>7}  {law}",
+        curve.name,
+        curve.sense.name(),
+        curve
+            .stiffness_ratio
+            .map_or("-".into(), |r| format!("{r:.4}")),
+        last.map_or(0, |row| row.bodies),
+        optional(last.and_then(|row| row.relative_force)),
+        optional(last.and_then(|row| row.relative_energy)),
+        last.map_or("-".into(), |row| number(row.pulse.width.value)),
+        optional(last.and_then(|row| row.high_share)),
+    )
+}
+
+fn law_name(law: Law) -> &'static str {
+    match law {
+        Law::Level => "c",
+        Law::Exponential => "a exp(-r n)",
+        Law::PowerLaw => "a n^-p",
+        Law::Plateau => "c + a exp(-r n)",
+    }
+}
+
+fn reach_line(reach: &Reach, target: f64) -> String {
+    match reach {
+        Reach::Within { bodies } => format!("at {target} or below from {bodies} bodies on"),
+        Reach::Beyond { law, length } => format!(
+            "beyond the curve: {} is at {target} after {} bodies ({} to {})",
+            law_name(*law),
+            number(length.value),
+            number(length.low),
+            number(length.high)
+        ),
+        Reach::Never { law, settles_at } => format!(
+            "never at {target}: {} settles at {}",
+            law_name(*law),
+            number(*settles_at)
+        ),
+        Reach::Unknown => format!("{target} is not reached, and no law says where it would be"),
+    }
+}

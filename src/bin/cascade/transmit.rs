@@ -1,0 +1,266 @@
+//! `cascade transmit`: what comes through a chain, against its make.
+
+use std::io::{IsTerminal, Write};
+use std::path::{Path, PathBuf};
+
+use cascade::Error;
+use cascade::attenuation::{
+    Compared, MeasuredPoint, Transmission, TransmissionCurve, TransmissionRequest, measured_peaks,
+    read_curve,
+};
+use cascade::chain::scene::{SceneSource, Units};
+use cascade::plot::Format;
+use cascade::report::{TRANSMISSION_SCHEMA, transmission_csv, versioned_json, write_beside};
+use clap::Args;
+use serde::Serialize;
+
+use crate::analyze::use_threads;
+use crate::attenuate::{compared_line, default_over};
+use crate::failure::Failure;
+use crate::progress::Progress;
+use crate::scene_keys::SceneKeys;
+use crate::terminal::number;
+
+/// What `cascade transmit` takes.
+#[derive(Debug, Args)]
+pub struct Transmit {
+    /// File with the scene; without one, the options say all.
+    pub scene: Option<PathBuf>,
+
+    /// The key that is the abscissa and its numbers, as for `cascade sweep`: angle=2:90:45 (equal
+    /// steps), stiffness_ratio=1:100:45log (equal ratios) [default: these, with and without a
+    /// material].
+    #[arg(long, value_name = "KEY=VALUES")]
+    pub over: Option<String>,
+
+    /// Another key and its values, a curve for each: striker_velocity=0.5,1,2 or sites=21,41,81 or
+    /// tangent=0,1e-6. Repeat it for all combinations.
+    #[arg(long, value_name = "KEY=VALUES")]
+    pub vary: Vec<String>,
+
+    /// Leave out the search for the extremes between the values.
+    #[arg(long)]
+    pub no_extremes: bool,
+
+    /// A measured curve (.csv: key, relative force, standard error if known) to lay over the
+    /// first one, or VALUE=FIELD, a velocity field measured at this value of the key.
+    #[arg(long, value_name = "FILE")]
+    pub measured: Option<String>,
+
+    /// Directory for the results: transmission.json, curves.csv, transmission.png and .svg, and
+    /// what is known of every chain, so that an interrupted run goes on. Without it nothing is
+    /// kept.
+    #[arg(long, short, value_name = "DIR")]
+    pub out: Option<PathBuf>,
+
+    /// Worker threads [default: one a core]. The results do not depend on it.
+    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u16).range(1..=256))]
+    pub threads: Option<u16>,
+
+    /// Print all that was found as JSON on standard output.
+    #[arg(long)]
+    pub json: bool,
+
+    /// Print errors only.
+    #[arg(long, short)]
+    pub quiet: bool,
+
+    #[command(flatten)]
+    pub keys: SceneKeys,
+}
+
+/// All that is printed and kept.
+#[derive(Debug, Serialize)]
+struct Found<'a> {
+    #[serde(flatten)]
+    transmission: &'a Transmission,
+    /// Relative forces, or of a field the largest velocity of the last site.
+    measured: Vec<Compared>,
+}
+
+/// What was measured.
+enum Measured {
+    Nothing,
+    Curve(Vec<MeasuredPoint>),
+    Field { at: f64, peak: MeasuredPoint },
+}
+
+impl Measured {
+    fn read(typed: Option<&str>) -> Result<Measured, Error> {
+        let Some(typed) = typed else {
+            return Ok(Measured::Nothing);
+        };
+        let with_value = typed.split_once('=');
+        let with_value = with_value.and_then(|(v, path)| Some((v.parse::<f64>().ok()?, path)));
+        let Some((at, path)) = with_value else {
+            return Ok(Measured::Curve(read_curve(Path::new(typed))?));
+        };
+        let options = cascade::field::OpenOptions::default();
+        let field = cascade::Field::open(path, &options)?;
+        let last = measured_peaks(&field).last().copied();
+        let Some(peak) = last.filter(|peak| peak.site + 1 == field.n_sites()) else {
+            return Err(Error::Request {
+                option: "measured",
+                expected: "a pulse at the last site of the field".into(),
+                found: format!("none in {path}"),
+            });
+        };
+        let peak = MeasuredPoint {
+            at,
+            value: peak.velocity,
+            error: Some(peak.velocity_error),
+        };
+        Ok(Measured::Field { at, peak })
+    }
+
+    fn values(&self) -> Vec<f64> {
+        match self {
+            Measured::Nothing => Vec::new(),
+            Measured::Curve(points) => points.iter().map(|p| p.at).collect(),
+            Measured::Field { at, .. } => vec![*at],
+        }
+    }
+
+    fn beside(&self, curve: Option<&TransmissionCurve>) -> Vec<Compared> {
+        let point = |at: f64| curve?.points.iter().find(|p| p.value == at);
+        match self {
+            Measured::Nothing => Vec::new(),
+            Measured::Curve(points) => points
+                .iter()
+                .filter_map(|m| Some(m.compared_with(point(m.at)?.relative_force)))
+                .collect(),
+            Measured::Field { at, peak } => point(*at)
+                .map(|p| peak.compared_with(p.pulse.peak_velocity.value))
+                .into_iter()
+                .collect(),
+        }
+    }
+
+    fn curve(&self) -> &[MeasuredPoint] {
+        match self {
+            Measured::Curve(points) => points,
+            _ => &[],
+        }
+    }
+}
+
+/// Runs the command.
+pub fn run(typed: Transmit) -> Result<(), Failure> {
+    use_threads(typed.threads.map(usize::from))?;
+    let scene = match &typed.scene {
+        Some(path) => SceneSource::read(path)?,
+        None => SceneSource::default(),
+    };
+    let scene = scene.with(typed.keys.settings.clone());
+    let over = match &typed.over {
+        Some(over) => over.clone(),
+        None => default_over(&scene)?,
+    };
+    let measured = Measured::read(typed.measured.as_deref())?;
+    let request = TransmissionRequest {
+        also: measured.values(),
+        vary: typed.vary.clone(),
+        locate: !typed.no_extremes,
+        ..TransmissionRequest::new(scene, over)
+    };
+    let progress = Progress::new(!typed.quiet && std::io::stderr().is_terminal());
+    progress.begin_writing();
+    let result = request.run(typed.out.as_deref(), &progress);
+    progress.clear();
+    let transmission = result?;
+    let found = Found {
+        measured: measured.beside(transmission.curves.first()),
+        transmission: &transmission,
+    };
+    let json = versioned_json(TRANSMISSION_SCHEMA, &found).map_err(std::io::Error::from)?;
+    if let Some(out) = &typed.out {
+        write_beside(out, "transmission.json", json.as_bytes())?;
+        let csv = transmission_csv(&transmission).map_err(std::io::Error::other)?;
+        write_beside(out, "curves.csv", csv.as_bytes())?;
+        for format in [Format::Png, Format::Svg] {
+            let picture = cascade::plot::transmission(&transmission, measured.curve(), format)?;
+            write_beside(
+                out,
+                &format!("transmission.{}", format.extension()),
+                &picture,
+            )?;
+        }
+    }
+    let mut stdout = std::io::stdout().lock();
+    if typed.json {
+        writeln!(stdout, "{json}")?;
+    } else if !typed.quiet {
+        stdout.write_all(told(&found).as_bytes())?;
+        if let Some(out) = &typed.out {
+            writeln!(stdout, "wrote {}", out.display())?;
+        }
+    }
+    match transmission.failed.len() {
+        0 => Ok(()),
+        failed => Err(Failure::Members(failed)),
+    }
+}
+
+/// What was found, in words.
+fn told(found: &Found) -> String {
+    let transmission = found.transmission;
+    let key = transmission.key.replace('_', " ");
+    let mut lines = Vec::new();
+    for curve in &transmission.curves {
+        let settings = curve
+            .settings
+            .iter()
+            .map(|(key, text)| format!("{key} = {text}"));
+        let settings: Vec<String> = settings.collect();
+        if !settings.is_empty() {
+            lines.push(settings.join(", "));
+        }
+        lines.push(format!(
+            "{key:<18} {:>9} {:>10} {:>12} {:>12}  force relative to the homogeneous chain",
+            "ratio", "force", "flight", "speed"
+        ));
+        let line = |point: &cascade::attenuation::Point, note: &str| {
+            format!(
+                "{:<18} {:>9} {:>10.6} {:>12} {:>12}  {note}",
+                number(point.value),
+                point.stiffness_ratio.map_or("-".into(), number),
+                point.relative_force,
+                number(point.time_of_flight.value),
+                number(point.mean_speed)
+            )
+        };
+        for point in &curve.points {
+            lines.push(line(point, ""));
+        }
+        for extreme in &curve.extremes {
+            let kind = if extreme.is_maximum {
+                "maximum"
+            } else {
+                "minimum"
+            };
+            let note = format!("{kind}, located to {}", number(extreme.value_error));
+            lines.push(line(&extreme.point, &note));
+        }
+        for mark in &curve.localized {
+            lines.push(format!(
+                "{key} {} carries the localized wave of order {}, ratio {}",
+                number(mark.value),
+                mark.order,
+                number(mark.ratio)
+            ));
+        }
+        if let Some(least) = curve.least() {
+            lines.push(format!(
+                "least: {} of the force, at {key} {}",
+                number(least.relative_force),
+                number(least.value)
+            ));
+        }
+        if transmission.units == Units::Si {
+            lines.push("times of flight in s, speeds in m/s".into());
+        }
+    }
+    lines.extend(found.measured.iter().map(compared_line));
+    lines.push(String::new());
+    lines.join("\n")
+}

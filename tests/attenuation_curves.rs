@@ -1,0 +1,289 @@
+//! Curves of attenuation and transmission: what they must not depend on, and what is known of them.
+
+use cascade::Error;
+use cascade::analyze::{Observer, Silent};
+use cascade::attenuation::{
+    Attenuation, AttenuationRequest, ContactKind, Law, Named, Reach, Sense, Transmission,
+    TransmissionRequest,
+};
+use cascade::chain::scene::{SceneSource, Setting};
+
+fn scene(text: &str) -> SceneSource {
+    SceneSource::new(None, text)
+}
+
+fn dimer(kappa: f64) -> Named {
+    Named {
+        name: format!("ratio {kappa}"),
+        scene: scene(&format!("sites = 41\nstiffness_ratio = {kappa}")),
+    }
+}
+
+fn request(chains: Vec<Named>) -> AttenuationRequest {
+    AttenuationRequest {
+        chains,
+        length: 30,
+        lengths: Some(vec![1, 2, 3, 10, 20, 30]),
+        ..AttenuationRequest::default()
+    }
+}
+
+fn run(request: &AttenuationRequest) -> Attenuation {
+    request.run(None, &Silent).unwrap()
+}
+
+fn with_threads<T: Send>(threads: usize, work: impl FnOnce() -> T + Send) -> T {
+    let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build();
+    pool.unwrap().install(work)
+}
+
+fn text(of: &impl serde::Serialize) -> String {
+    serde_json::to_string(of).unwrap()
+}
+
+/// Threads, the samples and the end of the scene, and what was already kept change no bit.
+#[test]
+fn regress_curves_depend_on_nothing_else() {
+    let chains = || vec![dimer(1.0), dimer(2.4)];
+    let alone = with_threads(1, || run(&request(chains())));
+    for threads in [2, 4] {
+        assert_eq!(
+            text(&with_threads(threads, || run(&request(chains())))),
+            text(&alone)
+        );
+    }
+    let mut sampled = chains();
+    for named in &mut sampled {
+        let settings = [("samples", "77"), ("end_time", "3.0"), ("record", "")];
+        named.scene = named.scene.with(settings.map(|(key, text)| Setting {
+            key: key.into(),
+            text: text.into(),
+            source: key.into(),
+        }));
+    }
+    let other = run(&request(sampled));
+    for (a, b) in alone.curves.iter().zip(&other.curves) {
+        assert_eq!(text(&a.rows), text(&b.rows));
+    }
+    let place = tempfile::tempdir().unwrap();
+    let kept = place.path().join("kept");
+    let first = request(chains()).run(Some(&kept), &Silent).unwrap();
+    let again = request(chains()).run(Some(&kept), &Silent).unwrap();
+    assert!(first.computed > 0 && again.computed == 0);
+    assert_eq!((text(&first), text(&again)), (text(&alone), text(&alone)));
+    // Members computed in another order: half of the file, and it backwards.
+    let members = kept.join("members.jsonl");
+    let lines = std::fs::read_to_string(&members).unwrap();
+    let mut half: Vec<&str> = lines.lines().rev().step_by(2).collect();
+    half.push("");
+    std::fs::write(&members, half.join("\n")).unwrap();
+    let mended = request(chains()).run(Some(&kept), &Silent).unwrap();
+    assert!(mended.computed > 0 && mended.computed < first.computed);
+    assert_eq!(text(&mended), text(&alone));
+    // The order of the chains only orders the curves.
+    let swapped = run(&request(vec![dimer(2.4), dimer(1.0)]));
+    assert_eq!(text(&swapped.curves[0].rows), text(&alone.curves[2].rows));
+    // Another request is not mixed in.
+    let error = request(vec![dimer(3.0)])
+        .run(Some(&kept), &Silent)
+        .unwrap_err();
+    assert!(
+        error.is_usage() && error.to_string().contains("other chains"),
+        "{error}"
+    );
+}
+
+/// The homogeneous chain is its own measure; the localized dimer settles, the dispersive one
+/// falls; at both lengths in the sense of the wall as by itself.
+#[test]
+fn val_paper_localized_settles_and_dispersive_falls() {
+    let mut request = request(vec![dimer(1.0), dimer(2.4), dimer(4.9272)]);
+    request.length = 100;
+    request.target = Some(0.4);
+    let found = run(&request);
+    assert!(found.failed.is_empty());
+    let curve = |i: usize| &found.curves[i];
+    let force = |i: usize, n: usize| {
+        let row = curve(i).rows.iter().find(|row| row.bodies == n);
+        row.unwrap().relative_force.unwrap()
+    };
+    assert!(
+        curve(0)
+            .rows
+            .iter()
+            .all(|row| row.relative_force == Some(1.0))
+    );
+    assert_eq!(curve(0).fits.as_ref().unwrap().chosen().law, Law::Level);
+    let settled = (force(4, 100) / force(4, 60) - 1.0).abs();
+    assert!(settled < 1e-5, "{settled:e}");
+    assert!((force(4, 100) - 0.7259).abs() < 1e-3);
+    assert!(
+        matches!(curve(4).reach, Some(Reach::Never { .. })),
+        "{:?}",
+        curve(4).reach
+    );
+    // Beyond 60 bodies the largest force passes from pulse to pulse.
+    for n in [0, 20, 40] {
+        assert!(force(2, n + 20) < 0.75 * force(2, n), "{n}");
+    }
+    assert!((0.2..0.36).contains(&force(2, 100)));
+    let Some(Reach::Within { bodies }) = curve(2).reach else {
+        panic!("{:?}", curve(2).reach);
+    };
+    assert!(
+        force(2, bodies) <= 0.4 && force(2, bodies - 2) > 0.4,
+        "{bodies}"
+    );
+    assert!((50..56).contains(&bodies), "{bodies}");
+    for (i, sense) in [(2, Sense::Chain), (3, Sense::Wall)] {
+        assert_eq!(curve(i).sense, sense);
+        assert!(curve(i).stopped_at.is_none());
+    }
+    // Shares of the high band: only the dispersive chain keeps some on its way.
+    let share = |i: usize| curve(i).rows[20].high_share.unwrap();
+    assert!(share(2) > 3.0 * share(4).abs() && share(2) > 3.0 * share(0).abs());
+    assert_eq!(curve(2).rows[20].kind, ContactKind::Soft);
+    assert_eq!(curve(2).rows[21].kind, ContactKind::Stiff);
+}
+
+/// A scene that lists its coefficients has the length that it has: its curve says where it stops.
+#[test]
+fn a_curve_of_a_chain_of_fixed_length_stops_and_says_where() {
+    let list: Vec<String> = (0..31).map(|j| ["1.0", "2.4"][j % 2].to_owned()).collect();
+    let text = format!("sites = 31\ncoefficients = [{}]", list.join(", "));
+    let named = Named {
+        name: "listed".into(),
+        scene: scene(&text),
+    };
+    let found = run(&request(vec![named, dimer(2.4)]));
+    let (listed, free) = (&found.curves[0], &found.curves[2]);
+    let stopped = listed.stopped_at.unwrap();
+    assert!(
+        (20..31).contains(&stopped) && listed.rows.len() == stopped,
+        "{stopped}"
+    );
+    assert_eq!(free.stopped_at, None);
+    for (a, b) in listed.rows.iter().zip(&free.rows) {
+        let off = a.pulse.peak_force.value / b.pulse.peak_force.value - 1.0;
+        assert!(off.abs() < 1e-11, "{}: {off:e}", a.bodies);
+    }
+}
+
+fn transmission(over: &str, vary: &[&str]) -> Transmission {
+    let mut request = TransmissionRequest::new(scene("sites = 21\nstiffness_ratio = 2.0"), over);
+    request.vary = vary.iter().map(|v| (*v).to_owned()).collect();
+    request.run(None, &Silent).unwrap()
+}
+
+/// The minimum between two localized ratios is the same from any grid, and no grid's value is below
+/// it; the localized ratios are those of the travelling-wave equation.
+#[test]
+fn val_extremes_are_located_and_not_read_off_a_grid() {
+    let coarse = transmission("stiffness_ratio=1:16:9log", &[]);
+    let fine = transmission("stiffness_ratio=1.3:12:31", &[]);
+    let least = |t: &Transmission| {
+        let mut minima = t.curves[0].extremes.iter().filter(|e| !e.is_maximum);
+        let first = minima.next().copied().unwrap();
+        assert!(minima.next().is_none());
+        first
+    };
+    let (a, b) = (least(&coarse), least(&fine));
+    let off = (a.point.value - b.point.value).abs();
+    assert!(
+        off < 1e-4 && off <= 4.0 * (a.value_error + b.value_error),
+        "{off:e} {a:?}"
+    );
+    let off = (a.point.relative_force - b.point.relative_force).abs();
+    assert!(off < 1e-8, "{off:e}");
+    let lowest = fine.curves[0].points.iter().map(|p| p.relative_force);
+    assert!(lowest.fold(f64::INFINITY, f64::min) >= b.point.relative_force);
+    let marks: Vec<(usize, f64)> = coarse.curves[0]
+        .localized
+        .iter()
+        .map(|m| (m.order, m.value))
+        .collect();
+    assert_eq!(marks.len(), 3);
+    for ((order, value), (n, truth)) in
+        marks
+            .iter()
+            .zip([(1, 1.0), (2, 4.927_226_808), (3, 14.620_8)])
+    {
+        assert_eq!(*order, n);
+        assert!((value / truth - 1.0).abs() < 1e-4, "{order}: {value}");
+    }
+}
+
+/// Longer chains and losses are curves of their own; with threads in any number, the same.
+#[test]
+fn regress_combinations_and_threads() {
+    let vary = ["sites=11,21", "tangent=0,0.05"];
+    let alone = with_threads(1, || transmission("stiffness_ratio=1:8:5", &vary));
+    let together = with_threads(4, || transmission("stiffness_ratio=1:8:5", &vary));
+    assert_eq!(text(&alone), text(&together));
+    assert_eq!(alone.curves.len(), 4);
+    let force = |i: usize| alone.curves[i].points[2].peak_force.value;
+    assert!(force(1) < force(0) && force(3) < force(2));
+    let speed = alone.curves[0].points[0];
+    assert!((speed.mean_speed * speed.time_of_flight.value - 10.0).abs() < 1e-12);
+}
+
+#[test]
+fn what_cannot_be_is_said_before_any_work() {
+    let bad = |change: &dyn Fn(&mut AttenuationRequest), named: &str| {
+        let mut request = request(vec![dimer(2.0)]);
+        change(&mut request);
+        let error = request.run(None, &Silent).unwrap_err();
+        assert!(
+            error.is_usage() && error.to_string().contains(named),
+            "{named}: {error}"
+        );
+    };
+    bad(&|r| r.chains.clear(), "chains");
+    bad(&|r| r.length = 1, "length");
+    bad(&|r| r.senses.clear(), "sense");
+    bad(&|r| r.target = Some(1.5), "target");
+    bad(&|r| r.lengths = Some(vec![0]), "lengths");
+    bad(&|r| r.lengths = Some(vec![]), "lengths");
+    bad(&|r| r.band_edge_frequency = Some(-1.0), "band-edge");
+    bad(
+        &|r| r.chains[0].scene = scene("sites = 5\nstiffness_ratio = 0.2"),
+        "stiffness_ratio",
+    );
+    bad(
+        &|r| r.chains[0].scene = scene("sites = 5\nends = \"periodic\"\nend_time = 3.0"),
+        "ends",
+    );
+    for (over, vary, named) in [
+        ("ends=wall,free", "sites=5,9", "over"),
+        ("stiffness=1,2", "sites=5,9", "stiffness"),
+        ("stiffness_ratio=1,2", "stiffness_ratio=3,4", "vary"),
+        ("stiffness_ratio=0.5,2", "sites=5,9", "stiffness_ratio"),
+    ] {
+        let mut request = TransmissionRequest::new(scene("sites = 9\nstiffness_ratio = 2.0"), over);
+        request.vary.push(vary.into());
+        let error = request.run(None, &Silent).unwrap_err();
+        assert!(
+            error.is_usage() && error.to_string().contains(named),
+            "{over}: {error}"
+        );
+    }
+}
+
+/// Asked to stop, it stops, and keeps what it has where there is a place for it.
+#[test]
+fn an_observer_stops_it() {
+    struct Stop;
+    impl Observer for Stop {
+        fn cancelled(&self) -> bool {
+            true
+        }
+    }
+    let place = tempfile::tempdir().unwrap();
+    let request = request(vec![dimer(2.4)]);
+    assert!(matches!(request.run(None, &Stop), Err(Error::Cancelled)));
+    let stopped = request.run(Some(&place.path().join("kept")), &Stop);
+    assert!(
+        matches!(stopped, Err(Error::Paused { known: 0, .. })),
+        "{stopped:?}"
+    );
+}

@@ -1,0 +1,317 @@
+//! `cascade attenuate` and `cascade transmit` as a stranger meets them.
+
+#[path = "common/place.rs"]
+mod place;
+
+use std::fs;
+use std::process::{Command, Stdio};
+
+use place::Place;
+use serde_json::Value;
+
+fn json(text: &str) -> Value {
+    serde_json::from_str(text).unwrap()
+}
+
+const QUARTZ: [&str; 10] = [
+    "--material",
+    "quartz",
+    "--radius",
+    "9mm",
+    "--length",
+    "18mm",
+    "--striker-velocity",
+    "0.88",
+    "--striker-radius",
+    "9mm",
+];
+
+#[test]
+fn attenuation_by_ratio_its_files_and_words() {
+    let place = Place::of(&["attenuate"]);
+    let words = [
+        "--ratios",
+        "1,2.4,4.9272",
+        "--bodies",
+        "30",
+        "--target",
+        "0.6",
+        "--lengths",
+        "5,10,20,30",
+    ];
+    let said = place.good(&words);
+    assert!(
+        said.contains("ratio 2.400") && said.contains("at 0.6 or below from 30 bodies on"),
+        "{said}"
+    );
+    assert!(said.contains("never at 0.6"), "{said}");
+    let out = [&words[..], &["--out", "kept", "--json"]].concat();
+    let printed = place.good(&out);
+    let found = json(&printed);
+    assert_eq!(found["schema"], "cascade.attenuation/1");
+    assert_eq!(found["curves"].as_array().unwrap().len(), 6);
+    let kept = fs::read_to_string(place.path("kept/attenuation.json")).unwrap();
+    assert_eq!(kept.trim_end(), printed.trim_end());
+    let table = fs::read_to_string(place.path("kept/curves.csv")).unwrap();
+    assert!(
+        table.starts_with("chain,sense,bodies,contact_kind,relative_force"),
+        "{table}"
+    );
+    assert_eq!(table.lines().count(), 1 + 3 * (31 + 4));
+    for picture in ["attenuation.png", "attenuation.svg"] {
+        assert!(
+            fs::metadata(place.path("kept").join(picture))
+                .unwrap()
+                .len()
+                > 1000
+        );
+    }
+    // Again, from what is kept: the same.
+    assert_eq!(place.good(&out), printed);
+}
+
+/// By angle, with the material: the ratio is the paper's 4.507, and the best angle is found.
+#[test]
+fn val_paper_attenuation_by_angle_and_the_best_angle() {
+    let place = Place::of(&["attenuate"]);
+    let words = [
+        &QUARTZ[..],
+        &[
+            "--angles",
+            "8,18/90",
+            "--bodies",
+            "21",
+            "--sense",
+            "wall",
+            "--lengths",
+            "21",
+        ],
+        &["--best-at", "20", "--best-over", "angle=8:40:5", "--json"],
+    ]
+    .concat();
+    let found = json(&place.good(&words));
+    let ratio = found["curves"][0]["stiffness_ratio"].as_f64().unwrap();
+    assert!((ratio - 4.507).abs() < 1e-3, "{ratio}");
+    assert_eq!(found["curves"][0]["units"], "si");
+    let force = |curve: usize| {
+        found["curves"][curve]["rows"][0]["relative_force"]
+            .as_f64()
+            .unwrap()
+    };
+    let best = &found["best"];
+    let (angle, least) = (
+        best["value"].as_f64().unwrap(),
+        best["relative_force"].as_f64().unwrap(),
+    );
+    assert!((10.0..24.0).contains(&angle), "{angle}");
+    assert!(
+        least <= force(0) && least <= force(1) && least > 0.3,
+        "{least}"
+    );
+}
+
+#[test]
+fn transmission_its_files_and_what_was_measured() {
+    let place = Place::of(&["transmit"]);
+    fs::write(
+        place.path("measured.csv"),
+        "ratio, force, error\n2.0, 0.75, 0.02\n# a comment\n3.0, 0.70, 0.02\n",
+    )
+    .unwrap();
+    let words = [
+        "--sites",
+        "21",
+        "--over",
+        "stiffness_ratio=1:8:8",
+        "--measured",
+        "measured.csv",
+        "--out",
+        "kept",
+    ];
+    let said = place.good(&words);
+    assert!(
+        said.contains("minimum, located to") && said.contains("localized wave of order 2"),
+        "{said}"
+    );
+    assert!(
+        said.contains("measured at 2.000: 0.7500 +- 0.02000, computed 0.7"),
+        "{said}"
+    );
+    let found = json(&fs::read_to_string(place.path("kept/transmission.json")).unwrap());
+    assert_eq!(found["measured"].as_array().unwrap().len(), 2);
+    let difference = found["measured"][0]["difference"].as_f64().unwrap();
+    let computed = found["measured"][0]["computed"].as_f64().unwrap();
+    assert!((0.75 - computed - difference).abs() < 1e-15);
+    let table = fs::read_to_string(place.path("kept/curves.csv")).unwrap();
+    assert!(
+        table.starts_with("row,stiffness_ratio,value_error"),
+        "{table}"
+    );
+    assert!(table.contains("\nminimum,"), "{table}");
+}
+
+/// A field of the very chain, laid over it: peaks agree within the errors stated.
+#[test]
+fn regress_a_measured_field_over_its_own_chain() {
+    let place = Place::new();
+    place.good(&[
+        "simulate",
+        "--sites",
+        "31",
+        "--stiffness-ratio",
+        "2.4",
+        "--samples",
+        "400",
+        "--out",
+        "run.npz",
+        "--quiet",
+    ]);
+    let said = place.good(&[
+        "attenuate",
+        "--ratios",
+        "2.4",
+        "--bodies",
+        "20",
+        "--sense",
+        "chain",
+        "--measured",
+        "run.npz",
+        "--measured-field",
+        "--json",
+    ]);
+    let found = json(&said);
+    let measured = found["measured"].as_array().unwrap();
+    assert!(measured.len() >= 18, "{}", measured.len());
+    for compared in &measured[1..] {
+        let off = compared["difference"].as_f64().unwrap().abs();
+        let error = compared["measured"]["error"].as_f64().unwrap();
+        assert!(off <= error.max(1e-6) && error < 0.01, "{compared}");
+    }
+    place.good(&[
+        "simulate",
+        "--sites",
+        "21",
+        "--stiffness-ratio",
+        "2.4",
+        "--samples",
+        "900",
+        "--end-time",
+        "40",
+        "--out",
+        "walled.npz",
+        "--quiet",
+    ]);
+    let said = place.good(&[
+        "transmit",
+        "--sites",
+        "21",
+        "--over",
+        "stiffness_ratio=2.2,2.6",
+        "--no-extremes",
+        "--measured",
+        "2.4=walled.npz",
+    ]);
+    assert!(said.contains("measured at 2.400"), "{said}");
+}
+
+#[test]
+fn what_is_typed_wrong_ends_with_code_2_and_says_what() {
+    let place = Place::new();
+    fs::write(place.path("bad.csv"), "1,2\nx,y\n").unwrap();
+    fs::write(place.path("notes.txt"), "").unwrap();
+    fs::create_dir(place.path("full")).unwrap();
+    fs::write(place.path("full/thesis.tex"), "").unwrap();
+    for (words, code, named) in [
+        (&["attenuate"][..], 2, "--angles"),
+        (&["attenuate", "--ratios", "0.5"], 2, "--ratios"),
+        (&["attenuate", "--angles", "8,x"], 2, "--angles"),
+        (&["attenuate", "--angles", "8"], 2, "material"),
+        (
+            &["attenuate", "--ratios", "2", "--bodies", "1"],
+            2,
+            "--length",
+        ),
+        (
+            &["attenuate", "--ratios", "2", "--target", "-1"],
+            2,
+            "--target",
+        ),
+        (&["attenuate", "--ratios", "2", "--out", "full"], 2, "full"),
+        (
+            &["attenuate", "--ratios", "2", "--out", "notes.txt"],
+            2,
+            "notes.txt",
+        ),
+        (
+            &["attenuate", "--ratios", "2", "--measured", "bad.csv"],
+            1,
+            "bad.csv: line 2",
+        ),
+        (
+            &["attenuate", "--ratios", "2", "--measured", "none.csv"],
+            1,
+            "none.csv",
+        ),
+        (&["attenuate", "none.toml"], 1, "none.toml"),
+        (
+            &["transmit", "--sites", "9", "--over", "ends=wall,free"],
+            2,
+            "--over",
+        ),
+        (&["transmit", "--over", "stiffness_ratio=1:4:3"], 2, "sites"),
+        (&["transmit", "--sites", "9", "--vary", "x"], 2, "--vary"),
+    ] {
+        let output = place.run(words);
+        let said = String::from_utf8_lossy(&output.stderr).into_owned();
+        assert_eq!(output.status.code(), Some(code), "{words:?}: {said}");
+        assert!(said.contains(named), "{words:?}: {said}");
+        assert!(output.stdout.is_empty());
+    }
+    assert_eq!(place.names().len(), 3, "nothing was written");
+}
+
+/// Killed at any moment, it goes on to the identical table; `CASCADE_KILLS` asks for more kills.
+#[test]
+fn regress_killed_ten_times() {
+    let kills = std::env::var("CASCADE_KILLS");
+    let kills: u64 = kills.map_or(10, |text| text.parse().unwrap());
+    let place = Place::new();
+    let command = |name: &str| {
+        let mut command = Command::new(env!("CARGO_BIN_EXE_cascade"));
+        command
+            .current_dir(place.folder())
+            .args([
+                "transmit",
+                "--sites",
+                "31",
+                "--over",
+                "stiffness_ratio=1:30:60log",
+            ])
+            .args(["--threads", "2", "--out", name])
+            .stdout(Stdio::null())
+            .stderr(Stdio::null());
+        command
+    };
+    assert!(command("whole").status().unwrap().success());
+    let known = |name: &str| {
+        let path = place.path(name).join("members.jsonl");
+        fs::read(path).unwrap_or_default().len()
+    };
+    let (mut kept, mut state) = (0, 12345u64);
+    for _ in 0..kills {
+        let mut child = command("killed").spawn().unwrap();
+        state = state
+            .wrapping_mul(6364136223846793005)
+            .wrapping_add(1442695040888963407);
+        std::thread::sleep(std::time::Duration::from_millis(20 + (state >> 33) % 180));
+        child.kill().unwrap();
+        child.wait().unwrap();
+        assert!(known("killed") >= kept, "what was computed is kept");
+        kept = known("killed");
+    }
+    assert!(command("killed").status().unwrap().success());
+    for name in ["curves.csv", "transmission.json"] {
+        let of = |which: &str| fs::read(place.path(which).join(name)).unwrap();
+        assert_eq!(of("killed"), of("whole"), "{name}");
+    }
+}
