@@ -7,7 +7,7 @@
 //! each beside the localized wave whose ratio is nearest, at the same height, nothing fitted.
 //! Asserts: kappa(8, 90) = 4.507. At 90 degrees one pulse and no trail: what passes behind it is
 //! below 1e-9 of what passes. At 18 degrees a trail: 21 % of the energy that passes contact 25, in
-//! pulses of a third of the first one's speed. At 8 degrees one pulse again, with 4 % behind it, and
+//! pulses of up to 0.4 of the first one's speed. At 8 degrees one pulse again, with 4 % behind it, and
 //! with velocities as asymmetric as those of the localized wave of order 2.
 //! Differs: the paper lays measurements over its curves and gives no numbers of them. At 8 degrees
 //! kappa is 8.5 % below that of the localized wave, so the pulse has a small trail, and a second,
