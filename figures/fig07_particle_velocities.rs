@@ -113,7 +113,7 @@ fn main() -> Outcome<()> {
                 y_label: "velocity (m/s)",
                 x: curves[0].1[0].0..curves[0].1[curves[0].1.len() - 1].0,
                 // Room for the names.
-                y: range.start..range.end + 0.5 * (range.end - range.start),
+                y: range.start..range.end + 0.6 * (range.end - range.start),
                 curves,
             });
         }

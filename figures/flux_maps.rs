@@ -131,13 +131,8 @@ fn fluxes(ratio: f64, end: f64) -> Outcome<Fluxes> {
 /// mean magnitude of Pi in the second half; net over gross flux out of the scale.
 fn numbers(of: &Fluxes) -> Outcome<[f64; 4]> {
     let budget = &of.budget;
-    let last = of
-        .passed_k
-        .values
-        .rows()
-        .into_iter()
-        .last()
-        .ok_or("no samples")?;
+    let passed = &of.passed_k.values;
+    let last = passed.row(passed.nrows() - 1);
     let most = last
         .iter()
         .fold(0.0f32, |m, v| if v.abs() > m.abs() { *v } else { m });

@@ -12,9 +12,9 @@ use super::scene::{Anchor, Color, INK, Rect, Scene};
 use crate::analyze::Map;
 
 /// Width and height of a tile.
-const TILE: (f64, f64) = (615.0, 445.0);
+const TILE: (f64, f64) = (625.0, 445.0);
 /// From the left, top, right and bottom of a tile to its map.
-const MARGINS: [f64; 4] = [95.0, 50.0, 200.0, 75.0];
+const MARGINS: [f64; 4] = [95.0, 50.0, 210.0, 75.0];
 /// Above all tiles.
 const HEAD: f64 = 60.0;
 /// Below all tiles, for a line of the note.
@@ -152,7 +152,7 @@ fn inset(scene: &mut Scene, rect: Rect, map: &Map, scale: &Scale) {
         left: rect.left + 0.44 * rect.width(),
         top: rect.top + 10.0,
         right: rect.right - 14.0,
-        bottom: rect.top + 0.44 * rect.height(),
+        bottom: rect.top + 0.42 * rect.height(),
     };
     let ground = Rect {
         left: inner.left - 44.0,
