@@ -193,7 +193,7 @@ mod tests {
         assert!((share(3.0) + share(-3.0) - 1.0).abs() < 1e-12);
         // A decade is a decade: about a tenth of the scale.
         let decade = share(10.0) - share(1.0);
-        assert!((decade - 0.5 * 10f64.ln() / 2e4f64.ln()).abs() < 1e-6);
+        assert!((decade - 0.5 * 10f64.ln() / 2e4f64.ln()).abs() < 2e-6);
         let texts: Vec<String> = scale.ticks(6).into_iter().map(|tick| tick.text).collect();
         assert_eq!(texts.len() % 2, 1);
         assert_eq!(texts[texts.len() / 2], "0");
