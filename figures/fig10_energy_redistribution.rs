@@ -28,7 +28,7 @@ use cascade::analyze::{LargeArray, Map, Request, Results, Silent};
 use cascade::budget::{BudgetRequest, Motion, Views, budget};
 use cascade::plot::{Colours, Tile, map_grid};
 use ndarray::s;
-use panels::{Outcome, cells, experiment, map, save_maps};
+use panels::{Outcome, cells, expect, experiment, map, save_maps};
 
 /// Edges of the low bands: in Hz, and in rad per site.
 const EDGES: [f64; 2] = [5e3, 1.44];
@@ -37,28 +37,38 @@ const HIGHEST: f64 = 20.0;
 /// Sites in the inset.
 const FIRST: usize = 40;
 
+/// What is asserted; energies passed and at high k are shares of the striker's.
+const WHAT: [&str; 9] = [
+    "share of energy above 5 kHz, site 2",
+    "share of energy above 5 kHz, site 35",
+    "energy above 5 kHz, site 15 over site 2",
+    "energy passed above 5 kHz, contact 2",
+    "energy passed above 5 kHz, contact 20",
+    "energy above 1.44 rad per site, front at site 5",
+    "energy above 1.44 rad per site, front at site 40",
+    "energy above 1.44 rad per site, front at site 100",
+    "energy passed to above by Pi between the first two",
+];
+
 /// The three maps of an angle, lines over two of them, and the inset of the second one.
 struct Row {
     maps: [(String, Map); 3],
     lines: [Vec<(f64, f64)>; 3],
     inset: Map,
+    /// Share of each site's energy in the high band.
+    share: Vec<f64>,
+    /// Energy that passed each contact in the high band, over the striker's.
+    passed: Vec<f64>,
 }
 
 fn main() -> Outcome<()> {
-    let near = |value: f64, expected: f64, within: f64| (value - expected).abs() < within;
-    let (dispersive, found) = row("18", "5.7 ms")?;
-    assert!(near(found.high_energy(15), 2.79, 0.05) && near(found.share[2], 0.022, 0.002));
-    assert!(near(found.share[35], 0.317, 0.01));
-    assert!(near(found.passed[2], 0.263, 0.003) && near(found.passed[20], -0.030, 0.003));
-    assert!(near(found.high_k[0], 0.181, 0.005) && near(found.high_k[1], 0.270, 0.005));
-    assert!(near(found.high_k[2], 0.111, 0.005) && near(found.flux, 0.089, 0.005));
-    let (localized, found) = row("8", "4.6 ms")?;
-    let steady = &found.share[6..=150];
-    assert!(steady.iter().all(|share| (0.185..0.27).contains(share)));
-    assert!(near(found.high_energy(20), 0.68, 0.02));
-    assert!(near(found.passed[20], 0.115, 0.003) && near(found.passed[150], 0.123, 0.003));
-    assert!(near(found.high_k[0], 0.200, 0.005) && near(found.high_k[1], 0.065, 0.005));
-    assert!(near(found.high_k[2], 0.073, 0.005) && near(found.flux, -0.135, 0.005));
+    let expected = [0.022, 0.317, 2.792, 0.263, -0.03, 0.181, 0.27, 0.111, 0.089];
+    let dispersive = row("18", "5.7 ms", expected)?;
+    let expected = [0.025, 0.218, 0.674, 0.137, 0.115, 0.2, 0.065, 0.073, -0.135];
+    let localized = row("8", "4.6 ms", expected)?;
+    let all = |values: &[f64], from: f64, to: f64| values.iter().all(|v| (from..to).contains(v));
+    assert!(all(&localized.share[6..=150], 0.185, 0.27));
+    assert!(all(&localized.passed[5..=150], 0.1, 0.15));
 
     let rows = [dispersive, localized];
     let tiles = (0..6).map(|index| {
@@ -88,26 +98,7 @@ fn main() -> Outcome<()> {
     save_maps(&figure, &named)
 }
 
-struct Found {
-    /// Of each site: share of its energy in the high band, and energy.
-    share: Vec<f64>,
-    energy: Vec<f64>,
-    /// Energy that passed each contact in the high band, over the striker's.
-    passed: Vec<f64>,
-    /// Share of all energy at high k with the front at sites 5, 40 and 100.
-    high_k: [f64; 3],
-    /// Energy that passed to high k between the first two, over the striker's.
-    flux: f64,
-}
-
-impl Found {
-    /// Energy of a site in the high band, relative to that of site 2.
-    fn high_energy(&self, site: usize) -> f64 {
-        self.share[site] * self.energy[site] / (self.share[2] * self.energy[2])
-    }
-}
-
-fn row(angle: &str, end: &str) -> Outcome<(Row, Found)> {
+fn row(angle: &str, end: &str, expected: [f64; 9]) -> Outcome<Row> {
     let keys = [
         ("angle", angle),
         ("sites", "201"),
@@ -150,25 +141,21 @@ fn row(angle: &str, end: &str) -> Outcome<(Row, Found)> {
     let flux = &arrays[&LargeArray::IntegratedSpectralFlux];
     let bin = over_k.wavenumber.partition_point(|k| *k <= EDGES[1]) - 1;
     let flow = budget.frequency.as_ref().ok_or("no frequencies")?;
-    let found = Found {
-        passed: flow.high.iter().map(|high| high / budget.scale).collect(),
-        high_k: [early, middle, late].map(|n| 1.0 - over_k.low_energy[n] / budget.scale),
-        flux: (flux[[middle, bin]] - flux[[early, bin]]) / budget.scale,
-        share: along_x.high_share,
-        energy: along_x.energy,
-    };
-    println!(
-        "{angle} degrees: above 5 kHz, share of sites 2, 6, 35, 150: {:.3?}, energy of site 15 over that of \
-         site 2: {:.2}, passed contacts 2, 20, 150: {:.3?}",
-        [2, 6, 35, 150].map(|site| found.share[site]),
-        found.high_energy(15),
-        [2, 20, 150].map(|contact| found.passed[contact])
-    );
-    println!(
-        "above 1.44 rad per site with the front at sites 5, 40, 100: {:.3?} of all energy; {:.3} by Pi \
-         from 5 to 40",
-        found.high_k, found.flux
-    );
+    let (share, energy) = (along_x.high_share, along_x.energy);
+    let passed: Vec<f64> = flow.high.iter().map(|high| high / budget.scale).collect();
+    let high_k = |n: usize| 1.0 - over_k.low_energy[n] / budget.scale;
+    let found = [
+        share[2],
+        share[35],
+        share[15] * energy[15] / (share[2] * energy[2]),
+        passed[2],
+        passed[20],
+        high_k(early),
+        high_k(middle),
+        high_k(late),
+        (flux[[middle, bin]] - flux[[early, bin]]) / budget.scale,
+    ];
+    expect(&format!("{angle} degrees"), WHAT, found, expected, 0.004);
 
     let times = run.time.mapv(|t| 1e3 * t).to_vec();
     let khz: Vec<f64> = analysis.axes.frequency.iter().map(|f| 1e-3 * f).collect();
@@ -199,7 +186,7 @@ fn row(angle: &str, end: &str) -> Outcome<(Row, Found)> {
     let by_site = by_site.map(|(x, f)| (*x, 1e-3 * f)).collect();
     let whole = spectrum(sites.len(), ["site", "frequency (kHz)"]);
     let over_k = map("E(k, t) (m²/s² rad⁻¹)", spatial.view(), [k, ms]);
-    let row = Row {
+    Ok(Row {
         maps: [
             (format!("v(x, t), {angle}°"), velocity),
             (format!("S(f, x), {angle}°"), whole),
@@ -207,6 +194,7 @@ fn row(angle: &str, end: &str) -> Outcome<(Row, Found)> {
         ],
         lines: [Vec::new(), by_site, by_time],
         inset: spectrum(FIRST, ["", ""]),
-    };
-    Ok((row, found))
+        share,
+        passed,
+    })
 }

@@ -84,6 +84,22 @@ fn table(panels: &[Panel]) -> Outcome<Vec<u8>> {
     Ok(text.into_bytes())
 }
 
+/// Prints what was found, and asserts that it is what is expected, to `within`.
+pub fn expect<const N: usize>(
+    title: &str,
+    names: [&str; N],
+    found: [f64; N],
+    expected: [f64; N],
+    within: f64,
+) {
+    println!("{title}");
+    for ((name, value), expected) in names.iter().zip(found).zip(expected) {
+        println!("  {value:8.4}  {name}");
+        let off = (value - expected).abs();
+        assert!(off < within, "{name}: {value}, not {expected} to {within}");
+    }
+}
+
 /// An axis of cells whose middles are the values, evenly spaced.
 pub fn cells<'a>(label: &'a str, values: &[f64]) -> (&'a str, f64, f64) {
     let half = 0.5 * (values[1] - values[0]);
