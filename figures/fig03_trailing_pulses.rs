@@ -5,6 +5,8 @@
 //! Command: `cargo run --release --example fig03_trailing_pulses`; under a second.
 //! Shows: velocities of sites 29 and 30, forces in contacts 29 and 30.
 //! Asserts: behind the leading pulse contacts open, and carry more than a tenth of its peak force.
+//! Differs: the paper does not say which contact the striker touches nor whether it counts sites from
+//! the striker on; here it touches a soft one and is site 0.
 
 #[path = "panels/mod.rs"]
 mod panels;
@@ -52,15 +54,19 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
 
     let panel = |title: &str, y_label, curves: Vec<Curve>| Panel {
         title: title.into(),
-        x_label: "time",
+        x_label: "time (dimensionless)",
         y_label,
         x: 20.0..80.0,
         y: around(&curves),
         curves,
     };
     let panels = [
-        panel("velocity, kappa = 2.398", "velocity", velocities),
-        panel("force, kappa = 2.398", "force", forces),
+        panel(
+            "velocity, kappa = 2.398",
+            "velocity (dimensionless)",
+            velocities,
+        ),
+        panel("force, kappa = 2.398", "force (dimensionless)", forces),
     ];
     save("fig03_trailing_pulses", 2, &panels)
 }

@@ -1,24 +1,170 @@
-//! Panels of curves, written as PNG and SVG: what the figure scripts share.
+//! What the figure scripts share: panels of curves as PNG, SVG and CSV, and the experiment's chain.
 
-use std::path::Path;
+#![allow(dead_code, unused_imports)] // each script uses a part of it
 
-#[allow(unused_imports)] // each script uses a part of them
+use std::fmt::Write;
+use std::path::{Path, PathBuf};
+
+use cascade::analyze::{Map, MapAxis, Reduction};
+use cascade::chain::scene::{SceneSource, Setting, Setup};
 pub use cascade::plot::{Curve, Panel, around};
-use cascade::plot::{Format, draw_panels};
+use cascade::plot::{Figure, Format, draw_panels};
+use ndarray::{ArrayView2, Axis};
 
-/// Draws the panels in rows of `columns` into `figures/out/<name>.png` and `.svg`.
-pub fn save(
-    name: &str,
-    columns: usize,
-    panels: &[Panel],
-) -> Result<(), Box<dyn std::error::Error>> {
-    let out = Path::new(env!("CARGO_MANIFEST_DIR")).join("figures/out");
+pub type Outcome<T> = Result<T, Box<dyn std::error::Error>>;
+
+/// Rows of a CSV file at most, which keeps it below 300 kB.
+const ROWS: usize = 5000;
+/// Cells in a CSV file of maps at most, likewise.
+const CELLS: usize = 9000;
+
+/// Where pictures and tables go.
+pub fn out() -> PathBuf {
+    root().join("figures/out")
+}
+
+fn root() -> &'static Path {
+    Path::new(env!("CARGO_MANIFEST_DIR"))
+}
+
+/// The scene of the experiment with keys of its own: `("angle", "18 deg")`.
+pub fn experiment(keys: &[(&str, &str)]) -> Outcome<Setup> {
+    let scene = SceneSource::read(&root().join("examples/scenes/quartz_experiment.toml"))?;
+    let settings = keys.iter().map(|(key, text)| Setting {
+        key: (*key).into(),
+        text: (*text).into(),
+        source: (*key).into(),
+    });
+    Ok(scene.with(settings).setup()?)
+}
+
+/// Draws the panels in rows of `columns` into `figures/out/<name>.png` and `.svg`, and writes their
+/// curves into `<name>.csv`.
+pub fn save(name: &str, columns: usize, panels: &[Panel]) -> Outcome<()> {
     for format in [Format::Png, Format::Svg] {
-        let file = out.join(format!("{name}.{}", format.extension()));
-        let part = file.with_extension("part");
-        std::fs::write(&part, draw_panels(name, columns, panels, format)?)?;
-        std::fs::rename(&part, &file)?;
-        println!("{}", file.display());
+        let picture = draw_panels(name, columns, panels, format)?;
+        write(&format!("{name}.{}", format.extension()), &picture)?;
     }
+    write(&format!("{name}.csv"), &table(panels)?)
+}
+
+/// Writes `figures/out/<file>`, whole or not at all.
+pub fn write(file: &str, bytes: &[u8]) -> Outcome<()> {
+    let file = out().join(file);
+    let part = file.with_extension("part");
+    std::fs::write(&part, bytes)?;
+    std::fs::rename(&part, &file)?;
+    println!("{}", file.display());
     Ok(())
+}
+
+/// Lines with `#` that say what each panel shows, then a line a point; of dense curves every n-th.
+fn table(panels: &[Panel]) -> Outcome<Vec<u8>> {
+    let curves = || panels.iter().flat_map(|panel| &panel.curves);
+    let points: usize = curves().map(|(_, points)| points.len()).sum();
+    let every = points.div_ceil(ROWS).max(1);
+    let mut text = String::new();
+    for (panel, index) in panels.iter().zip(1..) {
+        let Panel {
+            title,
+            x_label,
+            y_label,
+            ..
+        } = panel;
+        writeln!(text, "# panel {index}: {title}; x: {x_label}; y: {y_label}")?;
+    }
+    text.push_str("panel,curve,x,y\n");
+    for (panel, index) in panels.iter().zip(1..) {
+        for (curve, points) in &panel.curves {
+            for (x, y) in points.iter().step_by(every) {
+                writeln!(text, "{index},{},{x:.7},{y:.6e}", curve.replace(',', ""))?;
+            }
+        }
+    }
+    Ok(text.into_bytes())
+}
+
+/// Prints what was found, and asserts that it is what is expected, to `within`.
+pub fn expect<const N: usize>(
+    title: &str,
+    names: [&str; N],
+    found: [f64; N],
+    expected: [f64; N],
+    within: f64,
+) {
+    println!("{title}");
+    for ((name, value), expected) in names.iter().zip(found).zip(expected) {
+        println!("  {value:8.4}  {name}");
+        let off = (value - expected).abs();
+        assert!(off < within, "{name}: {value}, not {expected} to {within}");
+    }
+}
+
+/// An axis of cells whose middles are the values, evenly spaced.
+pub fn cells<'a>(label: &'a str, values: &[f64]) -> (&'a str, f64, f64) {
+    let half = 0.5 * (values[1] - values[0]);
+    (label, values[0] - half, values[values.len() - 1] + half)
+}
+
+/// A map of `values` (row 0 at the bottom) between the ends of its axes, in the units of its labels.
+pub fn map(label: &str, values: ArrayView2<f64>, [x, y]: [(&str, f64, f64); 2]) -> Map {
+    let axis = |(label, low, high): (&str, f64, f64)| MapAxis {
+        label: label.into(),
+        low,
+        high,
+    };
+    Map {
+        values: values.mapv(|value| value as f32),
+        x: axis(x),
+        y: axis(y),
+        reduction: Reduction::Extreme {
+            rows: 1,
+            columns: 1,
+        },
+        label: label.into(),
+    }
+}
+
+/// Writes a grid of maps as `figures/out/<name>.png` and `.svg`, and the maps as `<name>.csv`.
+pub fn save_maps(figure: &Figure, maps: &[(&str, &Map)]) -> Outcome<()> {
+    let name = figure.name();
+    for format in [Format::Png, Format::Svg] {
+        write(
+            &format!("{name}.{}", format.extension()),
+            &figure.encode(format)?,
+        )?;
+    }
+    let mut text = String::new();
+    for ((title, map), index) in maps.iter().zip(1..) {
+        let [x, y] = [&map.x.label, &map.y.label];
+        writeln!(
+            text,
+            "# map {index}: {title}; x: {x}; y: {y}; value: {}",
+            map.label
+        )?;
+    }
+    text.push_str(
+        "# a line a cell: of the samples in it, the one of largest magnitude\nmap,x,y,value\n",
+    );
+    let most = ((CELLS / maps.len().max(1)) as f64).sqrt() as usize;
+    for ((_, map), index) in maps.iter().zip(1..) {
+        let size = |length: usize| length.div_ceil(most).max(1);
+        let block = [size(map.values.nrows()), size(map.values.ncols())];
+        let at = |axis: &MapAxis, share: f64| axis.low + (axis.high - axis.low) * share;
+        for (i, rows) in map.values.axis_chunks_iter(Axis(0), block[0]).enumerate() {
+            for (j, cell) in rows.axis_chunks_iter(Axis(1), block[1]).enumerate() {
+                let middle = |i: usize, axis: usize| {
+                    let first = (i * block[axis]) as f64;
+                    (first + 0.5 * cell.len_of(Axis(axis)) as f64)
+                        / map.values.len_of(Axis(axis)) as f64
+                };
+                let value = cell
+                    .iter()
+                    .fold(0.0f32, |m, v| if v.abs() > m.abs() { *v } else { m });
+                let (x, y) = (at(&map.x, middle(j, 1)), at(&map.y, middle(i, 0)));
+                writeln!(text, "{index},{x:.5},{y:.5},{value:.3e}")?;
+            }
+        }
+    }
+    write(&format!("{name}.csv"), text.as_bytes())
 }

@@ -100,10 +100,16 @@ pub fn encode_all(figures: &[Figure], format: Format) -> Result<Vec<Vec<u8>>> {
 /// A scale about zero that ends where one cell in two hundred that are not 0 is beyond it: what
 /// happens at the striker would hide the rest.
 fn clipped(values: impl Iterator<Item = f64>) -> Scale {
-    let mut sizes: Vec<f64> = values.map(f64::abs).filter(|size| *size > 0.0).collect();
+    Scale::diverging(std::iter::once(ordinary(values)))
+}
+
+/// The largest magnitude when one in two hundred of those that are not 0 is left out; 0 for none.
+pub(super) fn ordinary(values: impl Iterator<Item = f64>) -> f64 {
+    let sizes = values.map(f64::abs);
+    let mut sizes: Vec<f64> = sizes.filter(|s| *s > 0.0 && s.is_finite()).collect();
     sizes.sort_by(f64::total_cmp);
     let kept = (0.995 * sizes.len() as f64).ceil() as usize;
-    Scale::diverging(sizes.into_iter().take(kept))
+    sizes[..kept].last().copied().unwrap_or(0.0)
 }
 
 fn captioned(name: &str, residual: &Residual) -> String {

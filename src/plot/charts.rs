@@ -22,8 +22,13 @@ pub struct Panel {
     pub curves: Vec<Curve>,
 }
 
-/// Okabe and Ito's blue and vermillion.
-const COLOURS: [RGBColor; 2] = [RGBColor(0x00, 0x72, 0xb2), RGBColor(0xd5, 0x5e, 0x00)];
+/// Okabe and Ito's blue, vermillion, green and purple.
+const COLOURS: [RGBColor; 4] = [
+    RGBColor(0x00, 0x72, 0xb2),
+    RGBColor(0xd5, 0x5e, 0x00),
+    RGBColor(0x00, 0x9e, 0x73),
+    RGBColor(0xcc, 0x79, 0xa7),
+];
 const GRID: RGBColor = RGBColor(0xe6, 0xe6, 0xe6);
 const SIZE: (u32, u32) = (560, 330);
 

@@ -14,6 +14,7 @@ mod charts;
 mod curve;
 mod figures;
 mod font;
+mod grid;
 mod heat;
 pub(crate) mod labels;
 mod localized;
@@ -40,6 +41,7 @@ pub use charts::{Curve, Panel, around, draw_panels};
 pub use figures::{
     flux_surrogate, space_time, spacetime_spectrum, spatial_spectrum, temporal_spectrum,
 };
+pub use grid::{Colours, Tile, map_grid};
 pub use localized::{journey, wave};
 pub use plotters;
 pub use redistribution::{along_t, along_x};

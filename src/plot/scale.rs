@@ -20,6 +20,9 @@ pub(crate) const DECADES: f64 = 8.0;
 pub(crate) enum Scale {
     /// Linear from `-limit` to `limit`, zero in the neutral middle.
     Diverging { limit: f64 },
+    /// As the area sine of `v / least` from `-limit` to `limit`: linear up to about `least`,
+    /// logarithmic beyond, both ways.
+    Signed { limit: f64, least: f64 },
     /// Logarithmic from `low` to `high`; all that is smaller has the lowest colour.
     Log { low: f64, high: f64, smaller: bool },
 }
@@ -32,6 +35,18 @@ impl Scale {
             .fold(0.0, |most: f64, v| most.max(v.abs()));
         Scale::Diverging {
             limit: if limit > 0.0 { limit } else { 1.0 },
+        }
+    }
+
+    /// Logarithmic both ways over so many decades below the largest magnitude.
+    pub fn signed(values: impl Iterator<Item = f64>, decades: f64) -> Self {
+        let limit = values
+            .filter(|v| v.is_finite())
+            .fold(0.0, |most: f64, v| most.max(v.abs()));
+        let limit = if limit > 0.0 { limit } else { 1.0 };
+        Scale::Signed {
+            limit,
+            least: limit * 10f64.powf(-decades),
         }
     }
 
@@ -73,7 +88,7 @@ impl Scale {
 
     fn gradient(&self) -> Gradient {
         match self {
-            Scale::Diverging { .. } => PURPLE_ORANGE,
+            Scale::Diverging { .. } | Scale::Signed { .. } => PURPLE_ORANGE,
             Scale::Log { .. } => VIRIDIS,
         }
     }
@@ -85,6 +100,9 @@ impl Scale {
         }
         let share = match *self {
             Scale::Diverging { limit } => 0.5 + 0.5 * (value / limit),
+            Scale::Signed { limit, least } => {
+                0.5 + 0.5 * (value / least).asinh() / (limit / least).asinh()
+            }
             Scale::Log { low, .. } if value <= low => 0.0,
             Scale::Log { low, high, .. } => {
                 (value.log10() - low.log10()) / (high.log10() - low.log10())
@@ -105,6 +123,18 @@ impl Scale {
         match *self {
             Scale::Diverging { limit } => {
                 ticks::linear(-limit, limit, count, Notation::of(-limit, limit))
+            }
+            Scale::Signed { limit, least } => {
+                let up = ticks::logarithmic(2.0 * least, limit, count.div_ceil(2));
+                let down = up.iter().rev().map(|tick| Tick {
+                    value: -tick.value,
+                    text: format!("−{}", tick.text),
+                });
+                let zero = Tick {
+                    value: 0.0,
+                    text: "0".into(),
+                };
+                down.chain([zero]).chain(up.iter().cloned()).collect()
             }
             Scale::Log { low, high, .. } => ticks::logarithmic(low, high, count),
         }
@@ -134,6 +164,7 @@ impl Scale {
                     Notation::of(-limit, limit).label(quantity)
                 )
             }
+            Scale::Signed { .. } => format!("{quantity}, signed log scale"),
             Scale::Log { low, high, .. } => match (high.log10() - low.log10()).round() {
                 1.0 => format!("{quantity}, log scale over 1 decade"),
                 decades => format!("{quantity}, log scale over {decades} decades"),
@@ -152,6 +183,20 @@ mod tests {
         let scale = Scale::diverging(values.into_iter());
         assert_eq!(scale, Scale::Diverging { limit: 3.0 });
         assert_eq!(values.map(|v| scale.index(v)), [0, 127, 212, 255]);
+    }
+
+    #[test]
+    fn signed_scales_are_even_and_spread_small_values() {
+        let scale = Scale::signed([-100.0, 3.0].into_iter(), 4.0);
+        let share = |value| scale.share(value).unwrap();
+        assert_eq!([share(-100.0), share(0.0), share(100.0)], [0.0, 0.5, 1.0]);
+        assert!((share(3.0) + share(-3.0) - 1.0).abs() < 1e-12);
+        // A decade is a decade: about a tenth of the scale.
+        let decade = share(10.0) - share(1.0);
+        assert!((decade - 0.5 * 10f64.ln() / 2e4f64.ln()).abs() < 2e-6);
+        let texts: Vec<String> = scale.ticks(6).into_iter().map(|tick| tick.text).collect();
+        assert_eq!(texts.len() % 2, 1);
+        assert_eq!(texts[texts.len() / 2], "0");
     }
 
     #[test]
