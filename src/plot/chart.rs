@@ -273,7 +273,7 @@ impl Chart {
 }
 
 /// A number of an axis as few digits say it.
-fn short(v: f64, axis: &Range<f64>) -> String {
+pub(super) fn short(v: f64, axis: &Range<f64>) -> String {
     let size = v.abs();
     // Ticks are sums of steps, and 0 is one only to rounding.
     if size <= 1e-12 * (axis.end - axis.start) {

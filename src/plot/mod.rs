@@ -16,6 +16,7 @@ mod figures;
 mod font;
 mod grid;
 mod heat;
+mod heat_chart;
 pub(crate) mod labels;
 mod localized;
 mod painter;
@@ -42,6 +43,7 @@ pub use figures::{
     flux_surrogate, space_time, spacetime_spectrum, spatial_spectrum, temporal_spectrum,
 };
 pub use grid::{Colours, Tile, map_grid};
+pub use heat_chart::HeatChart;
 pub use localized::{journey, wave};
 pub use plotters;
 pub use redistribution::{along_t, along_x};

@@ -9,7 +9,7 @@ use cascade::attenuation::{
     MeasuredPoint, Named, Point, Reach, Row, Sense, TransmissionRequest, measured_peaks,
     read_curve,
 };
-use cascade::chain::scene::{SceneSource, Setting};
+use cascade::chain::scene::{Scene, SceneSource, Setting};
 use cascade::plot::Format;
 use cascade::report::{ATTENUATION_SCHEMA, attenuation_csv, versioned_json, write_beside};
 use clap::{Args, ValueEnum};
@@ -218,7 +218,11 @@ impl Attenuate {
         let Some(bodies) = self.best_at else {
             return Ok((attenuation, None));
         };
-        let base = self.base()?;
+        let mut base = self.base()?;
+        let typed = base.scene()?;
+        if typed.angle.is_none() && typed.second_angle.is_none() && has_material(&typed) {
+            base = base.with([setting("second_angle", "90", "best-at")]);
+        }
         let over = match &self.best_over {
             Some(over) => over.clone(),
             None => default_over(&base)?,
@@ -345,12 +349,14 @@ impl Attenuate {
 
 /// The key that `--best-at` varies where none is given.
 pub fn default_over(scene: &SceneSource) -> Result<String, Error> {
-    let typed = scene.scene()?;
-    let has_material = typed.material.is_some() || typed.young.is_some();
-    Ok(match has_material {
+    Ok(match has_material(&scene.scene()?) {
         true => "angle=2:90:45".into(),
         false => "stiffness_ratio=1:100:45log".into(),
     })
+}
+
+fn has_material(scene: &Scene) -> bool {
+    scene.material.is_some() || scene.young.is_some()
 }
 
 fn setting(key: &str, text: &str, option: &str) -> Setting {
