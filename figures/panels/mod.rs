@@ -7,8 +7,8 @@ use std::path::{Path, PathBuf};
 
 use cascade::analyze::{Map, MapAxis, Reduction};
 use cascade::chain::scene::{SceneSource, Setting, Setup};
+use cascade::plot::{Chart, Figure, Format, draw_charts, draw_panels};
 pub use cascade::plot::{Curve, Panel, around};
-use cascade::plot::{Figure, Format, draw_panels};
 use ndarray::{ArrayView2, Axis};
 
 pub type Outcome<T> = Result<T, Box<dyn std::error::Error>>;
@@ -29,13 +29,7 @@ fn root() -> &'static Path {
 
 /// The scene of the experiment with keys of its own: `("angle", "18 deg")`.
 pub fn experiment(keys: &[(&str, &str)]) -> Outcome<Setup> {
-    let scene = SceneSource::read(&root().join("examples/scenes/quartz_experiment.toml"))?;
-    let settings = keys.iter().map(|(key, text)| Setting {
-        key: (*key).into(),
-        text: (*text).into(),
-        source: (*key).into(),
-    });
-    Ok(scene.with(settings).setup()?)
+    Ok(experiment_scene(keys)?.setup()?)
 }
 
 /// Draws the panels in rows of `columns` into `figures/out/<name>.png` and `.svg`, and writes their
@@ -46,6 +40,29 @@ pub fn save(name: &str, columns: usize, panels: &[Panel]) -> Outcome<()> {
         write(&format!("{name}.{}", format.extension()), &picture)?;
     }
     write(&format!("{name}.csv"), &table(panels)?)
+}
+
+/// The scene of the experiment, for commands that vary it.
+pub fn experiment_scene(keys: &[(&str, &str)]) -> Outcome<SceneSource> {
+    let scene = SceneSource::read(&root().join("examples/scenes/quartz_experiment.toml"))?;
+    Ok(scene.with(settings(keys)))
+}
+
+fn settings<'a>(keys: &'a [(&str, &str)]) -> impl Iterator<Item = Setting> + 'a {
+    keys.iter().map(|(key, text)| Setting {
+        key: (*key).into(),
+        text: (*text).into(),
+        source: (*key).into(),
+    })
+}
+
+/// Draws charts in rows of `columns` into `figures/out/<name>.png` and `.svg`.
+pub fn save_charts(name: &str, columns: usize, charts: &[Chart]) -> Outcome<()> {
+    for format in [Format::Png, Format::Svg] {
+        let picture = draw_charts(name, columns, (760, 440), charts, format)?;
+        write(&format!("{name}.{}", format.extension()), &picture)?;
+    }
+    Ok(())
 }
 
 /// Writes `figures/out/<file>`, whole or not at all.

@@ -144,8 +144,9 @@ impl Fits {
 /// values.
 ///
 /// Neighbouring points of a computed curve err together: with a correlation rho between the
-/// residuals of neighbours, of m points only `m (1 - rho) / (1 + rho)` count as independent, in
-/// Akaike's criterion and in the intervals. `None` for fewer than six points, and for values that
+/// residuals of neighbours, of m points only `m (1 - rho) / (1 + rho)` count as independent in the
+/// intervals. Akaike's criterion counts all of them, since a law is to describe the curve rather
+/// than to predict noise; counting few, it would choose a level for whatever falls. `None` for fewer than six points, and for values that
 /// are not positive.
 pub fn fit(n: &[f64], y: &[f64], criterion: Criterion) -> Option<Fits> {
     let m = n.len().min(y.len());
@@ -332,9 +333,8 @@ fn judged(law: Law, solution: &Solution, points: &[(f64, f64)], independent: f64
     let freedom = (independent - k as f64).max(1.0);
     let mean_square = (solution.squares / m).max(EXACT * EXACT);
     let fitted = (k + 1) as f64;
-    let spare = (independent - fitted - 1.0).max(0.5);
-    let aicc =
-        independent * mean_square.ln() + 2.0 * fitted + 2.0 * fitted * (fitted + 1.0) / spare;
+    let spare = (m - fitted - 1.0).max(0.5);
+    let aicc = m * mean_square.ln() + 2.0 * fitted + 2.0 * fitted * (fitted + 1.0) / spare;
     // Of all points, the covariance is that of as many as are independent.
     let variance = solution.squares / m * independent / freedom;
     let covariance = covariance(

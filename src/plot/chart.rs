@@ -279,13 +279,38 @@ pub(super) fn short(v: f64, axis: &Range<f64>) -> String {
     if size <= 1e-12 * (axis.end - axis.start) {
         "0".into()
     } else if !(1e-3..1e5).contains(&size) {
-        format!("{v:e}")
+        // Powers of ten come from logarithms, and are ones only to rounding.
+        let text = format!("{v:.3e}");
+        let (digits, power) = text.split_once('e').unwrap_or((&text, "0"));
+        let digits = digits.trim_end_matches('0').trim_end_matches('.');
+        format!("{digits}e{power}")
     } else {
         let digits = (3 - size.log10().floor() as i32).clamp(0, 6) as usize;
         let text = format!("{v:.digits$}");
         match text.contains('.') {
             true => text.trim_end_matches('0').trim_end_matches('.').to_owned(),
             false => text,
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn ticks_are_said_in_few_digits() {
+        let axis = 0.0..1.0;
+        for (v, text) in [
+            (3.469e-18, "0"),
+            (0.25, "0.25"),
+            (9.999999999999998e-5, "1e-4"),
+            (2.5e-6, "2.5e-6"),
+            (1000.0, "1000"),
+            (0.30000000000000004, "0.3"),
+            (-1e6, "-1e6"),
+        ] {
+            assert_eq!(short(v, &axis), text);
         }
     }
 }

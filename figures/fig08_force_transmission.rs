@@ -1,0 +1,217 @@
+//! Force on the sensor against the first angle, with maps of the velocity: Figure 8 of the paper.
+//!
+//! Equation: as Figure 7; `max_t F_40(t)` of the sensor's contact over the same at (90, 90) degrees.
+//! Command: `cargo run --release --example fig08_force_transmission`; 6 s.
+//! Shows: above, the transmitted force with its extremes located by further runs (dots) and the
+//! angles of localized waves (uprights), for four sensors, for the other order of angles, and for an
+//! cylinder as striker, since the paper leaves these open. Below, velocity over site and
+//! time at 90, 18 and 8 degrees.
+//! Asserts: all of the force comes through at 90 degrees; the first minimum below has more than
+//! 40 % lost, at 15 to 18 degrees, for every sensor that does not turn with the cylinders; the
+//! force rises again towards 8 degrees.
+//! Differs: the paper says "about 18" degrees for the minimum; it is at 15.9 to 16.5 whatever is left
+//! open, with 53 % lost (0.465), and 51 % are lost at 18. Near 8 degrees the force has risen again, to
+//! 0.67 to 0.78, but its maximum lies between 5.1 and 6.3 degrees, where it stands out from the next
+//! minimum by 0.001 to 0.012: a rise is robust, a maximum "at about 8" is not. With a sensor touched
+//! as one more cylinder would be, whose contact stiffens with the angle, a maximum stands out, by
+//! 0.12 at 6.5 degrees, and 39 % are lost at 18.
+
+#[path = "panels/mod.rs"]
+mod panels;
+
+use std::fmt::Write;
+
+use cascade::analyze::Silent;
+use cascade::attenuation::{Extreme, TransmissionCurve, TransmissionRequest};
+use cascade::chain::scene::SceneSource;
+use cascade::plot::{Canvas, Chart, Corner, Format, HeatChart, Look, Mark, Series};
+use ndarray::Array2;
+use panels::{Outcome, experiment, experiment_scene, write};
+
+const ANGLES: &str = "angle=2,3,4,5,6,7,8,9,10,12,14,16,18,20,23,26,30,35,40,50,60,70,80,90";
+
+/// A sensor whose contact turns with the angles.
+const CYLINDER: &str = "sensor touched as a cylinder";
+
+type Variant = (&'static str, &'static [(&'static str, &'static str)]);
+
+/// What the paper leaves open.
+const VARIANTS: [Variant; 6] = [
+    ("sensor's cap rounded at 20 mm", &[]),
+    ("cap rounded at 5 mm", &[("wall_radius", "5 mm")]),
+    ("cap nearly flat", &[("wall_radius", "1 m")]),
+    (CYLINDER, &[]),
+    ("other angle first", &[]),
+    ("struck by a cylinder", &[("striker_mass", "10.08 g")]),
+];
+
+fn main() -> Outcome<()> {
+    let mut curves = Vec::new();
+    for (name, keys) in VARIANTS {
+        let mut keys = keys.to_vec();
+        let over = match name {
+            "other angle first" => {
+                keys.push(("angle", "90 deg"));
+                ANGLES.replacen("angle", "second_angle", 1)
+            }
+            _ => ANGLES.to_owned(),
+        };
+        let scene = match name {
+            CYLINDER => without_sensor()?,
+            _ => experiment_scene(&keys)?,
+        };
+        let request = TransmissionRequest::new(scene, over);
+        let found = request.run(None, &Silent)?;
+        let curve = found.curves.into_iter().next().ok_or("no curve")?;
+        tell(name, &curve);
+        curves.push((name, curve));
+    }
+    for (name, curve) in &curves {
+        check(name, curve);
+    }
+    table(&curves)?;
+    let chart = transmitted(&curves);
+    let maps = [90, 18, 8].map(map);
+    for format in [Format::Png, Format::Svg] {
+        let canvas = Canvas::new("transmitted force", 1260, 940, format)?;
+        let (above, below) = canvas.area().split_vertically(cascade::plot::px(560.0));
+        chart.draw(&above)?;
+        for (area, map) in below.split_evenly((1, 3)).iter().zip(&maps) {
+            map.as_ref()
+                .map_err(|error| error.to_string())?
+                .draw(area)?;
+        }
+        let file = format!("fig08_force_transmission.{}", format.extension());
+        write(&file, &canvas.encode()?)?;
+    }
+    Ok(())
+}
+
+/// The scene of the experiment without the keys of its sensor.
+fn without_sensor() -> Outcome<SceneSource> {
+    let path = concat!(
+        env!("CARGO_MANIFEST_DIR"),
+        "/examples/scenes/quartz_experiment.toml"
+    );
+    let text = std::fs::read_to_string(path)?;
+    let lines = text.lines().filter(|line| !line.starts_with("wall_"));
+    Ok(SceneSource::new(None, lines.collect::<Vec<_>>().join("\n")))
+}
+
+/// The minimum of a curve at the largest angle.
+fn first_minimum(curve: &TransmissionCurve) -> Option<&Extreme> {
+    let minima = curve.extremes.iter().filter(|e| !e.is_maximum);
+    minima.max_by(|a, b| a.point.value.total_cmp(&b.point.value))
+}
+
+fn force(curve: &TransmissionCurve, angle: f64) -> f64 {
+    let point = curve.points.iter().find(|p| p.value == angle);
+    point.map_or(f64::NAN, |p| p.relative_force)
+}
+
+fn tell(name: &str, curve: &TransmissionCurve) {
+    println!(
+        "{name}: {:.4} at 18 degrees, {:.4} at 8",
+        force(curve, 18.0),
+        force(curve, 8.0)
+    );
+    for Extreme {
+        is_maximum,
+        value_error,
+        point,
+    } in &curve.extremes
+    {
+        let kind = if *is_maximum { "maximum" } else { "minimum" };
+        println!(
+            "  {kind} {:.6} at {:.4} +- {value_error:.0e} degrees",
+            point.relative_force, point.value
+        );
+    }
+}
+
+fn check(name: &str, curve: &TransmissionCurve) {
+    assert!((force(curve, 90.0) - 1.0).abs() < 1e-12, "{name}");
+    let minimum = first_minimum(curve).map(|e| e.point);
+    let minimum = minimum.unwrap_or_else(|| panic!("{name}: no minimum"));
+    let (angle, least) = (minimum.value, minimum.relative_force);
+    assert!((15.8..16.6).contains(&angle), "{name}: {angle}");
+    assert!((0.40..0.60).contains(&least), "{name}: {least}");
+    let risen = force(curve, 8.0) - least;
+    assert!((0.20..0.35).contains(&risen), "{name}: {risen}");
+    if name == VARIANTS[0].0 {
+        assert!((angle - 16.27).abs() < 0.02 && (least - 0.4653).abs() < 5e-4);
+    }
+}
+
+fn table(curves: &[(&str, TransmissionCurve)]) -> Outcome<()> {
+    let mut text = String::from("variant,row,first_angle_degrees,relative_force,peak_force_n\n");
+    for (name, curve) in curves {
+        let extremes = curve.extremes.iter().map(|e| match e.is_maximum {
+            true => ("maximum", e.point),
+            false => ("minimum", e.point),
+        });
+        for (row, p) in curve.points.iter().map(|p| ("value", *p)).chain(extremes) {
+            let (angle, force) = (p.value, p.relative_force);
+            writeln!(
+                text,
+                "{name},{row},{angle:.5},{force:.9},{:.9}",
+                p.peak_force.value
+            )?;
+        }
+    }
+    write("fig08_force_transmission.csv", text.as_bytes())
+}
+
+fn transmitted(curves: &[(&str, TransmissionCurve)]) -> Chart {
+    let mut series = Vec::new();
+    for (i, (name, curve)) in curves.iter().enumerate() {
+        let points = |points: &mut dyn Iterator<Item = (f64, f64)>| points.collect::<Vec<_>>();
+        let all = curve.points.iter().map(|p| (p.value, p.relative_force));
+        let extremes = curve
+            .extremes
+            .iter()
+            .map(|e| (e.point.value, e.point.relative_force));
+        let mut joined: Vec<(f64, f64)> = all.chain(extremes.clone()).collect();
+        joined.sort_by(|a, b| a.0.total_cmp(&b.0));
+        let look = if i == 0 { Look::Line } else { Look::Dashed };
+        series.push(Series::line(*name, i, joined).with(look));
+        series.push(Series::line("", i, points(&mut extremes.clone())).with(Look::Dots));
+    }
+    let marks = curves[0].1.localized.iter().map(|mark| Mark {
+        at: mark.value,
+        label: format!("n = {}", mark.order),
+    });
+    Chart {
+        x: 0.0..92.0,
+        marks: marks.collect(),
+        names: Corner::LowerRight,
+        ..Chart::of(
+            "force on the sensor behind 40 cylinders",
+            "first angle (degrees)",
+            "force / that at 90 degrees",
+            series,
+        )
+    }
+}
+
+/// Velocity over site and time at an angle.
+fn map(angle: i32) -> Outcome<HeatChart> {
+    let text = format!("{angle} deg");
+    let setup = experiment(&[("angle", &text), ("samples", "97"), ("end_time", "1.2 ms")])?;
+    let speed = setup.simulation.velocity[0];
+    let run = setup.simulation.run(&Silent)?;
+    let velocity: Array2<f64> = run.velocity.mapv(|v| v / speed);
+    let largest = 0.8;
+    Ok(HeatChart {
+        title: format!("{angle}°"),
+        x_label: "cylinder".into(),
+        y_label: "time (ms)".into(),
+        label: "velocity / that of the impact".into(),
+        x: -0.5..40.5,
+        y: 0.0..1.2,
+        log_x: false,
+        values: velocity,
+        scale: -largest..largest,
+        marks: Vec::new(),
+    })
+}
