@@ -11,6 +11,9 @@ use crate::chain::scene::Units;
 /// Ends of an axis of a ratio above which it is logarithmic.
 const WIDE: f64 = 30.0;
 
+/// What is drawn of a row.
+type Value<'a> = &'a dyn Fn(&Row) -> Option<f64>;
+
 const SIZE: (u32, u32) = (720, 430);
 
 /// Force, energy, share of the high band and width against length, for every chain: forces in the
@@ -29,7 +32,7 @@ pub fn attenuation(
         Some(Units::Si) => " (s)",
         _ => "",
     };
-    let of = |sense: Sense, value: &dyn Fn(&Row) -> Option<f64>| -> Vec<Series> {
+    let of = |sense: Sense, value: Value| -> Vec<Series> {
         let curves = attenuation.curves.iter().filter(|c| c.sense == sense);
         curves
             .enumerate()
@@ -68,7 +71,7 @@ pub fn attenuation(
             ..Chart::of(title, bodies, label, series)
         });
     }
-    let others: [(&str, String, &dyn Fn(&Row) -> Option<f64>); 3] = [
+    let others: [(&str, String, Value); 3] = [
         (
             "energy passed in one long chain",
             "energy / that of the homogeneous chain".into(),
