@@ -3,8 +3,8 @@
 use cascade::Error;
 use cascade::analyze::{Observer, Silent};
 use cascade::attenuation::{
-    Attenuation, AttenuationRequest, ContactKind, Law, Named, Reach, Sense, Transmission,
-    TransmissionRequest,
+    Attenuation, AttenuationRequest, ContactKind, Law, Named, Reach, Sense, StopCause,
+    Transmission, TransmissionRequest,
 };
 use cascade::chain::scene::{SceneSource, Setting};
 
@@ -137,7 +137,7 @@ fn val_paper_localized_settles_and_dispersive_falls() {
     assert!((50..56).contains(&bodies), "{bodies}");
     for (i, sense) in [(2, Sense::Chain), (3, Sense::Wall)] {
         assert_eq!(curve(i).sense, sense);
-        assert!(curve(i).stopped_at.is_none());
+        assert!(curve(i).stop.is_none());
     }
     // Shares of the high band: only the dispersive chain keeps some on its way.
     let share = |i: usize| curve(i).rows[20].high_share.unwrap();
@@ -157,12 +157,14 @@ fn a_curve_of_a_chain_of_fixed_length_stops_and_says_where() {
     };
     let found = run(&request(vec![named, dimer(2.4)]));
     let (listed, free) = (&found.curves[0], &found.curves[2]);
-    let stopped = listed.stopped_at.unwrap();
+    let stop = listed.stop.unwrap();
+    assert_eq!(stop.cause, StopCause::Reflection);
+    let stopped = stop.bodies;
     assert!(
         (20..31).contains(&stopped) && listed.rows.len() == stopped,
         "{stopped}"
     );
-    assert_eq!(free.stopped_at, None);
+    assert_eq!(free.stop, None);
     for (a, b) in listed.rows.iter().zip(&free.rows) {
         let off = a.pulse.peak_force.value / b.pulse.peak_force.value - 1.0;
         assert!(off.abs() < 1e-11, "{}: {off:e}", a.bodies);
@@ -244,6 +246,10 @@ fn what_cannot_be_is_said_before_any_work() {
     bad(&|r| r.target = Some(1.5), "target");
     bad(&|r| r.lengths = Some(vec![0]), "lengths");
     bad(&|r| r.lengths = Some(vec![]), "lengths");
+    bad(
+        &|r| r.chains[0].scene = scene("sites = 9\nstiffness_ratio = 2.0\nends = \"free\""),
+        "a wall",
+    );
     bad(&|r| r.band_edge_frequency = Some(-1.0), "band-edge");
     bad(
         &|r| r.chains[0].scene = scene("sites = 5\nstiffness_ratio = 0.2"),
@@ -286,4 +292,97 @@ fn an_observer_stops_it() {
         matches!(stopped, Err(Error::Paused { known: 0, .. })),
         "{stopped:?}"
     );
+}
+
+/// Short chains are measured by the homogeneous chain of the pattern, which they do not hold whole: a
+/// wall behind one, two and three bodies, forces in N over those of chains built by hand.
+#[test]
+fn val_walls_behind_few_bodies() {
+    use cascade::attenuation::pulses;
+    use cascade::chain::{Chain, EndTime, Simulation};
+
+    let mut asked = request(vec![dimer(4.9272)]);
+    asked.senses = vec![Sense::Wall];
+    asked.lengths = Some(vec![1, 2, 3]);
+    let found = run(&asked);
+    let kinds = [ContactKind::Stiff, ContactKind::Soft, ContactKind::Stiff];
+    assert!((found.curves[0].stiffness_ratio - 4.9272).abs() < 1e-12);
+    for (row, kind) in found.curves[0].rows.iter().zip(kinds) {
+        let force = |kappa: f64| {
+            let chain = Chain::dimer(row.bodies + 1, kappa);
+            let simulation = Simulation {
+                end_time: EndTime::Arrival,
+                ..Simulation::impact(chain, 1.0, 1.0, 2)
+            };
+            let found = pulses(&simulation, Sense::Wall, &Silent).unwrap();
+            found.pulses[0].peak_force.value
+        };
+        let truth = force(4.9272) / force(1.0);
+        let off = (row.relative_force.unwrap() / truth - 1.0).abs();
+        assert!(off < 1e-12, "{}: {off:e}", row.bodies);
+        assert_eq!(row.kind, kind, "{}", row.bodies);
+        assert!((truth - 1.0).abs() > 0.01);
+    }
+    // With a striker and a wall of its own, too: the homogeneous chain is its own measure.
+    let text = "sites = 9\nmaterial = \"quartz\"\nradius = \"9 mm\"\nlength = \"18 mm\"\nangle = 90.0\n\
+                second_angle = 90.0\nstriker_radius = \"9 mm\"\nstriker_velocity = 0.88\n\
+                wall_material = \"steel\"\nwall_radius = \"20 mm\"";
+    asked.chains = vec![Named {
+        name: "own".into(),
+        scene: scene(text),
+    }];
+    let found = run(&asked);
+    let rows = &found.curves[0].rows;
+    assert_eq!(rows.len(), 3);
+    assert!(rows.iter().all(|row| row.relative_force == Some(1.0)));
+    assert!(rows.iter().all(|row| row.kind == ContactKind::Other));
+}
+
+/// By the scaling of Hertz contacts the relative force does not depend on the speed of the impact:
+/// what differs is rounding, and no extreme of it is told.
+#[test]
+fn val_hertz_scaling_has_no_extremes() {
+    let request = TransmissionRequest::new(
+        scene("sites = 10\nstiffness_ratio = 3.0"),
+        "striker_velocity=1:2:8",
+    );
+    let curve = &request.run(None, &Silent).unwrap().curves[0];
+    assert_eq!(curve.points.len(), 8);
+    assert!(curve.extremes.is_empty(), "{:?}", curve.extremes);
+    for point in &curve.points {
+        let off = (point.relative_force / curve.points[0].relative_force - 1.0).abs();
+        assert!(off < 1e-11, "{}: {off:e}", point.value);
+    }
+}
+
+/// Where losses eat the pulse nothing arrives, and that is said.
+#[test]
+fn what_does_not_arrive_is_listed() {
+    let request =
+        TransmissionRequest::new(scene("sites = 60\nstiffness_ratio = 2.0"), "drag=0,0.001,2");
+    let curve = &request.run(None, &Silent).unwrap().curves[0];
+    assert_eq!((curve.points.len(), &curve.nothing_at[..]), (2, &[2.0][..]));
+    let mut eaten = self::request(vec![dimer(2.0)]);
+    eaten.chains[0].scene = scene("sites = 41\nstiffness_ratio = 2.0\ndrag = 2.0");
+    eaten.senses = vec![Sense::Chain];
+    let found = run(&eaten);
+    let stop = found.curves[0].stop.unwrap();
+    assert_eq!(stop.cause, StopCause::Faded);
+}
+
+/// The localized ratios of high orders are marked as far as the abscissa goes.
+#[test]
+fn val_travelling_wave_equation_marks_up_to_order_19() {
+    let request = TransmissionRequest {
+        locate: false,
+        ..TransmissionRequest::new(
+            scene("sites = 5\nstiffness_ratio = 2.0"),
+            "stiffness_ratio=1:2000:4log",
+        )
+    };
+    let curve = &request.run(None, &Silent).unwrap().curves[0];
+    let orders: Vec<usize> = curve.localized.iter().map(|m| m.order).collect();
+    assert_eq!(orders, (1..=19).collect::<Vec<_>>());
+    assert!((curve.localized[17].value / 1440.05492 - 1.0).abs() < 1e-8);
+    assert!(curve.unresolved_orders.is_empty());
 }

@@ -306,3 +306,15 @@ fn what_has_no_front_is_refused() {
     let eaten = of(eaten, Sense::Chain);
     assert!(!eaten.pulses.is_empty() && eaten.pulses.len() < 59);
 }
+
+/// A contact that presses from the start has its pulse from the start.
+#[test]
+fn a_contact_pressed_from_the_start_begins_there() {
+    let mut simulation = struck(Chain::dimer(40, 2.0));
+    simulation.displacement[0] = 0.5;
+    let found = pulses(&simulation, Sense::Chain, &Silent).unwrap();
+    assert!(found.pulses.len() > 30, "{}", found.pulses.len());
+    assert_eq!(found.pulses[0].arrival_time.value, 0.0);
+    assert!(found.pulses[0].peak_force.value > 0.5f64.powf(1.5));
+    assert!(found.pulses[1].arrival_time.value > 0.0);
+}

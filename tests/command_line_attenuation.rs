@@ -148,6 +148,11 @@ fn transmission_its_files_and_what_was_measured() {
         "{table}"
     );
     assert!(table.contains("\nminimum,"), "{table}");
+    let mut names: Vec<&str> = table.lines().next().unwrap().split(',').collect();
+    let columns = names.len();
+    names.sort_unstable();
+    names.dedup();
+    assert_eq!(names.len(), columns, "each column has a name of its own");
 }
 
 /// A field of the very chain, laid over it: peaks agree within the errors stated.
@@ -254,6 +259,32 @@ fn what_is_typed_wrong_ends_with_code_2_and_says_what() {
         ),
         (&["attenuate", "none.toml"], 1, "none.toml"),
         (
+            &["attenuate", "--ratios", "2", "--sites", "9"],
+            2,
+            "--sites",
+        ),
+        (
+            &["attenuate", "--ratios", "2", "--best-at", "0"],
+            2,
+            "--best-at",
+        ),
+        (
+            &[
+                "attenuate",
+                "--ratios",
+                "2",
+                "--bodies",
+                "18446744073709551615",
+            ],
+            2,
+            "--bodies",
+        ),
+        (
+            &["attenuate", "--ratios", "2", "--ends", "free"],
+            2,
+            "a wall",
+        ),
+        (
             &["transmit", "--sites", "9", "--over", "ends=wall,free"],
             2,
             "--over",
@@ -270,48 +301,61 @@ fn what_is_typed_wrong_ends_with_code_2_and_says_what() {
     assert_eq!(place.names().len(), 3, "nothing was written");
 }
 
-/// Killed at any moment, it goes on to the identical table; `CASCADE_KILLS` asks for more kills.
+/// Killed at any moment, both commands go on to the identical table; `CASCADE_KILLS` asks for more
+/// kills than ten.
 #[test]
 fn regress_killed_ten_times() {
     let kills = std::env::var("CASCADE_KILLS");
     let kills: u64 = kills.map_or(10, |text| text.parse().unwrap());
     let place = Place::new();
-    let command = |name: &str| {
-        let mut command = Command::new(env!("CARGO_BIN_EXE_cascade"));
-        command
-            .current_dir(place.folder())
-            .args([
-                "transmit",
-                "--sites",
-                "31",
-                "--over",
-                "stiffness_ratio=1:30:60log",
-            ])
-            .args(["--threads", "2", "--out", name])
-            .stdout(Stdio::null())
-            .stderr(Stdio::null());
-        command
-    };
-    assert!(command("whole").status().unwrap().success());
-    let known = |name: &str| {
-        let path = place.path(name).join("members.jsonl");
-        fs::read(path).unwrap_or_default().len()
-    };
-    let (mut kept, mut state) = (0, 12345u64);
-    for _ in 0..kills {
-        let mut child = command("killed").spawn().unwrap();
-        state = state
-            .wrapping_mul(6364136223846793005)
-            .wrapping_add(1442695040888963407);
-        std::thread::sleep(std::time::Duration::from_millis(20 + (state >> 33) % 180));
-        child.kill().unwrap();
-        child.wait().unwrap();
-        assert!(known("killed") >= kept, "what was computed is kept");
-        kept = known("killed");
-    }
-    assert!(command("killed").status().unwrap().success());
-    for name in ["curves.csv", "transmission.json"] {
-        let of = |which: &str| fs::read(place.path(which).join(name)).unwrap();
-        assert_eq!(of("killed"), of("whole"), "{name}");
+    let transmit = "transmit --sites 31 --over stiffness_ratio=1:30:60log";
+    let attenuate = "attenuate --ratios 1.5,2,2.5,3,4,5,6,7 --bodies 40";
+    for (words, files) in [
+        (transmit, ["curves.csv", "transmission.json"]),
+        (attenuate, ["curves.csv", "attenuation.json"]),
+    ] {
+        let name = words.split(' ').next().unwrap();
+        let command = |out: &str| {
+            let mut command = Command::new(env!("CARGO_BIN_EXE_cascade"));
+            command
+                .current_dir(place.folder())
+                .args(words.split(' '))
+                .args(["--threads", "2", "--out", &format!("{name}-{out}")])
+                .stdout(Stdio::null())
+                .stderr(Stdio::null());
+            command
+        };
+        let of = |out: &str, file: &str| fs::read(place.path(&format!("{name}-{out}")).join(file));
+        let known = |out: &str| {
+            let text = of(out, "members.jsonl").unwrap_or_default();
+            text.iter().filter(|b| **b == b'\n').count()
+        };
+        let started = std::time::Instant::now();
+        assert!(command("whole").status().unwrap().success());
+        let whole = started.elapsed().as_millis() as u64;
+        let (mut kept, mut midway, mut state) = (0, 0, 12345u64);
+        for _ in 0..kills {
+            let mut child = command("killed").spawn().unwrap();
+            state = state
+                .wrapping_mul(6364136223846793005)
+                .wrapping_add(1442695040888963407);
+            // Up to a quarter of the time that all of it takes.
+            let wait = 10 + (state >> 33) % (whole / 4).max(1);
+            std::thread::sleep(std::time::Duration::from_millis(wait));
+            child.kill().unwrap();
+            child.wait().unwrap();
+            assert!(known("killed") >= kept, "what was computed is kept");
+            kept = known("killed");
+            midway += u64::from(0 < kept && kept < known("whole"));
+        }
+        assert!(midway > 0, "{name}: no kill hit the work");
+        assert!(command("killed").status().unwrap().success());
+        for file in files {
+            assert_eq!(
+                of("killed", file).unwrap(),
+                of("whole", file).unwrap(),
+                "{file}"
+            );
+        }
     }
 }

@@ -49,11 +49,8 @@ pub fn experiment_scene(keys: &[(&str, &str)]) -> Outcome<SceneSource> {
 }
 
 fn settings<'a>(keys: &'a [(&str, &str)]) -> impl Iterator<Item = Setting> + 'a {
-    keys.iter().map(|(key, text)| Setting {
-        key: (*key).into(),
-        text: (*text).into(),
-        source: (*key).into(),
-    })
+    keys.iter()
+        .map(|(key, text)| Setting::new(key, *text, *key))
 }
 
 /// Draws charts in rows of `columns` into `figures/out/<name>.png` and `.svg`.

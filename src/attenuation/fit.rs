@@ -187,13 +187,14 @@ impl Fit {
         self.law.at(&self.values(), n)
     }
 
-    /// What the law settles at for long chains.
+    /// What the law settles at for long chains; infinite for one that grows.
     pub fn settles_at(&self) -> f64 {
+        let grows = f64::INFINITY;
         match (self.law, self.parameters[0].value > 0.0) {
             (Law::Level, _) => self.parameters[0].value,
-            (Law::Plateau, _) => self.parameters[2].value,
-            (_, true) => 0.0,
-            (_, false) => f64::INFINITY,
+            (Law::Plateau, true) => self.parameters[2].value,
+            (Law::Exponential | Law::PowerLaw, true) => 0.0,
+            (_, false) => grows,
         }
     }
 
@@ -335,14 +336,8 @@ fn judged(law: Law, solution: &Solution, points: &[(f64, f64)], independent: f64
     let fitted = (k + 1) as f64;
     let spare = (m - fitted - 1.0).max(0.5);
     let aicc = m * mean_square.ln() + 2.0 * fitted + 2.0 * fitted * (fitted + 1.0) / spare;
-    // Of all points, the covariance is that of as many as are independent.
-    let variance = solution.squares / m * independent / freedom;
-    let covariance = covariance(
-        law,
-        &solution.parameters,
-        points,
-        variance * m / independent,
-    )?;
+    let variance = solution.squares / freedom;
+    let covariance = covariance(law, &solution.parameters, points, variance)?;
     let quantile = student(freedom);
     let names = law.parameters();
     let parameters = (0..k)
@@ -364,7 +359,7 @@ fn judged(law: Law, solution: &Solution, points: &[(f64, f64)], independent: f64
         parameters,
         residual: mean_square.sqrt(),
         aicc,
-        cross_validation: predicted(law, points)?,
+        cross_validation: predicted(law, points)?.max(EXACT),
         covariance,
         quantile,
     })
@@ -456,11 +451,11 @@ fn predicted(law: Law, points: &[(f64, f64)]) -> Option<f64> {
 
 /// The quantile 0.975 of Student's distribution.
 ///
-/// Source: R. A. Fisher, E. A. Cornish, Technometrics 2 (1960) 209; below four degrees of freedom by
+/// Source: R. A. Fisher, E. A. Cornish, Technometrics 2 (1960) 209; below five degrees of freedom by
 /// interpolating the tabulated values in the inverse of the freedom.
 fn student(freedom: f64) -> f64 {
-    const FEW: [f64; 4] = [12.706, 4.303, 3.182, 2.776];
-    if freedom < 4.0 {
+    const FEW: [f64; 5] = [12.706, 4.303, 3.182, 2.776, 2.571];
+    if freedom < 5.0 {
         let at = freedom.max(1.0);
         let low = at.floor();
         let [a, b] = [FEW[low as usize - 1], FEW[low as usize]];

@@ -2,7 +2,7 @@
 
 use std::ops::Range;
 
-use super::pulse::{FRONT, Located, Pulse, Sense, refuse};
+use super::pulse::{FRONT, Located, Pulse, Sense};
 use crate::Result;
 use crate::analyze::Observer;
 use crate::chain::{Instant, LOOKS, Resolution, Signal, Simulation, Watch};
@@ -47,6 +47,20 @@ struct Highest {
     time: f64,
 }
 
+/// Largest force of each contact and largest velocity of the site before it.
+struct Peaks {
+    peaks: Vec<[Highest; 2]>,
+    end: f64,
+    arrived: bool,
+}
+
+/// The pulses at contacts, `None` where one is not whole, until the end of what was seen.
+pub(super) struct Followed {
+    pub(super) pulses: Vec<Option<Pulse>>,
+    pub(super) end_time: f64,
+    pub(super) arrived: bool,
+}
+
 /// What is known of the pulse at a contact on the way.
 #[derive(Debug, Clone, Copy, Default)]
 struct Passage {
@@ -68,12 +82,24 @@ struct Split {
 }
 
 impl Following<'_> {
-    /// The pulses at these contacts, `None` where one is not whole, and the end of what was seen.
-    pub(super) fn all(&self, contacts: Range<usize>) -> Result<(Vec<Option<Pulse>>, f64)> {
-        let (peaks, end) = self.peaks(contacts.clone())?;
+    /// The pulses at these contacts.
+    pub(super) fn all(&self, contacts: Range<usize>) -> Result<Followed> {
+        let Peaks {
+            peaks,
+            end,
+            arrived,
+        } = self.peaks(contacts.clone())?;
         let mut passages = vec![Passage::default(); contacts.len()];
         let mut watch = self.simulation.watch(self.resolution, self.observer)?;
         let start = self.start(&watch);
+        for ((passage, [peak, _]), contact) in passages.iter_mut().zip(&peaks).zip(contacts.clone())
+        {
+            // A contact may press from the start.
+            let force = watch.force(contact);
+            let begun = |part: f64| (force > 0.0 && force >= part * peak.value).then_some(0.0);
+            passage.arrival = begun(FRONT);
+            passage.rise = begun(0.5);
+        }
         while watch.times()[1] < end {
             self.advance(&mut watch)?;
             for (i, contact) in contacts.clone().enumerate() {
@@ -109,7 +135,11 @@ impl Following<'_> {
                 closure: split.closure,
             })
         });
-        Ok((whole.collect(), end))
+        Ok(Followed {
+            pulses: whole.collect(),
+            end_time: end,
+            arrived,
+        })
     }
 
     fn advance(&self, watch: &mut Watch) -> Result<()> {
@@ -120,7 +150,7 @@ impl Following<'_> {
     }
 
     /// Largest force of each contact and largest velocity of the site before it, until the end.
-    fn peaks(&self, contacts: Range<usize>) -> Result<(Vec<[Highest; 2]>, f64)> {
+    fn peaks(&self, contacts: Range<usize>) -> Result<Peaks> {
         let simulation = self.simulation;
         let mut watch = simulation.watch(self.resolution, self.observer)?;
         let scale = simulation.speed();
@@ -135,10 +165,6 @@ impl Following<'_> {
             [none, Highest { value, time: 0.0 }]
         };
         let begin = simulation.velocity.as_slice();
-        if begin[last].abs() > UNREACHED * scale && last > 0 {
-            let expected = "a last site at rest, which the pulse has yet to reach".into();
-            return Err(refuse("velocities", expected, format!("{}", begin[last])));
-        }
         let mut peaks: Vec<[Highest; 2]> = contacts.clone().map(|j| at_start(begin[j])).collect();
         let mut end = latest;
         while watch.times()[1] < end {
@@ -164,7 +190,11 @@ impl Following<'_> {
                 };
             }
         }
-        Ok((peaks, end))
+        Ok(Peaks {
+            peaks,
+            end,
+            arrived: end != latest,
+        })
     }
 
     /// What the last step adds to what is known of a contact's pulse.

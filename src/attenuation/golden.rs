@@ -5,6 +5,10 @@ use crate::Result;
 /// How much of the interval around an extreme remains.
 const LEFT: f64 = 1e-5;
 
+/// Differences of so many errors, and of this part of a value, are told from none.
+const DOUBT: f64 = 4.0;
+const ROUNDING: f64 = 1e-10;
+
 /// Three neighbouring places of a curve of which the middle one is highest or lowest.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(super) struct Turn {
@@ -12,15 +16,29 @@ pub(super) struct Turn {
     pub(super) around: [f64; 3],
 }
 
-/// The turns of a curve given by its places in order.
-pub(super) fn turning_points(places: &[(f64, f64)]) -> Vec<Turn> {
-    let turns = places.windows(3).filter_map(|at| {
-        let [a, b, c] = [at[0], at[1], at[2]];
-        let is_maximum = b.1 > a.1 && b.1 >= c.1;
-        let is_minimum = b.1 < a.1 && b.1 <= c.1;
+/// A place of a curve, and the error of its value; no value where there is none.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(super) struct Place {
+    pub(super) at: f64,
+    pub(super) value: Option<f64>,
+    pub(super) error: f64,
+}
+
+/// The turns of a curve given by its places in order: a middle one that stands out from both beside it
+/// by more than their errors, and three places that have values.
+pub(super) fn turning_points(places: &[Place]) -> Vec<Turn> {
+    let turns = places.windows(3).filter_map(|places| {
+        let [a, b, c] = [&places[0], &places[1], &places[2]];
+        let (ya, yb, yc) = (a.value?, b.value?, c.value?);
+        let above =
+            |y: f64, other: &Place| yb - y > DOUBT * (b.error + other.error) + ROUNDING * yb.abs();
+        let below =
+            |y: f64, other: &Place| y - yb > DOUBT * (b.error + other.error) + ROUNDING * yb.abs();
+        let is_maximum = above(ya, a) && above(yc, c);
+        let is_minimum = below(ya, a) && below(yc, c);
         (is_maximum || is_minimum).then_some(Turn {
             is_maximum,
-            around: [a.0, b.0, c.0],
+            around: [a.at, b.at, c.at],
         })
     });
     turns.collect()
@@ -68,14 +86,22 @@ impl Turn {
 mod tests {
     use super::*;
 
+    fn place(at: f64, value: f64) -> Place {
+        Place {
+            at,
+            value: Some(value),
+            error: 0.0,
+        }
+    }
+
     #[test]
     fn val_an_extreme_of_a_smooth_curve_and_of_a_kink() {
         let smooth = |x: f64| (x - 0.31).powi(2);
         let kink = |x: f64| 1.0 - (x - 0.62).abs();
-        let places = |curve: &dyn Fn(f64) -> f64| -> Vec<(f64, f64)> {
+        let places = |curve: &dyn Fn(f64) -> f64| -> Vec<Place> {
             (0..=10)
                 .map(|i| 0.1 * f64::from(i))
-                .map(|x| (x, curve(x)))
+                .map(|x| place(x, curve(x)))
                 .collect()
         };
         for (curve, is_maximum, truth) in [
@@ -91,6 +117,18 @@ mod tests {
                 "{x} {error}"
             );
         }
-        assert!(turning_points(&[(0.0, 1.0), (1.0, 2.0), (2.0, 3.0)]).is_empty());
+        let rising = [place(0.0, 1.0), place(1.0, 2.0), place(2.0, 3.0)];
+        assert!(turning_points(&rising).is_empty());
+        let noise = [place(0.0, 1.0), place(1.0, 1.0 + 1e-12), place(2.0, 1.0)];
+        assert!(turning_points(&noise).is_empty());
+        let mut gap = [place(0.0, 1.0), place(1.0, 2.0), place(2.0, 1.0)];
+        assert_eq!(turning_points(&gap).len(), 1);
+        gap[1].error = 0.5;
+        assert!(turning_points(&gap).is_empty());
+        gap[1] = Place {
+            value: None,
+            ..gap[1]
+        };
+        assert!(turning_points(&gap).is_empty());
     }
 }

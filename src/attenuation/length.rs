@@ -4,21 +4,16 @@ use std::path::Path;
 
 use serde::{Deserialize, Serialize};
 
-use super::chains::{ContactKind, Make, homogeneous};
+use super::chains::{ContactKind, Make, Pattern};
 use super::fit::{Criterion, Fits, Law, Length, fit};
-use super::high_band::default_edge;
 use super::members::{Known, Member, Seen};
+use super::plan::{Plan, Planned};
 use super::pulse::{Pulse, Sense, refuse};
 use crate::Result;
 use crate::analyze::Observer;
 use crate::chain::Simulation;
-use crate::chain::scene::{SceneSource, Setup, Units};
+use crate::chain::scene::{SceneSource, Units};
 use crate::ledger::{Asked, Outcome};
-
-/// Bodies behind the last contact that is asked for, at first, so that its pulse is whole before
-/// the front reaches the wall; doubled as often as needed.
-const MARGIN: usize = 20;
-const DOUBLINGS: u32 = 4;
 
 /// Up to this length every length has a chain of its own in the sense of the wall.
 const EVERY: usize = 40;
@@ -89,14 +84,32 @@ pub struct AttenuationCurve {
     pub sense: Sense,
     pub units: Units,
     /// Largest over smallest coefficient between bodies.
-    pub stiffness_ratio: Option<f64>,
+    pub stiffness_ratio: f64,
     pub band_edge_frequency: Option<f64>,
     pub rows: Vec<Row>,
-    /// The contact at which a reflection would have entered, where that is before the length asked
-    /// for.
-    pub stopped_at: Option<usize>,
+    /// Where and why it ends before the length asked for.
+    pub stop: Option<Stop>,
     pub fits: Option<Fits>,
     pub reach: Option<Reach>,
+}
+
+/// The first number of bodies that a curve does not hold, and why.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
+pub struct Stop {
+    pub bodies: usize,
+    pub cause: StopCause,
+}
+
+/// Why a curve ends.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum StopCause {
+    /// A reflection from the wall would enter before the pulse is whole.
+    Reflection,
+    /// The pulse faded before it reached the end of the chain.
+    Faded,
+    /// Its run failed.
+    Failed,
 }
 
 /// A place on a curve.
@@ -171,7 +184,7 @@ impl AttenuationRequest {
             return no("chains", "at least one chain", "none".into());
         }
         if !(2..=100_000).contains(&self.length) {
-            return no("length", "2 to 100000 bodies", self.length.to_string());
+            return no("bodies", "2 to 100000", self.length.to_string());
         }
         if self.senses.is_empty() {
             return no("sense", "chain, wall or both", "none".into());
@@ -266,99 +279,41 @@ impl AttenuationRequest {
         })
     }
 
-    /// The members of one chain in one sense, and of its homogeneous one.
-    fn plan(
-        &self,
-        chain: usize,
-        make: &Make,
-        sense: Sense,
-        lengths: &[usize],
-        plan: &mut Plan,
-    ) -> Result<Planned> {
-        let groups: Vec<(usize, Vec<Setup>)> = match sense {
-            Sense::Chain if make.extends => {
-                let margins = (0..=DOUBLINGS).map(|k| (MARGIN + self.length / 4) << k);
-                let chains: Result<Vec<Setup>> = margins
-                    .map(|margin| make.with_bodies(self.length + margin))
-                    .collect();
-                vec![(self.length, chains?)]
-            }
-            Sense::Chain => vec![(self.length, vec![make.setup()?])],
-            Sense::Wall if make.extends => {
-                let chains = lengths.iter().map(|&n| Ok((n, vec![make.with_bodies(n)?])));
-                chains.collect::<Result<_>>()?
-            }
-            Sense::Wall => {
-                let setup = make.setup()?;
-                vec![(setup.simulation.chain.n_sites() - 1, vec![setup])]
-            }
-        };
-        let (units, stiffness_ratio) = {
-            let longest = &groups[groups.len() - 1].1[0];
-            (longest.units, longest.description().stiffness_ratio)
-        };
-        let edge = match (sense, self.high_band, self.band_edge_frequency) {
-            (Sense::Wall, _, _) | (_, false, _) => None,
-            (Sense::Chain, true, Some(edge)) => Some(edge),
-            (Sense::Chain, true, None) => {
-                let reference = homogeneous(&groups[0].1[0].simulation);
-                Some(plan.edge(reference)?)
-            }
-        };
-        let mut pairs = Vec::new();
-        for (wanted, setups) in groups {
-            let attempts: Vec<Simulation> = setups.into_iter().map(|s| s.simulation).collect();
-            let references = attempts.iter().map(homogeneous).collect();
-            let mut add = |make: &str, attempts: Vec<Simulation>| {
-                plan.add(Member {
-                    key: format!("{make} {}, {}, {wanted} bodies", chain + 1, sense.name()),
-                    attempts,
-                    sense,
-                    wanted,
-                    edge,
-                })
-            };
-            pairs.push(Pair {
-                own: add("chain", attempts),
-                reference: add("homogeneous chain of", references),
-            });
-        }
-        Ok(Planned {
-            chain,
-            sense,
-            pairs,
-            edge,
-            units,
-            stiffness_ratio,
-        })
-    }
-
     fn curve(
         &self,
         planned: &Planned,
         members: &[Member],
         outcomes: &[Outcome<Seen>],
     ) -> AttenuationCurve {
-        let mut rows = Vec::new();
-        let mut wanted = 0;
+        let mut rows: Vec<Row> = Vec::new();
+        let mut stop = None;
         for pair in &planned.pairs {
             let member = &members[pair.own];
-            wanted = wanted.max(member.wanted);
             let Outcome::Done(seen) = &outcomes[pair.own] else {
+                let (bodies, cause) = (member.wanted, StopCause::Failed);
+                stop = stop.or(Some(Stop { bodies, cause }));
                 continue;
             };
             let reference = match &outcomes[pair.reference] {
                 Outcome::Done(reference) => Some(reference),
                 Outcome::Failed(_) => None,
             };
-            rows.extend(rows_of(member, seen, reference));
+            let before = rows.len();
+            rows.extend(rows_of(member, seen, reference, &planned.pattern));
+            let last = rows[before..].last().map(|row| row.bodies);
+            if last < Some(member.wanted) {
+                let cause = match seen.pulses.arrived {
+                    true => StopCause::Reflection,
+                    false => StopCause::Faded,
+                };
+                let bodies = match planned.sense {
+                    Sense::Chain => last.map_or(0, |n| n + 1),
+                    Sense::Wall => member.wanted,
+                };
+                stop = stop.or(Some(Stop { bodies, cause }));
+            }
         }
-        let reached = rows.last().map(|row: &Row| row.bodies);
-        let stopped_at = match planned.sense {
-            Sense::Chain if reached < Some(wanted) => Some(reached.map_or(0, |n| n + 1)),
-            _ => None,
-        };
-        let (n, y) = self.compared(&rows);
+        let (n, y): (Vec<f64>, Vec<f64>) = compared(self.kind, &rows).into_iter().unzip();
         let fits = fit(&n, &y, self.criterion);
         let reach = self
             .target
@@ -367,74 +322,29 @@ impl AttenuationRequest {
             name: self.chains[planned.chain].name.clone(),
             sense: planned.sense,
             units: planned.units,
-            stiffness_ratio: planned.stiffness_ratio,
+            stiffness_ratio: planned.pattern.stiffness_ratio(),
             band_edge_frequency: planned.edge,
             rows,
-            stopped_at,
+            stop,
             fits,
             reach,
         }
     }
+}
 
+impl Attenuation {
     /// Lengths and relative forces of the contacts that are compared, like with like.
-    fn compared(&self, rows: &[Row]) -> (Vec<f64>, Vec<f64>) {
-        let like = |row: &&Row| {
-            row.bodies > 0 && (row.kind == self.kind || row.kind == ContactKind::Other)
-        };
-        let pairs = rows.iter().filter(like);
-        pairs
-            .filter_map(|row| Some((row.bodies as f64, row.relative_force?)))
-            .unzip()
+    pub fn compared(&self, rows: &[Row]) -> Vec<(f64, f64)> {
+        compared(self.kind, rows)
     }
 }
 
-/// What is to be computed, each chain once.
-#[derive(Default)]
-struct Plan {
-    members: Vec<Member>,
-    curves: Vec<Planned>,
-    edges: Vec<(Simulation, f64)>,
-}
-
-struct Planned {
-    chain: usize,
-    sense: Sense,
-    pairs: Vec<Pair>,
-    edge: Option<f64>,
-    units: Units,
-    stiffness_ratio: Option<f64>,
-}
-
-/// Indices of a member and of its homogeneous one.
-struct Pair {
-    own: usize,
-    reference: usize,
-}
-
-impl Plan {
-    /// The index of a member, of one and the same chain that is there already, if there is one.
-    fn add(&mut self, member: Member) -> usize {
-        let same = |other: &Member| {
-            other.sense == member.sense
-                && other.wanted == member.wanted
-                && other.edge == member.edge
-                && other.attempts == member.attempts
-        };
-        if let Some(at) = self.members.iter().position(same) {
-            return at;
-        }
-        self.members.push(member);
-        self.members.len() - 1
-    }
-
-    fn edge(&mut self, reference: Simulation) -> Result<f64> {
-        if let Some((_, edge)) = self.edges.iter().find(|(known, _)| *known == reference) {
-            return Ok(*edge);
-        }
-        let edge = default_edge(&reference)?;
-        self.edges.push((reference, edge));
-        Ok(edge)
-    }
+fn compared(kind: ContactKind, rows: &[Row]) -> Vec<(f64, f64)> {
+    let like = |row: &&Row| row.bodies > 0 && (row.kind == kind || row.kind == ContactKind::Other);
+    let pairs = rows.iter().filter(like);
+    pairs
+        .filter_map(|row| Some((row.bodies as f64, row.relative_force?)))
+        .collect()
 }
 
 /// The rows of what was seen, beside the homogeneous chain.
@@ -442,6 +352,7 @@ fn rows_of<'a>(
     member: &'a Member,
     seen: &'a Seen,
     reference: Option<&'a Seen>,
+    pattern: &'a Pattern,
 ) -> impl Iterator<Item = Row> + 'a {
     let of_size = |s: &&Simulation| s.chain.n_sites() == seen.sites;
     let chain = member.attempts.iter().find(of_size).map(|s| &s.chain);
@@ -455,7 +366,9 @@ fn rows_of<'a>(
         let relative = |of: fn(&Pulse) -> f64| other.map(|other| of(pulse) / of(other));
         Row {
             bodies: pulse.contact,
-            kind: chain.map_or(ContactKind::Other, |c| ContactKind::of(c, pulse.contact)),
+            kind: chain.map_or(ContactKind::Other, |c| {
+                pattern.kind(c.coefficient[pulse.contact])
+            }),
             pulse: *pulse,
             high_share: seen.high.as_ref().map(|high| high[i]),
             relative_force: relative(|p| p.peak_force.value),
@@ -477,17 +390,15 @@ fn reach(target: f64, n: &[f64], y: &[f64], fits: Option<&Fits>) -> Reach {
     let Some(fit) = fits.map(Fits::chosen) else {
         return Reach::Unknown;
     };
+    let law = fit.law;
     let last = n.last().copied().unwrap_or(0.0);
     match fit.reaches(target) {
-        // What a law says of lengths that are known is not what the curve says.
-        Some(length) if length.high >= last => Reach::Beyond {
-            law: fit.law,
-            length,
-        },
-        Some(_) => Reach::Unknown,
-        None => Reach::Never {
-            law: fit.law,
+        Some(length) if length.value > last => Reach::Beyond { law, length },
+        None if fit.settles_at() > target => Reach::Never {
+            law,
             settles_at: fit.settles_at(),
         },
+        // What a law says of lengths that are known is not what the curve says.
+        _ => Reach::Unknown,
     }
 }

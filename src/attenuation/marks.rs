@@ -2,13 +2,13 @@
 
 use serde::Serialize;
 
-use super::chains::between_bodies;
+use super::chains::Pattern;
 use crate::Result;
 use crate::chain::{Chain, Law, root_between};
 use crate::localized::{Alternation, Family};
 
 /// The highest order that is marked.
-const LAST: usize = 12;
+const LAST: usize = 19;
 
 /// Estimates of ratios are at most this far off.
 const ESTIMATED: f64 = 0.5;
@@ -22,58 +22,94 @@ pub struct LocalizedMark {
     pub value: f64,
 }
 
-/// The localized ratios that `chain(value)` passes between neighbouring values; none for chains that
-/// are no dimers of Hertz contacts or of a power law, and none where the theory finds no wave.
+/// Localized ratios found so far, so that each is computed once; `None` where none was found.
+#[derive(Debug, Default)]
+pub(super) struct Waves(Vec<(Family, usize, Option<f64>)>);
+
+impl Waves {
+    /// The orders of a family that may lie between two ratios, with their ratios.
+    fn between(&mut self, family: Family, low: f64, high: f64) -> Vec<(usize, Option<f64>)> {
+        let Ok(search) = family.search(LAST) else {
+            return Vec::new();
+        };
+        let near = |order: usize| search.estimate(order).unwrap_or(1.0);
+        let within = |order: &usize| {
+            let estimate = near(*order);
+            *order == 1
+                || (estimate * (1.0 - ESTIMATED) <= high && estimate * (1.0 + ESTIMATED) >= low)
+        };
+        let mut found = Vec::new();
+        for order in (1..=LAST).filter(within) {
+            let known = self
+                .0
+                .iter()
+                .find(|w| (w.0, w.1) == (family, order))
+                .copied();
+            let (_, _, ratio) = known.unwrap_or_else(|| {
+                let wave = (
+                    family,
+                    order,
+                    search.wave(order).ok().map(|wave| wave.ratio),
+                );
+                self.0.push(wave);
+                wave
+            });
+            found.push((order, ratio));
+        }
+        found
+    }
+}
+
+/// The localized ratios that `pattern(value)` passes between neighbouring values, and the orders in
+/// reach whose wave could not be resolved; none for chains that are no dimers of Hertz contacts or
+/// of a power law.
 pub(super) fn localized_marks(
     values: &[f64],
-    chain: impl Fn(f64) -> Result<Chain>,
-) -> Result<Vec<LocalizedMark>> {
-    let ratios: Result<Vec<Option<(Family, f64)>>> =
-        values.iter().map(|v| Ok(ratio_of(&chain(*v)?))).collect();
+    waves: &mut Waves,
+    chain: impl Fn(f64) -> Result<(Chain, Pattern)>,
+) -> Result<(Vec<LocalizedMark>, Vec<usize>)> {
+    let ratio_at = |value: f64| -> Result<Option<(Family, f64)>> {
+        let (chain, pattern) = chain(value)?;
+        Ok(ratio_of(&chain, &pattern))
+    };
+    let ratios: Result<Vec<Option<(Family, f64)>>> = values.iter().map(|v| ratio_at(*v)).collect();
     let ratios = ratios?;
     let known: Vec<(Family, f64)> = ratios.iter().copied().flatten().collect();
     // A uniform chain among dimers is of either family.
-    let dimers = known.iter().filter(|(_, ratio)| *ratio != 1.0);
-    let Some(family) = dimers.map(|(family, _)| *family).next() else {
-        return Ok(Vec::new());
+    let mut dimers = known.iter().filter(|(_, ratio)| *ratio != 1.0);
+    let Some(family) = dimers.next().map(|(family, _)| *family) else {
+        return Ok((Vec::new(), Vec::new()));
     };
     let (low, high) = known
         .iter()
         .fold((f64::INFINITY, 0.0f64), |(low, high), (_, r)| {
             (low.min(*r), high.max(*r))
         });
-    let Ok(search) = family.search(LAST) else {
-        return Ok(Vec::new());
-    };
-    let mut marks = Vec::new();
-    for order in 1..=LAST {
-        let near = search.estimate(order).unwrap_or(1.0);
-        let outside = near * (1.0 - ESTIMATED) > high || near * (1.0 + ESTIMATED) < low;
-        if order > 1 && outside {
-            continue;
-        }
-        let Ok(wave) = search.wave(order) else {
+    let (mut marks, mut unresolved) = (Vec::new(), Vec::new());
+    for (order, ratio) in waves.between(family, low, high) {
+        let Some(ratio) = ratio else {
+            unresolved.push(order);
             continue;
         };
         for i in 0..values.len() {
             let Some((_, here)) = ratios[i] else { continue };
-            if here == wave.ratio {
-                marks.push(mark(order, wave.ratio, values[i]));
+            if here == ratio {
+                marks.push(mark(order, ratio, values[i]));
                 continue;
             }
             let next = ratios.get(i + 1).copied().flatten();
             let Some((_, next)) = next else { continue };
-            if (here - wave.ratio) * (next - wave.ratio) < 0.0 {
+            if (here - ratio) * (next - ratio) < 0.0 {
                 let off = |value: f64| {
-                    let found = chain(value).ok().and_then(|c| ratio_of(&c));
-                    found.map_or(f64::NAN, |(_, ratio)| ratio - wave.ratio)
+                    let found = ratio_at(value).ok().flatten();
+                    found.map_or(f64::NAN, |(_, found)| found - ratio)
                 };
                 let value = root_between(values[i], values[i + 1], off);
-                marks.push(mark(order, wave.ratio, value));
+                marks.push(mark(order, ratio, value));
             }
         }
     }
-    Ok(marks)
+    Ok((marks, unresolved))
 }
 
 fn mark(order: usize, ratio: f64, value: f64) -> LocalizedMark {
@@ -85,7 +121,7 @@ fn mark(order: usize, ratio: f64, value: f64) -> LocalizedMark {
 }
 
 /// The family of a dimer and its ratio; `None` for other chains.
-fn ratio_of(chain: &Chain) -> Option<(Family, f64)> {
+fn ratio_of(chain: &Chain, pattern: &Pattern) -> Option<(Family, f64)> {
     let exponent = match chain.law {
         Law::Hertz => 1.5,
         Law::Power { exponent } => exponent,
@@ -94,12 +130,9 @@ fn ratio_of(chain: &Chain) -> Option<(Family, f64)> {
     if chain.precompression != 0.0 {
         return None;
     }
-    let bodies = chain.mass.get(1..).unwrap_or_default();
-    let coefficients = alternating(between_bodies(chain))?;
-    let masses = alternating(bodies)?;
-    let (alternation, ratio) = match (coefficients, masses) {
-        ([a, b], [m, n]) if m == n => (Alternation::Stiffness, a.max(b) / a.min(b)),
-        ([a, b], [m, n]) if a == b => (Alternation::Mass, m.min(n) / m.max(n)),
+    let (alternation, ratio) = match pattern.alternating()? {
+        [[a, b], [m, n]] if m == n => (Alternation::Stiffness, a.max(b) / a.min(b)),
+        [[a, b], [m, n]] if a == b => (Alternation::Mass, m.min(n) / m.max(n)),
         _ => return None,
     };
     let family = Family {
@@ -107,13 +140,4 @@ fn ratio_of(chain: &Chain) -> Option<(Family, f64)> {
         exponent,
     };
     Some((family, ratio))
-}
-
-/// The two values that alternate.
-fn alternating(values: &[f64]) -> Option<[f64; 2]> {
-    let first = *values.first()?;
-    let second = values.get(1).copied().unwrap_or(first);
-    let pair = [first, second];
-    let same = values.iter().enumerate().all(|(j, v)| *v == pair[j % 2]);
-    same.then_some(pair)
 }

@@ -1,5 +1,7 @@
 //! The pulse at each contact of a struck chain, located inside the steps.
 
+use std::ops::Range;
+
 use serde::{Deserialize, Serialize};
 
 use super::follow::Following;
@@ -76,6 +78,8 @@ pub struct Pulses {
     pub pulses: Vec<Pulse>,
     /// End of what was seen.
     pub end_time: f64,
+    /// Whether the front reached the last site; losses may eat the pulse before.
+    pub arrived: bool,
 }
 
 /// Follows the pulse of a simulation and locates what [`Pulse`] holds, by making steps again around
@@ -89,19 +93,7 @@ pub struct Pulses {
 /// As [`Simulation::check`]; [`Error::Request`] for ends that are periodic, or without a wall where
 /// that is meant, and for a front that is at the last site from the start; [`Error::Cancelled`].
 pub fn pulses(simulation: &Simulation, sense: Sense, observer: &dyn Observer) -> Result<Pulses> {
-    simulation.check()?;
-    let contacts = match (sense, simulation.chain.ends) {
-        (_, Ends::Periodic) => {
-            let expected = "ends that a pulse does not run around".into();
-            return Err(refuse("ends", expected, "periodic".into()));
-        }
-        (Sense::Wall, Ends::Free) => {
-            let expected = "a wall for the force on it".into();
-            return Err(refuse("ends", expected, "free ends".into()));
-        }
-        (Sense::Wall, _) => simulation.chain.n_contacts() - 1..simulation.chain.n_contacts(),
-        (Sense::Chain, _) => 0..simulation.chain.n_contacts(),
-    };
+    let contacts = contacts(simulation, sense)?;
     let follow = |resolution| {
         let following = Following {
             simulation,
@@ -111,16 +103,46 @@ pub fn pulses(simulation: &Simulation, sense: Sense, observer: &dyn Observer) ->
         };
         following.all(contacts.clone())
     };
-    let (coarse, _) = follow(Resolution::Asked)?;
-    let (fine, end_time) = follow(Resolution::Finer)?;
-    let pulses = fine.into_iter().zip(coarse).map_while(|(fine, coarse)| {
-        let (fine, coarse) = (fine?, coarse?);
-        Some(fine.compared_with(&coarse))
-    });
+    let coarse = follow(Resolution::Asked)?;
+    let fine = follow(Resolution::Finer)?;
+    let pulses = fine
+        .pulses
+        .into_iter()
+        .zip(coarse.pulses)
+        .map_while(|(fine, coarse)| {
+            let (fine, coarse) = (fine?, coarse?);
+            Some(fine.compared_with(&coarse))
+        });
     Ok(Pulses {
         pulses: pulses.collect(),
-        end_time,
+        end_time: fine.end_time,
+        arrived: fine.arrived,
     })
+}
+
+/// The contacts at which pulses of a simulation are followed.
+///
+/// # Errors
+/// As [`pulses`], before any work.
+pub(super) fn contacts(simulation: &Simulation, sense: Sense) -> Result<Range<usize>> {
+    simulation.check()?;
+    let chain = &simulation.chain;
+    let (last, n) = (chain.n_sites() - 1, chain.n_contacts());
+    let refused = match (sense, chain.ends) {
+        (_, Ends::Periodic) => Some(("ends", "ends that a pulse does not run around", "periodic")),
+        (Sense::Wall, Ends::Free) => Some(("ends", "a wall for the force on it", "free ends")),
+        _ if last > 0 && simulation.velocity[last] != 0.0 => Some((
+            "velocities",
+            "a last site at rest, which the pulse has yet to reach",
+            "a moving one",
+        )),
+        _ => None,
+    };
+    match (refused, sense) {
+        (Some((option, expected, found)), _) => Err(refuse(option, expected.into(), found.into())),
+        (None, Sense::Wall) => Ok(n - 1..n),
+        (None, Sense::Chain) => Ok(0..n),
+    }
 }
 
 pub(super) fn refuse(option: &'static str, expected: String, found: String) -> Error {

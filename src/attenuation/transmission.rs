@@ -5,11 +5,11 @@ use std::path::Path;
 use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
 
-use super::chains::{Make, homogeneous};
-use super::golden::{Turn, turning_points};
-use super::marks::{LocalizedMark, localized_marks};
+use super::chains::{Make, Pattern, homogeneous};
+use super::golden::{Place, Turn, turning_points};
+use super::marks::{LocalizedMark, Waves, localized_marks};
 use super::members::{Known, Member, Quiet, Seen};
-use super::pulse::{Located, Pulse, Sense, refuse};
+use super::pulse::{Located, Pulse, Sense, contacts, refuse};
 use crate::Result;
 use crate::analyze::Observer;
 use crate::chain::scene::{SceneSource, Setup, Units};
@@ -47,10 +47,14 @@ pub struct TransmissionCurve {
     /// The other keys and their values.
     pub settings: Vec<(String, String)>,
     pub points: Vec<Point>,
+    /// Values at which nothing arrived at the wall, or whose run failed.
+    pub nothing_at: Vec<f64>,
     /// Where the force on the wall is largest or least between two values of the key.
     pub extremes: Vec<Extreme>,
     /// Where a dimer of this law carries a localized wave.
     pub localized: Vec<LocalizedMark>,
+    /// Orders whose wave could not be resolved, and may be missing there.
+    pub unresolved_orders: Vec<usize>,
 }
 
 /// What comes to the wall at one value of the key.
@@ -58,10 +62,11 @@ pub struct TransmissionCurve {
 pub struct Point {
     pub value: f64,
     /// Largest over smallest coefficient between bodies.
-    pub stiffness_ratio: Option<f64>,
+    pub stiffness_ratio: f64,
     /// Largest force on the wall, and the same relative to the homogeneous chain.
     pub peak_force: Located,
     pub relative_force: f64,
+    pub relative_force_error: f64,
     /// From the impact until the force on the wall is [`super::FRONT`] of its peak.
     pub time_of_flight: Located,
     /// Bodies behind the striker times their pitch (1 in a scene without units), over that time.
@@ -149,17 +154,18 @@ impl TransmissionRequest {
         };
         let families: Vec<Family> = crate::sweep::combinations(&axes)?
             .into_iter()
-            .map(|settings| Family::new(&make, &over.key, settings))
+            .map(|settings| Family::new(&make, &over.key, settings, &self.also))
             .collect();
         // Everything that can be at fault is before any work.
         let mut members = Vec::new();
         let mut units = Units::None;
         for family in &families {
             for &value in &values {
-                let setup = family.setup(value)?;
+                let (setup, pattern) = family.setup(value)?;
+                contacts(&setup.simulation, Sense::Wall)?;
                 units = setup.units;
                 members.push(family.member(value, &setup));
-                members.push(family.reference(&setup));
+                members.push(family.reference(&setup, &pattern));
             }
         }
         members.sort_by(|a: &Member, b| a.key.cmp(&b.key));
@@ -172,9 +178,10 @@ impl TransmissionRequest {
             Outcome::Done(_) => None,
         });
         let failed = failed.collect();
+        let mut waves = Waves::default();
         let curves: Result<Vec<TransmissionCurve>> = families
             .iter()
-            .map(|family| self.curve(family, &values, &known, observer))
+            .map(|family| self.curve(family, &values, &known, &mut waves, observer))
             .collect();
         let curves = curves.map_err(|error| known.paused(error, &members))?;
         Ok(Transmission {
@@ -208,16 +215,21 @@ impl TransmissionRequest {
         family: &Family,
         values: &[f64],
         known: &Known,
+        waves: &mut Waves,
         observer: &dyn Observer,
     ) -> Result<TransmissionCurve> {
         let point = |value: f64| family.point(value, known, observer);
         let points: Result<Vec<Option<Point>>> = values.iter().map(|v| point(*v)).collect();
-        let points: Vec<Point> = points?.into_iter().flatten().collect();
-        let forces: Vec<(f64, f64)> = points.iter().map(|p| (p.value, p.relative_force)).collect();
-        let turns = if self.locate {
-            turning_points(&forces)
-        } else {
-            Vec::new()
+        let points = points?;
+        let places = values.iter().zip(&points).map(|(&at, point)| Place {
+            at,
+            value: point.map(|p| p.relative_force),
+            error: point.map_or(0.0, |p| p.relative_force_error),
+        });
+        let places: Vec<Place> = places.collect();
+        let turns = match self.locate {
+            true => turning_points(&places),
+            false => Vec::new(),
         };
         observer.stage("extremes", turns.len() as u64);
         let extremes: Result<Vec<Option<Extreme>>> = turns
@@ -228,11 +240,18 @@ impl TransmissionRequest {
                 extreme
             })
             .collect();
+        let (localized, unresolved_orders) = localized_marks(values, waves, |value| {
+            let (setup, pattern) = family.setup(value)?;
+            Ok((setup.simulation.chain, pattern))
+        })?;
+        let nothing = places.iter().filter(|place| place.value.is_none());
         Ok(TransmissionCurve {
             settings: family.settings.clone(),
+            nothing_at: nothing.map(|place| place.at).collect(),
+            points: points.into_iter().flatten().collect(),
             extremes: extremes?.into_iter().flatten().collect(),
-            localized: localized_marks(values, |value| Ok(family.setup(value)?.simulation.chain))?,
-            points,
+            localized,
+            unresolved_orders,
         })
     }
 }
@@ -254,10 +273,17 @@ struct Family<'a> {
     make: Make,
     key: &'a str,
     settings: Vec<(String, String)>,
+    /// Values that were measured, and that an error blames the measurement for.
+    measured: &'a [f64],
 }
 
 impl<'a> Family<'a> {
-    fn new(make: &Make, key: &'a str, settings: Vec<(String, String)>) -> Family<'a> {
+    fn new(
+        make: &Make,
+        key: &'a str,
+        settings: Vec<(String, String)>,
+        measured: &'a [f64],
+    ) -> Family<'a> {
         let make = settings.iter().fold(make.clone(), |make, (key, text)| {
             make.with(key, text, "vary")
         });
@@ -265,13 +291,17 @@ impl<'a> Family<'a> {
             make,
             key,
             settings,
+            measured,
         }
     }
 
-    fn setup(&self, value: f64) -> Result<Setup> {
-        self.make
-            .with(self.key, &format!("{value:?}"), "over")
-            .setup()
+    fn setup(&self, value: f64) -> Result<(Setup, Pattern)> {
+        let option = match self.measured.contains(&value) {
+            true => "measured",
+            false => "over",
+        };
+        let make = self.make.with(self.key, &format!("{value:?}"), option);
+        Ok((make.setup()?, make.pattern()?))
     }
 
     fn name(&self, value: f64) -> String {
@@ -288,8 +318,8 @@ impl<'a> Family<'a> {
     }
 
     /// The homogeneous chain, named by what it is, since it is often one for many values.
-    fn reference(&self, setup: &Setup) -> Member {
-        let simulation = homogeneous(&setup.simulation);
+    fn reference(&self, setup: &Setup, pattern: &Pattern) -> Member {
+        let simulation = homogeneous(&setup.simulation, pattern);
         let hash = blake3::hash(format!("{simulation:?}").as_bytes());
         self.of(format!("homogeneous {}", hash.to_hex()), simulation)
     }
@@ -306,7 +336,7 @@ impl<'a> Family<'a> {
 
     /// What comes to the wall; `None` where nothing does or the run failed.
     fn point(&self, value: f64, known: &Known, observer: &dyn Observer) -> Result<Option<Point>> {
-        let setup = self.setup(value)?;
+        let (setup, pattern) = self.setup(value)?;
         let pulse = |member: Member| -> Result<Option<Pulse>> {
             match known.member(&member, &Quiet(observer))? {
                 Outcome::Done(Seen { pulses, .. }) => Ok(pulses.pulses.first().copied()),
@@ -314,17 +344,20 @@ impl<'a> Family<'a> {
             }
         };
         let own = pulse(self.member(value, &setup))?;
-        let reference = pulse(self.reference(&setup))?;
+        let reference = pulse(self.reference(&setup, &pattern))?;
         let (Some(pulse), Some(reference)) = (own, reference) else {
             return Ok(None);
         };
+        let relative_force = pulse.peak_force.value / reference.peak_force.value;
+        let error = |pulse: &Pulse| pulse.peak_force.error / pulse.peak_force.value;
         let bodies = setup.simulation.chain.n_sites() - 1;
         let distance = bodies as f64 * setup.pitch.unwrap_or(1.0);
         Ok(Some(Point {
             value,
-            stiffness_ratio: setup.description().stiffness_ratio,
+            stiffness_ratio: pattern.stiffness_ratio(),
             peak_force: pulse.peak_force,
-            relative_force: pulse.peak_force.value / reference.peak_force.value,
+            relative_force,
+            relative_force_error: relative_force * (error(&pulse) + error(&reference)),
             time_of_flight: pulse.arrival_time,
             mean_speed: distance / pulse.arrival_time.value,
             pulse,

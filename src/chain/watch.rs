@@ -118,6 +118,11 @@ impl<'a> Watch<'a> {
         self.instant(&self.end.state)
     }
 
+    /// Force of a contact at the end of the last step.
+    pub(crate) fn force(&self, contact: usize) -> f64 {
+        self.end.state.force[FIRST_CONTACT + contact]
+    }
+
     /// Whether a contact is closed at either end of the last step.
     pub(crate) fn presses(&self, contact: usize) -> bool {
         let s = FIRST_CONTACT + contact;

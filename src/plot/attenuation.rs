@@ -16,16 +16,22 @@ type Value<'a> = &'a dyn Fn(&Row) -> Option<f64>;
 
 const SIZE: (u32, u32) = (720, 430);
 
+/// What was measured.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub enum Overlay<'a> {
+    Nothing,
+    /// Relative forces over bodies.
+    Forces(&'a [MeasuredPoint]),
+    /// Largest velocities over sites.
+    Velocities(&'a [MeasuredPoint]),
+}
+
 /// Force, energy, share of the high band and width against length, for every chain: forces in the
 /// contacts that are compared, with the chosen laws dashed.
 ///
 /// # Errors
 /// [`crate::Error::Draw`].
-pub fn attenuation(
-    attenuation: &Attenuation,
-    measured: &[MeasuredPoint],
-    format: Format,
-) -> Result<Vec<u8>> {
+pub fn attenuation(attenuation: &Attenuation, overlay: Overlay, format: Format) -> Result<Vec<u8>> {
     let kind = attenuation.kind;
     let like = |row: &&Row| row.kind == kind || row.kind == ContactKind::Other;
     let unit = |curve: Option<&AttenuationCurve>| match curve.map(|c| c.units) {
@@ -60,7 +66,9 @@ pub fn attenuation(
             let law = law.filter(|p| p.0 > 0.0).collect();
             series.push(Series::line("", i, law).with(Look::Dashed));
         }
-        series.extend(laid_over(measured));
+        if let Overlay::Forces(points) = overlay {
+            series.extend(laid_over(points));
+        }
         let title = match sense {
             Sense::Chain => format!("peak force in one long chain, {} contacts", kind.name()),
             Sense::Wall => "peak force on the wall".to_owned(),
@@ -99,6 +107,19 @@ pub fn attenuation(
             };
             charts.push(Chart { names, ..chart });
         }
+    }
+    if let Overlay::Velocities(points) = overlay
+        && let Some(first) = attenuation.curves.first()
+    {
+        let rows = first.rows.iter();
+        let computed = rows.map(|row| (row.bodies as f64, row.pulse.peak_velocity.value));
+        let mut series = vec![Series::line(&first.name, 0, computed.collect())];
+        series.extend(laid_over(points));
+        let label = match first.units {
+            Units::Si => "velocity (m/s)",
+            Units::None => "velocity",
+        };
+        charts.push(Chart::of("largest velocity", "site", label, series));
     }
     draw_charts("attenuation against length", 2, SIZE, &charts, format)
 }

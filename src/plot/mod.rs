@@ -34,7 +34,7 @@ use std::path::{Path, PathBuf};
 
 use rayon::prelude::*;
 
-pub use attenuation::{attenuation, transmission};
+pub use attenuation::{Overlay, attenuation, transmission};
 pub use budget::{SharedScales, budget_figures, encode_all};
 pub use canvas::{Area, Canvas, Surface, px, sans};
 pub use chart::{Chart, Corner, Look, Mark, PALETTE, Series, draw_charts, extent};

@@ -153,8 +153,9 @@ pub fn transmission_csv(transmission: &Transmission) -> Result<String, csv::Erro
     header.extend(["row".to_owned(), transmission.key.clone()]);
     let own = [
         "value_error",
-        "stiffness_ratio",
+        "largest_over_smallest_coefficient",
         "relative_force",
+        "relative_force_error",
         "time_of_flight",
         "mean_speed",
     ];
@@ -173,8 +174,9 @@ pub fn transmission_csv(transmission: &Transmission) -> Result<String, csv::Erro
             let mut cells: Vec<String> = curve.settings.iter().map(|(_, v)| v.clone()).collect();
             cells.extend([row.to_owned(), number(point.value), number(error)]);
             cells.extend([
-                optional(point.stiffness_ratio),
+                number(point.stiffness_ratio),
                 number(point.relative_force),
+                number(point.relative_force_error),
                 number(point.time_of_flight.value),
                 number(point.mean_speed),
             ]);

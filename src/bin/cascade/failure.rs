@@ -12,6 +12,8 @@ pub enum Failure {
     Library(Error),
     /// So many runs of a sweep failed.
     Members(usize),
+    /// So many chains could not be followed.
+    Chains(usize),
     /// So many orders have no localized wave that could be resolved.
     Orders(usize),
     /// Standard output was closed or could not be written.
@@ -59,6 +61,10 @@ impl Failure {
             Failure::Members(failed) => writeln!(
                 err,
                 "error: {failed} of the runs failed; the last column of the table says why"
+            ),
+            Failure::Chains(failed) => writeln!(
+                err,
+                "error: {failed} of the chains could not be followed, for reasons given under `failed`; the others stand"
             ),
             Failure::Orders(unresolved) => writeln!(
                 err,

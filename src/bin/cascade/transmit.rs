@@ -15,7 +15,7 @@ use clap::Args;
 use serde::Serialize;
 
 use crate::analyze::use_threads;
-use crate::attenuate::{compared_line, default_over};
+use crate::attenuate::{compared_line, default_over, failure_lines};
 use crate::failure::Failure;
 use crate::progress::Progress;
 use crate::scene_keys::SceneKeys;
@@ -197,7 +197,7 @@ pub fn run(typed: Transmit) -> Result<(), Failure> {
     }
     match transmission.failed.len() {
         0 => Ok(()),
-        failed => Err(Failure::Members(failed)),
+        failed => Err(Failure::Chains(failed)),
     }
 }
 
@@ -223,7 +223,7 @@ fn told(found: &Found) -> String {
             format!(
                 "{:<18} {:>9} {:>10.6} {:>12} {:>12}  {note}",
                 number(point.value),
-                point.stiffness_ratio.map_or("-".into(), number),
+                number(point.stiffness_ratio),
                 point.relative_force,
                 number(point.time_of_flight.value),
                 number(point.mean_speed)
@@ -240,6 +240,15 @@ fn told(found: &Found) -> String {
             };
             let note = format!("{kind}, located to {}", number(extreme.value_error));
             lines.push(line(&extreme.point, &note));
+        }
+        if !curve.nothing_at.is_empty() {
+            let at: Vec<String> = curve.nothing_at.iter().map(|at| number(*at)).collect();
+            lines.push(format!("nothing arrives at {key} {}", at.join(", ")));
+        }
+        for order in &curve.unresolved_orders {
+            lines.push(format!(
+                "the localized wave of order {order} could not be resolved"
+            ));
         }
         for mark in &curve.localized {
             lines.push(format!(
@@ -261,6 +270,7 @@ fn told(found: &Found) -> String {
         }
     }
     lines.extend(found.measured.iter().map(compared_line));
+    lines.extend(failure_lines(&transmission.failed));
     lines.push(String::new());
     lines.join("\n")
 }

@@ -28,6 +28,17 @@ pub struct Setting {
     pub source: String,
 }
 
+impl Setting {
+    /// A key set to `text` by `source`.
+    pub fn new(key: &str, text: impl Into<String>, source: impl Into<String>) -> Setting {
+        Setting {
+            key: key.to_owned(),
+            text: text.into(),
+            source: source.into(),
+        }
+    }
+}
+
 /// The text of a scene and the settings over it.
 ///
 /// # Examples

@@ -1,16 +1,17 @@
 //! `cascade attenuate`: what is left of a pulse after so many bodies.
 
+mod told;
+
 use std::io::{IsTerminal, Write};
 use std::path::{Path, PathBuf};
 
 use cascade::Error;
 use cascade::attenuation::{
-    Attenuation, AttenuationCurve, AttenuationRequest, Compared, ContactKind, Criterion, Law,
-    MeasuredPoint, Named, Point, Reach, Row, Sense, TransmissionRequest, measured_peaks,
-    read_curve,
+    Attenuation, AttenuationRequest, Compared, ContactKind, Criterion, MeasuredPoint, Named, Point,
+    Row, Sense, TransmissionRequest, measured_peaks, read_curve,
 };
 use cascade::chain::scene::{Scene, SceneSource, Setting};
-use cascade::plot::Format;
+use cascade::plot::{Format, Overlay};
 use cascade::report::{ATTENUATION_SCHEMA, attenuation_csv, versioned_json, write_beside};
 use clap::{Args, ValueEnum};
 use serde::Serialize;
@@ -21,6 +22,7 @@ use crate::parse;
 use crate::progress::Progress;
 use crate::scene_keys::SceneKeys;
 use crate::terminal::number;
+pub use told::{compared_line, failure_lines};
 
 /// What `cascade attenuate` takes.
 #[derive(Debug, Args)]
@@ -38,8 +40,8 @@ pub struct Attenuate {
     pub ratios: Vec<f64>,
 
     /// Bodies behind the striker up to which attenuation is followed.
-    #[arg(long = "bodies", value_name = "N", default_value_t = 40)]
-    pub bodies: usize,
+    #[arg(long, value_name = "N", default_value_t = 40, value_parser = clap::value_parser!(u32).range(2..=100_000))]
+    pub bodies: u32,
 
     /// Where the pulse is followed: at the contacts of one long chain, or on the wall behind
     /// chains of every length.
@@ -65,16 +67,17 @@ pub struct Attenuate {
 
     /// Find the angle, or the stiffness ratio, that lets least force through to a wall behind
     /// so many bodies.
-    #[arg(long, value_name = "N")]
-    pub best_at: Option<usize>,
+    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..=100_000))]
+    pub best_at: Option<u32>,
 
     /// The values among which `--best-at` looks, as for `cascade transmit`
-    /// [default: angle=2:90:45 with a material, else stiffness_ratio=1:100:45log].
+    /// [default: angle=2:90:45 with a material, mass_ratio=0.1:1:45 where that is given, else
+    /// stiffness_ratio=1:100:45log].
     #[arg(long, value_name = "KEY=VALUES", requires = "best_at")]
     pub best_over: Option<String>,
 
-    /// A measured curve (.csv: bodies, relative force, standard error if known) or velocity field
-    /// (.npy, .npz, .csv with --measured-field) to lay over the results.
+    /// A measured curve (.csv: bodies, relative force, standard error if known), or with
+    /// `--measured-field` a field of velocities, to lay over the first chain.
     #[arg(long, value_name = "FILE")]
     pub measured: Option<PathBuf>,
 
@@ -135,7 +138,10 @@ struct Found<'a> {
     #[serde(flatten)]
     attenuation: &'a Attenuation,
     best: Option<Best>,
+    /// Relative forces, or of a field largest velocities, beside the first chain.
     measured: Vec<Compared>,
+    /// Abscissae outside its curve.
+    not_compared: Vec<f64>,
 }
 
 /// The value of the key that lets least through.
@@ -160,27 +166,18 @@ fn angle_pair(text: &str) -> Result<[f64; 2], String> {
 pub fn run(typed: Attenuate) -> Result<(), Failure> {
     use_threads(typed.threads.map(usize::from))?;
     let request = typed.request()?;
-    let measured = typed.measured_curve()?;
-    let field = match &typed.measured {
-        Some(path) if typed.measured_field => {
-            let options = cascade::field::OpenOptions::default();
-            Some(measured_peaks(&cascade::Field::open(path, &options)?))
-        }
-        _ => None,
-    };
+    let measured = typed.measured()?;
     let progress = Progress::new(!typed.quiet && std::io::stderr().is_terminal());
     progress.begin_writing();
     let result = typed.compute(&request, &progress);
     progress.clear();
     let (attenuation, best) = result?;
-    let compared = match &field {
-        Some(peaks) => beside_field(&attenuation, peaks),
-        None => beside_curve(&attenuation, &measured),
-    };
+    let (compared, not_compared) = measured.beside(&attenuation);
     let found = Found {
         attenuation: &attenuation,
         best,
         measured: compared,
+        not_compared,
     };
     let json = versioned_json(ATTENUATION_SCHEMA, &found).map_err(std::io::Error::from)?;
     if let Some(out) = &typed.out {
@@ -188,7 +185,7 @@ pub fn run(typed: Attenuate) -> Result<(), Failure> {
         let csv = attenuation_csv(&attenuation).map_err(std::io::Error::other)?;
         write_beside(out, "curves.csv", csv.as_bytes())?;
         for format in [Format::Png, Format::Svg] {
-            let picture = cascade::plot::attenuation(&attenuation, &measured, format)?;
+            let picture = cascade::plot::attenuation(&attenuation, measured.laid_over(), format)?;
             let name = format!("attenuation.{}", format.extension());
             write_beside(out, &name, &picture)?;
         }
@@ -197,14 +194,14 @@ pub fn run(typed: Attenuate) -> Result<(), Failure> {
     if typed.json {
         writeln!(stdout, "{json}")?;
     } else if !typed.quiet {
-        stdout.write_all(told(&found).as_bytes())?;
+        stdout.write_all(told::told(&found).as_bytes())?;
         if let Some(out) = &typed.out {
             writeln!(stdout, "wrote {}", out.display())?;
         }
     }
     match attenuation.failed.len() {
         0 => Ok(()),
-        failed => Err(Failure::Members(failed)),
+        failed => Err(Failure::Chains(failed)),
     }
 }
 
@@ -237,7 +234,7 @@ impl Attenuate {
             .and_then(|curve| curve.least())
             .copied();
         let best = point.map(|point| Best {
-            bodies,
+            bodies: bodies as usize,
             key: found.key.clone(),
             point,
         });
@@ -300,6 +297,13 @@ impl Attenuate {
     }
 
     fn request(&self) -> Result<AttenuationRequest, Error> {
+        if let Some(sites) = self.keys.settings.iter().find(|s| s.key == "sites") {
+            return Err(Error::Request {
+                option: "sites",
+                expected: "none beside `--bodies`, which says how long the chains are".into(),
+                found: sites.text.clone(),
+            });
+        }
         let mut chains = self.chains()?;
         // The length is what is varied; a scene need not say one.
         for chain in &mut chains {
@@ -318,7 +322,7 @@ impl Attenuate {
         }
         Ok(AttenuationRequest {
             chains,
-            length: self.bodies,
+            length: self.bodies as usize,
             senses: match self.sense {
                 Where::Chain => vec![Sense::Chain],
                 Where::Wall => vec![Sense::Wall],
@@ -339,19 +343,95 @@ impl Attenuate {
         })
     }
 
-    fn measured_curve(&self) -> Result<Vec<MeasuredPoint>, Error> {
-        match &self.measured {
-            Some(path) if !self.measured_field => read_curve(path),
-            _ => Ok(Vec::new()),
+    fn measured(&self) -> Result<Measured, Error> {
+        let Some(path) = &self.measured else {
+            return Ok(Measured::Nothing);
+        };
+        if !self.measured_field {
+            return Ok(Measured::Forces(read_curve(path)?));
+        }
+        if self.sense == Where::Wall {
+            return Err(Error::Request {
+                option: "measured-field",
+                expected: "`--sense chain` or both: sites of a field are those of one chain".into(),
+                found: "wall".into(),
+            });
+        }
+        let options = cascade::field::OpenOptions::default();
+        let peaks = measured_peaks(&cascade::Field::open(path, &options)?);
+        let points = peaks.iter().map(|peak| MeasuredPoint {
+            at: peak.site as f64,
+            value: peak.velocity,
+            error: Some(peak.velocity_error),
+        });
+        Ok(Measured::Velocities(points.collect()))
+    }
+}
+
+/// What was measured.
+enum Measured {
+    Nothing,
+    /// Relative forces over bodies.
+    Forces(Vec<MeasuredPoint>),
+    /// Largest velocities over sites.
+    Velocities(Vec<MeasuredPoint>),
+}
+
+impl Measured {
+    /// Beside the first curve, forces in the contacts that are fitted, and what is outside it.
+    fn beside(&self, attenuation: &Attenuation) -> (Vec<Compared>, Vec<f64>) {
+        let Some(first) = attenuation.curves.first() else {
+            return (Vec::new(), Vec::new());
+        };
+        let (points, curve): (_, Vec<(f64, f64)>) = match self {
+            Measured::Nothing => return (Vec::new(), Vec::new()),
+            Measured::Forces(points) => (points, attenuation.compared(&first.rows)),
+            Measured::Velocities(points) => {
+                let velocities = first.rows.iter();
+                let of = |row: &Row| (row.bodies as f64, row.pulse.peak_velocity.value);
+                (points, velocities.map(of).collect())
+            }
+        };
+        let (mut compared, mut outside) = (Vec::new(), Vec::new());
+        for point in points {
+            match between(&curve, point.at) {
+                Some(computed) => compared.push(point.compared_with(computed)),
+                None => outside.push(point.at),
+            }
+        }
+        (compared, outside)
+    }
+
+    fn laid_over(&self) -> Overlay<'_> {
+        match self {
+            Measured::Nothing => Overlay::Nothing,
+            Measured::Forces(points) => Overlay::Forces(points),
+            Measured::Velocities(points) => Overlay::Velocities(points),
         }
     }
 }
 
+/// A curve at an abscissa, by a line between the places on either side of it.
+fn between(curve: &[(f64, f64)], at: f64) -> Option<f64> {
+    if let Some(place) = curve.iter().find(|place| place.0 == at) {
+        return Some(place.1);
+    }
+    let pair = curve
+        .windows(2)
+        .find(|pair| pair[0].0 < at && at < pair[1].0)?;
+    let share = (at - pair[0].0) / (pair[1].0 - pair[0].0);
+    Some(pair[0].1 + share * (pair[1].1 - pair[0].1))
+}
+
 /// The key that `--best-at` varies where none is given.
 pub fn default_over(scene: &SceneSource) -> Result<String, Error> {
-    Ok(match has_material(&scene.scene()?) {
-        true => "angle=2:90:45".into(),
-        false => "stiffness_ratio=1:100:45log".into(),
+    let typed = scene.scene()?;
+    Ok(if has_material(&typed) {
+        "angle=2:90:45".into()
+    } else if typed.mass_ratio.is_some() {
+        "mass_ratio=0.1:1:45".into()
+    } else {
+        "stiffness_ratio=1:100:45log".into()
     })
 }
 
@@ -360,173 +440,10 @@ fn has_material(scene: &Scene) -> bool {
 }
 
 fn setting(key: &str, text: &str, option: &str) -> Setting {
-    Setting {
-        key: key.into(),
-        text: text.into(),
-        source: format!("--{option}"),
-    }
+    Setting::new(key, text, format!("--{option}"))
 }
 
 fn stem(path: &Path) -> String {
     let stem = path.file_stem().unwrap_or(path.as_os_str());
     stem.to_string_lossy().into_owned()
-}
-
-/// Measured relative forces beside those of the first curve.
-fn beside_curve(attenuation: &Attenuation, measured: &[MeasuredPoint]) -> Vec<Compared> {
-    let rows = || attenuation.curves.first().map(|c| c.rows.as_slice());
-    let at = |bodies: f64| -> Option<f64> {
-        let rows = rows()?.iter().filter(|row| row.bodies as f64 == bodies);
-        rows.filter_map(|row| row.relative_force).next()
-    };
-    let pairs = measured.iter();
-    pairs
-        .filter_map(|m| Some(m.compared_with(at(m.at)?)))
-        .collect()
-}
-
-/// Measured peak velocities beside those of the first curve.
-fn beside_field(
-    attenuation: &Attenuation,
-    peaks: &[cascade::attenuation::MeasuredPeak],
-) -> Vec<Compared> {
-    let rows = || attenuation.curves.first().map(|c| c.rows.as_slice());
-    let at = |site: usize| -> Option<f64> {
-        let row = rows()?.iter().find(|row| row.bodies == site)?;
-        Some(row.pulse.peak_velocity.value)
-    };
-    let pairs = peaks.iter().filter_map(|peak| {
-        let measured = MeasuredPoint {
-            at: peak.site as f64,
-            value: peak.velocity,
-            error: Some(peak.velocity_error),
-        };
-        Some(measured.compared_with(at(peak.site)?))
-    });
-    pairs.collect()
-}
-
-/// What was found, in words.
-fn told(found: &Found) -> String {
-    let attenuation = found.attenuation;
-    let mut lines = vec![format!(
-        "{:<22} {:<6} {:>8} {:>7} {:>8} {:>8} {:>9} {:>7}  law of the force, {} contacts",
-        "chain",
-        "sense",
-        "ratio",
-        "bodies",
-        "force",
-        "energy",
-        "width",
-        "high",
-        attenuation.kind.name()
-    )];
-    for curve in &attenuation.curves {
-        lines.push(curve_line(curve));
-        if let Some(at) = curve.stopped_at {
-            lines.push(format!(
-                "  stops at {at} bodies: a reflection would enter there before the pulse is whole"
-            ));
-        }
-        if let (Some(reach), Some(target)) = (&curve.reach, attenuation.target) {
-            lines.push(format!("  {}", reach_line(reach, target)));
-        }
-    }
-    if let Some(best) = &found.best {
-        lines.push(format!(
-            "least force on a wall behind {} bodies: {} at {} {}, stiffness ratio {}",
-            best.bodies,
-            number(best.point.relative_force),
-            best.key.replace('_', " "),
-            number(best.point.value),
-            best.point.stiffness_ratio.map_or("-".into(), number)
-        ));
-    }
-    for compared in &found.measured {
-        lines.push(compared_line(compared));
-    }
-    lines.push(String::new());
-    lines.join("\n")
-}
-
-/// A measured point beside the computed one.
-pub fn compared_line(compared: &Compared) -> String {
-    let error = match compared.measured.error {
-        Some(error) => format!(" +- {}", number(error)),
-        None => String::new(),
-    };
-    let within = match compared.in_errors {
-        Some(errors) => format!(" ({} standard errors)", number(errors)),
-        None => String::new(),
-    };
-    format!(
-        "measured at {}: {}{error}, computed {}, difference {}{within}",
-        number(compared.measured.at),
-        number(compared.measured.value),
-        number(compared.computed),
-        number(compared.difference)
-    )
-}
-
-fn curve_line(curve: &AttenuationCurve) -> String {
-    let optional = |value: Option<f64>| value.map_or("-".to_owned(), |v| format!("{v:.4}"));
-    let last: Option<&Row> = curve.rows.last();
-    let law = curve.fits.as_ref().map_or("-".to_owned(), |fits| {
-        let chosen = fits.chosen();
-        let parameters = chosen.parameters.iter().map(|p| {
-            format!(
-                "{} = {} ({} to {})",
-                p.name,
-                number(p.value),
-                number(p.low),
-                number(p.high)
-            )
-        });
-        format!(
-            "{}: {}",
-            law_name(chosen.law),
-            parameters.collect::<Vec<_>>().join(", ")
-        )
-    });
-    format!(
-        "{:<22} {:<6} {:>8} {:>7} {:>8} {:>8} {:>9} {:>7}  {law}",
-        curve.name,
-        curve.sense.name(),
-        curve
-            .stiffness_ratio
-            .map_or("-".into(), |r| format!("{r:.4}")),
-        last.map_or(0, |row| row.bodies),
-        optional(last.and_then(|row| row.relative_force)),
-        optional(last.and_then(|row| row.relative_energy)),
-        last.map_or("-".into(), |row| number(row.pulse.width.value)),
-        optional(last.and_then(|row| row.high_share)),
-    )
-}
-
-fn law_name(law: Law) -> &'static str {
-    match law {
-        Law::Level => "c",
-        Law::Exponential => "a exp(-r n)",
-        Law::PowerLaw => "a n^-p",
-        Law::Plateau => "c + a exp(-r n)",
-    }
-}
-
-fn reach_line(reach: &Reach, target: f64) -> String {
-    match reach {
-        Reach::Within { bodies } => format!("at {target} or below from {bodies} bodies on"),
-        Reach::Beyond { law, length } => format!(
-            "beyond the curve: {} is at {target} after {} bodies ({} to {})",
-            law_name(*law),
-            number(length.value),
-            number(length.low),
-            number(length.high)
-        ),
-        Reach::Never { law, settles_at } => format!(
-            "never at {target}: {} settles at {}",
-            law_name(*law),
-            number(*settles_at)
-        ),
-        Reach::Unknown => format!("{target} is not reached, and no law says where it would be"),
-    }
 }
