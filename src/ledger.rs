@@ -9,6 +9,7 @@ use std::fs::{self, File, TryLockError};
 use std::io::{Read, Seek, SeekFrom, Write};
 use std::path::{Path, PathBuf};
 use std::sync::{Mutex, PoisonError};
+use std::time::Duration;
 
 use serde::de::DeserializeOwned;
 use serde::{Deserialize, Serialize};
@@ -16,6 +17,10 @@ use serde::{Deserialize, Serialize};
 use crate::{Error, Result};
 
 const MEMBERS: &str = "members.jsonl";
+
+/// How often, and after what time, a directory that is in use is tried again.
+const LOCK_TRIES: usize = 10;
+const LOCK_PAUSE: Duration = Duration::from_millis(20);
 
 /// What long work was asked for: equal requests have equal members.
 pub(crate) trait Asked: Serialize + DeserializeOwned {
@@ -105,16 +110,18 @@ impl Ledger {
             .create(true)
             .open(&path)
             .map_err(Error::write("open", &path))?;
-        match file.try_lock() {
-            Ok(()) => {}
-            Err(TryLockError::WouldBlock) => {
+        // A process that is just being started by this one holds its files for an instant.
+        let mut tries = 0;
+        while let Err(TryLockError::WouldBlock) = file.try_lock() {
+            tries += 1;
+            if tries > LOCK_TRIES {
                 return Err(Error::Busy {
                     path: directory.to_owned(),
                 });
             }
-            // A file system without locks: the user keeps two processes apart.
-            Err(TryLockError::Error(_)) => {}
+            std::thread::sleep(LOCK_PAUSE);
         }
+        // A file system without locks: the user keeps two processes apart.
         let (outcomes, whole) = parse(&mut file, &path, check)?;
         file.set_len(whole).map_err(Error::write("cut", &path))?;
         let file = Mutex::new(file);

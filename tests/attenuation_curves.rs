@@ -241,7 +241,7 @@ fn what_cannot_be_is_said_before_any_work() {
         );
     };
     bad(&|r| r.chains.clear(), "chains");
-    bad(&|r| r.length = 1, "length");
+    bad(&|r| r.length = 1, "bodies");
     bad(&|r| r.senses.clear(), "sense");
     bad(&|r| r.target = Some(1.5), "target");
     bad(&|r| r.lengths = Some(vec![0]), "lengths");

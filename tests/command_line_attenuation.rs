@@ -86,7 +86,7 @@ fn val_paper_attenuation_by_angle_and_the_best_angle() {
             "--lengths",
             "21",
         ],
-        &["--best-at", "20", "--best-over", "angle=8:40:5", "--json"],
+        &["--best-at", "21", "--best-over", "angle=8:40:5", "--json"],
     ]
     .concat();
     let found = json(&place.good(&words));
@@ -234,7 +234,7 @@ fn what_is_typed_wrong_ends_with_code_2_and_says_what() {
         (
             &["attenuate", "--ratios", "2", "--bodies", "1"],
             2,
-            "--length",
+            "--bodies",
         ),
         (
             &["attenuate", "--ratios", "2", "--target", "-1"],

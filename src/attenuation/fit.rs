@@ -74,7 +74,7 @@ impl Law {
 }
 
 /// Relative residuals below which one law is as good as another, and the simplest is chosen.
-const EXACT: f64 = 1e-9;
+const EXACT: f64 = 1e-8;
 
 /// Values of the first parameter at which a fit is tried before the best of them is refined.
 const GRID: usize = 600;

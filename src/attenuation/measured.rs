@@ -170,20 +170,18 @@ fn peak_of(record: &[f64]) -> Option<MeasuredPeak> {
         true => (-rise / curve, v[2] - 0.5 * rise * rise / curve),
         false => (0.0, v[2]),
     };
-    // What one sample's noise does to the value at `at`, by the weights of Lagrange's polynomial.
-    let gain = (0..5)
-        .map(|i| {
-            let node = |k: usize| k as f64 - REACH as f64;
-            let others = (0..5).filter(|k| *k != i);
-            others
-                .map(|k| (at - node(k)) / (node(i) - node(k)))
-                .product::<f64>()
-                .powi(2)
-        })
-        .sum::<f64>()
-        .sqrt();
-    // The slope's noise is sqrt(130) / 12 of a sample's.
-    let slope_gain = 130f64.sqrt() / 12.0;
+    // Lagrange's weight of sample i, and by how much it changes with the place.
+    let weight = |i: usize, x: f64| {
+        let node = |k: usize| k as f64 - REACH as f64;
+        let others = (0..5).filter(|k| *k != i);
+        others
+            .map(|k| (x - node(k)) / (node(i) - node(k)))
+            .product::<f64>()
+    };
+    let change = |i: usize| (weight(i, at + 1e-4) - weight(i, at - 1e-4)) / 2e-4;
+    let gain = (0..5).map(|i| weight(i, at).powi(2)).sum::<f64>().sqrt();
+    let slope_gain = (0..5).map(|i| change(i).powi(2)).sum::<f64>().sqrt();
+    let bend_there = bend + at * (third + 0.5 * at * fourth);
     let sigma = noise.unwrap_or(0.0);
     let (value_open, time_open) = (value - coarse, at - coarse_at);
     Some(MeasuredPeak {
@@ -191,7 +189,7 @@ fn peak_of(record: &[f64]) -> Option<MeasuredPeak> {
         velocity: value,
         velocity_error: (gain * sigma).hypot(value_open),
         time: top as f64 + at,
-        time_error: (slope_gain * sigma / bend.abs().max(f64::MIN_POSITIVE)).hypot(time_open),
+        time_error: (slope_gain * sigma / bend_there.abs().max(f64::MIN_POSITIVE)).hypot(time_open),
         noise,
     })
 }
