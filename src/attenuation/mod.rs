@@ -1,10 +1,12 @@
 //! Attenuation and transmission: what comes through a chain, against its length and its make.
 
 mod chains;
+mod curve;
 mod fit;
 mod follow;
 mod golden;
 mod high_band;
+mod least_squares;
 mod length;
 mod marks;
 mod measured;
@@ -14,10 +16,9 @@ mod pulse;
 mod transmission;
 
 pub use chains::{ContactKind, Pattern, homogeneous};
+pub use curve::{Attenuation, AttenuationCurve, Reach, Row, Stop, StopCause};
 pub use fit::{Criterion, Fit, Fits, Law, Length, Parameter, fit};
-pub use length::{
-    Attenuation, AttenuationCurve, AttenuationRequest, Named, Reach, Row, Stop, StopCause,
-};
+pub use length::{AttenuationRequest, Named};
 pub use marks::LocalizedMark;
 pub use measured::{Compared, MeasuredPeak, MeasuredPoint, measured_peaks, read_curve};
 pub use pulse::{FRONT, Located, Pulse, Pulses, Sense, pulses};

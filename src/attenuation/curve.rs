@@ -1,0 +1,159 @@
+//! A curve of attenuation: its places, its end, and the length that reaches a target.
+
+use serde::Serialize;
+
+use super::chains::{ContactKind, Pattern};
+use super::fit::{Fits, Law, Length};
+use super::members::{Member, Seen};
+use super::pulse::{Pulse, Sense};
+use crate::chain::Simulation;
+use crate::chain::scene::Units;
+
+/// What was found, curve by curve.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct Attenuation {
+    pub length: usize,
+    pub kind: ContactKind,
+    pub target: Option<f64>,
+    pub curves: Vec<AttenuationCurve>,
+    /// Members whose run failed, with the reason.
+    pub failed: Vec<(String, String)>,
+    /// How many chains were followed just now; the others were known.
+    #[serde(skip)]
+    pub computed: usize,
+}
+
+/// One chain in one sense.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct AttenuationCurve {
+    pub name: String,
+    pub sense: Sense,
+    pub units: Units,
+    /// Largest over smallest coefficient between bodies.
+    pub stiffness_ratio: f64,
+    pub band_edge_frequency: Option<f64>,
+    pub rows: Vec<Row>,
+    /// Where and why it ends before the length asked for.
+    pub stop: Option<Stop>,
+    pub fits: Option<Fits>,
+    pub reach: Option<Reach>,
+}
+
+/// The first number of bodies that a curve does not hold, and why.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
+pub struct Stop {
+    pub bodies: usize,
+    pub cause: StopCause,
+}
+
+/// Why a curve ends.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum StopCause {
+    /// A reflection from the wall would enter before the pulse is whole.
+    Reflection,
+    /// The pulse faded before it reached the end of the chain.
+    Faded,
+    /// Its run failed.
+    Failed,
+}
+
+/// A place on a curve.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct Row {
+    /// Bodies before the contact, the striker not counted.
+    pub bodies: usize,
+    pub kind: ContactKind,
+    pub pulse: Pulse,
+    /// Share of the energy passed above the band edge.
+    pub high_share: Option<f64>,
+    /// Relative to the same contact of the homogeneous chain.
+    pub relative_force: Option<f64>,
+    pub relative_velocity: Option<f64>,
+    pub relative_energy: Option<f64>,
+}
+
+/// The length that reaches the target.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize)]
+#[serde(rename_all = "kebab-case", tag = "found")]
+pub enum Reach {
+    /// From this number of bodies on the curve is at the target or below it.
+    Within { bodies: usize },
+    /// The curve does not end below it, but the chosen law reaches it here.
+    Beyond { law: Law, length: Length },
+    /// The chosen law settles above it.
+    Never { law: Law, settles_at: f64 },
+    /// The curve does not end below it and no law could be fitted.
+    Unknown,
+}
+
+impl Attenuation {
+    /// Lengths and relative forces of the contacts that are compared, like with like.
+    pub fn compared(&self, rows: &[Row]) -> Vec<(f64, f64)> {
+        compared(self.kind, rows)
+    }
+}
+
+pub(super) fn compared(kind: ContactKind, rows: &[Row]) -> Vec<(f64, f64)> {
+    let like = |row: &&Row| row.bodies > 0 && (row.kind == kind || row.kind == ContactKind::Other);
+    let pairs = rows.iter().filter(like);
+    pairs
+        .filter_map(|row| Some((row.bodies as f64, row.relative_force?)))
+        .collect()
+}
+
+/// The rows of what was seen, beside the homogeneous chain.
+pub(super) fn rows_of<'a>(
+    member: &'a Member,
+    seen: &'a Seen,
+    reference: Option<&'a Seen>,
+    pattern: &'a Pattern,
+) -> impl Iterator<Item = Row> + 'a {
+    let of_size = |s: &&Simulation| s.chain.n_sites() == seen.sites;
+    let chain = member.attempts.iter().find(of_size).map(|s| &s.chain);
+    let pulses = seen.pulses.pulses.iter().enumerate();
+    pulses.map(move |(i, pulse)| {
+        let beside = |pulse: &Pulse| {
+            let pulses = &reference?.pulses.pulses;
+            pulses.iter().find(|other| other.contact == pulse.contact)
+        };
+        let other = beside(pulse);
+        let relative = |of: fn(&Pulse) -> f64| other.map(|other| of(pulse) / of(other));
+        Row {
+            bodies: pulse.contact,
+            kind: chain.map_or(ContactKind::Other, |c| {
+                pattern.kind(c.coefficient[pulse.contact])
+            }),
+            pulse: *pulse,
+            high_share: seen.high.as_ref().map(|high| high[i]),
+            relative_force: relative(|p| p.peak_force.value),
+            relative_velocity: relative(|p| p.peak_velocity.value),
+            relative_energy: relative(|p| p.energy_passed.value),
+        }
+    })
+}
+
+/// The length from which on a curve is at the target or below it.
+pub(super) fn reach(target: f64, n: &[f64], y: &[f64], fits: Option<&Fits>) -> Reach {
+    let above = y.iter().rposition(|y| *y > target);
+    let first = above.map_or(0, |at| at + 1);
+    if let Some(n) = n.get(first) {
+        return Reach::Within {
+            bodies: *n as usize,
+        };
+    }
+    let Some(fit) = fits.map(Fits::chosen) else {
+        return Reach::Unknown;
+    };
+    let law = fit.law;
+    let last = n.last().copied().unwrap_or(0.0);
+    match fit.reaches(target) {
+        Some(length) if length.value > last => Reach::Beyond { law, length },
+        None if fit.settles_at() > target => Reach::Never {
+            law,
+            settles_at: fit.settles_at(),
+        },
+        // What a law says of lengths that are known is not what the curve says.
+        _ => Reach::Unknown,
+    }
+}

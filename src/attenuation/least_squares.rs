@@ -1,0 +1,262 @@
+//! Least squares for laws of which all parameters but the first enter linearly.
+
+use super::fit::{Fit, Law, Parameter};
+
+/// Relative residuals below which one law is as good as another, and the simplest is chosen.
+const EXACT: f64 = 1e-8;
+
+/// Values of the first parameter at which a fit is tried before the best of them is refined.
+pub(super) const GRID: usize = 600;
+
+/// Best parameters and the sum of squares they leave.
+pub(super) struct Solution {
+    pub(super) parameters: Vec<f64>,
+    pub(super) squares: f64,
+}
+
+impl Solution {
+    pub(super) fn residuals(&self, law: Law, points: &[(f64, f64)]) -> Vec<f64> {
+        let off = |&(n, y): &(f64, f64)| law.at(&self.parameters, n) / y - 1.0;
+        points.iter().map(off).collect()
+    }
+}
+
+/// All but the first parameter enter linearly, so that one is searched and the others follow.
+pub(super) fn solve(law: Law, points: &[(f64, f64)]) -> Option<Solution> {
+    let longest = points.iter().fold(1.0, |m: f64, (n, _)| m.max(*n));
+    let squares = |first: f64| linear(law, first, points).map_or(f64::INFINITY, |(_, s)| s);
+    let firsts = law.firsts(longest);
+    let tried: Vec<f64> = firsts.iter().map(|first| squares(*first)).collect();
+    let best = (0..GRID).min_by(|a, b| tried[*a].total_cmp(&tried[*b]))?;
+    let (from, to) = (
+        firsts[best.saturating_sub(1)],
+        firsts[(best + 1).min(GRID - 1)],
+    );
+    let first = crate::chain::largest(from, to, |first| -squares(first)).0;
+    let first = if squares(first) <= tried[best] {
+        first
+    } else {
+        firsts[best]
+    };
+    let (weights, squares) = linear(law, first, points)?;
+    let mut parameters = vec![first; law.searched()];
+    parameters.extend(&weights[..law.parameters().len() - law.searched()]);
+    Some(Solution {
+        parameters,
+        squares,
+    })
+}
+
+/// Least squares for the parameters that enter linearly.
+fn linear(law: Law, first: f64, points: &[(f64, f64)]) -> Option<([f64; 2], f64)> {
+    let mut normal = [[0.0; 2]; 2];
+    let mut right = [0.0; 2];
+    for &(n, y) in points {
+        let shapes = law.shapes(first, n).map(|s| s / y);
+        for i in 0..2 {
+            right[i] += shapes[i];
+            for j in 0..2 {
+                normal[i][j] += shapes[i] * shapes[j];
+            }
+        }
+    }
+    let weights = if law == Law::Plateau {
+        let [[a, b], [_, d]] = normal;
+        let determinant = a * d - b * b;
+        if determinant <= 1e-12 * a * d {
+            return None;
+        }
+        [
+            (d * right[0] - b * right[1]) / determinant,
+            (a * right[1] - b * right[0]) / determinant,
+        ]
+    } else {
+        [right[0] / normal[0][0], 0.0]
+    };
+    let squares: f64 = points
+        .iter()
+        .map(|&(n, y)| {
+            let shapes = law.shapes(first, n);
+            let off = (weights[0] * shapes[0] + weights[1] * shapes[1]) / y - 1.0;
+            off * off
+        })
+        .sum();
+    squares.is_finite().then_some((weights, squares))
+}
+
+/// Correlation of neighbouring residuals, 0 to 0.98.
+pub(super) fn correlation(residuals: &[f64]) -> f64 {
+    let all: f64 = residuals.iter().map(|r| r * r).sum();
+    let neighbours: f64 = residuals.windows(2).map(|r| r[0] * r[1]).sum();
+    if all > 0.0 {
+        (neighbours / all).clamp(0.0, 0.98)
+    } else {
+        0.0
+    }
+}
+
+pub(super) fn judged(
+    law: Law,
+    solution: &Solution,
+    points: &[(f64, f64)],
+    independent: f64,
+) -> Option<Fit> {
+    let (m, k) = (points.len() as f64, solution.parameters.len());
+    let freedom = (independent - k as f64).max(1.0);
+    let mean_square = (solution.squares / m).max(EXACT * EXACT);
+    let fitted = (k + 1) as f64;
+    let spare = (m - fitted - 1.0).max(0.5);
+    let aicc = m * mean_square.ln() + 2.0 * fitted + 2.0 * fitted * (fitted + 1.0) / spare;
+    let variance = solution.squares / freedom;
+    let covariance = covariance(law, &solution.parameters, points, variance)?;
+    let quantile = student(freedom);
+    let names = law.parameters();
+    let parameters = (0..k)
+        .map(|i| {
+            let (value, half) = (
+                solution.parameters[i],
+                quantile * covariance[i * k + i].max(0.0).sqrt(),
+            );
+            Parameter {
+                name: names[i],
+                value,
+                low: value - half,
+                high: value + half,
+            }
+        })
+        .collect();
+    Some(Fit {
+        law,
+        parameters,
+        residual: mean_square.sqrt(),
+        aicc,
+        cross_validation: predicted(law, points)?.max(EXACT),
+        covariance,
+        quantile,
+    })
+}
+
+/// `variance (J^T J)^-1` with the derivatives J of the relative residuals.
+fn covariance(law: Law, values: &[f64], points: &[(f64, f64)], variance: f64) -> Option<Vec<f64>> {
+    let k = values.len();
+    let mut normal = [[0.0; 3]; 3];
+    for &(n, y) in points {
+        let shapes = law.shapes(values[0], n);
+        let by_first = match law {
+            Law::PowerLaw => -n.ln(),
+            _ => -n,
+        };
+        let row = match law {
+            Law::Level => [1.0 / y, 0.0, 0.0],
+            _ => {
+                let first = values[1] * by_first * shapes[0] / y;
+                [first, shapes[0] / y, shapes[1] / y]
+            }
+        };
+        for i in 0..k {
+            for j in 0..k {
+                normal[i][j] += row[i] * row[j];
+            }
+        }
+    }
+    let inverse = inverse(normal, k)?;
+    let all = (0..k * k).map(|at| variance * inverse[at / k][at % k]);
+    Some(all.collect())
+}
+
+/// By Gauss-Jordan elimination of a scaled matrix of k rows; `None` where it is singular.
+fn inverse(mut a: [[f64; 3]; 3], k: usize) -> Option<[[f64; 3]; 3]> {
+    let scale: [f64; 3] = std::array::from_fn(|i| if i < k { a[i][i].sqrt() } else { 1.0 });
+    if scale.iter().any(|s| !(*s > 0.0 && s.is_finite())) {
+        return None;
+    }
+    let mut b = [[0.0; 3]; 3];
+    for i in 0..k {
+        b[i][i] = 1.0;
+        for j in 0..k {
+            a[i][j] /= scale[i] * scale[j];
+        }
+    }
+    for column in 0..k {
+        let pivot = a[column][column];
+        if pivot < 1e-13 {
+            return None;
+        }
+        for j in 0..k {
+            a[column][j] /= pivot;
+            b[column][j] /= pivot;
+        }
+        for i in (0..k).filter(|i| *i != column) {
+            let factor = a[i][column];
+            for j in 0..k {
+                a[i][j] -= factor * a[column][j];
+                b[i][j] -= factor * b[column][j];
+            }
+        }
+    }
+    for i in 0..k {
+        for j in 0..k {
+            b[i][j] /= scale[i] * scale[j];
+        }
+    }
+    Some(b)
+}
+
+/// Root mean square of relative errors where each of five blocks is predicted from the others.
+fn predicted(law: Law, points: &[(f64, f64)]) -> Option<f64> {
+    const BLOCKS: usize = 5;
+    let m = points.len();
+    let mut squares = 0.0;
+    for block in 0..BLOCKS {
+        let held = block * m / BLOCKS..(block + 1) * m / BLOCKS;
+        let rest: Vec<(f64, f64)> = (0..m)
+            .filter(|i| !held.contains(i))
+            .map(|i| points[i])
+            .collect();
+        let solution = solve(law, &rest)?;
+        let off = solution.residuals(law, &points[held]);
+        squares += off.iter().map(|r| r * r).sum::<f64>();
+    }
+    Some((squares / m as f64).sqrt())
+}
+
+/// The quantile 0.975 of Student's distribution.
+///
+/// Source: R. A. Fisher, E. A. Cornish, Technometrics 2 (1960) 209; below five degrees of freedom by
+/// interpolating the tabulated values in the inverse of the freedom.
+fn student(freedom: f64) -> f64 {
+    const FEW: [f64; 5] = [12.706, 4.303, 3.182, 2.776, 2.571];
+    if freedom < 5.0 {
+        let at = freedom.max(1.0);
+        let low = at.floor();
+        let [a, b] = [FEW[low as usize - 1], FEW[low as usize]];
+        let share = (1.0 / low - 1.0 / at) / (1.0 / low - 1.0 / (low + 1.0));
+        return a + share * (b - a);
+    }
+    let z: f64 = 1.959_963_984_540_054;
+    let terms = [
+        (z.powi(3) + z) / 4.0,
+        (5.0 * z.powi(5) + 16.0 * z.powi(3) + 3.0 * z) / 96.0,
+        (3.0 * z.powi(7) + 19.0 * z.powi(5) + 17.0 * z.powi(3) - 15.0 * z) / 384.0,
+    ];
+    z + terms[0] / freedom + terms[1] / freedom.powi(2) + terms[2] / freedom.powi(3)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn val_students_quantiles() {
+        for (freedom, expected) in [
+            (1.0, 12.706),
+            (3.0, 3.182),
+            (4.0, 2.776),
+            (10.0, 2.228),
+            (60.0, 2.000),
+        ] {
+            let found = student(freedom);
+            assert!((found - expected).abs() < 3e-3, "{freedom}: {found}");
+        }
+    }
+}
