@@ -69,20 +69,27 @@ pub struct SweepCommand {
     #[arg(long, value_name = "DIR", num_args = 1..)]
     pub merge: Vec<PathBuf>,
 
-    /// Worker threads [default: one a core]. The table does not depend on it.
+    #[command(flatten)]
+    pub how: How,
+
+    #[command(flatten)]
+    pub keys: SceneKeys,
+}
+
+/// How a command of many runs works and tells what it did.
+#[derive(Debug, Args)]
+pub struct How {
+    /// Worker threads [default: one a core]. The results do not depend on it.
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u16).range(1..=256))]
     pub threads: Option<u16>,
 
-    /// Print where the sweep stands as JSON on standard output.
+    /// Print what was found as JSON on standard output.
     #[arg(long)]
     pub json: bool,
 
     /// Print errors only.
     #[arg(long, short)]
     pub quiet: bool,
-
-    #[command(flatten)]
-    pub keys: SceneKeys,
 }
 
 /// What `cascade scene` takes.

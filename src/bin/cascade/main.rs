@@ -8,6 +8,7 @@ mod chain_args;
 mod compare;
 mod contact;
 mod failure;
+mod kept;
 mod localize;
 mod manual;
 mod measured;

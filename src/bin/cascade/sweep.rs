@@ -16,7 +16,7 @@ use crate::progress::Progress;
 /// Runs the command.
 pub fn run(typed: SweepCommand) -> Result<(), Failure> {
     let started = Instant::now();
-    use_threads(typed.threads.map(usize::from))?;
+    use_threads(typed.how.threads.map(usize::from))?;
     let out = typed
         .out
         .clone()
@@ -27,7 +27,7 @@ pub fn run(typed: SweepCommand) -> Result<(), Failure> {
             None => SceneSource::default(),
         };
         let sweep = Sweep::new(source.with(typed.keys.settings.clone()), &typed.vary)?;
-        let progress = Progress::new(!typed.quiet && std::io::stderr().is_terminal());
+        let progress = Progress::new(!typed.how.quiet && std::io::stderr().is_terminal());
         progress.begin_writing();
         let standing = sweep.run(&out, typed.part.unwrap_or(Part::WHOLE), &progress);
         progress.clear();
@@ -63,10 +63,10 @@ fn tell(
     started: Instant,
 ) -> Result<(), Failure> {
     let mut stdout = std::io::stdout().lock();
-    if typed.json {
+    if typed.how.json {
         let text = serde_json::to_string_pretty(standing).map_err(std::io::Error::from)?;
         writeln!(stdout, "{text}")?;
-    } else if !typed.quiet {
+    } else if !typed.how.quiet {
         let Standing {
             members,
             known,

@@ -9,14 +9,15 @@ use cascade::attenuation::{
     read_curve,
 };
 use cascade::chain::scene::{SceneSource, Units};
-use cascade::plot::Format;
-use cascade::report::{TRANSMISSION_SCHEMA, transmission_csv, versioned_json, write_beside};
+use cascade::report::{TRANSMISSION_SCHEMA, transmission_csv, versioned_json};
 use clap::Args;
 use serde::Serialize;
 
 use crate::analyze::use_threads;
 use crate::attenuate::{compared_line, default_over, failure_lines};
+use crate::chain_args::How;
 use crate::failure::Failure;
+use crate::kept::keep;
 use crate::progress::Progress;
 use crate::scene_keys::SceneKeys;
 use crate::terminal::number;
@@ -53,17 +54,8 @@ pub struct Transmit {
     #[arg(long, short, value_name = "DIR")]
     pub out: Option<PathBuf>,
 
-    /// Worker threads [default: one a core]. The results do not depend on it.
-    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u16).range(1..=256))]
-    pub threads: Option<u16>,
-
-    /// Print all that was found as JSON on standard output.
-    #[arg(long)]
-    pub json: bool,
-
-    /// Print errors only.
-    #[arg(long, short)]
-    pub quiet: bool,
+    #[command(flatten)]
+    pub how: How,
 
     #[command(flatten)]
     pub keys: SceneKeys,
@@ -146,7 +138,7 @@ impl Measured {
 
 /// Runs the command.
 pub fn run(typed: Transmit) -> Result<(), Failure> {
-    use_threads(typed.threads.map(usize::from))?;
+    use_threads(typed.how.threads.map(usize::from))?;
     let scene = match &typed.scene {
         Some(path) => SceneSource::read(path)?,
         None => SceneSource::default(),
@@ -163,7 +155,7 @@ pub fn run(typed: Transmit) -> Result<(), Failure> {
         locate: !typed.no_extremes,
         ..TransmissionRequest::new(scene, over)
     };
-    let progress = Progress::new(!typed.quiet && std::io::stderr().is_terminal());
+    let progress = Progress::new(!typed.how.quiet && std::io::stderr().is_terminal());
     progress.begin_writing();
     let result = request.run(typed.out.as_deref(), &progress);
     progress.clear();
@@ -174,22 +166,15 @@ pub fn run(typed: Transmit) -> Result<(), Failure> {
     };
     let json = versioned_json(TRANSMISSION_SCHEMA, &found).map_err(std::io::Error::from)?;
     if let Some(out) = &typed.out {
-        write_beside(out, "transmission.json", json.as_bytes())?;
         let csv = transmission_csv(&transmission).map_err(std::io::Error::other)?;
-        write_beside(out, "curves.csv", csv.as_bytes())?;
-        for format in [Format::Png, Format::Svg] {
-            let picture = cascade::plot::transmission(&transmission, measured.curve(), format)?;
-            write_beside(
-                out,
-                &format!("transmission.{}", format.extension()),
-                &picture,
-            )?;
-        }
+        keep(out, "transmission", &json, &csv, |format| {
+            cascade::plot::transmission(&transmission, measured.curve(), format)
+        })?;
     }
     let mut stdout = std::io::stdout().lock();
-    if typed.json {
+    if typed.how.json {
         writeln!(stdout, "{json}")?;
-    } else if !typed.quiet {
+    } else if !typed.how.quiet {
         stdout.write_all(told(&found).as_bytes())?;
         if let Some(out) = &typed.out {
             writeln!(stdout, "wrote {}", out.display())?;

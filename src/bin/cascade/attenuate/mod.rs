@@ -12,13 +12,14 @@ use cascade::attenuation::{
     TransmissionRequest,
 };
 use cascade::chain::scene::{Scene, SceneSource, Setting};
-use cascade::plot::Format;
-use cascade::report::{ATTENUATION_SCHEMA, attenuation_csv, versioned_json, write_beside};
+use cascade::report::{ATTENUATION_SCHEMA, attenuation_csv, versioned_json};
 use clap::{Args, ValueEnum};
 use serde::Serialize;
 
 use crate::analyze::use_threads;
+use crate::chain_args::How;
 use crate::failure::Failure;
+use crate::kept::keep;
 use crate::parse;
 use crate::progress::Progress;
 use crate::scene_keys::SceneKeys;
@@ -96,17 +97,8 @@ pub struct Attenuate {
     #[arg(long, short, value_name = "DIR")]
     pub out: Option<PathBuf>,
 
-    /// Worker threads [default: one a core]. The results do not depend on it.
-    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u16).range(1..=256))]
-    pub threads: Option<u16>,
-
-    /// Print all that was found as JSON on standard output.
-    #[arg(long)]
-    pub json: bool,
-
-    /// Print errors only.
-    #[arg(long, short)]
-    pub quiet: bool,
+    #[command(flatten)]
+    pub how: How,
 
     #[command(flatten)]
     pub keys: SceneKeys,
@@ -165,10 +157,10 @@ fn angle_pair(text: &str) -> Result<[f64; 2], String> {
 
 /// Runs the command.
 pub fn run(typed: Attenuate) -> Result<(), Failure> {
-    use_threads(typed.threads.map(usize::from))?;
+    use_threads(typed.how.threads.map(usize::from))?;
     let request = typed.request()?;
     let measured = typed.measured()?;
-    let progress = Progress::new(!typed.quiet && std::io::stderr().is_terminal());
+    let progress = Progress::new(!typed.how.quiet && std::io::stderr().is_terminal());
     progress.begin_writing();
     let result = typed.compute(&request, &progress);
     progress.clear();
@@ -182,19 +174,15 @@ pub fn run(typed: Attenuate) -> Result<(), Failure> {
     };
     let json = versioned_json(ATTENUATION_SCHEMA, &found).map_err(std::io::Error::from)?;
     if let Some(out) = &typed.out {
-        write_beside(out, "attenuation.json", json.as_bytes())?;
         let csv = attenuation_csv(&attenuation).map_err(std::io::Error::other)?;
-        write_beside(out, "curves.csv", csv.as_bytes())?;
-        for format in [Format::Png, Format::Svg] {
-            let picture = cascade::plot::attenuation(&attenuation, measured.laid_over(), format)?;
-            let name = format!("attenuation.{}", format.extension());
-            write_beside(out, &name, &picture)?;
-        }
+        keep(out, "attenuation", &json, &csv, |format| {
+            cascade::plot::attenuation(&attenuation, measured.laid_over(), format)
+        })?;
     }
     let mut stdout = std::io::stdout().lock();
-    if typed.json {
+    if typed.how.json {
         writeln!(stdout, "{json}")?;
-    } else if !typed.quiet {
+    } else if !typed.how.quiet {
         stdout.write_all(told::told(&found).as_bytes())?;
         if let Some(out) = &typed.out {
             writeln!(stdout, "wrote {}", out.display())?;

@@ -1,0 +1,24 @@
+//! Results beside what is kept of the runs that they are from.
+
+use std::path::Path;
+
+use cascade::Error;
+use cascade::plot::Format;
+use cascade::report::write_beside;
+
+/// Writes `<name>.json`, `curves.csv` and the picture in both formats into a directory, each whole.
+pub fn keep(
+    out: &Path,
+    name: &str,
+    json: &str,
+    csv: &str,
+    picture: impl Fn(Format) -> Result<Vec<u8>, Error>,
+) -> Result<(), Error> {
+    write_beside(out, &format!("{name}.json"), json.as_bytes())?;
+    write_beside(out, "curves.csv", csv.as_bytes())?;
+    for format in [Format::Png, Format::Svg] {
+        let file = format!("{name}.{}", format.extension());
+        write_beside(out, &file, &picture(format)?)?;
+    }
+    Ok(())
+}
