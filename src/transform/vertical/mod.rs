@@ -1,0 +1,342 @@
+//! Real transforms of all columns of a (time, site) array at once, without transposing it.
+//!
+//! # Equation
+//! `X_m = sum_n v_n exp(-2 pi i m n / N)`, `m = 0 ..= N / 2`, of every column `v` of an array of N
+//! rows, unnormalised. Bins 0 and, for even N, N / 2 have imaginary part 0.
+//!
+//! # How
+//! A register holds one row of as many neighbouring columns as it has lanes, a *tile*. All lanes
+//! undergo the same, so a column's bits do not depend on its place or on its neighbours.
+//!
+//! `N = n1 n2` is split in two halves (the four-step, or Bailey's, algorithm), with
+//! `n = j1 n2 + j2` and `m = k1 + n1 k2`:
+//!
+//! 1. for each `j2` the `n1` rows `j1 n2 + j2` are transformed, times `exp(-2 pi i k1 j2 / N)`;
+//! 2. for each `k1` the `n2` numbers over `j2` are transformed, which gives the rows `m`.
+//!
+//! The series of step 1 are real, so those of `j2` and `j2 + 1` pass through one complex transform
+//! as its real and imaginary part and are split again, which leaves `k1 = 0 ..= n1 / 2`. The bins
+//! above `N / 2` that step 2 gives for these are the mirrors of the others. Between the halves
+//! lies a matrix of `(n1 / 2 + 1) n2` complex numbers a column, the scratch. Nothing else is
+//! stored twice: rows are read once, bins written once.
+//!
+//! Each half is a chain of passes of radix 2, 3, 4, 5, 7 or 8 (decimation in frequency, in place;
+//! the digits of the last pass come in reversed order and are written where they belong) over
+//! numbers that stay in the first cache. Twiddle factors come from tables that are right to half
+//! a unit in the last place. Rows are asked for one pair of series ahead of their use; results
+//! that fill whole cache lines and are larger than the caches are written past them.
+//!
+//! Lengths with other prime factors, and the shortest, take another way (see
+//! [`Method`]), with a column alone as well.
+//!
+//! # Instruction sets
+//! [`InstructionSet`] is chosen at run time. Fused multiply-adds round once where others round
+//! twice, so results of [`InstructionSet::Portable`] differ in the last digits from the others',
+//! which agree with each other.
+//!
+//! # Errors
+//! The root mean square error of a column is about [`ColumnTransform::expected_error`] of the root
+//! mean square of its bins.
+//!
+//! Source: D. H. Bailey, "FFTs in external or hierarchical memory", J. Supercomputing 4, 23
+//! (1990); C. Van Loan, "Computational Frameworks for the Fast Fourier Transform", 1992.
+
+mod butterfly;
+mod choice;
+mod fast;
+mod kernels;
+mod other;
+mod passes;
+mod simd;
+
+use ndarray::parallel::prelude::*;
+use ndarray::{ArrayView2, ArrayViewMut2, Axis};
+use num_complex::Complex;
+
+use super::Real;
+use fast::Fast;
+pub use kernels::{InstructionSet, Kernelled, KernelsOf};
+use other::Other;
+
+/// Bytes of a result from which on it is written past the caches.
+const STREAMED_BYTES: usize = 4 << 20;
+
+/// The transform of all columns of arrays of one number of rows; see the [module](self).
+pub struct ColumnTransform<T: Real> {
+    length: usize,
+    set: InstructionSet,
+    way: Way<T>,
+}
+
+enum Way<T: Real> {
+    Fast(Fast<T>),
+    Other(Other<T>),
+}
+
+/// How a length is transformed.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub enum Method {
+    /// In two halves, each by passes of these radices.
+    TwoHalves {
+        first: Vec<usize>,
+        second: Vec<usize>,
+    },
+    /// Column by column, by `realfft`.
+    ByColumn,
+}
+
+/// Working space of one thread, made by [`ColumnTransform::scratch`].
+#[derive(Debug, Clone)]
+pub struct ColumnScratch<T> {
+    lines: Vec<Line>,
+    by_column: other::Room<T>,
+}
+
+/// A cache line.
+#[derive(Debug, Clone, Copy)]
+#[repr(C, align(64))]
+struct Line([u8; 64]);
+
+// SAFETY: bytes without padding; all zeros are zeros.
+unsafe impl bytemuck::Zeroable for Line {}
+// SAFETY: any bits are bytes.
+unsafe impl bytemuck::Pod for Line {}
+
+impl<T: Real> ColumnTransform<T> {
+    /// Plans transforms of columns of `length` samples, at least 1, for this processor.
+    ///
+    /// # Panics
+    /// If `length` is 0.
+    pub fn new(length: usize) -> Self {
+        let set = InstructionSet::best();
+        Self::planned(length, set)
+    }
+
+    /// The same for a chosen instruction set; `None` where the processor lacks it.
+    ///
+    /// # Panics
+    /// If `length` is 0.
+    pub fn with(length: usize, set: InstructionSet) -> Option<Self> {
+        set.is_available().then(|| Self::planned(length, set))
+    }
+
+    fn planned(length: usize, set: InstructionSet) -> Self {
+        assert!(length > 0);
+        let way = match choice::halves(length) {
+            Some((first, second)) => Way::Fast(Fast::new(set, first, second)),
+            None => Way::Other(Other::new(length)),
+        };
+        ColumnTransform { length, set, way }
+    }
+
+    /// Length N of the columns.
+    pub fn length(&self) -> usize {
+        self.length
+    }
+
+    /// Rows of the result, `N / 2 + 1`.
+    pub fn bins(&self) -> usize {
+        self.length / 2 + 1
+    }
+
+    /// Columns that are transformed together.
+    pub fn width(&self) -> usize {
+        match &self.way {
+            Way::Fast(fast) => fast.kernels()[0].width,
+            Way::Other(_) => other::WIDTH,
+        }
+    }
+
+    pub fn instruction_set(&self) -> InstructionSet {
+        self.set
+    }
+
+    pub fn method(&self) -> Method {
+        match &self.way {
+            Way::Fast(fast) => {
+                let [first, second] = fast.radices();
+                Method::TwoHalves {
+                    first: first.to_vec(),
+                    second: second.to_vec(),
+                }
+            }
+            Way::Other(_) => Method::ByColumn,
+        }
+    }
+
+    /// Root mean square error of white noise's bins, relative to the root mean square of all.
+    pub fn expected_error(&self) -> f64 {
+        let levels = (self.length as f64).log2().max(1.0).sqrt();
+        let factor = match &self.way {
+            Way::Fast(_) => 0.45,
+            Way::Other(_) => 2.0,
+        };
+        factor * T::EPSILON * levels
+    }
+
+    /// Working space for one thread.
+    pub fn scratch(&self) -> ColumnScratch<T> {
+        let (numbers, by_column) = match &self.way {
+            Way::Fast(fast) => {
+                let widest = fast.scratch_len(self.width());
+                (widest + self.staged_len(), other::Room::default())
+            }
+            Way::Other(other) => (0, other.room()),
+        };
+        let lines = (numbers * size_of::<T>()).div_ceil(64);
+        ColumnScratch {
+            lines: vec![bytemuck::Zeroable::zeroed(); lines],
+            by_column,
+        }
+    }
+
+    /// Numbers of a tile of few columns and its bins, with lines between them.
+    fn staged_len(&self) -> usize {
+        match &self.way {
+            Way::Fast(fast) => {
+                let width = fast.kernels()[fast.kernels().len() - 1].width;
+                (width * (self.length + 2 * self.bins())).next_multiple_of(64)
+            }
+            Way::Other(_) => 0,
+        }
+    }
+
+    /// The spectra of all columns of `values`, `(time, column)`, to `spectra`, `(bin, column)`.
+    ///
+    /// Fastest where columns are neighbours in memory and rows of `spectra` whole cache lines.
+    /// Allocates nothing.
+    ///
+    /// # Panics
+    /// If the shapes are not those of the plan, or `scratch` was made by another.
+    pub fn transform(
+        &self,
+        values: ArrayView2<T>,
+        mut spectra: ArrayViewMut2<Complex<T>>,
+        scratch: &mut ColumnScratch<T>,
+    ) {
+        assert_eq!(values.nrows(), self.length);
+        assert_eq!(spectra.dim(), (self.bins(), values.ncols()));
+        match &self.way {
+            Way::Fast(fast) => {
+                let bytes = spectra.len() * size_of::<Complex<T>>();
+                let stream = bytes >= STREAMED_BYTES;
+                self.tiles(fast, values, &mut spectra, stream, &mut scratch.lines);
+            }
+            Way::Other(other) => other.transform(values, spectra, &mut scratch.by_column),
+        }
+    }
+
+    /// The same by all threads of the current pool, with the same bits; each makes its own
+    /// scratch.
+    ///
+    /// # Panics
+    /// If the shapes are not those of the plan.
+    pub fn transform_in_parallel(
+        &self,
+        values: ArrayView2<T>,
+        mut spectra: ArrayViewMut2<Complex<T>>,
+    ) {
+        let tiles = values.ncols().div_ceil(self.width());
+        let stripe = tiles.div_ceil(4 * rayon::current_num_threads()).max(1) * self.width();
+        values
+            .axis_chunks_iter(Axis(1), stripe)
+            .into_par_iter()
+            .zip(spectra.axis_chunks_iter_mut(Axis(1), stripe))
+            .for_each_init(
+                || self.scratch(),
+                |scratch, (values, spectra)| self.transform(values, spectra, scratch),
+            );
+    }
+
+    fn tiles(
+        &self,
+        fast: &Fast<T>,
+        values: ArrayView2<T>,
+        spectra: &mut ArrayViewMut2<Complex<T>>,
+        stream: bool,
+        lines: &mut [Line],
+    ) {
+        let scratch: &mut [T] = bytemuck::cast_slice_mut(lines);
+        assert!(scratch.len() >= fast.scratch_len(self.width()) + self.staged_len());
+        let columns = values.ncols();
+        let stride = |strides: &[isize]| match strides {
+            &[row, 1] => usize::try_from(row).ok(),
+            _ => None,
+        };
+        let strides = stride(values.strides()).zip(stride(spectra.strides()));
+        let kernels = fast.kernels();
+        let mut done = 0;
+        while done < columns {
+            let left = columns - done;
+            let fitting = kernels.iter().rev().find(|k| k.width >= left);
+            let kernel = *fitting.unwrap_or(&kernels[0]);
+            match strides {
+                Some((from_stride, to_stride)) if columns >= kernel.width => {
+                    // The last tile overlaps the one before: the same numbers are written again.
+                    let start = done.min(columns - kernel.width);
+                    // SAFETY: the tile's columns are within both views, and so are its rows, by
+                    // the shapes asserted; `Complex` is two numbers. The scratch was measured.
+                    unsafe {
+                        let from = values.as_ptr().add(start);
+                        let to = spectra.as_mut_ptr().add(start).cast::<T>();
+                        let row = 2 * to_stride * size_of::<T>();
+                        let aligned = to.addr().is_multiple_of(64) && row.is_multiple_of(64);
+                        let to = (to, 2 * to_stride);
+                        fast.tile(kernel, (from, from_stride), to, stream && aligned, scratch);
+                    }
+                    done = start + kernel.width;
+                }
+                _ => {
+                    let kernel = kernels[kernels.len() - 1];
+                    let width = kernel.width.min(left);
+                    self.staged(fast, values, spectra, done..done + width, scratch);
+                    done += width;
+                }
+            }
+        }
+        simd::finish_streams();
+    }
+
+    /// A tile of fewer columns than any register has, or of columns that are not neighbours:
+    /// through a copy.
+    fn staged(
+        &self,
+        fast: &Fast<T>,
+        values: ArrayView2<T>,
+        spectra: &mut ArrayViewMut2<Complex<T>>,
+        columns: std::ops::Range<usize>,
+        scratch: &mut [T],
+    ) {
+        let kernels = fast.kernels();
+        let kernel = kernels[kernels.len() - 1];
+        let width = kernel.width;
+        let (staged, scratch) = scratch.split_at_mut(self.staged_len());
+        let (rows, bins) = staged.split_at_mut(width * self.length);
+        rows.fill(T::zero());
+        for (row, from) in rows.chunks_exact_mut(width).zip(values.outer_iter()) {
+            for (to, column) in row.iter_mut().zip(columns.clone()) {
+                *to = from[column];
+            }
+        }
+        // SAFETY: both copies have as many rows of a tile's width as the plan's length asks for.
+        unsafe {
+            let to = (bins.as_mut_ptr(), 2 * width);
+            fast.tile(kernel, (rows.as_ptr(), width), to, false, scratch);
+        }
+        for (row, mut to) in bins.chunks_exact(2 * width).zip(spectra.outer_iter_mut()) {
+            for (pair, column) in row.chunks_exact(2).zip(columns.clone()) {
+                to[column] = Complex::new(pair[0], pair[1]);
+            }
+        }
+    }
+}
+
+impl<T: Real> std::fmt::Debug for ColumnTransform<T> {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        f.debug_struct("ColumnTransform")
+            .field("length", &self.length)
+            .field("instruction_set", &self.set)
+            .field("method", &self.method())
+            .finish_non_exhaustive()
+    }
+}
