@@ -1,5 +1,10 @@
 //! Transforms of 2, 3, 4, 5, 7 and 8 points in registers.
 
+// Loops over places in registers are unrolled; iterators over several arrays are not, always.
+#![allow(clippy::needless_range_loop)]
+// Constants have more digits than numbers hold, so that the nearest number is sure.
+#![allow(clippy::excessive_precision)]
+
 use super::simd::Lanes;
 
 /// A complex number in each lane.

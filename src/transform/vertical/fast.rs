@@ -263,7 +263,7 @@ impl<T> Half<T> {
     }
 }
 
-/// Place of a radix in the tables; radices come from [`factors`].
+/// Place of a radix in the tables; radices come from `choice`.
 fn index(radix: usize) -> usize {
     RADICES.iter().position(|&r| r == radix).unwrap_or(0)
 }

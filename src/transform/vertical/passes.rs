@@ -3,6 +3,9 @@
 //! A complex number of all columns takes `2 WIDTH` numbers in a row: real parts, imaginary parts.
 //! Twiddle factors are tables of pairs.
 
+// Loops over places in registers are unrolled; iterators over several arrays are not, always.
+#![allow(clippy::needless_range_loop)]
+
 use super::butterfly::{Butterfly, Complex, Dft};
 use super::simd::Lanes;
 
