@@ -26,7 +26,11 @@ impl Random {
 
 fn spectra<T: Real>(plan: &ColumnTransform<T>, values: ArrayView2<T>) -> Array2<Complex<T>> {
     let mut spectra = Array2::default((plan.bins(), values.ncols()));
-    plan.transform(values, spectra.view_mut(), &mut plan.scratch());
+    plan.transform(
+        values,
+        spectra.view_mut(),
+        &mut plan.scratch(values.ncols()),
+    );
     spectra
 }
 
@@ -172,7 +176,7 @@ fn columns_do_not_know_of_each_other() {
                 // Results at an odd place of a wider array; the rest stays as it was.
                 let mut wide = Array2::from_elem((plan.bins(), 59), Complex::new(7.0, 7.0));
                 let place = wide.slice_mut(s![.., from..from + columns]);
-                plan.transform(part, place, &mut plan.scratch());
+                plan.transform(part, place, &mut plan.scratch(columns));
                 let found = wide.slice(s![.., from..from + columns]);
                 assert_eq!(bits(found), bits(expected), "{plan:?} {columns}");
                 let untouched = |z: &&Complex<f64>| **z == Complex::new(7.0, 7.0);
@@ -192,7 +196,7 @@ fn any_layout_and_any_number_of_threads_give_the_same_bits() {
     let mut by_site = Array2::zeros((length, columns).f());
     by_site.assign(&rows);
     let mut out = Array2::default((plan.bins(), columns).f());
-    plan.transform(by_site.view(), out.view_mut(), &mut plan.scratch());
+    plan.transform(by_site.view(), out.view_mut(), &mut plan.scratch(columns));
     assert_eq!(out, expected);
     for threads in [1, 2, 4] {
         let pool = rayon::ThreadPoolBuilder::new().num_threads(threads);

@@ -140,7 +140,7 @@ impl<T: Real> Fast<T> {
         stream: bool,
         scratch: &mut [T],
     ) {
-        debug_assert!(scratch.len() >= self.scratch_len(kernels.width));
+        assert!(scratch.len() >= self.scratch_len(kernels.width));
         let (n1, n2) = (self.first.length, self.second.length);
         let complex = 2 * kernels.width;
         let work = scratch.as_mut_ptr();

@@ -35,7 +35,7 @@ pub struct Kernels<T: 'static> {
 
 macro_rules! kernels {
     ($module:ident, $lanes:ty, $scalar:ty $(, $feature:literal)?) => {
-        mod $module {
+        pub mod $module {
             use super::*;
 
             $(#[target_feature(enable = $feature)])?
@@ -83,7 +83,7 @@ macro_rules! kernels {
                 unsafe { passes::last::<$lanes, R, STREAM>(at) }
             }
 
-            pub static KERNELS: Kernels<$scalar> = Kernels {
+            pub(in crate::transform::vertical) static KERNELS: Kernels<$scalar> = Kernels {
                 width: <$lanes as Lanes>::WIDTH,
                 gather: first::<1>,
                 first: [first::<2>, first::<3>, first::<4>, first::<5>, first::<7>, first::<8>],
@@ -106,43 +106,33 @@ macro_rules! kernels {
 
 kernels!(portable_f64, Portable<f64, 4>, f64);
 kernels!(portable_f32, Portable<f32, 8>, f32);
+kernels!(portable_single_f64, Portable<f64, 1>, f64);
+kernels!(portable_single_f32, Portable<f32, 1>, f32);
 #[cfg(target_arch = "x86_64")]
-kernels!(avx2_f64, super::super::simd::X256f64, f64, "avx2,fma");
-#[cfg(target_arch = "x86_64")]
-kernels!(avx2_f32, super::super::simd::X256f32, f32, "avx2,fma");
-#[cfg(target_arch = "x86_64")]
-kernels!(
-    avx512_f64,
-    super::super::simd::X512f64,
-    f64,
-    "avx512f,avx2,fma"
-);
-#[cfg(target_arch = "x86_64")]
-kernels!(
-    avx512_f32,
-    super::super::simd::X512f32,
-    f32,
-    "avx512f,avx2,fma"
-);
-// The narrower registers again, of which there are twice as many with AVX-512.
-#[cfg(target_arch = "x86_64")]
-kernels!(
-    avx512vl_f64,
-    super::super::simd::X256f64,
-    f64,
-    "avx512f,avx512vl,avx2,fma"
-);
-#[cfg(target_arch = "x86_64")]
-kernels!(
-    avx512vl_f32,
-    super::super::simd::X256f32,
-    f32,
-    "avx512f,avx512vl,avx2,fma"
-);
+mod x86 {
+    use super::super::simd::{Single, X256f32, X256f64, X512f32, X512f64};
+    use super::*;
+
+    kernels!(avx2_f64, X256f64, f64, "avx2,fma");
+    kernels!(avx2_f32, X256f32, f32, "avx2,fma");
+    kernels!(avx512_f64, X512f64, f64, "avx512f,avx2,fma");
+    kernels!(avx512_f32, X512f32, f32, "avx512f,avx2,fma");
+    // The narrower registers again, of which there are twice as many with AVX-512.
+    kernels!(avx512vl_f64, X256f64, f64, "avx512f,avx512vl,avx2,fma");
+    kernels!(avx512vl_f32, X256f32, f32, "avx512f,avx512vl,avx2,fma");
+    kernels!(single_f64, Single<f64>, f64, "avx2,fma");
+    kernels!(single_f32, Single<f32>, f32, "avx2,fma");
+}
 #[cfg(target_arch = "aarch64")]
-kernels!(neon_f64, super::super::simd::Neon64, f64, "neon");
-#[cfg(target_arch = "aarch64")]
-kernels!(neon_f32, super::super::simd::Neon32, f32, "neon");
+mod neon {
+    use super::super::simd::{Neon32, Neon64, Single};
+    use super::*;
+
+    kernels!(neon_f64, Neon64, f64, "neon");
+    kernels!(neon_f32, Neon32, f32, "neon");
+    kernels!(single_f64, Single<f64>, f64, "neon");
+    kernels!(single_f32, Single<f32>, f32, "neon");
+}
 
 /// Instructions that kernels are compiled for.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
@@ -187,7 +177,7 @@ impl InstructionSet {
         Self::available()[0]
     }
 
-    /// The fastest of those whose results round alike on any processor that has them.
+    /// Whether this processor has it.
     pub fn is_available(self) -> bool {
         Self::available().contains(&self)
     }
@@ -205,25 +195,29 @@ pub trait Kernelled: Sized + 'static {
 pub struct KernelsOf<T: 'static>(pub &'static Kernels<T>);
 
 macro_rules! kernelled {
-    ($scalar:ty, $portable:ident, $avx2:ident, $avx512:ident, $avx512vl:ident, $neon:ident) => {
+    ($scalar:ty, $portable:ident, $portable_single:ident, $avx2:ident, $avx512:ident,
+     $avx512vl:ident, $single:ident, $neon:ident) => {
         impl Kernelled for $scalar {
             fn kernels(set: InstructionSet) -> Vec<KernelsOf<$scalar>> {
                 if !set.is_available() {
                     return Vec::new();
                 }
-                match set {
-                    InstructionSet::Portable => vec![KernelsOf(&$portable::KERNELS)],
+                let kernels: &[&'static Kernels<$scalar>] = match set {
+                    InstructionSet::Portable => &[&$portable::KERNELS, &$portable_single::KERNELS],
                     #[cfg(target_arch = "x86_64")]
-                    InstructionSet::Avx512 => {
-                        vec![KernelsOf(&$avx512::KERNELS), KernelsOf(&$avx512vl::KERNELS)]
-                    }
+                    InstructionSet::Avx512 => &[
+                        &x86::$avx512::KERNELS,
+                        &x86::$avx512vl::KERNELS,
+                        &x86::$single::KERNELS,
+                    ],
                     #[cfg(target_arch = "x86_64")]
-                    InstructionSet::Avx2 => vec![KernelsOf(&$avx2::KERNELS)],
+                    InstructionSet::Avx2 => &[&x86::$avx2::KERNELS, &x86::$single::KERNELS],
                     #[cfg(target_arch = "aarch64")]
-                    InstructionSet::Neon => vec![KernelsOf(&$neon::KERNELS)],
+                    InstructionSet::Neon => &[&neon::$neon::KERNELS, &neon::$single::KERNELS],
                     #[allow(unreachable_patterns)]
-                    _ => Vec::new(),
-                }
+                    _ => &[],
+                };
+                kernels.iter().map(|kernels| KernelsOf(kernels)).collect()
             }
         }
     };
@@ -231,16 +225,20 @@ macro_rules! kernelled {
 kernelled!(
     f64,
     portable_f64,
+    portable_single_f64,
     avx2_f64,
     avx512_f64,
     avx512vl_f64,
+    single_f64,
     neon_f64
 );
 kernelled!(
     f32,
     portable_f32,
+    portable_single_f32,
     avx2_f32,
     avx512_f32,
     avx512vl_f32,
+    single_f32,
     neon_f32
 );

@@ -55,6 +55,7 @@ use num_complex::Complex;
 
 use super::Real;
 use fast::Fast;
+use kernels::Kernels;
 pub use kernels::{InstructionSet, Kernelled, KernelsOf};
 use other::Other;
 
@@ -88,7 +89,11 @@ pub enum Method {
 /// Working space of one thread, made by [`ColumnTransform::scratch`].
 #[derive(Debug, Clone)]
 pub struct ColumnScratch<T> {
+    /// Columns of the widest tile there is room for.
+    width: usize,
     lines: Vec<Line>,
+    /// A tile of columns that are not neighbours, and its bins; grows when it is needed.
+    staged: Vec<Line>,
     by_column: other::Room<T>,
 }
 
@@ -174,37 +179,27 @@ impl<T: Real> ColumnTransform<T> {
         factor * T::EPSILON * levels
     }
 
-    /// Working space for one thread.
-    pub fn scratch(&self) -> ColumnScratch<T> {
-        let (numbers, by_column) = match &self.way {
+    /// Working space of one thread for arrays of `columns` columns, or of more.
+    pub fn scratch(&self, columns: usize) -> ColumnScratch<T> {
+        let (width, numbers, by_column) = match &self.way {
             Way::Fast(fast) => {
-                let widest = fast.scratch_len(self.width());
-                (widest + self.staged_len(), other::Room::default())
+                let width = widest(fast.kernels(), columns).width;
+                (width, fast.scratch_len(width), other::Room::default())
             }
-            Way::Other(other) => (0, other.room()),
+            Way::Other(other) => (other::WIDTH, 0, other.room()),
         };
-        let lines = (numbers * size_of::<T>()).div_ceil(64);
         ColumnScratch {
-            lines: vec![bytemuck::Zeroable::zeroed(); lines],
+            width,
+            lines: lines::<T>(numbers),
+            staged: Vec::new(),
             by_column,
-        }
-    }
-
-    /// Numbers of a tile of few columns and its bins, with lines between them.
-    fn staged_len(&self) -> usize {
-        match &self.way {
-            Way::Fast(fast) => {
-                let width = fast.kernels()[fast.kernels().len() - 1].width;
-                (width * (self.length + 2 * self.bins())).next_multiple_of(64)
-            }
-            Way::Other(_) => 0,
         }
     }
 
     /// The spectra of all columns of `values`, `(time, column)`, to `spectra`, `(bin, column)`.
     ///
-    /// Fastest where columns are neighbours in memory and rows of `spectra` whole cache lines.
-    /// Allocates nothing.
+    /// Fastest where rows of `spectra` are whole cache lines. Allocates nothing where the columns
+    /// of both are neighbours in memory.
     ///
     /// # Panics
     /// If the shapes are not those of the plan, or `scratch` was made by another.
@@ -220,7 +215,7 @@ impl<T: Real> ColumnTransform<T> {
             Way::Fast(fast) => {
                 let bytes = spectra.len() * size_of::<Complex<T>>();
                 let stream = bytes >= STREAMED_BYTES;
-                self.tiles(fast, values, &mut spectra, stream, &mut scratch.lines);
+                self.tiles(fast, values, &mut spectra, stream, scratch);
             }
             Way::Other(other) => other.transform(values, spectra, &mut scratch.by_column),
         }
@@ -236,14 +231,15 @@ impl<T: Real> ColumnTransform<T> {
         values: ArrayView2<T>,
         mut spectra: ArrayViewMut2<Complex<T>>,
     ) {
-        let tiles = values.ncols().div_ceil(self.width());
+        let columns = values.ncols();
+        let tiles = columns.div_ceil(self.width());
         let stripe = tiles.div_ceil(4 * rayon::current_num_threads()).max(1) * self.width();
         values
             .axis_chunks_iter(Axis(1), stripe)
             .into_par_iter()
             .zip(spectra.axis_chunks_iter_mut(Axis(1), stripe))
             .for_each_init(
-                || self.scratch(),
+                || self.scratch(stripe.min(columns)),
                 |scratch, (values, spectra)| self.transform(values, spectra, scratch),
             );
     }
@@ -254,81 +250,93 @@ impl<T: Real> ColumnTransform<T> {
         values: ArrayView2<T>,
         spectra: &mut ArrayViewMut2<Complex<T>>,
         stream: bool,
-        lines: &mut [Line],
+        scratch: &mut ColumnScratch<T>,
     ) {
-        let scratch: &mut [T] = bytemuck::cast_slice_mut(lines);
-        assert!(scratch.len() >= fast.scratch_len(self.width()) + self.staged_len());
         let columns = values.ncols();
         let stride = |strides: &[isize]| match strides {
             &[row, 1] => usize::try_from(row).ok(),
             _ => None,
         };
         let strides = stride(values.strides()).zip(stride(spectra.strides()));
+        let Some((from_stride, to_stride)) = strides else {
+            self.staged(fast, values, spectra, scratch);
+            return;
+        };
+        let row = 2 * to_stride * size_of::<T>();
         let kernels = fast.kernels();
+        let numbers: &mut [T] = bytemuck::cast_slice_mut(&mut scratch.lines);
+        let widest = widest(kernels, columns.min(scratch.width));
         let mut done = 0;
         while done < columns {
             let left = columns - done;
-            let fitting = kernels.iter().rev().find(|k| k.width >= left);
-            let kernel = *fitting.unwrap_or(&kernels[0]);
-            match strides {
-                Some((from_stride, to_stride)) if columns >= kernel.width => {
-                    // The last tile overlaps the one before: the same numbers are written again.
-                    let start = done.min(columns - kernel.width);
-                    // SAFETY: the tile's columns are within both views, and so are its rows, by
-                    // the shapes asserted; `Complex` is two numbers. The scratch was measured.
-                    unsafe {
-                        let from = values.as_ptr().add(start);
-                        let to = spectra.as_mut_ptr().add(start).cast::<T>();
-                        let row = 2 * to_stride * size_of::<T>();
-                        let aligned = to.addr().is_multiple_of(64) && row.is_multiple_of(64);
-                        let to = (to, 2 * to_stride);
-                        fast.tile(kernel, (from, from_stride), to, stream && aligned, scratch);
-                    }
-                    done = start + kernel.width;
-                }
-                _ => {
-                    let kernel = kernels[kernels.len() - 1];
-                    let width = kernel.width.min(left);
-                    self.staged(fast, values, spectra, done..done + width, scratch);
-                    done += width;
-                }
+            let covers = |k: &&&Kernels<T>| k.width >= left && k.width <= widest.width;
+            let kernel = *kernels.iter().rev().find(covers).unwrap_or(&widest);
+            // The last tile overlaps the one before: the same numbers are written again.
+            let start = done.min(columns - kernel.width);
+            // SAFETY: the tile's columns are within both views, and so are its rows, by the shapes
+            // asserted; `Complex` is two numbers.
+            unsafe {
+                let from = values.as_ptr().add(start);
+                let to = spectra.as_mut_ptr().add(start).cast::<T>();
+                let aligned = to.addr().is_multiple_of(64) && row.is_multiple_of(64);
+                let to = (to, 2 * to_stride);
+                fast.tile(kernel, (from, from_stride), to, stream && aligned, numbers);
             }
+            done = start + kernel.width;
         }
         simd::finish_streams();
     }
 
-    /// A tile of fewer columns than any register has, or of columns that are not neighbours:
-    /// through a copy.
+    /// Columns that are not neighbours: through copies.
     fn staged(
         &self,
         fast: &Fast<T>,
         values: ArrayView2<T>,
         spectra: &mut ArrayViewMut2<Complex<T>>,
-        columns: std::ops::Range<usize>,
-        scratch: &mut [T],
+        scratch: &mut ColumnScratch<T>,
     ) {
-        let kernels = fast.kernels();
-        let kernel = kernels[kernels.len() - 1];
+        let columns = values.ncols();
+        let kernel = widest(fast.kernels(), columns.min(scratch.width));
         let width = kernel.width;
-        let (staged, scratch) = scratch.split_at_mut(self.staged_len());
-        let (rows, bins) = staged.split_at_mut(width * self.length);
-        rows.fill(T::zero());
-        for (row, from) in rows.chunks_exact_mut(width).zip(values.outer_iter()) {
-            for (to, column) in row.iter_mut().zip(columns.clone()) {
-                *to = from[column];
+        let samples = (width * self.length).next_multiple_of(64);
+        let numbers = samples + 2 * width * self.bins();
+        if size_of_val(&scratch.staged[..]) < numbers * size_of::<T>() {
+            scratch.staged = lines::<T>(numbers);
+        }
+        let staged: &mut [T] = bytemuck::cast_slice_mut(&mut scratch.staged);
+        let (rows, bins) = staged.split_at_mut(samples);
+        let work: &mut [T] = bytemuck::cast_slice_mut(&mut scratch.lines);
+        for done in (0..columns).step_by(width) {
+            let start = done.min(columns - width);
+            for (row, from) in rows.chunks_exact_mut(width).zip(values.outer_iter()) {
+                for (c, to) in row.iter_mut().enumerate() {
+                    *to = from[start + c];
+                }
             }
-        }
-        // SAFETY: both copies have as many rows of a tile's width as the plan's length asks for.
-        unsafe {
-            let to = (bins.as_mut_ptr(), 2 * width);
-            fast.tile(kernel, (rows.as_ptr(), width), to, false, scratch);
-        }
-        for (row, mut to) in bins.chunks_exact(2 * width).zip(spectra.outer_iter_mut()) {
-            for (pair, column) in row.chunks_exact(2).zip(columns.clone()) {
-                to[column] = Complex::new(pair[0], pair[1]);
+            // SAFETY: both copies have as many rows of a tile's width as the plan's length asks
+            // for.
+            unsafe {
+                let to = (bins.as_mut_ptr(), 2 * width);
+                fast.tile(kernel, (rows.as_ptr(), width), to, false, work);
+            }
+            for (row, mut to) in bins.chunks_exact(2 * width).zip(spectra.outer_iter_mut()) {
+                for (c, pair) in row.chunks_exact(2).enumerate() {
+                    to[start + c] = Complex::new(pair[0], pair[1]);
+                }
             }
         }
     }
+}
+
+/// The widest kernel of at most `columns` columns; the last is of one.
+fn widest<T>(kernels: &[&'static Kernels<T>], columns: usize) -> &'static Kernels<T> {
+    let fits = kernels.iter().find(|k| k.width <= columns);
+    fits.unwrap_or(&kernels[kernels.len() - 1])
+}
+
+/// Room for so many numbers.
+fn lines<T>(numbers: usize) -> Vec<Line> {
+    vec![bytemuck::Zeroable::zeroed(); (numbers * size_of::<T>()).div_ceil(64)]
 }
 
 impl<T: Real> std::fmt::Debug for ColumnTransform<T> {

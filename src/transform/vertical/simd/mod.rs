@@ -6,12 +6,14 @@
 #[cfg(target_arch = "aarch64")]
 mod neon;
 mod portable;
+mod single;
 #[cfg(target_arch = "x86_64")]
 mod x86;
 
 #[cfg(target_arch = "aarch64")]
 pub(super) use neon::{Neon32, Neon64};
 pub(super) use portable::Portable;
+pub(super) use single::Single;
 #[cfg(target_arch = "x86_64")]
 pub(super) use x86::{X256f32, X256f64, X512f32, X512f64};
 
