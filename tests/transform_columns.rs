@@ -187,6 +187,20 @@ fn columns_do_not_know_of_each_other() {
     }
 }
 
+/// Scratch for fewer columns takes narrower tiles.
+#[test]
+fn scratch_of_any_width_gives_the_same_bits() {
+    let values = Random(10).array::<f64>((1000, 19));
+    for plan in plans::<f64>(1000) {
+        let expected = spectra(&plan, values.view());
+        for width in [1, 3, 5, 8, 100] {
+            let mut out = Array2::default((plan.bins(), 19));
+            plan.transform(values.view(), out.view_mut(), &mut plan.scratch(width));
+            assert_eq!(bits(out.view()), bits(expected.view()));
+        }
+    }
+}
+
 #[test]
 fn any_layout_and_any_number_of_threads_give_the_same_bits() {
     let (length, columns) = (480, 37);
