@@ -76,7 +76,12 @@ fn val_realfft_at_every_length() {
             for (wide, narrow) in plans.0.iter().zip(&plans.1) {
                 let found = spectra(wide, values.slice(s![.., c..]));
                 let apart = error(found.column(0), &truth);
-                assert!(apart < 1.1e-15, "{length} {wide:?}: {apart:e}");
+                // Other lengths are the less precise with `realfft`, too.
+                let bound = match wide.method() {
+                    Method::TwoHalves { .. } => 1.1e-15,
+                    _ => 2e-15,
+                };
+                assert!(apart < bound, "{length} {wide:?}: {apart:e}");
                 let found = spectra(narrow, single.slice(s![.., c..]));
                 let apart = error(found.column(0), &single_truth);
                 assert!(apart < 4e-7, "{length} {narrow:?}: {apart:e}");
@@ -124,7 +129,7 @@ fn val_direct_sums_to_the_stated_error() {
         let single = values.mapv(|v| v as f32);
         let bins: Vec<usize> = (0..8).map(|i| (2 * i + 1) * (length / 2) / 16).collect();
         let size = (length as f64 / 12.0).sqrt();
-        let check = |stated: f64, found: Vec<Complex<f64>>, truth: &[Complex<f64>], low: f64| {
+        let check = |stated: f64, found: Vec<Complex<f64>>, truth: &[Complex<f64>]| {
             let squares = found.iter().zip(truth).map(|(f, z)| power(f - z));
             let error = (squares.sum::<f64>() / bins.len() as f64).sqrt() / size;
             // A few bins scatter by a third about the mean.
@@ -133,7 +138,7 @@ fn val_direct_sums_to_the_stated_error() {
                 "{length}: {error:e}, stated {stated:e}"
             );
             assert!(
-                error > low * stated,
+                error > 0.25 * stated,
                 "{length}: {error:e}, stated {stated:e}"
             );
         };
@@ -141,14 +146,14 @@ fn val_direct_sums_to_the_stated_error() {
         for plan in plans::<f64>(length) {
             let found = spectra(&plan, values.view());
             let found = bins.iter().map(|&m| found[[m, 0]]).collect();
-            check(plan.expected_error(), found, &truth, 0.0);
+            check(plan.expected_error(), found, &truth);
         }
         let rounded: Vec<f64> = single.column(0).iter().map(|v| v.to_f64()).collect();
         let truth = direct_sums(&rounded, &bins);
         for plan in plans::<f32>(length) {
             let found = spectra(&plan, single.view());
             let found = bins.iter().map(|&m| double(found[[m, 0]])).collect();
-            check(plan.expected_error(), found, &truth, 0.0);
+            check(plan.expected_error(), found, &truth);
         }
     }
 }
@@ -350,9 +355,11 @@ fn plans_say_how() {
         panic!("{plan:?}");
     };
     assert_eq!(first.iter().chain(&second).product::<usize>(), 16384);
-    assert_eq!(
-        ColumnTransform::<f64>::new(10007).method(),
-        Method::ByColumn
-    );
+    let plan = ColumnTransform::<f64>::new(10007);
+    assert!(matches!(
+        plan.method(),
+        Method::Convolution { points: 15010.. }
+    ));
+    assert_eq!(ColumnTransform::<f64>::new(7).method(), Method::ByColumn);
     assert_eq!(plan.instruction_set(), InstructionSet::best());
 }

@@ -38,6 +38,31 @@ pub fn halves(length: usize) -> Option<(Vec<usize>, Vec<usize>)> {
     Some((of(1), of(0)))
 }
 
+/// The halves of the cheapest convolution of at least `least` points.
+pub fn convolution(least: usize) -> (Vec<usize>, Vec<usize>) {
+    // Lengths of small factors lie close; 16, 18, 20, 24, .. are those of two radices.
+    let least = least.max(16);
+    let candidates = (least..=least + least / 4 + 2).filter_map(|points| {
+        let work: f64 = radices(points)?.into_iter().map(work).sum();
+        Some((points as f64 * (work + 2.0), points))
+    });
+    let cheapest = candidates.min_by(|a, b| a.0.total_cmp(&b.0));
+    let points = cheapest.map_or_else(|| least.next_power_of_two(), |(_, points)| points);
+    halves(points).unwrap_or_else(|| (vec![4], vec![4]))
+}
+
+/// Cost of a pass, a point.
+fn work(radix: usize) -> f64 {
+    match radix {
+        2 => 1.5,
+        3 => 2.1,
+        4 => 2.2,
+        5 => 3.2,
+        7 => 4.8,
+        _ => 3.1,
+    }
+}
+
 /// Large radices first; `None` for other prime factors.
 fn radices(length: usize) -> Option<Vec<usize>> {
     let mut rest = length;
@@ -92,6 +117,10 @@ mod tests {
                 }
                 None => assert!(!smooth || length <= 8, "{length}"),
             }
+        }
+        for least in 1..3000 {
+            let (first, second) = convolution(least);
+            assert!(first.iter().chain(&second).product::<usize>() >= least);
         }
         assert_eq!(halves(16384), Some((vec![8, 8, 4], vec![8, 8])));
         assert_eq!(halves(4096).map(|(a, _)| a.iter().product()), Some(64));

@@ -25,15 +25,15 @@ pub struct Fast<T: 'static> {
 }
 
 /// Passes of a transform of `length` points.
-struct Half<T> {
-    length: usize,
+pub struct Half<T> {
+    pub length: usize,
     radices: Vec<usize>,
     /// Of all passes but the last.
     twiddles: Vec<Vec<T>>,
 }
 
 impl<T: Real> Half<T> {
-    fn new(radices: Vec<usize>) -> Self {
+    pub fn new(radices: Vec<usize>) -> Self {
         let length = radices.iter().product();
         let mut remaining = length;
         let mut twiddles = Vec::new();
@@ -56,12 +56,13 @@ impl<T: Real> Half<T> {
         }
     }
 
-    fn last(&self) -> usize {
+    /// Radix of the last pass.
+    pub fn last(&self) -> usize {
         self.radices[self.radices.len() - 1]
     }
 
     /// The low digit of each group of the last pass.
-    fn digits(&self) -> Vec<u32> {
+    pub fn digits(&self) -> Vec<u32> {
         let mut digits = vec![0];
         let mut weight = 1;
         for &radix in &self.radices[..self.radices.len() - 1] {
@@ -168,7 +169,7 @@ impl<T: Real> Fast<T> {
             let bins = n1 / 2 + 1;
             for k in 0..bins {
                 let source = between.add(row * k);
-                let source = self.second_half(kernels, source, work);
+                let source = self.second.all_but_last(kernels, source, work);
                 let radix = self.second.last();
                 let at = Last {
                     from: source,
@@ -214,6 +215,7 @@ impl<T: Real> Fast<T> {
             second,
             // The next pair is asked for while this one is transformed.
             ahead: 2 * stride,
+            wide: from.addr() % 128 < 64,
         };
         // SAFETY: as in `tile`.
         unsafe {
@@ -227,25 +229,34 @@ impl<T: Real> Fast<T> {
             self.first.middle(kernels, work, 1);
         }
     }
-
-    /// All passes of the second half but the last; where they left their numbers.
-    unsafe fn second_half(&self, kernels: &Kernels<T>, source: *const T, work: *mut T) -> *const T {
-        if self.second.radices.len() == 1 {
-            return source;
-        }
-        let radix = self.second.radices[0];
-        let twiddles = self.second.twiddles[0].as_ptr();
-        // SAFETY: as in `tile`.
-        unsafe {
-            let count = self.second.length / radix;
-            kernels.middle[index(radix)](source, work, 1, count, twiddles);
-            self.second.middle(kernels, work, 1);
-        }
-        work
-    }
 }
 
 impl<T> Half<T> {
+    /// All passes but the last; where they left their numbers.
+    ///
+    /// # Safety
+    /// As [`Fast::tile`]; `source` and `work` hold `length` complex numbers, and are the same or
+    /// apart.
+    pub unsafe fn all_but_last(
+        &self,
+        kernels: &Kernels<T>,
+        source: *const T,
+        work: *mut T,
+    ) -> *const T {
+        if self.radices.len() == 1 {
+            return source;
+        }
+        let radix = self.radices[0];
+        let twiddles = self.twiddles[0].as_ptr();
+        // SAFETY: as promised.
+        unsafe {
+            let count = self.length / radix;
+            kernels.middle[index(radix)](source, work, 1, count, twiddles);
+            self.middle(kernels, work, 1);
+        }
+        work
+    }
+
     /// Passes from number `pass` to the last but one, in place.
     unsafe fn middle(&self, kernels: &Kernels<T>, work: *mut T, pass: usize) {
         let mut blocks: usize = self.radices[..pass].iter().product();
@@ -264,6 +275,6 @@ impl<T> Half<T> {
 }
 
 /// Place of a radix in the tables; radices come from `choice`.
-fn index(radix: usize) -> usize {
+pub fn index(radix: usize) -> usize {
     RADICES.iter().position(|&r| r == radix).unwrap_or(0)
 }

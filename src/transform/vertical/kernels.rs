@@ -5,7 +5,7 @@
 //! are taken only after the processor was asked for the features: that makes the calls sound.
 
 use super::butterfly::{Butterfly, Dft};
-use super::passes::{self, Last, Rows, Split};
+use super::passes::{self, Last, Rows, Split, Turn};
 use super::simd::{Lanes, Portable};
 
 /// Radices that kernels exist for, in the order of the tables.
@@ -17,6 +17,11 @@ type First<T> = unsafe fn(&Rows<T>, *mut T, usize, *const T);
 type Middle<T> = unsafe fn(*const T, *mut T, usize, usize, *const T);
 /// Of [`passes::split`] and [`passes::last`].
 type End<A> = unsafe fn(&A);
+
+/// `from, next, factors, factors_apart, valid, count, to` of [`passes::chirp`].
+type Chirp<T> = unsafe fn(*const T, usize, *const T, usize, usize, usize, *mut T);
+/// `from, next, count, to` of [`passes::collect`].
+type Collect<T> = unsafe fn(*const T, usize, usize, *mut T);
 
 /// All passes for one kind of register.
 #[derive(Debug)]
@@ -31,6 +36,12 @@ pub struct Kernels<T: 'static> {
     pub last: [End<Last<T>>; RADICES.len()],
     /// Past the caches, to aligned rows.
     pub last_streamed: [End<Last<T>>; RADICES.len()],
+    pub chirp: Chirp<T>,
+    pub collect: Collect<T>,
+    pub turn: [End<Turn<T>>; RADICES.len()],
+    pub turn_mirrored: [End<Turn<T>>; RADICES.len()],
+    /// Mirrored, to rows of a spectrum.
+    pub turn_pairs: [End<Turn<T>>; RADICES.len()],
 }
 
 macro_rules! kernels {
@@ -83,6 +94,43 @@ macro_rules! kernels {
                 unsafe { passes::last::<$lanes, R, STREAM>(at) }
             }
 
+            $(#[target_feature(enable = $feature)])?
+            unsafe fn chirp(
+                from: *const $scalar,
+                next: usize,
+                factors: *const $scalar,
+                factors_apart: usize,
+                valid: usize,
+                count: usize,
+                to: *mut $scalar,
+            ) {
+                // SAFETY: the caller's.
+                unsafe {
+                    passes::chirp::<$lanes>(from, next, factors, factors_apart, valid, count, to)
+                }
+            }
+
+            $(#[target_feature(enable = $feature)])?
+            unsafe fn collect(
+                from: *const $scalar,
+                next: usize,
+                count: usize,
+                to: *mut $scalar,
+            ) {
+                // SAFETY: the caller's.
+                unsafe { passes::collect::<$lanes>(from, next, count, to) }
+            }
+
+            $(#[target_feature(enable = $feature)])?
+            unsafe fn turn<const R: usize, const MIRROR: bool, const PAIRS: bool>(
+                at: &Turn<$scalar>,
+            ) where
+                Dft: Butterfly<R>,
+            {
+                // SAFETY: the caller's.
+                unsafe { passes::turn::<$lanes, R, MIRROR, PAIRS>(at) }
+            }
+
             pub(in crate::transform::vertical) static KERNELS: Kernels<$scalar> = Kernels {
                 width: <$lanes as Lanes>::WIDTH,
                 gather: first::<1>,
@@ -99,6 +147,11 @@ macro_rules! kernels {
                     last::<2, true>, last::<3, true>, last::<4, true>,
                     last::<5, true>, last::<7, true>, last::<8, true>,
                 ],
+                chirp,
+                collect,
+                turn: [turn::<2, false, false>, turn::<3, false, false>, turn::<4, false, false>, turn::<5, false, false>, turn::<7, false, false>, turn::<8, false, false>],
+                turn_mirrored: [turn::<2, true, false>, turn::<3, true, false>, turn::<4, true, false>, turn::<5, true, false>, turn::<7, true, false>, turn::<8, true, false>],
+                turn_pairs: [turn::<2, true, true>, turn::<3, true, true>, turn::<4, true, true>, turn::<5, true, true>, turn::<7, true, true>, turn::<8, true, true>],
             };
         }
     };

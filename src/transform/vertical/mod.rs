@@ -26,8 +26,8 @@
 //! a unit in the last place. Rows are asked for one pair of series ahead of their use; results
 //! that fill whole cache lines and are larger than the caches are written past them.
 //!
-//! Lengths with other prime factors, and the shortest, take another way (see
-//! [`Method`]), with a column alone as well.
+//! Lengths with other prime factors go through a convolution of a length that has none, in the
+//! same halves (Bluestein's algorithm); the shortest are transformed column by column.
 //!
 //! # Instruction sets
 //! [`InstructionSet`] is chosen at run time. Fused multiply-adds round once where others round
@@ -42,6 +42,7 @@
 //! (1990); C. Van Loan, "Computational Frameworks for the Fast Fourier Transform", 1992.
 
 mod butterfly;
+mod chirp;
 mod choice;
 mod fast;
 mod kernels;
@@ -54,6 +55,7 @@ use ndarray::{ArrayView2, ArrayViewMut2, Axis};
 use num_complex::Complex;
 
 use super::Real;
+use chirp::Chirp;
 use fast::Fast;
 use kernels::Kernels;
 pub use kernels::{InstructionSet, Kernelled, KernelsOf};
@@ -71,6 +73,7 @@ pub struct ColumnTransform<T: Real> {
 
 enum Way<T: Real> {
     Fast(Fast<T>),
+    Chirp(Chirp<T>),
     Other(Other<T>),
 }
 
@@ -82,7 +85,9 @@ pub enum Method {
         first: Vec<usize>,
         second: Vec<usize>,
     },
-    /// Column by column, by `realfft`.
+    /// By a convolution of so many points.
+    Convolution { points: usize },
+    /// Column by column, by `realfft`: the shortest.
     ByColumn,
 }
 
@@ -129,7 +134,11 @@ impl<T: Real> ColumnTransform<T> {
         assert!(length > 0);
         let way = match choice::halves(length) {
             Some((first, second)) => Way::Fast(Fast::new(set, first, second)),
-            None => Way::Other(Other::new(length)),
+            None if length <= 8 => Way::Other(Other::new(length)),
+            None => {
+                let points = choice::convolution(length + length / 2);
+                Way::Chirp(Chirp::new(set, length, points))
+            }
         };
         ColumnTransform { length, set, way }
     }
@@ -146,10 +155,7 @@ impl<T: Real> ColumnTransform<T> {
 
     /// Columns that are transformed together.
     pub fn width(&self) -> usize {
-        match &self.way {
-            Way::Fast(fast) => fast.kernels()[0].width,
-            Way::Other(_) => other::WIDTH,
-        }
+        self.way.kernels().first().map_or(other::WIDTH, |k| k.width)
     }
 
     pub fn instruction_set(&self) -> InstructionSet {
@@ -165,6 +171,9 @@ impl<T: Real> ColumnTransform<T> {
                     second: second.to_vec(),
                 }
             }
+            Way::Chirp(chirp) => Method::Convolution {
+                points: chirp.points(),
+            },
             Way::Other(_) => Method::ByColumn,
         }
     }
@@ -173,8 +182,9 @@ impl<T: Real> ColumnTransform<T> {
     pub fn expected_error(&self) -> f64 {
         let levels = (self.length as f64).log2().max(1.0).sqrt();
         let factor = match &self.way {
-            Way::Fast(_) => 0.45,
-            Way::Other(_) => 2.0,
+            Way::Fast(_) => 0.35,
+            Way::Chirp(_) => 1.0,
+            Way::Other(_) => 1.0,
         };
         factor * T::EPSILON * levels
     }
@@ -182,11 +192,11 @@ impl<T: Real> ColumnTransform<T> {
     /// Working space of one thread for arrays of `columns` columns, or of more.
     pub fn scratch(&self, columns: usize) -> ColumnScratch<T> {
         let (width, numbers, by_column) = match &self.way {
-            Way::Fast(fast) => {
-                let width = widest(fast.kernels(), columns).width;
-                (width, fast.scratch_len(width), other::Room::default())
-            }
             Way::Other(other) => (other::WIDTH, 0, other.room()),
+            way => {
+                let width = widest(way.kernels(), columns).width;
+                (width, way.scratch_len(width), other::Room::default())
+            }
         };
         ColumnScratch {
             width,
@@ -212,12 +222,12 @@ impl<T: Real> ColumnTransform<T> {
         assert_eq!(values.nrows(), self.length);
         assert_eq!(spectra.dim(), (self.bins(), values.ncols()));
         match &self.way {
-            Way::Fast(fast) => {
+            Way::Other(other) => other.transform(values, spectra, &mut scratch.by_column),
+            _ => {
                 let bytes = spectra.len() * size_of::<Complex<T>>();
                 let stream = bytes >= STREAMED_BYTES;
-                self.tiles(fast, values, &mut spectra, stream, scratch);
+                self.tiles(values, &mut spectra, stream, scratch);
             }
-            Way::Other(other) => other.transform(values, spectra, &mut scratch.by_column),
         }
     }
 
@@ -246,7 +256,6 @@ impl<T: Real> ColumnTransform<T> {
 
     fn tiles(
         &self,
-        fast: &Fast<T>,
         values: ArrayView2<T>,
         spectra: &mut ArrayViewMut2<Complex<T>>,
         stream: bool,
@@ -259,11 +268,11 @@ impl<T: Real> ColumnTransform<T> {
         };
         let strides = stride(values.strides()).zip(stride(spectra.strides()));
         let Some((from_stride, to_stride)) = strides else {
-            self.staged(fast, values, spectra, scratch);
+            self.staged(values, spectra, scratch);
             return;
         };
         let row = 2 * to_stride * size_of::<T>();
-        let kernels = fast.kernels();
+        let kernels = self.way.kernels();
         let numbers: &mut [T] = bytemuck::cast_slice_mut(&mut scratch.lines);
         let widest = widest(kernels, columns.min(scratch.width));
         let mut done = 0;
@@ -280,7 +289,8 @@ impl<T: Real> ColumnTransform<T> {
                 let to = spectra.as_mut_ptr().add(start).cast::<T>();
                 let aligned = to.addr().is_multiple_of(64) && row.is_multiple_of(64);
                 let to = (to, 2 * to_stride);
-                fast.tile(kernel, (from, from_stride), to, stream && aligned, numbers);
+                self.way
+                    .tile(kernel, (from, from_stride), to, stream && aligned, numbers);
             }
             done = start + kernel.width;
         }
@@ -290,13 +300,12 @@ impl<T: Real> ColumnTransform<T> {
     /// Columns that are not neighbours: through copies.
     fn staged(
         &self,
-        fast: &Fast<T>,
         values: ArrayView2<T>,
         spectra: &mut ArrayViewMut2<Complex<T>>,
         scratch: &mut ColumnScratch<T>,
     ) {
         let columns = values.ncols();
-        let kernel = widest(fast.kernels(), columns.min(scratch.width));
+        let kernel = widest(self.way.kernels(), columns.min(scratch.width));
         let width = kernel.width;
         let samples = (width * self.length).next_multiple_of(64);
         let numbers = samples + 2 * width * self.bins();
@@ -317,12 +326,52 @@ impl<T: Real> ColumnTransform<T> {
             // for.
             unsafe {
                 let to = (bins.as_mut_ptr(), 2 * width);
-                fast.tile(kernel, (rows.as_ptr(), width), to, false, work);
+                self.way
+                    .tile(kernel, (rows.as_ptr(), width), to, false, work);
             }
             for (row, mut to) in bins.chunks_exact(2 * width).zip(spectra.outer_iter_mut()) {
                 for (c, pair) in row.chunks_exact(2).enumerate() {
                     to[start + c] = Complex::new(pair[0], pair[1]);
                 }
+            }
+        }
+    }
+}
+
+impl<T: Real> Way<T> {
+    /// None where a column is transformed alone.
+    fn kernels(&self) -> &[&'static Kernels<T>] {
+        match self {
+            Way::Fast(fast) => fast.kernels(),
+            Way::Chirp(chirp) => chirp.kernels(),
+            Way::Other(_) => &[],
+        }
+    }
+
+    fn scratch_len(&self, width: usize) -> usize {
+        match self {
+            Way::Fast(fast) => fast.scratch_len(width),
+            Way::Chirp(chirp) => chirp.scratch_len(width),
+            Way::Other(_) => 0,
+        }
+    }
+
+    /// # Safety
+    /// As [`Fast::tile`].
+    unsafe fn tile(
+        &self,
+        kernels: &Kernels<T>,
+        from: (*const T, usize),
+        to: (*mut T, usize),
+        stream: bool,
+        scratch: &mut [T],
+    ) {
+        // SAFETY: the caller's.
+        unsafe {
+            match self {
+                Way::Fast(fast) => fast.tile(kernels, from, to, stream, scratch),
+                Way::Chirp(chirp) => chirp.tile(kernels, from, to, scratch),
+                Way::Other(_) => {}
             }
         }
     }

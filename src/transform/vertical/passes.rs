@@ -19,6 +19,9 @@ pub struct Rows<T> {
     pub second: usize,
     /// How far ahead to ask for rows, in numbers; 0: not at all.
     pub ahead: usize,
+    /// Whether to ask for the neighbouring lines too, which the next tile will want: memory gives
+    /// two lines for little more than one.
+    pub wide: bool,
 }
 
 /// First pass over real rows: two series of the same columns become real and imaginary part.
@@ -49,6 +52,10 @@ pub(super) unsafe fn first<L: Lanes, const R: usize>(
                     let line = row.wrapping_add(rows.ahead);
                     L::prefetch(line);
                     L::prefetch(line.wrapping_add(rows.second));
+                    if rows.wide {
+                        L::prefetch(line.wrapping_add(L::WIDTH));
+                        L::prefetch(line.wrapping_add(rows.second + L::WIDTH));
+                    }
                 }
             }
             turned::<L, R>(x, twiddles, q, to.add(q * 2 * L::WIDTH), count);
@@ -252,6 +259,116 @@ where
                 } else if at.mirrored {
                     let row = at.to.add((at.length - bin) * at.stride);
                     L::store_pairs::<STREAM>(y.re, zero.sub(y.im), row);
+                }
+            }
+        }
+    }
+}
+
+/// Rows of real columns, each times a complex factor, as complex numbers.
+///
+/// # Safety
+/// As [`first`]; of `count` rows, `next` numbers apart, those below `valid` exist, the others count
+/// as 0. `factors` has one each of the first, `factors_apart` factors apart.
+#[inline(always)]
+pub(super) unsafe fn chirp<L: Lanes>(
+    from: *const L::Scalar,
+    next: usize,
+    factors: *const L::Scalar,
+    factors_apart: usize,
+    valid: usize,
+    count: usize,
+    to: *mut L::Scalar,
+) {
+    // SAFETY: offsets are those of the caller's promise.
+    unsafe {
+        for i in 0..valid {
+            let x = L::load(from.add(i * next));
+            let factor = factors.add(2 * i * factors_apart);
+            let z = Complex {
+                re: x.mul(L::splat(factor)),
+                im: x.mul(L::splat(factor.add(1))),
+            };
+            z.store(to.add(i * 2 * L::WIDTH));
+        }
+        for i in valid..count {
+            Complex::<L>::zero().store(to.add(i * 2 * L::WIDTH));
+        }
+    }
+}
+
+/// Complex numbers `next` numbers apart, to neighbours.
+///
+/// # Safety
+/// As [`first`].
+#[inline(always)]
+pub(super) unsafe fn collect<L: Lanes>(
+    from: *const L::Scalar,
+    next: usize,
+    count: usize,
+    to: *mut L::Scalar,
+) {
+    // SAFETY: offsets are those of the caller's promise.
+    unsafe {
+        for i in 0..count {
+            Complex::<L>::load(from.add(i * next)).store(to.add(i * 2 * L::WIDTH));
+        }
+    }
+}
+
+/// Where a complex transform's last pass finds and leaves its numbers.
+#[derive(Debug, Clone, Copy)]
+pub struct Turn<T> {
+    /// `groups * R` complex numbers of the passes before.
+    pub from: *const T,
+    pub groups: usize,
+    /// The low digit of each group.
+    pub digits: *const u32,
+    /// The place of bin 0, and how far the next is, in numbers.
+    pub to: *mut T,
+    pub next: usize,
+    /// A factor for each bin, and how far the next is, in factors.
+    pub factors: *const T,
+    pub factors_apart: usize,
+    /// Bins from here on are left out.
+    pub end: usize,
+}
+
+/// Last pass of a complex transform: its bins in order, each times its factor; where `MIRROR`, the
+/// conjugates of these; where `PAIRS`, as rows of a spectrum.
+///
+/// # Safety
+/// As [`first`], for the places that [`Turn`] names.
+#[inline(always)]
+pub(super) unsafe fn turn<L: Lanes, const R: usize, const MIRROR: bool, const PAIRS: bool>(
+    at: &Turn<L::Scalar>,
+) where
+    Dft: Butterfly<R>,
+{
+    // SAFETY: offsets are those of the caller's promise.
+    unsafe {
+        let zero = L::of(0.0);
+        for group in 0..at.groups {
+            let mut x = [Complex::<L>::zero(); R];
+            for (i, x) in x.iter_mut().enumerate() {
+                *x = Complex::load(at.from.add((group * R + i) * 2 * L::WIDTH));
+            }
+            let y = <Dft as Butterfly<R>>::of(x);
+            let low = *at.digits.add(group) as usize;
+            for (s, y) in y.into_iter().enumerate() {
+                let bin = low + s * at.groups;
+                if bin >= at.end {
+                    continue;
+                }
+                let mut z = y.times(at.factors.add(2 * bin * at.factors_apart));
+                if MIRROR {
+                    z.im = zero.sub(z.im);
+                }
+                let to = at.to.add(bin * at.next);
+                if PAIRS {
+                    L::store_pairs::<false>(z.re, z.im, to);
+                } else {
+                    z.store(to);
                 }
             }
         }
