@@ -113,9 +113,9 @@ impl<T: Real> Worker<'_, T> {
 
     /// The power spectrum of record `c`.
     fn record_power(&self, c: usize, out: &mut Vec<f64>) {
-        let width = self.energies.len();
+        let rows = self.power.chunks_exact(self.energies.len());
         out.clear();
-        out.extend(self.power.iter().skip(c).step_by(width));
+        out.extend(rows.map(|row| row[c]));
     }
 }
 
@@ -326,8 +326,8 @@ impl<T: Real> Stripes<'_, T> {
         let keep = between.nrows() > 0;
         worker.spectra(self.prepared, first, &tile.records, |s, transforms| {
             if keep {
-                for (m, from) in transforms.chunks_exact(width).enumerate() {
-                    let mut row = between.row_mut(m * segments + s);
+                let rows = between.outer_iter_mut().skip(s).step_by(segments);
+                for (mut row, from) in rows.zip(transforms.chunks_exact(width)) {
                     row.iter_mut().zip(from).for_each(|(to, &x)| *to = x);
                 }
             }

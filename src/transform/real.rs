@@ -64,7 +64,8 @@ impl<T: Real> RealTransform<T> {
             work,
         } = scratch;
         input.clear();
-        let (mean, energy) = self.taper.of(record, tapered, |v| input.push(v));
+        let (mean, energy) = self.taper.look(record, tapered);
+        self.taper.weigh(record, mean, input);
         input.resize(self.padded(), T::zero());
         spectrum.resize(self.bins(), Complex::default());
         work.resize(self.plan.get_scratch_len(), Complex::default());
@@ -114,33 +115,42 @@ impl Taper {
         }
     }
 
-    /// `put` gets each sample less the mean that is split off, times its weight; the result is that
-    /// mean (mostly 0), and the energy `sum (w v)^2`.
-    pub(super) fn of<T: Real>(
-        &self,
-        record: &[f64],
-        tapered: &mut Vec<f64>,
-        mut put: impl FnMut(T),
-    ) -> (f64, f64) {
-        let mean = dominant_mean(record);
+    /// The mean of `record` that is split off (mostly 0), and the energy `sum (w v)^2`.
+    pub(super) fn look(&self, record: &[f64], tapered: &mut Vec<f64>) -> (f64, f64) {
         let energy = match &self.window {
-            None => {
-                record.iter().for_each(|&v| put(T::rounded(v - mean)));
-                sum_of_squares(record)
-            }
+            None => sum_of_squares(record),
             Some(window) => {
-                let weighted = record.iter().zip(window);
-                let rest = weighted.clone();
-                rest.for_each(|(&v, &w)| put(T::rounded((v - mean) * w)));
                 tapered.clear();
-                tapered.extend(weighted.map(|(&v, &w)| v * w));
+                tapered.extend(record.iter().zip(window).map(|(&v, &w)| v * w));
                 sum_of_squares(tapered)
             }
         };
-        (mean, energy)
+        (dominant_mean(record), energy)
     }
 
-    /// Puts back what [`Taper::of`] split off.
+    /// Each sample of `record` less `mean`, times its weight.
+    pub(super) fn weigh<T: Real>(&self, record: &[f64], mean: f64, input: &mut Vec<T>) {
+        match &self.window {
+            None => input.extend(record.iter().map(|&v| T::rounded(v - mean))),
+            Some(window) => {
+                let weighted = record.iter().zip(window);
+                input.extend(weighted.map(|(&v, &w)| T::rounded((v - mean) * w)));
+            }
+        }
+    }
+
+    /// The same of several records, time by time.
+    pub(super) fn weigh_across<T: Real>(&self, records: &[&[f64]], means: &[f64], input: &mut [T]) {
+        let rows = input.chunks_exact_mut(records.len());
+        for (n, row) in rows.enumerate().take(self.samples) {
+            let weight = self.window.as_ref().map_or(1.0, |window| window[n]);
+            for ((place, record), mean) in row.iter_mut().zip(records).zip(means) {
+                *place = T::rounded((record[n] - mean) * weight);
+            }
+        }
+    }
+
+    /// Puts back what [`Taper::look`] split off.
     pub(super) fn add_mean<'a, T: Real>(
         &self,
         mean: f64,

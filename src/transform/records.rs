@@ -83,17 +83,15 @@ impl<T: Real> RecordTransform<T> {
         scratch.spectra.resize(width * bins, Complex::default());
         scratch.energies.clear();
         scratch.means.clear();
-        for (c, record) in records.enumerate() {
+        let records: Vec<&[f64]> = records.collect();
+        for record in &records {
             assert_eq!(record.len(), samples);
-            let mut places = scratch.input.iter_mut().skip(c).step_by(width);
-            let (mean, energy) = self.taper.of(record, &mut scratch.tapered, |v| {
-                if let Some(place) = places.next() {
-                    *place = v;
-                }
-            });
+            let (mean, energy) = self.taper.look(record, &mut scratch.tapered);
             scratch.means.push(mean);
             scratch.energies.push(energy);
         }
+        self.taper
+            .weigh_across(&records, &scratch.means, &mut scratch.input);
         if scratch.records < width || scratch.columns.is_none() {
             scratch.columns = Some(self.plan.scratch(width));
             scratch.records = width;
