@@ -15,6 +15,8 @@
 mod axes;
 mod complex;
 mod direct;
+mod filter;
+mod inverse;
 mod real;
 mod records;
 mod scale;
@@ -26,6 +28,8 @@ use num_complex::Complex;
 pub use axes::{frequencies, wavenumbers, wavenumbers_signed};
 pub use complex::ComplexTransform;
 pub use direct::direct_sums;
+pub use filter::{Passband, SpaceTimeFilter, Travelling};
+pub use inverse::ColumnInverse;
 pub use real::{RealTransform, Scratch};
 pub use records::{RecordScratch, RecordTransform};
 pub use scale::{Scale, fold};
