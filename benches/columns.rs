@@ -1,7 +1,7 @@
 //! Transforms of all columns of a (time, site) array: ours, and the usual ways with `realfft` and
 //! `rustfft`, in turn in one process.
 //!
-//! `cargo bench --bench columns` prints a table; `-- --test` runs everything once on small arrays.
+//! `cargo bench --bench columns` prints a table, `-- 4096x300` of that shape alone; `-- --test` runs everything once on small arrays.
 //! `-- --serve` answers lines `ROWS COLUMNS f32|f64 THREADS` with the milliseconds of one run of
 //! each way, for `peers/columns.py`, which runs other libraries in between.
 //!
@@ -315,14 +315,21 @@ fn main() {
     } else if has("--test") {
         table(&[(256, 12), (257, 9), (360, 17)], 1);
     } else {
-        let shapes = [
-            (4096, 300),
-            (16384, 300),
-            (65536, 1000),
-            (65536, 1024),
-            (10007, 300),
-            (9973, 301),
-        ];
+        let asked = std::env::args().filter_map(|a| {
+            let (rows, columns) = a.split_once('x')?;
+            rows.parse().ok().zip(columns.parse().ok())
+        });
+        let mut shapes: Vec<(usize, usize)> = asked.collect();
+        if shapes.is_empty() {
+            shapes = vec![
+                (4096, 300),
+                (16384, 300),
+                (65536, 1000),
+                (65536, 1024),
+                (10007, 300),
+                (9973, 301),
+            ];
+        }
         table(&shapes, 9);
     }
 }
