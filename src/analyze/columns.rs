@@ -11,9 +11,9 @@ use crate::analyze::Observer;
 use crate::buffer::Buffer;
 use crate::diagnostics::{MapBuilder, Row, moments_of};
 use crate::error::{Error, Result};
-use crate::prepare::{Ahead, Gap, Prepared, Trend};
+use crate::prepare::{Ahead, Prepared, Trend};
 use crate::sum::sum;
-use crate::transform::{Real, RealTransform, Scale, Scratch, direct_sums, fold, power};
+use crate::transform::{Real, RecordScratch, RecordTransform, Scale, direct_sums, fold, power};
 
 /// What the pass leaves behind beside the arrays.
 #[derive(Debug)]
@@ -25,62 +25,97 @@ pub(super) struct Columns {
     pub map: Option<MapBuilder>,
 }
 
-/// One site's records to spectra, with the thread's own buffers.
+/// Records of a few sites to spectra, with the thread's own buffers.
 struct Worker<'a, T: Real> {
     plan: &'a Plan,
-    transform: &'a RealTransform<T>,
+    transform: &'a RecordTransform<T>,
     scale: Scale,
-    scratch: Scratch<T>,
-    segment: Vec<f64>,
+    scratch: RecordScratch<T>,
+    /// Segments without their trends, one a record.
+    segments: Vec<f64>,
     fit: Vec<f64>,
+    /// Mean power spectra of the segments, bin by bin in the order of sites.
+    power: Vec<f64>,
+    /// `sum (w v)^2` over the segments of each record.
+    energies: Vec<f64>,
 }
 
 impl<T: Real> Worker<'_, T> {
-    /// Mean power spectrum of the segments of `record`, and `sum (w v)^2` over them.
+    /// Spectra and energies of `records`, one after the other, of the sites from `first` on.
     ///
-    /// `masked` are the times of the record that have no weight; `keep` gets each segment's
-    /// transform.
-    fn spectrum(
+    /// `keep` gets each segment's transforms, bin by bin in the order of sites.
+    fn spectra(
         &mut self,
-        record: &[f64],
-        masked: &[Gap],
-        power_sum: &mut [f64],
+        prepared: &Prepared,
+        first: usize,
+        records: &[f64],
         mut keep: impl FnMut(usize, &[Complex<T>]),
-    ) -> f64 {
+    ) {
+        let n_times = self.plan.axes.n_times;
         let segments = self.plan.segments;
-        power_sum.fill(0.0);
-        let mut energy = 0.0;
+        let width = records.len() / n_times;
+        self.power.clear();
+        self.power.resize(width * self.transform.bins(), 0.0);
+        self.energies.clear();
+        self.energies.resize(width, 0.0);
         for (s, start) in segments.starts().enumerate() {
-            let piece = &record[start..start + segments.length];
-            let piece = if self.plan.request.welch.is_some() {
-                self.segment.clear();
-                self.segment.extend_from_slice(piece);
-                let kind = self.plan.request.detrend_time;
-                let first = masked.partition_point(|gap| gap.time < start);
-                let end = start + segments.length;
-                let masked = masked[first..].iter().take_while(|gap| gap.time < end);
-                let is_masked = |i: usize| masked.clone().any(|gap| gap.time == start + i);
-                Trend::remove_from(&mut self.segment, kind, |i| !is_masked(i), &mut self.fit);
-                for gap in masked.clone() {
-                    self.segment[gap.time - start] = 0.0;
-                }
-                &self.segment
+            let span = start..start + segments.length;
+            let (spectra, energies) = if self.plan.request.welch.is_some() {
+                self.detrended(prepared, first, records, span);
+                let pieces = self.segments.chunks_exact(segments.length);
+                self.transform.transform(pieces, &mut self.scratch)
             } else {
-                piece
+                let pieces = records.chunks_exact(n_times).map(|r| &r[span.clone()]);
+                self.transform.transform(pieces, &mut self.scratch)
             };
-            let (spectrum, segment_energy) = self.transform.transform(piece, &mut self.scratch);
-            energy += segment_energy;
-            for (sum, &x) in power_sum.iter_mut().zip(spectrum) {
+            for (sum, energy) in self.energies.iter_mut().zip(energies) {
+                *sum += energy;
+            }
+            for (sum, &x) in self.power.iter_mut().zip(spectra) {
                 *sum += power(x);
             }
-            keep(s, spectrum);
+            keep(s, spectra);
         }
         let n = self.transform.padded();
         let mean = self.scale.factor / segments.count() as f64;
-        for (m, p) in power_sum.iter_mut().enumerate() {
-            *p *= mean * fold(m, n);
+        for (m, row) in self.power.chunks_exact_mut(width).enumerate() {
+            let factor = mean * fold(m, n);
+            row.iter_mut().for_each(|p| *p *= factor);
         }
-        energy
+    }
+
+    /// The times `span` of all records to `segments`, each without its own trend; masked samples
+    /// have no weight.
+    fn detrended(
+        &mut self,
+        prepared: &Prepared,
+        first: usize,
+        records: &[f64],
+        span: std::ops::Range<usize>,
+    ) {
+        let kind = self.plan.request.detrend_time;
+        let records = records.chunks_exact(self.plan.axes.n_times);
+        self.segments.clear();
+        for (c, record) in records.enumerate() {
+            let begin = self.segments.len();
+            self.segments.extend_from_slice(&record[span.clone()]);
+            let segment = &mut self.segments[begin..];
+            let masked = prepared.masked(first + c);
+            let from = masked.partition_point(|gap| gap.time < span.start);
+            let masked = masked[from..].iter().take_while(|gap| gap.time < span.end);
+            let is_masked = |i: usize| masked.clone().any(|gap| gap.time == span.start + i);
+            Trend::remove_from(segment, kind, |i| !is_masked(i), &mut self.fit);
+            for gap in masked.clone() {
+                segment[gap.time - span.start] = 0.0;
+            }
+        }
+    }
+
+    /// The power spectrum of record `c`.
+    fn record_power(&self, c: usize, out: &mut Vec<f64>) {
+        let rows = self.power.chunks_exact(self.energies.len());
+        out.clear();
+        out.extend(rows.map(|row| row[c]));
     }
 }
 
@@ -90,10 +125,9 @@ pub(super) fn reference<T: Real>(
     prepared: &Prepared,
     observer: &dyn Observer,
 ) -> Result<Option<(usize, Vec<f64>)>> {
-    let transform = RealTransform::<T>::new(&plan.window_time, plan.conventions.padded_time);
+    let transform = RecordTransform::<T>::new(&plan.window_time, plan.conventions.padded_time);
     let mut worker = worker(plan, &transform);
     let mut record = vec![0.0; plan.axes.n_times];
-    let mut spectrum = vec![0.0; transform.bins()];
     let candidates = match plan.request.reference_site {
         Some(site) => site - plan.sites.start..site - plan.sites.start + 1,
         None => 0..plan.axes.n_sites,
@@ -104,9 +138,9 @@ pub(super) fn reference<T: Real>(
         }
         prepared.record(j, &mut record);
         if record.iter().any(|&v| v != 0.0) {
-            worker.spectrum(&record, prepared.masked(j), &mut spectrum, |_, _| {});
-            if sum(&spectrum) > 0.0 {
-                return Ok(Some((j, spectrum)));
+            worker.spectra(prepared, j, &record, |_, _| {});
+            if sum(&worker.power) > 0.0 {
+                return Ok(Some((j, worker.power)));
             }
         }
     }
@@ -124,14 +158,15 @@ pub(super) fn spot_check<T: Real>(
     prepared: &Prepared,
     j: usize,
 ) -> Option<(f64, usize)> {
-    let transform = RealTransform::<T>::new(&plan.window_time, plan.conventions.padded_time);
+    let transform = RecordTransform::<T>::new(&plan.window_time, plan.conventions.padded_time);
     let (length, bins) = (transform.padded(), transform.bins());
     let count = CHECKED_BINS.min(bins).min(CHECKED_SAMPLES / length);
     let mut record = vec![0.0; plan.axes.n_times];
     prepared.record(j, &mut record);
     record.truncate(plan.segments.length);
-    let mut scratch = Scratch::default();
-    let (spectrum, energy) = transform.transform(&record, &mut scratch);
+    let mut scratch = RecordScratch::default();
+    let (spectrum, energies) = transform.transform(std::iter::once(&record[..]), &mut scratch);
+    let energy = energies[0];
     if count == 0 || energy <= 0.0 {
         return None;
     }
@@ -159,14 +194,16 @@ pub(super) fn spot_check<T: Real>(
     Some(((squared / count as f64 / energy).sqrt(), count))
 }
 
-fn worker<'a, T: Real>(plan: &'a Plan, transform: &'a RealTransform<T>) -> Worker<'a, T> {
+fn worker<'a, T: Real>(plan: &'a Plan, transform: &'a RecordTransform<T>) -> Worker<'a, T> {
     Worker {
         plan,
         transform,
         scale: plan.time_scale,
-        scratch: Scratch::default(),
-        segment: Vec::new(),
+        scratch: RecordScratch::default(),
+        segments: Vec::new(),
         fit: Vec::new(),
+        power: Vec::new(),
+        energies: Vec::new(),
     }
 }
 
@@ -183,7 +220,7 @@ pub(super) fn transform_records<T: Real>(
 ) -> Result<Columns> {
     let (nx, nf) = (plan.axes.n_sites, plan.axes.frequency.len());
     observer.stage("along time", nx as u64);
-    let transform = RealTransform::<T>::new(&plan.window_time, plan.conventions.padded_time);
+    let transform = RecordTransform::<T>::new(&plan.window_time, plan.conventions.padded_time);
     let wanted = between.is_none();
     let mut done = Columns {
         rows: Vec::with_capacity(nx),
@@ -237,7 +274,7 @@ struct Stripes<'a, T: Real> {
     plan: &'a Plan,
     prepared: &'a Prepared<'a>,
     ahead: Option<&'a Ahead>,
-    transform: &'a RealTransform<T>,
+    transform: &'a RecordTransform<T>,
     edge: f64,
     observer: &'a dyn Observer,
     from: usize,
@@ -273,7 +310,7 @@ impl<T: Real> Stripes<'_, T> {
         &self,
         first: usize,
         worker: &mut Worker<T>,
-        tile: &mut Tile<T>,
+        tile: &mut Tile,
         mut spectra: ArrayViewMut2<f64>,
         mut between: ArrayViewMut2<Complex<T>>,
     ) -> Result<Vec<(Row, f64)>> {
@@ -282,60 +319,41 @@ impl<T: Real> Stripes<'_, T> {
         }
         let width = spectra.ncols();
         let n_times = self.plan.axes.n_times;
-        let (nf, segments) = (self.transform.bins(), self.plan.segments.count());
+        let segments = self.plan.segments.count();
         tile.records.resize(width * n_times, 0.0);
         self.prepared
             .records(self.ahead, first..first + width, &mut tile.records);
-        tile.power.resize(width * nf, 0.0);
         let keep = between.nrows() > 0;
-        tile.transforms.resize(
-            if keep { width * nf * segments } else { 0 },
-            Complex::default(),
-        );
+        worker.spectra(self.prepared, first, &tile.records, |s, transforms| {
+            if keep {
+                let rows = between.outer_iter_mut().skip(s).step_by(segments);
+                for (mut row, from) in rows.zip(transforms.chunks_exact(width)) {
+                    row.iter_mut().zip(from).for_each(|(to, &x)| *to = x);
+                }
+            }
+        });
+        for (mut row, power) in spectra
+            .outer_iter_mut()
+            .zip(worker.power.chunks_exact(width))
+        {
+            row.iter_mut().zip(power).for_each(|(to, &p)| *to = p);
+        }
         let axis = &self.plan.axes.frequency;
-        let mut seen = Vec::with_capacity(width);
-        for (c, record) in tile.records.chunks_exact(n_times).enumerate() {
-            let power = &mut tile.power[c * nf..][..nf];
-            let kept = &mut tile.transforms;
-            let masked = self.prepared.masked(first + c);
-            let energy = worker.spectrum(record, masked, power, |s, spectrum| {
-                if keep {
-                    kept[(c * segments + s) * nf..][..nf].copy_from_slice(spectrum);
-                }
-            });
-            seen.push((moments_of(power, axis, self.edge), energy));
-        }
-        if spectra.nrows() > 0 {
-            for (m, mut row) in spectra.outer_iter_mut().enumerate() {
-                for (c, value) in row.iter_mut().enumerate() {
-                    *value = tile.power[c * nf + m];
-                }
-            }
-        }
-        for (at, mut row) in between.outer_iter_mut().enumerate() {
-            let (m, s) = (at / segments, at % segments);
-            for (c, value) in row.iter_mut().enumerate() {
-                *value = tile.transforms[(c * segments + s) * nf + m];
-            }
-        }
+        let seen = (0..width).map(|c| {
+            worker.record_power(c, &mut tile.power);
+            (moments_of(&tile.power, axis, self.edge), worker.energies[c])
+        });
+        let seen = seen.collect();
         self.observer.advance(width as u64);
         Ok(seen)
     }
 }
 
-/// Buffers of one thread for one stripe, site by site.
-struct Tile<T> {
+/// Buffers of one thread for one stripe.
+#[derive(Default)]
+struct Tile {
+    /// Site by site.
     records: Vec<f64>,
+    /// Of one site.
     power: Vec<f64>,
-    transforms: Vec<Complex<T>>,
-}
-
-impl<T> Default for Tile<T> {
-    fn default() -> Self {
-        Tile {
-            records: Vec::new(),
-            power: Vec::new(),
-            transforms: Vec::new(),
-        }
-    }
 }

@@ -1,6 +1,7 @@
 //! Short-time spectra: along t at chosen sites, along x at chosen times.
 
 use ndarray::Array2;
+use num_complex::Complex;
 
 use super::observer::Observer;
 use super::plan::{Plan, check_window};
@@ -10,15 +11,55 @@ use crate::error::{Error, Result};
 use crate::field::Axis;
 use crate::prepare::{Prepared, Window};
 use crate::transform::{
-    Real, RealTransform, Scale, Scratch, Segments, fold, frequencies, power, wavenumbers,
+    Real, RealTransform, RecordScratch, RecordTransform, Scale, Scratch, Segments, fold,
+    frequencies, power, wavenumbers,
 };
+
+/// Frames that are transformed together.
+const TOGETHER: usize = 8;
 
 /// Segments of one axis and the bins they are transformed to.
 struct Frames<T: Real> {
     segments: Segments,
-    transform: RealTransform<T>,
+    transform: Along<T>,
     scale: Scale,
-    scratch: Scratch<T>,
+}
+
+/// The transform that the whole records, or profiles, have too.
+enum Along<T: Real> {
+    Time(Box<RecordTransform<T>>, RecordScratch<T>),
+    Space(RealTransform<T>, Scratch<T>),
+}
+
+impl<T: Real> Along<T> {
+    fn bins(&self) -> usize {
+        match self {
+            Along::Time(transform, _) => transform.bins(),
+            Along::Space(transform, _) => transform.bins(),
+        }
+    }
+
+    /// Frames that [`Along::transform`] takes.
+    fn together(&self) -> usize {
+        match self {
+            Along::Time(..) => TOGETHER,
+            Along::Space(..) => 1,
+        }
+    }
+
+    /// Bin by bin in the order of `frames`, of which there are [`Along::together`] at most.
+    fn transform<'a>(
+        &mut self,
+        mut frames: impl ExactSizeIterator<Item = &'a [f64]>,
+    ) -> &[Complex<T>] {
+        match self {
+            Along::Time(transform, scratch) => transform.transform(frames, scratch).0,
+            Along::Space(transform, scratch) => match frames.next() {
+                Some(frame) => transform.transform(frame, scratch).0,
+                None => &[],
+            },
+        }
+    }
 }
 
 impl<T: Real> Frames<T> {
@@ -29,18 +70,23 @@ impl<T: Real> Frames<T> {
         stored: f64,
         observer: &dyn Observer,
     ) -> Result<Array2<f64>> {
-        let n = self.transform.padded();
-        let mut values = Array2::zeros((self.transform.bins(), self.segments.count()));
-        for (s, start) in self.segments.starts().enumerate() {
+        let n = self.segments.length;
+        let starts: Vec<usize> = self.segments.starts().collect();
+        let mut values = Array2::zeros((self.transform.bins(), starts.len()));
+        let together = self.transform.together();
+        for (block, starts) in starts.chunks(together).enumerate() {
             if observer.cancelled() {
                 return Err(Error::Cancelled);
             }
-            let piece = &record[start..start + self.segments.length];
-            let (spectrum, _) = self.transform.transform(piece, &mut self.scratch);
-            for (m, &x) in spectrum.iter().enumerate() {
-                values[[m, s]] = power(x) * (self.scale.factor * fold(m, n)) * stored;
+            let frames = starts.iter().map(|&start| &record[start..start + n]);
+            let spectra = self.transform.transform(frames);
+            for (m, row) in spectra.chunks_exact(starts.len()).enumerate() {
+                for (s, &x) in row.iter().enumerate() {
+                    values[[m, block * together + s]] =
+                        power(x) * (self.scale.factor * fold(m, n)) * stored;
+                }
             }
-            observer.advance(1);
+            observer.advance(starts.len() as u64);
         }
         Ok(values)
     }
@@ -61,9 +107,11 @@ pub(super) fn along_time<T: Real>(
     let dt = plan.axes.time.step;
     let mut frames = Frames::<T> {
         segments,
-        transform: RealTransform::new(&weights, segments.length),
+        transform: Along::Time(
+            Box::new(RecordTransform::new(&weights, segments.length)),
+            RecordScratch::default(),
+        ),
         scale: Scale::along_time(scaling, &weights, segments.length, segments.length, dt),
-        scratch: Scratch::default(),
     };
     let mut sites: Vec<usize> = match asked.sites.as_slice() {
         [] => vec![0, (nx - 1) / 2, nx - 1],
@@ -107,9 +155,11 @@ pub(super) fn along_space<T: Real>(
     let dx = plan.axes.space.step;
     let mut frames = Frames::<T> {
         segments,
-        transform: RealTransform::new(&weights, segments.length),
+        transform: Along::Space(
+            RealTransform::new(&weights, segments.length),
+            Scratch::default(),
+        ),
         scale: Scale::along_space(plan.request.scaling, &weights, segments.length, dx),
-        scratch: Scratch::default(),
     };
     let nearest = |&t: &f64| super::nearest(&plan.axes.time, t, plan.axes.n_times);
     let mut times: Vec<usize> = asked.times.iter().map(nearest).collect();

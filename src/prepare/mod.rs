@@ -14,7 +14,7 @@ mod window;
 
 pub use lobes::Lobes;
 pub(crate) use prepared::{Ahead, Prepared, Tiles};
-pub(crate) use scan::{ChannelScan, Gap};
+pub(crate) use scan::ChannelScan;
 pub(crate) use trend::Trend;
 pub use window::{Window, WindowError, WindowGains};
 

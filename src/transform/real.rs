@@ -12,11 +12,7 @@ use crate::sum::{sum, sum_of_squares};
 /// samples (the rest is zero). Both signs give the same `|X|^2`; the result is that of time.
 pub struct RealTransform<T: Real> {
     plan: Arc<dyn RealToComplex<T>>,
-    /// `None`: no taper.
-    window: Option<Vec<f64>>,
-    samples: usize,
-    /// Transform of the window itself, for records that are split into mean and rest.
-    mean_response: Vec<Complex<f64>>,
+    taper: Taper,
 }
 
 /// Working space of one thread; grows once.
@@ -35,23 +31,9 @@ impl<T: Real> RealTransform<T> {
     /// If there are no samples or `padded` is shorter than the window.
     pub fn new(window: &[f64], padded: usize) -> Self {
         assert!(!window.is_empty() && padded >= window.len());
-        let plan = RealFftPlanner::<T>::new().plan_fft_forward(padded);
-        let mut response_in = window.to_vec();
-        response_in.resize(padded, 0.0);
-        let response = RealFftPlanner::<f64>::new().plan_fft_forward(padded);
-        let mut mean_response = response.make_output_vec();
-        // The lengths are the plan's own, so this cannot fail.
-        let _ = response.process(&mut response_in, &mut mean_response);
-        let tapered = window.iter().any(|&w| w != 1.0);
-        if !tapered && padded == window.len() {
-            mean_response.fill(Complex::default());
-            mean_response[0].re = padded as f64;
-        }
         RealTransform {
-            plan,
-            window: tapered.then(|| window.to_vec()),
-            samples: window.len(),
-            mean_response,
+            plan: RealFftPlanner::<T>::new().plan_fft_forward(padded),
+            taper: Taper::new(window, padded),
         }
     }
 
@@ -74,8 +56,7 @@ impl<T: Real> RealTransform<T> {
         record: &[f64],
         scratch: &'s mut Scratch<T>,
     ) -> (&'s [Complex<T>], f64) {
-        assert_eq!(record.len(), self.samples);
-        let mean = dominant_mean(record);
+        assert_eq!(record.len(), self.taper.samples);
         let Scratch {
             tapered,
             input,
@@ -83,30 +64,14 @@ impl<T: Real> RealTransform<T> {
             work,
         } = scratch;
         input.clear();
-        let energy = match &self.window {
-            None => {
-                input.extend(record.iter().map(|&v| T::rounded(v - mean)));
-                sum_of_squares(record)
-            }
-            Some(window) => {
-                let weighted = record.iter().zip(window);
-                input.extend(weighted.clone().map(|(&v, &w)| T::rounded((v - mean) * w)));
-                tapered.clear();
-                tapered.extend(weighted.map(|(&v, &w)| v * w));
-                sum_of_squares(tapered)
-            }
-        };
+        let (mean, energy) = self.taper.look(record, tapered);
+        self.taper.weigh(record, mean, input);
         input.resize(self.padded(), T::zero());
         spectrum.resize(self.bins(), Complex::default());
         work.resize(self.plan.get_scratch_len(), Complex::default());
         // The lengths are the plan's own, so this cannot fail.
         let _ = self.plan.process_with_scratch(input, spectrum, work);
-        if mean != 0.0 {
-            for (x, response) in spectrum.iter_mut().zip(&self.mean_response) {
-                x.re = T::rounded(x.re.to_f64() + mean * response.re);
-                x.im = T::rounded(x.im.to_f64() + mean * response.im);
-            }
-        }
+        self.taper.add_mean(mean, spectrum.iter_mut());
         (spectrum, energy)
     }
 }
@@ -114,9 +79,90 @@ impl<T: Real> RealTransform<T> {
 impl<T: Real> std::fmt::Debug for RealTransform<T> {
     fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
         f.debug_struct("RealTransform")
-            .field("samples", &self.samples)
+            .field("samples", &self.taper.samples)
             .field("padded", &self.padded())
             .finish_non_exhaustive()
+    }
+}
+
+/// The window of a transform, and what becomes of a record's mean.
+#[derive(Debug)]
+pub(super) struct Taper {
+    /// `None`: no taper.
+    window: Option<Vec<f64>>,
+    pub(super) samples: usize,
+    /// Transform of the window itself, for records that are split into mean and rest.
+    mean_response: Vec<Complex<f64>>,
+}
+
+impl Taper {
+    pub(super) fn new(window: &[f64], padded: usize) -> Self {
+        let mut response_in = window.to_vec();
+        response_in.resize(padded, 0.0);
+        let response = RealFftPlanner::<f64>::new().plan_fft_forward(padded);
+        let mut mean_response = response.make_output_vec();
+        // The lengths are the plan's own, so this cannot fail.
+        let _ = response.process(&mut response_in, &mut mean_response);
+        let tapered = window.iter().any(|&w| w != 1.0);
+        if !tapered && padded == window.len() {
+            mean_response.fill(Complex::default());
+            mean_response[0].re = padded as f64;
+        }
+        Taper {
+            window: tapered.then(|| window.to_vec()),
+            samples: window.len(),
+            mean_response,
+        }
+    }
+
+    /// The mean of `record` that is split off (mostly 0), and the energy `sum (w v)^2`.
+    pub(super) fn look(&self, record: &[f64], tapered: &mut Vec<f64>) -> (f64, f64) {
+        let energy = match &self.window {
+            None => sum_of_squares(record),
+            Some(window) => {
+                tapered.clear();
+                tapered.extend(record.iter().zip(window).map(|(&v, &w)| v * w));
+                sum_of_squares(tapered)
+            }
+        };
+        (dominant_mean(record), energy)
+    }
+
+    /// Each sample of `record` less `mean`, times its weight.
+    pub(super) fn weigh<T: Real>(&self, record: &[f64], mean: f64, input: &mut Vec<T>) {
+        match &self.window {
+            None => input.extend(record.iter().map(|&v| T::rounded(v - mean))),
+            Some(window) => {
+                let weighted = record.iter().zip(window);
+                input.extend(weighted.map(|(&v, &w)| T::rounded((v - mean) * w)));
+            }
+        }
+    }
+
+    /// The same of several records, time by time.
+    pub(super) fn weigh_across<T: Real>(&self, records: &[&[f64]], means: &[f64], input: &mut [T]) {
+        let rows = input.chunks_exact_mut(records.len());
+        for (n, row) in rows.enumerate().take(self.samples) {
+            let weight = self.window.as_ref().map_or(1.0, |window| window[n]);
+            for ((place, record), mean) in row.iter_mut().zip(records).zip(means) {
+                *place = T::rounded((record[n] - mean) * weight);
+            }
+        }
+    }
+
+    /// Puts back what [`Taper::look`] split off.
+    pub(super) fn add_mean<'a, T: Real>(
+        &self,
+        mean: f64,
+        spectrum: impl Iterator<Item = &'a mut Complex<T>>,
+    ) {
+        if mean == 0.0 {
+            return;
+        }
+        for (x, response) in spectrum.zip(&self.mean_response) {
+            x.re = T::rounded(x.re.to_f64() + mean * response.re);
+            x.im = T::rounded(x.im.to_f64() + mean * response.im);
+        }
     }
 }
 

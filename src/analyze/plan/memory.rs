@@ -43,10 +43,14 @@ impl Plan {
         let spacetime = self.request.results.spacetime;
 
         let vectors = 160 * (nt + nx) + 32 * (nf + nks) + (8 << 20) + self.short_time_bytes();
-        // Of each thread: a tile of records and its spectra, or a tile of profiles.
+        // Of each thread: a tile of records, as read and as transformed, their transforms, the
+        // matrix between the halves of these, and powers; or a tile of profiles.
         let segments = self.segments.count() as u64;
-        let transforms = if spacetime { 16 * segments } else { 0 };
-        let column_tile = |sites: u64| threads * sites * (8 * nt + (transforms + 32) * nf);
+        let segment = self
+            .request
+            .welch
+            .map_or(0, |_| self.segments.length as u64);
+        let column_tile = |sites: u64| threads * sites * (8 * (nt + segment) + 64 * nf);
         let row_tile = |times: u64| threads * times * 8 * (nx + nks);
         // Spectra along time are written by the pass that has them in rows, where there is one.
         let per_site = |in_memory: bool, streams: bool| {

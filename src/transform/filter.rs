@@ -1,0 +1,174 @@
+//! Filters of a field in frequency and wavenumber.
+//!
+//! # Equation
+//! `V(k, f) = sum_{n,j} v(t_n, x_j) exp(i (k x_j - 2 pi f t_n))` is multiplied by a gain and
+//! transformed back. A gain of 1 gives the field back to rounding. The field is taken for periodic
+//! in both directions: what leaves at one end enters at the other, so a record that does not end as
+//! it begins is padded or tapered first.
+
+use std::f64::consts::TAU;
+use std::sync::Arc;
+
+use ndarray::parallel::prelude::*;
+use ndarray::{Array2, ArrayView2, Axis};
+use num_complex::Complex;
+use rustfft::{Fft, FftPlanner};
+
+use super::{ColumnInverse, ColumnTransform, Real};
+use crate::error::{Error, Result};
+
+/// Which waves pass.
+#[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
+pub enum Travelling {
+    #[default]
+    Anywhere,
+    TowardPlusX,
+    TowardMinusX,
+    /// What has no direction: f or k is 0 or, with an even number of samples, at the Nyquist limit.
+    Nowhere,
+}
+
+/// What of a field passes; nothing stated, all of it.
+#[derive(Debug, Clone, Copy, Default, PartialEq)]
+pub struct Passband {
+    /// `|f|` from and to, in cycles, both included.
+    pub frequency: Option<(f64, f64)>,
+    /// `|k|` from and to, in rad, both included.
+    pub wavenumber: Option<(f64, f64)>,
+    /// Phase velocities `|2 pi f / k|` from and to, both included: a fan in (f, k). The constant
+    /// part has none and does not pass; at `k = 0` the velocity is infinite.
+    pub speed: Option<(f64, f64)>,
+    pub travelling: Travelling,
+}
+
+impl Passband {
+    /// Checks that bands begin before they end.
+    ///
+    /// # Errors
+    /// [`Error::Request`] names the band that does not.
+    pub fn check(&self) -> Result<()> {
+        for (option, band) in [
+            ("frequency", self.frequency),
+            ("wavenumber", self.wavenumber),
+            ("speed", self.speed),
+        ] {
+            let Some((from, to)) = band else { continue };
+            if !(0.0 <= from && from <= to) {
+                return Err(Error::Request {
+                    option,
+                    expected: "0 <= from <= to".into(),
+                    found: format!("{from} to {to}"),
+                });
+            }
+        }
+        Ok(())
+    }
+
+    /// Whether a wave of frequency `f >= 0` and signed wavenumber k passes; `directed`: neither lies
+    /// at 0 or at a Nyquist limit.
+    fn passes(&self, f: f64, k: f64, directed: bool) -> bool {
+        let within = |value: f64, band: Option<(f64, f64)>| {
+            band.is_none_or(|(from, to)| from <= value && value <= to)
+        };
+        let speed = TAU * f / k.abs();
+        within(f, self.frequency)
+            && within(k.abs(), self.wavenumber)
+            && within(speed, self.speed)
+            && match self.travelling {
+                Travelling::Anywhere => true,
+                Travelling::TowardPlusX => directed && k > 0.0,
+                Travelling::TowardMinusX => directed && k < 0.0,
+                Travelling::Nowhere => !directed,
+            }
+    }
+}
+
+/// Filters fields of one shape, planned once.
+pub struct SpaceTimeFilter<T: Real> {
+    along_time: ColumnTransform<T>,
+    back_in_time: ColumnInverse<T>,
+    along_space: Arc<dyn Fft<T>>,
+    back_in_space: Arc<dyn Fft<T>>,
+}
+
+impl<T: Real> SpaceTimeFilter<T> {
+    /// Plans filters of fields of `(times, sites)`.
+    ///
+    /// # Panics
+    /// If there are no times or no sites.
+    pub fn new((times, sites): (usize, usize)) -> Self {
+        assert!(times > 0 && sites > 0);
+        let mut planner = FftPlanner::new();
+        SpaceTimeFilter {
+            along_time: ColumnTransform::new(times),
+            back_in_time: ColumnInverse::new(times),
+            along_space: planner.plan_fft_inverse(sites),
+            back_in_space: planner.plan_fft_forward(sites),
+        }
+    }
+
+    /// What of `values`, `(time, site)` with steps `dt` and `dx`, passes `band`. By all threads of
+    /// the current pool, with the same bits from any number of them.
+    ///
+    /// # Errors
+    /// As [`Passband::check`].
+    ///
+    /// # Panics
+    /// If the shape is not that of the plan.
+    pub fn apply(
+        &self,
+        values: ArrayView2<T>,
+        (dt, dx): (f64, f64),
+        band: &Passband,
+    ) -> Result<Array2<T>> {
+        band.check()?;
+        let (times, sites) = (self.along_time.length(), self.along_space.len());
+        assert_eq!(values.dim(), (times, sites));
+        let mut spectra = Array2::default((self.along_time.bins(), sites));
+        self.along_time
+            .transform_in_parallel(values, spectra.view_mut());
+        let scale = T::rounded(1.0 / sites as f64);
+        let work = self.along_space.get_inplace_scratch_len();
+        let work = work.max(self.back_in_space.get_inplace_scratch_len());
+        spectra
+            .axis_iter_mut(Axis(0))
+            .into_par_iter()
+            .enumerate()
+            .for_each_init(
+                || vec![Complex::default(); work],
+                |work, (m, row)| {
+                    let Some(row) = row.into_slice() else { return };
+                    let f = m as f64 / (times as f64 * dt);
+                    self.along_space.process_with_scratch(row, work);
+                    for (q, bin) in row.iter_mut().enumerate() {
+                        let signed = if 2 * q > sites {
+                            q as f64 - sites as f64
+                        } else {
+                            q as f64
+                        };
+                        let k = TAU * signed / (sites as f64 * dx);
+                        let edge = m == 0 || 2 * m == times || q == 0 || 2 * q == sites;
+                        *bin = if band.passes(f, k, !edge) {
+                            bin.scale(scale)
+                        } else {
+                            Complex::default()
+                        };
+                    }
+                    self.back_in_space.process_with_scratch(row, work);
+                },
+            );
+        let mut filtered = Array2::default((times, sites));
+        self.back_in_time
+            .transform_in_parallel(spectra.view(), filtered.view_mut());
+        Ok(filtered)
+    }
+}
+
+impl<T: Real> std::fmt::Debug for SpaceTimeFilter<T> {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        f.debug_struct("SpaceTimeFilter")
+            .field("times", &self.along_time.length())
+            .field("sites", &self.along_space.len())
+            .finish_non_exhaustive()
+    }
+}

@@ -1,0 +1,128 @@
+//! Which passes make up a length.
+
+/// Radices of the first and the second half of a transform of `length` points; `None` where the
+/// length has other prime factors than 2, 3, 5 and 7, or fewer than two in all.
+pub fn halves(length: usize) -> Option<(Vec<usize>, Vec<usize>)> {
+    let radices = radices(length)?;
+    if radices.len() < 2 {
+        return None;
+    }
+    // All ways to share the radices out; as many as there are subsets, of a dozen at most.
+    let mut best: Option<(f64, u32)> = None;
+    for subset in 1..(1_u32 << radices.len()) - 1 {
+        let part = |wanted: u32| {
+            let chosen = radices.iter().enumerate();
+            chosen.filter(move |(i, _)| subset >> i & 1 == wanted)
+        };
+        let first: usize = part(1).map(|(_, r)| r).product();
+        let smallest = part(1).map(|(_, r)| *r).min().unwrap_or(0);
+        let ratio = (first * first) as f64 / length as f64;
+        // Halves alike, the first rather longer; the last pass of the first holds two groups of
+        // numbers, so a small radix suits it.
+        let mut cost = (ratio.log2() - 1.0).abs();
+        if smallest > 5 {
+            cost += 1.5;
+        }
+        if best.is_none_or(|(least, _)| cost < least) {
+            best = Some((cost, subset));
+        }
+    }
+    let (_, subset) = best?;
+    let of = |wanted: u32| -> Vec<usize> {
+        let chosen = radices.iter().enumerate();
+        chosen
+            .filter(|(i, _)| subset >> i & 1 == wanted)
+            .map(|(_, &r)| r)
+            .collect()
+    };
+    Some((of(1), of(0)))
+}
+
+/// The halves of the cheapest convolution of at least `least` points.
+pub fn convolution(least: usize) -> (Vec<usize>, Vec<usize>) {
+    // Lengths of small factors lie close; 16, 18, 20, 24, .. are those of two radices.
+    let least = least.max(16);
+    let candidates = (least..=least + least / 4 + 2).filter_map(|points| {
+        let work: f64 = radices(points)?.into_iter().map(work).sum();
+        Some((points as f64 * (work + 2.0), points))
+    });
+    let cheapest = candidates.min_by(|a, b| a.0.total_cmp(&b.0));
+    let points = cheapest.map_or_else(|| least.next_power_of_two(), |(_, points)| points);
+    halves(points).unwrap_or_else(|| (vec![4], vec![4]))
+}
+
+/// Cost of a pass, a point.
+fn work(radix: usize) -> f64 {
+    match radix {
+        2 => 1.5,
+        3 => 2.1,
+        4 => 2.2,
+        5 => 3.2,
+        7 => 4.8,
+        _ => 3.1,
+    }
+}
+
+/// Large radices first; `None` for other prime factors.
+fn radices(length: usize) -> Option<Vec<usize>> {
+    let mut rest = length;
+    let mut count = |prime: usize| {
+        let mut times = 0;
+        while rest > 1 && rest.is_multiple_of(prime) {
+            rest /= prime;
+            times += 1;
+        }
+        times
+    };
+    let twos = count(2);
+    let others = [(7, count(7)), (5, count(5)), (3, count(3))];
+    if rest != 1 {
+        return None;
+    }
+    // 8 x 2 is better done as 4 x 4.
+    let (eights, fours, two) = match (twos / 3, twos % 3) {
+        (0, 1) => (0, 0, 1),
+        (eights, 0) => (eights, 0, 0),
+        (eights, 1) => (eights - 1, 2, 0),
+        (eights, _) => (eights, 1, 0),
+    };
+    let mut radices = vec![8; eights];
+    for (radix, times) in others.into_iter().take(2) {
+        radices.extend(vec![radix; times]);
+    }
+    radices.extend(vec![4; fours]);
+    radices.extend(vec![3; others[2].1]);
+    radices.extend(vec![2; two]);
+    Some(radices)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn halves_multiply_to_the_length() {
+        for length in 1..5000 {
+            let smooth = [2, 3, 5, 7].iter().fold(length, |mut rest, prime| {
+                while rest % prime == 0 {
+                    rest /= prime;
+                }
+                rest
+            }) == 1;
+            match halves(length) {
+                Some((first, second)) => {
+                    assert!(smooth);
+                    assert!(!first.is_empty() && !second.is_empty());
+                    assert_eq!(first.iter().chain(&second).product::<usize>(), length);
+                }
+                None => assert!(!smooth || length <= 8, "{length}"),
+            }
+        }
+        for least in 1..3000 {
+            let (first, second) = convolution(least);
+            assert!(first.iter().chain(&second).product::<usize>() >= least);
+        }
+        assert_eq!(halves(16384), Some((vec![8, 8, 4], vec![8, 8])));
+        assert_eq!(halves(4096).map(|(a, _)| a.iter().product()), Some(64));
+    }
+}

@@ -1,0 +1,280 @@
+//! Lengths 2^a 3^b 5^c 7^d: the steps of [`super`] on tiles of columns.
+
+use super::kernels::{InstructionSet, Kernelled, Kernels, RADICES};
+use super::passes::{Last, Rows, Split};
+use crate::transform::Real;
+use crate::turns::cos_sin_exact;
+
+/// Complex numbers between rows of the matrix between the halves, so that no two rows share all
+/// their places in the caches.
+const PADDING: usize = 2;
+
+/// A planned transform of one length.
+pub struct Fast<T: 'static> {
+    length: usize,
+    first: Half<T>,
+    second: Half<T>,
+    /// Halves of `exp(-2 pi i k1 j2 / n)`: by pairs of j2, then k1, then the two of the pair.
+    split_twiddles: Vec<T>,
+    /// Group of the last pass of the first half by its low digit.
+    order: Vec<u32>,
+    /// Low digit by group, of the second half.
+    digits: Vec<u32>,
+    /// Wide ones first.
+    kernels: Vec<&'static Kernels<T>>,
+}
+
+/// Passes of a transform of `length` points.
+pub struct Half<T> {
+    pub length: usize,
+    radices: Vec<usize>,
+    /// Of all passes but the last.
+    twiddles: Vec<Vec<T>>,
+}
+
+impl<T: Real> Half<T> {
+    pub fn new(radices: Vec<usize>) -> Self {
+        let length = radices.iter().product();
+        let mut remaining = length;
+        let mut twiddles = Vec::new();
+        for &radix in &radices[..radices.len() - 1] {
+            let count = remaining / radix;
+            let mut table = Vec::with_capacity(2 * count * (radix - 1));
+            for q in 0..count {
+                for i in 1..radix {
+                    let (cos, sin) = cos_sin_exact((q * i) as u64, remaining as u64);
+                    table.extend([T::rounded(cos), T::rounded(-sin)]);
+                }
+            }
+            twiddles.push(table);
+            remaining = count;
+        }
+        Half {
+            length,
+            radices,
+            twiddles,
+        }
+    }
+
+    /// Radix of the last pass.
+    pub fn last(&self) -> usize {
+        self.radices[self.radices.len() - 1]
+    }
+
+    /// The low digit of each group of the last pass.
+    pub fn digits(&self) -> Vec<u32> {
+        let mut digits = vec![0];
+        let mut weight = 1;
+        for &radix in &self.radices[..self.radices.len() - 1] {
+            digits = digits
+                .iter()
+                .flat_map(|d| (0..radix).map(move |i| d + (i * weight) as u32))
+                .collect();
+            weight *= radix;
+        }
+        digits
+    }
+}
+
+impl<T: Real> Fast<T> {
+    pub fn new(set: InstructionSet, first: Vec<usize>, second: Vec<usize>) -> Self {
+        let (first, second) = (Half::<T>::new(first), Half::<T>::new(second));
+        let length = first.length * second.length;
+        let mut split_twiddles = Vec::new();
+        for pair in 0..second.length.div_ceil(2) {
+            for k in 0..=first.length / 2 {
+                for j in [2 * pair, 2 * pair + 1] {
+                    let (cos, sin) = cos_sin_exact((k * j) as u64, length as u64);
+                    split_twiddles.extend([T::rounded(0.5 * cos), T::rounded(-0.5 * sin)]);
+                }
+            }
+        }
+        let mut order = vec![0; first.length / first.last()];
+        for (group, digit) in first.digits().into_iter().enumerate() {
+            order[digit as usize] = group as u32;
+        }
+        Fast {
+            length,
+            split_twiddles,
+            order,
+            digits: second.digits(),
+            first,
+            second,
+            kernels: <T as Kernelled>::kernels(set).iter().map(|k| k.0).collect(),
+        }
+    }
+
+    pub fn kernels(&self) -> &[&'static Kernels<T>] {
+        &self.kernels
+    }
+
+    pub fn radices(&self) -> [&[usize]; 2] {
+        [&self.first.radices, &self.second.radices]
+    }
+
+    /// From row to row of the matrix between the halves, in complex numbers.
+    fn row(&self) -> usize {
+        self.second.length.next_multiple_of(2) + PADDING
+    }
+
+    fn work(&self) -> usize {
+        self.first.length.max(self.second.length)
+    }
+
+    /// Numbers of scratch for tiles of `width` columns.
+    pub fn scratch_len(&self, width: usize) -> usize {
+        2 * width * (self.work() + (self.first.length / 2 + 1) * self.row())
+    }
+
+    /// Transforms one tile of `kernels.width` columns.
+    ///
+    /// # Safety
+    /// `from` is valid for `length` rows of a tile's width, `from_stride` numbers apart; `to` for
+    /// `length / 2 + 1` rows of twice as many, aligned to 64 bytes where `stream`; `scratch` holds
+    /// [`Fast::scratch_len`] numbers.
+    #[allow(clippy::too_many_arguments)]
+    pub unsafe fn tile(
+        &self,
+        kernels: &Kernels<T>,
+        (from, from_stride): (*const T, usize),
+        (to, to_stride): (*mut T, usize),
+        stream: bool,
+        scratch: &mut [T],
+    ) {
+        assert!(scratch.len() >= self.scratch_len(kernels.width));
+        let (n1, n2) = (self.first.length, self.second.length);
+        let complex = 2 * kernels.width;
+        let work = scratch.as_mut_ptr();
+        // SAFETY: all places are within what the caller promises and `scratch_len` counts; the
+        // kernels are those of this processor, see `kernels`.
+        unsafe {
+            let between = work.add(complex * self.work());
+            let row = complex * self.row();
+            for pair in 0..n2.div_ceil(2) {
+                let j = 2 * pair;
+                let second = if j + 1 < n2 { from_stride } else { 0 };
+                let from = from.add(j * from_stride);
+                self.first_rows(kernels, from, from_stride, second, work);
+                let radix = self.first.last();
+                let at = Split {
+                    from: work,
+                    groups: n1 / radix,
+                    order: self.order.as_ptr(),
+                    to: between.add(complex * j),
+                    next: row,
+                    twiddles: self.split_twiddles.as_ptr().add(pair * 4 * (n1 / 2 + 1)),
+                };
+                kernels.split[index(radix)](&at);
+            }
+            let bins = n1 / 2 + 1;
+            for k in 0..bins {
+                let source = between.add(row * k);
+                let source = self.second.all_but_last(kernels, source, work);
+                let radix = self.second.last();
+                let at = Last {
+                    from: source,
+                    groups: n2 / radix,
+                    digits: self.digits.as_ptr(),
+                    to,
+                    stride: to_stride,
+                    length: self.length,
+                    bin: k,
+                    bins_apart: n1,
+                    mirrored: k != 0 && 2 * k != n1,
+                };
+                if stream {
+                    kernels.last_streamed[index(radix)](&at);
+                } else {
+                    kernels.last[index(radix)](&at);
+                }
+            }
+            if self.length.is_multiple_of(2) {
+                let top = to.add(self.length / 2 * to_stride);
+                for column in 0..kernels.width {
+                    *top.add(2 * column + 1) = T::zero();
+                }
+            }
+        }
+    }
+
+    /// All passes of the first half but the last, of one pair of series.
+    unsafe fn first_rows(
+        &self,
+        kernels: &Kernels<T>,
+        from: *const T,
+        stride: usize,
+        second: usize,
+        work: *mut T,
+    ) {
+        let (n1, n2) = (self.first.length, self.second.length);
+        let radix = self.first.radices[0];
+        let mut rows = Rows {
+            from,
+            next: n2 * stride,
+            apart: 0,
+            second,
+            // The next pair is asked for while this one is transformed.
+            ahead: 2 * stride,
+            wide: from.addr() % 128 < 64,
+        };
+        // SAFETY: as in `tile`.
+        unsafe {
+            if self.first.radices.len() == 1 {
+                (kernels.gather)(&rows, work, n1, work);
+                return;
+            }
+            rows.apart = n1 / radix * n2 * stride;
+            let twiddles = self.first.twiddles[0].as_ptr();
+            kernels.first[index(radix)](&rows, work, n1 / radix, twiddles);
+            self.first.middle(kernels, work, 1);
+        }
+    }
+}
+
+impl<T> Half<T> {
+    /// All passes but the last; where they left their numbers.
+    ///
+    /// # Safety
+    /// As [`Fast::tile`]; `source` and `work` hold `length` complex numbers, and are the same or
+    /// apart.
+    pub unsafe fn all_but_last(
+        &self,
+        kernels: &Kernels<T>,
+        source: *const T,
+        work: *mut T,
+    ) -> *const T {
+        if self.radices.len() == 1 {
+            return source;
+        }
+        let radix = self.radices[0];
+        let twiddles = self.twiddles[0].as_ptr();
+        // SAFETY: as promised.
+        unsafe {
+            let count = self.length / radix;
+            kernels.middle[index(radix)](source, work, 1, count, twiddles);
+            self.middle(kernels, work, 1);
+        }
+        work
+    }
+
+    /// Passes from number `pass` to the last but one, in place.
+    unsafe fn middle(&self, kernels: &Kernels<T>, work: *mut T, pass: usize) {
+        let mut blocks: usize = self.radices[..pass].iter().product();
+        for (pass, &radix) in self.radices.iter().enumerate().skip(pass) {
+            let Some(twiddles) = self.twiddles.get(pass) else {
+                return;
+            };
+            let count = self.length / blocks / radix;
+            // SAFETY: as in `Fast::tile`.
+            unsafe {
+                kernels.middle[index(radix)](work, work, blocks, count, twiddles.as_ptr());
+            }
+            blocks *= radix;
+        }
+    }
+}
+
+/// Place of a radix in the tables; radices come from `choice`.
+pub fn index(radix: usize) -> usize {
+    RADICES.iter().position(|&r| r == radix).unwrap_or(0)
+}

@@ -1,0 +1,297 @@
+//! The passes compiled once for each kind of register, and the choice among them.
+//!
+//! A kernel is one function with the features of its instruction set switched on, into which all
+//! of [`super::passes`] and [`super::simd`] is inlined. Kernels are called through pointers, which
+//! are taken only after the processor was asked for the features: that makes the calls sound.
+
+use super::butterfly::{Butterfly, Dft};
+use super::passes::{self, Last, Rows, Split, Turn};
+use super::simd::{Lanes, Portable};
+
+/// Radices that kernels exist for, in the order of the tables.
+pub const RADICES: [usize; 6] = [2, 3, 4, 5, 7, 8];
+
+/// `rows, to, count, twiddles` of [`passes::first`].
+type First<T> = unsafe fn(&Rows<T>, *mut T, usize, *const T);
+/// `from, to, blocks, count, twiddles` of [`passes::middle`].
+type Middle<T> = unsafe fn(*const T, *mut T, usize, usize, *const T);
+/// Of [`passes::split`] and [`passes::last`].
+type End<A> = unsafe fn(&A);
+
+/// `from, next, factors, factors_apart, valid, count, to` of [`passes::chirp`].
+type Chirp<T> = unsafe fn(*const T, usize, *const T, usize, usize, usize, *mut T);
+/// `from, next, count, to` of [`passes::collect`].
+type Collect<T> = unsafe fn(*const T, usize, usize, *mut T);
+
+/// All passes for one kind of register.
+#[derive(Debug)]
+pub struct Kernels<T: 'static> {
+    /// Columns of a tile.
+    pub width: usize,
+    /// Rows to work space as they are.
+    pub gather: First<T>,
+    pub first: [First<T>; RADICES.len()],
+    pub middle: [Middle<T>; RADICES.len()],
+    pub split: [End<Split<T>>; RADICES.len()],
+    pub last: [End<Last<T>>; RADICES.len()],
+    /// Past the caches, to aligned rows.
+    pub last_streamed: [End<Last<T>>; RADICES.len()],
+    pub chirp: Chirp<T>,
+    pub collect: Collect<T>,
+    pub turn: [End<Turn<T>>; RADICES.len()],
+    pub turn_mirrored: [End<Turn<T>>; RADICES.len()],
+    /// Mirrored, to rows of a spectrum.
+    pub turn_pairs: [End<Turn<T>>; RADICES.len()],
+}
+
+macro_rules! kernels {
+    ($module:ident, $lanes:ty, $scalar:ty $(, $feature:literal)?) => {
+        pub mod $module {
+            use super::*;
+
+            $(#[target_feature(enable = $feature)])?
+            unsafe fn first<const R: usize>(
+                rows: &Rows<$scalar>,
+                to: *mut $scalar,
+                count: usize,
+                twiddles: *const $scalar,
+            ) where
+                Dft: Butterfly<R>,
+            {
+                // SAFETY: the caller's.
+                unsafe { passes::first::<$lanes, R>(rows, to, count, twiddles) }
+            }
+
+            $(#[target_feature(enable = $feature)])?
+            unsafe fn middle<const R: usize>(
+                from: *const $scalar,
+                to: *mut $scalar,
+                blocks: usize,
+                count: usize,
+                twiddles: *const $scalar,
+            ) where
+                Dft: Butterfly<R>,
+            {
+                // SAFETY: the caller's.
+                unsafe { passes::middle::<$lanes, R>(from, to, blocks, count, twiddles) }
+            }
+
+            $(#[target_feature(enable = $feature)])?
+            unsafe fn split<const R: usize>(at: &Split<$scalar>)
+            where
+                Dft: Butterfly<R>,
+            {
+                // SAFETY: the caller's.
+                unsafe { passes::split::<$lanes, R>(at) }
+            }
+
+            $(#[target_feature(enable = $feature)])?
+            unsafe fn last<const R: usize, const STREAM: bool>(at: &Last<$scalar>)
+            where
+                Dft: Butterfly<R>,
+            {
+                // SAFETY: the caller's.
+                unsafe { passes::last::<$lanes, R, STREAM>(at) }
+            }
+
+            $(#[target_feature(enable = $feature)])?
+            unsafe fn chirp(
+                from: *const $scalar,
+                next: usize,
+                factors: *const $scalar,
+                factors_apart: usize,
+                valid: usize,
+                count: usize,
+                to: *mut $scalar,
+            ) {
+                // SAFETY: the caller's.
+                unsafe {
+                    passes::chirp::<$lanes>(from, next, factors, factors_apart, valid, count, to)
+                }
+            }
+
+            $(#[target_feature(enable = $feature)])?
+            unsafe fn collect(
+                from: *const $scalar,
+                next: usize,
+                count: usize,
+                to: *mut $scalar,
+            ) {
+                // SAFETY: the caller's.
+                unsafe { passes::collect::<$lanes>(from, next, count, to) }
+            }
+
+            $(#[target_feature(enable = $feature)])?
+            unsafe fn turn<const R: usize, const MIRROR: bool, const PAIRS: bool>(
+                at: &Turn<$scalar>,
+            ) where
+                Dft: Butterfly<R>,
+            {
+                // SAFETY: the caller's.
+                unsafe { passes::turn::<$lanes, R, MIRROR, PAIRS>(at) }
+            }
+
+            pub(in crate::transform::vertical) static KERNELS: Kernels<$scalar> = Kernels {
+                width: <$lanes as Lanes>::WIDTH,
+                gather: first::<1>,
+                first: [first::<2>, first::<3>, first::<4>, first::<5>, first::<7>, first::<8>],
+                middle: [
+                    middle::<2>, middle::<3>, middle::<4>, middle::<5>, middle::<7>, middle::<8>,
+                ],
+                split: [split::<2>, split::<3>, split::<4>, split::<5>, split::<7>, split::<8>],
+                last: [
+                    last::<2, false>, last::<3, false>, last::<4, false>,
+                    last::<5, false>, last::<7, false>, last::<8, false>,
+                ],
+                last_streamed: [
+                    last::<2, true>, last::<3, true>, last::<4, true>,
+                    last::<5, true>, last::<7, true>, last::<8, true>,
+                ],
+                chirp,
+                collect,
+                turn: [turn::<2, false, false>, turn::<3, false, false>, turn::<4, false, false>, turn::<5, false, false>, turn::<7, false, false>, turn::<8, false, false>],
+                turn_mirrored: [turn::<2, true, false>, turn::<3, true, false>, turn::<4, true, false>, turn::<5, true, false>, turn::<7, true, false>, turn::<8, true, false>],
+                turn_pairs: [turn::<2, true, true>, turn::<3, true, true>, turn::<4, true, true>, turn::<5, true, true>, turn::<7, true, true>, turn::<8, true, true>],
+            };
+        }
+    };
+}
+
+kernels!(portable_f64, Portable<f64, 4>, f64);
+kernels!(portable_f32, Portable<f32, 8>, f32);
+kernels!(portable_single_f64, Portable<f64, 1>, f64);
+kernels!(portable_single_f32, Portable<f32, 1>, f32);
+#[cfg(target_arch = "x86_64")]
+mod x86 {
+    use super::super::simd::{Single, X256f32, X256f64, X512f32, X512f64};
+    use super::*;
+
+    kernels!(avx2_f64, X256f64, f64, "avx2,fma");
+    kernels!(avx2_f32, X256f32, f32, "avx2,fma");
+    kernels!(avx512_f64, X512f64, f64, "avx512f,avx2,fma");
+    kernels!(avx512_f32, X512f32, f32, "avx512f,avx2,fma");
+    // The narrower registers again, of which there are twice as many with AVX-512.
+    kernels!(avx512vl_f64, X256f64, f64, "avx512f,avx512vl,avx2,fma");
+    kernels!(avx512vl_f32, X256f32, f32, "avx512f,avx512vl,avx2,fma");
+    kernels!(single_f64, Single<f64>, f64, "avx2,fma");
+    kernels!(single_f32, Single<f32>, f32, "avx2,fma");
+}
+#[cfg(target_arch = "aarch64")]
+mod neon {
+    use super::super::simd::{Neon32, Neon64, Single};
+    use super::*;
+
+    kernels!(neon_f64, Neon64, f64, "neon");
+    kernels!(neon_f32, Neon32, f32, "neon");
+    kernels!(single_f64, Single<f64>, f64, "neon");
+    kernels!(single_f32, Single<f32>, f32, "neon");
+}
+
+/// Instructions that kernels are compiled for.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
+pub enum InstructionSet {
+    /// Whatever the build targets.
+    Portable,
+    /// Four `f64` or eight `f32`, with fused multiply-add.
+    Avx2,
+    /// Eight `f64` or sixteen `f32`, with fused multiply-add.
+    Avx512,
+    /// Two `f64` or four `f32`, with fused multiply-add.
+    Neon,
+}
+
+impl InstructionSet {
+    /// Those that this processor has, the fastest first.
+    pub fn available() -> Vec<InstructionSet> {
+        let mut found = Vec::new();
+        #[cfg(target_arch = "x86_64")]
+        {
+            let fma = std::arch::is_x86_feature_detected!("avx2")
+                && std::arch::is_x86_feature_detected!("fma");
+            let wide = std::arch::is_x86_feature_detected!("avx512f")
+                && std::arch::is_x86_feature_detected!("avx512vl");
+            if fma && wide {
+                found.push(InstructionSet::Avx512);
+            }
+            if fma {
+                found.push(InstructionSet::Avx2);
+            }
+        }
+        #[cfg(target_arch = "aarch64")]
+        if std::arch::is_aarch64_feature_detected!("neon") {
+            found.push(InstructionSet::Neon);
+        }
+        found.push(InstructionSet::Portable);
+        found
+    }
+
+    /// The fastest there is.
+    pub fn best() -> InstructionSet {
+        Self::available()[0]
+    }
+
+    /// Whether this processor has it.
+    pub fn is_available(self) -> bool {
+        Self::available().contains(&self)
+    }
+}
+
+/// Number types that kernels exist for.
+pub trait Kernelled: Sized + 'static {
+    /// The kernels of an instruction set, the widest first; none where the processor lacks it.
+    #[doc(hidden)]
+    fn kernels(set: InstructionSet) -> Vec<KernelsOf<Self>>;
+}
+
+/// The kernels of one kind of register, nameless outside.
+#[derive(Debug, Clone, Copy)]
+pub struct KernelsOf<T: 'static>(pub &'static Kernels<T>);
+
+macro_rules! kernelled {
+    ($scalar:ty, $portable:ident, $portable_single:ident, $avx2:ident, $avx512:ident,
+     $avx512vl:ident, $single:ident, $neon:ident) => {
+        impl Kernelled for $scalar {
+            fn kernels(set: InstructionSet) -> Vec<KernelsOf<$scalar>> {
+                if !set.is_available() {
+                    return Vec::new();
+                }
+                let kernels: &[&'static Kernels<$scalar>] = match set {
+                    InstructionSet::Portable => &[&$portable::KERNELS, &$portable_single::KERNELS],
+                    #[cfg(target_arch = "x86_64")]
+                    InstructionSet::Avx512 => &[
+                        &x86::$avx512::KERNELS,
+                        &x86::$avx512vl::KERNELS,
+                        &x86::$single::KERNELS,
+                    ],
+                    #[cfg(target_arch = "x86_64")]
+                    InstructionSet::Avx2 => &[&x86::$avx2::KERNELS, &x86::$single::KERNELS],
+                    #[cfg(target_arch = "aarch64")]
+                    InstructionSet::Neon => &[&neon::$neon::KERNELS, &neon::$single::KERNELS],
+                    #[allow(unreachable_patterns)]
+                    _ => &[],
+                };
+                kernels.iter().map(|kernels| KernelsOf(kernels)).collect()
+            }
+        }
+    };
+}
+kernelled!(
+    f64,
+    portable_f64,
+    portable_single_f64,
+    avx2_f64,
+    avx512_f64,
+    avx512vl_f64,
+    single_f64,
+    neon_f64
+);
+kernelled!(
+    f32,
+    portable_f32,
+    portable_single_f32,
+    avx2_f32,
+    avx512_f32,
+    avx512vl_f32,
+    single_f32,
+    neon_f32
+);

@@ -1,0 +1,399 @@
+//! Real transforms of all columns of a (time, site) array at once, without transposing it.
+//!
+//! # Equation
+//! `X_m = sum_n v_n exp(-2 pi i m n / N)`, `m = 0 ..= N / 2`, of every column `v` of an array of N
+//! rows, unnormalised. Bins 0 and, for even N, N / 2 have imaginary part 0.
+//!
+//! # How
+//! A register holds one row of as many neighbouring columns as it has lanes, a *tile*. All lanes
+//! undergo the same, so a column's bits do not depend on its place or on its neighbours.
+//!
+//! `N = n1 n2` is split in two halves (the four-step, or Bailey's, algorithm), with
+//! `n = j1 n2 + j2` and `m = k1 + n1 k2`:
+//!
+//! 1. for each `j2` the `n1` rows `j1 n2 + j2` are transformed, times `exp(-2 pi i k1 j2 / N)`;
+//! 2. for each `k1` the `n2` numbers over `j2` are transformed, which gives the rows `m`.
+//!
+//! The series of step 1 are real, so those of `j2` and `j2 + 1` pass through one complex transform
+//! as its real and imaginary part and are split again, which leaves `k1 = 0 ..= n1 / 2`. The bins
+//! above `N / 2` that step 2 gives for these are the mirrors of the others. Between the halves
+//! lies a matrix of `(n1 / 2 + 1) n2` complex numbers a column, the scratch. Nothing else is
+//! stored twice: rows are read once, bins written once.
+//!
+//! Each half is a chain of passes of radix 2, 3, 4, 5, 7 or 8 (decimation in frequency, in place;
+//! the digits of the last pass come in reversed order and are written where they belong) over
+//! numbers that stay in the first cache. Twiddle factors come from tables that are right to half
+//! a unit in the last place. Rows are asked for one pair of series ahead of their use; results
+//! that fill whole cache lines and are larger than the caches are written past them.
+//!
+//! Lengths with other prime factors go through a convolution of a length that has none, in the
+//! same halves (Bluestein's algorithm); the shortest are transformed column by column.
+//!
+//! # Instruction sets
+//! [`InstructionSet`] is chosen at run time. Fused multiply-adds round once where others round
+//! twice, so results of [`InstructionSet::Portable`] differ in the last digits from the others',
+//! which agree with each other.
+//!
+//! # Errors
+//! The root mean square error of a column is about [`ColumnTransform::expected_error`] of the root
+//! mean square of its bins.
+//!
+//! Source: D. H. Bailey, "FFTs in external or hierarchical memory", J. Supercomputing 4, 23
+//! (1990); C. Van Loan, "Computational Frameworks for the Fast Fourier Transform", 1992.
+
+mod butterfly;
+mod chirp;
+mod choice;
+mod fast;
+mod kernels;
+mod other;
+mod passes;
+mod simd;
+
+use ndarray::parallel::prelude::*;
+use ndarray::{ArrayView2, ArrayViewMut2, Axis};
+use num_complex::Complex;
+
+use super::Real;
+use chirp::Chirp;
+use fast::Fast;
+use kernels::Kernels;
+pub use kernels::{InstructionSet, Kernelled, KernelsOf};
+use other::Other;
+
+/// Bytes of a result from which on it is written past the caches.
+const STREAMED_BYTES: usize = 4 << 20;
+
+/// The transform of all columns of arrays of one number of rows; see the [module](self).
+pub struct ColumnTransform<T: Real> {
+    length: usize,
+    set: InstructionSet,
+    way: Way<T>,
+}
+
+enum Way<T: Real> {
+    Fast(Fast<T>),
+    Chirp(Chirp<T>),
+    Other(Other<T>),
+}
+
+/// How a length is transformed.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub enum Method {
+    /// In two halves, each by passes of these radices.
+    TwoHalves {
+        first: Vec<usize>,
+        second: Vec<usize>,
+    },
+    /// By a convolution of so many points.
+    Convolution { points: usize },
+    /// Column by column, by `realfft`: the shortest.
+    ByColumn,
+}
+
+/// Working space of one thread, made by [`ColumnTransform::scratch`].
+#[derive(Debug, Clone)]
+pub struct ColumnScratch<T> {
+    /// Columns of the widest tile there is room for.
+    width: usize,
+    lines: Vec<Line>,
+    /// A tile of columns that are not neighbours, and its bins; grows when it is needed.
+    staged: Vec<Line>,
+    by_column: other::Room<T>,
+}
+
+/// A cache line.
+#[derive(Debug, Clone, Copy)]
+#[repr(C, align(64))]
+struct Line([u8; 64]);
+
+// SAFETY: bytes without padding; all zeros are zeros.
+unsafe impl bytemuck::Zeroable for Line {}
+// SAFETY: any bits are bytes.
+unsafe impl bytemuck::Pod for Line {}
+
+impl<T: Real> ColumnTransform<T> {
+    /// Plans transforms of columns of `length` samples, at least 1, for this processor.
+    ///
+    /// # Panics
+    /// If `length` is 0.
+    pub fn new(length: usize) -> Self {
+        let set = InstructionSet::best();
+        Self::planned(length, set)
+    }
+
+    /// The same for a chosen instruction set; `None` where the processor lacks it.
+    ///
+    /// # Panics
+    /// If `length` is 0.
+    pub fn with(length: usize, set: InstructionSet) -> Option<Self> {
+        set.is_available().then(|| Self::planned(length, set))
+    }
+
+    fn planned(length: usize, set: InstructionSet) -> Self {
+        assert!(length > 0);
+        let way = match choice::halves(length) {
+            Some((first, second)) => Way::Fast(Fast::new(set, first, second)),
+            None if length <= 8 => Way::Other(Other::new(length)),
+            None => {
+                let points = choice::convolution(length + length / 2);
+                Way::Chirp(Chirp::new(set, length, points))
+            }
+        };
+        ColumnTransform { length, set, way }
+    }
+
+    /// Length N of the columns.
+    pub fn length(&self) -> usize {
+        self.length
+    }
+
+    /// Rows of the result, `N / 2 + 1`.
+    pub fn bins(&self) -> usize {
+        self.length / 2 + 1
+    }
+
+    /// Columns that are transformed together.
+    pub fn width(&self) -> usize {
+        self.way.kernels().first().map_or(other::WIDTH, |k| k.width)
+    }
+
+    pub fn instruction_set(&self) -> InstructionSet {
+        self.set
+    }
+
+    pub fn method(&self) -> Method {
+        match &self.way {
+            Way::Fast(fast) => {
+                let [first, second] = fast.radices();
+                Method::TwoHalves {
+                    first: first.to_vec(),
+                    second: second.to_vec(),
+                }
+            }
+            Way::Chirp(chirp) => Method::Convolution {
+                points: chirp.points(),
+            },
+            Way::Other(_) => Method::ByColumn,
+        }
+    }
+
+    /// Root mean square error of white noise's bins, relative to the root mean square of all.
+    pub fn expected_error(&self) -> f64 {
+        let levels = (self.length as f64).log2().max(1.0).sqrt();
+        let factor = match &self.way {
+            Way::Fast(_) => 0.35,
+            Way::Chirp(_) => 1.0,
+            Way::Other(_) => 1.0,
+        };
+        factor * T::EPSILON * levels
+    }
+
+    /// Working space of one thread for arrays of `columns` columns, or of more.
+    pub fn scratch(&self, columns: usize) -> ColumnScratch<T> {
+        let (width, numbers, by_column) = match &self.way {
+            Way::Other(other) => (other::WIDTH, 0, other.room()),
+            way => {
+                let width = widest(way.kernels(), columns).width;
+                (width, way.scratch_len(width), other::Room::default())
+            }
+        };
+        ColumnScratch {
+            width,
+            lines: lines::<T>(numbers),
+            staged: Vec::new(),
+            by_column,
+        }
+    }
+
+    /// The spectra of all columns of `values`, `(time, column)`, to `spectra`, `(bin, column)`.
+    ///
+    /// Fastest where rows of `spectra` are whole cache lines. Allocates nothing where the columns
+    /// of both are neighbours in memory.
+    ///
+    /// # Panics
+    /// If the shapes are not those of the plan, or `scratch` was made by another.
+    pub fn transform(
+        &self,
+        values: ArrayView2<T>,
+        mut spectra: ArrayViewMut2<Complex<T>>,
+        scratch: &mut ColumnScratch<T>,
+    ) {
+        assert_eq!(values.nrows(), self.length);
+        assert_eq!(spectra.dim(), (self.bins(), values.ncols()));
+        match &self.way {
+            Way::Other(other) => other.transform(values, spectra, &mut scratch.by_column),
+            _ => {
+                let bytes = spectra.len() * size_of::<Complex<T>>();
+                let stream = bytes >= STREAMED_BYTES;
+                self.tiles(values, &mut spectra, stream, scratch);
+            }
+        }
+    }
+
+    /// The same by all threads of the current pool, with the same bits; each makes its own
+    /// scratch.
+    ///
+    /// # Panics
+    /// If the shapes are not those of the plan.
+    pub fn transform_in_parallel(
+        &self,
+        values: ArrayView2<T>,
+        mut spectra: ArrayViewMut2<Complex<T>>,
+    ) {
+        let columns = values.ncols();
+        let tiles = columns.div_ceil(self.width());
+        let stripe = tiles.div_ceil(4 * rayon::current_num_threads()).max(1) * self.width();
+        values
+            .axis_chunks_iter(Axis(1), stripe)
+            .into_par_iter()
+            .zip(spectra.axis_chunks_iter_mut(Axis(1), stripe))
+            .for_each_init(
+                || self.scratch(stripe.min(columns)),
+                |scratch, (values, spectra)| self.transform(values, spectra, scratch),
+            );
+    }
+
+    fn tiles(
+        &self,
+        values: ArrayView2<T>,
+        spectra: &mut ArrayViewMut2<Complex<T>>,
+        stream: bool,
+        scratch: &mut ColumnScratch<T>,
+    ) {
+        let columns = values.ncols();
+        let stride = |strides: &[isize]| match strides {
+            &[row, 1] => usize::try_from(row).ok(),
+            _ => None,
+        };
+        let strides = stride(values.strides()).zip(stride(spectra.strides()));
+        let Some((from_stride, to_stride)) = strides else {
+            self.staged(values, spectra, scratch);
+            return;
+        };
+        let row = 2 * to_stride * size_of::<T>();
+        let kernels = self.way.kernels();
+        let numbers: &mut [T] = bytemuck::cast_slice_mut(&mut scratch.lines);
+        let widest = widest(kernels, columns.min(scratch.width));
+        let mut done = 0;
+        while done < columns {
+            let left = columns - done;
+            let covers = |k: &&&Kernels<T>| k.width >= left && k.width <= widest.width;
+            let kernel = *kernels.iter().rev().find(covers).unwrap_or(&widest);
+            // The last tile overlaps the one before: the same numbers are written again.
+            let start = done.min(columns - kernel.width);
+            // SAFETY: the tile's columns are within both views, and so are its rows, by the shapes
+            // asserted; `Complex` is two numbers.
+            unsafe {
+                let from = values.as_ptr().add(start);
+                let to = spectra.as_mut_ptr().add(start).cast::<T>();
+                let aligned = to.addr().is_multiple_of(64) && row.is_multiple_of(64);
+                let to = (to, 2 * to_stride);
+                self.way
+                    .tile(kernel, (from, from_stride), to, stream && aligned, numbers);
+            }
+            done = start + kernel.width;
+        }
+        simd::finish_streams();
+    }
+
+    /// Columns that are not neighbours: through copies.
+    fn staged(
+        &self,
+        values: ArrayView2<T>,
+        spectra: &mut ArrayViewMut2<Complex<T>>,
+        scratch: &mut ColumnScratch<T>,
+    ) {
+        let columns = values.ncols();
+        let kernel = widest(self.way.kernels(), columns.min(scratch.width));
+        let width = kernel.width;
+        let samples = (width * self.length).next_multiple_of(64);
+        let numbers = samples + 2 * width * self.bins();
+        if size_of_val(&scratch.staged[..]) < numbers * size_of::<T>() {
+            scratch.staged = lines::<T>(numbers);
+        }
+        let staged: &mut [T] = bytemuck::cast_slice_mut(&mut scratch.staged);
+        let (rows, bins) = staged.split_at_mut(samples);
+        let work: &mut [T] = bytemuck::cast_slice_mut(&mut scratch.lines);
+        for done in (0..columns).step_by(width) {
+            let start = done.min(columns - width);
+            for (row, from) in rows.chunks_exact_mut(width).zip(values.outer_iter()) {
+                for (c, to) in row.iter_mut().enumerate() {
+                    *to = from[start + c];
+                }
+            }
+            // SAFETY: both copies have as many rows of a tile's width as the plan's length asks
+            // for.
+            unsafe {
+                let to = (bins.as_mut_ptr(), 2 * width);
+                self.way
+                    .tile(kernel, (rows.as_ptr(), width), to, false, work);
+            }
+            for (row, mut to) in bins.chunks_exact(2 * width).zip(spectra.outer_iter_mut()) {
+                for (c, pair) in row.chunks_exact(2).enumerate() {
+                    to[start + c] = Complex::new(pair[0], pair[1]);
+                }
+            }
+        }
+    }
+}
+
+impl<T: Real> Way<T> {
+    /// None where a column is transformed alone.
+    fn kernels(&self) -> &[&'static Kernels<T>] {
+        match self {
+            Way::Fast(fast) => fast.kernels(),
+            Way::Chirp(chirp) => chirp.kernels(),
+            Way::Other(_) => &[],
+        }
+    }
+
+    fn scratch_len(&self, width: usize) -> usize {
+        match self {
+            Way::Fast(fast) => fast.scratch_len(width),
+            Way::Chirp(chirp) => chirp.scratch_len(width),
+            Way::Other(_) => 0,
+        }
+    }
+
+    /// # Safety
+    /// As [`Fast::tile`].
+    unsafe fn tile(
+        &self,
+        kernels: &Kernels<T>,
+        from: (*const T, usize),
+        to: (*mut T, usize),
+        stream: bool,
+        scratch: &mut [T],
+    ) {
+        // SAFETY: the caller's.
+        unsafe {
+            match self {
+                Way::Fast(fast) => fast.tile(kernels, from, to, stream, scratch),
+                Way::Chirp(chirp) => chirp.tile(kernels, from, to, scratch),
+                Way::Other(_) => {}
+            }
+        }
+    }
+}
+
+/// The widest kernel of at most `columns` columns; the last is of one.
+fn widest<T>(kernels: &[&'static Kernels<T>], columns: usize) -> &'static Kernels<T> {
+    let fits = kernels.iter().find(|k| k.width <= columns);
+    fits.unwrap_or(&kernels[kernels.len() - 1])
+}
+
+/// Room for so many numbers.
+fn lines<T>(numbers: usize) -> Vec<Line> {
+    vec![bytemuck::Zeroable::zeroed(); (numbers * size_of::<T>()).div_ceil(64)]
+}
+
+impl<T: Real> std::fmt::Debug for ColumnTransform<T> {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        f.debug_struct("ColumnTransform")
+            .field("length", &self.length)
+            .field("instruction_set", &self.set)
+            .field("method", &self.method())
+            .finish_non_exhaustive()
+    }
+}

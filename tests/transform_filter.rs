@@ -1,0 +1,158 @@
+//! Filters in frequency and wavenumber: plane waves that pass or not, and what adds up.
+
+use std::f64::consts::TAU;
+
+use cascade::transform::{ColumnInverse, ColumnTransform, Passband, SpaceTimeFilter, Travelling};
+use ndarray::{Array2, azip};
+
+const SHAPE: (usize, usize) = (120, 50);
+const STEPS: (f64, f64) = (0.5, 2.0);
+
+/// `cos(k x - omega t + phase)` of bins m and q; `q > 0` travels towards +x.
+fn wave(m: i32, q: i32, phase: f64) -> Array2<f64> {
+    Array2::from_shape_fn(SHAPE, |(n, j)| {
+        // Whole turns are taken off while they are whole numbers.
+        let turns = |bin: i32, at: usize, length: usize| {
+            (i64::from(bin) * at as i64).rem_euclid(length as i64) as f64 / length as f64
+        };
+        let (in_space, in_time) = (turns(q, j, SHAPE.1), turns(m, n, SHAPE.0));
+        (TAU * (in_space - in_time) + phase).cos()
+    })
+}
+
+fn frequency(m: i32) -> f64 {
+    f64::from(m) / (SHAPE.0 as f64 * STEPS.0)
+}
+
+fn wavenumber(q: i32) -> f64 {
+    TAU * f64::from(q) / (SHAPE.1 as f64 * STEPS.1)
+}
+
+fn filtered(values: &Array2<f64>, band: &Passband) -> Array2<f64> {
+    let filter = SpaceTimeFilter::new(values.dim());
+    filter.apply(values.view(), STEPS, band).unwrap()
+}
+
+fn largest_difference(a: &Array2<f64>, b: &Array2<f64>) -> f64 {
+    let apart = a.iter().zip(b).map(|(a, b)| (a - b).abs());
+    apart.fold(0.0, f64::max)
+}
+
+fn same(a: &Array2<f64>, b: &Array2<f64>, bound: f64) {
+    let apart = largest_difference(a, b);
+    assert!(apart < bound, "{apart:e}");
+}
+
+fn noise(shape: (usize, usize)) -> Array2<f64> {
+    let mut state = 7_u64;
+    Array2::from_shape_simple_fn(shape, || {
+        state ^= state << 13;
+        state ^= state >> 7;
+        state ^= state << 17;
+        (state >> 11) as f64 / (1_u64 << 53) as f64 - 0.5
+    })
+}
+
+#[test]
+fn val_plane_waves_pass_where_they_lie() {
+    let slow = wave(6, 10, 0.3);
+    let fast = wave(30, 4, 1.1);
+    let back = wave(20, -9, -0.4);
+    let all = &slow + &fast + &back;
+    let speed = |m: i32, q: i32| TAU * frequency(m) / wavenumber(q).abs();
+    let near = |x: f64| Some((0.99 * x, 1.01 * x));
+    let of = |band: Passband| filtered(&all, &band);
+    let by_frequency = of(Passband {
+        frequency: Some((0.0, frequency(6))),
+        ..Passband::default()
+    });
+    same(&by_frequency, &slow, 2e-15);
+    let by_wavenumber = of(Passband {
+        wavenumber: near(wavenumber(4)),
+        ..Passband::default()
+    });
+    same(&by_wavenumber, &fast, 2e-15);
+    let by_speed = of(Passband {
+        speed: near(speed(20, 9)),
+        ..Passband::default()
+    });
+    same(&by_speed, &back, 2e-15);
+    let by_direction = of(Passband {
+        travelling: Travelling::TowardPlusX,
+        ..Passband::default()
+    });
+    same(&by_direction, &(&slow + &fast), 3e-15);
+}
+
+/// Even and odd lengths; energies add, since the parts share no bin.
+#[test]
+fn directions_add_up_to_the_field() {
+    for shape in [(120, 50), (121, 49), (64, 1), (1, 30), (251, 22)] {
+        let values = noise(shape);
+        let mut sum = Array2::<f64>::zeros(shape);
+        let mut energy = 0.0;
+        for travelling in [
+            Travelling::TowardPlusX,
+            Travelling::TowardMinusX,
+            Travelling::Nowhere,
+        ] {
+            let band = Passband {
+                travelling,
+                ..Passband::default()
+            };
+            let part = filtered(&values, &band);
+            energy += part.iter().map(|v| v * v).sum::<f64>();
+            azip!((s in &mut sum, p in &part) *s += p);
+        }
+        let apart = largest_difference(&sum, &values);
+        assert!(apart < 2e-15, "{shape:?}: {apart:e}");
+        let whole: f64 = values.iter().map(|v| v * v).sum();
+        let residual = energy / whole - 1.0;
+        assert!(residual.abs() < 3e-14, "{shape:?}: {residual:e}");
+        let all = filtered(&values, &Passband::default());
+        same(&all, &values, 1.5e-15);
+    }
+}
+
+#[test]
+fn columns_return_to_rounding() {
+    for length in [1, 2, 7, 48, 97, 480, 1009, 4096] {
+        let values = noise((length, 11));
+        let plan = ColumnTransform::<f64>::new(length);
+        let mut spectra = Array2::default((plan.bins(), 11));
+        plan.transform_in_parallel(values.view(), spectra.view_mut());
+        let mut back = Array2::zeros((length, 11));
+        ColumnInverse::new(length).transform_in_parallel(spectra.view(), back.view_mut());
+        let apart = largest_difference(&values, &back);
+        assert!(apart < 1.5e-15, "{length}: {apart:e}");
+    }
+}
+
+#[test]
+fn bands_that_end_before_they_begin_are_refused() {
+    for band in [(2.0, 1.0), (-1.0, 1.0), (f64::NAN, 1.0)] {
+        let band = Passband {
+            speed: Some(band),
+            ..Passband::default()
+        };
+        let filter = SpaceTimeFilter::<f64>::new((8, 4));
+        let refused = filter.apply(Array2::zeros((8, 4)).view(), STEPS, &band);
+        assert!(refused.is_err());
+    }
+}
+
+#[test]
+fn any_number_of_threads_gives_the_same_bits() {
+    let values = noise((100, 33));
+    let band = Passband {
+        speed: Some((0.5, 3.0)),
+        ..Passband::default()
+    };
+    let on = |threads: usize| {
+        let pool = rayon::ThreadPoolBuilder::new().num_threads(threads);
+        pool.build().unwrap().install(|| filtered(&values, &band))
+    };
+    let alone = on(1);
+    assert_eq!(on(2), alone);
+    assert_eq!(on(4), alone);
+}
