@@ -2,6 +2,7 @@
 
 mod between;
 mod columns;
+mod filtered;
 pub(crate) mod labels;
 mod maps;
 mod observer;
@@ -15,6 +16,7 @@ mod sink;
 mod spacetime;
 mod warning;
 
+pub use filtered::{Filtered, filtered};
 pub use observer::{Observer, Silent};
 pub use plan::{Blocks, Plan, PlanSummary, PlannedStage, plan};
 pub use request::{Precision, Request, Results, Scaling, ShortTime, TimeRange, Welch};

@@ -25,6 +25,7 @@ pub use options::{Header, OpenOptions, TimeColumn};
 pub use sidecar::Sidecar;
 
 pub(crate) use npz::{Archive as Members, read_members};
+pub(crate) use open::is_field_file;
 pub(crate) use open::regular_file;
 pub use open::{file_hash, is_run_file};
 use storage::Storage;
@@ -65,6 +66,27 @@ pub enum Quantity {
     Acceleration,
     StrainRate,
     Force,
+}
+
+impl Quantity {
+    pub const ALL: [Quantity; 5] = [
+        Quantity::Velocity,
+        Quantity::Displacement,
+        Quantity::Acceleration,
+        Quantity::StrainRate,
+        Quantity::Force,
+    ];
+
+    /// Its name in archives.
+    pub fn name(self) -> &'static str {
+        match self {
+            Quantity::Velocity => "velocity",
+            Quantity::Displacement => "displacement",
+            Quantity::Acceleration => "acceleration",
+            Quantity::StrainRate => "strain_rate",
+            Quantity::Force => "force",
+        }
+    }
 }
 
 /// The order of the two axes in a file: an array of two dimensions does not say it.

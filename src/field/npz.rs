@@ -60,15 +60,18 @@ pub(super) fn is_run(bytes: &[u8]) -> bool {
         .is_ok_and(|zip| has(&zip, "scene.npy") && has(&zip, "schema.npy"))
 }
 
+/// Whether an archive is a field that this program wrote: it says what its members are, and is no run.
+pub(super) fn is_field(bytes: &[u8]) -> bool {
+    let has = |zip: &ZipArchive<_>, name| zip.index_for_name(name).is_some();
+    ZipArchive::new(Cursor::new(bytes))
+        .is_ok_and(|zip| !has(&zip, "scene.npy") && has(&zip, "schema.npy"))
+}
+
 /// What a member measures, where its name says so.
 fn quantity(member: &str) -> Option<Quantity> {
-    match member {
-        "velocity" => Some(Quantity::Velocity),
-        "displacement" => Some(Quantity::Displacement),
-        "acceleration" => Some(Quantity::Acceleration),
-        "force" => Some(Quantity::Force),
-        _ => None,
-    }
+    Quantity::ALL
+        .into_iter()
+        .find(|quantity| quantity.name() == member)
 }
 
 /// Reads members of the archive at `path`.

@@ -151,6 +151,11 @@ pub fn is_run_file(path: &Path) -> bool {
     map(path).is_ok_and(|map| npz::is_run(&map))
 }
 
+/// Whether the file at `path` is a field that this program wrote; false for one that cannot be read.
+pub(crate) fn is_field_file(path: &Path) -> bool {
+    map(path).is_ok_and(|map| npz::is_field(&map))
+}
+
 /// Metadata of a file that can be mapped; a pipe is refused before it is opened.
 pub(crate) fn regular_file(path: &Path) -> Result<Metadata> {
     let metadata = std::fs::metadata(path).map_err(Error::read("read", path))?;

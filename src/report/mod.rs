@@ -9,9 +9,11 @@ mod budget_arrays;
 #[cfg(feature = "figures")]
 mod budget_page;
 mod directory;
+mod field_file;
 #[cfg(feature = "figures")]
 mod html;
 mod localized;
+mod new_file;
 mod run_file;
 mod summary;
 
@@ -26,6 +28,7 @@ pub use budget_arrays::{write_budget_arrays, write_measured_arrays};
 #[cfg(feature = "figures")]
 pub use budget_page::{budget_html, comparison_html};
 pub use directory::{Contents, ResultDirectory};
+pub use field_file::{FIELD_SCHEMA, FieldFile};
 #[cfg(feature = "figures")]
 pub use html::html;
 pub use localized::{LOCALIZED_SCHEMA, LocalizedSummary, table_csv, write_journey, write_profile};

@@ -27,6 +27,11 @@ pub enum Command {
     /// time_unit, space_unit, quantity, unit), or are known from the file; an axis of which nothing
     /// is known counts samples or sites.
     Analyze(Box<Analyze>),
+    /// Keep of a field what lies in a band of frequency, wavenumber or speed, or travels one way.
+    ///
+    /// The field is transformed in time and space, multiplied by 1 or 0, and transformed back; what
+    /// passes is a field with the same axes. All bands passed together are the field, to rounding.
+    Filter(Box<crate::filter::Filter>),
     /// Follow the energy of a simulated chain: balances that close.
     ///
     /// RUN is a run file of `cascade simulate` with displacements. Four budgets: site by site in real

@@ -8,6 +8,7 @@ mod chain_args;
 mod compare;
 mod contact;
 mod failure;
+mod filter;
 mod kept;
 mod localize;
 mod manual;
@@ -34,6 +35,7 @@ fn main() -> ExitCode {
         Command::Analyze(typed) => analyze::run(*typed),
         Command::Budget(typed) => budget::run(*typed),
         Command::Compare(typed) => compare::run(*typed),
+        Command::Filter(typed) => filter::run(*typed),
         Command::Simulate(typed) => simulate::run(*typed),
         Command::Sweep(typed) => sweep::run(*typed),
         Command::Scene(typed) => scene::run(typed),

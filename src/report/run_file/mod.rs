@@ -6,17 +6,24 @@
 mod read;
 mod write;
 
-use std::fs;
-use std::path::{Path, PathBuf};
+use std::path::Path;
 
+use super::new_file::NewFile;
 use crate::analyze::Observer;
 use crate::chain::Run;
 use crate::chain::scene::Setup;
-use crate::error::{Error, Result};
+#[cfg(doc)]
+use crate::error::Error;
+use crate::error::Result;
 use crate::field::is_run_file;
 
 /// Version of the layout of run files, which their member `schema` holds.
 pub const RUN_SCHEMA: &str = "cascade.run/1";
+
+const NEW: NewFile = NewFile {
+    word: "run",
+    is_one: is_run_file,
+};
 
 /// A run with its scene.
 #[derive(Debug, Clone)]
@@ -32,13 +39,7 @@ impl RunFile {
     /// [`Error::Exists`] if a run is there and is not to be replaced, [`Error::Occupied`] if
     /// something else is; [`Error::Request`] for a path without a name; [`Error::Write`].
     pub fn check(path: &Path, replace: bool) -> Result<()> {
-        check_free(path, replace)?;
-        // Folders that are missing are made only once there is something to put into them.
-        let there = path.ancestors().skip(1).find(|parent| parent.exists());
-        let there = there.filter(|parent| !parent.as_os_str().is_empty());
-        let probe = partial(there.unwrap_or(Path::new(".")), path);
-        fs::write(&probe, "").map_err(Error::write("create", path))?;
-        fs::remove_file(&probe).map_err(Error::write("remove", &probe))
+        NEW.check(path, replace)
     }
 
     /// Writes a run of `setup` to `path`.
@@ -52,23 +53,9 @@ impl RunFile {
         run: &Run,
         observer: &dyn Observer,
     ) -> Result<()> {
-        check_free(path, replace)?;
-        let parent = path.parent().unwrap_or(Path::new(""));
-        let made: Vec<&Path> = parent.ancestors().take_while(|p| !is_there(p)).collect();
-        let working = partial(parent, path);
-        let written = fs::create_dir_all(parent)
-            .map_err(Error::write("create", parent))
-            .and_then(|()| write::all(&working, setup, run, observer))
-            .and_then(|()| check_free(path, replace))
-            .and_then(|()| fs::rename(&working, path).map_err(Error::write("rename to", path)));
-        if written.is_err() {
-            let _ = fs::remove_file(&working);
-            for parent in made {
-                // One that someone else has put something into stays.
-                let _ = fs::remove_dir(parent);
-            }
-        }
-        written
+        NEW.write(path, replace, |working| {
+            write::all(working, setup, run, observer)
+        })
     }
 
     /// Reads a run back.
@@ -78,45 +65,5 @@ impl RunFile {
     /// its scene says; [`Error::Scene`] for a scene that is at fault.
     pub fn read(path: &Path) -> Result<RunFile> {
         read::run_file(path)
-    }
-}
-
-/// The file that is written before it gets its name.
-fn partial(folder: &Path, path: &Path) -> PathBuf {
-    let name = path.file_name().unwrap_or_default().to_string_lossy();
-    folder.join(format!(".{name}.partial-{}", std::process::id()))
-}
-
-fn is_there(folder: &Path) -> bool {
-    folder.as_os_str().is_empty() || folder.exists()
-}
-
-/// Refuses a place that is taken.
-fn check_free(path: &Path, replace: bool) -> Result<()> {
-    let ends_in_separator = path
-        .as_os_str()
-        .to_string_lossy()
-        .ends_with(std::path::is_separator);
-    if path.file_name().is_none() || ends_in_separator {
-        return Err(Error::Request {
-            option: "out",
-            expected: "a file with a name".into(),
-            found: path.display().to_string(),
-        });
-    }
-    let occupied = |found: &str| {
-        Err(Error::Occupied {
-            path: path.to_owned(),
-            found: found.into(),
-        })
-    };
-    match fs::symlink_metadata(path) {
-        Err(_) => Ok(()),
-        Ok(found) if !found.is_file() => occupied("is there and is no file"),
-        Ok(_) if !is_run_file(path) => occupied("is there and is no run"),
-        Ok(_) if replace => Ok(()),
-        Ok(_) => Err(Error::Exists {
-            path: path.to_owned(),
-        }),
     }
 }

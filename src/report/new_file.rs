@@ -1,0 +1,100 @@
+//! A file that appears whole or not at all, and replaces only its like.
+
+use std::fs;
+use std::path::{Path, PathBuf};
+
+use crate::error::{Error, Result};
+
+/// Files of one kind.
+pub(super) struct NewFile {
+    /// What messages call one.
+    pub(super) word: &'static str,
+    /// Whether what is at a path is one.
+    pub(super) is_one: fn(&Path) -> bool,
+}
+
+impl NewFile {
+    /// That a file can be written to `path`, before any work is done.
+    ///
+    /// # Errors
+    /// [`Error::Exists`] if one is there and is not to be replaced, [`Error::Occupied`] if
+    /// something else is; [`Error::Request`] for a path without a name; [`Error::Write`].
+    pub(super) fn check(&self, path: &Path, replace: bool) -> Result<()> {
+        self.check_free(path, replace)?;
+        // Folders that are missing are made only once there is something to put into them.
+        let there = path.ancestors().skip(1).find(|parent| parent.exists());
+        let there = there.filter(|parent| !parent.as_os_str().is_empty());
+        let probe = partial(there.unwrap_or(Path::new(".")), path);
+        fs::write(&probe, "").map_err(Error::write("create", path))?;
+        fs::remove_file(&probe).map_err(Error::write("remove", &probe))
+    }
+
+    /// Writes to `path` what `fill` puts into a new file beside it.
+    ///
+    /// # Errors
+    /// As [`NewFile::check`], and those of `fill`.
+    pub(super) fn write(
+        &self,
+        path: &Path,
+        replace: bool,
+        fill: impl FnOnce(&Path) -> Result<()>,
+    ) -> Result<()> {
+        self.check_free(path, replace)?;
+        let parent = path.parent().unwrap_or(Path::new(""));
+        let made: Vec<&Path> = parent.ancestors().take_while(|p| !is_there(p)).collect();
+        let working = partial(parent, path);
+        let written = fs::create_dir_all(parent)
+            .map_err(Error::write("create", parent))
+            .and_then(|()| fill(&working))
+            .and_then(|()| self.check_free(path, replace))
+            .and_then(|()| fs::rename(&working, path).map_err(Error::write("rename to", path)));
+        if written.is_err() {
+            let _ = fs::remove_file(&working);
+            for parent in made {
+                // One that someone else has put something into stays.
+                let _ = fs::remove_dir(parent);
+            }
+        }
+        written
+    }
+
+    /// Refuses a place that is taken.
+    fn check_free(&self, path: &Path, replace: bool) -> Result<()> {
+        let ends_in_separator = path
+            .as_os_str()
+            .to_string_lossy()
+            .ends_with(std::path::is_separator);
+        if path.file_name().is_none() || ends_in_separator {
+            return Err(Error::Request {
+                option: "out",
+                expected: "a file with a name".into(),
+                found: path.display().to_string(),
+            });
+        }
+        let occupied = |found: &str| {
+            Err(Error::Occupied {
+                path: path.to_owned(),
+                found: found.into(),
+            })
+        };
+        match fs::symlink_metadata(path) {
+            Err(_) => Ok(()),
+            Ok(found) if !found.is_file() => occupied("is there and is no file"),
+            Ok(_) if !(self.is_one)(path) => occupied(&format!("is there and is no {}", self.word)),
+            Ok(_) if replace => Ok(()),
+            Ok(_) => Err(Error::Exists {
+                path: path.to_owned(),
+            }),
+        }
+    }
+}
+
+/// The file that is written before it gets its name.
+fn partial(folder: &Path, path: &Path) -> PathBuf {
+    let name = path.file_name().unwrap_or_default().to_string_lossy();
+    folder.join(format!(".{name}.partial-{}", std::process::id()))
+}
+
+fn is_there(folder: &Path) -> bool {
+    folder.as_os_str().is_empty() || folder.exists()
+}
