@@ -50,6 +50,8 @@ mod other;
 mod passes;
 mod simd;
 
+use std::sync::{Mutex, PoisonError};
+
 use ndarray::parallel::prelude::*;
 use ndarray::{ArrayView2, ArrayViewMut2, Axis};
 use num_complex::Complex;
@@ -69,6 +71,21 @@ pub struct ColumnTransform<T: Real> {
     length: usize,
     set: InstructionSet,
     way: Way<T>,
+    /// Working spaces of threads that are done, for those to come.
+    spare: Mutex<Vec<ColumnScratch<T>>>,
+}
+
+/// A working space that goes back to where it came from.
+struct Borrowed<'a, T: Real> {
+    scratch: Option<ColumnScratch<T>>,
+    spare: &'a Mutex<Vec<ColumnScratch<T>>>,
+}
+
+impl<T: Real> Drop for Borrowed<'_, T> {
+    fn drop(&mut self) {
+        let mut spare = self.spare.lock().unwrap_or_else(PoisonError::into_inner);
+        spare.extend(self.scratch.take());
+    }
 }
 
 enum Way<T: Real> {
@@ -140,7 +157,12 @@ impl<T: Real> ColumnTransform<T> {
                 Way::Chirp(Chirp::new(set, length, points))
             }
         };
-        ColumnTransform { length, set, way }
+        ColumnTransform {
+            length,
+            set,
+            way,
+            spare: Mutex::default(),
+        }
     }
 
     /// Length N of the columns.
@@ -189,6 +211,23 @@ impl<T: Real> ColumnTransform<T> {
         factor * T::EPSILON * levels
     }
 
+    /// A working space of one thread, one that is spare if there is one: new memory costs as much as
+    /// a tile of short columns.
+    fn borrow(&self, columns: usize) -> Borrowed<'_, T> {
+        let width = match &self.way {
+            Way::Other(_) => other::WIDTH,
+            way => widest(way.kernels(), columns).width,
+        };
+        let mut spare = self.spare.lock().unwrap_or_else(PoisonError::into_inner);
+        let at = spare.iter().position(|scratch| scratch.width == width);
+        let found = at.map(|at| spare.swap_remove(at));
+        drop(spare);
+        Borrowed {
+            scratch: Some(found.unwrap_or_else(|| self.scratch(columns))),
+            spare: &self.spare,
+        }
+    }
+
     /// Working space of one thread for arrays of `columns` columns, or of more.
     pub fn scratch(&self, columns: usize) -> ColumnScratch<T> {
         let (width, numbers, by_column) = match &self.way {
@@ -219,20 +258,35 @@ impl<T: Real> ColumnTransform<T> {
         mut spectra: ArrayViewMut2<Complex<T>>,
         scratch: &mut ColumnScratch<T>,
     ) {
+        let stream = self.streams(values.ncols());
+        self.stripe(values, &mut spectra, stream, scratch);
+    }
+
+    /// Whether a result of so many columns is written past the caches.
+    fn streams(&self, columns: usize) -> bool {
+        self.bins() * columns * size_of::<Complex<T>>() >= STREAMED_BYTES
+    }
+
+    /// Transforms a stripe of an array.
+    fn stripe(
+        &self,
+        values: ArrayView2<T>,
+        spectra: &mut ArrayViewMut2<Complex<T>>,
+        stream: bool,
+        scratch: &mut ColumnScratch<T>,
+    ) {
         assert_eq!(values.nrows(), self.length);
         assert_eq!(spectra.dim(), (self.bins(), values.ncols()));
         match &self.way {
-            Way::Other(other) => other.transform(values, spectra, &mut scratch.by_column),
-            _ => {
-                let bytes = spectra.len() * size_of::<Complex<T>>();
-                let stream = bytes >= STREAMED_BYTES;
-                self.tiles(values, &mut spectra, stream, scratch);
+            Way::Other(other) => {
+                other.transform(values, spectra.view_mut(), &mut scratch.by_column)
             }
+            _ => self.tiles(values, spectra, stream, scratch),
         }
     }
 
-    /// The same by all threads of the current pool, with the same bits; each makes its own
-    /// scratch.
+    /// The same by all threads of the current pool, with the same bits; each takes a working space
+    /// that an earlier call left, if there is one.
     ///
     /// # Panics
     /// If the shapes are not those of the plan.
@@ -242,6 +296,7 @@ impl<T: Real> ColumnTransform<T> {
         mut spectra: ArrayViewMut2<Complex<T>>,
     ) {
         let columns = values.ncols();
+        let stream = self.streams(columns);
         let tiles = columns.div_ceil(self.width());
         let stripe = tiles.div_ceil(4 * rayon::current_num_threads()).max(1) * self.width();
         values
@@ -249,8 +304,12 @@ impl<T: Real> ColumnTransform<T> {
             .into_par_iter()
             .zip(spectra.axis_chunks_iter_mut(Axis(1), stripe))
             .for_each_init(
-                || self.scratch(stripe.min(columns)),
-                |scratch, (values, spectra)| self.transform(values, spectra, scratch),
+                || self.borrow(stripe.min(columns)),
+                |borrowed, (values, mut spectra)| {
+                    if let Some(scratch) = &mut borrowed.scratch {
+                        self.stripe(values, &mut spectra, stream, scratch);
+                    }
+                },
             );
     }
 
