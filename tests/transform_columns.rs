@@ -229,6 +229,21 @@ fn any_layout_and_any_number_of_threads_give_the_same_bits() {
 }
 
 /// Results large enough to be written past the caches, aligned and not.
+/// Rows 4096 bytes apart share places in the caches, and tiles go side by side.
+#[test]
+fn rows_far_apart_have_the_bits_of_close_ones() {
+    for length in [15, 64, 1000, 1009] {
+        let plan = ColumnTransform::<f64>::new(length);
+        let wide = Random(8).array::<f64>((length, 512));
+        for columns in (1..=40).chain([512]) {
+            let part = wide.slice(s![.., ..columns]);
+            let far = spectra(&plan, part);
+            let close = spectra(&plan, part.to_owned().view());
+            assert_eq!(bits(far.view()), bits(close.view()), "{length} x {columns}");
+        }
+    }
+}
+
 #[test]
 fn large_results_have_the_bits_of_small_ones() {
     let length = 4096;

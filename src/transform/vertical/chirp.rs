@@ -119,7 +119,7 @@ impl<T: Real> Chirp<T> {
     /// Transforms one tile of `kernels.width` columns.
     ///
     /// # Safety
-    /// As [`super::fast::Fast::tile`]; `to` needs no alignment.
+    /// As [`super::fast::Fast::tiles`]; `to` needs no alignment.
     pub unsafe fn tile(
         &self,
         kernels: &Kernels<T>,

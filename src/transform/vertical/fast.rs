@@ -9,6 +9,12 @@ use crate::turns::cos_sin_exact;
 /// their places in the caches.
 const PADDING: usize = 2;
 
+/// Tiles transformed side by side where rows lie a multiple of [`ALIASED`] bytes apart. Then they all
+/// share a few places in the caches, and what is asked for early for the next tile is gone before its
+/// turn comes.
+pub const TOGETHER: usize = 2;
+pub const ALIASED: usize = 4096;
+
 /// A planned transform of one length.
 pub struct Fast<T: 'static> {
     length: usize,
@@ -123,56 +129,107 @@ impl<T: Real> Fast<T> {
 
     /// Numbers of scratch for tiles of `width` columns.
     pub fn scratch_len(&self, width: usize) -> usize {
-        2 * width * (self.work() + (self.first.length / 2 + 1) * self.row())
+        2 * width * (self.work() + TOGETHER * self.between())
     }
 
-    /// Transforms one tile of `kernels.width` columns.
+    /// Complex numbers of the matrix between the halves.
+    fn between(&self) -> usize {
+        (self.first.length / 2 + 1) * self.row()
+    }
+
+    /// Transforms one tile of `kernels.width` columns, or up to [`TOGETHER`] neighbouring ones.
     ///
     /// # Safety
-    /// `from` is valid for `length` rows of a tile's width, `from_stride` numbers apart; `to` for
+    /// `from` is valid for `length` rows of the tiles' width, `from_stride` numbers apart; `to` for
     /// `length / 2 + 1` rows of twice as many, aligned to 64 bytes where `stream`; `scratch` holds
     /// [`Fast::scratch_len`] numbers.
-    #[allow(clippy::too_many_arguments)]
-    pub unsafe fn tile(
+    pub unsafe fn tiles(
         &self,
         kernels: &Kernels<T>,
+        count: usize,
         (from, from_stride): (*const T, usize),
         (to, to_stride): (*mut T, usize),
         stream: bool,
         scratch: &mut [T],
     ) {
-        assert!(scratch.len() >= self.scratch_len(kernels.width));
-        let (n1, n2) = (self.first.length, self.second.length);
-        let complex = 2 * kernels.width;
+        assert!(scratch.len() >= self.scratch_len(kernels.width) && count <= TOGETHER);
+        let width = kernels.width;
+        let tile = 2 * width * self.between();
         let work = scratch.as_mut_ptr();
         // SAFETY: all places are within what the caller promises and `scratch_len` counts; the
         // kernels are those of this processor, see `kernels`.
         unsafe {
-            let between = work.add(complex * self.work());
-            let row = complex * self.row();
-            for pair in 0..n2.div_ceil(2) {
-                let j = 2 * pair;
-                let second = if j + 1 < n2 { from_stride } else { 0 };
-                let from = from.add(j * from_stride);
-                self.first_rows(kernels, from, from_stride, second, work);
-                let radix = self.first.last();
-                let at = Split {
-                    from: work,
-                    groups: n1 / radix,
-                    order: self.order.as_ptr(),
-                    to: between.add(complex * j),
-                    next: row,
-                    twiddles: self.split_twiddles.as_ptr().add(pair * 4 * (n1 / 2 + 1)),
-                };
-                kernels.split[index(radix)](&at);
+            let between = work.add(2 * width * self.work());
+            for j in (0..self.second.length).step_by(2) {
+                for t in 0..count {
+                    let from = (from.add(j * from_stride + t * width), from_stride);
+                    // The first tile asks for the lines of the second, too.
+                    let wide = match count {
+                        1 => from.0.addr() % 128 < 64,
+                        _ => true,
+                    };
+                    let ahead = if t == 0 { 2 * from_stride } else { 0 };
+                    self.first_half(kernels, j, from, (ahead, wide), work, between.add(t * tile));
+                }
             }
-            let bins = n1 / 2 + 1;
-            for k in 0..bins {
+            for t in 0..count {
+                let to = (to.add(t * 2 * width), to_stride);
+                self.second_half(kernels, between.add(t * tile), to, stream, work);
+            }
+        }
+    }
+
+    /// The transforms of series j and j + 1 over the first half, to the matrix between.
+    unsafe fn first_half(
+        &self,
+        kernels: &Kernels<T>,
+        j: usize,
+        from: (*const T, usize),
+        ahead: (usize, bool),
+        work: *mut T,
+        between: *mut T,
+    ) {
+        let (n1, n2) = (self.first.length, self.second.length);
+        let second = if j + 1 < n2 { from.1 } else { 0 };
+        let complex = 2 * kernels.width;
+        let radix = self.first.last();
+        // SAFETY: as in `tiles`.
+        unsafe {
+            self.first_rows(kernels, from, second, ahead, work);
+            let twiddles = self.split_twiddles.as_ptr();
+            kernels.split[index(radix)](&Split {
+                from: work,
+                groups: n1 / radix,
+                order: self.order.as_ptr(),
+                to: between.add(complex * j),
+                next: complex * self.row(),
+                twiddles: twiddles.add(j / 2 * 4 * (n1 / 2 + 1)),
+            });
+        }
+    }
+
+    /// The transforms over the second half: rows of the spectrum.
+    unsafe fn second_half(
+        &self,
+        kernels: &Kernels<T>,
+        between: *const T,
+        (to, to_stride): (*mut T, usize),
+        stream: bool,
+        work: *mut T,
+    ) {
+        let (n1, n2) = (self.first.length, self.second.length);
+        let row = 2 * kernels.width * self.row();
+        let radix = self.second.last();
+        let last = match stream {
+            true => kernels.last_streamed[index(radix)],
+            false => kernels.last[index(radix)],
+        };
+        // SAFETY: as in `tiles`.
+        unsafe {
+            for k in 0..=n1 / 2 {
                 let source = between.add(row * k);
-                let source = self.second.all_but_last(kernels, source, work);
-                let radix = self.second.last();
-                let at = Last {
-                    from: source,
+                last(&Last {
+                    from: self.second.all_but_last(kernels, source, work),
                     groups: n2 / radix,
                     digits: self.digits.as_ptr(),
                     to,
@@ -181,12 +238,7 @@ impl<T: Real> Fast<T> {
                     bin: k,
                     bins_apart: n1,
                     mirrored: k != 0 && 2 * k != n1,
-                };
-                if stream {
-                    kernels.last_streamed[index(radix)](&at);
-                } else {
-                    kernels.last[index(radix)](&at);
-                }
+                });
             }
             if self.length.is_multiple_of(2) {
                 let top = to.add(self.length / 2 * to_stride);
@@ -201,9 +253,9 @@ impl<T: Real> Fast<T> {
     unsafe fn first_rows(
         &self,
         kernels: &Kernels<T>,
-        from: *const T,
-        stride: usize,
+        (from, stride): (*const T, usize),
         second: usize,
+        (ahead, wide): (usize, bool),
         work: *mut T,
     ) {
         let (n1, n2) = (self.first.length, self.second.length);
@@ -214,10 +266,10 @@ impl<T: Real> Fast<T> {
             apart: 0,
             second,
             // The next pair is asked for while this one is transformed.
-            ahead: 2 * stride,
-            wide: from.addr() % 128 < 64,
+            ahead,
+            wide,
         };
-        // SAFETY: as in `tile`.
+        // SAFETY: as in `tiles`.
         unsafe {
             if self.first.radices.len() == 1 {
                 (kernels.gather)(&rows, work, n1, work);
@@ -235,7 +287,7 @@ impl<T> Half<T> {
     /// All passes but the last; where they left their numbers.
     ///
     /// # Safety
-    /// As [`Fast::tile`]; `source` and `work` hold `length` complex numbers, and are the same or
+    /// As [`Fast::tiles`]; `source` and `work` hold `length` complex numbers, and are the same or
     /// apart.
     pub unsafe fn all_but_last(
         &self,
@@ -265,7 +317,7 @@ impl<T> Half<T> {
                 return;
             };
             let count = self.length / blocks / radix;
-            // SAFETY: as in `Fast::tile`.
+            // SAFETY: as in `Fast::tiles`.
             unsafe {
                 kernels.middle[index(radix)](work, work, blocks, count, twiddles.as_ptr());
             }

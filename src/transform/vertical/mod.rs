@@ -263,12 +263,12 @@ impl<T: Real> ColumnTransform<T> {
     }
 
     /// Whether a result of so many columns is written past the caches.
-    fn streams(&self, columns: usize) -> bool {
+    pub(super) fn streams(&self, columns: usize) -> bool {
         self.bins() * columns * size_of::<Complex<T>>() >= STREAMED_BYTES
     }
 
     /// Transforms a stripe of an array.
-    fn stripe(
+    pub(super) fn stripe(
         &self,
         values: ArrayView2<T>,
         spectra: &mut ArrayViewMut2<Complex<T>>,
@@ -334,6 +334,7 @@ impl<T: Real> ColumnTransform<T> {
         let kernels = self.way.kernels();
         let numbers: &mut [T] = bytemuck::cast_slice_mut(&mut scratch.lines);
         let widest = widest(kernels, columns.min(scratch.width));
+        let aliased = (from_stride * size_of::<T>()).is_multiple_of(fast::ALIASED);
         let mut done = 0;
         while done < columns {
             let left = columns - done;
@@ -341,17 +342,27 @@ impl<T: Real> ColumnTransform<T> {
             let kernel = *kernels.iter().rev().find(covers).unwrap_or(&widest);
             // The last tile overlaps the one before: the same numbers are written again.
             let start = done.min(columns - kernel.width);
-            // SAFETY: the tile's columns are within both views, and so are its rows, by the shapes
+            let together = match aliased && columns - start >= fast::TOGETHER * kernel.width {
+                true => fast::TOGETHER,
+                false => 1,
+            };
+            // SAFETY: the tiles' columns are within both views, and so are its rows, by the shapes
             // asserted; `Complex` is two numbers.
             unsafe {
                 let from = values.as_ptr().add(start);
                 let to = spectra.as_mut_ptr().add(start).cast::<T>();
                 let aligned = to.addr().is_multiple_of(64) && row.is_multiple_of(64);
                 let to = (to, 2 * to_stride);
-                self.way
-                    .tile(kernel, (from, from_stride), to, stream && aligned, numbers);
+                self.way.tiles(
+                    kernel,
+                    together,
+                    (from, from_stride),
+                    to,
+                    stream && aligned,
+                    numbers,
+                );
             }
-            done = start + kernel.width;
+            done = start + together * kernel.width;
         }
         simd::finish_streams();
     }
@@ -386,7 +397,7 @@ impl<T: Real> ColumnTransform<T> {
             unsafe {
                 let to = (bins.as_mut_ptr(), 2 * width);
                 self.way
-                    .tile(kernel, (rows.as_ptr(), width), to, false, work);
+                    .tiles(kernel, 1, (rows.as_ptr(), width), to, false, work);
             }
             for (row, mut to) in bins.chunks_exact(2 * width).zip(spectra.outer_iter_mut()) {
                 for (c, pair) in row.chunks_exact(2).enumerate() {
@@ -416,10 +427,11 @@ impl<T: Real> Way<T> {
     }
 
     /// # Safety
-    /// As [`Fast::tile`].
-    unsafe fn tile(
+    /// As [`Fast::tiles`].
+    unsafe fn tiles(
         &self,
         kernels: &Kernels<T>,
+        count: usize,
         from: (*const T, usize),
         to: (*mut T, usize),
         stream: bool,
@@ -428,8 +440,14 @@ impl<T: Real> Way<T> {
         // SAFETY: the caller's.
         unsafe {
             match self {
-                Way::Fast(fast) => fast.tile(kernels, from, to, stream, scratch),
-                Way::Chirp(chirp) => chirp.tile(kernels, from, to, scratch),
+                Way::Fast(fast) => fast.tiles(kernels, count, from, to, stream, scratch),
+                Way::Chirp(chirp) => {
+                    for t in 0..count {
+                        let from = (from.0.add(t * kernels.width), from.1);
+                        let to = (to.0.add(2 * t * kernels.width), to.1);
+                        chirp.tile(kernels, from, to, scratch);
+                    }
+                }
                 Way::Other(_) => {}
             }
         }
