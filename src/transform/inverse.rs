@@ -1,31 +1,36 @@
 //! Spectra of all columns back to the columns.
 
-use std::sync::Arc;
+use std::sync::{Mutex, PoisonError};
 
 use ndarray::parallel::prelude::*;
 use ndarray::{ArrayView2, ArrayViewMut2, Axis};
 use num_complex::Complex;
-use realfft::{ComplexToReal, RealFftPlanner};
 
 use super::Real;
-
-/// Columns that are gathered together: a cache line of each row.
-const TOGETHER: usize = 8;
+use super::vertical::{ColumnScratch, ColumnTransform};
 
 /// `v_n = 1 / N sum_m X_m exp(2 pi i m n / N)` over all m of both signs, of spectra `(bin, column)`
-/// as [`ColumnTransform`](super::ColumnTransform) makes them; undoes it to rounding. Column by
-/// column, so that a column's bits do not depend on the others.
+/// as [`ColumnTransform`] makes them; undoes it to rounding. A column's bits do not depend on the
+/// others.
 ///
 /// Bins 0 and, for even N, N / 2 are taken for real.
+///
+/// The sum is a Hartley transform, which is its own inverse: with the real numbers
+/// `h_m = Re X_m - Im X_m`, `m = 0 .. N`, and their transform H, `N v_n = Re H_n - Im H_n`. So every
+/// length goes back by the kernels by which it came.
+///
+/// Source: R. N. Bracewell, "Discrete Hartley transform", J. Opt. Soc. Am. 73, 1832 (1983).
 pub struct ColumnInverse<T: Real> {
-    plan: Arc<dyn ComplexToReal<T>>,
+    plan: ColumnTransform<T>,
+    /// Working spaces of threads that are done, for those to come.
+    spare: Mutex<Vec<Room<T>>>,
 }
 
-/// Working space of one thread.
+/// Working space of one thread: a tile of columns, of their sums and of these sums' transforms.
 struct Room<T> {
-    spectra: Vec<Complex<T>>,
-    columns: Vec<T>,
-    work: Vec<Complex<T>>,
+    sums: Vec<T>,
+    transforms: Vec<Complex<T>>,
+    scratch: ColumnScratch<T>,
 }
 
 impl<T: Real> ColumnInverse<T> {
@@ -34,15 +39,15 @@ impl<T: Real> ColumnInverse<T> {
     /// # Panics
     /// If `length` is 0.
     pub fn new(length: usize) -> Self {
-        assert!(length > 0);
         ColumnInverse {
-            plan: RealFftPlanner::<T>::new().plan_fft_inverse(length),
+            plan: ColumnTransform::new(length),
+            spare: Mutex::default(),
         }
     }
 
     /// Length N of the columns.
     pub fn length(&self) -> usize {
-        self.plan.len()
+        self.plan.length()
     }
 
     /// The columns of `spectra`, `(N / 2 + 1, column)`, to `values`, `(N, column)`, by all threads of
@@ -55,56 +60,76 @@ impl<T: Real> ColumnInverse<T> {
         spectra: ArrayView2<Complex<T>>,
         mut values: ArrayViewMut2<T>,
     ) {
-        let length = self.length();
-        assert_eq!(spectra.dim(), (length / 2 + 1, values.ncols()));
-        assert_eq!(values.nrows(), length);
+        assert_eq!(spectra.dim(), (self.plan.bins(), values.ncols()));
+        assert_eq!(values.nrows(), self.length());
+        let width = self.plan.width();
+        let columns = values.ncols();
+        let tiles = columns.div_ceil(width);
+        let stripe = tiles.div_ceil(4 * rayon::current_num_threads()).max(1) * width;
         spectra
-            .axis_chunks_iter(Axis(1), TOGETHER)
+            .axis_chunks_iter(Axis(1), stripe)
             .into_par_iter()
-            .zip(values.axis_chunks_iter_mut(Axis(1), TOGETHER))
-            .for_each_init(
-                || self.room(),
-                |room, (spectra, values)| self.tile(spectra, values, room),
-            );
+            .zip(values.axis_chunks_iter_mut(Axis(1), stripe))
+            .for_each(|(spectra, mut values)| {
+                let mut room = self.borrow();
+                let tiles = spectra.axis_chunks_iter(Axis(1), width);
+                for (spectra, values) in tiles.zip(values.axis_chunks_iter_mut(Axis(1), width)) {
+                    self.tile(spectra, values, &mut room);
+                }
+                let mut spare = self.spare.lock().unwrap_or_else(PoisonError::into_inner);
+                spare.push(room);
+            });
     }
 
-    fn room(&self) -> Room<T> {
-        let length = self.length();
-        Room {
-            spectra: vec![Complex::default(); TOGETHER * (length / 2 + 1)],
-            columns: vec![T::zero(); TOGETHER * length],
-            work: self.plan.make_scratch_vec(),
-        }
+    /// A working space of one thread, one that is spare if there is one.
+    fn borrow(&self) -> Room<T> {
+        let spare = self
+            .spare
+            .lock()
+            .unwrap_or_else(PoisonError::into_inner)
+            .pop();
+        let (width, length) = (self.plan.width(), self.length());
+        spare.unwrap_or_else(|| Room {
+            sums: vec![T::zero(); width * length],
+            transforms: vec![Complex::default(); width * self.plan.bins()],
+            scratch: self.plan.scratch(width),
+        })
     }
 
+    /// At most a tile's width of columns; the places of others hold what they held before, which
+    /// does not matter.
     fn tile(
         &self,
         spectra: ArrayView2<Complex<T>>,
         mut values: ArrayViewMut2<T>,
         room: &mut Room<T>,
     ) {
-        let length = self.length();
-        let bins = length / 2 + 1;
+        let (length, width) = (self.length(), self.plan.width());
+        for (m, bins) in spectra.outer_iter().enumerate() {
+            let mirror = (length - m) % length;
+            let imaginary = if mirror == m { T::zero() } else { T::one() };
+            for (c, x) in bins.iter().enumerate() {
+                let im = x.im * imaginary;
+                room.sums[m * width + c] = x.re - im;
+                room.sums[mirror * width + c] = x.re + im;
+            }
+        }
+        // The shapes are the buffers' own, so this cannot fail.
+        let sums = ArrayView2::from_shape((length, width), &room.sums);
+        let bins = (self.plan.bins(), width);
+        let transforms = ArrayViewMut2::from_shape(bins, &mut room.transforms);
+        if let (Ok(sums), Ok(transforms)) = (sums, transforms) {
+            self.plan.transform(sums, transforms, &mut room.scratch);
+        }
         let scale = T::rounded(1.0 / length as f64);
-        for (m, row) in spectra.outer_iter().enumerate() {
-            for (c, &bin) in row.iter().enumerate() {
-                room.spectra[c * bins + m] = bin.scale(scale);
+        for (n, row) in room.transforms.chunks_exact(width).enumerate() {
+            for (v, x) in values.row_mut(n).iter_mut().zip(row) {
+                *v = (x.re - x.im) * scale;
             }
-        }
-        let columns = room.columns.chunks_exact_mut(length);
-        for (spectrum, column) in room.spectra.chunks_exact_mut(bins).zip(columns) {
-            spectrum[0].im = T::zero();
-            if length.is_multiple_of(2) {
-                spectrum[bins - 1].im = T::zero();
-            }
-            // The lengths are the plan's own and these bins are real, so this cannot fail.
-            let _ = self
-                .plan
-                .process_with_scratch(spectrum, column, &mut room.work);
-        }
-        for (n, mut row) in values.outer_iter_mut().enumerate() {
-            for (c, value) in row.iter_mut().enumerate() {
-                *value = room.columns[c * length + n];
+            if n > 0 {
+                for (v, x) in values.row_mut(length - n).iter_mut().zip(row) {
+                    *v = (x.re + x.im) * scale;
+                }
             }
         }
     }
