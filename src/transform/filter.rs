@@ -7,14 +7,11 @@
 //! it begins is padded or tapered first.
 
 use std::f64::consts::TAU;
-use std::sync::Arc;
 
-use ndarray::parallel::prelude::*;
-use ndarray::{Array2, ArrayView2, Axis};
+use ndarray::{Array2, ArrayView2};
 use num_complex::Complex;
-use rustfft::{Fft, FftPlanner};
 
-use super::{ColumnInverse, ColumnTransform, Real};
+use super::{Real, SpaceTimeInverse, SpaceTimeTransform};
 use crate::error::{Error, Result};
 
 /// Which waves pass.
@@ -85,10 +82,8 @@ impl Passband {
 
 /// Filters fields of one shape, planned once.
 pub struct SpaceTimeFilter<T: Real> {
-    along_time: ColumnTransform<T>,
-    back_in_time: ColumnInverse<T>,
-    along_space: Arc<dyn Fft<T>>,
-    back_in_space: Arc<dyn Fft<T>>,
+    there: SpaceTimeTransform<T>,
+    back: SpaceTimeInverse<T>,
 }
 
 impl<T: Real> SpaceTimeFilter<T> {
@@ -96,14 +91,10 @@ impl<T: Real> SpaceTimeFilter<T> {
     ///
     /// # Panics
     /// If there are no times or no sites.
-    pub fn new((times, sites): (usize, usize)) -> Self {
-        assert!(times > 0 && sites > 0);
-        let mut planner = FftPlanner::new();
+    pub fn new(shape: (usize, usize)) -> Self {
         SpaceTimeFilter {
-            along_time: ColumnTransform::new(times),
-            back_in_time: ColumnInverse::new(times),
-            along_space: planner.plan_fft_inverse(sites),
-            back_in_space: planner.plan_fft_forward(sites),
+            there: SpaceTimeTransform::new(shape),
+            back: SpaceTimeInverse::new(shape),
         }
     }
 
@@ -122,44 +113,28 @@ impl<T: Real> SpaceTimeFilter<T> {
         band: &Passband,
     ) -> Result<Array2<T>> {
         band.check()?;
-        let (times, sites) = (self.along_time.length(), self.along_space.len());
+        let (times, sites) = self.there.shape();
         assert_eq!(values.dim(), (times, sites));
-        let mut spectra = Array2::default((self.along_time.bins(), sites));
-        self.along_time
-            .transform_in_parallel(values, spectra.view_mut());
-        let scale = T::rounded(1.0 / sites as f64);
-        let work = self.along_space.get_inplace_scratch_len();
-        let work = work.max(self.back_in_space.get_inplace_scratch_len());
-        spectra
-            .axis_iter_mut(Axis(0))
-            .into_par_iter()
-            .enumerate()
-            .for_each_init(
-                || vec![Complex::default(); work],
-                |work, (m, row)| {
-                    let Some(row) = row.into_slice() else { return };
-                    let f = m as f64 / (times as f64 * dt);
-                    self.along_space.process_with_scratch(row, work);
-                    for (q, bin) in row.iter_mut().enumerate() {
-                        let signed = if 2 * q > sites {
-                            q as f64 - sites as f64
-                        } else {
-                            q as f64
-                        };
-                        let k = TAU * signed / (sites as f64 * dx);
-                        let edge = m == 0 || 2 * m == times || q == 0 || 2 * q == sites;
-                        *bin = if band.passes(f, k, !edge) {
-                            bin.scale(scale)
-                        } else {
-                            Complex::default()
-                        };
+        let mut spectrum = Array2::default((self.there.bins(), sites));
+        self.there
+            .transform_and(values, spectrum.view_mut(), |m, row| {
+                let f = m as f64 / (times as f64 * dt);
+                for (q, bin) in row.iter_mut().enumerate() {
+                    let signed = if 2 * q > sites {
+                        q as f64 - sites as f64
+                    } else {
+                        q as f64
+                    };
+                    let k = TAU * signed / (sites as f64 * dx);
+                    let edge = m == 0 || 2 * m == times || q == 0 || 2 * q == sites;
+                    if !band.passes(f, k, !edge) {
+                        *bin = Complex::default();
                     }
-                    self.back_in_space.process_with_scratch(row, work);
-                },
-            );
+                }
+            });
         let mut filtered = Array2::default((times, sites));
-        self.back_in_time
-            .transform_in_parallel(spectra.view(), filtered.view_mut());
+        self.back
+            .transform(spectrum.view_mut(), filtered.view_mut());
         Ok(filtered)
     }
 }
@@ -167,8 +142,7 @@ impl<T: Real> SpaceTimeFilter<T> {
 impl<T: Real> std::fmt::Debug for SpaceTimeFilter<T> {
     fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
         f.debug_struct("SpaceTimeFilter")
-            .field("times", &self.along_time.length())
-            .field("sites", &self.along_space.len())
+            .field("shape", &self.there.shape())
             .finish_non_exhaustive()
     }
 }

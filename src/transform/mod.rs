@@ -21,6 +21,8 @@ mod real;
 mod records;
 mod scale;
 mod segments;
+mod short_time;
+mod spacetime;
 pub mod vertical;
 
 use num_complex::Complex;
@@ -34,6 +36,8 @@ pub use real::{RealTransform, Scratch};
 pub use records::{RecordScratch, RecordTransform};
 pub use scale::{Scale, fold};
 pub use segments::Segments;
+pub use short_time::ShortTimeTransform;
+pub use spacetime::{SpaceTimeInverse, SpaceTimeTransform};
 pub use vertical::ColumnTransform;
 
 /// The number types of transforms.
