@@ -70,6 +70,8 @@ struct Passage {
     /// Energy passed when the pulse was over.
     energy: Option<f64>,
     at_peak: Option<Split>,
+    /// When the site before the contact moved at half of its largest velocity.
+    moving: Option<f64>,
 }
 
 /// Where the energy is, seen from a contact.
@@ -104,7 +106,7 @@ impl Following<'_> {
             self.advance(&mut watch)?;
             for (i, contact) in contacts.clone().enumerate() {
                 if peaks[i][0].value > 0.0 {
-                    self.pass(&mut watch, contact, peaks[i][0], &start, &mut passages[i])?;
+                    self.pass(&mut watch, contact, peaks[i], &start, &mut passages[i])?;
                 }
             }
         }
@@ -123,6 +125,7 @@ impl Following<'_> {
                 peak_time: located(force.time),
                 peak_velocity: located(velocity.value),
                 velocity_time: located(velocity.time),
+                velocity_rise_time: passage.moving.map(located),
                 arrival_time: located(passage.arrival?),
                 width: located(passage.fall? - passage.rise?),
                 energy_pulse: match self.sense {
@@ -202,7 +205,7 @@ impl Following<'_> {
         &self,
         watch: &mut Watch,
         contact: usize,
-        peak: Highest,
+        [peak, velocity]: [Highest; 2],
         start: &[f64],
         passage: &mut Passage,
     ) -> Result<()> {
@@ -215,6 +218,18 @@ impl Following<'_> {
         }
         if passage.energy.is_some() || !(watch.presses(contact) || passage.fall.is_some()) {
             return Ok(());
+        }
+        if from < velocity.time {
+            let half = 0.5 * velocity.value;
+            let signal = Signal::Velocity(contact);
+            let course = watch.course(signal);
+            let looks = course.looks();
+            for look in (0..LOOKS).filter(|&look| looks[look] < half && looks[look + 1] >= half) {
+                let share = course.passes(half, LOOK * look as f64, LOOK * (look + 1) as f64);
+                if course.time(share) < velocity.time {
+                    passage.moving = Some(crossing(watch, signal, course.time(share), half)?);
+                }
+            }
         }
         let signal = Signal::Force(contact);
         let course = watch.course(signal);

@@ -102,8 +102,26 @@ pub struct MeasuredPeak {
     /// When that was, with its standard error.
     pub time: f64,
     pub time_error: f64,
+    /// Arrival: when the velocity is half of that for the last time before, with its standard error.
+    pub rise_time: f64,
+    pub rise_time_error: f64,
     /// Standard deviation of the samples before the pulse.
     pub noise: Option<f64>,
+}
+
+impl MeasuredPeak {
+    /// The largest velocity and the arrival as points of curves over an abscissa.
+    pub fn points(&self, at: f64) -> [MeasuredPoint; 2] {
+        let point = |value, error| MeasuredPoint {
+            at,
+            value,
+            error: Some(error),
+        };
+        [
+            point(self.velocity, self.velocity_error),
+            point(self.rise_time, self.rise_time_error),
+        ]
+    }
 }
 
 /// Samples on either side of the largest one that its parabola is fitted to, at most.
@@ -130,6 +148,8 @@ pub fn measured_peaks(field: &Field) -> Vec<MeasuredPeak> {
             site,
             time: field.time.origin + peak.time * field.time.step,
             time_error: peak.time_error * field.time.step,
+            rise_time: field.time.origin + peak.rise_time * field.time.step,
+            rise_time_error: peak.rise_time_error * field.time.step,
             ..peak
         })
     });
@@ -183,15 +203,40 @@ fn peak_of(record: &[f64]) -> Option<MeasuredPeak> {
     let slope_gain = (0..5).map(|i| change(i).powi(2)).sum::<f64>().sqrt();
     let bend_there = bend + at * (third + 0.5 * at * fourth);
     let sigma = noise.unwrap_or(0.0);
-    let (value_open, time_open) = (value - coarse, at - coarse_at);
+    let velocity_error = (gain * sigma).hypot(value - coarse);
+    let [rise_time, rise_time_error] = rise_of(record, top, 0.5 * value, [sigma, velocity_error])?;
+    let time_open = at - coarse_at;
     Some(MeasuredPeak {
         site: 0,
         velocity: value,
-        velocity_error: (gain * sigma).hypot(value_open),
+        velocity_error,
         time: top as f64 + at,
         time_error: (slope_gain * sigma / bend_there.abs().max(f64::MIN_POSITIVE)).hypot(time_open),
+        rise_time,
+        rise_time_error,
         noise,
     })
+}
+
+/// When a record passes a level for the last time before its largest sample, in samples, by the
+/// cubic through four of them, with its standard error: what noise of a sample and the error of twice the level do by
+/// the slope there, and how far the straight line through two samples is. `None` where it is above
+/// the level from the start.
+fn rise_of(record: &[f64], top: usize, level: f64, [noise, twice]: [f64; 2]) -> Option<[f64; 2]> {
+    let below = record[..top].iter().rposition(|v| *v < level)?;
+    let v: [f64; 4] = match below.checked_sub(1).and_then(|from| record.get(from..from + 4)) {
+        Some(v) => [v[0], v[1], v[2], v[3]],
+        None => return None,
+    };
+    // Newton's form on the nodes -1, 0, 1, 2; the level lies between the two in the middle.
+    let steps = [v[1] - v[0], v[2] - v[1], v[3] - v[2]];
+    let (bend, twist) = ((steps[1] - steps[0]) / 2.0, (steps[2] - 2.0 * steps[1] + steps[0]) / 6.0);
+    let cubic = |x: f64| v[0] + (x + 1.0) * (steps[0] + x * (bend + (x - 1.0) * twist));
+    let at = crate::chain::root_between(0.0, 1.0, |x| cubic(x) - level);
+    let line = (level - v[1]) / steps[1];
+    let slope = (cubic(at + 1e-4) - cubic(at - 1e-4)) / 2e-4;
+    let off = noise.hypot(0.5 * twice) / slope.abs().max(f64::MIN_POSITIVE);
+    Some([below as f64 + at, off.hypot(at - line)])
 }
 
 #[cfg(test)]
@@ -213,6 +258,9 @@ mod tests {
                 peak.velocity_error < 0.02 * (2.0f64 / width).powi(4) * 3.0,
                 "{peak:?}"
             );
+            let rise = at - width * (2.0 * 2f64.ln()).sqrt();
+            let off = (peak.rise_time - rise).abs();
+            assert!(off <= peak.rise_time_error.max(1e-3), "{width}: {off:e} {peak:?}");
             let late = (peak.time - at).abs();
             assert!(
                 late <= peak.time_error.max(1e-3),
@@ -224,7 +272,7 @@ mod tests {
     /// With noise, about two thirds of the peaks are within one standard error.
     #[test]
     fn val_errors_cover_as_often_as_a_standard_error_does() {
-        let (mut state, mut held, n) = (3, [0; 2], 500);
+        let (mut state, mut held, n) = (3, [0; 3], 500);
         for trial in 0..n {
             let at = 60.0 + f64::from(trial) / f64::from(n);
             let record: Vec<f64> = (0..128)
@@ -241,6 +289,8 @@ mod tests {
             let peak = peak_of(&record).unwrap();
             held[0] += i32::from((peak.velocity - 1.0).abs() <= peak.velocity_error);
             held[1] += i32::from((peak.time - at).abs() <= peak.time_error);
+            let rise = at - 6.0 * (2.0 * 2f64.ln()).sqrt();
+            held[2] += i32::from((peak.rise_time - rise).abs() <= peak.rise_time_error);
         }
         println!("{held:?} of {n}");
         let shares = held.map(|h| f64::from(h) / f64::from(n));

@@ -66,6 +66,21 @@ pub struct Mark {
     pub label: String,
 }
 
+impl Mark {
+    /// The word at the upper end of mark `i`, on the side that has room, every other one lower so that
+    /// neighbours do not touch.
+    pub(super) fn label_at(
+        &self,
+        i: usize,
+        x: &Range<f64>,
+        top: f64,
+        colour: &RGBColor,
+    ) -> impl plotters::element::PointCollection<'static, (f64, f64)> + use<>
+    {
+        unimplemented_marker(i, x, top, colour)
+    }
+}
+
 /// Series on one pair of axes.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Chart {
@@ -203,15 +218,11 @@ impl Chart {
             .x_desc(&self.x_label)
             .y_desc(&self.y_label)
             .draw()?;
-        for mark in &self.marks {
+        for (i, mark) in self.marks.iter().enumerate() {
             let line = [(mark.at, self.y.start), (mark.at, self.y.end)];
             let style = MARK.stroke_width(px(1.0));
             chart.draw_series(DashedLineSeries::new(line, px(4.0), px(4.0), style))?;
-            chart.draw_series([Text::new(
-                mark.label.clone(),
-                (mark.at, self.y.end),
-                sans(13.0).color(&MARK),
-            )])?;
+            chart.draw_series([mark.label_at(i, &self.x, self.y.end, &MARK)])?;
         }
         for series in &self.series {
             let colour = PALETTE[series.colour % PALETTE.len()];
