@@ -224,13 +224,19 @@ fn peak_of(record: &[f64]) -> Option<MeasuredPeak> {
 /// the level from the start.
 fn rise_of(record: &[f64], top: usize, level: f64, [noise, twice]: [f64; 2]) -> Option<[f64; 2]> {
     let below = record[..top].iter().rposition(|v| *v < level)?;
-    let v: [f64; 4] = match below.checked_sub(1).and_then(|from| record.get(from..from + 4)) {
+    let v: [f64; 4] = match below
+        .checked_sub(1)
+        .and_then(|from| record.get(from..from + 4))
+    {
         Some(v) => [v[0], v[1], v[2], v[3]],
         None => return None,
     };
     // Newton's form on the nodes -1, 0, 1, 2; the level lies between the two in the middle.
     let steps = [v[1] - v[0], v[2] - v[1], v[3] - v[2]];
-    let (bend, twist) = ((steps[1] - steps[0]) / 2.0, (steps[2] - 2.0 * steps[1] + steps[0]) / 6.0);
+    let (bend, twist) = (
+        (steps[1] - steps[0]) / 2.0,
+        (steps[2] - 2.0 * steps[1] + steps[0]) / 6.0,
+    );
     let cubic = |x: f64| v[0] + (x + 1.0) * (steps[0] + x * (bend + (x - 1.0) * twist));
     let at = crate::chain::root_between(0.0, 1.0, |x| cubic(x) - level);
     let line = (level - v[1]) / steps[1];
@@ -260,7 +266,10 @@ mod tests {
             );
             let rise = at - width * (2.0 * 2f64.ln()).sqrt();
             let off = (peak.rise_time - rise).abs();
-            assert!(off <= peak.rise_time_error.max(1e-3), "{width}: {off:e} {peak:?}");
+            assert!(
+                off <= peak.rise_time_error.max(1e-3),
+                "{width}: {off:e} {peak:?}"
+            );
             let late = (peak.time - at).abs();
             assert!(
                 late <= peak.time_error.max(1e-3),

@@ -1,7 +1,8 @@
 //! Attenuation against length and transmission against a key, as charts.
 
 use super::Format;
-use super::chart::{Chart, Corner, Look, Mark, Series, draw_charts};
+use super::chart::{Chart, Corner, Look, Series, draw_charts};
+use super::marks::Mark;
 use crate::Result;
 use crate::attenuation::{
     Attenuation, AttenuationCurve, ContactKind, MeasuredPoint, Pulse, Row, Sense, Transmission,
@@ -112,7 +113,13 @@ pub fn attenuation(attenuation: &Attenuation, overlay: Overlay, format: Format) 
         && let Some(first) = attenuation.curves.first()
     {
         let computed = [first.velocities(), first.arrivals()];
-        charts.extend(field_charts("site", &first.name, first.units, computed, points));
+        charts.extend(field_charts(
+            "site",
+            &first.name,
+            first.units,
+            computed,
+            points,
+        ));
     }
     draw_charts("attenuation against length", 2, SIZE, &charts, format)
 }
@@ -197,7 +204,13 @@ pub fn transmission(
             last(&|p| Some(p.peak_velocity.value)),
             last(&|p| p.velocity_rise_time.map(|t| t.value)),
         ];
-        charts.extend(field_charts(&key, "last body", transmission.units, computed, measured));
+        charts.extend(field_charts(
+            &key,
+            "last body",
+            transmission.units,
+            computed,
+            measured,
+        ));
     }
     let marks = transmission.curves.first().map(|curve| &curve.localized);
     let is_angle = transmission.key.ends_with("angle");

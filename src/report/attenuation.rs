@@ -80,7 +80,10 @@ fn pulse(pulse: &Pulse) -> Vec<String> {
         cells.extend([number(located.value), number(located.error)]);
     }
     let rise = pulse.velocity_rise_time;
-    cells.extend([optional(rise.map(|t| t.value)), optional(rise.map(|t| t.error))]);
+    cells.extend([
+        optional(rise.map(|t| t.value)),
+        optional(rise.map(|t| t.error)),
+    ]);
     cells.push(optional(pulse.energy_pulse.map(|e| e.value)));
     for value in [
         pulse.energy_passed.value,
