@@ -216,20 +216,11 @@ impl Following<'_> {
             let instant = watch.at(peak.time)?;
             passage.at_peak = Some(Splits::of(self.simulation, &instant, start).at(before));
         }
+        if let Some(moving) = moves_at(watch, contact, velocity)? {
+            passage.moving = Some(moving);
+        }
         if passage.energy.is_some() || !(watch.presses(contact) || passage.fall.is_some()) {
             return Ok(());
-        }
-        if from < velocity.time {
-            let half = 0.5 * velocity.value;
-            let signal = Signal::Velocity(contact);
-            let course = watch.course(signal);
-            let looks = course.looks();
-            for look in (0..LOOKS).filter(|&look| looks[look] < half && looks[look + 1] >= half) {
-                let share = course.passes(half, LOOK * look as f64, LOOK * (look + 1) as f64);
-                if course.time(share) < velocity.time {
-                    passage.moving = Some(crossing(watch, signal, course.time(share), half)?);
-                }
-            }
         }
         let signal = Signal::Force(contact);
         let course = watch.course(signal);
@@ -307,6 +298,27 @@ fn raise(watch: &mut Watch, signal: Signal, highest: &mut Highest) -> Result<()>
         *highest = Highest { value, time };
     }
     Ok(())
+}
+
+/// When, in the last step and before its largest velocity, a site last comes to half of that.
+fn moves_at(watch: &mut Watch, site: usize, highest: Highest) -> Result<Option<f64>> {
+    let half = 0.5 * highest.value;
+    let [from, _] = watch.times();
+    if from >= highest.time || watch.now().v[site] < RISE * half {
+        return Ok(None);
+    }
+    let signal = Signal::Velocity(site);
+    let course = watch.course(signal);
+    let looks = course.looks();
+    let rises = (0..LOOKS).filter(|&look| looks[look] < half && looks[look + 1] >= half);
+    let times = rises.map(|look| {
+        let share = course.passes(half, LOOK * look as f64, LOOK * (look + 1) as f64);
+        course.time(share)
+    });
+    match times.filter(|time| *time < highest.time).last() {
+        Some(time) => Ok(Some(crossing(watch, signal, time, half)?)),
+        None => Ok(None),
+    }
 }
 
 /// When the signal passes a level near this time.

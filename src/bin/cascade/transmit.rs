@@ -45,7 +45,8 @@ pub struct Transmit {
     pub no_extremes: bool,
 
     /// A measured curve (.csv: key, relative force, standard error if known) to lay over the
-    /// first one, or VALUE=FIELD, a velocity field measured at this value of the key.
+    /// first one, or VALUE=FIELD, a velocity field measured at this value of the key, times counted
+    /// from the impact on: largest velocity and arrival (half of it) at the last site are compared.
     #[arg(long, value_name = "FILE")]
     pub measured: Option<String>,
 
@@ -77,8 +78,11 @@ struct Found<'a> {
 enum Measured {
     Nothing,
     Curve(Vec<MeasuredPoint>),
-    /// Largest velocity and arrival at the last site.
-    Field([MeasuredPoint; 2]),
+    /// At the last site.
+    Field {
+        velocity: MeasuredPoint,
+        arrival: Option<MeasuredPoint>,
+    },
 }
 
 impl Measured {
@@ -101,14 +105,15 @@ impl Measured {
                 found: format!("none in {path}"),
             });
         };
-        Ok(Measured::Field(peak.points(at)))
+        let (velocity, arrival) = peak.points(at);
+        Ok(Measured::Field { velocity, arrival })
     }
 
     fn values(&self) -> Vec<f64> {
         match self {
             Measured::Nothing => Vec::new(),
             Measured::Curve(points) => points.iter().map(|p| p.at).collect(),
-            Measured::Field([velocity, _]) => vec![velocity.at],
+            Measured::Field { velocity, .. } => vec![velocity.at],
         }
     }
 
@@ -119,12 +124,13 @@ impl Measured {
         match self {
             Measured::Nothing => [Vec::new(), Vec::new()],
             Measured::Curve(points) => [points.iter().filter_map(forces).collect(), Vec::new()],
-            Measured::Field([velocity, arrival]) => {
+            Measured::Field { velocity, arrival } => {
                 let pulse = point(velocity.at).map(|p| p.pulse);
-                let computed = pulse.map(|p| p.peak_velocity.value);
+                let speed = pulse.map(|p| p.peak_velocity.value);
                 let arrived = pulse.and_then(|p| p.velocity_rise_time).map(|t| t.value);
-                [(velocity, computed), (arrival, arrived)]
-                    .map(|(m, c)| c.map(|c| m.compared_with(c)).into_iter().collect())
+                [(Some(velocity), speed), (arrival.as_ref(), arrived)]
+                    .map(|(m, c)| m.zip(c).map(|(m, c)| m.compared_with(c)))
+                    .map(|compared| compared.into_iter().collect())
             }
         }
     }
@@ -133,10 +139,9 @@ impl Measured {
         match self {
             Measured::Nothing => Overlay::Nothing,
             Measured::Curve(points) => Overlay::Forces(points),
-            Measured::Field([velocity, arrival]) => Overlay::Field([
-                std::slice::from_ref(velocity),
-                std::slice::from_ref(arrival),
-            ]),
+            Measured::Field { velocity, arrival } => {
+                Overlay::Field([std::slice::from_ref(velocity), arrival.as_slice()])
+            }
         }
     }
 }

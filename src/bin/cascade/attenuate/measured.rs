@@ -99,9 +99,8 @@ impl Attenuate {
         let options = cascade::field::OpenOptions::default();
         let peaks = measured_peaks(&cascade::Field::open(path, &options)?);
         let points = peaks.iter().map(|peak| peak.points(peak.site as f64));
-        let (velocities, arrivals) = points
-            .map(|[velocity, arrival]| (velocity, arrival))
-            .unzip();
+        let (velocities, arrivals): (_, Vec<_>) = points.unzip();
+        let arrivals = arrivals.into_iter().flatten().collect();
         Ok(Measured::Field([velocities, arrivals]))
     }
 }

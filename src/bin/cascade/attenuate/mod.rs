@@ -84,7 +84,8 @@ pub struct Attenuate {
     #[arg(long, value_name = "FILE")]
     pub measured: Option<PathBuf>,
 
-    /// The measured file is a field of velocities, whose site n is site n of the first chain.
+    /// The measured file is a field of velocities, whose site n is site n of the first chain and whose
+    /// times count from the impact on: largest velocities and arrivals (half of these) are compared.
     #[arg(long, requires = "measured")]
     pub measured_field: bool,
 
