@@ -46,7 +46,7 @@ impl MeasuredPoint {
 /// # Errors
 /// [`Error::Read`]; [`Error::Input`] with the line of what is no number.
 pub fn read_curve(path: &Path) -> Result<Vec<MeasuredPoint>> {
-    let text = std::fs::read_to_string(path).map_err(Error::read("read", path))?;
+    let bytes = std::fs::read(path).map_err(Error::read("read", path))?;
     let fault = |line: usize, expected: &str, found: String| Error::Input {
         path: path.to_owned(),
         fault: InputFault::Curve {
@@ -55,6 +55,10 @@ pub fn read_curve(path: &Path) -> Result<Vec<MeasuredPoint>> {
             found,
         },
     };
+    let text = String::from_utf8(bytes).map_err(|_| {
+        let expected = "a table of text; a field of velocities is not read as a curve";
+        fault(1, expected, "bytes that are no text".into())
+    })?;
     let mut points: Vec<MeasuredPoint> = Vec::new();
     let mut headed = false;
     for (number, line) in text.lines().enumerate() {
@@ -272,7 +276,10 @@ mod tests {
             let rise = at - width * (2.0 * 2f64.ln()).sqrt();
             let off = (arrival.value - rise).abs();
             println!("{width}: arrival {off:e} {arrival:?}");
-            assert!(off <= arrival.error && arrival.error < 0.1, "{width}: {off:e}");
+            assert!(
+                off <= arrival.error && arrival.error < 0.1,
+                "{width}: {off:e}"
+            );
             let late = (peak.time - at).abs();
             assert!(
                 late <= peak.time_error.max(1e-3),
