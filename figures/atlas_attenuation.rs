@@ -3,7 +3,7 @@
 //! Equation: dimers of unit masses, `F = c delta^{3/2}` with c alternating 1 and kappa, struck at
 //! speed 1; the largest force in soft contact n over that in contact n of the homogeneous chain, and
 //! the relative energy that the leading pulse loses a cell.
-//! Command: `cargo run --release --example atlas_attenuation`; 20 s on two cores.
+//! Command: `cargo run --release --example atlas_attenuation`; 11 s of processor time.
 //! Shows: where attenuation is strong (about kappa = 2.5), after how many bodies, and the leak that
 //! causes it. The leak has a hump between every two localized ratios, marked by their order; the force
 //! shows one valley only: beyond the third order it stays within 1 % of 0.92.
