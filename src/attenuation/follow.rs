@@ -311,11 +311,11 @@ fn moves_at(watch: &mut Watch, site: usize, highest: Highest) -> Result<Option<f
     let course = watch.course(signal);
     let looks = course.looks();
     let rises = (0..LOOKS).filter(|&look| looks[look] < half && looks[look + 1] >= half);
-    let times = rises.map(|look| {
+    let mut times = rises.map(|look| {
         let share = course.passes(half, LOOK * look as f64, LOOK * (look + 1) as f64);
         course.time(share)
     });
-    match times.filter(|time| *time < highest.time).last() {
+    match times.rfind(|time| *time < highest.time) {
         Some(time) => Ok(Some(crossing(watch, signal, time, half)?)),
         None => Ok(None),
     }
