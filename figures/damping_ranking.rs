@@ -2,7 +2,7 @@
 //!
 //! Equation: `F = c delta^{3/2} + tangent (dF/d delta) delta'` in contacts; largest force on a wall
 //! behind 40 bodies, relative to the undamped homogeneous chain.
-//! Command: `cargo run --release --example damping_ranking`; 3 s.
+//! Command: `cargo run --release --example damping_ranking`; 21 s of processor time.
 //! Shows: left, stiffness dimers of the experiment at 90 and 8 degrees (localized) and at 16.27
 //! (least force without damping); right, mass dimers of ratio 1 and of the second localized order
 //! (0.3428) beside one of 0.5585, which lets least of its homogeneous chain's force

@@ -1,7 +1,7 @@
 //! Force on the sensor against the first angle, with maps of the velocity: Figure 8 of the paper.
 //!
 //! Equation: as Figure 7; `max_t F_40(t)` of the sensor's contact over the same at (90, 90) degrees.
-//! Command: `cargo run --release --example fig08_force_transmission`; 6 s.
+//! Command: `cargo run --release --example fig08_force_transmission`; 17 s of processor time.
 //! Shows: above, the transmitted force with its extremes located by further runs (dots) and the
 //! angles of localized waves (uprights), for four sensors, for the other order of angles, and for a
 //! cylinder as striker, since the paper leaves these open. Below, velocity over site and time at 90, 18

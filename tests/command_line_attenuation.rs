@@ -155,68 +155,79 @@ fn transmission_its_files_and_what_was_measured() {
     assert_eq!(names.len(), columns, "each column has a name of its own");
 }
 
-/// A field of the very chain, laid over it: peaks agree within the errors stated.
+/// Both pictures are there, with charts of these titles.
+fn drawn(place: &Place, stem: &str, titles: &[&str]) {
+    let picture = fs::read_to_string(place.path(&format!("{stem}.svg"))).unwrap();
+    for title in titles {
+        assert!(picture.contains(title), "{stem}: {title}");
+    }
+    let picture = fs::read(place.path(&format!("{stem}.png"))).unwrap();
+    assert!(picture.starts_with(b"\x89PNG") && picture.len() > 1000);
+}
+
+const FIELD_CHARTS: [&str; 3] = [
+    "largest velocity",
+    "arrival: half of the largest velocity",
+    "measured",
+];
+
+/// A field of the very chain, laid over it: largest velocities and arrivals agree within a few of the
+/// errors stated, and these are small.
 #[test]
 fn regress_a_measured_field_over_its_own_chain() {
     let place = Place::new();
-    place.good(&[
-        "simulate",
-        "--sites",
-        "31",
-        "--stiffness-ratio",
-        "2.4",
-        "--samples",
-        "400",
-        "--out",
-        "run.npz",
-        "--quiet",
-    ]);
-    let said = place.good(&[
-        "attenuate",
-        "--ratios",
-        "2.4",
-        "--bodies",
-        "20",
-        "--sense",
-        "chain",
-        "--measured",
-        "run.npz",
-        "--measured-field",
-        "--json",
-    ]);
-    let found = json(&said);
-    let measured = found["measured"].as_array().unwrap();
-    assert!(measured.len() >= 18, "{}", measured.len());
-    for compared in &measured[1..] {
-        let off = compared["difference"].as_f64().unwrap().abs();
-        let error = compared["measured"]["error"].as_f64().unwrap();
-        assert!(off <= error.max(1e-6) && error < 0.01, "{compared}");
+    let simulate = "simulate --sites 31 --stiffness-ratio 2.4 --samples 400 --out run.npz --quiet";
+    place.good(&simulate.split(' ').collect::<Vec<_>>());
+    let attenuate = "attenuate --ratios 2.4 --bodies 20 --sense chain --measured run.npz \
+                     --measured-field --out kept";
+    let words: Vec<&str> = attenuate.split_whitespace().collect();
+    let said = place.good(&words);
+    for n in ["1.000", "19.00"] {
+        let (peak, arrival) = (
+            format!("measured at {n}: "),
+            format!("measured arrival at {n}: "),
+        );
+        assert!(said.contains(&peak) && said.contains(&arrival), "{said}");
     }
-    place.good(&[
-        "simulate",
-        "--sites",
-        "21",
-        "--stiffness-ratio",
-        "2.4",
-        "--samples",
-        "900",
-        "--end-time",
-        "40",
-        "--out",
-        "walled.npz",
-        "--quiet",
-    ]);
-    let said = place.good(&[
-        "transmit",
-        "--sites",
-        "21",
-        "--over",
-        "stiffness_ratio=2.2,2.6",
-        "--no-extremes",
-        "--measured",
-        "2.4=walled.npz",
-    ]);
-    assert!(said.contains("measured at 2.400"), "{said}");
+    let found = json(&place.good(&[&words[..], &["--json"]].concat()));
+    for (key, unit) in [("measured", 4e-5), ("measured_arrivals", 1e-3)] {
+        let measured = found[key].as_array().unwrap();
+        // The striker has no largest velocity but its first.
+        assert_eq!(measured.len(), 20, "{key}");
+        for compared in measured {
+            let off = compared["difference"].as_f64().unwrap().abs();
+            let error = compared["measured"]["error"].as_f64().unwrap();
+            assert!(off <= error.max(1e-6) && error < unit, "{key}: {compared}");
+        }
+    }
+    let arrivals = found["measured_arrivals"].as_array().unwrap();
+    let at = |n: usize| arrivals[n]["measured"]["value"].as_f64().unwrap();
+    assert!(at(0) > 0.0 && (1..20).all(|n| at(n) > at(n - 1)));
+    drawn(&place, "kept/attenuation", &FIELD_CHARTS);
+}
+
+/// The same for the last body before a wall.
+#[test]
+fn regress_a_measured_field_at_a_wall() {
+    let place = Place::new();
+    let simulate = "simulate --sites 21 --stiffness-ratio 2.4 --samples 900 --end-time 40 \
+                    --out walled.npz --quiet";
+    place.good(&simulate.split_whitespace().collect::<Vec<_>>());
+    let transmit = "transmit --sites 21 --over stiffness_ratio=2.2,2.6 --no-extremes \
+                    --measured 2.4=walled.npz --out kept";
+    let words: Vec<&str> = transmit.split_whitespace().collect();
+    let said = place.good(&words);
+    assert!(said.contains("measured at 2.400: "), "{said}");
+    assert!(said.contains("measured arrival at 2.400: "), "{said}");
+    let found = json(&place.good(&[&words[..], &["--json"]].concat()));
+    for key in ["measured", "measured_arrivals"] {
+        let measured = found[key].as_array().unwrap();
+        assert_eq!(measured.len(), 1, "{key}");
+        let off = measured[0]["difference"].as_f64().unwrap().abs();
+        let error = measured[0]["measured"]["error"].as_f64().unwrap();
+        assert!(off <= error && error < 0.01, "{key}: {}", measured[0]);
+    }
+    drawn(&place, "kept/transmission", &FIELD_CHARTS);
 }
 
 #[test]
@@ -224,6 +235,7 @@ fn what_is_typed_wrong_ends_with_code_2_and_says_what() {
     let place = Place::new();
     fs::write(place.path("bad.csv"), "1,2\nx,y\n").unwrap();
     fs::write(place.path("notes.txt"), "").unwrap();
+    fs::write(place.path("field.npz"), b"PK\xff\xfe").unwrap();
     fs::create_dir(place.path("full")).unwrap();
     fs::write(place.path("full/thesis.tex"), "").unwrap();
     for (words, code, named) in [
@@ -256,6 +268,11 @@ fn what_is_typed_wrong_ends_with_code_2_and_says_what() {
             &["attenuate", "--ratios", "2", "--measured", "none.csv"],
             1,
             "none.csv",
+        ),
+        (
+            &["attenuate", "--ratios", "2", "--measured", "field.npz"],
+            1,
+            "field.npz: line 1: expected a table of text",
         ),
         (&["attenuate", "none.toml"], 1, "none.toml"),
         (
@@ -298,7 +315,7 @@ fn what_is_typed_wrong_ends_with_code_2_and_says_what() {
         assert!(said.contains(named), "{words:?}: {said}");
         assert!(output.stdout.is_empty());
     }
-    assert_eq!(place.names().len(), 3, "nothing was written");
+    assert_eq!(place.names().len(), 4, "nothing was written");
 }
 
 /// Killed at any moment, both commands go on to the identical table; `CASCADE_KILLS` asks for more

@@ -87,6 +87,22 @@ pub enum Reach {
     Unknown,
 }
 
+impl AttenuationCurve {
+    /// Largest velocity of each site, by its index.
+    pub fn velocities(&self) -> Vec<(f64, f64)> {
+        let rows = self.rows.iter();
+        rows.map(|row| (row.bodies as f64, row.pulse.peak_velocity.value))
+            .collect()
+    }
+
+    /// When the velocity of each site is half of its largest for the last time before it.
+    pub fn arrivals(&self) -> Vec<(f64, f64)> {
+        let rows = self.rows.iter();
+        rows.filter_map(|row| Some((row.bodies as f64, row.pulse.velocity_rise_time?.value)))
+            .collect()
+    }
+}
+
 impl Attenuation {
     /// Lengths and relative forces of the contacts that are compared, like with like.
     pub fn compared(&self, rows: &[Row]) -> Vec<(f64, f64)> {

@@ -70,6 +70,8 @@ struct Passage {
     /// Energy passed when the pulse was over.
     energy: Option<f64>,
     at_peak: Option<Split>,
+    /// When the site before the contact moved at half of its largest velocity.
+    moving: Option<f64>,
 }
 
 /// Where the energy is, seen from a contact.
@@ -104,7 +106,7 @@ impl Following<'_> {
             self.advance(&mut watch)?;
             for (i, contact) in contacts.clone().enumerate() {
                 if peaks[i][0].value > 0.0 {
-                    self.pass(&mut watch, contact, peaks[i][0], &start, &mut passages[i])?;
+                    self.pass(&mut watch, contact, peaks[i], &start, &mut passages[i])?;
                 }
             }
         }
@@ -123,6 +125,7 @@ impl Following<'_> {
                 peak_time: located(force.time),
                 peak_velocity: located(velocity.value),
                 velocity_time: located(velocity.time),
+                velocity_rise_time: passage.moving.map(located),
                 arrival_time: located(passage.arrival?),
                 width: located(passage.fall? - passage.rise?),
                 energy_pulse: match self.sense {
@@ -202,7 +205,7 @@ impl Following<'_> {
         &self,
         watch: &mut Watch,
         contact: usize,
-        peak: Highest,
+        [peak, velocity]: [Highest; 2],
         start: &[f64],
         passage: &mut Passage,
     ) -> Result<()> {
@@ -212,6 +215,9 @@ impl Following<'_> {
             let before = contact.saturating_sub(1);
             let instant = watch.at(peak.time)?;
             passage.at_peak = Some(Splits::of(self.simulation, &instant, start).at(before));
+        }
+        if let Some(moving) = moves_at(watch, contact, velocity)? {
+            passage.moving = Some(moving);
         }
         if passage.energy.is_some() || !(watch.presses(contact) || passage.fall.is_some()) {
             return Ok(());
@@ -292,6 +298,27 @@ fn raise(watch: &mut Watch, signal: Signal, highest: &mut Highest) -> Result<()>
         *highest = Highest { value, time };
     }
     Ok(())
+}
+
+/// When, in the last step and before its largest velocity, a site last comes to half of that.
+fn moves_at(watch: &mut Watch, site: usize, highest: Highest) -> Result<Option<f64>> {
+    let half = 0.5 * highest.value;
+    let [from, _] = watch.times();
+    if from >= highest.time || watch.now().v[site] < RISE * half {
+        return Ok(None);
+    }
+    let signal = Signal::Velocity(site);
+    let course = watch.course(signal);
+    let looks = course.looks();
+    let rises = (0..LOOKS).filter(|&look| looks[look] < half && looks[look + 1] >= half);
+    let mut times = rises.map(|look| {
+        let share = course.passes(half, LOOK * look as f64, LOOK * (look + 1) as f64);
+        course.time(share)
+    });
+    match times.rfind(|time| *time < highest.time) {
+        Some(time) => Ok(Some(crossing(watch, signal, time, half)?)),
+        None => Ok(None),
+    }
 }
 
 /// When the signal passes a level near this time.

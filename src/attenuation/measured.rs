@@ -46,7 +46,7 @@ impl MeasuredPoint {
 /// # Errors
 /// [`Error::Read`]; [`Error::Input`] with the line of what is no number.
 pub fn read_curve(path: &Path) -> Result<Vec<MeasuredPoint>> {
-    let text = std::fs::read_to_string(path).map_err(Error::read("read", path))?;
+    let bytes = std::fs::read(path).map_err(Error::read("read", path))?;
     let fault = |line: usize, expected: &str, found: String| Error::Input {
         path: path.to_owned(),
         fault: InputFault::Curve {
@@ -55,6 +55,10 @@ pub fn read_curve(path: &Path) -> Result<Vec<MeasuredPoint>> {
             found,
         },
     };
+    let text = String::from_utf8(bytes).map_err(|_| {
+        let expected = "a table of text; a field of velocities is not read as a curve";
+        fault(1, expected, "bytes that are no text".into())
+    })?;
     let mut points: Vec<MeasuredPoint> = Vec::new();
     let mut headed = false;
     for (number, line) in text.lines().enumerate() {
@@ -92,6 +96,13 @@ pub fn read_curve(path: &Path) -> Result<Vec<MeasuredPoint>> {
     Ok(points)
 }
 
+/// A time with its standard error.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize)]
+pub struct MeasuredTime {
+    pub value: f64,
+    pub error: f64,
+}
+
 /// The pulse at one site of a measured velocity field.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize)]
 pub struct MeasuredPeak {
@@ -102,8 +113,24 @@ pub struct MeasuredPeak {
     /// When that was, with its standard error.
     pub time: f64,
     pub time_error: f64,
+    /// Arrival: when the velocity is half of the largest for the last time before it; `None` where
+    /// the record begins too late to tell.
+    pub arrival: Option<MeasuredTime>,
     /// Standard deviation of the samples before the pulse.
     pub noise: Option<f64>,
+}
+
+impl MeasuredPeak {
+    /// The largest velocity, and the arrival where it is known, as points of curves over an abscissa.
+    pub fn points(&self, at: f64) -> (MeasuredPoint, Option<MeasuredPoint>) {
+        let point = |value, error| MeasuredPoint {
+            at,
+            value,
+            error: Some(error),
+        };
+        let arrival = self.arrival.map(|time| point(time.value, time.error));
+        (point(self.velocity, self.velocity_error), arrival)
+    }
 }
 
 /// Samples on either side of the largest one that its parabola is fitted to, at most.
@@ -119,8 +146,8 @@ const ENOUGH: usize = 16;
 /// the five samples around the largest one. The error joins two parts: what noise, as the samples
 /// before the pulse show it, does to the quartic's vertex, and how far the vertex of the parabola
 /// through three samples is, which bounds what the samples leave open. A site whose largest sample
-/// is the first or last has no peak and is left out; so is one without a positive sample.
-///
+/// is among the first or last two has no peak and is left out; so is one without a positive sample.
+/// Times are those of the field's axis.
 pub fn measured_peaks(field: &Field) -> Vec<MeasuredPeak> {
     let times = field.n_times();
     let mut record = vec![0.0; times];
@@ -130,6 +157,10 @@ pub fn measured_peaks(field: &Field) -> Vec<MeasuredPeak> {
             site,
             time: field.time.origin + peak.time * field.time.step,
             time_error: peak.time_error * field.time.step,
+            arrival: peak.arrival.map(|time| MeasuredTime {
+                value: field.time.origin + time.value * field.time.step,
+                error: time.error * field.time.step,
+            }),
             ..peak
         })
     });
@@ -183,14 +214,42 @@ fn peak_of(record: &[f64]) -> Option<MeasuredPeak> {
     let slope_gain = (0..5).map(|i| change(i).powi(2)).sum::<f64>().sqrt();
     let bend_there = bend + at * (third + 0.5 * at * fourth);
     let sigma = noise.unwrap_or(0.0);
-    let (value_open, time_open) = (value - coarse, at - coarse_at);
+    let velocity_error = (gain * sigma).hypot(value - coarse);
+    let time_open = at - coarse_at;
     Some(MeasuredPeak {
         site: 0,
         velocity: value,
-        velocity_error: (gain * sigma).hypot(value_open),
+        velocity_error,
         time: top as f64 + at,
         time_error: (slope_gain * sigma / bend_there.abs().max(f64::MIN_POSITIVE)).hypot(time_open),
+        arrival: rise_of(record, top, 0.5 * value, sigma.hypot(0.5 * velocity_error)),
         noise,
+    })
+}
+
+/// When a record rises above a level for the last time before its largest sample, in samples, by the
+/// cubic through the two samples on either side. The error joins what that of the level above the
+/// samples does by the slope there, and how far the straight line between two samples is. `None`
+/// where fewer than two samples before are there, or one is no number.
+fn rise_of(record: &[f64], top: usize, level: f64, level_error: f64) -> Option<MeasuredTime> {
+    let below = record[..top].iter().rposition(|v| *v < level)?;
+    let nodes = record.get(below.checked_sub(1)?..below + 3)?;
+    if nodes.iter().any(|v| !v.is_finite()) {
+        return None;
+    }
+    let v: [f64; 4] = std::array::from_fn(|i| nodes[i]);
+    // Newton's form on the nodes -1, 0, 1, 2; the level lies between the two in the middle.
+    let steps = [v[1] - v[0], v[2] - v[1], v[3] - v[2]];
+    let bend = (steps[1] - steps[0]) / 2.0;
+    let twist = (steps[2] - 2.0 * steps[1] + steps[0]) / 6.0;
+    let cubic = |x: f64| v[0] + (x + 1.0) * (steps[0] + x * (bend + (x - 1.0) * twist));
+    let at = crate::chain::root_between(0.0, 1.0, |x| cubic(x) - level);
+    let line = (level - v[1]) / steps[1];
+    let slope = (cubic(at + 1e-4) - cubic(at - 1e-4)) / 2e-4;
+    let off = level_error / slope.abs().max(f64::MIN_POSITIVE);
+    Some(MeasuredTime {
+        value: below as f64 + at,
+        error: off.hypot(at - line),
     })
 }
 
@@ -213,6 +272,14 @@ mod tests {
                 peak.velocity_error < 0.02 * (2.0f64 / width).powi(4) * 3.0,
                 "{peak:?}"
             );
+            let arrival = peak.arrival.unwrap();
+            let rise = at - width * (2.0 * 2f64.ln()).sqrt();
+            let off = (arrival.value - rise).abs();
+            println!("{width}: arrival {off:e} {arrival:?}");
+            assert!(
+                off <= arrival.error && arrival.error < 0.1,
+                "{width}: {off:e}"
+            );
             let late = (peak.time - at).abs();
             assert!(
                 late <= peak.time_error.max(1e-3),
@@ -224,7 +291,7 @@ mod tests {
     /// With noise, about two thirds of the peaks are within one standard error.
     #[test]
     fn val_errors_cover_as_often_as_a_standard_error_does() {
-        let (mut state, mut held, n) = (3, [0; 2], 500);
+        let (mut state, mut held, n) = (3, [0; 3], 500);
         for trial in 0..n {
             let at = 60.0 + f64::from(trial) / f64::from(n);
             let record: Vec<f64> = (0..128)
@@ -241,9 +308,23 @@ mod tests {
             let peak = peak_of(&record).unwrap();
             held[0] += i32::from((peak.velocity - 1.0).abs() <= peak.velocity_error);
             held[1] += i32::from((peak.time - at).abs() <= peak.time_error);
+            let arrival = peak.arrival.unwrap();
+            let rise = at - 6.0 * (2.0 * 2f64.ln()).sqrt();
+            held[2] += i32::from((arrival.value - rise).abs() <= arrival.error);
         }
         println!("{held:?} of {n}");
         let shares = held.map(|h| f64::from(h) / f64::from(n));
         assert!(shares.iter().all(|s| (0.6..0.8).contains(s)), "{shares:?}");
+    }
+
+    /// A record that begins on the way up has a peak and no arrival.
+    #[test]
+    fn what_began_before_the_record_has_no_arrival() {
+        let record: Vec<f64> = (0..32)
+            .map(|i| (-0.5 * ((f64::from(i) - 4.0) / 6.0).powi(2)).exp())
+            .collect();
+        let peak = peak_of(&record).unwrap();
+        assert!((peak.velocity - 1.0).abs() < 1e-6 && peak.arrival.is_none());
+        assert!(peak.points(3.0).1.is_none());
     }
 }

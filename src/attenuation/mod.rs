@@ -20,6 +20,8 @@ pub use curve::{Attenuation, AttenuationCurve, Reach, Row, Stop, StopCause};
 pub use fit::{Criterion, Fit, Fits, Law, Length, Parameter, fit};
 pub use length::{AttenuationRequest, Named};
 pub use marks::LocalizedMark;
-pub use measured::{Compared, MeasuredPeak, MeasuredPoint, measured_peaks, read_curve};
+pub use measured::{
+    Compared, MeasuredPeak, MeasuredPoint, MeasuredTime, measured_peaks, read_curve,
+};
 pub use pulse::{FRONT, Located, Pulse, Pulses, Sense, pulses};
 pub use transmission::{Extreme, Point, Transmission, TransmissionCurve, TransmissionRequest};

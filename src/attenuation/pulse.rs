@@ -31,6 +31,9 @@ pub struct Pulse {
     /// Largest velocity of site n, on the striker's side of the contact.
     pub peak_velocity: Located,
     pub velocity_time: Located,
+    /// When that velocity is half of its largest for the last time before it; `None` for a site that
+    /// moves so from the start.
+    pub velocity_rise_time: Option<Located>,
     /// When the force first reaches [`FRONT`] of its peak.
     pub arrival_time: Located,
     /// From the last time before the peak to the first time after it at which the force is half of
@@ -165,13 +168,13 @@ impl Pulse {
         compare(&mut self.arrival_time, &other.arrival_time);
         compare(&mut self.width, &other.width);
         compare(&mut self.energy_passed, &other.energy_passed);
-        self.energy_pulse = match (self.energy_pulse, other.energy_pulse) {
-            (Some(mut own), Some(other)) => {
-                compare(&mut own, &other);
-                Some(own)
-            }
-            _ => None,
+        let both = |own: Option<Located>, other: Option<Located>| {
+            let (mut own, other) = (own?, other?);
+            compare(&mut own, &other);
+            Some(own)
         };
+        self.energy_pulse = both(self.energy_pulse, other.energy_pulse);
+        self.velocity_rise_time = both(self.velocity_rise_time, other.velocity_rise_time);
         self
     }
 }

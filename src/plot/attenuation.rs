@@ -1,10 +1,11 @@
 //! Attenuation against length and transmission against a key, as charts.
 
 use super::Format;
-use super::chart::{Chart, Corner, Look, Mark, Series, draw_charts};
+use super::chart::{Chart, Corner, Look, Series, draw_charts};
+use super::marks::Mark;
 use crate::Result;
 use crate::attenuation::{
-    Attenuation, AttenuationCurve, ContactKind, MeasuredPoint, Row, Sense, Transmission,
+    Attenuation, AttenuationCurve, ContactKind, MeasuredPoint, Pulse, Row, Sense, Transmission,
 };
 use crate::chain::scene::Units;
 
@@ -22,8 +23,8 @@ pub enum Overlay<'a> {
     Nothing,
     /// Relative forces over bodies.
     Forces(&'a [MeasuredPoint]),
-    /// Largest velocities over sites.
-    Velocities(&'a [MeasuredPoint]),
+    /// Of a field: largest velocities, and when they are half of that before it.
+    Field([&'a [MeasuredPoint]; 2]),
 }
 
 /// Force, energy, share of the high band and width against length, for every chain: forces in the
@@ -108,18 +109,17 @@ pub fn attenuation(attenuation: &Attenuation, overlay: Overlay, format: Format) 
             charts.push(Chart { names, ..chart });
         }
     }
-    if let Overlay::Velocities(points) = overlay
+    if let Overlay::Field(points) = overlay
         && let Some(first) = attenuation.curves.first()
     {
-        let rows = first.rows.iter();
-        let computed = rows.map(|row| (row.bodies as f64, row.pulse.peak_velocity.value));
-        let mut series = vec![Series::line(&first.name, 0, computed.collect())];
-        series.extend(laid_over(points));
-        let label = match first.units {
-            Units::Si => "velocity (m/s)",
-            Units::None => "velocity",
-        };
-        charts.push(Chart::of("largest velocity", "site", label, series));
+        let computed = [first.velocities(), first.arrivals()];
+        charts.extend(field_charts(
+            "site",
+            &first.name,
+            first.units,
+            computed,
+            points,
+        ));
     }
     draw_charts("attenuation against length", 2, SIZE, &charts, format)
 }
@@ -131,7 +131,7 @@ pub fn attenuation(attenuation: &Attenuation, overlay: Overlay, format: Format) 
 /// [`crate::Error::Draw`].
 pub fn transmission(
     transmission: &Transmission,
-    measured: &[MeasuredPoint],
+    overlay: Overlay,
     format: Format,
 ) -> Result<Vec<u8>> {
     let si = transmission.units == Units::Si;
@@ -158,15 +158,20 @@ pub fn transmission(
     let mut forces = points(&|p| p.relative_force);
     for (i, curve) in transmission.curves.iter().enumerate() {
         let extremes = curve.extremes.iter().map(|e| &e.point);
-        let dots = extremes.map(|p| (p.value, p.relative_force)).collect();
+        let dots: Vec<(f64, f64)> = extremes.map(|p| (p.value, p.relative_force)).collect();
+        // The line goes through what was located between its values.
+        forces[i].points.extend(&dots);
+        forces[i].points.sort_by(|a, b| a.0.total_cmp(&b.0));
         forces.push(Series::line("", i, dots).with(Look::Dots));
     }
-    forces.extend(laid_over(measured));
+    if let Overlay::Forces(points) = overlay {
+        forces.extend(laid_over(points));
+    }
     let unit = |name: &str, si_unit: &str| match si {
         true => format!("{name} ({si_unit})"),
         false => name.to_owned(),
     };
-    let mut charts = [
+    let mut charts: Vec<Chart> = [
         (
             "peak force on the wall",
             "force / that of the homogeneous chain".to_owned(),
@@ -183,7 +188,30 @@ pub fn transmission(
             points(&|p| p.mean_speed),
         ),
     ]
-    .map(|(title, label, series)| Chart::of(title, &key, label, series));
+    .into_iter()
+    .map(|(title, label, series)| Chart::of(title, &key, label, series))
+    .collect();
+    if let Overlay::Field(measured) = overlay
+        && let Some(first) = transmission.curves.first()
+    {
+        let last = |value: &dyn Fn(&Pulse) -> Option<f64>| -> Vec<(f64, f64)> {
+            let points = first.points.iter();
+            points
+                .filter_map(|p| Some((p.value, value(&p.pulse)?)))
+                .collect()
+        };
+        let computed = [
+            last(&|p| Some(p.peak_velocity.value)),
+            last(&|p| p.velocity_rise_time.map(|t| t.value)),
+        ];
+        charts.extend(field_charts(
+            &key,
+            "last body",
+            transmission.units,
+            computed,
+            measured,
+        ));
+    }
     let marks = transmission.curves.first().map(|curve| &curve.localized);
     let is_angle = transmission.key.ends_with("angle");
     for chart in &mut charts {
@@ -199,6 +227,31 @@ pub fn transmission(
             .collect();
     }
     draw_charts("transmission", 1, SIZE, &charts, format)
+}
+
+/// Largest velocities and arrivals, computed and measured.
+fn field_charts(
+    x_label: &str,
+    name: &str,
+    units: Units,
+    computed: [Vec<(f64, f64)>; 2],
+    measured: [&[MeasuredPoint]; 2],
+) -> Vec<Chart> {
+    let labels = match units {
+        Units::Si => ["velocity (m/s)", "time (s)"],
+        Units::None => ["velocity", "time"],
+    };
+    let titles = ["largest velocity", "arrival: half of the largest velocity"];
+    let all = titles.into_iter().zip(labels).zip(computed).zip(measured);
+    all.map(|(((title, label), computed), measured)| {
+        let mut series = vec![Series::line(name, 0, computed)];
+        series.extend(laid_over(measured));
+        Chart {
+            names: Corner::LowerRight,
+            ..Chart::of(title, x_label, label, series)
+        }
+    })
+    .collect()
 }
 
 fn laid_over(measured: &[MeasuredPoint]) -> Option<Series> {

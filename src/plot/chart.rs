@@ -8,6 +8,8 @@ use plotters::prelude::*;
 
 use super::Format;
 use super::canvas::{Area, Canvas, px, sans};
+use super::marks::{Mark, draw_marks};
+use super::ticks::short;
 use crate::Result;
 
 /// Okabe and Ito's colours, told apart by colour-blind readers.
@@ -57,13 +59,6 @@ impl Series {
     pub fn with(self, look: Look) -> Series {
         Series { look, ..self }
     }
-}
-
-/// An upright line at an abscissa, with a word at its upper end.
-#[derive(Debug, Clone, PartialEq)]
-pub struct Mark {
-    pub at: f64,
-    pub label: String,
 }
 
 /// Series on one pair of axes.
@@ -198,21 +193,12 @@ impl Chart {
             .set_all_tick_mark_size(px(5.0))
             .x_labels(8)
             .y_labels(7)
-            .x_label_formatter(&|v| short(*v, &self.x))
-            .y_label_formatter(&|v| short(*v, &self.y))
+            .x_label_formatter(&|v| short(*v, &self.x, self.log_x))
+            .y_label_formatter(&|v| short(*v, &self.y, self.log_y))
             .x_desc(&self.x_label)
             .y_desc(&self.y_label)
             .draw()?;
-        for mark in &self.marks {
-            let line = [(mark.at, self.y.start), (mark.at, self.y.end)];
-            let style = MARK.stroke_width(px(1.0));
-            chart.draw_series(DashedLineSeries::new(line, px(4.0), px(4.0), style))?;
-            chart.draw_series([Text::new(
-                mark.label.clone(),
-                (mark.at, self.y.end),
-                sans(13.0).color(&MARK),
-            )])?;
-        }
+        draw_marks(&mut chart, &self.marks, (self.y.start, self.y.end), MARK)?;
         for series in &self.series {
             let colour = PALETTE[series.colour % PALETTE.len()];
             let style = colour.stroke_width(px(2.0));
@@ -269,48 +255,5 @@ impl Chart {
                 .draw()?;
         }
         Ok(())
-    }
-}
-
-/// A number of an axis as few digits say it.
-pub(super) fn short(v: f64, axis: &Range<f64>) -> String {
-    let size = v.abs();
-    // Ticks are sums of steps, and 0 is one only to rounding.
-    if size <= 1e-12 * (axis.end - axis.start) {
-        "0".into()
-    } else if !(1e-3..1e5).contains(&size) {
-        // Powers of ten come from logarithms, and are ones only to rounding.
-        let text = format!("{v:.3e}");
-        let (digits, power) = text.split_once('e').unwrap_or((&text, "0"));
-        let digits = digits.trim_end_matches('0').trim_end_matches('.');
-        format!("{digits}e{power}")
-    } else {
-        let digits = (3 - size.log10().floor() as i32).clamp(0, 6) as usize;
-        let text = format!("{v:.digits$}");
-        match text.contains('.') {
-            true => text.trim_end_matches('0').trim_end_matches('.').to_owned(),
-            false => text,
-        }
-    }
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn ticks_are_said_in_few_digits() {
-        let axis = 0.0..1.0;
-        for (v, text) in [
-            (3.469e-18, "0"),
-            (0.25, "0.25"),
-            (9.999999999999998e-5, "1e-4"),
-            (2.5e-6, "2.5e-6"),
-            (1000.0, "1000"),
-            (0.30000000000000004, "0.3"),
-            (-1e6, "-1e6"),
-        ] {
-            assert_eq!(short(v, &axis), text);
-        }
     }
 }

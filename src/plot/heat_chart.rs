@@ -8,7 +8,8 @@ use plotters::coord::ranged1d::{AsRangedCoord, Ranged, ValueFormatter};
 use plotters::prelude::*;
 
 use super::canvas::{Area, px, sans};
-use super::chart::{Mark, short};
+use super::marks::{Mark, draw_marks};
+use super::ticks::short;
 use crate::Result;
 
 /// Room for the colour bar with its labels, in pixels.
@@ -83,17 +84,7 @@ impl HeatChart {
             );
             Rectangle::new([(across(j), up(i)), far], self.colour(*value).filled())
         }))?;
-        for mark in &self.marks {
-            let line = [(mark.at, self.y.start), (mark.at, self.y.end)];
-            let style = WHITE.stroke_width(px(1.0));
-            chart.draw_series(DashedLineSeries::new(line, px(4.0), px(4.0), style))?;
-            let text = Text::new(
-                mark.label.clone(),
-                (mark.at, self.y.end),
-                sans(13.0).color(&WHITE),
-            );
-            chart.draw_series([text])?;
-        }
+        draw_marks(&mut chart, &self.marks, (self.y.start, self.y.end), WHITE)?;
         chart
             .configure_mesh()
             .disable_mesh()
@@ -102,8 +93,8 @@ impl HeatChart {
             .set_all_tick_mark_size(px(5.0))
             .x_labels(8)
             .y_labels(7)
-            .x_label_formatter(&|v| short(*v, &self.x))
-            .y_label_formatter(&|v| short(*v, &self.y))
+            .x_label_formatter(&|v| short(*v, &self.x, self.log_x))
+            .y_label_formatter(&|v| short(*v, &self.y, false))
             .x_desc(&self.x_label)
             .y_desc(&self.y_label)
             .draw()?;
@@ -131,7 +122,7 @@ impl HeatChart {
             .label_style(sans(14.0))
             .axis_desc_style(sans(15.0))
             .y_labels(6)
-            .y_label_formatter(&|v| short(*v, &self.scale))
+            .y_label_formatter(&|v| short(*v, &self.scale, false))
             .y_desc(&self.label)
             .draw()?;
         Ok(())

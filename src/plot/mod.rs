@@ -19,6 +19,7 @@ mod heat;
 mod heat_chart;
 pub(crate) mod labels;
 mod localized;
+mod marks;
 mod painter;
 mod panel;
 mod redistribution;
@@ -37,7 +38,7 @@ use rayon::prelude::*;
 pub use attenuation::{Overlay, attenuation, transmission};
 pub use budget::{SharedScales, budget_figures, encode_all};
 pub use canvas::{Area, Canvas, Surface, px, sans};
-pub use chart::{Chart, Corner, Look, Mark, PALETTE, Series, draw_charts, extent};
+pub use chart::{Chart, Corner, Look, PALETTE, Series, draw_charts, extent};
 pub use charts::{Curve, Panel, around, draw_panels};
 pub use figures::{
     flux_surrogate, space_time, spacetime_spectrum, spatial_spectrum, temporal_spectrum,
@@ -45,6 +46,7 @@ pub use figures::{
 pub use grid::{Colours, Tile, map_grid};
 pub use heat_chart::HeatChart;
 pub use localized::{journey, wave};
+pub use marks::Mark;
 pub use plotters;
 pub use redistribution::{along_t, along_x};
 pub use short::{short_space, short_time};

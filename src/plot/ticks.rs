@@ -1,5 +1,7 @@
 //! Round numbers along an axis, and how they are written.
 
+use std::ops::Range;
+
 /// A labelled value.
 #[derive(Debug, Clone, PartialEq)]
 pub(super) struct Tick {
@@ -148,6 +150,53 @@ pub(super) fn power_of_ten(exponent: i32) -> String {
     format!("10{raised}")
 }
 
+/// A tick's label in ASCII, as few digits as say it, all of an axis written alike: with exponents
+/// where the axis's largest magnitude (on a logarithmic one, either end) is tiny or huge.
+pub(super) fn short(v: f64, axis: &Range<f64>, logarithmic: bool) -> String {
+    let plain = |size: f64| (1e-3..=1e5).contains(&size);
+    if logarithmic {
+        // Decades come from logarithms, and are ones only to rounding.
+        return match plain(axis.start) && plain(axis.end) {
+            true => trimmed(format!("{v:.*}", (3 - magnitude(v)).max(0) as usize)),
+            false => match format!("{v:.3e}").split_once('e') {
+                Some((digits, power)) => format!("{}e{power}", trimmed(digits.into())),
+                None => format!("{v:e}"),
+            },
+        };
+    }
+    let largest = axis.start.abs().max(axis.end.abs());
+    let exponent = if plain(largest) {
+        0
+    } else {
+        magnitude(largest)
+    };
+    let unit = 10f64.powi(exponent);
+    // Ticks are sums of steps of two digits at most, about a tenth of the span.
+    let decimals = (3 - magnitude((axis.end - axis.start) / unit)).clamp(0, 12) as usize;
+    let digits = trimmed(format!("{:.decimals$}", v / unit));
+    match exponent {
+        _ if digits == "0" || digits == "-0" => "0".into(),
+        0 => digits,
+        _ => format!("{digits}e{exponent}"),
+    }
+}
+
+/// The power of ten of a number's first digit, 0 for 0.
+fn magnitude(v: f64) -> i32 {
+    match v == 0.0 {
+        true => 0,
+        // A decade that misses by rounding is one.
+        false => (v.abs().log10() + 1e-12).floor() as i32,
+    }
+}
+
+fn trimmed(digits: String) -> String {
+    match digits.contains('.') {
+        true => digits.trim_end_matches('0').trim_end_matches('.').into(),
+        false => digits,
+    }
+}
+
 fn raise(c: char) -> char {
     match c {
         '0' => '⁰',
@@ -200,5 +249,39 @@ mod tests {
         assert_eq!(texts(&logarithmic(1e-8, 1.0, 4)), ["10⁻⁶", "10⁻³", "10⁰"]);
         assert_eq!(texts(&logarithmic(1.5, 7.0, 4)), ["2·10⁰", "5·10⁰"]);
         assert_eq!(texts(&logarithmic(1.5, 3.4, 4)), ["2·10⁰", "3·10⁰"]);
+    }
+
+    #[test]
+    fn labels_of_one_axis_are_written_alike() {
+        let texts = |axis: Range<f64>, logarithmic, ticks: &[f64]| -> Vec<String> {
+            let ticks = ticks.iter();
+            ticks.map(|v| short(*v, &axis, logarithmic)).collect()
+        };
+        let sums = [3.469e-18, 0.25, 0.30000000000000004, -0.5];
+        assert_eq!(texts(-0.5..1.0, false, &sums), ["0", "0.25", "0.3", "-0.5"]);
+        let across = [9.5e-4, 1e-3, 1.05e-3];
+        assert_eq!(
+            texts(9.2e-4..1.07e-3, false, &across),
+            ["0.00095", "0.001", "0.00105"]
+        );
+        let tiny = [0.0, 5e-5, 9.999999999999998e-5, 1.5e-4];
+        assert_eq!(
+            texts(0.0..1.7e-4, false, &tiny),
+            ["0", "0.5e-4", "1e-4", "1.5e-4"]
+        );
+        let huge = [-1e6, 2.5e5, 1e6];
+        assert_eq!(texts(-1e6..1.2e6, false, &huge), ["-1e6", "0.25e6", "1e6"]);
+        // Far from 0, a step apart.
+        assert_eq!(
+            texts(400.0..400.5, false, &[400.0, 400.25]),
+            ["400", "400.25"]
+        );
+        let decades = [9.999999999999998e-5, 1e-2, 1.0, 20.0];
+        assert_eq!(
+            texts(1e-4..20.0, true, &decades),
+            ["1e-4", "1e-2", "1e0", "2e1"]
+        );
+        let few = [0.0010000000000000002, 0.03, 1.0, 1000.0];
+        assert_eq!(texts(1e-3..1e3, true, &few), ["0.001", "0.03", "1", "1000"]);
     }
 }

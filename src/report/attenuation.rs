@@ -44,7 +44,7 @@ pub fn write_beside(directory: &Path, name: &str, bytes: &[u8]) -> crate::Result
 }
 
 /// Columns of a pulse, each located value with its error.
-const PULSE: [&str; 18] = [
+const PULSE: [&str; 20] = [
     "peak_force",
     "peak_force_error",
     "peak_time",
@@ -57,6 +57,8 @@ const PULSE: [&str; 18] = [
     "arrival_time_error",
     "width",
     "width_error",
+    "velocity_rise_time",
+    "velocity_rise_time_error",
     "energy_pulse",
     "energy_passed",
     "energy_passed_error",
@@ -77,6 +79,11 @@ fn pulse(pulse: &Pulse) -> Vec<String> {
     ] {
         cells.extend([number(located.value), number(located.error)]);
     }
+    let rise = pulse.velocity_rise_time;
+    cells.extend([
+        optional(rise.map(|t| t.value)),
+        optional(rise.map(|t| t.error)),
+    ]);
     cells.push(optional(pulse.energy_pulse.map(|e| e.value)));
     for value in [
         pulse.energy_passed.value,

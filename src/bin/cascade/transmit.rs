@@ -9,6 +9,7 @@ use cascade::attenuation::{
     read_curve,
 };
 use cascade::chain::scene::{SceneSource, Units};
+use cascade::plot::Overlay;
 use cascade::report::{TRANSMISSION_SCHEMA, transmission_csv, versioned_json};
 use clap::Args;
 use serde::Serialize;
@@ -44,7 +45,8 @@ pub struct Transmit {
     pub no_extremes: bool,
 
     /// A measured curve (.csv: key, relative force, standard error if known) to lay over the
-    /// first one, or VALUE=FIELD, a velocity field measured at this value of the key.
+    /// first one, or VALUE=FIELD, a velocity field measured at this value of the key, times counted
+    /// from the impact on: largest velocity and arrival (half of it) at the last site are compared.
     #[arg(long, value_name = "FILE")]
     pub measured: Option<String>,
 
@@ -68,13 +70,19 @@ struct Found<'a> {
     transmission: &'a Transmission,
     /// Relative forces, or of a field the largest velocity of the last site.
     measured: Vec<Compared>,
+    /// Of a field: when that velocity is half of its largest for the last time before it.
+    measured_arrivals: Vec<Compared>,
 }
 
 /// What was measured.
 enum Measured {
     Nothing,
     Curve(Vec<MeasuredPoint>),
-    Field { at: f64, peak: MeasuredPoint },
+    /// At the last site.
+    Field {
+        velocity: MeasuredPoint,
+        arrival: Option<MeasuredPoint>,
+    },
 }
 
 impl Measured {
@@ -97,41 +105,43 @@ impl Measured {
                 found: format!("none in {path}"),
             });
         };
-        let peak = MeasuredPoint {
-            at,
-            value: peak.velocity,
-            error: Some(peak.velocity_error),
-        };
-        Ok(Measured::Field { at, peak })
+        let (velocity, arrival) = peak.points(at);
+        Ok(Measured::Field { velocity, arrival })
     }
 
     fn values(&self) -> Vec<f64> {
         match self {
             Measured::Nothing => Vec::new(),
             Measured::Curve(points) => points.iter().map(|p| p.at).collect(),
-            Measured::Field { at, .. } => vec![*at],
+            Measured::Field { velocity, .. } => vec![velocity.at],
         }
     }
 
-    fn beside(&self, curve: Option<&TransmissionCurve>) -> Vec<Compared> {
+    /// Beside the points of a curve: forces or velocities, and arrivals.
+    fn beside(&self, curve: Option<&TransmissionCurve>) -> [Vec<Compared>; 2] {
         let point = |at: f64| curve?.points.iter().find(|p| p.value == at);
+        let forces = |m: &MeasuredPoint| Some(m.compared_with(point(m.at)?.relative_force));
         match self {
-            Measured::Nothing => Vec::new(),
-            Measured::Curve(points) => points
-                .iter()
-                .filter_map(|m| Some(m.compared_with(point(m.at)?.relative_force)))
-                .collect(),
-            Measured::Field { at, peak } => point(*at)
-                .map(|p| peak.compared_with(p.pulse.peak_velocity.value))
-                .into_iter()
-                .collect(),
+            Measured::Nothing => [Vec::new(), Vec::new()],
+            Measured::Curve(points) => [points.iter().filter_map(forces).collect(), Vec::new()],
+            Measured::Field { velocity, arrival } => {
+                let pulse = point(velocity.at).map(|p| p.pulse);
+                let speed = pulse.map(|p| p.peak_velocity.value);
+                let arrived = pulse.and_then(|p| p.velocity_rise_time).map(|t| t.value);
+                [(Some(velocity), speed), (arrival.as_ref(), arrived)]
+                    .map(|(m, c)| m.zip(c).map(|(m, c)| m.compared_with(c)))
+                    .map(|compared| compared.into_iter().collect())
+            }
         }
     }
 
-    fn curve(&self) -> &[MeasuredPoint] {
+    fn laid_over(&self) -> Overlay<'_> {
         match self {
-            Measured::Curve(points) => points,
-            _ => &[],
+            Measured::Nothing => Overlay::Nothing,
+            Measured::Curve(points) => Overlay::Forces(points),
+            Measured::Field { velocity, arrival } => {
+                Overlay::Field([std::slice::from_ref(velocity), arrival.as_slice()])
+            }
         }
     }
 }
@@ -160,15 +170,17 @@ pub fn run(typed: Transmit) -> Result<(), Failure> {
     let result = request.run(typed.out.as_deref(), &progress);
     progress.clear();
     let transmission = result?;
+    let [compared, measured_arrivals] = measured.beside(transmission.curves.first());
     let found = Found {
-        measured: measured.beside(transmission.curves.first()),
+        measured: compared,
+        measured_arrivals,
         transmission: &transmission,
     };
     let json = versioned_json(TRANSMISSION_SCHEMA, &found).map_err(std::io::Error::from)?;
     if let Some(out) = &typed.out {
         let csv = transmission_csv(&transmission).map_err(std::io::Error::other)?;
         keep(out, "transmission", &json, &csv, |format| {
-            cascade::plot::transmission(&transmission, measured.curve(), format)
+            cascade::plot::transmission(&transmission, measured.laid_over(), format)
         })?;
     }
     let mut stdout = std::io::stdout().lock();
@@ -254,7 +266,9 @@ fn told(found: &Found) -> String {
             lines.push("times of flight in s, speeds in m/s".into());
         }
     }
-    lines.extend(found.measured.iter().map(compared_line));
+    lines.extend(found.measured.iter().map(|c| compared_line("measured", c)));
+    let arrivals = found.measured_arrivals.iter();
+    lines.extend(arrivals.map(|c| compared_line("measured arrival", c)));
     lines.extend(failure_lines(&transmission.failed));
     lines.push(String::new());
     lines.join("\n")

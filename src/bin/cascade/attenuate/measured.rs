@@ -1,8 +1,9 @@
 //! What was measured, beside what was computed.
 
 use cascade::Error;
-use cascade::attenuation::{Attenuation, Compared, MeasuredPoint, Row, measured_peaks, read_curve};
+use cascade::attenuation::{Attenuation, Compared, MeasuredPoint, measured_peaks, read_curve};
 use cascade::plot::Overlay;
+use serde::Serialize;
 
 use super::{Attenuate, Where};
 
@@ -11,42 +12,61 @@ pub(super) enum Measured {
     Nothing,
     /// Relative forces over bodies.
     Forces(Vec<MeasuredPoint>),
-    /// Largest velocities over sites.
-    Velocities(Vec<MeasuredPoint>),
+    /// Largest velocities and arrivals over sites.
+    Field([Vec<MeasuredPoint>; 2]),
+}
+
+/// What was measured beside what was computed.
+#[derive(Debug, Default, Serialize)]
+pub(super) struct Beside {
+    /// Relative forces, or of a field largest velocities.
+    pub(super) measured: Vec<Compared>,
+    /// Of a field: when velocities are half of their largest for the last time before it.
+    pub(super) measured_arrivals: Vec<Compared>,
+    /// Abscissae outside the computed curve.
+    pub(super) not_compared: Vec<f64>,
 }
 
 impl Measured {
-    /// Beside the first curve, forces in the contacts that are fitted, and what is outside it.
-    pub(super) fn beside(&self, attenuation: &Attenuation) -> (Vec<Compared>, Vec<f64>) {
+    /// Beside the first curve; forces in the contacts that are fitted.
+    pub(super) fn beside(&self, attenuation: &Attenuation) -> Beside {
+        let mut beside = Beside::default();
         let Some(first) = attenuation.curves.first() else {
-            return (Vec::new(), Vec::new());
+            return beside;
         };
-        let (points, curve): (_, Vec<(f64, f64)>) = match self {
-            Measured::Nothing => return (Vec::new(), Vec::new()),
-            Measured::Forces(points) => (points, attenuation.compared(&first.rows)),
-            Measured::Velocities(points) => {
-                let velocities = first.rows.iter();
-                let of = |row: &Row| (row.bodies as f64, row.pulse.peak_velocity.value);
-                (points, velocities.map(of).collect())
+        match self {
+            Measured::Nothing => {}
+            Measured::Forces(points) => {
+                let curve = attenuation.compared(&first.rows);
+                (beside.measured, beside.not_compared) = compare(points, &curve);
             }
-        };
-        let (mut compared, mut outside) = (Vec::new(), Vec::new());
-        for point in points {
-            match between(&curve, point.at) {
-                Some(computed) => compared.push(point.compared_with(computed)),
-                None => outside.push(point.at),
+            Measured::Field([velocities, arrivals]) => {
+                (beside.measured, beside.not_compared) = compare(velocities, &first.velocities());
+                (beside.measured_arrivals, _) = compare(arrivals, &first.arrivals());
             }
         }
-        (compared, outside)
+        beside
     }
 
     pub(super) fn laid_over(&self) -> Overlay<'_> {
         match self {
             Measured::Nothing => Overlay::Nothing,
             Measured::Forces(points) => Overlay::Forces(points),
-            Measured::Velocities(points) => Overlay::Velocities(points),
+            Measured::Field([velocities, arrivals]) => Overlay::Field([velocities, arrivals]),
         }
     }
+}
+
+/// Points beside a curve, and the abscissae of those outside it.
+fn compare(points: &[MeasuredPoint], curve: &[(f64, f64)]) -> (Vec<Compared>, Vec<f64>) {
+    let (mut compared, mut outside) = (Vec::new(), Vec::new());
+    for point in points {
+        match between(curve, point.at) {
+            Some(computed) => compared.push(point.compared_with(computed)),
+            None => outside.push(point.at),
+        }
+    }
+    (compared, outside)
 }
 
 /// A curve at an abscissa, by a line between the places on either side of it.
@@ -78,11 +98,9 @@ impl Attenuate {
         }
         let options = cascade::field::OpenOptions::default();
         let peaks = measured_peaks(&cascade::Field::open(path, &options)?);
-        let points = peaks.iter().map(|peak| MeasuredPoint {
-            at: peak.site as f64,
-            value: peak.velocity,
-            error: Some(peak.velocity_error),
-        });
-        Ok(Measured::Velocities(points.collect()))
+        let points = peaks.iter().map(|peak| peak.points(peak.site as f64));
+        let (velocities, arrivals): (_, Vec<_>) = points.unzip();
+        let arrivals = arrivals.into_iter().flatten().collect();
+        Ok(Measured::Field([velocities, arrivals]))
     }
 }

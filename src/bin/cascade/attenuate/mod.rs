@@ -8,7 +8,7 @@ use std::path::{Path, PathBuf};
 
 use cascade::Error;
 use cascade::attenuation::{
-    Attenuation, AttenuationRequest, Compared, ContactKind, Criterion, Named, Point, Sense,
+    Attenuation, AttenuationRequest, ContactKind, Criterion, Named, Point, Sense,
     TransmissionRequest,
 };
 use cascade::chain::scene::{Scene, SceneSource, Setting};
@@ -24,6 +24,7 @@ use crate::parse;
 use crate::progress::Progress;
 use crate::scene_keys::SceneKeys;
 use crate::terminal::number;
+use measured::Beside;
 pub use told::{compared_line, failure_lines};
 
 /// What `cascade attenuate` takes.
@@ -83,7 +84,8 @@ pub struct Attenuate {
     #[arg(long, value_name = "FILE")]
     pub measured: Option<PathBuf>,
 
-    /// The measured file is a field of velocities, whose site n is site n of the first chain.
+    /// The measured file is a field of velocities, whose site n is site n of the first chain and whose
+    /// times count from the impact on: largest velocities and arrivals (half of these) are compared.
     #[arg(long, requires = "measured")]
     pub measured_field: bool,
 
@@ -131,10 +133,8 @@ struct Found<'a> {
     #[serde(flatten)]
     attenuation: &'a Attenuation,
     best: Option<Best>,
-    /// Relative forces, or of a field largest velocities, beside the first chain.
-    measured: Vec<Compared>,
-    /// Abscissae outside its curve.
-    not_compared: Vec<f64>,
+    #[serde(flatten)]
+    beside: Beside,
 }
 
 /// The value of the key that lets least through.
@@ -165,12 +165,10 @@ pub fn run(typed: Attenuate) -> Result<(), Failure> {
     let result = typed.compute(&request, &progress);
     progress.clear();
     let (attenuation, best) = result?;
-    let (compared, not_compared) = measured.beside(&attenuation);
     let found = Found {
         attenuation: &attenuation,
         best,
-        measured: compared,
-        not_compared,
+        beside: measured.beside(&attenuation),
     };
     let json = versioned_json(ATTENUATION_SCHEMA, &found).map_err(std::io::Error::from)?;
     if let Some(out) = &typed.out {

@@ -40,9 +40,12 @@ pub(super) fn told(found: &Found) -> String {
             number(best.point.stiffness_ratio)
         ));
     }
-    lines.extend(found.measured.iter().map(compared_line));
-    if !found.not_compared.is_empty() {
-        let at: Vec<String> = found.not_compared.iter().map(|at| number(*at)).collect();
+    let beside = &found.beside;
+    lines.extend(beside.measured.iter().map(|c| compared_line("measured", c)));
+    let arrivals = beside.measured_arrivals.iter();
+    lines.extend(arrivals.map(|c| compared_line("measured arrival", c)));
+    if !beside.not_compared.is_empty() {
+        let at: Vec<String> = beside.not_compared.iter().map(|at| number(*at)).collect();
         lines.push(format!(
             "measured outside the curve, and not compared: {}",
             at.join(", ")
@@ -54,7 +57,7 @@ pub(super) fn told(found: &Found) -> String {
 }
 
 /// A measured point beside the computed one.
-pub fn compared_line(compared: &Compared) -> String {
+pub fn compared_line(what: &str, compared: &Compared) -> String {
     let error = match compared.measured.error {
         Some(error) => format!(" +- {}", number(error)),
         None => String::new(),
@@ -64,7 +67,7 @@ pub fn compared_line(compared: &Compared) -> String {
         None => String::new(),
     };
     format!(
-        "measured at {}: {}{error}, computed {}, difference {}{within}",
+        "{what} at {}: {}{error}, computed {}, difference {}{within}",
         number(compared.measured.at),
         number(compared.measured.value),
         number(compared.computed),
