@@ -109,9 +109,7 @@ fn a_table_has_a_line_a_case() {
     assert_eq!(words[..3], ["64x9", "f32", "1"]);
     // Shape, type, threads, four figures, two ratios with a cross.
     assert_eq!(words.len(), 3 + 4 + 2 * 2, "{line}");
-    for part in said.split([' ', ',', ';']).filter(|word| *word == "NaN") {
-        panic!("{part}: {said}");
-    }
+    assert!(!said.contains("NaN"), "{said}");
 }
 
 /// Changes the first baseline of ratios in a file.
