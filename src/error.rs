@@ -79,6 +79,10 @@ pub enum Error {
         reason: String,
     },
 
+    /// A file of recorded throughputs that is none, or not all of one.
+    #[error("{}: expected a baseline of throughput, {reason}", path.display())]
+    Baseline { path: PathBuf, reason: String },
+
     /// A result that is already there.
     #[error("{} is already there and is not overwritten", path.display())]
     Exists { path: PathBuf },
@@ -141,6 +145,10 @@ impl Error {
             Error::Busy { .. } => Some("wait for it, or compute parts in directories of their own".into()),
             Error::Damaged { .. } => Some(
                 "remove the line, and its member is computed again; or begin anew elsewhere".into(),
+            ),
+            Error::Baseline { .. } => Some(
+                "record a new one with `cascade bench --record FILE`, or name another with `--baseline`"
+                    .into(),
             ),
             Error::Paused { .. } => Some("the same command goes on from there".into()),
             Error::Occupied { .. } => Some("name another place with `--out`".into()),

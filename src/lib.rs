@@ -20,6 +20,8 @@ pub mod report;
 mod sum;
 pub mod sweep;
 mod threads;
+#[cfg(feature = "cli")]
+pub mod throughput;
 pub mod transform;
 mod turns;
 

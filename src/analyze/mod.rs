@@ -18,6 +18,8 @@ mod warning;
 
 pub use filtered::{Filtered, filtered};
 pub use observer::{Observer, Silent};
+#[cfg(feature = "cli")]
+pub(crate) use plan::half_of_free_memory;
 pub use plan::{Blocks, Plan, PlanSummary, PlannedStage, plan};
 pub use request::{Precision, Request, Results, Scaling, ShortTime, TimeRange, Welch};
 pub use result::*;

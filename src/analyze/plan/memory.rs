@@ -139,7 +139,7 @@ impl Plan {
 }
 
 /// Half of the memory that is free now; 2 GiB where the system does not tell.
-pub(super) fn half_of_free_memory() -> u64 {
+pub(crate) fn half_of_free_memory() -> u64 {
     const FALLBACK: u64 = 2 << 30;
     let Ok(info) = std::fs::read_to_string("/proc/meminfo") else {
         return FALLBACK;

@@ -19,7 +19,7 @@ use crate::transform::{Scale, Segments, frequencies, wavenumbers, wavenumbers_si
 use checks::{
     check_axes, check_references, direction_band, padded, segments, site_range, time_range,
 };
-use memory::half_of_free_memory;
+pub(crate) use memory::half_of_free_memory;
 
 pub(super) use checks::check_window;
 

@@ -78,6 +78,13 @@ pub enum Command {
     /// The extremes of the force are located by further runs, and the values that carry localized
     /// waves are marked. `--vary` adds curves for other lengths, amplitudes or losses.
     Transmit(Box<crate::transmit::Transmit>),
+    /// Measure the throughput of the transforms of columns, or check that none was lost.
+    ///
+    /// Arrays are transformed by `cascade`, `rustfft` (two columns as one complex one) and `realfft`
+    /// in turn, round by round. `--check` compares the ratio to rustfft with the baseline of this
+    /// kind of processor; with `--instructions` it compares counts of instructions, which depend on
+    /// no load and on no clock, and need valgrind. The exit code is 1 where more than 10 % is lost.
+    Bench(Box<crate::bench::Bench>),
     /// Print completions for a shell.
     Completions { shell: clap_complete::Shell },
     /// Print the manual page of the program, or of one of its commands.

@@ -6,6 +6,8 @@ use std::process::ExitCode;
 use cascade::Error;
 use cascade::chain::scene::Place;
 
+use crate::bench::Fault;
+
 /// Why a command did not end well.
 #[derive(Debug)]
 pub enum Failure {
@@ -16,6 +18,8 @@ pub enum Failure {
     Chains(usize),
     /// So many orders have no localized wave that could be resolved.
     Orders(usize),
+    /// Throughput was lost, or could not be compared.
+    Bench(Fault),
     /// Standard output was closed or could not be written.
     Output(std::io::Error),
 }
@@ -70,6 +74,7 @@ impl Failure {
                 err,
                 "error: {unresolved} of the orders could not be resolved; the others stand"
             ),
+            Failure::Bench(fault) => writeln!(err, "error: {fault}"),
             // A reader that went away (`cascade ... | head`) has read enough: no failure.
             Failure::Output(error) if error.kind() == std::io::ErrorKind::BrokenPipe => Ok(()),
             Failure::Output(error) => {
@@ -80,6 +85,9 @@ impl Failure {
             && let Some(advice) = error.advice()
         {
             let _ = writeln!(err, "help: {advice}");
+        }
+        if let Failure::Bench(fault) = self {
+            let _ = writeln!(err, "help: {}", fault.advice());
         }
         match self {
             Failure::Library(Error::Cancelled | Error::Paused { .. }) => {

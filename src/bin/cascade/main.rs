@@ -3,6 +3,7 @@
 mod analyze;
 mod args;
 mod attenuate;
+mod bench;
 mod budget;
 mod chain_args;
 mod compare;
@@ -43,6 +44,7 @@ fn main() -> ExitCode {
         Command::Attenuate(typed) => attenuate::run(*typed),
         Command::Transmit(typed) => transmit::run(*typed),
         Command::Localize(typed) => localize::run(*typed),
+        Command::Bench(typed) => bench::run(*typed),
         Command::Completions { shell } => manual::completions(shell),
         Command::Man { page } => manual::page(page.as_deref()),
     };

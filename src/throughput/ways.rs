@@ -4,59 +4,82 @@ use std::hint::black_box;
 use std::io::Read;
 use std::path::Path;
 use std::sync::Arc;
-use std::time::Instant;
 
-use bytemuck::Pod;
-use cascade::transform::vertical::ColumnScratch;
-use cascade::transform::{ColumnTransform, Real};
-use memmap2::MmapMut;
 use ndarray::parallel::prelude::*;
 use ndarray::{ArrayView2, ArrayViewMut2, Axis, s};
 use num_complex::Complex;
 use realfft::{RealFftPlanner, RealToComplex};
 use rustfft::{Fft, FftPlanner};
 
+use super::{Buffer, Shape};
+use crate::error::Result;
+use crate::transform::vertical::{ColumnScratch, InstructionSet};
+use crate::transform::{ColumnTransform, Real};
+
 /// Columns gathered before they are transformed one by one: a cache line of each row.
 const TILE: usize = 8;
 
-/// An array in huge pages.
-pub struct Buffer(pub MmapMut);
+/// A way to transform all columns.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, serde::Serialize)]
+#[serde(rename_all = "snake_case")]
+pub enum Way {
+    /// [`ColumnTransform`].
+    Cascade,
+    /// `realfft` of columns gathered eight by eight.
+    Realfft,
+    /// `realfft` of columns gathered one by one.
+    RealfftSingle,
+    /// `rustfft` of columns gathered eight by eight, two as one complex transform.
+    Rustfft,
+}
 
-impl Buffer {
-    pub fn new(bytes: usize) -> Buffer {
-        let pages = MmapMut::map_anon(bytes.max(1)).expect("memory for the arrays");
-        #[cfg(target_os = "linux")]
-        let _refused = pages.advise(memmap2::Advice::HugePage);
-        Buffer(pages)
-    }
+impl Way {
+    pub const ALL: [Way; 4] = [Way::Cascade, Way::Realfft, Way::RealfftSingle, Way::Rustfft];
 
-    pub fn of<T: Pod>(&mut self) -> &mut [T] {
-        bytemuck::cast_slice_mut(&mut self.0)
+    pub fn name(self) -> &'static str {
+        match self {
+            Way::Cascade => "cascade",
+            Way::Realfft => "realfft, 8 columns",
+            Way::RealfftSingle => "realfft, 1 column",
+            Way::Rustfft => "rustfft, two-for-one",
+        }
     }
 }
 
-/// The ways to transform, planned for one shape, and the arrays.
-pub struct Case<T: Real> {
-    shape: (usize, usize),
+/// An array of noise and room for its spectrum, with the ways planned for them.
+pub struct Arrays<T: Real> {
+    shape: Shape,
     values: Buffer,
     spectra: Buffer,
     ours: ColumnTransform<T>,
     scratch: ColumnScratch<T>,
     realfft: Arc<dyn RealToComplex<T>>,
     rustfft: Arc<dyn Fft<T>>,
+    /// Of the ways that gather columns, run by one thread.
+    room: Vec<Complex<T>>,
 }
 
-pub const WAYS: [&str; 4] = [
-    "cascade",
-    "realfft, 8 columns",
-    "realfft, 1 column",
-    "rustfft, two-for-one",
-];
+impl<T: Real> Arrays<T> {
+    /// For the fastest instructions of this processor.
+    ///
+    /// # Errors
+    /// [`crate::Error::Read`] where there is no memory.
+    pub fn new(shape: Shape) -> Result<Self> {
+        Self::planned(shape, ColumnTransform::new(shape.rows))
+    }
 
-impl<T: Real> Case<T> {
-    pub fn new(shape: (usize, usize)) -> Self {
-        let (rows, columns) = shape;
-        let mut values = Buffer::new(rows * columns * size_of::<T>());
+    /// For chosen instructions; `None` where the processor lacks them.
+    ///
+    /// # Errors
+    /// As [`Arrays::new`].
+    pub fn with(shape: Shape, set: InstructionSet) -> Result<Option<Self>> {
+        let ours = ColumnTransform::with(shape.rows, set);
+        ours.map(|ours| Self::planned(shape, ours)).transpose()
+    }
+
+    fn planned(shape: Shape, ours: ColumnTransform<T>) -> Result<Self> {
+        let Shape { rows, columns } = shape;
+        let mut values = Buffer::new(rows * columns * size_of::<T>())?;
         let mut state = 1_u64;
         for value in values.of::<T>() {
             state ^= state << 13;
@@ -64,68 +87,89 @@ impl<T: Real> Case<T> {
             state ^= state << 17;
             *value = T::rounded((state >> 11) as f64 / (1_u64 << 53) as f64 - 0.5);
         }
-        let ours = ColumnTransform::new(rows);
-        Case {
+        Ok(Arrays {
             shape,
             values,
-            spectra: Buffer::new((rows / 2 + 1) * columns * 2 * size_of::<T>()),
+            spectra: Buffer::new(shape.bins() * columns * 2 * size_of::<T>())?,
             scratch: ours.scratch(columns),
             ours,
             realfft: RealFftPlanner::new().plan_fft_forward(rows),
             rustfft: FftPlanner::new().plan_fft_forward(rows),
-        }
+            room: Vec::new(),
+        })
     }
 
-    /// Milliseconds of one run of one of [`WAYS`] by the threads of the current pool.
-    pub fn run(&mut self, way: usize) -> f64 {
-        let (rows, columns) = self.shape;
+    /// The transform that is measured.
+    pub fn transform(&self) -> &ColumnTransform<T> {
+        &self.ours
+    }
+
+    /// Runs a way once: by the calling thread, or `in_parallel` by all threads of the current pool.
+    pub fn run(&mut self, way: Way, in_parallel: bool) {
+        let Shape { rows, columns } = self.shape;
         let values: &[T] = self.values.of();
         let values = ArrayView2::from_shape((rows, columns), values).expect("the array's shape");
         let spectra: &mut [Complex<T>] = self.spectra.of();
-        let spectra = ArrayViewMut2::from_shape((rows / 2 + 1, columns), spectra);
+        let spectra = ArrayViewMut2::from_shape((self.shape.bins(), columns), spectra);
         let mut spectra = spectra.expect("the spectrum's shape");
-        let start = Instant::now();
-        match way {
-            0 if rayon::current_num_threads() == 1 => {
-                let scratch = &mut self.scratch;
-                self.ours.transform(values, spectra.view_mut(), scratch);
+        let width = if way == Way::RealfftSingle { 1 } else { TILE };
+        let (realfft, rustfft) = (&*self.realfft, &*self.rustfft);
+        let tile = |room: &mut Vec<Complex<T>>,
+                    values: ArrayView2<T>,
+                    spectra: ArrayViewMut2<_>| match way {
+            Way::Rustfft => two_for_one(rustfft, values, spectra, room),
+            _ => by_column(realfft, values, spectra, room),
+        };
+        match (way, in_parallel) {
+            (Way::Cascade, false) => {
+                self.ours
+                    .transform(values, spectra.view_mut(), &mut self.scratch)
             }
-            0 => self.ours.transform_in_parallel(values, spectra.view_mut()),
-            _ => {
-                let width = if way == 2 { 1 } else { TILE };
-                values
-                    .axis_chunks_iter(Axis(1), width)
-                    .into_par_iter()
-                    .zip(spectra.axis_chunks_iter_mut(Axis(1), width))
-                    .for_each_init(Vec::new, |room, (values, spectra)| match way {
-                        3 => two_for_one(&*self.rustfft, values, spectra, room),
-                        _ => by_column(&*self.realfft, values, spectra, room),
-                    });
-            }
+            (Way::Cascade, true) => self.ours.transform_in_parallel(values, spectra.view_mut()),
+            (_, false) => values
+                .axis_chunks_iter(Axis(1), width)
+                .zip(spectra.axis_chunks_iter_mut(Axis(1), width))
+                .for_each(|(values, spectra)| tile(&mut self.room, values, spectra)),
+            (_, true) => values
+                .axis_chunks_iter(Axis(1), width)
+                .into_par_iter()
+                .zip(spectra.axis_chunks_iter_mut(Axis(1), width))
+                .for_each_init(Vec::new, |room, (values, spectra)| {
+                    tile(room, values, spectra)
+                }),
         }
-        let seconds = start.elapsed().as_secs_f64();
         black_box(&mut self.spectra);
-        1e3 * seconds
     }
 
     /// Transforms the values in `file` in each way, and writes of the spectra every `every`-th
-    /// column, the last one first, to `file.0`, `file.1`, ...
+    /// column, the last one first, to `file.0`, `file.1`, ... in the order of [`Way::ALL`].
+    ///
+    /// # Errors
+    /// Of reading and writing.
     pub fn write_spectra(&mut self, file: &Path, every: isize) -> std::io::Result<()> {
-        let (rows, columns) = self.shape;
+        let shape = (self.shape.bins(), self.shape.columns);
         std::fs::File::open(file)?.read_exact(self.values.of())?;
-        for way in 0..WAYS.len() {
+        for (index, way) in Way::ALL.into_iter().enumerate() {
             // Not numbers: what a way leaves out is seen.
             self.spectra.of::<u8>().fill(0xff);
-            self.run(way);
+            self.run(way, false);
             let spectra: &[Complex<T>] = self.spectra.of();
-            let spectra = ArrayView2::from_shape((rows / 2 + 1, columns), spectra);
-            let spectra = spectra.expect("the spectrum's shape");
+            let spectra = ArrayView2::from_shape(shape, spectra).expect("the spectrum's shape");
             let kept = spectra.slice(s![.., ..;-every]);
             let kept: Vec<Complex<T>> = kept.iter().copied().collect();
-            let to = file.with_extension(way.to_string());
+            let to = file.with_extension(index.to_string());
             std::fs::write(to, bytemuck::cast_slice(&kept))?;
         }
         Ok(())
+    }
+}
+
+impl<T: Real> std::fmt::Debug for Arrays<T> {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        f.debug_struct("Arrays")
+            .field("shape", &self.shape)
+            .field("transform", &self.ours)
+            .finish_non_exhaustive()
     }
 }
 

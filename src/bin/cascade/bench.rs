@@ -1,0 +1,270 @@
+//! `cascade bench`: throughput of the transforms of columns, and whether it was kept.
+
+mod check;
+mod count;
+
+use std::collections::BTreeMap;
+use std::io::Write;
+use std::path::{Path, PathBuf};
+
+use cascade::Error;
+use cascade::analyze::Precision;
+use cascade::throughput::{
+    Baseline, CaseOf, Comparison, Counted, CountedCase, Machine, Ratios, Rounds, Shape, Throughput,
+    Versions, Way, table,
+};
+use clap::Args;
+use serde::Serialize;
+
+use crate::args::PrecisionArg;
+use crate::failure::Failure;
+pub use check::Fault;
+
+/// What `cascade bench` takes.
+#[derive(Debug, Args)]
+pub struct Bench {
+    /// Shape of the arrays, times by columns; may be given more than once
+    /// [default: 4096x300, 16384x300 and 10007x300; with `--instructions` small ones].
+    #[arg(long, value_name = "ROWSxCOLUMNS")]
+    pub shape: Vec<Shape>,
+    /// Number types [default: both].
+    #[arg(long, value_enum, value_delimiter = ',')]
+    pub precision: Vec<PrecisionArg>,
+    /// Measure with so many threads, too; one thread always is.
+    #[arg(long, value_name = "N", default_value_t = 1, conflicts_with = "instructions",
+          value_parser = clap::value_parser!(u16).range(1..=1024))]
+    pub threads: u16,
+    /// Rounds, in each of which every library runs once; one more warms up.
+    #[arg(long, value_name = "N", default_value_t = 25, conflicts_with = "instructions",
+          value_parser = clap::value_parser!(u32).range(1..=100_000))]
+    pub rounds: u32,
+    /// Count instructions a sample with valgrind instead of taking times.
+    #[arg(long)]
+    pub instructions: bool,
+    /// Compare with a baseline; exit code 1 where more than 10 % of the throughput is lost.
+    #[arg(long, conflicts_with = "record")]
+    pub check: bool,
+    /// The baseline to compare with [default: benches/baseline.json of the repository, built in].
+    #[arg(long, value_name = "FILE", requires = "check")]
+    pub baseline: Option<PathBuf>,
+    /// Write what is found to a baseline, in the place of what it says of this machine or build.
+    #[arg(long, value_name = "FILE")]
+    pub record: Option<PathBuf>,
+    /// Print all that was found as JSON, every time included.
+    #[arg(long)]
+    pub json: bool,
+    /// Only transform, so many times: what runs inside of valgrind.
+    #[arg(long, hide = true, requires = "by")]
+    pub repeat: Option<usize>,
+    /// What transforms then.
+    #[arg(long, hide = true, requires = "repeat")]
+    pub by: Option<Counted>,
+}
+
+/// What is printed as JSON.
+#[derive(Debug, Serialize)]
+struct Said<C> {
+    schema: &'static str,
+    machine: Machine,
+    cores: usize,
+    versions: Versions,
+    cases: Vec<C>,
+    /// Beside the baseline, where that was asked for.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    check: Option<Vec<Comparison>>,
+}
+
+impl Bench {
+    fn precisions(&self) -> Vec<Precision> {
+        match &self.precision[..] {
+            [] => vec![Precision::F64, Precision::F32],
+            some => some.iter().map(|&typed| typed.into()).collect(),
+        }
+    }
+
+    /// Shapes with precisions, what was typed or the given ones.
+    fn arrays(&self, default: &[Shape]) -> Vec<(Shape, Precision)> {
+        let shapes = if self.shape.is_empty() {
+            default
+        } else {
+            &self.shape
+        };
+        let of = |shape: &Shape| {
+            let shape = *shape;
+            self.precisions()
+                .into_iter()
+                .map(move |precision| (shape, precision))
+        };
+        shapes.iter().flat_map(of).collect()
+    }
+
+    fn cases(&self) -> Vec<CaseOf> {
+        let mut threads = vec![1, usize::from(self.threads)];
+        threads.dedup();
+        let arrays = self.arrays(&CaseOf::SHORT).into_iter();
+        let case = |(shape, precision)| {
+            threads.iter().map(move |&threads| CaseOf {
+                shape,
+                precision,
+                threads,
+            })
+        };
+        arrays.flat_map(case).collect()
+    }
+
+    /// The baseline to compare with, and its name.
+    fn baseline(&self) -> Result<Option<(Baseline, String)>, Failure> {
+        Ok(match &self.baseline {
+            _ if !self.check => None,
+            Some(path) => Some((Baseline::read(path)?, path.display().to_string())),
+            None => Some((Baseline::shipped()?, "benches/baseline.json".into())),
+        })
+    }
+
+    /// What the file to record to holds so far; nothing where there is none.
+    fn recorded(&self) -> Result<Option<(Baseline, &Path)>, Failure> {
+        let Some(path) = &self.record else {
+            return Ok(None);
+        };
+        if path.exists() {
+            return Ok(Some((Baseline::read(path)?, path)));
+        }
+        // Better now than after the work.
+        let folder = path
+            .parent()
+            .filter(|folder| !folder.as_os_str().is_empty());
+        if path.file_name().is_none() || folder.is_some_and(|folder| !folder.is_dir()) {
+            return Err(Failure::Library(Error::Request {
+                option: "record",
+                expected: "a file in a folder that exists".into(),
+                found: path.display().to_string(),
+            }));
+        }
+        Ok(Some((Baseline::default(), path)))
+    }
+
+    fn say<C: Serialize>(
+        &self,
+        cases: Vec<C>,
+        check: Option<Vec<Comparison>>,
+        text: &str,
+    ) -> Result<(), Failure> {
+        let mut stdout = std::io::stdout().lock();
+        let (machine, versions) = (Machine::here(), Versions::here());
+        let cores = std::thread::available_parallelism().map_or(1, usize::from);
+        if !self.json {
+            let Versions {
+                cascade,
+                rustfft,
+                realfft,
+                rustc,
+            } = &versions;
+            write!(
+                stdout,
+                "cascade {cascade}, rustfft {rustfft}, realfft {realfft}; {rustc}\n\
+                 {machine}, {cores} cores\n\n{text}"
+            )?;
+            return Ok(());
+        }
+        let schema = "cascade-bench/1";
+        let said = Said {
+            schema,
+            machine,
+            cores,
+            versions,
+            cases,
+            check,
+        };
+        let text = serde_json::to_string_pretty(&said).map_err(std::io::Error::from)?;
+        Ok(writeln!(stdout, "{text}")?)
+    }
+}
+
+/// Runs the command.
+pub fn run(typed: Bench) -> Result<(), Failure> {
+    if let (Some(times), Some(by)) = (typed.repeat, typed.by) {
+        for (shape, precision) in typed.arrays(&[]) {
+            CountedCase {
+                shape,
+                precision,
+                by,
+            }
+            .repeat(times)?;
+        }
+        return Ok(());
+    }
+    match typed.instructions {
+        true => count::run(&typed),
+        false => times(&typed),
+    }
+}
+
+fn times(typed: &Bench) -> Result<(), Failure> {
+    let cases = typed.cases();
+    for case in &cases {
+        case.check_memory()?;
+    }
+    let (baseline, recorded) = (typed.baseline()?, typed.recorded()?);
+    let rounds = Rounds {
+        rounds: typed.rounds as usize,
+        ways: vec![Way::Cascade, Way::Rustfft, Way::Realfft],
+    };
+    let known = baseline.as_ref().map(|(baseline, name)| {
+        let known = baseline.ratios_on(&Machine::here());
+        check::known(
+            known,
+            cases.iter().map(CaseOf::to_string),
+            || Machine::here().to_string(),
+            name,
+        )
+    });
+    let known = known.transpose()?;
+    let mut found = measured(&rounds, &cases)?;
+    let compare = |found: &Throughput, known: &BTreeMap<String, f64>| {
+        let case = found.case.to_string();
+        Comparison::of_ratios(&case, known[&case], found.ratio(Way::Rustfft))
+    };
+    if let Some(known) = known {
+        // A loss must show again in more rounds before it counts.
+        let longer = Rounds {
+            rounds: 4 * rounds.rounds,
+            ..rounds.clone()
+        };
+        for found in found
+            .iter_mut()
+            .filter(|found| compare(found, known).is_loss())
+        {
+            *found = longer.measure(found.case)?;
+        }
+    }
+    let check = known.map(|known| found.iter().map(|f| compare(f, known)).collect::<Vec<_>>());
+    let mut text = table(&found) + LEGEND;
+    text += &check::text(check.as_deref(), "x");
+    if let Some((mut file, path)) = recorded {
+        let ratios = found
+            .iter()
+            .map(|f| (f.case.to_string(), f.ratio(Way::Rustfft)));
+        file.set_ratios(Ratios {
+            machine: Machine::here(),
+            versions: Versions::here(),
+            rounds: rounds.rounds,
+            ratio_to_rustfft: ratios.collect(),
+        });
+        file.write(path)?;
+        text += &format!("\nrecorded in {}\n", path.display());
+    }
+    typed.say(found, check.clone(), &text)?;
+    let name = baseline.map(|(_, name)| name).unwrap_or_default();
+    check::verdict(check, "times the speed of rustfft", name)
+}
+
+fn measured(rounds: &Rounds, cases: &[CaseOf]) -> Result<Vec<Throughput>, Failure> {
+    let found = cases.iter().map(|case| rounds.measure(*case));
+    Ok(found.collect::<cascade::Result<_>>()?)
+}
+
+const LEGEND: &str = "
+ms: median (of the processor's time with one thread); GFLOP/s: 2.5 n log2 n a column;
+of bound: array read and spectrum written once at the rate of a copy; rel. error: the one to expect
+of cascade; x: how many times as long as cascade, median over rounds
+";

@@ -1,0 +1,115 @@
+//! Work whose instructions are counted from outside.
+
+use std::fmt;
+use std::str::FromStr;
+
+use super::machine::set_name;
+use super::{Arrays, Shape, Way};
+use crate::analyze::Precision;
+use crate::error::{Error, Result};
+use crate::transform::Real;
+use crate::transform::vertical::InstructionSet;
+
+/// What transforms the columns.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Counted {
+    /// [`crate::transform::ColumnTransform`] by an instruction set.
+    Cascade(InstructionSet),
+    /// [`Way::Rustfft`].
+    Rustfft,
+}
+
+/// Samples transformed and what transforms them.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct CountedCase {
+    pub shape: Shape,
+    pub precision: Precision,
+    pub by: Counted,
+}
+
+impl CountedCase {
+    /// Small arrays of every kind of length: `2^10`, that of short-time segments with a tail of
+    /// columns, `3^3 5 7`, and a prime.
+    pub const SHORT: [Shape; 4] = [
+        Shape {
+            rows: 1024,
+            columns: 16,
+        },
+        Shape {
+            rows: 256,
+            columns: 37,
+        },
+        Shape {
+            rows: 945,
+            columns: 16,
+        },
+        Shape {
+            rows: 1009,
+            columns: 16,
+        },
+    ];
+
+    /// Transforms the columns so many times, by the calling thread.
+    ///
+    /// # Errors
+    /// [`Error::Request`] where the processor lacks the instructions, [`Error::Read`] without memory.
+    pub fn repeat(&self, times: usize) -> Result<()> {
+        match self.precision {
+            Precision::F64 => self.repeat_of::<f64>(times),
+            Precision::F32 => self.repeat_of::<f32>(times),
+        }
+    }
+
+    fn repeat_of<T: Real>(&self, times: usize) -> Result<()> {
+        let (arrays, way) = match self.by {
+            Counted::Rustfft => (Some(Arrays::<T>::new(self.shape)?), Way::Rustfft),
+            Counted::Cascade(set) => (Arrays::with(self.shape, set)?, Way::Cascade),
+        };
+        let mut arrays = arrays.ok_or_else(|| Error::Request {
+            option: "by",
+            expected: "instructions that this processor has".into(),
+            found: self.by.to_string(),
+        })?;
+        for _ in 0..times {
+            arrays.run(way, false);
+        }
+        Ok(())
+    }
+}
+
+impl Counted {
+    /// What can be counted here. Valgrind knows no AVX-512, so that is left out.
+    pub fn all() -> Vec<Counted> {
+        let sets = InstructionSet::available().into_iter();
+        let sets = sets.filter(|set| *set != InstructionSet::Avx512);
+        sets.map(Counted::Cascade)
+            .chain([Counted::Rustfft])
+            .collect()
+    }
+}
+
+impl fmt::Display for Counted {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Counted::Cascade(set) => f.write_str(&set_name(*set)),
+            Counted::Rustfft => f.write_str("rustfft"),
+        }
+    }
+}
+
+impl FromStr for Counted {
+    type Err = String;
+
+    fn from_str(text: &str) -> std::result::Result<Counted, String> {
+        let mut all = Counted::all().into_iter();
+        let found = all.find(|counted| counted.to_string() == text);
+        found.ok_or_else(|| "expected rustfft or an instruction set that this processor has".into())
+    }
+}
+
+impl fmt::Display for CountedCase {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let precision = super::case::name(self.precision);
+        write!(f, "{} {precision} {}", self.shape, self.by)
+    }
+}

@@ -1,0 +1,267 @@
+//! Ways run in turn, and what their times come to.
+
+use std::collections::BTreeMap;
+use std::fmt::Write;
+use std::hint::black_box;
+use std::time::Instant;
+
+use serde::Serialize;
+
+use super::{Arrays, Buffer, CaseOf, Way};
+use crate::analyze::Precision;
+use crate::error::Result;
+use crate::threads::in_pool;
+use crate::transform::Real;
+
+/// What times are taken by.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
+#[serde(rename_all = "snake_case")]
+pub enum Clock {
+    /// The processor's time of the calling thread: other work counts only by what it takes of shared
+    /// caches and memory.
+    Thread,
+    /// The clock on the wall.
+    Wall,
+}
+
+impl Clock {
+    /// Threads that wait for each other need the wall's; so do systems that count no threads' time.
+    fn of(threads: usize) -> Clock {
+        match threads {
+            1 if cfg!(unix) => Clock::Thread,
+            _ => Clock::Wall,
+        }
+    }
+
+    /// What `work` takes.
+    pub fn milliseconds(self, work: impl FnOnce()) -> f64 {
+        let (start, waited) = (self.thread_seconds(), Instant::now());
+        work();
+        1e3 * match self.thread_seconds().zip(start) {
+            Some((end, start)) => end - start,
+            None => waited.elapsed().as_secs_f64(),
+        }
+    }
+
+    fn thread_seconds(self) -> Option<f64> {
+        #[cfg(unix)]
+        if self == Clock::Thread {
+            let time = rustix::time::clock_gettime(rustix::time::ClockId::ThreadCPUTime);
+            return Some(time.tv_sec as f64 + 1e-9 * time.tv_nsec as f64);
+        }
+        None
+    }
+}
+
+/// How often which ways run.
+#[derive(Debug, Clone)]
+pub struct Rounds {
+    /// Rounds that count; one before them warms up.
+    pub rounds: usize,
+    pub ways: Vec<Way>,
+}
+
+/// What the rounds of a case came to.
+#[derive(Debug, Clone, Serialize)]
+pub struct Throughput {
+    #[serde(flatten)]
+    pub case: CaseOf,
+    /// How the columns are transformed.
+    pub method: String,
+    /// [`crate::transform::ColumnTransform::expected_error`].
+    pub expected_error: f64,
+    pub median_ms: f64,
+    /// `2.5 n log2 n` operations a column, over the median time.
+    pub gflops: f64,
+    /// Bytes a second that a copy reads and writes, [`copy_rate`].
+    pub copy_bytes_per_second: f64,
+    /// Time of array and spectrum at the rate of the copy, over the median time.
+    pub part_of_bound: f64,
+    /// How many times as long each other way takes: [`Throughput::ratio`].
+    pub ratio_to: BTreeMap<Way, f64>,
+    pub clock: Clock,
+    /// Every time by that clock, round by round.
+    pub times_ms: BTreeMap<Way, Vec<f64>>,
+}
+
+impl Rounds {
+    /// Runs all ways of a case in turn, round after round.
+    ///
+    /// # Errors
+    /// [`crate::Error::Read`] without memory, [`crate::Error::Threads`] without threads.
+    pub fn measure(&self, case: CaseOf) -> Result<Throughput> {
+        match case.precision {
+            Precision::F64 => self.of::<f64>(case),
+            Precision::F32 => self.of::<f32>(case),
+        }
+    }
+
+    fn of<T: Real>(&self, case: CaseOf) -> Result<Throughput> {
+        let mut arrays = Arrays::<T>::new(case.shape)?;
+        let mut times: BTreeMap<Way, Vec<f64>> = BTreeMap::new();
+        let clock = Clock::of(case.threads);
+        in_pool(Some(case.threads), || {
+            for round in 0..=self.rounds {
+                for &way in &self.ways {
+                    let time = clock.milliseconds(|| arrays.run(way, case.threads > 1));
+                    if round > 0 {
+                        times.entry(way).or_default().push(time);
+                    }
+                }
+            }
+            Ok(())
+        })?;
+        let transform = arrays.transform();
+        let about = (
+            format!("{:?}", transform.method()),
+            transform.expected_error(),
+        );
+        Ok(Throughput::new(
+            case,
+            about,
+            copy_rate(case.threads)?,
+            times,
+        ))
+    }
+}
+
+impl Throughput {
+    fn new(
+        case: CaseOf,
+        (method, expected_error): (String, f64),
+        copy_bytes_per_second: f64,
+        times_ms: BTreeMap<Way, Vec<f64>>,
+    ) -> Throughput {
+        let ours = &times_ms[&Way::Cascade];
+        let median_ms = median(ours.clone());
+        let ratio = |times: &Vec<f64>| median(times.iter().zip(ours).map(|(t, o)| t / o).collect());
+        let ratio_to = times_ms.iter().filter(|(way, _)| **way != Way::Cascade);
+        let bytes = case.shape.bytes(case.precision) as f64;
+        Throughput {
+            case,
+            method,
+            expected_error,
+            median_ms,
+            gflops: case.shape.operations() / median_ms / 1e6,
+            copy_bytes_per_second,
+            part_of_bound: 1e3 * bytes / copy_bytes_per_second / median_ms,
+            ratio_to: ratio_to.map(|(&way, times)| (way, ratio(times))).collect(),
+            clock: Clock::of(case.threads),
+            times_ms,
+        }
+    }
+
+    /// Median over rounds of another way's time over ours; NaN where it did not run.
+    pub fn ratio(&self, way: Way) -> f64 {
+        self.ratio_to.get(&way).copied().unwrap_or(f64::NAN)
+    }
+}
+
+/// A line for each case, below a line of names.
+pub fn table(found: &[Throughput]) -> String {
+    let ways: Vec<Way> = found
+        .first()
+        .map_or(Vec::new(), |f| f.ratio_to.keys().copied().collect());
+    let mut text =
+        String::from("      shape  type  threads        ms  GFLOP/s  of bound  rel. error");
+    for way in &ways {
+        let _ = write!(text, "  {}", way.name());
+    }
+    text.push('\n');
+    for f in found {
+        let CaseOf {
+            shape,
+            precision,
+            threads,
+        } = f.case;
+        let _ = write!(
+            text,
+            "{:>11}   {}  {threads:>7} {:>9.3} {:>8.1} {:>9.3}  {:>10.1e}",
+            shape.to_string(),
+            super::case::name(precision),
+            f.median_ms,
+            f.gflops,
+            f.part_of_bound,
+            f.expected_error,
+        );
+        for way in &ways {
+            let ratio = format!("x {:.2}", f.ratio(*way));
+            let _ = write!(text, "  {ratio:>width$}", width = way.name().len());
+        }
+        text.push('\n');
+    }
+    text
+}
+
+/// The median, of an even number of values the upper one; NaN of none.
+pub fn median(mut values: Vec<f64>) -> f64 {
+    values.sort_by(f64::total_cmp);
+    values.get(values.len() / 2).copied().unwrap_or(f64::NAN)
+}
+
+/// Bytes a second read and written by `threads` copies of 128 MiB in all: the best of nine.
+///
+/// # Errors
+/// [`crate::Error::Read`] where there is no memory.
+pub fn copy_rate(threads: usize) -> Result<f64> {
+    let bytes = 128 << 20;
+    let (mut from, mut to) = (Buffer::new(bytes)?, Buffer::new(bytes)?);
+    from.of::<u8>().fill(1);
+    to.of::<u8>().fill(2);
+    let part = bytes.div_ceil(threads);
+    let mut copy = || {
+        let start = Instant::now();
+        std::thread::scope(|scope| {
+            for (from, to) in from
+                .of::<u8>()
+                .chunks(part)
+                .zip(to.of::<u8>().chunks_mut(part))
+            {
+                scope.spawn(move || to.copy_from_slice(black_box(from)));
+            }
+        });
+        start.elapsed().as_secs_f64()
+    };
+    let best = (0..9).map(|_| copy()).fold(f64::INFINITY, f64::min);
+    Ok(2.0 * bytes as f64 / best)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::throughput::Shape;
+
+    /// By hand: bytes, operations and ratios of a case with known times.
+    #[test]
+    fn val_figures_follow_from_the_times() {
+        let case = CaseOf {
+            shape: Shape::new(1024, 100),
+            precision: Precision::F32,
+            threads: 1,
+        };
+        let times = BTreeMap::from([
+            (Way::Cascade, vec![2.0, 4.0, 1.0]),
+            (Way::Rustfft, vec![6.0, 8.0, 5.0]),
+        ]);
+        let found = Throughput::new(case, (String::new(), 1e-7), 1e9, times);
+        assert_eq!(found.median_ms, 2.0);
+        assert_eq!(found.ratio(Way::Rustfft), 3.0);
+        assert!(found.ratio(Way::Realfft).is_nan());
+        assert_eq!(found.gflops, 2.5 * 1024.0 * 10.0 * 100.0 / 2e-3 / 1e9);
+        // 1024 samples and 513 bins of two numbers, four bytes each, at a gigabyte a second.
+        let bound_ms = 100.0 * (1024.0 + 2.0 * 513.0) * 4.0 / 1e9 * 1e3;
+        assert!((found.part_of_bound / (bound_ms / 2.0) - 1.0).abs() < 1e-12);
+        let table = table(&[found]);
+        assert!(
+            table.contains("1024x100   f32        1     2.000"),
+            "{table}"
+        );
+        assert!(table.contains("x 3.00"), "{table}");
+    }
+
+    #[test]
+    fn medians_are_in_the_middle() {
+        assert_eq!(median(vec![3.0, 1.0, 2.0]), 2.0);
+        assert!(median(Vec::new()).is_nan());
+    }
+}

@@ -1,0 +1,124 @@
+//! Transforms of columns in buffers without a number to spare.
+//!
+//! `./test` runs this file once more with an address sanitizer, which stops it at the first number
+//! that a kernel reads or writes beside its buffers. Results that are written past the caches the
+//! sanitizer does not see; those lie between margins that are looked at here.
+
+use cascade::transform::vertical::InstructionSet;
+use cascade::transform::{ColumnTransform, Real};
+use ndarray::{Array2, ArrayView2, ArrayViewMut2, ShapeBuilder, s};
+use num_complex::Complex;
+
+/// One of each kind: whole and mixed powers, odd, primes (by convolution), and the shortest.
+const LENGTHS: [usize; 9] = [7, 16, 64, 48, 105, 210, 251, 256, 343];
+const WIDEST: usize = 40;
+
+/// Distinct numbers in -1/2 .. 1/2.
+fn values<T: Real>(shape: (usize, usize)) -> Array2<T> {
+    let golden = 0.618_033_988_749_894_9;
+    Array2::from_shape_fn(shape, |(n, c)| {
+        T::rounded((golden * (n * 1009 + c) as f64).fract() - 0.5)
+    })
+}
+
+fn plans<T: Real>(length: usize) -> impl Iterator<Item = ColumnTransform<T>> {
+    let sets = InstructionSet::available().into_iter();
+    sets.map(move |set| ColumnTransform::with(length, set).unwrap())
+}
+
+/// By buffers of exactly the size that is needed.
+fn spectra<T: Real>(plan: &ColumnTransform<T>, values: ArrayView2<T>) -> Array2<Complex<T>> {
+    let columns = values.ncols();
+    let mut spectra = Array2::default((plan.bins(), columns));
+    plan.transform(values, spectra.view_mut(), &mut plan.scratch(columns));
+    spectra
+}
+
+fn every_tail<T: Real>() {
+    for length in LENGTHS {
+        let all = values::<T>((length, WIDEST));
+        for plan in plans::<T>(length) {
+            let whole = spectra(&plan, all.view());
+            for columns in 1..=WIDEST {
+                // The first and the last columns: copies, with nothing beside them.
+                for from in [0, WIDEST - columns] {
+                    let part = s![.., from..from + columns];
+                    let exact =
+                        Array2::from_shape_fn((length, columns), |(n, c)| all[[n, from + c]]);
+                    let found = spectra(&plan, exact.view());
+                    assert_eq!(found, whole.slice(part), "{plan:?} {columns}");
+                }
+            }
+        }
+    }
+}
+
+#[test]
+fn every_tail_of_columns_keeps_to_its_buffers_in_double_precision() {
+    every_tail::<f64>();
+}
+
+#[test]
+fn every_tail_of_columns_keeps_to_its_buffers_in_single_precision() {
+    every_tail::<f32>();
+}
+
+/// Columns that are not neighbours, and stripes of several threads.
+#[test]
+fn any_layout_keeps_to_its_buffers() {
+    for length in LENGTHS {
+        for columns in [1, 3, 8, 17, 40] {
+            let rows = values::<f64>((length, columns));
+            let mut by_column = Array2::zeros((length, columns).f());
+            by_column.assign(&rows);
+            for plan in plans::<f64>(length) {
+                let whole = spectra(&plan, rows.view());
+                let mut found = Array2::default((plan.bins(), columns).f());
+                let scratch = &mut plan.scratch(columns);
+                plan.transform(by_column.view(), found.view_mut(), scratch);
+                assert_eq!(found, whole);
+                let mut found = Array2::default((plan.bins(), columns));
+                plan.transform_in_parallel(rows.view(), found.view_mut());
+                assert_eq!(found, whole);
+            }
+        }
+    }
+}
+
+/// Large results, which are written past the caches where rows are whole cache lines.
+fn streamed<T: Real>(columns: usize) {
+    const MARGIN: usize = 64;
+    let length = 512;
+    let rows = values::<T>((length, columns));
+    let marked = Complex::new(T::rounded(7.0), T::rounded(-7.0));
+    for plan in plans::<T>(length) {
+        let results = plan.bins() * columns;
+        let mut room = vec![marked; results + 3 * MARGIN];
+        let at = (MARGIN..)
+            .find(|&at| room[at..].as_ptr().addr() % 64 == 0)
+            .unwrap();
+        let (before, rest) = room.split_at_mut(at);
+        let (spectra, after) = rest.split_at_mut(results);
+        let mut spectra = ArrayViewMut2::from_shape((plan.bins(), columns), spectra).unwrap();
+        plan.transform(rows.view(), spectra.view_mut(), &mut plan.scratch(columns));
+        assert!(
+            before.iter().chain(&*after).all(|z| *z == marked),
+            "{plan:?}"
+        );
+        for from in [0, columns / 2, columns - 3] {
+            let part = s![.., from..from + 3];
+            let alone = self::spectra(&plan, rows.slice(part));
+            assert_eq!(spectra.slice(part), alone);
+        }
+    }
+}
+
+#[test]
+fn results_past_the_caches_keep_to_their_place() {
+    for columns in [1024, 1028] {
+        streamed::<f64>(columns);
+    }
+    for columns in [2048, 2056] {
+        streamed::<f32>(columns);
+    }
+}
