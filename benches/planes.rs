@@ -1,21 +1,21 @@
-//! Transforms of both axes, of complex rows, and of overlapping segments of all columns: ours, and
+//! Transforms of both axes, and of overlapping segments of all columns: ours, and
 //! the usual ways with `realfft` and `rustfft`, in turn in one process.
 //!
 //! `cargo bench --bench planes` prints a table; `-- --test` runs everything once on small arrays.
-//! `-- --serve` answers lines `spacetime|rows|short-time ROWS COLUMNS f32|f64 THREADS` with the milliseconds of
+//! `-- --serve` answers lines `spacetime|short-time ROWS COLUMNS f32|f64 THREADS` with the milliseconds of
 //! one run of each way, for `peers/planes.py`, which runs other libraries in between.
 //!
 //! Short-time segments are of 256 samples, 32 apart, weighed by Hann's window. GFLOP/s count `2.5 n log2 n`
-//! for the transform of n real numbers, twice that for complex ones.
+//! for the transform of n real numbers; the bound is the array read and the result written once at the
+//! rate of a copy past the caches.
 
 use std::hint::black_box;
 use std::io::BufRead;
 use std::sync::Arc;
 use std::time::Instant;
 
-use bytemuck::Pod;
-use cascade::transform::{Direction, Real, RowTransform, ShortTimeTransform, SpaceTimeTransform};
-use memmap2::MmapMut;
+use cascade::throughput::{Buffer, copy_rate, median};
+use cascade::transform::{Real, ShortTimeTransform, SpaceTimeTransform};
 use ndarray::{ArrayView2, ArrayViewMut2, ArrayViewMut3, Axis, s};
 use num_complex::Complex;
 use rayon::prelude::*;
@@ -27,26 +27,9 @@ const HOP: usize = 32;
 /// Columns gathered before they are transformed one by one: a cache line of each row.
 const TILE: usize = 8;
 
-/// An array in huge pages.
-struct Buffer(MmapMut);
-
-impl Buffer {
-    fn new<T>(numbers: usize) -> Buffer {
-        let pages = MmapMut::map_anon((numbers * size_of::<T>()).max(1)).expect("memory");
-        #[cfg(target_os = "linux")]
-        let _refused = pages.advise(memmap2::Advice::HugePage);
-        Buffer(pages)
-    }
-
-    fn of<T: Pod>(&mut self) -> &mut [T] {
-        bytemuck::cast_slice_mut(&mut self.0)
-    }
-}
-
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 enum Work {
     SpaceTime,
-    Rows,
     ShortTime,
 }
 
@@ -57,7 +40,6 @@ struct Case<T: Real> {
     values: Buffer,
     result: Buffer,
     spacetime: SpaceTimeTransform<T>,
-    rows: RowTransform<T>,
     short_time: ShortTimeTransform<T>,
     window: Vec<T>,
     column: Arc<dyn RealToComplex<T>>,
@@ -76,10 +58,9 @@ impl<T: Real> Case<T> {
         let short_time = ShortTimeTransform::new(&window, HOP);
         let numbers = match work {
             Work::SpaceTime => (rows / 2 + 1) * columns,
-            Work::Rows => rows * columns,
             Work::ShortTime => short_time.segments(rows) * short_time.bins() * columns,
         };
-        let mut values = Buffer::new::<T>(rows * columns);
+        let mut values = Buffer::new(rows * columns * size_of::<T>()).expect("memory");
         let mut state = 1_u64;
         for value in values.of::<T>() {
             state ^= state << 13;
@@ -96,9 +77,8 @@ impl<T: Real> Case<T> {
             work,
             shape: (rows, columns),
             values,
-            result: Buffer::new::<Complex<T>>(numbers),
+            result: Buffer::new(numbers * size_of::<Complex<T>>()).expect("memory"),
             spacetime: SpaceTimeTransform::new((length, columns)),
-            rows: RowTransform::new(columns, Direction::Back),
             short_time,
             window: window.into_iter().map(T::rounded).collect(),
             column: RealFftPlanner::new().plan_fft_forward(length),
@@ -112,9 +92,6 @@ impl<T: Real> Case<T> {
         let values: &[T] = self.values.of();
         let values = ArrayView2::from_shape((rows, columns), values).expect("shape");
         let result: &mut [Complex<T>] = self.result.of();
-        if self.work == Work::Rows {
-            result.fill(Complex::new(T::one(), T::zero()));
-        }
         let start = Instant::now();
         match (self.work, ours) {
             (Work::SpaceTime, _) => {
@@ -126,17 +103,6 @@ impl<T: Real> Case<T> {
                     by_tiles(&*self.column, values, spectrum.view_mut());
                     by_rows(&*self.row, spectrum);
                 }
-            }
-            (Work::Rows, true) => {
-                let plan = &self.rows;
-                result.par_chunks_exact_mut(columns).for_each_init(
-                    || plan.scratch(),
-                    |scratch, row| plan.transform(row, scratch),
-                );
-            }
-            (Work::Rows, false) => {
-                let rows = ArrayViewMut2::from_shape((rows, columns), result).expect("shape");
-                by_rows(&*self.row, rows);
             }
             (Work::ShortTime, _) => {
                 let shape = (
@@ -170,11 +136,15 @@ impl<T: Real> Case<T> {
         1e3 * seconds
     }
 
+    /// Read and written, once.
+    fn bytes(&mut self) -> usize {
+        size_of_val(self.values.of::<u8>()) + size_of_val(self.result.of::<u8>())
+    }
+
     fn work(&self) -> f64 {
         let (rows, columns) = (self.shape.0 as f64, self.shape.1 as f64);
         match self.work {
             Work::SpaceTime => 2.5 * rows * columns * (rows * columns).log2(),
-            Work::Rows => 5.0 * rows * columns * columns.log2(),
             Work::ShortTime => {
                 let segments = self.short_time.segments(self.shape.0) as f64;
                 2.5 * segments * columns * SEGMENT as f64 * (SEGMENT as f64).log2()
@@ -231,11 +201,6 @@ fn by_tiles<T: Real>(
         );
 }
 
-fn median(mut times: Vec<f64>) -> f64 {
-    times.sort_by(f64::total_cmp);
-    times.get(times.len() / 2).copied().unwrap_or(f64::NAN)
-}
-
 fn with_threads<R: Send>(threads: usize, work: impl FnOnce() -> R + Send) -> R {
     let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build();
     pool.expect("worker threads").install(work)
@@ -250,13 +215,15 @@ fn line<T: Real>(name: &str, work: Work, shape: (usize, usize), threads: usize, 
             usual.push(case.run(false));
         }
     });
-    let ratio = median(ours.iter().zip(&usual).map(|(a, b)| b / a).collect());
+    let ratios: Vec<f64> = ours.iter().zip(&usual).map(|(a, b)| b / a).collect();
+    let ratio = median(ratios);
     let ours = median(ours);
     println!(
-        "{:>10} {:>11} {name} {threads:>7} {ours:>9.2} {:>8.1} {:>9.2} ({ratio:.2})",
+        "{:>10} {:>11} {name} {threads:>7} {ours:>9.2} {:>8.1} {:>9.3} {:>9.2} ({ratio:.2})",
         format!("{work:?}"),
         format!("{}x{}", shape.0, shape.1),
         case.work() / ours / 1e6,
+        case.bytes() as f64 / copy_rate(threads).expect("memory") * 1e3 / ours,
         median(usual),
     );
 }
@@ -271,7 +238,6 @@ fn serve() {
             [work, rows, columns, precision, threads] => {
                 let work = match work {
                     "spacetime" => Work::SpaceTime,
-                    "rows" => Work::Rows,
                     _ => Work::ShortTime,
                 };
                 let shape = rows.parse().ok().zip(columns.parse().ok());
@@ -306,13 +272,22 @@ fn main() {
         return serve();
     }
     let (cases, rounds) = if has("--test") {
-        let small = [(Work::SpaceTime, (96, 20)), (Work::Rows, (3, 2048))];
-        ([small[0], small[1], (Work::ShortTime, (320, 10))], 1)
+        (
+            [(Work::SpaceTime, (96, 20)), (Work::ShortTime, (320, 10))],
+            1,
+        )
     } else {
-        let large = [(Work::SpaceTime, (8192, 8192)), (Work::Rows, (4097, 8192))];
-        ([large[0], large[1], (Work::ShortTime, (16384, 300))], 5)
+        (
+            [
+                (Work::SpaceTime, (8192, 8192)),
+                (Work::ShortTime, (16384, 300)),
+            ],
+            5,
+        )
     };
-    println!("      work       shape type threads        ms  GFLOP/s  realfft, rustfft (ratio)");
+    println!(
+        "      work       shape type threads        ms  GFLOP/s  of bound  realfft, rustfft (ratio)"
+    );
     let all = std::thread::available_parallelism().map_or(1, usize::from);
     for (work, shape) in cases {
         for threads in [1, 2] {

@@ -63,6 +63,19 @@ fn every_tail_of_columns_keeps_to_its_buffers_in_single_precision() {
     every_tail::<f32>();
 }
 
+/// Rows 4096 bytes apart, whose tiles go side by side.
+#[test]
+fn rows_far_apart_keep_to_their_buffers() {
+    for length in LENGTHS {
+        let all = values::<f64>((length, 512));
+        for plan in plans::<f64>(length) {
+            let columns = s![.., 472..];
+            let close = spectra(&plan, all.slice(columns).to_owned().view());
+            assert_eq!(spectra(&plan, all.view()).slice(columns), close);
+        }
+    }
+}
+
 /// Columns that are not neighbours, and stripes of several threads.
 #[test]
 fn any_layout_keeps_to_its_buffers() {
