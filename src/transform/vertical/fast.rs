@@ -127,9 +127,9 @@ impl<T: Real> Fast<T> {
         self.first.length.max(self.second.length)
     }
 
-    /// Numbers of scratch for tiles of `width` columns.
-    pub fn scratch_len(&self, width: usize) -> usize {
-        2 * width * (self.work() + TOGETHER * self.between())
+    /// Numbers of scratch for `count` tiles of `width` columns side by side.
+    pub fn scratch_len(&self, width: usize, count: usize) -> usize {
+        2 * width * (self.work() + count * self.between())
     }
 
     /// Complex numbers of the matrix between the halves.
@@ -137,7 +137,7 @@ impl<T: Real> Fast<T> {
         (self.first.length / 2 + 1) * self.row()
     }
 
-    /// Transforms one tile of `kernels.width` columns, or up to [`TOGETHER`] neighbouring ones.
+    /// Transforms `count` neighbouring tiles of `kernels.width` columns.
     ///
     /// # Safety
     /// `from` is valid for `length` rows of the tiles' width, `from_stride` numbers apart; `to` for
@@ -152,7 +152,7 @@ impl<T: Real> Fast<T> {
         stream: bool,
         scratch: &mut [T],
     ) {
-        assert!(scratch.len() >= self.scratch_len(kernels.width) && count <= TOGETHER);
+        assert!(scratch.len() >= self.scratch_len(kernels.width, count));
         let width = kernels.width;
         let tile = 2 * width * self.between();
         let work = scratch.as_mut_ptr();

@@ -234,7 +234,7 @@ impl<T: Real> ColumnTransform<T> {
             Way::Other(other) => (other::WIDTH, 0, other.room()),
             way => {
                 let width = widest(way.kernels(), columns).width;
-                (width, way.scratch_len(width), other::Room::default())
+                (width, way.scratch_len(width, 1), other::Room::default())
             }
         };
         ColumnScratch {
@@ -248,7 +248,7 @@ impl<T: Real> ColumnTransform<T> {
     /// The spectra of all columns of `values`, `(time, column)`, to `spectra`, `(bin, column)`.
     ///
     /// Fastest where rows of `spectra` are whole cache lines. Allocates nothing where the columns
-    /// of both are neighbours in memory.
+    /// of both are neighbours in memory, but once where rows are a multiple of 4096 bytes apart.
     ///
     /// # Panics
     /// If the shapes are not those of the plan, or `scratch` was made by another.
@@ -332,9 +332,14 @@ impl<T: Real> ColumnTransform<T> {
         };
         let row = 2 * to_stride * size_of::<T>();
         let kernels = self.way.kernels();
-        let numbers: &mut [T] = bytemuck::cast_slice_mut(&mut scratch.lines);
         let widest = widest(kernels, columns.min(scratch.width));
         let aliased = (from_stride * size_of::<T>()).is_multiple_of(fast::ALIASED);
+        let tiles = if aliased { fast::TOGETHER } else { 1 };
+        let needed = self.way.scratch_len(widest.width, tiles) * size_of::<T>();
+        if size_of_val(&scratch.lines[..]) < needed && columns >= tiles * widest.width {
+            scratch.lines = lines::<T>(needed / size_of::<T>());
+        }
+        let numbers: &mut [T] = bytemuck::cast_slice_mut(&mut scratch.lines);
         let mut done = 0;
         while done < columns {
             let left = columns - done;
@@ -342,9 +347,10 @@ impl<T: Real> ColumnTransform<T> {
             let kernel = *kernels.iter().rev().find(covers).unwrap_or(&widest);
             // The last tile overlaps the one before: the same numbers are written again.
             let start = done.min(columns - kernel.width);
-            let together = match aliased && columns - start >= fast::TOGETHER * kernel.width {
-                true => fast::TOGETHER,
-                false => 1,
+            let together = if columns - start >= tiles * kernel.width {
+                tiles
+            } else {
+                1
             };
             // SAFETY: the tiles' columns are within both views, and so are its rows, by the shapes
             // asserted; `Complex` is two numbers.
@@ -418,9 +424,10 @@ impl<T: Real> Way<T> {
         }
     }
 
-    fn scratch_len(&self, width: usize) -> usize {
+    /// Numbers of scratch for so many tiles side by side.
+    fn scratch_len(&self, width: usize, tiles: usize) -> usize {
         match self {
-            Way::Fast(fast) => fast.scratch_len(width),
+            Way::Fast(fast) => fast.scratch_len(width, tiles),
             Way::Chirp(chirp) => chirp.scratch_len(width),
             Way::Other(_) => 0,
         }
