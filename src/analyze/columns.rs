@@ -1,7 +1,9 @@
 //! The pass along time: every site's record to its spectrum.
 
+use std::ops::Range;
+
 use ndarray::parallel::prelude::*;
-use ndarray::{Array2, ArrayViewMut2, Axis};
+use ndarray::{Array2, ArrayViewMut2, Axis, s};
 use num_complex::Complex;
 
 use super::between::Between;
@@ -9,7 +11,8 @@ use super::plan::Plan;
 use super::sink::{LargeArray, Sink};
 use crate::analyze::Observer;
 use crate::buffer::Buffer;
-use crate::diagnostics::{MapBuilder, Row, moments_of};
+use crate::chain::lanes::Block;
+use crate::diagnostics::{MapBuilder, Row, moments_across};
 use crate::error::{Error, Result};
 use crate::prepare::{Ahead, Prepared, Trend};
 use crate::sum::sum;
@@ -25,6 +28,14 @@ pub(super) struct Columns {
     pub map: Option<MapBuilder>,
 }
 
+/// Samples of a few sites.
+enum Samples<'a> {
+    /// Record after record.
+    Records(&'a [f64]),
+    /// Side by side, time by time.
+    Columns(&'a [f64]),
+}
+
 /// Records of a few sites to spectra, with the thread's own buffers.
 struct Worker<'a, T: Real> {
     plan: &'a Plan,
@@ -34,53 +45,88 @@ struct Worker<'a, T: Real> {
     /// Segments without their trends, one a record.
     segments: Vec<f64>,
     fit: Vec<f64>,
-    /// Mean power spectra of the segments, bin by bin in the order of sites.
-    power: Vec<f64>,
+    /// Transforms of one segment, where they are not kept.
+    passing: Array2<Complex<T>>,
+    /// Mean power spectra of the segments, of each site a lane.
+    power: Vec<Block>,
     /// `sum (w v)^2` over the segments of each record.
     energies: Vec<f64>,
 }
 
 impl<T: Real> Worker<'_, T> {
-    /// Spectra and energies of `records`, one after the other, of the sites from `first` on.
+    /// Spectra and energies of `samples` of `width` sites from `first` on.
     ///
-    /// `keep` gets each segment's transforms, bin by bin in the order of sites.
+    /// `kept`, `(bin x segment, site)`, gets the transforms.
     fn spectra(
         &mut self,
         prepared: &Prepared,
-        first: usize,
-        records: &[f64],
-        mut keep: impl FnMut(usize, &[Complex<T>]),
+        sites: Range<usize>,
+        samples: Samples,
+        mut kept: Option<ArrayViewMut2<Complex<T>>>,
     ) {
-        let n_times = self.plan.axes.n_times;
         let segments = self.plan.segments;
-        let width = records.len() / n_times;
+        let (bins, width) = (self.transform.bins(), sites.len());
         self.power.clear();
-        self.power.resize(width * self.transform.bins(), 0.0);
+        self.power.resize(bins, Block::default());
         self.energies.clear();
         self.energies.resize(width, 0.0);
-        for (s, start) in segments.starts().enumerate() {
-            let span = start..start + segments.length;
-            let (spectra, energies) = if self.plan.request.welch.is_some() {
-                self.detrended(prepared, first, records, span);
-                let pieces = self.segments.chunks_exact(segments.length);
-                self.transform.transform(pieces, &mut self.scratch)
-            } else {
-                let pieces = records.chunks_exact(n_times).map(|r| &r[span.clone()]);
-                self.transform.transform(pieces, &mut self.scratch)
-            };
-            for (sum, energy) in self.energies.iter_mut().zip(energies) {
-                *sum += energy;
-            }
-            for (sum, &x) in self.power.iter_mut().zip(spectra) {
-                *sum += power(x);
-            }
-            keep(s, spectra);
+        let mut passing = std::mem::take(&mut self.passing);
+        if kept.is_none() && passing.dim() != (bins, width) {
+            passing = Array2::default((bins, width));
         }
+        for (s, start) in segments.starts().enumerate() {
+            let mut spectra = match &mut kept {
+                Some(kept) => kept.slice_mut(s![s..;segments.count(), ..]),
+                None => passing.view_mut(),
+            };
+            let span = start..start + segments.length;
+            self.segment(prepared, &sites, &samples, span, spectra.view_mut());
+            for (sums, spectra) in self.power.iter_mut().zip(spectra.outer_iter()) {
+                for (sum, &x) in sums.0.iter_mut().zip(spectra) {
+                    *sum += power(x);
+                }
+            }
+        }
+        self.passing = passing;
         let n = self.transform.padded();
         let mean = self.scale.factor / segments.count() as f64;
-        for (m, row) in self.power.chunks_exact_mut(width).enumerate() {
+        for (m, row) in self.power.iter_mut().enumerate() {
             let factor = mean * fold(m, n);
-            row.iter_mut().for_each(|p| *p *= factor);
+            row.0.iter_mut().for_each(|p| *p *= factor);
+        }
+    }
+
+    /// Transforms of the times `span`; adds their energies.
+    fn segment(
+        &mut self,
+        prepared: &Prepared,
+        sites: &Range<usize>,
+        samples: &Samples,
+        span: Range<usize>,
+        spectra: ArrayViewMut2<Complex<T>>,
+    ) {
+        let n_times = self.plan.axes.n_times;
+        let energies = match *samples {
+            Samples::Columns(values) => {
+                let values = &values[span.start * sites.len()..span.end * sites.len()];
+                self.transform
+                    .transform_columns(values, spectra, &mut self.scratch)
+            }
+            Samples::Records(records) if self.plan.request.welch.is_some() => {
+                let length = span.len();
+                self.detrended(prepared, sites.start, records, span);
+                let pieces = self.segments.chunks_exact(length);
+                self.transform
+                    .transform_into(pieces, spectra, &mut self.scratch)
+            }
+            Samples::Records(records) => {
+                let pieces = records.chunks_exact(n_times).map(|r| &r[span.clone()]);
+                self.transform
+                    .transform_into(pieces, spectra, &mut self.scratch)
+            }
+        };
+        for (sum, energy) in self.energies.iter_mut().zip(energies) {
+            *sum += energy;
         }
     }
 
@@ -91,7 +137,7 @@ impl<T: Real> Worker<'_, T> {
         prepared: &Prepared,
         first: usize,
         records: &[f64],
-        span: std::ops::Range<usize>,
+        span: Range<usize>,
     ) {
         let kind = self.plan.request.detrend_time;
         let records = records.chunks_exact(self.plan.axes.n_times);
@@ -109,13 +155,6 @@ impl<T: Real> Worker<'_, T> {
                 segment[gap.time - span.start] = 0.0;
             }
         }
-    }
-
-    /// The power spectrum of record `c`.
-    fn record_power(&self, c: usize, out: &mut Vec<f64>) {
-        let rows = self.power.chunks_exact(self.energies.len());
-        out.clear();
-        out.extend(rows.map(|row| row[c]));
     }
 }
 
@@ -138,9 +177,10 @@ pub(super) fn reference<T: Real>(
         }
         prepared.record(j, &mut record);
         if record.iter().any(|&v| v != 0.0) {
-            worker.spectra(prepared, j, &record, |_, _| {});
-            if sum(&worker.power) > 0.0 {
-                return Ok(Some((j, worker.power)));
+            worker.spectra(prepared, j..j + 1, Samples::Columns(&record), None);
+            let spectrum: Vec<f64> = worker.power.iter().map(|lanes| lanes.0[0]).collect();
+            if sum(&spectrum) > 0.0 {
+                return Ok(Some((j, spectrum)));
             }
         }
     }
@@ -179,7 +219,10 @@ pub(super) fn spot_check<T: Real>(
     let chosen: Vec<usize> = (0..count)
         .map(|i| (2 * i + 1) * bins / (2 * count))
         .collect();
-    let sums = direct_sums(&tapered, &chosen);
+    let sums: Vec<_> = chosen
+        .par_iter()
+        .flat_map_iter(|&bin| direct_sums(&tapered, &[bin]))
+        .collect();
     let squared: f64 = chosen
         .iter()
         .zip(sums)
@@ -202,6 +245,7 @@ fn worker<'a, T: Real>(plan: &'a Plan, transform: &'a RecordTransform<T>) -> Wor
         scratch: RecordScratch::default(),
         segments: Vec::new(),
         fit: Vec::new(),
+        passing: Array2::default((0, 0)),
         power: Vec::new(),
         energies: Vec::new(),
     }
@@ -297,9 +341,9 @@ impl<T: Real> Stripes<'_, T> {
             .zip(between.axis_chunks_iter_mut(Axis(1), tile))
             .enumerate()
             .map_init(
-                || (worker(self.plan, self.transform), Tile::default()),
-                |(worker, tile_buffers), (i, (spectra, between))| {
-                    self.stripe(self.from + i * tile, worker, tile_buffers, spectra, between)
+                || (worker(self.plan, self.transform), Vec::new()),
+                |(worker, values), (i, (spectra, between))| {
+                    self.stripe(self.from + i * tile, worker, values, spectra, between)
                 },
             )
             .collect();
@@ -310,50 +354,33 @@ impl<T: Real> Stripes<'_, T> {
         &self,
         first: usize,
         worker: &mut Worker<T>,
-        tile: &mut Tile,
+        values: &mut Vec<f64>,
         mut spectra: ArrayViewMut2<f64>,
-        mut between: ArrayViewMut2<Complex<T>>,
+        between: ArrayViewMut2<Complex<T>>,
     ) -> Result<Vec<(Row, f64)>> {
         if self.observer.cancelled() {
             return Err(Error::Cancelled);
         }
         let width = spectra.ncols();
-        let n_times = self.plan.axes.n_times;
-        let segments = self.plan.segments.count();
-        tile.records.resize(width * n_times, 0.0);
-        self.prepared
-            .records(self.ahead, first..first + width, &mut tile.records);
-        let keep = between.nrows() > 0;
-        worker.spectra(self.prepared, first, &tile.records, |s, transforms| {
-            if keep {
-                let rows = between.outer_iter_mut().skip(s).step_by(segments);
-                for (mut row, from) in rows.zip(transforms.chunks_exact(width)) {
-                    row.iter_mut().zip(from).for_each(|(to, &x)| *to = x);
-                }
-            }
-        });
-        for (mut row, power) in spectra
-            .outer_iter_mut()
-            .zip(worker.power.chunks_exact(width))
-        {
-            row.iter_mut().zip(power).for_each(|(to, &p)| *to = p);
+        let sites = first..first + width;
+        values.resize(width * self.plan.axes.n_times, 0.0);
+        // Segments need records, and what was read ahead holds them.
+        let samples = if self.plan.request.welch.is_some() || self.ahead.is_some() {
+            self.prepared.records(self.ahead, sites.clone(), values);
+            Samples::Records(values)
+        } else {
+            self.prepared.columns(sites.clone(), values);
+            Samples::Columns(values)
+        };
+        let kept = (between.nrows() > 0).then_some(between);
+        worker.spectra(self.prepared, sites, samples, kept);
+        for (mut row, power) in spectra.outer_iter_mut().zip(&worker.power) {
+            row.iter_mut().zip(&power.0).for_each(|(to, &p)| *to = p);
         }
         let axis = &self.plan.axes.frequency;
-        let seen = (0..width).map(|c| {
-            worker.record_power(c, &mut tile.power);
-            (moments_of(&tile.power, axis, self.edge), worker.energies[c])
-        });
-        let seen = seen.collect();
+        let rows = moments_across(&mut worker.power, axis, self.edge);
+        let seen = rows.into_iter().zip(worker.energies.iter().copied());
         self.observer.advance(width as u64);
-        Ok(seen)
+        Ok(seen.take(width).collect())
     }
-}
-
-/// Buffers of one thread for one stripe.
-#[derive(Default)]
-struct Tile {
-    /// Site by site.
-    records: Vec<f64>,
-    /// Of one site.
-    power: Vec<f64>,
 }

@@ -18,7 +18,10 @@ enum Keep {
 /// and opposite sign go to the positive one.
 #[derive(Debug)]
 pub(crate) struct MapBuilder {
-    cells: Array2<f64>,
+    /// The largest value of each cell; minus infinity where there is none.
+    high: Array2<f64>,
+    /// The least, if it is kept; infinity where there is none.
+    low: Array2<f64>,
     rows: usize,
     columns: usize,
     keep: Keep,
@@ -39,8 +42,13 @@ impl MapBuilder {
         let rows = shape.0.div_ceil(limit.0).max(1);
         let columns = shape.1.div_ceil(limit.1).max(1);
         let cells = (shape.0.div_ceil(rows), shape.1.div_ceil(columns));
+        let kept = match keep {
+            Keep::Largest => (cells.0, 0),
+            Keep::Extreme => cells,
+        };
         MapBuilder {
-            cells: Array2::from_elem(cells, f64::NAN),
+            high: Array2::from_elem(cells, f64::NEG_INFINITY),
+            low: Array2::from_elem(kept, f64::INFINITY),
             rows,
             columns,
             keep,
@@ -49,54 +57,30 @@ impl MapBuilder {
 
     /// Takes in the block whose first element is `(row, column)` of the whole.
     pub fn add(&mut self, row: usize, column: usize, block: ArrayView2<f64>) {
-        match self.keep {
-            Keep::Largest => self.add_if(row, column, block, |new, old| new > old),
-            Keep::Extreme => self.add_if(row, column, block, |new, old| {
-                let (a, b) = (new.abs(), old.abs());
-                (a > b) | ((a == b) & (new > old))
-            }),
+        let place = (row, column, self.rows, self.columns);
+        let larger = |new: f64, old: f64| if new > old { new } else { old };
+        take(&mut self.high, place, block, f64::NEG_INFINITY, larger);
+        if self.keep == Keep::Extreme {
+            let smaller = |new: f64, old: f64| if new < old { new } else { old };
+            take(&mut self.low, place, block, f64::INFINITY, smaller);
         }
     }
 
-    fn add_if(
-        &mut self,
-        row: usize,
-        column: usize,
-        block: ArrayView2<f64>,
-        better: impl Fn(f64, f64) -> bool + Sync,
-    ) {
-        let keep = |old: &mut f64, new: f64| {
-            *old = if better(new, *old) | old.is_nan() {
-                new
-            } else {
-                *old
-            }
-        };
-        let (height, width) = (self.rows, self.columns);
-        let end = row + block.nrows();
-        let (first, last) = (row / height, end.div_ceil(height));
-        self.cells
-            .slice_mut(s![first..last, ..])
-            .axis_iter_mut(Axis(0))
-            .into_par_iter()
-            .enumerate()
-            .for_each(|(i, mut cells)| {
-                let top = ((first + i) * height).max(row);
-                let bottom = ((first + i + 1) * height).min(end);
-                // Row by row first: that vectorises, and leaves one row to share out.
-                let mut line = Array1::from_elem(block.ncols(), f64::NAN);
-                for other in block.slice(s![top - row..bottom - row, ..]).outer_iter() {
-                    azip!((old in &mut line, &new in other) keep(old, new));
-                }
-                for (j, &value) in line.iter().enumerate() {
-                    keep(&mut cells[(column + j) / width], value);
-                }
+    /// What is kept of each cell; NaN where no number came.
+    fn cells(&self) -> Array2<f64> {
+        let mut cells = self.high.clone();
+        if self.keep == Keep::Extreme {
+            azip!((cell in &mut cells, &low in &self.low) {
+                *cell = if cell.abs() < low.abs() { low } else { *cell };
             });
+        }
+        cells.mapv_into(|v| if v == f64::NEG_INFINITY { f64::NAN } else { v })
     }
 
     /// The same in another unit: every cell times `factor`.
     pub fn times(mut self, factor: f64) -> Self {
-        self.cells.mapv_inplace(|v| v * factor);
+        self.high.mapv_inplace(|v| v * factor);
+        self.low.mapv_inplace(|v| v * factor);
         self
     }
 
@@ -110,11 +94,12 @@ impl MapBuilder {
             low: first - 0.5 * step,
             high: first + ((cells * block) as f64 - 0.5) * step,
         };
-        let (rows, columns) = self.cells.dim();
-        let largest = self.cells.iter().fold(0.0, |m: f64, v| m.max(v.abs()));
+        let cells = self.cells();
+        let (rows, columns) = cells.dim();
+        let largest = cells.iter().fold(0.0, |m: f64, v| m.max(v.abs()));
         let fits = largest == 0.0 || (1e-20..1e20).contains(&largest);
         let (values, label) = if fits || !largest.is_finite() {
-            (self.cells.mapv(|v| v as f32), label)
+            (cells.mapv(|v| v as f32), label)
         } else {
             let exponent = largest.log10().floor() as i32;
             // In two steps, since 10^-exponent may be out of range.
@@ -122,7 +107,7 @@ impl MapBuilder {
                 10f64.powi(-exponent / 2),
                 10f64.powi(-exponent - -exponent / 2),
             );
-            let values = self.cells.mapv(|v| (v * a * b) as f32);
+            let values = cells.mapv(|v| (v * a * b) as f32);
             (values, format!("{label} × 1e{exponent}"))
         };
         Map {
@@ -144,6 +129,36 @@ impl MapBuilder {
     }
 }
 
+/// Takes a block into `cells`; `place` is its first row and column, and the size of a cell.
+fn take(
+    cells: &mut Array2<f64>,
+    (row, column, height, width): (usize, usize, usize, usize),
+    block: ArrayView2<f64>,
+    none: f64,
+    better: impl Fn(f64, f64) -> f64 + Sync,
+) {
+    let end = row + block.nrows();
+    let (first, last) = (row / height, end.div_ceil(height));
+    cells
+        .slice_mut(s![first..last, ..])
+        .axis_iter_mut(Axis(0))
+        .into_par_iter()
+        .enumerate()
+        .for_each(|(i, mut cells)| {
+            let top = ((first + i) * height).max(row);
+            let bottom = ((first + i + 1) * height).min(end);
+            // Row by row first: that vectorises, and leaves one row to share out.
+            let mut line = Array1::from_elem(block.ncols(), none);
+            for other in block.slice(s![top - row..bottom - row, ..]).outer_iter() {
+                azip!((old in &mut line, &new in other) *old = better(new, *old));
+            }
+            for (j, &value) in line.iter().enumerate() {
+                let cell = &mut cells[(column + j) / width];
+                *cell = better(value, *cell);
+            }
+        });
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -159,6 +174,20 @@ mod tests {
             assert!((map.values[[0, 0]] / map.values[[0, 1]] - 2.0).abs() < 1e-6);
             assert!((1.0..10.0).contains(&map.values[[0, 0]]));
         }
+    }
+
+    #[test]
+    fn of_equal_magnitudes_the_positive_stays_and_no_number_is_none() {
+        let nan = f64::NAN;
+        let mut map = MapBuilder::extreme((2, 4), (1, 2));
+        map.add(
+            0,
+            0,
+            array![[-2.0, nan, nan, nan], [2.0, 1.0, nan, nan]].view(),
+        );
+        let cells = map.cells();
+        assert_eq!(cells[[0, 0]], 2.0);
+        assert!(cells[[0, 1]].is_nan());
     }
 
     #[test]
@@ -181,7 +210,7 @@ mod tests {
             let part = whole.slice(ndarray::s![row..=row, column..=column]);
             parts.add(row, column, part);
         }
-        assert_eq!(once.cells, parts.cells);
-        assert_eq!(once.cells, array![[-5.0, 2.0], [4.0, 0.5]]);
+        assert_eq!(once.cells(), parts.cells());
+        assert_eq!(once.cells(), array![[-5.0, 2.0], [4.0, 0.5]]);
     }
 }

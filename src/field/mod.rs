@@ -161,6 +161,22 @@ impl Field {
         self.storage.read(times, sites, true, out);
     }
 
+    /// Whether the samples of one time are neighbours.
+    pub(crate) fn is_time_major(&self) -> bool {
+        self.storage.rows_are_times()
+    }
+
+    /// The samples of `times`, time by time; copied to `room` unless they lie like that.
+    pub(crate) fn profiles<'a>(&'a self, times: Range<usize>, room: &'a mut Vec<f64>) -> &'a [f64] {
+        let run = times.start * self.n_sites..times.end * self.n_sites;
+        if let Some(numbers) = self.storage.numbers().filter(|_| self.is_time_major()) {
+            return &numbers[run];
+        }
+        room.resize(run.len(), 0.0);
+        self.read_time_major(times, 0..self.n_sites, room);
+        room
+    }
+
     fn check_block(&self, times: &Range<usize>, sites: &Range<usize>, len: usize) {
         assert!(times.end <= self.n_times && sites.end <= self.n_sites);
         assert_eq!(len, times.len() * sites.len());

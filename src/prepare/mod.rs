@@ -5,6 +5,7 @@
 //! is prepared by the same operations whatever block it is read in, so its bits do not depend on
 //! the blocks.
 
+mod extremes;
 mod lobes;
 mod prepared;
 mod scan;

@@ -5,6 +5,7 @@ use std::sync::atomic::{AtomicUsize, Ordering};
 
 use rayon::prelude::*;
 
+use super::extremes::Extremes;
 use super::scan::{self, ChannelScan, Gap};
 use super::trend::Trend;
 use super::{Detrend, Gaps};
@@ -142,8 +143,11 @@ impl<'a> Prepared<'a> {
         self.records(ahead.as_ref(), site..site + 1, out);
     }
 
+    /// Lets go of the field's pages, where it is larger than memory.
     pub fn release_pages(&self) {
-        self.field.release_pages();
+        if self.tiles.ahead.is_some() {
+            self.field.release_pages();
+        }
     }
 
     /// Reads the raw records of `sites` once along the file, so that a field larger than memory is
@@ -210,6 +214,32 @@ impl<'a> Prepared<'a> {
         }
     }
 
+    /// The records of `sites` side by side, time by time; read by the tiles themselves, see
+    /// [`Prepared::read_ahead`].
+    pub fn columns(&self, sites: Range<usize>, out: &mut [f64]) {
+        let width = sites.len();
+        let from = self.sites.start;
+        let in_field = from + sites.start..from + sites.end;
+        self.field
+            .read_time_major(self.times.clone(), in_field, out);
+        let first = self.gaps.partition_point(|g| g.site < sites.start);
+        let gaps = self.gaps[first..]
+            .iter()
+            .take_while(|g| g.site < sites.end)
+            .map(|g| (g.time * width + g.site - sites.start, g.value));
+        for (at, value) in gaps.clone() {
+            out[at] = value;
+        }
+        if !self.is_as_stored() {
+            for (n, row) in out.chunks_exact_mut(width).enumerate() {
+                self.settle(n, sites.start, row);
+            }
+        }
+        if self.masked {
+            gaps.for_each(|(at, _)| out[at] = 0.0);
+        }
+    }
+
     /// Whole profiles of `times`, one after the other.
     pub fn profiles(&self, times: Range<usize>, out: &mut [f64]) {
         let n_sites = self.n_sites();
@@ -228,21 +258,34 @@ impl<'a> Prepared<'a> {
             out[at] = value;
         }
         for (n, profile) in times.clone().zip(out.chunks_exact_mut(n_sites)) {
-            self.unit.divide(profile);
-            if let Some(mean) = &self.field_mean {
-                profile.iter_mut().for_each(|v| *v = mean.remove(*v, 0));
-            }
-            if let Some(trend) = self.space_trends.get(n) {
-                for (j, v) in profile.iter_mut().enumerate() {
-                    *v = trend.remove(*v, j);
-                }
-            }
-            for (v, trend) in profile.iter_mut().zip(&self.time_trends) {
-                *v = trend.remove(*v, n);
-            }
+            self.settle(n, 0, profile);
         }
         if self.masked {
             gaps.for_each(|(at, _)| out[at] = 0.0);
+        }
+    }
+
+    /// Whether samples that are no gaps stay what they are.
+    fn is_as_stored(&self) -> bool {
+        self.unit == PowerOfTwo::ONE
+            && self.field_mean.is_none()
+            && self.space_trends.is_empty()
+            && self.time_trends.is_empty()
+    }
+
+    /// Takes unit and trends off the samples of time `n` from site `first` on.
+    fn settle(&self, n: usize, first: usize, samples: &mut [f64]) {
+        self.unit.divide(samples);
+        if let Some(mean) = &self.field_mean {
+            samples.iter_mut().for_each(|v| *v = mean.remove(*v, 0));
+        }
+        if let Some(trend) = self.space_trends.get(n) {
+            for (j, v) in samples.iter_mut().enumerate() {
+                *v = trend.remove(*v, first + j);
+            }
+        }
+        for (v, trend) in samples.iter_mut().zip(self.time_trends.iter().skip(first)) {
+            *v = trend.remove(*v, n);
         }
     }
 
@@ -253,10 +296,17 @@ impl<'a> Prepared<'a> {
     }
 
     fn scan(&mut self, gaps: Gaps, observer: &dyn Observer) -> Result<Vec<ChannelScan>> {
-        observer.stage("looking at the samples", self.n_sites() as u64);
+        let passed = match self.field.is_time_major() {
+            true => self.extremes(observer)?.scans(),
+            false => vec![None; self.n_sites()],
+        };
+        let is_open = |j: usize| passed[j].is_none();
+        if (0..self.n_sites()).any(is_open) {
+            observer.stage("looking at the samples", self.n_sites() as u64);
+        }
         let room = (self.tiles.memory / GAP_BYTES) as usize;
         let kept = AtomicUsize::new(0);
-        let found = self.each_record(observer, |j, record, _| {
+        let found = self.each_record_of(is_open, observer, |j, record, _| {
             let scan = ChannelScan::of(record);
             // Past the limit gaps are still counted, but no longer kept.
             if kept.fetch_add(scan.gaps, Ordering::Relaxed) + scan.gaps > room {
@@ -268,7 +318,12 @@ impl<'a> Prepared<'a> {
             }
             (scan, filled)
         })?;
-        let (scans, filled): (Vec<_>, Vec<_>) = found.into_iter().unzip();
+        let (looked_at, filled): (Vec<_>, Vec<_>) = found.into_iter().unzip();
+        let mut looked_at = looked_at.into_iter();
+        let scans = passed
+            .into_iter()
+            .map(|scan| scan.or_else(|| looked_at.next()));
+        let scans: Vec<ChannelScan> = scans.flatten().collect();
         let count: u64 = scans.iter().map(|s: &ChannelScan| s.gaps as u64).sum();
         if count > 0 && gaps == Gaps::Refuse {
             let first = scans
@@ -296,6 +351,44 @@ impl<'a> Prepared<'a> {
         self.gaps_by_time = self.gaps.clone();
         self.gaps_by_time.sort_by_key(|g| (g.time, g.site));
         Ok(scans)
+    }
+
+    /// Looks at the samples in the order in which they lie.
+    fn extremes(&self, observer: &dyn Observer) -> Result<Extremes> {
+        /// Samples that are looked at before the next stretch of times.
+        const STRETCH: usize = 1 << 16;
+        observer.stage("looking at the samples", self.n_times() as u64);
+        let none = || Extremes::none(self.n_sites());
+        let stretch = (STRETCH / self.field.n_sites()).max(1);
+        let starts: Vec<usize> = self.times.clone().step_by(stretch).collect();
+        // Few parts, since each has room for all sites.
+        let least = starts.len().div_ceil(4 * rayon::current_num_threads());
+        starts
+            .into_par_iter()
+            .with_min_len(least)
+            .try_fold(none, |mut seen, start| {
+                if observer.cancelled() {
+                    return Err(Error::Cancelled);
+                }
+                let end = (start + stretch).min(self.times.end);
+                // The time before tells what is held.
+                let first = start.saturating_sub(1).max(self.times.start);
+                let mut room = Vec::new();
+                let n_sites = self.field.n_sites();
+                let rows = self.field.profiles(first..end, &mut room);
+                let rows: Vec<&[f64]> = rows
+                    .chunks_exact(n_sites)
+                    .map(|row| &row[self.sites.clone()])
+                    .collect();
+                for n in start..end {
+                    let before = n.checked_sub(first + 1).map(|at| rows[at]);
+                    seen.take(rows[n - first], before);
+                }
+                self.release_pages();
+                observer.advance((end - start) as u64);
+                Ok(seen)
+            })
+            .try_reduce(none, |a, b| Ok(a.merged(b)))
     }
 
     fn mean(&self, observer: &dyn Observer) -> Result<Trend> {
@@ -349,9 +442,7 @@ impl<'a> Prepared<'a> {
                     let end = (start + self.tiles.times).min(self.n_times());
                     block.resize((end - start) * n_sites, 0.0);
                     self.profiles(start..end, block);
-                    if self.tiles.ahead.is_some() {
-                        self.field.release_pages();
-                    }
+                    self.release_pages();
                     observer.advance((end - start) as u64);
                     Ok((start..end)
                         .zip(block.chunks_exact(n_sites))
@@ -372,11 +463,24 @@ impl<'a> Prepared<'a> {
         observer: &dyn Observer,
         look: impl Fn(usize, &[f64], &mut Vec<f64>) -> R + Sync,
     ) -> Result<Vec<R>> {
+        self.each_record_of(|_| true, observer, look)
+    }
+
+    /// The same at the `wanted` records.
+    fn each_record_of<R: Send>(
+        &self,
+        wanted: impl Fn(usize) -> bool + Sync,
+        observer: &dyn Observer,
+        look: impl Fn(usize, &[f64], &mut Vec<f64>) -> R + Sync,
+    ) -> Result<Vec<R>> {
         let (n_times, n_sites) = (self.n_times(), self.n_sites());
         let mut all = Vec::with_capacity(n_sites);
         let block = self.tiles.ahead.unwrap_or(n_sites);
         for from in (0..n_sites).step_by(block) {
             let sites = from..(from + block).min(n_sites);
+            if !sites.clone().any(&wanted) {
+                continue;
+            }
             let ahead = self.read_ahead(sites.clone());
             let starts: Vec<usize> = sites.clone().step_by(self.tiles.sites).collect();
             let seen: Result<Vec<Vec<R>>> = starts
@@ -388,11 +492,15 @@ impl<'a> Prepared<'a> {
                             return Err(Error::Cancelled);
                         }
                         let end = (start + self.tiles.sites).min(sites.end);
+                        observer.advance((end - start) as u64);
+                        if !(start..end).any(&wanted) {
+                            return Ok(Vec::new());
+                        }
                         tile.resize((end - start) * n_times, 0.0);
                         self.records(ahead.as_ref(), start..end, tile);
-                        observer.advance((end - start) as u64);
                         Ok((start..end)
                             .zip(tile.chunks_exact(n_times))
+                            .filter(|(j, _)| wanted(*j))
                             .map(|(j, record)| look(j, record, scratch))
                             .collect())
                     },

@@ -6,7 +6,7 @@ use num_complex::Complex;
 use realfft::{RealFftPlanner, RealToComplex};
 
 use super::Real;
-use crate::sum::{sum, sum_of_squares};
+use crate::sum::{sum, sum_of_squares, sums_of_squares_across};
 
 /// `X_m = sum_n w_n v_n exp(-+ 2 pi i m n / N)`, `m = 0 ..= N / 2`, of a real record of up to N
 /// samples (the rest is zero). Both signs give the same `|X|^2`; the result is that of time.
@@ -139,15 +139,49 @@ impl Taper {
         }
     }
 
-    /// The same of several records, time by time.
-    pub(super) fn weigh_across<T: Real>(&self, records: &[&[f64]], means: &[f64], input: &mut [T]) {
-        let rows = input.chunks_exact_mut(records.len());
-        for (n, row) in rows.enumerate().take(self.samples) {
-            let weight = self.window.as_ref().map_or(1.0, |window| window[n]);
-            for ((place, record), mean) in row.iter_mut().zip(records).zip(means) {
-                *place = T::rounded((record[n] - mean) * weight);
+    /// [`Taper::look`] at each of `width` records that lie side by side, with the same bits.
+    pub(super) fn look_across(
+        &self,
+        values: &[f64],
+        width: usize,
+        tapered: &mut Vec<f64>,
+        (means, energies): (&mut Vec<f64>, &mut Vec<f64>),
+    ) {
+        match &self.window {
+            None => sums_of_squares_across(values, width, energies),
+            Some(window) => {
+                tapered.clear();
+                for (row, w) in values.chunks_exact(width).zip(window) {
+                    tapered.extend(row.iter().map(|v| v * w));
+                }
+                sums_of_squares_across(tapered, width, energies);
             }
         }
+        means.clear();
+        means.extend((0..width).map(|c| {
+            let record = values.iter().skip(c).step_by(width).copied();
+            match crosses_zero(record.clone()) {
+                true => 0.0,
+                false => dominant_mean(&record.collect::<Vec<_>>()),
+            }
+        }));
+    }
+
+    /// [`Taper::weigh`] of records side by side; what is in `input` already stays.
+    pub(super) fn weigh_across<T: Real>(&self, values: &[f64], means: &[f64], input: &mut Vec<T>) {
+        for (n, row) in values.chunks_exact(means.len()).enumerate() {
+            let weight = self.window.as_ref().map_or(1.0, |window| window[n]);
+            let weighed = row
+                .iter()
+                .zip(means)
+                .map(|(v, mean)| T::rounded((v - mean) * weight));
+            input.extend(weighed);
+        }
+    }
+
+    /// Whether records go into the transform as they are.
+    pub(super) fn is_plain(&self) -> bool {
+        self.window.is_none()
     }
 
     /// Puts back what [`Taper::look`] split off.
