@@ -3,6 +3,7 @@
 mod between;
 mod columns;
 mod filtered;
+mod flux;
 pub(crate) mod labels;
 mod maps;
 mod observer;
@@ -15,6 +16,7 @@ mod short_time;
 mod sink;
 mod spacetime;
 mod warning;
+mod worker;
 
 pub use filtered::{Filtered, filtered};
 pub use observer::{Observer, Silent};

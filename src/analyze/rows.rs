@@ -1,10 +1,10 @@
 //! The pass along space: every instant's profile to its spectrum, and to the flux surrogate.
 
 use ndarray::parallel::prelude::*;
-use ndarray::{Array2, ArrayView2, ArrayViewMut2, Axis, azip, s};
+use ndarray::{Array2, ArrayViewMut2, Axis, s};
 
+use super::flux::FluxSurrogate;
 use super::plan::Plan;
-use super::request::Scaling;
 use super::sink::{LargeArray, Sink};
 use crate::analyze::Observer;
 use crate::chain::lanes;
@@ -295,111 +295,5 @@ impl<T: Real> Pass<'_, T> {
             *p = power(x) * (factor * fold(m, n));
         }
         energy
-    }
-}
-
-/// `Pi_K(k, t) = - d/dt sum_{|k'| <= k} E_K(k', t)` with `E_K` the energy spectrum of `v^2 / 2`:
-/// central differences, one-sided ones of second order at the ends of the record.
-struct FluxSurrogate {
-    n_times: usize,
-    /// From a bin of the spatial spectrum, as scaled, to half its energy, stored unit included.
-    half_energy: f64,
-    dt: f64,
-    /// Cumulative energies: of the last times of the block before, then of this one.
-    cumulative: Array2<f64>,
-    /// Times kept of the block before.
-    kept: usize,
-    flux: Array2<f64>,
-    /// Times taken in, and those passed on.
-    known: usize,
-    next: usize,
-}
-
-impl FluxSurrogate {
-    fn new(plan: &Plan, stored: f64) -> Self {
-        let energy = plan.space_scale_of(Scaling::Energy);
-        let rows = if plan.request.results.flux_surrogate {
-            plan.blocks.times + 2
-        } else {
-            0
-        };
-        let room = Array2::zeros((rows, plan.axes.wavenumber.len()));
-        FluxSurrogate {
-            n_times: plan.axes.n_times,
-            half_energy: 0.5 * energy.factor * energy.measure / plan.space_scale.factor * stored,
-            dt: plan.axes.time.step,
-            cumulative: room.clone(),
-            kept: 0,
-            flux: room,
-            known: 0,
-            next: 0,
-        }
-    }
-
-    /// Takes the next block of spectra and passes on all times that can be finished.
-    fn take(
-        &mut self,
-        spectra: ArrayView2<f64>,
-        map: &mut MapBuilder,
-        sink: &dyn Sink,
-    ) -> Result<()> {
-        let held = self.kept + spectra.nrows();
-        let half_energy = self.half_energy;
-        self.cumulative
-            .slice_mut(s![self.kept..held, ..])
-            .axis_iter_mut(Axis(0))
-            .into_par_iter()
-            .zip(spectra.axis_iter(Axis(0)))
-            .for_each(|(mut cumulative, spectrum)| {
-                let mut below = 0.0;
-                azip!((c in &mut cumulative, &p in &spectrum) {
-                    below += p * half_energy;
-                    *c = below;
-                });
-            });
-        self.known += spectra.nrows();
-        let last = self.known == self.n_times;
-        let until = if last { self.known } else { self.known - 1 };
-        let from = self.known - held;
-        let cumulative = &self.cumulative;
-        let at = |n: usize| cumulative.row(n - from);
-        let (next, all, dt) = (self.next, self.n_times, self.dt);
-        let mut flux = self.flux.slice_mut(s![..until - next, ..]);
-        flux.axis_iter_mut(Axis(0))
-            .into_par_iter()
-            .enumerate()
-            .for_each(|(i, mut row)| {
-                let n = next + i;
-                let ahead = |out: &mut f64, a: &f64, b: &f64, c: &f64, step: f64| {
-                    *out = -(4.0 * (b - a) - (c - a)) / (2.0 * step);
-                };
-                match (n, all) {
-                    (_, 1) => row.fill(f64::NAN),
-                    (_, 2) => azip!((out in &mut row, a in at(0), b in at(1)) {
-                        *out = -(b - a) / dt;
-                    }),
-                    (0, _) => azip!((out in &mut row, a in at(0), b in at(1), c in at(2)) {
-                        ahead(out, a, b, c, dt);
-                    }),
-                    _ if n + 1 == all => {
-                        azip!((out in &mut row, a in at(n), b in at(n - 1), c in at(n - 2)) {
-                            ahead(out, a, b, c, -dt);
-                        });
-                    }
-                    _ => azip!((out in &mut row, a in at(n - 1), b in at(n + 1)) {
-                        *out = -(b - a) / (2.0 * dt);
-                    }),
-                }
-            });
-        map.add(next, 0, flux.view());
-        sink.put(LargeArray::KineticFluxSurrogate, next, 0, flux.view())?;
-        self.next = until;
-        self.kept = held.min(2);
-        let kept = self
-            .cumulative
-            .slice(s![held - self.kept..held, ..])
-            .to_owned();
-        self.cumulative.slice_mut(s![..self.kept, ..]).assign(&kept);
-        Ok(())
     }
 }

@@ -3,7 +3,7 @@
 use std::time::Instant;
 
 use super::between::Between;
-use super::columns::{self, Columns};
+use super::columns::{AlongTime, Columns};
 use super::maps::Maps;
 use super::plan::{Plan, plan};
 use super::request::{Precision, Request};
@@ -66,10 +66,14 @@ fn passes<T: Real>(
     let unit = prepared.unit();
     let stored = stored_square(unit, plan.request.precision);
 
-    let frequency_edge = match (results.temporal, plan.request.band_edge_frequency) {
-        (false, _) => None,
-        (true, Some(value)) => Some(BandEdge::Given { value }),
-        (true, None) => Some(match columns::reference::<T>(plan, &prepared, observer)? {
+    let along_time = plan
+        .transforms_time()
+        .then(|| AlongTime::<T>::new(plan, &prepared, observer));
+    let wanted = along_time.as_ref().filter(|_| results.temporal);
+    let frequency_edge = match (wanted, plan.request.band_edge_frequency) {
+        (None, _) => None,
+        (Some(_), Some(value)) => Some(BandEdge::Given { value }),
+        (Some(along_time), None) => Some(match along_time.reference()? {
             Some((index, spectrum)) => BandEdge::Reference {
                 value: edge_of(&spectrum, &plan.axes.frequency).unwrap_or(f64::NAN),
                 index: plan.sites.start + index,
@@ -99,15 +103,14 @@ fn passes<T: Real>(
         (true, 0) => Some(Between::<T>::in_memory(shape)?),
         (true, _) => Some(Between::<T>::in_scratch(shape)?),
     };
-    let columns = if plan.transforms_time() {
-        let edge = edge_value(frequency_edge);
-        let into = between.as_mut();
-        let seen =
-            columns::transform_records::<T>(plan, &prepared, edge, stored, into, sink, observer)?;
-        clock.lap(plan, "along time");
-        Some(seen)
-    } else {
-        None
+    let columns = match &along_time {
+        None => None,
+        Some(along_time) => {
+            let edge = edge_value(frequency_edge);
+            let seen = along_time.transform_records(edge, stored, between.as_mut(), sink)?;
+            clock.lap(plan, "along time");
+            Some(seen)
+        }
     };
     let rows = rows::transform_profiles::<T>(
         plan,
@@ -128,10 +131,13 @@ fn passes<T: Real>(
     };
     drop(between);
 
-    let checked = columns.as_ref().and_then(|seen| {
-        let site = seen.energies.iter().position(|&energy| energy > 0.0)?;
-        columns::spot_check::<T>(plan, &prepared, site)
-    });
+    let checked = columns
+        .as_ref()
+        .zip(along_time)
+        .and_then(|(seen, along_time)| {
+            let site = seen.energies.iter().position(|&energy| energy > 0.0)?;
+            along_time.spot_check(site)
+        });
     clock.lap(plan, "spot check");
 
     let (short_time, short_space) = if results.short_time {

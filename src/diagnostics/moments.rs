@@ -142,6 +142,8 @@ fn quantile(share: &[f64], axis: &[f64], level: f64) -> f64 {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use ndarray::ArrayView1;
+    use ndarray_stats::EntropyExt;
 
     fn moments_of(power: &[f64], axis: &[f64], edge: f64) -> Row {
         let mut across: Vec<Block> = power
@@ -181,5 +183,70 @@ mod tests {
         let row = moments_of(&[3.0, 0.0, 0.0], &[0.0, 1.0, 2.0], 1.0);
         assert!(row.centroid.is_nan());
         assert_eq!((row.median, row.entropy, row.low_share), (0.0, 0.0, 1.0));
+    }
+
+    /// Against `ndarray-stats` and plain sums, over six orders of magnitude and a few zeros; in the
+    /// middle of a leaf of bins, at its end, and in others.
+    #[test]
+    fn val_ndarray_stats_entropy_and_sums_written_out() {
+        for bins in [2_usize, 31, 32, 33, 1000] {
+            let q: Vec<f64> = (0..bins).map(|m| 0.25 * m as f64).collect();
+            let power: Vec<f64> = (0..bins)
+                .map(|m| {
+                    if m % 7 == 3 {
+                        0.0
+                    } else {
+                        10f64.powf(3.0 * (m as f64).sin())
+                    }
+                })
+                .collect();
+            let edge = q[bins / 3];
+            let row = moments_of(&power, &q, edge);
+            let total: f64 = power.iter().sum();
+            let share: Vec<f64> = power.iter().map(|p| p / total).collect();
+            let dot = |f: &dyn Fn(f64) -> f64| -> f64 {
+                share.iter().zip(&q).skip(1).map(|(s, &q)| s * f(q)).sum()
+            };
+            let entropy = ArrayView1::from(&share).entropy().unwrap_or_default();
+            let weight = dot(&|_| 1.0);
+            let centroid = dot(&|q| q) / weight;
+            let bandwidth = (dot(&|q| (q - centroid).powi(2)) / weight).sqrt();
+            let low: f64 = share[..=bins / 3].iter().sum();
+            let squares: f64 = share.iter().map(|s| s * s).sum();
+            let below = |level: f64| {
+                let mut sum = 0.0;
+                let reached = share.iter().position(|s| {
+                    sum += s;
+                    sum >= level
+                });
+                q[reached.unwrap_or(bins - 1)]
+            };
+            assert_eq!((row.median, row.quantile_90), (below(0.5), below(0.9)));
+            for (found, right) in [
+                (row.entropy, entropy / (bins as f64).ln()),
+                (row.centroid, centroid),
+                (row.bandwidth, bandwidth),
+                (row.participation, 1.0 / squares),
+                (row.low_share, low),
+                (row.high_share, 1.0 - low),
+                (row.total, total),
+            ] {
+                let error = (found - right).abs() / right.max(1e-3);
+                assert!(error < 3e-14, "{bins} bins: {found:e} for {right:e}");
+            }
+        }
+    }
+
+    #[test]
+    fn an_edge_below_all_bins_leaves_nothing_low() {
+        let row = moments_of(&[1.0, 2.0, 1.0], &[0.0, 1.0, 2.0], -1.0);
+        assert_eq!((row.low_share, row.high_share), (0.0, 1.0));
+        let row = moments_of(&[1.0, 2.0, 1.0], &[0.0, 1.0, 2.0], 9.0);
+        assert_eq!((row.low_share, row.high_share), (1.0, 0.0));
+        assert!(
+            moments_of(&[1.0, 2.0], &[0.0, 1.0], f64::NAN)
+                .low_share
+                .is_nan()
+        );
     }
 }

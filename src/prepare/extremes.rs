@@ -1,6 +1,7 @@
 //! A first look at all records at once, time by time, as they lie in most files.
 
 use super::scan::ChannelScan;
+use crate::chain::lanes::{Lanes, Work, widest};
 
 /// What is seen of each site's samples in passing; order does not matter, so parts may be merged.
 #[derive(Debug, Clone)]
@@ -27,23 +28,12 @@ impl Extremes {
 
     /// Takes in the samples of one time; `before` are those of the time before, if there is one.
     pub fn take(&mut self, profile: &[f64], before: Option<&[f64]>) {
-        let seen = self.low.iter_mut().zip(&mut self.high);
-        for ((&v, finite), (low, high)) in profile.iter().zip(&mut self.finite).zip(seen) {
-            *low = if v < *low { v } else { *low };
-            *high = if v > *high { v } else { *high };
-            // Times 0, what is not finite becomes NaN, and stays it.
-            *finite += v * 0.0;
-        }
-        let Some(before) = before else { return };
-        let again = self.low_again.iter_mut().zip(&mut self.high_again);
-        for ((&v, &last), (low, high)) in profile.iter().zip(before).zip(again) {
-            let (least, largest) = match v == last {
-                true => (v, v),
-                false => (f64::INFINITY, f64::NEG_INFINITY),
-            };
-            *low = if least < *low { least } else { *low };
-            *high = if largest > *high { largest } else { *high };
-        }
+        let seen = &mut *self;
+        widest(Take {
+            seen,
+            profile,
+            before,
+        });
     }
 
     pub fn merged(mut self, other: Extremes) -> Self {
@@ -83,6 +73,40 @@ impl Extremes {
             constant,
             clipped_run: usize::from(!constant),
         })
+    }
+}
+
+struct Take<'a> {
+    seen: &'a mut Extremes,
+    profile: &'a [f64],
+    before: Option<&'a [f64]>,
+}
+
+impl Work for Take<'_> {
+    type Output = ();
+
+    #[inline(always)]
+    fn run<L: Lanes>(self) {
+        let Take {
+            seen,
+            profile,
+            before,
+        } = self;
+        let extremes = seen.low.iter_mut().zip(&mut seen.high);
+        for ((&v, finite), (low, high)) in profile.iter().zip(&mut seen.finite).zip(extremes) {
+            *low = if v < *low { v } else { *low };
+            *high = if v > *high { v } else { *high };
+            // Times 0, what is not finite becomes NaN, and stays it.
+            *finite += v * 0.0;
+        }
+        let Some(before) = before else { return };
+        let again = seen.low_again.iter_mut().zip(&mut seen.high_again);
+        for ((&v, &last), (low, high)) in profile.iter().zip(before).zip(again) {
+            let least = if v == last { v } else { f64::INFINITY };
+            let largest = if v == last { v } else { f64::NEG_INFINITY };
+            *low = if least < *low { least } else { *low };
+            *high = if largest > *high { largest } else { *high };
+        }
     }
 }
 

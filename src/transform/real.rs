@@ -97,16 +97,16 @@ pub(super) struct Taper {
 
 impl Taper {
     pub(super) fn new(window: &[f64], padded: usize) -> Self {
-        let mut response_in = window.to_vec();
-        response_in.resize(padded, 0.0);
-        let response = RealFftPlanner::<f64>::new().plan_fft_forward(padded);
-        let mut mean_response = response.make_output_vec();
-        // The lengths are the plan's own, so this cannot fail.
-        let _ = response.process(&mut response_in, &mut mean_response);
         let tapered = window.iter().any(|&w| w != 1.0);
+        let mut mean_response = vec![Complex::default(); padded / 2 + 1];
         if !tapered && padded == window.len() {
-            mean_response.fill(Complex::default());
             mean_response[0].re = padded as f64;
+        } else {
+            let mut response_in = window.to_vec();
+            response_in.resize(padded, 0.0);
+            let response = RealFftPlanner::<f64>::new().plan_fft_forward(padded);
+            // The lengths are the plan's own, so this cannot fail.
+            let _ = response.process(&mut response_in, &mut mean_response);
         }
         Taper {
             window: tapered.then(|| window.to_vec()),
@@ -158,13 +158,11 @@ impl Taper {
             }
         }
         means.clear();
-        means.extend((0..width).map(|c| {
-            let record = values.iter().skip(c).step_by(width).copied();
-            match crosses_zero(record.clone()) {
-                true => 0.0,
-                false => dominant_mean(&record.collect::<Vec<_>>()),
-            }
-        }));
+        means.resize(width, 0.0);
+        for c in one_sided(values, width) {
+            let record: Vec<f64> = values.iter().skip(c).step_by(width).copied().collect();
+            means[c] = dominant_mean(&record);
+        }
     }
 
     /// [`Taper::weigh`] of records side by side; what is in `input` already stays.
@@ -220,6 +218,28 @@ pub(super) fn dominant_mean_of(part: impl ExactSizeIterator<Item = f64> + Clone)
         return 0.0;
     }
     dominant_mean(&part.collect::<Vec<_>>())
+}
+
+/// Which of `width` records side by side do not cross zero; others have no dominant mean.
+fn one_sided(values: &[f64], width: usize) -> Vec<usize> {
+    let (mut low, mut high) = (vec![f64::INFINITY; width], vec![f64::NEG_INFINITY; width]);
+    let sided = |low: &[f64], high: &[f64]| -> Vec<usize> {
+        (0..width)
+            .filter(|&c| low[c] > 0.0 || high[c] < 0.0)
+            .collect()
+    };
+    for stretch in values.chunks(64 * width) {
+        for row in stretch.chunks_exact(width) {
+            for ((&v, low), high) in row.iter().zip(&mut low).zip(&mut high) {
+                *low = if v < *low { v } else { *low };
+                *high = if v > *high { v } else { *high };
+            }
+        }
+        if sided(&low, &high).is_empty() {
+            break;
+        }
+    }
+    sided(&low, &high)
 }
 
 /// Most records vary about zero, and their first samples say so.
