@@ -2,7 +2,7 @@
 
 /// `ln x` of a positive normal number; the bits do not depend on the processor.
 ///
-/// Error below 1 unit in the last place. What other arguments give has no meaning.
+/// Error below 1 unit in the last place. 0 and smaller positive numbers give some finite number.
 ///
 /// `x = 2^k (1 + f)` with `1 + f` between `sqrt(1/2)` and `sqrt(2)`; `ln(1 + f)` is
 /// `f - f^2/2 + s (f^2/2 + R(s^2))`, `s = f / (2 + f)`, with a polynomial R.
@@ -52,6 +52,7 @@ mod tests {
     #[test]
     fn val_known_logarithms() {
         assert_eq!(ln_normal(1.0), 0.0);
+        assert!(ln_normal(0.0).is_finite() && ln_normal(5e-324).is_finite());
         for (x, right) in [
             (2.0, std::f64::consts::LN_2),
             (0.5, -std::f64::consts::LN_2),

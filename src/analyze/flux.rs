@@ -55,18 +55,26 @@ impl FluxSurrogate {
         sink: &dyn Sink,
     ) -> Result<()> {
         let held = self.kept + spectra.nrows();
-        let half_energy = self.half_energy;
+        let (half_energy, columns) = (self.half_energy, spectra.ncols());
         self.cumulative
             .slice_mut(s![self.kept..held, ..])
-            .axis_iter_mut(Axis(0))
+            .axis_chunks_iter_mut(Axis(0), TOGETHER)
             .into_par_iter()
-            .zip(spectra.axis_iter(Axis(0)))
-            .for_each(|(mut cumulative, spectrum)| {
-                let mut below = 0.0;
-                azip!((c in &mut cumulative, &p in &spectrum) {
-                    below += p * half_energy;
-                    *c = below;
-                });
+            .zip(spectra.axis_chunks_iter(Axis(0), TOGETHER))
+            .for_each(|(mut cumulative, spectra)| {
+                // Bands of whole rows of standard arrays are contiguous.
+                let (Some(sums), Some(spectra)) = (cumulative.as_slice_mut(), spectra.as_slice())
+                else {
+                    return;
+                };
+                if sums.len() == TOGETHER * columns {
+                    add_up::<TOGETHER>(sums, spectra, half_energy);
+                } else {
+                    let rows = sums
+                        .chunks_exact_mut(columns)
+                        .zip(spectra.chunks_exact(columns));
+                    rows.for_each(|(sums, spectra)| add_up::<1>(sums, spectra, half_energy));
+                }
             });
         self.known += spectra.nrows();
         let last = self.known == self.n_times;
@@ -112,5 +120,20 @@ impl FluxSurrogate {
             .to_owned();
         self.cumulative.slice_mut(s![..self.kept, ..]).assign(&kept);
         Ok(())
+    }
+}
+
+/// Spectra added up side by side: each sum waits for the one before it.
+const TOGETHER: usize = 4;
+
+/// `factor sum_{k' <= k} p(k')` of each of `R` rows.
+fn add_up<const R: usize>(sums: &mut [f64], spectra: &[f64], factor: f64) {
+    let columns = sums.len() / R;
+    let mut below = [0.0; R];
+    for k in 0..columns {
+        for (r, below) in below.iter_mut().enumerate() {
+            *below += spectra[r * columns + k] * factor;
+            sums[r * columns + k] = *below;
+        }
     }
 }

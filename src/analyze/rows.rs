@@ -1,7 +1,7 @@
 //! The pass along space: every instant's profile to its spectrum, and to the flux surrogate.
 
 use ndarray::parallel::prelude::*;
-use ndarray::{Array2, ArrayViewMut2, Axis, s};
+use ndarray::{Array2, ArrayView2, ArrayViewMut2, Axis, s};
 
 use super::flux::FluxSurrogate;
 use super::plan::Plan;
@@ -98,6 +98,10 @@ pub(super) fn transform_profiles<T: Real>(
         plan,
         prepared,
         transform: transform.as_ref(),
+        scales: (0..nk)
+            .map(|m| plan.space_scale.factor * fold(m, plan.conventions.padded_space))
+            .collect(),
+        unit: stored,
         edge,
         observer,
     };
@@ -113,7 +117,7 @@ pub(super) fn transform_profiles<T: Real>(
     let starts = (0..nt).step_by(plan.blocks.times);
     for from in starts.map(Some).chain([None]) {
         let (handed_on, filled) = rayon::join(
-            || done.take(plan, &mut computed, stored, &mut flux, sink),
+            || done.take(&pass, &mut computed, &mut flux, sink),
             || from.map_or(Ok(()), |from| pass.fill(from, &mut next)),
         );
         handed_on?;
@@ -135,14 +139,14 @@ struct Block {
 
 impl Rows {
     /// Takes a block in and passes its arrays on.
-    fn take(
+    fn take<T: Real>(
         &mut self,
-        plan: &Plan,
+        pass: &Pass<T>,
         block: &mut Block,
-        stored: f64,
         flux: &mut FluxSurrogate,
         sink: &dyn Sink,
     ) -> Result<()> {
+        let (plan, prepared) = (pass.plan, pass.prepared);
         let (from, count) = (block.from, block.seen.len());
         if count == 0 {
             return Ok(());
@@ -155,6 +159,9 @@ impl Rows {
             }
         }
         let profiles = block.profiles.slice(s![..count, ..]);
+        let stored = prepared.stored_profiles(from..from + count);
+        let stored = stored.and_then(|s| ArrayView2::from_shape(profiles.dim(), s).ok());
+        let profiles = stored.unwrap_or(profiles);
         let mut spectra = block.spectra.slice_mut(s![..count, ..]);
         if from == 0 {
             self.first_profile = profiles.row(0).to_vec();
@@ -165,8 +172,8 @@ impl Rows {
             flux.take(spectra.view(), &mut self.flux_map, sink)?;
         }
         if plan.request.results.spatial {
-            if stored != 1.0 {
-                spectra.par_mapv_inplace(|p| p * stored);
+            if pass.unit != 1.0 {
+                spectra.par_mapv_inplace(|p| p * pass.unit);
             }
             self.map.add(from, 0, spectra.view());
             sink.put(LargeArray::SpatialSpectrum, from, 0, spectra.view())?;
@@ -186,6 +193,10 @@ struct Pass<'a, T: Real> {
     plan: &'a Plan,
     prepared: &'a Prepared<'a>,
     transform: Option<&'a RealTransform<T>>,
+    /// By which a bin's power is multiplied.
+    scales: Vec<f64>,
+    /// And again, after it was measured, before it is stored.
+    unit: f64,
     edge: f64,
     observer: &'a dyn Observer,
 }
@@ -239,7 +250,13 @@ impl<T: Real> Pass<'_, T> {
         else {
             return Vec::new();
         };
-        self.prepared.profiles(times, profiles);
+        let profiles = match self.prepared.stored_profiles(times.clone()) {
+            Some(stored) => stored,
+            None => {
+                self.prepared.profiles(times, profiles);
+                profiles
+            }
+        };
         let ends = profiles.chunks_exact(nx).map(Ends::of);
         let Some(transform) = self.transform else {
             return ends
@@ -255,7 +272,6 @@ impl<T: Real> Pass<'_, T> {
             .chunks(together * nx)
             .zip(spectra.chunks_mut(together * nk));
         for (profiles, spectra) in groups {
-            across.clear();
             across.resize(nk, lanes::Block::default());
             let mut energies = [0.0; lanes::WIDTH];
             let rows = profiles.chunks_exact(nx).zip(spectra.chunks_exact_mut(nk));
@@ -289,10 +305,8 @@ impl<T: Real> Pass<'_, T> {
         spectrum: &mut [f64],
     ) -> f64 {
         let (transformed, energy) = transform.transform(profile, scratch);
-        let factor = self.plan.space_scale.factor;
-        let n = transform.padded();
-        for (m, (p, &x)) in spectrum.iter_mut().zip(transformed).enumerate() {
-            *p = power(x) * (factor * fold(m, n));
+        for ((p, &x), scale) in spectrum.iter_mut().zip(transformed).zip(&self.scales) {
+            *p = power(x) * scale;
         }
         energy
     }

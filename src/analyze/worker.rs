@@ -62,10 +62,12 @@ impl<'a, T: Real> Worker<'a, T> {
     ) {
         let segments = self.plan.segments;
         let (bins, width) = (self.transform.bins(), sites.len());
-        self.power.clear();
+        // Lanes of no site keep what they have; nobody looks at them.
         self.power.resize(bins, Block::default());
         self.energies.clear();
         self.energies.resize(width, 0.0);
+        let n = self.transform.padded();
+        let mean = self.scale.factor / segments.count() as f64;
         let mut passing = std::mem::take(&mut self.passing);
         if kept.is_none() && passing.dim() != (bins, width) {
             passing = Array2::default((bins, width));
@@ -77,19 +79,17 @@ impl<'a, T: Real> Worker<'a, T> {
             };
             let span = start..start + segments.length;
             self.segment(prepared, &sites, &samples, span, spectra.view_mut());
-            for (sums, spectra) in self.power.iter_mut().zip(spectra.outer_iter()) {
+            let (is_first, is_last) = (s == 0, s + 1 == segments.count());
+            for (m, (sums, spectra)) in self.power.iter_mut().zip(spectra.outer_iter()).enumerate()
+            {
+                let factor = if is_last { mean * fold(m, n) } else { 1.0 };
                 for (sum, &x) in sums.0.iter_mut().zip(spectra) {
-                    *sum += power(x);
+                    let before = if is_first { 0.0 } else { *sum };
+                    *sum = (before + power(x)) * factor;
                 }
             }
         }
         self.passing = passing;
-        let n = self.transform.padded();
-        let mean = self.scale.factor / segments.count() as f64;
-        for (m, row) in self.power.iter_mut().enumerate() {
-            let factor = mean * fold(m, n);
-            row.0.iter_mut().for_each(|p| *p *= factor);
-        }
     }
 
     /// Transforms of the times `span`; adds their energies.

@@ -1,9 +1,12 @@
 //! Large arrays reduced for the eye, block by block.
 
+use std::borrow::Cow;
+
 use ndarray::parallel::prelude::*;
-use ndarray::{Array1, Array2, ArrayView2, Axis, azip, s};
+use ndarray::{Array2, ArrayView2, Axis, azip, s};
 
 use crate::analyze::{Map, MapAxis, Reduction};
+use crate::chain::lanes::{Lanes, Work, widest};
 
 /// What of a block is kept.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -57,13 +60,35 @@ impl MapBuilder {
 
     /// Takes in the block whose first element is `(row, column)` of the whole.
     pub fn add(&mut self, row: usize, column: usize, block: ArrayView2<f64>) {
-        let place = (row, column, self.rows, self.columns);
-        let larger = |new: f64, old: f64| if new > old { new } else { old };
-        take(&mut self.high, place, block, f64::NEG_INFINITY, larger);
-        if self.keep == Keep::Extreme {
-            let smaller = |new: f64, old: f64| if new < old { new } else { old };
-            take(&mut self.low, place, block, f64::INFINITY, smaller);
-        }
+        let (height, width) = (self.rows, self.columns);
+        let end = row + block.nrows();
+        let (first, last) = (row / height, end.div_ceil(height));
+        let cells = s![first..last, ..];
+        let (mut high, mut low) = (self.high.slice_mut(cells), self.low.slice_mut(cells));
+        high.axis_iter_mut(Axis(0))
+            .into_par_iter()
+            .zip(low.axis_iter_mut(Axis(0)))
+            .enumerate()
+            .for_each(|(i, (mut high, mut low))| {
+                let top = ((first + i) * height).max(row);
+                let bottom = ((first + i + 1) * height).min(end);
+                // Row by row first: that vectorises, and leaves one row to share out.
+                let mut largest = vec![f64::NEG_INFINITY; block.ncols()];
+                let mut least = vec![f64::INFINITY; if low.is_empty() { 0 } else { block.ncols() }];
+                widest(Reduce {
+                    block: block.slice(s![top - row..bottom - row, ..]),
+                    largest: &mut largest,
+                    least: &mut least,
+                });
+                for (j, &value) in largest.iter().enumerate() {
+                    let cell = &mut high[(column + j) / width];
+                    *cell = larger(value, *cell);
+                }
+                for (j, &value) in least.iter().enumerate() {
+                    let cell = &mut low[(column + j) / width];
+                    *cell = smaller(value, *cell);
+                }
+            });
     }
 
     /// What is kept of each cell; NaN where no number came.
@@ -129,34 +154,41 @@ impl MapBuilder {
     }
 }
 
-/// Takes a block into `cells`; `place` is its first row and column, and the size of a cell.
-fn take(
-    cells: &mut Array2<f64>,
-    (row, column, height, width): (usize, usize, usize, usize),
-    block: ArrayView2<f64>,
-    none: f64,
-    better: impl Fn(f64, f64) -> f64 + Sync,
-) {
-    let end = row + block.nrows();
-    let (first, last) = (row / height, end.div_ceil(height));
-    cells
-        .slice_mut(s![first..last, ..])
-        .axis_iter_mut(Axis(0))
-        .into_par_iter()
-        .enumerate()
-        .for_each(|(i, mut cells)| {
-            let top = ((first + i) * height).max(row);
-            let bottom = ((first + i + 1) * height).min(end);
-            // Row by row first: that vectorises, and leaves one row to share out.
-            let mut line = Array1::from_elem(block.ncols(), none);
-            for other in block.slice(s![top - row..bottom - row, ..]).outer_iter() {
-                azip!((old in &mut line, &new in other) *old = better(new, *old));
+/// The larger one, and `old` beside what is not a number.
+#[inline(always)]
+fn larger(new: f64, old: f64) -> f64 {
+    if new > old { new } else { old }
+}
+
+#[inline(always)]
+fn smaller(new: f64, old: f64) -> f64 {
+    if new < old { new } else { old }
+}
+
+/// The largest and the least value of each column; `least` is empty where they are not wanted.
+struct Reduce<'a> {
+    block: ArrayView2<'a, f64>,
+    largest: &'a mut [f64],
+    least: &'a mut [f64],
+}
+
+impl Work for Reduce<'_> {
+    type Output = ();
+
+    #[inline(always)]
+    fn run<L: Lanes>(self) {
+        for row in self.block.outer_iter() {
+            let row = row
+                .to_slice()
+                .map_or_else(|| Cow::Owned(row.to_vec()), Cow::Borrowed);
+            for (old, &new) in self.largest.iter_mut().zip(&*row) {
+                *old = larger(new, *old);
             }
-            for (j, &value) in line.iter().enumerate() {
-                let cell = &mut cells[(column + j) / width];
-                *cell = better(value, *cell);
+            for (old, &new) in self.least.iter_mut().zip(&*row) {
+                *old = smaller(new, *old);
             }
-        });
+        }
+    }
 }
 
 #[cfg(test)]

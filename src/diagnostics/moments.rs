@@ -238,6 +238,19 @@ mod tests {
     }
 
     #[test]
+    fn a_level_that_is_met_exactly_is_reached() {
+        let axis = [0.0, 1.0, 2.0, 3.0, 4.0];
+        assert_eq!(
+            moments_of(&[0.0, 1.0, 1.0, 1.0, 1.0], &axis, 0.0).median,
+            2.0
+        );
+        assert_eq!(
+            moments_of(&[2.0, 1.0, 1.0, 0.0, 0.0], &axis, 0.0).median,
+            0.0
+        );
+    }
+
+    #[test]
     fn an_edge_below_all_bins_leaves_nothing_low() {
         let row = moments_of(&[1.0, 2.0, 1.0], &[0.0, 1.0, 2.0], -1.0);
         assert_eq!((row.low_share, row.high_share), (0.0, 1.0));

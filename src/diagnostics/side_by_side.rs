@@ -163,15 +163,8 @@ impl Work for Share<'_> {
             square = square + s * s;
         }
         let numbers: &mut [f64] = bytemuck::cast_slice_mut(logarithms);
-        for s in numbers {
-            // Below the normal numbers a share adds nothing, whatever its logarithm.
-            let normal = if *s > f64::MIN_POSITIVE {
-                *s
-            } else {
-                f64::MIN_POSITIVE
-            };
-            *s = ln_normal(normal);
-        }
+        // Shares of 0, and below the normal numbers, add nothing, whatever number this makes of them.
+        numbers.iter_mut().for_each(|s| *s = ln_normal(*s));
         for (power, logarithm) in self.power.iter().zip(logarithms) {
             entropy = entropy - L::load(power) * L::load(logarithm);
         }

@@ -166,15 +166,11 @@ impl Field {
         self.storage.rows_are_times()
     }
 
-    /// The samples of `times`, time by time; copied to `room` unless they lie like that.
-    pub(crate) fn profiles<'a>(&'a self, times: Range<usize>, room: &'a mut Vec<f64>) -> &'a [f64] {
+    /// The samples of `times`, time by time, where they lie like that.
+    pub(crate) fn stored_profiles(&self, times: Range<usize>) -> Option<&[f64]> {
         let run = times.start * self.n_sites..times.end * self.n_sites;
-        if let Some(numbers) = self.storage.numbers().filter(|_| self.is_time_major()) {
-            return &numbers[run];
-        }
-        room.resize(run.len(), 0.0);
-        self.read_time_major(times, 0..self.n_sites, room);
-        room
+        let numbers = self.storage.numbers()?;
+        self.is_time_major().then(|| &numbers[run])
     }
 
     fn check_block(&self, times: &Range<usize>, sites: &Range<usize>, len: usize) {

@@ -126,7 +126,9 @@ mod tests {
             parts[1].take(&[*v], at.checked_sub(1).map(|b| &record[b..at]));
         }
         let [a, b] = parts;
-        b.merged(a).scans()[0]
+        let one = a.clone().merged(b.clone()).scans()[0];
+        assert_eq!(one, b.merged(a).scans()[0]);
+        one
     }
 
     #[test]
@@ -148,12 +150,15 @@ mod tests {
         // Held at an extreme, across the middle; a gap; an infinity.
         let mut held = tone.clone();
         (held[24], held[25]) = (2.0, 2.0);
+        let (mut early, mut late) = (tone.clone(), tone.clone());
+        (early[3], early[4]) = (-2.0, -2.0);
+        (late[44], late[45]) = (2.0, 2.0);
         let clipped: Vec<f64> = tone.iter().map(|v| v.clamp(-0.5, 0.5)).collect();
         let mut gap = tone.clone();
         gap[30] = f64::NAN;
         let mut infinite = tone;
         infinite[3] = f64::NEG_INFINITY;
-        for record in [held, clipped, gap, infinite] {
+        for record in [held, early, late, clipped, gap, infinite] {
             assert_eq!(scan(&record), None, "{record:?}");
         }
     }

@@ -265,6 +265,20 @@ impl<'a> Prepared<'a> {
         }
     }
 
+    /// Whole profiles of `times` where they lie in the field as they are prepared, and may stay.
+    pub fn stored_profiles(&self, times: Range<usize>) -> Option<&[f64]> {
+        let whole = self.sites == (0..self.field.n_sites());
+        let stays = self.tiles.ahead.is_none();
+        let is_stored = whole && stays && self.gaps.is_empty() && self.is_as_stored();
+        let from = self.times.start;
+        is_stored
+            .then(|| {
+                self.field
+                    .stored_profiles(from + times.start..from + times.end)
+            })
+            .flatten()
+    }
+
     /// Whether samples that are no gaps stay what they are.
     fn is_as_stored(&self) -> bool {
         self.unit == PowerOfTwo::ONE
@@ -373,16 +387,21 @@ impl<'a> Prepared<'a> {
                 let end = (start + stretch).min(self.times.end);
                 // The time before tells what is held.
                 let first = start.saturating_sub(1).max(self.times.start);
-                let mut room = Vec::new();
                 let n_sites = self.field.n_sites();
-                let rows = self.field.profiles(first..end, &mut room);
-                let rows: Vec<&[f64]> = rows
-                    .chunks_exact(n_sites)
-                    .map(|row| &row[self.sites.clone()])
-                    .collect();
+                let mut room = Vec::new();
+                let rows = match self.field.stored_profiles(first..end) {
+                    Some(rows) => rows,
+                    None => {
+                        room.resize((end - first) * n_sites, 0.0);
+                        self.field
+                            .read_time_major(first..end, 0..n_sites, &mut room);
+                        &room
+                    }
+                };
+                let profile = |n: usize| &rows[(n - first) * n_sites..][self.sites.clone()];
                 for n in start..end {
-                    let before = n.checked_sub(first + 1).map(|at| rows[at]);
-                    seen.take(rows[n - first], before);
+                    let before = (n > first).then(|| profile(n - 1));
+                    seen.take(profile(n), before);
                 }
                 self.release_pages();
                 observer.advance((end - start) as u64);
