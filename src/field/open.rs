@@ -119,9 +119,7 @@ impl Field {
             Format::Npz => npz::read(&source)?,
             Format::Table => csv::read(&source)?,
         };
-        let content_hash = options
-            .hash
-            .then(|| content_hash(&source.map, options.memory));
+        let content_hash = options.hash.then(|| content_hash(&source.map));
         let stated = source.stated;
         let name = path.file_stem().unwrap_or_default();
         Ok(Field {
@@ -209,21 +207,15 @@ pub(super) fn map(path: &Path) -> Result<Arc<Mmap>> {
 /// # Errors
 /// [`Error::Read`].
 pub fn file_hash(path: &Path) -> Result<String> {
-    Ok(content_hash(&*map(path)?, None))
+    Ok(content_hash(&*map(path)?))
 }
 
-/// BLAKE3 of the whole file; its pages are dropped as it goes if they would fill much of `memory`,
-/// else they are there for what comes next.
-fn content_hash(map: &Mmap, memory: Option<u64>) -> String {
-    const PLENTY: u64 = 2 << 30;
+/// BLAKE3 of the whole file; its pages are dropped as it goes.
+fn content_hash(map: &Mmap) -> String {
     let mut hasher = blake3::Hasher::new();
-    if map.len() as u64 <= memory.unwrap_or(PLENTY) / 4 {
-        hasher.update_rayon(map);
-    } else {
-        storage::stream(map, 0..map.len(), |chunk| {
-            hasher.update_rayon(chunk);
-        });
-    }
+    storage::stream(map, 0..map.len(), |chunk| {
+        hasher.update_rayon(chunk);
+    });
     hasher.finalize().to_hex().to_string()
 }
 

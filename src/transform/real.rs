@@ -147,6 +147,12 @@ impl Taper {
         tapered: &mut Vec<f64>,
         (means, energies): (&mut Vec<f64>, &mut Vec<f64>),
     ) {
+        if width == 1 {
+            let (mean, energy) = self.look(values, tapered);
+            *means = vec![mean];
+            *energies = vec![energy];
+            return;
+        }
         match &self.window {
             None => sums_of_squares_across(values, width, energies),
             Some(window) => {
