@@ -35,22 +35,20 @@ pub(super) struct AlongTime<'a, T: Real> {
     plan: &'a Plan,
     prepared: &'a Prepared<'a>,
     transform: RecordTransform<T>,
-    observer: &'a dyn Observer,
 }
 
 impl<'a, T: Real> AlongTime<'a, T> {
-    pub fn new(plan: &'a Plan, prepared: &'a Prepared<'a>, observer: &'a dyn Observer) -> Self {
+    pub fn new(plan: &'a Plan, prepared: &'a Prepared<'a>) -> Self {
         let transform = RecordTransform::new(&plan.window_time, plan.conventions.padded_time);
         AlongTime {
             plan,
             prepared,
             transform,
-            observer,
         }
     }
 
     /// The first site with energy (or the one named) and its spectrum; `None` without energy.
-    pub fn reference(&self) -> Result<Option<(usize, Vec<f64>)>> {
+    pub fn reference(&self, observer: &dyn Observer) -> Result<Option<(usize, Vec<f64>)>> {
         let (plan, prepared) = (self.plan, self.prepared);
         let mut worker = Worker::new(plan, &self.transform);
         let mut record = vec![0.0; plan.axes.n_times];
@@ -59,7 +57,7 @@ impl<'a, T: Real> AlongTime<'a, T> {
             None => 0..plan.axes.n_sites,
         };
         for j in candidates {
-            if self.observer.cancelled() {
+            if observer.cancelled() {
                 return Err(Error::Cancelled);
             }
             prepared.record(j, &mut record);
@@ -124,10 +122,11 @@ impl<'a, T: Real> AlongTime<'a, T> {
         stored: f64,
         mut between: Option<&mut Between<T>>,
         sink: &dyn Sink,
+        observer: &dyn Observer,
     ) -> Result<Columns> {
         let (plan, prepared) = (self.plan, self.prepared);
         let (nx, nf) = (plan.axes.n_sites, plan.axes.frequency.len());
-        self.observer.stage("along time", nx as u64);
+        observer.stage("along time", nx as u64);
         let wanted = between.is_none();
         let mut done = Columns {
             rows: Vec::with_capacity(nx),
@@ -142,6 +141,7 @@ impl<'a, T: Real> AlongTime<'a, T> {
             let ahead = prepared.read_ahead(from..from + width);
             let stripes = Stripes {
                 all: self,
+                observer,
                 ahead: ahead.as_ref(),
                 edge,
                 from,
@@ -177,6 +177,7 @@ impl<'a, T: Real> AlongTime<'a, T> {
 /// A block of sites, shared out in stripes of a few sites each.
 struct Stripes<'a, T: Real> {
     all: &'a AlongTime<'a, T>,
+    observer: &'a dyn Observer,
     ahead: Option<&'a Ahead>,
     edge: f64,
     from: usize,
@@ -216,7 +217,7 @@ impl<T: Real> Stripes<'_, T> {
         mut spectra: ArrayViewMut2<f64>,
         between: ArrayViewMut2<Complex<T>>,
     ) -> Result<Vec<(Row, f64)>> {
-        if self.all.observer.cancelled() {
+        if self.observer.cancelled() {
             return Err(Error::Cancelled);
         }
         let width = spectra.ncols();
@@ -238,7 +239,7 @@ impl<T: Real> Stripes<'_, T> {
         let axis = &self.all.plan.axes.frequency;
         let rows = moments_across(&mut worker.power, axis, self.edge);
         let seen = rows.into_iter().zip(worker.energies.iter().copied());
-        self.all.observer.advance(width as u64);
+        self.observer.advance(width as u64);
         Ok(seen.take(width).collect())
     }
 }

@@ -15,6 +15,7 @@ mod run;
 mod short_time;
 mod sink;
 mod spacetime;
+mod stages;
 mod warning;
 mod worker;
 

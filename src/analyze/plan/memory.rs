@@ -126,15 +126,19 @@ impl Plan {
             ),
             frequencies: cached(per_frequency, 1, 1, nf as usize),
         };
-        self.memory_needed = fixed
-            + tiles
-            + (blocks.sites as u64 * per_site)
-                .max(blocks.times as u64 * per_time)
-                .max(if spacetime {
-                    blocks.frequencies as u64 * per_frequency
-                } else {
-                    0
-                });
+        let frequencies = if spacetime { blocks.frequencies } else { 0 };
+        let records = blocks.sites as u64 * per_site;
+        let records = records.max(frequencies as u64 * per_frequency);
+        let profiles = blocks.times as u64 * per_time;
+        let both = column_tile(self.tiles.sites as u64)
+            + row_tile(self.tiles.times as u64)
+            + records
+            + profiles;
+        self.side_by_side = !streams && in_memory && fixed + both <= allowed;
+        self.memory_needed = match self.side_by_side {
+            true => fixed + both,
+            false => fixed + tiles + records.max(profiles),
+        };
         self.blocks = blocks;
         self.tiles.ahead = streams.then_some(blocks.sites);
         self.scratch_file = if in_memory { 0 } else { between };
