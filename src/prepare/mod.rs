@@ -10,6 +10,7 @@ mod lobes;
 mod prepared;
 mod scan;
 pub mod slepian;
+mod survey;
 mod trend;
 mod window;
 
