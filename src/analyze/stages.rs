@@ -61,20 +61,24 @@ impl Stages<'_> {
         };
         let units = axes.n_times + axes.n_sites + frequencies;
         self.observer.stage("transforming", units as u64);
-        let (mut first, mut second) = (Clock::new(), Clock::new());
         let quiet = Stages {
             observer: &Unnamed(self.observer),
             ..*self
         };
-        let (records, profiles) = rayon::join(
+        // A chain may wait for a thread, which is none of its time.
+        let ((records, mut first), (profiles, mut second)) = rayon::join(
             || {
-                let records = along_time.map(|along_time| quiet.records(along_time, &mut first));
-                records.transpose()
+                let mut clock = Clock::new();
+                let records = along_time.map(|along_time| quiet.records(along_time, &mut clock));
+                (records.transpose(), clock.timings)
             },
-            || quiet.profiles::<T>(&mut second),
+            || {
+                let mut clock = Clock::new();
+                (quiet.profiles::<T>(&mut clock), clock.timings)
+            },
         );
-        clock.timings.append(&mut first.timings);
-        clock.timings.append(&mut second.timings);
+        clock.timings.append(&mut first);
+        clock.timings.append(&mut second);
         Ok((records?, profiles?))
     }
 
