@@ -12,6 +12,7 @@ pub mod field;
 mod io;
 mod ledger;
 pub mod localized;
+mod logarithm;
 #[cfg(feature = "figures")]
 pub mod plot;
 pub mod prepare;

@@ -14,6 +14,45 @@ pub(crate) fn sum_of_squares(x: &[f64]) -> f64 {
     fold(x, &|v| v * v)
 }
 
+/// [`sum_of_squares`] of each column of `rows`, which have `width` numbers each, with the same bits.
+pub(crate) fn sums_of_squares_across(rows: &[f64], width: usize, sums: &mut Vec<f64>) {
+    sums.clear();
+    if width == LANES {
+        sums.extend(squares_across(rows.as_chunks().0));
+        return;
+    }
+    let column = |c| -> Vec<f64> { rows.iter().skip(c).step_by(width).copied().collect() };
+    sums.extend((0..width).map(|c| sum_of_squares(&column(c))));
+}
+
+/// The tree of [`fold`] for eight columns at once.
+fn squares_across(rows: &[[f64; LANES]]) -> [f64; LANES] {
+    if rows.len() > LEAF {
+        let half = (rows.len() / 2).next_multiple_of(LEAF);
+        let (a, b) = (squares_across(&rows[..half]), squares_across(&rows[half..]));
+        return std::array::from_fn(|c| a[c] + b[c]);
+    }
+    let mut lanes = [[0.0; LANES]; LANES];
+    let (chunks, rest) = rows.as_chunks::<LANES>();
+    for chunk in chunks {
+        for (lane, row) in lanes.iter_mut().zip(chunk) {
+            for (sum, v) in lane.iter_mut().zip(row) {
+                *sum += v * v;
+            }
+        }
+    }
+    let mut tail = [0.0; LANES];
+    for row in rest {
+        for (sum, v) in tail.iter_mut().zip(row) {
+            *sum += v * v;
+        }
+    }
+    std::array::from_fn(|column| {
+        let [a, b, c, d, e, f, g, h] = lanes.map(|lane| lane[column]);
+        (((a + e) + (b + f)) + ((c + g) + (d + h))) + tail[column]
+    })
+}
+
 fn fold(x: &[f64], term: &impl Fn(f64) -> f64) -> f64 {
     if x.len() <= LEAF {
         return fold_leaf(x, term);
@@ -49,6 +88,25 @@ mod tests {
             let n = f64::from(n);
             assert_eq!(sum(&x), n * (n + 1.0) / 2.0);
             assert_eq!(sum_of_squares(&x), n * (n + 1.0) * (2.0 * n + 1.0) / 6.0);
+        }
+    }
+
+    #[test]
+    fn columns_side_by_side_have_the_bits_of_each_alone() {
+        for width in [1, 3, 8] {
+            for n in [0, 1, 7, 8, 255, 256, 257, 300, 1000, 4099] {
+                let rows: Vec<f64> = (0..n * width).map(|i| (i as f64).sin()).collect();
+                let mut sums = Vec::new();
+                sums_of_squares_across(&rows, width, &mut sums);
+                for (c, sum) in sums.iter().enumerate() {
+                    let column: Vec<f64> = rows.iter().skip(c).step_by(width).copied().collect();
+                    assert_eq!(
+                        sum.to_bits(),
+                        sum_of_squares(&column).to_bits(),
+                        "{n} {width}"
+                    );
+                }
+            }
         }
     }
 

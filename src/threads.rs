@@ -2,12 +2,15 @@
 
 use crate::error::{Error, Result};
 
-/// Does `work` on so many threads; `None`: those of the current pool.
+/// Does `work` on so many threads; `None`, or where the current pool has as many: on those of the
+/// current pool.
 pub(crate) fn in_pool<T: Send>(
     threads: Option<usize>,
     work: impl FnOnce() -> Result<T> + Send,
 ) -> Result<T> {
-    let Some(threads) = threads else {
+    let is_worker = rayon::current_thread_index().is_some();
+    let fits = |&threads: &usize| is_worker && threads == rayon::current_num_threads();
+    let Some(threads) = threads.filter(|threads| !fits(threads)) else {
         return work();
     };
     let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build();

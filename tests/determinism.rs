@@ -132,3 +132,32 @@ fn one_block_and_many_agree_bit_for_bit() -> Result<(), cascade::Error> {
     }
     Ok(())
 }
+
+/// Also of single samples, read in another way.
+#[test]
+fn the_order_of_samples_in_memory_does_not_matter() -> Result<(), cascade::Error> {
+    let values = Array2::from_shape_fn((301, 53), |(n, j)| {
+        let (t, x) = (n as f64, j as f64);
+        match j {
+            // Dead, clipped, far from zero, held at rest.
+            5 => 0.0,
+            9 => (0.2 * t).sin().clamp(-0.5, 0.5),
+            17 => 1e6 + (0.2 * t).sin(),
+            23 => (t - 150.0).max(0.0),
+            _ => (0.31 * t - 0.7 * x).sin(),
+        }
+    });
+    let mut turned = Array2::zeros((53, 301));
+    turned.assign(&values.t());
+    let fields = [
+        Field::from_array(values),
+        Field::from_array(turned.reversed_axes()),
+    ];
+    for request in requests() {
+        let run = |field| analyze(field, &request).map(|(a, s)| (bits(&s, &a), a.warnings));
+        let [by_time, by_site] = [run(&fields[0])?, run(&fields[1])?];
+        assert_eq!(by_time.0, by_site.0);
+        assert_eq!(format!("{:?}", by_time.1), format!("{:?}", by_site.1));
+    }
+    Ok(())
+}

@@ -3,6 +3,7 @@
 mod between;
 mod columns;
 mod filtered;
+mod flux;
 pub(crate) mod labels;
 mod maps;
 mod observer;
@@ -14,7 +15,9 @@ mod run;
 mod short_time;
 mod sink;
 mod spacetime;
+mod stages;
 mod warning;
+mod worker;
 
 pub use filtered::{Filtered, filtered};
 pub use observer::{Observer, Silent};

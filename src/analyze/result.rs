@@ -213,7 +213,7 @@ impl ShortTimeSpectra {
     }
 }
 
-/// Time and traffic of one stage of the run.
+/// Time and traffic of one stage of the run; stages may go side by side and share the threads.
 #[derive(Debug, Clone, serde::Serialize)]
 pub struct Timing {
     pub stage: &'static str,
@@ -292,5 +292,7 @@ pub struct Analysis {
     pub short_space: Option<ShortTimeSpectra>,
     pub accuracy: Accuracy,
     pub timings: Vec<Timing>,
+    /// From the first stage's start to the last one's end.
+    pub seconds: f64,
     pub warnings: Vec<Warning>,
 }

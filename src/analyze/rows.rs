@@ -1,13 +1,14 @@
 //! The pass along space: every instant's profile to its spectrum, and to the flux surrogate.
 
 use ndarray::parallel::prelude::*;
-use ndarray::{Array2, ArrayView2, Axis, azip, s};
+use ndarray::{Array2, ArrayView2, ArrayViewMut2, Axis, s};
 
+use super::flux::FluxSurrogate;
 use super::plan::Plan;
-use super::request::Scaling;
 use super::sink::{LargeArray, Sink};
 use crate::analyze::Observer;
-use crate::diagnostics::{Ends, MapBuilder, Row, moments_of};
+use crate::chain::lanes;
+use crate::diagnostics::{Ends, MapBuilder, Row, moments_across};
 use crate::error::{Error, Result};
 use crate::prepare::Prepared;
 use crate::transform::{Real, RealTransform, Scratch, fold, power};
@@ -79,7 +80,6 @@ pub(super) fn transform_profiles<T: Real>(
         plan.axes.wavenumber.len(),
     );
     observer.stage("along space", nt as u64);
-    let results = plan.request.results;
     let transform = plan
         .transforms_space()
         .then(|| RealTransform::<T>::new(&plan.window_space, plan.conventions.padded_space));
@@ -94,74 +94,92 @@ pub(super) fn transform_profiles<T: Real>(
         flux_map: MapBuilder::extreme((nt, nk), super::MAP_LIMIT),
     };
     let mut flux = FluxSurrogate::new(plan, stored);
-    let tile = plan.tiles.times;
+    let pass = Pass {
+        plan,
+        prepared,
+        transform: transform.as_ref(),
+        scales: (0..nk)
+            .map(|m| plan.space_scale.factor * fold(m, plan.conventions.padded_space))
+            .collect(),
+        unit: stored,
+        edge,
+        observer,
+    };
     let columns = if transform.is_some() { nk } else { 0 };
-    let mut all_profiles = Array2::<f64>::zeros((plan.blocks.times, nx));
-    let mut all_spectra = Array2::<f64>::zeros((plan.blocks.times, columns));
-    for from in (0..nt).step_by(plan.blocks.times) {
-        let count = plan.blocks.times.min(nt - from);
-        let mut profiles = all_profiles.slice_mut(s![..count, ..]);
-        let mut spectra = all_spectra.slice_mut(s![..count, ..]);
-        let seen: Result<Vec<Vec<Seen>>> = profiles
-            .axis_chunks_iter_mut(Axis(0), tile)
-            .into_par_iter()
-            .zip(spectra.axis_chunks_iter_mut(Axis(0), tile))
-            .enumerate()
-            .map_init(
-                Scratch::default,
-                |scratch, (i, (mut profiles, mut spectra))| {
-                    if observer.cancelled() {
-                        return Err(Error::Cancelled);
-                    }
-                    let first = from + i * tile;
-                    let rows = profiles.nrows();
-                    // A band of whole rows of a standard array is contiguous.
-                    if let Some(flat) = profiles.as_slice_mut() {
-                        prepared.profiles(first..first + rows, flat);
-                    }
-                    let seen = profiles.outer_iter().zip(spectra.outer_iter_mut());
-                    let seen = seen.filter_map(|(profile, spectrum)| {
-                        let (profile, spectrum) = (profile.to_slice()?, spectrum.into_slice()?);
-                        Some(look(
-                            plan,
-                            profile,
-                            transform.as_ref(),
-                            edge,
-                            scratch,
-                            spectrum,
-                        ))
-                    });
-                    let seen: Vec<Seen> = seen.collect();
-                    observer.advance(rows as u64);
-                    Ok(seen)
-                },
-            )
-            .collect();
-        for seen in seen?.into_iter().flatten() {
-            done.ends.push(seen.ends);
-            if let Some((row, energy)) = seen.spectrum {
-                done.rows.push(row);
-                done.energies.push(energy);
-            }
-        }
-        if from == 0 {
-            done.first_profile = profiles.row(0).to_vec();
-        }
-        done.last_profile = profiles.row(count - 1).to_vec();
-        done.field_map.add(from, 0, profiles.view());
-        if results.flux_surrogate {
-            flux.take(spectra.view(), &mut done.flux_map, sink)?;
-        }
-        if results.spatial {
-            if stored != 1.0 {
-                spectra.par_mapv_inplace(|p| p * stored);
-            }
-            done.map.add(from, 0, spectra.view());
-            sink.put(LargeArray::SpatialSpectrum, from, 0, spectra.view())?;
-        }
+    let room = || Block {
+        from: 0,
+        profiles: Array2::zeros((plan.blocks.times, nx)),
+        spectra: Array2::zeros((plan.blocks.times, columns)),
+        seen: Vec::new(),
+    };
+    // While one block is handed on, the next is computed.
+    let (mut computed, mut next) = (room(), room());
+    let starts = (0..nt).step_by(plan.blocks.times);
+    for from in starts.map(Some).chain([None]) {
+        let (handed_on, filled) = rayon::join(
+            || done.take(&pass, &mut computed, &mut flux, sink),
+            || from.map_or(Ok(()), |from| pass.fill(from, &mut next)),
+        );
+        handed_on?;
+        filled?;
+        std::mem::swap(&mut computed, &mut next);
         prepared.release_pages();
     }
     Ok(done)
+}
+
+/// Profiles of neighbouring times, and what was made of them.
+struct Block {
+    from: usize,
+    profiles: Array2<f64>,
+    spectra: Array2<f64>,
+    /// One a time; none once it was handed on.
+    seen: Vec<Seen>,
+}
+
+impl Rows {
+    /// Takes a block in and passes its arrays on.
+    fn take<T: Real>(
+        &mut self,
+        pass: &Pass<T>,
+        block: &mut Block,
+        flux: &mut FluxSurrogate,
+        sink: &dyn Sink,
+    ) -> Result<()> {
+        let (plan, prepared) = (pass.plan, pass.prepared);
+        let (from, count) = (block.from, block.seen.len());
+        if count == 0 {
+            return Ok(());
+        }
+        for seen in block.seen.drain(..) {
+            self.ends.push(seen.ends);
+            if let Some((row, energy)) = seen.spectrum {
+                self.rows.push(row);
+                self.energies.push(energy);
+            }
+        }
+        let profiles = block.profiles.slice(s![..count, ..]);
+        let stored = prepared.stored_profiles(from..from + count);
+        let stored = stored.and_then(|s| ArrayView2::from_shape(profiles.dim(), s).ok());
+        let profiles = stored.unwrap_or(profiles);
+        let mut spectra = block.spectra.slice_mut(s![..count, ..]);
+        if from == 0 {
+            self.first_profile = profiles.row(0).to_vec();
+        }
+        self.last_profile = profiles.row(count - 1).to_vec();
+        self.field_map.add(from, 0, profiles);
+        if plan.request.results.flux_surrogate {
+            flux.take(spectra.view(), &mut self.flux_map, sink)?;
+        }
+        if plan.request.results.spatial {
+            if pass.unit != 1.0 {
+                spectra.par_mapv_inplace(|p| p * pass.unit);
+            }
+            self.map.add(from, 0, spectra.view());
+            sink.put(LargeArray::SpatialSpectrum, from, 0, spectra.view())?;
+        }
+        Ok(())
+    }
 }
 
 /// What is noted of one profile.
@@ -170,136 +188,126 @@ struct Seen {
     spectrum: Option<(Row, f64)>,
 }
 
-fn look<T: Real>(
-    plan: &Plan,
-    profile: &[f64],
-    transform: Option<&RealTransform<T>>,
+/// What all blocks have in common.
+struct Pass<'a, T: Real> {
+    plan: &'a Plan,
+    prepared: &'a Prepared<'a>,
+    transform: Option<&'a RealTransform<T>>,
+    /// By which a bin's power is multiplied.
+    scales: Vec<f64>,
+    /// And again, after it was measured, before it is stored.
+    unit: f64,
     edge: f64,
-    scratch: &mut Scratch<T>,
-    spectrum: &mut [f64],
-) -> Seen {
-    let ends = Ends::of(profile);
-    let Some(transform) = transform else {
-        return Seen {
-            ends,
-            spectrum: None,
-        };
-    };
-    let (transformed, energy) = transform.transform(profile, scratch);
-    let factor = plan.space_scale.factor;
-    let n = transform.padded();
-    for (m, (p, &x)) in spectrum.iter_mut().zip(transformed).enumerate() {
-        *p = power(x) * (factor * fold(m, n));
-    }
-    let row = moments_of(spectrum, &plan.axes.wavenumber, edge);
-    Seen {
-        ends,
-        spectrum: Some((row, energy)),
-    }
+    observer: &'a dyn Observer,
 }
 
-/// `Pi_K(k, t) = - d/dt sum_{|k'| <= k} E_K(k', t)` with `E_K` the energy spectrum of `v^2 / 2`:
-/// central differences, one-sided ones of second order at the ends of the record.
-struct FluxSurrogate {
-    n_times: usize,
-    /// From a bin of the spatial spectrum, as scaled, to half its energy, stored unit included.
-    half_energy: f64,
-    dt: f64,
-    /// Cumulative energies: of the last times of the block before, then of this one.
-    cumulative: Array2<f64>,
-    /// Times kept of the block before.
-    kept: usize,
-    flux: Array2<f64>,
-    /// Times taken in, and those passed on.
-    known: usize,
-    next: usize,
-}
-
-impl FluxSurrogate {
-    fn new(plan: &Plan, stored: f64) -> Self {
-        let energy = plan.space_scale_of(Scaling::Energy);
-        let rows = if plan.request.results.flux_surrogate {
-            plan.blocks.times + 2
-        } else {
-            0
-        };
-        let room = Array2::zeros((rows, plan.axes.wavenumber.len()));
-        FluxSurrogate {
-            n_times: plan.axes.n_times,
-            half_energy: 0.5 * energy.factor * energy.measure / plan.space_scale.factor * stored,
-            dt: plan.axes.time.step,
-            cumulative: room.clone(),
-            kept: 0,
-            flux: room,
-            known: 0,
-            next: 0,
-        }
-    }
-
-    /// Takes the next block of spectra and passes on all times that can be finished.
-    fn take(
-        &mut self,
-        spectra: ArrayView2<f64>,
-        map: &mut MapBuilder,
-        sink: &dyn Sink,
-    ) -> Result<()> {
-        let held = self.kept + spectra.nrows();
-        let half_energy = self.half_energy;
-        self.cumulative
-            .slice_mut(s![self.kept..held, ..])
-            .axis_iter_mut(Axis(0))
+impl<T: Real> Pass<'_, T> {
+    /// Reads and transforms the profiles from `from` on, in parallel.
+    fn fill(&self, from: usize, block: &mut Block) -> Result<()> {
+        let tile = self.plan.tiles.times;
+        let count = self.plan.blocks.times.min(self.plan.axes.n_times - from);
+        block.from = from;
+        let seen: Result<Vec<Vec<Seen>>> = block
+            .profiles
+            .slice_mut(s![..count, ..])
+            .axis_chunks_iter_mut(Axis(0), tile)
             .into_par_iter()
-            .zip(spectra.axis_iter(Axis(0)))
-            .for_each(|(mut cumulative, spectrum)| {
-                let mut below = 0.0;
-                azip!((c in &mut cumulative, &p in &spectrum) {
-                    below += p * half_energy;
-                    *c = below;
-                });
-            });
-        self.known += spectra.nrows();
-        let last = self.known == self.n_times;
-        let until = if last { self.known } else { self.known - 1 };
-        let from = self.known - held;
-        let cumulative = &self.cumulative;
-        let at = |n: usize| cumulative.row(n - from);
-        let (next, all, dt) = (self.next, self.n_times, self.dt);
-        let mut flux = self.flux.slice_mut(s![..until - next, ..]);
-        flux.axis_iter_mut(Axis(0))
-            .into_par_iter()
+            .zip(
+                block
+                    .spectra
+                    .slice_mut(s![..count, ..])
+                    .axis_chunks_iter_mut(Axis(0), tile),
+            )
             .enumerate()
-            .for_each(|(i, mut row)| {
-                let n = next + i;
-                let ahead = |out: &mut f64, a: &f64, b: &f64, c: &f64, step: f64| {
-                    *out = -(4.0 * (b - a) - (c - a)) / (2.0 * step);
-                };
-                match (n, all) {
-                    (_, 1) => row.fill(f64::NAN),
-                    (_, 2) => azip!((out in &mut row, a in at(0), b in at(1)) {
-                        *out = -(b - a) / dt;
-                    }),
-                    (0, _) => azip!((out in &mut row, a in at(0), b in at(1), c in at(2)) {
-                        ahead(out, a, b, c, dt);
-                    }),
-                    _ if n + 1 == all => {
-                        azip!((out in &mut row, a in at(n), b in at(n - 1), c in at(n - 2)) {
-                            ahead(out, a, b, c, -dt);
-                        });
+            .map_init(
+                || (Scratch::default(), Vec::new()),
+                |(scratch, across), (i, (profiles, spectra))| {
+                    if self.observer.cancelled() {
+                        return Err(Error::Cancelled);
                     }
-                    _ => azip!((out in &mut row, a in at(n - 1), b in at(n + 1)) {
-                        *out = -(b - a) / (2.0 * dt);
-                    }),
-                }
-            });
-        map.add(next, 0, flux.view());
-        sink.put(LargeArray::KineticFluxSurrogate, next, 0, flux.view())?;
-        self.next = until;
-        self.kept = held.min(2);
-        let kept = self
-            .cumulative
-            .slice(s![held - self.kept..held, ..])
-            .to_owned();
-        self.cumulative.slice_mut(s![..self.kept, ..]).assign(&kept);
+                    self.observer.advance(profiles.nrows() as u64);
+                    Ok(self.tile(from + i * tile, profiles, spectra, scratch, across))
+                },
+            )
+            .collect();
+        block.seen = seen?.into_iter().flatten().collect();
         Ok(())
+    }
+
+    /// The same of a few times; `across` is room for spectra side by side.
+    fn tile(
+        &self,
+        first: usize,
+        mut profiles: ArrayViewMut2<f64>,
+        mut spectra: ArrayViewMut2<f64>,
+        scratch: &mut Scratch<T>,
+        across: &mut Vec<lanes::Block>,
+    ) -> Vec<Seen> {
+        let times = first..first + profiles.nrows();
+        let (nx, nk) = (profiles.ncols(), spectra.ncols());
+        // Bands of whole rows of a standard array are contiguous.
+        let (Some(profiles), Some(spectra)) = (profiles.as_slice_mut(), spectra.as_slice_mut())
+        else {
+            return Vec::new();
+        };
+        let profiles = match self.prepared.stored_profiles(times.clone()) {
+            Some(stored) => stored,
+            None => {
+                self.prepared.profiles(times, profiles);
+                profiles
+            }
+        };
+        let ends = profiles.chunks_exact(nx).map(Ends::of);
+        let Some(transform) = self.transform else {
+            return ends
+                .map(|ends| Seen {
+                    ends,
+                    spectrum: None,
+                })
+                .collect();
+        };
+        let mut seen = Vec::with_capacity(ends.len());
+        let together = lanes::WIDTH;
+        let groups = profiles
+            .chunks(together * nx)
+            .zip(spectra.chunks_mut(together * nk));
+        for (profiles, spectra) in groups {
+            across.resize(nk, lanes::Block::default());
+            let mut energies = [0.0; lanes::WIDTH];
+            let rows = profiles.chunks_exact(nx).zip(spectra.chunks_exact_mut(nk));
+            for (lane, (profile, spectrum)) in rows.enumerate() {
+                energies[lane] = self.spectrum(transform, profile, scratch, spectrum);
+                for (bin, &p) in across.iter_mut().zip(&*spectrum) {
+                    bin.0[lane] = p;
+                }
+            }
+            let rows = moments_across(across, &self.plan.axes.wavenumber, self.edge);
+            let spectra = rows.into_iter().zip(energies);
+            seen.extend(
+                profiles
+                    .chunks_exact(nx)
+                    .zip(spectra)
+                    .map(|(profile, spectrum)| Seen {
+                        ends: Ends::of(profile),
+                        spectrum: Some(spectrum),
+                    }),
+            );
+        }
+        seen
+    }
+
+    /// One spectrum; the energy of what went in.
+    fn spectrum(
+        &self,
+        transform: &RealTransform<T>,
+        profile: &[f64],
+        scratch: &mut Scratch<T>,
+        spectrum: &mut [f64],
+    ) -> f64 {
+        let (transformed, energy) = transform.transform(profile, scratch);
+        for ((p, &x), scale) in spectrum.iter_mut().zip(transformed).zip(&self.scales) {
+            *p = power(x) * scale;
+        }
+        energy
     }
 }

@@ -2,17 +2,17 @@
 
 use std::time::Instant;
 
-use super::between::Between;
-use super::columns::{self, Columns};
+use super::columns::{AlongTime, Columns};
 use super::maps::Maps;
 use super::plan::{Plan, plan};
 use super::request::{Precision, Request};
 use super::result::*;
 use super::rows::{self, Rows};
 use super::sink::{Collect, Sink, Spectra};
-use super::spacetime::{self, ByDirection};
+use super::spacetime::ByDirection;
+use super::stages::{Clock, FromProfiles, Stages};
 use super::warning::Warning;
-use super::{Observer, Silent, short_time};
+use super::{Observer, Silent};
 use crate::diagnostics::{Findings, Row, edge_of, findings};
 use crate::error::Result;
 use crate::field::Field;
@@ -57,6 +57,7 @@ fn passes<T: Real>(
     for &(array, shape) in &plan.arrays {
         sink.reserve(array, shape)?;
     }
+    let started = Instant::now();
     let mut clock = Clock::new();
 
     let (times, sites) = (plan.times.clone(), plan.sites.clone());
@@ -66,10 +67,14 @@ fn passes<T: Real>(
     let unit = prepared.unit();
     let stored = stored_square(unit, plan.request.precision);
 
-    let frequency_edge = match (results.temporal, plan.request.band_edge_frequency) {
-        (false, _) => None,
-        (true, Some(value)) => Some(BandEdge::Given { value }),
-        (true, None) => Some(match columns::reference::<T>(plan, &prepared, observer)? {
+    let along_time = plan
+        .transforms_time()
+        .then(|| AlongTime::<T>::new(plan, &prepared));
+    let wanted = along_time.as_ref().filter(|_| results.temporal);
+    let frequency_edge = match (wanted, plan.request.band_edge_frequency) {
+        (None, _) => None,
+        (Some(_), Some(value)) => Some(BandEdge::Given { value }),
+        (Some(along_time), None) => Some(match along_time.reference(observer)? {
             Some((index, spectrum)) => BandEdge::Reference {
                 value: edge_of(&spectrum, &plan.axes.frequency).unwrap_or(f64::NAN),
                 index: plan.sites.start + index,
@@ -93,55 +98,25 @@ fn passes<T: Real>(
     clock.lap(plan, "band edges");
 
     let edge_value = |edge: Option<BandEdge>| edge.map_or(f64::NAN, |e| e.value());
-    let shape = (plan.between_rows(), plan.axes.n_sites);
-    let mut between = match (results.spacetime, plan.scratch_file) {
-        (false, _) => None,
-        (true, 0) => Some(Between::<T>::in_memory(shape)?),
-        (true, _) => Some(Between::<T>::in_scratch(shape)?),
-    };
-    let columns = if plan.transforms_time() {
-        let edge = edge_value(frequency_edge);
-        let into = between.as_mut();
-        let seen =
-            columns::transform_records::<T>(plan, &prepared, edge, stored, into, sink, observer)?;
-        clock.lap(plan, "along time");
-        Some(seen)
-    } else {
-        None
-    };
-    let rows = rows::transform_profiles::<T>(
+    let stages = Stages {
         plan,
-        &prepared,
-        edge_value(wavenumber_edge),
+        prepared: &prepared,
         stored,
+        frequency_edge: edge_value(frequency_edge),
+        wavenumber_edge: edge_value(wavenumber_edge),
         sink,
         observer,
-    )?;
-    clock.lap(plan, "along space");
-    let spacetime = match &between {
-        None => None,
-        Some(between) => {
-            let seen = spacetime::transform_frequencies(plan, between, stored, sink, observer)?;
-            clock.lap(plan, "space-time");
-            Some(seen)
-        }
     };
-    drop(between);
-
-    let checked = columns.as_ref().and_then(|seen| {
-        let site = seen.energies.iter().position(|&energy| energy > 0.0)?;
-        columns::spot_check::<T>(plan, &prepared, site)
-    });
-    clock.lap(plan, "spot check");
-
-    let (short_time, short_space) = if results.short_time {
-        let along = short_time::along_time::<T>(plan, &prepared, stored, observer)?;
-        let across = short_time::along_space::<T>(plan, &prepared, stored, observer)?;
-        clock.lap(plan, "short-time");
-        (Some(along), across)
-    } else {
-        (None, None)
+    let (from_records, from_profiles) = stages.run(along_time.as_ref(), &mut clock)?;
+    let (columns, spacetime, checked) = match from_records {
+        Some(found) => (Some(found.columns), found.spacetime, found.checked),
+        None => (None, None, None),
     };
+    let FromProfiles {
+        rows,
+        short_time,
+        short_space,
+    } = from_profiles;
 
     let parseval = parseval(
         plan,
@@ -230,6 +205,7 @@ fn passes<T: Real>(
                 None => "Parseval's identity",
             },
         },
+        seconds: started.elapsed().as_secs_f64(),
         timings: clock.timings,
         warnings,
     })
@@ -313,33 +289,4 @@ fn direction(plan: &Plan, by: &[ByDirection]) -> Direction {
 fn shares(by: &[ByDirection]) -> [Vec<f64>; 2] {
     let share = |part: fn(&ByDirection) -> f64| by.iter().map(|b| part(b) / b.total()).collect();
     [share(|b| b.toward_plus_x), share(|b| b.toward_minus_x)]
-}
-
-/// Times the stages.
-struct Clock {
-    since: Instant,
-    timings: Vec<Timing>,
-}
-
-impl Clock {
-    fn new() -> Self {
-        Clock {
-            since: Instant::now(),
-            timings: Vec::new(),
-        }
-    }
-
-    /// Ends `stage`; its traffic is that of the plan.
-    fn lap(&mut self, plan: &Plan, stage: &'static str) {
-        let planned = plan.stages.iter().find(|s| s.stage == stage);
-        self.timings.push(Timing {
-            stage,
-            seconds: self.since.elapsed().as_secs_f64(),
-            bytes_read: planned.map_or(0, |s| s.bytes_read),
-            bytes_written: planned.map_or(0, |s| s.bytes_written),
-            transforms: planned.map_or(0, |s| s.transforms),
-            transform_length: planned.map_or(0, |s| s.length),
-        });
-        self.since = Instant::now();
-    }
 }

@@ -1,6 +1,7 @@
 //! Short-time spectra: along t at chosen sites, along x at chosen times.
 
 use ndarray::Array2;
+use ndarray::parallel::prelude::*;
 use num_complex::Complex;
 
 use super::observer::Observer;
@@ -19,19 +20,19 @@ use crate::transform::{
 const TOGETHER: usize = 8;
 
 /// Segments of one axis and the bins they are transformed to.
-struct Frames<T: Real> {
+struct Frames<'a, T: Real> {
     segments: Segments,
-    transform: Along<T>,
+    transform: Along<'a, T>,
     scale: Scale,
 }
 
 /// The transform that the whole records, or profiles, have too.
-enum Along<T: Real> {
-    Time(Box<RecordTransform<T>>, RecordScratch<T>),
+enum Along<'a, T: Real> {
+    Time(&'a RecordTransform<T>, RecordScratch<T>),
     Space(RealTransform<T>, Scratch<T>),
 }
 
-impl<T: Real> Along<T> {
+impl<T: Real> Along<'_, T> {
     fn bins(&self) -> usize {
         match self {
             Along::Time(transform, _) => transform.bins(),
@@ -62,7 +63,7 @@ impl<T: Real> Along<T> {
     }
 }
 
-impl<T: Real> Frames<T> {
+impl<T: Real> Frames<'_, T> {
     /// `(bin, frame)` of one record.
     fn spectra(
         &mut self,
@@ -105,26 +106,25 @@ pub(super) fn along_time<T: Real>(
     let weights = asked.window.samples(segments.length);
     let scaling = plan.request.scaling;
     let dt = plan.axes.time.step;
-    let mut frames = Frames::<T> {
-        segments,
-        transform: Along::Time(
-            Box::new(RecordTransform::new(&weights, segments.length)),
-            RecordScratch::default(),
-        ),
-        scale: Scale::along_time(scaling, &weights, segments.length, segments.length, dt),
-    };
+    let transform = RecordTransform::<T>::new(&weights, segments.length);
+    let scale = Scale::along_time(scaling, &weights, segments.length, segments.length, dt);
     let mut sites: Vec<usize> = match asked.sites.as_slice() {
         [] => vec![0, (nx - 1) / 2, nx - 1],
         chosen => chosen.iter().map(|j| j - plan.sites.start).collect(),
     };
     sites.sort_unstable();
     sites.dedup();
-    let mut record = vec![0.0; nt];
     observer.stage("short-time", (sites.len() * segments.count()) as u64);
     let spectra: Result<Vec<ShortTimeSpectrum>> = sites
-        .into_iter()
+        .into_par_iter()
         .map(|index| {
+            let mut record = vec![0.0; nt];
             prepared.record(index, &mut record);
+            let mut frames = Frames::<T> {
+                segments,
+                transform: Along::Time(&transform, RecordScratch::default()),
+                scale,
+            };
             Ok(ShortTimeSpectrum {
                 index,
                 at: plan.axes.space.at(index),

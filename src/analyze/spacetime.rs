@@ -1,7 +1,8 @@
 //! The second half of the space-time transform: along space at each frequency.
 
 use ndarray::parallel::prelude::*;
-use ndarray::{Array2, Axis, s};
+use ndarray::{Array2, ArrayView2, Axis, s};
+use num_complex::Complex;
 
 use super::between::Between;
 use super::plan::Plan;
@@ -70,69 +71,153 @@ pub(super) fn transform_frequencies<T: Real>(
     let nx = plan.axes.n_sites;
     observer.stage("space-time", nf as u64);
     let transform = ComplexTransform::<T>::new(&plan.window_space, plan.conventions.padded_space);
-    let segments = plan.segments.count();
-    let time_factor = plan.time_scale.factor / segments as f64;
-    let factor = plan.time_scale.factor * plan.space_scale.factor / segments as f64;
-    let n = plan.conventions.padded_time;
-    let temporal = plan.request.results.temporal;
+    let pass = Pass {
+        plan,
+        between,
+        transform: &transform,
+        stored,
+        observer,
+    };
     let mut done = Frequencies {
         directions: Vec::with_capacity(nf),
         map: MapBuilder::largest((nf, nk), super::MAP_LIMIT),
         temporal_map: MapBuilder::largest((nf, nx), super::MAP_LIMIT),
     };
-    let mut all_powers = Array2::<f64>::zeros((plan.blocks.frequencies, nk));
-    let width = if temporal { nx } else { 0 };
-    let mut all_records = Array2::<f64>::zeros((plan.blocks.frequencies, width));
-    for from in (0..nf).step_by(plan.blocks.frequencies) {
-        let count = plan.blocks.frequencies.min(nf - from);
-        let mut powers = all_powers.slice_mut(s![..count, ..]);
-        let mut records = all_records.slice_mut(s![..count, ..]);
-        let seen = between.with_rows(from * segments, count * segments, |rows| {
-            powers
-                .axis_iter_mut(Axis(0))
-                .into_par_iter()
-                .zip(records.axis_iter_mut(Axis(0)))
-                .enumerate()
-                .map_init(Scratch::default, |scratch, (i, (powers, record))| {
-                    if observer.cancelled() {
-                        return Err(Error::Cancelled);
-                    }
-                    let (Some(powers), Some(record)) = (powers.into_slice(), record.into_slice())
-                    else {
-                        return Ok(ByDirection::default());
-                    };
-                    powers.fill(0.0);
-                    record.fill(0.0);
-                    for s in 0..segments {
-                        if let Some(profile) = rows.row(i * segments + s).to_slice() {
-                            transform.add_power(profile, scratch, powers);
-                            for (sum, &x) in record.iter_mut().zip(profile) {
-                                *sum += power(x);
-                            }
-                        }
-                    }
-                    let fold = fold(from + i, n);
-                    powers.iter_mut().for_each(|p| *p *= factor * fold);
-                    let directions = ByDirection::of(powers, from + i, n);
-                    powers.iter_mut().for_each(|p| *p *= stored);
-                    let time_scale = time_factor * fold;
-                    record
-                        .iter_mut()
-                        .for_each(|p| *p = *p * time_scale * stored);
-                    observer.advance(1);
-                    Ok(directions)
-                })
-                .collect::<Result<Vec<_>>>()
-        })?;
-        done.directions.extend(seen?);
-        done.map.add(from, 0, powers.view());
-        sink.put(LargeArray::SpacetimeSpectrum, from, 0, powers.view())?;
-        if temporal {
-            done.temporal_map.add(from, 0, records.view());
-            sink.put(LargeArray::TemporalSpectrum, from, 0, records.view())?;
-        }
+    let width = if plan.request.results.temporal { nx } else { 0 };
+    let room = || Block {
+        from: 0,
+        powers: Array2::zeros((plan.blocks.frequencies, nk)),
+        records: Array2::zeros((plan.blocks.frequencies, width)),
+        directions: Vec::new(),
+    };
+    // While one block is handed on, the next is computed.
+    let (mut computed, mut next) = (room(), room());
+    let starts = (0..nf).step_by(plan.blocks.frequencies);
+    for from in starts.map(Some).chain([None]) {
+        let (handed_on, filled) = rayon::join(
+            || done.take(&mut computed, sink),
+            || from.map_or(Ok(()), |from| pass.fill(from, &mut next)),
+        );
+        handed_on?;
+        filled?;
+        std::mem::swap(&mut computed, &mut next);
     }
     Ok(done)
+}
+
+/// Neighbouring frequencies.
+struct Block {
+    from: usize,
+    powers: Array2<f64>,
+    /// Spectra along time; no columns where they are not wanted.
+    records: Array2<f64>,
+    /// One a frequency; none once it was handed on.
+    directions: Vec<ByDirection>,
+}
+
+impl Frequencies {
+    /// Takes a block in and passes its arrays on.
+    fn take(&mut self, block: &mut Block, sink: &dyn Sink) -> Result<()> {
+        let (from, count) = (block.from, block.directions.len());
+        if count == 0 {
+            return Ok(());
+        }
+        self.directions.append(&mut block.directions);
+        let powers = block.powers.slice(s![..count, ..]);
+        self.map.add(from, 0, powers);
+        sink.put(LargeArray::SpacetimeSpectrum, from, 0, powers)?;
+        let records = block.records.slice(s![..count, ..]);
+        if records.ncols() > 0 {
+            self.temporal_map.add(from, 0, records);
+            sink.put(LargeArray::TemporalSpectrum, from, 0, records)?;
+        }
+        Ok(())
+    }
+}
+
+/// What all blocks have in common.
+struct Pass<'a, T: Real> {
+    plan: &'a Plan,
+    between: &'a Between<T>,
+    transform: &'a ComplexTransform<T>,
+    stored: f64,
+    observer: &'a dyn Observer,
+}
+
+impl<T: Real> Pass<'_, T> {
+    /// Transforms the frequencies from `from` on, in parallel.
+    fn fill(&self, from: usize, block: &mut Block) -> Result<()> {
+        let all = self.plan.axes.frequency.len();
+        let count = self.plan.blocks.frequencies.min(all - from);
+        let segments = self.plan.segments.count();
+        let mut powers = block.powers.slice_mut(s![..count, ..]);
+        let mut records = block.records.slice_mut(s![..count, ..]);
+        block.from = from;
+        let seen: Result<Vec<_>> =
+            self.between
+                .with_rows(from * segments, count * segments, |rows| {
+                    powers
+                        .axis_iter_mut(Axis(0))
+                        .into_par_iter()
+                        .zip(records.axis_iter_mut(Axis(0)))
+                        .zip(rows.axis_chunks_iter(Axis(0), segments))
+                        .enumerate()
+                        .map_init(
+                            Scratch::default,
+                            |scratch, (i, ((powers, record), profiles))| {
+                                if self.observer.cancelled() {
+                                    return Err(Error::Cancelled);
+                                }
+                                let (Some(powers), Some(record)) =
+                                    (powers.into_slice(), record.into_slice())
+                                else {
+                                    return Ok(ByDirection::default());
+                                };
+                                self.observer.advance(1);
+                                Ok(self.frequency(from + i, profiles, scratch, powers, record))
+                            },
+                        )
+                        .collect()
+                })?;
+        block.directions = seen?;
+        Ok(())
+    }
+
+    /// Frequency `m`: its spectrum along space to `powers`, of each site to `record`.
+    fn frequency(
+        &self,
+        m: usize,
+        profiles: ArrayView2<Complex<T>>,
+        scratch: &mut Scratch<T>,
+        powers: &mut [f64],
+        record: &mut [f64],
+    ) -> ByDirection {
+        let plan = self.plan;
+        let n = plan.conventions.padded_time;
+        powers.fill(0.0);
+        record.fill(0.0);
+        for profile in profiles.outer_iter() {
+            if let Some(profile) = profile.to_slice() {
+                self.transform.add_power(profile, scratch, powers);
+                for (sum, &x) in record.iter_mut().zip(profile) {
+                    *sum += power(x);
+                }
+            }
+        }
+        let fold = fold(m, n);
+        let time_scale = plan.time_scale.factor / plan.segments.count() as f64 * fold;
+        let scale =
+            plan.time_scale.factor * plan.space_scale.factor / plan.segments.count() as f64 * fold;
+        powers.iter_mut().for_each(|p| *p *= scale);
+        let directions = ByDirection::of(powers, m, n);
+        if self.stored != 1.0 {
+            powers.iter_mut().for_each(|p| *p *= self.stored);
+        }
+        record
+            .iter_mut()
+            .for_each(|p| *p = *p * time_scale * self.stored);
+        directions
+    }
 }
 
 #[cfg(test)]

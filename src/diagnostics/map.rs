@@ -1,9 +1,12 @@
 //! Large arrays reduced for the eye, block by block.
 
+use std::borrow::Cow;
+
 use ndarray::parallel::prelude::*;
-use ndarray::{Array1, Array2, ArrayView2, Axis, azip, s};
+use ndarray::{Array2, ArrayView2, Axis, azip, s};
 
 use crate::analyze::{Map, MapAxis, Reduction};
+use crate::chain::lanes::{Lanes, Work, widest};
 
 /// What of a block is kept.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -18,7 +21,10 @@ enum Keep {
 /// and opposite sign go to the positive one.
 #[derive(Debug)]
 pub(crate) struct MapBuilder {
-    cells: Array2<f64>,
+    /// The largest value of each cell; minus infinity where there is none.
+    high: Array2<f64>,
+    /// The least, if it is kept; infinity where there is none.
+    low: Array2<f64>,
     rows: usize,
     columns: usize,
     keep: Keep,
@@ -39,8 +45,13 @@ impl MapBuilder {
         let rows = shape.0.div_ceil(limit.0).max(1);
         let columns = shape.1.div_ceil(limit.1).max(1);
         let cells = (shape.0.div_ceil(rows), shape.1.div_ceil(columns));
+        let kept = match keep {
+            Keep::Largest => (cells.0, 0),
+            Keep::Extreme => cells,
+        };
         MapBuilder {
-            cells: Array2::from_elem(cells, f64::NAN),
+            high: Array2::from_elem(cells, f64::NEG_INFINITY),
+            low: Array2::from_elem(kept, f64::INFINITY),
             rows,
             columns,
             keep,
@@ -49,54 +60,52 @@ impl MapBuilder {
 
     /// Takes in the block whose first element is `(row, column)` of the whole.
     pub fn add(&mut self, row: usize, column: usize, block: ArrayView2<f64>) {
-        match self.keep {
-            Keep::Largest => self.add_if(row, column, block, |new, old| new > old),
-            Keep::Extreme => self.add_if(row, column, block, |new, old| {
-                let (a, b) = (new.abs(), old.abs());
-                (a > b) | ((a == b) & (new > old))
-            }),
-        }
-    }
-
-    fn add_if(
-        &mut self,
-        row: usize,
-        column: usize,
-        block: ArrayView2<f64>,
-        better: impl Fn(f64, f64) -> bool + Sync,
-    ) {
-        let keep = |old: &mut f64, new: f64| {
-            *old = if better(new, *old) | old.is_nan() {
-                new
-            } else {
-                *old
-            }
-        };
         let (height, width) = (self.rows, self.columns);
         let end = row + block.nrows();
         let (first, last) = (row / height, end.div_ceil(height));
-        self.cells
-            .slice_mut(s![first..last, ..])
-            .axis_iter_mut(Axis(0))
+        let cells = s![first..last, ..];
+        let (mut high, mut low) = (self.high.slice_mut(cells), self.low.slice_mut(cells));
+        high.axis_iter_mut(Axis(0))
             .into_par_iter()
+            .zip(low.axis_iter_mut(Axis(0)))
             .enumerate()
-            .for_each(|(i, mut cells)| {
+            .for_each(|(i, (mut high, mut low))| {
                 let top = ((first + i) * height).max(row);
                 let bottom = ((first + i + 1) * height).min(end);
                 // Row by row first: that vectorises, and leaves one row to share out.
-                let mut line = Array1::from_elem(block.ncols(), f64::NAN);
-                for other in block.slice(s![top - row..bottom - row, ..]).outer_iter() {
-                    azip!((old in &mut line, &new in other) keep(old, new));
+                let mut largest = vec![f64::NEG_INFINITY; block.ncols()];
+                let mut least = vec![f64::INFINITY; if low.is_empty() { 0 } else { block.ncols() }];
+                widest(Reduce {
+                    block: block.slice(s![top - row..bottom - row, ..]),
+                    largest: &mut largest,
+                    least: &mut least,
+                });
+                for (j, &value) in largest.iter().enumerate() {
+                    let cell = &mut high[(column + j) / width];
+                    *cell = larger(value, *cell);
                 }
-                for (j, &value) in line.iter().enumerate() {
-                    keep(&mut cells[(column + j) / width], value);
+                for (j, &value) in least.iter().enumerate() {
+                    let cell = &mut low[(column + j) / width];
+                    *cell = smaller(value, *cell);
                 }
             });
     }
 
+    /// What is kept of each cell; NaN where no number came.
+    fn cells(&self) -> Array2<f64> {
+        let mut cells = self.high.clone();
+        if self.keep == Keep::Extreme {
+            azip!((cell in &mut cells, &low in &self.low) {
+                *cell = if cell.abs() < low.abs() { low } else { *cell };
+            });
+        }
+        cells.mapv_into(|v| if v == f64::NEG_INFINITY { f64::NAN } else { v })
+    }
+
     /// The same in another unit: every cell times `factor`.
     pub fn times(mut self, factor: f64) -> Self {
-        self.cells.mapv_inplace(|v| v * factor);
+        self.high.mapv_inplace(|v| v * factor);
+        self.low.mapv_inplace(|v| v * factor);
         self
     }
 
@@ -110,11 +119,12 @@ impl MapBuilder {
             low: first - 0.5 * step,
             high: first + ((cells * block) as f64 - 0.5) * step,
         };
-        let (rows, columns) = self.cells.dim();
-        let largest = self.cells.iter().fold(0.0, |m: f64, v| m.max(v.abs()));
+        let cells = self.cells();
+        let (rows, columns) = cells.dim();
+        let largest = cells.iter().fold(0.0, |m: f64, v| m.max(v.abs()));
         let fits = largest == 0.0 || (1e-20..1e20).contains(&largest);
         let (values, label) = if fits || !largest.is_finite() {
-            (self.cells.mapv(|v| v as f32), label)
+            (cells.mapv(|v| v as f32), label)
         } else {
             let exponent = largest.log10().floor() as i32;
             // In two steps, since 10^-exponent may be out of range.
@@ -122,7 +132,7 @@ impl MapBuilder {
                 10f64.powi(-exponent / 2),
                 10f64.powi(-exponent - -exponent / 2),
             );
-            let values = self.cells.mapv(|v| (v * a * b) as f32);
+            let values = cells.mapv(|v| (v * a * b) as f32);
             (values, format!("{label} × 1e{exponent}"))
         };
         Map {
@@ -140,6 +150,43 @@ impl MapBuilder {
             },
             values,
             label,
+        }
+    }
+}
+
+/// The larger one, and `old` beside what is not a number.
+#[inline(always)]
+fn larger(new: f64, old: f64) -> f64 {
+    if new > old { new } else { old }
+}
+
+#[inline(always)]
+fn smaller(new: f64, old: f64) -> f64 {
+    if new < old { new } else { old }
+}
+
+/// The largest and the least value of each column; `least` is empty where they are not wanted.
+struct Reduce<'a> {
+    block: ArrayView2<'a, f64>,
+    largest: &'a mut [f64],
+    least: &'a mut [f64],
+}
+
+impl Work for Reduce<'_> {
+    type Output = ();
+
+    #[inline(always)]
+    fn run<L: Lanes>(self) {
+        for row in self.block.outer_iter() {
+            let row = row
+                .to_slice()
+                .map_or_else(|| Cow::Owned(row.to_vec()), Cow::Borrowed);
+            for (old, &new) in self.largest.iter_mut().zip(&*row) {
+                *old = larger(new, *old);
+            }
+            for (old, &new) in self.least.iter_mut().zip(&*row) {
+                *old = smaller(new, *old);
+            }
         }
     }
 }
@@ -162,6 +209,20 @@ mod tests {
     }
 
     #[test]
+    fn of_equal_magnitudes_the_positive_stays_and_no_number_is_none() {
+        let nan = f64::NAN;
+        let mut map = MapBuilder::extreme((2, 4), (1, 2));
+        map.add(
+            0,
+            0,
+            array![[-2.0, nan, nan, nan], [2.0, 1.0, nan, nan]].view(),
+        );
+        let cells = map.cells();
+        assert_eq!(cells[[0, 0]], 2.0);
+        assert!(cells[[0, 1]].is_nan());
+    }
+
+    #[test]
     fn blocks_in_any_order_give_the_same_map() {
         let whole = array![[1.0, -5.0, 2.0], [0.0, 3.0, -2.0], [4.0, 0.0, 0.5]];
         let mut once = MapBuilder::extreme((3, 3), (2, 2));
@@ -181,7 +242,7 @@ mod tests {
             let part = whole.slice(ndarray::s![row..=row, column..=column]);
             parts.add(row, column, part);
         }
-        assert_eq!(once.cells, parts.cells);
-        assert_eq!(once.cells, array![[-5.0, 2.0], [4.0, 0.5]]);
+        assert_eq!(once.cells(), parts.cells());
+        assert_eq!(once.cells(), array![[-5.0, 2.0], [4.0, 0.5]]);
     }
 }

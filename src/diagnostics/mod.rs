@@ -3,7 +3,8 @@
 mod map;
 mod moments;
 mod quality;
+mod side_by_side;
 
 pub(crate) use map::MapBuilder;
-pub(crate) use moments::{Row, edge_of, moments_of};
+pub(crate) use moments::{Row, edge_of, moments_across};
 pub(crate) use quality::{Ends, Findings, findings};

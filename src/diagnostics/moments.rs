@@ -1,9 +1,8 @@
 //! Measures of one spectrum: centroid, bandwidth, entropy, quantiles, band shares.
 
-use ndarray::ArrayView1;
-use ndarray_stats::EntropyExt;
-
+use super::side_by_side::{self, Shares};
 use crate::analyze::Moments;
+use crate::chain::lanes::{Block, WIDTH};
 use crate::sum::sum;
 
 /// The measures of one row; see [`Moments`] for the equations.
@@ -41,59 +40,72 @@ impl Moments {
     }
 }
 
-/// The measures of the one-sided spectrum `power` over the bins `axis`.
+/// The measures of eight one-sided spectra side by side over the bins `axis`, which become their
+/// shares of the total.
 ///
-/// Energy at or below `edge` is low.
-pub(crate) fn moments_of(power: &[f64], axis: &[f64], edge: f64) -> Row {
-    let total = sum(power);
-    let top_from = axis.partition_point(|&q| q <= 0.9 * axis[axis.len() - 1]);
-    let top = if axis.len() > 1 {
-        sum(&power[top_from..])
-    } else {
-        0.0
-    };
-    let undefined = Row {
-        centroid: f64::NAN,
-        bandwidth: f64::NAN,
-        entropy: f64::NAN,
-        participation: f64::NAN,
-        median: f64::NAN,
-        quantile_90: f64::NAN,
-        low_share: f64::NAN,
-        high_share: f64::NAN,
-        total,
-        top,
-    };
-    if !(total > 0.0 && total.is_finite()) {
-        return undefined;
-    }
-    let share: Vec<f64> = power.iter().map(|p| p / total).collect();
-    let (centroid, bandwidth) = centroid_and_bandwidth(&share[1..], &axis[1..]);
-    let entropy = ArrayView1::from(&share).entropy().unwrap_or(f64::NAN);
-    let bins = share.len() as f64;
-    let participation = 1.0 / crate::sum::sum_of_squares(&share);
-    let (median, quantile_90) = (quantile(&share, axis, 0.5), quantile(&share, axis, 0.9));
+/// Energy at or below `edge` is low. Sums are pairwise; a spectrum's bits do not depend on the
+/// others.
+pub(crate) fn moments_across(power: &mut [Block], axis: &[f64], edge: f64) -> [Row; WIDTH] {
+    let bins = axis.len();
+    let top_from = axis.partition_point(|&q| q <= 0.9 * axis[bins - 1]);
+    let (below, top) = power.split_at(if bins > 1 { top_from } else { bins });
+    let top = side_by_side::total(top);
+    let below = side_by_side::total(below);
+    let total: [f64; WIDTH] = std::array::from_fn(|i| below[i] + top[i]);
+
     // An edge that misses its bin by rounding means that bin.
     let slack = 1e-9 * axis.get(1).copied().unwrap_or_default();
     let split = axis.partition_point(|&q| q <= edge + slack);
-    let (low, high) = share.split_at(split);
-    let known = edge.is_finite();
-    Row {
-        centroid,
-        bandwidth,
-        // One bin holds no disorder; 0 / ln 1 would not say so.
-        entropy: if share.len() > 1 {
-            entropy / bins.ln()
+    let (zero, others) = power.split_at_mut(1);
+    let (low, high) = others.split_at_mut(split.saturating_sub(1));
+    let (low_axis, high_axis) = axis[1..].split_at(low.len());
+    let zero = side_by_side::shares(zero, &axis[..1], &total);
+    let low = side_by_side::shares(low, low_axis, &total);
+    let high = side_by_side::shares(high, high_axis, &total);
+
+    let weight: [f64; WIDTH] = std::array::from_fn(|i| low.share[i] + high.share[i]);
+    let centroid: [f64; WIDTH] =
+        std::array::from_fn(|i| (low.first_moment[i] + high.first_moment[i]) / weight[i]);
+    let spread = side_by_side::spread(power, axis, &centroid);
+    std::array::from_fn(|i| {
+        let of =
+            |part: fn(&Shares) -> &[f64; WIDTH]| part(&zero)[i] + (part(&low)[i] + part(&high)[i]);
+        let defined = total[i] > 0.0 && total[i].is_finite();
+        let or_nan = |value: f64, known: bool| if defined && known { value } else { f64::NAN };
+        let low_share = if split > 0 {
+            zero.share[i] + low.share[i]
         } else {
             0.0
-        },
-        participation,
-        median,
-        quantile_90,
-        low_share: if known { sum(low) } else { f64::NAN },
-        high_share: if known { sum(high) } else { f64::NAN },
-        ..undefined
-    }
+        };
+        let high_share = if split > 0 {
+            high.share[i]
+        } else {
+            of(|s| &s.share)
+        };
+        Row {
+            centroid: or_nan(centroid[i], weight[i] > 0.0),
+            bandwidth: or_nan(
+                (spread.second_moment[i] / weight[i]).sqrt(),
+                weight[i] > 0.0,
+            ),
+            // One bin holds no disorder; 0 / ln 1 would not say so.
+            entropy: or_nan(
+                if bins > 1 {
+                    of(|s| &s.entropy) / (bins as f64).ln()
+                } else {
+                    0.0
+                },
+                true,
+            ),
+            participation: or_nan(1.0 / of(|s| &s.square), true),
+            median: or_nan(spread.median[i], true),
+            quantile_90: or_nan(spread.quantile_90[i], true),
+            low_share: or_nan(low_share, edge.is_finite()),
+            high_share: or_nan(high_share, edge.is_finite()),
+            total: total[i],
+            top: top[i],
+        }
+    })
 }
 
 /// The bin at or below which 90 % of the energy lies; `None` without energy.
@@ -104,19 +116,6 @@ pub(crate) fn edge_of(power: &[f64], axis: &[f64]) -> Option<f64> {
     }
     let share: Vec<f64> = power.iter().map(|p| p / total).collect();
     Some(quantile(&share, axis, 0.9))
-}
-
-fn centroid_and_bandwidth(share: &[f64], axis: &[f64]) -> (f64, f64) {
-    let weight = sum(share);
-    if weight <= 0.0 {
-        return (f64::NAN, f64::NAN);
-    }
-    let bins = share.iter().zip(axis);
-    let mut moment: Vec<f64> = bins.clone().map(|(p, q)| p * q).collect();
-    let centroid = sum(&moment) / weight;
-    moment.clear();
-    moment.extend(bins.map(|(p, q)| p * (q - centroid) * (q - centroid)));
-    (centroid, (sum(&moment) / weight).sqrt())
 }
 
 /// The first bin at which the cumulative share reaches `level`.
@@ -143,6 +142,21 @@ fn quantile(share: &[f64], axis: &[f64], level: f64) -> f64 {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use ndarray::ArrayView1;
+    use ndarray_stats::EntropyExt;
+
+    fn moments_of(power: &[f64], axis: &[f64], edge: f64) -> Row {
+        let mut across: Vec<Block> = power
+            .iter()
+            .map(|&p| Block([0.0, p, p, 0.0, 2.0 * p, p, p, p]))
+            .collect();
+        let rows = moments_across(&mut across, axis, edge);
+        let bits = |row: &Row| format!("{row:?}");
+        assert_eq!(bits(&rows[1]), bits(&rows[7]));
+        assert_eq!(rows[4].entropy.to_bits(), rows[1].entropy.to_bits());
+        assert!(rows[0].total == 0.0 && rows[0].entropy.is_nan());
+        rows[1]
+    }
 
     #[test]
     fn a_flat_spectrum_has_full_entropy_and_participation() {
@@ -169,5 +183,83 @@ mod tests {
         let row = moments_of(&[3.0, 0.0, 0.0], &[0.0, 1.0, 2.0], 1.0);
         assert!(row.centroid.is_nan());
         assert_eq!((row.median, row.entropy, row.low_share), (0.0, 0.0, 1.0));
+    }
+
+    /// Against `ndarray-stats` and plain sums, over six orders of magnitude and a few zeros; in the
+    /// middle of a leaf of bins, at its end, and in others.
+    #[test]
+    fn val_ndarray_stats_entropy_and_sums_written_out() {
+        for bins in [2_usize, 31, 32, 33, 1000] {
+            let q: Vec<f64> = (0..bins).map(|m| 0.25 * m as f64).collect();
+            let power: Vec<f64> = (0..bins)
+                .map(|m| {
+                    if m % 7 == 3 {
+                        0.0
+                    } else {
+                        10f64.powf(3.0 * (m as f64).sin())
+                    }
+                })
+                .collect();
+            let edge = q[bins / 3];
+            let row = moments_of(&power, &q, edge);
+            let total: f64 = power.iter().sum();
+            let share: Vec<f64> = power.iter().map(|p| p / total).collect();
+            let dot = |f: &dyn Fn(f64) -> f64| -> f64 {
+                share.iter().zip(&q).skip(1).map(|(s, &q)| s * f(q)).sum()
+            };
+            let entropy = ArrayView1::from(&share).entropy().unwrap_or_default();
+            let weight = dot(&|_| 1.0);
+            let centroid = dot(&|q| q) / weight;
+            let bandwidth = (dot(&|q| (q - centroid).powi(2)) / weight).sqrt();
+            let low: f64 = share[..=bins / 3].iter().sum();
+            let squares: f64 = share.iter().map(|s| s * s).sum();
+            let below = |level: f64| {
+                let mut sum = 0.0;
+                let reached = share.iter().position(|s| {
+                    sum += s;
+                    sum >= level
+                });
+                q[reached.unwrap_or(bins - 1)]
+            };
+            assert_eq!((row.median, row.quantile_90), (below(0.5), below(0.9)));
+            for (found, right) in [
+                (row.entropy, entropy / (bins as f64).ln()),
+                (row.centroid, centroid),
+                (row.bandwidth, bandwidth),
+                (row.participation, 1.0 / squares),
+                (row.low_share, low),
+                (row.high_share, 1.0 - low),
+                (row.total, total),
+            ] {
+                let error = (found - right).abs() / right.max(1e-3);
+                assert!(error < 3e-14, "{bins} bins: {found:e} for {right:e}");
+            }
+        }
+    }
+
+    #[test]
+    fn a_level_that_is_met_exactly_is_reached() {
+        let axis = [0.0, 1.0, 2.0, 3.0, 4.0];
+        assert_eq!(
+            moments_of(&[0.0, 1.0, 1.0, 1.0, 1.0], &axis, 0.0).median,
+            2.0
+        );
+        assert_eq!(
+            moments_of(&[2.0, 1.0, 1.0, 0.0, 0.0], &axis, 0.0).median,
+            0.0
+        );
+    }
+
+    #[test]
+    fn an_edge_below_all_bins_leaves_nothing_low() {
+        let row = moments_of(&[1.0, 2.0, 1.0], &[0.0, 1.0, 2.0], -1.0);
+        assert_eq!((row.low_share, row.high_share), (0.0, 1.0));
+        let row = moments_of(&[1.0, 2.0, 1.0], &[0.0, 1.0, 2.0], 9.0);
+        assert_eq!((row.low_share, row.high_share), (1.0, 0.0));
+        assert!(
+            moments_of(&[1.0, 2.0], &[0.0, 1.0], f64::NAN)
+                .low_share
+                .is_nan()
+        );
     }
 }

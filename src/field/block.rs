@@ -11,6 +11,9 @@ const TILE: usize = 8;
 /// Rows whose tiles are turned before the next columns.
 const BAND: usize = 64;
 
+/// Rows between a short piece of a row and the one that is asked for meanwhile.
+const AHEAD: usize = 24;
+
 /// The part of the storage that a read asks for.
 pub(super) struct Block<'a> {
     pub(super) bytes: &'a [u8],
@@ -36,13 +39,36 @@ impl Block<'_> {
         } else {
             let rows_out = out.chunks_exact_mut(self.columns.len());
             for (row, row_out) in self.rows.clone().zip(rows_out) {
-                decode_run(self.row(samples, row), decode, row_out);
+                self.ask_for(samples, row + AHEAD);
+                let run = self.row(samples, row);
+                match (
+                    <&[_; TILE]>::try_from(run),
+                    <&mut [_; TILE]>::try_from(&mut *row_out),
+                ) {
+                    (Ok(run), Ok(row_out)) => *row_out = run.map(decode),
+                    _ => decode_run(run, decode, row_out),
+                }
             }
         }
     }
 
     fn row<'s, const N: usize>(&self, samples: &'s [[u8; N]], row: usize) -> &'s [[u8; N]] {
         &samples[row * self.row_len..][self.columns.clone()]
+    }
+
+    /// Asks for the start of a row: rows apart are no pattern that processors foresee.
+    fn ask_for<const N: usize>(&self, samples: &[[u8; N]], row: usize) {
+        #[cfg(target_arch = "x86_64")]
+        if row < self.rows.end && self.columns.len() <= TILE {
+            use std::arch::x86_64::{_MM_HINT_T0, _mm_prefetch};
+            let run = self.row(samples, row);
+            for sample in [run.first(), run.last()].into_iter().flatten() {
+                // SAFETY: prefetching has no effect but on the caches.
+                unsafe { _mm_prefetch::<_MM_HINT_T0>(sample.as_ptr().cast()) };
+            }
+        }
+        #[cfg(not(target_arch = "x86_64"))]
+        let _ = (samples, row);
     }
 
     fn read_transposed<const N: usize>(

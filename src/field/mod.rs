@@ -161,6 +161,18 @@ impl Field {
         self.storage.read(times, sites, true, out);
     }
 
+    /// Whether the samples of one time are neighbours.
+    pub(crate) fn is_time_major(&self) -> bool {
+        self.storage.rows_are_times()
+    }
+
+    /// The samples of `times`, time by time, where they lie like that.
+    pub(crate) fn stored_profiles(&self, times: Range<usize>) -> Option<&[f64]> {
+        let run = times.start * self.n_sites..times.end * self.n_sites;
+        let numbers = self.storage.numbers()?;
+        self.is_time_major().then(|| &numbers[run])
+    }
+
     fn check_block(&self, times: &Range<usize>, sites: &Range<usize>, len: usize) {
         assert!(times.end <= self.n_times && sites.end <= self.n_sites);
         assert_eq!(len, times.len() * sites.len());

@@ -149,6 +149,26 @@ impl Storage {
         Storage::from_values(values, row_len, rows_are_times)
     }
 
+    /// Whether a row holds the sites of one time.
+    pub(crate) fn rows_are_times(&self) -> bool {
+        self.arrangement.rows_are_times
+    }
+
+    /// All rows one after the other, where they are the numbers that they stand for.
+    pub(crate) fn numbers(&self) -> Option<&[f64]> {
+        let Arrangement {
+            sample,
+            order,
+            start,
+            ..
+        } = self.arrangement;
+        if sample != SampleType::F64 || order != ByteOrder::NATIVE {
+            return None;
+        }
+        let bytes = &self.bytes.as_slice()[start..];
+        bytemuck::try_cast_slice(&bytes[..bytes.len() / 8 * 8]).ok()
+    }
+
     /// Copies a block; `out` is as long as the block, in time-major or in site-major order.
     ///
     /// # Panics

@@ -5,10 +5,12 @@
 //! is prepared by the same operations whatever block it is read in, so its bits do not depend on
 //! the blocks.
 
+mod extremes;
 mod lobes;
 mod prepared;
 mod scan;
 pub mod slepian;
+mod survey;
 mod trend;
 mod window;
 

@@ -1,11 +1,10 @@
 //! The prepared field: any block of it, on demand.
 
 use std::ops::Range;
-use std::sync::atomic::{AtomicUsize, Ordering};
 
 use rayon::prelude::*;
 
-use super::scan::{self, ChannelScan, Gap};
+use super::scan::{ChannelScan, Gap};
 use super::trend::Trend;
 use super::{Detrend, Gaps};
 use crate::analyze::{Observer, Precision, Request};
@@ -14,22 +13,22 @@ use crate::field::Field;
 
 /// A field with its range, gaps, scale and trends settled; see the [module](super) documentation.
 pub(crate) struct Prepared<'a> {
-    field: &'a Field,
-    times: Range<usize>,
-    sites: Range<usize>,
+    pub(super) field: &'a Field,
+    pub(super) times: Range<usize>,
+    pub(super) sites: Range<usize>,
     /// Amplitudes are divided by this power of two, so that their squares stay in range.
     unit: PowerOfTwo,
     /// By site, then time; indices are those of the range.
-    gaps: Vec<Gap>,
+    pub(super) gaps: Vec<Gap>,
     /// The same by time, then site.
-    gaps_by_time: Vec<Gap>,
+    pub(super) gaps_by_time: Vec<Gap>,
     masked: bool,
     field_mean: Option<Trend>,
     /// One a time, or none at all.
     space_trends: Vec<Trend>,
     /// One a site, or none at all.
     time_trends: Vec<Trend>,
-    tiles: Tiles,
+    pub(super) tiles: Tiles,
 }
 
 /// How many records or profiles are read at once.
@@ -42,9 +41,6 @@ pub(crate) struct Tiles {
     /// Bytes that account of gaps may take.
     pub memory: u64,
 }
-
-/// Bytes that a gap takes while gaps are gathered: twice by site, once by time.
-const GAP_BYTES: u64 = 3 * size_of::<Gap>() as u64;
 
 /// Bytes of the field that are mapped at a time where it is larger than memory.
 const PIECE_BYTES: usize = 8 << 20;
@@ -142,8 +138,11 @@ impl<'a> Prepared<'a> {
         self.records(ahead.as_ref(), site..site + 1, out);
     }
 
+    /// Lets go of the field's pages, where it is larger than memory.
     pub fn release_pages(&self) {
-        self.field.release_pages();
+        if self.tiles.ahead.is_some() {
+            self.field.release_pages();
+        }
     }
 
     /// Reads the raw records of `sites` once along the file, so that a field larger than memory is
@@ -210,6 +209,32 @@ impl<'a> Prepared<'a> {
         }
     }
 
+    /// The records of `sites` side by side, time by time; read by the tiles themselves, see
+    /// [`Prepared::read_ahead`].
+    pub fn columns(&self, sites: Range<usize>, out: &mut [f64]) {
+        let width = sites.len();
+        let from = self.sites.start;
+        let in_field = from + sites.start..from + sites.end;
+        self.field
+            .read_time_major(self.times.clone(), in_field, out);
+        let first = self.gaps.partition_point(|g| g.site < sites.start);
+        let gaps = self.gaps[first..]
+            .iter()
+            .take_while(|g| g.site < sites.end)
+            .map(|g| (g.time * width + g.site - sites.start, g.value));
+        for (at, value) in gaps.clone() {
+            out[at] = value;
+        }
+        if !self.is_as_stored() {
+            for (n, row) in out.chunks_exact_mut(width).enumerate() {
+                self.settle(n, sites.start, row);
+            }
+        }
+        if self.masked {
+            gaps.for_each(|(at, _)| out[at] = 0.0);
+        }
+    }
+
     /// Whole profiles of `times`, one after the other.
     pub fn profiles(&self, times: Range<usize>, out: &mut [f64]) {
         let n_sites = self.n_sites();
@@ -228,21 +253,48 @@ impl<'a> Prepared<'a> {
             out[at] = value;
         }
         for (n, profile) in times.clone().zip(out.chunks_exact_mut(n_sites)) {
-            self.unit.divide(profile);
-            if let Some(mean) = &self.field_mean {
-                profile.iter_mut().for_each(|v| *v = mean.remove(*v, 0));
-            }
-            if let Some(trend) = self.space_trends.get(n) {
-                for (j, v) in profile.iter_mut().enumerate() {
-                    *v = trend.remove(*v, j);
-                }
-            }
-            for (v, trend) in profile.iter_mut().zip(&self.time_trends) {
-                *v = trend.remove(*v, n);
-            }
+            self.settle(n, 0, profile);
         }
         if self.masked {
             gaps.for_each(|(at, _)| out[at] = 0.0);
+        }
+    }
+
+    /// Whole profiles of `times` where they lie in the field as they are prepared, and may stay.
+    pub fn stored_profiles(&self, times: Range<usize>) -> Option<&[f64]> {
+        let whole = self.sites == (0..self.field.n_sites());
+        let stays = self.tiles.ahead.is_none();
+        let is_stored = whole && stays && self.gaps.is_empty() && self.is_as_stored();
+        let from = self.times.start;
+        is_stored
+            .then(|| {
+                self.field
+                    .stored_profiles(from + times.start..from + times.end)
+            })
+            .flatten()
+    }
+
+    /// Whether samples that are no gaps stay what they are.
+    fn is_as_stored(&self) -> bool {
+        self.unit == PowerOfTwo::ONE
+            && self.field_mean.is_none()
+            && self.space_trends.is_empty()
+            && self.time_trends.is_empty()
+    }
+
+    /// Takes unit and trends off the samples of time `n` from site `first` on.
+    fn settle(&self, n: usize, first: usize, samples: &mut [f64]) {
+        self.unit.divide(samples);
+        if let Some(mean) = &self.field_mean {
+            samples.iter_mut().for_each(|v| *v = mean.remove(*v, 0));
+        }
+        if let Some(trend) = self.space_trends.get(n) {
+            for (j, v) in samples.iter_mut().enumerate() {
+                *v = trend.remove(*v, first + j);
+            }
+        }
+        for (v, trend) in samples.iter_mut().zip(self.time_trends.iter().skip(first)) {
+            *v = trend.remove(*v, n);
         }
     }
 
@@ -250,52 +302,6 @@ impl<'a> Prepared<'a> {
         self.gaps
             .binary_search_by_key(&(site, time), |g| (g.site, g.time))
             .is_ok()
-    }
-
-    fn scan(&mut self, gaps: Gaps, observer: &dyn Observer) -> Result<Vec<ChannelScan>> {
-        observer.stage("looking at the samples", self.n_sites() as u64);
-        let room = (self.tiles.memory / GAP_BYTES) as usize;
-        let kept = AtomicUsize::new(0);
-        let found = self.each_record(observer, |j, record, _| {
-            let scan = ChannelScan::of(record);
-            // Past the limit gaps are still counted, but no longer kept.
-            if kept.fetch_add(scan.gaps, Ordering::Relaxed) + scan.gaps > room {
-                return (scan, Vec::new());
-            }
-            let mut filled = Vec::new();
-            if scan.gaps > 0 && gaps != Gaps::Refuse {
-                scan::fill(record, j, gaps, &mut filled);
-            }
-            (scan, filled)
-        })?;
-        let (scans, filled): (Vec<_>, Vec<_>) = found.into_iter().unzip();
-        let count: u64 = scans.iter().map(|s: &ChannelScan| s.gaps as u64).sum();
-        if count > 0 && gaps == Gaps::Refuse {
-            let first = scans
-                .iter()
-                .enumerate()
-                .filter_map(|(j, s)| Some((s.first_gap?, j)))
-                .min()
-                .unwrap_or_default();
-            return Err(Error::NonFinite {
-                name: self.field.name.clone(),
-                count,
-                first: (self.times.start + first.0, self.sites.start + first.1),
-                sites: scans.iter().filter(|s| s.gaps > 0).count(),
-                n_sites: scans.len(),
-            });
-        }
-        if kept.into_inner() > room && gaps != Gaps::Refuse {
-            return Err(Error::Memory {
-                what: "keeping account of the gaps",
-                needed: count * GAP_BYTES,
-                allowed: self.tiles.memory,
-            });
-        }
-        self.gaps = filled.concat();
-        self.gaps_by_time = self.gaps.clone();
-        self.gaps_by_time.sort_by_key(|g| (g.time, g.site));
-        Ok(scans)
     }
 
     fn mean(&self, observer: &dyn Observer) -> Result<Trend> {
@@ -349,9 +355,7 @@ impl<'a> Prepared<'a> {
                     let end = (start + self.tiles.times).min(self.n_times());
                     block.resize((end - start) * n_sites, 0.0);
                     self.profiles(start..end, block);
-                    if self.tiles.ahead.is_some() {
-                        self.field.release_pages();
-                    }
+                    self.release_pages();
                     observer.advance((end - start) as u64);
                     Ok((start..end)
                         .zip(block.chunks_exact(n_sites))
@@ -372,11 +376,24 @@ impl<'a> Prepared<'a> {
         observer: &dyn Observer,
         look: impl Fn(usize, &[f64], &mut Vec<f64>) -> R + Sync,
     ) -> Result<Vec<R>> {
+        self.each_record_of(|_| true, observer, look)
+    }
+
+    /// The same at the `wanted` records.
+    pub(super) fn each_record_of<R: Send>(
+        &self,
+        wanted: impl Fn(usize) -> bool + Sync,
+        observer: &dyn Observer,
+        look: impl Fn(usize, &[f64], &mut Vec<f64>) -> R + Sync,
+    ) -> Result<Vec<R>> {
         let (n_times, n_sites) = (self.n_times(), self.n_sites());
         let mut all = Vec::with_capacity(n_sites);
         let block = self.tiles.ahead.unwrap_or(n_sites);
         for from in (0..n_sites).step_by(block) {
             let sites = from..(from + block).min(n_sites);
+            if !sites.clone().any(&wanted) {
+                continue;
+            }
             let ahead = self.read_ahead(sites.clone());
             let starts: Vec<usize> = sites.clone().step_by(self.tiles.sites).collect();
             let seen: Result<Vec<Vec<R>>> = starts
@@ -388,11 +405,15 @@ impl<'a> Prepared<'a> {
                             return Err(Error::Cancelled);
                         }
                         let end = (start + self.tiles.sites).min(sites.end);
+                        observer.advance((end - start) as u64);
+                        if !(start..end).any(&wanted) {
+                            return Ok(Vec::new());
+                        }
                         tile.resize((end - start) * n_times, 0.0);
                         self.records(ahead.as_ref(), start..end, tile);
-                        observer.advance((end - start) as u64);
                         Ok((start..end)
                             .zip(tile.chunks_exact(n_times))
+                            .filter(|(j, _)| wanted(*j))
                             .map(|(j, record)| look(j, record, scratch))
                             .collect())
                     },

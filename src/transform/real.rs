@@ -6,7 +6,7 @@ use num_complex::Complex;
 use realfft::{RealFftPlanner, RealToComplex};
 
 use super::Real;
-use crate::sum::{sum, sum_of_squares};
+use crate::sum::{sum, sum_of_squares, sums_of_squares_across};
 
 /// `X_m = sum_n w_n v_n exp(-+ 2 pi i m n / N)`, `m = 0 ..= N / 2`, of a real record of up to N
 /// samples (the rest is zero). Both signs give the same `|X|^2`; the result is that of time.
@@ -97,16 +97,16 @@ pub(super) struct Taper {
 
 impl Taper {
     pub(super) fn new(window: &[f64], padded: usize) -> Self {
-        let mut response_in = window.to_vec();
-        response_in.resize(padded, 0.0);
-        let response = RealFftPlanner::<f64>::new().plan_fft_forward(padded);
-        let mut mean_response = response.make_output_vec();
-        // The lengths are the plan's own, so this cannot fail.
-        let _ = response.process(&mut response_in, &mut mean_response);
         let tapered = window.iter().any(|&w| w != 1.0);
+        let mut mean_response = vec![Complex::default(); padded / 2 + 1];
         if !tapered && padded == window.len() {
-            mean_response.fill(Complex::default());
             mean_response[0].re = padded as f64;
+        } else {
+            let mut response_in = window.to_vec();
+            response_in.resize(padded, 0.0);
+            let response = RealFftPlanner::<f64>::new().plan_fft_forward(padded);
+            // The lengths are the plan's own, so this cannot fail.
+            let _ = response.process(&mut response_in, &mut mean_response);
         }
         Taper {
             window: tapered.then(|| window.to_vec()),
@@ -139,15 +139,53 @@ impl Taper {
         }
     }
 
-    /// The same of several records, time by time.
-    pub(super) fn weigh_across<T: Real>(&self, records: &[&[f64]], means: &[f64], input: &mut [T]) {
-        let rows = input.chunks_exact_mut(records.len());
-        for (n, row) in rows.enumerate().take(self.samples) {
-            let weight = self.window.as_ref().map_or(1.0, |window| window[n]);
-            for ((place, record), mean) in row.iter_mut().zip(records).zip(means) {
-                *place = T::rounded((record[n] - mean) * weight);
+    /// [`Taper::look`] at each of `width` records that lie side by side, with the same bits.
+    pub(super) fn look_across(
+        &self,
+        values: &[f64],
+        width: usize,
+        tapered: &mut Vec<f64>,
+        (means, energies): (&mut Vec<f64>, &mut Vec<f64>),
+    ) {
+        if width == 1 {
+            let (mean, energy) = self.look(values, tapered);
+            *means = vec![mean];
+            *energies = vec![energy];
+            return;
+        }
+        match &self.window {
+            None => sums_of_squares_across(values, width, energies),
+            Some(window) => {
+                tapered.clear();
+                for (row, w) in values.chunks_exact(width).zip(window) {
+                    tapered.extend(row.iter().map(|v| v * w));
+                }
+                sums_of_squares_across(tapered, width, energies);
             }
         }
+        means.clear();
+        means.resize(width, 0.0);
+        for c in one_sided(values, width) {
+            let record: Vec<f64> = values.iter().skip(c).step_by(width).copied().collect();
+            means[c] = dominant_mean(&record);
+        }
+    }
+
+    /// [`Taper::weigh`] of records side by side; what is in `input` already stays.
+    pub(super) fn weigh_across<T: Real>(&self, values: &[f64], means: &[f64], input: &mut Vec<T>) {
+        for (n, row) in values.chunks_exact(means.len()).enumerate() {
+            let weight = self.window.as_ref().map_or(1.0, |window| window[n]);
+            let weighed = row
+                .iter()
+                .zip(means)
+                .map(|(v, mean)| T::rounded((v - mean) * weight));
+            input.extend(weighed);
+        }
+    }
+
+    /// Whether records go into the transform as they are.
+    pub(super) fn is_plain(&self) -> bool {
+        self.window.is_none()
     }
 
     /// Puts back what [`Taper::look`] split off.
@@ -186,6 +224,28 @@ pub(super) fn dominant_mean_of(part: impl ExactSizeIterator<Item = f64> + Clone)
         return 0.0;
     }
     dominant_mean(&part.collect::<Vec<_>>())
+}
+
+/// Which of `width` records side by side do not cross zero; others have no dominant mean.
+fn one_sided(values: &[f64], width: usize) -> Vec<usize> {
+    let (mut low, mut high) = (vec![f64::INFINITY; width], vec![f64::NEG_INFINITY; width]);
+    let sided = |low: &[f64], high: &[f64]| -> Vec<usize> {
+        (0..width)
+            .filter(|&c| low[c] > 0.0 || high[c] < 0.0)
+            .collect()
+    };
+    for stretch in values.chunks(64 * width) {
+        for row in stretch.chunks_exact(width) {
+            for ((&v, low), high) in row.iter().zip(&mut low).zip(&mut high) {
+                *low = if v < *low { v } else { *low };
+                *high = if v > *high { v } else { *high };
+            }
+        }
+        if sided(&low, &high).is_empty() {
+            break;
+        }
+    }
+    sided(&low, &high)
 }
 
 /// Most records vary about zero, and their first samples say so.

@@ -1,5 +1,7 @@
 //! Several real records at once, one after the other in memory.
 
+use std::any::TypeId;
+
 use ndarray::{ArrayView2, ArrayViewMut2};
 use num_complex::Complex;
 
@@ -17,25 +19,26 @@ pub struct RecordTransform<T: Real> {
 /// Working space of one thread; grows once.
 #[derive(Debug, Clone)]
 pub struct RecordScratch<T> {
-    /// Records it has room for.
-    records: usize,
-    tapered: Vec<f64>,
-    input: Vec<T>,
+    /// Records that came one after the other, side by side.
+    turned: Vec<f64>,
     spectra: Vec<Complex<T>>,
     energies: Vec<f64>,
     means: Vec<f64>,
-    columns: Option<ColumnScratch<T>>,
+    tapered: Vec<f64>,
+    input: Vec<T>,
+    /// And the records it has room for.
+    columns: Option<(ColumnScratch<T>, usize)>,
 }
 
-impl<T: Real> Default for RecordScratch<T> {
+impl<T> Default for RecordScratch<T> {
     fn default() -> Self {
         RecordScratch {
-            records: 0,
-            tapered: Vec::new(),
-            input: Vec::new(),
+            turned: Vec::new(),
             spectra: Vec::new(),
             energies: Vec::new(),
             means: Vec::new(),
+            tapered: Vec::new(),
+            input: Vec::new(),
             columns: None,
         }
     }
@@ -74,40 +77,94 @@ impl<T: Real> RecordTransform<T> {
         records: impl ExactSizeIterator<Item = &'a [f64]>,
         scratch: &'s mut RecordScratch<T>,
     ) -> (&'s [Complex<T>], &'s [f64]) {
-        let width = records.len();
-        let (length, bins) = (self.padded(), self.bins());
-        let samples = self.taper.samples;
-        scratch.input.resize(width * length, T::zero());
-        // Padding may hold samples of other records from before.
-        scratch.input[width * samples..].fill(T::zero());
-        scratch.spectra.resize(width * bins, Complex::default());
-        scratch.energies.clear();
-        scratch.means.clear();
-        let records: Vec<&[f64]> = records.collect();
-        for record in &records {
-            assert_eq!(record.len(), samples);
-            let (mean, energy) = self.taper.look(record, &mut scratch.tapered);
-            scratch.means.push(mean);
-            scratch.energies.push(energy);
+        let (width, bins) = (records.len(), self.bins());
+        let mut spectra = std::mem::take(&mut scratch.spectra);
+        spectra.resize(width * bins, Complex::default());
+        // The shape is the buffer's own, so this cannot fail.
+        if let Ok(output) = ArrayViewMut2::from_shape((bins, width), &mut spectra) {
+            self.transform_into(records, output, scratch);
         }
-        self.taper
-            .weigh_across(&records, &scratch.means, &mut scratch.input);
-        if scratch.records < width || scratch.columns.is_none() {
-            scratch.columns = Some(self.plan.scratch(width));
-            scratch.records = width;
-        }
-        // The shapes are the buffers' own, so this cannot fail.
-        let input = ArrayView2::from_shape((length, width), &scratch.input);
-        let output = ArrayViewMut2::from_shape((bins, width), &mut scratch.spectra);
-        if let (Ok(input), Ok(output), Some(columns)) = (input, output, &mut scratch.columns) {
-            self.plan.transform(input, output, columns);
-        }
-        for (c, &mean) in scratch.means.iter().enumerate() {
-            let spectrum = scratch.spectra.iter_mut().skip(c).step_by(width);
-            self.taper.add_mean(mean, spectrum);
-        }
+        scratch.spectra = spectra;
         (&scratch.spectra, &scratch.energies)
     }
+
+    /// The same with the spectra, `(bin, record)`, in `spectra`; the energies.
+    ///
+    /// # Panics
+    /// If a record is not as long as the window, or the shape is not that of the spectra.
+    pub fn transform_into<'a, 's>(
+        &self,
+        records: impl ExactSizeIterator<Item = &'a [f64]>,
+        spectra: ArrayViewMut2<Complex<T>>,
+        scratch: &'s mut RecordScratch<T>,
+    ) -> &'s [f64] {
+        let records: Vec<&[f64]> = records.collect();
+        let mut turned = std::mem::take(&mut scratch.turned);
+        turned.resize(records.len() * self.taper.samples, 0.0);
+        for record in &records {
+            assert_eq!(record.len(), self.taper.samples);
+        }
+        for (n, row) in turned.chunks_exact_mut(records.len().max(1)).enumerate() {
+            row.iter_mut()
+                .zip(&records)
+                .for_each(|(v, record)| *v = record[n]);
+        }
+        self.transform_columns(&turned, spectra, scratch);
+        scratch.turned = turned;
+        &scratch.energies
+    }
+
+    /// The same of records that lie side by side, time by time.
+    ///
+    /// # Panics
+    /// If the shapes are not those of the plan.
+    pub fn transform_columns<'s>(
+        &self,
+        values: &[f64],
+        mut spectra: ArrayViewMut2<Complex<T>>,
+        scratch: &'s mut RecordScratch<T>,
+    ) -> &'s [f64] {
+        let (length, width) = (self.padded(), spectra.ncols());
+        assert_eq!(values.len(), width * self.taper.samples);
+        let RecordScratch {
+            energies,
+            means,
+            tapered,
+            input,
+            columns,
+            ..
+        } = scratch;
+        self.taper
+            .look_across(values, width, tapered, (means, energies));
+        let room = columns.take().filter(|(_, room)| *room >= width);
+        let (room, _) = columns.insert(room.unwrap_or_else(|| (self.plan.scratch(width), width)));
+        let is_plain = self.taper.is_plain()
+            && length == self.taper.samples
+            && means.iter().all(|&mean| mean == 0.0);
+        let input = match as_numbers(values).filter(|_| is_plain) {
+            Some(numbers) => numbers,
+            None => {
+                input.clear();
+                self.taper.weigh_across(values, means, input);
+                input.resize(width * length, T::zero());
+                &input[..]
+            }
+        };
+        // The shape is the buffer's own, so this cannot fail.
+        if let Ok(input) = ArrayView2::from_shape((length, width), input) {
+            self.plan.transform(input, spectra.view_mut(), room);
+        }
+        for (&mean, mut spectrum) in means.iter().zip(spectra.columns_mut()) {
+            self.taper.add_mean(mean, spectrum.iter_mut());
+        }
+        energies
+    }
+}
+
+/// The same numbers, where they are of this type.
+fn as_numbers<T: Real>(values: &[f64]) -> Option<&[T]> {
+    let is_same = TypeId::of::<T>() == TypeId::of::<f64>();
+    is_same.then(|| bytemuck::cast_slice(values))
 }
 
 impl<T: Real> std::fmt::Debug for RecordTransform<T> {
@@ -116,5 +173,62 @@ impl<T: Real> std::fmt::Debug for RecordTransform<T> {
             .field("samples", &self.taper.samples)
             .field("padded", &self.padded())
             .finish_non_exhaustive()
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::transform::direct_sums;
+    use ndarray::Array2;
+
+    /// Offsets beside records that cross zero, tapered and padded or not, against direct sums; and
+    /// the same bits whatever lies beside.
+    #[test]
+    fn val_direct_sums_of_offsets_beside_waves() {
+        let samples = 120;
+        let wave = |c: usize, n: usize| (n as f64 * (0.3 + 0.1 * c as f64)).cos();
+        let offset = |c: usize| [0.0, 1e6, -40.0, 0.0, 3.0, 0.0, 0.5, 1e9][c];
+        let taper: Vec<f64> = (0..samples).map(|n| (n as f64 * 0.02).sin()).collect();
+        for (window, padded) in [(vec![1.0; samples], samples), (taper, 150)] {
+            let plan = RecordTransform::<f64>::new(&window, padded);
+            let bins: Vec<usize> = (0..plan.bins()).collect();
+            let mut scratch = RecordScratch::default();
+            for width in [8, 3, 1] {
+                let values: Vec<f64> = (0..samples * width)
+                    .map(|i| offset(i % width) + wave(i % width, i / width))
+                    .collect();
+                let mut spectra = Array2::default((plan.bins(), width));
+                let energies = plan
+                    .transform_columns(&values, spectra.view_mut(), &mut scratch)
+                    .to_vec();
+                for c in 0..width {
+                    let record: Vec<f64> = values.iter().skip(c).step_by(width).copied().collect();
+                    let mut tapered: Vec<f64> =
+                        record.iter().zip(&window).map(|(v, w)| v * w).collect();
+                    assert_eq!(
+                        energies[c].to_bits(),
+                        crate::sum::sum_of_squares(&tapered).to_bits()
+                    );
+                    tapered.resize(padded, 0.0);
+                    let direct = direct_sums(&tapered, &bins);
+                    let largest = direct.iter().map(|z| z.norm()).fold(0.0, f64::max);
+                    for (m, z) in direct.iter().enumerate() {
+                        // Only where a taper spreads it does an offset count.
+                        let spread = m == 0 || padded > samples;
+                        let scale = if spread {
+                            largest
+                        } else {
+                            (padded as f64).sqrt()
+                        };
+                        let error = (spectra[[m, c]] - z).norm() / scale;
+                        assert!(error < 4e-15, "{width} {c} {m}: {error:e}");
+                    }
+                    let (alone, _) = plan.transform([&record[..]].into_iter(), &mut scratch);
+                    let same = alone.iter().zip(spectra.column(c)).all(|(a, b)| a == b);
+                    assert!(same, "{width} {c}");
+                }
+            }
+        }
     }
 }

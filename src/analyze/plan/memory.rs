@@ -43,15 +43,18 @@ impl Plan {
         let spacetime = self.request.results.spacetime;
 
         let vectors = 160 * (nt + nx) + 32 * (nf + nks) + (8 << 20) + self.short_time_bytes();
+        // What each thread sees of all sites in passing.
+        let vectors = vectors + 160 * threads * nx;
         // Of each thread: a tile of records, as read and as transformed, their transforms, the
-        // matrix between the halves of these, and powers; or a tile of profiles.
+        // matrix between the halves of these, and powers of eight sites, be they fewer; or a tile
+        // of profiles, and spectra of eight.
         let segments = self.segments.count() as u64;
         let segment = self
             .request
             .welch
             .map_or(0, |_| self.segments.length as u64);
-        let column_tile = |sites: u64| threads * sites * (8 * (nt + segment) + 64 * nf);
-        let row_tile = |times: u64| threads * times * 8 * (nx + nks);
+        let column_tile = |sites: u64| threads * (sites * (8 * (nt + segment) + 64 * nf) + 64 * nf);
+        let row_tile = |times: u64| threads * (times * 8 * (nx + nks) + 64 * nks);
         // Spectra along time are written by the pass that has them in rows, where there is one.
         let per_site = |in_memory: bool, streams: bool| {
             let written = match (spacetime, in_memory) {
@@ -61,8 +64,9 @@ impl Plan {
             };
             written + if streams { 8 * nt } else { 0 }
         };
-        let per_time = 8 * (nx + 3 * nk);
-        let per_frequency = 8 * (nks + nx) + segments * between_row;
+        // Of profiles and of frequencies one block is computed while another is written.
+        let per_time = 8 * (2 * nx + 4 * nk);
+        let per_frequency = 16 * (nks + nx) + segments * between_row;
         // The flux surrogate differentiates over three neighbouring times.
         let least_times = nt.min(4);
 
@@ -122,15 +126,19 @@ impl Plan {
             ),
             frequencies: cached(per_frequency, 1, 1, nf as usize),
         };
-        self.memory_needed = fixed
-            + tiles
-            + (blocks.sites as u64 * per_site)
-                .max(blocks.times as u64 * per_time)
-                .max(if spacetime {
-                    blocks.frequencies as u64 * per_frequency
-                } else {
-                    0
-                });
+        let frequencies = if spacetime { blocks.frequencies } else { 0 };
+        let records = blocks.sites as u64 * per_site;
+        let records = records.max(frequencies as u64 * per_frequency);
+        let profiles = blocks.times as u64 * per_time;
+        let both = column_tile(self.tiles.sites as u64)
+            + row_tile(self.tiles.times as u64)
+            + records
+            + profiles;
+        self.side_by_side = !streams && in_memory && fixed + both <= allowed;
+        self.memory_needed = match self.side_by_side {
+            true => fixed + both,
+            false => fixed + tiles + records.max(profiles),
+        };
         self.blocks = blocks;
         self.tiles.ahead = streams.then_some(blocks.sites);
         self.scratch_file = if in_memory { 0 } else { between };

@@ -42,6 +42,8 @@ pub struct Plan {
     pub(crate) space_scale: Scale,
     pub(crate) tiles: Tiles,
     pub(crate) blocks: Blocks,
+    /// Whether passes over records and over profiles go at the same time.
+    pub(crate) side_by_side: bool,
     pub threads: usize,
     /// Bytes of working memory that the blocks will use, by estimate.
     pub memory_needed: u64,
@@ -199,6 +201,7 @@ pub fn plan(field: &Field, request: &Request) -> Result<Plan> {
             times: n_times,
             frequencies: padded_time / 2 + 1,
         },
+        side_by_side: false,
         threads,
         memory_needed: 0,
         memory_allowed,

@@ -8,7 +8,7 @@ use cascade::analyze::{
     Analysis, Plan, Precision, Request, Results, ShortTime, TimeRange, Welch, plan, run as run_plan,
 };
 use cascade::budget::{Budget, Motion};
-use cascade::field::{OpenOptions, TimeColumn, is_run_file};
+use cascade::field::{OpenOptions, TimeColumn, file_hash, is_run_file};
 use cascade::plot::{Format, draw_all};
 use cascade::report::{
     Archive, ClosureSummary, Provenance, ResultDirectory, RunFile, Summary, html,
@@ -49,17 +49,28 @@ pub fn run(typed: Analyze) -> Result<(), Failure> {
     use_threads(request.threads)?;
     // Before any work: could the result be written?
     drop(ResultDirectory::create(&out, typed.force)?);
-    if is_long(&typed.field) {
+    // A long file is hashed first, where it can be interrupted; a short one beside the work.
+    let hash_first = is_long(&typed.field);
+    if hash_first {
         progress.wait("reading the field");
     }
+    let options = OpenOptions {
+        hash: hash_first,
+        ..options
+    };
     let field = Field::open(&typed.field, &options)?;
     let plan = plan(&field, &request)?;
 
     progress.begin_writing();
     let directory = ResultDirectory::create(&out, typed.force)?;
     let archive = Archive::create(&directory.path().join("spectra.npz"), request.precision)?;
-    let analysis = run_plan(&field, &plan, &archive, &progress)
-        .map_err(|error| with_path(error, &typed.field))?;
+    // Threads that wait in a pass take their share of the hash.
+    let (analysis, hash) = rayon::join(
+        || run_plan(&field, &plan, &archive, &progress),
+        || (!hash_first).then(|| file_hash(&typed.field)).transpose(),
+    );
+    let mut analysis = analysis.map_err(|error| with_path(error, &typed.field))?;
+    analysis.content_hash = analysis.content_hash.or(hash?);
     write_small_arrays(&analysis, &archive)?;
     archive.finish()?;
     progress.check()?;

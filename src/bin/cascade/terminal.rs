@@ -134,7 +134,7 @@ pub fn summary(analysis: &Analysis, width: usize) -> String {
             ),
         );
     }
-    let seconds: f64 = analysis.timings.iter().map(|t| t.seconds).sum();
+    let seconds = analysis.seconds;
     let transforms: u64 = analysis.timings.iter().map(|t| t.transforms).sum();
     lines.line(
         "computation",

@@ -1,0 +1,139 @@
+//! The flux surrogate, from spectra along space as they come.
+
+use ndarray::parallel::prelude::*;
+use ndarray::{Array2, ArrayView2, Axis, azip, s};
+
+use super::plan::Plan;
+use super::request::Scaling;
+use super::sink::{LargeArray, Sink};
+use crate::diagnostics::MapBuilder;
+use crate::error::Result;
+
+/// `Pi_K(k, t) = - d/dt sum_{|k'| <= k} E_K(k', t)` with `E_K` the energy spectrum of `v^2 / 2`:
+/// central differences, one-sided ones of second order at the ends of the record.
+pub(super) struct FluxSurrogate {
+    n_times: usize,
+    /// From a bin of the spatial spectrum, as scaled, to half its energy, stored unit included.
+    half_energy: f64,
+    dt: f64,
+    /// Cumulative energies: of the last times of the block before, then of this one.
+    cumulative: Array2<f64>,
+    /// Times kept of the block before.
+    kept: usize,
+    flux: Array2<f64>,
+    /// Times taken in, and those passed on.
+    known: usize,
+    next: usize,
+}
+
+impl FluxSurrogate {
+    pub fn new(plan: &Plan, stored: f64) -> Self {
+        let energy = plan.space_scale_of(Scaling::Energy);
+        let rows = if plan.request.results.flux_surrogate {
+            plan.blocks.times + 2
+        } else {
+            0
+        };
+        let room = Array2::zeros((rows, plan.axes.wavenumber.len()));
+        FluxSurrogate {
+            n_times: plan.axes.n_times,
+            half_energy: 0.5 * energy.factor * energy.measure / plan.space_scale.factor * stored,
+            dt: plan.axes.time.step,
+            cumulative: room.clone(),
+            kept: 0,
+            flux: room,
+            known: 0,
+            next: 0,
+        }
+    }
+
+    /// Takes the next block of spectra and passes on all times that can be finished.
+    pub fn take(
+        &mut self,
+        spectra: ArrayView2<f64>,
+        map: &mut MapBuilder,
+        sink: &dyn Sink,
+    ) -> Result<()> {
+        let held = self.kept + spectra.nrows();
+        let (half_energy, columns) = (self.half_energy, spectra.ncols());
+        self.cumulative
+            .slice_mut(s![self.kept..held, ..])
+            .axis_chunks_iter_mut(Axis(0), TOGETHER)
+            .into_par_iter()
+            .zip(spectra.axis_chunks_iter(Axis(0), TOGETHER))
+            .for_each(|(mut cumulative, spectra)| {
+                // Bands of whole rows of standard arrays are contiguous.
+                let (Some(sums), Some(spectra)) = (cumulative.as_slice_mut(), spectra.as_slice())
+                else {
+                    return;
+                };
+                if sums.len() == TOGETHER * columns {
+                    add_up::<TOGETHER>(sums, spectra, half_energy);
+                } else {
+                    let rows = sums
+                        .chunks_exact_mut(columns)
+                        .zip(spectra.chunks_exact(columns));
+                    rows.for_each(|(sums, spectra)| add_up::<1>(sums, spectra, half_energy));
+                }
+            });
+        self.known += spectra.nrows();
+        let last = self.known == self.n_times;
+        let until = if last { self.known } else { self.known - 1 };
+        let from = self.known - held;
+        let cumulative = &self.cumulative;
+        let at = |n: usize| cumulative.row(n - from);
+        let (next, all, dt) = (self.next, self.n_times, self.dt);
+        let mut flux = self.flux.slice_mut(s![..until - next, ..]);
+        flux.axis_iter_mut(Axis(0))
+            .into_par_iter()
+            .enumerate()
+            .for_each(|(i, mut row)| {
+                let n = next + i;
+                let ahead = |out: &mut f64, a: &f64, b: &f64, c: &f64, step: f64| {
+                    *out = -(4.0 * (b - a) - (c - a)) / (2.0 * step);
+                };
+                match (n, all) {
+                    (_, 1) => row.fill(f64::NAN),
+                    (_, 2) => azip!((out in &mut row, a in at(0), b in at(1)) {
+                        *out = -(b - a) / dt;
+                    }),
+                    (0, _) => azip!((out in &mut row, a in at(0), b in at(1), c in at(2)) {
+                        ahead(out, a, b, c, dt);
+                    }),
+                    _ if n + 1 == all => {
+                        azip!((out in &mut row, a in at(n), b in at(n - 1), c in at(n - 2)) {
+                            ahead(out, a, b, c, -dt);
+                        });
+                    }
+                    _ => azip!((out in &mut row, a in at(n - 1), b in at(n + 1)) {
+                        *out = -(b - a) / (2.0 * dt);
+                    }),
+                }
+            });
+        map.add(next, 0, flux.view());
+        sink.put(LargeArray::KineticFluxSurrogate, next, 0, flux.view())?;
+        self.next = until;
+        self.kept = held.min(2);
+        let kept = self
+            .cumulative
+            .slice(s![held - self.kept..held, ..])
+            .to_owned();
+        self.cumulative.slice_mut(s![..self.kept, ..]).assign(&kept);
+        Ok(())
+    }
+}
+
+/// Spectra added up side by side: each sum waits for the one before it.
+const TOGETHER: usize = 4;
+
+/// `factor sum_{k' <= k} p(k')` of each of `R` rows.
+fn add_up<const R: usize>(sums: &mut [f64], spectra: &[f64], factor: f64) {
+    let columns = sums.len() / R;
+    let mut below = [0.0; R];
+    for k in 0..columns {
+        for (r, below) in below.iter_mut().enumerate() {
+            *below += spectra[r * columns + k] * factor;
+            sums[r * columns + k] = *below;
+        }
+    }
+}

@@ -1,0 +1,185 @@
+//! The passes over a prepared field: two chains that need nothing of each other, and their times.
+
+use std::time::Instant;
+
+use super::between::Between;
+use super::columns::{AlongTime, Columns};
+use super::plan::Plan;
+use super::result::{ShortTimeSpectra, Timing};
+use super::rows::{self, Rows};
+use super::sink::Sink;
+use super::spacetime::{self, Frequencies};
+use super::{Observer, short_time};
+use crate::error::Result;
+use crate::prepare::Prepared;
+use crate::transform::Real;
+
+/// What all passes have in common.
+pub(super) struct Stages<'a> {
+    pub plan: &'a Plan,
+    pub prepared: &'a Prepared<'a>,
+    /// By which powers are multiplied before they are stored.
+    pub stored: f64,
+    pub frequency_edge: f64,
+    pub wavenumber_edge: f64,
+    pub sink: &'a dyn Sink,
+    pub observer: &'a dyn Observer,
+}
+
+/// What transforms along time lead to.
+pub(super) struct FromRecords {
+    pub columns: Columns,
+    pub spacetime: Option<Frequencies>,
+    /// The error of amplitudes, and of how many.
+    pub checked: Option<(f64, usize)>,
+}
+
+/// What profiles and single records lead to.
+pub(super) struct FromProfiles {
+    pub rows: Rows,
+    pub short_time: Option<ShortTimeSpectra>,
+    pub short_space: Option<ShortTimeSpectra>,
+}
+
+impl Stages<'_> {
+    /// All passes; side by side where there is memory for both chains, since one alone leaves threads
+    /// waiting now and then.
+    pub fn run<T: Real>(
+        &self,
+        along_time: Option<&AlongTime<T>>,
+        clock: &mut Clock,
+    ) -> Result<(Option<FromRecords>, FromProfiles)> {
+        if !self.plan.side_by_side {
+            let records = along_time.map(|along_time| self.records(along_time, clock));
+            return Ok((records.transpose()?, self.profiles::<T>(clock)?));
+        }
+        let axes = &self.plan.axes;
+        let frequencies = if self.plan.request.results.spacetime {
+            axes.frequency.len()
+        } else {
+            0
+        };
+        let units = axes.n_times + axes.n_sites + frequencies;
+        self.observer.stage("transforming", units as u64);
+        let quiet = Stages {
+            observer: &Unnamed(self.observer),
+            ..*self
+        };
+        // A chain may wait for a thread, which is none of its time.
+        let ((records, mut first), (profiles, mut second)) = rayon::join(
+            || {
+                let mut clock = Clock::new();
+                let records = along_time.map(|along_time| quiet.records(along_time, &mut clock));
+                (records.transpose(), clock.timings)
+            },
+            || {
+                let mut clock = Clock::new();
+                (quiet.profiles::<T>(&mut clock), clock.timings)
+            },
+        );
+        clock.timings.append(&mut first);
+        clock.timings.append(&mut second);
+        Ok((records?, profiles?))
+    }
+
+    /// Along time, then along space at each frequency.
+    fn records<T: Real>(
+        &self,
+        along_time: &AlongTime<T>,
+        clock: &mut Clock,
+    ) -> Result<FromRecords> {
+        let (plan, stored, sink, observer) = (self.plan, self.stored, self.sink, self.observer);
+        let shape = (plan.between_rows(), plan.axes.n_sites);
+        let mut between = match (plan.request.results.spacetime, plan.scratch_file) {
+            (false, _) => None,
+            (true, 0) => Some(Between::<T>::in_memory(shape)?),
+            (true, _) => Some(Between::<T>::in_scratch(shape)?),
+        };
+        let edge = self.frequency_edge;
+        let columns =
+            along_time.transform_records(edge, stored, between.as_mut(), sink, observer)?;
+        clock.lap(plan, "along time");
+        let spacetime = match &between {
+            None => None,
+            Some(between) => {
+                let seen = spacetime::transform_frequencies(plan, between, stored, sink, observer)?;
+                clock.lap(plan, "space-time");
+                Some(seen)
+            }
+        };
+        drop(between);
+        let site = columns.energies.iter().position(|&energy| energy > 0.0);
+        let checked = site.and_then(|site| along_time.spot_check(site));
+        clock.lap(plan, "spot check");
+        Ok(FromRecords {
+            columns,
+            spacetime,
+            checked,
+        })
+    }
+
+    /// Along space at each time, and short-time spectra.
+    fn profiles<T: Real>(&self, clock: &mut Clock) -> Result<FromProfiles> {
+        let (plan, prepared, stored, observer) =
+            (self.plan, self.prepared, self.stored, self.observer);
+        let edge = self.wavenumber_edge;
+        let rows =
+            rows::transform_profiles::<T>(plan, prepared, edge, stored, self.sink, observer)?;
+        clock.lap(plan, "along space");
+        let (short_time, short_space) = if plan.request.results.short_time {
+            let along = short_time::along_time::<T>(plan, prepared, stored, observer)?;
+            let across = short_time::along_space::<T>(plan, prepared, stored, observer)?;
+            clock.lap(plan, "short-time");
+            (Some(along), across)
+        } else {
+            (None, None)
+        };
+        Ok(FromProfiles {
+            rows,
+            short_time,
+            short_space,
+        })
+    }
+}
+
+/// An observer to which stages have no names, since several go on.
+struct Unnamed<'a>(&'a dyn Observer);
+
+impl Observer for Unnamed<'_> {
+    fn advance(&self, units: u64) {
+        self.0.advance(units);
+    }
+
+    fn cancelled(&self) -> bool {
+        self.0.cancelled()
+    }
+}
+
+/// Times the stages.
+pub(super) struct Clock {
+    since: Instant,
+    pub timings: Vec<Timing>,
+}
+
+impl Clock {
+    pub fn new() -> Self {
+        Clock {
+            since: Instant::now(),
+            timings: Vec::new(),
+        }
+    }
+
+    /// Ends `stage`; its traffic is that of the plan.
+    pub fn lap(&mut self, plan: &Plan, stage: &'static str) {
+        let planned = plan.stages.iter().find(|s| s.stage == stage);
+        self.timings.push(Timing {
+            stage,
+            seconds: self.since.elapsed().as_secs_f64(),
+            bytes_read: planned.map_or(0, |s| s.bytes_read),
+            bytes_written: planned.map_or(0, |s| s.bytes_written),
+            transforms: planned.map_or(0, |s| s.transforms),
+            transform_length: planned.map_or(0, |s| s.length),
+        });
+        self.since = Instant::now();
+    }
+}

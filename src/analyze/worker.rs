@@ -1,0 +1,155 @@
+//! Records of a few sites to their mean power spectra: by one thread, with its own buffers.
+
+use std::ops::Range;
+
+use ndarray::{Array2, ArrayViewMut2, s};
+use num_complex::Complex;
+
+use super::plan::Plan;
+use crate::chain::lanes::Block;
+use crate::prepare::{Prepared, Trend};
+use crate::transform::{Real, RecordScratch, RecordTransform, Scale, fold, power};
+
+/// Samples of a few sites.
+pub(super) enum Samples<'a> {
+    /// Record after record.
+    Records(&'a [f64]),
+    /// Side by side, time by time.
+    Columns(&'a [f64]),
+}
+
+/// Records of a few sites to spectra, with the thread's own buffers.
+pub(super) struct Worker<'a, T: Real> {
+    plan: &'a Plan,
+    transform: &'a RecordTransform<T>,
+    scale: Scale,
+    scratch: RecordScratch<T>,
+    /// Segments without their trends, one a record.
+    segments: Vec<f64>,
+    fit: Vec<f64>,
+    /// Transforms of one segment, where they are not kept.
+    passing: Array2<Complex<T>>,
+    /// Mean power spectra of the segments, of each site a lane.
+    pub power: Vec<Block>,
+    /// `sum (w v)^2` over the segments of each record.
+    pub energies: Vec<f64>,
+}
+
+impl<'a, T: Real> Worker<'a, T> {
+    pub fn new(plan: &'a Plan, transform: &'a RecordTransform<T>) -> Self {
+        Worker {
+            plan,
+            transform,
+            scale: plan.time_scale,
+            scratch: RecordScratch::default(),
+            segments: Vec::new(),
+            fit: Vec::new(),
+            passing: Array2::default((0, 0)),
+            power: Vec::new(),
+            energies: Vec::new(),
+        }
+    }
+
+    /// Spectra and energies of `samples` of `width` sites from `first` on.
+    ///
+    /// `kept`, `(bin x segment, site)`, gets the transforms.
+    pub fn spectra(
+        &mut self,
+        prepared: &Prepared,
+        sites: Range<usize>,
+        samples: Samples,
+        mut kept: Option<ArrayViewMut2<Complex<T>>>,
+    ) {
+        let segments = self.plan.segments;
+        let (bins, width) = (self.transform.bins(), sites.len());
+        // Lanes of no site keep what they have; nobody looks at them.
+        self.power.resize(bins, Block::default());
+        self.energies.clear();
+        self.energies.resize(width, 0.0);
+        let n = self.transform.padded();
+        let mean = self.scale.factor / segments.count() as f64;
+        let mut passing = std::mem::take(&mut self.passing);
+        if kept.is_none() && passing.dim() != (bins, width) {
+            passing = Array2::default((bins, width));
+        }
+        for (s, start) in segments.starts().enumerate() {
+            let mut spectra = match &mut kept {
+                Some(kept) => kept.slice_mut(s![s..;segments.count(), ..]),
+                None => passing.view_mut(),
+            };
+            let span = start..start + segments.length;
+            self.segment(prepared, &sites, &samples, span, spectra.view_mut());
+            let (is_first, is_last) = (s == 0, s + 1 == segments.count());
+            for (m, (sums, spectra)) in self.power.iter_mut().zip(spectra.outer_iter()).enumerate()
+            {
+                let factor = if is_last { mean * fold(m, n) } else { 1.0 };
+                for (sum, &x) in sums.0.iter_mut().zip(spectra) {
+                    let before = if is_first { 0.0 } else { *sum };
+                    *sum = (before + power(x)) * factor;
+                }
+            }
+        }
+        self.passing = passing;
+    }
+
+    /// Transforms of the times `span`; adds their energies.
+    fn segment(
+        &mut self,
+        prepared: &Prepared,
+        sites: &Range<usize>,
+        samples: &Samples,
+        span: Range<usize>,
+        spectra: ArrayViewMut2<Complex<T>>,
+    ) {
+        let n_times = self.plan.axes.n_times;
+        let energies = match *samples {
+            Samples::Columns(values) => {
+                let values = &values[span.start * sites.len()..span.end * sites.len()];
+                self.transform
+                    .transform_columns(values, spectra, &mut self.scratch)
+            }
+            Samples::Records(records) if self.plan.request.welch.is_some() => {
+                let length = span.len();
+                self.detrended(prepared, sites.start, records, span);
+                let pieces = self.segments.chunks_exact(length);
+                self.transform
+                    .transform_into(pieces, spectra, &mut self.scratch)
+            }
+            Samples::Records(records) => {
+                let pieces = records.chunks_exact(n_times).map(|r| &r[span.clone()]);
+                self.transform
+                    .transform_into(pieces, spectra, &mut self.scratch)
+            }
+        };
+        for (sum, energy) in self.energies.iter_mut().zip(energies) {
+            *sum += energy;
+        }
+    }
+
+    /// The times `span` of all records to `segments`, each without its own trend; masked samples
+    /// have no weight.
+    fn detrended(
+        &mut self,
+        prepared: &Prepared,
+        first: usize,
+        records: &[f64],
+        span: Range<usize>,
+    ) {
+        let kind = self.plan.request.detrend_time;
+        let records = records.chunks_exact(self.plan.axes.n_times);
+        self.segments.clear();
+        for (c, record) in records.enumerate() {
+            let begin = self.segments.len();
+            self.segments.extend_from_slice(&record[span.clone()]);
+            let segment = &mut self.segments[begin..];
+            let masked = prepared.masked(first + c);
+            let from = masked.partition_point(|gap| gap.time < span.start);
+            let masked = masked[from..].iter().take_while(|gap| gap.time < span.end);
+            let is_masked = |i: usize| masked.clone().any(|gap| gap.time == span.start + i);
+            Trend::remove_from(segment, kind, |i| !is_masked(i), &mut self.fit);
+            for gap in masked.clone() {
+                segment[gap.time - span.start] = 0.0;
+            }
+        }
+    }
+}

@@ -1,0 +1,119 @@
+//! The look at every sample before anything is computed: in passing where that will do, else record
+//! by record.
+
+use std::sync::atomic::{AtomicUsize, Ordering};
+
+use rayon::prelude::*;
+
+use super::extremes::Extremes;
+use super::scan::{self, ChannelScan, Gap};
+use super::{Gaps, Prepared};
+use crate::analyze::Observer;
+use crate::error::{Error, Result};
+
+/// Bytes that a gap takes while gaps are gathered: twice by site, once by time.
+const GAP_BYTES: u64 = 3 * size_of::<Gap>() as u64;
+
+impl Prepared<'_> {
+    /// What each record holds; keeps account of its gaps.
+    pub(super) fn scan(&mut self, gaps: Gaps, observer: &dyn Observer) -> Result<Vec<ChannelScan>> {
+        let passed = match self.field.is_time_major() {
+            true => self.extremes(observer)?.scans(),
+            false => vec![None; self.n_sites()],
+        };
+        let is_open = |j: usize| passed[j].is_none();
+        if (0..self.n_sites()).any(is_open) {
+            observer.stage("looking at the samples", self.n_sites() as u64);
+        }
+        let room = (self.tiles.memory / GAP_BYTES) as usize;
+        let kept = AtomicUsize::new(0);
+        let found = self.each_record_of(is_open, observer, |j, record, _| {
+            let scan = ChannelScan::of(record);
+            // Past the limit gaps are still counted, but no longer kept.
+            if kept.fetch_add(scan.gaps, Ordering::Relaxed) + scan.gaps > room {
+                return (scan, Vec::new());
+            }
+            let mut filled = Vec::new();
+            if scan.gaps > 0 && gaps != Gaps::Refuse {
+                scan::fill(record, j, gaps, &mut filled);
+            }
+            (scan, filled)
+        })?;
+        let (looked_at, filled): (Vec<_>, Vec<_>) = found.into_iter().unzip();
+        let mut looked_at = looked_at.into_iter();
+        let scans = passed
+            .into_iter()
+            .map(|scan| scan.or_else(|| looked_at.next()));
+        let scans: Vec<ChannelScan> = scans.flatten().collect();
+        let count: u64 = scans.iter().map(|s: &ChannelScan| s.gaps as u64).sum();
+        if count > 0 && gaps == Gaps::Refuse {
+            let first = scans
+                .iter()
+                .enumerate()
+                .filter_map(|(j, s)| Some((s.first_gap?, j)))
+                .min()
+                .unwrap_or_default();
+            return Err(Error::NonFinite {
+                name: self.field.name.clone(),
+                count,
+                first: (self.times.start + first.0, self.sites.start + first.1),
+                sites: scans.iter().filter(|s| s.gaps > 0).count(),
+                n_sites: scans.len(),
+            });
+        }
+        if kept.into_inner() > room && gaps != Gaps::Refuse {
+            return Err(Error::Memory {
+                what: "keeping account of the gaps",
+                needed: count * GAP_BYTES,
+                allowed: self.tiles.memory,
+            });
+        }
+        self.gaps = filled.concat();
+        self.gaps_by_time = self.gaps.clone();
+        self.gaps_by_time.sort_by_key(|g| (g.time, g.site));
+        Ok(scans)
+    }
+
+    /// Looks at the samples in the order in which they lie.
+    fn extremes(&self, observer: &dyn Observer) -> Result<Extremes> {
+        /// Samples that are looked at before the next stretch of times.
+        const STRETCH: usize = 1 << 16;
+        observer.stage("looking at the samples", self.n_times() as u64);
+        let none = || Extremes::none(self.n_sites());
+        let stretch = (STRETCH / self.field.n_sites()).max(1);
+        let starts: Vec<usize> = self.times.clone().step_by(stretch).collect();
+        // Few parts, since each has room for all sites.
+        let least = starts.len().div_ceil(4 * rayon::current_num_threads());
+        starts
+            .into_par_iter()
+            .with_min_len(least)
+            .try_fold(none, |mut seen, start| {
+                if observer.cancelled() {
+                    return Err(Error::Cancelled);
+                }
+                let end = (start + stretch).min(self.times.end);
+                // The time before tells what is held.
+                let first = start.saturating_sub(1).max(self.times.start);
+                let n_sites = self.field.n_sites();
+                let mut room = Vec::new();
+                let rows = match self.field.stored_profiles(first..end) {
+                    Some(rows) => rows,
+                    None => {
+                        room.resize((end - first) * n_sites, 0.0);
+                        self.field
+                            .read_time_major(first..end, 0..n_sites, &mut room);
+                        &room
+                    }
+                };
+                let profile = |n: usize| &rows[(n - first) * n_sites..][self.sites.clone()];
+                for n in start..end {
+                    let before = (n > first).then(|| profile(n - 1));
+                    seen.take(profile(n), before);
+                }
+                self.release_pages();
+                observer.advance((end - start) as u64);
+                Ok(seen)
+            })
+            .try_reduce(none, |a, b| Ok(a.merged(b)))
+    }
+}
