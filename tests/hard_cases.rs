@@ -504,6 +504,33 @@ fn integrals_of_spectra_are_what_their_scaling_says() {
     }
 }
 
+/// The band's edge is that of the spectra it splits: segments lose their means in both.
+#[test]
+fn the_band_edge_of_segments_is_that_of_their_spectra() {
+    let slow = |n: usize| 50.0 * (std::f64::consts::TAU * n as f64 / 5000.0).sin();
+    let tone = |n: usize| (std::f64::consts::TAU * n as f64 / 8.0).sin();
+    let field = Field::from_array(Array2::from_shape_fn((2048, 2), |(n, _)| slow(n) + tone(n)));
+    let request = Request {
+        detrend_time: Detrend::Linear,
+        welch: Some(Welch {
+            segment: 256,
+            overlap: 128,
+        }),
+        ..Request::default()
+    };
+    let (analysis, spectra) = analyzed(&field, &request);
+    let power = spectra.temporal.unwrap().column(0).to_vec();
+    let (total, mut below) = (power.iter().sum::<f64>(), 0.0);
+    let at = power.iter().position(|p| {
+        below += p;
+        below >= 0.9 * total
+    });
+    let edge = analysis.frequency_edge.unwrap().value();
+    assert_eq!(edge, analysis.axes.frequency[at.unwrap()]);
+    // Without their trends the tone is what is left.
+    assert!(edge > 0.1, "{edge}");
+}
+
 #[test]
 fn welch_segments_of_the_whole_record_are_the_periodogram() {
     let field = field((90, 4));

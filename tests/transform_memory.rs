@@ -63,17 +63,29 @@ fn every_tail_of_columns_keeps_to_its_buffers_in_single_precision() {
     every_tail::<f32>();
 }
 
-/// Rows 4096 bytes apart, whose tiles go side by side.
-#[test]
-fn rows_far_apart_keep_to_their_buffers() {
+/// Rows 4096 bytes apart, whose tiles go side by side: the last columns, with nothing behind them.
+fn far_apart<T: Real>() {
+    let wide = 4096 / size_of::<T>();
     for length in LENGTHS {
-        let all = values::<f64>((length, 512));
-        for plan in plans::<f64>(length) {
-            let columns = s![.., 472..];
-            let close = spectra(&plan, all.slice(columns).to_owned().view());
-            assert_eq!(spectra(&plan, all.view()).slice(columns), close);
+        let all = values::<T>((length, wide));
+        for plan in plans::<T>(length) {
+            for columns in 1..=2 * WIDEST {
+                let part = all.slice(s![.., wide - columns..]);
+                let close = spectra(&plan, part.to_owned().view());
+                assert_eq!(spectra(&plan, part), close, "{plan:?} {columns}");
+            }
+            // Room for fewer columns grows.
+            let mut found = Array2::default((plan.bins(), wide));
+            plan.transform(all.view(), found.view_mut(), &mut plan.scratch(3));
+            assert_eq!(found, spectra(&plan, all.view()));
         }
     }
+}
+
+#[test]
+fn rows_far_apart_keep_to_their_buffers() {
+    far_apart::<f64>();
+    far_apart::<f32>();
 }
 
 /// Columns that are not neighbours, and stripes of several threads.

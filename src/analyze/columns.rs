@@ -62,7 +62,7 @@ impl<'a, T: Real> AlongTime<'a, T> {
             }
             prepared.record(j, &mut record);
             if record.iter().any(|&v| v != 0.0) {
-                worker.spectra(prepared, j..j + 1, Samples::Columns(&record), None);
+                worker.spectra(prepared, j..j + 1, Samples::Records(&record), None);
                 let spectrum: Vec<f64> = worker.power.iter().map(|lanes| lanes.0[0]).collect();
                 if sum(&spectrum) > 0.0 {
                     return Ok(Some((j, spectrum)));

@@ -115,23 +115,25 @@ pub(super) fn along_time<T: Real>(
     sites.sort_unstable();
     sites.dedup();
     observer.stage("short-time", (sites.len() * segments.count()) as u64);
-    let spectra: Result<Vec<ShortTimeSpectrum>> = sites
-        .into_par_iter()
-        .map(|index| {
-            let mut record = vec![0.0; nt];
-            prepared.record(index, &mut record);
-            let mut frames = Frames::<T> {
-                segments,
-                transform: Along::Time(&transform, RecordScratch::default()),
-                scale,
-            };
-            Ok(ShortTimeSpectrum {
-                index,
-                at: plan.axes.space.at(index),
-                values: frames.spectra(&record, stored, observer)?,
-            })
+    let of = |index: usize| {
+        let mut record = vec![0.0; nt];
+        prepared.record(index, &mut record);
+        let mut frames = Frames::<T> {
+            segments,
+            transform: Along::Time(&transform, RecordScratch::default()),
+            scale,
+        };
+        Ok(ShortTimeSpectrum {
+            index,
+            at: plan.axes.space.at(index),
+            values: frames.spectra(&record, stored, observer)?,
         })
-        .collect();
+    };
+    // A field larger than memory is swept once a site, and its records are held one at a time.
+    let spectra: Result<Vec<ShortTimeSpectrum>> = match plan.tiles.ahead {
+        Some(_) => sites.into_iter().map(of).collect(),
+        None => sites.into_par_iter().map(of).collect(),
+    };
     Ok(ShortTimeSpectra {
         bins: frequencies(segments.length, dt),
         ..describe(&plan.axes.time, segments, asked.window, spectra?)

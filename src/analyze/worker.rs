@@ -14,7 +14,7 @@ use crate::transform::{Real, RecordScratch, RecordTransform, Scale, fold, power}
 pub(super) enum Samples<'a> {
     /// Record after record.
     Records(&'a [f64]),
-    /// Side by side, time by time.
+    /// Side by side, time by time; not where segments lose trends of their own.
     Columns(&'a [f64]),
 }
 

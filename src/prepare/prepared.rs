@@ -392,6 +392,7 @@ impl<'a> Prepared<'a> {
         for from in (0..n_sites).step_by(block) {
             let sites = from..(from + block).min(n_sites);
             if !sites.clone().any(&wanted) {
+                observer.advance(sites.len() as u64);
                 continue;
             }
             let ahead = self.read_ahead(sites.clone());

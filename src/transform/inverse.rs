@@ -107,9 +107,9 @@ impl<T: Real> ColumnInverse<T> {
         let (length, width) = (self.length(), self.plan.width());
         for (m, bins) in spectra.outer_iter().enumerate() {
             let mirror = (length - m) % length;
-            let imaginary = if mirror == m { T::zero() } else { T::one() };
             for (c, x) in bins.iter().enumerate() {
-                let im = x.im * imaginary;
+                // Not a product with 0, which would let infinities through.
+                let im = if mirror == m { T::zero() } else { x.im };
                 room.sums[m * width + c] = x.re - im;
                 room.sums[mirror * width + c] = x.re + im;
             }

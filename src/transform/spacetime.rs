@@ -30,6 +30,7 @@ impl<T: Real> SpaceTimeTransform<T> {
     /// # Panics
     /// If there are no times or no sites.
     pub fn new((times, sites): (usize, usize)) -> Self {
+        assert!(times > 0 && sites > 0);
         SpaceTimeTransform {
             along_time: ColumnTransform::new(times),
             along_space: FftPlanner::new().plan_fft_inverse(sites),
@@ -74,6 +75,7 @@ impl<T: Real> SpaceTimeInverse<T> {
     /// # Panics
     /// If there are no times or no sites.
     pub fn new((times, sites): (usize, usize)) -> Self {
+        assert!(times > 0 && sites > 0);
         SpaceTimeInverse {
             back_in_time: ColumnInverse::new(times),
             back_in_space: FftPlanner::new().plan_fft_forward(sites),
