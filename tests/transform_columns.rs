@@ -115,6 +115,7 @@ fn val_direct_sums_to_the_stated_error() {
         6561,
         9973,
         10007,
+        10011,
         16384,
         16807,
         30000,
@@ -168,7 +169,7 @@ fn bits(spectra: ArrayView2<Complex<f64>>) -> Vec<[u64; 2]> {
 #[test]
 fn columns_do_not_know_of_each_other() {
     let mut random = Random(3);
-    for length in [48, 210, 251, 1000, 1024] {
+    for length in [48, 210, 251, 253, 1000, 1024] {
         let all = random.array::<f64>((length, 48));
         for plan in plans::<f64>(length) {
             let whole = spectra(&plan, all.view());
@@ -232,7 +233,7 @@ fn any_layout_and_any_number_of_threads_give_the_same_bits() {
 /// Rows 4096 bytes apart share places in the caches, and tiles go side by side.
 #[test]
 fn rows_far_apart_have_the_bits_of_close_ones() {
-    for length in [15, 64, 1000, 1009] {
+    for length in [15, 64, 1000, 1009, 1010] {
         let plan = ColumnTransform::<f64>::new(length);
         let wide = Random(8).array::<f64>((length, 512));
         for columns in (1..=40).chain([512]) {
@@ -263,7 +264,7 @@ fn large_results_have_the_bits_of_small_ones() {
 /// A dead channel beside the loudest stays exactly zero, and NaN and infinity stay in theirs.
 #[test]
 fn nothing_leaks_from_a_column() {
-    for length in [360, 251, 1024] {
+    for length in [360, 251, 253, 1024] {
         let mut values = Random(6).array::<f64>((length, 16));
         for c in (0..16).step_by(2) {
             values.column_mut(c).fill(0.0);
@@ -373,8 +374,10 @@ fn plans_say_how() {
     let plan = ColumnTransform::<f64>::new(10007);
     assert!(matches!(
         plan.method(),
-        Method::Convolution { points: 15010.. }
+        Method::PrimeConvolution { points: 10005.. }
     ));
+    let composite = ColumnTransform::<f64>::new(10011).method();
+    assert!(matches!(composite, Method::Convolution { points: 15016.. }));
     assert_eq!(ColumnTransform::<f64>::new(7).method(), Method::ByColumn);
     assert_eq!(plan.instruction_set(), InstructionSet::best());
 }

@@ -51,6 +51,13 @@ pub fn convolution(least: usize) -> (Vec<usize>, Vec<usize>) {
     halves(points).unwrap_or_else(|| (vec![4], vec![4]))
 }
 
+/// Whether Rader's algorithm does for a length: an odd prime, whose rows 31 bits count.
+pub fn is_odd_prime(length: usize) -> bool {
+    let mut factors = (3..).step_by(2).take_while(|f| f * f <= length);
+    let counted = length > 2 && length < 1 << 31;
+    counted && !length.is_multiple_of(2) && !factors.any(|f| length.is_multiple_of(f))
+}
+
 /// Cost of a pass, a point.
 fn work(radix: usize) -> f64 {
     match radix {
@@ -122,6 +129,9 @@ mod tests {
             let (first, second) = convolution(least);
             assert!(first.iter().chain(&second).product::<usize>() >= least);
         }
+        let primes = (0..60).filter(|&length| is_odd_prime(length));
+        let expected = [3, 5, 7, 11, 13, 17, 19, 23, 29, 31, 37, 41, 43, 47, 53, 59];
+        assert!(primes.eq(expected));
         assert_eq!(halves(16384), Some((vec![8, 8, 4], vec![8, 8])));
         assert_eq!(halves(4096).map(|(a, _)| a.iter().product()), Some(64));
     }

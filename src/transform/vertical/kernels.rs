@@ -5,7 +5,7 @@
 //! are taken only after the processor was asked for the features: that makes the calls sound.
 
 use super::butterfly::{Butterfly, Dft};
-use super::passes::{self, Last, Rows, Split, Turn};
+use super::passes::{self, Blend, Fold, Last, Rows, Scatter, Split, Turn};
 use super::simd::{Lanes, Portable};
 
 /// Radices that kernels exist for, in the order of the tables.
@@ -15,7 +15,7 @@ pub const RADICES: [usize; 6] = [2, 3, 4, 5, 7, 8];
 type First<T> = unsafe fn(&Rows<T>, *mut T, usize, *const T);
 /// `from, to, blocks, count, twiddles` of [`passes::middle`].
 type Middle<T> = unsafe fn(*const T, *mut T, usize, usize, *const T);
-/// Of [`passes::split`] and [`passes::last`].
+/// Of passes whose places have names.
 type End<A> = unsafe fn(&A);
 
 /// `from, next, factors, factors_apart, valid, count, to` of [`passes::chirp`].
@@ -42,6 +42,11 @@ pub struct Kernels<T: 'static> {
     pub turn_mirrored: [End<Turn<T>>; RADICES.len()],
     /// Mirrored, to rows of a spectrum.
     pub turn_pairs: [End<Turn<T>>; RADICES.len()],
+    pub order: [End<Turn<T>>; RADICES.len()],
+    pub fold: End<Fold<T>>,
+    pub blend: End<Blend<T>>,
+    pub scatter: [End<Scatter<T>>; RADICES.len()],
+    pub scatter_streamed: [End<Scatter<T>>; RADICES.len()],
 }
 
 macro_rules! kernels {
@@ -131,6 +136,36 @@ macro_rules! kernels {
                 unsafe { passes::turn::<$lanes, R, MIRROR, PAIRS>(at) }
             }
 
+            $(#[target_feature(enable = $feature)])?
+            unsafe fn order<const R: usize>(at: &Turn<$scalar>)
+            where
+                Dft: Butterfly<R>,
+            {
+                // SAFETY: the caller's.
+                unsafe { passes::order::<$lanes, R>(at) }
+            }
+
+            $(#[target_feature(enable = $feature)])?
+            unsafe fn fold(at: &Fold<$scalar>) {
+                // SAFETY: the caller's.
+                unsafe { passes::fold::<$lanes>(at) }
+            }
+
+            $(#[target_feature(enable = $feature)])?
+            unsafe fn blend(at: &Blend<$scalar>) {
+                // SAFETY: the caller's.
+                unsafe { passes::blend::<$lanes>(at) }
+            }
+
+            $(#[target_feature(enable = $feature)])?
+            unsafe fn scatter<const R: usize, const STREAM: bool>(at: &Scatter<$scalar>)
+            where
+                Dft: Butterfly<R>,
+            {
+                // SAFETY: the caller's.
+                unsafe { passes::scatter::<$lanes, R, STREAM>(at) }
+            }
+
             pub(in crate::transform::vertical) static KERNELS: Kernels<$scalar> = Kernels {
                 width: <$lanes as Lanes>::WIDTH,
                 gather: first::<1>,
@@ -152,6 +187,17 @@ macro_rules! kernels {
                 turn: [turn::<2, false, false>, turn::<3, false, false>, turn::<4, false, false>, turn::<5, false, false>, turn::<7, false, false>, turn::<8, false, false>],
                 turn_mirrored: [turn::<2, true, false>, turn::<3, true, false>, turn::<4, true, false>, turn::<5, true, false>, turn::<7, true, false>, turn::<8, true, false>],
                 turn_pairs: [turn::<2, true, true>, turn::<3, true, true>, turn::<4, true, true>, turn::<5, true, true>, turn::<7, true, true>, turn::<8, true, true>],
+                order: [order::<2>, order::<3>, order::<4>, order::<5>, order::<7>, order::<8>],
+                fold,
+                blend,
+                scatter: [
+                    scatter::<2, false>, scatter::<3, false>, scatter::<4, false>,
+                    scatter::<5, false>, scatter::<7, false>, scatter::<8, false>,
+                ],
+                scatter_streamed: [
+                    scatter::<2, true>, scatter::<3, true>, scatter::<4, true>,
+                    scatter::<5, true>, scatter::<7, true>, scatter::<8, true>,
+                ],
             };
         }
     };

@@ -27,7 +27,8 @@
 //! that fill whole cache lines and are larger than the caches are written past them.
 //!
 //! Lengths with other prime factors go through a convolution of a length that has none, in the
-//! same halves (Bluestein's algorithm); the shortest are transformed column by column.
+//! same halves: primes by Rader's algorithm, others by Bluestein's; the shortest are transformed
+//! column by column.
 //!
 //! # Instruction sets
 //! [`InstructionSet`] is chosen at run time. Fused multiply-adds round once where others round
@@ -44,10 +45,12 @@
 mod butterfly;
 mod chirp;
 mod choice;
+mod cyclic;
 mod fast;
 mod kernels;
 mod other;
 mod passes;
+mod rader;
 mod simd;
 
 use std::sync::{Mutex, PoisonError};
@@ -62,6 +65,7 @@ use fast::Fast;
 use kernels::Kernels;
 pub use kernels::{InstructionSet, Kernelled, KernelsOf};
 use other::Other;
+use rader::Rader;
 
 /// Bytes of a result from which on it is written past the caches.
 const STREAMED_BYTES: usize = 4 << 20;
@@ -91,6 +95,7 @@ impl<T: Real> Drop for Borrowed<'_, T> {
 enum Way<T: Real> {
     Fast(Fast<T>),
     Chirp(Chirp<T>),
+    Rader(Rader<T>),
     Other(Other<T>),
 }
 
@@ -102,8 +107,10 @@ pub enum Method {
         first: Vec<usize>,
         second: Vec<usize>,
     },
-    /// By a convolution of so many points.
+    /// By a convolution of so many points, Bluestein's.
     Convolution { points: usize },
+    /// A prime length by a convolution of so many points, Rader's.
+    PrimeConvolution { points: usize },
     /// Column by column, by `realfft`: the shortest.
     ByColumn,
 }
@@ -152,6 +159,10 @@ impl<T: Real> ColumnTransform<T> {
         let way = match choice::halves(length) {
             Some((first, second)) => Way::Fast(Fast::new(set, first, second)),
             None if length <= 8 => Way::Other(Other::new(length)),
+            None if choice::is_odd_prime(length) => {
+                let points = choice::convolution(Rader::<T>::least_points(length));
+                Way::Rader(Rader::new(set, length, points))
+            }
             None => {
                 let points = choice::convolution(length + length / 2);
                 Way::Chirp(Chirp::new(set, length, points))
@@ -196,6 +207,9 @@ impl<T: Real> ColumnTransform<T> {
             Way::Chirp(chirp) => Method::Convolution {
                 points: chirp.points(),
             },
+            Way::Rader(rader) => Method::PrimeConvolution {
+                points: rader.points(),
+            },
             Way::Other(_) => Method::ByColumn,
         }
     }
@@ -205,7 +219,8 @@ impl<T: Real> ColumnTransform<T> {
         let levels = (self.length as f64).log2().max(1.0).sqrt();
         let factor = match &self.way {
             Way::Fast(_) => 0.35,
-            Way::Chirp(_) => 1.0,
+            Way::Chirp(_) => 0.7,
+            Way::Rader(_) => 0.6,
             Way::Other(_) => 1.0,
         };
         factor * T::EPSILON * levels
@@ -420,6 +435,7 @@ impl<T: Real> Way<T> {
         match self {
             Way::Fast(fast) => fast.kernels(),
             Way::Chirp(chirp) => chirp.kernels(),
+            Way::Rader(rader) => rader.kernels(),
             Way::Other(_) => &[],
         }
     }
@@ -429,6 +445,7 @@ impl<T: Real> Way<T> {
         match self {
             Way::Fast(fast) => fast.scratch_len(width, tiles),
             Way::Chirp(chirp) => chirp.scratch_len(width),
+            Way::Rader(rader) => rader.scratch_len(width),
             Way::Other(_) => 0,
         }
     }
@@ -444,16 +461,23 @@ impl<T: Real> Way<T> {
         stream: bool,
         scratch: &mut [T],
     ) {
+        // One after the other.
+        let each = |tile: &mut dyn FnMut((*const T, usize), (*mut T, usize))| {
+            for t in 0..count {
+                let source = from.0.wrapping_add(t * kernels.width);
+                let bins = to.0.wrapping_add(2 * t * kernels.width);
+                tile((source, from.1), (bins, to.1));
+            }
+        };
         // SAFETY: the caller's.
         unsafe {
             match self {
                 Way::Fast(fast) => fast.tiles(kernels, count, from, to, stream, scratch),
                 Way::Chirp(chirp) => {
-                    for t in 0..count {
-                        let from = (from.0.add(t * kernels.width), from.1);
-                        let to = (to.0.add(2 * t * kernels.width), to.1);
-                        chirp.tile(kernels, from, to, scratch);
-                    }
+                    each(&mut |from, to| chirp.tile(kernels, from, to, scratch));
+                }
+                Way::Rader(rader) => {
+                    each(&mut |from, to| rader.tile(kernels, from, to, stream, scratch));
                 }
                 Way::Other(_) => {}
             }

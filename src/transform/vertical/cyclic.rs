@@ -1,0 +1,218 @@
+//! Complex transforms of `M = m1 m2` points in two halves, whose numbers in between need no order:
+//! what convolutions are made of.
+//!
+//! With `j = j1 m2 + j2` and `k = k1 + m1 k2`, as in [`super`]: the first half turns each series
+//! over j1 into a column of a matrix of m1 rows and m2 columns, the second half each row of it into
+//! bins k. There they are multiplied, and go back the same way, first rows, then columns.
+//! Transforms back are forward ones of conjugates.
+
+use num_complex::Complex;
+use rustfft::FftPlanner;
+
+use super::fast::{Half, index};
+use super::kernels::Kernels;
+use super::passes::{Turn, Unordered};
+use crate::transform::Real;
+use crate::turns::cos_sin_exact;
+
+/// As in [`super::fast`].
+const PADDING: usize = 2;
+
+/// A planned transform there and back.
+pub struct Cyclic<T: 'static> {
+    pub first: Half<T>,
+    pub second: Half<T>,
+    first_digits: Vec<u32>,
+    second_digits: Vec<u32>,
+    /// `exp(-2 pi i k1 j2 / M)`, row by row of k1.
+    twiddles: Vec<T>,
+}
+
+/// Working space of one tile: numbers of the series or the row in hand, three times, and the matrix.
+#[derive(Debug, Clone, Copy)]
+pub struct Room<T> {
+    pub work: *mut T,
+    pub others: [*mut T; 2],
+    pub between: *mut T,
+}
+
+impl<T: Real> Cyclic<T> {
+    /// Of halves of these radices.
+    pub fn new((first, second): (Vec<usize>, Vec<usize>)) -> Self {
+        let (first, second) = (Half::<T>::new(first), Half::<T>::new(second));
+        let (m1, m2) = (first.length, second.length);
+        let turns = (0..m1).flat_map(|k1| (0..m2).map(move |j2| k1 * j2));
+        Cyclic {
+            twiddles: turns
+                .flat_map(|turn| {
+                    let (cos, sin) = cos_sin_exact(turn as u64, (m1 * m2) as u64);
+                    [T::rounded(cos), T::rounded(-sin)]
+                })
+                .collect(),
+            first_digits: first.digits(),
+            second_digits: second.digits(),
+            first,
+            second,
+        }
+    }
+
+    /// Points M.
+    pub fn points(&self) -> usize {
+        self.first.length * self.second.length
+    }
+
+    /// Of all points `j1 m2 + j2` of one j2, how many lie below a limit.
+    pub fn below(&self, limit: usize, j2: usize) -> usize {
+        limit.saturating_sub(j2).div_ceil(self.second.length)
+    }
+
+    fn work(&self) -> usize {
+        self.first.length.max(self.second.length)
+    }
+
+    /// From row to row of the matrix, in complex numbers.
+    fn row(&self) -> usize {
+        self.second.length + PADDING
+    }
+
+    /// Numbers of scratch for tiles of `width` columns.
+    pub fn scratch_len(&self, width: usize) -> usize {
+        2 * width * (3 * self.work() + self.first.length * self.row())
+    }
+
+    /// The parts of a scratch of as many numbers as [`Cyclic::scratch_len`] says, which is checked.
+    pub fn room(&self, width: usize, scratch: &mut [T]) -> Room<T> {
+        assert!(scratch.len() >= self.scratch_len(width));
+        let part = 2 * width * self.work();
+        let work = scratch.as_mut_ptr();
+        let at = |parts: usize| work.wrapping_add(parts * part);
+        Room {
+            work,
+            others: [at(1), at(2)],
+            between: at(3),
+        }
+    }
+
+    /// Row k1 of the matrix.
+    pub fn numbers(&self, width: usize, room: &Room<T>, k1: usize) -> *mut T {
+        room.between.wrapping_add(2 * width * self.row() * k1)
+    }
+
+    /// The series over j1 in `room.work`, transformed, to column j2 of the matrix.
+    ///
+    /// # Safety
+    /// The kernels are those of this processor; `room` is this plan's, for their width.
+    pub unsafe fn column(&self, kernels: &Kernels<T>, room: &Room<T>, j2: usize) {
+        let (m1, m2) = (self.first.length, self.second.length);
+        let radix = self.first.last();
+        // SAFETY: as promised.
+        unsafe {
+            kernels.turn[index(radix)](&Turn {
+                of: Unordered {
+                    from: self.first.all_but_last(kernels, room.work, room.work),
+                    groups: m1 / radix,
+                    digits: self.first_digits.as_ptr(),
+                },
+                to: room.between.add(2 * kernels.width * j2),
+                next: 2 * kernels.width * self.row(),
+                factors: self.twiddles.as_ptr().add(2 * j2),
+                factors_apart: m2,
+                end: m1,
+            });
+        }
+    }
+
+    /// What the last pass of the second half takes to give the bins of row k1 in order, each times a
+    /// factor from `factors` on, to `to`; all other passes are done.
+    ///
+    /// # Safety
+    /// As [`Cyclic::column`].
+    pub unsafe fn bins(
+        &self,
+        kernels: &Kernels<T>,
+        room: &Room<T>,
+        numbers: *const T,
+        (factors, to): (*const T, *mut T),
+    ) -> Turn<T> {
+        // SAFETY: as promised.
+        let from = unsafe { self.second.all_but_last(kernels, numbers, room.work) };
+        Turn {
+            of: Unordered {
+                from,
+                groups: self.second.length / self.second.last(),
+                digits: self.second_digits.as_ptr(),
+            },
+            to,
+            next: 2 * kernels.width,
+            factors,
+            factors_apart: 1,
+            end: self.second.length,
+        }
+    }
+
+    /// The conjugate bins of row k1 in `bins`, transformed back to row k1 of the matrix.
+    ///
+    /// # Safety
+    /// As [`Cyclic::column`].
+    pub unsafe fn row_back(&self, kernels: &Kernels<T>, room: &Room<T>, bins: *const T, k1: usize) {
+        let to = self.numbers(kernels.width, room, k1);
+        let twiddles = self.twiddles.as_ptr();
+        // SAFETY: as promised.
+        unsafe {
+            let twiddles = twiddles.add(2 * k1 * self.second.length);
+            let turn = self.bins(kernels, room, bins, (twiddles, to));
+            kernels.turn[index(self.second.last())](&turn);
+        }
+    }
+
+    /// Column j2 of the matrix, transformed back but for the last pass; where its numbers are.
+    ///
+    /// # Safety
+    /// As [`Cyclic::column`].
+    pub unsafe fn column_back(
+        &self,
+        kernels: &Kernels<T>,
+        room: &Room<T>,
+        j2: usize,
+    ) -> Unordered<T> {
+        let complex = 2 * kernels.width;
+        let m1 = self.first.length;
+        // SAFETY: as promised.
+        unsafe {
+            let from = room.between.add(complex * j2);
+            (kernels.collect)(from, complex * self.row(), m1, room.work);
+            Unordered {
+                from: self.first.all_but_last(kernels, room.work, room.work),
+                groups: m1 / self.first.last(),
+                digits: self.first_digits.as_ptr(),
+            }
+        }
+    }
+}
+
+/// Shifts that a response in `f64` is the mean over.
+const SHIFTS: usize = 8;
+
+/// What a convolution multiplies by: the transform of `kernel` in `f64`, good to a fraction of what a
+/// transform of type T rounds, so that it adds little to the error.
+///
+/// Where T is `f64` it is the mean of those of the kernel in turned order, turned back. These have
+/// rounding errors of their own each; places without a pattern keep them independent.
+pub fn response<T: Real>(kernel: &[Complex<f64>]) -> Vec<Complex<f64>> {
+    const GOLDEN: f64 = 0.618_033_988_749_894_8;
+    let points = kernel.len();
+    let plan = FftPlanner::new().plan_fft_forward(points);
+    let shifts = if T::EPSILON > f64::EPSILON { 1 } else { SHIFTS };
+    let mut mean = vec![Complex::default(); points];
+    for s in 0..shifts {
+        let shift = (s as f64 * GOLDEN * points as f64) as usize % points;
+        let mut turned = [&kernel[shift..], &kernel[..shift]].concat();
+        plan.process(&mut turned);
+        for (k, (mean, bin)) in mean.iter_mut().zip(turned).enumerate() {
+            let phase = (k as u128 * shift as u128 % points as u128) as u64;
+            let (cos, sin) = cos_sin_exact(phase, points as u64);
+            *mean += bin * Complex::new(cos, -sin) / shifts as f64;
+        }
+    }
+    mean
+}
