@@ -63,30 +63,32 @@ impl<T: Real> ShortTimeTransform<T> {
             "shape of the spectra"
         );
         let stream = self.plan.streams(columns * self.segments(times));
+        let passing = self.plan.weighs();
         let together = TOGETHER * self.plan.width();
+        let room = if passing { 0 } else { length * together };
         spectra
             .axis_iter_mut(Axis(0))
             .into_par_iter()
             .enumerate()
             .for_each_init(
-                || {
-                    (
-                        vec![T::zero(); length * together],
-                        self.plan.scratch(columns),
-                    )
-                },
+                || (vec![T::zero(); room], self.plan.scratch(columns)),
                 |(weighed, scratch), (s, mut spectra)| {
                     let start = s * self.hop;
+                    let segment = values.slice(s![start..start + length, ..]);
+                    if passing {
+                        self.plan
+                            .stripe(segment, &self.window, &mut spectra, stream, scratch);
+                        return;
+                    }
                     for from in (0..columns).step_by(together) {
                         let to = columns.min(from + together);
-                        let segment = values.slice(s![start..start + length, from..to]);
                         let weighed = &mut weighed[..length * (to - from)];
-                        self.weigh(segment, weighed);
+                        self.weigh(segment.slice(s![.., from..to]), weighed);
                         let weighed = ArrayView2::from_shape((length, to - from), &*weighed);
                         let mut stripe: ArrayViewMut2<_> = spectra.slice_mut(s![.., from..to]);
                         // The shape is the buffer's own, so this cannot fail.
                         if let Ok(weighed) = weighed {
-                            self.plan.stripe(weighed, &mut stripe, stream, scratch);
+                            self.plan.stripe(weighed, &[], &mut stripe, stream, scratch);
                         }
                     }
                 },

@@ -13,7 +13,7 @@
 use num_complex::Complex;
 
 use super::cyclic::{Cyclic, response};
-use super::fast::index;
+use super::fast::{Tile, index};
 use super::kernels::{InstructionSet, Kernelled, Kernels};
 use super::passes::Turn;
 use crate::transform::Real;
@@ -87,14 +87,8 @@ impl<T: Real> Chirp<T> {
     /// Transforms one tile of `kernels.width` columns.
     ///
     /// # Safety
-    /// As [`super::fast::Fast::tiles`]; `to` needs no alignment.
-    pub unsafe fn tile(
-        &self,
-        kernels: &Kernels<T>,
-        (from, from_stride): (*const T, usize),
-        (to, to_stride): (*mut T, usize),
-        scratch: &mut [T],
-    ) {
+    /// As [`super::fast::Fast::tiles`]; weights are left alone, nothing is written past the caches.
+    pub unsafe fn tile(&self, kernels: &Kernels<T>, tile: Tile<T>, scratch: &mut [T]) {
         let cyclic = &self.cyclic;
         let (m1, m2) = (cyclic.first.length, cyclic.second.length);
         let bins = self.length / 2 + 1;
@@ -104,9 +98,9 @@ impl<T: Real> Chirp<T> {
         unsafe {
             for j in 0..m2 {
                 let valid = cyclic.below(self.length, j);
-                let rows = from.wrapping_add(j * from_stride);
+                let rows = tile.from.wrapping_add(j * tile.from_stride);
                 let chirp = self.chirp.as_ptr().wrapping_add(2 * j);
-                (kernels.chirp)(rows, m2 * from_stride, chirp, m2, valid, m1, room.work);
+                (kernels.chirp)(rows, m2 * tile.from_stride, chirp, m2, valid, m1, room.work);
                 cyclic.column(kernels, &room, j);
             }
             let [other, _] = room.others;
@@ -121,8 +115,8 @@ impl<T: Real> Chirp<T> {
             for j in 0..m2.min(bins) {
                 last_turn(&Turn {
                     of: cyclic.column_back(kernels, &room, j),
-                    to: to.add(j * to_stride),
-                    next: m2 * to_stride,
+                    to: tile.to.add(j * tile.to_stride),
+                    next: m2 * tile.to_stride,
                     factors: self.chirp_back.as_ptr().add(2 * j),
                     factors_apart: m2,
                     end: cyclic.below(bins, j),
@@ -130,7 +124,7 @@ impl<T: Real> Chirp<T> {
             }
             for real in [Some(0), self.length.is_multiple_of(2).then_some(bins - 1)] {
                 let Some(bin) = real else { continue };
-                let bin = to.add(bin * to_stride);
+                let bin = tile.to.add(bin * tile.to_stride);
                 for column in 0..kernels.width {
                     *bin.add(2 * column + 1) = T::zero();
                 }

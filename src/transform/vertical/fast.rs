@@ -30,6 +30,30 @@ pub struct Fast<T: 'static> {
     kernels: Vec<&'static Kernels<T>>,
 }
 
+/// Where a tile's columns are and where their bins go.
+#[derive(Debug, Clone, Copy)]
+pub struct Tile<T> {
+    /// Row 0 of the columns, and how far the next is, in numbers.
+    pub from: *const T,
+    pub from_stride: usize,
+    /// A factor for each row, or null.
+    pub weights: *const T,
+    /// Row 0 of the spectra, and how far the next is, in numbers.
+    pub to: *mut T,
+    pub to_stride: usize,
+    /// Whether bins are written past the caches.
+    pub stream: bool,
+}
+
+impl<T> Tile<T> {
+    /// The tile that lies `columns` further right.
+    pub fn right(mut self, columns: usize) -> Self {
+        self.from = self.from.wrapping_add(columns);
+        self.to = self.to.wrapping_add(2 * columns);
+        self
+    }
+}
+
 /// Passes of a transform of `length` points.
 pub struct Half<T> {
     pub length: usize,
@@ -140,21 +164,19 @@ impl<T: Real> Fast<T> {
     /// Transforms `count` neighbouring tiles of `kernels.width` columns.
     ///
     /// # Safety
-    /// `from` is valid for `length` rows of the tiles' width, `from_stride` numbers apart; `to` for
-    /// `length / 2 + 1` rows of twice as many, aligned to 64 bytes where `stream`; `scratch` holds
-    /// [`Fast::scratch_len`] numbers.
+    /// `tile.from` is valid for `length` rows of the tiles' width, and `tile.weights` for as many numbers
+    /// if not null; `tile.to` for `length / 2 + 1` rows of twice the width, aligned to 64 bytes where
+    /// `tile.stream`; `scratch` holds [`Fast::scratch_len`] numbers.
     pub unsafe fn tiles(
         &self,
         kernels: &Kernels<T>,
         count: usize,
-        (from, from_stride): (*const T, usize),
-        (to, to_stride): (*mut T, usize),
-        stream: bool,
+        tile: Tile<T>,
         scratch: &mut [T],
     ) {
         assert!(scratch.len() >= self.scratch_len(kernels.width, count));
         let width = kernels.width;
-        let tile = 2 * width * self.between();
+        let matrix = 2 * width * self.between();
         let work = scratch.as_mut_ptr();
         // SAFETY: all places are within what the caller promises and `scratch_len` counts; the
         // kernels are those of this processor, see `kernels`.
@@ -162,19 +184,30 @@ impl<T: Real> Fast<T> {
             let between = work.add(2 * width * self.work());
             for j in (0..self.second.length).step_by(2) {
                 for t in 0..count {
-                    let from = (from.add(j * from_stride + t * width), from_stride);
-                    // The first tile asks for the lines of the second, too.
-                    let wide = match count {
-                        1 => from.0.addr() % 128 < 64,
-                        _ => true,
+                    let from = tile.from.add(j * tile.from_stride + t * width);
+                    let rows = Rows {
+                        from,
+                        stride: tile.from_stride,
+                        next: self.second.length,
+                        apart: 0,
+                        second: usize::from(j + 1 < self.second.length),
+                        // The next pair is asked for while this one is transformed; the first tile asks
+                        // for the lines of the second, too.
+                        ahead: if t == 0 { 2 } else { 0 },
+                        wide: count > 1 || from.addr() % 128 < 64,
+                        weights: tile.weights.wrapping_add(j),
                     };
-                    let ahead = if t == 0 { 2 * from_stride } else { 0 };
-                    self.first_half(kernels, j, from, (ahead, wide), work, between.add(t * tile));
+                    let weighed = !tile.weights.is_null();
+                    self.first_half(kernels, j, rows, weighed, work, between.add(t * matrix));
                 }
             }
             for t in 0..count {
-                let to = (to.add(t * 2 * width), to_stride);
-                self.second_half(kernels, between.add(t * tile), to, stream, work);
+                self.second_half(
+                    kernels,
+                    between.add(t * matrix),
+                    tile.right(t * width),
+                    work,
+                );
             }
         }
     }
@@ -184,18 +217,17 @@ impl<T: Real> Fast<T> {
         &self,
         kernels: &Kernels<T>,
         j: usize,
-        from: (*const T, usize),
-        ahead: (usize, bool),
+        rows: Rows<T>,
+        weighed: bool,
         work: *mut T,
         between: *mut T,
     ) {
-        let (n1, n2) = (self.first.length, self.second.length);
-        let second = if j + 1 < n2 { from.1 } else { 0 };
+        let n1 = self.first.length;
         let complex = 2 * kernels.width;
         let radix = self.first.last();
         // SAFETY: as in `tiles`.
         unsafe {
-            self.first_rows(kernels, from, second, ahead, work);
+            self.first_rows(kernels, rows, weighed, work);
             let twiddles = self.split_twiddles.as_ptr();
             kernels.split[index(radix)](&Split {
                 from: work,
@@ -213,14 +245,13 @@ impl<T: Real> Fast<T> {
         &self,
         kernels: &Kernels<T>,
         between: *const T,
-        (to, to_stride): (*mut T, usize),
-        stream: bool,
+        tile: Tile<T>,
         work: *mut T,
     ) {
         let (n1, n2) = (self.first.length, self.second.length);
         let row = 2 * kernels.width * self.row();
         let radix = self.second.last();
-        let last = match stream {
+        let last = match tile.stream {
             true => kernels.last_streamed[index(radix)],
             false => kernels.last[index(radix)],
         };
@@ -232,8 +263,8 @@ impl<T: Real> Fast<T> {
                     from: self.second.all_but_last(kernels, source, work),
                     groups: n2 / radix,
                     digits: self.digits.as_ptr(),
-                    to,
-                    stride: to_stride,
+                    to: tile.to,
+                    stride: tile.to_stride,
                     length: self.length,
                     bin: k,
                     bins_apart: n1,
@@ -241,7 +272,7 @@ impl<T: Real> Fast<T> {
                 });
             }
             if self.length.is_multiple_of(2) {
-                let top = to.add(self.length / 2 * to_stride);
+                let top = tile.to.add(self.length / 2 * tile.to_stride);
                 for column in 0..kernels.width {
                     *top.add(2 * column + 1) = T::zero();
                 }
@@ -253,31 +284,25 @@ impl<T: Real> Fast<T> {
     unsafe fn first_rows(
         &self,
         kernels: &Kernels<T>,
-        (from, stride): (*const T, usize),
-        second: usize,
-        (ahead, wide): (usize, bool),
+        mut rows: Rows<T>,
+        weighed: bool,
         work: *mut T,
     ) {
-        let (n1, n2) = (self.first.length, self.second.length);
+        let n1 = self.first.length;
         let radix = self.first.radices[0];
-        let mut rows = Rows {
-            from,
-            next: n2 * stride,
-            apart: 0,
-            second,
-            // The next pair is asked for while this one is transformed.
-            ahead,
-            wide,
+        let (gather, first) = match weighed {
+            true => (kernels.gather_weighed, &kernels.first_weighed),
+            false => (kernels.gather, &kernels.first),
         };
         // SAFETY: as in `tiles`.
         unsafe {
             if self.first.radices.len() == 1 {
-                (kernels.gather)(&rows, work, n1, work);
+                gather(&rows, work, n1, work);
                 return;
             }
-            rows.apart = n1 / radix * n2 * stride;
+            rows.apart = n1 / radix * rows.next;
             let twiddles = self.first.twiddles[0].as_ptr();
-            kernels.first[index(radix)](&rows, work, n1 / radix, twiddles);
+            first[index(radix)](&rows, work, n1 / radix, twiddles);
             self.first.middle(kernels, work, 1);
         }
     }

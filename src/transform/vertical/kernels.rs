@@ -28,9 +28,11 @@ type Collect<T> = unsafe fn(*const T, usize, usize, *mut T);
 pub struct Kernels<T: 'static> {
     /// Columns of a tile.
     pub width: usize,
-    /// Rows to work space as they are.
+    /// Rows to work space as they are, or times their weights.
     pub gather: First<T>,
+    pub gather_weighed: First<T>,
     pub first: [First<T>; RADICES.len()],
+    pub first_weighed: [First<T>; RADICES.len()],
     pub middle: [Middle<T>; RADICES.len()],
     pub split: [End<Split<T>>; RADICES.len()],
     pub last: [End<Last<T>>; RADICES.len()],
@@ -55,7 +57,7 @@ macro_rules! kernels {
             use super::*;
 
             $(#[target_feature(enable = $feature)])?
-            unsafe fn first<const R: usize>(
+            unsafe fn first<const R: usize, const WEIGHED: bool>(
                 rows: &Rows<$scalar>,
                 to: *mut $scalar,
                 count: usize,
@@ -64,7 +66,7 @@ macro_rules! kernels {
                 Dft: Butterfly<R>,
             {
                 // SAFETY: the caller's.
-                unsafe { passes::first::<$lanes, R>(rows, to, count, twiddles) }
+                unsafe { passes::first::<$lanes, R, WEIGHED>(rows, to, count, twiddles) }
             }
 
             $(#[target_feature(enable = $feature)])?
@@ -168,8 +170,16 @@ macro_rules! kernels {
 
             pub(in crate::transform::vertical) static KERNELS: Kernels<$scalar> = Kernels {
                 width: <$lanes as Lanes>::WIDTH,
-                gather: first::<1>,
-                first: [first::<2>, first::<3>, first::<4>, first::<5>, first::<7>, first::<8>],
+                gather: first::<1, false>,
+                gather_weighed: first::<1, true>,
+                first: [
+                    first::<2, false>, first::<3, false>, first::<4, false>,
+                    first::<5, false>, first::<7, false>, first::<8, false>,
+                ],
+                first_weighed: [
+                    first::<2, true>, first::<3, true>, first::<4, true>,
+                    first::<5, true>, first::<7, true>, first::<8, true>,
+                ],
                 middle: [
                     middle::<2>, middle::<3>, middle::<4>, middle::<5>, middle::<7>, middle::<8>,
                 ],

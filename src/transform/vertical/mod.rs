@@ -61,7 +61,7 @@ use num_complex::Complex;
 
 use super::Real;
 use chirp::Chirp;
-use fast::Fast;
+use fast::{Fast, Tile};
 use kernels::Kernels;
 pub use kernels::{InstructionSet, Kernelled, KernelsOf};
 use other::Other;
@@ -274,7 +274,7 @@ impl<T: Real> ColumnTransform<T> {
         scratch: &mut ColumnScratch<T>,
     ) {
         let stream = self.streams(values.ncols());
-        self.stripe(values, &mut spectra, stream, scratch);
+        self.stripe(values, &[], &mut spectra, stream, scratch);
     }
 
     /// Whether a result of so many columns is written past the caches.
@@ -282,21 +282,28 @@ impl<T: Real> ColumnTransform<T> {
         self.bins() * columns * size_of::<Complex<T>>() >= STREAMED_BYTES
     }
 
-    /// Transforms a stripe of an array.
+    /// Whether rows can be weighed in passing, by [`ColumnTransform::stripe`].
+    pub(super) fn weighs(&self) -> bool {
+        matches!(self.way, Way::Fast(_))
+    }
+
+    /// Transforms a stripe of an array, rows times `weights` if there are any.
     pub(super) fn stripe(
         &self,
         values: ArrayView2<T>,
+        weights: &[T],
         spectra: &mut ArrayViewMut2<Complex<T>>,
         stream: bool,
         scratch: &mut ColumnScratch<T>,
     ) {
         assert_eq!(values.nrows(), self.length);
         assert_eq!(spectra.dim(), (self.bins(), values.ncols()));
+        assert!(weights.is_empty() || weights.len() == self.length && self.weighs());
         match &self.way {
             Way::Other(other) => {
                 other.transform(values, spectra.view_mut(), &mut scratch.by_column)
             }
-            _ => self.tiles(values, spectra, stream, scratch),
+            _ => self.tiles(values, weights, spectra, stream, scratch),
         }
     }
 
@@ -322,7 +329,7 @@ impl<T: Real> ColumnTransform<T> {
                 || self.borrow(stripe.min(columns)),
                 |borrowed, (values, mut spectra)| {
                     if let Some(scratch) = &mut borrowed.scratch {
-                        self.stripe(values, &mut spectra, stream, scratch);
+                        self.stripe(values, &[], &mut spectra, stream, scratch);
                     }
                 },
             );
@@ -331,18 +338,15 @@ impl<T: Real> ColumnTransform<T> {
     fn tiles(
         &self,
         values: ArrayView2<T>,
+        weights: &[T],
         spectra: &mut ArrayViewMut2<Complex<T>>,
         stream: bool,
         scratch: &mut ColumnScratch<T>,
     ) {
         let columns = values.ncols();
-        let stride = |strides: &[isize]| match strides {
-            &[row, 1] => usize::try_from(row).ok(),
-            _ => None,
-        };
-        let strides = stride(values.strides()).zip(stride(spectra.strides()));
+        let strides = row_stride(values.strides()).zip(row_stride(spectra.strides()));
         let Some((from_stride, to_stride)) = strides else {
-            self.staged(values, spectra, scratch);
+            self.staged(values, weights, spectra, scratch);
             return;
         };
         let row = 2 * to_stride * size_of::<T>();
@@ -373,15 +377,15 @@ impl<T: Real> ColumnTransform<T> {
                 let from = values.as_ptr().add(start);
                 let to = spectra.as_mut_ptr().add(start).cast::<T>();
                 let aligned = to.addr().is_multiple_of(64) && row.is_multiple_of(64);
-                let to = (to, 2 * to_stride);
-                self.way.tiles(
-                    kernel,
-                    together,
-                    (from, from_stride),
+                let tile = Tile {
+                    from,
+                    from_stride,
+                    weights: pointer(weights),
                     to,
-                    stream && aligned,
-                    numbers,
-                );
+                    to_stride: 2 * to_stride,
+                    stream: stream && aligned,
+                };
+                self.way.tiles(kernel, together, tile, numbers);
             }
             done = start + together * kernel.width;
         }
@@ -392,6 +396,7 @@ impl<T: Real> ColumnTransform<T> {
     fn staged(
         &self,
         values: ArrayView2<T>,
+        weights: &[T],
         spectra: &mut ArrayViewMut2<Complex<T>>,
         scratch: &mut ColumnScratch<T>,
     ) {
@@ -416,9 +421,15 @@ impl<T: Real> ColumnTransform<T> {
             // SAFETY: both copies have as many rows of a tile's width as the plan's length asks
             // for.
             unsafe {
-                let to = (bins.as_mut_ptr(), 2 * width);
-                self.way
-                    .tiles(kernel, 1, (rows.as_ptr(), width), to, false, work);
+                let tile = Tile {
+                    from: rows.as_ptr(),
+                    from_stride: width,
+                    weights: pointer(weights),
+                    to: bins.as_mut_ptr(),
+                    to_stride: 2 * width,
+                    stream: false,
+                };
+                self.way.tiles(kernel, 1, tile, work);
             }
             for (row, mut to) in bins.chunks_exact(2 * width).zip(spectra.outer_iter_mut()) {
                 for (c, pair) in row.chunks_exact(2).enumerate() {
@@ -452,36 +463,34 @@ impl<T: Real> Way<T> {
 
     /// # Safety
     /// As [`Fast::tiles`].
-    unsafe fn tiles(
-        &self,
-        kernels: &Kernels<T>,
-        count: usize,
-        from: (*const T, usize),
-        to: (*mut T, usize),
-        stream: bool,
-        scratch: &mut [T],
-    ) {
-        // One after the other.
-        let each = |tile: &mut dyn FnMut((*const T, usize), (*mut T, usize))| {
-            for t in 0..count {
-                let source = from.0.wrapping_add(t * kernels.width);
-                let bins = to.0.wrapping_add(2 * t * kernels.width);
-                tile((source, from.1), (bins, to.1));
-            }
-        };
+    unsafe fn tiles(&self, kernels: &Kernels<T>, count: usize, tile: Tile<T>, scratch: &mut [T]) {
+        let width = kernels.width;
+        let each = (0..count).map(|t| tile.right(t * width));
         // SAFETY: the caller's.
         unsafe {
             match self {
-                Way::Fast(fast) => fast.tiles(kernels, count, from, to, stream, scratch),
-                Way::Chirp(chirp) => {
-                    each(&mut |from, to| chirp.tile(kernels, from, to, scratch));
-                }
-                Way::Rader(rader) => {
-                    each(&mut |from, to| rader.tile(kernels, from, to, stream, scratch));
-                }
+                Way::Fast(fast) => fast.tiles(kernels, count, tile, scratch),
+                Way::Chirp(chirp) => each.for_each(|tile| chirp.tile(kernels, tile, scratch)),
+                Way::Rader(rader) => each.for_each(|tile| rader.tile(kernels, tile, scratch)),
                 Way::Other(_) => {}
             }
         }
+    }
+}
+
+/// Null where there are no weights.
+fn pointer<T>(weights: &[T]) -> *const T {
+    match weights {
+        [] => std::ptr::null(),
+        _ => weights.as_ptr(),
+    }
+}
+
+/// From row to row in memory, where columns are neighbours.
+fn row_stride(strides: &[isize]) -> Option<usize> {
+    match strides {
+        &[row, 1] => usize::try_from(row).ok(),
+        _ => None,
     }
 }
 

@@ -9,28 +9,33 @@
 use super::butterfly::{Butterfly, Complex, Dft};
 use super::simd::Lanes;
 
-/// Where real rows lie: of point `i` of butterfly `q`, at `from + q * next + i * apart`, and that
-/// of the second series `second` further.
+/// Where real rows lie: of point `i` of butterfly `q` it is row `q * next + i * apart`, and that of the
+/// second series `second` further.
 #[derive(Debug, Clone, Copy)]
 pub struct Rows<T> {
+    /// Row 0, and how far the next is, in numbers.
     pub from: *const T,
+    pub stride: usize,
     pub next: usize,
     pub apart: usize,
     pub second: usize,
-    /// How far ahead to ask for rows, in numbers; 0: not at all.
+    /// How far ahead to ask for rows, in rows; 0: not at all.
     pub ahead: usize,
     /// Whether to ask for the neighbouring lines too, which the next tile will want: memory gives
     /// two lines for little more than one.
     pub wide: bool,
+    /// A factor for each row, where they are weighed.
+    pub weights: *const T,
 }
 
-/// First pass over real rows: two series of the same columns become real and imaginary part.
+/// First pass over real rows, times their weights where `WEIGHED`: two series of the same columns
+/// become real and imaginary part.
 ///
 /// # Safety
 /// The processor has the instructions of L; `rows` of `count * R` rows are valid, `to` holds as
 /// many complex numbers, `twiddles` `count * (R - 1)`.
 #[inline(always)]
-pub(super) unsafe fn first<L: Lanes, const R: usize>(
+pub(super) unsafe fn first<L: Lanes, const R: usize, const WEIGHED: bool>(
     rows: &Rows<L::Scalar>,
     to: *mut L::Scalar,
     count: usize,
@@ -38,23 +43,30 @@ pub(super) unsafe fn first<L: Lanes, const R: usize>(
 ) where
     Dft: Butterfly<R>,
 {
+    let second = rows.second * rows.stride;
     // SAFETY: offsets are those of the caller's promise.
     unsafe {
         for q in 0..count {
             let mut x = [Complex::<L>::zero(); R];
             for (i, x) in x.iter_mut().enumerate() {
-                let row = rows.from.add(q * rows.next + i * rows.apart);
+                let n = q * rows.next + i * rows.apart;
+                let row = rows.from.add(n * rows.stride);
                 *x = Complex {
                     re: L::load(row),
-                    im: L::load(row.add(rows.second)),
+                    im: L::load(row.add(second)),
                 };
+                if WEIGHED {
+                    let weight = rows.weights.add(n);
+                    x.re = x.re.mul(L::splat(weight));
+                    x.im = x.im.mul(L::splat(weight.add(rows.second)));
+                }
                 if rows.ahead > 0 {
-                    let line = row.wrapping_add(rows.ahead);
+                    let line = row.wrapping_add(rows.ahead * rows.stride);
                     L::prefetch(line);
-                    L::prefetch(line.wrapping_add(rows.second));
+                    L::prefetch(line.wrapping_add(second));
                     if rows.wide {
                         L::prefetch(line.wrapping_add(L::WIDTH));
-                        L::prefetch(line.wrapping_add(rows.second + L::WIDTH));
+                        L::prefetch(line.wrapping_add(second + L::WIDTH));
                     }
                 }
             }

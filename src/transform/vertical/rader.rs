@@ -20,7 +20,7 @@
 use num_complex::Complex;
 
 use super::cyclic::{Cyclic, Room, response};
-use super::fast::index;
+use super::fast::{Tile, index};
 use super::kernels::{InstructionSet, Kernelled, Kernels};
 use super::passes::{Blend, Fold, Scatter};
 use crate::transform::Real;
@@ -128,21 +128,14 @@ impl<T: Real> Rader<T> {
     /// Transforms one tile of `kernels.width` columns.
     ///
     /// # Safety
-    /// As [`super::fast::Fast::tiles`].
-    pub unsafe fn tile(
-        &self,
-        kernels: &Kernels<T>,
-        (from, from_stride): (*const T, usize),
-        (to, to_stride): (*mut T, usize),
-        stream: bool,
-        scratch: &mut [T],
-    ) {
+    /// As [`super::fast::Fast::tiles`]; weights are left alone.
+    pub unsafe fn tile(&self, kernels: &Kernels<T>, tile: Tile<T>, scratch: &mut [T]) {
         let cyclic = &self.cyclic;
         let m1 = cyclic.first.length;
         let width = kernels.width;
         let room = cyclic.room(width, scratch);
         let radix = index(cyclic.first.last());
-        let scatter = match stream {
+        let scatter = match tile.stream {
             true => kernels.scatter_streamed[radix],
             false => kernels.scatter[radix],
         };
@@ -151,8 +144,8 @@ impl<T: Real> Rader<T> {
         unsafe {
             for (j, start) in self.starts.windows(2).enumerate() {
                 (kernels.fold)(&Fold {
-                    from,
-                    stride: from_stride,
+                    from: tile.from,
+                    stride: tile.from_stride,
                     length: self.length,
                     rows: self.sources.as_ptr().add(start[0]),
                     wanted: start[1] - start[0],
@@ -162,7 +155,7 @@ impl<T: Real> Rader<T> {
                 cyclic.column(kernels, &room, j);
             }
             for k1 in 0..=m1 / 2 {
-                self.pair_of_rows(kernels, &room, k1, (from, to));
+                self.pair_of_rows(kernels, &room, k1, tile);
             }
             for (j, start) in self.starts.windows(2).enumerate() {
                 if start[0] == start[1] {
@@ -170,28 +163,22 @@ impl<T: Real> Rader<T> {
                 }
                 scatter(&Scatter {
                     of: cyclic.column_back(kernels, &room, j),
-                    to,
-                    stride: to_stride,
+                    to: tile.to,
+                    stride: tile.to_stride,
                     rows: self.bins.as_ptr().add(start[0]),
                     end: start[1] - start[0],
-                    constant: from,
+                    constant: tile.from,
                 });
             }
         }
     }
 
     /// Rows k1 and m1 - k1 of the second half: there, multiplied, and back. Of row 0 also bin 0 of the
-    /// result, to row 0 of `to`.
+    /// result.
     ///
     /// # Safety
     /// As [`Rader::tile`].
-    unsafe fn pair_of_rows(
-        &self,
-        kernels: &Kernels<T>,
-        room: &Room<T>,
-        k1: usize,
-        (from, to): (*const T, *mut T),
-    ) {
+    unsafe fn pair_of_rows(&self, kernels: &Kernels<T>, room: &Room<T>, k1: usize, tile: Tile<T>) {
         let cyclic = &self.cyclic;
         let (m1, m2) = (cyclic.first.length, cyclic.second.length);
         let complex = 2 * kernels.width;
@@ -218,8 +205,8 @@ impl<T: Real> Rader<T> {
             };
             if k1 == 0 {
                 for column in 0..kernels.width {
-                    *to.add(2 * column) = *from.add(column) + *bins.add(column);
-                    *to.add(2 * column + 1) = T::zero();
+                    *tile.to.add(2 * column) = *tile.from.add(column) + *bins.add(column);
+                    *tile.to.add(2 * column + 1) = T::zero();
                 }
                 // Bin 0 is its own mirror, the others lie about the middle.
                 blend(bins, bins, 1);
