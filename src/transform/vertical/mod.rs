@@ -219,7 +219,7 @@ impl<T: Real> ColumnTransform<T> {
         let levels = (self.length as f64).log2().max(1.0).sqrt();
         let factor = match &self.way {
             Way::Fast(_) => 0.35,
-            Way::Chirp(_) => 0.7,
+            Way::Chirp(_) => 0.9,
             Way::Rader(_) => 0.6,
             Way::Other(_) => 1.0,
         };
