@@ -87,7 +87,7 @@ impl<T: Real> Chirp<T> {
     /// Transforms one tile of `kernels.width` columns.
     ///
     /// # Safety
-    /// As [`super::fast::Fast::tiles`]; weights are left alone, nothing is written past the caches.
+    /// As [`super::fast::Fast::tile`]; weights are left alone, nothing is written past the caches.
     pub unsafe fn tile(&self, kernels: &Kernels<T>, tile: Tile<T>, scratch: &mut [T]) {
         let cyclic = &self.cyclic;
         let (m1, m2) = (cyclic.first.length, cyclic.second.length);

@@ -1,19 +1,13 @@
 //! Lengths 2^a 3^b 5^c 7^d: the steps of [`super`] on tiles of columns.
 
 use super::kernels::{InstructionSet, Kernelled, Kernels, RADICES};
-use super::passes::{Last, Rows, Split};
+use super::passes::{Last, Rows, Split, Stage};
 use crate::transform::Real;
 use crate::turns::cos_sin_exact;
 
 /// Complex numbers between rows of the matrix between the halves, so that no two rows share all
 /// their places in the caches.
 const PADDING: usize = 2;
-
-/// Tiles transformed side by side where rows lie a multiple of [`ALIASED`] bytes apart. Then they all
-/// share a few places in the caches, and what is asked for early for the next tile is gone before its
-/// turn comes.
-pub const TOGETHER: usize = 2;
-pub const ALIASED: usize = 4096;
 
 /// A planned transform of one length.
 pub struct Fast<T: 'static> {
@@ -36,6 +30,8 @@ pub struct Tile<T> {
     /// Row 0 of the columns, and how far the next is, in numbers.
     pub from: *const T,
     pub from_stride: usize,
+    /// Whether rows are in the order of [`Fast::stage`].
+    pub staged: bool,
     /// A factor for each row, or null.
     pub weights: *const T,
     /// Row 0 of the spectra, and how far the next is, in numbers.
@@ -151,9 +147,9 @@ impl<T: Real> Fast<T> {
         self.first.length.max(self.second.length)
     }
 
-    /// Numbers of scratch for `count` tiles of `width` columns side by side.
-    pub fn scratch_len(&self, width: usize, count: usize) -> usize {
-        2 * width * (self.work() + count * self.between())
+    /// Numbers of scratch for a tile of `width` columns.
+    pub fn scratch_len(&self, width: usize) -> usize {
+        2 * width * (self.work() + self.between())
     }
 
     /// Complex numbers of the matrix between the halves.
@@ -161,54 +157,68 @@ impl<T: Real> Fast<T> {
         (self.first.length / 2 + 1) * self.row()
     }
 
-    /// Transforms `count` neighbouring tiles of `kernels.width` columns.
+    /// Copies rows of `tiles` neighbouring tiles, tile by tile, in the order in which
+    /// [`Fast::tile`] reads them.
     ///
     /// # Safety
-    /// `tile.from` is valid for `length` rows of the tiles' width, and `tile.weights` for as many numbers
-    /// if not null; `tile.to` for `length / 2 + 1` rows of twice the width, aligned to 64 bytes where
-    /// `tile.stream`; `scratch` holds [`Fast::scratch_len`] numbers.
-    pub unsafe fn tiles(
+    /// `from` is valid for `length` rows of the tiles' width, `stride` numbers apart; `to` for all of
+    /// these.
+    pub unsafe fn stage(
         &self,
         kernels: &Kernels<T>,
-        count: usize,
-        tile: Tile<T>,
-        scratch: &mut [T],
+        tiles: usize,
+        (from, stride): (*const T, usize),
+        to: *mut T,
     ) {
-        assert!(scratch.len() >= self.scratch_len(kernels.width, count));
-        let width = kernels.width;
-        let matrix = 2 * width * self.between();
+        let stage = Stage {
+            from,
+            stride,
+            series: self.second.length,
+            length: self.first.length,
+            tiles,
+            to,
+        };
+        // SAFETY: as promised; the kernels are those of this processor, see `kernels`.
+        unsafe { (kernels.stage)(&stage) }
+    }
+
+    /// Transforms a tile of `kernels.width` columns.
+    ///
+    /// # Safety
+    /// `tile.from` is valid for `length` rows of the tile's width, and `tile.weights` for as many numbers
+    /// if not null; `tile.to` for `length / 2 + 1` rows of twice the width, aligned to 64 bytes where
+    /// `tile.stream`; `scratch` holds [`Fast::scratch_len`] numbers.
+    pub unsafe fn tile(&self, kernels: &Kernels<T>, tile: Tile<T>, scratch: &mut [T]) {
+        assert!(scratch.len() >= self.scratch_len(kernels.width));
+        let (n1, n2) = (self.first.length, self.second.length);
         let work = scratch.as_mut_ptr();
         // SAFETY: all places are within what the caller promises and `scratch_len` counts; the
         // kernels are those of this processor, see `kernels`.
         unsafe {
-            let between = work.add(2 * width * self.work());
-            for j in (0..self.second.length).step_by(2) {
-                for t in 0..count {
-                    let from = tile.from.add(j * tile.from_stride + t * width);
-                    let rows = Rows {
-                        from,
-                        stride: tile.from_stride,
-                        next: self.second.length,
-                        apart: 0,
-                        second: usize::from(j + 1 < self.second.length),
-                        // The next pair is asked for while this one is transformed; the first tile asks
-                        // for the lines of the second, too.
-                        ahead: if t == 0 { 2 } else { 0 },
-                        wide: count > 1 || from.addr() % 128 < 64,
-                        weights: tile.weights.wrapping_add(j),
-                    };
-                    let weighed = !tile.weights.is_null();
-                    self.first_half(kernels, j, rows, weighed, work, between.add(t * matrix));
-                }
+            let between = work.add(2 * kernels.width * self.work());
+            for j in (0..n2).step_by(2) {
+                // Of the series j, where it starts and how far its rows and the next series are.
+                let (start, next, second) = if tile.staged {
+                    (j * n1, 1, n1)
+                } else {
+                    (j, n2, 1)
+                };
+                let from = tile.from.add(start * tile.from_stride);
+                let rows = Rows {
+                    from,
+                    stride: tile.from_stride,
+                    next,
+                    apart: 0,
+                    second: if j + 1 < n2 { second } else { 0 },
+                    // The next pair is asked for while this one is transformed.
+                    ahead: if tile.staged { 0 } else { 2 },
+                    wide: from.addr() % 128 < 64,
+                    weights: tile.weights.wrapping_add(j),
+                };
+                let weighed = !tile.weights.is_null();
+                self.first_half(kernels, j, rows, weighed, work, between);
             }
-            for t in 0..count {
-                self.second_half(
-                    kernels,
-                    between.add(t * matrix),
-                    tile.right(t * width),
-                    work,
-                );
-            }
+            self.second_half(kernels, between, tile, work);
         }
     }
 
@@ -225,7 +235,7 @@ impl<T: Real> Fast<T> {
         let n1 = self.first.length;
         let complex = 2 * kernels.width;
         let radix = self.first.last();
-        // SAFETY: as in `tiles`.
+        // SAFETY: as in `tile`.
         unsafe {
             self.first_rows(kernels, rows, weighed, work);
             let twiddles = self.split_twiddles.as_ptr();
@@ -255,7 +265,7 @@ impl<T: Real> Fast<T> {
             true => kernels.last_streamed[index(radix)],
             false => kernels.last[index(radix)],
         };
-        // SAFETY: as in `tiles`.
+        // SAFETY: as in `tile`.
         unsafe {
             for k in 0..=n1 / 2 {
                 let source = between.add(row * k);
@@ -294,7 +304,7 @@ impl<T: Real> Fast<T> {
             true => (kernels.gather_weighed, &kernels.first_weighed),
             false => (kernels.gather, &kernels.first),
         };
-        // SAFETY: as in `tiles`.
+        // SAFETY: as in `tile`.
         unsafe {
             if self.first.radices.len() == 1 {
                 gather(&rows, work, n1, work);
@@ -312,7 +322,7 @@ impl<T> Half<T> {
     /// All passes but the last; where they left their numbers.
     ///
     /// # Safety
-    /// As [`Fast::tiles`]; `source` and `work` hold `length` complex numbers, and are the same or
+    /// As [`Fast::tile`]; `source` and `work` hold `length` complex numbers, and are the same or
     /// apart.
     pub unsafe fn all_but_last(
         &self,
@@ -342,7 +352,7 @@ impl<T> Half<T> {
                 return;
             };
             let count = self.length / blocks / radix;
-            // SAFETY: as in `Fast::tiles`.
+            // SAFETY: as in `Fast::tile`.
             unsafe {
                 kernels.middle[index(radix)](work, work, blocks, count, twiddles.as_ptr());
             }

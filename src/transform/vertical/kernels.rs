@@ -5,7 +5,7 @@
 //! are taken only after the processor was asked for the features: that makes the calls sound.
 
 use super::butterfly::{Butterfly, Dft};
-use super::passes::{self, Blend, Fold, Last, Rows, Scatter, Split, Turn};
+use super::passes::{self, Blend, Fold, Last, Rows, Scatter, Split, Stage, Turn};
 use super::simd::{Lanes, Portable};
 
 /// Radices that kernels exist for, in the order of the tables.
@@ -28,6 +28,7 @@ type Collect<T> = unsafe fn(*const T, usize, usize, *mut T);
 pub struct Kernels<T: 'static> {
     /// Columns of a tile.
     pub width: usize,
+    pub stage: End<Stage<T>>,
     /// Rows to work space as they are, or times their weights.
     pub gather: First<T>,
     pub gather_weighed: First<T>,
@@ -55,6 +56,12 @@ macro_rules! kernels {
     ($module:ident, $lanes:ty, $scalar:ty $(, $feature:literal)?) => {
         pub mod $module {
             use super::*;
+
+            $(#[target_feature(enable = $feature)])?
+            unsafe fn stage(at: &Stage<$scalar>) {
+                // SAFETY: the caller's.
+                unsafe { passes::stage::<$lanes>(at) }
+            }
 
             $(#[target_feature(enable = $feature)])?
             unsafe fn first<const R: usize, const WEIGHED: bool>(
@@ -170,6 +177,7 @@ macro_rules! kernels {
 
             pub(in crate::transform::vertical) static KERNELS: Kernels<$scalar> = Kernels {
                 width: <$lanes as Lanes>::WIDTH,
+                stage,
                 gather: first::<1, false>,
                 gather_weighed: first::<1, true>,
                 first: [

@@ -70,6 +70,12 @@ use rader::Rader;
 /// Bytes of a result from which on it is written past the caches.
 const STREAMED_BYTES: usize = 4 << 20;
 
+/// Rows a multiple of so many bytes apart share a few places in the caches: what is asked for early
+/// is gone before its turn. Such rows are copied first, long pieces of them, into the order of use.
+const ALIASED: usize = 4096;
+/// What such copies may take of the third cache.
+const STAGED_BYTES: usize = 8 << 20;
+
 /// The transform of all columns of arrays of one number of rows; see the [module](self).
 pub struct ColumnTransform<T: Real> {
     length: usize,
@@ -121,7 +127,8 @@ pub struct ColumnScratch<T> {
     /// Columns of the widest tile there is room for.
     width: usize,
     lines: Vec<Line>,
-    /// A tile of columns that are not neighbours, and its bins; grows when it is needed.
+    /// Copies of rows: of columns that are not neighbours, with their bins, and of rows that alias; grows
+    /// when it is needed.
     staged: Vec<Line>,
     by_column: other::Room<T>,
 }
@@ -249,7 +256,7 @@ impl<T: Real> ColumnTransform<T> {
             Way::Other(other) => (other::WIDTH, 0, other.room()),
             way => {
                 let width = widest(way.kernels(), columns).width;
-                (width, way.scratch_len(width, 1), other::Room::default())
+                (width, way.scratch_len(width), other::Room::default())
             }
         };
         ColumnScratch {
@@ -349,45 +356,63 @@ impl<T: Real> ColumnTransform<T> {
             self.staged(values, weights, spectra, scratch);
             return;
         };
-        let row = 2 * to_stride * size_of::<T>();
         let kernels = self.way.kernels();
         let widest = widest(kernels, columns.min(scratch.width));
-        let aliased = (from_stride * size_of::<T>()).is_multiple_of(fast::ALIASED);
-        let tiles = if aliased { fast::TOGETHER } else { 1 };
-        let needed = self.way.scratch_len(widest.width, tiles) * size_of::<T>();
-        if size_of_val(&scratch.lines[..]) < needed && columns >= tiles * widest.width {
-            scratch.lines = lines::<T>(needed / size_of::<T>());
-        }
         let numbers: &mut [T] = bytemuck::cast_slice_mut(&mut scratch.lines);
+        let bins = spectra.as_mut_ptr();
+        // SAFETY: the tiles' columns are within both views, and so are their rows, by the shapes
+        // asserted; `Complex` is two numbers.
+        let tile = |start: usize| unsafe {
+            let to = bins.add(start).cast::<T>();
+            let row = 2 * to_stride * size_of::<T>();
+            let aligned = to.addr().is_multiple_of(64) && row.is_multiple_of(64);
+            Tile {
+                from: values.as_ptr().add(start),
+                from_stride,
+                staged: false,
+                weights: pointer(weights),
+                to,
+                to_stride: 2 * to_stride,
+                stream: stream && aligned,
+            }
+        };
         let mut done = 0;
+        let aliased = (from_stride * size_of::<T>()).is_multiple_of(ALIASED);
+        if let (Way::Fast(fast), true, []) = (&self.way, aliased, weights) {
+            let together = tiles_staged::<T>(self.length, widest.width);
+            let numbers_of_tile = self.length * widest.width;
+            let most = together.min(columns / widest.width);
+            if size_of_val(&scratch.staged[..]) < most * numbers_of_tile * size_of::<T>() {
+                scratch.staged = lines::<T>(most * numbers_of_tile);
+            }
+            let stage: &mut [T] = bytemuck::cast_slice_mut(&mut scratch.staged);
+            while columns - done >= widest.width {
+                let tiles = together.min((columns - done) / widest.width);
+                let first = tile(done);
+                // SAFETY: as before, and the stage has room for so many tiles.
+                unsafe {
+                    let rows = (first.from, from_stride);
+                    fast.stage(widest, tiles, rows, stage.as_mut_ptr());
+                    for t in 0..tiles {
+                        let mut tile = tile(done + t * widest.width);
+                        tile.from = stage.as_ptr().add(t * numbers_of_tile);
+                        tile.from_stride = widest.width;
+                        tile.staged = true;
+                        fast.tile(widest, tile, numbers);
+                    }
+                }
+                done += tiles * widest.width;
+            }
+        }
         while done < columns {
             let left = columns - done;
             let covers = |k: &&&Kernels<T>| k.width >= left && k.width <= widest.width;
             let kernel = *kernels.iter().rev().find(covers).unwrap_or(&widest);
             // The last tile overlaps the one before: the same numbers are written again.
             let start = done.min(columns - kernel.width);
-            let together = if columns - start >= tiles * kernel.width {
-                tiles
-            } else {
-                1
-            };
-            // SAFETY: the tiles' columns are within both views, and so are its rows, by the shapes
-            // asserted; `Complex` is two numbers.
-            unsafe {
-                let from = values.as_ptr().add(start);
-                let to = spectra.as_mut_ptr().add(start).cast::<T>();
-                let aligned = to.addr().is_multiple_of(64) && row.is_multiple_of(64);
-                let tile = Tile {
-                    from,
-                    from_stride,
-                    weights: pointer(weights),
-                    to,
-                    to_stride: 2 * to_stride,
-                    stream: stream && aligned,
-                };
-                self.way.tiles(kernel, together, tile, numbers);
-            }
-            done = start + together * kernel.width;
+            // SAFETY: as before.
+            unsafe { self.way.tile(kernel, tile(start), numbers) };
+            done = start + kernel.width;
         }
         simd::finish_streams();
     }
@@ -424,12 +449,13 @@ impl<T: Real> ColumnTransform<T> {
                 let tile = Tile {
                     from: rows.as_ptr(),
                     from_stride: width,
+                    staged: false,
                     weights: pointer(weights),
                     to: bins.as_mut_ptr(),
                     to_stride: 2 * width,
                     stream: false,
                 };
-                self.way.tiles(kernel, 1, tile, work);
+                self.way.tile(kernel, tile, work);
             }
             for (row, mut to) in bins.chunks_exact(2 * width).zip(spectra.outer_iter_mut()) {
                 for (c, pair) in row.chunks_exact(2).enumerate() {
@@ -451,10 +477,10 @@ impl<T: Real> Way<T> {
         }
     }
 
-    /// Numbers of scratch for so many tiles side by side.
-    fn scratch_len(&self, width: usize, tiles: usize) -> usize {
+    /// Numbers of scratch for a tile.
+    fn scratch_len(&self, width: usize) -> usize {
         match self {
-            Way::Fast(fast) => fast.scratch_len(width, tiles),
+            Way::Fast(fast) => fast.scratch_len(width),
             Way::Chirp(chirp) => chirp.scratch_len(width),
             Way::Rader(rader) => rader.scratch_len(width),
             Way::Other(_) => 0,
@@ -462,20 +488,26 @@ impl<T: Real> Way<T> {
     }
 
     /// # Safety
-    /// As [`Fast::tiles`].
-    unsafe fn tiles(&self, kernels: &Kernels<T>, count: usize, tile: Tile<T>, scratch: &mut [T]) {
-        let width = kernels.width;
-        let each = (0..count).map(|t| tile.right(t * width));
+    /// As [`Fast::tile`].
+    unsafe fn tile(&self, kernels: &Kernels<T>, tile: Tile<T>, scratch: &mut [T]) {
         // SAFETY: the caller's.
         unsafe {
             match self {
-                Way::Fast(fast) => fast.tiles(kernels, count, tile, scratch),
-                Way::Chirp(chirp) => each.for_each(|tile| chirp.tile(kernels, tile, scratch)),
-                Way::Rader(rader) => each.for_each(|tile| rader.tile(kernels, tile, scratch)),
+                Way::Fast(fast) => fast.tile(kernels, tile, scratch),
+                Way::Chirp(chirp) => chirp.tile(kernels, tile, scratch),
+                Way::Rader(rader) => rader.tile(kernels, tile, scratch),
                 Way::Other(_) => {}
             }
         }
     }
+}
+
+/// Tiles whose rows are copied together: the more, the longer the pieces read, up to 8 cache lines a
+/// row; at least two lines, else as many as the third cache has room for.
+fn tiles_staged<T>(length: usize, width: usize) -> usize {
+    let lines_of_rows = STAGED_BYTES / size_of::<Line>() / length;
+    let lines = lines_of_rows.clamp(2, 8);
+    (lines * size_of::<Line>() / (width * size_of::<T>())).max(1)
 }
 
 /// Null where there are no weights.

@@ -9,6 +9,51 @@
 use super::butterfly::{Butterfly, Complex, Dft};
 use super::simd::Lanes;
 
+/// Rows of neighbouring tiles, to be copied.
+#[derive(Debug, Clone, Copy)]
+pub struct Stage<T> {
+    /// Row 0, and how far the next is, in numbers.
+    pub from: *const T,
+    pub stride: usize,
+    /// So many series of so many rows, each row so many rows after that before it as there are series.
+    pub series: usize,
+    pub length: usize,
+    pub tiles: usize,
+    pub to: *mut T,
+}
+
+/// Copies rows series by series, each tile by itself.
+///
+/// # Safety
+/// The processor has the instructions of L; the places that [`Stage`] names are valid.
+#[inline(always)]
+pub(super) unsafe fn stage<L: Lanes>(at: &Stage<L::Scalar>) {
+    // Rows that are asked for ahead of their use.
+    const AHEAD: usize = 12;
+    let line = 64 / size_of::<L::Scalar>();
+    // SAFETY: offsets are those of the caller's promise.
+    unsafe {
+        for j in 0..at.series {
+            for i in 0..at.length {
+                let row = at.from.add((j + i * at.series) * at.stride);
+                let (j_ahead, i_ahead) = match i + AHEAD < at.length {
+                    true => (j, i + AHEAD),
+                    false => (j + 1, i + AHEAD - at.length),
+                };
+                let ahead = (j_ahead + i_ahead * at.series) * at.stride;
+                for number in (0..at.tiles * L::WIDTH).step_by(line) {
+                    L::prefetch(at.from.wrapping_add(ahead + number));
+                }
+                let to = at.to.add((j * at.length + i) * L::WIDTH);
+                for t in 0..at.tiles {
+                    let tile = at.series * at.length * L::WIDTH;
+                    L::load(row.add(t * L::WIDTH)).store(to.add(t * tile));
+                }
+            }
+        }
+    }
+}
+
 /// Where real rows lie: of point `i` of butterfly `q` it is row `q * next + i * apart`, and that of the
 /// second series `second` further.
 #[derive(Debug, Clone, Copy)]

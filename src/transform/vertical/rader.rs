@@ -128,7 +128,7 @@ impl<T: Real> Rader<T> {
     /// Transforms one tile of `kernels.width` columns.
     ///
     /// # Safety
-    /// As [`super::fast::Fast::tiles`]; weights are left alone.
+    /// As [`super::fast::Fast::tile`]; weights are left alone.
     pub unsafe fn tile(&self, kernels: &Kernels<T>, tile: Tile<T>, scratch: &mut [T]) {
         let cyclic = &self.cyclic;
         let m1 = cyclic.first.length;
