@@ -23,8 +23,9 @@
 //! Each half is a chain of passes of radix 2, 3, 4, 5, 7 or 8 (decimation in frequency, in place;
 //! the digits of the last pass come in reversed order and are written where they belong) over
 //! numbers that stay in the first cache. Twiddle factors come from tables that are right to half
-//! a unit in the last place. Rows are asked for one pair of series ahead of their use; results
-//! that fill whole cache lines and are larger than the caches are written past them.
+//! a unit in the last place. Rows are asked for one pair of series ahead of their use, or, where they
+//! share places in the caches, copied first into the order of use; results that fill whole cache
+//! lines and are larger than the caches are written past them.
 //!
 //! Lengths with other prime factors go through a convolution of a length that has none, in the
 //! same halves: primes by Rader's algorithm, others by Bluestein's; the shortest are transformed
@@ -52,6 +53,7 @@ mod other;
 mod passes;
 mod rader;
 mod simd;
+mod tiles;
 
 use std::sync::{Mutex, PoisonError};
 
@@ -69,12 +71,6 @@ use rader::Rader;
 
 /// Bytes of a result from which on it is written past the caches.
 const STREAMED_BYTES: usize = 4 << 20;
-
-/// Rows a multiple of so many bytes apart share a few places in the caches: what is asked for early
-/// is gone before its turn. Such rows are copied first, long pieces of them, into the order of use.
-const ALIASED: usize = 4096;
-/// What such copies may take of the third cache.
-const STAGED_BYTES: usize = 8 << 20;
 
 /// The transform of all columns of arrays of one number of rows; see the [module](self).
 pub struct ColumnTransform<T: Real> {
@@ -270,7 +266,8 @@ impl<T: Real> ColumnTransform<T> {
     /// The spectra of all columns of `values`, `(time, column)`, to `spectra`, `(bin, column)`.
     ///
     /// Fastest where rows of `spectra` are whole cache lines. Allocates nothing where the columns
-    /// of both are neighbours in memory, but once where rows are a multiple of 4096 bytes apart.
+    /// of both are neighbours in memory, but once 128 bytes a row, or up to 8 MiB, where rows are a
+    /// multiple of 4096 bytes apart.
     ///
     /// # Panics
     /// If the shapes are not those of the plan, or `scratch` was made by another.
@@ -341,129 +338,6 @@ impl<T: Real> ColumnTransform<T> {
                 },
             );
     }
-
-    fn tiles(
-        &self,
-        values: ArrayView2<T>,
-        weights: &[T],
-        spectra: &mut ArrayViewMut2<Complex<T>>,
-        stream: bool,
-        scratch: &mut ColumnScratch<T>,
-    ) {
-        let columns = values.ncols();
-        let strides = row_stride(values.strides()).zip(row_stride(spectra.strides()));
-        let Some((from_stride, to_stride)) = strides else {
-            self.staged(values, weights, spectra, scratch);
-            return;
-        };
-        let kernels = self.way.kernels();
-        let widest = widest(kernels, columns.min(scratch.width));
-        let numbers: &mut [T] = bytemuck::cast_slice_mut(&mut scratch.lines);
-        let bins = spectra.as_mut_ptr();
-        // SAFETY: the tiles' columns are within both views, and so are their rows, by the shapes
-        // asserted; `Complex` is two numbers.
-        let tile = |start: usize| unsafe {
-            let to = bins.add(start).cast::<T>();
-            let row = 2 * to_stride * size_of::<T>();
-            let aligned = to.addr().is_multiple_of(64) && row.is_multiple_of(64);
-            Tile {
-                from: values.as_ptr().add(start),
-                from_stride,
-                staged: false,
-                weights: pointer(weights),
-                to,
-                to_stride: 2 * to_stride,
-                stream: stream && aligned,
-            }
-        };
-        let mut done = 0;
-        let aliased = (from_stride * size_of::<T>()).is_multiple_of(ALIASED);
-        if let (Way::Fast(fast), true, []) = (&self.way, aliased, weights) {
-            let together = tiles_staged::<T>(self.length, widest.width);
-            let numbers_of_tile = self.length * widest.width;
-            let most = together.min(columns / widest.width);
-            if size_of_val(&scratch.staged[..]) < most * numbers_of_tile * size_of::<T>() {
-                scratch.staged = lines::<T>(most * numbers_of_tile);
-            }
-            let stage: &mut [T] = bytemuck::cast_slice_mut(&mut scratch.staged);
-            while columns - done >= widest.width {
-                let tiles = together.min((columns - done) / widest.width);
-                let first = tile(done);
-                // SAFETY: as before, and the stage has room for so many tiles.
-                unsafe {
-                    let rows = (first.from, from_stride);
-                    fast.stage(widest, tiles, rows, stage.as_mut_ptr());
-                    for t in 0..tiles {
-                        let mut tile = tile(done + t * widest.width);
-                        tile.from = stage.as_ptr().add(t * numbers_of_tile);
-                        tile.from_stride = widest.width;
-                        tile.staged = true;
-                        fast.tile(widest, tile, numbers);
-                    }
-                }
-                done += tiles * widest.width;
-            }
-        }
-        while done < columns {
-            let left = columns - done;
-            let covers = |k: &&&Kernels<T>| k.width >= left && k.width <= widest.width;
-            let kernel = *kernels.iter().rev().find(covers).unwrap_or(&widest);
-            // The last tile overlaps the one before: the same numbers are written again.
-            let start = done.min(columns - kernel.width);
-            // SAFETY: as before.
-            unsafe { self.way.tile(kernel, tile(start), numbers) };
-            done = start + kernel.width;
-        }
-        simd::finish_streams();
-    }
-
-    /// Columns that are not neighbours: through copies.
-    fn staged(
-        &self,
-        values: ArrayView2<T>,
-        weights: &[T],
-        spectra: &mut ArrayViewMut2<Complex<T>>,
-        scratch: &mut ColumnScratch<T>,
-    ) {
-        let columns = values.ncols();
-        let kernel = widest(self.way.kernels(), columns.min(scratch.width));
-        let width = kernel.width;
-        let samples = (width * self.length).next_multiple_of(64);
-        let numbers = samples + 2 * width * self.bins();
-        if size_of_val(&scratch.staged[..]) < numbers * size_of::<T>() {
-            scratch.staged = lines::<T>(numbers);
-        }
-        let staged: &mut [T] = bytemuck::cast_slice_mut(&mut scratch.staged);
-        let (rows, bins) = staged.split_at_mut(samples);
-        let work: &mut [T] = bytemuck::cast_slice_mut(&mut scratch.lines);
-        for done in (0..columns).step_by(width) {
-            let start = done.min(columns - width);
-            for (row, from) in rows.chunks_exact_mut(width).zip(values.outer_iter()) {
-                for (c, to) in row.iter_mut().enumerate() {
-                    *to = from[start + c];
-                }
-            }
-            // SAFETY: both copies have as many rows of a tile's width as the plan's length asks
-            // for.
-            unsafe {
-                let tile = Tile {
-                    from: rows.as_ptr(),
-                    from_stride: width,
-                    staged: false,
-                    weights: pointer(weights),
-                    to: bins.as_mut_ptr(),
-                    to_stride: 2 * width,
-                    stream: false,
-                };
-                self.way.tile(kernel, tile, work);
-            }
-            for (row, mut to) in bins.chunks_exact(2 * width).zip(spectra.outer_iter_mut()) {
-                for (c, pair) in row.chunks_exact(2).enumerate() {
-                    to[start + c] = Complex::new(pair[0], pair[1]);
-                }
-            }
-        }
-    }
 }
 
 impl<T: Real> Way<T> {
@@ -499,30 +373,6 @@ impl<T: Real> Way<T> {
                 Way::Other(_) => {}
             }
         }
-    }
-}
-
-/// Tiles whose rows are copied together: the more, the longer the pieces read, up to 8 cache lines a
-/// row; at least two lines, else as many as the third cache has room for.
-fn tiles_staged<T>(length: usize, width: usize) -> usize {
-    let lines_of_rows = STAGED_BYTES / size_of::<Line>() / length;
-    let lines = lines_of_rows.clamp(2, 8);
-    (lines * size_of::<Line>() / (width * size_of::<T>())).max(1)
-}
-
-/// Null where there are no weights.
-fn pointer<T>(weights: &[T]) -> *const T {
-    match weights {
-        [] => std::ptr::null(),
-        _ => weights.as_ptr(),
-    }
-}
-
-/// From row to row in memory, where columns are neighbours.
-fn row_stride(strides: &[isize]) -> Option<usize> {
-    match strides {
-        &[row, 1] => usize::try_from(row).ok(),
-        _ => None,
     }
 }
 
