@@ -216,6 +216,32 @@ fn val_direct_sums_of_weighed_segments() {
     short_time_agrees::<f32>(3e-7);
 }
 
+/// Rows far apart, columns that are not neighbours in either array, segments weighed in passing and in
+/// copies (a prime length): the same bits.
+#[test]
+fn segments_of_any_layout_have_the_same_bits() {
+    for length in [64, 30, 105, 101] {
+        let values = noise::<f64>((150, 512), 31);
+        let window: Vec<f64> = (1..=length).map(|n| (n as f64).sqrt()).collect();
+        let plan = ShortTimeTransform::<f64>::new(&window, 25);
+        let shape = (plan.segments(150), plan.bins(), 512);
+        let mut whole = Array3::default(shape);
+        plan.transform_in_parallel(values.view(), whole.view_mut());
+        let by_column = values.t().to_owned();
+        let mut found = Array3::default(shape);
+        plan.transform_in_parallel(by_column.t(), found.view_mut());
+        assert_eq!(found, whole);
+        let mut found = Array3::default((shape.0, 512, shape.1));
+        let turned = found.view_mut().permuted_axes([0, 2, 1]);
+        plan.transform_in_parallel(values.view(), turned);
+        assert_eq!(found.permuted_axes([0, 2, 1]), whole);
+        let few = values.slice(s![.., 3..10]).to_owned();
+        let mut found = Array3::default((shape.0, shape.1, 7));
+        plan.transform_in_parallel(few.view(), found.view_mut());
+        assert_eq!(found, whole.slice(s![.., .., 3..10]));
+    }
+}
+
 #[test]
 fn records_shorter_than_the_window_have_no_segments() {
     let plan = ShortTimeTransform::<f64>::new(&[1.0; 8], 2);
