@@ -41,15 +41,6 @@ pub struct Tile<T> {
     pub stream: bool,
 }
 
-impl<T> Tile<T> {
-    /// The tile that lies `columns` further right.
-    pub fn right(mut self, columns: usize) -> Self {
-        self.from = self.from.wrapping_add(columns);
-        self.to = self.to.wrapping_add(2 * columns);
-        self
-    }
-}
-
 /// Passes of a transform of `length` points.
 pub struct Half<T> {
     pub length: usize,
