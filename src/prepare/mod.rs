@@ -12,6 +12,7 @@ mod scan;
 pub mod slepian;
 mod survey;
 mod trend;
+mod unit;
 mod window;
 
 pub use lobes::Lobes;
