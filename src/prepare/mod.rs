@@ -18,6 +18,7 @@ mod window;
 pub use lobes::Lobes;
 pub(crate) use prepared::{Ahead, Prepared, Tiles};
 pub(crate) use scan::ChannelScan;
+pub(crate) use survey::survey_bytes;
 pub(crate) use trend::Trend;
 pub use window::{Window, WindowError, WindowGains};
 
