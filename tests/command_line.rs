@@ -1022,6 +1022,46 @@ mod unix {
         }
     }
 
+    /// What is read must be what is hashed.
+    #[test]
+    fn a_field_that_changes_while_it_is_read_gives_no_result() {
+        use std::os::unix::fs::FileExt;
+
+        let place = Place::empty();
+        sparse(&place, "other.npy", 40_000, 400);
+        let changes: [fn(&Place); 3] = [
+            |place| fs::rename(place.path("other.npy"), place.path("long.npy")).unwrap(),
+            |place| {
+                let file = fs::File::options().write(true).open(place.path("long.npy"));
+                file.unwrap().write_all_at(b"change", 1000).unwrap();
+            },
+            |place| fs::remove_file(place.path("long.npy")).unwrap(),
+        ];
+        let said = [
+            "was changed or replaced",
+            "was changed or replaced",
+            "cannot read",
+        ];
+        for (change, said) in changes.into_iter().zip(said) {
+            sparse(&place, "long.npy", 40_000, 400);
+            let mut child = start(&place, &["analyze", "long.npy", "--out", "result"]);
+            wait_for(&mut child, || {
+                let folder = partial(&place);
+                folder.is_some_and(|name| place.path(&name).join("spectra.npz").exists())
+            });
+            change(&place);
+            let output = child.wait_with_output().unwrap();
+            let found = text(&output.stderr);
+            assert_eq!(output.status.code(), Some(1), "{found}");
+            assert!(
+                found.contains("long.npy") && found.contains(said),
+                "{found}"
+            );
+            let left = place.names();
+            assert!(left.iter().all(|name| name.ends_with(".npy")), "{left:?}");
+        }
+    }
+
     #[test]
     #[cfg(target_os = "linux")]
     fn an_interrupt_while_the_input_is_hashed_ends_at_once() {
