@@ -43,8 +43,11 @@ pub(crate) struct Tiles {
     pub memory: u64,
 }
 
-/// Bytes of the field that are mapped at a time where it is larger than memory.
-const PIECE_BYTES: usize = 8 << 20;
+/// Bytes of the field that each of so many threads has mapped at a time, where it is larger than
+/// memory.
+pub(crate) fn piece_bytes(threads: usize) -> usize {
+    ((16 << 20) / threads.max(1)).clamp(1 << 20, 8 << 20)
+}
 
 /// Raw records of a few sites, read in one go along the file.
 #[derive(Debug)]
@@ -52,8 +55,8 @@ pub(crate) struct Ahead {
     sites: Range<usize>,
     /// Times a piece; the last may be shorter.
     times: usize,
-    /// Site-major pieces.
-    pieces: Vec<Vec<f64>>,
+    /// Site-major pieces in one, whose memory the system gets back as a whole.
+    values: Vec<f64>,
 }
 
 impl Ahead {
@@ -61,7 +64,8 @@ impl Ahead {
         let n_times = out.len() / sites.len();
         for (j, record) in sites.zip(out.chunks_exact_mut(n_times)) {
             let column = j - self.sites.start;
-            for (part, piece) in record.chunks_mut(self.times).zip(&self.pieces) {
+            let pieces = self.values.chunks(self.times * self.sites.len());
+            for (part, piece) in record.chunks_mut(self.times).zip(pieces) {
                 part.copy_from_slice(&piece[column * part.len()..][..part.len()]);
             }
         }
@@ -150,24 +154,23 @@ impl<'a> Prepared<'a> {
     /// not read again for every tile; `None` where the tiles may read for themselves.
     pub fn read_ahead(&self, sites: Range<usize>) -> Option<Ahead> {
         self.tiles.ahead?;
-        let times = (PIECE_BYTES / (8 * self.field.n_sites())).max(1);
-        let starts: Vec<usize> = self.times.clone().step_by(times).collect();
+        let piece = piece_bytes(rayon::current_num_threads());
+        let times = (piece / (8 * self.field.n_sites())).max(1);
         let in_field = self.sites.start + sites.start..self.sites.start + sites.end;
-        let pieces = starts
-            .into_par_iter()
-            .map(|start| {
-                let piece = start..(start + times).min(self.times.end);
-                let mut values = vec![0.0; piece.len() * in_field.len()];
-                self.field
-                    .read_site_major(piece, in_field.clone(), &mut values);
+        let mut values = vec![0.0; self.n_times() * sites.len()];
+        values
+            .par_chunks_mut(times * sites.len())
+            .enumerate()
+            .for_each(|(i, values)| {
+                let start = self.times.start + i * times;
+                let piece = start..start + values.len() / in_field.len();
+                self.field.read_site_major(piece, in_field.clone(), values);
                 self.field.release_pages();
-                values
-            })
-            .collect();
+            });
         Some(Ahead {
             sites,
             times,
-            pieces,
+            values,
         })
     }
 

@@ -3,6 +3,7 @@
 use super::{Blocks, Plan};
 use crate::analyze::short_time::{ShortTimeSegments, TOGETHER};
 use crate::error::{Error, Result};
+use crate::prepare::piece_bytes;
 use crate::transform::Segments;
 
 /// Bytes of a block of profiles or frequencies, a thread: it is written while it is in the cache,
@@ -52,6 +53,10 @@ impl Plan {
         let vectors = 160 * (nt + nx) + 32 * (nf + nks) + (8 << 20) + self.short_time_bytes();
         // What each thread sees of all sites in passing.
         let vectors = vectors + threads * (160 * nx + surveyed);
+        // Mapped pages of the field count as memory too, so a large field is read piece by piece.
+        let mapped = 8 * nt * nx;
+        let piece = (piece_bytes(self.threads) as u64).max(8 * nx);
+        let pieces = mapped.min(threads * piece);
         // Of each thread: a tile of records, as read and as transformed, their transforms, the
         // matrix between the halves of these, and powers of eight sites, be they fewer; or a tile
         // of profiles, and spectra of eight.
@@ -82,7 +87,7 @@ impl Plan {
         let least_block = per_site(!spacetime, true)
             .max(least_times * per_time)
             .max(per_frequency);
-        let least = vectors + (2 * least_tile).max(least_tile + least_block);
+        let least = vectors + pieces + (2 * least_tile).max(least_tile + least_block);
         if allowed < least {
             return Err(Error::Memory {
                 what: "the smallest block of this field",
@@ -94,12 +99,10 @@ impl Plan {
         let in_memory = !spacetime || between <= room.min(allowed / 2);
         let held = if spacetime && in_memory { between } else { 0 };
         room -= held;
-        // Mapped pages of the field count as memory too, so a large field is read piece by piece.
-        let mapped = 8 * nt * nx;
         let streams = mapped > room.min(allowed / 4);
         let per_site = per_site(in_memory, streams);
 
-        let fixed = vectors + held + if streams { 0 } else { mapped };
+        let fixed = vectors + held + if streams { pieces } else { mapped };
         let spare = allowed - fixed;
         // The tiles shrink where the records are so long that they would not fit.
         while self.tiles.sites > 1 && column_tile(self.tiles.sites as u64) > spare / 2 {
