@@ -35,6 +35,10 @@ pub enum Error {
         fault: crate::field::InputFault,
     },
 
+    /// A file that was written to, or another put in its place, while it was in use.
+    #[error("{} was changed or replaced while it was read", path.display())]
+    Changed { path: PathBuf },
+
     /// Samples that are neither finite nor declared as gaps.
     #[error(
         "{name}: expected finite samples, found {count} that are not (NaN or infinite), \
@@ -138,6 +142,9 @@ impl Error {
                  `--gaps mask` gives them no weight"
                     .into(),
             ),
+            Error::Changed { .. } => {
+                Some("repeat the command once nothing writes to the file, or on a copy".into())
+            }
             Error::Scene { fault } => Some(fault.advice()),
             Error::Exists { .. } => {
                 Some("name another place, or add `--force` to replace it".into())

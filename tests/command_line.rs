@@ -1022,6 +1022,71 @@ mod unix {
         }
     }
 
+    /// Pages of the field count as memory that is allowed; those of the program come on top.
+    #[test]
+    #[cfg(target_os = "linux")]
+    fn a_field_larger_than_memory_keeps_to_it() {
+        const ALLOWED: u64 = 100_000_000;
+        const PROGRAM: u64 = 14 << 20;
+        let place = Place::empty();
+        sparse(&place, "large.npy", 8192, 2048);
+        let words = "analyze large.npy --only temporal --figures none --threads 2 --memory 100MB";
+        let mut child = start(&place, &words.split(' ').collect::<Vec<_>>());
+        let status = format!("/proc/{}/status", child.id());
+        let mut peak = 0;
+        while child.try_wait().unwrap().is_none() {
+            let said = fs::read_to_string(&status).unwrap_or_default();
+            let line = said.lines().find_map(|line| line.strip_prefix("VmHWM:"));
+            let kib = line.and_then(|rest| rest.trim().strip_suffix(" kB"));
+            peak = kib.map_or(peak, |kib| 1024 * kib.parse::<u64>().unwrap());
+            std::thread::sleep(Duration::from_millis(2));
+        }
+        let output = child.wait_with_output().unwrap();
+        assert!(output.status.success(), "{}", text(&output.stderr));
+        println!("{peak}");
+        assert!((ALLOWED / 2..ALLOWED + PROGRAM).contains(&peak), "{peak}");
+    }
+
+    /// What is read must be what is hashed.
+    #[test]
+    fn a_field_that_changes_while_it_is_read_gives_no_result() {
+        use std::os::unix::fs::FileExt;
+
+        let place = Place::empty();
+        sparse(&place, "other.npy", 40_000, 400);
+        let changes: [fn(&Place); 3] = [
+            |place| fs::rename(place.path("other.npy"), place.path("long.npy")).unwrap(),
+            |place| {
+                let file = fs::File::options().write(true).open(place.path("long.npy"));
+                file.unwrap().write_all_at(b"change", 1000).unwrap();
+            },
+            |place| fs::remove_file(place.path("long.npy")).unwrap(),
+        ];
+        let said = [
+            "was changed or replaced",
+            "was changed or replaced",
+            "cannot read",
+        ];
+        for (change, said) in changes.into_iter().zip(said) {
+            sparse(&place, "long.npy", 40_000, 400);
+            let mut child = start(&place, &["analyze", "long.npy", "--out", "result"]);
+            wait_for(&mut child, || {
+                let folder = partial(&place);
+                folder.is_some_and(|name| place.path(&name).join("spectra.npz").exists())
+            });
+            change(&place);
+            let output = child.wait_with_output().unwrap();
+            let found = text(&output.stderr);
+            assert_eq!(output.status.code(), Some(1), "{found}");
+            assert!(
+                found.contains("long.npy") && found.contains(said),
+                "{found}"
+            );
+            let left = place.names();
+            assert!(left.iter().all(|name| name.ends_with(".npy")), "{left:?}");
+        }
+    }
+
     #[test]
     #[cfg(target_os = "linux")]
     fn an_interrupt_while_the_input_is_hashed_ends_at_once() {

@@ -6,8 +6,10 @@ mod place;
 use std::fs;
 use std::process::{Command, Stdio};
 
+use ndarray::{Array2, s};
+use ndarray_npy::write_npy;
 use place::Place;
-use serde_json::Value;
+use serde_json::{Value, json as value};
 
 fn json(text: &str) -> Value {
     serde_json::from_str(text).unwrap()
@@ -189,7 +191,13 @@ fn regress_a_measured_field_over_its_own_chain() {
         );
         assert!(said.contains(&peak) && said.contains(&arrival), "{said}");
     }
+    let none = "warning: no measured largest velocity to compare at 0 (1 in all): ";
+    assert!(
+        said.contains(none) && !said.contains("no measured arrival"),
+        "{said}"
+    );
     let found = json(&place.good(&[&words[..], &["--json"]].concat()));
+    assert_eq!(found["measured_without_peak"], value!([0.0]));
     for (key, unit) in [("measured", 4e-5), ("measured_arrivals", 1e-3)] {
         let measured = found[key].as_array().unwrap();
         // The striker has no largest velocity but its first.
@@ -204,6 +212,40 @@ fn regress_a_measured_field_over_its_own_chain() {
     let at = |n: usize| arrivals[n]["measured"]["value"].as_f64().unwrap();
     assert!(at(0) > 0.0 && (1..20).all(|n| at(n) > at(n - 1)));
     drawn(&place, "kept/attenuation", &FIELD_CHARTS);
+}
+
+/// Sites that move so from the first sample on have no arrival, which is said.
+#[test]
+fn sites_that_move_from_the_first_sample_are_named() {
+    let place = Place::new();
+    // Half of the largest velocity is 7 samples before it, for the first two sites before the record.
+    let field = Array2::from_shape_fn((64, 8), |(n, j)| {
+        (-0.5 * ((n as f64 - 4.0 - 3.0 * j as f64) / 6.0).powi(2)).exp()
+    });
+    write_npy(place.path("late.npy"), &field).unwrap();
+    write_npy(place.path("wall.npy"), &field.slice(s![.., ..2])).unwrap();
+    for (words, count, warning) in [
+        (
+            "attenuate --ratios 2.4 --bodies 7 --sense chain --measured late.npy --measured-field",
+            6,
+            "compare at 0, 1.000 (2 in all): what moves from the first sample on",
+        ),
+        (
+            "transmit --sites 9 --over stiffness_ratio=2.2,2.6 --no-extremes --measured 2.4=wall.npy",
+            0,
+            "compare at 2.400 (1 in all): what moves from the first sample on",
+        ),
+    ] {
+        let words: Vec<&str> = words.split(' ').collect();
+        let said = place.good(&words);
+        let warning = format!("warning: no measured arrival to {warning}");
+        assert!(said.contains(&warning), "{said}");
+        let found = json(&place.good(&[&words[..], &["--json"]].concat()));
+        let compared = |key: &str| found[key].as_array().unwrap().len();
+        assert_eq!(compared("measured_arrivals"), count);
+        let without = compared("measured_without_arrival");
+        assert_eq!(compared("measured"), count + without);
+    }
 }
 
 /// The same for the last body before a wall.
@@ -373,6 +415,37 @@ fn regress_killed_ten_times() {
                 of("whole", file).unwrap(),
                 "{file}"
             );
+        }
+    }
+}
+
+/// Pulses that were kept without a rise time are not taken for ones that move from the start.
+#[test]
+fn what_was_kept_with_less_is_not_gone_on_with() {
+    let place = Place::of(&["attenuate"]);
+    let words = "--ratios 2.4 --bodies 7 --sense chain --out kept";
+    let words: Vec<&str> = words.split(' ').collect();
+    place.good(&words);
+    let path = place.path("kept/members.jsonl");
+    let kept = fs::read_to_string(&path).unwrap();
+    for key in ["velocity_rise_time", "energy_pulse"] {
+        let less = kept.lines().map(|line| {
+            let mut line = json(line);
+            let pulses = &mut line["outcome"]["done"]["pulses"]["pulses"];
+            for pulse in pulses.as_array_mut().unwrap() {
+                pulse.as_object_mut().unwrap().remove(key).unwrap();
+            }
+            format!("{line}\n")
+        });
+        fs::write(&path, less.collect::<String>()).unwrap();
+        let said = place.bad(1, &words);
+        for word in [
+            "members.jsonl, line 1: ",
+            "missing field",
+            key,
+            "begin anew elsewhere",
+        ] {
+            assert!(said.contains(word), "{word}: {said}");
         }
     }
 }

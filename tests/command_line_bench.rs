@@ -183,6 +183,17 @@ fn a_baseline_of_elsewhere_does_not_count() {
     }
     let known = json(&fs::read_to_string(place.path("base.json")).unwrap());
     assert_eq!(known["ratios"].as_array().unwrap().len(), 2);
+    // One of other cases stands beside it.
+    let other = [&["--shape", "65x9"], &SMALL[2..]].concat();
+    place.good(&[&other[..], &["--record", "base.json"]].concat());
+    edit(&place, |ratios| {
+        assert_eq!(ratios["machine"]["cpu"], "Another 9000")
+    });
+    let known = json(&fs::read_to_string(place.path("base.json")).unwrap());
+    let cases = known["ratios"][1]["ratio_to_rustfft"].as_object().unwrap();
+    let cases: Vec<&str> = cases.keys().map(|case| &**case).collect();
+    let expected = ["64x9 f32", "64x9 f64", "65x9 f32", "65x9 f64"];
+    assert_eq!(cases, expected.map(|case| format!("{case}, 1 thread")));
 }
 
 #[test]
@@ -244,6 +255,10 @@ fn what_cannot_be_is_said() {
         (&["--shape", "4096"], "ROWSxCOLUMNS"),
         (&["--shape", "4294967296x4294967296"], "ROWSxCOLUMNS"),
         (&["--shape", "99999999x99999"], "free memory"),
+        (
+            &["--instructions", "--shape", "99999999x99999"],
+            "free memory",
+        ),
         (&["--precision", "f16"], "f16"),
         (&["--threads", "0"], "--threads"),
         (&["--rounds", "0"], "--rounds"),

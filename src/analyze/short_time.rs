@@ -17,7 +17,7 @@ use crate::transform::{
 };
 
 /// Frames that are transformed together.
-const TOGETHER: usize = 8;
+pub(super) const TOGETHER: usize = 8;
 
 /// Segments of one axis and the bins they are transformed to.
 struct Frames<'a, T: Real> {

@@ -1,5 +1,6 @@
 //! The passes over a prepared field: two chains that need nothing of each other, and their times.
 
+use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::Instant;
 
 use super::between::Between;
@@ -10,7 +11,7 @@ use super::rows::{self, Rows};
 use super::sink::Sink;
 use super::spacetime::{self, Frequencies};
 use super::{Observer, short_time};
-use crate::error::Result;
+use crate::error::{Error, Result};
 use crate::prepare::Prepared;
 use crate::transform::Real;
 
@@ -61,25 +62,34 @@ impl Stages<'_> {
         };
         let units = axes.n_times + axes.n_sites + frequencies;
         self.observer.stage("transforming", units as u64);
-        let quiet = Stages {
-            observer: &Unnamed(self.observer),
+        let beside = Beside {
+            observer: self.observer,
+            failed: AtomicBool::new(false),
+        };
+        let chains = Stages {
+            observer: &beside,
             ..*self
         };
         // A chain may wait for a thread, which is none of its time.
         let ((records, mut first), (profiles, mut second)) = rayon::join(
             || {
                 let mut clock = Clock::new();
-                let records = along_time.map(|along_time| quiet.records(along_time, &mut clock));
-                (records.transpose(), clock.timings)
+                let records = along_time.map(|along_time| chains.records(along_time, &mut clock));
+                (beside.noted(records.transpose()), clock.timings)
             },
             || {
                 let mut clock = Clock::new();
-                (quiet.profiles::<T>(&mut clock), clock.timings)
+                let profiles = chains.profiles::<T>(&mut clock);
+                (beside.noted(profiles), clock.timings)
             },
         );
         clock.timings.append(&mut first);
         clock.timings.append(&mut second);
-        Ok((records?, profiles?))
+        match (records, profiles) {
+            // What stopped the other chain is the reason, not that it was stopped.
+            (Err(Error::Cancelled), Err(error)) => Err(error),
+            (records, profiles) => Ok((records?, profiles?)),
+        }
     }
 
     /// Along time, then along space at each frequency.
@@ -142,16 +152,29 @@ impl Stages<'_> {
     }
 }
 
-/// An observer to which stages have no names, since several go on.
-struct Unnamed<'a>(&'a dyn Observer);
+/// An observer of chains side by side: stages have no names, since several go on, and a chain that
+/// fails stops the other.
+struct Beside<'a> {
+    observer: &'a dyn Observer,
+    failed: AtomicBool,
+}
 
-impl Observer for Unnamed<'_> {
+impl Beside<'_> {
+    fn noted<R>(&self, result: Result<R>) -> Result<R> {
+        if result.is_err() {
+            self.failed.store(true, Ordering::Relaxed);
+        }
+        result
+    }
+}
+
+impl Observer for Beside<'_> {
     fn advance(&self, units: u64) {
-        self.0.advance(units);
+        self.observer.advance(units);
     }
 
     fn cancelled(&self) -> bool {
-        self.0.cancelled()
+        self.failed.load(Ordering::Relaxed) || self.observer.cancelled()
     }
 }
 

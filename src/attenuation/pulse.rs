@@ -32,7 +32,8 @@ pub struct Pulse {
     pub peak_velocity: Located,
     pub velocity_time: Located,
     /// When that velocity is half of its largest for the last time before it; `None` for a site that
-    /// moves so from the start.
+    /// moves so from the start. A kept pulse that does not say which of both is no pulse.
+    #[serde(deserialize_with = "stated")]
     pub velocity_rise_time: Option<Located>,
     /// When the force first reaches [`FRONT`] of its peak.
     pub arrival_time: Located,
@@ -41,6 +42,7 @@ pub struct Pulse {
     pub width: Located,
     /// Energy passed by the first time after the peak at which the force is [`FRONT`] of it; `None`
     /// where that was not seen, and for the wall.
+    #[serde(deserialize_with = "stated")]
     pub energy_pulse: Option<Located>,
     /// Energy passed by the end of what is seen. For the wall, through which none passes: through
     /// the contact before it, by the time of the peak.
@@ -51,6 +53,13 @@ pub struct Pulse {
     pub energy_lost: f64,
     /// What passed, was left behind and was lost, less what there was, relative to that.
     pub closure: f64,
+}
+
+/// A value that may be null but not absent.
+fn stated<'d, D: serde::Deserializer<'d>>(
+    value: D,
+) -> std::result::Result<Option<Located>, D::Error> {
+    Option::deserialize(value)
 }
 
 /// Where pulses are followed.

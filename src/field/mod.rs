@@ -11,6 +11,7 @@ mod fault;
 mod npy;
 mod npz;
 mod open;
+mod opened;
 mod options;
 mod rows;
 mod sidecar;
@@ -20,6 +21,8 @@ use std::ops::Range;
 
 use ndarray::Array2;
 
+use crate::error::Result;
+
 pub use fault::{FileKind, InputFault, MemberShape};
 pub use options::{Header, OpenOptions, TimeColumn};
 pub use sidecar::Sidecar;
@@ -28,6 +31,7 @@ pub(crate) use npz::{Archive as Members, read_members};
 pub(crate) use open::is_field_file;
 pub(crate) use open::regular_file;
 pub use open::{file_hash, is_run_file};
+use opened::Opened;
 use storage::Storage;
 
 /// One axis: `origin + index * step`, in `unit`.
@@ -104,6 +108,8 @@ pub enum Layout {
 #[derive(Debug, Clone)]
 pub struct Field {
     storage: Storage,
+    /// `None` where it came from no file.
+    opened: Option<Opened>,
     n_times: usize,
     n_sites: usize,
     pub name: String,
@@ -124,6 +130,7 @@ impl Field {
         let (n_times, n_sites) = values.dim();
         Field {
             storage: Storage::from_array(values),
+            opened: None,
             n_times,
             n_sites,
             name: "field".into(),
@@ -159,6 +166,16 @@ impl Field {
     pub fn read_site_major(&self, times: Range<usize>, sites: Range<usize>, out: &mut [f64]) {
         self.check_block(&times, &sites, out.len());
         self.storage.read(times, sites, true, out);
+    }
+
+    /// That the file it came from is still the one that was opened and was not written to since, by
+    /// length, time of change and where there is one inode; so results are of one file, and a hash
+    /// taken by now is of that one.
+    ///
+    /// # Errors
+    /// [`crate::Error::Changed`]; [`crate::Error::Read`] where the file is gone.
+    pub fn check_unchanged(&self) -> Result<()> {
+        self.opened.as_ref().map_or(Ok(()), Opened::check)
     }
 
     /// Whether the samples of one time are neighbours.

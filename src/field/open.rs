@@ -8,6 +8,7 @@ use memmap2::Mmap;
 
 use super::coordinates::Coordinates;
 use super::fault::{FileKind, InputFault};
+use super::opened::Opened;
 use super::options::OpenOptions;
 use super::sidecar::Sidecar;
 use super::storage::{self, Bytes, Storage};
@@ -90,7 +91,8 @@ impl Field {
     /// archive, `time` and `position` are the coordinates and `velocity` is the field; the text
     /// `velocity_unit` is the unit of the array `velocity`, and so for every array.
     ///
-    /// The file must not be shortened while the field is in use.
+    /// The file must not be shortened while the field is in use; [`Field::check_unchanged`] tells whether
+    /// it was written to or replaced.
     ///
     /// # Errors
     /// - [`Error::Read`]: the file is not there or cannot be read.
@@ -100,7 +102,7 @@ impl Field {
     pub fn open(path: impl AsRef<Path>, options: &OpenOptions) -> Result<Field> {
         let path = path.as_ref();
         options.check()?;
-        let map = map(path)?;
+        let (map, opened) = open_mapped(path)?;
         let format = Format::detect(path, &map).map_err(|fault| Error::Input {
             path: path.to_owned(),
             fault,
@@ -124,6 +126,7 @@ impl Field {
         let name = path.file_stem().unwrap_or_default();
         Ok(Field {
             storage: contents.storage,
+            opened: Some(opened),
             n_times: contents.n_times,
             n_sites: contents.n_sites,
             name: name.to_string_lossy().into_owned(),
@@ -188,6 +191,10 @@ fn irregular_kind(metadata: &Metadata) -> Option<FileKind> {
 }
 
 pub(super) fn map(path: &Path) -> Result<Arc<Mmap>> {
+    Ok(open_mapped(path)?.0)
+}
+
+fn open_mapped(path: &Path) -> Result<(Arc<Mmap>, Opened)> {
     let is_empty = regular_file(path)?.len() == 0;
     let file = File::open(path).map_err(Error::read("open", path))?;
     if is_empty {
@@ -196,10 +203,11 @@ pub(super) fn map(path: &Path) -> Result<Arc<Mmap>> {
             fault: InputFault::Empty,
         });
     }
+    let opened = Opened::new(&file, path)?;
     // SAFETY: the map is read-only and its length is that of the file now. That no other program
     // shortens the file meanwhile is a documented condition of `Field::open`.
     let map = unsafe { Mmap::map(&file) }.map_err(Error::read("map", path))?;
-    Ok(Arc::new(map))
+    Ok((Arc::new(map), opened))
 }
 
 /// BLAKE3 of the file at `path`, hexadecimal.

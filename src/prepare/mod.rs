@@ -12,11 +12,13 @@ mod scan;
 pub mod slepian;
 mod survey;
 mod trend;
+mod unit;
 mod window;
 
 pub use lobes::Lobes;
-pub(crate) use prepared::{Ahead, Prepared, Tiles};
+pub(crate) use prepared::{Ahead, Prepared, Tiles, piece_bytes};
 pub(crate) use scan::ChannelScan;
+pub(crate) use survey::survey_bytes;
 pub(crate) use trend::Trend;
 pub use window::{Window, WindowError, WindowGains};
 

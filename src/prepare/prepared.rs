@@ -6,8 +6,9 @@ use rayon::prelude::*;
 
 use super::scan::{ChannelScan, Gap};
 use super::trend::Trend;
+use super::unit::PowerOfTwo;
 use super::{Detrend, Gaps};
-use crate::analyze::{Observer, Precision, Request};
+use crate::analyze::{Observer, Request};
 use crate::error::{Error, Result};
 use crate::field::Field;
 
@@ -42,8 +43,11 @@ pub(crate) struct Tiles {
     pub memory: u64,
 }
 
-/// Bytes of the field that are mapped at a time where it is larger than memory.
-const PIECE_BYTES: usize = 8 << 20;
+/// Bytes of the field that each of so many threads has mapped at a time, where it is larger than
+/// memory.
+pub(crate) fn piece_bytes(threads: usize) -> usize {
+    ((16 << 20) / threads.max(1)).clamp(1 << 20, 8 << 20)
+}
 
 /// Raw records of a few sites, read in one go along the file.
 #[derive(Debug)]
@@ -51,8 +55,8 @@ pub(crate) struct Ahead {
     sites: Range<usize>,
     /// Times a piece; the last may be shorter.
     times: usize,
-    /// Site-major pieces.
-    pieces: Vec<Vec<f64>>,
+    /// Site-major pieces in one, whose memory the system gets back as a whole.
+    values: Vec<f64>,
 }
 
 impl Ahead {
@@ -60,7 +64,8 @@ impl Ahead {
         let n_times = out.len() / sites.len();
         for (j, record) in sites.zip(out.chunks_exact_mut(n_times)) {
             let column = j - self.sites.start;
-            for (part, piece) in record.chunks_mut(self.times).zip(&self.pieces) {
+            let pieces = self.values.chunks(self.times * self.sites.len());
+            for (part, piece) in record.chunks_mut(self.times).zip(pieces) {
                 part.copy_from_slice(&piece[column * part.len()..][..part.len()]);
             }
         }
@@ -149,24 +154,23 @@ impl<'a> Prepared<'a> {
     /// not read again for every tile; `None` where the tiles may read for themselves.
     pub fn read_ahead(&self, sites: Range<usize>) -> Option<Ahead> {
         self.tiles.ahead?;
-        let times = (PIECE_BYTES / (8 * self.field.n_sites())).max(1);
-        let starts: Vec<usize> = self.times.clone().step_by(times).collect();
+        let piece = piece_bytes(rayon::current_num_threads());
+        let times = (piece / (8 * self.field.n_sites())).max(1);
         let in_field = self.sites.start + sites.start..self.sites.start + sites.end;
-        let pieces = starts
-            .into_par_iter()
-            .map(|start| {
-                let piece = start..(start + times).min(self.times.end);
-                let mut values = vec![0.0; piece.len() * in_field.len()];
-                self.field
-                    .read_site_major(piece, in_field.clone(), &mut values);
+        let mut values = vec![0.0; self.n_times() * sites.len()];
+        values
+            .par_chunks_mut(times * sites.len())
+            .enumerate()
+            .for_each(|(i, values)| {
+                let start = self.times.start + i * times;
+                let piece = start..start + values.len() / in_field.len();
+                self.field.read_site_major(piece, in_field.clone(), values);
                 self.field.release_pages();
-                values
-            })
-            .collect();
+            });
         Some(Ahead {
             sites,
             times,
-            pieces,
+            values,
         })
     }
 
@@ -423,75 +427,5 @@ impl<'a> Prepared<'a> {
             all.extend(seen?.into_iter().flatten());
         }
         Ok(all)
-    }
-}
-
-/// A power of two, possibly beyond the range in which one factor can divide.
-#[derive(Debug, Clone, Copy, PartialEq)]
-struct PowerOfTwo {
-    exponent: i32,
-}
-
-impl PowerOfTwo {
-    const ONE: PowerOfTwo = PowerOfTwo { exponent: 0 };
-
-    /// 1 while squares of `largest` are far inside the number range, else the power of two at or
-    /// below it.
-    fn near(largest: f64, precision: Precision) -> PowerOfTwo {
-        if largest == 0.0 {
-            return Self::ONE;
-        }
-        let exponent = exponent_of(largest);
-        let safe = match precision {
-            Precision::F64 => -200..200,
-            Precision::F32 => -20..20,
-        };
-        if safe.contains(&exponent) {
-            Self::ONE
-        } else {
-            PowerOfTwo { exponent }
-        }
-    }
-
-    fn value(self) -> f64 {
-        let half = self.exponent / 2;
-        2f64.powi(half) * 2f64.powi(self.exponent - half)
-    }
-
-    /// Exact but where a quotient is subnormal, far below the largest.
-    fn divide(self, values: &mut [f64]) {
-        if self == Self::ONE {
-            return;
-        }
-        let half = -self.exponent / 2;
-        let (a, b) = (2f64.powi(half), 2f64.powi(-self.exponent - half));
-        values.iter_mut().for_each(|v| *v = *v * a * b);
-    }
-}
-
-/// `floor(log2 x)` of a positive finite number, subnormal ones included.
-fn exponent_of(x: f64) -> i32 {
-    let bits = |x: f64| ((x.to_bits() >> 52) & 0x7ff) as i32 - 1023;
-    if x < f64::MIN_POSITIVE {
-        bits(x * 2f64.powi(64)) - 64
-    } else {
-        bits(x)
-    }
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn units_bring_any_amplitude_to_one() {
-        for largest in [5e-324, 1e-310, 1e-200, 1e200, f64::MAX] {
-            let unit = PowerOfTwo::near(largest, Precision::F64);
-            let mut x = [largest];
-            unit.divide(&mut x);
-            assert!((1.0..2.0).contains(&x[0]), "{largest:e} became {}", x[0]);
-            assert_eq!(x[0] * unit.value(), largest);
-        }
-        assert_eq!(PowerOfTwo::near(3.0, Precision::F64), PowerOfTwo::ONE);
     }
 }

@@ -10,9 +10,26 @@ use super::scan::{self, ChannelScan, Gap};
 use super::{Gaps, Prepared};
 use crate::analyze::Observer;
 use crate::error::{Error, Result};
+use crate::field::Field;
+
+/// Samples that are looked at before the next stretch of times.
+const STRETCH: usize = 1 << 16;
 
 /// Bytes that a gap takes while gaps are gathered: twice by site, once by time.
 const GAP_BYTES: u64 = 3 * size_of::<Gap>() as u64;
+
+/// Times that are looked at in one go, where they lie one after the other.
+fn stretch(field: &Field) -> usize {
+    (STRETCH / field.n_sites()).max(1)
+}
+
+/// Bytes that a thread takes for samples of so many sites which have to be decoded to be looked at.
+pub(crate) fn survey_bytes(field: &Field, n_sites: usize) -> u64 {
+    match field.is_time_major() && field.stored_profiles(0..0).is_none() {
+        true => 8 * (stretch(field) + 1) as u64 * n_sites as u64,
+        false => 0,
+    }
+}
 
 impl Prepared<'_> {
     /// What each record holds; keeps account of its gaps.
@@ -76,11 +93,15 @@ impl Prepared<'_> {
 
     /// Looks at the samples in the order in which they lie.
     fn extremes(&self, observer: &dyn Observer) -> Result<Extremes> {
-        /// Samples that are looked at before the next stretch of times.
-        const STRETCH: usize = 1 << 16;
         observer.stage("looking at the samples", self.n_times() as u64);
         let none = || Extremes::none(self.n_sites());
-        let stretch = (STRETCH / self.field.n_sites()).max(1);
+        let stretch = stretch(self.field);
+        let stored = self.field.stored_profiles(self.times.clone());
+        // What has to be decoded is no more than what was asked for.
+        let (width, sites) = match stored {
+            Some(_) => (self.field.n_sites(), self.sites.clone()),
+            None => (self.n_sites(), 0..self.n_sites()),
+        };
         let starts: Vec<usize> = self.times.clone().step_by(stretch).collect();
         // Few parts, since each has room for all sites.
         let least = starts.len().div_ceil(4 * rayon::current_num_threads());
@@ -94,18 +115,17 @@ impl Prepared<'_> {
                 let end = (start + stretch).min(self.times.end);
                 // The time before tells what is held.
                 let first = start.saturating_sub(1).max(self.times.start);
-                let n_sites = self.field.n_sites();
                 let mut room = Vec::new();
-                let rows = match self.field.stored_profiles(first..end) {
-                    Some(rows) => rows,
+                let rows = match stored {
+                    Some(stored) => &stored[(first - self.times.start) * width..],
                     None => {
-                        room.resize((end - first) * n_sites, 0.0);
+                        room.resize((end - first) * width, 0.0);
                         self.field
-                            .read_time_major(first..end, 0..n_sites, &mut room);
+                            .read_time_major(first..end, self.sites.clone(), &mut room);
                         &room
                     }
                 };
-                let profile = |n: usize| &rows[(n - first) * n_sites..][self.sites.clone()];
+                let profile = |n: usize| &rows[(n - first) * width..][sites.clone()];
                 for n in start..end {
                     let before = (n > first).then(|| profile(n - 1));
                     seen.take(profile(n), before);

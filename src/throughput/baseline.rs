@@ -16,9 +16,9 @@ const SCHEMA: &str = "cascade-throughput/1";
 #[serde(deny_unknown_fields)]
 pub struct Baseline {
     schema: String,
-    /// One a machine.
+    /// By machine, versions and rounds; a case once a machine.
     pub ratios: Vec<Ratios>,
-    /// One an architecture and build.
+    /// By architecture, build and versions; a case once an architecture and build.
     pub instructions: Vec<Instructions>,
 }
 
@@ -53,6 +53,11 @@ impl Instructions {
             versions: Versions::here(),
             per_sample,
         }
+    }
+
+    /// Whether both are of one architecture and build.
+    fn is_like(&self, other: &Instructions) -> bool {
+        self.architecture == other.architecture && self.build == other.build
     }
 }
 
@@ -130,31 +135,53 @@ impl Baseline {
         Ok(())
     }
 
-    /// Ratios on this machine, by case.
-    pub fn ratios_on(&self, machine: &Machine) -> Option<&BTreeMap<String, f64>> {
-        let found = self.ratios.iter().find(|r| r.machine == *machine);
-        found.map(|r| &r.ratio_to_rustfft)
+    /// Ratios on this machine, by case; none where nothing is known of it.
+    pub fn ratios_on(&self, machine: &Machine) -> BTreeMap<String, f64> {
+        let on = self.ratios.iter().filter(|r| r.machine == *machine);
+        on.flat_map(|r| r.ratio_to_rustfft.clone()).collect()
     }
 
-    /// Counts of a build like this one.
-    pub fn instructions_here(&self) -> Option<&Instructions> {
+    /// Counts of builds like this one.
+    pub fn instructions_here(&self) -> impl Iterator<Item = &Instructions> {
         let here = Instructions::here(BTreeMap::new());
-        let like = |i: &&Instructions| i.architecture == here.architecture && i.build == here.build;
-        self.instructions.iter().find(like)
+        self.instructions.iter().filter(move |i| i.is_like(&here))
     }
 
-    /// Puts ratios in the place of what was known of their machine.
+    /// Puts ratios in the place of what was known of their cases on their machine; what is known of
+    /// other cases stays, with the versions it was found with.
     pub fn set_ratios(&mut self, found: Ratios) {
-        self.ratios.retain(|r| r.machine != found.machine);
-        self.ratios.push(found);
+        for known in &mut self.ratios {
+            if known.machine == found.machine {
+                let cases = &found.ratio_to_rustfft;
+                known
+                    .ratio_to_rustfft
+                    .retain(|case, _| !cases.contains_key(case));
+            }
+        }
+        self.ratios.retain(|r| !r.ratio_to_rustfft.is_empty());
+        let alike = |r: &&mut Ratios| {
+            (&r.machine, &r.versions, r.rounds) == (&found.machine, &found.versions, found.rounds)
+        };
+        match self.ratios.iter_mut().find(alike) {
+            Some(known) => known.ratio_to_rustfft.extend(found.ratio_to_rustfft),
+            None => self.ratios.push(found),
+        }
     }
 
-    /// Puts counts in the place of what was known of their architecture and build.
+    /// The same of counts, of their architecture and build.
     pub fn set_instructions(&mut self, found: Instructions) {
-        let like =
-            |i: &Instructions| i.architecture == found.architecture && i.build == found.build;
-        self.instructions.retain(|i| !like(i));
-        self.instructions.push(found);
+        for known in &mut self.instructions {
+            if known.is_like(&found) {
+                let cases = &found.per_sample;
+                known.per_sample.retain(|case, _| !cases.contains_key(case));
+            }
+        }
+        self.instructions.retain(|i| !i.per_sample.is_empty());
+        let alike = |i: &&mut Instructions| i.is_like(&found) && i.versions == found.versions;
+        match self.instructions.iter_mut().find(alike) {
+            Some(known) => known.per_sample.extend(found.per_sample),
+            None => self.instructions.push(found),
+        }
     }
 }
 
@@ -217,31 +244,57 @@ mod tests {
         );
     }
 
-    #[test]
-    fn a_machine_has_one_entry() {
-        let mut baseline = Baseline::default();
-        for value in [1.0, 2.0] {
-            baseline.set_ratios(Ratios {
-                machine: Machine::here(),
-                versions: Versions::here(),
-                rounds: 3,
-                ratio_to_rustfft: BTreeMap::from([("case".to_owned(), value)]),
-            });
-            baseline.set_instructions(Instructions::here(BTreeMap::from([(
-                "case".to_owned(),
-                value,
-            )])));
+    fn ratios(case: &str, value: f64, rustc: &str) -> Ratios {
+        Ratios {
+            machine: Machine::here(),
+            versions: Versions {
+                rustc: rustc.into(),
+                ..Versions::here()
+            },
+            rounds: 3,
+            ratio_to_rustfft: BTreeMap::from([(case.to_owned(), value)]),
         }
-        assert_eq!(baseline.ratios_on(&Machine::here()).unwrap()["case"], 2.0);
+    }
+
+    fn counts(case: &str, value: f64, rustc: &str) -> Instructions {
+        let ratios = ratios(case, value, rustc);
+        Instructions {
+            versions: ratios.versions,
+            ..Instructions::here(ratios.ratio_to_rustfft)
+        }
+    }
+
+    #[test]
+    fn only_cases_that_are_found_again_are_replaced() {
+        let mut baseline = Baseline::default();
+        let cases = [
+            ("this", 1.0, "old"),
+            ("that", 2.0, "old"),
+            ("this", 3.0, "new"),
+        ];
+        for (case, value, rustc) in cases {
+            baseline.set_ratios(ratios(case, value, rustc));
+            baseline.set_instructions(counts(case, value, rustc));
+        }
+        let expected = [("that".to_owned(), 2.0), ("this".to_owned(), 3.0)];
         assert_eq!(
-            baseline.instructions_here().unwrap().per_sample["case"],
-            2.0
+            baseline.ratios_on(&Machine::here()),
+            BTreeMap::from(expected)
         );
-        assert_eq!((baseline.ratios.len(), baseline.instructions.len()), (1, 1));
+        // Each case with the versions it was found with.
+        let known = [ratios("that", 2.0, "old"), ratios("this", 3.0, "new")];
+        assert_eq!(baseline.ratios, known);
+        let known = [counts("that", 2.0, "old"), counts("this", 3.0, "new")];
+        assert_eq!(baseline.instructions, known);
+        assert!(baseline.instructions_here().eq(&known));
         let other = Machine {
             cpu: "another".into(),
             ..Machine::here()
         };
-        assert_eq!(baseline.ratios_on(&other), None);
+        assert!(baseline.ratios_on(&other).is_empty());
+        // Nothing is left of versions all of whose cases were found again.
+        baseline.set_ratios(ratios("that", 4.0, "new"));
+        baseline.set_instructions(counts("that", 4.0, "new"));
+        assert_eq!((baseline.ratios.len(), baseline.instructions.len()), (1, 1));
     }
 }

@@ -85,24 +85,43 @@ impl CaseOf {
         },
     ];
 
-    /// That array and spectrum fit the memory that is free.
-    ///
-    /// # Errors
-    /// [`Error::Request`] for `--shape`.
-    pub fn check_memory(&self) -> Result<()> {
-        let (needed, free) = (self.shape.bytes(self.precision) as u64, free_memory());
-        if needed <= free {
-            return Ok(());
-        }
-        Err(Error::Request {
+    /// The shape, and bytes of its array and spectrum or of the copy that is timed after them
+    /// ([`super::copy_rate`]), whichever are more.
+    pub fn memory(&self) -> (Shape, u64) {
+        let bytes = self.shape.bytes(self.precision) as u64;
+        (self.shape, bytes.max(super::rounds::COPIED_BYTES))
+    }
+}
+
+/// That the largest of shapes with their bytes, so many at once, fit the memory that is free.
+///
+/// # Errors
+/// [`Error::Request`] for `--shape`.
+pub fn check_memory(cases: impl Iterator<Item = (Shape, u64)>, at_once: usize) -> Result<()> {
+    let free = free_memory();
+    match largest(cases, at_once) {
+        Some((shape, needed)) if needed > free => Err(Error::Request {
             option: "shape",
             expected: format!(
                 "arrays that fit {} of free memory",
                 crate::error::size(free)
             ),
-            found: format!("{}, {}", self.shape, crate::error::size(needed)),
-        })
+            found: format!(
+                "{shape}, for which {} are needed",
+                crate::error::size(needed)
+            ),
+        }),
+        _ => Ok(()),
     }
+}
+
+/// The largest of the cases, and bytes of so many of the largest together.
+fn largest(cases: impl Iterator<Item = (Shape, u64)>, at_once: usize) -> Option<(Shape, u64)> {
+    let mut cases: Vec<(Shape, u64)> = cases.collect();
+    cases.sort_by_key(|&(_, bytes)| std::cmp::Reverse(bytes));
+    let together = cases.iter().take(at_once);
+    let bytes = together.fold(0, |sum: u64, &(_, bytes)| sum.saturating_add(bytes));
+    cases.first().map(|&(shape, _)| (shape, bytes))
 }
 
 fn free_memory() -> u64 {
@@ -157,6 +176,34 @@ mod tests {
         }
         let too_large = format!("{}x{}", 1_u64 << 40, 1_u64 << 30);
         assert!(too_large.parse::<Shape>().is_err());
+    }
+
+    /// By hand: the copy is of 128 MiB to as many, and goes after the arrays.
+    #[test]
+    fn memory_is_that_of_the_arrays_or_of_the_copy() {
+        let bytes = |shape: Shape| {
+            let precision = Precision::F64;
+            CaseOf {
+                shape,
+                precision,
+                threads: 1,
+            }
+            .memory()
+            .1
+        };
+        assert_eq!(bytes(Shape::new(64, 9)), 256 << 20);
+        let large = 3000 * (16384 + 2 * 8193) * 8;
+        assert_eq!(bytes(Shape::new(16384, 3000)), large);
+    }
+
+    #[test]
+    fn the_largest_that_run_at_once_count() {
+        let of = |rows| Shape::new(rows, 1);
+        let cases = [(of(1), 10), (of(2), 1000), (of(3), 100)].into_iter();
+        let found = [1, 2, 9].map(|at_once| largest(cases.clone(), at_once));
+        assert_eq!(found, [1000, 1100, 1110].map(|bytes| Some((of(2), bytes))));
+        let all = u64::MAX;
+        assert!(check_memory([(of(1), all), (of(2), all)].into_iter(), 2).is_err());
     }
 
     #[test]

@@ -49,6 +49,11 @@ impl CountedCase {
         },
     ];
 
+    /// The shape, and bytes of its array and spectrum.
+    pub fn memory(&self) -> (Shape, u64) {
+        (self.shape, self.shape.bytes(self.precision) as u64)
+    }
+
     /// Transforms the columns so many times, by the calling thread.
     ///
     /// # Errors

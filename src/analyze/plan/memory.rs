@@ -1,7 +1,9 @@
 //! Blocks that fit the memory allowed.
 
 use super::{Blocks, Plan};
+use crate::analyze::short_time::{ShortTimeSegments, TOGETHER};
 use crate::error::{Error, Result};
+use crate::prepare::piece_bytes;
 use crate::transform::Segments;
 
 /// Bytes of a block of profiles or frequencies, a thread: it is written while it is in the cache,
@@ -10,26 +12,32 @@ use crate::transform::Segments;
 const BLOCK_BYTES: u64 = 2 << 20;
 
 impl Plan {
-    /// Short-time spectra are held, and once more while they are written.
+    /// Short-time spectra are held, and once more while they are written; threads make them record by
+    /// record.
     fn short_time_bytes(&self) -> u64 {
         if !self.request.results.short_time {
             return 0;
         }
         let asked = &self.request.short_time;
+        let bins = |segments: Segments| segments.length as u64 / 2 + 1;
         let held = |segments: Segments, count: usize| {
-            let bins = segments.length as u64 / 2 + 1;
-            16 * bins * segments.count() as u64 * count as u64
+            16 * bins(segments) * segments.count() as u64 * count as u64
         };
         let sites = match asked.sites.len() {
             0 => self.axes.n_sites.min(3),
             count => count,
         };
-        held(self.short_time.time, sites) + held(self.short_time.space, asked.times.len())
+        let ShortTimeSegments { time, space } = self.short_time;
+        // A record, and of each of its frames that go together what a record of a tile takes.
+        let frame = 8 * time.length as u64 + 64 * bins(time);
+        let worked_on = 8 * self.axes.n_times as u64 + TOGETHER as u64 * frame;
+        let at_once = self.threads.min(sites) as u64;
+        held(time, sites) + held(space, asked.times.len()) + at_once * worked_on
     }
 
     /// Chooses tiles and blocks, whether the field streams through, and where the matrix between the
-    /// halves of the space-time transform lies.
-    pub(super) fn fit_into_memory(&mut self) -> Result<()> {
+    /// halves of the space-time transform lies. A thread takes `surveyed` bytes to look at the samples.
+    pub(super) fn fit_into_memory(&mut self, surveyed: u64) -> Result<()> {
         let (nt, nx) = (self.axes.n_times as u64, self.axes.n_sites as u64);
         let nf = self.axes.frequency.len() as u64;
         let (nk, nks) = (
@@ -44,7 +52,11 @@ impl Plan {
 
         let vectors = 160 * (nt + nx) + 32 * (nf + nks) + (8 << 20) + self.short_time_bytes();
         // What each thread sees of all sites in passing.
-        let vectors = vectors + 160 * threads * nx;
+        let vectors = vectors + threads * (160 * nx + surveyed);
+        // Mapped pages of the field count as memory too, so a large field is read piece by piece.
+        let mapped = 8 * nt * nx;
+        let piece = (piece_bytes(self.threads) as u64).max(8 * nx);
+        let pieces = mapped.min(threads * piece);
         // Of each thread: a tile of records, as read and as transformed, their transforms, the
         // matrix between the halves of these, and powers of eight sites, be they fewer; or a tile
         // of profiles, and spectra of eight.
@@ -75,7 +87,7 @@ impl Plan {
         let least_block = per_site(!spacetime, true)
             .max(least_times * per_time)
             .max(per_frequency);
-        let least = vectors + (2 * least_tile).max(least_tile + least_block);
+        let least = vectors + pieces + (2 * least_tile).max(least_tile + least_block);
         if allowed < least {
             return Err(Error::Memory {
                 what: "the smallest block of this field",
@@ -87,12 +99,10 @@ impl Plan {
         let in_memory = !spacetime || between <= room.min(allowed / 2);
         let held = if spacetime && in_memory { between } else { 0 };
         room -= held;
-        // Mapped pages of the field count as memory too, so a large field is read piece by piece.
-        let mapped = 8 * nt * nx;
         let streams = mapped > room.min(allowed / 4);
         let per_site = per_site(in_memory, streams);
 
-        let fixed = vectors + held + if streams { 0 } else { mapped };
+        let fixed = vectors + held + if streams { pieces } else { mapped };
         let spare = allowed - fixed;
         // The tiles shrink where the records are so long that they would not fit.
         while self.tiles.sites > 1 && column_tile(self.tiles.sites as u64) > spare / 2 {
@@ -157,4 +167,45 @@ pub(crate) fn half_of_free_memory() -> u64 {
         .and_then(|rest| rest.trim().strip_suffix("kB"))
         .and_then(|kib| kib.trim().parse::<u64>().ok())
         .map_or(FALLBACK, |kib| kib * 512)
+}
+
+#[cfg(test)]
+mod tests {
+    use ndarray::Array2;
+
+    use crate::Field;
+    use crate::analyze::{Request, Results, ShortTime, plan};
+
+    fn needed(threads: usize, short_time: bool) -> u64 {
+        let field = Field::from_array(Array2::zeros((4096, 8)));
+        let request = Request {
+            results: Results {
+                short_time,
+                ..Results::ALL
+            },
+            short_time: ShortTime {
+                sites: vec![0, 3, 7],
+                segment: Some(100),
+                hop: Some(50),
+                ..Request::default().short_time
+            },
+            threads: Some(threads),
+            memory: Some(1 << 30),
+            ..Request::default()
+        };
+        plan(&field, &request).unwrap().memory_needed
+    }
+
+    /// By hand: spectra of 51 bins and 80 frames, held twice; of each thread that has one a record and
+    /// eight frames, in three copies besides spectra and working space.
+    #[test]
+    fn short_time_records_of_all_threads_count() {
+        let of = |threads| needed(threads, true) - needed(threads, false);
+        let held = 3 * 2 * 8 * 51 * 80;
+        let record = 8 * 4096 + 8 * (8 * 100 + 64 * 51);
+        assert_eq!(
+            [1, 2, 3, 8].map(of),
+            [1, 2, 3, 3].map(|n| held + n * record)
+        );
+    }
 }

@@ -13,7 +13,7 @@ use super::short_time::ShortTimeSegments;
 use super::sink::LargeArray;
 use crate::error::{Error, Result};
 use crate::field::{Axis, Field, Quantity};
-use crate::prepare::Tiles;
+use crate::prepare::{Tiles, survey_bytes};
 use crate::transform::{Scale, Segments, frequencies, wavenumbers, wavenumbers_signed};
 
 use checks::{
@@ -209,7 +209,7 @@ pub fn plan(field: &Field, request: &Request) -> Result<Plan> {
         stages: Vec::new(),
         arrays: Vec::new(),
     };
-    plan.fit_into_memory()?;
+    plan.fit_into_memory(survey_bytes(field, n_sites))?;
     plan.list_work();
     Ok(plan)
 }

@@ -80,6 +80,8 @@ pub fn run(typed: Analyze) -> Result<(), Failure> {
     let input = typed.field.display().to_string();
     let provenance = Provenance::new(command, Some(input), analysis.content_hash.clone());
     let (budget, closure) = budget(&typed, &directory, &progress)?;
+    // All that reads or hashes the file has done so.
+    field.check_unchanged()?;
     let json = Summary::new(&analysis, &provenance)
         .with_closure(closure)
         .to_json()

@@ -47,7 +47,8 @@ pub struct Bench {
     /// The baseline to compare with [default: benches/baseline.json of the repository, built in].
     #[arg(long, value_name = "FILE", requires = "check")]
     pub baseline: Option<PathBuf>,
-    /// Write what is found to a baseline, in the place of what it says of this machine or build.
+    /// Write what is found to a baseline, in the place of what it says of the same cases on this
+    /// machine or build.
     #[arg(long, value_name = "FILE")]
     pub record: Option<PathBuf>,
     /// Print all that was found as JSON, every time included.
@@ -201,9 +202,7 @@ pub fn run(typed: Bench) -> Result<(), Failure> {
 
 fn times(typed: &Bench) -> Result<(), Failure> {
     let cases = typed.cases();
-    for case in &cases {
-        case.check_memory()?;
-    }
+    cascade::throughput::check_memory(cases.iter().map(CaseOf::memory), 1)?;
     let (baseline, recorded) = (typed.baseline()?, typed.recorded()?);
     let rounds = Rounds {
         rounds: typed.rounds as usize,
@@ -224,7 +223,7 @@ fn times(typed: &Bench) -> Result<(), Failure> {
         let case = found.case.to_string();
         Comparison::of_ratios(&case, known[&case], found.ratio(Way::Rustfft))
     };
-    if let Some(known) = known {
+    if let Some(known) = &known {
         // A loss must show again in more rounds before it counts.
         let longer = Rounds {
             rounds: 4 * rounds.rounds,
@@ -237,7 +236,9 @@ fn times(typed: &Bench) -> Result<(), Failure> {
             *found = longer.measure(found.case)?;
         }
     }
-    let check = known.map(|known| found.iter().map(|f| compare(f, known)).collect::<Vec<_>>());
+    let check = known
+        .as_ref()
+        .map(|known| found.iter().map(|f| compare(f, known)).collect::<Vec<_>>());
     let mut text = table(&found) + LEGEND;
     text += &check::text(check.as_deref(), "x");
     if let Some((mut file, path)) = recorded {

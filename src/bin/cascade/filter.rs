@@ -80,6 +80,7 @@ pub fn run(typed: Filter) -> Result<(), Failure> {
     FieldFile::check(&out, typed.force)?;
     let field = Field::open(&typed.field, &open_options(&typed.input, None))?;
     let found = filtered(&field, &band, typed.pad, None)?;
+    field.check_unchanged()?;
     FieldFile::write(&out, typed.force, &found.field)?;
     let mut stdout = std::io::stdout().lock();
     if typed.how.json {

@@ -15,7 +15,7 @@ use clap::Args;
 use serde::Serialize;
 
 use crate::analyze::use_threads;
-use crate::attenuate::{compared_line, default_over, failure_lines};
+use crate::attenuate::{compared_line, default_over, failure_lines, without_arrival_line};
 use crate::chain_args::How;
 use crate::failure::Failure;
 use crate::kept::keep;
@@ -72,6 +72,8 @@ struct Found<'a> {
     measured: Vec<Compared>,
     /// Of a field: when that velocity is half of its largest for the last time before it.
     measured_arrivals: Vec<Compared>,
+    /// Its value of the key, where there is a velocity but no arrival, measured or computed.
+    measured_without_arrival: Vec<f64>,
 }
 
 /// What was measured.
@@ -171,9 +173,16 @@ pub fn run(typed: Transmit) -> Result<(), Failure> {
     progress.clear();
     let transmission = result?;
     let [compared, measured_arrivals] = measured.beside(transmission.curves.first());
+    let measured_without_arrival = match (&measured, compared.as_slice()) {
+        (Measured::Field { .. }, [velocity]) if measured_arrivals.is_empty() => {
+            vec![velocity.measured.at]
+        }
+        _ => Vec::new(),
+    };
     let found = Found {
         measured: compared,
         measured_arrivals,
+        measured_without_arrival,
         transmission: &transmission,
     };
     let json = versioned_json(TRANSMISSION_SCHEMA, &found).map_err(std::io::Error::from)?;
@@ -269,6 +278,7 @@ fn told(found: &Found) -> String {
     lines.extend(found.measured.iter().map(|c| compared_line("measured", c)));
     let arrivals = found.measured_arrivals.iter();
     lines.extend(arrivals.map(|c| compared_line("measured arrival", c)));
+    lines.extend(without_arrival_line(&found.measured_without_arrival));
     lines.extend(failure_lines(&transmission.failed));
     lines.push(String::new());
     lines.join("\n")

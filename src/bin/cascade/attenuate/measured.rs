@@ -12,8 +12,12 @@ pub(super) enum Measured {
     Nothing,
     /// Relative forces over bodies.
     Forces(Vec<MeasuredPoint>),
-    /// Largest velocities and arrivals over sites.
-    Field([Vec<MeasuredPoint>; 2]),
+    Field {
+        /// Largest velocities and arrivals over sites.
+        curves: [Vec<MeasuredPoint>; 2],
+        /// Sites that have no largest velocity within the record.
+        without_peak: Vec<f64>,
+    },
 }
 
 /// What was measured beside what was computed.
@@ -25,6 +29,10 @@ pub(super) struct Beside {
     pub(super) measured_arrivals: Vec<Compared>,
     /// Abscissae outside the computed curve.
     pub(super) not_compared: Vec<f64>,
+    /// Sites of a field on the computed curve that have no largest velocity within the record.
+    pub(super) measured_without_peak: Vec<f64>,
+    /// Sites that have one, but no arrival, measured or computed.
+    pub(super) measured_without_arrival: Vec<f64>,
 }
 
 impl Measured {
@@ -40,9 +48,21 @@ impl Measured {
                 let curve = attenuation.compared(&first.rows);
                 (beside.measured, beside.not_compared) = compare(points, &curve);
             }
-            Measured::Field([velocities, arrivals]) => {
-                (beside.measured, beside.not_compared) = compare(velocities, &first.velocities());
+            Measured::Field {
+                curves: [velocities, arrivals],
+                without_peak,
+            } => {
+                let computed = first.velocities();
+                (beside.measured, beside.not_compared) = compare(velocities, &computed);
                 (beside.measured_arrivals, _) = compare(arrivals, &first.arrivals());
+                let on_curve = |at: &&f64| between(&computed, **at).is_some();
+                beside.measured_without_peak =
+                    without_peak.iter().filter(on_curve).copied().collect();
+                let arrivals = beside.measured_arrivals.iter();
+                let arrived: Vec<f64> = arrivals.map(|c| c.measured.at).collect();
+                let sites = beside.measured.iter().map(|c| c.measured.at);
+                beside.measured_without_arrival =
+                    sites.filter(|at| !arrived.contains(at)).collect();
             }
         }
         beside
@@ -52,7 +72,10 @@ impl Measured {
         match self {
             Measured::Nothing => Overlay::Nothing,
             Measured::Forces(points) => Overlay::Forces(points),
-            Measured::Field([velocities, arrivals]) => Overlay::Field([velocities, arrivals]),
+            Measured::Field {
+                curves: [velocities, arrivals],
+                ..
+            } => Overlay::Field([velocities, arrivals]),
         }
     }
 }
@@ -97,10 +120,16 @@ impl Attenuate {
             });
         }
         let options = cascade::field::OpenOptions::default();
-        let peaks = measured_peaks(&cascade::Field::open(path, &options)?);
+        let field = cascade::Field::open(path, &options)?;
+        let peaks = measured_peaks(&field);
         let points = peaks.iter().map(|peak| peak.points(peak.site as f64));
         let (velocities, arrivals): (_, Vec<_>) = points.unzip();
         let arrivals = arrivals.into_iter().flatten().collect();
-        Ok(Measured::Field([velocities, arrivals]))
+        let has_none = |site: &usize| !peaks.iter().any(|peak| peak.site == *site);
+        let without_peak = (0..field.n_sites()).filter(has_none);
+        Ok(Measured::Field {
+            curves: [velocities, arrivals],
+            without_peak: without_peak.map(|site| site as f64).collect(),
+        })
     }
 }

@@ -25,7 +25,7 @@ use crate::progress::Progress;
 use crate::scene_keys::SceneKeys;
 use crate::terminal::number;
 use measured::Beside;
-pub use told::{compared_line, failure_lines};
+pub use told::{compared_line, failure_lines, without_arrival_line};
 
 /// What `cascade attenuate` takes.
 #[derive(Debug, Args)]

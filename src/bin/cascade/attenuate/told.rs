@@ -51,9 +51,31 @@ pub(super) fn told(found: &Found) -> String {
             at.join(", ")
         ));
     }
+    lines.extend(without_line(
+        "no measured largest velocity",
+        &beside.measured_without_peak,
+        "where the record begins or ends there, or nothing moves forward, there is none",
+    ));
+    lines.extend(without_arrival_line(&beside.measured_without_arrival));
     lines.extend(failure_lines(&attenuation.failed));
     lines.push(String::new());
     lines.join("\n")
+}
+
+/// A warning that nothing is compared at some abscissae.
+fn without_line(what: &str, at: &[f64], why: &str) -> Option<String> {
+    let places: Vec<String> = at.iter().map(|at| number(*at)).collect();
+    let (count, places) = (places.len(), places.join(", "));
+    (count > 0).then(|| format!("warning: {what} to compare at {places} ({count} in all): {why}"))
+}
+
+/// The same of arrivals.
+pub fn without_arrival_line(at: &[f64]) -> Option<String> {
+    without_line(
+        "no measured arrival",
+        at,
+        "what moves from the first sample on, measured or computed, has none",
+    )
 }
 
 /// A measured point beside the computed one.

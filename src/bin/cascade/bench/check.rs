@@ -103,13 +103,13 @@ impl Fault {
     }
 }
 
-/// What the baseline says of all `cases`.
-pub fn known<'a>(
-    known: Option<&'a BTreeMap<String, f64>>,
+/// What the baseline says, where it says something of all `cases`.
+pub fn known(
+    known: BTreeMap<String, f64>,
     cases: impl Iterator<Item = String>,
     place: impl Fn() -> String,
     baseline: &str,
-) -> Result<&'a BTreeMap<String, f64>, Failure> {
+) -> Result<BTreeMap<String, f64>, Failure> {
     let unknown = |cases| {
         Failure::Bench(Fault::Unknown {
             place: place(),
@@ -117,7 +117,9 @@ pub fn known<'a>(
             cases,
         })
     };
-    let known = known.ok_or_else(|| unknown(None))?;
+    if known.is_empty() {
+        return Err(unknown(None));
+    }
     let missing: Vec<String> = cases.filter(|case| !known.contains_key(case)).collect();
     match missing.is_empty() {
         true => Ok(known),

@@ -2,7 +2,7 @@
 //!
 //! A run of `k + m` transforms less a run of `k` leaves `m` transforms: start, planning and noise go.
 
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, BTreeSet};
 use std::fmt::Write;
 use std::path::PathBuf;
 use std::process::Command;
@@ -44,20 +44,22 @@ pub fn run(typed: &Bench) -> Result<(), Failure> {
             })
         })
         .collect();
+    cascade::throughput::check_memory(cases.iter().map(CountedCase::memory), workers())?;
     let (baseline, recorded) = (typed.baseline()?, typed.recorded()?);
     let ours = |case: &&CountedCase| case.by != Counted::Rustfft;
     let known = baseline.as_ref().map(|(baseline, name)| {
         let known = baseline.instructions_here();
+        let known = known.flat_map(|known| known.per_sample.clone()).collect();
         let place = || {
             let here = Instructions::here(BTreeMap::new());
             format!("{}, {} build", here.architecture, here.build)
         };
         let cases = cases.iter().filter(ours).map(CountedCase::to_string);
-        check::known(known.map(|known| &known.per_sample), cases, place, name)
+        check::known(known, cases, place, name)
     });
     let known = known.transpose()?;
     let found: BTreeMap<String, f64> = counted(&cases)?;
-    let check = known.map(|known| {
+    let check = known.as_ref().map(|known| {
         let compare = |case: &CountedCase| {
             let case = case.to_string();
             Comparison::of_counts(&case, known[&case], found[&case])
@@ -69,14 +71,13 @@ pub fn run(typed: &Bench) -> Result<(), Failure> {
         .map(|&array| of_array(array, &found))
         .collect();
     let mut text = table(&counts) + &check::text(check.as_deref(), "");
-    if let Some((baseline, name)) = &baseline
-        && let Some(known) = baseline.instructions_here()
-    {
-        let _ = writeln!(
-            text,
-            "\n{name}: counted in a build by {}",
-            known.versions.rustc
-        );
+    if let Some((baseline, name)) = &baseline {
+        let rustc = baseline
+            .instructions_here()
+            .map(|known| &*known.versions.rustc);
+        let rustc: BTreeSet<&str> = rustc.collect();
+        let rustc = rustc.into_iter().collect::<Vec<_>>().join(", ");
+        let _ = writeln!(text, "\n{name}: counted in a build by {rustc}");
     }
     if let Some((mut file, path)) = recorded {
         file.set_instructions(Instructions::here(found.clone()));
@@ -134,7 +135,12 @@ fn table(counts: &[Counts]) -> String {
     text + "\n"
 }
 
-/// Counts of all cases, a worker a core: counts do not depend on what else runs.
+/// Cases counted side by side, one a core: counts do not depend on what else runs.
+fn workers() -> usize {
+    std::thread::available_parallelism().map_or(1, usize::from)
+}
+
+/// Counts of all cases.
 fn counted(cases: &[CountedCase]) -> Result<BTreeMap<String, f64>, Failure> {
     let program = std::env::current_exe().map_err(|error| {
         let reason = format!("cannot find this program: {error}");
@@ -143,11 +149,10 @@ fn counted(cases: &[CountedCase]) -> Result<BTreeMap<String, f64>, Failure> {
             absent: false,
         })
     })?;
-    let cores = std::thread::available_parallelism().map_or(1, usize::from);
     let (left, found) = (Mutex::new(cases.iter()), Mutex::new(Vec::new()));
     let next = || left.lock().ok().and_then(|mut left| left.next());
     std::thread::scope(|scope| {
-        for _ in 0..cores {
+        for _ in 0..workers() {
             scope.spawn(|| {
                 while let Some(case) = next() {
                     let count = of_case(&program, case);

@@ -1,0 +1,86 @@
+//! Runs that end early: soon, and with the reason.
+
+use std::path::PathBuf;
+use std::sync::atomic::{AtomicBool, AtomicUsize, Ordering};
+use std::time::{Duration, Instant};
+
+use cascade::analyze::{LargeArray, Request, Results, Silent, Sink, plan, run};
+use cascade::{Error, Field};
+use ndarray::{Array2, ArrayView2};
+
+/// Fails where one array is put; the other waits for that, and is counted.
+struct Full {
+    fails: LargeArray,
+    failed: AtomicBool,
+    others: AtomicUsize,
+}
+
+impl Sink for Full {
+    fn reserve(&self, _: LargeArray, _: (usize, usize)) -> cascade::Result<()> {
+        Ok(())
+    }
+
+    fn put(
+        &self,
+        array: LargeArray,
+        _: usize,
+        _: usize,
+        _: ArrayView2<f64>,
+    ) -> cascade::Result<()> {
+        if array == self.fails {
+            self.failed.store(true, Ordering::SeqCst);
+            return Err(Error::Write {
+                path: PathBuf::from("full"),
+                action: "write to",
+                source: std::io::ErrorKind::StorageFull.into(),
+            });
+        }
+        self.others.fetch_add(1, Ordering::SeqCst);
+        let started = Instant::now();
+        while !self.failed.load(Ordering::SeqCst) && started.elapsed() < Duration::from_secs(20) {
+            std::thread::sleep(Duration::from_millis(1));
+        }
+        // The failure is being noted.
+        std::thread::sleep(Duration::from_millis(20));
+        Ok(())
+    }
+}
+
+/// Records and profiles go side by side: where one cannot be written, the other stops at its next
+/// block, and the disk is to blame.
+#[test]
+fn a_disk_that_is_full_stops_what_goes_beside() {
+    let field = Field::from_array(Array2::from_shape_fn((30_000, 64), |(n, j)| {
+        (0.01 * (n * (j + 1)) as f64).sin()
+    }));
+    for (fails, blocks) in [
+        (LargeArray::TemporalSpectrum, 3),
+        (LargeArray::SpatialSpectrum, 1),
+    ] {
+        let request = Request {
+            results: Results {
+                temporal: true,
+                spatial: true,
+                ..Results::NONE
+            },
+            threads: Some(2),
+            memory: Some(1 << 30),
+            ..Request::default()
+        };
+        let plan = plan(&field, &request).unwrap();
+        let all = field.n_times().div_ceil(plan.blocks().times);
+        assert!(all > 2 * blocks, "{all}");
+        let sink = Full {
+            fails,
+            failed: AtomicBool::new(false),
+            others: AtomicUsize::new(0),
+        };
+        let error = run(&field, &plan, &sink, &Silent).unwrap_err();
+        assert!(
+            matches!(&error, Error::Write { path, .. } if path.ends_with("full")),
+            "{error}"
+        );
+        let others = sink.others.into_inner();
+        assert!(others <= blocks, "{others} of {all}");
+    }
+}
