@@ -63,7 +63,7 @@ fn every_tail_of_columns_keeps_to_its_buffers_in_single_precision() {
     every_tail::<f32>();
 }
 
-/// Rows 4096 bytes apart, whose tiles go side by side: the last columns, with nothing behind them.
+/// Rows 4096 bytes apart, which are copied first: the last columns, with nothing behind them.
 fn far_apart<T: Real>() {
     let wide = 4096 / size_of::<T>();
     for length in LENGTHS {

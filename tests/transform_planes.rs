@@ -216,6 +216,34 @@ fn val_direct_sums_of_weighed_segments() {
     short_time_agrees::<f32>(3e-7);
 }
 
+/// Segments weighed as they are read have the bits of those weighed before: in one half of two passes
+/// and in more, with an odd second half, of a prime length, of rows that alias.
+fn weighed_bits<T: Real>() {
+    for (length, columns) in [(64, 13), (105, 40), (30, 512), (256, 1024), (101, 9)] {
+        let values = noise::<T>((length + 7, columns), 37);
+        let window: Vec<f64> = (1..=length).map(|n| (n as f64).sqrt()).collect();
+        let plan = ShortTimeTransform::<T>::new(&window, 7);
+        let mut found = Array3::default((2, plan.bins(), columns));
+        plan.transform_in_parallel(values.view(), found.view_mut());
+        let plan = ColumnTransform::<T>::new(length);
+        for (s, segment) in found.outer_iter().enumerate() {
+            let weighed = Array2::from_shape_fn((length, columns), |(n, c)| {
+                values[(7 * s + n, c)] * T::rounded(window[n])
+            });
+            let mut expected = Array2::default((plan.bins(), columns));
+            let scratch = &mut plan.scratch(columns);
+            plan.transform(weighed.view(), expected.view_mut(), scratch);
+            assert_eq!(segment, expected, "{length} x {columns}");
+        }
+    }
+}
+
+#[test]
+fn weights_in_passing_give_the_bits_of_weighed_columns() {
+    weighed_bits::<f64>();
+    weighed_bits::<f32>();
+}
+
 /// Rows far apart, columns that are not neighbours in either array, segments weighed in passing and in
 /// copies (a prime length): the same bits.
 #[test]

@@ -12,8 +12,8 @@
 
 use num_complex::Complex;
 
-use super::cyclic::{Cyclic, response};
-use super::fast::{Tile, index};
+use super::cyclic::Cyclic;
+use super::fast::{Order, Tile, index};
 use super::kernels::{InstructionSet, Kernelled, Kernels};
 use super::passes::Turn;
 use crate::transform::Real;
@@ -34,8 +34,7 @@ pub struct Chirp<T: 'static> {
 impl<T: Real> Chirp<T> {
     /// The radices of `halves` multiply to M.
     pub fn new(set: InstructionSet, length: usize, halves: (Vec<usize>, Vec<usize>)) -> Self {
-        let cyclic = Cyclic::<T>::new(halves);
-        let (m1, m2) = (cyclic.first.length, cyclic.second.length);
+        let cyclic = Cyclic::<T>::new(halves.clone());
         let points = cyclic.points();
         let c = |n: usize| {
             // The phase is reduced in integers wide enough for any length.
@@ -58,13 +57,12 @@ impl<T: Real> Chirp<T> {
                 kernel[points - n] = value;
             }
         }
-        let kernel = response::<T>(&kernel);
-        let bins_by_row = (0..m1).flat_map(|k1| (0..m2).map(move |k2| k1 + m1 * k2));
+        let response = Cyclic::<f64>::new(halves).response(set, &kernel);
         Chirp {
             length,
             chirp: pairs(&mut (0..length).map(c).map(|(cos, sin)| (cos, -sin))),
             chirp_back: pairs(&mut (0..bins).map(c)),
-            response: pairs(&mut bins_by_row.map(|k| (kernel[k].re, kernel[k].im))),
+            response: pairs(&mut response.iter().map(|bin| (bin.re, bin.im))),
             cyclic,
             kernels: <T as Kernelled>::kernels(set).iter().map(|k| k.0).collect(),
         }
@@ -87,11 +85,12 @@ impl<T: Real> Chirp<T> {
     /// Transforms one tile of `kernels.width` columns.
     ///
     /// # Safety
-    /// As [`super::fast::Fast::tile`]; weights are left alone, nothing is written past the caches.
+    /// As [`super::fast::Fast::tile`], for plain rows; nothing is written past the caches.
     pub unsafe fn tile(&self, kernels: &Kernels<T>, tile: Tile<T>, scratch: &mut [T]) {
         let cyclic = &self.cyclic;
         let (m1, m2) = (cyclic.first.length, cyclic.second.length);
         let bins = self.length / 2 + 1;
+        assert!(matches!(tile.rows, Order::Plain));
         let room = cyclic.room(kernels.width, scratch);
         // SAFETY: all places are within what the caller promises and `scratch_len` counts; the
         // kernels are those of this processor.

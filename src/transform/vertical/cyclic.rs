@@ -7,10 +7,9 @@
 //! Transforms back are forward ones of conjugates.
 
 use num_complex::Complex;
-use rustfft::FftPlanner;
 
 use super::fast::{Half, index};
-use super::kernels::Kernels;
+use super::kernels::{InstructionSet, Kernelled, Kernels};
 use super::passes::{Turn, Unordered};
 use crate::transform::Real;
 use crate::turns::cos_sin_exact;
@@ -190,29 +189,64 @@ impl<T: Real> Cyclic<T> {
     }
 }
 
-/// Shifts that a response in `f64` is the mean over.
-const SHIFTS: usize = 8;
+/// Turned kernels that a response is the mean over.
+const SHIFTS: usize = 4;
 
-/// What a convolution multiplies by: the transform of `kernel` in `f64`, good to a fraction of what a
-/// transform of type T rounds, so that it adds little to the error.
-///
-/// Where T is `f64` it is the mean of those of the kernel in turned order, turned back. These have
-/// rounding errors of their own each; places without a pattern keep them independent.
-pub fn response<T: Real>(kernel: &[Complex<f64>]) -> Vec<Complex<f64>> {
-    const GOLDEN: f64 = 0.618_033_988_749_894_8;
-    let points = kernel.len();
-    let plan = FftPlanner::new().plan_fft_forward(points);
-    let shifts = if T::EPSILON > f64::EPSILON { 1 } else { SHIFTS };
-    let mut mean = vec![Complex::default(); points];
-    for s in 0..shifts {
-        let shift = (s as f64 * GOLDEN * points as f64) as usize % points;
-        let mut turned = [&kernel[shift..], &kernel[..shift]].concat();
-        plan.process(&mut turned);
-        for (k, (mean, bin)) in mean.iter_mut().zip(turned).enumerate() {
-            let phase = (k as u128 * shift as u128 % points as u128) as u64;
-            let (cos, sin) = cos_sin_exact(phase, points as u64);
-            *mean += bin * Complex::new(cos, -sin) / shifts as f64;
+impl Cyclic<f64> {
+    /// What a convolution multiplies by: the transform of `kernel`, row by row of k1, good to a fraction
+    /// of what the transforms there and back round, so that it adds little to the error.
+    ///
+    /// It is the mean of the transforms of the kernel in turned order, turned back. These have
+    /// rounding errors of their own each; places without a pattern keep them independent.
+    pub fn response(&self, set: InstructionSet, kernel: &[Complex<f64>]) -> Vec<Complex<f64>> {
+        const GOLDEN: f64 = 0.618_033_988_749_894_8;
+        let (m1, m2, points) = (self.first.length, self.second.length, self.points());
+        let shift = |s: usize| (s as f64 * GOLDEN * points as f64) as usize % points;
+        let turns = (0..points as u64).map(|k| cos_sin_exact(k, points as u64));
+        let turns: Vec<_> = turns.map(|(cos, sin)| Complex::new(cos, -sin)).collect();
+        let all = <f64 as Kernelled>::kernels(set);
+        let found = all.iter().find(|kernels| kernels.0.width <= SHIFTS);
+        let kernels = found.unwrap_or(&all[all.len() - 1]).0;
+        let width = kernels.width;
+        let order = kernels.order[index(self.second.last())];
+        let mut scratch = vec![0.0; self.scratch_len(width)];
+        let room = self.room(width, &mut scratch);
+        let mut sum = vec![Complex::default(); points];
+        // A column for each turned kernel.
+        for first in (0..SHIFTS).step_by(width) {
+            for j2 in 0..m2 {
+                for (i, n) in (j2..points).step_by(m2).enumerate() {
+                    for column in 0..width {
+                        let value = kernel[(n + shift(first + column)) % points];
+                        let at = 2 * width * i + column;
+                        // SAFETY: i is below m1, and the work space holds as many complex numbers.
+                        unsafe {
+                            *room.work.add(at) = value.re;
+                            *room.work.add(at + width) = value.im;
+                        }
+                    }
+                }
+                // SAFETY: the kernels are those of this processor, the room is theirs.
+                unsafe { self.column(kernels, &room, j2) };
+            }
+            let bins = room.others[0];
+            for k1 in 0..m1 {
+                let numbers = self.numbers(width, &room, k1);
+                // SAFETY: as above; bins without factors.
+                unsafe { order(&self.bins(kernels, &room, numbers, (numbers, bins))) };
+                for (k2, sum) in sum[k1 * m2..][..m2].iter_mut().enumerate() {
+                    for column in 0..width {
+                        let at = 2 * width * k2 + column;
+                        // SAFETY: k2 is below m2.
+                        let bin = unsafe { Complex::new(*bins.add(at), *bins.add(at + width)) };
+                        let turn = (k1 + m1 * k2) as u64 * shift(first + column) as u64;
+                        *sum += bin * turns[(turn % points as u64) as usize];
+                    }
+                }
+            }
         }
+        // A power of two: exact.
+        sum.iter_mut().for_each(|bin| *bin /= SHIFTS as f64);
+        sum
     }
-    mean
 }

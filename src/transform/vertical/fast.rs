@@ -30,15 +30,23 @@ pub struct Tile<T> {
     /// Row 0 of the columns, and how far the next is, in numbers.
     pub from: *const T,
     pub from_stride: usize,
-    /// Whether rows are in the order of [`Fast::stage`].
-    pub staged: bool,
-    /// A factor for each row, or null.
-    pub weights: *const T,
+    pub rows: Order<T>,
     /// Row 0 of the spectra, and how far the next is, in numbers.
     pub to: *mut T,
     pub to_stride: usize,
     /// Whether bins are written past the caches.
     pub stream: bool,
+}
+
+/// What rows of a tile are, and in which order.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub enum Order<T> {
+    /// Samples, time by time.
+    Plain,
+    /// The same, each row to be multiplied by a factor.
+    Weighed(*const T),
+    /// What [`Fast::stage`] made of them.
+    Staged,
 }
 
 /// Passes of a transform of `length` points.
@@ -148,36 +156,42 @@ impl<T: Real> Fast<T> {
         (self.first.length / 2 + 1) * self.row()
     }
 
-    /// Copies rows of `tiles` neighbouring tiles, tile by tile, in the order in which
-    /// [`Fast::tile`] reads them.
+    /// Copies rows of `tiles` neighbouring tiles from the first one's place on, `next` numbers from tile
+    /// to tile, in the order in which [`Fast::tile`] reads them, times their factors if they have any.
     ///
     /// # Safety
-    /// `from` is valid for `length` rows of the tiles' width, `stride` numbers apart; `to` for all of
-    /// these.
+    /// `first` is valid as in [`Fast::tile`] for rows of all the tiles' width, and not itself a copy; `to`
+    /// has room for all.
     pub unsafe fn stage(
         &self,
         kernels: &Kernels<T>,
         tiles: usize,
-        (from, stride): (*const T, usize),
-        to: *mut T,
+        first: Tile<T>,
+        (to, next): (*mut T, usize),
     ) {
+        let (copy, weights) = match first.rows {
+            Order::Weighed(weights) => (kernels.stage_weighed, weights),
+            Order::Plain | Order::Staged => (kernels.stage, std::ptr::null()),
+        };
         let stage = Stage {
-            from,
-            stride,
+            from: first.from,
+            stride: first.from_stride,
+            weights,
             series: self.second.length,
             length: self.first.length,
             tiles,
             to,
+            next,
         };
         // SAFETY: as promised; the kernels are those of this processor, see `kernels`.
-        unsafe { (kernels.stage)(&stage) }
+        unsafe { copy(&stage) }
     }
 
     /// Transforms a tile of `kernels.width` columns.
     ///
     /// # Safety
-    /// `tile.from` is valid for `length` rows of the tile's width, and `tile.weights` for as many numbers
-    /// if not null; `tile.to` for `length / 2 + 1` rows of twice the width, aligned to 64 bytes where
+    /// `tile.from` is valid for `length` rows of the tile's width, and weights for as many numbers;
+    /// `tile.to` for `length / 2 + 1` rows of twice the width, aligned to 64 bytes where
     /// `tile.stream`; `scratch` holds [`Fast::scratch_len`] numbers.
     pub unsafe fn tile(&self, kernels: &Kernels<T>, tile: Tile<T>, scratch: &mut [T]) {
         assert!(scratch.len() >= self.scratch_len(kernels.width));
@@ -189,12 +203,13 @@ impl<T: Real> Fast<T> {
             let between = work.add(2 * kernels.width * self.work());
             for j in (0..n2).step_by(2) {
                 // Of the series j, where it starts and how far its rows and the next series are.
-                let (start, next, second) = if tile.staged {
-                    (j * n1, 1, n1)
-                } else {
-                    (j, n2, 1)
-                };
+                let staged = matches!(tile.rows, Order::Staged);
+                let (start, next, second) = if staged { (j * n1, 1, n1) } else { (j, n2, 1) };
                 let from = tile.from.add(start * tile.from_stride);
+                let (weights, weighed) = match tile.rows {
+                    Order::Weighed(weights) => (weights.add(j), true),
+                    Order::Plain | Order::Staged => (std::ptr::null(), false),
+                };
                 let rows = Rows {
                     from,
                     stride: tile.from_stride,
@@ -202,11 +217,10 @@ impl<T: Real> Fast<T> {
                     apart: 0,
                     second: if j + 1 < n2 { second } else { 0 },
                     // The next pair is asked for while this one is transformed.
-                    ahead: if tile.staged { 0 } else { 2 },
+                    ahead: if staged { 0 } else { 2 },
                     wide: from.addr() % 128 < 64,
-                    weights: tile.weights.wrapping_add(j),
+                    weights,
                 };
-                let weighed = !tile.weights.is_null();
                 self.first_half(kernels, j, rows, weighed, work, between);
             }
             self.second_half(kernels, between, tile, work);

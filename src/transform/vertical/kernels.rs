@@ -29,6 +29,7 @@ pub struct Kernels<T: 'static> {
     /// Columns of a tile.
     pub width: usize,
     pub stage: End<Stage<T>>,
+    pub stage_weighed: End<Stage<T>>,
     /// Rows to work space as they are, or times their weights.
     pub gather: First<T>,
     pub gather_weighed: First<T>,
@@ -58,9 +59,9 @@ macro_rules! kernels {
             use super::*;
 
             $(#[target_feature(enable = $feature)])?
-            unsafe fn stage(at: &Stage<$scalar>) {
+            unsafe fn stage<const WEIGHED: bool>(at: &Stage<$scalar>) {
                 // SAFETY: the caller's.
-                unsafe { passes::stage::<$lanes>(at) }
+                unsafe { passes::stage::<$lanes, WEIGHED>(at) }
             }
 
             $(#[target_feature(enable = $feature)])?
@@ -177,7 +178,8 @@ macro_rules! kernels {
 
             pub(in crate::transform::vertical) static KERNELS: Kernels<$scalar> = Kernels {
                 width: <$lanes as Lanes>::WIDTH,
-                stage,
+                stage: stage::<false>,
+                stage_weighed: stage::<true>,
                 gather: first::<1, false>,
                 gather_weighed: first::<1, true>,
                 first: [
@@ -202,9 +204,18 @@ macro_rules! kernels {
                 ],
                 chirp,
                 collect,
-                turn: [turn::<2, false, false>, turn::<3, false, false>, turn::<4, false, false>, turn::<5, false, false>, turn::<7, false, false>, turn::<8, false, false>],
-                turn_mirrored: [turn::<2, true, false>, turn::<3, true, false>, turn::<4, true, false>, turn::<5, true, false>, turn::<7, true, false>, turn::<8, true, false>],
-                turn_pairs: [turn::<2, true, true>, turn::<3, true, true>, turn::<4, true, true>, turn::<5, true, true>, turn::<7, true, true>, turn::<8, true, true>],
+                turn: [
+                    turn::<2, false, false>, turn::<3, false, false>, turn::<4, false, false>,
+                    turn::<5, false, false>, turn::<7, false, false>, turn::<8, false, false>,
+                ],
+                turn_mirrored: [
+                    turn::<2, true, false>, turn::<3, true, false>, turn::<4, true, false>,
+                    turn::<5, true, false>, turn::<7, true, false>, turn::<8, true, false>,
+                ],
+                turn_pairs: [
+                    turn::<2, true, true>, turn::<3, true, true>, turn::<4, true, true>,
+                    turn::<5, true, true>, turn::<7, true, true>, turn::<8, true, true>,
+                ],
                 order: [order::<2>, order::<3>, order::<4>, order::<5>, order::<7>, order::<8>],
                 fold,
                 blend,

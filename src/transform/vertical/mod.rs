@@ -125,7 +125,7 @@ pub struct ColumnScratch<T> {
     lines: Vec<Line>,
     /// Copies of rows: of columns that are not neighbours, with their bins, and of rows that alias; grows
     /// when it is needed.
-    staged: Vec<Line>,
+    copies: Vec<Line>,
     by_column: other::Room<T>,
 }
 
@@ -222,8 +222,7 @@ impl<T: Real> ColumnTransform<T> {
         let levels = (self.length as f64).log2().max(1.0).sqrt();
         let factor = match &self.way {
             Way::Fast(_) => 0.35,
-            Way::Chirp(_) => 0.9,
-            Way::Rader(_) => 0.6,
+            Way::Chirp(_) | Way::Rader(_) => 0.6,
             Way::Other(_) => 1.0,
         };
         factor * T::EPSILON * levels
@@ -258,7 +257,7 @@ impl<T: Real> ColumnTransform<T> {
         ColumnScratch {
             width,
             lines: lines::<T>(numbers),
-            staged: Vec::new(),
+            copies: Vec::new(),
             by_column,
         }
     }

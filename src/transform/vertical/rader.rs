@@ -19,8 +19,9 @@
 
 use num_complex::Complex;
 
-use super::cyclic::{Cyclic, Room, response};
-use super::fast::{Tile, index};
+use super::choice;
+use super::cyclic::{Cyclic, Room};
+use super::fast::{Order, Tile, index};
 use super::kernels::{InstructionSet, Kernelled, Kernels};
 use super::passes::{Blend, Fold, Scatter};
 use crate::transform::Real;
@@ -49,7 +50,8 @@ impl<T: Real> Rader<T> {
 
     /// For a prime `length` from 5 on; the radices of `halves` multiply to M.
     pub fn new(set: InstructionSet, length: usize, halves: (Vec<usize>, Vec<usize>)) -> Self {
-        let cyclic = Cyclic::<T>::new(halves);
+        assert!(choice::is_odd_prime(length));
+        let cyclic = Cyclic::<T>::new(halves.clone());
         let (m1, m2) = (cyclic.first.length, cyclic.second.length);
         let points = cyclic.points();
         let half = (length - 1) / 2;
@@ -83,12 +85,13 @@ impl<T: Real> Rader<T> {
                 kernel[points - d] = at(powers[d]);
             }
         }
-        let kernel = response::<T>(&kernel);
+        let response = Cyclic::<f64>::new(halves).response(set, &kernel);
+        let bin_at = |k: usize| response[k % m1 * m2 + k / m1];
         let mut responses = Vec::new();
         for k1 in 0..=m1 / 2 {
             for k2 in 0..m2 {
                 let k = k1 + m1 * k2;
-                let (z, mirror) = (kernel[k], kernel[(points - k) % points].conj());
+                let (z, mirror) = (bin_at(k), bin_at((points - k) % points).conj());
                 let cosines = (z + mirror) / 2.0;
                 let sines = (z - mirror) / Complex::new(0.0, 2.0);
                 for factor in [(cosines + sines) / 2.0, (cosines - sines) / 2.0] {
@@ -128,11 +131,12 @@ impl<T: Real> Rader<T> {
     /// Transforms one tile of `kernels.width` columns.
     ///
     /// # Safety
-    /// As [`super::fast::Fast::tile`]; weights are left alone.
+    /// As [`super::fast::Fast::tile`], for plain rows.
     pub unsafe fn tile(&self, kernels: &Kernels<T>, tile: Tile<T>, scratch: &mut [T]) {
         let cyclic = &self.cyclic;
         let m1 = cyclic.first.length;
         let width = kernels.width;
+        assert!(matches!(tile.rows, Order::Plain));
         let room = cyclic.room(width, scratch);
         let radix = index(cyclic.first.last());
         let scatter = match tile.stream {

@@ -3,7 +3,7 @@
 use ndarray::{ArrayView2, ArrayViewMut2};
 use num_complex::Complex;
 
-use super::fast::{Fast, Tile};
+use super::fast::{Fast, Order, Tile};
 use super::kernels::Kernels;
 use super::{ColumnScratch, ColumnTransform, Line, Way, lines, simd, widest};
 use crate::transform::Real;
@@ -11,7 +11,7 @@ use crate::transform::Real;
 /// Rows a multiple of so many bytes apart share a few places in the caches: what is asked for early
 /// is gone before its turn. Such rows are copied first, long pieces of them, into the order of use.
 const ALIASED: usize = 4096;
-/// What such copies may take of the third cache.
+/// What such copies take of the third cache, but for 128 bytes a row at the least.
 const STAGED_BYTES: usize = 8 << 20;
 
 impl<T: Real> ColumnTransform<T> {
@@ -27,7 +27,7 @@ impl<T: Real> ColumnTransform<T> {
         let columns = values.ncols();
         let strides = row_stride(values.strides()).zip(row_stride(spectra.strides()));
         let Some((from_stride, to_stride)) = strides else {
-            self.staged(values, weights, spectra, scratch);
+            self.gathered(values, weights, spectra, scratch);
             return;
         };
         let kernels = self.way.kernels();
@@ -42,16 +42,15 @@ impl<T: Real> ColumnTransform<T> {
             Tile {
                 from: values.as_ptr().add(start),
                 from_stride,
-                staged: false,
-                weights: pointer(weights),
+                rows: order(weights),
                 to,
                 to_stride: 2 * to_stride,
                 stream: stream && aligned,
             }
         };
         let aliased = (from_stride * size_of::<T>()).is_multiple_of(ALIASED);
-        let mut done = match (&self.way, aliased, weights) {
-            (Way::Fast(fast), true, []) => self.through_stage(fast, columns, &tile, scratch),
+        let mut done = match (&self.way, aliased) {
+            (Way::Fast(fast), true) => self.through_stage(fast, columns, &tile, scratch),
             _ => 0,
         };
         let numbers: &mut [T] = bytemuck::cast_slice_mut(&mut scratch.lines);
@@ -80,24 +79,23 @@ impl<T: Real> ColumnTransform<T> {
         let kernel = widest(self.way.kernels(), columns.min(scratch.width));
         let together = tiles_staged::<T>(self.length, kernel.width).min(columns / kernel.width);
         let numbers = self.length * kernel.width;
-        if size_of_val(&scratch.staged[..]) < together * numbers * size_of::<T>() {
-            scratch.staged = lines::<T>(together * numbers);
+        if size_of_val(&scratch.copies[..]) < together * numbers * size_of::<T>() {
+            scratch.copies = lines::<T>(together * numbers);
         }
-        let stage: &mut [T] = bytemuck::cast_slice_mut(&mut scratch.staged);
+        let stage: &mut [T] = bytemuck::cast_slice_mut(&mut scratch.copies);
         let work: &mut [T] = bytemuck::cast_slice_mut(&mut scratch.lines);
         let tiles = columns / kernel.width;
         for first in (0..tiles).step_by(together.max(1)) {
             let count = together.min(tiles - first);
-            let rows = tile(first * kernel.width);
             // SAFETY: the tiles' rows are within the arrays, and the stage has room for so many tiles.
             unsafe {
-                let rows = (rows.from, rows.from_stride);
-                fast.stage(kernel, count, rows, stage.as_mut_ptr());
+                let to = (stage.as_mut_ptr(), numbers);
+                fast.stage(kernel, count, tile(first * kernel.width), to);
                 for t in 0..count {
                     let copied = Tile {
                         from: stage.as_ptr().add(t * numbers),
                         from_stride: kernel.width,
-                        staged: true,
+                        rows: Order::Staged,
                         ..tile((first + t) * kernel.width)
                     };
                     fast.tile(kernel, copied, work);
@@ -108,7 +106,7 @@ impl<T: Real> ColumnTransform<T> {
     }
 
     /// Columns that are not neighbours: through copies.
-    fn staged(
+    fn gathered(
         &self,
         values: ArrayView2<T>,
         weights: &[T],
@@ -120,11 +118,11 @@ impl<T: Real> ColumnTransform<T> {
         let width = kernel.width;
         let samples = (width * self.length).next_multiple_of(64);
         let numbers = samples + 2 * width * self.bins();
-        if size_of_val(&scratch.staged[..]) < numbers * size_of::<T>() {
-            scratch.staged = lines::<T>(numbers);
+        if size_of_val(&scratch.copies[..]) < numbers * size_of::<T>() {
+            scratch.copies = lines::<T>(numbers);
         }
-        let staged: &mut [T] = bytemuck::cast_slice_mut(&mut scratch.staged);
-        let (rows, bins) = staged.split_at_mut(samples);
+        let copies: &mut [T] = bytemuck::cast_slice_mut(&mut scratch.copies);
+        let (rows, bins) = copies.split_at_mut(samples);
         let work: &mut [T] = bytemuck::cast_slice_mut(&mut scratch.lines);
         for done in (0..columns).step_by(width) {
             let start = done.min(columns - width);
@@ -139,8 +137,7 @@ impl<T: Real> ColumnTransform<T> {
                 let tile = Tile {
                     from: rows.as_ptr(),
                     from_stride: width,
-                    staged: false,
-                    weights: pointer(weights),
+                    rows: order(weights),
                     to: bins.as_mut_ptr(),
                     to_stride: 2 * width,
                     stream: false,
@@ -164,11 +161,11 @@ fn tiles_staged<T>(length: usize, width: usize) -> usize {
     (lines * size_of::<Line>() / (width * size_of::<T>())).max(1)
 }
 
-/// Null where there are no weights.
-fn pointer<T>(weights: &[T]) -> *const T {
+/// Rows as they are, or times weights if there are any.
+fn order<T>(weights: &[T]) -> Order<T> {
     match weights {
-        [] => std::ptr::null(),
-        _ => weights.as_ptr(),
+        [] => Order::Plain,
+        _ => Order::Weighed(weights.as_ptr()),
     }
 }
 

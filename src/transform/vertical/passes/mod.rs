@@ -21,19 +21,23 @@ pub struct Stage<T> {
     /// Row 0, and how far the next is, in numbers.
     pub from: *const T,
     pub stride: usize,
+    /// A factor for each row, where they are weighed.
+    pub weights: *const T,
     /// So many series of so many rows, each row so many rows after that before it as there are series.
     pub series: usize,
     pub length: usize,
     pub tiles: usize,
+    /// Where the first tile goes, and how far the next is, in numbers.
     pub to: *mut T,
+    pub next: usize,
 }
 
-/// Copies rows series by series, each tile by itself.
+/// Copies rows series by series, each tile by itself, times their weights where `WEIGHED`.
 ///
 /// # Safety
 /// The processor has the instructions of L; the places that [`Stage`] names are valid.
 #[inline(always)]
-pub(super) unsafe fn stage<L: Lanes>(at: &Stage<L::Scalar>) {
+pub(super) unsafe fn stage<L: Lanes, const WEIGHED: bool>(at: &Stage<L::Scalar>) {
     // Rows that are asked for ahead of their use.
     const AHEAD: usize = 12;
     let line = 64 / size_of::<L::Scalar>();
@@ -41,7 +45,9 @@ pub(super) unsafe fn stage<L: Lanes>(at: &Stage<L::Scalar>) {
     unsafe {
         for j in 0..at.series {
             for i in 0..at.length {
-                let row = at.from.add((j + i * at.series) * at.stride);
+                let n = j + i * at.series;
+                let row = at.from.add(n * at.stride);
+                // The row that many further on, in this series or in the next.
                 let (j_ahead, i_ahead) = match i + AHEAD < at.length {
                     true => (j, i + AHEAD),
                     false => (j + 1, i + AHEAD - at.length),
@@ -52,8 +58,11 @@ pub(super) unsafe fn stage<L: Lanes>(at: &Stage<L::Scalar>) {
                 }
                 let to = at.to.add((j * at.length + i) * L::WIDTH);
                 for t in 0..at.tiles {
-                    let tile = at.series * at.length * L::WIDTH;
-                    L::load(row.add(t * L::WIDTH)).store(to.add(t * tile));
+                    let mut x = L::load(row.add(t * L::WIDTH));
+                    if WEIGHED {
+                        x = x.mul(L::splat(at.weights.add(n)));
+                    }
+                    x.store(to.add(t * at.next));
                 }
             }
         }
