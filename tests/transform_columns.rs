@@ -364,7 +364,12 @@ fn huge_and_tiny_columns_keep_their_digits() {
         let raised = spectra(&plan, tiny.mapv(|v| v * 2f64.powi(600)).view());
         for (a, b) in found.iter().zip(&raised) {
             let apart = (*a * 2f64.powi(600) - b).norm() / 2f64.powi(600);
-            assert!(apart < 40.0 * 5e-324, "{apart:e}");
+            // Convolutions round more numbers in between.
+            let places = match plan.method() {
+                Method::TwoHalves { .. } => 40.0,
+                _ => 70.0,
+            };
+            assert!(apart < places * 5e-324, "{plan:?} {apart:e}");
         }
     }
 }
