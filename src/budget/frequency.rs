@@ -7,9 +7,9 @@
 use std::ops::Range;
 use std::sync::{Mutex, PoisonError};
 
-use ndarray::{Array2, ArrayView1, Axis, s};
-use num_complex::Complex;
+use ndarray::{Array2, Axis, s};
 use rayon::prelude::*;
+use realfft::{RealFftPlanner, RealToComplex};
 
 use super::contacts::{Contacts, PowerRow};
 use super::motion::Motion;
@@ -20,14 +20,16 @@ use super::wavenumber::dot;
 use crate::analyze::{LargeArray, Map, Observer, Sink};
 use crate::diagnostics::{MapBuilder, edge_of};
 use crate::error::{Error, Result};
-use crate::transform::vertical::ColumnScratch;
-use crate::transform::{ColumnTransform, fold};
+use crate::transform::fold;
 
 /// Frequencies shown, in units of the band edge.
 const SHOWN: f64 = 5.0;
 
-/// Contacts that are worked on together.
+/// Contacts whose records are transformed together.
 const BLOCK: usize = 32;
+
+/// Samples that are put into records together: a line of the cache.
+const TILE: usize = 8;
 
 /// What passed each contact in either band.
 #[derive(Debug, Clone)]
@@ -103,9 +105,9 @@ pub(super) fn power_flow(
     let dt = motion.step();
     let frequency = crate::transform::frequencies(samples, dt);
     let bins = frequency.len();
-    let plan = ColumnTransform::<f64>::new(samples);
+    let plan = RealFftPlanner::new().plan_fft_forward(samples);
     let edge = request.band_edge_frequency;
-    let edge = edge.unwrap_or_else(|| default_edge(motion, contacts, &plan, &frequency));
+    let edge = edge.unwrap_or_else(|| default_edge(motion, contacts, &*plan, &frequency));
     let low_bins = low_bins(&frequency, edge);
     for array in [LargeArray::PowerFlow, LargeArray::CumulativePowerFlow] {
         sink.reserve(array, (bins, m))?;
@@ -122,34 +124,36 @@ pub(super) fn power_flow(
     let blocks: Vec<usize> = (0..m).step_by(BLOCK).collect();
     let sums: Vec<Vec<[f64; 2]>> = blocks
         .into_par_iter()
-        .map_init(Working::default, |working, first| {
+        .map(|first| {
             if observer.cancelled() {
                 return Err(Error::Cancelled);
             }
-            let contacts_of_block = first..(first + BLOCK).min(m);
-            let width = contacts_of_block.len();
-            let [mut forces, speeds] = records(motion, contacts, contacts_of_block);
-            for end in [0, samples - 1] {
-                forces.row_mut(end).mapv_inplace(|force| 0.5 * force);
-            }
-            let [of_force, of_speed] = working.spectra(&plan, [&forces, &speeds]);
-            let mut block = Array2::zeros((bins, width));
-            let spectra = of_force.outer_iter().zip(of_speed.outer_iter());
-            let rows = block.rows_mut().into_iter().zip(spectra).zip(&weights);
-            for ((mut powers, (forces, speeds)), weight) in rows {
-                for (power, (force, speed)) in powers.iter_mut().zip(forces.iter().zip(&speeds)) {
+            let block = first..(first + BLOCK).min(m);
+            let width = block.len();
+            let [mut forces, mut speeds] = records(motion, contacts, block);
+            let [mut of_force, mut of_speed] = [0, 1].map(|_| plan.make_output_vec());
+            let mut work = plan.make_scratch_vec();
+            let mut powers = Array2::zeros((width, bins));
+            let mut bands = Vec::with_capacity(width);
+            let records = forces
+                .chunks_exact_mut(samples)
+                .zip(speeds.chunks_exact_mut(samples));
+            for (power, (force, speed)) in powers.rows_mut().into_iter().zip(records) {
+                force[0] *= 0.5;
+                force[samples - 1] *= 0.5;
+                // The lengths are the plan's own, so these cannot fail.
+                let _ = plan.process_with_scratch(force, &mut of_force, &mut work);
+                let _ = plan.process_with_scratch(speed, &mut of_speed, &mut work);
+                let power = power.into_slice().unwrap_or_default();
+                let spectra = of_force.iter().zip(&of_speed).zip(&weights);
+                for (power, ((force, speed), weight)) in power.iter_mut().zip(spectra) {
                     *power = weight * dot(*force, *speed);
                 }
+                let (low, high) = power.split_at(low_bins);
+                bands.push([low, high].map(|band| df * crate::sum::sum(band)));
             }
-            let band = |band: ArrayView1<f64>| df * crate::sum::sum(&band.to_vec());
-            let bands: Vec<[f64; 2]> = block
-                .columns()
-                .into_iter()
-                .map(|powers| {
-                    let (low, high) = powers.split_at(Axis(0), low_bins);
-                    [band(low), band(high)]
-                })
-                .collect();
+            // Contacts side by side, as the whole array has them.
+            let mut block = Array2::from_shape_fn((bins, width), |(bin, j)| powers[[j, bin]]);
             sink.put(LargeArray::PowerFlow, 0, first, block.view())?;
             if let Ok(mut map) = map.lock() {
                 map.add(0, first, block.slice(s![..shown, ..]));
@@ -184,43 +188,30 @@ pub(super) fn power_flow(
     Ok(flow)
 }
 
-/// What one thread keeps from block to block.
-#[derive(Default)]
-struct Working {
-    spectra: [Array2<Complex<f64>>; 2],
-    scratch: Option<ColumnScratch<f64>>,
-}
-
-impl Working {
-    /// The spectra of two arrays `(time, contact)`.
-    fn spectra(
-        &mut self,
-        plan: &ColumnTransform<f64>,
-        records: [&Array2<f64>; 2],
-    ) -> &[Array2<Complex<f64>>; 2] {
-        let width = records[0].ncols();
-        let scratch = self.scratch.get_or_insert_with(|| plan.scratch(BLOCK));
-        for (spectra, records) in self.spectra.iter_mut().zip(records) {
-            if spectra.ncols() != width {
-                *spectra = Array2::default((plan.bins(), width));
-            }
-            plan.transform(records.view(), spectra.view_mut(), scratch);
-        }
-        &self.spectra
-    }
-}
-
-/// Forces and mean speeds of neighbouring contacts, `(time, contact)`.
-fn records(motion: &Motion, contacts: &Contacts, block: Range<usize>) -> [Array2<f64>; 2] {
-    let shape = (motion.samples(), block.len());
-    let [mut forces, mut speeds] = [0, 1].map(|_| Array2::zeros(shape));
+/// Forces and mean speeds of up to [`BLOCK`] contacts, record after record.
+fn records(motion: &Motion, contacts: &Contacts, block: Range<usize>) -> [Vec<f64>; 2] {
+    let samples = motion.samples();
+    let mut records = [0, 1].map(|_| vec![0.0; block.len() * samples]);
     let mut row = PowerRow::default();
-    for n in 0..motion.samples() {
-        contacts.forces_and_speeds(block.clone(), motion.at(n), &mut row);
-        forces.row_mut(n).assign(&ArrayView1::from(&row.force));
-        speeds.row_mut(n).assign(&ArrayView1::from(&row.speed));
+    // Records start alike in the cache, and so many at once would drive each other out.
+    let mut tiles = [[[0.0; TILE]; BLOCK]; 2];
+    for first in (0..samples).step_by(TILE) {
+        let count = TILE.min(samples - first);
+        for i in 0..count {
+            contacts.forces_and_speeds(block.clone(), motion.at(first + i), &mut row);
+            for (tile, row) in tiles.iter_mut().zip([&row.force, &row.speed]) {
+                for (column, value) in tile.iter_mut().zip(row) {
+                    column[i] = *value;
+                }
+            }
+        }
+        for (records, tile) in records.iter_mut().zip(&tiles) {
+            for (record, column) in records.chunks_exact_mut(samples).zip(tile) {
+                record[first..first + count].copy_from_slice(&column[..count]);
+            }
+        }
     }
-    [forces, speeds]
+    records
 }
 
 /// The frequency below which 90 % of the energy of the first contact's force lies: that of a site's
@@ -228,20 +219,23 @@ fn records(motion: &Motion, contacts: &Contacts, block: Range<usize>) -> [Array2
 fn default_edge(
     motion: &Motion,
     contacts: &Contacts,
-    plan: &ColumnTransform<f64>,
+    plan: &dyn RealToComplex<f64>,
     frequency: &[f64],
 ) -> f64 {
     let samples = motion.samples();
+    let moves = |record: &Vec<f64>| record.iter().any(|force| *force != 0.0);
     let mut forces = (0..motion.chain.n_contacts()).map(|j| {
         let [force, _] = records(motion, contacts, j..j + 1);
         force
     });
-    let Some(force) = forces.find(|force| force.iter().any(|force| *force != 0.0)) else {
+    let Some(mut record) = forces.find(moves) else {
         return f64::NAN;
     };
-    let mut spectrum = Array2::default((plan.bins(), 1));
-    plan.transform(force.view(), spectrum.view_mut(), &mut plan.scratch(1));
-    let power: Vec<f64> = { spectrum.iter().enumerate() }
+    let mut spectrum = plan.make_output_vec();
+    // The lengths are the plan's own, so this cannot fail.
+    let _ = plan.process(&mut record, &mut spectrum);
+    let spectrum = spectrum.iter().enumerate();
+    let power: Vec<f64> = spectrum
         .map(|(m, z)| fold(m, samples) * z.norm_sqr())
         .collect();
     edge_of(&power, frequency).unwrap_or(f64::NAN)
