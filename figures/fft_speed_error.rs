@@ -2,7 +2,7 @@
 //!
 //! Equation: bins `V[m] = sum over n of v[n] exp(-2 pi i m n / N)`, m = 0..=N/2, of each column of
 //! a (time, site) array of uniform noise; error `rms(found - V) / rms(V)` against 80-bit arithmetic.
-//! Data: `columns_1.json` and `columns_errors.json` of `benches/runs/2026-11-21-amd-epyc`, which
+//! Data: `columns_1.json` and `columns_errors.json` of `benches/runs/2026-11-22-amd-epyc-avx2`, which
 //! `benches/peers/columns.py` writes without and with `--errors`; nothing is timed here.
 //! Command: `cargo run --release --example fft_speed_error`; under a second.
 //! Shows: a panel for each shape (rows x columns) and precision, medians of nine alternating runs on
@@ -27,7 +27,7 @@ use cascade::plot::plotters::style::text_anchor::{HPos, Pos, VPos};
 use cascade::plot::{Area, Canvas, Format, PALETTE, px, sans};
 use panels::{Outcome, write};
 
-const RECORD: &str = "benches/runs/2026-11-21-amd-epyc";
+const RECORD: &str = "benches/runs/2026-11-22-amd-epyc-avx2";
 const SHAPES: [&str; 6] = [
     "4096x300",
     "16384x300",
