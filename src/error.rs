@@ -36,8 +36,11 @@ pub enum Error {
     },
 
     /// A file that was written to, or another put in its place, while it was in use.
-    #[error("{} was changed or replaced while it was read", path.display())]
-    Changed { path: PathBuf },
+    #[error("{} was changed or replaced while it was read: {change}", path.display())]
+    Changed {
+        path: PathBuf,
+        change: crate::field::FileChange,
+    },
 
     /// Samples that are neither finite nor declared as gaps.
     #[error(

@@ -1,6 +1,6 @@
 //! The same bits from any number of threads and any size of blocks.
 
-use cascade::analyze::{Analysis, Request, Spectra, Welch, plan};
+use cascade::analyze::{Analysis, Request, Results, Spectra, Welch, plan};
 use cascade::prepare::{Detrend, Gaps, Window};
 use cascade::{Field, analyze};
 use ndarray::Array2;
@@ -114,21 +114,53 @@ fn one_block_and_many_agree_bit_for_bit() -> Result<(), cascade::Error> {
         let (whole, made) = run(1 << 30)?;
         assert_eq!((made.blocks().sites, made.blocks().times), (53, 301));
         assert_eq!(made.scratch_file, 0);
-        // The smallest memory that is accepted: many blocks, and a scratch file between.
-        let mut allowed = 1;
-        let (blocks, made) = loop {
-            match run(allowed) {
-                Ok(done) => break done,
-                Err(cascade::Error::Memory { needed, .. }) => {
-                    assert!(needed > allowed, "what is said to be needed is enough");
-                    allowed = needed;
-                }
-                Err(other) => return Err(other),
-            }
-        };
+        // Many blocks, and a scratch file between.
+        let (blocks, made) = in_least_memory(run)?;
         assert!(made.blocks().sites < 53 && made.blocks().times < 301);
         assert!(made.scratch_file > 0);
         assert_eq!(whole, blocks);
+    }
+    Ok(())
+}
+
+/// In the smallest memory that is accepted.
+fn in_least_memory<R>(run: impl Fn(u64) -> Result<R, cascade::Error>) -> Result<R, cascade::Error> {
+    let mut allowed = 1;
+    loop {
+        match run(allowed) {
+            Err(cascade::Error::Memory { needed, .. }) => {
+                assert!(needed > allowed, "what is said to be needed is enough");
+                allowed = needed;
+            }
+            done => return done,
+        }
+    }
+}
+
+/// Several short records are read ahead at once, and a long one in parts.
+#[test]
+fn the_order_of_samples_that_are_read_ahead_does_not_matter() -> Result<(), cascade::Error> {
+    for (n_times, n_sites) in [(301, 53), (300_000, 2)] {
+        let value = |(n, j): (usize, usize)| (0.01 * (n * (j + 1)) as f64).sin();
+        let by_time = Array2::from_shape_fn((n_times, n_sites), value);
+        let by_site = Array2::from_shape_fn((n_sites, n_times), |(j, n)| value((n, j)));
+        let request = |memory| Request {
+            results: Results {
+                temporal: true,
+                ..Results::NONE
+            },
+            memory: Some(memory),
+            threads: Some(16),
+            ..Request::default()
+        };
+        let found = [by_time, by_site.reversed_axes()].map(|values| {
+            let field = Field::from_array(values);
+            let run = |memory| analyze(&field, &request(memory)).map(|(a, s)| bits(&s, &a));
+            Ok([run(4 << 30)?, in_least_memory(run)?])
+        });
+        let [by_time, by_site]: [Result<[Vec<u64>; 2], cascade::Error>; 2] = found;
+        let [[by_time, first], [by_site, second]] = [by_time?, by_site?];
+        assert!(by_time == first && by_time == by_site && by_time == second);
     }
     Ok(())
 }

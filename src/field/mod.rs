@@ -11,10 +11,10 @@ mod fault;
 mod npy;
 mod npz;
 mod open;
-mod opened;
 mod options;
 mod rows;
 mod sidecar;
+mod state;
 mod storage;
 
 use std::ops::Range;
@@ -26,12 +26,12 @@ use crate::error::Result;
 pub use fault::{FileKind, InputFault, MemberShape};
 pub use options::{Header, OpenOptions, TimeColumn};
 pub use sidecar::Sidecar;
+pub use state::{FileChange, FileState};
 
 pub(crate) use npz::{Archive as Members, read_members};
 pub(crate) use open::is_field_file;
 pub(crate) use open::regular_file;
 pub use open::{file_hash, is_run_file};
-use opened::Opened;
 use storage::Storage;
 
 /// One axis: `origin + index * step`, in `unit`.
@@ -109,7 +109,7 @@ pub enum Layout {
 pub struct Field {
     storage: Storage,
     /// `None` where it came from no file.
-    opened: Option<Opened>,
+    opened: Option<FileState>,
     n_times: usize,
     n_sites: usize,
     pub name: String,
@@ -169,13 +169,13 @@ impl Field {
     }
 
     /// That the file it came from is still the one that was opened and was not written to since, by
-    /// length, time of change and where there is one inode; so results are of one file, and a hash
+    /// length, time of modification and where there is one inode; so results are of one file, and a hash
     /// taken by now is of that one.
     ///
     /// # Errors
     /// [`crate::Error::Changed`]; [`crate::Error::Read`] where the file is gone.
     pub fn check_unchanged(&self) -> Result<()> {
-        self.opened.as_ref().map_or(Ok(()), Opened::check)
+        self.opened.as_ref().map_or(Ok(()), FileState::check)
     }
 
     /// Whether the samples of one time are neighbours.

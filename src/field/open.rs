@@ -8,9 +8,9 @@ use memmap2::Mmap;
 
 use super::coordinates::Coordinates;
 use super::fault::{FileKind, InputFault};
-use super::opened::Opened;
 use super::options::OpenOptions;
 use super::sidecar::Sidecar;
+use super::state::FileState;
 use super::storage::{self, Bytes, Storage};
 use super::{Field, Layout, Quantity, csv, npy, npz};
 use crate::error::{Error, Result};
@@ -194,7 +194,7 @@ pub(super) fn map(path: &Path) -> Result<Arc<Mmap>> {
     Ok(open_mapped(path)?.0)
 }
 
-fn open_mapped(path: &Path) -> Result<(Arc<Mmap>, Opened)> {
+fn open_mapped(path: &Path) -> Result<(Arc<Mmap>, FileState)> {
     let is_empty = regular_file(path)?.len() == 0;
     let file = File::open(path).map_err(Error::read("open", path))?;
     if is_empty {
@@ -203,7 +203,7 @@ fn open_mapped(path: &Path) -> Result<(Arc<Mmap>, Opened)> {
             fault: InputFault::Empty,
         });
     }
-    let opened = Opened::new(&file, path)?;
+    let opened = FileState::opened(&file, path)?;
     // SAFETY: the map is read-only and its length is that of the file now. That no other program
     // shortens the file meanwhile is a documented condition of `Field::open`.
     let map = unsafe { Mmap::map(&file) }.map_err(Error::read("map", path))?;

@@ -155,9 +155,18 @@ impl<'a> Prepared<'a> {
     pub fn read_ahead(&self, sites: Range<usize>) -> Option<Ahead> {
         self.tiles.ahead?;
         let piece = piece_bytes(rayon::current_num_threads());
-        let times = (piece / (8 * self.field.n_sites())).max(1);
         let in_field = self.sites.start + sites.start..self.sites.start + sites.end;
         let mut values = vec![0.0; self.n_times() * sites.len()];
+        if !self.field.is_time_major() {
+            self.read_stored_records(in_field, piece, &mut values);
+            let times = self.n_times();
+            return Some(Ahead {
+                sites,
+                times,
+                values,
+            });
+        }
+        let times = (piece / (8 * self.field.n_sites())).max(1);
         values
             .par_chunks_mut(times * sites.len())
             .enumerate()
@@ -172,6 +181,28 @@ impl<'a> Prepared<'a> {
             times,
             values,
         })
+    }
+
+    /// Raw records of `sites`, of a field that stores them one after the other, so many bytes at a time
+    /// and thread: a piece of all sites would be a page or more of each.
+    fn read_stored_records(&self, sites: Range<usize>, piece: usize, records: &mut [f64]) {
+        let n_times = self.n_times();
+        let together = (piece / 8 / n_times).max(1);
+        // Of records longer than a piece, which go alone.
+        let times = (piece / 8).min(n_times);
+        records
+            .par_chunks_mut(together * n_times)
+            .enumerate()
+            .for_each(|(i, records)| {
+                let first = sites.start + i * together;
+                let sites = first..first + records.len() / n_times;
+                for (k, part) in records.chunks_mut(times * sites.len()).enumerate() {
+                    let start = self.times.start + k * times;
+                    let part_times = start..start + part.len() / sites.len();
+                    self.field.read_site_major(part_times, sites.clone(), part);
+                    self.field.release_pages();
+                }
+            });
     }
 
     /// Whole records of `sites`, one after the other, from `ahead` where they were read.

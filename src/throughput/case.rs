@@ -93,35 +93,44 @@ impl CaseOf {
     }
 }
 
-/// That the largest of shapes with their bytes, so many at once, fit the memory that is free.
+/// How many cases, given by their shapes and bytes, fit the memory that is free at once, whichever
+/// they are; `most` at most.
 ///
 /// # Errors
-/// [`Error::Request`] for `--shape`.
-pub fn check_memory(cases: impl Iterator<Item = (Shape, u64)>, at_once: usize) -> Result<()> {
+/// [`Error::Request`] for `--shape` where one of them alone does not fit.
+pub fn fit_memory(cases: impl Iterator<Item = (Shape, u64)>, most: usize) -> Result<usize> {
     let free = free_memory();
-    match largest(cases, at_once) {
-        Some((shape, needed)) if needed > free => Err(Error::Request {
-            option: "shape",
-            expected: format!(
-                "arrays that fit {} of free memory",
-                crate::error::size(free)
-            ),
-            found: format!(
-                "{shape}, for which {} are needed",
-                crate::error::size(needed)
-            ),
-        }),
-        _ => Ok(()),
-    }
+    fitting(cases, most, free).map_err(|(shape, needed)| Error::Request {
+        option: "shape",
+        expected: format!(
+            "arrays that fit {} of free memory",
+            crate::error::size(free)
+        ),
+        found: format!(
+            "{shape}, for which {} are needed",
+            crate::error::size(needed)
+        ),
+    })
 }
 
-/// The largest of the cases, and bytes of so many of the largest together.
-fn largest(cases: impl Iterator<Item = (Shape, u64)>, at_once: usize) -> Option<(Shape, u64)> {
+/// How many of the largest cases fit together, or the largest where it does not.
+fn fitting(
+    cases: impl Iterator<Item = (Shape, u64)>,
+    most: usize,
+    free: u64,
+) -> std::result::Result<usize, (Shape, u64)> {
     let mut cases: Vec<(Shape, u64)> = cases.collect();
     cases.sort_by_key(|&(_, bytes)| std::cmp::Reverse(bytes));
-    let together = cases.iter().take(at_once);
-    let bytes = together.fold(0, |sum: u64, &(_, bytes)| sum.saturating_add(bytes));
-    cases.first().map(|&(shape, _)| (shape, bytes))
+    let mut left = free;
+    let fit = cases.iter().take(most).take_while(|&&(_, bytes)| {
+        let fits = bytes <= left;
+        left = left.saturating_sub(bytes);
+        fits
+    });
+    match (fit.count(), cases.first()) {
+        (0, Some(&largest)) => Err(largest),
+        (count, _) => Ok(count),
+    }
 }
 
 fn free_memory() -> u64 {
@@ -197,13 +206,17 @@ mod tests {
     }
 
     #[test]
-    fn the_largest_that_run_at_once_count() {
+    fn as_many_run_at_once_as_the_largest_fit() {
         let of = |rows| Shape::new(rows, 1);
-        let cases = [(of(1), 10), (of(2), 1000), (of(3), 100)].into_iter();
-        let found = [1, 2, 9].map(|at_once| largest(cases.clone(), at_once));
-        assert_eq!(found, [1000, 1100, 1110].map(|bytes| Some((of(2), bytes))));
-        let all = u64::MAX;
-        assert!(check_memory([(of(1), all), (of(2), all)].into_iter(), 2).is_err());
+        let cases = [(of(1), 10), (of(2), 1000), (of(3), 100)];
+        let found = |most, free| fitting(cases.into_iter(), most, free);
+        assert_eq!([1, 2, 9].map(|most| found(most, 9999)), [1, 2, 3].map(Ok));
+        let free = [1000, 1099, 1100, 1109, 1110];
+        assert_eq!(free.map(|free| found(9, free)), [1, 1, 2, 2, 3].map(Ok));
+        assert_eq!(found(9, 999), Err((of(2), 1000)));
+        let refused = fit_memory([(of(1), 1), (of(2), u64::MAX)].into_iter(), 2);
+        let said = refused.unwrap_err().to_string();
+        assert!(said.contains("2x1, for which"), "{said}");
     }
 
     #[test]

@@ -25,7 +25,7 @@ mod ways;
 
 pub use baseline::{Baseline, Comparison, Instructions, Ratios};
 pub use buffer::Buffer;
-pub use case::{CaseOf, Shape, check_memory, name};
+pub use case::{CaseOf, Shape, fit_memory, name};
 pub use counted::{Counted, CountedCase};
 pub use machine::{Machine, Versions};
 pub use rounds::{Clock, Rounds, Throughput, copy_rate, median, table};

@@ -202,7 +202,7 @@ pub fn run(typed: Bench) -> Result<(), Failure> {
 
 fn times(typed: &Bench) -> Result<(), Failure> {
     let cases = typed.cases();
-    cascade::throughput::check_memory(cases.iter().map(CaseOf::memory), 1)?;
+    cascade::throughput::fit_memory(cases.iter().map(CaseOf::memory), 1)?;
     let (baseline, recorded) = (typed.baseline()?, typed.recorded()?);
     let rounds = Rounds {
         rounds: typed.rounds as usize,

@@ -8,7 +8,7 @@ use cascade::Error;
 use cascade::analyze::{Observer, Precision, Sink};
 use cascade::budget::measured::MeasuredReport;
 use cascade::budget::{Budget as Found, Motion, Residual};
-use cascade::field::{file_hash, is_run_file};
+use cascade::field::{FileState, file_hash, is_run_file};
 use cascade::plot::{Format, SharedScales, budget_figures, save_all};
 use cascade::report::{
     Archive, BudgetSummary, Provenance, ResultDirectory, RunFile, budget_html, write_budget_arrays,
@@ -59,6 +59,7 @@ pub fn run(typed: Budget) -> Result<(), Failure> {
     use_threads(typed.views.threads.map(usize::from))?;
     // Before any work: could the result be written?
     drop(ResultDirectory::create(&out, typed.force)?);
+    let opened = FileState::at(&typed.run)?;
     let source = match &typed.measured.scene {
         None => {
             refuse_options_of_fields(&typed.measured)?;
@@ -92,6 +93,8 @@ pub fn run(typed: Budget) -> Result<(), Failure> {
     progress.check()?;
     let input = typed.run.display().to_string();
     let provenance = Provenance::new(command(), Some(input), Some(file_hash(&typed.run)?));
+    // All that reads or hashes the file has done so.
+    opened.check()?;
     let summary = BudgetSummary::new(&budget, &provenance).with_measurement(source.report());
     let json = summary.to_json().map_err(std::io::Error::from)?;
     directory.write("summary.json", &json)?;

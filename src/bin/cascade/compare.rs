@@ -5,7 +5,7 @@ use std::path::PathBuf;
 
 use cascade::analyze::Observer;
 use cascade::budget::Budget;
-use cascade::field::file_hash;
+use cascade::field::{FileState, file_hash};
 use cascade::plot::views;
 use cascade::report::{BudgetSummary, Provenance, ResultDirectory, RunFile, comparison_html};
 use clap::Args;
@@ -48,6 +48,7 @@ pub fn run(typed: Compare) -> Result<(), Failure> {
     let progress = Progress::new(!typed.quiet && std::io::stderr().is_terminal());
     use_threads(typed.views.threads.map(usize::from))?;
     drop(ResultDirectory::create(&typed.out, typed.force)?);
+    let opened = [FileState::at(&typed.first)?, FileState::at(&typed.second)?];
     let files = [RunFile::read(&typed.first)?, RunFile::read(&typed.second)?];
     progress.begin_writing();
     let directory = ResultDirectory::create(&typed.out, typed.force)?;
@@ -71,6 +72,8 @@ pub fn run(typed: Compare) -> Result<(), Failure> {
         parts.push(serde_json::to_value(&summary).map_err(std::io::Error::from)?);
         budgets.push(found);
     }
+    // All that reads or hashes the files has done so.
+    opened.iter().try_for_each(FileState::check)?;
     let names = names(paths.map(|path| name_of(path)));
     let both: [(&str, &Budget); 2] = [(&names[0], &budgets[0]), (&names[1], &budgets[1])];
     let summary = json!({

@@ -100,6 +100,7 @@ impl Measured {
         let options = cascade::field::OpenOptions::default();
         let field = cascade::Field::open(path, &options)?;
         let last = measured_peaks(&field).last().copied();
+        field.check_unchanged()?;
         let Some(peak) = last.filter(|peak| peak.site + 1 == field.n_sites()) else {
             return Err(Error::Request {
                 option: "measured",

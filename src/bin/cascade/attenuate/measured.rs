@@ -15,7 +15,7 @@ pub(super) enum Measured {
     Field {
         /// Largest velocities and arrivals over sites.
         curves: [Vec<MeasuredPoint>; 2],
-        /// Sites that have no largest velocity within the record.
+        /// Sites behind the struck one that have no largest velocity within the record.
         without_peak: Vec<f64>,
     },
 }
@@ -29,7 +29,8 @@ pub(super) struct Beside {
     pub(super) measured_arrivals: Vec<Compared>,
     /// Abscissae outside the computed curve.
     pub(super) not_compared: Vec<f64>,
-    /// Sites of a field on the computed curve that have no largest velocity within the record.
+    /// Sites of a field on the computed curve, behind the struck one, that have no largest velocity
+    /// within the record.
     pub(super) measured_without_peak: Vec<f64>,
     /// Sites that have one, but no arrival, measured or computed.
     pub(super) measured_without_arrival: Vec<f64>,
@@ -122,11 +123,13 @@ impl Attenuate {
         let options = cascade::field::OpenOptions::default();
         let field = cascade::Field::open(path, &options)?;
         let peaks = measured_peaks(&field);
+        field.check_unchanged()?;
         let points = peaks.iter().map(|peak| peak.points(peak.site as f64));
         let (velocities, arrivals): (_, Vec<_>) = points.unzip();
         let arrivals = arrivals.into_iter().flatten().collect();
-        let has_none = |site: &usize| !peaks.iter().any(|peak| peak.site == *site);
-        let without_peak = (0..field.n_sites()).filter(has_none);
+        // The struck body moves fastest when it is struck, which is no peak.
+        let has_none = |site: &usize| peaks.binary_search_by_key(site, |peak| peak.site).is_err();
+        let without_peak = (1..field.n_sites()).filter(has_none);
         Ok(Measured::Field {
             curves: [velocities, arrivals],
             without_peak: without_peak.map(|site| site as f64).collect(),

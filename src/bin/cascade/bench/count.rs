@@ -9,7 +9,9 @@ use std::process::Command;
 use std::sync::Mutex;
 
 use cascade::analyze::Precision;
-use cascade::throughput::{Comparison, Counted, CountedCase, Instructions, Shape, name};
+use cascade::throughput::{
+    Comparison, Counted, CountedCase, Instructions, Shape, fit_memory, name,
+};
 use serde::Serialize;
 
 use super::{Bench, check};
@@ -44,7 +46,7 @@ pub fn run(typed: &Bench) -> Result<(), Failure> {
             })
         })
         .collect();
-    cascade::throughput::check_memory(cases.iter().map(CountedCase::memory), workers())?;
+    let workers = fit_memory(cases.iter().map(CountedCase::memory), cores())?;
     let (baseline, recorded) = (typed.baseline()?, typed.recorded()?);
     let ours = |case: &&CountedCase| case.by != Counted::Rustfft;
     let known = baseline.as_ref().map(|(baseline, name)| {
@@ -58,7 +60,7 @@ pub fn run(typed: &Bench) -> Result<(), Failure> {
         check::known(known, cases, place, name)
     });
     let known = known.transpose()?;
-    let found: BTreeMap<String, f64> = counted(&cases)?;
+    let found: BTreeMap<String, f64> = counted(&cases, workers)?;
     let check = known.as_ref().map(|known| {
         let compare = |case: &CountedCase| {
             let case = case.to_string();
@@ -135,13 +137,13 @@ fn table(counts: &[Counts]) -> String {
     text + "\n"
 }
 
-/// Cases counted side by side, one a core: counts do not depend on what else runs.
-fn workers() -> usize {
+/// Cases are counted side by side, one a core at most: counts do not depend on what else runs.
+fn cores() -> usize {
     std::thread::available_parallelism().map_or(1, usize::from)
 }
 
-/// Counts of all cases.
-fn counted(cases: &[CountedCase]) -> Result<BTreeMap<String, f64>, Failure> {
+/// Counts of all cases, so many at once.
+fn counted(cases: &[CountedCase], workers: usize) -> Result<BTreeMap<String, f64>, Failure> {
     let program = std::env::current_exe().map_err(|error| {
         let reason = format!("cannot find this program: {error}");
         Failure::Bench(Fault::Valgrind {
@@ -152,7 +154,7 @@ fn counted(cases: &[CountedCase]) -> Result<BTreeMap<String, f64>, Failure> {
     let (left, found) = (Mutex::new(cases.iter()), Mutex::new(Vec::new()));
     let next = || left.lock().ok().and_then(|mut left| left.next());
     std::thread::scope(|scope| {
-        for _ in 0..workers() {
+        for _ in 0..workers {
             scope.spawn(|| {
                 while let Some(case) = next() {
                     let count = of_case(&program, case);

@@ -1,0 +1,170 @@
+//! A file as it was, to be known again.
+
+use std::fmt;
+use std::fs::{File, Metadata};
+use std::path::{Path, PathBuf};
+use std::time::SystemTime;
+
+use crate::error::{Error, Result};
+
+/// A file as it was at some time: its length, when it was modified, and where there are inodes, which
+/// one it was.
+#[derive(Debug, Clone, PartialEq)]
+pub struct FileState {
+    path: PathBuf,
+    length: u64,
+    /// `None` where the file system does not tell.
+    modified: Option<SystemTime>,
+    #[cfg(unix)]
+    device_and_inode: (u64, u64),
+}
+
+/// In what a file differs from what it was.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[non_exhaustive]
+pub enum FileChange {
+    /// Another file is in its place.
+    Replaced,
+    /// Bytes.
+    Length { expected: u64, found: u64 },
+    /// Times of modification, where the file system tells them.
+    Modified {
+        expected: Option<SystemTime>,
+        found: Option<SystemTime>,
+    },
+}
+
+impl FileState {
+    /// The file at `path` as it is now.
+    ///
+    /// # Errors
+    /// [`Error::Read`].
+    pub fn at(path: &Path) -> Result<FileState> {
+        let metadata = std::fs::metadata(path).map_err(Error::read("read", path))?;
+        Ok(FileState::of(&metadata, path))
+    }
+
+    /// What `file` is, which was opened at `path`.
+    pub(super) fn opened(file: &File, path: &Path) -> Result<FileState> {
+        let metadata = file.metadata().map_err(Error::read("read", path))?;
+        Ok(FileState::of(&metadata, path))
+    }
+
+    fn of(metadata: &Metadata, path: &Path) -> FileState {
+        #[cfg(unix)]
+        use std::os::unix::fs::MetadataExt;
+        FileState {
+            path: path.to_owned(),
+            length: metadata.len(),
+            modified: metadata.modified().ok(),
+            #[cfg(unix)]
+            device_and_inode: (metadata.dev(), metadata.ino()),
+        }
+    }
+
+    /// That its path still leads to the same file, which nothing was written to since.
+    ///
+    /// # Errors
+    /// [`Error::Changed`]; [`Error::Read`] where the file is gone.
+    pub fn check(&self) -> Result<()> {
+        match self.change_to(&FileState::at(&self.path)?) {
+            None => Ok(()),
+            Some(change) => Err(Error::Changed {
+                path: self.path.clone(),
+                change,
+            }),
+        }
+    }
+
+    fn change_to(&self, now: &FileState) -> Option<FileChange> {
+        #[cfg(unix)]
+        if now.device_and_inode != self.device_and_inode {
+            return Some(FileChange::Replaced);
+        }
+        if now.length != self.length {
+            return Some(FileChange::Length {
+                expected: self.length,
+                found: now.length,
+            });
+        }
+        (now.modified != self.modified).then_some(FileChange::Modified {
+            expected: self.modified,
+            found: now.modified,
+        })
+    }
+}
+
+impl fmt::Display for FileChange {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match *self {
+            FileChange::Replaced => {
+                f.write_str("expected the file that was opened, found another in its place")
+            }
+            FileChange::Length { expected, found } => {
+                write!(f, "expected {expected} bytes, found {found}")
+            }
+            FileChange::Modified { expected, found } => {
+                f.write_str("expected no modification since it was opened, found one")?;
+                let Some((expected, found)) = expected.zip(found) else {
+                    return Ok(());
+                };
+                match found.duration_since(expected) {
+                    Ok(later) => write!(f, " {later:.3?} after the last before"),
+                    Err(error) => {
+                        let earlier = error.duration();
+                        write!(f, " dated {earlier:.3?} before the last one")
+                    }
+                }
+            }
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use std::time::Duration;
+
+    use super::*;
+
+    #[test]
+    fn a_change_says_what_was_expected_and_what_was_found() {
+        let directory = tempfile::tempdir().unwrap();
+        let path = directory.path().join("field.npy");
+        let other = directory.path().join("other.npy");
+        std::fs::write(&path, "12345").unwrap();
+        std::fs::write(&other, "12345").unwrap();
+        let state = FileState::at(&path).unwrap();
+        state.check().unwrap();
+        let said = || state.check().unwrap_err().to_string();
+        let changed = |change: &str| {
+            let path = path.display();
+            format!("{path} was changed or replaced while it was read: expected {change}")
+        };
+
+        let file = File::options().write(true).open(&path).unwrap();
+        let before = state.modified.unwrap();
+        let since = "no modification since it was opened, found one";
+        file.set_modified(before + Duration::from_millis(2500))
+            .unwrap();
+        assert_eq!(
+            said(),
+            changed(&format!("{since} 2.500s after the last before"))
+        );
+        file.set_modified(before - Duration::from_millis(2500))
+            .unwrap();
+        assert_eq!(
+            said(),
+            changed(&format!("{since} dated 2.500s before the last one"))
+        );
+        file.set_len(3).unwrap();
+        assert_eq!(said(), changed("5 bytes, found 3"));
+        std::fs::rename(&other, &path).unwrap();
+        #[cfg(unix)]
+        assert_eq!(
+            said(),
+            changed("the file that was opened, found another in its place")
+        );
+        std::fs::remove_file(&path).unwrap();
+        assert!(matches!(state.check(), Err(Error::Read { .. })));
+    }
+}
