@@ -5,13 +5,13 @@
 //! Data: `columns_1.json` and `columns_errors.json` of `benches/runs/2026-11-22-amd-epyc-avx2`, which
 //! `benches/peers/columns.py` writes without and with `--errors`; nothing is timed here.
 //! Command: `cargo run --release --example fft_speed_error`; under a second.
-//! Shows: a panel for each shape (rows x columns) and precision, medians of nine alternating runs on
-//! one core; lower left is better.
-//! Asserts: in every panel `cascade` is the fastest, by 1.5 times at least. Its error is below FFTW's
-//! but for prime lengths in `f64`, where it is up to 1.14 of it; at most 1.14 of the least of all; and
-//! in `f64` at least 1.35 times less than `realfft`'s and `rustfft`'s (in `f32` they are even, but for
-//! primes). FFTW's error depends on the plan it measures: at 4096 points in `f64` runs gave 2.23e-16
-//! to 2.45e-16, where `cascade` has 2.27e-16.
+//! Shows: a panel for each shape (rows x columns) and precision, medians of seven alternating runs on
+//! one core of an AMD EPYC with AVX2; lower left is better.
+//! Asserts: in every panel `cascade` is the fastest, by 1.3 times at least (by 1.5 in the record of a
+//! processor with AVX-512, `benches/runs/2026-11-21-amd-epyc`). Its error is below FFTW's, at most 1.07 of
+//! the least of all, and in `f64` at least 1.35 times less than `realfft`'s and `rustfft`'s (in `f32`
+//! they are even, but for primes). FFTW's error depends on the plan it measures: at 4096 points in
+//! `f64` runs gave 2.23e-16 to 2.45e-16, where `cascade` has 2.27e-16.
 //! Differs: the paper times nothing. Errors are of plans made later than those that were timed.
 
 #[path = "panels/mod.rs"]
@@ -122,11 +122,9 @@ fn check(case: &str, points: &Points) {
         error / fftw,
         error / best
     );
-    assert!(fastest > 1.5 * time, "{case}");
+    assert!(fastest > 1.3 * time, "{case}");
     let double = case.ends_with("f64");
-    let prime = case.starts_with("10007") || case.starts_with("9973");
-    let allowed = if double && prime { 1.14 } else { 1.0 };
-    assert!(error < allowed * fftw, "{case}: FFTW");
+    assert!(error < fftw, "{case}: FFTW");
     for name in [
         "realfft, 8 columns",
         "realfft, 1 column",
@@ -134,7 +132,7 @@ fn check(case: &str, points: &Points) {
     ] {
         assert!(!double || 1.35 * error < points[name].0, "{case}: {name}");
     }
-    assert!(error < 1.14 * best, "{case}");
+    assert!(error < 1.07 * best, "{case}");
 }
 
 fn draw(panels: &[(String, Points)], format: Format) -> Outcome<Vec<u8>> {

@@ -103,25 +103,25 @@ pub(super) unsafe fn first<L: Lanes, const R: usize, const WEIGHED: bool>(
 ) where
     Dft: Butterfly<R>,
 {
-    let second = rows.second * rows.stride;
+    let [next, apart, second, ahead] =
+        [rows.next, rows.apart, rows.second, rows.ahead].map(|count| count * rows.stride);
     // SAFETY: offsets are those of the caller's promise.
     unsafe {
         for q in 0..count {
             let mut x = [Complex::<L>::zero(); R];
             for (i, x) in x.iter_mut().enumerate() {
-                let n = q * rows.next + i * rows.apart;
-                let row = rows.from.add(n * rows.stride);
+                let row = rows.from.add(q * next + i * apart);
                 *x = Complex {
                     re: L::load(row),
                     im: L::load(row.add(second)),
                 };
                 if WEIGHED {
-                    let weight = rows.weights.add(n);
+                    let weight = rows.weights.add(q * rows.next + i * rows.apart);
                     x.re = x.re.mul(L::splat(weight));
                     x.im = x.im.mul(L::splat(weight.add(rows.second)));
                 }
-                if rows.ahead > 0 {
-                    let line = row.wrapping_add(rows.ahead * rows.stride);
+                if ahead > 0 {
+                    let line = row.wrapping_add(ahead);
                     L::prefetch(line);
                     L::prefetch(line.wrapping_add(second));
                     if rows.wide {
