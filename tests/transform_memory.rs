@@ -69,7 +69,8 @@ fn far_apart<T: Real>() {
     for length in LENGTHS {
         let all = values::<T>((length, wide));
         for plan in plans::<T>(length) {
-            for columns in 1..=2 * WIDEST {
+            // Tails of tiles, and of the 64 (`f64`) or 128 columns that are copied together.
+            for columns in (1..=20).chain(61..=68).chain(125..=130) {
                 let part = all.slice(s![.., wide - columns..]);
                 let close = spectra(&plan, part.to_owned().view());
                 assert_eq!(spectra(&plan, part), close, "{plan:?} {columns}");
