@@ -1,7 +1,10 @@
 //! A first look at all records at once, time by time, as they lie in most files.
 
 use super::scan::ChannelScan;
-use crate::chain::lanes::{Lanes, Work, widest};
+use crate::chain::lanes::{Lanes, WIDTH, Work, widest};
+
+/// Times that are looked at before the next sites.
+const TOGETHER: usize = 8;
 
 /// What is seen of each site's samples in passing; order does not matter, so parts may be merged.
 #[derive(Debug, Clone)]
@@ -26,14 +29,23 @@ impl Extremes {
         }
     }
 
-    /// Takes in the samples of one time; `before` are those of the time before, if there is one.
-    pub fn take(&mut self, profile: &[f64], before: Option<&[f64]>) {
-        let seen = &mut *self;
-        widest(Take {
-            seen,
-            profile,
-            before,
-        });
+    /// Takes in the samples of neighbouring times, `rows` so many numbers apart; with `before`, the
+    /// first of them is the time before, which was taken in already.
+    pub fn take(&mut self, rows: &[f64], apart: usize, before: bool) {
+        let sites = self.low.len();
+        // A group of rows stays in the cache while its columns are looked at one after the other.
+        let first = usize::from(before);
+        let times = (rows.len() - sites) / apart + 1;
+        for from in (first..times).step_by(TOGETHER) {
+            let start = from - usize::from(from > 0);
+            let end = times.min(from + TOGETHER);
+            widest(Take {
+                seen: &mut *self,
+                rows: &rows[start * apart..][..(end - 1 - start) * apart + sites],
+                apart,
+                before: from > 0,
+            });
+        }
     }
 
     pub fn merged(mut self, other: Extremes) -> Self {
@@ -78,8 +90,9 @@ impl Extremes {
 
 struct Take<'a> {
     seen: &'a mut Extremes,
-    profile: &'a [f64],
-    before: Option<&'a [f64]>,
+    rows: &'a [f64],
+    apart: usize,
+    before: bool,
 }
 
 impl Work for Take<'_> {
@@ -87,27 +100,86 @@ impl Work for Take<'_> {
 
     #[inline(always)]
     fn run<L: Lanes>(self) {
-        let Take {
-            seen,
-            profile,
-            before,
-        } = self;
-        let extremes = seen.low.iter_mut().zip(&mut seen.high);
-        for ((&v, finite), (low, high)) in profile.iter().zip(&mut seen.finite).zip(extremes) {
-            *low = if v < *low { v } else { *low };
-            *high = if v > *high { v } else { *high };
-            // Times 0, what is not finite becomes NaN, and stays it.
-            *finite += v * 0.0;
+        let Extremes {
+            low,
+            high,
+            low_again,
+            high_again,
+            finite,
+        } = self.seen;
+        let sites = low.len();
+        let mut seen = [low, high, low_again, high_again, finite].map(Vec::as_mut_slice);
+        let times = (self.rows.len() - sites) / self.apart + 1;
+        if sites < WIDTH {
+            // Lanes of no site see what the first one sees.
+            let padded = |samples: &[f64]| {
+                let mut padded = [samples[0]; WIDTH];
+                padded[..sites].copy_from_slice(&samples[..sites]);
+                padded
+            };
+            let rows: Vec<[f64; WIDTH]> = self.rows.chunks(self.apart).map(padded).collect();
+            let mut lanes = seen.each_ref().map(|seen| padded(seen));
+            look::<L>(|n| rows.get(n), times, self.before, lanes.each_mut());
+            for (lanes, seen) in lanes.iter().zip(seen) {
+                seen.copy_from_slice(&lanes[..sites]);
+            }
+            return;
         }
-        let Some(before) = before else { return };
-        let again = seen.low_again.iter_mut().zip(&mut seen.high_again);
-        for ((&v, &last), (low, high)) in profile.iter().zip(before).zip(again) {
-            let least = if v == last { v } else { f64::INFINITY };
-            let largest = if v == last { v } else { f64::NEG_INFINITY };
-            *low = if least < *low { least } else { *low };
-            *high = if largest > *high { largest } else { *high };
+        for start in (0..sites).step_by(WIDTH) {
+            // The last columns overlap those before: a second look changes nothing.
+            let at = start.min(sites - WIDTH);
+            let [a, b, c, d, e] = &mut seen;
+            if let (Some(a), Some(b), Some(c), Some(d), Some(e)) = (
+                a[at..].first_chunk_mut(),
+                b[at..].first_chunk_mut(),
+                c[at..].first_chunk_mut(),
+                d[at..].first_chunk_mut(),
+                e[at..].first_chunk_mut(),
+            ) {
+                let profile = |n: usize| self.rows.get(n * self.apart + at..)?.first_chunk();
+                look::<L>(profile, times, self.before, [a, b, c, d, e]);
+            }
         }
     }
+}
+
+/// Looks at the samples of eight sites, time after time; with `before`, the first are those of a time
+/// that was looked at already.
+#[inline(always)]
+fn look<'a, L: Lanes>(
+    profile: impl Fn(usize) -> Option<&'a [f64; WIDTH]>,
+    times: usize,
+    before: bool,
+    seen: [&mut [f64; WIDTH]; 5],
+) {
+    let [low_at, high_at, low_again_at, high_again_at, finite_at] = seen;
+    let (mut low, mut high) = (L::read(low_at), L::read(high_at));
+    let (mut low_again, mut high_again) = (L::read(low_again_at), L::read(high_again_at));
+    let mut finite = L::read(finite_at);
+    let (zero, most) = (L::splat(0.0), L::splat(f64::INFINITY));
+    // Nothing equals what is not a number.
+    let mut last = L::splat(f64::NAN);
+    let mut first = 0;
+    if let Some(samples) = profile(0).filter(|_| before) {
+        last = L::read(samples);
+        first = 1;
+    }
+    for n in first..times {
+        let Some(samples) = profile(n) else { break };
+        let v = L::read(samples);
+        low = v.least(low);
+        high = v.largest(high);
+        // Times 0, what is not finite becomes NaN, and stays it.
+        finite = finite + v * zero;
+        low_again = v.where_equal(last, most).least(low_again);
+        high_again = v.where_equal(last, zero - most).largest(high_again);
+        last = v;
+    }
+    low.write(low_at);
+    high.write(high_at);
+    low_again.write(low_again_at);
+    high_again.write(high_again_at);
+    finite.write(finite_at);
 }
 
 #[cfg(test)]
@@ -116,15 +188,16 @@ mod tests {
 
     fn scan(record: &[f64]) -> Option<ChannelScan> {
         // In two parts, merged: the second knows the last sample of the first.
-        let (first, second) = record.split_at(record.len() / 2);
+        let (first, _) = record.split_at(record.len() / 2);
         let mut parts = [Extremes::none(1), Extremes::none(1)];
-        for (n, v) in first.iter().enumerate() {
-            parts[0].take(&[*v], n.checked_sub(1).map(|b| &first[b..n]));
+        if !first.is_empty() {
+            parts[0].take(first, 1, false);
         }
-        for (n, v) in second.iter().enumerate() {
-            let at = first.len() + n;
-            parts[1].take(&[*v], at.checked_sub(1).map(|b| &record[b..at]));
-        }
+        parts[1].take(
+            &record[first.len().saturating_sub(1)..],
+            1,
+            !first.is_empty(),
+        );
         let [a, b] = parts;
         let one = a.clone().merged(b.clone()).scans()[0];
         assert_eq!(one, b.merged(a).scans()[0]);
@@ -160,6 +233,34 @@ mod tests {
         infinite[3] = f64::NEG_INFINITY;
         for record in [held, early, late, clipped, gap, infinite] {
             assert_eq!(scan(&record), None, "{record:?}");
+        }
+    }
+
+    /// In groups of times that begin anywhere, and columns that overlap.
+    #[test]
+    fn sites_side_by_side_are_seen_as_each_alone() {
+        for sites in [1, 3, 8, 13] {
+            let apart = sites + 5;
+            let times = 4 * TOGETHER + 3;
+            let sample = |n: usize, j: usize| match (n + j) % 11 {
+                0 if j % 4 == 1 => f64::NAN,
+                3 | 4 if j % 4 == 2 => 20.0,
+                _ => ((n * 7 + j * 3) % 23) as f64 - 11.0,
+            };
+            let mut rows = vec![f64::NAN; (times - 1) * apart + sites];
+            for (n, row) in rows.chunks_mut(apart).enumerate() {
+                (0..sites).for_each(|j| row[j] = sample(n, j));
+            }
+            for split in [1, 2, TOGETHER, 2 * TOGETHER + 1] {
+                let mut seen = Extremes::none(sites);
+                seen.take(&rows[..(split - 1) * apart + sites], apart, false);
+                seen.take(&rows[(split - 1) * apart..], apart, true);
+                for (j, found) in seen.scans().into_iter().enumerate() {
+                    let record: Vec<f64> = (0..times).map(|n| sample(n, j)).collect();
+                    assert_eq!(found, scan(&record), "{sites} sites, {split} times, {j}");
+                    assert_eq!(found.is_none(), j % 4 == 1 || j % 4 == 2);
+                }
+            }
         }
     }
 }

@@ -125,11 +125,9 @@ impl Prepared<'_> {
                         &room
                     }
                 };
-                let profile = |n: usize| &rows[(n - first) * width..][sites.clone()];
-                for n in start..end {
-                    let before = (n > first).then(|| profile(n - 1));
-                    seen.take(profile(n), before);
-                }
+                let whole = (end - 1 - first) * width;
+                let rows = &rows[sites.start..whole + sites.end];
+                seen.take(rows, width, first < start);
                 self.release_pages();
                 observer.advance((end - start) as u64);
                 Ok(seen)

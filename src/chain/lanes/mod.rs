@@ -85,6 +85,20 @@ pub(crate) trait Lanes: Number {
 
     fn store(self, block: &mut Block);
 
+    /// From numbers anywhere.
+    fn read(from: &[f64; WIDTH]) -> Self;
+
+    fn write(self, to: &mut [f64; WIDTH]);
+
+    /// Itself where less than `old`, else `old`, beside what is not a number too.
+    fn least(self, old: Self) -> Self;
+
+    /// Itself where larger than `old`, else `old`, beside what is not a number too.
+    fn largest(self, old: Self) -> Self;
+
+    /// Itself where equal to `other`, else `no`.
+    fn where_equal(self, other: Self, no: Self) -> Self;
+
     /// Each lane from the one before it, the first from the last of `before`.
     fn take_left(self, before: Self) -> Self;
 
@@ -195,6 +209,31 @@ impl Lanes for Portable {
     }
 
     #[inline(always)]
+    fn read(from: &[f64; WIDTH]) -> Portable {
+        Portable(*from)
+    }
+
+    #[inline(always)]
+    fn write(self, to: &mut [f64; WIDTH]) {
+        *to = self.0;
+    }
+
+    #[inline(always)]
+    fn least(self, old: Portable) -> Portable {
+        self.map3(old, old, |new, old, _| if new < old { new } else { old })
+    }
+
+    #[inline(always)]
+    fn largest(self, old: Portable) -> Portable {
+        self.map3(old, old, |new, old, _| if new > old { new } else { old })
+    }
+
+    #[inline(always)]
+    fn where_equal(self, other: Portable, no: Portable) -> Portable {
+        self.map3(other, no, |a, b, no| if a == b { a } else { no })
+    }
+
+    #[inline(always)]
     fn take_left(self, before: Portable) -> Portable {
         Portable(std::array::from_fn(|l| match l {
             0 => before.0[WIDTH - 1],
@@ -232,7 +271,8 @@ mod tests {
                 Block([1.5, -2.0, 0.0, -0.0, 1e300, 3e-310, 7.25, -1e-3]),
                 Block([0.3, 4.0, -1.0, 2.0, 1e-300, 9.0, -7.25, 1e5]),
             ];
-            let [a, b] = [L::load(&blocks[0]), L::load(&blocks[1])];
+            let [a, b] = [L::load(&blocks[0]), L::read(&blocks[1].0)];
+            let nan = L::splat(f64::NAN);
             let results = [
                 a + b,
                 a - b,
@@ -244,6 +284,13 @@ mod tests {
                 a.min(b),
                 a.take_left(b),
                 a.take_right(b),
+                a.least(b),
+                b.least(a * b),
+                a.largest(b),
+                (nan - a).largest(b),
+                (nan - a).least(b),
+                a.where_equal(b, a * b),
+                a.where_equal(a.abs(), b),
                 a.map3(b, a, |a, b, c| a.mul_add(b, c)),
             ];
             let mut bits = vec![u64::from(a.positive_mask()), u64::from(b.positive_mask())];
@@ -251,6 +298,9 @@ mod tests {
                 let mut block = Block::default();
                 lanes.store(&mut block);
                 bits.extend(block.0.map(f64::to_bits));
+                let mut numbers = [0.0; WIDTH];
+                lanes.write(&mut numbers);
+                bits.extend(numbers.map(f64::to_bits));
             }
             bits
         }

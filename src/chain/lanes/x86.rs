@@ -108,6 +108,35 @@ impl Lanes for Avx512 {
     }
 
     #[inline(always)]
+    fn read(from: &[f64; WIDTH]) -> Avx512 {
+        Avx512(unsafe { _mm512_loadu_pd(from.as_ptr()) })
+    }
+
+    #[inline(always)]
+    fn write(self, to: &mut [f64; WIDTH]) {
+        unsafe { _mm512_storeu_pd(to.as_mut_ptr(), self.0) }
+    }
+
+    // Of equal numbers, and beside what is not one, these give the second.
+    #[inline(always)]
+    fn least(self, old: Avx512) -> Avx512 {
+        Avx512(unsafe { _mm512_min_pd(self.0, old.0) })
+    }
+
+    #[inline(always)]
+    fn largest(self, old: Avx512) -> Avx512 {
+        Avx512(unsafe { _mm512_max_pd(self.0, old.0) })
+    }
+
+    #[inline(always)]
+    fn where_equal(self, other: Avx512, no: Avx512) -> Avx512 {
+        unsafe {
+            let equal = _mm512_cmp_pd_mask::<_CMP_EQ_OQ>(self.0, other.0);
+            Avx512(_mm512_mask_blend_pd(equal, no.0, self.0))
+        }
+    }
+
+    #[inline(always)]
     fn take_left(self, before: Avx512) -> Avx512 {
         unsafe {
             let (now, before) = (_mm512_castpd_si512(self.0), _mm512_castpd_si512(before.0));
@@ -189,6 +218,48 @@ impl Lanes for Avx2 {
         unsafe {
             _mm256_store_pd(start, self.0);
             _mm256_store_pd(start.add(WIDTH / 2), self.1);
+        }
+    }
+
+    #[inline(always)]
+    fn read(from: &[f64; WIDTH]) -> Avx2 {
+        let start = from.as_ptr();
+        unsafe {
+            Avx2(
+                _mm256_loadu_pd(start),
+                _mm256_loadu_pd(start.add(WIDTH / 2)),
+            )
+        }
+    }
+
+    #[inline(always)]
+    fn write(self, to: &mut [f64; WIDTH]) {
+        let start = to.as_mut_ptr();
+        unsafe {
+            _mm256_storeu_pd(start, self.0);
+            _mm256_storeu_pd(start.add(WIDTH / 2), self.1);
+        }
+    }
+
+    #[inline(always)]
+    fn least(self, old: Avx2) -> Avx2 {
+        unsafe { Avx2(_mm256_min_pd(self.0, old.0), _mm256_min_pd(self.1, old.1)) }
+    }
+
+    #[inline(always)]
+    fn largest(self, old: Avx2) -> Avx2 {
+        unsafe { Avx2(_mm256_max_pd(self.0, old.0), _mm256_max_pd(self.1, old.1)) }
+    }
+
+    #[inline(always)]
+    fn where_equal(self, other: Avx2, no: Avx2) -> Avx2 {
+        unsafe {
+            let low = _mm256_cmp_pd::<_CMP_EQ_OQ>(self.0, other.0);
+            let high = _mm256_cmp_pd::<_CMP_EQ_OQ>(self.1, other.1);
+            Avx2(
+                _mm256_blendv_pd(no.0, self.0, low),
+                _mm256_blendv_pd(no.1, self.1, high),
+            )
         }
     }
 
