@@ -12,9 +12,11 @@ pub struct SceneKeys {
 
 impl Args for SceneKeys {
     fn augment_args(command: Command) -> Command {
-        properties()
-            .iter()
-            .fold(command, |command, property| command.arg(option(property)))
+        // Only for the command that is typed: the declaration takes milliseconds to read.
+        command.defer(|command| {
+            let options = properties().iter().map(option);
+            command.args(options)
+        })
     }
 
     fn augment_args_for_update(command: Command) -> Command {
