@@ -40,12 +40,11 @@ impl Moments {
     }
 }
 
-/// The measures of eight one-sided spectra side by side over the bins `axis`, which become their
-/// shares of the total.
+/// The measures of eight one-sided spectra side by side over the bins `axis`.
 ///
 /// Energy at or below `edge` is low. Sums are pairwise; a spectrum's bits do not depend on the
 /// others.
-pub(crate) fn moments_across(power: &mut [Block], axis: &[f64], edge: f64) -> [Row; WIDTH] {
+pub(crate) fn moments_across(power: &[Block], axis: &[f64], edge: f64) -> [Row; WIDTH] {
     let bins = axis.len();
     let top_from = axis.partition_point(|&q| q <= 0.9 * axis[bins - 1]);
     let (below, top) = power.split_at(if bins > 1 { top_from } else { bins });
@@ -56,17 +55,17 @@ pub(crate) fn moments_across(power: &mut [Block], axis: &[f64], edge: f64) -> [R
     // An edge that misses its bin by rounding means that bin.
     let slack = 1e-9 * axis.get(1).copied().unwrap_or_default();
     let split = axis.partition_point(|&q| q <= edge + slack);
-    let (zero, others) = power.split_at_mut(1);
-    let (low, high) = others.split_at_mut(split.saturating_sub(1));
-    let (low_axis, high_axis) = axis[1..].split_at(low.len());
-    let zero = side_by_side::shares(zero, &axis[..1], &total);
-    let low = side_by_side::shares(low, low_axis, &total);
-    let high = side_by_side::shares(high, high_axis, &total);
+    let spectra = (power, axis);
+    let mut leaves = Vec::with_capacity(bins / side_by_side::LEAF * 2 + 3);
+    let zero = side_by_side::shares(spectra, 0..1, &total, &mut leaves);
+    let low = side_by_side::shares(spectra, 1..split.max(1), &total, &mut leaves);
+    let high = side_by_side::shares(spectra, split.max(1)..bins, &total, &mut leaves);
 
     let weight: [f64; WIDTH] = std::array::from_fn(|i| low.share[i] + high.share[i]);
     let centroid: [f64; WIDTH] =
         std::array::from_fn(|i| (low.first_moment[i] + high.first_moment[i]) / weight[i]);
-    let spread = side_by_side::spread(power, axis, &centroid);
+    let second_moment = side_by_side::second_moment(&leaves[1..], &centroid);
+    let [median, quantile_90] = side_by_side::quantiles(spectra, &total, &leaves, [0.5, 0.9]);
     std::array::from_fn(|i| {
         let of =
             |part: fn(&Shares) -> &[f64; WIDTH]| part(&zero)[i] + (part(&low)[i] + part(&high)[i]);
@@ -84,10 +83,7 @@ pub(crate) fn moments_across(power: &mut [Block], axis: &[f64], edge: f64) -> [R
         };
         Row {
             centroid: or_nan(centroid[i], weight[i] > 0.0),
-            bandwidth: or_nan(
-                (spread.second_moment[i] / weight[i]).sqrt(),
-                weight[i] > 0.0,
-            ),
+            bandwidth: or_nan((second_moment[i] / weight[i]).sqrt(), weight[i] > 0.0),
             // One bin holds no disorder; 0 / ln 1 would not say so.
             entropy: or_nan(
                 if bins > 1 {
@@ -98,8 +94,8 @@ pub(crate) fn moments_across(power: &mut [Block], axis: &[f64], edge: f64) -> [R
                 true,
             ),
             participation: or_nan(1.0 / of(|s| &s.square), true),
-            median: or_nan(spread.median[i], true),
-            quantile_90: or_nan(spread.quantile_90[i], true),
+            median: or_nan(median[i], true),
+            quantile_90: or_nan(quantile_90[i], true),
             low_share: or_nan(low_share, edge.is_finite()),
             high_share: or_nan(high_share, edge.is_finite()),
             total: total[i],
@@ -146,11 +142,11 @@ mod tests {
     use ndarray_stats::EntropyExt;
 
     fn moments_of(power: &[f64], axis: &[f64], edge: f64) -> Row {
-        let mut across: Vec<Block> = power
+        let across: Vec<Block> = power
             .iter()
             .map(|&p| Block([0.0, p, p, 0.0, 2.0 * p, p, p, p]))
             .collect();
-        let rows = moments_across(&mut across, axis, edge);
+        let rows = moments_across(&across, axis, edge);
         let bits = |row: &Row| format!("{row:?}");
         assert_eq!(bits(&rows[1]), bits(&rows[7]));
         assert_eq!(rows[4].entropy.to_bits(), rows[1].entropy.to_bits());

@@ -3,11 +3,13 @@
 //! Every lane undergoes the same operations, so that a spectrum's bits depend neither on its
 //! neighbours nor on the processor.
 
+use std::ops::Range;
+
 use crate::chain::lanes::{Block, Lanes, WIDTH, Work, widest};
 use crate::logarithm::ln_normal;
 
 /// Bins added plainly before sums are paired.
-const LEAF: usize = 32;
+pub(super) const LEAF: usize = 32;
 
 /// Of shares `s` over bins `q`.
 #[derive(Debug, Clone, Copy, Default)]
@@ -22,13 +24,16 @@ pub(super) struct Shares {
     pub entropy: [f64; WIDTH],
 }
 
-/// Of shares about their centroid.
-pub(super) struct Spread {
-    /// `sum s (q - centroid)^2` without the first bin.
-    pub second_moment: [f64; WIDTH],
-    /// The first bin at which the cumulative share reaches a half.
-    pub median: [f64; WIDTH],
-    pub quantile_90: [f64; WIDTH],
+/// A few neighbouring bins.
+pub(super) struct Leaf {
+    first: usize,
+    bins: usize,
+    /// `sum s`
+    share: Block,
+    /// `c = sum s q / sum s`, of bins with a share.
+    centroid: Block,
+    /// `sum s (q - c)^2`
+    about: Block,
 }
 
 /// `sum p` over bins.
@@ -37,18 +42,32 @@ pub(super) fn total(power: &[Block]) -> [f64; WIDTH] {
     pairwise(0, power.len(), leaf)[0]
 }
 
-/// Turns `power` into shares of `total`; without a total they mean nothing.
-pub(super) fn shares(power: &mut [Block], axis: &[f64], total: &[f64; WIDTH]) -> Shares {
-    let total = Block(*total);
+/// The sums of the bins `range`, as shares of `total`, and their `leaves`; without a total they mean
+/// nothing.
+pub(super) fn shares(
+    (power, axis): (&[Block], &[f64]),
+    range: Range<usize>,
+    total: &[f64; WIDTH],
+    leaves: &mut Vec<Leaf>,
+) -> Shares {
+    let total = &Block(*total);
     let leaf = &mut |from, to| {
-        widest(Share {
-            power: &mut power[from..to],
-            axis: &axis[from..to],
+        let bins = range.start + from..range.start + to;
+        let [share, first_moment, square, entropy, centroid, about] = widest(Share {
+            power: &power[bins.clone()],
+            axis: &axis[bins.clone()],
             total,
-        })
-        .map(|sum| sum.0)
+        });
+        leaves.push(Leaf {
+            first: bins.start,
+            bins: bins.len(),
+            share,
+            centroid,
+            about,
+        });
+        [share, first_moment, square, entropy].map(|sum| sum.0)
     };
-    let [share, first_moment, square, entropy] = pairwise(0, axis.len(), leaf);
+    let [share, first_moment, square, entropy] = pairwise(0, range.len(), leaf);
     Shares {
         share,
         first_moment,
@@ -57,55 +76,46 @@ pub(super) fn shares(power: &mut [Block], axis: &[f64], total: &[f64; WIDTH]) ->
     }
 }
 
-/// Of the shares that [`shares`] left.
-pub(super) fn spread(share: &[Block], axis: &[f64], centroid: &[f64; WIDTH]) -> Spread {
-    let mut below = share[0].0;
-    let mut levels = [0.5, 0.9].map(|level| {
-        let found = below.map(|share| {
-            if share >= level {
-                axis[0]
-            } else {
-                axis[axis.len() - 1]
-            }
-        });
-        (level, found)
-    });
-    let leaf = &mut |from: usize, to: usize| {
-        let (share, axis) = (&share[1 + from..1 + to], &axis[1 + from..1 + to]);
-        let [sum, second] = widest(About {
-            share,
-            axis,
-            centroid: Block(*centroid),
-        });
-        let through: [f64; WIDTH] = std::array::from_fn(|i| below[i] + sum.0[i]);
-        for (level, found) in &mut levels {
+/// `sum s (q - centroid)^2` over the bins of `leaves`: that of each about its own centroid, and of
+/// these about the common one (the parallel-axis theorem), so that nothing cancels.
+pub(super) fn second_moment(leaves: &[Leaf], centroid: &[f64; WIDTH]) -> [f64; WIDTH] {
+    let centroid = Block(*centroid);
+    let leaf = &mut |from, to| {
+        let leaves = &leaves[from..to];
+        [widest(About { leaves, centroid }).0]
+    };
+    pairwise(0, leaves.len(), leaf)[0]
+}
+
+/// The first bins at which the cumulative share reaches each of the ascending `levels`; the last bin
+/// where it does not.
+pub(super) fn quantiles<const K: usize>(
+    (power, axis): (&[Block], &[f64]),
+    total: &[f64; WIDTH],
+    leaves: &[Leaf],
+    levels: [f64; K],
+) -> [[f64; WIDTH]; K] {
+    let mut found = [[axis[axis.len() - 1]; WIDTH]; K];
+    let mut below = [0.0; WIDTH];
+    for leaf in leaves {
+        let through: [f64; WIDTH] = std::array::from_fn(|i| below[i] + leaf.share.0[i]);
+        for (level, found) in levels.iter().zip(&mut found) {
             for (i, found) in found.iter_mut().enumerate() {
                 if below[i] < *level && through[i] >= *level {
-                    *found = quantile(share, axis, i, below[i], *level);
+                    let bins = leaf.first..leaf.first + leaf.bins;
+                    let mut cumulative = below[i];
+                    let reaches = power[bins.clone()].iter().position(|power| {
+                        cumulative += power.0[i] / total[i];
+                        cumulative >= *level
+                    });
+                    // The last one where only the sum of these shares reaches it.
+                    *found = axis[bins.start + reaches.unwrap_or(leaf.bins - 1)];
                 }
             }
         }
         below = through;
-        [second.0]
-    };
-    let [second_moment] = pairwise(0, axis.len() - 1, leaf);
-    let [(_, median), (_, quantile_90)] = levels;
-    Spread {
-        second_moment,
-        median,
-        quantile_90,
     }
-}
-
-/// The bin of lane `i` at which `below` and the shares up to it reach `level`; the last of these bins
-/// where only their sum does.
-fn quantile(share: &[Block], axis: &[f64], i: usize, below: f64, level: f64) -> f64 {
-    let mut cumulative = below;
-    let reaches = share.iter().position(|share| {
-        cumulative += share.0[i];
-        cumulative >= level
-    });
-    axis[reaches.unwrap_or(axis.len() - 1)]
+    found
 }
 
 /// Sums over `from .. to`: of leaves, taken in order, in a tree that depends on the length alone.
@@ -114,6 +124,9 @@ fn pairwise<const K: usize>(
     to: usize,
     leaf: &mut impl FnMut(usize, usize) -> [[f64; WIDTH]; K],
 ) -> [[f64; WIDTH]; K] {
+    if to == from {
+        return [[0.0; WIDTH]; K];
+    }
     if to - from <= LEAF {
         return leaf(from, to);
     }
@@ -138,25 +151,30 @@ impl Work for Total<'_> {
     }
 }
 
+/// At most [`LEAF`] bins.
 struct Share<'a> {
-    power: &'a mut [Block],
+    power: &'a [Block],
     axis: &'a [f64],
-    total: Block,
+    total: &'a Block,
 }
 
 impl Work for Share<'_> {
-    type Output = [Block; 4];
+    /// `sum s`, `sum s q`, `sum s^2`, `- sum s ln s`, the centroid and `sum s (q - centroid)^2`.
+    type Output = [Block; 6];
 
     #[inline(always)]
-    fn run<L: Lanes>(self) -> [Block; 4] {
+    fn run<L: Lanes>(self) -> [Block; 6] {
         let zero = L::splat(0.0);
-        let total = L::load(&self.total);
-        let (mut share, mut first, mut square, mut entropy) = (zero, zero, zero, zero);
+        let total = L::load(self.total);
+        let (mut share, mut first, mut square) = (zero, zero, zero);
+        let mut shares = [Block::default(); LEAF];
         let mut logarithms = [Block::default(); LEAF];
+        let shares = &mut shares[..self.axis.len()];
         let logarithms = &mut logarithms[..self.axis.len()];
-        for ((power, &q), to) in self.power.iter_mut().zip(self.axis).zip(&mut *logarithms) {
+        let to = shares.iter_mut().zip(&mut *logarithms);
+        for ((power, &q), (kept, to)) in self.power.iter().zip(self.axis).zip(to) {
             let s = L::load(power) / total;
-            s.store(power);
+            s.store(kept);
             s.store(to);
             share = share + s;
             first = first + s * L::splat(q);
@@ -165,38 +183,42 @@ impl Work for Share<'_> {
         let numbers: &mut [f64] = bytemuck::cast_slice_mut(logarithms);
         // Shares of 0, and below the normal numbers, add nothing, whatever number this makes of them.
         numbers.iter_mut().for_each(|s| *s = ln_normal(*s));
-        for (power, logarithm) in self.power.iter().zip(logarithms) {
-            entropy = entropy - L::load(power) * L::load(logarithm);
+        let centroid = share.choose(first / share, zero);
+        let (mut entropy, mut about) = (zero, zero);
+        for ((s, logarithm), &q) in shares.iter().zip(logarithms).zip(self.axis) {
+            let s = L::load(s);
+            let distance = L::splat(q) - centroid;
+            entropy = entropy - s * L::load(logarithm);
+            about = about + s * distance * distance;
         }
         [
             stored(share),
             stored(first),
             stored(square),
             stored(entropy),
+            stored(centroid),
+            stored(about),
         ]
     }
 }
 
 struct About<'a> {
-    share: &'a [Block],
-    axis: &'a [f64],
+    leaves: &'a [Leaf],
     centroid: Block,
 }
 
 impl Work for About<'_> {
-    type Output = [Block; 2];
+    type Output = Block;
 
     #[inline(always)]
-    fn run<L: Lanes>(self) -> [Block; 2] {
+    fn run<L: Lanes>(self) -> Block {
         let centroid = L::load(&self.centroid);
-        let (mut sum, mut second) = (L::splat(0.0), L::splat(0.0));
-        for (share, &q) in self.share.iter().zip(self.axis) {
-            let s = L::load(share);
-            let distance = L::splat(q) - centroid;
-            sum = sum + s;
-            second = second + s * distance * distance;
+        let mut sum = L::splat(0.0);
+        for leaf in self.leaves {
+            let distance = L::load(&leaf.centroid) - centroid;
+            sum = sum + (L::load(&leaf.about) + L::load(&leaf.share) * distance * distance);
         }
-        [stored(sum), stored(second)]
+        stored(sum)
     }
 }
 

@@ -18,7 +18,9 @@ mod state;
 mod storage;
 
 use std::ops::Range;
+use std::sync::Arc;
 
+use memmap2::Mmap;
 use ndarray::Array2;
 
 use crate::error::Result;
@@ -110,6 +112,8 @@ pub struct Field {
     storage: Storage,
     /// `None` where it came from no file.
     opened: Option<FileState>,
+    /// The file's bytes.
+    map: Option<Arc<Mmap>>,
     n_times: usize,
     n_sites: usize,
     pub name: String,
@@ -131,6 +135,7 @@ impl Field {
         Field {
             storage: Storage::from_array(values),
             opened: None,
+            map: None,
             n_times,
             n_sites,
             name: "field".into(),
@@ -168,6 +173,11 @@ impl Field {
         self.storage.read(times, sites, true, out);
     }
 
+    /// What is known of the file it came from, to be checked when the field is gone.
+    pub fn file_state(&self) -> Option<FileState> {
+        self.opened.clone()
+    }
+
     /// That the file it came from is still the one that was opened and was not written to since, by
     /// length, time of modification and where there is one inode; so results are of one file, and a hash
     /// taken by now is of that one.
@@ -176,6 +186,17 @@ impl Field {
     /// [`crate::Error::Changed`]; [`crate::Error::Read`] where the file is gone.
     pub fn check_unchanged(&self) -> Result<()> {
         self.opened.as_ref().map_or(Ok(()), FileState::check)
+    }
+
+    /// BLAKE3 of the bytes of the file it came from, in hexadecimal; for fields that were opened without
+    /// [`OpenOptions::hash`], by all threads of the current pool.
+    pub fn file_hash(&self) -> Option<String> {
+        let map = self.map.as_ref()?;
+        // Samples that lie in the file are in use.
+        Some(match self.storage.is_mapped() {
+            true => open::hash(map, |_| ()),
+            false => open::content_hash(map),
+        })
     }
 
     /// Whether the samples of one time are neighbours.

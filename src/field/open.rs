@@ -1,6 +1,7 @@
 //! From a path to a field: which format, which settings.
 
 use std::fs::{File, Metadata};
+use std::ops::Range;
 use std::path::Path;
 use std::sync::Arc;
 
@@ -127,6 +128,7 @@ impl Field {
         Ok(Field {
             storage: contents.storage,
             opened: Some(opened),
+            map: Some(Arc::clone(&source.map)),
             n_times: contents.n_times,
             n_sites: contents.n_sites,
             name: name.to_string_lossy().into_owned(),
@@ -219,11 +221,19 @@ pub fn file_hash(path: &Path) -> Result<String> {
 }
 
 /// BLAKE3 of the whole file; its pages are dropped as it goes.
-fn content_hash(map: &Mmap) -> String {
+pub(super) fn content_hash(map: &Mmap) -> String {
+    hash(map, |done| storage::release(map, done))
+}
+
+/// BLAKE3 of the whole file, which hands on what it is done with.
+pub(super) fn hash(map: &Mmap, mut done: impl FnMut(Range<usize>)) -> String {
+    const CHUNK: usize = 16 << 20;
     let mut hasher = blake3::Hasher::new();
-    storage::stream(map, 0..map.len(), |chunk| {
-        hasher.update_rayon(chunk);
-    });
+    for start in (0..map.len()).step_by(CHUNK) {
+        let chunk = start..map.len().min(start + CHUNK);
+        hasher.update_rayon(&map[chunk.clone()]);
+        done(chunk);
+    }
     hasher.finalize().to_hex().to_string()
 }
 

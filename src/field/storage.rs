@@ -154,6 +154,11 @@ impl Storage {
         self.arrangement.rows_are_times
     }
 
+    /// Whether the samples are read where they lie in a file.
+    pub(crate) fn is_mapped(&self) -> bool {
+        matches!(self.bytes, Bytes::Mapped(_))
+    }
+
     /// All rows one after the other, where they are the numbers that they stand for.
     pub(crate) fn numbers(&self) -> Option<&[f64]> {
         let Arrangement {
