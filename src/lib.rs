@@ -18,6 +18,7 @@ pub mod plot;
 pub mod prepare;
 pub mod reference;
 pub mod report;
+mod spare;
 mod sum;
 pub mod sweep;
 mod threads;

@@ -1,8 +1,10 @@
 //! Sums whose rounding does not grow with their length: pairwise, in a fixed order.
 
+use crate::chain::lanes::{Lanes, WIDTH, Work, widest};
+
 /// Terms added plainly before sums are paired; large enough to vectorise.
 const LEAF: usize = 256;
-const LANES: usize = 8;
+const LANES: usize = WIDTH;
 
 /// `sum x_i`, relative error about `eps (LEAF / LANES + log2(n / LEAF))` of `sum |x_i|`.
 pub(crate) fn sum(x: &[f64]) -> f64 {
@@ -32,25 +34,38 @@ fn squares_across(rows: &[[f64; LANES]]) -> [f64; LANES] {
         let (a, b) = (squares_across(&rows[..half]), squares_across(&rows[half..]));
         return std::array::from_fn(|c| a[c] + b[c]);
     }
-    let mut lanes = [[0.0; LANES]; LANES];
-    let (chunks, rest) = rows.as_chunks::<LANES>();
-    for chunk in chunks {
-        for (lane, row) in lanes.iter_mut().zip(chunk) {
-            for (sum, v) in lane.iter_mut().zip(row) {
-                *sum += v * v;
+    widest(Squares(rows))
+}
+
+/// Of a leaf.
+struct Squares<'a>(&'a [[f64; LANES]]);
+
+impl Work for Squares<'_> {
+    type Output = [f64; LANES];
+
+    #[inline(always)]
+    fn run<L: Lanes>(self) -> [f64; LANES] {
+        let zero = L::splat(0.0);
+        let add = |sum: &mut L, row: &[f64; LANES]| {
+            let v = L::read(row);
+            *sum = *sum + v * v;
+        };
+        let mut lanes = [zero; LANES];
+        let (chunks, rest) = self.0.as_chunks::<LANES>();
+        for chunk in chunks {
+            for (lane, row) in lanes.iter_mut().zip(chunk) {
+                add(lane, row);
             }
         }
-    }
-    let mut tail = [0.0; LANES];
-    for row in rest {
-        for (sum, v) in tail.iter_mut().zip(row) {
-            *sum += v * v;
+        let mut tail = zero;
+        for row in rest {
+            add(&mut tail, row);
         }
+        let [a, b, c, d, e, f, g, h] = lanes;
+        let mut sums = [0.0; LANES];
+        ((((a + e) + (b + f)) + ((c + g) + (d + h))) + tail).write(&mut sums);
+        sums
     }
-    std::array::from_fn(|column| {
-        let [a, b, c, d, e, f, g, h] = lanes.map(|lane| lane[column]);
-        (((a + e) + (b + f)) + ((c + g) + (d + h))) + tail[column]
-    })
 }
 
 fn fold(x: &[f64], term: &impl Fn(f64) -> f64) -> f64 {

@@ -84,7 +84,7 @@ fn names_are_escaped() {
     let mut analysis = figures_common::full();
     analysis.name = "</script><script>alert(1)</script>".into();
     analysis.unit = Some("<b>".into());
-    analysis.field_map.label = "</script><i>".into();
+    analysis.field_map.as_mut().unwrap().label = "</script><i>".into();
     let page = report::html(&analysis);
     assert!(!page.contains("<script>alert") && !page.contains("<b>") && !page.contains("<i>"));
     assert!(page.contains("&lt;/script&gt;&lt;script&gt;alert(1)"));
@@ -126,7 +126,7 @@ fn maps_decode_to_the_values_of_the_analysis() {
     let analysis = figures_common::full();
     let data = payload(&analysis);
     let maps = [
-        ("field", Some(&analysis.field_map)),
+        ("field", analysis.field_map.as_ref()),
         ("temporal", analysis.temporal_map.as_ref()),
         ("spatial", analysis.spatial_map.as_ref()),
         ("spacetime", analysis.spacetime_map.as_ref()),

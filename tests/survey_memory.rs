@@ -62,7 +62,7 @@ fn only_sites_that_are_asked_for_are_decoded() {
     assert!(largest < 4 * n_sites, "{largest}");
     let highest = (0..n_times).flat_map(|n| (100..110).map(move |j| value(n, j)));
     let highest = highest.fold(f32::MIN, f32::max);
-    let seen = found.field_map.values;
+    let seen = found.field_map.unwrap().values;
     let seen = seen.iter().copied().fold(f32::MIN, f32::max);
     assert_eq!(seen, highest);
 

@@ -13,6 +13,7 @@ use crate::buffer::Buffer;
 use crate::diagnostics::{MapBuilder, Row, moments_across};
 use crate::error::{Error, Result};
 use crate::prepare::{Ahead, Prepared};
+use crate::spare::Spare;
 use crate::sum::sum;
 use crate::transform::{Real, RecordScratch, RecordTransform, direct_sums};
 
@@ -22,7 +23,7 @@ pub(super) struct Columns {
     pub rows: Vec<Row>,
     /// `sum (w v)^2` over all segments, one a site.
     pub energies: Vec<f64>,
-    /// Of the spectra; `None` where they are not written by this pass.
+    /// Of the spectra; `None` where they are not written by this pass, or no maps are wanted.
     pub map: Option<MapBuilder>,
 }
 
@@ -45,6 +46,11 @@ impl<'a, T: Real> AlongTime<'a, T> {
             prepared,
             transform,
         }
+    }
+
+    /// With room for samples of a few sites.
+    fn worker(&self) -> (Worker<'_, T>, Vec<f64>) {
+        (Worker::new(self.plan, &self.transform), Vec::new())
     }
 
     /// The first site with energy (or the one named) and its spectrum; `None` without energy.
@@ -96,13 +102,9 @@ impl<'a, T: Real> AlongTime<'a, T> {
         let chosen: Vec<usize> = (0..count)
             .map(|i| (2 * i + 1) * bins / (2 * count))
             .collect();
-        let sums: Vec<_> = chosen
-            .par_iter()
-            .flat_map_iter(|&bin| direct_sums(&tapered, &[bin]))
-            .collect();
         let squared: f64 = chosen
             .iter()
-            .zip(sums)
+            .zip(direct_sums(&tapered, &chosen))
             .map(|(&m, z)| {
                 let (re, im) = (
                     spectrum[m].re.to_f64() - z.re,
@@ -127,11 +129,13 @@ impl<'a, T: Real> AlongTime<'a, T> {
         let (plan, prepared) = (self.plan, self.prepared);
         let (nx, nf) = (plan.axes.n_sites, plan.axes.frequency.len());
         observer.stage("along time", nx as u64);
+        let workers = Spare::default();
         let wanted = between.is_none();
         let mut done = Columns {
             rows: Vec::with_capacity(nx),
             energies: Vec::with_capacity(nx),
-            map: wanted.then(|| MapBuilder::largest((nf, nx), super::MAP_LIMIT)),
+            map: (wanted && plan.request.maps)
+                .then(|| MapBuilder::largest((nf, nx), super::MAP_LIMIT)),
         };
         let rows = if wanted { nf } else { 0 };
         let mut buffer = Buffer::zeros((rows, plan.blocks.sites))?;
@@ -141,6 +145,7 @@ impl<'a, T: Real> AlongTime<'a, T> {
             let ahead = prepared.read_ahead(from..from + width);
             let stripes = Stripes {
                 all: self,
+                workers: &workers,
                 observer,
                 ahead: ahead.as_ref(),
                 edge,
@@ -161,11 +166,13 @@ impl<'a, T: Real> AlongTime<'a, T> {
                 done.rows.push(row);
                 done.energies.push(energy);
             }
-            if let Some(map) = &mut done.map {
+            if wanted {
                 if stored != 1.0 {
                     spectra.par_mapv_inplace(|p| p * stored);
                 }
-                map.add(0, from, spectra.view());
+                if let Some(map) = &mut done.map {
+                    map.add(0, from, spectra.view());
+                }
                 sink.put(LargeArray::TemporalSpectrum, 0, from, spectra.view())?;
             }
             prepared.release_pages();
@@ -175,15 +182,16 @@ impl<'a, T: Real> AlongTime<'a, T> {
 }
 
 /// A block of sites, shared out in stripes of a few sites each.
-struct Stripes<'a, T: Real> {
-    all: &'a AlongTime<'a, T>,
+struct Stripes<'a, 'w, T: Real> {
+    all: &'w AlongTime<'w, T>,
+    workers: &'a Spare<(Worker<'w, T>, Vec<f64>)>,
     observer: &'a dyn Observer,
     ahead: Option<&'a Ahead>,
     edge: f64,
     from: usize,
 }
 
-impl<T: Real> Stripes<'_, T> {
+impl<T: Real> Stripes<'_, '_, T> {
     /// Fills `spectra` (no rows: not wanted) and `between`, both `(.., site)`.
     fn run(
         &self,
@@ -200,8 +208,9 @@ impl<T: Real> Stripes<'_, T> {
             .zip(between.axis_chunks_iter_mut(Axis(1), tile))
             .enumerate()
             .map_init(
-                || (Worker::new(self.all.plan, &self.all.transform), Vec::new()),
-                |(worker, values), (i, (spectra, between))| {
+                || self.workers.take(|_| true, || self.all.worker()),
+                |worker, (i, (spectra, between))| {
+                    let (worker, values) = &mut **worker;
                     self.stripe(self.from + i * tile, worker, values, spectra, between)
                 },
             )
@@ -237,7 +246,7 @@ impl<T: Real> Stripes<'_, T> {
             row.iter_mut().zip(&power.0).for_each(|(to, &p)| *to = p);
         }
         let axis = &self.all.plan.axes.frequency;
-        let rows = moments_across(&mut worker.power, axis, self.edge);
+        let rows = moments_across(&worker.power, axis, self.edge);
         let seen = rows.into_iter().zip(worker.energies.iter().copied());
         self.observer.advance(width as u64);
         Ok(seen.take(width).collect())

@@ -51,7 +51,7 @@ impl FluxSurrogate {
     pub fn take(
         &mut self,
         spectra: ArrayView2<f64>,
-        map: &mut MapBuilder,
+        map: Option<&mut MapBuilder>,
         sink: &dyn Sink,
     ) -> Result<()> {
         let held = self.kept + spectra.nrows();
@@ -110,7 +110,9 @@ impl FluxSurrogate {
                     }),
                 }
             });
-        map.add(next, 0, flux.view());
+        if let Some(map) = map {
+            map.add(next, 0, flux.view());
+        }
         sink.put(LargeArray::KineticFluxSurrogate, next, 0, flux.view())?;
         self.next = until;
         self.kept = held.min(2);

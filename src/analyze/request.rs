@@ -128,6 +128,8 @@ pub struct Request {
     /// Frequencies `[from, to]` over which directions are summed; `None`: all.
     pub direction_band: Option<(f64, f64)>,
     pub short_time: ShortTime,
+    /// Whether arrays are also reduced to [maps](super::Map) for figures.
+    pub maps: bool,
     pub precision: Precision,
     /// Worker threads; `None`: one a core.
     pub threads: Option<usize>,
@@ -165,6 +167,7 @@ impl Default for Request {
                 hop_space: None,
                 window: Window::Hann,
             },
+            maps: true,
             precision: Precision::F64,
             threads: None,
             memory: None,

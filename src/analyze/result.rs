@@ -278,8 +278,8 @@ pub struct Analysis {
     pub along_space: Option<Moments>,
     /// Redistribution of wavenumber content along t: one value a time.
     pub along_time: Option<Moments>,
-    /// The field itself, `(time, site)`.
-    pub field_map: Map,
+    /// The field itself, `(time, site)`. No maps where [`Request::maps`](super::Request::maps) is off.
+    pub field_map: Option<Map>,
     /// `S(f, x)`: rows are frequencies, columns positions.
     pub temporal_map: Option<Map>,
     /// `S(k, t)`: rows are times, columns wavenumbers.

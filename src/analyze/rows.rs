@@ -2,16 +2,18 @@
 
 use ndarray::parallel::prelude::*;
 use ndarray::{Array2, ArrayView2, ArrayViewMut2, Axis, s};
+use num_complex::Complex;
 
 use super::flux::FluxSurrogate;
 use super::plan::Plan;
 use super::sink::{LargeArray, Sink};
 use crate::analyze::Observer;
-use crate::chain::lanes;
+use crate::chain::lanes::{self, widest};
 use crate::diagnostics::{Ends, MapBuilder, Row, moments_across};
 use crate::error::{Error, Result};
 use crate::prepare::Prepared;
-use crate::transform::{Real, RealTransform, Scratch, fold, power};
+use crate::spare::Spare;
+use crate::transform::{Real, RecordScratch, RecordTransform, fold, power};
 
 /// What the pass leaves behind beside the arrays.
 #[derive(Debug)]
@@ -23,9 +25,10 @@ pub(super) struct Rows {
     pub ends: Vec<Ends>,
     pub first_profile: Vec<f64>,
     pub last_profile: Vec<f64>,
-    pub field_map: MapBuilder,
-    pub map: MapBuilder,
-    pub flux_map: MapBuilder,
+    /// No maps where none are wanted.
+    pub field_map: Option<MapBuilder>,
+    pub map: Option<MapBuilder>,
+    pub flux_map: Option<MapBuilder>,
 }
 
 /// The first time with energy (or the one named) and its spectrum; `None` without energy.
@@ -34,8 +37,8 @@ pub(super) fn reference<T: Real>(
     prepared: &Prepared,
     observer: &dyn Observer,
 ) -> Result<Option<(usize, Vec<f64>)>> {
-    let transform = RealTransform::<T>::new(&plan.window_space, plan.conventions.padded_space);
-    let mut scratch = Scratch::default();
+    let transform = RecordTransform::<T>::new(&plan.window_space, plan.conventions.padded_space);
+    let mut scratch = RecordScratch::default();
     let mut profile = vec![0.0; plan.axes.n_sites];
     let candidates = match plan.request.reference_time {
         Some(t) => {
@@ -52,7 +55,7 @@ pub(super) fn reference<T: Real>(
         if profile.iter().all(|&v| v == 0.0) {
             continue;
         }
-        let (transformed, _) = transform.transform(&profile, &mut scratch);
+        let (transformed, _) = transform.transform([&profile[..]].into_iter(), &mut scratch);
         let spectrum: Vec<f64> = transformed
             .iter()
             .enumerate()
@@ -82,22 +85,27 @@ pub(super) fn transform_profiles<T: Real>(
     observer.stage("along space", nt as u64);
     let transform = plan
         .transforms_space()
-        .then(|| RealTransform::<T>::new(&plan.window_space, plan.conventions.padded_space));
+        .then(|| RecordTransform::<T>::new(&plan.window_space, plan.conventions.padded_space));
+    let results = plan.request.results;
+    let map = |wanted: bool, of: fn((usize, usize), (usize, usize)) -> _, columns: usize| {
+        (wanted && plan.request.maps).then(|| of((nt, columns), super::MAP_LIMIT))
+    };
     let mut done = Rows {
         rows: Vec::new(),
         energies: Vec::new(),
         ends: Vec::with_capacity(nt),
         first_profile: Vec::new(),
         last_profile: Vec::new(),
-        field_map: MapBuilder::extreme((nt, nx), super::MAP_LIMIT),
-        map: MapBuilder::largest((nt, nk), super::MAP_LIMIT),
-        flux_map: MapBuilder::extreme((nt, nk), super::MAP_LIMIT),
+        field_map: map(true, MapBuilder::extreme, nx),
+        map: map(results.spatial, MapBuilder::largest, nk),
+        flux_map: map(results.flux_surrogate, MapBuilder::extreme, nk),
     };
     let mut flux = FluxSurrogate::new(plan, stored);
     let pass = Pass {
         plan,
         prepared,
         transform: transform.as_ref(),
+        spare: &Spare::default(),
         scales: (0..nk)
             .map(|m| plan.space_scale.factor * fold(m, plan.conventions.padded_space))
             .collect(),
@@ -167,15 +175,19 @@ impl Rows {
             self.first_profile = profiles.row(0).to_vec();
         }
         self.last_profile = profiles.row(count - 1).to_vec();
-        self.field_map.add(from, 0, profiles);
+        if let Some(map) = &mut self.field_map {
+            map.add(from, 0, profiles);
+        }
         if plan.request.results.flux_surrogate {
-            flux.take(spectra.view(), &mut self.flux_map, sink)?;
+            flux.take(spectra.view(), self.flux_map.as_mut(), sink)?;
         }
         if plan.request.results.spatial {
             if pass.unit != 1.0 {
                 spectra.par_mapv_inplace(|p| p * pass.unit);
             }
-            self.map.add(from, 0, spectra.view());
+            if let Some(map) = &mut self.map {
+                map.add(from, 0, spectra.view());
+            }
             sink.put(LargeArray::SpatialSpectrum, from, 0, spectra.view())?;
         }
         Ok(())
@@ -192,7 +204,9 @@ struct Seen {
 struct Pass<'a, T: Real> {
     plan: &'a Plan,
     prepared: &'a Prepared<'a>,
-    transform: Option<&'a RealTransform<T>>,
+    transform: Option<&'a RecordTransform<T>>,
+    /// With room for spectra side by side.
+    spare: &'a Spare<(RecordScratch<T>, Vec<lanes::Block>)>,
     /// By which a bin's power is multiplied.
     scales: Vec<f64>,
     /// And again, after it was measured, before it is stored.
@@ -220,13 +234,13 @@ impl<T: Real> Pass<'_, T> {
             )
             .enumerate()
             .map_init(
-                || (Scratch::default(), Vec::new()),
-                |(scratch, across), (i, (profiles, spectra))| {
+                || self.spare.take(|_| true, Default::default),
+                |room, (i, (profiles, spectra))| {
                     if self.observer.cancelled() {
                         return Err(Error::Cancelled);
                     }
                     self.observer.advance(profiles.nrows() as u64);
-                    Ok(self.tile(from + i * tile, profiles, spectra, scratch, across))
+                    Ok(self.tile(from + i * tile, profiles, spectra, room))
                 },
             )
             .collect();
@@ -234,14 +248,13 @@ impl<T: Real> Pass<'_, T> {
         Ok(())
     }
 
-    /// The same of a few times; `across` is room for spectra side by side.
+    /// The same of a few times.
     fn tile(
         &self,
         first: usize,
         mut profiles: ArrayViewMut2<f64>,
         mut spectra: ArrayViewMut2<f64>,
-        scratch: &mut Scratch<T>,
-        across: &mut Vec<lanes::Block>,
+        (scratch, across): &mut (RecordScratch<T>, Vec<lanes::Block>),
     ) -> Vec<Seen> {
         let times = first..first + profiles.nrows();
         let (nx, nk) = (profiles.ncols(), spectra.ncols());
@@ -272,17 +285,19 @@ impl<T: Real> Pass<'_, T> {
             .chunks(together * nx)
             .zip(spectra.chunks_mut(together * nk));
         for (profiles, spectra) in groups {
+            let width = profiles.len() / nx;
+            let (transformed, energies) = transform.transform(profiles.chunks_exact(nx), scratch);
+            // Lanes of no time keep what they have; nobody looks at them.
             across.resize(nk, lanes::Block::default());
-            let mut energies = [0.0; lanes::WIDTH];
-            let rows = profiles.chunks_exact(nx).zip(spectra.chunks_exact_mut(nk));
-            for (lane, (profile, spectrum)) in rows.enumerate() {
-                energies[lane] = self.spectrum(transform, profile, scratch, spectrum);
-                for (bin, &p) in across.iter_mut().zip(&*spectrum) {
-                    bin.0[lane] = p;
-                }
-            }
+            widest(Powers {
+                transformed,
+                width,
+                scales: &self.scales,
+                across: &mut *across,
+                spectra,
+            });
             let rows = moments_across(across, &self.plan.axes.wavenumber, self.edge);
-            let spectra = rows.into_iter().zip(energies);
+            let spectra = rows.into_iter().zip(energies.iter().copied());
             seen.extend(
                 profiles
                     .chunks_exact(nx)
@@ -295,19 +310,38 @@ impl<T: Real> Pass<'_, T> {
         }
         seen
     }
+}
 
-    /// One spectrum; the energy of what went in.
-    fn spectrum(
-        &self,
-        transform: &RealTransform<T>,
-        profile: &[f64],
-        scratch: &mut Scratch<T>,
-        spectrum: &mut [f64],
-    ) -> f64 {
-        let (transformed, energy) = transform.transform(profile, scratch);
-        for ((p, &x), scale) in spectrum.iter_mut().zip(transformed).zip(&self.scales) {
-            *p = power(x) * scale;
+/// Spectra of a few times, from transforms that lie bin by bin: side by side and one after the other.
+struct Powers<'a, T> {
+    transformed: &'a [Complex<T>],
+    width: usize,
+    scales: &'a [f64],
+    across: &'a mut [lanes::Block],
+    spectra: &'a mut [f64],
+}
+
+impl<T: Real> lanes::Work for Powers<'_, T> {
+    type Output = ();
+
+    #[inline(always)]
+    fn run<L: lanes::Lanes>(self) {
+        let bins = self.transformed.chunks_exact(self.width);
+        for (powers, (bins, scale)) in self.across.iter_mut().zip(bins.zip(self.scales)) {
+            // Whole blocks have a length that the compiler knows.
+            if let Some(bins) = bins.first_chunk::<{ lanes::WIDTH }>() {
+                powers.0 = bins.map(|x| power(x) * scale);
+                continue;
+            }
+            for (p, &x) in powers.0.iter_mut().zip(bins) {
+                *p = power(x) * scale;
+            }
         }
-        energy
+        let bins = self.across.len();
+        for (lane, spectrum) in self.spectra.chunks_exact_mut(bins).enumerate() {
+            for (p, powers) in spectrum.iter_mut().zip(&*self.across) {
+                *p = powers.0[lane];
+            }
+        }
     }
 }

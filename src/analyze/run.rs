@@ -160,7 +160,7 @@ fn passes<T: Real>(
         .map(|s| (direction(plan, &s.directions), shares(&s.directions)));
     let (direction, direction_by_frequency) = by_direction.unzip();
     let (temporal_map, spacetime_map) = match spacetime.map(|s| (s.temporal_map, s.map)) {
-        Some((temporal, spacetime)) => (Some(temporal), Some(spacetime)),
+        Some(maps) => maps,
         None => (columns.and_then(|c| c.map), None),
     };
     let residuals = [parseval.time, parseval.space, parseval.spacetime];
@@ -181,13 +181,13 @@ fn passes<T: Real>(
         along_time: results
             .spatial
             .then(|| Moments::gather(&rows.rows, plan.space_scale.measure * stored)),
-        field_map: maps.field(rows.field_map),
+        field_map: rows.field_map.map(|map| maps.field(map)),
         temporal_map: temporal_map
             .filter(|_| results.temporal)
             .map(|map| maps.temporal(map)),
-        spatial_map: results.spatial.then(|| maps.spatial(rows.map)),
+        spatial_map: rows.map.map(|map| maps.spatial(map)),
         spacetime_map: spacetime_map.map(|map| maps.spacetime(map)),
-        flux_map: results.flux_surrogate.then(|| maps.flux(rows.flux_map)),
+        flux_map: rows.flux_map.map(|map| maps.flux(map)),
         short_time,
         short_space,
         accuracy: Accuracy {

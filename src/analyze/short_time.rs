@@ -2,7 +2,6 @@
 
 use ndarray::Array2;
 use ndarray::parallel::prelude::*;
-use num_complex::Complex;
 
 use super::observer::Observer;
 use super::plan::{Plan, check_window};
@@ -12,8 +11,7 @@ use crate::error::{Error, Result};
 use crate::field::Axis;
 use crate::prepare::{Prepared, Window};
 use crate::transform::{
-    Real, RealTransform, RecordScratch, RecordTransform, Scale, Scratch, Segments, fold,
-    frequencies, power, wavenumbers,
+    Real, RecordScratch, RecordTransform, Scale, Segments, fold, frequencies, power, wavenumbers,
 };
 
 /// Frames that are transformed together.
@@ -22,45 +20,9 @@ pub(super) const TOGETHER: usize = 8;
 /// Segments of one axis and the bins they are transformed to.
 struct Frames<'a, T: Real> {
     segments: Segments,
-    transform: Along<'a, T>,
+    transform: &'a RecordTransform<T>,
+    scratch: RecordScratch<T>,
     scale: Scale,
-}
-
-/// The transform that the whole records, or profiles, have too.
-enum Along<'a, T: Real> {
-    Time(&'a RecordTransform<T>, RecordScratch<T>),
-    Space(RealTransform<T>, Scratch<T>),
-}
-
-impl<T: Real> Along<'_, T> {
-    fn bins(&self) -> usize {
-        match self {
-            Along::Time(transform, _) => transform.bins(),
-            Along::Space(transform, _) => transform.bins(),
-        }
-    }
-
-    /// Frames that [`Along::transform`] takes.
-    fn together(&self) -> usize {
-        match self {
-            Along::Time(..) => TOGETHER,
-            Along::Space(..) => 1,
-        }
-    }
-
-    /// Bin by bin in the order of `frames`, of which there are [`Along::together`] at most.
-    fn transform<'a>(
-        &mut self,
-        mut frames: impl ExactSizeIterator<Item = &'a [f64]>,
-    ) -> &[Complex<T>] {
-        match self {
-            Along::Time(transform, scratch) => transform.transform(frames, scratch).0,
-            Along::Space(transform, scratch) => match frames.next() {
-                Some(frame) => transform.transform(frame, scratch).0,
-                None => &[],
-            },
-        }
-    }
 }
 
 impl<T: Real> Frames<'_, T> {
@@ -74,16 +36,15 @@ impl<T: Real> Frames<'_, T> {
         let n = self.segments.length;
         let starts: Vec<usize> = self.segments.starts().collect();
         let mut values = Array2::zeros((self.transform.bins(), starts.len()));
-        let together = self.transform.together();
-        for (block, starts) in starts.chunks(together).enumerate() {
+        for (block, starts) in starts.chunks(TOGETHER).enumerate() {
             if observer.cancelled() {
                 return Err(Error::Cancelled);
             }
             let frames = starts.iter().map(|&start| &record[start..start + n]);
-            let spectra = self.transform.transform(frames);
+            let (spectra, _) = self.transform.transform(frames, &mut self.scratch);
             for (m, row) in spectra.chunks_exact(starts.len()).enumerate() {
                 for (s, &x) in row.iter().enumerate() {
-                    values[[m, block * together + s]] =
+                    values[[m, block * TOGETHER + s]] =
                         power(x) * (self.scale.factor * fold(m, n)) * stored;
                 }
             }
@@ -120,7 +81,8 @@ pub(super) fn along_time<T: Real>(
         prepared.record(index, &mut record);
         let mut frames = Frames::<T> {
             segments,
-            transform: Along::Time(&transform, RecordScratch::default()),
+            transform: &transform,
+            scratch: RecordScratch::default(),
             scale,
         };
         Ok(ShortTimeSpectrum {
@@ -155,12 +117,11 @@ pub(super) fn along_space<T: Real>(
     let segments = plan.short_time.space;
     let weights = asked.window.samples(segments.length);
     let dx = plan.axes.space.step;
+    let transform = RecordTransform::<T>::new(&weights, segments.length);
     let mut frames = Frames::<T> {
         segments,
-        transform: Along::Space(
-            RealTransform::new(&weights, segments.length),
-            Scratch::default(),
-        ),
+        transform: &transform,
+        scratch: RecordScratch::default(),
         scale: Scale::along_space(plan.request.scaling, &weights, segments.length, dx),
     };
     let nearest = |&t: &f64| super::nearest(&plan.axes.time, t, plan.axes.n_times);

@@ -1,7 +1,7 @@
 //! The second half of the space-time transform: along space at each frequency.
 
 use ndarray::parallel::prelude::*;
-use ndarray::{Array2, ArrayView2, Axis, s};
+use ndarray::{Array2, ArrayView2, ArrayViewMut2, Axis, s};
 use num_complex::Complex;
 
 use super::between::Between;
@@ -10,8 +10,12 @@ use super::sink::{LargeArray, Sink};
 use crate::analyze::Observer;
 use crate::diagnostics::MapBuilder;
 use crate::error::{Error, Result};
+use crate::spare::Spare;
 use crate::sum::sum;
-use crate::transform::{ComplexTransform, Real, Scratch, fold, power};
+use crate::transform::{ComplexScratch, ComplexTransform, Real, fold, power};
+
+/// Frequencies that a thread takes at a time.
+const TILE: usize = 16;
 
 /// Energy of one frequency, by direction (sums over bins, one-sided in f).
 #[derive(Debug, Clone, Copy, Default)]
@@ -51,9 +55,10 @@ impl ByDirection {
 pub(super) struct Frequencies {
     /// One entry a frequency.
     pub directions: Vec<ByDirection>,
-    pub map: MapBuilder,
+    /// `None` where no maps are wanted.
+    pub map: Option<MapBuilder>,
     /// Of the spectra along time, which lie here by rows; see [`transform_frequencies`].
-    pub temporal_map: MapBuilder,
+    pub temporal_map: Option<MapBuilder>,
 }
 
 /// Transforms all frequencies; the spectrum goes to `sink`.
@@ -75,13 +80,17 @@ pub(super) fn transform_frequencies<T: Real>(
         plan,
         between,
         transform: &transform,
+        spare: &Spare::default(),
         stored,
         observer,
     };
+    let map = |wanted: bool, columns: usize| {
+        (wanted && plan.request.maps).then(|| MapBuilder::largest((nf, columns), super::MAP_LIMIT))
+    };
     let mut done = Frequencies {
         directions: Vec::with_capacity(nf),
-        map: MapBuilder::largest((nf, nk), super::MAP_LIMIT),
-        temporal_map: MapBuilder::largest((nf, nx), super::MAP_LIMIT),
+        map: map(true, nk),
+        temporal_map: map(plan.request.results.temporal, nx),
     };
     let width = if plan.request.results.temporal { nx } else { 0 };
     let room = || Block {
@@ -124,11 +133,15 @@ impl Frequencies {
         }
         self.directions.append(&mut block.directions);
         let powers = block.powers.slice(s![..count, ..]);
-        self.map.add(from, 0, powers);
+        if let Some(map) = &mut self.map {
+            map.add(from, 0, powers);
+        }
         sink.put(LargeArray::SpacetimeSpectrum, from, 0, powers)?;
         let records = block.records.slice(s![..count, ..]);
         if records.ncols() > 0 {
-            self.temporal_map.add(from, 0, records);
+            if let Some(map) = &mut self.temporal_map {
+                map.add(from, 0, records);
+            }
             sink.put(LargeArray::TemporalSpectrum, from, 0, records)?;
         }
         Ok(())
@@ -140,6 +153,7 @@ struct Pass<'a, T: Real> {
     plan: &'a Plan,
     between: &'a Between<T>,
     transform: &'a ComplexTransform<T>,
+    spare: &'a Spare<ComplexScratch<T>>,
     stored: f64,
     observer: &'a dyn Observer,
 }
@@ -153,70 +167,88 @@ impl<T: Real> Pass<'_, T> {
         let mut powers = block.powers.slice_mut(s![..count, ..]);
         let mut records = block.records.slice_mut(s![..count, ..]);
         block.from = from;
-        let seen: Result<Vec<_>> =
+        let seen: Result<Vec<Vec<ByDirection>>> =
             self.between
                 .with_rows(from * segments, count * segments, |rows| {
                     powers
-                        .axis_iter_mut(Axis(0))
+                        .axis_chunks_iter_mut(Axis(0), TILE)
                         .into_par_iter()
-                        .zip(records.axis_iter_mut(Axis(0)))
-                        .zip(rows.axis_chunks_iter(Axis(0), segments))
+                        .zip(records.axis_chunks_iter_mut(Axis(0), TILE))
+                        .zip(rows.axis_chunks_iter(Axis(0), TILE * segments))
                         .enumerate()
                         .map_init(
-                            Scratch::default,
-                            |scratch, (i, ((powers, record), profiles))| {
+                            || self.spare.take(|_| true, ComplexScratch::default),
+                            |scratch, (i, ((powers, records), profiles))| {
                                 if self.observer.cancelled() {
                                     return Err(Error::Cancelled);
                                 }
-                                let (Some(powers), Some(record)) =
-                                    (powers.into_slice(), record.into_slice())
-                                else {
-                                    return Ok(ByDirection::default());
-                                };
-                                self.observer.advance(1);
-                                Ok(self.frequency(from + i, profiles, scratch, powers, record))
+                                self.observer.advance(powers.nrows() as u64);
+                                let first = from + i * TILE;
+                                Ok(self.frequencies(first, profiles, scratch, powers, records))
                             },
                         )
                         .collect()
                 })?;
-        block.directions = seen?;
+        block.directions = seen?.concat();
         Ok(())
     }
 
-    /// Frequency `m`: its spectrum along space to `powers`, of each site to `record`.
-    fn frequency(
+    /// Frequencies from `first` on: spectra along space to `powers`, of each site to `records`.
+    fn frequencies(
         &self,
-        m: usize,
+        first: usize,
         profiles: ArrayView2<Complex<T>>,
-        scratch: &mut Scratch<T>,
-        powers: &mut [f64],
-        record: &mut [f64],
-    ) -> ByDirection {
+        scratch: &mut ComplexScratch<T>,
+        mut powers: ArrayViewMut2<f64>,
+        mut records: ArrayViewMut2<f64>,
+    ) -> Vec<ByDirection> {
         let plan = self.plan;
+        let segments = plan.segments.count();
+        let together = ComplexTransform::<T>::TOGETHER;
+        // Bands of whole rows of standard arrays are contiguous.
+        let (nk, nx) = (powers.ncols(), records.ncols());
+        let (Some(powers), Some(records)) = (powers.as_slice_mut(), records.as_slice_mut()) else {
+            return Vec::new();
+        };
         let n = plan.conventions.padded_time;
-        powers.fill(0.0);
-        record.fill(0.0);
-        for profile in profiles.outer_iter() {
-            if let Some(profile) = profile.to_slice() {
-                self.transform.add_power(profile, scratch, powers);
-                for (sum, &x) in record.iter_mut().zip(profile) {
-                    *sum += power(x);
+        let mean = plan.time_scale.factor / segments as f64;
+        let mut directions = Vec::with_capacity(powers.len() / nk);
+        for (group, profiles) in profiles.axis_chunks_iter(Axis(0), together).enumerate() {
+            let spectra = self.transform.powers(profiles, scratch).chunks_exact(nk);
+            for (i, (spectrum, profile)) in spectra.zip(profiles.outer_iter()).enumerate() {
+                let at = group * together + i;
+                let (row, segment) = (at / segments, at % segments);
+                let (is_first, is_last) = (segment == 0, segment + 1 == segments);
+                let m = first + row;
+                let scale = mean * fold(m, n);
+                let powers = &mut powers[row * nk..][..nk];
+                let along_space = scale * plan.space_scale.factor;
+                let factor = if is_last { along_space } else { 1.0 };
+                add(powers, spectrum.iter().copied(), is_first, factor);
+                let record = &mut records[row * nx..][..nx];
+                let factor = if is_last { scale * self.stored } else { 1.0 };
+                if let Some(profile) = profile.to_slice() {
+                    add(record, profile.iter().map(|&x| power(x)), is_first, factor);
+                }
+                if is_last {
+                    directions.push(ByDirection::of(powers, m, n));
+                    if self.stored != 1.0 {
+                        powers.iter_mut().for_each(|p| *p *= self.stored);
+                    }
                 }
             }
         }
-        let fold = fold(m, n);
-        let time_scale = plan.time_scale.factor / plan.segments.count() as f64 * fold;
-        let scale =
-            plan.time_scale.factor * plan.space_scale.factor / plan.segments.count() as f64 * fold;
-        powers.iter_mut().for_each(|p| *p *= scale);
-        let directions = ByDirection::of(powers, m, n);
-        if self.stored != 1.0 {
-            powers.iter_mut().for_each(|p| *p *= self.stored);
-        }
-        record
-            .iter_mut()
-            .for_each(|p| *p = *p * time_scale * self.stored);
         directions
+    }
+}
+
+/// Adds to `sums`, which hold nothing before the first time, and multiplies by `factor`.
+#[inline(always)]
+fn add(sums: &mut [f64], terms: impl Iterator<Item = f64>, is_first: bool, factor: f64) {
+    let sums = sums.iter_mut().zip(terms);
+    match is_first {
+        true => sums.for_each(|(sum, term)| *sum = term * factor),
+        false => sums.for_each(|(sum, term)| *sum = (*sum + term) * factor),
     }
 }
 

@@ -109,18 +109,24 @@ impl Stages<'_> {
         let columns =
             along_time.transform_records(edge, stored, between.as_mut(), sink, observer)?;
         clock.lap(plan, "along time");
-        let spacetime = match &between {
-            None => None,
+        let site = columns.energies.iter().position(|&energy| energy > 0.0);
+        let check = || site.and_then(|site| along_time.spot_check(site));
+        let (spacetime, checked) = match &between {
+            None => {
+                let checked = check();
+                clock.lap(plan, "spot check");
+                (None, checked)
+            }
             Some(between) => {
-                let seen = spacetime::transform_frequencies(plan, between, stored, sink, observer)?;
+                let (seen, checked) = rayon::join(
+                    || spacetime::transform_frequencies(plan, between, stored, sink, observer),
+                    check,
+                );
                 clock.lap(plan, "space-time");
-                Some(seen)
+                (Some(seen?), checked)
             }
         };
         drop(between);
-        let site = columns.energies.iter().position(|&energy| energy > 0.0);
-        let checked = site.and_then(|site| along_time.spot_check(site));
-        clock.lap(plan, "spot check");
         Ok(FromRecords {
             columns,
             spacetime,

@@ -2,11 +2,11 @@
 
 use std::ops::Range;
 
-use ndarray::{Array2, ArrayViewMut2, s};
+use ndarray::{Array2, ArrayView2, ArrayViewMut2, s};
 use num_complex::Complex;
 
 use super::plan::Plan;
-use crate::chain::lanes::Block;
+use crate::chain::lanes::{Block, Lanes, WIDTH, Work, widest};
 use crate::prepare::{Prepared, Trend};
 use crate::transform::{Real, RecordScratch, RecordTransform, Scale, fold, power};
 
@@ -80,14 +80,12 @@ impl<'a, T: Real> Worker<'a, T> {
             let span = start..start + segments.length;
             self.segment(prepared, &sites, &samples, span, spectra.view_mut());
             let (is_first, is_last) = (s == 0, s + 1 == segments.count());
-            for (m, (sums, spectra)) in self.power.iter_mut().zip(spectra.outer_iter()).enumerate()
-            {
-                let factor = if is_last { mean * fold(m, n) } else { 1.0 };
-                for (sum, &x) in sums.0.iter_mut().zip(spectra) {
-                    let before = if is_first { 0.0 } else { *sum };
-                    *sum = (before + power(x)) * factor;
-                }
-            }
+            widest(AddPowers {
+                spectra: spectra.view(),
+                sums: &mut self.power,
+                is_first,
+                factor: |m| if is_last { mean * fold(m, n) } else { 1.0 },
+            });
         }
         self.passing = passing;
     }
@@ -150,6 +148,42 @@ impl<'a, T: Real> Worker<'a, T> {
             for gap in masked.clone() {
                 segment[gap.time - span.start] = 0.0;
             }
+        }
+    }
+}
+
+/// `|X|^2` of one segment of a few sites, added to the sums of those before and times a factor of the
+/// bin.
+struct AddPowers<'a, T, F> {
+    spectra: ArrayView2<'a, Complex<T>>,
+    sums: &'a mut [Block],
+    is_first: bool,
+    factor: F,
+}
+
+impl<T: Real, F: Fn(usize) -> f64> Work for AddPowers<'_, T, F> {
+    type Output = ();
+
+    #[inline(always)]
+    fn run<L: Lanes>(self) {
+        for (m, (sums, spectra)) in self
+            .sums
+            .iter_mut()
+            .zip(self.spectra.outer_iter())
+            .enumerate()
+        {
+            let whole = spectra.to_slice().and_then(|s| s.first_chunk::<WIDTH>());
+            // Whole blocks have a length that the compiler knows.
+            let powers = match whole {
+                Some(spectra) => spectra.map(power),
+                None => std::array::from_fn(|l| spectra.get(l).map_or(0.0, |&x| power(x))),
+            };
+            let powers = L::read(&powers);
+            let sum = match self.is_first {
+                true => powers,
+                false => L::load(sums) + powers,
+            };
+            (sum * L::splat((self.factor)(m))).store(sums);
         }
     }
 }

@@ -6,7 +6,7 @@ use ndarray::parallel::prelude::*;
 use ndarray::{Array2, ArrayView2, Axis, azip, s};
 
 use crate::analyze::{Map, MapAxis, Reduction};
-use crate::chain::lanes::{Lanes, Work, widest};
+use crate::chain::lanes::{Lanes, WIDTH, Work, widest};
 
 /// What of a block is kept.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -80,14 +80,12 @@ impl MapBuilder {
                     largest: &mut largest,
                     least: &mut least,
                 });
-                for (j, &value) in largest.iter().enumerate() {
-                    let cell = &mut high[(column + j) / width];
-                    *cell = larger(value, *cell);
-                }
-                for (j, &value) in least.iter().enumerate() {
-                    let cell = &mut low[(column + j) / width];
-                    *cell = smaller(value, *cell);
-                }
+                share_out(&largest, column, width, |cell, value| {
+                    high[cell] = larger(value, high[cell]);
+                });
+                share_out(&least, column, width, |cell, value| {
+                    low[cell] = smaller(value, low[cell]);
+                });
             });
     }
 
@@ -154,6 +152,16 @@ impl MapBuilder {
     }
 }
 
+/// Each of `values`, the first of column `column`, to its cell of `width` columns.
+fn share_out(values: &[f64], column: usize, width: usize, mut to: impl FnMut(usize, f64)) {
+    let (first, before) = (column / width, column % width);
+    let (head, rest) = values.split_at((width - before).min(values.len()));
+    head.iter().for_each(|&value| to(first, value));
+    for (cell, values) in (first + 1..).zip(rest.chunks(width)) {
+        values.iter().for_each(|&value| to(cell, value));
+    }
+}
+
 /// The larger one, and `old` beside what is not a number.
 #[inline(always)]
 fn larger(new: f64, old: f64) -> f64 {
@@ -181,10 +189,22 @@ impl Work for Reduce<'_> {
             let row = row
                 .to_slice()
                 .map_or_else(|| Cow::Owned(row.to_vec()), Cow::Borrowed);
-            for (old, &new) in self.largest.iter_mut().zip(&*row) {
+            let (news, rest) = row.as_chunks();
+            let done = WIDTH * news.len();
+            let (olds, rest_old) = self.largest.as_chunks_mut();
+            for (old, new) in olds.iter_mut().zip(news) {
+                L::read(new).largest(L::read(old)).write(old);
+            }
+            for (old, &new) in rest_old.iter_mut().zip(rest) {
                 *old = larger(new, *old);
             }
-            for (old, &new) in self.least.iter_mut().zip(&*row) {
+            let Some(least) = self.least.get_mut(..done) else {
+                continue;
+            };
+            for (old, new) in least.as_chunks_mut().0.iter_mut().zip(news) {
+                L::read(new).least(L::read(old)).write(old);
+            }
+            for (old, &new) in self.least[done..].iter_mut().zip(rest) {
                 *old = smaller(new, *old);
             }
         }

@@ -22,11 +22,11 @@ const LOW_TOP: f64 = 130.0;
 pub(super) const WHITE: [u8; 3] = [255; 3];
 
 /// The field itself, on a colour scale symmetric about zero.
-pub fn space_time(analysis: &Analysis) -> Figure {
-    let map = &analysis.field_map;
+pub fn space_time(analysis: &Analysis) -> Option<Figure> {
+    let map = analysis.field_map.as_ref()?;
     let mut sheet = Sheet::new("Field v(t, x)", &analysis.name, map, None);
     sheet.draw_map(map, Scale::diverging(values(map)));
-    sheet.figure("space-time")
+    Some(sheet.figure("space-time"))
 }
 
 /// `S(f, x)` on a logarithmic colour scale, with the band edge.

@@ -136,7 +136,7 @@ impl Figure {
 /// The first of [`Figure::save`]'s errors; [`Error::Write`] if `dir` cannot be made.
 pub fn draw_all(analysis: &Analysis, dir: &Path, formats: &[Format]) -> Result<Vec<PathBuf>> {
     let figures: [fn(&Analysis) -> Option<Figure>; 9] = [
-        |analysis| Some(space_time(analysis)),
+        space_time,
         temporal_spectrum,
         spatial_spectrum,
         spacetime_spectrum,

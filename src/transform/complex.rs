@@ -1,99 +1,205 @@
 //! Complex profiles to their spectrum over wavenumbers of both signs.
 
-use std::sync::Arc;
-
+use ndarray::{ArrayView2, ArrayViewMut2};
 use num_complex::Complex;
-use rustfft::{Fft, FftPlanner};
 
 use super::Real;
-use super::real::{Scratch, dominant_mean_of};
+use super::records::{RecordScratch, RecordTransform};
+use crate::chain::lanes::{Lanes, Work, widest};
 
-/// `X_m = sum_j w_j u_j exp(+2 pi i m j / N)` of a complex profile, `m` ascending from
+/// `|X_m|^2` of `X_m = sum_j w_j u_j exp(+2 pi i m j / N)` of complex profiles u, `m` ascending from
 /// `-(N / 2)`, so that positive m travels towards +x.
+///
+/// The real and the imaginary part pass through a real transform, which gives A and B:
+/// `X_(-m) = A_m + i B_m` and, for real parts, `X_m = A_m^* + i B_m^*`.
+#[derive(Debug)]
 pub struct ComplexTransform<T: Real> {
-    plan: Arc<dyn Fft<T>>,
-    window: Vec<f64>,
-    mean_response: Vec<Complex<f64>>,
+    parts: RecordTransform<T>,
+}
+
+/// Working space of one thread; grows once.
+#[derive(Debug, Clone)]
+pub struct ComplexScratch<T> {
+    /// Real and imaginary parts side by side.
+    parts: Vec<f64>,
+    spectra: Vec<Complex<T>>,
+    records: RecordScratch<T>,
+    powers: Vec<f64>,
+}
+
+impl<T> Default for ComplexScratch<T> {
+    fn default() -> Self {
+        ComplexScratch {
+            parts: Vec::new(),
+            spectra: Vec::new(),
+            records: RecordScratch::default(),
+            powers: Vec::new(),
+        }
+    }
 }
 
 impl<T: Real> ComplexTransform<T> {
+    /// Profiles that pass through the transform together, at best.
+    pub const TOGETHER: usize = 4;
+
     /// Plans transforms of `window.len()` samples padded to `padded`.
     ///
     /// # Panics
     /// If there are no samples or `padded` is shorter than the window.
     pub fn new(window: &[f64], padded: usize) -> Self {
-        assert!(!window.is_empty() && padded >= window.len());
-        let plan = FftPlanner::<T>::new().plan_fft_inverse(padded);
-        let mut mean_response: Vec<Complex<f64>> =
-            window.iter().map(|&w| Complex::new(w, 0.0)).collect();
-        mean_response.resize(padded, Complex::default());
-        if padded == window.len() && window.iter().all(|&w| w == 1.0) {
-            mean_response.fill(Complex::default());
-            mean_response[0].re = padded as f64;
-        } else {
-            FftPlanner::<f64>::new()
-                .plan_fft_inverse(padded)
-                .process(&mut mean_response);
-        }
         ComplexTransform {
-            plan,
-            window: window.to_vec(),
-            mean_response,
+            parts: RecordTransform::new(window, padded),
         }
     }
 
     /// Length N of the transform.
     pub fn padded(&self) -> usize {
-        self.plan.len()
+        self.parts.padded()
     }
 
-    /// Adds `|X_m|^2` of `profile` to `sum`, ascending in m.
+    /// `|X_m|^2` of each of `profiles`, `(profile, site)`, one after the other, ascending in m.
     ///
     /// # Panics
-    /// If `profile` is not as long as the window or `sum` not as long as the transform.
-    pub fn add_power(&self, profile: &[Complex<T>], scratch: &mut Scratch<T>, sum: &mut [f64]) {
-        assert_eq!(profile.len(), self.window.len());
-        assert_eq!(sum.len(), self.padded());
-        let mean = dominant_mean(profile);
-        let Scratch { spectrum, work, .. } = scratch;
-        spectrum.clear();
-        spectrum.extend(profile.iter().zip(&self.window).map(|(u, &w)| {
-            Complex::new(
-                T::rounded((u.re.to_f64() - mean.re) * w),
-                T::rounded((u.im.to_f64() - mean.im) * w),
-            )
-        }));
-        spectrum.resize(self.padded(), Complex::default());
-        work.resize(self.plan.get_inplace_scratch_len(), Complex::default());
-        self.plan.process_with_scratch(spectrum, work);
-        if mean != Complex::default() {
-            for (x, response) in spectrum.iter_mut().zip(&self.mean_response) {
-                let added = mean * response;
-                x.re = T::rounded(x.re.to_f64() + added.re);
-                x.im = T::rounded(x.im.to_f64() + added.im);
+    /// If profiles are not as long as the window.
+    pub fn powers<'s>(
+        &self,
+        profiles: ArrayView2<Complex<T>>,
+        scratch: &'s mut ComplexScratch<T>,
+    ) -> &'s [f64] {
+        let (count, length, bins) = (profiles.nrows(), self.padded(), self.parts.bins());
+        let ComplexScratch {
+            parts,
+            spectra,
+            records,
+            powers,
+        } = scratch;
+        parts.resize(2 * count * profiles.ncols(), 0.0);
+        spectra.resize(2 * count * bins, Complex::default());
+        powers.resize(count * length, 0.0);
+        side_by_side(profiles, parts);
+        // The shape is the buffer's own, so this cannot fail.
+        if let Ok(output) = ArrayViewMut2::from_shape((bins, 2 * count), spectra) {
+            self.parts.transform_columns(parts, output, records);
+        }
+        widest(Powers {
+            spectra,
+            count,
+            length,
+            powers,
+        });
+        powers
+    }
+}
+
+/// From the transforms of real and imaginary parts, side by side bin by bin.
+struct Powers<'a, T> {
+    spectra: &'a [Complex<T>],
+    count: usize,
+    length: usize,
+    powers: &'a mut [f64],
+}
+
+impl<T: Real> Work for Powers<'_, T> {
+    type Output = ();
+
+    #[inline(always)]
+    fn run<L: Lanes>(self) {
+        let zero = self.length / 2;
+        let (pairs, _) = self.spectra.as_chunks::<2>();
+        for (p, powers) in self.powers.chunks_exact_mut(self.length).enumerate() {
+            let (below, above) = powers.split_at_mut(zero);
+            for (m, [a, b]) in pairs[p..].iter().step_by(self.count).enumerate() {
+                let (a, b) = (wide(*a), wide(*b));
+                if let Some(power) = above.get_mut(m) {
+                    *power = square(a.re + b.im, b.re - a.im);
+                }
+                if m > 0 {
+                    below[zero - m] = square(a.re - b.im, a.im + b.re);
+                }
             }
         }
-        // Bins come as m = 0, 1, .., -1; ascending they start at the first negative one.
-        let (from_zero, negative) = spectrum.split_at(self.padded() - self.padded() / 2);
-        for (s, &x) in sum.iter_mut().zip(negative.iter().chain(from_zero)) {
-            *s += super::power(x);
+    }
+}
+
+#[inline(always)]
+fn square(re: f64, im: f64) -> f64 {
+    re * re + im * im
+}
+
+/// Real and imaginary parts of profiles, site by site.
+fn side_by_side<T: Real>(profiles: ArrayView2<Complex<T>>, parts: &mut [f64]) {
+    let profile = |p| profiles.row(p).to_slice();
+    if profiles.nrows() == 4
+        && let (Some(a), Some(b), Some(c), Some(d)) =
+            (profile(0), profile(1), profile(2), profile(3))
+    {
+        let (rows, _) = parts.as_chunks_mut();
+        for (row, (((a, b), c), d)) in rows.iter_mut().zip(a.iter().zip(b).zip(c).zip(d)) {
+            let [a, b, c, d] = [a, b, c, d].map(|u| wide(*u));
+            *row = [a.re, a.im, b.re, b.im, c.re, c.im, d.re, d.im];
+        }
+        return;
+    }
+    let count = profiles.nrows();
+    for (p, profile) in profiles.outer_iter().enumerate() {
+        for (row, &u) in parts.chunks_exact_mut(2 * count).zip(profile) {
+            (row[2 * p], row[2 * p + 1]) = (u.re.to_f64(), u.im.to_f64());
         }
     }
 }
 
-impl<T: Real> std::fmt::Debug for ComplexTransform<T> {
-    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
-        f.debug_struct("ComplexTransform")
-            .field("samples", &self.window.len())
-            .field("padded", &self.padded())
-            .finish_non_exhaustive()
-    }
+#[inline(always)]
+fn wide<T: Real>(x: Complex<T>) -> Complex<f64> {
+    Complex::new(x.re.to_f64(), x.im.to_f64())
 }
 
-/// The mean of a profile whose every sample lies within a quarter of it, else 0; part by part.
-fn dominant_mean<T: Real>(profile: &[Complex<T>]) -> Complex<f64> {
-    Complex::new(
-        dominant_mean_of(profile.iter().map(|u| u.re.to_f64())),
-        dominant_mean_of(profile.iter().map(|u| u.im.to_f64())),
-    )
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::transform::direct_sums;
+    use ndarray::Array2;
+
+    /// Even and odd lengths, tapered and padded, with an offset in one part; against direct sums of the
+    /// parts; and the same bits however many go together.
+    #[test]
+    fn val_direct_sums_at_both_signs() {
+        for (sites, padded) in [(12, 12), (15, 15), (20, 27), (1, 1), (300, 300), (11, 22)] {
+            let window: Vec<f64> = (0..sites).map(|j| 1.0 - 0.5 * (j as f64).sin()).collect();
+            let plan = ComplexTransform::<f64>::new(&window, padded);
+            let profiles = Array2::from_shape_fn((9, sites), |(p, j)| {
+                let phase = (p * 7 + j * j) as f64;
+                Complex::new(phase.sin(), 30.0 * (p % 2) as f64 + phase.cos())
+            });
+            let mut scratch = ComplexScratch::default();
+            let all = plan.powers(profiles.view(), &mut scratch).to_vec();
+            for together in [1, 3, ComplexTransform::<f64>::TOGETHER] {
+                let found: Vec<f64> = profiles
+                    .axis_chunks_iter(ndarray::Axis(0), together)
+                    .flat_map(|profiles| plan.powers(profiles, &mut scratch).to_vec())
+                    .collect();
+                assert_eq!(found, all, "{sites} {together}");
+            }
+            for (profile, found) in profiles.outer_iter().zip(all.chunks_exact(padded)) {
+                let part = |of: fn(&Complex<f64>) -> f64| -> Vec<Complex<f64>> {
+                    let mut x: Vec<f64> = profile
+                        .iter()
+                        .zip(&window)
+                        .map(|(u, w)| of(u) * w)
+                        .collect();
+                    x.resize(padded, 0.0);
+                    let bins: Vec<usize> = (0..padded).collect();
+                    direct_sums(&x, &bins)
+                };
+                let (re, im) = (part(|u| u.re), part(|u| u.im));
+                let largest = found.iter().fold(0.0, |m: f64, p| m.max(*p));
+                for (i, power) in found.iter().enumerate() {
+                    // exp(+) at m is exp(-) at -m.
+                    let m = (padded + padded / 2 - i) % padded;
+                    let right = (re[m] + Complex::<f64>::i() * im[m]).norm_sqr();
+                    let error = (power - right).abs() / (largest * right).sqrt().max(1e-30);
+                    assert!(error < 2e-14, "{sites} {padded} {i}: {error:e}");
+                }
+            }
+        }
+    }
 }

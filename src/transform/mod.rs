@@ -17,22 +17,21 @@ mod complex;
 mod direct;
 mod filter;
 mod inverse;
-mod real;
 mod records;
 mod scale;
 mod segments;
 mod short_time;
 mod spacetime;
+mod taper;
 pub mod vertical;
 
 use num_complex::Complex;
 
 pub use axes::{frequencies, wavenumbers, wavenumbers_signed};
-pub use complex::ComplexTransform;
+pub use complex::{ComplexScratch, ComplexTransform};
 pub use direct::direct_sums;
 pub use filter::{Passband, SpaceTimeFilter, Travelling};
 pub use inverse::ColumnInverse;
-pub use real::{RealTransform, Scratch};
 pub use records::{RecordScratch, RecordTransform};
 pub use scale::{Scale, fold};
 pub use segments::Segments;

@@ -6,11 +6,14 @@ use ndarray::{ArrayView2, ArrayViewMut2};
 use num_complex::Complex;
 
 use super::Real;
-use super::real::Taper;
+use super::taper::Taper;
 use super::vertical::{ColumnScratch, ColumnTransform};
 
-/// [`RealTransform`](super::RealTransform) of several records, which pass through the transform
-/// side by side. A record's bits do not depend on the others.
+/// `X_m = sum_n w_n v_n exp(-+ 2 pi i m n / N)`, `m = 0 ..= N / 2`, of several real records of up to N
+/// samples each (the rest is zero), which pass through the transform side by side.
+///
+/// Both signs give the same `|X|^2`; the result is that of time. A record's bits do not depend on the
+/// others.
 pub struct RecordTransform<T: Real> {
     plan: ColumnTransform<T>,
     taper: Taper,
@@ -104,11 +107,7 @@ impl<T: Real> RecordTransform<T> {
         for record in &records {
             assert_eq!(record.len(), self.taper.samples);
         }
-        for (n, row) in turned.chunks_exact_mut(records.len().max(1)).enumerate() {
-            row.iter_mut()
-                .zip(&records)
-                .for_each(|(v, record)| *v = record[n]);
-        }
+        turn(&records, &mut turned);
         self.transform_columns(&turned, spectra, scratch);
         scratch.turned = turned;
         &scratch.energies
@@ -161,6 +160,23 @@ impl<T: Real> RecordTransform<T> {
     }
 }
 
+/// Records of one length to rows of one sample each.
+fn turn(records: &[&[f64]], turned: &mut [f64]) {
+    if let &[a, b, c, d, e, f, g, h] = records {
+        let (rows, _) = turned.as_chunks_mut();
+        let columns = a.iter().zip(b).zip(c).zip(d).zip(e).zip(f).zip(g).zip(h);
+        for (row, (((((((a, b), c), d), e), f), g), h)) in rows.iter_mut().zip(columns) {
+            *row = [*a, *b, *c, *d, *e, *f, *g, *h];
+        }
+        return;
+    }
+    for (n, row) in turned.chunks_exact_mut(records.len().max(1)).enumerate() {
+        for (v, record) in row.iter_mut().zip(records) {
+            *v = record[n];
+        }
+    }
+}
+
 /// The same numbers, where they are of this type.
 fn as_numbers<T: Real>(values: &[f64]) -> Option<&[T]> {
     let is_same = TypeId::of::<T>() == TypeId::of::<f64>();
@@ -181,6 +197,24 @@ mod tests {
     use super::*;
     use crate::transform::direct_sums;
     use ndarray::Array2;
+
+    #[test]
+    fn an_offset_a_billion_times_the_signal_costs_no_digits() {
+        let n = 1000;
+        let tone = |i: usize| (std::f64::consts::TAU * 37.0 * i as f64 / n as f64).cos();
+        // What the offset samples hold of the signal once stored.
+        let stored: Vec<f64> = (0..n).map(|i| (1e9 + tone(i)) - 1e9).collect();
+        let offset: Vec<f64> = stored.iter().map(|v| 1e9 + v).collect();
+        let plan = RecordTransform::<f64>::new(&vec![1.0; n], n);
+        let mut scratch = RecordScratch::default();
+        let records = [&stored[..], &offset];
+        let (spectra, _) = plan.transform(records.into_iter(), &mut scratch);
+        for (m, bin) in spectra.chunks_exact(2).enumerate().skip(1) {
+            let error = (bin[1] - bin[0]).norm() / (n as f64 / 2.0);
+            assert!(error < 1e-15, "{m}: {error:e}");
+        }
+        assert!((spectra[1].re - spectra[0].re - 1e12).abs() < 1e-3);
+    }
 
     /// Offsets beside records that cross zero, tapered and padded or not, against direct sums; and
     /// the same bits whatever lies beside.

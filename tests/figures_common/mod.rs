@@ -80,13 +80,13 @@ pub fn full() -> Analysis {
         }),
         along_space: Some(moments(n_sites, high)),
         along_time: Some(moments(n_times, k_high)),
-        field_map: Map {
+        field_map: Some(Map {
             reduction: Reduction::Extreme {
                 rows: 8,
                 columns: 1,
             },
             ..map(field, position, time, "velocity (m/s)")
-        },
+        }),
         temporal_map: Some(map(
             temporal,
             position,
@@ -170,7 +170,7 @@ pub fn degenerate() -> Vec<(&'static str, Analysis)> {
     let mut huge = uniform(12, 9, f32::MAX);
     huge.axes.time.origin = 1.7e9;
     huge.axes.time.step = 1e-3;
-    huge.field_map.y = map_axis(("time (s)", 1.7e9, 1.7e9 + 12e-3));
+    huge.field_map.as_mut().unwrap().y = map_axis(("time (s)", 1.7e9, 1.7e9 + 12e-3));
     huge.temporal_map.as_mut().unwrap().x = map_axis(("site", f64::NAN, f64::NAN));
     cases.push(("huge", huge));
     cases
@@ -257,7 +257,7 @@ fn uniform(rows: usize, columns: usize, value: f32) -> Analysis {
         wavenumber_edge: Some(BandEdge::Undefined),
         along_space: Some(level(columns)),
         along_time: Some(level(rows)),
-        field_map: map("site", "time (samples)"),
+        field_map: Some(map("site", "time (samples)")),
         temporal_map: Some(map("site", "frequency (cycles/sample)")),
         spatial_map: Some(map("wavenumber (rad/site)", "time (samples)")),
         spacetime_map: Some(map("wavenumber (rad/site)", "frequency (cycles/sample)")),

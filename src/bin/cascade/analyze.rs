@@ -8,7 +8,7 @@ use cascade::analyze::{
     Analysis, Plan, Precision, Request, Results, ShortTime, TimeRange, Welch, plan, run as run_plan,
 };
 use cascade::budget::{Budget, Motion};
-use cascade::field::{OpenOptions, TimeColumn, file_hash, is_run_file};
+use cascade::field::{FileState, OpenOptions, TimeColumn, is_run_file};
 use cascade::plot::{Format, draw_all};
 use cascade::report::{
     Archive, ClosureSummary, Provenance, ResultDirectory, RunFile, Summary, html,
@@ -26,8 +26,8 @@ use crate::view_args::request_of;
 /// Runs the command.
 pub fn run(typed: Analyze) -> Result<(), Failure> {
     let options = open_options(&typed.input, typed.work.memory);
-    let request = request(&typed);
     let pictures = formats(&typed.output.figures)?;
+    let request = request(&typed, !pictures.is_empty());
     let out = typed
         .out
         .clone()
@@ -67,12 +67,20 @@ pub fn run(typed: Analyze) -> Result<(), Failure> {
     // Threads that wait in a pass take their share of the hash.
     let (analysis, hash) = rayon::join(
         || run_plan(&field, &plan, &archive, &progress),
-        || (!hash_first).then(|| file_hash(&typed.field)).transpose(),
+        || (!hash_first).then(|| field.file_hash()).flatten(),
     );
     let mut analysis = analysis.map_err(|error| with_path(error, &typed.field))?;
-    analysis.content_hash = analysis.content_hash.or(hash?);
-    write_small_arrays(&analysis, &archive)?;
-    archive.finish()?;
+    analysis.content_hash = analysis.content_hash.or(hash);
+    let opened = field.file_state();
+    // To let go of a mapped file takes about as long as to write what is left.
+    let (written, ()) = rayon::join(
+        || {
+            write_small_arrays(&analysis, &archive)?;
+            archive.finish()
+        },
+        || drop(field),
+    );
+    written?;
     progress.check()?;
 
     let words = std::env::args_os();
@@ -81,7 +89,7 @@ pub fn run(typed: Analyze) -> Result<(), Failure> {
     let provenance = Provenance::new(command, Some(input), analysis.content_hash.clone());
     let (budget, closure) = budget(&typed, &directory, &progress)?;
     // All that reads or hashes the file has done so.
-    field.check_unchanged()?;
+    opened.as_ref().map_or(Ok(()), FileState::check)?;
     let json = Summary::new(&analysis, &provenance)
         .with_closure(closure)
         .to_json()
@@ -267,7 +275,7 @@ pub fn open_options(typed: &Input, memory: Option<u64>) -> OpenOptions {
     }
 }
 
-fn request(typed: &Analyze) -> Request {
+fn request(typed: &Analyze, draws: bool) -> Request {
     let (prepare, spectra, bands) = (&typed.preparation, &typed.spectra, &typed.bands);
     Request {
         results: results(&typed.work.only),
@@ -297,6 +305,7 @@ fn request(typed: &Analyze) -> Request {
         band_edge_frequency: bands.band_edge_frequency,
         band_edge_wavenumber: bands.band_edge_wavenumber,
         direction_band: bands.direction_band,
+        maps: draws,
         short_time: ShortTime {
             sites: typed.short_time.short_time_sites.clone(),
             times: typed.short_time.short_time_times.clone(),

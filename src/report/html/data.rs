@@ -101,8 +101,8 @@ fn maps(analysis: &Analysis) -> Vec<MapData> {
             maps.push(map_data(id, along, signed, map, roles));
         }
     };
-    let field = Some(analysis.field_map.clone());
-    add("field", "y", true, &field, (Role::Position, Role::Time));
+    let roles = (Role::Position, Role::Time);
+    add("field", "y", true, &analysis.field_map, roles);
     let roles = (Role::Position, Role::Frequency);
     add("temporal", "y", false, &analysis.temporal_map, roles);
     let roles = (Role::Wavenumber, Role::Time);
