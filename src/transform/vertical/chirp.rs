@@ -14,7 +14,7 @@ use num_complex::Complex;
 
 use super::cyclic::Cyclic;
 use super::fast::{Order, Tile, index};
-use super::kernels::{InstructionSet, Kernelled, Kernels};
+use super::kernels::{InstructionSet, Kernels};
 use super::passes::Turn;
 use crate::transform::Real;
 use crate::turns::cos_sin_exact;
@@ -22,13 +22,12 @@ use crate::turns::cos_sin_exact;
 /// A planned transform of one length.
 pub struct Chirp<T: 'static> {
     length: usize,
-    cyclic: Cyclic<T>,
+    pub cyclic: Cyclic<T>,
     /// `c_n`, and for the result `conj(c_m)`.
     chirp: Vec<T>,
     chirp_back: Vec<T>,
     /// Transform of `conj(c)` over M, in rows of k1.
     response: Vec<T>,
-    kernels: Vec<&'static Kernels<T>>,
 }
 
 impl<T: Real> Chirp<T> {
@@ -64,22 +63,7 @@ impl<T: Real> Chirp<T> {
             chirp_back: pairs(&mut (0..bins).map(c)),
             response: pairs(&mut response.iter().map(|bin| (bin.re, bin.im))),
             cyclic,
-            kernels: <T as Kernelled>::kernels(set).iter().map(|k| k.0).collect(),
         }
-    }
-
-    pub fn kernels(&self) -> &[&'static Kernels<T>] {
-        &self.kernels
-    }
-
-    /// Points M of the convolution.
-    pub fn points(&self) -> usize {
-        self.cyclic.points()
-    }
-
-    /// Numbers of scratch for tiles of `width` columns.
-    pub fn scratch_len(&self, width: usize) -> usize {
-        self.cyclic.scratch_len(width)
     }
 
     /// Transforms one tile of `kernels.width` columns.
@@ -92,7 +76,7 @@ impl<T: Real> Chirp<T> {
         let bins = self.length / 2 + 1;
         assert!(matches!(tile.rows, Order::Plain));
         let room = cyclic.room(kernels.width, scratch);
-        // SAFETY: all places are within what the caller promises and `scratch_len` counts; the
+        // SAFETY: all places are within what the caller promises and `room` has checked; the
         // kernels are those of this processor.
         unsafe {
             for j in 0..m2 {

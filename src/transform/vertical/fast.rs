@@ -1,6 +1,6 @@
 //! Lengths 2^a 3^b 5^c 7^d: the steps of [`super`] on tiles of columns.
 
-use super::kernels::{InstructionSet, Kernelled, Kernels, RADICES};
+use super::kernels::{Kernels, RADICES};
 use super::passes::{Last, Rows, Split, Stage};
 use crate::transform::Real;
 use crate::turns::cos_sin_exact;
@@ -20,8 +20,6 @@ pub struct Fast<T: 'static> {
     order: Vec<u32>,
     /// Low digit by group, of the second half.
     digits: Vec<u32>,
-    /// Wide ones first.
-    kernels: Vec<&'static Kernels<T>>,
 }
 
 /// Where a tile's columns are and where their bins go.
@@ -102,7 +100,7 @@ impl<T: Real> Half<T> {
 }
 
 impl<T: Real> Fast<T> {
-    pub fn new(set: InstructionSet, first: Vec<usize>, second: Vec<usize>) -> Self {
+    pub fn new(first: Vec<usize>, second: Vec<usize>) -> Self {
         let (first, second) = (Half::<T>::new(first), Half::<T>::new(second));
         let length = first.length * second.length;
         let mut split_twiddles = Vec::new();
@@ -125,12 +123,7 @@ impl<T: Real> Fast<T> {
             digits: second.digits(),
             first,
             second,
-            kernels: <T as Kernelled>::kernels(set).iter().map(|k| k.0).collect(),
         }
-    }
-
-    pub fn kernels(&self) -> &[&'static Kernels<T>] {
-        &self.kernels
     }
 
     pub fn radices(&self) -> [&[usize]; 2] {
@@ -160,8 +153,8 @@ impl<T: Real> Fast<T> {
     /// to tile, in the order in which [`Fast::tile`] reads them, times their factors if they have any.
     ///
     /// # Safety
-    /// `first` is valid as in [`Fast::tile`] for rows of all the tiles' width, and not itself a copy; `to`
-    /// has room for all.
+    /// The kernels are those of this processor; `first` is valid as in [`Fast::tile`] for rows of all
+    /// the tiles' width, and not itself a copy; `to` has room for all.
     pub unsafe fn stage(
         &self,
         kernels: &Kernels<T>,
@@ -183,22 +176,22 @@ impl<T: Real> Fast<T> {
             to,
             next,
         };
-        // SAFETY: as promised; the kernels are those of this processor, see `kernels`.
+        // SAFETY: as promised.
         unsafe { copy(&stage) }
     }
 
     /// Transforms a tile of `kernels.width` columns.
     ///
     /// # Safety
-    /// `tile.from` is valid for `length` rows of the tile's width, and weights for as many numbers;
-    /// `tile.to` for `length / 2 + 1` rows of twice the width, aligned to 64 bytes where
-    /// `tile.stream`; `scratch` holds [`Fast::scratch_len`] numbers.
+    /// The kernels are those of this processor. `tile.from` is valid for `length` rows of the tile's
+    /// width, and weights for as many numbers; `tile.to` for `length / 2 + 1` rows of twice the width,
+    /// aligned to 64 bytes where `tile.stream`; `scratch` holds [`Fast::scratch_len`] numbers.
     pub unsafe fn tile(&self, kernels: &Kernels<T>, tile: Tile<T>, scratch: &mut [T]) {
         assert!(scratch.len() >= self.scratch_len(kernels.width));
         let (n1, n2) = (self.first.length, self.second.length);
         let work = scratch.as_mut_ptr();
         // SAFETY: all places are within what the caller promises and `scratch_len` counts; the
-        // kernels are those of this processor, see `kernels`.
+        // kernels are those of this processor.
         unsafe {
             let between = work.add(2 * kernels.width * self.work());
             for j in (0..n2).step_by(2) {

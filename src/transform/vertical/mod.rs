@@ -54,6 +54,7 @@ mod passes;
 mod rader;
 mod simd;
 mod tiles;
+mod way;
 
 use std::sync::{Mutex, PoisonError};
 
@@ -62,12 +63,10 @@ use ndarray::{ArrayView2, ArrayViewMut2, Axis};
 use num_complex::Complex;
 
 use super::Real;
-use chirp::Chirp;
-use fast::{Fast, Tile};
 use kernels::Kernels;
 pub use kernels::{InstructionSet, Kernelled, KernelsOf};
-use other::Other;
-use rader::Rader;
+pub use way::Method;
+use way::Way;
 
 /// Bytes of a result from which on it is written past the caches.
 const STREAMED_BYTES: usize = 4 << 20;
@@ -77,6 +76,8 @@ pub struct ColumnTransform<T: Real> {
     length: usize,
     set: InstructionSet,
     way: Way<T>,
+    /// Those of this processor, wide ones first; none where columns are transformed one by one.
+    kernels: Vec<&'static Kernels<T>>,
     /// Working spaces of threads that are done, for those to come.
     spare: Mutex<Vec<ColumnScratch<T>>>,
 }
@@ -92,29 +93,6 @@ impl<T: Real> Drop for Borrowed<'_, T> {
         let mut spare = self.spare.lock().unwrap_or_else(PoisonError::into_inner);
         spare.extend(self.scratch.take());
     }
-}
-
-enum Way<T: Real> {
-    Fast(Fast<T>),
-    Chirp(Chirp<T>),
-    Rader(Rader<T>),
-    Other(Other<T>),
-}
-
-/// How a length is transformed.
-#[derive(Debug, Clone, PartialEq, Eq)]
-pub enum Method {
-    /// In two halves, each by passes of these radices.
-    TwoHalves {
-        first: Vec<usize>,
-        second: Vec<usize>,
-    },
-    /// By a convolution of so many points, Bluestein's.
-    Convolution { points: usize },
-    /// A prime length by a convolution of so many points, Rader's.
-    PrimeConvolution { points: usize },
-    /// Column by column, by `realfft`: the shortest.
-    ByColumn,
 }
 
 /// Working space of one thread, made by [`ColumnTransform::scratch`].
@@ -159,22 +137,16 @@ impl<T: Real> ColumnTransform<T> {
 
     fn planned(length: usize, set: InstructionSet) -> Self {
         assert!(length > 0);
-        let way = match choice::halves(length) {
-            Some((first, second)) => Way::Fast(Fast::new(set, first, second)),
-            None if length <= 8 => Way::Other(Other::new(length)),
-            None if choice::is_odd_prime(length) => {
-                let points = choice::convolution(Rader::<T>::least_points(length));
-                Way::Rader(Rader::new(set, length, points))
-            }
-            None => {
-                let points = choice::convolution(length + length / 2);
-                Way::Chirp(Chirp::new(set, length, points))
-            }
+        let way = Way::new(set, length);
+        let kernels = match way {
+            Way::Other(_) => Vec::new(),
+            _ => T::kernels(set).iter().map(|k| k.0).collect(),
         };
         ColumnTransform {
             length,
             set,
             way,
+            kernels,
             spare: Mutex::default(),
         }
     }
@@ -191,7 +163,7 @@ impl<T: Real> ColumnTransform<T> {
 
     /// Columns that are transformed together.
     pub fn width(&self) -> usize {
-        self.way.kernels().first().map_or(other::WIDTH, |k| k.width)
+        self.kernels.first().map_or(other::WIDTH, |k| k.width)
     }
 
     pub fn instruction_set(&self) -> InstructionSet {
@@ -199,33 +171,13 @@ impl<T: Real> ColumnTransform<T> {
     }
 
     pub fn method(&self) -> Method {
-        match &self.way {
-            Way::Fast(fast) => {
-                let [first, second] = fast.radices();
-                Method::TwoHalves {
-                    first: first.to_vec(),
-                    second: second.to_vec(),
-                }
-            }
-            Way::Chirp(chirp) => Method::Convolution {
-                points: chirp.points(),
-            },
-            Way::Rader(rader) => Method::PrimeConvolution {
-                points: rader.points(),
-            },
-            Way::Other(_) => Method::ByColumn,
-        }
+        self.way.method()
     }
 
     /// Root mean square error of white noise's bins, relative to the root mean square of all.
     pub fn expected_error(&self) -> f64 {
         let levels = (self.length as f64).log2().max(1.0).sqrt();
-        let factor = match &self.way {
-            Way::Fast(_) => 0.35,
-            Way::Chirp(_) | Way::Rader(_) => 0.6,
-            Way::Other(_) => 1.0,
-        };
-        factor * T::EPSILON * levels
+        self.way.rounding() * T::EPSILON * levels
     }
 
     /// A working space of one thread, one that is spare if there is one: new memory costs as much as
@@ -233,7 +185,7 @@ impl<T: Real> ColumnTransform<T> {
     fn borrow(&self, columns: usize) -> Borrowed<'_, T> {
         let width = match &self.way {
             Way::Other(_) => other::WIDTH,
-            way => widest(way.kernels(), columns).width,
+            _ => widest(&self.kernels, columns).width,
         };
         let mut spare = self.spare.lock().unwrap_or_else(PoisonError::into_inner);
         let at = spare.iter().position(|scratch| scratch.width == width);
@@ -250,7 +202,7 @@ impl<T: Real> ColumnTransform<T> {
         let (width, numbers, by_column) = match &self.way {
             Way::Other(other) => (other::WIDTH, 0, other.room()),
             way => {
-                let width = widest(way.kernels(), columns).width;
+                let width = widest(&self.kernels, columns).width;
                 (width, way.scratch_len(width), other::Room::default())
             }
         };
@@ -336,42 +288,6 @@ impl<T: Real> ColumnTransform<T> {
                     }
                 },
             );
-    }
-}
-
-impl<T: Real> Way<T> {
-    /// None where a column is transformed alone.
-    fn kernels(&self) -> &[&'static Kernels<T>] {
-        match self {
-            Way::Fast(fast) => fast.kernels(),
-            Way::Chirp(chirp) => chirp.kernels(),
-            Way::Rader(rader) => rader.kernels(),
-            Way::Other(_) => &[],
-        }
-    }
-
-    /// Numbers of scratch for a tile.
-    fn scratch_len(&self, width: usize) -> usize {
-        match self {
-            Way::Fast(fast) => fast.scratch_len(width),
-            Way::Chirp(chirp) => chirp.scratch_len(width),
-            Way::Rader(rader) => rader.scratch_len(width),
-            Way::Other(_) => 0,
-        }
-    }
-
-    /// # Safety
-    /// As [`Fast::tile`].
-    unsafe fn tile(&self, kernels: &Kernels<T>, tile: Tile<T>, scratch: &mut [T]) {
-        // SAFETY: the caller's.
-        unsafe {
-            match self {
-                Way::Fast(fast) => fast.tile(kernels, tile, scratch),
-                Way::Chirp(chirp) => chirp.tile(kernels, tile, scratch),
-                Way::Rader(rader) => rader.tile(kernels, tile, scratch),
-                Way::Other(_) => {}
-            }
-        }
     }
 }
 

@@ -22,7 +22,7 @@ use num_complex::Complex;
 use super::choice;
 use super::cyclic::{Cyclic, Room};
 use super::fast::{Order, Tile, index};
-use super::kernels::{InstructionSet, Kernelled, Kernels};
+use super::kernels::{InstructionSet, Kernels};
 use super::passes::{Blend, Fold, Scatter};
 use crate::transform::Real;
 use crate::turns::cos_sin_exact;
@@ -30,7 +30,7 @@ use crate::turns::cos_sin_exact;
 /// A planned transform of one prime length.
 pub struct Rader<T: 'static> {
     length: usize,
-    cyclic: Cyclic<T>,
+    pub cyclic: Cyclic<T>,
     /// `g^q`, in the order of use: by columns j2 of `q = j1 m2 + j2`.
     sources: Vec<u32>,
     /// Of each p in the same order twice its bin, and 1 more where it is the bin's mirror.
@@ -39,7 +39,6 @@ pub struct Rader<T: 'static> {
     starts: Vec<usize>,
     /// P and Q, in rows of k1 up to m1 / 2.
     responses: Vec<T>,
-    kernels: Vec<&'static Kernels<T>>,
 }
 
 impl<T: Real> Rader<T> {
@@ -110,22 +109,7 @@ impl<T: Real> Rader<T> {
             starts,
             responses,
             cyclic,
-            kernels: <T as Kernelled>::kernels(set).iter().map(|k| k.0).collect(),
         }
-    }
-
-    pub fn kernels(&self) -> &[&'static Kernels<T>] {
-        &self.kernels
-    }
-
-    /// Points M of the convolution.
-    pub fn points(&self) -> usize {
-        self.cyclic.points()
-    }
-
-    /// Numbers of scratch for tiles of `width` columns.
-    pub fn scratch_len(&self, width: usize) -> usize {
-        self.cyclic.scratch_len(width)
     }
 
     /// Transforms one tile of `kernels.width` columns.
@@ -143,7 +127,7 @@ impl<T: Real> Rader<T> {
             true => kernels.scatter_streamed[radix],
             false => kernels.scatter[radix],
         };
-        // SAFETY: all places are within what the caller promises and `scratch_len` counts; the
+        // SAFETY: all places are within what the caller promises and `room` has checked; the
         // kernels are those of this processor.
         unsafe {
             for (j, start) in self.starts.windows(2).enumerate() {

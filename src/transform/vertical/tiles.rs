@@ -5,7 +5,8 @@ use num_complex::Complex;
 
 use super::fast::{Fast, Order, Tile};
 use super::kernels::Kernels;
-use super::{ColumnScratch, ColumnTransform, Line, Way, lines, simd, widest};
+use super::way::Way;
+use super::{ColumnScratch, ColumnTransform, Line, lines, simd, widest};
 use crate::transform::Real;
 
 /// Rows a multiple of so many bytes apart share a few places in the caches: what is asked for early
@@ -30,8 +31,7 @@ impl<T: Real> ColumnTransform<T> {
             self.gathered(values, weights, spectra, scratch);
             return;
         };
-        let kernels = self.way.kernels();
-        let widest = widest(kernels, columns.min(scratch.width));
+        let widest = widest(&self.kernels, columns.min(scratch.width));
         let bins = spectra.as_mut_ptr();
         // SAFETY: the tiles' columns are within both views, and so are their rows, by the shapes
         // asserted; `Complex` is two numbers.
@@ -57,7 +57,7 @@ impl<T: Real> ColumnTransform<T> {
         while done < columns {
             let left = columns - done;
             let covers = |k: &&&Kernels<T>| k.width >= left && k.width <= widest.width;
-            let kernel = *kernels.iter().rev().find(covers).unwrap_or(&widest);
+            let kernel = *self.kernels.iter().rev().find(covers).unwrap_or(&widest);
             // The last tile overlaps the one before: the same numbers are written again.
             let start = done.min(columns - kernel.width);
             // SAFETY: as before.
@@ -76,7 +76,7 @@ impl<T: Real> ColumnTransform<T> {
         tile: &dyn Fn(usize) -> Tile<T>,
         scratch: &mut ColumnScratch<T>,
     ) -> usize {
-        let kernel = widest(self.way.kernels(), columns.min(scratch.width));
+        let kernel = widest(&self.kernels, columns.min(scratch.width));
         let together = tiles_staged::<T>(self.length, kernel.width).min(columns / kernel.width);
         let numbers = self.length * kernel.width;
         if size_of_val(&scratch.copies[..]) < together * numbers * size_of::<T>() {
@@ -114,7 +114,7 @@ impl<T: Real> ColumnTransform<T> {
         scratch: &mut ColumnScratch<T>,
     ) {
         let columns = values.ncols();
-        let kernel = widest(self.way.kernels(), columns.min(scratch.width));
+        let kernel = widest(&self.kernels, columns.min(scratch.width));
         let width = kernel.width;
         let samples = (width * self.length).next_multiple_of(64);
         let numbers = samples + 2 * width * self.bins();
