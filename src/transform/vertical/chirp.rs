@@ -12,6 +12,7 @@
 
 use num_complex::Complex;
 
+use super::choice::Halves;
 use super::cyclic::Cyclic;
 use super::fast::{Order, Tile, index};
 use super::kernels::{InstructionSet, Kernels};
@@ -22,7 +23,7 @@ use crate::turns::cos_sin_exact;
 /// A planned transform of one length.
 pub struct Chirp<T: 'static> {
     length: usize,
-    pub cyclic: Cyclic<T>,
+    cyclic: Cyclic<T>,
     /// `c_n`, and for the result `conj(c_m)`.
     chirp: Vec<T>,
     chirp_back: Vec<T>,
@@ -32,7 +33,7 @@ pub struct Chirp<T: 'static> {
 
 impl<T: Real> Chirp<T> {
     /// The radices of `halves` multiply to M.
-    pub fn new(set: InstructionSet, length: usize, halves: (Vec<usize>, Vec<usize>)) -> Self {
+    pub fn new(set: InstructionSet, length: usize, halves: Halves) -> Self {
         let cyclic = Cyclic::<T>::new(halves.clone());
         let points = cyclic.points();
         let c = |n: usize| {

@@ -63,9 +63,10 @@ use ndarray::{ArrayView2, ArrayViewMut2, Axis};
 use num_complex::Complex;
 
 use super::Real;
+use choice::Choice;
+pub use choice::Method;
 use kernels::Kernels;
 pub use kernels::{InstructionSet, Kernelled, KernelsOf};
-pub use way::Method;
 use way::Way;
 
 /// Bytes of a result from which on it is written past the caches.
@@ -75,8 +76,9 @@ const STREAMED_BYTES: usize = 4 << 20;
 pub struct ColumnTransform<T: Real> {
     length: usize,
     set: InstructionSet,
+    choice: Choice,
     way: Way<T>,
-    /// Those of this processor, wide ones first; none where columns are transformed one by one.
+    /// As [`kernels_for`] gives them.
     kernels: Vec<&'static Kernels<T>>,
     /// Working spaces of threads that are done, for those to come.
     spare: Mutex<Vec<ColumnScratch<T>>>,
@@ -137,16 +139,13 @@ impl<T: Real> ColumnTransform<T> {
 
     fn planned(length: usize, set: InstructionSet) -> Self {
         assert!(length > 0);
-        let way = Way::new(set, length);
-        let kernels = match way {
-            Way::Other(_) => Vec::new(),
-            _ => T::kernels(set).iter().map(|k| k.0).collect(),
-        };
+        let choice = Choice::of(length);
         ColumnTransform {
             length,
             set,
-            way,
-            kernels,
+            way: Way::new(set, length, choice.clone()),
+            kernels: kernels_for(set, &choice),
+            choice,
             spare: Mutex::default(),
         }
     }
@@ -163,7 +162,13 @@ impl<T: Real> ColumnTransform<T> {
 
     /// Columns that are transformed together.
     pub fn width(&self) -> usize {
-        self.kernels.first().map_or(other::WIDTH, |k| k.width)
+        width_for(&self.kernels, usize::MAX)
+    }
+
+    /// The same of any plan of a length for this processor.
+    pub(super) fn width_of(length: usize) -> usize {
+        let kernels = kernels_for::<T>(InstructionSet::best(), &Choice::of(length));
+        width_for(&kernels, usize::MAX)
     }
 
     pub fn instruction_set(&self) -> InstructionSet {
@@ -171,22 +176,19 @@ impl<T: Real> ColumnTransform<T> {
     }
 
     pub fn method(&self) -> Method {
-        self.way.method()
+        self.choice.method()
     }
 
     /// Root mean square error of white noise's bins, relative to the root mean square of all.
     pub fn expected_error(&self) -> f64 {
         let levels = (self.length as f64).log2().max(1.0).sqrt();
-        self.way.rounding() * T::EPSILON * levels
+        self.choice.rounding() * T::EPSILON * levels
     }
 
     /// A working space of one thread, one that is spare if there is one: new memory costs as much as
     /// a tile of short columns.
     fn borrow(&self, columns: usize) -> Borrowed<'_, T> {
-        let width = match &self.way {
-            Way::Other(_) => other::WIDTH,
-            _ => widest(&self.kernels, columns).width,
-        };
+        let width = width_for(&self.kernels, columns);
         let mut spare = self.spare.lock().unwrap_or_else(PoisonError::into_inner);
         let at = spare.iter().position(|scratch| scratch.width == width);
         let found = at.map(|at| spare.swap_remove(at));
@@ -199,18 +201,15 @@ impl<T: Real> ColumnTransform<T> {
 
     /// Working space of one thread for arrays of `columns` columns, or of more.
     pub fn scratch(&self, columns: usize) -> ColumnScratch<T> {
-        let (width, numbers, by_column) = match &self.way {
-            Way::Other(other) => (other::WIDTH, 0, other.room()),
-            way => {
-                let width = widest(&self.kernels, columns).width;
-                (width, way.scratch_len(width), other::Room::default())
-            }
-        };
+        let width = width_for(&self.kernels, columns);
         ColumnScratch {
             width,
-            lines: lines::<T>(numbers),
+            lines: lines::<T>(self.choice.scratch_len(width)),
             copies: Vec::new(),
-            by_column,
+            by_column: match &self.way {
+                Way::Other(other) => other.room(),
+                _ => other::Room::default(),
+            },
         }
     }
 
@@ -291,6 +290,22 @@ impl<T: Real> ColumnTransform<T> {
     }
 }
 
+/// Those of an instruction set, wide ones first; none where columns are transformed one by one.
+fn kernels_for<T: Real>(set: InstructionSet, choice: &Choice) -> Vec<&'static Kernels<T>> {
+    match choice {
+        Choice::Other => Vec::new(),
+        _ => T::kernels(set).iter().map(|kernels| kernels.0).collect(),
+    }
+}
+
+/// Columns of the widest tile of at most `columns` columns.
+fn width_for<T>(kernels: &[&'static Kernels<T>], columns: usize) -> usize {
+    match kernels {
+        [] => other::WIDTH,
+        _ => widest(kernels, columns).width,
+    }
+}
+
 /// The widest kernel of at most `columns` columns; the last is of one.
 fn widest<T>(kernels: &[&'static Kernels<T>], columns: usize) -> &'static Kernels<T> {
     let fits = kernels.iter().find(|k| k.width <= columns);
@@ -299,7 +314,12 @@ fn widest<T>(kernels: &[&'static Kernels<T>], columns: usize) -> &'static Kernel
 
 /// Room for so many numbers.
 fn lines<T>(numbers: usize) -> Vec<Line> {
-    vec![bytemuck::Zeroable::zeroed(); (numbers * size_of::<T>()).div_ceil(64)]
+    vec![bytemuck::Zeroable::zeroed(); lines_of::<T>(numbers)]
+}
+
+/// Lines that so many numbers take.
+fn lines_of<T>(numbers: usize) -> usize {
+    (numbers * size_of::<T>()).div_ceil(size_of::<Line>())
 }
 
 impl<T: Real> std::fmt::Debug for ColumnTransform<T> {

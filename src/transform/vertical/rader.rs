@@ -19,7 +19,7 @@
 
 use num_complex::Complex;
 
-use super::choice;
+use super::choice::{self, Halves};
 use super::cyclic::{Cyclic, Room};
 use super::fast::{Order, Tile, index};
 use super::kernels::{InstructionSet, Kernels};
@@ -30,7 +30,7 @@ use crate::turns::cos_sin_exact;
 /// A planned transform of one prime length.
 pub struct Rader<T: 'static> {
     length: usize,
-    pub cyclic: Cyclic<T>,
+    cyclic: Cyclic<T>,
     /// `g^q`, in the order of use: by columns j2 of `q = j1 m2 + j2`.
     sources: Vec<u32>,
     /// Of each p in the same order twice its bin, and 1 more where it is the bin's mirror.
@@ -42,13 +42,8 @@ pub struct Rader<T: 'static> {
 }
 
 impl<T: Real> Rader<T> {
-    /// Points M that a convolution for this prime needs at least.
-    pub fn least_points(prime: usize) -> usize {
-        prime - 2
-    }
-
     /// For a prime `length` from 5 on; the radices of `halves` multiply to M.
-    pub fn new(set: InstructionSet, length: usize, halves: (Vec<usize>, Vec<usize>)) -> Self {
+    pub fn new(set: InstructionSet, length: usize, halves: Halves) -> Self {
         assert!(choice::is_odd_prime(length));
         let cyclic = Cyclic::<T>::new(halves.clone());
         let (m1, m2) = (cyclic.first.length, cyclic.second.length);
