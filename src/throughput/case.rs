@@ -9,7 +9,7 @@ use super::ways::TILE;
 use super::{Arrays, Kind, Planned};
 use crate::analyze::Precision;
 use crate::error::{Error, Result};
-use crate::transform::{ColumnTransform, Real, Segments};
+use crate::transform::{ColumnTransform, Real};
 
 /// Rows (samples of a column) and columns of an array.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, serde::Serialize)]
@@ -131,14 +131,10 @@ impl CaseOf {
         }
     }
 
+    /// None where [`CaseOf::check`] refuses.
     fn segments(&self) -> usize {
-        let (record, length, hop) = (self.shape.rows, SEGMENT, HOP);
-        Segments {
-            record,
-            length,
-            hop,
-        }
-        .count()
+        let rest = self.shape.rows.checked_sub(SEGMENT);
+        rest.map_or(0, |rest| rest / HOP + 1)
     }
 
     /// The case, and bytes of its arrays and working space or of the copy that is timed after them

@@ -288,9 +288,9 @@ fn measured(rounds: &Rounds, cases: &[CaseOf]) -> Result<Vec<Throughput>, Failur
 }
 
 const LEGEND: &str = "
-columns: all of them, along time; plane: along both axes; short-time: segments of 256 samples, 32 apart;
-ms: median (of the processor's time with one thread); GFLOP/s: 2.5 n log2 n for n numbers together;
-of bound: array read and spectra written once at the rate of a copy; rel. error: the one to expect
-of cascade, where one is stated; x: how many times as long as cascade, median over rounds; of a plane
-the others transform columns that way and rows by rustfft, of segments the columns of weighed copies
+columns: each by itself; plane: both axes; short-time: segments of 256 samples, 32 apart, of all
+columns; ms: median (of the processor's time with one thread); GFLOP/s: 2.5 n log2 n for a column,
+plane or segment of n samples; of bound: array read and spectra written once at the rate of a copy;
+rel. error: the one to expect of cascade, where one is stated; x: how many times as long as cascade,
+median over rounds (planes: columns as named, rows by rustfft; short-time: weighed copies of segments)
 ";

@@ -150,7 +150,8 @@ pub fn not_compared(cases: &[String], baseline: &str) -> String {
     match cases {
         [] => String::new(),
         _ => format!(
-            "\nnot compared, since {baseline} has no baseline for them here: {}\n",
+            "\nnot compared, since {baseline} has no baseline for them here (`--record FILE` makes \
+             one): {}\n",
             cases.join("; ")
         ),
     }
