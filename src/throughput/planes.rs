@@ -178,12 +178,17 @@ mod tests {
     }
 
     #[test]
-    fn val_usual_ways_give_the_same_numbers() {
-        agree(Plane::<f64>::new(Shape::new(96, 21)).unwrap(), |p| {
-            &mut p.spectrum
+    fn val_usual_ways_over_both_axes_give_the_same_numbers() {
+        agree(Plane::<f64>::new(Shape::new(96, 21)).unwrap(), |plane| {
+            &mut plane.spectrum
         });
-        agree(ShortTime::<f64>::new(Shape::new(330, 11)).unwrap(), |p| {
-            &mut p.spectra
-        });
+    }
+
+    #[test]
+    fn val_usual_ways_of_segments_give_the_same_numbers() {
+        agree(
+            ShortTime::<f64>::new(Shape::new(330, 11)).unwrap(),
+            |segments| &mut segments.spectra,
+        );
     }
 }
