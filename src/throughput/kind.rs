@@ -17,7 +17,7 @@ pub enum Kind {
     Columns,
     /// Both axes of an array: [`crate::transform::SpaceTimeTransform`].
     Plane,
-    /// Segments of [`SEGMENT`] samples, [`HOP`] apart, of all columns, weighed by Hann's window:
+    /// Segments of 256 samples, 32 apart, of all columns, weighed by Hann's window:
     /// [`crate::transform::ShortTimeTransform`].
     ShortTime,
 }
