@@ -159,11 +159,11 @@ fn transmission_its_files_and_what_was_measured() {
 
 /// Both pictures are there, with charts of these titles.
 fn drawn(place: &Place, stem: &str, titles: &[&str]) {
-    let picture = fs::read_to_string(place.path(&format!("{stem}.svg"))).unwrap();
+    let picture = fs::read_to_string(place.path(format!("{stem}.svg"))).unwrap();
     for title in titles {
         assert!(picture.contains(title), "{stem}: {title}");
     }
-    let picture = fs::read(place.path(&format!("{stem}.png"))).unwrap();
+    let picture = fs::read(place.path(format!("{stem}.png"))).unwrap();
     assert!(picture.starts_with(b"\x89PNG") && picture.len() > 1000);
 }
 
@@ -389,7 +389,7 @@ fn regress_killed_ten_times() {
                 .stderr(Stdio::null());
             command
         };
-        let of = |out: &str, file: &str| fs::read(place.path(&format!("{name}-{out}")).join(file));
+        let of = |out: &str, file: &str| fs::read(place.path(format!("{name}-{out}")).join(file));
         let known = |out: &str| {
             let text = of(out, "members.jsonl").unwrap_or_default();
             text.iter().filter(|b| **b == b'\n').count()

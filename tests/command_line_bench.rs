@@ -106,9 +106,9 @@ fn a_table_has_a_line_a_case() {
     let lines: Vec<&str> = said.lines().filter(|line| line.contains("64x9")).collect();
     let [line] = lines[..] else { panic!("{said}") };
     let words: Vec<&str> = line.split_whitespace().collect();
-    assert_eq!(words[..3], ["64x9", "f32", "1"]);
-    // Shape, type, threads, four figures, two ratios with a cross.
-    assert_eq!(words.len(), 3 + 4 + 2 * 2, "{line}");
+    assert_eq!(words[..4], ["columns", "64x9", "f32", "1"]);
+    // Kind, shape, type, threads, four figures, two ratios with a cross.
+    assert_eq!(words.len(), 4 + 4 + 2 * 2, "{line}");
     assert!(!said.contains("NaN"), "{said}");
 }
 
@@ -124,6 +124,112 @@ fn times(value: &mut Value, factor: f64) {
     for (_, number) in value.as_object_mut().unwrap() {
         *number = json!(number.as_f64().unwrap() * factor);
     }
+}
+
+const KINDS: [&str; 8] = [
+    "--kind",
+    "columns,plane,short-time",
+    "--shape",
+    "320x10",
+    "--precision",
+    "f64",
+    "--rounds",
+    "2",
+];
+
+/// By hand: a plane of 3200 samples and 161 rows of bins; 3 segments of 256 samples and 129 bins.
+#[test]
+fn val_planes_and_segments_are_measured_as_columns_are() {
+    let place = Place::of(&["bench"]);
+    let said = json(&place.good(&[&KINDS[..], &["--json"]].concat()));
+    let cases = said["cases"].as_array().unwrap();
+    let kinds: Vec<&str> = cases.iter().map(|c| c["kind"].as_str().unwrap()).collect();
+    assert_eq!(kinds, ["columns", "plane", "short-time"]);
+    let plane = (2.5 * 3200.0 * 3200_f64.log2(), 320 + 2 * 161);
+    let segments = (2.5 * 256.0 * 8.0 * 30.0, 320 + 2 * 3 * 129);
+    for (case, (operations, row)) in cases[1..].iter().zip([plane, segments]) {
+        let number = |key: &str| case[key].as_f64().unwrap();
+        let milliseconds = number("median_ms");
+        let close = |key: &str, expected: f64| {
+            assert!(
+                (number(key) / expected - 1.0).abs() < 1e-12,
+                "{key}: {case}"
+            );
+        };
+        close("gflops", operations / milliseconds / 1e6);
+        let bytes = f64::from(10 * 8 * row);
+        close(
+            "part_of_bound",
+            1e3 * bytes / number("copy_bytes_per_second") / milliseconds,
+        );
+        assert!(case["expected_error"].is_null(), "{case}");
+        for way in ["cascade", "rustfft", "realfft"] {
+            assert_eq!(numbers(&case["times_ms"][way]).len(), 2, "{case}");
+        }
+        for way in ["rustfft", "realfft"] {
+            assert!(case["ratio_to"][way].as_f64().unwrap() > 0.0, "{case}");
+        }
+    }
+
+    let said = place.good(&KINDS);
+    for kind in kinds {
+        let mut lines = said.lines().filter(|line| line.contains(" 320x10 "));
+        let line = lines.find(|line| line.trim_start().starts_with(kind));
+        let line = line.unwrap_or_else(|| panic!("{kind}: {said}"));
+        assert_eq!(line.split_whitespace().count(), 4 + 4 + 2 * 2, "{line}");
+        assert!(!line.contains("NaN"), "{line}");
+    }
+}
+
+/// What a baseline does not know is named and not compared; what it knows must be kept.
+#[test]
+fn planes_and_segments_have_a_baseline_of_their_own() {
+    let place = Place::of(&["bench"]);
+    place.good(&[&KINDS[..], &["--record", "base.json"]].concat());
+    let new = [
+        "plane 320x10 f64, 1 thread",
+        "short-time 320x10 f64, 1 thread",
+    ];
+    let change = |factor: Option<f64>| {
+        edit(&place, |ratios| {
+            let ratios = ratios["ratio_to_rustfft"].as_object_mut().unwrap();
+            assert_eq!(ratios.len(), 3);
+            ratios["320x10 f64, 1 thread"] = json!(1e-3);
+            for case in new {
+                match factor {
+                    Some(factor) => ratios[case] = json!(factor),
+                    None => drop(ratios.remove(case).unwrap()),
+                }
+            }
+        });
+    };
+    let check = [&KINDS[..], &["--check", "--baseline", "base.json"]].concat();
+    change(Some(1e-3));
+    let said = json(&place.good(&[&check[..], &["--json"]].concat()));
+    assert_eq!(said["check"].as_array().unwrap().len(), 3);
+    assert!(said["not_compared"].is_null(), "{said}");
+
+    change(Some(1e4));
+    let output = place.run(&check);
+    assert_eq!(output.status.code(), Some(1));
+    let said = String::from_utf8(output.stderr).unwrap();
+    for word in ["2 of 3 cases", new[0], new[1]] {
+        assert!(said.contains(word), "{word}: {said}");
+    }
+
+    change(None);
+    let said = place.good(&check);
+    let said = said.lines().find(|line| line.starts_with("not compared"));
+    let said = said.expect("what is not compared");
+    for word in ["base.json has no baseline", "--record FILE", new[0], new[1]] {
+        assert!(said.contains(word), "{word}: {said}");
+    }
+    let said = json(&place.good(&[&check[..], &["--json"]].concat()));
+    assert_eq!(said["check"].as_array().unwrap().len(), 1);
+    assert_eq!(said["not_compared"], json!(new));
+    // Where nothing can be compared, nothing is said to be kept.
+    let said = place.bad(1, &[&["--kind", "plane"], &check[2..]].concat());
+    assert!(said.contains(new[0]) && said.contains("--record"), "{said}");
 }
 
 /// No machine is so uneven that a hundredth or the hundredfold of a ratio could be found.
@@ -259,6 +365,20 @@ fn what_cannot_be_is_said() {
             &["--instructions", "--shape", "99999999x99999"],
             "free memory",
         ),
+        (
+            &["--kind", "plane", "--shape", "99999999x99999"],
+            "plane 99999999x99999 f64, 1 thread, for which",
+        ),
+        (
+            &["--kind", "short-time", "--shape", "99999999x99999"],
+            "short-time 99999999x99999 f64, 1 thread, for which",
+        ),
+        (
+            &["--kind", "short-time", "--shape", "255x9"],
+            "at least 256 rows",
+        ),
+        (&["--kind", "segments"], "short-time"),
+        (&["--instructions", "--kind", "plane"], "--kind"),
         (&["--precision", "f16"], "f16"),
         (&["--threads", "0"], "--threads"),
         (&["--rounds", "0"], "--rounds"),

@@ -13,7 +13,7 @@ use std::io::BufRead;
 use std::path::Path;
 
 use cascade::analyze::Precision;
-use cascade::throughput::{Arrays, CaseOf, Clock, Rounds, Shape, Way, table};
+use cascade::throughput::{Arrays, CaseOf, Clock, Kind, Planned, Rounds, Shape, Way, table};
 
 /// Arrays of both precisions, made when they are first asked for.
 #[derive(Default)]
@@ -29,6 +29,7 @@ impl Cases {
             shape,
             precision,
             threads,
+            ..
         } = case;
         let pool = self.pools.entry(threads).or_insert_with(|| {
             let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build();
@@ -73,6 +74,7 @@ fn tables(shapes: &[Shape], rounds: usize) {
         for threads in (1..=2).filter(|&threads| threads <= all) {
             for precision in [Precision::F64, Precision::F32] {
                 let case = CaseOf {
+                    kind: Kind::Columns,
                     shape,
                     precision,
                     threads,
@@ -94,6 +96,7 @@ fn serve() {
                 let shape: Result<Shape, String> = format!("{rows}x{columns}").parse();
                 let threads = threads.parse().ok().filter(|&threads| threads > 0);
                 shape.ok().zip(threads).map(|(shape, threads)| CaseOf {
+                    kind: Kind::Columns,
                     shape,
                     precision: precision(kind),
                     threads,

@@ -35,18 +35,22 @@ pub fn filtered(
     let (times, sites) = (field.n_times(), field.n_sites());
     let twice = if pad { 2 } else { 1 };
     let shape = (twice * times, twice * sites);
-    // Samples, half as many complex bins, and the result.
-    let needed = (shape.0 as u64)
+    // Samples, half as many complex bins, and the result; then what each thread works in.
+    let arrays = (shape.0 as u64)
         .saturating_mul(shape.1 as u64)
         .saturating_mul(8 * 3 + 8);
     let allowed = memory.unwrap_or_else(available_memory);
-    if needed > allowed {
-        return Err(Error::Memory {
+    let fits = |needed| match needed > allowed {
+        true => Err(Error::Memory {
             what: "the transform of the field",
             needed,
             allowed,
-        });
-    }
+        }),
+        false => Ok(()),
+    };
+    fits(arrays)?;
+    let working = SpaceTimeFilter::<f64>::working_bytes(shape);
+    fits(arrays + rayon::current_num_threads() as u64 * working)?;
     let mut row = vec![0.0; times * sites];
     field.read_time_major(0..times, 0..sites, &mut row);
     check_finite(field, &row)?;
@@ -89,4 +93,35 @@ fn check_finite(field: &Field, values: &[f64]) -> Result<()> {
         sites: sites.iter().filter(|bad| **bad).count(),
         n_sites: n,
     })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::threads::in_pool;
+
+    /// By hand: rows of 512 samples are 4096 bytes apart, so that each thread copies 8 lines of each of
+    /// the 4096 rows. Beside them and the scratch there, 64 x 64 points in tiles of w columns, it holds
+    /// a tile's sums, their transforms and scratch once more for the way back.
+    #[test]
+    fn val_working_space_of_all_threads_counts() {
+        let field = Field::from_array(Array2::zeros((4096, 512)));
+        let width = crate::transform::ColumnTransform::<f64>::new(4096).width() as u64;
+        let scratch = 2 * width * (64 + 33 * 66) * 8;
+        let back = width * (4096 + 2 * 2049) * 8 + scratch;
+        let arrays = 4096 * 512 * 32;
+        for threads in [1, 3] {
+            let expected = arrays + threads * ((2 << 20) + scratch + back);
+            let with = |memory| {
+                in_pool(Some(threads as usize), || {
+                    filtered(&field, &Passband::default(), false, Some(memory))
+                })
+            };
+            match with(expected - 1) {
+                Err(Error::Memory { needed, .. }) => assert_eq!(needed, expected),
+                other => panic!("{other:?}"),
+            }
+            assert!(with(expected).is_ok());
+        }
+    }
 }

@@ -1,10 +1,15 @@
-//! What is measured: shape, precision, threads.
+//! What is measured: kind, shape, precision, threads.
 
 use std::fmt;
 use std::str::FromStr;
 
+use super::kind::{HOP, SEGMENT};
+use super::planes::{Plane, ShortTime};
+use super::ways::TILE;
+use super::{Arrays, Kind, Planned};
 use crate::analyze::Precision;
 use crate::error::{Error, Result};
+use crate::transform::{ColumnTransform, Real};
 
 /// Rows (samples of a column) and columns of an array.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, serde::Serialize)]
@@ -31,11 +36,6 @@ impl Shape {
     pub fn bytes(self, precision: Precision) -> usize {
         self.columns * (self.rows + 2 * self.bins()) * size(precision)
     }
-
-    /// `2.5 n log2 n` operations a column.
-    pub fn operations(self) -> f64 {
-        2.5 * self.samples() as f64 * (self.rows as f64).log2()
-    }
 }
 
 impl fmt::Display for Shape {
@@ -59,9 +59,10 @@ impl FromStr for Shape {
     }
 }
 
-/// A shape, the numbers' type and the threads that share the work.
+/// A kind of transform, the array's shape, the numbers' type and the threads that share the work.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, serde::Serialize)]
 pub struct CaseOf {
+    pub kind: Kind,
     #[serde(flatten)]
     pub shape: Shape,
     pub precision: Precision,
@@ -69,57 +70,134 @@ pub struct CaseOf {
 }
 
 impl CaseOf {
-    /// The short form: `2^12` and `2^14` rows, and a prime number of them.
-    pub const SHORT: [Shape; 3] = [
-        Shape {
-            rows: 4096,
-            columns: 300,
-        },
-        Shape {
-            rows: 16384,
-            columns: 300,
-        },
-        Shape {
-            rows: 10007,
-            columns: 300,
-        },
-    ];
+    /// Checks that there is something to transform.
+    ///
+    /// # Errors
+    /// [`Error::Request`] for `--shape` where columns are shorter than a segment.
+    pub fn check(&self) -> Result<()> {
+        match self.kind {
+            Kind::ShortTime if self.shape.rows < SEGMENT => Err(Error::Request {
+                option: "shape",
+                expected: format!("at least {SEGMENT} rows, a short-time segment"),
+                found: self.shape.to_string(),
+            }),
+            _ => Ok(()),
+        }
+    }
 
-    /// The shape, and bytes of its array and spectrum or of the copy that is timed after them
-    /// ([`super::copy_rate`]), whichever are more.
-    pub fn memory(&self) -> (Shape, u64) {
-        let bytes = self.shape.bytes(self.precision) as u64;
-        (self.shape, bytes.max(super::rounds::COPIED_BYTES))
+    /// Its arrays, and the ways planned for them.
+    ///
+    /// # Errors
+    /// As [`CaseOf::check`]; [`Error::Read`] where there is no memory.
+    pub fn prepare(&self) -> Result<Box<dyn Planned>> {
+        self.check()?;
+        match self.precision {
+            Precision::F64 => self.prepare_of::<f64>(),
+            Precision::F32 => self.prepare_of::<f32>(),
+        }
+    }
+
+    fn prepare_of<T: Real>(&self) -> Result<Box<dyn Planned>> {
+        Ok(match self.kind {
+            Kind::Columns => Box::new(Arrays::<T>::new(self.shape)?),
+            Kind::Plane => Box::new(Plane::<T>::new(self.shape)?),
+            Kind::ShortTime => Box::new(ShortTime::<T>::new(self.shape)?),
+        })
+    }
+
+    /// `2.5 n log2 n` operations for n real numbers that are transformed together: those of a column, of
+    /// the plane, of a segment of a column.
+    pub fn operations(&self) -> f64 {
+        let Shape { rows, columns } = self.shape;
+        let (length, times) = match self.kind {
+            Kind::Columns => (rows, columns),
+            Kind::Plane => (self.shape.samples(), 1),
+            Kind::ShortTime => (SEGMENT, self.segments() * columns),
+        };
+        2.5 * length as f64 * (length as f64).log2() * times as f64
+    }
+
+    /// Bytes of the array and of its spectra.
+    pub fn bytes(&self) -> u64 {
+        let Shape { rows, columns } = self.shape;
+        match self.kind {
+            Kind::Columns | Kind::Plane => self.shape.bytes(self.precision) as u64,
+            Kind::ShortTime => {
+                let bins = self.segments() as u64 * (SEGMENT as u64 / 2 + 1);
+                let numbers = (rows as u64).saturating_add(bins.saturating_mul(2));
+                let row = (columns * size(self.precision)) as u64;
+                numbers.saturating_mul(row)
+            }
+        }
+    }
+
+    /// None where [`CaseOf::check`] refuses.
+    fn segments(&self) -> usize {
+        let rest = self.shape.rows.checked_sub(SEGMENT);
+        rest.map_or(0, |rest| rest / HOP + 1)
+    }
+
+    /// The case, and bytes of its arrays and working space or of the copy that is timed after them
+    /// ([`super::copy_rate`]), whichever are more; [`CaseOf::check`] comes first.
+    pub fn memory(&self) -> (CaseOf, u64) {
+        (*self, self.needed(free_memory()))
+    }
+
+    fn needed(&self, free: u64) -> u64 {
+        let mut bytes = self.bytes();
+        // How to transform columns that no memory holds is not worth the time to find out.
+        if bytes <= free {
+            bytes += self.threads as u64 * self.working_bytes();
+        }
+        bytes.max(super::rounds::COPIED_BYTES)
+    }
+
+    /// Working space of one thread: our own, and columns as the other ways gather them.
+    fn working_bytes(&self) -> u64 {
+        let Shape { rows, columns } = self.shape;
+        let row = columns * size(self.precision);
+        let (length, weighed) = match self.kind {
+            Kind::Columns | Kind::Plane => (rows, 0),
+            Kind::ShortTime => (SEGMENT, SEGMENT * row),
+        };
+        let ours = match self.precision {
+            Precision::F64 => ColumnTransform::<f64>::working_bytes(length, columns, row),
+            Precision::F32 => ColumnTransform::<f32>::working_bytes(length, columns, row),
+        };
+        ours + (weighed + Shape::new(length, TILE).bytes(self.precision)) as u64
     }
 }
 
-/// How many cases, given by their shapes and bytes, fit the memory that is free at once, whichever
-/// they are; `most` at most.
+/// How many cases, given with their bytes, fit the memory that is free at once, whichever they are;
+/// `most` at most.
 ///
 /// # Errors
 /// [`Error::Request`] for `--shape` where one of them alone does not fit.
-pub fn fit_memory(cases: impl Iterator<Item = (Shape, u64)>, most: usize) -> Result<usize> {
+pub fn fit_memory<C: fmt::Display>(
+    cases: impl Iterator<Item = (C, u64)>,
+    most: usize,
+) -> Result<usize> {
     let free = free_memory();
-    fitting(cases, most, free).map_err(|(shape, needed)| Error::Request {
+    fitting(cases, most, free).map_err(|(case, needed)| Error::Request {
         option: "shape",
         expected: format!(
             "arrays that fit {} of free memory",
             crate::error::size(free)
         ),
         found: format!(
-            "{shape}, for which {} are needed",
+            "{case}, for which {} are needed",
             crate::error::size(needed)
         ),
     })
 }
 
 /// How many of the largest cases fit together, or the largest where it does not.
-fn fitting(
-    cases: impl Iterator<Item = (Shape, u64)>,
+fn fitting<C>(
+    cases: impl Iterator<Item = (C, u64)>,
     most: usize,
     free: u64,
-) -> std::result::Result<usize, (Shape, u64)> {
-    let mut cases: Vec<(Shape, u64)> = cases.collect();
+) -> std::result::Result<usize, (C, u64)> {
+    let mut cases: Vec<(C, u64)> = cases.collect();
     cases.sort_by_key(|&(_, bytes)| std::cmp::Reverse(bytes));
     let mut left = free;
     let fit = cases.iter().take(most).take_while(|&&(_, bytes)| {
@@ -127,8 +205,8 @@ fn fitting(
         left = left.saturating_sub(bytes);
         fits
     });
-    match (fit.count(), cases.first()) {
-        (0, Some(&largest)) => Err(largest),
+    match (fit.count(), cases.into_iter().next()) {
+        (0, Some(largest)) => Err(largest),
         (count, _) => Ok(count),
     }
 }
@@ -140,10 +218,15 @@ fn free_memory() -> u64 {
 impl fmt::Display for CaseOf {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         let CaseOf {
+            kind,
             shape,
             precision,
             threads,
         } = self;
+        // Records of columns are older than other kinds.
+        if *kind != Kind::Columns {
+            write!(f, "{kind} ")?;
+        }
         let s = if *threads == 1 { "" } else { "s" };
         write!(f, "{shape} {}, {threads} thread{s}", name(*precision))
     }
@@ -187,22 +270,37 @@ mod tests {
         assert!(too_large.parse::<Shape>().is_err());
     }
 
-    /// By hand: the copy is of 128 MiB to as many, and goes after the arrays.
+    fn of(kind: Kind, rows: usize, columns: usize) -> CaseOf {
+        CaseOf {
+            kind,
+            shape: Shape::new(rows, columns),
+            precision: Precision::F64,
+            threads: 1,
+        }
+    }
+
+    /// By hand: the copy is of 128 MiB to as many, and goes after the arrays. Rows of 20480 samples are 40
+    /// times 4096 bytes apart, so 8 lines of each are copied, and 2048 = 64 x 32; rows of 3001 are not, and
+    /// 256 = 32 x 8.
     #[test]
-    fn memory_is_that_of_the_arrays_or_of_the_copy() {
-        let bytes = |shape: Shape| {
-            let precision = Precision::F64;
-            CaseOf {
-                shape,
-                precision,
-                threads: 1,
-            }
-            .memory()
-            .1
-        };
-        assert_eq!(bytes(Shape::new(64, 9)), 256 << 20);
-        let large = 3000 * (16384 + 2 * 8193) * 8;
-        assert_eq!(bytes(Shape::new(16384, 3000)), large);
+    fn val_memory_is_that_of_the_arrays_or_of_the_copy() {
+        let bytes = |case: CaseOf| case.needed(u64::MAX);
+        assert_eq!(bytes(of(Kind::Columns, 64, 9)), 256 << 20);
+        let width = ColumnTransform::<f64>::new(2048).width() as u64;
+        let arrays = 20480 * (2048 + 2 * 1025) * 8;
+        let scratch = 2 * width * (64 + 33 * 34) * 8;
+        let tile = 8 * (2048 + 2 * 1025) * 8;
+        let working = scratch + 2048 * 512 + tile;
+        for kind in [Kind::Columns, Kind::Plane] {
+            let case = of(kind, 2048, 20480);
+            assert_eq!(bytes(case), arrays + working);
+            assert_eq!(bytes(CaseOf { threads: 3, ..case }), arrays + 3 * working);
+        }
+        let hopeless = of(Kind::Columns, 2048, 20480);
+        assert_eq!(hopeless.needed(arrays - 1), arrays);
+        let arrays = 3001 * (16384 + 505 * 129 * 2) * 8;
+        let working = 2 * width * (32 + 17 * 10) * 8 + 256 * 3001 * 8 + 8 * (256 + 2 * 129) * 8;
+        assert_eq!(bytes(of(Kind::ShortTime, 16384, 3001)), arrays + working);
     }
 
     #[test]
@@ -220,9 +318,29 @@ mod tests {
     }
 
     #[test]
-    fn bytes_are_those_of_array_and_spectrum() {
-        let shape = Shape::new(5, 3);
-        assert_eq!(shape.bytes(Precision::F64), (5 * 3 + 3 * 3 * 2) * 8);
-        assert_eq!(Shape::new(4, 2).operations(), 2.5 * 8.0 * 2.0);
+    fn val_bytes_and_operations_by_hand() {
+        assert_eq!(of(Kind::Columns, 5, 3).bytes(), (5 * 3 + 3 * 3 * 2) * 8);
+        let operations = |kind, rows, columns| of(kind, rows, columns).operations();
+        assert_eq!(operations(Kind::Columns, 4, 2), 2.5 * 8.0 * 2.0);
+        assert_eq!(operations(Kind::Plane, 4, 2), 2.5 * 8.0 * 3.0);
+        // Three segments begin in 320 rows.
+        assert_eq!(
+            of(Kind::ShortTime, 320, 7).bytes(),
+            7 * (320 + 3 * 129 * 2) * 8
+        );
+        let one = 2.5 * 256.0 * 8.0;
+        assert_eq!(operations(Kind::ShortTime, 320, 7), 3.0 * 7.0 * one);
+    }
+
+    #[test]
+    fn records_of_columns_keep_their_names() {
+        let names = Kind::ALL.map(|kind| of(kind, 256, 3).to_string());
+        let expected = ["", "plane ", "short-time "];
+        assert_eq!(
+            names,
+            expected.map(|kind| format!("{kind}256x3 f64, 1 thread"))
+        );
+        assert!(of(Kind::ShortTime, 255, 3).check().is_err());
+        assert!(of(Kind::Plane, 1, 1).check().is_ok());
     }
 }

@@ -4,7 +4,7 @@ use std::fmt;
 use std::str::FromStr;
 
 use super::machine::set_name;
-use super::{Arrays, Shape, Way};
+use super::{Arrays, Planned, Shape, Way};
 use crate::analyze::Precision;
 use crate::error::{Error, Result};
 use crate::transform::Real;
@@ -49,9 +49,9 @@ impl CountedCase {
         },
     ];
 
-    /// The shape, and bytes of its array and spectrum.
-    pub fn memory(&self) -> (Shape, u64) {
-        (self.shape, self.shape.bytes(self.precision) as u64)
+    /// The case, and bytes of its array and spectrum.
+    pub fn memory(&self) -> (CountedCase, u64) {
+        (*self, self.shape.bytes(self.precision) as u64)
     }
 
     /// Transforms the columns so many times, by the calling thread.

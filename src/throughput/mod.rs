@@ -1,8 +1,10 @@
-//! Throughput of the transforms of all columns, beside the usual ways, and a gate against its loss.
+//! Throughput of the transforms of all columns, of both axes and of short-time segments, beside the usual
+//! ways, and a gate against its loss.
 //!
 //! # Equations
-//! - `2.5 n log2 n` operations a column of `n` samples, over the median time: GFLOP/s.
-//! - The bound is the array read and its spectrum written once at the rate of a copy past the caches
+//! - `2.5 n log2 n` operations for n real numbers that are transformed together, over the median time:
+//!   GFLOP/s ([`CaseOf::operations`]).
+//! - The bound is the array read and its spectra written once at the rate of a copy past the caches
 //!   ([`copy_rate`]); the part of it is its time over the median time.
 //! - Times of one thread are the processor's ([`Clock`]), so that a busy machine hardly counts.
 //! - The ratio to another way is the median over rounds of the quotient of times within a round
@@ -19,7 +21,9 @@ mod baseline;
 mod buffer;
 mod case;
 mod counted;
+mod kind;
 mod machine;
+mod planes;
 mod rounds;
 mod ways;
 
@@ -27,9 +31,10 @@ pub use baseline::{Baseline, Comparison, Instructions, Ratios};
 pub use buffer::Buffer;
 pub use case::{CaseOf, Shape, fit_memory, name};
 pub use counted::{Counted, CountedCase};
+pub use kind::Kind;
 pub use machine::{Machine, Versions};
 pub use rounds::{Clock, Rounds, Throughput, copy_rate, median, table};
-pub use ways::{Arrays, Way};
+pub use ways::{About, Arrays, Planned, Way};
 
 /// The part of its throughput that a case may lose against the baseline.
 pub const LARGEST_LOSS: f64 = 0.1;

@@ -7,11 +7,9 @@ use std::time::Instant;
 
 use serde::Serialize;
 
-use super::{Arrays, Buffer, CaseOf, Way};
-use crate::analyze::Precision;
+use super::{About, Buffer, CaseOf, Way};
 use crate::error::Result;
 use crate::threads::in_pool;
-use crate::transform::Real;
 
 /// What times are taken by.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
@@ -66,16 +64,16 @@ pub struct Rounds {
 pub struct Throughput {
     #[serde(flatten)]
     pub case: CaseOf,
-    /// How the columns are transformed.
+    /// How we transform.
     pub method: String,
-    /// [`crate::transform::ColumnTransform::expected_error`].
-    pub expected_error: f64,
+    /// [`crate::transform::ColumnTransform::expected_error`]; of other kinds none is stated.
+    pub expected_error: Option<f64>,
     pub median_ms: f64,
-    /// `2.5 n log2 n` operations a column, over the median time.
+    /// [`CaseOf::operations`] over the median time.
     pub gflops: f64,
     /// Bytes a second that a copy reads and writes, [`copy_rate`].
     pub copy_bytes_per_second: f64,
-    /// Time of array and spectrum at the rate of the copy, over the median time.
+    /// Time of array and spectra at the rate of the copy, over the median time.
     pub part_of_bound: f64,
     /// How many times as long each other way takes: [`Throughput::ratio`].
     pub ratio_to: BTreeMap<Way, f64>,
@@ -88,16 +86,9 @@ impl Rounds {
     /// Runs all ways of a case in turn, round after round.
     ///
     /// # Errors
-    /// [`crate::Error::Read`] without memory, [`crate::Error::Threads`] without threads.
+    /// As [`CaseOf::prepare`]; [`crate::Error::Threads`] without threads.
     pub fn measure(&self, case: CaseOf) -> Result<Throughput> {
-        match case.precision {
-            Precision::F64 => self.of::<f64>(case),
-            Precision::F32 => self.of::<f32>(case),
-        }
-    }
-
-    fn of<T: Real>(&self, case: CaseOf) -> Result<Throughput> {
-        let mut arrays = Arrays::<T>::new(case.shape)?;
+        let mut arrays = case.prepare()?;
         let mut times: BTreeMap<Way, Vec<f64>> = BTreeMap::new();
         let clock = Clock::of(case.threads);
         in_pool(Some(case.threads), || {
@@ -111,11 +102,7 @@ impl Rounds {
             }
             Ok(())
         })?;
-        let transform = arrays.transform();
-        let about = (
-            format!("{:?}", transform.method()),
-            transform.expected_error(),
-        );
+        let about = arrays.about();
         // The copy needs room of its own.
         drop(arrays);
         Ok(Throughput::new(
@@ -130,7 +117,7 @@ impl Rounds {
 impl Throughput {
     fn new(
         case: CaseOf,
-        (method, expected_error): (String, f64),
+        about: About,
         copy_bytes_per_second: f64,
         times_ms: BTreeMap<Way, Vec<f64>>,
     ) -> Throughput {
@@ -138,13 +125,13 @@ impl Throughput {
         let median_ms = median(ours.clone());
         let ratio = |times: &Vec<f64>| median(times.iter().zip(ours).map(|(t, o)| t / o).collect());
         let ratio_to = times_ms.iter().filter(|(way, _)| **way != Way::Cascade);
-        let bytes = case.shape.bytes(case.precision) as f64;
+        let bytes = case.bytes() as f64;
         Throughput {
             case,
-            method,
-            expected_error,
+            method: about.method,
+            expected_error: about.expected_error,
             median_ms,
-            gflops: case.shape.operations() / median_ms / 1e6,
+            gflops: case.operations() / median_ms / 1e6,
             copy_bytes_per_second,
             part_of_bound: 1e3 * bytes / copy_bytes_per_second / median_ms,
             ratio_to: ratio_to.map(|(&way, times)| (way, ratio(times))).collect(),
@@ -164,27 +151,30 @@ pub fn table(found: &[Throughput]) -> String {
     let ways: Vec<Way> = found
         .first()
         .map_or(Vec::new(), |f| f.ratio_to.keys().copied().collect());
-    let mut text =
-        String::from("      shape  type  threads        ms  GFLOP/s  of bound  rel. error");
+    let mut text = String::from(
+        "      kind        shape  type  threads        ms  GFLOP/s  of bound  rel. error",
+    );
     for way in &ways {
         let _ = write!(text, "  {}", way.name());
     }
     text.push('\n');
     for f in found {
         let CaseOf {
+            kind,
             shape,
             precision,
             threads,
         } = f.case;
+        let error = f.expected_error;
+        let error = error.map_or("-".into(), |error| format!("{error:.1e}"));
         let _ = write!(
             text,
-            "{:>11}   {}  {threads:>7} {:>9.3} {:>8.1} {:>9.3}  {:>10.1e}",
+            "{kind:>10}  {:>11}   {}  {threads:>7} {:>9.3} {:>8.1} {:>9.3}  {error:>10}",
             shape.to_string(),
             super::case::name(precision),
             f.median_ms,
             f.gflops,
             f.part_of_bound,
-            f.expected_error,
         );
         for way in &ways {
             let ratio = format!("x {:.2}", f.ratio(*way));
@@ -234,12 +224,14 @@ pub fn copy_rate(threads: usize) -> Result<f64> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::throughput::Shape;
+    use crate::analyze::Precision;
+    use crate::throughput::{Kind, Shape};
 
     /// By hand: bytes, operations and ratios of a case with known times.
     #[test]
     fn val_figures_follow_from_the_times() {
         let case = CaseOf {
+            kind: Kind::Columns,
             shape: Shape::new(1024, 100),
             precision: Precision::F32,
             threads: 1,
@@ -248,7 +240,11 @@ mod tests {
             (Way::Cascade, vec![2.0, 4.0, 1.0]),
             (Way::Rustfft, vec![6.0, 8.0, 5.0]),
         ]);
-        let found = Throughput::new(case, (String::new(), 1e-7), 1e9, times);
+        let about = About {
+            method: String::new(),
+            expected_error: Some(1e-7),
+        };
+        let found = Throughput::new(case, about, 1e9, times);
         assert_eq!(found.median_ms, 2.0);
         assert_eq!(found.ratio(Way::Rustfft), 3.0);
         assert!(found.ratio(Way::Realfft).is_nan());

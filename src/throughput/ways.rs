@@ -17,7 +17,7 @@ use crate::transform::vertical::{ColumnScratch, InstructionSet};
 use crate::transform::{ColumnTransform, Real};
 
 /// Columns gathered before they are transformed one by one: a cache line of each row.
-const TILE: usize = 8;
+pub(super) const TILE: usize = 8;
 
 /// A way to transform all columns.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, serde::Serialize)]
@@ -46,15 +46,88 @@ impl Way {
     }
 }
 
-/// An array of noise and room for its spectrum, with the ways planned for them.
+/// Arrays, and the ways planned for them.
+pub trait Planned: Send {
+    /// Runs a way once: by the calling thread, or `in_parallel` by all threads of the current pool.
+    fn run(&mut self, way: Way, in_parallel: bool);
+
+    /// What ours does.
+    fn about(&self) -> About;
+}
+
+/// How an array is transformed.
+#[derive(Debug, Clone)]
+pub struct About {
+    pub method: String,
+    /// The relative error to expect, where one is stated.
+    pub expected_error: Option<f64>,
+}
+
+/// The usual ways to transform columns of one length.
+pub(super) struct Usual<T: Real> {
+    realfft: Arc<dyn RealToComplex<T>>,
+    rustfft: Arc<dyn Fft<T>>,
+}
+
+impl<T: Real> Usual<T> {
+    pub fn new(length: usize) -> Self {
+        Usual {
+            realfft: RealFftPlanner::new().plan_fft_forward(length),
+            rustfft: FftPlanner::new().plan_fft_forward(length),
+        }
+    }
+
+    /// By the calling thread in `room`, or by all of the current pool.
+    pub fn transform(
+        &self,
+        way: Way,
+        values: ArrayView2<T>,
+        mut spectra: ArrayViewMut2<Complex<T>>,
+        in_parallel: bool,
+        room: &mut Vec<Complex<T>>,
+    ) {
+        let width = if way == Way::RealfftSingle { 1 } else { TILE };
+        let tile = |room: &mut Vec<Complex<T>>,
+                    values: ArrayView2<T>,
+                    spectra: ArrayViewMut2<_>| match way {
+            Way::Rustfft => two_for_one(&*self.rustfft, values, spectra, room),
+            _ => by_column(&*self.realfft, values, spectra, room),
+        };
+        let tiles = values.axis_chunks_iter(Axis(1), width);
+        let results = spectra.axis_chunks_iter_mut(Axis(1), width);
+        if in_parallel {
+            let tiles = tiles.into_par_iter().zip(results);
+            tiles.for_each_init(Vec::new, |room, (values, spectra)| {
+                tile(room, values, spectra)
+            });
+        } else {
+            let tiles = tiles.zip(results);
+            tiles.for_each(|(values, spectra)| tile(room, values, spectra));
+        }
+    }
+}
+
+/// An array of noise.
+pub(super) fn noise<T: Real>(shape: Shape) -> Result<Buffer> {
+    let mut values = Buffer::new(shape.samples() * size_of::<T>())?;
+    let mut state = 1_u64;
+    for value in values.of::<T>() {
+        state ^= state << 13;
+        state ^= state >> 7;
+        state ^= state << 17;
+        *value = T::rounded((state >> 11) as f64 / (1_u64 << 53) as f64 - 0.5);
+    }
+    Ok(values)
+}
+
+/// An array of noise and room for its columns' spectra, with the ways planned for them.
 pub struct Arrays<T: Real> {
     shape: Shape,
     values: Buffer,
     spectra: Buffer,
     ours: ColumnTransform<T>,
     scratch: ColumnScratch<T>,
-    realfft: Arc<dyn RealToComplex<T>>,
-    rustfft: Arc<dyn Fft<T>>,
+    usual: Usual<T>,
     /// Of the ways that gather columns, run by one thread.
     room: Vec<Complex<T>>,
 }
@@ -79,66 +152,15 @@ impl<T: Real> Arrays<T> {
 
     fn planned(shape: Shape, ours: ColumnTransform<T>) -> Result<Self> {
         let Shape { rows, columns } = shape;
-        let mut values = Buffer::new(rows * columns * size_of::<T>())?;
-        let mut state = 1_u64;
-        for value in values.of::<T>() {
-            state ^= state << 13;
-            state ^= state >> 7;
-            state ^= state << 17;
-            *value = T::rounded((state >> 11) as f64 / (1_u64 << 53) as f64 - 0.5);
-        }
         Ok(Arrays {
             shape,
-            values,
-            spectra: Buffer::new(shape.bins() * columns * 2 * size_of::<T>())?,
+            values: noise::<T>(shape)?,
+            spectra: Buffer::new(shape.bins() * columns * size_of::<Complex<T>>())?,
             scratch: ours.scratch(columns),
             ours,
-            realfft: RealFftPlanner::new().plan_fft_forward(rows),
-            rustfft: FftPlanner::new().plan_fft_forward(rows),
+            usual: Usual::new(rows),
             room: Vec::new(),
         })
-    }
-
-    /// The transform that is measured.
-    pub fn transform(&self) -> &ColumnTransform<T> {
-        &self.ours
-    }
-
-    /// Runs a way once: by the calling thread, or `in_parallel` by all threads of the current pool.
-    pub fn run(&mut self, way: Way, in_parallel: bool) {
-        let Shape { rows, columns } = self.shape;
-        let values: &[T] = self.values.of();
-        let values = ArrayView2::from_shape((rows, columns), values).expect("the array's shape");
-        let spectra: &mut [Complex<T>] = self.spectra.of();
-        let spectra = ArrayViewMut2::from_shape((self.shape.bins(), columns), spectra);
-        let mut spectra = spectra.expect("the spectrum's shape");
-        let width = if way == Way::RealfftSingle { 1 } else { TILE };
-        let (realfft, rustfft) = (&*self.realfft, &*self.rustfft);
-        let tile = |room: &mut Vec<Complex<T>>,
-                    values: ArrayView2<T>,
-                    spectra: ArrayViewMut2<_>| match way {
-            Way::Rustfft => two_for_one(rustfft, values, spectra, room),
-            _ => by_column(realfft, values, spectra, room),
-        };
-        match (way, in_parallel) {
-            (Way::Cascade, false) => {
-                self.ours
-                    .transform(values, spectra.view_mut(), &mut self.scratch)
-            }
-            (Way::Cascade, true) => self.ours.transform_in_parallel(values, spectra.view_mut()),
-            (_, false) => values
-                .axis_chunks_iter(Axis(1), width)
-                .zip(spectra.axis_chunks_iter_mut(Axis(1), width))
-                .for_each(|(values, spectra)| tile(&mut self.room, values, spectra)),
-            (_, true) => values
-                .axis_chunks_iter(Axis(1), width)
-                .into_par_iter()
-                .zip(spectra.axis_chunks_iter_mut(Axis(1), width))
-                .for_each_init(Vec::new, |room, (values, spectra)| {
-                    tile(room, values, spectra)
-                }),
-        }
-        black_box(&mut self.spectra);
     }
 
     /// Transforms the values in `file` in each way, and writes of the spectra every `every`-th
@@ -161,6 +183,32 @@ impl<T: Real> Arrays<T> {
             std::fs::write(to, bytemuck::cast_slice(&kept))?;
         }
         Ok(())
+    }
+}
+
+impl<T: Real> Planned for Arrays<T> {
+    fn run(&mut self, way: Way, in_parallel: bool) {
+        let Shape { rows, columns } = self.shape;
+        let values = ArrayView2::from_shape((rows, columns), self.values.of::<T>());
+        let values = values.expect("the array's shape");
+        let spectra = self.spectra.of::<Complex<T>>();
+        let spectra = ArrayViewMut2::from_shape((self.shape.bins(), columns), spectra);
+        let spectra = spectra.expect("the spectrum's shape");
+        match (way, in_parallel) {
+            (Way::Cascade, false) => self.ours.transform(values, spectra, &mut self.scratch),
+            (Way::Cascade, true) => self.ours.transform_in_parallel(values, spectra),
+            _ => self
+                .usual
+                .transform(way, values, spectra, in_parallel, &mut self.room),
+        }
+        black_box(&mut self.spectra);
+    }
+
+    fn about(&self) -> About {
+        About {
+            method: format!("{:?}", self.ours.method()),
+            expected_error: Some(self.ours.expected_error()),
+        }
     }
 }
 

@@ -11,7 +11,7 @@ use std::f64::consts::TAU;
 use ndarray::{Array2, ArrayView2};
 use num_complex::Complex;
 
-use super::{Real, SpaceTimeInverse, SpaceTimeTransform};
+use super::{ColumnInverse, ColumnTransform, Real, SpaceTimeInverse, SpaceTimeTransform};
 use crate::error::{Error, Result};
 
 /// Which waves pass.
@@ -96,6 +96,14 @@ impl<T: Real> SpaceTimeFilter<T> {
             there: SpaceTimeTransform::new(shape),
             back: SpaceTimeInverse::new(shape),
         }
+    }
+
+    /// Bytes of working space that a thread needs at most for fields of `(times, sites)`, but for a few
+    /// profiles; known before anything is planned.
+    pub(crate) fn working_bytes((times, sites): (usize, usize)) -> u64 {
+        // What the way there took is kept beside what the way back takes.
+        ColumnTransform::<T>::working_bytes(times, sites, sites * size_of::<T>())
+            + ColumnInverse::<T>::working_bytes(times)
     }
 
     /// What of `values`, `(time, site)` with steps `dt` and `dx`, passes `band`. By all threads of

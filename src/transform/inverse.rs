@@ -45,6 +45,15 @@ impl<T: Real> ColumnInverse<T> {
         }
     }
 
+    /// Bytes of working space that a thread needs at most for columns of `length` samples, known before
+    /// anything is planned.
+    pub(super) fn working_bytes(length: usize) -> u64 {
+        let width = ColumnTransform::<T>::width_of(length);
+        let row = width * size_of::<T>();
+        let sums = length + 2 * (length / 2 + 1);
+        (row * sums) as u64 + ColumnTransform::<T>::working_bytes(length, width, row)
+    }
+
     /// Length N of the columns.
     pub fn length(&self) -> usize {
         self.plan.length()

@@ -78,12 +78,14 @@ pub enum Command {
     /// The extremes of the force are located by further runs, and the values that carry localized
     /// waves are marked. `--vary` adds curves for other lengths, amplitudes or losses.
     Transmit(Box<crate::transmit::Transmit>),
-    /// Measure the throughput of the transforms of columns, or check that none was lost.
+    /// Measure the throughput of transforms of columns, planes and short-time segments, or check
+    /// that none was lost.
     ///
     /// Arrays are transformed by `cascade`, `rustfft` (two columns as one complex one) and `realfft`
     /// in turn, round by round. `--check` compares the ratio to rustfft with the baseline of this
-    /// kind of processor; with `--instructions` it compares counts of instructions, which depend on
-    /// no load and on no clock, and need valgrind. The exit code is 1 where more than 10 % is lost.
+    /// kind of processor, and names the cases that it does not hold; with `--instructions` it
+    /// compares counts of instructions, which depend on no load and on no clock, and need valgrind.
+    /// The exit code is 1 where more than 10 % is lost, or nothing can be compared.
     Bench(Box<crate::bench::Bench>),
     /// Print completions for a shell.
     Completions { shell: clap_complete::Shell },
@@ -373,6 +375,14 @@ choice!(ScalingArg => cascade::analyze::Scaling {
     Density => Self::Density,
     /// A sine of amplitude A peaks at A^2 / 2.
     Spectrum => Self::Spectrum,
+});
+choice!(KindArg => cascade::throughput::Kind {
+    /// All columns of an array.
+    Columns => Self::Columns,
+    /// Both axes of an array.
+    Plane => Self::Plane,
+    /// Segments of 256 samples, 32 apart, of all columns.
+    ShortTime => Self::ShortTime,
 });
 choice!(PrecisionArg => cascade::analyze::Precision {
     F64 => Self::F64,

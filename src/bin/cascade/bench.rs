@@ -1,4 +1,5 @@
-//! `cascade bench`: throughput of the transforms of columns, and whether it was kept.
+//! `cascade bench`: throughput of the transforms of columns, planes and short-time segments, and whether
+//! it was kept.
 
 mod check;
 mod count;
@@ -10,24 +11,33 @@ use std::path::{Path, PathBuf};
 use cascade::Error;
 use cascade::analyze::Precision;
 use cascade::throughput::{
-    Baseline, CaseOf, Comparison, Counted, CountedCase, Machine, Ratios, Rounds, Shape, Throughput,
-    Versions, Way, table,
+    Baseline, CaseOf, Comparison, Counted, CountedCase, Kind, Machine, Ratios, Rounds, Shape,
+    Throughput, Versions, Way, table,
 };
 use clap::Args;
 use serde::Serialize;
 
-use crate::args::PrecisionArg;
+use crate::args::{KindArg, PrecisionArg};
 use crate::failure::Failure;
 pub use check::Fault;
 
 /// What `cascade bench` takes.
 #[derive(Debug, Args)]
 pub struct Bench {
+    /// What is transformed [default: all; with `--shape` or `--instructions` columns].
+    #[arg(
+        long,
+        value_enum,
+        value_delimiter = ',',
+        conflicts_with = "instructions"
+    )]
+    pub kind: Vec<KindArg>,
     /// Shape of the arrays, times by columns; may be given more than once
-    /// [default: 4096x300, 16384x300 and 10007x300; with `--instructions` small ones].
+    /// [default: 4096x300, 16384x300 and 10007x300, a plane of 2048x2048, short-time 16384x300; with
+    /// `--instructions` small ones].
     #[arg(long, value_name = "ROWSxCOLUMNS")]
     pub shape: Vec<Shape>,
-    /// Number types [default: both].
+    /// Number types [default: of columns both, else f64].
     #[arg(long, value_enum, value_delimiter = ',')]
     pub precision: Vec<PrecisionArg>,
     /// Measure with so many threads, too; one thread always is.
@@ -73,44 +83,48 @@ struct Said<C> {
     /// Beside the baseline, where that was asked for.
     #[serde(skip_serializing_if = "Option::is_none")]
     check: Option<Vec<Comparison>>,
+    /// Cases that the baseline says nothing of.
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    not_compared: Vec<String>,
 }
 
 impl Bench {
-    fn precisions(&self) -> Vec<Precision> {
-        match &self.precision[..] {
-            [] => vec![Precision::F64, Precision::F32],
-            some => some.iter().map(|&typed| typed.into()).collect(),
-        }
-    }
-
     /// Shapes with precisions, what was typed or the given ones.
-    fn arrays(&self, default: &[Shape]) -> Vec<(Shape, Precision)> {
+    fn arrays(&self, shapes: &[Shape], precisions: &[Precision]) -> Vec<(Shape, Precision)> {
+        let typed: Vec<Precision> = self.precision.iter().map(|&typed| typed.into()).collect();
+        let precisions = if typed.is_empty() { precisions } else { &typed };
         let shapes = if self.shape.is_empty() {
-            default
+            shapes
         } else {
             &self.shape
         };
-        let of = |shape: &Shape| {
-            let shape = *shape;
-            self.precisions()
-                .into_iter()
-                .map(move |precision| (shape, precision))
-        };
+        let of = |&shape: &Shape| precisions.iter().map(move |&precision| (shape, precision));
         shapes.iter().flat_map(of).collect()
+    }
+
+    fn kinds(&self) -> Vec<Kind> {
+        match &self.kind[..] {
+            [] if self.shape.is_empty() => Kind::ALL.to_vec(),
+            [] => vec![Kind::Columns],
+            some => some.iter().map(|&typed| typed.into()).collect(),
+        }
     }
 
     fn cases(&self) -> Vec<CaseOf> {
         let mut threads = vec![1, usize::from(self.threads)];
         threads.dedup();
-        let arrays = self.arrays(&CaseOf::SHORT).into_iter();
-        let case = |(shape, precision)| {
-            threads.iter().map(move |&threads| CaseOf {
-                shape,
-                precision,
-                threads,
-            })
-        };
-        arrays.flat_map(case).collect()
+        let mut cases = Vec::new();
+        for kind in self.kinds() {
+            for (shape, precision) in self.arrays(kind.short(), kind.precisions()) {
+                cases.extend(threads.iter().map(|&threads| CaseOf {
+                    kind,
+                    shape,
+                    precision,
+                    threads,
+                }));
+            }
+        }
+        cases
     }
 
     /// The baseline to compare with, and its name.
@@ -147,7 +161,7 @@ impl Bench {
     fn say<C: Serialize>(
         &self,
         cases: Vec<C>,
-        check: Option<Vec<Comparison>>,
+        (check, not_compared): (Option<Vec<Comparison>>, Vec<String>),
         text: &str,
     ) -> Result<(), Failure> {
         let mut stdout = std::io::stdout().lock();
@@ -175,6 +189,7 @@ impl Bench {
             versions,
             cases,
             check,
+            not_compared,
         };
         let text = serde_json::to_string_pretty(&said).map_err(std::io::Error::from)?;
         Ok(writeln!(stdout, "{text}")?)
@@ -184,7 +199,7 @@ impl Bench {
 /// Runs the command.
 pub fn run(typed: Bench) -> Result<(), Failure> {
     if let (Some(times), Some(by)) = (typed.repeat, typed.by) {
-        for (shape, precision) in typed.arrays(&[]) {
+        for (shape, precision) in typed.arrays(&[], Kind::Columns.precisions()) {
             CountedCase {
                 shape,
                 precision,
@@ -202,6 +217,7 @@ pub fn run(typed: Bench) -> Result<(), Failure> {
 
 fn times(typed: &Bench) -> Result<(), Failure> {
     let cases = typed.cases();
+    cases.iter().try_for_each(CaseOf::check)?;
     cascade::throughput::fit_memory(cases.iter().map(CaseOf::memory), 1)?;
     let (baseline, recorded) = (typed.baseline()?, typed.recorded()?);
     let rounds = Rounds {
@@ -210,18 +226,21 @@ fn times(typed: &Bench) -> Result<(), Failure> {
     };
     let known = baseline.as_ref().map(|(baseline, name)| {
         let known = baseline.ratios_on(&Machine::here());
-        check::known(
-            known,
-            cases.iter().map(CaseOf::to_string),
-            || Machine::here().to_string(),
-            name,
-        )
+        let place = || Machine::here().to_string();
+        let cases = cases.iter().map(CaseOf::to_string);
+        check::known_of_some(known, cases, place, name)
     });
-    let known = known.transpose()?;
+    let (known, not_compared) = known.transpose()?.unzip();
+    let not_compared: Vec<String> = not_compared.unwrap_or_default();
     let mut found = measured(&rounds, &cases)?;
     let compare = |found: &Throughput, known: &BTreeMap<String, f64>| {
         let case = found.case.to_string();
-        Comparison::of_ratios(&case, known[&case], found.ratio(Way::Rustfft))
+        let known = known.get(&case)?;
+        Some(Comparison::of_ratios(
+            &case,
+            *known,
+            found.ratio(Way::Rustfft),
+        ))
     };
     if let Some(known) = &known {
         // A loss must show again in more rounds before it counts.
@@ -231,16 +250,21 @@ fn times(typed: &Bench) -> Result<(), Failure> {
         };
         for found in found
             .iter_mut()
-            .filter(|found| compare(found, known).is_loss())
+            .filter(|found| compare(found, known).is_some_and(|c| c.is_loss()))
         {
             *found = longer.measure(found.case)?;
         }
     }
-    let check = known
-        .as_ref()
-        .map(|known| found.iter().map(|f| compare(f, known)).collect::<Vec<_>>());
+    let check = known.as_ref().map(|known| {
+        found
+            .iter()
+            .filter_map(|f| compare(f, known))
+            .collect::<Vec<_>>()
+    });
+    let name = baseline.map(|(_, name)| name).unwrap_or_default();
     let mut text = table(&found) + LEGEND;
     text += &check::text(check.as_deref(), "x");
+    text += &check::not_compared(&not_compared, &name);
     if let Some((mut file, path)) = recorded {
         let ratios = found
             .iter()
@@ -254,8 +278,7 @@ fn times(typed: &Bench) -> Result<(), Failure> {
         file.write(path)?;
         text += &format!("\nrecorded in {}\n", path.display());
     }
-    typed.say(found, check.clone(), &text)?;
-    let name = baseline.map(|(_, name)| name).unwrap_or_default();
+    typed.say(found, (check.clone(), not_compared), &text)?;
     check::verdict(check, "times the speed of rustfft", name)
 }
 
@@ -265,7 +288,9 @@ fn measured(rounds: &Rounds, cases: &[CaseOf]) -> Result<Vec<Throughput>, Failur
 }
 
 const LEGEND: &str = "
-ms: median (of the processor's time with one thread); GFLOP/s: 2.5 n log2 n a column;
-of bound: array read and spectrum written once at the rate of a copy; rel. error: the one to expect
-of cascade; x: how many times as long as cascade, median over rounds
+columns: each by itself; plane: both axes; short-time: segments of 256 samples, 32 apart, of all
+columns; ms: median (of the processor's time with one thread); GFLOP/s: 2.5 n log2 n for a column,
+plane or segment of n samples; of bound: array read and spectra written once at the rate of a copy;
+rel. error: the one to expect of cascade, where one is stated; x: how many times as long as cascade,
+median over rounds (planes: columns as named, rows by rustfft; short-time: weighed copies of segments)
 ";

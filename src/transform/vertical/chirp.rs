@@ -12,9 +12,10 @@
 
 use num_complex::Complex;
 
+use super::choice::Halves;
 use super::cyclic::Cyclic;
 use super::fast::{Order, Tile, index};
-use super::kernels::{InstructionSet, Kernelled, Kernels};
+use super::kernels::{InstructionSet, Kernels};
 use super::passes::Turn;
 use crate::transform::Real;
 use crate::turns::cos_sin_exact;
@@ -28,12 +29,11 @@ pub struct Chirp<T: 'static> {
     chirp_back: Vec<T>,
     /// Transform of `conj(c)` over M, in rows of k1.
     response: Vec<T>,
-    kernels: Vec<&'static Kernels<T>>,
 }
 
 impl<T: Real> Chirp<T> {
     /// The radices of `halves` multiply to M.
-    pub fn new(set: InstructionSet, length: usize, halves: (Vec<usize>, Vec<usize>)) -> Self {
+    pub fn new(set: InstructionSet, length: usize, halves: Halves) -> Self {
         let cyclic = Cyclic::<T>::new(halves.clone());
         let points = cyclic.points();
         let c = |n: usize| {
@@ -64,22 +64,7 @@ impl<T: Real> Chirp<T> {
             chirp_back: pairs(&mut (0..bins).map(c)),
             response: pairs(&mut response.iter().map(|bin| (bin.re, bin.im))),
             cyclic,
-            kernels: <T as Kernelled>::kernels(set).iter().map(|k| k.0).collect(),
         }
-    }
-
-    pub fn kernels(&self) -> &[&'static Kernels<T>] {
-        &self.kernels
-    }
-
-    /// Points M of the convolution.
-    pub fn points(&self) -> usize {
-        self.cyclic.points()
-    }
-
-    /// Numbers of scratch for tiles of `width` columns.
-    pub fn scratch_len(&self, width: usize) -> usize {
-        self.cyclic.scratch_len(width)
     }
 
     /// Transforms one tile of `kernels.width` columns.
@@ -92,7 +77,7 @@ impl<T: Real> Chirp<T> {
         let bins = self.length / 2 + 1;
         assert!(matches!(tile.rows, Order::Plain));
         let room = cyclic.room(kernels.width, scratch);
-        // SAFETY: all places are within what the caller promises and `scratch_len` counts; the
+        // SAFETY: all places are within what the caller promises and `room` has checked; the
         // kernels are those of this processor.
         unsafe {
             for j in 0..m2 {

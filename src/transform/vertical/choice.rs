@@ -1,8 +1,97 @@
-//! Which passes make up a length.
+//! How a length is transformed, and by which passes; chosen before anything is planned.
+
+use super::{cyclic, fast};
+
+/// Radices of the first and the second half.
+pub type Halves = (Vec<usize>, Vec<usize>);
+
+/// How a length is transformed, and by which radices.
+#[derive(Debug, Clone)]
+pub enum Choice {
+    Fast(Halves),
+    /// By a convolution of as many points as the radices multiply to, Bluestein's.
+    Chirp(Halves),
+    /// The same of a prime length, Rader's.
+    Rader(Halves),
+    Other,
+}
+
+/// How a length is transformed.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub enum Method {
+    /// In two halves, each by passes of these radices.
+    TwoHalves {
+        first: Vec<usize>,
+        second: Vec<usize>,
+    },
+    /// By a convolution of so many points, Bluestein's.
+    Convolution { points: usize },
+    /// A prime length by a convolution of so many points, Rader's.
+    PrimeConvolution { points: usize },
+    /// Column by column, by `realfft`: the shortest.
+    ByColumn,
+}
+
+impl Choice {
+    /// For a length of at least 1.
+    pub fn of(length: usize) -> Choice {
+        match halves(length) {
+            Some(halves) => Choice::Fast(halves),
+            None if length <= 8 => Choice::Other,
+            // What each algorithm needs at least.
+            None if is_odd_prime(length) => Choice::Rader(convolution(length - 2)),
+            None => Choice::Chirp(convolution(length + length / 2)),
+        }
+    }
+
+    pub fn method(&self) -> Method {
+        let points = |halves| {
+            let [first, second] = lengths(halves);
+            first * second
+        };
+        match self {
+            Choice::Fast((first, second)) => Method::TwoHalves {
+                first: first.clone(),
+                second: second.clone(),
+            },
+            Choice::Chirp(halves) => Method::Convolution {
+                points: points(halves),
+            },
+            Choice::Rader(halves) => Method::PrimeConvolution {
+                points: points(halves),
+            },
+            Choice::Other => Method::ByColumn,
+        }
+    }
+
+    /// Numbers of scratch for tiles of `width` columns.
+    pub fn scratch_len(&self, width: usize) -> usize {
+        match self {
+            Choice::Fast(halves) => fast::scratch_len(lengths(halves), width),
+            Choice::Chirp(halves) | Choice::Rader(halves) => {
+                cyclic::scratch_len(lengths(halves), width)
+            }
+            Choice::Other => 0,
+        }
+    }
+
+    /// Root mean square error of white noise's bins over `EPSILON sqrt(log2 N)` of them all.
+    pub fn rounding(&self) -> f64 {
+        match self {
+            Choice::Fast(_) => 0.35,
+            Choice::Chirp(_) | Choice::Rader(_) => 0.6,
+            Choice::Other => 1.0,
+        }
+    }
+}
+
+fn lengths((first, second): &Halves) -> [usize; 2] {
+    [first, second].map(|radices| radices.iter().product())
+}
 
 /// Radices of the first and the second half of a transform of `length` points; `None` where the
 /// length has other prime factors than 2, 3, 5 and 7, or fewer than two in all.
-pub fn halves(length: usize) -> Option<(Vec<usize>, Vec<usize>)> {
+fn halves(length: usize) -> Option<Halves> {
     let radices = radices(length)?;
     if radices.len() < 2 {
         return None;
@@ -39,16 +128,35 @@ pub fn halves(length: usize) -> Option<(Vec<usize>, Vec<usize>)> {
 }
 
 /// The halves of the cheapest convolution of at least `least` points.
-pub fn convolution(least: usize) -> (Vec<usize>, Vec<usize>) {
+fn convolution(least: usize) -> Halves {
     // Lengths of small factors lie close; 16, 18, 20, 24, .. are those of two radices.
     let least = least.max(16);
-    let candidates = (least..=least + least / 4 + 2).filter_map(|points| {
+    let lengths = smooth(least, least + least / 4 + 2).into_iter();
+    let candidates = lengths.filter_map(|points| {
         let work: f64 = radices(points)?.into_iter().map(work).sum();
         Some((points as f64 * (work + 2.0), points))
     });
     let cheapest = candidates.min_by(|a, b| a.0.total_cmp(&b.0));
     let points = cheapest.map_or_else(|| least.next_power_of_two(), |(_, points)| points);
     halves(points).unwrap_or_else(|| (vec![4], vec![4]))
+}
+
+/// All numbers without other prime factors than 2, 3, 5 and 7 from `least` to `most`, in order.
+fn smooth(least: usize, most: usize) -> Vec<usize> {
+    let mut numbers = vec![1];
+    for prime in [2, 3, 5, 7] {
+        let mut at = 0;
+        // Products are met again, so that all powers come.
+        while at < numbers.len() {
+            if numbers[at] <= most / prime {
+                numbers.push(numbers[at] * prime);
+            }
+            at += 1;
+        }
+    }
+    numbers.retain(|&number| number >= least);
+    numbers.sort_unstable();
+    numbers
 }
 
 /// Whether Rader's algorithm does for a length: an odd prime, whose rows 31 bits count.
@@ -132,6 +240,8 @@ mod tests {
         let primes = (0..60).filter(|&length| is_odd_prime(length));
         let expected = [3, 5, 7, 11, 13, 17, 19, 23, 29, 31, 37, 41, 43, 47, 53, 59];
         assert!(primes.eq(expected));
+        let factored = (16..=5000).filter(|&length| radices(length).is_some());
+        assert!(factored.eq(smooth(16, 5000)));
         assert_eq!(halves(16384), Some((vec![8, 8, 4], vec![8, 8])));
         assert_eq!(halves(4096).map(|(a, _)| a.iter().product()), Some(64));
     }

@@ -17,6 +17,17 @@ use crate::turns::cos_sin_exact;
 /// As in [`super::fast`].
 const PADDING: usize = 2;
 
+/// From row to row of the matrix, in complex numbers.
+fn row(second: usize) -> usize {
+    second + PADDING
+}
+
+/// Numbers of scratch for tiles of `width` columns by halves of these lengths: those of the series or
+/// the row in hand, three times, and the matrix.
+pub fn scratch_len([first, second]: [usize; 2], width: usize) -> usize {
+    2 * width * (3 * first.max(second) + first * row(second))
+}
+
 /// A planned transform there and back.
 pub struct Cyclic<T: 'static> {
     pub first: Half<T>,
@@ -65,24 +76,18 @@ impl<T: Real> Cyclic<T> {
         limit.saturating_sub(j2).div_ceil(self.second.length)
     }
 
-    fn work(&self) -> usize {
-        self.first.length.max(self.second.length)
-    }
-
-    /// From row to row of the matrix, in complex numbers.
     fn row(&self) -> usize {
-        self.second.length + PADDING
+        row(self.second.length)
     }
 
-    /// Numbers of scratch for tiles of `width` columns.
-    pub fn scratch_len(&self, width: usize) -> usize {
-        2 * width * (3 * self.work() + self.first.length * self.row())
+    fn scratch_len(&self, width: usize) -> usize {
+        scratch_len([self.first.length, self.second.length], width)
     }
 
-    /// The parts of a scratch of as many numbers as [`Cyclic::scratch_len`] says, which is checked.
+    /// The parts of a scratch of as many numbers as [`scratch_len`] says, which is checked.
     pub fn room(&self, width: usize, scratch: &mut [T]) -> Room<T> {
         assert!(scratch.len() >= self.scratch_len(width));
-        let part = 2 * width * self.work();
+        let part = 2 * width * self.first.length.max(self.second.length);
         let work = scratch.as_mut_ptr();
         let at = |parts: usize| work.wrapping_add(parts * part);
         Room {

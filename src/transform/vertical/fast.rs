@@ -1,6 +1,6 @@
 //! Lengths 2^a 3^b 5^c 7^d: the steps of [`super`] on tiles of columns.
 
-use super::kernels::{InstructionSet, Kernelled, Kernels, RADICES};
+use super::kernels::{Kernels, RADICES};
 use super::passes::{Last, Rows, Split, Stage};
 use crate::transform::Real;
 use crate::turns::cos_sin_exact;
@@ -8,6 +8,17 @@ use crate::turns::cos_sin_exact;
 /// Complex numbers between rows of the matrix between the halves, so that no two rows share all
 /// their places in the caches.
 const PADDING: usize = 2;
+
+/// From row to row of the matrix between the halves, in complex numbers.
+fn row(second: usize) -> usize {
+    second.next_multiple_of(2) + PADDING
+}
+
+/// Numbers of scratch for a tile of `width` columns by halves of these lengths: those of the series
+/// in hand, and the matrix.
+pub fn scratch_len([first, second]: [usize; 2], width: usize) -> usize {
+    2 * width * (first.max(second) + (first / 2 + 1) * row(second))
+}
 
 /// A planned transform of one length.
 pub struct Fast<T: 'static> {
@@ -20,8 +31,6 @@ pub struct Fast<T: 'static> {
     order: Vec<u32>,
     /// Low digit by group, of the second half.
     digits: Vec<u32>,
-    /// Wide ones first.
-    kernels: Vec<&'static Kernels<T>>,
 }
 
 /// Where a tile's columns are and where their bins go.
@@ -102,7 +111,7 @@ impl<T: Real> Half<T> {
 }
 
 impl<T: Real> Fast<T> {
-    pub fn new(set: InstructionSet, first: Vec<usize>, second: Vec<usize>) -> Self {
+    pub fn new(first: Vec<usize>, second: Vec<usize>) -> Self {
         let (first, second) = (Half::<T>::new(first), Half::<T>::new(second));
         let length = first.length * second.length;
         let mut split_twiddles = Vec::new();
@@ -125,43 +134,19 @@ impl<T: Real> Fast<T> {
             digits: second.digits(),
             first,
             second,
-            kernels: <T as Kernelled>::kernels(set).iter().map(|k| k.0).collect(),
         }
     }
 
-    pub fn kernels(&self) -> &[&'static Kernels<T>] {
-        &self.kernels
-    }
-
-    pub fn radices(&self) -> [&[usize]; 2] {
-        [&self.first.radices, &self.second.radices]
-    }
-
-    /// From row to row of the matrix between the halves, in complex numbers.
-    fn row(&self) -> usize {
-        self.second.length.next_multiple_of(2) + PADDING
-    }
-
-    fn work(&self) -> usize {
-        self.first.length.max(self.second.length)
-    }
-
-    /// Numbers of scratch for a tile of `width` columns.
-    pub fn scratch_len(&self, width: usize) -> usize {
-        2 * width * (self.work() + self.between())
-    }
-
-    /// Complex numbers of the matrix between the halves.
-    fn between(&self) -> usize {
-        (self.first.length / 2 + 1) * self.row()
+    fn lengths(&self) -> [usize; 2] {
+        [self.first.length, self.second.length]
     }
 
     /// Copies rows of `tiles` neighbouring tiles from the first one's place on, `next` numbers from tile
     /// to tile, in the order in which [`Fast::tile`] reads them, times their factors if they have any.
     ///
     /// # Safety
-    /// `first` is valid as in [`Fast::tile`] for rows of all the tiles' width, and not itself a copy; `to`
-    /// has room for all.
+    /// The kernels are those of this processor; `first` is valid as in [`Fast::tile`] for rows of all
+    /// the tiles' width, and not itself a copy; `to` has room for all.
     pub unsafe fn stage(
         &self,
         kernels: &Kernels<T>,
@@ -183,24 +168,24 @@ impl<T: Real> Fast<T> {
             to,
             next,
         };
-        // SAFETY: as promised; the kernels are those of this processor, see `kernels`.
+        // SAFETY: as promised.
         unsafe { copy(&stage) }
     }
 
     /// Transforms a tile of `kernels.width` columns.
     ///
     /// # Safety
-    /// `tile.from` is valid for `length` rows of the tile's width, and weights for as many numbers;
-    /// `tile.to` for `length / 2 + 1` rows of twice the width, aligned to 64 bytes where
-    /// `tile.stream`; `scratch` holds [`Fast::scratch_len`] numbers.
+    /// The kernels are those of this processor. `tile.from` is valid for `length` rows of the tile's
+    /// width, and weights for as many numbers; `tile.to` for `length / 2 + 1` rows of twice the width,
+    /// aligned to 64 bytes where `tile.stream`; `scratch` holds [`scratch_len`] numbers.
     pub unsafe fn tile(&self, kernels: &Kernels<T>, tile: Tile<T>, scratch: &mut [T]) {
-        assert!(scratch.len() >= self.scratch_len(kernels.width));
-        let (n1, n2) = (self.first.length, self.second.length);
+        assert!(scratch.len() >= scratch_len(self.lengths(), kernels.width));
+        let [n1, n2] = self.lengths();
         let work = scratch.as_mut_ptr();
         // SAFETY: all places are within what the caller promises and `scratch_len` counts; the
-        // kernels are those of this processor, see `kernels`.
+        // kernels are those of this processor.
         unsafe {
-            let between = work.add(2 * kernels.width * self.work());
+            let between = work.add(2 * kernels.width * n1.max(n2));
             for j in (0..n2).step_by(2) {
                 // Of the series j, where it starts and how far its rows and the next series are.
                 let staged = matches!(tile.rows, Order::Staged);
@@ -249,7 +234,7 @@ impl<T: Real> Fast<T> {
                 groups: n1 / radix,
                 order: self.order.as_ptr(),
                 to: between.add(complex * j),
-                next: complex * self.row(),
+                next: complex * row(self.second.length),
                 twiddles: twiddles.add(j / 2 * 4 * (n1 / 2 + 1)),
             });
         }
@@ -264,7 +249,7 @@ impl<T: Real> Fast<T> {
         work: *mut T,
     ) {
         let (n1, n2) = (self.first.length, self.second.length);
-        let row = 2 * kernels.width * self.row();
+        let row = 2 * kernels.width * row(self.second.length);
         let radix = self.second.last();
         let last = match tile.stream {
             true => kernels.last_streamed[index(radix)],

@@ -54,6 +54,7 @@ mod passes;
 mod rader;
 mod simd;
 mod tiles;
+mod way;
 
 use std::sync::{Mutex, PoisonError};
 
@@ -62,12 +63,11 @@ use ndarray::{ArrayView2, ArrayViewMut2, Axis};
 use num_complex::Complex;
 
 use super::Real;
-use chirp::Chirp;
-use fast::{Fast, Tile};
+use choice::Choice;
+pub use choice::Method;
 use kernels::Kernels;
 pub use kernels::{InstructionSet, Kernelled, KernelsOf};
-use other::Other;
-use rader::Rader;
+use way::Way;
 
 /// Bytes of a result from which on it is written past the caches.
 const STREAMED_BYTES: usize = 4 << 20;
@@ -76,7 +76,10 @@ const STREAMED_BYTES: usize = 4 << 20;
 pub struct ColumnTransform<T: Real> {
     length: usize,
     set: InstructionSet,
+    choice: Choice,
     way: Way<T>,
+    /// As [`kernels_for`] gives them.
+    kernels: Vec<&'static Kernels<T>>,
     /// Working spaces of threads that are done, for those to come.
     spare: Mutex<Vec<ColumnScratch<T>>>,
 }
@@ -92,29 +95,6 @@ impl<T: Real> Drop for Borrowed<'_, T> {
         let mut spare = self.spare.lock().unwrap_or_else(PoisonError::into_inner);
         spare.extend(self.scratch.take());
     }
-}
-
-enum Way<T: Real> {
-    Fast(Fast<T>),
-    Chirp(Chirp<T>),
-    Rader(Rader<T>),
-    Other(Other<T>),
-}
-
-/// How a length is transformed.
-#[derive(Debug, Clone, PartialEq, Eq)]
-pub enum Method {
-    /// In two halves, each by passes of these radices.
-    TwoHalves {
-        first: Vec<usize>,
-        second: Vec<usize>,
-    },
-    /// By a convolution of so many points, Bluestein's.
-    Convolution { points: usize },
-    /// A prime length by a convolution of so many points, Rader's.
-    PrimeConvolution { points: usize },
-    /// Column by column, by `realfft`: the shortest.
-    ByColumn,
 }
 
 /// Working space of one thread, made by [`ColumnTransform::scratch`].
@@ -159,22 +139,13 @@ impl<T: Real> ColumnTransform<T> {
 
     fn planned(length: usize, set: InstructionSet) -> Self {
         assert!(length > 0);
-        let way = match choice::halves(length) {
-            Some((first, second)) => Way::Fast(Fast::new(set, first, second)),
-            None if length <= 8 => Way::Other(Other::new(length)),
-            None if choice::is_odd_prime(length) => {
-                let points = choice::convolution(Rader::<T>::least_points(length));
-                Way::Rader(Rader::new(set, length, points))
-            }
-            None => {
-                let points = choice::convolution(length + length / 2);
-                Way::Chirp(Chirp::new(set, length, points))
-            }
-        };
+        let choice = Choice::of(length);
         ColumnTransform {
             length,
             set,
-            way,
+            way: Way::new(set, length, choice.clone()),
+            kernels: kernels_for(set, &choice),
+            choice,
             spare: Mutex::default(),
         }
     }
@@ -191,7 +162,13 @@ impl<T: Real> ColumnTransform<T> {
 
     /// Columns that are transformed together.
     pub fn width(&self) -> usize {
-        self.way.kernels().first().map_or(other::WIDTH, |k| k.width)
+        width_for(&self.kernels, usize::MAX)
+    }
+
+    /// The same of any plan of a length for this processor.
+    pub(super) fn width_of(length: usize) -> usize {
+        let kernels = kernels_for::<T>(InstructionSet::best(), &Choice::of(length));
+        width_for(&kernels, usize::MAX)
     }
 
     pub fn instruction_set(&self) -> InstructionSet {
@@ -199,42 +176,19 @@ impl<T: Real> ColumnTransform<T> {
     }
 
     pub fn method(&self) -> Method {
-        match &self.way {
-            Way::Fast(fast) => {
-                let [first, second] = fast.radices();
-                Method::TwoHalves {
-                    first: first.to_vec(),
-                    second: second.to_vec(),
-                }
-            }
-            Way::Chirp(chirp) => Method::Convolution {
-                points: chirp.points(),
-            },
-            Way::Rader(rader) => Method::PrimeConvolution {
-                points: rader.points(),
-            },
-            Way::Other(_) => Method::ByColumn,
-        }
+        self.choice.method()
     }
 
     /// Root mean square error of white noise's bins, relative to the root mean square of all.
     pub fn expected_error(&self) -> f64 {
         let levels = (self.length as f64).log2().max(1.0).sqrt();
-        let factor = match &self.way {
-            Way::Fast(_) => 0.35,
-            Way::Chirp(_) | Way::Rader(_) => 0.6,
-            Way::Other(_) => 1.0,
-        };
-        factor * T::EPSILON * levels
+        self.choice.rounding() * T::EPSILON * levels
     }
 
     /// A working space of one thread, one that is spare if there is one: new memory costs as much as
     /// a tile of short columns.
     fn borrow(&self, columns: usize) -> Borrowed<'_, T> {
-        let width = match &self.way {
-            Way::Other(_) => other::WIDTH,
-            way => widest(way.kernels(), columns).width,
-        };
+        let width = width_for(&self.kernels, columns);
         let mut spare = self.spare.lock().unwrap_or_else(PoisonError::into_inner);
         let at = spare.iter().position(|scratch| scratch.width == width);
         let found = at.map(|at| spare.swap_remove(at));
@@ -247,18 +201,15 @@ impl<T: Real> ColumnTransform<T> {
 
     /// Working space of one thread for arrays of `columns` columns, or of more.
     pub fn scratch(&self, columns: usize) -> ColumnScratch<T> {
-        let (width, numbers, by_column) = match &self.way {
-            Way::Other(other) => (other::WIDTH, 0, other.room()),
-            way => {
-                let width = widest(way.kernels(), columns).width;
-                (width, way.scratch_len(width), other::Room::default())
-            }
-        };
+        let width = width_for(&self.kernels, columns);
         ColumnScratch {
             width,
-            lines: lines::<T>(numbers),
+            lines: lines::<T>(self.choice.scratch_len(width)),
             copies: Vec::new(),
-            by_column,
+            by_column: match &self.way {
+                Way::Other(other) => other.room(),
+                _ => other::Room::default(),
+            },
         }
     }
 
@@ -339,39 +290,19 @@ impl<T: Real> ColumnTransform<T> {
     }
 }
 
-impl<T: Real> Way<T> {
-    /// None where a column is transformed alone.
-    fn kernels(&self) -> &[&'static Kernels<T>] {
-        match self {
-            Way::Fast(fast) => fast.kernels(),
-            Way::Chirp(chirp) => chirp.kernels(),
-            Way::Rader(rader) => rader.kernels(),
-            Way::Other(_) => &[],
-        }
+/// Those of an instruction set, wide ones first; none where columns are transformed one by one.
+fn kernels_for<T: Real>(set: InstructionSet, choice: &Choice) -> Vec<&'static Kernels<T>> {
+    match choice {
+        Choice::Other => Vec::new(),
+        _ => T::kernels(set).iter().map(|kernels| kernels.0).collect(),
     }
+}
 
-    /// Numbers of scratch for a tile.
-    fn scratch_len(&self, width: usize) -> usize {
-        match self {
-            Way::Fast(fast) => fast.scratch_len(width),
-            Way::Chirp(chirp) => chirp.scratch_len(width),
-            Way::Rader(rader) => rader.scratch_len(width),
-            Way::Other(_) => 0,
-        }
-    }
-
-    /// # Safety
-    /// As [`Fast::tile`].
-    unsafe fn tile(&self, kernels: &Kernels<T>, tile: Tile<T>, scratch: &mut [T]) {
-        // SAFETY: the caller's.
-        unsafe {
-            match self {
-                Way::Fast(fast) => fast.tile(kernels, tile, scratch),
-                Way::Chirp(chirp) => chirp.tile(kernels, tile, scratch),
-                Way::Rader(rader) => rader.tile(kernels, tile, scratch),
-                Way::Other(_) => {}
-            }
-        }
+/// Columns of the widest tile of at most `columns` columns.
+fn width_for<T>(kernels: &[&'static Kernels<T>], columns: usize) -> usize {
+    match kernels {
+        [] => other::WIDTH,
+        _ => widest(kernels, columns).width,
     }
 }
 
@@ -383,7 +314,12 @@ fn widest<T>(kernels: &[&'static Kernels<T>], columns: usize) -> &'static Kernel
 
 /// Room for so many numbers.
 fn lines<T>(numbers: usize) -> Vec<Line> {
-    vec![bytemuck::Zeroable::zeroed(); (numbers * size_of::<T>()).div_ceil(64)]
+    vec![bytemuck::Zeroable::zeroed(); lines_of::<T>(numbers)]
+}
+
+/// Lines that so many numbers take.
+fn lines_of<T>(numbers: usize) -> usize {
+    (numbers * size_of::<T>()).div_ceil(size_of::<Line>())
 }
 
 impl<T: Real> std::fmt::Debug for ColumnTransform<T> {

@@ -23,6 +23,13 @@ pub struct Room<T> {
     work: Vec<Complex<T>>,
 }
 
+impl<T> Room<T> {
+    pub fn bytes(&self) -> u64 {
+        let numbers = size_of_val(&self.records[..]);
+        (numbers + size_of_val(&self.spectra[..]) + size_of_val(&self.work[..])) as u64
+    }
+}
+
 impl<T: Real> Other<T> {
     pub fn new(length: usize) -> Self {
         Other {

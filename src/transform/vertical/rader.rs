@@ -19,10 +19,10 @@
 
 use num_complex::Complex;
 
-use super::choice;
+use super::choice::{self, Halves};
 use super::cyclic::{Cyclic, Room};
 use super::fast::{Order, Tile, index};
-use super::kernels::{InstructionSet, Kernelled, Kernels};
+use super::kernels::{InstructionSet, Kernels};
 use super::passes::{Blend, Fold, Scatter};
 use crate::transform::Real;
 use crate::turns::cos_sin_exact;
@@ -39,17 +39,11 @@ pub struct Rader<T: 'static> {
     starts: Vec<usize>,
     /// P and Q, in rows of k1 up to m1 / 2.
     responses: Vec<T>,
-    kernels: Vec<&'static Kernels<T>>,
 }
 
 impl<T: Real> Rader<T> {
-    /// Points M that a convolution for this prime needs at least.
-    pub fn least_points(prime: usize) -> usize {
-        prime - 2
-    }
-
     /// For a prime `length` from 5 on; the radices of `halves` multiply to M.
-    pub fn new(set: InstructionSet, length: usize, halves: (Vec<usize>, Vec<usize>)) -> Self {
+    pub fn new(set: InstructionSet, length: usize, halves: Halves) -> Self {
         assert!(choice::is_odd_prime(length));
         let cyclic = Cyclic::<T>::new(halves.clone());
         let (m1, m2) = (cyclic.first.length, cyclic.second.length);
@@ -110,22 +104,7 @@ impl<T: Real> Rader<T> {
             starts,
             responses,
             cyclic,
-            kernels: <T as Kernelled>::kernels(set).iter().map(|k| k.0).collect(),
         }
-    }
-
-    pub fn kernels(&self) -> &[&'static Kernels<T>] {
-        &self.kernels
-    }
-
-    /// Points M of the convolution.
-    pub fn points(&self) -> usize {
-        self.cyclic.points()
-    }
-
-    /// Numbers of scratch for tiles of `width` columns.
-    pub fn scratch_len(&self, width: usize) -> usize {
-        self.cyclic.scratch_len(width)
     }
 
     /// Transforms one tile of `kernels.width` columns.
@@ -143,7 +122,7 @@ impl<T: Real> Rader<T> {
             true => kernels.scatter_streamed[radix],
             false => kernels.scatter[radix],
         };
-        // SAFETY: all places are within what the caller promises and `scratch_len` counts; the
+        // SAFETY: all places are within what the caller promises and `room` has checked; the
         // kernels are those of this processor.
         unsafe {
             for (j, start) in self.starts.windows(2).enumerate() {

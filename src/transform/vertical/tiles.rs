@@ -3,9 +3,15 @@
 use ndarray::{ArrayView2, ArrayViewMut2};
 use num_complex::Complex;
 
+use super::choice::Choice;
 use super::fast::{Fast, Order, Tile};
 use super::kernels::Kernels;
-use super::{ColumnScratch, ColumnTransform, Line, Way, lines, simd, widest};
+use super::other::Other;
+use super::way::Way;
+use super::{
+    ColumnScratch, ColumnTransform, InstructionSet, Line, kernels_for, lines, lines_of, simd,
+    widest, width_for,
+};
 use crate::transform::Real;
 
 /// Rows a multiple of so many bytes apart share a few places in the caches: what is asked for early
@@ -15,6 +21,24 @@ const ALIASED: usize = 4096;
 const STAGED_BYTES: usize = 8 << 20;
 
 impl<T: Real> ColumnTransform<T> {
+    /// Bytes of working space that a thread needs at most to transform columns of `length` samples, in
+    /// an array of `columns` neighbouring ones whose rows are `row_bytes` apart: what a plan for this
+    /// processor takes, known before there is one.
+    pub(crate) fn working_bytes(length: usize, columns: usize, row_bytes: usize) -> u64 {
+        let choice = Choice::of(length);
+        let kernels = kernels_for::<T>(InstructionSet::best(), &choice);
+        let width = width_for(&kernels, columns);
+        let copied = match choice {
+            Choice::Other => return Other::<T>::new(length).room().bytes(),
+            Choice::Fast(_) if row_bytes.is_multiple_of(ALIASED) => {
+                tiles_together::<T>(length, columns, width) * length * width
+            }
+            _ => 0,
+        };
+        let lines = [choice.scratch_len(width), copied].map(lines_of::<T>);
+        (lines.iter().sum::<usize>() * size_of::<Line>()) as u64
+    }
+
     /// Transforms all columns tile by tile.
     pub(super) fn tiles(
         &self,
@@ -30,8 +54,7 @@ impl<T: Real> ColumnTransform<T> {
             self.gathered(values, weights, spectra, scratch);
             return;
         };
-        let kernels = self.way.kernels();
-        let widest = widest(kernels, columns.min(scratch.width));
+        let widest = widest(&self.kernels, columns.min(scratch.width));
         let bins = spectra.as_mut_ptr();
         // SAFETY: the tiles' columns are within both views, and so are their rows, by the shapes
         // asserted; `Complex` is two numbers.
@@ -57,7 +80,7 @@ impl<T: Real> ColumnTransform<T> {
         while done < columns {
             let left = columns - done;
             let covers = |k: &&&Kernels<T>| k.width >= left && k.width <= widest.width;
-            let kernel = *kernels.iter().rev().find(covers).unwrap_or(&widest);
+            let kernel = *self.kernels.iter().rev().find(covers).unwrap_or(&widest);
             // The last tile overlaps the one before: the same numbers are written again.
             let start = done.min(columns - kernel.width);
             // SAFETY: as before.
@@ -76,8 +99,8 @@ impl<T: Real> ColumnTransform<T> {
         tile: &dyn Fn(usize) -> Tile<T>,
         scratch: &mut ColumnScratch<T>,
     ) -> usize {
-        let kernel = widest(self.way.kernels(), columns.min(scratch.width));
-        let together = tiles_staged::<T>(self.length, kernel.width).min(columns / kernel.width);
+        let kernel = widest(&self.kernels, columns.min(scratch.width));
+        let together = tiles_together::<T>(self.length, columns, kernel.width);
         let numbers = self.length * kernel.width;
         if size_of_val(&scratch.copies[..]) < together * numbers * size_of::<T>() {
             scratch.copies = lines::<T>(together * numbers);
@@ -114,7 +137,7 @@ impl<T: Real> ColumnTransform<T> {
         scratch: &mut ColumnScratch<T>,
     ) {
         let columns = values.ncols();
-        let kernel = widest(self.way.kernels(), columns.min(scratch.width));
+        let kernel = widest(&self.kernels, columns.min(scratch.width));
         let width = kernel.width;
         let samples = (width * self.length).next_multiple_of(64);
         let numbers = samples + 2 * width * self.bins();
@@ -154,11 +177,12 @@ impl<T: Real> ColumnTransform<T> {
 }
 
 /// Tiles whose rows are copied together: the more, the longer the pieces read, up to 8 cache lines a
-/// row; at least two lines, else as many as the third cache has room for.
-fn tiles_staged<T>(length: usize, width: usize) -> usize {
+/// row; at least two lines, else as many as the third cache has room for. No more than there are.
+fn tiles_together<T>(length: usize, columns: usize, width: usize) -> usize {
     let lines_of_rows = STAGED_BYTES / size_of::<Line>() / length;
     let lines = lines_of_rows.clamp(2, 8);
-    (lines * size_of::<Line>() / (width * size_of::<T>())).max(1)
+    let tiles = lines * size_of::<Line>() / (width * size_of::<T>());
+    tiles.max(1).min(columns / width)
 }
 
 /// Rows as they are, or times weights if there are any.
@@ -174,5 +198,60 @@ fn row_stride(strides: &[isize]) -> Option<usize> {
     match strides {
         &[row, 1] => usize::try_from(row).ok(),
         _ => None,
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use ndarray::Array2;
+
+    use super::*;
+
+    /// What a thread holds once it has transformed an array in rows of `stride` numbers.
+    fn held<T: Real>(length: usize, columns: usize, stride: usize) -> u64 {
+        let plan = ColumnTransform::<T>::new(length);
+        let values = Array2::from_elem((length, stride), T::zero());
+        let values = values.slice(ndarray::s![.., ..columns]);
+        let mut spectra = Array2::default((plan.bins(), columns));
+        let mut scratch = plan.scratch(columns);
+        plan.transform(values, spectra.view_mut(), &mut scratch);
+        let lines = scratch.lines.len() + scratch.copies.len();
+        (lines * size_of::<Line>()) as u64 + scratch.by_column.bytes()
+    }
+
+    #[test]
+    fn working_space_is_known_before_it_is_taken() {
+        for (length, columns, stride) in [
+            (4096, 512, 512),
+            (4096, 30, 512),
+            (4096, 512, 513),
+            (4096, 3, 512),
+            (1000, 40, 1024),
+            (251, 40, 512),
+            (253, 40, 512),
+            (7, 40, 512),
+        ] {
+            let (single, double) = (
+                ColumnTransform::<f32>::working_bytes(length, columns, 4 * stride),
+                ColumnTransform::<f64>::working_bytes(length, columns, 8 * stride),
+            );
+            assert_eq!(single, held::<f32>(length, columns, stride), "{length}");
+            assert_eq!(double, held::<f64>(length, columns, stride), "{length}");
+        }
+    }
+
+    /// By hand: 4096 = 64 x 64, so a tile of w columns takes 2 w (64 + 33 (64 + 2)) numbers. Copies of
+    /// rows 4096 bytes apart are of 8 lines a row; of 2 ^ 17 rows only of 2.
+    #[test]
+    fn val_working_space_by_hand() {
+        let bytes = |length| {
+            let of = |row_bytes| ColumnTransform::<f64>::working_bytes(length, 512, row_bytes);
+            (of(4096), of(4104))
+        };
+        let width = ColumnTransform::<f64>::new(4096).width() as u64;
+        let scratch = 2 * width * (64 + 33 * 66) * 8;
+        assert_eq!(bytes(4096), (scratch + (2 << 20), scratch));
+        let (copied, not) = bytes(1 << 17);
+        assert_eq!(copied - not, 128 << 17);
     }
 }

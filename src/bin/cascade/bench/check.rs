@@ -127,13 +127,43 @@ pub fn known(
     }
 }
 
+/// What the baseline says, where it says something of any of `cases`, and those it says nothing of.
+pub fn known_of_some(
+    all: BTreeMap<String, f64>,
+    cases: impl Iterator<Item = String>,
+    place: impl Fn() -> String,
+    baseline: &str,
+) -> Result<(BTreeMap<String, f64>, Vec<String>), Failure> {
+    let (told, missing): (Vec<_>, Vec<_>) = cases.partition(|case| all.contains_key(case));
+    // Where nothing can be compared, that is a failure.
+    let needed = if told.is_empty() {
+        missing.clone()
+    } else {
+        told
+    };
+    let known = known(all, needed.into_iter(), place, baseline)?;
+    Ok((known, missing))
+}
+
+/// Which cases are not compared; nothing where all are.
+pub fn not_compared(cases: &[String], baseline: &str) -> String {
+    match cases {
+        [] => String::new(),
+        _ => format!(
+            "\nnot compared, since {baseline} has no baseline for them here (`--record FILE` makes \
+             one): {}\n",
+            cases.join("; ")
+        ),
+    }
+}
+
 /// A line a case; nothing where nothing is compared.
 pub fn text(check: Option<&[Comparison]>, unit: &str) -> String {
     let Some(check) = check else {
         return String::new();
     };
     let mut text = format!(
-        "\n{:<28} {:>12} {:>12} {:>12}\n",
+        "\n{:<36} {:>12} {:>12} {:>12}\n",
         "case", "baseline", "now", "speed"
     );
     for Comparison {
@@ -151,7 +181,7 @@ pub fn text(check: Option<&[Comparison]>, unit: &str) -> String {
         // Writing to a string cannot fail.
         let _ = writeln!(
             text,
-            "{case:<28} {baseline:>12} {found:>12} {change:>+10.1} %"
+            "{case:<36} {baseline:>12} {found:>12} {change:>+10.1} %"
         );
     }
     text

@@ -10,7 +10,7 @@ use std::sync::Mutex;
 
 use cascade::analyze::Precision;
 use cascade::throughput::{
-    Comparison, Counted, CountedCase, Instructions, Shape, fit_memory, name,
+    Comparison, Counted, CountedCase, Instructions, Kind, Shape, fit_memory, name,
 };
 use serde::Serialize;
 
@@ -34,7 +34,7 @@ struct Counts {
 
 /// Counts, and compares or records them.
 pub fn run(typed: &Bench) -> Result<(), Failure> {
-    let arrays = typed.arrays(&CountedCase::SHORT);
+    let arrays = typed.arrays(&CountedCase::SHORT, Kind::Columns.precisions());
     let cases: Vec<CountedCase> = arrays
         .iter()
         .flat_map(|&(shape, precision)| {
@@ -86,7 +86,7 @@ pub fn run(typed: &Bench) -> Result<(), Failure> {
         file.write(path)?;
         let _ = writeln!(text, "\nrecorded in {}", path.display());
     }
-    typed.say(counts, check.clone(), &text)?;
+    typed.say(counts, (check.clone(), Vec::new()), &text)?;
     let name = baseline.map(|(_, name)| name).unwrap_or_default();
     check::verdict(check, "instructions a sample", name)
 }

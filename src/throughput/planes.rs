@@ -1,0 +1,194 @@
+//! Both axes of an array, and overlapping segments of its columns: ours, and as it is usually done.
+
+use std::f64::consts::PI;
+use std::hint::black_box;
+use std::sync::Arc;
+
+use ndarray::parallel::prelude::*;
+use ndarray::{ArrayView2, ArrayViewMut2, ArrayViewMut3, Axis, s};
+use num_complex::Complex;
+use rustfft::{Fft, FftPlanner};
+
+use super::kind::{HOP, SEGMENT};
+use super::ways::{About, Planned, Usual, noise};
+use super::{Buffer, Shape, Way};
+use crate::error::Result;
+use crate::transform::{ColumnTransform, Real, ShortTimeTransform, SpaceTimeTransform};
+
+/// An array of noise and room for the spectrum over both axes. Other ways transform the columns, and
+/// then the rows by `rustfft`.
+pub struct Plane<T: Real> {
+    shape: Shape,
+    values: Buffer,
+    spectrum: Buffer,
+    ours: SpaceTimeTransform<T>,
+    columns: Usual<T>,
+    rows: Arc<dyn Fft<T>>,
+    room: Vec<Complex<T>>,
+}
+
+impl<T: Real> Plane<T> {
+    /// # Errors
+    /// [`crate::Error::Read`] where there is no memory.
+    pub fn new(shape: Shape) -> Result<Self> {
+        let Shape { rows, columns } = shape;
+        Ok(Plane {
+            shape,
+            values: noise::<T>(shape)?,
+            spectrum: Buffer::new(shape.bins() * columns * size_of::<Complex<T>>())?,
+            ours: SpaceTimeTransform::new((rows, columns)),
+            columns: Usual::new(rows),
+            rows: FftPlanner::new().plan_fft_inverse(columns),
+            room: Vec::new(),
+        })
+    }
+}
+
+impl<T: Real> Planned for Plane<T> {
+    fn run(&mut self, way: Way, in_parallel: bool) {
+        let Shape { rows, columns } = self.shape;
+        let values = ArrayView2::from_shape((rows, columns), self.values.of::<T>());
+        let values = values.expect("the array's shape");
+        let spectrum = self.spectrum.of::<Complex<T>>();
+        let spectrum = ArrayViewMut2::from_shape((self.shape.bins(), columns), spectrum);
+        let mut spectrum = spectrum.expect("the spectrum's shape");
+        if way == Way::Cascade {
+            self.ours.transform(values, spectrum);
+        } else {
+            let by_column = spectrum.view_mut();
+            self.columns
+                .transform(way, values, by_column, in_parallel, &mut self.room);
+            let scratch = self.rows.get_inplace_scratch_len();
+            spectrum
+                .axis_iter_mut(Axis(0))
+                .into_par_iter()
+                .for_each_init(
+                    || vec![Complex::default(); scratch],
+                    |scratch, row| {
+                        let row = row.into_slice().expect("a row of the spectrum");
+                        self.rows.process_with_scratch(row, scratch);
+                    },
+                );
+        }
+        black_box(&mut self.spectrum);
+    }
+
+    fn about(&self) -> About {
+        let along_time = ColumnTransform::<T>::new(self.shape.rows).method();
+        About {
+            method: format!("{along_time:?}, then rows by rustfft"),
+            expected_error: None,
+        }
+    }
+}
+
+/// An array of noise and room for the spectra of its segments. Other ways weigh a copy of each
+/// segment and transform its columns.
+pub struct ShortTime<T: Real> {
+    shape: Shape,
+    values: Buffer,
+    spectra: Buffer,
+    ours: ShortTimeTransform<T>,
+    window: Vec<T>,
+    columns: Usual<T>,
+}
+
+impl<T: Real> ShortTime<T> {
+    /// For at least one segment.
+    ///
+    /// # Errors
+    /// [`crate::Error::Read`] where there is no memory.
+    pub fn new(shape: Shape) -> Result<Self> {
+        let hann = |n: usize| (PI * n as f64 / SEGMENT as f64).sin().powi(2);
+        let window: Vec<f64> = (0..SEGMENT).map(hann).collect();
+        let ours = ShortTimeTransform::new(&window, HOP);
+        let bins = ours.segments(shape.rows) * ours.bins() * shape.columns;
+        Ok(ShortTime {
+            shape,
+            values: noise::<T>(shape)?,
+            spectra: Buffer::new(bins * size_of::<Complex<T>>())?,
+            ours,
+            window: window.into_iter().map(T::rounded).collect(),
+            columns: Usual::new(SEGMENT),
+        })
+    }
+}
+
+impl<T: Real> Planned for ShortTime<T> {
+    fn run(&mut self, way: Way, _in_parallel: bool) {
+        let Shape { rows, columns } = self.shape;
+        let values = ArrayView2::from_shape((rows, columns), self.values.of::<T>());
+        let values = values.expect("the array's shape");
+        let shape = (self.ours.segments(rows), self.ours.bins(), columns);
+        let spectra = ArrayViewMut3::from_shape(shape, self.spectra.of::<Complex<T>>());
+        let mut spectra = spectra.expect("the spectra's shape");
+        if way == Way::Cascade {
+            self.ours.transform_in_parallel(values, spectra);
+        } else {
+            let segments = spectra.axis_iter_mut(Axis(0)).into_par_iter().enumerate();
+            segments.for_each_init(
+                || (vec![T::zero(); SEGMENT * columns], Vec::new()),
+                |(weighed, room), (segment, spectra)| {
+                    let start = segment * HOP;
+                    let rows = values.slice(s![start..start + SEGMENT, ..]);
+                    let copies = weighed.chunks_exact_mut(columns);
+                    for ((row, copy), &w) in rows.outer_iter().zip(copies).zip(&self.window) {
+                        copy.iter_mut().zip(row).for_each(|(to, &v)| *to = v * w);
+                    }
+                    let weighed = ArrayView2::from_shape((SEGMENT, columns), &*weighed);
+                    let weighed = weighed.expect("the copy's shape");
+                    self.columns.transform(way, weighed, spectra, false, room);
+                },
+            );
+        }
+        black_box(&mut self.spectra);
+    }
+
+    fn about(&self) -> About {
+        let segment = ColumnTransform::<T>::new(SEGMENT).method();
+        About {
+            method: format!("segments of {SEGMENT}, {HOP} apart: {segment:?}"),
+            expected_error: None,
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// All ways give the numbers that ours gives, by one thread and by all.
+    fn agree<P: Planned>(mut planned: P, result: fn(&mut P) -> &mut Buffer) {
+        let mut run = |way, in_parallel| -> Vec<Complex<f64>> {
+            result(&mut planned).of::<u8>().fill(0xff);
+            planned.run(way, in_parallel);
+            result(&mut planned).of().to_vec()
+        };
+        let ours = run(Way::Cascade, false);
+        let largest = |of: &mut dyn Iterator<Item = f64>| of.fold(0.0, f64::max);
+        let scale = largest(&mut ours.iter().map(|x| x.norm()));
+        for way in &Way::ALL[1..] {
+            for in_parallel in [false, true] {
+                let found = run(*way, in_parallel);
+                assert!(found.iter().all(|x| x.is_finite()), "{way:?}");
+                let off = largest(&mut found.iter().zip(&ours).map(|(x, y)| (x - y).norm()));
+                assert!(off < 1e-15 * scale, "{way:?}: {:e}", off / scale);
+            }
+        }
+    }
+
+    #[test]
+    fn val_usual_ways_over_both_axes_give_the_same_numbers() {
+        agree(Plane::<f64>::new(Shape::new(96, 21)).unwrap(), |plane| {
+            &mut plane.spectrum
+        });
+    }
+
+    #[test]
+    fn val_usual_ways_of_segments_give_the_same_numbers() {
+        agree(
+            ShortTime::<f64>::new(Shape::new(330, 11)).unwrap(),
+            |segments| &mut segments.spectra,
+        );
+    }
+}
