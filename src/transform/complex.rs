@@ -52,6 +52,14 @@ impl<T: Real> ComplexTransform<T> {
         }
     }
 
+    /// Bytes that the working space of a thread grows to at most, for profiles of `samples` padded to
+    /// `padded`.
+    pub(crate) fn working_bytes(samples: usize, padded: usize) -> u64 {
+        let parts = RecordTransform::<T>::working_bytes(samples, padded, 2 * Self::TOGETHER);
+        let spectra = 2 * (padded / 2 + 1) * 2 * size_of::<T>();
+        (Self::TOGETHER * (8 * 2 * samples + spectra + 8 * padded)) as u64 + parts
+    }
+
     /// Length N of the transform.
     pub fn padded(&self) -> usize {
         self.parts.padded()

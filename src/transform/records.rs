@@ -60,6 +60,15 @@ impl<T: Real> RecordTransform<T> {
         }
     }
 
+    /// Bytes that the working space of a thread grows to at most, which transforms so many records of
+    /// `samples` together, padded to `padded`.
+    pub(crate) fn working_bytes(samples: usize, padded: usize, records: usize) -> u64 {
+        let number = size_of::<T>();
+        let record = 8 * 2 * samples + number * (padded + 2 * (padded / 2 + 1));
+        let columns = ColumnTransform::<T>::working_bytes(padded, records, records * number);
+        (records * record) as u64 + columns
+    }
+
     /// Length N of the transform.
     pub fn padded(&self) -> usize {
         self.plan.length()

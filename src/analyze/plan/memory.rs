@@ -2,9 +2,10 @@
 
 use super::{Blocks, Plan};
 use crate::analyze::short_time::{ShortTimeSegments, TOGETHER};
+use crate::chain::lanes::WIDTH;
 use crate::error::{Error, Result};
 use crate::prepare::piece_bytes;
-use crate::transform::Segments;
+use crate::transform::{ComplexTransform, RecordTransform, Segments};
 
 /// Bytes of a block of profiles or frequencies, a thread: it is written while it is in the cache,
 /// and its memory is used again. Blocks of sites are as large as they can be, since the pieces
@@ -57,16 +58,27 @@ impl Plan {
         let mapped = 8 * nt * nx;
         let piece = (piece_bytes(self.threads) as u64).max(8 * nx);
         let pieces = mapped.min(threads * piece);
-        // Of each thread: a tile of records, as read and as transformed, their transforms, the
-        // matrix between the halves of these, and powers of eight sites, be they fewer; or a tile
-        // of profiles, and spectra of eight.
+        // Of each thread: a tile of records, as read and as transformed, their transforms, what these
+        // work with, and powers of eight sites, be they fewer; or a tile of profiles, and of eight
+        // what these take.
         let segments = self.segments.count() as u64;
         let segment = self
             .request
             .welch
             .map_or(0, |_| self.segments.length as u64);
-        let column_tile = |sites: u64| threads * (sites * (8 * (nt + segment) + 64 * nf) + 64 * nf);
-        let row_tile = |times: u64| threads * (times * 8 * (nx + nks) + 64 * nks);
+        let column_tile = |sites: u64| {
+            let (length, padded) = (self.segments.length, self.conventions.padded_time);
+            let worked = RecordTransform::<f64>::working_bytes(length, padded, sites as usize);
+            threads * (sites * 8 * (nt + segment) + worked + 64 * nf)
+        };
+        let (sites, padded) = (self.axes.n_sites, self.conventions.padded_space);
+        let along_space = 64 * nk + RecordTransform::<f64>::working_bytes(sites, padded, WIDTH);
+        let at_each_frequency = match spacetime {
+            true => ComplexTransform::<f64>::working_bytes(sites, padded),
+            false => 0,
+        };
+        let row_tile =
+            |times: u64| threads * (times * 8 * (nx + nks) + along_space + at_each_frequency);
         // Spectra along time are written by the pass that has them in rows, where there is one.
         let per_site = |in_memory: bool, streams: bool| {
             let written = match (spacetime, in_memory) {
