@@ -128,7 +128,8 @@ pub struct Request {
     /// Frequencies `[from, to]` over which directions are summed; `None`: all.
     pub direction_band: Option<(f64, f64)>,
     pub short_time: ShortTime,
-    /// Whether arrays are also reduced to [maps](super::Map) for figures.
+    /// Whether arrays are also reduced to [maps](super::Map); without them there are neither figures of
+    /// arrays nor heat maps in the report.
     pub maps: bool,
     pub precision: Precision,
     /// Worker threads; `None`: one a core.

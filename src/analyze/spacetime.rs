@@ -14,7 +14,7 @@ use crate::spare::Spare;
 use crate::sum::sum;
 use crate::transform::{ComplexScratch, ComplexTransform, Real, fold, power};
 
-/// Frequencies that a thread takes at a time.
+/// Frequencies that a thread takes at a time, at most.
 const TILE: usize = 16;
 
 /// Energy of one frequency, by direction (sums over bins, one-sided in f).
@@ -164,6 +164,11 @@ impl<T: Real> Pass<'_, T> {
         let all = self.plan.axes.frequency.len();
         let count = self.plan.blocks.frequencies.min(all - from);
         let segments = self.plan.segments.count();
+        // Several for each thread, where a block has so many.
+        let tile = count.div_ceil(4 * rayon::current_num_threads());
+        let tile = tile
+            .next_multiple_of(ComplexTransform::<T>::TOGETHER)
+            .min(TILE);
         let mut powers = block.powers.slice_mut(s![..count, ..]);
         let mut records = block.records.slice_mut(s![..count, ..]);
         block.from = from;
@@ -171,10 +176,10 @@ impl<T: Real> Pass<'_, T> {
             self.between
                 .with_rows(from * segments, count * segments, |rows| {
                     powers
-                        .axis_chunks_iter_mut(Axis(0), TILE)
+                        .axis_chunks_iter_mut(Axis(0), tile)
                         .into_par_iter()
-                        .zip(records.axis_chunks_iter_mut(Axis(0), TILE))
-                        .zip(rows.axis_chunks_iter(Axis(0), TILE * segments))
+                        .zip(records.axis_chunks_iter_mut(Axis(0), tile))
+                        .zip(rows.axis_chunks_iter(Axis(0), tile * segments))
                         .enumerate()
                         .map_init(
                             || self.spare.take(|_| true, ComplexScratch::default),
@@ -183,7 +188,7 @@ impl<T: Real> Pass<'_, T> {
                                     return Err(Error::Cancelled);
                                 }
                                 self.observer.advance(powers.nrows() as u64);
-                                let first = from + i * TILE;
+                                let first = from + i * tile;
                                 Ok(self.frequencies(first, profiles, scratch, powers, records))
                             },
                         )

@@ -258,4 +258,34 @@ mod tests {
                 .is_nan()
         );
     }
+
+    /// Narrow lines far from zero, and two lines in far leaves, whose moments are known: nothing cancels.
+    #[test]
+    fn val_spread_of_narrow_lines_keeps_its_digits() {
+        let axis: Vec<f64> = (0..8193).map(|m| 0.1 * f64::from(m)).collect();
+        let lines = |at: &[(usize, f64)]| {
+            let mut power = vec![0.0; axis.len()];
+            at.iter().for_each(|&(m, p)| power[m] = p);
+            moments_of(&power, &axis, 400.0)
+        };
+        let one = lines(&[(8100, 3.0)]);
+        assert_eq!((one.centroid, one.bandwidth), (axis[8100], 0.0));
+        // Bins 8100 and 8101 with 1 and 3: sqrt(3) / 4 of a bin.
+        let narrow = lines(&[(8100, 1.0), (8101, 3.0)]);
+        let right = 0.1 * 3f64.sqrt() / 4.0;
+        // The centroid is rounded to 1e-13.
+        assert!(
+            (narrow.bandwidth / right - 1.0).abs() < 1e-11,
+            "{}",
+            narrow.bandwidth
+        );
+        let far = lines(&[(40, 1.0), (8000, 1.0)]);
+        assert!(
+            (far.bandwidth / 398.0 - 1.0).abs() < 1e-15,
+            "{}",
+            far.bandwidth
+        );
+        assert_eq!((far.median, far.quantile_90), (axis[40], axis[8000]));
+        assert_eq!((far.low_share, far.high_share), (0.5, 0.5));
+    }
 }

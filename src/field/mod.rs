@@ -18,9 +18,7 @@ mod state;
 mod storage;
 
 use std::ops::Range;
-use std::sync::Arc;
 
-use memmap2::Mmap;
 use ndarray::Array2;
 
 use crate::error::Result;
@@ -112,8 +110,6 @@ pub struct Field {
     storage: Storage,
     /// `None` where it came from no file.
     opened: Option<FileState>,
-    /// The file's bytes.
-    map: Option<Arc<Mmap>>,
     n_times: usize,
     n_sites: usize,
     pub name: String,
@@ -135,7 +131,6 @@ impl Field {
         Field {
             storage: Storage::from_array(values),
             opened: None,
-            map: None,
             n_times,
             n_sites,
             name: "field".into(),
@@ -188,15 +183,21 @@ impl Field {
         self.opened.as_ref().map_or(Ok(()), FileState::check)
     }
 
-    /// BLAKE3 of the bytes of the file it came from, in hexadecimal; for fields that were opened without
-    /// [`OpenOptions::hash`], by all threads of the current pool.
-    pub fn file_hash(&self) -> Option<String> {
-        let map = self.map.as_ref()?;
-        // Samples that lie in the file are in use.
-        Some(match self.storage.is_mapped() {
-            true => open::hash(map, |_| ()),
-            false => open::content_hash(map),
-        })
+    /// BLAKE3 of the bytes of the file it came from, in hexadecimal, for fields that were opened without
+    /// [`OpenOptions::hash`]; by all threads of the current pool. `None` where it came from no file.
+    ///
+    /// With `in_use`, samples that are read where they lie in the file stay mapped.
+    ///
+    /// # Errors
+    /// [`crate::Error::Read`].
+    pub fn file_hash(&self, in_use: bool) -> Result<Option<String>> {
+        let Some(opened) = &self.opened else {
+            return Ok(None);
+        };
+        match self.storage.mapped() {
+            Some(map) if in_use => Ok(Some(open::hash(map, |_| ()))),
+            _ => file_hash(opened.path()).map(Some),
+        }
     }
 
     /// Whether the samples of one time are neighbours.

@@ -128,7 +128,6 @@ impl Field {
         Ok(Field {
             storage: contents.storage,
             opened: Some(opened),
-            map: Some(Arc::clone(&source.map)),
             n_times: contents.n_times,
             n_sites: contents.n_sites,
             name: name.to_string_lossy().into_owned(),
@@ -221,7 +220,7 @@ pub fn file_hash(path: &Path) -> Result<String> {
 }
 
 /// BLAKE3 of the whole file; its pages are dropped as it goes.
-pub(super) fn content_hash(map: &Mmap) -> String {
+fn content_hash(map: &Mmap) -> String {
     hash(map, |done| storage::release(map, done))
 }
 

@@ -62,6 +62,10 @@ impl FileState {
         }
     }
 
+    pub(super) fn path(&self) -> &Path {
+        &self.path
+    }
+
     /// That its path still leads to the same file, which nothing was written to since.
     ///
     /// # Errors

@@ -154,9 +154,12 @@ impl Storage {
         self.arrangement.rows_are_times
     }
 
-    /// Whether the samples are read where they lie in a file.
-    pub(crate) fn is_mapped(&self) -> bool {
-        matches!(self.bytes, Bytes::Mapped(_))
+    /// The file in which samples are read where they lie.
+    pub(crate) fn mapped(&self) -> Option<&Mmap> {
+        match &self.bytes {
+            Bytes::Mapped(map) => Some(map),
+            Bytes::Inflated(_) | Bytes::Values(_) => None,
+        }
     }
 
     /// All rows one after the other, where they are the numbers that they stand for.

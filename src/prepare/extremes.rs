@@ -117,7 +117,10 @@ impl Work for Take<'_> {
                 padded[..sites].copy_from_slice(&samples[..sites]);
                 padded
             };
-            let rows: Vec<[f64; WIDTH]> = self.rows.chunks(self.apart).map(padded).collect();
+            let mut rows = [[0.0; WIDTH]; TOGETHER + 1];
+            for (row, samples) in rows.iter_mut().zip(self.rows.chunks(self.apart)) {
+                *row = padded(samples);
+            }
             let mut lanes = seen.each_ref().map(|seen| padded(seen));
             look::<L>(|n| rows.get(n), times, self.before, lanes.each_mut());
             for (lanes, seen) in lanes.iter().zip(seen) {

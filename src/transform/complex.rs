@@ -171,8 +171,19 @@ mod tests {
     /// parts; and the same bits however many go together.
     #[test]
     fn val_direct_sums_at_both_signs() {
-        for (sites, padded) in [(12, 12), (15, 15), (20, 27), (1, 1), (300, 300), (11, 22)] {
-            let window: Vec<f64> = (0..sites).map(|j| 1.0 - 0.5 * (j as f64).sin()).collect();
+        let tapered =
+            [(12, 12), (15, 15), (20, 27), (1, 1), (300, 300), (11, 22)].map(|n| (n, 0.5));
+        let plain = [
+            (2, 2),
+            (3, 3),
+            (7, 7),
+            (8, 8),
+            (251, 251),
+            (253, 253),
+            (300, 300),
+        ];
+        for ((sites, padded), depth) in tapered.into_iter().chain(plain.map(|n| (n, 0.0))) {
+            let window: Vec<f64> = (0..sites).map(|j| 1.0 - depth * (j as f64).sin()).collect();
             let plan = ComplexTransform::<f64>::new(&window, padded);
             let profiles = Array2::from_shape_fn((9, sites), |(p, j)| {
                 let phase = (p * 7 + j * j) as f64;

@@ -12,6 +12,9 @@ use crate::transform::{ComplexTransform, RecordTransform, Segments};
 /// of rows they write are short.
 const BLOCK_BYTES: u64 = 2 << 20;
 
+/// Bytes a bin of eight spectra that are measured, sums of leaves included.
+const MEASURED: u64 = 64 + 16;
+
 impl Plan {
     /// Short-time spectra are held, and once more while they are written; threads make them record by
     /// record.
@@ -30,10 +33,14 @@ impl Plan {
         };
         let ShortTimeSegments { time, space } = self.short_time;
         // A record, and of each of its frames that go together what a record of a tile takes.
-        let frame = 8 * time.length as u64 + 64 * bins(time);
-        let worked_on = 8 * self.axes.n_times as u64 + TOGETHER as u64 * frame;
+        let frame = |segments: Segments| 8 * segments.length as u64 + 64 * bins(segments);
+        let worked_on = 8 * self.axes.n_times as u64 + TOGETHER as u64 * frame(time);
         let at_once = self.threads.min(sites) as u64;
-        held(time, sites) + held(space, asked.times.len()) + at_once * worked_on
+        let across = match asked.times.len() {
+            0 => 0,
+            count => held(space, count) + TOGETHER as u64 * frame(space),
+        };
+        held(time, sites) + at_once * worked_on + across
     }
 
     /// Chooses tiles and blocks, whether the field streams through, and where the matrix between the
@@ -69,10 +76,11 @@ impl Plan {
         let column_tile = |sites: u64| {
             let (length, padded) = (self.segments.length, self.conventions.padded_time);
             let worked = RecordTransform::<f64>::working_bytes(length, padded, sites as usize);
-            threads * (sites * 8 * (nt + segment) + worked + 64 * nf)
+            threads * (sites * 8 * (nt + segment) + worked + MEASURED * nf)
         };
         let (sites, padded) = (self.axes.n_sites, self.conventions.padded_space);
-        let along_space = 64 * nk + RecordTransform::<f64>::working_bytes(sites, padded, WIDTH);
+        let along_space =
+            MEASURED * nk + RecordTransform::<f64>::working_bytes(sites, padded, WIDTH);
         let at_each_frequency = match spacetime {
             true => ComplexTransform::<f64>::working_bytes(sites, padded),
             false => 0,
@@ -146,7 +154,12 @@ impl Plan {
                 least_times as usize,
                 nt as usize,
             ),
-            frequencies: cached(per_frequency, 1, 1, nf as usize),
+            frequencies: cached(
+                per_frequency,
+                ComplexTransform::<f64>::TOGETHER,
+                1,
+                nf as usize,
+            ),
         };
         let frequencies = if spacetime { blocks.frequencies } else { 0 };
         let records = blocks.sites as u64 * per_site;

@@ -246,6 +246,11 @@ impl Plan {
         self.request.results.spatial || self.request.results.flux_surrogate
     }
 
+    /// Whether the field is read piece by piece, and pages of it are let go.
+    pub fn streams(&self) -> bool {
+        self.tiles.ahead.is_some()
+    }
+
     /// Sizes of the blocks that pass through memory.
     pub fn blocks(&self) -> Blocks {
         self.blocks

@@ -67,10 +67,13 @@ pub fn run(typed: Analyze) -> Result<(), Failure> {
     // Threads that wait in a pass take their share of the hash.
     let (analysis, hash) = rayon::join(
         || run_plan(&field, &plan, &archive, &progress),
-        || (!hash_first).then(|| field.file_hash()).flatten(),
+        || match hash_first {
+            true => Ok(None),
+            false => field.file_hash(!plan.streams()),
+        },
     );
     let mut analysis = analysis.map_err(|error| with_path(error, &typed.field))?;
-    analysis.content_hash = analysis.content_hash.or(hash);
+    analysis.content_hash = analysis.content_hash.or(hash?);
     let opened = field.file_state();
     // To let go of a mapped file takes about as long as to write what is left.
     let (written, ()) = rayon::join(

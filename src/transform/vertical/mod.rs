@@ -56,13 +56,12 @@ mod simd;
 mod tiles;
 mod way;
 
-use std::sync::{Mutex, PoisonError};
-
 use ndarray::parallel::prelude::*;
 use ndarray::{ArrayView2, ArrayViewMut2, Axis};
 use num_complex::Complex;
 
 use super::Real;
+use crate::spare::{Spare, Taken};
 use choice::Choice;
 pub use choice::Method;
 use kernels::Kernels;
@@ -81,20 +80,7 @@ pub struct ColumnTransform<T: Real> {
     /// As [`kernels_for`] gives them.
     kernels: Vec<&'static Kernels<T>>,
     /// Working spaces of threads that are done, for those to come.
-    spare: Mutex<Vec<ColumnScratch<T>>>,
-}
-
-/// A working space that goes back to where it came from.
-struct Borrowed<'a, T: Real> {
-    scratch: Option<ColumnScratch<T>>,
-    spare: &'a Mutex<Vec<ColumnScratch<T>>>,
-}
-
-impl<T: Real> Drop for Borrowed<'_, T> {
-    fn drop(&mut self) {
-        let mut spare = self.spare.lock().unwrap_or_else(PoisonError::into_inner);
-        spare.extend(self.scratch.take());
-    }
+    spare: Spare<ColumnScratch<T>>,
 }
 
 /// Working space of one thread, made by [`ColumnTransform::scratch`].
@@ -146,7 +132,7 @@ impl<T: Real> ColumnTransform<T> {
             way: Way::new(set, length, choice.clone()),
             kernels: kernels_for(set, &choice),
             choice,
-            spare: Mutex::default(),
+            spare: Spare::default(),
         }
     }
 
@@ -187,16 +173,10 @@ impl<T: Real> ColumnTransform<T> {
 
     /// A working space of one thread, one that is spare if there is one: new memory costs as much as
     /// a tile of short columns.
-    fn borrow(&self, columns: usize) -> Borrowed<'_, T> {
+    fn borrow(&self, columns: usize) -> Taken<'_, ColumnScratch<T>> {
         let width = width_for(&self.kernels, columns);
-        let mut spare = self.spare.lock().unwrap_or_else(PoisonError::into_inner);
-        let at = spare.iter().position(|scratch| scratch.width == width);
-        let found = at.map(|at| spare.swap_remove(at));
-        drop(spare);
-        Borrowed {
-            scratch: Some(found.unwrap_or_else(|| self.scratch(columns))),
-            spare: &self.spare,
-        }
+        let fits = |scratch: &ColumnScratch<T>| scratch.width == width;
+        self.spare.take(fits, || self.scratch(columns))
     }
 
     /// Working space of one thread for arrays of `columns` columns, or of more.
@@ -281,10 +261,8 @@ impl<T: Real> ColumnTransform<T> {
             .zip(spectra.axis_chunks_iter_mut(Axis(1), stripe))
             .for_each_init(
                 || self.borrow(stripe.min(columns)),
-                |borrowed, (values, mut spectra)| {
-                    if let Some(scratch) = &mut borrowed.scratch {
-                        self.stripe(values, &[], &mut spectra, stream, scratch);
-                    }
+                |scratch, (values, mut spectra)| {
+                    self.stripe(values, &[], &mut spectra, stream, scratch);
                 },
             );
     }

@@ -1,4 +1,4 @@
-//! Lengths with large prime factors, and the shortest: column by column.
+//! The shortest lengths: column by column.
 
 use std::sync::Arc;
 
