@@ -1,6 +1,7 @@
 //! The same bits from any number of threads and any size of blocks.
 
 use cascade::analyze::{Analysis, Request, Results, Spectra, Welch, plan};
+use cascade::plot::Format;
 use cascade::prepare::{Detrend, Gaps, Window};
 use cascade::{Field, analyze};
 use ndarray::Array2;
@@ -190,6 +191,44 @@ fn the_order_of_samples_in_memory_does_not_matter() -> Result<(), cascade::Error
         let [by_time, by_site] = [run(&fields[0])?, run(&fields[1])?];
         assert_eq!(by_time.0, by_site.0);
         assert_eq!(format!("{:?}", by_time.1), format!("{:?}", by_site.1));
+    }
+    Ok(())
+}
+
+/// Maps are for the eye: without them the same numbers, a report and the figures of what is left.
+#[test]
+fn without_maps_all_else_is_the_same_bit_for_bit() -> Result<(), cascade::Error> {
+    for request in requests() {
+        let run = |maps| {
+            let request = Request {
+                maps,
+                ..request.clone()
+            };
+            analyze(&field(), &request)
+        };
+        let (with, of_with) = run(true)?;
+        let (without, of_without) = run(false)?;
+        assert_eq!(bits(&of_with, &with), bits(&of_without, &without));
+        let maps = |a: &Analysis| {
+            [
+                &a.field_map,
+                &a.temporal_map,
+                &a.spatial_map,
+                &a.spacetime_map,
+                &a.flux_map,
+            ]
+            .map(Option::is_some)
+        };
+        assert_eq!((maps(&with), maps(&without)), ([true; 5], [false; 5]));
+        let pages = [&with, &without].map(cascade::report::html);
+        assert!(pages[1].contains("</html>") && pages[1].len() < pages[0].len());
+        let folder = tempfile::tempdir().unwrap();
+        let drawn = |analysis| {
+            cascade::plot::draw_all(analysis, folder.path(), &[Format::Svg])
+                .map(|files| files.len())
+        };
+        let (all, rest) = (drawn(&with).unwrap(), drawn(&without).unwrap());
+        assert!(0 < rest && rest < all, "{rest} of {all} figures");
     }
     Ok(())
 }

@@ -287,7 +287,20 @@ fn the_hash_is_that_of_the_bytes() {
         hash: false,
         ..OpenOptions::default()
     };
-    assert_eq!(Field::open(&path, &options).unwrap().content_hash, None);
+    let unhashed = Field::open(&path, &options).unwrap();
+    assert_eq!(unhashed.content_hash, None);
+    // Read where it lies, and as text that was parsed.
+    let text = b"1,-2.5\n3e-3,4\n5,600\n";
+    let parsed = Field::open(folder.write("field.csv", text), &options).unwrap();
+    for (field, bytes) in [(&unhashed, &bytes[..]), (&parsed, text)] {
+        let expected = blake3::hash(bytes).to_hex().to_string();
+        for in_use in [false, true] {
+            let found = field.file_hash(in_use).unwrap();
+            assert_eq!(found.as_ref(), Some(&expected), "in use: {in_use}");
+        }
+    }
+    let made = Field::from_array(ndarray::array![[1.0, 2.0]]);
+    assert_eq!(made.file_hash(true).unwrap(), None);
 }
 
 fn table(name: &str, text: &str, options: &OpenOptions) -> Field {

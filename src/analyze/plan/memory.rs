@@ -65,7 +65,9 @@ impl Plan {
         let mapped = 8 * nt * nx;
         let piece = (piece_bytes(self.threads) as u64).max(8 * nx);
         let pieces = mapped.min(threads * piece);
-        // Of each thread: a tile of records, as read and as transformed, their transforms, what these
+        // Threads that have a tile, of so many each, of what there is.
+        let at_work = |all: u64, each: u64| threads.min(all.div_ceil(each));
+        // Of each of them: a tile of records, as read and as transformed, their transforms, what these
         // work with, and powers of eight sites, be they fewer; or a tile of profiles, and of eight
         // what these take.
         let segments = self.segments.count() as u64;
@@ -76,7 +78,7 @@ impl Plan {
         let column_tile = |sites: u64| {
             let (length, padded) = (self.segments.length, self.conventions.padded_time);
             let worked = RecordTransform::<f64>::working_bytes(length, padded, sites as usize);
-            threads * (sites * 8 * (nt + segment) + worked + MEASURED * nf)
+            at_work(nx, sites) * (sites * 8 * (nt + segment) + worked + MEASURED * nf)
         };
         let (sites, padded) = (self.axes.n_sites, self.conventions.padded_space);
         let along_space =
@@ -85,8 +87,10 @@ impl Plan {
             true => ComplexTransform::<f64>::working_bytes(sites, padded),
             false => 0,
         };
-        let row_tile =
-            |times: u64| threads * (times * 8 * (nx + nks) + along_space + at_each_frequency);
+        let row_tile = |times: u64| {
+            let profiles = at_work(nt, times) * (times * 8 * (nx + nks) + along_space);
+            profiles + at_work(nf, ComplexTransform::<f64>::TOGETHER as u64) * at_each_frequency
+        };
         // Spectra along time are written by the pass that has them in rows, where there is one.
         let per_site = |in_memory: bool, streams: bool| {
             let written = match (spacetime, in_memory) {
