@@ -204,6 +204,8 @@ mod tests {
 
     use crate::Field;
     use crate::analyze::{Request, Results, ShortTime, plan};
+    use crate::chain::lanes::WIDTH;
+    use crate::transform::RecordTransform;
 
     fn needed(threads: usize, short_time: bool) -> u64 {
         let field = Field::from_array(Array2::zeros((4096, 8)));
@@ -236,5 +238,29 @@ mod tests {
             [1, 2, 3, 8].map(of),
             [1, 2, 3, 3].map(|n| held + n * record)
         );
+    }
+
+    /// By hand: 64 profiles of 8 sites are two tiles, the records one. A third thread and more take only
+    /// what every thread sees of all sites; the second takes a tile besides: 32 profiles as read
+    /// and as spectra of 8 bins of both signs, and 5 wavenumbers measured.
+    #[test]
+    fn tiles_of_threads_that_have_one_count() {
+        let field = Field::from_array(Array2::zeros((64, 8)));
+        let needed = [1, 2, 3, 8].map(|threads| {
+            let request = Request {
+                results: Results {
+                    spatial: true,
+                    ..Results::NONE
+                },
+                threads: Some(threads),
+                memory: Some(1 << 30),
+                ..Request::default()
+            };
+            plan(&field, &request).unwrap().memory_needed
+        });
+        let steps = [0, 1, 2].map(|i| needed[i + 1] - needed[i]);
+        let worked = RecordTransform::<f64>::working_bytes(8, 8, WIDTH);
+        assert_eq!(steps[2], 5 * steps[1]);
+        assert_eq!(steps[0] - steps[1], 32 * 8 * (8 + 8) + 5 * 80 + worked);
     }
 }

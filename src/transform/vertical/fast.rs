@@ -1,13 +1,17 @@
 //! Lengths 2^a 3^b 5^c 7^d: the steps of [`super`] on tiles of columns.
 
 use super::kernels::{Kernels, RADICES};
-use super::passes::{Last, Rows, Split, Stage};
+use super::passes::{Ahead, Last, Rows, Split, Stage};
 use crate::transform::Real;
 use crate::turns::cos_sin_exact;
 
 /// Complex numbers between rows of the matrix between the halves, so that no two rows share all
 /// their places in the caches.
 const PADDING: usize = 2;
+
+/// Bytes of the matrix between the halves from which on its places are asked for: most of a second
+/// cache.
+const FETCHED_BYTES: usize = 512 << 10;
 
 /// From row to row of the matrix between the halves, in complex numbers.
 fn row(second: usize) -> usize {
@@ -64,6 +68,8 @@ pub struct Half<T> {
     radices: Vec<usize>,
     /// Of all passes but the last.
     twiddles: Vec<Vec<T>>,
+    /// As [`asked`] gives them.
+    asked: Vec<usize>,
 }
 
 impl<T: Real> Half<T> {
@@ -85,6 +91,7 @@ impl<T: Real> Half<T> {
         }
         Half {
             length,
+            asked: asked(&radices),
             radices,
             twiddles,
         }
@@ -107,6 +114,46 @@ impl<T: Real> Half<T> {
             weight *= radix;
         }
         digits
+    }
+}
+
+/// Of as many rows as a first half has points, how many to ask for with each butterfly, pass by pass: about
+/// as many in one pass as in another, together no fewer than all.
+fn asked(radices: &[usize]) -> Vec<usize> {
+    let length: usize = radices.iter().product();
+    let last = radices.len() - 1;
+    let mut counts: Vec<usize> = radices.iter().map(|radix| length / radix).collect();
+    // It takes its butterflies two by two, but for one or two.
+    counts[last] = counts[last].div_ceil(2) - 1;
+    if last == 0 {
+        // Rows are gathered before it, one by one.
+        counts = vec![length];
+    }
+    let mut passes = counts.iter().filter(|&&count| count > 0).count();
+    let mut left = length;
+    let each = counts.into_iter().map(|count| {
+        if count == 0 {
+            return 0;
+        }
+        let each = match passes {
+            1 => left.div_ceil(count),
+            _ => (left as f64 / (passes * count) as f64).round() as usize,
+        };
+        passes -= 1;
+        left = left.saturating_sub(each * count);
+        each
+    });
+    each.collect()
+}
+
+/// From a row to the other line of the caches to ask for with it, in bytes: the second one where the
+/// row, or those around it, straddle two; the one that completes 128 bytes, which memory gives for
+/// little more than one, and which the next tile will want.
+fn line_beside<T>(row: *const T, stride: usize) -> usize {
+    let straddles = !row.addr().is_multiple_of(64) || !(stride * size_of::<T>()).is_multiple_of(64);
+    match straddles || row.addr() % 128 < 64 {
+        true => 64,
+        false => 0,
     }
 }
 
@@ -201,14 +248,26 @@ impl<T: Real> Fast<T> {
                     next,
                     apart: 0,
                     second: if j + 1 < n2 { second } else { 0 },
-                    // The next pair is asked for while this one is transformed.
-                    ahead: if staged { 0 } else { 2 },
-                    wide: from.addr() % 128 < 64,
                     weights,
                 };
-                self.first_half(kernels, j, rows, weighed, work, between);
+                let ahead = match staged || j + 2 >= n2 {
+                    true => Ahead::nothing(),
+                    false => self.ahead(from.add(2 * tile.from_stride), tile.from_stride),
+                };
+                self.first_half(kernels, j, (rows, ahead), weighed, work, between);
             }
             self.second_half(kernels, between, tile, work);
+        }
+    }
+
+    /// The rows of two series, from the first one's first row on.
+    fn ahead(&self, row: *const T, stride: usize) -> Ahead<T> {
+        Ahead {
+            row,
+            apart: self.second.length * stride,
+            second: stride,
+            more: [row, row.wrapping_add(stride)].map(|row| line_beside(row, stride)),
+            each: 0,
         }
     }
 
@@ -217,7 +276,7 @@ impl<T: Real> Fast<T> {
         &self,
         kernels: &Kernels<T>,
         j: usize,
-        rows: Rows<T>,
+        (rows, mut ahead): (Rows<T>, Ahead<T>),
         weighed: bool,
         work: *mut T,
         between: *mut T,
@@ -227,16 +286,20 @@ impl<T: Real> Fast<T> {
         let radix = self.first.last();
         // SAFETY: as in `tile`.
         unsafe {
-            self.first_rows(kernels, rows, weighed, work);
+            self.first_rows(kernels, (rows, &mut ahead), weighed, work);
+            ahead.pass(self.first.asked[self.first.asked.len() - 1]);
             let twiddles = self.split_twiddles.as_ptr();
-            kernels.split[index(radix)](&Split {
+            let split = Split {
                 from: work,
                 groups: n1 / radix,
                 order: self.order.as_ptr(),
                 to: between.add(complex * j),
                 next: complex * row(self.second.length),
+                fetch: (n1 / 2 + 1) * complex * row(self.second.length)
+                    >= FETCHED_BYTES / size_of::<T>(),
                 twiddles: twiddles.add(j / 2 * 4 * (n1 / 2 + 1)),
-            });
+            };
+            kernels.split[index(radix)](&split, ahead);
         }
     }
 
@@ -284,7 +347,7 @@ impl<T: Real> Fast<T> {
     unsafe fn first_rows(
         &self,
         kernels: &Kernels<T>,
-        mut rows: Rows<T>,
+        (mut rows, ahead): (Rows<T>, &mut Ahead<T>),
         weighed: bool,
         work: *mut T,
     ) {
@@ -294,16 +357,17 @@ impl<T: Real> Fast<T> {
             true => (kernels.gather_weighed, &kernels.first_weighed),
             false => (kernels.gather, &kernels.first),
         };
+        ahead.pass(self.first.asked[0]);
         // SAFETY: as in `tile`.
         unsafe {
             if self.first.radices.len() == 1 {
-                gather(&rows, work, n1, work);
+                gather(&rows, ahead, work, n1, work);
                 return;
             }
             rows.apart = n1 / radix * rows.next;
             let twiddles = self.first.twiddles[0].as_ptr();
-            first[index(radix)](&rows, work, n1 / radix, twiddles);
-            self.first.middle(kernels, work, 1);
+            first[index(radix)](&rows, ahead, work, n1 / radix, twiddles);
+            self.first.middle(kernels, work, 1, ahead);
         }
     }
 }
@@ -327,24 +391,26 @@ impl<T> Half<T> {
         let twiddles = self.twiddles[0].as_ptr();
         // SAFETY: as promised.
         unsafe {
-            let count = self.length / radix;
-            kernels.middle[index(radix)](source, work, 1, count, twiddles);
-            self.middle(kernels, work, 1);
+            let (count, nothing) = (self.length / radix, &mut Ahead::nothing());
+            kernels.middle[index(radix)](source, work, 1, count, twiddles, nothing);
+            self.middle(kernels, work, 1, nothing);
         }
         work
     }
 
     /// Passes from number `pass` to the last but one, in place.
-    unsafe fn middle(&self, kernels: &Kernels<T>, work: *mut T, pass: usize) {
+    unsafe fn middle(&self, kernels: &Kernels<T>, work: *mut T, pass: usize, ahead: &mut Ahead<T>) {
         let mut blocks: usize = self.radices[..pass].iter().product();
         for (pass, &radix) in self.radices.iter().enumerate().skip(pass) {
             let Some(twiddles) = self.twiddles.get(pass) else {
                 return;
             };
             let count = self.length / blocks / radix;
+            let twiddles = twiddles.as_ptr();
+            ahead.pass(self.asked[pass]);
             // SAFETY: as in `Fast::tile`.
             unsafe {
-                kernels.middle[index(radix)](work, work, blocks, count, twiddles.as_ptr());
+                kernels.middle[index(radix)](work, work, blocks, count, twiddles, ahead);
             }
             blocks *= radix;
         }
@@ -354,4 +420,18 @@ impl<T> Half<T> {
 /// Place of a radix in the tables; radices come from `choice`.
 pub fn index(radix: usize) -> usize {
     RADICES.iter().position(|&r| r == radix).unwrap_or(0)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::asked;
+
+    /// By hand: 256 rows with 32, 32 and 31 butterflies, 64 with 8 and 3; too short for two by two; alone.
+    #[test]
+    fn all_rows_are_asked_for_evenly() {
+        assert_eq!(asked(&[8, 8, 4]), [3, 3, 3]);
+        assert_eq!(asked(&[8, 8]), [4, 11]);
+        assert_eq!(asked(&[2, 2]), [2, 0]);
+        assert_eq!(asked(&[7]), [1]);
+    }
 }

@@ -5,16 +5,16 @@
 //! are taken only after the processor was asked for the features: that makes the calls sound.
 
 use super::butterfly::{Butterfly, Dft};
-use super::passes::{self, Blend, Fold, Last, Rows, Scatter, Split, Stage, Turn};
+use super::passes::{self, Ahead, Blend, Fold, Last, Rows, Scatter, Split, Stage, Turn};
 use super::simd::{Lanes, Portable};
 
 /// Radices that kernels exist for, in the order of the tables.
 pub const RADICES: [usize; 6] = [2, 3, 4, 5, 7, 8];
 
-/// `rows, to, count, twiddles` of [`passes::first`].
-type First<T> = unsafe fn(&Rows<T>, *mut T, usize, *const T);
-/// `from, to, blocks, count, twiddles` of [`passes::middle`].
-type Middle<T> = unsafe fn(*const T, *mut T, usize, usize, *const T);
+/// `rows, ahead, to, count, twiddles` of [`passes::first`].
+type First<T> = unsafe fn(&Rows<T>, &mut Ahead<T>, *mut T, usize, *const T);
+/// `from, to, blocks, count, twiddles, ahead` of [`passes::middle`].
+type Middle<T> = unsafe fn(*const T, *mut T, usize, usize, *const T, &mut Ahead<T>);
 /// Of passes whose places have names.
 type End<A> = unsafe fn(&A);
 
@@ -36,7 +36,7 @@ pub struct Kernels<T: 'static> {
     pub first: [First<T>; RADICES.len()],
     pub first_weighed: [First<T>; RADICES.len()],
     pub middle: [Middle<T>; RADICES.len()],
-    pub split: [End<Split<T>>; RADICES.len()],
+    pub split: [unsafe fn(&Split<T>, Ahead<T>); RADICES.len()],
     pub last: [End<Last<T>>; RADICES.len()],
     /// Past the caches, to aligned rows.
     pub last_streamed: [End<Last<T>>; RADICES.len()],
@@ -67,6 +67,7 @@ macro_rules! kernels {
             $(#[target_feature(enable = $feature)])?
             unsafe fn first<const R: usize, const WEIGHED: bool>(
                 rows: &Rows<$scalar>,
+                ahead: &mut Ahead<$scalar>,
                 to: *mut $scalar,
                 count: usize,
                 twiddles: *const $scalar,
@@ -74,7 +75,7 @@ macro_rules! kernels {
                 Dft: Butterfly<R>,
             {
                 // SAFETY: the caller's.
-                unsafe { passes::first::<$lanes, R, WEIGHED>(rows, to, count, twiddles) }
+                unsafe { passes::first::<$lanes, R, WEIGHED>(rows, ahead, to, count, twiddles) }
             }
 
             $(#[target_feature(enable = $feature)])?
@@ -84,20 +85,21 @@ macro_rules! kernels {
                 blocks: usize,
                 count: usize,
                 twiddles: *const $scalar,
+                ahead: &mut Ahead<$scalar>,
             ) where
                 Dft: Butterfly<R>,
             {
                 // SAFETY: the caller's.
-                unsafe { passes::middle::<$lanes, R>(from, to, blocks, count, twiddles) }
+                unsafe { passes::middle::<$lanes, R>(from, to, blocks, count, twiddles, ahead) }
             }
 
             $(#[target_feature(enable = $feature)])?
-            unsafe fn split<const R: usize>(at: &Split<$scalar>)
+            unsafe fn split<const R: usize>(at: &Split<$scalar>, ahead: Ahead<$scalar>)
             where
                 Dft: Butterfly<R>,
             {
                 // SAFETY: the caller's.
-                unsafe { passes::split::<$lanes, R>(at) }
+                unsafe { passes::split::<$lanes, R>(at, ahead) }
             }
 
             $(#[target_feature(enable = $feature)])?

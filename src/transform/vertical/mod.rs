@@ -23,8 +23,8 @@
 //! Each half is a chain of passes of radix 2, 3, 4, 5, 7 or 8 (decimation in frequency, in place;
 //! the digits of the last pass come in reversed order and are written where they belong) over
 //! numbers that stay in the first cache. Twiddle factors come from tables that are right to half
-//! a unit in the last place. Rows are asked for one pair of series ahead of their use, or, where they
-//! share places in the caches, copied first into the order of use; results that fill whole cache
+//! a unit in the last place. Rows are asked for one pair of series ahead of their use, a few with each
+//! butterfly, or, where they share places in the caches, copied first into the order of use; results that fill whole cache
 //! lines and are larger than the caches are written past them.
 //!
 //! Lengths with other prime factors go through a convolution of a length that has none, in the

@@ -69,6 +69,57 @@ pub(super) unsafe fn stage<L: Lanes, const WEIGHED: bool>(at: &Stage<L::Scalar>)
     }
 }
 
+/// Rows that the next pair of series will want. They are asked for while this pair is transformed, a
+/// few with each butterfly: only so many lines can be on their way at once, and passes that asked for
+/// all would wait for them.
+#[derive(Debug, Clone, Copy)]
+pub struct Ahead<T> {
+    /// The first series' row to ask for, how far its next one is, and the second series', in numbers.
+    pub row: *const T,
+    pub apart: usize,
+    pub second: usize,
+    /// Of each series, from a row to another line to ask for, in bytes; 0 where there is none.
+    pub more: [usize; 2],
+    /// Rows to ask for with each butterfly of the pass in hand.
+    pub each: usize,
+}
+
+impl<T> Ahead<T> {
+    pub fn nothing() -> Self {
+        Ahead {
+            row: std::ptr::null(),
+            apart: 0,
+            second: 0,
+            more: [0; 2],
+            each: 0,
+        }
+    }
+
+    /// For a pass whose butterflies ask for so many rows each.
+    pub fn pass(&mut self, each: usize) {
+        if !self.row.is_null() {
+            self.each = each;
+        }
+    }
+
+    #[inline(always)]
+    unsafe fn ask<L: Lanes<Scalar = T>>(&mut self) {
+        for _ in 0..self.each {
+            let second = self.row.wrapping_add(self.second);
+            let [more, more_second] = self.more;
+            // SAFETY: the processor has the instructions of L, by the caller's word; any place may be
+            // asked for.
+            unsafe {
+                L::prefetch(self.row);
+                L::prefetch(second);
+                L::prefetch(self.row.wrapping_byte_add(more));
+                L::prefetch(second.wrapping_byte_add(more_second));
+            }
+            self.row = self.row.wrapping_add(self.apart);
+        }
+    }
+}
+
 /// Where real rows lie: of point `i` of butterfly `q` it is row `q * next + i * apart`, and that of the
 /// second series `second` further.
 #[derive(Debug, Clone, Copy)]
@@ -79,11 +130,6 @@ pub struct Rows<T> {
     pub next: usize,
     pub apart: usize,
     pub second: usize,
-    /// How far ahead to ask for rows, in rows; 0: not at all.
-    pub ahead: usize,
-    /// Whether to ask for the neighbouring lines too, which the next tile will want: memory gives
-    /// two lines for little more than one.
-    pub wide: bool,
     /// A factor for each row, where they are weighed.
     pub weights: *const T,
 }
@@ -97,17 +143,20 @@ pub struct Rows<T> {
 #[inline(always)]
 pub(super) unsafe fn first<L: Lanes, const R: usize, const WEIGHED: bool>(
     rows: &Rows<L::Scalar>,
+    ahead: &mut Ahead<L::Scalar>,
     to: *mut L::Scalar,
     count: usize,
     twiddles: *const L::Scalar,
 ) where
     Dft: Butterfly<R>,
 {
-    let [next, apart, second, ahead] =
-        [rows.next, rows.apart, rows.second, rows.ahead].map(|count| count * rows.stride);
+    let [next, apart, second] =
+        [rows.next, rows.apart, rows.second].map(|count| count * rows.stride);
+    let mut asks = *ahead;
     // SAFETY: offsets are those of the caller's promise.
     unsafe {
         for q in 0..count {
+            asks.ask::<L>();
             let mut x = [Complex::<L>::zero(); R];
             for (i, x) in x.iter_mut().enumerate() {
                 let row = rows.from.add(q * next + i * apart);
@@ -120,19 +169,11 @@ pub(super) unsafe fn first<L: Lanes, const R: usize, const WEIGHED: bool>(
                     x.re = x.re.mul(L::splat(weight));
                     x.im = x.im.mul(L::splat(weight.add(rows.second)));
                 }
-                if ahead > 0 {
-                    let line = row.wrapping_add(ahead);
-                    L::prefetch(line);
-                    L::prefetch(line.wrapping_add(second));
-                    if rows.wide {
-                        L::prefetch(line.wrapping_add(L::WIDTH));
-                        L::prefetch(line.wrapping_add(second + L::WIDTH));
-                    }
-                }
             }
             turned::<L, R>(x, twiddles, q, to.add(q * 2 * L::WIDTH), count);
         }
     }
+    *ahead = asks;
 }
 
 /// Butterfly `q` of a pass: its results, each times its twiddle factor, `count` complex numbers
@@ -174,14 +215,17 @@ pub(super) unsafe fn middle<L: Lanes, const R: usize>(
     blocks: usize,
     count: usize,
     twiddles: *const L::Scalar,
+    ahead: &mut Ahead<L::Scalar>,
 ) where
     Dft: Butterfly<R>,
 {
+    let mut asks = *ahead;
     // SAFETY: offsets are those of the caller's promise.
     unsafe {
         for block in 0..blocks {
             let start = block * R * count;
             for q in 0..count {
+                asks.ask::<L>();
                 let mut x = [Complex::<L>::zero(); R];
                 for (i, x) in x.iter_mut().enumerate() {
                     *x = Complex::load(from.add((start + i * count + q) * 2 * L::WIDTH));
@@ -190,6 +234,7 @@ pub(super) unsafe fn middle<L: Lanes, const R: usize>(
             }
         }
     }
+    *ahead = asks;
 }
 
 /// Where the split pass finds and leaves its numbers.
@@ -204,6 +249,9 @@ pub struct Split<T> {
     pub to: *mut T,
     /// From bin to bin, in numbers.
     pub next: usize,
+    /// Whether to ask for the places of the next pair of series: where bins fill more than the second
+    /// cache, they have left it since the last tile.
+    pub fetch: bool,
     /// Halves of the twiddle factors of both series, bin by bin.
     pub twiddles: *const T,
 }
@@ -213,8 +261,10 @@ pub struct Split<T> {
 /// # Safety
 /// As [`first`], for the places that [`Split`] names.
 #[inline(always)]
-pub(super) unsafe fn split<L: Lanes, const R: usize>(at: &Split<L::Scalar>)
-where
+pub(super) unsafe fn split<L: Lanes, const R: usize>(
+    at: &Split<L::Scalar>,
+    mut ahead: Ahead<L::Scalar>,
+) where
     Dft: Butterfly<R>,
 {
     // SAFETY: offsets are those of the caller's promise.
@@ -225,6 +275,7 @@ where
             put(at, m * s, y[s], y[(R - s) % R]);
         }
         for low in 1..m.div_ceil(2) {
+            ahead.ask::<L>();
             let y: [Complex<L>; R] = group(at, low);
             let z: [Complex<L>; R] = group(at, m - low);
             for s in 0..R {
@@ -276,6 +327,12 @@ unsafe fn put<L: Lanes>(at: &Split<L::Scalar>, k: usize, z: Complex<L>, mirror: 
             im: mirror.re.sub(z.re),
         };
         let to = at.to.add(k * at.next);
+        if at.fetch {
+            let line = 64 / size_of::<L::Scalar>();
+            for number in (0..4 * L::WIDTH).step_by(line) {
+                L::prefetch(to.wrapping_add(4 * L::WIDTH + number));
+            }
+        }
         let factors = at.twiddles.add(4 * k);
         a.times(factors).store(to);
         b.times(factors.add(2)).store(to.add(2 * L::WIDTH));
