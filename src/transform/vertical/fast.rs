@@ -146,13 +146,13 @@ fn asked(radices: &[usize]) -> Vec<usize> {
     each.collect()
 }
 
-/// From a row to the other line of the caches to ask for with it, in bytes: the second one where the
-/// row, or those around it, straddle two; the one that completes 128 bytes, which memory gives for
-/// little more than one, and which the next tile will want.
-fn line_beside<T>(row: *const T, stride: usize) -> usize {
-    let straddles = !row.addr().is_multiple_of(64) || !(stride * size_of::<T>()).is_multiple_of(64);
-    match straddles || row.addr() % 128 < 64 {
-        true => 64,
+/// From a piece of a row, and from those `apart` bytes further on, to another place to ask for, in bytes: its
+/// end, where they may straddle two lines; else what follows in the same 128 bytes, which memory gives
+/// for little more than one line, and which the next tile will want.
+fn beside<T>(row: *const T, bytes: usize, apart: usize) -> usize {
+    let straddle = !row.addr().is_multiple_of(bytes) || !apart.is_multiple_of(bytes);
+    match straddle || row.addr() % 128 < 64 {
+        true => bytes,
         false => 0,
     }
 }
@@ -252,7 +252,7 @@ impl<T: Real> Fast<T> {
                 };
                 let ahead = match staged || j + 2 >= n2 {
                     true => Ahead::nothing(),
-                    false => self.ahead(from.add(2 * tile.from_stride), tile.from_stride),
+                    false => self.ahead(kernels, from.add(2 * tile.from_stride), tile.from_stride),
                 };
                 self.first_half(kernels, j, (rows, ahead), weighed, work, between);
             }
@@ -261,12 +261,15 @@ impl<T: Real> Fast<T> {
     }
 
     /// The rows of two series, from the first one's first row on.
-    fn ahead(&self, row: *const T, stride: usize) -> Ahead<T> {
+    fn ahead(&self, kernels: &Kernels<T>, row: *const T, stride: usize) -> Ahead<T> {
+        let apart = self.second.length * stride;
+        let bytes = |numbers: usize| numbers * size_of::<T>();
+        let beside = |row| beside(row, bytes(kernels.width), bytes(apart));
         Ahead {
             row,
-            apart: self.second.length * stride,
+            apart,
             second: stride,
-            more: [row, row.wrapping_add(stride)].map(|row| line_beside(row, stride)),
+            more: [row, row.wrapping_add(stride)].map(beside),
             each: 0,
         }
     }
@@ -408,10 +411,12 @@ impl<T> Half<T> {
             let count = self.length / blocks / radix;
             let twiddles = twiddles.as_ptr();
             ahead.pass(self.asked[pass]);
+            let kernel = match ahead.each {
+                0 => kernels.middle[index(radix)],
+                _ => kernels.middle_asking[index(radix)],
+            };
             // SAFETY: as in `Fast::tile`.
-            unsafe {
-                kernels.middle[index(radix)](work, work, blocks, count, twiddles, ahead);
-            }
+            unsafe { kernel(work, work, blocks, count, twiddles, ahead) };
             blocks *= radix;
         }
     }

@@ -36,6 +36,8 @@ pub struct Kernels<T: 'static> {
     pub first: [First<T>; RADICES.len()],
     pub first_weighed: [First<T>; RADICES.len()],
     pub middle: [Middle<T>; RADICES.len()],
+    /// Which ask for rows ahead.
+    pub middle_asking: [Middle<T>; RADICES.len()],
     pub split: [unsafe fn(&Split<T>, Ahead<T>); RADICES.len()],
     pub last: [End<Last<T>>; RADICES.len()],
     /// Past the caches, to aligned rows.
@@ -79,7 +81,7 @@ macro_rules! kernels {
             }
 
             $(#[target_feature(enable = $feature)])?
-            unsafe fn middle<const R: usize>(
+            unsafe fn middle<const R: usize, const ASK: bool>(
                 from: *const $scalar,
                 to: *mut $scalar,
                 blocks: usize,
@@ -90,7 +92,7 @@ macro_rules! kernels {
                 Dft: Butterfly<R>,
             {
                 // SAFETY: the caller's.
-                unsafe { passes::middle::<$lanes, R>(from, to, blocks, count, twiddles, ahead) }
+                unsafe { passes::middle::<$lanes, R, ASK>(from, to, blocks, count, twiddles, ahead) }
             }
 
             $(#[target_feature(enable = $feature)])?
@@ -193,7 +195,12 @@ macro_rules! kernels {
                     first::<5, true>, first::<7, true>, first::<8, true>,
                 ],
                 middle: [
-                    middle::<2>, middle::<3>, middle::<4>, middle::<5>, middle::<7>, middle::<8>,
+                    middle::<2, false>, middle::<3, false>, middle::<4, false>,
+                    middle::<5, false>, middle::<7, false>, middle::<8, false>,
+                ],
+                middle_asking: [
+                    middle::<2, true>, middle::<3, true>, middle::<4, true>,
+                    middle::<5, true>, middle::<7, true>, middle::<8, true>,
                 ],
                 split: [split::<2>, split::<3>, split::<4>, split::<5>, split::<7>, split::<8>],
                 last: [

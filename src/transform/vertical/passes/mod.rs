@@ -204,12 +204,12 @@ unsafe fn turned<L: Lanes, const R: usize>(
 }
 
 /// A pass between the first and the last: `blocks` transforms of `R * count` points each, in
-/// place where `from` is `to`.
+/// place where `from` is `to`; rows ahead are asked for where `ASK`.
 ///
 /// # Safety
 /// As [`first`]; both hold `blocks * R * count` complex numbers.
 #[inline(always)]
-pub(super) unsafe fn middle<L: Lanes, const R: usize>(
+pub(super) unsafe fn middle<L: Lanes, const R: usize, const ASK: bool>(
     from: *const L::Scalar,
     to: *mut L::Scalar,
     blocks: usize,
@@ -225,7 +225,9 @@ pub(super) unsafe fn middle<L: Lanes, const R: usize>(
         for block in 0..blocks {
             let start = block * R * count;
             for q in 0..count {
-                asks.ask::<L>();
+                if ASK {
+                    asks.ask::<L>();
+                }
                 let mut x = [Complex::<L>::zero(); R];
                 for (i, x) in x.iter_mut().enumerate() {
                     *x = Complex::load(from.add((start + i * count + q) * 2 * L::WIDTH));
