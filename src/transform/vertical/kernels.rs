@@ -15,6 +15,8 @@ pub const RADICES: [usize; 6] = [2, 3, 4, 5, 7, 8];
 type First<T> = unsafe fn(&Rows<T>, &mut Ahead<T>, *mut T, usize, *const T);
 /// `from, to, blocks, count, twiddles, ahead` of [`passes::middle`].
 type Middle<T> = unsafe fn(*const T, *mut T, usize, usize, *const T, &mut Ahead<T>);
+/// Of [`passes::split`].
+type Splitting<T> = unsafe fn(&Split<T>, Ahead<T>);
 /// Of passes whose places have names.
 type End<A> = unsafe fn(&A);
 
@@ -38,7 +40,7 @@ pub struct Kernels<T: 'static> {
     pub middle: [Middle<T>; RADICES.len()],
     /// Which ask for rows ahead.
     pub middle_asking: [Middle<T>; RADICES.len()],
-    pub split: [unsafe fn(&Split<T>, Ahead<T>); RADICES.len()],
+    pub split: [Splitting<T>; RADICES.len()],
     pub last: [End<Last<T>>; RADICES.len()],
     /// Past the caches, to aligned rows.
     pub last_streamed: [End<Last<T>>; RADICES.len()],
