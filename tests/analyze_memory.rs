@@ -72,9 +72,11 @@ fn no_more_is_held_than_the_plan_says() {
                 let needed = planned.memory_needed;
                 assert!(needed <= allowed, "{case}: {needed}");
                 assert!(held <= needed, "{case}: {held} of {needed}");
-                // More threads than processors may or may not hold their parts at once.
+                // More threads than processors may or may not hold their parts at once. One thread's
+                // stages do not all hold theirs: 2.08 times as much is planned at most, with AVX-512,
+                // whose tiles are the widest.
                 assert!(
-                    threads > 1 || needed <= 2 * held,
+                    threads > 1 || 10 * needed <= 21 * held,
                     "{case}: {held} of {needed}"
                 );
             }
