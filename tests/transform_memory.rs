@@ -5,8 +5,8 @@
 //! sanitizer does not see; those lie between margins that are looked at here.
 
 use cascade::transform::vertical::InstructionSet;
-use cascade::transform::{ColumnTransform, Real};
-use ndarray::{Array2, ArrayView2, ArrayViewMut2, ShapeBuilder, s};
+use cascade::transform::{ColumnTransform, Real, ShortTimeTransform};
+use ndarray::{Array2, Array3, ArrayView2, ArrayViewMut2, ArrayViewMut3, ShapeBuilder, s};
 use num_complex::Complex;
 
 /// One of each kind: whole and mixed powers, odd, by convolution (primes and others), and the shortest.
@@ -147,6 +147,53 @@ fn results_past_the_caches_keep_to_their_place() {
         }
         for columns in [2048, 2056] {
             streamed::<f32>(length, columns);
+        }
+    }
+}
+
+/// Large spectra of segments, put together in a cache where rows are no whole lines: all columns at once,
+/// several in turn, and from the start of a line and from its middle.
+fn staged_segments<T: Real>(length: usize, columns: usize) {
+    const MARGIN: usize = 64;
+    const SEGMENTS: usize = 30;
+    let hop = 3;
+    let rows = values::<T>((length + hop * (SEGMENTS - 1), columns));
+    let window: Vec<f64> = (1..=length).map(|n| (n as f64).sqrt()).collect();
+    let plan = ShortTimeTransform::<T>::new(&window, hop);
+    let shape = (SEGMENTS, plan.bins(), columns);
+    let results = SEGMENTS * plan.bins() * columns;
+    assert!(results * size_of::<Complex<T>>() >= 4 << 20);
+    let marked = Complex::new(T::rounded(7.0), T::rounded(-7.0));
+    let mut room = vec![marked; results + 3 * MARGIN];
+    let line = (MARGIN..)
+        .find(|&at| room[at..].as_ptr().addr() % 64 == 0)
+        .unwrap();
+    for at in [line, line + 1] {
+        room.fill(marked);
+        let (before, rest) = room.split_at_mut(at);
+        let (spectra, after) = rest.split_at_mut(results);
+        let mut spectra = ArrayViewMut3::from_shape(shape, spectra).unwrap();
+        plan.transform_in_parallel(rows.view(), spectra.view_mut());
+        assert!(
+            before.iter().chain(&*after).all(|z| *z == marked),
+            "{length} {columns}"
+        );
+        for from in [0, columns / 2, columns - 3] {
+            let part = rows.slice(s![.., from..from + 3]);
+            let mut alone = Array3::default((SEGMENTS, plan.bins(), 3));
+            plan.transform_in_parallel(part, alone.view_mut());
+            assert_eq!(spectra.slice(s![.., .., from..from + 3]), alone);
+        }
+    }
+}
+
+#[test]
+fn segments_past_the_caches_keep_to_their_place() {
+    // Weighed in passing and before; a stage of a megabyte holds 1985 (`f64`) of the former's columns.
+    for length in [64, 101] {
+        for columns in [301, 304, 2003] {
+            staged_segments::<f64>(length, columns);
+            staged_segments::<f32>(length, 2 * columns + 1);
         }
     }
 }

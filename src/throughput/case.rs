@@ -9,7 +9,7 @@ use super::ways::TILE;
 use super::{Arrays, Kind, Planned};
 use crate::analyze::Precision;
 use crate::error::{Error, Result};
-use crate::transform::{ColumnTransform, Real};
+use crate::transform::{ColumnTransform, Real, ShortTimeTransform};
 
 /// Rows (samples of a column) and columns of an array.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, serde::Serialize)]
@@ -160,9 +160,19 @@ impl CaseOf {
             Kind::Columns | Kind::Plane => (rows, 0),
             Kind::ShortTime => (SEGMENT, SEGMENT * row),
         };
-        let ours = match self.precision {
-            Precision::F64 => ColumnTransform::<f64>::working_bytes(length, columns, row),
-            Precision::F32 => ColumnTransform::<f32>::working_bytes(length, columns, row),
+        let (ours, staged) = match self.precision {
+            Precision::F64 => (
+                ColumnTransform::<f64>::working_bytes(length, columns, row),
+                ShortTimeTransform::<f64>::staged_bytes(length, columns),
+            ),
+            Precision::F32 => (
+                ColumnTransform::<f32>::working_bytes(length, columns, row),
+                ShortTimeTransform::<f32>::staged_bytes(length, columns),
+            ),
+        };
+        let ours = match self.kind {
+            Kind::ShortTime => ours + staged,
+            _ => ours,
         };
         ours + (weighed + Shape::new(length, TILE).bytes(self.precision)) as u64
     }
@@ -300,7 +310,16 @@ mod tests {
         assert_eq!(hopeless.needed(arrays - 1), arrays);
         let arrays = 3001 * (16384 + 505 * 129 * 2) * 8;
         let working = 2 * width * (32 + 17 * 10) * 8 + 256 * 3001 * 8 + 8 * (256 + 2 * 129) * 8;
-        assert_eq!(bytes(of(Kind::ShortTime, 16384, 3001)), arrays + working);
+        // A stage of a megabyte has room for 508 columns, which are 504 in whole tiles.
+        let staged = 129 * 504 * 16;
+        assert_eq!(
+            bytes(of(Kind::ShortTime, 16384, 3001)),
+            arrays + working + staged
+        );
+        // Rows of whole lines take none.
+        let arrays = 3000 * (16384 + 505 * 129 * 2) * 8;
+        let working = working - 256 * 8;
+        assert_eq!(bytes(of(Kind::ShortTime, 16384, 3000)), arrays + working);
     }
 
     #[test]

@@ -1,10 +1,11 @@
 //! Spectra of overlapping segments of all columns.
 
 use ndarray::parallel::prelude::*;
-use ndarray::{ArrayView2, ArrayViewMut2, ArrayViewMut3, Axis, s};
+use ndarray::{ArrayView2, ArrayViewMut1, ArrayViewMut2, ArrayViewMut3, Axis, s};
 use num_complex::Complex;
 
-use super::{ColumnTransform, Real};
+use super::Real;
+use super::vertical::{ColumnScratch, ColumnTransform, copy_past_caches};
 
 /// `X_sm = sum_n w_n v_{s h + n} exp(-2 pi i m n / L)`, `m = 0 ..= L / 2`, of segments of L samples, a
 /// hop h apart, of every column `v` of an array `(time, column)`: `(segment, bin, column)`,
@@ -17,6 +18,32 @@ pub struct ShortTimeTransform<T: Real> {
 
 /// Columns that are weighed together: a few tiles, which the second cache holds.
 const TOGETHER: usize = 4;
+
+/// Bytes of spectra of a segment that the second cache holds until they are written past the caches.
+const STAGED_BYTES: usize = 1 << 20;
+
+/// Bytes of a cache line.
+const LINE: usize = 64;
+
+/// All columns if the stage holds their spectra, else as many whole tiles as it does, if any.
+fn columns_staged<T: Real>(bins: usize, width: usize, columns: usize) -> Option<usize> {
+    let fit = STAGED_BYTES / (size_of::<Complex<T>>() * bins);
+    let together = if fit < columns {
+        fit / width * width
+    } else {
+        columns
+    };
+    (together > 0).then_some(together)
+}
+
+/// Working space of one thread.
+struct Room<T> {
+    /// Columns that are weighed before they are transformed.
+    weighed: Vec<T>,
+    /// Spectra on their way past the caches.
+    staged: Vec<Complex<T>>,
+    scratch: ColumnScratch<T>,
+}
 
 impl<T: Real> ShortTimeTransform<T> {
     /// Plans transforms of segments weighed by `window`, `hop` samples apart.
@@ -48,6 +75,9 @@ impl<T: Real> ShortTimeTransform<T> {
     /// The spectra of `values`, `(time, column)`, to `spectra`, `(segment, bin, column)`, by all threads
     /// of the current pool, with the same bits from any number of them.
     ///
+    /// Fastest where rows of `spectra` are whole cache lines; where large ones are not, they pass through
+    /// up to a megabyte of working space a thread.
+    ///
     /// # Panics
     /// If the shapes are not those of the plan.
     pub fn transform_in_parallel(
@@ -63,36 +93,106 @@ impl<T: Real> ShortTimeTransform<T> {
             "shape of the spectra"
         );
         let stream = self.plan.streams(columns * self.segments(times));
-        let passing = self.plan.weighs();
-        let together = TOGETHER * self.plan.width();
-        let room = if passing { 0 } else { length * together };
+        let room = || Room {
+            weighed: Vec::new(),
+            staged: Vec::new(),
+            scratch: self.plan.scratch(columns),
+        };
         spectra
             .axis_iter_mut(Axis(0))
             .into_par_iter()
             .enumerate()
-            .for_each_init(
-                || (vec![T::zero(); room], self.plan.scratch(columns)),
-                |(weighed, scratch), (s, mut spectra)| {
-                    let start = s * self.hop;
-                    let segment = values.slice(s![start..start + length, ..]);
-                    if passing {
-                        self.plan
-                            .stripe(segment, &self.window, &mut spectra, stream, scratch);
-                        return;
-                    }
-                    for from in (0..columns).step_by(together) {
-                        let to = columns.min(from + together);
-                        let weighed = &mut weighed[..length * (to - from)];
-                        self.weigh(segment.slice(s![.., from..to]), weighed);
-                        let weighed = ArrayView2::from_shape((length, to - from), &*weighed);
-                        let mut stripe: ArrayViewMut2<_> = spectra.slice_mut(s![.., from..to]);
-                        // The shape is the buffer's own, so this cannot fail.
-                        if let Ok(weighed) = weighed {
-                            self.plan.stripe(weighed, &[], &mut stripe, stream, scratch);
-                        }
-                    }
-                },
-            );
+            .for_each_init(room, |room, (s, mut spectra)| {
+                let start = s * self.hop;
+                let segment = values.slice(s![start..start + length, ..]);
+                match self.staged_columns(&spectra) {
+                    Some(together) if stream => self.staged(segment, spectra, together, room),
+                    _ => self.segment(segment, &mut spectra, stream, room),
+                }
+            });
+    }
+
+    /// Bytes of working space that a thread needs at most beside those of columns, for segments of
+    /// `length` samples of so many columns, whose spectra start with a cache line.
+    pub(crate) fn staged_bytes(length: usize, columns: usize) -> u64 {
+        let (row, bins) = (columns * size_of::<Complex<T>>(), length / 2 + 1);
+        let together = match row.is_multiple_of(LINE) {
+            true => None,
+            false => columns_staged::<T>(bins, ColumnTransform::<T>::width_of(length), columns),
+        };
+        (together.unwrap_or(0) * bins * size_of::<Complex<T>>()) as u64
+    }
+
+    /// How many columns go through a stage together. `None` where rows of spectra are whole cache lines,
+    /// which the transform itself writes past the caches, or are no rows.
+    fn staged_columns(&self, spectra: &ArrayViewMut2<Complex<T>>) -> Option<usize> {
+        let [row, column] = *spectra.strides() else {
+            return None;
+        };
+        let row = row.unsigned_abs() * size_of::<Complex<T>>();
+        let is_whole = row.is_multiple_of(LINE) && spectra.as_ptr().addr().is_multiple_of(LINE);
+        match column {
+            1 if !is_whole => columns_staged::<T>(self.bins(), self.plan.width(), spectra.ncols()),
+            _ => None,
+        }
+    }
+
+    /// One segment, so many columns after the other, by way of a stage.
+    fn staged(
+        &self,
+        segment: ArrayView2<T>,
+        mut spectra: ArrayViewMut2<Complex<T>>,
+        together: usize,
+        room: &mut Room<T>,
+    ) {
+        let mut staged = std::mem::take(&mut room.staged);
+        staged.resize(self.bins() * together, Complex::default());
+        let stripes = spectra.axis_chunks_iter_mut(Axis(1), together);
+        for (segment, mut spectra) in segment.axis_chunks_iter(Axis(1), together).zip(stripes) {
+            let staged = &mut staged[..self.bins() * segment.ncols()];
+            // The shape is the buffer's own, so this cannot fail.
+            if let Ok(mut staged) = ArrayViewMut2::from_shape(spectra.dim(), &mut *staged) {
+                self.segment(segment, &mut staged, false, room);
+            }
+            match spectra.as_slice_mut() {
+                Some(spectra) => copy_past_caches(std::iter::once((&*staged, spectra))),
+                None => {
+                    let rows = spectra.outer_iter_mut();
+                    let rows = rows.filter_map(ArrayViewMut1::into_slice);
+                    copy_past_caches(staged.chunks_exact(segment.ncols()).zip(rows));
+                }
+            }
+        }
+        room.staged = staged;
+    }
+
+    /// One segment, weighed as it is read, or before.
+    fn segment(
+        &self,
+        segment: ArrayView2<T>,
+        spectra: &mut ArrayViewMut2<Complex<T>>,
+        stream: bool,
+        room: &mut Room<T>,
+    ) {
+        let Room {
+            weighed, scratch, ..
+        } = room;
+        if self.plan.weighs() {
+            self.plan
+                .stripe(segment, &self.window, spectra, stream, scratch);
+            return;
+        }
+        let together = TOGETHER * self.plan.width();
+        let stripes = spectra.axis_chunks_iter_mut(Axis(1), together);
+        for (segment, mut spectra) in segment.axis_chunks_iter(Axis(1), together).zip(stripes) {
+            weighed.resize(segment.len(), T::zero());
+            self.weigh(segment, weighed);
+            // The shape is the buffer's own, so this cannot fail.
+            if let Ok(weighed) = ArrayView2::from_shape(segment.dim(), &*weighed) {
+                self.plan
+                    .stripe(weighed, &[], &mut spectra, stream, scratch);
+            }
+        }
     }
 
     fn weigh(&self, segment: ArrayView2<T>, weighed: &mut [T]) {

@@ -53,6 +53,7 @@ mod other;
 mod passes;
 mod rader;
 mod simd;
+mod streamed;
 mod tiles;
 mod way;
 
@@ -66,6 +67,7 @@ use choice::Choice;
 pub use choice::Method;
 use kernels::Kernels;
 pub use kernels::{InstructionSet, Kernelled, KernelsOf};
+pub(super) use streamed::copy_past_caches;
 use way::Way;
 
 /// Bytes of a result from which on it is written past the caches.
