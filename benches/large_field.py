@@ -8,8 +8,9 @@
 
 Makes a field of white noise (target/large_field.npy), analyses it without figures, with
 all results or `--only` some, and prints wall time, peak resident memory, bytes of field a second, the
-time of reading the file once, and how far one record's and the last profile's spectra are from
-SciPy's. Needs NumPy and SciPy (benches/peers/install.sh) and about four times the field's size on disk.
+time of reading the file once and of writing a file as large as the results, and how far one
+record's and the last profile's spectra are from SciPy's. Needs NumPy and SciPy
+(benches/peers/install.sh) and about four times the field's size on disk.
 """
 
 import argparse
@@ -44,6 +45,17 @@ def read_once(path):
         while file.readinto(buffer):
             pass
     return time.monotonic() - start
+
+
+def write_once(path, size):
+    buffer = memoryview(os.urandom(8 << 20))
+    start = time.monotonic()
+    with open(path, "wb", buffering=0) as file:
+        while size:
+            size -= file.write(buffer[: min(size, len(buffer))])
+    seconds = time.monotonic() - start
+    path.unlink()
+    return seconds
 
 
 def member(path, name):
@@ -110,8 +122,11 @@ def main():
     print(f"reading the file once: {reading:.1f} s, {size / reading / 1e6:.0f} MB a second")
     if status == 0:
         compare(field, out / "spectra.npz", asked.only)
+    results = sum(path.stat().st_size for path in out.glob("*"))
     field.unlink()
     shutil.rmtree(out, ignore_errors=True)
+    writing = write_once(field, results)
+    print(f"writing a file as large as the results: {writing:.1f} s, {results / writing / 1e6:.0f} MB a second")
 
 
 if __name__ == "__main__":

@@ -6,7 +6,7 @@
 
 use cascade::transform::vertical::InstructionSet;
 use cascade::transform::{ColumnTransform, Real, ShortTimeTransform};
-use ndarray::{Array2, Array3, ArrayView2, ArrayViewMut2, ArrayViewMut3, ShapeBuilder, s};
+use ndarray::{Array2, Array3, ArrayView2, ArrayViewMut2, ArrayViewMut3, Axis, ShapeBuilder, s};
 use num_complex::Complex;
 
 /// One of each kind: whole and mixed powers, odd, by convolution (primes and others), and the shortest.
@@ -151,49 +151,56 @@ fn results_past_the_caches_keep_to_their_place() {
     }
 }
 
-/// Large spectra of segments, put together in a cache where rows are no whole lines: all columns at once,
-/// several in turn, and from the start of a line and from its middle.
-fn staged_segments<T: Real>(length: usize, columns: usize) {
+/// Large spectra of segments, assembled in the caches where rows are no whole lines: all columns at once or
+/// several in turn, from the start of a line and from its middle, in rows `apart` numbers, and upside down.
+fn assembled_segments<T: Real>(length: usize, columns: usize, apart: usize) {
     const MARGIN: usize = 64;
     const SEGMENTS: usize = 30;
     let hop = 3;
     let rows = values::<T>((length + hop * (SEGMENTS - 1), columns));
     let window: Vec<f64> = (1..=length).map(|n| (n as f64).sqrt()).collect();
     let plan = ShortTimeTransform::<T>::new(&window, hop);
-    let shape = (SEGMENTS, plan.bins(), columns);
-    let results = SEGMENTS * plan.bins() * columns;
-    assert!(results * size_of::<Complex<T>>() >= 4 << 20);
+    let shape = (SEGMENTS, plan.bins(), apart);
+    let results = SEGMENTS * plan.bins() * apart;
+    assert!(results / apart * columns * size_of::<Complex<T>>() >= 4 << 20);
     let marked = Complex::new(T::rounded(7.0), T::rounded(-7.0));
     let mut room = vec![marked; results + 3 * MARGIN];
     let line = (MARGIN..)
         .find(|&at| room[at..].as_ptr().addr() % 64 == 0)
         .unwrap();
-    for at in [line, line + 1] {
+    for (at, turned) in [(line, false), (line + 1, false), (line, true)] {
         room.fill(marked);
         let (before, rest) = room.split_at_mut(at);
         let (spectra, after) = rest.split_at_mut(results);
         let mut spectra = ArrayViewMut3::from_shape(shape, spectra).unwrap();
-        plan.transform_in_parallel(rows.view(), spectra.view_mut());
-        assert!(
-            before.iter().chain(&*after).all(|z| *z == marked),
-            "{length} {columns}"
-        );
-        for from in [0, columns / 2, columns - 3] {
-            let part = rows.slice(s![.., from..from + 3]);
-            let mut alone = Array3::default((SEGMENTS, plan.bins(), 3));
-            plan.transform_in_parallel(part, alone.view_mut());
-            assert_eq!(spectra.slice(s![.., .., from..from + 3]), alone);
+        if turned {
+            spectra.invert_axis(Axis(1));
+        }
+        let (mut found, beside) = spectra.split_at(Axis(2), columns);
+        plan.transform_in_parallel(rows.view(), found.view_mut());
+        let outside = before.iter().chain(&*after).chain(&beside);
+        assert!(outside.copied().all(|z| z == marked), "{length} {columns}");
+        let width = columns.min(3);
+        for from in [0, columns / 2, columns - width] {
+            let part = s![.., from..from + width];
+            let mut alone = Array3::default((SEGMENTS, plan.bins(), width));
+            plan.transform_in_parallel(rows.slice(part), alone.view_mut());
+            assert_eq!(found.slice(s![.., .., from..from + width]), alone);
         }
     }
 }
 
 #[test]
 fn segments_past_the_caches_keep_to_their_place() {
-    // Weighed in passing and before; a stage of a megabyte holds 1985 (`f64`) of the former's columns.
+    // Weighed in passing and before; a megabyte holds 1985 (`f64`) of the former's columns.
     for length in [64, 101] {
-        for columns in [301, 304, 2003] {
-            staged_segments::<f64>(length, columns);
-            staged_segments::<f32>(length, 2 * columns + 1);
+        for (columns, apart) in [(301, 301), (304, 304), (2003, 2003), (301, 310)] {
+            assembled_segments::<f64>(length, columns, apart);
+            assembled_segments::<f32>(length, 2 * columns + 1, 2 * apart + 1);
         }
+    }
+    // One column, in rows of its own and in wider ones.
+    for apart in [1, 3] {
+        assembled_segments::<f64>(20000, 1, apart);
     }
 }

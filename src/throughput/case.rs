@@ -160,18 +160,18 @@ impl CaseOf {
             Kind::Columns | Kind::Plane => (rows, 0),
             Kind::ShortTime => (SEGMENT, SEGMENT * row),
         };
-        let (ours, staged) = match self.precision {
+        let (ours, assembled) = match self.precision {
             Precision::F64 => (
                 ColumnTransform::<f64>::working_bytes(length, columns, row),
-                ShortTimeTransform::<f64>::staged_bytes(length, columns),
+                ShortTimeTransform::<f64>::assembled_bytes(length, columns),
             ),
             Precision::F32 => (
                 ColumnTransform::<f32>::working_bytes(length, columns, row),
-                ShortTimeTransform::<f32>::staged_bytes(length, columns),
+                ShortTimeTransform::<f32>::assembled_bytes(length, columns),
             ),
         };
         let ours = match self.kind {
-            Kind::ShortTime => ours + staged,
+            Kind::ShortTime => ours + assembled,
             _ => ours,
         };
         ours + (weighed + Shape::new(length, TILE).bytes(self.precision)) as u64
@@ -310,11 +310,11 @@ mod tests {
         assert_eq!(hopeless.needed(arrays - 1), arrays);
         let arrays = 3001 * (16384 + 505 * 129 * 2) * 8;
         let working = 2 * width * (32 + 17 * 10) * 8 + 256 * 3001 * 8 + 8 * (256 + 2 * 129) * 8;
-        // A stage of a megabyte has room for 508 columns, which are 504 in whole tiles.
-        let staged = 129 * 504 * 16;
+        // A megabyte has room for 508 columns, as many of them as make whole tiles.
+        let assembled = 129 * (508 / width * width) * 16;
         assert_eq!(
             bytes(of(Kind::ShortTime, 16384, 3001)),
-            arrays + working + staged
+            arrays + working + assembled
         );
         // Rows of whole lines take none.
         let arrays = 3000 * (16384 + 505 * 129 * 2) * 8;

@@ -1,7 +1,7 @@
 //! Spectra of overlapping segments of all columns.
 
 use ndarray::parallel::prelude::*;
-use ndarray::{ArrayView2, ArrayViewMut1, ArrayViewMut2, ArrayViewMut3, Axis, s};
+use ndarray::{ArrayView2, ArrayViewMut2, ArrayViewMut3, Axis, s};
 use num_complex::Complex;
 
 use super::Real;
@@ -19,21 +19,24 @@ pub struct ShortTimeTransform<T: Real> {
 /// Columns that are weighed together: a few tiles, which the second cache holds.
 const TOGETHER: usize = 4;
 
-/// Bytes of spectra of a segment that the second cache holds until they are written past the caches.
-const STAGED_BYTES: usize = 1 << 20;
+/// Bytes of spectra of a segment that are assembled in the caches before they are written past them.
+const ASSEMBLED_BYTES: usize = 1 << 20;
 
 /// Bytes of a cache line.
 const LINE: usize = 64;
 
-/// All columns if the stage holds their spectra, else as many whole tiles as it does, if any.
-fn columns_staged<T: Real>(bins: usize, width: usize, columns: usize) -> Option<usize> {
-    let fit = STAGED_BYTES / (size_of::<Complex<T>>() * bins);
-    let together = if fit < columns {
-        fit / width * width
-    } else {
-        columns
-    };
-    (together > 0).then_some(together)
+/// Bytes of a row from which on pieces of rows are worth it: lines at their ends are shared.
+const LEAST_PIECE: usize = 2048;
+
+/// All columns if there is room for their spectra, else as many whole tiles as there is, if that makes
+/// long pieces of rows.
+fn columns_assembled<T: Real>(bins: usize, width: usize, columns: usize) -> Option<usize> {
+    let fit = ASSEMBLED_BYTES / (size_of::<Complex<T>>() * bins);
+    if fit >= columns {
+        return (columns > 0).then_some(columns);
+    }
+    let together = fit / width * width;
+    (together * size_of::<Complex<T>>() >= LEAST_PIECE).then_some(together)
 }
 
 /// Working space of one thread.
@@ -41,7 +44,7 @@ struct Room<T> {
     /// Columns that are weighed before they are transformed.
     weighed: Vec<T>,
     /// Spectra on their way past the caches.
-    staged: Vec<Complex<T>>,
+    assembled: Vec<Complex<T>>,
     scratch: ColumnScratch<T>,
 }
 
@@ -95,7 +98,7 @@ impl<T: Real> ShortTimeTransform<T> {
         let stream = self.plan.streams(columns * self.segments(times));
         let room = || Room {
             weighed: Vec::new(),
-            staged: Vec::new(),
+            assembled: Vec::new(),
             scratch: self.plan.scratch(columns),
         };
         spectra
@@ -105,8 +108,8 @@ impl<T: Real> ShortTimeTransform<T> {
             .for_each_init(room, |room, (s, mut spectra)| {
                 let start = s * self.hop;
                 let segment = values.slice(s![start..start + length, ..]);
-                match self.staged_columns(&spectra) {
-                    Some(together) if stream => self.staged(segment, spectra, together, room),
+                match self.assembled_columns(&spectra) {
+                    Some(together) if stream => self.assembled(segment, spectra, together, room),
                     _ => self.segment(segment, &mut spectra, stream, room),
                 }
             });
@@ -114,56 +117,58 @@ impl<T: Real> ShortTimeTransform<T> {
 
     /// Bytes of working space that a thread needs at most beside those of columns, for segments of
     /// `length` samples of so many columns, whose spectra start with a cache line.
-    pub(crate) fn staged_bytes(length: usize, columns: usize) -> u64 {
+    pub(crate) fn assembled_bytes(length: usize, columns: usize) -> u64 {
         let (row, bins) = (columns * size_of::<Complex<T>>(), length / 2 + 1);
         let together = match row.is_multiple_of(LINE) {
             true => None,
-            false => columns_staged::<T>(bins, ColumnTransform::<T>::width_of(length), columns),
+            false => columns_assembled::<T>(bins, ColumnTransform::<T>::width_of(length), columns),
         };
         (together.unwrap_or(0) * bins * size_of::<Complex<T>>()) as u64
     }
 
-    /// How many columns go through a stage together. `None` where rows of spectra are whole cache lines,
+    /// How many columns are assembled together. `None` where rows of spectra are whole cache lines,
     /// which the transform itself writes past the caches, or are no rows.
-    fn staged_columns(&self, spectra: &ArrayViewMut2<Complex<T>>) -> Option<usize> {
+    fn assembled_columns(&self, spectra: &ArrayViewMut2<Complex<T>>) -> Option<usize> {
         let [row, column] = *spectra.strides() else {
             return None;
         };
         let row = row.unsigned_abs() * size_of::<Complex<T>>();
         let is_whole = row.is_multiple_of(LINE) && spectra.as_ptr().addr().is_multiple_of(LINE);
         match column {
-            1 if !is_whole => columns_staged::<T>(self.bins(), self.plan.width(), spectra.ncols()),
+            1 if !is_whole => {
+                columns_assembled::<T>(self.bins(), self.plan.width(), spectra.ncols())
+            }
             _ => None,
         }
     }
 
-    /// One segment, so many columns after the other, by way of a stage.
-    fn staged(
+    /// One segment, so many columns after the other, assembled in the caches first.
+    fn assembled(
         &self,
         segment: ArrayView2<T>,
         mut spectra: ArrayViewMut2<Complex<T>>,
         together: usize,
         room: &mut Room<T>,
     ) {
-        let mut staged = std::mem::take(&mut room.staged);
-        staged.resize(self.bins() * together, Complex::default());
+        let mut assembled = std::mem::take(&mut room.assembled);
+        assembled.resize(self.bins() * together, Complex::default());
         let stripes = spectra.axis_chunks_iter_mut(Axis(1), together);
         for (segment, mut spectra) in segment.axis_chunks_iter(Axis(1), together).zip(stripes) {
-            let staged = &mut staged[..self.bins() * segment.ncols()];
+            let assembled = &mut assembled[..self.bins() * segment.ncols()];
             // The shape is the buffer's own, so this cannot fail.
-            if let Ok(mut staged) = ArrayViewMut2::from_shape(spectra.dim(), &mut *staged) {
-                self.segment(segment, &mut staged, false, room);
+            if let Ok(mut assembled) = ArrayViewMut2::from_shape(spectra.dim(), &mut *assembled) {
+                self.segment(segment, &mut assembled, false, room);
             }
             match spectra.as_slice_mut() {
-                Some(spectra) => copy_past_caches(std::iter::once((&*staged, spectra))),
+                Some(spectra) => copy_past_caches(std::iter::once((&*assembled, spectra))),
                 None => {
                     let rows = spectra.outer_iter_mut();
-                    let rows = rows.filter_map(ArrayViewMut1::into_slice);
-                    copy_past_caches(staged.chunks_exact(segment.ncols()).zip(rows));
+                    let rows = rows.map(|row| row.into_slice().expect("neighbouring columns"));
+                    copy_past_caches(assembled.chunks_exact(segment.ncols()).zip(rows));
                 }
             }
         }
-        room.staged = staged;
+        room.assembled = assembled;
     }
 
     /// One segment, weighed as it is read, or before.

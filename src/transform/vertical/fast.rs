@@ -9,8 +9,8 @@ use crate::turns::cos_sin_exact;
 /// their places in the caches.
 const PADDING: usize = 2;
 
-/// Bytes of the matrix between the halves from which on its places are asked for: most of a second
-/// cache.
+/// Bytes of the matrix between the halves from which on its places are asked for: half of a second
+/// cache, or all of a small one.
 const FETCHED_BYTES: usize = 512 << 10;
 
 /// From row to row of the matrix between the halves, in complex numbers.
