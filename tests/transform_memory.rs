@@ -155,14 +155,14 @@ fn results_past_the_caches_keep_to_their_place() {
 /// several in turn, from the start of a line and from its middle, in rows `apart` numbers, and upside down.
 fn assembled_segments<T: Real>(length: usize, columns: usize, apart: usize) {
     const MARGIN: usize = 64;
-    const SEGMENTS: usize = 30;
+    const STREAMED_BYTES: usize = 4 << 20;
     let hop = 3;
-    let rows = values::<T>((length + hop * (SEGMENTS - 1), columns));
     let window: Vec<f64> = (1..=length).map(|n| (n as f64).sqrt()).collect();
     let plan = ShortTimeTransform::<T>::new(&window, hop);
-    let shape = (SEGMENTS, plan.bins(), apart);
-    let results = SEGMENTS * plan.bins() * apart;
-    assert!(results / apart * columns * size_of::<Complex<T>>() >= 4 << 20);
+    let segments = STREAMED_BYTES.div_ceil(plan.bins() * columns * size_of::<Complex<T>>());
+    let rows = values::<T>((length + hop * (segments - 1), columns));
+    let shape = (segments, plan.bins(), apart);
+    let results = segments * plan.bins() * apart;
     let marked = Complex::new(T::rounded(7.0), T::rounded(-7.0));
     let mut room = vec![marked; results + 3 * MARGIN];
     let line = (MARGIN..)
@@ -183,7 +183,7 @@ fn assembled_segments<T: Real>(length: usize, columns: usize, apart: usize) {
         let width = columns.min(3);
         for from in [0, columns / 2, columns - width] {
             let part = s![.., from..from + width];
-            let mut alone = Array3::default((SEGMENTS, plan.bins(), width));
+            let mut alone = Array3::default((segments, plan.bins(), width));
             plan.transform_in_parallel(rows.slice(part), alone.view_mut());
             assert_eq!(found.slice(s![.., .., from..from + width]), alone);
         }
