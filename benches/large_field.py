@@ -125,8 +125,9 @@ def main():
     results = sum(path.stat().st_size for path in out.glob("*"))
     field.unlink()
     shutil.rmtree(out, ignore_errors=True)
-    writing = write_once(field, results)
-    print(f"writing a file as large as the results: {writing:.1f} s, {results / writing / 1e6:.0f} MB a second")
+    if status == 0:
+        writing = write_once(field, results)
+        print(f"writing a file as large as the results: {writing:.1f} s, {results / writing / 1e6:.0f} MB a second")
 
 
 if __name__ == "__main__":

@@ -160,21 +160,20 @@ impl CaseOf {
             Kind::Columns | Kind::Plane => (rows, 0),
             Kind::ShortTime => (SEGMENT, SEGMENT * row),
         };
-        let (ours, assembled) = match self.precision {
-            Precision::F64 => (
-                ColumnTransform::<f64>::working_bytes(length, columns, row),
-                ShortTimeTransform::<f64>::assembled_bytes(length, columns),
-            ),
-            Precision::F32 => (
-                ColumnTransform::<f32>::working_bytes(length, columns, row),
-                ShortTimeTransform::<f32>::assembled_bytes(length, columns),
-            ),
-        };
-        let ours = match self.kind {
-            Kind::ShortTime => ours + assembled,
-            _ => ours,
+        let ours = match self.precision {
+            Precision::F64 => self.own_working_bytes::<f64>(length),
+            Precision::F32 => self.own_working_bytes::<f32>(length),
         };
         ours + (weighed + Shape::new(length, TILE).bytes(self.precision)) as u64
+    }
+
+    fn own_working_bytes<T: Real>(&self, length: usize) -> u64 {
+        let columns = self.shape.columns;
+        let bytes = ColumnTransform::<T>::working_bytes(length, columns, columns * size_of::<T>());
+        match self.kind {
+            Kind::Columns | Kind::Plane => bytes,
+            Kind::ShortTime => bytes + ShortTimeTransform::<T>::assembled_bytes(length, columns),
+        }
     }
 }
 

@@ -5,7 +5,7 @@ use ndarray::{ArrayView2, ArrayViewMut2, ArrayViewMut3, Axis, s};
 use num_complex::Complex;
 
 use super::Real;
-use super::vertical::{ColumnScratch, ColumnTransform, copy_past_caches};
+use super::vertical::{ColumnScratch, ColumnTransform, LINE, copy_past_caches};
 
 /// `X_sm = sum_n w_n v_{s h + n} exp(-2 pi i m n / L)`, `m = 0 ..= L / 2`, of segments of L samples, a
 /// hop h apart, of every column `v` of an array `(time, column)`: `(segment, bin, column)`,
@@ -21,9 +21,6 @@ const TOGETHER: usize = 4;
 
 /// Bytes of spectra of a segment that are assembled in the caches before they are written past them.
 const ASSEMBLED_BYTES: usize = 1 << 20;
-
-/// Bytes of a cache line.
-const LINE: usize = 64;
 
 /// Bytes of a row from which on pieces of rows are worth it: lines at their ends are shared.
 const LEAST_PIECE: usize = 2048;

@@ -67,7 +67,7 @@ use choice::Choice;
 pub use choice::Method;
 use kernels::Kernels;
 pub use kernels::{InstructionSet, Kernelled, KernelsOf};
-pub(super) use streamed::copy_past_caches;
+pub(super) use streamed::{LINE, copy_past_caches};
 use way::Way;
 
 /// Bytes of a result from which on it is written past the caches.

@@ -2,6 +2,9 @@
 
 use bytemuck::Pod;
 
+/// Bytes of a cache line.
+pub(in crate::transform) const LINE: usize = 64;
+
 /// Copies each of the pieces to its place, which is not read and does not stay in the caches, where the
 /// processor can.
 ///
@@ -31,8 +34,6 @@ fn copy_piece(from: &[u8], to: &mut [u8]) {
     }
     tail_to.copy_from_slice(tail_from);
 }
-
-const LINE: usize = 64;
 
 /// One whole line.
 ///
