@@ -1,13 +1,17 @@
 //! The same bits from any number of threads and any size of blocks.
 
-use cascade::analyze::{Analysis, Request, Results, Spectra, Welch, plan};
+use cascade::analyze::{Analysis, Precision, Request, Results, Spectra, Welch, plan};
 use cascade::plot::Format;
 use cascade::prepare::{Detrend, Gaps, Window};
 use cascade::{Field, analyze};
 use ndarray::Array2;
 
 fn field() -> Field {
-    let values = Array2::from_shape_fn((301, 53), |(n, j)| {
+    field_of((301, 53))
+}
+
+fn field_of(shape: (usize, usize)) -> Field {
+    let values = Array2::from_shape_fn(shape, |(n, j)| {
         let (t, x) = (n as f64, j as f64);
         if (n, j) == (100, 20) || (n > 250 && j == 7) {
             f64::NAN
@@ -36,7 +40,11 @@ fn requests() -> Vec<Request> {
         }),
         ..Request::default()
     };
-    vec![plain, welch]
+    let single = Request {
+        precision: Precision::F32,
+        ..plain.clone()
+    };
+    vec![plain, welch, single]
 }
 
 fn bits(spectra: &Spectra, analysis: &Analysis) -> Vec<u64> {
@@ -99,8 +107,13 @@ fn one_two_and_four_threads_agree_bit_for_bit() -> Result<(), cascade::Error> {
     Ok(())
 }
 
+/// Also where the field is read ahead, and the transforms between the halves of the space-time
+/// spectrum go through a scratch file: in stripes of sites, the last of them narrower, and in
+/// several pieces of frequencies.
 #[test]
 fn one_block_and_many_agree_bit_for_bit() -> Result<(), cascade::Error> {
+    let (n_times, n_sites) = (1201, 701);
+    let field = field_of((n_times, n_sites));
     for request in requests() {
         let run = |memory| -> Result<(Vec<u64>, cascade::analyze::Plan), cascade::Error> {
             let request = Request {
@@ -108,20 +121,42 @@ fn one_block_and_many_agree_bit_for_bit() -> Result<(), cascade::Error> {
                 threads: Some(2),
                 ..request.clone()
             };
-            let made = plan(&field(), &request)?;
-            let (a, s) = analyze(&field(), &request)?;
+            let made = plan(&field, &request)?;
+            let (a, s) = analyze(&field, &request)?;
             Ok((bits(&s, &a), made))
         };
-        let (whole, made) = run(1 << 30)?;
-        assert_eq!((made.blocks().sites, made.blocks().times), (53, 301));
-        assert_eq!(made.scratch_file, 0);
-        // Many blocks, and a scratch file between.
+        let (whole, made) = run(4 << 30)?;
+        assert_eq!(made.blocks().sites, n_sites);
+        assert!(!made.streams() && made.scratch_file == 0);
         let (blocks, made) = in_least_memory(run)?;
-        assert!(made.blocks().sites < 53 && made.blocks().times < 301);
-        assert!(made.scratch_file > 0);
-        assert_eq!(whole, blocks);
+        assert!(made.blocks().sites < n_sites / 2 && made.blocks().times < n_times / 2);
+        assert!(made.streams() && made.scratch_file > 0);
+        assert!(whole == blocks);
+        // What is half as large needs no scratch file in as much memory.
+        if request.precision == Precision::F32 {
+            continue;
+        }
+        // Several blocks of frequencies are read from the scratch file together.
+        let least = made.memory_allowed;
+        let more = (1..80).map(|i| least + (i << 18)).find(|&memory| {
+            let request = Request {
+                memory: Some(memory),
+                threads: Some(2),
+                ..request.clone()
+            };
+            let blocks = plan(&field, &request).unwrap().blocks();
+            blocks.frequencies < blocks.scratch
+        });
+        let (blocks, made) = run(more.unwrap())?;
+        assert!(made.streams() && made.blocks().sites < n_sites);
+        assert!(made.blocks().scratch < bins(&request, n_times));
+        assert!(whole == blocks);
     }
     Ok(())
+}
+
+fn bins(request: &Request, n_times: usize) -> usize {
+    request.welch.as_ref().map_or(n_times, |w| w.segment) / 2 + 1
 }
 
 /// In the smallest memory that is accepted.

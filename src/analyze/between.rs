@@ -1,10 +1,12 @@
 //! The matrix between the two halves of a space-time transform: in memory, or in a scratch file.
 
 use std::fs::File;
+use std::ops::Range;
 use std::path::PathBuf;
 
-use ndarray::{Array2, ArrayView2, ArrayViewMut2, s};
+use ndarray::{ArrayView2, ArrayViewMut2, s};
 use num_complex::Complex;
+use rayon::prelude::*;
 
 use crate::buffer::Buffer;
 use crate::error::{Error, Result};
@@ -18,10 +20,21 @@ pub(super) enum Between<T: Real> {
         buffer: Buffer<Complex<T>>,
         shape: (usize, usize),
     },
+    Scratch(Scratch<T>),
+}
+
+/// Where the columns of neighbouring sites go.
+pub(super) enum Columns<'a, T: Real> {
+    Memory(ArrayViewMut2<'a, Complex<T>>),
+    Scratch(&'a Scratch<T>),
+}
+
+/// Neighbouring rows.
+pub(super) enum Rows<'a, T: Real> {
+    Memory(ArrayView2<'a, Complex<T>>),
     Scratch {
-        file: File,
-        shape: (usize, usize),
-        place: PathBuf,
+        scratch: &'a Scratch<T>,
+        rows: Range<usize>,
     },
 }
 
@@ -31,62 +44,146 @@ impl<T: Real> Between<T> {
         Ok(Between::Memory { buffer, shape })
     }
 
-    /// An unnamed file that is gone when it is closed, however the program ends.
-    pub fn in_scratch(shape: (usize, usize)) -> Result<Self> {
-        let place = std::env::temp_dir();
-        let file = tempfile::tempfile().map_err(Error::write("make a scratch file in", &place))?;
-        let bytes = (shape.0 * shape.1 * size_of::<Complex<T>>()) as u64;
-        crate::io::allocate(&file, 0, bytes)
-            .map_err(Error::write("reserve room for a scratch file in", &place))?;
-        Ok(Between::Scratch { file, shape, place })
-    }
-
-    /// `fill` gets the columns `from .. from + width`, to be written whole.
-    pub fn with_columns(
-        &mut self,
-        from: usize,
-        width: usize,
-        fill: impl FnOnce(ArrayViewMut2<Complex<T>>) -> Result<()>,
-    ) -> Result<()> {
+    /// The place of the columns `from .. from + width`, to be written whole.
+    pub fn columns(&mut self, from: usize, width: usize) -> Result<Columns<'_, T>> {
         match self {
             Between::Memory { buffer, shape } => {
-                let mut all = buffer.view_mut(*shape)?;
-                fill(all.slice_mut(s![.., from..from + width]))
+                let columns = s![.., from..from + width];
+                Ok(Columns::Memory(
+                    buffer.view_mut(*shape)?.slice_move(columns),
+                ))
             }
-            Between::Scratch { file, shape, place } => {
-                let mut block = Array2::default((shape.0, width));
-                fill(block.view_mut())?;
-                for (m, row) in block.outer_iter().enumerate() {
-                    let Some(row) = row.to_slice() else { continue };
-                    let at = (m * shape.1 + from) * size_of::<Complex<T>>();
-                    write_at(file, bytemuck::cast_slice(row), at as u64)
-                        .map_err(Error::write("write to a scratch file in", place))?;
-                }
-                Ok(())
-            }
+            Between::Scratch(scratch) => Ok(Columns::Scratch(scratch)),
         }
     }
 
-    /// `read` gets the rows `from .. from + count`.
-    pub fn with_rows<R>(
-        &self,
-        from: usize,
-        count: usize,
-        read: impl FnOnce(ArrayView2<Complex<T>>) -> R,
-    ) -> Result<R> {
+    /// `rows`, which come in order.
+    pub fn rows(&mut self, rows: Range<usize>) -> Result<Rows<'_, T>> {
         match self {
             Between::Memory { buffer, shape } => {
-                let all = buffer.view(*shape)?;
-                Ok(read(all.slice(s![from..from + count, ..])))
+                let rows = s![rows, ..];
+                Ok(Rows::Memory(buffer.view(*shape)?.slice_move(rows)))
             }
-            Between::Scratch { file, shape, place } => {
-                let mut block = Array2::default((count, shape.1));
-                if let Some(values) = block.as_slice_mut() {
-                    let at = from * shape.1 * size_of::<Complex<T>>();
-                    read_at(file, bytemuck::cast_slice_mut(values), at as u64)
-                        .map_err(Error::read("read a scratch file in", place))?;
-                }
-                Ok(read(block.view()))
+            Between::Scratch(scratch) => {
+                scratch.hold(rows.clone())?;
+                Ok(Rows::Scratch { scratch, rows })
+            }
+        }
+    }
+}
+
+impl<T: Real> Rows<'_, T> {
+    /// Some of them, counted from the first; in `room` where they do not lie side by side.
+    pub fn view<'r>(
+        &'r self,
+        rows: Range<usize>,
+        room: &'r mut Vec<Complex<T>>,
+    ) -> ArrayView2<'r, Complex<T>> {
+        match self {
+            Rows::Memory(all) => all.slice(s![rows, ..]),
+            Rows::Scratch { scratch, rows: all } => {
+                let shape = (rows.len(), scratch.shape.1);
+                room.resize(shape.0 * shape.1, Complex::default());
+                scratch.gather(all.start + rows.start..all.start + rows.end, room);
+                ArrayView2::from_shape(shape, &room[..]).expect("as long as its shape says")
+            }
+        }
+    }
+}
+
+/// An unnamed file that is gone when it is closed, however the program ends: stripes of a few
+/// columns one after the other, each row by row and from the start of a page on.
+///
+/// A stripe is what a thread computes at once, and is written in one go; of neighbouring rows every
+/// stripe has one piece. By whole rows it would be pieces of a few columns in one place and a
+/// whole file in the other.
+#[derive(Debug)]
+pub(super) struct Scratch<T: Real> {
+    file: File,
+    place: PathBuf,
+    shape: (usize, usize),
+    /// Columns a stripe; the last may be narrower.
+    stripe: usize,
+    /// Rows read at once.
+    together: usize,
+    /// The rows that are held, stripe by stripe.
+    held: Range<usize>,
+    values: Vec<Complex<T>>,
+}
+
+/// Stripes start at multiples of this, and so do pieces of them where rows are many: what shares
+/// a page with a neighbour would be written twice.
+const PAGE: usize = 4096;
+
+impl<T: Real> Scratch<T> {
+    /// A file for a matrix of `shape`, written `stripe` columns and read `together` rows at a time.
+    pub fn new(shape: (usize, usize), stripe: usize, together: usize) -> Result<Self> {
+        let place = std::env::temp_dir();
+        let file = tempfile::tempfile().map_err(Error::write("make a scratch file in", &place))?;
+        let scratch = Scratch {
+            file,
+            place,
+            shape,
+            stripe,
+            together,
+            held: 0..0,
+            values: Vec::new(),
+        };
+        let stripes = shape.1.div_ceil(stripe);
+        let reserved = crate::io::allocate(&scratch.file, 0, scratch.start_of(stripes));
+        reserved.map_err(Error::write(
+            "reserve room for a scratch file in",
+            &scratch.place,
+        ))?;
+        Ok(scratch)
+    }
+
+    /// Byte at which a stripe starts.
+    fn start_of(&self, stripe: usize) -> u64 {
+        let bytes = self.shape.0 * self.stripe * size_of::<Complex<T>>();
+        (stripe * bytes.next_multiple_of(PAGE)) as u64
+    }
+
+    /// Writes the stripe that starts with column `first`, which is contiguous.
+    pub fn put(&self, first: usize, columns: ArrayView2<Complex<T>>) -> Result<()> {
+        let at = self.start_of(first / self.stripe);
+        let columns = columns.to_slice().expect("a stripe of its own");
+        write_at(&self.file, bytemuck::cast_slice(columns), at)
+            .map_err(Error::write("write to a scratch file in", &self.place))
+    }
+
+    /// Has `rows` at hand, and some that follow.
+    fn hold(&mut self, rows: Range<usize>) -> Result<()> {
+        if self.held.start <= rows.start && rows.end <= self.held.end {
+            return Ok(());
+        }
+        let end = self.shape.0.min(rows.start + self.together.max(rows.len()));
+        let held = rows.start..end;
+        let mut values = std::mem::take(&mut self.values);
+        values.resize(held.len() * self.shape.1, Complex::default());
+        values
+            .par_chunks_mut(held.len() * self.stripe)
+            .enumerate()
+            .try_for_each(|(stripe, piece)| {
+                let row = piece.len() / held.len() * size_of::<Complex<T>>();
+                let at = self.start_of(stripe) + (held.start * row) as u64;
+                read_at(&self.file, bytemuck::cast_slice_mut(piece), at)
+            })
+            .map_err(Error::read("read a scratch file in", &self.place))?;
+        self.values = values;
+        self.held = held;
+        Ok(())
+    }
+
+    /// Copies rows that are held.
+    fn gather(&self, rows: Range<usize>, out: &mut [Complex<T>]) {
+        let stripes = self.values.chunks(self.held.len() * self.stripe);
+        for (stripe, piece) in stripes.enumerate() {
+            let width = piece.len() / self.held.len();
+            let first = (rows.start - self.held.start) * width;
+            let from = piece[first..].chunks_exact(width);
+            for (row, from) in out.chunks_exact_mut(self.shape.1).zip(from) {
+                row[stripe * self.stripe..][..width].copy_from_slice(from);
             }
         }
     }

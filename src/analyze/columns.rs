@@ -4,7 +4,7 @@ use ndarray::parallel::prelude::*;
 use ndarray::{Array2, ArrayViewMut2, Axis};
 use num_complex::Complex;
 
-use super::between::Between;
+use super::between::{self, Between, Scratch};
 use super::plan::Plan;
 use super::sink::{LargeArray, Sink};
 use super::worker::{Samples, Worker};
@@ -46,11 +46,6 @@ impl<'a, T: Real> AlongTime<'a, T> {
             prepared,
             transform,
         }
-    }
-
-    /// With room for samples of a few sites.
-    fn worker(&self) -> (Worker<'_, T>, Vec<f64>) {
-        (Worker::new(self.plan, &self.transform), Vec::new())
     }
 
     /// The first site with energy (or the one named) and its spectrum; `None` without energy.
@@ -139,29 +134,20 @@ impl<'a, T: Real> AlongTime<'a, T> {
         };
         let rows = if wanted { nf } else { 0 };
         let mut buffer = Buffer::zeros((rows, plan.blocks.sites))?;
+        let mut room = Ahead::default();
         for from in (0..nx).step_by(plan.blocks.sites) {
             let width = plan.blocks.sites.min(nx - from);
             let mut spectra = buffer.view_mut((rows, width))?;
-            let ahead = prepared.read_ahead(from..from + width);
             let stripes = Stripes {
                 all: self,
                 workers: &workers,
                 observer,
-                ahead: ahead.as_ref(),
+                ahead: prepared.read_ahead(from..from + width, &mut room),
                 edge,
                 from,
             };
-            let seen = match between.as_deref_mut() {
-                None => stripes.run(spectra.view_mut(), None)?,
-                Some(between) => {
-                    let mut seen = Vec::new();
-                    between.with_columns(from, width, |columns| {
-                        seen = stripes.run(spectra.view_mut(), Some(columns))?;
-                        Ok(())
-                    })?;
-                    seen
-                }
-            };
+            let kept = between.as_deref_mut().map(|all| all.columns(from, width));
+            let seen = stripes.run(spectra.view_mut(), kept.transpose()?)?;
             for (row, energy) in seen {
                 done.rows.push(row);
                 done.energies.push(energy);
@@ -181,10 +167,28 @@ impl<'a, T: Real> AlongTime<'a, T> {
     }
 }
 
+/// What a thread works with.
+struct Room<'w, T: Real> {
+    worker: Worker<'w, T>,
+    samples: Vec<f64>,
+    /// Transforms on their way to a scratch file.
+    kept: Array2<Complex<T>>,
+}
+
+impl<'w, T: Real> Room<'w, T> {
+    fn new(of: &'w AlongTime<'w, T>) -> Self {
+        Room {
+            worker: Worker::new(of.plan, &of.transform),
+            samples: Vec::new(),
+            kept: Array2::default((0, 0)),
+        }
+    }
+}
+
 /// A block of sites, shared out in stripes of a few sites each.
 struct Stripes<'a, 'w, T: Real> {
     all: &'w AlongTime<'w, T>,
-    workers: &'a Spare<(Worker<'w, T>, Vec<f64>)>,
+    workers: &'a Spare<Room<'w, T>>,
     observer: &'a dyn Observer,
     ahead: Option<&'a Ahead>,
     edge: f64,
@@ -192,61 +196,89 @@ struct Stripes<'a, 'w, T: Real> {
 }
 
 impl<T: Real> Stripes<'_, '_, T> {
-    /// Fills `spectra` (no rows: not wanted) and `between`, both `(.., site)`.
+    /// Fills `spectra` (no rows: not wanted), `(frequency, site)`, and `kept`.
     fn run(
         &self,
         mut spectra: ArrayViewMut2<f64>,
-        between: Option<ArrayViewMut2<Complex<T>>>,
+        kept: Option<between::Columns<T>>,
     ) -> Result<Vec<(Row, f64)>> {
         let tile = self.all.plan.tiles.sites;
-        let width = spectra.ncols();
-        let mut nothing = Array2::default((0, width));
-        let mut between = between.unwrap_or_else(|| nothing.view_mut());
+        let mut nothing = Array2::default((0, spectra.ncols()));
+        let (mut kept, scratch) = match kept {
+            None => (nothing.view_mut(), None),
+            Some(between::Columns::Memory(columns)) => (columns, None),
+            Some(between::Columns::Scratch(scratch)) => (nothing.view_mut(), Some(scratch)),
+        };
         let done: Result<Vec<Vec<(Row, f64)>>> = spectra
             .axis_chunks_iter_mut(Axis(1), tile)
             .into_par_iter()
-            .zip(between.axis_chunks_iter_mut(Axis(1), tile))
+            .zip(kept.axis_chunks_iter_mut(Axis(1), tile))
             .enumerate()
             .map_init(
-                || self.workers.take(|_| true, || self.all.worker()),
-                |worker, (i, (spectra, between))| {
-                    let (worker, values) = &mut **worker;
-                    self.stripe(self.from + i * tile, worker, values, spectra, between)
+                || self.workers.take(|_| true, || Room::new(self.all)),
+                |room, (i, (spectra, kept))| {
+                    let first = self.from + i * tile;
+                    match scratch {
+                        None => self.stripe(first, room, spectra, kept),
+                        Some(scratch) => self.stripe_to(scratch, first, room, spectra),
+                    }
                 },
             )
             .collect();
         Ok(done?.concat())
     }
 
+    /// A stripe whose transforms go to `scratch`.
+    fn stripe_to(
+        &self,
+        scratch: &Scratch<T>,
+        first: usize,
+        room: &mut Room<T>,
+        spectra: ArrayViewMut2<f64>,
+    ) -> Result<Vec<(Row, f64)>> {
+        let shape = (self.all.plan.between_rows(), spectra.ncols());
+        let mut kept = std::mem::take(&mut room.kept);
+        if kept.dim() != shape {
+            kept = Array2::default(shape);
+        }
+        let seen = self.stripe(first, room, spectra, kept.view_mut())?;
+        scratch.put(first, kept.view())?;
+        room.kept = kept;
+        Ok(seen)
+    }
+
+    /// The sites from `first` on; `kept` has no rows where transforms are not.
     fn stripe(
         &self,
         first: usize,
-        worker: &mut Worker<T>,
-        values: &mut Vec<f64>,
+        room: &mut Room<T>,
         mut spectra: ArrayViewMut2<f64>,
-        between: ArrayViewMut2<Complex<T>>,
+        kept: ArrayViewMut2<Complex<T>>,
     ) -> Result<Vec<(Row, f64)>> {
         if self.observer.cancelled() {
             return Err(Error::Cancelled);
         }
+        let Room {
+            worker, samples, ..
+        } = room;
+        let (plan, prepared) = (self.all.plan, self.all.prepared);
         let width = spectra.ncols();
         let sites = first..first + width;
-        values.resize(width * self.all.plan.axes.n_times, 0.0);
-        // Segments need records, and what was read ahead holds them.
-        let samples = if self.all.plan.request.welch.is_some() || self.ahead.is_some() {
-            self.all.prepared.records(self.ahead, sites.clone(), values);
-            Samples::Records(values)
+        samples.resize(width * plan.axes.n_times, 0.0);
+        // Segments that lose trends of their own need records.
+        let samples = if plan.request.welch.is_some() {
+            prepared.records(self.ahead, sites.clone(), samples);
+            Samples::Records(samples)
         } else {
-            self.all.prepared.columns(sites.clone(), values);
-            Samples::Columns(values)
+            prepared.columns(self.ahead, sites.clone(), samples);
+            Samples::Columns(samples)
         };
-        let kept = (between.nrows() > 0).then_some(between);
-        worker.spectra(self.all.prepared, sites, samples, kept);
+        let kept = (kept.nrows() > 0).then_some(kept);
+        worker.spectra(prepared, sites, samples, kept);
         for (mut row, power) in spectra.outer_iter_mut().zip(&worker.power) {
             row.iter_mut().zip(&power.0).for_each(|(to, &p)| *to = p);
         }
-        let axis = &self.all.plan.axes.frequency;
-        let rows = moments_across(&worker.power, axis, self.edge);
+        let rows = moments_across(&worker.power, &plan.axes.frequency, self.edge);
         let seen = rows.into_iter().zip(worker.energies.iter().copied());
         self.observer.advance(width as u64);
         Ok(seen.take(width).collect())

@@ -218,8 +218,12 @@ struct Pass<'a, T: Real> {
 impl<T: Real> Pass<'_, T> {
     /// Reads and transforms the profiles from `from` on, in parallel.
     fn fill(&self, from: usize, block: &mut Block) -> Result<()> {
-        let tile = self.plan.tiles.times;
         let count = self.plan.blocks.times.min(self.plan.axes.n_times - from);
+        // Several for each thread, where a block has so many.
+        let tile = count.div_ceil(4 * rayon::current_num_threads());
+        let tile = tile
+            .next_multiple_of(lanes::WIDTH)
+            .min(self.plan.tiles.times);
         block.from = from;
         let seen: Result<Vec<Vec<Seen>>> = block
             .profiles

@@ -1,10 +1,12 @@
 //! The second half of the space-time transform: along space at each frequency.
 
+use std::ops::Range;
+
 use ndarray::parallel::prelude::*;
-use ndarray::{Array2, ArrayView2, ArrayViewMut2, Axis, s};
+use ndarray::{Array2, ArrayViewMut2, Axis, s};
 use num_complex::Complex;
 
-use super::between::Between;
+use super::between::{Between, Rows};
 use super::plan::Plan;
 use super::sink::{LargeArray, Sink};
 use crate::analyze::Observer;
@@ -67,7 +69,7 @@ pub(super) struct Frequencies {
 /// row, as the array is written.
 pub(super) fn transform_frequencies<T: Real>(
     plan: &Plan,
-    between: &Between<T>,
+    between: &mut Between<T>,
     stored: f64,
     sink: &dyn Sink,
     observer: &dyn Observer,
@@ -78,7 +80,6 @@ pub(super) fn transform_frequencies<T: Real>(
     let transform = ComplexTransform::<T>::new(&plan.window_space, plan.conventions.padded_space);
     let pass = Pass {
         plan,
-        between,
         transform: &transform,
         spare: &Spare::default(),
         stored,
@@ -105,7 +106,7 @@ pub(super) fn transform_frequencies<T: Real>(
     for from in starts.map(Some).chain([None]) {
         let (handed_on, filled) = rayon::join(
             || done.take(&mut computed, sink),
-            || from.map_or(Ok(()), |from| pass.fill(from, &mut next)),
+            || from.map_or(Ok(()), |from| pass.fill(from, between, &mut next)),
         );
         handed_on?;
         filled?;
@@ -151,16 +152,16 @@ impl Frequencies {
 /// What all blocks have in common.
 struct Pass<'a, T: Real> {
     plan: &'a Plan,
-    between: &'a Between<T>,
     transform: &'a ComplexTransform<T>,
-    spare: &'a Spare<ComplexScratch<T>>,
+    /// With room for rows that lie apart.
+    spare: &'a Spare<(ComplexScratch<T>, Vec<Complex<T>>)>,
     stored: f64,
     observer: &'a dyn Observer,
 }
 
 impl<T: Real> Pass<'_, T> {
     /// Transforms the frequencies from `from` on, in parallel.
-    fn fill(&self, from: usize, block: &mut Block) -> Result<()> {
+    fn fill(&self, from: usize, between: &mut Between<T>, block: &mut Block) -> Result<()> {
         let all = self.plan.axes.frequency.len();
         let count = self.plan.blocks.frequencies.min(all - from);
         let segments = self.plan.segments.count();
@@ -172,28 +173,26 @@ impl<T: Real> Pass<'_, T> {
         let mut powers = block.powers.slice_mut(s![..count, ..]);
         let mut records = block.records.slice_mut(s![..count, ..]);
         block.from = from;
-        let seen: Result<Vec<Vec<ByDirection>>> =
-            self.between
-                .with_rows(from * segments, count * segments, |rows| {
-                    powers
-                        .axis_chunks_iter_mut(Axis(0), tile)
-                        .into_par_iter()
-                        .zip(records.axis_chunks_iter_mut(Axis(0), tile))
-                        .zip(rows.axis_chunks_iter(Axis(0), tile * segments))
-                        .enumerate()
-                        .map_init(
-                            || self.spare.take(|_| true, ComplexScratch::default),
-                            |scratch, (i, ((powers, records), profiles))| {
-                                if self.observer.cancelled() {
-                                    return Err(Error::Cancelled);
-                                }
-                                self.observer.advance(powers.nrows() as u64);
-                                let first = from + i * tile;
-                                Ok(self.frequencies(first, profiles, scratch, powers, records))
-                            },
-                        )
-                        .collect()
-                })?;
+        let rows = between.rows(from * segments..(from + count) * segments)?;
+        let seen: Result<Vec<Vec<ByDirection>>> = powers
+            .axis_chunks_iter_mut(Axis(0), tile)
+            .into_par_iter()
+            .zip(records.axis_chunks_iter_mut(Axis(0), tile))
+            .enumerate()
+            .map_init(
+                || self.spare.take(|_| true, Default::default),
+                |room, (i, (powers, records))| {
+                    if self.observer.cancelled() {
+                        return Err(Error::Cancelled);
+                    }
+                    let count = powers.nrows();
+                    self.observer.advance(count as u64);
+                    let first = i * tile * segments;
+                    let profiles = (&rows, first..first + count * segments);
+                    Ok(self.frequencies(from + i * tile, profiles, room, powers, records))
+                },
+            )
+            .collect();
         block.directions = seen?.concat();
         Ok(())
     }
@@ -202,8 +201,8 @@ impl<T: Real> Pass<'_, T> {
     fn frequencies(
         &self,
         first: usize,
-        profiles: ArrayView2<Complex<T>>,
-        scratch: &mut ComplexScratch<T>,
+        (rows, profiles): (&Rows<T>, Range<usize>),
+        (scratch, room): &mut (ComplexScratch<T>, Vec<Complex<T>>),
         mut powers: ArrayViewMut2<f64>,
         mut records: ArrayViewMut2<f64>,
     ) -> Vec<ByDirection> {
@@ -218,7 +217,8 @@ impl<T: Real> Pass<'_, T> {
         let n = plan.conventions.padded_time;
         let mean = plan.time_scale.factor / segments as f64;
         let mut directions = Vec::with_capacity(powers.len() / nk);
-        for (group, profiles) in profiles.axis_chunks_iter(Axis(0), together).enumerate() {
+        for (group, from) in profiles.clone().step_by(together).enumerate() {
+            let profiles = rows.view(from..profiles.end.min(from + together), room);
             let spectra = self.transform.powers(profiles, scratch).chunks_exact(nk);
             for (i, (spectrum, profile)) in spectra.zip(profiles.outer_iter()).enumerate() {
                 let at = group * together + i;

@@ -3,7 +3,7 @@
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::Instant;
 
-use super::between::Between;
+use super::between::{Between, Scratch};
 use super::columns::{AlongTime, Columns};
 use super::plan::Plan;
 use super::result::{ShortTimeSpectra, Timing};
@@ -51,8 +51,11 @@ impl Stages<'_> {
         clock: &mut Clock,
     ) -> Result<(Option<FromRecords>, FromProfiles)> {
         if !self.plan.side_by_side {
+            // The field was just looked at, and what the system still has of it in memory goes once
+            // results and a scratch file are written.
+            let profiles = self.profiles::<T>(clock)?;
             let records = along_time.map(|along_time| self.records(along_time, clock));
-            return Ok((records.transpose()?, self.profiles::<T>(clock)?));
+            return Ok((records.transpose()?, profiles));
         }
         let axes = &self.plan.axes;
         let frequencies = if self.plan.request.results.spacetime {
@@ -103,7 +106,11 @@ impl Stages<'_> {
         let mut between = match (plan.request.results.spacetime, plan.scratch_file) {
             (false, _) => None,
             (true, 0) => Some(Between::<T>::in_memory(shape)?),
-            (true, _) => Some(Between::<T>::in_scratch(shape)?),
+            (true, _) => {
+                let rows = plan.blocks.scratch * plan.segments.count();
+                let scratch = Scratch::new(shape, plan.tiles.sites, rows)?;
+                Some(Between::Scratch(scratch))
+            }
         };
         let edge = self.frequency_edge;
         let columns =
@@ -111,7 +118,7 @@ impl Stages<'_> {
         clock.lap(plan, "along time");
         let site = columns.energies.iter().position(|&energy| energy > 0.0);
         let check = || site.and_then(|site| along_time.spot_check(site));
-        let (spacetime, checked) = match &between {
+        let (spacetime, checked) = match &mut between {
             None => {
                 let checked = check();
                 clock.lap(plan, "spot check");

@@ -221,4 +221,9 @@ impl Field {
     pub(crate) fn release_pages(&self) {
         self.storage.release_pages();
     }
+
+    /// The same of the pages that hold a block.
+    pub(crate) fn release_block(&self, times: Range<usize>, sites: Range<usize>) {
+        self.storage.release_block(times, sites);
+    }
 }

@@ -240,6 +240,22 @@ impl Storage {
             release(map, 0..map.len());
         }
     }
+
+    /// The same of the pages that hold a block, in whole rows.
+    pub(crate) fn release_block(&self, times: Range<usize>, sites: Range<usize>) {
+        let Arrangement {
+            sample,
+            start,
+            row_len,
+            rows_are_times,
+            ..
+        } = self.arrangement;
+        let rows = if rows_are_times { times } else { sites };
+        let row = row_len * sample.bytes();
+        if let Bytes::Mapped(map) = &self.bytes {
+            release(map, start + rows.start * row..start + rows.end * row);
+        }
+    }
 }
 
 /// Drops the pages of `range` from this process; they are read again where they are used again.

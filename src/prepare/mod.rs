@@ -5,6 +5,7 @@
 //! is prepared by the same operations whatever block it is read in, so its bits do not depend on
 //! the blocks.
 
+mod ahead;
 mod extremes;
 mod lobes;
 mod prepared;
@@ -15,8 +16,9 @@ mod trend;
 mod unit;
 mod window;
 
+pub(crate) use ahead::{Ahead, piece_bytes};
 pub use lobes::Lobes;
-pub(crate) use prepared::{Ahead, Prepared, Tiles, piece_bytes};
+pub(crate) use prepared::{Prepared, Tiles};
 pub(crate) use scan::ChannelScan;
 pub(crate) use survey::survey_bytes;
 pub(crate) use trend::Trend;

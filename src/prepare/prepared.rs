@@ -4,6 +4,7 @@ use std::ops::Range;
 
 use rayon::prelude::*;
 
+use super::ahead::Ahead;
 use super::scan::{ChannelScan, Gap};
 use super::trend::Trend;
 use super::unit::PowerOfTwo;
@@ -41,35 +42,6 @@ pub(crate) struct Tiles {
     pub ahead: Option<usize>,
     /// Bytes that account of gaps may take.
     pub memory: u64,
-}
-
-/// Bytes of the field that each of so many threads has mapped at a time, where it is larger than
-/// memory.
-pub(crate) fn piece_bytes(threads: usize) -> usize {
-    ((16 << 20) / threads.max(1)).clamp(1 << 20, 8 << 20)
-}
-
-/// Raw records of a few sites, read in one go along the file.
-#[derive(Debug)]
-pub(crate) struct Ahead {
-    sites: Range<usize>,
-    /// Times a piece; the last may be shorter.
-    times: usize,
-    /// Site-major pieces in one, whose memory the system gets back as a whole.
-    values: Vec<f64>,
-}
-
-impl Ahead {
-    fn copy(&self, sites: Range<usize>, out: &mut [f64]) {
-        let n_times = out.len() / sites.len();
-        for (j, record) in sites.zip(out.chunks_exact_mut(n_times)) {
-            let column = j - self.sites.start;
-            let pieces = self.values.chunks(self.times * self.sites.len());
-            for (part, piece) in record.chunks_mut(self.times).zip(pieces) {
-                part.copy_from_slice(&piece[column * part.len()..][..part.len()]);
-            }
-        }
-    }
 }
 
 impl<'a> Prepared<'a> {
@@ -139,8 +111,9 @@ impl<'a> Prepared<'a> {
 
     /// The record of one site.
     pub fn record(&self, site: usize, out: &mut [f64]) {
-        let ahead = self.read_ahead(site..site + 1);
-        self.records(ahead.as_ref(), site..site + 1, out);
+        let mut ahead = Ahead::default();
+        let ahead = self.read_ahead(site..site + 1, &mut ahead);
+        self.records(ahead, site..site + 1, out);
     }
 
     /// Lets go of the field's pages, where it is larger than memory.
@@ -150,72 +123,35 @@ impl<'a> Prepared<'a> {
         }
     }
 
-    /// Reads the raw records of `sites` once along the file, so that a field larger than memory is
-    /// not read again for every tile; `None` where the tiles may read for themselves.
-    pub fn read_ahead(&self, sites: Range<usize>) -> Option<Ahead> {
-        self.tiles.ahead?;
-        let piece = piece_bytes(rayon::current_num_threads());
-        let in_field = self.sites.start + sites.start..self.sites.start + sites.end;
-        let mut values = vec![0.0; self.n_times() * sites.len()];
-        if !self.field.is_time_major() {
-            self.read_stored_records(in_field, piece, &mut values);
-            let times = self.n_times();
-            return Some(Ahead {
-                sites,
-                times,
-                values,
-            });
+    /// The same of the pages that hold profiles.
+    pub fn release_times(&self, times: Range<usize>) {
+        if self.tiles.ahead.is_some() {
+            let from = self.times.start;
+            let in_field = from + times.start..from + times.end;
+            self.field.release_block(in_field, self.sites.clone());
         }
-        let times = (piece / (8 * self.field.n_sites())).max(1);
-        values
-            .par_chunks_mut(times * sites.len())
-            .enumerate()
-            .for_each(|(i, values)| {
-                let start = self.times.start + i * times;
-                let piece = start..start + values.len() / in_field.len();
-                self.field.read_site_major(piece, in_field.clone(), values);
-                self.field.release_pages();
-            });
-        Some(Ahead {
-            sites,
-            times,
-            values,
-        })
     }
 
-    /// Raw records of `sites`, of a field that stores them one after the other, so many bytes at a time
-    /// and thread: a piece of all sites would be a page or more of each.
-    fn read_stored_records(&self, sites: Range<usize>, piece: usize, records: &mut [f64]) {
-        let n_times = self.n_times();
-        let together = (piece / 8 / n_times).max(1);
-        // Of records longer than a piece, which go alone.
-        let times = (piece / 8).min(n_times);
-        records
-            .par_chunks_mut(together * n_times)
-            .enumerate()
-            .for_each(|(i, records)| {
-                let first = sites.start + i * together;
-                let sites = first..first + records.len() / n_times;
-                for (k, part) in records.chunks_mut(times * sites.len()).enumerate() {
-                    let start = self.times.start + k * times;
-                    let part_times = start..start + part.len() / sites.len();
-                    self.field.read_site_major(part_times, sites.clone(), part);
-                    self.field.release_pages();
-                }
-            });
+    /// Reads the raw records of `sites` once along the file into `room`, so that a field larger than
+    /// memory is not read again for every tile; `None` where the tiles may read for themselves.
+    pub fn read_ahead<'r>(&self, sites: Range<usize>, room: &'r mut Ahead) -> Option<&'r Ahead> {
+        self.tiles.ahead?;
+        let from = self.sites.start;
+        let in_field = from + sites.start..from + sites.end;
+        room.read(self.field, self.times.clone(), in_field, self.tiles.sites);
+        Some(room)
     }
 
     /// Whole records of `sites`, one after the other, from `ahead` where they were read.
     pub fn records(&self, ahead: Option<&Ahead>, sites: Range<usize>, out: &mut [f64]) {
         let n_times = self.n_times();
         let from = self.sites.start;
+        let in_field = from + sites.start..from + sites.end;
         match ahead {
-            Some(ahead) => ahead.copy(sites.clone(), out),
-            None => self.field.read_site_major(
-                self.times.clone(),
-                from + sites.start..from + sites.end,
-                out,
-            ),
+            Some(ahead) => ahead.records(in_field, out),
+            None => self
+                .field
+                .read_site_major(self.times.clone(), in_field, out),
         }
         let first = self.gaps.partition_point(|g| g.site < sites.start);
         let gaps = self.gaps[first..]
@@ -244,14 +180,17 @@ impl<'a> Prepared<'a> {
         }
     }
 
-    /// The records of `sites` side by side, time by time; read by the tiles themselves, see
-    /// [`Prepared::read_ahead`].
-    pub fn columns(&self, sites: Range<usize>, out: &mut [f64]) {
+    /// The records of `sites` side by side, time by time, from `ahead` where they were read.
+    pub fn columns(&self, ahead: Option<&Ahead>, sites: Range<usize>, out: &mut [f64]) {
         let width = sites.len();
         let from = self.sites.start;
         let in_field = from + sites.start..from + sites.end;
-        self.field
-            .read_time_major(self.times.clone(), in_field, out);
+        match ahead {
+            Some(ahead) => ahead.columns(in_field, out),
+            None => self
+                .field
+                .read_time_major(self.times.clone(), in_field, out),
+        }
         let first = self.gaps.partition_point(|g| g.site < sites.start);
         let gaps = self.gaps[first..]
             .iter()
@@ -390,7 +329,7 @@ impl<'a> Prepared<'a> {
                     let end = (start + self.tiles.times).min(self.n_times());
                     block.resize((end - start) * n_sites, 0.0);
                     self.profiles(start..end, block);
-                    self.release_pages();
+                    self.release_times(start..end);
                     observer.advance((end - start) as u64);
                     Ok((start..end)
                         .zip(block.chunks_exact(n_sites))
@@ -424,13 +363,14 @@ impl<'a> Prepared<'a> {
         let (n_times, n_sites) = (self.n_times(), self.n_sites());
         let mut all = Vec::with_capacity(n_sites);
         let block = self.tiles.ahead.unwrap_or(n_sites);
+        let mut room = Ahead::default();
         for from in (0..n_sites).step_by(block) {
             let sites = from..(from + block).min(n_sites);
             if !sites.clone().any(&wanted) {
                 observer.advance(sites.len() as u64);
                 continue;
             }
-            let ahead = self.read_ahead(sites.clone());
+            let ahead = self.read_ahead(sites.clone(), &mut room);
             let starts: Vec<usize> = sites.clone().step_by(self.tiles.sites).collect();
             let seen: Result<Vec<Vec<R>>> = starts
                 .into_par_iter()
@@ -446,7 +386,7 @@ impl<'a> Prepared<'a> {
                             return Ok(Vec::new());
                         }
                         tile.resize((end - start) * n_times, 0.0);
-                        self.records(ahead.as_ref(), start..end, tile);
+                        self.records(ahead, start..end, tile);
                         Ok((start..end)
                             .zip(tile.chunks_exact(n_times))
                             .filter(|(j, _)| wanted(*j))

@@ -128,7 +128,7 @@ impl Prepared<'_> {
                 let whole = (end - 1 - first) * width;
                 let rows = &rows[sites.start..whole + sites.end];
                 seen.take(rows, width, first < start);
-                self.release_pages();
+                self.release_times(start - self.times.start..end - self.times.start);
                 observer.advance((end - start) as u64);
                 Ok(seen)
             })

@@ -8,9 +8,12 @@ use crate::prepare::piece_bytes;
 use crate::transform::{ComplexTransform, RecordTransform, Segments};
 
 /// Bytes of a block of profiles or frequencies, a thread: it is written while it is in the cache,
-/// and its memory is used again. Blocks of sites are as large as they can be, since the pieces
-/// of rows they write are short.
+/// and its memory is used again. Blocks of sites are as large as they can be, since the field is
+/// read once for each.
 const BLOCK_BYTES: u64 = 2 << 20;
+
+/// Bytes that are read at once from a scratch file, in one piece of each stripe.
+const SCRATCH_BYTES: u64 = 128 << 20;
 
 /// Bytes a bin of eight spectra that are measured, sums of leaves included.
 const MEASURED: u64 = 64 + 16;
@@ -75,16 +78,23 @@ impl Plan {
             .request
             .welch
             .map_or(0, |_| self.segments.length as u64);
-        let column_tile = |sites: u64| {
+        let complex = self.complex_bytes();
+        let column_tile = |sites: u64, in_memory: bool| {
             let (length, padded) = (self.segments.length, self.conventions.padded_time);
             let worked = RecordTransform::<f64>::working_bytes(length, padded, sites as usize);
-            at_work(nx, sites) * (sites * 8 * (nt + segment) + worked + MEASURED * nf)
+            // On their way to a scratch file transforms of all segments are held.
+            let on_their_way = complex * nf * (segments - 1);
+            let kept = if in_memory { 0 } else { on_their_way };
+            at_work(nx, sites) * (sites * (8 * (nt + segment) + kept) + worked + MEASURED * nf)
         };
         let (sites, padded) = (self.axes.n_sites, self.conventions.padded_space);
         let along_space =
             MEASURED * nk + RecordTransform::<f64>::working_bytes(sites, padded, WIDTH);
         let at_each_frequency = match spacetime {
-            true => ComplexTransform::<f64>::working_bytes(sites, padded),
+            true => {
+                let rows = ComplexTransform::<f64>::TOGETHER as u64 * between_row;
+                rows + ComplexTransform::<f64>::working_bytes(sites, padded)
+            }
             false => 0,
         };
         let row_tile = |times: u64| {
@@ -92,12 +102,8 @@ impl Plan {
             profiles + at_work(nf, ComplexTransform::<f64>::TOGETHER as u64) * at_each_frequency
         };
         // Spectra along time are written by the pass that has them in rows, where there is one.
-        let per_site = |in_memory: bool, streams: bool| {
-            let written = match (spacetime, in_memory) {
-                (false, _) => 8 * nf,
-                (true, true) => 0,
-                (true, false) => between / nx,
-            };
+        let per_site = |streams: bool| {
+            let written = if spacetime { 0 } else { 8 * nf };
             written + if streams { 8 * nt } else { 0 }
         };
         // Of profiles and of frequencies one block is computed while another is written.
@@ -107,8 +113,8 @@ impl Plan {
         let least_times = nt.min(4);
 
         // The least that any of these blocks can do with: one record, a few profiles.
-        let least_tile = column_tile(1).max(row_tile(1));
-        let least_block = per_site(!spacetime, true)
+        let least_tile = column_tile(1, !spacetime).max(row_tile(1));
+        let least_block = per_site(true)
             .max(least_times * per_time)
             .max(per_frequency);
         let least = vectors + pieces + (2 * least_tile).max(least_tile + least_block);
@@ -124,18 +130,19 @@ impl Plan {
         let held = if spacetime && in_memory { between } else { 0 };
         room -= held;
         let streams = mapped > room.min(allowed / 4);
-        let per_site = per_site(in_memory, streams);
+        let per_site = per_site(streams);
 
         let fixed = vectors + held + if streams { pieces } else { mapped };
         let spare = allowed - fixed;
         // The tiles shrink where the records are so long that they would not fit.
-        while self.tiles.sites > 1 && column_tile(self.tiles.sites as u64) > spare / 2 {
+        while self.tiles.sites > 1 && column_tile(self.tiles.sites as u64, in_memory) > spare / 2 {
             self.tiles.sites /= 2;
         }
         while self.tiles.times > 1 && row_tile(self.tiles.times as u64) > spare / 2 {
             self.tiles.times /= 2;
         }
-        let tiles = column_tile(self.tiles.sites as u64).max(row_tile(self.tiles.times as u64));
+        let columns = column_tile(self.tiles.sites as u64, in_memory);
+        let tiles = columns.max(row_tile(self.tiles.times as u64));
         let for_blocks = spare - tiles;
         let block = |bytes: u64, per: u64, tile: usize, least: usize, all: usize| -> usize {
             let fit = usize::try_from(bytes / per.max(1)).unwrap_or(usize::MAX);
@@ -150,8 +157,11 @@ impl Plan {
             let bytes = (BLOCK_BYTES * threads).max(per * tile.max(4) as u64);
             block(bytes.min(for_blocks), per, tile, least, all)
         };
-        let blocks = Blocks {
-            sites: block(for_blocks, per_site, self.tiles.sites, 1, nx as usize),
+        let sites = block(for_blocks, per_site, self.tiles.sites, 1, nx as usize);
+        // As many in each pass over the field.
+        let each = (nx as usize).div_ceil((nx as usize).div_ceil(sites));
+        let mut blocks = Blocks {
+            sites: sites.min(each.next_multiple_of(self.tiles.sites)),
             times: cached(
                 per_time,
                 self.tiles.times,
@@ -164,15 +174,23 @@ impl Plan {
                 1,
                 nf as usize,
             ),
+            scratch: 0,
         };
+        // No tile is wider than its block: stripes of a scratch file are tiles.
+        self.tiles.sites = self.tiles.sites.min(blocks.sites);
         let frequencies = if spacetime { blocks.frequencies } else { 0 };
-        let records = blocks.sites as u64 * per_site;
-        let records = records.max(frequencies as u64 * per_frequency);
+        let mut from_records = frequencies as u64 * per_frequency;
+        if !in_memory {
+            // Whole blocks, which are read together.
+            let block = blocks.frequencies as u64 * segments * between_row;
+            let more = SCRATCH_BYTES.min(for_blocks).saturating_sub(from_records) / block;
+            let more = more.min(nf / blocks.frequencies as u64);
+            blocks.scratch = blocks.frequencies * (1 + more as usize);
+            from_records += more * block;
+        }
+        let records = from_records.max(blocks.sites as u64 * per_site);
         let profiles = blocks.times as u64 * per_time;
-        let both = column_tile(self.tiles.sites as u64)
-            + row_tile(self.tiles.times as u64)
-            + records
-            + profiles;
+        let both = columns + row_tile(self.tiles.times as u64) + records + profiles;
         self.side_by_side = !streams && in_memory && fixed + both <= allowed;
         self.memory_needed = match self.side_by_side {
             true => fixed + both,

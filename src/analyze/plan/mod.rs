@@ -66,6 +66,8 @@ pub struct Blocks {
     pub times: usize,
     /// Frequencies at once, in the second half of space-time transforms.
     pub frequencies: usize,
+    /// Frequencies that are read at once from a scratch file; 0 without one.
+    pub scratch: usize,
 }
 
 /// The transforms of one stage.
@@ -200,6 +202,7 @@ pub fn plan(field: &Field, request: &Request) -> Result<Plan> {
             sites: n_sites,
             times: n_times,
             frequencies: padded_time / 2 + 1,
+            scratch: 0,
         },
         side_by_side: false,
         threads,

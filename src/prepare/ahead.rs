@@ -1,0 +1,124 @@
+//! Records of a field larger than memory, read in one go along the file.
+
+use std::ops::Range;
+
+use rayon::prelude::*;
+
+use crate::field::Field;
+
+/// Bytes of the field that each of so many threads has mapped at a time, where it is larger than
+/// memory.
+pub(crate) fn piece_bytes(threads: usize) -> usize {
+    ((16 << 20) / threads.max(1)).clamp(1 << 20, 8 << 20)
+}
+
+/// Times that are turned at once: samples of a stripe that stay in the first cache.
+const TURNED: usize = 256;
+
+/// Raw records of neighbouring sites: `(piece of times, stripe of sites, time, site)`.
+///
+/// A stripe is as many sites as are transformed together, a line of the cache as a rule, which is
+/// copied from the rows of the field as it is. The memory is used again by the next sites, since
+/// new pages cost as much as the copy.
+#[derive(Debug, Default)]
+pub(crate) struct Ahead {
+    /// Of the field.
+    sites: Range<usize>,
+    /// Sites a stripe; the last may be narrower.
+    stripe: usize,
+    n_times: usize,
+    /// Times a piece; the last may be shorter.
+    piece: usize,
+    values: Vec<f64>,
+}
+
+impl Ahead {
+    /// Reads `sites` at `times`, both of the `field`.
+    pub(super) fn read(
+        &mut self,
+        field: &Field,
+        times: Range<usize>,
+        sites: Range<usize>,
+        stripe: usize,
+    ) {
+        let bytes = piece_bytes(rayon::current_num_threads());
+        self.n_times = times.len();
+        self.stripe = stripe;
+        let length = times.len() * sites.len();
+        if self.values.len() < length {
+            self.values = Vec::new();
+            self.values = vec![0.0; length];
+        }
+        self.values.truncate(length);
+        if field.is_time_major() {
+            self.piece = (bytes / (8 * field.n_sites())).max(1);
+            let pieces = self.values.par_chunks_mut(self.piece * sites.len());
+            pieces.enumerate().for_each(|(i, mut values)| {
+                let from = times.start + i * self.piece;
+                let times = from..times.end.min(from + self.piece);
+                for stripe in parts(sites.clone(), stripe) {
+                    let part = values.split_off_mut(..times.len() * stripe.len());
+                    field.read_time_major(times.clone(), stripe, part.unwrap_or_default());
+                }
+                field.release_block(times, sites.clone());
+            });
+        } else {
+            self.piece = times.len();
+            let length = (bytes / (8 * stripe)).max(1);
+            let stripes = self.values.par_chunks_mut(times.len() * stripe);
+            stripes.enumerate().for_each(|(i, mut values)| {
+                let from = sites.start + i * stripe;
+                let stripe = from..sites.end.min(from + stripe);
+                for times in parts(times.clone(), length) {
+                    let part = values.split_off_mut(..times.len() * stripe.len());
+                    field.read_time_major(times.clone(), stripe.clone(), part.unwrap_or_default());
+                    field.release_block(times, stripe.clone());
+                }
+            });
+        }
+        self.sites = sites;
+    }
+
+    /// The records of one stripe side by side, time by time.
+    pub(super) fn columns(&self, sites: Range<usize>, out: &mut [f64]) {
+        let pieces = out.chunks_mut(self.piece * sites.len());
+        for (piece, out) in self.pieces(sites).zip(pieces) {
+            out.copy_from_slice(piece);
+        }
+    }
+
+    /// The records of one stripe one after the other.
+    pub(super) fn records(&self, sites: Range<usize>, out: &mut [f64]) {
+        let width = sites.len();
+        let mut from = 0;
+        for piece in self.pieces(sites) {
+            for rows in piece.chunks(TURNED * width) {
+                let times = from..from + rows.len() / width;
+                for (j, record) in out.chunks_exact_mut(self.n_times).enumerate() {
+                    let samples = rows.iter().skip(j).step_by(width);
+                    let place = record[times.clone()].iter_mut();
+                    place.zip(samples).for_each(|(to, &v)| *to = v);
+                }
+                from = times.end;
+            }
+        }
+    }
+
+    /// What there is of a stripe.
+    fn pieces(&self, sites: Range<usize>) -> impl Iterator<Item = &[f64]> {
+        let first = sites.start - self.sites.start;
+        let whole = first.is_multiple_of(self.stripe) && sites.len() <= self.stripe;
+        debug_assert!(whole && sites.end <= self.sites.end);
+        let pieces = self.values.chunks(self.piece * self.sites.len());
+        pieces.map(move |piece| {
+            let times = piece.len() / self.sites.len();
+            &piece[first * times..][..sites.len() * times]
+        })
+    }
+}
+
+/// One after the other, `length` each but for the last.
+fn parts(all: Range<usize>, length: usize) -> impl Iterator<Item = Range<usize>> {
+    let starts = all.clone().step_by(length);
+    starts.map(move |from| from..all.end.min(from + length))
+}
