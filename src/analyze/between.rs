@@ -111,9 +111,22 @@ pub(super) struct Scratch<T: Real> {
     values: Vec<Complex<T>>,
 }
 
-/// Stripes start at multiples of this, and so do pieces of them where rows are many: what shares
-/// a page with a neighbour would be written twice.
-const PAGE: usize = 4096;
+/// Stripes of many pages start with a page, since one that two threads write to is written twice.
+const PAGE: u64 = 4096;
+
+/// Bytes from one stripe to the next: of so many rows and columns of so many bytes.
+fn stripe_bytes(rows: usize, columns: usize, item: u64) -> u64 {
+    let bytes = rows as u64 * columns as u64 * item;
+    match bytes < 16 * PAGE {
+        true => bytes,
+        false => bytes.next_multiple_of(PAGE),
+    }
+}
+
+/// Bytes of a scratch file for a matrix of `shape`, with stripes of so many columns of so many bytes.
+pub(super) fn scratch_bytes(shape: (usize, usize), stripe: usize, item: u64) -> u64 {
+    shape.1.div_ceil(stripe) as u64 * stripe_bytes(shape.0, stripe, item)
+}
 
 impl<T: Real> Scratch<T> {
     /// A file for a matrix of `shape`, written `stripe` columns and read `together` rows at a time.
@@ -129,8 +142,8 @@ impl<T: Real> Scratch<T> {
             held: 0..0,
             values: Vec::new(),
         };
-        let stripes = shape.1.div_ceil(stripe);
-        let reserved = crate::io::allocate(&scratch.file, 0, scratch.start_of(stripes));
+        let bytes = scratch_bytes(shape, stripe, size_of::<Complex<T>>() as u64);
+        let reserved = crate::io::allocate(&scratch.file, 0, bytes);
         reserved.map_err(Error::write(
             "reserve room for a scratch file in",
             &scratch.place,
@@ -140,8 +153,8 @@ impl<T: Real> Scratch<T> {
 
     /// Byte at which a stripe starts.
     fn start_of(&self, stripe: usize) -> u64 {
-        let bytes = self.shape.0 * self.stripe * size_of::<Complex<T>>();
-        (stripe * bytes.next_multiple_of(PAGE)) as u64
+        let item = size_of::<Complex<T>>() as u64;
+        stripe as u64 * stripe_bytes(self.shape.0, self.stripe, item)
     }
 
     /// Writes the stripe that starts with column `first`, which is contiguous.
@@ -160,13 +173,14 @@ impl<T: Real> Scratch<T> {
         let end = self.shape.0.min(rows.start + self.together.max(rows.len()));
         let held = rows.start..end;
         let mut values = std::mem::take(&mut self.values);
+        self.held = 0..0;
         values.resize(held.len() * self.shape.1, Complex::default());
         values
             .par_chunks_mut(held.len() * self.stripe)
             .enumerate()
             .try_for_each(|(stripe, piece)| {
-                let row = piece.len() / held.len() * size_of::<Complex<T>>();
-                let at = self.start_of(stripe) + (held.start * row) as u64;
+                let row = (size_of_val(piece) / held.len()) as u64;
+                let at = self.start_of(stripe) + held.start as u64 * row;
                 read_at(&self.file, bytemuck::cast_slice_mut(piece), at)
             })
             .map_err(Error::read("read a scratch file in", &self.place))?;

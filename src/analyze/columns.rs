@@ -239,6 +239,7 @@ impl<T: Real> Stripes<'_, '_, T> {
         let shape = (self.all.plan.between_rows(), spectra.ncols());
         let mut kept = std::mem::take(&mut room.kept);
         if kept.dim() != shape {
+            drop(kept);
             kept = Array2::default(shape);
         }
         let seen = self.stripe(first, room, spectra, kept.view_mut())?;

@@ -51,8 +51,8 @@ impl Stages<'_> {
         clock: &mut Clock,
     ) -> Result<(Option<FromRecords>, FromProfiles)> {
         if !self.plan.side_by_side {
-            // The field was just looked at, and what the system still has of it in memory goes once
-            // results and a scratch file are written.
+            // Profiles first: a large field was just looked at, and what the system still has of it in
+            // memory goes once a scratch file is written.
             let profiles = self.profiles::<T>(clock)?;
             let records = along_time.map(|along_time| self.records(along_time, clock));
             return Ok((records.transpose()?, profiles));

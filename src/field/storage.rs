@@ -241,7 +241,7 @@ impl Storage {
         }
     }
 
-    /// The same of the pages that hold a block, in whole rows.
+    /// The same of the pages that hold a block, in whole rows, and of those mapped with them.
     pub(crate) fn release_block(&self, times: Range<usize>, sites: Range<usize>) {
         let Arrangement {
             sample,
@@ -253,10 +253,15 @@ impl Storage {
         let rows = if rows_are_times { times } else { sites };
         let row = row_len * sample.bytes();
         if let Bytes::Mapped(map) = &self.bytes {
-            release(map, start + rows.start * row..start + rows.end * row);
+            let from = start + rows.start * row;
+            let end = start + rows.end * row + MAPPED_AROUND;
+            release(map, from.saturating_sub(MAPPED_AROUND)..map.len().min(end));
         }
     }
 }
+
+/// Bytes that systems map around a page that is looked up, where they have them in memory.
+const MAPPED_AROUND: usize = 64 << 10;
 
 /// Drops the pages of `range` from this process; they are read again where they are used again.
 pub(crate) fn release(map: &Mmap, range: Range<usize>) {

@@ -58,7 +58,7 @@ impl Ahead {
                 let times = from..times.end.min(from + self.piece);
                 for stripe in parts(sites.clone(), stripe) {
                     let part = values.split_off_mut(..times.len() * stripe.len());
-                    field.read_time_major(times.clone(), stripe, part.unwrap_or_default());
+                    field.read_time_major(times.clone(), stripe, part.expect("room for all"));
                 }
                 field.release_block(times, sites.clone());
             });
@@ -71,7 +71,8 @@ impl Ahead {
                 let stripe = from..sites.end.min(from + stripe);
                 for times in parts(times.clone(), length) {
                     let part = values.split_off_mut(..times.len() * stripe.len());
-                    field.read_time_major(times.clone(), stripe.clone(), part.unwrap_or_default());
+                    let part = part.expect("room for all");
+                    field.read_time_major(times.clone(), stripe.clone(), part);
                     field.release_block(times, stripe.clone());
                 }
             });
@@ -108,7 +109,7 @@ impl Ahead {
     fn pieces(&self, sites: Range<usize>) -> impl Iterator<Item = &[f64]> {
         let first = sites.start - self.sites.start;
         let whole = first.is_multiple_of(self.stripe) && sites.len() <= self.stripe;
-        debug_assert!(whole && sites.end <= self.sites.end);
+        assert!(whole && sites.end <= self.sites.end, "one stripe");
         let pieces = self.values.chunks(self.piece * self.sites.len());
         pieces.map(move |piece| {
             let times = piece.len() / self.sites.len();

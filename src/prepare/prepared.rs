@@ -396,6 +396,7 @@ impl<'a> Prepared<'a> {
                 )
                 .collect();
             all.extend(seen?.into_iter().flatten());
+            self.release_pages();
         }
         Ok(all)
     }

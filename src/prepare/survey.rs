@@ -105,7 +105,7 @@ impl Prepared<'_> {
         let starts: Vec<usize> = self.times.clone().step_by(stretch).collect();
         // Few parts, since each has room for all sites.
         let least = starts.len().div_ceil(4 * rayon::current_num_threads());
-        starts
+        let seen = starts
             .into_par_iter()
             .with_min_len(least)
             .try_fold(none, |mut seen, start| {
@@ -128,10 +128,12 @@ impl Prepared<'_> {
                 let whole = (end - 1 - first) * width;
                 let rows = &rows[sites.start..whole + sites.end];
                 seen.take(rows, width, first < start);
-                self.release_times(start - self.times.start..end - self.times.start);
+                self.release_times(first - self.times.start..end - self.times.start);
                 observer.advance((end - start) as u64);
                 Ok(seen)
             })
-            .try_reduce(none, |a, b| Ok(a.merged(b)))
+            .try_reduce(none, |a, b| Ok(a.merged(b)));
+        self.release_pages();
+        seen
     }
 }
