@@ -92,11 +92,10 @@ impl<T: Real> Rows<'_, T> {
 }
 
 /// An unnamed file that is gone when it is closed, however the program ends: stripes of a few
-/// columns one after the other, each row by row and from the start of a page on.
+/// columns one after the other, each row by row.
 ///
 /// A stripe is what a thread computes at once, and is written in one go; of neighbouring rows every
-/// stripe has one piece. By whole rows it would be pieces of a few columns in one place and a
-/// whole file in the other.
+/// stripe has one piece. In a file of whole rows a stripe would be as many pieces as there are rows.
 #[derive(Debug)]
 pub(super) struct Scratch<T: Real> {
     file: File,
