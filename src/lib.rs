@@ -5,6 +5,7 @@ pub mod analyze;
 pub mod attenuation;
 pub mod budget;
 mod buffer;
+mod caches;
 pub mod chain;
 mod diagnostics;
 pub mod error;

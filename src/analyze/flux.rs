@@ -34,14 +34,15 @@ impl FluxSurrogate {
         } else {
             0
         };
-        let room = Array2::zeros((rows, plan.axes.wavenumber.len()));
+        // Each zeroed by itself: a clone would read pages that are not there yet.
+        let room = || Array2::zeros((rows, plan.axes.wavenumber.len()));
         FluxSurrogate {
             n_times: plan.axes.n_times,
             half_energy: 0.5 * energy.factor * energy.measure / plan.space_scale.factor * stored,
             dt: plan.axes.time.step,
-            cumulative: room.clone(),
+            cumulative: room(),
             kept: 0,
-            flux: room,
+            flux: room(),
             known: 0,
             next: 0,
         }

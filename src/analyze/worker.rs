@@ -6,6 +6,7 @@ use ndarray::{Array2, ArrayView2, ArrayViewMut2, s};
 use num_complex::Complex;
 
 use super::plan::Plan;
+use crate::caches::{LINE, ask_after};
 use crate::chain::lanes::{Block, Lanes, WIDTH, Work, widest};
 use crate::prepare::{Prepared, Trend};
 use crate::transform::{Real, RecordScratch, RecordTransform, Scale, fold, power};
@@ -152,6 +153,9 @@ impl<'a, T: Real> Worker<'a, T> {
     }
 }
 
+/// Rows of spectra that are asked for ahead of their use.
+const AHEAD: usize = 48;
+
 /// `|X|^2` of one segment of a few sites, added to the sums of those before and times a factor of the
 /// bin.
 struct AddPowers<'a, T, F> {
@@ -166,6 +170,7 @@ impl<T: Real, F: Fn(usize) -> f64> Work for AddPowers<'_, T, F> {
 
     #[inline(always)]
     fn run<L: Lanes>(self) {
+        let further = AHEAD * self.spectra.strides()[0].unsigned_abs();
         for (m, (sums, spectra)) in self
             .sums
             .iter_mut()
@@ -173,6 +178,11 @@ impl<T: Real, F: Fn(usize) -> f64> Work for AddPowers<'_, T, F> {
             .enumerate()
         {
             let whole = spectra.to_slice().and_then(|s| s.first_chunk::<WIDTH>());
+            if let Some(spectra) = whole {
+                for line in spectra.chunks(LINE / size_of::<Complex<T>>()) {
+                    ask_after(&line[0], further);
+                }
+            }
             // Whole blocks have a length that the compiler knows.
             let powers = match whole {
                 Some(spectra) => spectra.map(power),

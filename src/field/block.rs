@@ -5,6 +5,8 @@
 
 use std::ops::Range;
 
+use crate::caches::ask_for;
+
 /// Edge of a tile: 8 samples of 8 bytes are one cache line.
 const TILE: usize = 8;
 
@@ -12,7 +14,7 @@ const TILE: usize = 8;
 const BAND: usize = 64;
 
 /// Rows between a short piece of a row and the one that is asked for meanwhile.
-const AHEAD: usize = 24;
+const AHEAD: usize = 96;
 
 /// The part of the storage that a read asks for.
 pub(super) struct Block<'a> {
@@ -56,19 +58,12 @@ impl Block<'_> {
         &samples[row * self.row_len..][self.columns.clone()]
     }
 
-    /// Asks for the start of a row: rows apart are no pattern that processors foresee.
+    /// Asks for a short piece of a row.
     fn ask_for<const N: usize>(&self, samples: &[[u8; N]], row: usize) {
-        #[cfg(target_arch = "x86_64")]
         if row < self.rows.end && self.columns.len() <= TILE {
-            use std::arch::x86_64::{_MM_HINT_T0, _mm_prefetch};
             let run = self.row(samples, row);
-            for sample in [run.first(), run.last()].into_iter().flatten() {
-                // SAFETY: prefetching has no effect but on the caches.
-                unsafe { _mm_prefetch::<_MM_HINT_T0>(sample.as_ptr().cast()) };
-            }
+            run.first().into_iter().chain(run.last()).for_each(ask_for);
         }
-        #[cfg(not(target_arch = "x86_64"))]
-        let _ = (samples, row);
     }
 
     fn read_transposed<const N: usize>(
@@ -85,8 +80,10 @@ impl Block<'_> {
                 for top in (band..band_end).step_by(TILE) {
                     let height = TILE.min(band_end - top);
                     let first = self.rows.start + top;
-                    let rows = (first..first + height)
-                        .map(|row| &self.row(samples, row)[left..left + width]);
+                    let rows = (first..first + height).map(|row| {
+                        self.ask_for(samples, row + AHEAD);
+                        &self.row(samples, row)[left..left + width]
+                    });
                     let tile = turned_tile(rows, decode);
                     for (c, column) in tile[..width].iter().enumerate() {
                         let out = &mut out[(left + c) * n_rows + top..][..height];

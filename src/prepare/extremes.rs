@@ -1,6 +1,7 @@
 //! A first look at all records at once, time by time, as they lie in most files.
 
 use super::scan::ChannelScan;
+use crate::caches::ask_for;
 use crate::chain::lanes::{Lanes, WIDTH, Work, widest};
 
 /// Times that are looked at before the next sites.
@@ -42,6 +43,7 @@ impl Extremes {
             widest(Take {
                 seen: &mut *self,
                 rows: &rows[start * apart..][..(end - 1 - start) * apart + sites],
+                next: rows.get(end * apart..).unwrap_or_default(),
                 apart,
                 before: from > 0,
             });
@@ -91,6 +93,8 @@ impl Extremes {
 struct Take<'a> {
     seen: &'a mut Extremes,
     rows: &'a [f64],
+    /// What follows, and is asked for meanwhile.
+    next: &'a [f64],
     apart: usize,
     before: bool,
 }
@@ -139,7 +143,12 @@ impl Work for Take<'_> {
                 d[at..].first_chunk_mut(),
                 e[at..].first_chunk_mut(),
             ) {
-                let profile = |n: usize| self.rows.get(n * self.apart + at..)?.first_chunk();
+                let profile = |n: usize| {
+                    if let Some(sample) = self.next.get(n * self.apart + at) {
+                        ask_for(sample);
+                    }
+                    self.rows.get(n * self.apart + at..)?.first_chunk()
+                };
                 look::<L>(profile, times, self.before, [a, b, c, d, e]);
             }
         }

@@ -8,6 +8,7 @@ use num_complex::Complex;
 use super::Real;
 use super::taper::Taper;
 use super::vertical::{ColumnScratch, ColumnTransform};
+use crate::caches::ask_after;
 
 /// `X_m = sum_n w_n v_n exp(-+ 2 pi i m n / N)`, `m = 0 ..= N / 2`, of several real records of up to N
 /// samples each (the rest is zero), which pass through the transform side by side.
@@ -171,11 +172,21 @@ impl<T: Real> RecordTransform<T> {
 
 /// Records of one length to rows of one sample each.
 fn turn(records: &[&[f64]], turned: &mut [f64]) {
+    /// Samples of a line.
+    const LINE: usize = 8;
     if let &[a, b, c, d, e, f, g, h] = records {
+        let length = a.len();
         let (rows, _) = turned.as_chunks_mut();
         let columns = a.iter().zip(b).zip(c).zip(d).zip(e).zip(f).zip(g).zip(h);
-        for (row, (((((((a, b), c), d), e), f), g), h)) in rows.iter_mut().zip(columns) {
+        for (n, (row, columns)) in rows.iter_mut().zip(columns).enumerate() {
+            let (((((((a, b), c), d), e), f), g), h) = columns;
             *row = [*a, *b, *c, *d, *e, *f, *g, *h];
+            if n.is_multiple_of(LINE) {
+                // The next eight mostly follow these.
+                for sample in [a, b, c, d, e, f, g, h] {
+                    ask_after(sample, records.len() * length);
+                }
+            }
         }
         return;
     }

@@ -1,0 +1,28 @@
+//! Hints to the caches of the processor.
+//!
+//! Processors foresee long runs, but neither short ones far apart, nor several at once, nor what lies
+//! in another page. What is asked for goes to the second cache, which has room for more requests on
+//! their way than the first.
+
+/// Bytes of a cache line.
+pub(crate) const LINE: usize = 64;
+
+/// Asks for the cache line of `sample`, which will be wanted soon.
+#[inline(always)]
+pub(crate) fn ask_for<S>(sample: &S) {
+    ask_after(sample, 0);
+}
+
+/// Asks for the cache line so many numbers after `sample`, which may be no memory at all.
+#[inline(always)]
+pub(crate) fn ask_after<S>(sample: &S, further: usize) {
+    let line = std::ptr::from_ref(sample).wrapping_add(further);
+    #[cfg(target_arch = "x86_64")]
+    {
+        use std::arch::x86_64::{_MM_HINT_T1, _mm_prefetch};
+        // SAFETY: prefetching has no effect but on the caches, wherever it points to.
+        unsafe { _mm_prefetch::<_MM_HINT_T1>(line.cast()) };
+    }
+    #[cfg(not(target_arch = "x86_64"))]
+    let _ = line;
+}
