@@ -9,8 +9,8 @@ use crate::turns::cos_sin_exact;
 /// their places in the caches.
 const PADDING: usize = 2;
 
-/// Bytes of the matrix between the halves from which on its places are asked for: half of a second
-/// cache, or all of a small one.
+/// Bytes of the matrix between the halves, or of a tile of the result, from which on their places are
+/// asked for: half of a second cache, or all of a small one.
 const FETCHED_BYTES: usize = 512 << 10;
 
 /// From row to row of the matrix between the halves, in complex numbers.
@@ -317,10 +317,12 @@ impl<T: Real> Fast<T> {
         let (n1, n2) = (self.first.length, self.second.length);
         let row = 2 * kernels.width * row(self.second.length);
         let radix = self.second.last();
-        let last = match tile.stream {
-            true => kernels.last_streamed[index(radix)],
-            false => kernels.last[index(radix)],
-        };
+        let result = (self.length / 2 + 1) * 2 * kernels.width * size_of::<T>();
+        let last = match (tile.stream, result >= FETCHED_BYTES) {
+            (true, _) => kernels.last_streamed,
+            (false, true) => kernels.last_asking,
+            (false, false) => kernels.last,
+        }[index(radix)];
         // SAFETY: as in `tile`.
         unsafe {
             for k in 0..=n1 / 2 {

@@ -42,6 +42,8 @@ pub struct Kernels<T: 'static> {
     pub middle_asking: [Middle<T>; RADICES.len()],
     pub split: [Splitting<T>; RADICES.len()],
     pub last: [End<Last<T>>; RADICES.len()],
+    /// Which ask for the rows that come next.
+    pub last_asking: [End<Last<T>>; RADICES.len()],
     /// Past the caches, to aligned rows.
     pub last_streamed: [End<Last<T>>; RADICES.len()],
     pub chirp: Chirp<T>,
@@ -107,12 +109,12 @@ macro_rules! kernels {
             }
 
             $(#[target_feature(enable = $feature)])?
-            unsafe fn last<const R: usize, const STREAM: bool>(at: &Last<$scalar>)
+            unsafe fn last<const R: usize, const STREAM: bool, const ASK: bool>(at: &Last<$scalar>)
             where
                 Dft: Butterfly<R>,
             {
                 // SAFETY: the caller's.
-                unsafe { passes::last::<$lanes, R, STREAM>(at) }
+                unsafe { passes::last::<$lanes, R, STREAM, ASK>(at) }
             }
 
             $(#[target_feature(enable = $feature)])?
@@ -206,12 +208,16 @@ macro_rules! kernels {
                 ],
                 split: [split::<2>, split::<3>, split::<4>, split::<5>, split::<7>, split::<8>],
                 last: [
-                    last::<2, false>, last::<3, false>, last::<4, false>,
-                    last::<5, false>, last::<7, false>, last::<8, false>,
+                    last::<2, false, false>, last::<3, false, false>, last::<4, false, false>,
+                    last::<5, false, false>, last::<7, false, false>, last::<8, false, false>,
+                ],
+                last_asking: [
+                    last::<2, false, true>, last::<3, false, true>, last::<4, false, true>,
+                    last::<5, false, true>, last::<7, false, true>, last::<8, false, true>,
                 ],
                 last_streamed: [
-                    last::<2, true>, last::<3, true>, last::<4, true>,
-                    last::<5, true>, last::<7, true>, last::<8, true>,
+                    last::<2, true, false>, last::<3, true, false>, last::<4, true, false>,
+                    last::<5, true, false>, last::<7, true, false>, last::<8, true, false>,
                 ],
                 chirp,
                 collect,

@@ -362,20 +362,29 @@ pub struct Last<T> {
     pub mirrored: bool,
 }
 
-/// Last pass of the second half: rows of the spectrum.
+/// Last pass of the second half: rows of the spectrum. Where `ASK`, the rows beside them, which come
+/// next, are asked for.
 ///
 /// # Safety
 /// As [`first`], for the places that [`Last`] names; where `STREAM`, rows of the result are aligned
 /// to 64 bytes.
 #[inline(always)]
-pub(super) unsafe fn last<L: Lanes, const R: usize, const STREAM: bool>(at: &Last<L::Scalar>)
-where
+pub(super) unsafe fn last<L: Lanes, const R: usize, const STREAM: bool, const ASK: bool>(
+    at: &Last<L::Scalar>,
+) where
     Dft: Butterfly<R>,
 {
     // SAFETY: offsets are those of the caller's promise.
     unsafe {
         let zero = L::of(0.0);
         let step = at.groups * at.bins_apart;
+        let ask = |row: *mut L::Scalar| {
+            // Pieces of rows may straddle three lines.
+            let line = 64 / size_of::<L::Scalar>();
+            for number in [0, line, 2 * L::WIDTH - 1] {
+                L::prefetch(row.wrapping_add(number));
+            }
+        };
         for group in 0..at.groups {
             let mut x = [Complex::<L>::zero(); R];
             for (i, x) in x.iter_mut().enumerate() {
@@ -386,10 +395,17 @@ where
             for (s, y) in y.into_iter().enumerate() {
                 let bin = low + s * step;
                 if 2 * bin <= at.length {
-                    L::store_pairs::<STREAM>(y.re, y.im, at.to.add(bin * at.stride));
+                    let row = at.to.add(bin * at.stride);
+                    L::store_pairs::<STREAM>(y.re, y.im, row);
+                    if ASK {
+                        ask(row.wrapping_add(at.stride));
+                    }
                 } else if at.mirrored {
                     let row = at.to.add((at.length - bin) * at.stride);
                     L::store_pairs::<STREAM>(y.re, zero.sub(y.im), row);
+                    if ASK {
+                        ask(row.wrapping_sub(at.stride));
+                    }
                 }
             }
         }
