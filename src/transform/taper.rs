@@ -4,6 +4,7 @@ use num_complex::Complex;
 use realfft::RealFftPlanner;
 
 use super::Real;
+use crate::chain::lanes::{Lanes, WIDTH, Work, widest};
 use crate::sum::{sum, sum_of_squares, sums_of_squares_across};
 
 /// The window of a transform, and what becomes of a record's mean.
@@ -138,17 +139,52 @@ fn one_sided(values: &[f64], width: usize) -> Vec<usize> {
             .collect()
     };
     for stretch in values.chunks(64 * width) {
-        for row in stretch.chunks_exact(width) {
-            for ((&v, low), high) in row.iter().zip(&mut low).zip(&mut high) {
-                *low = if v < *low { v } else { *low };
-                *high = if v > *high { v } else { *high };
-            }
-        }
+        widen(stretch, &mut low, &mut high);
         if sided(&low, &high).is_empty() {
             break;
         }
     }
     sided(&low, &high)
+}
+
+/// The least and the largest of records side by side, as `stretch` goes on.
+fn widen(stretch: &[f64], low: &mut [f64], high: &mut [f64]) {
+    if low.len() == WIDTH
+        && let (Some(low), Some(high)) = (low.first_chunk_mut(), high.first_chunk_mut())
+    {
+        let (rows, _) = stretch.as_chunks();
+        widest(Widen { rows, low, high });
+        return;
+    }
+    for row in stretch.chunks_exact(low.len()) {
+        for ((&v, low), high) in row.iter().zip(&mut *low).zip(&mut *high) {
+            *low = if v < *low { v } else { *low };
+            *high = if v > *high { v } else { *high };
+        }
+    }
+}
+
+/// The same of eight records.
+struct Widen<'a> {
+    rows: &'a [[f64; WIDTH]],
+    low: &'a mut [f64; WIDTH],
+    high: &'a mut [f64; WIDTH],
+}
+
+impl Work for Widen<'_> {
+    type Output = ();
+
+    #[inline(always)]
+    fn run<L: Lanes>(self) {
+        let (mut low, mut high) = (L::read(self.low), L::read(self.high));
+        for row in self.rows {
+            let v = L::read(row);
+            low = v.least(low);
+            high = v.largest(high);
+        }
+        low.write(self.low);
+        high.write(self.high);
+    }
 }
 
 /// Most records vary about zero, and their first samples say so.
