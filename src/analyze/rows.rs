@@ -91,8 +91,8 @@ pub(super) fn transform_profiles<T: Real>(
         (wanted && plan.request.maps).then(|| of((nt, columns), super::MAP_LIMIT))
     };
     let mut done = Rows {
-        rows: Vec::new(),
-        energies: Vec::new(),
+        rows: Vec::with_capacity(if transform.is_some() { nt } else { 0 }),
+        energies: Vec::with_capacity(if transform.is_some() { nt } else { 0 }),
         ends: Vec::with_capacity(nt),
         first_profile: Vec::new(),
         last_profile: Vec::new(),

@@ -2,18 +2,18 @@
 
 use std::time::Instant;
 
-use super::columns::{AlongTime, Columns};
+use super::columns::Columns;
 use super::maps::Maps;
 use super::plan::{Plan, plan};
 use super::request::{Precision, Request};
 use super::result::*;
-use super::rows::{self, Rows};
+use super::rows::Rows;
 use super::sink::{Collect, Sink, Spectra};
 use super::spacetime::ByDirection;
 use super::stages::{Clock, FromProfiles, Stages};
 use super::warning::Warning;
 use super::{Observer, Silent};
-use crate::diagnostics::{Findings, Row, edge_of, findings};
+use crate::diagnostics::{Findings, Row, findings};
 use crate::error::Result;
 use crate::field::Field;
 use crate::prepare::Prepared;
@@ -67,52 +67,25 @@ fn passes<T: Real>(
     let unit = prepared.unit();
     let stored = stored_square(unit, plan.request.precision);
 
-    let along_time = plan
-        .transforms_time()
-        .then(|| AlongTime::<T>::new(plan, &prepared));
-    let wanted = along_time.as_ref().filter(|_| results.temporal);
-    let frequency_edge = match (wanted, plan.request.band_edge_frequency) {
-        (None, _) => None,
-        (Some(_), Some(value)) => Some(BandEdge::Given { value }),
-        (Some(along_time), None) => Some(match along_time.reference(observer)? {
-            Some((index, spectrum)) => BandEdge::Reference {
-                value: edge_of(&spectrum, &plan.axes.frequency).unwrap_or(f64::NAN),
-                index: plan.sites.start + index,
-                at: plan.axes.space.at(index),
-            },
-            None => BandEdge::Undefined,
-        }),
-    };
-    let wavenumber_edge = match (results.spatial, plan.request.band_edge_wavenumber) {
-        (false, _) => None,
-        (true, Some(value)) => Some(BandEdge::Given { value }),
-        (true, None) => Some(match rows::reference::<T>(plan, &prepared, observer)? {
-            Some((index, spectrum)) => BandEdge::Reference {
-                value: edge_of(&spectrum, &plan.axes.wavenumber).unwrap_or(f64::NAN),
-                index: plan.times.start + index,
-                at: plan.axes.time.at(index),
-            },
-            None => BandEdge::Undefined,
-        }),
-    };
-    clock.lap(plan, "band edges");
-
-    let edge_value = |edge: Option<BandEdge>| edge.map_or(f64::NAN, |e| e.value());
     let stages = Stages {
         plan,
         prepared: &prepared,
         stored,
-        frequency_edge: edge_value(frequency_edge),
-        wavenumber_edge: edge_value(wavenumber_edge),
         sink,
         observer,
     };
-    let (from_records, from_profiles) = stages.run(along_time.as_ref(), &mut clock)?;
-    let (columns, spacetime, checked) = match from_records {
-        Some(found) => (Some(found.columns), found.spacetime, found.checked),
-        None => (None, None, None),
+    let (from_records, from_profiles) = stages.run::<T>(&mut clock)?;
+    let (frequency_edge, columns, spacetime, checked) = match from_records {
+        Some(found) => (
+            found.edge,
+            Some(found.columns),
+            found.spacetime,
+            found.checked,
+        ),
+        None => (None, None, None, None),
     };
     let FromProfiles {
+        edge: wavenumber_edge,
         rows,
         short_time,
         short_space,

@@ -6,11 +6,12 @@ use std::time::Instant;
 use super::between::{Between, Scratch};
 use super::columns::{AlongTime, Columns};
 use super::plan::Plan;
-use super::result::{ShortTimeSpectra, Timing};
+use super::result::{BandEdge, ShortTimeSpectra, Timing};
 use super::rows::{self, Rows};
 use super::sink::Sink;
 use super::spacetime::{self, Frequencies};
 use super::{Observer, short_time};
+use crate::diagnostics::edge_of;
 use crate::error::{Error, Result};
 use crate::prepare::Prepared;
 use crate::transform::Real;
@@ -21,14 +22,14 @@ pub(super) struct Stages<'a> {
     pub prepared: &'a Prepared<'a>,
     /// By which powers are multiplied before they are stored.
     pub stored: f64,
-    pub frequency_edge: f64,
-    pub wavenumber_edge: f64,
     pub sink: &'a dyn Sink,
     pub observer: &'a dyn Observer,
 }
 
 /// What transforms along time lead to.
 pub(super) struct FromRecords {
+    /// Where low frequencies end; `None` where no spectra along time are wanted.
+    pub edge: Option<BandEdge>,
     pub columns: Columns,
     pub spacetime: Option<Frequencies>,
     /// The error of amplitudes, and of how many.
@@ -37,6 +38,8 @@ pub(super) struct FromRecords {
 
 /// What profiles and single records lead to.
 pub(super) struct FromProfiles {
+    /// Where low wavenumbers end; `None` where no spectra along space are wanted.
+    pub edge: Option<BandEdge>,
     pub rows: Rows,
     pub short_time: Option<ShortTimeSpectra>,
     pub short_space: Option<ShortTimeSpectra>,
@@ -45,17 +48,12 @@ pub(super) struct FromProfiles {
 impl Stages<'_> {
     /// All passes; side by side where there is memory for both chains, since one alone leaves threads
     /// waiting now and then.
-    pub fn run<T: Real>(
-        &self,
-        along_time: Option<&AlongTime<T>>,
-        clock: &mut Clock,
-    ) -> Result<(Option<FromRecords>, FromProfiles)> {
+    pub fn run<T: Real>(&self, clock: &mut Clock) -> Result<(Option<FromRecords>, FromProfiles)> {
         if !self.plan.side_by_side {
             // Profiles first: a large field was just looked at, and what the system still has of it in
             // memory goes once a scratch file is written.
             let profiles = self.profiles::<T>(clock)?;
-            let records = along_time.map(|along_time| self.records(along_time, clock));
-            return Ok((records.transpose()?, profiles));
+            return Ok((self.records::<T>(clock)?, profiles));
         }
         let axes = &self.plan.axes;
         let frequencies = if self.plan.request.results.spacetime {
@@ -77,8 +75,8 @@ impl Stages<'_> {
         let ((records, mut first), (profiles, mut second)) = rayon::join(
             || {
                 let mut clock = Clock::new();
-                let records = along_time.map(|along_time| chains.records(along_time, &mut clock));
-                (beside.noted(records.transpose()), clock.timings)
+                let records = chains.records::<T>(&mut clock);
+                (beside.noted(records), clock.timings)
             },
             || {
                 let mut clock = Clock::new();
@@ -95,13 +93,15 @@ impl Stages<'_> {
         }
     }
 
-    /// Along time, then along space at each frequency.
-    fn records<T: Real>(
-        &self,
-        along_time: &AlongTime<T>,
-        clock: &mut Clock,
-    ) -> Result<FromRecords> {
+    /// Along time, then along space at each frequency; nothing where neither is needed.
+    fn records<T: Real>(&self, clock: &mut Clock) -> Result<Option<FromRecords>> {
         let (plan, stored, sink, observer) = (self.plan, self.stored, self.sink, self.observer);
+        if !plan.transforms_time() {
+            return Ok(None);
+        }
+        let along_time = AlongTime::<T>::new(plan, self.prepared);
+        let edge = self.frequency_edge(&along_time)?;
+        clock.lap(plan, "frequency band edge");
         let shape = (plan.between_rows(), plan.axes.n_sites);
         let mut between = match (plan.request.results.spacetime, plan.scratch_file) {
             (false, _) => None,
@@ -112,9 +112,9 @@ impl Stages<'_> {
                 Some(Between::Scratch(scratch))
             }
         };
-        let edge = self.frequency_edge;
+        let low = edge.map_or(f64::NAN, |edge| edge.value());
         let columns =
-            along_time.transform_records(edge, stored, between.as_mut(), sink, observer)?;
+            along_time.transform_records(low, stored, between.as_mut(), sink, observer)?;
         clock.lap(plan, "along time");
         let site = columns.energies.iter().position(|&energy| energy > 0.0);
         let check = || site.and_then(|site| along_time.spot_check(site));
@@ -134,10 +134,45 @@ impl Stages<'_> {
             }
         };
         drop(between);
-        Ok(FromRecords {
+        Ok(Some(FromRecords {
+            edge,
             columns,
             spacetime,
             checked,
+        }))
+    }
+
+    fn frequency_edge<T: Real>(&self, along_time: &AlongTime<T>) -> Result<Option<BandEdge>> {
+        let (plan, axes) = (self.plan, &self.plan.axes);
+        Ok(match plan.request.band_edge_frequency {
+            _ if !plan.request.results.temporal => None,
+            Some(value) => Some(BandEdge::Given { value }),
+            None => Some(match along_time.reference(self.observer)? {
+                Some((index, spectrum)) => BandEdge::Reference {
+                    value: edge_of(&spectrum, &axes.frequency).unwrap_or(f64::NAN),
+                    index: plan.sites.start + index,
+                    at: axes.space.at(index),
+                },
+                None => BandEdge::Undefined,
+            }),
+        })
+    }
+
+    fn wavenumber_edge<T: Real>(&self) -> Result<Option<BandEdge>> {
+        let (plan, axes) = (self.plan, &self.plan.axes);
+        Ok(match plan.request.band_edge_wavenumber {
+            _ if !plan.request.results.spatial => None,
+            Some(value) => Some(BandEdge::Given { value }),
+            None => Some(
+                match rows::reference::<T>(plan, self.prepared, self.observer)? {
+                    Some((index, spectrum)) => BandEdge::Reference {
+                        value: edge_of(&spectrum, &axes.wavenumber).unwrap_or(f64::NAN),
+                        index: plan.times.start + index,
+                        at: axes.time.at(index),
+                    },
+                    None => BandEdge::Undefined,
+                },
+            ),
         })
     }
 
@@ -145,9 +180,10 @@ impl Stages<'_> {
     fn profiles<T: Real>(&self, clock: &mut Clock) -> Result<FromProfiles> {
         let (plan, prepared, stored, observer) =
             (self.plan, self.prepared, self.stored, self.observer);
-        let edge = self.wavenumber_edge;
-        let rows =
-            rows::transform_profiles::<T>(plan, prepared, edge, stored, self.sink, observer)?;
+        let edge = self.wavenumber_edge::<T>()?;
+        clock.lap(plan, "wavenumber band edge");
+        let low = edge.map_or(f64::NAN, |edge| edge.value());
+        let rows = rows::transform_profiles::<T>(plan, prepared, low, stored, self.sink, observer)?;
         clock.lap(plan, "along space");
         let (short_time, short_space) = if plan.request.results.short_time {
             let along = short_time::along_time::<T>(plan, prepared, stored, observer)?;
@@ -158,6 +194,7 @@ impl Stages<'_> {
             (None, None)
         };
         Ok(FromProfiles {
+            edge,
             rows,
             short_time,
             short_space,
