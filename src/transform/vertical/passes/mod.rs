@@ -39,7 +39,7 @@ pub struct Stage<T> {
 #[inline(always)]
 pub(super) unsafe fn stage<L: Lanes, const WEIGHED: bool>(at: &Stage<L::Scalar>) {
     // Rows that are asked for ahead of their use.
-    const AHEAD: usize = 12;
+    const AHEAD: usize = 40;
     let line = 64 / size_of::<L::Scalar>();
     // SAFETY: offsets are those of the caller's promise.
     unsafe {
