@@ -1,8 +1,8 @@
 //! Hints to the caches of the processor.
 //!
 //! Processors foresee long runs, but neither short ones far apart, nor several at once, nor what lies
-//! in another page. What is asked for goes to the second cache, which has room for more requests on
-//! their way than the first.
+//! in another page. What is asked for goes to the second cache, which was quicker than the first: it
+//! has room for more requests on their way.
 
 /// Bytes of a cache line.
 pub(crate) const LINE: usize = 64;
@@ -13,7 +13,7 @@ pub(crate) fn ask_for<S>(sample: &S) {
     ask_after(sample, 0);
 }
 
-/// Asks for the cache line so many numbers after `sample`, which may be no memory at all.
+/// Asks for the cache line so many `S` after `sample`, which may be no memory at all.
 #[inline(always)]
 pub(crate) fn ask_after<S>(sample: &S, further: usize) {
     let line = std::ptr::from_ref(sample).wrapping_add(further);

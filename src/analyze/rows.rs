@@ -90,9 +90,10 @@ pub(super) fn transform_profiles<T: Real>(
     let map = |wanted: bool, of: fn((usize, usize), (usize, usize)) -> _, columns: usize| {
         (wanted && plan.request.maps).then(|| of((nt, columns), super::MAP_LIMIT))
     };
+    let spectra = if transform.is_some() { nt } else { 0 };
     let mut done = Rows {
-        rows: Vec::with_capacity(if transform.is_some() { nt } else { 0 }),
-        energies: Vec::with_capacity(if transform.is_some() { nt } else { 0 }),
+        rows: Vec::with_capacity(spectra),
+        energies: Vec::with_capacity(spectra),
         ends: Vec::with_capacity(nt),
         first_profile: Vec::new(),
         last_profile: Vec::new(),

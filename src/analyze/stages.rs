@@ -100,8 +100,11 @@ impl Stages<'_> {
             return Ok(None);
         }
         let along_time = AlongTime::<T>::new(plan, self.prepared);
+        clock.lap(plan, "planning along time");
         let edge = self.frequency_edge(&along_time)?;
-        clock.lap(plan, "frequency band edge");
+        if edge.is_some() {
+            clock.lap(plan, "frequency band edge");
+        }
         let shape = (plan.between_rows(), plan.axes.n_sites);
         let mut between = match (plan.request.results.spacetime, plan.scratch_file) {
             (false, _) => None,
@@ -112,9 +115,13 @@ impl Stages<'_> {
                 Some(Between::Scratch(scratch))
             }
         };
-        let low = edge.map_or(f64::NAN, |edge| edge.value());
-        let columns =
-            along_time.transform_records(low, stored, between.as_mut(), sink, observer)?;
+        let columns = along_time.transform_records(
+            value_of(edge),
+            stored,
+            between.as_mut(),
+            sink,
+            observer,
+        )?;
         clock.lap(plan, "along time");
         let site = columns.energies.iter().position(|&energy| energy > 0.0);
         let check = || site.and_then(|site| along_time.spot_check(site));
@@ -142,38 +149,32 @@ impl Stages<'_> {
         }))
     }
 
+    /// Where low frequencies end; `None` where no spectra along time are wanted.
     fn frequency_edge<T: Real>(&self, along_time: &AlongTime<T>) -> Result<Option<BandEdge>> {
         let (plan, axes) = (self.plan, &self.plan.axes);
-        Ok(match plan.request.band_edge_frequency {
-            _ if !plan.request.results.temporal => None,
-            Some(value) => Some(BandEdge::Given { value }),
-            None => Some(match along_time.reference(self.observer)? {
-                Some((index, spectrum)) => BandEdge::Reference {
-                    value: edge_of(&spectrum, &axes.frequency).unwrap_or(f64::NAN),
-                    index: plan.sites.start + index,
-                    at: axes.space.at(index),
-                },
-                None => BandEdge::Undefined,
-            }),
-        })
+        if !plan.request.results.temporal {
+            return Ok(None);
+        }
+        if let Some(value) = plan.request.band_edge_frequency {
+            return Ok(Some(BandEdge::Given { value }));
+        }
+        let found = along_time.reference(self.observer)?;
+        let place = |site| (plan.sites.start + site, axes.space.at(site));
+        Ok(Some(edge_at(found, &axes.frequency, place)))
     }
 
+    /// Where low wavenumbers end; `None` where no spectra along space are wanted.
     fn wavenumber_edge<T: Real>(&self) -> Result<Option<BandEdge>> {
         let (plan, axes) = (self.plan, &self.plan.axes);
-        Ok(match plan.request.band_edge_wavenumber {
-            _ if !plan.request.results.spatial => None,
-            Some(value) => Some(BandEdge::Given { value }),
-            None => Some(
-                match rows::reference::<T>(plan, self.prepared, self.observer)? {
-                    Some((index, spectrum)) => BandEdge::Reference {
-                        value: edge_of(&spectrum, &axes.wavenumber).unwrap_or(f64::NAN),
-                        index: plan.times.start + index,
-                        at: axes.time.at(index),
-                    },
-                    None => BandEdge::Undefined,
-                },
-            ),
-        })
+        if !plan.request.results.spatial {
+            return Ok(None);
+        }
+        if let Some(value) = plan.request.band_edge_wavenumber {
+            return Ok(Some(BandEdge::Given { value }));
+        }
+        let found = rows::reference::<T>(plan, self.prepared, self.observer)?;
+        let place = |time| (plan.times.start + time, axes.time.at(time));
+        Ok(Some(edge_at(found, &axes.wavenumber, place)))
     }
 
     /// Along space at each time, and short-time spectra.
@@ -181,8 +182,10 @@ impl Stages<'_> {
         let (plan, prepared, stored, observer) =
             (self.plan, self.prepared, self.stored, self.observer);
         let edge = self.wavenumber_edge::<T>()?;
-        clock.lap(plan, "wavenumber band edge");
-        let low = edge.map_or(f64::NAN, |edge| edge.value());
+        if edge.is_some() {
+            clock.lap(plan, "wavenumber band edge");
+        }
+        let low = value_of(edge);
         let rows = rows::transform_profiles::<T>(plan, prepared, low, stored, self.sink, observer)?;
         clock.lap(plan, "along space");
         let (short_time, short_space) = if plan.request.results.short_time {
@@ -200,6 +203,29 @@ impl Stages<'_> {
             short_space,
         })
     }
+}
+
+/// Below which 90 % of the energy of a reference spectrum lies, given with its index; `place` is that in the
+/// file, and its coordinate.
+fn edge_at(
+    found: Option<(usize, Vec<f64>)>,
+    axis: &[f64],
+    place: impl Fn(usize) -> (usize, f64),
+) -> BandEdge {
+    let Some((row, spectrum)) = found else {
+        return BandEdge::Undefined;
+    };
+    let (index, at) = place(row);
+    BandEdge::Reference {
+        value: edge_of(&spectrum, axis).unwrap_or(f64::NAN),
+        index,
+        at,
+    }
+}
+
+/// NaN, below which nothing lies, where there is no edge.
+fn value_of(edge: Option<BandEdge>) -> f64 {
+    edge.map_or(f64::NAN, |edge| edge.value())
 }
 
 /// An observer of chains side by side: stages have no names, since several go on, and a chain that

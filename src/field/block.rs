@@ -41,7 +41,7 @@ impl Block<'_> {
         } else {
             let rows_out = out.chunks_exact_mut(self.columns.len());
             for (row, row_out) in self.rows.clone().zip(rows_out) {
-                self.ask_for(samples, row + AHEAD);
+                self.ask_for_row(samples, row + AHEAD);
                 let run = self.row(samples, row);
                 match (
                     <&[_; TILE]>::try_from(run),
@@ -58,8 +58,8 @@ impl Block<'_> {
         &samples[row * self.row_len..][self.columns.clone()]
     }
 
-    /// Asks for a short piece of a row.
-    fn ask_for<const N: usize>(&self, samples: &[[u8; N]], row: usize) {
+    /// Asks for the columns of a row where they are few: the lines of long ones processors foresee.
+    fn ask_for_row<const N: usize>(&self, samples: &[[u8; N]], row: usize) {
         if row < self.rows.end && self.columns.len() <= TILE {
             let run = self.row(samples, row);
             run.first().into_iter().chain(run.last()).for_each(ask_for);
@@ -81,7 +81,7 @@ impl Block<'_> {
                     let height = TILE.min(band_end - top);
                     let first = self.rows.start + top;
                     let rows = (first..first + height).map(|row| {
-                        self.ask_for(samples, row + AHEAD);
+                        self.ask_for_row(samples, row + AHEAD);
                         &self.row(samples, row)[left..left + width]
                     });
                     let tile = turned_tile(rows, decode);

@@ -5,7 +5,7 @@ use num_complex::Complex;
 
 use super::Real;
 use super::records::{RecordScratch, RecordTransform};
-use crate::caches::ask_after;
+use crate::caches::{LINE, ask_after};
 use crate::chain::lanes::{Lanes, Work, widest};
 
 /// `|X_m|^2` of `X_m = sum_j w_j u_j exp(+2 pi i m j / N)` of complex profiles u, `m` ascending from
@@ -146,7 +146,7 @@ fn side_by_side<T: Real>(profiles: ArrayView2<Complex<T>>, parts: &mut [f64]) {
         let further = profiles.len();
         let profiles = a.iter().zip(b).zip(c).zip(d);
         for (j, (row, (((a, b), c), d))) in rows.iter_mut().zip(profiles).enumerate() {
-            if j.is_multiple_of(4) {
+            if j.is_multiple_of(LINE / size_of::<Complex<T>>()) {
                 // The next four mostly follow these.
                 for u in [a, b, c, d] {
                     ask_after(u, further);

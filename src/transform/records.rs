@@ -8,7 +8,7 @@ use num_complex::Complex;
 use super::Real;
 use super::taper::Taper;
 use super::vertical::{ColumnScratch, ColumnTransform};
-use crate::caches::ask_after;
+use crate::caches::{LINE, ask_after};
 
 /// `X_m = sum_n w_n v_n exp(-+ 2 pi i m n / N)`, `m = 0 ..= N / 2`, of several real records of up to N
 /// samples each (the rest is zero), which pass through the transform side by side.
@@ -172,8 +172,8 @@ impl<T: Real> RecordTransform<T> {
 
 /// Records of one length to rows of one sample each.
 fn turn(records: &[&[f64]], turned: &mut [f64]) {
-    /// Samples of a line.
-    const LINE: usize = 8;
+    /// Samples of a cache line.
+    const SAMPLES: usize = LINE / size_of::<f64>();
     if let &[a, b, c, d, e, f, g, h] = records {
         let length = a.len();
         let (rows, _) = turned.as_chunks_mut();
@@ -181,7 +181,7 @@ fn turn(records: &[&[f64]], turned: &mut [f64]) {
         for (n, (row, columns)) in rows.iter_mut().zip(columns).enumerate() {
             let (((((((a, b), c), d), e), f), g), h) = columns;
             *row = [*a, *b, *c, *d, *e, *f, *g, *h];
-            if n.is_multiple_of(LINE) {
+            if n.is_multiple_of(SAMPLES) {
                 // The next eight mostly follow these.
                 for sample in [a, b, c, d, e, f, g, h] {
                     ask_after(sample, records.len() * length);

@@ -5,7 +5,8 @@ use ndarray::{ArrayView2, ArrayViewMut2, ArrayViewMut3, Axis, s};
 use num_complex::Complex;
 
 use super::Real;
-use super::vertical::{ColumnScratch, ColumnTransform, LINE, copy_past_caches};
+use super::vertical::{ColumnScratch, ColumnTransform, copy_past_caches};
+use crate::caches::LINE;
 
 /// `X_sm = sum_n w_n v_{s h + n} exp(-2 pi i m n / L)`, `m = 0 ..= L / 2`, of segments of L samples, a
 /// hop h apart, of every column `v` of an array `(time, column)`: `(segment, bin, column)`,

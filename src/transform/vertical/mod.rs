@@ -24,8 +24,9 @@
 //! the digits of the last pass come in reversed order and are written where they belong) over
 //! numbers that stay in the first cache. Twiddle factors come from tables that are right to half
 //! a unit in the last place. Rows are asked for one pair of series ahead of their use, a few with each
-//! butterfly, or, where they share places in the caches, copied first into the order of use; results
-//! that fill whole cache lines and are larger than the caches are written past them.
+//! butterfly, or, where they share places in the caches, copied first into the order of use. Results
+//! that fill whole cache lines and are larger than the caches are written past them; rows of other large
+//! results are asked for ahead of their turn.
 //!
 //! Lengths with other prime factors go through a convolution of a length that has none, in the
 //! same halves: primes by Rader's algorithm, others by Bluestein's; the shortest are transformed
@@ -67,7 +68,7 @@ use choice::Choice;
 pub use choice::Method;
 use kernels::Kernels;
 pub use kernels::{InstructionSet, Kernelled, KernelsOf};
-pub(super) use streamed::{LINE, copy_past_caches};
+pub(super) use streamed::copy_past_caches;
 use way::Way;
 
 /// Bytes of a result from which on it is written past the caches.

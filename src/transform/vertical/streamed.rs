@@ -2,8 +2,7 @@
 
 use bytemuck::Pod;
 
-/// Bytes of a cache line.
-pub(in crate::transform) const LINE: usize = 64;
+use crate::caches::LINE;
 
 /// Copies each of the pieces to its place, which is not read and does not stay in the caches, where the
 /// processor can.

@@ -12,6 +12,7 @@ use super::{
     ColumnScratch, ColumnTransform, InstructionSet, Line, kernels_for, lines, lines_of, simd,
     widest, width_for,
 };
+use crate::caches::LINE;
 use crate::transform::Real;
 
 /// Rows a multiple of so many bytes apart share a few places in the caches: what is asked for early
@@ -61,7 +62,7 @@ impl<T: Real> ColumnTransform<T> {
         let tile = |start: usize| unsafe {
             let to = bins.add(start).cast::<T>();
             let row = 2 * to_stride * size_of::<T>();
-            let aligned = to.addr().is_multiple_of(64) && row.is_multiple_of(64);
+            let aligned = to.addr().is_multiple_of(LINE) && row.is_multiple_of(LINE);
             Tile {
                 from: values.as_ptr().add(start),
                 from_stride,

@@ -14,6 +14,7 @@ pub(super) use convolution::{
 
 use super::butterfly::{Butterfly, Complex, Dft};
 use super::simd::Lanes;
+use crate::caches::LINE;
 
 /// Rows of neighbouring tiles, to be copied.
 #[derive(Debug, Clone, Copy)]
@@ -38,9 +39,10 @@ pub struct Stage<T> {
 /// The processor has the instructions of L; the places that [`Stage`] names are valid.
 #[inline(always)]
 pub(super) unsafe fn stage<L: Lanes, const WEIGHED: bool>(at: &Stage<L::Scalar>) {
-    // Rows that are asked for ahead of their use.
+    // Rows that are asked for ahead of their use, if series have as many.
     const AHEAD: usize = 40;
-    let line = 64 / size_of::<L::Scalar>();
+    let further = AHEAD.min(at.length);
+    let line = LINE / size_of::<L::Scalar>();
     // SAFETY: offsets are those of the caller's promise.
     unsafe {
         for j in 0..at.series {
@@ -48,9 +50,9 @@ pub(super) unsafe fn stage<L: Lanes, const WEIGHED: bool>(at: &Stage<L::Scalar>)
                 let n = j + i * at.series;
                 let row = at.from.add(n * at.stride);
                 // The row that many further on, in this series or in the next.
-                let (j_ahead, i_ahead) = match i + AHEAD < at.length {
-                    true => (j, i + AHEAD),
-                    false => (j + 1, i + AHEAD - at.length),
+                let (j_ahead, i_ahead) = match i + further < at.length {
+                    true => (j, i + further),
+                    false => (j + 1, i + further - at.length),
                 };
                 let ahead = (j_ahead + i_ahead * at.series) * at.stride;
                 for number in (0..at.tiles * L::WIDTH).step_by(line) {
@@ -330,7 +332,7 @@ unsafe fn put<L: Lanes>(at: &Split<L::Scalar>, k: usize, z: Complex<L>, mirror: 
         };
         let to = at.to.add(k * at.next);
         if at.fetch {
-            let line = 64 / size_of::<L::Scalar>();
+            let line = LINE / size_of::<L::Scalar>();
             for number in (0..4 * L::WIDTH).step_by(line) {
                 L::prefetch(to.wrapping_add(4 * L::WIDTH + number));
             }
@@ -379,11 +381,12 @@ pub(super) unsafe fn last<L: Lanes, const R: usize, const STREAM: bool, const AS
         let zero = L::of(0.0);
         let step = at.groups * at.bins_apart;
         let ask = |row: *mut L::Scalar| {
-            // Pieces of rows may straddle three lines.
-            let line = 64 / size_of::<L::Scalar>();
-            for number in [0, line, 2 * L::WIDTH - 1] {
+            // Every line of the piece, which may begin and end within one.
+            let line = LINE / size_of::<L::Scalar>();
+            for number in (0..2 * L::WIDTH).step_by(line) {
                 L::prefetch(row.wrapping_add(number));
             }
+            L::prefetch(row.wrapping_add(2 * L::WIDTH - 1));
         };
         for group in 0..at.groups {
             let mut x = [Complex::<L>::zero(); R];
