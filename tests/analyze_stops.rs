@@ -4,7 +4,7 @@ use std::path::PathBuf;
 use std::sync::atomic::{AtomicBool, AtomicUsize, Ordering};
 use std::time::{Duration, Instant};
 
-use cascade::analyze::{LargeArray, Request, Results, Silent, Sink, plan, run};
+use cascade::analyze::{LargeArray, Nowhere, Observer, Request, Results, Silent, Sink, plan, run};
 use cascade::{Error, Field};
 use ndarray::{Array2, ArrayView2};
 
@@ -88,5 +88,50 @@ fn a_disk_that_is_full_stops_what_goes_beside() {
         );
         let others = sink.others.into_inner();
         assert!(others <= beside / 2, "{others} of {beside}");
+    }
+}
+
+/// Has patience for so many questions.
+struct Patience(AtomicUsize);
+
+impl Observer for Patience {
+    fn cancelled(&self) -> bool {
+        let spend = |left: usize| left.checked_sub(1);
+        let spent = self
+            .0
+            .fetch_update(Ordering::SeqCst, Ordering::SeqCst, spend);
+        spent.is_err()
+    }
+}
+
+/// Wherever it is told to, whether records and profiles go side by side or one after the other.
+#[test]
+fn a_run_that_is_told_to_stop_says_so() {
+    let field = Field::from_array(Array2::from_shape_fn((6_000, 200), |(n, j)| {
+        (0.01 * (n * (j + 1)) as f64).sin()
+    }));
+    for (memory, streams) in [(1 << 30, false), (24 << 20, true)] {
+        let request = Request {
+            threads: Some(2),
+            memory: Some(memory),
+            ..Request::default()
+        };
+        let plan = plan(&field, &request).unwrap();
+        assert_eq!(plan.streams(), streams);
+        let run_for = |questions: usize| {
+            let patience = Patience(AtomicUsize::new(questions));
+            let ended = run(&field, &plan, &Nowhere, &patience);
+            (ended.map(|_| ()), questions - patience.0.into_inner())
+        };
+        let (ended, questions) = run_for(usize::MAX);
+        ended.unwrap();
+        assert!(questions >= 10, "{questions}");
+        for asked in (0..questions).step_by(questions / 10) {
+            let (ended, _) = run_for(asked);
+            assert!(
+                matches!(ended, Err(Error::Cancelled)),
+                "{asked} of {questions}: {ended:?}"
+            );
+        }
     }
 }

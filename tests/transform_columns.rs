@@ -265,6 +265,39 @@ fn large_results_have_the_bits_of_small_ones() {
     }
 }
 
+/// Tiles whose rows of results are asked for, by last passes of each radix, in rows that are no whole lines.
+fn tall_tiles<T: Real>() {
+    let radices = [8, 3, 7, 2, 4, 5];
+    for (length, radix) in [16384, 16464, 16807, 17150, 17500, 18750]
+        .into_iter()
+        .zip(radices)
+    {
+        let values = Random(9).array::<T>((length, 17));
+        for plan in plans::<T>(length) {
+            let method = plan.method();
+            assert!(
+                matches!(method, Method::TwoHalves { second, .. } if second.last() == Some(&radix)),
+                "{plan:?}"
+            );
+            let found = spectra(&plan, values.view());
+            for c in [0, 7, 16] {
+                let alone = spectra(&plan, values.slice(s![.., c..c + 1]));
+                assert!(found.column(c) == alone.column(0), "{plan:?} {c}");
+            }
+        }
+    }
+}
+
+#[test]
+fn tall_tiles_have_the_bits_of_lone_columns_in_double_precision() {
+    tall_tiles::<f64>();
+}
+
+#[test]
+fn tall_tiles_have_the_bits_of_lone_columns_in_single_precision() {
+    tall_tiles::<f32>();
+}
+
 /// A dead channel beside the loudest stays exactly zero, and NaN and infinity stay in theirs.
 #[test]
 fn nothing_leaks_from_a_column() {
