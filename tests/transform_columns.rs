@@ -265,8 +265,8 @@ fn large_results_have_the_bits_of_small_ones() {
     }
 }
 
-/// Tiles whose rows of results are asked for, by last passes of each radix, in rows that are no whole lines.
-fn tall_tiles<T: Real>() {
+/// Large results in rows that are no whole cache lines, which are asked for; by last passes of each radix.
+fn rows_asked_for<T: Real>() {
     let radices = [8, 3, 7, 2, 4, 5];
     for (length, radix) in [16384, 16464, 16807, 17150, 17500, 18750]
         .into_iter()
@@ -289,13 +289,13 @@ fn tall_tiles<T: Real>() {
 }
 
 #[test]
-fn tall_tiles_have_the_bits_of_lone_columns_in_double_precision() {
-    tall_tiles::<f64>();
+fn rows_asked_for_have_the_bits_of_lone_columns_in_double_precision() {
+    rows_asked_for::<f64>();
 }
 
 #[test]
-fn tall_tiles_have_the_bits_of_lone_columns_in_single_precision() {
-    tall_tiles::<f32>();
+fn rows_asked_for_have_the_bits_of_lone_columns_in_single_precision() {
+    rows_asked_for::<f32>();
 }
 
 /// A dead channel beside the loudest stays exactly zero, and NaN and infinity stay in theirs.

@@ -9,8 +9,8 @@ use crate::turns::cos_sin_exact;
 /// their places in the caches.
 const PADDING: usize = 2;
 
-/// Bytes of the matrix between the halves, or of a tile of the result, from which on their places are
-/// asked for: half of a second cache, or all of a small one.
+/// Bytes of the matrix between the halves from which on its places are asked for: half of a second
+/// cache, or all of a small one.
 const FETCHED_BYTES: usize = 512 << 10;
 
 /// From row to row of the matrix between the halves, in complex numbers.
@@ -47,8 +47,18 @@ pub struct Tile<T> {
     /// Row 0 of the spectra, and how far the next is, in numbers.
     pub to: *mut T,
     pub to_stride: usize,
-    /// Whether bins are written past the caches.
-    pub stream: bool,
+    pub writing: Writing,
+}
+
+/// How bins are written.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub enum Writing {
+    /// To rows that are soon in the caches, if they are not yet.
+    Plain,
+    /// To rows that may be in no cache, and are asked for before their turn.
+    Asking,
+    /// Past the caches, to rows aligned to cache lines.
+    Streamed,
 }
 
 /// What rows of a tile are, and in which order.
@@ -224,7 +234,7 @@ impl<T: Real> Fast<T> {
     /// # Safety
     /// The kernels are those of this processor. `tile.from` is valid for `length` rows of the tile's
     /// width, and weights for as many numbers; `tile.to` for `length / 2 + 1` rows of twice the width,
-    /// aligned to 64 bytes where `tile.stream`; `scratch` holds [`scratch_len`] numbers.
+    /// aligned to 64 bytes where they are [`Writing::Streamed`]; `scratch` holds [`scratch_len`] numbers.
     pub unsafe fn tile(&self, kernels: &Kernels<T>, tile: Tile<T>, scratch: &mut [T]) {
         assert!(scratch.len() >= scratch_len(self.lengths(), kernels.width));
         let [n1, n2] = self.lengths();
@@ -317,11 +327,10 @@ impl<T: Real> Fast<T> {
         let (n1, n2) = (self.first.length, self.second.length);
         let row = 2 * kernels.width * row(self.second.length);
         let radix = self.second.last();
-        let result = (self.length / 2 + 1) * 2 * kernels.width * size_of::<T>();
-        let last = match (tile.stream, result >= FETCHED_BYTES) {
-            (true, _) => kernels.last_streamed,
-            (false, true) => kernels.last_asking,
-            (false, false) => kernels.last,
+        let last = match tile.writing {
+            Writing::Plain => kernels.last,
+            Writing::Asking => kernels.last_asking,
+            Writing::Streamed => kernels.last_streamed,
         }[index(radix)];
         // SAFETY: as in `tile`.
         unsafe {

@@ -26,7 +26,7 @@
 //! a unit in the last place. Rows are asked for one pair of series ahead of their use, a few with each
 //! butterfly, or, where they share places in the caches, copied first into the order of use. Results
 //! that fill whole cache lines and are larger than the caches are written past them; rows of other large
-//! results are asked for ahead of their turn.
+//! results are asked for before their turn.
 //!
 //! Lengths with other prime factors go through a convolution of a length that has none, in the
 //! same halves: primes by Rader's algorithm, others by Bluestein's; the shortest are transformed
@@ -73,6 +73,10 @@ use way::Way;
 
 /// Bytes of a result from which on it is written past the caches.
 const STREAMED_BYTES: usize = 4 << 20;
+
+/// Bytes over which the rows of a result lie from which on they are asked for before they are written,
+/// where they are not written past the caches: half of a second cache, or all of a small one.
+const ASKED_BYTES: usize = 512 << 10;
 
 /// The transform of all columns of arrays of one number of rows; see the [module](self).
 pub struct ColumnTransform<T: Real> {

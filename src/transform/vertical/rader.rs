@@ -21,7 +21,7 @@ use num_complex::Complex;
 
 use super::choice::{self, Halves};
 use super::cyclic::{Cyclic, Room};
-use super::fast::{Order, Tile, index};
+use super::fast::{Order, Tile, Writing, index};
 use super::kernels::{InstructionSet, Kernels};
 use super::passes::{Blend, Fold, Scatter};
 use crate::transform::Real;
@@ -118,9 +118,9 @@ impl<T: Real> Rader<T> {
         assert!(matches!(tile.rows, Order::Plain));
         let room = cyclic.room(width, scratch);
         let radix = index(cyclic.first.last());
-        let scatter = match tile.stream {
-            true => kernels.scatter_streamed[radix],
-            false => kernels.scatter[radix],
+        let scatter = match tile.writing {
+            Writing::Streamed => kernels.scatter_streamed[radix],
+            _ => kernels.scatter[radix],
         };
         // SAFETY: all places are within what the caller promises and `room` has checked; the
         // kernels are those of this processor.

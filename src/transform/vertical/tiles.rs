@@ -4,13 +4,13 @@ use ndarray::{ArrayView2, ArrayViewMut2};
 use num_complex::Complex;
 
 use super::choice::Choice;
-use super::fast::{Fast, Order, Tile};
+use super::fast::{Fast, Order, Tile, Writing};
 use super::kernels::Kernels;
 use super::other::Other;
 use super::way::Way;
 use super::{
-    ColumnScratch, ColumnTransform, InstructionSet, Line, kernels_for, lines, lines_of, simd,
-    widest, width_for,
+    ASKED_BYTES, ColumnScratch, ColumnTransform, InstructionSet, Line, kernels_for, lines,
+    lines_of, simd, widest, width_for,
 };
 use crate::caches::LINE;
 use crate::transform::Real;
@@ -69,7 +69,10 @@ impl<T: Real> ColumnTransform<T> {
                 rows: order(weights),
                 to,
                 to_stride: 2 * to_stride,
-                stream: stream && aligned,
+                writing: match stream && aligned {
+                    true => Writing::Streamed,
+                    false => self.through_caches(row),
+                },
             }
         };
         let aliased = (from_stride * size_of::<T>()).is_multiple_of(ALIASED);
@@ -129,6 +132,14 @@ impl<T: Real> ColumnTransform<T> {
         tiles * kernel.width
     }
 
+    /// How to write rows so many bytes apart that are not written past the caches.
+    fn through_caches(&self, row: usize) -> Writing {
+        match self.bins() * row >= ASKED_BYTES {
+            true => Writing::Asking,
+            false => Writing::Plain,
+        }
+    }
+
     /// Columns that are not neighbours: through copies.
     fn gathered(
         &self,
@@ -164,7 +175,7 @@ impl<T: Real> ColumnTransform<T> {
                     rows: order(weights),
                     to: bins.as_mut_ptr(),
                     to_stride: 2 * width,
-                    stream: false,
+                    writing: self.through_caches(2 * width * size_of::<T>()),
                 };
                 self.way.tile(kernel, tile, work);
             }
