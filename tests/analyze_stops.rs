@@ -125,7 +125,8 @@ fn a_run_that_is_told_to_stop_says_so() {
         };
         let (ended, questions) = run_for(usize::MAX);
         ended.unwrap();
-        assert!(questions >= 10, "{questions}");
+        // In every pass: the look at the samples alone has some twenty.
+        assert!(questions >= 200, "{questions}");
         for asked in (0..questions).step_by(questions / 10) {
             let (ended, _) = run_for(asked);
             assert!(
