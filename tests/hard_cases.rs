@@ -2,7 +2,9 @@
 
 mod common;
 
-use cascade::analyze::{Analysis, Precision, Request, Scaling, Spectra, TimeRange, Warning, Welch};
+use cascade::analyze::{
+    Analysis, BandEdge, Precision, Request, Scaling, Spectra, TimeRange, Warning, Welch,
+};
 use cascade::field::Axis;
 use cascade::prepare::{Detrend, Gaps, Window};
 use cascade::reference::{Grid, Tone};
@@ -352,6 +354,41 @@ fn a_time_range_keeps_its_ends_however_late_it_is() {
 }
 
 /// 250 is bin 11 of 44 samples at 1 ms, but the bin as computed lies one rounding above it.
+/// By hand: `sin(2 pi 5 n / 64) sin(2 pi 4 j / 32)` of a range that begins at time 16 and site 8, where it is
+/// zero; so the rows that follow are the first with energy.
+#[test]
+fn val_band_edges_name_their_rows_in_the_file() {
+    let turn = |m: usize, length: usize| (std::f64::consts::TAU * m as f64 / length as f64).sin();
+    let mut field = Field::from_array(Array2::from_shape_fn((80, 40), |(n, j)| {
+        match (n.checked_sub(16), j.checked_sub(8)) {
+            (Some(n), Some(j)) => turn(5 * n, 64) * turn(4 * j, 32),
+            _ => 9.0,
+        }
+    }));
+    (field.time.origin, field.time.step) = (3.0, 0.5);
+    (field.space.origin, field.space.step) = (-1.0, 0.25);
+    let request = Request {
+        sites: Some(8..40),
+        times: TimeRange::Interval {
+            from: 11.0,
+            to: 42.5,
+        },
+        window_time: Window::None,
+        window_space: Window::None,
+        ..Request::default()
+    };
+    let (analysis, _) = analyzed(&field, &request);
+    for (edge, expected) in [
+        (analysis.frequency_edge, (0.15625, 9, 1.25)),
+        (analysis.wavenumber_edge, (std::f64::consts::PI, 17, 11.5)),
+    ] {
+        let Some(BandEdge::Reference { value, index, at }) = edge else {
+            panic!("{edge:?}");
+        };
+        assert_eq!((value, index, at), expected);
+    }
+}
+
 #[test]
 fn a_typed_band_edge_means_the_bin_it_misses_by_rounding() {
     let mut field = field((44, 2));

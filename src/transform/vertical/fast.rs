@@ -1,5 +1,6 @@
 //! Lengths 2^a 3^b 5^c 7^d: the steps of [`super`] on tiles of columns.
 
+use super::ASKED_BYTES;
 use super::kernels::{Kernels, RADICES};
 use super::passes::{Ahead, Last, Rows, Split, Stage};
 use crate::transform::Real;
@@ -8,10 +9,6 @@ use crate::turns::cos_sin_exact;
 /// Complex numbers between rows of the matrix between the halves, so that no two rows share all
 /// their places in the caches.
 const PADDING: usize = 2;
-
-/// Bytes of the matrix between the halves from which on its places are asked for: half of a second
-/// cache, or all of a small one.
-const FETCHED_BYTES: usize = 512 << 10;
 
 /// From row to row of the matrix between the halves, in complex numbers.
 fn row(second: usize) -> usize {
@@ -309,7 +306,7 @@ impl<T: Real> Fast<T> {
                 to: between.add(complex * j),
                 next: complex * row(self.second.length),
                 fetch: (n1 / 2 + 1) * complex * row(self.second.length)
-                    >= FETCHED_BYTES / size_of::<T>(),
+                    >= ASKED_BYTES / size_of::<T>(),
                 twiddles: twiddles.add(j / 2 * 4 * (n1 / 2 + 1)),
             };
             kernels.split[index(radix)](&split, ahead);

@@ -74,8 +74,9 @@ use way::Way;
 /// Bytes of a result from which on it is written past the caches.
 const STREAMED_BYTES: usize = 4 << 20;
 
-/// Bytes over which the rows of a result lie from which on they are asked for before they are written,
-/// where they are not written past the caches: half of a second cache, or all of a small one.
+/// Bytes from which on places are asked for before they are written: of the matrix between the halves, and
+/// over which rows of a result lie that are not written past the caches. Half of a second cache, or
+/// all of a small one.
 const ASKED_BYTES: usize = 512 << 10;
 
 /// The transform of all columns of arrays of one number of rows; see the [module](self).
