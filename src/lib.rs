@@ -14,6 +14,7 @@ mod io;
 mod ledger;
 pub mod localized;
 mod logarithm;
+pub mod measure;
 #[cfg(feature = "figures")]
 pub mod plot;
 pub mod prepare;

@@ -161,7 +161,7 @@ fn val_numpy_archive_of_a_simulated_run() {
 
         let options = OpenOptions {
             member: Some("displacement.npy".into()),
-            dt: Some(2.0),
+            dt: Some(2.0.into()),
             ..OpenOptions::default()
         };
         let field = Field::open(&path, &options).unwrap();
@@ -257,8 +257,8 @@ fn options_override_the_sidecar_which_overrides_the_file() {
         "dt = 0.125\ndx = 3\ntime_unit = \"ms\"\nquantity = \"force\"\nunit = \"N\"\n",
     );
     let options = OpenOptions {
-        dx: Some(4.0),
-        x0: Some(-1.0),
+        dx: Some(4.0.into()),
+        x0: Some((-1.0).into()),
         space_unit: Some("mm".into()),
         ..OpenOptions::default()
     };
@@ -353,7 +353,7 @@ fn a_table_states_its_times_and_positions() {
     assert_eq!(field.space, axis(0.5, 0.25, None));
 
     let options = OpenOptions {
-        dt: Some(0.5),
+        dt: Some(0.5.into()),
         time_unit: Some("s".into()),
         header: Header::Present,
         ..OpenOptions::default()

@@ -264,7 +264,7 @@ fn sidecars_that_mislead() {
 fn stated_steps_that_are_no_step() {
     for dt in [0.0, -1.0, f64::NAN, f64::INFINITY] {
         let options = OpenOptions {
-            dt: Some(dt),
+            dt: Some(dt.into()),
             ..OpenOptions::default()
         };
         let error = Field::open("field.npy", &options).unwrap_err();

@@ -210,7 +210,7 @@ fn npz_coordinates_that_do_not_fit() {
 
     let folder = Folder::new();
     let options = OpenOptions {
-        dt: Some(1.25),
+        dt: Some(1.25.into()),
         ..OpenOptions::default()
     };
     let field = Field::open(folder.write("run.npz", uneven), &options).unwrap();

@@ -58,8 +58,8 @@ impl Case {
         };
         let meta = self.meta()?;
         let options = OpenOptions {
-            dt: meta["dt"].as_f64(),
-            dx: meta["dx"].as_f64(),
+            dt: meta["dt"].as_f64().map(Into::into),
+            dx: meta["dx"].as_f64().map(Into::into),
             ..OpenOptions::default()
         };
         Ok(Some(Field::open(&path, &options)?))

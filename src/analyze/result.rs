@@ -42,12 +42,9 @@ impl Axes {
         unit(&self.space, "site", "unit of length")
     }
 
-    /// Unit of frequency: `Hz` for seconds, else cycles per unit.
+    /// Unit of frequency: `Hz` for seconds, `kHz` for milliseconds, else cycles per unit.
     pub fn frequency_unit(&self) -> String {
-        match self.time_unit() {
-            "s" => "Hz".into(),
-            unit => format!("cycles/{unit}"),
-        }
+        crate::measure::cycles_per(self.time_unit())
     }
 
     /// Unit of wavenumber: rad per unit of length.

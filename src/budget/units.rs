@@ -38,8 +38,7 @@ impl BudgetUnits {
 
     pub(crate) fn frequency(&self) -> String {
         match self.time.as_deref() {
-            Some("s") => "frequency (Hz)".into(),
-            Some(unit) => format!("frequency (cycles/{unit})"),
+            Some(unit) => format!("frequency ({})", crate::measure::cycles_per(unit)),
             None => "frequency (cycles per unit of time)".into(),
         }
     }

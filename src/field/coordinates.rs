@@ -1,6 +1,8 @@
 //! An axis from coordinates that a file lists.
 
 use super::Axis;
+use super::fault::InputFault;
+use crate::measure::{self, Dimension, Measure};
 
 /// Deviation from even spacing that is taken for rounding, relative to the length of the axis.
 const EVENNESS: f64 = 1e-9;
@@ -10,6 +12,13 @@ const EVENNESS: f64 = 1e-9;
 pub(crate) struct Coordinates {
     pub(crate) origin: Option<f64>,
     pub(crate) step: Option<f64>,
+    pub(crate) unit: Option<String>,
+}
+
+/// What is stated about an axis elsewhere than in the file of the samples.
+pub(crate) struct Stated<D> {
+    pub(crate) origin: Option<Measure<D>>,
+    pub(crate) step: Option<Measure<D>>,
     pub(crate) unit: Option<String>,
 }
 
@@ -25,7 +34,9 @@ impl Coordinates {
     /// Origin and step of increasing, evenly spaced `values`, each exact to `rounding`.
     ///
     /// Even is what leaves `origin + index * step` by at most `rounding` plus `1e-9` of the
-    /// length of the axis, and in no case by more than a twentieth of a step.
+    /// length of the axis, and in no case by more than a twentieth of a step. The step is known to
+    /// `rounding` over the length; of the numbers within, one of at most twelve digits is the step that
+    /// was meant: of `0, 1e-5, ..` in single precision 1e-5, not 9.99999974e-6.
     pub(crate) fn fit(values: &[f64], rounding: f64) -> Result<Coordinates, Uneven> {
         let (&[first, .., last], n) = (values, values.len()) else {
             return Ok(Coordinates::from_first(values));
@@ -34,10 +45,12 @@ impl Coordinates {
         let tolerance = (EVENNESS * (last - first) + rounding).min(step / 20.0);
         let is_even =
             |(i, &value): (usize, &f64)| (value - (first + i as f64 * step)).abs() <= tolerance;
+        let meant = measure::shortest(step, rounding / (n - 1) as f64);
+        let has_few_digits = format!("{meant:.11e}").parse() == Ok(meant);
         if step > 0.0 && values.iter().enumerate().all(is_even) {
             Ok(Coordinates {
                 origin: Some(first),
-                step: Some(step),
+                step: Some(if has_few_digits { meant } else { step }),
                 unit: None,
             })
         } else {
@@ -54,13 +67,40 @@ impl Coordinates {
     }
 
     /// The axis, with what is stated elsewhere in place of what the file states.
-    pub(crate) fn axis(self, origin: Option<f64>, step: Option<f64>, unit: Option<String>) -> Axis {
+    ///
+    /// Units are written by their symbols, and what has a unit of its own is converted to that of the
+    /// axis: the one stated, else that of the file, else the first of its dimension. The numbers of
+    /// the file are in the unit of the axis.
+    pub(crate) fn axis<D: Dimension>(self, stated: Stated<D>) -> Result<Axis, InputFault> {
+        let Stated { origin, step, unit } = stated;
+        let unit = unit.or(self.unit).map(|unit| {
+            let symbol = measure::symbol::<D>(&unit).map(str::to_owned);
+            symbol.unwrap_or(unit)
+        });
+        let is_typed = |measure: &Option<Measure<D>>| measure.as_ref().is_some_and(|m| m.has_unit);
+        let unit = match unit {
+            None if is_typed(&origin) || is_typed(&step) => Some(D::UNITS[0].0.to_owned()),
+            unit => unit,
+        };
+        let convert = |measure: Measure<D>| {
+            let found = unit.clone().unwrap_or_default();
+            measure
+                .in_unit(&found)
+                .ok_or_else(|| InputFault::UnitOfAxis {
+                    expected: measure::units::<D>(),
+                    found,
+                })
+        };
+        let (origin, step) = (
+            origin.map(convert).transpose()?,
+            step.map(convert).transpose()?,
+        );
         let counted = Axis::index();
-        Axis {
+        Ok(Axis {
             origin: origin.or(self.origin).unwrap_or(counted.origin),
             step: step.or(self.step).unwrap_or(counted.step),
-            unit: unit.or(self.unit),
-        }
+            unit,
+        })
     }
 }
 

@@ -124,7 +124,7 @@ impl<'a> Table<'a> {
     fn contents(self, header: Option<&ByteRecord>) -> Result<Contents> {
         let source = self.source;
         let stated = &source.stated;
-        let rows = fit(&self.times, self.rounding, stated.dt).map_err(|uneven| {
+        let rows = fit(&self.times, self.rounding, stated.dt.is_some()).map_err(|uneven| {
             source.fault(InputFault::UnevenTimes {
                 line: self.line(self.lines[uneven.index]),
                 expected: uneven.expected,
@@ -132,10 +132,10 @@ impl<'a> Table<'a> {
             })
         })?;
         let n_rows = self.values.len() / self.n_columns;
-        let columns = |axis: &'static str, step| {
+        let columns = |axis: &'static str, has_step| {
             let labels = header.and_then(|header| labels(header, self.time_column));
             let (values, rounding) = labels.unwrap_or_default();
-            fit(&values, rounding, step).map_err(|uneven| {
+            fit(&values, rounding, has_step).map_err(|uneven| {
                 source.fault(InputFault::UnevenAxis {
                     axis,
                     index: uneven.index,
@@ -149,10 +149,10 @@ impl<'a> Table<'a> {
         });
         let rows_are_times = source.layout() == Layout::TimeSite;
         let (n_times, n_sites, time, space) = if rows_are_times {
-            let space = columns("space", stated.dx)?;
+            let space = columns("space", stated.dx.is_some())?;
             (n_rows, self.n_columns, Coordinates { unit, ..rows }, space)
         } else {
-            let time = columns("time", stated.dt)?;
+            let time = columns("time", stated.dt.is_some())?;
             (self.n_columns, n_rows, time, Coordinates::default())
         };
         Ok(Contents {
@@ -168,14 +168,10 @@ impl<'a> Table<'a> {
 }
 
 /// Coordinates of `values`; where the step is stated, the values are not asked for theirs.
-fn fit(
-    values: &[f64],
-    rounding: f64,
-    step: Option<f64>,
-) -> std::result::Result<Coordinates, Uneven> {
-    match step {
-        Some(_) => Ok(Coordinates::from_first(values)),
-        None => Coordinates::fit(values, rounding),
+fn fit(values: &[f64], rounding: f64, has_step: bool) -> std::result::Result<Coordinates, Uneven> {
+    match has_step {
+        true => Ok(Coordinates::from_first(values)),
+        false => Coordinates::fit(values, rounding),
     }
 }
 

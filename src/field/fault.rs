@@ -146,6 +146,12 @@ pub enum InputFault {
         found: f64,
     },
 
+    #[error(
+        "expected an axis in a unit that a step or an origin with a unit can be converted to \
+         ({expected}), found {found:?}"
+    )]
+    UnitOfAxis { expected: String, found: String },
+
     #[error("line {line}: expected a time step of {expected}, found {found}")]
     UnevenTimes {
         line: u64,
@@ -255,6 +261,10 @@ impl InputFault {
             UnevenAxis { .. } | UnevenTimes { .. } => {
                 "fill in or resample the rows; if the times are approximate, state `--dt`"
             }
+            UnitOfAxis { .. } => {
+                "state steps and origins as numbers in the unit of the axis, or the unit of the axis \
+                 with `--time-unit` or `--space-unit`"
+            }
             NoColumns => "state `--time-column none` if the one column holds samples",
             Encoding { .. } => "save the table as plain UTF-8 text",
             Ragged { .. } => "give every row the same number of cells; an empty cell is a gap",
@@ -266,7 +276,8 @@ impl InputFault {
             NoSuchColumn { .. } => "name one of the columns, or count them from 0",
             TwoSidecars { .. } => "keep one of the two",
             Sidecar { .. } => {
-                "the keys are layout, dt, dx, t0, x0, time_unit, space_unit, quantity and unit"
+                "the keys are layout, dt, rate (or fs), dx, t0, x0, time_unit, space_unit, quantity and \
+                 unit"
             }
             SidecarLength { .. } => "keep only the settings of the field in it",
         };

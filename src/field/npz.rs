@@ -43,13 +43,23 @@ pub(super) fn read(source: &Source) -> Result<Contents> {
     contents.quantity = quantity(&name);
     contents.unit = archive.unit(&name);
     let stated = &source.stated;
-    contents.time = archive.axis("time", "time", contents.n_times, stated.t0, stated.dt)?;
+    contents.time = archive.axis(
+        "time",
+        "time",
+        contents.n_times,
+        [stated.t0.is_some(), stated.dt.is_some()],
+    )?;
     // Contacts lie between sites and may be fewer.
     let along = match archive.find("contact_position") {
         Some(_) if matches!(name.as_str(), "force" | "energy_passed") => "contact_position",
         _ => "position",
     };
-    contents.space = archive.axis("space", along, contents.n_sites, stated.x0, stated.dx)?;
+    contents.space = archive.axis(
+        "space",
+        along,
+        contents.n_sites,
+        [stated.x0.is_some(), stated.dx.is_some()],
+    )?;
     Ok(contents)
 }
 
@@ -339,13 +349,9 @@ impl<'a> Archive<'a> {
         axis: &'static str,
         member: &str,
         n: usize,
-        origin: Option<f64>,
-        step: Option<f64>,
+        [has_origin, has_step]: [bool; 2],
     ) -> Result<Coordinates> {
-        let Some(index) = self
-            .find(member)
-            .filter(|_| origin.is_none() || step.is_none())
-        else {
+        let Some(index) = self.find(member).filter(|_| !(has_origin && has_step)) else {
             return Ok(Coordinates::default());
         };
         let (header, bytes, start) = self.load(index)?;
@@ -361,7 +367,7 @@ impl<'a> Archive<'a> {
             .map_err(|fault| self.member_fault(index, fault))?;
         let mut values = vec![0.0; n];
         record.storage.read(0..n, 0..1, false, &mut values);
-        if step.is_some() {
+        if has_step {
             return Ok(Coordinates::from_first(&values));
         }
         let largest = values

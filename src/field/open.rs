@@ -7,7 +7,7 @@ use std::sync::Arc;
 
 use memmap2::Mmap;
 
-use super::coordinates::Coordinates;
+use super::coordinates::{Coordinates, Stated};
 use super::fault::{FileKind, InputFault};
 use super::options::OpenOptions;
 use super::sidecar::Sidecar;
@@ -123,7 +123,17 @@ impl Field {
             Format::Table => csv::read(&source)?,
         };
         let content_hash = options.hash.then(|| content_hash(&source.map));
-        let stated = source.stated;
+        let stated = source.stated.clone();
+        let time = contents.time.axis(Stated {
+            origin: stated.t0,
+            step: stated.dt,
+            unit: stated.time_unit,
+        });
+        let space = contents.space.axis(Stated {
+            origin: stated.x0,
+            step: stated.dx,
+            unit: stated.space_unit,
+        });
         let name = path.file_stem().unwrap_or_default();
         Ok(Field {
             storage: contents.storage,
@@ -131,8 +141,8 @@ impl Field {
             n_times: contents.n_times,
             n_sites: contents.n_sites,
             name: name.to_string_lossy().into_owned(),
-            time: contents.time.axis(stated.t0, stated.dt, stated.time_unit),
-            space: contents.space.axis(stated.x0, stated.dx, stated.space_unit),
+            time: time.map_err(|fault| source.fault(fault))?,
+            space: space.map_err(|fault| source.fault(fault))?,
             quantity: stated.quantity.or(contents.quantity).unwrap_or_default(),
             unit: stated.unit.or(contents.unit),
             content_hash,

@@ -3,19 +3,26 @@
 use super::sidecar::Sidecar;
 use super::{Layout, Quantity};
 use crate::error::{Error, Result};
+use crate::measure::{Dimension, Frequency, Length, Measure, Time};
 
 /// How a file is read. What is stated here overrides the sidecar, which overrides the file.
+///
+/// A step or an origin with a unit of its own (`10 us`) is converted to the unit of its axis. Where
+/// nothing states that unit, the axis is in seconds or metres. One without a unit is in the unit of
+/// its axis: `Measure::new(0.1)`, or `0.1.into()`.
 #[derive(Debug, Clone, PartialEq)]
 pub struct OpenOptions {
     pub layout: Option<Layout>,
     /// Time step, above 0.
-    pub dt: Option<f64>,
+    pub dt: Option<Measure<Time>>,
+    /// Samples per unit of time, above 0, in place of the time step.
+    pub rate: Option<Measure<Frequency>>,
     /// Distance of neighbouring sites, above 0.
-    pub dx: Option<f64>,
+    pub dx: Option<Measure<Length>>,
     /// Time of the first sample.
-    pub t0: Option<f64>,
+    pub t0: Option<Measure<Time>>,
     /// Place of the first site.
-    pub x0: Option<f64>,
+    pub x0: Option<Measure<Length>>,
     pub time_unit: Option<String>,
     pub space_unit: Option<String>,
     /// Unit of the samples.
@@ -36,6 +43,7 @@ impl Default for OpenOptions {
         OpenOptions {
             layout: None,
             dt: None,
+            rate: None,
             dx: None,
             t0: None,
             x0: None,
@@ -79,7 +87,9 @@ impl OpenOptions {
     pub(super) fn over(&self, sidecar: Sidecar) -> Sidecar {
         Sidecar {
             layout: self.layout.or(sidecar.layout),
-            dt: self.dt.or(sidecar.dt),
+            // A rate is a step by another name, so either of them overrides both.
+            dt: self.step().or(sidecar.step()),
+            rate: None,
             dx: self.dx.or(sidecar.dx),
             t0: self.t0.or(sidecar.t0),
             x0: self.x0.or(sidecar.x0),
@@ -90,22 +100,47 @@ impl OpenOptions {
         }
     }
 
+    fn step(&self) -> Option<Measure<Time>> {
+        self.dt.or(self.rate.map(Measure::period))
+    }
+
     pub(super) fn check(&self) -> Result<()> {
-        let refuse = |option, expected: &str, found: f64| Error::Request {
+        above_zero("dt", self.dt)?;
+        above_zero("rate", self.rate)?;
+        above_zero("dx", self.dx)?;
+        finite("t0", self.t0)?;
+        finite("x0", self.x0)?;
+        match (self.dt, self.rate) {
+            (Some(_), Some(_)) => Err(refuse("rate", "it or `--dt`, not both", "both")),
+            _ => Ok(()),
+        }
+    }
+}
+
+fn refuse(option: &'static str, expected: &str, found: &str) -> Error {
+    Error::Request {
+        option,
+        expected: expected.into(),
+        found: found.into(),
+    }
+}
+
+fn above_zero<D: Dimension>(option: &'static str, stated: Option<Measure<D>>) -> Result<()> {
+    match stated {
+        Some(step) if !(step.value.is_finite() && step.value > 0.0) => Err(refuse(
             option,
-            expected: expected.into(),
-            found: found.to_string(),
-        };
-        for (option, value) in [("dt", self.dt), ("dx", self.dx)] {
-            if let Some(step) = value.filter(|step| !(step.is_finite() && *step > 0.0)) {
-                return Err(refuse(option, "a finite number above 0", step));
-            }
+            "a finite number above 0",
+            &step.value.to_string(),
+        )),
+        _ => Ok(()),
+    }
+}
+
+fn finite<D: Dimension>(option: &'static str, stated: Option<Measure<D>>) -> Result<()> {
+    match stated {
+        Some(origin) if !origin.value.is_finite() => {
+            Err(refuse(option, "a finite number", &origin.value.to_string()))
         }
-        for (option, value) in [("t0", self.t0), ("x0", self.x0)] {
-            if let Some(origin) = value.filter(|origin| !origin.is_finite()) {
-                return Err(refuse(option, "a finite number", origin));
-            }
-        }
-        Ok(())
+        _ => Ok(()),
     }
 }

@@ -3,20 +3,23 @@
 use std::ffi::OsString;
 use std::path::{Path, PathBuf};
 
-use serde::{Deserialize, Deserializer, Serialize};
+use serde::{Deserialize, Deserializer, Serialize, Serializer};
 
 use super::fault::InputFault;
 use super::open::regular_file;
 use super::{Layout, Quantity};
 use crate::error::{Error, Result};
+use crate::measure::{self, Dimension, Frequency, Length, Measure, Time};
 
 const LENGTH_LIMIT: u64 = 65_536;
 
 /// The settings of a sidecar, all optional.
 ///
+/// Steps and origins are numbers in the unit of their axis, or texts with a unit of their own.
+///
 /// ```toml
 /// layout = "time-site"
-/// dt = 0.05
+/// dt = "10 us" # or rate = "100 kHz", which is also called fs
 /// dx = 1.0
 /// t0 = 0.0
 /// x0 = 0.0
@@ -31,17 +34,41 @@ pub struct Sidecar {
     #[serde(skip_serializing_if = "Option::is_none")]
     pub layout: Option<Layout>,
     /// Time step, above 0.
-    #[serde(skip_serializing_if = "Option::is_none", deserialize_with = "positive")]
-    pub dt: Option<f64>,
+    #[serde(
+        skip_serializing_if = "Option::is_none",
+        serialize_with = "typed",
+        deserialize_with = "positive"
+    )]
+    pub dt: Option<Measure<Time>>,
+    /// Samples per unit of time, above 0, in place of the time step.
+    #[serde(
+        alias = "fs",
+        skip_serializing_if = "Option::is_none",
+        serialize_with = "typed",
+        deserialize_with = "positive"
+    )]
+    pub rate: Option<Measure<Frequency>>,
     /// Distance of neighbouring sites, above 0.
-    #[serde(skip_serializing_if = "Option::is_none", deserialize_with = "positive")]
-    pub dx: Option<f64>,
+    #[serde(
+        skip_serializing_if = "Option::is_none",
+        serialize_with = "typed",
+        deserialize_with = "positive"
+    )]
+    pub dx: Option<Measure<Length>>,
     /// Time of the first sample.
-    #[serde(skip_serializing_if = "Option::is_none", deserialize_with = "finite")]
-    pub t0: Option<f64>,
+    #[serde(
+        skip_serializing_if = "Option::is_none",
+        serialize_with = "typed",
+        deserialize_with = "finite"
+    )]
+    pub t0: Option<Measure<Time>>,
     /// Place of the first site.
-    #[serde(skip_serializing_if = "Option::is_none", deserialize_with = "finite")]
-    pub x0: Option<f64>,
+    #[serde(
+        skip_serializing_if = "Option::is_none",
+        serialize_with = "typed",
+        deserialize_with = "finite"
+    )]
+    pub x0: Option<Measure<Length>>,
     #[serde(skip_serializing_if = "Option::is_none")]
     pub time_unit: Option<String>,
     #[serde(skip_serializing_if = "Option::is_none")]
@@ -120,38 +147,82 @@ impl Sidecar {
                 key: None,
                 reason: error.message().to_owned(),
             })?;
-        serde_path_to_error::deserialize(deserializer).map_err(|error| InputFault::Sidecar {
+        let parsed: std::result::Result<Sidecar, _> =
+            serde_path_to_error::deserialize(deserializer);
+        let sidecar = parsed.map_err(|error| InputFault::Sidecar {
             line: line_of(error.inner()),
             key: Some(error.path().to_string()).filter(|key| key != "."),
             reason: error.inner().message().to_owned(),
-        })
+        })?;
+        match (sidecar.dt, sidecar.rate) {
+            (Some(_), Some(_)) => Err(InputFault::Sidecar {
+                line: None,
+                key: Some("rate".into()),
+                reason: "expected it or dt, found both".into(),
+            }),
+            _ => Ok(sidecar),
+        }
+    }
+
+    /// The time step, stated as such or as a rate.
+    pub(super) fn step(&self) -> Option<Measure<Time>> {
+        self.dt.or(self.rate.map(Measure::period))
     }
 }
 
-fn positive<'de, D: Deserializer<'de>>(
-    deserializer: D,
-) -> std::result::Result<Option<f64>, D::Error> {
+fn positive<'de, R: Deserializer<'de>, D: Dimension>(
+    deserializer: R,
+) -> std::result::Result<Option<Measure<D>>, R::Error> {
     number(deserializer, "a finite number above 0", |value| value > 0.0)
 }
 
-fn finite<'de, D: Deserializer<'de>>(
-    deserializer: D,
-) -> std::result::Result<Option<f64>, D::Error> {
+fn finite<'de, R: Deserializer<'de>, D: Dimension>(
+    deserializer: R,
+) -> std::result::Result<Option<Measure<D>>, R::Error> {
     number(deserializer, "a finite number", |_| true)
 }
 
-fn number<'de, D: Deserializer<'de>>(
-    deserializer: D,
+/// A number in the unit of the axis, or a text with its own.
+#[derive(Deserialize)]
+#[serde(untagged)]
+enum Typed {
+    Number(f64),
+    Text(String),
+}
+
+fn number<'de, R: Deserializer<'de>, D: Dimension>(
+    deserializer: R,
     expected: &str,
     accept: impl Fn(f64) -> bool,
-) -> std::result::Result<Option<f64>, D::Error> {
-    let value = f64::deserialize(deserializer)?;
-    if value.is_finite() && accept(value) {
-        Ok(Some(value))
-    } else {
-        Err(serde::de::Error::custom(format_args!(
-            "expected {expected}, found {value}"
-        )))
+) -> std::result::Result<Option<Measure<D>>, R::Error> {
+    let refuse = |found: &dyn std::fmt::Display| {
+        serde::de::Error::custom(format_args!(
+            "expected {expected}, or a text of number and unit ({}), found {found}",
+            measure::units::<D>()
+        ))
+    };
+    let typed = Typed::deserialize(deserializer).map_err(|_| refuse(&"something else"))?;
+    let (measure, found): (_, &dyn std::fmt::Display) = match &typed {
+        Typed::Number(value) => (Some(Measure::new(*value)), value),
+        Typed::Text(text) => (Measure::parse(text), text),
+    };
+    match measure.filter(|measure| measure.value.is_finite() && accept(measure.value)) {
+        Some(measure) => Ok(Some(measure)),
+        None => Err(refuse(found)),
+    }
+}
+
+/// A number with a unit is written with it: without, it would be in the unit of the axis.
+fn typed<S: Serializer, D: Dimension>(
+    stated: &Option<Measure<D>>,
+    serializer: S,
+) -> std::result::Result<S::Ok, S::Error> {
+    match stated {
+        Some(measure) if measure.has_unit => {
+            serializer.serialize_str(&format!("{} {}", measure.value, D::UNITS[0].0))
+        }
+        Some(measure) => serializer.serialize_f64(measure.value),
+        None => serializer.serialize_none(),
     }
 }
 
@@ -170,7 +241,8 @@ mod tests {
     fn what_is_written_is_read_back() {
         let sidecar = Sidecar {
             layout: Some(Layout::SiteTime),
-            dt: Some(0.05),
+            dt: Some(0.05.into()),
+            t0: Measure::parse("-3 ms"),
             time_unit: Some("s".into()),
             quantity: Some(Quantity::StrainRate),
             ..Sidecar::default()
@@ -184,7 +256,11 @@ mod tests {
     fn the_fault_names_line_and_key() {
         let (line, key, reason) = fault("dt = 1\ndx = -2.0\n");
         assert_eq!((line, key.as_deref()), (Some(2), Some("dx")));
-        assert_eq!(reason, "expected a finite number above 0, found -2");
+        assert_eq!(
+            reason,
+            "expected a finite number above 0, or a text of number and unit (m, km, cm, mm, um, nm), \
+             found -2"
+        );
 
         let (line, key, _) = fault("dt = 1\n\nlayout = \"sideways\"\n");
         assert_eq!((line, key.as_deref()), (Some(3), Some("layout")));
@@ -196,6 +272,16 @@ mod tests {
         assert_eq!(fault("dt = 1\ndx = \n").0, Some(2));
         assert_eq!(fault("t0 = nan").1.as_deref(), Some("t0"));
         assert_eq!(fault("dt = inf").1.as_deref(), Some("dt"));
-        assert_eq!(fault("dt = \"0.1\"").1.as_deref(), Some("dt"));
+        for wrong in ["\"0.1\"", "\"10 m\"", "\"-1 s\"", "true", "[1]"] {
+            let (_, key, reason) = fault(&format!("dt = {wrong}"));
+            assert_eq!(key.as_deref(), Some("dt"), "{wrong}");
+            assert!(reason.contains("s, ms, us, ns"), "{reason}");
+        }
+        let (_, key, reason) = fault("dt = 1.0\nrate = \"1 Hz\"");
+        assert_eq!(
+            (key.as_deref(), reason.as_str()),
+            (Some("rate"), "expected it or dt, found both")
+        );
+        assert!(fault("fs = 1.0\nrate = 1.0").2.contains("duplicate"));
     }
 }

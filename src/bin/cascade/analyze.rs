@@ -256,6 +256,7 @@ pub fn open_options(typed: &Input, memory: Option<u64>) -> OpenOptions {
     OpenOptions {
         layout: typed.layout.map(Into::into),
         dt: typed.dt,
+        rate: typed.rate,
         dx: typed.dx,
         t0: typed.t0,
         x0: typed.x0,

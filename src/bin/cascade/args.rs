@@ -7,6 +7,7 @@ use clap::{Args, Parser, Subcommand, ValueEnum};
 
 use crate::chain_args::{Contact, SceneCommand, Simulate, SweepCommand};
 use crate::parse;
+use cascade::measure::{Frequency, Length, Measure, Time};
 use cascade::prepare::Window;
 
 /// Where the energy of a velocity field v(t, x) goes: spectra, redistribution, direction.
@@ -23,7 +24,7 @@ pub enum Command {
     ///
     /// FIELD holds samples v(t, x): `.npy`, `.npz`, or a table of text (`.csv`, `.tsv`, `.txt`). An
     /// array does not say which axis is time: that is `--layout`. Axes and units are given here,
-    /// or in a sidecar beside the file, field.toml for field.npy (keys layout, dt, dx, t0, x0,
+    /// or in a sidecar beside the file, field.toml for field.npy (keys layout, dt, rate, dx, t0, x0,
     /// time_unit, space_unit, quantity, unit), or are known from the file; an axis of which nothing
     /// is known counts samples or sites.
     Analyze(Box<Analyze>),
@@ -132,22 +133,30 @@ pub struct Input {
     /// Order of the axes in the file [default: time-site].
     #[arg(long, value_enum)]
     pub layout: Option<LayoutArg>,
-    /// Time step.
-    #[arg(long, value_parser = parse::step, allow_negative_numbers = true)]
-    pub dt: Option<f64>,
-    /// Distance between neighbouring sites.
-    #[arg(long, value_parser = parse::step, allow_negative_numbers = true)]
-    pub dx: Option<f64>,
-    /// Time of the first sample.
-    #[arg(long, value_parser = parse::finite, allow_negative_numbers = true)]
-    pub t0: Option<f64>,
-    /// Position of the first site.
-    #[arg(long, value_parser = parse::finite, allow_negative_numbers = true)]
-    pub x0: Option<f64>,
-    /// Unit of time, such as s.
+    /// Time step, such as 1e-5 in the unit of time, or 10us.
+    #[arg(long, value_name = "STEP", value_parser = parse::step::<Time>,
+          allow_negative_numbers = true)]
+    pub dt: Option<Measure<Time>>,
+    /// Sampling rate in place of the time step, such as 1e5 per unit of time, or 100kHz.
+    #[arg(long, visible_alias = "fs", value_name = "RATE", value_parser = parse::step::<Frequency>,
+          allow_negative_numbers = true, conflicts_with = "dt")]
+    pub rate: Option<Measure<Frequency>>,
+    /// Distance between neighbouring sites, such as 0.002 in the unit of length, or 2mm.
+    #[arg(long, value_name = "STEP", value_parser = parse::step::<Length>,
+          allow_negative_numbers = true)]
+    pub dx: Option<Measure<Length>>,
+    /// Time of the first sample, as for `--dt`.
+    #[arg(long, value_name = "TIME", value_parser = parse::origin::<Time>,
+          allow_negative_numbers = true)]
+    pub t0: Option<Measure<Time>>,
+    /// Position of the first site, as for `--dx`.
+    #[arg(long, value_name = "PLACE", value_parser = parse::origin::<Length>,
+          allow_negative_numbers = true)]
+    pub x0: Option<Measure<Length>>,
+    /// Unit of time, such as s or ms [default: s where a step states a unit].
     #[arg(long, value_name = "UNIT")]
     pub time_unit: Option<String>,
-    /// Unit of length, such as m.
+    /// Unit of length, such as m or mm [default: m where a step states a unit].
     #[arg(long, value_name = "UNIT")]
     pub space_unit: Option<String>,
     /// Unit of the samples, such as m/s.

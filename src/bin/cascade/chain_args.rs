@@ -2,7 +2,7 @@
 
 use std::path::PathBuf;
 
-use cascade::chain::scene::measure::{Angle, Length, Pressure};
+use cascade::measure::{Angle, Length, Pressure};
 use cascade::sweep::Part;
 use clap::Args;
 

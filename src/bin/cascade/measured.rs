@@ -73,7 +73,8 @@ pub fn read(
         });
     }
     let field = Field::open(field, &open_options(&typed.input, None))?;
-    if typed.input.dt.is_none() && field.time.unit.is_none() && field.time.step == 1.0 {
+    let is_stated = typed.input.dt.is_some() || typed.input.rate.is_some();
+    if !is_stated && field.time.unit.is_none() && field.time.step == 1.0 {
         return Err(Error::Request {
             option: "dt",
             expected: "the time step, in the units of the scene".into(),
@@ -131,6 +132,7 @@ pub fn refuse_options_of_fields(typed: &MeasuredArgs) -> Result<()> {
     let Input {
         layout,
         dt,
+        rate,
         dx,
         t0,
         x0,
@@ -145,6 +147,7 @@ pub fn refuse_options_of_fields(typed: &MeasuredArgs) -> Result<()> {
     let given = [
         ("layout", layout.is_some()),
         ("dt", dt.is_some()),
+        ("rate", rate.is_some()),
         ("dx", dx.is_some()),
         ("t0", t0.is_some()),
         ("x0", x0.is_some()),

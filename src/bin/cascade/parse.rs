@@ -2,7 +2,7 @@
 
 use std::ops::Range;
 
-use cascade::chain::scene::measure::{Dimension, Measure};
+use cascade::measure::{Dimension, Measure};
 use cascade::sweep::Part;
 
 /// `A:B` as sites `A .. B`.
@@ -113,11 +113,24 @@ pub fn measure<D: Dimension>(text: &str) -> Result<f64, String> {
     Measure::<D>::read(text).map(|measure| measure.value)
 }
 
-/// A finite number above 0.
-pub fn step(text: &str) -> Result<f64, String> {
-    match finite(text) {
-        Ok(x) if x > 0.0 => Ok(x),
-        _ => Err("expected a finite number above 0".into()),
+/// A number in the unit of its axis, or with its own.
+pub fn origin<D: Dimension>(text: &str) -> Result<Measure<D>, String> {
+    Measure::read(text).map_err(|_| {
+        let units = cascade::measure::units::<D>();
+        format!("expected a finite number, or one with its unit ({units})")
+    })
+}
+
+/// The same, above 0.
+pub fn step<D: Dimension>(text: &str) -> Result<Measure<D>, String> {
+    match Measure::read(text) {
+        Ok(step) if step.value > 0.0 => Ok(step),
+        _ => {
+            let units = cascade::measure::units::<D>();
+            Err(format!(
+                "expected a finite number above 0, or one with its unit ({units})"
+            ))
+        }
     }
 }
 

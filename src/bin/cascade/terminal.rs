@@ -4,6 +4,7 @@ use std::fmt::Write;
 
 use cascade::analyze::{Analysis, BandEdge, Moments, Plan};
 use cascade::field::Axis;
+use cascade::measure::digits;
 
 /// Columns of the terminal; 100 where there is none.
 pub fn width() -> usize {
@@ -77,8 +78,8 @@ pub fn summary(analysis: &Analysis, width: usize) -> String {
             analysis.name,
             axes.n_times,
             axes.n_sites,
-            step("dt", &axes.time),
-            step("dx", &axes.space)
+            step("dt", &axes.time, "time counts samples"),
+            step("dx", &axes.space, "x counts sites")
         ),
     );
     if let Some(moments) = &analysis.along_space {
@@ -241,15 +242,12 @@ fn ends(values: &[f64], shown: impl Fn(f64) -> String) -> String {
     }
 }
 
-/// `, dt 0.01 s`; nothing for an axis that counts.
-fn step(name: &str, axis: &Axis) -> String {
-    let step = match (1e-4..1e6).contains(&axis.step) {
-        true => axis.step.to_string(),
-        false => format!("{:.6e}", axis.step),
-    };
+/// `, dt 0.01 s`; of an axis that counts, that it does: `, no dt: time counts samples`.
+fn step(name: &str, axis: &Axis, counts: &str) -> String {
+    let step = digits(axis.step);
     match &axis.unit {
-        None if axis.step == 1.0 => String::new(),
-        None => format!(", {name} {step}"),
+        None if axis.step == 1.0 => format!(", no {name}: {counts}"),
+        None => format!(", {name} {step} (no unit stated)"),
         Some(unit) => format!(", {name} {step} {unit}"),
     }
 }

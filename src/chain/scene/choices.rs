@@ -5,7 +5,7 @@ use std::fmt;
 use schemars::{JsonSchema, Schema, SchemaGenerator, json_schema};
 use serde::{Deserialize, Deserializer, Serialize, Serializer, de};
 
-use super::measure::{Measure, Time};
+use crate::measure::{Measure, Time};
 
 /// The units of a scene and of what it yields.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize, JsonSchema)]
@@ -138,7 +138,9 @@ impl<'de> Deserialize<'de> for EndTimeTyped {
             type Value = EndTimeTyped;
 
             fn expecting(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-                f.write_str("a time in s, a text of number and unit (s, ms, us, ns), or `auto`")
+                f.write_str(
+                    "a time in s, a text of number and unit (s, ms, us, ns, min, h), or `auto`",
+                )
             }
 
             fn visit_i64<E: de::Error>(self, value: i64) -> Result<EndTimeTyped, E> {

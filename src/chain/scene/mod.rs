@@ -12,7 +12,6 @@ mod coefficients;
 mod description;
 mod fault;
 mod masses;
-pub mod measure;
 mod motion;
 mod pattern;
 mod places;
@@ -22,6 +21,7 @@ mod source;
 mod template;
 mod typed;
 
+pub use crate::measure;
 pub use choices::{
     Defect, DriveTyped, EndTimeTyped, EndsTyped, FirstContact, LawTyped, Recorded, Shape, Units,
     WaveformTyped,

@@ -10,11 +10,11 @@ use super::choices::{
     Defect, DriveTyped, EndTimeTyped, EndsTyped, FirstContact, LawTyped, Recorded, Shape, Units,
     WaveformTyped,
 };
-use super::measure::{
-    Angle, Density, Force, Frequency, Length, Mass, Measure, Memory, Pressure, Speed, Time,
-};
 use crate::chain::Scheme;
 use crate::chain::contact::Ellipse;
+use crate::measure::{
+    Angle, Density, Force, Frequency, Length, Mass, Measure, Memory, Pressure, Speed, Time,
+};
 
 /// A scene: a chain, how it starts, and what is asked of it.
 ///
