@@ -108,7 +108,11 @@ fn passes<T: Real>(
             .and_then(|c| top(&c.rows, &plan.axes.frequency)),
         top_wavenumber: top(&rows.rows, &plan.axes.wavenumber),
     };
-    let mut warnings = findings(&found, &plan.request);
+    let doubts = field.notes.iter().filter(|note| note.advice().is_some());
+    let mut warnings: Vec<Warning> = doubts
+        .map(|note| Warning::Reading { note: note.clone() })
+        .collect();
+    warnings.extend(findings(&found, &plan.request));
     if stored == 1.0 && unit != 1.0 {
         let largest = scans.iter().fold(0.0, |m: f64, s| m.max(s.largest));
         warnings.push(Warning::Unrepresentable { largest, unit });

@@ -2,6 +2,9 @@
 
 use serde_json::{Map, Value, json};
 
+use crate::field::Note;
+use crate::measure::digits;
+
 /// A finding about the data or the request, with its numbers.
 #[derive(Debug, Clone, PartialEq)]
 #[non_exhaustive]
@@ -35,6 +38,8 @@ pub enum Warning {
     NoKineticEnergy,
     /// Nothing but zeros.
     NoEnergy,
+    /// A doubtful conclusion about the file of the field.
+    Reading { note: Note },
 }
 
 impl Warning {
@@ -53,6 +58,7 @@ impl Warning {
             Warning::Unrepresentable { .. } => "unrepresentable",
             Warning::NoKineticEnergy => "no-kinetic-energy",
             Warning::NoEnergy => "no-energy",
+            Warning::Reading { note } => note.code(),
         }
     }
 
@@ -60,12 +66,14 @@ impl Warning {
     pub fn message(&self) -> String {
         match self {
             Warning::AliasingTime { share, above } => format!(
-                "{} of the energy lies above frequency {above:.4}, in the top tenth below Nyquist",
-                percent(*share)
+                "{} of the energy lies above frequency {}, in the top tenth below Nyquist",
+                percent(*share),
+                rounded(*above)
             ),
             Warning::AliasingSpace { share, above } => format!(
-                "{} of the energy lies above wavenumber {above:.4}, in the top tenth below Nyquist",
-                percent(*share)
+                "{} of the energy lies above wavenumber {}, in the top tenth below Nyquist",
+                percent(*share),
+                rounded(*above)
             ),
             Warning::DeadChannels { sites } => {
                 format!(
@@ -114,6 +122,7 @@ impl Warning {
                 "the quantity is not a velocity, so no kinetic flux surrogate is given".into()
             }
             Warning::NoEnergy => "the prepared field is zero everywhere".into(),
+            Warning::Reading { note } => note.message(),
         }
     }
 
@@ -153,6 +162,7 @@ impl Warning {
                 "differentiate or integrate to the velocity first, or leave the flux out with `--only`"
             }
             Warning::NoEnergy => "check the range, the layout and the detrending",
+            Warning::Reading { note } => note.advice().unwrap_or_default(),
         }
     }
 
@@ -179,13 +189,18 @@ impl Warning {
             Warning::Unrepresentable { largest, unit } => {
                 json!({"largest": largest, "unit": unit})
             }
-            Warning::NoKineticEnergy | Warning::NoEnergy => json!({}),
+            Warning::NoKineticEnergy | Warning::NoEnergy | Warning::Reading { .. } => json!({}),
         };
         match value {
             Value::Object(map) => map,
             _ => Map::new(),
         }
     }
+}
+
+/// Four digits of a number, whatever its size.
+fn rounded(value: f64) -> String {
+    digits(format!("{value:.3e}").parse().unwrap_or(value))
 }
 
 fn percent(share: f64) -> String {

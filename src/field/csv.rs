@@ -4,16 +4,17 @@
 use csv::ByteRecord;
 use memmap2::Mmap;
 
-use super::Layout;
 use super::coordinates::{Coordinates, Uneven};
 use super::fault::InputFault;
+use super::names::row_unit;
 use super::open::{Contents, Source};
 use super::options::{Header, TimeColumn};
 use super::rows::{Rows, line_of_row};
 use super::storage::{self, Storage};
+use super::{Layout, Note, header};
 use crate::error::{Error, Result};
 
-/// A table, with the coordinates that its header and its time column state.
+/// A table, with the coordinates that its header and its first column state.
 pub(super) fn read(source: &Source) -> Result<Contents> {
     let fault = |fault| source.fault(fault);
     let mut rows = Rows::new(source).map_err(fault)?;
@@ -21,22 +22,37 @@ pub(super) fn read(source: &Source) -> Result<Contents> {
     if !rows.next(&mut record).map_err(fault)? {
         return Err(fault(InputFault::NoRows));
     }
-    let header = is_header(source.options.header, &record).then(|| record.clone());
-    if header.is_some() && !rows.next(&mut record).map_err(fault)? {
+    let stated = source.options.header;
+    let first_line = header::is_header(stated, &record).then(|| record.clone());
+    if first_line.is_some() && !rows.next(&mut record).map_err(fault)? {
         return Err(fault(InputFault::NoRows));
     }
-    let time_column = time_column(source, header.as_ref(), record.len())?;
-    let n_columns = record.len() - usize::from(time_column.is_some());
+    let layout = source.layout();
+    let header = match first_line {
+        Some(line) => Some(header::of_line(line, &rows, record.len())),
+        None if stated == Header::Detect => header::of_comments(
+            &source.map,
+            record.len(),
+            layout,
+            &source.options.time_column,
+        ),
+        None => None,
+    };
+    let axis_column = axis_column(source, header.as_ref(), record.len())?;
+    let n_columns = record.len() - usize::from(axis_column.is_some());
     if n_columns == 0 {
         return Err(fault(InputFault::NoColumns));
     }
     let width = header.as_ref().map_or(record.len(), ByteRecord::len);
-    let mut table = Table::new(source, width, n_columns, time_column)?;
+    let mut table = Table::new(source, width, n_columns, axis_column)?;
     loop {
         table.push(&record).map_err(fault)?;
         if !rows.next(&mut record).map_err(fault)? {
             break;
         }
+    }
+    if axis_column.is_none() && source.options.time_column == TimeColumn::Detect {
+        table.judge_first_column().map_err(fault)?;
     }
     table.contents(header.as_ref())
 }
@@ -44,14 +60,19 @@ pub(super) fn read(source: &Source) -> Result<Contents> {
 struct Table<'a> {
     source: &'a Source<'a>,
     width: usize,
-    time_column: Option<usize>,
+    /// The column of the rows' coordinates: times, or with the layout site-time positions.
+    axis_column: Option<usize>,
+    /// Columns of samples.
     n_columns: usize,
     values: Vec<f64>,
-    times: Vec<f64>,
-    /// For each of the times, the line from which its row was looked for.
+    /// The coordinates of the rows.
+    places: Vec<f64>,
+    /// For each of them, the line from which its row was looked for.
     lines: Vec<u64>,
-    /// What the last printed digit of the times counts.
+    /// What the last printed digit of the coordinates counts; of the first column, where no column
+    /// is known to hold them.
     rounding: f64,
+    notes: Vec<Note>,
 }
 
 impl<'a> Table<'a> {
@@ -59,7 +80,7 @@ impl<'a> Table<'a> {
         source: &'a Source<'a>,
         width: usize,
         n_columns: usize,
-        time_column: Option<usize>,
+        axis_column: Option<usize>,
     ) -> Result<Table<'a>> {
         let most = count_lines(&source.map)
             .saturating_mul(n_columns)
@@ -77,12 +98,13 @@ impl<'a> Table<'a> {
         Ok(Table {
             source,
             width,
-            time_column,
+            axis_column,
             n_columns,
             values,
-            times: Vec::new(),
+            places: Vec::new(),
             lines: Vec::new(),
             rounding: f64::INFINITY,
+            notes: Vec::new(),
         })
     }
 
@@ -96,14 +118,16 @@ impl<'a> Table<'a> {
         }
         for (column, cell) in record.iter().enumerate() {
             let value = number(cell);
-            let is_time = self.time_column == Some(column);
+            let is_place = self.axis_column == Some(column);
+            if column == self.axis_column.unwrap_or(0) {
+                self.rounding = self.rounding.min(printed_unit(cell));
+            }
             match value {
-                Some(time) if is_time && time.is_finite() => {
-                    self.times.push(time);
+                Some(place) if is_place && place.is_finite() => {
+                    self.places.push(place);
                     self.lines.push(starts_at(record));
-                    self.rounding = self.rounding.min(printed_unit(cell));
                 }
-                Some(value) if !is_time => self.values.push(value),
+                Some(value) if !is_place => self.values.push(value),
                 _ => {
                     return Err(InputFault::Cell {
                         line: self.line(starts_at(record)),
@@ -121,19 +145,74 @@ impl<'a> Table<'a> {
         line_of_row(&self.source.map, from)
     }
 
-    fn contents(self, header: Option<&ByteRecord>) -> Result<Contents> {
+    /// Takes the first column for coordinates of the rows where it rises evenly and no other does.
+    ///
+    /// # Errors
+    /// It may hold coordinates or samples: others rise evenly too, or it rises unevenly.
+    fn judge_first_column(&mut self) -> std::result::Result<(), InputFault> {
+        // Two rows always rise evenly or fall, and a few rise by chance.
+        const EVENLY: usize = 3;
+        const UNEVENLY: usize = 8;
+        let width = self.n_columns;
+        let n_rows = self.values.len() / width;
+        if width < 2 || n_rows < EVENLY {
+            return Ok(());
+        }
+        let column =
+            |j: usize| -> Vec<f64> { self.values.iter().skip(j).step_by(width).copied().collect() };
+        let first = column(0);
+        let layout = self.source.layout();
+        let doubt = |reason| Err(InputFault::FirstColumn { layout, reason });
+        let Ok(even) = Coordinates::fit(&first, self.rounding) else {
+            return match n_rows >= UNEVENLY && first.is_sorted_by(|a, b| a < b) {
+                true => doubt("rises unevenly"),
+                false => Ok(()),
+            };
+        };
+        // Whatever else rises about evenly might be a coordinate as well.
+        let is_even = |j: usize| Coordinates::fit(&column(j), f64::INFINITY).is_ok();
+        if (1..width).any(is_even) {
+            return doubt("rises evenly, and so does another");
+        }
+        let step = even.step.unwrap_or(1.0);
+        self.notes.push(Note::FirstColumn { layout, step });
+        let mut at = 0;
+        self.values.retain(|_| {
+            at += 1;
+            (at - 1) % width != 0
+        });
+        (self.places, self.n_columns, self.axis_column) = (first, width - 1, Some(0));
+        Ok(())
+    }
+
+    fn contents(mut self, header: Option<&ByteRecord>) -> Result<Contents> {
         let source = self.source;
         let stated = &source.stated;
-        let rows = fit(&self.times, self.rounding, stated.dt.is_some()).map_err(|uneven| {
-            source.fault(InputFault::UnevenTimes {
-                line: self.line(self.lines[uneven.index]),
-                expected: uneven.expected,
-                found: uneven.found,
+        let rows_are_times = source.layout() == Layout::TimeSite;
+        let has_step = match rows_are_times {
+            true => stated.dt.is_some(),
+            false => stated.dx.is_some(),
+        };
+        let rows = fit(&self.places, self.rounding, has_step).map_err(|uneven| {
+            let line = self.line(self.lines[uneven.index]);
+            let (expected, found) = (uneven.expected, uneven.found);
+            source.fault(match rows_are_times {
+                true => InputFault::UnevenTimes {
+                    line,
+                    expected,
+                    found,
+                },
+                false => InputFault::UnevenAxis {
+                    axis: "space",
+                    index: uneven.index,
+                    expected,
+                    found,
+                },
             })
         })?;
         let n_rows = self.values.len() / self.n_columns;
         let columns = |axis: &'static str, has_step| {
-            let labels = header.and_then(|header| labels(header, self.time_column));
+            let labels = header.and_then(|header| header::labels(header, self.axis_column));
             let (values, rounding) = labels.unwrap_or_default();
             fit(&values, rounding, has_step).map_err(|uneven| {
                 source.fault(InputFault::UnevenAxis {
@@ -144,17 +223,20 @@ impl<'a> Table<'a> {
                 })
             })
         };
-        let unit = header.zip(self.time_column).and_then(|(header, column)| {
-            time_unit(&String::from_utf8_lossy(&header[column])).flatten()
+        let unit = header.zip(self.axis_column).and_then(|(header, column)| {
+            row_unit(&String::from_utf8_lossy(&header[column]), source.layout()).flatten()
         });
-        let rows_are_times = source.layout() == Layout::TimeSite;
+        let rows = Coordinates { unit, ..rows };
         let (n_times, n_sites, time, space) = if rows_are_times {
             let space = columns("space", stated.dx.is_some())?;
-            (n_rows, self.n_columns, Coordinates { unit, ..rows }, space)
+            (n_rows, self.n_columns, rows, space)
         } else {
             let time = columns("time", stated.dt.is_some())?;
-            (self.n_columns, n_rows, time, Coordinates::default())
+            (self.n_columns, n_rows, time, rows)
         };
+        if stated.layout.is_none() && self.axis_column.is_none() {
+            self.notes.extend(Note::on_shape(n_times, n_sites));
+        }
         Ok(Contents {
             storage: Storage::from_values(self.values, self.n_columns, rows_are_times),
             n_times,
@@ -163,6 +245,7 @@ impl<'a> Table<'a> {
             space,
             quantity: None,
             unit: None,
+            notes: self.notes,
         })
     }
 }
@@ -175,36 +258,20 @@ fn fit(values: &[f64], rounding: f64, has_step: bool) -> std::result::Result<Coo
     }
 }
 
-/// A header starts with a word, or holds no number at all.
-fn is_header(stated: Header, record: &ByteRecord) -> bool {
-    let is_text = |cell: &[u8]| number(cell).is_none();
-    let is_number = |cell: &[u8]| number(cell).is_some_and(|value| !value.is_nan());
-    let is_word = |cell: &[u8]| is_text(cell) && cell.trim_ascii()[0].is_ascii_alphabetic();
-    match stated {
-        Header::Present => true,
-        Header::Absent => false,
-        Header::Detect => {
-            is_word(&record[0]) || record.iter().any(is_text) && !record.iter().any(is_number)
-        }
-    }
-}
-
-fn time_column(
+fn axis_column(
     source: &Source,
     header: Option<&ByteRecord>,
     width: usize,
 ) -> Result<Option<usize>> {
     let asked = &source.options.time_column;
     let stated = matches!(asked, TimeColumn::Index(_) | TimeColumn::Name(_));
-    if source.layout() == Layout::SiteTime {
-        return match stated {
-            false => Ok(None),
-            true => Err(Error::Request {
-                option: "time-column",
-                expected: "a table whose rows are times".into(),
-                found: "the layout site-time".into(),
-            }),
-        };
+    let layout = source.layout();
+    if stated && layout == Layout::SiteTime {
+        return Err(Error::Request {
+            option: "time-column",
+            expected: "a table whose rows are times".into(),
+            found: "the layout site-time".into(),
+        });
     }
     let names: Vec<String> = match header {
         Some(header) => header.iter().map(excerpt).collect(),
@@ -213,7 +280,7 @@ fn time_column(
     let (column, asked) = match asked {
         TimeColumn::None => return Ok(None),
         TimeColumn::Detect => {
-            let is_time = |name: &String| header.is_some() && time_unit(name).is_some();
+            let is_time = |name: &String| header.is_some() && row_unit(name, layout).is_some();
             return Ok(names.iter().position(is_time));
         }
         TimeColumn::Index(index) => (Some(*index).filter(|&i| i < width), index.to_string()),
@@ -233,41 +300,7 @@ fn time_column(
     column.ok_or_else(missing).map(Some)
 }
 
-/// The unit in `t`, `time`, `time_s`, `t/ms`, `Time (s)`, `time [µs]`; `None` for other names.
-fn time_unit(name: &str) -> Option<Option<String>> {
-    let name = name.trim();
-    let lower = name.to_ascii_lowercase();
-    let base = ["time", "t"]
-        .into_iter()
-        .find(|base| lower.starts_with(base))?;
-    let rest = name[base.len()..].trim();
-    if rest.is_empty() {
-        return Some(None);
-    }
-    let enclosed = |open, close| rest.strip_prefix(open)?.strip_suffix(close);
-    let unit = enclosed('(', ')').or(enclosed('[', ']')).or_else(|| {
-        rest.strip_prefix(['_', '/'])
-            .filter(|unit| ["s", "ms", "us", "µs", "ns", "min", "h"].contains(unit))
-    })?;
-    Some(Some(unit.trim().to_owned()).filter(|unit| !unit.is_empty()))
-}
-
-/// The numbers in a header that holds only numbers beside the time column, and their rounding.
-fn labels(header: &ByteRecord, time_column: Option<usize>) -> Option<(Vec<f64>, f64)> {
-    let cells = || {
-        let cells = header.iter().enumerate();
-        cells.filter_map(|(column, cell)| (time_column != Some(column)).then_some(cell))
-    };
-    let values: Option<Vec<f64>> = cells()
-        .map(|cell| number(cell).filter(|value| value.is_finite()))
-        .collect();
-    Some((
-        values?,
-        cells().map(printed_unit).fold(f64::INFINITY, f64::min),
-    ))
-}
-
-fn number(cell: &[u8]) -> Option<f64> {
+pub(super) fn number(cell: &[u8]) -> Option<f64> {
     match cell.trim_ascii() {
         [] => Some(f64::NAN),
         text => str::from_utf8(text).ok()?.parse().ok(),
@@ -275,7 +308,7 @@ fn number(cell: &[u8]) -> Option<f64> {
 }
 
 /// What the last digit of a printed number counts: `1e-4` for `0.1250` and for `125.0e-3`.
-fn printed_unit(cell: &[u8]) -> f64 {
+pub(super) fn printed_unit(cell: &[u8]) -> f64 {
     let mut parts = cell
         .trim_ascii()
         .splitn(2, |byte| matches!(byte, b'e' | b'E'));
@@ -314,23 +347,6 @@ mod tests {
     use super::*;
 
     #[test]
-    fn a_time_column_is_known_by_its_name() {
-        for (name, unit) in [
-            ("t", None),
-            ("Time", None),
-            ("time_s", Some("s")),
-            ("Time (ms)", Some("ms")),
-            ("t [\u{b5}s]", Some("\u{b5}s")),
-            ("t/ns", Some("ns")),
-        ] {
-            assert_eq!(time_unit(name), Some(unit.map(String::from)), "{name}");
-        }
-        for name in ["t0", "t_1", "temperature", "times", "x", "", "v(t)"] {
-            assert_eq!(time_unit(name), None, "{name}");
-        }
-    }
-
-    #[test]
     fn a_printed_number_is_exact_to_its_last_digit() {
         for (text, unit) in [
             ("0.1250", 1e-4),
@@ -341,17 +357,5 @@ mod tests {
             let found = printed_unit(text.as_bytes());
             assert!((found / unit - 1.0).abs() < 1e-12, "{text}: {found}");
         }
-    }
-
-    #[test]
-    fn a_header_starts_with_a_word_or_holds_no_number() {
-        let detected =
-            |cells: &[&str]| is_header(Header::Detect, &ByteRecord::from(cells.to_vec()));
-        assert!(detected(&["time", "0.0", "0.5"]));
-        assert!(detected(&["", "v1", "v2"]));
-        assert!(detected(&["(1)", "(2)"]));
-        assert!(!detected(&["1.0x", "2.0"]));
-        assert!(!detected(&["1.0", "v2"]));
-        assert!(!detected(&["nan", ""]));
     }
 }

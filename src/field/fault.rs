@@ -165,6 +165,15 @@ pub enum InputFault {
     #[error("expected rows of numbers, found only a header")]
     NoRows,
 
+    #[error(
+        "expected a first column of samples or of {}, found one that {reason}",
+        coordinates(*layout)
+    )]
+    FirstColumn {
+        layout: super::Layout,
+        reason: &'static str,
+    },
+
     #[error("expected a column of samples beside the times, found none")]
     NoColumns,
 
@@ -265,6 +274,16 @@ impl InputFault {
                 "state steps and origins as numbers in the unit of the axis, or the unit of the axis \
                  with `--time-unit` or `--space-unit`"
             }
+            FirstColumn {
+                layout: super::Layout::TimeSite,
+                ..
+            } => {
+                "state `--time-column 0` if it holds times, `--time-column none` if it holds samples"
+            }
+            FirstColumn { .. } => {
+                "name it `x` in a header if it holds positions; state `--time-column none` if it holds \
+                 samples"
+            }
             NoColumns => "state `--time-column none` if the one column holds samples",
             Encoding { .. } => "save the table as plain UTF-8 text",
             Ragged { .. } => "give every row the same number of cells; an empty cell is a gap",
@@ -336,6 +355,13 @@ impl fmt::Display for Members<'_> {
             }
         }
         Ok(())
+    }
+}
+
+fn coordinates(layout: super::Layout) -> &'static str {
+    match layout {
+        super::Layout::TimeSite => "times",
+        super::Layout::SiteTime => "positions",
     }
 }
 

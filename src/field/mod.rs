@@ -8,6 +8,9 @@ mod block;
 mod coordinates;
 mod csv;
 mod fault;
+mod header;
+mod names;
+mod note;
 mod npy;
 mod npz;
 mod open;
@@ -24,6 +27,7 @@ use ndarray::Array2;
 use crate::error::Result;
 
 pub use fault::{FileKind, InputFault, MemberShape};
+pub use note::Note;
 pub use options::{Header, OpenOptions, TimeColumn};
 pub use sidecar::Sidecar;
 pub use state::{FileChange, FileState};
@@ -119,6 +123,8 @@ pub struct Field {
     pub unit: Option<String>,
     /// BLAKE3 of the file's bytes, in hexadecimal, where the field came from a file.
     pub content_hash: Option<String>,
+    /// What was concluded about the file it came from.
+    pub notes: Vec<Note>,
 }
 
 impl Field {
@@ -139,6 +145,7 @@ impl Field {
             quantity: Quantity::default(),
             unit: None,
             content_hash: None,
+            notes: Vec::new(),
         }
     }
 

@@ -19,7 +19,7 @@ use super::open::{Contents, Source, map};
 use super::options::OpenOptions;
 use super::sidecar::Sidecar;
 use super::storage::{self, Bytes};
-use super::{Layout, Quantity};
+use super::{Layout, Note, Quantity, names};
 use crate::error::{Error, Result};
 
 const MEMBER_LIMIT: usize = 4096;
@@ -37,30 +37,60 @@ pub(super) fn read(source: &Source) -> Result<Contents> {
         .choose(source.options.member.as_deref())
         .map_err(|fault| source.fault(fault))?;
     let (header, bytes, start) = archive.load(index)?;
-    let mut contents = Contents::from_npy(&header, bytes, start, source.layout())
-        .map_err(|fault| archive.member_fault(index, fault))?;
     let name = archive.members[index].name.clone();
-    contents.quantity = quantity(&name);
-    contents.unit = archive.unit(&name);
-    let stated = &source.stated;
-    contents.time = archive.axis(
-        "time",
-        "time",
-        contents.n_times,
-        [stated.t0.is_some(), stated.dt.is_some()],
-    )?;
     // Contacts lie between sites and may be fewer.
     let along = match archive.find("contact_position") {
-        Some(_) if matches!(name.as_str(), "force" | "energy_passed") => "contact_position",
-        _ => "position",
+        Some(_) if matches!(name.as_str(), "force" | "energy_passed") => &["contact_position"][..],
+        _ => &names::SPACE,
     };
-    contents.space = archive.axis(
-        "space",
-        along,
-        contents.n_sites,
-        [stated.x0.is_some(), stated.dx.is_some()],
-    )?;
+    let time = archive.coordinates("time", &names::TIME, index);
+    let space = archive.coordinates("space", along, index);
+    let lengths = [&time, &space].map(|member| member.as_ref().map(|member| member.len));
+    let implied = match header.shape[..] {
+        [rows, columns] => implied_layout([rows, columns], lengths),
+        _ => None,
+    };
+    let stated = &source.stated;
+    let layout = stated.layout.or(implied).unwrap_or_default();
+    let mut contents = Contents::from_npy(&header, bytes, start, layout)
+        .map_err(|fault| archive.member_fault(index, fault))?;
+    contents.quantity = quantity(&name);
+    contents.unit = archive.unit(&name);
+    // Coordinates that are stated in full are left unread.
+    let time = time.filter(|_| stated.t0.is_none() || stated.dt.is_none());
+    let space = space.filter(|_| stated.x0.is_none() || stated.dx.is_none());
+    if let Some(member) = &time {
+        contents.time = archive.axis(member, contents.n_times, stated.dt.is_some())?;
+    }
+    if let Some(member) = &space {
+        contents.space = archive.axis(member, contents.n_sites, stated.dx.is_some())?;
+    }
+    if archive.find("schema").is_none() {
+        let own = |member: &Option<Coordinate>| member.as_ref().map(|member| member.name.clone());
+        contents.notes.push(Note::Members {
+            field: name,
+            time: own(&time),
+            space: own(&space),
+        });
+        if stated.layout.is_none() && implied == Some(Layout::SiteTime) {
+            contents.notes.push(Note::Layout {
+                layout: Layout::SiteTime,
+            });
+        }
+        contents.note_doubts(stated.layout.or(implied).is_some());
+    }
     Ok(contents)
+}
+
+/// The layout that the lengths of times and positions leave, where they leave one.
+fn implied_layout([rows, columns]: [u64; 2], [times, sites]: [Option<u64>; 2]) -> Option<Layout> {
+    let fits =
+        |n_times, n_sites| times.is_none_or(|n| n == n_times) && sites.is_none_or(|n| n == n_sites);
+    match (fits(rows, columns), fits(columns, rows)) {
+        (true, false) => Some(Layout::TimeSite),
+        (false, true) => Some(Layout::SiteTime),
+        _ => None,
+    }
 }
 
 /// Whether an archive is a run file: it holds its scene and says what its members are.
@@ -98,6 +128,14 @@ pub(crate) fn read_members<T>(
     };
     let mut archive = Archive::open(&source).map_err(|fault| source.fault(fault))?;
     read(&mut archive)
+}
+
+/// A member that holds the coordinates of an axis.
+struct Coordinate {
+    axis: &'static str,
+    index: usize,
+    name: String,
+    len: u64,
 }
 
 struct Member {
@@ -170,7 +208,31 @@ impl<'a> Archive<'a> {
         self.members.iter().position(|member| member.name == name)
     }
 
-    /// The member asked for, else `velocity`, else the only array of two dimensions.
+    /// The member of an axis by its name; under a short name only an array of one dimension is one.
+    fn coordinates(
+        &mut self,
+        axis: &'static str,
+        known: &[&str],
+        field: usize,
+    ) -> Option<Coordinate> {
+        known.iter().enumerate().find_map(|(rank, name)| {
+            let same = |member: &Member| match rank {
+                0 => member.name == *name,
+                _ => member.name.eq_ignore_ascii_case(name),
+            };
+            let index = self.members.iter().position(same).filter(|&i| i != field)?;
+            let shape = self.header(index).map(|header| header.shape);
+            let shape = shape.unwrap_or_default();
+            (rank == 0 || shape.len() == 1).then(|| Coordinate {
+                axis,
+                index,
+                name: self.members[index].name.clone(),
+                len: shape.iter().product(),
+            })
+        })
+    }
+
+    /// The member asked for, else `velocity` or `v`, else the only array of two dimensions.
     fn choose(&mut self, asked: Option<&str>) -> std::result::Result<usize, InputFault> {
         if let Some(asked) = asked {
             let name = asked.strip_suffix(".npy").unwrap_or(asked);
@@ -179,10 +241,15 @@ impl<'a> Archive<'a> {
                 members: self.shapes(),
             });
         }
-        if let Some(index) = self.find("velocity") {
+        let [long, short] = names::FIELD;
+        if let Some(index) = self.find(long) {
             return Ok(index);
         }
         let members = self.shapes();
+        let is_short = |member: &MemberShape| member.name.eq_ignore_ascii_case(short);
+        if let Some(index) = members.iter().position(is_short) {
+            return Ok(index);
+        }
         let is_matrix =
             |member: &MemberShape| member.shape.as_ref().is_some_and(|shape| shape.len() == 2);
         let mut matrices = (0..members.len()).filter(|&i| is_matrix(&members[i]));
@@ -343,17 +410,12 @@ impl<'a> Archive<'a> {
         check_sum(checksum, hasher)
     }
 
-    /// What the coordinate member of an axis states, where there is one and it is needed.
-    fn axis(
-        &mut self,
-        axis: &'static str,
-        member: &str,
-        n: usize,
-        [has_origin, has_step]: [bool; 2],
-    ) -> Result<Coordinates> {
-        let Some(index) = self.find(member).filter(|_| !(has_origin && has_step)) else {
-            return Ok(Coordinates::default());
-        };
+    /// What the coordinate member of an axis of `n` states.
+    fn axis(&mut self, member: &Coordinate, n: usize, has_step: bool) -> Result<Coordinates> {
+        let Coordinate {
+            axis, index, name, ..
+        } = member;
+        let (axis, index) = (*axis, *index);
         let (header, bytes, start) = self.load(index)?;
         if header.shape != [n as u64] {
             let fault = InputFault::AxisLength {
@@ -374,7 +436,7 @@ impl<'a> Archive<'a> {
             .iter()
             .fold(0.0, |max: f64, value| max.max(value.abs()));
         let rounding = largest * header.sample.relative_rounding();
-        let unit = self.unit(member);
+        let unit = self.unit(name);
         let fitted = Coordinates::fit(&values, rounding).map(|even| Coordinates { unit, ..even });
         fitted.map_err(|uneven| {
             let fault = InputFault::UnevenAxis {

@@ -9,11 +9,11 @@ use memmap2::Mmap;
 
 use super::coordinates::{Coordinates, Stated};
 use super::fault::{FileKind, InputFault};
-use super::options::OpenOptions;
+use super::options::{Header, OpenOptions, TimeColumn};
 use super::sidecar::Sidecar;
 use super::state::FileState;
 use super::storage::{self, Bytes, Storage};
-use super::{Field, Layout, Quantity, csv, npy, npz};
+use super::{Field, Layout, Note, Quantity, csv, npy, npz};
 use crate::error::{Error, Result};
 
 /// A mapped file with what was stated about it, as the readers of the formats get it.
@@ -59,6 +59,7 @@ pub(super) struct Contents {
     pub(super) space: Coordinates,
     pub(super) quantity: Option<Quantity>,
     pub(super) unit: Option<String>,
+    pub(super) notes: Vec<Note>,
 }
 
 impl Contents {
@@ -78,7 +79,20 @@ impl Contents {
             space: Coordinates::default(),
             quantity: None,
             unit: None,
+            notes: Vec::new(),
         })
+    }
+
+    /// Notes on an array of which neither the layout nor the times are stated.
+    pub(super) fn note_doubts(&mut self, is_layout_known: bool) {
+        let (times, sites) = (self.n_times, self.n_sites);
+        if !is_layout_known {
+            self.notes.extend(Note::on_shape(times, sites));
+        }
+        if self.time == Coordinates::default() {
+            self.notes
+                .extend(Note::on_samples(&self.storage, times, sites));
+        }
     }
 }
 
@@ -90,7 +104,12 @@ impl Field {
     /// memory; deflated members and tables are held. Steps, origins and units come from
     /// `options`, else from the [`Sidecar`], else from the file, else the axis counts. In an
     /// archive, `time` and `position` are the coordinates and `velocity` is the field; the text
-    /// `velocity_unit` is the unit of the array `velocity`, and so for every array.
+    /// `velocity_unit` is the unit of the array `velocity`, and so for every array. Their short names
+    /// are `t`, `x` and `v`; where no layout is stated, the lengths of coordinates settle it.
+    ///
+    /// In a table, the times are in the column that a header names (a first line, or a comment before
+    /// the rows), else in the first column if it rises evenly. What is concluded so, and what remains
+    /// doubtful, is in [`Field::notes`].
     ///
     /// The file must not be shortened while the field is in use; [`Field::check_unchanged`] tells whether
     /// it was written to or replaced.
@@ -108,6 +127,7 @@ impl Field {
             path: path.to_owned(),
             fault,
         })?;
+        format.check(path, options)?;
         // The `run.toml` beside a run is its scene, not a sidecar.
         let is_run = matches!(format, Format::Npz) && npz::is_run(&map);
         let sidecar = Sidecar::find_for(path, is_run)?.map(|(_, sidecar)| sidecar);
@@ -146,6 +166,7 @@ impl Field {
             quantity: stated.quantity.or(contents.quantity).unwrap_or_default(),
             unit: stated.unit.or(contents.unit),
             content_hash,
+            notes: contents.notes,
         })
     }
 }
@@ -155,7 +176,9 @@ fn read_npy(source: &Source) -> Result<Contents> {
         header.dimensions()?;
         header.check_len(source.map.len() as u64)?;
         let bytes = Bytes::Mapped(Arc::clone(&source.map));
-        Contents::from_npy(&header, bytes, header.data_start, source.layout())
+        let mut contents = Contents::from_npy(&header, bytes, header.data_start, source.layout())?;
+        contents.note_doubts(source.stated.layout.is_some());
+        Ok(contents)
     });
     contents.map_err(|fault| source.fault(fault))
 }
@@ -253,6 +276,42 @@ enum Format {
 }
 
 impl Format {
+    /// That no option is for another format.
+    fn check(&self, path: &Path, options: &OpenOptions) -> Result<()> {
+        let (is_archive, is_table) = match self {
+            Format::Npy => (false, false),
+            Format::Npz => (true, false),
+            Format::Table => (false, true),
+        };
+        let has_header = options.header != Header::Detect;
+        let has_column = options.time_column != TimeColumn::Detect;
+        let useless = [
+            (
+                "member",
+                options.member.is_some() && !is_archive,
+                "an archive (.npz)",
+            ),
+            ("header", has_header && !is_table, "a table of text"),
+            ("time-column", has_column && !is_table, "a table of text"),
+        ];
+        match useless.into_iter().find(|(_, is_useless, _)| *is_useless) {
+            None => Ok(()),
+            Some((option, _, expected)) => Err(Error::Request {
+                option,
+                expected: format!("{expected}, which alone it is for"),
+                found: format!("{}, {}", path.display(), self.name()),
+            }),
+        }
+    }
+
+    fn name(&self) -> &'static str {
+        match self {
+            Format::Npy => "an array (.npy)",
+            Format::Npz => "an archive (.npz)",
+            Format::Table => "a table of text",
+        }
+    }
+
     /// By what the file starts with, and by the extension where that does not tell.
     fn detect(path: &Path, bytes: &[u8]) -> std::result::Result<Format, InputFault> {
         const FOREIGN: [(&[u8], &str); 6] = [

@@ -14,6 +14,7 @@ const ROW_LIMIT: usize = 16 << 20;
 const BOM: &[u8] = b"\xef\xbb\xbf";
 
 pub(super) struct Rows<'a> {
+    delimiter: u8,
     reader: csv::Reader<Text<'a>>,
 }
 
@@ -58,7 +59,12 @@ impl<'a> Rows<'a> {
             .comment(Some(b'#'))
             .delimiter(delimiter)
             .from_reader(text);
-        Ok(Rows { reader })
+        Ok(Rows { delimiter, reader })
+    }
+
+    /// What separates the cells.
+    pub(super) fn delimiter(&self) -> u8 {
+        self.delimiter
     }
 
     /// Whether there was another row.

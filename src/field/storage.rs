@@ -154,6 +154,11 @@ impl Storage {
         self.arrangement.rows_are_times
     }
 
+    /// By how much, relative to its size, a sample may differ from the one meant.
+    pub(crate) fn relative_rounding(&self) -> f64 {
+        self.arrangement.sample.relative_rounding()
+    }
+
     /// The file in which samples are read where they lie.
     pub(crate) fn mapped(&self) -> Option<&Mmap> {
         match &self.bytes {

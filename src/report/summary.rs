@@ -21,6 +21,9 @@ pub struct Provenance {
     pub input: Option<String>,
     /// BLAKE3 of the input file, hexadecimal.
     pub input_blake3: Option<String>,
+    /// How the input was read, where it does not state it.
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    pub read_as: Vec<String>,
 }
 
 impl Provenance {
@@ -32,6 +35,7 @@ impl Provenance {
             command,
             input,
             input_blake3,
+            read_as: Vec::new(),
         }
     }
 }

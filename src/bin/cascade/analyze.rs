@@ -8,7 +8,7 @@ use cascade::analyze::{
     Analysis, Plan, Precision, Request, Results, ShortTime, TimeRange, Welch, plan, run as run_plan,
 };
 use cascade::budget::{Budget, Motion};
-use cascade::field::{FileState, OpenOptions, TimeColumn, is_run_file};
+use cascade::field::{FileState, Note, OpenOptions, TimeColumn, is_run_file};
 use cascade::plot::{Format, draw_all};
 use cascade::report::{
     Archive, ClosureSummary, Provenance, ResultDirectory, RunFile, Summary, html,
@@ -43,6 +43,7 @@ pub fn run(typed: Analyze) -> Result<(), Failure> {
                 ..options
             },
         )?;
+        print_notes(&field, typed.output.quiet);
         return print_plan(&plan(&field, &request)?, typed.output.json);
     }
     let started = Instant::now();
@@ -75,6 +76,7 @@ pub fn run(typed: Analyze) -> Result<(), Failure> {
     let mut analysis = analysis.map_err(|error| with_path(error, &typed.field))?;
     analysis.content_hash = analysis.content_hash.or(hash?);
     let opened = field.file_state();
+    let read_as = conclusions(&field);
     // To let go of a mapped file takes about as long as to write what is left.
     let (written, ()) = rayon::join(
         || {
@@ -89,7 +91,10 @@ pub fn run(typed: Analyze) -> Result<(), Failure> {
     let words = std::env::args_os();
     let command = words.map(|w| w.to_string_lossy().into_owned()).collect();
     let input = typed.field.display().to_string();
-    let provenance = Provenance::new(command, Some(input), analysis.content_hash.clone());
+    let provenance = Provenance {
+        read_as,
+        ..Provenance::new(command, Some(input), analysis.content_hash.clone())
+    };
     let (budget, closure) = budget(&typed, &directory, &progress)?;
     // All that reads or hashes the file has done so.
     opened.as_ref().map_or(Ok(()), FileState::check)?;
@@ -107,7 +112,13 @@ pub fn run(typed: Analyze) -> Result<(), Failure> {
     progress.check()?;
     let published = directory.publish()?;
     progress.clear();
-    tell(&typed, &analysis, &json, &published, started)
+    let told = Told {
+        analysis: &analysis,
+        read_as: &provenance.read_as,
+        json: &json,
+        published: &published,
+    };
+    tell(&typed, &told, started)
 }
 
 /// The budgets of a field that carries its chain, from its samples, and how far they close.
@@ -165,27 +176,33 @@ fn draw(
     Ok(())
 }
 
-fn tell(
-    typed: &Analyze,
-    analysis: &Analysis,
-    json: &str,
-    published: &Path,
-    started: Instant,
-) -> Result<(), Failure> {
+/// What was found and where it is kept.
+struct Told<'a> {
+    analysis: &'a Analysis,
+    read_as: &'a [String],
+    json: &'a str,
+    published: &'a Path,
+}
+
+fn tell(typed: &Analyze, told: &Told, started: Instant) -> Result<(), Failure> {
     let mut out = std::io::stdout().lock();
     if typed.output.json {
-        writeln!(out, "{json}")?;
+        writeln!(out, "{}", told.json)?;
         return Ok(());
     }
     if typed.output.quiet {
         return Ok(());
     }
-    write!(out, "{}", terminal::summary(analysis, terminal::width()))?;
-    let report = published.join("report.html");
+    write!(
+        out,
+        "{}",
+        terminal::summary(told.analysis, told.read_as, terminal::width())
+    )?;
+    let report = told.published.join("report.html");
     let main = if report.exists() {
         report
     } else {
-        published.join("summary.json")
+        told.published.join("summary.json")
     };
     let seconds = started.elapsed().as_secs_f64();
     writeln!(out, "done in {seconds:.2} s; open {}", main.display())?;
@@ -201,6 +218,25 @@ fn print_plan(plan: &Plan, json: bool) -> Result<(), Failure> {
         write!(out, "{}", terminal::plan(plan, terminal::width()))?;
     }
     Ok(())
+}
+
+/// How a field was read where nothing states it and nothing speaks against it.
+fn conclusions(field: &Field) -> Vec<String> {
+    let settled = field.notes.iter().filter(|note| note.advice().is_none());
+    settled.map(Note::message).collect()
+}
+
+/// Prints to standard error how a field was read.
+pub fn print_notes(field: &Field, quiet: bool) {
+    if quiet {
+        return;
+    }
+    for note in &field.notes {
+        match note.advice() {
+            None => eprintln!("note: {}", note.message()),
+            Some(advice) => eprintln!("warning: {}\nhelp: {advice}", note.message()),
+        }
+    }
 }
 
 fn default_out(field: &Path) -> PathBuf {

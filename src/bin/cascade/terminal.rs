@@ -67,7 +67,9 @@ fn words(text: &str) -> impl Iterator<Item = &str> {
 }
 
 /// What a person wants to know first, in lines of at most `width` columns.
-pub fn summary(analysis: &Analysis, width: usize) -> String {
+///
+/// `read_as`: how the file was read, where it does not state it.
+pub fn summary(analysis: &Analysis, read_as: &[String], width: usize) -> String {
     let axes = &analysis.axes;
     let mut lines = Lines::new(width);
     let (frequency_unit, wavenumber_unit) = (axes.frequency_unit(), axes.wavenumber_unit());
@@ -82,6 +84,9 @@ pub fn summary(analysis: &Analysis, width: usize) -> String {
             step("dx", &axes.space, "x counts sites")
         ),
     );
+    for conclusion in read_as {
+        lines.line("read as", conclusion);
+    }
     if let Some(moments) = &analysis.along_space {
         lines.along("frequency along x", moments, &frequency_unit);
         let place = |index: usize, at: f64| {

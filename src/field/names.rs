@@ -1,0 +1,63 @@
+//! By which names the members of an archive and the columns of a table are known.
+
+use super::Layout;
+use crate::measure::{Dimension, Length, Time, symbol};
+
+/// Names of a member that is the field, the first one first.
+pub(super) const FIELD: [&str; 2] = ["velocity", "v"];
+/// Of one that holds the times.
+pub(super) const TIME: [&str; 2] = ["time", "t"];
+/// Of one that holds the positions.
+pub(super) const SPACE: [&str; 2] = ["position", "x"];
+
+/// The unit that the name of a column of coordinates of the rows states: `None` for another name.
+pub(super) fn row_unit(name: &str, layout: Layout) -> Option<Option<String>> {
+    match layout {
+        Layout::TimeSite => unit::<Time>(name, TIME),
+        Layout::SiteTime => unit::<Length>(name, SPACE),
+    }
+}
+
+/// The unit in `t`, `time`, `time_s`, `t/ms`, `Time (s)`, `time [µs]`; `None` for other names.
+fn unit<D: Dimension>(name: &str, names: [&str; 2]) -> Option<Option<String>> {
+    let name = name.trim();
+    let lower = name.to_ascii_lowercase();
+    let base = names.into_iter().find(|base| lower.starts_with(base))?;
+    let rest = name[base.len()..].trim();
+    if rest.is_empty() {
+        return Some(None);
+    }
+    let enclosed = |open, close| rest.strip_prefix(open)?.strip_suffix(close);
+    let unit = enclosed('(', ')').or(enclosed('[', ']')).or_else(|| {
+        rest.strip_prefix(['_', '/'])
+            .filter(|unit| symbol::<D>(unit).is_some())
+    })?;
+    Some(Some(unit.trim().to_owned()).filter(|unit| !unit.is_empty()))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_time_column_is_known_by_its_name() {
+        for (name, unit) in [
+            ("t", None),
+            ("Time", None),
+            ("time_s", Some("s")),
+            ("time_sec", Some("sec")),
+            ("Time (ms)", Some("ms")),
+            ("t [\u{b5}s]", Some("\u{b5}s")),
+            ("t/ns", Some("ns")),
+        ] {
+            let found = row_unit(name, Layout::TimeSite);
+            assert_eq!(found, Some(unit.map(String::from)), "{name}");
+        }
+        for name in ["t0", "t_1", "temperature", "times", "x", "", "v(t)"] {
+            assert_eq!(row_unit(name, Layout::TimeSite), None, "{name}");
+        }
+        let found = row_unit("x_mm", Layout::SiteTime);
+        assert_eq!(found, Some(Some("mm".into())));
+        assert_eq!(row_unit("x0", Layout::SiteTime), None);
+    }
+}

@@ -1,0 +1,124 @@
+//! What was concluded about a file that does not state it.
+
+use super::Layout;
+use super::coordinates::Coordinates;
+use super::storage::Storage;
+use crate::measure::digits;
+
+/// So many times more columns than rows make it doubtful that rows are times.
+pub(super) const WIDE: usize = 8;
+
+/// A conclusion about a file, with how to state otherwise.
+#[derive(Debug, Clone, PartialEq)]
+#[non_exhaustive]
+pub enum Note {
+    /// Members of an archive that were taken for the field and its coordinates.
+    Members {
+        field: String,
+        time: Option<String>,
+        space: Option<String>,
+    },
+    /// The layout that the lengths of the coordinates leave.
+    Layout { layout: Layout },
+    /// The first column of a table was taken for times (or positions) since it rises evenly.
+    FirstColumn { layout: Layout, step: f64 },
+    /// An array of at least eight times as many columns as rows was taken for `(time, site)`.
+    Wide { rows: usize, columns: usize },
+    /// The first site of an array rises evenly, as times do.
+    RisingSite { step: f64 },
+}
+
+impl Note {
+    /// Stable name, for programs.
+    pub fn code(&self) -> &'static str {
+        match self {
+            Note::Members { .. } => "members",
+            Note::Layout { .. } => "layout",
+            Note::FirstColumn { .. } => "first-column",
+            Note::Wide { .. } => "wide-array",
+            Note::RisingSite { .. } => "rising-site",
+        }
+    }
+
+    /// One sentence: what was concluded.
+    pub fn message(&self) -> String {
+        match self {
+            Note::Members { field, time, space } => {
+                let mut text = format!("member `{field}` is the field");
+                for (member, what) in [(time, "times"), (space, "positions")] {
+                    if let Some(member) = member {
+                        text += &format!(", `{member}` its {what}");
+                    }
+                }
+                text
+            }
+            Note::Layout { layout } => {
+                let (rows, name) = match layout {
+                    Layout::TimeSite => ("times", "time-site"),
+                    Layout::SiteTime => ("sites", "site-time"),
+                };
+                format!("rows are {rows} by the lengths of the coordinates (`--layout {name}`)")
+            }
+            Note::FirstColumn { layout, step } => {
+                let what = match layout {
+                    Layout::TimeSite => "times",
+                    Layout::SiteTime => "positions",
+                };
+                let step = digits(*step);
+                format!(
+                    "the first column holds the {what}, since it rises evenly by {step}; where it \
+                     holds samples, state `--time-column none`"
+                )
+            }
+            Note::Wide { rows, columns } => format!(
+                "the {rows} rows of the array are read as times and its {columns} columns as sites, \
+                 which nothing states"
+            ),
+            Note::RisingSite { step } => format!(
+                "the first site rises evenly by {}, as a column of times does",
+                digits(*step)
+            ),
+        }
+    }
+
+    /// What to do about a doubtful conclusion; `None` where there is no doubt.
+    pub fn advice(&self) -> Option<&'static str> {
+        match self {
+            Note::Members { .. } | Note::Layout { .. } | Note::FirstColumn { .. } => None,
+            Note::Wide { .. } => Some(
+                "state `--layout site-time` if rows are sites, or `--layout time-site` if they are \
+                 times",
+            ),
+            Note::RisingSite { .. } => Some(
+                "if it holds times, save the array without it and state `--dt`, or save the times \
+                 apart: `numpy.savez(path, v=array, t=times)`",
+            ),
+        }
+    }
+
+    /// A note on an array that nothing says the layout of.
+    pub(super) fn on_shape(rows: usize, columns: usize) -> Option<Note> {
+        (columns >= WIDE * rows).then_some(Note::Wide { rows, columns })
+    }
+
+    /// A note on samples whose first site rises evenly where the second one does not.
+    pub(super) fn on_samples(storage: &Storage, n_times: usize, n_sites: usize) -> Option<Note> {
+        // Few samples rise evenly by chance, and many need not be looked at.
+        const LOOKED_AT: std::ops::RangeInclusive<usize> = 8..=64;
+        let n = n_times.min(*LOOKED_AT.end());
+        if n < *LOOKED_AT.start() || n_sites < 2 {
+            return None;
+        }
+        let fit = |site: usize, rounding: f64| {
+            let mut record = vec![0.0; n];
+            storage.read(0..n, site..site + 1, false, &mut record);
+            let largest = record.iter().fold(0.0, |max: f64, v| max.max(v.abs()));
+            Coordinates::fit(&record, largest * rounding).ok()
+        };
+        let step = fit(0, storage.relative_rounding())?.step?;
+        match fit(1, 1.0) {
+            None => Some(Note::RisingSite { step }),
+            Some(_) => None,
+        }
+    }
+}
