@@ -64,6 +64,14 @@ pub enum Error {
         found: String,
     },
 
+    /// A file that does not fit what is asked of it.
+    #[error("{}: expected {expected}, found {found}", path.display())]
+    Unfit {
+        path: PathBuf,
+        expected: String,
+        found: String,
+    },
+
     /// Something that is no result stands where the result should go.
     #[error("{} {found}, so it is not replaced", path.display())]
     Occupied { path: PathBuf, found: String },
@@ -187,12 +195,61 @@ impl Error {
         matches!(
             self,
             Error::Request { .. }
+                | Error::Unfit { .. }
                 | Error::Scene { .. }
                 | Error::Exists { .. }
                 | Error::Occupied { .. }
                 | Error::Busy { .. }
                 | Error::Memory { .. }
         )
+    }
+
+    /// The error with the file at fault, where what is at fault is a file under another name: a field
+    /// by its own name, or what a request calls `field`, `record` or `quantity`.
+    #[must_use]
+    pub fn of_file(self, path: &Path) -> Error {
+        match self {
+            Error::NonFinite {
+                count,
+                first,
+                sites,
+                n_sites,
+                ..
+            } => Error::NonFinite {
+                name: path.display().to_string(),
+                count,
+                first,
+                sites,
+                n_sites,
+            },
+            Error::Request {
+                option: "field" | "record" | "quantity",
+                expected,
+                found,
+            } => Error::Unfit {
+                path: path.to_owned(),
+                expected,
+                found,
+            },
+            other => other,
+        }
+    }
+
+    /// The error with the option that was typed, where the library calls it `known`.
+    #[must_use]
+    pub fn of_option(self, known: &str, typed: &'static str) -> Error {
+        match self {
+            Error::Request {
+                option,
+                expected,
+                found,
+            } if option == known => Error::Request {
+                option: typed,
+                expected,
+                found,
+            },
+            other => other,
+        }
     }
 
     pub(crate) fn scene(fault: crate::chain::scene::SceneFault) -> Error {

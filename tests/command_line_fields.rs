@@ -185,7 +185,7 @@ fn an_axis_without_a_unit_says_so() {
     );
     assert_eq!(units(&["--dt", "0.01", "--dx", "2"]), stepped);
     let named = ["--dt", "10", "--time-unit", "ms", "--space-unit", "mm"];
-    assert_eq!(units(&named), ("cycles/ms".into(), "rad/mm".into(), false));
+    assert_eq!(units(&named), ("kHz".into(), "rad/mm".into(), false));
 }
 
 #[test]

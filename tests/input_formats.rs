@@ -363,10 +363,8 @@ fn a_table_states_its_times_and_positions() {
 }
 
 #[test]
-fn nothing_is_guessed_without_a_header() {
+fn a_time_column_may_be_stated() {
     let text = "0.0,1\n0.1,2\n0.2,3\n";
-    let field = table("a.csv", text, &OpenOptions::default());
-    assert_eq!((field.n_times(), field.n_sites()), (3, 2));
     for time_column in [TimeColumn::Index(0), TimeColumn::Name("clock".into())] {
         let text = match time_column {
             TimeColumn::Name(_) => format!("clock,v\n{text}"),

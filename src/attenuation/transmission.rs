@@ -132,7 +132,8 @@ impl TransmissionRequest {
     /// that holds something else; [`crate::Error::Paused`] or [`crate::Error::Cancelled`] when the observer asks
     /// to stop; [`crate::Error::Write`].
     pub fn run(&self, directory: Option<&Path>, observer: &dyn Observer) -> Result<Transmission> {
-        let over = crate::sweep::axis_of_scenes(&self.over)?;
+        let over = crate::sweep::axis_of_scenes(&self.over);
+        let over = over.map_err(|error| error.of_option("vary", "over"))?;
         let values = self.values(&over)?;
         let axes: Result<Vec<Axis>> = self
             .vary

@@ -288,7 +288,7 @@ fn tuple(shape: &[usize]) -> String {
 
 /// The `.npy` header of a row-major array whose content starts at `content`, padded so that its
 /// samples are aligned in the file.
-fn npy_header(descr: &str, shape: &str, content: u64) -> Vec<u8> {
+pub(super) fn npy_header(descr: &str, shape: &str, content: u64) -> Vec<u8> {
     let fields = format!("{{'descr': '{descr}', 'fortran_order': False, 'shape': {shape}, }}");
     // Magic, version and length take 10 bytes; a newline ends the header.
     let plain = 10 + fields.len() as u64 + 1;

@@ -9,6 +9,8 @@ use crate::error::{Error, Result};
 pub(super) struct NewFile {
     /// What messages call one.
     pub(super) word: &'static str,
+    /// Extensions of such files; other programs know the formats of fields by theirs.
+    pub(super) extensions: &'static [&'static str],
     /// Whether what is at a path is one.
     pub(super) is_one: fn(&Path) -> bool,
 }
@@ -58,6 +60,20 @@ impl NewFile {
         written
     }
 
+    /// Refuses an extension that promises another format.
+    fn check_extension(&self, path: &Path) -> Result<()> {
+        let extension = path.extension().unwrap_or_default().to_ascii_lowercase();
+        let is = |known: &&str| extension == **known;
+        if self.extensions.iter().any(|known| is(known)) || !KNOWN.iter().any(|known| is(known)) {
+            return Ok(());
+        }
+        Err(Error::Request {
+            option: "out",
+            expected: format!("a name that ends in .{}", self.extensions.join(" or .")),
+            found: path.display().to_string(),
+        })
+    }
+
     /// Refuses a place that is taken.
     fn check_free(&self, path: &Path, replace: bool) -> Result<()> {
         let ends_in_separator = path
@@ -71,6 +87,7 @@ impl NewFile {
                 found: path.display().to_string(),
             });
         }
+        self.check_extension(path)?;
         let occupied = |found: &str| {
             Err(Error::Occupied {
                 path: path.to_owned(),
@@ -88,6 +105,9 @@ impl NewFile {
         }
     }
 }
+
+/// Formats that are known by their extension.
+const KNOWN: [&str; 5] = ["npy", "npz", "csv", "tsv", "txt"];
 
 /// The file that is written before it gets its name.
 fn partial(folder: &Path, path: &Path) -> PathBuf {

@@ -18,6 +18,7 @@ use cascade::{Error, Field};
 
 use crate::args::{Analyze, FigureArg, Input, ResultArg};
 use crate::budget;
+use crate::effect::refuse_without_effect;
 use crate::failure::Failure;
 use crate::progress::Progress;
 use crate::terminal;
@@ -27,6 +28,7 @@ use crate::view_args::request_of;
 pub fn run(typed: Analyze) -> Result<(), Failure> {
     let options = open_options(&typed.input, typed.work.memory);
     let pictures = formats(&typed.output.figures)?;
+    refuse_without_effect(&typed)?;
     let request = request(&typed, !pictures.is_empty());
     let out = typed
         .out
@@ -60,7 +62,7 @@ pub fn run(typed: Analyze) -> Result<(), Failure> {
         ..options
     };
     let field = Field::open(&typed.field, &options)?;
-    let plan = plan(&field, &request)?;
+    let plan = plan(&field, &request).map_err(|error| error.of_file(&typed.field))?;
 
     progress.begin_writing();
     let directory = ResultDirectory::create(&out, typed.force)?;
@@ -73,7 +75,7 @@ pub fn run(typed: Analyze) -> Result<(), Failure> {
             false => field.file_hash(!plan.streams()),
         },
     );
-    let mut analysis = analysis.map_err(|error| with_path(error, &typed.field))?;
+    let mut analysis = analysis.map_err(|error| error.of_file(&typed.field))?;
     analysis.content_hash = analysis.content_hash.or(hash?);
     let opened = field.file_state();
     let read_as = conclusions(&field);
@@ -239,9 +241,22 @@ pub fn print_notes(field: &Field, quiet: bool) {
     }
 }
 
+/// `field-cascade` of `field.npy`; of other files with their extension.
 fn default_out(field: &Path) -> PathBuf {
-    let stem = field.file_stem().unwrap_or_default().to_string_lossy();
-    PathBuf::from(format!("{stem}-cascade"))
+    named_after(field, "npy", "-cascade")
+}
+
+/// A name here after that of a file; its extension is left out if it is the `usual` one, so that files
+/// that differ in it do not share a name.
+pub fn named_after(file: &Path, usual: &str, ending: &str) -> PathBuf {
+    let is_usual = file.extension().is_none_or(|extension| extension == usual);
+    let name = match is_usual {
+        true => file.file_stem(),
+        false => file.file_name(),
+    };
+    let mut name = name.unwrap_or("field".as_ref()).to_owned();
+    name.push(ending);
+    name.into()
 }
 
 /// The formats typed, each once.
@@ -278,14 +293,6 @@ pub fn use_threads(threads: Option<usize>) -> Result<(), Failure> {
         threads,
         reason: e.to_string(),
     })?)
-}
-
-/// An error about samples, with the path as typed in place of the field's name.
-fn with_path(mut error: Error, path: &Path) -> Error {
-    if let Error::NonFinite { name, .. } = &mut error {
-        *name = path.display().to_string();
-    }
-    error
 }
 
 pub fn open_options(typed: &Input, memory: Option<u64>) -> OpenOptions {

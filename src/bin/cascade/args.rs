@@ -103,7 +103,8 @@ pub struct Analyze {
     /// File with the field.
     pub field: PathBuf,
 
-    /// Directory for the results; by default the field's name with `-cascade`, here.
+    /// Directory for the results; by default the field's name with `-cascade`, here (field-cascade
+    /// for field.npy, field.npz-cascade for field.npz).
     #[arg(long, short, value_name = "DIR")]
     pub out: Option<PathBuf>,
 
@@ -130,7 +131,8 @@ pub struct Analyze {
 #[derive(Debug, Args)]
 #[command(next_help_heading = "The field and its axes")]
 pub struct Input {
-    /// Order of the axes in the file [default: time-site].
+    /// Order of the axes in the file [default: as the lengths of coordinates have it, else
+    /// time-site].
     #[arg(long, value_enum)]
     pub layout: Option<LayoutArg>,
     /// Time step, such as 1e-5 in the unit of time, or 10us.
@@ -165,13 +167,14 @@ pub struct Input {
     /// What the samples measure [default: velocity].
     #[arg(long, value_enum)]
     pub quantity: Option<QuantityArg>,
-    /// Array of an `.npz` archive.
+    /// Array of an `.npz` archive [default: velocity, v, or the only one of two dimensions].
     #[arg(long, value_name = "NAME")]
     pub member: Option<String>,
     /// Whether the first line of a table names its columns [default: detect].
     #[arg(long, value_enum)]
     pub header: Option<HeaderArg>,
-    /// Column of a table with the times: its number from 0, its name, or `none`.
+    /// Column of a table with the times: its number from 0, its name, or `none` if all columns hold
+    /// samples [default: the one that a header names, else the first if it rises evenly].
     #[arg(long, value_name = "COLUMN")]
     pub time_column: Option<String>,
 }
@@ -280,10 +283,10 @@ pub struct ShortTimeArgs {
     #[arg(long, value_name = "SAMPLES")]
     pub short_time_hop: Option<usize>,
     /// Sites a segment along x.
-    #[arg(long, value_name = "SITES")]
+    #[arg(long, value_name = "SITES", requires = "short_time_times")]
     pub short_space_segment: Option<usize>,
     /// Sites from one segment along x to the next.
-    #[arg(long, value_name = "SITES")]
+    #[arg(long, value_name = "SITES", requires = "short_time_times")]
     pub short_space_hop: Option<usize>,
     /// Taper of the segments.
     #[arg(long, value_name = "WINDOW", default_value_t = Window::Hann)]

@@ -15,7 +15,7 @@ use cascade::report::{
 };
 use clap::Args;
 
-use crate::analyze::{formats, use_threads};
+use crate::analyze::{formats, named_after, use_threads};
 use crate::args::FigureArg;
 use crate::failure::Failure;
 use crate::measured::{self, Measured, MeasuredArgs, refuse_options_of_fields};
@@ -28,7 +28,8 @@ use crate::view_args::ViewArgs;
 pub struct Budget {
     /// Run file of `cascade simulate`; with `--scene`, a measured field of velocities.
     pub run: PathBuf,
-    /// Directory for the results; by default the run's name with `-budget`, here.
+    /// Directory for the results; by default the run's name with `-budget`, here (run-budget
+    /// for run.npz, field.npy-budget for field.npy).
     #[arg(long, short, value_name = "DIR")]
     pub out: Option<PathBuf>,
     /// Replace an existing result.
@@ -53,6 +54,7 @@ pub struct Budget {
 /// Runs the command.
 pub fn run(typed: Budget) -> Result<(), Failure> {
     let pictures = formats(&typed.figures)?;
+    typed.views.refuse_without_effect()?;
     let out = typed.out.clone().unwrap_or_else(|| default_out(&typed.run));
     let progress = Progress::new(!typed.quiet && std::io::stderr().is_terminal());
     let started = Instant::now();
@@ -75,8 +77,14 @@ pub fn run(typed: Budget) -> Result<(), Failure> {
             Source::Run(Box::new(RunFile::read(&typed.run)?))
         }
         Some(scene) => {
-            let read = measured::read(&typed.run, scene, &typed.measured, &typed.views);
-            Source::Measured(Box::new(read?))
+            let read = measured::read(
+                &typed.run,
+                scene,
+                &typed.measured,
+                &typed.views,
+                typed.quiet,
+            );
+            Source::Measured(Box::new(read.map_err(|error| error.of_file(&typed.run))?))
         }
     };
     let name = name_of(&typed.run);
@@ -85,9 +93,10 @@ pub fn run(typed: Budget) -> Result<(), Failure> {
     let directory = ResultDirectory::create(&out, typed.force)?;
     let archive = Archive::create(&directory.path().join("budget.npz"), Precision::F64)?;
     let budget = match &source {
-        Source::Run(file) => compute(&typed.views, file, &archive, &progress)?,
-        Source::Measured(measured) => measured.budget(&archive, &progress)?,
+        Source::Run(file) => compute(&typed.views, file, &archive, &progress),
+        Source::Measured(measured) => measured.budget(&archive, &progress),
     };
+    let budget = budget.map_err(|error| error.of_file(&typed.run))?;
     write_budget_arrays(&budget, &archive)?;
     archive.finish()?;
     progress.check()?;
@@ -174,8 +183,9 @@ pub fn name_of(run: &Path) -> String {
     stem.to_string_lossy().into_owned()
 }
 
+/// `run-budget` of `run.npz`, which runs are; of other files with their extension.
 fn default_out(run: &Path) -> PathBuf {
-    format!("{}-budget", name_of(run)).into()
+    named_after(run, "npz", "-budget")
 }
 
 /// What was found, in lines.

@@ -5,6 +5,7 @@ use std::path::PathBuf;
 
 use cascade::analyze::Observer;
 use cascade::budget::Budget;
+use cascade::chain::scene::Units;
 use cascade::field::{FileState, file_hash};
 use cascade::plot::views;
 use cascade::report::{BudgetSummary, Provenance, ResultDirectory, RunFile, comparison_html};
@@ -45,6 +46,7 @@ const SCHEMA: &str = "cascade.compare/1";
 
 /// Runs the command.
 pub fn run(typed: Compare) -> Result<(), Failure> {
+    typed.views.refuse_without_effect()?;
     let progress = Progress::new(!typed.quiet && std::io::stderr().is_terminal());
     use_threads(typed.views.threads.map(usize::from))?;
     drop(ResultDirectory::create(&typed.out, typed.force)?);
@@ -57,14 +59,20 @@ pub fn run(typed: Compare) -> Result<(), Failure> {
     let mut parts = Vec::with_capacity(2);
     let mut chosen = typed.views;
     if files[0].setup.units != files[1].setup.units {
-        return Err(Failure::Library(cascade::Error::Request {
-            option: "second",
-            expected: "two runs in the same units".into(),
-            found: "one in SI, one without units".into(),
+        let words = |units: Units| match units {
+            Units::Si => "in SI",
+            Units::None => "without units",
+        };
+        let [first, second] = files.each_ref().map(|file| words(file.setup.units));
+        return Err(Failure::Library(cascade::Error::Unfit {
+            path: typed.second,
+            expected: format!("a run {first}, as {} is", typed.first.display()),
+            found: format!("one {second}"),
         }));
     }
     for (path, file) in paths.into_iter().zip(&files) {
-        let found = compute(&chosen, file, &cascade::analyze::Nowhere, &progress)?;
+        let found = compute(&chosen, file, &cascade::analyze::Nowhere, &progress)
+            .map_err(|error| error.of_file(path))?;
         chosen.take_over(&found);
         let input = path.display().to_string();
         let provenance = Provenance::new(command(), Some(input), Some(file_hash(path)?));

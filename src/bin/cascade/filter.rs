@@ -3,14 +3,16 @@
 use std::io::Write;
 use std::path::{Path, PathBuf};
 
-use cascade::analyze::filtered;
+use cascade::analyze::{Filtered, filtered};
+use cascade::field::Axis;
+use cascade::measure::cycles_per;
 use cascade::report::FieldFile;
 use cascade::transform::{Passband, Travelling};
 use cascade::{Error, Field};
 use clap::{Args, ValueEnum};
 use serde_json::json;
 
-use crate::analyze::open_options;
+use crate::analyze::{named_after, open_options, print_notes};
 use crate::args::Input;
 use crate::chain_args::How;
 use crate::failure::Failure;
@@ -23,7 +25,8 @@ pub struct Filter {
     /// File with the field.
     pub field: PathBuf,
 
-    /// File for what passes (.npz); by default the field's name with `-filtered.npz`, here.
+    /// File for what passes: an archive (.npz), or an array (.npy) with its axes in a sidecar beside it
+    /// (field.npy.toml); by default the field's name with `-filtered.npz`, here.
     #[arg(long, short, value_name = "FILE")]
     pub out: Option<PathBuf>,
 
@@ -79,15 +82,27 @@ pub fn run(typed: Filter) -> Result<(), Failure> {
     // Before any work: could the result be written?
     FieldFile::check(&out, typed.force)?;
     let field = Field::open(&typed.field, &open_options(&typed.input, None))?;
-    let found = filtered(&field, &band, typed.pad, None)?;
+    print_notes(&field, typed.how.quiet);
+    let found = filtered(&field, &band, typed.pad, None);
+    let found = found.map_err(|error| error.of_file(&typed.field))?;
     field.check_unchanged()?;
     FieldFile::write(&out, typed.force, &found.field)?;
+    let warnings = warnings(&typed, &found);
+    if !typed.how.quiet {
+        for [message, advice] in &warnings {
+            eprintln!("warning: {message}\nhelp: {advice}");
+        }
+    }
     let mut stdout = std::io::stdout().lock();
     if typed.how.json {
+        let warnings = warnings
+            .iter()
+            .map(|[message, advice]| json!({ "message": message, "advice": advice }));
         let summary = json!({
             "file": out,
             "energy_before": found.energy_before,
             "energy_after": found.energy_after,
+            "warnings": warnings.collect::<Vec<_>>(),
         });
         let text = serde_json::to_string_pretty(&summary).map_err(std::io::Error::from)?;
         writeln!(stdout, "{text}")?;
@@ -97,6 +112,49 @@ pub fn run(typed: Filter) -> Result<(), Failure> {
         writeln!(stdout, "wrote {}; next: cascade analyze {0}", out.display())?;
     }
     Ok(())
+}
+
+/// What the user should know of the result, each with what to do.
+fn warnings(typed: &Filter, found: &Filtered) -> Vec<[String; 2]> {
+    // What passes of a field's energy by rounding alone.
+    const NOTHING: f64 = 1e-28;
+    let (time, space) = (&found.field.time, &found.field.space);
+    let counts = |axis: &Axis| axis.unit.is_none() && axis.step == 1.0;
+    let mut warnings = Vec::new();
+    let unit_of = |axis: &Axis, counted: &str, stepped: &str| match &axis.unit {
+        Some(unit) => unit.clone(),
+        None if counts(axis) => counted.into(),
+        None => stepped.into(),
+    };
+    let time_unit = unit_of(time, "sample", "unit of time");
+    let space_unit = unit_of(space, "site", "unit of length");
+    let missing = match (counts(time), counts(space)) {
+        (true, true) => "`--dt` and `--dx`",
+        (true, false) => "`--dt`",
+        (false, true) => "`--dx`",
+        (false, false) => "",
+    };
+    if typed.speed.is_some() && !missing.is_empty() {
+        let message = format!("speeds are in {space_unit} per {time_unit}: steps are not stated");
+        warnings.push([message, format!("state {missing}")]);
+    }
+    if found.energy_before == 0.0 {
+        let advice = "check the file and, of an archive, the member".to_owned();
+        warnings.push(["the field is zero everywhere".to_owned(), advice]);
+    } else if found.energy_after <= NOTHING * found.energy_before {
+        let message = format!(
+            "nothing passes; frequencies of the field reach {} {}, its wavenumbers {} rad/{space_unit}",
+            number(0.5 / time.step),
+            cycles_per(&time_unit),
+            number(std::f64::consts::PI / space.step)
+        );
+        let advice = match missing {
+            "" => "check the bands".to_owned(),
+            missing => format!("check the bands, or state {missing}"),
+        };
+        warnings.push([message, advice]);
+    }
+    warnings
 }
 
 impl Filter {
@@ -132,8 +190,7 @@ fn from_zero((from, to): (f64, f64)) -> (f64, f64) {
     }
 }
 
+/// `field-filtered.npz` of `field.npy`; of other files with their extension.
 fn default_out(field: &Path) -> PathBuf {
-    let mut name = field.file_stem().unwrap_or("field".as_ref()).to_owned();
-    name.push("-filtered.npz");
-    name.into()
+    named_after(field, "npy", "-filtered.npz")
 }

@@ -8,6 +8,7 @@ mod budget;
 mod chain_args;
 mod compare;
 mod contact;
+mod effect;
 mod failure;
 mod filter;
 mod kept;

@@ -7,11 +7,13 @@ use cascade::analyze::Observer;
 use cascade::budget::measured::{Drift, MeasuredMotion, MeasuredOptions, Noise, from_field};
 use cascade::budget::{Budget, BudgetRequest, BudgetUnits, Integration};
 use cascade::chain::scene::{SceneSource, Units};
+use cascade::field::Axis;
+use cascade::measure::{self, Dimension, Length, Measure, Speed, Time};
 use cascade::report::{Archive, write_measured_arrays};
 use cascade::{Error, Result};
 use clap::{Args, ValueEnum};
 
-use crate::analyze::open_options;
+use crate::analyze::{open_options, print_notes};
 use crate::args::Input;
 use crate::parse;
 use crate::view_args::{ViewArgs, request_of};
@@ -63,6 +65,7 @@ pub fn read(
     scene: &Path,
     typed: &MeasuredArgs,
     views: &ViewArgs,
+    quiet: bool,
 ) -> Result<Measured> {
     let setup = SceneSource::read(scene)?.setup()?;
     if setup.simulation.drive.is_some() {
@@ -72,7 +75,12 @@ pub fn read(
             found: "a driven one".into(),
         });
     }
-    let field = Field::open(field, &open_options(&typed.input, None))?;
+    let path = field;
+    let mut field = Field::open(path, &open_options(&typed.input, None))?;
+    print_notes(&field, quiet);
+    if setup.units == Units::Si {
+        to_si(&mut field, path)?;
+    }
     let is_stated = typed.input.dt.is_some() || typed.input.rate.is_some();
     if !is_stated && field.time.unit.is_none() && field.time.step == 1.0 {
         return Err(Error::Request {
@@ -116,6 +124,44 @@ pub fn read(
         ..views.choices(motion.time.len(), motion.chain.n_sites(), base)
     };
     Ok(Measured { motion, request })
+}
+
+/// Puts the axes of a field that state units into seconds and metres, which an SI scene is in.
+fn to_si(field: &mut Field, path: &Path) -> Result<()> {
+    axis_to_si::<Time>(&mut field.time, path, "times")?;
+    axis_to_si::<Length>(&mut field.space, path, "positions")?;
+    let size = field.unit.as_deref().and_then(measure::size::<Speed>);
+    match (&field.unit, size) {
+        (Some(unit), Some(size)) if size != 1.0 => Err(Error::Unfit {
+            path: path.to_owned(),
+            expected: "velocities in m/s beside a scene in SI".into(),
+            found: unit.clone(),
+        }),
+        _ => Ok(()),
+    }
+}
+
+fn axis_to_si<D: Dimension>(axis: &mut Axis, path: &Path, what: &str) -> Result<()> {
+    let Some(unit) = axis.unit.clone() else {
+        return Ok(());
+    };
+    let convert = |value: f64| Measure::<D>::parse(&format!("{value:e} {unit}"));
+    let (Some(origin), Some(step)) = (convert(axis.origin), convert(axis.step)) else {
+        return Err(Error::Unfit {
+            path: path.to_owned(),
+            expected: format!(
+                "{what} in one of {} beside a scene in SI",
+                measure::units::<D>()
+            ),
+            found: unit,
+        });
+    };
+    *axis = Axis {
+        origin: origin.value,
+        step: step.value,
+        unit: Some(D::UNITS[0].0.to_owned()),
+    };
+    Ok(())
 }
 
 impl Measured {

@@ -14,7 +14,7 @@ use cascade::report::{TRANSMISSION_SCHEMA, transmission_csv, versioned_json};
 use clap::Args;
 use serde::Serialize;
 
-use crate::analyze::use_threads;
+use crate::analyze::{print_notes, use_threads};
 use crate::attenuate::{compared_line, default_over, failure_lines, without_arrival_line};
 use crate::chain_args::How;
 use crate::failure::Failure;
@@ -88,7 +88,7 @@ enum Measured {
 }
 
 impl Measured {
-    fn read(typed: Option<&str>) -> Result<Measured, Error> {
+    fn read(typed: Option<&str>, quiet: bool) -> Result<Measured, Error> {
         let Some(typed) = typed else {
             return Ok(Measured::Nothing);
         };
@@ -99,13 +99,14 @@ impl Measured {
         };
         let options = cascade::field::OpenOptions::default();
         let field = cascade::Field::open(path, &options)?;
+        print_notes(&field, quiet);
         let last = measured_peaks(&field).last().copied();
         field.check_unchanged()?;
         let Some(peak) = last.filter(|peak| peak.site + 1 == field.n_sites()) else {
-            return Err(Error::Request {
-                option: "measured",
-                expected: "a pulse at the last site of the field".into(),
-                found: format!("none in {path}"),
+            return Err(Error::Unfit {
+                path: path.into(),
+                expected: "a field with a pulse at its last site".into(),
+                found: "none there".into(),
             });
         };
         let (velocity, arrival) = peak.points(at);
@@ -161,7 +162,7 @@ pub fn run(typed: Transmit) -> Result<(), Failure> {
         Some(over) => over.clone(),
         None => default_over(&scene)?,
     };
-    let measured = Measured::read(typed.measured.as_deref())?;
+    let measured = Measured::read(typed.measured.as_deref(), typed.how.quiet)?;
     let request = TransmissionRequest {
         also: measured.values(),
         vary: typed.vary.clone(),

@@ -21,6 +21,7 @@ use crate::field::is_run_file;
 pub const RUN_SCHEMA: &str = "cascade.run/1";
 
 const NEW: NewFile = NewFile {
+    extensions: &["npz"],
     word: "run",
     is_one: is_run_file,
 };

@@ -6,6 +6,7 @@ use cascade::plot::Overlay;
 use serde::Serialize;
 
 use super::{Attenuate, Where};
+use crate::analyze::print_notes;
 
 /// What was measured.
 pub(super) enum Measured {
@@ -122,6 +123,7 @@ impl Attenuate {
         }
         let options = cascade::field::OpenOptions::default();
         let field = cascade::Field::open(path, &options)?;
+        print_notes(&field, self.how.quiet);
         let peaks = measured_peaks(&field);
         field.check_unchanged()?;
         let points = peaks.iter().map(|peak| peak.points(peak.site as f64));

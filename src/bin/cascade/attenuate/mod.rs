@@ -214,7 +214,8 @@ impl Attenuate {
         let sites = setting("sites", &(bodies + 1).to_string(), "best-at");
         let transmission = TransmissionRequest::new(base.with([sites]), over);
         let directory = self.out.as_ref().map(|out| out.join("best"));
-        let found = transmission.run(directory.as_deref(), progress)?;
+        let found = transmission.run(directory.as_deref(), progress);
+        let found = found.map_err(|error| error.of_option("over", "best-over"))?;
         let point = found
             .curves
             .first()
@@ -234,9 +235,14 @@ impl Attenuate {
             [] => SceneSource::default(),
             [one] => SceneSource::read(one)?,
             many => {
+                let option = match (self.angles.is_empty(), self.ratios.is_empty()) {
+                    (false, _) => "angles",
+                    (true, false) => "ratios",
+                    (true, true) => "best-at",
+                };
                 return Err(Error::Request {
-                    option: "angles",
-                    expected: "one scene whose angles or ratios are varied".into(),
+                    option,
+                    expected: "one scene, whose keys are varied".into(),
                     found: format!("{} scenes", many.len()),
                 });
             }
@@ -289,6 +295,13 @@ impl Attenuate {
                 option: "sites",
                 expected: "none beside `--bodies`, which says how long the chains are".into(),
                 found: sites.text.clone(),
+            });
+        }
+        if let (Some(lengths), Where::Chain) = (&self.lengths, self.sense) {
+            return Err(Error::Request {
+                option: "lengths",
+                expected: "`--sense wall` or both: one long chain has all lengths".into(),
+                found: format!("{} lengths and `--sense chain`", lengths.len()),
             });
         }
         let mut chains = self.chains()?;
