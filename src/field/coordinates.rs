@@ -45,7 +45,8 @@ impl Coordinates {
         let tolerance = (EVENNESS * (last - first) + rounding).min(step / 20.0);
         let is_even =
             |(i, &value): (usize, &f64)| (value - (first + i as f64 * step)).abs() <= tolerance;
-        let meant = measure::shortest(step, rounding / (n - 1) as f64);
+        let rounded = rounding.max(f64::EPSILON * first.abs().max(last.abs()));
+        let meant = measure::shortest(step, rounded / (n - 1) as f64);
         let has_few_digits = format!("{meant:.11e}").parse() == Ok(meant);
         if step > 0.0 && values.iter().enumerate().all(is_even) {
             Ok(Coordinates {

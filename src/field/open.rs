@@ -117,7 +117,8 @@ impl Field {
     /// # Errors
     /// - [`Error::Read`]: the file is not there or cannot be read.
     /// - [`Error::Input`]: it is not what its format promises.
-    /// - [`Error::Request`]: a stated step or origin is not a usable number.
+    /// - [`Error::Request`]: a stated step or origin is not a usable number, or an option is for another
+    ///   format.
     /// - [`Error::Memory`]: what has to be held is more than [`OpenOptions::memory`].
     pub fn open(path: impl AsRef<Path>, options: &OpenOptions) -> Result<Field> {
         let path = path.as_ref();

@@ -137,23 +137,23 @@ pub struct Input {
     pub layout: Option<LayoutArg>,
     /// Time step, such as 1e-5 in the unit of time, or 10us.
     #[arg(long, value_name = "STEP", value_parser = parse::step::<Time>,
-          allow_negative_numbers = true)]
+          allow_hyphen_values = true)]
     pub dt: Option<Measure<Time>>,
     /// Sampling rate in place of the time step, such as 1e5 per unit of time, or 100kHz.
     #[arg(long, visible_alias = "fs", value_name = "RATE", value_parser = parse::step::<Frequency>,
-          allow_negative_numbers = true, conflicts_with = "dt")]
+          allow_hyphen_values = true, conflicts_with = "dt")]
     pub rate: Option<Measure<Frequency>>,
     /// Distance between neighbouring sites, such as 0.002 in the unit of length, or 2mm.
     #[arg(long, value_name = "STEP", value_parser = parse::step::<Length>,
-          allow_negative_numbers = true)]
+          allow_hyphen_values = true)]
     pub dx: Option<Measure<Length>>,
     /// Time of the first sample, as for `--dt`.
     #[arg(long, value_name = "TIME", value_parser = parse::origin::<Time>,
-          allow_negative_numbers = true)]
+          allow_hyphen_values = true)]
     pub t0: Option<Measure<Time>>,
     /// Position of the first site, as for `--dx`.
     #[arg(long, value_name = "PLACE", value_parser = parse::origin::<Length>,
-          allow_negative_numbers = true)]
+          allow_hyphen_values = true)]
     pub x0: Option<Measure<Length>>,
     /// Unit of time, such as s or ms [default: s where a step states a unit].
     #[arg(long, value_name = "UNIT")]
