@@ -139,7 +139,10 @@ fn options_that_do_not_fit_are_named_with_what_was_expected_and_found() {
             &["--short-time-segment", "1 to 96", "97"],
         ),
         (&["--short-time-hop", "0"], &["--short-time-hop", "0"]),
-        (&["--short-space-hop", "0"], &["--short-space-hop", "0"]),
+        (
+            &["--short-time-times", "0.1", "--short-space-hop", "0"],
+            &["--short-space-hop", "0"],
+        ),
         (&["--threads", "0"], &["--threads", "1", "0"]),
         (&["--threads", "100000"], &["--threads", "1024", "100000"]),
         (&["--memory", "1MB"], &["memory", "976.57 KiB", "--memory"]),

@@ -245,7 +245,9 @@ fn sidecars_that_mislead() {
         InputFault::Sidecar {
             line: Some(3),
             key: Some("dx".into()),
-            reason: "expected a finite number above 0, found 0".into()
+            reason: "expected a finite number above 0, or a text of number and unit \
+                     (m, km, cm, mm, um, nm), found 0"
+                .into()
         }
     );
     folder.write("field.npy.toml", "dt = 0.5\n");

@@ -187,15 +187,17 @@ fn npz_coordinates_that_do_not_fit() {
             &[("velocity.npy", &field), ("time.npy", time)],
         )
     };
-    let (member, fault_of_length) =
-        member_fault(fault("run.npz", with_time(&npy_f64("(2,)", [0.0, 1.0]))));
+    let (member, fault_of_length) = member_fault(fault(
+        "run.npz",
+        with_time(&npy_f64("(4,)", [0.0, 1.0, 2.0, 3.0])),
+    ));
     assert_eq!(member, "time");
     assert_eq!(
         fault_of_length,
         InputFault::AxisLength {
             axis: "time",
             expected: 3,
-            found: 2
+            found: 4
         }
     );
     let uneven = with_time(&npy_f64("(3,)", [0.0, 1.0, 2.5]));

@@ -418,7 +418,8 @@ fn steps_carry_units() {
             &["a.npy", "ticks", "--time-unit"],
         ),
     ] {
-        let said = place.bad(code, &[&["analyze", "a.npy"], words].concat());
+        let base = ["analyze", "a.npy", "--out", "new"];
+        let said = place.bad(code, &[&base[..], words].concat());
         for word in expected {
             assert!(said.contains(word), "{words:?}: {said}");
         }
@@ -514,7 +515,7 @@ fn a_filtered_field_is_written_as_its_name_says() {
         "--unit",
         "mm/s",
     ];
-    let filter = |rest: &[&str]| [&base[..], rest].concat();
+    let filter = |rest: &[&'static str]| [&base[..], rest].concat();
     place.good(&filter(&["--out", "plus.npz"]));
     place.good(&filter(&["--out", "plus.npy"]));
     let bytes = fs::read(place.path("plus.npy")).unwrap();
