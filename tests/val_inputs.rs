@@ -187,14 +187,12 @@ fn what_may_be_a_time_column_is_asked_about() {
     );
 }
 
-fn savez<T: WritableElement>(
+fn savez<T: WritableElement + Clone>(
     place: &Place,
     name: &str,
     field: (&str, &Array2<f64>),
     axes: &[(&str, Vec<T>)],
-) where
-    T: Clone,
-{
+) {
     let mut archive = NpzWriter::new(fs::File::create(place.path(name)).unwrap());
     archive.add_array(field.0, field.1).unwrap();
     for (axis, values) in axes {

@@ -64,7 +64,7 @@ impl NewFile {
     fn check_extension(&self, path: &Path) -> Result<()> {
         let extension = path.extension().unwrap_or_default().to_ascii_lowercase();
         let is = |known: &&str| extension == **known;
-        if self.extensions.iter().any(|known| is(known)) || !KNOWN.iter().any(|known| is(known)) {
+        if self.extensions.iter().any(&is) || !KNOWN.iter().any(is) {
             return Ok(());
         }
         Err(Error::Request {
