@@ -156,6 +156,7 @@ impl<'a> Table<'a> {
             (self.n_columns, n_rows, time, Coordinates::default())
         };
         Ok(Contents {
+            struck: None,
             storage: Storage::from_values(self.values, self.n_columns, rows_are_times),
             n_times,
             n_sites,

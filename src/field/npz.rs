@@ -42,6 +42,9 @@ pub(super) fn read(source: &Source) -> Result<Contents> {
     let name = archive.members[index].name.clone();
     contents.quantity = quantity(&name);
     contents.unit = archive.unit(&name);
+    if is_run(&source.map) {
+        contents.struck = archive.struck(contents.n_sites)?;
+    }
     let stated = &source.stated;
     contents.time = archive.axis("time", "time", contents.n_times, stated.t0, stated.dt)?;
     // Contacts lie between sites and may be fewer.
@@ -154,6 +157,27 @@ impl<'a> Archive<'a> {
             Some(index) => self.member_fault(index, fault),
             None => self.source.fault(fault),
         }
+    }
+
+    /// The last of `n_sites` bodies of a run that moves, or is out of place, in its first sample; the
+    /// first body where none is, since then the first end is driven. `None` for another number of bodies.
+    fn struck(&mut self, n_sites: usize) -> Result<Option<usize>> {
+        let mut last = 0;
+        for name in ["velocity", "displacement"] {
+            let Some(index) = self.find(name) else {
+                continue;
+            };
+            let (header, bytes, start) = self.load(index)?;
+            let contents = Contents::from_npy(&header, bytes, start, Layout::TimeSite)
+                .map_err(|fault| self.member_fault(index, fault))?;
+            if contents.n_sites != n_sites || contents.n_times == 0 {
+                return Ok(None);
+            }
+            let mut first = vec![0.0; n_sites];
+            contents.storage.read(0..1, 0..n_sites, false, &mut first);
+            last = last.max(first.iter().rposition(|&v| v != 0.0).unwrap_or(0));
+        }
+        Ok(Some(last))
     }
 
     fn find(&self, name: &str) -> Option<usize> {

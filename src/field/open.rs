@@ -59,6 +59,8 @@ pub(super) struct Contents {
     pub(super) space: Coordinates,
     pub(super) quantity: Option<Quantity>,
     pub(super) unit: Option<String>,
+    /// As [`Field::struck`].
+    pub(super) struck: Option<usize>,
 }
 
 impl Contents {
@@ -78,6 +80,7 @@ impl Contents {
             space: Coordinates::default(),
             quantity: None,
             unit: None,
+            struck: None,
         })
     }
 }
@@ -135,6 +138,7 @@ impl Field {
             space: contents.space.axis(stated.x0, stated.dx, stated.space_unit),
             quantity: stated.quantity.or(contents.quantity).unwrap_or_default(),
             unit: stated.unit.or(contents.unit),
+            struck: contents.struck,
             content_hash,
         })
     }
