@@ -34,6 +34,7 @@ impl Moments {
             effective_bandwidth: column(|r| r.effective_bandwidth),
             entropy: column(|r| r.entropy),
             participation: column(|r| r.participation),
+            zero_share: column(|r| r.zero / r.total),
             median: column(|r| r.median),
             quantile_90: column(|r| r.quantile_90),
             low_share: column(|r| r.low_share),
@@ -48,17 +49,19 @@ impl Moments {
 pub struct Headline {
     /// The row that sets the band edge, or would; `None` where it is undefined.
     pub reference: Option<Spot>,
-    /// Where the share is largest, from the reference on.
+    /// Where the share is largest, from the reference on; of sites, where the record's end does not cut
+    /// the passage of the front.
     pub largest: Option<Spot>,
     /// The last row with energy.
     pub last: Option<Spot>,
 }
 
 impl Headline {
-    /// Of the rows that are `defined`; `place` is the index of a row in the file, and its coordinate.
+    /// Of the rows that are `defined`, the largest of those that are `whole`; `place` is the index of a row in the file, and its coordinate.
     pub(super) fn of(
         high_share: &[f64],
         defined: &[bool],
+        whole: &[bool],
         reference: Option<usize>,
         place: impl Fn(usize) -> (usize, f64),
     ) -> Headline {
@@ -73,14 +76,18 @@ impl Headline {
             }
         };
         let from = reference.unwrap_or(0);
-        let known = (from..high_share.len()).filter(|&row| !high_share[row].is_nan());
+        let known = |row: &usize| whole[*row] && !high_share[*row].is_nan();
+        let known = (from..high_share.len()).filter(known);
         // The first of equal ones.
         let largest = known.reduce(|a, b| if high_share[b] > high_share[a] { b } else { a });
         let is_defined = |row: &usize| defined.get(*row) == Some(&true);
         Headline {
             reference: reference.filter(is_defined).map(spot),
             largest: largest.map(spot),
-            last: (0..high_share.len()).rev().find(|row| is_defined(row)).map(spot),
+            last: (0..high_share.len())
+                .rev()
+                .find(|row| is_defined(row))
+                .map(spot),
         }
     }
 }

@@ -7,7 +7,7 @@ use num_complex::Complex;
 
 use super::along::Headline;
 use super::plan::Plan;
-use super::result::{BandEdge, Front, FrontLength};
+use super::result::{Front, FrontLength};
 use crate::chain::lanes::{Block, WIDTH};
 use crate::diagnostics::{Bins, moments_across};
 use crate::transform::{Real, RecordScratch, RecordTransform, fold, frequencies, power};
@@ -136,12 +136,7 @@ impl<T: Real> Passage<T> {
     }
 
     /// Of `width` interleaved records, which are overwritten.
-    pub fn of_columns(
-        &self,
-        columns: &mut [f64],
-        width: usize,
-        room: &mut Room<T>,
-    ) -> Vec<Passed> {
+    pub fn of_columns(&self, columns: &mut [f64], width: usize, room: &mut Room<T>) -> Vec<Passed> {
         let length = columns.len() / width;
         let arrivals = arrivals_across(columns, width);
         // Windows move to the front, where they start together; no sample is written over before it
@@ -265,15 +260,13 @@ fn quick(samples: usize) -> usize {
         .unwrap_or(samples)
 }
 
-/// The front's shares as a result. `defined` tells which sites have energy; `first` is the site of the
-/// file that is the first analysed.
+/// The front's shares as a result. `defined` tells which sites have energy.
 pub(super) fn gather(
     plan: &Plan,
     length: FrontLength,
     passed: &[Passed],
     defined: &[bool],
     reference: Option<usize>,
-    edge: Option<BandEdge>,
 ) -> Front {
     let moves = passed.iter().zip(defined).filter(|(_, defined)| **defined);
     let (mut at_once, mut sites) = (0, 0);
@@ -282,7 +275,9 @@ pub(super) fn gather(
         at_once += usize::from(passed.arrival == Some(0));
     }
     let length = match length {
-        FrontLength::Window { .. } if 2 * at_once > sites => FrontLength::NoArrival { at_once, sites },
+        FrontLength::Window { .. } if 2 * at_once > sites => {
+            FrontLength::NoArrival { at_once, sites }
+        }
         other => other,
     };
     let has_window = matches!(length, FrontLength::Window { .. });
@@ -296,26 +291,30 @@ pub(super) fn gather(
             .map(|(passed, defined)| if *defined { of(passed) } else { f64::NAN })
             .collect()
     };
+    let arrivals = passed.iter().zip(defined);
+    let arrivals = arrivals.map(|(p, defined)| p.arrival.filter(|_| *defined && has_window));
+    let mut arrivals: Vec<Option<usize>> = arrivals.collect();
+    arrivals.resize(n_sites, None);
     let time = &plan.axes.time;
-    let arrival = passed.iter().zip(defined).map(|(passed, defined)| {
-        let arrival = passed.arrival.filter(|_| *defined && has_window);
-        arrival.map_or(f64::NAN, |n| time.at(n))
-    });
-    let mut arrival: Vec<f64> = arrival.collect();
-    arrival.resize(n_sites, f64::NAN);
+    let fits = |arrival: &Option<usize>| match length {
+        FrontLength::Window { samples, .. } => {
+            arrival.is_some_and(|n| n + samples <= plan.axes.n_times)
+        }
+        _ => false,
+    };
+    let fits: Vec<bool> = arrivals.iter().map(fits).collect();
     let (low_share, high_share) = (column(|p| p.low_share), column(|p| p.high_share));
-    let with_window: Vec<bool> = high_share.iter().map(|share| !share.is_nan()).collect();
-    let headline = edge.map(|_| {
-        Headline::of(&high_share, &with_window, reference, |row| {
-            (plan.sites.start + row, plan.axes.space.at(row))
-        })
+    let headline = Headline::of(&high_share, &fits, &fits, reference, |row| {
+        (plan.sites.start + row, plan.axes.space.at(row))
     });
+    let at = |arrival: &Option<usize>| arrival.map_or(f64::NAN, |n| time.at(n));
     Front {
         length,
-        arrival,
+        arrival: arrivals.iter().map(at).collect(),
+        fits,
         low_share,
         high_share,
-        headline: headline.unwrap_or_default(),
+        headline,
     }
 }
 
@@ -350,9 +349,15 @@ mod tests {
     #[test]
     fn columns_arrive_when_each_alone_does() {
         let records: Vec<Vec<f64>> = (0..5)
-            .map(|j| (0..50).map(|n| (n as f64 - 9.0 * j as f64).max(0.0)).collect())
+            .map(|j| {
+                (0..50)
+                    .map(|n| (n as f64 - 9.0 * j as f64).max(0.0))
+                    .collect()
+            })
             .collect();
-        let columns: Vec<f64> = (0..50).flat_map(|n| records.iter().map(move |r| r[n])).collect();
+        let columns: Vec<f64> = (0..50)
+            .flat_map(|n| records.iter().map(move |r| r[n]))
+            .collect();
         let alone: Vec<Option<usize>> = records.iter().map(|r| arrival(r)).collect();
         assert_eq!(arrivals_across(&columns, 5), alone);
     }

@@ -94,7 +94,7 @@ fn unit<'a>(axis: &'a Axis, counted: &'a str, stepped: &'a str) -> &'a str {
 ///   density p; padding does not move it;
 /// - `entropy = -sum p_m ln p_m / ln(bins)`, the normalised entropy (0 to 1), which depends on the
 ///   number of bins;
-/// - `participation = 1 / sum p_m^2`, a number of bins;
+/// - `participation = 1 / sum p_m^2`, a number of bins; `zero_share = p_0`;
 /// - `median` and `quantile_90`: where the cumulative energy reaches 50 % and 90 %, read off at the
 ///   ends of the intervals, linear in between;
 /// - `low_share` and `high_share`: the cumulative energy up to the band edge, and the rest.
@@ -109,6 +109,7 @@ pub struct Moments {
     pub effective_bandwidth: Vec<f64>,
     pub entropy: Vec<f64>,
     pub participation: Vec<f64>,
+    pub zero_share: Vec<f64>,
     pub median: Vec<f64>,
     pub quantile_90: Vec<f64>,
     pub low_share: Vec<f64>,
@@ -193,12 +194,15 @@ pub enum FrontLength {
 ///
 /// From the arrival on, when the magnitude first exceeds a hundredth of the site's largest, over a
 /// window of the same length at all sites, untapered; the band edge is that of the whole record.
-/// NaN where the window does not fit into the record, and where the site is undefined.
+/// NaN where the window does not fit into the record, and where the site is undefined. Shares at the
+/// front and over the whole record differ, and the latter depend on the record's length.
 #[derive(Debug, Clone)]
 pub struct Front {
     pub length: FrontLength,
     /// Time of each arrival.
     pub arrival: Vec<f64>,
+    /// Whether the window fits into the record from there on.
+    pub fits: Vec<bool>,
     pub low_share: Vec<f64>,
     pub high_share: Vec<f64>,
     pub headline: Headline,

@@ -139,7 +139,7 @@ fn passes<T: Real>(
         references,
     };
     let along_space = columns.as_ref().filter(|_| results.temporal);
-    let along_space = along_space.map(|columns| summed.along_space(columns, frequency_edge, front_length));
+    let along_space = along_space.map(|columns| summed.along_space(columns, front_length));
     let along_time = results.spatial.then(|| summed.along_time(&rows));
     let (along_space, headline_space, front) = match along_space {
         Some((moments, headline, front)) => (Some(moments), headline, front),
@@ -217,7 +217,6 @@ impl Summed<'_> {
     fn along_space(
         &self,
         columns: &Columns,
-        edge: Option<BandEdge>,
         length: Option<FrontLength>,
     ) -> (Moments, Headline, Option<Front>) {
         let (plan, reference) = (self.plan, self.references.site);
@@ -225,11 +224,16 @@ impl Summed<'_> {
         let defined = along::defined(&columns.rows, &columns.energies, noise);
         let measure = plan.time_scale.measure * self.stored;
         let moments = Moments::gather(&columns.rows, &defined, measure);
-        let headline = Headline::of(&moments.high_share, &defined, reference, |row| {
+        let front =
+            length.map(|length| front::gather(plan, length, &columns.passed, &defined, reference));
+        // Where the record ends while the front passes, the end makes a part of the spectrum.
+        let whole = match &front {
+            Some(front) if matches!(front.length, FrontLength::Window { .. }) => &front.fits,
+            _ => &defined,
+        };
+        let headline = Headline::of(&moments.high_share, &defined, whole, reference, |row| {
             (plan.sites.start + row, plan.axes.space.at(row))
         });
-        let front = length
-            .map(|length| front::gather(plan, length, &columns.passed, &defined, reference, edge));
         (moments, headline, front)
     }
 
@@ -239,7 +243,7 @@ impl Summed<'_> {
         let defined = along::defined(&rows.rows, &rows.energies, noise);
         let moments = Moments::gather(&rows.rows, &defined, plan.space_scale.measure * self.stored);
         let reference = self.references.time;
-        let headline = Headline::of(&moments.high_share, &defined, reference, |row| {
+        let headline = Headline::of(&moments.high_share, &defined, &defined, reference, |row| {
             (plan.times.start + row, plan.axes.time.at(row))
         });
         (moments, headline)

@@ -5,8 +5,8 @@ use std::time::Instant;
 
 use super::between::{Between, Scratch};
 use super::columns::{AlongTime, Columns};
-use super::plan::Plan;
 use super::front::{self, Passage};
+use super::plan::Plan;
 use super::reference::References;
 use super::result::{BandEdge, FrontLength, ShortTimeSpectra, Timing};
 use super::rows::{self, Rows};

@@ -62,12 +62,7 @@ impl<'a> Bins<'a> {
     }
 
     /// Where the sum of `shares`, those of the bins from `first` on, reaches `level`.
-    pub fn reached(
-        &self,
-        first: usize,
-        shares: impl Iterator<Item = f64>,
-        level: f64,
-    ) -> f64 {
+    pub fn reached(&self, first: usize, shares: impl Iterator<Item = f64>, level: f64) -> f64 {
         let (mut below, mut end) = (0.0, self.low(first));
         for (m, share) in (first..).zip(shares) {
             if share > 0.0 {

@@ -48,13 +48,19 @@ pub(crate) fn moments_across(power: &[Block], bins: &Bins, edge: f64) -> [Row; W
     let high = side_by_side::shares(spectra, split + 1..count, &total, &mut leaves);
     let of = |sums: [&[f64; WIDTH]; 3], i: usize| sums[0][i] + (sums[1][i] + sums[2][i]);
     let centroid: [f64; WIDTH] = std::array::from_fn(|i| {
-        of([&low.first_moment, &cut.first_moment, &high.first_moment], i)
-            / of([&low.share, &cut.share, &high.share], i)
+        of(
+            [&low.first_moment, &cut.first_moment, &high.first_moment],
+            i,
+        ) / of([&low.share, &cut.share, &high.share], i)
     });
     let second_moment = side_by_side::second_moment(&leaves, &centroid);
     let levels = [0.5, 0.9];
     let [median, quantile_90] = side_by_side::quantiles((power, bins), &total, &leaves, levels);
-    let half_bins = if bins.ends_half() { [0, count - 1] } else { [0, 0] };
+    let half_bins = if bins.ends_half() {
+        [0, count - 1]
+    } else {
+        [0, 0]
+    };
     std::array::from_fn(|i| {
         let defined = total[i] > 0.0 && total[i].is_finite() && count > 1;
         let or_nan = |value: f64| if defined { value } else { f64::NAN };
@@ -66,7 +72,13 @@ pub(crate) fn moments_across(power: &[Block], bins: &Bins, edge: f64) -> [Row; W
             halved += power[half_bins[1]].0[i];
         }
         let width = bins.step * (-std::f64::consts::LN_2 * halved / total[i]).exp();
-        let share = |value: f64| if edge.is_nan() { f64::NAN } else { or_nan(value) };
+        let share = |value: f64| {
+            if edge.is_nan() {
+                f64::NAN
+            } else {
+                or_nan(value)
+            }
+        };
         Row {
             centroid: or_nan(centroid[i]),
             bandwidth: or_nan(second_moment[i].sqrt()),
@@ -133,12 +145,15 @@ mod tests {
     use ndarray::ArrayView1;
     use ndarray_stats::EntropyExt;
 
+    /// Of a transform of even length, but where there is a single bin.
     fn moments_of(power: &[f64], axis: &[f64], edge: f64) -> Row {
         let across: Vec<Block> = power
             .iter()
             .map(|&p| Block([0.0, p, p, 0.0, 2.0 * p, p, p, p]))
             .collect();
-        let rows = moments_across(&across, axis, edge);
+        let step = axis.get(1).copied().unwrap_or(1.0);
+        let length = (2 * (axis.len() - 1)).max(1);
+        let rows = moments_across(&across, &Bins::new(axis, length, step), edge);
         let bits = |row: &Row| format!("{row:?}");
         assert_eq!(bits(&rows[1]), bits(&rows[7]));
         assert_eq!(rows[4].entropy.to_bits(), rows[1].entropy.to_bits());
@@ -146,16 +161,19 @@ mod tests {
         rows[1]
     }
 
+    /// By hand: of 11 equal bins the first and the last are half as wide, so that energy is even over
+    /// nine bins and twice as dense in half a bin at both ends.
     #[test]
-    fn a_flat_spectrum_has_full_entropy_and_participation() {
+    fn val_equal_bins() {
         let axis: Vec<f64> = (0..11).map(f64::from).collect();
         let row = moments_of(&[2.0; 11], &axis, 4.0);
         assert!((row.entropy - 1.0).abs() < 1e-15);
         assert!((row.participation - 11.0).abs() < 1e-13);
-        assert!((row.centroid - 5.5).abs() < 1e-15); // 1 ..= 10
-        assert!((row.bandwidth - (99.0f64 / 12.0).sqrt()).abs() < 1e-14);
-        assert_eq!((row.median, row.quantile_90), (5.0, 9.0));
-        assert!((row.low_share - 5.0 / 11.0).abs() < 1e-15);
+        assert!((row.effective_bandwidth - 11.0 * 0.25f64.powf(1.0 / 11.0)).abs() < 2e-14);
+        assert!((row.centroid - 5.0).abs() < 2e-15);
+        assert!((row.bandwidth - 10f64.sqrt()).abs() < 2e-15);
+        assert!((row.median - 5.0).abs() < 2e-15 && (row.quantile_90 - 9.4).abs() < 4e-15);
+        assert!((row.low_share - 4.5 / 11.0).abs() < 1e-15);
         assert!((row.low_share + row.high_share - 1.0).abs() < 1e-15);
     }
 
@@ -167,10 +185,14 @@ mod tests {
     }
 
     #[test]
-    fn a_constant_has_energy_but_no_centroid() {
+    fn a_constant_lies_at_zero_and_a_lone_bin_has_no_content() {
         let row = moments_of(&[3.0, 0.0, 0.0], &[0.0, 1.0, 2.0], 1.0);
-        assert!(row.centroid.is_nan());
-        assert_eq!((row.median, row.entropy, row.low_share), (0.0, 0.0, 1.0));
+        assert_eq!((row.centroid, row.bandwidth, row.entropy), (0.0, 0.0, 0.0));
+        assert_eq!((row.median, row.effective_bandwidth), (0.25, 0.5));
+        assert_eq!((row.low_share, row.high_share), (1.0, 0.0));
+        let lone = moments_of(&[3.0], &[0.0], 1.0);
+        assert!(lone.centroid.is_nan() && lone.median.is_nan() && lone.high_share.is_nan());
+        assert_eq!(lone.total, 3.0);
     }
 
     /// Against `ndarray-stats` and plain sums, over six orders of magnitude and a few zeros; in the
@@ -188,67 +210,73 @@ mod tests {
                     }
                 })
                 .collect();
-            let edge = q[bins / 3];
-            let row = moments_of(&power, &q, edge);
+            // At two fifths of bin `at`, or of its upper half.
+            let at = bins / 3;
+            let (low, high) = match at {
+                0 => (0.0, 0.125),
+                _ => (q[at] - 0.125, q[at] + 0.125),
+            };
+            let row = moments_of(&power, &q, low + 0.4 * (high - low));
             let total: f64 = power.iter().sum();
             let share: Vec<f64> = power.iter().map(|p| p / total).collect();
             let dot = |f: &dyn Fn(f64) -> f64| -> f64 {
-                share.iter().zip(&q).skip(1).map(|(s, &q)| s * f(q)).sum()
+                share.iter().zip(&q).map(|(s, &q)| s * f(q)).sum()
             };
             let entropy = ArrayView1::from(&share).entropy().unwrap_or_default();
-            let weight = dot(&|_| 1.0);
-            let centroid = dot(&|q| q) / weight;
-            let bandwidth = (dot(&|q| (q - centroid).powi(2)) / weight).sqrt();
-            let low: f64 = share[..=bins / 3].iter().sum();
+            let centroid = dot(&|q| q);
+            let bandwidth = dot(&|q| (q - centroid).powi(2)).sqrt();
+            let low = share[..at].iter().sum::<f64>() + 0.4 * share[at];
             let squares: f64 = share.iter().map(|s| s * s).sum();
+            let width = 0.25 * 0.5f64.powf(share[0] + share[bins - 1]);
             let below = |level: f64| {
-                let mut sum = 0.0;
-                let reached = share.iter().position(|s| {
+                let (mut sum, mut end) = (0.0, 0.0);
+                for (m, s) in share.iter().enumerate() {
+                    let half = if m == 0 || m + 1 == bins { 0.125 } else { 0.25 };
+                    if sum + s >= level {
+                        return end + half * (level - sum) / s;
+                    }
                     sum += s;
-                    sum >= level
-                });
-                q[reached.unwrap_or(bins - 1)]
+                    end += half;
+                }
+                end
             };
-            assert_eq!((row.median, row.quantile_90), (below(0.5), below(0.9)));
             for (found, right) in [
                 (row.entropy, entropy / (bins as f64).ln()),
+                (row.effective_bandwidth, width * entropy.exp()),
                 (row.centroid, centroid),
                 (row.bandwidth, bandwidth),
+                (row.median, below(0.5)),
+                (row.quantile_90, below(0.9)),
                 (row.participation, 1.0 / squares),
                 (row.low_share, low),
                 (row.high_share, 1.0 - low),
                 (row.total, total),
+                (row.zero, power[0]),
             ] {
                 let error = (found - right).abs() / right.max(1e-3);
-                assert!(error < 3e-14, "{bins} bins: {found:e} for {right:e}");
+                assert!(error < 3e-13, "{bins} bins: {found:e} for {right:e}");
             }
+            let bins = Bins::new(&q, 2 * (bins - 1), 0.25);
+            let alone = quantile_of(&power, &bins, 0.9).unwrap();
+            assert!((alone / row.quantile_90 - 1.0).abs() < 1e-12);
         }
     }
 
     #[test]
-    fn a_level_that_is_met_exactly_is_reached() {
-        let axis = [0.0, 1.0, 2.0, 3.0, 4.0];
-        assert_eq!(
-            moments_of(&[0.0, 1.0, 1.0, 1.0, 1.0], &axis, 0.0).median,
-            2.0
-        );
-        assert_eq!(
-            moments_of(&[2.0, 1.0, 1.0, 0.0, 0.0], &axis, 0.0).median,
-            0.0
-        );
-    }
-
-    #[test]
-    fn an_edge_below_all_bins_leaves_nothing_low() {
+    fn an_edge_beyond_all_bins_divides_nothing() {
         let row = moments_of(&[1.0, 2.0, 1.0], &[0.0, 1.0, 2.0], -1.0);
         assert_eq!((row.low_share, row.high_share), (0.0, 1.0));
         let row = moments_of(&[1.0, 2.0, 1.0], &[0.0, 1.0, 2.0], 9.0);
         assert_eq!((row.low_share, row.high_share), (1.0, 0.0));
-        assert!(
-            moments_of(&[1.0, 2.0], &[0.0, 1.0], f64::NAN)
-                .low_share
-                .is_nan()
+        let none = moments_of(&[1.0, 2.0], &[0.0, 1.0], f64::NAN);
+        assert!(none.low_share.is_nan() && none.high_share.is_nan());
+        // A share far below rounding keeps its digits.
+        let row = moments_of(
+            &[1.0, 0.0, 0.0, 1e-30, 0.0],
+            &[0.0, 1.0, 2.0, 3.0, 4.0],
+            1.0,
         );
+        assert!((row.high_share / 1e-30 - 1.0).abs() < 1e-15);
     }
 
     /// Narrow lines far from zero, and two lines in far leaves, whose moments are known: nothing cancels.
@@ -277,7 +305,9 @@ mod tests {
             "{}",
             far.bandwidth
         );
-        assert_eq!((far.median, far.quantile_90), (axis[40], axis[8000]));
+        // Half of the energy: the end of the first bin; nine tenths: 0.8 of the second.
+        assert!((far.median - 4.05).abs() < 1e-14);
+        assert!((far.quantile_90 - (799.95 + 0.08)).abs() < 1e-12);
         assert_eq!((far.low_share, far.high_share), (0.5, 0.5));
     }
 }

@@ -29,6 +29,7 @@ pub fn write_small_arrays(analysis: &Analysis, archive: &Archive) -> Result<()> 
         )?;
         line(&format!("{what}_entropy"), &m.entropy)?;
         line(&format!("{what}_participation"), &m.participation)?;
+        line(&format!("{what}_zero_share"), &m.zero_share)?;
         line(&format!("{what}_median"), &m.median)?;
         line(&format!("{what}_90"), &m.quantile_90)?;
         line(&format!("low_{what}_share"), &m.low_share)?;

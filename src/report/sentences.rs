@@ -21,24 +21,28 @@ pub fn sentences(analysis: &Analysis) -> Vec<Sentence> {
     let axes = &analysis.axes;
     if let Some(moments) = &analysis.along_space {
         let along = Along::space(axes);
-        along.say(
-            &mut said,
-            moments,
-            &analysis.headline_space,
-            analysis.frequency_edge,
-        );
-        if let Some(front) = &analysis.front {
+        let headline = &analysis.headline_space;
+        // What the record's end cuts says little of the content.
+        let whole = analysis
+            .front
+            .as_ref()
+            .and_then(|front| front.headline.last);
+        let last = whole.or(headline.last);
+        along.say(&mut said, moments, headline, last, analysis.frequency_edge);
+        if let (Some(front), Some(band)) = (&analysis.front, said.last_mut()) {
+            let cut = headline.last.filter(|last| !front.fits[last.row]);
+            if let (FrontLength::Window { .. }, Some(last)) = (front.length, cut) {
+                let place = (along.place)(&last);
+                band.text += &format!("; the record ends while the front passes {place}");
+            }
             said.push(detail("front passage", along.front(front, axes)));
         }
     }
     if let Some(moments) = &analysis.along_time {
         let along = Along::time(axes);
-        along.say(
-            &mut said,
-            moments,
-            &analysis.headline_time,
-            analysis.wavenumber_edge,
-        );
+        let headline = &analysis.headline_time;
+        let last = headline.last;
+        along.say(&mut said, moments, headline, last, analysis.wavenumber_edge);
     }
     said
 }
@@ -58,7 +62,10 @@ struct Along<'a> {
     content_unit: String,
     /// What a row without content is.
     single: &'static str,
-    /// What to do about an edge that is not resolved.
+    /// The content's bin 0.
+    zero: &'static str,
+    /// The option that names another reference, and what else to do about an edge that is not resolved.
+    reference: &'static str,
     resolve: &'static str,
     place: Box<dyn Fn(&Spot) -> String + 'a>,
 }
@@ -70,8 +77,10 @@ impl<'a> Along<'a> {
             rows: "sites",
             content_unit: axes.frequency_unit(),
             single: "a single time has no frequencies",
-            resolve: "take another `--reference-site`, give `--band-edge-frequency`, analyse a longer \
-                      record, or remove a mean with `--detrend-time mean`",
+            zero: "f = 0",
+            reference: "--reference-site",
+            resolve: "give `--band-edge-frequency`, or, if it is an offset, remove it with \
+                      `--detrend-time mean`",
             place: Box::new(|spot| match &axes.space.unit {
                 Some(unit) => format!("site {} (x = {} {unit})", spot.index, number(spot.at)),
                 None => format!("site {}", spot.index),
@@ -85,8 +94,10 @@ impl<'a> Along<'a> {
             rows: "times",
             content_unit: axes.wavenumber_unit(),
             single: "a single site has no wavenumbers",
-            resolve: "take another `--reference-time`, give `--band-edge-wavenumber`, analyse more \
-                      sites, or remove the common mode with `--detrend-space mean`",
+            zero: "k = 0",
+            reference: "--reference-time",
+            resolve: "give `--band-edge-wavenumber`, or, if it is noise common to all sites, remove it \
+                      with `--detrend-space mean`",
             place: Box::new(|spot| {
                 let unit = axes.time.unit.as_deref().unwrap_or_default();
                 format!("t = {} {unit}", number(spot.at)).trim_end().into()
@@ -99,15 +110,16 @@ impl<'a> Along<'a> {
         said: &mut Vec<Sentence>,
         moments: &Moments,
         headline: &Headline,
+        last: Option<Spot>,
         edge: Option<BandEdge>,
     ) {
         said.push(Sentence {
             name: self.name,
             is_detail: false,
-            text: self.content(moments, headline),
+            text: self.content(moments, headline, last),
         });
         if let Some(edge) = edge {
-            said.push(detail("band edge", self.edge(edge, headline)));
+            said.push(detail("band edge", self.edge(edge, moments, headline)));
         }
         let undefined = moments.entropy.iter().filter(|x| x.is_nan()).count();
         let all = moments.entropy.len();
@@ -122,16 +134,21 @@ impl<'a> Along<'a> {
         said.push(detail("high band", text));
     }
 
-    /// Centroid, 90 % and effective bandwidth at the reference and at the last row with energy.
-    fn content(&self, moments: &Moments, headline: &Headline) -> String {
-        let spots = [headline.reference, headline.last];
+    /// Centroid, 90 % and effective bandwidth at the reference and at the `last` row to be told of.
+    fn content(&self, moments: &Moments, headline: &Headline, last: Option<Spot>) -> String {
+        let spots = [headline.reference, last];
         let mut rows: Vec<Spot> = spots.into_iter().flatten().collect();
         rows.dedup_by_key(|spot| spot.row);
         rows.retain(|spot| moments.centroid[spot.row].is_finite());
         let unit = &self.content_unit;
         let parts = rows.iter().map(|spot| {
+            let zero = moments.zero_share[spot.row];
+            let zero = match zero > 0.5 {
+                true => format!(", with {} of the energy at {}", percent(zero), self.zero),
+                false => String::new(),
+            };
             format!(
-                "centroid {}, 90 % below {}, effective bandwidth {} {unit} at {}",
+                "centroid {}, 90 % below {}, effective bandwidth {} {unit} at {}{zero}",
                 number(moments.centroid[spot.row]),
                 number(moments.quantile_90[spot.row]),
                 number(moments.effective_bandwidth[spot.row]),
@@ -146,7 +163,7 @@ impl<'a> Along<'a> {
         }
     }
 
-    fn edge(&self, edge: BandEdge, headline: &Headline) -> String {
+    fn edge(&self, edge: BandEdge, moments: &Moments, headline: &Headline) -> String {
         let unit = &self.content_unit;
         let at = |index: usize, at: f64| {
             (self.place)(&Spot {
@@ -173,11 +190,13 @@ impl<'a> Along<'a> {
                 at: x,
                 bin,
             } => format!(
-                "unresolved: 90 % of the energy at {} lies below {} {unit}, within three bins of 0 \
-                 ({} apart) -> {}",
+                "unresolved: 90 % of the energy at {} lies below {} {unit}, within three bins of 0, \
+                 which are {} apart -> name another `{}`{}, {}",
                 at(index, x),
                 number(value),
                 number(bin),
+                self.reference,
+                self.resolved_from(moments, headline, 3.0 * bin),
                 self.resolve
             ),
             BandEdge::Undefined if headline.last.is_some() => {
@@ -188,6 +207,19 @@ impl<'a> Along<'a> {
                 format!("undefined: {reason}")
             }
             BandEdge::Undefined => "undefined: no energy".into(),
+        }
+    }
+
+    /// The next row whose 90 % quantile lies beyond `least`.
+    fn resolved_from(&self, moments: &Moments, headline: &Headline, least: f64) -> String {
+        let from = headline.reference.map_or(0, |spot| spot.row);
+        let quantiles = moments.quantile_90.iter().enumerate().skip(from);
+        let row = quantiles.into_iter().find(|(_, q)| **q > least);
+        match (row, headline.reference) {
+            (Some((row, _)), Some(spot)) if self.rows == "sites" => {
+                format!(" (such as {})", spot.index + row - spot.row)
+            }
+            _ => String::new(),
         }
     }
 
@@ -217,9 +249,11 @@ impl<'a> Along<'a> {
                 )
             }
             FrontLength::NoReference => "undefined: no energy at the reference".into(),
-            FrontLength::NoPulse => "undefined: the reference has no pulse whose width would give a \
+            FrontLength::NoPulse => {
+                "undefined: the reference has no pulse whose width would give a \
                                      length -> give `--front-window`"
-                .into(),
+                    .into()
+            }
             FrontLength::TooLong { window } => format!(
                 "undefined: a window of {} is longer than the record -> give a shorter \
                  `--front-window`",
@@ -255,10 +289,10 @@ fn shares(headline: &Headline, place: &dyn Fn(&Spot) -> String, last: &str) -> O
         .iter()
         .map(|(spot, parts)| {
             let share = percent(spot.high_share.unwrap_or(f64::NAN));
-            format!("{share} at {} ({})", place(spot), parts.join(", "))
+            format!("{share} at {}, {}", place(spot), parts.join(" and "))
         })
         .collect();
-    (!named.is_empty()).then(|| named.join(", "))
+    (!named.is_empty()).then(|| named.join("; "))
 }
 
 /// Four digits; in powers of ten where they would be long.

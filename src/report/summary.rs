@@ -218,7 +218,10 @@ impl<'a> Summary<'a> {
             low_high: LowHigh {
                 frequency: edge(analysis.frequency_edge),
                 wavenumber: edge(analysis.wavenumber_edge),
-                along_x: analysis.along_space.as_ref().map(|_| analysis.headline_space),
+                along_x: analysis
+                    .along_space
+                    .as_ref()
+                    .map(|_| analysis.headline_space),
                 along_t: analysis.along_time.as_ref().map(|_| analysis.headline_time),
                 front_passage: analysis.front.as_ref().map(|front| FrontSummary {
                     length: front.length,
