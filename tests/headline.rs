@@ -397,7 +397,7 @@ fn no_warning_on_what_is_in_order() {
 fn what_is_not_asked_for_is_not_warned_of() {
     // A ramp along space, a tone along time: ends of profiles do not meet.
     let ramp = Array2::from_shape_fn((256, 30), |(n, j)| {
-        (j as f64 - 8.0) * (std::f64::consts::TAU * 16.0 * n as f64 / 256.0).sin()
+        (j as f64 - 8.5) * (std::f64::consts::TAU * 16.0 * n as f64 / 256.0).sin()
     });
     let field = Field::from_array(ramp);
     let only = |results| Request {
@@ -471,5 +471,59 @@ fn a_lone_site_has_no_wavenumbers_and_a_lone_time_no_frequencies() {
             .centroid
             .iter()
             .all(|c| c.is_nan())
+    );
+}
+
+/// The front has not reached the end: no cascade is announced there. The last site held 1e-22 of the
+/// largest energy, and a high share of 99.95 % was printed of it.
+#[test]
+fn a_site_that_the_wave_has_not_reached_is_not_the_last() {
+    let field = struck(60, 40.0, 1024).to_field();
+    let request = Request {
+        reference_site: Some(10),
+        ..Request::default()
+    };
+    let analysis = analyzed(&field, &request);
+    let along = analysis.along_space.as_ref().unwrap();
+    assert!(along.centroid[59].is_nan() && along.high_share[59].is_nan());
+    let headline = analysis.headline_space;
+    assert!((30..55).contains(&headline.last.unwrap().index));
+    // Where the record's end does not cut the passage of the front, nothing moves up much.
+    assert!(headline.largest.unwrap().high_share.unwrap() < 0.2);
+    let said = cascade::report::sentences(&analysis);
+    let band = said.iter().find(|line| line.name == "high band").unwrap();
+    for part in [
+        "10.00 % at site 10, the reference",
+        "the largest from there on",
+        "the last with energy",
+        "of 60 sites have too little energy to tell",
+        "the record ends while the front passes site",
+    ] {
+        assert!(band.text.contains(part), "{part}: {}", band.text);
+    }
+    assert_eq!(analysis.warnings, []);
+}
+
+/// By default of this chain the edge at the first body behind the striker is not resolved, since it
+/// flies back; the site that is named instead has one.
+#[test]
+fn an_unresolved_edge_says_what_to_do() {
+    let field = struck(60, 60.0, 1024).to_field();
+    let analysis = analyzed(&field, &Request::default());
+    let said = cascade::report::sentences(&analysis);
+    let edge = said.iter().find(|line| line.name == "band edge").unwrap();
+    let Some(BandEdge::Unresolved { index: 1, .. }) = analysis.frequency_edge else {
+        return assert!(edge.text.contains("at site 1 below"), "{}", edge.text);
+    };
+    let site = edge.text.split("(such as ").nth(1).unwrap();
+    let site = site.split(')').next().unwrap().parse().unwrap();
+    let request = Request {
+        reference_site: Some(site),
+        ..Request::default()
+    };
+    let again = analyzed(&field, &request).frequency_edge;
+    assert!(
+        matches!(again, Some(BandEdge::Reference { .. })),
+        "{again:?}"
     );
 }

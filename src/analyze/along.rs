@@ -21,8 +21,8 @@ pub(super) fn defined(rows: &[Row], energies: &[f64], noise: Option<f64>) -> Vec
 
 impl Moments {
     /// Rows gathered into columns, NaN but for the energy in rows that are not `defined`; `measure`
-    /// makes a sum over bins an integral.
-    pub(super) fn gather(rows: &[Row], defined: &[bool], measure: f64) -> Moments {
+    /// makes a sum over bins an integral, and spectra are of lengths `padded` times those of the samples.
+    pub(super) fn gather(rows: &[Row], defined: &[bool], measure: f64, padded: f64) -> Moments {
         let column = |of: fn(&Row) -> f64| -> Vec<f64> {
             let rows = rows.iter().zip(defined);
             rows.map(|(row, defined)| if *defined { of(row) } else { f64::NAN })
@@ -34,7 +34,10 @@ impl Moments {
             effective_bandwidth: column(|r| r.effective_bandwidth),
             entropy: column(|r| r.entropy),
             participation: column(|r| r.participation),
-            zero_share: column(|r| r.zero / r.total),
+            zero_share: column(|r| r.zero / r.total)
+                .into_iter()
+                .map(|share| share * padded)
+                .collect(),
             median: column(|r| r.median),
             quantile_90: column(|r| r.quantile_90),
             low_share: column(|r| r.low_share),

@@ -94,7 +94,8 @@ fn unit<'a>(axis: &'a Axis, counted: &'a str, stepped: &'a str) -> &'a str {
 ///   density p; padding does not move it;
 /// - `entropy = -sum p_m ln p_m / ln(bins)`, the normalised entropy (0 to 1), which depends on the
 ///   number of bins;
-/// - `participation = 1 / sum p_m^2`, a number of bins; `zero_share = p_0`;
+/// - `participation = 1 / sum p_m^2`, a number of bins;
+/// - `zero_share`, the part of the mean: `p_0`, times the padded over the unpadded length;
 /// - `median` and `quantile_90`: where the cumulative energy reaches 50 % and 90 %, read off at the
 ///   ends of the intervals, linear in between;
 /// - `low_share` and `high_share`: the cumulative energy up to the band edge, and the rest.

@@ -115,6 +115,7 @@ fn passes<T: Real>(
         by_time: (!rows.rows.is_empty()).then_some(&*rows.rows),
         frequency: plan.frequency_bins(),
         wavenumber: plan.wavenumber_bins(),
+        padding_time: plan.padding_time(),
     };
     let mut warnings = findings(&found, &plan.request);
     if stored == 1.0 && unit != 1.0 {
@@ -223,7 +224,7 @@ impl Summed<'_> {
         let noise = self.noise_in(&plan.window_time, plan.segments.count());
         let defined = along::defined(&columns.rows, &columns.energies, noise);
         let measure = plan.time_scale.measure * self.stored;
-        let moments = Moments::gather(&columns.rows, &defined, measure);
+        let moments = Moments::gather(&columns.rows, &defined, measure, plan.padding_time());
         let front =
             length.map(|length| front::gather(plan, length, &columns.passed, &defined, reference));
         // Where the record ends while the front passes, the end makes a part of the spectrum.
@@ -241,7 +242,9 @@ impl Summed<'_> {
         let plan = self.plan;
         let noise = self.noise_in(&plan.window_space, 1);
         let defined = along::defined(&rows.rows, &rows.energies, noise);
-        let moments = Moments::gather(&rows.rows, &defined, plan.space_scale.measure * self.stored);
+        let measure = plan.space_scale.measure * self.stored;
+        let padded = plan.conventions.padded_space as f64 / plan.axes.n_sites as f64;
+        let moments = Moments::gather(&rows.rows, &defined, measure, padded);
         let reference = self.references.time;
         let headline = Headline::of(&moments.high_share, &defined, &defined, reference, |row| {
             (plan.times.start + row, plan.axes.time.at(row))

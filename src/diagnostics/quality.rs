@@ -44,6 +44,8 @@ pub(crate) struct Findings<'a> {
     pub by_time: Option<&'a [Row]>,
     pub frequency: Bins<'a>,
     pub wavenumber: Bins<'a>,
+    /// By how much records are longer with zeros; bin 0 is narrower by that.
+    pub padding_time: f64,
 }
 
 const ALIASING_SHARE: f64 = 0.01;
@@ -131,7 +133,7 @@ impl Findings<'_> {
             return warnings;
         };
         let total = total(rows, |r| r.total);
-        let share = self::total(rows, |r| r.zero) / total;
+        let share = self.padding_time * self::total(rows, |r| r.zero) / total;
         if share > STATIC_SHARE {
             warnings.push(Warning::Static { share });
         }

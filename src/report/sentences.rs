@@ -289,7 +289,13 @@ fn shares(headline: &Headline, place: &dyn Fn(&Spot) -> String, last: &str) -> O
         .iter()
         .map(|(spot, parts)| {
             let share = percent(spot.high_share.unwrap_or(f64::NAN));
-            format!("{share} at {}, {}", place(spot), parts.join(" and "))
+            let parts = match &parts[..] {
+                [first, others @ .., last] if !others.is_empty() => {
+                    format!("{first}, {} and {last}", others.join(", "))
+                }
+                parts => parts.join(" and "),
+            };
+            format!("{share} at {}, {parts}", place(spot))
         })
         .collect();
     (!named.is_empty()).then(|| named.join("; "))

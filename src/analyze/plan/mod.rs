@@ -245,6 +245,11 @@ impl Plan {
         Bins::new(&self.axes.wavenumber, padded, step)
     }
 
+    /// By how much records (or segments) become longer by zeros.
+    pub(crate) fn padding_time(&self) -> f64 {
+        self.conventions.padded_time as f64 / self.segments.length as f64
+    }
+
     pub(crate) fn space_scale_of(&self, scaling: Scaling) -> Scale {
         Scale::along_space(
             scaling,
