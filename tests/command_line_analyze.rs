@@ -64,7 +64,7 @@ fn the_summary_says_where_it_came_from_and_what_it_read() {
     let words = ["analyze", "wave.npy", "--figures", "none", "--sites", "2:9"];
     place.good(&words);
     let summary = place.json("wave-cascade/summary.json");
-    assert_eq!(summary["schema"], "cascade.analyze/1");
+    assert_eq!(summary["schema"], "cascade.analyze/2");
     let provenance = &summary["provenance"];
     let command = provenance["command"].as_array().unwrap();
     assert!(command[0].as_str().unwrap().ends_with("cascade"));
@@ -170,6 +170,8 @@ fn only_what_is_asked_for_is_there() {
         let measures = [
             "centroid",
             "bandwidth",
+            "effective_bandwidth",
+            "zero_share",
             "entropy",
             "participation",
             "median",
@@ -180,7 +182,13 @@ fn only_what_is_asked_for_is_there() {
         names.extend(["low", "high"].map(|band| format!("{band}_{what}_share")));
         names
     };
-    assert_eq!(result("temporal"), along("frequency", "temporal_spectrum"));
+    let mut temporal = along("frequency", "temporal_spectrum");
+    temporal.extend(set(&[
+        "front_arrival",
+        "low_frequency_share_front",
+        "high_frequency_share_front",
+    ]));
+    assert_eq!(result("temporal"), temporal);
     assert_eq!(result("spatial"), along("wavenumber", "spatial_spectrum"));
     assert_eq!(
         result("spacetime"),

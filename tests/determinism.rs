@@ -60,6 +60,7 @@ fn bits(spectra: &Spectra, analysis: &Analysis) -> Vec<u64> {
         [
             &m.centroid,
             &m.bandwidth,
+            &m.effective_bandwidth,
             &m.entropy,
             &m.participation,
             &m.median,
@@ -71,6 +72,9 @@ fn bits(spectra: &Spectra, analysis: &Analysis) -> Vec<u64> {
         .flatten()
         .copied()
     });
+    let front = analysis.front.iter();
+    let front = front.flat_map(|f| f.arrival.iter().chain(&f.high_share).copied());
+    let small = small.chain(front);
     let d = analysis.direction.map(|d| [d.toward_plus_x, d.undirected]);
     let p = analysis.parseval;
     let scalars = d

@@ -177,7 +177,7 @@ fn the_page_states_warnings_bands_and_accuracy() {
         "2 of the records are constant: sites 17, 18",
         "Leave these sites out",
         "90 % of the energy at site 0",
-        "94.248 rad/m, given",
+        "94.25 rad/m, as given",
         "Parseval residual, time",
         "noise bandwidth 1.5 bins",
         "91.20 %",

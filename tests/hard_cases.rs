@@ -146,7 +146,7 @@ fn an_offset_a_billion_times_the_signal_is_removed_or_kept_without_loss() {
 }
 
 #[test]
-fn constant_and_zero_channels_have_no_centroid() {
+fn zero_channels_have_no_centroid_and_constant_ones_that_of_zero() {
     let values = Array2::from_shape_fn((32, 4), |(n, j)| match j {
         0 => 0.0,
         1 => 5.0,
@@ -155,7 +155,8 @@ fn constant_and_zero_channels_have_no_centroid() {
     let (analysis, _) = analyzed(&Field::from_array(values), &Request::default());
     let along = analysis.along_space.expect("asked for");
     assert!(along.centroid[0].is_nan() && along.entropy[0].is_nan());
-    assert!(along.centroid[1].is_nan() && along.quantile_90[1] == 0.0);
+    // Bin 0 stands for half a bin: nine tenths of 1/64.
+    assert!(along.centroid[1] == 0.0 && along.quantile_90[1] == 0.9 / 64.0);
     assert!(along.centroid[2].is_finite());
     assert_eq!(along.energy[0], 0.0);
     let dead = analysis.warnings.iter().find_map(|w| match w {
@@ -353,9 +354,9 @@ fn a_time_range_keeps_its_ends_however_late_it_is() {
     }
 }
 
-/// 250 is bin 11 of 44 samples at 1 ms, but the bin as computed lies one rounding above it.
 /// By hand: `sin(2 pi 5 n / 64) sin(2 pi 4 j / 32)` of a range that begins at time 16 and site 8, where it is
-/// zero; so the rows that follow are the first with energy.
+/// zero; so the rows that follow are the first with energy, half and a fifth of the largest. A line in
+/// bin m has 90 % of its energy below `m - 1/2 + 9/10` bins: 5.4 of 1/32, and 4.4 of pi / 4.
 #[test]
 fn val_band_edges_name_their_rows_in_the_file() {
     let turn = |m: usize, length: usize| (std::f64::consts::TAU * m as f64 / length as f64).sin();
@@ -379,18 +380,22 @@ fn val_band_edges_name_their_rows_in_the_file() {
     };
     let (analysis, _) = analyzed(&field, &request);
     for (edge, expected) in [
-        (analysis.frequency_edge, (0.15625, 9, 1.25)),
-        (analysis.wavenumber_edge, (std::f64::consts::PI, 17, 11.5)),
+        (analysis.frequency_edge, (0.16875, 9, 1.25)),
+        (
+            analysis.wavenumber_edge,
+            (1.1 * std::f64::consts::PI, 17, 11.5),
+        ),
     ] {
         let Some(BandEdge::Reference { value, index, at }) = edge else {
             panic!("{edge:?}");
         };
-        assert_eq!((value, index, at), expected);
+        assert!((value / expected.0 - 1.0).abs() < 1e-13, "{value}");
+        assert_eq!((index, at), (expected.1, expected.2));
     }
 }
 
 #[test]
-fn a_typed_band_edge_means_the_bin_it_misses_by_rounding() {
+fn shares_change_with_the_band_edge_without_steps() {
     let mut field = field((44, 2));
     field.time.step = 1e-3;
     let request = |edge| Request {
@@ -401,8 +406,22 @@ fn a_typed_band_edge_means_the_bin_it_misses_by_rounding() {
         let (analysis, _) = analyzed(&field, &request(edge));
         analysis.along_space.expect("asked for").low_share[0]
     };
-    assert_eq!(low(250.0), low(251.0));
-    assert!(low(249.0) < low(250.0));
+    // 250 is bin 11 of 44 samples at 1 ms, but the bin as computed lies one rounding above it.
+    let around = [
+        249.0,
+        250.0 * (1.0 - 1e-15),
+        250.0,
+        250.0 * (1.0 + 1e-15),
+        251.0,
+    ]
+    .map(low);
+    assert!(around.is_sorted() && around[0] < around[1] && around[3] < around[4]);
+    assert!(around[3] - around[1] < 1e-14);
+    // Half of the bin lies below its middle.
+    let bin = 1e3 / 44.0;
+    let whole = low(250.0 + 0.5 * bin) - low(250.0 - 0.5 * bin);
+    let half = low(250.0) - low(250.0 - 0.5 * bin);
+    assert!((half / whole - 0.5).abs() < 1e-12);
 }
 
 #[test]
@@ -562,8 +581,11 @@ fn the_band_edge_of_segments_is_that_of_their_spectra() {
         below += p;
         below >= 0.9 * total
     });
+    let at = at.unwrap();
+    let part = (0.9 * total - below + power[at]) / power[at];
     let edge = analysis.frequency_edge.unwrap().value();
-    assert_eq!(edge, analysis.axes.frequency[at.unwrap()]);
+    let right = analysis.axes.frequency[at] + (part - 0.5) * analysis.axes.frequency[1];
+    assert!((edge / right - 1.0).abs() < 1e-12, "{edge} {right}");
     // Without their trends the tone is what is left.
     assert!(edge > 0.1, "{edge}");
 }

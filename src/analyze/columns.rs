@@ -5,12 +5,13 @@ use ndarray::{Array2, ArrayViewMut2, Axis};
 use num_complex::Complex;
 
 use super::between::{self, Between, Scratch};
+use super::front::{self, Passage, Passed};
 use super::plan::Plan;
 use super::sink::{LargeArray, Sink};
 use super::worker::{Samples, Worker};
 use crate::analyze::Observer;
 use crate::buffer::Buffer;
-use crate::diagnostics::{MapBuilder, Row, moments_across};
+use crate::diagnostics::{Bins, MapBuilder, Row, moments_across};
 use crate::error::{Error, Result};
 use crate::prepare::{Ahead, Prepared};
 use crate::spare::Spare;
@@ -23,6 +24,8 @@ pub(super) struct Columns {
     pub rows: Vec<Row>,
     /// `sum (w v)^2` over all segments, one a site.
     pub energies: Vec<f64>,
+    /// What the front's passage shows, one a site; none where it is not looked at.
+    pub passed: Vec<Passed>,
     /// Of the spectra; `None` where they are not written by this pass, or no maps are wanted.
     pub map: Option<MapBuilder>,
 }
@@ -36,6 +39,8 @@ pub(super) struct AlongTime<'a, T: Real> {
     plan: &'a Plan,
     prepared: &'a Prepared<'a>,
     transform: RecordTransform<T>,
+    /// Where the passage of the front is looked at.
+    pub passage: Option<Passage<T>>,
 }
 
 impl<'a, T: Real> AlongTime<'a, T> {
@@ -45,32 +50,18 @@ impl<'a, T: Real> AlongTime<'a, T> {
             plan,
             prepared,
             transform,
+            passage: None,
         }
     }
 
-    /// The first site with energy (or the one named) and its spectrum; `None` without energy.
-    pub fn reference(&self, observer: &dyn Observer) -> Result<Option<(usize, Vec<f64>)>> {
-        let (plan, prepared) = (self.plan, self.prepared);
-        let mut worker = Worker::new(plan, &self.transform);
-        let mut record = vec![0.0; plan.axes.n_times];
-        let candidates = match plan.request.reference_site {
-            Some(site) => site - plan.sites.start..site - plan.sites.start + 1,
-            None => 0..plan.axes.n_sites,
-        };
-        for j in candidates {
-            if observer.cancelled() {
-                return Err(Error::Cancelled);
-            }
-            prepared.record(j, &mut record);
-            if record.iter().any(|&v| v != 0.0) {
-                worker.spectra(prepared, j..j + 1, Samples::Records(&record), None);
-                let spectrum: Vec<f64> = worker.power.iter().map(|lanes| lanes.0[0]).collect();
-                if sum(&spectrum) > 0.0 {
-                    return Ok(Some((j, spectrum)));
-                }
-            }
-        }
-        Ok(None)
+    /// The record of site `j` and its spectrum; `None` without energy.
+    pub fn reference(&self, j: usize) -> Option<(Vec<f64>, Vec<f64>)> {
+        let mut worker = Worker::new(self.plan, &self.transform);
+        let mut record = vec![0.0; self.plan.axes.n_times];
+        self.prepared.record(j, &mut record);
+        worker.spectra(self.prepared, j..j + 1, Samples::Records(&record), None);
+        let spectrum: Vec<f64> = worker.power.iter().map(|lanes| lanes.0[0]).collect();
+        (sum(&spectrum) > 0.0).then_some((record, spectrum))
     }
 
     /// Root mean square difference of a few amplitudes of site `j` from direct sums, relative to the
@@ -129,10 +120,12 @@ impl<'a, T: Real> AlongTime<'a, T> {
         let mut done = Columns {
             rows: Vec::with_capacity(nx),
             energies: Vec::with_capacity(nx),
+            passed: Vec::new(),
             map: (wanted && plan.request.maps)
                 .then(|| MapBuilder::largest((nf, nx), super::MAP_LIMIT)),
         };
         let rows = if wanted { nf } else { 0 };
+        let bins = plan.frequency_bins();
         let mut buffer = Buffer::zeros((rows, plan.blocks.sites))?;
         let mut room = Ahead::default();
         for from in (0..nx).step_by(plan.blocks.sites) {
@@ -143,14 +136,16 @@ impl<'a, T: Real> AlongTime<'a, T> {
                 workers: &workers,
                 observer,
                 ahead: prepared.read_ahead(from..from + width, &mut room),
+                bins: &bins,
                 edge,
                 from,
             };
             let kept = between.as_deref_mut().map(|all| all.columns(from, width));
             let seen = stripes.run(spectra.view_mut(), kept.transpose()?)?;
-            for (row, energy) in seen {
-                done.rows.push(row);
-                done.energies.push(energy);
+            for seen in seen {
+                done.rows.push(seen.row);
+                done.energies.push(seen.energy);
+                done.passed.extend(seen.passed);
             }
             if wanted {
                 if stored != 1.0 {
@@ -171,6 +166,8 @@ impl<'a, T: Real> AlongTime<'a, T> {
 struct Room<'w, T: Real> {
     worker: Worker<'w, T>,
     samples: Vec<f64>,
+    /// For the passage of the front.
+    front: front::Room<T>,
     /// Transforms on their way to a scratch file.
     kept: Array2<Complex<T>>,
 }
@@ -180,6 +177,7 @@ impl<'w, T: Real> Room<'w, T> {
         Room {
             worker: Worker::new(of.plan, &of.transform),
             samples: Vec::new(),
+            front: front::Room::default(),
             kept: Array2::default((0, 0)),
         }
     }
@@ -191,8 +189,16 @@ struct Stripes<'a, 'w, T: Real> {
     workers: &'a Spare<Room<'w, T>>,
     observer: &'a dyn Observer,
     ahead: Option<&'a Ahead>,
+    bins: &'a Bins<'w>,
     edge: f64,
     from: usize,
+}
+
+/// What is noted of one site.
+struct Seen {
+    row: Row,
+    energy: f64,
+    passed: Option<Passed>,
 }
 
 impl<T: Real> Stripes<'_, '_, T> {
@@ -201,7 +207,7 @@ impl<T: Real> Stripes<'_, '_, T> {
         &self,
         mut spectra: ArrayViewMut2<f64>,
         kept: Option<between::Columns<T>>,
-    ) -> Result<Vec<(Row, f64)>> {
+    ) -> Result<Vec<Seen>> {
         let tile = self.all.plan.tiles.sites;
         let mut nothing = Array2::default((0, spectra.ncols()));
         let (mut kept, scratch) = match kept {
@@ -209,7 +215,7 @@ impl<T: Real> Stripes<'_, '_, T> {
             Some(between::Columns::Memory(columns)) => (columns, None),
             Some(between::Columns::Scratch(scratch)) => (nothing.view_mut(), Some(scratch)),
         };
-        let done: Result<Vec<Vec<(Row, f64)>>> = spectra
+        let done: Result<Vec<Vec<Seen>>> = spectra
             .axis_chunks_iter_mut(Axis(1), tile)
             .into_par_iter()
             .zip(kept.axis_chunks_iter_mut(Axis(1), tile))
@@ -225,7 +231,7 @@ impl<T: Real> Stripes<'_, '_, T> {
                 },
             )
             .collect();
-        Ok(done?.concat())
+        Ok(done?.into_iter().flatten().collect())
     }
 
     /// A stripe whose transforms go to `scratch`.
@@ -235,7 +241,7 @@ impl<T: Real> Stripes<'_, '_, T> {
         first: usize,
         room: &mut Room<T>,
         spectra: ArrayViewMut2<f64>,
-    ) -> Result<Vec<(Row, f64)>> {
+    ) -> Result<Vec<Seen>> {
         let shape = (self.all.plan.between_rows(), spectra.ncols());
         let mut kept = std::mem::take(&mut room.kept);
         if kept.dim() != shape {
@@ -255,19 +261,23 @@ impl<T: Real> Stripes<'_, '_, T> {
         room: &mut Room<T>,
         mut spectra: ArrayViewMut2<f64>,
         kept: ArrayViewMut2<Complex<T>>,
-    ) -> Result<Vec<(Row, f64)>> {
+    ) -> Result<Vec<Seen>> {
         if self.observer.cancelled() {
             return Err(Error::Cancelled);
         }
         let Room {
-            worker, samples, ..
+            worker,
+            samples,
+            front,
+            ..
         } = room;
         let (plan, prepared) = (self.all.plan, self.all.prepared);
         let width = spectra.ncols();
         let sites = first..first + width;
         samples.resize(width * plan.axes.n_times, 0.0);
         // Segments that lose trends of their own need records.
-        let samples = if plan.request.welch.is_some() {
+        let by_record = plan.request.welch.is_some();
+        let seen = if by_record {
             prepared.records(self.ahead, sites.clone(), samples);
             Samples::Records(samples)
         } else {
@@ -275,13 +285,36 @@ impl<T: Real> Stripes<'_, '_, T> {
             Samples::Columns(samples)
         };
         let kept = (kept.nrows() > 0).then_some(kept);
-        worker.spectra(prepared, sites, samples, kept);
+        worker.spectra(prepared, sites, seen, kept);
         for (mut row, power) in spectra.outer_iter_mut().zip(&worker.power) {
             row.iter_mut().zip(&power.0).for_each(|(to, &p)| *to = p);
         }
-        let rows = moments_across(&worker.power, &plan.axes.frequency, self.edge);
-        let seen = rows.into_iter().zip(worker.energies.iter().copied());
+        let rows = moments_across(&worker.power, self.bins, self.edge);
+        let mut seen: Vec<Seen> = rows
+            .into_iter()
+            .zip(&worker.energies)
+            .map(|(row, &energy)| Seen {
+                row,
+                energy,
+                passed: None,
+            })
+            .collect();
+        if let Some(passage) = &self.all.passage {
+            if passage.is_long(plan) {
+                worker.release();
+            }
+            let passed = match by_record {
+                true => passage.of_records(samples, plan.axes.n_times, front),
+                false => passage.of_columns(samples, width, front),
+            };
+            for (seen, passed) in seen.iter_mut().zip(passed) {
+                seen.passed = Some(passed);
+            }
+            if passage.is_long(plan) {
+                *front = front::Room::default();
+            }
+        }
         self.observer.advance(width as u64);
-        Ok(seen.take(width).collect())
+        Ok(seen)
     }
 }

@@ -1,13 +1,16 @@
 //! From a field to its cascade: request, plan, run, result.
 
+mod along;
 mod between;
 mod columns;
 mod filtered;
 mod flux;
+mod front;
 pub(crate) mod labels;
 mod maps;
 mod observer;
 mod plan;
+mod reference;
 mod request;
 mod result;
 mod rows;
@@ -19,6 +22,7 @@ mod stages;
 mod warning;
 mod worker;
 
+pub use along::Headline;
 pub use filtered::{Filtered, filtered};
 pub use observer::{Observer, Silent};
 #[cfg(feature = "cli")]

@@ -117,14 +117,23 @@ pub struct Request {
     pub pad_time: Option<usize>,
     /// Length that each profile is padded to with zeros.
     pub pad_space: Option<usize>,
-    /// Site that sets the frequency band edge; `None`: the first with energy.
+    /// Site that sets the frequency band edge. `None`: of a simulated run the first body behind the one
+    /// that is struck or driven; of a field, the first site with at least a tenth of the largest energy.
     pub reference_site: Option<usize>,
-    /// Time that sets the wavenumber band edge; `None`: the first with energy.
+    /// Time that sets the wavenumber band edge. `None`: of a simulated run the time at which the front has
+    /// passed ten sites (a quarter of the chain if that is less); of a field, the first time with at
+    /// least a tenth of the largest energy.
     pub reference_time: Option<f64>,
     /// Band edge in cycles per time unit; overrides the reference site.
     pub band_edge_frequency: Option<f64>,
     /// Band edge in rad per length unit; overrides the reference time.
     pub band_edge_wavenumber: Option<f64>,
+    /// Length, in units of time, of the windows over which shares at the front's passage are taken;
+    /// `None`: ten times the width at half maximum of the pulse at the reference site.
+    pub front_window: Option<f64>,
+    /// Root mean square of the noise in the samples, where it is known: sites and times whose energy
+    /// is not at least twice the noise's are undefined.
+    pub noise: Option<f64>,
     /// Frequencies `[from, to]` over which directions are summed; `None`: all.
     pub direction_band: Option<(f64, f64)>,
     pub short_time: ShortTime,
@@ -158,6 +167,8 @@ impl Default for Request {
             reference_time: None,
             band_edge_frequency: None,
             band_edge_wavenumber: None,
+            front_window: None,
+            noise: None,
             direction_band: None,
             short_time: ShortTime {
                 sites: Vec::new(),

@@ -2,6 +2,7 @@
 
 use ndarray::{Array2, Array3};
 
+use super::along::Headline;
 use super::warning::Warning;
 use crate::field::{Axis, Quantity};
 use crate::prepare::WindowGains;
@@ -81,18 +82,32 @@ fn unit<'a>(axis: &'a Axis, counted: &'a str, stepped: &'a str) -> &'a str {
 
 /// Measures of a family of spectra, one value a row (a site for `S(f, x)`, a time for `S(k, t)`).
 ///
-/// With `p_m` the share of bin m in the row's energy: `centroid = sum m>0 of q_m p_m / sum m>0 of
-/// p_m` and `bandwidth` the root of the second moment about it (bin 0 left out of both);
-/// `entropy = -sum p ln p / ln(bins)`; `participation = 1 / sum p^2` (a number of bins);
-/// `median` and `quantile_90`: the first bin at which the cumulative energy reaches 50 % and 90 %;
-/// `low_share` and `high_share`: energy at or below, and above, the band edge.
-/// A row without energy holds NaN.
+/// A bin stands for the interval of half a bin to both sides of its frequency (wavenumber) `q_m`; 0
+/// and, at even length, Nyquist stand for half a bin inside the axis. With `p_m` the share of bin m
+/// in the row's energy, every bin with its one-sided weight, 0 included, and `w_m` the width of its interval:
+///
+/// - `centroid = sum q_m p_m`, `bandwidth` the root of `sum (q_m - centroid)^2 p_m`;
+/// - `effective_bandwidth = exp(-sum p_m ln(p_m / w_m))`, which is `exp(-integral p ln p dq)` of the
+///   density p; padding does not move it;
+/// - `entropy = -sum p_m ln p_m / ln(bins)`, the normalised entropy (0 to 1), which depends on the
+///   number of bins;
+/// - `participation = 1 / sum p_m^2`, a number of bins;
+/// - `zero_share`, the part of the mean: `p_0`, times the padded over the unpadded length;
+/// - `median` and `quantile_90`: where the cumulative energy reaches 50 % and 90 %, read off at the
+///   ends of the intervals, linear in between;
+/// - `low_share` and `high_share`: the cumulative energy up to the band edge, and the rest.
+///
+/// A row whose energy is below 1e-6 of the largest, or below the noise where that is known
+/// ([`Request::noise`](super::Request::noise)), holds NaN but for its energy; so does every row
+/// where there is a single bin. Units: those of the axis for the first four, shares and numbers else.
 #[derive(Debug, Clone, Default)]
 pub struct Moments {
     pub centroid: Vec<f64>,
     pub bandwidth: Vec<f64>,
+    pub effective_bandwidth: Vec<f64>,
     pub entropy: Vec<f64>,
     pub participation: Vec<f64>,
+    pub zero_share: Vec<f64>,
     pub median: Vec<f64>,
     pub quantile_90: Vec<f64>,
     pub low_share: Vec<f64>,
@@ -107,7 +122,7 @@ pub struct Moments {
 pub enum BandEdge {
     /// Given by the user.
     Given { value: f64 },
-    /// 90 % of the energy at the reference row lies at or below it.
+    /// 90 % of the energy at the reference row lies below it.
     Reference {
         value: f64,
         /// Index of the reference site or time in the file.
@@ -115,7 +130,17 @@ pub enum BandEdge {
         /// Its coordinate.
         at: f64,
     },
-    /// The reference has no energy, or no row has.
+    /// 90 % of the energy at the reference row lies within three bins of 0 (of the length that is
+    /// transformed, padding aside): no edge that the record resolves, and no shares.
+    Unresolved {
+        /// Where it would lie.
+        value: f64,
+        index: usize,
+        at: f64,
+        /// Distance between bins of the record without padding.
+        bin: f64,
+    },
+    /// The reference has no energy, or no row has, or there is but one bin.
     Undefined,
 }
 
@@ -123,9 +148,62 @@ impl BandEdge {
     pub fn value(&self) -> f64 {
         match *self {
             BandEdge::Given { value } | BandEdge::Reference { value, .. } => value,
-            BandEdge::Undefined => f64::NAN,
+            BandEdge::Unresolved { .. } | BandEdge::Undefined => f64::NAN,
         }
     }
+}
+
+/// A site or a time, and the share of its energy in the high band.
+#[derive(Debug, Clone, Copy, PartialEq, serde::Serialize)]
+pub struct Spot {
+    /// Index in the range analysed.
+    #[serde(skip)]
+    pub row: usize,
+    /// Index in the file.
+    pub index: usize,
+    /// Coordinate.
+    pub at: f64,
+    /// `None` where there is no band edge.
+    pub high_share: Option<f64>,
+}
+
+/// Over which length shares at the front's passage are taken, or why there are none.
+#[derive(Debug, Clone, Copy, PartialEq, serde::Serialize)]
+#[serde(rename_all = "kebab-case", tag = "found")]
+pub enum FrontLength {
+    Window {
+        /// Length, in units of time.
+        window: f64,
+        samples: usize,
+        /// Width at half maximum of the pulse at the reference; `None` where the length was given.
+        pulse_width: Option<f64>,
+    },
+    /// No site has energy.
+    NoReference,
+    /// The reference has no pulse: it is above half of its largest magnitude at both ends.
+    NoPulse,
+    /// The window is longer than the record.
+    TooLong { window: f64 },
+    /// More than half of the sites move from the first sample on.
+    NoArrival { at_once: usize, sites: usize },
+}
+
+/// Shares of the bands over the passage of the front, one value a site.
+///
+/// From the arrival on, when the magnitude first exceeds a hundredth of the site's largest, over a
+/// window of the same length at all sites, untapered; the band edge is that of the whole record.
+/// NaN where the window does not fit into the record, and where the site is undefined. Shares at the
+/// front and over the whole record differ, and the latter depend on the record's length.
+#[derive(Debug, Clone)]
+pub struct Front {
+    pub length: FrontLength,
+    /// Time of each arrival.
+    pub arrival: Vec<f64>,
+    /// Whether the window fits into the record from there on.
+    pub fits: Vec<bool>,
+    pub low_share: Vec<f64>,
+    pub high_share: Vec<f64>,
+    pub headline: Headline,
 }
 
 /// Shares of the energy that travel each way. They sum to 1; NaN for a field without energy.
@@ -275,6 +353,12 @@ pub struct Analysis {
     pub along_space: Option<Moments>,
     /// Redistribution of wavenumber content along t: one value a time.
     pub along_time: Option<Moments>,
+    /// What is said first of [`Analysis::along_space`].
+    pub headline_space: Headline,
+    /// What is said first of [`Analysis::along_time`].
+    pub headline_time: Headline,
+    /// The passage of the front, beside the whole record.
+    pub front: Option<Front>,
     /// The field itself, `(time, site)`. No maps where [`Request::maps`](super::Request::maps) is off.
     pub field_map: Option<Map>,
     /// `S(f, x)`: rows are frequencies, columns positions.

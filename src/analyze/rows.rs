@@ -9,7 +9,7 @@ use super::plan::Plan;
 use super::sink::{LargeArray, Sink};
 use crate::analyze::Observer;
 use crate::chain::lanes::{self, widest};
-use crate::diagnostics::{Ends, MapBuilder, Row, moments_across};
+use crate::diagnostics::{Bins, Ends, MapBuilder, Row, moments_across};
 use crate::error::{Error, Result};
 use crate::prepare::Prepared;
 use crate::spare::Spare;
@@ -31,41 +31,16 @@ pub(super) struct Rows {
     pub flux_map: Option<MapBuilder>,
 }
 
-/// The first time with energy (or the one named) and its spectrum; `None` without energy.
-pub(super) fn reference<T: Real>(
-    plan: &Plan,
-    prepared: &Prepared,
-    observer: &dyn Observer,
-) -> Result<Option<(usize, Vec<f64>)>> {
+/// The spectrum of time `n`.
+pub(super) fn reference<T: Real>(plan: &Plan, prepared: &Prepared, n: usize) -> Vec<f64> {
     let transform = RecordTransform::<T>::new(&plan.window_space, plan.conventions.padded_space);
     let mut scratch = RecordScratch::default();
     let mut profile = vec![0.0; plan.axes.n_sites];
-    let candidates = match plan.request.reference_time {
-        Some(t) => {
-            let n = super::nearest(&plan.axes.time, t, plan.axes.n_times);
-            n..n + 1
-        }
-        None => 0..plan.axes.n_times,
-    };
-    for n in candidates {
-        if observer.cancelled() {
-            return Err(Error::Cancelled);
-        }
-        prepared.profiles(n..n + 1, &mut profile);
-        if profile.iter().all(|&v| v == 0.0) {
-            continue;
-        }
-        let (transformed, _) = transform.transform([&profile[..]].into_iter(), &mut scratch);
-        let spectrum: Vec<f64> = transformed
-            .iter()
-            .enumerate()
-            .map(|(m, &x)| fold(m, transform.padded()) * power(x))
-            .collect();
-        if spectrum.iter().any(|&p| p > 0.0) {
-            return Ok(Some((n, spectrum)));
-        }
-    }
-    Ok(None)
+    prepared.profiles(n..n + 1, &mut profile);
+    let (transformed, _) = transform.transform([&profile[..]].into_iter(), &mut scratch);
+    let bins = transformed.iter().enumerate();
+    bins.map(|(m, &x)| fold(m, transform.padded()) * power(x))
+        .collect()
 }
 
 /// Looks at all profiles; transforms them where a result needs it.
@@ -111,6 +86,7 @@ pub(super) fn transform_profiles<T: Real>(
             .map(|m| plan.space_scale.factor * fold(m, plan.conventions.padded_space))
             .collect(),
         unit: stored,
+        bins: plan.wavenumber_bins(),
         edge,
         observer,
     };
@@ -212,6 +188,7 @@ struct Pass<'a, T: Real> {
     scales: Vec<f64>,
     /// And again, after it was measured, before it is stored.
     unit: f64,
+    bins: Bins<'a>,
     edge: f64,
     observer: &'a dyn Observer,
 }
@@ -301,7 +278,7 @@ impl<T: Real> Pass<'_, T> {
                 across: &mut *across,
                 spectra,
             });
-            let rows = moments_across(across, &self.plan.axes.wavenumber, self.edge);
+            let rows = moments_across(across, &self.bins, self.edge);
             let spectra = rows.into_iter().zip(energies.iter().copied());
             seen.extend(
                 profiles

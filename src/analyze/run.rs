@@ -2,9 +2,12 @@
 
 use std::time::Instant;
 
+use super::along::{self, Headline};
 use super::columns::Columns;
+use super::front;
 use super::maps::Maps;
 use super::plan::{Plan, plan};
+use super::reference::References;
 use super::request::{Precision, Request};
 use super::result::*;
 use super::rows::Rows;
@@ -17,7 +20,7 @@ use crate::diagnostics::{Findings, Row, findings};
 use crate::error::Result;
 use crate::field::Field;
 use crate::prepare::Prepared;
-use crate::sum::sum;
+use crate::sum::{sum, sum_of_squares};
 use crate::transform::Real;
 
 /// Analyses a field that fits in memory: plan, run, collect.
@@ -67,22 +70,26 @@ fn passes<T: Real>(
     let unit = prepared.unit();
     let stored = stored_square(unit, plan.request.precision);
 
+    let references = References::find(plan, &prepared, observer)?;
+    clock.lap(plan, "reference");
     let stages = Stages {
         plan,
         prepared: &prepared,
+        references,
         stored,
         sink,
         observer,
     };
     let (from_records, from_profiles) = stages.run::<T>(&mut clock)?;
-    let (frequency_edge, columns, spacetime, checked) = match from_records {
+    let (frequency_edge, front_length, columns, spacetime, checked) = match from_records {
         Some(found) => (
             found.edge,
+            found.front,
             Some(found.columns),
             found.spacetime,
             found.checked,
         ),
-        None => (None, None, None, None),
+        None => (None, None, None, None, None),
     };
     let FromProfiles {
         edge: wavenumber_edge,
@@ -100,13 +107,15 @@ fn passes<T: Real>(
     let found = Findings {
         scans: &scans,
         first_site: plan.sites.start,
+        simulated: field.struck.is_some(),
         ends: &rows.ends,
         first_profile: &rows.first_profile,
         last_profile: &rows.last_profile,
-        top_frequency: columns
-            .as_ref()
-            .and_then(|c| top(&c.rows, &plan.axes.frequency)),
-        top_wavenumber: top(&rows.rows, &plan.axes.wavenumber),
+        by_site: columns.as_ref().map(|c| &*c.rows),
+        by_time: (!rows.rows.is_empty()).then_some(&*rows.rows),
+        frequency: plan.frequency_bins(),
+        wavenumber: plan.wavenumber_bins(),
+        padding_time: plan.padding_time(),
     };
     let doubts = field.notes.iter().filter(|note| note.advice().is_some());
     let mut warnings: Vec<Warning> = doubts
@@ -128,10 +137,20 @@ fn passes<T: Real>(
         unit,
         power_unit,
     };
-    let along_space = results.temporal.then(|| {
-        let rows = columns.as_ref().map_or(&[][..], |c| &c.rows);
-        Moments::gather(rows, plan.time_scale.measure * stored)
-    });
+    let summed = Summed {
+        plan,
+        unit,
+        stored,
+        references,
+    };
+    let along_space = columns.as_ref().filter(|_| results.temporal);
+    let along_space = along_space.map(|columns| summed.along_space(columns, front_length));
+    let along_time = results.spatial.then(|| summed.along_time(&rows));
+    let (along_space, headline_space, front) = match along_space {
+        Some((moments, headline, front)) => (Some(moments), headline, front),
+        None => (None, Headline::default(), None),
+    };
+    let (along_time, headline_time) = along_time.unzip();
     let by_direction = spacetime
         .as_ref()
         .map(|s| (direction(plan, &s.directions), shares(&s.directions)));
@@ -155,9 +174,10 @@ fn passes<T: Real>(
         frequency_edge,
         wavenumber_edge,
         along_space,
-        along_time: results
-            .spatial
-            .then(|| Moments::gather(&rows.rows, plan.space_scale.measure * stored)),
+        along_time,
+        headline_space,
+        headline_time: headline_time.unwrap_or_default(),
+        front,
         field_map: rows.field_map.map(|map| maps.field(map)),
         temporal_map: temporal_map
             .filter(|_| results.temporal)
@@ -186,6 +206,61 @@ fn passes<T: Real>(
         timings: clock.timings,
         warnings,
     })
+}
+
+/// What turns measures of rows into results.
+struct Summed<'a> {
+    plan: &'a Plan,
+    /// The amplitude that prepared samples count as 1.
+    unit: f64,
+    /// By which powers are multiplied before they are stored.
+    stored: f64,
+    references: References,
+}
+
+impl Summed<'_> {
+    fn along_space(
+        &self,
+        columns: &Columns,
+        length: Option<FrontLength>,
+    ) -> (Moments, Headline, Option<Front>) {
+        let (plan, reference) = (self.plan, self.references.site);
+        let noise = self.noise_in(&plan.window_time, plan.segments.count());
+        let defined = along::defined(&columns.rows, &columns.energies, noise);
+        let measure = plan.time_scale.measure * self.stored;
+        let moments = Moments::gather(&columns.rows, &defined, measure, plan.padding_time());
+        let front =
+            length.map(|length| front::gather(plan, length, &columns.passed, &defined, reference));
+        // Where the record ends while the front passes, the end makes a part of the spectrum.
+        let whole = match &front {
+            Some(front) if matches!(front.length, FrontLength::Window { .. }) => &front.fits,
+            _ => &defined,
+        };
+        let headline = Headline::of(&moments.high_share, &defined, whole, reference, |row| {
+            (plan.sites.start + row, plan.axes.space.at(row))
+        });
+        (moments, headline, front)
+    }
+
+    fn along_time(&self, rows: &Rows) -> (Moments, Headline) {
+        let plan = self.plan;
+        let noise = self.noise_in(&plan.window_space, 1);
+        let defined = along::defined(&rows.rows, &rows.energies, noise);
+        let measure = plan.space_scale.measure * self.stored;
+        let padded = plan.conventions.padded_space as f64 / plan.axes.n_sites as f64;
+        let moments = Moments::gather(&rows.rows, &defined, measure, padded);
+        let reference = self.references.time;
+        let headline = Headline::of(&moments.high_share, &defined, &defined, reference, |row| {
+            (plan.times.start + row, plan.axes.time.at(row))
+        });
+        (moments, headline)
+    }
+
+    /// The energy `sum (w v)^2` that known noise has in a row of so many segments.
+    fn noise_in(&self, window: &[f64], segments: usize) -> Option<f64> {
+        let noise = self.plan.request.noise? / self.unit;
+        Some(noise * noise * sum_of_squares(window) * segments as f64)
+    }
 }
 
 /// `unit^2`, by which spectra are multiplied before they are stored; 1 (they stay in units of
@@ -236,13 +311,6 @@ fn parseval(
             residual(sum(&totals) * time.measure * space.measure, samples)
         }),
     }
-}
-
-/// Share of energy in the top tenth of an axis, and where that begins.
-fn top(rows: &[Row], axis: &[f64]) -> Option<(f64, f64)> {
-    let of = |part: fn(&Row) -> f64| sum(&rows.iter().map(part).collect::<Vec<_>>());
-    let total = of(|r| r.total);
-    (total > 0.0).then(|| (of(|r| r.top) / total, 0.9 * axis[axis.len() - 1]))
 }
 
 fn direction(plan: &Plan, by: &[ByDirection]) -> Direction {

@@ -5,13 +5,15 @@ use std::time::Instant;
 
 use super::between::{Between, Scratch};
 use super::columns::{AlongTime, Columns};
+use super::front::{self, Passage};
 use super::plan::Plan;
-use super::result::{BandEdge, ShortTimeSpectra, Timing};
+use super::reference::References;
+use super::result::{BandEdge, FrontLength, ShortTimeSpectra, Timing};
 use super::rows::{self, Rows};
 use super::sink::Sink;
 use super::spacetime::{self, Frequencies};
 use super::{Observer, short_time};
-use crate::diagnostics::edge_of;
+use crate::diagnostics::quantile_of;
 use crate::error::{Error, Result};
 use crate::prepare::Prepared;
 use crate::transform::Real;
@@ -20,6 +22,8 @@ use crate::transform::Real;
 pub(super) struct Stages<'a> {
     pub plan: &'a Plan,
     pub prepared: &'a Prepared<'a>,
+    /// Rows that set band edges.
+    pub references: References,
     /// By which powers are multiplied before they are stored.
     pub stored: f64,
     pub sink: &'a dyn Sink,
@@ -30,6 +34,7 @@ pub(super) struct Stages<'a> {
 pub(super) struct FromRecords {
     /// Where low frequencies end; `None` where no spectra along time are wanted.
     pub edge: Option<BandEdge>,
+    pub front: Option<FrontLength>,
     pub columns: Columns,
     pub spacetime: Option<Frequencies>,
     /// The error of amplitudes, and of how many.
@@ -99,9 +104,12 @@ impl Stages<'_> {
         if !plan.transforms_time() {
             return Ok(None);
         }
-        let along_time = AlongTime::<T>::new(plan, self.prepared);
+        let mut along_time = AlongTime::<T>::new(plan, self.prepared);
         clock.lap(plan, "planning along time");
-        let edge = self.frequency_edge(&along_time)?;
+        let (edge, front) = self.at_reference_site(&along_time).unzip();
+        if let Some(FrontLength::Window { samples, .. }) = front {
+            along_time.passage = Some(Passage::new(plan, samples, value_of(edge)));
+        }
         if edge.is_some() {
             clock.lap(plan, "frequency band edge");
         }
@@ -143,45 +151,64 @@ impl Stages<'_> {
         drop(between);
         Ok(Some(FromRecords {
             edge,
+            front,
             columns,
             spacetime,
             checked,
         }))
     }
 
-    /// Where low frequencies end; `None` where no spectra along time are wanted.
-    fn frequency_edge<T: Real>(&self, along_time: &AlongTime<T>) -> Result<Option<BandEdge>> {
+    /// Where low frequencies end, and how long windows at the front's passage are; `None` where no
+    /// spectra along time are wanted.
+    fn at_reference_site<T: Real>(
+        &self,
+        along_time: &AlongTime<T>,
+    ) -> Option<(BandEdge, FrontLength)> {
         let (plan, axes) = (self.plan, &self.plan.axes);
         if !plan.request.results.temporal {
-            return Ok(None);
+            return None;
         }
+        let site = self.references.site;
+        let found = site.and_then(|site| Some((site, along_time.reference(site)?)));
+        let record = found.as_ref().map(|(_, (record, _))| &record[..]);
+        let length = front::window_of(plan, record);
         if let Some(value) = plan.request.band_edge_frequency {
-            return Ok(Some(BandEdge::Given { value }));
+            return Some((BandEdge::Given { value }, length));
         }
-        let found = along_time.reference(self.observer)?;
-        let place = |site| (plan.sites.start + site, axes.space.at(site));
-        Ok(Some(edge_at(found, &axes.frequency, place)))
+        let bin = 1.0 / (plan.segments.length as f64 * axes.time.step);
+        let edge = found.map(|(site, (_, spectrum))| Edge {
+            quantile: quantile_of(&spectrum, &plan.frequency_bins(), EDGE),
+            place: (plan.sites.start + site, axes.space.at(site)),
+            bin,
+        });
+        Some((edge.map_or(BandEdge::Undefined, Edge::settled), length))
     }
 
     /// Where low wavenumbers end; `None` where no spectra along space are wanted.
-    fn wavenumber_edge<T: Real>(&self) -> Result<Option<BandEdge>> {
+    fn wavenumber_edge<T: Real>(&self) -> Option<BandEdge> {
         let (plan, axes) = (self.plan, &self.plan.axes);
         if !plan.request.results.spatial {
-            return Ok(None);
+            return None;
         }
         if let Some(value) = plan.request.band_edge_wavenumber {
-            return Ok(Some(BandEdge::Given { value }));
+            return Some(BandEdge::Given { value });
         }
-        let found = rows::reference::<T>(plan, self.prepared, self.observer)?;
-        let place = |time| (plan.times.start + time, axes.time.at(time));
-        Ok(Some(edge_at(found, &axes.wavenumber, place)))
+        let edge = self.references.time.map(|time| {
+            let spectrum = rows::reference::<T>(plan, self.prepared, time);
+            Edge {
+                quantile: quantile_of(&spectrum, &plan.wavenumber_bins(), EDGE),
+                place: (plan.times.start + time, axes.time.at(time)),
+                bin: std::f64::consts::TAU / (axes.n_sites as f64 * axes.space.step),
+            }
+        });
+        Some(edge.map_or(BandEdge::Undefined, Edge::settled))
     }
 
     /// Along space at each time, and short-time spectra.
     fn profiles<T: Real>(&self, clock: &mut Clock) -> Result<FromProfiles> {
         let (plan, prepared, stored, observer) =
             (self.plan, self.prepared, self.stored, self.observer);
-        let edge = self.wavenumber_edge::<T>()?;
+        let edge = self.wavenumber_edge::<T>();
         if edge.is_some() {
             clock.lap(plan, "wavenumber band edge");
         }
@@ -205,21 +232,35 @@ impl Stages<'_> {
     }
 }
 
-/// Below which 90 % of the energy of a reference spectrum lies, given with its index; `place` is that in the
-/// file, and its coordinate.
-fn edge_at(
-    found: Option<(usize, Vec<f64>)>,
-    axis: &[f64],
-    place: impl Fn(usize) -> (usize, f64),
-) -> BandEdge {
-    let Some((row, spectrum)) = found else {
-        return BandEdge::Undefined;
-    };
-    let (index, at) = place(row);
-    BandEdge::Reference {
-        value: edge_of(&spectrum, axis).unwrap_or(f64::NAN),
-        index,
-        at,
+/// The part of the reference's energy that lies below the band edge.
+const EDGE: f64 = 0.9;
+
+/// Bins from 0 within which an edge is not resolved.
+const RESOLVED: f64 = 3.0;
+
+/// What is found at a reference.
+struct Edge {
+    quantile: Option<f64>,
+    /// Index in the file, and coordinate.
+    place: (usize, f64),
+    /// Distance between bins of the record without padding.
+    bin: f64,
+}
+
+impl Edge {
+    fn settled(self) -> BandEdge {
+        let (index, at) = self.place;
+        let bin = self.bin;
+        match self.quantile {
+            None => BandEdge::Undefined,
+            Some(value) if value <= RESOLVED * bin => BandEdge::Unresolved {
+                value,
+                index,
+                at,
+                bin,
+            },
+            Some(value) => BandEdge::Reference { value, index, at },
+        }
     }
 }
 

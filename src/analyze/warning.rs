@@ -19,6 +19,8 @@ pub enum Warning {
     SaturatedChannels { sites: Vec<usize>, longest: usize },
     /// Share of energy common to all sites (k = 0).
     CommonMode { share: f64 },
+    /// Share of energy at f = 0.
+    Static { share: f64 },
     /// Untapered records whose ends do not meet: mean step between last and first sample,
     /// relative to the records' root mean square.
     LeakageTime { step: f64 },
@@ -51,6 +53,7 @@ impl Warning {
             Warning::DeadChannels { .. } => "dead-channels",
             Warning::SaturatedChannels { .. } => "saturated-channels",
             Warning::CommonMode { .. } => "common-mode",
+            Warning::Static { .. } => "static",
             Warning::LeakageTime { .. } => "leakage-time",
             Warning::LeakageSpace { .. } => "leakage-space",
             Warning::Gaps { .. } => "gaps",
@@ -93,6 +96,11 @@ impl Warning {
                     percent(*share)
                 )
             }
+            Warning::Static { share } => format!(
+                "{} of the energy lies at f = 0: means of the records, not their motion, make up \
+                 most of centroids and shares",
+                percent(*share)
+            ),
             Warning::LeakageTime { step } => format!(
                 "untapered records jump from their last to their first sample by {step:.3} of their \
                  root mean square; the jump leaks over all frequencies"
@@ -143,6 +151,9 @@ impl Warning {
             Warning::CommonMode { .. } => {
                 "if it is noise of the instrument, remove it with `--detrend-space mean`"
             }
+            Warning::Static { .. } => {
+                "if they are offsets of the instrument, remove them with `--detrend-time mean`"
+            }
             Warning::LeakageTime { .. } => {
                 "for a stationary record use `--window-time hann` or remove the trend; for a \
                  transient record until it has died down"
@@ -172,6 +183,7 @@ impl Warning {
             Warning::AliasingTime { share, above } | Warning::AliasingSpace { share, above } => {
                 json!({"share": share, "above": above})
             }
+            Warning::Static { share } => json!({"share": share}),
             Warning::DeadChannels { sites } => json!({"sites": sites}),
             Warning::SaturatedChannels { sites, longest } => {
                 json!({"sites": sites, "longest": longest})

@@ -51,6 +51,14 @@ impl<'a, T: Real> Worker<'a, T> {
         }
     }
 
+    /// Lets go of the working space.
+    pub fn release(&mut self) {
+        self.scratch = RecordScratch::default();
+        self.segments = Vec::new();
+        self.passing = Array2::default((0, 0));
+        self.power = Vec::new();
+    }
+
     /// Spectra and energies of `samples` of `width` sites from `first` on.
     ///
     /// `kept`, `(bin x segment, site)`, gets the transforms.

@@ -67,6 +67,14 @@ impl Run {
         let mut field = Field::from_array(self.velocity.clone());
         field.quantity = Quantity::Velocity;
         field.name = "run".into();
+        let moves = |state: Option<ndarray::ArrayView1<f64>>| {
+            state.and_then(|state| (0..state.len()).rev().find(|&j| state[j] != 0.0))
+        };
+        let velocity = moves(self.velocity.outer_iter().next());
+        let displacement = self.displacement.as_ref();
+        let displacement = moves(displacement.and_then(|all| all.outer_iter().next()));
+        // Where nothing moves at first, the first end is driven.
+        field.struck = Some(velocity.max(displacement).unwrap_or(0));
         let last = self.time.len() - 1;
         field.time = Axis {
             origin: 0.0,

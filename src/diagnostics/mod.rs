@@ -1,10 +1,12 @@
 //! What spectra say: where energy lies, which way it goes, what is wrong with the data.
 
+mod bins;
 mod map;
 mod moments;
 mod quality;
 mod side_by_side;
 
+pub(crate) use bins::Bins;
 pub(crate) use map::MapBuilder;
-pub(crate) use moments::{Row, edge_of, moments_across};
+pub(crate) use moments::{Row, edge_of, moments_across, quantile_of};
 pub(crate) use quality::{Ends, Findings, findings};

@@ -1,15 +1,16 @@
-//! Measures of one spectrum: centroid, bandwidth, entropy, quantiles, band shares.
+//! Measures of one spectrum: centroid, bandwidths, quantiles, band shares.
 
-use super::side_by_side::{self, Shares};
-use crate::analyze::Moments;
+use super::bins::Bins;
+use super::side_by_side;
 use crate::chain::lanes::{Block, WIDTH};
 use crate::sum::sum;
 
-/// The measures of one row; see [`Moments`] for the equations.
+/// The measures of one row; see [`crate::analyze::Moments`] for the equations.
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct Row {
     pub centroid: f64,
     pub bandwidth: f64,
+    pub effective_bandwidth: f64,
     pub entropy: f64,
     pub participation: f64,
     pub median: f64,
@@ -20,91 +21,94 @@ pub(crate) struct Row {
     pub total: f64,
     /// Sum over bins in the top tenth of the axis.
     pub top: f64,
+    /// Of bin 0.
+    pub zero: f64,
 }
 
-impl Moments {
-    /// Rows gathered into columns; `measure` turns a sum over bins into an integral.
-    pub(crate) fn gather(rows: &[Row], measure: f64) -> Moments {
-        let column = |of: fn(&Row) -> f64| rows.iter().map(of).collect::<Vec<f64>>();
-        Moments {
-            centroid: column(|r| r.centroid),
-            bandwidth: column(|r| r.bandwidth),
-            entropy: column(|r| r.entropy),
-            participation: column(|r| r.participation),
-            median: column(|r| r.median),
-            quantile_90: column(|r| r.quantile_90),
-            low_share: column(|r| r.low_share),
-            high_share: column(|r| r.high_share),
-            energy: rows.iter().map(|r| r.total * measure).collect(),
-        }
-    }
-}
-
-/// The measures of eight one-sided spectra side by side over the bins `axis`.
+/// The measures of eight one-sided spectra, interleaved, over `bins`.
 ///
-/// Energy at or below `edge` is low. Sums are pairwise; a spectrum's bits do not depend on the
-/// others.
-pub(crate) fn moments_across(power: &[Block], axis: &[f64], edge: f64) -> [Row; WIDTH] {
-    let bins = axis.len();
-    let top_from = axis.partition_point(|&q| q <= 0.9 * axis[bins - 1]);
-    let (below, top) = power.split_at(if bins > 1 { top_from } else { bins });
+/// Energy below `edge` is low; the bin that holds the edge is divided in proportion. Sums are
+/// pairwise; a spectrum's bits do not depend on the others. A lone bin has no content to measure,
+/// only energy.
+pub(crate) fn moments_across(power: &[Block], bins: &Bins, edge: f64) -> [Row; WIDTH] {
+    let axis = bins.centres;
+    let count = bins.len();
+    let top_from = axis.partition_point(|&q| q <= 0.9 * axis[count - 1]);
+    let (below, top) = power.split_at(if count > 1 { top_from } else { count });
     let top = side_by_side::total(top);
     let below = side_by_side::total(below);
     let total: [f64; WIDTH] = std::array::from_fn(|i| below[i] + top[i]);
 
-    // An edge that misses its bin by rounding means that bin.
-    let slack = 1e-9 * axis.get(1).copied().unwrap_or_default();
-    let split = axis.partition_point(|&q| q <= edge + slack);
+    // The bin of the edge is a part of its own, so that the smaller share keeps its digits.
+    let (split, part) = bins.split(if edge.is_nan() { 0.0 } else { edge });
     let spectra = (power, axis);
-    let mut leaves = Vec::with_capacity(bins / side_by_side::LEAF * 2 + 3);
-    let zero = side_by_side::shares(spectra, 0..1, &total, &mut leaves);
-    let low = side_by_side::shares(spectra, 1..split.max(1), &total, &mut leaves);
-    let high = side_by_side::shares(spectra, split.max(1)..bins, &total, &mut leaves);
-
-    let weight: [f64; WIDTH] = std::array::from_fn(|i| low.share[i] + high.share[i]);
-    let centroid: [f64; WIDTH] =
-        std::array::from_fn(|i| (low.first_moment[i] + high.first_moment[i]) / weight[i]);
-    let second_moment = side_by_side::second_moment(&leaves[1..], &centroid);
-    let [median, quantile_90] = side_by_side::quantiles(spectra, &total, &leaves, [0.5, 0.9]);
+    let mut leaves = Vec::with_capacity(count / side_by_side::LEAF * 2 + 3);
+    let low = side_by_side::shares(spectra, 0..split, &total, &mut leaves);
+    let cut = side_by_side::shares(spectra, split..split + 1, &total, &mut leaves);
+    let high = side_by_side::shares(spectra, split + 1..count, &total, &mut leaves);
+    let of = |sums: [&[f64; WIDTH]; 3], i: usize| sums[0][i] + (sums[1][i] + sums[2][i]);
+    let centroid: [f64; WIDTH] = std::array::from_fn(|i| {
+        of(
+            [&low.first_moment, &cut.first_moment, &high.first_moment],
+            i,
+        ) / of([&low.share, &cut.share, &high.share], i)
+    });
+    let second_moment = side_by_side::second_moment(&leaves, &centroid);
+    let levels = [0.5, 0.9];
+    let [median, quantile_90] = side_by_side::quantiles((power, bins), &total, &leaves, levels);
+    let half_bins = if bins.ends_half() {
+        [0, count - 1]
+    } else {
+        [0, 0]
+    };
     std::array::from_fn(|i| {
-        let of =
-            |part: fn(&Shares) -> &[f64; WIDTH]| part(&zero)[i] + (part(&low)[i] + part(&high)[i]);
-        let defined = total[i] > 0.0 && total[i].is_finite();
-        let or_nan = |value: f64, known: bool| if defined && known { value } else { f64::NAN };
-        let low_share = if split > 0 {
-            zero.share[i] + low.share[i]
-        } else {
-            0.0
-        };
-        let high_share = if split > 0 {
-            high.share[i]
-        } else {
-            of(|s| &s.share)
+        let defined = total[i] > 0.0 && total[i].is_finite() && count > 1;
+        let or_nan = |value: f64| if defined { value } else { f64::NAN };
+        let entropy = of([&low.entropy, &cut.entropy, &high.entropy], i);
+        let squares = of([&low.square, &cut.square, &high.square], i);
+        // Bins of half the width hold their energy at twice the density.
+        let mut halved = power[0].0[i];
+        if half_bins[1] > 0 {
+            halved += power[half_bins[1]].0[i];
+        }
+        let width = bins.step * (-std::f64::consts::LN_2 * halved / total[i]).exp();
+        let share = |value: f64| {
+            if edge.is_nan() {
+                f64::NAN
+            } else {
+                or_nan(value)
+            }
         };
         Row {
-            centroid: or_nan(centroid[i], weight[i] > 0.0),
-            bandwidth: or_nan((second_moment[i] / weight[i]).sqrt(), weight[i] > 0.0),
-            // One bin holds no disorder; 0 / ln 1 would not say so.
-            entropy: or_nan(
-                if bins > 1 {
-                    of(|s| &s.entropy) / (bins as f64).ln()
-                } else {
-                    0.0
-                },
-                true,
-            ),
-            participation: or_nan(1.0 / of(|s| &s.square), true),
-            median: or_nan(median[i], true),
-            quantile_90: or_nan(quantile_90[i], true),
-            low_share: or_nan(low_share, edge.is_finite()),
-            high_share: or_nan(high_share, edge.is_finite()),
+            centroid: or_nan(centroid[i]),
+            bandwidth: or_nan(second_moment[i].sqrt()),
+            effective_bandwidth: or_nan(width * entropy.exp()),
+            entropy: or_nan(entropy / (count as f64).ln()),
+            participation: or_nan(1.0 / squares),
+            median: or_nan(median[i]),
+            quantile_90: or_nan(quantile_90[i]),
+            low_share: share(low.share[i] + part * cut.share[i]),
+            high_share: share((1.0 - part) * cut.share[i] + high.share[i]),
             total: total[i],
             top: top[i],
+            zero: power[0].0[i],
         }
     })
 }
 
-/// The bin at or below which 90 % of the energy lies; `None` without energy.
+/// Below which the part `level` of the energy lies, read off the cumulative energy at the ends of
+/// the bins, linear in between; `None` without energy, and where there is but one bin.
+pub(crate) fn quantile_of(power: &[f64], bins: &Bins, level: f64) -> Option<f64> {
+    let total = sum(power);
+    if !(total > 0.0 && total.is_finite()) || bins.len() < 2 {
+        return None;
+    }
+    let shares = power.iter().map(|p| p / total);
+    Some(bins.reached(0, shares, level))
+}
+
+/// The bin at or below which 90 % of the energy lies; `None` without energy. For budgets, whose
+/// fluxes are known at bins alone.
 pub(crate) fn edge_of(power: &[f64], axis: &[f64]) -> Option<f64> {
     let total = sum(power);
     if !(total > 0.0 && total.is_finite()) {
@@ -141,12 +145,15 @@ mod tests {
     use ndarray::ArrayView1;
     use ndarray_stats::EntropyExt;
 
+    /// Of a transform of even length, but where there is a single bin.
     fn moments_of(power: &[f64], axis: &[f64], edge: f64) -> Row {
         let across: Vec<Block> = power
             .iter()
             .map(|&p| Block([0.0, p, p, 0.0, 2.0 * p, p, p, p]))
             .collect();
-        let rows = moments_across(&across, axis, edge);
+        let step = axis.get(1).copied().unwrap_or(1.0);
+        let length = (2 * (axis.len() - 1)).max(1);
+        let rows = moments_across(&across, &Bins::new(axis, length, step), edge);
         let bits = |row: &Row| format!("{row:?}");
         assert_eq!(bits(&rows[1]), bits(&rows[7]));
         assert_eq!(rows[4].entropy.to_bits(), rows[1].entropy.to_bits());
@@ -154,16 +161,19 @@ mod tests {
         rows[1]
     }
 
+    /// By hand: of 11 equal bins the first and the last are half as wide, so that energy is even over
+    /// nine bins and twice as dense in half a bin at both ends.
     #[test]
-    fn a_flat_spectrum_has_full_entropy_and_participation() {
+    fn val_equal_bins() {
         let axis: Vec<f64> = (0..11).map(f64::from).collect();
         let row = moments_of(&[2.0; 11], &axis, 4.0);
         assert!((row.entropy - 1.0).abs() < 1e-15);
         assert!((row.participation - 11.0).abs() < 1e-13);
-        assert!((row.centroid - 5.5).abs() < 1e-15); // 1 ..= 10
-        assert!((row.bandwidth - (99.0f64 / 12.0).sqrt()).abs() < 1e-14);
-        assert_eq!((row.median, row.quantile_90), (5.0, 9.0));
-        assert!((row.low_share - 5.0 / 11.0).abs() < 1e-15);
+        assert!((row.effective_bandwidth - 11.0 * 0.25f64.powf(1.0 / 11.0)).abs() < 2e-14);
+        assert!((row.centroid - 5.0).abs() < 2e-15);
+        assert!((row.bandwidth - 10f64.sqrt()).abs() < 2e-15);
+        assert!((row.median - 5.0).abs() < 2e-15 && (row.quantile_90 - 9.4).abs() < 4e-15);
+        assert!((row.low_share - 4.5 / 11.0).abs() < 1e-15);
         assert!((row.low_share + row.high_share - 1.0).abs() < 1e-15);
     }
 
@@ -175,10 +185,14 @@ mod tests {
     }
 
     #[test]
-    fn a_constant_has_energy_but_no_centroid() {
+    fn a_constant_lies_at_zero_and_a_lone_bin_has_no_content() {
         let row = moments_of(&[3.0, 0.0, 0.0], &[0.0, 1.0, 2.0], 1.0);
-        assert!(row.centroid.is_nan());
-        assert_eq!((row.median, row.entropy, row.low_share), (0.0, 0.0, 1.0));
+        assert_eq!((row.centroid, row.bandwidth, row.entropy), (0.0, 0.0, 0.0));
+        assert_eq!((row.median, row.effective_bandwidth), (0.25, 0.5));
+        assert_eq!((row.low_share, row.high_share), (1.0, 0.0));
+        let lone = moments_of(&[3.0], &[0.0], 1.0);
+        assert!(lone.centroid.is_nan() && lone.median.is_nan() && lone.high_share.is_nan());
+        assert_eq!(lone.total, 3.0);
     }
 
     /// Against `ndarray-stats` and plain sums, over six orders of magnitude and a few zeros; in the
@@ -196,67 +210,73 @@ mod tests {
                     }
                 })
                 .collect();
-            let edge = q[bins / 3];
-            let row = moments_of(&power, &q, edge);
+            // At two fifths of bin `at`, or of its upper half.
+            let at = bins / 3;
+            let (low, high) = match at {
+                0 => (0.0, 0.125),
+                _ => (q[at] - 0.125, q[at] + 0.125),
+            };
+            let row = moments_of(&power, &q, low + 0.4 * (high - low));
             let total: f64 = power.iter().sum();
             let share: Vec<f64> = power.iter().map(|p| p / total).collect();
             let dot = |f: &dyn Fn(f64) -> f64| -> f64 {
-                share.iter().zip(&q).skip(1).map(|(s, &q)| s * f(q)).sum()
+                share.iter().zip(&q).map(|(s, &q)| s * f(q)).sum()
             };
             let entropy = ArrayView1::from(&share).entropy().unwrap_or_default();
-            let weight = dot(&|_| 1.0);
-            let centroid = dot(&|q| q) / weight;
-            let bandwidth = (dot(&|q| (q - centroid).powi(2)) / weight).sqrt();
-            let low: f64 = share[..=bins / 3].iter().sum();
+            let centroid = dot(&|q| q);
+            let bandwidth = dot(&|q| (q - centroid).powi(2)).sqrt();
+            let low = share[..at].iter().sum::<f64>() + 0.4 * share[at];
             let squares: f64 = share.iter().map(|s| s * s).sum();
+            let width = 0.25 * 0.5f64.powf(share[0] + share[bins - 1]);
             let below = |level: f64| {
-                let mut sum = 0.0;
-                let reached = share.iter().position(|s| {
+                let (mut sum, mut end) = (0.0, 0.0);
+                for (m, s) in share.iter().enumerate() {
+                    let half = if m == 0 || m + 1 == bins { 0.125 } else { 0.25 };
+                    if sum + s >= level {
+                        return end + half * (level - sum) / s;
+                    }
                     sum += s;
-                    sum >= level
-                });
-                q[reached.unwrap_or(bins - 1)]
+                    end += half;
+                }
+                end
             };
-            assert_eq!((row.median, row.quantile_90), (below(0.5), below(0.9)));
             for (found, right) in [
                 (row.entropy, entropy / (bins as f64).ln()),
+                (row.effective_bandwidth, width * entropy.exp()),
                 (row.centroid, centroid),
                 (row.bandwidth, bandwidth),
+                (row.median, below(0.5)),
+                (row.quantile_90, below(0.9)),
                 (row.participation, 1.0 / squares),
                 (row.low_share, low),
                 (row.high_share, 1.0 - low),
                 (row.total, total),
+                (row.zero, power[0]),
             ] {
                 let error = (found - right).abs() / right.max(1e-3);
-                assert!(error < 3e-14, "{bins} bins: {found:e} for {right:e}");
+                assert!(error < 3e-13, "{bins} bins: {found:e} for {right:e}");
             }
+            let bins = Bins::new(&q, 2 * (bins - 1), 0.25);
+            let alone = quantile_of(&power, &bins, 0.9).unwrap();
+            assert!((alone / row.quantile_90 - 1.0).abs() < 1e-12);
         }
     }
 
     #[test]
-    fn a_level_that_is_met_exactly_is_reached() {
-        let axis = [0.0, 1.0, 2.0, 3.0, 4.0];
-        assert_eq!(
-            moments_of(&[0.0, 1.0, 1.0, 1.0, 1.0], &axis, 0.0).median,
-            2.0
-        );
-        assert_eq!(
-            moments_of(&[2.0, 1.0, 1.0, 0.0, 0.0], &axis, 0.0).median,
-            0.0
-        );
-    }
-
-    #[test]
-    fn an_edge_below_all_bins_leaves_nothing_low() {
+    fn an_edge_beyond_all_bins_divides_nothing() {
         let row = moments_of(&[1.0, 2.0, 1.0], &[0.0, 1.0, 2.0], -1.0);
         assert_eq!((row.low_share, row.high_share), (0.0, 1.0));
         let row = moments_of(&[1.0, 2.0, 1.0], &[0.0, 1.0, 2.0], 9.0);
         assert_eq!((row.low_share, row.high_share), (1.0, 0.0));
-        assert!(
-            moments_of(&[1.0, 2.0], &[0.0, 1.0], f64::NAN)
-                .low_share
-                .is_nan()
+        let none = moments_of(&[1.0, 2.0], &[0.0, 1.0], f64::NAN);
+        assert!(none.low_share.is_nan() && none.high_share.is_nan());
+        // A share far below rounding keeps its digits.
+        let row = moments_of(
+            &[1.0, 0.0, 0.0, 1e-30, 0.0],
+            &[0.0, 1.0, 2.0, 3.0, 4.0],
+            1.0,
         );
+        assert!((row.high_share / 1e-30 - 1.0).abs() < 1e-15);
     }
 
     /// Narrow lines far from zero, and two lines in far leaves, whose moments are known: nothing cancels.
@@ -285,7 +305,9 @@ mod tests {
             "{}",
             far.bandwidth
         );
-        assert_eq!((far.median, far.quantile_90), (axis[40], axis[8000]));
+        // Half of the energy: the end of the first bin; nine tenths: 0.8 of the second.
+        assert!((far.median - 4.05).abs() < 1e-14);
+        assert!((far.quantile_90 - (799.95 + 0.08)).abs() < 1e-12);
         assert_eq!((far.low_share, far.high_share), (0.5, 0.5));
     }
 }

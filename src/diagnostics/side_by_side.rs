@@ -5,6 +5,7 @@
 
 use std::ops::Range;
 
+use super::bins::Bins;
 use crate::chain::lanes::{Block, Lanes, WIDTH, Work, widest};
 use crate::logarithm::ln_normal;
 
@@ -87,29 +88,24 @@ pub(super) fn second_moment(leaves: &[Leaf], centroid: &[f64; WIDTH]) -> [f64; W
     pairwise(0, leaves.len(), leaf)[0]
 }
 
-/// The first bins at which the cumulative share reaches each of the ascending `levels`; the last bin
-/// where it does not.
+/// Where the cumulative share reaches each of the ascending `levels`: linear within a bin, from its
+/// lower to its upper end. NaN where there are no shares.
 pub(super) fn quantiles<const K: usize>(
-    (power, axis): (&[Block], &[f64]),
+    (power, bins): (&[Block], &Bins),
     total: &[f64; WIDTH],
     leaves: &[Leaf],
     levels: [f64; K],
 ) -> [[f64; WIDTH]; K] {
-    let mut found = [[axis[axis.len() - 1]; WIDTH]; K];
+    let mut found = [[f64::NAN; WIDTH]; K];
     let mut below = [0.0; WIDTH];
     for leaf in leaves {
         let through: [f64; WIDTH] = std::array::from_fn(|i| below[i] + leaf.share.0[i]);
         for (level, found) in levels.iter().zip(&mut found) {
             for (i, found) in found.iter_mut().enumerate() {
                 if below[i] < *level && through[i] >= *level {
-                    let bins = leaf.first..leaf.first + leaf.bins;
-                    let mut cumulative = below[i];
-                    let reaches = power[bins.clone()].iter().position(|power| {
-                        cumulative += power.0[i] / total[i];
-                        cumulative >= *level
-                    });
-                    // The last one where only the sum of these shares reaches it.
-                    *found = axis[bins.start + reaches.unwrap_or(leaf.bins - 1)];
+                    let shares = power[leaf.first..leaf.first + leaf.bins].iter();
+                    let shares = shares.map(|power| power.0[i] / total[i]);
+                    *found = bins.reached(leaf.first, shares, *level - below[i]);
                 }
             }
         }

@@ -238,6 +238,7 @@ impl<'a> Table<'a> {
             self.notes.extend(Note::on_shape(n_times, n_sites));
         }
         Ok(Contents {
+            struck: None,
             storage: Storage::from_values(self.values, self.n_columns, rows_are_times),
             n_times,
             n_sites,

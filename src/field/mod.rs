@@ -121,6 +121,9 @@ pub struct Field {
     pub space: Axis,
     pub quantity: Quantity,
     pub unit: Option<String>,
+    /// Where the field is of a simulated run: the last site that is struck, displaced or driven at its
+    /// start.
+    pub struck: Option<usize>,
     /// BLAKE3 of the file's bytes, in hexadecimal, where the field came from a file.
     pub content_hash: Option<String>,
     /// What was concluded about the file it came from.
@@ -144,6 +147,7 @@ impl Field {
             space: Axis::index(),
             quantity: Quantity::default(),
             unit: None,
+            struck: None,
             content_hash: None,
             notes: Vec::new(),
         }

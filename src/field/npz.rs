@@ -56,6 +56,9 @@ pub(super) fn read(source: &Source) -> Result<Contents> {
         .map_err(|fault| archive.member_fault(index, fault))?;
     contents.quantity = quantity(&name);
     contents.unit = archive.unit(&name);
+    if is_run(&source.map) {
+        contents.struck = archive.struck(contents.n_sites)?;
+    }
     // Coordinates that are stated in full are left unread.
     let time = time.filter(|_| stated.t0.is_none() || stated.dt.is_none());
     let space = space.filter(|_| stated.x0.is_none() || stated.dx.is_none());
@@ -202,6 +205,27 @@ impl<'a> Archive<'a> {
             Some(index) => self.member_fault(index, fault),
             None => self.source.fault(fault),
         }
+    }
+
+    /// The last of `n_sites` bodies of a run that moves, or is out of place, in its first sample; the
+    /// first body where none is, since then the first end is driven. `None` for another number of bodies.
+    fn struck(&mut self, n_sites: usize) -> Result<Option<usize>> {
+        let mut last = 0;
+        for name in ["velocity", "displacement"] {
+            let Some(index) = self.find(name) else {
+                continue;
+            };
+            let (header, bytes, start) = self.load(index)?;
+            let contents = Contents::from_npy(&header, bytes, start, Layout::TimeSite)
+                .map_err(|fault| self.member_fault(index, fault))?;
+            if contents.n_sites != n_sites || contents.n_times == 0 {
+                return Ok(None);
+            }
+            let mut first = vec![0.0; n_sites];
+            contents.storage.read(0..1, 0..n_sites, false, &mut first);
+            last = last.max(first.iter().rposition(|&v| v != 0.0).unwrap_or(0));
+        }
+        Ok(Some(last))
     }
 
     fn find(&self, name: &str) -> Option<usize> {

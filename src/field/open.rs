@@ -60,6 +60,8 @@ pub(super) struct Contents {
     pub(super) quantity: Option<Quantity>,
     pub(super) unit: Option<String>,
     pub(super) notes: Vec<Note>,
+    /// As [`Field::struck`].
+    pub(super) struck: Option<usize>,
 }
 
 impl Contents {
@@ -80,6 +82,7 @@ impl Contents {
             quantity: None,
             unit: None,
             notes: Vec::new(),
+            struck: None,
         })
     }
 
@@ -166,6 +169,7 @@ impl Field {
             space: space.map_err(|fault| source.fault(fault))?,
             quantity: stated.quantity.or(contents.quantity).unwrap_or_default(),
             unit: stated.unit.or(contents.unit),
+            struck: contents.struck,
             content_hash,
             notes: contents.notes,
         })

@@ -19,6 +19,7 @@ pub fn along_x(analysis: &Analysis) -> Option<Figure> {
         title: "Frequency content along x",
         name: &analysis.name,
         moments,
+        front: analysis.front.as_ref().map(|front| &front.high_share[..]),
         edge: analysis.frequency_edge,
         along: &axes.positions(),
         along_label: labels::position(axes),
@@ -38,6 +39,7 @@ pub fn along_t(analysis: &Analysis) -> Option<Figure> {
         title: "Wavenumber content along t",
         name: &analysis.name,
         moments,
+        front: None,
         edge: analysis.wavenumber_edge,
         along: &axes.times(),
         along_label: labels::time(axes),
@@ -53,6 +55,8 @@ struct Sheet<'a> {
     title: &'static str,
     name: &'a str,
     moments: &'a Moments,
+    /// Shares of the high band over the passage of the front.
+    front: Option<&'a [f64]>,
     edge: Option<BandEdge>,
     along: &'a [f64],
     along_label: String,
@@ -99,7 +103,7 @@ impl Sheet<'_> {
             quantile_90,
             ..
         } = self.moments;
-        let edge = self.edge.map(|edge| edge.value());
+        let edge = self.edge.map(|edge| edge.value()).filter(|e| e.is_finite());
         let all = [centroid, median, quantile_90]
             .into_iter()
             .flatten()
@@ -131,10 +135,14 @@ impl Sheet<'_> {
         let y = Axis::around("share of energy", all.chain([1.0]));
         let mut panel = self.panel(470.0, 655.0, y);
         panel.names_x = false;
-        let curves = [
+        let mut curves = vec![
             self.curve("low band (up to the edge)", BLUE, low_share),
             self.curve("high band", VERMILLION, high_share),
         ];
+        let front = self
+            .front
+            .filter(|shares| shares.iter().any(|s| s.is_finite()));
+        curves.extend(front.map(|shares| self.curve("high band, front passage", GREEN, shares)));
         curve::draw_all(scene, &panel, &curves);
     }
 

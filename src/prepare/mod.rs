@@ -6,6 +6,7 @@
 //! the blocks.
 
 mod ahead;
+mod energy;
 mod extremes;
 mod lobes;
 mod prepared;

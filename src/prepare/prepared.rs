@@ -94,6 +94,16 @@ impl<'a> Prepared<'a> {
         self.sites.len()
     }
 
+    /// The last site of the file that is struck or driven, where the field is a simulated run.
+    pub fn struck(&self) -> Option<usize> {
+        self.field.struck
+    }
+
+    /// Sites of the whole field.
+    pub fn sites_in_file(&self) -> usize {
+        self.field.n_sites()
+    }
+
     /// The amplitude that prepared samples count as 1.
     pub fn unit(&self) -> f64 {
         self.unit.value()

@@ -23,13 +23,23 @@ pub fn write_small_arrays(analysis: &Analysis, archive: &Archive) -> Result<()> 
         let Some(m) = moments else { continue };
         line(&format!("{what}_centroid"), &m.centroid)?;
         line(&format!("{what}_bandwidth"), &m.bandwidth)?;
+        line(
+            &format!("{what}_effective_bandwidth"),
+            &m.effective_bandwidth,
+        )?;
         line(&format!("{what}_entropy"), &m.entropy)?;
         line(&format!("{what}_participation"), &m.participation)?;
+        line(&format!("{what}_zero_share"), &m.zero_share)?;
         line(&format!("{what}_median"), &m.median)?;
         line(&format!("{what}_90"), &m.quantile_90)?;
         line(&format!("low_{what}_share"), &m.low_share)?;
         line(&format!("high_{what}_share"), &m.high_share)?;
         line(&format!("{what}_energy"), &m.energy)?;
+    }
+    if let Some(front) = &analysis.front {
+        line("front_arrival", &front.arrival)?;
+        line("low_frequency_share_front", &front.low_share)?;
+        line("high_frequency_share_front", &front.high_share)?;
     }
     if let Some([plus, minus]) = &analysis.direction_by_frequency {
         line("toward_plus_x_share", plus)?;

@@ -15,6 +15,7 @@ mod html;
 mod localized;
 mod new_file;
 mod run_file;
+mod sentences;
 mod summary;
 
 pub use archive::Archive;
@@ -33,4 +34,5 @@ pub use field_file::{FIELD_SCHEMA, FieldFile};
 pub use html::html;
 pub use localized::{LOCALIZED_SCHEMA, LocalizedSummary, table_csv, write_journey, write_profile};
 pub use run_file::{RUN_SCHEMA, RunFile};
+pub use sentences::{Sentence, number, percent, sentences};
 pub use summary::{Provenance, SCHEMA, Summary};

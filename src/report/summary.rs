@@ -4,12 +4,14 @@ use serde::Serialize;
 use serde_json::{Map, Value};
 
 use super::ClosureSummary;
-use crate::analyze::{Accuracy, Analysis, BandEdge, Moments, Scaling, Timing, Warning};
+use crate::analyze::{
+    Accuracy, Analysis, BandEdge, FrontLength, Headline, Scaling, Timing, Warning,
+};
 use crate::field::Quantity;
 use crate::prepare::WindowGains;
 
 /// Version of the layout of `summary.json` and `spectra.npz`.
-pub const SCHEMA: &str = "cascade.analyze/1";
+pub const SCHEMA: &str = "cascade.analyze/2";
 
 /// Where a result came from.
 #[derive(Debug, Clone, Serialize)]
@@ -126,10 +128,18 @@ struct DirectionSummary {
 struct LowHigh {
     frequency: Option<Edge>,
     wavenumber: Option<Edge>,
-    high_share_first_site: Option<f64>,
-    high_share_last_site: Option<f64>,
-    high_share_first_time: Option<f64>,
-    high_share_last_time: Option<f64>,
+    /// Share of the energy in the high band, at three sites and at three times.
+    along_x: Option<Headline>,
+    along_t: Option<Headline>,
+    front_passage: Option<FrontSummary>,
+}
+
+/// Shares over the passage of the front.
+#[derive(Debug, Serialize)]
+struct FrontSummary {
+    length: FrontLength,
+    #[serde(flatten)]
+    headline: Headline,
 }
 
 #[derive(Debug, Serialize)]
@@ -152,14 +162,6 @@ impl<'a> Summary<'a> {
     pub fn new(analysis: &'a Analysis, provenance: &'a Provenance) -> Self {
         let axes = &analysis.axes;
         let conventions = &analysis.conventions;
-        let share = |moments: &Option<Moments>, last: bool| {
-            let shares = &moments.as_ref()?.high_share;
-            defined(if last {
-                *shares.last()?
-            } else {
-                *shares.first()?
-            })
-        };
         let edge = |edge: Option<BandEdge>| {
             edge.map(|how| Edge {
                 edge: defined(how.value()),
@@ -220,10 +222,15 @@ impl<'a> Summary<'a> {
             low_high: LowHigh {
                 frequency: edge(analysis.frequency_edge),
                 wavenumber: edge(analysis.wavenumber_edge),
-                high_share_first_site: share(&analysis.along_space, false),
-                high_share_last_site: share(&analysis.along_space, true),
-                high_share_first_time: share(&analysis.along_time, false),
-                high_share_last_time: share(&analysis.along_time, true),
+                along_x: analysis
+                    .along_space
+                    .as_ref()
+                    .map(|_| analysis.headline_space),
+                along_t: analysis.along_time.as_ref().map(|_| analysis.headline_time),
+                front_passage: analysis.front.as_ref().map(|front| FrontSummary {
+                    length: front.length,
+                    headline: front.headline,
+                }),
             },
             accuracy: &analysis.accuracy,
             timings: &analysis.timings,

@@ -80,6 +80,9 @@ pub fn full() -> Analysis {
         }),
         along_space: Some(moments(n_sites, high)),
         along_time: Some(moments(n_times, k_high)),
+        headline_space: headline(n_sites),
+        headline_time: headline(n_times),
+        front: Some(front(n_sites)),
         field_map: Some(Map {
             reduction: Reduction::Extreme {
                 rows: 8,
@@ -185,6 +188,9 @@ pub fn field_only() -> Analysis {
         wavenumber_edge: None,
         along_space: None,
         along_time: None,
+        headline_space: Headline::default(),
+        headline_time: Headline::default(),
+        front: None,
         temporal_map: None,
         spatial_map: None,
         spacetime_map: None,
@@ -213,6 +219,8 @@ fn uniform(rows: usize, columns: usize, value: f32) -> Analysis {
         Moments {
             centroid: all.clone(),
             bandwidth: all.clone(),
+            effective_bandwidth: all.clone(),
+            zero_share: all.clone(),
             entropy: all.clone(),
             participation: all.clone(),
             median: all.clone(),
@@ -257,6 +265,9 @@ fn uniform(rows: usize, columns: usize, value: f32) -> Analysis {
         wavenumber_edge: Some(BandEdge::Undefined),
         along_space: Some(level(columns)),
         along_time: Some(level(rows)),
+        headline_space: Headline::default(),
+        headline_time: Headline::default(),
+        front: None,
         field_map: Some(map("site", "time (samples)")),
         temporal_map: Some(map("site", "frequency (cycles/sample)")),
         spatial_map: Some(map("wavenumber (rad/site)", "time (samples)")),
@@ -366,6 +377,8 @@ fn moments(n: usize, high: f64) -> Moments {
     Moments {
         centroid: curve(&|x| high * (0.07 + 0.2 * x) * ripple(x)),
         bandwidth: curve(&|x| high * (0.05 + 0.1 * x)),
+        effective_bandwidth: curve(&|x| high * (0.08 + 0.2 * x)),
+        zero_share: curve(&|x| 0.1 - 0.05 * x),
         entropy: curve(&|x| 0.4 + 0.3 * x),
         participation: curve(&|x| 10.0 + 30.0 * x),
         median: curve(&|x| high * (0.05 + 0.15 * x) * ripple(x)),
@@ -373,6 +386,39 @@ fn moments(n: usize, high: f64) -> Moments {
         high_share: low_share.iter().map(|share| 1.0 - share).collect(),
         low_share,
         energy: curve(&|x| 3e-4 * (-4.0 * x).exp() * ripple(x)),
+    }
+}
+
+/// At the first row, in the middle and at the last one.
+fn headline(n: usize) -> Headline {
+    let spot = |row: usize, share: f64| {
+        Some(Spot {
+            row,
+            index: row,
+            at: row as f64,
+            high_share: Some(share),
+        })
+    };
+    Headline {
+        reference: spot(0, 0.1),
+        largest: spot(n / 3, 0.251),
+        last: spot(n - 1, 0.2),
+    }
+}
+
+fn front(n: usize) -> Front {
+    let high_share: Vec<f64> = (0..n).map(|j| 0.1 + 0.3 * j as f64 / n as f64).collect();
+    Front {
+        length: FrontLength::Window {
+            window: 0.02,
+            samples: 40,
+            pulse_width: Some(0.002),
+        },
+        arrival: (0..n).map(|j| 1e-3 * j as f64).collect(),
+        fits: vec![true; n],
+        low_share: high_share.iter().map(|share| 1.0 - share).collect(),
+        high_share,
+        headline: headline(n),
     }
 }
 

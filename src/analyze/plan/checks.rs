@@ -191,6 +191,18 @@ pub(super) fn check_references(
             });
         }
     }
+    for (option, given) in [
+        ("front-window", request.front_window),
+        ("noise", request.noise),
+    ] {
+        if let Some(found) = given.filter(|x| !(*x > 0.0 && x.is_finite())) {
+            return Err(Error::Request {
+                option,
+                expected: "a number above 0".into(),
+                found: found.to_string(),
+            });
+        }
+    }
     if let Some(threads) = request.threads.filter(|n| !(1..=MOST_THREADS).contains(n)) {
         return Err(Error::Request {
             option: "threads",

@@ -47,6 +47,23 @@ impl Plan {
         held(time, sites) + at_once * worked_on + across
     }
 
+    /// Samples of the longest windows at the front's passage for which there is room beside what whole
+    /// records take; for longer ones that is let go of.
+    pub(in crate::analyze) fn front_samples(n_times: usize) -> usize {
+        n_times / 16
+    }
+
+    /// Samples of the longest windows that are held beside what whole records take.
+    fn front_beside(&self) -> Option<usize> {
+        let nt = self.axes.n_times;
+        // Segments of Welch's method are shorter than records: to let go of them makes little room.
+        let samples = match self.request.welch {
+            None => Plan::front_samples(nt),
+            Some(_) => nt,
+        };
+        self.request.results.temporal.then_some(samples)
+    }
+
     /// Chooses tiles and blocks, whether the field streams through, and where the matrix between the
     /// halves of the space-time transform lies. A thread takes `surveyed` bytes to look at the samples.
     pub(super) fn fit_into_memory(&mut self, surveyed: u64) -> Result<()> {
@@ -80,13 +97,16 @@ impl Plan {
             .welch
             .map_or(0, |_| self.segments.length as u64);
         let complex = self.complex_bytes();
+        let front = self.front_beside();
         let column_tile = |sites: u64, in_memory: bool| {
             let (length, padded) = (self.segments.length, self.conventions.padded_time);
             let worked = RecordTransform::<f64>::working_bytes(length, padded, sites as usize);
             // On their way to a scratch file transforms of all segments are held.
             let on_their_way = complex * nf * (segments - 1);
             let kept = if in_memory { 0 } else { on_their_way };
-            at_work(nx, sites) * (sites * (8 * (nt + segment) + kept) + worked + MEASURED * nf)
+            let front = front.map_or(0, |samples| front_bytes(samples, sites as usize));
+            let measured = MEASURED * nf;
+            at_work(nx, sites) * (sites * (8 * (nt + segment) + kept) + worked + measured + front)
         };
         let (sites, padded) = (self.axes.n_sites, self.conventions.padded_space);
         let along_space =
@@ -212,6 +232,14 @@ impl Plan {
         };
         Ok(())
     }
+}
+
+/// Bytes that a thread takes for windows of so many samples at so many sites.
+fn front_bytes(samples: usize, sites: usize) -> u64 {
+    // With zeros up to a quick length.
+    let padded = samples + samples / 8 + 8;
+    let worked = RecordTransform::<f64>::working_bytes(samples, padded, sites);
+    worked + (MEASURED + 16) * padded as u64 / 2
 }
 
 /// Half of the memory that is free now; 2 GiB where the system does not tell.

@@ -11,6 +11,7 @@ use super::request::{Precision, Request, Scaling};
 use super::result::{Axes, Conventions};
 use super::short_time::ShortTimeSegments;
 use super::sink::LargeArray;
+use crate::diagnostics::Bins;
 use crate::error::{Error, Result};
 use crate::field::{Axis, Field, Quantity};
 use crate::prepare::{Tiles, survey_bytes};
@@ -228,6 +229,25 @@ impl Plan {
             Precision::F64 => 16,
             Precision::F32 => 8,
         }
+    }
+
+    /// The intervals of the frequency axis.
+    pub(crate) fn frequency_bins(&self) -> Bins<'_> {
+        let padded = self.conventions.padded_time;
+        let step = 1.0 / (padded as f64 * self.axes.time.step);
+        Bins::new(&self.axes.frequency, padded, step)
+    }
+
+    /// The intervals of the wavenumber axis.
+    pub(crate) fn wavenumber_bins(&self) -> Bins<'_> {
+        let padded = self.conventions.padded_space;
+        let step = std::f64::consts::TAU / (padded as f64 * self.axes.space.step);
+        Bins::new(&self.axes.wavenumber, padded, step)
+    }
+
+    /// By how much records (or segments) become longer by zeros.
+    pub(crate) fn padding_time(&self) -> f64 {
+        self.conventions.padded_time as f64 / self.segments.length as f64
     }
 
     pub(crate) fn space_scale_of(&self, scaling: Scaling) -> Scale {

@@ -351,6 +351,8 @@ fn request(typed: &Analyze, draws: bool) -> Request {
         reference_time: bands.reference_time,
         band_edge_frequency: bands.band_edge_frequency,
         band_edge_wavenumber: bands.band_edge_wavenumber,
+        front_window: bands.front_window,
+        noise: bands.noise,
         direction_band: bands.direction_band,
         maps: draws,
         short_time: ShortTime {

@@ -245,10 +245,13 @@ pub struct SpectraArgs {
 #[derive(Debug, Args)]
 #[command(next_help_heading = "Low and high band, directions")]
 pub struct Bands {
-    /// Site below whose 90 % energy frequency the low band lies [default: the first with energy].
+    /// Site below whose 90 % energy frequency the low band lies [default: of a run, the first body
+    /// behind the struck or driven one; of a field, the first site with a tenth of the largest energy].
     #[arg(long, value_name = "SITE", conflicts_with = "band_edge_frequency")]
     pub reference_site: Option<usize>,
-    /// Time below whose 90 % energy wavenumber the low band lies [default: the first with energy].
+    /// Time below whose 90 % energy wavenumber the low band lies [default: of a run, when the front has
+    /// passed ten bodies, or a quarter of the chain; of a field, the first time with a tenth of the
+    /// largest energy].
     #[arg(long, value_name = "TIME", value_parser = parse::finite,
           allow_negative_numbers = true, conflicts_with = "band_edge_wavenumber")]
     pub reference_time: Option<f64>,
@@ -260,6 +263,14 @@ pub struct Bands {
     #[arg(long, value_name = "WAVENUMBER", value_parser = parse::finite,
           allow_negative_numbers = true)]
     pub band_edge_wavenumber: Option<f64>,
+    /// Length of the windows over which shares at the front's passage are taken, from each site's arrival
+    /// on [default: ten times the width at half maximum of the pulse at the reference site].
+    #[arg(long, value_name = "TIME", value_parser = parse::positive, allow_negative_numbers = true)]
+    pub front_window: Option<f64>,
+    /// Root mean square of the noise in the samples, where it is known: sites and times whose energy
+    /// is less than twice the noise's are undefined.
+    #[arg(long, value_name = "RMS", value_parser = parse::positive, allow_negative_numbers = true)]
+    pub noise: Option<f64>,
     /// Frequencies over which the shares of each direction are taken [default: all].
     #[arg(long, value_name = "FROM:TO", value_parser = parse::interval,
           allow_hyphen_values = true)]

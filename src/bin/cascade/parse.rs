@@ -121,7 +121,15 @@ pub fn origin<D: Dimension>(text: &str) -> Result<Measure<D>, String> {
     })
 }
 
-/// The same, above 0.
+/// A finite number above 0.
+pub fn positive(text: &str) -> Result<f64, String> {
+    match text.parse::<f64>() {
+        Ok(value) if value.is_finite() && value > 0.0 => Ok(value),
+        _ => Err("expected a finite number above 0".into()),
+    }
+}
+
+/// A measure above 0.
 pub fn step<D: Dimension>(text: &str) -> Result<Measure<D>, String> {
     match Measure::read(text) {
         Ok(step) if step.value > 0.0 => Ok(step),

@@ -2,9 +2,11 @@
 
 use std::fmt::Write;
 
-use cascade::analyze::{Analysis, BandEdge, Moments, Plan};
+use cascade::analyze::{Analysis, Plan};
 use cascade::field::Axis;
 use cascade::measure::digits;
+pub use cascade::report::number;
+use cascade::report::{percent, sentences};
 
 /// Columns of the terminal; 100 where there is none.
 pub fn width() -> usize {
@@ -72,7 +74,6 @@ fn words(text: &str) -> impl Iterator<Item = &str> {
 pub fn summary(analysis: &Analysis, read_as: &[String], width: usize) -> String {
     let axes = &analysis.axes;
     let mut lines = Lines::new(width);
-    let (frequency_unit, wavenumber_unit) = (axes.frequency_unit(), axes.wavenumber_unit());
     lines.line(
         "field",
         &format!(
@@ -87,24 +88,9 @@ pub fn summary(analysis: &Analysis, read_as: &[String], width: usize) -> String 
     for conclusion in read_as {
         lines.line("read as", conclusion);
     }
-    if let Some(moments) = &analysis.along_space {
-        lines.along("frequency along x", moments, &frequency_unit);
-        let place = |index: usize, at: f64| {
-            let unit = axes.space.unit.as_deref();
-            let x = unit.map_or(String::new(), |unit| {
-                format!(" (x = {} {unit})", number(at))
-            });
-            format!("site {index}{x}")
-        };
-        lines.edge(analysis.frequency_edge, &frequency_unit, place);
-        lines.shares(moments, "site");
-    }
-    if let Some(moments) = &analysis.along_time {
-        lines.along("wavenumber along t", moments, &wavenumber_unit);
-        let unit = axes.time.unit.as_deref().unwrap_or_default();
-        let place = |_, at| format!("t = {} {unit}", number(at)).trim_end().to_owned();
-        lines.edge(analysis.wavenumber_edge, &wavenumber_unit, place);
-        lines.shares(moments, "time");
+    for sentence in sentences(analysis) {
+        let indent = if sentence.is_detail { "  " } else { "" };
+        lines.line(&format!("{indent}{}", sentence.name), &sentence.text);
     }
     if let Some(d) = analysis.direction {
         let shares = format!(
@@ -202,51 +188,6 @@ pub fn plan(plan: &Plan, width: usize) -> String {
     lines.text
 }
 
-impl Lines {
-    fn along(&mut self, name: &str, moments: &Moments, unit: &str) {
-        let value = format!(
-            "centroid {}, 90 % below {} {unit}, entropy {}",
-            ends(&moments.centroid, number),
-            ends(&moments.quantile_90, number),
-            ends(&moments.entropy, |share| format!("{share:.3}"))
-        );
-        self.line(name, &value);
-    }
-
-    fn edge(&mut self, edge: Option<BandEdge>, unit: &str, place: impl Fn(usize, f64) -> String) {
-        let value = match edge {
-            None => return,
-            Some(BandEdge::Given { value }) => format!("{} {unit}, as given", number(value)),
-            Some(BandEdge::Reference { value, index, at }) => format!(
-                "{} {unit}, with 90 % of the energy at {} below",
-                number(value),
-                place(index, at)
-            ),
-            Some(BandEdge::Undefined) => "undefined: no energy".into(),
-        };
-        self.line("  band edge", &value);
-    }
-
-    fn shares(&mut self, moments: &Moments, row: &str) {
-        let of = |share: Option<&f64>| share.map_or("-".into(), |&s| percent(s));
-        let value = format!(
-            "{} at the first {row}, {} at the last",
-            of(moments.high_share.first()),
-            of(moments.high_share.last())
-        );
-        self.line("  high band", &value);
-    }
-}
-
-/// The first value and the last one.
-fn ends(values: &[f64], shown: impl Fn(f64) -> String) -> String {
-    match (values.first(), values.last()) {
-        (Some(first), Some(last)) if first.is_nan() && last.is_nan() => "undefined".into(),
-        (Some(&first), Some(&last)) => format!("{} -> {}", shown(first), shown(last)),
-        _ => "-".into(),
-    }
-}
-
 /// `, dt 0.01 s`; of an axis that counts, that it does: `, no dt: time counts samples`.
 fn step(name: &str, axis: &Axis, counts: &str) -> String {
     let step = digits(axis.step);
@@ -262,29 +203,6 @@ pub fn error_size(x: f64) -> String {
         "0".into()
     } else {
         format!("{x:.1e}")
-    }
-}
-
-pub fn number(x: f64) -> String {
-    if x.is_nan() {
-        return "undefined".into();
-    }
-    if x == 0.0 {
-        return "0".into();
-    }
-    if (1e-3..1e5).contains(&x.abs()) {
-        let digits = (3 - x.abs().log10().floor() as i32).clamp(0, 6) as usize;
-        format!("{x:.digits$}")
-    } else {
-        format!("{x:.3e}")
-    }
-}
-
-fn percent(share: f64) -> String {
-    if share.is_nan() {
-        "undefined".into()
-    } else {
-        format!("{:.2} %", 100.0 * share)
     }
 }
 

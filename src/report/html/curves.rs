@@ -47,7 +47,11 @@ pub(super) fn of(analysis: &Analysis) -> Vec<CurveGroup> {
     if let Some(moments) = &analysis.along_space {
         let content = labels::frequency(axes);
         let energy = labels::site_energy(analysis);
-        let charts = moment_charts(moments, content, energy, mark(analysis.frequency_edge));
+        let mut charts = moment_charts(moments, content, energy, mark(analysis.frequency_edge));
+        if let (Some(front), Some(shares)) = (&analysis.front, charts.get_mut(1)) {
+            let high = series("high band, front", &front.high_share);
+            shares.series.push(high);
+        }
         let along = (labels::position(axes), Role::Position);
         groups.push(group("along-x", along, &axes.positions(), charts));
     }

@@ -1,12 +1,12 @@
 //! The numbers of a run in tables, and its warnings.
 
-use maud::{Markup, html as markup};
+use maud::{Markup, Render, html as markup};
 
 use super::words::{number, percent};
-use crate::analyze::{Analysis, BandEdge, Moments, Timing, Warning};
+use crate::analyze::{Analysis, Timing, Warning};
 use crate::field::Axis;
-use crate::plot::labels;
 use crate::prepare::WindowGains;
+use crate::report::sentences;
 
 type Row = (&'static str, String);
 
@@ -76,7 +76,7 @@ pub(super) fn tables(analysis: &Analysis) -> Markup {
     }
 }
 
-fn table(title: &str, rows: &[Row]) -> Markup {
+fn table<N: Render>(title: &str, rows: &[(N, String)]) -> Markup {
     markup! {
         table {
             caption { (title) }
@@ -164,63 +164,32 @@ fn window(gains: &WindowGains) -> String {
     )
 }
 
-fn redistribution(analysis: &Analysis) -> Vec<Row> {
+fn redistribution(analysis: &Analysis) -> Vec<(String, String)> {
     let axes = &analysis.axes;
     let mut rows = Vec::new();
     if let Some(direction) = analysis.direction {
-        rows.push(("Towards +x", percent(direction.toward_plus_x)));
-        rows.push(("Towards −x", percent(direction.toward_minus_x)));
-        rows.push(("Undirected", percent(direction.undirected)));
+        rows.push(("Towards +x".into(), percent(direction.toward_plus_x)));
+        rows.push(("Towards −x".into(), percent(direction.toward_minus_x)));
+        rows.push(("Undirected".into(), percent(direction.undirected)));
         let (from, to) = direction.band;
         let unit = axes.frequency_unit();
         rows.push((
-            "Directions summed over",
+            "Directions summed over".into(),
             format!("{} to {} {unit}", number(from), number(to)),
         ));
     }
-    if let Some(edge) = analysis.frequency_edge {
-        let at = labels::position(axes);
-        rows.push((
-            "Frequency band edge",
-            band_edge(edge, &axes.frequency_unit(), "site", &at),
-        ));
-    }
-    if let Some(moments) = &analysis.along_space {
-        rows.push(("High band, first and last site", first_and_last(moments)));
-    }
-    if let Some(edge) = analysis.wavenumber_edge {
-        let at = labels::time(axes);
-        rows.push((
-            "Wavenumber band edge",
-            band_edge(edge, &axes.wavenumber_unit(), "time row", &at),
-        ));
-    }
-    if let Some(moments) = &analysis.along_time {
-        rows.push(("High band, first and last time", first_and_last(moments)));
+    let mut about = "";
+    for sentence in sentences(analysis) {
+        if !sentence.is_detail {
+            about = sentence.name;
+        }
+        let name = match sentence.is_detail {
+            true => format!("{about}: {}", sentence.name),
+            false => sentence.name.into(),
+        };
+        rows.push((sentence_case(&name), sentence.text));
     }
     rows
-}
-
-/// Rows are counted as in the file, whose row `first` is the first analysed.
-fn band_edge(edge: BandEdge, unit: &str, row: &str, at_label: &str) -> String {
-    match edge {
-        BandEdge::Given { value } => format!("{} {unit}, given", number(value)),
-        BandEdge::Reference { value, index, at } => format!(
-            "{} {unit}: 90 % of the energy at {row} {} ({at_label} = {}) lies at or below it",
-            number(value),
-            index,
-            number(at)
-        ),
-        BandEdge::Undefined => "undefined: no energy there".into(),
-    }
-}
-
-fn first_and_last(moments: &Moments) -> String {
-    match moments.high_share[..] {
-        [] => "undefined".into(),
-        [only] => percent(only),
-        [first, .., last] => format!("{}, {}", percent(first), percent(last)),
-    }
 }
 
 fn accuracy(analysis: &Analysis) -> Vec<Row> {

@@ -94,8 +94,8 @@ pub(super) fn curve_caption(id: &str, blocks: bool) -> String {
     let shows = match id {
         "along-x" => {
             "Centroid, median and 90 % frequency of each site, the shares of energy in the two \
-             bands, and the energy itself. Content that moves up while energy stays is a cascade; \
-             where energy is small, shares describe noise."
+             bands, over the whole record and over the passage of the front, and the energy itself. \
+             Content that moves up while energy stays is a cascade."
         }
         "along-t" => {
             "Centroid, median and 90 % wavenumber at each time, the shares of energy in the two \
@@ -134,12 +134,24 @@ pub(super) fn how_to_read(analysis: &Analysis) -> Markup {
         ),
         (
             "Centroid, median, 90 %",
-            "The mean of f (or k) weighted by energy, without bin 0; the first bin at which the \
-             cumulative energy reaches 50 % and 90 %.",
+            "The mean of f (or k) weighted by energy, every bin counted; where the cumulative energy \
+             reaches 50 % and 90 %, read off at the ends of bins, each of which stands for half a bin \
+             to both sides.",
+        ),
+        (
+            "Effective bandwidth",
+            "exp(− ∫ p ln p df) of the spectrum p of unit integral: the width of a flat spectrum of the \
+             same entropy.",
         ),
         (
             "Bands",
             "The low band ends at the band edge, stated above; the high band is the rest.",
+        ),
+        (
+            "Front passage",
+            "Shares over a window of the same length at all sites, from each arrival on (the magnitude \
+             first exceeds a hundredth of the site's largest). Shares of the whole record depend on how \
+             long it is.",
         ),
         (
             "Parseval residual",
@@ -151,8 +163,8 @@ pub(super) fn how_to_read(analysis: &Analysis) -> Markup {
         ),
         (
             "Undefined",
-            "A row without energy has no centroid and no shares: a gap in the curves, grey in \
-             the maps.",
+            "A site or time with less than a millionth of the largest energy, or less than the noise \
+             where that is known, has no centroid and no shares: a gap in the curves.",
         ),
     ];
     markup! {

@@ -1,0 +1,364 @@
+//! The passage of the front: shares of each site over a window of its own, from its arrival on.
+//!
+//! Shares over a whole record depend on its length, since what follows the front differs from it.
+
+use ndarray::Array2;
+use num_complex::Complex;
+
+use super::along::Headline;
+use super::plan::Plan;
+use super::result::{Front, FrontLength};
+use crate::chain::lanes::{Block, WIDTH};
+use crate::diagnostics::{Bins, moments_across};
+use crate::transform::{Real, RecordScratch, RecordTransform, fold, frequencies, power};
+
+/// The part of a site's largest magnitude that its arrival exceeds for the first time.
+const ARRIVAL: f64 = 0.01;
+
+/// Widths at half maximum of the pulse at the reference that a window is long.
+const WIDTHS: f64 = 10.0;
+
+/// The first sample whose magnitude exceeds a hundredth of the record's largest.
+pub(super) fn arrival(record: &[f64]) -> Option<usize> {
+    let largest = record.iter().fold(0.0, |m: f64, v| m.max(v.abs()));
+    record.iter().position(|v| v.abs() > ARRIVAL * largest)
+}
+
+/// Width at half of the largest magnitude of `record`, in samples: between the crossings beside the
+/// peak, linear between samples; from the record's end where it is above half there. `None` where it
+/// is so at both ends, and without a peak.
+fn pulse_width(record: &[f64]) -> Option<f64> {
+    let peak = record.iter().enumerate().fold((0, 0.0), |best, (n, v)| {
+        if v.abs() > best.1 { (n, v.abs()) } else { best }
+    });
+    let half = 0.5 * peak.1;
+    if half == 0.0 {
+        return None;
+    }
+    // Samples from the peak to where the line between two of them meets half.
+    let crossing = |side: &mut dyn Iterator<Item = &f64>| {
+        let mut last = peak.1;
+        for (n, v) in side.map(|v| v.abs()).enumerate() {
+            if v < half {
+                return Some(n as f64 + (last - half) / (last - v));
+            }
+            last = v;
+        }
+        None
+    };
+    let before = crossing(&mut record[..peak.0].iter().rev());
+    let after = crossing(&mut record[peak.0 + 1..].iter());
+    match (before, after) {
+        (None, None) => None,
+        _ => {
+            let to_start = peak.0 as f64;
+            let to_end = (record.len() - 1 - peak.0) as f64;
+            Some(before.unwrap_or(to_start) + after.unwrap_or(to_end))
+        }
+    }
+}
+
+/// How long windows are: as given, in units of time, or by the pulse in `reference`.
+pub(super) fn window_of(plan: &Plan, reference: Option<&[f64]>) -> FrontLength {
+    let dt = plan.axes.time.step;
+    let (length, pulse_width) = match (plan.request.front_window, reference) {
+        (Some(length), _) => (length, None),
+        (None, None) => return FrontLength::NoReference,
+        (None, Some(record)) => match pulse_width(record) {
+            None => return FrontLength::NoPulse,
+            Some(width) => (WIDTHS * width * dt, Some(width * dt)),
+        },
+    };
+    let samples = (length / dt).round().max(1.0) as usize;
+    let window = samples as f64 * dt;
+    match samples <= plan.axes.n_times {
+        true => FrontLength::Window {
+            window,
+            samples,
+            pulse_width,
+        },
+        false => FrontLength::TooLong { window },
+    }
+}
+
+/// What is found at one site.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Passed {
+    pub arrival: Option<usize>,
+    pub low_share: f64,
+    pub high_share: f64,
+}
+
+/// Transforms of windows, planned.
+pub(super) struct Passage<T: Real> {
+    samples: usize,
+    transform: RecordTransform<T>,
+    frequency: Vec<f64>,
+    dt: f64,
+    edge: f64,
+}
+
+impl<T: Real> Passage<T> {
+    /// Of windows of so many samples, untapered; energy below `edge` is low.
+    pub fn new(plan: &Plan, samples: usize, edge: f64) -> Self {
+        let dt = plan.axes.time.step;
+        // Zeros up to a length that is quick, and no longer than what is transformed anyway.
+        let padded = quick(samples).min(plan.conventions.padded_time.max(samples));
+        Passage {
+            samples,
+            transform: RecordTransform::new(&vec![1.0; samples], padded),
+            frequency: frequencies(padded, dt),
+            dt,
+            edge,
+        }
+    }
+
+    /// Whether windows are so long that there is no room for them beside what whole records take.
+    pub fn is_long(&self, plan: &Plan) -> bool {
+        self.samples > Plan::front_samples(plan.axes.n_times)
+    }
+
+    /// Of records that lie one after the other.
+    pub fn of_records(&self, records: &[f64], length: usize, room: &mut Room<T>) -> Vec<Passed> {
+        let arrivals: Vec<Option<usize>> = records.chunks_exact(length).map(arrival).collect();
+        let windows = records.chunks_exact(length).zip(&arrivals);
+        let windows: Vec<&[f64]> = windows
+            .map(|(record, arrival)| &record[self.start(*arrival, length).unwrap_or(0)..])
+            .map(|rest| &rest[..self.samples])
+            .collect();
+        room.shape(self.transform.bins(), windows.len());
+        let Room {
+            scratch, spectra, ..
+        } = room;
+        self.transform
+            .transform_into(windows.into_iter(), spectra.view_mut(), scratch);
+        self.measured(&arrivals, length, room)
+    }
+
+    /// Of `width` interleaved records, which are overwritten.
+    pub fn of_columns(&self, columns: &mut [f64], width: usize, room: &mut Room<T>) -> Vec<Passed> {
+        let length = columns.len() / width;
+        let arrivals = arrivals_across(columns, width);
+        // Windows move to the front, where they start together; no sample is written over before it
+        // was read, since none moves back.
+        for (lane, arrival) in arrivals.iter().enumerate() {
+            let start = self.start(*arrival, length).unwrap_or(0);
+            if start > 0 {
+                for n in 0..self.samples {
+                    columns[n * width + lane] = columns[(start + n) * width + lane];
+                }
+            }
+        }
+        let windows = &columns[..self.samples * width];
+        room.shape(self.transform.bins(), width);
+        let Room {
+            scratch, spectra, ..
+        } = room;
+        self.transform
+            .transform_columns(windows, spectra.view_mut(), scratch);
+        self.measured(&arrivals, length, room)
+    }
+
+    /// Where the window starts, if it fits into a record of `length`.
+    fn start(&self, arrival: Option<usize>, length: usize) -> Option<usize> {
+        arrival.filter(|start| start + self.samples <= length)
+    }
+
+    fn measured(
+        &self,
+        arrivals: &[Option<usize>],
+        length: usize,
+        room: &mut Room<T>,
+    ) -> Vec<Passed> {
+        let padded = self.transform.padded();
+        let spectra = &room.spectra;
+        room.power.clear();
+        room.power
+            .extend(spectra.outer_iter().enumerate().map(|(m, row)| {
+                let mut powers = Block::default();
+                for (p, &x) in powers.0.iter_mut().zip(row) {
+                    *p = fold(m, padded) * power(x);
+                }
+                powers
+            }));
+        let bins = Bins::new(&self.frequency, padded, 1.0 / (padded as f64 * self.dt));
+        let rows = moments_across(&room.power, &bins, self.edge);
+        let found = arrivals.iter().zip(rows).map(|(&arrival, row)| {
+            let fits = self.start(arrival, length).is_some();
+            let or_nan = |share| if fits { share } else { f64::NAN };
+            Passed {
+                arrival,
+                low_share: or_nan(row.low_share),
+                high_share: or_nan(row.high_share),
+            }
+        });
+        found.collect()
+    }
+}
+
+/// What a thread works with.
+pub(super) struct Room<T> {
+    scratch: RecordScratch<T>,
+    spectra: Array2<Complex<T>>,
+    power: Vec<Block>,
+}
+
+impl<T: Real> Default for Room<T> {
+    fn default() -> Self {
+        Room {
+            scratch: RecordScratch::default(),
+            spectra: Array2::default((0, 0)),
+            power: Vec::new(),
+        }
+    }
+}
+
+impl<T: Real> Room<T> {
+    fn shape(&mut self, bins: usize, width: usize) {
+        if self.spectra.dim() != (bins, width) {
+            self.spectra = Array2::default((bins, width));
+        }
+    }
+}
+
+/// [`arrival`] of each of `width` interleaved records, at most eight.
+fn arrivals_across(columns: &[f64], width: usize) -> Vec<Option<usize>> {
+    let mut largest = [0.0f64; WIDTH];
+    for row in columns.chunks_exact(width) {
+        for (m, v) in largest.iter_mut().zip(row) {
+            *m = m.max(v.abs());
+        }
+    }
+    let mut found = vec![None; width];
+    let mut open = largest[..width].iter().filter(|m| **m > 0.0).count();
+    for (n, row) in columns.chunks_exact(width).enumerate() {
+        if open == 0 {
+            break;
+        }
+        for ((found, m), v) in found.iter_mut().zip(&largest).zip(row) {
+            if found.is_none() && v.abs() > ARRIVAL * m {
+                *found = Some(n);
+                open -= 1;
+            }
+        }
+    }
+    found
+}
+
+/// The least length of at least `samples` with no prime factor above 5.
+fn quick(samples: usize) -> usize {
+    (samples..)
+        .find(|&n| {
+            let mut rest = n;
+            for factor in [2, 3, 5] {
+                while rest.is_multiple_of(factor) {
+                    rest /= factor;
+                }
+            }
+            rest == 1
+        })
+        .unwrap_or(samples)
+}
+
+/// The front's shares as a result. `defined` tells which sites have energy.
+pub(super) fn gather(
+    plan: &Plan,
+    length: FrontLength,
+    passed: &[Passed],
+    defined: &[bool],
+    reference: Option<usize>,
+) -> Front {
+    let moves = passed.iter().zip(defined).filter(|(_, defined)| **defined);
+    let (mut at_once, mut sites) = (0, 0);
+    for (passed, _) in moves {
+        sites += 1;
+        at_once += usize::from(passed.arrival == Some(0));
+    }
+    let length = match length {
+        FrontLength::Window { .. } if 2 * at_once > sites => {
+            FrontLength::NoArrival { at_once, sites }
+        }
+        other => other,
+    };
+    let has_window = matches!(length, FrontLength::Window { .. });
+    let n_sites = plan.axes.n_sites;
+    let column = |of: fn(&Passed) -> f64| -> Vec<f64> {
+        if !has_window {
+            return vec![f64::NAN; n_sites];
+        }
+        let values = passed.iter().zip(defined);
+        values
+            .map(|(passed, defined)| if *defined { of(passed) } else { f64::NAN })
+            .collect()
+    };
+    let arrivals = passed.iter().zip(defined);
+    let arrivals = arrivals.map(|(p, defined)| p.arrival.filter(|_| *defined && has_window));
+    let mut arrivals: Vec<Option<usize>> = arrivals.collect();
+    arrivals.resize(n_sites, None);
+    let time = &plan.axes.time;
+    let fits = |arrival: &Option<usize>| match length {
+        FrontLength::Window { samples, .. } => {
+            arrival.is_some_and(|n| n + samples <= plan.axes.n_times)
+        }
+        _ => false,
+    };
+    let fits: Vec<bool> = arrivals.iter().map(fits).collect();
+    let (low_share, high_share) = (column(|p| p.low_share), column(|p| p.high_share));
+    let headline = Headline::of(&high_share, &fits, &fits, reference, |row| {
+        (plan.sites.start + row, plan.axes.space.at(row))
+    });
+    let at = |arrival: &Option<usize>| arrival.map_or(f64::NAN, |n| time.at(n));
+    Front {
+        length,
+        arrival: arrivals.iter().map(at).collect(),
+        fits,
+        low_share,
+        high_share,
+        headline,
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// By hand: a triangle of height 4 and base 8 is half as high over 4 samples.
+    #[test]
+    fn val_width_of_a_triangle() {
+        let triangle = |from: usize, n: usize| -> Vec<f64> {
+            let height = |n: usize| (4.0 - (n as f64 - from as f64 - 4.0).abs()).max(0.0);
+            (0..n).map(height).collect()
+        };
+        assert_eq!(pulse_width(&triangle(10, 40)), Some(4.0));
+        let negative: Vec<f64> = triangle(3, 40).iter().map(|v| -v).collect();
+        assert_eq!(pulse_width(&negative), Some(4.0));
+        // Cut at its peak: what is there.
+        assert_eq!(pulse_width(&triangle(10, 40)[14..]), Some(2.0));
+        assert_eq!(pulse_width(&triangle(10, 15)), Some(2.0));
+        assert_eq!(pulse_width(&[1.0; 9]), None);
+        assert_eq!(pulse_width(&[0.0; 9]), None);
+        assert_eq!(arrival(&triangle(10, 40)), Some(11));
+        assert_eq!(arrival(&[0.0; 4]), None);
+    }
+
+    #[test]
+    fn quick_lengths_are_the_next_without_large_factors() {
+        assert_eq!([1, 7, 11, 24, 121].map(quick), [1, 8, 12, 24, 125]);
+    }
+
+    #[test]
+    fn columns_arrive_when_each_alone_does() {
+        let records: Vec<Vec<f64>> = (0..5)
+            .map(|j| {
+                (0..50)
+                    .map(|n| (n as f64 - 9.0 * j as f64).max(0.0))
+                    .collect()
+            })
+            .collect();
+        let columns: Vec<f64> = (0..50)
+            .flat_map(|n| records.iter().map(move |r| r[n]))
+            .collect();
+        let alone: Vec<Option<usize>> = records.iter().map(|r| arrival(r)).collect();
+        assert_eq!(arrivals_across(&columns, 5), alone);
+    }
+}

@@ -1,0 +1,86 @@
+//! The site and the time whose spectra set the band edges.
+
+use super::along::REFERENCE;
+use super::front::arrival;
+use super::plan::Plan;
+use super::{Observer, nearest};
+use crate::error::Result;
+use crate::prepare::Prepared;
+
+/// Sites that the front has passed at the reference time of a run, at most.
+const PASSED: usize = 10;
+
+/// Indices of the rows in the range analysed; `None` where no row has energy, or none is wanted.
+#[derive(Debug, Clone, Copy, Default)]
+pub(super) struct References {
+    pub site: Option<usize>,
+    pub time: Option<usize>,
+}
+
+impl References {
+    /// As asked for, else by the rules of [`Request::reference_site`](super::Request::reference_site)
+    /// and [`Request::reference_time`](super::Request::reference_time).
+    pub fn find(plan: &Plan, prepared: &Prepared, observer: &dyn Observer) -> Result<References> {
+        let results = plan.request.results;
+        let site = || match plan.request.reference_site {
+            Some(site) => Some(site - plan.sites.start),
+            None => behind_the_struck(plan, prepared),
+        };
+        let time = || match plan.request.reference_time {
+            Some(t) => Some(nearest(&plan.axes.time, t, plan.axes.n_times)),
+            None => front_has_passed(plan, prepared),
+        };
+        let mut found = References {
+            site: results.temporal.then(site).flatten(),
+            time: results.spatial.then(time).flatten(),
+        };
+        let by_energy = [
+            results.temporal && found.site.is_none(),
+            results.spatial && found.time.is_none(),
+        ];
+        if by_energy.contains(&true) {
+            let (sites, times) = prepared.energies(observer)?;
+            if by_energy[0] {
+                found.site = first_with_energy(&sites);
+            }
+            if by_energy[1] {
+                found.time = first_with_energy(&times);
+            }
+        }
+        Ok(found)
+    }
+}
+
+/// The first row with at least a tenth of the largest energy.
+fn first_with_energy(energies: &[f64]) -> Option<usize> {
+    let largest = energies.iter().fold(0.0, |m: f64, &e| m.max(e));
+    energies
+        .iter()
+        .position(|&energy| energy > 0.0 && energy >= REFERENCE * largest)
+}
+
+/// Of a run, the first body behind those that are struck or driven, if it is analysed and moves.
+fn behind_the_struck(plan: &Plan, prepared: &Prepared) -> Option<usize> {
+    let site = within(plan, prepared.struck()? + 1)?;
+    arrival_at(plan, prepared, site).map(|_| site)
+}
+
+/// Of a run, when the front arrives at the tenth body behind those that are struck or driven, or
+/// after a quarter of the chain.
+fn front_has_passed(plan: &Plan, prepared: &Prepared) -> Option<usize> {
+    let passed = PASSED.min(prepared.sites_in_file() / 4).max(1);
+    let site = within(plan, prepared.struck()? + passed)?;
+    arrival_at(plan, prepared, site)
+}
+
+/// A site of the file, counted in the range analysed.
+fn within(plan: &Plan, site: usize) -> Option<usize> {
+    let inside = plan.sites.contains(&site);
+    inside.then(|| site - plan.sites.start)
+}
+
+fn arrival_at(plan: &Plan, prepared: &Prepared, site: usize) -> Option<usize> {
+    let mut record = vec![0.0; plan.axes.n_times];
+    prepared.record(site, &mut record);
+    arrival(&record)
+}

@@ -1,0 +1,328 @@
+//! What is said of an analysis in words: the same on the terminal and on the page.
+
+use crate::analyze::{Analysis, Axes, BandEdge, Front, FrontLength, Headline, Moments, Spot};
+
+/// A line of a summary.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct Sentence {
+    /// What it is about.
+    pub name: &'static str,
+    /// Whether it belongs to the line before.
+    pub is_detail: bool,
+    pub text: String,
+}
+
+/// Where the content moves, along x and along t, and how far that can be told.
+///
+/// Shares of the high band stand at the reference, at their largest from there on, and at the last
+/// site (time) with energy, each with its place.
+pub fn sentences(analysis: &Analysis) -> Vec<Sentence> {
+    let mut said = Vec::new();
+    let axes = &analysis.axes;
+    if let Some(moments) = &analysis.along_space {
+        let along = Along::space(axes);
+        let headline = &analysis.headline_space;
+        // What the record's end cuts says little of the content.
+        let whole = analysis
+            .front
+            .as_ref()
+            .and_then(|front| front.headline.last);
+        let last = whole.or(headline.last);
+        along.say(&mut said, moments, headline, last, analysis.frequency_edge);
+        if let (Some(front), Some(band)) = (&analysis.front, said.last_mut()) {
+            let cut = headline.last.filter(|last| !front.fits[last.row]);
+            if let (FrontLength::Window { .. }, Some(last)) = (front.length, cut) {
+                let place = (along.place)(&last);
+                band.text += &format!("; the record ends while the front passes {place}");
+            }
+            said.push(detail("front passage", along.front(front, axes)));
+        }
+    }
+    if let Some(moments) = &analysis.along_time {
+        let along = Along::time(axes);
+        let headline = &analysis.headline_time;
+        let last = headline.last;
+        along.say(&mut said, moments, headline, last, analysis.wavenumber_edge);
+    }
+    said
+}
+
+fn detail(name: &'static str, text: String) -> Sentence {
+    Sentence {
+        name,
+        is_detail: true,
+        text,
+    }
+}
+
+/// The words for one of the axes.
+struct Along<'a> {
+    name: &'static str,
+    rows: &'static str,
+    content_unit: String,
+    /// What a row without content is.
+    single: &'static str,
+    /// The content's bin 0.
+    zero: &'static str,
+    /// The option that names another reference, and what else to do about an edge that is not resolved.
+    reference: &'static str,
+    resolve: &'static str,
+    place: Box<dyn Fn(&Spot) -> String + 'a>,
+}
+
+impl<'a> Along<'a> {
+    fn space(axes: &'a Axes) -> Self {
+        Along {
+            name: "frequency along x",
+            rows: "sites",
+            content_unit: axes.frequency_unit(),
+            single: "a single time has no frequencies",
+            zero: "f = 0",
+            reference: "--reference-site",
+            resolve: "give `--band-edge-frequency`, or, if it is an offset, remove it with \
+                      `--detrend-time mean`",
+            place: Box::new(|spot| match &axes.space.unit {
+                Some(unit) => format!("site {} (x = {} {unit})", spot.index, number(spot.at)),
+                None => format!("site {}", spot.index),
+            }),
+        }
+    }
+
+    fn time(axes: &'a Axes) -> Self {
+        Along {
+            name: "wavenumber along t",
+            rows: "times",
+            content_unit: axes.wavenumber_unit(),
+            single: "a single site has no wavenumbers",
+            zero: "k = 0",
+            reference: "--reference-time",
+            resolve: "give `--band-edge-wavenumber`, or, if it is noise common to all sites, remove it \
+                      with `--detrend-space mean`",
+            place: Box::new(|spot| {
+                let unit = axes.time.unit.as_deref().unwrap_or_default();
+                format!("t = {} {unit}", number(spot.at)).trim_end().into()
+            }),
+        }
+    }
+
+    fn say(
+        &self,
+        said: &mut Vec<Sentence>,
+        moments: &Moments,
+        headline: &Headline,
+        last: Option<Spot>,
+        edge: Option<BandEdge>,
+    ) {
+        said.push(Sentence {
+            name: self.name,
+            is_detail: false,
+            text: self.content(moments, headline, last),
+        });
+        if let Some(edge) = edge {
+            said.push(detail("band edge", self.edge(edge, moments, headline)));
+        }
+        let undefined = moments.entropy.iter().filter(|x| x.is_nan()).count();
+        let all = moments.entropy.len();
+        let mut text = shares(headline, &*self.place, "the last with energy")
+            .unwrap_or_else(|| "undefined: no band edge".into());
+        if undefined > 0 && undefined < all {
+            text += &format!(
+                "; {undefined} of {all} {} have too little energy to tell",
+                self.rows
+            );
+        }
+        said.push(detail("high band", text));
+    }
+
+    /// Centroid, 90 % and effective bandwidth at the reference and at the `last` row to be told of.
+    fn content(&self, moments: &Moments, headline: &Headline, last: Option<Spot>) -> String {
+        let spots = [headline.reference, last];
+        let mut rows: Vec<Spot> = spots.into_iter().flatten().collect();
+        rows.dedup_by_key(|spot| spot.row);
+        rows.retain(|spot| moments.centroid[spot.row].is_finite());
+        let unit = &self.content_unit;
+        let parts = rows.iter().map(|spot| {
+            let zero = moments.zero_share[spot.row];
+            let zero = match zero > 0.5 {
+                true => format!(", with {} of the energy at {}", percent(zero), self.zero),
+                false => String::new(),
+            };
+            format!(
+                "centroid {}, 90 % below {}, effective bandwidth {} {unit} at {}{zero}",
+                number(moments.centroid[spot.row]),
+                number(moments.quantile_90[spot.row]),
+                number(moments.effective_bandwidth[spot.row]),
+                (self.place)(spot)
+            )
+        });
+        let parts: Vec<String> = parts.collect();
+        match (parts.is_empty(), headline.last.is_some()) {
+            (false, _) => parts.join("; "),
+            (true, true) => format!("undefined: {}", self.single),
+            (true, false) => "undefined: no energy".into(),
+        }
+    }
+
+    fn edge(&self, edge: BandEdge, moments: &Moments, headline: &Headline) -> String {
+        let unit = &self.content_unit;
+        let at = |index: usize, at: f64| {
+            (self.place)(&Spot {
+                row: 0,
+                index,
+                at,
+                high_share: None,
+            })
+        };
+        match edge {
+            BandEdge::Given { value } => format!("{} {unit}, as given", number(value)),
+            BandEdge::Reference {
+                value,
+                index,
+                at: x,
+            } => format!(
+                "{} {unit}, with 90 % of the energy at {} below",
+                number(value),
+                at(index, x)
+            ),
+            BandEdge::Unresolved {
+                value,
+                index,
+                at: x,
+                bin,
+            } => format!(
+                "unresolved: 90 % of the energy at {} lies below {} {unit}, within three bins of 0, \
+                 which are {} apart -> name another `{}`{}, {}",
+                at(index, x),
+                number(value),
+                number(bin),
+                self.reference,
+                self.resolved_from(moments, headline, 3.0 * bin),
+                self.resolve
+            ),
+            BandEdge::Undefined if headline.last.is_some() => {
+                let reason = match headline.reference {
+                    Some(_) => self.single,
+                    None => "the reference has no energy",
+                };
+                format!("undefined: {reason}")
+            }
+            BandEdge::Undefined => "undefined: no energy".into(),
+        }
+    }
+
+    /// The next row whose 90 % quantile lies beyond `least`.
+    fn resolved_from(&self, moments: &Moments, headline: &Headline, least: f64) -> String {
+        let from = headline.reference.map_or(0, |spot| spot.row);
+        let quantiles = moments.quantile_90.iter().enumerate().skip(from);
+        let row = quantiles.into_iter().find(|(_, q)| **q > least);
+        match (row, headline.reference) {
+            (Some((row, _)), Some(spot)) if self.rows == "sites" => {
+                format!(" (such as {})", spot.index + row - spot.row)
+            }
+            _ => String::new(),
+        }
+    }
+
+    fn front(&self, front: &Front, axes: &Axes) -> String {
+        let time = |t: f64| {
+            let unit = axes.time.unit.as_deref().unwrap_or_default();
+            format!("{} {unit}", number(t)).trim_end().to_owned()
+        };
+        match front.length {
+            FrontLength::Window {
+                window,
+                samples,
+                pulse_width,
+            } => {
+                let why = match pulse_width {
+                    Some(width) => format!("ten times the pulse's width of {}", time(width)),
+                    None => "as given".into(),
+                };
+                let found = shares(&front.headline, &*self.place, "the last where it fits");
+                let found = found.unwrap_or_else(|| match front.headline.last {
+                    Some(_) => "undefined: no band edge".into(),
+                    None => "undefined: from no arrival on does it fit into the record".into(),
+                });
+                format!(
+                    "high band over {} ({samples} samples, {why}) from each arrival: {found}",
+                    time(window)
+                )
+            }
+            FrontLength::NoReference => "undefined: no energy at the reference".into(),
+            FrontLength::NoPulse => {
+                "undefined: the reference has no pulse whose width would give a \
+                                     length -> give `--front-window`"
+                    .into()
+            }
+            FrontLength::TooLong { window } => format!(
+                "undefined: a window of {} is longer than the record -> give a shorter \
+                 `--front-window`",
+                time(window)
+            ),
+            FrontLength::NoArrival { at_once, sites } => format!(
+                "undefined: {at_once} of {sites} sites move from the first sample on, so that no front \
+                 is seen to arrive"
+            ),
+        }
+    }
+}
+
+/// The share of the high band at the places of a headline; rows that play several parts are named
+/// once. `None` where there are no shares.
+fn shares(headline: &Headline, place: &dyn Fn(&Spot) -> String, last: &str) -> Option<String> {
+    let mut named: Vec<(Spot, Vec<&str>)> = Vec::new();
+    let parts = [
+        (headline.reference, "the reference"),
+        (headline.largest, "the largest from there on"),
+        (headline.last, last),
+    ];
+    for (spot, part) in parts {
+        let Some(spot) = spot.filter(|spot| spot.high_share.is_some()) else {
+            continue;
+        };
+        match named.iter_mut().find(|(known, _)| known.row == spot.row) {
+            Some((_, parts)) => parts.push(part),
+            None => named.push((spot, vec![part])),
+        }
+    }
+    let named: Vec<String> = named
+        .iter()
+        .map(|(spot, parts)| {
+            let share = percent(spot.high_share.unwrap_or(f64::NAN));
+            let parts = match &parts[..] {
+                [first, others @ .., last] if !others.is_empty() => {
+                    format!("{first}, {} and {last}", others.join(", "))
+                }
+                parts => parts.join(" and "),
+            };
+            format!("{share} at {}, {parts}", place(spot))
+        })
+        .collect();
+    (!named.is_empty()).then(|| named.join("; "))
+}
+
+/// Four digits; in powers of ten where they would be long.
+pub fn number(x: f64) -> String {
+    if x.is_nan() {
+        return "undefined".into();
+    }
+    if x == 0.0 {
+        return "0".into();
+    }
+    if (1e-3..1e5).contains(&x.abs()) {
+        let digits = (3 - x.abs().log10().floor() as i32).clamp(0, 6) as usize;
+        format!("{x:.digits$}")
+    } else {
+        format!("{x:.3e}")
+    }
+}
+
+/// A share as a percentage, in powers of ten where two decimals would be 0.
+pub fn percent(share: f64) -> String {
+    let percent = 100.0 * share;
+    match percent.abs() {
+        _ if share.is_nan() => "undefined".into(),
+        size if size < 0.005 && size >= 1e-12 => format!("{percent:.1e} %"),
+        _ => format!("{percent:.2} %"),
+    }
+}
