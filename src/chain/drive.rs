@@ -26,6 +26,19 @@ impl Waveform {
         amplitude * self.angular_frequency() * phase.cos()
     }
 
+    /// Second derivative in time at time t.
+    pub fn acceleration_at(&self, t: f64) -> f64 {
+        -self.angular_frequency().powi(2) * self.at(t)
+    }
+
+    /// When the course ends; a sine does not.
+    pub fn end(&self) -> f64 {
+        match self {
+            Waveform::Sine { .. } => f64::INFINITY,
+            Waveform::HalfSine { duration, .. } => *duration,
+        }
+    }
+
     pub fn angular_frequency(&self) -> f64 {
         match self {
             Waveform::Sine { frequency, .. } => 2.0 * std::f64::consts::PI * frequency,

@@ -166,7 +166,9 @@ fn together(
     let cost: Cost = stepping.cost();
     let finished = recorders.into_iter().zip(batch).map(|(recorder, alone)| {
         match recorder.finish(control, cost) {
-            Ok(run) if run.velocity.iter().all(|v| v.is_finite()) => Ok(run),
+            Ok(mut run) if run.velocity.iter().all(|v| v.is_finite()) => {
+                alone.check_energy(&mut run).map(|()| run)
+            }
             // The run alone tells at which time it overflowed.
             _ => alone.run(&Quiet(observer)),
         }

@@ -162,12 +162,12 @@ impl Walk<'_> {
         } else {
             from + (target - from) / steps
         };
-        self.stepping.advance_to(to, self.observer)?;
+        let to = self.stepping.step_towards(to, self.observer)?;
         let allowed = self.stepping.step();
         // What opens soon after the step is felt in it.
         let middle = self.stepping.mark();
         let beyond = to + (to - from);
-        self.stepping.advance_to(beyond, self.observer)?;
+        let beyond = self.stepping.step_towards(beyond, self.observer)?;
         let soon = self.openings(&middle, beyond)?;
         self.stepping.reset(&middle);
         let cusps = path.cusps(self.of(&mark.state, from), self.of(&middle.state, to));

@@ -33,6 +33,11 @@ impl Samples {
         }
     }
 
+    /// The same time in this many equal parts.
+    pub(super) fn cut_in(self, parts: usize) -> Samples {
+        Samples::all(self.end, parts + 1)
+    }
+
     pub(super) fn number(&self) -> usize {
         self.last.div_ceil(self.stride) + 1
     }

@@ -32,8 +32,9 @@ pub struct RunReport {
     /// The speed that errors are relative to: the largest initial one, or that of the lightest site
     /// with the energy of the start where that is more; driven, the largest that was seen.
     pub velocity_scale: f64,
-    /// Largest difference of a velocity, relative to the scale, between this run and one of
-    /// [`CHECK_FACTOR`](super::CHECK_FACTOR) times its local error; `None` where it was not asked for.
+    /// Twice the largest difference of a velocity, relative to the scale, between this run and one
+    /// whose local error is larger by `1 / `[`CHECK_FACTOR`](super::CHECK_FACTOR); `None` where it
+    /// was not asked for.
     pub error: Option<f64>,
     /// Largest change of the energy that neither input nor losses explain, relative to the largest
     /// energy. Small drift says nothing of the error of velocities.
@@ -56,9 +57,11 @@ pub enum RunWarning {
         /// masses that caused it; too small where the velocities are then nothing alike.
         amplification: f64,
     },
-    /// The tolerance is below what rounding leaves of the velocities.
-    /// Two runs agree to `reached`.
+    /// The tolerance is below what rounding leaves of the velocities, which stand to `reached`.
     Rounding { tolerance: f64, reached: f64 },
+    /// The energy changed by `drift` of its largest value, which neither work nor losses explain;
+    /// velocities right to the error stated could have changed it by `allowed`.
+    EnergyBalance { drift: f64, allowed: f64 },
 }
 
 impl Run {

@@ -2,7 +2,7 @@
 
 use super::lattice::refuse;
 use super::recorder::{Recorder, Samples};
-use super::result::{Run, RunWarning};
+use super::result::{Run, RunReport, RunWarning};
 use super::simulation::{Accuracy, EndTime, Record, Simulation};
 use super::stepping::{self, FIRST_SITE, State, StepControl, Stepping, Task};
 use crate::analyze::Observer;
@@ -29,20 +29,84 @@ pub(super) const CHECKED_SAMPLES: usize = 128;
 const MOST_PILOTS: usize = 4;
 const PILOT_ERROR: f64 = 1e-6;
 
-/// By how much two runs must differ less than the tolerance: close to rounding they agree up to
-/// twice better than either is right.
+/// The stated error is so many times the difference of two runs: close to rounding they agree up
+/// to twice better than either is right.
 const SURE: f64 = 2.0;
+
+/// Relative changes of the energy that rounding explains.
+const ROUNDING_OF_ENERGY: f64 = 1e-12;
+
+/// Relative change of the energy from which steps that nobody checks are said to be too long.
+const FIXED_STEP_DRIFT: f64 = 1e-2;
+
+/// Relative change of the energy with which a result means nothing.
+const LARGEST_DRIFT: f64 = 0.1;
 
 impl Simulation {
     /// Runs the simulation.
     ///
-    /// A tolerance is checked by a second run of smaller steps, whose results are returned; while
-    /// the two differ by more than half the tolerance, the steps are made smaller still.
+    /// A tolerance is checked by a second run of larger steps; while twice the difference of the two
+    /// is more than the tolerance, the steps are made smaller. A change of the energy that neither
+    /// work nor losses explain, beyond what errors within the tolerance can make, is warned of, and
+    /// is an error where it is more than a tenth of the energy.
     ///
     /// # Errors
-    /// As [`Simulation::check`]; [`Error::Request`] for a step that is unstable;
-    /// [`Error::Cancelled`] when the observer asks to stop.
+    /// As [`Simulation::check`]; [`Error::Request`] for a step that is unstable and for energy that
+    /// does not balance; [`Error::Cancelled`] when the observer asks to stop.
     pub fn run(&self, observer: &dyn Observer) -> Result<Run> {
+        let mut run = self.run_to_accuracy(observer)?;
+        self.check_energy(&mut run)?;
+        Ok(run)
+    }
+
+    /// Compares the change of the energy that nothing explains with what errors of the velocities
+    /// explain: to first order in an error `eps` of each velocity, and as much for the contacts,
+    ///
+    /// ```text
+    /// |dE| <= 2 eps sum_j m_j |v_j|
+    /// ```
+    pub(super) fn check_energy(&self, run: &mut Run) -> Result<()> {
+        let RunReport {
+            velocity_scale,
+            error,
+            energy_drift,
+            ..
+        } = run.report;
+        let Some(drift) = energy_drift else {
+            return Ok(());
+        };
+        let stated = error.unwrap_or(0.0);
+        let relative = match self.accuracy {
+            Accuracy::Step(_) => None,
+            Accuracy::Tolerance(tolerance) => Some(tolerance.max(stated)),
+            // The errors of the steps add up to an error that only a second run tells.
+            Accuracy::LocalError(_) => error,
+        };
+        let (mut momentum, mut kinetic) = (0.0f64, 0.0f64);
+        for row in run.velocity.rows() {
+            let sites = || row.iter().zip(&self.chain.mass);
+            momentum = momentum.max(sites().map(|(v, m)| m * v.abs()).sum());
+            kinetic = kinetic.max(sites().map(|(v, m)| 0.5 * m * v * v).sum());
+        }
+        let allowed = relative.map_or(FIXED_STEP_DRIFT, |relative| {
+            let explained = 2.0 * relative * velocity_scale * momentum / kinetic;
+            explained.max(ROUNDING_OF_ENERGY)
+        });
+        if kinetic == 0.0 || drift <= allowed {
+            return Ok(());
+        }
+        if relative.is_some() && !(drift <= LARGEST_DRIFT) {
+            let expected = "steps that keep the energy";
+            let found =
+                format!("a change by {drift:.1e} of it that neither work nor losses explain");
+            return Err(refuse("tolerance", expected, found));
+        }
+        let warning = RunWarning::EnergyBalance { drift, allowed };
+        run.report.warnings.push(warning);
+        Ok(())
+    }
+
+    fn run_to_accuracy(&self, observer: &dyn Observer) -> Result<Run> {
         self.check()?;
         let end = match self.end_time {
             EndTime::At(end) => end,
@@ -76,9 +140,9 @@ impl Simulation {
         loop {
             let mut local = coarse * CHECK_FACTOR;
             let mut run = with(local, self.record, all)?;
-            let error = self.difference(&run, coarse, few, &with)? / scale;
+            let error = SURE * self.difference(&run, coarse, few, &with)? / scale;
             run.report.error = Some(error);
-            let Some(tolerance) = tolerance.filter(|tolerance| SURE * error > *tolerance) else {
+            let Some(tolerance) = tolerance.filter(|tolerance| error > *tolerance) else {
                 return Ok(run);
             };
             let stuck = error > 0.5 * best.0 && local < ROUNDING;
@@ -87,7 +151,7 @@ impl Simulation {
                     best = (error, local);
                 }
                 // The error falls about as the local one does.
-                let shorter = (0.5 * tolerance / (SURE * error)).min(CHECK_FACTOR);
+                let shorter = (0.5 * tolerance / error).min(CHECK_FACTOR);
                 coarse = (coarse * shorter).max(LEAST_LOCAL_ERROR / CHECK_FACTOR);
                 continue;
             }
@@ -115,7 +179,8 @@ impl Simulation {
 
     /// The largest difference of a velocity between a run and one of another local error, at the
     /// samples given. Where samples close together hold the steps of both to the same lengths, the
-    /// two are the same to the last bit, which tells nothing: it is then taken over fewer samples.
+    /// two are the same to the last bit, which tells nothing: it is then taken over fewer samples,
+    /// and at last at the end alone of a run whose steps are cut elsewhere.
     fn difference(
         &self,
         run: &Run,
@@ -126,8 +191,14 @@ impl Simulation {
         loop {
             let check = with(local, Record::default(), samples)?;
             let difference = samples.largest_difference(&check.velocity, &run.velocity);
-            if difference != 0.0 || samples.number() == 2 {
+            if difference != 0.0 {
                 return Ok(difference);
+            }
+            if samples.number() == 2 {
+                let cut = with(local, Record::default(), samples.cut_in(3))?;
+                let last = |run: &Run| run.velocity.row(run.velocity.nrows() - 1).to_owned();
+                let pairs = last(&cut).into_iter().zip(last(run));
+                return Ok(pairs.fold(0.0, |worst: f64, (a, b)| worst.max((a - b).abs())));
             }
             samples = samples.at_most((samples.number() / 4).max(1));
         }

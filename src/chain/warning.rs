@@ -11,13 +11,15 @@ impl RunWarning {
                 reached,
                 amplification,
             } => format!(
-                "two runs agree to {reached:.1e}, which does not assure {tolerance:.1e}, whatever the \
-                 steps: the chain amplifies a relative change of its masses at least \
-                 {amplification:.1e} times"
+                "velocities stand to {reached:.1e}, not to {tolerance:.1e}, whatever the steps: the \
+                 chain amplifies a relative change of its masses at least {amplification:.1e} times"
             ),
             RunWarning::Rounding { tolerance, reached } => format!(
-                "two runs agree to {reached:.1e}, which does not assure {tolerance:.1e}; rounding \
-                 leaves no more"
+                "velocities stand to {reached:.1e}, not to {tolerance:.1e}: rounding leaves no more"
+            ),
+            RunWarning::EnergyBalance { drift, allowed } => format!(
+                "the energy changed by {drift:.1e} of itself without work or loss, where {allowed:.1e} \
+                 would be in order: collisions are shorter than the steps resolve"
             ),
         }
     }
@@ -30,6 +32,9 @@ impl RunWarning {
                  not to be had, compare energies and spectra, over several seeds"
             }
             RunWarning::Rounding { .. } => "state a larger `tolerance`",
+            RunWarning::EnergyBalance { .. } => {
+                "state a smaller `tolerance`, or with a method of fixed steps a smaller `step`"
+            }
         }
         .into()
     }

@@ -102,7 +102,7 @@ impl<'a> Watch<'a> {
             self.astray = false;
         }
         let to = self.end.time + self.stepping.step();
-        self.stepping.advance_to(to, self.observer)?;
+        self.stepping.step_towards(to, self.observer)?;
         std::mem::swap(&mut self.start, &mut self.end);
         self.end = self.stepping.mark();
         Ok(())

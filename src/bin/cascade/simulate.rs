@@ -107,13 +107,13 @@ fn summary(description: &Description, run: &Run, seconds: f64, width: usize) -> 
         &format!("0 to {}{unit}{auto}, {samples} samples", number(end)),
     );
     let error = match report.error {
-        // Where samples or rounding set the steps, the two runs are one.
-        Some(0.0) => "not told: the second run took the same steps and gave the same bits".into(),
+        Some(0.0) => "0: a second run of other steps gave the same bits".into(),
         Some(error) => format!(
-            "{} of {} in any velocity at any sample, from a second run at {CHECK_FACTOR} of the \
+            "{} of {} in any velocity at any sample: twice the difference from a run of {} times the \
              error a step",
             error_size(error),
-            number(report.velocity_scale)
+            number(report.velocity_scale),
+            1.0 / CHECK_FACTOR
         ),
         None => "not estimated: a single run".into(),
     };

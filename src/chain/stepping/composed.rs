@@ -122,7 +122,7 @@ pub(super) fn advance<K: Kernel>(
         // A speed that is not finite is an error that no tolerance accepts.
         error: 0.0 * Largest { island, row: v }.find(),
         leaked,
-        corrected: 0,
+        ..Outcome::default()
     }
 }
 

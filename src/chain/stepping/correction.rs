@@ -41,6 +41,13 @@ impl Quintic {
         self.0.iter().rfold(0.0, |sum, c| sum * s + c)
     }
 
+    /// Where it passes zero from below, if it begins as a free flight, which has no curvature.
+    pub(super) fn first_touch(&self) -> Option<f64> {
+        let [y, d, a, ..] = self.0;
+        let flies = y < 0.0 && d > 0.0 && a == 0.0;
+        flies.then_some(-y / d).filter(|touch| *touch < 1.0)
+    }
+
     #[inline]
     pub(crate) fn slope_at(&self, s: f64) -> f64 {
         let [_, a, b, c, d, e] = self.0;
@@ -50,7 +57,7 @@ impl Quintic {
 
 /// A part of the step in which the contact presses, with the ends at which it opens.
 #[derive(Debug, Clone, Copy, PartialEq)]
-enum Span {
+pub(super) enum Pressing {
     /// Between an opening and an end of the step.
     Beside { opening: f64, end: f64 },
     /// Between two openings.
@@ -85,25 +92,24 @@ impl Correction {
         }
     }
 
-    /// What the method missed along `overlap`; `None` where the contact neither opens nor closes.
+    /// What the method missed along `overlap`, which presses in these parts of the step.
     #[inline]
     pub(super) fn along<K: Kernel>(
         &self,
         kernel: K,
         tableau: &Tableau,
-        overlap: &Quintic,
+        (overlap, spans): (&Quintic, &[Option<Pressing>; 2]),
         speed: impl Fn(f64) -> f64,
-    ) -> Option<Missed> {
-        let spans = pressing_spans(overlap)?;
+    ) -> Missed {
         let mut missed = Missed::default();
         let mut add = |s: f64, weight: f64| {
             missed.impulse += weight;
             missed.moment += weight * (1.0 - s);
             missed.work += weight * speed(s);
         };
-        for span in spans.into_iter().flatten() {
-            match span {
-                Span::Beside { opening, end } => {
+        for span in spans.iter().flatten() {
+            match *span {
+                Pressing::Beside { opening, end } => {
                     let length = end - opening;
                     for &(node, weight) in &self.one_end {
                         let s = opening + length * node;
@@ -111,7 +117,7 @@ impl Correction {
                         add(s, length.abs() * weight * kernel.power(ratio));
                     }
                 }
-                Span::Between { from, to } => {
+                Pressing::Between { from, to } => {
                     let length = to - from;
                     for &(node, weight) in &self.both_ends {
                         let s = from + length * node;
@@ -133,7 +139,7 @@ impl Correction {
         for &(stage, weight) in &tableau.error {
             missed.estimate += weight * force(stage);
         }
-        Some(missed)
+        missed
     }
 
     /// What the method misses of the impulse up to each stage, for the velocities there.
@@ -141,9 +147,8 @@ impl Correction {
         &self,
         kernel: K,
         tableau: &Tableau,
-        overlap: &Quintic,
+        (overlap, spans): (&Quintic, &[Option<Pressing>; 2]),
     ) -> [f64; MOST_STAGES] {
-        let spans = pressing_spans(overlap).unwrap_or_default();
         let beside = |opening: f64, end: f64| {
             let length = end - opening;
             let sum: f64 = self
@@ -157,26 +162,26 @@ impl Correction {
             length.abs() * sum
         };
         let impulse_to = |c: f64| -> f64 {
-            let of_span = |span: &Span| match *span {
-                Span::Beside { opening, end } if end > opening => {
+            let of_span = |span: &Pressing| match *span {
+                Pressing::Beside { opening, end } if end > opening => {
                     if c > opening {
                         beside(opening, c)
                     } else {
                         0.0
                     }
                 }
-                Span::Beside { opening, end } => {
+                Pressing::Beside { opening, end } => {
                     let left = if c < opening { beside(opening, c) } else { 0.0 };
                     beside(opening, end) - left
                 }
-                Span::Between { from, to } if c <= to => {
+                Pressing::Between { from, to } if c <= to => {
                     if c > from {
                         beside(from, c)
                     } else {
                         0.0
                     }
                 }
-                Span::Between { from, to } => {
+                Pressing::Between { from, to } => {
                     let middle = 0.5 * (from + to);
                     beside(from, middle) + beside(to, middle)
                 }
@@ -201,17 +206,17 @@ pub(crate) fn openings(overlap: &Quintic) -> impl Iterator<Item = f64> {
         .into_iter()
         .flatten()
         .flat_map(|span| match span {
-            Span::Beside { opening, .. } => [Some(opening), None],
-            Span::Between { from, to } => [Some(from), Some(to)],
+            Pressing::Beside { opening, .. } => [Some(opening), None],
+            Pressing::Between { from, to } => [Some(from), Some(to)],
         })
         .flatten()
 }
 
 /// Where the overlap is positive inside the step, if its sign changes there.
-fn pressing_spans(overlap: &Quintic) -> Option<[Option<Span>; 2]> {
+pub(super) fn pressing_spans(overlap: &Quintic) -> Option<[Option<Pressing>; 2]> {
     let (start, end) = (overlap.at(0.0), overlap.at(1.0));
     let root = |a: f64, b: f64| root::between(a, b, |s| overlap.at(s));
-    let beside = |opening: f64, end: f64| Some(Span::Beside { opening, end });
+    let beside = |opening: f64, end: f64| Some(Pressing::Beside { opening, end });
     match (start > 0.0, end > 0.0) {
         (false, true) => Some([beside(root(0.0, 1.0), 1.0), None]),
         (true, false) => Some([beside(root(0.0, 1.0), 0.0), None]),
@@ -224,7 +229,7 @@ fn pressing_spans(overlap: &Quintic) -> Option<[Option<Span>; 2]> {
             Some(if pressing {
                 [beside(from, 0.0), beside(to, 1.0)]
             } else {
-                [Some(Span::Between { from, to }), None]
+                [Some(Pressing::Between { from, to }), None]
             })
         }
     }

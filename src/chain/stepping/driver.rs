@@ -13,6 +13,14 @@ use crate::chain::law::Kernel;
 use crate::chain::root;
 use crate::{Error, Result};
 
+/// Longest step of a driven chain, over the inverse angular frequency: no turn of a wall is stepped
+/// over while nothing touches it.
+const DRIVE_STEP: f64 = 0.5;
+
+/// Times that a step is made again to end where a contact is resolved, before it is halved: far
+/// behind a collision that was stepped over, interpolants say little about where it began.
+const MOST_LANDINGS: usize = 4;
+
 /// Steps for which a survey of the islands should hold.
 const HORIZON_STEPS: f64 = 6.0;
 
@@ -35,6 +43,15 @@ impl Method {
     }
 }
 
+/// How a step is made again.
+#[derive(Debug, Clone, Copy)]
+enum Shorter {
+    /// As one step of this length, which ends where a contact that closes or opens is resolved.
+    Land(f64),
+    /// As steps of this length at most.
+    Steps(f64),
+}
+
 #[derive(Debug)]
 pub(super) struct Driver<K> {
     system: System<K>,
@@ -52,6 +69,9 @@ pub(super) struct Driver<K> {
     next: State,
     scratch: Scratch,
     cost: Cost,
+    /// Until when an end is driven, and the longest step until then.
+    drive_ends: f64,
+    drive_step: f64,
 }
 
 impl<K: Kernel> Driver<K> {
@@ -70,7 +90,11 @@ impl<K: Kernel> Driver<K> {
                 1e-3 * contact.min(drive)
             }
         };
+        let waveform = task.drive.map(|drive| *drive.waveform());
         Driver {
+            drive_ends: waveform.map_or(0.0, |wave| wave.end()),
+            drive_step: waveform
+                .map_or(f64::INFINITY, |wave| DRIVE_STEP / wave.angular_frequency()),
             islands: Islands::new(task.window, ahead),
             control: task.control,
             energy: task.energy,
@@ -99,8 +123,8 @@ impl<K: Kernel> Driver<K> {
     }
 
     fn attempt(&mut self, h: f64) -> Outcome {
-        let negligible = match self.control {
-            StepControl::LocalError(tolerance) => 1e-3 * tolerance,
+        let tolerance = match self.control {
+            StepControl::LocalError(tolerance) => tolerance,
             StepControl::Fixed(_) => 0.0,
         };
         let span = Span { t: self.time, h };
@@ -114,7 +138,7 @@ impl<K: Kernel> Driver<K> {
                     &self.system,
                     tableau,
                     correction.as_ref(),
-                    negligible,
+                    tolerance,
                     island,
                     span,
                     &self.state,
@@ -176,16 +200,80 @@ impl<K: Kernel> Driver<K> {
             _ => (1.0, true),
         }
     }
+
+    /// How a step must be made again, if it was not good enough.
+    fn shorter(&self, h: f64, outcome: &Outcome) -> Result<Option<Shorter>> {
+        if let StepControl::Fixed(step) = self.control {
+            if outcome.error.is_finite() {
+                return Ok(None);
+            }
+            let expected = "a step below the stability limit";
+            let found = format!("{step:e}, which overflowed at time {:e}", self.time);
+            return Err(refuse("step", expected, found));
+        }
+        // What closes or opens inside the step says where to go before the error can say anything.
+        if outcome.longest < h {
+            return Ok(Some(Shorter::Land(outcome.longest)));
+        }
+        if !outcome.error.is_finite() {
+            return Ok(Some(Shorter::Steps(0.1 * h)));
+        }
+        let (factor, accepted) = self.judge(outcome.error);
+        Ok((!accepted).then_some(Shorter::Steps(h * factor.min(0.9))))
+    }
+
+    /// Goes on to the end of a step, and chooses the length of the next one.
+    fn accept(&mut self, NextStep { h, end }: NextStep, outcome: &Outcome) {
+        self.caution = 1.0;
+        if self.energy {
+            self.carry_energies();
+        }
+        std::mem::swap(&mut self.state, &mut self.next);
+        self.time = end;
+        self.cost.steps += 1;
+        self.cost.corrected_contacts += outcome.corrected;
+        if let StepControl::Fixed(_) = self.control {
+            return;
+        }
+        let (factor, _) = self.judge(outcome.error);
+        // A step cut short by a sample tells little of how long the next one may be.
+        let longest = h * factor;
+        let held_back = h < self.step && factor == 4.0;
+        self.step = if held_back {
+            longest.max(self.step)
+        } else {
+            longest
+        };
+        self.step = self.step.min(outcome.onward);
+    }
 }
 
 impl<K: Kernel> Stepping for Driver<K> {
-    fn advance_to(&mut self, target: f64, observer: &dyn Observer) -> Result<()> {
-        while self.time < target {
+    fn step_towards(&mut self, target: f64, observer: &dyn Observer) -> Result<f64> {
+        // What drives the chain breaks off there.
+        let target = if self.time < self.drive_ends {
+            target.min(self.drive_ends)
+        } else {
+            target
+        };
+        let (mut landing, mut landings) = (None, 0);
+        loop {
             if self.cost.steps.is_multiple_of(256) && observer.cancelled() {
                 return Err(Error::Cancelled);
             }
-            let Some(NextStep { h, end }) = next_step(self.time, target, self.step) else {
-                break;
+            let mut allowed = self.step;
+            if self.time < self.drive_ends {
+                allowed = allowed.min(self.drive_step);
+            }
+            let next = match landing {
+                Some(h) => Some(NextStep {
+                    h,
+                    end: self.time + h,
+                }),
+                None => next_step(self.time, target, allowed),
+            };
+            let Some(NextStep { h, end }) = next else {
+                return Ok(self.time);
             };
             if end <= self.time || h.is_nan() {
                 let expected = "motion that steps of finite length can follow";
@@ -197,45 +285,31 @@ impl<K: Kernel> Stepping for Driver<K> {
             let outcome = self.attempt(h);
             self.fly(h);
             self.cost.forces += self.islands.contacts() * self.method.evaluations() as u64;
-            if !outcome.error.is_finite() {
-                if let StepControl::Fixed(step) = self.control {
-                    let expected = "a step below the stability limit";
-                    let found = format!("{step:e}, which overflowed at time {:e}", self.time);
-                    return Err(refuse("step", expected, found));
-                }
-                self.step = 0.1 * h;
-                self.cost.rejected_steps += 1;
-                continue;
-            }
             if outcome.leaked {
                 self.survey(h);
                 self.caution *= 2.0;
                 continue;
             }
-            let (factor, accepted) = self.judge(outcome.error);
-            if !accepted {
-                self.step = h * factor.min(0.9);
-                self.cost.rejected_steps += 1;
-                continue;
+            match self.shorter(h, &outcome)? {
+                Some(Shorter::Land(h)) if landings < MOST_LANDINGS => {
+                    (landing, landings) = (Some(h), landings + 1);
+                }
+                Some(Shorter::Land(_)) => {
+                    (self.step, landing, landings) = (0.5 * h, None, 0);
+                }
+                Some(Shorter::Steps(h)) => (self.step, landing) = (h, None),
+                None => {
+                    self.accept(NextStep { h, end }, &outcome);
+                    return Ok(self.time);
+                }
             }
-            self.caution = 1.0;
-            if self.energy {
-                self.carry_energies();
-            }
-            std::mem::swap(&mut self.state, &mut self.next);
-            self.time = end;
-            self.cost.steps += 1;
-            self.cost.corrected_contacts += outcome.corrected;
-            // A step cut short by a sample tells little of how long the next one may be.
-            let longest = h * factor;
-            let held_back = h < self.step && factor == 4.0;
-            if matches!(self.control, StepControl::LocalError(_)) {
-                self.step = if held_back {
-                    longest.max(self.step)
-                } else {
-                    longest
-                };
-            }
+            self.cost.rejected_steps += 1;
+        }
+    }
+
+    fn advance_to(&mut self, target: f64, observer: &dyn Observer) -> Result<()> {
+        while self.time < target {
+            self.step_towards(target, observer)?;
         }
         Ok(())
     }

@@ -2,17 +2,22 @@
 
 use super::super::lanes::{Row, WIDTH};
 use super::super::law::Kernel;
-use super::correction::{Correction, Missed, Quintic};
+use super::correction::{Correction, Missed, Quintic, pressing_spans};
 use super::islands::Island;
 use super::pair::Span;
+use super::resolved::{Crossing, Resolved};
 use super::system::{State, System};
 use super::tableau::{MOST_STAGES, Tableau};
+
+/// Openings that change velocities by less than this share of the tolerance are left as they are.
+const NEGLIGIBLE: f64 = 1e-3;
 
 /// A contact that opened or closed inside the step.
 #[derive(Debug)]
 struct Event {
     contact: usize,
     missed: Missed,
+    resolved: Resolved,
     /// Impulse up to each stage that the stage's velocity missed, in units of the step and of the
     /// coefficient; zeros where energies are not followed.
     impulses: [f64; MOST_STAGES],
@@ -36,14 +41,30 @@ impl Events {
         self.found.len() as u64
     }
 
-    /// Finds the contacts whose opening or closing weighs more than `negligible`, and what the
-    /// method missed along the interpolants of the step as it stands.
+    /// The longest step that resolves all of them, and the longest that may follow.
+    pub(super) fn lengths(&self, h: f64) -> [f64; 2] {
+        let least = |of: fn(&Resolved) -> f64| {
+            let all = self.found.iter().map(|event| of(&event.resolved));
+            all.fold(f64::INFINITY, f64::min)
+        };
+        [h * least(|r| r.longest), h * least(|r| r.onward)]
+    }
+
+    /// Whether one of them is a guard of the island.
+    pub(super) fn reach_guards(&self, island: &Island) -> bool {
+        self.found
+            .iter()
+            .any(|event| island.is_guard(event.contact))
+    }
+
+    /// Finds the contacts whose opening or closing weighs more than a thousandth of the tolerance,
+    /// and what the method missed along the interpolants of the step as it stands.
     #[allow(clippy::too_many_arguments)]
     pub(super) fn find<K: Kernel>(
         &mut self,
         system: &System<K>,
         (tableau, correction): (&Tableau, &Correction),
-        negligible: f64,
+        tolerance: f64,
         island: &Island,
         span: Span,
         path: [&State; 2],
@@ -62,24 +83,35 @@ impl Events {
         let first = island.places().start + 1;
         let contacts = blocks.iter().flat_map(|b| WIDTH * b..WIDTH * (b + 1));
         for s in contacts.skip_while(|&s| s < first) {
-            let Some(overlap) = crossing(system, negligible, s, span.h, path, forces) else {
+            let negligible = NEGLIGIBLE * tolerance;
+            let Some(overlap) = crossing(system, negligible, s, span, path, forces) else {
                 continue;
             };
+            let Some(spans) = pressing_spans(&overlap) else {
+                continue;
+            };
+            let along = (&overlap, &spans);
             let missed = if energy {
-                let paths = [s - 1, s].map(|s| place_path(system, s, span.h, path, forces));
+                let paths = [s - 1, s].map(|s| place_path(system, s, span, path, forces));
                 let share = [system.flux_share[0][s], system.flux_share[1][s]];
-                correction.along(system.kernel, tableau, &overlap, |at| {
+                correction.along(system.kernel, tableau, along, |at| {
                     (share[0] * paths[0].slope_at(at) + share[1] * paths[1].slope_at(at)) / span.h
                 })
             } else {
-                correction.along(system.kernel, tableau, &overlap, |_| 0.0)
+                correction.along(system.kernel, tableau, along, |_| 0.0)
             };
-            let Some(missed) = missed else { continue };
+            let crossing = Crossing {
+                contact: s,
+                h: span.h,
+                overlap: &overlap,
+                spans: &spans,
+            };
             found.push(Event {
                 contact: s,
                 missed,
+                resolved: crossing.resolved(system, &missed, tolerance),
                 impulses: if energy {
-                    correction.up_to_stages(system.kernel, tableau, &overlap)
+                    correction.up_to_stages(system.kernel, tableau, along)
                 } else {
                     [0.0; MOST_STAGES]
                 },
@@ -103,6 +135,8 @@ impl Events {
                 next.v[s] += push * event.missed.impulse;
                 next.x[s] += push * span.h * event.missed.moment;
                 error[s] -= push * event.missed.estimate;
+                let unseen = system.mobility[s] * event.resolved.error;
+                error[s] += unseen.copysign(error[s]);
             }
         }
         let end = span.t + span.h;
@@ -148,7 +182,7 @@ fn crossing<K: Kernel>(
     system: &System<K>,
     negligible: f64,
     s: usize,
-    h: f64,
+    Span { t, h }: Span,
     [state, next]: [&State; 2],
     [force, force_end]: [&Row; 2],
 ) -> Option<Quintic> {
@@ -171,12 +205,13 @@ fn crossing<K: Kernel>(
             return None;
         }
     }
-    let bend =
-        |force: &[f64]| h * h * (system.acceleration(s - 1, force) - system.acceleration(s, force));
-    let path = [start, closing, bend(force)];
+    let bend = |t: f64, force: &[f64]| {
+        h * h * (system.acceleration(s - 1, t, force) - system.acceleration(s, t, force))
+    };
+    let path = [start, closing, bend(t, force)];
     Some(Quintic::hermite(
         path,
-        [finish, closing_end, bend(force_end)],
+        [finish, closing_end, bend(t + h, force_end)],
     ))
 }
 
@@ -184,13 +219,13 @@ fn crossing<K: Kernel>(
 fn place_path<K: Kernel>(
     system: &System<K>,
     s: usize,
-    h: f64,
+    Span { t, h }: Span,
     [state, next]: [&State; 2],
     [force, force_end]: [&Row; 2],
 ) -> Quintic {
-    let bend = |force: &[f64]| h * h * system.acceleration(s, force);
+    let bend = |t: f64, force: &[f64]| h * h * system.acceleration(s, t, force);
     Quintic::hermite(
-        [state.x[s], h * state.v[s], bend(force)],
-        [next.x[s], h * next.v[s], bend(force_end)],
+        [state.x[s], h * state.v[s], bend(t, force)],
+        [next.x[s], h * next.v[s], bend(t + h, force_end)],
     )
 }

@@ -25,6 +25,11 @@ impl Island {
         WIDTH * self.blocks.start..WIDTH * self.blocks.end
     }
 
+    pub(super) fn is_guard(&self, contact: usize) -> bool {
+        let Range { start, end } = self.places();
+        (self.guards[0] && contact == start + 1) || (self.guards[1] && contact == end - 1)
+    }
+
     /// Whether a guard pressed.
     #[inline(always)]
     pub(super) fn leaks(&self, force: &[f64]) -> bool {

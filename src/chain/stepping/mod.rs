@@ -9,6 +9,7 @@ mod finish;
 mod islands;
 mod pair;
 mod quadrature;
+mod resolved;
 mod stage;
 mod system;
 mod tableau;
@@ -142,11 +143,17 @@ pub struct Cost {
 
 /// A chain on its way.
 pub(crate) trait Stepping {
-    /// Steps to exactly this time.
+    /// Makes one step towards this time, beyond which it does not go; returns where it ends.
     ///
     /// # Errors
     /// [`crate::Error::Request`] where no step is small enough, or the step given is unstable;
     /// [`crate::Error::Cancelled`] when the observer asks to stop.
+    fn step_towards(&mut self, time: f64, observer: &dyn Observer) -> Result<f64>;
+
+    /// Steps to exactly this time.
+    ///
+    /// # Errors
+    /// As [`Stepping::step_towards`].
     fn advance_to(&mut self, time: f64, observer: &dyn Observer) -> Result<()>;
 
     /// The state, with a ghost place at each end.

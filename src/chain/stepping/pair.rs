@@ -42,7 +42,7 @@ impl Scratch {
 }
 
 /// What came of a step.
-#[derive(Debug, Clone, Copy, Default)]
+#[derive(Debug, Clone, Copy)]
 pub(super) struct Outcome {
     /// Largest estimated error of a velocity.
     pub(super) error: f64,
@@ -50,6 +50,22 @@ pub(super) struct Outcome {
     pub(super) leaked: bool,
     /// Contacts that were corrected.
     pub(super) corrected: u64,
+    /// The longest step that resolves what closes and opens in this one.
+    pub(super) longest: f64,
+    /// The longest step that may follow what has closed in this one.
+    pub(super) onward: f64,
+}
+
+impl Default for Outcome {
+    fn default() -> Outcome {
+        Outcome {
+            error: 0.0,
+            leaked: false,
+            corrected: 0,
+            longest: f64::INFINITY,
+            onward: f64::INFINITY,
+        }
+    }
 }
 
 impl Outcome {
@@ -63,6 +79,8 @@ impl Outcome {
             },
             leaked: self.leaked || other.leaked,
             corrected: self.corrected + other.corrected,
+            longest: self.longest.min(other.longest),
+            onward: self.onward.min(other.onward),
         }
     }
 }
@@ -80,7 +98,7 @@ pub(super) fn advance<K: Kernel>(
     system: &System<K>,
     tableau: &Tableau,
     correction: Option<&Correction>,
-    negligible: f64,
+    tolerance: f64,
     island: &Island,
     span: Span,
     state: &State,
@@ -192,7 +210,7 @@ pub(super) fn advance<K: Kernel>(
         events.find(
             system,
             method,
-            negligible,
+            tolerance,
             island,
             span,
             [state, next],
@@ -200,11 +218,12 @@ pub(super) fn advance<K: Kernel>(
         );
         if events.count() > 0 {
             events.correct(system, island, span, next, error);
-            leaked |= island.leaks(&next.force);
+            leaked |= island.leaks(&next.force) || events.reach_guards(island);
             largest = Largest { island, row: error }.find();
         }
     }
     let corrected = events.count();
+    let [longest, onward] = events.lengths(h);
     if !state.passed.is_empty() {
         energy::pass_on(system, tableau, island, span, state, next, scratch);
     }
@@ -212,6 +231,8 @@ pub(super) fn advance<K: Kernel>(
         error: largest,
         leaked,
         corrected,
+        longest,
+        onward,
     }
 }
 

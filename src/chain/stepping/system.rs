@@ -116,9 +116,13 @@ impl<K: Kernel> System<K> {
         self.static_overlap[s] + self.excess_overlap(s, x)
     }
 
-    /// Acceleration of place s by contacts of these forces.
+    /// Acceleration of place s at time t, by contacts of these forces or, of a driven wall, as it
+    /// is moved.
     #[inline(always)]
-    pub(super) fn acceleration(&self, s: usize, force: &[f64]) -> f64 {
+    pub(super) fn acceleration(&self, s: usize, t: f64, force: &[f64]) -> f64 {
+        if let (0, Some(Drive::Wall(wave))) = (s, &self.drive) {
+            return wave.acceleration_at(t);
+        }
         let right = force.get(s + 1).copied().unwrap_or(0.0);
         self.mobility[s] * (force[s] - right)
     }
