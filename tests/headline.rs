@@ -478,7 +478,7 @@ fn a_lone_site_has_no_wavenumbers_and_a_lone_time_no_frequencies() {
 /// largest energy, and a high share of 99.95 % was printed of it.
 #[test]
 fn a_site_that_the_wave_has_not_reached_is_not_the_last() {
-    let field = struck(60, 40.0, 1024).to_field();
+    let field = struck(60, 48.0, 1024).to_field();
     let request = Request {
         reference_site: Some(10),
         ..Request::default()
@@ -502,6 +502,17 @@ fn a_site_that_the_wave_has_not_reached_is_not_the_last() {
         assert!(band.text.contains(part), "{part}: {}", band.text);
     }
     assert_eq!(analysis.warnings, []);
+
+    // A record so short that its end cuts the passage at the reference, too.
+    let short = analyzed(&struck(60, 36.0, 1024).to_field(), &request);
+    let said = cascade::report::sentences(&short);
+    let band = said.iter().find(|line| line.name == "high band").unwrap();
+    assert!(short.headline_space.largest.is_none());
+    assert!(
+        band.text.ends_with("so that no largest is named"),
+        "{}",
+        band.text
+    );
 }
 
 /// By default of this chain the edge at the first body behind the striker is not resolved, since it
