@@ -34,6 +34,10 @@ pub fn sentences(analysis: &Analysis) -> Vec<Sentence> {
             if let (FrontLength::Window { .. }, Some(last)) = (front.length, cut) {
                 let place = (along.place)(&last);
                 band.text += &format!("; the record ends while the front passes {place}");
+                if headline.largest.is_none() && headline.reference.is_some() {
+                    band.text +=
+                        ", and every other from the reference on, so that no largest is named";
+                }
             }
             said.push(detail("front passage", along.front(front, axes)));
         }
@@ -322,7 +326,7 @@ pub fn percent(share: f64) -> String {
     let percent = 100.0 * share;
     match percent.abs() {
         _ if share.is_nan() => "undefined".into(),
-        size if size < 0.005 && size >= 1e-12 => format!("{percent:.1e} %"),
+        size if (1e-12..0.005).contains(&size) => format!("{percent:.1e} %"),
         _ => format!("{percent:.2} %"),
     }
 }
