@@ -250,12 +250,6 @@ impl<K: Kernel> Driver<K> {
 
 impl<K: Kernel> Stepping for Driver<K> {
     fn step_towards(&mut self, target: f64, observer: &dyn Observer) -> Result<f64> {
-        // What drives the chain breaks off there.
-        let target = if self.time < self.drive_ends {
-            target.min(self.drive_ends)
-        } else {
-            target
-        };
         let (mut landing, mut landings) = (None, 0);
         loop {
             if self.cost.steps.is_multiple_of(256) && observer.cancelled() {
