@@ -24,7 +24,7 @@ fn regress_work_of_every_scheme() {
         (
             Scheme::Nystrom,
             Accuracy::LocalError(1e-9),
-            [423, 41, 188544, 77],
+            [422, 38, 187008, 77],
         ),
         (
             Scheme::RungeKutta,

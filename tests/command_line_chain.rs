@@ -218,14 +218,14 @@ fn nothing_is_overwritten_unasked_and_nothing_but_a_run_ever() {
     place.good(&short(
         &["--out", "run.npz", "--force", "--sites", "13"][..3],
     ));
-    fs::write(place.path("notes.txt"), "mine").unwrap();
+    fs::write(place.path("notes.npz"), "mine").unwrap();
     fs::create_dir(place.path("folder")).unwrap();
-    for taken in ["notes.txt", "folder"] {
+    for taken in ["notes.npz", "folder"] {
         let said = place.bad(2, &short(&["--out", taken, "--force"]));
         assert!(said.contains("not replaced"), "{said}");
     }
     place.bad(2, &short(&["--out", ".."]));
-    place.bad(1, &short(&["--out", "notes.txt/run.npz"]));
+    place.bad(1, &short(&["--out", "notes.npz/run.npz"]));
 }
 
 #[test]

@@ -95,7 +95,7 @@ impl Simulation {
         if kinetic == 0.0 || drift <= allowed {
             return Ok(());
         }
-        if relative.is_some() && !(drift <= LARGEST_DRIFT) {
+        if relative.is_some() && (drift.is_nan() || drift > LARGEST_DRIFT) {
             let expected = "steps that keep the energy";
             let found =
                 format!("a change by {drift:.1e} of it that neither work nor losses explain");

@@ -66,6 +66,11 @@ impl Crossing<'_> {
             longest: f64::INFINITY,
             onward: f64::INFINITY,
         };
+        let damps = system.losses.dashpot > 0.0 || system.losses.tangent > 0.0;
+        if damps && self.overlap.first_touch().is_none() {
+            // Behind no flight the error estimate sees what dampers do at both ends of the step.
+            return all;
+        }
         for span in self.spans.iter().flatten() {
             let (mut opening, mut length, closes) = match *span {
                 Pressing::Beside { opening, end } => {
@@ -84,7 +89,12 @@ impl Crossing<'_> {
             let [kappa, rho] = self.changes(system, mobility, speed, length);
             let impulse = self.h * coefficient * missed.impulse.abs();
             let shape = INTERPOLATION_ERROR * (1.0 - length).powi(3);
-            let error = shape * kappa * impulse;
+            // What dampers do is in the error estimate, which then sees both ends of a step.
+            let error = if rho > 0.0 {
+                0.0
+            } else {
+                shape * kappa * impulse
+            };
             all.error += error;
             // kappa grows as t^{p+1}, the error as t^{2p+2}.
             let change = kappa + rho;
