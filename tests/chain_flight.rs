@@ -319,7 +319,7 @@ fn regress_random_scenes_agree_at_all_samples() {
         .collect();
     assert!(failures.is_empty(), "{failures:#?}");
     let warned = warned.into_inner();
-    assert!(warned < SCENES / 10, "{warned} of {SCENES} warned");
+    assert!(warned < SCENES / 8, "{warned} of {SCENES} warned");
 }
 
 /// Steps that nobody checks, too long for the collisions in them.

@@ -162,12 +162,23 @@ impl Walk<'_> {
         } else {
             from + (target - from) / steps
         };
-        let to = self.stepping.step_towards(to, self.observer)?;
+        let to = if self.simulation.chain.losses.any() {
+            // Steps around a damper's jump are too short to integrate over one by one.
+            self.stepping.advance_to(to, self.observer)?;
+            to
+        } else {
+            self.stepping.step_towards(to, self.observer)?
+        };
         let allowed = self.stepping.step();
         // What opens soon after the step is felt in it.
         let middle = self.stepping.mark();
         let beyond = to + (to - from);
-        let beyond = self.stepping.step_towards(beyond, self.observer)?;
+        let beyond = if self.simulation.chain.losses.any() {
+            self.stepping.advance_to(beyond, self.observer)?;
+            beyond
+        } else {
+            self.stepping.step_towards(beyond, self.observer)?
+        };
         let soon = self.openings(&middle, beyond)?;
         self.stepping.reset(&middle);
         let cusps = path.cusps(self.of(&mark.state, from), self.of(&middle.state, to));
