@@ -21,6 +21,7 @@ mod ledger;
 pub mod measured;
 mod modes;
 mod motion;
+mod passage;
 mod quadrature;
 mod real_space;
 mod refined;
@@ -44,7 +45,8 @@ pub use modes::Basis;
 pub use motion::Motion;
 pub use request::{BudgetRequest, Views};
 pub use result::{
-    BranchBudget, Budget, Closure, Identities, Integration, Residual, ScaleBudget, WavenumberBudget,
+    BranchBudget, Budget, Closure, Direction, Identities, IntegratedFluxCheck, Integration,
+    PassedError, Residual, ScaleBudget, WavenumberBudget,
 };
 pub use tendency::{Burgers, Tendency, TendencyBudget, tendency_budget};
 pub use units::BudgetUnits;
@@ -94,7 +96,7 @@ pub fn run(
             scale_pass::pass(motion, &contacts, request, sink, observer, &mut budget)?;
         }
         if request.integration == Integration::Stepping {
-            stepped::close(motion, &contacts, request, observer, &mut budget)?;
+            stepped::close(motion, &contacts, request, sink, observer, &mut budget)?;
         }
         Ok(budget)
     })

@@ -59,10 +59,14 @@ pub struct WavenumberBudget {
     pub wavenumber: Vec<f64>,
     /// Upper edge of the low band; NaN for a chain without energy.
     pub edge: f64,
-    /// `Pi` integrated over the record: energy that has passed from below each k to above.
+    /// `Pi(k) = - sum_{|k'| <= k} T(k')` integrated over the record: energy that has passed from
+    /// below each k to above. Inside the stepping it is the integral of `T`; from samples, minus what
+    /// the wavenumbers up to k gained, lost and were given, losses and inputs by the trapezoid rule.
     pub integrated_flux: Vec<f64>,
     /// The same over the second half of the record, when an impact has been taken up.
     pub late_flux: Vec<f64>,
+    /// Error of the integrated flux at the edge.
+    pub passed_error: PassedError,
     /// Energy below the edge at each sample.
     pub low_energy: Vec<f64>,
     /// `Pi` through the edge at each sample.
@@ -81,6 +85,75 @@ impl WavenumberBudget {
         let bins = low_bins(&self.wavenumber, self.edge);
         let last = bins.checked_sub(1).filter(|_| self.edge.is_finite())?;
         self.integrated_flux.get(last).copied()
+    }
+
+    /// Which way energy has passed the edge over the record, net; `None` for a chain without energy.
+    pub fn direction(&self) -> Option<Direction> {
+        let passed = self.passed_edge()?;
+        Some(match self.passed_error {
+            PassedError::Numerical(error) if passed.abs() <= error => Direction::None,
+            PassedError::Standard(error) if passed.abs() <= SIGNIFICANT * error => {
+                Direction::Unresolved
+            }
+            _ if passed > 0.0 => Direction::TowardsHighK,
+            _ => Direction::TowardsLowK,
+        })
+    }
+}
+
+/// Standard errors from which on a direction is stated.
+const SIGNIFICANT: f64 = 2.0;
+
+/// Share of the energy up to which passages are rounding: energies of wavenumbers are sums of squares
+/// of transforms, which round to a few units of the last place each.
+const ROUNDING: f64 = 1e-14;
+
+/// Error of the energy that has passed the edge.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub enum PassedError {
+    /// Of the numbers: how far checks of it are off, no less than rounding.
+    Numerical(f64),
+    /// Of a measurement: the standard error.
+    Standard(f64),
+}
+
+impl PassedError {
+    /// From how far a check is off, both in units of energy.
+    pub(super) fn numerical(off: f64, scale: f64) -> PassedError {
+        PassedError::Numerical(off.max(ROUNDING * scale))
+    }
+
+    /// In units of energy.
+    pub fn value(self) -> f64 {
+        let (PassedError::Numerical(error) | PassedError::Standard(error)) = self;
+        error
+    }
+}
+
+/// Which way energy has passed between low and high wavenumbers, net.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, serde::Serialize)]
+pub enum Direction {
+    #[serde(rename = "towards high k")]
+    TowardsHighK,
+    #[serde(rename = "towards low k")]
+    TowardsLowK,
+    /// What has passed is no more than its numerical error.
+    #[serde(rename = "none")]
+    None,
+    /// What has passed is less than twice its standard error.
+    #[serde(rename = "unresolved")]
+    Unresolved,
+}
+
+impl Direction {
+    /// In words, as in JSON.
+    pub fn name(self) -> &'static str {
+        match self {
+            Direction::TowardsHighK => "towards high k",
+            Direction::TowardsLowK => "towards low k",
+            Direction::None => "none",
+            Direction::Unresolved => "unresolved",
+        }
     }
 }
 
@@ -144,6 +217,30 @@ pub struct Closure {
     pub departure: Option<f64>,
     /// Identities that hold for any state.
     pub identities: Identities,
+    /// Of the integrated spectral flux; `None` without wavenumbers or energy.
+    pub integrated_flux: Option<IntegratedFluxCheck>,
+}
+
+/// Checks of the integrated spectral flux by what it was not made from, largest over all samples and
+/// relative to the largest energy.
+#[derive(Debug, Clone, Copy, PartialEq, Default, serde::Serialize)]
+pub struct IntegratedFluxCheck {
+    /// Its magnitude at the largest wavenumber, where it is 0.
+    pub at_largest_wavenumber: f64,
+    /// The integral of `- sum_{|k'| <= k} T(k')` against what the wavenumbers up to k gained, lost and
+    /// were given: the first knows no energy, the second no transfer.
+    pub two_ways: f64,
+}
+
+impl IntegratedFluxCheck {
+    pub(super) fn relative_to(self, scale: f64) -> Option<IntegratedFluxCheck> {
+        let relative = IntegratedFluxCheck {
+            at_largest_wavenumber: self.at_largest_wavenumber / scale,
+            two_ways: self.two_ways / scale,
+        };
+        let finite = relative.at_largest_wavenumber.is_finite() && relative.two_ways.is_finite();
+        finite.then_some(relative)
+    }
 }
 
 /// A residual, or why there is none.

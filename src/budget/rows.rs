@@ -9,7 +9,7 @@ use super::modes::{Basis, Modes};
 use super::motion::Motion;
 use super::real_space::{Balance, Exchanged, SiteTerms};
 use super::request::BudgetRequest;
-use super::result::{Budget, Closure, empty_map};
+use super::result::{Budget, Closure, PassedError, empty_map};
 use super::spectral::Spectral;
 use super::waiting::{Shown, Waiting};
 use super::wavenumber::{Terms, Transfers};
@@ -220,7 +220,12 @@ impl<'a> Pass<'a> {
         if let Some(spectral) = self.spectral {
             budget.closure.wavenumber = budget.relative(spectral.worst());
             budget.closure.identities = spectral.identities();
-            budget.wavenumber = Some(spectral.finish(time, &units, &mut waiting));
+            let check = spectral.check();
+            budget.closure.integrated_flux = check.relative_to(budget.scale);
+            let mut found = spectral.finish(time, &units, &mut waiting);
+            // From samples the transfer integrates badly, the balance only as far as there are losses.
+            found.passed_error = PassedError::numerical(check.at_largest_wavenumber, budget.scale);
+            budget.wavenumber = Some(found);
         }
         budget
     }

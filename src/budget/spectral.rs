@@ -1,9 +1,13 @@
 //! The wavenumber budget over time: spectra, flux, its integral, and whether it balances.
 
-use super::ledger::{Ledger, energy_rates, trapezoid};
+use super::ledger::{Ledger, energy_rates};
 use super::motion::Motion;
+use super::passage::{Passage, PassageRates, Way, running};
 use super::request::BudgetRequest;
-use super::result::{BranchBudget, Identities, WavenumberBudget, empty_map, low_bins};
+use super::result::{
+    BranchBudget, Identities, IntegratedFluxCheck, Integration, PassedError, WavenumberBudget,
+    empty_map, low_bins,
+};
 use super::units::BudgetUnits;
 use super::waiting::{Shown, Waiting};
 use super::wavenumber::{Terms, Transfers};
@@ -15,8 +19,7 @@ use crate::sum::sum;
 #[derive(Default)]
 struct Rates {
     energy: Vec<f64>,
-    /// Losses less input.
-    gone: Vec<f64>,
+    passage: PassageRates,
 }
 
 pub(super) struct Spectral {
@@ -25,11 +28,7 @@ pub(super) struct Spectral {
     /// Bins of the low band; `None` until there is energy.
     low_bins: Option<usize>,
     ledger: Ledger,
-    first: Vec<f64>,
-    /// The sample in the middle.
-    half: usize,
-    /// Integral of losses less input.
-    gone: Vec<f64>,
+    passage: Passage,
     /// Rates at this sample, and at the one before.
     now: Rates,
     before: Rates,
@@ -52,9 +51,12 @@ impl Spectral {
             (LargeArray::EnergySpectrum, Shown::Largest),
             (LargeArray::Transfer, Shown::Not),
             (LargeArray::SpectralFlux, Shown::Extreme),
-            (LargeArray::IntegratedSpectralFlux, Shown::Not),
         ] {
             waiting.reserve(sink, array, shape, shown)?;
+        }
+        if request.integration == Integration::Samples {
+            let array = LargeArray::IntegratedSpectralFlux;
+            waiting.reserve(sink, array, shape, Shown::Not)?;
         }
         let lossy = motion.chain.losses.any();
         if lossy {
@@ -77,9 +79,7 @@ impl Spectral {
             edge_asked: request.band_edge_wavenumber,
             low_bins: None,
             ledger: Ledger::default(),
-            first: Vec::new(),
-            half: (shape.0 - 1) / 2,
-            gone: vec![0.0; shape.1],
+            passage: Passage::new(Way::Balance, shape.0, shape.1),
             now: Rates::default(),
             before: Rates::default(),
             flux: Vec::new(),
@@ -93,6 +93,7 @@ impl Spectral {
                 edge: f64::NAN,
                 integrated_flux: Vec::new(),
                 late_flux: Vec::new(),
+                passed_error: PassedError::Numerical(0.0),
                 low_energy: Vec::new(),
                 edge_flux: Vec::new(),
                 centroid: Vec::new(),
@@ -114,14 +115,12 @@ impl Spectral {
         waiting: &mut Waiting,
     ) {
         self.check_identities(terms, total, dissipation);
-        self.integrate(dt, terms);
+        self.integrate(i, dt, terms);
         let energy = &terms.energy;
         let bins = self.low_bins(energy);
         let (budget, flux) = (&mut self.budget, &mut self.flux);
         running(flux, terms.transfer.iter().map(|transfer| -transfer));
-        let changes = energy.iter().zip(&self.first).zip(&self.gone);
-        let changes = changes.map(|((now, first), gone)| first - now - gone);
-        running(&mut budget.integrated_flux, changes);
+        let integrated = self.passage.sample(i, energy);
         budget.low_energy.push(sum(&energy[..bins]));
         budget
             .edge_flux
@@ -137,15 +136,12 @@ impl Spectral {
             (LargeArray::EnergySpectrum, energy),
             (LargeArray::Transfer, &terms.transfer),
             (LargeArray::SpectralFlux, flux),
-            (LargeArray::IntegratedSpectralFlux, &budget.integrated_flux),
             (LargeArray::LossSpectrum, &terms.loss),
             (LargeArray::InputSpectrum, &terms.input),
         ] {
             waiting.push(array, row);
         }
-        if i == self.half {
-            budget.late_flux.clone_from(&budget.integrated_flux);
-        }
+        waiting.push(LargeArray::IntegratedSpectralFlux, integrated);
     }
 
     fn check_identities(&mut self, terms: &Terms, total: f64, dissipation: f64) {
@@ -170,17 +166,13 @@ impl Spectral {
     }
 
     /// The trapezoid rule over the samples.
-    fn integrate(&mut self, dt: f64, terms: &Terms) {
+    fn integrate(&mut self, i: usize, dt: f64, terms: &Terms) {
         std::mem::swap(&mut self.now, &mut self.before);
-        let Rates { energy, gone } = &mut self.now;
+        let Rates { energy, passage } = &mut self.now;
         energy_rates(terms, energy);
-        gone.clear();
-        let both = terms.transfer.iter().zip(&*energy);
-        gone.extend(both.map(|(transfer, rate)| transfer - rate));
-        if self.first.is_empty() {
-            self.first.clone_from(&terms.energy);
-        } else {
-            trapezoid(&mut self.gone, dt, &self.before.gone, gone);
+        passage.load(terms);
+        if i > 0 {
+            self.passage.trapezoid(dt, &self.before.passage, passage);
             self.ledger.trapezoid(dt, &self.before.energy, energy);
         }
         self.ledger.compare(&terms.energy);
@@ -205,6 +197,14 @@ impl Spectral {
         self.ledger.worst()
     }
 
+    /// How far the integrated flux is from what it must be, in units of energy.
+    pub(super) fn check(&self) -> IntegratedFluxCheck {
+        IntegratedFluxCheck {
+            at_largest_wavenumber: self.passage.top(),
+            two_ways: self.passage.apart(),
+        }
+    }
+
     pub(super) fn identities(&self) -> Identities {
         self.identities
     }
@@ -217,9 +217,7 @@ impl Spectral {
         waiting: &mut Waiting,
     ) -> WavenumberBudget {
         let mut budget = self.budget;
-        for (late, whole) in budget.late_flux.iter_mut().zip(&budget.integrated_flux) {
-            *late = whole - *late;
-        }
+        [budget.integrated_flux, budget.late_flux] = self.passage.whole_and_late();
         let step = budget.wavenumber.get(1).copied().unwrap_or(1.0);
         let k = units.wavenumber();
         let k = (&*k, 0.0, step);
@@ -230,15 +228,6 @@ impl Spectral {
         budget.flux_map = map.unwrap_or_else(empty_map);
         budget
     }
-}
-
-fn running(sums: &mut Vec<f64>, terms: impl Iterator<Item = f64>) {
-    let mut sum = 0.0;
-    sums.clear();
-    sums.extend(terms.map(|term| {
-        sum += term;
-        sum
-    }));
 }
 
 /// Mean of k over the energy, `k = 0` left out; NaN without energy.

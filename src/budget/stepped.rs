@@ -4,13 +4,15 @@ use super::contacts::Contacts;
 use super::ledger::{Ledger, energy_rates, worst_of};
 use super::modes::{Basis, Modes};
 use super::motion::{Instant, Motion};
+use super::passage::{Passage, Way};
 use super::refined;
 use super::request::BudgetRequest;
-use super::result::{Budget, Integration};
+use super::result::{Budget, IntegratedFluxCheck, Integration, PassedError};
 use super::scale::{Planned, Scales};
 use super::scale_terms::{ScaleScratch, ScaleTerms};
+use super::waiting::{Shown, Waiting};
 use super::wavenumber::{Terms, TransferScratch, Transfers};
-use crate::analyze::Observer;
+use crate::analyze::{LargeArray, Observer, Sink};
 use crate::chain::{Path, Place, Quintic, Scheme, Simulation, Visit, openings};
 use crate::error::Result;
 
@@ -20,16 +22,31 @@ const LOCAL_ERROR: f64 = 1e-12;
 /// Share of the energy from which on a filtered contact's opening counts.
 const NOTICED: f64 = 1e-20;
 
-/// Puts the residuals of integrals along the stepping in place of those from samples.
+/// Samples whose rows are handed on together.
+const BATCH: usize = 64;
+
+/// Puts integrals along the stepping, and their residuals, in place of those from samples.
 pub(super) fn close(
     motion: &Motion,
     contacts: &Contacts,
     request: &BudgetRequest,
+    sink: &dyn Sink,
     observer: &dyn Observer,
     budget: &mut Budget,
 ) -> Result<()> {
+    let wavenumbers = budget.wavenumber.as_ref().map(|of| of.wavenumber.len());
+    let mut waiting = Waiting::default();
+    if let Some(count) = wavenumbers {
+        let shape = (motion.samples(), count);
+        waiting.reserve(sink, LargeArray::IntegratedSpectralFlux, shape, Shown::Not)?;
+    }
     if budget.scale == 0.0 {
         // Nothing moves, and there is no speed to measure errors of steps by.
+        let row = vec![0.0; wavenumbers.unwrap_or(0)];
+        for i in 0..motion.samples() {
+            waiting.push(LargeArray::IntegratedSpectralFlux, &row);
+            waiting.hand_on(sink, i)?;
+        }
         return Ok(());
     }
     let chain = motion.chain;
@@ -51,12 +68,19 @@ pub(super) fn close(
         motion,
         start: motion.time[0],
         contacts,
-        spectral: budget.wavenumber.is_some().then(|| Spectral {
+        spectral: wavenumbers.map(|count| Spectral {
             scratch: transfers.scratch(),
             terms: Terms::default(),
             rates: Vec::new(),
             transfers: &transfers,
             ledger: Ledger::default(),
+            passage: Passage::new(Way::Transfer, motion.samples(), count),
+            rows: Rows {
+                sink,
+                waiting,
+                first: 0,
+                outcome: Ok(()),
+            },
             recorded: Terms::default(),
             departure: 0.0,
         }),
@@ -87,8 +111,7 @@ pub(super) fn close(
         budget,
     )?;
     if let Some(spectral) = spectral {
-        budget.closure.wavenumber = budget.relative(spectral.ledger.worst());
-        budget.closure.departure = budget.relative(spectral.departure).value();
+        spectral.put_into(budget)?;
     }
     if let Some(scale) = scale {
         let residual = budget.relative(scale.ledger.worst());
@@ -122,9 +145,49 @@ struct Spectral<'a> {
     terms: Terms,
     rates: Vec<f64>,
     ledger: Ledger,
+    passage: Passage,
+    rows: Rows<'a>,
     /// Terms of the record at a sample, and the largest difference of E(k) from them.
     recorded: Terms,
     departure: f64,
+}
+
+impl Spectral<'_> {
+    fn put_into(self, budget: &mut Budget) -> Result<()> {
+        self.rows.outcome?;
+        let check = IntegratedFluxCheck {
+            at_largest_wavenumber: self.passage.top(),
+            two_ways: self.passage.apart(),
+        };
+        budget.closure.wavenumber = budget.relative(self.ledger.worst());
+        budget.closure.departure = budget.relative(self.departure).value();
+        budget.closure.integrated_flux = check.relative_to(budget.scale);
+        if let Some(found) = &mut budget.wavenumber {
+            [found.integrated_flux, found.late_flux] = self.passage.whole_and_late();
+            found.passed_error = PassedError::numerical(check.two_ways, budget.scale);
+        }
+        Ok(())
+    }
+}
+
+/// Rows of the integrated flux on their way to a sink.
+struct Rows<'a> {
+    sink: &'a dyn Sink,
+    waiting: Waiting,
+    /// The sample of the first row that waits.
+    first: usize,
+    /// What the sink yielded first that is no success.
+    outcome: Result<()>,
+}
+
+impl Rows<'_> {
+    fn push(&mut self, i: usize, row: &[f64], last: bool) {
+        self.waiting.push(LargeArray::IntegratedSpectralFlux, row);
+        if self.outcome.is_ok() && (last || i + 1 - self.first == BATCH) {
+            self.outcome = self.waiting.hand_on(self.sink, self.first);
+            self.first = i + 1;
+        }
+    }
 }
 
 struct Scale<'a> {
@@ -146,6 +209,8 @@ impl Path for Followed<'_, '_> {
             terms,
             rates,
             ledger,
+            passage,
+            rows,
             recorded,
             departure,
         }) = &mut self.spectral
@@ -155,9 +220,12 @@ impl Path for Followed<'_, '_> {
                 Visit::Node(weight) => {
                     energy_rates(terms, rates);
                     ledger.add(weight, rates);
+                    passage.add(weight, terms);
                 }
                 Visit::Sample(i) => {
                     ledger.compare(&terms.energy);
+                    let last = i + 1 == self.motion.samples();
+                    rows.push(i, passage.sample(i, &terms.energy), last);
                     transfers.evaluate(self.motion.at(i), scratch, recorded);
                     let pairs = terms.energy.iter().zip(&recorded.energy);
                     let off: Vec<f64> = pairs.map(|(a, b)| (a - b).abs()).collect();

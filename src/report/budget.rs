@@ -6,8 +6,8 @@ use serde_json::{Map, Value, json};
 use super::Provenance;
 use crate::budget::measured::MeasuredReport;
 use crate::budget::{
-    Between, Budget, BudgetUnits, Closure, FrequencyFlow, Identities, Integration, RefinedFlow,
-    ScaleBudget, ScaleOf, WavenumberBudget,
+    Between, Budget, BudgetUnits, Closure, Direction, FrequencyFlow, Identities,
+    IntegratedFluxCheck, Integration, RefinedFlow, ScaleBudget, ScaleOf, WavenumberBudget,
 };
 
 /// Version of the layout of a budget's `summary.json` and `budget.npz`.
@@ -38,6 +38,7 @@ pub struct BudgetSummary<'a> {
 struct Conventions {
     flux: &'static str,
     wavenumber: &'static str,
+    integrated_flux: &'static str,
     power_flow: &'static str,
     residuals: &'static str,
 }
@@ -61,10 +62,13 @@ struct WavenumberSummary {
     band_edge: Option<f64>,
     /// Energy that has passed from below the edge to above, net, over the largest energy.
     share_passed: Option<f64>,
-    direction: Option<&'static str>,
+    /// Its numerical error; of a measured field its standard error.
+    share_passed_error: Option<f64>,
+    direction: Option<Direction>,
     /// Mean flux through the edge.
     rate: Option<f64>,
-    /// Wavenumber through which most has passed, either way, and how much.
+    /// Wavenumber through which most has passed, either way, and how much; none where that is no
+    /// more than its error.
     largest_passage: Option<Passage>,
     centroid_start: Option<f64>,
     centroid_end: Option<f64>,
@@ -105,6 +109,7 @@ pub struct ClosureSummary {
     scale: Option<f64>,
     integration: Option<Integration>,
     departure: Option<f64>,
+    integrated_flux: Option<IntegratedFluxCheck>,
     identities: Option<Identities>,
     #[serde(skip_serializing_if = "Map::is_empty")]
     reasons: Map<String, Value>,
@@ -129,6 +134,7 @@ impl ClosureSummary {
             scale: closure.scale.value(),
             integration: Some(closure.integration),
             departure: closure.departure,
+            integrated_flux: closure.integrated_flux,
             identities: Some(closure.identities),
             reasons: reasons.collect(),
         }
@@ -144,6 +150,7 @@ impl ClosureSummary {
             scale: None,
             integration: None,
             departure: None,
+            integrated_flux: None,
             identities: None,
             reasons: names
                 .into_iter()
@@ -171,6 +178,16 @@ impl<'a> BudgetSummary<'a> {
                        and small scales",
                 wavenumber: "rad per unit of length; E and T hold both signs of k and sum to the \
                              energy and to 0",
+                integrated_flux: match budget.closure.integration {
+                    Integration::Stepping => {
+                        "the integral of - sum T up to k inside the stepping; checked by what the \
+                         wavenumbers gained, lost to damping and were given"
+                    }
+                    Integration::Samples => {
+                        "minus what the wavenumbers up to k gained, lost to damping and were given; \
+                         losses and inputs by the trapezoid rule over the samples"
+                    }
+                },
                 power_flow: "one-sided; its sum times df is the energy passed by the trapezoid rule",
                 residuals: "largest over all samples, relative to the largest energy of the chain",
             },
@@ -235,14 +252,11 @@ fn wavenumber(budget: &Budget, found: &WavenumberBudget) -> WavenumberSummary {
         basis: found.basis,
         band_edge: defined(found.edge),
         share_passed: passed.map(|passed| passed / budget.scale),
-        direction: passed.map(|passed| match passed {
-            up if up > 0.0 => "towards high k",
-            down if down < 0.0 => "towards low k",
-            _ => "none",
-        }),
+        share_passed_error: passed.map(|_| found.passed_error.value() / budget.scale),
+        direction: passed.and_then(|_| found.direction()),
         rate: passed.map(|passed| passed / duration),
         largest_passage: most
-            .filter(|_| budget.scale > 0.0)
+            .filter(|(flux, _)| flux.abs() > found.passed_error.value())
             .map(|(flux, k)| Passage {
                 wavenumber: *k,
                 share: flux / budget.scale,

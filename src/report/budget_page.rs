@@ -4,7 +4,7 @@ use base64::Engine;
 use maud::{DOCTYPE, Markup, PreEscaped, html as markup};
 
 use crate::Result;
-use crate::budget::{Budget, Closure, Residual};
+use crate::budget::{Budget, Closure, Direction, Residual};
 use crate::plot::{Figure, Format, SharedScales, budget_figures, encode_all, views};
 
 const STYLE: &str = include_str!("../../assets/report.css");
@@ -125,12 +125,39 @@ fn tables(budgets: &[(&str, &Budget)]) -> Markup {
                 }
             }
             @for (name, budget) in budgets {
+                @if let Some(sentence) = direction(budget) { p { (name) ": " (sentence) } }
                 @for (view, reason) in reasons(&budget.closure) {
                     p { (name) ": no balance over " (view) ", since " (reason) "." }
                 }
             }
         }
     }
+}
+
+/// Which way energy has passed between low and high k, where that is known.
+fn direction(budget: &Budget) -> Option<String> {
+    let found = budget.wavenumber.as_ref()?;
+    let edge = number(Some(found.edge));
+    let share = found.passed_edge()? / budget.scale;
+    let share = format!(
+        "{} \u{b1} {:.1e}",
+        number(Some(share)),
+        found.passed_error.value() / budget.scale
+    );
+    Some(match found.direction()? {
+        Direction::None => format!(
+            "no energy has passed between the wavenumbers below and above {edge}, net (share {share}, \
+             which is numerical error)."
+        ),
+        Direction::Unresolved => format!(
+            "the net share of the energy that has passed k = {edge} is {share}: its direction is \
+             not resolved."
+        ),
+        direction => format!(
+            "energy has passed k = {edge} {}, net (share {share}).",
+            direction.name()
+        ),
+    })
 }
 
 fn rows(budgets: &[(&str, &Budget)]) -> Vec<(String, Vec<Option<f64>>)> {
@@ -166,6 +193,13 @@ fn rows(budgets: &[(&str, &Budget)]) -> Vec<(String, Vec<Option<f64>>)> {
     for (name, of) in residuals {
         rows.push(row(name, &|b| of(&b.closure).value()));
     }
+    rows.push(row(
+        "integrated flux at the largest k, over the energy",
+        &|b| Some(b.closure.integrated_flux?.at_largest_wavenumber),
+    ));
+    rows.push(row("integrated flux made two ways, difference", &|b| {
+        Some(b.closure.integrated_flux?.two_ways)
+    }));
     rows
 }
 

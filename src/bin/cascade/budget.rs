@@ -1,5 +1,7 @@
 //! `cascade budget`: a run file, its budgets, the files.
 
+mod lines;
+
 use std::io::{IsTerminal, Write};
 use std::path::{Path, PathBuf};
 use std::time::Instant;
@@ -7,7 +9,7 @@ use std::time::Instant;
 use cascade::Error;
 use cascade::analyze::{Observer, Precision, Sink};
 use cascade::budget::measured::MeasuredReport;
-use cascade::budget::{Budget as Found, Motion, Residual};
+use cascade::budget::{Budget as Found, Motion};
 use cascade::field::{FileState, file_hash, is_run_file};
 use cascade::plot::{Format, SharedScales, budget_figures, save_all};
 use cascade::report::{
@@ -20,7 +22,6 @@ use crate::args::FigureArg;
 use crate::failure::Failure;
 use crate::measured::{self, Measured, MeasuredArgs, refuse_options_of_fields};
 use crate::progress::Progress;
-use crate::terminal::{self, Lines, error_size, number};
 use crate::view_args::ViewArgs;
 
 /// What `cascade budget` takes.
@@ -118,7 +119,7 @@ pub fn run(typed: Budget) -> Result<(), Failure> {
     if typed.json {
         writeln!(out, "{json}")?;
     } else if !typed.quiet {
-        out.write_all(lines(&budget, source.report()).as_bytes())?;
+        out.write_all(lines::of(&budget, source.report()).as_bytes())?;
         let seconds = started.elapsed().as_secs_f64();
         let page = published.join("report.html");
         let main = if page.exists() {
@@ -186,99 +187,4 @@ pub fn name_of(run: &Path) -> String {
 /// `run-budget` of `run.npz`, which runs are; of other files with their extension.
 fn default_out(run: &Path) -> PathBuf {
     named_after(run, "npz", "-budget")
-}
-
-/// What was found, in lines.
-fn lines(budget: &Found, measured: Option<&MeasuredReport>) -> String {
-    let mut lines = Lines::new(terminal::width());
-    let last = budget.time.len() - 1;
-    let energy = |i: usize| budget.kinetic[i] + budget.contact[i];
-    let unit = budget
-        .units
-        .energy
-        .as_deref()
-        .map_or(String::new(), |unit| format!(" {unit}"));
-    let mut text = format!(
-        "{}{unit} at the start, {}{unit} at the end",
-        number(energy(0)),
-        number(energy(last))
-    );
-    for (what, value) in [("lost", budget.lost[last]), ("put in", budget.input[last])] {
-        if value != 0.0 {
-            text += &format!(", {}{unit} {what}", number(value));
-        }
-    }
-    lines.line("energy", &text);
-    if let Some(found) = &budget.wavenumber
-        && let Some(passed) = found.passed_edge()
-    {
-        let way = if passed < 0.0 { "below" } else { "above" };
-        let share = 100.0 * passed.abs() / budget.scale;
-        let text = format!(
-            "{share:.3} % of it has passed to {way} k = {}",
-            number(found.edge)
-        );
-        lines.line("wavenumber", &text);
-    }
-    if let Some(flow) = &budget.frequency {
-        let inner = budget.n_contacts.min(budget.n_sites.saturating_sub(1));
-        if inner > 1 {
-            let between = flow.between(0, inner - 1);
-            let text = format!(
-                "from the first contact to the last the band up to {} changed by {}, that above by \
-                 {}, {} stayed behind",
-                number(flow.edge),
-                number(between.low),
-                number(between.high),
-                number(between.behind)
-            );
-            lines.line("frequency", &text);
-        }
-    }
-    if let Some(scales) = &budget.scales
-        && let Some(of) = scales.scales.iter().find(|of| of.scale == scales.map_scale)
-    {
-        let sigma = of.sigma.map_or("none".into(), number);
-        let text = format!(
-            "flux mapped at l = {} ({:?} filter, sigma {sigma}, gain 1/2 at k = {})",
-            number(of.scale),
-            of.filter,
-            number(of.cutoff_wavenumber)
-        );
-        lines.line("scale", &text);
-    }
-    let closure = &budget.closure;
-    if let Some(departure) = closure.departure {
-        let text = format!(
-            "departs from the record by {} of the energy",
-            error_size(departure)
-        );
-        lines.line("stepped anew", &text);
-    }
-    for (name, residual) in [
-        ("real space", &closure.real_space),
-        ("wavenumber", &closure.wavenumber),
-        ("frequency", &closure.frequency),
-        ("scale", &closure.scale),
-    ] {
-        let text = match residual {
-            Residual::Closed(value) => format!("closes to {} of the energy", error_size(*value)),
-            Residual::Undefined(reason) => format!("no balance: {reason}"),
-        };
-        lines.line(&format!("{name} balance"), &text);
-    }
-    if let Some(report) = measured {
-        let energy = report.energy;
-        let text = format!(
-            "{} of {} in the energy",
-            error_size(energy.error),
-            number(energy.value)
-        );
-        lines.line("error by noise", &text);
-        for warning in &report.warnings {
-            lines.line("warning", &warning.message());
-            lines.line("", &format!("-> {}", warning.advice()));
-        }
-    }
-    lines.text
 }

@@ -1,0 +1,168 @@
+//! What a budget found, in lines on the terminal.
+
+use cascade::budget::measured::MeasuredReport;
+use cascade::budget::{
+    Budget, Direction, FrequencyFlow, Integration, PassedError, Residual, ScaleBudget,
+    WavenumberBudget,
+};
+
+use crate::terminal::{self, Lines, error_size, number};
+
+/// Errors of shares from which on the digits printed do not hold.
+const SEEN: f64 = 5e-6;
+
+pub(super) fn of(budget: &Budget, measured: Option<&MeasuredReport>) -> String {
+    let mut lines = Lines::new(terminal::width());
+    energy(&mut lines, budget);
+    if let Some(found) = &budget.wavenumber {
+        wavenumber(&mut lines, budget, found);
+    }
+    if let Some(flow) = &budget.frequency {
+        frequency(&mut lines, budget, flow);
+    }
+    if let Some(scales) = &budget.scales {
+        scale(&mut lines, scales);
+    }
+    closure(&mut lines, budget);
+    if let Some(report) = measured {
+        measurement(&mut lines, report);
+    }
+    lines.text
+}
+
+fn energy(lines: &mut Lines, budget: &Budget) {
+    let last = budget.time.len() - 1;
+    let energy = |i: usize| budget.kinetic[i] + budget.contact[i];
+    let unit = budget
+        .units
+        .energy
+        .as_deref()
+        .map_or(String::new(), |unit| format!(" {unit}"));
+    let mut text = format!(
+        "{}{unit} at the start, {}{unit} at the end",
+        number(energy(0)),
+        number(energy(last))
+    );
+    for (what, value) in [("lost", budget.lost[last]), ("put in", budget.input[last])] {
+        if value != 0.0 {
+            text += &format!(", {}{unit} {what}", number(value));
+        }
+    }
+    lines.line("energy", &text);
+}
+
+fn wavenumber(lines: &mut Lines, budget: &Budget, found: &WavenumberBudget) {
+    let (Some(passed), Some(direction)) = (found.passed_edge(), found.direction()) else {
+        return;
+    };
+    let edge = number(found.edge);
+    let (share, error) = (
+        passed / budget.scale,
+        found.passed_error.value() / budget.scale,
+    );
+    let within = match found.passed_error {
+        PassedError::Numerical(_) if error < SEEN => String::new(),
+        _ => format!(" \u{b1} {:.3}", 100.0 * error),
+    };
+    let percent = 100.0 * share;
+    let text = match direction {
+        Direction::None => format!(
+            "none of it has passed k = {edge}, net: a share of {} at a numerical error of {}",
+            error_size(share),
+            error_size(error)
+        ),
+        Direction::Unresolved => format!(
+            "{percent:.3}{within} % of it has passed k = {edge}, net: less than twice its error, so \
+             no direction is resolved"
+        ),
+        Direction::TowardsHighK => {
+            format!("{percent:.3}{within} % of it has passed to above k = {edge}")
+        }
+        Direction::TowardsLowK => format!(
+            "{:.3}{within} % of it has passed to below k = {edge}",
+            -percent
+        ),
+    };
+    lines.line("wavenumber", &text);
+}
+
+fn frequency(lines: &mut Lines, budget: &Budget, flow: &FrequencyFlow) {
+    let inner = budget.n_contacts.min(budget.n_sites.saturating_sub(1));
+    if inner > 1 {
+        let between = flow.between(0, inner - 1);
+        let text = format!(
+            "from the first contact to the last the band up to {} changed by {}, that above by \
+             {}, {} stayed behind",
+            number(flow.edge),
+            number(between.low),
+            number(between.high),
+            number(between.behind)
+        );
+        lines.line("frequency", &text);
+    }
+}
+
+fn scale(lines: &mut Lines, scales: &ScaleBudget) {
+    let Some(of) = scales.scales.iter().find(|of| of.scale == scales.map_scale) else {
+        return;
+    };
+    let sigma = of.sigma.map_or("none".into(), number);
+    let text = format!(
+        "flux mapped at l = {} ({:?} filter, sigma {sigma}, gain 1/2 at k = {})",
+        number(of.scale),
+        of.filter,
+        number(of.cutoff_wavenumber)
+    );
+    lines.line("scale", &text);
+}
+
+fn closure(lines: &mut Lines, budget: &Budget) {
+    let closure = &budget.closure;
+    if closure.integration == Integration::Samples {
+        let text = "rates are integrated over time by the trapezoid rule over the samples: \
+                    transfers, scale fluxes, and losses and inputs of wavenumbers";
+        lines.line("sampled", text);
+    }
+    if let Some(departure) = closure.departure {
+        let text = format!(
+            "departs from the record by {} of the energy",
+            error_size(departure)
+        );
+        lines.line("stepped anew", &text);
+    }
+    for (name, residual) in [
+        ("real space", &closure.real_space),
+        ("wavenumber", &closure.wavenumber),
+        ("frequency", &closure.frequency),
+        ("scale", &closure.scale),
+    ] {
+        let text = match residual {
+            Residual::Closed(value) => format!("closes to {} of the energy", error_size(*value)),
+            Residual::Undefined(reason) => format!("no balance: {reason}"),
+        };
+        lines.line(&format!("{name} balance"), &text);
+    }
+    if let Some(check) = closure.integrated_flux {
+        let text = format!(
+            "{} of the energy at the largest k, where it is 0; from transfers and from energies it \
+             differs by {}",
+            error_size(check.at_largest_wavenumber),
+            error_size(check.two_ways)
+        );
+        lines.line("integrated flux", &text);
+    }
+}
+
+fn measurement(lines: &mut Lines, report: &MeasuredReport) {
+    let energy = report.energy;
+    let text = format!(
+        "{} of {} in the energy",
+        error_size(energy.error),
+        number(energy.value)
+    );
+    lines.line("error by noise", &text);
+    for warning in &report.warnings {
+        lines.line("warning", &warning.message());
+        lines.line("", &format!("-> {}", warning.advice()));
+    }
+}

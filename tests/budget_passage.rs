@@ -1,0 +1,191 @@
+//! Energy that has passed each wavenumber: with losses at any sampling, and where there is none.
+
+use cascade::analyze::{Arrays, LargeArray, Silent};
+use cascade::budget::{
+    Budget, BudgetRequest, Direction, Integration, Motion, PassedError, Views, budget,
+};
+use cascade::chain::{Accuracy, Chain, Ends, Law, Losses, Record, Run, Scheme, Simulation};
+
+fn run(chain: Chain, end: f64, samples: usize) -> Run {
+    let mut simulation = Simulation::impact(chain, 1.0, end, samples);
+    simulation.accuracy = Accuracy::LocalError(1e-12);
+    simulation.estimate_error = false;
+    simulation.record = Record::ALL;
+    if simulation.chain.losses.any() {
+        simulation.scheme = Scheme::RungeKutta;
+    }
+    simulation.run(&Silent).unwrap()
+}
+
+fn found(run: &Run, integration: Integration) -> (Budget, Arrays) {
+    let request = BudgetRequest {
+        views: Views {
+            frequency: false,
+            scale: false,
+            ..Views::ALL
+        },
+        integration,
+        ..BudgetRequest::default()
+    };
+    budget(&Motion::of(run).unwrap(), &request).unwrap()
+}
+
+fn share(budget: &Budget) -> f64 {
+    let found = budget.wavenumber.as_ref().unwrap();
+    found.passed_edge().unwrap() / budget.scale
+}
+
+fn direction(budget: &Budget) -> Direction {
+    budget.wavenumber.as_ref().unwrap().direction().unwrap()
+}
+
+fn lossy() -> Chain {
+    Chain {
+        losses: Losses {
+            dashpot: 0.02,
+            tangent: 0.03,
+            drag: 0.01,
+        },
+        ..Chain::dimer(60, 2.398)
+    }
+}
+
+/// The integral is that of the motion, whatever the samples: at the largest k it is 0, and it agrees
+/// with the energies, which it was not made from.
+#[test]
+fn val_identity_losses_are_integrated_inside_the_stepping() {
+    let [coarse, fine] = [65, 2001].map(|samples| run(lossy(), 50.0, samples));
+    let [(few, few_arrays), (many, many_arrays)] =
+        [&coarse, &fine].map(|run| found(run, Integration::Stepping));
+    // Of samples the two shares were -0.040 and -0.061.
+    assert!(
+        (share(&few) - share(&many)).abs() < 2e-12,
+        "{:e}",
+        share(&few) - share(&many)
+    );
+    let rows = |arrays: &Arrays, every: usize| {
+        let array = &arrays[&LargeArray::IntegratedSpectralFlux];
+        array.slice(ndarray::s![..;every, ..]).to_owned()
+    };
+    // 16 of 64 intervals are 500 of 2000.
+    let off = rows(&few_arrays, 16) - rows(&many_arrays, 500);
+    let worst = off.iter().fold(0.0, |m: f64, x| m.max(x.abs()));
+    assert!(worst < 2e-12, "{worst:e}");
+    for (budget, arrays) in [(&few, &few_arrays), (&many, &many_arrays)] {
+        let array = &arrays[&LargeArray::IntegratedSpectralFlux];
+        let top = array.column(array.ncols() - 1);
+        let top = top.iter().fold(0.0, |m: f64, x| m.max(x.abs()));
+        let check = budget.closure.integrated_flux.unwrap();
+        assert_eq!(top / budget.scale, check.at_largest_wavenumber);
+        assert!(check.at_largest_wavenumber < 2e-14, "{check:?}");
+        assert!(check.two_ways > 0.0 && check.two_ways < 2e-12, "{check:?}");
+        let found = budget.wavenumber.as_ref().unwrap();
+        let last = array.row(array.nrows() - 1);
+        assert_eq!(last.to_vec(), found.integrated_flux);
+        let half = array.row((array.nrows() - 1) / 2);
+        assert_eq!((&last - &half).to_vec(), found.late_flux);
+        assert_eq!(direction(budget), Direction::TowardsLowK);
+    }
+}
+
+/// From samples the integral converges to that of the stepping with the order of the trapezoid rule:
+/// the second for drag, the first for dashpots, whose power jumps where a contact opens. What is
+/// missing at the largest k tells how far it is.
+#[test]
+fn val_observed_order_of_losses_from_samples() {
+    let drag = Losses {
+        drag: 0.01,
+        ..Losses::default()
+    };
+    for (losses, orders, ratios) in [
+        (lossy().losses, 0.85..1.25, 0.5..5.0),
+        (drag, 1.7..2.3, 0.5..20.0),
+    ] {
+        let chain = Chain { losses, ..lossy() };
+        let truth = share(&found(&run(chain.clone(), 50.0, 65), Integration::Stepping).0);
+        let mut errors = Vec::new();
+        for samples in [65, 501, 4001, 16001] {
+            let (budget, _) = found(&run(chain.clone(), 50.0, samples), Integration::Samples);
+            let check = budget.closure.integrated_flux.unwrap();
+            let error = (share(&budget) - truth).abs();
+            // Of the whole loss as of that below the edge.
+            let ratio = check.at_largest_wavenumber / error;
+            assert!(ratios.contains(&ratio), "{samples} {error:e} {check:?}");
+            let PassedError::Numerical(stated) = budget.wavenumber.unwrap().passed_error else {
+                panic!("no measurement");
+            };
+            assert_eq!(stated / budget.scale, check.at_largest_wavenumber);
+            errors.push(error);
+        }
+        let order = (errors[1] / errors[3]).log2() / 5.0;
+        assert!(orders.contains(&order), "{order} {errors:?}");
+    }
+}
+
+/// Without losses the two integrations agree to how far the stepping departs from the record.
+#[test]
+fn val_identity_without_losses_the_samples_are_exact() {
+    let run = run(Chain::dimer(60, 2.398), 50.0, 65);
+    let shares = [Integration::Stepping, Integration::Samples]
+        .map(|integration| share(&found(&run, integration).0));
+    assert!((shares[0] - shares[1]).abs() < 2e-12, "{shares:?}");
+}
+
+fn uniform(law: Law, ends: Ends) -> Chain {
+    let n = 32;
+    Chain {
+        mass: vec![1.0; n],
+        coefficient: vec![1.0; n],
+        law,
+        ends,
+        precompression: 0.0,
+        losses: Losses::default(),
+    }
+}
+
+/// Wavenumbers of a uniform linear chain keep their energy: there is no direction.
+#[test]
+fn val_linear_chains_have_no_direction() {
+    let linear = Law::Spring {
+        alpha: 0.0,
+        beta: 0.0,
+    };
+    for ends in [
+        Ends::Periodic,
+        Ends::Fixed {
+            left_coefficient: 1.0,
+        },
+    ] {
+        for samples in [9, 257] {
+            for end in [5.0, 60.0] {
+                let run = run(uniform(linear, ends), end, samples);
+                for integration in [Integration::Stepping, Integration::Samples] {
+                    let (budget, _) = found(&run, integration);
+                    let case = format!("{ends:?} {samples} {end} {integration:?}");
+                    assert_eq!(direction(&budget), Direction::None, "{case}");
+                    assert!(share(&budget).abs() < 2e-12, "{case} {:e}", share(&budget));
+                }
+            }
+        }
+    }
+}
+
+/// A cubic term that moves little energy moves it somewhere, and more of it as its square.
+#[test]
+fn val_weak_nonlinearity_keeps_its_direction() {
+    let shares = [1e-4, 1e-3].map(|beta| {
+        let chain = uniform(Law::Spring { alpha: 0.0, beta }, Ends::Periodic);
+        let (budget, _) = found(&run(chain, 30.0, 65), Integration::Stepping);
+        assert!(
+            matches!(
+                direction(&budget),
+                Direction::TowardsHighK | Direction::TowardsLowK
+            ),
+            "{beta}"
+        );
+        share(&budget)
+    });
+    assert!(shares[0].abs() < 1e-4, "{shares:?}");
+    // The force of beta is of first order in it, and so is the first exchange of energy.
+    assert!((shares[1] / shares[0] - 10.0).abs() < 0.5, "{shares:?}");
+}
