@@ -1,91 +1,17 @@
 //! Measured chains: simulated velocities with noise, drift and dead channels added. What was added
 //! is known, so that every stated error can be held against the true one.
 
+mod measured_common;
+
 use cascade::Error;
-use cascade::analyze::Silent;
 use cascade::budget::measured::{
     Drift, Estimate, MeasuredMotion, MeasuredOptions, MeasuredWarning, Noise, from_field,
     from_velocities,
 };
 use cascade::budget::{BudgetRequest, budget};
-use cascade::chain::{Accuracy, Chain, Run, Simulation};
-use ndarray::{Array2, ArrayView2, s};
-
-/// Stiffness ratios of a localized and of a dispersive chain.
-const LOCALIZED: f64 = 4.9272;
-const DISPERSIVE: f64 = 2.398;
-
-/// A striker of unit speed on a dimer.
-fn simulated(sites: usize, ratio: f64, end: f64, samples: usize) -> Run {
-    let mut simulation = Simulation::impact(Chain::dimer(sites, ratio), 1.0, end, samples);
-    simulation.accuracy = Accuracy::LocalError(1e-10);
-    simulation.estimate_error = false;
-    simulation.run(&Silent).unwrap()
-}
-
-fn step(run: &Run) -> f64 {
-    run.time[1]
-}
-
-/// Normal numbers of variance 1: SplitMix64 and the method of Box and Muller.
-struct Normal(u64);
-
-impl Normal {
-    fn uniform(&mut self) -> f64 {
-        self.0 = self.0.wrapping_add(0x9e37_79b9_7f4a_7c15);
-        let mut bits = self.0;
-        bits = (bits ^ (bits >> 30)).wrapping_mul(0xbf58_476d_1ce4_e5b9);
-        bits = (bits ^ (bits >> 27)).wrapping_mul(0x94d0_49bb_1331_11eb);
-        (((bits ^ (bits >> 31)) >> 11) + 1) as f64 / (1u64 << 53) as f64
-    }
-
-    fn next(&mut self) -> f64 {
-        let (a, b) = (self.uniform(), self.uniform());
-        (-2.0 * a.ln()).sqrt() * (std::f64::consts::TAU * b).cos()
-    }
-}
-
-#[derive(Clone, Copy, Default)]
-struct Spoilt {
-    noise: f64,
-    /// Deviations over channels of an offset, and of what a linear drift gathers by the end.
-    offset: f64,
-    drift: f64,
-}
-
-impl Spoilt {
-    fn of(self, run: &Run, seed: u64) -> Array2<f64> {
-        let mut random = Normal(seed.wrapping_mul(0x1234_5678_9abc_def1));
-        let mut record = run.velocity.clone();
-        let last = (record.nrows() - 1) as f64;
-        for mut column in record.columns_mut() {
-            let (offset, drift) = (self.offset * random.next(), self.drift * random.next());
-            for (i, v) in column.iter_mut().enumerate() {
-                *v += offset + drift * i as f64 / last + self.noise * random.next();
-            }
-        }
-        record
-    }
-}
-
-fn measure(run: &Run, record: ArrayView2<f64>, options: &MeasuredOptions) -> MeasuredMotion {
-    from_velocities(record, [0.0, step(run)], &run.chain, options).unwrap()
-}
-
-/// Share of places at which the error is within three stated ones, and the root mean square of the
-/// stated errors over that of the true ones.
-fn coverage(found: &Array2<f64>, truth: &Array2<f64>, stated: &Array2<f64>) -> [f64; 2] {
-    let (mut within, mut off, mut said) = (0usize, 0.0, 0.0);
-    // Rounding is no error of the measurement.
-    let floor = 1e-13 * truth.iter().fold(0.0, |m: f64, x| m.max(x.abs()));
-    for ((found, truth), stated) in found.iter().zip(truth).zip(stated) {
-        let error = (found - truth).abs();
-        within += usize::from(error <= 3.0 * stated + floor);
-        off += error * error;
-        said += stated * stated;
-    }
-    [within as f64 / found.len() as f64, f64::sqrt(said / off)]
-}
+use cascade::chain::{Chain, Run};
+use measured_common::{DISPERSIVE, LOCALIZED, Normal, Spoilt, coverage, measure, simulated, step};
+use ndarray::{Array2, s};
 
 /// All arrays that a measurement states errors of, against the run it was made from.
 fn coverages(run: &Run, measured: &MeasuredMotion) -> Vec<(&'static str, [f64; 2])> {
@@ -162,6 +88,7 @@ fn stated_errors_cover_the_true_ones(ratio: f64) {
         noise,
         offset,
         drift,
+        ..Spoilt::default()
     };
     let run = simulated(40, ratio, 60.0, 1201);
     for (spoilt, drift) in [

@@ -283,9 +283,14 @@ fn a_measured_field_with_its_chain() {
     let measured = ["budget", "m.npy", "--scene", "chain.toml", "--dt", "0.02"];
     let said = place.good(&[&measured[..], &["--out", "m"]].concat());
     assert!(
-        said.contains("error by noise") && said.contains("warning"),
+        said.contains("energy given") && said.contains("warning"),
         "{said}"
     );
+    // No number of the energies, bands and shares without its error.
+    for line in ["energy  ", "wavenumber  ", "frequency  "] {
+        let line = said.lines().find(|said| said.starts_with(line));
+        assert!(line.unwrap().contains('\u{b1}'), "{said}");
+    }
     let summary = summary_in(&place, "m");
     let of = |name: &str| summary["measured"]["energy"][name].as_f64().unwrap();
     let (value, error) = (of("value"), of("error"));
@@ -297,6 +302,61 @@ fn a_measured_field_with_its_chain() {
     let force: Array2<f64> = arrays.by_name("force").unwrap();
     let error: Array2<f64> = arrays.by_name("force_error").unwrap();
     assert_eq!((force.dim(), error.dim()), ((1501, 40), (1501, 40)));
+    for name in [
+        "transfer",
+        "spectral_flux",
+        "integrated_spectral_flux",
+        "energy_spectrum",
+        "power_flow",
+        "scale_flux",
+    ] {
+        let array: Array2<f64> = arrays.by_name(name).unwrap();
+        let error: Array2<f64> = arrays.by_name(&format!("{name}_error")).unwrap();
+        assert_eq!(array.dim(), error.dim(), "{name}");
+        assert!(error.iter().any(|error| *error > 0.0), "{name}");
+    }
+    let error = |summary: &Value| {
+        summary["wavenumber"]["share_passed_error"]
+            .as_f64()
+            .unwrap()
+    };
+    let exact = error(&summary);
+    assert!((1e-4..0.02).contains(&exact), "{exact}");
+    for (name, at) in [("energy", "end"), ("wavenumber", "centroid_end")] {
+        assert!(
+            summary[name]["errors"][at].as_f64().unwrap() > 0.0,
+            "{name}"
+        );
+    }
+    assert!(
+        summary["frequency"]["between"][2]["low_error"]
+            .as_f64()
+            .unwrap()
+            > 0.0
+    );
+    assert!(
+        summary["scale"][0]["integrated_flux_error"]
+            .as_f64()
+            .unwrap()
+            > 0.0
+    );
+
+    // Gains that are not known to a hundredth leave no direction.
+    let uncertain = ["--gain-error", "5%", "--out", "uncertain"];
+    let said = place.good(&[&measured[..], &uncertain].concat());
+    assert!(said.contains("no direction is resolved"), "{said}");
+    let summary = summary_in(&place, "uncertain");
+    assert!(error(&summary) > 5.0 * exact);
+    assert_eq!(summary["wavenumber"]["direction"], "unresolved");
+    let said = place.bad(2, &[&measured[..], &["--gain-error", "1,2"]].concat());
+    assert!(said.contains("1%"), "{said}");
+    let said = place.bad(2, &[&measured[..], &["--mass-error", "0.1,0.2"]].concat());
+    assert!(
+        said.contains("--mass-error") && said.contains("40"),
+        "{said}"
+    );
+    let said = place.bad(2, &["budget", "loc.npz", "--coefficient-error", "0.1"]);
+    assert!(said.contains("--scene"), "{said}");
 
     let said = place.bad(2, &["budget", "m.npy", "--scene", "chain.toml"]);
     assert!(said.contains("dt"), "{said}");

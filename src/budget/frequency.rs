@@ -14,7 +14,7 @@ use realfft::{RealFftPlanner, RealToComplex};
 use super::contacts::{Contacts, PowerRow};
 use super::motion::Motion;
 use super::request::BudgetRequest;
-use super::result::low_bins;
+use super::result::{Budget, low_bins};
 use super::waiting::MAP_LIMIT;
 use super::wavenumber::dot;
 use crate::analyze::{LargeArray, Map, Observer, Sink};
@@ -90,6 +90,16 @@ impl FrequencyFlow {
     /// Energy passed through contact j by the end of the record, as the spectrum sums to.
     pub fn passed(&self, j: usize) -> f64 {
         self.low[j] + self.high[j]
+    }
+}
+
+/// From the first contact between two sites to the middle and to the last.
+pub(crate) fn usual_pairs(budget: &Budget) -> Vec<[usize; 2]> {
+    let inner = budget.n_contacts.min(budget.n_sites.saturating_sub(1));
+    match inner {
+        0 | 1 => Vec::new(),
+        2 => vec![[0, 1]],
+        n => vec![[0, n / 2], [n / 2, n - 1], [0, n - 1]],
     }
 }
 

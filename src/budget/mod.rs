@@ -15,6 +15,7 @@
 
 mod branches;
 mod contacts;
+mod curves;
 mod filter;
 mod frequency;
 mod ledger;
@@ -39,7 +40,9 @@ mod units;
 mod waiting;
 mod wavenumber;
 
+pub use curves::Curves;
 pub use filter::{Filter, ScaleOf};
+pub(crate) use frequency::usual_pairs;
 pub use frequency::{Between, FrequencyFlow, RefinedFlow};
 pub use modes::Basis;
 pub use motion::Motion;
@@ -52,6 +55,7 @@ pub use tendency::{Burgers, Tendency, TendencyBudget, tendency_budget};
 pub use units::BudgetUnits;
 
 use crate::analyze::{Arrays, Observer, Silent, Sink};
+use crate::chain::Chain;
 use crate::error::Result;
 use contacts::Contacts;
 
@@ -76,11 +80,23 @@ pub fn run(
     sink: &dyn Sink,
     observer: &dyn Observer,
 ) -> Result<Budget> {
+    run_beside(motion, motion.chain, request, sink, observer)
+}
+
+/// The same with the unit cell and the branches of the chain `stated`, of which that of the motion is
+/// another guess.
+fn run_beside(
+    motion: &Motion,
+    stated: &Chain,
+    request: &BudgetRequest,
+    sink: &dyn Sink,
+    observer: &dyn Observer,
+) -> Result<Budget> {
     motion.check()?;
     request.check(motion)?;
     crate::threads::in_pool(request.threads, || {
         let contacts = Contacts::of(motion);
-        let mut budget = rows::pass(motion, &contacts, request, sink, observer)?;
+        let mut budget = rows::pass(motion, &contacts, stated, request, sink, observer)?;
         if request.views.frequency {
             let flow = frequency::power_flow(motion, &contacts, request, sink, observer)?;
             let off = |j: usize| (flow.passed(j) - budget.passed[j]).abs();
@@ -93,7 +109,15 @@ pub fn run(
             budget.frequency = Some(flow);
         }
         if request.views.scale {
-            scale_pass::pass(motion, &contacts, request, sink, observer, &mut budget)?;
+            scale_pass::pass(
+                motion,
+                &contacts,
+                stated,
+                request,
+                sink,
+                observer,
+                &mut budget,
+            )?;
         }
         if request.integration == Integration::Stepping {
             stepped::close(motion, &contacts, request, sink, observer, &mut budget)?;

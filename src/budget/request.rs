@@ -8,6 +8,7 @@ use super::motion::Motion;
 use super::result::Integration;
 use super::scale::Scales;
 use super::units::BudgetUnits;
+use crate::chain::Chain;
 use crate::error::{Error, Result};
 
 /// Which views of the energy are computed.
@@ -125,8 +126,12 @@ impl BudgetRequest {
         Ok(())
     }
 
-    /// The scales planned on a chain.
-    pub(super) fn scales_of<'a>(&self, contacts: &'a Contacts<'a>) -> Result<Scales<'a>> {
-        Scales::new(contacts, self.filter, &self.scales, self.pitch)
+    /// The scales planned on a chain with the unit cell of the one stated.
+    pub(super) fn scales_of<'a>(
+        &self,
+        contacts: &'a Contacts<'a>,
+        stated: &Chain,
+    ) -> Result<Scales<'a>> {
+        Scales::new(contacts, stated, self.filter, &self.scales, self.pitch)
     }
 }

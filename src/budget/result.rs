@@ -1,6 +1,7 @@
 //! What a budget yields beside its large arrays.
 
 use super::branches::Split;
+use super::curves::Curves;
 use super::filter::ScaleOf;
 use super::frequency::FrequencyFlow;
 use super::modes::Basis;
@@ -21,7 +22,8 @@ pub struct Budget {
     pub contact: Vec<f64>,
     pub lost: Vec<f64>,
     pub input: Vec<f64>,
-    /// The largest energy that the chain held or was given, which residuals are relative to.
+    /// The largest energy that the chain held or was given, which shares and residuals are relative
+    /// to; shares of a measured motion: the energy that it was given, without the bias of noise.
     pub scale: f64,
     /// Energy passed through each contact by the end.
     pub passed: Vec<f64>,
@@ -34,6 +36,8 @@ pub struct Budget {
     pub frequency: Option<FrequencyFlow>,
     pub scales: Option<ScaleBudget>,
     pub closure: Closure,
+    /// Standard errors, of a measured motion.
+    pub errors: Option<Box<Curves>>,
 }
 
 impl Budget {
@@ -82,9 +86,13 @@ impl WavenumberBudget {
     /// Energy that has passed from the low band to the high one over the record, net; `None` for a
     /// chain without energy.
     pub fn passed_edge(&self) -> Option<f64> {
+        self.integrated_flux.get(self.passed_bin()?).copied()
+    }
+
+    /// The last bin of the low band.
+    pub(super) fn passed_bin(&self) -> Option<usize> {
         let bins = low_bins(&self.wavenumber, self.edge);
-        let last = bins.checked_sub(1).filter(|_| self.edge.is_finite())?;
-        self.integrated_flux.get(last).copied()
+        bins.checked_sub(1).filter(|_| self.edge.is_finite())
     }
 
     /// Which way energy has passed the edge over the record, net; `None` for a chain without energy.

@@ -3,6 +3,7 @@
 use ndarray::ArrayView1;
 use rayon::prelude::*;
 
+use super::branches::Branches;
 use super::contacts::Contacts;
 use super::ledger::trapezoid;
 use super::modes::{Basis, Modes};
@@ -14,6 +15,7 @@ use super::spectral::Spectral;
 use super::waiting::{Shown, Waiting};
 use super::wavenumber::{Terms, Transfers};
 use crate::analyze::{LargeArray, Observer, Sink};
+use crate::chain::Chain;
 use crate::error::{Error, Result};
 use crate::sum::sum;
 
@@ -32,13 +34,21 @@ struct Sample {
 pub(super) fn pass(
     motion: &Motion,
     contacts: &Contacts,
+    stated: &Chain,
     request: &BudgetRequest,
     sink: &dyn Sink,
     observer: &dyn Observer,
 ) -> Result<Budget> {
     let chain = motion.chain;
     let modes = Modes::new(Basis::of(chain.ends), chain.n_sites());
-    let transfers = Transfers::new(contacts, modes, motion.drive.is_some());
+    let branches = Branches::of(
+        &Contacts::of(&Motion {
+            chain: stated,
+            ..*motion
+        }),
+        &modes,
+    );
+    let transfers = Transfers::new(contacts, modes, branches, motion.drive.is_some());
     let samples = motion.samples();
     observer.stage("budgets", samples as u64);
     let mut pass = Pass::new(*motion, &transfers, request, sink)?;
@@ -141,6 +151,7 @@ impl<'a> Pass<'a> {
                 frequency: None,
                 scales: None,
                 closure: Closure::default(),
+                errors: None,
             },
         })
     }

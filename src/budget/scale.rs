@@ -47,11 +47,14 @@ impl std::fmt::Debug for Scales<'_> {
 }
 
 impl<'a> Scales<'a> {
+    /// The unit cell is that of the chain `stated`.
+    ///
     /// # Errors
     /// [`Error::Request`] for a chain without a unit cell, a filter that does not fit it, and
     /// scales that are no lengths.
     pub(super) fn new(
         contacts: &'a Contacts<'a>,
+        stated: &Chain,
         filter: Filter,
         scales: &[f64],
         pitch: f64,
@@ -63,7 +66,7 @@ impl<'a> Scales<'a> {
         };
         let chain = contacts.chain();
         let n = chain.n_sites();
-        let cell = unit_cell(chain).ok_or_else(|| {
+        let cell = unit_cell(stated).ok_or_else(|| {
             let expected =
                 "masses and contacts that repeat every eight sites or less, for a filter";
             refuse("scale", expected, "a chain that does not repeat".into())

@@ -12,6 +12,7 @@ use super::scale::{Planned, Scales};
 use super::scale_terms::{ScaleScratch, ScaleTerms};
 use super::waiting::{Shown, Waiting};
 use crate::analyze::{LargeArray, Observer, Sink};
+use crate::chain::Chain;
 use crate::error::{Error, Result};
 use crate::sum::sum;
 
@@ -22,12 +23,13 @@ const BATCH: usize = 64;
 pub(super) fn pass(
     motion: &Motion,
     contacts: &Contacts,
+    stated: &Chain,
     request: &BudgetRequest,
     sink: &dyn Sink,
     observer: &dyn Observer,
     budget: &mut Budget,
 ) -> Result<()> {
-    let scales = match request.scales_of(contacts) {
+    let scales = match request.scales_of(contacts, stated) {
         Ok(scales) => scales,
         Err(Error::Request {
             expected, found, ..

@@ -59,9 +59,9 @@ pub(super) fn close(
         simulation.scheme = Scheme::RungeKutta;
     }
     let modes = Modes::new(Basis::of(chain.ends), chain.n_sites());
-    let transfers = Transfers::new(contacts, modes, motion.drive.is_some());
+    let transfers = Transfers::new(contacts, modes, None, motion.drive.is_some());
     let scales = match &budget.scales {
-        Some(_) => Some(request.scales_of(contacts)?),
+        Some(_) => Some(request.scales_of(contacts, motion.chain)?),
         None => None,
     };
     let mut followed = Followed {

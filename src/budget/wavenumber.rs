@@ -56,10 +56,16 @@ pub(super) struct TransferScratch {
 }
 
 impl<'a> Transfers<'a> {
-    pub(super) fn new(contacts: &'a Contacts<'a>, modes: Modes, driven: bool) -> Transfers<'a> {
+    /// With `branches`, spectra are split into them.
+    pub(super) fn new(
+        contacts: &'a Contacts<'a>,
+        modes: Modes,
+        branches: Option<Branches>,
+        driven: bool,
+    ) -> Transfers<'a> {
         let chain = contacts.chain();
         Transfers {
-            branches: Branches::of(contacts, &modes),
+            branches,
             contacts,
             root_mass: chain.mass.iter().map(|m| m.sqrt()).collect(),
             weights: (0..modes.len()).map(|m| modes.weight(m)).collect(),

@@ -8,6 +8,7 @@ use crate::budget::measured::MeasuredReport;
 use crate::budget::{
     Between, Budget, BudgetUnits, Closure, Direction, FrequencyFlow, Identities,
     IntegratedFluxCheck, Integration, RefinedFlow, ScaleBudget, ScaleOf, WavenumberBudget,
+    usual_pairs,
 };
 
 /// Version of the layout of a budget's `summary.json` and `budget.npz`.
@@ -54,6 +55,20 @@ struct Energies {
     /// Through the last contact between two sites.
     passed: Option<f64>,
     followed_inside_the_steps: bool,
+    /// Standard errors, of a measured field.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    errors: Option<EnergyErrors>,
+}
+
+/// Standard errors of the energies of the same names.
+#[derive(Debug, Serialize)]
+struct EnergyErrors {
+    start: f64,
+    end: f64,
+    kinetic_end: f64,
+    contact_end: f64,
+    lost: f64,
+    passed: Option<f64>,
 }
 
 #[derive(Debug, Serialize)]
@@ -74,6 +89,21 @@ struct WavenumberSummary {
     centroid_end: Option<f64>,
     optical_share_start: Option<f64>,
     optical_share_end: Option<f64>,
+    /// Standard errors, of a measured field.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    errors: Option<WavenumberErrors>,
+}
+
+/// Standard errors of the numbers of the same names.
+#[derive(Debug, Serialize)]
+struct WavenumberErrors {
+    rate: Option<f64>,
+    /// Of the share at the wavenumber of `largest_passage`.
+    largest_passage: Option<f64>,
+    centroid_start: Option<f64>,
+    centroid_end: Option<f64>,
+    optical_share_start: Option<f64>,
+    optical_share_end: Option<f64>,
 }
 
 #[derive(Debug, Serialize)]
@@ -85,10 +115,23 @@ struct Passage {
 #[derive(Debug, Serialize)]
 struct FrequencySummary {
     band_edge: Option<f64>,
-    /// From the first contact to the middle and to the last that joins two sites.
-    between: Vec<Between>,
+    /// From the first contact to the middle and to the last that joins two sites, and those asked for.
+    between: Vec<BetweenSummary>,
     /// Of chosen contacts, from records made inside the stepping.
     refined: Vec<RefinedFlow>,
+}
+
+#[derive(Debug, Serialize)]
+struct BetweenSummary {
+    #[serde(flatten)]
+    of: Between,
+    /// Standard errors, of a measured field.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    low_error: Option<f64>,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    high_error: Option<f64>,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    behind_error: Option<f64>,
 }
 
 #[derive(Debug, Serialize)]
@@ -97,6 +140,9 @@ struct ScaleSummary {
     of: ScaleOf,
     contacts: [usize; 2],
     integrated_flux: f64,
+    /// Standard error, of a measured field.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    integrated_flux_error: Option<f64>,
     residual: Option<f64>,
 }
 
@@ -200,6 +246,14 @@ impl<'a> BudgetSummary<'a> {
                 put_in: budget.input[last],
                 passed: inner_contacts(budget).last().map(|j| budget.passed[j]),
                 followed_inside_the_steps: budget.followed,
+                errors: budget.errors.as_deref().map(|errors| EnergyErrors {
+                    start: errors.energy[0],
+                    end: errors.energy[last],
+                    kinetic_end: errors.kinetic[last],
+                    contact_end: errors.contact[last],
+                    lost: errors.lost[last],
+                    passed: inner_contacts(budget).last().map(|j| errors.passed[j]),
+                }),
             },
             wavenumber: budget
                 .wavenumber
@@ -209,7 +263,7 @@ impl<'a> BudgetSummary<'a> {
                 .frequency
                 .as_ref()
                 .map(|flow| frequency(budget, flow)),
-            scale: budget.scales.as_ref().map(scales),
+            scale: budget.scales.as_ref().map(|found| scales(budget, found)),
             closure: ClosureSummary::of(&budget.closure),
             measured: None,
         }
@@ -242,7 +296,12 @@ fn wavenumber(budget: &Budget, found: &WavenumberBudget) -> WavenumberSummary {
     let passed = found.passed_edge().filter(|_| budget.scale > 0.0);
     let duration = budget.time[budget.time.len() - 1] - budget.time[0];
     let most = found.integrated_flux.iter().zip(&found.wavenumber);
-    let most = most.max_by(|a, b| a.0.abs().total_cmp(&b.0.abs()));
+    let most = most.enumerate();
+    let most = most.max_by(|(_, a), (_, b)| a.0.abs().total_cmp(&b.0.abs()));
+    let noise = |bin: usize| match &budget.errors {
+        Some(errors) => errors.integrated_flux[bin],
+        None => found.passed_error.value(),
+    };
     let optical = |last: bool| {
         let energy = &found.branches.as_ref()?.optical_energy;
         let i = if last { energy.len() - 1 } else { 0 };
@@ -256,8 +315,8 @@ fn wavenumber(budget: &Budget, found: &WavenumberBudget) -> WavenumberSummary {
         direction: passed.and_then(|_| found.direction()),
         rate: passed.map(|passed| passed / duration),
         largest_passage: most
-            .filter(|(flux, _)| flux.abs() > found.passed_error.value())
-            .map(|(flux, k)| Passage {
+            .filter(|(bin, (flux, _))| flux.abs() > noise(*bin))
+            .map(|(_, (flux, k))| Passage {
                 wavenumber: *k,
                 share: flux / budget.scale,
             }),
@@ -265,33 +324,53 @@ fn wavenumber(budget: &Budget, found: &WavenumberBudget) -> WavenumberSummary {
         centroid_end: found.centroid.last().copied().and_then(defined),
         optical_share_start: optical(false),
         optical_share_end: optical(true),
+        errors: budget.errors.as_deref().map(|errors| {
+            let optical = |i: usize| {
+                let error = errors.optical_energy.get(i)?;
+                defined(error / (budget.kinetic[i] + budget.contact[i]))
+            };
+            let last = budget.time.len() - 1;
+            WavenumberErrors {
+                rate: passed.map(|_| found.passed_error.value() / duration),
+                largest_passage: most.map(|(bin, _)| noise(bin) / budget.scale),
+                centroid_start: errors.centroid.first().copied().and_then(defined),
+                centroid_end: errors.centroid.last().copied().and_then(defined),
+                optical_share_start: optical(0),
+                optical_share_end: optical(last),
+            }
+        }),
     }
 }
 
 fn frequency(budget: &Budget, flow: &FrequencyFlow) -> FrequencySummary {
-    let inner = inner_contacts(budget);
-    let between = match inner.len() {
-        0 | 1 => Vec::new(),
-        2 => vec![flow.between(0, 1)],
-        n => vec![
-            flow.between(0, n / 2),
-            flow.between(n / 2, n - 1),
-            flow.between(0, n - 1),
-        ],
-    };
+    let usual = usual_pairs(budget);
+    let between = usual.iter().map(|[a, b]| flow.between(*a, *b));
+    let errors = budget.errors.as_deref().map(|errors| &errors.between);
+    let between = between.chain(flow.chosen.iter().copied()).enumerate();
+    let between = between.map(|(i, of)| {
+        let error = |part: usize| errors?.get(3 * i + part).copied();
+        BetweenSummary {
+            of,
+            low_error: error(0),
+            high_error: error(1),
+            behind_error: error(2),
+        }
+    });
     FrequencySummary {
         band_edge: defined(flow.edge),
-        between: between.into_iter().chain(flow.chosen.clone()).collect(),
+        between: between.collect(),
         refined: flow.refined.clone(),
     }
 }
 
-fn scales(found: &ScaleBudget) -> Vec<ScaleSummary> {
+fn scales(budget: &Budget, found: &ScaleBudget) -> Vec<ScaleSummary> {
     let rows = found.scales.iter().enumerate();
     rows.map(|(i, of)| ScaleSummary {
         of: *of,
         contacts: found.contacts[i],
         integrated_flux: found.integrated_flux[i],
+        integrated_flux_error: (budget.errors.as_deref())
+            .and_then(|errors| errors.integrated_scale_flux.get(i).copied()),
         residual: found.residual[i].and_then(defined),
     })
     .collect()

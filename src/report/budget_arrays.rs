@@ -1,6 +1,9 @@
 //! The small arrays of `budget.npz`, and those of a measured field.
 
+use ndarray::Array2;
+
 use super::Archive;
+use crate::analyze::Arrays;
 use crate::budget::measured::MeasuredMotion;
 use crate::budget::{Budget, ScaleOf};
 use crate::error::Result;
@@ -52,15 +55,44 @@ pub fn write_budget_arrays(budget: &Budget, archive: &Archive) -> Result<()> {
         )?;
         line("integrated_scale_flux", &found.integrated_flux)?;
     }
+    let Some(errors) = &budget.errors else {
+        return Ok(());
+    };
+    for (name, values) in [
+        ("kinetic_energy_error", &errors.kinetic),
+        ("contact_energy_error", &errors.contact),
+        ("lost_energy_error", &errors.lost),
+        ("left_behind_error", &errors.left_behind),
+        ("wavenumber_centroid_error", &errors.centroid),
+        ("low_wavenumber_energy_error", &errors.low_energy),
+        ("band_edge_flux_error", &errors.edge_flux),
+        ("optical_energy_error", &errors.optical_energy),
+        ("optical_transfer_error", &errors.optical_transfer),
+        ("low_frequency_passed_error", &errors.low_frequency),
+        ("high_frequency_passed_error", &errors.high_frequency),
+        ("integrated_scale_flux_error", &errors.integrated_scale_flux),
+    ] {
+        line(name, values)?;
+    }
     Ok(())
 }
 
-/// Appends what a measured motion holds beside its budgets, with standard errors.
+/// Appends what a measured motion holds beside its budgets, with standard errors, and those of the
+/// arrays of its budgets: `transfer_error` of `transfer`.
 ///
 /// # Errors
 /// [`crate::Error::Write`].
-pub fn write_measured_arrays(measured: &MeasuredMotion, archive: &Archive) -> Result<()> {
+pub fn write_measured_arrays(
+    measured: &MeasuredMotion,
+    of_budgets: &Arrays,
+    archive: &Archive,
+) -> Result<()> {
     let errors = &measured.errors;
+    let named = of_budgets.iter();
+    let named: Vec<(String, &Array2<f64>)> = named
+        .map(|(array, errors)| (format!("{}_error", array.name()), errors))
+        .collect();
+    let named = named.iter().map(|(name, errors)| (name.as_str(), *errors));
     for (name, array) in [
         ("velocity", &measured.velocity),
         ("velocity_error", &errors.velocity),
@@ -72,7 +104,10 @@ pub fn write_measured_arrays(measured: &MeasuredMotion, archive: &Archive) -> Re
         ("energy_flux_error", &errors.flux),
         ("energy_passed_error", &errors.passed),
         ("energy_error", &errors.energy),
-    ] {
+    ]
+    .into_iter()
+    .chain(named)
+    {
         let (rows, columns) = array.dim();
         if columns > 0 {
             let values: Vec<f64> = array.iter().copied().collect();

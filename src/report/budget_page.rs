@@ -4,7 +4,7 @@ use base64::Engine;
 use maud::{DOCTYPE, Markup, PreEscaped, html as markup};
 
 use crate::Result;
-use crate::budget::{Budget, Closure, Direction, Residual};
+use crate::budget::{Budget, Closure, Curves, Direction, Residual};
 use crate::plot::{Figure, Format, SharedScales, budget_figures, encode_all, views};
 
 const STYLE: &str = include_str!("../../assets/report.css");
@@ -99,9 +99,11 @@ fn page(title: &str, sentence: &str, body: Markup) -> String {
     page.into_string()
 }
 
-/// Energies and residuals, a column a budget, and the difference of two.
+/// Energies and residuals, a column a budget, and the difference of two, or the standard errors of a
+/// measured one.
 fn tables(budgets: &[(&str, &Budget)]) -> Markup {
     let rows = rows(budgets);
+    let measured = budgets.len() == 1 && budgets[0].1.errors.is_some();
     markup! {
         div class="tables" style="columns: 1" {
             table {
@@ -111,15 +113,17 @@ fn tables(budgets: &[(&str, &Budget)]) -> Markup {
                         th {}
                         @for (name, _) in budgets { th { (name) } }
                         @if budgets.len() == 2 { th { "second less first" } }
+                        @if measured { th { "standard error" } }
                     }
                 }
                 tbody {
-                    @for (name, values) in &rows {
+                    @for (name, values, error) in &rows {
                         tr {
                             th { (name) }
                             @for value in values { td { (number(*value)) } }
                             @if let [Some(a), Some(b)] = values[..] { td { (number(Some(b - a))) } }
                             @else if values.len() == 2 { td { "–" } }
+                            @if measured { td { (number(*error)) } }
                         }
                     }
                 }
@@ -160,28 +164,58 @@ fn direction(budget: &Budget) -> Option<String> {
     })
 }
 
-fn rows(budgets: &[(&str, &Budget)]) -> Vec<(String, Vec<Option<f64>>)> {
-    let row = |name: &str, value: &dyn Fn(&Budget) -> Option<f64>| {
+/// Name, a value a budget, and the standard error of the first.
+type Row = (String, Vec<Option<f64>>, Option<f64>);
+
+fn rows(budgets: &[(&str, &Budget)]) -> Vec<Row> {
+    let erring = |name: &str, value: &dyn Fn(&Budget) -> Option<f64>, error: Option<f64>| {
         let values = budgets.iter().map(|(_, budget)| value(budget));
-        (name.to_owned(), values.collect::<Vec<_>>())
+        (name.to_owned(), values.collect::<Vec<_>>(), error)
+    };
+    let row = |name: &str, value: &dyn Fn(&Budget) -> Option<f64>| erring(name, value, None);
+    let first = budgets[0].1;
+    let error_of = |of: &dyn Fn(&Curves) -> Option<f64>| of(first.errors.as_deref()?);
+    let share_error = || {
+        first.errors.as_ref()?;
+        Some(first.wavenumber.as_ref()?.passed_error.value() / first.scale)
     };
     let last = |values: &[f64]| values.last().copied();
-    let energy = |what: &str| budgets[0].1.units.energy(what);
+    let energy = |what: &str| first.units.energy(what);
     let mut rows = vec![
-        row(&energy("energy at the start"), &|b| {
-            Some(b.kinetic[0] + b.contact[0])
-        }),
-        row(&energy("of motion, at the end"), &|b| last(&b.kinetic)),
-        row(&energy("of contacts, at the end"), &|b| last(&b.contact)),
-        row(&energy("lost"), &|b| last(&b.lost)),
+        erring(
+            &energy("energy at the start"),
+            &|b| Some(b.kinetic[0] + b.contact[0]),
+            error_of(&|e| e.energy.first().copied()),
+        ),
+        erring(
+            &energy("of motion, at the end"),
+            &|b| last(&b.kinetic),
+            error_of(&|e| last(&e.kinetic)),
+        ),
+        erring(
+            &energy("of contacts, at the end"),
+            &|b| last(&b.contact),
+            error_of(&|e| last(&e.contact)),
+        ),
+        erring(
+            &energy("lost"),
+            &|b| last(&b.lost),
+            error_of(&|e| last(&e.lost)),
+        ),
         row(&energy("put in"), &|b| last(&b.input)),
-        row(&energy("passed the middle"), &|b| {
-            b.passed.get(b.n_contacts / 2).copied()
-        }),
-        row("share passed from low to high k (net)", &|b| {
-            let found = b.wavenumber.as_ref()?;
-            Some(found.passed_edge()? / b.scale)
-        }),
+        erring(
+            &energy("passed the middle"),
+            &|b| b.passed.get(b.n_contacts / 2).copied(),
+            error_of(&|e| e.passed.get(first.n_contacts / 2).copied()),
+        ),
+        erring(
+            "share passed from low to high k (net)",
+            &|b| {
+                let found = b.wavenumber.as_ref()?;
+                Some(found.passed_edge()? / b.scale)
+            },
+            share_error(),
+        ),
     ];
     type Of = fn(&Closure) -> &Residual;
     let residuals: [(&str, Of); 4] = [

@@ -4,7 +4,9 @@ use std::path::{Path, PathBuf};
 
 use cascade::Field;
 use cascade::analyze::Observer;
-use cascade::budget::measured::{Drift, MeasuredMotion, MeasuredOptions, Noise, from_field};
+use cascade::budget::measured::{
+    Drift, MeasuredMotion, MeasuredOptions, Noise, Uncertainty, from_field,
+};
 use cascade::budget::{Budget, BudgetRequest, BudgetUnits, Integration};
 use cascade::chain::scene::{SceneSource, Units};
 use cascade::field::Axis;
@@ -37,6 +39,24 @@ pub struct MeasuredArgs {
     /// Standard deviation of a constant offset of the channels, beside `--noise` [default: 0].
     #[arg(long, value_name = "SPEED", value_parser = parse::finite, requires = "noise")]
     pub offset: Option<f64>,
+    /// Relative standard error of the gain of the channels, as 0.01 or 1%: one for all, each by
+    /// itself, or one a site [default: 0].
+    #[arg(long, value_delimiter = ',', value_name = "SHARE", value_parser = parse::share,
+          requires = "scene")]
+    pub gain_error: Vec<f64>,
+    /// Relative standard error of the contact coefficients, likewise, a wall's before site 0 first
+    /// [default: 0].
+    #[arg(long, value_delimiter = ',', value_name = "SHARE", value_parser = parse::share,
+          requires = "scene")]
+    pub coefficient_error: Vec<f64>,
+    /// Relative standard error of the masses, likewise [default: 0].
+    #[arg(long, value_delimiter = ',', value_name = "SHARE", value_parser = parse::share,
+          requires = "scene")]
+    pub mass_error: Vec<f64>,
+    /// Repetitions of the measurement that errors are found from; N of them leave an error
+    /// uncertain by 1 / sqrt(2 N).
+    #[arg(long, value_name = "N", default_value_t = 48, requires = "scene")]
+    pub repetitions: usize,
     /// What the channels may drift by.
     #[arg(long, value_enum, default_value_t = DriftArg::Linear, requires = "scene")]
     pub drift: DriftArg,
@@ -103,7 +123,13 @@ pub fn read(
             DriftArg::Constant => Drift::Constant,
             DriftArg::Linear => Drift::Linear,
         },
+        uncertainty: Uncertainty {
+            gain: typed.gain_error.clone(),
+            coefficient: typed.coefficient_error.clone(),
+            mass: typed.mass_error.clone(),
+        },
         missing: typed.missing.clone(),
+        repetitions: typed.repetitions,
         ..MeasuredOptions::default()
     };
     let motion = from_field(&field, &setup.simulation.chain, &options)?;
@@ -166,9 +192,8 @@ fn axis_to_si<D: Dimension>(axis: &mut Axis, path: &Path, what: &str) -> Result<
 
 impl Measured {
     pub fn budget(&self, archive: &Archive, observer: &dyn Observer) -> Result<Budget> {
-        let motion = self.motion.motion();
-        let budget = cascade::budget::run(&motion, &self.request, archive, observer)?;
-        write_measured_arrays(&self.motion, archive)?;
+        let (budget, errors) = self.motion.run(&self.request, archive, observer)?;
+        write_measured_arrays(&self.motion, &errors, archive)?;
         Ok(budget)
     }
 }

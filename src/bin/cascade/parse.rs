@@ -121,6 +121,19 @@ pub fn origin<D: Dimension>(text: &str) -> Result<Measure<D>, String> {
     })
 }
 
+/// A share of 0 or more, below 1: `0.01` or `1%`.
+pub fn share(text: &str) -> Result<f64, String> {
+    let text = text.trim();
+    let share = match text.strip_suffix('%') {
+        Some(percent) => percent.trim().parse::<f64>().map(|p| p / 100.0),
+        None => text.parse::<f64>(),
+    };
+    match share {
+        Ok(share) if (0.0..1.0).contains(&share) => Ok(share),
+        _ => Err("expected a share of 0 or more, below 1, as 0.01 or 1%".into()),
+    }
+}
+
 /// A finite number above 0.
 pub fn positive(text: &str) -> Result<f64, String> {
     match text.parse::<f64>() {

@@ -23,6 +23,8 @@ pub(super) struct Derived {
     pub(super) passed: Array2<f64>,
     /// Total energy `(time, 1)`.
     pub(super) energy: Array2<f64>,
+    /// Total energy and what losses have taken, at each time.
+    pub(super) given: Vec<f64>,
     /// `m (v - v(t0))` less the integral of all forces, `(time, site)`.
     pub(super) unbalanced: Array2<f64>,
     /// Integral of the elastic force, `(time, contact)`, that of a wall before site 0 first.
@@ -50,18 +52,11 @@ pub(super) fn motion<'a>(
 
 impl Derived {
     /// From velocities `dt` apart; columns of `missing` sites are filled in.
-    pub(super) fn of(
-        chain: &Chain,
-        dt: f64,
-        mut velocity: Array2<f64>,
-        missing: &[bool],
-    ) -> Derived {
+    pub(super) fn of(chain: &Chain, dt: f64, velocity: Array2<f64>, missing: &[bool]) -> Derived {
         let (samples, n) = velocity.dim();
         let m = chain.n_contacts();
         let quadrature = Quadrature::new(samples, CUBIC);
-        let mut displacement = quadrature.running(velocity.view(), dt);
-        missing::fill(chain, dt, missing, &mut displacement, &mut velocity);
-
+        let (displacement, velocity) = Derived::moved(chain, dt, velocity, missing);
         let time = Array1::from_shape_fn(samples, |i| dt * i as f64);
         let motion = motion(chain, time.view(), &displacement, &velocity);
         let contacts = Contacts::of(&motion);
@@ -72,6 +67,7 @@ impl Derived {
             flux: Array2::zeros((samples, m)),
             passed: Array2::zeros((samples, m)),
             energy: Array2::zeros((samples, 1)),
+            given: Vec::new(),
             unbalanced: Array2::zeros((samples, n)),
             impulse: Array2::zeros((samples, contacts.len())),
             velocity: Array2::zeros((0, 0)),
@@ -79,11 +75,13 @@ impl Derived {
         };
         let mut state = ContactState::default();
         let mut sites = SiteTerms::default();
+        let mut lost = Array2::zeros((samples, 1));
         for i in 0..samples {
             let at = motion.at(i);
             contacts.evaluate(at.t, at.x, at.v, &mut state);
             sites.evaluate(&contacts, at, &state);
             out.energy[[i, 0]] = sites.kinetic + sites.contact;
+            lost[[i, 0]] = crate::sum::sum(&sites.loss);
             out.flux.row_mut(i).assign(&ArrayView1::from(&sites.flux));
             let force: Vec<f64> = state
                 .elastic
@@ -104,6 +102,8 @@ impl Derived {
                 .assign(&ArrayView1::from(&state.elastic));
         }
         out.passed = Quadrature::new(samples, 2).running(out.flux.view(), dt);
+        let lost = quadrature.running(lost.view(), dt);
+        out.given = (&out.energy + &lost).into_raw_vec_and_offset().0;
         out.impulse = quadrature.running(out.impulse.view(), dt);
         let pushed = quadrature.running(out.unbalanced.view(), dt);
         let mass = ArrayView1::from(&chain.mass);
@@ -112,6 +112,19 @@ impl Derived {
         out.velocity = velocity;
         out.displacement = displacement;
         out
+    }
+
+    /// Displacements and velocities alone.
+    pub(super) fn moved(
+        chain: &Chain,
+        dt: f64,
+        mut velocity: Array2<f64>,
+        missing: &[bool],
+    ) -> (Array2<f64>, Array2<f64>) {
+        let quadrature = Quadrature::new(velocity.nrows(), CUBIC);
+        let mut displacement = quadrature.running(velocity.view(), dt);
+        missing::fill(chain, dt, missing, &mut displacement, &mut velocity);
+        (displacement, velocity)
     }
 
     /// The same from every other sample.

@@ -1,7 +1,8 @@
 //! Standard errors of everything that follows from velocities with noise and drift.
 //!
 //! The measurement is repeated: noise of the deviation found, and offsets and slopes as uncertain as
-//! they are, are added anew to the velocities, and everything is computed again. The root mean
+//! they are, are added anew to the velocities, gains, coefficients and masses are drawn anew from
+//! their stated uncertainties, and everything is computed again. The root mean
 //! square by which the repetitions differ from the estimate is its standard error, raised by the
 //! relative error of so few. Nothing is linearised, so a contact about to close (where the force
 //! has no slope), sums of correlated errors and the bias that noise gives to energies are in it.
@@ -10,26 +11,24 @@
 //! Source: B. Efron, R. J. Tibshirani, *An Introduction to the Bootstrap* (1993), chapter 6
 //! (the parametric bootstrap).
 
+use std::convert::Infallible;
+
 use ndarray::{Array1, Array2, Zip};
 use rayon::prelude::*;
 
-use super::MeasuredOptions;
 use super::derive::{self, Derived, envelope};
-use super::momentum::{Fit, Fits, Fitter};
-use super::noise::Channels;
-use super::random::Random;
+use super::given::Given;
+use super::momentum::{Fits, Fitter};
+use super::repetitions::Repetitions;
+use super::report::Estimate;
 use crate::budget::contacts::Contacts;
-use crate::chain::Chain;
-
-/// Repetitions that are computed before they are added up in order.
-const BATCH: usize = 4;
 
 /// Repetitions that weights are found from.
 const FEW: usize = 8;
 
 /// Share of the difference of two samplings that is the error of the finer one, at an error of
 /// second order.
-const HALVED: f64 = 1.0 / 3.0;
+pub(super) const HALVED: f64 = 1.0 / 3.0;
 
 /// Standard errors of what follows from velocities.
 #[derive(Debug, Clone)]
@@ -85,97 +84,60 @@ fn each(derived: &Derived) -> [&Array2<f64>; 7] {
     ]
 }
 
-/// What noise and drift leave open.
+/// What noise, drift and uncertainties leave open.
 pub(super) struct Repeated<'a> {
-    pub(super) chain: &'a Chain,
-    pub(super) dt: f64,
-    pub(super) channels: &'a Channels,
-    pub(super) missing: &'a [bool],
-    pub(super) options: &'a MeasuredOptions,
+    pub(super) repetitions: &'a Repetitions<'a>,
     pub(super) derived: &'a Derived,
 }
 
 impl Repeated<'_> {
     /// One more measurement of the same motion.
     fn again(&self, number: usize) -> Derived {
-        let samples = self.derived.velocity.nrows();
-        let mut velocity = self.derived.velocity.clone();
-        let root = self.channels.correlation.sqrt();
-        for (j, site) in self.channels.sites.iter().enumerate() {
-            // Each channel of each repetition has numbers of its own.
-            let stream = (number as u64) << 32 | j as u64;
-            let mut random =
-                Random::new(self.options.seed ^ stream.wrapping_mul(0x9e37_79b9_7f4a_7c15));
-            if self.missing[j] {
-                velocity.column_mut(j).fill(0.0);
-                continue;
-            }
-            let (first, second) = (random.normal(), random.normal());
-            let offset = site.offset_error * first;
-            let along = if site.offset_error > 0.0 {
-                site.covariance / site.offset_error
-            } else {
-                0.0
-            };
-            let rest = (site.slope_error.powi(2) - along * along).max(0.0).sqrt();
-            let slope = along * first + rest * second;
-            let still = site.rest_samples.saturating_sub(self.options.start);
-            let deviation = root * site.deviation;
-            for (i, v) in velocity
-                .column_mut(j)
-                .iter_mut()
-                .enumerate()
-                .take(samples)
-                .skip(still)
-            {
-                *v += offset + slope * i as f64 + deviation * random.normal();
-            }
-        }
-        Derived::of(self.chain, self.dt, velocity, self.missing)
+        let Repetitions { dt, missing, .. } = *self.repetitions;
+        let (chain, velocity) = self.repetitions.again(number);
+        Derived::of(&chain, dt, velocity, missing)
     }
 
-    /// Errors of arrays, and the factors of coefficients in every repetition.
-    pub(super) fn errors(&self) -> (Errors, Fits) {
-        let count = self.options.repetitions;
-        let (chain, derived) = (self.chain, self.derived);
-        let half = Derived::halved(chain, self.dt, &self.without_missing(), self.missing);
+    /// Errors of arrays, the factors of coefficients in every repetition, and the energy given.
+    pub(super) fn errors(&self) -> (Errors, Fits, Estimate) {
+        let Repetitions {
+            chain, dt, missing, ..
+        } = *self.repetitions;
+        let derived = self.derived;
+        let half = Derived::halved(chain, dt, &self.without_missing(), missing);
         let time = Array1::zeros(derived.velocity.nrows());
         let motion = derive::motion(chain, time.view(), &derived.displacement, &derived.velocity);
         let contacts = Contacts::of(&motion);
         let fitter = Fitter::new(&contacts, &self.open(&half));
         let mut errors = Errors::zeros(self.derived);
-        let mut fits = Vec::with_capacity(count);
-        for first in (0..count).step_by(BATCH) {
-            let batch: Vec<(Derived, Fit)> = (first..(first + BATCH).min(count))
-                .into_par_iter()
-                .map(|number| {
-                    let again = self.again(number);
-                    let fit = fitter.fit(&again, 1);
-                    (again, fit)
-                })
-                .collect();
-            for (again, fit) in batch {
-                fits.push(fit);
-                let pairs = each(&again).into_iter().zip(each(self.derived));
-                for (sum, (again, here)) in errors.each().into_iter().zip(pairs) {
-                    Zip::from(sum)
-                        .and(again)
-                        .and(here)
-                        .for_each(|sum, a, b| *sum += (a - b).powi(2));
-                }
+        let mut given = Given::default();
+        let mut fits = Vec::new();
+        let again = |number| {
+            let again = self.again(number);
+            let fit = fitter.fit(&again, 1);
+            (again, fit)
+        };
+        let Ok(()) = self.repetitions.each(again, |(again, fit)| {
+            fits.push(fit);
+            let pairs = each(&again).into_iter().zip(each(self.derived));
+            for (sum, (again, here)) in errors.each().into_iter().zip(pairs) {
+                add_squares(sum, again, here);
             }
-        }
-        let raised = raised(count);
+            given.add(again.given);
+            Ok::<(), Infallible>(())
+        });
+        let count = fits.len();
         for sum in errors.each() {
-            sum.mapv_inplace(|squares| raised * (squares / count as f64).sqrt());
+            finish_squares(sum, count);
         }
         self.add_sampling(&half, &contacts, &mut errors);
+        let given = given.estimate(&derived.given, &half.given);
         let fits = Fits {
             here: fitter.fit(derived, 1),
             halved: fitter.fit(&half, 2),
             repeated: fits,
         };
-        (errors, fits)
+        (errors, fits, given)
     }
 
     /// Variance of the momentum that is left open, from a few repetitions.
@@ -195,7 +157,7 @@ impl Repeated<'_> {
     }
 
     fn add_sampling(&self, half: &Derived, contacts: &Contacts, errors: &mut Errors) {
-        let (chain, derived) = (self.chain, self.derived);
+        let (chain, derived) = (self.repetitions.chain, self.derived);
         let off = |full: &Array2<f64>, half: &Array2<f64>| envelope(full, half, HALVED);
         let overlap = off(&derived.overlap, &half.overlap);
         let add = |to: &mut Array2<f64>, what: &Array2<f64>| {
@@ -233,16 +195,28 @@ impl Repeated<'_> {
 
     fn without_missing(&self) -> Array2<f64> {
         let mut velocity = self.derived.velocity.clone();
-        for (j, _) in self
-            .missing
-            .iter()
-            .enumerate()
-            .filter(|(_, missing)| **missing)
-        {
-            velocity.column_mut(j).fill(0.0);
+        let columns = velocity.columns_mut().into_iter();
+        for (mut column, missing) in columns.zip(self.repetitions.missing) {
+            if *missing {
+                column.fill(0.0);
+            }
         }
         velocity
     }
+}
+
+/// Adds the squares of what a repetition differs by.
+pub(super) fn add_squares(sum: &mut Array2<f64>, again: &Array2<f64>, here: &Array2<f64>) {
+    Zip::from(sum)
+        .and(again)
+        .and(here)
+        .for_each(|sum, a, b| *sum += (a - b).powi(2));
+}
+
+/// Standard errors from sums of squares over so many repetitions.
+pub(super) fn finish_squares(sum: &mut Array2<f64>, count: usize) {
+    let raised = raised(count);
+    sum.mapv_inplace(|squares| raised * (squares / count as f64).sqrt());
 }
 
 /// `1 + 1 / sqrt(2 K)`: by what K repetitions may find too little.

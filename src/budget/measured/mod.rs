@@ -1,22 +1,32 @@
 //! Budgets of a measured chain: what its velocities say, given masses and contact law, and how well.
 //!
+//! The record is `g_j v_j + b_j + s_j t + noise` at each site j: gain, offset and slope.
 //! Displacements are integrals of the velocities from t0 on, when all contacts just touch (or carry
 //! their static force); with them come overlaps, forces, fluxes and energies, from which a
 //! [`Motion`] for every budget is made. A site is at rest until the wave arrives. Before that its
-//! channel records noise and drift, and both are carried through to everything that follows; see
-//! [`Errors`]. A result whose error exceeds it is refused by [`MeasuredMotion::check_contact`], and
-//! a measurement of which nothing is left by [`from_field`].
+//! channel records noise and drift. Both, and what is stated of gains, coefficients and masses
+//! ([`Uncertainty`]), are carried through to everything that follows: to [`Errors`], and to every
+//! number over wavenumbers, frequencies and scales by [`MeasuredMotion::run`]. A result whose error
+//! exceeds it is refused by [`MeasuredMotion::check_contact`], and a measurement of which nothing is
+//! left by [`from_field`].
+//!
+//! [`MeasuredReport::energy`] is the energy that the chain was given: the median over the record of
+//! total energy and what losses took, less the bias that noise gives to squares. The largest energy
+//! over time would be picked for its noise.
 
 mod derive;
 mod drift;
 mod estimate;
+mod given;
 mod missing;
 mod momentum;
 mod noise;
 mod options;
 mod quiet;
 mod random;
+mod repetitions;
 mod report;
+mod spectral;
 mod warning;
 
 use ndarray::{Array1, Array2, ArrayView2, s};
@@ -31,7 +41,8 @@ use estimate::Repeated;
 pub use momentum::{Factor, Momentum, SiteMomentum};
 use noise::Channels;
 pub use noise::SiteNoise;
-pub use options::{Drift, MeasuredOptions, Noise};
+pub use options::{Drift, MeasuredOptions, Noise, Uncertainty};
+use repetitions::Repetitions;
 pub use report::{ContactEstimate, Estimate, MeasuredReport, MissingSite};
 pub use warning::MeasuredWarning;
 
@@ -55,6 +66,12 @@ pub struct MeasuredMotion {
     /// Standard errors of all these.
     pub errors: Errors,
     pub report: MeasuredReport,
+    /// What losses took by the end.
+    lost: f64,
+    dt: f64,
+    channels: Channels,
+    missing: Vec<bool>,
+    options: MeasuredOptions,
 }
 
 impl MeasuredMotion {
@@ -148,16 +165,21 @@ pub fn from_velocities(
         }
         let derived = Derived::of(chain, dt, velocity, &missing);
         let repeated = Repeated {
-            chain,
-            dt,
-            channels: &channels,
-            missing: &missing,
-            options,
+            repetitions: &Repetitions {
+                chain,
+                dt,
+                channels: &channels,
+                missing: &missing,
+                options,
+                velocity: &derived.velocity,
+            },
             derived: &derived,
         };
-        let (errors, fits) = repeated.errors();
+        let (errors, fits, given) = repeated.errors();
         let momentum = Momentum::of(&derived, &errors, &fits);
-        let report = report::of(&derived, &errors, &missing, &channels, momentum)?;
+        let report = report::of(&derived, &errors, &missing, &channels, momentum, given)?;
+        let last = derived.velocity.nrows() - 1;
+        let lost = derived.given[last] - derived.energy[[last, 0]];
         let first = t0 + dt * options.start as f64;
         Ok(MeasuredMotion {
             chain: chain.clone(),
@@ -171,6 +193,11 @@ pub fn from_velocities(
             energy: derived.energy,
             errors,
             report,
+            lost,
+            dt,
+            channels,
+            missing,
+            options: options.clone(),
         })
     })
 }

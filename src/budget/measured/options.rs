@@ -28,6 +28,48 @@ pub enum Drift {
     Linear,
 }
 
+/// Relative standard uncertainties of what is known beside the record. Each is a factor `exp(u z)`
+/// with a normal z of its own, u from a list: empty (known exactly), one value for all, or one each.
+#[derive(Debug, Clone, PartialEq, Default)]
+pub struct Uncertainty {
+    /// Of the gain of each channel.
+    pub gain: Vec<f64>,
+    /// Of the coefficient of each contact, in order of x: a wall's before site 0 is the first.
+    pub coefficient: Vec<f64>,
+    /// Of the mass of each site.
+    pub mass: Vec<f64>,
+}
+
+impl Uncertainty {
+    fn check(&self, chain: &Chain) -> Result<()> {
+        let sites = chain.n_sites();
+        let contacts = chain.n_contacts() + usize::from(chain.has_left_wall());
+        for (option, list, count) in [
+            ("gain-error", &self.gain, sites),
+            ("coefficient-error", &self.coefficient, contacts),
+            ("mass-error", &self.mass, sites),
+        ] {
+            let refuse = |expected: String, found: String| {
+                Err(Error::Request {
+                    option,
+                    expected,
+                    found,
+                })
+            };
+            if list.len() > 1 && list.len() != count {
+                return refuse(
+                    format!("one value for all, or {count}"),
+                    list.len().to_string(),
+                );
+            }
+            if let Some(share) = list.iter().find(|share| !(0.0..1.0).contains(*share)) {
+                return refuse("shares of 0 or more, below 1".into(), share.to_string());
+            }
+        }
+        Ok(())
+    }
+}
+
 /// How a measurement is read.
 #[derive(Debug, Clone, PartialEq)]
 pub struct MeasuredOptions {
@@ -36,9 +78,10 @@ pub struct MeasuredOptions {
     pub noise: Noise,
     /// Looked for in quiet parts only, so not where the noise is stated.
     pub drift: Drift,
+    pub uncertainty: Uncertainty,
     /// Sites whose channel is known to be dead, beside those that record nothing but zeros or gaps.
     pub missing: Vec<usize>,
-    /// Repetitions with new noise that errors are found from.
+    /// Repetitions with new noise, gains, coefficients and masses that errors are found from.
     pub repetitions: usize,
     pub seed: u64,
     /// Worker threads; `None`: one a core. The results do not depend on it.
@@ -51,6 +94,7 @@ impl Default for MeasuredOptions {
             start: 0,
             noise: Noise::Quiet,
             drift: Drift::Linear,
+            uncertainty: Uncertainty::default(),
             missing: Vec::new(),
             repetitions: 48,
             seed: 1,
@@ -102,6 +146,7 @@ impl MeasuredOptions {
             let found = format!("{deviation}, {offset}");
             return refuse("noise", "deviations of 0 or more".into(), found);
         }
+        self.uncertainty.check(chain)?;
         if let Some(site) = self.missing.iter().find(|site| **site >= n) {
             return refuse("missing", format!("sites 0 to {}", n - 1), site.to_string());
         }

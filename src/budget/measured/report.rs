@@ -17,7 +17,8 @@ pub struct MeasuredReport {
     pub sites: Vec<SiteNoise>,
     pub missing: Vec<MissingSite>,
     pub contacts: Vec<ContactEstimate>,
-    /// The largest total energy, and the largest standard error of it.
+    /// The energy that the chain was given: the median over the record of total energy and losses,
+    /// less the bias that noise gives them; see [`super`].
     pub energy: Estimate,
     pub momentum: Momentum,
     pub warnings: Vec<MeasuredWarning>,
@@ -63,6 +64,7 @@ pub(super) fn of(
     missing: &[bool],
     channels: &Channels,
     momentum: Momentum,
+    given: Estimate,
 ) -> Result<MeasuredReport> {
     let last = derived.velocity.nrows() - 1;
     let largest = |array: &Array2<f64>, j: usize| {
@@ -91,16 +93,19 @@ pub(super) fn of(
             }
         })
         .collect();
-    let energy = Estimate {
+    // Of the whole record: at its end, too, energy is to be left.
+    let worst = Estimate {
         value: derived.energy[[largest(&derived.energy, 0), 0]],
         error: errors.energy[[largest(&errors.energy, 0), 0]],
     };
-    if !energy.is_resolved() {
-        return Err(Error::Drowned {
-            what: "the total energy".into(),
-            signal: energy.value,
-            error: energy.error,
-        });
+    for energy in [worst, given] {
+        if !energy.is_resolved() {
+            return Err(Error::Drowned {
+                what: "the total energy".into(),
+                signal: energy.value,
+                error: energy.error,
+            });
+        }
     }
     let reached = || contacts.iter().filter(|c| c.force.value != 0.0);
     if !reached().any(|c| c.force.is_resolved()) {
@@ -143,7 +148,7 @@ pub(super) fn of(
         sites: channels.sites.clone(),
         missing,
         contacts,
-        energy,
+        energy: given,
         momentum,
         warnings,
     })

@@ -123,8 +123,9 @@ impl MeasuredWarning {
             MeasuredWarning::MomentumOpen { .. }
             | MeasuredWarning::Coefficient { .. }
             | MeasuredWarning::Coefficients { .. } => {
-                "check masses, contact law and coefficients of the chain, and that the contacts \
-                 just touched at the start"
+                "check masses, contact law and coefficients of the chain and the gains of the \
+                 channels, or state how uncertain they are, and that the contacts just touched at \
+                 the start"
             }
             MeasuredWarning::Drowned { .. } => "leave these contacts out of what is concluded",
             MeasuredWarning::Missing { .. } => {

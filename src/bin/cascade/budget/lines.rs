@@ -1,12 +1,15 @@
 //! What a budget found, in lines on the terminal.
 
-use cascade::budget::measured::MeasuredReport;
+use cascade::budget::measured::{MeasuredReport, MeasuredWarning};
 use cascade::budget::{
     Budget, Direction, FrequencyFlow, Integration, PassedError, Residual, ScaleBudget,
     WavenumberBudget,
 };
 
 use crate::terminal::{self, Lines, error_size, number};
+
+/// Coefficients that are doubted one by one.
+const SHOWN: usize = 3;
 
 /// Errors of shares from which on the digits printed do not hold.
 const SEEN: f64 = 5e-6;
@@ -38,17 +41,29 @@ fn energy(lines: &mut Lines, budget: &Budget) {
         .energy
         .as_deref()
         .map_or(String::new(), |unit| format!(" {unit}"));
+    let errors = budget.errors.as_deref();
     let mut text = format!(
         "{}{unit} at the start, {}{unit} at the end",
-        number(energy(0)),
-        number(energy(last))
+        within(energy(0), errors.map(|e| e.energy[0])),
+        within(energy(last), errors.map(|e| e.energy[last]))
     );
-    for (what, value) in [("lost", budget.lost[last]), ("put in", budget.input[last])] {
+    for (what, value, error) in [
+        ("lost", budget.lost[last], errors.map(|e| e.lost[last])),
+        ("put in", budget.input[last], None),
+    ] {
         if value != 0.0 {
-            text += &format!(", {}{unit} {what}", number(value));
+            text += &format!(", {}{unit} {what}", within(value, error));
         }
     }
     lines.line("energy", &text);
+}
+
+/// A number with its standard error, where it has one.
+fn within(value: f64, error: Option<f64>) -> String {
+    match error {
+        Some(error) => format!("{} \u{b1} {}", number(value), error_size(error)),
+        None => number(value),
+    }
 }
 
 fn wavenumber(lines: &mut Lines, budget: &Budget, found: &WavenumberBudget) {
@@ -90,13 +105,16 @@ fn frequency(lines: &mut Lines, budget: &Budget, flow: &FrequencyFlow) {
     let inner = budget.n_contacts.min(budget.n_sites.saturating_sub(1));
     if inner > 1 {
         let between = flow.between(0, inner - 1);
+        // The last of the usual pairs, which are the first of all.
+        let first = 3 * if inner == 2 { 0 } else { 2 };
+        let error = |part: usize| budget.errors.as_deref()?.between.get(first + part).copied();
         let text = format!(
             "from the first contact to the last the band up to {} changed by {}, that above by \
              {}, {} stayed behind",
             number(flow.edge),
-            number(between.low),
-            number(between.high),
-            number(between.behind)
+            within(between.low, error(0)),
+            within(between.high, error(1)),
+            within(between.behind, error(2))
         );
         lines.line("frequency", &text);
     }
@@ -156,13 +174,34 @@ fn closure(lines: &mut Lines, budget: &Budget) {
 fn measurement(lines: &mut Lines, report: &MeasuredReport) {
     let energy = report.energy;
     let text = format!(
-        "{} of {} in the energy",
-        error_size(energy.error),
-        number(energy.value)
+        "{}, the median over the record of total energy and losses, less the bias of noise",
+        within(energy.value, Some(energy.error))
     );
-    lines.line("error by noise", &text);
-    for warning in &report.warnings {
+    lines.line("energy given", &text);
+    let (mut coefficients, others): (Vec<_>, Vec<_>) = (report.warnings.iter())
+        .partition(|warning| matches!(warning, MeasuredWarning::Coefficient { .. }));
+    coefficients.sort_by(|a, b| in_errors(b).total_cmp(&in_errors(a)));
+    let more = coefficients.split_off(SHOWN.min(coefficients.len())).len();
+    let mut shown = others.into_iter().chain(coefficients).peekable();
+    while let Some(warning) = shown.next() {
         lines.line("warning", &warning.message());
-        lines.line("", &format!("-> {}", warning.advice()));
+        if shown
+            .peek()
+            .is_none_or(|next| next.advice() != warning.advice())
+        {
+            lines.line("", &format!("-> {}", warning.advice()));
+        }
+    }
+    if more > 0 {
+        let text = format!("{more} more contacts likewise: `measured` in summary.json");
+        lines.line("", &text);
+    }
+}
+
+/// How many standard errors a coefficient is off by.
+fn in_errors(warning: &MeasuredWarning) -> f64 {
+    match warning {
+        MeasuredWarning::Coefficient { factor, .. } => (factor.factor - 1.0).abs() / factor.error,
+        _ => 0.0,
     }
 }

@@ -1,0 +1,121 @@
+//! The curves of a budget in one place, or their standard errors.
+
+use super::result::Budget;
+
+/// Curves of a [`Budget`], or the standard errors of them: each as long as what it is named after,
+/// empty where that was not asked for.
+#[derive(Debug, Clone, PartialEq, Default)]
+pub struct Curves {
+    /// Total energy, its parts, and what losses took, at each sample.
+    pub energy: Vec<f64>,
+    pub kinetic: Vec<f64>,
+    pub contact: Vec<f64>,
+    pub lost: Vec<f64>,
+    /// Through each contact by the end, and what is left to its left.
+    pub passed: Vec<f64>,
+    pub left_behind: Vec<f64>,
+    /// Over wavenumbers, of the whole record and of its second half.
+    pub integrated_flux: Vec<f64>,
+    pub late_flux: Vec<f64>,
+    /// At each sample.
+    pub low_energy: Vec<f64>,
+    pub edge_flux: Vec<f64>,
+    pub centroid: Vec<f64>,
+    pub optical_energy: Vec<f64>,
+    pub optical_transfer: Vec<f64>,
+    /// Through each contact, below the edge of frequency and above.
+    pub low_frequency: Vec<f64>,
+    pub high_frequency: Vec<f64>,
+    /// `low`, `high` and `behind` of every pair of contacts asked for, one after the other.
+    pub between: Vec<f64>,
+    /// Over scales.
+    pub integrated_scale_flux: Vec<f64>,
+}
+
+impl Curves {
+    /// Those of a budget.
+    pub fn of(budget: &Budget) -> Curves {
+        let mut curves = Curves {
+            energy: budget
+                .kinetic
+                .iter()
+                .zip(&budget.contact)
+                .map(|(k, c)| k + c)
+                .collect(),
+            kinetic: budget.kinetic.clone(),
+            contact: budget.contact.clone(),
+            lost: budget.lost.clone(),
+            passed: budget.passed.clone(),
+            left_behind: budget.left_behind.clone(),
+            ..Curves::default()
+        };
+        if let Some(found) = &budget.wavenumber {
+            curves.integrated_flux = found.integrated_flux.clone();
+            curves.late_flux = found.late_flux.clone();
+            curves.low_energy = found.low_energy.clone();
+            curves.edge_flux = found.edge_flux.clone();
+            curves.centroid = found.centroid.clone();
+            if let Some(branches) = &found.branches {
+                curves.optical_energy = branches.optical_energy.clone();
+                curves.optical_transfer = branches.optical_transfer.clone();
+            }
+        }
+        if let Some(flow) = &budget.frequency {
+            curves.low_frequency = flow.low.clone();
+            curves.high_frequency = flow.high.clone();
+            let three = flow
+                .chosen
+                .iter()
+                .flat_map(|pair| [pair.low, pair.high, pair.behind]);
+            curves.between = three.collect();
+        }
+        if let Some(found) = &budget.scales {
+            curves.integrated_scale_flux = found.integrated_flux.clone();
+        }
+        curves
+    }
+
+    pub(super) fn each(&self) -> [&Vec<f64>; 17] {
+        [
+            &self.energy,
+            &self.kinetic,
+            &self.contact,
+            &self.lost,
+            &self.passed,
+            &self.left_behind,
+            &self.integrated_flux,
+            &self.late_flux,
+            &self.low_energy,
+            &self.edge_flux,
+            &self.centroid,
+            &self.optical_energy,
+            &self.optical_transfer,
+            &self.low_frequency,
+            &self.high_frequency,
+            &self.between,
+            &self.integrated_scale_flux,
+        ]
+    }
+
+    pub(super) fn each_mut(&mut self) -> [&mut Vec<f64>; 17] {
+        [
+            &mut self.energy,
+            &mut self.kinetic,
+            &mut self.contact,
+            &mut self.lost,
+            &mut self.passed,
+            &mut self.left_behind,
+            &mut self.integrated_flux,
+            &mut self.late_flux,
+            &mut self.low_energy,
+            &mut self.edge_flux,
+            &mut self.centroid,
+            &mut self.optical_energy,
+            &mut self.optical_transfer,
+            &mut self.low_frequency,
+            &mut self.high_frequency,
+            &mut self.between,
+            &mut self.integrated_scale_flux,
+        ]
+    }
+}

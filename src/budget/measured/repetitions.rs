@@ -1,0 +1,121 @@
+//! The measurement repeated: the same motion with other noise, drift and gains, and a chain as it
+//! may as well be.
+
+use ndarray::{Array2, Axis};
+use rayon::prelude::*;
+
+use super::MeasuredOptions;
+use super::noise::Channels;
+use super::random::Random;
+use crate::chain::{Chain, Ends};
+
+/// Repetitions that are computed before they are added up in order.
+const BATCH: usize = 4;
+
+/// What normal numbers are drawn for; each draws from streams of its own.
+#[derive(Debug, Clone, Copy)]
+enum Of {
+    Channel,
+    Gain,
+    Coefficient,
+    Mass,
+}
+
+/// A measurement that can be repeated.
+pub(super) struct Repetitions<'a> {
+    pub(super) chain: &'a Chain,
+    pub(super) dt: f64,
+    pub(super) channels: &'a Channels,
+    pub(super) missing: &'a [bool],
+    pub(super) options: &'a MeasuredOptions,
+    /// Drift taken off, zero while at rest, `(time, site)`.
+    pub(super) velocity: &'a Array2<f64>,
+}
+
+impl Repetitions<'_> {
+    /// The chain and the velocities of a repetition; columns of missing sites are zero.
+    pub(super) fn again(&self, number: usize) -> (Chain, Array2<f64>) {
+        let mut velocity = self.velocity.clone();
+        let columns = velocity.axis_iter_mut(Axis(1)).enumerate();
+        for (j, mut column) in columns {
+            if self.missing[j] {
+                column.fill(0.0);
+                continue;
+            }
+            let gain = self.factor(&self.options.uncertainty.gain, Of::Gain, number, j);
+            self.spoil(number, j, |i, added| column[i] = gain * column[i] + added);
+        }
+        (self.chain_again(number), velocity)
+    }
+
+    /// Noise and drift of channel j from where it is not at rest.
+    fn spoil(&self, number: usize, j: usize, mut add: impl FnMut(usize, f64)) {
+        let site = &self.channels.sites[j];
+        let mut random = self.stream(Of::Channel, number, j);
+        let (first, second) = (random.normal(), random.normal());
+        let offset = site.offset_error * first;
+        let along = match site.offset_error > 0.0 {
+            true => site.covariance / site.offset_error,
+            false => 0.0,
+        };
+        let rest = (site.slope_error.powi(2) - along * along).max(0.0).sqrt();
+        let slope = along * first + rest * second;
+        let still = site.rest_samples.saturating_sub(self.options.start);
+        let deviation = self.channels.correlation.sqrt() * site.deviation;
+        for i in still..self.velocity.nrows() {
+            add(i, offset + slope * i as f64 + deviation * random.normal());
+        }
+    }
+
+    fn chain_again(&self, number: usize) -> Chain {
+        let mut chain = self.chain.clone();
+        let uncertainty = &self.options.uncertainty;
+        for (j, mass) in chain.mass.iter_mut().enumerate() {
+            *mass *= self.factor(&uncertainty.mass, Of::Mass, number, j);
+        }
+        let wall = match &mut chain.ends {
+            Ends::Fixed { left_coefficient } => Some(left_coefficient),
+            _ => None,
+        };
+        let coefficients = wall.into_iter().chain(&mut chain.coefficient);
+        for (i, coefficient) in coefficients.enumerate() {
+            *coefficient *= self.factor(&uncertainty.coefficient, Of::Coefficient, number, i);
+        }
+        chain
+    }
+
+    /// `exp(u z)` with the u that a list has for the i-th.
+    fn factor(&self, list: &[f64], of: Of, number: usize, i: usize) -> f64 {
+        let share = match list {
+            [] => return 1.0,
+            [all] => *all,
+            each => each[i],
+        };
+        (share * self.stream(of, number, i).normal()).exp()
+    }
+
+    fn stream(&self, of: Of, number: usize, i: usize) -> Random {
+        let stream = (of as u64) << 60 | (number as u64) << 32 | i as u64;
+        Random::new(self.options.seed ^ stream.wrapping_mul(0x9e37_79b9_7f4a_7c15))
+    }
+
+    /// Does `work` for every repetition and hands the results on in order, so that sums do not depend
+    /// on threads. Ends early where `keep` yields an error.
+    pub(super) fn each<T: Send, E>(
+        &self,
+        work: impl Fn(usize) -> T + Sync,
+        mut keep: impl FnMut(T) -> Result<(), E>,
+    ) -> Result<(), E> {
+        let count = self.options.repetitions;
+        for first in (0..count).step_by(BATCH) {
+            let batch: Vec<T> = (first..(first + BATCH).min(count))
+                .into_par_iter()
+                .map(&work)
+                .collect();
+            for found in batch {
+                keep(found)?;
+            }
+        }
+        Ok(())
+    }
+}

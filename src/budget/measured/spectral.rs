@@ -1,0 +1,288 @@
+//! Budgets of a measured motion, with the standard errors of all their numbers.
+//!
+//! Every budget is made anew from every repetition of the measurement (see [`super::estimate`]), with
+//! the band edges, scales and pairs of contacts of the first. The root mean square by which a number
+//! differs from that of the measurement is its standard error; the bias that noise gives to squares
+//! is in it. To that is added, as squares, what a third of the displacements' error by sampling
+//! changes it by: the largest within a few hundredths of the record, or from the highest frequency
+//! down, since a difference that changes sign is no smaller error there.
+
+use ndarray::{Array2, Axis};
+
+use super::derive::Derived;
+use super::estimate::{HALVED, add_squares, finish_squares, raised};
+use super::repetitions::Repetitions;
+use super::{MeasuredMotion, derive};
+use crate::analyze::{Arrays, Collect, LargeArray, Observer, Silent, Sink};
+use crate::budget::curves::Curves;
+use crate::budget::frequency::usual_pairs;
+use crate::budget::result::PassedError;
+use crate::budget::{Budget, BudgetRequest, Integration, run_beside};
+use crate::chain::{Chain, available_memory};
+use crate::error::{Error, Result};
+
+/// Repetitions at work together, the sums, and what they are compared with.
+const HELD: u64 = 7;
+
+impl MeasuredMotion {
+    /// The budgets with the standard errors of their curves; the arrays over time go to `sink` block
+    /// by block, and their standard errors are returned. Energies are relative to that which the
+    /// chain was given.
+    ///
+    /// # Errors
+    /// As [`crate::budget::run`]; [`Error::Request`] for an integration along steps, of which a
+    /// measurement has none; [`Error::Memory`].
+    pub fn run(
+        &self,
+        request: &BudgetRequest,
+        sink: &dyn Sink,
+        observer: &dyn Observer,
+    ) -> Result<(Budget, Arrays)> {
+        if request.integration == Integration::Stepping {
+            return Err(Error::Request {
+                option: "integration",
+                expected: "that of samples: nothing was stepped".into(),
+                found: "that inside the stepping".into(),
+            });
+        }
+        let mut budget = crate::budget::run(&self.motion(), request, sink, observer)?;
+        let request = pinned(request, &budget);
+        let (mut curves, arrays) =
+            crate::threads::in_pool(request.threads, || self.errors_of(&request, observer))?;
+        self.add_known(&budget, &mut curves);
+        let given = self.report.energy;
+        if let Some(found) = &mut budget.wavenumber
+            && let Some(passed) = found.passed_edge()
+        {
+            let error = found
+                .passed_bin()
+                .map_or(0.0, |bin| curves.integrated_flux[bin]);
+            let relative = given.error / given.value;
+            found.passed_error = PassedError::Standard(error.hypot(passed * relative));
+        }
+        budget.scale = given.value;
+        budget.errors = Some(Box::new(curves));
+        Ok((budget, arrays))
+    }
+
+    /// The same with the arrays in memory: budget, arrays, and their standard errors.
+    ///
+    /// # Errors
+    /// As [`MeasuredMotion::run`].
+    pub fn budget(&self, request: &BudgetRequest) -> Result<(Budget, Arrays, Arrays)> {
+        let collect = Collect::default();
+        let (budget, errors) = self.run(request, &collect, &Silent)?;
+        Ok((budget, collect.into_arrays(), errors))
+    }
+
+    fn errors_of(
+        &self,
+        request: &BudgetRequest,
+        observer: &dyn Observer,
+    ) -> Result<(Curves, Arrays)> {
+        let made = |chain: &Chain, displacement: &Array2<f64>, velocity: &Array2<f64>| {
+            let motion = derive::motion(chain, self.time.view(), displacement, velocity);
+            let collect = Only::default();
+            let budget = run_beside(&motion, &self.chain, request, &collect, &Silent)?;
+            Ok::<_, Error>((Curves::of(&budget), collect.0.into_arrays()))
+        };
+        let (here, arrays) = made(&self.chain, &self.displacement, &self.velocity)?;
+        let values: usize = arrays.values().map(Array2::len).sum();
+        let needed = (values as u64).saturating_mul(8 * HELD);
+        let allowed = available_memory();
+        if needed > allowed {
+            return Err(Error::Memory {
+                what: "the budgets of repeated measurements",
+                needed,
+                allowed,
+            });
+        }
+        let mut squares: Arrays = arrays
+            .iter()
+            .map(|(name, array)| (*name, Array2::zeros(array.dim())))
+            .collect();
+        let mut curves = here.clone();
+        for sums in curves.each_mut() {
+            sums.fill(0.0);
+        }
+        let repetitions = Repetitions {
+            chain: &self.chain,
+            dt: self.dt,
+            channels: &self.channels,
+            missing: &self.missing,
+            options: &self.options,
+            velocity: &self.velocity,
+        };
+        let count = self.options.repetitions;
+        observer.stage("errors", count as u64);
+        let again = |number| {
+            if observer.cancelled() {
+                return Err(Error::Cancelled);
+            }
+            let (chain, velocity) = repetitions.again(number);
+            let (displacement, velocity) = Derived::moved(&chain, self.dt, velocity, &self.missing);
+            made(&chain, &displacement, &velocity)
+        };
+        repetitions.each(again, |found| {
+            let (again, found) = found?;
+            for (name, sum) in &mut squares {
+                add_squares(sum, &found[name], &arrays[name]);
+            }
+            let pairs = again.each().into_iter().zip(here.each());
+            for (sums, (again, here)) in curves.each_mut().into_iter().zip(pairs) {
+                for (sum, (again, here)) in sums.iter_mut().zip(again.iter().zip(here)) {
+                    *sum += (again - here).powi(2);
+                }
+            }
+            observer.advance(1);
+            Ok::<(), Error>(())
+        })?;
+        let (sampled, sampled_arrays) = {
+            let [displacement, velocity] = self.sampled_otherwise();
+            made(&self.chain, &displacement, &velocity)?
+        };
+        for (name, sum) in &mut squares {
+            finish_squares(sum, count);
+            add_sampling(*name, sum, &sampled_arrays[name], &arrays[name]);
+        }
+        let raised = raised(count);
+        let pairs = sampled.each().into_iter().zip(here.each());
+        for (sums, (sampled, here)) in curves.each_mut().into_iter().zip(pairs) {
+            for (sum, (sampled, here)) in sums.iter_mut().zip(sampled.iter().zip(here)) {
+                *sum = (raised * (*sum / count as f64).sqrt()).hypot(sampled - here);
+            }
+        }
+        Ok((curves, squares))
+    }
+
+    /// Errors that are known otherwise: of energies and of what passed, no less than [`super::Errors`]
+    /// has them; of losses, what another rule of quadrature finds.
+    fn add_known(&self, budget: &Budget, curves: &mut Curves) {
+        for (error, other) in curves.energy.iter_mut().zip(&self.errors.energy) {
+            *error = error.max(*other);
+        }
+        let last = budget.time.len() - 1;
+        for (error, other) in curves.passed.iter_mut().zip(self.errors.passed.row(last)) {
+            *error = error.max(*other);
+        }
+        let off = budget.lost[last] - self.lost;
+        for (i, error) in curves.lost.iter_mut().enumerate() {
+            *error = error.hypot(off * i as f64 / last as f64);
+        }
+        for flux in [&mut curves.integrated_flux, &mut curves.late_flux] {
+            for error in flux {
+                *error = error.hypot(off);
+            }
+        }
+    }
+
+    /// Displacements and velocities as far off as their sampling may be, by those from every other
+    /// sample.
+    fn sampled_otherwise(&self) -> [Array2<f64>; 2] {
+        let mut record = self.velocity.clone();
+        for (mut column, missing) in record.columns_mut().into_iter().zip(&self.missing) {
+            if *missing {
+                column.fill(0.0);
+            }
+        }
+        let half = record.slice(ndarray::s![..;2, ..]).to_owned();
+        let (displacement, velocity) =
+            Derived::moved(&self.chain, 2.0 * self.dt, half, &self.missing);
+        [
+            shifted(&self.displacement, &displacement),
+            shifted(&self.velocity, &velocity),
+        ]
+    }
+}
+
+/// The request with what the first budget settled.
+fn pinned(request: &BudgetRequest, budget: &Budget) -> BudgetRequest {
+    let mut pinned = request.clone();
+    if let Some(found) = &budget.wavenumber {
+        pinned.band_edge_wavenumber = Some(found.edge).filter(|edge| edge.is_finite());
+    }
+    if let Some(flow) = &budget.frequency {
+        pinned.band_edge_frequency = Some(flow.edge).filter(|edge| edge.is_finite());
+        pinned.between = usual_pairs(budget);
+        pinned.between.extend(&request.between);
+    }
+    match &budget.scales {
+        Some(found) => {
+            pinned.scales = found.scales.iter().map(|of| of.scale).collect();
+            pinned.map_scale = Some(found.map_scale);
+        }
+        None => pinned.views.scale = false,
+    }
+    pinned
+}
+
+/// `full` and a third of what `half`, from every other sample, differs by; linear between these.
+fn shifted(full: &Array2<f64>, half: &Array2<f64>) -> Array2<f64> {
+    let last = half.nrows() - 1;
+    let off = |i: usize, j: usize| HALVED * (half[[i, j]] - full[[2 * i, j]]);
+    Array2::from_shape_fn(full.dim(), |(i, j)| {
+        let (before, after) = (i / 2, i.div_ceil(2).min(last));
+        full[[i, j]] + 0.5 * (off(before, j) + off(after, j))
+    })
+}
+
+/// Parts of the record, over three of which differences by sampling count as alike.
+const PARTS: usize = 64;
+
+/// Adds the largest difference nearby in time, or from the highest frequency down, as squares.
+fn add_sampling(
+    name: LargeArray,
+    errors: &mut Array2<f64>,
+    sampled: &Array2<f64>,
+    here: &Array2<f64>,
+) {
+    let rows = errors.nrows();
+    let part = rows.div_ceil(PARTS);
+    for (j, mut column) in errors.axis_iter_mut(Axis(1)).enumerate() {
+        let off = |i: usize| (sampled[[i, j]] - here[[i, j]]).abs();
+        if name.axes()[0] == "frequency" {
+            let mut most: f64 = 0.0;
+            for i in (0..rows).rev() {
+                most = most.max(off(i));
+                column[i] = column[i].hypot(most);
+            }
+            continue;
+        }
+        let parts = (0..rows).step_by(part);
+        let most: Vec<f64> = parts
+            .map(|first| {
+                (first..(first + part).min(rows))
+                    .map(off)
+                    .fold(0.0, f64::max)
+            })
+            .collect();
+        for (i, error) in column.iter_mut().enumerate() {
+            let nearby = (i / part).saturating_sub(1)..(i / part + 2).min(most.len());
+            *error = error.hypot(most[nearby].iter().copied().fold(0.0, f64::max));
+        }
+    }
+}
+
+/// Collects arrays but those whose errors [`super::Errors`] has.
+#[derive(Default)]
+struct Only(Collect);
+
+impl Sink for Only {
+    fn reserve(&self, array: LargeArray, shape: (usize, usize)) -> Result<()> {
+        match array {
+            LargeArray::EnergyFlux | LargeArray::EnergyPassed => Ok(()),
+            _ => self.0.reserve(array, shape),
+        }
+    }
+
+    fn put(
+        &self,
+        array: LargeArray,
+        row: usize,
+        column: usize,
+        block: ndarray::ArrayView2<f64>,
+    ) -> Result<()> {
+        // What was not reserved is not kept.
+        self.0.put(array, row, column, block)
+    }
+}
