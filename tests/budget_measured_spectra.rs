@@ -65,7 +65,8 @@ fn spectral_coverages(run: &Run, measured: &MeasuredMotion) -> Vec<(String, [f64
         .collect();
     let errors = found.errors.as_deref().unwrap();
     let (here, there) = (Curves::of(&found), Curves::of(&truth));
-    let curves: [(&str, fn(&Curves) -> &Vec<f64>); 7] = [
+    type Of = fn(&Curves) -> &Vec<f64>;
+    let curves: [(&str, Of); 7] = [
         ("energy", |c| &c.energy),
         ("integrated_flux", |c| &c.integrated_flux),
         ("low_energy", |c| &c.low_energy),
