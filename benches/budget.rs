@@ -8,9 +8,10 @@
 
 use std::hint::black_box;
 
-use cascade::analyze::{Arrays, LargeArray, Silent, Sink};
+use cascade::arrays::{Arrays, LargeArray, Sink};
 use cascade::budget::{BudgetRequest, Integration, Motion, Views};
 use cascade::chain::{Chain, Simulation};
+use cascade::observer::Silent;
 use num_complex::Complex;
 use realfft::RealFftPlanner;
 

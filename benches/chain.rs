@@ -11,8 +11,8 @@
 
 use std::time::Instant;
 
-use cascade::analyze::Silent;
 use cascade::chain::{Accuracy, Chain, Record, Run, Scheme, Simulation, run_many};
+use cascade::observer::Silent;
 
 /// What is measured, and how often.
 struct Plan {

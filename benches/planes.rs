@@ -9,7 +9,7 @@
 
 use std::io::BufRead;
 
-use cascade::analyze::Precision;
+use cascade::arrays::Precision;
 use cascade::throughput::{CaseOf, Clock, Kind, Planned, Rounds, Shape, Way, table};
 
 const WAYS: [Way; 2] = [Way::Cascade, Way::Realfft];

@@ -11,7 +11,9 @@ use std::hint::black_box;
 use std::time::{Duration, Instant};
 
 use cascade::Field;
-use cascade::analyze::{LargeArray, Request, Results, Silent, Sink, plan, run};
+use cascade::analyze::{Request, Results, plan, run};
+use cascade::arrays::{LargeArray, Sink};
+use cascade::observer::Silent;
 use cascade::reference::{Grid, WhiteNoise};
 use criterion::{BenchmarkId, Criterion, Throughput};
 use ndarray::ArrayView2;

@@ -3,8 +3,10 @@
 use std::sync::atomic::{AtomicU64, Ordering};
 
 use cascade::Field;
-use cascade::analyze::{Observer, Precision, Request, plan, run};
+use cascade::analyze::{Request, plan, run};
+use cascade::arrays::Precision;
 use cascade::field::OpenOptions;
+use cascade::observer::Observer;
 use cascade::report::{Archive, write_small_arrays};
 
 /// Counts what is done; a program would draw it.

@@ -3,8 +3,9 @@
 use std::path::Path;
 
 use cascade::Field;
-use cascade::analyze::{Request, Silent, plan, run};
+use cascade::analyze::{Request, plan, run};
 use cascade::field::OpenOptions;
+use cascade::observer::Silent;
 use cascade::plot::{Format, draw_all};
 use cascade::report::{Archive, Provenance, ResultDirectory, Summary, html, write_small_arrays};
 

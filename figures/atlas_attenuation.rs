@@ -19,12 +19,13 @@ mod panels;
 
 use std::fmt::Write;
 
-use cascade::analyze::Silent;
 use cascade::attenuation::{AttenuationRequest, ContactKind, Named, Sense};
 use cascade::chain::scene::SceneSource;
 use cascade::localized::{Family, LeakScan};
+use cascade::observer::Silent;
 use cascade::plot::{Canvas, Chart, Format, HeatChart, Mark, Series, px};
 use ndarray::Array2;
+
 use panels::{Outcome, write};
 
 const LENGTH: usize = 60;

@@ -23,10 +23,11 @@ mod panels;
 
 use std::fmt::Write;
 
-use cascade::analyze::Silent;
 use cascade::attenuation::TransmissionRequest;
 use cascade::chain::scene::{SceneSource, Setting};
+use cascade::observer::Silent;
 use cascade::plot::{Chart, Corner, Series};
+
 use panels::{Outcome, experiment_scene, save_charts, write};
 
 /// Damping, force of the wall.

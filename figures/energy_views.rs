@@ -15,9 +15,9 @@
 use std::fmt::Write;
 use std::path::Path;
 
-use cascade::analyze::Silent;
 use cascade::budget::{Budget, BudgetRequest, Integration, Motion, budget};
 use cascade::chain::{Chain, Simulation};
+use cascade::observer::Silent;
 use cascade::plot::{Format, views};
 
 const SITES: usize = 200;

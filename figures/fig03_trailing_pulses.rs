@@ -11,8 +11,9 @@
 #[path = "panels/mod.rs"]
 mod panels;
 
-use cascade::analyze::Silent;
 use cascade::chain::{Chain, Simulation};
+use cascade::observer::Silent;
+
 use panels::{Curve, Panel, around, save};
 
 fn main() -> Result<(), Box<dyn std::error::Error>> {

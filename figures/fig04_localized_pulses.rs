@@ -13,9 +13,10 @@
 #[path = "panels/mod.rs"]
 mod panels;
 
-use cascade::analyze::Silent;
 use cascade::chain::{Chain, Simulation};
 use cascade::localized::{Family, Wave};
+use cascade::observer::Silent;
+
 use panels::{Curve, Panel, around, save};
 
 fn main() -> Result<(), Box<dyn std::error::Error>> {

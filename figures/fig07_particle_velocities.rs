@@ -16,8 +16,9 @@
 #[path = "panels/mod.rs"]
 mod panels;
 
-use cascade::analyze::Silent;
 use cascade::localized::{Family, Wave};
+use cascade::observer::Silent;
+
 use panels::{Curve, Outcome, Panel, around, experiment, save};
 
 /// Cylinders 25 and 26, and the contact between them, at 90 degrees in one holder.

@@ -22,11 +22,12 @@ mod panels;
 
 use std::fmt::Write;
 
-use cascade::analyze::Silent;
 use cascade::attenuation::{Extreme, Sense, TransmissionCurve, TransmissionRequest, pulses};
 use cascade::chain::scene::SceneSource;
+use cascade::observer::Silent;
 use cascade::plot::{Canvas, Chart, Corner, Format, HeatChart, Look, Mark, Series};
 use ndarray::Array2;
+
 use panels::{Outcome, experiment, experiment_scene, write};
 
 const ANGLES: &str = "angle=2,3,4,5,6,7,8,9,10,12,14,16,18,20,23,26,30,35,40,50,60,70,80,90";

@@ -14,9 +14,10 @@ mod panels;
 
 use std::fmt::Write;
 
-use cascade::analyze::Silent;
 use cascade::attenuation::{Point, TransmissionRequest};
+use cascade::observer::Silent;
 use cascade::plot::{Chart, Look, Series};
+
 use panels::{Outcome, experiment_scene, save_charts, write};
 
 const SENSORS: [(&str, &str); 2] = [

@@ -26,10 +26,13 @@
 #[path = "panels/mod.rs"]
 mod panels;
 
-use cascade::analyze::{LargeArray, Map, Request, Results, Silent};
+use cascade::analyze::{Map, Request, Results};
+use cascade::arrays::LargeArray;
 use cascade::budget::{BudgetRequest, Motion, Views, budget};
+use cascade::observer::Silent;
 use cascade::plot::{Colours, Tile, map_grid};
 use ndarray::{ArrayView1, s};
+
 use panels::{Outcome, cells, expect, experiment, map, save_maps};
 
 /// Edges of the low bands: in Hz, and in rad per site.
@@ -155,7 +158,7 @@ fn row(angle: &str, end: &str, expected: [f64; 16]) -> Outcome<Row> {
     };
     let [early, middle, late] = [front(5)?, front(40)?, front(100)?];
     let over_k = budget.wavenumber.as_ref().ok_or("no wavenumbers")?;
-    let flux = &arrays[&LargeArray::IntegratedSpectralFlux];
+    let flux = &arrays[&LargeArray::INTEGRATED_SPECTRAL_FLUX];
     let bin = over_k.wavenumber.partition_point(|k| *k <= EDGES[1]) - 1;
     let flow = budget.frequency.as_ref().ok_or("no frequencies")?;
     let f = &analysis.axes.frequency;
@@ -163,7 +166,7 @@ fn row(angle: &str, end: &str, expected: [f64; 16]) -> Outcome<Row> {
     let passed: Vec<f64> = flow.high.iter().map(|high| high / budget.scale).collect();
     let high_k = |n: usize| 1.0 - over_k.low_energy[n] / budget.scale;
     let temporal = spectra.temporal.ok_or("no temporal spectra")?;
-    let spectral = &arrays[&LargeArray::EnergySpectrum];
+    let spectral = &arrays[&LargeArray::ENERGY_SPECTRUM];
     let all = |site: usize| 1e-3 * along_x.centroid[site];
     let moving = |site: usize| 1e-3 * moments(f, &temporal.column(site), DRIFT).0;
     let bandwidth = |n: usize| moments(&over_k.wavenumber, &spectral.row(n), 0.0).1;

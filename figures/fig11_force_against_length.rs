@@ -15,12 +15,13 @@
 #[path = "panels/mod.rs"]
 mod panels;
 
-use cascade::analyze::Silent;
 use cascade::attenuation::{
     AttenuationCurve, AttenuationRequest, ContactKind, Named, Reach, Sense,
 };
+use cascade::observer::Silent;
 use cascade::plot::{Chart, Corner, Look, Series};
 use cascade::report::attenuation_csv;
+
 use panels::{Outcome, experiment_scene, save_charts, write};
 
 const ANGLES: [u32; 3] = [90, 8, 18];

@@ -16,11 +16,14 @@
 #[path = "panels/mod.rs"]
 mod panels;
 
-use cascade::analyze::{LargeArray, Map, Silent};
+use cascade::analyze::Map;
+use cascade::arrays::LargeArray;
 use cascade::budget::{Budget, BudgetRequest, Integration, Motion, budget};
 use cascade::chain::{Chain, Simulation};
+use cascade::observer::Silent;
 use cascade::plot::{Colours, Tile, map_grid};
 use ndarray::s;
+
 use panels::{Outcome, cells, expect, map, save_maps};
 
 const SITES: usize = 100;
@@ -117,7 +120,7 @@ fn fluxes(ratio: f64, end: f64) -> Outcome<Fluxes> {
     let (budget, arrays) = budget(&Motion::of(&run)?, &request)?;
     let moving = run.velocity.column(20).iter().position(|v| *v > 0.01);
     let start = moving.ok_or("the front does not arrive")?;
-    let mut passed = arrays[&LargeArray::IntegratedSpectralFlux].clone() / budget.scale;
+    let mut passed = arrays[&LargeArray::INTEGRATED_SPECTRAL_FLUX].clone() / budget.scale;
     let before = passed.row(start).to_owned();
     passed -= &before;
     passed.slice_mut(s![..start, ..]).fill(f64::NAN);
@@ -130,9 +133,9 @@ fn fluxes(ratio: f64, end: f64) -> Outcome<Fluxes> {
     let most = last
         .iter()
         .fold(0.0f64, |m, v| if v.abs() > m.abs() { *v } else { m });
-    let pi = &arrays[&LargeArray::SpectralFlux];
+    let pi = &arrays[&LargeArray::SPECTRAL_FLUX];
     let late = pi.slice(s![pi.nrows() / 2.., ..]).mapv(f64::abs);
-    let out = arrays[&LargeArray::ScaleFlux].mapv(|v| if v.is_finite() { v } else { 0.0 });
+    let out = arrays[&LargeArray::SCALE_FLUX].mapv(|v| if v.is_finite() { v } else { 0.0 });
     let numbers = [
         budget.passed[3 * SITES / 4] / budget.scale,
         most,

@@ -3,7 +3,9 @@
 use std::alloc::{GlobalAlloc, Layout, System};
 use std::sync::atomic::{AtomicUsize, Ordering};
 
-use cascade::analyze::{Nowhere, Request, Silent, plan, run};
+use cascade::analyze::{Request, plan, run};
+use cascade::arrays::Nowhere;
+use cascade::observer::Silent;
 use cascade::{Error, Field};
 use ndarray::Array2;
 

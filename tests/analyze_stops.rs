@@ -4,7 +4,9 @@ use std::path::PathBuf;
 use std::sync::atomic::{AtomicBool, AtomicUsize, Ordering};
 use std::time::{Duration, Instant};
 
-use cascade::analyze::{LargeArray, Nowhere, Observer, Request, Results, Silent, Sink, plan, run};
+use cascade::analyze::{Request, Results, plan, run};
+use cascade::arrays::{LargeArray, Nowhere, Sink};
+use cascade::observer::{Observer, Silent};
 use cascade::{Error, Field};
 use ndarray::{Array2, ArrayView2};
 
@@ -56,8 +58,8 @@ fn a_disk_that_is_full_stops_what_goes_beside() {
     let field = Field::from_array(Array2::from_shape_fn((30_000, 64), |(n, j)| {
         (0.01 * (n * (j + 1)) as f64).sin()
     }));
-    for fails in [LargeArray::TemporalSpectrum, LargeArray::SpatialSpectrum] {
-        let spacetime = fails == LargeArray::SpatialSpectrum;
+    for fails in [LargeArray::TEMPORAL_SPECTRUM, LargeArray::SPATIAL_SPECTRUM] {
+        let spacetime = fails == LargeArray::SPATIAL_SPECTRUM;
         let request = Request {
             results: Results {
                 temporal: true,

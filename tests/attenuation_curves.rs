@@ -1,12 +1,12 @@
 //! Curves of attenuation and transmission: what they must not depend on, and what is known of them.
 
 use cascade::Error;
-use cascade::analyze::{Observer, Silent};
 use cascade::attenuation::{
     Attenuation, AttenuationRequest, ContactKind, Law, Named, Reach, Sense, StopCause,
     Transmission, TransmissionRequest,
 };
 use cascade::chain::scene::{SceneSource, Setting};
+use cascade::observer::{Observer, Silent};
 
 fn scene(text: &str) -> SceneSource {
     SceneSource::new(None, text)

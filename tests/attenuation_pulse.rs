@@ -4,9 +4,9 @@
 //! Truth of `val_solitary_*`: `data/solitary_wave.json`, made by `data/solitary_wave.py`.
 
 use cascade::Error;
-use cascade::analyze::Silent;
 use cascade::attenuation::{FRONT, Located, Pulses, Sense, pulses};
 use cascade::chain::{Accuracy, Chain, EndTime, Ends, Law, Losses, Scheme, Simulation};
+use cascade::observer::Silent;
 
 fn struck(chain: Chain) -> Simulation {
     let lossy = chain.losses.any();

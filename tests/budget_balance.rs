@@ -1,13 +1,14 @@
 //! Budgets of simulated chains over time: what a quantity changed by, against the integral of its
 //! rate.
 
-use cascade::analyze::{LargeArray, Silent};
+use cascade::arrays::LargeArray;
 use cascade::budget::{
     Budget, BudgetRequest, Closure, Filter, Integration, Motion, Residual, Views, budget,
 };
 use cascade::chain::{
     Accuracy, Chain, Drive, Ends, Law, Losses, Record, Run, Scheme, Simulation, Waveform,
 };
+use cascade::observer::Silent;
 
 fn simulate(chain: Chain, drive: Option<Drive>, end: f64, samples: usize) -> Run {
     let mut simulation = Simulation::impact(chain, 1.0, end, samples);
@@ -321,9 +322,9 @@ fn val_differences_of_the_energy_spectrum() {
         let motion = Motion::of(&run).unwrap();
         let (_, arrays) = budget(&motion, &BudgetRequest::default()).unwrap();
         let h = run.time[1];
-        let energy = &arrays[&LargeArray::EnergySpectrum];
-        let transfer = &arrays[&LargeArray::Transfer];
-        let loss = arrays.get(&LargeArray::LossSpectrum);
+        let energy = &arrays[&LargeArray::ENERGY_SPECTRUM];
+        let transfer = &arrays[&LargeArray::TRANSFER];
+        let loss = arrays.get(&LargeArray::LOSS_SPECTRUM);
         let largest = transfer.iter().fold(0.0, |m: f64, t| m.max(t.abs()));
         let mut off: Vec<f64> = Vec::new();
         for i in (2..7999).step_by(7) {
@@ -389,15 +390,15 @@ fn val_identity_sharp_filter_beside_the_spectral_flux() {
         };
         (0..n).map(energy).sum()
     };
-    let flux = &arrays[&LargeArray::ScaleFluxInTime];
+    let flux = &arrays[&LargeArray::SCALE_FLUX_IN_TIME];
     let (mut sums, mut gap) = ([0.0; 2], 0f64);
     let h = run.time[1];
-    let apart = |i: usize| low(LargeArray::EnergySpectrum, i) - coarse(i);
+    let apart = |i: usize| low(LargeArray::ENERGY_SPECTRUM, i) - coarse(i);
     let start = apart(0);
     for i in 1..=8000 {
         for (sum, rate) in sums.iter_mut().zip([
             flux[[i - 1, 0]] + flux[[i, 0]],
-            -low(LargeArray::Transfer, i - 1) - low(LargeArray::Transfer, i),
+            -low(LargeArray::TRANSFER, i - 1) - low(LargeArray::TRANSFER, i),
         ]) {
             *sum += 0.5 * h * rate;
         }

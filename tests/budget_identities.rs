@@ -2,7 +2,7 @@
 
 use std::f64::consts::PI;
 
-use cascade::analyze::{Arrays, LargeArray};
+use cascade::arrays::{Arrays, LargeArray};
 use cascade::budget::{Budget, BudgetRequest, Filter, Integration, Motion, Views, budget};
 use cascade::chain::{Chain, Drive, Ends, Law, Losses, Waveform};
 use ndarray::{Array1, Array2};
@@ -173,8 +173,8 @@ fn val_identity_sums_over_k() {
         }
         // The flux through the largest k is the sum of all transfers.
         let (flux, transfer) = (
-            &arrays[&LargeArray::SpectralFlux],
-            &arrays[&LargeArray::Transfer],
+            &arrays[&LargeArray::SPECTRAL_FLUX],
+            &arrays[&LargeArray::TRANSFER],
         );
         for (flux, transfer) in flux.rows().into_iter().zip(transfer.rows()) {
             let largest = transfer.iter().fold(0.0, |m: f64, t| m.max(t.abs()));
@@ -201,10 +201,10 @@ fn val_defining_sums_of_spectra() {
             let (x, v) = (states.x.row(sample), states.v.row(sample));
             let expected = by_definition(&states, states.time[sample], &x.to_vec(), &v.to_vec());
             for (array, expected) in [
-                (LargeArray::EnergySpectrum, &expected[0]),
-                (LargeArray::Transfer, &expected[1]),
-                (LargeArray::LossSpectrum, &expected[2]),
-                (LargeArray::InputSpectrum, &expected[3]),
+                (LargeArray::ENERGY_SPECTRUM, &expected[0]),
+                (LargeArray::TRANSFER, &expected[1]),
+                (LargeArray::LOSS_SPECTRUM, &expected[2]),
+                (LargeArray::INPUT_SPECTRUM, &expected[3]),
             ] {
                 let Some(array) = arrays.get(&array) else {
                     continue;
@@ -316,7 +316,7 @@ fn val_defining_sums_of_scale_flux() {
                 .collect(),
         };
         let total = weights[0] + 2.0 * weights[1..].iter().sum::<f64>();
-        let flux = &arrays[&LargeArray::ScaleFlux];
+        let flux = &arrays[&LargeArray::SCALE_FLUX];
         for sample in [0, 5] {
             let (x, v) = (states.x.row(sample), states.v.row(sample));
             let bar = |row: &dyn Fn(usize) -> f64, j: usize| {
@@ -399,7 +399,7 @@ fn val_defining_sums_of_power_flow() {
                         2.0
                     };
                     let expected = weight * dt * dt * (force.conj() * speed).re;
-                    let off = (arrays[&LargeArray::PowerFlow][[bin, j]] - expected).abs();
+                    let off = (arrays[&LargeArray::POWER_FLOW][[bin, j]] - expected).abs();
                     assert!(off < 1e-13, "{j} {bin} {off:e}");
                 }
                 let trapezoid: f64 = records
@@ -407,7 +407,9 @@ fn val_defining_sums_of_power_flow() {
                     .map(|(force, speed)| dt * force * speed)
                     .sum();
                 assert!((flow.passed(j) - trapezoid).abs() < 1e-13);
-                let column = arrays[&LargeArray::CumulativePowerFlow].column(j).to_vec();
+                let column = arrays[&LargeArray::CUMULATIVE_POWER_FLOW]
+                    .column(j)
+                    .to_vec();
                 let edge = flow
                     .frequency
                     .iter()
@@ -438,15 +440,15 @@ fn val_identity_branches_sum_to_the_energy() {
                 .collect::<Vec<_>>()
         };
         let (acoustic, optical) = (
-            sum(LargeArray::AcousticSpectrum),
-            sum(LargeArray::OpticalSpectrum),
+            sum(LargeArray::ACOUSTIC_SPECTRUM),
+            sum(LargeArray::OPTICAL_SPECTRUM),
         );
-        for (i, energy) in sum(LargeArray::EnergySpectrum).into_iter().enumerate() {
+        for (i, energy) in sum(LargeArray::ENERGY_SPECTRUM).into_iter().enumerate() {
             assert!((acoustic[i] + optical[i] - energy).abs() < 1e-14 * energy);
             assert!(acoustic[i] > 0.1 * energy && optical[i] > 0.1 * energy);
         }
         assert!(
-            arrays[&LargeArray::AcousticSpectrum]
+            arrays[&LargeArray::ACOUSTIC_SPECTRUM]
                 .iter()
                 .all(|e| *e > -1e-12)
         );
@@ -494,7 +496,7 @@ fn hard_chains_have_budgets() {
         assert!(found.closure.scale.reason().is_some());
         for (array, values) in &arrays {
             let undefined = values.iter().any(|value| !value.is_finite());
-            assert!(!undefined || *array == LargeArray::ScaleFlux, "{array:?}");
+            assert!(!undefined || *array == LargeArray::SCALE_FLUX, "{array:?}");
         }
         // With so few wavenumbers transfers may cancel in all of them.
         assert!(n < 3 || found.closure.identities.transfer_sum < 1e-13);

@@ -2,11 +2,12 @@
 
 use std::f64::consts::PI;
 
-use cascade::analyze::{Arrays, LargeArray, Silent};
+use cascade::arrays::{Arrays, LargeArray};
 use cascade::budget::{Budget, BudgetRequest, Motion, Views, budget};
 use cascade::chain::{
     Accuracy, Chain, EndTime, Ends, Law, Losses, Pattern, Record, Run, Scheme, Simulation,
 };
+use cascade::observer::Silent;
 use ndarray::{Array1, Array2};
 
 const LINEAR: Law = Law::Spring {
@@ -115,8 +116,8 @@ fn val_linear_chains_exchange_nothing_between_wavenumbers() {
         ] {
             let states = States::random(chain(vec![0.7; n], vec![2.5; n], LINEAR, ends, 0.0), 6);
             let (_, arrays) = states.budget();
-            let energy = array(&arrays, LargeArray::EnergySpectrum);
-            let transfer = array(&arrays, LargeArray::Transfer);
+            let energy = array(&arrays, LargeArray::ENERGY_SPECTRUM);
+            let transfer = array(&arrays, LargeArray::TRANSFER);
             // 2 sqrt(c / m) is the highest frequency: |q^| |f^| is at most that times the energy.
             let highest = 2.0 * f64::sqrt(2.5 / 0.7);
             let scale = highest * energy.iter().fold(0.0, |m: f64, e| m.max(*e));
@@ -140,7 +141,7 @@ fn val_linear_dimers_exchange_nothing_between_branches() {
         let states = States::random(dimer, 6);
         let (found, arrays) = states.budget();
         let branches = found.wavenumber.unwrap().branches.unwrap();
-        let transfer = array(&arrays, LargeArray::Transfer);
+        let transfer = array(&arrays, LargeArray::TRANSFER);
         for (i, optical) in branches.optical_transfer.iter().enumerate() {
             let exchanged: f64 = transfer.row(i).iter().map(|t| t.abs()).sum();
             assert!(
@@ -189,7 +190,7 @@ fn val_expansion_pressed_chains_approach_linear_ones_at_first_order() {
             identities.transfer_sum * amplitude < 1e-12,
             "{identities:?}"
         );
-        let energy = array(&arrays, LargeArray::EnergySpectrum);
+        let energy = array(&arrays, LargeArray::ENERGY_SPECTRUM);
         let first = energy.row(0);
         let total = first.sum();
         let moved = |i: usize| {
@@ -248,7 +249,7 @@ fn recurrence(scheme: Scheme, accuracy: Accuracy, sample: f64) -> [f64; 3] {
         identities.transfer_sum < 1e-10 && identities.energy_sum < 1e-14,
         "{identities:?}"
     );
-    let energy = array(&arrays, LargeArray::EnergySpectrum);
+    let energy = array(&arrays, LargeArray::ENERGY_SPECTRUM);
     let share = |i: usize| energy[[i, 1]] / energy.row(i).sum();
     assert!(share(0) > 0.999);
     let shares: Vec<f64> = (0..energy.nrows()).map(share).collect();
@@ -342,7 +343,7 @@ fn val_gallone_ponno_ruffo_slopes_of_the_mode_energies() {
     };
     let run = simulation.run(&Silent).unwrap();
     let (found, arrays) = of(&run);
-    let energy = array(&arrays, LargeArray::EnergySpectrum);
+    let energy = array(&arrays, LargeArray::ENERGY_SPECTRUM);
     let slope = |i: usize, modes: std::ops::RangeInclusive<usize>| {
         let points: Vec<[f64; 2]> = modes
             .map(|m| [(m as f64).ln(), energy[[i, m]].ln()])
@@ -355,7 +356,7 @@ fn val_gallone_ponno_ruffo_slopes_of_the_mode_energies() {
     let (at_shock, after) = (slope(2, 10..=80), slope(4, 10..=80));
     assert!((at_shock + 8.0 / 3.0).abs() < 0.03, "{at_shock}");
     assert!((after + 2.0).abs() < 0.1, "{after}");
-    let transfer = array(&arrays, LargeArray::Transfer);
+    let transfer = array(&arrays, LargeArray::TRANSFER);
     // At the start there is nothing but one wave, which exchanges with nothing.
     for row in transfer.rows().into_iter().skip(1) {
         let largest = row.iter().fold(0.0, |m: f64, t| m.max(t.abs()));

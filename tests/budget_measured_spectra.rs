@@ -5,7 +5,7 @@ mod measured_common;
 
 use std::collections::BTreeMap;
 
-use cascade::analyze::{LargeArray, Silent};
+use cascade::arrays::LargeArray;
 use cascade::budget::measured::{
     Drift, MeasuredMotion, MeasuredOptions, Uncertainty, from_velocities,
 };
@@ -13,8 +13,10 @@ use cascade::budget::{
     Budget, BudgetRequest, Curves, Direction, Integration, Motion, PassedError, budget,
 };
 use cascade::chain::{Accuracy, Chain, Ends, Law, Losses, Run, Scheme, Simulation};
-use measured_common::{DISPERSIVE, LOCALIZED, Normal, Spoilt, coverage, measure, simulated, step};
+use cascade::observer::Silent;
 use ndarray::{Array2, s};
+
+use measured_common::{DISPERSIVE, LOCALIZED, Normal, Spoilt, coverage, measure, simulated, step};
 
 fn options(drift: Drift, uncertainty: Uncertainty) -> MeasuredOptions {
     MeasuredOptions {
@@ -55,7 +57,7 @@ fn spectral_coverages(run: &Run, measured: &MeasuredMotion) -> Vec<(String, [f64
     let (found, arrays, errors) = measured.budget(&BudgetRequest::default()).unwrap();
     let (truth, exact) = budget(&Motion::of(run).unwrap(), &pinned(&found)).unwrap();
     let asked: Vec<LargeArray> = errors.keys().copied().collect();
-    assert!(asked.contains(&LargeArray::Transfer) && asked.contains(&LargeArray::ScaleFlux));
+    assert!(asked.contains(&LargeArray::TRANSFER) && asked.contains(&LargeArray::SCALE_FLUX));
     let mut all: Vec<(String, [f64; 2])> = errors
         .iter()
         .map(|(name, error)| {
@@ -175,7 +177,7 @@ fn val_simulation_uncertain_gains_coefficients_and_masses_enter_all_errors() {
             let [forces, _] = coverage(&measured.force, force, &measured.errors.force);
             let (found, arrays, errors) = measured.budget(&BudgetRequest::default()).unwrap();
             let (_, exact) = budget(&Motion::of(&run).unwrap(), &pinned(&found)).unwrap();
-            let name = LargeArray::EnergySpectrum;
+            let name = LargeArray::ENERGY_SPECTRUM;
             let [spectra, _] = coverage(&arrays[&name], &exact[&name], &errors[&name]);
             let [a, b, c] = match stated {
                 0.0 => ["force, exact", "spectrum, exact", "accused, exact"],
@@ -402,7 +404,7 @@ fn val_simulation_branches_of_uncertain_chains() {
     let request = BudgetRequest::default();
     let (found, arrays, errors) = measured.budget(&request).unwrap();
     let (_, exact) = budget(&Motion::of(&run).unwrap(), &pinned(&found)).unwrap();
-    for name in [LargeArray::AcousticSpectrum, LargeArray::OpticalSpectrum] {
+    for name in [LargeArray::ACOUSTIC_SPECTRUM, LargeArray::OPTICAL_SPECTRUM] {
         let [within, over] = coverage(&arrays[&name], &exact[&name], &errors[&name]);
         assert!(within > 0.99 && over > 0.8, "{within} {over}");
     }

@@ -1,10 +1,11 @@
 //! Energy that has passed each wavenumber: with losses at any sampling, and where there is none.
 
-use cascade::analyze::{Arrays, LargeArray, Silent};
+use cascade::arrays::{Arrays, LargeArray};
 use cascade::budget::{
     Budget, BudgetRequest, Direction, Integration, Motion, PassedError, Views, budget,
 };
 use cascade::chain::{Accuracy, Chain, Ends, Law, Losses, Record, Run, Scheme, Simulation};
+use cascade::observer::Silent;
 
 fn run(chain: Chain, end: f64, samples: usize) -> Run {
     let mut simulation = Simulation::impact(chain, 1.0, end, samples);
@@ -64,7 +65,7 @@ fn val_identity_losses_are_integrated_inside_the_stepping() {
         share(&few) - share(&many)
     );
     let rows = |arrays: &Arrays, every: usize| {
-        let array = &arrays[&LargeArray::IntegratedSpectralFlux];
+        let array = &arrays[&LargeArray::INTEGRATED_SPECTRAL_FLUX];
         array.slice(ndarray::s![..;every, ..]).to_owned()
     };
     // 16 of 64 intervals are 500 of 2000.
@@ -72,7 +73,7 @@ fn val_identity_losses_are_integrated_inside_the_stepping() {
     let worst = off.iter().fold(0.0, |m: f64, x| m.max(x.abs()));
     assert!(worst < 2e-12, "{worst:e}");
     for (budget, arrays) in [(&few, &few_arrays), (&many, &many_arrays)] {
-        let array = &arrays[&LargeArray::IntegratedSpectralFlux];
+        let array = &arrays[&LargeArray::INTEGRATED_SPECTRAL_FLUX];
         let top = array.column(array.ncols() - 1);
         let top = top.iter().fold(0.0, |m: f64, x| m.max(x.abs()));
         let check = budget.closure.integrated_flux.unwrap();

@@ -3,11 +3,11 @@
 
 use std::sync::atomic::{AtomicU64, Ordering};
 
-use cascade::analyze::Silent;
 use cascade::chain::{
     Accuracy, Chain, Drive, EndTime, Ends, Law, Losses, Run, RunWarning, Scheme, Simulation,
     Waveform,
 };
+use cascade::observer::Silent;
 use rayon::prelude::*;
 
 const SAMPLES: [usize; 6] = [2, 3, 9, 65, 257, 1025];

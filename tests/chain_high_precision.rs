@@ -6,8 +6,8 @@
 //! The same program repeats the trajectories of a third one, of order 12 in double-double
 //! arithmetic, to 7e-15 at six stiffness ratios (`data/chain_reference.py check`).
 
-use cascade::analyze::Silent;
 use cascade::chain::{Accuracy, Chain, Ends, Law, Losses, Record, Scheme, Simulation};
+use cascade::observer::Silent;
 use ndarray::{Array1, Array2};
 use ndarray_npy::NpzReader;
 

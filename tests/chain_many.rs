@@ -3,11 +3,11 @@
 use std::sync::atomic::{AtomicUsize, Ordering};
 
 use cascade::Error;
-use cascade::analyze::{Observer, Silent};
 use cascade::chain::{
     Accuracy, Chain, EndTime, Ends, Law, Losses, Record, Run, Scheme, Simulation, run_each,
     run_many,
 };
+use cascade::observer::{Observer, Silent};
 
 fn fixed(kappa: f64, scheme: Scheme) -> Simulation {
     let mut simulation = Simulation::impact(Chain::dimer(45, kappa), 1.0, 40.0, 9);

@@ -2,8 +2,8 @@
 
 use std::path::PathBuf;
 
-use cascade::analyze::Silent;
 use cascade::chain::{Accuracy, Chain, Record, Run, Simulation};
+use cascade::observer::Silent;
 use ndarray::{Array1, Array2};
 use ndarray_npy::NpzReader;
 

@@ -8,8 +8,8 @@
 
 use std::f64::consts::PI;
 
-use cascade::analyze::Silent;
 use cascade::chain::{Accuracy, Chain, Record, Run, Simulation};
+use cascade::observer::Silent;
 
 #[derive(serde::Deserialize)]
 struct Wave {

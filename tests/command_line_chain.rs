@@ -7,15 +7,16 @@ use std::collections::BTreeSet;
 use std::fs;
 use std::path::{Path, PathBuf};
 
-use cascade::analyze::Silent;
 use cascade::chain::scene::SceneSource;
 use cascade::field::{OpenOptions, Quantity};
+use cascade::observer::Silent;
 use cascade::report::RunFile;
 use cascade::{Error, Field};
 use ndarray::{Array1, Array2};
 use ndarray_npy::NpzReader;
-use place::Place;
 use serde_json::Value;
+
+use place::Place;
 
 fn examples() -> PathBuf {
     Path::new(env!("CARGO_MANIFEST_DIR")).join("examples/scenes")

@@ -1,6 +1,7 @@
 //! The same bits from any number of threads and any size of blocks.
 
-use cascade::analyze::{Analysis, Precision, Request, Results, Spectra, Welch, plan};
+use cascade::analyze::{Analysis, Request, Results, Spectra, Welch, plan};
+use cascade::arrays::Precision;
 use cascade::plot::Format;
 use cascade::prepare::{Detrend, Gaps, Window};
 use cascade::{Field, analyze};

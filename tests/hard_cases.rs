@@ -2,9 +2,8 @@
 
 mod common;
 
-use cascade::analyze::{
-    Analysis, BandEdge, Precision, Request, Scaling, Spectra, TimeRange, Warning, Welch,
-};
+use cascade::analyze::{Analysis, BandEdge, Request, Scaling, Spectra, TimeRange, Warning, Welch};
+use cascade::arrays::Precision;
 use cascade::field::Axis;
 use cascade::prepare::{Detrend, Gaps, Window};
 use cascade::reference::{Grid, Tone};

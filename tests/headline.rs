@@ -7,8 +7,9 @@ mod fields;
 use cascade::Field;
 use cascade::analyze::{BandEdge, FrontLength, Request, Results, TimeRange, Warning};
 use cascade::chain::{Chain, Simulation};
-use fields::{analyzed, noise, pulse, struck};
 use ndarray::Array2;
+
+use fields::{analyzed, noise, pulse, struck};
 
 /// `exp(-t)`, sampled: the cumulative spectrum up to f is `(2 / pi) atan(tan(pi f dt) / tanh(dt / 2))`,
 /// and the effective bandwidth of a half Lorentzian of half width `1 / (2 pi)` is 1.
@@ -106,7 +107,7 @@ fn the_reference_of_a_run_lies_behind_what_is_struck() {
     // Three bodies start; a chain of eight, whose quarter is two.
     let mut simulation = Simulation::impact(Chain::dimer(8, 2.0), 1.0, 6.0, 256);
     simulation.velocity[2] = 0.5;
-    let run = simulation.run(&cascade::analyze::Silent).unwrap();
+    let run = simulation.run(&cascade::observer::Silent).unwrap();
     let analysis = analyzed(&run.to_field(), &Request::default());
     let headline = analysis.headline_space;
     assert_eq!(headline.reference.unwrap().index, 3);

@@ -6,7 +6,8 @@ mod hostile;
 
 use std::time::{Duration, Instant};
 
-use cascade::field::{FileKind, InputFault, OpenOptions};
+use cascade::error::{FileKind, InputFault};
+use cascade::field::OpenOptions;
 use cascade::{Error, Field};
 use hostile::{Folder, fault, npy, npy_f64, npy_with_header, npz};
 use proptest::prelude::*;

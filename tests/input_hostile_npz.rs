@@ -3,7 +3,8 @@
 #[path = "common/hostile.rs"]
 mod hostile;
 
-use cascade::field::{InputFault, OpenOptions};
+use cascade::error::InputFault;
+use cascade::field::OpenOptions;
 use cascade::{Error, Field};
 use hostile::{BOTH, Folder, fault, fault_with, npy, npy_f64, npz, refusal};
 use zip::CompressionMethod;

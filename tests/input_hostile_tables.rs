@@ -3,7 +3,8 @@
 #[path = "common/hostile.rs"]
 mod hostile;
 
-use cascade::field::{Header, InputFault, Layout, OpenOptions, TimeColumn};
+use cascade::error::InputFault;
+use cascade::field::{Header, Layout, OpenOptions, TimeColumn};
 use cascade::{Error, Field};
 use hostile::{Folder, fault, fault_with, refusal};
 

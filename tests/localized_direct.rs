@@ -1,9 +1,9 @@
 //! Leaks of simulated pulses against the exact ratios; angles of crossed cylinders.
 
 use cascade::Error;
-use cascade::analyze::{Observer, Silent};
 use cascade::chain::contact::{Ellipse, Material, stiffness_ratio};
 use cascade::localized::{Alternation, Comparison, Cylinders, Family, LeakScan, Row, minima};
+use cascade::observer::{Observer, Silent};
 
 fn compared(family: Family, orders: std::ops::RangeInclusive<usize>, cells: usize) -> Vec<Row> {
     let comparison = Comparison {

@@ -1,8 +1,8 @@
 //! Localized waves against the paper, another program, finite differences, conservation laws and
 //! chains.
 
-use cascade::analyze::Silent;
 use cascade::localized::{Alternation, Family, PUBLISHED, SlowProfile, Wave};
+use cascade::observer::Silent;
 
 const MASS: Family = Family {
     alternation: Alternation::Mass,

@@ -3,8 +3,10 @@
 use std::alloc::{GlobalAlloc, Layout, System};
 use std::sync::atomic::{AtomicUsize, Ordering};
 
-use cascade::analyze::{Nowhere, Request, Results, Silent, plan, run};
+use cascade::analyze::{Request, Results, plan, run};
+use cascade::arrays::Nowhere;
 use cascade::field::OpenOptions;
+use cascade::observer::Silent;
 use cascade::{Error, Field};
 use ndarray::Array2;
 use ndarray_npy::write_npy;

@@ -4,8 +4,8 @@ use std::path::Path;
 use std::sync::atomic::{AtomicU64, Ordering};
 
 use cascade::Error;
-use cascade::analyze::{Observer, Silent};
 use cascade::chain::scene::SceneSource;
+use cascade::observer::{Observer, Silent};
 use cascade::sweep::{Outcome, Part, Sweep, TABLE, read};
 
 const SCENE: &str = "sites = 12\nend_time = 20.0\nsamples = 240\ntolerance = 1e-7\n";

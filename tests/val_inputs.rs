@@ -10,7 +10,8 @@ mod place;
 use std::fs;
 
 use cascade::Field;
-use cascade::field::{Axis, InputFault, Layout, Note, OpenOptions, TimeColumn};
+use cascade::error::{CoordinateKind, InputFault};
+use cascade::field::{Axis, Layout, Note, OpenOptions, TimeColumn};
 use made::{axis, fault, in_one_line, open, pulse, savetxt, savez, steps, values};
 use ndarray::Array2;
 use ndarray_npy::NpzWriter;
@@ -94,9 +95,13 @@ fn what_may_be_a_time_column_is_asked_about() {
         ("0,1\n1,5\n2,1\n3,5\n4,1\n5,5\n7,1\n8,5\n", "rises unevenly"),
     ] {
         fs::write(place.path("a.csv"), table).unwrap();
-        let layout = Layout::TimeSite;
+        let coordinates = CoordinateKind::Times;
         let found = fault(&place, "a.csv", &OpenOptions::default());
-        assert_eq!(found, InputFault::FirstColumn { layout, reason });
+        let expected = InputFault::FirstColumn {
+            coordinates,
+            reason,
+        };
+        assert_eq!(found, expected);
         let said = place.bad(1, &["analyze", "a.csv"]);
         for word in [
             "a.csv",

@@ -8,7 +8,8 @@ mod common;
 use std::f64::consts::TAU;
 use std::fs::File;
 
-use cascade::analyze::{Analysis, Precision, Request, Scaling, Spectra, TimeRange, Welch};
+use cascade::analyze::{Analysis, Request, Scaling, Spectra, TimeRange, Welch};
+use cascade::arrays::Precision;
 use cascade::field::OpenOptions;
 use cascade::prepare::{Detrend, Window};
 use cascade::{Field, analyze};

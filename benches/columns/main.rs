@@ -12,7 +12,7 @@ use std::collections::HashMap;
 use std::io::BufRead;
 use std::path::Path;
 
-use cascade::analyze::Precision;
+use cascade::arrays::Precision;
 use cascade::throughput::{Arrays, CaseOf, Clock, Kind, Planned, Rounds, Shape, Way, table};
 
 /// Arrays of both precisions, made when they are first asked for.

@@ -8,9 +8,9 @@ use ndarray::{ArrayView2, ArrayViewMut2, s};
 use num_complex::Complex;
 use rayon::prelude::*;
 
-use crate::buffer::Buffer;
 use crate::error::{Error, Result};
-use crate::io::{read_at, write_at};
+use crate::system::buffer::Buffer;
+use crate::system::file_io::{read_at, write_at};
 use crate::transform::Real;
 
 /// `(frequency x segment, site)`: written by columns, read by rows.
@@ -142,7 +142,7 @@ impl<T: Real> Scratch<T> {
             values: Vec::new(),
         };
         let bytes = scratch_bytes(shape, stripe, size_of::<Complex<T>>() as u64);
-        let reserved = crate::io::allocate(&scratch.file, 0, bytes);
+        let reserved = crate::system::file_io::allocate(&scratch.file, 0, bytes);
         reserved.map_err(Error::write(
             "reserve room for a scratch file in",
             &scratch.place,

@@ -7,15 +7,15 @@ use num_complex::Complex;
 use super::between::{self, Between, Scratch};
 use super::front::{self, Passage, Passed};
 use super::plan::Plan;
-use super::sink::{LargeArray, Sink};
 use super::worker::{Samples, Worker};
-use crate::analyze::Observer;
-use crate::buffer::Buffer;
+use crate::arrays::{LargeArray, Sink};
 use crate::diagnostics::{Bins, MapBuilder, Row, moments_across};
 use crate::error::{Error, Result};
+use crate::numeric::sum;
+use crate::observer::Observer;
 use crate::prepare::{Ahead, Prepared};
-use crate::spare::Spare;
-use crate::sum::sum;
+use crate::system::buffer::Buffer;
+use crate::system::scratch::Spare;
 use crate::transform::{Real, RecordScratch, RecordTransform, direct_sums};
 
 /// What the pass leaves behind beside the arrays.
@@ -122,7 +122,7 @@ impl<'a, T: Real> AlongTime<'a, T> {
             energies: Vec::with_capacity(nx),
             passed: Vec::new(),
             map: (wanted && plan.request.maps)
-                .then(|| MapBuilder::largest((nf, nx), super::MAP_LIMIT)),
+                .then(|| MapBuilder::largest((nf, nx), crate::diagnostics::MAP_LIMIT)),
         };
         let rows = if wanted { nf } else { 0 };
         let bins = plan.frequency_bins();
@@ -154,7 +154,7 @@ impl<'a, T: Real> AlongTime<'a, T> {
                 if let Some(map) = &mut done.map {
                     map.add(0, from, spectra.view());
                 }
-                sink.put(LargeArray::TemporalSpectrum, 0, from, spectra.view())?;
+                sink.put(LargeArray::TEMPORAL_SPECTRUM, 0, from, spectra.view())?;
             }
             prepared.release_pages();
         }

@@ -2,9 +2,9 @@
 
 use ndarray::{Array2, s};
 
-use crate::chain::available_memory;
 use crate::error::{Error, Result};
 use crate::field::Field;
+use crate::system::memory::available_memory;
 use crate::transform::{Passband, SpaceTimeFilter};
 
 /// A field that has passed a filter.
@@ -98,7 +98,7 @@ fn check_finite(field: &Field, values: &[f64]) -> Result<()> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::threads::in_pool;
+    use crate::system::threads::in_pool;
 
     /// By hand: rows of 512 samples are 4096 bytes apart, so that each thread copies 8 lines of each of
     /// the 4096 rows. Beside them and the scratch there, 64 x 64 points in tiles of w columns, it holds

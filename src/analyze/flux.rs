@@ -4,10 +4,10 @@ use ndarray::parallel::prelude::*;
 use ndarray::{Array2, ArrayView2, Axis, azip, s};
 
 use super::plan::Plan;
-use super::request::Scaling;
-use super::sink::{LargeArray, Sink};
+use crate::arrays::{LargeArray, Sink};
 use crate::diagnostics::MapBuilder;
 use crate::error::Result;
+use crate::transform::Scaling;
 
 /// `Pi_K(k, t) = - d/dt sum_{|k'| <= k} E_K(k', t)` with `E_K` the energy spectrum of `v^2 / 2`:
 /// central differences, one-sided ones of second order at the ends of the record.
@@ -114,7 +114,7 @@ impl FluxSurrogate {
         if let Some(map) = map {
             map.add(next, 0, flux.view());
         }
-        sink.put(LargeArray::KineticFluxSurrogate, next, 0, flux.view())?;
+        sink.put(LargeArray::KINETIC_FLUX_SURROGATE, next, 0, flux.view())?;
         self.next = until;
         self.kept = held.min(2);
         let kept = self

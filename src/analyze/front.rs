@@ -8,8 +8,8 @@ use num_complex::Complex;
 use super::along::Headline;
 use super::plan::Plan;
 use super::result::{Front, FrontLength};
-use crate::chain::lanes::{Block, WIDTH};
 use crate::diagnostics::{Bins, moments_across};
+use crate::numeric::lanes::{Block, WIDTH};
 use crate::transform::{Real, RecordScratch, RecordTransform, fold, frequencies, power};
 
 /// The part of a site's largest magnitude that its arrival exceeds for the first time.

@@ -1,7 +1,8 @@
 //! Names of axes and quantities, with their units.
 
-use super::{Axes, Scaling};
+use super::Axes;
 use crate::field::Quantity;
+use crate::transform::Scaling;
 
 /// What the samples measure, in words.
 pub(crate) fn quantity(quantity: Quantity) -> &'static str {

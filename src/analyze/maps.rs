@@ -2,8 +2,7 @@
 
 use super::labels::{self, Power};
 use super::plan::Plan;
-use super::result::Map;
-use crate::diagnostics::MapBuilder;
+use crate::diagnostics::{Map, MapBuilder};
 use crate::field::Field;
 
 /// What the labels are made of.

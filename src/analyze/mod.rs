@@ -1,6 +1,7 @@
 //! From a field to its cascade: request, plan, run, result.
 
 mod along;
+mod arrays;
 mod between;
 mod columns;
 mod filtered;
@@ -8,35 +9,29 @@ mod flux;
 mod front;
 pub(crate) mod labels;
 mod maps;
-mod observer;
 mod plan;
+mod quality;
 mod reference;
 mod request;
 mod result;
 mod rows;
 mod run;
 mod short_time;
-mod sink;
 mod spacetime;
 mod stages;
 mod warning;
 mod worker;
 
+pub use crate::diagnostics::{Map, MapAxis, Reduction};
+pub use crate::transform::Scaling;
 pub use along::Headline;
+pub use arrays::Spectra;
 pub use filtered::{Filtered, filtered};
-pub use observer::{Observer, Silent};
-#[cfg(feature = "cli")]
-pub(crate) use plan::half_of_free_memory;
 pub use plan::{Blocks, Plan, PlanSummary, PlannedStage, plan};
-pub use request::{Precision, Request, Results, Scaling, ShortTime, TimeRange, Welch};
+pub use request::{Request, Results, ShortTime, TimeRange, Welch};
 pub use result::*;
 pub use run::{analyze, run};
-pub(crate) use sink::Collect;
-pub use sink::{Arrays, LargeArray, Nowhere, Sink, Spectra};
 pub use warning::Warning;
-
-/// Cells of a map, `(rows, columns)`: as many as a page shows.
-const MAP_LIMIT: (usize, usize) = (400, 300);
 
 /// Whether the bin `q` of `axis` lies in `band`, both ends included: a typed edge that misses its
 /// bin by rounding means that bin.

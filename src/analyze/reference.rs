@@ -2,9 +2,10 @@
 
 use super::along::REFERENCE;
 use super::front::arrival;
+use super::nearest;
 use super::plan::Plan;
-use super::{Observer, nearest};
 use crate::error::Result;
+use crate::observer::Observer;
 use crate::prepare::Prepared;
 
 /// Sites that the front has passed at the reference time of a run, at most.

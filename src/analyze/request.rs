@@ -1,6 +1,8 @@
 //! What is asked for: every choice of an analysis, as data.
 
-use crate::prepare::{Detrend, Gaps, Window};
+use crate::arrays::Precision;
+use crate::prepare::{Detrend, Gaps, Preparation, Window};
+use crate::transform::Scaling;
 
 /// Which results to compute; only the transforms these need are made.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -32,28 +34,6 @@ impl Results {
         flux_surrogate: false,
         short_time: false,
     };
-}
-
-/// How a spectrum is scaled; see [`crate::transform::Scale`] for the equations.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, serde::Serialize)]
-#[serde(rename_all = "kebab-case")]
-pub enum Scaling {
-    /// Energy spectral density of a transient: its integral is the sum of `v^2 dt`.
-    #[default]
-    Energy,
-    /// Power spectral density: its integral is the mean square.
-    Density,
-    /// Power spectrum: a sine of amplitude A peaks at `A^2 / 2`.
-    Spectrum,
-}
-
-/// Number type of transforms and of the arrays written.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, serde::Serialize)]
-#[serde(rename_all = "lowercase")]
-pub enum Precision {
-    #[default]
-    F64,
-    F32,
 }
 
 /// Which part of the record is analysed.
@@ -183,6 +163,19 @@ impl Default for Request {
             precision: Precision::F64,
             threads: None,
             memory: None,
+        }
+    }
+}
+
+impl Request {
+    /// What is done to the samples before transforms.
+    pub(crate) fn preparation(&self) -> Preparation {
+        Preparation {
+            gaps: self.gaps,
+            precision: self.precision,
+            detrend_field_mean: self.detrend_field_mean,
+            detrend_space: self.detrend_space,
+            detrend_time: self.detrend_time,
         }
     }
 }

@@ -4,6 +4,7 @@ use ndarray::{Array2, Array3};
 
 use super::along::Headline;
 use super::warning::Warning;
+use crate::diagnostics::Map;
 use crate::field::{Axis, Quantity};
 use crate::prepare::WindowGains;
 
@@ -225,35 +226,6 @@ pub struct Parseval {
     pub spacetime: Option<f64>,
 }
 
-/// A large array reduced by blocks for the eye: no sample is dropped.
-#[derive(Debug, Clone)]
-pub struct Map {
-    /// `(rows, columns)`; row 0 is the lowest value of `y`.
-    pub values: Array2<f32>,
-    pub x: MapAxis,
-    pub y: MapAxis,
-    pub reduction: Reduction,
-    /// What the values are, with unit, for the colour scale's label.
-    pub label: String,
-}
-
-/// An axis of a [`Map`]: cell edges from `low` to `high`, evenly divided.
-#[derive(Debug, Clone)]
-pub struct MapAxis {
-    pub label: String,
-    pub low: f64,
-    pub high: f64,
-}
-
-/// How many samples share a cell, and what of them is shown.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Reduction {
-    /// The largest value of each block.
-    Max { rows: usize, columns: usize },
-    /// The value of largest magnitude of each block, with its sign.
-    Extreme { rows: usize, columns: usize },
-}
-
 /// A short-time spectrum `(bins, frames)` of a site's record or of an instant's profile.
 #[derive(Debug, Clone)]
 pub struct ShortTimeSpectrum {
@@ -303,7 +275,7 @@ pub struct Timing {
 /// What is known of the result's error, and how.
 #[derive(Debug, Clone, serde::Serialize)]
 pub struct Accuracy {
-    pub precision: super::Precision,
+    pub precision: crate::arrays::Precision,
     /// Unit of the stored amplitudes: 1 unless squares leave the number range, then a power of
     /// two; spectra are then in units of its square.
     pub amplitude_unit: f64,

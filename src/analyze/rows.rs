@@ -6,13 +6,14 @@ use num_complex::Complex;
 
 use super::flux::FluxSurrogate;
 use super::plan::Plan;
-use super::sink::{LargeArray, Sink};
-use crate::analyze::Observer;
-use crate::chain::lanes::{self, widest};
-use crate::diagnostics::{Bins, Ends, MapBuilder, Row, moments_across};
+use super::quality::Ends;
+use crate::arrays::{LargeArray, Sink};
+use crate::diagnostics::{Bins, MapBuilder, Row, moments_across};
 use crate::error::{Error, Result};
+use crate::numeric::lanes::{self, widest};
+use crate::observer::Observer;
 use crate::prepare::Prepared;
-use crate::spare::Spare;
+use crate::system::scratch::Spare;
 use crate::transform::{Real, RecordScratch, RecordTransform, fold, power};
 
 /// What the pass leaves behind beside the arrays.
@@ -63,7 +64,7 @@ pub(super) fn transform_profiles<T: Real>(
         .then(|| RecordTransform::<T>::new(&plan.window_space, plan.conventions.padded_space));
     let results = plan.request.results;
     let map = |wanted: bool, of: fn((usize, usize), (usize, usize)) -> _, columns: usize| {
-        (wanted && plan.request.maps).then(|| of((nt, columns), super::MAP_LIMIT))
+        (wanted && plan.request.maps).then(|| of((nt, columns), crate::diagnostics::MAP_LIMIT))
     };
     let spectra = if transform.is_some() { nt } else { 0 };
     let mut done = Rows {
@@ -165,7 +166,7 @@ impl Rows {
             if let Some(map) = &mut self.map {
                 map.add(from, 0, spectra.view());
             }
-            sink.put(LargeArray::SpatialSpectrum, from, 0, spectra.view())?;
+            sink.put(LargeArray::SPATIAL_SPECTRUM, from, 0, spectra.view())?;
         }
         Ok(())
     }

@@ -4,23 +4,24 @@ use std::time::Instant;
 
 use super::along::{self, Headline};
 use super::columns::Columns;
-use super::front;
 use super::maps::Maps;
 use super::plan::{Plan, plan};
+use super::quality::{Findings, findings};
 use super::reference::References;
-use super::request::{Precision, Request};
+use super::request::Request;
 use super::result::*;
 use super::rows::Rows;
-use super::sink::{Collect, Sink, Spectra};
 use super::spacetime::ByDirection;
 use super::stages::{Clock, FromProfiles, Stages};
 use super::warning::Warning;
-use super::{Observer, Silent};
-use crate::diagnostics::{Findings, Row, findings};
+use super::{Spectra, front};
+use crate::arrays::{Collect, Precision, Sink};
+use crate::diagnostics::Row;
 use crate::error::Result;
 use crate::field::Field;
+use crate::numeric::{sum, sum_of_squares};
+use crate::observer::{Observer, Silent};
 use crate::prepare::Prepared;
-use crate::sum::{sum, sum_of_squares};
 use crate::transform::Real;
 
 /// Analyses a field that fits in memory: plan, run, collect.
@@ -44,7 +45,7 @@ pub fn run(
     sink: &dyn Sink,
     observer: &dyn Observer,
 ) -> Result<Analysis> {
-    crate::threads::in_pool(Some(plan.threads), || match plan.request.precision {
+    crate::system::threads::in_pool(Some(plan.threads), || match plan.request.precision {
         Precision::F64 => passes::<f64>(field, plan, sink, observer),
         Precision::F32 => passes::<f32>(field, plan, sink, observer),
     })
@@ -64,8 +65,14 @@ fn passes<T: Real>(
     let mut clock = Clock::new();
 
     let (times, sites) = (plan.times.clone(), plan.sites.clone());
-    let (prepared, scans) =
-        Prepared::new(field, times, sites, &plan.request, plan.tiles, observer)?;
+    let (prepared, scans) = Prepared::new(
+        field,
+        times,
+        sites,
+        plan.request.preparation(),
+        plan.tiles,
+        observer,
+    )?;
     clock.lap(plan, "preparation");
     let unit = prepared.unit();
     let stored = stored_square(unit, plan.request.precision);

@@ -3,12 +3,12 @@
 use ndarray::Array2;
 use ndarray::parallel::prelude::*;
 
-use super::observer::Observer;
 use super::plan::{Plan, check_window};
 use super::request::Request;
 use super::result::{ShortTimeSpectra, ShortTimeSpectrum};
 use crate::error::{Error, Result};
 use crate::field::Axis;
+use crate::observer::Observer;
 use crate::prepare::{Prepared, Window};
 use crate::transform::{
     Real, RecordScratch, RecordTransform, Scale, Segments, fold, frequencies, power, wavenumbers,

@@ -8,12 +8,12 @@ use num_complex::Complex;
 
 use super::between::{Between, Rows};
 use super::plan::Plan;
-use super::sink::{LargeArray, Sink};
-use crate::analyze::Observer;
+use crate::arrays::{LargeArray, Sink};
 use crate::diagnostics::MapBuilder;
 use crate::error::{Error, Result};
-use crate::spare::Spare;
-use crate::sum::sum;
+use crate::numeric::sum;
+use crate::observer::Observer;
+use crate::system::scratch::Spare;
 use crate::transform::{ComplexScratch, ComplexTransform, Real, fold, power};
 
 /// Frequencies that a thread takes at a time, at most.
@@ -86,7 +86,8 @@ pub(super) fn transform_frequencies<T: Real>(
         observer,
     };
     let map = |wanted: bool, columns: usize| {
-        (wanted && plan.request.maps).then(|| MapBuilder::largest((nf, columns), super::MAP_LIMIT))
+        (wanted && plan.request.maps)
+            .then(|| MapBuilder::largest((nf, columns), crate::diagnostics::MAP_LIMIT))
     };
     let mut done = Frequencies {
         directions: Vec::with_capacity(nf),
@@ -137,13 +138,13 @@ impl Frequencies {
         if let Some(map) = &mut self.map {
             map.add(from, 0, powers);
         }
-        sink.put(LargeArray::SpacetimeSpectrum, from, 0, powers)?;
+        sink.put(LargeArray::SPACETIME_SPECTRUM, from, 0, powers)?;
         let records = block.records.slice(s![..count, ..]);
         if records.ncols() > 0 {
             if let Some(map) = &mut self.temporal_map {
                 map.add(from, 0, records);
             }
-            sink.put(LargeArray::TemporalSpectrum, from, 0, records)?;
+            sink.put(LargeArray::TEMPORAL_SPECTRUM, from, 0, records)?;
         }
         Ok(())
     }

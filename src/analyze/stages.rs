@@ -10,11 +10,12 @@ use super::plan::Plan;
 use super::reference::References;
 use super::result::{BandEdge, FrontLength, ShortTimeSpectra, Timing};
 use super::rows::{self, Rows};
-use super::sink::Sink;
+use super::short_time;
 use super::spacetime::{self, Frequencies};
-use super::{Observer, short_time};
+use crate::arrays::Sink;
 use crate::diagnostics::quantile_of;
 use crate::error::{Error, Result};
+use crate::observer::Observer;
 use crate::prepare::Prepared;
 use crate::transform::Real;
 

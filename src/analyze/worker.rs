@@ -6,9 +6,9 @@ use ndarray::{Array2, ArrayView2, ArrayViewMut2, s};
 use num_complex::Complex;
 
 use super::plan::Plan;
-use crate::caches::{LINE, ask_after};
-use crate::chain::lanes::{Block, Lanes, WIDTH, Work, widest};
+use crate::numeric::lanes::{Block, Lanes, WIDTH, Work, widest};
 use crate::prepare::{Prepared, Trend};
+use crate::system::prefetch::{LINE, ask_after};
 use crate::transform::{Real, RecordScratch, RecordTransform, Scale, fold, power};
 
 /// Samples of a few sites.

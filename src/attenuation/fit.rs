@@ -291,9 +291,9 @@ mod tests {
         let mut noise = || {
             let mut sum = -6.0;
             for _ in 0..12 {
-                let (next, bits) = crate::reference::split_mix(state);
+                let (next, bits) = crate::numeric::split_mix(state);
                 state = next;
-                sum += (bits >> 11) as f64 / (1_u64 << 53) as f64;
+                sum += crate::numeric::unit_interval(bits);
             }
             sum
         };

@@ -4,9 +4,9 @@ use std::ops::Range;
 
 use super::pulse::{FRONT, Located, Pulse, Sense};
 use crate::Result;
-use crate::analyze::Observer;
 use crate::chain::{Instant, LOOKS, Resolution, Signal, Simulation, Watch};
 use crate::error::Error;
+use crate::observer::Observer;
 
 /// A pulse may not have reached the last site by more than this of the velocity scale, so that what
 /// a wall throws back is nowhere in the chain yet.

@@ -1,9 +1,10 @@
 //! The share of the energy passed above a frequency.
 
 use crate::Result;
-use crate::analyze::{Nowhere, Observer, Silent};
+use crate::arrays::Nowhere;
 use crate::budget::{self, BudgetRequest, Motion, Views};
 use crate::chain::{EndTime, Record, Simulation};
+use crate::observer::{Observer, Silent};
 
 /// Samples of a run from which shares are taken.
 const SAMPLES: usize = 8192;

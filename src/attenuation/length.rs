@@ -11,9 +11,9 @@ use super::members::{Known, Member, Seen};
 use super::plan::{Plan, Planned};
 use super::pulse::{Sense, refuse};
 use crate::Result;
-use crate::analyze::Observer;
 use crate::chain::scene::SceneSource;
-use crate::ledger::{Asked, Outcome};
+use crate::observer::Observer;
+use crate::system::journal::{Asked, Outcome};
 
 /// Up to this length every length has a chain of its own in the sense of the wall.
 const EVERY: usize = 40;

@@ -4,8 +4,9 @@ use serde::Serialize;
 
 use super::chains::Pattern;
 use crate::Result;
-use crate::chain::{Chain, Law, root_between};
+use crate::chain::{Chain, Law};
 use crate::localized::{Alternation, Family};
+use crate::numeric::root_between;
 
 /// The highest order that is marked.
 const LAST: usize = 19;

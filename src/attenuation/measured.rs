@@ -4,8 +4,8 @@ use std::path::Path;
 
 use serde::Serialize;
 
-use crate::error::{Error, Result};
-use crate::field::{Field, InputFault};
+use crate::error::{Error, InputFault, Result};
+use crate::field::Field;
 
 /// A measured value at an abscissa.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize)]
@@ -243,7 +243,7 @@ fn rise_of(record: &[f64], top: usize, level: f64, level_error: f64) -> Option<M
     let bend = (steps[1] - steps[0]) / 2.0;
     let twist = (steps[2] - 2.0 * steps[1] + steps[0]) / 6.0;
     let cubic = |x: f64| v[0] + (x + 1.0) * (steps[0] + x * (bend + (x - 1.0) * twist));
-    let at = crate::chain::root_between(0.0, 1.0, |x| cubic(x) - level);
+    let at = crate::numeric::root_between(0.0, 1.0, |x| cubic(x) - level);
     let line = (level - v[1]) / steps[1];
     let slope = (cubic(at + 1e-4) - cubic(at - 1e-4)) / 2e-4;
     let off = level_error / slope.abs().max(f64::MIN_POSITIVE);
@@ -298,9 +298,9 @@ mod tests {
                 .map(|i| {
                     let mut sum = -6.0;
                     for _ in 0..12 {
-                        let (next, bits) = crate::reference::split_mix(state);
+                        let (next, bits) = crate::numeric::split_mix(state);
                         state = next;
-                        sum += (bits >> 11) as f64 / (1_u64 << 53) as f64;
+                        sum += crate::numeric::unit_interval(bits);
                     }
                     (-0.5 * ((f64::from(i) - at) / 6.0).powi(2)).exp() + 0.003 * sum
                 })

@@ -8,9 +8,9 @@ use serde::{Deserialize, Serialize};
 
 use super::high_band::high_shares;
 use super::pulse::{Pulses, Sense, pulses};
-use crate::analyze::Observer;
 use crate::chain::Simulation;
-use crate::ledger::{Asked, Ledger, Outcome, Outcomes};
+use crate::observer::Observer;
+use crate::system::journal::{Asked, Ledger, Outcome, Outcomes};
 use crate::{Error, Result};
 
 /// What is kept of a member.

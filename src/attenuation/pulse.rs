@@ -5,8 +5,8 @@ use std::ops::Range;
 use serde::{Deserialize, Serialize};
 
 use super::follow::Following;
-use crate::analyze::Observer;
 use crate::chain::{Ends, Resolution, Simulation};
+use crate::observer::Observer;
 use crate::{Error, Result};
 
 /// The share of its peak at which a pulse arrives.

@@ -11,10 +11,10 @@ use super::marks::{LocalizedMark, Waves, localized_marks};
 use super::members::{Known, Member, Quiet, Seen};
 use super::pulse::{Located, Pulse, Sense, contacts, refuse};
 use crate::Result;
-use crate::analyze::Observer;
 use crate::chain::scene::{SceneSource, Setup, Units};
-use crate::ledger::{Asked, Outcome};
+use crate::observer::Observer;
 use crate::sweep::Axis;
+use crate::system::journal::{Asked, Outcome};
 
 /// What is asked of transmission.
 #[derive(Debug, Clone)]

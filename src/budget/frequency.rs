@@ -15,11 +15,11 @@ use super::contacts::{Contacts, PowerRow};
 use super::motion::Motion;
 use super::request::BudgetRequest;
 use super::result::{Budget, low_bins};
-use super::waiting::MAP_LIMIT;
 use super::wavenumber::dot;
-use crate::analyze::{LargeArray, Map, Observer, Sink};
-use crate::diagnostics::{MapBuilder, edge_of};
+use crate::arrays::{LargeArray, Sink};
+use crate::diagnostics::{MAP_LIMIT, Map, MapBuilder, edge_of};
 use crate::error::{Error, Result};
+use crate::observer::Observer;
 use crate::transform::fold;
 
 /// Frequencies shown, in units of the band edge.
@@ -119,7 +119,7 @@ pub(super) fn power_flow(
     let edge = request.band_edge_frequency;
     let edge = edge.unwrap_or_else(|| default_edge(motion, contacts, &*plan, &frequency));
     let low_bins = low_bins(&frequency, edge);
-    for array in [LargeArray::PowerFlow, LargeArray::CumulativePowerFlow] {
+    for array in [LargeArray::POWER_FLOW, LargeArray::CUMULATIVE_POWER_FLOW] {
         sink.reserve(array, (bins, m))?;
     }
     observer.stage("power flow", m as u64);
@@ -160,17 +160,17 @@ pub(super) fn power_flow(
                     *power = weight * dot(*force, *speed);
                 }
                 let (low, high) = power.split_at(low_bins);
-                bands.push([low, high].map(|band| df * crate::sum::sum(band)));
+                bands.push([low, high].map(|band| df * crate::numeric::sum(band)));
             }
             // Contacts side by side, as the whole array has them.
             let mut block = Array2::from_shape_fn((bins, width), |(bin, j)| powers[[j, bin]]);
-            sink.put(LargeArray::PowerFlow, 0, first, block.view())?;
+            sink.put(LargeArray::POWER_FLOW, 0, first, block.view())?;
             if let Ok(mut map) = map.lock() {
                 map.add(0, first, block.slice(s![..shown, ..]));
             }
             block *= df;
             block.accumulate_axis_inplace(Axis(0), |below, here| *here += below);
-            sink.put(LargeArray::CumulativePowerFlow, 0, first, block.view())?;
+            sink.put(LargeArray::CUMULATIVE_POWER_FLOW, 0, first, block.view())?;
             observer.advance(width as u64);
             Ok(bands)
         })

@@ -1,7 +1,7 @@
 //! Balances over time: what a quantity changed by against the integral of its rate.
 
 use super::wavenumber::Terms;
-use crate::chain::lanes::{Lanes, Work, widest};
+use crate::numeric::lanes::{Lanes, Work, widest};
 
 /// A balance of many quantities: `change = integral of rate`, and how far it is from closing.
 #[derive(Debug, Clone, Default)]

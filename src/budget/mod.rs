@@ -13,6 +13,7 @@
 //! Budgets need contact energies: they are made from a [`Motion`], a chain with displacements and
 //! velocities, and not from a [`crate::Field`] of velocities alone.
 
+mod arrays;
 mod branches;
 mod contacts;
 mod curves;
@@ -54,9 +55,10 @@ pub use result::{
 pub use tendency::{Burgers, Tendency, TendencyBudget, tendency_budget};
 pub use units::BudgetUnits;
 
-use crate::analyze::{Arrays, Observer, Silent, Sink};
+use crate::arrays::{Arrays, Sink};
 use crate::chain::Chain;
 use crate::error::Result;
+use crate::observer::{Observer, Silent};
 use contacts::Contacts;
 
 /// The budgets of a motion, with the arrays over time in memory.
@@ -64,7 +66,7 @@ use contacts::Contacts;
 /// # Errors
 /// As [`run`].
 pub fn budget(motion: &Motion, request: &BudgetRequest) -> Result<(Budget, Arrays)> {
-    let collect = crate::analyze::Collect::default();
+    let collect = crate::arrays::Collect::default();
     let budget = run(motion, request, &collect, &Silent)?;
     Ok((budget, collect.into_arrays()))
 }
@@ -94,7 +96,7 @@ fn run_beside(
 ) -> Result<Budget> {
     motion.check()?;
     request.check(motion)?;
-    crate::threads::in_pool(request.threads, || {
+    crate::system::threads::in_pool(request.threads, || {
         let contacts = Contacts::of(motion);
         let mut budget = rows::pass(motion, &contacts, stated, request, sink, observer)?;
         if request.views.frequency {

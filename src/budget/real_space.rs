@@ -36,8 +36,8 @@ impl SiteTerms {
         energy.clear();
         let kinetic = chain.mass.iter().zip(at.v);
         energy.extend(kinetic.map(|(m, v)| 0.5 * m * v * v));
-        self.kinetic = crate::sum::sum(energy);
-        self.contact = crate::sum::sum(&state.energy);
+        self.kinetic = crate::numeric::sum(energy);
+        self.contact = crate::numeric::sum(&state.energy);
         (self.input, self.wall_heat) = (0.0, 0.0);
         loss.clear();
         loss.extend(at.v.iter().map(|v| chain.losses.drag * v * v));

@@ -13,9 +13,9 @@ use super::ledger::worst_of;
 use super::request::BudgetRequest;
 use super::result::{Budget, low_bins};
 use super::wavenumber::dot;
-use crate::analyze::Observer;
 use crate::chain::Simulation;
 use crate::error::Result;
+use crate::observer::Observer;
 use crate::transform::{fold, frequencies};
 
 /// Intervals between samples; a power of two less one, so that records have a fast length.
@@ -66,7 +66,7 @@ pub(super) fn refine(
         let spectra = of_force.iter().zip(&of_speed).enumerate();
         let power = spectra.map(|(bin, (f, v))| dt * dt * fold(bin, samples) * dot(*f, *v));
         let power: Vec<f64> = power.collect();
-        let band = |power: &[f64]| df * crate::sum::sum(power);
+        let band = |power: &[f64]| df * crate::numeric::sum(power);
         flow.refined.push(RefinedFlow {
             contact,
             low: band(&power[..low_bins]),

@@ -6,9 +6,9 @@ use super::filter::ScaleOf;
 use super::frequency::FrequencyFlow;
 use super::modes::Basis;
 use super::units::BudgetUnits;
-use crate::analyze::{Map, MapAxis, Reduction};
+use crate::diagnostics::{Map, MapAxis, Reduction};
 
-/// A budget: curves, numbers and maps; the arrays over time go to a [`crate::analyze::Sink`].
+/// A budget: curves, numbers and maps; the arrays over time go to a [`crate::arrays::Sink`].
 #[derive(Debug, Clone)]
 pub struct Budget {
     pub n_sites: usize,
@@ -184,7 +184,7 @@ pub struct BranchBudget {
 impl BranchBudget {
     pub(super) fn keep(&mut self, split: &Split) {
         self.optical_energy
-            .push(crate::sum::sum(&split.optical_energy));
+            .push(crate::numeric::sum(&split.optical_energy));
         self.optical_transfer.push(split.optical_transfer);
     }
 }

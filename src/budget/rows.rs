@@ -14,10 +14,11 @@ use super::result::{Budget, Closure, PassedError, empty_map};
 use super::spectral::Spectral;
 use super::waiting::{Shown, Waiting};
 use super::wavenumber::{Terms, Transfers};
-use crate::analyze::{LargeArray, Observer, Sink};
+use crate::arrays::{LargeArray, Sink};
 use crate::chain::Chain;
 use crate::error::{Error, Result};
-use crate::sum::sum;
+use crate::numeric::sum;
+use crate::observer::Observer;
 
 /// Samples that are computed before they are added up in order.
 const BATCH: usize = 64;
@@ -104,11 +105,11 @@ impl<'a> Pass<'a> {
         let (samples, n, m) = (motion.samples(), chain.n_sites(), chain.n_contacts());
         let mut waiting = Waiting::default();
         let lossy = chain.losses.any();
-        waiting.reserve(sink, LargeArray::SiteEnergy, (samples, n), Shown::Not)?;
-        waiting.reserve(sink, LargeArray::EnergyFlux, (samples, m), Shown::Extreme)?;
-        waiting.reserve(sink, LargeArray::EnergyPassed, (samples, m), Shown::Not)?;
+        waiting.reserve(sink, LargeArray::SITE_ENERGY, (samples, n), Shown::Not)?;
+        waiting.reserve(sink, LargeArray::ENERGY_FLUX, (samples, m), Shown::Extreme)?;
+        waiting.reserve(sink, LargeArray::ENERGY_PASSED, (samples, m), Shown::Not)?;
         if lossy {
-            waiting.reserve(sink, LargeArray::EnergyLost, (samples, n), Shown::Not)?;
+            waiting.reserve(sink, LargeArray::ENERGY_LOST, (samples, n), Shown::Not)?;
         }
         let spectral = match request.views.wavenumber {
             true => Some(Spectral::new(
@@ -206,10 +207,10 @@ impl<'a> Pass<'a> {
             budget.passed = self.exchanged.passed.clone();
         }
         let waiting = &mut self.waiting;
-        waiting.push(LargeArray::SiteEnergy, &sites.energy);
-        waiting.push(LargeArray::EnergyFlux, &sites.flux);
-        waiting.push(LargeArray::EnergyPassed, &self.exchanged.passed);
-        waiting.push(LargeArray::EnergyLost, &self.exchanged.lost);
+        waiting.push(LargeArray::SITE_ENERGY, &sites.energy);
+        waiting.push(LargeArray::ENERGY_FLUX, &sites.flux);
+        waiting.push(LargeArray::ENERGY_PASSED, &self.exchanged.passed);
+        waiting.push(LargeArray::ENERGY_LOST, &self.exchanged.lost);
         if let Some(spectral) = &mut self.spectral {
             // What a moving wall puts into its damper never was energy of a wavenumber.
             let dissipation = sum(&sites.loss) - sites.wall_heat;
@@ -226,7 +227,7 @@ impl<'a> Pass<'a> {
         let place = (&*place, 0.5 * budget.pitch, budget.pitch);
         let mut waiting = self.waiting;
         let label = units.power("energy flux J");
-        let map = waiting.map(LargeArray::EnergyFlux, label, time, place);
+        let map = waiting.map(LargeArray::ENERGY_FLUX, label, time, place);
         budget.flux_map = map.unwrap_or_else(empty_map);
         if let Some(spectral) = self.spectral {
             budget.closure.wavenumber = budget.relative(spectral.worst());

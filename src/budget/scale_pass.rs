@@ -11,10 +11,11 @@ use super::result::{Budget, Residual, ScaleBudget};
 use super::scale::{Planned, Scales};
 use super::scale_terms::{ScaleScratch, ScaleTerms};
 use super::waiting::{Shown, Waiting};
-use crate::analyze::{LargeArray, Observer, Sink};
+use crate::arrays::{LargeArray, Sink};
 use crate::chain::Chain;
 use crate::error::{Error, Result};
-use crate::sum::sum;
+use crate::numeric::sum;
+use crate::observer::Observer;
 
 /// Samples that are computed before they are added up in order.
 const BATCH: usize = 64;
@@ -48,10 +49,10 @@ pub(super) fn pass(
         return Ok(());
     };
     let mut waiting = Waiting::default();
-    waiting.reserve(sink, LargeArray::ScaleFlux, (samples, m), Shown::Extreme)?;
+    waiting.reserve(sink, LargeArray::SCALE_FLUX, (samples, m), Shown::Extreme)?;
     waiting.reserve(
         sink,
-        LargeArray::ScaleFluxInTime,
+        LargeArray::SCALE_FLUX_IN_TIME,
         (samples, count),
         Shown::Not,
     )?;
@@ -95,8 +96,8 @@ pub(super) fn pass(
                 ledgers[scale].compare(&now.energy);
             }
             row[scales.scales[mapped].contacts.clone()].copy_from_slice(&terms[mapped].flux);
-            waiting.push(LargeArray::ScaleFlux, &row);
-            waiting.push(LargeArray::ScaleFluxInTime, &sums);
+            waiting.push(LargeArray::SCALE_FLUX, &row);
+            waiting.push(LargeArray::SCALE_FLUX_IN_TIME, &sums);
         }
         found.swap(0, batch.len());
         waiting.hand_on(sink, batch.start)?;
@@ -115,7 +116,7 @@ pub(super) fn pass(
         contacts: scales.scales.iter().map(of_all).collect(),
         integrated_flux: integrated,
         map_scale: scales.scales[mapped].of.scale,
-        flux_map: waiting.map(LargeArray::ScaleFlux, label, time, place),
+        flux_map: waiting.map(LargeArray::SCALE_FLUX, label, time, place),
         residual: worst
             .iter()
             .map(|worst| Some(worst / budget.scale))

@@ -5,7 +5,7 @@ use super::motion::Instant;
 use super::scale::{Planned, Scales};
 use super::sublattices::Filtered;
 use crate::chain::Ends;
-use crate::chain::lanes::{Lanes, Work, widest};
+use crate::numeric::lanes::{Lanes, Work, widest};
 
 /// Working space of one thread.
 #[derive(Debug, Clone, Default)]

@@ -11,10 +11,10 @@ use super::result::{
 use super::units::BudgetUnits;
 use super::waiting::{Shown, Waiting};
 use super::wavenumber::{Terms, Transfers};
-use crate::analyze::{LargeArray, Sink};
+use crate::arrays::{LargeArray, Sink};
 use crate::diagnostics::edge_of;
 use crate::error::Result;
-use crate::sum::sum;
+use crate::numeric::sum;
 
 #[derive(Default)]
 struct Rates {
@@ -48,22 +48,22 @@ impl Spectral {
         let wavenumber = transfers.modes.wavenumbers(request.pitch);
         let shape = (motion.samples(), wavenumber.len());
         for (array, shown) in [
-            (LargeArray::EnergySpectrum, Shown::Largest),
-            (LargeArray::Transfer, Shown::Not),
-            (LargeArray::SpectralFlux, Shown::Extreme),
+            (LargeArray::ENERGY_SPECTRUM, Shown::Largest),
+            (LargeArray::TRANSFER, Shown::Not),
+            (LargeArray::SPECTRAL_FLUX, Shown::Extreme),
         ] {
             waiting.reserve(sink, array, shape, shown)?;
         }
         if request.integration == Integration::Samples {
-            let array = LargeArray::IntegratedSpectralFlux;
+            let array = LargeArray::INTEGRATED_SPECTRAL_FLUX;
             waiting.reserve(sink, array, shape, Shown::Not)?;
         }
         let lossy = motion.chain.losses.any();
         if lossy {
-            waiting.reserve(sink, LargeArray::LossSpectrum, shape, Shown::Not)?;
+            waiting.reserve(sink, LargeArray::LOSS_SPECTRUM, shape, Shown::Not)?;
         }
         if motion.drive.is_some() {
-            waiting.reserve(sink, LargeArray::InputSpectrum, shape, Shown::Not)?;
+            waiting.reserve(sink, LargeArray::INPUT_SPECTRUM, shape, Shown::Not)?;
         }
         let branches = transfers.branches().map(|branches| BranchBudget {
             wavenumber: branches.wavenumbers(request.pitch),
@@ -72,8 +72,8 @@ impl Spectral {
         });
         if let Some(branches) = &branches {
             let shape = (shape.0, branches.wavenumber.len());
-            waiting.reserve(sink, LargeArray::AcousticSpectrum, shape, Shown::Not)?;
-            waiting.reserve(sink, LargeArray::OpticalSpectrum, shape, Shown::Not)?;
+            waiting.reserve(sink, LargeArray::ACOUSTIC_SPECTRUM, shape, Shown::Not)?;
+            waiting.reserve(sink, LargeArray::OPTICAL_SPECTRUM, shape, Shown::Not)?;
         }
         Ok(Spectral {
             edge_asked: request.band_edge_wavenumber,
@@ -129,19 +129,19 @@ impl Spectral {
         budget.centroid.push(centroid);
         if let (Some(branches), Some(split)) = (&mut budget.branches, &terms.split) {
             branches.keep(split);
-            waiting.push(LargeArray::AcousticSpectrum, &split.acoustic_energy);
-            waiting.push(LargeArray::OpticalSpectrum, &split.optical_energy);
+            waiting.push(LargeArray::ACOUSTIC_SPECTRUM, &split.acoustic_energy);
+            waiting.push(LargeArray::OPTICAL_SPECTRUM, &split.optical_energy);
         }
         for (array, row) in [
-            (LargeArray::EnergySpectrum, energy),
-            (LargeArray::Transfer, &terms.transfer),
-            (LargeArray::SpectralFlux, flux),
-            (LargeArray::LossSpectrum, &terms.loss),
-            (LargeArray::InputSpectrum, &terms.input),
+            (LargeArray::ENERGY_SPECTRUM, energy),
+            (LargeArray::TRANSFER, &terms.transfer),
+            (LargeArray::SPECTRAL_FLUX, flux),
+            (LargeArray::LOSS_SPECTRUM, &terms.loss),
+            (LargeArray::INPUT_SPECTRUM, &terms.input),
         ] {
             waiting.push(array, row);
         }
-        waiting.push(LargeArray::IntegratedSpectralFlux, integrated);
+        waiting.push(LargeArray::INTEGRATED_SPECTRAL_FLUX, integrated);
     }
 
     fn check_identities(&mut self, terms: &Terms, total: f64, dissipation: f64) {
@@ -222,9 +222,9 @@ impl Spectral {
         let k = units.wavenumber();
         let k = (&*k, 0.0, step);
         let label = units.energy("E(k), both signs of k");
-        let map = waiting.map(LargeArray::EnergySpectrum, label, time, k);
+        let map = waiting.map(LargeArray::ENERGY_SPECTRUM, label, time, k);
         budget.energy_map = map.unwrap_or_else(empty_map);
-        let map = waiting.map(LargeArray::SpectralFlux, units.power("flux Π(k)"), time, k);
+        let map = waiting.map(LargeArray::SPECTRAL_FLUX, units.power("flux Π(k)"), time, k);
         budget.flux_map = map.unwrap_or_else(empty_map);
         budget
     }

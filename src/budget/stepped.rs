@@ -12,9 +12,10 @@ use super::scale::{Planned, Scales};
 use super::scale_terms::{ScaleScratch, ScaleTerms};
 use super::waiting::{Shown, Waiting};
 use super::wavenumber::{Terms, TransferScratch, Transfers};
-use crate::analyze::{LargeArray, Observer, Sink};
+use crate::arrays::{LargeArray, Sink};
 use crate::chain::{Path, Place, Quintic, Scheme, Simulation, Visit, openings};
 use crate::error::Result;
+use crate::observer::Observer;
 
 /// Error of a velocity a step, relative to the velocity scale.
 const LOCAL_ERROR: f64 = 1e-12;
@@ -38,13 +39,18 @@ pub(super) fn close(
     let mut waiting = Waiting::default();
     if let Some(count) = wavenumbers {
         let shape = (motion.samples(), count);
-        waiting.reserve(sink, LargeArray::IntegratedSpectralFlux, shape, Shown::Not)?;
+        waiting.reserve(
+            sink,
+            LargeArray::INTEGRATED_SPECTRAL_FLUX,
+            shape,
+            Shown::Not,
+        )?;
     }
     if budget.scale == 0.0 {
         // Nothing moves, and there is no speed to measure errors of steps by.
         let row = vec![0.0; wavenumbers.unwrap_or(0)];
         for i in 0..motion.samples() {
-            waiting.push(LargeArray::IntegratedSpectralFlux, &row);
+            waiting.push(LargeArray::INTEGRATED_SPECTRAL_FLUX, &row);
             waiting.hand_on(sink, i)?;
         }
         return Ok(());
@@ -182,7 +188,7 @@ struct Rows<'a> {
 
 impl Rows<'_> {
     fn push(&mut self, i: usize, row: &[f64], last: bool) {
-        self.waiting.push(LargeArray::IntegratedSpectralFlux, row);
+        self.waiting.push(LargeArray::INTEGRATED_SPECTRAL_FLUX, row);
         if self.outcome.is_ok() && (last || i + 1 - self.first == BATCH) {
             self.outcome = self.waiting.hand_on(self.sink, self.first);
             self.first = i + 1;

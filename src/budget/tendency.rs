@@ -24,7 +24,7 @@ use super::quadrature::{Quadrature, SMOOTH};
 use super::result::{Identities, Residual};
 use super::wavenumber::dot;
 use crate::error::{Error, Result};
-use crate::sum::sum;
+use crate::numeric::sum;
 
 /// The right-hand side of `du/dt = c(u) + d(u)` on a periodic grid.
 pub trait Tendency: Sync {
@@ -113,7 +113,7 @@ pub fn tendency_budget(
             relative(sum(&transfer), peak)
         })),
         energy_sum: largest(lines().zip(energy.rows()).map(|((u, _), energy)| {
-            let squares = crate::sum::sum_of_squares(&u) / (2 * n) as f64;
+            let squares = crate::numeric::sum_of_squares(&u) / (2 * n) as f64;
             relative(sum(&energy.to_vec()) - squares, squares)
         })),
         loss_sum: None,

@@ -2,12 +2,9 @@
 
 use ndarray::ArrayView2;
 
-use crate::analyze::{LargeArray, Map, Sink};
-use crate::diagnostics::MapBuilder;
+use crate::arrays::{LargeArray, Sink};
+use crate::diagnostics::{MAP_LIMIT, Map, MapBuilder};
 use crate::error::Result;
-
-/// Cells of a map, as many as a page shows.
-pub(super) const MAP_LIMIT: (usize, usize) = (400, 300);
 
 /// Arrays that were announced to a sink.
 #[derive(Default)]

@@ -203,7 +203,7 @@ const ROUNDING: f64 = 1e-13;
 /// those computed, by least squares in units of each one's rounding. A sum that rounding does not
 /// explain is left as it is, to be seen.
 fn reconcile(transfer: &mut [f64], squares: &[f64]) -> f64 {
-    let (sum, total) = (crate::sum::sum(transfer), crate::sum::sum(squares));
+    let (sum, total) = (crate::numeric::sum(transfer), crate::numeric::sum(squares));
     if sum == 0.0 || total == 0.0 {
         return 0.0;
     }

@@ -19,7 +19,7 @@
 //! crystals*, equation 1.
 
 use super::elliptic::ellipse_integrals;
-use super::root;
+use crate::numeric::root;
 use crate::{Error, Result};
 
 /// An isotropic elastic material.

@@ -4,6 +4,7 @@
 //! joins sites j and j+1, and the last one joins the last site to the fixed wall.
 
 use super::law::Law;
+use crate::numeric::{split_mix, unit_interval};
 use crate::{Error, Result};
 
 /// What holds the ends.
@@ -346,14 +347,9 @@ impl Pattern {
     }
 }
 
-/// The next number in 0..1 of SplitMix64.
-///
-/// Source: G. L. Steele, D. Lea, C. H. Flood, *Fast splittable pseudorandom number generators*,
-/// OOPSLA 2014.
+/// The next number in 0..1.
 fn uniform(state: &mut u64) -> f64 {
-    *state = state.wrapping_add(0x9e37_79b9_7f4a_7c15);
-    let mut z = *state;
-    z = (z ^ (z >> 30)).wrapping_mul(0xbf58_476d_1ce4_e5b9);
-    z = (z ^ (z >> 27)).wrapping_mul(0x94d0_49bb_1331_11eb);
-    ((z ^ (z >> 31)) >> 11) as f64 / (1u64 << 53) as f64
+    let (next, bits) = split_mix(*state);
+    *state = next;
+    unit_interval(bits)
 }

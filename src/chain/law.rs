@@ -5,7 +5,7 @@
 //! computed as such, never as a difference of large numbers, so that small waves on a strong
 //! precompression keep their digits. Without precompression it is the force itself.
 
-use super::lanes::Number;
+use crate::numeric::lanes::Number;
 
 /// How the force of a contact grows with its overlap delta.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]

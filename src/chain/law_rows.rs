@@ -1,7 +1,7 @@
 //! Contact laws of many contacts at once.
 
-use super::lanes::{Lanes, Number, Work, widest};
 use super::law::Law;
+use crate::numeric::lanes::{Lanes, Number, Work, widest};
 
 impl Law {
     /// Forces and energies of many contacts at these overlaps beyond the static ones, if any.

@@ -4,12 +4,12 @@ use std::sync::Mutex;
 
 use rayon::prelude::*;
 
-use super::lanes::WIDTH;
 use super::recorder::{Recorder, Samples};
 use super::result::Run;
 use super::simulation::{Accuracy, EndTime, Simulation};
 use super::stepping::{self, Cost, Scheme, StepControl};
-use crate::analyze::Observer;
+use crate::numeric::lanes::WIDTH;
+use crate::observer::Observer;
 use crate::{Error, Result};
 
 /// How many runs of a simulation's kind [`run_each`] holds on each thread.

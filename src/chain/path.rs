@@ -13,8 +13,8 @@ use super::simulation::Simulation;
 use super::stepping::{
     self, FIRST_CONTACT, FIRST_SITE, Mark, Quintic, State, StepControl, Stepping, openings,
 };
-use crate::analyze::Observer;
 use crate::error::{Error, Result};
+use crate::observer::Observer;
 
 /// Nodes between two openings, and where nothing opens.
 const NODES: usize = 12;

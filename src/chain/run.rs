@@ -5,7 +5,7 @@ use super::recorder::{Recorder, Samples};
 use super::result::{Run, RunReport, RunWarning};
 use super::simulation::{Accuracy, EndTime, Record, Simulation};
 use super::stepping::{self, FIRST_SITE, State, StepControl, Stepping, Task};
-use crate::analyze::Observer;
+use crate::observer::Observer;
 use crate::{Error, Result};
 
 /// By what the local error shrinks in the run that a run is checked with.

@@ -138,7 +138,11 @@ impl Simulation {
             let expected = "a chain whose first end is free for a driving force";
             return Err(refuse("drive", expected, format!("{:?}", self.chain.ends)));
         }
-        let (needed, allowed) = (self.bytes(), self.memory.unwrap_or_else(available_memory));
+        let (needed, allowed) = (
+            self.bytes(),
+            self.memory
+                .unwrap_or_else(crate::system::memory::available_memory),
+        );
         if needed > allowed {
             return Err(Error::Memory {
                 what: "the run",
@@ -191,15 +195,4 @@ impl Simulation {
             .max((2.0 * stored / lightest).sqrt())
             .max(driven)
     }
-}
-
-/// Bytes of memory that the system would give now, all that can be addressed if it does not say.
-pub(crate) fn available_memory() -> u64 {
-    let unknown = u64::MAX;
-    let Ok(text) = std::fs::read_to_string("/proc/meminfo") else {
-        return unknown;
-    };
-    let line = text.lines().find_map(|l| l.strip_prefix("MemAvailable:"));
-    let kibibytes = line.and_then(|l| l.split_whitespace().next()?.parse::<u64>().ok());
-    kibibytes.map_or(unknown, |k| k.saturating_mul(1024))
 }

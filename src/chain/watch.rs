@@ -8,14 +8,14 @@
 use super::lattice::Chain;
 use super::path::acceleration;
 use super::peak::largest;
-use super::root;
 use super::run::CHECK_FACTOR;
 use super::simulation::{Accuracy, Simulation};
 use super::stepping::{
     self, FIRST_CONTACT, FIRST_SITE, Mark, Quintic, State, StepControl, Stepping,
 };
 use crate::Result;
-use crate::analyze::Observer;
+use crate::numeric::root;
+use crate::observer::Observer;
 
 /// Half the length of what is made again around an instant, in steps.
 const CLOSE: f64 = 1.0 / 32.0;

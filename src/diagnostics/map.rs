@@ -5,8 +5,39 @@ use std::borrow::Cow;
 use ndarray::parallel::prelude::*;
 use ndarray::{Array2, ArrayView2, Axis, azip, s};
 
-use crate::analyze::{Map, MapAxis, Reduction};
-use crate::chain::lanes::{Lanes, WIDTH, Work, widest};
+use crate::numeric::lanes::{Lanes, WIDTH, Work, widest};
+
+/// Cells of a map, `(rows, columns)`: as many as a page shows.
+pub(crate) const MAP_LIMIT: (usize, usize) = (400, 300);
+
+/// A large array reduced by blocks for the eye: no sample is dropped.
+#[derive(Debug, Clone)]
+pub struct Map {
+    /// `(rows, columns)`; row 0 is the lowest value of `y`.
+    pub values: Array2<f32>,
+    pub x: MapAxis,
+    pub y: MapAxis,
+    pub reduction: Reduction,
+    /// What the values are, with unit, for the colour scale's label.
+    pub label: String,
+}
+
+/// An axis of a [`Map`]: cell edges from `low` to `high`, evenly divided.
+#[derive(Debug, Clone)]
+pub struct MapAxis {
+    pub label: String,
+    pub low: f64,
+    pub high: f64,
+}
+
+/// How many samples share a cell, and what of them is shown.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Reduction {
+    /// The largest value of each block.
+    Max { rows: usize, columns: usize },
+    /// The value of largest magnitude of each block, with its sign.
+    Extreme { rows: usize, columns: usize },
+}
 
 /// What of a block is kept.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]

@@ -3,10 +3,9 @@
 mod bins;
 mod map;
 mod moments;
-mod quality;
 mod side_by_side;
 
 pub(crate) use bins::Bins;
-pub(crate) use map::MapBuilder;
+pub(crate) use map::{MAP_LIMIT, MapBuilder};
+pub use map::{Map, MapAxis, Reduction};
 pub(crate) use moments::{Row, edge_of, moments_across, quantile_of};
-pub(crate) use quality::{Ends, Findings, findings};

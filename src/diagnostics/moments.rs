@@ -2,8 +2,8 @@
 
 use super::bins::Bins;
 use super::side_by_side;
-use crate::chain::lanes::{Block, WIDTH};
-use crate::sum::sum;
+use crate::numeric::lanes::{Block, WIDTH};
+use crate::numeric::sum;
 
 /// The measures of one row; see [`crate::analyze::Moments`] for the equations.
 #[derive(Debug, Clone, Copy)]

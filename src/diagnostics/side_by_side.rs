@@ -6,8 +6,8 @@
 use std::ops::Range;
 
 use super::bins::Bins;
-use crate::chain::lanes::{Block, Lanes, WIDTH, Work, widest};
-use crate::logarithm::ln_normal;
+use crate::numeric::lanes::{Block, Lanes, WIDTH, Work, widest};
+use crate::numeric::ln_normal;
 
 /// Bins added plainly before sums are paired.
 pub(super) const LEAF: usize = 32;

@@ -5,7 +5,7 @@
 
 use std::ops::Range;
 
-use crate::caches::ask_for;
+use crate::system::prefetch::ask_for;
 
 /// Edge of a tile: 8 samples of 8 bytes are one cache line.
 const TILE: usize = 8;

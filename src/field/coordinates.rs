@@ -1,7 +1,7 @@
 //! An axis from coordinates that a file lists.
 
 use super::Axis;
-use super::fault::InputFault;
+use crate::error::InputFault;
 use crate::measure::{self, Dimension, Measure};
 
 /// Deviation from even spacing that is taken for rounding, relative to the length of the axis.

@@ -5,14 +5,13 @@ use csv::ByteRecord;
 use memmap2::Mmap;
 
 use super::coordinates::{Coordinates, Uneven};
-use super::fault::InputFault;
 use super::names::row_unit;
 use super::open::{Contents, Source};
 use super::options::{Header, TimeColumn};
 use super::rows::{Rows, line_of_row};
 use super::storage::{self, Storage};
 use super::{Layout, Note, header};
-use crate::error::{Error, Result};
+use crate::error::{CoordinateKind, Error, InputFault, Result};
 
 /// A table, with the coordinates that its header and its first column state.
 pub(super) fn read(source: &Source) -> Result<Contents> {
@@ -162,7 +161,16 @@ impl<'a> Table<'a> {
             |j: usize| -> Vec<f64> { self.values.iter().skip(j).step_by(width).copied().collect() };
         let first = column(0);
         let layout = self.source.layout();
-        let doubt = |reason| Err(InputFault::FirstColumn { layout, reason });
+        let coordinates = match layout {
+            Layout::TimeSite => CoordinateKind::Times,
+            Layout::SiteTime => CoordinateKind::Positions,
+        };
+        let doubt = |reason| {
+            Err(InputFault::FirstColumn {
+                coordinates,
+                reason,
+            })
+        };
         let Ok(even) = Coordinates::fit(&first, self.rounding) else {
             return match n_rows >= UNEVENLY && first.is_sorted_by(|a, b| a < b) {
                 true => doubt("rises unevenly"),

@@ -7,7 +7,6 @@
 mod block;
 mod coordinates;
 mod csv;
-mod fault;
 mod header;
 mod names;
 mod note;
@@ -26,11 +25,10 @@ use ndarray::Array2;
 
 use crate::error::Result;
 
-pub use fault::{FileKind, InputFault, MemberShape};
 pub use note::Note;
 pub use options::{Header, OpenOptions, TimeColumn};
 pub use sidecar::Sidecar;
-pub use state::{FileChange, FileState};
+pub use state::FileState;
 
 pub(crate) use npz::{Archive as Members, read_members};
 pub(crate) use open::is_field_file;

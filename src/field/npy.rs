@@ -7,8 +7,8 @@
 //! Source: NumPy Enhancement Proposal 1 and `numpy.lib.format`.
 
 use super::Layout;
-use super::fault::InputFault;
 use super::storage::{Arrangement, ByteOrder, SampleType};
+use crate::error::InputFault;
 
 pub(crate) const MAGIC: &[u8] = b"\x93NUMPY";
 

@@ -13,14 +13,12 @@ use zip::read::{ZipArchive, ZipReadOptions};
 use zip::result::ZipError;
 
 use super::coordinates::Coordinates;
-use super::fault::{InputFault, MemberShape};
-use super::npy;
 use super::open::{Contents, Source, map};
 use super::options::OpenOptions;
 use super::sidecar::Sidecar;
 use super::storage::{self, Bytes};
-use super::{Layout, Note, Quantity, names};
-use crate::error::{Error, Result};
+use super::{Layout, Note, Quantity, names, npy};
+use crate::error::{Error, InputFault, MemberShape, Result};
 
 const MEMBER_LIMIT: usize = 4096;
 

@@ -8,13 +8,12 @@ use std::sync::Arc;
 use memmap2::Mmap;
 
 use super::coordinates::{Coordinates, Stated};
-use super::fault::{FileKind, InputFault};
 use super::options::{Header, OpenOptions, TimeColumn};
 use super::sidecar::Sidecar;
 use super::state::FileState;
 use super::storage::{self, Bytes, Storage};
 use super::{Field, Layout, Note, Quantity, csv, npy, npz};
-use crate::error::{Error, Result};
+use crate::error::{Error, FileKind, InputFault, Result};
 
 /// A mapped file with what was stated about it, as the readers of the formats get it.
 pub(super) struct Source<'a> {

@@ -5,8 +5,8 @@ use std::io::Read;
 use csv::{ByteRecord, ReaderBuilder};
 use memmap2::Mmap;
 
-use super::fault::InputFault;
 use super::open::Source;
+use crate::error::InputFault;
 
 /// Bytes of one row, line ends in quotes included.
 const ROW_LIMIT: usize = 16 << 20;

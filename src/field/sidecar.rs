@@ -5,10 +5,9 @@ use std::path::{Path, PathBuf};
 
 use serde::{Deserialize, Deserializer, Serialize, Serializer};
 
-use super::fault::InputFault;
 use super::open::regular_file;
 use super::{Layout, Quantity};
-use crate::error::{Error, Result};
+use crate::error::{Error, InputFault, Result};
 use crate::measure::{self, Dimension, Frequency, Length, Measure, Time};
 
 const LENGTH_LIMIT: u64 = 65_536;

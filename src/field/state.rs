@@ -1,11 +1,10 @@
 //! A file as it was, to be known again.
 
-use std::fmt;
 use std::fs::{File, Metadata};
 use std::path::{Path, PathBuf};
 use std::time::SystemTime;
 
-use crate::error::{Error, Result};
+use crate::error::{Error, FileChange, Result};
 
 /// A file as it was at some time: its length, when it was modified, and where there are inodes, which
 /// one it was.
@@ -17,21 +16,6 @@ pub struct FileState {
     modified: Option<SystemTime>,
     #[cfg(unix)]
     device_and_inode: (u64, u64),
-}
-
-/// In what a file differs from what it was.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-#[non_exhaustive]
-pub enum FileChange {
-    /// Another file is in its place.
-    Replaced,
-    /// Bytes.
-    Length { expected: u64, found: u64 },
-    /// Times of modification, where the file system tells them.
-    Modified {
-        expected: Option<SystemTime>,
-        found: Option<SystemTime>,
-    },
 }
 
 impl FileState {
@@ -95,32 +79,6 @@ impl FileState {
             expected: self.modified,
             found: now.modified,
         })
-    }
-}
-
-impl fmt::Display for FileChange {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        match *self {
-            FileChange::Replaced => {
-                f.write_str("expected the file that was opened, found another in its place")
-            }
-            FileChange::Length { expected, found } => {
-                write!(f, "expected {expected} bytes, found {found}")
-            }
-            FileChange::Modified { expected, found } => {
-                f.write_str("expected no modification since it was opened, found one")?;
-                let Some((expected, found)) = expected.zip(found) else {
-                    return Ok(());
-                };
-                match found.duration_since(expected) {
-                    Ok(later) => write!(f, " {later:.3?} after the last before"),
-                    Err(error) => {
-                        let earlier = error.duration();
-                        write!(f, " dated {earlier:.3?} before the last one")
-                    }
-                }
-            }
-        }
     }
 }
 

@@ -13,7 +13,7 @@ use super::row::{Asymptotic, Differences, Direct, Exact, Row};
 use super::search::Search;
 use super::slow::SlowProfile;
 use super::wave::Wave;
-use crate::analyze::Observer;
+use crate::observer::Observer;
 use crate::{Error, Result};
 
 /// What is to be known of the orders of a family.

@@ -4,7 +4,7 @@ use rayon::prelude::*;
 
 use super::leak::{Leak, LeakScan, minima};
 use crate::Result;
-use crate::analyze::Observer;
+use crate::observer::Observer;
 
 /// A ratio at which the leak is least or most among its neighbours.
 #[derive(Debug, Clone, Copy, PartialEq)]

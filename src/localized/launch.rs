@@ -3,11 +3,11 @@
 use ndarray::ArrayView1;
 
 use super::wave::{Ratio, Wave};
-use crate::analyze::Observer;
-use crate::chain::available_memory;
 use crate::chain::{
     Accuracy, Chain, EndTime, Ends, Law, Losses, Record, Run, Scheme, Simulation, Window,
 };
+use crate::observer::Observer;
+use crate::system::memory::available_memory;
 use crate::{Error, Result};
 
 /// What is left of a wave after some cells.

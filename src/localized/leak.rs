@@ -4,8 +4,8 @@ use rayon::prelude::*;
 
 use super::family::Family;
 use super::wave::Alternation;
-use crate::analyze::{Observer, Silent};
 use crate::chain::{Accuracy, Chain, EndTime, Ends, Law, Losses, Record, Run, Simulation};
+use crate::observer::{Observer, Silent};
 use crate::{Error, Result};
 
 /// Chains that are struck, one for each ratio.

@@ -3,9 +3,9 @@
 use rayon::prelude::*;
 
 use super::Prepared;
-use crate::analyze::Observer;
 use crate::error::{Error, Result};
-use crate::sum::sum_of_squares;
+use crate::numeric::sum_of_squares;
+use crate::observer::Observer;
 
 /// Parts of the time axis whose sums are added; a fixed number, so that bits do not depend on threads.
 const PARTS: usize = 8;

@@ -1,8 +1,8 @@
 //! A first look at all records at once, time by time, as they lie in most files.
 
 use super::scan::ChannelScan;
-use crate::caches::ask_for;
-use crate::chain::lanes::{Lanes, WIDTH, Work, widest};
+use crate::numeric::lanes::{Lanes, WIDTH, Work, widest};
+use crate::system::prefetch::ask_for;
 
 /// Times that are looked at before the next sites.
 const TOGETHER: usize = 8;

@@ -25,6 +25,8 @@ pub(crate) use survey::survey_bytes;
 pub(crate) use trend::Trend;
 pub use window::{Window, WindowError, WindowGains};
 
+use crate::arrays::Precision;
+
 /// What is removed from a record or a profile.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default, serde::Serialize)]
 #[serde(rename_all = "kebab-case")]
@@ -50,4 +52,15 @@ pub enum Gaps {
     /// Set to 0 after trends are removed; trends are fitted without them. They count as samples in
     /// the normalisation, so that a density is low by their share.
     Mask,
+}
+
+/// What is done to the samples before transforms.
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct Preparation {
+    pub gaps: Gaps,
+    pub precision: Precision,
+    /// Removes the mean over all samples first.
+    pub detrend_field_mean: bool,
+    pub detrend_space: Detrend,
+    pub detrend_time: Detrend,
 }

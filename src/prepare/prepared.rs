@@ -8,10 +8,10 @@ use super::ahead::Ahead;
 use super::scan::{ChannelScan, Gap};
 use super::trend::Trend;
 use super::unit::PowerOfTwo;
-use super::{Detrend, Gaps};
-use crate::analyze::{Observer, Request};
+use super::{Detrend, Gaps, Preparation};
 use crate::error::{Error, Result};
 use crate::field::Field;
+use crate::observer::Observer;
 
 /// A field with its range, gaps, scale and trends settled; see the [module](super) documentation.
 pub(crate) struct Prepared<'a> {
@@ -53,7 +53,7 @@ impl<'a> Prepared<'a> {
         field: &'a Field,
         times: Range<usize>,
         sites: Range<usize>,
-        request: &Request,
+        preparation: Preparation,
         tiles: Tiles,
         observer: &dyn Observer,
     ) -> Result<(Self, Vec<ChannelScan>)> {
@@ -64,24 +64,24 @@ impl<'a> Prepared<'a> {
             unit: PowerOfTwo::ONE,
             gaps: Vec::new(),
             gaps_by_time: Vec::new(),
-            masked: request.gaps == Gaps::Mask,
+            masked: preparation.gaps == Gaps::Mask,
             field_mean: None,
             space_trends: Vec::new(),
             time_trends: Vec::new(),
             tiles,
         };
-        let scans = prepared.scan(request.gaps, observer)?;
+        let scans = prepared.scan(preparation.gaps, observer)?;
         let largest = scans.iter().fold(0.0, |m: f64, s| m.max(s.largest));
-        prepared.unit = PowerOfTwo::near(largest, request.precision);
+        prepared.unit = PowerOfTwo::near(largest, preparation.precision);
 
-        if request.detrend_field_mean {
+        if preparation.detrend_field_mean {
             prepared.field_mean = Some(prepared.mean(observer)?);
         }
-        if request.detrend_space != Detrend::None {
-            prepared.space_trends = prepared.fit_space(request.detrend_space, observer)?;
+        if preparation.detrend_space != Detrend::None {
+            prepared.space_trends = prepared.fit_space(preparation.detrend_space, observer)?;
         }
-        if request.detrend_time != Detrend::None {
-            prepared.time_trends = prepared.fit_time(request.detrend_time, observer)?;
+        if preparation.detrend_time != Detrend::None {
+            prepared.time_trends = prepared.fit_time(preparation.detrend_time, observer)?;
         }
         Ok((prepared, scans))
     }
@@ -302,9 +302,9 @@ impl<'a> Prepared<'a> {
             let sums = self.each_record(observer, |j, record, _| {
                 let mut values = kept(j, record);
                 values.iter_mut().for_each(|v| *v -= offset);
-                crate::sum::sum(&values)
+                crate::numeric::sum(&values)
             })?;
-            Ok(crate::sum::sum(&sums) / count as f64)
+            Ok(crate::numeric::sum(&sums) / count as f64)
         };
         let high = mean_less(0.0)?;
         let low = mean_less(high)?;

@@ -8,9 +8,9 @@ use rayon::prelude::*;
 use super::extremes::Extremes;
 use super::scan::{self, ChannelScan, Gap};
 use super::{Gaps, Prepared};
-use crate::analyze::Observer;
 use crate::error::{Error, Result};
 use crate::field::Field;
+use crate::observer::Observer;
 
 /// Samples that are looked at before the next stretch of times.
 const STRETCH: usize = 1 << 16;

@@ -1,7 +1,7 @@
 //! Trends: the mean or the least-squares line of a record.
 
 use super::Detrend;
-use crate::sum::sum;
+use crate::numeric::sum;
 
 /// A trend `high + low + slope (i - (n - 1) / 2)` over the indices of a record.
 ///

@@ -1,6 +1,6 @@
 //! The power of two that amplitudes are divided by.
 
-use crate::analyze::Precision;
+use crate::arrays::Precision;
 
 /// A power of two, possibly beyond the range in which one factor can divide.
 #[derive(Debug, Clone, Copy, PartialEq)]

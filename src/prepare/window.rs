@@ -5,7 +5,7 @@ use std::fmt;
 use std::str::FromStr;
 
 use super::slepian;
-use crate::turns::{cos_turns, sin_turns};
+use crate::numeric::{cos_turns, sin_turns};
 
 /// A taper, in its periodic (DFT-even) form.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]

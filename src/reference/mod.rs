@@ -13,7 +13,6 @@ use crate::field::{Axis, Field};
 
 pub use lattice::{LatticeImpact, bessel_j};
 pub use noise::WhiteNoise;
-pub(crate) use noise::split_mix;
 pub use waves::{GaussianPulse, LinearChirp, StandingWave, Tone, TravellingSine};
 
 /// Where a problem is sampled: `t_n = n dt` in s, `x_j = j dx` in m.

@@ -6,7 +6,7 @@ use num_complex::Complex;
 
 use super::Grid;
 use crate::field::Field;
-use crate::turns::cos_turns;
+use crate::numeric::cos_turns;
 
 /// `v = A cos(k x - omega t)` on exact bins, so that no window is needed and nothing leaks.
 ///

@@ -11,9 +11,9 @@ use std::sync::Mutex;
 
 use ndarray::ArrayView2;
 
-use crate::analyze::{LargeArray, Precision, Sink};
+use crate::arrays::{LargeArray, Precision, Sink};
 use crate::error::{Error, Result};
-use crate::io::{allocate, read_at, write_at};
+use crate::system::file_io::{allocate, read_at, write_at};
 
 /// An archive being written.
 #[derive(Debug)]
@@ -405,14 +405,14 @@ mod tests {
         let path = place.path().join("a.npz");
         let whole = Array2::from_shape_fn((37, 11), |(i, j)| i as f64 - 0.5 * j as f64);
         let archive = Archive::create(&path, Precision::F64)?;
-        archive.reserve(LargeArray::TemporalSpectrum, (37, 11))?;
-        archive.reserve(LargeArray::SpatialSpectrum, (37, 11))?;
+        archive.reserve(LargeArray::TEMPORAL_SPECTRUM, (37, 11))?;
+        archive.reserve(LargeArray::SPATIAL_SPECTRUM, (37, 11))?;
         archive.append("axis", &[3], &[1.0, 2.0, f64::NAN])?;
         for columns in [8..11, 0..8] {
             let block = whole.slice(s![.., columns.clone()]);
-            archive.put(LargeArray::TemporalSpectrum, 0, columns.start, block)?;
+            archive.put(LargeArray::TEMPORAL_SPECTRUM, 0, columns.start, block)?;
         }
-        archive.put(LargeArray::SpatialSpectrum, 0, 0, whole.view())?;
+        archive.put(LargeArray::SPATIAL_SPECTRUM, 0, 0, whole.view())?;
         archive.finish()?;
 
         let mut read = ndarray_npy::NpzReader::new(File::open(&path)?)?;

@@ -40,7 +40,7 @@ pub fn versioned_json<T: Serialize>(
 /// # Errors
 /// [`crate::Error::Write`].
 pub fn write_beside(directory: &Path, name: &str, bytes: &[u8]) -> crate::Result<PathBuf> {
-    crate::ledger::write_whole(directory, name, bytes)
+    crate::system::journal::write_whole(directory, name, bytes)
 }
 
 /// Columns of a pulse, each located value with its error.

@@ -3,7 +3,7 @@
 use ndarray::Array2;
 
 use super::Archive;
-use crate::analyze::Arrays;
+use crate::arrays::Arrays;
 use crate::budget::measured::MeasuredMotion;
 use crate::budget::{Budget, ScaleOf};
 use crate::error::Result;

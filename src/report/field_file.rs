@@ -7,7 +7,7 @@ use std::path::{Path, PathBuf};
 use super::Archive;
 use super::archive::npy_header;
 use super::new_file::NewFile;
-use crate::analyze::Precision;
+use crate::arrays::Precision;
 use crate::error::{Error, Result};
 use crate::field::{Axis, Field, Layout, Sidecar, is_field_file};
 

@@ -6,7 +6,7 @@ use serde::Serialize;
 
 use super::Archive;
 use crate::Result;
-use crate::analyze::Precision;
+use crate::arrays::Precision;
 use crate::localized::{Direct, Family, Journey, Profile, Row, Wave};
 
 /// The schema of `localized.json`.

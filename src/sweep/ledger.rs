@@ -7,7 +7,7 @@ use serde::{Deserialize, Serialize};
 use super::axis::{self, Axis};
 use super::measures::Measures;
 use crate::Result;
-use crate::ledger::{self, Asked, Check};
+use crate::system::journal::{self, Asked, Check};
 
 /// What is swept: equal requests have equal members.
 #[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
@@ -21,10 +21,10 @@ pub struct Request {
 }
 
 /// What became of a member.
-pub type Outcome = ledger::Outcome<Measures>;
+pub type Outcome = journal::Outcome<Measures>;
 
 /// The members that are known, by their index in the product of the axes.
-pub type Outcomes = ledger::Outcomes<usize, Measures>;
+pub type Outcomes = journal::Outcomes<usize, Measures>;
 
 /// What a directory holds of a sweep.
 ///
@@ -32,7 +32,7 @@ pub type Outcomes = ledger::Outcomes<usize, Measures>;
 /// [`crate::Error::Read`] where it cannot be read or holds none; [`crate::Error::Damaged`] for a line
 /// that is no member.
 pub fn read(directory: &Path) -> Result<(Request, Outcomes)> {
-    ledger::read(directory, |request: &Request| {
+    journal::read(directory, |request: &Request| {
         Ok(Box::new(below(axis::count(&request.vary)?)) as Check<usize>)
     })
 }

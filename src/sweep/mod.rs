@@ -13,16 +13,18 @@ mod table;
 use std::path::{Path, PathBuf};
 use std::sync::{Mutex, PoisonError};
 
+use crate::system::memory::available_memory;
+
 pub use axis::Axis;
 pub use ledger::{Outcome, Outcomes, Request, read};
 pub use measures::Measures;
 
 use rayon::prelude::*;
 
-use crate::analyze::Observer;
 use crate::chain::scene::{Kind, SceneSource, Setting, properties};
-use crate::chain::{Run, Simulation, available_memory, run_each, runs_a_thread};
-use crate::ledger::{Asked, Ledger, write_whole};
+use crate::chain::{Run, Simulation, run_each, runs_a_thread};
+use crate::observer::Observer;
+use crate::system::journal::{Asked, Ledger, write_whole};
 use crate::{Error, Result};
 
 /// The name of the table in a sweep's directory.

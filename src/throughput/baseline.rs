@@ -131,7 +131,7 @@ impl Baseline {
             .filter(|folder| !folder.as_os_str().is_empty());
         let text = serde_json::to_string_pretty(self);
         let text = text.map_err(|error| Error::write("write", path)(error.into()))? + "\n";
-        crate::ledger::write_whole(folder.unwrap_or(".".as_ref()), name, text.as_bytes())?;
+        crate::system::journal::write_whole(folder.unwrap_or(".".as_ref()), name, text.as_bytes())?;
         Ok(())
     }
 

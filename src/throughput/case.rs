@@ -7,7 +7,7 @@ use super::kind::{HOP, SEGMENT};
 use super::planes::{Plane, ShortTime};
 use super::ways::TILE;
 use super::{Arrays, Kind, Planned};
-use crate::analyze::Precision;
+use crate::arrays::Precision;
 use crate::error::{Error, Result};
 use crate::transform::{ColumnTransform, Real, ShortTimeTransform};
 
@@ -221,7 +221,7 @@ fn fitting<C>(
 }
 
 fn free_memory() -> u64 {
-    2 * crate::analyze::half_of_free_memory()
+    2 * crate::system::memory::half_of_free_memory()
 }
 
 impl fmt::Display for CaseOf {

@@ -5,7 +5,7 @@ use std::str::FromStr;
 
 use super::machine::set_name;
 use super::{Arrays, Planned, Shape, Way};
-use crate::analyze::Precision;
+use crate::arrays::Precision;
 use crate::error::{Error, Result};
 use crate::transform::Real;
 use crate::transform::vertical::InstructionSet;

@@ -3,7 +3,7 @@
 use std::fmt;
 
 use super::Shape;
-use crate::analyze::Precision;
+use crate::arrays::Precision;
 
 /// Samples of a short-time segment, and from one to the next.
 pub const SEGMENT: usize = 256;

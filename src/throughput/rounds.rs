@@ -9,7 +9,7 @@ use serde::Serialize;
 
 use super::{About, Buffer, CaseOf, Way};
 use crate::error::Result;
-use crate::threads::in_pool;
+use crate::system::threads::in_pool;
 
 /// What times are taken by.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
@@ -224,7 +224,7 @@ pub fn copy_rate(threads: usize) -> Result<f64> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::analyze::Precision;
+    use crate::arrays::Precision;
     use crate::throughput::{Kind, Shape};
 
     /// By hand: bytes, operations and ratios of a case with known times.

@@ -5,8 +5,8 @@ use num_complex::Complex;
 
 use super::Real;
 use super::records::{RecordScratch, RecordTransform};
-use crate::caches::{LINE, ask_after};
-use crate::chain::lanes::{Lanes, Work, widest};
+use crate::numeric::lanes::{Lanes, Work, widest};
+use crate::system::prefetch::{LINE, ask_after};
 
 /// `|X_m|^2` of `X_m = sum_j w_j u_j exp(+2 pi i m j / N)` of complex profiles u, `m` ascending from
 /// `-(N / 2)`, so that positive m travels towards +x.

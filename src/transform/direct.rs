@@ -2,7 +2,7 @@
 
 use num_complex::Complex;
 
-use crate::chain::lanes::{Block, Lanes, Number, WIDTH, Work, widest};
+use crate::numeric::lanes::{Block, Lanes, Number, WIDTH, Work, widest};
 
 /// Samples between twiddles that are computed anew.
 const ANCHOR: usize = 256;

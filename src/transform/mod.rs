@@ -33,7 +33,7 @@ pub use direct::direct_sums;
 pub use filter::{Passband, SpaceTimeFilter, Travelling};
 pub use inverse::ColumnInverse;
 pub use records::{RecordScratch, RecordTransform};
-pub use scale::{Scale, fold};
+pub use scale::{Scale, Scaling, fold};
 pub use segments::Segments;
 pub use short_time::ShortTimeTransform;
 pub use spacetime::{SpaceTimeInverse, SpaceTimeTransform};

@@ -8,7 +8,7 @@ use num_complex::Complex;
 use super::Real;
 use super::taper::Taper;
 use super::vertical::{ColumnScratch, ColumnTransform};
-use crate::caches::{LINE, ask_after};
+use crate::system::prefetch::{LINE, ask_after};
 
 /// `X_m = sum_n w_n v_n exp(-+ 2 pi i m n / N)`, `m = 0 ..= N / 2`, of several real records of up to N
 /// samples each (the rest is zero), which pass through the transform side by side.
@@ -262,7 +262,7 @@ mod tests {
                         record.iter().zip(&window).map(|(v, w)| v * w).collect();
                     assert_eq!(
                         energies[c].to_bits(),
-                        crate::sum::sum_of_squares(&tapered).to_bits()
+                        crate::numeric::sum_of_squares(&tapered).to_bits()
                     );
                     tapered.resize(padded, 0.0);
                     let direct = direct_sums(&tapered, &bins);

@@ -2,7 +2,18 @@
 
 use std::f64::consts::TAU;
 
-use crate::analyze::Scaling;
+/// How a spectrum is scaled; see [`Scale`] for the equations.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, serde::Serialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum Scaling {
+    /// Energy spectral density of a transient: its integral is the sum of `v^2 dt`.
+    #[default]
+    Energy,
+    /// Power spectral density: its integral is the mean square.
+    Density,
+    /// Power spectrum: a sine of amplitude A peaks at `A^2 / 2`.
+    Spectrum,
+}
 
 /// How many bins of the two-sided spectrum of a real record of length `n` the one-sided bin `m`
 /// stands for: 1 at `m = 0` and, for even `n`, at `m = n / 2`; else 2.
@@ -62,8 +73,8 @@ impl Scale {
         step: f64,
         turn: f64,
     ) -> Scale {
-        let power: f64 = crate::sum::sum_of_squares(window);
-        let gain: f64 = crate::sum::sum(window);
+        let power: f64 = crate::numeric::sum_of_squares(window);
+        let gain: f64 = crate::numeric::sum(window);
         let padded = padded as f64;
         let bin = turn / (padded * step);
         let (factor, measure, energy) = match scaling {

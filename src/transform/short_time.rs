@@ -6,7 +6,7 @@ use num_complex::Complex;
 
 use super::Real;
 use super::vertical::{ColumnScratch, ColumnTransform, copy_past_caches};
-use crate::caches::LINE;
+use crate::system::prefetch::LINE;
 
 /// `X_sm = sum_n w_n v_{s h + n} exp(-2 pi i m n / L)`, `m = 0 ..= L / 2`, of segments of L samples, a
 /// hop h apart, of every column `v` of an array `(time, column)`: `(segment, bin, column)`,

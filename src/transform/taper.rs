@@ -4,8 +4,8 @@ use num_complex::Complex;
 use realfft::RealFftPlanner;
 
 use super::Real;
-use crate::chain::lanes::{Lanes, WIDTH, Work, widest};
-use crate::sum::{sum, sum_of_squares, sums_of_squares_across};
+use crate::numeric::lanes::{Lanes, WIDTH, Work, widest};
+use crate::numeric::{sum, sum_of_squares, sums_of_squares_across};
 
 /// The window of a transform, and what becomes of a record's mean.
 #[derive(Debug)]

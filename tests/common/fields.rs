@@ -12,7 +12,7 @@ pub fn analyzed(field: &Field, request: &Request) -> Analysis {
 
 pub fn struck(sites: usize, end: f64, samples: usize) -> Run {
     let simulation = Simulation::impact(Chain::dimer(sites, 4.9272), 1.0, end, samples);
-    simulation.run(&cascade::analyze::Silent).unwrap()
+    simulation.run(&cascade::observer::Silent).unwrap()
 }
 
 /// A pulse that travels unchanged, `delay` samples a site, and has died down at the end.

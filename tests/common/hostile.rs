@@ -5,7 +5,8 @@ use std::io::{Cursor, Write};
 use std::path::{Path, PathBuf};
 use std::time::{Duration, Instant};
 
-use cascade::field::{InputFault, OpenOptions};
+use cascade::error::InputFault;
+use cascade::field::OpenOptions;
 use cascade::{Error, Field};
 use zip::write::{SimpleFileOptions, ZipWriter};
 use zip::{CompressionMethod, DateTime};

@@ -3,7 +3,8 @@
 
 use std::fs;
 
-use cascade::field::{Axis, InputFault, OpenOptions};
+use cascade::error::InputFault;
+use cascade::field::{Axis, OpenOptions};
 use cascade::{Error, Field};
 use ndarray::{Array1, Array2};
 use ndarray_npy::{NpzWriter, WritableElement};

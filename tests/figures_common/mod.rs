@@ -4,6 +4,7 @@
 use std::f64::consts::PI;
 
 use cascade::analyze::*;
+use cascade::arrays::Precision;
 use cascade::field::{Axis, Quantity};
 use cascade::prepare::WindowGains;
 use ndarray::Array2;

@@ -2,9 +2,9 @@
 //! is off in stated errors.
 #![allow(dead_code)]
 
-use cascade::analyze::Silent;
 use cascade::budget::measured::{MeasuredMotion, MeasuredOptions, from_velocities};
 use cascade::chain::{Accuracy, Chain, Run, Simulation};
+use cascade::observer::Silent;
 use ndarray::{Array2, ArrayView2};
 
 /// Stiffness ratios of a localized and of a dispersive chain.

@@ -8,8 +8,8 @@
 use std::error::Error;
 use std::time::Instant;
 
-use cascade::analyze::Silent;
 use cascade::chain::{Accuracy, Chain, Record, Scheme, Simulation};
+use cascade::observer::Silent;
 use ndarray::{Array1, Array2};
 use ndarray_npy::NpzReader;
 

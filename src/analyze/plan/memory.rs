@@ -3,8 +3,8 @@
 use super::{Blocks, Plan};
 use crate::analyze::between::scratch_bytes;
 use crate::analyze::short_time::{ShortTimeSegments, TOGETHER};
-use crate::chain::lanes::WIDTH;
 use crate::error::{Error, Result};
+use crate::numeric::lanes::WIDTH;
 use crate::prepare::piece_bytes;
 use crate::transform::{ComplexTransform, RecordTransform, Segments};
 
@@ -242,26 +242,13 @@ fn front_bytes(samples: usize, sites: usize) -> u64 {
     worked + (MEASURED + 16) * padded as u64 / 2
 }
 
-/// Half of the memory that is free now; 2 GiB where the system does not tell.
-pub(crate) fn half_of_free_memory() -> u64 {
-    const FALLBACK: u64 = 2 << 30;
-    let Ok(info) = std::fs::read_to_string("/proc/meminfo") else {
-        return FALLBACK;
-    };
-    info.lines()
-        .find_map(|line| line.strip_prefix("MemAvailable:"))
-        .and_then(|rest| rest.trim().strip_suffix("kB"))
-        .and_then(|kib| kib.trim().parse::<u64>().ok())
-        .map_or(FALLBACK, |kib| kib * 512)
-}
-
 #[cfg(test)]
 mod tests {
     use ndarray::Array2;
 
     use crate::Field;
     use crate::analyze::{Request, Results, ShortTime, plan};
-    use crate::chain::lanes::WIDTH;
+    use crate::numeric::lanes::WIDTH;
     use crate::transform::RecordTransform;
 
     fn needed(threads: usize, short_time: bool) -> u64 {

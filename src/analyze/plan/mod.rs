@@ -7,20 +7,18 @@ use std::ops::Range;
 
 use serde::Serialize;
 
-use super::request::{Precision, Request, Scaling};
+use super::request::Request;
 use super::result::{Axes, Conventions};
 use super::short_time::ShortTimeSegments;
-use super::sink::LargeArray;
+use crate::arrays::{LargeArray, Precision};
 use crate::diagnostics::Bins;
 use crate::error::{Error, Result};
 use crate::field::{Axis, Field, Quantity};
 use crate::prepare::{Tiles, survey_bytes};
-use crate::transform::{Scale, Segments, frequencies, wavenumbers, wavenumbers_signed};
-
+use crate::transform::{Scale, Scaling, Segments, frequencies, wavenumbers, wavenumbers_signed};
 use checks::{
     check_axes, check_references, direction_band, padded, segments, site_range, time_range,
 };
-pub(crate) use memory::half_of_free_memory;
 
 pub(super) use checks::check_window;
 
@@ -120,7 +118,9 @@ pub fn plan(field: &Field, request: &Request) -> Result<Plan> {
     let short_time = ShortTimeSegments::settle(request, n_times, n_sites)?;
     check_window("window-time", request.window_time, segments.length)?;
     check_window("window-space", request.window_space, n_sites)?;
-    let memory_allowed = request.memory.unwrap_or_else(half_of_free_memory);
+    let memory_allowed = request
+        .memory
+        .unwrap_or_else(crate::system::memory::half_of_free_memory);
     check_axes(padded_time, padded_space, memory_allowed)?;
     let window_time = request.window_time.samples(segments.length);
     let window_space = request.window_space.samples(n_sites);
@@ -128,7 +128,7 @@ pub fn plan(field: &Field, request: &Request) -> Result<Plan> {
         ("window-time", &window_time, request.window_time),
         ("window-space", &window_space, request.window_space),
     ] {
-        if crate::sum::sum_of_squares(window) == 0.0 {
+        if crate::numeric::sum_of_squares(window) == 0.0 {
             return Err(Error::Request {
                 option,
                 expected: "a window that leaves some samples".into(),
@@ -307,17 +307,18 @@ impl Plan {
         let field_bytes = 8 * (nt * nx) as u64;
         let between = self.between_rows() as u64 * nx as u64 * self.complex_bytes();
         if results.temporal {
-            self.arrays.push((LargeArray::TemporalSpectrum, (nf, nx)));
+            self.arrays.push((LargeArray::TEMPORAL_SPECTRUM, (nf, nx)));
         }
         if results.spatial {
-            self.arrays.push((LargeArray::SpatialSpectrum, (nt, nk)));
+            self.arrays.push((LargeArray::SPATIAL_SPECTRUM, (nt, nk)));
         }
         if results.spacetime {
-            self.arrays.push((LargeArray::SpacetimeSpectrum, (nf, nks)));
+            self.arrays
+                .push((LargeArray::SPACETIME_SPECTRUM, (nf, nks)));
         }
         if results.flux_surrogate {
             self.arrays
-                .push((LargeArray::KineticFluxSurrogate, (nt, nk)));
+                .push((LargeArray::KINETIC_FLUX_SURROGATE, (nt, nk)));
         }
         let size =
             |(_, (rows, columns)): &(LargeArray, (usize, usize))| (rows * columns) as u64 * item;
@@ -335,7 +336,7 @@ impl Plan {
                 bytes_written: if results.spacetime {
                     between
                 } else {
-                    bytes_of(&[LargeArray::TemporalSpectrum])
+                    bytes_of(&[LargeArray::TEMPORAL_SPECTRUM])
                 },
             });
         }
@@ -353,8 +354,8 @@ impl Plan {
             },
             bytes_read: field_bytes,
             bytes_written: bytes_of(&[
-                LargeArray::SpatialSpectrum,
-                LargeArray::KineticFluxSurrogate,
+                LargeArray::SPATIAL_SPECTRUM,
+                LargeArray::KINETIC_FLUX_SURROGATE,
             ]),
         });
         if results.spacetime {
@@ -364,8 +365,8 @@ impl Plan {
                 length: self.conventions.padded_space,
                 bytes_read: between,
                 bytes_written: bytes_of(&[
-                    LargeArray::SpacetimeSpectrum,
-                    LargeArray::TemporalSpectrum,
+                    LargeArray::SPACETIME_SPECTRUM,
+                    LargeArray::TEMPORAL_SPECTRUM,
                 ]),
             });
         }

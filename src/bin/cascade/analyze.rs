@@ -5,8 +5,9 @@ use std::path::{Path, PathBuf};
 use std::time::Instant;
 
 use cascade::analyze::{
-    Analysis, Plan, Precision, Request, Results, ShortTime, TimeRange, Welch, plan, run as run_plan,
+    Analysis, Plan, Request, Results, ShortTime, TimeRange, Welch, plan, run as run_plan,
 };
+use cascade::arrays::Precision;
 use cascade::budget::{Budget, Motion};
 use cascade::field::{FileState, Note, OpenOptions, TimeColumn, is_run_file};
 use cascade::plot::{Format, draw_all};
@@ -17,12 +18,11 @@ use cascade::report::{
 use cascade::{Error, Field};
 
 use crate::args::{Analyze, FigureArg, Input, ResultArg};
-use crate::budget;
 use crate::effect::refuse_without_effect;
 use crate::failure::Failure;
 use crate::progress::Progress;
-use crate::terminal;
 use crate::view_args::request_of;
+use crate::{budget, terminal};
 
 /// Runs the command.
 pub fn run(typed: Analyze) -> Result<(), Failure> {
@@ -166,7 +166,7 @@ fn draw(
     directory: &ResultDirectory,
     progress: &Progress,
 ) -> Result<(), Failure> {
-    use cascade::analyze::Observer;
+    use cascade::observer::Observer;
     progress.stage("drawing", 1);
     let figures = directory.path().join("figures");
     let (drawn, page) = rayon::join(

@@ -3,12 +3,12 @@
 use std::ops::Range;
 use std::path::PathBuf;
 
+use cascade::measure::{Frequency, Length, Measure, Time};
+use cascade::prepare::Window;
 use clap::{Args, Parser, Subcommand, ValueEnum};
 
 use crate::chain_args::{Contact, SceneCommand, Simulate, SweepCommand};
 use crate::parse;
-use cascade::measure::{Frequency, Length, Measure, Time};
-use cascade::prepare::Window;
 
 /// Where the energy of a velocity field v(t, x) goes: spectra, redistribution, direction.
 #[derive(Debug, Parser)]
@@ -407,7 +407,7 @@ choice!(KindArg => cascade::throughput::Kind {
     /// Segments of 256 samples, 32 apart, of all columns.
     ShortTime => Self::ShortTime,
 });
-choice!(PrecisionArg => cascade::analyze::Precision {
+choice!(PrecisionArg => cascade::arrays::Precision {
     F64 => Self::F64,
     F32 => Self::F32,
 });

@@ -9,7 +9,7 @@ use std::io::Write;
 use std::path::{Path, PathBuf};
 
 use cascade::Error;
-use cascade::analyze::Precision;
+use cascade::arrays::Precision;
 use cascade::throughput::{
     Baseline, CaseOf, Comparison, Counted, CountedCase, Kind, Machine, Ratios, Rounds, Shape,
     Throughput, Versions, Way, table,

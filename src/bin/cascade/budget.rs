@@ -7,10 +7,11 @@ use std::path::{Path, PathBuf};
 use std::time::Instant;
 
 use cascade::Error;
-use cascade::analyze::{Observer, Precision, Sink};
+use cascade::arrays::{Precision, Sink};
 use cascade::budget::measured::MeasuredReport;
 use cascade::budget::{Budget as Found, Motion};
 use cascade::field::{FileState, file_hash, is_run_file};
+use cascade::observer::Observer;
 use cascade::plot::{Format, SharedScales, budget_figures, save_all};
 use cascade::report::{
     Archive, BudgetSummary, Provenance, ResultDirectory, RunFile, budget_html, write_budget_arrays,

@@ -3,10 +3,10 @@
 use std::io::{IsTerminal, Write};
 use std::path::PathBuf;
 
-use cascade::analyze::Observer;
 use cascade::budget::Budget;
 use cascade::chain::scene::Units;
 use cascade::field::{FileState, file_hash};
+use cascade::observer::Observer;
 use cascade::plot::views;
 use cascade::report::{BudgetSummary, Provenance, ResultDirectory, RunFile, comparison_html};
 use clap::Args;
@@ -71,7 +71,7 @@ pub fn run(typed: Compare) -> Result<(), Failure> {
         }));
     }
     for (path, file) in paths.into_iter().zip(&files) {
-        let found = compute(&chosen, file, &cascade::analyze::Nowhere, &progress)
+        let found = compute(&chosen, file, &cascade::arrays::Nowhere, &progress)
             .map_err(|error| error.of_file(path))?;
         chosen.take_over(&found);
         let input = path.display().to_string();

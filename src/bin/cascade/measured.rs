@@ -2,8 +2,6 @@
 
 use std::path::{Path, PathBuf};
 
-use cascade::Field;
-use cascade::analyze::Observer;
 use cascade::budget::measured::{
     Drift, MeasuredMotion, MeasuredOptions, Noise, Uncertainty, from_field,
 };
@@ -11,8 +9,9 @@ use cascade::budget::{Budget, BudgetRequest, BudgetUnits, Integration};
 use cascade::chain::scene::{SceneSource, Units};
 use cascade::field::Axis;
 use cascade::measure::{self, Dimension, Length, Measure, Speed, Time};
+use cascade::observer::Observer;
 use cascade::report::{Archive, write_measured_arrays};
-use cascade::{Error, Result};
+use cascade::{Error, Field, Result};
 use clap::{Args, ValueEnum};
 
 use crate::analyze::{open_options, print_notes};

@@ -81,7 +81,7 @@ impl Derived {
             contacts.evaluate(at.t, at.x, at.v, &mut state);
             sites.evaluate(&contacts, at, &state);
             out.energy[[i, 0]] = sites.kinetic + sites.contact;
-            lost[[i, 0]] = crate::sum::sum(&sites.loss);
+            lost[[i, 0]] = crate::numeric::sum(&sites.loss);
             out.flux.row_mut(i).assign(&ArrayView1::from(&sites.flux));
             let force: Vec<f64> = state
                 .elastic

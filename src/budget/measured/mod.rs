@@ -23,7 +23,6 @@ mod momentum;
 mod noise;
 mod options;
 mod quiet;
-mod random;
 mod repetitions;
 mod report;
 mod spectral;
@@ -152,7 +151,7 @@ pub fn from_velocities(
     options.check(record, [t0, dt], chain)?;
     options::check_memory(record.nrows(), chain)?;
     let (record, missing, channels) = channels(record, chain, options)?;
-    crate::threads::in_pool(options.threads, || {
+    crate::system::threads::in_pool(options.threads, || {
         let mut velocity = record.slice(s![options.start.., ..]).to_owned();
         for (j, site) in channels.sites.iter().enumerate() {
             let still = site.rest_samples.saturating_sub(options.start);

@@ -2,8 +2,9 @@
 
 use ndarray::ArrayView2;
 
-use crate::chain::{Chain, available_memory};
+use crate::chain::Chain;
 use crate::error::{Error, Result};
+use crate::system::memory::available_memory;
 
 /// Where the level of the noise comes from.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]

@@ -138,7 +138,7 @@ fn cut(record: &[f64], middle: f64, scale: f64) -> Cut {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::budget::measured::random::Random;
+    use crate::numeric::Random;
 
     fn record(noise: f64, arrival: usize, seed: u64) -> Vec<f64> {
         let mut random = Random::new(seed);

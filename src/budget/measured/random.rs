@@ -1,6 +1,6 @@
 //! Normal numbers from a seed, the same on every machine.
 
-use crate::reference::split_mix;
+use crate::numeric::split_mix;
 
 /// SplitMix64, and normal numbers by the method of Box and Muller.
 #[derive(Debug, Clone)]

@@ -6,8 +6,8 @@ use rayon::prelude::*;
 
 use super::MeasuredOptions;
 use super::noise::Channels;
-use super::random::Random;
 use crate::chain::{Chain, Ends};
+use crate::numeric::Random;
 
 /// Repetitions that are computed before they are added up in order.
 const BATCH: usize = 4;

@@ -13,13 +13,15 @@ use super::derive::Derived;
 use super::estimate::{HALVED, add_squares, finish_squares, raised};
 use super::repetitions::Repetitions;
 use super::{MeasuredMotion, derive};
-use crate::analyze::{Arrays, Collect, LargeArray, Observer, Silent, Sink};
+use crate::arrays::{Arrays, Collect, LargeArray, Sink};
 use crate::budget::curves::Curves;
 use crate::budget::frequency::usual_pairs;
 use crate::budget::result::PassedError;
 use crate::budget::{Budget, BudgetRequest, Integration, run_beside};
-use crate::chain::{Chain, available_memory};
+use crate::chain::Chain;
 use crate::error::{Error, Result};
+use crate::observer::{Observer, Silent};
+use crate::system::memory::available_memory;
 
 /// Repetitions at work together, the sums, and what they are compared with.
 const HELD: u64 = 7;
@@ -47,8 +49,9 @@ impl MeasuredMotion {
         }
         let mut budget = crate::budget::run(&self.motion(), request, sink, observer)?;
         let request = pinned(request, &budget);
-        let (mut curves, arrays) =
-            crate::threads::in_pool(request.threads, || self.errors_of(&request, observer))?;
+        let (mut curves, arrays) = crate::system::threads::in_pool(request.threads, || {
+            self.errors_of(&request, observer)
+        })?;
         self.add_known(&budget, &mut curves);
         let given = self.report.energy;
         if let Some(found) = &mut budget.wavenumber
@@ -270,7 +273,7 @@ struct Only(Collect);
 impl Sink for Only {
     fn reserve(&self, array: LargeArray, shape: (usize, usize)) -> Result<()> {
         match array {
-            LargeArray::EnergyFlux | LargeArray::EnergyPassed => Ok(()),
+            LargeArray::ENERGY_FLUX | LargeArray::ENERGY_PASSED => Ok(()),
             _ => self.0.reserve(array, shape),
         }
     }

@@ -2,10 +2,9 @@
 
 use std::fmt::Display;
 
-use super::fault::SceneFault;
 use super::places::Places;
 use super::{Scene, Units};
-use crate::error::{Error, Result};
+use crate::error::{Error, Result, SceneFault};
 
 /// A scene while it is worked out.
 #[derive(Clone, Copy)]

@@ -10,7 +10,6 @@ mod check;
 mod choices;
 mod coefficients;
 mod description;
-mod fault;
 mod masses;
 mod motion;
 mod pattern;
@@ -21,13 +20,13 @@ mod source;
 mod template;
 mod typed;
 
+pub use crate::error::{Place, Problem, SceneFault};
 pub use crate::measure;
 pub use choices::{
     Defect, DriveTyped, EndTimeTyped, EndsTyped, FirstContact, LawTyped, Recorded, Shape, Units,
     WaveformTyped,
 };
 pub use description::Description;
-pub use fault::{Place, Problem, SceneFault};
 pub use properties::{Choice, Kind, Property, properties, schema};
 pub use setup::Setup;
 pub use source::{SceneSource, Setting};

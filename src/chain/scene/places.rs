@@ -5,7 +5,7 @@ use std::path::{Path, PathBuf};
 
 use toml::de::{DeTable, DeValue};
 
-use super::fault::Place;
+use crate::error::Place;
 
 /// Where each key was typed.
 #[derive(Debug, Clone, Default)]

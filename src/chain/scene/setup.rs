@@ -2,16 +2,15 @@
 
 use super::bodies::Bodies;
 use super::check::Check;
-use super::fault::{Problem, SceneFault};
 use super::places::Places;
 use super::{
     EndTimeTyped, EndsTyped, LawTyped, Recorded, Scene, Units, coefficients, masses, motion,
 };
 use crate::chain::{
     Accuracy, Chain, EndTime, Ends, Law, Losses, Record, Scheme, Simulation, Window,
-    available_memory,
 };
-use crate::error::{Error, Result};
+use crate::error::{Error, Problem, Result, SceneFault};
+use crate::system::memory::available_memory;
 
 /// A scene worked out.
 #[derive(Debug, Clone, PartialEq)]

@@ -5,11 +5,10 @@ use std::path::{Path, PathBuf};
 use toml::de::DeTable;
 use toml::{Table, Value};
 
-use super::fault::{Place, Problem, SceneFault, reworded};
 use super::places::{Places, line_at};
 use super::properties::{Kind, properties};
 use super::{Scene, Setup, setup};
-use crate::error::{Error, Result};
+use crate::error::{Error, Place, Problem, Result, SceneFault, reworded};
 use crate::field::regular_file;
 
 /// Bytes of a scene file that are read at most; long lists of values fit, and so does the text in

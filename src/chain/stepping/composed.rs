@@ -1,6 +1,5 @@
 //! One step of a symmetric composition of kicks and drifts on one island.
 
-use super::super::lanes::{Lanes, Row, Work, widest};
 use super::super::law::Kernel;
 use super::energy::PassOn;
 use super::finish::Largest;
@@ -9,6 +8,7 @@ use super::pair::{Outcome, Scratch, Span, set_end_forces};
 use super::stage::{outside, walk};
 use super::system::{State, System};
 use super::tableau::Composition;
+use crate::numeric::lanes::{Lanes, Row, Work, widest};
 
 /// The kicks and drifts of a step, in shares of it.
 #[derive(Debug)]

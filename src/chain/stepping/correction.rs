@@ -8,9 +8,9 @@
 //! step size from shrinking at every contact.
 
 use super::super::law::Kernel;
-use super::super::root;
 use super::quadrature::{Rule, gauss_jacobi};
 use super::tableau::{MOST_STAGES, Tableau};
+use crate::numeric::root;
 
 const NODES: usize = 6;
 

@@ -7,10 +7,10 @@ use super::pair::{self, Outcome, Scratch, Span};
 use super::system::{State, System};
 use super::tableau::Tableau;
 use super::{Cost, Mark, StepControl, Stepping, Task};
-use crate::analyze::Observer;
 use crate::chain::lattice::{Chain, refuse};
 use crate::chain::law::Kernel;
-use crate::chain::root;
+use crate::numeric::root;
+use crate::observer::Observer;
 use crate::{Error, Result};
 
 /// Longest step of a driven chain, over the inverse angular frequency: no turn of a wall is stepped

@@ -1,11 +1,11 @@
 //! Energy that contacts pass on and sites lose, followed inside a step.
 
-use super::super::lanes::{Lanes, Row, Work, widest};
 use super::super::law::Kernel;
 use super::islands::Island;
 use super::pair::{Scratch, Span, push};
 use super::system::{State, System};
 use super::tableau::Tableau;
+use crate::numeric::lanes::{Lanes, Row, Work, widest};
 
 /// Adds what the contacts passed on and what was lost, by the quadrature of the velocities.
 pub(super) fn pass_on<K: Kernel>(

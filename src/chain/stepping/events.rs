@@ -1,6 +1,5 @@
 //! Contacts that open or close inside a step: finding them, and correcting the step for them.
 
-use super::super::lanes::{Row, WIDTH};
 use super::super::law::Kernel;
 use super::correction::{Correction, Missed, Quintic, pressing_spans};
 use super::islands::Island;
@@ -8,6 +7,7 @@ use super::pair::Span;
 use super::resolved::{Crossing, Resolved};
 use super::system::{State, System};
 use super::tableau::{MOST_STAGES, Tableau};
+use crate::numeric::lanes::{Row, WIDTH};
 
 /// Openings that change velocities by less than this share of the tolerance are left as they are.
 const NEGLIGIBLE: f64 = 1e-3;

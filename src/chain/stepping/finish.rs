@@ -1,8 +1,8 @@
 //! The end of a step, in one pass over an island: velocities, errors, and what must be looked at.
 
-use super::super::lanes::{Block, Lanes, Row, Work, widest};
 use super::islands::Island;
 use super::stage::{Sums, walk};
+use crate::numeric::lanes::{Block, Lanes, Row, Work, widest};
 
 /// `v1 = v + (S_s - S_{s+1} - P_s) / m`, and the error estimate likewise by weights of its own.
 pub(super) struct Finish<'a> {

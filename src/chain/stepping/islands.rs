@@ -8,9 +8,9 @@
 
 use std::ops::Range;
 
-use super::super::lanes::{Lanes, Row, WIDTH, Work, widest};
 use super::super::law::Kernel;
 use super::system::{State, System};
+use crate::numeric::lanes::{Lanes, Row, WIDTH, Work, widest};
 
 /// Blocks of places stepped together, with the contacts between them.
 #[derive(Debug, Clone, PartialEq)]

@@ -16,11 +16,11 @@ mod tableau;
 mod together;
 
 use super::drive::Drive;
-use super::lanes::Row;
 use super::lattice::{Chain, Ends, refuse};
 use super::law::{self, Kernel, Law};
 use crate::Result;
-use crate::analyze::Observer;
+use crate::numeric::lanes::Row;
+use crate::observer::Observer;
 use composed::Splitting;
 use correction::Correction;
 pub(crate) use correction::{Quintic, openings};

@@ -1,6 +1,5 @@
 //! One step of an embedded pair on one island.
 
-use super::super::lanes::Row;
 use super::super::law::Kernel;
 use super::correction::Correction;
 use super::energy;
@@ -10,6 +9,7 @@ use super::islands::Island;
 use super::stage::{self, Sums};
 use super::system::{State, System};
 use super::tableau::{Tableau, Weights};
+use crate::numeric::lanes::Row;
 
 /// Scratch of a step, a row a stage where there are many.
 #[derive(Debug)]

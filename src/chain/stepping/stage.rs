@@ -5,12 +5,12 @@
 //! on it to the right and contact s + 1 to the left. What lies outside the blocks at hand carries
 //! no force.
 
-use super::super::lanes::{Block, Lanes, Row, Work, widest};
 use super::super::lattice::Losses;
 use super::super::law::Kernel;
 use super::islands::Island;
 use super::system::System;
 use super::tableau::{MOST_STAGES, Weights};
+use crate::numeric::lanes::{Block, Lanes, Row, Work, widest};
 
 /// Sums over stages of weighted rows.
 #[derive(Debug, Clone, Copy)]

@@ -6,9 +6,9 @@
 //! a coefficient or a mobility of 0 stands for what is not there.
 
 use super::super::drive::Drive;
-use super::super::lanes::Row;
 use super::super::lattice::{Chain, Ends, Losses};
 use super::super::law::Kernel;
+use crate::numeric::lanes::Row;
 
 #[derive(Debug)]
 pub(super) struct System<K> {

@@ -3,12 +3,12 @@
 //! Each lane undergoes the operations of [`super::composed`] in their order, so that its bits are
 //! those of the chain alone. Contacts that have not been reached in any lane are left out.
 
-use super::super::lanes::{Block, Lanes, WIDTH, Work, widest};
 use super::super::law::Kernel;
 use super::Cost;
 use super::composed::Splitting;
 use super::driver::next_step;
 use super::system::{State, System};
+use crate::numeric::lanes::{Block, Lanes, WIDTH, Work, widest};
 
 /// Chains of equally many sites, stepped alike.
 #[derive(Debug)]

@@ -9,13 +9,13 @@ mod write;
 use std::path::Path;
 
 use super::new_file::NewFile;
-use crate::analyze::Observer;
 use crate::chain::Run;
 use crate::chain::scene::Setup;
 #[cfg(doc)]
 use crate::error::Error;
 use crate::error::Result;
 use crate::field::is_run_file;
+use crate::observer::Observer;
 
 /// Version of the layout of run files, which their member `schema` holds.
 pub const RUN_SCHEMA: &str = "cascade.run/1";

@@ -7,8 +7,8 @@ use ndarray::{Array1, Array2};
 use super::{RUN_SCHEMA, RunFile};
 use crate::chain::scene::{SceneSource, Setup};
 use crate::chain::{Run, RunReport};
-use crate::error::Result;
-use crate::field::{InputFault, Members, read_members};
+use crate::error::{InputFault, Result};
+use crate::field::{Members, read_members};
 
 /// By how much masses and coefficients may differ from those that the scene gives on another
 /// machine, relative to their size.

@@ -6,10 +6,11 @@ use ndarray::Array2;
 
 use super::super::Archive;
 use super::RUN_SCHEMA;
-use crate::analyze::{Observer, Precision};
+use crate::arrays::Precision;
 use crate::chain::scene::{Setup, Units};
 use crate::chain::{Law, Run};
 use crate::error::{Error, Result};
+use crate::observer::Observer;
 
 pub(super) fn all(path: &Path, setup: &Setup, run: &Run, observer: &dyn Observer) -> Result<()> {
     let archive = Archive::create(path, Precision::F64)?;

@@ -63,7 +63,7 @@ use ndarray::{ArrayView2, ArrayViewMut2, Axis};
 use num_complex::Complex;
 
 use super::Real;
-use crate::spare::{Spare, Taken};
+use crate::system::scratch::{Spare, Taken};
 use choice::Choice;
 pub use choice::Method;
 use kernels::Kernels;

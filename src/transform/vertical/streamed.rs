@@ -2,7 +2,7 @@
 
 use bytemuck::Pod;
 
-use crate::caches::LINE;
+use crate::system::prefetch::LINE;
 
 /// Copies each of the pieces to its place, which is not read and does not stay in the caches, where the
 /// processor can.

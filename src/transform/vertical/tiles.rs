@@ -12,7 +12,7 @@ use super::{
     ASKED_BYTES, ColumnScratch, ColumnTransform, InstructionSet, Line, kernels_for, lines,
     lines_of, simd, widest, width_for,
 };
-use crate::caches::LINE;
+use crate::system::prefetch::LINE;
 use crate::transform::Real;
 
 /// Rows a multiple of so many bytes apart share a few places in the caches: what is asked for early

@@ -8,7 +8,7 @@ use std::path::PathBuf;
 use std::process::Command;
 use std::sync::Mutex;
 
-use cascade::analyze::Precision;
+use cascade::arrays::Precision;
 use cascade::throughput::{
     Comparison, Counted, CountedCase, Instructions, Kind, Shape, fit_memory, name,
 };

@@ -1,10 +1,10 @@
 //! What is wrong with the data, or with how it was sampled.
 
-use super::bins::Bins;
-use super::moments::Row;
-use crate::analyze::{Request, Scaling, Warning};
+use super::{Request, Warning};
+use crate::diagnostics::{Bins, Row};
+use crate::numeric::{sum, sum_of_squares};
 use crate::prepare::{ChannelScan, Window};
-use crate::sum::{sum, sum_of_squares};
+use crate::transform::Scaling;
 
 /// What the pass over profiles notes of each.
 #[derive(Debug, Clone, Copy, Default)]

@@ -167,10 +167,10 @@ pub enum InputFault {
 
     #[error(
         "expected a first column of samples or of {}, found one that {reason}",
-        coordinates(*layout)
+        coordinates.words()
     )]
     FirstColumn {
-        layout: super::Layout,
+        coordinates: CoordinateKind,
         reason: &'static str,
     },
 
@@ -275,7 +275,7 @@ impl InputFault {
                  with `--time-unit` or `--space-unit`"
             }
             FirstColumn {
-                layout: super::Layout::TimeSite,
+                coordinates: CoordinateKind::Times,
                 ..
             } => {
                 "state `--time-column 0` if it holds times, `--time-column none` if it holds samples"
@@ -358,10 +358,19 @@ impl fmt::Display for Members<'_> {
     }
 }
 
-fn coordinates(layout: super::Layout) -> &'static str {
-    match layout {
-        super::Layout::TimeSite => "times",
-        super::Layout::SiteTime => "positions",
+/// What a column of coordinates may hold.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum CoordinateKind {
+    Times,
+    Positions,
+}
+
+impl CoordinateKind {
+    fn words(self) -> &'static str {
+        match self {
+            CoordinateKind::Times => "times",
+            CoordinateKind::Positions => "positions",
+        }
     }
 }
 

@@ -1,6 +1,6 @@
 //! Sums whose rounding does not grow with their length: pairwise, in a fixed order.
 
-use crate::chain::lanes::{Lanes, WIDTH, Work, widest};
+use crate::numeric::lanes::{Lanes, WIDTH, Work, widest};
 
 /// Terms added plainly before sums are paired; large enough to vectorise.
 const LEAF: usize = 256;

@@ -2,7 +2,16 @@
 //!
 //! [`Error`] says what was expected and what was found; [`Error::advice`] says what to do about it.
 
+mod change;
+mod input;
+mod scene;
+
 use std::path::{Path, PathBuf};
+
+pub use change::FileChange;
+pub use input::{CoordinateKind, FileKind, InputFault, MemberShape};
+pub(crate) use scene::reworded;
+pub use scene::{Place, Problem, SceneFault};
 
 /// A result whose error is [`Error`].
 pub type Result<T> = std::result::Result<T, Error>;
@@ -32,15 +41,12 @@ pub enum Error {
     Input {
         path: PathBuf,
         #[source]
-        fault: crate::field::InputFault,
+        fault: InputFault,
     },
 
     /// A file that was written to, or another put in its place, while it was in use.
     #[error("{} was changed or replaced while it was read: {change}", path.display())]
-    Changed {
-        path: PathBuf,
-        change: crate::field::FileChange,
-    },
+    Changed { path: PathBuf, change: FileChange },
 
     /// Samples that are neither finite nor declared as gaps.
     #[error(
@@ -78,9 +84,7 @@ pub enum Error {
 
     /// A scene that says too little, too much, or what cannot be.
     #[error("{fault}")]
-    Scene {
-        fault: Box<crate::chain::scene::SceneFault>,
-    },
+    Scene { fault: Box<SceneFault> },
 
     /// A sweep that another process works on.
     #[error("{} is being worked on by another process", path.display())]
@@ -252,7 +256,7 @@ impl Error {
         }
     }
 
-    pub(crate) fn scene(fault: crate::chain::scene::SceneFault) -> Error {
+    pub(crate) fn scene(fault: SceneFault) -> Error {
         Error::Scene {
             fault: Box::new(fault),
         }

@@ -3,7 +3,7 @@
 use std::fmt;
 use std::path::PathBuf;
 
-use crate::error::size;
+use super::size;
 
 /// Where a key of a scene was typed.
 #[derive(Debug, Clone, PartialEq, Eq)]
@@ -94,7 +94,7 @@ impl SceneFault {
         .into()
     }
 
-    pub(super) fn new(
+    pub(crate) fn new(
         place: Place,
         key: &str,
         expected: impl Into<String>,
@@ -121,7 +121,7 @@ fn shortened(text: &str) -> String {
 }
 
 /// What serde says of a value, as what was expected and what was found.
-pub(super) fn reworded(message: &str) -> Problem {
+pub(crate) fn reworded(message: &str) -> Problem {
     let value = |expected: &str, found: &str| Problem::Value {
         expected: plain(expected),
         found: shortened(&plain(found)),

@@ -1,0 +1,120 @@
+//! Named large arrays, and the sinks they go to block by block.
+
+use std::collections::BTreeMap;
+use std::sync::Mutex;
+
+use ndarray::{Array2, ArrayView2, s};
+
+use crate::error::Result;
+
+/// A named array too large to be held twice. The names belong to those that compute the arrays:
+/// [`crate::analyze`] and [`crate::budget`].
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
+pub struct LargeArray {
+    name: &'static str,
+    axes: [&'static str; 2],
+}
+
+impl LargeArray {
+    pub(crate) const fn new(name: &'static str, axes: [&'static str; 2]) -> LargeArray {
+        LargeArray { name, axes }
+    }
+
+    /// Name in files and messages.
+    pub fn name(self) -> &'static str {
+        self.name
+    }
+
+    /// What its rows and columns count.
+    pub fn axes(self) -> [&'static str; 2] {
+        self.axes
+    }
+}
+
+/// Number type of transforms and of the arrays written.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, serde::Serialize)]
+#[serde(rename_all = "lowercase")]
+pub enum Precision {
+    #[default]
+    F64,
+    F32,
+}
+
+/// Takes the large arrays in blocks: memory ([`Arrays`]) or a file ([`crate::report::Archive`]).
+pub trait Sink: Sync {
+    /// Announces an array and its shape, before its first block.
+    ///
+    /// # Errors
+    /// If there is no room for it.
+    fn reserve(&self, array: LargeArray, shape: (usize, usize)) -> Result<()>;
+
+    /// Takes the block whose first element is `(row, column)`.
+    ///
+    /// # Errors
+    /// If it cannot be written.
+    fn put(
+        &self,
+        array: LargeArray,
+        row: usize,
+        column: usize,
+        block: ArrayView2<f64>,
+    ) -> Result<()>;
+}
+
+/// Large arrays in memory.
+pub type Arrays = BTreeMap<LargeArray, Array2<f64>>;
+
+/// Collects [`Arrays`].
+#[derive(Debug, Default)]
+pub(crate) struct Collect(Mutex<Arrays>);
+
+impl Collect {
+    pub fn into_arrays(self) -> Arrays {
+        self.0
+            .into_inner()
+            .unwrap_or_else(std::sync::PoisonError::into_inner)
+    }
+
+    fn lock(&self) -> std::sync::MutexGuard<'_, Arrays> {
+        self.0
+            .lock()
+            .unwrap_or_else(std::sync::PoisonError::into_inner)
+    }
+}
+
+impl Sink for Collect {
+    fn reserve(&self, array: LargeArray, shape: (usize, usize)) -> Result<()> {
+        self.lock().insert(array, Array2::zeros(shape));
+        Ok(())
+    }
+
+    fn put(
+        &self,
+        array: LargeArray,
+        row: usize,
+        column: usize,
+        block: ArrayView2<f64>,
+    ) -> Result<()> {
+        if let Some(whole) = self.lock().get_mut(&array) {
+            let (rows, columns) = block.dim();
+            whole
+                .slice_mut(s![row..row + rows, column..column + columns])
+                .assign(&block);
+        }
+        Ok(())
+    }
+}
+
+/// A sink that keeps nothing, for results without their large arrays.
+#[derive(Debug, Clone, Copy, Default)]
+pub struct Nowhere;
+
+impl Sink for Nowhere {
+    fn reserve(&self, _: LargeArray, _: (usize, usize)) -> Result<()> {
+        Ok(())
+    }
+
+    fn put(&self, _: LargeArray, _: usize, _: usize, _: ArrayView2<f64>) -> Result<()> {
+        Ok(())
+    }
+}

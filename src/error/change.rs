@@ -1,0 +1,45 @@
+//! How a file changed while it was in use.
+
+use std::fmt;
+use std::time::SystemTime;
+
+/// In what a file differs from what it was.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[non_exhaustive]
+pub enum FileChange {
+    /// Another file is in its place.
+    Replaced,
+    /// Bytes.
+    Length { expected: u64, found: u64 },
+    /// Times of modification, where the file system tells them.
+    Modified {
+        expected: Option<SystemTime>,
+        found: Option<SystemTime>,
+    },
+}
+
+impl fmt::Display for FileChange {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match *self {
+            FileChange::Replaced => {
+                f.write_str("expected the file that was opened, found another in its place")
+            }
+            FileChange::Length { expected, found } => {
+                write!(f, "expected {expected} bytes, found {found}")
+            }
+            FileChange::Modified { expected, found } => {
+                f.write_str("expected no modification since it was opened, found one")?;
+                let Some((expected, found)) = expected.zip(found) else {
+                    return Ok(());
+                };
+                match found.duration_since(expected) {
+                    Ok(later) => write!(f, " {later:.3?} after the last before"),
+                    Err(error) => {
+                        let earlier = error.duration();
+                        write!(f, " dated {earlier:.3?} before the last one")
+                    }
+                }
+            }
+        }
+    }
+}

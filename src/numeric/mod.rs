@@ -1,0 +1,14 @@
+//! SIMD lanes, sums, the logarithm, angles, random numbers, roots.
+
+mod angle;
+pub(crate) mod lanes;
+mod logarithm;
+mod random;
+pub(crate) mod root;
+mod sums;
+
+pub(crate) use angle::*;
+pub(crate) use logarithm::ln_normal;
+pub(crate) use random::{Random, split_mix, unit_interval};
+pub(crate) use root::between as root_between;
+pub(crate) use sums::*;

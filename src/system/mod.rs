@@ -1,0 +1,9 @@
+//! Memory, prefetch, files, threads, scratch, and the journal of long work.
+
+pub(crate) mod buffer;
+pub(crate) mod file_io;
+pub(crate) mod journal;
+pub(crate) mod memory;
+pub(crate) mod prefetch;
+pub(crate) mod scratch;
+pub(crate) mod threads;

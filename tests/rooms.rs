@@ -1,0 +1,134 @@
+//! The map of `DESIGN.md` lists the rooms of the library from the bottom up. Every room may use those
+//! above it in the list, which lie below it in the house, and no others.
+
+use std::collections::BTreeSet;
+use std::fs;
+use std::path::{Path, PathBuf};
+
+fn root() -> PathBuf {
+    PathBuf::from(env!("CARGO_MANIFEST_DIR"))
+}
+
+/// Rooms in the order of the map; the program is not one of the library's.
+fn listed() -> Vec<String> {
+    let text = fs::read_to_string(root().join("DESIGN.md")).unwrap();
+    let rows = text.lines().filter_map(|line| line.strip_prefix("| `src/"));
+    let names = rows.filter_map(|row| row.split_once('`').map(|(name, _)| name));
+    let names = names.map(|name| name.trim_end_matches('/').trim_end_matches(".rs"));
+    names
+        .filter(|name| !name.starts_with("bin"))
+        .map(str::to_owned)
+        .collect()
+}
+
+fn files(folder: &Path, found: &mut Vec<PathBuf>) {
+    for entry in fs::read_dir(folder).unwrap() {
+        let path = entry.unwrap().path();
+        if path.is_dir() {
+            files(&path, found);
+        } else if path.extension().is_some_and(|e| e == "rs") {
+            found.push(path);
+        }
+    }
+}
+
+/// The code without comments.
+fn code(path: &Path) -> String {
+    let text = fs::read_to_string(path).unwrap();
+    let lines = text
+        .lines()
+        .map(|line| line.split("//").next().unwrap_or_default());
+    lines.collect::<Vec<_>>().join("\n")
+}
+
+/// Rooms that code names after `crate::`, in paths and in lists of imports.
+fn named(code: &str) -> BTreeSet<String> {
+    let mut rooms = BTreeSet::new();
+    for after in code.split("crate::").skip(1) {
+        let names: Vec<&str> = match after.strip_prefix('{') {
+            None => vec![after],
+            // A list has further lists in it; names at its own level begin after `{` and `,`.
+            Some(list) => {
+                let mut depth = 0;
+                let mut starts = vec![0];
+                for (at, byte) in list.bytes().enumerate() {
+                    match byte {
+                        b'{' => depth += 1,
+                        b'}' if depth == 0 => break,
+                        b'}' => depth -= 1,
+                        b',' if depth == 0 => starts.push(at + 1),
+                        _ => {}
+                    }
+                }
+                starts
+                    .into_iter()
+                    .map(|at| list[at..].trim_start())
+                    .collect()
+            }
+        };
+        for name in names {
+            let end = name.find(|c: char| !c.is_alphanumeric() && c != '_');
+            let room = match &name[..end.unwrap_or(name.len())] {
+                "Error" | "Result" => "error",
+                "Field" => "field",
+                room => room,
+            };
+            rooms.insert(room.to_owned());
+        }
+    }
+    rooms.remove("");
+    rooms
+}
+
+fn room_of(path: &Path) -> String {
+    let inside = path.strip_prefix(root().join("src")).unwrap();
+    let first = inside.components().next().unwrap().as_os_str();
+    first.to_string_lossy().trim_end_matches(".rs").to_owned()
+}
+
+#[test]
+fn every_room_is_on_the_map_once() {
+    let listed = listed();
+    let unique: BTreeSet<String> = listed.iter().cloned().collect();
+    assert_eq!(unique.len(), listed.len(), "{listed:?}");
+    let mut sources = Vec::new();
+    files(&root().join("src"), &mut sources);
+    let rooms: BTreeSet<String> = sources.iter().map(|path| room_of(path)).collect();
+    let rooms: BTreeSet<String> = rooms
+        .into_iter()
+        .filter(|room| room != "lib" && room != "bin")
+        .collect();
+    assert_eq!(rooms, unique);
+}
+
+#[test]
+fn no_arrow_points_up() {
+    let listed = listed();
+    let place = |room: &str| listed.iter().position(|name| name == room);
+    let mut sources = Vec::new();
+    files(&root().join("src"), &mut sources);
+    let mut wrong = Vec::new();
+    for path in &sources {
+        let room = room_of(path);
+        let Some(own) = place(&room) else {
+            continue;
+        };
+        for used in named(&code(path)) {
+            match place(&used) {
+                Some(other) if other <= own => {}
+                Some(_) => wrong.push(format!("{}: {used} lies above {room}", path.display())),
+                None => wrong.push(format!("{}: {used} is no room", path.display())),
+            }
+        }
+    }
+    assert!(wrong.is_empty(), "{}", wrong.join("\n"));
+}
+
+#[test]
+fn arrows_are_seen_in_paths_and_lists() {
+    let found = named(
+        "use crate::chain::{Run, scene::Setup};\nuse crate::{plot::{a, b}, Field};\nlet x = crate::budget::run();",
+    );
+    let expected = ["budget", "chain", "field", "plot"].map(str::to_owned);
+    assert_eq!(found, BTreeSet::from(expected));
+}
