@@ -31,7 +31,7 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
         "summary.json",
         Summary::new(&analysis, &provenance).to_json()?,
     )?;
-    directory.write("report.html", html(&analysis))?;
+    directory.write("report.html", html(&analysis, &|_| None))?;
     draw_all(&analysis, &directory.path().join("figures"), &[Format::Png])?;
     let published = directory.publish()?;
 

@@ -260,7 +260,7 @@ fn without_maps_all_else_is_the_same_bit_for_bit() -> Result<(), cascade::Error>
             .map(Option::is_some)
         };
         assert_eq!((maps(&with), maps(&without)), ([true; 5], [false; 5]));
-        let pages = [&with, &without].map(cascade::report::html);
+        let pages = [&with, &without].map(|analysis| cascade::report::html(analysis, &|_| None));
         assert!(pages[1].contains("</html>") && pages[1].len() < pages[0].len());
         let folder = tempfile::tempdir().unwrap();
         let drawn = |analysis| {

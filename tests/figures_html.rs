@@ -21,7 +21,7 @@ fn element<'a>(page: &'a str, name: &str, mark: &str) -> &'a str {
 }
 
 fn payload(analysis: &Analysis) -> Value {
-    let page = report::html(analysis);
+    let page = report::html(analysis, &|_| None);
     serde_json::from_str(element(&page, "script", "id=\"data\"")).unwrap()
 }
 
@@ -64,7 +64,7 @@ fn markup(page: &str) -> String {
 
 #[test]
 fn nothing_is_loaded_from_elsewhere() {
-    let page = report::html(&figures_common::full());
+    let page = report::html(&figures_common::full(), &|_| None);
     for load in [
         "src=",
         "href=",
@@ -85,7 +85,7 @@ fn names_are_escaped() {
     analysis.name = "</script><script>alert(1)</script>".into();
     analysis.unit = Some("<b>".into());
     analysis.field_map.as_mut().unwrap().label = "</script><i>".into();
-    let page = report::html(&analysis);
+    let page = report::html(&analysis, &|_| None);
     assert!(!page.contains("<script>alert") && !page.contains("<b>") && !page.contains("<i>"));
     assert!(page.contains("&lt;/script&gt;&lt;script&gt;alert(1)"));
     let label = &payload(&analysis)["maps"][0]["label"];
@@ -100,7 +100,7 @@ fn tags_are_balanced() {
         .chain([("full", figures_common::full())])
         .chain([("field only", figures_common::field_only())])
     {
-        let page = markup(&report::html(&analysis));
+        let page = markup(&report::html(&analysis, &|_| None));
         let mut open: Vec<&str> = Vec::new();
         for piece in page
             .split('<')
@@ -172,7 +172,7 @@ fn long_curves_keep_their_extremes() {
 
 #[test]
 fn the_page_states_warnings_bands_and_accuracy() {
-    let page = report::html(&figures_common::full());
+    let page = report::html(&figures_common::full(), &|_| None);
     for text in [
         "2 of the records are constant: sites 17, 18",
         "Leave these sites out",

@@ -124,7 +124,7 @@ fn passes<T: Real>(
         wavenumber: plan.wavenumber_bins(),
         padding_time: plan.padding_time(),
     };
-    let doubts = field.notes.iter().filter(|note| note.advice().is_some());
+    let doubts = field.notes.iter().filter(|note| note.is_doubtful());
     let mut warnings: Vec<Warning> = doubts
         .map(|note| Warning::Reading { note: note.clone() })
         .collect();

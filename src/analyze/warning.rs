@@ -1,4 +1,4 @@
-//! Findings that do not stop a run but that its user should know, each with what to do.
+//! Findings that do not stop a run but that its user should know.
 
 use serde_json::{Map, Value, json};
 
@@ -131,49 +131,6 @@ impl Warning {
             }
             Warning::NoEnergy => "the prepared field is zero everywhere".into(),
             Warning::Reading { note } => note.message(),
-        }
-    }
-
-    /// What to do about it.
-    pub fn advice(&self) -> &'static str {
-        match self {
-            Warning::AliasingTime { .. } => {
-                "sample faster, or low-pass before sampling; energy above Nyquist folds down"
-            }
-            Warning::AliasingSpace { .. } => {
-                "measure at sites closer together; wavenumbers beyond Nyquist fold and may seem to \
-                 travel backwards"
-            }
-            Warning::DeadChannels { .. } => "leave these sites out, or check the sensor",
-            Warning::SaturatedChannels { .. } => {
-                "lower the gain or the amplitude; clipping makes harmonics that are not there"
-            }
-            Warning::CommonMode { .. } => {
-                "if it is noise of the instrument, remove it with `--detrend-space mean`"
-            }
-            Warning::Static { .. } => {
-                "if they are offsets of the instrument, remove them with `--detrend-time mean`"
-            }
-            Warning::LeakageTime { .. } => {
-                "for a stationary record use `--window-time hann` or remove the trend; for a \
-                 transient record until it has died down"
-            }
-            Warning::LeakageSpace { .. } => {
-                "use `--window-space hann`, or remove the trend with `--detrend-space linear`"
-            }
-            Warning::Gaps { .. } => "read spectra of these sites with care",
-            Warning::TransientCut { .. } => {
-                "record from before the arrival until the motion has died down; a cut transient \
-                 has no energy spectrum of its own"
-            }
-            Warning::Unrepresentable { .. } => {
-                "change the unit of the field so that amplitudes come near 1"
-            }
-            Warning::NoKineticEnergy => {
-                "differentiate or integrate to the velocity first, or leave the flux out with `--only`"
-            }
-            Warning::NoEnergy => "check the range, the layout and the detrending",
-            Warning::Reading { note } => note.advice().unwrap_or_default(),
         }
     }
 

@@ -1,4 +1,4 @@
-//! Findings about a run, said to a person, each with what to do.
+//! Findings about a run, said to a person.
 
 use super::RunWarning;
 
@@ -22,20 +22,5 @@ impl RunWarning {
                  would be in order: collisions are shorter than the steps resolve"
             ),
         }
-    }
-
-    /// What the user can do about it.
-    pub fn advice(&self) -> String {
-        match self {
-            RunWarning::Sensitive { .. } => {
-                "state a larger `tolerance` or an earlier `end_time`; where single velocities are \
-                 not to be had, compare energies and spectra, over several seeds"
-            }
-            RunWarning::Rounding { .. } => "state a larger `tolerance`",
-            RunWarning::EnergyBalance { .. } => {
-                "state a smaller `tolerance`, or with a method of fixed steps a smaller `step`"
-            }
-        }
-        .into()
     }
 }

@@ -1,6 +1,6 @@
 //! The one error type: data in named fields, the sentence built from them in one place.
 //!
-//! [`Error`] says what was expected and what was found; [`Error::advice`] says what to do about it.
+//! [`Error`] says what was expected and what was found.
 
 mod change;
 mod input;
@@ -148,52 +148,6 @@ pub enum Error {
 }
 
 impl Error {
-    /// What the user can do about it, where there is something to do.
-    pub fn advice(&self) -> Option<String> {
-        match self {
-            Error::Input { fault, .. } => fault.advice(),
-            Error::NonFinite { .. } => Some(
-                "state what to do with gaps: `--gaps interpolate` fills them along time, \
-                 `--gaps mask` gives them no weight"
-                    .into(),
-            ),
-            Error::Changed { .. } => {
-                Some("repeat the command once nothing writes to the file, or on a copy".into())
-            }
-            Error::Scene { fault } => Some(fault.advice()),
-            Error::Exists { .. } => {
-                Some("name another place, or add `--force` to replace it".into())
-            }
-            Error::Busy { .. } => Some("wait for it, or compute parts in directories of their own".into()),
-            Error::Damaged { .. } => Some(
-                "remove the line, and its member is computed again; or begin anew elsewhere".into(),
-            ),
-            Error::Baseline { .. } => Some(
-                "record a new one with `cascade bench --record FILE`, or name another with `--baseline`"
-                    .into(),
-            ),
-            Error::Paused { .. } => Some("the same command goes on from there".into()),
-            Error::Occupied { .. } => Some("name another place with `--out`".into()),
-            Error::Drowned { .. } => Some(
-                "average repeated records, record longer before the impact, or state which channels \
-                 are too noisy to use as missing; an offset of the velocity grows with time, so a \
-                 shorter record may do"
-                    .into(),
-            ),
-            Error::Memory { .. } => {
-                Some("raise `--memory`, choose fewer sites or times, or ask for less: `--threads 1`, `--only`".into())
-            }
-            Error::Read { source, .. } if source.kind() == std::io::ErrorKind::NotFound => {
-                Some("check the path; a relative one starts at the current directory".into())
-            }
-            Error::Write { source, .. } if is_disk_full(source) => {
-                Some("free some space, or write elsewhere with `--out`".into())
-            }
-            Error::Write { .. } => Some("write elsewhere with `--out`".into()),
-            _ => None,
-        }
-    }
-
     /// Whether the request itself is at fault (exit code 2) rather than the run (exit code 1).
     pub fn is_usage(&self) -> bool {
         matches!(
@@ -296,9 +250,4 @@ pub(crate) fn size(bytes: u64) -> String {
         Some(unit) if power > 0 => format!("{:.2} {unit}", (value * 100.0).ceil() / 100.0),
         _ => format!("{bytes} bytes"),
     }
-}
-
-fn is_disk_full(error: &std::io::Error) -> bool {
-    use std::io::ErrorKind::{FileTooLarge, QuotaExceeded, StorageFull};
-    matches!(error.kind(), StorageFull | QuotaExceeded | FileTooLarge)
 }

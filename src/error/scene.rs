@@ -82,18 +82,6 @@ impl fmt::Display for SceneFault {
 }
 
 impl SceneFault {
-    /// What the user can do about it.
-    pub fn advice(&self) -> String {
-        match &self.problem {
-            Problem::TooLarge { .. } => {
-                "choose fewer `samples` or `sites`, keep less with `record`, or raise `memory`"
-            }
-            Problem::Syntax { .. } => "`cascade scene` prints a scene to start from",
-            Problem::Value { .. } => "`cascade scene` prints all keys with what they mean",
-        }
-        .into()
-    }
-
     pub(crate) fn new(
         place: Place,
         key: &str,

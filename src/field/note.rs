@@ -81,19 +81,9 @@ impl Note {
         }
     }
 
-    /// What to do about a doubtful conclusion; `None` where there is no doubt.
-    pub fn advice(&self) -> Option<&'static str> {
-        match self {
-            Note::Members { .. } | Note::Layout { .. } | Note::FirstColumn { .. } => None,
-            Note::Wide { .. } => Some(
-                "state `--layout site-time` if rows are sites, or `--layout time-site` if they are \
-                 times",
-            ),
-            Note::RisingSite { .. } => Some(
-                "if it holds times, save the array without it and state `--dt`, or save the times \
-                 apart: `numpy.savez(path, v=array, t=times)`",
-            ),
-        }
+    /// Whether the conclusion may be wrong.
+    pub fn is_doubtful(&self) -> bool {
+        matches!(self, Note::Wide { .. } | Note::RisingSite { .. })
     }
 
     /// A note on an array that nothing says the layout of.

@@ -7,6 +7,7 @@ mod words;
 
 use maud::{DOCTYPE, Markup, PreEscaped, html as markup};
 
+use super::Advice;
 use crate::analyze::Analysis;
 use curves::CurveGroup;
 use data::{MapData, Payload};
@@ -22,9 +23,9 @@ const POLICY: &str = "default-src 'none'; script-src 'unsafe-inline'; style-src 
 
 /// The analysis as a self-contained HTML page that needs no network.
 ///
-/// The maps are embedded as little-endian `f32` (NaN where there is no value), so that hovering
+/// `advice` says what to do about each warning. The maps are embedded as little-endian `f32` (NaN where there is no value), so that hovering
 /// and the curves beside each map read the same numbers that the colours show.
-pub fn html(analysis: &Analysis) -> String {
+pub fn html(analysis: &Analysis, advice: Advice) -> String {
     let payload = Payload::of(analysis);
     let page = markup! {
         (DOCTYPE)
@@ -48,7 +49,7 @@ pub fn html(analysis: &Analysis) -> String {
                     }
                 }
                 main {
-                    (summary::warnings(&analysis.warnings))
+                    (summary::warnings(&analysis.warnings, advice))
                     (summary::tables(analysis))
                     (words::how_to_read(analysis))
                     @for map in &payload.maps { (map_figure(map)) }

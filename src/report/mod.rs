@@ -35,4 +35,4 @@ pub use html::html;
 pub use localized::{LOCALIZED_SCHEMA, LocalizedSummary, table_csv, write_journey, write_profile};
 pub use run_file::{RUN_SCHEMA, RunFile};
 pub use sentences::{Sentence, number, percent, sentences};
-pub use summary::{Provenance, SCHEMA, Summary};
+pub use summary::{Advice, Provenance, SCHEMA, Summary};

@@ -42,6 +42,9 @@ impl Provenance {
     }
 }
 
+/// What to do about a warning, as the caller would say it.
+pub type Advice<'a> = &'a dyn Fn(&Warning) -> Option<String>;
+
 /// The whole summary; undefined numbers are `null`.
 #[derive(Debug, Serialize)]
 pub struct Summary<'a> {
@@ -55,7 +58,7 @@ pub struct Summary<'a> {
     low_high: LowHigh,
     accuracy: &'a Accuracy,
     timings: &'a [Timing],
-    warnings: Vec<WarningSummary>,
+    warnings: Vec<WarningSummary<'a>>,
 }
 
 #[derive(Debug, Serialize)]
@@ -150,10 +153,14 @@ struct Edge {
 }
 
 #[derive(Debug, Serialize)]
-struct WarningSummary {
+struct WarningSummary<'a> {
+    #[serde(skip)]
+    of: &'a Warning,
     code: &'static str,
     message: String,
-    advice: &'static str,
+    /// What to do about it, where the caller says so.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    advice: Option<String>,
     numbers: Map<String, Value>,
 }
 
@@ -244,6 +251,14 @@ impl<'a> Summary<'a> {
         Summary { closure, ..self }
     }
 
+    /// The same with what the caller advises about each warning.
+    pub fn with_advice(mut self, advice: Advice) -> Self {
+        for warning in &mut self.warnings {
+            warning.advice = advice(warning.of);
+        }
+        self
+    }
+
     /// The summary as indented JSON.
     ///
     /// # Errors
@@ -257,11 +272,12 @@ fn defined(x: f64) -> Option<f64> {
     x.is_finite().then_some(x)
 }
 
-fn warning(warning: &Warning) -> WarningSummary {
+fn warning(warning: &Warning) -> WarningSummary<'_> {
     WarningSummary {
+        of: warning,
         code: warning.code(),
         message: warning.message(),
-        advice: warning.advice(),
+        advice: None,
         numbers: warning.numbers(),
     }
 }

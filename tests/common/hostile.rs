@@ -35,7 +35,6 @@ pub fn refusal(name: &str, bytes: impl AsRef<[u8]>, options: &OpenOptions) -> Er
     let started = Instant::now();
     let error = Field::open(&path, options).expect_err("the file is refused");
     assert!(started.elapsed() < Duration::from_secs(5));
-    assert!(error.advice().is_some(), "{error}");
     error
 }
 

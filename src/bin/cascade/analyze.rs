@@ -17,6 +17,7 @@ use cascade::report::{
 };
 use cascade::{Error, Field};
 
+use crate::advice;
 use crate::args::{Analyze, FigureArg, Input, ResultArg};
 use crate::effect::refuse_without_effect;
 use crate::failure::Failure;
@@ -101,6 +102,7 @@ pub fn run(typed: Analyze) -> Result<(), Failure> {
     // All that reads or hashes the file has done so.
     opened.as_ref().map_or(Ok(()), FileState::check)?;
     let json = Summary::new(&analysis, &provenance)
+        .with_advice(&advised)
         .with_closure(closure)
         .to_json()
         .map_err(std::io::Error::from)?;
@@ -171,7 +173,7 @@ fn draw(
     let figures = directory.path().join("figures");
     let (drawn, page) = rayon::join(
         || draw_all(analysis, &figures, formats),
-        || directory.write("report.html", html(analysis)),
+        || directory.write("report.html", html(analysis, &advised)),
     );
     drawn?;
     page?;
@@ -224,8 +226,13 @@ fn print_plan(plan: &Plan, json: bool) -> Result<(), Failure> {
 
 /// How a field was read where nothing states it and nothing speaks against it.
 fn conclusions(field: &Field) -> Vec<String> {
-    let settled = field.notes.iter().filter(|note| note.advice().is_none());
+    let settled = field.notes.iter().filter(|note| !note.is_doubtful());
     settled.map(Note::message).collect()
+}
+
+/// What to do about a warning of an analysis.
+fn advised(warning: &cascade::analyze::Warning) -> Option<String> {
+    Some(advice::of_warning(warning).into())
 }
 
 /// Prints to standard error how a field was read.
@@ -234,7 +241,7 @@ pub fn print_notes(field: &Field, quiet: bool) {
         return;
     }
     for note in &field.notes {
-        match note.advice() {
+        match advice::of_note(note) {
             None => eprintln!("note: {}", note.message()),
             Some(advice) => eprintln!("warning: {}\nhelp: {advice}", note.message()),
         }

@@ -6,6 +6,7 @@ use std::process::ExitCode;
 use cascade::Error;
 use cascade::chain::scene::Place;
 
+use crate::advice;
 use crate::bench::Fault;
 
 /// Why a command did not end well.
@@ -82,7 +83,7 @@ impl Failure {
             }
         };
         if let Failure::Library(error) = self
-            && let Some(advice) = error.advice()
+            && let Some(advice) = advice::of_error(error)
         {
             let _ = writeln!(err, "help: {advice}");
         }

@@ -1,5 +1,6 @@
 //! The program: arguments, one library call, files, exit code.
 
+mod advice;
 mod analyze;
 mod args;
 mod attenuate;

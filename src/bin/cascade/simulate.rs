@@ -9,6 +9,7 @@ use cascade::chain::{CHECK_FACTOR, Run};
 use cascade::report::{RUN_SCHEMA, RunFile};
 use serde_json::json;
 
+use crate::advice;
 use crate::chain_args::Simulate;
 use crate::failure::Failure;
 use crate::progress::Progress;
@@ -65,7 +66,7 @@ fn tell(
             .report
             .warnings
             .iter()
-            .map(|w| json!({ "message": w.message(), "advice": w.advice() }))
+            .map(|w| json!({ "message": w.message(), "advice": advice::of_run(w) }))
             .collect();
         let summary = json!({
             "schema": RUN_SCHEMA,
@@ -140,7 +141,7 @@ fn summary(description: &Description, run: &Run, seconds: f64, width: usize) -> 
     lines.line("computation", &format!("{seconds:.3} s"));
     for warning in &report.warnings {
         lines.line("warning", &warning.message());
-        lines.line("", &format!("-> {}", warning.advice()));
+        lines.line("", &format!("-> {}", advice::of_run(warning)));
     }
     lines.text
 }

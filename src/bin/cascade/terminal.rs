@@ -8,6 +8,8 @@ use cascade::measure::digits;
 pub use cascade::report::number;
 use cascade::report::{percent, sentences};
 
+use crate::advice;
+
 /// Columns of the terminal; 100 where there is none.
 pub fn width() -> usize {
     let found = terminal_size::terminal_size_of(std::io::stdout());
@@ -134,7 +136,7 @@ pub fn summary(analysis: &Analysis, read_as: &[String], width: usize) -> String 
     );
     for warning in &analysis.warnings {
         lines.line("warning", &warning.message());
-        lines.line("", &format!("-> {}", warning.advice()));
+        lines.line("", &format!("-> {}", advice::of_warning(warning)));
     }
     lines.text
 }

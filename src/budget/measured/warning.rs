@@ -1,4 +1,4 @@
-//! Findings about a measurement, said to a person, each with what to do.
+//! Findings about a measurement, said to a person.
 
 use super::{ContactEstimate, Factor, MissingSite, Momentum, SiteNoise};
 
@@ -115,30 +115,6 @@ impl MeasuredWarning {
                 format!("the noise is correlated over {samples:.1} samples, which errors allow for")
             }
         }
-    }
-
-    /// What the user can do about it.
-    pub fn advice(&self) -> String {
-        match self {
-            MeasuredWarning::MomentumOpen { .. }
-            | MeasuredWarning::Coefficient { .. }
-            | MeasuredWarning::Coefficients { .. } => {
-                "check masses, contact law and coefficients of the chain and the gains of the \
-                 channels, or state how uncertain they are, and that the contacts just touched at \
-                 the start"
-            }
-            MeasuredWarning::Drowned { .. } => "leave these contacts out of what is concluded",
-            MeasuredWarning::Missing { .. } => {
-                "none is needed where the stated error is small enough"
-            }
-            MeasuredWarning::NoQuietPart { .. } => {
-                "record some time before the impact, and state the sample at which it begins"
-            }
-            MeasuredWarning::CorrelatedNoise { .. } => {
-                "look for hum or a filter in the measuring chain"
-            }
-        }
-        .into()
     }
 }
 

@@ -6,6 +6,7 @@ use super::words::{number, percent};
 use crate::analyze::{Analysis, Timing, Warning};
 use crate::field::Axis;
 use crate::prepare::WindowGains;
+use crate::report::Advice;
 use crate::report::sentences;
 
 type Row = (&'static str, String);
@@ -24,7 +25,7 @@ pub(super) fn sentence(analysis: &Analysis) -> String {
     )
 }
 
-pub(super) fn warnings(warnings: &[Warning]) -> Markup {
+pub(super) fn warnings(warnings: &[Warning], advice: Advice) -> Markup {
     markup! {
         section id="warnings" aria-labelledby="warnings-heading" {
             h2 id="warnings-heading" { "Warnings" }
@@ -35,7 +36,9 @@ pub(super) fn warnings(warnings: &[Warning]) -> Markup {
                     @for warning in warnings {
                         li class="warning" {
                             strong { (sentence_case(&warning.message())) "." }
-                            " " (prose(&sentence_case(warning.advice()))) "."
+                            @if let Some(advice) = advice(warning) {
+                                " " (prose(&sentence_case(&advice))) "."
+                            }
                         }
                     }
                 }

@@ -6,6 +6,7 @@ use cascade::budget::{
     WavenumberBudget,
 };
 
+use crate::advice;
 use crate::terminal::{self, Lines, error_size, number};
 
 /// Coefficients that are doubted one by one.
@@ -187,9 +188,9 @@ fn measurement(lines: &mut Lines, report: &MeasuredReport) {
         lines.line("warning", &warning.message());
         if shown
             .peek()
-            .is_none_or(|next| next.advice() != warning.advice())
+            .is_none_or(|next| advice::of_measured(next) != advice::of_measured(warning))
         {
-            lines.line("", &format!("-> {}", warning.advice()));
+            lines.line("", &format!("-> {}", advice::of_measured(warning)));
         }
     }
     if more > 0 {

@@ -1,0 +1,254 @@
+//! What the user can do about errors and warnings, with the options that mend them.
+
+use cascade::Error;
+use cascade::analyze::Warning;
+use cascade::budget::measured::MeasuredWarning;
+use cascade::chain::RunWarning;
+use cascade::error::{CoordinateKind, FileKind, InputFault, Problem, SceneFault};
+use cascade::field::Note;
+
+/// Of an error, where there is something to do.
+pub fn of_error(error: &Error) -> Option<String> {
+    match error {
+        Error::Input { fault, .. } => of_input(fault),
+        Error::NonFinite { .. } => Some(
+            "state what to do with gaps: `--gaps interpolate` fills them along time, \
+             `--gaps mask` gives them no weight"
+                .into(),
+        ),
+        Error::Changed { .. } => {
+            Some("repeat the command once nothing writes to the file, or on a copy".into())
+        }
+        Error::Scene { fault } => Some(of_scene(fault).into()),
+        Error::Exists { .. } => {
+            Some("name another place, or add `--force` to replace it".into())
+        }
+        Error::Busy { .. } => Some("wait for it, or compute parts in directories of their own".into()),
+        Error::Damaged { .. } => Some(
+            "remove the line, and its member is computed again; or begin anew elsewhere".into(),
+        ),
+        Error::Baseline { .. } => Some(
+            "record a new one with `cascade bench --record FILE`, or name another with `--baseline`"
+                .into(),
+        ),
+        Error::Paused { .. } => Some("the same command goes on from there".into()),
+        Error::Occupied { .. } => Some("name another place with `--out`".into()),
+        Error::Drowned { .. } => Some(
+            "average repeated records, record longer before the impact, or state which channels \
+             are too noisy to use as missing; an offset of the velocity grows with time, so a \
+             shorter record may do"
+                .into(),
+        ),
+        Error::Memory { .. } => {
+            Some("raise `--memory`, choose fewer sites or times, or ask for less: `--threads 1`, `--only`".into())
+        }
+        Error::Read { source, .. } if source.kind() == std::io::ErrorKind::NotFound => {
+            Some("check the path; a relative one starts at the current directory".into())
+        }
+        Error::Write { source, .. } if is_disk_full(source) => {
+            Some("free some space, or write elsewhere with `--out`".into())
+        }
+        Error::Write { .. } => Some("write elsewhere with `--out`".into()),
+        _ => None,
+    }
+}
+
+fn of_input(fault: &InputFault) -> Option<String> {
+    use InputFault::*;
+    let advice = match fault {
+        Empty | NoRows | NoSamples { .. } => {
+            "check that the program which wrote the file had finished"
+        }
+        Curve { .. } => "write one row a point: abscissa, value, standard error if it is known",
+        NotAFile {
+            found: FileKind::Directory,
+        } => "name a file inside it",
+        NotAFile { .. } => "write the samples to a file first; a field is read more than once",
+        UnknownFormat { .. } | NpyMagic { .. } => {
+            "convert it with `numpy.save(\"field.npy\", array)`"
+        }
+        NpyVersion { .. } | NpyHeader { .. } | NpyHeaderLength { .. } => {
+            "write the array again with `numpy.save`"
+        }
+        PickledObjects => {
+            "save numbers: `numpy.save(path, array.astype(float))`; pickles are never loaded"
+        }
+        StructuredType { .. } => "save one of its members: `numpy.save(path, array[\"name\"])`",
+        ComplexType { .. } => "save its real part: `numpy.save(path, array.real)`",
+        NoText { .. } | NotOneText { .. } | TextLength { .. } => {
+            "save it as `numpy.array(\"text\")`"
+        }
+        NoRun { .. } | RunShape { .. } | RunScene { .. } | RunReport { .. } => {
+            "make it anew with `cascade simulate`"
+        }
+        SampleType { .. } => "convert it: `numpy.save(path, array.astype(float))`",
+        Dimensions { shape } if shape.is_empty() => "save an array (time, site), not one number",
+        Dimensions { .. } => "save one component: an array (time, site)",
+        TooLarge { .. } | Truncated { .. } => {
+            "the file was cut short while written or copied; copy or write it again"
+        }
+        TrailingBytes { .. } => "write one array a file, or several with `numpy.savez`",
+        Archive { .. } | Deflate { .. } | InflatedSize { .. } | Checksum { .. } => {
+            "the archive was damaged while written or copied; copy or write it again"
+        }
+        TooManyMembers { .. } => "save the field by itself",
+        NoSuchMember { .. } | WhichMember { .. } => "name one of them with `--member`",
+        Member { fault, .. } => return of_input(fault),
+        Compression { .. } => "write it with `numpy.savez` or `numpy.savez_compressed`",
+        Encrypted => "decrypt the archive first",
+        AxisLength { axis: "time", .. } => {
+            "check `--layout`, or state `--t0` and `--dt` to leave the coordinates unread"
+        }
+        AxisLength { .. } => {
+            "check `--layout`, or state `--x0` and `--dx` to leave the coordinates unread"
+        }
+        UnevenAxis { axis: "space", .. } => {
+            "resample to even spacing, or state `--dx` if the coordinates are approximate"
+        }
+        UnevenAxis { .. } | UnevenTimes { .. } => {
+            "fill in or resample the rows; if the times are approximate, state `--dt`"
+        }
+        UnitOfAxis { .. } => {
+            "state steps and origins as numbers in the unit of the axis, or the unit of the axis \
+             with `--time-unit` or `--space-unit`"
+        }
+        FirstColumn {
+            coordinates: CoordinateKind::Times,
+            ..
+        } => "state `--time-column 0` if it holds times, `--time-column none` if it holds samples",
+        FirstColumn { .. } => {
+            "name it `x` in a header if it holds positions; state `--time-column none` if it holds \
+             samples"
+        }
+        NoColumns => "state `--time-column none` if the one column holds samples",
+        Encoding { .. } => "save the table as plain UTF-8 text",
+        Ragged { .. } => "give every row the same number of cells; an empty cell is a gap",
+        Cell { line: 1, .. } => {
+            "if the first line is a header, state `--header present`; an empty cell is a gap"
+        }
+        Cell { .. } => "write numbers with a decimal point; an empty cell or `nan` is a gap",
+        RowLength { .. } => "check the line ends and quotes, or save the table as `.npy`",
+        NoSuchColumn { .. } => "name one of the columns, or count them from 0",
+        TwoSidecars { .. } => "keep one of the two",
+        Sidecar { .. } => {
+            "the keys are layout, dt, rate (or fs), dx, t0, x0, time_unit, space_unit, quantity and \
+             unit"
+        }
+        SidecarLength { .. } => "keep only the settings of the field in it",
+        _ => return None,
+    };
+    Some(advice.into())
+}
+
+fn of_scene(fault: &SceneFault) -> &'static str {
+    match &fault.problem {
+        Problem::TooLarge { .. } => {
+            "choose fewer `samples` or `sites`, keep less with `record`, or raise `memory`"
+        }
+        Problem::Syntax { .. } => "`cascade scene` prints a scene to start from",
+        Problem::Value { .. } => "`cascade scene` prints all keys with what they mean",
+        _ => "",
+    }
+}
+
+/// Of a doubtful conclusion about a file; `None` where there is no doubt.
+pub fn of_note(note: &Note) -> Option<&'static str> {
+    match note {
+        Note::Members { .. } | Note::Layout { .. } | Note::FirstColumn { .. } => None,
+        Note::Wide { .. } => Some(
+            "state `--layout site-time` if rows are sites, or `--layout time-site` if they are \
+             times",
+        ),
+        Note::RisingSite { .. } => Some(
+            "if it holds times, save the array without it and state `--dt`, or save the times \
+             apart: `numpy.savez(path, v=array, t=times)`",
+        ),
+        _ => None,
+    }
+}
+
+/// Of a finding about the data.
+pub fn of_warning(warning: &Warning) -> &'static str {
+    match warning {
+        Warning::AliasingTime { .. } => {
+            "sample faster, or low-pass before sampling; energy above Nyquist folds down"
+        }
+        Warning::AliasingSpace { .. } => {
+            "measure at sites closer together; wavenumbers beyond Nyquist fold and may seem to \
+             travel backwards"
+        }
+        Warning::DeadChannels { .. } => "leave these sites out, or check the sensor",
+        Warning::SaturatedChannels { .. } => {
+            "lower the gain or the amplitude; clipping makes harmonics that are not there"
+        }
+        Warning::CommonMode { .. } => {
+            "if it is noise of the instrument, remove it with `--detrend-space mean`"
+        }
+        Warning::Static { .. } => {
+            "if they are offsets of the instrument, remove them with `--detrend-time mean`"
+        }
+        Warning::LeakageTime { .. } => {
+            "for a stationary record use `--window-time hann` or remove the trend; for a \
+             transient record until it has died down"
+        }
+        Warning::LeakageSpace { .. } => {
+            "use `--window-space hann`, or remove the trend with `--detrend-space linear`"
+        }
+        Warning::Gaps { .. } => "read spectra of these sites with care",
+        Warning::TransientCut { .. } => {
+            "record from before the arrival until the motion has died down; a cut transient \
+             has no energy spectrum of its own"
+        }
+        Warning::Unrepresentable { .. } => {
+            "change the unit of the field so that amplitudes come near 1"
+        }
+        Warning::NoKineticEnergy => {
+            "differentiate or integrate to the velocity first, or leave the flux out with `--only`"
+        }
+        Warning::NoEnergy => "check the range, the layout and the detrending",
+        Warning::Reading { note } => of_note(note).unwrap_or_default(),
+        _ => "",
+    }
+}
+
+/// Of a finding about a run.
+pub fn of_run(warning: &RunWarning) -> &'static str {
+    match warning {
+        RunWarning::Sensitive { .. } => {
+            "state a larger `tolerance` or an earlier `end_time`; where single velocities are \
+             not to be had, compare energies and spectra, over several seeds"
+        }
+        RunWarning::Rounding { .. } => "state a larger `tolerance`",
+        RunWarning::EnergyBalance { .. } => {
+            "state a smaller `tolerance`, or with a method of fixed steps a smaller `step`"
+        }
+        _ => "",
+    }
+}
+
+/// Of a finding about a measurement.
+pub fn of_measured(warning: &MeasuredWarning) -> &'static str {
+    match warning {
+        MeasuredWarning::MomentumOpen { .. }
+        | MeasuredWarning::Coefficient { .. }
+        | MeasuredWarning::Coefficients { .. } => {
+            "check masses, contact law and coefficients of the chain and the gains of the \
+             channels, or state how uncertain they are, and that the contacts just touched at \
+             the start"
+        }
+        MeasuredWarning::Drowned { .. } => "leave these contacts out of what is concluded",
+        MeasuredWarning::Missing { .. } => "none is needed where the stated error is small enough",
+        MeasuredWarning::NoQuietPart { .. } => {
+            "record some time before the impact, and state the sample at which it begins"
+        }
+        MeasuredWarning::CorrelatedNoise { .. } => {
+            "look for hum or a filter in the measuring chain"
+        }
+        _ => "",
+    }
+}
+
+fn is_disk_full(error: &std::io::Error) -> bool {
+    use std::io::ErrorKind::{FileTooLarge, QuotaExceeded, StorageFull};
+    matches!(error.kind(), StorageFull | QuotaExceeded | FileTooLarge)
+}
