@@ -8,12 +8,12 @@
 
 use std::hint::black_box;
 
-use cascade::arrays::{Arrays, LargeArray, Sink};
-use cascade::budget::{BudgetRequest, Integration, Motion, Views};
-use cascade::chain::{Chain, Simulation};
-use cascade::observer::Silent;
 use num_complex::Complex;
 use realfft::RealFftPlanner;
+use wavecascade::arrays::{Arrays, LargeArray, Sink};
+use wavecascade::budget::{BudgetRequest, Integration, Motion, Views};
+use wavecascade::chain::{Chain, Simulation};
+use wavecascade::observer::Silent;
 
 const SITES: usize = 300;
 const SAMPLES: usize = 4096;
@@ -23,7 +23,7 @@ const ROUNDS: usize = 9;
 struct Nowhere;
 
 impl Sink for Nowhere {
-    fn reserve(&self, _: LargeArray, _: (usize, usize)) -> cascade::Result<()> {
+    fn reserve(&self, _: LargeArray, _: (usize, usize)) -> wavecascade::Result<()> {
         Ok(())
     }
 
@@ -33,7 +33,7 @@ impl Sink for Nowhere {
         _: usize,
         _: usize,
         block: ndarray::ArrayView2<f64>,
-    ) -> cascade::Result<()> {
+    ) -> wavecascade::Result<()> {
         black_box(block);
         Ok(())
     }
@@ -60,7 +60,7 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
         ..BudgetRequest::default()
     };
     let (found, _): (_, Arrays) =
-        cascade::budget::budget(&motion, &request([true; 3], Integration::Samples))?;
+        wavecascade::budget::budget(&motion, &request([true; 3], Integration::Samples))?;
     let scales = found.scales.map_or(0, |found| found.scales.len());
     println!("{SITES} sites, {SAMPLES} samples, {scales} scales, one thread");
     println!(
@@ -72,7 +72,9 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
         for _ in 0..ROUNDS {
             let started = processor_time();
             let request = request(chosen, Integration::Samples);
-            black_box(cascade::budget::run(&motion, &request, &Nowhere, &Silent)?);
+            black_box(wavecascade::budget::run(
+                &motion, &request, &Nowhere, &Silent,
+            )?);
             times[0].push(processor_time() - started);
             let started = processor_time();
             transforms(chosen, scales);
@@ -88,7 +90,7 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
     }
     let started = processor_time();
     let request = request([true; 3], Integration::Stepping);
-    let found = cascade::budget::run(&motion, &request, &Nowhere, &Silent)?;
+    let found = wavecascade::budget::run(&motion, &request, &Nowhere, &Silent)?;
     let seconds = processor_time() - started;
     println!(
         "all, integrated inside the stepping: {seconds:.2} s, {:?}",

@@ -11,8 +11,8 @@
 
 use std::time::Instant;
 
-use cascade::chain::{Accuracy, Chain, Record, Run, Scheme, Simulation, run_many};
-use cascade::observer::Silent;
+use wavecascade::chain::{Accuracy, Chain, Record, Run, Scheme, Simulation, run_many};
+use wavecascade::observer::Silent;
 
 /// What is measured, and how often.
 struct Plan {

@@ -8,8 +8,8 @@
 
 use std::time::Instant;
 
-use cascade::localized::{Comparison, Family, LeakScan};
-use cascade::observer::Silent;
+use wavecascade::localized::{Comparison, Family, LeakScan};
+use wavecascade::observer::Silent;
 
 fn main() {
     let small = std::env::args().any(|argument| argument == "--test");

@@ -10,13 +10,13 @@
 use std::hint::black_box;
 use std::time::{Duration, Instant};
 
-use cascade::Field;
-use cascade::analyze::{Request, Results, plan, run};
-use cascade::arrays::{LargeArray, Sink};
-use cascade::observer::Silent;
-use cascade::reference::{Grid, WhiteNoise};
 use criterion::{BenchmarkId, Criterion, Throughput};
 use ndarray::ArrayView2;
+use wavecascade::Field;
+use wavecascade::analyze::{Request, Results, plan, run};
+use wavecascade::arrays::{LargeArray, Sink};
+use wavecascade::observer::Silent;
+use wavecascade::reference::{Grid, WhiteNoise};
 
 const COPIED: usize = 256 << 20;
 
@@ -24,7 +24,7 @@ const COPIED: usize = 256 << 20;
 struct Nowhere;
 
 impl Sink for Nowhere {
-    fn reserve(&self, _: LargeArray, _: (usize, usize)) -> cascade::Result<()> {
+    fn reserve(&self, _: LargeArray, _: (usize, usize)) -> wavecascade::Result<()> {
         Ok(())
     }
 
@@ -34,7 +34,7 @@ impl Sink for Nowhere {
         _: usize,
         _: usize,
         block: ArrayView2<f64>,
-    ) -> cascade::Result<()> {
+    ) -> wavecascade::Result<()> {
         black_box(block);
         Ok(())
     }
@@ -111,7 +111,7 @@ fn copy_bandwidth(threads: usize, bytes: usize) -> f64 {
 }
 
 /// The time that a run spends in `stages`.
-fn stage_time(field: &Field, request: &Request, stages: &[&str]) -> cascade::Result<Duration> {
+fn stage_time(field: &Field, request: &Request, stages: &[&str]) -> wavecascade::Result<Duration> {
     let analysis = run(field, &plan(field, request)?, &Nowhere, &Silent)?;
     let of_stages = analysis
         .timings
@@ -121,7 +121,7 @@ fn stage_time(field: &Field, request: &Request, stages: &[&str]) -> cascade::Res
 }
 
 /// Bytes of the field and of the arrays asked for.
-fn bytes_once(field: &Field, request: &Request) -> cascade::Result<u64> {
+fn bytes_once(field: &Field, request: &Request) -> wavecascade::Result<u64> {
     let samples = field.n_times() * field.n_sites();
     let results = plan(field, request)?.arrays;
     let results: usize = results
@@ -131,7 +131,7 @@ fn bytes_once(field: &Field, request: &Request) -> cascade::Result<u64> {
     Ok(8 * (samples + results) as u64)
 }
 
-fn shapes(criterion: &mut Criterion, quick: bool, threads: &[usize]) -> cascade::Result<()> {
+fn shapes(criterion: &mut Criterion, quick: bool, threads: &[usize]) -> wavecascade::Result<()> {
     let shapes = if quick {
         [(256, 12), (257, 16), (101, 13)]
     } else {
@@ -205,7 +205,7 @@ fn median(seconds: &mut [f64]) -> f64 {
     seconds.get(seconds.len() / 2).copied().unwrap_or(f64::NAN)
 }
 
-fn main() -> cascade::Result<()> {
+fn main() -> wavecascade::Result<()> {
     let quick = std::env::args().any(|a| a == "--test");
     let all = std::thread::available_parallelism().map_or(1, usize::from);
     let threads = if all > 1 { vec![1, all] } else { vec![1] };

@@ -1,11 +1,11 @@
 //! An array of one's own, its axes stated, analysed in memory.
 
-use cascade::analyze::Request;
-use cascade::field::Axis;
-use cascade::{Field, analyze};
 use ndarray::Array2;
+use wavecascade::analyze::Request;
+use wavecascade::field::Axis;
+use wavecascade::{Field, analyze};
 
-fn main() -> cascade::Result<()> {
+fn main() -> wavecascade::Result<()> {
     // A pulse that travels towards +x at 340 m/s and spreads on the way.
     let (dt, dx, speed) = (1e-4, 0.1, 340.0);
     let pulse = Array2::from_shape_fn((2048, 128), |(n, j)| {

@@ -2,12 +2,12 @@
 
 use std::sync::atomic::{AtomicU64, Ordering};
 
-use cascade::Field;
-use cascade::analyze::{Request, plan, run};
-use cascade::arrays::Precision;
-use cascade::field::OpenOptions;
-use cascade::observer::Observer;
-use cascade::report::{Archive, write_small_arrays};
+use wavecascade::Field;
+use wavecascade::analyze::{Request, plan, run};
+use wavecascade::arrays::Precision;
+use wavecascade::field::OpenOptions;
+use wavecascade::observer::Observer;
+use wavecascade::report::{Archive, write_small_arrays};
 
 /// Counts what is done; a program would draw it.
 #[derive(Default)]

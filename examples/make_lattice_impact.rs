@@ -7,8 +7,8 @@ use std::fs;
 use std::io::{self, Write};
 use std::path::Path;
 
-use cascade::Field;
-use cascade::reference::LatticeImpact;
+use wavecascade::Field;
+use wavecascade::reference::LatticeImpact;
 
 const SIDECAR: &str = "\
 # A harmonic lattice whose site 0 starts with unit velocity: v_j(t) = J_2j(2 t).

@@ -2,12 +2,14 @@
 
 use std::path::Path;
 
-use cascade::Field;
-use cascade::analyze::{Request, plan, run};
-use cascade::field::OpenOptions;
-use cascade::observer::Silent;
-use cascade::plot::{Format, draw_all};
-use cascade::report::{Archive, Provenance, ResultDirectory, Summary, html, write_small_arrays};
+use wavecascade::Field;
+use wavecascade::analyze::{Request, plan, run};
+use wavecascade::field::OpenOptions;
+use wavecascade::observer::Silent;
+use wavecascade::plot::{Format, draw_all};
+use wavecascade::report::{
+    Archive, Provenance, ResultDirectory, Summary, html, write_small_arrays,
+};
 
 fn main() -> Result<(), Box<dyn std::error::Error>> {
     let place = tempfile::tempdir()?;

@@ -1,11 +1,11 @@
 //! A stationary record: Welch's method with a taper, scaled as a power spectral density.
 
-use cascade::analyze;
-use cascade::analyze::{Request, Results, Scaling, Welch};
-use cascade::prepare::{Detrend, Window};
-use cascade::reference::{Grid, WhiteNoise};
+use wavecascade::analyze;
+use wavecascade::analyze::{Request, Results, Scaling, Welch};
+use wavecascade::prepare::{Detrend, Window};
+use wavecascade::reference::{Grid, WhiteNoise};
 
-fn main() -> cascade::Result<()> {
+fn main() -> wavecascade::Result<()> {
     let noise = WhiteNoise {
         grid: Grid {
             n_times: 16_384,

@@ -19,12 +19,12 @@ mod panels;
 
 use std::fmt::Write;
 
-use cascade::attenuation::{AttenuationRequest, ContactKind, Named, Sense};
-use cascade::chain::scene::SceneSource;
-use cascade::localized::{Family, LeakScan};
-use cascade::observer::Silent;
-use cascade::plot::{Canvas, Chart, Format, HeatChart, Mark, Series, px};
 use ndarray::Array2;
+use wavecascade::attenuation::{AttenuationRequest, ContactKind, Named, Sense};
+use wavecascade::chain::scene::SceneSource;
+use wavecascade::localized::{Family, LeakScan};
+use wavecascade::observer::Silent;
+use wavecascade::plot::{Canvas, Chart, Format, HeatChart, Mark, Series, px};
 
 use panels::{Outcome, write};
 

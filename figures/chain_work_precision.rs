@@ -13,9 +13,9 @@
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 
-use cascade::plot::plotters::prelude::*;
-use cascade::plot::plotters::style::text_anchor::{HPos, Pos, VPos};
-use cascade::plot::{Area, Canvas, Format, px, sans};
+use wavecascade::plot::plotters::prelude::*;
+use wavecascade::plot::plotters::style::text_anchor::{HPos, Pos, VPos};
+use wavecascade::plot::{Area, Canvas, Format, px, sans};
 
 type Failure = Box<dyn std::error::Error>;
 

@@ -23,10 +23,10 @@ mod panels;
 
 use std::fmt::Write;
 
-use cascade::attenuation::TransmissionRequest;
-use cascade::chain::scene::{SceneSource, Setting};
-use cascade::observer::Silent;
-use cascade::plot::{Chart, Corner, Series};
+use wavecascade::attenuation::TransmissionRequest;
+use wavecascade::chain::scene::{SceneSource, Setting};
+use wavecascade::observer::Silent;
+use wavecascade::plot::{Chart, Corner, Series};
 
 use panels::{Outcome, experiment_scene, save_charts, write};
 
@@ -128,7 +128,7 @@ fn main() -> Outcome<()> {
             log_x: true,
             log_y: true,
             names: Corner::LowerLeft,
-            marks: vec![cascade::plot::Mark {
+            marks: vec![wavecascade::plot::Mark {
                 at: unit * crossing,
                 label: "they cross".into(),
             }],

@@ -15,10 +15,10 @@
 use std::fmt::Write;
 use std::path::Path;
 
-use cascade::budget::{Budget, BudgetRequest, Integration, Motion, budget};
-use cascade::chain::{Chain, Simulation};
-use cascade::observer::Silent;
-use cascade::plot::{Format, views};
+use wavecascade::budget::{Budget, BudgetRequest, Integration, Motion, budget};
+use wavecascade::chain::{Chain, Simulation};
+use wavecascade::observer::Silent;
+use wavecascade::plot::{Format, views};
 
 const SITES: usize = 200;
 

@@ -22,10 +22,10 @@ use std::fmt::Write;
 use std::ops::Range;
 use std::path::Path;
 
-use cascade::plot::plotters::prelude::*;
-use cascade::plot::plotters::style::text_anchor::{HPos, Pos, VPos};
-use cascade::plot::{Area, Canvas, Format, PALETTE, px, sans};
 use panels::{Outcome, write};
+use wavecascade::plot::plotters::prelude::*;
+use wavecascade::plot::plotters::style::text_anchor::{HPos, Pos, VPos};
+use wavecascade::plot::{Area, Canvas, Format, PALETTE, px, sans};
 
 const RECORD: &str = "benches/runs/2026-11-23-amd-epyc";
 const SHAPES: [&str; 6] = [

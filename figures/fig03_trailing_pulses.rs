@@ -11,8 +11,8 @@
 #[path = "panels/mod.rs"]
 mod panels;
 
-use cascade::chain::{Chain, Simulation};
-use cascade::observer::Silent;
+use wavecascade::chain::{Chain, Simulation};
+use wavecascade::observer::Silent;
 
 use panels::{Curve, Panel, around, save};
 

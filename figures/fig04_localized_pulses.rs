@@ -1,6 +1,6 @@
 //! Localized pulses at the first four orders: Figure 4 of the paper.
 //!
-//! Equation: that of `cascade::localized`, solved; then a chain of 300 sites at each of its ratios,
+//! Equation: that of `wavecascade::localized`, solved; then a chain of 300 sites at each of its ratios,
 //! struck at unit speed.
 //! Command: `cargo run --release --example fig04_localized_pulses`; seconds.
 //! Shows: velocities of sites 29 and 30 and forces in contacts 29 and 30 about the leading pulse,
@@ -13,9 +13,9 @@
 #[path = "panels/mod.rs"]
 mod panels;
 
-use cascade::chain::{Chain, Simulation};
-use cascade::localized::{Family, Wave};
-use cascade::observer::Silent;
+use wavecascade::chain::{Chain, Simulation};
+use wavecascade::localized::{Family, Wave};
+use wavecascade::observer::Silent;
 
 use panels::{Curve, Panel, around, save};
 

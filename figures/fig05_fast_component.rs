@@ -12,8 +12,8 @@
 #[path = "panels/mod.rs"]
 mod panels;
 
-use cascade::localized::Family;
 use panels::{Panel, around, save};
+use wavecascade::localized::Family;
 
 fn main() -> Result<(), Box<dyn std::error::Error>> {
     let search = Family::default().search(7)?;

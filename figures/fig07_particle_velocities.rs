@@ -16,8 +16,8 @@
 #[path = "panels/mod.rs"]
 mod panels;
 
-use cascade::localized::{Family, Wave};
-use cascade::observer::Silent;
+use wavecascade::localized::{Family, Wave};
+use wavecascade::observer::Silent;
 
 use panels::{Curve, Outcome, Panel, around, experiment, save};
 

@@ -22,11 +22,11 @@ mod panels;
 
 use std::fmt::Write;
 
-use cascade::attenuation::{Extreme, Sense, TransmissionCurve, TransmissionRequest, pulses};
-use cascade::chain::scene::SceneSource;
-use cascade::observer::Silent;
-use cascade::plot::{Canvas, Chart, Corner, Format, HeatChart, Look, Mark, Series};
 use ndarray::Array2;
+use wavecascade::attenuation::{Extreme, Sense, TransmissionCurve, TransmissionRequest, pulses};
+use wavecascade::chain::scene::SceneSource;
+use wavecascade::observer::Silent;
+use wavecascade::plot::{Canvas, Chart, Corner, Format, HeatChart, Look, Mark, Series};
 
 use panels::{Outcome, experiment, experiment_scene, write};
 
@@ -77,7 +77,7 @@ fn main() -> Outcome<()> {
     let maps = [90, 18, 8].map(map);
     for format in [Format::Png, Format::Svg] {
         let canvas = Canvas::new("transmitted force", 1260, 940, format)?;
-        let (above, below) = canvas.area().split_vertically(cascade::plot::px(560.0));
+        let (above, below) = canvas.area().split_vertically(wavecascade::plot::px(560.0));
         chart.draw(&above)?;
         for (area, map) in below.split_evenly((1, 3)).iter().zip(&maps) {
             map.as_ref()

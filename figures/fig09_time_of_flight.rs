@@ -14,9 +14,9 @@ mod panels;
 
 use std::fmt::Write;
 
-use cascade::attenuation::{Point, TransmissionRequest};
-use cascade::observer::Silent;
-use cascade::plot::{Chart, Look, Series};
+use wavecascade::attenuation::{Point, TransmissionRequest};
+use wavecascade::observer::Silent;
+use wavecascade::plot::{Chart, Look, Series};
 
 use panels::{Outcome, experiment_scene, save_charts, write};
 
@@ -67,7 +67,7 @@ fn main() -> Outcome<()> {
     let angle = "first angle (degrees)";
     let charts = [
         Chart {
-            names: cascade::plot::Corner::LowerRight,
+            names: wavecascade::plot::Corner::LowerRight,
             ..Chart::of(
                 "time of flight through 40 cylinders",
                 angle,

@@ -2,7 +2,7 @@
 //!
 //! Equation: that of Figure 7 in a chain of 200 cylinders; `S(f, x)` and `E(k, t)` of the velocity;
 //! energy passed through contact j above a frequency, from `P_j(f)`; `E(k)` of all energy and the
-//! integral of `Pi(k) = - sum_{k' <= k} T(k')`, of `cascade::budget`.
+//! integral of `Pi(k) = - sum_{k' <= k} T(k')`, of `wavecascade::budget`.
 //! Command: `cargo run --release --example fig10_energy_redistribution`; two seconds.
 //! Shows: velocity, its spectrum along the chain (inset: the first 40 sites) and against time, for
 //! first angles of 18 (dispersive) and 8 degrees (localized), until the front reaches the end. Lines:
@@ -26,12 +26,12 @@
 #[path = "panels/mod.rs"]
 mod panels;
 
-use cascade::analyze::{Map, Request, Results};
-use cascade::arrays::LargeArray;
-use cascade::budget::{BudgetRequest, Motion, Views, budget};
-use cascade::observer::Silent;
-use cascade::plot::{Colours, Tile, map_grid};
 use ndarray::{ArrayView1, s};
+use wavecascade::analyze::{Map, Request, Results};
+use wavecascade::arrays::LargeArray;
+use wavecascade::budget::{BudgetRequest, Motion, Views, budget};
+use wavecascade::observer::Silent;
+use wavecascade::plot::{Colours, Tile, map_grid};
 
 use panels::{Outcome, cells, expect, experiment, map, save_maps};
 
@@ -137,7 +137,7 @@ fn row(angle: &str, end: &str, expected: [f64; 16]) -> Outcome<Row> {
         band_edge_frequency: Some(EDGES[0]),
         ..Request::default()
     };
-    let (analysis, spectra) = cascade::analyze(&field, &request)?;
+    let (analysis, spectra) = wavecascade::analyze(&field, &request)?;
     let request = BudgetRequest {
         views: Views {
             scale: false,

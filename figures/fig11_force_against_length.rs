@@ -15,12 +15,12 @@
 #[path = "panels/mod.rs"]
 mod panels;
 
-use cascade::attenuation::{
+use wavecascade::attenuation::{
     AttenuationCurve, AttenuationRequest, ContactKind, Named, Reach, Sense,
 };
-use cascade::observer::Silent;
-use cascade::plot::{Chart, Corner, Look, Series};
-use cascade::report::attenuation_csv;
+use wavecascade::observer::Silent;
+use wavecascade::plot::{Chart, Corner, Look, Series};
+use wavecascade::report::attenuation_csv;
 
 use panels::{Outcome, experiment_scene, save_charts, write};
 

@@ -1,7 +1,7 @@
 //! Where and when energy moves: along the chain, over wavenumbers, and out of a scale.
 //!
 //! Equations: `J_j = F_j (v_j + v_{j+1}) / 2`; `Pi(k) = - sum_{k' <= k} T(k')`;
-//! `Pi_l = (bar F - F(bar delta)) (bar v_j - bar v_{j+1})`, of `cascade::budget`.
+//! `Pi_l = (bar F - F(bar delta)) (bar v_j - bar v_{j+1})`, of `wavecascade::budget`.
 //! Command: `cargo run --release --example flux_maps`; four seconds.
 //! Shows: fluxes of a chain that carries a localized wave (4.9272, left) and of one that sheds
 //! trailing pulses (2.398, right), on scales shared in each row; 100 sites, before the wall is felt.
@@ -16,13 +16,13 @@
 #[path = "panels/mod.rs"]
 mod panels;
 
-use cascade::analyze::Map;
-use cascade::arrays::LargeArray;
-use cascade::budget::{Budget, BudgetRequest, Integration, Motion, budget};
-use cascade::chain::{Chain, Simulation};
-use cascade::observer::Silent;
-use cascade::plot::{Colours, Tile, map_grid};
 use ndarray::s;
+use wavecascade::analyze::Map;
+use wavecascade::arrays::LargeArray;
+use wavecascade::budget::{Budget, BudgetRequest, Integration, Motion, budget};
+use wavecascade::chain::{Chain, Simulation};
+use wavecascade::observer::Silent;
+use wavecascade::plot::{Colours, Tile, map_grid};
 
 use panels::{Outcome, cells, expect, map, save_maps};
 

@@ -12,10 +12,10 @@
 use std::f64::consts::PI;
 use std::path::Path;
 
-use cascade::analyze::{Request, Results};
-use cascade::field::OpenOptions;
-use cascade::plot::{Format, spacetime_spectrum};
-use cascade::{Field, analyze};
+use wavecascade::analyze::{Request, Results};
+use wavecascade::field::OpenOptions;
+use wavecascade::plot::{Format, spacetime_spectrum};
+use wavecascade::{Field, analyze};
 
 fn main() -> Result<(), Box<dyn std::error::Error>> {
     let root = Path::new(env!("CARGO_MANIFEST_DIR"));

@@ -1,6 +1,6 @@
 //! Stiffness ratios of localized waves: Table 1 of the paper, beside the exact ones.
 //!
-//! Equation: that of `cascade::localized`.
+//! Equation: that of `wavecascade::localized`.
 //! Command: `cargo run --release --example table1_stiffness_ratios`; seconds.
 //! Shows: exact ratio and its error; estimates on the fitted and on the exact slow wave; the
 //! paper's two columns and how far they are off. Writes `figures/out/table1_stiffness_ratios.csv`.
@@ -10,7 +10,7 @@
 use std::fmt::Write;
 use std::path::Path;
 
-use cascade::localized::{Family, PUBLISHED, SlowProfile};
+use wavecascade::localized::{Family, PUBLISHED, SlowProfile};
 
 fn main() -> Result<(), Box<dyn std::error::Error>> {
     let family = Family::default();

@@ -3,11 +3,11 @@
 use std::alloc::{GlobalAlloc, Layout, System};
 use std::sync::atomic::{AtomicUsize, Ordering};
 
-use cascade::analyze::{Request, plan, run};
-use cascade::arrays::Nowhere;
-use cascade::observer::Silent;
-use cascade::{Error, Field};
 use ndarray::Array2;
+use wavecascade::analyze::{Request, plan, run};
+use wavecascade::arrays::Nowhere;
+use wavecascade::observer::Silent;
+use wavecascade::{Error, Field};
 
 struct Counting;
 

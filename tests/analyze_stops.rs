@@ -4,11 +4,11 @@ use std::path::PathBuf;
 use std::sync::atomic::{AtomicBool, AtomicUsize, Ordering};
 use std::time::{Duration, Instant};
 
-use cascade::analyze::{Request, Results, plan, run};
-use cascade::arrays::{LargeArray, Nowhere, Sink};
-use cascade::observer::{Observer, Silent};
-use cascade::{Error, Field};
 use ndarray::{Array2, ArrayView2};
+use wavecascade::analyze::{Request, Results, plan, run};
+use wavecascade::arrays::{LargeArray, Nowhere, Sink};
+use wavecascade::observer::{Observer, Silent};
+use wavecascade::{Error, Field};
 
 /// How long a put that is no failure takes after the failure, which is being noted meanwhile.
 const PAUSE: Duration = Duration::from_millis(20);
@@ -21,7 +21,7 @@ struct Full {
 }
 
 impl Sink for Full {
-    fn reserve(&self, _: LargeArray, _: (usize, usize)) -> cascade::Result<()> {
+    fn reserve(&self, _: LargeArray, _: (usize, usize)) -> wavecascade::Result<()> {
         Ok(())
     }
 
@@ -31,7 +31,7 @@ impl Sink for Full {
         _: usize,
         _: usize,
         _: ArrayView2<f64>,
-    ) -> cascade::Result<()> {
+    ) -> wavecascade::Result<()> {
         if array == self.fails {
             self.failed.store(true, Ordering::SeqCst);
             return Err(Error::Write {

@@ -1,12 +1,12 @@
 //! Curves of attenuation and transmission: what they must not depend on, and what is known of them.
 
-use cascade::Error;
-use cascade::attenuation::{
+use wavecascade::Error;
+use wavecascade::attenuation::{
     Attenuation, AttenuationRequest, ContactKind, Law, Named, Reach, Sense, StopCause,
     Transmission, TransmissionRequest,
 };
-use cascade::chain::scene::{SceneSource, Setting};
-use cascade::observer::{Observer, Silent};
+use wavecascade::chain::scene::{SceneSource, Setting};
+use wavecascade::observer::{Observer, Silent};
 
 fn scene(text: &str) -> SceneSource {
     SceneSource::new(None, text)
@@ -306,8 +306,8 @@ fn an_observer_stops_it() {
 /// wall behind one, two and three bodies, forces in N over those of chains built by hand.
 #[test]
 fn val_walls_behind_few_bodies() {
-    use cascade::attenuation::pulses;
-    use cascade::chain::{Chain, EndTime, Simulation};
+    use wavecascade::attenuation::pulses;
+    use wavecascade::chain::{Chain, EndTime, Simulation};
 
     let mut asked = request(vec![dimer(4.9272)]);
     asked.senses = vec![Sense::Wall];

@@ -3,10 +3,10 @@
 //!
 //! Truth of `val_solitary_*`: `data/solitary_wave.json`, made by `data/solitary_wave.py`.
 
-use cascade::Error;
-use cascade::attenuation::{FRONT, Located, Pulses, Sense, pulses};
-use cascade::chain::{Accuracy, Chain, EndTime, Ends, Law, Losses, Scheme, Simulation};
-use cascade::observer::Silent;
+use wavecascade::Error;
+use wavecascade::attenuation::{FRONT, Located, Pulses, Sense, pulses};
+use wavecascade::chain::{Accuracy, Chain, EndTime, Ends, Law, Losses, Scheme, Simulation};
+use wavecascade::observer::Silent;
 
 fn struck(chain: Chain) -> Simulation {
     let lossy = chain.losses.any();
@@ -242,7 +242,7 @@ fn regress_errors_stated_are_kept() {
             let off = (a.peak_force.value - b.peak_force.value).abs();
             assert!(off <= stated, "{name} {}: {off:e} {stated:e}", a.contact);
         }
-        let moving = |p: &&cascade::attenuation::Pulse| p.velocity_rise_time.is_some();
+        let moving = |p: &&wavecascade::attenuation::Pulse| p.velocity_rise_time.is_some();
         assert_eq!(
             found.pulses.iter().filter(moving).count(),
             found.pulses.len() - 1

@@ -1,14 +1,14 @@
 //! Budgets of simulated chains over time: what a quantity changed by, against the integral of its
 //! rate.
 
-use cascade::arrays::LargeArray;
-use cascade::budget::{
+use wavecascade::arrays::LargeArray;
+use wavecascade::budget::{
     Budget, BudgetRequest, Closure, Filter, Integration, Motion, Residual, Views, budget,
 };
-use cascade::chain::{
+use wavecascade::chain::{
     Accuracy, Chain, Drive, Ends, Law, Losses, Record, Run, Scheme, Simulation, Waveform,
 };
-use cascade::observer::Silent;
+use wavecascade::observer::Silent;
 
 fn simulate(chain: Chain, drive: Option<Drive>, end: f64, samples: usize) -> Run {
     let mut simulation = Simulation::impact(chain, 1.0, end, samples);

@@ -4,9 +4,9 @@ mod common;
 
 use std::fs::File;
 
-use cascade::budget::{Burgers, Tendency, TendencyBudget, tendency_budget};
 use ndarray::{Array1, Array2, s};
 use ndarray_npy::{NpzReader, read_npy};
+use wavecascade::budget::{Burgers, Tendency, TendencyBudget, tendency_budget};
 
 const VISCOSITY: f64 = 0.1;
 const LENGTH: f64 = 16.0;

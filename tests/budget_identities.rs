@@ -2,11 +2,11 @@
 
 use std::f64::consts::PI;
 
-use cascade::arrays::{Arrays, LargeArray};
-use cascade::budget::{Budget, BudgetRequest, Filter, Integration, Motion, Views, budget};
-use cascade::chain::{Chain, Drive, Ends, Law, Losses, Waveform};
 use ndarray::{Array1, Array2};
 use num_complex::Complex;
+use wavecascade::arrays::{Arrays, LargeArray};
+use wavecascade::budget::{Budget, BudgetRequest, Filter, Integration, Motion, Views, budget};
+use wavecascade::chain::{Chain, Drive, Ends, Law, Losses, Waveform};
 
 /// Numbers in -1..1 without a pattern (splitmix64).
 fn noise(seed: u64, n: usize) -> impl Iterator<Item = f64> {
@@ -537,7 +537,7 @@ fn what_does_not_fit_is_refused() {
     let states = States::new(Chain::dimer(40, 2.0), None, 29);
     let motion = states.motion();
     let refused = |request: BudgetRequest| match budget(&motion, &request) {
-        Err(cascade::Error::Request { option, .. }) => option,
+        Err(wavecascade::Error::Request { option, .. }) => option,
         other => panic!("{other:?}"),
     };
     let request = BudgetRequest::default;

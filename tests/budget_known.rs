@@ -2,13 +2,13 @@
 
 use std::f64::consts::PI;
 
-use cascade::arrays::{Arrays, LargeArray};
-use cascade::budget::{Budget, BudgetRequest, Motion, Views, budget};
-use cascade::chain::{
+use ndarray::{Array1, Array2};
+use wavecascade::arrays::{Arrays, LargeArray};
+use wavecascade::budget::{Budget, BudgetRequest, Motion, Views, budget};
+use wavecascade::chain::{
     Accuracy, Chain, EndTime, Ends, Law, Losses, Pattern, Record, Run, Scheme, Simulation,
 };
-use cascade::observer::Silent;
-use ndarray::{Array1, Array2};
+use wavecascade::observer::Silent;
 
 const LINEAR: Law = Law::Spring {
     alpha: 0.0,

@@ -3,15 +3,15 @@
 
 mod measured_common;
 
-use cascade::Error;
-use cascade::budget::measured::{
+use measured_common::{DISPERSIVE, LOCALIZED, Normal, Spoilt, coverage, measure, simulated, step};
+use ndarray::{Array2, s};
+use wavecascade::Error;
+use wavecascade::budget::measured::{
     Drift, Estimate, MeasuredMotion, MeasuredOptions, MeasuredWarning, Noise, from_field,
     from_velocities,
 };
-use cascade::budget::{BudgetRequest, budget};
-use cascade::chain::{Chain, Run};
-use measured_common::{DISPERSIVE, LOCALIZED, Normal, Spoilt, coverage, measure, simulated, step};
-use ndarray::{Array2, s};
+use wavecascade::budget::{BudgetRequest, budget};
+use wavecascade::chain::{Chain, Run};
 
 /// All arrays that a measurement states errors of, against the run it was made from.
 fn coverages(run: &Run, measured: &MeasuredMotion) -> Vec<(&'static str, [f64; 2])> {
@@ -448,7 +448,7 @@ fn val_hostile_records_are_refused() {
     let moving = clean.mapv(|_| random.next());
     assert!(refused(&moving, time, &run.chain, &options).is_usage());
     let mut field = run.to_field();
-    field.quantity = cascade::field::Quantity::Force;
+    field.quantity = wavecascade::field::Quantity::Force;
     assert!(
         from_field(&field, &run.chain, &options)
             .unwrap_err()

@@ -5,16 +5,16 @@ mod measured_common;
 
 use std::collections::BTreeMap;
 
-use cascade::arrays::LargeArray;
-use cascade::budget::measured::{
+use ndarray::{Array2, s};
+use wavecascade::arrays::LargeArray;
+use wavecascade::budget::measured::{
     Drift, MeasuredMotion, MeasuredOptions, Uncertainty, from_velocities,
 };
-use cascade::budget::{
+use wavecascade::budget::{
     Budget, BudgetRequest, Curves, Direction, Integration, Motion, PassedError, budget,
 };
-use cascade::chain::{Accuracy, Chain, Ends, Law, Losses, Run, Scheme, Simulation};
-use cascade::observer::Silent;
-use ndarray::{Array2, s};
+use wavecascade::chain::{Accuracy, Chain, Ends, Law, Losses, Run, Scheme, Simulation};
+use wavecascade::observer::Silent;
 
 use measured_common::{DISPERSIVE, LOCALIZED, Normal, Spoilt, coverage, measure, simulated, step};
 
@@ -217,10 +217,10 @@ fn val_simulation_shares_scatter_as_stated() {
             let record = spoilt.of(&run, 500 + seed + (noise * 1e5) as u64);
             let measured = measure(&run, record.view(), &options(Drift::None, gains(0.0)));
             let request = BudgetRequest {
-                views: cascade::budget::Views {
+                views: wavecascade::budget::Views {
                     frequency: false,
                     scale: false,
-                    ..cascade::budget::Views::ALL
+                    ..wavecascade::budget::Views::ALL
                 },
                 band_edge_wavenumber: Some(2.0),
                 ..BudgetRequest::default()
@@ -388,7 +388,7 @@ fn val_simulation_branches_of_uncertain_chains() {
     }
     .of(&run, 8);
     let options = MeasuredOptions {
-        noise: cascade::budget::measured::Noise::Stated {
+        noise: wavecascade::budget::measured::Noise::Stated {
             deviation: 1e-3,
             offset: 0.0,
         },

@@ -1,11 +1,11 @@
 //! Energy that has passed each wavenumber: with losses at any sampling, and where there is none.
 
-use cascade::arrays::{Arrays, LargeArray};
-use cascade::budget::{
+use wavecascade::arrays::{Arrays, LargeArray};
+use wavecascade::budget::{
     Budget, BudgetRequest, Direction, Integration, Motion, PassedError, Views, budget,
 };
-use cascade::chain::{Accuracy, Chain, Ends, Law, Losses, Record, Run, Scheme, Simulation};
-use cascade::observer::Silent;
+use wavecascade::chain::{Accuracy, Chain, Ends, Law, Losses, Record, Run, Scheme, Simulation};
+use wavecascade::observer::Silent;
 
 fn run(chain: Chain, end: f64, samples: usize) -> Run {
     let mut simulation = Simulation::impact(chain, 1.0, end, samples);

@@ -1,7 +1,7 @@
 //! Hertz contacts against 90-digit arithmetic (`tests/data/contact_reference.py`), the published
 //! stiffness ratio, and their own inverse.
 
-use cascade::chain::contact::{
+use wavecascade::chain::contact::{
     Ellipse, HertzContact, Material, Surface, angle_of_stiffness_ratio, stiffness_ratio,
 };
 

@@ -1,9 +1,9 @@
 //! What a chain must keep: energy between sites, momentum, and the scaling of its law.
 
-use cascade::chain::{
+use wavecascade::chain::{
     Accuracy, Chain, Drive, Ends, Law, Losses, Record, Run, Scheme, Simulation, Waveform,
 };
-use cascade::observer::Silent;
+use wavecascade::observer::Silent;
 
 /// Largest violation of `e_j(t) - e_j(0) = W_{j-1} - W_j - lost_j`, relative to `largest`.
 fn imbalance(run: &Run) -> f64 {

@@ -3,12 +3,12 @@
 
 use std::sync::atomic::{AtomicU64, Ordering};
 
-use cascade::chain::{
+use rayon::prelude::*;
+use wavecascade::chain::{
     Accuracy, Chain, Drive, EndTime, Ends, Law, Losses, Run, RunWarning, Scheme, Simulation,
     Waveform,
 };
-use cascade::observer::Silent;
-use rayon::prelude::*;
+use wavecascade::observer::Silent;
 
 const SAMPLES: [usize; 6] = [2, 3, 9, 65, 257, 1025];
 

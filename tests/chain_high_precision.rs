@@ -6,10 +6,10 @@
 //! The same program repeats the trajectories of a third one, of order 12 in double-double
 //! arithmetic, to 7e-15 at six stiffness ratios (`data/chain_reference.py check`).
 
-use cascade::chain::{Accuracy, Chain, Ends, Law, Losses, Record, Scheme, Simulation};
-use cascade::observer::Silent;
 use ndarray::{Array1, Array2};
 use ndarray_npy::NpzReader;
+use wavecascade::chain::{Accuracy, Chain, Ends, Law, Losses, Record, Scheme, Simulation};
+use wavecascade::observer::Silent;
 
 fn data(name: &str) -> std::path::PathBuf {
     std::path::Path::new(env!("CARGO_MANIFEST_DIR"))

@@ -1,11 +1,11 @@
 //! Chains whose motion is known: collisions, linear modes, the solitary wave, orders of methods.
 
-use cascade::chain::{
+use wavecascade::chain::{
     Accuracy, Chain, EndTime, Ends, Law, Losses, Pattern, Record, Run, RunWarning, Scheme,
     Simulation,
 };
-use cascade::field::Quantity;
-use cascade::observer::Silent;
+use wavecascade::field::Quantity;
+use wavecascade::observer::Silent;
 
 fn chain(mass: &[f64], coefficient: &[f64], ends: Ends, law: Law) -> Chain {
     Chain {

@@ -2,12 +2,12 @@
 
 use std::sync::atomic::{AtomicUsize, Ordering};
 
-use cascade::Error;
-use cascade::chain::{
+use wavecascade::Error;
+use wavecascade::chain::{
     Accuracy, Chain, EndTime, Ends, Law, Losses, Record, Run, Scheme, Simulation, run_each,
     run_many,
 };
-use cascade::observer::{Observer, Silent};
+use wavecascade::observer::{Observer, Silent};
 
 fn fixed(kappa: f64, scheme: Scheme) -> Simulation {
     let mut simulation = Simulation::impact(Chain::dimer(45, kappa), 1.0, 40.0, 9);

@@ -1,7 +1,7 @@
 //! Peak forces between samples.
 
-use cascade::chain::{Accuracy, Chain, Drive, Ends, Losses, Scheme, Simulation, Waveform};
-use cascade::observer::Silent;
+use wavecascade::chain::{Accuracy, Chain, Drive, Ends, Losses, Scheme, Simulation, Waveform};
+use wavecascade::observer::Silent;
 
 /// A body that strikes a wall stops where its contact holds all its energy:
 /// `delta = (5 m v^2 / 4 c)^{2/5}`, `F = c delta^{3/2}`.

@@ -2,10 +2,10 @@
 
 use std::path::PathBuf;
 
-use cascade::chain::{Accuracy, Chain, Record, Run, Simulation};
-use cascade::observer::Silent;
 use ndarray::{Array1, Array2};
 use ndarray_npy::NpzReader;
+use wavecascade::chain::{Accuracy, Chain, Record, Run, Simulation};
+use wavecascade::observer::Silent;
 
 struct Reference {
     time: Array1<f64>,

@@ -1,7 +1,7 @@
 //! The speed that errors are relative to, where it is not that of a striker.
 
-use cascade::chain::{Accuracy, Chain, Drive, Ends, Law, Simulation, Waveform};
-use cascade::observer::Silent;
+use wavecascade::chain::{Accuracy, Chain, Drive, Ends, Law, Simulation, Waveform};
+use wavecascade::observer::Silent;
 
 fn springs(n: usize, ends: Ends, alpha: f64, beta: f64) -> Simulation {
     let mut chain = Chain::dimer(n, 1.0);

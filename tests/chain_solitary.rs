@@ -8,8 +8,8 @@
 
 use std::f64::consts::PI;
 
-use cascade::chain::{Accuracy, Chain, Record, Run, Simulation};
-use cascade::observer::Silent;
+use wavecascade::chain::{Accuracy, Chain, Record, Run, Simulation};
+use wavecascade::observer::Silent;
 
 #[derive(serde::Deserialize)]
 struct Wave {

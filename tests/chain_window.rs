@@ -1,9 +1,9 @@
 //! Stepping only where a force acts changes no bit.
 
-use cascade::chain::{
+use wavecascade::chain::{
     Accuracy, Chain, EndTime, Ends, Law, Losses, Record, Scheme, Simulation, Window,
 };
-use cascade::observer::Silent;
+use wavecascade::observer::Silent;
 
 fn same_bits(name: &str, mut simulation: Simulation) {
     simulation.estimate_error = false;

@@ -1,7 +1,7 @@
 //! The work of one run each of the schemes, so that a change of it is seen.
 
-use cascade::chain::{Accuracy, Chain, Record, Scheme, Simulation};
-use cascade::observer::Silent;
+use wavecascade::chain::{Accuracy, Chain, Record, Scheme, Simulation};
+use wavecascade::observer::Silent;
 
 fn work(scheme: Scheme, accuracy: Accuracy) -> [u64; 4] {
     let mut simulation = Simulation::impact(Chain::dimer(60, 4.9272), 1.0, 50.0, 11);

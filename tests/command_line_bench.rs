@@ -5,9 +5,9 @@ mod place;
 
 use std::fs;
 
-use cascade::transform::ColumnTransform;
 use place::Place;
 use serde_json::{Value, json};
+use wavecascade::transform::ColumnTransform;
 
 const SMALL: [&str; 5] = ["--shape", "64x9", "--rounds", "3", "--json"];
 

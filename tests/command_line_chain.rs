@@ -7,14 +7,14 @@ use std::collections::BTreeSet;
 use std::fs;
 use std::path::{Path, PathBuf};
 
-use cascade::chain::scene::SceneSource;
-use cascade::field::{OpenOptions, Quantity};
-use cascade::observer::Silent;
-use cascade::report::RunFile;
-use cascade::{Error, Field};
 use ndarray::{Array1, Array2};
 use ndarray_npy::NpzReader;
 use serde_json::Value;
+use wavecascade::chain::scene::SceneSource;
+use wavecascade::field::{OpenOptions, Quantity};
+use wavecascade::observer::Silent;
+use wavecascade::report::RunFile;
+use wavecascade::{Error, Field};
 
 use place::Place;
 
@@ -144,7 +144,7 @@ fn what_is_written_is_what_the_library_computes_and_reads_back() {
         "5",
     ]);
     let source = SceneSource::read(&place.path("scene.toml")).unwrap();
-    let setting = cascade::chain::scene::Setting {
+    let setting = wavecascade::chain::scene::Setting {
         key: "seed".into(),
         text: "5".into(),
         source: "test".into(),

@@ -5,10 +5,10 @@ mod place;
 
 use std::fs;
 
-use cascade::Field;
-use cascade::field::OpenOptions;
 use ndarray::Array2;
 use place::Place;
+use wavecascade::Field;
+use wavecascade::field::OpenOptions;
 
 fn read(place: &Place, name: &str) -> (Field, Array2<f64>) {
     let field = Field::open(place.path(name), &OpenOptions::default()).unwrap();

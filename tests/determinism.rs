@@ -1,11 +1,11 @@
 //! The same bits from any number of threads and any size of blocks.
 
-use cascade::analyze::{Analysis, Request, Results, Spectra, Welch, plan};
-use cascade::arrays::Precision;
-use cascade::plot::Format;
-use cascade::prepare::{Detrend, Gaps, Window};
-use cascade::{Field, analyze};
 use ndarray::Array2;
+use wavecascade::analyze::{Analysis, Request, Results, Spectra, Welch, plan};
+use wavecascade::arrays::Precision;
+use wavecascade::plot::Format;
+use wavecascade::prepare::{Detrend, Gaps, Window};
+use wavecascade::{Field, analyze};
 
 fn field() -> Field {
     field_of((301, 53))
@@ -96,7 +96,7 @@ fn bits(spectra: &Spectra, analysis: &Analysis) -> Vec<u64> {
 }
 
 #[test]
-fn one_two_and_four_threads_agree_bit_for_bit() -> Result<(), cascade::Error> {
+fn one_two_and_four_threads_agree_bit_for_bit() -> Result<(), wavecascade::Error> {
     for request in requests() {
         let run = |threads| {
             let request = Request {
@@ -116,11 +116,11 @@ fn one_two_and_four_threads_agree_bit_for_bit() -> Result<(), cascade::Error> {
 /// spectrum go through a scratch file: in stripes of sites, the last of them narrower, and in
 /// several pieces of frequencies.
 #[test]
-fn one_block_and_many_agree_bit_for_bit() -> Result<(), cascade::Error> {
+fn one_block_and_many_agree_bit_for_bit() -> Result<(), wavecascade::Error> {
     let (n_times, n_sites) = (1201, 701);
     let field = field_of((n_times, n_sites));
     for request in requests() {
-        let run = |memory| -> Result<(Vec<u64>, cascade::analyze::Plan), cascade::Error> {
+        let run = |memory| -> Result<(Vec<u64>, wavecascade::analyze::Plan), wavecascade::Error> {
             let request = Request {
                 memory: Some(memory),
                 threads: Some(2),
@@ -165,11 +165,13 @@ fn bins(request: &Request, n_times: usize) -> usize {
 }
 
 /// In the smallest memory that is accepted.
-fn in_least_memory<R>(run: impl Fn(u64) -> Result<R, cascade::Error>) -> Result<R, cascade::Error> {
+fn in_least_memory<R>(
+    run: impl Fn(u64) -> Result<R, wavecascade::Error>,
+) -> Result<R, wavecascade::Error> {
     let mut allowed = 1;
     loop {
         match run(allowed) {
-            Err(cascade::Error::Memory { needed, .. }) => {
+            Err(wavecascade::Error::Memory { needed, .. }) => {
                 assert!(needed > allowed, "what is said to be needed is enough");
                 allowed = needed;
             }
@@ -180,7 +182,7 @@ fn in_least_memory<R>(run: impl Fn(u64) -> Result<R, cascade::Error>) -> Result<
 
 /// Several short records are read ahead at once, and a long one in parts.
 #[test]
-fn the_order_of_samples_that_are_read_ahead_does_not_matter() -> Result<(), cascade::Error> {
+fn the_order_of_samples_that_are_read_ahead_does_not_matter() -> Result<(), wavecascade::Error> {
     for (n_times, n_sites) in [(301, 53), (300_000, 2)] {
         let value = |(n, j): (usize, usize)| (0.01 * (n * (j + 1)) as f64).sin();
         let by_time = Array2::from_shape_fn((n_times, n_sites), value);
@@ -199,7 +201,7 @@ fn the_order_of_samples_that_are_read_ahead_does_not_matter() -> Result<(), casc
             let run = |memory| analyze(&field, &request(memory)).map(|(a, s)| bits(&s, &a));
             Ok([run(4 << 30)?, in_least_memory(run)?])
         });
-        let [by_time, by_site]: [Result<[Vec<u64>; 2], cascade::Error>; 2] = found;
+        let [by_time, by_site]: [Result<[Vec<u64>; 2], wavecascade::Error>; 2] = found;
         let [[by_time, first], [by_site, second]] = [by_time?, by_site?];
         assert!(by_time == first && by_time == by_site && by_time == second);
     }
@@ -208,7 +210,7 @@ fn the_order_of_samples_that_are_read_ahead_does_not_matter() -> Result<(), casc
 
 /// Also of single samples, read in another way.
 #[test]
-fn the_order_of_samples_in_memory_does_not_matter() -> Result<(), cascade::Error> {
+fn the_order_of_samples_in_memory_does_not_matter() -> Result<(), wavecascade::Error> {
     let values = Array2::from_shape_fn((301, 53), |(n, j)| {
         let (t, x) = (n as f64, j as f64);
         match j {
@@ -237,7 +239,7 @@ fn the_order_of_samples_in_memory_does_not_matter() -> Result<(), cascade::Error
 
 /// Maps are for the eye: without them the same numbers, a report and the figures of what is left.
 #[test]
-fn without_maps_all_else_is_the_same_bit_for_bit() -> Result<(), cascade::Error> {
+fn without_maps_all_else_is_the_same_bit_for_bit() -> Result<(), wavecascade::Error> {
     for request in requests() {
         let run = |maps| {
             let request = Request {
@@ -260,11 +262,12 @@ fn without_maps_all_else_is_the_same_bit_for_bit() -> Result<(), cascade::Error>
             .map(Option::is_some)
         };
         assert_eq!((maps(&with), maps(&without)), ([true; 5], [false; 5]));
-        let pages = [&with, &without].map(|analysis| cascade::report::html(analysis, &|_| None));
+        let pages =
+            [&with, &without].map(|analysis| wavecascade::report::html(analysis, &|_| None));
         assert!(pages[1].contains("</html>") && pages[1].len() < pages[0].len());
         let folder = tempfile::tempdir().unwrap();
         let drawn = |analysis| {
-            cascade::plot::draw_all(analysis, folder.path(), &[Format::Svg])
+            wavecascade::plot::draw_all(analysis, folder.path(), &[Format::Svg])
                 .map(|files| files.len())
         };
         let (all, rest) = (drawn(&with).unwrap(), drawn(&without).unwrap());

@@ -4,9 +4,9 @@ mod figures_common;
 
 use base64::Engine;
 use base64::prelude::BASE64_STANDARD;
-use cascade::analyze::Analysis;
-use cascade::report;
 use serde_json::Value;
+use wavecascade::analyze::Analysis;
+use wavecascade::report;
 
 /// Text of the first `<name ...>` element whose opening tag contains `mark`.
 fn element<'a>(page: &'a str, name: &str, mark: &str) -> &'a str {

@@ -5,8 +5,8 @@ mod figures_common;
 use std::collections::BTreeSet;
 use std::fs;
 
-use cascade::plot::plotters::prelude::*;
-use cascade::plot::{self, Canvas, Format, px, sans};
+use wavecascade::plot::plotters::prelude::*;
+use wavecascade::plot::{self, Canvas, Format, px, sans};
 
 const NAMES: [&str; 9] = [
     "along-t",
@@ -229,9 +229,9 @@ fn labels_beside_low_panels_stay_legible() {
     }
 }
 
-fn noisy(n: usize, value: impl Fn(usize) -> f64) -> cascade::analyze::Moments {
+fn noisy(n: usize, value: impl Fn(usize) -> f64) -> wavecascade::analyze::Moments {
     let curve: Vec<f64> = (0..n).map(value).collect();
-    cascade::analyze::Moments {
+    wavecascade::analyze::Moments {
         centroid: curve.clone(),
         median: curve.clone(),
         quantile_90: curve.clone(),
@@ -282,7 +282,7 @@ fn the_same_analysis_gives_the_same_bytes() {
 fn a_directory_that_cannot_be_made_is_an_error() {
     let file = tempfile::NamedTempFile::new().unwrap();
     let error = plot::draw_all(&figures_common::full(), file.path(), &[Format::Png]).unwrap_err();
-    assert!(matches!(error, cascade::Error::Write { .. }), "{error}");
+    assert!(matches!(error, wavecascade::Error::Write { .. }), "{error}");
 }
 
 fn own_chart(format: Format) -> Vec<u8> {
@@ -355,7 +355,7 @@ fn a_canvas_without_extent_is_an_error() {
     for format in [Format::Png, Format::Svg] {
         for (width, height) in [(0, 10), (10, 0), (u32::MAX, u32::MAX)] {
             let error = Canvas::new("none", width, height, format).unwrap_err();
-            assert!(matches!(error, cascade::Error::Draw { .. }), "{error}");
+            assert!(matches!(error, wavecascade::Error::Draw { .. }), "{error}");
         }
     }
 }

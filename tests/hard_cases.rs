@@ -2,13 +2,15 @@
 
 mod common;
 
-use cascade::analyze::{Analysis, BandEdge, Request, Scaling, Spectra, TimeRange, Warning, Welch};
-use cascade::arrays::Precision;
-use cascade::field::Axis;
-use cascade::prepare::{Detrend, Gaps, Window};
-use cascade::reference::{Grid, Tone};
-use cascade::{Error, Field, analyze};
 use ndarray::Array2;
+use wavecascade::analyze::{
+    Analysis, BandEdge, Request, Scaling, Spectra, TimeRange, Warning, Welch,
+};
+use wavecascade::arrays::Precision;
+use wavecascade::field::Axis;
+use wavecascade::prepare::{Detrend, Gaps, Window};
+use wavecascade::reference::{Grid, Tone};
+use wavecascade::{Error, Field, analyze};
 
 /// Waves both ways, a bit of everything; no symmetry.
 fn sample(n: usize, j: usize) -> f64 {
@@ -288,7 +290,7 @@ fn short_time_spectra_are_spectra_of_their_samples() {
     let short = |segment, hop, window| Request {
         scaling: Scaling::Density,
         window_time: window,
-        short_time: cascade::analyze::ShortTime {
+        short_time: wavecascade::analyze::ShortTime {
             sites: vec![4, 11],
             times: vec![30.0],
             segment: Some(segment),

@@ -4,10 +4,10 @@
 #[path = "common/fields.rs"]
 mod fields;
 
-use cascade::Field;
-use cascade::analyze::{BandEdge, FrontLength, Request, Results, TimeRange, Warning};
-use cascade::chain::{Chain, Simulation};
 use ndarray::Array2;
+use wavecascade::Field;
+use wavecascade::analyze::{BandEdge, FrontLength, Request, Results, TimeRange, Warning};
+use wavecascade::chain::{Chain, Simulation};
 
 use fields::{analyzed, noise, pulse, struck};
 
@@ -107,7 +107,7 @@ fn the_reference_of_a_run_lies_behind_what_is_struck() {
     // Three bodies start; a chain of eight, whose quarter is two.
     let mut simulation = Simulation::impact(Chain::dimer(8, 2.0), 1.0, 6.0, 256);
     simulation.velocity[2] = 0.5;
-    let run = simulation.run(&cascade::observer::Silent).unwrap();
+    let run = simulation.run(&wavecascade::observer::Silent).unwrap();
     let analysis = analyzed(&run.to_field(), &Request::default());
     let headline = analysis.headline_space;
     assert_eq!(headline.reference.unwrap().index, 3);
@@ -326,7 +326,7 @@ fn shares_at_the_front_do_not_depend_on_how_they_are_held() {
         ..Request::default()
     };
     let welch = Request {
-        welch: Some(cascade::analyze::Welch {
+        welch: Some(wavecascade::analyze::Welch {
             segment: 128,
             overlap: 64,
         }),
@@ -388,7 +388,7 @@ fn a_site_that_the_wave_has_not_reached_is_not_the_last() {
     assert!((30..55).contains(&headline.last.unwrap().index));
     // Where the record's end does not cut the passage of the front, nothing moves up much.
     assert!(headline.largest.unwrap().high_share.unwrap() < 0.2);
-    let said = cascade::report::sentences(&analysis);
+    let said = wavecascade::report::sentences(&analysis);
     let band = said.iter().find(|line| line.name == "high band").unwrap();
     for part in [
         "10.00 % at site 10, the reference",
@@ -403,7 +403,7 @@ fn a_site_that_the_wave_has_not_reached_is_not_the_last() {
 
     // A record so short that its end cuts the passage at the reference, too.
     let short = analyzed(&struck(60, 36.0, 1024).to_field(), &request);
-    let said = cascade::report::sentences(&short);
+    let said = wavecascade::report::sentences(&short);
     let band = said.iter().find(|line| line.name == "high band").unwrap();
     assert!(short.headline_space.largest.is_none());
     assert!(
@@ -419,7 +419,7 @@ fn a_site_that_the_wave_has_not_reached_is_not_the_last() {
 fn an_unresolved_edge_says_what_to_do() {
     let field = struck(60, 60.0, 1024).to_field();
     let analysis = analyzed(&field, &Request::default());
-    let said = cascade::report::sentences(&analysis);
+    let said = wavecascade::report::sentences(&analysis);
     let edge = said.iter().find(|line| line.name == "band edge").unwrap();
     let Some(BandEdge::Unresolved { index: 1, .. }) = analysis.frequency_edge else {
         return assert!(edge.text.contains("at site 1 below"), "{}", edge.text);

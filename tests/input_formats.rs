@@ -4,10 +4,10 @@
 
 use std::path::{Path, PathBuf};
 
-use cascade::Field;
-use cascade::field::{Axis, Header, Layout, OpenOptions, Quantity, TimeColumn};
 use ndarray::{Array1, Array2, Axis as Dimension, ShapeBuilder};
 use ndarray_npy::{NpzWriter, write_npy};
+use wavecascade::Field;
+use wavecascade::field::{Axis, Header, Layout, OpenOptions, Quantity, TimeColumn};
 
 fn numpy_bytes(name: &str) -> Vec<u8> {
     let line = include_str!("input_formats/numpy.txt")

@@ -6,11 +6,11 @@ mod hostile;
 
 use std::time::{Duration, Instant};
 
-use cascade::error::{FileKind, InputFault};
-use cascade::field::OpenOptions;
-use cascade::{Error, Field};
 use hostile::{Folder, fault, npy, npy_f64, npy_with_header, npz};
 use proptest::prelude::*;
+use wavecascade::error::{FileKind, InputFault};
+use wavecascade::field::OpenOptions;
+use wavecascade::{Error, Field};
 use zip::CompressionMethod;
 
 #[test]

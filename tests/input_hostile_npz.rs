@@ -3,10 +3,10 @@
 #[path = "common/hostile.rs"]
 mod hostile;
 
-use cascade::error::InputFault;
-use cascade::field::OpenOptions;
-use cascade::{Error, Field};
 use hostile::{BOTH, Folder, fault, fault_with, npy, npy_f64, npz, refusal};
+use wavecascade::error::InputFault;
+use wavecascade::field::OpenOptions;
+use wavecascade::{Error, Field};
 use zip::CompressionMethod;
 
 fn member_fault(fault: InputFault) -> (String, InputFault) {

@@ -3,10 +3,10 @@
 #[path = "common/hostile.rs"]
 mod hostile;
 
-use cascade::error::InputFault;
-use cascade::field::{Header, Layout, OpenOptions, TimeColumn};
-use cascade::{Error, Field};
 use hostile::{Folder, fault, fault_with, refusal};
+use wavecascade::error::InputFault;
+use wavecascade::field::{Header, Layout, OpenOptions, TimeColumn};
+use wavecascade::{Error, Field};
 
 #[test]
 fn tables_that_are_no_table() {

@@ -1,9 +1,9 @@
 //! Leaks of simulated pulses against the exact ratios; angles of crossed cylinders.
 
-use cascade::Error;
-use cascade::chain::contact::{Ellipse, Material, stiffness_ratio};
-use cascade::localized::{Alternation, Comparison, Cylinders, Family, LeakScan, Row, minima};
-use cascade::observer::{Observer, Silent};
+use wavecascade::Error;
+use wavecascade::chain::contact::{Ellipse, Material, stiffness_ratio};
+use wavecascade::localized::{Alternation, Comparison, Cylinders, Family, LeakScan, Row, minima};
+use wavecascade::observer::{Observer, Silent};
 
 fn compared(family: Family, orders: std::ops::RangeInclusive<usize>, cells: usize) -> Vec<Row> {
     let comparison = Comparison {

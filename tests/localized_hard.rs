@@ -1,8 +1,8 @@
 //! Localized waves where they are hard to find: a wave, or the truth about why there is none.
 
-use cascade::Error;
-use cascade::localized::{Alternation, Comparison, Family, Search};
-use cascade::observer::Silent;
+use wavecascade::Error;
+use wavecascade::localized::{Alternation, Comparison, Family, Search};
+use wavecascade::observer::Silent;
 
 fn search(last: usize) -> Search {
     Family::default().search(last).unwrap()

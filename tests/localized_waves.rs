@@ -1,8 +1,8 @@
 //! Localized waves against the paper, another program, finite differences, conservation laws and
 //! chains.
 
-use cascade::localized::{Alternation, Family, PUBLISHED, SlowProfile, Wave};
-use cascade::observer::Silent;
+use wavecascade::localized::{Alternation, Family, PUBLISHED, SlowProfile, Wave};
+use wavecascade::observer::Silent;
 
 const MASS: Family = Family {
     alternation: Alternation::Mass,

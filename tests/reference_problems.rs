@@ -4,12 +4,12 @@ mod common;
 
 use std::f64::consts::PI;
 
-use cascade::field::Field;
-use cascade::reference::{
+use common::dft_dd;
+use wavecascade::field::Field;
+use wavecascade::reference::{
     GaussianPulse, Grid, LatticeImpact, LinearChirp, Tone, TravellingSine, WhiteNoise, bessel_j,
     problems,
 };
-use common::dft_dd;
 
 const GRID: Grid = Grid {
     n_times: 256,

@@ -2,8 +2,8 @@
 
 use std::f64::consts::PI;
 
-use cascade::chain::scene::{Kind, SceneSource, Setting, Setup, Units, properties, template};
-use cascade::chain::{Accuracy, EndTime, Ends, Law, Record, Scheme};
+use wavecascade::chain::scene::{Kind, SceneSource, Setting, Setup, Units, properties, template};
+use wavecascade::chain::{Accuracy, EndTime, Ends, Law, Record, Scheme};
 
 fn setup(text: &str) -> Setup {
     SceneSource::new(None, text)

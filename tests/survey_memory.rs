@@ -3,13 +3,13 @@
 use std::alloc::{GlobalAlloc, Layout, System};
 use std::sync::atomic::{AtomicUsize, Ordering};
 
-use cascade::analyze::{Request, Results, plan, run};
-use cascade::arrays::Nowhere;
-use cascade::field::OpenOptions;
-use cascade::observer::Silent;
-use cascade::{Error, Field};
 use ndarray::Array2;
 use ndarray_npy::write_npy;
+use wavecascade::analyze::{Request, Results, plan, run};
+use wavecascade::arrays::Nowhere;
+use wavecascade::field::OpenOptions;
+use wavecascade::observer::Silent;
+use wavecascade::{Error, Field};
 
 struct Counting;
 

@@ -3,10 +3,10 @@
 use std::path::Path;
 use std::sync::atomic::{AtomicU64, Ordering};
 
-use cascade::Error;
-use cascade::chain::scene::SceneSource;
-use cascade::observer::{Observer, Silent};
-use cascade::sweep::{Outcome, Part, Sweep, TABLE, read};
+use wavecascade::Error;
+use wavecascade::chain::scene::SceneSource;
+use wavecascade::observer::{Observer, Silent};
+use wavecascade::sweep::{Outcome, Part, Sweep, TABLE, read};
 
 const SCENE: &str = "sites = 12\nend_time = 20.0\nsamples = 240\ntolerance = 1e-7\n";
 

@@ -2,11 +2,11 @@
 
 use std::f64::consts::TAU;
 
-use cascade::transform::vertical::{InstructionSet, Method};
-use cascade::transform::{ColumnTransform, Real, direct_sums, power};
 use ndarray::{Array2, ArrayView2, ShapeBuilder, s};
 use num_complex::Complex;
 use realfft::RealFftPlanner;
+use wavecascade::transform::vertical::{InstructionSet, Method};
+use wavecascade::transform::{ColumnTransform, Real, direct_sums, power};
 
 /// Uniform in -1/2 .. 1/2.
 struct Random(u64);
@@ -364,7 +364,7 @@ fn val_linearity_shift_and_parseval() {
             for c in 0..5 {
                 assert!(error(of_sum.column(c), &sum.column(c).to_vec()) < 6e-16);
                 assert!(error(shifted.column(c), &turned.column(c).to_vec()) < 8e-16);
-                let fold = |m: usize| cascade::transform::fold(m, length);
+                let fold = |m: usize| wavecascade::transform::fold(m, length);
                 let found = spectra(&plan, u.view());
                 let powers = found.column(c).mapv(power);
                 let energy = powers.iter().enumerate();

@@ -2,8 +2,10 @@
 
 use std::f64::consts::TAU;
 
-use cascade::transform::{ColumnInverse, ColumnTransform, Passband, SpaceTimeFilter, Travelling};
 use ndarray::{Array2, azip};
+use wavecascade::transform::{
+    ColumnInverse, ColumnTransform, Passband, SpaceTimeFilter, Travelling,
+};
 
 const SHAPE: (usize, usize) = (120, 50);
 const STEPS: (f64, f64) = (0.5, 2.0);

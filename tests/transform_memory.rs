@@ -4,10 +4,10 @@
 //! that a kernel reads or writes beside its buffers. Results that are written past the caches the
 //! sanitizer does not see; those lie between margins that are looked at here.
 
-use cascade::transform::vertical::InstructionSet;
-use cascade::transform::{ColumnTransform, Real, ShortTimeTransform};
 use ndarray::{Array2, Array3, ArrayView2, ArrayViewMut2, ArrayViewMut3, Axis, ShapeBuilder, s};
 use num_complex::Complex;
+use wavecascade::transform::vertical::InstructionSet;
+use wavecascade::transform::{ColumnTransform, Real, ShortTimeTransform};
 
 /// One of each kind: whole and mixed powers, odd, by convolution (primes and others), and the shortest.
 const LENGTHS: [usize; 12] = [7, 11, 16, 64, 48, 105, 210, 222, 251, 253, 256, 343];

@@ -3,13 +3,13 @@
 
 use std::f64::consts::TAU;
 
-use cascade::transform::{
-    ColumnInverse, ColumnTransform, Real, ShortTimeTransform, SpaceTimeInverse, SpaceTimeTransform,
-    direct_sums, power,
-};
 use ndarray::{Array2, Array3, ArrayView2, Axis, s};
 use num_complex::Complex;
 use realfft::RealFftPlanner;
+use wavecascade::transform::{
+    ColumnInverse, ColumnTransform, Real, ShortTimeTransform, SpaceTimeInverse, SpaceTimeTransform,
+    direct_sums, power,
+};
 
 fn noise<T: Real>(shape: (usize, usize), mut state: u64) -> Array2<T> {
     Array2::from_shape_simple_fn(shape, || {

@@ -1,6 +1,6 @@
 //! The transform in twice the precision against transforms that are known exactly.
 
-use cascade::transform::direct_sums;
+use wavecascade::transform::direct_sums;
 
 fn dft_dd(x: &[f64], bins: &[usize]) -> Vec<(f64, f64)> {
     let sums = direct_sums(x, bins);

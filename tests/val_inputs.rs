@@ -9,14 +9,14 @@ mod place;
 
 use std::fs;
 
-use cascade::Field;
-use cascade::error::{CoordinateKind, InputFault};
-use cascade::field::{Axis, Layout, Note, OpenOptions, TimeColumn};
 use made::{axis, fault, in_one_line, open, pulse, savetxt, savez, steps, values};
 use ndarray::Array2;
 use ndarray_npy::NpzWriter;
 use place::Place;
 use serde_json::Value;
+use wavecascade::Field;
+use wavecascade::error::{CoordinateKind, InputFault};
+use wavecascade::field::{Axis, Layout, Note, OpenOptions, TimeColumn};
 
 #[test]
 fn val_numpy_savetxt_with_a_header() {

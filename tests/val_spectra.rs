@@ -8,13 +8,13 @@ mod common;
 use std::f64::consts::TAU;
 use std::fs::File;
 
-use cascade::analyze::{Analysis, Request, Scaling, Spectra, TimeRange, Welch};
-use cascade::arrays::Precision;
-use cascade::field::OpenOptions;
-use cascade::prepare::{Detrend, Window};
-use cascade::{Field, analyze};
 use ndarray::{Array1, Array2, Axis, Ix1, Ix2, OwnedRepr};
 use ndarray_npy::NpzReader;
+use wavecascade::analyze::{Analysis, Request, Scaling, Spectra, TimeRange, Welch};
+use wavecascade::arrays::Precision;
+use wavecascade::field::OpenOptions;
+use wavecascade::prepare::{Detrend, Window};
+use wavecascade::{Field, analyze};
 
 type Outcome = Result<(), Box<dyn std::error::Error>>;
 

@@ -3,8 +3,8 @@
 
 use std::f64::consts::PI;
 
-use cascade::prepare::{Window, slepian};
 use serde::Deserialize;
+use wavecascade::prepare::{Window, slepian};
 
 #[derive(Deserialize)]
 struct Reference {

@@ -3,10 +3,10 @@
 #[path = "common/fields.rs"]
 mod fields;
 
-use cascade::Field;
-use cascade::analyze::{Request, Results, Warning};
 use fields::{analyzed, noise, pulse, struck};
 use ndarray::Array2;
+use wavecascade::Field;
+use wavecascade::analyze::{Request, Results, Warning};
 
 fn codes(field: &Field, request: &Request) -> Vec<&'static str> {
     analyzed(field, request)

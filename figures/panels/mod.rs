@@ -5,11 +5,11 @@
 use std::fmt::Write;
 use std::path::{Path, PathBuf};
 
-use cascade::analyze::{Map, MapAxis, Reduction};
-use cascade::chain::scene::{SceneSource, Setting, Setup};
-use cascade::plot::{Chart, Figure, Format, draw_charts, draw_panels};
-pub use cascade::plot::{Curve, Panel, around};
 use ndarray::{ArrayView2, Axis};
+use wavecascade::analyze::{Map, MapAxis, Reduction};
+use wavecascade::chain::scene::{SceneSource, Setting, Setup};
+use wavecascade::plot::{Chart, Figure, Format, draw_charts, draw_panels};
+pub use wavecascade::plot::{Curve, Panel, around};
 
 pub type Outcome<T> = Result<T, Box<dyn std::error::Error>>;
 

@@ -27,7 +27,7 @@ const SIZE_OVER_EM: f64 = 1.24;
 /// A length in pixels as `plotters` takes it on a [`Canvas`]: in tenths of a pixel.
 ///
 /// ```
-/// assert_eq!(cascade::plot::px(2.5), 25);
+/// assert_eq!(wavecascade::plot::px(2.5), 25);
 /// ```
 pub fn px(pixels: f64) -> u32 {
     (pixels * UNITS).round() as u32
@@ -60,10 +60,10 @@ pub type Area = DrawingArea<Surface, Shift>;
 /// font is looked for.
 ///
 /// ```
-/// use cascade::plot::plotters::prelude::*;
-/// use cascade::plot::{Canvas, Format, px, sans};
+/// use wavecascade::plot::plotters::prelude::*;
+/// use wavecascade::plot::{Canvas, Format, px, sans};
 ///
-/// # fn main() -> cascade::Result<()> {
+/// # fn main() -> wavecascade::Result<()> {
 /// let canvas = Canvas::new("Decay", 640, 400, Format::Png)?;
 /// let area = canvas.area();
 /// let mut chart = ChartBuilder::on(&area)

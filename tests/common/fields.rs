@@ -1,10 +1,10 @@
 //! Fields that are in order, and their analysis.
 #![allow(dead_code)] // each test uses a part of it
 
-use cascade::analyze::{Analysis, Request};
-use cascade::chain::{Chain, Run, Simulation};
-use cascade::{Field, analyze};
 use ndarray::Array2;
+use wavecascade::analyze::{Analysis, Request};
+use wavecascade::chain::{Chain, Run, Simulation};
+use wavecascade::{Field, analyze};
 
 pub fn analyzed(field: &Field, request: &Request) -> Analysis {
     analyze(field, request).unwrap().0
@@ -12,7 +12,7 @@ pub fn analyzed(field: &Field, request: &Request) -> Analysis {
 
 pub fn struck(sites: usize, end: f64, samples: usize) -> Run {
     let simulation = Simulation::impact(Chain::dimer(sites, 4.9272), 1.0, end, samples);
-    simulation.run(&cascade::observer::Silent).unwrap()
+    simulation.run(&wavecascade::observer::Silent).unwrap()
 }
 
 /// A pulse that travels unchanged, `delay` samples a site, and has died down at the end.

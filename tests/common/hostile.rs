@@ -5,9 +5,9 @@ use std::io::{Cursor, Write};
 use std::path::{Path, PathBuf};
 use std::time::{Duration, Instant};
 
-use cascade::error::InputFault;
-use cascade::field::OpenOptions;
-use cascade::{Error, Field};
+use wavecascade::error::InputFault;
+use wavecascade::field::OpenOptions;
+use wavecascade::{Error, Field};
 use zip::write::{SimpleFileOptions, ZipWriter};
 use zip::{CompressionMethod, DateTime};
 

@@ -3,11 +3,11 @@
 
 use std::fs;
 
-use cascade::error::InputFault;
-use cascade::field::{Axis, OpenOptions};
-use cascade::{Error, Field};
 use ndarray::{Array1, Array2};
 use ndarray_npy::{NpzWriter, WritableElement};
+use wavecascade::error::InputFault;
+use wavecascade::field::{Axis, OpenOptions};
+use wavecascade::{Error, Field};
 
 use super::place::Place;
 

@@ -4,7 +4,7 @@
 use std::io::Write;
 use std::path::PathBuf;
 
-use cascade::transform::direct_sums;
+use wavecascade::transform::direct_sums;
 
 /// [`direct_sums`] as pairs of real and imaginary part.
 pub fn dft_dd(x: &[f64], bins: &[usize]) -> Vec<(f64, f64)> {

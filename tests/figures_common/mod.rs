@@ -3,11 +3,11 @@
 
 use std::f64::consts::PI;
 
-use cascade::analyze::*;
-use cascade::arrays::Precision;
-use cascade::field::{Axis, Quantity};
-use cascade::prepare::WindowGains;
 use ndarray::Array2;
+use wavecascade::analyze::*;
+use wavecascade::arrays::Precision;
+use wavecascade::field::{Axis, Quantity};
+use wavecascade::prepare::WindowGains;
 
 /// A pulse that slows down and breaks into high frequencies, 400 times by 300 sites.
 pub fn full() -> Analysis {

@@ -2,10 +2,10 @@
 //! is off in stated errors.
 #![allow(dead_code)]
 
-use cascade::budget::measured::{MeasuredMotion, MeasuredOptions, from_velocities};
-use cascade::chain::{Accuracy, Chain, Run, Simulation};
-use cascade::observer::Silent;
 use ndarray::{Array2, ArrayView2};
+use wavecascade::budget::measured::{MeasuredMotion, MeasuredOptions, from_velocities};
+use wavecascade::chain::{Accuracy, Chain, Run, Simulation};
+use wavecascade::observer::Silent;
 
 /// Stiffness ratios of a localized and of a dispersive chain.
 pub const LOCALIZED: f64 = 4.9272;

@@ -8,10 +8,10 @@
 use std::error::Error;
 use std::time::Instant;
 
-use cascade::chain::{Accuracy, Chain, Record, Scheme, Simulation};
-use cascade::observer::Silent;
 use ndarray::{Array1, Array2};
 use ndarray_npy::NpzReader;
+use wavecascade::chain::{Accuracy, Chain, Record, Scheme, Simulation};
+use wavecascade::observer::Silent;
 
 const LONGEST_S: f64 = 3.0;
 

@@ -1,11 +1,11 @@
 //! What the user can do about errors and warnings, with the options that mend them.
 
-use cascade::Error;
-use cascade::analyze::Warning;
-use cascade::budget::measured::MeasuredWarning;
-use cascade::chain::RunWarning;
-use cascade::error::{CoordinateKind, FileKind, InputFault, Problem, SceneFault};
-use cascade::field::Note;
+use wavecascade::Error;
+use wavecascade::analyze::Warning;
+use wavecascade::budget::measured::MeasuredWarning;
+use wavecascade::chain::RunWarning;
+use wavecascade::error::{CoordinateKind, FileKind, InputFault, Problem, SceneFault};
+use wavecascade::field::Note;
 
 /// Of an error, where there is something to do.
 pub fn of_error(error: &Error) -> Option<String> {

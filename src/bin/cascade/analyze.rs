@@ -4,18 +4,18 @@ use std::io::{IsTerminal, Write};
 use std::path::{Path, PathBuf};
 use std::time::Instant;
 
-use cascade::analyze::{
+use wavecascade::analyze::{
     Analysis, Plan, Request, Results, ShortTime, TimeRange, Welch, plan, run as run_plan,
 };
-use cascade::arrays::Precision;
-use cascade::budget::{Budget, Motion};
-use cascade::field::{FileState, Note, OpenOptions, TimeColumn, is_run_file};
-use cascade::plot::{Format, draw_all};
-use cascade::report::{
+use wavecascade::arrays::Precision;
+use wavecascade::budget::{Budget, Motion};
+use wavecascade::field::{FileState, Note, OpenOptions, TimeColumn, is_run_file};
+use wavecascade::plot::{Format, draw_all};
+use wavecascade::report::{
     Archive, ClosureSummary, Provenance, ResultDirectory, RunFile, Summary, html,
     write_budget_arrays, write_small_arrays,
 };
-use cascade::{Error, Field};
+use wavecascade::{Error, Field};
 
 use crate::advice;
 use crate::args::{Analyze, FigureArg, Input, ResultArg};
@@ -146,7 +146,7 @@ fn budget(
     let archive = Archive::create(&directory.path().join("budget.npz"), Precision::F64)?;
     let request = request_of(&file.setup);
     let motion = Motion::of(&file.run)?;
-    let budget = match cascade::budget::run(&motion, &request, &archive, progress) {
+    let budget = match wavecascade::budget::run(&motion, &request, &archive, progress) {
         Err(error @ Error::Request { .. }) => {
             drop(archive);
             let path = directory.path().join("budget.npz");
@@ -168,7 +168,7 @@ fn draw(
     directory: &ResultDirectory,
     progress: &Progress,
 ) -> Result<(), Failure> {
-    use cascade::observer::Observer;
+    use wavecascade::observer::Observer;
     progress.stage("drawing", 1);
     let figures = directory.path().join("figures");
     let (drawn, page) = rayon::join(
@@ -231,7 +231,7 @@ fn conclusions(field: &Field) -> Vec<String> {
 }
 
 /// What to do about a warning of an analysis.
-fn advised(warning: &cascade::analyze::Warning) -> Option<String> {
+fn advised(warning: &wavecascade::analyze::Warning) -> Option<String> {
     Some(advice::of_warning(warning).into())
 }
 

@@ -3,9 +3,9 @@
 use std::ops::Range;
 use std::path::PathBuf;
 
-use cascade::measure::{Frequency, Length, Measure, Time};
-use cascade::prepare::Window;
 use clap::{Args, Parser, Subcommand, ValueEnum};
+use wavecascade::measure::{Frequency, Length, Measure, Time};
+use wavecascade::prepare::Window;
 
 use crate::chain_args::{Contact, SceneCommand, Simulate, SweepCommand};
 use crate::parse;
@@ -355,25 +355,25 @@ macro_rules! choice {
     };
 }
 
-choice!(LayoutArg => cascade::field::Layout {
+choice!(LayoutArg => wavecascade::field::Layout {
     /// The first index counts times.
     TimeSite => Self::TimeSite,
     /// The first index counts sites.
     SiteTime => Self::SiteTime,
 });
-choice!(QuantityArg => cascade::field::Quantity {
+choice!(QuantityArg => wavecascade::field::Quantity {
     Velocity => Self::Velocity,
     Displacement => Self::Displacement,
     Acceleration => Self::Acceleration,
     StrainRate => Self::StrainRate,
     Force => Self::Force,
 });
-choice!(HeaderArg => cascade::field::Header {
+choice!(HeaderArg => wavecascade::field::Header {
     Detect => Self::Detect,
     Present => Self::Present,
     Absent => Self::Absent,
 });
-choice!(GapsArg => cascade::prepare::Gaps {
+choice!(GapsArg => wavecascade::prepare::Gaps {
     /// Stop, and say how many there are and where.
     Refuse => Self::Refuse,
     /// Fill along time from the neighbours.
@@ -381,7 +381,7 @@ choice!(GapsArg => cascade::prepare::Gaps {
     /// Count them as zeros, once trends are removed that were fitted without them.
     Mask => Self::Mask,
 });
-choice!(DetrendArg => cascade::prepare::Detrend {
+choice!(DetrendArg => wavecascade::prepare::Detrend {
     None => Self::None,
     Mean => Self::Mean,
     /// The least-squares line.
@@ -391,7 +391,7 @@ choice!(FieldDetrendArg => bool {
     None => false,
     Mean => true,
 });
-choice!(ScalingArg => cascade::analyze::Scaling {
+choice!(ScalingArg => wavecascade::analyze::Scaling {
     /// Its integral is the sum of v^2 dt.
     Energy => Self::Energy,
     /// Its integral is the mean square.
@@ -399,7 +399,7 @@ choice!(ScalingArg => cascade::analyze::Scaling {
     /// A sine of amplitude A peaks at A^2 / 2.
     Spectrum => Self::Spectrum,
 });
-choice!(KindArg => cascade::throughput::Kind {
+choice!(KindArg => wavecascade::throughput::Kind {
     /// All columns of an array.
     Columns => Self::Columns,
     /// Both axes of an array.
@@ -407,7 +407,7 @@ choice!(KindArg => cascade::throughput::Kind {
     /// Segments of 256 samples, 32 apart, of all columns.
     ShortTime => Self::ShortTime,
 });
-choice!(PrecisionArg => cascade::arrays::Precision {
+choice!(PrecisionArg => wavecascade::arrays::Precision {
     F64 => Self::F64,
     F32 => Self::F32,
 });

@@ -8,14 +8,14 @@ use std::collections::BTreeMap;
 use std::io::Write;
 use std::path::{Path, PathBuf};
 
-use cascade::Error;
-use cascade::arrays::Precision;
-use cascade::throughput::{
+use clap::Args;
+use serde::Serialize;
+use wavecascade::Error;
+use wavecascade::arrays::Precision;
+use wavecascade::throughput::{
     Baseline, CaseOf, Comparison, Counted, CountedCase, Kind, Machine, Ratios, Rounds, Shape,
     Throughput, Versions, Way, table,
 };
-use clap::Args;
-use serde::Serialize;
 
 use crate::args::{KindArg, PrecisionArg};
 use crate::failure::Failure;
@@ -218,7 +218,7 @@ pub fn run(typed: Bench) -> Result<(), Failure> {
 fn times(typed: &Bench) -> Result<(), Failure> {
     let cases = typed.cases();
     cases.iter().try_for_each(CaseOf::check)?;
-    cascade::throughput::fit_memory(cases.iter().map(CaseOf::memory), 1)?;
+    wavecascade::throughput::fit_memory(cases.iter().map(CaseOf::memory), 1)?;
     let (baseline, recorded) = (typed.baseline()?, typed.recorded()?);
     let rounds = Rounds {
         rounds: typed.rounds as usize,
@@ -284,7 +284,7 @@ fn times(typed: &Bench) -> Result<(), Failure> {
 
 fn measured(rounds: &Rounds, cases: &[CaseOf]) -> Result<Vec<Throughput>, Failure> {
     let found = cases.iter().map(|case| rounds.measure(*case));
-    Ok(found.collect::<cascade::Result<_>>()?)
+    Ok(found.collect::<wavecascade::Result<_>>()?)
 }
 
 const LEGEND: &str = "

@@ -6,17 +6,17 @@ use std::io::{IsTerminal, Write};
 use std::path::{Path, PathBuf};
 use std::time::Instant;
 
-use cascade::Error;
-use cascade::arrays::{Precision, Sink};
-use cascade::budget::measured::MeasuredReport;
-use cascade::budget::{Budget as Found, Motion};
-use cascade::field::{FileState, file_hash, is_run_file};
-use cascade::observer::Observer;
-use cascade::plot::{Format, SharedScales, budget_figures, save_all};
-use cascade::report::{
+use clap::Args;
+use wavecascade::Error;
+use wavecascade::arrays::{Precision, Sink};
+use wavecascade::budget::measured::MeasuredReport;
+use wavecascade::budget::{Budget as Found, Motion};
+use wavecascade::field::{FileState, file_hash, is_run_file};
+use wavecascade::observer::Observer;
+use wavecascade::plot::{Format, SharedScales, budget_figures, save_all};
+use wavecascade::report::{
     Archive, BudgetSummary, Provenance, ResultDirectory, RunFile, budget_html, write_budget_arrays,
 };
-use clap::Args;
 
 use crate::analyze::{formats, named_after, use_threads};
 use crate::args::FigureArg;
@@ -169,7 +169,7 @@ pub fn compute(
     observer: &dyn Observer,
 ) -> Result<Found, Error> {
     let motion = Motion::of(&file.run)?;
-    cascade::budget::run(&motion, &views.request(&file.setup), sink, observer)
+    wavecascade::budget::run(&motion, &views.request(&file.setup), sink, observer)
 }
 
 /// The words typed.

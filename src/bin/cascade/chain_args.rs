@@ -2,9 +2,9 @@
 
 use std::path::PathBuf;
 
-use cascade::measure::{Angle, Length, Pressure};
-use cascade::sweep::Part;
 use clap::Args;
+use wavecascade::measure::{Angle, Length, Pressure};
+use wavecascade::sweep::Part;
 
 use crate::parse;
 use crate::scene_keys::SceneKeys;

@@ -3,14 +3,14 @@
 use std::io::{IsTerminal, Write};
 use std::path::PathBuf;
 
-use cascade::budget::Budget;
-use cascade::chain::scene::Units;
-use cascade::field::{FileState, file_hash};
-use cascade::observer::Observer;
-use cascade::plot::views;
-use cascade::report::{BudgetSummary, Provenance, ResultDirectory, RunFile, comparison_html};
 use clap::Args;
 use serde_json::{Value, json};
+use wavecascade::budget::Budget;
+use wavecascade::chain::scene::Units;
+use wavecascade::field::{FileState, file_hash};
+use wavecascade::observer::Observer;
+use wavecascade::plot::views;
+use wavecascade::report::{BudgetSummary, Provenance, ResultDirectory, RunFile, comparison_html};
 
 use crate::analyze::use_threads;
 use crate::budget::{command, compute, name_of};
@@ -64,14 +64,14 @@ pub fn run(typed: Compare) -> Result<(), Failure> {
             Units::None => "without units",
         };
         let [first, second] = files.each_ref().map(|file| words(file.setup.units));
-        return Err(Failure::Library(cascade::Error::Unfit {
+        return Err(Failure::Library(wavecascade::Error::Unfit {
             path: typed.second,
             expected: format!("a run {first}, as {} is", typed.first.display()),
             found: format!("one {second}"),
         }));
     }
     for (path, file) in paths.into_iter().zip(&files) {
-        let found = compute(&chosen, file, &cascade::arrays::Nowhere, &progress)
+        let found = compute(&chosen, file, &wavecascade::arrays::Nowhere, &progress)
             .map_err(|error| error.of_file(path))?;
         chosen.take_over(&found);
         let input = path.display().to_string();
@@ -95,8 +95,11 @@ pub fn run(typed: Compare) -> Result<(), Failure> {
     progress.stage("drawing", 1);
     directory.write("report.html", comparison_html(both)?)?;
     let together: Vec<_> = views(&both).into_iter().collect();
-    let formats = [cascade::plot::Format::Png, cascade::plot::Format::Svg];
-    cascade::plot::save_all(&together, &directory.path().join("figures"), &formats)?;
+    let formats = [
+        wavecascade::plot::Format::Png,
+        wavecascade::plot::Format::Svg,
+    ];
+    wavecascade::plot::save_all(&together, &directory.path().join("figures"), &formats)?;
     progress.check()?;
     let published = directory.publish()?;
     progress.clear();

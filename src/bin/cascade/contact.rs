@@ -2,11 +2,11 @@
 
 use std::io::Write;
 
-use cascade::Error;
-use cascade::chain::contact::{
+use serde::Serialize;
+use wavecascade::Error;
+use wavecascade::chain::contact::{
     Ellipse, HertzContact, Material, angle_of_stiffness_ratio, stiffness_ratio,
 };
-use serde::Serialize;
 
 use crate::chain_args::{Body, Contact};
 use crate::failure::Failure;

@@ -1,7 +1,7 @@
 //! Options of `cascade analyze` that would have no effect.
 
-use cascade::Error;
-use cascade::prepare::Window;
+use wavecascade::Error;
+use wavecascade::prepare::Window;
 
 use crate::args::{Analyze, ResultArg};
 

@@ -3,8 +3,8 @@
 use std::io::Write;
 use std::process::ExitCode;
 
-use cascade::Error;
-use cascade::chain::scene::Place;
+use wavecascade::Error;
+use wavecascade::chain::scene::Place;
 
 use crate::advice;
 use crate::bench::Fault;

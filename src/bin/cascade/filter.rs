@@ -3,14 +3,14 @@
 use std::io::Write;
 use std::path::{Path, PathBuf};
 
-use cascade::analyze::{Filtered, filtered};
-use cascade::field::Axis;
-use cascade::measure::cycles_per;
-use cascade::report::FieldFile;
-use cascade::transform::{Passband, Travelling};
-use cascade::{Error, Field};
 use clap::{Args, ValueEnum};
 use serde_json::json;
+use wavecascade::analyze::{Filtered, filtered};
+use wavecascade::field::Axis;
+use wavecascade::measure::cycles_per;
+use wavecascade::report::FieldFile;
+use wavecascade::transform::{Passband, Travelling};
+use wavecascade::{Error, Field};
 
 use crate::analyze::{named_after, open_options, print_notes};
 use crate::args::Input;

@@ -2,9 +2,9 @@
 
 use std::path::Path;
 
-use cascade::Error;
-use cascade::plot::Format;
-use cascade::report::write_beside;
+use wavecascade::Error;
+use wavecascade::plot::Format;
+use wavecascade::report::write_beside;
 
 /// Writes `<name>.json`, `curves.csv` and the picture in both formats into a directory, each whole.
 pub fn keep(

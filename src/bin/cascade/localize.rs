@@ -8,11 +8,11 @@ use std::io::IsTerminal;
 use std::ops::RangeInclusive;
 use std::path::{Path, PathBuf};
 
-use cascade::Error;
-use cascade::chain::contact::Ellipse;
-use cascade::localized::{Alternation, Family, LARGEST_ORDER, Wave};
-use cascade::report::{Contents, ResultDirectory};
 use clap::{Args, ValueEnum};
+use wavecascade::Error;
+use wavecascade::chain::contact::Ellipse;
+use wavecascade::localized::{Alternation, Family, LARGEST_ORDER, Wave};
+use wavecascade::report::{Contents, ResultDirectory};
 
 use crate::analyze::use_threads;
 use crate::chain_args::Body;

@@ -2,17 +2,17 @@
 
 use std::path::{Path, PathBuf};
 
-use cascade::budget::measured::{
+use clap::{Args, ValueEnum};
+use wavecascade::budget::measured::{
     Drift, MeasuredMotion, MeasuredOptions, Noise, Uncertainty, from_field,
 };
-use cascade::budget::{Budget, BudgetRequest, BudgetUnits, Integration};
-use cascade::chain::scene::{SceneSource, Units};
-use cascade::field::Axis;
-use cascade::measure::{self, Dimension, Length, Measure, Speed, Time};
-use cascade::observer::Observer;
-use cascade::report::{Archive, write_measured_arrays};
-use cascade::{Error, Field, Result};
-use clap::{Args, ValueEnum};
+use wavecascade::budget::{Budget, BudgetRequest, BudgetUnits, Integration};
+use wavecascade::chain::scene::{SceneSource, Units};
+use wavecascade::field::Axis;
+use wavecascade::measure::{self, Dimension, Length, Measure, Speed, Time};
+use wavecascade::observer::Observer;
+use wavecascade::report::{Archive, write_measured_arrays};
+use wavecascade::{Error, Field, Result};
 
 use crate::analyze::{open_options, print_notes};
 use crate::args::Input;

@@ -2,8 +2,8 @@
 
 use std::ops::Range;
 
-use cascade::measure::{Dimension, Measure};
-use cascade::sweep::Part;
+use wavecascade::measure::{Dimension, Measure};
+use wavecascade::sweep::Part;
 
 /// `A:B` as sites `A .. B`.
 pub fn site_range(text: &str) -> Result<Range<usize>, String> {
@@ -116,7 +116,7 @@ pub fn measure<D: Dimension>(text: &str) -> Result<f64, String> {
 /// A number in the unit of its axis, or with its own.
 pub fn origin<D: Dimension>(text: &str) -> Result<Measure<D>, String> {
     Measure::read(text).map_err(|_| {
-        let units = cascade::measure::units::<D>();
+        let units = wavecascade::measure::units::<D>();
         format!("expected a finite number, or one with its unit ({units})")
     })
 }
@@ -147,7 +147,7 @@ pub fn step<D: Dimension>(text: &str) -> Result<Measure<D>, String> {
     match Measure::read(text) {
         Ok(step) if step.value > 0.0 => Ok(step),
         _ => {
-            let units = cascade::measure::units::<D>();
+            let units = wavecascade::measure::units::<D>();
             Err(format!(
                 "expected a finite number above 0, or one with its unit ({units})"
             ))

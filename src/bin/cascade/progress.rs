@@ -5,8 +5,8 @@ use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 use std::time::{Duration, Instant};
 
-use cascade::observer::Observer;
 use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
+use wavecascade::observer::Observer;
 
 use crate::failure::INTERRUPTED;
 
@@ -80,10 +80,10 @@ impl Progress {
     }
 
     /// Ends with an error if the user has asked to stop.
-    pub fn check(&self) -> cascade::Result<()> {
+    pub fn check(&self) -> wavecascade::Result<()> {
         if self.cancelled() {
             self.clear();
-            return Err(cascade::Error::Cancelled);
+            return Err(wavecascade::Error::Cancelled);
         }
         Ok(())
     }
@@ -104,7 +104,11 @@ impl Shared {
             }
             Phase::Reading => {
                 lock(&self.stage).bar.finish_and_clear();
-                let _ = writeln!(std::io::stderr(), "error: {}", cascade::Error::Cancelled);
+                let _ = writeln!(
+                    std::io::stderr(),
+                    "error: {}",
+                    wavecascade::Error::Cancelled
+                );
                 std::process::exit(INTERRUPTED.into());
             }
             Phase::Stopping => std::process::exit(INTERRUPTED.into()),

@@ -2,7 +2,7 @@
 
 use std::io::Write;
 
-use cascade::chain::scene::{Description, SceneSource, Units, schema, template};
+use wavecascade::chain::scene::{Description, SceneSource, Units, schema, template};
 
 use crate::chain_args::SceneCommand;
 use crate::failure::Failure;

@@ -1,8 +1,8 @@
 //! The keys of a scene as options, made from their declaration.
 
-use cascade::chain::scene::{Choice, Kind, Property, Setting, properties};
 use clap::builder::{PossibleValue, PossibleValuesParser};
 use clap::{Arg, ArgAction, ArgMatches, Args, Command, FromArgMatches};
+use wavecascade::chain::scene::{Choice, Kind, Property, Setting, properties};
 
 /// The keys that were typed as options.
 #[derive(Debug, Clone, Default)]

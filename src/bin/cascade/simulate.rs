@@ -4,10 +4,10 @@ use std::io::{IsTerminal, Write};
 use std::path::{Path, PathBuf};
 use std::time::Instant;
 
-use cascade::chain::scene::{Description, SceneSource, Setup, Units};
-use cascade::chain::{CHECK_FACTOR, Run};
-use cascade::report::{RUN_SCHEMA, RunFile};
 use serde_json::json;
+use wavecascade::chain::scene::{Description, SceneSource, Setup, Units};
+use wavecascade::chain::{CHECK_FACTOR, Run};
+use wavecascade::report::{RUN_SCHEMA, RunFile};
 
 use crate::advice;
 use crate::chain_args::Simulate;

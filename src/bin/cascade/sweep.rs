@@ -4,9 +4,9 @@ use std::io::{IsTerminal, Write};
 use std::path::{Path, PathBuf};
 use std::time::Instant;
 
-use cascade::Error;
-use cascade::chain::scene::SceneSource;
-use cascade::sweep::{Part, Standing, Sweep};
+use wavecascade::Error;
+use wavecascade::chain::scene::SceneSource;
+use wavecascade::sweep::{Part, Standing, Sweep};
 
 use crate::analyze::use_threads;
 use crate::chain_args::SweepCommand;

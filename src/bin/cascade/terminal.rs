@@ -2,11 +2,11 @@
 
 use std::fmt::Write;
 
-use cascade::analyze::{Analysis, Plan};
-use cascade::field::Axis;
-use cascade::measure::digits;
-pub use cascade::report::number;
-use cascade::report::{percent, sentences};
+use wavecascade::analyze::{Analysis, Plan};
+use wavecascade::field::Axis;
+use wavecascade::measure::digits;
+pub use wavecascade::report::number;
+use wavecascade::report::{percent, sentences};
 
 use crate::advice;
 

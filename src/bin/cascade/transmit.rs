@@ -3,16 +3,16 @@
 use std::io::{IsTerminal, Write};
 use std::path::{Path, PathBuf};
 
-use cascade::Error;
-use cascade::attenuation::{
+use clap::Args;
+use serde::Serialize;
+use wavecascade::Error;
+use wavecascade::attenuation::{
     Compared, MeasuredPoint, Transmission, TransmissionCurve, TransmissionRequest, measured_peaks,
     read_curve,
 };
-use cascade::chain::scene::{SceneSource, Units};
-use cascade::plot::Overlay;
-use cascade::report::{TRANSMISSION_SCHEMA, transmission_csv, versioned_json};
-use clap::Args;
-use serde::Serialize;
+use wavecascade::chain::scene::{SceneSource, Units};
+use wavecascade::plot::Overlay;
+use wavecascade::report::{TRANSMISSION_SCHEMA, transmission_csv, versioned_json};
 
 use crate::analyze::{print_notes, use_threads};
 use crate::attenuate::{compared_line, default_over, failure_lines, without_arrival_line};
@@ -97,8 +97,8 @@ impl Measured {
         let Some((at, path)) = with_value else {
             return Ok(Measured::Curve(read_curve(Path::new(typed))?));
         };
-        let options = cascade::field::OpenOptions::default();
-        let field = cascade::Field::open(path, &options)?;
+        let options = wavecascade::field::OpenOptions::default();
+        let field = wavecascade::Field::open(path, &options)?;
         print_notes(&field, quiet);
         let last = measured_peaks(&field).last().copied();
         field.check_unchanged()?;
@@ -191,7 +191,7 @@ pub fn run(typed: Transmit) -> Result<(), Failure> {
     if let Some(out) = &typed.out {
         let csv = transmission_csv(&transmission).map_err(std::io::Error::other)?;
         keep(out, "transmission", &json, &csv, |format| {
-            cascade::plot::transmission(&transmission, measured.laid_over(), format)
+            wavecascade::plot::transmission(&transmission, measured.laid_over(), format)
         })?;
     }
     let mut stdout = std::io::stdout().lock();
@@ -227,7 +227,7 @@ fn told(found: &Found) -> String {
             "{key:<18} {:>9} {:>10} {:>12} {:>12}  force relative to the homogeneous chain",
             "ratio", "force", "flight", "speed"
         ));
-        let line = |point: &cascade::attenuation::Point, note: &str| {
+        let line = |point: &wavecascade::attenuation::Point, note: &str| {
             format!(
                 "{:<18} {:>9} {:>10.6} {:>12} {:>12}  {note}",
                 number(point.value),

@@ -2,10 +2,10 @@
 
 use std::ops::Range;
 
-use cascade::Error;
-use cascade::budget::{Budget, BudgetRequest, BudgetUnits, Filter, Integration, Views};
-use cascade::chain::scene::{Setup, Units};
 use clap::{Args, ValueEnum};
+use wavecascade::Error;
+use wavecascade::budget::{Budget, BudgetRequest, BudgetUnits, Filter, Integration, Views};
+use wavecascade::chain::scene::{Setup, Units};
 
 use crate::parse;
 

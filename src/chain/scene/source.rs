@@ -42,7 +42,7 @@ impl Setting {
 ///
 /// # Examples
 /// ```
-/// use cascade::chain::scene::{SceneSource, Setting};
+/// use wavecascade::chain::scene::{SceneSource, Setting};
 ///
 /// let scene = SceneSource::new(None, "sites = 20\nstiffness_ratio = 2.0\nend_time = 30.0");
 /// let member = scene.with([Setting {
@@ -52,7 +52,7 @@ impl Setting {
 /// }]);
 /// let setup = member.setup()?;
 /// assert_eq!(setup.simulation.chain.coefficient[1], 4.9272);
-/// # Ok::<(), cascade::Error>(())
+/// # Ok::<(), wavecascade::Error>(())
 /// ```
 #[derive(Debug, Clone, Default, PartialEq)]
 pub struct SceneSource {

@@ -1,9 +1,9 @@
 //! What was measured, beside what was computed.
 
-use cascade::Error;
-use cascade::attenuation::{Attenuation, Compared, MeasuredPoint, measured_peaks, read_curve};
-use cascade::plot::Overlay;
 use serde::Serialize;
+use wavecascade::Error;
+use wavecascade::attenuation::{Attenuation, Compared, MeasuredPoint, measured_peaks, read_curve};
+use wavecascade::plot::Overlay;
 
 use super::{Attenuate, Where};
 use crate::analyze::print_notes;
@@ -121,8 +121,8 @@ impl Attenuate {
                 found: "wall".into(),
             });
         }
-        let options = cascade::field::OpenOptions::default();
-        let field = cascade::Field::open(path, &options)?;
+        let options = wavecascade::field::OpenOptions::default();
+        let field = wavecascade::Field::open(path, &options)?;
         print_notes(&field, self.how.quiet);
         let peaks = measured_peaks(&field);
         field.check_unchanged()?;

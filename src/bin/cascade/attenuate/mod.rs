@@ -6,15 +6,15 @@ mod told;
 use std::io::{IsTerminal, Write};
 use std::path::{Path, PathBuf};
 
-use cascade::Error;
-use cascade::attenuation::{
+use clap::{Args, ValueEnum};
+use serde::Serialize;
+use wavecascade::Error;
+use wavecascade::attenuation::{
     Attenuation, AttenuationRequest, ContactKind, Criterion, Named, Point, Sense,
     TransmissionRequest,
 };
-use cascade::chain::scene::{Scene, SceneSource, Setting};
-use cascade::report::{ATTENUATION_SCHEMA, attenuation_csv, versioned_json};
-use clap::{Args, ValueEnum};
-use serde::Serialize;
+use wavecascade::chain::scene::{Scene, SceneSource, Setting};
+use wavecascade::report::{ATTENUATION_SCHEMA, attenuation_csv, versioned_json};
 
 use crate::analyze::use_threads;
 use crate::chain_args::How;
@@ -174,7 +174,7 @@ pub fn run(typed: Attenuate) -> Result<(), Failure> {
     if let Some(out) = &typed.out {
         let csv = attenuation_csv(&attenuation).map_err(std::io::Error::other)?;
         keep(out, "attenuation", &json, &csv, |format| {
-            cascade::plot::attenuation(&attenuation, measured.laid_over(), format)
+            wavecascade::plot::attenuation(&attenuation, measured.laid_over(), format)
         })?;
     }
     let mut stdout = std::io::stdout().lock();

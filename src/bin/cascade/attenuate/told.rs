@@ -1,6 +1,6 @@
 //! What `cascade attenuate` found, in words.
 
-use cascade::attenuation::{AttenuationCurve, Compared, Law, Reach, Row, Stop, StopCause};
+use wavecascade::attenuation::{AttenuationCurve, Compared, Law, Reach, Row, Stop, StopCause};
 
 use super::Found;
 use crate::terminal::number;

@@ -3,7 +3,7 @@
 use std::collections::BTreeMap;
 use std::fmt::{self, Write};
 
-use cascade::throughput::{Comparison, LARGEST_LOSS};
+use wavecascade::throughput::{Comparison, LARGEST_LOSS};
 
 use crate::failure::Failure;
 

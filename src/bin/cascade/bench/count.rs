@@ -8,11 +8,11 @@ use std::path::PathBuf;
 use std::process::Command;
 use std::sync::Mutex;
 
-use cascade::arrays::Precision;
-use cascade::throughput::{
+use serde::Serialize;
+use wavecascade::arrays::Precision;
+use wavecascade::throughput::{
     Comparison, Counted, CountedCase, Instructions, Kind, Shape, fit_memory, name,
 };
-use serde::Serialize;
 
 use super::{Bench, check};
 use crate::bench::Fault;

@@ -1,7 +1,7 @@
 //! What a budget found, in lines on the terminal.
 
-use cascade::budget::measured::{MeasuredReport, MeasuredWarning};
-use cascade::budget::{
+use wavecascade::budget::measured::{MeasuredReport, MeasuredWarning};
+use wavecascade::budget::{
     Budget, Direction, FrequencyFlow, Integration, PassedError, Residual, ScaleBudget,
     WavenumberBudget,
 };

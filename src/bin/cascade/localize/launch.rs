@@ -2,10 +2,10 @@
 
 use std::io::Write;
 
-use cascade::localized::Journey;
-use cascade::plot::{self, Format};
-use cascade::report::{LocalizedSummary, write_journey};
 use serde::Serialize;
+use wavecascade::localized::Journey;
+use wavecascade::plot::{self, Format};
+use wavecascade::report::{LocalizedSummary, write_journey};
 
 use super::Localize;
 use crate::failure::Failure;

@@ -3,10 +3,10 @@
 use std::io::Write;
 use std::path::PathBuf;
 
-use cascade::localized::Exact;
-use cascade::plot::{self, Format};
-use cascade::report::{LocalizedSummary, write_profile};
 use serde::Serialize;
+use wavecascade::localized::Exact;
+use wavecascade::plot::{self, Format};
+use wavecascade::report::{LocalizedSummary, write_profile};
 
 use super::Localize;
 use crate::failure::Failure;

@@ -2,10 +2,10 @@
 
 use std::io::Write;
 
-use cascade::Error;
-use cascade::localized::{Comparison, Cylinders, Direct, Row};
-use cascade::report::{LocalizedSummary, table_csv, write_profile};
 use serde::Serialize;
+use wavecascade::Error;
+use wavecascade::localized::{Comparison, Cylinders, Direct, Row};
+use wavecascade::report::{LocalizedSummary, table_csv, write_profile};
 
 use super::Localize;
 use crate::failure::Failure;
