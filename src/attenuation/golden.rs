@@ -1,6 +1,7 @@
 //! Locating an extreme of a curve whose every value costs a run.
 
 use crate::Result;
+use crate::numeric::GoldenSection;
 
 /// How much of the interval around an extreme remains.
 const LEFT: f64 = 1e-5;
@@ -52,33 +53,29 @@ impl Turn {
         &self,
         curve: &dyn Fn(f64) -> Result<Option<f64>>,
     ) -> Result<Option<(f64, f64)>> {
-        let golden = 0.5 * (5f64.sqrt() - 1.0);
-        let [mut a, _, mut b] = self.around;
-        let height = |x: f64| -> Result<Option<f64>> {
-            Ok(curve(x)?.map(|y| if self.is_maximum { y } else { -y }))
+        let [a, _, b] = self.around;
+        // No value ends the search without an error.
+        let height = |x: f64| match curve(x) {
+            Ok(Some(y)) => Ok(if self.is_maximum { y } else { -y }),
+            Ok(None) => Err(None),
+            Err(error) => Err(Some(error)),
         };
-        let (mut c, mut d) = (b - golden * (b - a), a + golden * (b - a));
-        let (Some(mut at_c), Some(mut at_d)) = (height(c)?, height(d)?) else {
-            return Ok(None);
+        let search = || {
+            let mut search = GoldenSection::new([a, b], height)?;
+            let enough = LEFT * search.width();
+            while search.width() > enough {
+                let [c, d] = search.inner;
+                search.narrow(c.1 > d.1, height)?;
+            }
+            let [c, d] = search.inner;
+            let best = if c.1 > d.1 { c.0 } else { d.0 };
+            Ok((best, 0.5 * search.width()))
         };
-        let enough = LEFT * (b - a);
-        while b - a > enough {
-            let next = if at_c > at_d {
-                (b, d, at_d) = (d, c, at_c);
-                c = b - golden * (b - a);
-                (c, &mut at_c)
-            } else {
-                (a, c, at_c) = (c, d, at_d);
-                d = a + golden * (b - a);
-                (d, &mut at_d)
-            };
-            let Some(value) = height(next.0)? else {
-                return Ok(None);
-            };
-            *next.1 = value;
+        match search() {
+            Ok(found) => Ok(Some(found)),
+            Err(None) => Ok(None),
+            Err(Some(error)) => Err(error),
         }
-        let best = if at_c > at_d { c } else { d };
-        Ok(Some((best, 0.5 * (b - a))))
     }
 }
 

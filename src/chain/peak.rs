@@ -1,9 +1,12 @@
 //! The largest force of a contact, between samples too.
 
+use std::convert::Infallible;
+
 use super::drive::Drive;
 use super::lattice::Ends;
 use super::result::Run;
 use super::stepping::Quintic;
+use crate::numeric::GoldenSection;
 
 /// A largest value and when it was reached.
 #[derive(Debug, Clone, Copy, PartialEq, serde::Serialize, serde::Deserialize)]
@@ -148,21 +151,14 @@ fn highest(nodes: &[(f64, [f64; 3])], force: impl Fn(f64, f64) -> f64) -> Option
 
 /// Where a function of one hump is largest, by golden sections down to half the digits, at which
 /// its value has them all.
-pub(crate) fn largest(mut a: f64, mut b: f64, f: impl Fn(f64) -> f64) -> (f64, f64) {
-    let golden = 0.5 * (5f64.sqrt() - 1.0);
-    let (mut c, mut d) = (b - golden * (b - a), a + golden * (b - a));
-    let (mut at_c, mut at_d) = (f(c), f(d));
-    while b - a > 1e-9 {
-        if at_c > at_d {
-            (b, d, at_d) = (d, c, at_c);
-            c = b - golden * (b - a);
-            at_c = f(c);
-        } else {
-            (a, c, at_c) = (c, d, at_d);
-            d = a + golden * (b - a);
-            at_d = f(d);
-        }
+pub(crate) fn largest(a: f64, b: f64, f: impl Fn(f64) -> f64) -> (f64, f64) {
+    let value = |x: f64| Ok::<f64, Infallible>(f(x));
+    let Ok(mut search) = GoldenSection::new([a, b], value);
+    while search.width() > 1e-9 {
+        let [c, d] = search.inner;
+        let Ok(()) = search.narrow(c.1 > d.1, value);
     }
-    let middle = 0.5 * (a + b);
-    (middle, f(middle).max(at_c).max(at_d))
+    let [c, d] = search.inner;
+    let middle = 0.5 * (search.ends[0] + search.ends[1]);
+    (middle, f(middle).max(c.1).max(d.1))
 }

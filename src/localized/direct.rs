@@ -4,6 +4,7 @@ use rayon::prelude::*;
 
 use super::leak::{Leak, LeakScan, minima};
 use crate::Result;
+use crate::numeric::GoldenSection;
 use crate::observer::Observer;
 
 /// A ratio at which the leak is least or most among its neighbours.
@@ -104,15 +105,9 @@ impl LeakScan {
         enough: f64,
         observer: &dyn Observer,
     ) -> Result<(Leak, f64)> {
-        let golden = 0.5 * (5f64.sqrt() - 1.0);
         let better = |a: &Leak, b: &Leak| match sense {
             Sense::Least => a.per_cell < b.per_cell,
             Sense::Most => a.per_cell > b.per_cell,
-        };
-        let inner = |low: &Leak, high: &Leak| {
-            let [low, high] = [low.ratio.ln(), high.ratio.ln()];
-            let part = golden * (high - low);
-            [high - part, low + part]
         };
         let [mut low, mut best, mut high] = around.map(|i| seen[i]);
         let mut at = |log: f64| {
@@ -120,9 +115,10 @@ impl LeakScan {
             seen.push(leak);
             Ok::<Leak, crate::Error>(leak)
         };
-        let [left, right] = inner(&low, &high);
-        let (mut left, mut right) = (at(left)?, at(right)?);
+        let logs = [low, high].map(|leak: Leak| leak.ratio.ln());
+        let mut search = GoldenSection::new(logs, &mut at)?;
         while high.ratio / low.ratio - 1.0 > enough {
+            let [left, right] = search.inner.map(|(_, leak)| leak);
             for found in [left, right] {
                 if better(&found, &best) {
                     best = found;
@@ -133,13 +129,12 @@ impl LeakScan {
             if sense == Sense::Least && told {
                 break;
             }
-            if better(&left, &right) {
-                (high, right) = (right, left);
-                left = at(inner(&low, &high)[0])?;
-            } else {
-                (low, left) = (left, right);
-                right = at(inner(&low, &high)[1])?;
+            let left_is_better = better(&left, &right);
+            match left_is_better {
+                true => high = right,
+                false => low = left,
             }
+            search.narrow(left_is_better, &mut at)?;
         }
         Ok((best, high.ratio / low.ratio - 1.0))
     }

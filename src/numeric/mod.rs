@@ -1,6 +1,7 @@
 //! SIMD lanes, sums, the logarithm, angles, random numbers, roots.
 
 mod angle;
+mod golden;
 pub(crate) mod lanes;
 mod logarithm;
 mod random;
@@ -8,6 +9,7 @@ pub(crate) mod root;
 mod sums;
 
 pub(crate) use angle::*;
+pub(crate) use golden::GoldenSection;
 pub(crate) use logarithm::ln_normal;
 pub(crate) use random::{Random, split_mix, unit_interval};
 pub(crate) use root::between as root_between;

@@ -112,15 +112,7 @@ impl Figure {
     pub fn save(&self, dir: &Path, format: Format) -> Result<PathBuf> {
         let bytes = self.encode(format)?;
         let path = dir.join(self.file_name(format));
-        let partial = dir.join(format!(
-            "{}.partial-{}",
-            self.file_name(format).display(),
-            std::process::id()
-        ));
-        fs::write(&partial, bytes)
-            .and_then(|()| fs::rename(&partial, &path))
-            .inspect_err(|_| drop(fs::remove_file(&partial)))
-            .map_err(Error::write("write the figure", &path))?;
+        crate::system::publish::write_whole(&path, &bytes)?;
         Ok(path)
     }
 

@@ -4,6 +4,7 @@ use std::fs;
 use std::path::{Path, PathBuf};
 
 use crate::error::{Error, Result};
+use crate::system::publish::working_path;
 
 /// Files are written to a directory beside the wanted one; [`ResultDirectory::publish`] renames
 /// it. Dropped before that, it is removed with everything in it.
@@ -105,7 +106,7 @@ impl ResultDirectory {
     /// # Errors
     /// As [`ResultDirectory::create`].
     pub fn create_for(contents: Contents, wanted: &Path, replace: bool) -> Result<Self> {
-        let (Some(name), Some(parent)) = (wanted.file_name(), wanted.parent()) else {
+        let (Some(_), Some(parent)) = (wanted.file_name(), wanted.parent()) else {
             return Err(Error::Request {
                 option: "out",
                 expected: "a directory with a name, which the run makes".into(),
@@ -118,10 +119,9 @@ impl ResultDirectory {
             false => parent,
         };
         let missing = parent.ancestors().take_while(|path| !path.exists());
-        let name = name.to_string_lossy();
         let directory = ResultDirectory {
             wanted: wanted.to_owned(),
-            working: parent.join(format!(".{name}.partial-{}", std::process::id())),
+            working: working_path(parent, wanted),
             made: missing.map(Path::to_owned).collect(),
             contents,
             replace,

@@ -1,9 +1,10 @@
 //! A file that appears whole or not at all, and replaces only its like.
 
 use std::fs;
-use std::path::{Path, PathBuf};
+use std::path::Path;
 
 use crate::error::{Error, Result};
+use crate::system::publish::working_path;
 
 /// Files of one kind.
 pub(super) struct NewFile {
@@ -26,7 +27,7 @@ impl NewFile {
         // Folders that are missing are made only once there is something to put into them.
         let there = path.ancestors().skip(1).find(|parent| parent.exists());
         let there = there.filter(|parent| !parent.as_os_str().is_empty());
-        let probe = partial(there.unwrap_or(Path::new(".")), path);
+        let probe = working_path(there.unwrap_or(Path::new(".")), path);
         fs::write(&probe, "").map_err(Error::write("create", path))?;
         fs::remove_file(&probe).map_err(Error::write("remove", &probe))
     }
@@ -44,7 +45,7 @@ impl NewFile {
         self.check_free(path, replace)?;
         let parent = path.parent().unwrap_or(Path::new(""));
         let made: Vec<&Path> = parent.ancestors().take_while(|p| !is_there(p)).collect();
-        let working = partial(parent, path);
+        let working = working_path(parent, path);
         let written = fs::create_dir_all(parent)
             .map_err(Error::write("create", parent))
             .and_then(|()| fill(&working))
@@ -108,12 +109,6 @@ impl NewFile {
 
 /// Formats that are known by their extension.
 const KNOWN: [&str; 5] = ["npy", "npz", "csv", "tsv", "txt"];
-
-/// The file that is written before it gets its name.
-fn partial(folder: &Path, path: &Path) -> PathBuf {
-    let name = path.file_name().unwrap_or_default().to_string_lossy();
-    folder.join(format!(".{name}.partial-{}", std::process::id()))
-}
 
 fn is_there(folder: &Path) -> bool {
     folder.as_os_str().is_empty() || folder.exists()

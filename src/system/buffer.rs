@@ -25,12 +25,8 @@ impl<T: Pod> Buffer<T> {
     /// [`Error::Memory`] where there is none.
     pub fn zeros(shape: (usize, usize)) -> Result<Self> {
         let bytes = shape.0 * shape.1 * size_of::<T>();
-        let pages = MmapMut::map_anon(bytes).map_err(|_| no_room::<T>(shape))?;
-        // A system that refuses has small pages, and they do as well.
-        #[cfg(target_os = "linux")]
-        let _refused = pages.advise(memmap2::Advice::HugePage);
         Ok(Buffer {
-            pages,
+            pages: huge_pages(bytes).map_err(|_| no_room::<T>(shape))?,
             of: PhantomData,
         })
     }
@@ -51,6 +47,15 @@ impl<T: Pod> Buffer<T> {
         let values = cast_slice_mut(&mut self.pages);
         ArrayViewMut2::from_shape(shape, values).map_err(|_| no_room::<T>(shape))
     }
+}
+
+/// Zeroed memory in huge pages, where the system has them.
+pub(crate) fn huge_pages(bytes: usize) -> std::io::Result<MmapMut> {
+    let pages = MmapMut::map_anon(bytes)?;
+    // A system that refuses has small pages, and they do as well.
+    #[cfg(target_os = "linux")]
+    let _refused = pages.advise(memmap2::Advice::HugePage);
+    Ok(pages)
 }
 
 fn no_room<T>(shape: (usize, usize)) -> Error {

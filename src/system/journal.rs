@@ -14,6 +14,7 @@ use std::time::Duration;
 use serde::de::DeserializeOwned;
 use serde::{Deserialize, Serialize};
 
+use super::publish;
 use crate::{Error, Result};
 
 const MEMBERS: &str = "members.jsonl";
@@ -85,7 +86,8 @@ impl Ledger {
             // One that was killed before it began has left its request half-written.
             Ok(entries) => entries.flatten().all(|entry| {
                 let name = entry.file_name();
-                name.to_string_lossy().starts_with(&partial_prefix(A::FILE))
+                name.to_string_lossy()
+                    .starts_with(&publish::working_prefix(A::FILE))
             }),
             Err(error) if error.kind() == std::io::ErrorKind::NotFound => true,
             Err(error) if error.kind() == std::io::ErrorKind::NotADirectory => {
@@ -228,16 +230,10 @@ fn read_asked<A: Asked>(directory: &Path) -> Result<Option<A>> {
     }
 }
 
-fn partial_prefix(name: &str) -> String {
-    format!(".{name}.partial-")
-}
-
-/// Writes a file beside its place, then renames it.
+/// Writes a file of a directory.
 pub(crate) fn write_whole(directory: &Path, name: &str, bytes: &[u8]) -> Result<PathBuf> {
     let path = directory.join(name);
-    let partial = directory.join(partial_prefix(name) + &std::process::id().to_string());
-    fs::write(&partial, bytes).map_err(Error::write("write", &partial))?;
-    fs::rename(&partial, &path).map_err(Error::write("rename to", &path))?;
+    publish::write_whole(&path, bytes)?;
     Ok(path)
 }
 

@@ -5,5 +5,6 @@ pub(crate) mod file_io;
 pub(crate) mod journal;
 pub(crate) mod memory;
 pub(crate) mod prefetch;
+pub(crate) mod publish;
 pub(crate) mod scratch;
 pub(crate) mod threads;

@@ -4,6 +4,7 @@ use bytemuck::Pod;
 use memmap2::MmapMut;
 
 use crate::error::{Error, Result};
+use crate::system::buffer::huge_pages;
 
 /// An array in huge pages, where the system has them.
 #[derive(Debug)]
@@ -15,10 +16,8 @@ impl Buffer {
     /// # Errors
     /// [`Error::Read`] where the system gives no memory.
     pub fn new(bytes: usize) -> Result<Buffer> {
-        let pages = MmapMut::map_anon(bytes.max(1));
+        let pages = huge_pages(bytes.max(1));
         let pages = pages.map_err(Error::read("reserve memory for", "the arrays".as_ref()))?;
-        #[cfg(target_os = "linux")]
-        let _refused = pages.advise(memmap2::Advice::HugePage);
         Ok(Buffer(pages))
     }
 

@@ -12,14 +12,9 @@ use std::ops::{Add, Div, Mul, Sub};
 pub(crate) const WIDTH: usize = 8;
 
 /// A block of numbers on a cache line of its own.
-#[derive(Debug, Clone, Copy, Default)]
+#[derive(Debug, Clone, Copy, Default, bytemuck::Zeroable, bytemuck::Pod)]
 #[repr(C, align(64))]
 pub(crate) struct Block(pub(crate) [f64; WIDTH]);
-
-// SAFETY: eight `f64` without padding; all zeros are eight zeros.
-unsafe impl bytemuck::Zeroable for Block {}
-// SAFETY: any bits are eight `f64`, and there is no padding.
-unsafe impl bytemuck::Pod for Block {}
 
 /// Numbers in whole blocks.
 #[derive(Debug, Clone, Default)]
