@@ -1,4 +1,4 @@
-"""Ratios of localized waves of the stiffness dimer, for tests/localized_waves.rs.
+"""Ratios of localized waves of the stiffness dimer, for tests/localized/waves.rs.
 
     S'' = P(t+h)^p + P(t-h)^p - 2 S^p,  eps P'' = S(t+h)^p + S(t-h)^p - 2 P^p,  h = 1/2,
 

@@ -1,0 +1,187 @@
+//! The HTML report: self-contained, escaped, balanced, and true to the maps.
+
+use base64::Engine;
+use base64::prelude::BASE64_STANDARD;
+use serde_json::Value;
+use wavecascade::analyze::Analysis;
+use wavecascade::report;
+
+/// Text of the first `<name ...>` element whose opening tag contains `mark`.
+fn element<'a>(page: &'a str, name: &str, mark: &str) -> &'a str {
+    let (open, close) = (format!("<{name}"), format!("</{name}>"));
+    page.split(&open)
+        .skip(1)
+        .find_map(|rest| {
+            let (tag, body) = rest.split_once('>')?;
+            tag.contains(mark).then_some(body.split(&close).next()?)
+        })
+        .unwrap_or_else(|| panic!("no {name} with {mark}"))
+}
+
+fn payload(analysis: &Analysis) -> Value {
+    let page = report::html(analysis, &|_| None);
+    serde_json::from_str(element(&page, "script", "id=\"data\"")).unwrap()
+}
+
+fn singles(value: &Value) -> Vec<f32> {
+    let bytes = BASE64_STANDARD.decode(value.as_str().unwrap()).unwrap();
+    let (words, rest) = bytes.as_chunks::<4>();
+    assert!(rest.is_empty());
+    words.iter().map(|word| f32::from_le_bytes(*word)).collect()
+}
+
+fn bits(values: impl IntoIterator<Item = f32>) -> Vec<u32> {
+    values.into_iter().map(f32::to_bits).collect()
+}
+
+/// The page without what stands inside script and style elements.
+fn markup(page: &str) -> String {
+    let mut out = String::new();
+    let mut rest = page;
+    while let Some(at) = rest.find("<s") {
+        let name = ["script", "style"]
+            .into_iter()
+            .find(|name| rest[at + 1..].starts_with(name));
+        match name {
+            Some(name) => {
+                let body = at + rest[at..].find('>').unwrap() + 1;
+                out.push_str(&rest[..body]);
+                rest = &rest[body + rest[body..].find(&format!("</{name}>")).unwrap()..];
+                let close = rest.find('>').unwrap() + 1;
+                out.push_str(&rest[..close]);
+                rest = &rest[close..];
+            }
+            None => {
+                out.push_str(&rest[..at + 2]);
+                rest = &rest[at + 2..];
+            }
+        }
+    }
+    out + rest
+}
+
+#[test]
+fn nothing_is_loaded_from_elsewhere() {
+    let page = report::html(&test_support::figures::full(), &|_| None);
+    for load in [
+        "src=",
+        "href=",
+        "@import",
+        "url(",
+        "fetch(",
+        "XMLHttpRequest",
+        "import(",
+    ] {
+        assert!(!page.contains(load), "the page has {load}");
+    }
+    assert!(page.contains("default-src 'none'"));
+}
+
+#[test]
+fn names_are_escaped() {
+    let mut analysis = test_support::figures::full();
+    analysis.name = "</script><script>alert(1)</script>".into();
+    analysis.unit = Some("<b>".into());
+    analysis.field_map.as_mut().unwrap().label = "</script><i>".into();
+    let page = report::html(&analysis, &|_| None);
+    assert!(!page.contains("<script>alert") && !page.contains("<b>") && !page.contains("<i>"));
+    assert!(page.contains("&lt;/script&gt;&lt;script&gt;alert(1)"));
+    let label = &payload(&analysis)["maps"][0]["label"];
+    assert_eq!(label, "</script><i>");
+}
+
+#[test]
+fn tags_are_balanced() {
+    const VOID: [&str; 1] = ["meta"];
+    for (name, analysis) in test_support::figures::degenerate()
+        .into_iter()
+        .chain([("full", test_support::figures::full())])
+        .chain([("field only", test_support::figures::field_only())])
+    {
+        let page = markup(&report::html(&analysis, &|_| None));
+        let mut open: Vec<&str> = Vec::new();
+        for piece in page
+            .split('<')
+            .skip(1)
+            .filter(|piece| !piece.starts_with('!'))
+        {
+            let tag = piece.split('>').next().unwrap();
+            if let Some(closed) = tag.strip_prefix('/') {
+                assert_eq!(open.pop(), Some(closed), "{name}");
+            } else {
+                let tag = tag.split_whitespace().next().unwrap();
+                if !VOID.contains(&tag) {
+                    open.push(tag);
+                }
+            }
+        }
+        assert!(open.is_empty(), "{name}: {open:?} stay open");
+    }
+}
+
+#[test]
+fn maps_decode_to_the_values_of_the_analysis() {
+    let analysis = test_support::figures::full();
+    let data = payload(&analysis);
+    let maps = [
+        ("field", analysis.field_map.as_ref()),
+        ("temporal", analysis.temporal_map.as_ref()),
+        ("spatial", analysis.spatial_map.as_ref()),
+        ("spacetime", analysis.spacetime_map.as_ref()),
+        ("flux", analysis.flux_map.as_ref()),
+    ];
+    for (found, (id, map)) in data["maps"].as_array().unwrap().iter().zip(maps) {
+        let map = map.unwrap();
+        assert_eq!(found["id"], id);
+        assert_eq!(found["rows"], map.values.nrows());
+        assert_eq!(found["columns"], map.values.ncols());
+        assert_eq!(found["x"]["low"], map.x.low);
+        assert_eq!(found["y"]["high"], map.y.high);
+        let decoded = singles(&found["values"]);
+        assert!(decoded.iter().any(|value| value.is_nan()));
+        assert_eq!(bits(decoded), bits(map.values.iter().copied()), "{id}");
+    }
+}
+
+#[test]
+fn curves_decode_to_the_moments() {
+    let analysis = test_support::figures::full();
+    let data = payload(&analysis);
+    let centroid = &data["curves"][0]["charts"][0]["series"][0];
+    assert_eq!(centroid["label"], "centroid");
+    let expected = &analysis.along_space.as_ref().unwrap().centroid;
+    let expected = expected.iter().map(|&value| value as f32);
+    assert_eq!(bits(singles(&centroid["values"])), bits(expected));
+}
+
+#[test]
+fn long_curves_keep_their_extremes() {
+    let mut analysis = test_support::figures::field_only();
+    let n = 100_000;
+    let mut plus = vec![0.5; n];
+    (plus[777], plus[54_321]) = (1.0, 0.0);
+    analysis.axes.frequency = (0..n).map(|m| m as f64).collect();
+    analysis.direction_by_frequency = Some([plus, vec![0.5; n]]);
+    let data = payload(&analysis);
+    let shown = singles(&data["curves"][0]["charts"][0]["series"][0]["values"]);
+    assert!(shown.len() <= 8192);
+    assert!(shown.contains(&1.0) && shown.contains(&0.0));
+}
+
+#[test]
+fn the_page_states_warnings_bands_and_accuracy() {
+    let page = report::html(&test_support::figures::full(), &|_| None);
+    for text in [
+        "2 of the records are constant: sites 17, 18",
+        "Leave these sites out",
+        "90 % of the energy at site 0",
+        "94.25 rad/m, as given",
+        "Parseval residual, time",
+        "noise bandwidth 1.5 bins",
+        "91.20 %",
+        "<noscript>",
+    ] {
+        assert!(page.contains(text), "{text} is missing");
+    }
+    assert!(page.len() < 4_000_000, "{} bytes", page.len());
+}

@@ -1,0 +1,365 @@
+//! Figures: valid files, labelled axes, and no panic at the edges of what can be drawn.
+
+use std::collections::BTreeSet;
+use std::fs;
+
+use wavecascade::plot::plotters::prelude::*;
+use wavecascade::plot::{self, Canvas, Format, px, sans};
+
+const NAMES: [&str; 9] = [
+    "along-t",
+    "along-x",
+    "flux-surrogate",
+    "short-space",
+    "short-time",
+    "space-time",
+    "spacetime-spectrum",
+    "spatial-spectrum",
+    "temporal-spectrum",
+];
+
+fn decode(bytes: &[u8]) -> (u32, u32, Vec<u8>) {
+    let mut reader = png::Decoder::new(std::io::Cursor::new(bytes))
+        .read_info()
+        .unwrap();
+    let mut pixels = vec![0; reader.output_buffer_size().unwrap()];
+    let info = reader.next_frame(&mut pixels).unwrap();
+    (info.width, info.height, pixels)
+}
+
+/// Checks that tags nest and close; returns the text between them.
+fn well_formed(svg: &str) -> String {
+    let (mut open, mut texts) = (Vec::new(), String::new());
+    for piece in svg.split('<').skip(1) {
+        let (tag, text) = piece.split_once('>').expect("a tag closes");
+        if let Some(name) = tag.strip_prefix('/') {
+            assert_eq!(open.pop(), Some(name));
+        } else if !tag.ends_with('/') {
+            open.push(tag.split_whitespace().next().unwrap());
+        }
+        texts.push_str(text);
+    }
+    assert!(open.is_empty(), "{open:?} stay open");
+    texts
+}
+
+#[test]
+fn every_figure_is_written_in_every_format() {
+    let dir = tempfile::tempdir().unwrap();
+    let analysis = test_support::figures::full();
+    let paths = plot::draw_all(&analysis, dir.path(), &[Format::Png, Format::Svg]).unwrap();
+    let found: BTreeSet<String> = fs::read_dir(dir.path())
+        .unwrap()
+        .map(|entry| entry.unwrap().file_name().into_string().unwrap())
+        .collect();
+    let expected: BTreeSet<String> = NAMES
+        .iter()
+        .flat_map(|name| [format!("{name}.png"), format!("{name}.svg")])
+        .collect();
+    assert_eq!(found, expected);
+    assert_eq!(paths.len(), found.len());
+    for path in paths {
+        let bytes = fs::read(&path).unwrap();
+        if path.extension().unwrap() == "png" {
+            let (width, height, pixels) = decode(&bytes);
+            assert!(
+                width >= 1200 && height >= 800,
+                "{path:?}: {width} x {height}"
+            );
+            let colours: BTreeSet<&[u8]> = pixels.chunks(3).collect();
+            assert!(colours.len() > 20, "{path:?} is nearly blank");
+        } else {
+            assert!(bytes.len() < 500_000, "{path:?}: {} bytes", bytes.len());
+            well_formed(std::str::from_utf8(&bytes).unwrap());
+        }
+    }
+}
+
+#[test]
+fn axes_and_colour_bars_are_named_with_their_units() {
+    let analysis = test_support::figures::full();
+    let text = |figure: Option<plot::Figure>| {
+        let bytes = figure.unwrap().encode(Format::Svg).unwrap();
+        well_formed(&String::from_utf8(bytes).unwrap())
+    };
+    let check = |text: &str, expected: &[&str]| {
+        for label in expected {
+            assert!(text.contains(label), "{label} is missing from {text}");
+        }
+    };
+    let field = text(plot::space_time(&analysis));
+    check(
+        &field,
+        &[
+            "position (m)",
+            "time (s)",
+            "velocity (m/s), linear",
+            "no value",
+        ],
+    );
+    check(&field, &["chirp &lt;&amp; &quot;friends&quot;&gt;"]);
+    let temporal = text(plot::temporal_spectrum(&analysis));
+    check(
+        &temporal,
+        &[
+            "position (m)",
+            "frequency (Hz)",
+            "log scale over 8 decades",
+            "band edge",
+        ],
+    );
+    let spatial = text(plot::spatial_spectrum(&analysis));
+    check(&spatial, &["wavenumber (rad/m)", "time (s)", "k a / π"]);
+    let spacetime = text(plot::spacetime_spectrum(&analysis));
+    check(
+        &spacetime,
+        &[
+            "wavenumber (rad/m)",
+            "frequency (Hz)",
+            "k a / π",
+            "share of energy",
+        ],
+    );
+    check(
+        &spacetime,
+        &[
+            "towards −x: 7.1 %",
+            "towards +x: 91.2 %",
+            "undirected: 1.7 %",
+        ],
+    );
+    let flux = text(plot::flux_surrogate(&analysis));
+    check(
+        &flux,
+        &["surrogate", "wavenumber (rad/m)", "k a / π", "linear scale"],
+    );
+    check(
+        &text(plot::along_x(&analysis)),
+        &["position (m)", "frequency (Hz)", "share of energy"],
+    );
+    check(
+        &text(plot::along_t(&analysis)),
+        &["time (s)", "wavenumber (rad/m)", "k a / π"],
+    );
+    check(
+        &text(plot::short_time(&analysis)),
+        &["position (m) = 1.5", "time (s)", "frequency (Hz)"],
+    );
+    check(
+        &text(plot::short_space(&analysis)),
+        &["time (s) = 0.05", "position (m)", "k a / π"],
+    );
+}
+
+#[test]
+fn results_that_are_absent_are_skipped() {
+    let dir = tempfile::tempdir().unwrap();
+    let paths = plot::draw_all(
+        &test_support::figures::field_only(),
+        dir.path(),
+        &[Format::Png],
+    )
+    .unwrap();
+    assert_eq!(paths, [dir.path().join("space-time.png")]);
+}
+
+#[test]
+fn degenerate_results_are_drawn_without_panic() {
+    for (name, analysis) in test_support::figures::degenerate() {
+        let dir = tempfile::tempdir().unwrap();
+        let paths = plot::draw_all(&analysis, dir.path(), &[Format::Png, Format::Svg])
+            .unwrap_or_else(|error| panic!("{name}: {error}"));
+        assert_eq!(paths.len(), 18, "{name}");
+        for path in paths
+            .iter()
+            .filter(|path| path.extension().unwrap() == "svg")
+        {
+            let svg = fs::read_to_string(path).unwrap();
+            well_formed(&svg);
+            assert!(
+                !svg.contains("NaN") && !svg.contains("inf"),
+                "{name}: {path:?}"
+            );
+        }
+    }
+}
+
+#[test]
+fn the_note_states_the_whole_reduction() {
+    let mut analysis = test_support::figures::full();
+    let text = |figure: Option<plot::Figure>| {
+        let bytes = figure.unwrap().encode(Format::Svg).unwrap();
+        well_formed(&String::from_utf8(bytes).unwrap())
+    };
+    // The map holds 8 samples a row; 400 by 300 cells are drawn as they are.
+    let note = "value of largest magnitude among up to 8 (vertical) × 1 (horizontal) samples";
+    let field = text(plot::space_time(&analysis));
+    assert!(field.contains(note), "{field}");
+    // 1500 by 1500 cells are drawn as 400 by 600.
+    analysis.field_map.as_mut().unwrap().values = ndarray::Array2::zeros((1500, 1500));
+    let note = "value of largest magnitude among up to 32 (vertical) × 3 (horizontal) samples";
+    let field = text(plot::space_time(&analysis));
+    assert!(field.contains(note), "{field}");
+
+    assert!(!text(plot::short_time(&analysis)).contains("each cell"));
+    for spectrum in &mut analysis.short_time.as_mut().unwrap().spectra {
+        spectrum.values = ndarray::Array2::ones((150, 2000));
+    }
+    let short = text(plot::short_time(&analysis));
+    assert!(
+        short.contains("each cell: largest value among up to"),
+        "{short}"
+    );
+}
+
+#[test]
+fn labels_beside_low_panels_stay_legible() {
+    let mut analysis = test_support::figures::full();
+    analysis.unit = None;
+    let bytes = plot::along_x(&analysis)
+        .unwrap()
+        .encode(Format::Svg)
+        .unwrap();
+    let svg = String::from_utf8(bytes).unwrap();
+    let size = |text: &str| -> f64 {
+        let line = svg.lines().find(|line| line.contains(text)).unwrap();
+        let rest = line.split("font-size=\"").nth(1).unwrap();
+        rest.split('"').next().unwrap().parse().unwrap()
+    };
+    // The second may stand in one line or in two.
+    for text in [">frequency (Hz)<", "(field unit² s)<"] {
+        assert!(size(text) > 17.0, "{text}: {}", size(text));
+    }
+}
+
+fn noisy(n: usize, value: impl Fn(usize) -> f64) -> wavecascade::analyze::Moments {
+    let curve: Vec<f64> = (0..n).map(value).collect();
+    wavecascade::analyze::Moments {
+        centroid: curve.clone(),
+        median: curve.clone(),
+        quantile_90: curve.clone(),
+        low_share: curve.clone(),
+        high_share: curve.clone(),
+        energy: curve.iter().map(|value| value * value).collect(),
+        ..Default::default()
+    }
+}
+
+#[test]
+fn large_noisy_results_stay_small_files() {
+    let mut analysis = test_support::figures::field_only();
+    let noise = |i: usize, j: usize| ((i * 7919 + j * 104_729) as f64).sin() * 43_758.545_3 % 1.0;
+    analysis.field_map.as_mut().unwrap().values =
+        ndarray::Array2::from_shape_fn((1500, 1500), |(i, j)| noise(i, j) as f32);
+    let mut figures = vec![plot::space_time(&analysis).unwrap()];
+    for (n, gap_every) in [(200_000, usize::MAX), (200_000, 3), (4000, 2), (2000, 2)] {
+        analysis.axes.n_times = n;
+        analysis.along_time = Some(noisy(n, |m| match (m + 1) % gap_every {
+            0 => f64::NAN,
+            _ => noise(m, 1),
+        }));
+        figures.extend(plot::along_t(&analysis));
+    }
+    for figure in figures {
+        let bytes = figure.encode(Format::Svg).unwrap();
+        assert!(
+            bytes.len() < 500_000,
+            "{}: {} bytes",
+            figure.name(),
+            bytes.len()
+        );
+    }
+}
+
+#[test]
+fn the_same_analysis_gives_the_same_bytes() {
+    let analysis = test_support::figures::full();
+    for format in [Format::Png, Format::Svg] {
+        let once = plot::space_time(&analysis).unwrap().encode(format).unwrap();
+        let again = plot::space_time(&analysis).unwrap();
+        assert_eq!(once, again.encode(format).unwrap());
+    }
+}
+
+#[test]
+fn a_directory_that_cannot_be_made_is_an_error() {
+    let file = tempfile::NamedTempFile::new().unwrap();
+    let error =
+        plot::draw_all(&test_support::figures::full(), file.path(), &[Format::Png]).unwrap_err();
+    assert!(matches!(error, wavecascade::Error::Write { .. }), "{error}");
+}
+
+fn own_chart(format: Format) -> Vec<u8> {
+    let canvas = Canvas::new("Own <chart>", 400, 300, format).unwrap();
+    let area = canvas.area();
+    let mut chart = ChartBuilder::on(&area)
+        .caption("κ = 4.5", sans(20.0))
+        .x_label_area_size(px(50.0))
+        .y_label_area_size(px(60.0))
+        .build_cartesian_2d(0.0..1.0, 0.0..1.0)
+        .unwrap();
+    chart
+        .configure_mesh()
+        .label_style(sans(14.0))
+        .x_desc("time (s)")
+        .y_desc("share")
+        .draw()
+        .unwrap();
+    let curve = (0..50).map(|m| f64::from(m) / 50.0).map(|t| (t, t * t));
+    chart
+        .draw_series(LineSeries::new(curve, BLUE.stroke_width(px(2.4))))
+        .unwrap();
+    chart
+        .draw_series([Circle::new((0.5, 0.5), px(4.5), RED.mix(0.5).filled())])
+        .unwrap();
+    canvas.encode().unwrap()
+}
+
+#[test]
+fn own_charts_are_drawn_between_the_pixels() {
+    let svg = String::from_utf8(own_chart(Format::Svg)).unwrap();
+    let text = well_formed(&svg);
+    for label in ["Own &lt;chart&gt;", "κ = 4.5", "time (s)", "share", "0.5"] {
+        assert!(text.contains(label), "{label} is missing from {text}");
+    }
+    assert!(svg.contains("stroke-width=\"2.4\""));
+    assert!(svg.contains("r=\"4.5\""));
+    assert!(svg.contains("fill-opacity=\"0.500\""));
+    let curve = svg
+        .split("points=\"")
+        .find(|s| s.matches(',').count() == 50);
+    let places: BTreeSet<char> = curve
+        .expect("the curve is one line")
+        .split(['"', ' ', ','])
+        .take(100)
+        .filter_map(|number| number.chars().last())
+        .collect();
+    assert!(places.len() > 5, "snapped to pixels: {places:?}");
+
+    let (width, height, pixels) = decode(&own_chart(Format::Png));
+    assert_eq!((width, height), (600, 450));
+    let colours: BTreeSet<&[u8]> = pixels.chunks(3).collect();
+    assert!(colours.len() > 100, "no smooth edges");
+}
+
+#[test]
+fn texts_are_measured_in_the_font_that_draws_them() {
+    let canvas = Canvas::new("measure", 100, 100, Format::Svg).unwrap();
+    let size = |text: &str| {
+        let style = TextStyle::from(sans(100.0));
+        canvas.area().estimate_text_size(text, &style).unwrap()
+    };
+    // DejaVu Sans: a digit is 1303 of 2048 units wide.
+    assert_eq!(size("0").0, px(100.0 * 1303.0 / 2048.0));
+    assert_eq!(size("0000").0, px(400.0 * 1303.0 / 2048.0));
+}
+
+#[test]
+fn a_canvas_without_extent_is_an_error() {
+    for format in [Format::Png, Format::Svg] {
+        for (width, height) in [(0, 10), (10, 0), (u32::MAX, u32::MAX)] {
+            let error = Canvas::new("none", width, height, format).unwrap_err();
+            assert!(matches!(error, wavecascade::Error::Draw { .. }), "{error}");
+        }
+    }
+}

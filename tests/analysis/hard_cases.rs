@@ -1,0 +1,616 @@
+//! Fields that break careless spectra: short, long, constant, huge, tiny, offset, with holes.
+
+use ndarray::Array2;
+use wavecascade::analyze::{
+    Analysis, BandEdge, Request, Scaling, Spectra, TimeRange, Warning, Welch,
+};
+use wavecascade::arrays::Precision;
+use wavecascade::field::Axis;
+use wavecascade::prepare::{Detrend, Gaps, Window};
+use wavecascade::reference::{Grid, Tone};
+use wavecascade::{Error, Field, analyze};
+
+/// Waves both ways, a bit of everything; no symmetry.
+fn sample(n: usize, j: usize) -> f64 {
+    let (t, x) = (n as f64, j as f64);
+    (0.7 * t - 0.4 * x + 0.3).sin() + 0.5 * (0.2 * t + 1.1 * x).cos() + 0.1
+}
+
+fn field(shape: (usize, usize)) -> Field {
+    Field::from_array(Array2::from_shape_fn(shape, |(n, j)| sample(n, j)))
+}
+
+fn analyzed(field: &Field, request: &Request) -> (Analysis, Spectra) {
+    match analyze(field, request) {
+        Ok(done) => done,
+        Err(error) => panic!("{error}"),
+    }
+}
+
+fn residuals(analysis: &Analysis) -> impl Iterator<Item = f64> {
+    let p = analysis.parseval;
+    [p.time, p.space, p.spacetime].into_iter().flatten()
+}
+
+#[test]
+fn every_length_on_either_axis_keeps_its_energy() {
+    let lengths = [
+        1, 2, 3, 4, 5, 7, 16, 31, 64, 101, 127, 128, 243, 1000, 1009, 4096,
+    ];
+    for (nt, nx) in lengths
+        .iter()
+        .flat_map(|&n| [(n, 1), (1, n), (n, 3), (2, n), (n, 17)])
+    {
+        for window in [Window::None, Window::Hann] {
+            let request = Request {
+                window_time: window,
+                window_space: window,
+                ..Request::default()
+            };
+            let field = field((nt, nx));
+            // A Hann window of one or two samples is 1 or (0, 1): nothing may be left of a field.
+            let (analysis, spectra) = analyzed(&field, &request);
+            for residual in residuals(&analysis) {
+                assert!(
+                    residual.abs() < 4e-15,
+                    "{nt} x {nx} {window:?}: {residual:e}"
+                );
+            }
+            let temporal = spectra.temporal.expect("asked for");
+            assert_eq!(temporal.dim(), (nt / 2 + 1, nx));
+            assert!(temporal.iter().all(|p| p.is_finite()));
+        }
+    }
+}
+
+/// Rounding grows like the logarithm of the length, also at primes.
+#[test]
+fn val_direct_sums_agree_at_hard_lengths() {
+    for n in [2, 3, 97, 1009, 4096, 5040, 10_007, 16_384] {
+        let (analysis, _) = analyzed(&field((n, 1)), &Request::default());
+        let error = analysis.accuracy.spot_check.expect("short enough to check");
+        assert!(error < 1e-15, "{n}: {error:e}");
+    }
+    let single = Request {
+        precision: Precision::F32,
+        ..Request::default()
+    };
+    let (analysis, _) = analyzed(&field((4096, 1)), &single);
+    let error = analysis.accuracy.spot_check.expect("short enough to check");
+    assert!((1e-9..5e-7).contains(&error), "{error:e}");
+}
+
+#[test]
+fn amplitudes_at_the_ends_of_the_number_range_scale_exactly() {
+    let shape = (64, 12);
+    let plain = analyzed(&field(shape), &Request::default());
+    for exponent in [-1040, -1000, -665, -300, 300, 500, 665, 1020] {
+        // 2^exponent in two steps: the factor itself may be out of range.
+        let (half, rest) = (exponent / 2, exponent - exponent / 2);
+        let scale = |v: f64| v * 2f64.powi(half) * 2f64.powi(rest);
+        let values = Array2::from_shape_fn(shape, |(n, j)| scale(sample(n, j)));
+        let (analysis, spectra) = analyzed(&Field::from_array(values), &Request::default());
+        let warned = analysis
+            .warnings
+            .iter()
+            .any(|w| matches!(w, Warning::Unrepresentable { .. }));
+        assert_eq!(warned, exponent.abs() > 470, "2^{exponent}");
+        let unit = analysis.accuracy.amplitude_unit;
+        let subnormal = exponent < -1022;
+        let tolerance = if subnormal { 1e-9 } else { 1e-15 };
+        let ours = spectra.spacetime.expect("asked for");
+        let theirs = plain.1.spacetime.as_ref().expect("asked for");
+        let peak = theirs.iter().fold(0.0, |m: f64, v| m.max(*v));
+        for (a, b) in ours.iter().zip(theirs) {
+            // In units of the square of the stated unit, `a` is b (2^exponent / unit)^2.
+            let expected = b * (scale(1.0) / unit) * (scale(1.0) / unit);
+            let scale = peak * (scale(1.0) / unit) * (scale(1.0) / unit);
+            assert!(
+                (a - expected).abs() <= tolerance * scale,
+                "2^{exponent}: {a:e} {expected:e}"
+            );
+        }
+        let centroid = |a: &Analysis| a.along_space.as_ref().expect("asked for").centroid[3];
+        let moved = centroid(&analysis) / centroid(&plain.0) - 1.0;
+        assert!(moved.abs() < tolerance, "2^{exponent}: {moved:e}");
+        assert!(residuals(&analysis).all(|r| r.abs() < 1e-14));
+    }
+}
+
+#[test]
+fn an_offset_a_billion_times_the_signal_is_removed_or_kept_without_loss() {
+    let shape = (500, 40);
+    // The signal as it survives being stored on top of the offset.
+    let stored = Array2::from_shape_fn(shape, |(n, j)| (1e9 + sample(n, j)) - 1e9);
+    let offset = Field::from_array(stored.mapv(|v| v + 1e9));
+    let clean = Field::from_array(stored);
+    let mean_removed = Request {
+        detrend_time: Detrend::Mean,
+        ..Request::default()
+    };
+    for request in [Request::default(), mean_removed] {
+        let (_, a) = analyzed(&offset, &request);
+        let (_, b) = analyzed(&clean, &request);
+        let (a, b) = (
+            a.temporal.expect("asked for"),
+            b.temporal.expect("asked for"),
+        );
+        let peak = b.iter().skip(40).fold(0.0, |m: f64, v| m.max(*v));
+        for (a, b) in a.iter().zip(&b).skip(40) {
+            assert!((a - b).abs() < 1e-14 * peak, "{a:e} {b:e}");
+        }
+    }
+    let (analysis, _) = analyzed(&offset, &Request::default());
+    assert!(residuals(&analysis).all(|r| r.abs() < 1e-14));
+}
+
+#[test]
+fn zero_channels_have_no_centroid_and_constant_ones_that_of_zero() {
+    let values = Array2::from_shape_fn((32, 4), |(n, j)| match j {
+        0 => 0.0,
+        1 => 5.0,
+        _ => sample(n, j),
+    });
+    let (analysis, _) = analyzed(&Field::from_array(values), &Request::default());
+    let along = analysis.along_space.expect("asked for");
+    assert!(along.centroid[0].is_nan() && along.entropy[0].is_nan());
+    // Bin 0 stands for half a bin: nine tenths of 1/64.
+    assert!(along.centroid[1] == 0.0 && along.quantile_90[1] == 0.9 / 64.0);
+    assert!(along.centroid[2].is_finite());
+    assert_eq!(along.energy[0], 0.0);
+    let dead = analysis.warnings.iter().find_map(|w| match w {
+        Warning::DeadChannels { sites } => Some(sites.clone()),
+        _ => None,
+    });
+    assert_eq!(dead, Some(vec![0, 1]));
+}
+
+#[test]
+fn nothing_but_zeros_is_undefined_and_never_zero() {
+    let (analysis, spectra) = analyzed(
+        &Field::from_array(Array2::zeros((20, 6))),
+        &Request::default(),
+    );
+    assert_eq!(residuals(&analysis).count(), 0);
+    let d = analysis.direction.expect("asked for");
+    assert!(d.toward_plus_x.is_nan() && d.undirected.is_nan());
+    assert!(analysis.warnings.contains(&Warning::NoEnergy));
+    assert!(
+        spectra
+            .spacetime
+            .expect("asked for")
+            .iter()
+            .all(|&p| p == 0.0)
+    );
+}
+
+#[test]
+fn denormals_among_ordinary_samples_do_no_harm() {
+    let values =
+        Array2::from_shape_fn((64, 5), |(n, j)| if n < 32 { 5e-324 } else { sample(n, j) });
+    let (analysis, _) = analyzed(&Field::from_array(values), &Request::default());
+    assert!(residuals(&analysis).all(|r| r.abs() < 1e-14));
+}
+
+#[test]
+fn gaps_are_refused_with_their_number_and_place() {
+    let mut values = Array2::from_shape_fn((40, 7), |(n, j)| sample(n, j));
+    values[[12, 3]] = f64::NAN;
+    values[[9, 5]] = f64::INFINITY;
+    values[[10, 5]] = f64::NEG_INFINITY;
+    match analyze(&Field::from_array(values), &Request::default()) {
+        Err(Error::NonFinite {
+            count,
+            first,
+            sites,
+            n_sites,
+            ..
+        }) => assert_eq!((count, first, sites, n_sites), (3, (9, 5), 2, 7)),
+        other => panic!("{other:?}"),
+    }
+}
+
+#[test]
+fn a_gap_on_a_line_is_interpolated_exactly() {
+    let line = Array2::from_shape_fn((40, 7), |(n, j)| 0.5 * n as f64 - j as f64);
+    let mut holed = line.clone();
+    for n in 5..9 {
+        holed[[n, 2]] = f64::NAN;
+    }
+    let request = Request {
+        gaps: Gaps::Interpolate,
+        ..Request::default()
+    };
+    let (analysis, a) = analyzed(&Field::from_array(holed), &request);
+    let (_, b) = analyzed(&Field::from_array(line), &request);
+    assert_eq!(a.spatial, b.spatial);
+    assert_eq!(a.temporal, b.temporal);
+    assert!(analysis.warnings.iter().any(|w| matches!(
+        w,
+        Warning::Gaps {
+            samples: 4,
+            sites: 1,
+            ..
+        }
+    )));
+}
+
+#[test]
+fn a_masked_gap_has_no_weight() {
+    let mut values = Array2::from_shape_fn((40, 7), |(n, j)| sample(n, j));
+    values[[12, 3]] = f64::NAN;
+    let request = Request {
+        gaps: Gaps::Mask,
+        detrend_time: Detrend::Mean,
+        detrend_space: Detrend::Linear,
+        detrend_field_mean: true,
+        scaling: Scaling::Energy,
+        ..Request::default()
+    };
+    let (analysis, spectra) = analyzed(&Field::from_array(values), &request);
+    let total: f64 = spectra.spacetime.expect("asked for").sum();
+    assert!(total > 0.0 && residuals(&analysis).all(|r| r.abs() < 1e-14));
+}
+
+/// A line in each stretch of a record, with a hole: nothing is left of it, if the hole does not
+/// enter the fit and is 0 after it, in the whole record and in each segment.
+#[test]
+fn a_masked_gap_stays_out_of_trends() {
+    let segments = Welch {
+        segment: 50,
+        overlap: 0,
+    };
+    for (stretch, welch) in [(200, None), (50, Some(segments))] {
+        let mut values = Array2::from_shape_fn((200, 6), |(n, j)| {
+            let slope = 1.0 + (n / stretch) as f64 * (1.0 + j as f64);
+            1e3 + slope * (n % stretch) as f64
+        });
+        for n in 40..71 {
+            values[[n, 3]] = f64::NAN;
+        }
+        let request = Request {
+            gaps: Gaps::Mask,
+            detrend_time: Detrend::Linear,
+            welch,
+            ..Request::default()
+        };
+        let (_, spectra) = analyzed(&Field::from_array(values.clone()), &request);
+        let left = spectra.temporal.expect("asked for").sum();
+        assert!(left < 1e-18, "{welch:?}: {left:e}");
+    }
+}
+
+/// One frame over the whole record is the record's own spectrum; frames elsewhere are those of the
+/// samples they cover.
+#[test]
+fn short_time_spectra_are_spectra_of_their_samples() {
+    let field = field((96, 20));
+    let short = |segment, hop, window| Request {
+        scaling: Scaling::Density,
+        window_time: window,
+        short_time: wavecascade::analyze::ShortTime {
+            sites: vec![4, 11],
+            times: vec![30.0],
+            segment: Some(segment),
+            hop: Some(hop),
+            segment_space: Some(20),
+            hop_space: Some(1),
+            window,
+        },
+        ..Request::default()
+    };
+    let (analysis, spectra) = analyzed(&field, &short(96, 1, Window::Hann));
+    let along_t = analysis.short_time.expect("asked for");
+    let temporal = spectra.temporal.expect("asked for");
+    assert_eq!(along_t.spectra.len(), 2);
+    for one in &along_t.spectra {
+        assert_eq!(one.values.column(0), temporal.column(one.index));
+    }
+    assert_eq!(along_t.frames, [47.5]);
+
+    let (analysis, _) = analyzed(&field, &short(32, 16, Window::None));
+    let frames = analysis.short_time.expect("asked for");
+    assert_eq!(frames.frames, [15.5, 31.5, 47.5, 63.5, 79.5]);
+    for (s, start) in [0, 16, 32, 48, 64].into_iter().enumerate() {
+        let part = Request {
+            times: TimeRange::Interval {
+                from: start as f64,
+                to: (start + 31) as f64,
+            },
+            scaling: Scaling::Density,
+            ..Request::default()
+        };
+        let (_, spectra) = analyzed(&field, &part);
+        let temporal = spectra.temporal.expect("asked for");
+        assert_eq!(frames.spectra[1].values.column(s), temporal.column(11));
+    }
+    let along_x = analysis.short_space.expect("asked for");
+    let untapered = Request {
+        scaling: Scaling::Density,
+        ..Request::default()
+    };
+    let (_, spectra) = analyzed(&field, &untapered);
+    let spatial = spectra.spatial.expect("asked for");
+    assert_eq!(along_x.spectra[0].values.column(0), spatial.row(30));
+}
+
+#[test]
+fn a_time_range_keeps_its_ends_however_late_it_is() {
+    let mut field = field((200, 2));
+    field.time.origin = 1.7e9;
+    field.time.step = 1e-3;
+    for (first, last) in [(50, 100), (0, 199), (3, 3), (149, 151)] {
+        let request = Request {
+            times: TimeRange::Interval {
+                from: 1.7e9 + 1e-3 * f64::from(first),
+                to: 1.7e9 + 1e-3 * f64::from(last),
+            },
+            ..Request::default()
+        };
+        let (analysis, _) = analyzed(&field, &request);
+        assert_eq!(analysis.axes.n_times as i32, last - first + 1);
+        assert_eq!(analysis.offset.0 as i32, first);
+    }
+}
+
+/// By hand: `sin(2 pi 5 n / 64) sin(2 pi 4 j / 32)` of a range that begins at time 16 and site 8, where it is
+/// zero; so the rows that follow are the first with energy, half and a fifth of the largest. A line in
+/// bin m has 90 % of its energy below `m - 1/2 + 9/10` bins: 5.4 of 1/32, and 4.4 of pi / 4.
+#[test]
+fn val_band_edges_name_their_rows_in_the_file() {
+    let turn = |m: usize, length: usize| (std::f64::consts::TAU * m as f64 / length as f64).sin();
+    let mut field = Field::from_array(Array2::from_shape_fn((80, 40), |(n, j)| {
+        match (n.checked_sub(16), j.checked_sub(8)) {
+            (Some(n), Some(j)) => turn(5 * n, 64) * turn(4 * j, 32),
+            _ => 9.0,
+        }
+    }));
+    (field.time.origin, field.time.step) = (3.0, 0.5);
+    (field.space.origin, field.space.step) = (-1.0, 0.25);
+    let request = Request {
+        sites: Some(8..40),
+        times: TimeRange::Interval {
+            from: 11.0,
+            to: 42.5,
+        },
+        window_time: Window::None,
+        window_space: Window::None,
+        ..Request::default()
+    };
+    let (analysis, _) = analyzed(&field, &request);
+    for (edge, expected) in [
+        (analysis.frequency_edge, (0.16875, 9, 1.25)),
+        (
+            analysis.wavenumber_edge,
+            (1.1 * std::f64::consts::PI, 17, 11.5),
+        ),
+    ] {
+        let Some(BandEdge::Reference { value, index, at }) = edge else {
+            panic!("{edge:?}");
+        };
+        assert!((value / expected.0 - 1.0).abs() < 1e-13, "{value}");
+        assert_eq!((index, at), (expected.1, expected.2));
+    }
+}
+
+#[test]
+fn shares_change_with_the_band_edge_without_steps() {
+    let mut field = field((44, 2));
+    field.time.step = 1e-3;
+    let request = |edge| Request {
+        band_edge_frequency: Some(edge),
+        ..Request::default()
+    };
+    let low = |edge: f64| {
+        let (analysis, _) = analyzed(&field, &request(edge));
+        analysis.along_space.expect("asked for").low_share[0]
+    };
+    // 250 is bin 11 of 44 samples at 1 ms, but the bin as computed lies one rounding above it.
+    let around = [
+        249.0,
+        250.0 * (1.0 - 1e-15),
+        250.0,
+        250.0 * (1.0 + 1e-15),
+        251.0,
+    ]
+    .map(low);
+    assert!(around.is_sorted() && around[0] < around[1] && around[3] < around[4]);
+    assert!(around[3] - around[1] < 1e-14);
+    // Half of the bin lies below its middle.
+    let bin = 1e3 / 44.0;
+    let whole = low(250.0 + 0.5 * bin) - low(250.0 - 0.5 * bin);
+    let half = low(250.0) - low(250.0 - 0.5 * bin);
+    assert!((half / whole - 0.5).abs() < 1e-12);
+}
+
+#[test]
+fn a_field_of_nothing_but_gaps_is_told_from_one_of_zeros() {
+    let values = Array2::from_elem((8, 3), f64::NAN);
+    for gaps in [Gaps::Interpolate, Gaps::Mask] {
+        let request = Request {
+            gaps,
+            detrend_time: Detrend::Linear,
+            detrend_space: Detrend::Mean,
+            detrend_field_mean: true,
+            ..Request::default()
+        };
+        let (analysis, _) = analyzed(&Field::from_array(values.clone()), &request);
+        assert!(analysis.warnings.contains(&Warning::NoEnergy));
+        assert!(analysis.warnings.iter().any(|w| matches!(
+            w,
+            Warning::Gaps {
+                samples: 24,
+                sites: 3,
+                ..
+            }
+        )));
+    }
+}
+
+/// A tone half a bin off: amplitude within the window's scalloping loss, energy to rounding,
+/// frequency within half a bin.
+#[test]
+fn a_tone_between_bins_is_recovered_to_the_bound_of_each_window() {
+    let windows = [
+        Window::None,
+        Window::Hann,
+        Window::Hamming,
+        Window::BlackmanHarris,
+        Window::FlatTop,
+        Window::Tukey { taper: 0.25 },
+        Window::Kaiser { beta: 14.0 },
+        Window::Dpss {
+            time_bandwidth: 4.0,
+        },
+    ];
+    let grid = Grid {
+        n_times: 1024,
+        n_sites: 1,
+        dt: 1.0 / 1024.0,
+        dx: 1.0,
+    };
+    for window in windows {
+        for fraction in [0.0, 0.25, 0.5] {
+            let tone = Tone {
+                grid,
+                amplitude: 3.0,
+                cycles: 200.0 + fraction,
+            };
+            let asked = |scaling| Request {
+                window_time: window,
+                scaling,
+                ..Request::default()
+            };
+            let (_, spectra) = analyzed(&tone.field(), &asked(Scaling::Spectrum));
+            let spectrum = spectra.temporal.expect("asked for");
+            let (bin, peak) =
+                spectrum
+                    .column(0)
+                    .iter()
+                    .copied()
+                    .enumerate()
+                    .fold(
+                        (0, 0.0),
+                        |best, (m, p)| if p > best.1 { (m, p) } else { best },
+                    );
+            let amplitude = (2.0 * peak).sqrt();
+            let loss = 20.0 * (amplitude / 3.0).log10();
+            let bound = -window.scalloping_loss_db(1024);
+            // The image at negative frequency adds a little to the slow sidelobes of no window.
+            let slack = 0.02;
+            assert!(
+                loss <= slack && loss >= -bound.abs() - slack,
+                "{window:?}: {loss} dB"
+            );
+            if fraction == 0.5 {
+                assert!(
+                    (loss + bound.abs()).abs() < slack,
+                    "{window:?}: {loss} dB, {bound}"
+                );
+            }
+            assert!(
+                (bin as f64 - tone.cycles).abs() <= 0.5,
+                "{window:?}: bin {bin}"
+            );
+
+            let (analysis, spectra) = analyzed(&tone.field(), &asked(Scaling::Density));
+            let density = spectra.temporal.expect("asked for");
+            let power = density.sum() * analysis.axes.frequency[1];
+            // Far from the ends of the axis the window weighs the tone's square evenly.
+            assert!((power / 4.5 - 1.0).abs() < 2e-3, "{window:?}: {power}");
+        }
+    }
+}
+
+/// `sum S` is the sum of `v^2 dt` (energy), the mean square (density), along either axis.
+#[test]
+fn integrals_of_spectra_are_what_their_scaling_says() {
+    let mut field = field((60, 21));
+    field.time = Axis {
+        origin: 3.0,
+        step: 0.01,
+        unit: Some("s".into()),
+    };
+    field.space.step = 0.25;
+    let values = Array2::from_shape_fn((60, 21), |(n, j)| sample(n, j));
+    let squares = values.mapv(|v| v * v);
+    for (pad_time, pad_space) in [(None, None), (Some(128), Some(64))] {
+        for scaling in [Scaling::Energy, Scaling::Density] {
+            let request = Request {
+                scaling,
+                pad_time,
+                pad_space,
+                ..Request::default()
+            };
+            let (analysis, spectra) = analyzed(&field, &request);
+            let df = analysis.axes.frequency[1];
+            let dk = analysis.axes.wavenumber[1];
+            let (dt, dx) = match scaling {
+                Scaling::Density => (1.0 / 60.0, 1.0 / 21.0),
+                _ => (0.01, 0.25),
+            };
+            let temporal = spectra.temporal.expect("asked for").column(4).sum() * df;
+            assert!((temporal / (squares.column(4).sum() * dt) - 1.0).abs() < 1e-14);
+            let spatial = spectra.spatial.expect("asked for").row(9).sum() * dk;
+            assert!((spatial / (squares.row(9).sum() * dx) - 1.0).abs() < 1e-14);
+            let both = spectra.spacetime.expect("asked for").sum() * df * dk;
+            assert!((both / (squares.sum() * dt * dx) - 1.0).abs() < 1e-14);
+        }
+    }
+}
+
+/// The band's edge is that of the spectra it splits: segments lose their means in both.
+#[test]
+fn the_band_edge_of_segments_is_that_of_their_spectra() {
+    let slow = |n: usize| 50.0 * (std::f64::consts::TAU * n as f64 / 5000.0).sin();
+    let tone = |n: usize| (std::f64::consts::TAU * n as f64 / 8.0).sin();
+    let field = Field::from_array(Array2::from_shape_fn((2048, 2), |(n, _)| slow(n) + tone(n)));
+    let request = Request {
+        detrend_time: Detrend::Linear,
+        welch: Some(Welch {
+            segment: 256,
+            overlap: 128,
+        }),
+        ..Request::default()
+    };
+    let (analysis, spectra) = analyzed(&field, &request);
+    let power = spectra.temporal.unwrap().column(0).to_vec();
+    let (total, mut below) = (power.iter().sum::<f64>(), 0.0);
+    let at = power.iter().position(|p| {
+        below += p;
+        below >= 0.9 * total
+    });
+    let at = at.unwrap();
+    let part = (0.9 * total - below + power[at]) / power[at];
+    let edge = analysis.frequency_edge.unwrap().value();
+    let right = analysis.axes.frequency[at] + (part - 0.5) * analysis.axes.frequency[1];
+    assert!((edge / right - 1.0).abs() < 1e-12, "{edge} {right}");
+    // Without their trends the tone is what is left.
+    assert!(edge > 0.1, "{edge}");
+}
+
+#[test]
+fn welch_segments_of_the_whole_record_are_the_periodogram() {
+    let field = field((90, 4));
+    let welch = Request {
+        welch: Some(Welch {
+            segment: 90,
+            overlap: 10,
+        }),
+        detrend_time: Detrend::Linear,
+        window_time: Window::Hann,
+        ..Request::default()
+    };
+    let plain = Request {
+        welch: None,
+        ..welch.clone()
+    };
+    let (_, a) = analyzed(&field, &welch);
+    let (_, b) = analyzed(&field, &plain);
+    let (a, b) = (
+        a.spacetime.expect("asked for"),
+        b.spacetime.expect("asked for"),
+    );
+    let peak = b.iter().fold(0.0, |m: f64, v| m.max(*v));
+    assert!(a.iter().zip(&b).all(|(a, b)| (a - b).abs() < 1e-15 * peak));
+}

@@ -1,0 +1,13 @@
+//! Analyses of fields: spectra, measures, warnings, reports and figures.
+
+mod analyze_stops;
+mod determinism;
+mod direct_sums;
+mod figures_html;
+mod figures_plot;
+mod hard_cases;
+mod headline;
+mod reference_problems;
+mod spectra;
+mod warnings;
+mod windows;

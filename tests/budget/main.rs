@@ -1,0 +1,9 @@
+//! Budgets of simulated and of measured chains.
+
+mod balance;
+mod burgers;
+mod identities;
+mod known;
+mod measured;
+mod measured_spectra;
+mod passage;

@@ -1,0 +1,17 @@
+//! Chains: scenes, contacts, stepping, and sweeps of them.
+
+mod contact;
+mod energy;
+mod flight;
+mod high_precision;
+mod known;
+mod many;
+mod peaks;
+mod reference;
+mod scale;
+mod scene;
+mod scene_hostile;
+mod solitary;
+mod sweep;
+mod window;
+mod work;

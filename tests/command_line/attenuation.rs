@@ -1,0 +1,453 @@
+//! `cascade attenuate` and `cascade transmit` as a stranger meets them.
+
+use std::fs;
+use std::process::{Command, Stdio};
+
+use ndarray::{Array2, s};
+use ndarray_npy::write_npy;
+use serde_json::{Value, json as value};
+use test_support::place::Place;
+
+fn json(text: &str) -> Value {
+    serde_json::from_str(text).unwrap()
+}
+
+const QUARTZ: [&str; 10] = [
+    "--material",
+    "quartz",
+    "--radius",
+    "9mm",
+    "--length",
+    "18mm",
+    "--striker-velocity",
+    "0.88",
+    "--striker-radius",
+    "9mm",
+];
+
+#[test]
+fn attenuation_by_ratio_its_files_and_words() {
+    let place = Place::of(&["attenuate"]);
+    let words = [
+        "--ratios",
+        "1,2.4,4.9272",
+        "--bodies",
+        "30",
+        "--target",
+        "0.6",
+        "--lengths",
+        "5,10,20,30",
+    ];
+    let said = place.good(&words);
+    assert!(
+        said.contains("ratio 2.400") && said.contains("at 0.6 or below from 30 bodies on"),
+        "{said}"
+    );
+    assert!(said.contains("never at 0.6"), "{said}");
+    let out = [&words[..], &["--out", "kept", "--json"]].concat();
+    let printed = place.good(&out);
+    let found = json(&printed);
+    assert_eq!(found["schema"], "cascade.attenuation/1");
+    assert_eq!(found["curves"].as_array().unwrap().len(), 6);
+    let kept = fs::read_to_string(place.path("kept/attenuation.json")).unwrap();
+    assert_eq!(kept.trim_end(), printed.trim_end());
+    let table = fs::read_to_string(place.path("kept/curves.csv")).unwrap();
+    assert!(
+        table.starts_with("chain,sense,bodies,contact_kind,relative_force"),
+        "{table}"
+    );
+    assert_eq!(table.lines().count(), 1 + 3 * (31 + 4));
+    for picture in ["attenuation.png", "attenuation.svg"] {
+        assert!(
+            fs::metadata(place.path("kept").join(picture))
+                .unwrap()
+                .len()
+                > 1000
+        );
+    }
+    // Again, from what is kept: the same.
+    assert_eq!(place.good(&out), printed);
+}
+
+/// By angle, with the material: the ratio is the paper's 4.507, and the best angle is found.
+#[test]
+fn val_paper_attenuation_by_angle_and_the_best_angle() {
+    let place = Place::of(&["attenuate"]);
+    let words = [
+        &QUARTZ[..],
+        &[
+            "--angles",
+            "8,18/90",
+            "--bodies",
+            "21",
+            "--sense",
+            "wall",
+            "--lengths",
+            "21",
+        ],
+        &["--best-at", "21", "--best-over", "angle=8:40:5", "--json"],
+    ]
+    .concat();
+    let found = json(&place.good(&words));
+    let ratio = found["curves"][0]["stiffness_ratio"].as_f64().unwrap();
+    assert!((ratio - 4.507).abs() < 1e-3, "{ratio}");
+    assert_eq!(found["curves"][0]["units"], "si");
+    let force = |curve: usize| {
+        found["curves"][curve]["rows"][0]["relative_force"]
+            .as_f64()
+            .unwrap()
+    };
+    let best = &found["best"];
+    let (angle, least) = (
+        best["value"].as_f64().unwrap(),
+        best["relative_force"].as_f64().unwrap(),
+    );
+    assert!((10.0..24.0).contains(&angle), "{angle}");
+    assert!(
+        least <= force(0) && least <= force(1) && least > 0.3,
+        "{least}"
+    );
+}
+
+#[test]
+fn transmission_its_files_and_what_was_measured() {
+    let place = Place::of(&["transmit"]);
+    fs::write(
+        place.path("measured.csv"),
+        "ratio, force, error\n2.0, 0.75, 0.02\n# a comment\n3.0, 0.70, 0.02\n",
+    )
+    .unwrap();
+    let words = [
+        "--sites",
+        "21",
+        "--over",
+        "stiffness_ratio=1:8:8",
+        "--measured",
+        "measured.csv",
+        "--out",
+        "kept",
+    ];
+    let said = place.good(&words);
+    assert!(
+        said.contains("minimum, located to") && said.contains("localized wave of order 2"),
+        "{said}"
+    );
+    assert!(
+        said.contains("measured at 2.000: 0.7500 +- 0.02000, computed 0.7"),
+        "{said}"
+    );
+    let found = json(&fs::read_to_string(place.path("kept/transmission.json")).unwrap());
+    assert_eq!(found["measured"].as_array().unwrap().len(), 2);
+    let difference = found["measured"][0]["difference"].as_f64().unwrap();
+    let computed = found["measured"][0]["computed"].as_f64().unwrap();
+    assert!((0.75 - computed - difference).abs() < 1e-15);
+    let table = fs::read_to_string(place.path("kept/curves.csv")).unwrap();
+    assert!(
+        table.starts_with("row,stiffness_ratio,value_error"),
+        "{table}"
+    );
+    assert!(table.contains("\nminimum,"), "{table}");
+    let mut names: Vec<&str> = table.lines().next().unwrap().split(',').collect();
+    let columns = names.len();
+    names.sort_unstable();
+    names.dedup();
+    assert_eq!(names.len(), columns, "each column has a name of its own");
+}
+
+/// Both pictures are there, with charts of these titles.
+fn drawn(place: &Place, stem: &str, titles: &[&str]) {
+    let picture = fs::read_to_string(place.path(format!("{stem}.svg"))).unwrap();
+    for title in titles {
+        assert!(picture.contains(title), "{stem}: {title}");
+    }
+    let picture = fs::read(place.path(format!("{stem}.png"))).unwrap();
+    assert!(picture.starts_with(b"\x89PNG") && picture.len() > 1000);
+}
+
+const FIELD_CHARTS: [&str; 3] = [
+    "largest velocity",
+    "arrival: half of the largest velocity",
+    "measured",
+];
+
+/// A field of the very chain, laid over it: largest velocities and arrivals agree within a few of the
+/// errors stated, and these are small.
+#[test]
+fn regress_a_measured_field_over_its_own_chain() {
+    let place = Place::new();
+    let simulate = "simulate --sites 31 --stiffness-ratio 2.4 --samples 400 --out run.npz --quiet";
+    place.good(&simulate.split(' ').collect::<Vec<_>>());
+    let attenuate = "attenuate --ratios 2.4 --bodies 20 --sense chain --measured run.npz \
+                     --measured-field --out kept";
+    let words: Vec<&str> = attenuate.split_whitespace().collect();
+    let said = place.good(&words);
+    for n in ["1.000", "19.00"] {
+        let (peak, arrival) = (
+            format!("measured at {n}: "),
+            format!("measured arrival at {n}: "),
+        );
+        assert!(said.contains(&peak) && said.contains(&arrival), "{said}");
+    }
+    assert!(!said.contains("warning: no measured"), "{said}");
+    let found = json(&place.good(&[&words[..], &["--json"]].concat()));
+    assert_eq!(found["measured_without_peak"], value!([]));
+    for (key, unit) in [("measured", 4e-5), ("measured_arrivals", 1e-3)] {
+        let measured = found[key].as_array().unwrap();
+        // The striker has no largest velocity but its first.
+        assert_eq!(measured.len(), 20, "{key}");
+        for compared in measured {
+            let off = compared["difference"].as_f64().unwrap().abs();
+            let error = compared["measured"]["error"].as_f64().unwrap();
+            assert!(off <= error.max(1e-6) && error < unit, "{key}: {compared}");
+        }
+    }
+    let arrivals = found["measured_arrivals"].as_array().unwrap();
+    let at = |n: usize| arrivals[n]["measured"]["value"].as_f64().unwrap();
+    assert!(at(0) > 0.0 && (1..20).all(|n| at(n) > at(n - 1)));
+    drawn(&place, "kept/attenuation", &FIELD_CHARTS);
+}
+
+/// Sites that move so from the first sample on have no arrival, one that stays has no largest
+/// velocity, which is said.
+#[test]
+fn sites_without_a_largest_velocity_or_an_arrival_are_named() {
+    let place = Place::new();
+    // Half of the largest velocity is 7 samples before it, for the first two sites before the record.
+    let field = Array2::from_shape_fn((64, 8), |(n, j)| {
+        (-0.5 * ((n as f64 - 4.0 - 3.0 * j as f64) / 6.0).powi(2)).exp()
+    });
+    write_npy(place.path("late.npy"), &field).unwrap();
+    write_npy(place.path("wall.npy"), &field.slice(s![.., ..2])).unwrap();
+    let mut still = field.slice(s![.., 2..]).to_owned();
+    still.slice_mut(s![.., 3]).fill(0.0);
+    write_npy(place.path("still.npy"), &still).unwrap();
+    for (words, count, warning) in [
+        (
+            "attenuate --ratios 2.4 --bodies 5 --sense chain --measured still.npy --measured-field",
+            4,
+            "no measured largest velocity to compare at 3.000 (1 in all): where the record",
+        ),
+        (
+            "attenuate --ratios 2.4 --bodies 7 --sense chain --measured late.npy --measured-field",
+            6,
+            "no measured arrival to compare at 0, 1.000 (2 in all): what moves from the first sample on",
+        ),
+        (
+            "transmit --sites 9 --over stiffness_ratio=2.2,2.6 --no-extremes --measured 2.4=wall.npy",
+            0,
+            "no measured arrival to compare at 2.400 (1 in all): what moves from the first sample on",
+        ),
+    ] {
+        let words: Vec<&str> = words.split(' ').collect();
+        let said = place.good(&words);
+        let warning = format!("warning: {warning}");
+        assert!(said.contains(&warning), "{said}");
+        let found = json(&place.good(&[&words[..], &["--json"]].concat()));
+        let compared = |key: &str| found[key].as_array().unwrap().len();
+        assert_eq!(compared("measured_arrivals"), count);
+        let without = compared("measured_without_arrival");
+        assert_eq!(compared("measured"), count + without);
+    }
+}
+
+/// The same for the last body before a wall.
+#[test]
+fn regress_a_measured_field_at_a_wall() {
+    let place = Place::new();
+    let simulate = "simulate --sites 21 --stiffness-ratio 2.4 --samples 900 --end-time 40 \
+                    --out walled.npz --quiet";
+    place.good(&simulate.split_whitespace().collect::<Vec<_>>());
+    let transmit = "transmit --sites 21 --over stiffness_ratio=2.2,2.6 --no-extremes \
+                    --measured 2.4=walled.npz --out kept";
+    let words: Vec<&str> = transmit.split_whitespace().collect();
+    let said = place.good(&words);
+    assert!(said.contains("measured at 2.400: "), "{said}");
+    assert!(said.contains("measured arrival at 2.400: "), "{said}");
+    let found = json(&place.good(&[&words[..], &["--json"]].concat()));
+    for key in ["measured", "measured_arrivals"] {
+        let measured = found[key].as_array().unwrap();
+        assert_eq!(measured.len(), 1, "{key}");
+        let off = measured[0]["difference"].as_f64().unwrap().abs();
+        let error = measured[0]["measured"]["error"].as_f64().unwrap();
+        assert!(off <= error && error < 0.01, "{key}: {}", measured[0]);
+    }
+    drawn(&place, "kept/transmission", &FIELD_CHARTS);
+}
+
+#[test]
+fn what_is_typed_wrong_ends_with_code_2_and_says_what() {
+    let place = Place::new();
+    fs::write(place.path("bad.csv"), "1,2\nx,y\n").unwrap();
+    fs::write(place.path("notes.txt"), "").unwrap();
+    fs::write(place.path("field.npz"), b"PK\xff\xfe").unwrap();
+    fs::create_dir(place.path("full")).unwrap();
+    fs::write(place.path("full/thesis.tex"), "").unwrap();
+    for (words, code, named) in [
+        (&["attenuate"][..], 2, "--angles"),
+        (&["attenuate", "--ratios", "0.5"], 2, "--ratios"),
+        (&["attenuate", "--angles", "8,x"], 2, "--angles"),
+        (&["attenuate", "--angles", "8"], 2, "material"),
+        (
+            &["attenuate", "--ratios", "2", "--bodies", "1"],
+            2,
+            "--bodies",
+        ),
+        (
+            &["attenuate", "--ratios", "2", "--target", "-1"],
+            2,
+            "--target",
+        ),
+        (&["attenuate", "--ratios", "2", "--out", "full"], 2, "full"),
+        (
+            &["attenuate", "--ratios", "2", "--out", "notes.txt"],
+            2,
+            "notes.txt",
+        ),
+        (
+            &["attenuate", "--ratios", "2", "--measured", "bad.csv"],
+            1,
+            "bad.csv: line 2",
+        ),
+        (
+            &["attenuate", "--ratios", "2", "--measured", "none.csv"],
+            1,
+            "none.csv",
+        ),
+        (
+            &["attenuate", "--ratios", "2", "--measured", "field.npz"],
+            1,
+            "field.npz: line 1: expected a table of text",
+        ),
+        (&["attenuate", "none.toml"], 1, "none.toml"),
+        (
+            &["attenuate", "--ratios", "2", "--sites", "9"],
+            2,
+            "--sites",
+        ),
+        (
+            &["attenuate", "--ratios", "2", "--best-at", "0"],
+            2,
+            "--best-at",
+        ),
+        (
+            &[
+                "attenuate",
+                "--ratios",
+                "2",
+                "--bodies",
+                "18446744073709551615",
+            ],
+            2,
+            "--bodies",
+        ),
+        (
+            &["attenuate", "--ratios", "2", "--ends", "free"],
+            2,
+            "a wall",
+        ),
+        (
+            &["transmit", "--sites", "9", "--over", "ends=wall,free"],
+            2,
+            "--over",
+        ),
+        (&["transmit", "--over", "stiffness_ratio=1:4:3"], 2, "sites"),
+        (&["transmit", "--sites", "9", "--vary", "x"], 2, "--vary"),
+    ] {
+        let output = place.run(words);
+        let said = String::from_utf8_lossy(&output.stderr).into_owned();
+        assert_eq!(output.status.code(), Some(code), "{words:?}: {said}");
+        assert!(said.contains(named), "{words:?}: {said}");
+        assert!(output.stdout.is_empty());
+    }
+    assert_eq!(place.names().len(), 4, "nothing was written");
+}
+
+/// Killed at any moment, both commands go on to the identical table; `CASCADE_KILLS` asks for more
+/// kills than ten.
+#[test]
+fn regress_killed_ten_times() {
+    let kills = std::env::var("CASCADE_KILLS");
+    let kills: u64 = kills.map_or(10, |text| text.parse().unwrap());
+    let place = Place::new();
+    let transmit = "transmit --sites 31 --over stiffness_ratio=1:30:60log";
+    let attenuate = "attenuate --ratios 1.5,2,2.5,3,4,5,6,7 --bodies 40";
+    for (words, files) in [
+        (transmit, ["curves.csv", "transmission.json"]),
+        (attenuate, ["curves.csv", "attenuation.json"]),
+    ] {
+        let name = words.split(' ').next().unwrap();
+        let command = |out: &str| {
+            let mut command = Command::new(env!("CARGO_BIN_EXE_cascade"));
+            command
+                .current_dir(place.folder())
+                .args(words.split(' '))
+                .args(["--threads", "2", "--out", &format!("{name}-{out}")])
+                .stdout(Stdio::null())
+                .stderr(Stdio::null());
+            command
+        };
+        let of = |out: &str, file: &str| fs::read(place.path(format!("{name}-{out}")).join(file));
+        let known = |out: &str| {
+            let text = of(out, "members.jsonl").unwrap_or_default();
+            text.iter().filter(|b| **b == b'\n').count()
+        };
+        let started = std::time::Instant::now();
+        assert!(command("whole").status().unwrap().success());
+        let whole = started.elapsed().as_millis() as u64;
+        let (mut kept, mut midway, mut state) = (0, 0, 12345u64);
+        for _ in 0..kills {
+            let mut child = command("killed").spawn().unwrap();
+            state = state
+                .wrapping_mul(6364136223846793005)
+                .wrapping_add(1442695040888963407);
+            // Up to a quarter of the time that all of it takes.
+            let wait = 10 + (state >> 33) % (whole / 4).max(1);
+            std::thread::sleep(std::time::Duration::from_millis(wait));
+            child.kill().unwrap();
+            child.wait().unwrap();
+            assert!(known("killed") >= kept, "what was computed is kept");
+            kept = known("killed");
+            midway += u64::from(0 < kept && kept < known("whole"));
+        }
+        assert!(midway > 0, "{name}: no kill hit the work");
+        assert!(command("killed").status().unwrap().success());
+        for file in files {
+            assert_eq!(
+                of("killed", file).unwrap(),
+                of("whole", file).unwrap(),
+                "{file}"
+            );
+        }
+    }
+}
+
+/// Pulses that were kept without a rise time are not taken for ones that move from the start.
+#[test]
+fn what_was_kept_with_less_is_not_gone_on_with() {
+    let place = Place::of(&["attenuate"]);
+    let words = "--ratios 2.4 --bodies 7 --sense chain --out kept";
+    let words: Vec<&str> = words.split(' ').collect();
+    place.good(&words);
+    let path = place.path("kept/members.jsonl");
+    let kept = fs::read_to_string(&path).unwrap();
+    for key in ["velocity_rise_time", "energy_pulse"] {
+        let less = kept.lines().map(|line| {
+            let mut line = json(line);
+            let pulses = &mut line["outcome"]["done"]["pulses"]["pulses"];
+            for pulse in pulses.as_array_mut().unwrap() {
+                pulse.as_object_mut().unwrap().remove(key).unwrap();
+            }
+            format!("{line}\n")
+        });
+        fs::write(&path, less.collect::<String>()).unwrap();
+        let said = place.bad(1, &words);
+        for word in [
+            "members.jsonl, line 1: ",
+            "missing field",
+            key,
+            "begin anew elsewhere",
+        ] {
+            assert!(said.contains(word), "{word}: {said}");
+        }
+    }
+}

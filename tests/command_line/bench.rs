@@ -1,0 +1,478 @@
+//! `cascade bench` as a stranger meets it; nothing here depends on how long anything takes.
+
+use std::fs;
+
+use serde_json::{Value, json};
+use test_support::place::Place;
+use wavecascade::transform::ColumnTransform;
+
+const SMALL: [&str; 5] = ["--shape", "64x9", "--rounds", "3", "--json"];
+
+fn json(text: &str) -> Value {
+    serde_json::from_str(text).unwrap_or_else(|error| panic!("{error}: {text}"))
+}
+
+fn numbers(value: &Value) -> Vec<f64> {
+    let values = value.as_array().unwrap().iter();
+    values.map(|v| v.as_f64().unwrap()).collect()
+}
+
+fn median(mut values: Vec<f64>) -> f64 {
+    values.sort_by(f64::total_cmp);
+    values[values.len() / 2]
+}
+
+/// Every figure can be had again from the times in the JSON.
+#[test]
+fn val_figures_follow_from_the_times() {
+    let place = Place::of(&["bench"]);
+    let words = ["--shape", "256x20", "--shape", "257x9", "--threads", "2"];
+    let said = json(&place.good(&[&words[..], &["--rounds", "3", "--json"]].concat()));
+    for key in ["cpu", "instruction_set", "build"] {
+        assert!(said["machine"][key].is_string(), "{said}");
+    }
+    for key in ["cascade", "rustfft", "realfft", "rustc"] {
+        assert!(said["versions"][key].is_string(), "{said}");
+    }
+    let cases = said["cases"].as_array().unwrap();
+    assert_eq!(cases.len(), 2 * 2 * 2, "shapes, precisions, threads");
+    for case in cases {
+        let number = |key: &str| {
+            case[key]
+                .as_f64()
+                .unwrap_or_else(|| panic!("{key}: {case}"))
+        };
+        let (rows, columns) = (number("rows"), number("columns"));
+        let times = |way: &str| numbers(&case["times_ms"][way]);
+        let ours = times("cascade");
+        assert_eq!(ours.len(), 3);
+        let close = |key: &str, expected: f64| {
+            assert!(
+                (number(key) / expected - 1.0).abs() < 1e-12,
+                "{key}: {case}"
+            );
+        };
+        close("median_ms", median(ours.clone()));
+        let milliseconds = number("median_ms");
+        close(
+            "gflops",
+            2.5 * rows * rows.log2() * columns / milliseconds / 1e6,
+        );
+        let clock = if case["threads"] == 1 {
+            "thread"
+        } else {
+            "wall"
+        };
+        assert!(case["clock"] == clock || cfg!(not(unix)), "{case}");
+        let single = case["precision"] == "f32";
+        let bytes =
+            columns * (rows + 2.0 * ((rows / 2.0).floor() + 1.0)) * if single { 4.0 } else { 8.0 };
+        close(
+            "part_of_bound",
+            1e3 * bytes / number("copy_bytes_per_second") / milliseconds,
+        );
+        for way in ["rustfft", "realfft"] {
+            let quotients = times(way).iter().zip(&ours).map(|(t, o)| t / o).collect();
+            let ratio = case["ratio_to"][way].as_f64().unwrap();
+            assert!((ratio / median(quotients) - 1.0).abs() < 1e-12, "{case}");
+        }
+        let error = match single {
+            true => ColumnTransform::<f32>::new(rows as usize).expected_error(),
+            false => ColumnTransform::<f64>::new(rows as usize).expected_error(),
+        };
+        close("expected_error", error);
+    }
+}
+
+#[test]
+fn a_table_has_a_line_a_case() {
+    let place = Place::of(&["bench"]);
+    let said = place.good(&["--shape", "64x9", "--precision", "f32", "--rounds", "2"]);
+    let heads = said.lines().find(|line| line.contains("GFLOP/s")).unwrap();
+    for head in [
+        "type",
+        "threads",
+        "ms",
+        "of bound",
+        "rel. error",
+        "rustfft",
+        "realfft",
+    ] {
+        assert!(heads.contains(head), "{said}");
+    }
+    let lines: Vec<&str> = said.lines().filter(|line| line.contains("64x9")).collect();
+    let [line] = lines[..] else { panic!("{said}") };
+    let words: Vec<&str> = line.split_whitespace().collect();
+    assert_eq!(words[..4], ["columns", "64x9", "f32", "1"]);
+    // Kind, shape, type, threads, four figures, two ratios with a cross.
+    assert_eq!(words.len(), 4 + 4 + 2 * 2, "{line}");
+    assert!(!said.contains("NaN"), "{said}");
+}
+
+/// Changes the first baseline of ratios in a file.
+fn edit(place: &Place, change: impl Fn(&mut Value)) {
+    let path = place.path("base.json");
+    let mut known = json(&fs::read_to_string(&path).unwrap());
+    change(&mut known["ratios"][0]);
+    fs::write(path, known.to_string()).unwrap();
+}
+
+fn times(value: &mut Value, factor: f64) {
+    for (_, number) in value.as_object_mut().unwrap() {
+        *number = json!(number.as_f64().unwrap() * factor);
+    }
+}
+
+const KINDS: [&str; 8] = [
+    "--kind",
+    "columns,plane,short-time",
+    "--shape",
+    "320x10",
+    "--precision",
+    "f64",
+    "--rounds",
+    "2",
+];
+
+/// By hand: a plane of 3200 samples and 161 rows of bins; 3 segments of 256 samples and 129 bins.
+#[test]
+fn val_planes_and_segments_are_measured_as_columns_are() {
+    let place = Place::of(&["bench"]);
+    let said = json(&place.good(&[&KINDS[..], &["--json"]].concat()));
+    let cases = said["cases"].as_array().unwrap();
+    let kinds: Vec<&str> = cases.iter().map(|c| c["kind"].as_str().unwrap()).collect();
+    assert_eq!(kinds, ["columns", "plane", "short-time"]);
+    let plane = (2.5 * 3200.0 * 3200_f64.log2(), 320 + 2 * 161);
+    let segments = (2.5 * 256.0 * 8.0 * 30.0, 320 + 2 * 3 * 129);
+    for (case, (operations, row)) in cases[1..].iter().zip([plane, segments]) {
+        let number = |key: &str| case[key].as_f64().unwrap();
+        let milliseconds = number("median_ms");
+        let close = |key: &str, expected: f64| {
+            assert!(
+                (number(key) / expected - 1.0).abs() < 1e-12,
+                "{key}: {case}"
+            );
+        };
+        close("gflops", operations / milliseconds / 1e6);
+        let bytes = f64::from(10 * 8 * row);
+        close(
+            "part_of_bound",
+            1e3 * bytes / number("copy_bytes_per_second") / milliseconds,
+        );
+        assert!(case["expected_error"].is_null(), "{case}");
+        for way in ["cascade", "rustfft", "realfft"] {
+            assert_eq!(numbers(&case["times_ms"][way]).len(), 2, "{case}");
+        }
+        for way in ["rustfft", "realfft"] {
+            assert!(case["ratio_to"][way].as_f64().unwrap() > 0.0, "{case}");
+        }
+    }
+
+    let said = place.good(&KINDS);
+    for kind in kinds {
+        let mut lines = said.lines().filter(|line| line.contains(" 320x10 "));
+        let line = lines.find(|line| line.trim_start().starts_with(kind));
+        let line = line.unwrap_or_else(|| panic!("{kind}: {said}"));
+        assert_eq!(line.split_whitespace().count(), 4 + 4 + 2 * 2, "{line}");
+        assert!(!line.contains("NaN"), "{line}");
+    }
+}
+
+/// What a baseline does not know is named and not compared; what it knows must be kept.
+#[test]
+fn planes_and_segments_have_a_baseline_of_their_own() {
+    let place = Place::of(&["bench"]);
+    place.good(&[&KINDS[..], &["--record", "base.json"]].concat());
+    let new = [
+        "plane 320x10 f64, 1 thread",
+        "short-time 320x10 f64, 1 thread",
+    ];
+    let change = |factor: Option<f64>| {
+        edit(&place, |ratios| {
+            let ratios = ratios["ratio_to_rustfft"].as_object_mut().unwrap();
+            assert_eq!(ratios.len(), 3);
+            ratios["320x10 f64, 1 thread"] = json!(1e-3);
+            for case in new {
+                match factor {
+                    Some(factor) => ratios[case] = json!(factor),
+                    None => drop(ratios.remove(case).unwrap()),
+                }
+            }
+        });
+    };
+    let check = [&KINDS[..], &["--check", "--baseline", "base.json"]].concat();
+    change(Some(1e-3));
+    let said = json(&place.good(&[&check[..], &["--json"]].concat()));
+    assert_eq!(said["check"].as_array().unwrap().len(), 3);
+    assert!(said["not_compared"].is_null(), "{said}");
+
+    change(Some(1e4));
+    let output = place.run(&check);
+    assert_eq!(output.status.code(), Some(1));
+    let said = String::from_utf8(output.stderr).unwrap();
+    for word in ["2 of 3 cases", new[0], new[1]] {
+        assert!(said.contains(word), "{word}: {said}");
+    }
+
+    change(None);
+    let said = place.good(&check);
+    let said = said.lines().find(|line| line.starts_with("not compared"));
+    let said = said.expect("what is not compared");
+    for word in ["base.json has no baseline", "--record FILE", new[0], new[1]] {
+        assert!(said.contains(word), "{word}: {said}");
+    }
+    let said = json(&place.good(&[&check[..], &["--json"]].concat()));
+    assert_eq!(said["check"].as_array().unwrap().len(), 1);
+    assert_eq!(said["not_compared"], json!(new));
+    // Where nothing can be compared, nothing is said to be kept.
+    let said = place.bad(1, &[&["--kind", "plane"], &check[2..]].concat());
+    assert!(said.contains(new[0]) && said.contains("--record"), "{said}");
+}
+
+/// No machine is so uneven that a hundredth or the hundredfold of a ratio could be found.
+#[test]
+fn a_loss_is_named_and_a_gain_passes() {
+    let place = Place::of(&["bench"]);
+    place.good(&[&SMALL[..], &["--record", "base.json"]].concat());
+    let check = [&SMALL[..], &["--check", "--baseline", "base.json"]].concat();
+    edit(&place, |ratios| {
+        times(&mut ratios["ratio_to_rustfft"], 0.01)
+    });
+    let said = json(&place.good(&check));
+    assert_eq!(said["check"].as_array().unwrap().len(), 2);
+
+    edit(&place, |ratios| times(&mut ratios["ratio_to_rustfft"], 1e4));
+    let output = place.run(&check);
+    assert_eq!(output.status.code(), Some(1));
+    let said = String::from_utf8(output.stderr).unwrap();
+    for word in [
+        "2 of 2 cases",
+        "base.json",
+        "64x9 f64, 1 thread: ",
+        "64x9 f32",
+        "rustfft, now",
+        "--record",
+    ] {
+        assert!(said.contains(word), "{word}: {said}");
+    }
+    // The table is there all the same, and four times the rounds were made.
+    let found = json(&String::from_utf8(output.stdout).unwrap());
+    assert_eq!(numbers(&found["cases"][0]["times_ms"]["cascade"]).len(), 12);
+}
+
+#[test]
+fn a_baseline_of_elsewhere_does_not_count() {
+    let place = Place::of(&["bench"]);
+    place.good(&[&SMALL[..], &["--record", "base.json"]].concat());
+    let check = [&SMALL[..], &["--check", "--baseline", "base.json"]].concat();
+    let other = [&["--shape", "65x9"], &check[2..]].concat();
+    let said = place.bad(1, &other);
+    assert!(
+        said.contains("65x9 f64, 1 thread; 65x9 f32, 1 thread"),
+        "{said}"
+    );
+    // A record anew takes the place of the old one, one of another machine stays.
+    edit(&place, |ratios| {
+        ratios["machine"]["cpu"] = json!("Another 9000")
+    });
+    let said = place.bad(1, &check);
+    assert!(
+        said.contains("has no baseline for") && said.contains("--record FILE"),
+        "{said}"
+    );
+    assert!(!said.contains("Another 9000"), "{said}");
+    for _ in 0..2 {
+        place.good(&[&SMALL[..], &["--record", "base.json"]].concat());
+    }
+    let known = json(&fs::read_to_string(place.path("base.json")).unwrap());
+    assert_eq!(known["ratios"].as_array().unwrap().len(), 2);
+    // One of other cases stands beside it.
+    let other = [&["--shape", "65x9"], &SMALL[2..]].concat();
+    place.good(&[&other[..], &["--record", "base.json"]].concat());
+    edit(&place, |ratios| {
+        assert_eq!(ratios["machine"]["cpu"], "Another 9000")
+    });
+    let known = json(&fs::read_to_string(place.path("base.json")).unwrap());
+    let cases = known["ratios"][1]["ratio_to_rustfft"].as_object().unwrap();
+    let cases: Vec<&str> = cases.keys().map(|case| &**case).collect();
+    let expected = ["64x9 f32", "64x9 f64", "65x9 f32", "65x9 f64"];
+    assert_eq!(cases, expected.map(|case| format!("{case}, 1 thread")));
+}
+
+#[test]
+fn a_damaged_baseline_is_named() {
+    let place = Place::of(&["bench"]);
+    let ratios = r#"{"machine": {"cpu": "a", "instruction_set": "b", "build": "c"},
+        "versions": {"cascade": "0", "rustfft": "0", "realfft": "0", "rustc": "0"},
+        "rounds": 3, "ratio_to_rustfft": {"64x9 f64, 1 thread": VALUE}}"#;
+    let of = |schema: &str, value: &str| {
+        let ratios = ratios.replace("VALUE", value);
+        format!(r#"{{"schema": "{schema}", "ratios": [{ratios}], "instructions": []}}"#)
+    };
+    let good = "cascade-throughput/1";
+    for (text, named) in [
+        ("not JSON".to_owned(), "line 1"),
+        ("{}".to_owned(), "schema"),
+        (
+            of(good, "1.5").replace(r#""cpu": "a", "#, ""),
+            "ratios[0].machine: missing field `cpu`",
+        ),
+        (
+            of(good, "1.5").replace(r#""rounds": 3"#, r#""rings": 3"#),
+            "rings",
+        ),
+        (of("something/1", "1.5"), "found something/1"),
+        (
+            of(good, "-1.5"),
+            "64x9 f64, 1 thread: expected a number above 0, found -1.5",
+        ),
+        (of(good, "null"), "ratio_to_rustfft"),
+    ] {
+        fs::write(place.path("base.json"), &text).unwrap();
+        for words in [
+            &["--check", "--baseline", "base.json"][..],
+            &["--record", "base.json"],
+        ] {
+            let said = place.bad(1, &[&SMALL[..], words].concat());
+            assert!(
+                said.contains("base.json") && said.contains(named),
+                "{named}: {said}"
+            );
+            assert!(said.contains("help: record a new one"), "{said}");
+            assert_eq!(fs::read_to_string(place.path("base.json")).unwrap(), text);
+        }
+    }
+    let said = place.bad(
+        1,
+        &[&SMALL[..], &["--check", "--baseline", "none.json"]].concat(),
+    );
+    assert!(said.contains("cannot read none.json"), "{said}");
+}
+
+#[test]
+fn what_cannot_be_is_said() {
+    let place = Place::of(&["bench"]);
+    for (words, named) in [
+        (&["--shape", "3x"][..], "ROWSxCOLUMNS"),
+        (&["--shape", "0x3"], "ROWSxCOLUMNS"),
+        (&["--shape", "4096"], "ROWSxCOLUMNS"),
+        (&["--shape", "4294967296x4294967296"], "ROWSxCOLUMNS"),
+        (&["--shape", "99999999x99999"], "free memory"),
+        (
+            &["--instructions", "--shape", "99999999x99999"],
+            "free memory",
+        ),
+        (
+            &["--kind", "plane", "--shape", "99999999x99999"],
+            "plane 99999999x99999 f64, 1 thread, for which",
+        ),
+        (
+            &["--kind", "short-time", "--shape", "99999999x99999"],
+            "short-time 99999999x99999 f64, 1 thread, for which",
+        ),
+        (
+            &["--kind", "short-time", "--shape", "255x9"],
+            "at least 256 rows",
+        ),
+        (&["--kind", "segments"], "short-time"),
+        (&["--instructions", "--kind", "plane"], "--kind"),
+        (&["--precision", "f16"], "f16"),
+        (&["--threads", "0"], "--threads"),
+        (&["--rounds", "0"], "--rounds"),
+        (&["--baseline", "base.json"], "--check"),
+        (&["--check", "--record", "base.json"], "--record"),
+        (&["--instructions", "--rounds", "3"], "--rounds"),
+        (&["--record", "none/base.json"], "none/base.json"),
+    ] {
+        let said = place.bad(2, words);
+        assert!(said.contains(named), "{words:?}: {said}");
+    }
+}
+
+/// Runs with programs of `place` alone on the path.
+#[cfg(unix)]
+fn with_path(place: &Place, words: &[&str]) -> (Option<i32>, String, String) {
+    let mut command = assert_cmd::Command::cargo_bin("cascade").unwrap();
+    let command = command
+        .current_dir(place.folder())
+        .env("PATH", place.folder());
+    let output = command.arg("bench").args(words).output().unwrap();
+    let text = |bytes| String::from_utf8(bytes).unwrap();
+    (
+        output.status.code(),
+        text(output.stdout),
+        text(output.stderr),
+    )
+}
+
+/// A valgrind that counts 1000 instructions and for each transform 500 more, for `rustfft` 1500.
+#[cfg(unix)]
+const STAND_IN: &str = r#"#!/bin/sh
+while [ "$1" != "--repeat" ]; do shift; done
+each=500
+[ "$4" = rustfft ] && each=1500
+echo "==1== Command: refs: 7" >&2
+echo "==1== I   refs:      $((1000 + each * $2 / 1000)),$((each * $2 % 1000 + 100))" >&2
+"#;
+
+#[cfg(unix)]
+#[test]
+fn val_counts_are_the_difference_of_two_runs() {
+    use std::os::unix::fs::PermissionsExt;
+
+    let place = Place::new();
+    let words = ["--instructions", "--shape", "10x10", "--precision", "f64"];
+    let (code, _, said) = with_path(&place, &words);
+    assert_eq!(code, Some(1), "{said}");
+    for word in [
+        "error: cannot count instructions",
+        "valgrind",
+        "apt-get install valgrind",
+    ] {
+        assert!(said.contains(word), "{said}");
+    }
+
+    let script = place.path("valgrind");
+    let executable = |text: &str| {
+        fs::write(&script, text).unwrap();
+        fs::set_permissions(&script, fs::Permissions::from_mode(0o755)).unwrap();
+    };
+    executable("#!/bin/sh\necho 'out of luck' >&2\nexit 3\n");
+    let (code, _, said) = with_path(&place, &words);
+    assert_eq!(code, Some(1), "{said}");
+    assert!(
+        said.contains("out of luck") && said.contains("--repeat"),
+        "{said}"
+    );
+
+    executable(STAND_IN);
+    let (code, told, said) = with_path(&place, &[&words[..], &["--record", "base.json"]].concat());
+    assert_eq!((code, said.as_str()), (Some(0), ""));
+    assert!(
+        told.contains("5.00 ( 3.00)") && told.contains("15.00"),
+        "{told}"
+    );
+    let known = json(&fs::read_to_string(place.path("base.json")).unwrap());
+    let counts = &known["instructions"][0]["per_sample"];
+    assert_eq!(counts["10x10 f64 portable"], 5.0);
+    assert_eq!(counts["10x10 f64 rustfft"], 15.0);
+
+    let check = [&words[..], &["--check", "--baseline", "base.json"]].concat();
+    let (code, _, said) = with_path(&place, &check);
+    assert_eq!(code, Some(0), "{said}");
+    // Twice as fast once, so half is lost.
+    let mut doubled = known.clone();
+    times(&mut doubled["instructions"][0]["per_sample"], 0.5);
+    fs::write(place.path("base.json"), doubled.to_string()).unwrap();
+    let (code, _, said) = with_path(&place, &check);
+    assert_eq!(code, Some(1), "{said}");
+    assert!(
+        said.contains("10x10 f64 portable: 2.500 instructions a sample, now 5.000: 50.0 % lost"),
+        "{said}"
+    );
+    doubled["instructions"][0]["build"] = json!("of another kind");
+    fs::write(place.path("base.json"), doubled.to_string()).unwrap();
+    let (code, _, said) = with_path(&place, &check);
+    assert_eq!(code, Some(1), "{said}");
+    assert!(said.contains("has no baseline for"), "{said}");
+}

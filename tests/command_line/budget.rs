@@ -1,0 +1,375 @@
+//! `cascade budget` and `compare`, and budgets in `cascade analyze`, as a stranger meets them.
+
+use std::fs;
+use std::path::PathBuf;
+
+use ndarray::{Array1, Array2};
+use ndarray_npy::NpzReader;
+use serde_json::Value;
+use test_support::place::Place;
+
+/// With a localized and a dispersive run in it.
+fn with_runs() -> Place {
+    let place = Place::new();
+    for (name, ratio) in [("loc.npz", "4.9272"), ("dis.npz", "2.398")] {
+        let scene = ["--sites", "40", "--end-time", "38", "--samples", "257"];
+        let run = [
+            &["simulate", "-q", "--out", name, "--stiffness-ratio", ratio],
+            &scene[..],
+        ];
+        place.good(&run.concat());
+    }
+    place
+}
+
+fn summary_in(place: &Place, name: &str) -> Value {
+    let text = fs::read_to_string(place.path(name).join("summary.json")).unwrap();
+    serde_json::from_str(&text).unwrap()
+}
+
+fn names_in(path: PathBuf) -> Vec<String> {
+    let entries = fs::read_dir(path).unwrap();
+    let mut names: Vec<String> = entries
+        .map(|e| e.unwrap().file_name().into_string().unwrap())
+        .collect();
+    names.sort();
+    names
+}
+
+#[test]
+fn a_run_to_its_budgets() {
+    let place = with_runs();
+    let said = place.good(&["budget", "loc.npz", "--out", "b", "--between", "3:17"]);
+    for word in [
+        "gain 1/2",
+        "real space balance",
+        "wavenumber balance",
+        "frequency",
+        "scale balance",
+        "b/report.html",
+    ] {
+        assert!(said.contains(word), "{word}: {said}");
+    }
+    assert_eq!(
+        names_in(place.path("b")),
+        ["budget.npz", "figures", "report.html", "summary.json"]
+    );
+    let drawn = names_in(place.path("b").join("figures"));
+    for name in [
+        "energies",
+        "energy-flux",
+        "energy-passed",
+        "power-flow",
+        "energy-spectrum",
+        "spectral-flux",
+        "scale-flux",
+        "views",
+    ] {
+        assert!(
+            drawn.contains(&format!("{name}.png")) && drawn.contains(&format!("{name}.svg")),
+            "{drawn:?}"
+        );
+    }
+    let summary = summary_in(&place, "b");
+    assert_eq!(summary["schema"], "cascade.budget/1");
+    assert_eq!(
+        summary["provenance"]["input_blake3"].as_str().map(str::len),
+        Some(64)
+    );
+    let closure = &summary["closure"];
+    assert_eq!(closure["integration"], "stepping");
+    for (name, limit) in [
+        ("real_space", 1e-10),
+        ("wavenumber", 1e-11),
+        ("frequency", 1e-9),
+        ("scale", 1e-10),
+    ] {
+        let residual = closure[name].as_f64().unwrap();
+        assert!(residual > 0.0 && residual < limit, "{name} {residual:e}");
+    }
+    assert!(closure.get("reasons").is_none());
+    assert!(closure["departure"].as_f64().unwrap() < 1e-8);
+    let between = summary["frequency"]["between"].as_array().unwrap();
+    assert_eq!(between[3]["contacts"], serde_json::json!([3, 17]));
+    for between in summary["frequency"]["between"].as_array().unwrap() {
+        let of = |name: &str| between[name].as_f64().unwrap();
+        assert!((of("low") + of("high") + of("behind")).abs() < 1e-15);
+    }
+    for scale in summary["scale"].as_array().unwrap() {
+        let of = |name: &str| scale[name].as_f64().unwrap();
+        assert!((of("sigma") - of("scale") / 12f64.sqrt()).abs() < 1e-12);
+        assert!(of("cutoff_wavenumber") > 0.0 && scale["filter"] == "gaussian");
+    }
+
+    let mut arrays = NpzReader::new(fs::File::open(place.path("b/budget.npz")).unwrap()).unwrap();
+    let mut line = |name: &str| -> Array1<f64> { arrays.by_name(name).unwrap() };
+    let (time, k, f) = (line("time"), line("wavenumber"), line("frequency"));
+    let (kinetic, contact) = (line("kinetic_energy"), line("contact_energy"));
+    let mut table = |name: &str| -> Array2<f64> { arrays.by_name(name).unwrap() };
+    let spectrum = table("energy_spectrum");
+    assert_eq!(spectrum.dim(), (time.len(), k.len()));
+    for (i, row) in spectrum.rows().into_iter().enumerate() {
+        assert!((row.sum() - kinetic[i] - contact[i]).abs() < 1e-14);
+    }
+    for (name, shape) in [
+        ("transfer", (257, 21)),
+        ("spectral_flux", (257, 21)),
+        ("integrated_spectral_flux", (257, 21)),
+        ("site_energy", (257, 40)),
+        ("energy_flux", (257, 40)),
+        ("energy_passed", (257, 40)),
+        ("power_flow", (f.len(), 40)),
+        ("scale_flux", (257, 40)),
+    ] {
+        assert_eq!(table(name).dim(), shape, "{name}");
+    }
+    // df times the sum is what passed by the end.
+    let (flow, passed) = (table("power_flow"), table("energy_passed"));
+    let cumulative = table("cumulative_power_flow");
+    for j in 0..39 {
+        let sum = flow.column(j).sum() * f[1];
+        assert!((sum - passed[[256, j]]).abs() < 1e-3, "{j}");
+        assert!((cumulative[[f.len() - 1, j]] - sum).abs() < 1e-13, "{j}");
+    }
+}
+
+#[test]
+fn choices_of_a_budget() {
+    let place = with_runs();
+    let text = place.good(&[
+        "budget",
+        "dis.npz",
+        "--out",
+        "c",
+        "--from-samples",
+        "--only",
+        "wavenumber",
+        "--figures",
+        "none",
+        "--json",
+        "--window-sites",
+        "2:9",
+        "--band-edge-wavenumber",
+        "1.5",
+    ]);
+    let summary: Value = serde_json::from_str(&text).unwrap();
+    assert_eq!(summary, summary_in(&place, "c"));
+    assert_eq!(names_in(place.path("c")), ["budget.npz", "summary.json"]);
+    let closure = &summary["closure"];
+    assert_eq!(closure["integration"], "samples");
+    assert!(closure["scale"].is_null() && closure["reasons"]["scale"] == "not asked for");
+    assert!(summary["frequency"].is_null() && summary["wavenumber"]["band_edge"] == 1.5);
+    place.bad(2, &["budget", "dis.npz", "--out", "c"]);
+    place.good(&[
+        "budget",
+        "dis.npz",
+        "--out",
+        "c",
+        "--force",
+        "--from-samples",
+        "-q",
+    ]);
+
+    let said = place.bad(2, &["budget", "dis.npz", "--filter", "sharp"]);
+    assert!(said.contains("gaussian"), "{said}");
+    place.bad(2, &["budget", "dis.npz", "--scales", "-2"]);
+    for scale in ["30", "39", "80", "1e12", "1e-300"] {
+        let said = place.bad(2, &["budget", "dis.npz", "--scales", &format!("4,{scale}")]);
+        assert!(said.contains("scale"), "{said}");
+    }
+    place.bad(2, &["budget", "dis.npz", "--between", "3:99"]);
+    place.bad(2, &["budget", "dis.npz", "--between", "3"]);
+    place.bad(2, &["budget", "dis.npz", "--window-samples", "5:9999"]);
+    place.bad(1, &["budget", "absent.npz"]);
+    fs::write(place.path("text.npz"), "no archive").unwrap();
+    let said = place.bad(2, &["budget", "text.npz"]);
+    assert!(said.contains("--scene"), "{said}");
+    place.good(&[
+        "simulate",
+        "-q",
+        "--out",
+        "v.npz",
+        "--sites",
+        "8",
+        "--end-time",
+        "9",
+        "--record",
+        "force",
+    ]);
+    let said = place.bad(2, &["budget", "v.npz"]);
+    assert!(said.contains("displacements"), "{said}");
+}
+
+#[test]
+fn two_runs_on_one_page() {
+    let place = with_runs();
+    place.good(&[
+        "compare",
+        "loc.npz",
+        "dis.npz",
+        "--out",
+        "d",
+        "--from-samples",
+    ]);
+    assert_eq!(
+        names_in(place.path("d")),
+        ["figures", "report.html", "summary.json"]
+    );
+    let summary = summary_in(&place, "d");
+    assert_eq!(summary["schema"], "cascade.compare/1");
+    let of = |which: &str| {
+        summary[which]["wavenumber"]["share_passed"]
+            .as_f64()
+            .unwrap()
+    };
+    let difference = summary["difference"]["wavenumber"]["share_passed"]
+        .as_f64()
+        .unwrap();
+    assert!((of("second") - of("first") - difference).abs() < 1e-15);
+    let page = fs::read_to_string(place.path("d/report.html")).unwrap();
+    assert!(page.contains("loc") && page.contains("dis") && page.matches("<img").count() >= 15);
+    assert!(!page.contains("<script"));
+    place.bad(2, &["compare", "loc.npz"]);
+    place.bad(1, &["compare", "loc.npz", "absent.npz"]);
+}
+
+#[test]
+fn an_analysis_of_a_run_holds_its_budgets() {
+    let place = with_runs();
+    place.good(&["analyze", "loc.npz", "--out", "a", "-q", "--figures", "png"]);
+    let closure = summary_in(&place, "a")["closure"].clone();
+    assert!(closure["real_space"].as_f64().unwrap() < 1e-10);
+    assert_eq!(closure["integration"], "samples");
+    assert!(place.path("a/budget.npz").exists() && place.path("a/budget.html").exists());
+
+    // A field alone carries no chain, and says so.
+    let field = concat!(
+        env!("CARGO_MANIFEST_DIR"),
+        "/examples/data/lattice_impact.npy"
+    );
+    place.good(&["analyze", field, "--out", "f", "-q", "--figures", "none"]);
+    let closure = summary_in(&place, "f")["closure"].clone();
+    assert!(closure["wavenumber"].is_null());
+    assert_eq!(
+        closure["reasons"]["wavenumber"],
+        "the field carries no chain"
+    );
+    assert!(!place.path("f/budget.npz").exists());
+}
+
+#[test]
+fn a_measured_field_with_its_chain() {
+    let place = with_runs();
+    let chain = "sites = 40\nstiffness_ratio = 4.9272\nend_time = 30.0\nsamples = 1501\n";
+    fs::write(place.path("chain.toml"), chain).unwrap();
+    place.good(&["simulate", "chain.toml", "--out", "m.npz", "-q"]);
+    let mut run = NpzReader::new(fs::File::open(place.path("m.npz")).unwrap()).unwrap();
+    let mut velocity: Array2<f64> = run.by_name("velocity").unwrap();
+    // Twelve draws of a linear congruence are as good as normal here.
+    let mut state = 1u64;
+    let mut noise = || -> f64 {
+        (0..12).fold(-6.0, |sum, _| {
+            state = state
+                .wrapping_mul(6364136223846793005)
+                .wrapping_add(1442695040888963407);
+            sum + (state >> 11) as f64 / (1u64 << 53) as f64
+        })
+    };
+    velocity.mapv_inplace(|v| v + 1e-3 * noise());
+    ndarray_npy::write_npy(place.path("m.npy"), &velocity).unwrap();
+    let measured = ["budget", "m.npy", "--scene", "chain.toml", "--dt", "0.02"];
+    let said = place.good(&[&measured[..], &["--out", "m"]].concat());
+    assert!(
+        said.contains("energy given") && said.contains("warning"),
+        "{said}"
+    );
+    // No number of the energies, bands and shares without its error.
+    for line in ["energy  ", "wavenumber  ", "frequency  "] {
+        let line = said.lines().find(|said| said.starts_with(line));
+        assert!(line.unwrap().contains('\u{b1}'), "{said}");
+    }
+    let summary = summary_in(&place, "m");
+    let of = |name: &str| summary["measured"]["energy"][name].as_f64().unwrap();
+    let (value, error) = (of("value"), of("error"));
+    assert!(
+        (value - 0.5).abs() < 3.0 * error && error < 0.01,
+        "{value} {error}"
+    );
+    let mut arrays = NpzReader::new(fs::File::open(place.path("m/budget.npz")).unwrap()).unwrap();
+    let force: Array2<f64> = arrays.by_name("force").unwrap();
+    let error: Array2<f64> = arrays.by_name("force_error").unwrap();
+    assert_eq!((force.dim(), error.dim()), ((1501, 40), (1501, 40)));
+    for name in [
+        "transfer",
+        "spectral_flux",
+        "integrated_spectral_flux",
+        "energy_spectrum",
+        "power_flow",
+        "scale_flux",
+    ] {
+        let array: Array2<f64> = arrays.by_name(name).unwrap();
+        let error: Array2<f64> = arrays.by_name(&format!("{name}_error")).unwrap();
+        assert_eq!(array.dim(), error.dim(), "{name}");
+        assert!(error.iter().any(|error| *error > 0.0), "{name}");
+    }
+    let error = |summary: &Value| {
+        summary["wavenumber"]["share_passed_error"]
+            .as_f64()
+            .unwrap()
+    };
+    let exact = error(&summary);
+    assert!((1e-4..0.02).contains(&exact), "{exact}");
+    for (name, at) in [("energy", "end"), ("wavenumber", "centroid_end")] {
+        assert!(
+            summary[name]["errors"][at].as_f64().unwrap() > 0.0,
+            "{name}"
+        );
+    }
+    assert!(
+        summary["frequency"]["between"][2]["low_error"]
+            .as_f64()
+            .unwrap()
+            > 0.0
+    );
+    assert!(
+        summary["scale"][0]["integrated_flux_error"]
+            .as_f64()
+            .unwrap()
+            > 0.0
+    );
+
+    // Gains that are not known to a hundredth leave no direction.
+    let uncertain = ["--gain-error", "5%", "--out", "uncertain"];
+    let said = place.good(&[&measured[..], &uncertain].concat());
+    assert!(said.contains("no direction is resolved"), "{said}");
+    let summary = summary_in(&place, "uncertain");
+    assert!(error(&summary) > 5.0 * exact);
+    assert_eq!(summary["wavenumber"]["direction"], "unresolved");
+    let said = place.bad(2, &[&measured[..], &["--gain-error", "1,2"]].concat());
+    assert!(said.contains("1%"), "{said}");
+    let said = place.bad(2, &[&measured[..], &["--mass-error", "0.1,0.2"]].concat());
+    assert!(
+        said.contains("--mass-error") && said.contains("40"),
+        "{said}"
+    );
+    let said = place.bad(2, &["budget", "loc.npz", "--coefficient-error", "0.1"]);
+    assert!(said.contains("--scene"), "{said}");
+
+    let said = place.bad(2, &["budget", "m.npy", "--scene", "chain.toml"]);
+    assert!(said.contains("dt"), "{said}");
+    let said = place.bad(2, &["budget", "loc.npz", "--dt", "0.1"]);
+    assert!(said.contains("--scene"), "{said}");
+    velocity.mapv_inplace(|v| v + noise());
+    ndarray_npy::write_npy(place.path("loud.npy"), &velocity).unwrap();
+    let loud = [
+        "budget",
+        "loud.npy",
+        "--scene",
+        "chain.toml",
+        "--dt",
+        "0.02",
+    ];
+    let said = place.bad(1, &loud);
+    assert!(said.contains("standard error"), "{said}");
+    place.bad(2, &[&measured[..], &["--missing", "77"]].concat());
+}

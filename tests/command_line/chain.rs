@@ -1,0 +1,486 @@
+//! `cascade simulate`, `scene` and `contact` as a stranger meets them.
+
+use std::collections::BTreeSet;
+use std::fs;
+use std::path::{Path, PathBuf};
+
+use ndarray::{Array1, Array2};
+use ndarray_npy::NpzReader;
+use serde_json::Value;
+use wavecascade::chain::scene::SceneSource;
+use wavecascade::field::{OpenOptions, Quantity};
+use wavecascade::observer::Silent;
+use wavecascade::report::RunFile;
+use wavecascade::{Error, Field};
+
+use test_support::place::Place;
+
+fn examples() -> PathBuf {
+    Path::new(env!("CARGO_MANIFEST_DIR")).join("examples/scenes")
+}
+
+const SHORT: [&str; 9] = [
+    "simulate",
+    "--sites",
+    "12",
+    "--stiffness-ratio",
+    "4.9272",
+    "--end-time",
+    "9",
+    "--samples",
+    "64",
+];
+
+fn short<'a>(more: &[&'a str]) -> Vec<&'a str> {
+    SHORT.iter().copied().chain(more.iter().copied()).collect()
+}
+
+#[test]
+fn a_run_from_options_alone_is_read_by_its_arrays_and_by_analyze() {
+    let place = Place::new();
+    let said = place.good(&short(&["--out", "run.npz"]));
+    for words in [
+        "12 sites",
+        "stiffness ratio 4.9272",
+        "estimated error",
+        "energy drift",
+        "run.npz",
+    ] {
+        assert!(said.contains(words), "{words}: {said}");
+    }
+    assert_eq!(place.names(), BTreeSet::from(["run.npz".into()]));
+    let file = fs::File::open(place.path("run.npz")).unwrap();
+    let mut npz = NpzReader::new(file).unwrap();
+    let time: Array1<f64> = npz.by_name("time.npy").unwrap();
+    assert_eq!((time.len(), time[0], time[63]), (64, 0.0, 9.0));
+    for name in ["velocity", "displacement", "force", "energy_passed"] {
+        let array: Array2<f64> = npz.by_name(&format!("{name}.npy")).unwrap();
+        assert_eq!(array.dim(), (64, 12), "{name}");
+    }
+    let mass: Array1<f64> = npz.by_name("mass.npy").unwrap();
+    let coefficient: Array1<f64> = npz.by_name("contact_coefficient.npy").unwrap();
+    assert_eq!((mass.len(), coefficient[1]), (12, 4.9272));
+
+    let field = Field::open(place.path("run.npz"), &OpenOptions::default()).unwrap();
+    assert_eq!(field.quantity, Quantity::Velocity);
+    assert!((field.time.step - 9.0 / 63.0).abs() < 1e-15);
+    assert_eq!(
+        (field.time.unit, field.space.unit, field.unit),
+        (None, None, None)
+    );
+    place.good(&["analyze", "run.npz", "--out", "out", "--figures", "none"]);
+    assert!(place.path("out/summary.json").exists());
+}
+
+#[test]
+fn an_si_run_states_its_units_and_its_scene_is_no_sidecar() {
+    let place = Place::new();
+    fs::copy(
+        examples().join("quartz_cylinders.toml"),
+        place.path("quartz.toml"),
+    )
+    .unwrap();
+    place.good(&[
+        "simulate",
+        "quartz.toml",
+        "--end-time",
+        "0.4 ms",
+        "--samples",
+        "200",
+    ]);
+    assert!(place.path("quartz.npz").exists());
+    let open = |member: Option<&str>| {
+        let options = OpenOptions {
+            member: member.map(str::to_owned),
+            ..OpenOptions::default()
+        };
+        Field::open(place.path("quartz.npz"), &options).unwrap()
+    };
+    let field = open(None);
+    assert_eq!(field.quantity, Quantity::Velocity);
+    assert_eq!((field.n_times(), field.n_sites()), (200, 41));
+    assert_eq!(field.time.unit.as_deref(), Some("s"));
+    assert!((field.time.step / (0.4e-3 / 199.0) - 1.0).abs() < 1e-12);
+    assert_eq!(field.space.unit.as_deref(), Some("m"));
+    assert!((field.space.step / 0.018 - 1.0).abs() < 1e-12);
+    assert_eq!(field.unit.as_deref(), Some("m/s"));
+    let force = open(Some("force"));
+    assert_eq!(
+        (force.quantity, force.unit.as_deref()),
+        (Quantity::Force, Some("N"))
+    );
+    assert!((force.space.origin / 0.009 - 1.0).abs() < 1e-12);
+
+    // The same scene beside any other archive of its name is taken for a sidecar, and refused.
+    fs::copy(place.path("quartz.toml"), place.path("other.toml")).unwrap();
+    let archive = fs::File::create(place.path("other.npz")).unwrap();
+    let mut npz = ndarray_npy::NpzWriter::new(archive);
+    npz.add_array("velocity", &Array2::<f64>::ones((9, 3)))
+        .unwrap();
+    npz.finish().unwrap();
+    let refused = Field::open(place.path("other.npz"), &OpenOptions::default());
+    assert!(matches!(refused, Err(Error::Input { .. })));
+    // A sidecar of a run has the run's whole name.
+    fs::write(place.path("quartz.npz.toml"), "time_unit = 'h'").unwrap();
+    assert_eq!(open(None).time.unit.as_deref(), Some("h"));
+}
+
+#[test]
+fn what_is_written_is_what_the_library_computes_and_reads_back() {
+    let place = Place::new();
+    let text = "sites = 9\nmass_spread = 0.2\nends = 'free'\ndrag = 0.01\ndrive = 'force'\n\
+                drive_amplitude = 0.3\ndrive_frequency = 0.1\nend_time = 6.0\nsamples = 20\n\
+                # a comment in \u{3ba}\n";
+    fs::write(place.path("scene.toml"), text).unwrap();
+    place.good(&[
+        "simulate",
+        "scene.toml",
+        "-o",
+        "deep/folder/a.npz",
+        "--seed",
+        "5",
+    ]);
+    let source = SceneSource::read(&place.path("scene.toml")).unwrap();
+    let setting = wavecascade::chain::scene::Setting {
+        key: "seed".into(),
+        text: "5".into(),
+        source: "test".into(),
+    };
+    let setup = source.with([setting]).setup().unwrap();
+    let run = setup.simulation.run(&Silent).unwrap();
+    let read = RunFile::read(&place.path("deep/folder/a.npz")).unwrap();
+    assert_eq!(read.setup, setup);
+    assert_eq!(read.run.report, run.report);
+    assert_eq!(read.run.time, run.time);
+    assert_eq!(read.run.velocity, run.velocity);
+    assert_eq!(read.run.displacement, run.displacement);
+    assert_eq!(read.run.force, run.force);
+    assert_eq!(read.run.energy_passed, run.energy_passed);
+    assert_eq!(read.run.energy_lost, run.energy_lost);
+    assert_eq!(read.run.energy_input, run.energy_input);
+    assert!(read.run.energy_input.is_some() && read.run.energy_lost.is_some());
+    assert_eq!(read.run.chain, run.chain);
+    // Without settings over it, the text is kept as it is.
+    place.good(&["simulate", "scene.toml", "-o", "b.npz", "--force"]);
+    let read = RunFile::read(&place.path("b.npz")).unwrap();
+    assert_eq!(read.setup.text, text);
+}
+
+#[test]
+fn only_what_is_recorded_is_kept() {
+    let place = Place::new();
+    place.good(&short(&["--out", "few.npz", "--record", "force"]));
+    let mut npz = NpzReader::new(fs::File::open(place.path("few.npz")).unwrap()).unwrap();
+    let names: BTreeSet<String> = npz.names().unwrap().into_iter().collect();
+    let expected = [
+        "contact_coefficient",
+        "force",
+        "mass",
+        "report",
+        "scene",
+        "schema",
+        "time",
+        "velocity",
+    ];
+    let names: Vec<&str> = names.iter().map(String::as_str).collect();
+    assert_eq!(names, expected);
+    let full: Array2<f64> = npz.by_name("force.npy").unwrap();
+    assert_eq!(full.dim(), (64, 12));
+    place.good(&short(&["--out", "none.npz", "--record", ""]));
+    assert!(
+        RunFile::read(&place.path("none.npz"))
+            .unwrap()
+            .run
+            .force
+            .is_none()
+    );
+}
+
+#[test]
+fn runs_are_the_same_bits_again() {
+    let place = Place::new();
+    place.good(&short(&["--out", "a.npz"]));
+    place.good(&short(&["--out", "b.npz"]));
+    let bytes = |name| fs::read(place.path(name)).unwrap();
+    assert_eq!(bytes("a.npz"), bytes("b.npz"));
+}
+
+#[test]
+fn nothing_is_overwritten_unasked_and_nothing_but_a_run_ever() {
+    let place = Place::new();
+    place.good(&short(&["--out", "run.npz"]));
+    let first = fs::read(place.path("run.npz")).unwrap();
+    let said = place.bad(2, &short(&["--out", "run.npz"]));
+    assert!(said.contains("--force"), "{said}");
+    assert_eq!(fs::read(place.path("run.npz")).unwrap(), first);
+    place.good(&short(
+        &["--out", "run.npz", "--force", "--sites", "13"][..3],
+    ));
+    fs::write(place.path("notes.npz"), "mine").unwrap();
+    fs::create_dir(place.path("folder")).unwrap();
+    for taken in ["notes.npz", "folder"] {
+        let said = place.bad(2, &short(&["--out", taken, "--force"]));
+        assert!(said.contains("not replaced"), "{said}");
+    }
+    place.bad(2, &short(&["--out", ".."]));
+    place.bad(1, &short(&["--out", "notes.npz/run.npz"]));
+}
+
+#[test]
+fn run_files_that_are_not_what_they_say_are_refused() {
+    let place = Place::new();
+    place.good(&short(&["--out", "run.npz"]));
+    let good = RunFile::read(&place.path("run.npz")).unwrap();
+    // A shorter record than the scene states.
+    let mut run = good.run.clone();
+    run.time = run.time.slice(ndarray::s![..60]).to_owned();
+    let path = place.path("short.npz");
+    RunFile::write(&path, false, &good.setup, &run, &Silent).unwrap();
+    let said = RunFile::read(&path).unwrap_err().to_string();
+    assert!(
+        said.contains("\"time\": expected shape (64), found (60)"),
+        "{said}"
+    );
+    // Another mass than the scene's.
+    let mut run = good.run.clone();
+    run.chain.mass[3] = 1.5;
+    let path = place.path("mass.npz");
+    RunFile::write(&path, false, &good.setup, &run, &Silent).unwrap();
+    let said = RunFile::read(&path).unwrap_err().to_string();
+    assert!(said.contains("another mass at index 3"), "{said}");
+    // Another scene.
+    let mut setup = good.setup.clone();
+    setup.text = "sites = 12\nend_time = 9\nsamples = 64\nlaw = 'square'".into();
+    let path = place.path("law.npz");
+    RunFile::write(&path, false, &setup, &good.run, &Silent).unwrap();
+    let said = RunFile::read(&path).unwrap_err().to_string();
+    assert!(said.contains("law.npz:4: law: expected"), "{said}");
+    // An array that the scene records is not there.
+    let mut run = good.run.clone();
+    run.force = None;
+    let path = place.path("force.npz");
+    RunFile::write(&path, false, &good.setup, &run, &Silent).unwrap();
+    let said = RunFile::read(&path).unwrap_err().to_string();
+    assert!(said.contains("\"force\" is not there"), "{said}");
+    // A field of another origin.
+    let field = Path::new(env!("CARGO_MANIFEST_DIR")).join("examples/data/lattice_impact.npy");
+    assert!(RunFile::read(&field).is_err());
+}
+
+#[test]
+fn the_examples_are_scenes_and_the_short_ones_run() {
+    let place = Place::new();
+    let mut count = 0;
+    for entry in fs::read_dir(examples()).unwrap() {
+        let path = entry.unwrap().path();
+        let said = place.good(&["scene", "--check", path.to_str().unwrap()]);
+        assert!(said.contains("chain") && said.contains("memory"), "{said}");
+        count += 1;
+        let scene = path.to_str().unwrap();
+        let fewer = [
+            "--samples",
+            "32",
+            "--tolerance",
+            "1e-5",
+            "--force",
+            "--out",
+            "run.npz",
+        ];
+        let mut words = vec!["simulate", scene];
+        words.extend(fewer);
+        if [
+            "linear_chain.toml",
+            "lossy_spheres.toml",
+            "quartz_cylinders.toml",
+        ]
+        .iter()
+        .any(|name| path.ends_with(name))
+        {
+            place.good(&words);
+        }
+    }
+    assert!(count >= 6, "{count}");
+}
+
+#[test]
+fn the_scene_command_prints_a_scene_that_runs_and_a_schema() {
+    let place = Place::new();
+    fs::write(place.path("scene.toml"), place.good(&["scene"])).unwrap();
+    let said = place.good(&["simulate", "scene.toml", "--plan", "--json"]);
+    let plan: Value = serde_json::from_str(&said).unwrap();
+    assert_eq!(
+        (&plan["sites"], &plan["stiffness_ratio"]),
+        (&300.into(), &4.9272.into())
+    );
+    // All samples of a run with its arrays, and the velocities of its check at some of them.
+    assert_eq!(plan["memory"], 1024 * 8 * (1 + 4 * 300) + 130 * 8 * 300);
+    assert_eq!(place.names().len(), 1, "a plan writes nothing");
+    let schema: Value = serde_json::from_str(&place.good(&["scene", "--schema"])).unwrap();
+    let properties = schema["properties"].as_object().unwrap();
+    assert!(properties.contains_key("stiffness_ratio"));
+    assert_eq!(schema["additionalProperties"], false);
+    assert!(!schema.to_string().contains("null"), "TOML has no null");
+    // Every key of it is an option of `simulate`, with its description.
+    let help = place.good(&["simulate", "--help"]);
+    for key in properties.keys() {
+        assert!(
+            help.contains(&format!("--{} ", key.replace('_', "-"))),
+            "{key}"
+        );
+    }
+    assert!(help.contains("Number of sites, the striker (site 0) included"));
+    let page = place.good(&["man", "simulate"]);
+    assert!(page.contains("stiffness\\-ratio"), "{page}");
+    assert!(
+        place
+            .good(&["completions", "bash"])
+            .contains("--stiffness-ratio")
+    );
+}
+
+#[test]
+fn json_says_what_was_done() {
+    let place = Place::new();
+    let said: Value =
+        serde_json::from_str(&place.good(&short(&["--json", "-o", "a.npz"]))).unwrap();
+    assert_eq!(said["schema"], "cascade.run/1");
+    assert_eq!(said["file"], "a.npz");
+    assert!(said["report"]["error"].as_f64().unwrap() < 1e-9);
+    assert!(said["report"]["cost"]["steps"].as_u64().unwrap() > 10);
+    assert_eq!(place.good(&short(&["--quiet", "-o", "b.npz"])), "");
+}
+
+#[test]
+fn val_paper_the_contact_of_8_degrees() {
+    let place = Place::new();
+    let said = place.good(&[
+        "contact",
+        "--angle",
+        "8",
+        "--material",
+        "quartz",
+        "--radius",
+        "9mm",
+    ]);
+    // 4.507 in the paper.
+    assert!(
+        said.contains("4.506814") && said.contains("exact") && said.contains("N/m^1.5"),
+        "{said}"
+    );
+    let json: Value =
+        serde_json::from_str(&place.good(&["contact", "--stiffness-ratio", "4.927", "--json"]))
+            .unwrap();
+    let form = &json["forms"][0];
+    assert_eq!(form["ellipse"], "approximate");
+    let angle = form["angle"].as_f64().unwrap();
+    assert!((angle - 7.4).abs() < 0.2, "{angle}");
+    assert!((form["stiffness_ratio"].as_f64().unwrap() - 4.927).abs() < 1e-12);
+    assert_eq!(form["coefficient"], Value::Null);
+    place.bad(2, &["contact"]);
+    let said = place.bad(2, &["contact", "--angle", "0"]);
+    assert!(said.contains("--angle"), "{said}");
+    let said = place.bad(
+        2,
+        &[
+            "contact",
+            "--angle",
+            "9",
+            "--material",
+            "x",
+            "--radius",
+            "1",
+        ],
+    );
+    assert!(said.contains("--material: expected quartz"), "{said}");
+}
+
+#[cfg(unix)]
+#[test]
+fn an_interrupt_leaves_nothing() {
+    let place = Place::new();
+    let program = assert_cmd::cargo::cargo_bin("cascade");
+    let long = [
+        "simulate",
+        "--sites",
+        "3000",
+        "--end-time",
+        "1e6",
+        "--samples",
+        "3",
+        "--out",
+        "x/run.npz",
+    ];
+    let mut child = std::process::Command::new(program)
+        .current_dir(place.folder())
+        .args(long)
+        .stderr(std::process::Stdio::piped())
+        .spawn()
+        .unwrap();
+    std::thread::sleep(std::time::Duration::from_millis(700));
+    let kill = std::process::Command::new("kill")
+        .args(["-INT", &child.id().to_string()])
+        .status();
+    assert!(kill.unwrap().success());
+    let status = child.wait().unwrap();
+    assert_eq!(status.code(), Some(130));
+    assert!(place.names().is_empty(), "{:?}", place.names());
+}
+
+#[test]
+fn a_sweep_says_what_is_wrong_and_that_runs_failed() {
+    let place = Place::new();
+    let short = ["--sites", "8", "--end-time", "20", "--samples", "8"];
+    let sweep = |more: &[&'static str]| [&["sweep"], &short[..], more].concat();
+    place.good(&sweep(&["--vary", "stiffness_ratio=1,2", "--out", "good"]));
+    let said = place.bad(
+        2,
+        &["sweep", "--merge", "good", "--sites", "3", "--out", "m"],
+    );
+    assert!(
+        said.contains("--merge") && said.contains("--sites"),
+        "{said}"
+    );
+    let steps = [
+        "--scheme",
+        "velocity-verlet",
+        "--vary",
+        "step=0.01,9",
+        "--out",
+        "half",
+    ];
+    let output = place.run(&sweep(&steps));
+    assert_eq!(output.status.code(), Some(1), "one of two runs failed");
+    let said = String::from_utf8(output.stderr).unwrap();
+    assert!(said.contains("1 of the runs failed"), "{said}");
+    let table = fs::read_to_string(place.path("half").join("table.csv")).unwrap();
+    assert_eq!(table.lines().count(), 3);
+    assert!(
+        table.lines().nth(2).unwrap().contains("stability"),
+        "{table}"
+    );
+}
+
+#[test]
+fn a_folder_is_no_place_for_a_run() {
+    let place = Place::new();
+    let said = place.bad(2, &["simulate", "--sites", "4", "--out", "folder/"]);
+    assert!(
+        said.contains("--out: expected a file with a name"),
+        "{said}"
+    );
+}
+
+/// Members of other programs that only happen to be called like units.
+#[test]
+fn what_is_no_text_is_no_unit() {
+    let place = Place::new();
+    let file = fs::File::create(place.path("other.npz")).unwrap();
+    let mut npz = ndarray_npy::NpzWriter::new(file);
+    npz.add_array("velocity", &Array2::<f64>::ones((8, 4)))
+        .unwrap();
+    npz.add_array("velocity_unit", &Array1::<f64>::zeros(3))
+        .unwrap();
+    npz.finish().unwrap();
+    let field = Field::open(place.path("other.npz"), &OpenOptions::default()).unwrap();
+    assert_eq!((field.quantity, field.unit), (Quantity::Velocity, None));
+}

@@ -1,0 +1,380 @@
+//! Options of fields on the command line: units, names of results, options without effect, messages.
+
+use std::fs;
+
+use ndarray::Array2;
+use serde_json::Value;
+use test_support::made::{axis, open, pulse, savez, steps, values};
+use test_support::place::{Place, text};
+
+#[test]
+fn steps_carry_units() {
+    let place = Place::new();
+    place.save("a.npy", &pulse(64, 8));
+    let found = |options: &[&str], sidecar: &str| -> (Value, String) {
+        fs::write(place.path("a.npy.toml"), sidecar).unwrap();
+        let words = ["analyze", "a.npy", "--figures", "none", "--force"];
+        let said = place.good(&[&words[..], options].concat());
+        let first = said.lines().next().unwrap().to_owned();
+        (place.json("a-cascade/summary.json")["field"].clone(), first)
+    };
+    let cases: [(&[&str], &str); 8] = [
+        (&["--dt", "10us", "--dx", "2mm"], ""),
+        (&["--rate", "100kHz", "--dx", "0.2 cm"], ""),
+        (&["--fs", "100000", "--time-unit", "sec", "--dx", "2mm"], ""),
+        (&[], "dt = \"10 us\"\ndx = \"2 mm\"\n"),
+        (&[], "fs = \"100 kHz\"\ndx = \"2 mm\"\n"),
+        (
+            &[],
+            "rate = 1e5\ntime_unit = \"seconds\"\ndx = 0.002\nspace_unit = \"metres\"\n",
+        ),
+        (&["--dt", "10us"], "rate = \"1 Hz\"\ndx = \"2 mm\"\n"),
+        (
+            &["--dt", "1e-5", "--time-unit", "s", "--t0", "0ms"],
+            "dx = \"2 mm\"\nfs = 3\n",
+        ),
+    ];
+    for (options, sidecar) in cases {
+        let (field, first) = found(options, sidecar);
+        assert_eq!(
+            (&field["dt"], &field["dx"]),
+            (&1e-5.into(), &0.002.into()),
+            "{options:?}"
+        );
+        let units = &field["units"];
+        assert_eq!(
+            (&units["time"], &units["frequency"]),
+            (&"s".into(), &"Hz".into())
+        );
+        assert_eq!(
+            (&units["space"], &units["wavenumber"]),
+            (&"m".into(), &"rad/m".into())
+        );
+        assert!(first.ends_with("dt 1e-5 s, dx 0.002 m"), "{first}");
+    }
+    // In the unit of the axis, where one is stated.
+    let (field, first) = found(&["--dt", "10us", "--t0", "-0.3s"], "time_unit = \"ms\"\n");
+    assert_eq!(
+        (&field["dt"], &field["t0"]),
+        (&0.01.into(), &(-300.0).into())
+    );
+    assert_eq!(field["units"]["frequency"], "kHz");
+    assert!(
+        first.contains("dt 0.01 ms, no dx: x counts sites"),
+        "{first}"
+    );
+    // Without steps, the first line says what is counted.
+    let (field, first) = found(&[], "");
+    assert!(
+        first.contains("no dt: time counts samples, no dx: x counts sites"),
+        "{first}"
+    );
+    assert_eq!(field["units"]["frequency"], "cycles/sample");
+    for (code, words, expected) in [
+        (
+            2,
+            &["--dt", "10 parsec"][..],
+            &["--dt", "10 parsec", "ms"][..],
+        ),
+        (2, &["--dt", "-1us"], &["--dt", "-1us", "above 0"]),
+        (2, &["--dt", "1", "--rate", "1"], &["--rate", "--dt"]),
+        (2, &["--dx", "2ms"], &["--dx", "2ms", "mm"]),
+        (
+            1,
+            &["--dt", "10us", "--time-unit", "ticks"],
+            &["a.npy", "ticks", "--time-unit"],
+        ),
+    ] {
+        let base = ["analyze", "a.npy", "--out", "new"];
+        let said = place.bad(code, &[&base[..], words].concat());
+        for word in expected {
+            assert!(said.contains(word), "{words:?}: {said}");
+        }
+    }
+}
+
+/// The same record with its times in s and in ms beside a scene in SI: the same energies.
+#[test]
+fn regress_a_field_beside_an_si_scene_is_put_into_si() {
+    let place = Place::new();
+    let si = "sites = 6\nmaterial = \"steel\"\nshape = \"sphere\"\nradius = \"9 mm\"\n\
+              striker_velocity = \"1 m/s\"\nend_time = 1e-4\nsamples = 201\n";
+    fs::write(place.path("si.toml"), si).unwrap();
+    place.good(&["simulate", "si.toml", "--out", "run.npz", "--quiet"]);
+    place.save("a.npy", &values(&open(&place, "run.npz")));
+    let base =
+        "budget a.npy --scene si.toml --noise 1e-6 --figures none --force --json --only wavenumber";
+    let base: Vec<&str> = base.split(' ').collect();
+    let found = |words: &[&str]| -> Value {
+        let said = place.good(&[&base[..], words].concat());
+        let mut summary: Value = serde_json::from_str(&said).unwrap();
+        summary["provenance"].take();
+        summary
+    };
+    let seconds = found(&["--dt", "5e-7"]);
+    assert_eq!(found(&["--dt", "5e-4", "--time-unit", "ms"]), seconds);
+    assert_eq!(found(&["--dt", "0.5us", "--time-unit", "ms"]), seconds);
+    for (words, found) in [
+        (&["--dt", "1", "--time-unit", "ticks"][..], "ticks"),
+        (&["--dt", "1us", "--unit", "mm/s"], "mm/s"),
+    ] {
+        let base = ["budget", "a.npy", "--scene", "si.toml", "--out", "new"];
+        let said = place.bad(2, &[&base[..], words].concat());
+        assert!(said.contains("a.npy") && said.contains(found), "{said}");
+    }
+}
+
+#[test]
+fn a_filter_says_what_it_cannot_mean() {
+    let place = Place::new();
+    place.save("a.npy", &pulse(64, 8));
+    let warned = |words: &[&str]| {
+        let base = ["filter", "a.npy", "--force", "--out", "b.npz"];
+        let output = place.run(&[&base[..], words].concat());
+        assert_eq!(output.status.code(), Some(0), "{output:?}");
+        text(&output.stderr)
+    };
+    let said = warned(&["--speed", "0.1:3"]);
+    assert!(
+        said.contains("site per sample") && said.contains("`--dt` and `--dx`"),
+        "{said}"
+    );
+    assert_eq!(
+        warned(&["--speed", "0.1:3", "--dt", "2s", "--dx", "3m"]),
+        ""
+    );
+    assert_eq!(warned(&["--frequency", "0:0.2"]), "");
+    let said = warned(&["--frequency", "5:90"]);
+    assert!(
+        said.contains("nothing passes") && said.contains("0.5000 cycles/sample"),
+        "{said}"
+    );
+    let base = [
+        "filter",
+        "a.npy",
+        "--frequency",
+        "9:10",
+        "--out",
+        "c.npz",
+        "--json",
+    ];
+    let output = place.run(&base);
+    let summary: Value = serde_json::from_slice(&output.stdout).unwrap();
+    assert!(
+        summary["warnings"][0]["message"]
+            .as_str()
+            .unwrap()
+            .contains("nothing passes")
+    );
+}
+
+#[test]
+fn a_filtered_field_is_written_as_its_name_says() {
+    let place = Place::new();
+    place.save("a.npy", &pulse(64, 8));
+    let base = [
+        "filter",
+        "a.npy",
+        "--towards",
+        "plus-x",
+        "--dt",
+        "10us",
+        "--unit",
+        "mm/s",
+    ];
+    let filter = |rest: &[&'static str]| [&base[..], rest].concat();
+    place.good(&filter(&["--out", "plus.npz"]));
+    place.good(&filter(&["--out", "plus.npy"]));
+    let bytes = fs::read(place.path("plus.npy")).unwrap();
+    assert!(bytes.starts_with(b"\x93NUMPY"));
+    let [array, archive] = ["plus.npy", "plus.npz"].map(|name| open(&place, name));
+    assert_eq!(values(&array), values(&archive));
+    assert_eq!((&array.time, &array.space), (&archive.time, &archive.space));
+    assert_eq!(
+        (array.time, array.unit),
+        (axis(1e-5, Some("s")), archive.unit)
+    );
+    // Replaced only if asked for, and only if this program wrote it.
+    place.bad(2, &filter(&["--out", "plus.npy"]));
+    place.good(&filter(&["--out", "plus.npy", "--force"]));
+    let said = place.bad(2, &filter(&["--out", "a.npy", "--force"]));
+    assert!(said.contains("a.npy"), "{said}");
+    for name in ["plus.csv", "plus.txt"] {
+        let said = place.bad(2, &filter(&["--out", name]));
+        assert!(said.contains("--out") && said.contains(".npz"), "{said}");
+    }
+    let said = place.bad(
+        2,
+        &[
+            "simulate",
+            "--sites",
+            "3",
+            "--end-time",
+            "3",
+            "--out",
+            "run.npy",
+        ],
+    );
+    assert!(said.contains("--out") && said.contains(".npz"), "{said}");
+    // Beside a sidecar under the other name the array would have two.
+    fs::write(place.path("minus.toml"), "dt = 1\n").unwrap();
+    let said = place.bad(2, &filter(&["--out", "minus.npy"]));
+    assert!(said.contains("minus.toml"), "{said}");
+}
+
+#[test]
+fn default_names_of_results_differ() {
+    let place = Place::new();
+    place.save("travel.npy", &pulse(64, 8));
+    savez(
+        &place,
+        "travel.npz",
+        ("v", &pulse(64, 8)),
+        &[("t", steps(64, 1.0))],
+    );
+    for name in ["travel.npy", "travel.npz"] {
+        place.good(&["analyze", name, "--figures", "none", "--quiet"]);
+        place.good(&["filter", name, "--towards", "plus-x", "--quiet"]);
+    }
+    for name in [
+        "travel-cascade",
+        "travel.npz-cascade",
+        "travel-filtered.npz",
+        "travel.npz-filtered.npz",
+    ] {
+        assert!(place.path(name).exists(), "{name}: {:?}", place.names());
+    }
+}
+
+#[test]
+fn options_without_effect_are_refused() {
+    let place = Place::new();
+    place.save("a.npy", &pulse(64, 8));
+    fs::write(place.path("a.csv"), "1,2\n5,1\n2,2\n").unwrap();
+    let run = "simulate --sites 4 --end-time 4 --samples 65 --quiet --out run.npz";
+    place.good(&run.split(' ').collect::<Vec<_>>());
+    for (words, option) in [
+        ("analyze a.npy --member v", "--member"),
+        ("analyze a.csv --member v", "--member"),
+        ("filter a.npy --towards plus-x --member v", "--member"),
+        ("analyze a.npy --header present", "--header"),
+        ("analyze a.npy --time-column 0", "--time-column"),
+        (
+            "analyze a.npy --short-space-segment 4",
+            "--short-time-times",
+        ),
+        ("analyze a.npy --short-space-hop 4", "--short-time-times"),
+        (
+            "analyze a.npy --only temporal --short-time-sites 1",
+            "--short-time-sites",
+        ),
+        (
+            "analyze a.npy --only temporal --short-time-window none",
+            "--short-time-window",
+        ),
+        ("analyze a.npy --only spatial --segment 16", "--segment"),
+        (
+            "analyze a.npy --only spatial --reference-site 1",
+            "--reference-site",
+        ),
+        (
+            "analyze a.npy --only temporal --reference-time 1",
+            "--reference-time",
+        ),
+        (
+            "analyze a.npy --only temporal --band-edge-wavenumber 1",
+            "--band-edge-wavenumber",
+        ),
+        (
+            "analyze a.npy --only temporal --direction-band 0:1",
+            "--direction-band",
+        ),
+        (
+            "analyze a.npy --only temporal --pad-space 99",
+            "--pad-space",
+        ),
+        ("budget run.npz --only wavenumber --scales 2", "--scales"),
+        (
+            "budget run.npz --only wavenumber --between 0:1",
+            "--between",
+        ),
+        (
+            "compare run.npz run.npz --only scale --band-edge-frequency 1",
+            "--band-edge-frequency",
+        ),
+        (
+            "attenuate --ratios 2 --sense chain --lengths 5,10",
+            "--lengths",
+        ),
+    ] {
+        let said = place.bad(2, &words.split(' ').collect::<Vec<_>>());
+        assert!(said.contains(option), "{words}: {said}");
+    }
+}
+
+#[test]
+fn messages_name_what_was_typed_and_the_file() {
+    let place = Place::new();
+    let simulate = |words: &str| {
+        let base = "simulate --sites 4 --samples 65 --quiet";
+        let words: Vec<&str> = base.split(' ').chain(words.split(' ')).collect();
+        place.good(&words);
+    };
+    simulate("--end-time 4 --out plain.npz");
+    simulate(
+        "--end-time 1e-4 --material steel --shape sphere --radius 9mm --striker-velocity 1 \
+              --out si.npz",
+    );
+    place.save("still.npy", &Array2::<f64>::zeros((64, 4)));
+    fs::write(place.path("nan.csv"), "1,2\nnan,1\n2,2\n").unwrap();
+    for (code, words, named, not) in [
+        (
+            2,
+            "compare plain.npz si.npz",
+            &["si.npz: ", "plain.npz"][..],
+            "--second",
+        ),
+        (
+            2,
+            "transmit --sites 5 --over stiffness_ratio=5:1:3log:2",
+            &["--over"],
+            "--vary",
+        ),
+        (
+            2,
+            "transmit --sites 5 --over nonsense=1,2",
+            &["--over", "nonsense"],
+            "--vary",
+        ),
+        (
+            2,
+            "transmit --sites 5 --vary nonsense=1,2",
+            &["--vary", "nonsense"],
+            "--over",
+        ),
+        (
+            2,
+            "attenuate --ratios 2 --bodies 3 --sense chain --best-at 3 --best-over nonsense=1,2",
+            &["--best-over", "nonsense"],
+            "--vary",
+        ),
+        (
+            2,
+            "transmit --sites 5 --measured 2=still.npy",
+            &["still.npy"],
+            "--measured",
+        ),
+        (
+            1,
+            "filter nan.csv --frequency 0:1",
+            &["nan.csv"],
+            "--frequency",
+        ),
+    ] {
+        let said = place.bad(code, &words.split(' ').collect::<Vec<_>>());
+        for word in named {
+            assert!(said.contains(word), "{words}: {said}");
+        }
+        assert!(!said.contains(not), "{words}: {said}");
+    }
+}

@@ -1,0 +1,272 @@
+//! `cascade localize` as a stranger meets it.
+
+use std::collections::BTreeSet;
+use std::fs;
+use std::path::Path;
+
+use ndarray::{Array1, Array2};
+use ndarray_npy::NpzReader;
+use serde_json::Value;
+use test_support::place::Place;
+
+fn names(place: &Path) -> BTreeSet<String> {
+    let entries = fs::read_dir(place).unwrap();
+    entries
+        .map(|entry| entry.unwrap().file_name().into_string().unwrap())
+        .collect()
+}
+
+fn json(path: &Path) -> Value {
+    serde_json::from_str(&fs::read_to_string(path).unwrap()).unwrap()
+}
+
+/// The paper's direct values, to 1e-4.
+#[test]
+fn val_paper_a_table_and_its_json() {
+    let place = Place::of(&["localize"]);
+    let said = place.good(&[]);
+    assert_eq!(said.lines().count(), 9, "{said}");
+    assert!(
+        said.contains("4.927226808384") && said.contains("119.92"),
+        "{said}"
+    );
+
+    let rows: Value = serde_json::from_str(&place.good(&["--order", "1..3", "--json"])).unwrap();
+    let rows = rows.as_array().unwrap();
+    assert_eq!(rows.len(), 3);
+    for (row, paper) in rows.iter().zip([1.0, 4.9272, 14.622]) {
+        let exact = &row["exact"];
+        let kappa = exact["kappa"].as_f64().unwrap();
+        assert!((kappa / paper - 1.0).abs() < 1e-4, "{kappa}");
+        for key in [
+            "error",
+            "digits",
+            "residual",
+            "iterations",
+            "tail",
+            "points",
+            "period",
+            "speed_coefficient",
+            "width",
+            "energy",
+            "momentum",
+        ] {
+            assert!(exact[key].is_number(), "{key}: {row}");
+        }
+        assert!(exact["digits"].as_u64().unwrap() >= 10, "{row}");
+        assert!(row["asymptotic"]["exact_profile"].is_number(), "{row}");
+        assert!(row["asymptotic"]["fitted_profile"].is_number(), "{row}");
+        assert!(
+            row["direct"].is_null() && row.get("reason").is_none(),
+            "{row}"
+        );
+        assert_eq!(row["published"]["direct"].as_f64(), Some(paper));
+        assert_eq!(
+            row["differences"]["published_direct"].as_f64(),
+            Some(paper / kappa - 1.0)
+        );
+    }
+    let last: Value = serde_json::from_str(&place.good(&["--order", "19", "--json"])).unwrap();
+    assert_eq!(last[0]["published"]["printed_order"], 18);
+    assert_eq!(place.names(), BTreeSet::new());
+
+    let words = ["--alternation", "mass", "--order", "2", "--json"];
+    let mass: Value = serde_json::from_str(&place.good(&words)).unwrap();
+    let ratio = mass[0]["exact"]["mass_ratio"].as_f64().unwrap();
+    assert!((ratio - 0.3428).abs() < 1e-4 && mass[0]["published"].is_null());
+}
+
+#[test]
+fn a_directory_with_the_table_and_the_waves_appears_whole() {
+    let place = Place::of(&["localize"]);
+    place.good(&["--order", "2..3", "--out", "waves", "--quiet"]);
+    let expected = ["localized.json", "table.csv", "wave-02.npz", "wave-03.npz"];
+    assert_eq!(
+        names(&place.path("waves")),
+        expected.map(String::from).into()
+    );
+    let summary = json(&place.path("waves/localized.json"));
+    assert_eq!(summary["schema"], "cascade.localize/1");
+    assert_eq!(summary["family"]["alternation"], "stiffness");
+    assert_eq!(summary["orders"][1]["order"], 3);
+    let table = fs::read_to_string(place.path("waves/table.csv")).unwrap();
+    let mut reader = csv::Reader::from_reader(table.as_bytes());
+    let header = reader.headers().unwrap().clone();
+    let records: Vec<csv::StringRecord> = reader.records().map(|r| r.unwrap()).collect();
+    assert_eq!(records.len(), 2);
+    let column = header.iter().position(|name| name == "ratio").unwrap();
+    let kappa = summary["orders"][0]["exact"]["kappa"].as_f64().unwrap();
+    assert_eq!(records[0][column].parse::<f64>().unwrap(), kappa);
+
+    let said = place.bad(2, &["--order", "2", "--out", "waves"]);
+    assert!(said.contains("--force"), "{said}");
+    place.good(&["--order", "2", "--out", "waves", "--force", "--quiet"]);
+    assert!(!place.path("waves/wave-03.npz").exists());
+    // Nothing else is replaced.
+    fs::create_dir(place.path("mine")).unwrap();
+    fs::write(place.path("mine/notes.txt"), "mine").unwrap();
+    place.bad(2, &["--order", "2", "--out", "mine", "--force"]);
+    assert_eq!(
+        fs::read_to_string(place.path("mine/notes.txt")).unwrap(),
+        "mine"
+    );
+}
+
+/// The arrays satisfy what they are: forces are powers of psi, the parts make up psi.
+#[test]
+fn val_definitions_a_profile_is_written_and_drawn() {
+    let place = Place::of(&["localize"]);
+    let said = place.good(&["--profile", "3", "--out", "wave"]);
+    assert!(
+        said.contains("14.6221") && said.contains("wave.png"),
+        "{said}"
+    );
+    let expected = ["localized.json", "wave.npz", "wave.png", "wave.svg"];
+    assert_eq!(
+        names(&place.path("wave")),
+        expected.map(String::from).into()
+    );
+    let file = fs::File::open(place.path("wave/wave.npz")).unwrap();
+    let mut npz = NpzReader::new(file).unwrap();
+    let mut line = |name: &str| -> Array1<f64> { npz.by_name(name).unwrap() };
+    let (time, slow, fast) = (line("time"), line("slow"), line("fast"));
+    let ratio = line("ratio")[0];
+    let file = fs::File::open(place.path("wave/wave.npz")).unwrap();
+    let mut npz = NpzReader::new(file).unwrap();
+    let mut pair = |name: &str| -> Array2<f64> { npz.by_name(name).unwrap() };
+    let (psi, force, overlap) = (pair("psi"), pair("force"), pair("overlap"));
+    assert_eq!(pair("velocity").dim(), (2, time.len()));
+    for j in 0..time.len() {
+        for (i, coefficient) in [(0, 1.0), (1, ratio)] {
+            assert!((psi[[i, j]].powf(1.5) - force[[i, j]]).abs() < 1e-11);
+            let made = coefficient * overlap[[i, j]].max(0.0).powf(1.5);
+            assert!((made - force[[i, j]]).abs() < 1e-10, "{j}: {made}");
+        }
+        assert!((slow[j] + fast[j] - psi[[1, j]]).abs() < 1e-7, "{j}");
+    }
+    assert!(
+        fs::read(place.path("wave/wave.png"))
+            .unwrap()
+            .starts_with(b"\x89PNG")
+    );
+    let found: Value = serde_json::from_str(&place.good(&["--profile", "2", "--json"])).unwrap();
+    assert_eq!(found["order"], 2);
+    assert!(place.path("localized-2/wave.npz").exists());
+}
+
+#[test]
+fn val_chain_a_launched_wave_keeps_its_shape() {
+    let place = Place::of(&["localize"]);
+    let words = ["--launch", "2", "--cells", "100", "--out", "way", "--json"];
+    let found: Value = serde_json::from_str(&place.good(&words)).unwrap();
+    let launch = &found["launch"];
+    let number = |key: &str| launch[key].as_f64().unwrap();
+    assert_eq!(launch["cells"], 100);
+    assert!(
+        number("shape_change") < 5.0 * number("stepping_error"),
+        "{launch}"
+    );
+    assert!(
+        number("stepping_error") < 1e-10 && number("leak") < 1e-20,
+        "{launch}"
+    );
+    assert_eq!(found, json(&place.path("way/localized.json")));
+    let expected = ["launch.npz", "launch.png", "launch.svg", "localized.json"];
+    assert_eq!(names(&place.path("way")), expected.map(String::from).into());
+    let file = fs::File::open(place.path("way/launch.npz")).unwrap();
+    let change: Array1<f64> = NpzReader::new(file)
+        .unwrap()
+        .by_name("shape_change")
+        .unwrap();
+    assert_eq!((change.len(), change[99]), (100, number("shape_change")));
+    let said = place.good(&["--launch", "1", "--cells", "5"]);
+    assert!(
+        said.contains("travelled") && said.contains("leak"),
+        "{said}"
+    );
+}
+
+/// Angles by the published form of the ellipse: 8 degrees are nearly those of order 2.
+#[test]
+fn val_paper_angles_of_localized_and_most_dispersive_waves() {
+    let place = Place::of(&["localize"]);
+    let words = "--order 2..3 --angles --material quartz --radius 9mm --cells 80 --json";
+    let words: Vec<&str> = words.split(' ').collect();
+    let rows: Value = serde_json::from_str(&place.good(&words)).unwrap();
+    let degrees = rows[0]["angle"]["degrees"].as_f64().unwrap();
+    assert!((7.0..8.0).contains(&degrees), "{degrees}");
+    let [soft, stiff] = [0, 1].map(|i| rows[0]["angle"]["coefficients"][i].as_f64().unwrap());
+    let kappa = rows[0]["exact"]["kappa"].as_f64().unwrap();
+    assert!((stiff / soft / kappa - 1.0).abs() < 1e-12);
+    let most = &rows[0]["most_dispersive"];
+    let between = most["angle"]["degrees"].as_f64().unwrap();
+    assert!(between < degrees && between > rows[1]["angle"]["degrees"].as_f64().unwrap());
+    assert!(most["leak"].as_f64().unwrap() > 1e-3 && most["kappa"].is_number());
+    let direct = &rows[0]["direct"];
+    let off = (direct["kappa"].as_f64().unwrap() / kappa - 1.0).abs();
+    assert!(off <= direct["error"].as_f64().unwrap() && off < 1e-4);
+}
+
+#[test]
+fn an_unresolved_order_is_told_in_its_row() {
+    let place = Place::of(&["localize"]);
+    let words = "--exponent 1.15 --order 40 --json --out found";
+    let words: Vec<&str> = words.split(' ').collect();
+    let output = place.run(&words);
+    assert_eq!(output.status.code(), Some(1), "{output:?}");
+    let said = String::from_utf8(output.stderr).unwrap();
+    assert!(said.starts_with("error: 1 of the orders"), "{said}");
+    let rows: Value = serde_json::from_slice(&output.stdout).unwrap();
+    assert!(rows[0]["exact"].is_null() && rows[0]["asymptotic"].is_null());
+    let reason = rows[0]["reason"].as_str().unwrap();
+    assert!(reason.contains("rounding beyond order"), "{reason}");
+    let table = fs::read_to_string(place.path("found/table.csv")).unwrap();
+    assert!(
+        table
+            .lines()
+            .nth(1)
+            .unwrap()
+            .contains("rounding beyond order"),
+        "{table}"
+    );
+}
+
+#[test]
+fn wrong_requests_end_with_code_2_and_leave_nothing() {
+    let place = Place::of(&["localize"]);
+    for words in [
+        "--order 0",
+        "--order 61",
+        "--order 3..2",
+        "--order 1...3",
+        "--order two",
+        "--profile 0",
+        "--profile 2 --launch 2",
+        "--profile 2 --order 2",
+        "--profile 99 --out wave",
+        "--launch 2 --direct",
+        "--launch 2 --cells 0 --out wave",
+        "--launch 2 --cells 99999999999",
+        "--cells 100",
+        "--direct --cells 29",
+        "--direct --cells 99999999999",
+        "--exponent 1",
+        "--exponent -3",
+        "--exponent nan",
+        "--exponent inf --profile 2",
+        "--angles --alternation mass",
+        "--angles --exponent 2",
+        "--angles --material quartz",
+        "--angles --material cheese --radius 9mm",
+        "--radius 9mm",
+        "--ellipse exact",
+        "--alternation both",
+        "--order 1..2 --out .",
+    ] {
+        let words: Vec<&str> = words.split(' ').collect();
+        place.bad(2, &words);
+    }
+    // The wave of the homogeneous chain is too wide: a run that fails.
+    let said = place.bad(1, &["--exponent", "1.02", "--out", "wide"]);
+    assert!(said.contains("1.02"), "{said}");
+}

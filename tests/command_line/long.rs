@@ -1,0 +1,274 @@
+//! Long runs as a stranger meets them: interrupted, changed below, short of memory, on a terminal.
+#![cfg(unix)]
+
+use std::collections::BTreeSet;
+use std::fs;
+use std::io::{BufRead, BufReader, Read};
+use std::process::{Child, Command, Stdio};
+use std::time::{Duration, Instant};
+
+use test_support::place::{Place, program, text};
+
+/// A field of zeros but for one sample, without its blocks on the disk.
+fn sparse(place: &Place, name: &str, n_times: u64, n_sites: u64) {
+    use std::io::{Seek, SeekFrom, Write};
+    let mut header =
+        format!("{{'descr': '<f8', 'fortran_order': False, 'shape': ({n_times}, {n_sites}), }}");
+    while (header.len() + 11) % 64 != 0 {
+        header.push(' ');
+    }
+    header.push('\n');
+    let mut file = fs::File::create(place.path(name)).unwrap();
+    file.write_all(b"\x93NUMPY\x01\x00").unwrap();
+    file.write_all(&(header.len() as u16).to_le_bytes())
+        .unwrap();
+    file.write_all(header.as_bytes()).unwrap();
+    file.write_all(&1f64.to_le_bytes()).unwrap();
+    let end = 10 + header.len() as u64 + 8 * n_times * n_sites;
+    file.seek(SeekFrom::Start(end - 8)).unwrap();
+    file.write_all(&1f64.to_le_bytes()).unwrap();
+}
+
+fn start(place: &Place, words: &[&str]) -> Child {
+    Command::new(program())
+        .args(words)
+        .current_dir(place.folder())
+        .stdout(Stdio::piped())
+        .stderr(Stdio::piped())
+        .spawn()
+        .unwrap()
+}
+
+fn signal(child: &Child, name: &str) {
+    let sent = Command::new("kill")
+        .args(["-s", name, &child.id().to_string()])
+        .status();
+    assert!(sent.unwrap().success());
+}
+
+fn partial(place: &Place) -> Option<String> {
+    place
+        .names()
+        .into_iter()
+        .find(|name| name.contains(".partial-"))
+}
+
+fn wait_for(child: &mut Child, mut seen: impl FnMut() -> bool) {
+    let started = Instant::now();
+    while !seen() {
+        assert!(child.try_wait().unwrap().is_none(), "it ended too soon");
+        assert!(started.elapsed() < Duration::from_secs(60));
+        std::thread::sleep(Duration::from_millis(2));
+    }
+}
+
+/// Sends `name` and expects the end that an interrupt has, soon, with nothing left.
+fn ends(place: &Place, mut child: Child, name: &str, before: &BTreeSet<String>) {
+    let sent = Instant::now();
+    signal(&child, name);
+    let status = child.wait().unwrap();
+    assert!(
+        sent.elapsed() < Duration::from_secs(2),
+        "{name}: {:?}",
+        sent.elapsed()
+    );
+    let mut said = String::new();
+    child
+        .stderr
+        .take()
+        .unwrap()
+        .read_to_string(&mut said)
+        .unwrap();
+    assert_eq!(status.code(), Some(130), "{name}: {said}");
+    assert_eq!(said, "error: cancelled; nothing was written\n");
+    assert_eq!(&place.names(), before, "{name}");
+}
+
+#[test]
+fn an_interrupt_ends_a_run_soon_and_leaves_nothing() {
+    let place = Place::new();
+    sparse(&place, "long.npy", 40_000, 400);
+    let before = place.names();
+    let words = [
+        "analyze",
+        "long.npy",
+        "--out",
+        "new/long",
+        "--window-time",
+        "hann",
+    ];
+    for (name, wait) in [("INT", 0), ("TERM", 100), ("INT", 300)] {
+        let mut child = start(&place, &words);
+        // The place is tried before the field is read, and is gone again for a moment.
+        let written = || {
+            let mut entries = fs::read_dir(place.path("new")).into_iter().flatten();
+            entries.any(|entry| entry.is_ok_and(|e| e.path().join("spectra.npz").exists()))
+        };
+        wait_for(&mut child, written);
+        std::thread::sleep(Duration::from_millis(wait));
+        ends(&place, child, name, &before);
+    }
+}
+
+/// Pages of the field count as memory that is allowed; those of the program come on top.
+#[test]
+#[cfg(target_os = "linux")]
+fn a_field_larger_than_memory_keeps_to_it() {
+    const ALLOWED: u64 = 100_000_000;
+    const PROGRAM: u64 = 14 << 20;
+    let place = Place::new();
+    sparse(&place, "large.npy", 8192, 2048);
+    let words = "analyze large.npy --only temporal --figures none --threads 2 --memory 100MB";
+    let mut child = start(&place, &words.split(' ').collect::<Vec<_>>());
+    let status = format!("/proc/{}/status", child.id());
+    let mut peak = 0;
+    while child.try_wait().unwrap().is_none() {
+        let said = fs::read_to_string(&status).unwrap_or_default();
+        let line = said.lines().find_map(|line| line.strip_prefix("VmHWM:"));
+        let kib = line.and_then(|rest| rest.trim().strip_suffix(" kB"));
+        peak = kib.map_or(peak, |kib| 1024 * kib.parse::<u64>().unwrap());
+        std::thread::sleep(Duration::from_millis(2));
+    }
+    let output = child.wait_with_output().unwrap();
+    assert!(output.status.success(), "{}", text(&output.stderr));
+    assert!((ALLOWED / 2..ALLOWED + PROGRAM).contains(&peak), "{peak}");
+}
+
+/// What is read must be what is hashed.
+#[test]
+fn a_field_that_changes_while_it_is_read_gives_no_result() {
+    use std::os::unix::fs::FileExt;
+
+    let place = Place::new();
+    sparse(&place, "other.npy", 40_000, 400);
+    let changes: [fn(&Place); 3] = [
+        |place| fs::rename(place.path("other.npy"), place.path("long.npy")).unwrap(),
+        |place| {
+            let file = fs::File::options().write(true).open(place.path("long.npy"));
+            file.unwrap().write_all_at(b"change", 1000).unwrap();
+        },
+        |place| fs::remove_file(place.path("long.npy")).unwrap(),
+    ];
+    let said = [
+        "expected the file that was opened, found another in its place",
+        "expected no modification since it was opened, found one",
+        "cannot read",
+    ];
+    for (change, said) in changes.into_iter().zip(said) {
+        sparse(&place, "long.npy", 40_000, 400);
+        let mut child = start(&place, &["analyze", "long.npy", "--out", "result"]);
+        wait_for(&mut child, || {
+            let folder = partial(&place);
+            folder.is_some_and(|name| place.path(&name).join("spectra.npz").exists())
+        });
+        change(&place);
+        let output = child.wait_with_output().unwrap();
+        let found = text(&output.stderr);
+        assert_eq!(output.status.code(), Some(1), "{found}");
+        assert!(
+            found.contains("long.npy") && found.contains(said),
+            "{found}"
+        );
+        let left = place.names();
+        assert!(left.iter().all(|name| name.ends_with(".npy")), "{left:?}");
+    }
+}
+
+#[test]
+#[cfg(target_os = "linux")]
+fn an_interrupt_while_the_input_is_hashed_ends_at_once() {
+    let place = Place::new();
+    // 40 GiB of nothing take seconds to hash, and no disk.
+    sparse(&place, "huge.npy", 5 << 20, 1 << 10);
+    let before = place.names();
+    for name in ["INT", "TERM"] {
+        let mut child = start(&place, &["analyze", "huge.npy", "--memory", "1TB"]);
+        let listens = format!("/proc/{}/task", child.id());
+        wait_for(&mut child, || {
+            fs::read_dir(&listens).is_ok_and(|t| t.count() > 2)
+        });
+        ends(&place, child, name, &before);
+    }
+}
+
+#[test]
+fn what_a_killed_run_leaves_disturbs_no_other() {
+    let place = test_support::pulse::place();
+    sparse(&place, "long.npy", 40_000, 400);
+    let mut child = start(&place, &["analyze", "long.npy", "--out", "result"]);
+    wait_for(&mut child, || partial(&place).is_some());
+    signal(&child, "KILL");
+    child.wait().unwrap();
+    let left = partial(&place);
+    place.good(&[
+        "analyze",
+        "wave.npy",
+        "--out",
+        "result",
+        "--figures",
+        "none",
+    ]);
+    place.good(&[
+        "analyze",
+        "wave.npy",
+        "--out",
+        "result",
+        "--figures",
+        "none",
+        "--force",
+    ]);
+    assert_eq!(partial(&place), left);
+    assert!(place.path("result/summary.json").exists());
+}
+
+/// On a terminal a bar may come; it goes again, and lines keep to the width.
+#[test]
+#[cfg(target_os = "linux")]
+fn on_a_terminal_the_bar_goes_away_again() {
+    let place = test_support::pulse::place();
+    sparse(&place, "long.npy", 20_000, 60);
+    let script = |columns: u32, command: &str| {
+        let line = format!(
+            "stty cols {columns} rows 40; {} {command}",
+            program().display()
+        );
+        Command::new("script")
+            .args(["-qec", &line, "/dev/null"])
+            .stdin(Stdio::null())
+            .current_dir(place.folder())
+            .output()
+    };
+    let Ok(short) = script(80, "analyze wave.npy --figures none") else {
+        eprintln!("SKIPPED: this machine has no `script` to make a terminal with");
+        return;
+    };
+    let said = text(&short.stdout);
+    assert!(short.status.success(), "{said}");
+    assert!(!said.contains('%') || said.contains("90 %"), "{said}");
+    assert!(
+        said.lines()
+            .all(|line| line.trim_end().chars().count() <= 80),
+        "{said}"
+    );
+    assert!(
+        !said.contains("left"),
+        "a run this short shows no bar: {said:?}"
+    );
+    let long = script(120, "analyze long.npy --figures none").unwrap();
+    let said = text(&long.stdout);
+    assert!(long.status.success(), "{said}");
+    let last = said.lines().last().unwrap();
+    assert!(last.contains("done in") && !last.contains('█'), "{last:?}");
+}
+
+#[test]
+fn without_a_terminal_there_is_no_bar() {
+    let place = test_support::pulse::place();
+    sparse(&place, "long.npy", 20_000, 60);
+    let child = start(&place, &["analyze", "long.npy", "--figures", "none"]);
+    let output = child.wait_with_output().unwrap();
+    assert_eq!(text(&output.stderr), "");
+    assert!(!text(&output.stdout).contains('\x1b'));
+    let lines = BufReader::new(&output.stdout[..]).lines();
+    assert!(lines.map(Result::unwrap).all(|l| l.chars().count() <= 100));
+}

@@ -1,0 +1,394 @@
+//! What other programs write is read as they meant it.
+//!
+//! `val_numpy_*`: bytes that NumPy 2.4.6 wrote on 2026-11-21 (`tests/input_formats/make.py`).
+
+use std::path::{Path, PathBuf};
+
+use ndarray::{Array1, Array2, Axis as Dimension, ShapeBuilder};
+use ndarray_npy::{NpzWriter, write_npy};
+use wavecascade::Field;
+use wavecascade::field::{Axis, Header, Layout, OpenOptions, Quantity, TimeColumn};
+
+fn numpy_bytes(name: &str) -> Vec<u8> {
+    let line = include_str!("../input_formats/numpy.txt")
+        .lines()
+        .find_map(|line| line.strip_prefix(name)?.strip_prefix(' '))
+        .unwrap_or_else(|| panic!("no file {name}"));
+    (0..line.len() / 2)
+        .map(|i| u8::from_str_radix(&line[2 * i..2 * i + 2], 16).unwrap())
+        .collect()
+}
+
+struct Folder(tempfile::TempDir);
+
+impl Folder {
+    fn new() -> Self {
+        Folder(tempfile::tempdir().unwrap())
+    }
+
+    fn write(&self, name: &str, bytes: impl AsRef<[u8]>) -> PathBuf {
+        let path = self.0.path().join(name);
+        std::fs::write(&path, bytes).unwrap();
+        path
+    }
+}
+
+fn open(path: &Path) -> Field {
+    Field::open(path, &OpenOptions::default()).unwrap()
+}
+
+fn time_major(field: &Field) -> Array2<f64> {
+    let (n, m) = (field.n_times(), field.n_sites());
+    let mut values = vec![0.0; n * m];
+    field.read_time_major(0..n, 0..m, &mut values);
+    Array2::from_shape_vec((n, m), values).unwrap()
+}
+
+fn site_major(field: &Field) -> Array2<f64> {
+    let (n, m) = (field.n_times(), field.n_sites());
+    let mut values = vec![0.0; n * m];
+    field.read_site_major(0..n, 0..m, &mut values);
+    Array2::from_shape_vec((m, n), values).unwrap()
+}
+
+fn numpy_field(sample: &str) -> Array2<f64> {
+    Array2::from_shape_fn((5, 3), |(n, j)| {
+        let index = (3 * n + j) as f64;
+        match sample.as_bytes()[0] {
+            b'b' => index % 2.0,
+            b'u' => index,
+            _ => index - 7.0,
+        }
+    })
+}
+
+const SAMPLES: [&str; 12] = [
+    "f8", "f4", "f2", "i1", "i2", "i4", "i8", "u1", "u2", "u4", "u8", "b1",
+];
+
+#[test]
+fn val_numpy_every_sample_type_byte_order_and_memory_order() {
+    let folder = Folder::new();
+    for sample in SAMPLES {
+        for order in ["little", "big"] {
+            for memory in ["C", "F"] {
+                let name = format!("{sample}-{order}-{memory}");
+                let path = folder.write("field.npy", numpy_bytes(&name));
+                let expected = numpy_field(sample);
+                let field = open(&path);
+                assert_eq!(time_major(&field), expected, "{name}");
+                assert_eq!(site_major(&field), expected.t(), "{name}");
+
+                let options = OpenOptions {
+                    layout: Some(Layout::SiteTime),
+                    ..OpenOptions::default()
+                };
+                let turned = Field::open(&path, &options).unwrap();
+                assert_eq!((turned.n_times(), turned.n_sites()), (3, 5));
+                assert_eq!(time_major(&turned), expected.t(), "{name}, site-time");
+                assert_eq!(site_major(&turned), expected, "{name}, site-time");
+            }
+        }
+    }
+}
+
+#[test]
+fn val_numpy_format_versions() {
+    let folder = Folder::new();
+    for version in 1..=3 {
+        let path = folder.write("field.npy", numpy_bytes(&format!("version-{version}")));
+        assert_eq!(time_major(&open(&path)), numpy_field("f8"));
+    }
+}
+
+#[test]
+fn val_numpy_one_dimension_is_the_record_of_one_site() {
+    let folder = Folder::new();
+    let path = folder.write("record.npy", numpy_bytes("record"));
+    for layout in [Layout::TimeSite, Layout::SiteTime] {
+        let options = OpenOptions {
+            layout: Some(layout),
+            ..OpenOptions::default()
+        };
+        let field = Field::open(&path, &options).unwrap();
+        let expected = Array1::from_iter((0..4).map(f64::from)).insert_axis(Dimension(1));
+        assert_eq!(time_major(&field), expected);
+        assert_eq!(site_major(&field), expected.t());
+    }
+}
+
+#[test]
+fn val_numpy_half_precision() {
+    let folder = Folder::new();
+    let field = open(&folder.write("halves.npy", numpy_bytes("halves")));
+    let values = time_major(&field);
+    let expected = [
+        0.0,
+        -0.0,
+        1.0,
+        -2.5,
+        65504.0,
+        5.960464477539063e-08,
+        6.097555160522461e-05,
+        f64::INFINITY,
+        f64::NEG_INFINITY,
+        f64::NAN,
+    ];
+    for (value, expected) in values.iter().zip(expected) {
+        assert_eq!(value.to_bits() >> 52, f64::to_bits(expected) >> 52);
+        assert!(*value == expected || expected.is_nan());
+    }
+}
+
+#[test]
+fn val_numpy_archive_of_a_simulated_run() {
+    let folder = Folder::new();
+    for name in ["run-stored", "run-deflated"] {
+        let path = folder.write("run.npz", numpy_bytes(name));
+        let field = open(&path);
+        assert_eq!(time_major(&field), numpy_field("f8"), "{name}");
+        let time = Axis {
+            origin: 0.5,
+            step: 0.25,
+            unit: None,
+        };
+        assert_eq!(field.time, time);
+        assert_eq!(field.space, Axis::index());
+        assert_eq!(
+            (field.name.as_str(), field.quantity),
+            ("run", Quantity::Velocity)
+        );
+
+        let options = OpenOptions {
+            member: Some("displacement.npy".into()),
+            dt: Some(2.0.into()),
+            ..OpenOptions::default()
+        };
+        let field = Field::open(&path, &options).unwrap();
+        assert_eq!(time_major(&field), numpy_field("f8") * 2.0, "{name}");
+        assert_eq!((field.time.origin, field.time.step), (0.5, 2.0));
+        assert_eq!(field.quantity, Quantity::Displacement);
+    }
+}
+
+#[test]
+fn val_numpy_archive_with_positions() {
+    let folder = Folder::new();
+    let field = open(&folder.write("run.npz", numpy_bytes("placed")));
+    assert_eq!((field.space.origin, field.space.step), (2.0, 2.0));
+    assert_eq!(field.time, Axis::index());
+    assert_eq!(time_major(&field), numpy_field("f8"));
+}
+
+#[test]
+fn val_ndarray_npy_round_trip() {
+    let folder = Folder::new();
+    let values = Array2::from_shape_fn((7, 9), |(n, j)| n as f64 - 0.1 * j as f64);
+    let turned = Array2::from_shape_fn((7, 9).f(), |at| values[at]);
+    for array in [&values, &turned] {
+        let path = folder.0.path().join("field.npy");
+        write_npy(&path, array).unwrap();
+        assert_eq!(time_major(&open(&path)), values);
+    }
+    for compressed in [false, true] {
+        let path = folder.0.path().join("field.npz");
+        let file = std::fs::File::create(&path).unwrap();
+        let mut archive = if compressed {
+            NpzWriter::new_compressed(file)
+        } else {
+            NpzWriter::new(file)
+        };
+        archive.add_array("velocity", &values).unwrap();
+        archive.finish().unwrap();
+        assert_eq!(time_major(&open(&path)), values);
+    }
+}
+
+#[test]
+fn blocks_are_the_same_from_every_order() {
+    let values = Array2::from_shape_fn((83, 37), |(n, j)| (100 * n + j) as f64);
+    let folder = Folder::new();
+    let path = folder.0.path().join("field.npy");
+    let turned = Array2::from_shape_fn((83, 37).f(), |at| values[at]);
+    write_npy(&path, &turned).unwrap();
+    let mapped = open(&path);
+    let fields = [
+        Field::from_array(values.clone()),
+        Field::from_array(turned),
+        mapped,
+    ];
+    for (times, sites) in [
+        (0..83, 0..37),
+        (1..2, 0..37),
+        (5..80, 36..37),
+        (9..74, 3..20),
+        (4..4, 1..3),
+    ] {
+        let block = values.slice(ndarray::s![times.clone(), sites.clone()]);
+        for field in &fields {
+            let mut out = vec![f64::NAN; block.len()];
+            field.read_time_major(times.clone(), sites.clone(), &mut out);
+            assert!(out.iter().eq(block.iter()), "{times:?} {sites:?}");
+            field.read_site_major(times.clone(), sites.clone(), &mut out);
+            assert!(out.iter().eq(block.t().iter()), "{times:?} {sites:?}");
+        }
+    }
+}
+
+#[test]
+fn an_array_that_is_a_view_of_another_keeps_its_values() {
+    let wide = Array2::from_shape_fn((6, 10), |(n, j)| (10 * n + j) as f64);
+    let part = wide.clone().slice_move(ndarray::s![1..5;-1, 2..9;3]);
+    let expected = part.clone();
+    assert_eq!(time_major(&Field::from_array(part)), expected);
+    let rows = wide.clone().slice_move(ndarray::s![2..4, ..]);
+    assert_eq!(
+        time_major(&Field::from_array(rows)),
+        wide.slice(ndarray::s![2..4, ..])
+    );
+}
+
+#[test]
+fn options_override_the_sidecar_which_overrides_the_file() {
+    let folder = Folder::new();
+    let path = folder.write("run.npz", numpy_bytes("run-stored"));
+    folder.write(
+        "run.npz.toml",
+        "dt = 0.125\ndx = 3\ntime_unit = \"ms\"\nquantity = \"force\"\nunit = \"N\"\n",
+    );
+    let options = OpenOptions {
+        dx: Some(4.0.into()),
+        x0: Some((-1.0).into()),
+        space_unit: Some("mm".into()),
+        ..OpenOptions::default()
+    };
+    let field = Field::open(&path, &options).unwrap();
+    let axis = |origin, step, unit: &str| Axis {
+        origin,
+        step,
+        unit: Some(unit.into()),
+    };
+    assert_eq!(field.time, axis(0.5, 0.125, "ms"));
+    assert_eq!(field.space, axis(-1.0, 4.0, "mm"));
+    assert_eq!(
+        (field.quantity, field.unit.as_deref()),
+        (Quantity::Force, Some("N"))
+    );
+}
+
+#[test]
+fn the_hash_is_that_of_the_bytes() {
+    let folder = Folder::new();
+    let bytes = numpy_bytes("f8-little-C");
+    let path = folder.write("field.npy", &bytes);
+    let expected = blake3::hash(&bytes).to_hex().to_string();
+    assert_eq!(open(&path).content_hash, Some(expected));
+    let options = OpenOptions {
+        hash: false,
+        ..OpenOptions::default()
+    };
+    let unhashed = Field::open(&path, &options).unwrap();
+    assert_eq!(unhashed.content_hash, None);
+    // Read where it lies, and as text that was parsed.
+    let text = b"1,-2.5\n3e-3,4\n5,600\n";
+    let parsed = Field::open(folder.write("field.csv", text), &options).unwrap();
+    for (field, bytes) in [(&unhashed, &bytes[..]), (&parsed, text)] {
+        let expected = blake3::hash(bytes).to_hex().to_string();
+        for in_use in [false, true] {
+            let found = field.file_hash(in_use).unwrap();
+            assert_eq!(found.as_ref(), Some(&expected), "in use: {in_use}");
+        }
+    }
+    let made = Field::from_array(ndarray::array![[1.0, 2.0]]);
+    assert_eq!(made.file_hash(true).unwrap(), None);
+}
+
+fn table(name: &str, text: &str, options: &OpenOptions) -> Field {
+    let folder = Folder::new();
+    Field::open(folder.write(name, text), options).unwrap()
+}
+
+fn axis(origin: f64, step: f64, unit: Option<&str>) -> Axis {
+    Axis {
+        origin,
+        step,
+        unit: unit.map(String::from),
+    }
+}
+
+#[test]
+fn tables_in_every_dress_hold_the_same_field() {
+    let expected = ndarray::array![[1.0, -2.5], [0.003, 4.0], [5.0, 6e2]];
+    for (name, text) in [
+        ("a.csv", "1,-2.5\n3e-3,4\n5,600\n"),
+        ("a.csv", "\u{feff}1,-2.5\r\n3e-3,4\r\n5,600"),
+        ("a.csv", "1;-2.5\n\n.003;4.\n# note\n5;6E2\n"),
+        ("a.tsv", "1\t-2.5\n3e-3\t4\n5\t600\n"),
+        ("a.txt", "# np.savetxt\n 1.0   -2.5\n 3e-3 4 \n5 600\n"),
+        ("a.csv", "\"1\",\"-2.5\"\r\"3e-3\", 4\r5,600\r"),
+        ("a.csv", "left,right\n1,-2.5\n3e-3,4\n5,600\n"),
+    ] {
+        let field = table(name, text, &OpenOptions::default());
+        assert_eq!(time_major(&field), expected, "{text:?}");
+        assert_eq!(
+            (&field.time, &field.space),
+            (&Axis::index(), &Axis::index())
+        );
+    }
+    let options = OpenOptions {
+        layout: Some(Layout::SiteTime),
+        ..OpenOptions::default()
+    };
+    let field = table("a.csv", "1,0.003,5\n-2.5,4,600\n", &options);
+    assert_eq!(time_major(&field), expected);
+}
+
+#[test]
+fn a_table_states_its_times_and_positions() {
+    let text = "time_ms,0.5,0.75,1.0\n10,1,2,3\n10.25,4,5,6\n10.5,7,8,9\n";
+    let field = table("a.csv", text, &OpenOptions::default());
+    let expected = Array2::from_shape_fn((3, 3), |(n, j)| (3 * n + j + 1) as f64);
+    assert_eq!(time_major(&field), expected);
+    assert_eq!(field.time, axis(10.0, 0.25, Some("ms")));
+    assert_eq!(field.space, axis(0.5, 0.25, None));
+
+    let options = OpenOptions {
+        dt: Some(0.5.into()),
+        time_unit: Some("s".into()),
+        header: Header::Present,
+        ..OpenOptions::default()
+    };
+    let field = table("a.csv", text, &options);
+    assert_eq!(field.time, axis(10.0, 0.5, Some("s")));
+}
+
+#[test]
+fn a_time_column_may_be_stated() {
+    let text = "0.0,1\n0.1,2\n0.2,3\n";
+    for time_column in [TimeColumn::Index(0), TimeColumn::Name("clock".into())] {
+        let text = match time_column {
+            TimeColumn::Name(_) => format!("clock,v\n{text}"),
+            _ => text.into(),
+        };
+        let options = OpenOptions {
+            time_column,
+            ..OpenOptions::default()
+        };
+        let field = table("a.csv", &text, &options);
+        assert_eq!(time_major(&field), ndarray::array![[1.0], [2.0], [3.0]]);
+        assert_eq!(field.time, axis(0.0, 0.1, None));
+    }
+    let options = OpenOptions {
+        time_column: TimeColumn::None,
+        ..OpenOptions::default()
+    };
+    let field = table("a.csv", &format!("time,v\n{text}"), &options);
+    assert_eq!((field.n_sites(), field.time), (2, Axis::index()));
+}
+
+#[test]
+fn empty_cells_and_nan_are_gaps() {
+    let field = table("a.csv", "1,,NaN\n,nan,2\n", &OpenOptions::default());
+    let finite: Vec<bool> = time_major(&field).iter().map(|v| v.is_finite()).collect();
+    assert_eq!(finite, [true, false, false, false, false, true]);
+}

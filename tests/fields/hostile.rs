@@ -1,0 +1,327 @@
+//! Damaged, lying and misplaced files are refused with the fault they have, without a panic,
+//! without a large allocation, and in bounded time.
+
+use std::time::{Duration, Instant};
+
+use proptest::prelude::*;
+use test_support::hostile::{Folder, fault, npy, npy_f64, npy_with_header, npz};
+use wavecascade::error::{FileKind, InputFault};
+use wavecascade::field::OpenOptions;
+use wavecascade::{Error, Field};
+use zip::CompressionMethod;
+
+#[test]
+fn what_is_not_a_file() {
+    let folder = Folder::new();
+    let error = Field::open(folder.path(), &OpenOptions::default()).unwrap_err();
+    let Error::Input { fault, .. } = error else {
+        panic!("{error}");
+    };
+    assert_eq!(
+        fault,
+        InputFault::NotAFile {
+            found: FileKind::Directory
+        }
+    );
+    let missing = folder.path().join("missing.npy");
+    let error = Field::open(&missing, &OpenOptions::default()).unwrap_err();
+    assert!(matches!(&error, Error::Read { path, .. } if *path == missing));
+    assert_eq!(fault_of_empty(), InputFault::Empty);
+}
+
+fn fault_of_empty() -> InputFault {
+    fault("field.npy", b"")
+}
+
+#[cfg(unix)]
+#[test]
+fn a_pipe_does_not_hang() {
+    let folder = Folder::new();
+    for name in ["field.npy", "other.toml"] {
+        let path = folder.path().join(name);
+        let made = std::process::Command::new("mkfifo").arg(&path).status();
+        assert!(made.unwrap().success());
+    }
+    folder.write("other.npy", npy_f64("(2, 1)", [1.0, 2.0]));
+    for name in ["field.npy", "other.npy"] {
+        let error = Field::open(folder.path().join(name), &OpenOptions::default()).unwrap_err();
+        let Error::Input { fault, .. } = error else {
+            panic!("{error}");
+        };
+        let found = FileKind::Pipe;
+        assert_eq!(fault, InputFault::NotAFile { found });
+    }
+}
+
+#[test]
+fn other_formats_are_named() {
+    let found = |name, bytes: &[u8]| match fault(name, bytes) {
+        InputFault::UnknownFormat { found } => found,
+        other => panic!("{other}"),
+    };
+    assert_eq!(found("field.npy", b"\x89HDF\r\n\x1a\nxxxx"), "an HDF5 file");
+    assert_eq!(found("field.csv", b"\x1f\x8bxxxx"), "a gzip file");
+    assert_eq!(found("field.dat", b"1 2 3"), "the extension \"dat\"");
+    assert_eq!(found("field", b"1 2 3"), "the extension \"\"");
+}
+
+#[test]
+fn npy_magic_and_version() {
+    let bytes = fault("field.npy", b"\x93NUMPX\x01\x00");
+    assert_eq!(
+        bytes,
+        InputFault::NpyMagic {
+            found: b"\x93NUMPX".to_vec()
+        }
+    );
+    for (major, minor) in [(0, 0), (1, 1), (4, 0), (255, 255)] {
+        let mut bytes = npy_f64("(1, 1)", [0.0]);
+        bytes[6..8].copy_from_slice(&[major, minor]);
+        let expected = InputFault::NpyVersion { major, minor };
+        assert_eq!(fault("field.npy", bytes), expected);
+    }
+}
+
+#[test]
+fn npy_header_that_is_cut_or_endless() {
+    for len in 6..20 {
+        let bytes = &npy_f64("(1, 1)", [0.0])[..len];
+        let InputFault::Truncated { found, .. } = fault("field.npy", bytes) else {
+            panic!("{len}");
+        };
+        assert_eq!(found, len as u64);
+    }
+    let mut bytes = b"\x93NUMPY\x02\x00".to_vec();
+    bytes.extend(u32::MAX.to_le_bytes());
+    bytes.extend(b"{'descr'");
+    assert_eq!(
+        fault("field.npy", bytes),
+        InputFault::NpyHeaderLength {
+            found: u64::from(u32::MAX),
+            limit: 65_536
+        }
+    );
+}
+
+#[test]
+fn npy_header_with_deep_nesting() {
+    let deep = "[".repeat(60_000);
+    for text in [
+        format!("{{'descr': {deep}"),
+        format!("{{'descr': '<f8', 'shape': {deep}"),
+        format!("{{'descr': '<f8', 'shape': ({}", "(".repeat(60_000)),
+        "{".repeat(60_000),
+    ] {
+        let fault = fault("field.npy", npy_with_header(&text, b""));
+        assert!(
+            matches!(
+                fault,
+                InputFault::NpyHeader { .. } | InputFault::StructuredType { .. }
+            ),
+            "{fault}"
+        );
+    }
+}
+
+#[test]
+fn npy_header_fault_says_where() {
+    let text = "{'descr': '<f8', 'fortran_order': Maybe, 'shape': (1, 1)}";
+    assert_eq!(
+        fault("field.npy", npy_with_header(text, b"")),
+        InputFault::NpyHeader {
+            at: 10 + text.find("Maybe").unwrap(),
+            expected: "True or False",
+            found: "Maybe, 'shape': (1, 1)}".into()
+        }
+    );
+}
+
+#[test]
+fn npy_types_that_are_no_samples() {
+    assert_eq!(
+        fault("field.npy", npy("|O", "(2, 2)", b"\x80\x04")),
+        InputFault::PickledObjects
+    );
+    let record = "{'descr': [('a', '<f8'), ('b', '<i4')], 'fortran_order': False, 'shape': (2,)}";
+    assert!(matches!(
+        fault("field.npy", npy_with_header(record, b"")),
+        InputFault::StructuredType { descr } if descr.starts_with("[('a', '<f8')")
+    ));
+    let descr = "|V16".to_owned();
+    assert_eq!(
+        fault("field.npy", npy("|V16", "(2, 2)", b"")),
+        InputFault::StructuredType { descr }
+    );
+    let descr = "<c16".to_owned();
+    assert_eq!(
+        fault("field.npy", npy("<c16", "(1, 1)", &[0; 16])),
+        InputFault::ComplexType { descr }
+    );
+    for descr in ["<f16", "<U4", "<M8[ns]", "<f", "", "<", "<i3", "f88"] {
+        let expected = InputFault::SampleType {
+            descr: descr.into(),
+        };
+        assert_eq!(fault("field.npy", npy(descr, "(1, 1)", &[0; 16])), expected);
+    }
+}
+
+#[test]
+fn npy_shapes_that_are_no_field() {
+    let eight = [0; 64];
+    let shape_of = |shape: &str| fault("field.npy", npy("<f8", shape, &eight));
+    assert_eq!(shape_of("()"), InputFault::Dimensions { shape: vec![] });
+    let shape = vec![2, 2, 2];
+    assert_eq!(shape_of("(2, 2, 2)"), InputFault::Dimensions { shape });
+    for shape in [vec![0, 8], vec![8, 0], vec![0, u64::MAX]] {
+        let text = format!("({}, {})", shape[0], shape[1]);
+        assert_eq!(shape_of(&text), InputFault::NoSamples { shape });
+    }
+    assert_eq!(shape_of("(0,)"), InputFault::NoSamples { shape: vec![0] });
+}
+
+#[test]
+fn npy_lengths_that_lie() {
+    let data = [0; 64];
+    for shape in [
+        "(4294967296, 4294967296)",
+        "(18446744073709551615, 2)",
+        "(99999999999999999999999999, 1)",
+        "(1152921504606846976,)",
+    ] {
+        let fault = fault("field.npy", npy("<f8", shape, &data));
+        assert!(
+            matches!(
+                fault,
+                InputFault::TooLarge {
+                    sample_bytes: 8,
+                    ..
+                }
+            ),
+            "{shape}: {fault}"
+        );
+    }
+    let terabytes = npy("<f8", "(1000000, 1000000)", &data);
+    let found = terabytes.len() as u64;
+    let expected = found - 64 + 8_000_000_000_000;
+    assert_eq!(
+        fault("field.npy", terabytes),
+        InputFault::Truncated { expected, found }
+    );
+    let whole = npy_f64("(4, 2)", (0..8).map(f64::from));
+    let expected = whole.len() as u64;
+    assert_eq!(
+        fault("field.npy", &whole[..whole.len() - 1]),
+        InputFault::Truncated {
+            expected,
+            found: expected - 1
+        }
+    );
+    let longer = [&whole[..], b"\n"].concat();
+    assert_eq!(
+        fault("field.npy", longer),
+        InputFault::TrailingBytes {
+            expected,
+            found: expected + 1
+        }
+    );
+}
+
+#[test]
+fn sidecars_that_mislead() {
+    let folder = Folder::new();
+    let path = folder.write("field.npy", npy_f64("(2, 1)", [1.0, 2.0]));
+    let refused = || match Field::open(&path, &OpenOptions::default()) {
+        Err(Error::Input { path, fault }) => (path, fault),
+        other => panic!("{other:?}"),
+    };
+    let replaced = folder.write("field.toml", "dt = 0.5\n\ndx = 0\n");
+    let (at, fault) = refused();
+    assert_eq!(at, replaced);
+    assert_eq!(
+        fault,
+        InputFault::Sidecar {
+            line: Some(3),
+            key: Some("dx".into()),
+            reason: "expected a finite number above 0, or a text of number and unit \
+                     (m, km, cm, mm, um, nm), found 0"
+                .into()
+        }
+    );
+    folder.write("field.npy.toml", "dt = 0.5\n");
+    let (at, fault) = refused();
+    assert_eq!(at, path);
+    assert!(matches!(fault, InputFault::TwoSidecars { .. }));
+    std::fs::remove_file(&replaced).unwrap();
+    assert!(Field::open(&path, &OpenOptions::default()).is_ok());
+    folder.write("field.npy.toml", "#".repeat(70_000));
+    assert!(matches!(refused().1, InputFault::SidecarLength { .. }));
+    folder.write("field.npy.toml", b"unit = \"\xff\"\n");
+    assert!(Field::open(&path, &OpenOptions::default()).is_err());
+}
+
+#[test]
+fn stated_steps_that_are_no_step() {
+    for dt in [0.0, -1.0, f64::NAN, f64::INFINITY] {
+        let options = OpenOptions {
+            dt: Some(dt.into()),
+            ..OpenOptions::default()
+        };
+        let error = Field::open("field.npy", &options).unwrap_err();
+        assert!(matches!(error, Error::Request { option: "dt", .. }));
+    }
+}
+
+fn valid_files() -> Vec<(&'static str, Vec<u8>)> {
+    let field = npy_f64("(12, 5)", (0..60).map(|i| f64::from(i).sin()));
+    let time = npy_f64("(12,)", (0..12).map(f64::from));
+    let members: &[(&str, &[u8])] = &[("velocity.npy", &field), ("time.npy", &time)];
+    let table: String = (0..12).map(|n| format!("{n},{n}.5,nan,,-1e3\n")).collect();
+    vec![
+        ("field.npy", field.clone()),
+        ("stored.npz", npz(CompressionMethod::Stored, members)),
+        ("deflated.npz", npz(CompressionMethod::Deflated, members)),
+        ("table.csv", format!("time,a,b,\"c\",d\n{table}").into()),
+        (
+            "blank.txt",
+            format!("# x\n{}", table.replace(",,", ",0,").replace(',', "  ")).into(),
+        ),
+    ]
+}
+
+proptest! {
+    #![proptest_config(ProptestConfig::with_cases(1500))]
+
+    #[test]
+    fn mutated_files_are_read_or_refused(
+        which in 0usize..5,
+        edits in prop::collection::vec((any::<prop::sample::Index>(), any::<u8>()), 0..6),
+        keep in prop::option::of(any::<prop::sample::Index>()),
+        insert in prop::option::of((any::<prop::sample::Index>(), prop::collection::vec(any::<u8>(), 1..9))),
+    ) {
+        let (name, mut bytes) = valid_files().swap_remove(which);
+        for (at, byte) in &edits {
+            let at = at.index(bytes.len());
+            bytes[at] = *byte;
+        }
+        if let Some((at, extra)) = insert {
+            let at = at.index(bytes.len());
+            bytes.splice(at..at, extra);
+        }
+        if let Some(keep) = keep {
+            bytes.truncate(keep.index(bytes.len()));
+        }
+        let folder = Folder::new();
+        let path = folder.write(name, bytes);
+        let started = Instant::now();
+        match Field::open(&path, &OpenOptions::default()) {
+            Ok(field) => {
+                let mut out = vec![0.0; field.n_times() * field.n_sites()];
+                field.read_site_major(0..field.n_times(), 0..field.n_sites(), &mut out);
+            }
+            Err(error) => {
+                prop_assert!(!error.to_string().is_empty());
+            }
+        }
+        prop_assert!(started.elapsed() < Duration::from_secs(2));
+    }
+}

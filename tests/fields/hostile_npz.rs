@@ -1,0 +1,218 @@
+//! Archives that are damaged, lie about what they hold or leave the choice open.
+
+use test_support::hostile::{BOTH, Folder, fault, fault_with, npy, npy_f64, npz, refusal};
+use wavecascade::error::InputFault;
+use wavecascade::field::OpenOptions;
+use wavecascade::{Error, Field};
+use zip::CompressionMethod;
+
+fn member_fault(fault: InputFault) -> (String, InputFault) {
+    match fault {
+        InputFault::Member { member, fault } => (member, *fault),
+        other => panic!("{other}"),
+    }
+}
+
+#[test]
+fn npz_that_is_damaged() {
+    let field = npy_f64("(4, 2)", (0..8).map(f64::from));
+    for method in BOTH {
+        let whole = npz(method, &[("velocity.npy", &field)]);
+        for len in [30, whole.len() / 2, whole.len() - 1] {
+            let fault = fault("field.npz", &whole[..len]);
+            assert!(matches!(fault, InputFault::Archive { .. }), "{fault}");
+        }
+    }
+    let fault = fault("field.npz", b"not an archive");
+    assert!(matches!(fault, InputFault::Archive { .. }), "{fault}");
+}
+
+#[test]
+fn npz_whose_directory_is_absurd() {
+    let mut end = b"PK\x05\x06".to_vec();
+    end.extend([0; 4]);
+    end.extend([0xfe; 12]);
+    end.extend([0; 2]);
+    let fault_of = |bytes: &[u8]| {
+        let fault = fault("field.npz", bytes);
+        assert!(matches!(fault, InputFault::Archive { .. }), "{fault}");
+    };
+    fault_of(&end);
+    fault_of(&[&b"PK\x03\x04"[..], &[0; 1000], &end].concat());
+    fault_of(&[&b"PK\x03\x04"[..], &end.repeat(3000)].concat());
+    let empty = npz(CompressionMethod::Stored, &[]);
+    assert_eq!(
+        fault("field.npz", empty),
+        InputFault::WhichMember { members: vec![] }
+    );
+}
+
+#[test]
+fn npz_bytes_that_changed() {
+    let field = npy_f64("(40, 2)", (0..80).map(f64::from));
+    let mut stored = npz(CompressionMethod::Stored, &[("velocity.npy", &field)]);
+    let at = stored.windows(8).position(|w| w == 7f64.to_le_bytes());
+    stored[at.unwrap() + 3] ^= 1;
+    let (member, fault_of_stored) = member_fault(fault("field.npz", stored));
+    assert_eq!(member, "velocity");
+    assert!(matches!(fault_of_stored, InputFault::Checksum { .. }));
+
+    let whole = npz(CompressionMethod::Deflated, &[("velocity.npy", &field)]);
+    let mut faults = 0;
+    for at in 200..240 {
+        let mut bytes = whole.clone();
+        bytes[at] ^= 0x10;
+        let (_, fault) = member_fault(fault("field.npz", bytes));
+        assert!(
+            matches!(
+                fault,
+                InputFault::Checksum { .. }
+                    | InputFault::Deflate { .. }
+                    | InputFault::InflatedSize { .. }
+            ),
+            "{fault}"
+        );
+        faults += 1;
+    }
+    assert_eq!(faults, 40);
+}
+
+#[test]
+fn npz_member_that_is_not_what_its_header_says() {
+    let short = npy_f64("(4, 2)", (0..7).map(f64::from));
+    let long = npy_f64("(4, 2)", (0..9).map(f64::from));
+    let terabytes = npy_f64("(1000000, 1000000)", (0..8).map(f64::from));
+    for (bytes, is_short) in [(&short, true), (&long, false), (&terabytes, true)] {
+        let stored = npz(CompressionMethod::Stored, &[("a.npy", bytes)]);
+        let (_, fault_of_stored) = member_fault(fault("field.npz", stored));
+        match fault_of_stored {
+            InputFault::Truncated { .. } => assert!(is_short),
+            InputFault::TrailingBytes { .. } => assert!(!is_short),
+            other => panic!("{other}"),
+        }
+        let deflated = npz(CompressionMethod::Deflated, &[("a.npy", bytes)]);
+        let (_, fault) = member_fault(fault("field.npz", deflated));
+        let InputFault::InflatedSize { expected, found } = fault else {
+            panic!("{fault}");
+        };
+        assert_eq!(expected > found, is_short);
+    }
+}
+
+#[test]
+fn npz_bomb_stays_within_its_header_and_the_memory_allowed() {
+    let header = npy("<f8", "(4, 2)", &[]);
+    let bomb = [&header[..], &vec![0; 64 << 20]].concat();
+    let archive = npz(CompressionMethod::Deflated, &[("velocity.npy", &bomb)]);
+    let (_, fault_of_bomb) = member_fault(fault("field.npz", &archive));
+    let expected = header.len() as u64 + 64;
+    assert!(matches!(
+        fault_of_bomb,
+        InputFault::InflatedSize { expected: e, .. } if e == expected
+    ));
+
+    let mut lying = archive.clone();
+    let size = (bomb.len() as u32).to_le_bytes();
+    while let Some(at) = lying.windows(4).position(|window| window == size) {
+        lying[at..at + 4].copy_from_slice(&(expected as u32).to_le_bytes());
+    }
+    let (_, fault) = member_fault(fault("field.npz", lying));
+    assert!(
+        matches!(&fault, InputFault::Deflate { reason } if reason.contains("larger")),
+        "{fault}"
+    );
+
+    let large = npy("<f8", "(1024, 1024)", &vec![0; 8 << 20]);
+    let archive = npz(CompressionMethod::Deflated, &[("velocity.npy", &large)]);
+    let options = OpenOptions {
+        memory: Some(1 << 20),
+        ..OpenOptions::default()
+    };
+    match refusal("field.npz", archive, &options) {
+        Error::Memory {
+            needed, allowed, ..
+        } => assert_eq!((needed, allowed), (large.len() as u64, 1 << 20)),
+        other => panic!("{other}"),
+    }
+}
+
+#[test]
+fn npz_members_are_listed_where_the_choice_is_open() {
+    let matrix = npy_f64("(2, 1)", [0.0, 1.0]);
+    let record = npy_f64("(2,)", [0.0, 1.0]);
+    let members: &[(&str, &[u8])] = &[
+        ("a.npy", &matrix),
+        ("b.npy", &matrix),
+        ("t.npy", &record),
+        ("note.txt", b"hello"),
+        ("torn.npy", &matrix[..9]),
+    ];
+    for method in BOTH {
+        let archive = npz(method, members);
+        let InputFault::WhichMember { members } = fault("field.npz", &archive) else {
+            panic!();
+        };
+        let listed: Vec<_> = members
+            .iter()
+            .map(|member| (member.name.as_str(), member.shape.as_deref()))
+            .collect();
+        let expected: [(&str, Option<&[u64]>); 4] = [
+            ("a", Some(&[2, 1])),
+            ("b", Some(&[2, 1])),
+            ("t", Some(&[2])),
+            ("torn", None),
+        ];
+        assert_eq!(listed, expected);
+
+        let options = OpenOptions {
+            member: Some("c".into()),
+            ..OpenOptions::default()
+        };
+        let fault = fault_with("field.npz", &archive, &options);
+        assert!(matches!(
+            fault,
+            InputFault::NoSuchMember { name, members } if name == "c" && members.len() == 4
+        ));
+    }
+}
+
+#[test]
+fn npz_coordinates_that_do_not_fit() {
+    let field = npy_f64("(3, 2)", (0..6).map(f64::from));
+    let with_time = |time: &[u8]| {
+        npz(
+            CompressionMethod::Stored,
+            &[("velocity.npy", &field), ("time.npy", time)],
+        )
+    };
+    let (member, fault_of_length) = member_fault(fault(
+        "run.npz",
+        with_time(&npy_f64("(4,)", [0.0, 1.0, 2.0, 3.0])),
+    ));
+    assert_eq!(member, "time");
+    assert_eq!(
+        fault_of_length,
+        InputFault::AxisLength {
+            axis: "time",
+            expected: 3,
+            found: 4
+        }
+    );
+    let uneven = with_time(&npy_f64("(3,)", [0.0, 1.0, 2.5]));
+    let (_, fault) = member_fault(fault("run.npz", &uneven));
+    let expected = InputFault::UnevenAxis {
+        axis: "time",
+        index: 1,
+        expected: 1.5,
+        found: 1.0,
+    };
+    assert_eq!(fault, expected);
+
+    let folder = Folder::new();
+    let options = OpenOptions {
+        dt: Some(1.25.into()),
+        ..OpenOptions::default()
+    };
+    let field = Field::open(folder.write("run.npz", uneven), &options).unwrap();
+    assert_eq!((field.time.origin, field.time.step), (0.0, 1.25));
+}

@@ -1,0 +1,272 @@
+//! Files as people write them are read as they meant them, or asked about.
+//!
+//! `val_numpy_*`: the text or the arrays are those of the NumPy call that is named.
+
+use std::fs;
+
+use ndarray::Array2;
+use ndarray_npy::NpzWriter;
+use serde_json::Value;
+use test_support::made::{axis, fault, in_one_line, open, pulse, savetxt, savez, steps, values};
+use test_support::place::Place;
+use wavecascade::Field;
+use wavecascade::error::{CoordinateKind, InputFault};
+use wavecascade::field::{Axis, Layout, Note, OpenOptions, TimeColumn};
+
+#[test]
+fn val_numpy_savetxt_with_a_header() {
+    let place = Place::new();
+    let field = pulse(40, 2);
+    // header="time,x0,x1"; "# " comes before it unless comments='' is given.
+    for header in [
+        "# time,x0,x1\n",
+        "time,x0,x1\n",
+        "# time x0 x1\n",
+        "time x0 x1\n",
+        "# run 7\n# time\tx0\tx1\n",
+        "# t (s), left, right\n",
+    ] {
+        for delimiter in [" ", ",", "\t"] {
+            fs::write(
+                place.path("a.txt"),
+                savetxt(header, delimiter, &field, 1e-5),
+            )
+            .unwrap();
+            let read = open(&place, "a.txt");
+            assert_eq!(values(&read), field, "{header:?} {delimiter:?}");
+            let unit = header.contains("(s)").then_some("s");
+            assert_eq!(read.time, axis(1e-5, unit), "{header:?} {delimiter:?}");
+            assert_eq!(read.notes, []);
+        }
+    }
+    // Positions as names.
+    let text = savetxt("# time,0.5,0.75\n", ",", &field, 1e-5);
+    fs::write(place.path("a.txt"), text).unwrap();
+    let space = open(&place, "a.txt").space;
+    assert_eq!((space.origin, space.step), (0.5, 0.25));
+}
+
+#[test]
+fn val_numpy_savetxt_without_a_header() {
+    let place = Place::new();
+    let field = pulse(40, 2);
+    for header in ["", "# a comment\n", "clock,x0,x1\n", "# 1,2,3\n"] {
+        fs::write(place.path("a.csv"), savetxt(header, ",", &field, 2.5e-4)).unwrap();
+        let read = open(&place, "a.csv");
+        assert_eq!(values(&read), field, "{header:?}");
+        assert_eq!(read.time, axis(2.5e-4, None));
+        let layout = Layout::TimeSite;
+        let step = 2.5e-4;
+        assert_eq!(read.notes, [Note::FirstColumn { layout, step }]);
+        let options = OpenOptions {
+            time_column: TimeColumn::None,
+            ..OpenOptions::default()
+        };
+        let all = Field::open(place.path("a.csv"), &options).unwrap();
+        assert_eq!((all.n_sites(), all.notes.len()), (3, 0));
+    }
+    let said = place.good(&["analyze", "a.csv", "--figures", "none"]);
+    let said = in_one_line(&said);
+    assert!(
+        said.contains("read as the first column holds the times"),
+        "{said}"
+    );
+    assert!(said.contains("--time-column none"), "{said}");
+    let summary = place.json("a.csv-cascade/summary.json");
+    let read_as = summary["provenance"]["read_as"][0].as_str().unwrap();
+    assert!(
+        read_as.contains("the first column holds the times"),
+        "{read_as}"
+    );
+}
+
+#[test]
+fn what_may_be_a_time_column_is_asked_about() {
+    let place = Place::new();
+    for (table, reason) in [
+        // Both columns rise evenly.
+        ("0,1\n1,2\n2,3\n", "rises evenly, and so does another"),
+        // Times of which one is missing.
+        ("0,1\n1,5\n2,1\n3,5\n4,1\n5,5\n7,1\n8,5\n", "rises unevenly"),
+    ] {
+        fs::write(place.path("a.csv"), table).unwrap();
+        let coordinates = CoordinateKind::Times;
+        let found = fault(&place, "a.csv", &OpenOptions::default());
+        let expected = InputFault::FirstColumn {
+            coordinates,
+            reason,
+        };
+        assert_eq!(found, expected);
+        let said = place.bad(1, &["analyze", "a.csv"]);
+        for word in [
+            "a.csv",
+            "first column",
+            "--time-column 0",
+            "--time-column none",
+        ] {
+            assert!(said.contains(word), "{said}");
+        }
+    }
+    // Samples that do not rise, or too few of them to tell.
+    for table in [
+        "0,1\n1,2\n",
+        "3,1\n2,5\n1,2\n",
+        "1\n2\n3\n",
+        "1,2\n2,5\n3.5,1\n",
+    ] {
+        fs::write(place.path("a.csv"), table).unwrap();
+        let field = open(&place, "a.csv");
+        assert_eq!(
+            (field.time, field.notes),
+            (Axis::index(), vec![]),
+            "{table}"
+        );
+    }
+    // Rows that are sites begin with their positions.
+    let text = "0,1,5,2\n0.5,3,1,1\n1,2,2,7\n";
+    fs::write(place.path("a.csv"), text).unwrap();
+    let options = OpenOptions {
+        layout: Some(Layout::SiteTime),
+        ..OpenOptions::default()
+    };
+    let field = Field::open(place.path("a.csv"), &options).unwrap();
+    assert_eq!((field.n_times(), field.n_sites()), (3, 3));
+    assert_eq!(field.space, axis(0.5, None));
+    fs::write(place.path("a.csv"), format!("x_mm,0,2,4\n{text}")).unwrap();
+    let field = Field::open(place.path("a.csv"), &options).unwrap();
+    assert_eq!(
+        (field.space, field.time),
+        (axis(0.5, Some("mm")), axis(2.0, None))
+    );
+}
+
+#[test]
+fn val_numpy_savez_with_short_names() {
+    let place = Place::new();
+    let field = pulse(40, 3);
+    // numpy.savez(path, v=v, t=t, x=x), v as (time, site) and as (site, time).
+    for turned in [false, true] {
+        let stored = if turned {
+            field.t().to_owned()
+        } else {
+            field.clone()
+        };
+        for names in [["v", "t", "x"], ["V", "T", "X"], ["data", "t", "x"]] {
+            let axes = [(names[1], steps(40, 1e-5)), (names[2], steps(3, 0.002))];
+            savez(&place, "a.npz", (names[0], &stored), &axes);
+            let read = open(&place, "a.npz");
+            assert_eq!(values(&read), field, "{names:?}");
+            assert_eq!(
+                (&read.time, &read.space),
+                (&axis(1e-5, None), &axis(0.002, None))
+            );
+            let members = Note::Members {
+                field: names[0].into(),
+                time: Some(names[1].into()),
+                space: Some(names[2].into()),
+            };
+            assert_eq!(read.notes[0], members);
+            let layout = Layout::SiteTime;
+            assert_eq!(
+                read.notes[1..],
+                [Note::Layout { layout }][..usize::from(turned)]
+            );
+        }
+    }
+    // Single precision: the step that was meant.
+    let times: Vec<f32> = (0..40).map(|n| n as f32 * 1e-5).collect();
+    savez(&place, "a.npz", ("v", &field), &[("t", times)]);
+    assert_eq!(open(&place, "a.npz").time, axis(1e-5, None));
+    // What has the name but not the length is no coordinate of it.
+    savez(&place, "a.npz", ("v", &field), &[("t", steps(7, 1.0))]);
+    let found = fault(&place, "a.npz", &OpenOptions::default()).to_string();
+    assert!(
+        found.contains("\"t\"") && found.contains("expected 40"),
+        "{found}"
+    );
+    // A second array of two dimensions does not hide the field.
+    let mut archive = NpzWriter::new(fs::File::create(place.path("a.npz")).unwrap());
+    archive.add_array("u", &(&field * 2.0)).unwrap();
+    archive.add_array("v", &field).unwrap();
+    archive.finish().unwrap();
+    assert_eq!(values(&open(&place, "a.npz")), field);
+}
+
+#[test]
+fn a_wide_array_is_asked_about() {
+    let place = Place::new();
+    place.save("wide.npy", &pulse(80, 10).t().to_owned());
+    place.save("narrow.npy", &pulse(10, 79));
+    assert_eq!(open(&place, "narrow.npy").notes, []);
+    let wide = Note::Wide {
+        rows: 10,
+        columns: 80,
+    };
+    assert_eq!(open(&place, "wide.npy").notes, [wide]);
+    let words = [
+        "analyze",
+        "wide.npy",
+        "--figures",
+        "none",
+        "--force",
+        "--json",
+    ];
+    let warnings = |options: &[&str]| -> Vec<Value> {
+        let said = place.good(&[&words[..], options].concat());
+        let summary: Value = serde_json::from_str(&said).unwrap();
+        summary["warnings"].as_array().unwrap().clone()
+    };
+    let first = &warnings(&[])[0];
+    assert_eq!(first["code"], "wide-array");
+    for layout in ["--layout site-time", "--layout time-site"] {
+        assert!(
+            first["advice"].as_str().unwrap().contains(layout),
+            "{first}"
+        );
+    }
+    for layout in ["site-time", "time-site"] {
+        let others = warnings(&["--layout", layout]);
+        assert!(
+            others.iter().all(|w| w["code"] != "wide-array"),
+            "{others:?}"
+        );
+    }
+    // Coordinates settle it, numpy.savez(path, v=v, t=t).
+    savez(
+        &place,
+        "a.npz",
+        ("v", &pulse(80, 10).t().to_owned()),
+        &[("t", steps(80, 1.0))],
+    );
+    assert_eq!(values(&open(&place, "a.npz")), pulse(80, 10));
+    savez(
+        &place,
+        "a.npz",
+        ("v", &pulse(10, 80)),
+        &[("t", steps(10, 1.0))],
+    );
+    assert!(
+        !open(&place, "a.npz")
+            .notes
+            .iter()
+            .any(|note| note.is_doubtful())
+    );
+}
+
+#[test]
+fn an_array_whose_first_site_holds_times_is_asked_about() {
+    let place = Place::new();
+    // numpy.save(path, numpy.column_stack([t, v]))
+    let with_times = Array2::from_shape_fn((40, 4), |(n, j)| match j {
+        0 => n as f64 * 1e-4,
+        j => pulse(40, 3)[[n, j - 1]],
+    });
+    place.save("a.npy", &with_times);
+    assert_eq!(
+        open(&place, "a.npy").notes,
+        [Note::RisingSite { step: 1e-4 }]
+    );
+    let said = place.good(&["analyze", "a.npy", "--figures", "none"]);
+    let said = in_one_line(&said);
+    assert!(said.contains("first site rises evenly by 0.0001"), "{said}");
+}

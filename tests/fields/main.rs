@@ -1,0 +1,7 @@
+//! Fields from files: formats, conclusions, hostile input.
+
+mod formats;
+mod hostile;
+mod hostile_npz;
+mod hostile_tables;
+mod inputs;

@@ -1,0 +1,7 @@
+//! Localized waves, and how pulses attenuate.
+
+mod attenuation_curves;
+mod attenuation_pulse;
+mod direct;
+mod hard;
+mod waves;

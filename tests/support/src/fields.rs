@@ -1,0 +1,38 @@
+//! Fields that are in order, and their analysis.
+
+use ndarray::Array2;
+use wavecascade::analyze::{Analysis, Request};
+use wavecascade::chain::{Chain, Run, Simulation};
+use wavecascade::{Field, analyze};
+
+pub fn analyzed(field: &Field, request: &Request) -> Analysis {
+    analyze(field, request).unwrap().0
+}
+
+pub fn struck(sites: usize, end: f64, samples: usize) -> Run {
+    let simulation = Simulation::impact(Chain::dimer(sites, 4.9272), 1.0, end, samples);
+    simulation.run(&wavecascade::observer::Silent).unwrap()
+}
+
+/// A pulse that travels unchanged, `delay` samples a site, and has died down at the end.
+pub fn pulse(n_times: usize, n_sites: usize, delay: usize) -> Field {
+    Field::from_array(Array2::from_shape_fn((n_times, n_sites), |(n, j)| {
+        let t = n as f64 - (40 + delay * j) as f64;
+        (-(t / 6.0).powi(2)).exp() * (1.0 + 0.4 * (1.1 * t).cos())
+    }))
+}
+
+/// A field of normal noise, from a fixed generator.
+pub fn noise(n_times: usize, n_sites: usize) -> Array2<f64> {
+    let mut state: u64 = 7;
+    let mut uniform = move || {
+        state = state
+            .wrapping_mul(6_364_136_223_846_793_005)
+            .wrapping_add(1_442_695_040_888_963_407);
+        ((state >> 11) as f64 + 0.5) / (1u64 << 53) as f64
+    };
+    Array2::from_shape_fn((n_times, n_sites), |_| {
+        let (a, b) = (uniform(), uniform());
+        (-2.0 * a.ln()).sqrt() * (std::f64::consts::TAU * b).cos()
+    })
+}

@@ -1,0 +1,464 @@
+//! Analyses made by hand, to draw: plausible pictures, no physics.
+
+use std::f64::consts::PI;
+
+use ndarray::Array2;
+use wavecascade::analyze::*;
+use wavecascade::arrays::Precision;
+use wavecascade::field::{Axis, Quantity};
+use wavecascade::prepare::WindowGains;
+
+/// A pulse that slows down and breaks into high frequencies, 400 times by 300 sites.
+pub fn full() -> Analysis {
+    let (n_times, n_sites) = (400, 300);
+    let axes = axes(n_times, n_sites);
+    let (rows, columns) = (n_times as f64, n_sites as f64);
+    let high = 0.5 / axes.time.step;
+    let k_high = PI / axes.space.step;
+    let field = picture(n_times, n_sites, |t, x| {
+        let lag = t - 0.9 * x - 0.05;
+        (-(lag * 30.0).powi(2)).exp() + 0.3 * (-(lag * 6.0 - 1.0).powi(2)).exp() * wave(lag, x)
+    });
+    let temporal = picture(200, n_sites, |f, x| {
+        1e-3 * (10f64.powf(-9.0 * f * (1.1 - x)) + 1e-3 * bump(f - 0.45 - 0.1 * x, 0.05) * x)
+            * speckle(f, x)
+    });
+    let spatial = picture(n_times, 150, |t, k| {
+        2e-2 * (10f64.powf(-6.0 * k * (1.0 - 0.7 * t)) + 1e-2 * bump(k - 0.7, 0.08) * t)
+            * speckle(k, t)
+    });
+    let spacetime = picture(200, n_sites, |f, k| {
+        let k = 2.0 * k - 1.0;
+        let ridge = bump(f - 0.8 * (0.5 * PI * k.abs()).sin(), 0.02);
+        let side = if k > 0.0 { 1.0 } else { 0.02 };
+        (ridge * side + 1e-9) * 10f64.powf(-3.0 * f) * speckle(f, k)
+    });
+    let flux = picture(n_times, 150, |t, k| {
+        (bump(t - 0.3, 0.1) - 0.6 * bump(t - 0.6, 0.08)) * (PI * k).sin() * (1.0 + 0.2 * wave(t, k))
+    });
+    let map = |values, x: (&str, f64, f64), y: (&str, f64, f64), label: &str| Map {
+        values,
+        x: map_axis(x),
+        y: map_axis(y),
+        reduction: Reduction::Max {
+            rows: 8,
+            columns: 1,
+        },
+        label: label.into(),
+    };
+    let time = ("time (s)", 0.0, rows * axes.time.step);
+    let position = ("position (m)", 0.0, columns * axes.space.step);
+    let frequency = ("frequency (Hz)", 0.0, high);
+    let wavenumber = ("wavenumber (rad/m)", 0.0, k_high);
+    let signed = ("wavenumber (rad/m)", -k_high, k_high);
+    Analysis {
+        name: "chirp <& \"friends\"> 'n' \u{3ba}=4.5.npy".into(),
+        content_hash: Some("7f".repeat(32)),
+        quantity: Quantity::Velocity,
+        unit: Some("m/s".into()),
+        offset: (0, 0),
+        conventions: conventions(n_times),
+        parseval: Parseval {
+            time: Some(2.2e-16),
+            space: Some(-4.4e-16),
+            spacetime: Some(1.1e-15),
+        },
+        direction: Some(Direction {
+            toward_plus_x: 0.912,
+            toward_minus_x: 0.071,
+            undirected: 0.017,
+            band: (0.0, high),
+        }),
+        direction_by_frequency: Some(directions(axes.frequency.len())),
+        frequency_edge: Some(BandEdge::Reference {
+            value: 0.12 * high,
+            index: 0,
+            at: 0.0,
+        }),
+        wavenumber_edge: Some(BandEdge::Given {
+            value: 0.3 * k_high,
+        }),
+        along_space: Some(moments(n_sites, high)),
+        along_time: Some(moments(n_times, k_high)),
+        headline_space: headline(n_sites),
+        headline_time: headline(n_times),
+        front: Some(front(n_sites)),
+        field_map: Some(Map {
+            reduction: Reduction::Extreme {
+                rows: 8,
+                columns: 1,
+            },
+            ..map(field, position, time, "velocity (m/s)")
+        }),
+        temporal_map: Some(map(
+            temporal,
+            position,
+            frequency,
+            "S(f, x), energy spectral density ((m/s)² s/Hz)",
+        )),
+        spatial_map: Some(map(
+            spatial,
+            wavenumber,
+            time,
+            "E(k, t), energy spectral density ((m/s)² m/(rad/m))",
+        )),
+        spacetime_map: Some(map(
+            spacetime,
+            signed,
+            frequency,
+            "S(k, f), energy spectral density ((m/s)² s m/(Hz rad/m))",
+        )),
+        flux_map: Some(map(
+            flux,
+            wavenumber,
+            time,
+            "Π_K(k, t), surrogate ((m/s)²/s)",
+        )),
+        short_time: Some(short(
+            &axes.frequency,
+            (0.0, axes.time.step * rows),
+            &[0.0, 1.5, 2.99],
+        )),
+        short_space: Some(short(
+            &axes.wavenumber,
+            (0.0, axes.space.step * columns),
+            &[0.05, 0.2],
+        )),
+        accuracy: Accuracy {
+            precision: Precision::F64,
+            amplitude_unit: 1.0,
+            spot_check: Some(3.1e-16),
+            spot_checks: 64,
+            parseval: Some(1.1e-15),
+            estimated_by: "direct sums and Parseval",
+        },
+        seconds: 0.25,
+        timings: vec![Timing {
+            stage: "temporal",
+            seconds: 0.0123,
+            bytes_read: 9_830_400,
+            bytes_written: 4_930_400,
+            transforms: 300,
+            transform_length: n_times,
+        }],
+        warnings: vec![
+            Warning::AliasingTime {
+                share: 0.034,
+                above: 0.45,
+            },
+            Warning::DeadChannels {
+                sites: vec![17, 18],
+            },
+        ],
+        axes,
+    }
+}
+
+/// Analyses at the edges of what can be drawn, with their names.
+pub fn degenerate() -> Vec<(&'static str, Analysis)> {
+    let shapes = [
+        ("1x1", 1, 1),
+        ("1xN", 1, 40),
+        ("Nx1", 40, 1),
+        ("empty", 0, 0),
+    ];
+    let mut cases: Vec<(&str, Analysis)> = shapes
+        .map(|(name, rows, columns)| (name, uniform(rows, columns, 2.5)))
+        .into();
+    cases.push(("zero", uniform(12, 9, 0.0)));
+    cases.push(("constant", uniform(12, 9, -3.0)));
+    cases.push(("undefined", uniform(12, 9, f32::NAN)));
+    cases.push(("infinite", uniform(12, 9, f32::INFINITY)));
+    cases.push(("tiny", uniform(12, 9, f32::from_bits(1))));
+    let mut huge = uniform(12, 9, f32::MAX);
+    huge.axes.time.origin = 1.7e9;
+    huge.axes.time.step = 1e-3;
+    huge.field_map.as_mut().unwrap().y = map_axis(("time (s)", 1.7e9, 1.7e9 + 12e-3));
+    huge.temporal_map.as_mut().unwrap().x = map_axis(("site", f64::NAN, f64::NAN));
+    cases.push(("huge", huge));
+    cases
+}
+
+/// Only the field was asked for.
+pub fn field_only() -> Analysis {
+    Analysis {
+        direction: None,
+        direction_by_frequency: None,
+        frequency_edge: None,
+        wavenumber_edge: None,
+        along_space: None,
+        along_time: None,
+        headline_space: Headline::default(),
+        headline_time: Headline::default(),
+        front: None,
+        temporal_map: None,
+        spatial_map: None,
+        spacetime_map: None,
+        flux_map: None,
+        short_time: None,
+        short_space: None,
+        warnings: Vec::new(),
+        ..full()
+    }
+}
+
+/// Every map and curve of one value, without units.
+fn uniform(rows: usize, columns: usize, value: f32) -> Analysis {
+    let map = |x: &str, y: &str| Map {
+        values: Array2::from_elem((rows, columns), value),
+        x: map_axis((x, 0.0, columns as f64)),
+        y: map_axis((y, 0.0, rows as f64)),
+        reduction: Reduction::Max {
+            rows: 1,
+            columns: 1,
+        },
+        label: "value".into(),
+    };
+    let level = |n: usize| {
+        let all = vec![f64::from(value); n];
+        Moments {
+            centroid: all.clone(),
+            bandwidth: all.clone(),
+            effective_bandwidth: all.clone(),
+            zero_share: all.clone(),
+            entropy: all.clone(),
+            participation: all.clone(),
+            median: all.clone(),
+            quantile_90: all.clone(),
+            low_share: all.clone(),
+            high_share: all.clone(),
+            energy: all,
+        }
+    };
+    let one = ShortTimeSpectrum {
+        index: 0,
+        at: 0.0,
+        values: Array2::from_elem((rows, columns), f64::from(value)),
+    };
+    let short = ShortTimeSpectra {
+        bins: (0..rows).map(|m| m as f64).collect(),
+        frames: (0..columns).map(|m| m as f64).collect(),
+        segment: 1,
+        hop: 1,
+        window: gains(),
+        spectra: vec![one; 5],
+    };
+    Analysis {
+        unit: None,
+        axes: Axes {
+            time: Axis::index(),
+            n_times: rows,
+            space: Axis::index(),
+            n_sites: columns,
+            frequency: (0..rows).map(|m| m as f64).collect(),
+            wavenumber: (0..columns).map(|m| m as f64).collect(),
+            wavenumber_signed: (0..columns).map(|m| m as f64).collect(),
+        },
+        direction: Some(Direction {
+            toward_plus_x: f64::NAN,
+            toward_minus_x: f64::NAN,
+            undirected: f64::NAN,
+            band: (0.0, 0.0),
+        }),
+        direction_by_frequency: Some([vec![f64::NAN; rows], vec![f64::NAN; rows]]),
+        frequency_edge: Some(BandEdge::Undefined),
+        wavenumber_edge: Some(BandEdge::Undefined),
+        along_space: Some(level(columns)),
+        along_time: Some(level(rows)),
+        headline_space: Headline::default(),
+        headline_time: Headline::default(),
+        front: None,
+        field_map: Some(map("site", "time (samples)")),
+        temporal_map: Some(map("site", "frequency (cycles/sample)")),
+        spatial_map: Some(map("wavenumber (rad/site)", "time (samples)")),
+        spacetime_map: Some(map("wavenumber (rad/site)", "frequency (cycles/sample)")),
+        flux_map: Some(map("wavenumber (rad/site)", "time (samples)")),
+        short_time: Some(short.clone()),
+        short_space: Some(short),
+        warnings: vec![Warning::NoEnergy],
+        ..full()
+    }
+}
+
+fn axes(n_times: usize, n_sites: usize) -> Axes {
+    let (dt, dx) = (1e-3, 0.01);
+    let (bins, waves) = (n_times / 2 + 1, n_sites / 2 + 1);
+    let dk = 2.0 * PI / (n_sites as f64 * dx);
+    Axes {
+        time: Axis {
+            origin: 0.0,
+            step: dt,
+            unit: Some("s".into()),
+        },
+        n_times,
+        space: Axis {
+            origin: 0.0,
+            step: dx,
+            unit: Some("m".into()),
+        },
+        n_sites,
+        frequency: (0..bins)
+            .map(|m| m as f64 / (n_times as f64 * dt))
+            .collect(),
+        wavenumber: (0..waves).map(|m| m as f64 * dk).collect(),
+        wavenumber_signed: (0..n_sites)
+            .map(|m| (m as f64 - waves as f64 + 1.0) * dk)
+            .collect(),
+    }
+}
+
+fn gains() -> WindowGains {
+    WindowGains {
+        name: "hann".into(),
+        coherent_gain: 0.5,
+        power_gain: 0.375,
+        noise_bandwidth_bins: 1.5,
+    }
+}
+
+fn conventions(n_times: usize) -> Conventions {
+    Conventions {
+        scaling: Scaling::Energy,
+        window_time: gains(),
+        window_space: gains(),
+        segment: n_times,
+        overlap: 0,
+        segments: 1,
+        padded_time: n_times,
+        padded_space: 300,
+    }
+}
+
+fn map_axis((label, low, high): (&str, f64, f64)) -> MapAxis {
+    MapAxis {
+        label: label.into(),
+        low,
+        high,
+    }
+}
+
+/// `value(y, x)` over the unit square; the last column and one block hold no value.
+fn picture(rows: usize, columns: usize, value: impl Fn(f64, f64) -> f64) -> Array2<f32> {
+    Array2::from_shape_fn((rows, columns), |(i, j)| {
+        let (y, x) = (i as f64 / rows as f64, j as f64 / columns as f64);
+        if (0.82..0.86).contains(&x) && (0.7..0.8).contains(&y) {
+            f32::NAN
+        } else {
+            value(y, x) as f32
+        }
+    })
+}
+
+fn directions(n: usize) -> [Vec<f64>; 2] {
+    let plus = |m: usize| {
+        let f = m as f64 / n as f64;
+        if f > 0.9 {
+            f64::NAN
+        } else {
+            0.95 - 0.3 * f + 0.03 * (60.0 * f).sin()
+        }
+    };
+    let both: Vec<f64> = (0..n).map(plus).collect();
+    let minus = both.iter().map(|share| 0.98 - share).collect();
+    [both, minus]
+}
+
+fn moments(n: usize, high: f64) -> Moments {
+    let curve = |f: &dyn Fn(f64) -> f64| -> Vec<f64> {
+        (0..n)
+            .map(|j| match j as f64 / n as f64 {
+                x if (0.5..0.52).contains(&x) => f64::NAN,
+                x => f(x),
+            })
+            .collect()
+    };
+    let ripple = |x: f64| 1.0 + 0.04 * (90.0 * x).sin();
+    let low_share = curve(&|x| 0.9 - 0.45 * x * ripple(x));
+    Moments {
+        centroid: curve(&|x| high * (0.07 + 0.2 * x) * ripple(x)),
+        bandwidth: curve(&|x| high * (0.05 + 0.1 * x)),
+        effective_bandwidth: curve(&|x| high * (0.08 + 0.2 * x)),
+        zero_share: curve(&|x| 0.1 - 0.05 * x),
+        entropy: curve(&|x| 0.4 + 0.3 * x),
+        participation: curve(&|x| 10.0 + 30.0 * x),
+        median: curve(&|x| high * (0.05 + 0.15 * x) * ripple(x)),
+        quantile_90: curve(&|x| high * (0.12 + 0.5 * x) * ripple(x)),
+        high_share: low_share.iter().map(|share| 1.0 - share).collect(),
+        low_share,
+        energy: curve(&|x| 3e-4 * (-4.0 * x).exp() * ripple(x)),
+    }
+}
+
+/// At the first row, in the middle and at the last one.
+fn headline(n: usize) -> Headline {
+    let spot = |row: usize, share: f64| {
+        Some(Spot {
+            row,
+            index: row,
+            at: row as f64,
+            high_share: Some(share),
+        })
+    };
+    Headline {
+        reference: spot(0, 0.1),
+        largest: spot(n / 3, 0.251),
+        last: spot(n - 1, 0.2),
+    }
+}
+
+fn front(n: usize) -> Front {
+    let high_share: Vec<f64> = (0..n).map(|j| 0.1 + 0.3 * j as f64 / n as f64).collect();
+    Front {
+        length: FrontLength::Window {
+            window: 0.02,
+            samples: 40,
+            pulse_width: Some(0.002),
+        },
+        arrival: (0..n).map(|j| 1e-3 * j as f64).collect(),
+        fits: vec![true; n],
+        low_share: high_share.iter().map(|share| 1.0 - share).collect(),
+        high_share,
+        headline: headline(n),
+    }
+}
+
+fn short(bins: &[f64], (from, to): (f64, f64), at: &[f64]) -> ShortTimeSpectra {
+    let bins: Vec<f64> = bins.iter().step_by(2).copied().collect();
+    let frames: Vec<f64> = (0..60)
+        .map(|m| from + (to - from) * (m as f64 + 2.0) / 64.0)
+        .collect();
+    let spectra = at
+        .iter()
+        .enumerate()
+        .map(|(index, &at)| {
+            let delay = 0.15 + 0.25 * index as f64;
+            let values = Array2::from_shape_fn((bins.len(), frames.len()), |(i, j)| {
+                let (f, t) = (i as f64 / bins.len() as f64, j as f64 / 60.0);
+                1e-4 * bump(t - delay - 0.1 * f, 0.1) * 10f64.powf(-4.0 * f) * speckle(f, t) + 1e-13
+            });
+            ShortTimeSpectrum { index, at, values }
+        })
+        .collect();
+    ShortTimeSpectra {
+        bins,
+        frames,
+        segment: 64,
+        hop: 16,
+        window: gains(),
+        spectra,
+    }
+}
+
+fn bump(x: f64, width: f64) -> f64 {
+    (-(x / width).powi(2)).exp()
+}
+
+fn wave(t: f64, x: f64) -> f64 {
+    (2.0 * PI * 40.0 * t * (1.0 + x)).sin()
+}
+
+/// A fixed, positive, irregular factor.
+fn speckle(x: f64, y: f64) -> f64 {
+    let hash = ((x * 127.1 + y * 311.7).sin() * 43758.5453).fract().abs();
+    0.1 - (1.0 - hash).max(1e-6).ln()
+}

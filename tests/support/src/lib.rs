@@ -1,0 +1,10 @@
+//! What several tests of the workspace share.
+
+pub mod fields;
+pub mod figures;
+pub mod hostile;
+pub mod made;
+pub mod measured;
+pub mod place;
+pub mod pulse;
+pub mod shared;

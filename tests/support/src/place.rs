@@ -1,0 +1,128 @@
+//! A folder of its own to run the program in.
+
+use std::collections::BTreeSet;
+use std::ffi::OsStr;
+use std::fs;
+use std::path::{Path, PathBuf};
+use std::process::Output;
+
+use assert_cmd::Command;
+use ndarray::{Array2, ArrayD};
+use ndarray_npy::{NpzReader, ReadableElement, WritableElement, write_npy};
+use serde_json::Value;
+
+/// A folder that goes with the test, and the words that every command in it begins with.
+pub struct Place {
+    folder: tempfile::TempDir,
+    first: &'static [&'static str],
+}
+
+impl Default for Place {
+    fn default() -> Self {
+        Place::new()
+    }
+}
+
+impl Place {
+    pub fn new() -> Place {
+        Place::of(&[])
+    }
+
+    pub fn of(first: &'static [&'static str]) -> Place {
+        let folder = tempfile::tempdir().unwrap();
+        Place { folder, first }
+    }
+
+    pub fn folder(&self) -> &Path {
+        self.folder.path()
+    }
+
+    pub fn path(&self, name: impl AsRef<Path>) -> PathBuf {
+        self.folder().join(name)
+    }
+
+    pub fn names(&self) -> BTreeSet<String> {
+        names(self.folder())
+    }
+
+    pub fn save<T: WritableElement>(&self, name: &str, field: &Array2<T>) {
+        write_npy(self.path(name), field).unwrap();
+    }
+
+    pub fn json(&self, name: &str) -> Value {
+        serde_json::from_slice(&fs::read(self.path(name)).unwrap()).unwrap()
+    }
+
+    /// Names of the arrays in an archive.
+    pub fn arrays(&self, archive: &str) -> BTreeSet<String> {
+        let names = self.archive(archive).names().unwrap();
+        let name = |name: &String| name.trim_end_matches(".npy").to_owned();
+        names.iter().map(name).collect()
+    }
+
+    pub fn array<T: ReadableElement>(&self, archive: &str, name: &str) -> ArrayD<T> {
+        let mut archive = self.archive(archive);
+        archive.by_name(&format!("{name}.npy")).unwrap()
+    }
+
+    fn archive(&self, name: &str) -> NpzReader<fs::File> {
+        NpzReader::new(fs::File::open(self.path(name)).unwrap()).unwrap()
+    }
+
+    pub fn command(&self, words: impl IntoIterator<Item = impl AsRef<OsStr>>) -> Command {
+        let mut command = Command::cargo_bin("cascade").unwrap();
+        command
+            .current_dir(self.folder())
+            .args(self.first)
+            .args(words);
+        command
+    }
+
+    pub fn run(&self, words: &[&str]) -> Output {
+        self.command(words).output().unwrap()
+    }
+
+    /// Runs to a good end and returns standard output.
+    pub fn good(&self, words: &[&str]) -> String {
+        let output = self.run(words);
+        assert_eq!(output.status.code(), Some(0), "{words:?}: {output:?}");
+        assert_eq!(text(&output.stderr), "", "{words:?}");
+        text(&output.stdout)
+    }
+
+    /// Runs to a failure that leaves the place as it was and prints nothing else, and returns
+    /// standard error.
+    pub fn bad(&self, code: i32, words: &[&str]) -> String {
+        let before = self.names();
+        let output = self.run(words);
+        let said = text(&output.stderr);
+        assert_eq!(output.status.code(), Some(code), "{words:?}: {said}");
+        assert_eq!(text(&output.stdout), "", "{words:?}");
+        assert!(
+            said.starts_with("error: ") && !said.contains("panicked"),
+            "{words:?}: {said}"
+        );
+        assert_eq!(self.names(), before, "{words:?}: {said}");
+        said
+    }
+}
+
+pub fn program() -> PathBuf {
+    assert_cmd::cargo::cargo_bin("cascade")
+}
+
+pub fn text(bytes: &[u8]) -> String {
+    String::from_utf8(bytes.to_vec()).unwrap()
+}
+
+pub fn names(folder: &Path) -> BTreeSet<String> {
+    let entries = fs::read_dir(folder).unwrap();
+    let name = |entry: std::io::Result<fs::DirEntry>| entry.unwrap().file_name();
+    entries
+        .map(|entry| name(entry).into_string().unwrap())
+        .collect()
+}
+
+pub fn set(names: &[&str]) -> BTreeSet<String> {
+    names.iter().map(|&n| n.to_owned()).collect()
+}
