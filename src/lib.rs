@@ -27,3 +27,16 @@ pub mod transform;
 pub use analyze::analyze;
 pub use error::{Error, Result};
 pub use field::Field;
+
+/// The examples of the guide, compiled and run as tests.
+#[cfg(doctest)]
+mod guide {
+    #[doc = include_str!("../docs/guide/chains.md")]
+    struct Chains;
+    #[doc = include_str!("../docs/guide/budgets.md")]
+    struct Budgets;
+    #[doc = include_str!("../docs/guide/localized-waves.md")]
+    struct LocalizedWaves;
+    #[doc = include_str!("../docs/guide/attenuation.md")]
+    struct Attenuation;
+}
