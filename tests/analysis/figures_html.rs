@@ -170,7 +170,8 @@ fn long_curves_keep_their_extremes() {
 
 #[test]
 fn the_page_states_warnings_bands_and_accuracy() {
-    let page = report::html(&test_support::figures::full(), &|_| None);
+    let advice = |_: &_| Some("leave these sites out".into());
+    let page = report::html(&test_support::figures::full(), &advice);
     for text in [
         "2 of the records are constant: sites 17, 18",
         "Leave these sites out",

@@ -416,7 +416,7 @@ fn an_interrupt_leaves_nothing() {
         .stderr(std::process::Stdio::piped())
         .spawn()
         .unwrap();
-    std::thread::sleep(std::time::Duration::from_millis(700));
+    test_support::place::wait_for_handler(&mut child);
     let kill = std::process::Command::new("kill")
         .args(["-INT", &child.id().to_string()])
         .status();

@@ -239,9 +239,9 @@ fn places_that_cannot_be_written_are_named_with_advice() {
 
 #[cfg(unix)]
 mod unix {
-    use test_support::place::{program, text};
     use super::*;
     use std::process::{Command, Output, Stdio};
+    use test_support::place::{program, text};
 
     fn shell(place: &Place, script: &str) -> Output {
         Command::new("sh")

@@ -126,3 +126,23 @@ pub fn names(folder: &Path) -> BTreeSet<String> {
 pub fn set(names: &[&str]) -> BTreeSet<String> {
     names.iter().map(|&n| n.to_owned()).collect()
 }
+
+/// Waits until a program handles interrupts: one that comes before that ends it without a word.
+pub fn wait_for_handler(child: &mut std::process::Child) {
+    let status = format!("/proc/{}/status", child.id());
+    let handles = || {
+        let text = fs::read_to_string(&status).ok()?;
+        let caught = text.lines().find_map(|line| line.strip_prefix("SigCgt:"))?;
+        let mask = u64::from_str_radix(caught.trim(), 16).ok()?;
+        // Signal 2 is the second bit.
+        Some(mask & 2 != 0)
+    };
+    while child.try_wait().unwrap().is_none() {
+        match (handles(), cfg!(target_os = "linux")) {
+            (Some(true), _) => return,
+            // Elsewhere nothing tells.
+            (_, false) => return std::thread::sleep(std::time::Duration::from_secs(2)),
+            _ => std::thread::yield_now(),
+        }
+    }
+}
