@@ -4,18 +4,18 @@ use ndarray::parallel::prelude::*;
 use ndarray::{Array2, ArrayViewMut2, Axis};
 use num_complex::Complex;
 
-use super::between::{self, Between, Scratch};
 use super::front::{self, Passage, Passed};
+use super::intermediate::{self, Intermediate, Scratch};
 use super::plan::Plan;
 use super::worker::{Samples, Worker};
 use crate::arrays::{LargeArray, Sink};
-use crate::diagnostics::{Bins, MapBuilder, Row, moments_across};
+use crate::diagnostics::{Bins, MapBuilder, Row, interleaved_moments};
 use crate::error::{Error, Result};
 use crate::numeric::sum;
 use crate::observer::Observer;
-use crate::prepare::{Ahead, Prepared};
+use crate::prepare::{Prepared, ReadAhead};
 use crate::system::buffer::Buffer;
-use crate::system::scratch::Spare;
+use crate::system::scratch_pool::ScratchPool;
 use crate::transform::{Real, RecordScratch, RecordTransform, direct_sums};
 
 /// What the pass leaves behind beside the arrays.
@@ -108,14 +108,14 @@ impl<'a, T: Real> AlongTime<'a, T> {
         &self,
         edge: f64,
         stored: f64,
-        mut between: Option<&mut Between<T>>,
+        mut between: Option<&mut Intermediate<T>>,
         sink: &dyn Sink,
         observer: &dyn Observer,
     ) -> Result<Columns> {
         let (plan, prepared) = (self.plan, self.prepared);
         let (nx, nf) = (plan.axes.n_sites, plan.axes.frequency.len());
         observer.stage("along time", nx as u64);
-        let workers = Spare::default();
+        let workers = ScratchPool::default();
         let wanted = between.is_none();
         let mut done = Columns {
             rows: Vec::with_capacity(nx),
@@ -127,7 +127,7 @@ impl<'a, T: Real> AlongTime<'a, T> {
         let rows = if wanted { nf } else { 0 };
         let bins = plan.frequency_bins();
         let mut buffer = Buffer::zeros((rows, plan.blocks.sites))?;
-        let mut room = Ahead::default();
+        let mut room = ReadAhead::default();
         for from in (0..nx).step_by(plan.blocks.sites) {
             let width = plan.blocks.sites.min(nx - from);
             let mut spectra = buffer.view_mut((rows, width))?;
@@ -186,9 +186,9 @@ impl<'w, T: Real> Room<'w, T> {
 /// A block of sites, shared out in stripes of a few sites each.
 struct Stripes<'a, 'w, T: Real> {
     all: &'w AlongTime<'w, T>,
-    workers: &'a Spare<Room<'w, T>>,
+    workers: &'a ScratchPool<Room<'w, T>>,
     observer: &'a dyn Observer,
-    ahead: Option<&'a Ahead>,
+    ahead: Option<&'a ReadAhead>,
     bins: &'a Bins<'w>,
     edge: f64,
     from: usize,
@@ -206,14 +206,14 @@ impl<T: Real> Stripes<'_, '_, T> {
     fn run(
         &self,
         mut spectra: ArrayViewMut2<f64>,
-        kept: Option<between::Columns<T>>,
+        kept: Option<intermediate::Columns<T>>,
     ) -> Result<Vec<Seen>> {
         let tile = self.all.plan.tiles.sites;
         let mut nothing = Array2::default((0, spectra.ncols()));
         let (mut kept, scratch) = match kept {
             None => (nothing.view_mut(), None),
-            Some(between::Columns::Memory(columns)) => (columns, None),
-            Some(between::Columns::Scratch(scratch)) => (nothing.view_mut(), Some(scratch)),
+            Some(intermediate::Columns::Memory(columns)) => (columns, None),
+            Some(intermediate::Columns::Scratch(scratch)) => (nothing.view_mut(), Some(scratch)),
         };
         let done: Result<Vec<Vec<Seen>>> = spectra
             .axis_chunks_iter_mut(Axis(1), tile)
@@ -289,7 +289,7 @@ impl<T: Real> Stripes<'_, '_, T> {
         for (mut row, power) in spectra.outer_iter_mut().zip(&worker.power) {
             row.iter_mut().zip(&power.0).for_each(|(to, &p)| *to = p);
         }
-        let rows = moments_across(&worker.power, self.bins, self.edge);
+        let rows = interleaved_moments(&worker.power, self.bins, self.edge);
         let mut seen: Vec<Seen> = rows
             .into_iter()
             .zip(&worker.energies)

@@ -8,7 +8,7 @@ use num_complex::Complex;
 use super::along::Headline;
 use super::plan::Plan;
 use super::result::{Front, FrontLength};
-use crate::diagnostics::{Bins, moments_across};
+use crate::diagnostics::{Bins, interleaved_moments};
 use crate::numeric::lanes::{Block, WIDTH};
 use crate::transform::{Real, RecordScratch, RecordTransform, fold, frequencies, power};
 
@@ -182,7 +182,7 @@ impl<T: Real> Passage<T> {
                 powers
             }));
         let bins = Bins::new(&self.frequency, padded, 1.0 / (padded as f64 * self.dt));
-        let rows = moments_across(&room.power, &bins, self.edge);
+        let rows = interleaved_moments(&room.power, &bins, self.edge);
         let found = arrivals.iter().zip(rows).map(|(&arrival, row)| {
             let fits = self.start(arrival, length).is_some();
             let or_nan = |share| if fits { share } else { f64::NAN };

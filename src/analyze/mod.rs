@@ -2,11 +2,11 @@
 
 mod along;
 mod arrays;
-mod between;
 mod columns;
 mod filtered;
 mod flux;
 mod front;
+mod intermediate;
 pub(crate) mod labels;
 mod maps;
 mod plan;

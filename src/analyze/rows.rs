@@ -8,12 +8,12 @@ use super::flux::FluxSurrogate;
 use super::plan::Plan;
 use super::quality::Ends;
 use crate::arrays::{LargeArray, Sink};
-use crate::diagnostics::{Bins, MapBuilder, Row, moments_across};
+use crate::diagnostics::{Bins, MapBuilder, Row, interleaved_moments};
 use crate::error::{Error, Result};
 use crate::numeric::lanes::{self, widest};
 use crate::observer::Observer;
 use crate::prepare::Prepared;
-use crate::system::scratch::Spare;
+use crate::system::scratch_pool::ScratchPool;
 use crate::transform::{Real, RecordScratch, RecordTransform, fold, power};
 
 /// What the pass leaves behind beside the arrays.
@@ -82,7 +82,7 @@ pub(super) fn transform_profiles<T: Real>(
         plan,
         prepared,
         transform: transform.as_ref(),
-        spare: &Spare::default(),
+        pool: &ScratchPool::default(),
         scales: (0..nk)
             .map(|m| plan.space_scale.factor * fold(m, plan.conventions.padded_space))
             .collect(),
@@ -184,7 +184,7 @@ struct Pass<'a, T: Real> {
     prepared: &'a Prepared<'a>,
     transform: Option<&'a RecordTransform<T>>,
     /// With room for spectra side by side.
-    spare: &'a Spare<(RecordScratch<T>, Vec<lanes::Block>)>,
+    pool: &'a ScratchPool<(RecordScratch<T>, Vec<lanes::Block>)>,
     /// By which a bin's power is multiplied.
     scales: Vec<f64>,
     /// And again, after it was measured, before it is stored.
@@ -217,7 +217,7 @@ impl<T: Real> Pass<'_, T> {
             )
             .enumerate()
             .map_init(
-                || self.spare.take(|_| true, Default::default),
+                || self.pool.take(|_| true, Default::default),
                 |room, (i, (profiles, spectra))| {
                     if self.observer.cancelled() {
                         return Err(Error::Cancelled);
@@ -279,7 +279,7 @@ impl<T: Real> Pass<'_, T> {
                 across: &mut *across,
                 spectra,
             });
-            let rows = moments_across(across, &self.bins, self.edge);
+            let rows = interleaved_moments(across, &self.bins, self.edge);
             let spectra = rows.into_iter().zip(energies.iter().copied());
             seen.extend(
                 profiles

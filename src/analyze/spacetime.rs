@@ -6,14 +6,14 @@ use ndarray::parallel::prelude::*;
 use ndarray::{Array2, ArrayViewMut2, Axis, s};
 use num_complex::Complex;
 
-use super::between::{Between, Rows};
+use super::intermediate::{Intermediate, Rows};
 use super::plan::Plan;
 use crate::arrays::{LargeArray, Sink};
 use crate::diagnostics::MapBuilder;
 use crate::error::{Error, Result};
 use crate::numeric::sum;
 use crate::observer::Observer;
-use crate::system::scratch::Spare;
+use crate::system::scratch_pool::ScratchPool;
 use crate::transform::{ComplexScratch, ComplexTransform, Real, fold, power};
 
 /// Frequencies that a thread takes at a time, at most.
@@ -69,7 +69,7 @@ pub(super) struct Frequencies {
 /// row, as the array is written.
 pub(super) fn transform_frequencies<T: Real>(
     plan: &Plan,
-    between: &mut Between<T>,
+    between: &mut Intermediate<T>,
     stored: f64,
     sink: &dyn Sink,
     observer: &dyn Observer,
@@ -81,7 +81,7 @@ pub(super) fn transform_frequencies<T: Real>(
     let pass = Pass {
         plan,
         transform: &transform,
-        spare: &Spare::default(),
+        pool: &ScratchPool::default(),
         stored,
         observer,
     };
@@ -155,14 +155,14 @@ struct Pass<'a, T: Real> {
     plan: &'a Plan,
     transform: &'a ComplexTransform<T>,
     /// With room for rows that lie apart.
-    spare: &'a Spare<(ComplexScratch<T>, Vec<Complex<T>>)>,
+    pool: &'a ScratchPool<(ComplexScratch<T>, Vec<Complex<T>>)>,
     stored: f64,
     observer: &'a dyn Observer,
 }
 
 impl<T: Real> Pass<'_, T> {
     /// Transforms the frequencies from `from` on, in parallel.
-    fn fill(&self, from: usize, between: &mut Between<T>, block: &mut Block) -> Result<()> {
+    fn fill(&self, from: usize, between: &mut Intermediate<T>, block: &mut Block) -> Result<()> {
         let all = self.plan.axes.frequency.len();
         let count = self.plan.blocks.frequencies.min(all - from);
         let segments = self.plan.segments.count();
@@ -181,7 +181,7 @@ impl<T: Real> Pass<'_, T> {
             .zip(records.axis_chunks_iter_mut(Axis(0), tile))
             .enumerate()
             .map_init(
-                || self.spare.take(|_| true, Default::default),
+                || self.pool.take(|_| true, Default::default),
                 |room, (i, (powers, records))| {
                     if self.observer.cancelled() {
                         return Err(Error::Cancelled);

@@ -3,9 +3,9 @@
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::Instant;
 
-use super::between::{Between, Scratch};
 use super::columns::{AlongTime, Columns};
 use super::front::{self, Passage};
+use super::intermediate::{Intermediate, Scratch};
 use super::plan::Plan;
 use super::reference::References;
 use super::result::{BandEdge, FrontLength, ShortTimeSpectra, Timing};
@@ -55,7 +55,7 @@ impl Stages<'_> {
     /// All passes; side by side where there is memory for both chains, since one alone leaves threads
     /// waiting now and then.
     pub fn run<T: Real>(&self, clock: &mut Clock) -> Result<(Option<FromRecords>, FromProfiles)> {
-        if !self.plan.side_by_side {
+        if !self.plan.interleaved {
             // Profiles first: a large field was just looked at, and what the system still has of it in
             // memory goes once a scratch file is written.
             let profiles = self.profiles::<T>(clock)?;
@@ -117,11 +117,11 @@ impl Stages<'_> {
         let shape = (plan.between_rows(), plan.axes.n_sites);
         let mut between = match (plan.request.results.spacetime, plan.scratch_file) {
             (false, _) => None,
-            (true, 0) => Some(Between::<T>::in_memory(shape)?),
+            (true, 0) => Some(Intermediate::<T>::in_memory(shape)?),
             (true, _) => {
                 let rows = plan.blocks.scratch * plan.segments.count();
                 let scratch = Scratch::new(shape, plan.tiles.sites, rows)?;
-                Some(Between::Scratch(scratch))
+                Some(Intermediate::Scratch(scratch))
             }
         };
         let columns = along_time.transform_records(

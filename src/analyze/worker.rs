@@ -8,7 +8,7 @@ use num_complex::Complex;
 use super::plan::Plan;
 use crate::numeric::lanes::{Block, Lanes, WIDTH, Work, widest};
 use crate::prepare::{Prepared, Trend};
-use crate::system::prefetch::{LINE, ask_after};
+use crate::system::prefetch::{LINE, prefetch_after};
 use crate::transform::{Real, RecordScratch, RecordTransform, Scale, fold, power};
 
 /// Samples of a few sites.
@@ -188,7 +188,7 @@ impl<T: Real, F: Fn(usize) -> f64> Work for AddPowers<'_, T, F> {
             let whole = spectra.to_slice().and_then(|s| s.first_chunk::<WIDTH>());
             if let Some(spectra) = whole {
                 for line in spectra.chunks(LINE / size_of::<Complex<T>>()) {
-                    ask_after(&line[0], further);
+                    prefetch_after(&line[0], further);
                 }
             }
             // Whole blocks have a length that the compiler knows.

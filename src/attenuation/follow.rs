@@ -4,7 +4,7 @@ use std::ops::Range;
 
 use super::pulse::{FRONT, Located, Pulse, Sense};
 use crate::Result;
-use crate::chain::{Instant, LOOKS, Resolution, Signal, Simulation, Watch};
+use crate::chain::{Resolution, SAMPLES_PER_STEP, Signal, Simulation, StateView, Watch};
 use crate::error::Error;
 use crate::observer::Observer;
 
@@ -29,7 +29,7 @@ const WHOLE: f64 = 10.0;
 const PATIENCE: f64 = 20.0;
 
 /// Shares of a step between two looks, and from its end, that count as none.
-const LOOK: f64 = 1.0 / LOOKS as f64;
+const LOOK: f64 = 1.0 / SAMPLES_PER_STEP as f64;
 const EDGE: f64 = 1e-6;
 
 /// One resolution of a simulation.
@@ -184,8 +184,8 @@ impl Following<'_> {
             };
             if end == latest && watch.now().v[last] > level {
                 let signal = Signal::Velocity(last);
-                let share = watch.course(signal).passes(level, 0.0, 1.0);
-                let time = watch.course(signal).time(share);
+                let share = watch.interpolant(signal).passes(level, 0.0, 1.0);
+                let time = watch.interpolant(signal).time(share);
                 let reached = crossing(&mut watch, signal, time, level)?;
                 end = match self.sense {
                     Sense::Chain => reached,
@@ -223,9 +223,9 @@ impl Following<'_> {
             return Ok(());
         }
         let signal = Signal::Force(contact);
-        let course = watch.course(signal);
-        let looks = course.looks();
-        for look in 0..LOOKS {
+        let course = watch.interpolant(signal);
+        let looks = course.samples();
+        for look in 0..SAMPLES_PER_STEP {
             let (a, b) = (looks[look], looks[look + 1]);
             let share = |level| course.passes(level, LOOK * look as f64, LOOK * (look + 1) as f64);
             let rises = |level| a < level && b >= level;
@@ -265,7 +265,7 @@ fn located(value: f64) -> Located {
     Located { value, error: 0.0 }
 }
 
-fn site_energies(simulation: &Simulation, instant: &Instant) -> Vec<f64> {
+fn site_energies(simulation: &Simulation, instant: &StateView) -> Vec<f64> {
     let chain = &simulation.chain;
     let mut energies = vec![0.0; chain.n_sites()];
     let wall = if chain.has_left_wall() {
@@ -279,12 +279,13 @@ fn site_energies(simulation: &Simulation, instant: &Instant) -> Vec<f64> {
 
 /// Raises `highest` to the largest value of the last step, located if that may be larger.
 fn raise(watch: &mut Watch, signal: Signal, highest: &mut Highest) -> Result<()> {
-    let course = watch.course(signal);
+    let course = watch.interpolant(signal);
     if course.value(0.0).max(course.value(1.0)) < RISE * highest.value {
         return Ok(());
     }
-    let looks = course.looks();
-    let best = (0..=LOOKS).fold(0, |best, i| if looks[i] > looks[best] { i } else { best });
+    let looks = course.samples();
+    let best =
+        (0..=SAMPLES_PER_STEP).fold(0, |best, i| if looks[i] > looks[best] { i } else { best });
     let around = |at: f64| [(at - LOOK).max(0.0), (at + LOOK).min(1.0)];
     let [from, to] = around(LOOK * best as f64);
     let (share, value) = course.largest(from, to);
@@ -308,9 +309,9 @@ fn moves_at(watch: &mut Watch, site: usize, highest: Highest) -> Result<Option<f
         return Ok(None);
     }
     let signal = Signal::Velocity(site);
-    let course = watch.course(signal);
-    let looks = course.looks();
-    let rises = (0..LOOKS).filter(|&look| looks[look] < half && looks[look + 1] >= half);
+    let course = watch.interpolant(signal);
+    let looks = course.samples();
+    let rises = (0..SAMPLES_PER_STEP).filter(|&look| looks[look] < half && looks[look + 1] >= half);
     let mut times = rises.map(|look| {
         let share = course.passes(half, LOOK * look as f64, LOOK * (look + 1) as f64);
         course.time(share)
@@ -338,7 +339,7 @@ struct Splits {
 }
 
 impl Splits {
-    fn of(simulation: &Simulation, instant: &Instant, start: &[f64]) -> Splits {
+    fn of(simulation: &Simulation, instant: &StateView, start: &[f64]) -> Splits {
         let now = site_energies(simulation, instant);
         let sums = |values: &[f64], first: f64| {
             let summed = values.iter().scan(first, |sum, value| {

@@ -151,7 +151,7 @@ impl AttenuationRequest {
     /// computed again. The results depend neither on that nor on the number of threads.
     ///
     /// # Errors
-    /// [`crate::Error::Request`] and [`crate::Error::Scene`] before any work; [`crate::Error::Occupied`] for a directory
+    /// [`crate::Error::Request`] and [`crate::Error::Scene`] before any work; [`crate::Error::OutputInUse`] for a directory
     /// that holds something else; [`crate::Error::Paused`] or [`crate::Error::Cancelled`] when the observer asks
     /// to stop; [`crate::Error::Write`].
     pub fn run(&self, directory: Option<&Path>, observer: &dyn Observer) -> Result<Attenuation> {

@@ -6,7 +6,7 @@ use super::chains::Pattern;
 use crate::Result;
 use crate::chain::{Chain, Law};
 use crate::localized::{Alternation, Family};
-use crate::numeric::root_between;
+use crate::numeric::find_root;
 
 /// The highest order that is marked.
 const LAST: usize = 19;
@@ -105,7 +105,7 @@ pub(super) fn localized_marks(
                     let found = ratio_at(value).ok().flatten();
                     found.map_or(f64::NAN, |(_, found)| found - ratio)
                 };
-                let value = root_between(values[i], values[i + 1], off);
+                let value = find_root(values[i], values[i + 1], off);
                 marks.push(mark(order, ratio, value));
             }
         }

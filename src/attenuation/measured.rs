@@ -243,7 +243,7 @@ fn rise_of(record: &[f64], top: usize, level: f64, level_error: f64) -> Option<M
     let bend = (steps[1] - steps[0]) / 2.0;
     let twist = (steps[2] - 2.0 * steps[1] + steps[0]) / 6.0;
     let cubic = |x: f64| v[0] + (x + 1.0) * (steps[0] + x * (bend + (x - 1.0) * twist));
-    let at = crate::numeric::root_between(0.0, 1.0, |x| cubic(x) - level);
+    let at = crate::numeric::find_root(0.0, 1.0, |x| cubic(x) - level);
     let line = (level - v[1]) / steps[1];
     let slope = (cubic(at + 1e-4) - cubic(at - 1e-4)) / 2e-4;
     let off = level_error / slope.abs().max(f64::MIN_POSITIVE);

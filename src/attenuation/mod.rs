@@ -2,9 +2,9 @@
 
 mod chains;
 mod curve;
+mod extremum;
 mod fit;
 mod follow;
-mod golden;
 mod high_band;
 mod least_squares;
 mod length;

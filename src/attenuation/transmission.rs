@@ -6,7 +6,7 @@ use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
 
 use super::chains::{Make, Pattern, homogeneous};
-use super::golden::{Place, Turn, turning_points};
+use super::extremum::{CurvePoint, Extremum, extrema};
 use super::marks::{LocalizedMark, Waves, localized_marks};
 use super::members::{Known, Member, Quiet, Seen};
 use super::pulse::{Located, Pulse, Sense, contacts, refuse};
@@ -128,7 +128,7 @@ impl TransmissionRequest {
     /// computed again. The results depend neither on that nor on the number of threads.
     ///
     /// # Errors
-    /// [`crate::Error::Request`] and [`crate::Error::Scene`] before any work; [`crate::Error::Occupied`] for a directory
+    /// [`crate::Error::Request`] and [`crate::Error::Scene`] before any work; [`crate::Error::OutputInUse`] for a directory
     /// that holds something else; [`crate::Error::Paused`] or [`crate::Error::Cancelled`] when the observer asks
     /// to stop; [`crate::Error::Write`].
     pub fn run(&self, directory: Option<&Path>, observer: &dyn Observer) -> Result<Transmission> {
@@ -222,14 +222,14 @@ impl TransmissionRequest {
         let point = |value: f64| family.point(value, known, observer);
         let points: Result<Vec<Option<Point>>> = values.iter().map(|v| point(*v)).collect();
         let points = points?;
-        let places = values.iter().zip(&points).map(|(&at, point)| Place {
+        let places = values.iter().zip(&points).map(|(&at, point)| CurvePoint {
             at,
             value: point.map(|p| p.relative_force),
             error: point.map_or(0.0, |p| p.relative_force_error),
         });
-        let places: Vec<Place> = places.collect();
+        let places: Vec<CurvePoint> = places.collect();
         let turns = match self.locate {
-            true => turning_points(&places),
+            true => extrema(&places),
             false => Vec::new(),
         };
         observer.stage("extremes", turns.len() as u64);
@@ -257,7 +257,10 @@ impl TransmissionRequest {
     }
 }
 
-fn located(turn: &Turn, point: &dyn Fn(f64) -> Result<Option<Point>>) -> Result<Option<Extreme>> {
+fn located(
+    turn: &Extremum,
+    point: &dyn Fn(f64) -> Result<Option<Point>>,
+) -> Result<Option<Extreme>> {
     let force = |value: f64| Ok(point(value)?.map(|p| p.relative_force));
     let Some((value, value_error)) = turn.locate(&force)? else {
         return Ok(None);

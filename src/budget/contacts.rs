@@ -2,7 +2,7 @@
 
 use std::ops::Range;
 
-use super::motion::{Instant, Motion};
+use super::motion::{ChainState, Motion};
 use crate::chain::{Chain, Drive, Ends, Law};
 
 /// The contacts of a chain in order of x, one with a wall before site 0 first.
@@ -216,7 +216,7 @@ impl<'a> Contacts<'a> {
 
     /// Forces, damping included, and mean speeds of some contacts of the chain; a wall's are 0,
     /// since nothing passes it.
-    pub(super) fn forces_and_speeds(&self, some: Range<usize>, at: Instant, row: &mut PowerRow) {
+    pub(super) fn forces_and_speeds(&self, some: Range<usize>, at: ChainState, row: &mut PowerRow) {
         let (n, count) = (self.chain.n_sites(), some.len());
         let PowerRow {
             overlap,

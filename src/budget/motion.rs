@@ -48,9 +48,9 @@ impl<'a> Motion<'a> {
     }
 
     /// The chain at sample i.
-    pub(super) fn at(&self, i: usize) -> Instant<'a> {
+    pub(super) fn at(&self, i: usize) -> ChainState<'a> {
         let row = |array: ArrayView2<'a, f64>| array.index_axis_move(Axis(0), i).to_slice();
-        Instant {
+        ChainState {
             t: self.time[i],
             // Rows are slices, which `check` has seen to.
             x: row(self.displacement).unwrap_or_default(),
@@ -139,7 +139,7 @@ impl<'a> Motion<'a> {
 
 /// A chain at one time.
 #[derive(Debug, Clone, Copy)]
-pub(super) struct Instant<'a> {
+pub(super) struct ChainState<'a> {
     pub(super) t: f64,
     pub(super) x: &'a [f64],
     pub(super) v: &'a [f64],

@@ -8,7 +8,7 @@ use std::ops::Range;
 
 use super::contacts::{ContactState, Contacts};
 use super::ledger::worst_of;
-use super::motion::Instant;
+use super::motion::ChainState;
 
 /// Energies and rates at one instant.
 #[derive(Debug, Clone, Default)]
@@ -29,7 +29,7 @@ pub(super) struct SiteTerms {
 
 impl SiteTerms {
     /// Those of this instant, with its contacts.
-    pub(super) fn evaluate(&mut self, contacts: &Contacts, at: Instant, state: &ContactState) {
+    pub(super) fn evaluate(&mut self, contacts: &Contacts, at: ChainState, state: &ContactState) {
         let chain = contacts.chain();
         let (m, offset) = (chain.n_contacts(), contacts.offset);
         let (energy, loss, flux) = (&mut self.energy, &mut self.loss, &mut self.flux);

@@ -1,7 +1,7 @@
 //! Rates and energies of coarse-grained motion at one instant, at every scale.
 
 use super::contacts::ContactState;
-use super::motion::Instant;
+use super::motion::ChainState;
 use super::scale::{Planned, Scales};
 use super::sublattices::Filtered;
 use crate::chain::Ends;
@@ -43,7 +43,7 @@ pub(super) struct ScaleTerms {
 
 impl Scales<'_> {
     /// Transforms the rows of one instant, for [`Scales::terms`] at every scale.
-    pub(super) fn load(&self, at: Instant, scratch: &mut ScaleScratch) {
+    pub(super) fn load(&self, at: ChainState, scratch: &mut ScaleScratch) {
         let ScaleScratch {
             contacts: state,
             rows,
@@ -68,7 +68,7 @@ impl Scales<'_> {
     pub(super) fn overlaps(
         &self,
         planned: &Planned,
-        at: Instant,
+        at: ChainState,
         scratch: &mut ScaleScratch,
     ) -> [Vec<f64>; 3] {
         let ScaleScratch {

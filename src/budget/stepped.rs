@@ -3,7 +3,7 @@
 use super::contacts::Contacts;
 use super::ledger::{Ledger, energy_rates, worst_of};
 use super::modes::{Basis, Modes};
-use super::motion::{Instant, Motion};
+use super::motion::{ChainState, Motion};
 use super::passage::{Passage, Way};
 use super::refined;
 use super::request::BudgetRequest;
@@ -13,7 +13,7 @@ use super::scale_terms::{ScaleScratch, ScaleTerms};
 use super::waiting::{Shown, Waiting};
 use super::wavenumber::{Terms, TransferScratch, Transfers};
 use crate::arrays::{LargeArray, Sink};
-use crate::chain::{Path, Place, Quintic, Scheme, Simulation, Visit, openings};
+use crate::chain::{Node, NodeState, NodeVisitor, Quintic, Scheme, Simulation, openings};
 use crate::error::Result;
 use crate::observer::Observer;
 
@@ -206,8 +206,8 @@ struct Scale<'a> {
     noticed: f64,
 }
 
-impl Path for Followed<'_, '_> {
-    fn visit(&mut self, visit: Visit, place: Place) {
+impl NodeVisitor for Followed<'_, '_> {
+    fn visit(&mut self, visit: Node, place: NodeState) {
         let at = instant(self.start, place);
         if let Some(Spectral {
             transfers,
@@ -223,12 +223,12 @@ impl Path for Followed<'_, '_> {
         {
             transfers.evaluate(at, scratch, terms);
             match visit {
-                Visit::Node(weight) => {
+                Node::Node(weight) => {
                     energy_rates(terms, rates);
                     ledger.add(weight, rates);
                     passage.add(weight, terms);
                 }
-                Visit::Sample(i) => {
+                Node::Sample(i) => {
                     ledger.compare(&terms.energy);
                     let last = i + 1 == self.motion.samples();
                     rows.push(i, passage.sample(i, &terms.energy), last);
@@ -251,14 +251,14 @@ impl Path for Followed<'_, '_> {
             scales.load(at, scratch);
             scales.terms(planned, scratch, terms);
             match visit {
-                Visit::Node(weight) => ledger.add(weight, &terms.energy_rate),
-                Visit::Sample(_) => ledger.compare(&terms.energy),
+                Node::Node(weight) => ledger.add(weight, &terms.energy_rate),
+                Node::Sample(_) => ledger.compare(&terms.energy),
             }
         }
     }
 
     /// Filtered contacts open at times of their own.
-    fn cusps(&mut self, from: Place, to: Place) -> Vec<f64> {
+    fn cusps(&mut self, from: NodeState, to: NodeState) -> Vec<f64> {
         let Some(scale) = &mut self.scale else {
             return Vec::new();
         };
@@ -297,8 +297,8 @@ impl Path for Followed<'_, '_> {
     }
 }
 
-fn instant(start: f64, place: Place<'_>) -> Instant<'_> {
-    Instant {
+fn instant(start: f64, place: NodeState<'_>) -> ChainState<'_> {
+    ChainState {
         t: start + place.t,
         x: place.x,
         v: place.v,

@@ -12,7 +12,7 @@ use num_complex::Complex;
 use super::branches::{Branches, Split};
 use super::contacts::{ContactState, Contacts};
 use super::modes::{Modes, ModesScratch};
-use super::motion::Instant;
+use super::motion::ChainState;
 
 /// What is needed at every instant.
 #[derive(Debug)]
@@ -95,7 +95,12 @@ impl<'a> Transfers<'a> {
     }
 
     /// All terms of the balance. The contacts of `scratch` are those at this instant.
-    pub(super) fn evaluate(&self, at: Instant, scratch: &mut TransferScratch, terms: &mut Terms) {
+    pub(super) fn evaluate(
+        &self,
+        at: ChainState,
+        scratch: &mut TransferScratch,
+        terms: &mut Terms,
+    ) {
         let TransferScratch {
             modes: work,
             row,

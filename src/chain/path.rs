@@ -29,7 +29,7 @@ const NOTICED: f64 = 1e-26;
 
 /// A place on the way.
 #[derive(Debug, Clone, Copy)]
-pub(crate) enum Visit {
+pub(crate) enum Node {
     /// A node of the quadrature, with its weight.
     Node(f64),
     /// The sample of this index.
@@ -38,19 +38,19 @@ pub(crate) enum Visit {
 
 /// Displacements and velocities there.
 #[derive(Debug, Clone, Copy)]
-pub(crate) struct Place<'a> {
+pub(crate) struct NodeState<'a> {
     pub(crate) t: f64,
     pub(crate) x: &'a [f64],
     pub(crate) v: &'a [f64],
 }
 
 /// What is followed along the way.
-pub(crate) trait Path {
-    fn visit(&mut self, visit: Visit, place: Place);
+pub(crate) trait NodeVisitor {
+    fn visit(&mut self, visit: Node, place: NodeState);
 
     /// Times between two places, a step apart, at which a rate has a cusp other than those of
     /// contacts that open.
-    fn cusps(&mut self, _from: Place, _to: Place) -> Vec<f64> {
+    fn cusps(&mut self, _from: NodeState, _to: NodeState) -> Vec<f64> {
         Vec::new()
     }
 }
@@ -66,7 +66,7 @@ impl Simulation {
         times: &[f64],
         local_error: f64,
         observer: &dyn Observer,
-        path: &mut dyn Path,
+        path: &mut dyn NodeVisitor,
     ) -> Result<()> {
         let end = times.last().copied().unwrap_or(0.0);
         let scale = self.velocity_scale(end);
@@ -88,7 +88,7 @@ impl Simulation {
             while time < target {
                 time = walk.step(time, target, path)?;
             }
-            path.visit(Visit::Sample(sample), walk.place(time));
+            path.visit(Node::Sample(sample), walk.place(time));
             observer.advance(1);
             if observer.cancelled() {
                 return Err(Error::Cancelled);
@@ -106,7 +106,7 @@ impl Simulation {
         times: impl Iterator<Item = f64> + Clone,
         local_error: f64,
         observer: &dyn Observer,
-        visit: &mut dyn FnMut(Place, &[f64]),
+        visit: &mut dyn FnMut(NodeState, &[f64]),
     ) -> Result<()> {
         let scale = self.velocity_scale(times.clone().last().unwrap_or(0.0));
         let control = StepControl::LocalError(local_error * scale);
@@ -115,7 +115,7 @@ impl Simulation {
         for t in times {
             stepping.advance_to(t, observer)?;
             let state = stepping.state();
-            let place = Place {
+            let place = NodeState {
                 t,
                 x: &state.x[FIRST_SITE..][..n],
                 v: &state.v[FIRST_SITE..][..n],
@@ -140,13 +140,13 @@ struct Walk<'a> {
 }
 
 impl Walk<'_> {
-    fn place(&self, t: f64) -> Place<'_> {
+    fn place(&self, t: f64) -> NodeState<'_> {
         self.of(self.stepping.state(), t)
     }
 
-    fn of<'s>(&self, state: &'s State, t: f64) -> Place<'s> {
+    fn of<'s>(&self, state: &'s State, t: f64) -> NodeState<'s> {
         let n = self.simulation.chain.n_sites();
-        Place {
+        NodeState {
             t,
             x: &state.x[FIRST_SITE..][..n],
             v: &state.v[FIRST_SITE..][..n],
@@ -154,7 +154,7 @@ impl Walk<'_> {
     }
 
     /// One step towards `target`; returns where it ends.
-    fn step(&mut self, from: f64, target: f64, path: &mut dyn Path) -> Result<f64> {
+    fn step(&mut self, from: f64, target: f64, path: &mut dyn NodeVisitor) -> Result<f64> {
         let mark = self.stepping.mark();
         let steps = ((target - from) / self.stepping.step()).ceil().max(1.0);
         let to = if steps == 1.0 {
@@ -215,7 +215,7 @@ impl Walk<'_> {
         &mut self,
         [from, to]: [f64; 2],
         openings: [Option<f64>; 2],
-        path: &mut dyn Path,
+        path: &mut dyn NodeVisitor,
     ) -> Result<()> {
         let length = to - from;
         let [left, right] = openings;
@@ -240,7 +240,7 @@ impl Walk<'_> {
         };
         for (t, weight) in nodes {
             self.stepping.advance_to(t, self.observer)?;
-            path.visit(Visit::Node(weight), self.place(t));
+            path.visit(Node::Node(weight), self.place(t));
         }
         Ok(())
     }

@@ -19,7 +19,7 @@ pub struct Peak {
 }
 
 /// Parts of an interval between samples at whose ends it is looked at before its peak is located.
-const LOOKS: usize = 4;
+const SAMPLES_PER_STEP: usize = 4;
 
 /// By how much of the largest force seen so far the peak of an interval may rise between looks.
 const NEAR: f64 = 0.1;
@@ -121,11 +121,11 @@ fn highest(nodes: &[(f64, [f64; 3])], force: impl Fn(f64, f64) -> f64) -> Option
             force(path.at(s), path.slope_at(s) / h)
         })
     };
-    let step = 1.0 / LOOKS as f64;
+    let step = 1.0 / SAMPLES_PER_STEP as f64;
     let looked: Vec<(f64, f64)> = (0..nodes.len() - 1)
         .map(|i| {
             let (_, _, force) = interval(i);
-            let looks = (0..=LOOKS).map(|look| step * look as f64);
+            let looks = (0..=SAMPLES_PER_STEP).map(|look| step * look as f64);
             looks
                 .map(|s| (force(s), s))
                 .fold(

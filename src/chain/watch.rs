@@ -24,7 +24,7 @@ const CLOSE: f64 = 1.0 / 32.0;
 const ASIDE: f64 = 0.05;
 
 /// Parts of a course at whose ends it is looked at before anything in it is located.
-pub(crate) const LOOKS: usize = 4;
+pub(crate) const SAMPLES_PER_STEP: usize = 4;
 
 /// What is followed.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -119,7 +119,7 @@ impl<'a> Watch<'a> {
     }
 
     /// The state at the end of the last step.
-    pub(crate) fn now(&self) -> Instant<'_> {
+    pub(crate) fn now(&self) -> StateView<'_> {
         self.instant(&self.end.state)
     }
 
@@ -135,12 +135,12 @@ impl<'a> Watch<'a> {
     }
 
     /// A signal over the last step, interpolated.
-    pub(crate) fn course(&self, signal: Signal) -> Course<'a> {
+    pub(crate) fn interpolant(&self, signal: Signal) -> Interpolant<'a> {
         self.between(signal, &self.start, &self.end)
     }
 
     /// The same around an instant inside the step, made again.
-    pub(crate) fn near(&mut self, signal: Signal, t: f64) -> Result<Course<'a>> {
+    pub(crate) fn near(&mut self, signal: Signal, t: f64) -> Result<Interpolant<'a>> {
         let [from, to] = self.times();
         let close = CLOSE * (to - from);
         self.go_to((t - close).max(from))?;
@@ -152,7 +152,7 @@ impl<'a> Watch<'a> {
     }
 
     /// The state at an instant inside the step, made again.
-    pub(crate) fn at(&mut self, t: f64) -> Result<Instant<'_>> {
+    pub(crate) fn at(&mut self, t: f64) -> Result<StateView<'_>> {
         self.go_to(t)?;
         Ok(self.instant(self.stepping.state()))
     }
@@ -163,10 +163,10 @@ impl<'a> Watch<'a> {
         self.stepping.advance_to(t, self.observer)
     }
 
-    fn instant<'s>(&self, state: &'s State) -> Instant<'s> {
+    fn instant<'s>(&self, state: &'s State) -> StateView<'s> {
         let chain = &self.simulation.chain;
         let (n, m) = (chain.n_sites(), chain.n_contacts());
-        Instant {
+        StateView {
             x: &state.x[FIRST_SITE..][..n],
             v: &state.v[FIRST_SITE..][..n],
             passed: &state.passed[FIRST_CONTACT..][..m],
@@ -176,7 +176,7 @@ impl<'a> Watch<'a> {
         }
     }
 
-    fn between(&self, signal: Signal, from: &Mark, to: &Mark) -> Course<'a> {
+    fn between(&self, signal: Signal, from: &Mark, to: &Mark) -> Interpolant<'a> {
         let h = to.time - from.time;
         let place = |s: usize, state: &State| {
             let a = acceleration(self.simulation, s, state);
@@ -190,7 +190,7 @@ impl<'a> Watch<'a> {
                 std::array::from_fn(|i| left[i] - right[i])
             }
         });
-        Course {
+        Interpolant {
             from: from.time,
             h,
             path: Quintic::hermite(ends[0], ends[1]),
@@ -202,7 +202,7 @@ impl<'a> Watch<'a> {
 
 /// What a chain is like at an instant.
 #[derive(Debug, Clone, Copy)]
-pub(crate) struct Instant<'a> {
+pub(crate) struct StateView<'a> {
     pub(crate) x: &'a [f64],
     pub(crate) v: &'a [f64],
     /// Energy passed through each contact so far, and lost at each site.
@@ -216,7 +216,7 @@ pub(crate) struct Instant<'a> {
 
 /// A signal over a piece of time.
 #[derive(Debug, Clone, Copy)]
-pub(crate) struct Course<'a> {
+pub(crate) struct Interpolant<'a> {
     from: f64,
     h: f64,
     /// Of the overlap or the displacement.
@@ -225,7 +225,7 @@ pub(crate) struct Course<'a> {
     chain: &'a Chain,
 }
 
-impl Course<'_> {
+impl Interpolant<'_> {
     /// The time of a share of the piece.
     pub(crate) fn time(&self, share: f64) -> f64 {
         self.from + share * self.h
@@ -240,9 +240,9 @@ impl Course<'_> {
         }
     }
 
-    /// Values at the ends of [`LOOKS`] equal parts.
-    pub(crate) fn looks(&self) -> [f64; LOOKS + 1] {
-        std::array::from_fn(|look| self.value(look as f64 / LOOKS as f64))
+    /// Values at the ends of [`SAMPLES_PER_STEP`] equal parts.
+    pub(crate) fn samples(&self) -> [f64; SAMPLES_PER_STEP + 1] {
+        std::array::from_fn(|look| self.value(look as f64 / SAMPLES_PER_STEP as f64))
     }
 
     /// Share and value of the largest value between two shares between which there is one hump.

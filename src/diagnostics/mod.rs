@@ -1,11 +1,11 @@
 //! What spectra say: where energy lies, which way it goes, what is wrong with the data.
 
 mod bins;
+mod interleaved;
 mod map;
 mod moments;
-mod side_by_side;
 
 pub(crate) use bins::Bins;
 pub(crate) use map::{MAP_LIMIT, MapBuilder};
 pub use map::{Map, MapAxis, Reduction};
-pub(crate) use moments::{Row, edge_of, moments_across, quantile_of};
+pub(crate) use moments::{Row, edge_of, interleaved_moments, quantile_of};

@@ -1,7 +1,7 @@
 //! Measures of one spectrum: centroid, bandwidths, quantiles, band shares.
 
 use super::bins::Bins;
-use super::side_by_side;
+use super::interleaved;
 use crate::numeric::lanes::{Block, WIDTH};
 use crate::numeric::sum;
 
@@ -30,22 +30,22 @@ pub(crate) struct Row {
 /// Energy below `edge` is low; the bin that holds the edge is divided in proportion. Sums are
 /// pairwise; a spectrum's bits do not depend on the others. A lone bin has no content to measure,
 /// only energy.
-pub(crate) fn moments_across(power: &[Block], bins: &Bins, edge: f64) -> [Row; WIDTH] {
+pub(crate) fn interleaved_moments(power: &[Block], bins: &Bins, edge: f64) -> [Row; WIDTH] {
     let axis = bins.centres;
     let count = bins.len();
     let top_from = axis.partition_point(|&q| q <= 0.9 * axis[count - 1]);
     let (below, top) = power.split_at(if count > 1 { top_from } else { count });
-    let top = side_by_side::total(top);
-    let below = side_by_side::total(below);
+    let top = interleaved::total(top);
+    let below = interleaved::total(below);
     let total: [f64; WIDTH] = std::array::from_fn(|i| below[i] + top[i]);
 
     // The bin of the edge is a part of its own, so that the smaller share keeps its digits.
     let (split, part) = bins.split(if edge.is_nan() { 0.0 } else { edge });
     let spectra = (power, axis);
-    let mut leaves = Vec::with_capacity(count / side_by_side::LEAF * 2 + 3);
-    let low = side_by_side::shares(spectra, 0..split, &total, &mut leaves);
-    let cut = side_by_side::shares(spectra, split..split + 1, &total, &mut leaves);
-    let high = side_by_side::shares(spectra, split + 1..count, &total, &mut leaves);
+    let mut leaves = Vec::with_capacity(count / interleaved::LEAF * 2 + 3);
+    let low = interleaved::shares(spectra, 0..split, &total, &mut leaves);
+    let cut = interleaved::shares(spectra, split..split + 1, &total, &mut leaves);
+    let high = interleaved::shares(spectra, split + 1..count, &total, &mut leaves);
     let of = |sums: [&[f64; WIDTH]; 3], i: usize| sums[0][i] + (sums[1][i] + sums[2][i]);
     let centroid: [f64; WIDTH] = std::array::from_fn(|i| {
         of(
@@ -53,9 +53,9 @@ pub(crate) fn moments_across(power: &[Block], bins: &Bins, edge: f64) -> [Row; W
             i,
         ) / of([&low.share, &cut.share, &high.share], i)
     });
-    let second_moment = side_by_side::second_moment(&leaves, &centroid);
+    let second_moment = interleaved::second_moment(&leaves, &centroid);
     let levels = [0.5, 0.9];
-    let [median, quantile_90] = side_by_side::quantiles((power, bins), &total, &leaves, levels);
+    let [median, quantile_90] = interleaved::quantiles((power, bins), &total, &leaves, levels);
     let half_bins = if bins.ends_half() {
         [0, count - 1]
     } else {
@@ -153,7 +153,7 @@ mod tests {
             .collect();
         let step = axis.get(1).copied().unwrap_or(1.0);
         let length = (2 * (axis.len() - 1)).max(1);
-        let rows = moments_across(&across, &Bins::new(axis, length, step), edge);
+        let rows = interleaved_moments(&across, &Bins::new(axis, length, step), edge);
         let bits = |row: &Row| format!("{row:?}");
         assert_eq!(bits(&rows[1]), bits(&rows[7]));
         assert_eq!(rows[4].entropy.to_bits(), rows[1].entropy.to_bits());

@@ -80,7 +80,7 @@ pub enum Error {
 
     /// Something that is no result stands where the result should go.
     #[error("{} {found}, so it is not replaced", path.display())]
-    Occupied { path: PathBuf, found: String },
+    OutputInUse { path: PathBuf, found: String },
 
     /// A scene that says too little, too much, or what cannot be.
     #[error("{fault}")]
@@ -132,7 +132,7 @@ pub enum Error {
 
     /// A measured quantity that noise leaves nothing of.
     #[error("{what}: expected more than twice its standard error {error:.3e}, found {signal:.3e}")]
-    Drowned {
+    BelowNoise {
         what: String,
         signal: f64,
         error: f64,
@@ -156,7 +156,7 @@ impl Error {
                 | Error::Unfit { .. }
                 | Error::Scene { .. }
                 | Error::Exists { .. }
-                | Error::Occupied { .. }
+                | Error::OutputInUse { .. }
                 | Error::Busy { .. }
                 | Error::Memory { .. }
         )

@@ -5,7 +5,7 @@
 
 use std::ops::Range;
 
-use crate::system::prefetch::ask_for;
+use crate::system::prefetch::prefetch;
 
 /// Edge of a tile: 8 samples of 8 bytes are one cache line.
 const TILE: usize = 8;
@@ -62,7 +62,7 @@ impl Block<'_> {
     fn ask_for_row<const N: usize>(&self, samples: &[[u8; N]], row: usize) {
         if row < self.rows.end && self.columns.len() <= TILE {
             let run = self.row(samples, row);
-            run.first().into_iter().chain(run.last()).for_each(ask_for);
+            run.first().into_iter().chain(run.last()).for_each(prefetch);
         }
     }
 

@@ -12,5 +12,5 @@ pub(crate) use angle::*;
 pub(crate) use golden::GoldenSection;
 pub(crate) use logarithm::ln_normal;
 pub(crate) use random::{Random, split_mix, unit_interval};
-pub(crate) use root::between as root_between;
+pub(crate) use root::between as find_root;
 pub(crate) use sums::*;

@@ -17,7 +17,7 @@ pub(crate) fn sum_of_squares(x: &[f64]) -> f64 {
 }
 
 /// [`sum_of_squares`] of each column of `rows`, which have `width` numbers each, with the same bits.
-pub(crate) fn sums_of_squares_across(rows: &[f64], width: usize, sums: &mut Vec<f64>) {
+pub(crate) fn interleaved_sums_of_squares(rows: &[f64], width: usize, sums: &mut Vec<f64>) {
     sums.clear();
     if width == LANES {
         sums.extend(squares_across(rows.as_chunks().0));
@@ -112,7 +112,7 @@ mod tests {
             for n in [0, 1, 7, 8, 255, 256, 257, 300, 1000, 4099] {
                 let rows: Vec<f64> = (0..n * width).map(|i| (i as f64).sin()).collect();
                 let mut sums = Vec::new();
-                sums_of_squares_across(&rows, width, &mut sums);
+                interleaved_sums_of_squares(&rows, width, &mut sums);
                 for (c, sum) in sums.iter().enumerate() {
                     let column: Vec<f64> = rows.iter().skip(c).step_by(width).copied().collect();
                     assert_eq!(

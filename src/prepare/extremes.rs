@@ -2,7 +2,7 @@
 
 use super::scan::ChannelScan;
 use crate::numeric::lanes::{Lanes, WIDTH, Work, widest};
-use crate::system::prefetch::ask_for;
+use crate::system::prefetch::prefetch;
 
 /// Times that are looked at before the next sites.
 const TOGETHER: usize = 8;
@@ -145,7 +145,7 @@ impl Work for Take<'_> {
             ) {
                 let profile = |n: usize| {
                     if let Some(sample) = self.next.get(n * self.apart + at) {
-                        ask_for(sample);
+                        prefetch(sample);
                     }
                     self.rows.get(n * self.apart + at..)?.first_chunk()
                 };

@@ -5,11 +5,11 @@
 //! is prepared by the same operations whatever block it is read in, so its bits do not depend on
 //! the blocks.
 
-mod ahead;
 mod energy;
 mod extremes;
 mod lobes;
 mod prepared;
+mod read_ahead;
 mod scan;
 pub mod slepian;
 mod survey;
@@ -17,9 +17,9 @@ mod trend;
 mod unit;
 mod window;
 
-pub(crate) use ahead::{Ahead, piece_bytes};
 pub use lobes::Lobes;
 pub(crate) use prepared::{Prepared, Tiles};
+pub(crate) use read_ahead::{ReadAhead, piece_bytes};
 pub(crate) use scan::ChannelScan;
 pub(crate) use survey::survey_bytes;
 pub(crate) use trend::Trend;

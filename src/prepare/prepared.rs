@@ -4,7 +4,7 @@ use std::ops::Range;
 
 use rayon::prelude::*;
 
-use super::ahead::Ahead;
+use super::read_ahead::ReadAhead;
 use super::scan::{ChannelScan, Gap};
 use super::trend::Trend;
 use super::unit::PowerOfTwo;
@@ -121,7 +121,7 @@ impl<'a> Prepared<'a> {
 
     /// The record of one site.
     pub fn record(&self, site: usize, out: &mut [f64]) {
-        let mut ahead = Ahead::default();
+        let mut ahead = ReadAhead::default();
         let ahead = self.read_ahead(site..site + 1, &mut ahead);
         self.records(ahead, site..site + 1, out);
     }
@@ -144,7 +144,11 @@ impl<'a> Prepared<'a> {
 
     /// Reads the raw records of `sites` once along the file into `room`, so that a field larger than
     /// memory is not read again for every tile; `None` where the tiles may read for themselves.
-    pub fn read_ahead<'r>(&self, sites: Range<usize>, room: &'r mut Ahead) -> Option<&'r Ahead> {
+    pub fn read_ahead<'r>(
+        &self,
+        sites: Range<usize>,
+        room: &'r mut ReadAhead,
+    ) -> Option<&'r ReadAhead> {
         self.tiles.ahead?;
         let from = self.sites.start;
         let in_field = from + sites.start..from + sites.end;
@@ -153,7 +157,7 @@ impl<'a> Prepared<'a> {
     }
 
     /// Whole records of `sites`, one after the other, from `ahead` where they were read.
-    pub fn records(&self, ahead: Option<&Ahead>, sites: Range<usize>, out: &mut [f64]) {
+    pub fn records(&self, ahead: Option<&ReadAhead>, sites: Range<usize>, out: &mut [f64]) {
         let n_times = self.n_times();
         let from = self.sites.start;
         let in_field = from + sites.start..from + sites.end;
@@ -191,7 +195,7 @@ impl<'a> Prepared<'a> {
     }
 
     /// The records of `sites` side by side, time by time, from `ahead` where they were read.
-    pub fn columns(&self, ahead: Option<&Ahead>, sites: Range<usize>, out: &mut [f64]) {
+    pub fn columns(&self, ahead: Option<&ReadAhead>, sites: Range<usize>, out: &mut [f64]) {
         let width = sites.len();
         let from = self.sites.start;
         let in_field = from + sites.start..from + sites.end;
@@ -373,7 +377,7 @@ impl<'a> Prepared<'a> {
         let (n_times, n_sites) = (self.n_times(), self.n_sites());
         let mut all = Vec::with_capacity(n_sites);
         let block = self.tiles.ahead.unwrap_or(n_sites);
-        let mut room = Ahead::default();
+        let mut room = ReadAhead::default();
         for from in (0..n_sites).step_by(block) {
             let sites = from..(from + block).min(n_sites);
             if !sites.clone().any(&wanted) {

@@ -94,7 +94,7 @@ impl ResultDirectory {
     ///
     /// # Errors
     /// [`Error::Exists`] if a result is at `wanted` and is not to be replaced,
-    /// [`Error::Occupied`] if something else is there (an empty directory may be);
+    /// [`Error::OutputInUse`] if something else is there (an empty directory may be);
     /// [`Error::Request`] if `wanted` has no name (`.`, `/`); [`Error::Write`] if nothing can be
     /// written beside it.
     pub fn create(wanted: &Path, replace: bool) -> Result<Self> {
@@ -154,7 +154,7 @@ impl ResultDirectory {
     /// Gives the directory its name, in place of an older one where that was allowed.
     ///
     /// # Errors
-    /// [`Error::Exists`] or [`Error::Occupied`] if someone else was there first; [`Error::Write`].
+    /// [`Error::Exists`] or [`Error::OutputInUse`] if someone else was there first; [`Error::Write`].
     pub fn publish(mut self) -> Result<PathBuf> {
         let write = |action| Error::write(action, &self.wanted);
         if check_free(self.contents, &self.wanted, self.replace)? == Place::Result {
@@ -201,7 +201,7 @@ enum Place {
 /// Refuses a place that is taken.
 fn check_free(contents: Contents, path: &Path, replace: bool) -> Result<Place> {
     let occupied = |found: String| {
-        Err(Error::Occupied {
+        Err(Error::OutputInUse {
             path: path.to_owned(),
             found,
         })
@@ -307,7 +307,7 @@ mod tests {
         fs::write(mixed.join("figures/mine.png"), "picture")?;
         for wanted in [&file, &folder, &paper, &mixed] {
             let refused = ResultDirectory::create(wanted, true);
-            assert!(matches!(refused, Err(Error::Occupied { .. })));
+            assert!(matches!(refused, Err(Error::OutputInUse { .. })));
         }
         let nameless = ResultDirectory::create(Path::new("."), true);
         assert!(matches!(nameless, Err(Error::Request { .. })));

@@ -47,7 +47,7 @@ impl FieldFile {
     /// That a field can be written to `path`, before any work is done.
     ///
     /// # Errors
-    /// [`Error::Exists`] if one is there and is not to be replaced, [`Error::Occupied`] if something
+    /// [`Error::Exists`] if one is there and is not to be replaced, [`Error::OutputInUse`] if something
     /// else is; [`Error::Request`] for a path without a name or with the extension of another format;
     /// [`Error::Write`].
     pub fn check(path: &Path, replace: bool) -> Result<()> {
@@ -58,7 +58,7 @@ impl FieldFile {
         NEW_SIDECAR.check(&sidecar_of(path), replace)?;
         let other = path.with_extension("toml");
         match other.symlink_metadata() {
-            Ok(_) => Err(Error::Occupied {
+            Ok(_) => Err(Error::OutputInUse {
                 path: other,
                 found: "is there and would be a second sidecar of the field".into(),
             }),

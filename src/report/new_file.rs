@@ -20,7 +20,7 @@ impl NewFile {
     /// That a file can be written to `path`, before any work is done.
     ///
     /// # Errors
-    /// [`Error::Exists`] if one is there and is not to be replaced, [`Error::Occupied`] if
+    /// [`Error::Exists`] if one is there and is not to be replaced, [`Error::OutputInUse`] if
     /// something else is; [`Error::Request`] for a path without a name; [`Error::Write`].
     pub(super) fn check(&self, path: &Path, replace: bool) -> Result<()> {
         self.check_free(path, replace)?;
@@ -90,7 +90,7 @@ impl NewFile {
         }
         self.check_extension(path)?;
         let occupied = |found: &str| {
-            Err(Error::Occupied {
+            Err(Error::OutputInUse {
                 path: path.to_owned(),
                 found: found.into(),
             })

@@ -141,7 +141,7 @@ impl Sweep {
     /// changes the table.
     ///
     /// # Errors
-    /// Before any work, [`Error::Occupied`] for a directory that holds something else,
+    /// Before any work, [`Error::OutputInUse`] for a directory that holds something else,
     /// [`Error::Scene`] for a member that is at fault, and [`Error::Memory`] where a run a thread
     /// does not fit; later [`Error::Write`], and
     /// [`Error::Paused`] when the observer asks to stop. What was computed is kept.
@@ -214,7 +214,7 @@ impl Sweep {
     /// Puts together what directories hold of one and the same sweep.
     ///
     /// # Errors
-    /// [`Error::Read`] for a directory that holds no sweep, [`Error::Occupied`] where they hold
+    /// [`Error::Read`] for a directory that holds no sweep, [`Error::OutputInUse`] where they hold
     /// different ones, and as [`Sweep::run`].
     pub fn merge(directories: &[PathBuf], out: &Path) -> Result<Standing> {
         let Some((first, rest)) = directories.split_first() else {
@@ -228,7 +228,7 @@ impl Sweep {
         for directory in rest {
             let (other, more) = read(directory)?;
             if let Some(difference) = other.difference(&request) {
-                return Err(Error::Occupied {
+                return Err(Error::OutputInUse {
                     path: directory.clone(),
                     found: format!("holds another sweep than {}: {difference}", first.display()),
                 });

@@ -78,7 +78,7 @@ impl Ledger {
         asked: &A,
         check: &dyn Fn(&K) -> std::result::Result<(), String>,
     ) -> Result<(Ledger, Outcomes<K, M>)> {
-        let occupied = |found: String| Error::Occupied {
+        let occupied = |found: String| Error::OutputInUse {
             path: directory.to_owned(),
             found,
         };

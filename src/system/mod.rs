@@ -6,5 +6,5 @@ pub(crate) mod journal;
 pub(crate) mod memory;
 pub(crate) mod prefetch;
 pub(crate) mod publish;
-pub(crate) mod scratch;
+pub(crate) mod scratch_pool;
 pub(crate) mod threads;

@@ -6,7 +6,7 @@ use num_complex::Complex;
 use super::Real;
 use super::records::{RecordScratch, RecordTransform};
 use crate::numeric::lanes::{Lanes, Work, widest};
-use crate::system::prefetch::{LINE, ask_after};
+use crate::system::prefetch::{LINE, prefetch_after};
 
 /// `|X_m|^2` of `X_m = sum_j w_j u_j exp(+2 pi i m j / N)` of complex profiles u, `m` ascending from
 /// `-(N / 2)`, so that positive m travels towards +x.
@@ -149,7 +149,7 @@ fn side_by_side<T: Real>(profiles: ArrayView2<Complex<T>>, parts: &mut [f64]) {
             if j.is_multiple_of(LINE / size_of::<Complex<T>>()) {
                 // The next four mostly follow these.
                 for u in [a, b, c, d] {
-                    ask_after(u, further);
+                    prefetch_after(u, further);
                 }
             }
             let [a, b, c, d] = [a, b, c, d].map(|u| wide(*u));

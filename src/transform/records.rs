@@ -8,7 +8,7 @@ use num_complex::Complex;
 use super::Real;
 use super::taper::Taper;
 use super::vertical::{ColumnScratch, ColumnTransform};
-use crate::system::prefetch::{LINE, ask_after};
+use crate::system::prefetch::{LINE, prefetch_after};
 
 /// `X_m = sum_n w_n v_n exp(-+ 2 pi i m n / N)`, `m = 0 ..= N / 2`, of several real records of up to N
 /// samples each (the rest is zero), which pass through the transform side by side.
@@ -184,7 +184,7 @@ fn turn(records: &[&[f64]], turned: &mut [f64]) {
             if n.is_multiple_of(SAMPLES) {
                 // The next eight mostly follow these.
                 for sample in [a, b, c, d, e, f, g, h] {
-                    ask_after(sample, records.len() * length);
+                    prefetch_after(sample, records.len() * length);
                 }
             }
         }

@@ -5,7 +5,7 @@ use realfft::RealFftPlanner;
 
 use super::Real;
 use crate::numeric::lanes::{Lanes, WIDTH, Work, widest};
-use crate::numeric::{sum, sum_of_squares, sums_of_squares_across};
+use crate::numeric::{interleaved_sums_of_squares, sum, sum_of_squares};
 
 /// The window of a transform, and what becomes of a record's mean.
 #[derive(Debug)]
@@ -65,13 +65,13 @@ impl Taper {
             return;
         }
         match &self.window {
-            None => sums_of_squares_across(values, width, energies),
+            None => interleaved_sums_of_squares(values, width, energies),
             Some(window) => {
                 tapered.clear();
                 for (row, w) in values.chunks_exact(width).zip(window) {
                     tapered.extend(row.iter().map(|v| v * w));
                 }
-                sums_of_squares_across(tapered, width, energies);
+                interleaved_sums_of_squares(tapered, width, energies);
             }
         }
         means.clear();

@@ -333,7 +333,7 @@ fn val_simulation_noise_as_large_as_the_signal_is_refused() {
                 .map(|m| m.report.energy)
                 .unwrap_err();
             assert!(
-                matches!(error, Error::Drowned { .. } | Error::Request { .. }),
+                matches!(error, Error::BelowNoise { .. } | Error::Request { .. }),
                 "{error}"
             );
         }
@@ -372,7 +372,7 @@ fn val_simulation_noise_as_large_as_the_signal_is_refused() {
     record.column_mut(15).mapv_inplace(|v| v + random.draw());
     let drowned = from_velocities(record.view(), [0.0, step(&run)], &run.chain, &options);
     let error = drowned.unwrap_err();
-    assert!(matches!(error, Error::Drowned { .. }) && !error.is_usage());
+    assert!(matches!(error, Error::BelowNoise { .. }) && !error.is_usage());
     let missing = MeasuredOptions {
         missing: vec![15],
         ..options

@@ -1,7 +1,7 @@
 //! Blocks that fit the memory allowed.
 
 use super::{Blocks, Plan};
-use crate::analyze::between::scratch_bytes;
+use crate::analyze::intermediate::scratch_bytes;
 use crate::analyze::short_time::{ShortTimeSegments, TOGETHER};
 use crate::error::{Error, Result};
 use crate::numeric::lanes::WIDTH;
@@ -218,8 +218,8 @@ impl Plan {
         let records = from_records.max(blocks.sites as u64 * per_site);
         let profiles = blocks.times as u64 * per_time;
         let both = columns + rows + records + profiles;
-        self.side_by_side = !streams && in_memory && fixed + both <= allowed;
-        self.memory_needed = match self.side_by_side {
+        self.interleaved = !streams && in_memory && fixed + both <= allowed;
+        self.memory_needed = match self.interleaved {
             true => fixed + both,
             false => fixed + tiles + records.max(profiles),
         };

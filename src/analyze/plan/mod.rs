@@ -42,7 +42,7 @@ pub struct Plan {
     pub(crate) tiles: Tiles,
     pub(crate) blocks: Blocks,
     /// Whether passes over records and over profiles go at the same time.
-    pub(crate) side_by_side: bool,
+    pub(crate) interleaved: bool,
     pub threads: usize,
     /// Bytes of working memory that the blocks will use, by estimate.
     pub memory_needed: u64,
@@ -205,7 +205,7 @@ pub fn plan(field: &Field, request: &Request) -> Result<Plan> {
             frequencies: padded_time / 2 + 1,
             scratch: 0,
         },
-        side_by_side: false,
+        interleaved: false,
         threads,
         memory_needed: 0,
         memory_allowed,

@@ -32,8 +32,8 @@ pub fn of_error(error: &Error) -> Option<String> {
                 .into(),
         ),
         Error::Paused { .. } => Some("the same command goes on from there".into()),
-        Error::Occupied { .. } => Some("name another place with `--out`".into()),
-        Error::Drowned { .. } => Some(
+        Error::OutputInUse { .. } => Some("name another place with `--out`".into()),
+        Error::BelowNoise { .. } => Some(
             "average repeated records, record longer before the impact, or state which channels \
              are too noisy to use as missing; an offset of the velocity grows with time, so a \
              shorter record may do"
@@ -236,7 +236,7 @@ pub fn of_measured(warning: &MeasuredWarning) -> &'static str {
              channels, or state how uncertain they are, and that the contacts just touched at \
              the start"
         }
-        MeasuredWarning::Drowned { .. } => "leave these contacts out of what is concluded",
+        MeasuredWarning::BelowNoise { .. } => "leave these contacts out of what is concluded",
         MeasuredWarning::Missing { .. } => "none is needed where the stated error is small enough",
         MeasuredWarning::NoQuietPart { .. } => {
             "record some time before the impact, and state the sample at which it begins"

@@ -18,8 +18,8 @@ use crate::analyze::{print_notes, use_threads};
 use crate::attenuate::{compared_line, default_over, failure_lines, without_arrival_line};
 use crate::chain_args::How;
 use crate::failure::Failure;
-use crate::kept::keep;
 use crate::progress::Progress;
+use crate::saved::keep;
 use crate::scene_keys::SceneKeys;
 use crate::terminal::number;
 

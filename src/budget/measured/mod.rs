@@ -87,7 +87,7 @@ impl MeasuredMotion {
     /// What is known of contact j, where its force is more than twice its error.
     ///
     /// # Errors
-    /// [`Error::Drowned`] where it is not; [`Error::Request`] for a contact that is not there.
+    /// [`Error::BelowNoise`] where it is not; [`Error::Request`] for a contact that is not there.
     pub fn check_contact(&self, j: usize) -> Result<&ContactEstimate> {
         let contact = self.report.contacts.get(j).ok_or_else(|| Error::Request {
             option: "contact",
@@ -98,7 +98,7 @@ impl MeasuredMotion {
         if contact.force.is_resolved() || (value == 0.0 && error == 0.0) {
             return Ok(contact);
         }
-        Err(Error::Drowned {
+        Err(Error::BelowNoise {
             what: format!("the force in contact {j}"),
             signal: value.abs(),
             error,
@@ -140,7 +140,7 @@ pub fn from_field(
 /// # Errors
 /// [`Error::Request`] for a record that does not fit the chain, that has no quiet part in any
 /// channel, or in which nothing moves; [`Error::NonFinite`] for channels with gaps;
-/// [`Error::Drowned`] where noise leaves nothing of all forces or of the energy;
+/// [`Error::BelowNoise`] where noise leaves nothing of all forces or of the energy;
 /// [`Error::Memory`]; [`Error::Threads`].
 pub fn from_velocities(
     record: ArrayView2<f64>,

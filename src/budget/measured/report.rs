@@ -57,7 +57,7 @@ pub struct ContactEstimate {
 }
 
 /// # Errors
-/// [`Error::Drowned`] where nothing is left of the energy or of all forces.
+/// [`Error::BelowNoise`] where nothing is left of the energy or of all forces.
 pub(super) fn of(
     derived: &Derived,
     errors: &Errors,
@@ -100,7 +100,7 @@ pub(super) fn of(
     };
     for energy in [worst, given] {
         if !energy.is_resolved() {
-            return Err(Error::Drowned {
+            return Err(Error::BelowNoise {
                 what: "the total energy".into(),
                 signal: energy.value,
                 error: energy.error,
@@ -117,7 +117,7 @@ pub(super) fn of(
             value: 0.0,
             error: 0.0,
         });
-        return Err(Error::Drowned {
+        return Err(Error::BelowNoise {
             what: "the force in every contact, at best".into(),
             signal: value.abs(),
             error,

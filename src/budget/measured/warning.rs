@@ -19,7 +19,7 @@ pub enum MeasuredWarning {
     /// All coefficients together, likewise.
     Coefficients { factor: Factor },
     /// Contacts whose force is not twice its error.
-    Drowned { contacts: Vec<usize> },
+    BelowNoise { contacts: Vec<usize> },
     /// Sites whose motion follows from their neighbours.
     Missing { sites: Vec<usize> },
     /// Sites with no quiet part of their own, or too short a one.
@@ -61,7 +61,7 @@ pub(super) fn find(
     };
     let drowned = |j: &usize| contacts[*j].force.value != 0.0 && !contacts[*j].force.is_resolved();
     list((0..contacts.len()).filter(drowned).collect(), |contacts| {
-        MeasuredWarning::Drowned { contacts }
+        MeasuredWarning::BelowNoise { contacts }
     });
     list(missing.iter().map(|m| m.site).collect(), |sites| {
         MeasuredWarning::Missing { sites }
@@ -99,7 +99,7 @@ impl MeasuredWarning {
                 "all coefficients together fit best times {:.4}, give or take {:.4}",
                 factor.factor, factor.error
             ),
-            MeasuredWarning::Drowned { contacts } => format!(
+            MeasuredWarning::BelowNoise { contacts } => format!(
                 "the force is less than twice its error in {}",
                 listed("contact", contacts)
             ),

@@ -175,7 +175,7 @@ pub struct Scene {
     /// What is driven from time 0 on.
     #[schemars(extend("x-group" = "Drive"), extend("examples" = ["force"]))]
     pub drive: Option<DriveTyped>,
-    /// Course of the drive in time.
+    /// Interpolant of the drive in time.
     #[schemars(extend("default" = "sine"))]
     pub drive_waveform: Option<WaveformTyped>,
     /// Amplitude of the drive: a force, in N in an SI scene, or the displacement of the wall, in m.

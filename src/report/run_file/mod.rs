@@ -37,7 +37,7 @@ impl RunFile {
     /// That a run can be written to `path`, before any work is done.
     ///
     /// # Errors
-    /// [`Error::Exists`] if a run is there and is not to be replaced, [`Error::Occupied`] if
+    /// [`Error::Exists`] if a run is there and is not to be replaced, [`Error::OutputInUse`] if
     /// something else is; [`Error::Request`] for a path without a name; [`Error::Write`].
     pub fn check(path: &Path, replace: bool) -> Result<()> {
         NEW.check(path, replace)

@@ -63,7 +63,7 @@ use ndarray::{ArrayView2, ArrayViewMut2, Axis};
 use num_complex::Complex;
 
 use super::Real;
-use crate::system::scratch::{Spare, Taken};
+use crate::system::scratch_pool::{ScratchGuard, ScratchPool};
 use choice::Choice;
 pub use choice::Method;
 use kernels::Kernels;
@@ -88,7 +88,7 @@ pub struct ColumnTransform<T: Real> {
     /// As [`kernels_for`] gives them.
     kernels: Vec<&'static Kernels<T>>,
     /// Working spaces of threads that are done, for those to come.
-    spare: Spare<ColumnScratch<T>>,
+    spare: ScratchPool<ColumnScratch<T>>,
 }
 
 /// Working space of one thread, made by [`ColumnTransform::scratch`].
@@ -140,7 +140,7 @@ impl<T: Real> ColumnTransform<T> {
             way: Way::new(set, length, choice.clone()),
             kernels: kernels_for(set, &choice),
             choice,
-            spare: Spare::default(),
+            spare: ScratchPool::default(),
         }
     }
 
@@ -181,7 +181,7 @@ impl<T: Real> ColumnTransform<T> {
 
     /// A working space of one thread, one that is spare if there is one: new memory costs as much as
     /// a tile of short columns.
-    fn borrow(&self, columns: usize) -> Taken<'_, ColumnScratch<T>> {
+    fn borrow(&self, columns: usize) -> ScratchGuard<'_, ColumnScratch<T>> {
         let width = width_for(&self.kernels, columns);
         let fits = |scratch: &ColumnScratch<T>| scratch.width == width;
         self.spare.take(fits, || self.scratch(columns))

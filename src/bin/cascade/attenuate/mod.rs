@@ -1,7 +1,7 @@
 //! `cascade attenuate`: what is left of a pulse after so many bodies.
 
 mod measured;
-mod told;
+mod summary;
 
 use std::io::{IsTerminal, Write};
 use std::path::{Path, PathBuf};
@@ -19,13 +19,13 @@ use wavecascade::report::{ATTENUATION_SCHEMA, attenuation_csv, versioned_json};
 use crate::analyze::use_threads;
 use crate::chain_args::How;
 use crate::failure::Failure;
-use crate::kept::keep;
 use crate::parse;
 use crate::progress::Progress;
+use crate::saved::keep;
 use crate::scene_keys::SceneKeys;
 use crate::terminal::number;
 use measured::Beside;
-pub use told::{compared_line, failure_lines, without_arrival_line};
+pub use summary::{compared_line, failure_lines, without_arrival_line};
 
 /// What `cascade attenuate` takes.
 #[derive(Debug, Args)]
@@ -181,7 +181,7 @@ pub fn run(typed: Attenuate) -> Result<(), Failure> {
     if typed.how.json {
         writeln!(stdout, "{json}")?;
     } else if !typed.how.quiet {
-        stdout.write_all(told::told(&found).as_bytes())?;
+        stdout.write_all(summary::told(&found).as_bytes())?;
         if let Some(out) = &typed.out {
             writeln!(stdout, "wrote {}", out.display())?;
         }

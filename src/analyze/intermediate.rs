@@ -15,7 +15,7 @@ use crate::transform::Real;
 
 /// `(frequency x segment, site)`: written by columns, read by rows.
 #[derive(Debug)]
-pub(super) enum Between<T: Real> {
+pub(super) enum Intermediate<T: Real> {
     Memory {
         buffer: Buffer<Complex<T>>,
         shape: (usize, usize),
@@ -38,33 +38,33 @@ pub(super) enum Rows<'a, T: Real> {
     },
 }
 
-impl<T: Real> Between<T> {
+impl<T: Real> Intermediate<T> {
     pub fn in_memory(shape: (usize, usize)) -> Result<Self> {
         let buffer = Buffer::zeros(shape)?;
-        Ok(Between::Memory { buffer, shape })
+        Ok(Intermediate::Memory { buffer, shape })
     }
 
     /// The place of the columns `from .. from + width`, to be written whole.
     pub fn columns(&mut self, from: usize, width: usize) -> Result<Columns<'_, T>> {
         match self {
-            Between::Memory { buffer, shape } => {
+            Intermediate::Memory { buffer, shape } => {
                 let columns = s![.., from..from + width];
                 Ok(Columns::Memory(
                     buffer.view_mut(*shape)?.slice_move(columns),
                 ))
             }
-            Between::Scratch(scratch) => Ok(Columns::Scratch(scratch)),
+            Intermediate::Scratch(scratch) => Ok(Columns::Scratch(scratch)),
         }
     }
 
     /// `rows`, which come in order.
     pub fn rows(&mut self, rows: Range<usize>) -> Result<Rows<'_, T>> {
         match self {
-            Between::Memory { buffer, shape } => {
+            Intermediate::Memory { buffer, shape } => {
                 let rows = s![rows, ..];
                 Ok(Rows::Memory(buffer.view(*shape)?.slice_move(rows)))
             }
-            Between::Scratch(scratch) => {
+            Intermediate::Scratch(scratch) => {
                 scratch.hold(rows.clone())?;
                 Ok(Rows::Scratch { scratch, rows })
             }

@@ -12,14 +12,14 @@ const ROUNDING: f64 = 1e-10;
 
 /// Three neighbouring places of a curve of which the middle one is highest or lowest.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub(super) struct Turn {
+pub(super) struct Extremum {
     pub(super) is_maximum: bool,
     pub(super) around: [f64; 3],
 }
 
 /// A place of a curve, and the error of its value; no value where there is none.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub(super) struct Place {
+pub(super) struct CurvePoint {
     pub(super) at: f64,
     pub(super) value: Option<f64>,
     pub(super) error: f64,
@@ -27,17 +27,19 @@ pub(super) struct Place {
 
 /// The turns of a curve given by its places in order: a middle one that stands out from both beside it
 /// by more than their errors, and three places that have values.
-pub(super) fn turning_points(places: &[Place]) -> Vec<Turn> {
+pub(super) fn extrema(places: &[CurvePoint]) -> Vec<Extremum> {
     let turns = places.windows(3).filter_map(|places| {
         let [a, b, c] = [&places[0], &places[1], &places[2]];
         let (ya, yb, yc) = (a.value?, b.value?, c.value?);
-        let above =
-            |y: f64, other: &Place| yb - y > DOUBT * (b.error + other.error) + ROUNDING * yb.abs();
-        let below =
-            |y: f64, other: &Place| y - yb > DOUBT * (b.error + other.error) + ROUNDING * yb.abs();
+        let above = |y: f64, other: &CurvePoint| {
+            yb - y > DOUBT * (b.error + other.error) + ROUNDING * yb.abs()
+        };
+        let below = |y: f64, other: &CurvePoint| {
+            y - yb > DOUBT * (b.error + other.error) + ROUNDING * yb.abs()
+        };
         let is_maximum = above(ya, a) && above(yc, c);
         let is_minimum = below(ya, a) && below(yc, c);
-        (is_maximum || is_minimum).then_some(Turn {
+        (is_maximum || is_minimum).then_some(Extremum {
             is_maximum,
             around: [a.at, b.at, c.at],
         })
@@ -45,7 +47,7 @@ pub(super) fn turning_points(places: &[Place]) -> Vec<Turn> {
     turns.collect()
 }
 
-impl Turn {
+impl Extremum {
     /// The place of the extreme and half the length of the interval that holds it, by golden
     /// sections, which need no smoothness: the force is the larger of two humps at some extremes.
     /// `None` where the curve has no value.
@@ -83,8 +85,8 @@ impl Turn {
 mod tests {
     use super::*;
 
-    fn place(at: f64, value: f64) -> Place {
-        Place {
+    fn place(at: f64, value: f64) -> CurvePoint {
+        CurvePoint {
             at,
             value: Some(value),
             error: 0.0,
@@ -95,7 +97,7 @@ mod tests {
     fn val_an_extreme_of_a_smooth_curve_and_of_a_kink() {
         let smooth = |x: f64| (x - 0.31).powi(2);
         let kink = |x: f64| 1.0 - (x - 0.62).abs();
-        let places = |curve: &dyn Fn(f64) -> f64| -> Vec<Place> {
+        let places = |curve: &dyn Fn(f64) -> f64| -> Vec<CurvePoint> {
             (0..=10)
                 .map(|i| 0.1 * f64::from(i))
                 .map(|x| place(x, curve(x)))
@@ -105,7 +107,7 @@ mod tests {
             (&smooth as &dyn Fn(f64) -> f64, false, 0.31),
             (&kink, true, 0.62),
         ] {
-            let turns = turning_points(&places(curve));
+            let turns = extrema(&places(curve));
             assert_eq!(turns.len(), 1);
             assert_eq!(turns[0].is_maximum, is_maximum);
             let (x, error) = turns[0].locate(&|x| Ok(Some(curve(x)))).unwrap().unwrap();
@@ -115,17 +117,17 @@ mod tests {
             );
         }
         let rising = [place(0.0, 1.0), place(1.0, 2.0), place(2.0, 3.0)];
-        assert!(turning_points(&rising).is_empty());
+        assert!(extrema(&rising).is_empty());
         let noise = [place(0.0, 1.0), place(1.0, 1.0 + 1e-12), place(2.0, 1.0)];
-        assert!(turning_points(&noise).is_empty());
+        assert!(extrema(&noise).is_empty());
         let mut gap = [place(0.0, 1.0), place(1.0, 2.0), place(2.0, 1.0)];
-        assert_eq!(turning_points(&gap).len(), 1);
+        assert_eq!(extrema(&gap).len(), 1);
         gap[1].error = 0.5;
-        assert!(turning_points(&gap).is_empty());
-        gap[1] = Place {
+        assert!(extrema(&gap).is_empty());
+        gap[1] = CurvePoint {
             value: None,
             ..gap[1]
         };
-        assert!(turning_points(&gap).is_empty());
+        assert!(extrema(&gap).is_empty());
     }
 }

@@ -21,7 +21,7 @@ const TURNED: usize = 256;
 /// copied from the rows of the field as it is. The memory is used again by the next sites, since
 /// new pages cost as much as the copy.
 #[derive(Debug, Default)]
-pub(crate) struct Ahead {
+pub(crate) struct ReadAhead {
     /// Of the field.
     sites: Range<usize>,
     /// Sites a stripe; the last may be narrower.
@@ -32,7 +32,7 @@ pub(crate) struct Ahead {
     values: Vec<f64>,
 }
 
-impl Ahead {
+impl ReadAhead {
     /// Reads `sites` at `times`, both of the `field`.
     pub(super) fn read(
         &mut self,
