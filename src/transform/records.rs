@@ -7,7 +7,8 @@ use num_complex::Complex;
 
 use super::Real;
 use super::taper::Taper;
-use super::vertical::{ColumnScratch, ColumnTransform};
+use column_fft::ColumnTransform;
+use column_fft::columns::ColumnScratch;
 use crate::caches::{LINE, ask_after};
 
 /// `X_m = sum_n w_n v_n exp(-+ 2 pi i m n / N)`, `m = 0 ..= N / 2`, of several real records of up to N

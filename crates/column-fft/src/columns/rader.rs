@@ -24,8 +24,8 @@ use super::cyclic::{Cyclic, Room};
 use super::fast::{Order, Tile, Writing, index};
 use super::kernels::{InstructionSet, Kernels};
 use super::passes::{Blend, Fold, Scatter};
-use crate::transform::Real;
-use crate::turns::cos_sin_exact;
+use crate::Real;
+use crate::twiddle::cos_sin_exact;
 
 /// A planned transform of one prime length.
 pub struct Rader<T: 'static> {

@@ -14,7 +14,7 @@ pub(super) use convolution::{
 
 use super::butterfly::{Butterfly, Complex, Dft};
 use super::simd::Lanes;
-use crate::caches::LINE;
+use crate::columns::LINE;
 
 /// Rows of neighbouring tiles, to be copied.
 #[derive(Debug, Clone, Copy)]

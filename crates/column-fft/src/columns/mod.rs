@@ -62,14 +62,17 @@ use ndarray::parallel::prelude::*;
 use ndarray::{ArrayView2, ArrayViewMut2, Axis};
 use num_complex::Complex;
 
-use super::Real;
-use crate::spare::{Spare, Taken};
+use crate::Real;
+use crate::pool::{Spare, Taken};
 use choice::Choice;
 pub use choice::Method;
 use kernels::Kernels;
 pub use kernels::{InstructionSet, Kernelled, KernelsOf};
-pub(super) use streamed::copy_past_caches;
+pub(crate) use streamed::copy_past_caches;
 use way::Way;
+
+/// Bytes of a cache line.
+pub(crate) const LINE: usize = 64;
 
 /// Bytes of a result from which on it is written past the caches.
 const STREAMED_BYTES: usize = 4 << 20;
@@ -160,7 +163,7 @@ impl<T: Real> ColumnTransform<T> {
     }
 
     /// The same of any plan of a length for this processor.
-    pub(super) fn width_of(length: usize) -> usize {
+    pub(crate) fn width_of(length: usize) -> usize {
         let kernels = kernels_for::<T>(InstructionSet::best(), &Choice::of(length));
         width_for(&kernels, usize::MAX)
     }
@@ -220,17 +223,17 @@ impl<T: Real> ColumnTransform<T> {
     }
 
     /// Whether a result of so many columns is written past the caches.
-    pub(super) fn streams(&self, columns: usize) -> bool {
+    pub(crate) fn streams(&self, columns: usize) -> bool {
         self.bins() * columns * size_of::<Complex<T>>() >= STREAMED_BYTES
     }
 
     /// Whether rows can be weighed in passing, by [`ColumnTransform::stripe`].
-    pub(super) fn weighs(&self) -> bool {
+    pub(crate) fn weighs(&self) -> bool {
         matches!(self.way, Way::Fast(_))
     }
 
     /// Transforms a stripe of an array, rows times `weights` if there are any.
-    pub(super) fn stripe(
+    pub(crate) fn stripe(
         &self,
         values: ArrayView2<T>,
         weights: &[T],

@@ -6,7 +6,7 @@ use super::fast::{Fast, Tile};
 use super::kernels::{InstructionSet, Kernels};
 use super::other::Other;
 use super::rader::Rader;
-use crate::transform::Real;
+use crate::Real;
 
 /// The planned transform of one length.
 pub enum Way<T: Real> {

@@ -3,8 +3,8 @@
 use super::ASKED_BYTES;
 use super::kernels::{Kernels, RADICES};
 use super::passes::{Ahead, Last, Rows, Split, Stage};
-use crate::transform::Real;
-use crate::turns::cos_sin_exact;
+use crate::Real;
+use crate::twiddle::cos_sin_exact;
 
 /// Complex numbers between rows of the matrix between the halves, so that no two rows share all
 /// their places in the caches.

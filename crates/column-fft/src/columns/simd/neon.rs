@@ -5,9 +5,9 @@ use std::arch::aarch64::*;
 use super::Lanes;
 
 #[derive(Debug, Clone, Copy)]
-pub(in crate::transform::vertical) struct Neon64(float64x2_t);
+pub(in crate::columns) struct Neon64(float64x2_t);
 #[derive(Debug, Clone, Copy)]
-pub(in crate::transform::vertical) struct Neon32(float32x4_t);
+pub(in crate::columns) struct Neon32(float32x4_t);
 
 macro_rules! lanes {
     ($name:ident, $scalar:ty, $width:literal, $load:ident, $store:ident, $set:ident, $neg:ident,

@@ -5,8 +5,8 @@ use ndarray::{ArrayView2, ArrayViewMut2, ArrayViewMut3, Axis, s};
 use num_complex::Complex;
 
 use super::Real;
-use super::vertical::{ColumnScratch, ColumnTransform, copy_past_caches};
-use crate::caches::LINE;
+use crate::columns::{ColumnScratch, ColumnTransform, copy_past_caches};
+use crate::columns::LINE;
 
 /// `X_sm = sum_n w_n v_{s h + n} exp(-2 pi i m n / L)`, `m = 0 ..= L / 2`, of segments of L samples, a
 /// hop h apart, of every column `v` of an array `(time, column)`: `(segment, bin, column)`,
@@ -115,7 +115,7 @@ impl<T: Real> ShortTimeTransform<T> {
 
     /// Bytes of working space that a thread needs at most beside those of columns, for segments of
     /// `length` samples of so many columns, whose spectra start with a cache line.
-    pub(crate) fn assembled_bytes(length: usize, columns: usize) -> u64 {
+    pub fn assembled_bytes(length: usize, columns: usize) -> u64 {
         let (row, bins) = (columns * size_of::<Complex<T>>(), length / 2 + 1);
         let together = match row.is_multiple_of(LINE) {
             true => None,

@@ -11,8 +11,8 @@ use num_complex::Complex;
 use super::fast::{Half, index};
 use super::kernels::{InstructionSet, Kernelled, Kernels};
 use super::passes::{Turn, Unordered};
-use crate::transform::Real;
-use crate::turns::cos_sin_exact;
+use crate::Real;
+use crate::twiddle::cos_sin_exact;
 
 /// As in [`super::fast`].
 const PADDING: usize = 2;

@@ -6,7 +6,7 @@ use ndarray::{ArrayView2, ArrayViewMut2};
 use num_complex::Complex;
 use realfft::{RealFftPlanner, RealToComplex};
 
-use crate::transform::Real;
+use crate::Real;
 
 /// Columns that are gathered together: a cache line of each row.
 pub const WIDTH: usize = 8;

@@ -184,7 +184,7 @@ macro_rules! kernels {
                 unsafe { passes::scatter::<$lanes, R, STREAM>(at) }
             }
 
-            pub(in crate::transform::vertical) static KERNELS: Kernels<$scalar> = Kernels {
+            pub(in crate::columns) static KERNELS: Kernels<$scalar> = Kernels {
                 width: <$lanes as Lanes>::WIDTH,
                 stage: stage::<false>,
                 stage_weighed: stage::<true>,

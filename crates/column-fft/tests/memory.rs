@@ -4,8 +4,8 @@
 //! that a kernel reads or writes beside its buffers. Results that are written past the caches the
 //! sanitizer does not see; those lie between margins that are looked at here.
 
-use cascade::transform::vertical::InstructionSet;
-use cascade::transform::{ColumnTransform, Real, ShortTimeTransform};
+use column_fft::columns::InstructionSet;
+use column_fft::{ColumnTransform, Real, ShortTimeTransform};
 use ndarray::{Array2, Array3, ArrayView2, ArrayViewMut2, ArrayViewMut3, Axis, ShapeBuilder, s};
 use num_complex::Complex;
 

@@ -56,7 +56,7 @@ impl<T: Real> SpaceTimeTransform<T> {
     }
 
     /// The same; then `look` gets each row with its number, while it is in the cache.
-    pub(super) fn transform_and(
+    pub fn transform_and(
         &self,
         values: ArrayView2<T>,
         mut spectrum: ArrayViewMut2<Complex<T>>,

@@ -5,13 +5,13 @@ use std::arch::x86_64::*;
 use super::Lanes;
 
 #[derive(Debug, Clone, Copy)]
-pub(in crate::transform::vertical) struct X512f64(__m512d);
+pub(in crate::columns) struct X512f64(__m512d);
 #[derive(Debug, Clone, Copy)]
-pub(in crate::transform::vertical) struct X512f32(__m512);
+pub(in crate::columns) struct X512f32(__m512);
 #[derive(Debug, Clone, Copy)]
-pub(in crate::transform::vertical) struct X256f64(__m256d);
+pub(in crate::columns) struct X256f64(__m256d);
 #[derive(Debug, Clone, Copy)]
-pub(in crate::transform::vertical) struct X256f32(__m256);
+pub(in crate::columns) struct X256f32(__m256);
 
 /// `interleave` gives the lower and the upper half of `re, im, re, im, ..`.
 macro_rules! lanes {

@@ -12,8 +12,8 @@ use super::{
     ASKED_BYTES, ColumnScratch, ColumnTransform, InstructionSet, Line, kernels_for, lines,
     lines_of, simd, widest, width_for,
 };
-use crate::caches::LINE;
-use crate::transform::Real;
+use crate::columns::LINE;
+use crate::Real;
 
 /// Rows a multiple of so many bytes apart share a few places in the caches: what is asked for early
 /// is gone before its turn. Such rows are copied first, long pieces of them, into the order of use.
@@ -25,7 +25,7 @@ impl<T: Real> ColumnTransform<T> {
     /// Bytes of working space that a thread needs at most to transform columns of `length` samples, in
     /// an array of `columns` neighbouring ones whose rows are `row_bytes` apart: what a plan for this
     /// processor takes, known before there is one.
-    pub(crate) fn working_bytes(length: usize, columns: usize, row_bytes: usize) -> u64 {
+    pub fn working_bytes(length: usize, columns: usize, row_bytes: usize) -> u64 {
         let choice = Choice::of(length);
         let kernels = kernels_for::<T>(InstructionSet::best(), &choice);
         let width = width_for(&kernels, columns);

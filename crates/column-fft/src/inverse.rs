@@ -7,7 +7,7 @@ use ndarray::{ArrayView2, ArrayViewMut2, Axis};
 use num_complex::Complex;
 
 use super::Real;
-use super::vertical::{ColumnScratch, ColumnTransform};
+use crate::columns::{ColumnScratch, ColumnTransform};
 
 /// `v_n = 1 / N sum_m X_m exp(2 pi i m n / N)` over all m of both signs, of spectra `(bin, column)`
 /// as [`ColumnTransform`] makes them; undoes it to rounding. A column's bits do not depend on the
@@ -47,7 +47,7 @@ impl<T: Real> ColumnInverse<T> {
 
     /// Bytes of working space that a thread needs at most for columns of `length` samples, known before
     /// anything is planned.
-    pub(super) fn working_bytes(length: usize) -> u64 {
+    pub fn working_bytes(length: usize) -> u64 {
         let width = ColumnTransform::<T>::width_of(length);
         let row = width * size_of::<T>();
         let sums = length + 2 * (length / 2 + 1);

@@ -1,11 +1,11 @@
 //! Lanes for any processor: loops that the compiler turns into what there is.
 
 use super::Lanes;
-use crate::transform::Real;
+use crate::Real;
 
 /// `N` numbers; products and sums round one by one.
 #[derive(Debug, Clone, Copy)]
-pub(in crate::transform::vertical) struct Portable<T, const N: usize>([T; N]);
+pub(in crate::columns) struct Portable<T, const N: usize>([T; N]);
 
 impl<T: Real, const N: usize> Portable<T, N> {
     #[inline(always)]

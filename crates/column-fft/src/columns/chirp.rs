@@ -17,8 +17,8 @@ use super::cyclic::Cyclic;
 use super::fast::{Order, Tile, index};
 use super::kernels::{InstructionSet, Kernels};
 use super::passes::Turn;
-use crate::transform::Real;
-use crate::turns::cos_sin_exact;
+use crate::Real;
+use crate::twiddle::cos_sin_exact;
 
 /// A planned transform of one length.
 pub struct Chirp<T: 'static> {

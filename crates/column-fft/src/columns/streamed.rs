@@ -2,14 +2,14 @@
 
 use bytemuck::Pod;
 
-use crate::caches::LINE;
+use crate::columns::LINE;
 
 /// Copies each of the pieces to its place, which is not read and does not stay in the caches, where the
 /// processor can.
 ///
 /// # Panics
 /// If the lengths of a piece and its place differ.
-pub(in crate::transform) fn copy_past_caches<'a, T: Pod>(
+pub(in crate) fn copy_past_caches<'a, T: Pod>(
     pieces: impl Iterator<Item = (&'a [T], &'a mut [T])>,
 ) {
     for (from, to) in pieces {

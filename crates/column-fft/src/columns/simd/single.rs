@@ -4,7 +4,7 @@ use super::Lanes;
 
 /// One lane. For kernels with fused multiply-add switched on; else it would be emulated.
 #[derive(Debug, Clone, Copy)]
-pub(in crate::transform::vertical) struct Single<T>(T);
+pub(in crate::columns) struct Single<T>(T);
 
 macro_rules! single {
     ($scalar:ty) => {

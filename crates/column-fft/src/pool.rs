@@ -1,0 +1,76 @@
+//! Working spaces that are handed on.
+
+use std::ops::{Deref, DerefMut};
+use std::sync::{Mutex, PoisonError};
+
+/// Working spaces of threads that are done, for those to come: new memory costs a fault a page.
+#[derive(Debug)]
+pub(crate) struct Spare<T>(Mutex<Vec<T>>);
+
+impl<T> Default for Spare<T> {
+    fn default() -> Self {
+        Spare(Mutex::default())
+    }
+}
+
+impl<T> Spare<T> {
+    /// A spare one that `fits`, else a new one; it is spare again once it is dropped.
+    pub fn take(&self, fits: impl Fn(&T) -> bool, new: impl FnOnce() -> T) -> Taken<'_, T> {
+        let mut spare = self.0.lock().unwrap_or_else(PoisonError::into_inner);
+        let at = spare.iter().position(fits);
+        let found = at.map(|at| spare.swap_remove(at));
+        drop(spare);
+        Taken {
+            space: Some(found.unwrap_or_else(new)),
+            spare: self,
+        }
+    }
+}
+
+/// A working space that goes back to where it came from.
+#[derive(Debug)]
+pub(crate) struct Taken<'a, T> {
+    space: Option<T>,
+    spare: &'a Spare<T>,
+}
+
+impl<T> Deref for Taken<'_, T> {
+    type Target = T;
+
+    fn deref(&self) -> &T {
+        self.space.as_ref().expect("there until the drop")
+    }
+}
+
+impl<T> DerefMut for Taken<'_, T> {
+    fn deref_mut(&mut self) -> &mut T {
+        self.space.as_mut().expect("there until the drop")
+    }
+}
+
+impl<T> Drop for Taken<'_, T> {
+    fn drop(&mut self) {
+        let mut spare = self.spare.0.lock().unwrap_or_else(PoisonError::into_inner);
+        spare.extend(self.space.take());
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn what_was_dropped_is_taken_again_if_it_fits() {
+        let spare = Spare::default();
+        let take = |least: usize, new: usize| spare.take(move |&old| old >= least, || new);
+        let (mut first, second) = (take(0, 3), take(0, 5));
+        *first += 1;
+        drop((first, second));
+        assert_eq!(*take(5, 9), 5);
+        assert_eq!(*take(6, 7), 7);
+        let (a, b, c) = (take(0, 0), take(0, 0), take(0, 0));
+        let mut found = [*a, *b, *c];
+        found.sort_unstable();
+        assert_eq!(found, [4, 5, 7]);
+    }
+}

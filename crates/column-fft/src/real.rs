@@ -1,0 +1,39 @@
+//! The number types of transforms.
+
+use crate::columns::Kernelled;
+
+/// `f32` and `f64`.
+pub trait Real: realfft::FftNum + bytemuck::Pod + Default + Kernelled {
+    /// From 1 to the next number.
+    const EPSILON: f64;
+
+    /// The nearest number of this type.
+    fn rounded(x: f64) -> Self;
+    fn to_f64(self) -> f64;
+}
+
+impl Real for f64 {
+    const EPSILON: f64 = f64::EPSILON;
+
+    #[inline(always)]
+    fn rounded(x: f64) -> f64 {
+        x
+    }
+    #[inline(always)]
+    fn to_f64(self) -> f64 {
+        self
+    }
+}
+
+impl Real for f32 {
+    const EPSILON: f64 = f32::EPSILON as f64;
+
+    #[inline(always)]
+    fn rounded(x: f64) -> f32 {
+        x as f32
+    }
+    #[inline(always)]
+    fn to_f64(self) -> f64 {
+        f64::from(self)
+    }
+}
