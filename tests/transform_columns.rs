@@ -2,7 +2,7 @@
 
 use std::f64::consts::TAU;
 
-use cascade::transform::vertical::{InstructionSet, Method};
+use cascade::transform::vertical::{Algorithm, InstructionSet};
 use cascade::transform::{ColumnTransform, Real, direct_sums, power};
 use ndarray::{Array2, ArrayView2, ShapeBuilder, s};
 use num_complex::Complex;
@@ -77,8 +77,8 @@ fn val_realfft_at_every_length() {
                 let found = spectra(wide, values.slice(s![.., c..]));
                 let apart = error(found.column(0), &truth);
                 // Other lengths are the less precise with `realfft`, too.
-                let bound = match wide.method() {
-                    Method::TwoHalves { .. } => 1.1e-15,
+                let bound = match wide.algorithm() {
+                    Algorithm::FourStep { .. } => 1.1e-15,
                     _ => 2e-15,
                 };
                 assert!(apart < bound, "{length} {wide:?}: {apart:e}");
@@ -274,9 +274,9 @@ fn rows_asked_for<T: Real>() {
     {
         let values = Random(9).array::<T>((length, 17));
         for plan in plans::<T>(length) {
-            let method = plan.method();
+            let algorithm = plan.algorithm();
             assert!(
-                matches!(method, Method::TwoHalves { second, .. } if second.last() == Some(&radix)),
+                matches!(algorithm, Algorithm::FourStep { second, .. } if second.last() == Some(&radix)),
                 "{plan:?}"
             );
             let found = spectra(&plan, values.view());
@@ -398,8 +398,8 @@ fn huge_and_tiny_columns_keep_their_digits() {
         for (a, b) in found.iter().zip(&raised) {
             let apart = (*a * 2f64.powi(600) - b).norm() / 2f64.powi(600);
             // Convolutions round more numbers in between.
-            let places = match plan.method() {
-                Method::TwoHalves { .. } => 40.0,
+            let places = match plan.algorithm() {
+                Algorithm::FourStep { .. } => 40.0,
                 _ => 70.0,
             };
             assert!(apart < places * 5e-324, "{plan:?} {apart:e}");
@@ -410,17 +410,23 @@ fn huge_and_tiny_columns_keep_their_digits() {
 #[test]
 fn plans_say_how() {
     let plan = ColumnTransform::<f64>::new(16384);
-    let Method::TwoHalves { first, second } = plan.method() else {
+    let Algorithm::FourStep { first, second } = plan.algorithm() else {
         panic!("{plan:?}");
     };
     assert_eq!(first.iter().chain(&second).product::<usize>(), 16384);
     let plan = ColumnTransform::<f64>::new(10007);
     assert!(matches!(
-        plan.method(),
-        Method::PrimeConvolution { points: 10005.. }
+        plan.algorithm(),
+        Algorithm::Rader { points: 10005.. }
     ));
-    let composite = ColumnTransform::<f64>::new(10011).method();
-    assert!(matches!(composite, Method::Convolution { points: 15016.. }));
-    assert_eq!(ColumnTransform::<f64>::new(7).method(), Method::ByColumn);
+    let composite = ColumnTransform::<f64>::new(10011).algorithm();
+    assert!(matches!(
+        composite,
+        Algorithm::Bluestein { points: 15016.. }
+    ));
+    assert_eq!(
+        ColumnTransform::<f64>::new(7).algorithm(),
+        Algorithm::ByColumn
+    );
     assert_eq!(plan.instruction_set(), InstructionSet::best());
 }

@@ -74,7 +74,7 @@ impl<T: Real> Planned for Plane<T> {
     }
 
     fn about(&self) -> About {
-        let along_time = ColumnTransform::<T>::new(self.shape.rows).method();
+        let along_time = ColumnTransform::<T>::new(self.shape.rows).algorithm();
         About {
             method: format!("{along_time:?}, then rows by rustfft"),
             expected_error: None,
@@ -145,7 +145,7 @@ impl<T: Real> Planned for ShortTime<T> {
     }
 
     fn about(&self) -> About {
-        let segment = ColumnTransform::<T>::new(SEGMENT).method();
+        let segment = ColumnTransform::<T>::new(SEGMENT).algorithm();
         About {
             method: format!("segments of {SEGMENT}, {HOP} apart: {segment:?}"),
             expected_error: None,

@@ -206,7 +206,7 @@ impl<T: Real> Planned for Arrays<T> {
 
     fn about(&self) -> About {
         About {
-            method: format!("{:?}", self.ours.method()),
+            method: format!("{:?}", self.ours.algorithm()),
             expected_error: Some(self.ours.expected_error()),
         }
     }

@@ -7,9 +7,9 @@ use num_complex::Complex;
 
 use super::Real;
 use super::taper::Taper;
+use crate::caches::{LINE, ask_after};
 use column_fft::ColumnTransform;
 use column_fft::columns::ColumnScratch;
-use crate::caches::{LINE, ask_after};
 
 /// `X_m = sum_n w_n v_n exp(-+ 2 pi i m n / N)`, `m = 0 ..= N / 2`, of several real records of up to N
 /// samples each (the rest is zero), which pass through the transform side by side.

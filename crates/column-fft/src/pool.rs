@@ -5,36 +5,36 @@ use std::sync::{Mutex, PoisonError};
 
 /// Working spaces of threads that are done, for those to come: new memory costs a fault a page.
 #[derive(Debug)]
-pub(crate) struct Spare<T>(Mutex<Vec<T>>);
+pub(crate) struct Pool<T>(Mutex<Vec<T>>);
 
-impl<T> Default for Spare<T> {
+impl<T> Default for Pool<T> {
     fn default() -> Self {
-        Spare(Mutex::default())
+        Pool(Mutex::default())
     }
 }
 
-impl<T> Spare<T> {
-    /// A spare one that `fits`, else a new one; it is spare again once it is dropped.
-    pub fn take(&self, fits: impl Fn(&T) -> bool, new: impl FnOnce() -> T) -> Taken<'_, T> {
-        let mut spare = self.0.lock().unwrap_or_else(PoisonError::into_inner);
-        let at = spare.iter().position(fits);
-        let found = at.map(|at| spare.swap_remove(at));
-        drop(spare);
-        Taken {
+impl<T> Pool<T> {
+    /// A pool one that `fits`, else a new one; it is pool again once it is dropped.
+    pub fn take(&self, fits: impl Fn(&T) -> bool, new: impl FnOnce() -> T) -> PoolGuard<'_, T> {
+        let mut pool = self.0.lock().unwrap_or_else(PoisonError::into_inner);
+        let at = pool.iter().position(fits);
+        let found = at.map(|at| pool.swap_remove(at));
+        drop(pool);
+        PoolGuard {
             space: Some(found.unwrap_or_else(new)),
-            spare: self,
+            pool: self,
         }
     }
 }
 
 /// A working space that goes back to where it came from.
 #[derive(Debug)]
-pub(crate) struct Taken<'a, T> {
+pub(crate) struct PoolGuard<'a, T> {
     space: Option<T>,
-    spare: &'a Spare<T>,
+    pool: &'a Pool<T>,
 }
 
-impl<T> Deref for Taken<'_, T> {
+impl<T> Deref for PoolGuard<'_, T> {
     type Target = T;
 
     fn deref(&self) -> &T {
@@ -42,16 +42,16 @@ impl<T> Deref for Taken<'_, T> {
     }
 }
 
-impl<T> DerefMut for Taken<'_, T> {
+impl<T> DerefMut for PoolGuard<'_, T> {
     fn deref_mut(&mut self) -> &mut T {
         self.space.as_mut().expect("there until the drop")
     }
 }
 
-impl<T> Drop for Taken<'_, T> {
+impl<T> Drop for PoolGuard<'_, T> {
     fn drop(&mut self) {
-        let mut spare = self.spare.0.lock().unwrap_or_else(PoisonError::into_inner);
-        spare.extend(self.space.take());
+        let mut pool = self.pool.0.lock().unwrap_or_else(PoisonError::into_inner);
+        pool.extend(self.space.take());
     }
 }
 
@@ -61,8 +61,8 @@ mod tests {
 
     #[test]
     fn what_was_dropped_is_taken_again_if_it_fits() {
-        let spare = Spare::default();
-        let take = |least: usize, new: usize| spare.take(move |&old| old >= least, || new);
+        let pool = Pool::default();
+        let take = |least: usize, new: usize| pool.take(move |&old| old >= least, || new);
         let (mut first, second) = (take(0, 3), take(0, 5));
         *first += 1;
         drop((first, second));

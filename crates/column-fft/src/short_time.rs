@@ -5,8 +5,8 @@ use ndarray::{ArrayView2, ArrayViewMut2, ArrayViewMut3, Axis, s};
 use num_complex::Complex;
 
 use super::Real;
-use crate::columns::{ColumnScratch, ColumnTransform, copy_past_caches};
 use crate::columns::LINE;
+use crate::columns::{ColumnScratch, ColumnTransform, copy_streaming};
 
 /// `X_sm = sum_n w_n v_{s h + n} exp(-2 pi i m n / L)`, `m = 0 ..= L / 2`, of segments of L samples, a
 /// hop h apart, of every column `v` of an array `(time, column)`: `(segment, bin, column)`,
@@ -158,11 +158,11 @@ impl<T: Real> ShortTimeTransform<T> {
                 self.segment(segment, &mut assembled, false, room);
             }
             match spectra.as_slice_mut() {
-                Some(spectra) => copy_past_caches(std::iter::once((&*assembled, spectra))),
+                Some(spectra) => copy_streaming(std::iter::once((&*assembled, spectra))),
                 None => {
                     let rows = spectra.outer_iter_mut();
                     let rows = rows.map(|row| row.into_slice().expect("neighbouring columns"));
-                    copy_past_caches(assembled.chunks_exact(segment.ncols()).zip(rows));
+                    copy_streaming(assembled.chunks_exact(segment.ncols()).zip(rows));
                 }
             }
         }
@@ -180,7 +180,7 @@ impl<T: Real> ShortTimeTransform<T> {
         let Room {
             weighed, scratch, ..
         } = room;
-        if self.plan.weighs() {
+        if self.plan.windows_in_passing() {
             self.plan
                 .stripe(segment, &self.window, spectra, stream, scratch);
             return;

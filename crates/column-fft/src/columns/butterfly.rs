@@ -191,22 +191,22 @@ impl Butterfly<8> for Dft {
 }
 
 /// `cos(2 pi j / R)` and `sin(2 pi j / R)`, `j = 1 ..= (R - 1) / 2`.
-trait Turns<const R: usize> {
+trait Roots<const R: usize> {
     const COS: &'static [f64];
     const SIN: &'static [f64];
 }
 
-impl Turns<3> for Dft {
+impl Roots<3> for Dft {
     const COS: &'static [f64] = &[-0.5];
     const SIN: &'static [f64] = &[0.866_025_403_784_438_646_76];
 }
 
-impl Turns<5> for Dft {
+impl Roots<5> for Dft {
     const COS: &'static [f64] = &[0.309_016_994_374_947_424_10, -0.809_016_994_374_947_424_10];
     const SIN: &'static [f64] = &[0.951_056_516_295_153_572_12, 0.587_785_252_292_473_129_17];
 }
 
-impl Turns<7> for Dft {
+impl Roots<7> for Dft {
     const COS: &'static [f64] = &[
         0.623_489_801_858_733_530_53,
         -0.222_520_933_956_314_404_29,
@@ -226,8 +226,8 @@ macro_rules! odd {
             #[inline(always)]
             unsafe fn of<L: Lanes>(x: [Complex<L>; $radix]) -> [Complex<L>; $radix] {
                 const HALF: usize = $radix / 2;
-                let cos = <Dft as Turns<$radix>>::COS;
-                let sin = <Dft as Turns<$radix>>::SIN;
+                let cos = <Dft as Roots<$radix>>::COS;
+                let sin = <Dft as Roots<$radix>>::SIN;
                 unsafe {
                     let mut sums = [x[0]; HALF];
                     let mut differences = [x[0]; HALF];
@@ -241,11 +241,11 @@ macro_rules! odd {
                         let mut a = x[0];
                         let mut b = Complex::zero();
                         for j in 0..HALF {
-                            let turn = (j + 1) * k % $radix;
-                            let (at, back) = if turn > HALF {
-                                ($radix - turn - 1, true)
+                            let phase = (j + 1) * k % $radix;
+                            let (at, back) = if phase > HALF {
+                                ($radix - phase - 1, true)
                             } else {
-                                (turn - 1, false)
+                                (phase - 1, false)
                             };
                             a = a.add_times(L::of(cos[at]), sums[j]);
                             let sine = L::of(if back { -sin[at] } else { sin[at] });

@@ -1,20 +1,19 @@
-//! Complex transforms of `M = m1 m2` points in two halves, whose numbers in between need no order:
-//! what convolutions are made of.
+//! Complex transforms of `M = m1 m2` points by the four-step algorithm, for convolutions: bins need no order.
 //!
-//! With `j = j1 m2 + j2` and `k = k1 + m1 k2`, as in [`super`]: the first half turns each series
-//! over j1 into a column of a matrix of m1 rows and m2 columns, the second half each row of it into
-//! bins k. There they are multiplied, and go back the same way, first rows, then columns.
+//! With `j = j1 m2 + j2` and `k = k1 + m1 k2`, as in [`super`]: the first half transforms each
+//! series over j1 to a column of a matrix of m1 rows and m2 columns, the second half each row of it to
+//! bins k. They are multiplied and transformed back, first rows, then columns.
 //! Transforms back are forward ones of conjugates.
 
 use num_complex::Complex;
 
-use super::fast::{Half, index};
 use super::kernels::{InstructionSet, Kernelled, Kernels};
-use super::passes::{Turn, Unordered};
+use super::mixed_radix::{Half, index};
+use super::passes::{Twiddled, Unordered};
 use crate::Real;
 use crate::twiddle::cos_sin_exact;
 
-/// As in [`super::fast`].
+/// As in [`super::mixed_radix`].
 const PADDING: usize = 2;
 
 /// From row to row of the matrix, in complex numbers.
@@ -22,8 +21,8 @@ fn row(second: usize) -> usize {
     second + PADDING
 }
 
-/// Numbers of scratch for tiles of `width` columns by halves of these lengths: those of the series or
-/// the row in hand, three times, and the matrix.
+/// Numbers of scratch for tiles of `width` columns by halves of these lengths: three series or rows, and
+/// the matrix.
 pub fn scratch_len([first, second]: [usize; 2], width: usize) -> usize {
     2 * width * (3 * first.max(second) + first * row(second))
 }
@@ -38,12 +37,12 @@ pub struct Cyclic<T: 'static> {
     twiddles: Vec<T>,
 }
 
-/// Working space of one tile: numbers of the series or the row in hand, three times, and the matrix.
+/// Parts of the scratch of one tile: three series or rows, and the intermediate matrix.
 #[derive(Debug, Clone, Copy)]
 pub struct Room<T> {
     pub work: *mut T,
     pub others: [*mut T; 2],
-    pub between: *mut T,
+    pub intermediate: *mut T,
 }
 
 impl<T: Real> Cyclic<T> {
@@ -51,11 +50,11 @@ impl<T: Real> Cyclic<T> {
     pub fn new((first, second): (Vec<usize>, Vec<usize>)) -> Self {
         let (first, second) = (Half::<T>::new(first), Half::<T>::new(second));
         let (m1, m2) = (first.length, second.length);
-        let turns = (0..m1).flat_map(|k1| (0..m2).map(move |j2| k1 * j2));
+        let products = (0..m1).flat_map(|k1| (0..m2).map(move |j2| k1 * j2));
         Cyclic {
-            twiddles: turns
-                .flat_map(|turn| {
-                    let (cos, sin) = cos_sin_exact(turn as u64, (m1 * m2) as u64);
+            twiddles: products
+                .flat_map(|product| {
+                    let (cos, sin) = cos_sin_exact(product as u64, (m1 * m2) as u64);
                     [T::rounded(cos), T::rounded(-sin)]
                 })
                 .collect(),
@@ -93,13 +92,13 @@ impl<T: Real> Cyclic<T> {
         Room {
             work,
             others: [at(1), at(2)],
-            between: at(3),
+            intermediate: at(3),
         }
     }
 
     /// Row k1 of the matrix.
     pub fn numbers(&self, width: usize, room: &Room<T>, k1: usize) -> *mut T {
-        room.between.wrapping_add(2 * width * self.row() * k1)
+        room.intermediate.wrapping_add(2 * width * self.row() * k1)
     }
 
     /// The series over j1 in `room.work`, transformed, to column j2 of the matrix.
@@ -111,13 +110,13 @@ impl<T: Real> Cyclic<T> {
         let radix = self.first.last();
         // SAFETY: as promised.
         unsafe {
-            kernels.turn[index(radix)](&Turn {
+            kernels.twiddle[index(radix)](&Twiddled {
                 of: Unordered {
                     from: self.first.all_but_last(kernels, room.work, room.work),
                     groups: m1 / radix,
                     digits: self.first_digits.as_ptr(),
                 },
-                to: room.between.add(2 * kernels.width * j2),
+                to: room.intermediate.add(2 * kernels.width * j2),
                 next: 2 * kernels.width * self.row(),
                 factors: self.twiddles.as_ptr().add(2 * j2),
                 factors_apart: m2,
@@ -137,10 +136,10 @@ impl<T: Real> Cyclic<T> {
         room: &Room<T>,
         numbers: *const T,
         (factors, to): (*const T, *mut T),
-    ) -> Turn<T> {
+    ) -> Twiddled<T> {
         // SAFETY: as promised.
         let from = unsafe { self.second.all_but_last(kernels, numbers, room.work) };
-        Turn {
+        Twiddled {
             of: Unordered {
                 from,
                 groups: self.second.length / self.second.last(),
@@ -164,8 +163,8 @@ impl<T: Real> Cyclic<T> {
         // SAFETY: as promised.
         unsafe {
             let twiddles = twiddles.add(2 * k1 * self.second.length);
-            let turn = self.bins(kernels, room, bins, (twiddles, to));
-            kernels.turn[index(self.second.last())](&turn);
+            let pass = self.bins(kernels, room, bins, (twiddles, to));
+            kernels.twiddle[index(self.second.last())](&pass);
         }
     }
 
@@ -183,7 +182,7 @@ impl<T: Real> Cyclic<T> {
         let m1 = self.first.length;
         // SAFETY: as promised.
         unsafe {
-            let from = room.between.add(complex * j2);
+            let from = room.intermediate.add(complex * j2);
             (kernels.collect)(from, complex * self.row(), m1, room.work);
             Unordered {
                 from: self.first.all_but_last(kernels, room.work, room.work),
@@ -194,21 +193,21 @@ impl<T: Real> Cyclic<T> {
     }
 }
 
-/// Turned kernels that a response is the mean over.
+/// Rotated copies of a kernel that a response is the mean over.
 const SHIFTS: usize = 4;
 
 impl Cyclic<f64> {
     /// What a convolution multiplies by: the transform of `kernel`, row by row of k1, good to a fraction
     /// of what the transforms there and back round, so that it adds little to the error.
     ///
-    /// It is the mean of the transforms of the kernel in turned order, turned back. These have
-    /// rounding errors of their own each; places without a pattern keep them independent.
+    /// It is the mean over transforms of cyclic shifts of the kernel, with the shifts undone. Their rounding
+    /// errors are independent where the shifts have no pattern.
     pub fn response(&self, set: InstructionSet, kernel: &[Complex<f64>]) -> Vec<Complex<f64>> {
         const GOLDEN: f64 = 0.618_033_988_749_894_8;
         let (m1, m2, points) = (self.first.length, self.second.length, self.points());
         let shift = |s: usize| (s as f64 * GOLDEN * points as f64) as usize % points;
-        let turns = (0..points as u64).map(|k| cos_sin_exact(k, points as u64));
-        let turns: Vec<_> = turns.map(|(cos, sin)| Complex::new(cos, -sin)).collect();
+        let roots = (0..points as u64).map(|k| cos_sin_exact(k, points as u64));
+        let roots: Vec<_> = roots.map(|(cos, sin)| Complex::new(cos, -sin)).collect();
         let all = <f64 as Kernelled>::kernels(set);
         let found = all.iter().find(|kernels| kernels.0.width <= SHIFTS);
         let kernels = found.unwrap_or(&all[all.len() - 1]).0;
@@ -217,21 +216,21 @@ impl Cyclic<f64> {
         let mut scratch = vec![0.0; self.scratch_len(width)];
         let room = self.room(width, &mut scratch);
         let mut sum = vec![Complex::default(); points];
-        // A column for each turned kernel.
+        // A column for each shift.
         for first in (0..SHIFTS).step_by(width) {
             for j2 in 0..m2 {
                 for (i, n) in (j2..points).step_by(m2).enumerate() {
                     for column in 0..width {
                         let value = kernel[(n + shift(first + column)) % points];
                         let at = 2 * width * i + column;
-                        // SAFETY: i is below m1, and the work space holds as many complex numbers.
+                        // SAFETY: i is below m1, and the scratch holds as many complex numbers.
                         unsafe {
                             *room.work.add(at) = value.re;
                             *room.work.add(at + width) = value.im;
                         }
                     }
                 }
-                // SAFETY: the kernels are those of this processor, the room is theirs.
+                // SAFETY: the kernels are those of this processor, the scratch is theirs.
                 unsafe { self.column(kernels, &room, j2) };
             }
             let bins = room.others[0];
@@ -244,8 +243,8 @@ impl Cyclic<f64> {
                         let at = 2 * width * k2 + column;
                         // SAFETY: k2 is below m2.
                         let bin = unsafe { Complex::new(*bins.add(at), *bins.add(at + width)) };
-                        let turn = (k1 + m1 * k2) as u64 * shift(first + column) as u64;
-                        *sum += bin * turns[(turn % points as u64) as usize];
+                        let phase = (k1 + m1 * k2) as u64 * shift(first + column) as u64;
+                        *sum += bin * roots[(phase % points as u64) as usize];
                     }
                 }
             }

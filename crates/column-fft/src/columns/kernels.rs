@@ -1,27 +1,27 @@
-//! The passes compiled once for each kind of register, and the choice among them.
+//! The passes, compiled once for each instruction set, and dispatch among them.
 //!
 //! A kernel is one function with the features of its instruction set switched on, into which all
 //! of [`super::passes`] and [`super::simd`] is inlined. Kernels are called through pointers, which
-//! are taken only after the processor was asked for the features: that makes the calls sound.
+//! are taken only after the features were detected: that makes the calls sound.
 
 use super::butterfly::{Butterfly, Dft};
-use super::passes::{self, Ahead, Blend, Fold, Last, Rows, Scatter, Split, Stage, Turn};
+use super::passes::{self, Blend, Fold, Last, Prefetch, Rows, Scatter, Split, Stage, Twiddled};
 use super::simd::{Lanes, Portable};
 
 /// Radices that kernels exist for, in the order of the tables.
 pub const RADICES: [usize; 6] = [2, 3, 4, 5, 7, 8];
 
-/// `rows, ahead, to, count, twiddles` of [`passes::first`].
-type First<T> = unsafe fn(&Rows<T>, &mut Ahead<T>, *mut T, usize, *const T);
-/// `from, to, blocks, count, twiddles, ahead` of [`passes::middle`].
-type Middle<T> = unsafe fn(*const T, *mut T, usize, usize, *const T, &mut Ahead<T>);
+/// `rows, prefetch, to, count, twiddles` of [`passes::first`].
+type First<T> = unsafe fn(&Rows<T>, &mut Prefetch<T>, *mut T, usize, *const T);
+/// `from, to, blocks, count, twiddles, prefetch` of [`passes::middle`].
+type Middle<T> = unsafe fn(*const T, *mut T, usize, usize, *const T, &mut Prefetch<T>);
 /// Of [`passes::split`].
-type Splitting<T> = unsafe fn(&Split<T>, Ahead<T>);
+type Splitting<T> = unsafe fn(&Split<T>, Prefetch<T>);
 /// Of passes whose places have names.
 type End<A> = unsafe fn(&A);
 
 /// `from, next, factors, factors_apart, valid, count, to` of [`passes::chirp`].
-type Chirp<T> = unsafe fn(*const T, usize, *const T, usize, usize, usize, *mut T);
+type ChirpKernel<T> = unsafe fn(*const T, usize, *const T, usize, usize, usize, *mut T);
 /// `from, next, count, to` of [`passes::collect`].
 type Collect<T> = unsafe fn(*const T, usize, usize, *mut T);
 
@@ -31,32 +31,32 @@ pub struct Kernels<T: 'static> {
     /// Columns of a tile.
     pub width: usize,
     pub stage: End<Stage<T>>,
-    pub stage_weighed: End<Stage<T>>,
-    /// Rows to work space as they are, or times their weights.
+    pub stage_windowed: End<Stage<T>>,
+    /// Rows to scratch as they are, or times the window.
     pub gather: First<T>,
-    pub gather_weighed: First<T>,
+    pub gather_windowed: First<T>,
     pub first: [First<T>; RADICES.len()],
-    pub first_weighed: [First<T>; RADICES.len()],
+    pub first_windowed: [First<T>; RADICES.len()],
     pub middle: [Middle<T>; RADICES.len()],
-    /// Which ask for rows ahead.
-    pub middle_asking: [Middle<T>; RADICES.len()],
+    /// With prefetches of the rows of the next pair of series.
+    pub middle_prefetching: [Middle<T>; RADICES.len()],
     pub split: [Splitting<T>; RADICES.len()],
     pub last: [End<Last<T>>; RADICES.len()],
-    /// Which ask for the rows that come next.
-    pub last_asking: [End<Last<T>>; RADICES.len()],
-    /// Past the caches, to aligned rows.
-    pub last_streamed: [End<Last<T>>; RADICES.len()],
-    pub chirp: Chirp<T>,
+    /// With prefetches of the rows of the result that come next.
+    pub last_prefetching: [End<Last<T>>; RADICES.len()],
+    /// With streaming stores, to aligned rows.
+    pub last_streaming: [End<Last<T>>; RADICES.len()],
+    pub chirp: ChirpKernel<T>,
     pub collect: Collect<T>,
-    pub turn: [End<Turn<T>>; RADICES.len()],
-    pub turn_mirrored: [End<Turn<T>>; RADICES.len()],
-    /// Mirrored, to rows of a spectrum.
-    pub turn_pairs: [End<Turn<T>>; RADICES.len()],
-    pub order: [End<Turn<T>>; RADICES.len()],
+    pub twiddle: [End<Twiddled<T>>; RADICES.len()],
+    pub twiddle_conjugated: [End<Twiddled<T>>; RADICES.len()],
+    /// Conjugated, to rows of a spectrum.
+    pub twiddle_interleaved: [End<Twiddled<T>>; RADICES.len()],
+    pub order: [End<Twiddled<T>>; RADICES.len()],
     pub fold: End<Fold<T>>,
     pub blend: End<Blend<T>>,
     pub scatter: [End<Scatter<T>>; RADICES.len()],
-    pub scatter_streamed: [End<Scatter<T>>; RADICES.len()],
+    pub scatter_streaming: [End<Scatter<T>>; RADICES.len()],
 }
 
 macro_rules! kernels {
@@ -65,15 +65,15 @@ macro_rules! kernels {
             use super::*;
 
             $(#[target_feature(enable = $feature)])?
-            unsafe fn stage<const WEIGHED: bool>(at: &Stage<$scalar>) {
+            unsafe fn stage<const WINDOWED: bool>(at: &Stage<$scalar>) {
                 // SAFETY: the caller's.
-                unsafe { passes::stage::<$lanes, WEIGHED>(at) }
+                unsafe { passes::stage::<$lanes, WINDOWED>(at) }
             }
 
             $(#[target_feature(enable = $feature)])?
-            unsafe fn first<const R: usize, const WEIGHED: bool>(
+            unsafe fn first<const R: usize, const WINDOWED: bool>(
                 rows: &Rows<$scalar>,
-                ahead: &mut Ahead<$scalar>,
+                prefetch: &mut Prefetch<$scalar>,
                 to: *mut $scalar,
                 count: usize,
                 twiddles: *const $scalar,
@@ -81,40 +81,40 @@ macro_rules! kernels {
                 Dft: Butterfly<R>,
             {
                 // SAFETY: the caller's.
-                unsafe { passes::first::<$lanes, R, WEIGHED>(rows, ahead, to, count, twiddles) }
+                unsafe { passes::first::<$lanes, R, WINDOWED>(rows, prefetch, to, count, twiddles) }
             }
 
             $(#[target_feature(enable = $feature)])?
-            unsafe fn middle<const R: usize, const ASK: bool>(
+            unsafe fn middle<const R: usize, const PREFETCH: bool>(
                 from: *const $scalar,
                 to: *mut $scalar,
                 blocks: usize,
                 count: usize,
                 twiddles: *const $scalar,
-                ahead: &mut Ahead<$scalar>,
+                prefetch: &mut Prefetch<$scalar>,
             ) where
                 Dft: Butterfly<R>,
             {
                 // SAFETY: the caller's.
-                unsafe { passes::middle::<$lanes, R, ASK>(from, to, blocks, count, twiddles, ahead) }
+                unsafe { passes::middle::<$lanes, R, PREFETCH>(from, to, blocks, count, twiddles, prefetch) }
             }
 
             $(#[target_feature(enable = $feature)])?
-            unsafe fn split<const R: usize>(at: &Split<$scalar>, ahead: Ahead<$scalar>)
+            unsafe fn split<const R: usize>(at: &Split<$scalar>, prefetch: Prefetch<$scalar>)
             where
                 Dft: Butterfly<R>,
             {
                 // SAFETY: the caller's.
-                unsafe { passes::split::<$lanes, R>(at, ahead) }
+                unsafe { passes::split::<$lanes, R>(at, prefetch) }
             }
 
             $(#[target_feature(enable = $feature)])?
-            unsafe fn last<const R: usize, const STREAM: bool, const ASK: bool>(at: &Last<$scalar>)
+            unsafe fn last<const R: usize, const STREAM: bool, const PREFETCH: bool>(at: &Last<$scalar>)
             where
                 Dft: Butterfly<R>,
             {
                 // SAFETY: the caller's.
-                unsafe { passes::last::<$lanes, R, STREAM, ASK>(at) }
+                unsafe { passes::last::<$lanes, R, STREAM, PREFETCH>(at) }
             }
 
             $(#[target_feature(enable = $feature)])?
@@ -145,17 +145,17 @@ macro_rules! kernels {
             }
 
             $(#[target_feature(enable = $feature)])?
-            unsafe fn turn<const R: usize, const MIRROR: bool, const PAIRS: bool>(
-                at: &Turn<$scalar>,
+            unsafe fn twiddle<const R: usize, const CONJUGATE: bool, const INTERLEAVE: bool>(
+                at: &Twiddled<$scalar>,
             ) where
                 Dft: Butterfly<R>,
             {
                 // SAFETY: the caller's.
-                unsafe { passes::turn::<$lanes, R, MIRROR, PAIRS>(at) }
+                unsafe { passes::twiddle::<$lanes, R, CONJUGATE, INTERLEAVE>(at) }
             }
 
             $(#[target_feature(enable = $feature)])?
-            unsafe fn order<const R: usize>(at: &Turn<$scalar>)
+            unsafe fn order<const R: usize>(at: &Twiddled<$scalar>)
             where
                 Dft: Butterfly<R>,
             {
@@ -187,14 +187,14 @@ macro_rules! kernels {
             pub(in crate::columns) static KERNELS: Kernels<$scalar> = Kernels {
                 width: <$lanes as Lanes>::WIDTH,
                 stage: stage::<false>,
-                stage_weighed: stage::<true>,
+                stage_windowed: stage::<true>,
                 gather: first::<1, false>,
-                gather_weighed: first::<1, true>,
+                gather_windowed: first::<1, true>,
                 first: [
                     first::<2, false>, first::<3, false>, first::<4, false>,
                     first::<5, false>, first::<7, false>, first::<8, false>,
                 ],
-                first_weighed: [
+                first_windowed: [
                     first::<2, true>, first::<3, true>, first::<4, true>,
                     first::<5, true>, first::<7, true>, first::<8, true>,
                 ],
@@ -202,7 +202,7 @@ macro_rules! kernels {
                     middle::<2, false>, middle::<3, false>, middle::<4, false>,
                     middle::<5, false>, middle::<7, false>, middle::<8, false>,
                 ],
-                middle_asking: [
+                middle_prefetching: [
                     middle::<2, true>, middle::<3, true>, middle::<4, true>,
                     middle::<5, true>, middle::<7, true>, middle::<8, true>,
                 ],
@@ -211,27 +211,27 @@ macro_rules! kernels {
                     last::<2, false, false>, last::<3, false, false>, last::<4, false, false>,
                     last::<5, false, false>, last::<7, false, false>, last::<8, false, false>,
                 ],
-                last_asking: [
+                last_prefetching: [
                     last::<2, false, true>, last::<3, false, true>, last::<4, false, true>,
                     last::<5, false, true>, last::<7, false, true>, last::<8, false, true>,
                 ],
-                last_streamed: [
+                last_streaming: [
                     last::<2, true, false>, last::<3, true, false>, last::<4, true, false>,
                     last::<5, true, false>, last::<7, true, false>, last::<8, true, false>,
                 ],
                 chirp,
                 collect,
-                turn: [
-                    turn::<2, false, false>, turn::<3, false, false>, turn::<4, false, false>,
-                    turn::<5, false, false>, turn::<7, false, false>, turn::<8, false, false>,
+                twiddle: [
+                    twiddle::<2, false, false>, twiddle::<3, false, false>, twiddle::<4, false, false>,
+                    twiddle::<5, false, false>, twiddle::<7, false, false>, twiddle::<8, false, false>,
                 ],
-                turn_mirrored: [
-                    turn::<2, true, false>, turn::<3, true, false>, turn::<4, true, false>,
-                    turn::<5, true, false>, turn::<7, true, false>, turn::<8, true, false>,
+                twiddle_conjugated: [
+                    twiddle::<2, true, false>, twiddle::<3, true, false>, twiddle::<4, true, false>,
+                    twiddle::<5, true, false>, twiddle::<7, true, false>, twiddle::<8, true, false>,
                 ],
-                turn_pairs: [
-                    turn::<2, true, true>, turn::<3, true, true>, turn::<4, true, true>,
-                    turn::<5, true, true>, turn::<7, true, true>, turn::<8, true, true>,
+                twiddle_interleaved: [
+                    twiddle::<2, true, true>, twiddle::<3, true, true>, twiddle::<4, true, true>,
+                    twiddle::<5, true, true>, twiddle::<7, true, true>, twiddle::<8, true, true>,
                 ],
                 order: [order::<2>, order::<3>, order::<4>, order::<5>, order::<7>, order::<8>],
                 fold,
@@ -240,7 +240,7 @@ macro_rules! kernels {
                     scatter::<2, false>, scatter::<3, false>, scatter::<4, false>,
                     scatter::<5, false>, scatter::<7, false>, scatter::<8, false>,
                 ],
-                scatter_streamed: [
+                scatter_streaming: [
                     scatter::<2, true>, scatter::<3, true>, scatter::<4, true>,
                     scatter::<5, true>, scatter::<7, true>, scatter::<8, true>,
                 ],

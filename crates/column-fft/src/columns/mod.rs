@@ -23,7 +23,7 @@
 //! Each half is a chain of passes of radix 2, 3, 4, 5, 7 or 8 (decimation in frequency, in place;
 //! the digits of the last pass come in reversed order and are written where they belong) over
 //! numbers that stay in the first cache. Twiddle factors come from tables that are right to half
-//! a unit in the last place. Rows are asked for one pair of series ahead of their use, a few with each
+//! a unit in the last place. Rows are asked for one pair of series prefetch of their use, a few with each
 //! butterfly, or, where they share places in the caches, copied first into the order of use. Results
 //! that fill whole cache lines and are larger than the caches are written past them; rows of other large
 //! results are asked for before their turn.
@@ -44,54 +44,54 @@
 //! Source: D. H. Bailey, "FFTs in external or hierarchical memory", J. Supercomputing 4, 23
 //! (1990); C. Van Loan, "Computational Frameworks for the Fast Fourier Transform", 1992.
 
+mod algorithm;
+mod bluestein;
 mod butterfly;
-mod chirp;
-mod choice;
 mod cyclic;
-mod fast;
+mod fallback;
 mod kernels;
-mod other;
+mod mixed_radix;
 mod passes;
+mod plan;
 mod rader;
 mod simd;
-mod streamed;
+mod streaming;
 mod tiles;
-mod way;
 
 use ndarray::parallel::prelude::*;
 use ndarray::{ArrayView2, ArrayViewMut2, Axis};
 use num_complex::Complex;
 
 use crate::Real;
-use crate::pool::{Spare, Taken};
-use choice::Choice;
-pub use choice::Method;
+use crate::pool::{Pool, PoolGuard};
+pub use algorithm::Algorithm;
+use algorithm::Decomposition;
 use kernels::Kernels;
 pub use kernels::{InstructionSet, Kernelled, KernelsOf};
-pub(crate) use streamed::copy_past_caches;
-use way::Way;
+use plan::TilePlan;
+pub(crate) use streaming::copy_streaming;
 
 /// Bytes of a cache line.
 pub(crate) const LINE: usize = 64;
 
 /// Bytes of a result from which on it is written past the caches.
-const STREAMED_BYTES: usize = 4 << 20;
+const STREAMING_BYTES: usize = 4 << 20;
 
 /// Bytes from which on places are asked for before they are written: of the matrix between the halves, and
 /// over which rows of a result lie that are not written past the caches. Half of a second cache, or
 /// all of a small one.
-const ASKED_BYTES: usize = 512 << 10;
+const PREFETCH_BYTES: usize = 512 << 10;
 
 /// The transform of all columns of arrays of one number of rows; see the [module](self).
 pub struct ColumnTransform<T: Real> {
     length: usize,
     set: InstructionSet,
-    choice: Choice,
-    way: Way<T>,
+    decomposition: Decomposition,
+    way: TilePlan<T>,
     /// As [`kernels_for`] gives them.
     kernels: Vec<&'static Kernels<T>>,
     /// Working spaces of threads that are done, for those to come.
-    spare: Spare<ColumnScratch<T>>,
+    pool: Pool<ColumnScratch<T>>,
 }
 
 /// Working space of one thread, made by [`ColumnTransform::scratch`].
@@ -103,7 +103,7 @@ pub struct ColumnScratch<T> {
     /// Copies of rows: of columns that are not neighbours, with their bins, and of rows that alias; grows
     /// when it is needed.
     copies: Vec<Line>,
-    by_column: other::Room<T>,
+    by_column: fallback::Room<T>,
 }
 
 /// A cache line.
@@ -136,14 +136,14 @@ impl<T: Real> ColumnTransform<T> {
 
     fn planned(length: usize, set: InstructionSet) -> Self {
         assert!(length > 0);
-        let choice = Choice::of(length);
+        let decomposition = Decomposition::of(length);
         ColumnTransform {
             length,
             set,
-            way: Way::new(set, length, choice.clone()),
-            kernels: kernels_for(set, &choice),
-            choice,
-            spare: Spare::default(),
+            way: TilePlan::new(set, length, decomposition.clone()),
+            kernels: kernels_for(set, &decomposition),
+            decomposition,
+            pool: Pool::default(),
         }
     }
 
@@ -164,7 +164,7 @@ impl<T: Real> ColumnTransform<T> {
 
     /// The same of any plan of a length for this processor.
     pub(crate) fn width_of(length: usize) -> usize {
-        let kernels = kernels_for::<T>(InstructionSet::best(), &Choice::of(length));
+        let kernels = kernels_for::<T>(InstructionSet::best(), &Decomposition::of(length));
         width_for(&kernels, usize::MAX)
     }
 
@@ -172,22 +172,22 @@ impl<T: Real> ColumnTransform<T> {
         self.set
     }
 
-    pub fn method(&self) -> Method {
-        self.choice.method()
+    pub fn algorithm(&self) -> Algorithm {
+        self.decomposition.algorithm()
     }
 
     /// Root mean square error of white noise's bins, relative to the root mean square of all.
     pub fn expected_error(&self) -> f64 {
         let levels = (self.length as f64).log2().max(1.0).sqrt();
-        self.choice.rounding() * T::EPSILON * levels
+        self.decomposition.rounding() * T::EPSILON * levels
     }
 
-    /// A working space of one thread, one that is spare if there is one: new memory costs as much as
+    /// A working space of one thread, one that is pool if there is one: new memory costs as much as
     /// a tile of short columns.
-    fn borrow(&self, columns: usize) -> Taken<'_, ColumnScratch<T>> {
+    fn borrow(&self, columns: usize) -> PoolGuard<'_, ColumnScratch<T>> {
         let width = width_for(&self.kernels, columns);
         let fits = |scratch: &ColumnScratch<T>| scratch.width == width;
-        self.spare.take(fits, || self.scratch(columns))
+        self.pool.take(fits, || self.scratch(columns))
     }
 
     /// Working space of one thread for arrays of `columns` columns, or of more.
@@ -195,11 +195,11 @@ impl<T: Real> ColumnTransform<T> {
         let width = width_for(&self.kernels, columns);
         ColumnScratch {
             width,
-            lines: lines::<T>(self.choice.scratch_len(width)),
+            lines: lines::<T>(self.decomposition.scratch_len(width)),
             copies: Vec::new(),
             by_column: match &self.way {
-                Way::Other(other) => other.room(),
-                _ => other::Room::default(),
+                TilePlan::Fallback(fallback) => fallback.room(),
+                _ => fallback::Room::default(),
             },
         }
     }
@@ -224,31 +224,31 @@ impl<T: Real> ColumnTransform<T> {
 
     /// Whether a result of so many columns is written past the caches.
     pub(crate) fn streams(&self, columns: usize) -> bool {
-        self.bins() * columns * size_of::<Complex<T>>() >= STREAMED_BYTES
+        self.bins() * columns * size_of::<Complex<T>>() >= STREAMING_BYTES
     }
 
-    /// Whether rows can be weighed in passing, by [`ColumnTransform::stripe`].
-    pub(crate) fn weighs(&self) -> bool {
-        matches!(self.way, Way::Fast(_))
+    /// Whether rows can be windowed in passing, by [`ColumnTransform::stripe`].
+    pub(crate) fn windows_in_passing(&self) -> bool {
+        matches!(self.way, TilePlan::MixedRadix(_))
     }
 
-    /// Transforms a stripe of an array, rows times `weights` if there are any.
+    /// Transforms a stripe of an array, rows times `window` if there are any.
     pub(crate) fn stripe(
         &self,
         values: ArrayView2<T>,
-        weights: &[T],
+        window: &[T],
         spectra: &mut ArrayViewMut2<Complex<T>>,
         stream: bool,
         scratch: &mut ColumnScratch<T>,
     ) {
         assert_eq!(values.nrows(), self.length);
         assert_eq!(spectra.dim(), (self.bins(), values.ncols()));
-        assert!(weights.is_empty() || weights.len() == self.length && self.weighs());
+        assert!(window.is_empty() || window.len() == self.length && self.windows_in_passing());
         match &self.way {
-            Way::Other(other) => {
-                other.transform(values, spectra.view_mut(), &mut scratch.by_column)
+            TilePlan::Fallback(fallback) => {
+                fallback.transform(values, spectra.view_mut(), &mut scratch.by_column)
             }
-            _ => self.tiles(values, weights, spectra, stream, scratch),
+            _ => self.tiles(values, window, spectra, stream, scratch),
         }
     }
 
@@ -280,9 +280,12 @@ impl<T: Real> ColumnTransform<T> {
 }
 
 /// Those of an instruction set, wide ones first; none where columns are transformed one by one.
-fn kernels_for<T: Real>(set: InstructionSet, choice: &Choice) -> Vec<&'static Kernels<T>> {
-    match choice {
-        Choice::Other => Vec::new(),
+fn kernels_for<T: Real>(
+    set: InstructionSet,
+    decomposition: &Decomposition,
+) -> Vec<&'static Kernels<T>> {
+    match decomposition {
+        Decomposition::Fallback => Vec::new(),
         _ => T::kernels(set).iter().map(|kernels| kernels.0).collect(),
     }
 }
@@ -290,7 +293,7 @@ fn kernels_for<T: Real>(set: InstructionSet, choice: &Choice) -> Vec<&'static Ke
 /// Columns of the widest tile of at most `columns` columns.
 fn width_for<T>(kernels: &[&'static Kernels<T>], columns: usize) -> usize {
     match kernels {
-        [] => other::WIDTH,
+        [] => fallback::WIDTH,
         _ => widest(kernels, columns).width,
     }
 }
@@ -316,7 +319,7 @@ impl<T: Real> std::fmt::Debug for ColumnTransform<T> {
         f.debug_struct("ColumnTransform")
             .field("length", &self.length)
             .field("instruction_set", &self.set)
-            .field("method", &self.method())
+            .field("algorithm", &self.algorithm())
             .finish_non_exhaustive()
     }
 }

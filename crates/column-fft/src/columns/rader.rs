@@ -19,10 +19,10 @@
 
 use num_complex::Complex;
 
-use super::choice::{self, Halves};
+use super::algorithm::{self, Halves};
 use super::cyclic::{Cyclic, Room};
-use super::fast::{Order, Tile, Writing, index};
 use super::kernels::{InstructionSet, Kernels};
+use super::mixed_radix::{RowOrder, Store, Tile, index};
 use super::passes::{Blend, Fold, Scatter};
 use crate::Real;
 use crate::twiddle::cos_sin_exact;
@@ -44,7 +44,7 @@ pub struct Rader<T: 'static> {
 impl<T: Real> Rader<T> {
     /// For a prime `length` from 5 on; the radices of `halves` multiply to M.
     pub fn new(set: InstructionSet, length: usize, halves: Halves) -> Self {
-        assert!(choice::is_odd_prime(length));
+        assert!(algorithm::is_odd_prime(length));
         let cyclic = Cyclic::<T>::new(halves.clone());
         let (m1, m2) = (cyclic.first.length, cyclic.second.length);
         let points = cyclic.points();
@@ -110,16 +110,16 @@ impl<T: Real> Rader<T> {
     /// Transforms one tile of `kernels.width` columns.
     ///
     /// # Safety
-    /// As [`super::fast::Fast::tile`], for plain rows.
+    /// As [`super::mixed_radix::MixedRadix::tile`], for plain rows.
     pub unsafe fn tile(&self, kernels: &Kernels<T>, tile: Tile<T>, scratch: &mut [T]) {
         let cyclic = &self.cyclic;
         let m1 = cyclic.first.length;
         let width = kernels.width;
-        assert!(matches!(tile.rows, Order::Plain));
+        assert!(matches!(tile.rows, RowOrder::Plain));
         let room = cyclic.room(width, scratch);
         let radix = index(cyclic.first.last());
-        let scatter = match tile.writing {
-            Writing::Streamed => kernels.scatter_streamed[radix],
+        let scatter = match tile.store {
+            Store::Streaming => kernels.scatter_streaming[radix],
             _ => kernels.scatter[radix],
         };
         // SAFETY: all places are within what the caller promises and `room` has checked; the

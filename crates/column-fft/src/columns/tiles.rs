@@ -3,22 +3,22 @@
 use ndarray::{ArrayView2, ArrayViewMut2};
 use num_complex::Complex;
 
-use super::choice::Choice;
-use super::fast::{Fast, Order, Tile, Writing};
+use super::algorithm::Decomposition;
+use super::fallback::Fallback;
 use super::kernels::Kernels;
-use super::other::Other;
-use super::way::Way;
+use super::mixed_radix::{MixedRadix, RowOrder, Store, Tile};
+use super::plan::TilePlan;
 use super::{
-    ASKED_BYTES, ColumnScratch, ColumnTransform, InstructionSet, Line, kernels_for, lines,
+    ColumnScratch, ColumnTransform, InstructionSet, Line, PREFETCH_BYTES, kernels_for, lines,
     lines_of, simd, widest, width_for,
 };
-use crate::columns::LINE;
 use crate::Real;
+use crate::columns::LINE;
 
-/// Rows a multiple of so many bytes apart share a few places in the caches: what is asked for early
-/// is gone before its turn. Such rows are copied first, long pieces of them, into the order of use.
-const ALIASED: usize = 4096;
-/// What such copies take of the third cache, but for 128 bytes a row at the least.
+/// A critical stride in bytes: rows a multiple of it apart share a few cache sets, so that prefetched lines are
+/// evicted before their use. Such rows are copied first, in long pieces, into the order of use.
+const CRITICAL_STRIDE: usize = 4096;
+/// Bytes of such copies, which L3 holds; but at least 128 bytes a row.
 const STAGED_BYTES: usize = 8 << 20;
 
 impl<T: Real> ColumnTransform<T> {
@@ -26,17 +26,17 @@ impl<T: Real> ColumnTransform<T> {
     /// an array of `columns` neighbouring ones whose rows are `row_bytes` apart: what a plan for this
     /// processor takes, known before there is one.
     pub fn working_bytes(length: usize, columns: usize, row_bytes: usize) -> u64 {
-        let choice = Choice::of(length);
-        let kernels = kernels_for::<T>(InstructionSet::best(), &choice);
+        let decomposition = Decomposition::of(length);
+        let kernels = kernels_for::<T>(InstructionSet::best(), &decomposition);
         let width = width_for(&kernels, columns);
-        let copied = match choice {
-            Choice::Other => return Other::<T>::new(length).room().bytes(),
-            Choice::Fast(_) if row_bytes.is_multiple_of(ALIASED) => {
+        let copied = match decomposition {
+            Decomposition::Fallback => return Fallback::<T>::new(length).room().bytes(),
+            Decomposition::MixedRadix(_) if row_bytes.is_multiple_of(CRITICAL_STRIDE) => {
                 tiles_together::<T>(length, columns, width) * length * width
             }
             _ => 0,
         };
-        let lines = [choice.scratch_len(width), copied].map(lines_of::<T>);
+        let lines = [decomposition.scratch_len(width), copied].map(lines_of::<T>);
         (lines.iter().sum::<usize>() * size_of::<Line>()) as u64
     }
 
@@ -44,7 +44,7 @@ impl<T: Real> ColumnTransform<T> {
     pub(super) fn tiles(
         &self,
         values: ArrayView2<T>,
-        weights: &[T],
+        window: &[T],
         spectra: &mut ArrayViewMut2<Complex<T>>,
         stream: bool,
         scratch: &mut ColumnScratch<T>,
@@ -52,7 +52,7 @@ impl<T: Real> ColumnTransform<T> {
         let columns = values.ncols();
         let strides = row_stride(values.strides()).zip(row_stride(spectra.strides()));
         let Some((from_stride, to_stride)) = strides else {
-            self.gathered(values, weights, spectra, scratch);
+            self.gathered(values, window, spectra, scratch);
             return;
         };
         let widest = widest(&self.kernels, columns.min(scratch.width));
@@ -66,18 +66,18 @@ impl<T: Real> ColumnTransform<T> {
             Tile {
                 from: values.as_ptr().add(start),
                 from_stride,
-                rows: order(weights),
+                rows: order(window),
                 to,
                 to_stride: 2 * to_stride,
-                writing: match stream && aligned {
-                    true => Writing::Streamed,
+                store: match stream && aligned {
+                    true => Store::Streaming,
                     false => self.through_caches(row),
                 },
             }
         };
-        let aliased = (from_stride * size_of::<T>()).is_multiple_of(ALIASED);
-        let mut done = match (&self.way, aliased) {
-            (Way::Fast(fast), true) => self.through_stage(fast, columns, &tile, scratch),
+        let critical = (from_stride * size_of::<T>()).is_multiple_of(CRITICAL_STRIDE);
+        let mut done = match (&self.way, critical) {
+            (TilePlan::MixedRadix(plan), true) => self.through_stage(plan, columns, &tile, scratch),
             _ => 0,
         };
         let numbers: &mut [T] = bytemuck::cast_slice_mut(&mut scratch.lines);
@@ -98,7 +98,7 @@ impl<T: Real> ColumnTransform<T> {
     /// have.
     fn through_stage(
         &self,
-        fast: &Fast<T>,
+        plan: &MixedRadix<T>,
         columns: usize,
         tile: &dyn Fn(usize) -> Tile<T>,
         scratch: &mut ColumnScratch<T>,
@@ -117,34 +117,34 @@ impl<T: Real> ColumnTransform<T> {
             // SAFETY: the tiles' rows are within the arrays, and the stage has room for so many tiles.
             unsafe {
                 let to = (stage.as_mut_ptr(), numbers);
-                fast.stage(kernel, count, tile(first * kernel.width), to);
+                plan.stage(kernel, count, tile(first * kernel.width), to);
                 for t in 0..count {
                     let copied = Tile {
                         from: stage.as_ptr().add(t * numbers),
                         from_stride: kernel.width,
-                        rows: Order::Staged,
+                        rows: RowOrder::Staged,
                         ..tile((first + t) * kernel.width)
                     };
-                    fast.tile(kernel, copied, work);
+                    plan.tile(kernel, copied, work);
                 }
             }
         }
         tiles * kernel.width
     }
 
-    /// How to write rows so many bytes apart that are not written past the caches.
-    fn through_caches(&self, row: usize) -> Writing {
-        match self.bins() * row >= ASKED_BYTES {
-            true => Writing::Asking,
-            false => Writing::Plain,
+    /// How to store rows `row` bytes apart without streaming stores.
+    fn through_caches(&self, row: usize) -> Store {
+        match self.bins() * row >= PREFETCH_BYTES {
+            true => Store::Prefetched,
+            false => Store::Plain,
         }
     }
 
-    /// Columns that are not neighbours: through copies.
+    /// Columns that are not neighbours, through copies.
     fn gathered(
         &self,
         values: ArrayView2<T>,
-        weights: &[T],
+        window: &[T],
         spectra: &mut ArrayViewMut2<Complex<T>>,
         scratch: &mut ColumnScratch<T>,
     ) {
@@ -166,16 +166,16 @@ impl<T: Real> ColumnTransform<T> {
                     *to = from[start + c];
                 }
             }
-            // SAFETY: both copies have as many rows of a tile's width as the plan's length asks
+            // SAFETY: both copies have as many rows of a tile's width as the plan's length prefetching
             // for.
             unsafe {
                 let tile = Tile {
                     from: rows.as_ptr(),
                     from_stride: width,
-                    rows: order(weights),
+                    rows: order(window),
                     to: bins.as_mut_ptr(),
                     to_stride: 2 * width,
-                    writing: self.through_caches(2 * width * size_of::<T>()),
+                    store: self.through_caches(2 * width * size_of::<T>()),
                 };
                 self.way.tile(kernel, tile, work);
             }
@@ -189,7 +189,7 @@ impl<T: Real> ColumnTransform<T> {
 }
 
 /// Tiles whose rows are copied together: the more, the longer the pieces read, up to 8 cache lines a
-/// row; at least two lines, else as many as the third cache has room for. No more than there are.
+/// row; at least two lines, else as many as L3 holds. No more than there are.
 fn tiles_together<T>(length: usize, columns: usize, width: usize) -> usize {
     let lines_of_rows = STAGED_BYTES / size_of::<Line>() / length;
     let lines = lines_of_rows.clamp(2, 8);
@@ -197,11 +197,11 @@ fn tiles_together<T>(length: usize, columns: usize, width: usize) -> usize {
     tiles.max(1).min(columns / width)
 }
 
-/// Rows as they are, or times weights if there are any.
-fn order<T>(weights: &[T]) -> Order<T> {
-    match weights {
-        [] => Order::Plain,
-        _ => Order::Weighed(weights.as_ptr()),
+/// Rows as they are, or times window if there are any.
+fn order<T>(window: &[T]) -> RowOrder<T> {
+    match window {
+        [] => RowOrder::Plain,
+        _ => RowOrder::Windowed(window.as_ptr()),
     }
 }
 

@@ -1,5 +1,5 @@
-//! Passes of convolutions: columns times a chirp or folded about the middle, complex transforms whose
-//! last pass multiplies, orders or scatters.
+//! Passes of convolutions: columns times a chirp or folded about the middle, and last passes of complex
+//! transforms, which multiply, order or scatter the bins.
 
 // Loops over places in registers are unrolled; iterators over several arrays are not, always.
 #![allow(clippy::needless_range_loop)]
@@ -92,7 +92,7 @@ impl<T> Unordered<T> {
 
 /// Where a complex transform's last pass finds and leaves its numbers.
 #[derive(Debug, Clone, Copy)]
-pub struct Turn<T> {
+pub struct Twiddled<T> {
     pub of: Unordered<T>,
     /// The place of bin 0, and how far the next is, in numbers.
     pub to: *mut T,
@@ -104,19 +104,19 @@ pub struct Turn<T> {
     pub end: usize,
 }
 
-/// Last pass of a complex transform: its bins in order, each times its factor; where `MIRROR`, the
-/// conjugates of these; where `PAIRS`, as rows of a spectrum.
+/// Last pass of a complex transform: its bins in order, each times its factor; where `CONJUGATE`, the
+/// conjugates of these; where `INTERLEAVE`, as rows of a spectrum.
 ///
 /// # Safety
-/// As [`first`](super::first), for the places that [`Turn`] names.
+/// As [`first`](super::first), for the places that [`Twiddled`] names.
 #[inline(always)]
-pub(in super::super) unsafe fn turn<
+pub(in super::super) unsafe fn twiddle<
     L: Lanes,
     const R: usize,
-    const MIRROR: bool,
-    const PAIRS: bool,
+    const CONJUGATE: bool,
+    const INTERLEAVE: bool,
 >(
-    at: &Turn<L::Scalar>,
+    at: &Twiddled<L::Scalar>,
 ) where
     Dft: Butterfly<R>,
 {
@@ -131,12 +131,12 @@ pub(in super::super) unsafe fn turn<
                     continue;
                 }
                 let mut z = y.times(at.factors.add(2 * bin * at.factors_apart));
-                if MIRROR {
+                if CONJUGATE {
                     z.im = zero.sub(z.im);
                 }
                 let to = at.to.add(bin * at.next);
-                if PAIRS {
-                    L::store_pairs::<false>(z.re, z.im, to);
+                if INTERLEAVE {
+                    L::store_interleaved::<false>(z.re, z.im, to);
                 } else {
                     z.store(to);
                 }
@@ -145,12 +145,12 @@ pub(in super::super) unsafe fn turn<
     }
 }
 
-/// Last pass of a complex transform: its bins in order. Without factors; see [`turn`] for the rest.
+/// Last pass of a complex transform: its bins in order. Without factors; see [`twiddle`] for the rest.
 ///
 /// # Safety
-/// As [`first`](super::first), for the places that [`Turn`] names.
+/// As [`first`](super::first), for the places that [`Twiddled`] names.
 #[inline(always)]
-pub(in super::super) unsafe fn order<L: Lanes, const R: usize>(at: &Turn<L::Scalar>)
+pub(in super::super) unsafe fn order<L: Lanes, const R: usize>(at: &Twiddled<L::Scalar>)
 where
     Dft: Butterfly<R>,
 {
@@ -291,7 +291,7 @@ pub(in super::super) unsafe fn scatter<L: Lanes, const R: usize, const STREAM: b
                 }
                 let row = *at.rows.add(bin) as usize;
                 let to = at.to.add(row / 2 * at.stride);
-                L::store_pairs::<STREAM>(y.re.add(constant), y.im.mul(signs[row % 2]), to);
+                L::store_interleaved::<STREAM>(y.re.add(constant), y.im.mul(signs[row % 2]), to);
             }
         }
     }

@@ -9,7 +9,7 @@
 mod convolution;
 
 pub(super) use convolution::{
-    Blend, Fold, Scatter, Turn, Unordered, blend, chirp, collect, fold, order, scatter, turn,
+    Blend, Fold, Scatter, Twiddled, Unordered, blend, chirp, collect, fold, order, scatter, twiddle,
 };
 
 use super::butterfly::{Butterfly, Complex, Dft};
@@ -22,9 +22,9 @@ pub struct Stage<T> {
     /// Row 0, and how far the next is, in numbers.
     pub from: *const T,
     pub stride: usize,
-    /// A factor for each row, where they are weighed.
-    pub weights: *const T,
-    /// So many series of so many rows, each row so many rows after that before it as there are series.
+    /// A factor for each row, where there is a window.
+    pub window: *const T,
+    /// `series` series of `length` rows; series j has the rows `j + i series`.
     pub series: usize,
     pub length: usize,
     pub tiles: usize,
@@ -33,13 +33,13 @@ pub struct Stage<T> {
     pub next: usize,
 }
 
-/// Copies rows series by series, each tile by itself, times their weights where `WEIGHED`.
+/// Copies rows series by series, tile by tile, times the window where `WINDOWED`.
 ///
 /// # Safety
 /// The processor has the instructions of L; the places that [`Stage`] names are valid.
 #[inline(always)]
-pub(super) unsafe fn stage<L: Lanes, const WEIGHED: bool>(at: &Stage<L::Scalar>) {
-    // Rows that are asked for ahead of their use, if series have as many.
+pub(super) unsafe fn stage<L: Lanes, const WINDOWED: bool>(at: &Stage<L::Scalar>) {
+    // Distance of prefetches in rows, at most a series.
     const AHEAD: usize = 40;
     let further = AHEAD.min(at.length);
     let line = LINE / size_of::<L::Scalar>();
@@ -54,15 +54,15 @@ pub(super) unsafe fn stage<L: Lanes, const WEIGHED: bool>(at: &Stage<L::Scalar>)
                     true => (j, i + further),
                     false => (j + 1, i + further - at.length),
                 };
-                let ahead = (j_ahead + i_ahead * at.series) * at.stride;
+                let prefetch = (j_ahead + i_ahead * at.series) * at.stride;
                 for number in (0..at.tiles * L::WIDTH).step_by(line) {
-                    L::prefetch(at.from.wrapping_add(ahead + number));
+                    L::prefetch(at.from.wrapping_add(prefetch + number));
                 }
                 let to = at.to.add((j * at.length + i) * L::WIDTH);
                 for t in 0..at.tiles {
                     let mut x = L::load(row.add(t * L::WIDTH));
-                    if WEIGHED {
-                        x = x.mul(L::splat(at.weights.add(n)));
+                    if WINDOWED {
+                        x = x.mul(L::splat(at.window.add(n)));
                     }
                     x.store(to.add(t * at.next));
                 }
@@ -71,24 +71,25 @@ pub(super) unsafe fn stage<L: Lanes, const WEIGHED: bool>(at: &Stage<L::Scalar>)
     }
 }
 
-/// Rows that the next pair of series will want. They are asked for while this pair is transformed, a
-/// few with each butterfly: only so many lines can be on their way at once, and passes that asked for
-/// all would wait for them.
+/// Prefetches of the rows of the next pair of series, issued while this pair is transformed, a few with each
+/// butterfly: a core has a limited number of outstanding cache misses, and a pass that prefetched all
+/// rows at once would stall.
 #[derive(Debug, Clone, Copy)]
-pub struct Ahead<T> {
-    /// The first series' row to ask for, how far its next one is, and the second series', in numbers.
+pub struct Prefetch<T> {
+    /// The next row of the first series, the distance to the one after it and to the second series' row, in
+    /// numbers.
     pub row: *const T,
     pub apart: usize,
     pub second: usize,
-    /// Of each series, from a row to another line to ask for, in bytes; 0 where there is none.
+    /// Of each series, offset of a second line to prefetch, in bytes; 0 where there is none.
     pub more: [usize; 2],
-    /// Rows to ask for with each butterfly of the pass in hand.
+    /// Rows to prefetch with each butterfly of the current pass.
     pub each: usize,
 }
 
-impl<T> Ahead<T> {
+impl<T> Prefetch<T> {
     pub fn nothing() -> Self {
-        Ahead {
+        Prefetch {
             row: std::ptr::null(),
             apart: 0,
             second: 0,
@@ -97,7 +98,7 @@ impl<T> Ahead<T> {
         }
     }
 
-    /// For a pass whose butterflies ask for so many rows each.
+    /// Starts a pass that prefetches `each` rows with each butterfly.
     pub fn pass(&mut self, each: usize) {
         if !self.row.is_null() {
             self.each = each;
@@ -105,12 +106,12 @@ impl<T> Ahead<T> {
     }
 
     #[inline(always)]
-    unsafe fn ask<L: Lanes<Scalar = T>>(&mut self) {
+    unsafe fn issue<L: Lanes<Scalar = T>>(&mut self) {
         for _ in 0..self.each {
             let second = self.row.wrapping_add(self.second);
             let [more, more_second] = self.more;
-            // SAFETY: the processor has the instructions of L, by the caller's word; any place may be
-            // asked for.
+            // SAFETY: the processor has the instructions of L, by the caller's word; a prefetch
+            // of any address is harmless.
             unsafe {
                 L::prefetch(self.row);
                 L::prefetch(second);
@@ -132,20 +133,20 @@ pub struct Rows<T> {
     pub next: usize,
     pub apart: usize,
     pub second: usize,
-    /// A factor for each row, where they are weighed.
-    pub weights: *const T,
+    /// A factor for each row, where there is a window.
+    pub window: *const T,
 }
 
-/// First pass over real rows, times their weights where `WEIGHED`: two series of the same columns
+/// First pass over real rows, times the window where `WINDOWED`: two series of the same columns
 /// become real and imaginary part.
 ///
 /// # Safety
 /// The processor has the instructions of L; `rows` of `count * R` rows are valid, `to` holds as
 /// many complex numbers, `twiddles` `count * (R - 1)`.
 #[inline(always)]
-pub(super) unsafe fn first<L: Lanes, const R: usize, const WEIGHED: bool>(
+pub(super) unsafe fn first<L: Lanes, const R: usize, const WINDOWED: bool>(
     rows: &Rows<L::Scalar>,
-    ahead: &mut Ahead<L::Scalar>,
+    prefetch: &mut Prefetch<L::Scalar>,
     to: *mut L::Scalar,
     count: usize,
     twiddles: *const L::Scalar,
@@ -154,11 +155,11 @@ pub(super) unsafe fn first<L: Lanes, const R: usize, const WEIGHED: bool>(
 {
     let [next, apart, second] =
         [rows.next, rows.apart, rows.second].map(|count| count * rows.stride);
-    let mut asks = *ahead;
+    let mut prefetching = *prefetch;
     // SAFETY: offsets are those of the caller's promise.
     unsafe {
         for q in 0..count {
-            asks.ask::<L>();
+            prefetching.issue::<L>();
             let mut x = [Complex::<L>::zero(); R];
             for (i, x) in x.iter_mut().enumerate() {
                 let row = rows.from.add(q * next + i * apart);
@@ -166,22 +167,22 @@ pub(super) unsafe fn first<L: Lanes, const R: usize, const WEIGHED: bool>(
                     re: L::load(row),
                     im: L::load(row.add(second)),
                 };
-                if WEIGHED {
-                    let weight = rows.weights.add(q * rows.next + i * rows.apart);
-                    x.re = x.re.mul(L::splat(weight));
-                    x.im = x.im.mul(L::splat(weight.add(rows.second)));
+                if WINDOWED {
+                    let factor = rows.window.add(q * rows.next + i * rows.apart);
+                    x.re = x.re.mul(L::splat(factor));
+                    x.im = x.im.mul(L::splat(factor.add(rows.second)));
                 }
             }
-            turned::<L, R>(x, twiddles, q, to.add(q * 2 * L::WIDTH), count);
+            twiddled::<L, R>(x, twiddles, q, to.add(q * 2 * L::WIDTH), count);
         }
     }
-    *ahead = asks;
+    *prefetch = prefetching;
 }
 
 /// Butterfly `q` of a pass: its results, each times its twiddle factor, `count` complex numbers
 /// apart.
 #[inline(always)]
-unsafe fn turned<L: Lanes, const R: usize>(
+unsafe fn twiddled<L: Lanes, const R: usize>(
     x: [Complex<L>; R],
     twiddles: *const L::Scalar,
     q: usize,
@@ -196,49 +197,49 @@ unsafe fn turned<L: Lanes, const R: usize>(
         y[0].store(to);
         let factors = twiddles.add(2 * q * (R - 1));
         for i in 1..R {
-            let turned = match q {
+            let product = match q {
                 0 => y[i],
                 _ => y[i].times(factors.add(2 * (i - 1))),
             };
-            turned.store(to.add(i * count * 2 * L::WIDTH));
+            product.store(to.add(i * count * 2 * L::WIDTH));
         }
     }
 }
 
 /// A pass between the first and the last: `blocks` transforms of `R * count` points each, in
-/// place where `from` is `to`; rows ahead are asked for where `ASK`.
+/// place where `from` is `to`; rows of the next pair are prefetched where `PREFETCH`.
 ///
 /// # Safety
 /// As [`first`]; both hold `blocks * R * count` complex numbers.
 #[inline(always)]
-pub(super) unsafe fn middle<L: Lanes, const R: usize, const ASK: bool>(
+pub(super) unsafe fn middle<L: Lanes, const R: usize, const PREFETCH: bool>(
     from: *const L::Scalar,
     to: *mut L::Scalar,
     blocks: usize,
     count: usize,
     twiddles: *const L::Scalar,
-    ahead: &mut Ahead<L::Scalar>,
+    prefetch: &mut Prefetch<L::Scalar>,
 ) where
     Dft: Butterfly<R>,
 {
-    let mut asks = *ahead;
+    let mut prefetching = *prefetch;
     // SAFETY: offsets are those of the caller's promise.
     unsafe {
         for block in 0..blocks {
             let start = block * R * count;
             for q in 0..count {
-                if ASK {
-                    asks.ask::<L>();
+                if PREFETCH {
+                    prefetching.issue::<L>();
                 }
                 let mut x = [Complex::<L>::zero(); R];
                 for (i, x) in x.iter_mut().enumerate() {
                     *x = Complex::load(from.add((start + i * count + q) * 2 * L::WIDTH));
                 }
-                turned::<L, R>(x, twiddles, q, to.add((start + q) * 2 * L::WIDTH), count);
+                twiddled::<L, R>(x, twiddles, q, to.add((start + q) * 2 * L::WIDTH), count);
             }
         }
     }
-    *ahead = asks;
+    *prefetch = prefetching;
 }
 
 /// Where the split pass finds and leaves its numbers.
@@ -253,8 +254,8 @@ pub struct Split<T> {
     pub to: *mut T,
     /// From bin to bin, in numbers.
     pub next: usize,
-    /// Whether to ask for the places of the next pair of series: where bins fill more than the second
-    /// cache, they have left it since the last tile.
+    /// Whether to prefetch the places of the next pair of series: a matrix larger than L2 has left it since the
+    /// last tile.
     pub fetch: bool,
     /// Halves of the twiddle factors of both series, bin by bin.
     pub twiddles: *const T,
@@ -267,7 +268,7 @@ pub struct Split<T> {
 #[inline(always)]
 pub(super) unsafe fn split<L: Lanes, const R: usize>(
     at: &Split<L::Scalar>,
-    mut ahead: Ahead<L::Scalar>,
+    mut prefetch: Prefetch<L::Scalar>,
 ) where
     Dft: Butterfly<R>,
 {
@@ -279,7 +280,7 @@ pub(super) unsafe fn split<L: Lanes, const R: usize>(
             put(at, m * s, y[s], y[(R - s) % R]);
         }
         for low in 1..m.div_ceil(2) {
-            ahead.ask::<L>();
+            prefetch.issue::<L>();
             let y: [Complex<L>; R] = group(at, low);
             let z: [Complex<L>; R] = group(at, m - low);
             for s in 0..R {
@@ -364,14 +365,14 @@ pub struct Last<T> {
     pub mirrored: bool,
 }
 
-/// Last pass of the second half: rows of the spectrum. Where `ASK`, the rows beside them, which come
-/// next, are asked for.
+/// Last pass of the second half: rows of the spectrum. Where `PREFETCH`, the rows beside them, which come
+/// next, are prefetched.
 ///
 /// # Safety
 /// As [`first`], for the places that [`Last`] names; where `STREAM`, rows of the result are aligned
 /// to 64 bytes.
 #[inline(always)]
-pub(super) unsafe fn last<L: Lanes, const R: usize, const STREAM: bool, const ASK: bool>(
+pub(super) unsafe fn last<L: Lanes, const R: usize, const STREAM: bool, const PREFETCH: bool>(
     at: &Last<L::Scalar>,
 ) where
     Dft: Butterfly<R>,
@@ -399,14 +400,14 @@ pub(super) unsafe fn last<L: Lanes, const R: usize, const STREAM: bool, const AS
                 let bin = low + s * step;
                 if 2 * bin <= at.length {
                     let row = at.to.add(bin * at.stride);
-                    L::store_pairs::<STREAM>(y.re, y.im, row);
-                    if ASK {
+                    L::store_interleaved::<STREAM>(y.re, y.im, row);
+                    if PREFETCH {
                         ask(row.wrapping_add(at.stride));
                     }
                 } else if at.mirrored {
                     let row = at.to.add((at.length - bin) * at.stride);
-                    L::store_pairs::<STREAM>(y.re, zero.sub(y.im), row);
-                    if ASK {
+                    L::store_interleaved::<STREAM>(y.re, zero.sub(y.im), row);
+                    if PREFETCH {
                         ask(row.wrapping_sub(at.stride));
                     }
                 }

@@ -1,4 +1,4 @@
-//! Numbers side by side in one register, a column in each.
+//! Registers of numbers, one column in each lane.
 //!
 //! Everything here is `#[inline(always)]`, so that it becomes part of the kernel that it is called
 //! from, which has the processor's features switched on; see [`super::kernels`].
@@ -21,7 +21,7 @@ pub(super) use x86::{X256f32, X256f64, X512f32, X512f64};
 ///
 /// # Safety
 /// Every function needs a processor that has the type's instructions. Pointers must be valid for
-/// [`Lanes::WIDTH`] numbers ([`Lanes::store_pairs`]: twice as many) and need no alignment unless
+/// [`Lanes::WIDTH`] numbers ([`Lanes::store_interleaved`]: twice as many) and need no alignment unless
 /// said.
 pub(super) trait Lanes: Copy {
     type Scalar: Copy;
@@ -41,13 +41,13 @@ pub(super) trait Lanes: Copy {
     unsafe fn mul_sub(self, factor: Self, term: Self) -> Self;
     /// `term - self * factor`.
     unsafe fn neg_mul_add(self, factor: Self, term: Self) -> Self;
-    /// `re, im, re, im, ..`; where `STREAM`, past the caches, and `to` is aligned to 64 bytes.
-    unsafe fn store_pairs<const STREAM: bool>(re: Self, im: Self, to: *mut Self::Scalar);
-    /// Asks for the cache line at `at`, which need not be valid.
+    /// `re, im, re, im, ..`; where `STREAM`, by streaming stores, and `to` is aligned to 64 bytes.
+    unsafe fn store_interleaved<const STREAM: bool>(re: Self, im: Self, to: *mut Self::Scalar);
+    /// Prefetches the cache line at `at`, which need not be valid.
     unsafe fn prefetch(at: *const Self::Scalar);
 }
 
-/// Makes what was stored past the caches visible to other threads before what follows.
+/// Orders streaming stores before what follows, as other threads see it.
 pub(super) fn finish_streams() {
     #[cfg(target_arch = "x86_64")]
     // SAFETY: every x86-64 has this instruction.

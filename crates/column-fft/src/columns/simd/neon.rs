@@ -68,7 +68,7 @@ macro_rules! lanes {
             }
 
             #[inline(always)]
-            unsafe fn store_pairs<const STREAM: bool>(re: Self, im: Self, to: *mut $scalar) {
+            unsafe fn store_interleaved<const STREAM: bool>(re: Self, im: Self, to: *mut $scalar) {
                 unsafe {
                     $store(to, $low(re.0, im.0));
                     $store(to.add($width), $high(re.0, im.0));

@@ -1,4 +1,4 @@
-//! Lanes for any processor: loops that the compiler turns into what there is.
+//! Lanes for any processor: loops that the compiler vectorises.
 
 use super::Lanes;
 use crate::Real;
@@ -76,7 +76,7 @@ impl<T: Real, const N: usize> Lanes for Portable<T, N> {
     }
 
     #[inline(always)]
-    unsafe fn store_pairs<const STREAM: bool>(re: Self, im: Self, to: *mut T) {
+    unsafe fn store_interleaved<const STREAM: bool>(re: Self, im: Self, to: *mut T) {
         for (l, (re, im)) in re.0.into_iter().zip(im.0).enumerate() {
             // SAFETY: the caller's pointer is valid for 2 N numbers.
             unsafe {

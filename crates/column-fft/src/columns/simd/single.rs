@@ -64,7 +64,7 @@ macro_rules! single {
             }
 
             #[inline(always)]
-            unsafe fn store_pairs<const STREAM: bool>(re: Self, im: Self, to: *mut $scalar) {
+            unsafe fn store_interleaved<const STREAM: bool>(re: Self, im: Self, to: *mut $scalar) {
                 unsafe {
                     *to = re.0;
                     *to.add(1) = im.0;

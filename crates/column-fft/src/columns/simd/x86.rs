@@ -73,7 +73,7 @@ macro_rules! lanes {
             }
 
             #[inline(always)]
-            unsafe fn store_pairs<const STREAM: bool>(re: Self, im: Self, to: *mut $scalar) {
+            unsafe fn store_interleaved<const STREAM: bool>(re: Self, im: Self, to: *mut $scalar) {
                 unsafe {
                     let (low, high) = $interleave(re.0, im.0);
                     if STREAM {

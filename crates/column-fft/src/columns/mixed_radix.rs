@@ -1,28 +1,27 @@
 //! Lengths 2^a 3^b 5^c 7^d: the steps of [`super`] on tiles of columns.
 
-use super::ASKED_BYTES;
+use super::PREFETCH_BYTES;
 use super::kernels::{Kernels, RADICES};
-use super::passes::{Ahead, Last, Rows, Split, Stage};
+use super::passes::{Last, Prefetch, Rows, Split, Stage};
 use crate::Real;
 use crate::twiddle::cos_sin_exact;
 
-/// Complex numbers between rows of the matrix between the halves, so that no two rows share all
-/// their places in the caches.
+/// Complex numbers of padding between rows of the intermediate matrix, against cache-set conflicts.
 const PADDING: usize = 2;
 
-/// From row to row of the matrix between the halves, in complex numbers.
+/// From row to row of the intermediate matrix, in complex numbers.
 fn row(second: usize) -> usize {
     second.next_multiple_of(2) + PADDING
 }
 
-/// Numbers of scratch for a tile of `width` columns by halves of these lengths: those of the series
-/// in hand, and the matrix.
+/// Numbers of scratch for a tile of `width` columns by halves of these lengths: of one series,
+/// and of the intermediate matrix.
 pub fn scratch_len([first, second]: [usize; 2], width: usize) -> usize {
     2 * width * (first.max(second) + (first / 2 + 1) * row(second))
 }
 
 /// A planned transform of one length.
-pub struct Fast<T: 'static> {
+pub struct MixedRadix<T: 'static> {
     length: usize,
     first: Half<T>,
     second: Half<T>,
@@ -40,32 +39,32 @@ pub struct Tile<T> {
     /// Row 0 of the columns, and how far the next is, in numbers.
     pub from: *const T,
     pub from_stride: usize,
-    pub rows: Order<T>,
+    pub rows: RowOrder<T>,
     /// Row 0 of the spectra, and how far the next is, in numbers.
     pub to: *mut T,
     pub to_stride: usize,
-    pub writing: Writing,
+    pub store: Store,
 }
 
 /// How bins are written.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub enum Writing {
-    /// To rows that are soon in the caches, if they are not yet.
+pub enum Store {
+    /// To rows that the caches hold after the first tiles.
     Plain,
-    /// To rows that may be in no cache, and are asked for before their turn.
-    Asking,
-    /// Past the caches, to rows aligned to cache lines.
-    Streamed,
+    /// To rows that may be in no cache, and are prefetched.
+    Prefetched,
+    /// By streaming stores, to rows aligned to cache lines.
+    Streaming,
 }
 
 /// What rows of a tile are, and in which order.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub enum Order<T> {
+pub enum RowOrder<T> {
     /// Samples, time by time.
     Plain,
-    /// The same, each row to be multiplied by a factor.
-    Weighed(*const T),
-    /// What [`Fast::stage`] made of them.
+    /// The same, each row to be multiplied by its factor of a window.
+    Windowed(*const T),
+    /// What [`MixedRadix::stage`] made of them.
     Staged,
 }
 
@@ -75,8 +74,8 @@ pub struct Half<T> {
     radices: Vec<usize>,
     /// Of all passes but the last.
     twiddles: Vec<Vec<T>>,
-    /// As [`asked`] gives them.
-    asked: Vec<usize>,
+    /// As [`prefetch_counts`] gives them.
+    prefetch_counts: Vec<usize>,
 }
 
 impl<T: Real> Half<T> {
@@ -98,7 +97,7 @@ impl<T: Real> Half<T> {
         }
         Half {
             length,
-            asked: asked(&radices),
+            prefetch_counts: prefetch_counts(&radices),
             radices,
             twiddles,
         }
@@ -112,28 +111,28 @@ impl<T: Real> Half<T> {
     /// The low digit of each group of the last pass.
     pub fn digits(&self) -> Vec<u32> {
         let mut digits = vec![0];
-        let mut weight = 1;
+        let mut factor = 1;
         for &radix in &self.radices[..self.radices.len() - 1] {
             digits = digits
                 .iter()
-                .flat_map(|d| (0..radix).map(move |i| d + (i * weight) as u32))
+                .flat_map(|d| (0..radix).map(move |i| d + (i * factor) as u32))
                 .collect();
-            weight *= radix;
+            factor *= radix;
         }
         digits
     }
 }
 
-/// Of as many rows as a first half has points, how many to ask for with each butterfly, pass by pass: about
-/// as many in one pass as in another, together no fewer than all.
-fn asked(radices: &[usize]) -> Vec<usize> {
+/// Rows to prefetch with each butterfly, pass by pass, where a first half has as many rows as points: spread
+/// evenly over the passes, together at least all.
+fn prefetch_counts(radices: &[usize]) -> Vec<usize> {
     let length: usize = radices.iter().product();
     let last = radices.len() - 1;
     let mut counts: Vec<usize> = radices.iter().map(|radix| length / radix).collect();
-    // It takes its butterflies two by two, but for one or two.
+    // The last pass does its butterflies in pairs, but for one or two.
     counts[last] = counts[last].div_ceil(2) - 1;
     if last == 0 {
-        // Rows are gathered before it, one by one.
+        // The only pass follows a copy of the rows, one by one.
         counts = vec![length];
     }
     let mut passes = counts.iter().filter(|&&count| count > 0).count();
@@ -153,9 +152,9 @@ fn asked(radices: &[usize]) -> Vec<usize> {
     each.collect()
 }
 
-/// From a piece of a row, and from those `apart` bytes further on, to another place to ask for, in bytes: its
-/// end, where they may straddle two lines; else what follows in the same 128 bytes, which memory gives
-/// for little more than one line, and which the next tile will want.
+/// Offset in bytes of a second place to prefetch beside the start of a tile's piece of a row, for rows `apart`
+/// bytes apart: the piece's end where pieces may straddle two cache lines; else the other line of the same
+/// 128 bytes, which costs little more than one line and which the next tile needs.
 fn beside<T>(row: *const T, bytes: usize, apart: usize) -> usize {
     let straddle = !row.addr().is_multiple_of(bytes) || !apart.is_multiple_of(bytes);
     match straddle || row.addr() % 128 < 64 {
@@ -164,7 +163,7 @@ fn beside<T>(row: *const T, bytes: usize, apart: usize) -> usize {
     }
 }
 
-impl<T: Real> Fast<T> {
+impl<T: Real> MixedRadix<T> {
     pub fn new(first: Vec<usize>, second: Vec<usize>) -> Self {
         let (first, second) = (Half::<T>::new(first), Half::<T>::new(second));
         let length = first.length * second.length;
@@ -181,7 +180,7 @@ impl<T: Real> Fast<T> {
         for (group, digit) in first.digits().into_iter().enumerate() {
             order[digit as usize] = group as u32;
         }
-        Fast {
+        MixedRadix {
             length,
             split_twiddles,
             order,
@@ -196,11 +195,11 @@ impl<T: Real> Fast<T> {
     }
 
     /// Copies rows of `tiles` neighbouring tiles from the first one's place on, `next` numbers from tile
-    /// to tile, in the order in which [`Fast::tile`] reads them, times their factors if they have any.
+    /// to tile, in the order in which [`MixedRadix::tile`] reads them, times the window if there is one.
     ///
     /// # Safety
-    /// The kernels are those of this processor; `first` is valid as in [`Fast::tile`] for rows of all
-    /// the tiles' width, and not itself a copy; `to` has room for all.
+    /// The kernels are those of this processor; `first` is valid as in [`MixedRadix::tile`] for rows of all
+    /// the tiles' width, and not itself a copy; `to` holds all.
     pub unsafe fn stage(
         &self,
         kernels: &Kernels<T>,
@@ -208,14 +207,14 @@ impl<T: Real> Fast<T> {
         first: Tile<T>,
         (to, next): (*mut T, usize),
     ) {
-        let (copy, weights) = match first.rows {
-            Order::Weighed(weights) => (kernels.stage_weighed, weights),
-            Order::Plain | Order::Staged => (kernels.stage, std::ptr::null()),
+        let (copy, window) = match first.rows {
+            RowOrder::Windowed(window) => (kernels.stage_windowed, window),
+            RowOrder::Plain | RowOrder::Staged => (kernels.stage, std::ptr::null()),
         };
         let stage = Stage {
             from: first.from,
             stride: first.from_stride,
-            weights,
+            window,
             series: self.second.length,
             length: self.first.length,
             tiles,
@@ -230,8 +229,8 @@ impl<T: Real> Fast<T> {
     ///
     /// # Safety
     /// The kernels are those of this processor. `tile.from` is valid for `length` rows of the tile's
-    /// width, and weights for as many numbers; `tile.to` for `length / 2 + 1` rows of twice the width,
-    /// aligned to 64 bytes where they are [`Writing::Streamed`]; `scratch` holds [`scratch_len`] numbers.
+    /// width, and the window for as many numbers; `tile.to` for `length / 2 + 1` rows of twice the width,
+    /// aligned to 64 bytes where they are [`Store::Streaming`]; `scratch` holds [`scratch_len`] numbers.
     pub unsafe fn tile(&self, kernels: &Kernels<T>, tile: Tile<T>, scratch: &mut [T]) {
         assert!(scratch.len() >= scratch_len(self.lengths(), kernels.width));
         let [n1, n2] = self.lengths();
@@ -239,15 +238,15 @@ impl<T: Real> Fast<T> {
         // SAFETY: all places are within what the caller promises and `scratch_len` counts; the
         // kernels are those of this processor.
         unsafe {
-            let between = work.add(2 * kernels.width * n1.max(n2));
+            let intermediate = work.add(2 * kernels.width * n1.max(n2));
             for j in (0..n2).step_by(2) {
                 // Of the series j, where it starts and how far its rows and the next series are.
-                let staged = matches!(tile.rows, Order::Staged);
+                let staged = matches!(tile.rows, RowOrder::Staged);
                 let (start, next, second) = if staged { (j * n1, 1, n1) } else { (j, n2, 1) };
                 let from = tile.from.add(start * tile.from_stride);
-                let (weights, weighed) = match tile.rows {
-                    Order::Weighed(weights) => (weights.add(j), true),
-                    Order::Plain | Order::Staged => (std::ptr::null(), false),
+                let (window, windowed) = match tile.rows {
+                    RowOrder::Windowed(window) => (window.add(j), true),
+                    RowOrder::Plain | RowOrder::Staged => (std::ptr::null(), false),
                 };
                 let rows = Rows {
                     from,
@@ -255,24 +254,26 @@ impl<T: Real> Fast<T> {
                     next,
                     apart: 0,
                     second: if j + 1 < n2 { second } else { 0 },
-                    weights,
+                    window,
                 };
-                let ahead = match staged || j + 2 >= n2 {
-                    true => Ahead::nothing(),
-                    false => self.ahead(kernels, from.add(2 * tile.from_stride), tile.from_stride),
+                let prefetch = match staged || j + 2 >= n2 {
+                    true => Prefetch::nothing(),
+                    false => {
+                        self.prefetch(kernels, from.add(2 * tile.from_stride), tile.from_stride)
+                    }
                 };
-                self.first_half(kernels, j, (rows, ahead), weighed, work, between);
+                self.first_half(kernels, j, (rows, prefetch), windowed, work, intermediate);
             }
-            self.second_half(kernels, between, tile, work);
+            self.second_half(kernels, intermediate, tile, work);
         }
     }
 
     /// The rows of two series, from the first one's first row on.
-    fn ahead(&self, kernels: &Kernels<T>, row: *const T, stride: usize) -> Ahead<T> {
+    fn prefetch(&self, kernels: &Kernels<T>, row: *const T, stride: usize) -> Prefetch<T> {
         let apart = self.second.length * stride;
         let bytes = |numbers: usize| numbers * size_of::<T>();
         let beside = |row| beside(row, bytes(kernels.width), bytes(apart));
-        Ahead {
+        Prefetch {
             row,
             apart,
             second: stride,
@@ -281,35 +282,35 @@ impl<T: Real> Fast<T> {
         }
     }
 
-    /// The transforms of series j and j + 1 over the first half, to the matrix between.
+    /// The transforms of series j and j + 1 over the first half, to the intermediate matrix.
     unsafe fn first_half(
         &self,
         kernels: &Kernels<T>,
         j: usize,
-        (rows, mut ahead): (Rows<T>, Ahead<T>),
-        weighed: bool,
+        (rows, mut prefetch): (Rows<T>, Prefetch<T>),
+        windowed: bool,
         work: *mut T,
-        between: *mut T,
+        intermediate: *mut T,
     ) {
         let n1 = self.first.length;
         let complex = 2 * kernels.width;
         let radix = self.first.last();
         // SAFETY: as in `tile`.
         unsafe {
-            self.first_rows(kernels, (rows, &mut ahead), weighed, work);
-            ahead.pass(self.first.asked[self.first.asked.len() - 1]);
+            self.first_rows(kernels, (rows, &mut prefetch), windowed, work);
+            prefetch.pass(self.first.prefetch_counts[self.first.prefetch_counts.len() - 1]);
             let twiddles = self.split_twiddles.as_ptr();
             let split = Split {
                 from: work,
                 groups: n1 / radix,
                 order: self.order.as_ptr(),
-                to: between.add(complex * j),
+                to: intermediate.add(complex * j),
                 next: complex * row(self.second.length),
                 fetch: (n1 / 2 + 1) * complex * row(self.second.length)
-                    >= ASKED_BYTES / size_of::<T>(),
+                    >= PREFETCH_BYTES / size_of::<T>(),
                 twiddles: twiddles.add(j / 2 * 4 * (n1 / 2 + 1)),
             };
-            kernels.split[index(radix)](&split, ahead);
+            kernels.split[index(radix)](&split, prefetch);
         }
     }
 
@@ -317,22 +318,22 @@ impl<T: Real> Fast<T> {
     unsafe fn second_half(
         &self,
         kernels: &Kernels<T>,
-        between: *const T,
+        intermediate: *const T,
         tile: Tile<T>,
         work: *mut T,
     ) {
         let (n1, n2) = (self.first.length, self.second.length);
         let row = 2 * kernels.width * row(self.second.length);
         let radix = self.second.last();
-        let last = match tile.writing {
-            Writing::Plain => kernels.last,
-            Writing::Asking => kernels.last_asking,
-            Writing::Streamed => kernels.last_streamed,
+        let last = match tile.store {
+            Store::Plain => kernels.last,
+            Store::Prefetched => kernels.last_prefetching,
+            Store::Streaming => kernels.last_streaming,
         }[index(radix)];
         // SAFETY: as in `tile`.
         unsafe {
             for k in 0..=n1 / 2 {
-                let source = between.add(row * k);
+                let source = intermediate.add(row * k);
                 last(&Last {
                     from: self.second.all_but_last(kernels, source, work),
                     groups: n2 / radix,
@@ -358,27 +359,27 @@ impl<T: Real> Fast<T> {
     unsafe fn first_rows(
         &self,
         kernels: &Kernels<T>,
-        (mut rows, ahead): (Rows<T>, &mut Ahead<T>),
-        weighed: bool,
+        (mut rows, prefetch): (Rows<T>, &mut Prefetch<T>),
+        windowed: bool,
         work: *mut T,
     ) {
         let n1 = self.first.length;
         let radix = self.first.radices[0];
-        let (gather, first) = match weighed {
-            true => (kernels.gather_weighed, &kernels.first_weighed),
+        let (gather, first) = match windowed {
+            true => (kernels.gather_windowed, &kernels.first_windowed),
             false => (kernels.gather, &kernels.first),
         };
-        ahead.pass(self.first.asked[0]);
+        prefetch.pass(self.first.prefetch_counts[0]);
         // SAFETY: as in `tile`.
         unsafe {
             if self.first.radices.len() == 1 {
-                gather(&rows, ahead, work, n1, work);
+                gather(&rows, prefetch, work, n1, work);
                 return;
             }
             rows.apart = n1 / radix * rows.next;
             let twiddles = self.first.twiddles[0].as_ptr();
-            first[index(radix)](&rows, ahead, work, n1 / radix, twiddles);
-            self.first.middle(kernels, work, 1, ahead);
+            first[index(radix)](&rows, prefetch, work, n1 / radix, twiddles);
+            self.first.middle(kernels, work, 1, prefetch);
         }
     }
 }
@@ -387,7 +388,7 @@ impl<T> Half<T> {
     /// All passes but the last; where they left their numbers.
     ///
     /// # Safety
-    /// As [`Fast::tile`]; `source` and `work` hold `length` complex numbers, and are the same or
+    /// As [`MixedRadix::tile`]; `source` and `work` hold `length` complex numbers, and are the same or
     /// apart.
     pub unsafe fn all_but_last(
         &self,
@@ -402,7 +403,7 @@ impl<T> Half<T> {
         let twiddles = self.twiddles[0].as_ptr();
         // SAFETY: as promised.
         unsafe {
-            let (count, nothing) = (self.length / radix, &mut Ahead::nothing());
+            let (count, nothing) = (self.length / radix, &mut Prefetch::nothing());
             kernels.middle[index(radix)](source, work, 1, count, twiddles, nothing);
             self.middle(kernels, work, 1, nothing);
         }
@@ -410,7 +411,13 @@ impl<T> Half<T> {
     }
 
     /// Passes from number `pass` to the last but one, in place.
-    unsafe fn middle(&self, kernels: &Kernels<T>, work: *mut T, pass: usize, ahead: &mut Ahead<T>) {
+    unsafe fn middle(
+        &self,
+        kernels: &Kernels<T>,
+        work: *mut T,
+        pass: usize,
+        prefetch: &mut Prefetch<T>,
+    ) {
         let mut blocks: usize = self.radices[..pass].iter().product();
         for (pass, &radix) in self.radices.iter().enumerate().skip(pass) {
             let Some(twiddles) = self.twiddles.get(pass) else {
@@ -418,33 +425,33 @@ impl<T> Half<T> {
             };
             let count = self.length / blocks / radix;
             let twiddles = twiddles.as_ptr();
-            ahead.pass(self.asked[pass]);
-            let kernel = match ahead.each {
+            prefetch.pass(self.prefetch_counts[pass]);
+            let kernel = match prefetch.each {
                 0 => kernels.middle[index(radix)],
-                _ => kernels.middle_asking[index(radix)],
+                _ => kernels.middle_prefetching[index(radix)],
             };
-            // SAFETY: as in `Fast::tile`.
-            unsafe { kernel(work, work, blocks, count, twiddles, ahead) };
+            // SAFETY: as in `MixedRadix::tile`.
+            unsafe { kernel(work, work, blocks, count, twiddles, prefetch) };
             blocks *= radix;
         }
     }
 }
 
-/// Place of a radix in the tables; radices come from `choice`.
+/// Place of a radix in the tables of kernels.
 pub fn index(radix: usize) -> usize {
     RADICES.iter().position(|&r| r == radix).unwrap_or(0)
 }
 
 #[cfg(test)]
 mod tests {
-    use super::asked;
+    use super::prefetch_counts;
 
     /// By hand: 256 rows with 32, 32 and 31 butterflies, 64 with 8 and 3; too short for two by two; alone.
     #[test]
-    fn all_rows_are_asked_for_evenly() {
-        assert_eq!(asked(&[8, 8, 4]), [3, 3, 3]);
-        assert_eq!(asked(&[8, 8]), [4, 11]);
-        assert_eq!(asked(&[2, 2]), [2, 0]);
-        assert_eq!(asked(&[7]), [1]);
+    fn all_rows_are_prefetched_evenly() {
+        assert_eq!(prefetch_counts(&[8, 8, 4]), [3, 3, 3]);
+        assert_eq!(prefetch_counts(&[8, 8]), [4, 11]);
+        assert_eq!(prefetch_counts(&[2, 2]), [2, 0]);
+        assert_eq!(prefetch_counts(&[7]), [1]);
     }
 }

@@ -6,22 +6,22 @@
 //!
 //! a convolution that a cyclic one of `M >= N + N / 2` points holds, for which M is free: it has
 //! small prime factors. Each row of the second half is transformed, multiplied by the transform of
-//! `conj(c)`, and transformed back while it is in the first cache.
+//! `conj(c)`, and transformed back while it is in L1.
 //!
 //! Source: L. Bluestein, IEEE Trans. Audio Electroacoust. 18, 451 (1970).
 
 use num_complex::Complex;
 
-use super::choice::Halves;
+use super::algorithm::Halves;
 use super::cyclic::Cyclic;
-use super::fast::{Order, Tile, index};
 use super::kernels::{InstructionSet, Kernels};
-use super::passes::Turn;
+use super::mixed_radix::{RowOrder, Tile, index};
+use super::passes::Twiddled;
 use crate::Real;
 use crate::twiddle::cos_sin_exact;
 
 /// A planned transform of one length.
-pub struct Chirp<T: 'static> {
+pub struct Bluestein<T: 'static> {
     length: usize,
     cyclic: Cyclic<T>,
     /// `c_n`, and for the result `conj(c_m)`.
@@ -31,7 +31,7 @@ pub struct Chirp<T: 'static> {
     response: Vec<T>,
 }
 
-impl<T: Real> Chirp<T> {
+impl<T: Real> Bluestein<T> {
     /// The radices of `halves` multiply to M.
     pub fn new(set: InstructionSet, length: usize, halves: Halves) -> Self {
         let cyclic = Cyclic::<T>::new(halves.clone());
@@ -58,7 +58,7 @@ impl<T: Real> Chirp<T> {
             }
         }
         let response = Cyclic::<f64>::new(halves).response(set, &kernel);
-        Chirp {
+        Bluestein {
             length,
             chirp: pairs(&mut (0..length).map(c).map(|(cos, sin)| (cos, -sin))),
             chirp_back: pairs(&mut (0..bins).map(c)),
@@ -70,12 +70,12 @@ impl<T: Real> Chirp<T> {
     /// Transforms one tile of `kernels.width` columns.
     ///
     /// # Safety
-    /// As [`super::fast::Fast::tile`], for plain rows; nothing is written past the caches.
+    /// As [`super::mixed_radix::MixedRadix::tile`], for plain rows; stores are not streaming.
     pub unsafe fn tile(&self, kernels: &Kernels<T>, tile: Tile<T>, scratch: &mut [T]) {
         let cyclic = &self.cyclic;
         let (m1, m2) = (cyclic.first.length, cyclic.second.length);
         let bins = self.length / 2 + 1;
-        assert!(matches!(tile.rows, Order::Plain));
+        assert!(matches!(tile.rows, RowOrder::Plain));
         let room = cyclic.room(kernels.width, scratch);
         // SAFETY: all places are within what the caller promises and `room` has checked; the
         // kernels are those of this processor.
@@ -91,13 +91,13 @@ impl<T: Real> Chirp<T> {
             for k in 0..m1 {
                 let numbers = cyclic.numbers(kernels.width, &room, k);
                 let response = self.response.as_ptr().add(2 * k * m2);
-                let turn = cyclic.bins(kernels, &room, numbers, (response, other));
-                kernels.turn_mirrored[index(cyclic.second.last())](&turn);
+                let pass = cyclic.bins(kernels, &room, numbers, (response, other));
+                kernels.twiddle_conjugated[index(cyclic.second.last())](&pass);
                 cyclic.row_back(kernels, &room, other, k);
             }
-            let last_turn = &kernels.turn_pairs[index(cyclic.first.last())];
+            let last_pass = &kernels.twiddle_interleaved[index(cyclic.first.last())];
             for j in 0..m2.min(bins) {
-                last_turn(&Turn {
+                last_pass(&Twiddled {
                     of: cyclic.column_back(kernels, &room, j),
                     to: tile.to.add(j * tile.to_stride),
                     next: m2 * tile.to_stride,

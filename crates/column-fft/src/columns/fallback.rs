@@ -11,7 +11,7 @@ use crate::Real;
 /// Columns that are gathered together: a cache line of each row.
 pub const WIDTH: usize = 8;
 
-pub struct Other<T> {
+pub struct Fallback<T> {
     plan: Arc<dyn RealToComplex<T>>,
 }
 
@@ -30,9 +30,9 @@ impl<T> Room<T> {
     }
 }
 
-impl<T: Real> Other<T> {
+impl<T: Real> Fallback<T> {
     pub fn new(length: usize) -> Self {
-        Other {
+        Fallback {
             plan: RealFftPlanner::<T>::new().plan_fft_forward(length),
         }
     }

@@ -1,86 +1,86 @@
-//! How a length is transformed, and by which passes; chosen before anything is planned.
+//! The algorithm of a length and its radices, chosen before anything is planned.
 
-use super::{cyclic, fast};
+use super::{cyclic, mixed_radix};
 
 /// Radices of the first and the second half.
 pub type Halves = (Vec<usize>, Vec<usize>);
 
-/// How a length is transformed, and by which radices.
+/// The algorithm of a length, and the radices of its passes.
 #[derive(Debug, Clone)]
-pub enum Choice {
-    Fast(Halves),
-    /// By a convolution of as many points as the radices multiply to, Bluestein's.
-    Chirp(Halves),
-    /// The same of a prime length, Rader's.
+pub enum Decomposition {
+    MixedRadix(Halves),
+    /// Bluestein's convolution, of as many points as the radices multiply to.
+    Bluestein(Halves),
+    /// Rader's convolution of a prime length.
     Rader(Halves),
-    Other,
+    Fallback,
 }
 
-/// How a length is transformed.
+/// The algorithm of a length.
 #[derive(Debug, Clone, PartialEq, Eq)]
-pub enum Method {
+pub enum Algorithm {
     /// In two halves, each by passes of these radices.
-    TwoHalves {
+    FourStep {
         first: Vec<usize>,
         second: Vec<usize>,
     },
     /// By a convolution of so many points, Bluestein's.
-    Convolution { points: usize },
+    Bluestein { points: usize },
     /// A prime length by a convolution of so many points, Rader's.
-    PrimeConvolution { points: usize },
+    Rader { points: usize },
     /// Column by column, by `realfft`: the shortest.
     ByColumn,
 }
 
-impl Choice {
+impl Decomposition {
     /// For a length of at least 1.
-    pub fn of(length: usize) -> Choice {
+    pub fn of(length: usize) -> Decomposition {
         match halves(length) {
-            Some(halves) => Choice::Fast(halves),
-            None if length <= 8 => Choice::Other,
+            Some(halves) => Decomposition::MixedRadix(halves),
+            None if length <= 8 => Decomposition::Fallback,
             // What each algorithm needs at least.
-            None if is_odd_prime(length) => Choice::Rader(convolution(length - 2)),
-            None => Choice::Chirp(convolution(length + length / 2)),
+            None if is_odd_prime(length) => Decomposition::Rader(convolution(length - 2)),
+            None => Decomposition::Bluestein(convolution(length + length / 2)),
         }
     }
 
-    pub fn method(&self) -> Method {
+    pub fn algorithm(&self) -> Algorithm {
         let points = |halves| {
             let [first, second] = lengths(halves);
             first * second
         };
         match self {
-            Choice::Fast((first, second)) => Method::TwoHalves {
+            Decomposition::MixedRadix((first, second)) => Algorithm::FourStep {
                 first: first.clone(),
                 second: second.clone(),
             },
-            Choice::Chirp(halves) => Method::Convolution {
+            Decomposition::Bluestein(halves) => Algorithm::Bluestein {
                 points: points(halves),
             },
-            Choice::Rader(halves) => Method::PrimeConvolution {
+            Decomposition::Rader(halves) => Algorithm::Rader {
                 points: points(halves),
             },
-            Choice::Other => Method::ByColumn,
+            Decomposition::Fallback => Algorithm::ByColumn,
         }
     }
 
     /// Numbers of scratch for tiles of `width` columns.
     pub fn scratch_len(&self, width: usize) -> usize {
         match self {
-            Choice::Fast(halves) => fast::scratch_len(lengths(halves), width),
-            Choice::Chirp(halves) | Choice::Rader(halves) => {
+            Decomposition::MixedRadix(halves) => mixed_radix::scratch_len(lengths(halves), width),
+            Decomposition::Bluestein(halves) | Decomposition::Rader(halves) => {
                 cyclic::scratch_len(lengths(halves), width)
             }
-            Choice::Other => 0,
+            Decomposition::Fallback => 0,
         }
     }
 
     /// Root mean square error of white noise's bins over `EPSILON sqrt(log2 N)` of them all.
     pub fn rounding(&self) -> f64 {
         match self {
-            Choice::Fast(_) => 0.35,
-            Choice::Chirp(_) | Choice::Rader(_) => 0.6,
-            Choice::Other => 1.0,
+            Decomposition::MixedRadix(_) => 0.35,
+            Decomposition::Bluestein(_) | Decomposition::Rader(_) => 0.6,
+            Decomposition::Fallback => 1.0,
         }
     }
 }
@@ -96,7 +96,7 @@ fn halves(length: usize) -> Option<Halves> {
     if radices.len() < 2 {
         return None;
     }
-    // All ways to share the radices out; as many as there are subsets, of a dozen at most.
+    // All subsets of a dozen radices at most.
     let mut best: Option<(f64, u32)> = None;
     for subset in 1..(1_u32 << radices.len()) - 1 {
         let part = |wanted: u32| {

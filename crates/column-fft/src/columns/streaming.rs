@@ -1,17 +1,15 @@
-//! Copies past the caches, of what was put together in them.
+//! Copies by streaming (non-temporal) stores.
 
 use bytemuck::Pod;
 
 use crate::columns::LINE;
 
-/// Copies each of the pieces to its place, which is not read and does not stay in the caches, where the
-/// processor can.
+/// Copies each piece by streaming stores, where the processor has them: the target is neither read nor kept in
+/// the caches.
 ///
 /// # Panics
 /// If the lengths of a piece and its place differ.
-pub(in crate) fn copy_past_caches<'a, T: Pod>(
-    pieces: impl Iterator<Item = (&'a [T], &'a mut [T])>,
-) {
+pub(crate) fn copy_streaming<'a, T: Pod>(pieces: impl Iterator<Item = (&'a [T], &'a mut [T])>) {
     for (from, to) in pieces {
         copy_piece(bytemuck::cast_slice(from), bytemuck::cast_slice_mut(to));
     }
@@ -67,7 +65,7 @@ mod tests {
                 let mut to = [0_u8; 400];
                 let piece = &from[start..][..length];
                 let place = &mut to[70 - start..][..length];
-                copy_past_caches(std::iter::once((piece, place)));
+                copy_streaming(std::iter::once((piece, place)));
                 let (before, rest) = to.split_at(70 - start);
                 let (copied, after) = rest.split_at(length);
                 assert_eq!(copied, piece);
