@@ -5,7 +5,7 @@ mod place;
 
 use std::fs;
 
-use cascade::transform::ColumnTransform;
+use cascade::transform::RealToComplexColumns;
 use place::Place;
 use serde_json::{Value, json};
 
@@ -80,8 +80,12 @@ fn val_figures_follow_from_the_times() {
             assert!((ratio / median(quotients) - 1.0).abs() < 1e-12, "{case}");
         }
         let error = match single {
-            true => ColumnTransform::<f32>::new(rows as usize).expected_error(),
-            false => ColumnTransform::<f64>::new(rows as usize).expected_error(),
+            true => RealToComplexColumns::<f32>::new(rows as usize)
+                .unwrap()
+                .expected_error(),
+            false => RealToComplexColumns::<f64>::new(rows as usize)
+                .unwrap()
+                .expected_error(),
         };
         close("expected_error", error);
     }

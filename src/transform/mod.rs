@@ -24,8 +24,8 @@ mod taper;
 use num_complex::Complex;
 
 pub use column_fft::{
-    ColumnInverse, ColumnTransform, Real, ShortTimeTransform, SpaceTimeInverse, SpaceTimeTransform,
-    columns as vertical,
+    Algorithm, Columns, ColumnsMut, ComplexToReal2d, ComplexToRealColumns, FftDirection,
+    InstructionSet, Real, RealToComplex2d, RealToComplexColumns, SegmentsMut, ShortTimeColumns,
 };
 
 pub use axes::{frequencies, wavenumbers, wavenumbers_signed};

@@ -1,153 +1,244 @@
 //! Spectra of all columns back to the columns.
 
-use std::sync::{Mutex, PoisonError};
+use std::sync::Arc;
 
-use ndarray::parallel::prelude::*;
-use ndarray::{ArrayView2, ArrayViewMut2, Axis};
 use num_complex::Complex;
 
-use super::Real;
-use crate::columns::{ColumnScratch, ColumnTransform};
+use crate::columns::{check_input, check_output, check_scratch};
+use crate::{Columns, ColumnsMut, FftError, Real, RealToComplexColumns};
 
-/// `v_n = 1 / N sum_m X_m exp(2 pi i m n / N)` over all m of both signs, of spectra `(bin, column)`
-/// as [`ColumnTransform`] makes them; undoes it to rounding. A column's bits do not depend on the
-/// others.
-///
-/// Bins 0 and, for even N, N / 2 are taken for real.
+/// The transform of spectra back to real columns: `v_n = sum_m X_m exp(2 pi i m n / N)` over all m of both
+/// signs, unnormalised; [`ComplexToRealColumns::normalized`] divides by N.
 ///
 /// The sum is a Hartley transform, which is its own inverse: with the real numbers
-/// `h_m = Re X_m - Im X_m`, `m = 0 .. N`, and their transform H, `N v_n = Re H_n - Im H_n`. So every
-/// length goes back by the kernels by which it came.
+/// `h_m = Re X_m - Im X_m`, `m = 0 .. N`, and their transform H, `v_n = Re H_n - Im H_n`. So every
+/// length is transformed back by the kernels of [`RealToComplexColumns`].
+///
+/// # Shapes
+/// The input is `(N / 2 + 1, columns)`, the output `(N, columns)`. Imaginary parts of bins 0 and, for even N,
+/// N / 2 are ignored. Input and output may have any strides; tiles of columns are copied.
+///
+/// # Errors
+/// A column there and back returns to about twice [`RealToComplexColumns::expected_error`]. Its bits depend
+/// neither on other columns nor on the number of threads.
 ///
 /// Source: R. N. Bracewell, "Discrete Hartley transform", J. Opt. Soc. Am. 73, 1832 (1983).
-pub struct ColumnInverse<T: Real> {
-    plan: ColumnTransform<T>,
-    /// Working spaces of threads that are done, for those to come.
-    spare: Mutex<Vec<Room<T>>>,
+pub struct ComplexToRealColumns<T: Real> {
+    plan: Arc<RealToComplexColumns<T>>,
+    /// Of all results.
+    factor: T,
+    #[cfg(feature = "rayon")]
+    pool: crate::pool::Pool<Complex<T>>,
 }
 
-/// Working space of one thread: a tile of columns, of their sums and of these sums' transforms.
-struct Room<T> {
-    sums: Vec<T>,
-    transforms: Vec<Complex<T>>,
-    scratch: ColumnScratch<T>,
-}
-
-impl<T: Real> ColumnInverse<T> {
-    /// Plans transforms to columns of `length` samples.
+#[allow(clippy::len_without_is_empty)]
+impl<T: Real> ComplexToRealColumns<T> {
+    /// Plans transforms to columns of `len` samples for this processor.
     ///
-    /// # Panics
-    /// If `length` is 0.
-    pub fn new(length: usize) -> Self {
-        ColumnInverse {
-            plan: ColumnTransform::new(length),
-            spare: Mutex::default(),
+    /// # Errors
+    /// [`FftError::Zero`] for length 0.
+    pub fn new(len: usize) -> Result<Self, FftError> {
+        RealToComplexColumns::new(len).map(|plan| Self::of(Arc::new(plan)))
+    }
+
+    /// The inverse of a plan, whose tables it shares.
+    pub fn of(plan: Arc<RealToComplexColumns<T>>) -> Self {
+        ComplexToRealColumns {
+            plan,
+            factor: T::one(),
+            #[cfg(feature = "rayon")]
+            pool: crate::pool::Pool::default(),
         }
     }
 
-    /// Bytes of working space that a thread needs at most for columns of `length` samples, known before
-    /// anything is planned.
-    pub fn working_bytes(length: usize) -> u64 {
-        let width = ColumnTransform::<T>::width_of(length);
-        let row = width * size_of::<T>();
-        let sums = length + 2 * (length / 2 + 1);
-        (row * sums) as u64 + ColumnTransform::<T>::working_bytes(length, width, row)
+    /// The same with all results times `1 / N`, so that it undoes the transform.
+    pub fn normalized(self) -> Self {
+        ComplexToRealColumns {
+            factor: T::rounded(1.0 / self.plan.len() as f64),
+            ..self
+        }
     }
 
     /// Length N of the columns.
-    pub fn length(&self) -> usize {
-        self.plan.length()
+    pub fn len(&self) -> usize {
+        self.plan.len()
     }
 
-    /// The columns of `spectra`, `(N / 2 + 1, column)`, to `values`, `(N, column)`, by all threads of
-    /// the current pool, with the same bits from any number of them.
-    ///
-    /// # Panics
-    /// If the shapes are not those of the plan.
-    pub fn transform_in_parallel(
-        &self,
-        spectra: ArrayView2<Complex<T>>,
-        mut values: ArrayViewMut2<T>,
-    ) {
-        assert_eq!(spectra.dim(), (self.plan.bins(), values.ncols()));
-        assert_eq!(values.nrows(), self.length());
+    /// Rows of the input, `N / 2 + 1`.
+    pub fn bins(&self) -> usize {
+        self.plan.bins()
+    }
+
+    /// Complex numbers of a tile's sums, and of their transforms.
+    fn parts(len: usize, width: usize) -> [usize; 2] {
+        [(width * len).div_ceil(2), width * (len / 2 + 1)]
+    }
+
+    /// Complex numbers of scratch, for any number of columns and any strides.
+    pub fn scratch_len(&self) -> usize {
         let width = self.plan.width();
-        let columns = values.ncols();
-        let tiles = columns.div_ceil(width);
-        let stripe = tiles.div_ceil(4 * rayon::current_num_threads()).max(1) * width;
-        spectra
-            .axis_chunks_iter(Axis(1), stripe)
-            .into_par_iter()
-            .zip(values.axis_chunks_iter_mut(Axis(1), stripe))
-            .for_each(|(spectra, mut values)| {
-                let mut room = self.borrow();
-                let tiles = spectra.axis_chunks_iter(Axis(1), width);
-                for (spectra, values) in tiles.zip(values.axis_chunks_iter_mut(Axis(1), width)) {
-                    self.tile(spectra, values, &mut room);
-                }
-                let mut spare = self.spare.lock().unwrap_or_else(PoisonError::into_inner);
-                spare.push(room);
-            });
+        let [sums, transforms] = Self::parts(self.len(), width);
+        let layout = crate::columns::Layout::of_rows(width * size_of::<T>());
+        sums + transforms + self.plan.scratch_len_in(width, layout)
     }
 
-    /// A working space of one thread, one that is spare if there is one.
-    fn borrow(&self) -> Room<T> {
-        let spare = self
-            .spare
-            .lock()
-            .unwrap_or_else(PoisonError::into_inner)
-            .pop();
-        let (width, length) = (self.plan.width(), self.length());
-        spare.unwrap_or_else(|| Room {
-            sums: vec![T::zero(); width * length],
-            transforms: vec![Complex::default(); width * self.plan.bins()],
-            scratch: self.plan.scratch(width),
-        })
+    /// The same of any plan of length `len` for this processor; known before there is a plan. 0 for length 0.
+    pub fn scratch_len_of(len: usize) -> usize {
+        if len == 0 {
+            return 0;
+        }
+        let width = RealToComplexColumns::<T>::width_of(len);
+        let [sums, transforms] = Self::parts(len, width);
+        sums + transforms + RealToComplexColumns::<T>::scratch_len_of(len, width, width)
+    }
+
+    /// Scratch for any number of columns.
+    pub fn make_scratch(&self) -> Vec<Complex<T>> {
+        vec![Complex::default(); self.scratch_len()]
+    }
+
+    /// Transforms all columns of `input` to `output`.
+    ///
+    /// # Errors
+    /// [`FftError::Input`] and [`FftError::Output`] for shapes other than the plan's.
+    pub fn process<'i, 'o>(
+        &self,
+        input: impl Into<Columns<'i, Complex<T>>>,
+        output: impl Into<ColumnsMut<'o, T>>,
+    ) -> Result<(), FftError> {
+        self.process_with_scratch(input, output, &mut self.make_scratch())
+    }
+
+    /// The same without allocation.
+    ///
+    /// # Errors
+    /// As [`ComplexToRealColumns::process`]; [`FftError::Scratch`] for scratch shorter than
+    /// [`ComplexToRealColumns::scratch_len`].
+    pub fn process_with_scratch<'i, 'o>(
+        &self,
+        input: impl Into<Columns<'i, Complex<T>>>,
+        output: impl Into<ColumnsMut<'o, T>>,
+        scratch: &mut [Complex<T>],
+    ) -> Result<(), FftError> {
+        let (input, output) = (input.into(), output.into());
+        self.check(&input, &output)?;
+        check_scratch(self.scratch_len(), scratch)?;
+        self.stripe(input, output, scratch);
+        Ok(())
+    }
+
+    /// The same by all threads of the current rayon pool, with the same bits. Scratch is kept in the plan and
+    /// used again.
+    ///
+    /// # Errors
+    /// As [`ComplexToRealColumns::process`].
+    #[cfg(feature = "rayon")]
+    pub fn process_in_parallel<'i, 'o>(
+        &self,
+        input: impl Into<Columns<'i, Complex<T>>>,
+        output: impl Into<ColumnsMut<'o, T>>,
+    ) -> Result<(), FftError> {
+        use rayon::prelude::*;
+
+        let (input, output) = (input.into(), output.into());
+        self.check(&input, &output)?;
+        let width = self.plan.width();
+        let tiles = input.columns().div_ceil(width);
+        let stripe = tiles.div_ceil(4 * rayon::current_num_threads()).max(1) * width;
+        let needed = self.scratch_len();
+        let stripes: Vec<_> = input.parts(stripe).zip(output.parts(stripe)).collect();
+        stripes.into_par_iter().for_each(|(spectra, values)| {
+            self.stripe(spectra, values, &mut self.pool.take(needed));
+        });
+        Ok(())
+    }
+
+    fn check(&self, input: &Columns<Complex<T>>, output: &ColumnsMut<T>) -> Result<(), FftError> {
+        check_input((self.bins(), input.columns()), input.dim())?;
+        check_output((self.len(), input.columns()), output.dim())
+    }
+
+    /// Some columns, tile by tile.
+    fn stripe(
+        &self,
+        spectra: Columns<Complex<T>>,
+        values: ColumnsMut<T>,
+        scratch: &mut [Complex<T>],
+    ) {
+        let width = self.plan.width();
+        for (spectra, values) in spectra.parts(width).zip(values.parts(width)) {
+            self.tile(spectra, values, scratch);
+        }
     }
 
     /// At most a tile's width of columns; the places of others hold what they held before, which
     /// does not matter.
     fn tile(
         &self,
-        spectra: ArrayView2<Complex<T>>,
-        mut values: ArrayViewMut2<T>,
-        room: &mut Room<T>,
+        spectra: Columns<Complex<T>>,
+        mut values: ColumnsMut<T>,
+        scratch: &mut [Complex<T>],
     ) {
-        let (length, width) = (self.length(), self.plan.width());
-        for (m, bins) in spectra.outer_iter().enumerate() {
+        let (length, width) = (self.len(), self.plan.width());
+        let [sums, transforms] = Self::parts(length, width);
+        let (sums, rest) = scratch.split_at_mut(sums);
+        let (transforms, scratch) = rest.split_at_mut(transforms);
+        let sums: &mut [T] = bytemuck::cast_slice_mut(sums);
+        for m in 0..self.bins() {
             let mirror = (length - m) % length;
-            for (c, x) in bins.iter().enumerate() {
+            let mut put = |c: usize, x: Complex<T>| {
                 // Not a product with 0, which would let infinities through.
                 let im = if mirror == m { T::zero() } else { x.im };
-                room.sums[m * width + c] = x.re - im;
-                room.sums[mirror * width + c] = x.re + im;
+                sums[m * width + c] = x.re - im;
+                sums[mirror * width + c] = x.re + im;
+            };
+            match spectra.row_slice(m) {
+                Some(row) => row.iter().enumerate().for_each(|(c, &x)| put(c, x)),
+                None => (0..spectra.columns()).for_each(|c| put(c, spectra.at(m, c))),
             }
         }
-        // The shapes are the buffers' own, so this cannot fail.
-        let sums = ArrayView2::from_shape((length, width), &room.sums);
-        let bins = (self.plan.bins(), width);
-        let transforms = ArrayViewMut2::from_shape(bins, &mut room.transforms);
-        if let (Ok(sums), Ok(transforms)) = (sums, transforms) {
-            self.plan.transform(sums, transforms, &mut room.scratch);
+        // The shapes are the plan's, so these cannot fail.
+        if let Ok(sums) = Columns::new(sums, length, width, width)
+            && let Ok(mut transforms) = ColumnsMut::new(transforms, self.bins(), width, width)
+        {
+            let stream = self.plan.streams(width);
+            self.plan
+                .stripe(sums, &[], &mut transforms, stream, scratch);
         }
-        let scale = T::rounded(1.0 / length as f64);
-        for (n, row) in room.transforms.chunks_exact(width).enumerate() {
-            for (v, x) in values.row_mut(n).iter_mut().zip(row) {
-                *v = (x.re - x.im) * scale;
-            }
+        for (n, row) in transforms.chunks_exact(width).enumerate() {
+            put_row(&mut values, n, row, |x| (x.re - x.im) * self.factor);
             if n > 0 {
-                for (v, x) in values.row_mut(length - n).iter_mut().zip(row) {
-                    *v = (x.re + x.im) * scale;
-                }
+                put_row(&mut values, length - n, row, |x| {
+                    (x.re + x.im) * self.factor
+                });
             }
         }
     }
 }
 
-impl<T: Real> std::fmt::Debug for ColumnInverse<T> {
+/// Row n of the first columns of `row`.
+#[inline(always)]
+fn put_row<T: Real>(
+    values: &mut ColumnsMut<T>,
+    n: usize,
+    row: &[Complex<T>],
+    value: impl Fn(Complex<T>) -> T,
+) {
+    match values.row_slice_mut(n) {
+        Some(to) => to.iter_mut().zip(row).for_each(|(to, &x)| *to = value(x)),
+        None => {
+            for (c, &x) in row.iter().enumerate().take(values.columns()) {
+                values.set(n, c, value(x));
+            }
+        }
+    }
+}
+
+impl<T: Real> std::fmt::Debug for ComplexToRealColumns<T> {
     fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
-        f.debug_struct("ColumnInverse")
-            .field("length", &self.length())
+        f.debug_struct("ComplexToRealColumns")
+            .field("len", &self.len())
+            .field("factor", &self.factor)
             .finish_non_exhaustive()
     }
 }

@@ -1,11 +1,11 @@
-//! Working spaces that are handed on.
+//! Scratch that is used again.
 
 use std::ops::{Deref, DerefMut};
 use std::sync::{Mutex, PoisonError};
 
-/// Working spaces of threads that are done, for those to come: new memory costs a fault a page.
+/// Scratch of threads that are done, for threads to come: new memory costs a fault a page.
 #[derive(Debug)]
-pub(crate) struct Pool<T>(Mutex<Vec<T>>);
+pub(crate) struct Pool<T>(Mutex<Vec<Vec<T>>>);
 
 impl<T> Default for Pool<T> {
     fn default() -> Self {
@@ -13,45 +13,45 @@ impl<T> Default for Pool<T> {
     }
 }
 
-impl<T> Pool<T> {
-    /// A pool one that `fits`, else a new one; it is pool again once it is dropped.
-    pub fn take(&self, fits: impl Fn(&T) -> bool, new: impl FnOnce() -> T) -> PoolGuard<'_, T> {
+impl<T: Copy + Default> Pool<T> {
+    /// Scratch of at least `length` elements, which goes back to the pool when it is dropped.
+    pub fn take(&self, length: usize) -> Guard<'_, T> {
         let mut pool = self.0.lock().unwrap_or_else(PoisonError::into_inner);
-        let at = pool.iter().position(fits);
+        let at = pool.iter().position(|scratch| scratch.len() >= length);
         let found = at.map(|at| pool.swap_remove(at));
         drop(pool);
-        PoolGuard {
-            space: Some(found.unwrap_or_else(new)),
+        Guard {
+            scratch: found.unwrap_or_else(|| vec![T::default(); length]),
             pool: self,
         }
     }
 }
 
-/// A working space that goes back to where it came from.
+/// Scratch that belongs to a pool.
 #[derive(Debug)]
-pub(crate) struct PoolGuard<'a, T> {
-    space: Option<T>,
+pub(crate) struct Guard<'a, T> {
+    scratch: Vec<T>,
     pool: &'a Pool<T>,
 }
 
-impl<T> Deref for PoolGuard<'_, T> {
-    type Target = T;
+impl<T> Deref for Guard<'_, T> {
+    type Target = [T];
 
-    fn deref(&self) -> &T {
-        self.space.as_ref().expect("there until the drop")
+    fn deref(&self) -> &[T] {
+        &self.scratch
     }
 }
 
-impl<T> DerefMut for PoolGuard<'_, T> {
-    fn deref_mut(&mut self) -> &mut T {
-        self.space.as_mut().expect("there until the drop")
+impl<T> DerefMut for Guard<'_, T> {
+    fn deref_mut(&mut self) -> &mut [T] {
+        &mut self.scratch
     }
 }
 
-impl<T> Drop for PoolGuard<'_, T> {
+impl<T> Drop for Guard<'_, T> {
     fn drop(&mut self) {
         let mut pool = self.pool.0.lock().unwrap_or_else(PoisonError::into_inner);
-        pool.extend(self.space.take());
+        pool.push(std::mem::take(&mut self.scratch));
     }
 }
 
@@ -60,17 +60,14 @@ mod tests {
     use super::*;
 
     #[test]
-    fn what_was_dropped_is_taken_again_if_it_fits() {
-        let pool = Pool::default();
-        let take = |least: usize, new: usize| pool.take(move |&old| old >= least, || new);
-        let (mut first, second) = (take(0, 3), take(0, 5));
-        *first += 1;
+    fn scratch_is_used_again_where_it_is_long_enough() {
+        let pool = Pool::<u8>::default();
+        let (first, second) = (pool.take(3), pool.take(5));
         drop((first, second));
-        assert_eq!(*take(5, 9), 5);
-        assert_eq!(*take(6, 7), 7);
-        let (a, b, c) = (take(0, 0), take(0, 0), take(0, 0));
-        let mut found = [*a, *b, *c];
-        found.sort_unstable();
-        assert_eq!(found, [4, 5, 7]);
+        assert_eq!(pool.take(5).len(), 5);
+        assert_eq!(pool.take(6).len(), 6);
+        let mut lengths = [pool.take(0), pool.take(0), pool.take(0)].map(|guard| guard.len());
+        lengths.sort_unstable();
+        assert_eq!(lengths, [3, 5, 6]);
     }
 }

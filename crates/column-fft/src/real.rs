@@ -1,14 +1,21 @@
 //! The number types of transforms.
 
-use crate::columns::Kernelled;
+mod private {
+    /// Kernels exist for these types alone.
+    pub trait Sealed {}
+    impl Sealed for f32 {}
+    impl Sealed for f64 {}
+}
 
-/// `f32` and `f64`.
-pub trait Real: realfft::FftNum + bytemuck::Pod + Default + Kernelled {
-    /// From 1 to the next number.
+/// Numbers that are transformed: `f32` and `f64`. No other type can implement this trait.
+pub trait Real: realfft::FftNum + bytemuck::Pod + Default + private::Sealed {
+    /// The distance from 1 to the next number.
     const EPSILON: f64;
 
     /// The nearest number of this type.
     fn rounded(x: f64) -> Self;
+
+    /// The same number in double precision.
     fn to_f64(self) -> f64;
 }
 

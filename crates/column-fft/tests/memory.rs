@@ -4,8 +4,7 @@
 //! that a kernel reads or writes beside its buffers. Results that are written past the caches the
 //! sanitizer does not see; those lie between margins that are looked at here.
 
-use column_fft::columns::InstructionSet;
-use column_fft::{ColumnTransform, Real, ShortTimeTransform};
+use column_fft::{InstructionSet, Real, RealToComplexColumns, ShortTimeColumns};
 use ndarray::{Array2, Array3, ArrayView2, ArrayViewMut2, ArrayViewMut3, Axis, ShapeBuilder, s};
 use num_complex::Complex;
 
@@ -21,16 +20,17 @@ fn values<T: Real>(shape: (usize, usize)) -> Array2<T> {
     })
 }
 
-fn plans<T: Real>(length: usize) -> impl Iterator<Item = ColumnTransform<T>> {
+fn plans<T: Real>(length: usize) -> impl Iterator<Item = RealToComplexColumns<T>> {
     let sets = InstructionSet::available().into_iter();
-    sets.map(move |set| ColumnTransform::with(length, set).unwrap())
+    sets.map(move |set| RealToComplexColumns::with_instruction_set(length, set).unwrap())
 }
 
 /// By buffers of exactly the size that is needed.
-fn spectra<T: Real>(plan: &ColumnTransform<T>, values: ArrayView2<T>) -> Array2<Complex<T>> {
+fn spectra<T: Real>(plan: &RealToComplexColumns<T>, values: ArrayView2<T>) -> Array2<Complex<T>> {
     let columns = values.ncols();
     let mut spectra = Array2::default((plan.bins(), columns));
-    plan.transform(values, spectra.view_mut(), &mut plan.scratch(columns));
+    plan.process_with_scratch(values, spectra.view_mut(), &mut plan.make_scratch(columns))
+        .unwrap();
     spectra
 }
 
@@ -77,7 +77,8 @@ fn far_apart<T: Real>() {
             }
             // Room for fewer columns grows.
             let mut found = Array2::default((plan.bins(), wide));
-            plan.transform(all.view(), found.view_mut(), &mut plan.scratch(3));
+            plan.process_with_scratch(all.view(), found.view_mut(), &mut plan.make_scratch(3))
+                .unwrap();
             assert_eq!(found, spectra(&plan, all.view()));
         }
     }
@@ -100,11 +101,13 @@ fn any_layout_keeps_to_its_buffers() {
             for plan in plans::<f64>(length) {
                 let whole = spectra(&plan, rows.view());
                 let mut found = Array2::default((plan.bins(), columns).f());
-                let scratch = &mut plan.scratch(columns);
-                plan.transform(by_column.view(), found.view_mut(), scratch);
+                let scratch = &mut plan.make_scratch(columns);
+                plan.process_with_scratch(by_column.view(), found.view_mut(), scratch)
+                    .unwrap();
                 assert_eq!(found, whole);
                 let mut found = Array2::default((plan.bins(), columns));
-                plan.transform_in_parallel(rows.view(), found.view_mut());
+                plan.process_in_parallel(rows.view(), found.view_mut())
+                    .unwrap();
                 assert_eq!(found, whole);
             }
         }
@@ -125,7 +128,12 @@ fn streamed<T: Real>(length: usize, columns: usize) {
         let (before, rest) = room.split_at_mut(at);
         let (spectra, after) = rest.split_at_mut(results);
         let mut spectra = ArrayViewMut2::from_shape((plan.bins(), columns), spectra).unwrap();
-        plan.transform(rows.view(), spectra.view_mut(), &mut plan.scratch(columns));
+        plan.process_with_scratch(
+            rows.view(),
+            spectra.view_mut(),
+            &mut plan.make_scratch(columns),
+        )
+        .unwrap();
         assert!(
             before.iter().chain(&*after).all(|z| *z == marked),
             "{plan:?}"
@@ -158,7 +166,7 @@ fn assembled_segments<T: Real>(length: usize, columns: usize, apart: usize) {
     const STREAMED_BYTES: usize = 4 << 20;
     let hop = 3;
     let window: Vec<f64> = (1..=length).map(|n| (n as f64).sqrt()).collect();
-    let plan = ShortTimeTransform::<T>::new(&window, hop);
+    let plan = ShortTimeColumns::<T>::new(&window, hop).unwrap();
     let segments = STREAMED_BYTES.div_ceil(plan.bins() * columns * size_of::<Complex<T>>());
     let rows = values::<T>((length + hop * (segments - 1), columns));
     let shape = (segments, plan.bins(), apart);
@@ -177,14 +185,16 @@ fn assembled_segments<T: Real>(length: usize, columns: usize, apart: usize) {
             spectra.invert_axis(Axis(1));
         }
         let (mut found, beside) = spectra.split_at(Axis(2), columns);
-        plan.transform_in_parallel(rows.view(), found.view_mut());
+        plan.process_in_parallel(rows.view(), found.view_mut())
+            .unwrap();
         let outside = before.iter().chain(&*after).chain(&beside);
         assert!(outside.copied().all(|z| z == marked), "{length} {columns}");
         let width = columns.min(3);
         for from in [0, columns / 2, columns - width] {
             let part = s![.., from..from + width];
             let mut alone = Array3::default((segments, plan.bins(), width));
-            plan.transform_in_parallel(rows.slice(part), alone.view_mut());
+            plan.process_in_parallel(rows.slice(part), alone.view_mut())
+                .unwrap();
             assert_eq!(found.slice(s![.., .., from..from + width]), alone);
         }
     }

@@ -19,15 +19,23 @@ pub enum Decomposition {
 /// The algorithm of a length.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub enum Algorithm {
-    /// In two halves, each by passes of these radices.
+    /// By the four-step algorithm: two halves, each of passes of these radices.
     FourStep {
+        /// Radices of the first half.
         first: Vec<usize>,
+        /// Radices of the second half.
         second: Vec<usize>,
     },
-    /// By a convolution of so many points, Bluestein's.
-    Bluestein { points: usize },
-    /// A prime length by a convolution of so many points, Rader's.
-    Rader { points: usize },
+    /// By a convolution, Bluestein's.
+    Bluestein {
+        /// Of the convolution.
+        points: usize,
+    },
+    /// A prime length by a convolution, Rader's.
+    Rader {
+        /// Of the convolution.
+        points: usize,
+    },
     /// Column by column, by `realfft`: the shortest.
     ByColumn,
 }

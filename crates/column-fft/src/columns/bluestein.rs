@@ -76,29 +76,37 @@ impl<T: Real> Bluestein<T> {
         let (m1, m2) = (cyclic.first.length, cyclic.second.length);
         let bins = self.length / 2 + 1;
         assert!(matches!(tile.rows, RowOrder::Plain));
-        let room = cyclic.room(kernels.width, scratch);
-        // SAFETY: all places are within what the caller promises and `room` has checked; the
+        let parts = cyclic.split(kernels.width, scratch);
+        // SAFETY: all places are within what the caller promises and `parts` has checked; the
         // kernels are those of this processor.
         unsafe {
             for j in 0..m2 {
                 let valid = cyclic.below(self.length, j);
                 let rows = tile.from.wrapping_add(j * tile.from_stride);
                 let chirp = self.chirp.as_ptr().wrapping_add(2 * j);
-                (kernels.chirp)(rows, m2 * tile.from_stride, chirp, m2, valid, m1, room.work);
-                cyclic.column(kernels, &room, j);
+                (kernels.chirp)(
+                    rows,
+                    m2 * tile.from_stride,
+                    chirp,
+                    m2,
+                    valid,
+                    m1,
+                    parts.work,
+                );
+                cyclic.column(kernels, &parts, j);
             }
-            let [other, _] = room.others;
+            let [other, _] = parts.others;
             for k in 0..m1 {
-                let numbers = cyclic.numbers(kernels.width, &room, k);
+                let numbers = cyclic.numbers(kernels.width, &parts, k);
                 let response = self.response.as_ptr().add(2 * k * m2);
-                let pass = cyclic.bins(kernels, &room, numbers, (response, other));
+                let pass = cyclic.bins(kernels, &parts, numbers, (response, other));
                 kernels.twiddle_conjugated[index(cyclic.second.last())](&pass);
-                cyclic.row_back(kernels, &room, other, k);
+                cyclic.row_back(kernels, &parts, other, k);
             }
             let last_pass = &kernels.twiddle_interleaved[index(cyclic.first.last())];
             for j in 0..m2.min(bins) {
                 last_pass(&Twiddled {
-                    of: cyclic.column_back(kernels, &room, j),
+                    of: cyclic.column_back(kernels, &parts, j),
                     to: tile.to.add(j * tile.to_stride),
                     next: m2 * tile.to_stride,
                     factors: self.chirp_back.as_ptr().add(2 * j),

@@ -7,7 +7,7 @@
 
 use num_complex::Complex;
 
-use super::kernels::{InstructionSet, Kernelled, Kernels};
+use super::kernels::{InstructionSet, Kernels, kernels};
 use super::mixed_radix::{Half, index};
 use super::passes::{Twiddled, Unordered};
 use crate::Real;
@@ -39,7 +39,7 @@ pub struct Cyclic<T: 'static> {
 
 /// Parts of the scratch of one tile: three series or rows, and the intermediate matrix.
 #[derive(Debug, Clone, Copy)]
-pub struct Room<T> {
+pub struct Scratch<T> {
     pub work: *mut T,
     pub others: [*mut T; 2],
     pub intermediate: *mut T,
@@ -83,13 +83,13 @@ impl<T: Real> Cyclic<T> {
         scratch_len([self.first.length, self.second.length], width)
     }
 
-    /// The parts of a scratch of as many numbers as [`scratch_len`] says, which is checked.
-    pub fn room(&self, width: usize, scratch: &mut [T]) -> Room<T> {
+    /// The parts of a scratch, whose length is checked against [`scratch_len`].
+    pub fn split(&self, width: usize, scratch: &mut [T]) -> Scratch<T> {
         assert!(scratch.len() >= self.scratch_len(width));
         let part = 2 * width * self.first.length.max(self.second.length);
         let work = scratch.as_mut_ptr();
         let at = |parts: usize| work.wrapping_add(parts * part);
-        Room {
+        Scratch {
             work,
             others: [at(1), at(2)],
             intermediate: at(3),
@@ -97,26 +97,26 @@ impl<T: Real> Cyclic<T> {
     }
 
     /// Row k1 of the matrix.
-    pub fn numbers(&self, width: usize, room: &Room<T>, k1: usize) -> *mut T {
-        room.intermediate.wrapping_add(2 * width * self.row() * k1)
+    pub fn numbers(&self, width: usize, parts: &Scratch<T>, k1: usize) -> *mut T {
+        parts.intermediate.wrapping_add(2 * width * self.row() * k1)
     }
 
-    /// The series over j1 in `room.work`, transformed, to column j2 of the matrix.
+    /// The series over j1 in `parts.work`, transformed, to column j2 of the matrix.
     ///
     /// # Safety
-    /// The kernels are those of this processor; `room` is this plan's, for their width.
-    pub unsafe fn column(&self, kernels: &Kernels<T>, room: &Room<T>, j2: usize) {
+    /// The kernels are those of this processor; `parts` is this plan's, for their width.
+    pub unsafe fn column(&self, kernels: &Kernels<T>, parts: &Scratch<T>, j2: usize) {
         let (m1, m2) = (self.first.length, self.second.length);
         let radix = self.first.last();
         // SAFETY: as promised.
         unsafe {
             kernels.twiddle[index(radix)](&Twiddled {
                 of: Unordered {
-                    from: self.first.all_but_last(kernels, room.work, room.work),
+                    from: self.first.all_but_last(kernels, parts.work, parts.work),
                     groups: m1 / radix,
                     digits: self.first_digits.as_ptr(),
                 },
-                to: room.intermediate.add(2 * kernels.width * j2),
+                to: parts.intermediate.add(2 * kernels.width * j2),
                 next: 2 * kernels.width * self.row(),
                 factors: self.twiddles.as_ptr().add(2 * j2),
                 factors_apart: m2,
@@ -133,12 +133,12 @@ impl<T: Real> Cyclic<T> {
     pub unsafe fn bins(
         &self,
         kernels: &Kernels<T>,
-        room: &Room<T>,
+        parts: &Scratch<T>,
         numbers: *const T,
         (factors, to): (*const T, *mut T),
     ) -> Twiddled<T> {
         // SAFETY: as promised.
-        let from = unsafe { self.second.all_but_last(kernels, numbers, room.work) };
+        let from = unsafe { self.second.all_but_last(kernels, numbers, parts.work) };
         Twiddled {
             of: Unordered {
                 from,
@@ -157,13 +157,19 @@ impl<T: Real> Cyclic<T> {
     ///
     /// # Safety
     /// As [`Cyclic::column`].
-    pub unsafe fn row_back(&self, kernels: &Kernels<T>, room: &Room<T>, bins: *const T, k1: usize) {
-        let to = self.numbers(kernels.width, room, k1);
+    pub unsafe fn row_back(
+        &self,
+        kernels: &Kernels<T>,
+        parts: &Scratch<T>,
+        bins: *const T,
+        k1: usize,
+    ) {
+        let to = self.numbers(kernels.width, parts, k1);
         let twiddles = self.twiddles.as_ptr();
         // SAFETY: as promised.
         unsafe {
             let twiddles = twiddles.add(2 * k1 * self.second.length);
-            let pass = self.bins(kernels, room, bins, (twiddles, to));
+            let pass = self.bins(kernels, parts, bins, (twiddles, to));
             kernels.twiddle[index(self.second.last())](&pass);
         }
     }
@@ -175,17 +181,17 @@ impl<T: Real> Cyclic<T> {
     pub unsafe fn column_back(
         &self,
         kernels: &Kernels<T>,
-        room: &Room<T>,
+        parts: &Scratch<T>,
         j2: usize,
     ) -> Unordered<T> {
         let complex = 2 * kernels.width;
         let m1 = self.first.length;
         // SAFETY: as promised.
         unsafe {
-            let from = room.intermediate.add(complex * j2);
-            (kernels.collect)(from, complex * self.row(), m1, room.work);
+            let from = parts.intermediate.add(complex * j2);
+            (kernels.collect)(from, complex * self.row(), m1, parts.work);
             Unordered {
-                from: self.first.all_but_last(kernels, room.work, room.work),
+                from: self.first.all_but_last(kernels, parts.work, parts.work),
                 groups: m1 / self.first.last(),
                 digits: self.first_digits.as_ptr(),
             }
@@ -208,13 +214,13 @@ impl Cyclic<f64> {
         let shift = |s: usize| (s as f64 * GOLDEN * points as f64) as usize % points;
         let roots = (0..points as u64).map(|k| cos_sin_exact(k, points as u64));
         let roots: Vec<_> = roots.map(|(cos, sin)| Complex::new(cos, -sin)).collect();
-        let all = <f64 as Kernelled>::kernels(set);
-        let found = all.iter().find(|kernels| kernels.0.width <= SHIFTS);
-        let kernels = found.unwrap_or(&all[all.len() - 1]).0;
+        let all = kernels::<f64>(set);
+        let found = all.iter().find(|kernels| kernels.width <= SHIFTS);
+        let kernels = *found.unwrap_or(&all[all.len() - 1]);
         let width = kernels.width;
         let order = kernels.order[index(self.second.last())];
         let mut scratch = vec![0.0; self.scratch_len(width)];
-        let room = self.room(width, &mut scratch);
+        let parts = self.split(width, &mut scratch);
         let mut sum = vec![Complex::default(); points];
         // A column for each shift.
         for first in (0..SHIFTS).step_by(width) {
@@ -225,19 +231,19 @@ impl Cyclic<f64> {
                         let at = 2 * width * i + column;
                         // SAFETY: i is below m1, and the scratch holds as many complex numbers.
                         unsafe {
-                            *room.work.add(at) = value.re;
-                            *room.work.add(at + width) = value.im;
+                            *parts.work.add(at) = value.re;
+                            *parts.work.add(at + width) = value.im;
                         }
                     }
                 }
                 // SAFETY: the kernels are those of this processor, the scratch is theirs.
-                unsafe { self.column(kernels, &room, j2) };
+                unsafe { self.column(kernels, &parts, j2) };
             }
-            let bins = room.others[0];
+            let bins = parts.others[0];
             for k1 in 0..m1 {
-                let numbers = self.numbers(width, &room, k1);
+                let numbers = self.numbers(width, &parts, k1);
                 // SAFETY: as above; bins without factors.
-                unsafe { order(&self.bins(kernels, &room, numbers, (numbers, bins))) };
+                unsafe { order(&self.bins(kernels, &parts, numbers, (numbers, bins))) };
                 for (k2, sum) in sum[k1 * m2..][..m2].iter_mut().enumerate() {
                     for column in 0..width {
                         let at = 2 * width * k2 + column;

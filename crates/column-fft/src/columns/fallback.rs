@@ -1,33 +1,18 @@
-//! The shortest lengths: column by column.
+//! The shortest lengths: column by column, by `realfft`.
 
 use std::sync::Arc;
 
-use ndarray::{ArrayView2, ArrayViewMut2};
 use num_complex::Complex;
 use realfft::{RealFftPlanner, RealToComplex};
 
-use crate::Real;
+use crate::{Columns, ColumnsMut, Real};
 
 /// Columns that are gathered together: a cache line of each row.
 pub const WIDTH: usize = 8;
 
+/// A planned transform of one length.
 pub struct Fallback<T> {
     plan: Arc<dyn RealToComplex<T>>,
-}
-
-/// Records, spectra and working space.
-#[derive(Debug, Clone, Default)]
-pub struct Room<T> {
-    records: Vec<T>,
-    spectra: Vec<Complex<T>>,
-    work: Vec<Complex<T>>,
-}
-
-impl<T> Room<T> {
-    pub fn bytes(&self) -> u64 {
-        let numbers = size_of_val(&self.records[..]);
-        (numbers + size_of_val(&self.spectra[..]) + size_of_val(&self.work[..])) as u64
-    }
 }
 
 impl<T: Real> Fallback<T> {
@@ -37,42 +22,48 @@ impl<T: Real> Fallback<T> {
         }
     }
 
-    pub fn room(&self) -> Room<T> {
+    /// Records in complex numbers, and spectra.
+    fn parts(&self) -> [usize; 2] {
         let length = self.plan.len();
-        Room {
-            records: vec![T::zero(); length * WIDTH],
-            spectra: vec![Complex::default(); (length / 2 + 1) * WIDTH],
-            work: self.plan.make_scratch_vec(),
-        }
+        [(length * WIDTH).div_ceil(2), (length / 2 + 1) * WIDTH]
     }
 
+    /// Complex numbers of scratch: records, spectra, and what `realfft` needs.
+    pub fn scratch_len(&self) -> usize {
+        let [records, spectra] = self.parts();
+        records + spectra + self.plan.get_scratch_len()
+    }
+
+    /// # Panics
+    /// If the shapes are not those of the plan or the scratch is too short.
     pub fn transform(
         &self,
-        values: ArrayView2<T>,
-        mut spectra: ArrayViewMut2<Complex<T>>,
-        room: &mut Room<T>,
+        values: Columns<T>,
+        spectra: &mut ColumnsMut<Complex<T>>,
+        scratch: &mut [Complex<T>],
     ) {
         let length = self.plan.len();
         let bins = length / 2 + 1;
-        let columns = values.ncols();
+        let columns = values.columns();
+        let [records, found] = self.parts();
+        let (records, rest) = scratch.split_at_mut(records);
+        let (found, work) = rest.split_at_mut(found);
+        let records: &mut [T] = bytemuck::cast_slice_mut(records);
         for from in (0..columns).step_by(WIDTH) {
             let width = WIDTH.min(columns - from);
-            for (n, row) in values.outer_iter().enumerate() {
+            for n in 0..length {
                 for c in 0..width {
-                    room.records[c * length + n] = row[from + c];
+                    records[c * length + n] = values.at(n, from + c);
                 }
             }
-            let records = room.records.chunks_exact_mut(length);
-            let tile = records.zip(room.spectra.chunks_exact_mut(bins));
-            for (record, spectrum) in tile.take(width) {
+            let tile = records.chunks_exact_mut(length);
+            for (record, spectrum) in tile.zip(found.chunks_exact_mut(bins)).take(width) {
                 // The lengths are the plan's own, so this cannot fail.
-                let _ = self
-                    .plan
-                    .process_with_scratch(record, spectrum, &mut room.work);
+                let _ = self.plan.process_with_scratch(record, spectrum, work);
             }
-            for (m, mut row) in spectra.outer_iter_mut().enumerate() {
+            for m in 0..bins {
                 for c in 0..width {
-                    row[from + c] = room.spectra[c * bins + m];
+                    spectra.set(m, from + c, found[c * bins + m]);
                 }
             }
         }

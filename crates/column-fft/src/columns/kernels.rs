@@ -4,9 +4,12 @@
 //! of [`super::passes`] and [`super::simd`] is inlined. Kernels are called through pointers, which
 //! are taken only after the features were detected: that makes the calls sound.
 
+use std::any::{Any, TypeId};
+
 use super::butterfly::{Butterfly, Dft};
 use super::passes::{self, Blend, Fold, Last, Prefetch, Rows, Scatter, Split, Stage, Twiddled};
 use super::simd::{Lanes, Portable};
+use crate::Real;
 
 /// Radices that kernels exist for, in the order of the tables.
 pub const RADICES: [usize; 6] = [2, 3, 4, 5, 7, 8];
@@ -328,46 +331,43 @@ impl InstructionSet {
     }
 }
 
-/// Number types that kernels exist for.
-pub trait Kernelled: Sized + 'static {
-    /// The kernels of an instruction set, the widest first; none where the processor lacks it.
-    #[doc(hidden)]
-    fn kernels(set: InstructionSet) -> Vec<KernelsOf<Self>>;
+/// The kernels of an instruction set, the widest first; none where the processor lacks it.
+pub fn kernels<T: Real>(set: InstructionSet) -> Vec<&'static Kernels<T>> {
+    if !set.is_available() {
+        return Vec::new();
+    }
+    let of_type: Box<dyn Any> = match TypeId::of::<T>() == TypeId::of::<f64>() {
+        true => Box::new(kernels_f64(set)),
+        false => Box::new(kernels_f32(set)),
+    };
+    // The trait is sealed: T is f64 or f32.
+    *of_type.downcast().expect("kernels of f64 or f32")
 }
 
-/// The kernels of one kind of register, nameless outside.
-#[derive(Debug, Clone, Copy)]
-pub struct KernelsOf<T: 'static>(pub &'static Kernels<T>);
-
-macro_rules! kernelled {
-    ($scalar:ty, $portable:ident, $portable_single:ident, $avx2:ident, $avx512:ident,
+macro_rules! dispatch {
+    ($name:ident, $scalar:ty, $portable:ident, $portable_single:ident, $avx2:ident, $avx512:ident,
      $avx512vl:ident, $single:ident, $neon:ident) => {
-        impl Kernelled for $scalar {
-            fn kernels(set: InstructionSet) -> Vec<KernelsOf<$scalar>> {
-                if !set.is_available() {
-                    return Vec::new();
-                }
-                let kernels: &[&'static Kernels<$scalar>] = match set {
-                    InstructionSet::Portable => &[&$portable::KERNELS, &$portable_single::KERNELS],
-                    #[cfg(target_arch = "x86_64")]
-                    InstructionSet::Avx512 => &[
-                        &x86::$avx512::KERNELS,
-                        &x86::$avx512vl::KERNELS,
-                        &x86::$single::KERNELS,
-                    ],
-                    #[cfg(target_arch = "x86_64")]
-                    InstructionSet::Avx2 => &[&x86::$avx2::KERNELS, &x86::$single::KERNELS],
-                    #[cfg(target_arch = "aarch64")]
-                    InstructionSet::Neon => &[&neon::$neon::KERNELS, &neon::$single::KERNELS],
-                    #[allow(unreachable_patterns)]
-                    _ => &[],
-                };
-                kernels.iter().map(|kernels| KernelsOf(kernels)).collect()
+        fn $name(set: InstructionSet) -> Vec<&'static Kernels<$scalar>> {
+            match set {
+                InstructionSet::Portable => vec![&$portable::KERNELS, &$portable_single::KERNELS],
+                #[cfg(target_arch = "x86_64")]
+                InstructionSet::Avx512 => vec![
+                    &x86::$avx512::KERNELS,
+                    &x86::$avx512vl::KERNELS,
+                    &x86::$single::KERNELS,
+                ],
+                #[cfg(target_arch = "x86_64")]
+                InstructionSet::Avx2 => vec![&x86::$avx2::KERNELS, &x86::$single::KERNELS],
+                #[cfg(target_arch = "aarch64")]
+                InstructionSet::Neon => vec![&neon::$neon::KERNELS, &neon::$single::KERNELS],
+                #[allow(unreachable_patterns)]
+                _ => Vec::new(),
             }
         }
     };
 }
-kernelled!(
+dispatch!(
+    kernels_f64,
     f64,
     portable_f64,
     portable_single_f64,
@@ -377,7 +377,8 @@ kernelled!(
     single_f64,
     neon_f64
 );
-kernelled!(
+dispatch!(
+    kernels_f32,
     f32,
     portable_f32,
     portable_single_f32,

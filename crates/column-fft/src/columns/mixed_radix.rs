@@ -36,11 +36,11 @@ pub struct MixedRadix<T: 'static> {
 /// Where a tile's columns are and where their bins go.
 #[derive(Debug, Clone, Copy)]
 pub struct Tile<T> {
-    /// Row 0 of the columns, and how far the next is, in numbers.
+    /// Row 0 of the columns, and the distance to the next, in numbers.
     pub from: *const T,
     pub from_stride: usize,
     pub rows: RowOrder<T>,
-    /// Row 0 of the spectra, and how far the next is, in numbers.
+    /// Row 0 of the spectra, and the distance to the next, in numbers.
     pub to: *mut T,
     pub to_stride: usize,
     pub store: Store,

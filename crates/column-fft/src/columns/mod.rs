@@ -1,32 +1,32 @@
-//! Real transforms of all columns of a (time, site) array at once, without transposing it.
+//! Real transforms of all columns of an array at once, without a transpose.
 //!
 //! # Equation
 //! `X_m = sum_n v_n exp(-2 pi i m n / N)`, `m = 0 ..= N / 2`, of every column `v` of an array of N
 //! rows, unnormalised. Bins 0 and, for even N, N / 2 have imaginary part 0.
 //!
-//! # How
+//! # Algorithm
 //! A register holds one row of as many neighbouring columns as it has lanes, a *tile*. All lanes
 //! undergo the same, so a column's bits do not depend on its place or on its neighbours.
 //!
-//! `N = n1 n2` is split in two halves (the four-step, or Bailey's, algorithm), with
-//! `n = j1 n2 + j2` and `m = k1 + n1 k2`:
+//! `N = n1 n2` is split into two halves (the four-step algorithm), with `n = j1 n2 + j2` and
+//! `m = k1 + n1 k2`:
 //!
 //! 1. for each `j2` the `n1` rows `j1 n2 + j2` are transformed, times `exp(-2 pi i k1 j2 / N)`;
 //! 2. for each `k1` the `n2` numbers over `j2` are transformed, which gives the rows `m`.
 //!
 //! The series of step 1 are real, so those of `j2` and `j2 + 1` pass through one complex transform
 //! as its real and imaginary part and are split again, which leaves `k1 = 0 ..= n1 / 2`. The bins
-//! above `N / 2` that step 2 gives for these are the mirrors of the others. Between the halves
-//! lies a matrix of `(n1 / 2 + 1) n2` complex numbers a column, the scratch. Nothing else is
-//! stored twice: rows are read once, bins written once.
+//! above `N / 2` that step 2 gives for these are the mirrors of the others. The intermediate matrix
+//! has `(n1 / 2 + 1) n2` complex numbers a column and lies in the scratch. Rows are read once, bins
+//! written once.
 //!
 //! Each half is a chain of passes of radix 2, 3, 4, 5, 7 or 8 (decimation in frequency, in place;
 //! the digits of the last pass come in reversed order and are written where they belong) over
-//! numbers that stay in the first cache. Twiddle factors come from tables that are right to half
-//! a unit in the last place. Rows are asked for one pair of series prefetch of their use, a few with each
-//! butterfly, or, where they share places in the caches, copied first into the order of use. Results
-//! that fill whole cache lines and are larger than the caches are written past them; rows of other large
-//! results are asked for before their turn.
+//! numbers that stay in L1. Twiddle factors come from tables that are right to half a unit in the
+//! last place. Rows are prefetched one pair of series before their use, a few with each butterfly; rows
+//! at a critical stride are first copied into the order of use. Results in rows of whole cache
+//! lines that are larger than the caches are written by streaming stores; rows of other large
+//! results are prefetched.
 //!
 //! Lengths with other prime factors go through a convolution of a length that has none, in the
 //! same halves: primes by Rader's algorithm, others by Bluestein's; the shortest are transformed
@@ -36,10 +36,6 @@
 //! [`InstructionSet`] is chosen at run time. Fused multiply-adds round once where others round
 //! twice, so results of [`InstructionSet::Portable`] differ in the last digits from the others',
 //! which agree with each other.
-//!
-//! # Errors
-//! The root mean square error of a column is about [`ColumnTransform::expected_error`] of the root
-//! mean square of its bins.
 //!
 //! Source: D. H. Bailey, "FFTs in external or hierarchical memory", J. Supercomputing 4, 23
 //! (1990); C. Van Loan, "Computational Frameworks for the Fast Fourier Transform", 1992.
@@ -54,228 +50,290 @@ mod mixed_radix;
 mod passes;
 mod plan;
 mod rader;
+mod scratch;
 mod simd;
 mod streaming;
 mod tiles;
 
-use ndarray::parallel::prelude::*;
-use ndarray::{ArrayView2, ArrayViewMut2, Axis};
 use num_complex::Complex;
 
-use crate::Real;
-use crate::pool::{Pool, PoolGuard};
+use crate::{Columns, ColumnsMut, FftError, Real};
 pub use algorithm::Algorithm;
 use algorithm::Decomposition;
+pub use kernels::InstructionSet;
 use kernels::Kernels;
-pub use kernels::{InstructionSet, Kernelled, KernelsOf};
 use plan::TilePlan;
 pub(crate) use streaming::copy_streaming;
+pub(crate) use tiles::{Layout, windows_in_passing};
 
 /// Bytes of a cache line.
 pub(crate) const LINE: usize = 64;
 
-/// Bytes of a result from which on it is written past the caches.
+/// Bytes of a result from which on stores are streaming.
 const STREAMING_BYTES: usize = 4 << 20;
 
-/// Bytes from which on places are asked for before they are written: of the matrix between the halves, and
-/// over which rows of a result lie that are not written past the caches. Half of a second cache, or
-/// all of a small one.
+/// Bytes from which on places are prefetched before they are written: of the intermediate matrix, and over
+/// which rows of a result lie that is stored through the caches. Half of an L2, or all of a small one.
 const PREFETCH_BYTES: usize = 512 << 10;
 
-/// The transform of all columns of arrays of one number of rows; see the [module](self).
-pub struct ColumnTransform<T: Real> {
+/// The transform of all columns of real arrays of one number of rows: `X_m = sum_n v_n exp(-2 pi i m n / N)`,
+/// `m = 0 ..= N / 2`, unnormalised.
+///
+/// # Shapes
+/// The input is `(N, columns)`, the output `(N / 2 + 1, columns)`, bins in ascending order. Bins 0 and, for even
+/// N, N / 2 have imaginary part 0. Input and output may have any strides; where columns are neighbours in
+/// memory, nothing is copied, but for rows a multiple of 4096 bytes apart. Rows of the output that are whole
+/// cache lines are the fastest.
+///
+/// # Errors
+/// The root mean square error of a column's bins is about [`RealToComplexColumns::expected_error`] of their root
+/// mean square. A column's bits depend neither on its place, nor on other columns, nor on the number of threads.
+///
+/// Source: D. H. Bailey, "FFTs in external or hierarchical memory", J. Supercomputing 4, 23 (1990).
+pub struct RealToComplexColumns<T: Real> {
     length: usize,
     set: InstructionSet,
     decomposition: Decomposition,
-    way: TilePlan<T>,
+    plan: TilePlan<T>,
     /// As [`kernels_for`] gives them.
     kernels: Vec<&'static Kernels<T>>,
-    /// Working spaces of threads that are done, for those to come.
-    pool: Pool<ColumnScratch<T>>,
+    #[cfg(feature = "rayon")]
+    pool: crate::pool::Pool<Complex<T>>,
 }
 
-/// Working space of one thread, made by [`ColumnTransform::scratch`].
-#[derive(Debug, Clone)]
-pub struct ColumnScratch<T> {
-    /// Columns of the widest tile there is room for.
-    width: usize,
-    lines: Vec<Line>,
-    /// Copies of rows: of columns that are not neighbours, with their bins, and of rows that alias; grows
-    /// when it is needed.
-    copies: Vec<Line>,
-    by_column: fallback::Room<T>,
-}
-
-/// A cache line.
-#[derive(Debug, Clone, Copy)]
-#[repr(C, align(64))]
-struct Line([u8; 64]);
-
-// SAFETY: bytes without padding; all zeros are zeros.
-unsafe impl bytemuck::Zeroable for Line {}
-// SAFETY: any bits are bytes.
-unsafe impl bytemuck::Pod for Line {}
-
-impl<T: Real> ColumnTransform<T> {
-    /// Plans transforms of columns of `length` samples, at least 1, for this processor.
+#[allow(clippy::len_without_is_empty)]
+impl<T: Real> RealToComplexColumns<T> {
+    /// Plans transforms of columns of `len` samples for this processor.
     ///
-    /// # Panics
-    /// If `length` is 0.
-    pub fn new(length: usize) -> Self {
-        let set = InstructionSet::best();
-        Self::planned(length, set)
+    /// # Errors
+    /// [`FftError::Zero`] for length 0.
+    pub fn new(len: usize) -> Result<Self, FftError> {
+        Self::with_instruction_set(len, InstructionSet::best())
     }
 
-    /// The same for a chosen instruction set; `None` where the processor lacks it.
+    /// The same with chosen instructions.
     ///
-    /// # Panics
-    /// If `length` is 0.
-    pub fn with(length: usize, set: InstructionSet) -> Option<Self> {
-        set.is_available().then(|| Self::planned(length, set))
-    }
-
-    fn planned(length: usize, set: InstructionSet) -> Self {
-        assert!(length > 0);
-        let decomposition = Decomposition::of(length);
-        ColumnTransform {
-            length,
+    /// # Errors
+    /// As [`RealToComplexColumns::new`]; [`FftError::InstructionSet`] where the processor lacks them.
+    pub fn with_instruction_set(len: usize, set: InstructionSet) -> Result<Self, FftError> {
+        if len == 0 {
+            return Err(FftError::Zero { what: "the length" });
+        }
+        if !set.is_available() {
+            return Err(FftError::InstructionSet(set));
+        }
+        let decomposition = Decomposition::of(len);
+        Ok(RealToComplexColumns {
+            length: len,
             set,
-            way: TilePlan::new(set, length, decomposition.clone()),
+            plan: TilePlan::new(set, len, decomposition.clone()),
             kernels: kernels_for(set, &decomposition),
             decomposition,
-            pool: Pool::default(),
-        }
+            #[cfg(feature = "rayon")]
+            pool: crate::pool::Pool::default(),
+        })
     }
 
     /// Length N of the columns.
-    pub fn length(&self) -> usize {
+    pub fn len(&self) -> usize {
         self.length
     }
 
-    /// Rows of the result, `N / 2 + 1`.
+    /// Rows of the output, `N / 2 + 1`.
     pub fn bins(&self) -> usize {
         self.length / 2 + 1
     }
 
-    /// Columns that are transformed together.
+    /// Columns that are transformed together, a tile.
     pub fn width(&self) -> usize {
         width_for(&self.kernels, usize::MAX)
     }
 
-    /// The same of any plan of a length for this processor.
-    pub(crate) fn width_of(length: usize) -> usize {
-        let kernels = kernels_for::<T>(InstructionSet::best(), &Decomposition::of(length));
-        width_for(&kernels, usize::MAX)
-    }
-
+    /// The instructions in use.
     pub fn instruction_set(&self) -> InstructionSet {
         self.set
     }
 
+    /// The algorithm in use.
     pub fn algorithm(&self) -> Algorithm {
         self.decomposition.algorithm()
     }
 
-    /// Root mean square error of white noise's bins, relative to the root mean square of all.
+    /// Root mean square error of white noise's bins, relative to the root mean square of all: measured
+    /// `0.35 eps sqrt(log2 N)` for N of small prime factors, `0.6 eps sqrt(log2 N)` for others.
     pub fn expected_error(&self) -> f64 {
         let levels = (self.length as f64).log2().max(1.0).sqrt();
         self.decomposition.rounding() * T::EPSILON * levels
     }
 
-    /// A working space of one thread, one that is pool if there is one: new memory costs as much as
-    /// a tile of short columns.
-    fn borrow(&self, columns: usize) -> PoolGuard<'_, ColumnScratch<T>> {
-        let width = width_for(&self.kernels, columns);
-        let fits = |scratch: &ColumnScratch<T>| scratch.width == width;
-        self.pool.take(fits, || self.scratch(columns))
+    /// Complex numbers of scratch for `columns` columns, or fewer, of arrays of any strides.
+    pub fn scratch_len(&self, columns: usize) -> usize {
+        let layouts = [Layout::Rows, Layout::CriticalRows, Layout::Strided];
+        let lengths = layouts.map(|layout| self.scratch_len_in(columns, layout));
+        lengths.into_iter().fold(0, usize::max)
     }
 
-    /// Working space of one thread for arrays of `columns` columns, or of more.
-    pub fn scratch(&self, columns: usize) -> ColumnScratch<T> {
-        let width = width_for(&self.kernels, columns);
-        ColumnScratch {
-            width,
-            lines: lines::<T>(self.decomposition.scratch_len(width)),
-            copies: Vec::new(),
-            by_column: match &self.way {
-                TilePlan::Fallback(fallback) => fallback.room(),
-                _ => fallback::Room::default(),
-            },
+    /// Complex numbers of scratch for these arrays, or for fewer columns of them.
+    pub fn scratch_len_for(&self, input: &Columns<T>, output: &ColumnsMut<Complex<T>>) -> usize {
+        self.scratch_len_in(input.columns(), Layout::of(input, output))
+    }
+
+    /// Complex numbers of scratch that a plan of length `len` for this processor needs for `columns`
+    /// neighbouring columns in rows `row_stride` numbers apart; known before there is a plan. 0 for length 0.
+    pub fn scratch_len_of(len: usize, columns: usize, row_stride: usize) -> usize {
+        match len {
+            0 => 0,
+            _ => {
+                let layout = Layout::of_rows(row_stride.saturating_mul(size_of::<T>()));
+                tiles::scratch_len::<T>(len, columns, layout)
+            }
         }
     }
 
-    /// The spectra of all columns of `values`, `(time, column)`, to `spectra`, `(bin, column)`.
-    ///
-    /// Fastest where rows of `spectra` are whole cache lines. Allocates nothing where the columns
-    /// of both are neighbours in memory, but once 128 bytes a row, or up to 8 MiB, where rows are a
-    /// multiple of 4096 bytes apart.
-    ///
-    /// # Panics
-    /// If the shapes are not those of the plan, or `scratch` was made by another.
-    pub fn transform(
-        &self,
-        values: ArrayView2<T>,
-        mut spectra: ArrayViewMut2<Complex<T>>,
-        scratch: &mut ColumnScratch<T>,
-    ) {
-        let stream = self.streams(values.ncols());
-        self.stripe(values, &[], &mut spectra, stream, scratch);
+    /// The [`RealToComplexColumns::width`] of a plan of length `len` for this processor; known before there is
+    /// a plan.
+    pub(crate) fn width_of(len: usize) -> usize {
+        let kernels = kernels_for::<T>(InstructionSet::best(), &Decomposition::of(len));
+        width_for(&kernels, usize::MAX)
     }
 
-    /// Whether a result of so many columns is written past the caches.
+    /// Scratch for `columns` columns of arrays of any strides.
+    pub fn make_scratch(&self, columns: usize) -> Vec<Complex<T>> {
+        vec![Complex::default(); self.scratch_len(columns)]
+    }
+
+    /// Transforms all columns of `input` to `output`.
+    ///
+    /// # Errors
+    /// [`FftError::Input`] and [`FftError::Output`] for shapes other than the plan's.
+    pub fn process<'i, 'o>(
+        &self,
+        input: impl Into<Columns<'i, T>>,
+        output: impl Into<ColumnsMut<'o, Complex<T>>>,
+    ) -> Result<(), FftError> {
+        let (input, output) = (input.into(), output.into());
+        let mut scratch = vec![Complex::default(); self.scratch_len_for(&input, &output)];
+        self.process_with_scratch(input, output, &mut scratch)
+    }
+
+    /// The same without allocation.
+    ///
+    /// # Errors
+    /// As [`RealToComplexColumns::process`]; [`FftError::Scratch`] for scratch shorter than
+    /// [`RealToComplexColumns::scratch_len_for`] says, which [`RealToComplexColumns::scratch_len`] never is.
+    #[inline]
+    pub fn process_with_scratch<'i, 'o>(
+        &self,
+        input: impl Into<Columns<'i, T>>,
+        output: impl Into<ColumnsMut<'o, Complex<T>>>,
+        scratch: &mut [Complex<T>],
+    ) -> Result<(), FftError> {
+        self.process_all(input.into(), output.into(), scratch)
+    }
+
+    fn process_all(
+        &self,
+        input: Columns<T>,
+        mut output: ColumnsMut<Complex<T>>,
+        scratch: &mut [Complex<T>],
+    ) -> Result<(), FftError> {
+        self.check(&input, &output)?;
+        check_scratch(self.scratch_len_for(&input, &output), scratch)?;
+        let stream = self.streams(input.columns());
+        self.stripe(input, &[], &mut output, stream, scratch);
+        Ok(())
+    }
+
+    /// The same by all threads of the current rayon pool, with the same bits. Scratch is kept in the plan and
+    /// used again.
+    ///
+    /// # Errors
+    /// As [`RealToComplexColumns::process`].
+    #[cfg(feature = "rayon")]
+    pub fn process_in_parallel<'i, 'o>(
+        &self,
+        input: impl Into<Columns<'i, T>>,
+        output: impl Into<ColumnsMut<'o, Complex<T>>>,
+    ) -> Result<(), FftError> {
+        use rayon::prelude::*;
+
+        let (input, output) = (input.into(), output.into());
+        self.check(&input, &output)?;
+        let columns = input.columns();
+        let stream = self.streams(columns);
+        let tiles = columns.div_ceil(self.width());
+        let stripe = tiles.div_ceil(4 * rayon::current_num_threads()).max(1) * self.width();
+        let layout = Layout::of(&input, &output);
+        let needed = self.scratch_len_in(stripe.min(columns), layout);
+        let stripes: Vec<_> = input.parts(stripe).zip(output.parts(stripe)).collect();
+        stripes.into_par_iter().for_each_init(
+            || self.pool.take(needed),
+            |scratch, (values, mut spectra)| {
+                self.stripe(values, &[], &mut spectra, stream, scratch);
+            },
+        );
+        Ok(())
+    }
+
+    fn check(&self, input: &Columns<T>, output: &ColumnsMut<Complex<T>>) -> Result<(), FftError> {
+        check_input((self.length, input.columns()), input.dim())?;
+        check_output((self.bins(), input.columns()), output.dim())
+    }
+
+    /// Whether stores to a result of `columns` columns are streaming.
     pub(crate) fn streams(&self, columns: usize) -> bool {
         self.bins() * columns * size_of::<Complex<T>>() >= STREAMING_BYTES
     }
 
-    /// Whether rows can be windowed in passing, by [`ColumnTransform::stripe`].
+    /// Whether [`RealToComplexColumns::stripe`] takes a window.
     pub(crate) fn windows_in_passing(&self) -> bool {
-        matches!(self.way, TilePlan::MixedRadix(_))
+        matches!(self.plan, TilePlan::MixedRadix(_))
     }
 
-    /// Transforms a stripe of an array, rows times `window` if there are any.
+    /// Transforms some columns of an array, rows times `window` if there is one.
+    ///
+    /// # Panics
+    /// If shapes are not the plan's, or the scratch is too short.
     pub(crate) fn stripe(
         &self,
-        values: ArrayView2<T>,
+        values: Columns<T>,
         window: &[T],
-        spectra: &mut ArrayViewMut2<Complex<T>>,
+        spectra: &mut ColumnsMut<Complex<T>>,
         stream: bool,
-        scratch: &mut ColumnScratch<T>,
+        scratch: &mut [Complex<T>],
     ) {
-        assert_eq!(values.nrows(), self.length);
-        assert_eq!(spectra.dim(), (self.bins(), values.ncols()));
+        assert_eq!(values.rows(), self.length);
+        assert_eq!(spectra.dim(), (self.bins(), values.columns()));
         assert!(window.is_empty() || window.len() == self.length && self.windows_in_passing());
-        match &self.way {
-            TilePlan::Fallback(fallback) => {
-                fallback.transform(values, spectra.view_mut(), &mut scratch.by_column)
-            }
+        match &self.plan {
+            TilePlan::Fallback(fallback) => fallback.transform(values, spectra, scratch),
             _ => self.tiles(values, window, spectra, stream, scratch),
         }
     }
+}
 
-    /// The same by all threads of the current pool, with the same bits; each takes a working space
-    /// that an earlier call left, if there is one.
-    ///
-    /// # Panics
-    /// If the shapes are not those of the plan.
-    pub fn transform_in_parallel(
-        &self,
-        values: ArrayView2<T>,
-        mut spectra: ArrayViewMut2<Complex<T>>,
-    ) {
-        let columns = values.ncols();
-        let stream = self.streams(columns);
-        let tiles = columns.div_ceil(self.width());
-        let stripe = tiles.div_ceil(4 * rayon::current_num_threads()).max(1) * self.width();
-        values
-            .axis_chunks_iter(Axis(1), stripe)
-            .into_par_iter()
-            .zip(spectra.axis_chunks_iter_mut(Axis(1), stripe))
-            .for_each_init(
-                || self.borrow(stripe.min(columns)),
-                |scratch, (values, mut spectra)| {
-                    self.stripe(values, &[], &mut spectra, stream, scratch);
-                },
-            );
+pub(crate) fn check_input(expected: (usize, usize), found: (usize, usize)) -> Result<(), FftError> {
+    match expected == found {
+        true => Ok(()),
+        false => Err(FftError::Input { expected, found }),
+    }
+}
+
+pub(crate) fn check_output(
+    expected: (usize, usize),
+    found: (usize, usize),
+) -> Result<(), FftError> {
+    match expected == found {
+        true => Ok(()),
+        false => Err(FftError::Output { expected, found }),
+    }
+}
+
+pub(crate) fn check_scratch<T>(needed: usize, scratch: &[T]) -> Result<(), FftError> {
+    let found = scratch.len();
+    match needed <= found {
+        true => Ok(()),
+        false => Err(FftError::Scratch { needed, found }),
     }
 }
 
@@ -286,7 +344,7 @@ fn kernels_for<T: Real>(
 ) -> Vec<&'static Kernels<T>> {
     match decomposition {
         Decomposition::Fallback => Vec::new(),
-        _ => T::kernels(set).iter().map(|kernels| kernels.0).collect(),
+        _ => kernels::kernels(set),
     }
 }
 
@@ -304,20 +362,10 @@ fn widest<T>(kernels: &[&'static Kernels<T>], columns: usize) -> &'static Kernel
     fits.unwrap_or(&kernels[kernels.len() - 1])
 }
 
-/// Room for so many numbers.
-fn lines<T>(numbers: usize) -> Vec<Line> {
-    vec![bytemuck::Zeroable::zeroed(); lines_of::<T>(numbers)]
-}
-
-/// Lines that so many numbers take.
-fn lines_of<T>(numbers: usize) -> usize {
-    (numbers * size_of::<T>()).div_ceil(size_of::<Line>())
-}
-
-impl<T: Real> std::fmt::Debug for ColumnTransform<T> {
+impl<T: Real> std::fmt::Debug for RealToComplexColumns<T> {
     fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
-        f.debug_struct("ColumnTransform")
-            .field("length", &self.length)
+        f.debug_struct("RealToComplexColumns")
+            .field("len", &self.length)
             .field("instruction_set", &self.set)
             .field("algorithm", &self.algorithm())
             .finish_non_exhaustive()

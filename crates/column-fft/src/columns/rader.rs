@@ -20,7 +20,7 @@
 use num_complex::Complex;
 
 use super::algorithm::{self, Halves};
-use super::cyclic::{Cyclic, Room};
+use super::cyclic::{Cyclic, Scratch};
 use super::kernels::{InstructionSet, Kernels};
 use super::mixed_radix::{RowOrder, Store, Tile, index};
 use super::passes::{Blend, Fold, Scatter};
@@ -116,13 +116,13 @@ impl<T: Real> Rader<T> {
         let m1 = cyclic.first.length;
         let width = kernels.width;
         assert!(matches!(tile.rows, RowOrder::Plain));
-        let room = cyclic.room(width, scratch);
+        let parts = cyclic.split(width, scratch);
         let radix = index(cyclic.first.last());
         let scatter = match tile.store {
             Store::Streaming => kernels.scatter_streaming[radix],
             _ => kernels.scatter[radix],
         };
-        // SAFETY: all places are within what the caller promises and `room` has checked; the
+        // SAFETY: all places are within what the caller promises and `parts` has checked; the
         // kernels are those of this processor.
         unsafe {
             for (j, start) in self.starts.windows(2).enumerate() {
@@ -133,19 +133,19 @@ impl<T: Real> Rader<T> {
                     rows: self.sources.as_ptr().add(start[0]),
                     wanted: start[1] - start[0],
                     count: m1,
-                    to: room.work,
+                    to: parts.work,
                 });
-                cyclic.column(kernels, &room, j);
+                cyclic.column(kernels, &parts, j);
             }
             for k1 in 0..=m1 / 2 {
-                self.pair_of_rows(kernels, &room, k1, tile);
+                self.pair_of_rows(kernels, &parts, k1, tile);
             }
             for (j, start) in self.starts.windows(2).enumerate() {
                 if start[0] == start[1] {
                     break;
                 }
                 scatter(&Scatter {
-                    of: cyclic.column_back(kernels, &room, j),
+                    of: cyclic.column_back(kernels, &parts, j),
                     to: tile.to,
                     stride: tile.to_stride,
                     rows: self.bins.as_ptr().add(start[0]),
@@ -161,20 +161,26 @@ impl<T: Real> Rader<T> {
     ///
     /// # Safety
     /// As [`Rader::tile`].
-    unsafe fn pair_of_rows(&self, kernels: &Kernels<T>, room: &Room<T>, k1: usize, tile: Tile<T>) {
+    unsafe fn pair_of_rows(
+        &self,
+        kernels: &Kernels<T>,
+        parts: &Scratch<T>,
+        k1: usize,
+        tile: Tile<T>,
+    ) {
         let cyclic = &self.cyclic;
         let (m1, m2) = (cyclic.first.length, cyclic.second.length);
         let complex = 2 * kernels.width;
         let mirror = (m1 - k1) % m1;
         let order = kernels.order[index(cyclic.second.last())];
-        let [mut bins, mut mirrors] = room.others;
+        let [mut bins, mut mirrors] = parts.others;
         let rows = [(k1, bins), (mirror, mirrors)];
         let rows = if mirror == k1 { &rows[..1] } else { &rows };
         // SAFETY: as promised.
         unsafe {
             for &(k1, to) in rows {
-                let numbers = cyclic.numbers(kernels.width, room, k1);
-                order(&cyclic.bins(kernels, room, numbers, (numbers, to)));
+                let numbers = cyclic.numbers(kernels.width, parts, k1);
+                order(&cyclic.bins(kernels, parts, numbers, (numbers, to)));
             }
             let mut factors = self.responses.as_ptr().add(4 * k1 * m2);
             let mut blend = |bins: *mut T, mirrors: *mut T, count: usize| {
@@ -202,7 +208,7 @@ impl<T: Real> Rader<T> {
                 blend(bins, mirrors.add(complex * (m2 - 1)), m2);
             }
             for &(k1, bins) in rows {
-                cyclic.row_back(kernels, room, bins, k1);
+                cyclic.row_back(kernels, parts, bins, k1);
             }
         }
     }

@@ -2,7 +2,7 @@
 
 use bytemuck::Pod;
 
-use crate::columns::LINE;
+use super::LINE;
 
 /// Copies each piece by streaming stores, where the processor has them: the target is neither read nor kept in
 /// the caches.

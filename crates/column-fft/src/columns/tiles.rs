@@ -1,6 +1,5 @@
 //! From arrays to tiles: which columns go together, and through which copies.
 
-use ndarray::{ArrayView2, ArrayViewMut2};
 use num_complex::Complex;
 
 use super::algorithm::Decomposition;
@@ -9,11 +8,10 @@ use super::kernels::Kernels;
 use super::mixed_radix::{MixedRadix, RowOrder, Store, Tile};
 use super::plan::TilePlan;
 use super::{
-    ColumnScratch, ColumnTransform, InstructionSet, Line, PREFETCH_BYTES, kernels_for, lines,
-    lines_of, simd, widest, width_for,
+    InstructionSet, LINE, PREFETCH_BYTES, RealToComplexColumns, kernels_for, scratch, simd, widest,
+    width_for,
 };
-use crate::Real;
-use crate::columns::LINE;
+use crate::{Columns, ColumnsMut, Real};
 
 /// A critical stride in bytes: rows a multiple of it apart share a few cache sets, so that prefetched lines are
 /// evicted before their use. Such rows are copied first, in long pieces, into the order of use.
@@ -21,41 +19,105 @@ const CRITICAL_STRIDE: usize = 4096;
 /// Bytes of such copies, which L3 holds; but at least 128 bytes a row.
 const STAGED_BYTES: usize = 8 << 20;
 
-impl<T: Real> ColumnTransform<T> {
-    /// Bytes of working space that a thread needs at most to transform columns of `length` samples, in
-    /// an array of `columns` neighbouring ones whose rows are `row_bytes` apart: what a plan for this
-    /// processor takes, known before there is one.
-    pub fn working_bytes(length: usize, columns: usize, row_bytes: usize) -> u64 {
-        let decomposition = Decomposition::of(length);
-        let kernels = kernels_for::<T>(InstructionSet::best(), &decomposition);
-        let width = width_for(&kernels, columns);
-        let copied = match decomposition {
-            Decomposition::Fallback => return Fallback::<T>::new(length).room().bytes(),
-            Decomposition::MixedRadix(_) if row_bytes.is_multiple_of(CRITICAL_STRIDE) => {
-                tiles_together::<T>(length, columns, width) * length * width
-            }
-            _ => 0,
-        };
-        let lines = [decomposition.scratch_len(width), copied].map(lines_of::<T>);
-        (lines.iter().sum::<usize>() * size_of::<Line>()) as u64
+/// What decides on copies.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Layout {
+    /// Columns are neighbours in both arrays.
+    Rows,
+    /// The same, and rows of samples are a critical stride apart.
+    CriticalRows,
+    /// Columns of an array are not neighbours.
+    Strided,
+}
+
+impl Layout {
+    /// Of neighbouring columns, with rows of samples `row_bytes` apart.
+    pub fn of_rows(row_bytes: usize) -> Layout {
+        match row_bytes.is_multiple_of(CRITICAL_STRIDE) {
+            true => Layout::CriticalRows,
+            false => Layout::Rows,
+        }
+    }
+
+    /// Of an array of samples whose spectra's columns are neighbours.
+    pub fn of_input<T>(values: &Columns<T>) -> Layout {
+        match row_stride(values.strides()) {
+            Some(stride) => Layout::of_rows(stride * size_of::<T>()),
+            None => Layout::Strided,
+        }
+    }
+
+    pub fn of<T>(values: &Columns<T>, spectra: &ColumnsMut<Complex<T>>) -> Layout {
+        match row_stride(spectra.strides()) {
+            Some(_) => Layout::of_input(values),
+            None => Layout::Strided,
+        }
+    }
+}
+
+/// Numbers of scratch: of the plan, and of copies.
+fn parts<T>(
+    decomposition: &Decomposition,
+    (length, columns, width): (usize, usize, usize),
+    layout: Layout,
+) -> [usize; 2] {
+    let copies = match (layout, decomposition) {
+        (Layout::CriticalRows, Decomposition::MixedRadix(_)) => {
+            tiles_together::<T>(length, columns, width) * length * width
+        }
+        (Layout::Strided, _) => gathered(length, width) + 2 * width * (length / 2 + 1),
+        _ => 0,
+    };
+    [decomposition.scratch_len(width), copies]
+}
+
+/// Whether columns of `length` samples take a window in passing.
+pub fn windows_in_passing(length: usize) -> bool {
+    matches!(Decomposition::of(length), Decomposition::MixedRadix(_))
+}
+
+/// Complex numbers of scratch to transform columns of `length` samples, known before there is a plan.
+pub fn scratch_len<T: Real>(length: usize, columns: usize, layout: Layout) -> usize {
+    let decomposition = Decomposition::of(length);
+    if matches!(decomposition, Decomposition::Fallback) {
+        return Fallback::<T>::new(length).scratch_len();
+    }
+    let width = width_for(
+        &kernels_for::<T>(InstructionSet::best(), &decomposition),
+        columns,
+    );
+    scratch::complex_len::<T>(parts::<T>(&decomposition, (length, columns, width), layout))
+}
+
+impl<T: Real> RealToComplexColumns<T> {
+    /// Complex numbers of scratch.
+    pub(crate) fn scratch_len_in(&self, columns: usize, layout: Layout) -> usize {
+        if let TilePlan::Fallback(fallback) = &self.plan {
+            return fallback.scratch_len();
+        }
+        let width = width_for(&self.kernels, columns);
+        let shape = (self.length, columns, width);
+        scratch::complex_len::<T>(parts::<T>(&self.decomposition, shape, layout))
     }
 
     /// Transforms all columns tile by tile.
     pub(super) fn tiles(
         &self,
-        values: ArrayView2<T>,
+        values: Columns<T>,
         window: &[T],
-        spectra: &mut ArrayViewMut2<Complex<T>>,
+        spectra: &mut ColumnsMut<Complex<T>>,
         stream: bool,
-        scratch: &mut ColumnScratch<T>,
+        scratch: &mut [Complex<T>],
     ) {
-        let columns = values.ncols();
+        let columns = values.columns();
+        let widest = widest(&self.kernels, columns);
+        let first = self.decomposition.scratch_len(widest.width);
+        let (work, copies) = scratch::divide(scratch, first);
         let strides = row_stride(values.strides()).zip(row_stride(spectra.strides()));
         let Some((from_stride, to_stride)) = strides else {
-            self.gathered(values, window, spectra, scratch);
+            self.gathered(values, window, spectra, (work, copies));
             return;
         };
-        let widest = widest(&self.kernels, columns.min(scratch.width));
         let bins = spectra.as_mut_ptr();
         // SAFETY: the tiles' columns are within both views, and so are their rows, by the shapes
         // asserted; `Complex` is two numbers.
@@ -76,11 +138,12 @@ impl<T: Real> ColumnTransform<T> {
             }
         };
         let critical = (from_stride * size_of::<T>()).is_multiple_of(CRITICAL_STRIDE);
-        let mut done = match (&self.way, critical) {
-            (TilePlan::MixedRadix(plan), true) => self.through_stage(plan, columns, &tile, scratch),
+        let mut done = match (&self.plan, critical) {
+            (TilePlan::MixedRadix(plan), true) => {
+                self.through_stage(plan, columns, &tile, (&mut *work, copies))
+            }
             _ => 0,
         };
-        let numbers: &mut [T] = bytemuck::cast_slice_mut(&mut scratch.lines);
         while done < columns {
             let left = columns - done;
             let covers = |k: &&&Kernels<T>| k.width >= left && k.width <= widest.width;
@@ -88,7 +151,7 @@ impl<T: Real> ColumnTransform<T> {
             // The last tile overlaps the one before: the same numbers are written again.
             let start = done.min(columns - kernel.width);
             // SAFETY: as before.
-            unsafe { self.way.tile(kernel, tile(start), numbers) };
+            unsafe { self.plan.tile(kernel, tile(start), work) };
             done = start + kernel.width;
         }
         simd::finish_streams();
@@ -101,20 +164,16 @@ impl<T: Real> ColumnTransform<T> {
         plan: &MixedRadix<T>,
         columns: usize,
         tile: &dyn Fn(usize) -> Tile<T>,
-        scratch: &mut ColumnScratch<T>,
+        (work, copies): (&mut [T], &mut [T]),
     ) -> usize {
-        let kernel = widest(&self.kernels, columns.min(scratch.width));
+        let kernel = widest(&self.kernels, columns);
         let together = tiles_together::<T>(self.length, columns, kernel.width);
         let numbers = self.length * kernel.width;
-        if size_of_val(&scratch.copies[..]) < together * numbers * size_of::<T>() {
-            scratch.copies = lines::<T>(together * numbers);
-        }
-        let stage: &mut [T] = bytemuck::cast_slice_mut(&mut scratch.copies);
-        let work: &mut [T] = bytemuck::cast_slice_mut(&mut scratch.lines);
+        let stage = &mut copies[..together * numbers];
         let tiles = columns / kernel.width;
         for first in (0..tiles).step_by(together.max(1)) {
             let count = together.min(tiles - first);
-            // SAFETY: the tiles' rows are within the arrays, and the stage has room for so many tiles.
+            // SAFETY: the tiles' rows are within the arrays, and the stage holds `together` tiles.
             unsafe {
                 let to = (stage.as_mut_ptr(), numbers);
                 plan.stage(kernel, count, tile(first * kernel.width), to);
@@ -143,31 +202,27 @@ impl<T: Real> ColumnTransform<T> {
     /// Columns that are not neighbours, through copies.
     fn gathered(
         &self,
-        values: ArrayView2<T>,
+        values: Columns<T>,
         window: &[T],
-        spectra: &mut ArrayViewMut2<Complex<T>>,
-        scratch: &mut ColumnScratch<T>,
+        spectra: &mut ColumnsMut<Complex<T>>,
+        (work, copies): (&mut [T], &mut [T]),
     ) {
-        let columns = values.ncols();
-        let kernel = widest(&self.kernels, columns.min(scratch.width));
+        let columns = values.columns();
+        let kernel = widest(&self.kernels, columns);
         let width = kernel.width;
-        let samples = (width * self.length).next_multiple_of(64);
-        let numbers = samples + 2 * width * self.bins();
-        if size_of_val(&scratch.copies[..]) < numbers * size_of::<T>() {
-            scratch.copies = lines::<T>(numbers);
-        }
-        let copies: &mut [T] = bytemuck::cast_slice_mut(&mut scratch.copies);
-        let (rows, bins) = copies.split_at_mut(samples);
-        let work: &mut [T] = bytemuck::cast_slice_mut(&mut scratch.lines);
+        let (rows, bins) = copies.split_at_mut(gathered(self.length, width));
+        let (rows, bins) = (
+            &mut rows[..width * self.length],
+            &mut bins[..2 * width * self.bins()],
+        );
         for done in (0..columns).step_by(width) {
             let start = done.min(columns - width);
-            for (row, from) in rows.chunks_exact_mut(width).zip(values.outer_iter()) {
+            for (n, row) in rows.chunks_exact_mut(width).enumerate() {
                 for (c, to) in row.iter_mut().enumerate() {
-                    *to = from[start + c];
+                    *to = values.at(n, start + c);
                 }
             }
-            // SAFETY: both copies have as many rows of a tile's width as the plan's length prefetching
-            // for.
+            // SAFETY: the copies hold `length` and `bins` rows of a tile's width.
             unsafe {
                 let tile = Tile {
                     from: rows.as_ptr(),
@@ -177,27 +232,32 @@ impl<T: Real> ColumnTransform<T> {
                     to_stride: 2 * width,
                     store: self.through_caches(2 * width * size_of::<T>()),
                 };
-                self.way.tile(kernel, tile, work);
+                self.plan.tile(kernel, tile, work);
             }
-            for (row, mut to) in bins.chunks_exact(2 * width).zip(spectra.outer_iter_mut()) {
+            for (m, row) in bins.chunks_exact(2 * width).enumerate() {
                 for (c, pair) in row.chunks_exact(2).enumerate() {
-                    to[start + c] = Complex::new(pair[0], pair[1]);
+                    spectra.set(m, start + c, Complex::new(pair[0], pair[1]));
                 }
             }
         }
     }
 }
 
+/// Numbers of a copy of a tile's samples, in whole cache lines.
+fn gathered(length: usize, width: usize) -> usize {
+    (width * length).next_multiple_of(64)
+}
+
 /// Tiles whose rows are copied together: the more, the longer the pieces read, up to 8 cache lines a
 /// row; at least two lines, else as many as L3 holds. No more than there are.
 fn tiles_together<T>(length: usize, columns: usize, width: usize) -> usize {
-    let lines_of_rows = STAGED_BYTES / size_of::<Line>() / length;
+    let lines_of_rows = STAGED_BYTES / LINE / length;
     let lines = lines_of_rows.clamp(2, 8);
-    let tiles = lines * size_of::<Line>() / (width * size_of::<T>());
+    let tiles = lines * LINE / (width * size_of::<T>());
     tiles.max(1).min(columns / width)
 }
 
-/// Rows as they are, or times window if there are any.
+/// Rows as they are, or times a window if there is one.
 fn order<T>(window: &[T]) -> RowOrder<T> {
     match window {
         [] => RowOrder::Plain,
@@ -206,33 +266,20 @@ fn order<T>(window: &[T]) -> RowOrder<T> {
 }
 
 /// From row to row in memory, where columns are neighbours.
-fn row_stride(strides: &[isize]) -> Option<usize> {
+fn row_stride(strides: [isize; 2]) -> Option<usize> {
     match strides {
-        &[row, 1] => usize::try_from(row).ok(),
+        [row, 1] => usize::try_from(row).ok(),
         _ => None,
     }
 }
 
 #[cfg(test)]
 mod tests {
-    use ndarray::Array2;
-
     use super::*;
 
-    /// What a thread holds once it has transformed an array in rows of `stride` numbers.
-    fn held<T: Real>(length: usize, columns: usize, stride: usize) -> u64 {
-        let plan = ColumnTransform::<T>::new(length);
-        let values = Array2::from_elem((length, stride), T::zero());
-        let values = values.slice(ndarray::s![.., ..columns]);
-        let mut spectra = Array2::default((plan.bins(), columns));
-        let mut scratch = plan.scratch(columns);
-        plan.transform(values, spectra.view_mut(), &mut scratch);
-        let lines = scratch.lines.len() + scratch.copies.len();
-        (lines * size_of::<Line>()) as u64 + scratch.by_column.bytes()
-    }
-
+    /// A plan needs what is known before it, and no less does.
     #[test]
-    fn working_space_is_known_before_it_is_taken() {
+    fn scratch_is_known_before_there_is_a_plan() {
         for (length, columns, stride) in [
             (4096, 512, 512),
             (4096, 30, 512),
@@ -243,25 +290,37 @@ mod tests {
             (253, 40, 512),
             (7, 40, 512),
         ] {
-            let (single, double) = (
-                ColumnTransform::<f32>::working_bytes(length, columns, 4 * stride),
-                ColumnTransform::<f64>::working_bytes(length, columns, 8 * stride),
+            let plan = RealToComplexColumns::<f64>::new(length).unwrap();
+            let samples = vec![0.5; length * stride];
+            let mut bins = vec![Complex::default(); plan.bins() * columns];
+            let values = Columns::new(&samples, length, columns, stride).unwrap();
+            let known = RealToComplexColumns::<f64>::scratch_len_of(length, columns, stride);
+            let mut scratch = vec![Complex::default(); known];
+            let mut run = |scratch: &mut [Complex<f64>]| {
+                let spectra = ColumnsMut::new(&mut bins, plan.bins(), columns, columns).unwrap();
+                assert_eq!(plan.scratch_len_for(&values, &spectra), known);
+                plan.process_with_scratch(values, spectra, scratch)
+            };
+            assert_eq!(run(&mut scratch), Ok(()));
+            let short = run(&mut scratch[1..]);
+            assert!(
+                matches!(short, Err(crate::FftError::Scratch { .. })),
+                "{length}"
             );
-            assert_eq!(single, held::<f32>(length, columns, stride), "{length}");
-            assert_eq!(double, held::<f64>(length, columns, stride), "{length}");
+            assert!(plan.scratch_len(columns) >= known);
         }
     }
 
-    /// By hand: 4096 = 64 x 64, so a tile of w columns takes 2 w (64 + 33 (64 + 2)) numbers. Copies of
-    /// rows 4096 bytes apart are of 8 lines a row; of 2 ^ 17 rows only of 2.
+    /// By hand: 4096 = 64 x 64, so a tile of w columns takes 2 w (64 + 33 (64 + 2)) numbers, and a cache line
+    /// for the alignment. Copies of rows 4096 bytes apart are of 8 lines a row; of 2 ^ 17 rows only of 2.
     #[test]
-    fn val_working_space_by_hand() {
+    fn val_scratch_by_hand() {
         let bytes = |length| {
-            let of = |row_bytes| ColumnTransform::<f64>::working_bytes(length, 512, row_bytes);
-            (of(4096), of(4104))
+            let of = |stride| 16 * RealToComplexColumns::<f64>::scratch_len_of(length, 512, stride);
+            (of(512), of(513))
         };
-        let width = ColumnTransform::<f64>::new(4096).width() as u64;
-        let scratch = 2 * width * (64 + 33 * 66) * 8;
+        let width = RealToComplexColumns::<f64>::new(4096).unwrap().width();
+        let scratch = 2 * width * (64 + 33 * 66) * 8 + 64;
         assert_eq!(bytes(4096), (scratch + (2 << 20), scratch));
         let (copied, not) = bytes(1 << 17);
         assert_eq!(copied - not, 128 << 17);

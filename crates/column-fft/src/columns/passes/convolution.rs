@@ -94,10 +94,10 @@ impl<T> Unordered<T> {
 #[derive(Debug, Clone, Copy)]
 pub struct Twiddled<T> {
     pub of: Unordered<T>,
-    /// The place of bin 0, and how far the next is, in numbers.
+    /// The place of bin 0, and the distance to the next, in numbers.
     pub to: *mut T,
     pub next: usize,
-    /// A factor for each bin, and how far the next is, in factors.
+    /// A factor for each bin, and the distance to the next, in factors.
     pub factors: *const T,
     pub factors_apart: usize,
     /// Bins from here on are left out.
@@ -168,12 +168,12 @@ where
 /// Which rows of real columns are folded about the middle, and where.
 #[derive(Debug, Clone, Copy)]
 pub struct Fold<T> {
-    /// Row 0, and how far the next is, in numbers.
+    /// Row 0, and the distance to the next, in numbers.
     pub from: *const T,
     pub stride: usize,
     /// Of row n the partner is row `length - n`.
     pub length: usize,
-    /// The rows n wanted.
+    /// The rows n.
     pub rows: *const u32,
     pub wanted: usize,
     /// Complex numbers in all; those beyond `wanted` are 0.
@@ -256,7 +256,7 @@ pub(in super::super) unsafe fn blend<L: Lanes>(at: &Blend<L::Scalar>) {
 #[derive(Debug, Clone, Copy)]
 pub struct Scatter<T> {
     pub of: Unordered<T>,
-    /// Row 0 of the result, and how far the next is, in numbers.
+    /// Row 0 of the result, and the distance to the next, in numbers.
     pub to: *mut T,
     pub stride: usize,
     /// For each bin twice its row, and 1 more where it is its conjugate.

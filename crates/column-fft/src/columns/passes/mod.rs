@@ -19,7 +19,7 @@ use crate::columns::LINE;
 /// Rows of neighbouring tiles, to be copied.
 #[derive(Debug, Clone, Copy)]
 pub struct Stage<T> {
-    /// Row 0, and how far the next is, in numbers.
+    /// Row 0, and the distance to the next, in numbers.
     pub from: *const T,
     pub stride: usize,
     /// A factor for each row, where there is a window.
@@ -28,7 +28,7 @@ pub struct Stage<T> {
     pub series: usize,
     pub length: usize,
     pub tiles: usize,
-    /// Where the first tile goes, and how far the next is, in numbers.
+    /// Where the first tile goes, and the distance to the next, in numbers.
     pub to: *mut T,
     pub next: usize,
 }
@@ -127,7 +127,7 @@ impl<T> Prefetch<T> {
 /// second series `second` further.
 #[derive(Debug, Clone, Copy)]
 pub struct Rows<T> {
-    /// Row 0, and how far the next is, in numbers.
+    /// Row 0, and the distance to the next, in numbers.
     pub from: *const T,
     pub stride: usize,
     pub next: usize,
@@ -381,7 +381,7 @@ pub(super) unsafe fn last<L: Lanes, const R: usize, const STREAM: bool, const PR
     unsafe {
         let zero = L::of(0.0);
         let step = at.groups * at.bins_apart;
-        let ask = |row: *mut L::Scalar| {
+        let prefetch = |row: *mut L::Scalar| {
             // Every line of the piece, which may begin and end within one.
             let line = LINE / size_of::<L::Scalar>();
             for number in (0..2 * L::WIDTH).step_by(line) {
@@ -402,13 +402,13 @@ pub(super) unsafe fn last<L: Lanes, const R: usize, const STREAM: bool, const PR
                     let row = at.to.add(bin * at.stride);
                     L::store_interleaved::<STREAM>(y.re, y.im, row);
                     if PREFETCH {
-                        ask(row.wrapping_add(at.stride));
+                        prefetch(row.wrapping_add(at.stride));
                     }
                 } else if at.mirrored {
                     let row = at.to.add((at.length - bin) * at.stride);
                     L::store_interleaved::<STREAM>(y.re, zero.sub(y.im), row);
                     if PREFETCH {
-                        ask(row.wrapping_sub(at.stride));
+                        prefetch(row.wrapping_sub(at.stride));
                     }
                 }
             }

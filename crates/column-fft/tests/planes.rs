@@ -1,12 +1,15 @@
 //! Transforms of both axes, of overlapping segments, and back: against sums as they are written in
 //! the definitions, and against `realfft`.
 
+mod common;
+
 use std::f64::consts::TAU;
 
-use cascade::transform::{
-    ColumnInverse, ColumnTransform, Real, ShortTimeTransform, SpaceTimeInverse, SpaceTimeTransform,
-    direct_sums, power,
+use column_fft::{
+    ComplexToReal2d, ComplexToRealColumns, FftDirection, Filter2d, Real, RealToComplex2d,
+    RealToComplexColumns, ShortTimeColumns,
 };
+use common::{direct_sums, power};
 use ndarray::{Array2, Array3, ArrayView2, Axis, s};
 use num_complex::Complex;
 use realfft::RealFftPlanner;
@@ -58,9 +61,10 @@ fn val_double_sums_over_time_and_space() {
         (1, 9),
     ] {
         let values = noise::<f64>(shape, 5);
-        let plan = SpaceTimeTransform::new(shape);
+        let plan = RealToComplex2d::new(shape, FftDirection::Inverse).unwrap();
         let mut spectrum = Array2::default((plan.bins(), shape.1));
-        plan.transform(values.view(), spectrum.view_mut());
+        plan.process_in_parallel(values.view(), spectrum.view_mut())
+            .unwrap();
         let truth = spectrum
             .indexed_iter()
             .map(|((m, q), _)| double_sum(&values, m, q));
@@ -72,14 +76,51 @@ fn val_double_sums_over_time_and_space() {
 fn returns<T: Real>(tolerance: f64) {
     for shape in [(1, 1), (2, 2), (64, 48), (63, 50), (101, 37), (600, 7)] {
         let values = noise::<T>(shape, 11);
-        let plan = SpaceTimeTransform::new(shape);
+        let plan = RealToComplex2d::new(shape, FftDirection::Inverse).unwrap();
         let mut spectrum = Array2::default((plan.bins(), shape.1));
-        plan.transform(values.view(), spectrum.view_mut());
+        plan.process_in_parallel(values.view(), spectrum.view_mut())
+            .unwrap();
         let mut back = Array2::default(shape);
-        SpaceTimeInverse::new(shape).transform(spectrum.view_mut(), back.view_mut());
+        ComplexToReal2d::new(shape, FftDirection::Forward)
+            .unwrap()
+            .normalized()
+            .process(spectrum.view_mut(), back.view_mut())
+            .unwrap();
         let truth = values.iter().map(|v| Complex::from(v.to_f64()));
         let off = apart(real(back.view()), truth);
         assert!(off < tolerance, "{shape:?}: {off:e}");
+        // By one thread: the same bits.
+        let mut serial = Array2::default((plan.bins(), shape.1));
+        plan.process(values.view(), spectrum.view_mut()).unwrap();
+        plan.process_in_parallel(values.view(), serial.view_mut())
+            .unwrap();
+        assert_eq!(serial, spectrum);
+        let inverse = ComplexToReal2d::new(shape, FftDirection::Forward)
+            .unwrap()
+            .normalized();
+        let mut again = Array2::default(shape);
+        inverse
+            .process_in_parallel(spectrum.view_mut(), again.view_mut())
+            .unwrap();
+        assert_eq!(again, back);
+        let filter = Filter2d::new(shape, FftDirection::Inverse).unwrap();
+        filter
+            .process(values.view(), again.view_mut(), |_, _| {})
+            .unwrap();
+        assert_eq!(again, back);
+        filter
+            .process_in_parallel(values.view(), again.view_mut(), |m, row| {
+                if m > 0 {
+                    row.fill(Complex::default());
+                }
+            })
+            .unwrap();
+        let mean =
+            |c: usize| back.column(c).iter().map(|v| v.to_f64()).sum::<f64>() / shape.0 as f64;
+        for (c, column) in again.axis_iter(Axis(1)).enumerate() {
+            let apart = column.iter().map(|v| (v.to_f64() - mean(c)).abs());
+            assert!(apart.fold(0.0, f64::max) < tolerance);
+        }
     }
 }
 
@@ -94,13 +135,13 @@ fn fields_return_to_rounding() {
 fn any_layout_and_any_number_of_threads_give_the_same_bits() {
     let shape = (48, 21);
     let values = noise::<f64>(shape, 3);
-    let plan = SpaceTimeTransform::new(shape);
+    let plan = RealToComplex2d::new(shape, FftDirection::Inverse).unwrap();
     let run = |threads: usize, stride: usize| {
         let mut room = Array2::<Complex<f64>>::default((plan.bins(), stride * shape.1));
         let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build();
         let spectrum = room.slice_mut(s![.., ..;stride]);
         pool.unwrap()
-            .install(|| plan.transform(values.view(), spectrum));
+            .install(|| plan.process_in_parallel(values.view(), spectrum).unwrap());
         room.slice(s![.., ..;stride]).to_owned()
     };
     let first = run(1, 1);
@@ -124,8 +165,9 @@ fn inverse_agrees<T: Real>(tolerance: f64) {
             Complex::new(spectra[2 * c][m], spectra[2 * c + 1][m])
         });
         let mut found = Array2::default((length, columns));
-        let plan = ColumnInverse::new(length);
-        plan.transform_in_parallel(spectra.view(), found.view_mut());
+        let plan = ComplexToRealColumns::new(length).unwrap().normalized();
+        plan.process_in_parallel(spectra.view(), found.view_mut())
+            .unwrap();
         let theirs = RealFftPlanner::<f64>::new().plan_fft_inverse(length);
         for (c, column) in found.axis_iter(Axis(1)).enumerate() {
             let mut spectrum: Vec<Complex<f64>> = spectra
@@ -158,15 +200,19 @@ fn val_realfft_inverses() {
 fn inverses_of_any_number_of_threads_have_the_same_bits() {
     let (length, columns) = (360, 53);
     let values = noise::<f64>((length, columns), 23);
-    let plan = ColumnTransform::new(length);
+    let plan = RealToComplexColumns::new(length).unwrap();
     let mut spectra = Array2::default((plan.bins(), columns));
-    plan.transform_in_parallel(values.view(), spectra.view_mut());
-    let inverse = ColumnInverse::new(length);
+    plan.process_in_parallel(values.view(), spectra.view_mut())
+        .unwrap();
+    let inverse = ComplexToRealColumns::new(length).unwrap().normalized();
     let run = |threads: usize| {
         let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build();
         let mut back = Array2::default((length, columns));
-        pool.unwrap()
-            .install(|| inverse.transform_in_parallel(spectra.view(), back.view_mut()));
+        pool.unwrap().install(|| {
+            inverse
+                .process_in_parallel(spectra.view(), back.view_mut())
+                .unwrap()
+        });
         back
     };
     let first = run(1);
@@ -175,8 +221,25 @@ fn inverses_of_any_number_of_threads_have_the_same_bits() {
     // A column alone has the bits it has among others.
     let mut alone = Array2::default((length, 1));
     let one = spectra.slice(s![.., 40..41]);
-    inverse.transform_in_parallel(one, alone.view_mut());
+    inverse.process_in_parallel(one, alone.view_mut()).unwrap();
     assert_eq!(alone.column(0), first.column(40));
+}
+
+#[test]
+fn columns_return_to_rounding() {
+    for length in [1, 2, 7, 48, 97, 480, 1009, 4096] {
+        let values = noise::<f64>((length, 11), 7);
+        let plan = RealToComplexColumns::<f64>::new(length).unwrap();
+        let mut spectra = Array2::default((plan.bins(), 11));
+        plan.process_in_parallel(values.view(), spectra.view_mut())
+            .unwrap();
+        let mut back = Array2::zeros((length, 11));
+        let inverse = ComplexToRealColumns::new(length).unwrap().normalized();
+        inverse.process(spectra.view(), back.view_mut()).unwrap();
+        let apart = values.iter().zip(&back).map(|(a, b)| (a - b).abs());
+        let apart = apart.fold(0.0, f64::max);
+        assert!(apart < 1.5e-15, "{length}: {apart:e}");
+    }
 }
 
 fn short_time_agrees<T: Real>(tolerance: f64) {
@@ -191,11 +254,12 @@ fn short_time_agrees<T: Real>(tolerance: f64) {
         let window: Vec<f64> = (0..length)
             .map(|n| 0.1 + (n as f64 * 0.9).sin().powi(2))
             .collect();
-        let plan = ShortTimeTransform::<T>::new(&window, hop);
+        let plan = ShortTimeColumns::<T>::new(&window, hop).unwrap();
         let segments = plan.segments(times);
         assert_eq!(segments, (times - length) / hop + 1);
         let mut spectra = Array3::default((segments, plan.bins(), columns));
-        plan.transform_in_parallel(values.view(), spectra.view_mut());
+        plan.process_in_parallel(values.view(), spectra.view_mut())
+            .unwrap();
         let bins: Vec<usize> = (0..plan.bins()).collect();
         for (s, segment) in spectra.outer_iter().enumerate() {
             for c in 0..columns {
@@ -222,17 +286,19 @@ fn weighed_bits<T: Real>() {
     for (length, columns) in [(64, 13), (105, 40), (30, 512), (256, 1024), (101, 9)] {
         let values = noise::<T>((length + 7, columns), 37);
         let window: Vec<f64> = (1..=length).map(|n| (n as f64).sqrt()).collect();
-        let plan = ShortTimeTransform::<T>::new(&window, 7);
+        let plan = ShortTimeColumns::<T>::new(&window, 7).unwrap();
         let mut found = Array3::default((2, plan.bins(), columns));
-        plan.transform_in_parallel(values.view(), found.view_mut());
-        let plan = ColumnTransform::<T>::new(length);
+        plan.process_in_parallel(values.view(), found.view_mut())
+            .unwrap();
+        let plan = RealToComplexColumns::<T>::new(length).unwrap();
         for (s, segment) in found.outer_iter().enumerate() {
             let weighed = Array2::from_shape_fn((length, columns), |(n, c)| {
                 values[(7 * s + n, c)] * T::rounded(window[n])
             });
             let mut expected = Array2::default((plan.bins(), columns));
-            let scratch = &mut plan.scratch(columns);
-            plan.transform(weighed.view(), expected.view_mut(), scratch);
+            let scratch = &mut plan.make_scratch(columns);
+            plan.process_with_scratch(weighed.view(), expected.view_mut(), scratch)
+                .unwrap();
             assert_eq!(segment, expected, "{length} x {columns}");
         }
     }
@@ -251,32 +317,36 @@ fn segments_of_any_layout_have_the_same_bits() {
     for length in [64, 30, 105, 101] {
         let values = noise::<f64>((150, 512), 31);
         let window: Vec<f64> = (1..=length).map(|n| (n as f64).sqrt()).collect();
-        let plan = ShortTimeTransform::<f64>::new(&window, 25);
+        let plan = ShortTimeColumns::<f64>::new(&window, 25).unwrap();
         let shape = (plan.segments(150), plan.bins(), 512);
         let mut whole = Array3::default(shape);
-        plan.transform_in_parallel(values.view(), whole.view_mut());
+        plan.process_in_parallel(values.view(), whole.view_mut())
+            .unwrap();
         let by_column = values.t().to_owned();
         let mut found = Array3::default(shape);
-        plan.transform_in_parallel(by_column.t(), found.view_mut());
+        plan.process_in_parallel(by_column.t(), found.view_mut())
+            .unwrap();
         assert_eq!(found, whole);
         let mut found = Array3::default((shape.0, 512, shape.1));
         let turned = found.view_mut().permuted_axes([0, 2, 1]);
-        plan.transform_in_parallel(values.view(), turned);
+        plan.process_in_parallel(values.view(), turned).unwrap();
         assert_eq!(found.permuted_axes([0, 2, 1]), whole);
         let few = values.slice(s![.., 3..10]).to_owned();
         let mut found = Array3::default((shape.0, shape.1, 7));
-        plan.transform_in_parallel(few.view(), found.view_mut());
+        plan.process_in_parallel(few.view(), found.view_mut())
+            .unwrap();
         assert_eq!(found, whole.slice(s![.., .., 3..10]));
     }
 }
 
 #[test]
 fn records_shorter_than_the_window_have_no_segments() {
-    let plan = ShortTimeTransform::<f64>::new(&[1.0; 8], 2);
+    let plan = ShortTimeColumns::<f64>::new(&[1.0; 8], 2).unwrap();
     assert_eq!(
         (plan.segments(7), plan.segments(8), plan.segments(10)),
         (0, 1, 2)
     );
     let values = noise::<f64>((7, 3), 1);
-    plan.transform_in_parallel(values.view(), Array3::default((0, 5, 3)).view_mut());
+    plan.process_in_parallel(values.view(), Array3::default((0, 5, 3)).view_mut())
+        .unwrap();
 }
