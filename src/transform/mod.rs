@@ -24,8 +24,7 @@ mod taper;
 use num_complex::Complex;
 
 pub use column_fft::{
-    Algorithm, Columns, ColumnsMut, ComplexToReal2d, ComplexToRealColumns, FftDirection,
-    InstructionSet, Real, RealToComplex2d, RealToComplexColumns, SegmentsMut, ShortTimeColumns,
+    FftDirection, InstructionSet, Real, RealToComplex2d, RealToComplexColumns, ShortTimeColumns,
 };
 
 pub use axes::{frequencies, wavenumbers, wavenumbers_signed};

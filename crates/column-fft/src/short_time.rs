@@ -163,7 +163,8 @@ impl<T: Real> ShortTimeColumns<T> {
             true => columns_assembled::<T>(self.bins(), self.plan.width(), columns),
             false => None,
         };
-        let layout = match output.strides()[2] == 1 {
+        let [_, row, column] = output.strides();
+        let layout = match column == 1 && row >= 0 {
             true => Layout::of_input(input),
             false => Layout::Strided,
         };
@@ -261,7 +262,7 @@ impl<T: Real> ShortTimeColumns<T> {
         let (assembled, scratch) = rest.split_at_mut(parts.assembled);
         match self.columns_assembled(&spectra) {
             Some(together) if stream => {
-                self.assembled(segment, spectra, together, (windowed, assembled, scratch));
+                self.assembled(segment, spectra, together, [windowed, assembled, scratch]);
             }
             _ => self.segment(segment, &mut spectra, stream, (windowed, scratch)),
         }
@@ -287,7 +288,7 @@ impl<T: Real> ShortTimeColumns<T> {
         segment: Columns<T>,
         spectra: ColumnsMut<Complex<T>>,
         together: usize,
-        (windowed, assembled, scratch): (&mut [Complex<T>], &mut [Complex<T>], &mut [Complex<T>]),
+        [windowed, assembled, scratch]: [&mut [Complex<T>]; 3],
     ) {
         for (segment, mut spectra) in segment.parts(together).zip(spectra.parts(together)) {
             let columns = segment.columns();

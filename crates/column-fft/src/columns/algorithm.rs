@@ -73,6 +73,7 @@ impl Decomposition {
     }
 
     /// Numbers of scratch for tiles of `width` columns.
+    #[inline]
     pub fn scratch_len(&self, width: usize) -> usize {
         match self {
             Decomposition::MixedRadix(halves) => mixed_radix::scratch_len(lengths(halves), width),
@@ -93,6 +94,7 @@ impl Decomposition {
     }
 }
 
+#[inline]
 fn lengths((first, second): &Halves) -> [usize; 2] {
     [first, second].map(|radices| radices.iter().product())
 }

@@ -17,12 +17,14 @@ use crate::twiddle::cos_sin_exact;
 const PADDING: usize = 2;
 
 /// From row to row of the matrix, in complex numbers.
+#[inline]
 fn row(second: usize) -> usize {
     second + PADDING
 }
 
 /// Numbers of scratch for tiles of `width` columns by halves of these lengths: three series or rows, and
 /// the matrix.
+#[inline]
 pub fn scratch_len([first, second]: [usize; 2], width: usize) -> usize {
     2 * width * (3 * first.max(second) + first * row(second))
 }

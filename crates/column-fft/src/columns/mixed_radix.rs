@@ -10,12 +10,14 @@ use crate::twiddle::cos_sin_exact;
 const PADDING: usize = 2;
 
 /// From row to row of the intermediate matrix, in complex numbers.
+#[inline]
 fn row(second: usize) -> usize {
     second.next_multiple_of(2) + PADDING
 }
 
 /// Numbers of scratch for a tile of `width` columns by halves of these lengths: of one series,
 /// and of the intermediate matrix.
+#[inline]
 pub fn scratch_len([first, second]: [usize; 2], width: usize) -> usize {
     2 * width * (first.max(second) + (first / 2 + 1) * row(second))
 }
@@ -438,6 +440,7 @@ impl<T> Half<T> {
 }
 
 /// Place of a radix in the tables of kernels.
+#[inline]
 pub fn index(radix: usize) -> usize {
     RADICES.iter().position(|&r| r == radix).unwrap_or(0)
 }

@@ -48,6 +48,7 @@ pub(super) trait Lanes: Copy {
 }
 
 /// Orders streaming stores before what follows, as other threads see it.
+#[inline]
 pub(super) fn finish_streams() {
     #[cfg(target_arch = "x86_64")]
     // SAFETY: every x86-64 has this instruction.
