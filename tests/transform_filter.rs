@@ -3,9 +3,7 @@
 use std::f64::consts::TAU;
 
 use ndarray::{Array2, azip};
-use wavecascade::transform::{
-    ColumnInverse, ColumnTransform, Passband, SpaceTimeFilter, Travelling,
-};
+use wavecascade::transform::{Passband, SpaceTimeFilter, Travelling};
 
 const SHAPE: (usize, usize) = (120, 50);
 const STEPS: (f64, f64) = (0.5, 2.0);
@@ -113,20 +111,6 @@ fn directions_add_up_to_the_field() {
         assert!(residual.abs() < 3e-14, "{shape:?}: {residual:e}");
         let all = filtered(&values, &Passband::default());
         same(&all, &values, 1.5e-15);
-    }
-}
-
-#[test]
-fn columns_return_to_rounding() {
-    for length in [1, 2, 7, 48, 97, 480, 1009, 4096] {
-        let values = noise((length, 11));
-        let plan = ColumnTransform::<f64>::new(length);
-        let mut spectra = Array2::default((plan.bins(), 11));
-        plan.transform_in_parallel(values.view(), spectra.view_mut());
-        let mut back = Array2::zeros((length, 11));
-        ColumnInverse::new(length).transform_in_parallel(spectra.view(), back.view_mut());
-        let apart = largest_difference(&values, &back);
-        assert!(apart < 1.5e-15, "{length}: {apart:e}");
     }
 }
 

@@ -106,8 +106,10 @@ mod tests {
     #[test]
     fn val_working_space_of_all_threads_counts() {
         let field = Field::from_array(Array2::zeros((4096, 512)));
-        let width = crate::transform::ColumnTransform::<f64>::new(4096).width() as u64;
-        let scratch = 2 * width * (64 + 33 * 66) * 8;
+        let plan = crate::transform::RealToComplexColumns::<f64>::new(4096).unwrap();
+        let width = plan.width() as u64;
+        // With a cache line for the alignment.
+        let scratch = 2 * width * (64 + 33 * 66) * 8 + 64;
         let back = width * (4096 + 2 * 2049) * 8 + scratch;
         let arrays = 4096 * 512 * 32;
         for threads in [1, 3] {

@@ -9,7 +9,7 @@ use super::ways::TILE;
 use super::{Arrays, Kind, Planned};
 use crate::arrays::Precision;
 use crate::error::{Error, Result};
-use crate::transform::{ColumnTransform, Real, ShortTimeTransform};
+use crate::transform::{Real, RealToComplexColumns, ShortTimeColumns};
 
 /// Rows (samples of a column) and columns of an array.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, serde::Serialize)]
@@ -169,11 +169,13 @@ impl CaseOf {
 
     fn own_working_bytes<T: Real>(&self, length: usize) -> u64 {
         let columns = self.shape.columns;
-        let bytes = ColumnTransform::<T>::working_bytes(length, columns, columns * size_of::<T>());
-        match self.kind {
-            Kind::Columns | Kind::Plane => bytes,
-            Kind::ShortTime => bytes + ShortTimeTransform::<T>::assembled_bytes(length, columns),
-        }
+        let numbers = match self.kind {
+            Kind::Columns | Kind::Plane => {
+                RealToComplexColumns::<T>::scratch_len_of(length, columns, columns)
+            }
+            Kind::ShortTime => ShortTimeColumns::<T>::scratch_len_of(length, columns, columns),
+        };
+        (numbers * 2 * size_of::<T>()) as u64
     }
 }
 
@@ -295,9 +297,10 @@ mod tests {
     fn val_memory_is_that_of_the_arrays_or_of_the_copy() {
         let bytes = |case: CaseOf| case.needed(u64::MAX);
         assert_eq!(bytes(of(Kind::Columns, 64, 9)), 256 << 20);
-        let width = ColumnTransform::<f64>::new(2048).width() as u64;
+        let width = RealToComplexColumns::<f64>::new(2048).unwrap().width() as u64;
         let arrays = 20480 * (2048 + 2 * 1025) * 8;
-        let scratch = 2 * width * (64 + 33 * 34) * 8;
+        // With a cache line for the alignment.
+        let scratch = 2 * width * (64 + 33 * 34) * 8 + 64;
         let tile = 8 * (2048 + 2 * 1025) * 8;
         let working = scratch + 2048 * 512 + tile;
         for kind in [Kind::Columns, Kind::Plane] {
@@ -308,7 +311,8 @@ mod tests {
         let hopeless = of(Kind::Columns, 2048, 20480);
         assert_eq!(hopeless.needed(arrays - 1), arrays);
         let arrays = 3001 * (16384 + 505 * 129 * 2) * 8;
-        let working = 2 * width * (32 + 17 * 10) * 8 + 256 * 3001 * 8 + 8 * (256 + 2 * 129) * 8;
+        let working =
+            2 * width * (32 + 17 * 10) * 8 + 64 + 256 * 3001 * 8 + 8 * (256 + 2 * 129) * 8;
         // A megabyte has room for 508 columns, as many of them as make whole tiles.
         let assembled = 129 * (508 / width * width) * 16;
         assert_eq!(

@@ -7,13 +7,12 @@ use super::machine::set_name;
 use super::{Arrays, Planned, Shape, Way};
 use crate::arrays::Precision;
 use crate::error::{Error, Result};
-use crate::transform::Real;
-use crate::transform::vertical::InstructionSet;
+use crate::transform::{InstructionSet, Real};
 
 /// What transforms the columns.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Counted {
-    /// [`crate::transform::ColumnTransform`] by an instruction set.
+    /// [`crate::transform::RealToComplexColumns`] by an instruction set.
     Cascade(InstructionSet),
     /// [`Way::Rustfft`].
     Rustfft,

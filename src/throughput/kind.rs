@@ -13,12 +13,12 @@ pub const HOP: usize = 32;
 #[derive(Debug, Clone, Copy, PartialEq, Eq, serde::Serialize)]
 #[serde(rename_all = "kebab-case")]
 pub enum Kind {
-    /// All columns of an array: [`crate::transform::ColumnTransform`].
+    /// All columns of an array: [`crate::transform::RealToComplexColumns`].
     Columns,
-    /// Both axes of an array: [`crate::transform::SpaceTimeTransform`].
+    /// Both axes of an array: [`crate::transform::RealToComplex2d`].
     Plane,
     /// Segments of 256 samples, 32 apart, of all columns, weighed by Hann's window:
-    /// [`crate::transform::ShortTimeTransform`].
+    /// [`crate::transform::ShortTimeColumns`].
     ShortTime,
 }
 

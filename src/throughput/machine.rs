@@ -2,7 +2,7 @@
 
 use serde::{Deserialize, Serialize};
 
-use crate::transform::vertical::InstructionSet;
+use crate::transform::InstructionSet;
 
 /// What a ratio of times depends on besides the code.
 #[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]

@@ -13,7 +13,9 @@ use super::kind::{HOP, SEGMENT};
 use super::ways::{About, Planned, Usual, noise};
 use super::{Buffer, Shape, Way};
 use crate::error::Result;
-use crate::transform::{ColumnTransform, Real, ShortTimeTransform, SpaceTimeTransform};
+use crate::transform::{
+    FftDirection, Real, RealToComplex2d, RealToComplexColumns, ShortTimeColumns,
+};
 
 /// An array of noise and room for the spectrum over both axes. Other ways transform the columns, and
 /// then the rows by `rustfft`.
@@ -21,7 +23,7 @@ pub struct Plane<T: Real> {
     shape: Shape,
     values: Buffer,
     spectrum: Buffer,
-    ours: SpaceTimeTransform<T>,
+    ours: RealToComplex2d<T>,
     columns: Usual<T>,
     rows: Arc<dyn Fft<T>>,
     room: Vec<Complex<T>>,
@@ -36,7 +38,8 @@ impl<T: Real> Plane<T> {
             shape,
             values: noise::<T>(shape)?,
             spectrum: Buffer::new(shape.bins() * columns * size_of::<Complex<T>>())?,
-            ours: SpaceTimeTransform::new((rows, columns)),
+            ours: RealToComplex2d::new((rows, columns), FftDirection::Inverse)
+                .expect("rows and columns"),
             columns: Usual::new(rows),
             rows: FftPlanner::new().plan_fft_inverse(columns),
             room: Vec::new(),
@@ -53,7 +56,8 @@ impl<T: Real> Planned for Plane<T> {
         let spectrum = ArrayViewMut2::from_shape((self.shape.bins(), columns), spectrum);
         let mut spectrum = spectrum.expect("the spectrum's shape");
         if way == Way::Cascade {
-            self.ours.transform(values, spectrum);
+            let transformed = self.ours.process_in_parallel(values, spectrum);
+            transformed.expect("shapes of the plan");
         } else {
             let by_column = spectrum.view_mut();
             self.columns
@@ -74,7 +78,8 @@ impl<T: Real> Planned for Plane<T> {
     }
 
     fn about(&self) -> About {
-        let along_time = ColumnTransform::<T>::new(self.shape.rows).method();
+        let plan = RealToComplexColumns::<T>::new(self.shape.rows);
+        let along_time = plan.expect("at least one row").algorithm();
         About {
             method: format!("{along_time:?}, then rows by rustfft"),
             expected_error: None,
@@ -88,7 +93,7 @@ pub struct ShortTime<T: Real> {
     shape: Shape,
     values: Buffer,
     spectra: Buffer,
-    ours: ShortTimeTransform<T>,
+    ours: ShortTimeColumns<T>,
     window: Vec<T>,
     columns: Usual<T>,
 }
@@ -101,7 +106,7 @@ impl<T: Real> ShortTime<T> {
     pub fn new(shape: Shape) -> Result<Self> {
         let hann = |n: usize| (PI * n as f64 / SEGMENT as f64).sin().powi(2);
         let window: Vec<f64> = (0..SEGMENT).map(hann).collect();
-        let ours = ShortTimeTransform::new(&window, HOP);
+        let ours = ShortTimeColumns::new(&window, HOP).expect("a window and a hop");
         let bins = ours.segments(shape.rows) * ours.bins() * shape.columns;
         Ok(ShortTime {
             shape,
@@ -123,7 +128,8 @@ impl<T: Real> Planned for ShortTime<T> {
         let spectra = ArrayViewMut3::from_shape(shape, self.spectra.of::<Complex<T>>());
         let mut spectra = spectra.expect("the spectra's shape");
         if way == Way::Cascade {
-            self.ours.transform_in_parallel(values, spectra);
+            let transformed = self.ours.process_in_parallel(values, spectra);
+            transformed.expect("shapes of the plan");
         } else {
             let segments = spectra.axis_iter_mut(Axis(0)).into_par_iter().enumerate();
             segments.for_each_init(
@@ -145,7 +151,8 @@ impl<T: Real> Planned for ShortTime<T> {
     }
 
     fn about(&self) -> About {
-        let segment = ColumnTransform::<T>::new(SEGMENT).method();
+        let plan = RealToComplexColumns::<T>::new(SEGMENT);
+        let segment = plan.expect("at least one row").algorithm();
         About {
             method: format!("segments of {SEGMENT}, {HOP} apart: {segment:?}"),
             expected_error: None,

@@ -66,7 +66,7 @@ pub struct Throughput {
     pub case: CaseOf,
     /// How we transform.
     pub method: String,
-    /// [`crate::transform::ColumnTransform::expected_error`]; of other kinds none is stated.
+    /// [`crate::transform::RealToComplexColumns::expected_error`]; of other kinds none is stated.
     pub expected_error: Option<f64>,
     pub median_ms: f64,
     /// [`CaseOf::operations`] over the median time.

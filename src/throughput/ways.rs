@@ -13,8 +13,7 @@ use rustfft::{Fft, FftPlanner};
 
 use super::{Buffer, Shape};
 use crate::error::Result;
-use crate::transform::vertical::{ColumnScratch, InstructionSet};
-use crate::transform::{ColumnTransform, Real};
+use crate::transform::{InstructionSet, Real, RealToComplexColumns};
 
 /// Columns gathered before they are transformed one by one: a cache line of each row.
 pub(super) const TILE: usize = 8;
@@ -23,7 +22,7 @@ pub(super) const TILE: usize = 8;
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, serde::Serialize)]
 #[serde(rename_all = "snake_case")]
 pub enum Way {
-    /// [`ColumnTransform`].
+    /// [`RealToComplexColumns`].
     Cascade,
     /// `realfft` of columns gathered eight by eight.
     Realfft,
@@ -125,8 +124,8 @@ pub struct Arrays<T: Real> {
     shape: Shape,
     values: Buffer,
     spectra: Buffer,
-    ours: ColumnTransform<T>,
-    scratch: ColumnScratch<T>,
+    ours: RealToComplexColumns<T>,
+    scratch: Vec<Complex<T>>,
     usual: Usual<T>,
     /// Of the ways that gather columns, run by one thread.
     room: Vec<Complex<T>>,
@@ -138,7 +137,8 @@ impl<T: Real> Arrays<T> {
     /// # Errors
     /// [`crate::Error::Read`] where there is no memory.
     pub fn new(shape: Shape) -> Result<Self> {
-        Self::planned(shape, ColumnTransform::new(shape.rows))
+        let ours = RealToComplexColumns::new(shape.rows).expect("at least one row");
+        Self::planned(shape, ours)
     }
 
     /// For chosen instructions; `None` where the processor lacks them.
@@ -146,17 +146,20 @@ impl<T: Real> Arrays<T> {
     /// # Errors
     /// As [`Arrays::new`].
     pub fn with(shape: Shape, set: InstructionSet) -> Result<Option<Self>> {
-        let ours = ColumnTransform::with(shape.rows, set);
+        let ours = RealToComplexColumns::with_instruction_set(shape.rows, set).ok();
         ours.map(|ours| Self::planned(shape, ours)).transpose()
     }
 
-    fn planned(shape: Shape, ours: ColumnTransform<T>) -> Result<Self> {
+    fn planned(shape: Shape, ours: RealToComplexColumns<T>) -> Result<Self> {
         let Shape { rows, columns } = shape;
         Ok(Arrays {
             shape,
             values: noise::<T>(shape)?,
             spectra: Buffer::new(shape.bins() * columns * size_of::<Complex<T>>())?,
-            scratch: ours.scratch(columns),
+            scratch: vec![
+                Complex::default();
+                RealToComplexColumns::<T>::scratch_len_of(rows, columns, columns)
+            ],
             ours,
             usual: Usual::new(rows),
             room: Vec::new(),
@@ -195,8 +198,16 @@ impl<T: Real> Planned for Arrays<T> {
         let spectra = ArrayViewMut2::from_shape((self.shape.bins(), columns), spectra);
         let spectra = spectra.expect("the spectrum's shape");
         match (way, in_parallel) {
-            (Way::Cascade, false) => self.ours.transform(values, spectra, &mut self.scratch),
-            (Way::Cascade, true) => self.ours.transform_in_parallel(values, spectra),
+            (Way::Cascade, false) => {
+                let transformed =
+                    self.ours
+                        .process_with_scratch(values, spectra, &mut self.scratch);
+                transformed.expect("shapes of the plan");
+            }
+            (Way::Cascade, true) => {
+                let transformed = self.ours.process_in_parallel(values, spectra);
+                transformed.expect("shapes of the plan");
+            }
             _ => self
                 .usual
                 .transform(way, values, spectra, in_parallel, &mut self.room),
@@ -206,7 +217,7 @@ impl<T: Real> Planned for Arrays<T> {
 
     fn about(&self) -> About {
         About {
-            method: format!("{:?}", self.ours.method()),
+            method: format!("{:?}", self.ours.algorithm()),
             expected_error: Some(self.ours.expected_error()),
         }
     }

@@ -11,8 +11,8 @@ use std::f64::consts::TAU;
 use ndarray::{Array2, ArrayView2};
 use num_complex::Complex;
 
-use super::{ColumnInverse, ColumnTransform, Real, SpaceTimeInverse, SpaceTimeTransform};
 use crate::error::{Error, Result};
+use column_fft::{ComplexToRealColumns, FftDirection, Filter2d, Real, RealToComplexColumns};
 
 /// Which waves pass.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
@@ -82,8 +82,7 @@ impl Passband {
 
 /// Filters fields of one shape, planned once.
 pub struct SpaceTimeFilter<T: Real> {
-    there: SpaceTimeTransform<T>,
-    back: SpaceTimeInverse<T>,
+    filter: Filter2d<T>,
 }
 
 impl<T: Real> SpaceTimeFilter<T> {
@@ -93,8 +92,8 @@ impl<T: Real> SpaceTimeFilter<T> {
     /// If there are no times or no sites.
     pub fn new(shape: (usize, usize)) -> Self {
         SpaceTimeFilter {
-            there: SpaceTimeTransform::new(shape),
-            back: SpaceTimeInverse::new(shape),
+            // Kernels `exp(+i k x)` along space.
+            filter: Filter2d::new(shape, FftDirection::Inverse).expect("times and sites"),
         }
     }
 
@@ -102,8 +101,9 @@ impl<T: Real> SpaceTimeFilter<T> {
     /// profiles; known before anything is planned.
     pub(crate) fn working_bytes((times, sites): (usize, usize)) -> u64 {
         // What the way there took is kept beside what the way back takes.
-        ColumnTransform::<T>::working_bytes(times, sites, sites * size_of::<T>())
-            + ColumnInverse::<T>::working_bytes(times)
+        let numbers = RealToComplexColumns::<T>::scratch_len_of(times, sites, sites)
+            + ComplexToRealColumns::<T>::scratch_len_of(times);
+        (numbers * size_of::<Complex<T>>()) as u64
     }
 
     /// What of `values`, `(time, site)` with steps `dt` and `dx`, passes `band`. By all threads of
@@ -121,28 +121,28 @@ impl<T: Real> SpaceTimeFilter<T> {
         band: &Passband,
     ) -> Result<Array2<T>> {
         band.check()?;
-        let (times, sites) = self.there.shape();
+        let (times, sites) = self.filter.shape();
         assert_eq!(values.dim(), (times, sites));
-        let mut spectrum = Array2::default((self.there.bins(), sites));
-        self.there
-            .transform_and(values, spectrum.view_mut(), |m, row| {
-                let f = m as f64 / (times as f64 * dt);
-                for (q, bin) in row.iter_mut().enumerate() {
-                    let signed = if 2 * q > sites {
-                        q as f64 - sites as f64
-                    } else {
-                        q as f64
-                    };
-                    let k = TAU * signed / (sites as f64 * dx);
-                    let edge = m == 0 || 2 * m == times || q == 0 || 2 * q == sites;
-                    if !band.passes(f, k, !edge) {
-                        *bin = Complex::default();
-                    }
+        let gain = |m: usize, row: &mut [Complex<T>]| {
+            let f = m as f64 / (times as f64 * dt);
+            for (q, bin) in row.iter_mut().enumerate() {
+                let signed = if 2 * q > sites {
+                    q as f64 - sites as f64
+                } else {
+                    q as f64
+                };
+                let k = TAU * signed / (sites as f64 * dx);
+                let edge = m == 0 || 2 * m == times || q == 0 || 2 * q == sites;
+                if !band.passes(f, k, !edge) {
+                    *bin = Complex::default();
                 }
-            });
+            }
+        };
         let mut filtered = Array2::default((times, sites));
-        self.back
-            .transform(spectrum.view_mut(), filtered.view_mut());
+        let passed = self
+            .filter
+            .process_in_parallel(values, filtered.view_mut(), gain);
+        passed.expect("shapes of the plan");
         Ok(filtered)
     }
 }
@@ -150,7 +150,7 @@ impl<T: Real> SpaceTimeFilter<T> {
 impl<T: Real> std::fmt::Debug for SpaceTimeFilter<T> {
     fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
         f.debug_struct("SpaceTimeFilter")
-            .field("shape", &self.there.shape())
+            .field("shape", &self.filter.shape())
             .finish_non_exhaustive()
     }
 }

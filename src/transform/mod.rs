@@ -16,64 +16,24 @@ mod axes;
 mod complex;
 mod direct;
 mod filter;
-mod inverse;
 mod records;
 mod scale;
 mod segments;
-mod short_time;
-mod spacetime;
 mod taper;
-pub mod vertical;
 
 use num_complex::Complex;
+
+pub use column_fft::{
+    FftDirection, InstructionSet, Real, RealToComplex2d, RealToComplexColumns, ShortTimeColumns,
+};
 
 pub use axes::{frequencies, wavenumbers, wavenumbers_signed};
 pub use complex::{ComplexScratch, ComplexTransform};
 pub use direct::direct_sums;
 pub use filter::{Passband, SpaceTimeFilter, Travelling};
-pub use inverse::ColumnInverse;
 pub use records::{RecordScratch, RecordTransform};
 pub use scale::{Scale, Scaling, fold};
 pub use segments::Segments;
-pub use short_time::ShortTimeTransform;
-pub use spacetime::{SpaceTimeInverse, SpaceTimeTransform};
-pub use vertical::ColumnTransform;
-
-/// The number types of transforms.
-pub trait Real: realfft::FftNum + bytemuck::Pod + Default + vertical::Kernelled {
-    /// From 1 to the next number.
-    const EPSILON: f64;
-
-    /// The nearest number of this type.
-    fn rounded(x: f64) -> Self;
-    fn to_f64(self) -> f64;
-}
-
-impl Real for f64 {
-    const EPSILON: f64 = f64::EPSILON;
-
-    #[inline(always)]
-    fn rounded(x: f64) -> f64 {
-        x
-    }
-    #[inline(always)]
-    fn to_f64(self) -> f64 {
-        self
-    }
-}
-
-impl Real for f32 {
-    const EPSILON: f64 = f32::EPSILON as f64;
-
-    #[inline(always)]
-    fn rounded(x: f64) -> f32 {
-        x as f32
-    }
-    #[inline(always)]
-    fn to_f64(self) -> f64 {
-        f64::from(self)
-    }
-}
 
 /// `|z|^2` in double precision.
 #[inline(always)]

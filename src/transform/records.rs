@@ -2,13 +2,13 @@
 
 use std::any::TypeId;
 
-use ndarray::{ArrayView2, ArrayViewMut2};
+use ndarray::ArrayViewMut2;
 use num_complex::Complex;
 
 use super::Real;
 use super::taper::Taper;
-use super::vertical::{ColumnScratch, ColumnTransform};
 use crate::system::prefetch::{LINE, prefetch_after};
+use column_fft::{Columns, ColumnsMut, RealToComplexColumns};
 
 /// `X_m = sum_n w_n v_n exp(-+ 2 pi i m n / N)`, `m = 0 ..= N / 2`, of several real records of up to N
 /// samples each (the rest is zero), which pass through the transform side by side.
@@ -16,7 +16,7 @@ use crate::system::prefetch::{LINE, prefetch_after};
 /// Both signs give the same `|X|^2`; the result is that of time. A record's bits do not depend on the
 /// others.
 pub struct RecordTransform<T: Real> {
-    plan: ColumnTransform<T>,
+    plan: RealToComplexColumns<T>,
     taper: Taper,
 }
 
@@ -30,8 +30,7 @@ pub struct RecordScratch<T> {
     means: Vec<f64>,
     tapered: Vec<f64>,
     input: Vec<T>,
-    /// And the records it has room for.
-    columns: Option<(ColumnScratch<T>, usize)>,
+    columns: Vec<Complex<T>>,
 }
 
 impl<T> Default for RecordScratch<T> {
@@ -43,7 +42,7 @@ impl<T> Default for RecordScratch<T> {
             means: Vec::new(),
             tapered: Vec::new(),
             input: Vec::new(),
-            columns: None,
+            columns: Vec::new(),
         }
     }
 }
@@ -56,7 +55,7 @@ impl<T: Real> RecordTransform<T> {
     pub fn new(window: &[f64], padded: usize) -> Self {
         assert!(!window.is_empty() && padded >= window.len());
         RecordTransform {
-            plan: ColumnTransform::new(padded),
+            plan: RealToComplexColumns::new(padded).expect("at least one sample"),
             taper: Taper::new(window, padded),
         }
     }
@@ -66,13 +65,13 @@ impl<T: Real> RecordTransform<T> {
     pub(crate) fn working_bytes(samples: usize, padded: usize, records: usize) -> u64 {
         let number = size_of::<T>();
         let record = 8 * 2 * samples + number * (padded + 2 * (padded / 2 + 1));
-        let columns = ColumnTransform::<T>::working_bytes(padded, records, records * number);
-        (records * record) as u64 + columns
+        let columns = RealToComplexColumns::<T>::scratch_len_of(padded, records, records);
+        (records * record + columns * size_of::<Complex<T>>()) as u64
     }
 
     /// Length N of the transform.
     pub fn padded(&self) -> usize {
-        self.plan.length()
+        self.plan.len()
     }
 
     /// Bins of the result, `N / 2 + 1`.
@@ -145,8 +144,6 @@ impl<T: Real> RecordTransform<T> {
         } = scratch;
         self.taper
             .look_across(values, width, tapered, (means, energies));
-        let room = columns.take().filter(|(_, room)| *room >= width);
-        let (room, _) = columns.insert(room.unwrap_or_else(|| (self.plan.scratch(width), width)));
         let is_plain = self.taper.is_plain()
             && length == self.taper.samples
             && means.iter().all(|&mean| mean == 0.0);
@@ -159,10 +156,14 @@ impl<T: Real> RecordTransform<T> {
                 &input[..]
             }
         };
-        // The shape is the buffer's own, so this cannot fail.
-        if let Ok(input) = ArrayView2::from_shape((length, width), input) {
-            self.plan.transform(input, spectra.view_mut(), room);
+        let input = Columns::new(input, length, width, width).expect("the buffer's own shape");
+        let output = ColumnsMut::from(spectra.view_mut());
+        let needed = self.plan.scratch_len_for(&input, &output);
+        if columns.len() < needed {
+            columns.resize(needed, Complex::default());
         }
+        let transformed = self.plan.process_with_scratch(input, output, columns);
+        transformed.expect("shapes of the plan");
         for (&mean, mut spectrum) in means.iter().zip(spectra.columns_mut()) {
             self.taper.add_mean(mean, spectrum.iter_mut());
         }

@@ -4,7 +4,7 @@ use std::fs;
 
 use serde_json::{Value, json};
 use test_support::place::Place;
-use wavecascade::transform::ColumnTransform;
+use wavecascade::transform::RealToComplexColumns;
 
 const SMALL: [&str; 5] = ["--shape", "64x9", "--rounds", "3", "--json"];
 
@@ -77,8 +77,12 @@ fn val_figures_follow_from_the_times() {
             assert!((ratio / median(quotients) - 1.0).abs() < 1e-12, "{case}");
         }
         let error = match single {
-            true => ColumnTransform::<f32>::new(rows as usize).expected_error(),
-            false => ColumnTransform::<f64>::new(rows as usize).expected_error(),
+            true => RealToComplexColumns::<f32>::new(rows as usize)
+                .unwrap()
+                .expected_error(),
+            false => RealToComplexColumns::<f64>::new(rows as usize)
+                .unwrap()
+                .expected_error(),
         };
         close("expected_error", error);
     }

@@ -90,7 +90,7 @@ impl Fault {
             Fault::Lost { .. } => {
                 "where the change is meant to cost this, record a new baseline: the same command with \
                  `--record FILE` in place of `--check`; otherwise look at what changed in \
-                 src/transform/vertical, the compiler or the versions above"
+                 crates/column-fft/src/columns, the compiler or the versions above"
             }
             Fault::Valgrind { absent: true, .. } => {
                 "install it (`apt-get install valgrind`, `dnf install valgrind`), or compare times: \

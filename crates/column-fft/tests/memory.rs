@@ -1,0 +1,217 @@
+//! Transforms of columns in buffers without a number to spare.
+//!
+//! `./test` runs this file once more with an address sanitizer, which stops it at the first number
+//! that a kernel reads or writes beside its buffers. Results that are written past the caches the
+//! sanitizer does not see; those lie between margins that are looked at here.
+
+use column_fft::{InstructionSet, Real, RealToComplexColumns, ShortTimeColumns};
+use ndarray::{Array2, Array3, ArrayView2, ArrayViewMut2, ArrayViewMut3, Axis, ShapeBuilder, s};
+use num_complex::Complex;
+
+/// One of each kind: whole and mixed powers, odd, by convolution (primes and others), and the shortest.
+const LENGTHS: [usize; 12] = [7, 11, 16, 64, 48, 105, 210, 222, 251, 253, 256, 343];
+const WIDEST: usize = 40;
+
+/// Distinct numbers in -1/2 .. 1/2.
+fn values<T: Real>(shape: (usize, usize)) -> Array2<T> {
+    let golden = 0.618_033_988_749_894_9;
+    Array2::from_shape_fn(shape, |(n, c)| {
+        T::rounded((golden * (n * 1009 + c) as f64).fract() - 0.5)
+    })
+}
+
+fn plans<T: Real>(length: usize) -> impl Iterator<Item = RealToComplexColumns<T>> {
+    let sets = InstructionSet::available().into_iter();
+    sets.map(move |set| RealToComplexColumns::with_instruction_set(length, set).unwrap())
+}
+
+/// By buffers of exactly the size that is needed.
+fn spectra<T: Real>(plan: &RealToComplexColumns<T>, values: ArrayView2<T>) -> Array2<Complex<T>> {
+    let columns = values.ncols();
+    let mut spectra = Array2::default((plan.bins(), columns));
+    plan.process_with_scratch(values, spectra.view_mut(), &mut plan.make_scratch(columns))
+        .unwrap();
+    spectra
+}
+
+fn every_tail<T: Real>() {
+    for length in LENGTHS {
+        let all = values::<T>((length, WIDEST));
+        for plan in plans::<T>(length) {
+            let whole = spectra(&plan, all.view());
+            for columns in 1..=WIDEST {
+                // The first and the last columns: copies, with nothing beside them.
+                for from in [0, WIDEST - columns] {
+                    let part = s![.., from..from + columns];
+                    let exact =
+                        Array2::from_shape_fn((length, columns), |(n, c)| all[[n, from + c]]);
+                    let found = spectra(&plan, exact.view());
+                    assert_eq!(found, whole.slice(part), "{plan:?} {columns}");
+                }
+            }
+        }
+    }
+}
+
+#[test]
+fn every_tail_of_columns_keeps_to_its_buffers_in_double_precision() {
+    every_tail::<f64>();
+}
+
+#[test]
+fn every_tail_of_columns_keeps_to_its_buffers_in_single_precision() {
+    every_tail::<f32>();
+}
+
+/// Rows 4096 bytes apart, which are copied first: the last columns, with nothing behind them.
+fn far_apart<T: Real>() {
+    let wide = 4096 / size_of::<T>();
+    for length in LENGTHS {
+        let all = values::<T>((length, wide));
+        for plan in plans::<T>(length) {
+            // Tails of tiles, and of the 64 (`f64`) or 128 columns that are copied together.
+            for columns in (1..=20).chain(61..=68).chain(125..=130) {
+                let part = all.slice(s![.., wide - columns..]);
+                let close = spectra(&plan, part.to_owned().view());
+                assert_eq!(spectra(&plan, part), close, "{plan:?} {columns}");
+            }
+            // Scratch for any layout.
+            let mut found = Array2::default((plan.bins(), wide));
+            let scratch = &mut plan.make_scratch(wide);
+            plan.process_with_scratch(all.view(), found.view_mut(), scratch)
+                .unwrap();
+            assert_eq!(found, spectra(&plan, all.view()));
+        }
+    }
+}
+
+#[test]
+fn rows_far_apart_keep_to_their_buffers() {
+    far_apart::<f64>();
+    far_apart::<f32>();
+}
+
+/// Columns that are not neighbours, and stripes of several threads.
+#[test]
+fn any_layout_keeps_to_its_buffers() {
+    for length in LENGTHS {
+        for columns in [1, 3, 8, 17, 40] {
+            let rows = values::<f64>((length, columns));
+            let mut by_column = Array2::zeros((length, columns).f());
+            by_column.assign(&rows);
+            for plan in plans::<f64>(length) {
+                let whole = spectra(&plan, rows.view());
+                let mut found = Array2::default((plan.bins(), columns).f());
+                let scratch = &mut plan.make_scratch(columns);
+                plan.process_with_scratch(by_column.view(), found.view_mut(), scratch)
+                    .unwrap();
+                assert_eq!(found, whole);
+                let mut found = Array2::default((plan.bins(), columns));
+                plan.process_in_parallel(rows.view(), found.view_mut())
+                    .unwrap();
+                assert_eq!(found, whole);
+            }
+        }
+    }
+}
+
+/// Large results, which are written past the caches where rows are whole cache lines.
+fn streamed<T: Real>(length: usize, columns: usize) {
+    const MARGIN: usize = 64;
+    let rows = values::<T>((length, columns));
+    let marked = Complex::new(T::rounded(7.0), T::rounded(-7.0));
+    for plan in plans::<T>(length) {
+        let results = plan.bins() * columns;
+        let mut room = vec![marked; results + 3 * MARGIN];
+        let at = (MARGIN..)
+            .find(|&at| room[at..].as_ptr().addr() % 64 == 0)
+            .unwrap();
+        let (before, rest) = room.split_at_mut(at);
+        let (spectra, after) = rest.split_at_mut(results);
+        let mut spectra = ArrayViewMut2::from_shape((plan.bins(), columns), spectra).unwrap();
+        plan.process_with_scratch(
+            rows.view(),
+            spectra.view_mut(),
+            &mut plan.make_scratch(columns),
+        )
+        .unwrap();
+        assert!(
+            before.iter().chain(&*after).all(|z| *z == marked),
+            "{plan:?}"
+        );
+        for from in [0, columns / 2, columns - 3] {
+            let part = s![.., from..from + 3];
+            let alone = self::spectra(&plan, rows.slice(part));
+            assert_eq!(spectra.slice(part), alone);
+        }
+    }
+}
+
+#[test]
+fn results_past_the_caches_keep_to_their_place() {
+    // By passes, and by a convolution, which writes rows in no order.
+    for length in [512, 521] {
+        for columns in [1024, 1028] {
+            streamed::<f64>(length, columns);
+        }
+        for columns in [2048, 2056] {
+            streamed::<f32>(length, columns);
+        }
+    }
+}
+
+/// Large spectra of segments, assembled in the caches where rows are no whole lines: all columns at once or
+/// several in turn, from the start of a line and from its middle, in rows `apart` numbers, and upside down.
+fn assembled_segments<T: Real>(length: usize, columns: usize, apart: usize) {
+    const MARGIN: usize = 64;
+    const STREAMED_BYTES: usize = 4 << 20;
+    let hop = 3;
+    let window: Vec<f64> = (1..=length).map(|n| (n as f64).sqrt()).collect();
+    let plan = ShortTimeColumns::<T>::new(&window, hop).unwrap();
+    let segments = STREAMED_BYTES.div_ceil(plan.bins() * columns * size_of::<Complex<T>>());
+    let rows = values::<T>((length + hop * (segments - 1), columns));
+    let shape = (segments, plan.bins(), apart);
+    let results = segments * plan.bins() * apart;
+    let marked = Complex::new(T::rounded(7.0), T::rounded(-7.0));
+    let mut room = vec![marked; results + 3 * MARGIN];
+    let line = (MARGIN..)
+        .find(|&at| room[at..].as_ptr().addr() % 64 == 0)
+        .unwrap();
+    for (at, turned) in [(line, false), (line + 1, false), (line, true)] {
+        room.fill(marked);
+        let (before, rest) = room.split_at_mut(at);
+        let (spectra, after) = rest.split_at_mut(results);
+        let mut spectra = ArrayViewMut3::from_shape(shape, spectra).unwrap();
+        if turned {
+            spectra.invert_axis(Axis(1));
+        }
+        let (mut found, beside) = spectra.split_at(Axis(2), columns);
+        plan.process_in_parallel(rows.view(), found.view_mut())
+            .unwrap();
+        let outside = before.iter().chain(&*after).chain(&beside);
+        assert!(outside.copied().all(|z| z == marked), "{length} {columns}");
+        let width = columns.min(3);
+        for from in [0, columns / 2, columns - width] {
+            let part = s![.., from..from + width];
+            let mut alone = Array3::default((segments, plan.bins(), width));
+            plan.process_in_parallel(rows.slice(part), alone.view_mut())
+                .unwrap();
+            assert_eq!(found.slice(s![.., .., from..from + width]), alone);
+        }
+    }
+}
+
+#[test]
+fn segments_past_the_caches_keep_to_their_place() {
+    // Weighed in passing and before; a megabyte holds 1985 (`f64`) of the former's columns.
+    for length in [64, 101] {
+        for (columns, apart) in [(301, 301), (304, 304), (2003, 2003), (301, 310)] {
+            assembled_segments::<f64>(length, columns, apart);
+            assembled_segments::<f32>(length, 2 * columns + 1, 2 * apart + 1);
+        }
+    }
+    // One column, in rows of its own and in wider ones.
+    for apart in [1, 3] {
+        assembled_segments::<f64>(20000, 1, apart);
+    }
+}

@@ -1,0 +1,352 @@
+//! Transforms of both axes, of overlapping segments, and back: against sums as they are written in
+//! the definitions, and against `realfft`.
+
+mod common;
+
+use std::f64::consts::TAU;
+
+use column_fft::{
+    ComplexToReal2d, ComplexToRealColumns, FftDirection, Filter2d, Real, RealToComplex2d,
+    RealToComplexColumns, ShortTimeColumns,
+};
+use common::{direct_sums, power};
+use ndarray::{Array2, Array3, ArrayView2, Axis, s};
+use num_complex::Complex;
+use realfft::RealFftPlanner;
+
+fn noise<T: Real>(shape: (usize, usize), mut state: u64) -> Array2<T> {
+    Array2::from_shape_simple_fn(shape, || {
+        state ^= state << 13;
+        state ^= state >> 7;
+        state ^= state << 17;
+        T::rounded((state >> 11) as f64 / (1_u64 << 53) as f64 - 0.5)
+    })
+}
+
+/// Root mean square difference, relative to the root mean square of the second.
+fn apart<T: Real>(
+    found: impl Iterator<Item = Complex<T>>,
+    truth: impl Iterator<Item = Complex<f64>>,
+) -> f64 {
+    let (off, all) = found.zip(truth).fold((0.0, 0.0), |(off, all), (f, t)| {
+        let f = Complex::new(f.re.to_f64(), f.im.to_f64());
+        (off + power(f - t), all + power(t))
+    });
+    (off / all).sqrt()
+}
+
+fn real<T: Real>(values: ArrayView2<T>) -> impl Iterator<Item = Complex<T>> {
+    values.into_iter().map(|&v| Complex::new(v, T::zero()))
+}
+
+/// `sum v exp(i (k x - 2 pi f t))`, the double sum, angles reduced in whole numbers.
+fn double_sum(values: &Array2<f64>, m: usize, q: usize) -> Complex<f64> {
+    let (times, sites) = values.dim();
+    let terms = values.indexed_iter().map(|((n, j), &v)| {
+        let turns = (q * j % sites) as f64 / sites as f64 - (m * n % times) as f64 / times as f64;
+        Complex::cis(TAU * turns) * v
+    });
+    terms.sum()
+}
+
+#[test]
+fn val_double_sums_over_time_and_space() {
+    for shape in [
+        (1, 1),
+        (2, 3),
+        (16, 12),
+        (15, 20),
+        (13, 11),
+        (24, 1),
+        (1, 9),
+    ] {
+        let values = noise::<f64>(shape, 5);
+        let plan = RealToComplex2d::new(shape, FftDirection::Inverse).unwrap();
+        let mut spectrum = Array2::default((plan.bins(), shape.1));
+        plan.process_in_parallel(values.view(), spectrum.view_mut())
+            .unwrap();
+        let truth = spectrum
+            .indexed_iter()
+            .map(|((m, q), _)| double_sum(&values, m, q));
+        let off = apart(spectrum.iter().copied(), truth);
+        assert!(off < 1e-15, "{shape:?}: {off:e}");
+    }
+}
+
+fn returns<T: Real>(tolerance: f64) {
+    for shape in [(1, 1), (2, 2), (64, 48), (63, 50), (101, 37), (600, 7)] {
+        let values = noise::<T>(shape, 11);
+        let plan = RealToComplex2d::new(shape, FftDirection::Inverse).unwrap();
+        let mut spectrum = Array2::default((plan.bins(), shape.1));
+        plan.process_in_parallel(values.view(), spectrum.view_mut())
+            .unwrap();
+        let mut back = Array2::default(shape);
+        ComplexToReal2d::new(shape, FftDirection::Forward)
+            .unwrap()
+            .normalized()
+            .process(spectrum.view_mut(), back.view_mut())
+            .unwrap();
+        let truth = values.iter().map(|v| Complex::from(v.to_f64()));
+        let off = apart(real(back.view()), truth);
+        assert!(off < tolerance, "{shape:?}: {off:e}");
+        // By one thread: the same bits.
+        let mut serial = Array2::default((plan.bins(), shape.1));
+        plan.process(values.view(), spectrum.view_mut()).unwrap();
+        plan.process_in_parallel(values.view(), serial.view_mut())
+            .unwrap();
+        assert_eq!(serial, spectrum);
+        let inverse = ComplexToReal2d::new(shape, FftDirection::Forward)
+            .unwrap()
+            .normalized();
+        let mut again = Array2::default(shape);
+        inverse
+            .process_in_parallel(spectrum.view_mut(), again.view_mut())
+            .unwrap();
+        assert_eq!(again, back);
+        let filter = Filter2d::new(shape, FftDirection::Inverse).unwrap();
+        filter
+            .process(values.view(), again.view_mut(), |_, _| {})
+            .unwrap();
+        assert_eq!(again, back);
+        filter
+            .process_in_parallel(values.view(), again.view_mut(), |m, row| {
+                if m > 0 {
+                    row.fill(Complex::default());
+                }
+            })
+            .unwrap();
+        let mean =
+            |c: usize| back.column(c).iter().map(|v| v.to_f64()).sum::<f64>() / shape.0 as f64;
+        for (c, column) in again.axis_iter(Axis(1)).enumerate() {
+            let apart = column.iter().map(|v| (v.to_f64() - mean(c)).abs());
+            assert!(apart.fold(0.0, f64::max) < tolerance);
+        }
+    }
+}
+
+#[test]
+fn fields_return_to_rounding() {
+    returns::<f64>(1.5e-15);
+    returns::<f32>(8e-7);
+}
+
+/// Rows that are not contiguous, and columns of columns, go another way to the same bits.
+#[test]
+fn any_layout_and_any_number_of_threads_give_the_same_bits() {
+    let shape = (48, 21);
+    let values = noise::<f64>(shape, 3);
+    let plan = RealToComplex2d::new(shape, FftDirection::Inverse).unwrap();
+    let run = |threads: usize, stride: usize| {
+        let mut room = Array2::<Complex<f64>>::default((plan.bins(), stride * shape.1));
+        let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build();
+        let spectrum = room.slice_mut(s![.., ..;stride]);
+        pool.unwrap()
+            .install(|| plan.process_in_parallel(values.view(), spectrum).unwrap());
+        room.slice(s![.., ..;stride]).to_owned()
+    };
+    let first = run(1, 1);
+    for (threads, stride) in [(2, 1), (4, 1), (1, 2), (3, 3)] {
+        assert_eq!(
+            run(threads, stride),
+            first,
+            "{threads} threads, every {stride}"
+        );
+    }
+}
+
+fn inverse_agrees<T: Real>(tolerance: f64) {
+    let lengths = (1..200).chain([243, 256, 1000, 1009, 2048, 4096, 10007, 16384]);
+    for length in lengths {
+        // Tiles that are full and not.
+        let columns = 1 + length % 19;
+        let spectra = noise::<T>((length / 2 + 1, 2 * columns), 17);
+        let spectra = spectra.map_axis(Axis(0), |c| c.to_owned());
+        let spectra = Array2::from_shape_fn((length / 2 + 1, columns), |(m, c)| {
+            Complex::new(spectra[2 * c][m], spectra[2 * c + 1][m])
+        });
+        let mut found = Array2::default((length, columns));
+        let plan = ComplexToRealColumns::new(length).unwrap().normalized();
+        plan.process_in_parallel(spectra.view(), found.view_mut())
+            .unwrap();
+        let theirs = RealFftPlanner::<f64>::new().plan_fft_inverse(length);
+        for (c, column) in found.axis_iter(Axis(1)).enumerate() {
+            let mut spectrum: Vec<Complex<f64>> = spectra
+                .column(c)
+                .iter()
+                .map(|z| Complex::new(z.re.to_f64(), z.im.to_f64()))
+                .collect();
+            spectrum[0].im = 0.0;
+            if length % 2 == 0 {
+                spectrum[length / 2].im = 0.0;
+            }
+            let mut truth = vec![0.0; length];
+            theirs.process(&mut spectrum, &mut truth).unwrap();
+            let found = column.iter().map(|&v| Complex::new(v, T::zero()));
+            let truth = truth.iter().map(|v| Complex::from(v / length as f64));
+            let off = apart(found, truth);
+            assert!(off < tolerance, "{length}, column {c}: {off:e}");
+        }
+    }
+}
+
+/// Bins whose imaginary part has no meaning are given one, which must not matter.
+#[test]
+fn val_realfft_inverses() {
+    inverse_agrees::<f64>(2e-15);
+    inverse_agrees::<f32>(8e-7);
+}
+
+#[test]
+fn inverses_of_any_number_of_threads_have_the_same_bits() {
+    let (length, columns) = (360, 53);
+    let values = noise::<f64>((length, columns), 23);
+    let plan = RealToComplexColumns::new(length).unwrap();
+    let mut spectra = Array2::default((plan.bins(), columns));
+    plan.process_in_parallel(values.view(), spectra.view_mut())
+        .unwrap();
+    let inverse = ComplexToRealColumns::new(length).unwrap().normalized();
+    let run = |threads: usize| {
+        let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build();
+        let mut back = Array2::default((length, columns));
+        pool.unwrap().install(|| {
+            inverse
+                .process_in_parallel(spectra.view(), back.view_mut())
+                .unwrap()
+        });
+        back
+    };
+    let first = run(1);
+    assert_eq!(run(2), first);
+    assert_eq!(run(5), first);
+    // A column alone has the bits it has among others.
+    let mut alone = Array2::default((length, 1));
+    let one = spectra.slice(s![.., 40..41]);
+    inverse.process_in_parallel(one, alone.view_mut()).unwrap();
+    assert_eq!(alone.column(0), first.column(40));
+}
+
+#[test]
+fn columns_return_to_rounding() {
+    for length in [1, 2, 7, 48, 97, 480, 1009, 4096] {
+        let values = noise::<f64>((length, 11), 7);
+        let plan = RealToComplexColumns::<f64>::new(length).unwrap();
+        let mut spectra = Array2::default((plan.bins(), 11));
+        plan.process_in_parallel(values.view(), spectra.view_mut())
+            .unwrap();
+        let mut back = Array2::zeros((length, 11));
+        let inverse = ComplexToRealColumns::new(length).unwrap().normalized();
+        inverse.process(spectra.view(), back.view_mut()).unwrap();
+        let apart = values.iter().zip(&back).map(|(a, b)| (a - b).abs());
+        let apart = apart.fold(0.0, f64::max);
+        assert!(apart < 1.5e-15, "{length}: {apart:e}");
+    }
+}
+
+fn short_time_agrees<T: Real>(tolerance: f64) {
+    for (times, columns, length, hop) in [
+        (300, 13, 64, 10),
+        (256, 40, 256, 32),
+        (700, 5, 101, 101),
+        (97, 3, 30, 47),
+        (20, 2, 1, 3),
+    ] {
+        let values = noise::<T>((times, columns), 29);
+        let window: Vec<f64> = (0..length)
+            .map(|n| 0.1 + (n as f64 * 0.9).sin().powi(2))
+            .collect();
+        let plan = ShortTimeColumns::<T>::new(&window, hop).unwrap();
+        let segments = plan.segments(times);
+        assert_eq!(segments, (times - length) / hop + 1);
+        let mut spectra = Array3::default((segments, plan.bins(), columns));
+        plan.process_in_parallel(values.view(), spectra.view_mut())
+            .unwrap();
+        let bins: Vec<usize> = (0..plan.bins()).collect();
+        for (s, segment) in spectra.outer_iter().enumerate() {
+            for c in 0..columns {
+                let weighed: Vec<f64> = (0..length)
+                    .map(|n| values[(s * hop + n, c)].to_f64() * window[n])
+                    .collect();
+                let truth = direct_sums(&weighed, &bins);
+                let off = apart(segment.column(c).iter().copied(), truth.into_iter());
+                assert!(off < tolerance, "{length} / {hop}, {s}, {c}: {off:e}");
+            }
+        }
+    }
+}
+
+#[test]
+fn val_direct_sums_of_weighed_segments() {
+    short_time_agrees::<f64>(6e-16);
+    short_time_agrees::<f32>(3e-7);
+}
+
+/// Segments weighed as they are read have the bits of those weighed before: in one half of two passes
+/// and in more, with an odd second half, of a prime length, of rows that alias.
+fn weighed_bits<T: Real>() {
+    for (length, columns) in [(64, 13), (105, 40), (30, 512), (256, 1024), (101, 9)] {
+        let values = noise::<T>((length + 7, columns), 37);
+        let window: Vec<f64> = (1..=length).map(|n| (n as f64).sqrt()).collect();
+        let plan = ShortTimeColumns::<T>::new(&window, 7).unwrap();
+        let mut found = Array3::default((2, plan.bins(), columns));
+        plan.process_in_parallel(values.view(), found.view_mut())
+            .unwrap();
+        let plan = RealToComplexColumns::<T>::new(length).unwrap();
+        for (s, segment) in found.outer_iter().enumerate() {
+            let weighed = Array2::from_shape_fn((length, columns), |(n, c)| {
+                values[(7 * s + n, c)] * T::rounded(window[n])
+            });
+            let mut expected = Array2::default((plan.bins(), columns));
+            let scratch = &mut plan.make_scratch(columns);
+            plan.process_with_scratch(weighed.view(), expected.view_mut(), scratch)
+                .unwrap();
+            assert_eq!(segment, expected, "{length} x {columns}");
+        }
+    }
+}
+
+#[test]
+fn weights_in_passing_give_the_bits_of_weighed_columns() {
+    weighed_bits::<f64>();
+    weighed_bits::<f32>();
+}
+
+/// Rows far apart, columns that are not neighbours in either array, segments weighed in passing and in
+/// copies (a prime length): the same bits.
+#[test]
+fn segments_of_any_layout_have_the_same_bits() {
+    for length in [64, 30, 105, 101] {
+        let values = noise::<f64>((150, 512), 31);
+        let window: Vec<f64> = (1..=length).map(|n| (n as f64).sqrt()).collect();
+        let plan = ShortTimeColumns::<f64>::new(&window, 25).unwrap();
+        let shape = (plan.segments(150), plan.bins(), 512);
+        let mut whole = Array3::default(shape);
+        plan.process_in_parallel(values.view(), whole.view_mut())
+            .unwrap();
+        let by_column = values.t().to_owned();
+        let mut found = Array3::default(shape);
+        plan.process_in_parallel(by_column.t(), found.view_mut())
+            .unwrap();
+        assert_eq!(found, whole);
+        let mut found = Array3::default((shape.0, 512, shape.1));
+        let turned = found.view_mut().permuted_axes([0, 2, 1]);
+        plan.process_in_parallel(values.view(), turned).unwrap();
+        assert_eq!(found.permuted_axes([0, 2, 1]), whole);
+        let few = values.slice(s![.., 3..10]).to_owned();
+        let mut found = Array3::default((shape.0, shape.1, 7));
+        plan.process_in_parallel(few.view(), found.view_mut())
+            .unwrap();
+        assert_eq!(found, whole.slice(s![.., .., 3..10]));
+    }
+}
+
+#[test]
+fn records_shorter_than_the_window_have_no_segments() {
+    let plan = ShortTimeColumns::<f64>::new(&[1.0; 8], 2).unwrap();
+    assert_eq!(
+        (plan.segments(7), plan.segments(8), plan.segments(10)),
+        (0, 1, 2)
+    );
+    let values = noise::<f64>((7, 3), 1);
+    plan.process_in_parallel(values.view(), Array3::default((0, 5, 3)).view_mut())
+        .unwrap();
+}
