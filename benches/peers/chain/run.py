@@ -7,7 +7,7 @@ references (tests/data/chain_reference.py, double-double arithmetic), then calls
 turn, round after round, each pinned to the same core. Writes
 benches/runs/<date>-<cpu>/chain.json, every run of it, and chain.md. A time is the CPU time of one
 simulation, the median over all runs; the wall-clock time is kept beside it. Needs Linux, cargo,
-g++ and PyPI. `cargo run --release --example figure_chain_work_precision` draws the record.
+g++ and PyPI. `cargo run --release -p figures --bin chain_work_precision` draws the record.
 """
 
 import argparse

@@ -2,7 +2,7 @@
 //!
 //! Equations: `dE(k)/dt = T(k)`, `Pi(k) = - sum_{k' <= k} T(k')`;
 //! `Pi_l = (bar F - F(bar delta)) (bar v_j - bar v_{j+1})`; `J_j = F_j (v_j + v_{j+1}) / 2`.
-//! Command: `cargo run --release --example energy_views`; a few seconds.
+//! Command: `cargo run --release -p figures --bin energy_views`; a few seconds.
 //! Shows: for a ratio that carries a localized wave (4.9272) and for one that sheds trailing pulses
 //! (2.398), energy that passed to higher k in the second half of the record (the first holds
 //! the impact, which starts with E(k) flat), energy that left the scales larger than l where the
@@ -13,7 +13,6 @@
 //! localized wave exchanges a few per cent on the whole, a fifth of what the dispersive chain does.
 
 use std::fmt::Write;
-use std::path::Path;
 
 use wavecascade::budget::{Budget, BudgetRequest, Integration, Motion, budget};
 use wavecascade::chain::{Chain, Simulation};
@@ -70,7 +69,7 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
     assert!((kept - 0.814).abs() < 0.005 && shed < 0.5 * kept);
     assert!((at_rest - 0.027).abs() < 0.002 && (exchange - 0.158).abs() < 0.005);
 
-    let out = Path::new(env!("CARGO_MANIFEST_DIR")).join("figures/out");
+    let out = figures::root().join("figures/out");
     let both = [("localized", &localized), ("dispersive", &dispersive)];
     let figure = views(&both).ok_or("nothing to draw")?;
     for format in [Format::Png, Format::Svg] {

@@ -2,7 +2,7 @@
 //!
 //! Equations: `J_j = F_j (v_j + v_{j+1}) / 2`; `Pi(k) = - sum_{k' <= k} T(k')`;
 //! `Pi_l = (bar F - F(bar delta)) (bar v_j - bar v_{j+1})`, of `wavecascade::budget`.
-//! Command: `cargo run --release --example flux_maps`; four seconds.
+//! Command: `cargo run --release -p figures --bin flux_maps`; four seconds.
 //! Shows: fluxes of a chain that carries a localized wave (4.9272, left) and of one that sheds
 //! trailing pulses (2.398, right), on scales shared in each row; 100 sites, before the wall is felt.
 //! Third row: Pi(k) integrated since the front was at site 20, when the impact has been taken up.
@@ -13,9 +13,6 @@
 //! of four cells a localized wave takes at its front what it gives back behind it, to 1 %.
 //! Differs: the paper has no fluxes; its maps show spectra, from which no flux follows.
 
-#[path = "panels/mod.rs"]
-mod panels;
-
 use ndarray::s;
 use wavecascade::analyze::Map;
 use wavecascade::arrays::LargeArray;
@@ -24,7 +21,7 @@ use wavecascade::chain::{Chain, Simulation};
 use wavecascade::observer::Silent;
 use wavecascade::plot::{Colours, Tile, map_grid};
 
-use panels::{Outcome, cells, expect, map, save_maps};
+use figures::{Outcome, cells, expect, map, save_maps};
 
 const SITES: usize = 100;
 

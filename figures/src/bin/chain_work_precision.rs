@@ -4,7 +4,7 @@
 //! to time 295; velocities at 64 times, one core.
 //! Data: the newest `benches/runs/*/chain.json`, which `python3 benches/peers/chain/run.py` writes;
 //! nothing is timed here.
-//! Command: `cargo run --release --example figure_chain_work_precision`; under a second.
+//! Command: `cargo run --release -p figures --bin chain_work_precision`; under a second.
 //! Shows: for each program and scheme the settings that no other one of it beats in both time and
 //! error, at four stiffness ratios; all of them are in the CSV file.
 //! Asserts: at every kappa the default scheme reaches an error of 1e-10, no peer is as quick at
@@ -83,7 +83,7 @@ const LEGEND: f64 = 220.0;
 const ERRORS: (f64, f64) = (1e-14, 1.0);
 
 fn main() -> Result<(), Failure> {
-    let root = Path::new(env!("CARGO_MANIFEST_DIR"));
+    let root = figures::root();
     let path = newest(&root.join("benches/runs"))?;
     let rows = serde_json::from_str::<Record>(&std::fs::read_to_string(&path)?)?.rows;
     check(&rows)?;

@@ -4,7 +4,7 @@
 //! a (time, site) array of uniform noise; error `rms(found - V) / rms(V)` against 80-bit arithmetic.
 //! Data: `columns_1.json` and `columns_errors.json` of `benches/runs/2026-11-23-amd-epyc`, which
 //! `benches/peers/columns.py` writes without and with `--errors`; nothing is timed here.
-//! Command: `cargo run --release --example fft_speed_error`; under a second.
+//! Command: `cargo run --release -p figures --bin fft_speed_error`; under a second.
 //! Shows: a panel for each shape (rows x columns) and precision, medians of nine alternating runs on
 //! one core of an AMD EPYC with AVX-512; lower left is better.
 //! Asserts: in every panel `cascade` is the fastest, by 1.9 times at least (by 1.3 in the record with AVX2,
@@ -14,15 +14,11 @@
 //! `f64` runs gave 2.23e-16 to 2.45e-16, where `cascade` has 2.27e-16.
 //! Differs: the paper times nothing. Errors are of plans made later than those that were timed.
 
-#[path = "panels/mod.rs"]
-mod panels;
-
 use std::collections::BTreeMap;
 use std::fmt::Write;
 use std::ops::Range;
-use std::path::Path;
 
-use panels::{Outcome, write};
+use figures::{Outcome, write};
 use wavecascade::plot::plotters::prelude::*;
 use wavecascade::plot::plotters::style::text_anchor::{HPos, Pos, VPos};
 use wavecascade::plot::{Area, Canvas, Format, PALETTE, px, sans};
@@ -85,9 +81,7 @@ fn main() -> Outcome<()> {
 }
 
 fn read<T: serde::de::DeserializeOwned>(file: &str) -> Outcome<Record<T>> {
-    let path = Path::new(env!("CARGO_MANIFEST_DIR"))
-        .join(RECORD)
-        .join(file);
+    let path = figures::root().join(RECORD).join(file);
     Ok(serde_json::from_str(&std::fs::read_to_string(path)?)?)
 }
 

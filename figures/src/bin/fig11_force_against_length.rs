@@ -2,7 +2,7 @@
 //!
 //! Equation: as Figure 7; `max_t F_n(t)` of contact n of one long chain over the same contact of the
 //! homogeneous chain, soft and stiff contacts apart, and `max_t F` on the sensor behind n cylinders.
-//! Command: `cargo run --release --example fig11_force_against_length`; 4.1 s of processor time.
+//! Command: `cargo run --release -p figures --bin fig11_force_against_length`; 4.1 s of processor time.
 //! Shows: forces at (90, 90), (8, 90) and (18, 90) degrees, with the law that describes each best.
 //! Asserts: at 8 and 90 degrees the force in soft contacts settles within twenty cylinders (to 1 % from
 //! there on at 8), and no length reaches 0.4; at 90 degrees it is within 1e-5 of its
@@ -12,9 +12,6 @@
 //! are drawn apart. At 18 degrees the fall ends after 69 cylinders, where the largest force passes from
 //! the leading pulse to a later one: from there on it swings between 0.22 and 0.37.
 
-#[path = "panels/mod.rs"]
-mod panels;
-
 use wavecascade::attenuation::{
     AttenuationCurve, AttenuationRequest, ContactKind, Named, Reach, Sense,
 };
@@ -22,7 +19,7 @@ use wavecascade::observer::Silent;
 use wavecascade::plot::{Chart, Corner, Look, Series};
 use wavecascade::report::attenuation_csv;
 
-use panels::{Outcome, experiment_scene, save_charts, write};
+use figures::{Outcome, experiment_scene, save_charts, write};
 
 const ANGLES: [u32; 3] = [90, 8, 18];
 const LENGTH: usize = 120;

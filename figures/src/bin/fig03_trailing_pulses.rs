@@ -2,19 +2,16 @@
 //!
 //! Equation: `x_j'' = F_{j-1} - F_j`, `F_j = c_j max(x_j - x_{j+1}, 0)^{3/2}`, c alternately 1 and
 //! kappa, 300 sites, site 0 struck at unit speed.
-//! Command: `cargo run --release --example fig03_trailing_pulses`; under a second.
+//! Command: `cargo run --release -p figures --bin fig03_trailing_pulses`; under a second.
 //! Shows: velocities of sites 29 and 30, forces in contacts 29 and 30.
 //! Asserts: behind the leading pulse contacts open, and carry more than a tenth of its peak force.
 //! Differs: the paper does not say which contact the striker touches nor whether it counts sites from
 //! the striker on; here it touches a soft one and is site 0.
 
-#[path = "panels/mod.rs"]
-mod panels;
-
 use wavecascade::chain::{Chain, Simulation};
 use wavecascade::observer::Silent;
 
-use panels::{Curve, Panel, around, save};
+use figures::{Curve, Panel, around, save};
 
 fn main() -> Result<(), Box<dyn std::error::Error>> {
     let simulation = Simulation::impact(Chain::dimer(300, 2.398), 1.0, 80.0, 8001);

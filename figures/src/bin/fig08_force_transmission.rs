@@ -1,7 +1,7 @@
 //! Force on the sensor against the first angle, with maps of the velocity: Figure 8 of the paper.
 //!
 //! Equation: as Figure 7; `max_t F_40(t)` of the sensor's contact over the same at (90, 90) degrees.
-//! Command: `cargo run --release --example fig08_force_transmission`; 17 s of processor time.
+//! Command: `cargo run --release -p figures --bin fig08_force_transmission`; 17 s of processor time.
 //! Shows: above, the transmitted force with its extremes located by further runs (dots) and the
 //! angles of localized waves (uprights), for four sensors, for the other order of angles, and for a
 //! cylinder as striker, since the paper leaves these open. Below, velocity over site and time at 90, 18
@@ -17,9 +17,6 @@
 //! 0.12 at 6.5 degrees, and 39 % are lost at 18. Between 53 and 81 degrees a little more force comes
 //! through than at 90 (1.0001 to 1.027 times).
 
-#[path = "panels/mod.rs"]
-mod panels;
-
 use std::fmt::Write;
 
 use ndarray::Array2;
@@ -28,7 +25,7 @@ use wavecascade::chain::scene::SceneSource;
 use wavecascade::observer::Silent;
 use wavecascade::plot::{Canvas, Chart, Corner, Format, HeatChart, Look, Mark, Series};
 
-use panels::{Outcome, experiment, experiment_scene, write};
+use figures::{Outcome, experiment, experiment_scene, write};
 
 const ANGLES: &str = "angle=2,3,4,5,6,7,8,9,10,12,14,16,18,20,23,26,30,35,40,50,60,70,80,90";
 
@@ -106,7 +103,7 @@ fn complete() -> Outcome<()> {
 fn without_sensor() -> Outcome<SceneSource> {
     let path = concat!(
         env!("CARGO_MANIFEST_DIR"),
-        "/examples/scenes/quartz_experiment.toml"
+        "/../examples/scenes/quartz_experiment.toml"
     );
     let text = std::fs::read_to_string(path)?;
     let lines = text.lines().filter(|line| !line.starts_with("wall_"));

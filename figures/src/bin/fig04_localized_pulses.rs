@@ -2,7 +2,7 @@
 //!
 //! Equation: that of `wavecascade::localized`, solved; then a chain of 300 sites at each of its ratios,
 //! struck at unit speed.
-//! Command: `cargo run --release --example fig04_localized_pulses`; seconds.
+//! Command: `cargo run --release -p figures --bin fig04_localized_pulses`; seconds.
 //! Shows: velocities of sites 29 and 30 and forces in contacts 29 and 30 about the leading pulse,
 //! at kappa of orders 1 to 4.
 //! Asserts: the simulated leading pulse is the localized wave, scaled; its forces are symmetric in
@@ -10,14 +10,11 @@
 //! Differs: ratios are those of the exact waves, which the paper's direct ones match to 1e-4; its
 //! second, smaller pulse (4c, d) comes after the times drawn here.
 
-#[path = "panels/mod.rs"]
-mod panels;
-
 use wavecascade::chain::{Chain, Simulation};
 use wavecascade::localized::{Family, Wave};
 use wavecascade::observer::Silent;
 
-use panels::{Curve, Panel, around, save};
+use figures::{Curve, Panel, around, save};
 
 fn main() -> Result<(), Box<dyn std::error::Error>> {
     let search = Family::default().search(4)?;

@@ -2,17 +2,14 @@
 //!
 //! Equation: `[psi - ((F(t+h) + F(t-h))/2)^{2/3}] / eps`, psi at stiff and F at soft contacts of the
 //! localized waves, `eps = kappa^{-2/3}`: what the paper expands to first order, exactly.
-//! Command: `cargo run --release --example fig05_fast_component`; seconds.
+//! Command: `cargo run --release -p figures --bin fig05_fast_component`; seconds.
 //! Shows: orders 2 to 7, time in cells.
 //! Asserts: as many maxima as the order says, counted on the drawn curve; evenness; that the curve
 //! ends where nothing is left, below 1e-8 of its largest value.
 //! Differs: the paper draws solutions of the equation of first order in eps, driven by a fitted slow
 //! wave, whose ratios are up to 42 % off (`table1_stiffness_ratios`).
 
-#[path = "panels/mod.rs"]
-mod panels;
-
-use panels::{Panel, around, save};
+use figures::{Panel, around, save};
 use wavecascade::localized::Family;
 
 fn main() -> Result<(), Box<dyn std::error::Error>> {

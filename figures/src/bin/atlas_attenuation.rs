@@ -3,7 +3,7 @@
 //! Equation: dimers of unit masses, `F = c delta^{3/2}` with c alternating 1 and kappa, struck at
 //! speed 1; the largest force in soft contact n over that in contact n of the homogeneous chain, and
 //! the relative energy that the leading pulse loses a cell.
-//! Command: `cargo run --release --example atlas_attenuation`; 11 s of processor time.
+//! Command: `cargo run --release -p figures --bin atlas_attenuation`; 11 s of processor time.
 //! Shows: where attenuation is strong (about kappa = 2.5), after how many bodies, and the leak that
 //! causes it. The leak has a hump between every two localized ratios, marked by their order; the force
 //! shows one valley only: beyond the third order it stays within 1 % of 0.92.
@@ -14,9 +14,6 @@
 //! 0.914 to 0.923 of the homogeneous chain's, 0.5 % less at most than after 20.
 //! Differs: the paper has no such figure.
 
-#[path = "panels/mod.rs"]
-mod panels;
-
 use std::fmt::Write;
 
 use ndarray::Array2;
@@ -26,7 +23,7 @@ use wavecascade::localized::{Family, LeakScan};
 use wavecascade::observer::Silent;
 use wavecascade::plot::{Canvas, Chart, Format, HeatChart, Mark, Series, px};
 
-use panels::{Outcome, write};
+use figures::{Outcome, write};
 
 const LENGTH: usize = 60;
 const RATIOS: usize = 72;

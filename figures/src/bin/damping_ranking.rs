@@ -2,7 +2,7 @@
 //!
 //! Equation: `F = c delta^{3/2} + tangent (dF/d delta) delta'` in contacts; largest force on a wall
 //! behind 40 bodies, relative to the undamped homogeneous chain.
-//! Command: `cargo run --release --example damping_ranking`; 21 s of processor time.
+//! Command: `cargo run --release -p figures --bin damping_ranking`; 21 s of processor time.
 //! Shows: left, stiffness dimers of the experiment at 90 and 8 degrees (localized) and at 16.27
 //! (least force without damping); right, mass dimers of ratio 1 and of the second localized order
 //! (0.3428) beside one of 0.5585, which lets least of its homogeneous chain's force
@@ -18,9 +18,6 @@
 //! Wang and others, 2015) found a reversal; they are not at hand here, so no measured curve is
 //! laid over, and their damping is not known.
 
-#[path = "panels/mod.rs"]
-mod panels;
-
 use std::fmt::Write;
 
 use wavecascade::attenuation::TransmissionRequest;
@@ -28,7 +25,7 @@ use wavecascade::chain::scene::{SceneSource, Setting};
 use wavecascade::observer::Silent;
 use wavecascade::plot::{Chart, Corner, Series};
 
-use panels::{Outcome, experiment_scene, save_charts, write};
+use figures::{Outcome, experiment_scene, save_charts, write};
 
 /// Damping, force of the wall.
 type Curve = Vec<(f64, f64)>;

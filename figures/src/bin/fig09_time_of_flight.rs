@@ -2,15 +2,12 @@
 //!
 //! Equation: as Figure 7; the time from the impact until the force on the sensor is 1 % of its peak,
 //! and 40 cylinders of 18 mm over it.
-//! Command: `cargo run --release --example fig09_time_of_flight`; 2.3 s of processor time.
+//! Command: `cargo run --release -p figures --bin fig09_time_of_flight`; 2.3 s of processor time.
 //! Shows: the pulse arrives earlier the smaller the angle; the sensor's contact changes next to
 //! nothing.
 //! Asserts: the time falls with the angle at every step, from 1.083 ms (665 m/s) at 90 degrees to
 //! 0.833 ms at 2 degrees (1.076 ms, 669 m/s, and 0.826 ms with a nearly flat cap).
 //! Differs: the paper does not say what counts as an arrival, and gives no numbers.
-
-#[path = "panels/mod.rs"]
-mod panels;
 
 use std::fmt::Write;
 
@@ -18,7 +15,7 @@ use wavecascade::attenuation::{Point, TransmissionRequest};
 use wavecascade::observer::Silent;
 use wavecascade::plot::{Chart, Look, Series};
 
-use panels::{Outcome, experiment_scene, save_charts, write};
+use figures::{Outcome, experiment_scene, save_charts, write};
 
 const SENSORS: [(&str, &str); 2] = [
     ("cap rounded at 20 mm", "20 mm"),

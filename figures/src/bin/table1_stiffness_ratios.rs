@@ -1,14 +1,13 @@
 //! Stiffness ratios of localized waves: Table 1 of the paper, beside the exact ones.
 //!
 //! Equation: that of `wavecascade::localized`.
-//! Command: `cargo run --release --example table1_stiffness_ratios`; seconds.
+//! Command: `cargo run --release -p figures --bin table1_stiffness_ratios`; seconds.
 //! Shows: exact ratio and its error; estimates on the fitted and on the exact slow wave; the
 //! paper's two columns and how far they are off. Writes `figures/out/table1_stiffness_ratios.csv`.
 //! Asserts: the paper's direct column to 1e-4, its estimates to 0.1 %, and that its row 18 is
 //! neither order 18 nor, in its direct value, order 19.
 
 use std::fmt::Write;
-use std::path::Path;
 
 use wavecascade::localized::{Family, PUBLISHED, SlowProfile};
 
@@ -46,8 +45,7 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
         }
     }
     print!("{table}");
-    let file =
-        Path::new(env!("CARGO_MANIFEST_DIR")).join("figures/out/table1_stiffness_ratios.csv");
+    let file = figures::root().join("figures/out/table1_stiffness_ratios.csv");
     let part = file.with_extension("part");
     std::fs::write(&part, table)?;
     std::fs::rename(&part, &file)?;

@@ -3,7 +3,7 @@
 //! Equation: that of Figure 7 in a chain of 200 cylinders; `S(f, x)` and `E(k, t)` of the velocity;
 //! energy passed through contact j above a frequency, from `P_j(f)`; `E(k)` of all energy and the
 //! integral of `Pi(k) = - sum_{k' <= k} T(k')`, of `wavecascade::budget`.
-//! Command: `cargo run --release --example fig10_energy_redistribution`; two seconds.
+//! Command: `cargo run --release -p figures --bin fig10_energy_redistribution`; two seconds.
 //! Shows: velocity, its spectrum along the chain (inset: the first 40 sites) and against time, for
 //! first angles of 18 (dispersive) and 8 degrees (localized), until the front reaches the end. Lines:
 //! 90 % of the energy of a site, or a time, lies below.
@@ -23,9 +23,6 @@
 //! Differs: the paper does not say how long its chain is, nor what it makes of the drift. Edges of
 //! bands were chosen on these spectra, hence the measures without edges beside them.
 
-#[path = "panels/mod.rs"]
-mod panels;
-
 use ndarray::{ArrayView1, s};
 use wavecascade::analyze::{Map, Request, Results};
 use wavecascade::arrays::LargeArray;
@@ -33,7 +30,7 @@ use wavecascade::budget::{BudgetRequest, Motion, Views, budget};
 use wavecascade::observer::Silent;
 use wavecascade::plot::{Colours, Tile, map_grid};
 
-use panels::{Outcome, cells, expect, experiment, map, save_maps};
+use figures::{Outcome, cells, expect, experiment, map, save_maps};
 
 /// Edges of the low bands: in Hz, and in rad per site.
 const EDGES: [f64; 2] = [5e3, 1.44];

@@ -1,7 +1,5 @@
 //! What the figure scripts share: panels of curves as PNG, SVG and CSV, and the experiment's chain.
 
-#![allow(dead_code, unused_imports)] // each script uses a part of it
-
 use std::fmt::Write;
 use std::path::{Path, PathBuf};
 
@@ -23,8 +21,9 @@ pub fn out() -> PathBuf {
     root().join("figures/out")
 }
 
-fn root() -> &'static Path {
-    Path::new(env!("CARGO_MANIFEST_DIR"))
+/// The folder of the repository.
+pub fn root() -> &'static Path {
+    Path::new(concat!(env!("CARGO_MANIFEST_DIR"), "/.."))
 }
 
 /// The scene of the experiment with keys of its own: `("angle", "18 deg")`.

@@ -2,7 +2,7 @@
 //!
 //! Equation: unit masses and springs, `v_j(0)` = 1 at site 0 and 0 elsewhere, so that
 //! `v_j(t) = J_2j(2 t)` and waves obey `omega = 2 sin(k / 2)`.
-//! Command: `cargo run --release --example figure_lattice_impact`; under a second.
+//! Command: `cargo run --release -p figures --bin lattice_impact`; under a second.
 //! Shows: all energy on the dispersion curve at k > 0, up to the band edge `omega = 2`, and the
 //! share of energy towards +x near 1 below the edge. Above it nothing propagates: what is seen
 //! there leaks from the record's ends, evenly to both sides.
@@ -10,7 +10,6 @@
 //! wavenumber moves it.
 
 use std::f64::consts::PI;
-use std::path::Path;
 
 use wavecascade::analyze::{Request, Results};
 use wavecascade::field::OpenOptions;
@@ -18,7 +17,7 @@ use wavecascade::plot::{Format, spacetime_spectrum};
 use wavecascade::{Field, analyze};
 
 fn main() -> Result<(), Box<dyn std::error::Error>> {
-    let root = Path::new(env!("CARGO_MANIFEST_DIR"));
+    let root = figures::root();
     let path = root.join("examples/data/lattice_impact.npy");
     let field = Field::open(path, &OpenOptions::default())?;
     let request = Request {

@@ -2,7 +2,7 @@
 //!
 //! Equation: `m_j u_j'' = F_{j-1} - F_j`, `F_j = beta_j max(u_j - u_{j+1}, 0)^{3/2}`, of the scene
 //! `examples/scenes/quartz_experiment.toml` at first angles of 90, 18 and 8 degrees, without losses.
-//! Command: `cargo run --release --example fig07_particle_velocities`; under a second.
+//! Command: `cargo run --release -p figures --bin fig07_particle_velocities`; under a second.
 //! Shows: left, until the sensor's reflection is back at particle 25; right, the leading pulse of
 //! each beside the localized wave whose ratio is nearest, at the same height, nothing fitted.
 //! Asserts: kappa(8, 90) = 4.507. At 90 degrees one pulse and no trail: what passes behind it is
@@ -13,13 +13,10 @@
 //! kappa is 8.5 % below that of the localized wave, so the pulse has a small trail, and a second,
 //! smaller pulse follows, made when the first bodies collide again, as in Figure 4.
 
-#[path = "panels/mod.rs"]
-mod panels;
-
 use wavecascade::localized::{Family, Wave};
 use wavecascade::observer::Silent;
 
-use panels::{Curve, Outcome, Panel, around, experiment, save};
+use figures::{Curve, Outcome, Panel, around, experiment, save};
 
 /// Cylinders 25 and 26, and the contact between them, at 90 degrees in one holder.
 const PARTICLES: [usize; 2] = [25, 26];
