@@ -304,7 +304,7 @@ pub struct Conventions {
     pub padded_space: usize,
 }
 
-/// The result of an analysis, but for the large arrays, which went to the [`super::Sink`].
+/// The result of an analysis, but for the large arrays, which went to the [`crate::arrays::Sink`].
 #[derive(Debug, Clone)]
 pub struct Analysis {
     pub name: String,

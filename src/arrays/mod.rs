@@ -8,7 +8,7 @@ use ndarray::{Array2, ArrayView2, s};
 use crate::error::Result;
 
 /// A named array too large to be held twice. The names belong to those that compute the arrays:
-/// [`crate::analyze`] and [`crate::budget`].
+/// [`mod@crate::analyze`] and [`mod@crate::budget`].
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
 pub struct LargeArray {
     name: &'static str,
