@@ -3,9 +3,9 @@
 //! Equation: unit masses and springs, `v_j(0)` = 1 at site 0 and 0 elsewhere, so that
 //! `v_j(t) = J_2j(2 t)` and waves obey `omega = 2 sin(k / 2)`.
 //! Command: `cargo run --release -p figures --bin lattice_impact`; under a second.
-//! Shows: all energy on the dispersion curve at k > 0, up to the band edge `omega = 2`, and the
-//! share of energy towards +x near 1 below the edge. Above it nothing propagates: what is seen
-//! there leaks from the record's ends, evenly to both sides.
+//! Shows: the energy lies on the dispersion curve at k > 0, up to the band edge `omega = 2`; 95 % of
+//! it travels towards +x. Nothing propagates above the edge: the rest leaks from the ends of the
+//! record, evenly to both sides.
 //! Asserts: the ridge lies on the dispersion curve, to a bin of frequency and what a bin of
 //! wavenumber moves it.
 
