@@ -7,9 +7,9 @@
 use std::ops::Range;
 use std::sync::{Mutex, PoisonError};
 
+use column_fft::{RealToComplex, rows};
 use ndarray::{Array2, Axis, s};
 use rayon::prelude::*;
-use realfft::{RealFftPlanner, RealToComplex};
 
 use super::contacts::{Contacts, PowerRow};
 use super::motion::Motion;
@@ -115,7 +115,7 @@ pub(super) fn power_flow(
     let dt = motion.step();
     let frequency = crate::transform::frequencies(samples, dt);
     let bins = frequency.len();
-    let plan = RealFftPlanner::new().plan_fft_forward(samples);
+    let plan = rows::plan_fft_forward(samples);
     let edge = request.band_edge_frequency;
     let edge = edge.unwrap_or_else(|| default_edge(motion, contacts, &*plan, &frequency));
     let low_bins = low_bins(&frequency, edge);

@@ -3,8 +3,8 @@
 use std::f64::consts::PI;
 use std::sync::Arc;
 
+use column_fft::{RealToComplex, rows};
 use num_complex::Complex;
-use realfft::{RealFftPlanner, RealToComplex};
 
 use crate::chain::Ends;
 
@@ -74,7 +74,7 @@ impl Modes {
         Modes {
             basis,
             sites,
-            plan: RealFftPlanner::new().plan_fft_forward(length),
+            plan: rows::plan_fft_forward(length),
             halfway,
         }
     }

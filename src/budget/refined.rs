@@ -5,7 +5,7 @@
 //! the record has, the energy passed being followed inside the same steps; the spectrum then reaches
 //! to frequencies far above those of the record, and its sum closes to the stepping's error.
 
-use realfft::RealFftPlanner;
+use column_fft::rows;
 
 use super::contacts::Contacts;
 use super::frequency::RefinedFlow;
@@ -54,7 +54,7 @@ pub(super) fn refine(
     let dt = duration / INTERVALS as f64;
     let (df, frequency) = (1.0 / (samples as f64 * dt), frequencies(samples, dt));
     let low_bins = low_bins(&frequency, flow.edge);
-    let plan = RealFftPlanner::new().plan_fft_forward(samples);
+    let plan = rows::plan_fft_forward(samples);
     let mut work = plan.make_scratch_vec();
     let [mut of_force, mut of_speed] = [0, 1].map(|_| plan.make_output_vec());
     for ((contact, [mut force, mut speed]), passed) in chosen.into_iter().zip(records).zip(passed) {

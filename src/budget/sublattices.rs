@@ -5,8 +5,8 @@
 
 use std::sync::Arc;
 
+use column_fft::{Fft, FftDirection, rows};
 use num_complex::Complex;
-use rustfft::{Fft, FftPlanner};
 
 /// The transforms over a ring of cells, planned.
 pub(super) struct Sublattices {
@@ -30,12 +30,11 @@ pub(super) struct Filtered {
 
 impl Sublattices {
     pub(super) fn new(cell: usize, cells: usize) -> Sublattices {
-        let mut planner = FftPlanner::new();
         Sublattices {
             cell,
             cells,
-            forward: planner.plan_fft_forward(cells),
-            inverse: planner.plan_fft_inverse(cells),
+            forward: rows::plan_fft_complex(cells, FftDirection::Forward),
+            inverse: rows::plan_fft_complex(cells, FftDirection::Inverse),
         }
     }
 

@@ -14,10 +14,10 @@
 use std::f64::consts::PI;
 use std::sync::Arc;
 
+use column_fft::{ComplexToReal, RealToComplex, rows};
 use ndarray::{Array2, ArrayView2, Axis};
 use num_complex::Complex;
 use rayon::prelude::*;
-use realfft::{ComplexToReal, RealFftPlanner, RealToComplex};
 
 use super::modes::{Basis, Modes};
 use super::quadrature::{Quadrature, SMOOTH};
@@ -215,15 +215,14 @@ impl Burgers {
         if !(length > 0.0 && length.is_finite()) {
             return refuse("length", "a positive number", length.to_string());
         }
-        let mut planner = RealFftPlanner::new();
         let fine = (3 * places).div_ceil(2);
         Ok(Burgers {
             viscosity,
             length,
-            forward: planner.plan_fft_forward(places),
-            backward: planner.plan_fft_inverse(places),
-            fine_forward: planner.plan_fft_forward(fine),
-            fine_backward: planner.plan_fft_inverse(fine),
+            forward: rows::plan_fft_forward(places),
+            backward: rows::plan_fft_inverse(places),
+            fine_forward: rows::plan_fft_forward(fine),
+            fine_backward: rows::plan_fft_inverse(fine),
         })
     }
 }

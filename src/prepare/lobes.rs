@@ -1,7 +1,7 @@
 //! How far a window lets a sine leak.
 
+use column_fft::{FftDirection, rows};
 use num_complex::Complex;
-use rustfft::FftPlanner;
 
 use super::Window;
 
@@ -32,9 +32,7 @@ impl Window {
         for (j, w) in self.samples(SAMPLES).into_iter().enumerate() {
             transform[(length + j - SAMPLES / 2) % length].re = w;
         }
-        FftPlanner::new()
-            .plan_fft_forward(length)
-            .process(&mut transform);
+        rows::plan_fft_complex(length, FftDirection::Forward).process(&mut transform);
         let spectrum = &transform[..=length / 2];
 
         let zero = spectrum.windows(2).position(|pair| pair[1].re <= 0.0);

@@ -1,7 +1,7 @@
 //! What becomes of samples before a transform: weights, and a mean that would cost digits.
 
+use column_fft::rows;
 use num_complex::Complex;
-use realfft::RealFftPlanner;
 
 use super::Real;
 use crate::numeric::lanes::{Lanes, WIDTH, Work, widest};
@@ -26,7 +26,7 @@ impl Taper {
         } else {
             let mut response_in = window.to_vec();
             response_in.resize(padded, 0.0);
-            let response = RealFftPlanner::<f64>::new().plan_fft_forward(padded);
+            let response = rows::plan_fft_forward::<f64>(padded);
             // The lengths are the plan's own, so this cannot fail.
             let _ = response.process(&mut response_in, &mut mean_response);
         }

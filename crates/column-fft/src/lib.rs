@@ -11,6 +11,7 @@ mod planner;
 #[cfg(feature = "rayon")]
 mod pool;
 mod real;
+pub mod rows;
 mod short_time;
 mod twiddle;
 mod view;
@@ -26,4 +27,5 @@ pub use short_time::ShortTimeColumns;
 pub use view::{Columns, ColumnsMut, SegmentsMut};
 
 pub use num_complex::Complex;
-pub use rustfft::FftDirection;
+pub use realfft::{ComplexToReal, RealToComplex};
+pub use rustfft::{Fft, FftDirection};

@@ -3,10 +3,12 @@
 use std::sync::Arc;
 
 use num_complex::Complex;
-use rustfft::{Fft, FftDirection, FftPlanner};
+use rustfft::{Fft, FftDirection};
 
 use crate::columns::{check_input, check_output, check_scratch};
-use crate::{Columns, ColumnsMut, ComplexToRealColumns, FftError, Real, RealToComplexColumns};
+use crate::{
+    Columns, ColumnsMut, ComplexToRealColumns, FftError, Real, RealToComplexColumns, rows,
+};
 
 /// The transform of both axes of real arrays of one shape:
 /// `X_mq = sum_nj v_nj exp(-2 pi i (m n / N +- q j / J))`, `m = 0 ..= N / 2`, `q = 0 .. J`, unnormalised. The second sign
@@ -380,7 +382,7 @@ fn plan_rows<T: Real>(columns: usize, along: FftDirection) -> Result<Arc<dyn Fft
         0 => Err(FftError::Zero {
             what: "the number of columns",
         }),
-        _ => Ok(FftPlanner::new().plan_fft(columns, along)),
+        _ => Ok(rows::plan_fft_complex(columns, along)),
     }
 }
 

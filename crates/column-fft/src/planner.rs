@@ -3,11 +3,11 @@
 use std::collections::HashMap;
 use std::sync::Arc;
 
-use rustfft::{FftDirection, FftPlanner};
+use rustfft::{Fft, FftDirection};
 
 use crate::{
     ComplexToComplexColumns, ComplexToReal2d, ComplexToRealColumns, FftError, InstructionSet, Real,
-    RealToComplex2d, RealToComplexColumns, ShortTimeColumns,
+    RealToComplex2d, RealToComplexColumns, ShortTimeColumns, rows,
 };
 
 /// Makes plans and keeps them: another plan of the same length is the same one, and plans there and back share their
@@ -16,7 +16,8 @@ pub struct ColumnFftPlanner<T: Real> {
     set: InstructionSet,
     forward: HashMap<usize, Arc<RealToComplexColumns<T>>>,
     inverse: HashMap<usize, Arc<ComplexToRealColumns<T>>>,
-    rows: FftPlanner<T>,
+    /// By length, forward or not.
+    rows: HashMap<(usize, bool), Arc<dyn Fft<T>>>,
 }
 
 impl<T: Real> ColumnFftPlanner<T> {
@@ -26,7 +27,7 @@ impl<T: Real> ColumnFftPlanner<T> {
             set: InstructionSet::best(),
             forward: HashMap::new(),
             inverse: HashMap::new(),
-            rows: FftPlanner::new(),
+            rows: HashMap::new(),
         }
     }
 
@@ -129,13 +130,15 @@ impl<T: Real> ColumnFftPlanner<T> {
         &mut self,
         columns: usize,
         along: FftDirection,
-    ) -> Result<Arc<dyn rustfft::Fft<T>>, FftError> {
-        match columns {
-            0 => Err(FftError::Zero {
+    ) -> Result<Arc<dyn Fft<T>>, FftError> {
+        if columns == 0 {
+            return Err(FftError::Zero {
                 what: "the number of columns",
-            }),
-            _ => Ok(self.rows.plan_fft(columns, along)),
+            });
         }
+        let plan = self.rows.entry((columns, along == FftDirection::Forward));
+        let plan = plan.or_insert_with(|| rows::plan_fft_complex(columns, along));
+        Ok(Arc::clone(plan))
     }
 }
 

@@ -1,10 +1,36 @@
 //! The number types of transforms.
 
 mod private {
-    /// Kernels exist for these types alone.
-    pub trait Sealed {}
-    impl Sealed for f32 {}
-    impl Sealed for f64 {}
+    use std::sync::Arc;
+
+    use realfft::{ComplexToReal, FftNum, RealFftPlanner, RealToComplex};
+    use rustfft::{Fft, FftDirection, FftPlanner};
+
+    /// Kernels exist for these types alone. The planners are called here, for concrete types, so that
+    /// no dependent crate compiles their kernels.
+    pub trait Sealed: FftNum {
+        fn plan_fft_forward(len: usize) -> Arc<dyn RealToComplex<Self>>;
+        fn plan_fft_inverse(len: usize) -> Arc<dyn ComplexToReal<Self>>;
+        fn plan_fft_complex(len: usize, direction: FftDirection) -> Arc<dyn Fft<Self>>;
+    }
+
+    macro_rules! seal {
+        ($real:ty) => {
+            impl Sealed for $real {
+                fn plan_fft_forward(len: usize) -> Arc<dyn RealToComplex<$real>> {
+                    RealFftPlanner::new().plan_fft_forward(len)
+                }
+                fn plan_fft_inverse(len: usize) -> Arc<dyn ComplexToReal<$real>> {
+                    RealFftPlanner::new().plan_fft_inverse(len)
+                }
+                fn plan_fft_complex(len: usize, direction: FftDirection) -> Arc<dyn Fft<$real>> {
+                    FftPlanner::new().plan_fft(len, direction)
+                }
+            }
+        };
+    }
+    seal!(f32);
+    seal!(f64);
 }
 
 /// Numbers that are transformed: `f32` and `f64`. No other type can implement this trait.

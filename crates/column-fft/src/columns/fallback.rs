@@ -3,9 +3,9 @@
 use std::sync::Arc;
 
 use num_complex::Complex;
-use realfft::{RealFftPlanner, RealToComplex};
+use realfft::RealToComplex;
 
-use crate::{Columns, ColumnsMut, Real};
+use crate::{Columns, ColumnsMut, Real, rows};
 
 /// Columns that are gathered together: a cache line of each row.
 pub const WIDTH: usize = 8;
@@ -18,7 +18,7 @@ pub struct Fallback<T> {
 impl<T: Real> Fallback<T> {
     pub fn new(length: usize) -> Self {
         Fallback {
-            plan: RealFftPlanner::<T>::new().plan_fft_forward(length),
+            plan: rows::plan_fft_forward(length),
         }
     }
 
