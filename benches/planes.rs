@@ -5,12 +5,11 @@
 //! `-- --serve` answers lines `spacetime|short-time ROWS COLUMNS f32|f64 THREADS` with the milliseconds of
 //! one run of ours and one with `realfft`, for `peers/planes.py`, which runs other libraries in between.
 //!
-//! What is measured and how is [`wavecascade::throughput`]'s; its short form is `cascade bench`.
+//! What is measured and how is [`wavecascade_throughput`]'s; its short form is `cascade bench`.
 
 use std::io::BufRead;
 
-use wavecascade::arrays::Precision;
-use wavecascade::throughput::{CaseOf, Clock, Kind, Planned, Rounds, Shape, Way, table};
+use wavecascade_throughput::{CaseOf, Clock, Kind, Planned, Precision, Rounds, Shape, Way, table};
 
 const WAYS: [Way; 2] = [Way::Cascade, Way::Realfft];
 

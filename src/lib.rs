@@ -21,7 +21,6 @@ pub mod report;
 pub mod sweep;
 mod system;
 #[cfg(feature = "cli")]
-pub mod throughput;
 pub mod transform;
 
 pub use analyze::analyze;

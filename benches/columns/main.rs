@@ -6,14 +6,15 @@
 //! each way, for `peers/columns.py`, which runs other libraries in between; for its errors,
 //! `-- --spectra ROWS COLUMNS f32|f64 FILE EVERY` writes what each way makes of the values in a file.
 //!
-//! What is measured and how is [`wavecascade::throughput`]'s; its short form is `cascade bench`.
+//! What is measured and how is [`wavecascade_throughput`]'s; its short form is `cascade bench`.
 
 use std::collections::HashMap;
 use std::io::BufRead;
 use std::path::Path;
 
-use wavecascade::arrays::Precision;
-use wavecascade::throughput::{Arrays, CaseOf, Clock, Kind, Planned, Rounds, Shape, Way, table};
+use wavecascade_throughput::{
+    Arrays, CaseOf, Clock, Kind, Planned, Precision, Rounds, Shape, Way, table,
+};
 
 /// Arrays of both precisions, made when they are first asked for.
 #[derive(Default)]

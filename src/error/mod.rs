@@ -12,6 +12,7 @@ pub use change::FileChange;
 pub use input::{CoordinateKind, FileKind, InputFault, MemberShape};
 pub(crate) use scene::reworded;
 pub use scene::{Place, Problem, SceneFault};
+pub(crate) use wavecascade_system::memory::size;
 
 /// A result whose error is [`Error`].
 pub type Result<T> = std::result::Result<T, Error>;
@@ -97,10 +98,6 @@ pub enum Error {
         line: usize,
         reason: String,
     },
-
-    /// A file of recorded throughputs that is none, or not all of one.
-    #[error("{}: expected a baseline of throughput, {reason}", path.display())]
-    Baseline { path: PathBuf, reason: String },
 
     /// A result that is already there.
     #[error("{} is already there and is not overwritten", path.display())]
@@ -238,16 +235,5 @@ impl Error {
             action,
             source,
         }
-    }
-}
-
-/// Bytes in a unit that suits them, rounded up, so that allowing as much is enough.
-pub(crate) fn size(bytes: u64) -> String {
-    const UNITS: [&str; 5] = ["bytes", "KiB", "MiB", "GiB", "TiB"];
-    let power = (bytes.max(1).ilog2() / 10).min(4);
-    let value = bytes as f64 / 1024f64.powi(power as i32);
-    match UNITS.get(power as usize) {
-        Some(unit) if power > 0 => format!("{:.2} {unit}", (value * 100.0).ceil() / 100.0),
-        _ => format!("{bytes} bytes"),
     }
 }

@@ -112,7 +112,7 @@ impl Figure {
     pub fn save(&self, dir: &Path, format: Format) -> Result<PathBuf> {
         let bytes = self.encode(format)?;
         let path = dir.join(self.file_name(format));
-        crate::system::publish::write_whole(&path, &bytes)?;
+        crate::system::publish::write_whole(&path, &bytes).map_err(Error::write("write", &path))?;
         Ok(path)
     }
 

@@ -5,6 +5,7 @@ use std::marker::PhantomData;
 use bytemuck::{Pod, cast_slice, cast_slice_mut};
 use memmap2::MmapMut;
 use ndarray::{ArrayView2, ArrayViewMut2};
+use wavecascade_system::memory::huge_pages;
 
 use crate::error::{Error, Result};
 
@@ -47,15 +48,6 @@ impl<T: Pod> Buffer<T> {
         let values = cast_slice_mut(&mut self.pages);
         ArrayViewMut2::from_shape(shape, values).map_err(|_| no_room::<T>(shape))
     }
-}
-
-/// Zeroed memory in huge pages, where the system has them.
-pub(crate) fn huge_pages(bytes: usize) -> std::io::Result<MmapMut> {
-    let pages = MmapMut::map_anon(bytes)?;
-    // A system that refuses has small pages, and they do as well.
-    #[cfg(target_os = "linux")]
-    let _refused = pages.advise(memmap2::Advice::HugePage);
-    Ok(pages)
 }
 
 fn no_room<T>(shape: (usize, usize)) -> Error {

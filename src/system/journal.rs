@@ -233,7 +233,7 @@ fn read_asked<A: Asked>(directory: &Path) -> Result<Option<A>> {
 /// Writes a file of a directory.
 pub(crate) fn write_whole(directory: &Path, name: &str, bytes: &[u8]) -> Result<PathBuf> {
     let path = directory.join(name);
-    publish::write_whole(&path, bytes)?;
+    publish::write_whole(&path, bytes).map_err(Error::write("write", &path))?;
     Ok(path)
 }
 

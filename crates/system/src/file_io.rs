@@ -5,19 +5,19 @@ use std::io::Result;
 
 /// Writes all of `bytes` at `offset`.
 #[cfg(unix)]
-pub(crate) fn write_at(file: &File, bytes: &[u8], offset: u64) -> Result<()> {
+pub fn write_at(file: &File, bytes: &[u8], offset: u64) -> Result<()> {
     std::os::unix::fs::FileExt::write_all_at(file, bytes, offset)
 }
 
 /// Fills `bytes` from `offset`.
 #[cfg(unix)]
-pub(crate) fn read_at(file: &File, bytes: &mut [u8], offset: u64) -> Result<()> {
+pub fn read_at(file: &File, bytes: &mut [u8], offset: u64) -> Result<()> {
     std::os::unix::fs::FileExt::read_exact_at(file, bytes, offset)
 }
 
 /// Writes all of `bytes` at `offset`.
 #[cfg(windows)]
-pub(crate) fn write_at(file: &File, mut bytes: &[u8], mut offset: u64) -> Result<()> {
+pub fn write_at(file: &File, mut bytes: &[u8], mut offset: u64) -> Result<()> {
     while !bytes.is_empty() {
         let n = std::os::windows::fs::FileExt::seek_write(file, bytes, offset)?;
         bytes = &bytes[n..];
@@ -28,7 +28,7 @@ pub(crate) fn write_at(file: &File, mut bytes: &[u8], mut offset: u64) -> Result
 
 /// Fills `bytes` from `offset`.
 #[cfg(windows)]
-pub(crate) fn read_at(file: &File, mut bytes: &mut [u8], mut offset: u64) -> Result<()> {
+pub fn read_at(file: &File, mut bytes: &mut [u8], mut offset: u64) -> Result<()> {
     while !bytes.is_empty() {
         let n = std::os::windows::fs::FileExt::seek_read(file, bytes, offset)?;
         if n == 0 {
@@ -41,7 +41,7 @@ pub(crate) fn read_at(file: &File, mut bytes: &mut [u8], mut offset: u64) -> Res
 }
 
 /// Lengthens `file` from `from` bytes to `to`, on a full disk failing now rather than halfway.
-pub(crate) fn allocate(file: &File, from: u64, to: u64) -> Result<()> {
+pub fn allocate(file: &File, from: u64, to: u64) -> Result<()> {
     #[cfg(target_os = "linux")]
     {
         use rustix::fs::{FallocateFlags, fallocate};

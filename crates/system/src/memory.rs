@@ -1,4 +1,8 @@
-//! How much memory there is.
+//! Memory at hand, memory in huge pages, and sizes in words.
+
+use std::io::Result;
+
+use memmap2::MmapMut;
 
 /// Bytes of memory that the system would give now; `None` where it does not say.
 fn free() -> Option<u64> {
@@ -8,12 +12,35 @@ fn free() -> Option<u64> {
     Some(kibibytes.saturating_mul(1024))
 }
 
-/// Bytes of memory that the system would give now, all that can be addressed where it does not say.
-pub(crate) fn available_memory() -> u64 {
+/// Bytes of memory that the system would give now; `u64::MAX` where it does not say.
+pub fn available_memory() -> u64 {
     free().unwrap_or(u64::MAX)
 }
 
 /// Half of the memory that is free now; 2 GiB where the system does not say.
-pub(crate) fn half_of_free_memory() -> u64 {
+pub fn half_of_free_memory() -> u64 {
     free().map_or(2 << 30, |free| free / 2)
+}
+
+/// Zeroed memory in huge pages, where the system has them.
+///
+/// # Errors
+/// The system's, where it gives no memory.
+pub fn huge_pages(bytes: usize) -> Result<MmapMut> {
+    let pages = MmapMut::map_anon(bytes)?;
+    // Small pages do as well where the system refuses.
+    #[cfg(target_os = "linux")]
+    let _refused = pages.advise(memmap2::Advice::HugePage);
+    Ok(pages)
+}
+
+/// Bytes in a binary unit, rounded up, so that allowing as much is enough.
+pub fn size(bytes: u64) -> String {
+    const UNITS: [&str; 5] = ["bytes", "KiB", "MiB", "GiB", "TiB"];
+    let power = (bytes.max(1).ilog2() / 10).min(4);
+    let value = bytes as f64 / 1024f64.powi(power as i32);
+    match UNITS.get(power as usize) {
+        Some(unit) if power > 0 => format!("{:.2} {unit}", (value * 100.0).ceil() / 100.0),
+        _ => format!("{bytes} bytes"),
+    }
 }

@@ -5,17 +5,17 @@
 //! has room for more requests on their way.
 
 /// Bytes of a cache line.
-pub(crate) const LINE: usize = 64;
+pub const LINE: usize = 64;
 
 /// Asks for the cache line of `sample`, which will be wanted soon.
 #[inline(always)]
-pub(crate) fn prefetch<S>(sample: &S) {
+pub fn prefetch<S>(sample: &S) {
     prefetch_after(sample, 0);
 }
 
 /// Asks for the cache line so many `S` after `sample`, which may be no memory at all.
 #[inline(always)]
-pub(crate) fn prefetch_after<S>(sample: &S, further: usize) {
+pub fn prefetch_after<S>(sample: &S, further: usize) {
     let line = std::ptr::from_ref(sample).wrapping_add(further);
     #[cfg(target_arch = "x86_64")]
     {

@@ -5,7 +5,7 @@ use std::sync::{Mutex, PoisonError};
 
 /// Working spaces of threads that are done, for those to come: new memory costs a fault a page.
 #[derive(Debug)]
-pub(crate) struct ScratchPool<T>(Mutex<Vec<T>>);
+pub struct ScratchPool<T>(Mutex<Vec<T>>);
 
 impl<T> Default for ScratchPool<T> {
     fn default() -> Self {
@@ -29,7 +29,7 @@ impl<T> ScratchPool<T> {
 
 /// A working space that goes back to where it came from.
 #[derive(Debug)]
-pub(crate) struct ScratchGuard<'a, T> {
+pub struct ScratchGuard<'a, T> {
     space: Option<T>,
     spare: &'a ScratchPool<T>,
 }

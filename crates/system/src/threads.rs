@@ -1,22 +1,23 @@
-//! Worker threads of a run of their own.
+//! Worker threads of one run.
 
-use crate::error::{Error, Result};
+use rayon::{ThreadPoolBuildError, ThreadPoolBuilder};
 
-/// Does `work` on so many threads; `None`, or where the current pool has as many: on those of the
-/// current pool.
-pub(crate) fn in_pool<T: Send>(
+/// Runs `work` on a pool of `threads` threads. With `None`, or if the current pool has as many
+/// threads, it runs on the current pool.
+///
+/// # Errors
+/// Where the threads cannot be started.
+pub fn in_pool<T: Send>(
     threads: Option<usize>,
-    work: impl FnOnce() -> Result<T> + Send,
-) -> Result<T> {
+    work: impl FnOnce() -> T + Send,
+) -> Result<T, ThreadPoolBuildError> {
     let is_worker = rayon::current_thread_index().is_some();
     let fits = |&threads: &usize| is_worker && threads == rayon::current_num_threads();
-    let Some(threads) = threads.filter(|threads| !fits(threads)) else {
-        return work();
-    };
-    let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build();
-    let pool = pool.map_err(|error| Error::Threads {
-        threads,
-        reason: error.to_string(),
-    })?;
-    pool.install(work)
+    match threads.filter(|threads| !fits(threads)) {
+        None => Ok(work()),
+        Some(threads) => {
+            let pool = ThreadPoolBuilder::new().num_threads(threads).build()?;
+            Ok(pool.install(work))
+        }
+    }
 }

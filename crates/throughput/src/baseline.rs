@@ -4,9 +4,10 @@ use std::collections::BTreeMap;
 use std::path::Path;
 
 use serde::{Deserialize, Serialize};
+use wavecascade_system::publish::write_whole;
 
-use super::{Machine, Versions};
-use crate::error::{Error, Result};
+use crate::{Error, Result};
+use crate::{Machine, Versions};
 
 /// The form of a baseline's file.
 const SCHEMA: &str = "cascade-throughput/1";
@@ -46,11 +47,11 @@ pub struct Instructions {
 
 impl Instructions {
     /// Of this build.
-    pub fn here(per_sample: BTreeMap<String, f64>) -> Instructions {
+    pub fn here(versions: Versions, per_sample: BTreeMap<String, f64>) -> Instructions {
         Instructions {
             architecture: std::env::consts::ARCH.into(),
-            build: super::machine::build().into(),
-            versions: Versions::here(),
+            build: crate::machine::build().into(),
+            versions,
             per_sample,
         }
     }
@@ -58,6 +59,11 @@ impl Instructions {
     /// Whether both are of one architecture and build.
     fn is_like(&self, other: &Instructions) -> bool {
         self.architecture == other.architecture && self.build == other.build
+    }
+
+    /// Whether these are counts of this architecture and build.
+    fn is_of_here(&self) -> bool {
+        self.architecture == std::env::consts::ARCH && self.build == crate::machine::build()
     }
 }
 
@@ -72,23 +78,18 @@ impl Default for Baseline {
 }
 
 impl Baseline {
-    /// The one in the repository, `benches/baseline.json`.
-    ///
     /// # Errors
-    /// As [`Baseline::read`]; a test holds that there is none.
-    pub fn shipped() -> Result<Baseline> {
-        let text = include_str!("../../benches/baseline.json");
-        Baseline::parse("benches/baseline.json".as_ref(), text)
-    }
-
-    /// # Errors
-    /// [`Error::Read`]; [`Error::Baseline`] where the file is no baseline, or not all of one.
+    /// [`Error::File`]; [`Error::Baseline`] where the file is no baseline, or not all of one.
     pub fn read(path: &Path) -> Result<Baseline> {
-        let text = std::fs::read_to_string(path).map_err(Error::read("read", path))?;
+        let text = std::fs::read_to_string(path).map_err(Error::file("read", path))?;
         Baseline::parse(path, &text)
     }
 
-    fn parse(path: &Path, text: &str) -> Result<Baseline> {
+    /// The baseline in `text`, which messages call `path`.
+    ///
+    /// # Errors
+    /// [`Error::Baseline`].
+    pub fn parse(path: &Path, text: &str) -> Result<Baseline> {
         let fault = |reason: String| Error::Baseline {
             path: path.to_owned(),
             reason,
@@ -116,23 +117,11 @@ impl Baseline {
     /// Writes the file, whole or not at all.
     ///
     /// # Errors
-    /// [`Error::Write`].
+    /// [`Error::File`].
     pub fn write(&self, path: &Path) -> Result<()> {
-        let name = path
-            .file_name()
-            .and_then(|name| name.to_str())
-            .ok_or_else(|| Error::Request {
-                option: "record",
-                expected: "the path of a file".into(),
-                found: path.display().to_string(),
-            })?;
-        let folder = path
-            .parent()
-            .filter(|folder| !folder.as_os_str().is_empty());
         let text = serde_json::to_string_pretty(self);
-        let text = text.map_err(|error| Error::write("write", path)(error.into()))? + "\n";
-        crate::system::journal::write_whole(folder.unwrap_or(".".as_ref()), name, text.as_bytes())?;
-        Ok(())
+        let text = text.map_err(|error| Error::file("write", path)(error.into()))? + "\n";
+        write_whole(path, text.as_bytes()).map_err(Error::file("write", path))
     }
 
     /// Ratios on this machine, by case; none where nothing is known of it.
@@ -143,8 +132,7 @@ impl Baseline {
 
     /// Counts of builds like this one.
     pub fn instructions_here(&self) -> impl Iterator<Item = &Instructions> {
-        let here = Instructions::here(BTreeMap::new());
-        self.instructions.iter().filter(move |i| i.is_like(&here))
+        self.instructions.iter().filter(|i| i.is_of_here())
     }
 
     /// Puts ratios in the place of what was known of their cases on their machine; what is known of
@@ -214,20 +202,15 @@ impl Comparison {
         }
     }
 
-    /// Whether more than [`super::LARGEST_LOSS`] is lost.
+    /// Whether more than [`crate::LARGEST_LOSS`] is lost.
     pub fn is_loss(&self) -> bool {
-        self.kept.is_nan() || self.kept < 1.0 - super::LARGEST_LOSS
+        self.kept.is_nan() || self.kept < 1.0 - crate::LARGEST_LOSS
     }
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
-
-    #[test]
-    fn the_shipped_baseline_can_be_read() {
-        Baseline::shipped().unwrap();
-    }
 
     #[test]
     fn a_tenth_may_be_lost() {
@@ -248,8 +231,10 @@ mod tests {
         Ratios {
             machine: Machine::here(),
             versions: Versions {
+                cascade: "0.1.0".into(),
+                rustfft: "6.4.1".into(),
+                realfft: "3.5.0".into(),
                 rustc: rustc.into(),
-                ..Versions::here()
             },
             rounds: 3,
             ratio_to_rustfft: BTreeMap::from([(case.to_owned(), value)]),
@@ -258,10 +243,7 @@ mod tests {
 
     fn counts(case: &str, value: f64, rustc: &str) -> Instructions {
         let ratios = ratios(case, value, rustc);
-        Instructions {
-            versions: ratios.versions,
-            ..Instructions::here(ratios.ratio_to_rustfft)
-        }
+        Instructions::here(ratios.versions, ratios.ratio_to_rustfft)
     }
 
     #[test]

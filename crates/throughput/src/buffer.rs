@@ -3,8 +3,8 @@
 use bytemuck::Pod;
 use memmap2::MmapMut;
 
-use crate::error::{Error, Result};
-use crate::system::buffer::huge_pages;
+use crate::{Error, Result};
+use wavecascade_system::memory::huge_pages;
 
 /// An array in huge pages, where the system has them.
 #[derive(Debug)]
@@ -14,11 +14,10 @@ impl Buffer {
     /// So many zeros.
     ///
     /// # Errors
-    /// [`Error::Read`] where the system gives no memory.
+    /// [`Error::Memory`] where the system gives no memory.
     pub fn new(bytes: usize) -> Result<Buffer> {
         let pages = huge_pages(bytes.max(1));
-        let pages = pages.map_err(Error::read("reserve memory for", "the arrays".as_ref()))?;
-        Ok(Buffer(pages))
+        Ok(Buffer(pages.map_err(Error::Memory)?))
     }
 
     /// The array as numbers of a type.

@@ -3,13 +3,14 @@
 use std::fmt;
 use std::str::FromStr;
 
-use super::kind::{HOP, SEGMENT};
-use super::planes::{Plane, ShortTime};
-use super::ways::TILE;
-use super::{Arrays, Kind, Planned};
-use crate::arrays::Precision;
-use crate::error::{Error, Result};
-use crate::transform::{Real, RealToComplexColumns, ShortTimeColumns};
+use crate::Precision;
+use crate::kind::{HOP, SEGMENT};
+use crate::planes::{Plane, ShortTime};
+use crate::ways::TILE;
+use crate::{Arrays, Kind, Planned};
+use crate::{Error, Result};
+use column_fft::{Real, RealToComplexColumns, ShortTimeColumns};
+use wavecascade_system::memory::{half_of_free_memory, size as size_of_memory};
 
 /// Rows (samples of a column) and columns of an array.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, serde::Serialize)]
@@ -73,11 +74,10 @@ impl CaseOf {
     /// Checks that there is something to transform.
     ///
     /// # Errors
-    /// [`Error::Request`] for `--shape` where columns are shorter than a segment.
+    /// [`Error::Shape`] where columns are shorter than a segment.
     pub fn check(&self) -> Result<()> {
         match self.kind {
-            Kind::ShortTime if self.shape.rows < SEGMENT => Err(Error::Request {
-                option: "shape",
+            Kind::ShortTime if self.shape.rows < SEGMENT => Err(Error::Shape {
                 expected: format!("at least {SEGMENT} rows, a short-time segment"),
                 found: self.shape.to_string(),
             }),
@@ -88,7 +88,7 @@ impl CaseOf {
     /// Its arrays, and the ways planned for them.
     ///
     /// # Errors
-    /// As [`CaseOf::check`]; [`Error::Read`] where there is no memory.
+    /// As [`CaseOf::check`]; [`Error::Memory`] where there is no memory.
     pub fn prepare(&self) -> Result<Box<dyn Planned>> {
         self.check()?;
         match self.precision {
@@ -138,7 +138,7 @@ impl CaseOf {
     }
 
     /// The case, and bytes of its arrays and working space or of the copy that is timed after them
-    /// ([`super::copy_rate`]), whichever are more; [`CaseOf::check`] comes first.
+    /// ([`crate::copy_rate`]), whichever are more; [`CaseOf::check`] comes first.
     pub fn memory(&self) -> (CaseOf, u64) {
         (*self, self.needed(free_memory()))
     }
@@ -149,7 +149,7 @@ impl CaseOf {
         if bytes <= free {
             bytes += self.threads as u64 * self.working_bytes();
         }
-        bytes.max(super::rounds::COPIED_BYTES)
+        bytes.max(crate::rounds::COPIED_BYTES)
     }
 
     /// Working space of one thread: our own, and columns as the other ways gather them.
@@ -183,22 +183,15 @@ impl CaseOf {
 /// `most` at most.
 ///
 /// # Errors
-/// [`Error::Request`] for `--shape` where one of them alone does not fit.
+/// [`Error::Shape`] where one of them alone does not fit.
 pub fn fit_memory<C: fmt::Display>(
     cases: impl Iterator<Item = (C, u64)>,
     most: usize,
 ) -> Result<usize> {
     let free = free_memory();
-    fitting(cases, most, free).map_err(|(case, needed)| Error::Request {
-        option: "shape",
-        expected: format!(
-            "arrays that fit {} of free memory",
-            crate::error::size(free)
-        ),
-        found: format!(
-            "{case}, for which {} are needed",
-            crate::error::size(needed)
-        ),
+    fitting(cases, most, free).map_err(|(case, needed)| Error::Shape {
+        expected: format!("arrays that fit {} of free memory", size_of_memory(free)),
+        found: format!("{case}, for which {} are needed", size_of_memory(needed)),
     })
 }
 
@@ -223,7 +216,7 @@ fn fitting<C>(
 }
 
 fn free_memory() -> u64 {
-    2 * crate::system::memory::half_of_free_memory()
+    2 * half_of_free_memory()
 }
 
 impl fmt::Display for CaseOf {

@@ -3,16 +3,16 @@
 use std::fmt;
 use std::str::FromStr;
 
-use super::machine::set_name;
-use super::{Arrays, Planned, Shape, Way};
-use crate::arrays::Precision;
-use crate::error::{Error, Result};
-use crate::transform::{InstructionSet, Real};
+use crate::Precision;
+use crate::machine::set_name;
+use crate::{Arrays, Planned, Shape, Way};
+use crate::{Error, Result};
+use column_fft::{InstructionSet, Real};
 
 /// What transforms the columns.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Counted {
-    /// [`crate::transform::RealToComplexColumns`] by an instruction set.
+    /// [`column_fft::RealToComplexColumns`] by an instruction set.
     Cascade(InstructionSet),
     /// [`Way::Rustfft`].
     Rustfft,
@@ -56,7 +56,7 @@ impl CountedCase {
     /// Transforms the columns so many times, by the calling thread.
     ///
     /// # Errors
-    /// [`Error::Request`] where the processor lacks the instructions, [`Error::Read`] without memory.
+    /// [`Error::InstructionSet`] where the processor lacks the instructions, [`Error::Memory`] without memory.
     pub fn repeat(&self, times: usize) -> Result<()> {
         match self.precision {
             Precision::F64 => self.repeat_of::<f64>(times),
@@ -69,11 +69,7 @@ impl CountedCase {
             Counted::Rustfft => (Some(Arrays::<T>::new(self.shape)?), Way::Rustfft),
             Counted::Cascade(set) => (Arrays::with(self.shape, set)?, Way::Cascade),
         };
-        let mut arrays = arrays.ok_or_else(|| Error::Request {
-            option: "by",
-            expected: "instructions that this processor has".into(),
-            found: self.by.to_string(),
-        })?;
+        let mut arrays = arrays.ok_or_else(|| Error::InstructionSet(self.by.to_string()))?;
         for _ in 0..times {
             arrays.run(way, false);
         }
@@ -113,7 +109,7 @@ impl FromStr for Counted {
 
 impl fmt::Display for CountedCase {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        let precision = super::case::name(self.precision);
+        let precision = crate::case::name(self.precision);
         write!(f, "{} {precision} {}", self.shape, self.by)
     }
 }

@@ -2,23 +2,30 @@
 
 use std::fmt;
 
-use super::Shape;
-use crate::arrays::Precision;
+use crate::Shape;
 
 /// Samples of a short-time segment, and from one to the next.
 pub const SEGMENT: usize = 256;
 pub const HOP: usize = 32;
 
+/// The type of the numbers.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, serde::Serialize)]
+#[serde(rename_all = "lowercase")]
+pub enum Precision {
+    F64,
+    F32,
+}
+
 /// What is transformed.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, serde::Serialize)]
 #[serde(rename_all = "kebab-case")]
 pub enum Kind {
-    /// All columns of an array: [`crate::transform::RealToComplexColumns`].
+    /// All columns of an array: [`column_fft::RealToComplexColumns`].
     Columns,
-    /// Both axes of an array: [`crate::transform::RealToComplex2d`].
+    /// Both axes of an array: [`column_fft::RealToComplex2d`].
     Plane,
     /// Segments of 256 samples, 32 apart, of all columns, weighed by Hann's window:
-    /// [`crate::transform::ShortTimeColumns`].
+    /// [`column_fft::ShortTimeColumns`].
     ShortTime,
 }
 

@@ -9,13 +9,11 @@ use ndarray::{ArrayView2, ArrayViewMut2, ArrayViewMut3, Axis, s};
 use num_complex::Complex;
 use rustfft::{Fft, FftPlanner};
 
-use super::kind::{HOP, SEGMENT};
-use super::ways::{About, Planned, Usual, noise};
-use super::{Buffer, Shape, Way};
-use crate::error::Result;
-use crate::transform::{
-    FftDirection, Real, RealToComplex2d, RealToComplexColumns, ShortTimeColumns,
-};
+use crate::Result;
+use crate::kind::{HOP, SEGMENT};
+use crate::ways::{About, Planned, Usual, noise};
+use crate::{Buffer, Shape, Way};
+use column_fft::{FftDirection, Real, RealToComplex2d, RealToComplexColumns, ShortTimeColumns};
 
 /// An array of noise and room for the spectrum over both axes. Other ways transform the columns, and
 /// then the rows by `rustfft`.
@@ -31,7 +29,7 @@ pub struct Plane<T: Real> {
 
 impl<T: Real> Plane<T> {
     /// # Errors
-    /// [`crate::Error::Read`] where there is no memory.
+    /// [`crate::Error::Memory`] where there is no memory.
     pub fn new(shape: Shape) -> Result<Self> {
         let Shape { rows, columns } = shape;
         Ok(Plane {
@@ -102,7 +100,7 @@ impl<T: Real> ShortTime<T> {
     /// For at least one segment.
     ///
     /// # Errors
-    /// [`crate::Error::Read`] where there is no memory.
+    /// [`crate::Error::Memory`] where there is no memory.
     pub fn new(shape: Shape) -> Result<Self> {
         let hann = |n: usize| (PI * n as f64 / SEGMENT as f64).sin().powi(2);
         let window: Vec<f64> = (0..SEGMENT).map(hann).collect();

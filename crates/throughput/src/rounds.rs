@@ -7,9 +7,9 @@ use std::time::Instant;
 
 use serde::Serialize;
 
-use super::{About, Buffer, CaseOf, Way};
-use crate::error::Result;
-use crate::system::threads::in_pool;
+use crate::{About, Buffer, CaseOf, Way};
+use crate::{Error, Result};
+use wavecascade_system::threads::in_pool;
 
 /// What times are taken by.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
@@ -66,7 +66,7 @@ pub struct Throughput {
     pub case: CaseOf,
     /// How we transform.
     pub method: String,
-    /// [`crate::transform::RealToComplexColumns::expected_error`]; of other kinds none is stated.
+    /// [`column_fft::RealToComplexColumns::expected_error`]; of other kinds none is stated.
     pub expected_error: Option<f64>,
     pub median_ms: f64,
     /// [`CaseOf::operations`] over the median time.
@@ -100,7 +100,10 @@ impl Rounds {
                     }
                 }
             }
-            Ok(())
+        })
+        .map_err(|error| Error::Threads {
+            threads: case.threads,
+            reason: error.to_string(),
         })?;
         let about = arrays.about();
         // The copy needs room of its own.
@@ -171,7 +174,7 @@ pub fn table(found: &[Throughput]) -> String {
             text,
             "{kind:>10}  {:>11}   {}  {threads:>7} {:>9.3} {:>8.1} {:>9.3}  {error:>10}",
             shape.to_string(),
-            super::case::name(precision),
+            crate::case::name(precision),
             f.median_ms,
             f.gflops,
             f.part_of_bound,
@@ -192,12 +195,12 @@ pub fn median(mut values: Vec<f64>) -> f64 {
 }
 
 /// What [`copy_rate`] holds: as much is copied as there is room to copy to.
-pub(super) const COPIED_BYTES: u64 = 256 << 20;
+pub(crate) const COPIED_BYTES: u64 = 256 << 20;
 
 /// Bytes a second read and written by `threads` copies of 128 MiB in all: the best of nine.
 ///
 /// # Errors
-/// [`crate::Error::Read`] where there is no memory.
+/// [`crate::Error::Memory`] where there is no memory.
 pub fn copy_rate(threads: usize) -> Result<f64> {
     let bytes = (COPIED_BYTES / 2) as usize;
     let (mut from, mut to) = (Buffer::new(bytes)?, Buffer::new(bytes)?);
@@ -224,8 +227,8 @@ pub fn copy_rate(threads: usize) -> Result<f64> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::arrays::Precision;
-    use crate::throughput::{Kind, Shape};
+    use crate::Precision;
+    use crate::{Kind, Shape};
 
     /// By hand: bytes, operations and ratios of a case with known times.
     #[test]

@@ -11,12 +11,12 @@ use num_complex::Complex;
 use realfft::{RealFftPlanner, RealToComplex};
 use rustfft::{Fft, FftPlanner};
 
-use super::{Buffer, Shape};
-use crate::error::Result;
-use crate::transform::{InstructionSet, Real, RealToComplexColumns};
+use crate::Result;
+use crate::{Buffer, Shape};
+use column_fft::{InstructionSet, Real, RealToComplexColumns};
 
 /// Columns gathered before they are transformed one by one: a cache line of each row.
-pub(super) const TILE: usize = 8;
+pub(crate) const TILE: usize = 8;
 
 /// A way to transform all columns.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, serde::Serialize)]
@@ -63,7 +63,7 @@ pub struct About {
 }
 
 /// The usual ways to transform columns of one length.
-pub(super) struct Usual<T: Real> {
+pub(crate) struct Usual<T: Real> {
     realfft: Arc<dyn RealToComplex<T>>,
     rustfft: Arc<dyn Fft<T>>,
 }
@@ -107,7 +107,7 @@ impl<T: Real> Usual<T> {
 }
 
 /// An array of noise.
-pub(super) fn noise<T: Real>(shape: Shape) -> Result<Buffer> {
+pub(crate) fn noise<T: Real>(shape: Shape) -> Result<Buffer> {
     let mut values = Buffer::new(shape.samples() * size_of::<T>())?;
     let mut state = 1_u64;
     for value in values.of::<T>() {
@@ -135,7 +135,7 @@ impl<T: Real> Arrays<T> {
     /// For the fastest instructions of this processor.
     ///
     /// # Errors
-    /// [`crate::Error::Read`] where there is no memory.
+    /// [`crate::Error::Memory`] where there is no memory.
     pub fn new(shape: Shape) -> Result<Self> {
         let ours = RealToComplexColumns::new(shape.rows).expect("at least one row");
         Self::planned(shape, ours)

@@ -27,10 +27,6 @@ pub fn of_error(error: &Error) -> Option<String> {
         Error::Damaged { .. } => Some(
             "remove the line, and its member is computed again; or begin anew elsewhere".into(),
         ),
-        Error::Baseline { .. } => Some(
-            "record a new one with `cascade bench --record FILE`, or name another with `--baseline`"
-                .into(),
-        ),
         Error::Paused { .. } => Some("the same command goes on from there".into()),
         Error::OutputInUse { .. } => Some("name another place with `--out`".into()),
         Error::BelowNoise { .. } => Some(

@@ -399,7 +399,7 @@ choice!(ScalingArg => wavecascade::analyze::Scaling {
     /// A sine of amplitude A peaks at A^2 / 2.
     Spectrum => Self::Spectrum,
 });
-choice!(KindArg => wavecascade::throughput::Kind {
+choice!(KindArg => wavecascade_throughput::Kind {
     /// All columns of an array.
     Columns => Self::Columns,
     /// Both axes of an array.

@@ -11,10 +11,9 @@ use std::path::{Path, PathBuf};
 use clap::Args;
 use serde::Serialize;
 use wavecascade::Error;
-use wavecascade::arrays::Precision;
-use wavecascade::throughput::{
-    Baseline, CaseOf, Comparison, Counted, CountedCase, Kind, Machine, Ratios, Rounds, Shape,
-    Throughput, Versions, Way, table,
+use wavecascade_throughput::{
+    Baseline, CaseOf, Comparison, Counted, CountedCase, Kind, Machine, Precision, Ratios, Rounds,
+    Shape, Throughput, Versions, Way, table,
 };
 
 use crate::args::{KindArg, PrecisionArg};
@@ -91,7 +90,11 @@ struct Said<C> {
 impl Bench {
     /// Shapes with precisions, what was typed or the given ones.
     fn arrays(&self, shapes: &[Shape], precisions: &[Precision]) -> Vec<(Shape, Precision)> {
-        let typed: Vec<Precision> = self.precision.iter().map(|&typed| typed.into()).collect();
+        let typed: Vec<Precision> = self
+            .precision
+            .iter()
+            .map(|&typed| precision(typed))
+            .collect();
         let precisions = if typed.is_empty() { precisions } else { &typed };
         let shapes = if self.shape.is_empty() {
             shapes
@@ -132,7 +135,7 @@ impl Bench {
         Ok(match &self.baseline {
             _ if !self.check => None,
             Some(path) => Some((Baseline::read(path)?, path.display().to_string())),
-            None => Some((Baseline::shipped()?, "benches/baseline.json".into())),
+            None => Some((shipped()?, "benches/baseline.json".into())),
         })
     }
 
@@ -165,7 +168,7 @@ impl Bench {
         text: &str,
     ) -> Result<(), Failure> {
         let mut stdout = std::io::stdout().lock();
-        let (machine, versions) = (Machine::here(), Versions::here());
+        let (machine, versions) = (Machine::here(), versions());
         let cores = std::thread::available_parallelism().map_or(1, usize::from);
         if !self.json {
             let Versions {
@@ -218,7 +221,7 @@ pub fn run(typed: Bench) -> Result<(), Failure> {
 fn times(typed: &Bench) -> Result<(), Failure> {
     let cases = typed.cases();
     cases.iter().try_for_each(CaseOf::check)?;
-    wavecascade::throughput::fit_memory(cases.iter().map(CaseOf::memory), 1)?;
+    wavecascade_throughput::fit_memory(cases.iter().map(CaseOf::memory), 1)?;
     let (baseline, recorded) = (typed.baseline()?, typed.recorded()?);
     let rounds = Rounds {
         rounds: typed.rounds as usize,
@@ -271,7 +274,7 @@ fn times(typed: &Bench) -> Result<(), Failure> {
             .map(|f| (f.case.to_string(), f.ratio(Way::Rustfft)));
         file.set_ratios(Ratios {
             machine: Machine::here(),
-            versions: Versions::here(),
+            versions: versions(),
             rounds: rounds.rounds,
             ratio_to_rustfft: ratios.collect(),
         });
@@ -284,7 +287,26 @@ fn times(typed: &Bench) -> Result<(), Failure> {
 
 fn measured(rounds: &Rounds, cases: &[CaseOf]) -> Result<Vec<Throughput>, Failure> {
     let found = cases.iter().map(|case| rounds.measure(*case));
-    Ok(found.collect::<wavecascade::Result<_>>()?)
+    Ok(found.collect::<wavecascade_throughput::Result<_>>()?)
+}
+
+/// The baseline of the repository; a test reads it.
+fn shipped() -> wavecascade_throughput::Result<Baseline> {
+    let text = include_str!("../../../benches/baseline.json");
+    Baseline::parse("benches/baseline.json".as_ref(), text)
+}
+
+fn precision(typed: PrecisionArg) -> Precision {
+    match typed {
+        PrecisionArg::F64 => Precision::F64,
+        PrecisionArg::F32 => Precision::F32,
+    }
+}
+
+/// Versions of this build.
+fn versions() -> Versions {
+    let lock = include_str!("../../../Cargo.lock");
+    Versions::of_build(env!("CARGO_PKG_VERSION"), lock, env!("CASCADE_RUSTC"))
 }
 
 const LEGEND: &str = "
@@ -295,3 +317,18 @@ rel. error: the one to expect of cascade, where one is stated; x: how many times
 median over rounds (planes: columns as named, rows by rustfft; short-time: weighed copies of segments,
 made anew each round)
 ";
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_shipped_baseline_and_versions_can_be_read() {
+        shipped().unwrap();
+        let versions = versions();
+        for version in [&versions.rustfft, &versions.realfft] {
+            assert_eq!(version.split('.').count(), 3, "{version}");
+        }
+        assert!(versions.rustc.starts_with("rustc "), "{}", versions.rustc);
+    }
+}

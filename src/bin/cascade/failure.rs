@@ -21,6 +21,8 @@ pub enum Failure {
     Orders(usize),
     /// Throughput was lost, or could not be compared.
     Bench(Fault),
+    /// Throughput could not be measured.
+    Throughput(wavecascade_throughput::Error),
     /// Standard output was closed or could not be written.
     Output(std::io::Error),
 }
@@ -28,6 +30,12 @@ pub enum Failure {
 impl From<Error> for Failure {
     fn from(error: Error) -> Self {
         Failure::Library(error)
+    }
+}
+
+impl From<wavecascade_throughput::Error> for Failure {
+    fn from(error: wavecascade_throughput::Error) -> Self {
+        Failure::Throughput(error)
     }
 }
 
@@ -76,6 +84,10 @@ impl Failure {
                 "error: {unresolved} of the orders could not be resolved; the others stand"
             ),
             Failure::Bench(fault) => writeln!(err, "error: {fault}"),
+            Failure::Throughput(error @ wavecascade_throughput::Error::Shape { .. }) => {
+                writeln!(err, "error: --shape: {error}")
+            }
+            Failure::Throughput(error) => writeln!(err, "error: {error}"),
             // A reader that went away (`cascade ... | head`) has read enough: no failure.
             Failure::Output(error) if error.kind() == std::io::ErrorKind::BrokenPipe => Ok(()),
             Failure::Output(error) => {
@@ -90,11 +102,18 @@ impl Failure {
         if let Failure::Bench(fault) = self {
             let _ = writeln!(err, "help: {}", fault.advice());
         }
+        if let Failure::Throughput(wavecascade_throughput::Error::Baseline { .. }) = self {
+            let _ = writeln!(
+                err,
+                "help: record a new one with `cascade bench --record FILE`, or name another with `--baseline`"
+            );
+        }
         match self {
             Failure::Library(Error::Cancelled | Error::Paused { .. }) => {
                 ExitCode::from(INTERRUPTED)
             }
             Failure::Library(error) if error.is_usage() => ExitCode::from(2),
+            Failure::Throughput(wavecascade_throughput::Error::Shape { .. }) => ExitCode::from(2),
             Failure::Output(error) if error.kind() == std::io::ErrorKind::BrokenPipe => {
                 ExitCode::SUCCESS
             }

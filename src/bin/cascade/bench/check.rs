@@ -3,7 +3,7 @@
 use std::collections::BTreeMap;
 use std::fmt::{self, Write};
 
-use wavecascade::throughput::{Comparison, LARGEST_LOSS};
+use wavecascade_throughput::{Comparison, LARGEST_LOSS};
 
 use crate::failure::Failure;
 

@@ -9,12 +9,11 @@ use std::process::Command;
 use std::sync::Mutex;
 
 use serde::Serialize;
-use wavecascade::arrays::Precision;
-use wavecascade::throughput::{
-    Comparison, Counted, CountedCase, Instructions, Kind, Shape, fit_memory, name,
+use wavecascade_throughput::{
+    Comparison, Counted, CountedCase, Instructions, Kind, Precision, Shape, fit_memory, name,
 };
 
-use super::{Bench, check};
+use super::{Bench, check, versions};
 use crate::bench::Fault;
 use crate::failure::Failure;
 
@@ -53,7 +52,7 @@ pub fn run(typed: &Bench) -> Result<(), Failure> {
         let known = baseline.instructions_here();
         let known = known.flat_map(|known| known.per_sample.clone()).collect();
         let place = || {
-            let here = Instructions::here(BTreeMap::new());
+            let here = Instructions::here(versions(), BTreeMap::new());
             format!("{}, {} build", here.architecture, here.build)
         };
         let cases = cases.iter().filter(ours).map(CountedCase::to_string);
@@ -82,7 +81,7 @@ pub fn run(typed: &Bench) -> Result<(), Failure> {
         let _ = writeln!(text, "\n{name}: counted in a build by {rustc}");
     }
     if let Some((mut file, path)) = recorded {
-        file.set_instructions(Instructions::here(found.clone()));
+        file.set_instructions(Instructions::here(versions(), found.clone()));
         file.write(path)?;
         let _ = writeln!(text, "\nrecorded in {}", path.display());
     }

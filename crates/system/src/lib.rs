@@ -1,0 +1,11 @@
+//! Files at given positions and files that appear whole, memory, prefetch, thread pools and scratch
+//! pools: what the crates of this workspace need of the system.
+
+#![warn(missing_debug_implementations, missing_docs)]
+
+pub mod file_io;
+pub mod memory;
+pub mod prefetch;
+pub mod publish;
+pub mod scratch_pool;
+pub mod threads;
