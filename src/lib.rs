@@ -20,7 +20,6 @@ pub mod reference;
 pub mod report;
 pub mod sweep;
 mod system;
-#[cfg(feature = "cli")]
 pub mod transform;
 
 pub use analyze::analyze;
