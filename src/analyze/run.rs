@@ -19,7 +19,7 @@ use crate::arrays::{Collect, Precision, Sink};
 use crate::diagnostics::Row;
 use crate::error::Result;
 use crate::field::Field;
-use crate::numeric::{sum, sum_of_squares};
+use crate::numeric::{in_band, sum, sum_of_squares};
 use crate::observer::{Observer, Silent};
 use crate::prepare::Prepared;
 use crate::transform::Real;
@@ -323,7 +323,7 @@ fn parseval(
 fn direction(plan: &Plan, by: &[ByDirection]) -> Direction {
     let axis = &plan.axes.frequency;
     let band = plan.direction_band;
-    let inside = |q: &f64| super::in_band(*q, band, axis);
+    let inside = |q: &f64| in_band(*q, band);
     let of = |part: fn(&ByDirection) -> f64| {
         let chosen = by.iter().zip(axis).filter(|(_, q)| inside(q));
         sum(&chosen.map(|(b, _)| part(b)).collect::<Vec<_>>())

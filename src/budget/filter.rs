@@ -4,6 +4,7 @@
 //! are meant by it: the length l, the standard deviation sigma of its weights, and the wavenumber
 //! at which its gain has fallen to 1/2.
 
+use crate::numeric::at_or_below;
 use std::f64::consts::{LN_2, PI};
 
 /// A coarse-graining filter.
@@ -73,10 +74,10 @@ impl ScaleOf {
     pub(super) fn gains(&self, cell: f64, cells: usize) -> Vec<f64> {
         let step = 2.0 * PI / (cells as f64 * cell);
         if self.filter == Filter::Sharp {
-            // A wavenumber that misses the cut-off by rounding is the cut-off.
-            let last = self.cutoff_wavenumber * (1.0 + 1e-9);
-            let inside = |m: usize| if step * m as f64 <= last { 1.0 } else { 0.0 };
-            return (0..=cells / 2).map(inside).collect();
+            let passes = |m: usize| at_or_below(step * m as f64, self.cutoff_wavenumber);
+            return (0..=cells / 2)
+                .map(|m| if passes(m) { 1.0 } else { 0.0 })
+                .collect();
         }
         let weights: Vec<f64> = (0..=self.reach)
             .map(|i| self.weight(i as f64 * cell, cell))

@@ -14,11 +14,12 @@ use rayon::prelude::*;
 use super::contacts::{Contacts, PowerRow};
 use super::motion::Motion;
 use super::request::BudgetRequest;
-use super::result::{Budget, low_bins};
+use super::result::Budget;
 use super::wavenumber::dot;
 use crate::arrays::{LargeArray, Sink};
 use crate::diagnostics::{MAP_LIMIT, Map, MapBuilder, edge_of};
 use crate::error::{Error, Result};
+use crate::numeric::count_at_or_below;
 use crate::observer::Observer;
 use crate::transform::fold;
 
@@ -118,7 +119,7 @@ pub(super) fn power_flow(
     let plan = rows::plan_fft_forward(samples);
     let edge = request.band_edge_frequency;
     let edge = edge.unwrap_or_else(|| default_edge(motion, contacts, &*plan, &frequency));
-    let low_bins = low_bins(&frequency, edge);
+    let low_bins = count_at_or_below(&frequency, edge);
     for array in [LargeArray::POWER_FLOW, LargeArray::CUMULATIVE_POWER_FLOW] {
         sink.reserve(array, (bins, m))?;
     }

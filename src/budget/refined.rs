@@ -11,10 +11,11 @@ use super::contacts::Contacts;
 use super::frequency::RefinedFlow;
 use super::ledger::worst_of;
 use super::request::BudgetRequest;
-use super::result::{Budget, low_bins};
+use super::result::Budget;
 use super::wavenumber::dot;
 use crate::chain::Simulation;
 use crate::error::Result;
+use crate::numeric::count_at_or_below;
 use crate::observer::Observer;
 use crate::transform::{fold, frequencies};
 
@@ -53,7 +54,7 @@ pub(super) fn refine(
     })?;
     let dt = duration / INTERVALS as f64;
     let (df, frequency) = (1.0 / (samples as f64 * dt), frequencies(samples, dt));
-    let low_bins = low_bins(&frequency, flow.edge);
+    let low_bins = count_at_or_below(&frequency, flow.edge);
     let plan = rows::plan_fft_forward(samples);
     let mut work = plan.make_scratch_vec();
     let [mut of_force, mut of_speed] = [0, 1].map(|_| plan.make_output_vec());

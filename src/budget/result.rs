@@ -7,6 +7,7 @@ use super::frequency::FrequencyFlow;
 use super::modes::Basis;
 use super::units::BudgetUnits;
 use crate::diagnostics::{Map, MapAxis, Reduction};
+use crate::numeric::count_at_or_below;
 
 /// A budget: curves, numbers and maps; the arrays over time go to a [`crate::arrays::Sink`].
 #[derive(Debug, Clone)]
@@ -91,7 +92,7 @@ impl WavenumberBudget {
 
     /// The last bin of the low band.
     pub(super) fn passed_bin(&self) -> Option<usize> {
-        let bins = low_bins(&self.wavenumber, self.edge);
+        let bins = count_at_or_below(&self.wavenumber, self.edge);
         bins.checked_sub(1).filter(|_| self.edge.is_finite())
     }
 
@@ -163,11 +164,6 @@ impl Direction {
             Direction::Unresolved => "unresolved",
         }
     }
-}
-
-/// How many wavenumbers lie at or below an edge; one that misses its bin by rounding means it.
-pub(super) fn low_bins(wavenumber: &[f64], edge: f64) -> usize {
-    wavenumber.partition_point(|k| *k <= edge * (1.0 + 1e-9))
 }
 
 /// Acoustic and optical energy.

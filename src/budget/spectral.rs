@@ -6,7 +6,7 @@ use super::passage::{Passage, PassageRates, Way, running};
 use super::request::BudgetRequest;
 use super::result::{
     BranchBudget, Identities, IntegratedFluxCheck, Integration, PassedError, WavenumberBudget,
-    empty_map, low_bins,
+    empty_map,
 };
 use super::units::BudgetUnits;
 use super::waiting::{Shown, Waiting};
@@ -14,7 +14,7 @@ use super::wavenumber::{Terms, Transfers};
 use crate::arrays::{LargeArray, Sink};
 use crate::diagnostics::edge_of;
 use crate::error::Result;
-use crate::numeric::sum;
+use crate::numeric::{count_at_or_below, sum};
 
 #[derive(Default)]
 struct Rates {
@@ -188,7 +188,7 @@ impl Spectral {
             return 0;
         };
         self.budget.edge = edge;
-        let bins = low_bins(wavenumber, edge);
+        let bins = count_at_or_below(wavenumber, edge);
         self.low_bins = Some(bins);
         bins
     }

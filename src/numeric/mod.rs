@@ -1,6 +1,7 @@
-//! SIMD lanes, sums, the logarithm, angles, random numbers, roots.
+//! SIMD lanes, sums, the logarithm, angles, bins of bands, random numbers, roots.
 
 mod angle;
+mod bins;
 mod golden;
 pub(crate) mod lanes;
 mod logarithm;
@@ -9,6 +10,7 @@ pub(crate) mod root;
 mod sums;
 
 pub(crate) use angle::*;
+pub(crate) use bins::{at_or_below, count_at_or_below, in_band};
 pub(crate) use golden::GoldenSection;
 pub(crate) use logarithm::ln_normal;
 pub(crate) use random::{Random, split_mix, unit_interval};

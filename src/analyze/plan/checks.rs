@@ -2,10 +2,10 @@
 
 use std::ops::Range;
 
-use crate::analyze::in_band;
 use crate::analyze::request::{Request, TimeRange};
 use crate::error::{Error, Result};
 use crate::field::Field;
+use crate::numeric::in_band;
 use crate::prepare::Window;
 use crate::transform::Segments;
 
@@ -252,7 +252,7 @@ pub(super) fn direction_band(asked: Option<(f64, f64)>, frequencies: &[f64]) -> 
     let highest = frequencies[frequencies.len() - 1];
     let (from, to) = asked.unwrap_or((0.0, highest));
     let band = (from.max(0.0), to.min(highest));
-    if frequencies.iter().any(|&f| in_band(f, band, frequencies)) {
+    if frequencies.iter().any(|&f| in_band(f, band)) {
         return Ok(band);
     }
     Err(Error::Request {
