@@ -57,7 +57,7 @@ impl Note {
                     Layout::TimeSite => ("times", "time-site"),
                     Layout::SiteTime => ("sites", "site-time"),
                 };
-                format!("rows are {rows} by the lengths of the coordinates (`--layout {name}`)")
+                format!("rows are {rows} by the lengths of the coordinates (layout {name})")
             }
             Note::FirstColumn { layout, step } => {
                 let what = match layout {
@@ -65,10 +65,7 @@ impl Note {
                     Layout::SiteTime => "positions",
                 };
                 let step = digits(*step);
-                format!(
-                    "the first column holds the {what}, since it rises evenly by {step}; where it \
-                     holds samples, state `--time-column none`"
-                )
+                format!("the first column holds the {what}, since it rises evenly by {step}")
             }
             Note::Wide { rows, columns } => format!(
                 "the {rows} rows of the array are read as times and its {columns} columns as sites, \

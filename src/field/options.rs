@@ -111,7 +111,7 @@ impl OpenOptions {
         finite("t0", self.t0)?;
         finite("x0", self.x0)?;
         match (self.dt, self.rate) {
-            (Some(_), Some(_)) => Err(refuse("rate", "it or `--dt`, not both", "both")),
+            (Some(_), Some(_)) => Err(refuse("rate", "either the rate or the step dt", "both")),
             _ => Ok(()),
         }
     }

@@ -23,8 +23,9 @@ const POLICY: &str = "default-src 'none'; script-src 'unsafe-inline'; style-src 
 
 /// The analysis as a self-contained HTML page that needs no network.
 ///
-/// `advice` says what to do about each warning. The maps are embedded as little-endian `f32` (NaN where there is no value), so that hovering
-/// and the curves beside each map read the same numbers that the colours show.
+/// `advice` says what to do about warnings and unresolved numbers. The maps are embedded as
+/// little-endian `f32` (NaN where there is no value), so that hovering and the curves beside each
+/// map read the same numbers that the colours show.
 pub fn html(analysis: &Analysis, advice: Advice) -> String {
     let payload = Payload::of(analysis);
     let page = markup! {
@@ -50,7 +51,7 @@ pub fn html(analysis: &Analysis, advice: Advice) -> String {
                 }
                 main {
                     (summary::warnings(&analysis.warnings, advice))
-                    (summary::tables(analysis))
+                    (summary::tables(analysis, advice))
                     (words::how_to_read(analysis))
                     @for map in &payload.maps { (map_figure(map)) }
                     @for group in &payload.curves { (curve_figure(group)) }

@@ -10,6 +10,25 @@ pub struct Sentence {
     /// Whether it belongs to the line before.
     pub is_detail: bool,
     pub text: String,
+    /// Why a number is not given, where the caller can change that.
+    pub unresolved: Option<Unresolved>,
+}
+
+/// Why a summary lacks a number that another request would give.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[non_exhaustive]
+pub enum Unresolved {
+    /// The band edge in frequency lies within three bins of 0.
+    FrequencyEdge {
+        /// The next site whose edge does not.
+        resolved_at: Option<usize>,
+    },
+    /// The band edge in wavenumber lies within three bins of 0.
+    WavenumberEdge,
+    /// No pulse at the reference, from whose width the front window would follow.
+    NoPulseWidth,
+    /// The front window is longer than the record.
+    LongWindow,
 }
 
 /// Where the content moves, along x and along t, and how far that can be told.
@@ -39,7 +58,14 @@ pub fn sentences(analysis: &Analysis) -> Vec<Sentence> {
                         ", and every other from the reference on, so that no largest is named";
                 }
             }
-            said.push(detail("front passage", along.front(front, axes)));
+            said.push(Sentence {
+                unresolved: match front.length {
+                    FrontLength::NoPulse => Some(Unresolved::NoPulseWidth),
+                    FrontLength::TooLong { .. } => Some(Unresolved::LongWindow),
+                    _ => None,
+                },
+                ..detail("front passage", along.front(front, axes))
+            });
         }
     }
     if let Some(moments) = &analysis.along_time {
@@ -56,6 +82,7 @@ fn detail(name: &'static str, text: String) -> Sentence {
         name,
         is_detail: true,
         text,
+        unresolved: None,
     }
 }
 
@@ -68,9 +95,6 @@ struct Along<'a> {
     single: &'static str,
     /// The content's bin 0.
     zero: &'static str,
-    /// The option that names another reference, and what else to do about an edge that is not resolved.
-    reference: &'static str,
-    resolve: &'static str,
     place: Box<dyn Fn(&Spot) -> String + 'a>,
 }
 
@@ -82,9 +106,6 @@ impl<'a> Along<'a> {
             content_unit: axes.frequency_unit(),
             single: "a single time has no frequencies",
             zero: "f = 0",
-            reference: "--reference-site",
-            resolve: "give `--band-edge-frequency`, or, if it is an offset, remove it with \
-                      `--detrend-time mean`",
             place: Box::new(|spot| match &axes.space.unit {
                 Some(unit) => format!("site {} (x = {} {unit})", spot.index, number(spot.at)),
                 None => format!("site {}", spot.index),
@@ -99,9 +120,6 @@ impl<'a> Along<'a> {
             content_unit: axes.wavenumber_unit(),
             single: "a single site has no wavenumbers",
             zero: "k = 0",
-            reference: "--reference-time",
-            resolve: "give `--band-edge-wavenumber`, or, if it is noise common to all sites, remove it \
-                      with `--detrend-space mean`",
             place: Box::new(|spot| {
                 let unit = axes.time.unit.as_deref().unwrap_or_default();
                 format!("t = {} {unit}", number(spot.at)).trim_end().into()
@@ -121,9 +139,13 @@ impl<'a> Along<'a> {
             name: self.name,
             is_detail: false,
             text: self.content(moments, headline, last),
+            unresolved: None,
         });
         if let Some(edge) = edge {
-            said.push(detail("band edge", self.edge(edge, moments, headline)));
+            said.push(Sentence {
+                unresolved: self.unresolved(edge, moments, headline),
+                ..detail("band edge", self.edge(edge, headline))
+            });
         }
         let undefined = moments.entropy.iter().filter(|x| x.is_nan()).count();
         let all = moments.entropy.len();
@@ -167,7 +189,7 @@ impl<'a> Along<'a> {
         }
     }
 
-    fn edge(&self, edge: BandEdge, moments: &Moments, headline: &Headline) -> String {
+    fn edge(&self, edge: BandEdge, headline: &Headline) -> String {
         let unit = &self.content_unit;
         let at = |index: usize, at: f64| {
             (self.place)(&Spot {
@@ -195,13 +217,10 @@ impl<'a> Along<'a> {
                 bin,
             } => format!(
                 "unresolved: 90 % of the energy at {} lies below {} {unit}, within three bins of 0, \
-                 which are {} apart -> name another `{}`{}, {}",
+                 which are {} apart",
                 at(index, x),
                 number(value),
-                number(bin),
-                self.reference,
-                self.resolved_from(moments, headline, 3.0 * bin),
-                self.resolve
+                number(bin)
             ),
             BandEdge::Undefined if headline.last.is_some() => {
                 let reason = match headline.reference {
@@ -214,17 +233,24 @@ impl<'a> Along<'a> {
         }
     }
 
-    /// The next row whose 90 % quantile lies beyond `least`.
-    fn resolved_from(&self, moments: &Moments, headline: &Headline, least: f64) -> String {
-        let from = headline.reference.map_or(0, |spot| spot.row);
-        let quantiles = moments.quantile_90.iter().enumerate().skip(from);
-        let row = quantiles.into_iter().find(|(_, q)| **q > least);
-        match (row, headline.reference) {
-            (Some((row, _)), Some(spot)) if self.rows == "sites" => {
-                format!(" (such as {})", spot.index + row - spot.row)
-            }
-            _ => String::new(),
+    fn unresolved(
+        &self,
+        edge: BandEdge,
+        moments: &Moments,
+        headline: &Headline,
+    ) -> Option<Unresolved> {
+        let BandEdge::Unresolved { bin, .. } = edge else {
+            return None;
+        };
+        if self.rows != "sites" {
+            return Some(Unresolved::WavenumberEdge);
         }
+        let resolved_at = headline.reference.and_then(|spot| {
+            let mut quantiles = moments.quantile_90.iter().skip(spot.row);
+            let further = quantiles.position(|&quantile| quantile > 3.0 * bin)?;
+            Some(spot.index + further)
+        });
+        Some(Unresolved::FrequencyEdge { resolved_at })
     }
 
     fn front(&self, front: &Front, axes: &Axes) -> String {
@@ -254,13 +280,10 @@ impl<'a> Along<'a> {
             }
             FrontLength::NoReference => "undefined: no energy at the reference".into(),
             FrontLength::NoPulse => {
-                "undefined: the reference has no pulse whose width would give a \
-                                     length -> give `--front-window`"
-                    .into()
+                "undefined: the reference has no pulse whose width would give a length".into()
             }
             FrontLength::TooLong { window } => format!(
-                "undefined: a window of {} is longer than the record -> give a shorter \
-                 `--front-window`",
+                "undefined: a window of {} is longer than the record",
                 time(window)
             ),
             FrontLength::NoArrival { at_once, sites } => format!(

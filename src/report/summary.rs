@@ -3,7 +3,7 @@
 use serde::Serialize;
 use serde_json::{Map, Value};
 
-use super::ClosureSummary;
+use super::{ClosureSummary, Unresolved};
 use crate::analyze::{
     Accuracy, Analysis, BandEdge, FrontLength, Headline, Scaling, Timing, Warning,
 };
@@ -42,8 +42,15 @@ impl Provenance {
     }
 }
 
-/// What to do about a warning, as the caller would say it.
-pub type Advice<'a> = &'a dyn Fn(&Warning) -> Option<String>;
+/// What to do about a doubt, in the words of the caller.
+pub type Advice<'a> = &'a dyn Fn(Doubt) -> Option<String>;
+
+/// A reason for doubt, for which a caller may know a remedy.
+#[derive(Debug, Clone, Copy)]
+pub enum Doubt<'a> {
+    Warning(&'a Warning),
+    Unresolved(Unresolved),
+}
 
 /// The whole summary; undefined numbers are `null`.
 #[derive(Debug, Serialize)]
@@ -254,7 +261,7 @@ impl<'a> Summary<'a> {
     /// The same with what the caller advises about each warning.
     pub fn with_advice(mut self, advice: Advice) -> Self {
         for warning in &mut self.warnings {
-            warning.advice = advice(warning.of);
+            warning.advice = advice(Doubt::Warning(warning.of));
         }
         self
     }

@@ -129,7 +129,7 @@ impl Sweep {
         let settings = self.values(member).into_iter().map(|(key, value)| Setting {
             key: key.to_owned(),
             text: value.to_owned(),
-            source: format!("--vary {key}"),
+            source: format!("values of {key}"),
         });
         Ok(self.scene.with(settings).setup()?.simulation)
     }

@@ -170,7 +170,7 @@ fn long_curves_keep_their_extremes() {
 
 #[test]
 fn the_page_states_warnings_bands_and_accuracy() {
-    let advice = |_: &_| Some("leave these sites out".into());
+    let advice = |_: report::Doubt| Some("leave these sites out".into());
     let page = report::html(&test_support::figures::full(), &advice);
     for text in [
         "2 of the records are constant: sites 17, 18",

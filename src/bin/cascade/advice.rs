@@ -6,6 +6,7 @@ use wavecascade::budget::measured::MeasuredWarning;
 use wavecascade::chain::RunWarning;
 use wavecascade::error::{CoordinateKind, FileKind, InputFault, Problem, SceneFault};
 use wavecascade::field::Note;
+use wavecascade::report::Unresolved;
 
 /// Of an error, where there is something to do.
 pub fn of_error(error: &Error) -> Option<String> {
@@ -147,10 +148,10 @@ fn of_scene(fault: &SceneFault) -> &'static str {
     }
 }
 
-/// Of a doubtful conclusion about a file; `None` where there is no doubt.
+/// Of a conclusion about a file.
 pub fn of_note(note: &Note) -> Option<&'static str> {
     match note {
-        Note::Members { .. } | Note::Layout { .. } | Note::FirstColumn { .. } => None,
+        Note::FirstColumn { .. } => Some("where it holds samples, state `--time-column none`"),
         Note::Wide { .. } => Some(
             "state `--layout site-time` if rows are sites, or `--layout time-site` if they are \
              times",
@@ -204,6 +205,28 @@ pub fn of_warning(warning: &Warning) -> &'static str {
         Warning::NoEnergy => "check the range, the layout and the detrending",
         Warning::Reading { note } => of_note(note).unwrap_or_default(),
         _ => "",
+    }
+}
+
+/// Of a number that a summary lacks.
+pub fn of_unresolved(reason: Unresolved) -> String {
+    match reason {
+        Unresolved::FrequencyEdge { resolved_at } => {
+            let such_as = resolved_at.map(|site| format!(" (such as {site})"));
+            format!(
+                "name another `--reference-site`{}, give `--band-edge-frequency`, or, if it is an \
+                 offset, remove it with `--detrend-time mean`",
+                such_as.unwrap_or_default()
+            )
+        }
+        Unresolved::WavenumberEdge => {
+            "name another `--reference-time`, give `--band-edge-wavenumber`, or, if it is noise \
+             common to all sites, remove it with `--detrend-space mean`"
+                .into()
+        }
+        Unresolved::NoPulseWidth => "give `--front-window`".into(),
+        Unresolved::LongWindow => "give a shorter `--front-window`".into(),
+        _ => String::new(),
     }
 }
 

@@ -12,7 +12,7 @@ use wavecascade::budget::{Budget, Motion};
 use wavecascade::field::{FileState, Note, OpenOptions, TimeColumn, is_run_file};
 use wavecascade::plot::{Format, draw_all};
 use wavecascade::report::{
-    Archive, ClosureSummary, Provenance, ResultDirectory, RunFile, Summary, html,
+    Archive, ClosureSummary, Doubt, Provenance, ResultDirectory, RunFile, Summary, html,
     write_budget_arrays, write_small_arrays,
 };
 use wavecascade::{Error, Field};
@@ -227,12 +227,19 @@ fn print_plan(plan: &Plan, json: bool) -> Result<(), Failure> {
 /// How a field was read where nothing states it and nothing speaks against it.
 fn conclusions(field: &Field) -> Vec<String> {
     let settled = field.notes.iter().filter(|note| !note.is_doubtful());
-    settled.map(Note::message).collect()
+    let in_words = |note: &Note| match advice::of_note(note) {
+        Some(advice) => format!("{}; {advice}", note.message()),
+        None => note.message(),
+    };
+    settled.map(in_words).collect()
 }
 
-/// What to do about a warning of an analysis.
-fn advised(warning: &wavecascade::analyze::Warning) -> Option<String> {
-    Some(advice::of_warning(warning).into())
+/// What to do about a doubt of an analysis.
+fn advised(doubt: Doubt) -> Option<String> {
+    Some(match doubt {
+        Doubt::Warning(warning) => advice::of_warning(warning).into(),
+        Doubt::Unresolved(reason) => advice::of_unresolved(reason),
+    })
 }
 
 /// Prints to standard error how a field was read.
@@ -241,9 +248,13 @@ pub fn print_notes(field: &Field, quiet: bool) {
         return;
     }
     for note in &field.notes {
-        match advice::of_note(note) {
-            None => eprintln!("note: {}", note.message()),
-            Some(advice) => eprintln!("warning: {}\nhelp: {advice}", note.message()),
+        let kind = match note.is_doubtful() {
+            true => "warning",
+            false => "note",
+        };
+        eprintln!("{kind}: {}", note.message());
+        if let Some(advice) = advice::of_note(note) {
+            eprintln!("help: {advice}");
         }
     }
 }

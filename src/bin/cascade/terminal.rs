@@ -92,7 +92,11 @@ pub fn summary(analysis: &Analysis, read_as: &[String], width: usize) -> String 
     }
     for sentence in sentences(analysis) {
         let indent = if sentence.is_detail { "  " } else { "" };
-        lines.line(&format!("{indent}{}", sentence.name), &sentence.text);
+        let name = format!("{indent}{}", sentence.name);
+        match sentence.unresolved.map(advice::of_unresolved) {
+            Some(advice) => lines.line(&name, &format!("{} -> {advice}", sentence.text)),
+            None => lines.line(&name, &sentence.text),
+        }
     }
     if let Some(d) = analysis.direction {
         let shares = format!(

@@ -6,8 +6,8 @@ use super::words::{number, percent};
 use crate::analyze::{Analysis, Timing, Warning};
 use crate::field::Axis;
 use crate::prepare::WindowGains;
-use crate::report::Advice;
 use crate::report::sentences;
+use crate::report::{Advice, Doubt};
 
 type Row = (&'static str, String);
 
@@ -36,7 +36,7 @@ pub(super) fn warnings(warnings: &[Warning], advice: Advice) -> Markup {
                     @for warning in warnings {
                         li class="warning" {
                             strong { (sentence_case(&warning.message())) "." }
-                            @if let Some(advice) = advice(warning) {
+                            @if let Some(advice) = advice(Doubt::Warning(warning)) {
                                 " " (prose(&sentence_case(&advice))) "."
                             }
                         }
@@ -64,14 +64,14 @@ fn prose(text: &str) -> Markup {
     }
 }
 
-pub(super) fn tables(analysis: &Analysis) -> Markup {
+pub(super) fn tables(analysis: &Analysis, advice: Advice) -> Markup {
     markup! {
         section id="summary" aria-labelledby="summary-heading" {
             h2 id="summary-heading" { "Summary" }
             div class="tables" {
                 (table("Field", &field(analysis)))
                 (table("Spectra", &spectra(analysis)))
-                (table("Redistribution", &redistribution(analysis)))
+                (table("Redistribution", &redistribution(analysis, advice)))
                 (table("Accuracy", &accuracy(analysis)))
                 (timings(&analysis.timings))
             }
@@ -167,7 +167,7 @@ fn window(gains: &WindowGains) -> String {
     )
 }
 
-fn redistribution(analysis: &Analysis) -> Vec<(String, String)> {
+fn redistribution(analysis: &Analysis, advice: Advice) -> Vec<(String, String)> {
     let axes = &analysis.axes;
     let mut rows = Vec::new();
     if let Some(direction) = analysis.direction {
@@ -190,7 +190,12 @@ fn redistribution(analysis: &Analysis) -> Vec<(String, String)> {
             true => format!("{about}: {}", sentence.name),
             false => sentence.name.into(),
         };
-        rows.push((sentence_case(&name), sentence.text));
+        let advice = sentence.unresolved.map(Doubt::Unresolved).and_then(advice);
+        let text = match advice {
+            Some(advice) => format!("{}: {advice}", sentence.text),
+            None => sentence.text,
+        };
+        rows.push((sentence_case(&name), text));
     }
     rows
 }
