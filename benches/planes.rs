@@ -9,14 +9,17 @@
 
 use std::io::BufRead;
 
-use wavecascade_throughput::{CaseOf, Clock, Kind, Planned, Precision, Rounds, Shape, Way, table};
+use wavecascade_throughput::{
+    ArrayShape, CaseOf, Clock, Implementation, PlannedTransform, Precision, Rounds, TransformKind,
+    table,
+};
 
-const WAYS: [Way; 2] = [Way::Cascade, Way::Realfft];
+const WAYS: [Implementation; 2] = [Implementation::Cascade, Implementation::Realfft];
 
 /// Answers requests until the input ends; a request that says nothing known gets an empty line.
 fn serve() {
     // One case at a time is held: the largest take gigabytes.
-    let mut held: Option<(CaseOf, Box<dyn Planned>, rayon::ThreadPool)> = None;
+    let mut held: Option<(CaseOf, Box<dyn PlannedTransform>, rayon::ThreadPool)> = None;
     for line in std::io::stdin().lock().lines().map_while(Result::ok) {
         let Some(case) = case(&line).filter(|case| case.check().is_ok()) else {
             println!();
@@ -45,8 +48,8 @@ fn case(line: &str) -> Option<CaseOf> {
     };
     Some(CaseOf {
         kind: match kind {
-            "spacetime" => Kind::Plane,
-            "short-time" => Kind::ShortTime,
+            "spacetime" => TransformKind::Plane,
+            "short-time" => TransformKind::ShortTime,
             _ => return None,
         },
         shape: format!("{rows}x{columns}").parse().ok()?,
@@ -64,20 +67,33 @@ fn main() {
         return serve();
     }
     let (cases, rounds) = match has("--test") {
-        true => ([(Kind::Plane, 96, 20), (Kind::ShortTime, 320, 10)], 1),
+        true => (
+            [
+                (TransformKind::Plane, 96, 20),
+                (TransformKind::ShortTime, 320, 10),
+            ],
+            1,
+        ),
         false => (
-            [(Kind::Plane, 8192, 8192), (Kind::ShortTime, 16384, 300)],
+            [
+                (TransformKind::Plane, 8192, 8192),
+                (TransformKind::ShortTime, 16384, 300),
+            ],
             5,
         ),
     };
-    let ways = vec![Way::Cascade, Way::Realfft, Way::Rustfft];
+    let ways = vec![
+        Implementation::Cascade,
+        Implementation::Realfft,
+        Implementation::Rustfft,
+    ];
     let rounds = Rounds { rounds, ways };
     let all = std::thread::available_parallelism().map_or(1, usize::from);
     for (kind, rows, columns) in cases {
         let mut found = Vec::new();
         for threads in (1..=2).filter(|&threads| threads <= all) {
             for precision in [Precision::F64, Precision::F32] {
-                let shape = Shape::new(rows, columns);
+                let shape = ArrayShape::new(rows, columns);
                 let case = CaseOf {
                     kind,
                     shape,

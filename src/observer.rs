@@ -19,3 +19,13 @@ pub trait Observer: Sync {
 pub struct Silent;
 
 impl Observer for Silent {}
+
+/// Forwards the question whether to stop, and no progress: for parts of a stage that the caller
+/// counts as one unit.
+pub(crate) struct CancelOnly<'a>(pub(crate) &'a dyn Observer);
+
+impl Observer for CancelOnly<'_> {
+    fn cancelled(&self) -> bool {
+        self.0.cancelled()
+    }
+}

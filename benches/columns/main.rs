@@ -13,19 +13,20 @@ use std::io::BufRead;
 use std::path::Path;
 
 use wavecascade_throughput::{
-    Arrays, CaseOf, Clock, Kind, Planned, Precision, Rounds, Shape, Way, table,
+    ArrayShape, Arrays, CaseOf, Clock, Implementation, PlannedTransform, Precision, Rounds,
+    TransformKind, table,
 };
 
 /// Arrays of both precisions, made when they are first asked for.
 #[derive(Default)]
 struct Cases {
-    f64: HashMap<Shape, Arrays<f64>>,
-    f32: HashMap<Shape, Arrays<f32>>,
+    f64: HashMap<ArrayShape, Arrays<f64>>,
+    f32: HashMap<ArrayShape, Arrays<f32>>,
     pools: HashMap<usize, rayon::ThreadPool>,
 }
 
 impl Cases {
-    fn run(&mut self, case: CaseOf, way: Way) -> f64 {
+    fn run(&mut self, case: CaseOf, way: Implementation) -> f64 {
         let CaseOf {
             shape,
             precision,
@@ -52,7 +53,7 @@ impl Cases {
     }
 
     /// One shape at a time is held: the largest take gigabytes.
-    fn forget(&mut self, kept: Shape) {
+    fn forget(&mut self, kept: ArrayShape) {
         self.f64.retain(|shape, _| *shape == kept);
         self.f32.retain(|shape, _| *shape == kept);
     }
@@ -66,8 +67,8 @@ fn precision(word: &str) -> Precision {
 }
 
 /// Prints the table of these shapes with one thread and with two, as far as there are so many cores.
-fn tables(shapes: &[Shape], rounds: usize) {
-    let ways = Way::ALL.to_vec();
+fn tables(shapes: &[ArrayShape], rounds: usize) {
+    let ways = Implementation::ALL.to_vec();
     let rounds = Rounds { rounds, ways };
     let all = std::thread::available_parallelism().map_or(1, usize::from);
     for &shape in shapes {
@@ -75,7 +76,7 @@ fn tables(shapes: &[Shape], rounds: usize) {
         for threads in (1..=2).filter(|&threads| threads <= all) {
             for precision in [Precision::F64, Precision::F32] {
                 let case = CaseOf {
-                    kind: Kind::Columns,
+                    kind: TransformKind::Columns,
                     shape,
                     precision,
                     threads,
@@ -94,10 +95,10 @@ fn serve() {
         let words: Vec<&str> = line.split_whitespace().collect();
         let case = match words[..] {
             [rows, columns, kind, threads] => {
-                let shape: Result<Shape, String> = format!("{rows}x{columns}").parse();
+                let shape: Result<ArrayShape, String> = format!("{rows}x{columns}").parse();
                 let threads = threads.parse().ok().filter(|&threads| threads > 0);
                 shape.ok().zip(threads).map(|(shape, threads)| CaseOf {
-                    kind: Kind::Columns,
+                    kind: TransformKind::Columns,
                     shape,
                     precision: precision(kind),
                     threads,
@@ -107,7 +108,7 @@ fn serve() {
         };
         let times = case.map_or(Vec::new(), |case| {
             cases.forget(case.shape);
-            let times = Way::ALL.map(|way| cases.run(case, way).to_string());
+            let times = Implementation::ALL.map(|way| cases.run(case, way).to_string());
             times.to_vec()
         });
         println!("{}", times.join(" "));
@@ -119,7 +120,7 @@ fn spectra(words: &[String]) {
     let [rows, columns, kind, file, every] = words else {
         panic!("--spectra takes ROWS COLUMNS f32|f64 FILE EVERY, found {words:?}");
     };
-    let shape: Shape = format!("{rows}x{columns}").parse().expect("a shape");
+    let shape: ArrayShape = format!("{rows}x{columns}").parse().expect("a shape");
     let every = every.parse().expect("a step of columns");
     let file = Path::new(file);
     let memory = "memory for the arrays";
@@ -143,8 +144,8 @@ fn main() {
         return spectra(rest.strip_suffix(&["--bench".into()]).unwrap_or(rest));
     }
     let has = |flag: &str| words.iter().any(|word| word == flag);
-    let shapes = |all: &[(usize, usize)]| -> Vec<Shape> {
-        let shape = |&(rows, columns): &(usize, usize)| Shape::new(rows, columns);
+    let shapes = |all: &[(usize, usize)]| -> Vec<ArrayShape> {
+        let shape = |&(rows, columns): &(usize, usize)| ArrayShape::new(rows, columns);
         all.iter().map(shape).collect()
     };
     if has("--serve") {
@@ -152,7 +153,7 @@ fn main() {
     } else if has("--test") {
         tables(&shapes(&[(256, 12), (257, 9), (360, 17)]), 1);
     } else {
-        let asked: Vec<Shape> = words.iter().filter_map(|word| word.parse().ok()).collect();
+        let asked: Vec<ArrayShape> = words.iter().filter_map(|word| word.parse().ok()).collect();
         let long = [
             (4096, 300),
             (16384, 300),

@@ -1,7 +1,7 @@
 //! Measures along an axis as results: which rows are defined, and what is said of them.
 
 use super::result::{Moments, Spot};
-use crate::diagnostics::Row;
+use crate::diagnostics::SpectrumMoments;
 
 /// The part of the largest row's energy below which a row is undefined.
 const FLOOR: f64 = 1e-6;
@@ -11,7 +11,7 @@ pub(super) const REFERENCE: f64 = 0.1;
 
 /// Whether each row has energy to measure: at least 1e-6 of the largest, and where the energy of
 /// noise in a row is known, more than that on top of it.
-pub(super) fn defined(rows: &[Row], energies: &[f64], noise: Option<f64>) -> Vec<bool> {
+pub(super) fn defined(rows: &[SpectrumMoments], energies: &[f64], noise: Option<f64>) -> Vec<bool> {
     let largest = rows.iter().fold(0.0, |m: f64, row| m.max(row.total));
     let above = |energy: f64| noise.is_none_or(|noise| energy - noise > noise);
     let rows = rows.iter().zip(energies);
@@ -22,8 +22,13 @@ pub(super) fn defined(rows: &[Row], energies: &[f64], noise: Option<f64>) -> Vec
 impl Moments {
     /// Rows gathered into columns, NaN but for the energy in rows that are not `defined`; `measure`
     /// makes a sum over bins an integral, and spectra are of lengths `padded` times those of the samples.
-    pub(super) fn gather(rows: &[Row], defined: &[bool], measure: f64, padded: f64) -> Moments {
-        let column = |of: fn(&Row) -> f64| -> Vec<f64> {
+    pub(super) fn gather(
+        rows: &[SpectrumMoments],
+        defined: &[bool],
+        measure: f64,
+        padded: f64,
+    ) -> Moments {
+        let column = |of: fn(&SpectrumMoments) -> f64| -> Vec<f64> {
             let rows = rows.iter().zip(defined);
             rows.map(|(row, defined)| if *defined { of(row) } else { f64::NAN })
                 .collect()

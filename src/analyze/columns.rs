@@ -4,12 +4,12 @@ use ndarray::parallel::prelude::*;
 use ndarray::{Array2, ArrayViewMut2, Axis};
 use num_complex::Complex;
 
-use super::front::{self, Passage, Passed};
-use super::intermediate::{self, Intermediate, Scratch};
+use super::front::{self, Passed, WindowTransforms};
+use super::intermediate::{self, Intermediate, SpillFile};
 use super::plan::Plan;
-use super::worker::{Samples, Worker};
+use super::worker::{RecordSamples, Worker};
 use crate::arrays::{LargeArray, Sink};
-use crate::diagnostics::{Bins, MapBuilder, Row, interleaved_moments};
+use crate::diagnostics::{Bins, MapBuilder, SpectrumMoments, interleaved_moments};
 use crate::error::{Error, Result};
 use crate::numeric::sum;
 use crate::observer::Observer;
@@ -20,8 +20,8 @@ use crate::transform::{Real, RecordScratch, RecordTransform, direct_sums};
 
 /// What the pass leaves behind beside the arrays.
 #[derive(Debug)]
-pub(super) struct Columns {
-    pub rows: Vec<Row>,
+pub(super) struct TemporalPassResult {
+    pub rows: Vec<SpectrumMoments>,
     /// `sum (w v)^2` over all segments, one a site.
     pub energies: Vec<f64>,
     /// What the front's passage shows, one a site; none where it is not looked at.
@@ -40,7 +40,7 @@ pub(super) struct AlongTime<'a, T: Real> {
     prepared: &'a Prepared<'a>,
     transform: RecordTransform<T>,
     /// Where the passage of the front is looked at.
-    pub passage: Option<Passage<T>>,
+    pub passage: Option<WindowTransforms<T>>,
 }
 
 impl<'a, T: Real> AlongTime<'a, T> {
@@ -59,7 +59,12 @@ impl<'a, T: Real> AlongTime<'a, T> {
         let mut worker = Worker::new(self.plan, &self.transform);
         let mut record = vec![0.0; self.plan.axes.n_times];
         self.prepared.record(j, &mut record);
-        worker.spectra(self.prepared, j..j + 1, Samples::Records(&record), None);
+        worker.spectra(
+            self.prepared,
+            j..j + 1,
+            RecordSamples::Records(&record),
+            None,
+        );
         let spectrum: Vec<f64> = worker.power.iter().map(|lanes| lanes.0[0]).collect();
         (sum(&spectrum) > 0.0).then_some((record, spectrum))
     }
@@ -111,13 +116,13 @@ impl<'a, T: Real> AlongTime<'a, T> {
         mut between: Option<&mut Intermediate<T>>,
         sink: &dyn Sink,
         observer: &dyn Observer,
-    ) -> Result<Columns> {
+    ) -> Result<TemporalPassResult> {
         let (plan, prepared) = (self.plan, self.prepared);
         let (nx, nf) = (plan.axes.n_sites, plan.axes.frequency.len());
         observer.stage("along time", nx as u64);
         let workers = ScratchPool::default();
         let wanted = between.is_none();
-        let mut done = Columns {
+        let mut done = TemporalPassResult {
             rows: Vec::with_capacity(nx),
             energies: Vec::with_capacity(nx),
             passed: Vec::new(),
@@ -163,21 +168,21 @@ impl<'a, T: Real> AlongTime<'a, T> {
 }
 
 /// What a thread works with.
-struct Room<'w, T: Real> {
+struct SiteScratch<'w, T: Real> {
     worker: Worker<'w, T>,
     samples: Vec<f64>,
     /// For the passage of the front.
-    front: front::Room<T>,
+    front: front::WindowScratch<T>,
     /// Transforms on their way to a scratch file.
     kept: Array2<Complex<T>>,
 }
 
-impl<'w, T: Real> Room<'w, T> {
+impl<'w, T: Real> SiteScratch<'w, T> {
     fn new(of: &'w AlongTime<'w, T>) -> Self {
-        Room {
+        SiteScratch {
             worker: Worker::new(of.plan, &of.transform),
             samples: Vec::new(),
-            front: front::Room::default(),
+            front: front::WindowScratch::default(),
             kept: Array2::default((0, 0)),
         }
     }
@@ -186,7 +191,7 @@ impl<'w, T: Real> Room<'w, T> {
 /// A block of sites, shared out in stripes of a few sites each.
 struct Stripes<'a, 'w, T: Real> {
     all: &'w AlongTime<'w, T>,
-    workers: &'a ScratchPool<Room<'w, T>>,
+    workers: &'a ScratchPool<SiteScratch<'w, T>>,
     observer: &'a dyn Observer,
     ahead: Option<&'a ReadAhead>,
     bins: &'a Bins<'w>,
@@ -195,8 +200,8 @@ struct Stripes<'a, 'w, T: Real> {
 }
 
 /// What is noted of one site.
-struct Seen {
-    row: Row,
+struct SiteFindings {
+    row: SpectrumMoments,
     energy: f64,
     passed: Option<Passed>,
 }
@@ -207,21 +212,21 @@ impl<T: Real> Stripes<'_, '_, T> {
         &self,
         mut spectra: ArrayViewMut2<f64>,
         kept: Option<intermediate::Columns<T>>,
-    ) -> Result<Vec<Seen>> {
+    ) -> Result<Vec<SiteFindings>> {
         let tile = self.all.plan.tiles.sites;
         let mut nothing = Array2::default((0, spectra.ncols()));
         let (mut kept, scratch) = match kept {
             None => (nothing.view_mut(), None),
             Some(intermediate::Columns::Memory(columns)) => (columns, None),
-            Some(intermediate::Columns::Scratch(scratch)) => (nothing.view_mut(), Some(scratch)),
+            Some(intermediate::Columns::SpillFile(scratch)) => (nothing.view_mut(), Some(scratch)),
         };
-        let done: Result<Vec<Vec<Seen>>> = spectra
+        let done: Result<Vec<Vec<SiteFindings>>> = spectra
             .axis_chunks_iter_mut(Axis(1), tile)
             .into_par_iter()
             .zip(kept.axis_chunks_iter_mut(Axis(1), tile))
             .enumerate()
             .map_init(
-                || self.workers.take(|_| true, || Room::new(self.all)),
+                || self.workers.take(|_| true, || SiteScratch::new(self.all)),
                 |room, (i, (spectra, kept))| {
                     let first = self.from + i * tile;
                     match scratch {
@@ -237,11 +242,11 @@ impl<T: Real> Stripes<'_, '_, T> {
     /// A stripe whose transforms go to `scratch`.
     fn stripe_to(
         &self,
-        scratch: &Scratch<T>,
+        scratch: &SpillFile<T>,
         first: usize,
-        room: &mut Room<T>,
+        room: &mut SiteScratch<T>,
         spectra: ArrayViewMut2<f64>,
-    ) -> Result<Vec<Seen>> {
+    ) -> Result<Vec<SiteFindings>> {
         let shape = (self.all.plan.between_rows(), spectra.ncols());
         let mut kept = std::mem::take(&mut room.kept);
         if kept.dim() != shape {
@@ -258,14 +263,14 @@ impl<T: Real> Stripes<'_, '_, T> {
     fn stripe(
         &self,
         first: usize,
-        room: &mut Room<T>,
+        room: &mut SiteScratch<T>,
         mut spectra: ArrayViewMut2<f64>,
         kept: ArrayViewMut2<Complex<T>>,
-    ) -> Result<Vec<Seen>> {
+    ) -> Result<Vec<SiteFindings>> {
         if self.observer.cancelled() {
             return Err(Error::Cancelled);
         }
-        let Room {
+        let SiteScratch {
             worker,
             samples,
             front,
@@ -279,10 +284,10 @@ impl<T: Real> Stripes<'_, '_, T> {
         let by_record = plan.request.welch.is_some();
         let seen = if by_record {
             prepared.records(self.ahead, sites.clone(), samples);
-            Samples::Records(samples)
+            RecordSamples::Records(samples)
         } else {
             prepared.columns(self.ahead, sites.clone(), samples);
-            Samples::Columns(samples)
+            RecordSamples::Columns(samples)
         };
         let kept = (kept.nrows() > 0).then_some(kept);
         worker.spectra(prepared, sites, seen, kept);
@@ -290,10 +295,10 @@ impl<T: Real> Stripes<'_, '_, T> {
             row.iter_mut().zip(&power.0).for_each(|(to, &p)| *to = p);
         }
         let rows = interleaved_moments(&worker.power, self.bins, self.edge);
-        let mut seen: Vec<Seen> = rows
+        let mut seen: Vec<SiteFindings> = rows
             .into_iter()
             .zip(&worker.energies)
-            .map(|(row, &energy)| Seen {
+            .map(|(row, &energy)| SiteFindings {
                 row,
                 energy,
                 passed: None,
@@ -311,7 +316,7 @@ impl<T: Real> Stripes<'_, '_, T> {
                 seen.passed = Some(passed);
             }
             if passage.is_long(plan) {
-                *front = front::Room::default();
+                *front = front::WindowScratch::default();
             }
         }
         self.observer.advance(width as u64);

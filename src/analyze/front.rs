@@ -9,7 +9,7 @@ use super::along::Headline;
 use super::plan::Plan;
 use super::result::{Front, FrontLength};
 use crate::diagnostics::{Bins, interleaved_moments};
-use crate::numeric::lanes::{Block, WIDTH};
+use crate::numeric::lanes::{LaneBlock, WIDTH};
 use crate::transform::{Real, RecordScratch, RecordTransform, fold, frequencies, power};
 
 /// The part of a site's largest magnitude that its arrival exceeds for the first time.
@@ -90,7 +90,7 @@ pub(super) struct Passed {
 }
 
 /// Transforms of windows, planned.
-pub(super) struct Passage<T: Real> {
+pub(super) struct WindowTransforms<T: Real> {
     samples: usize,
     transform: RecordTransform<T>,
     frequency: Vec<f64>,
@@ -98,13 +98,13 @@ pub(super) struct Passage<T: Real> {
     edge: f64,
 }
 
-impl<T: Real> Passage<T> {
+impl<T: Real> WindowTransforms<T> {
     /// Of windows of so many samples, untapered; energy below `edge` is low.
     pub fn new(plan: &Plan, samples: usize, edge: f64) -> Self {
         let dt = plan.axes.time.step;
         // Zeros up to a length that is quick, and no longer than what is transformed anyway.
         let padded = quick(samples).min(plan.conventions.padded_time.max(samples));
-        Passage {
+        WindowTransforms {
             samples,
             transform: RecordTransform::new(&vec![1.0; samples], padded),
             frequency: frequencies(padded, dt),
@@ -119,7 +119,12 @@ impl<T: Real> Passage<T> {
     }
 
     /// Of records that lie one after the other.
-    pub fn of_records(&self, records: &[f64], length: usize, room: &mut Room<T>) -> Vec<Passed> {
+    pub fn of_records(
+        &self,
+        records: &[f64],
+        length: usize,
+        room: &mut WindowScratch<T>,
+    ) -> Vec<Passed> {
         let arrivals: Vec<Option<usize>> = records.chunks_exact(length).map(arrival).collect();
         let windows = records.chunks_exact(length).zip(&arrivals);
         let windows: Vec<&[f64]> = windows
@@ -127,7 +132,7 @@ impl<T: Real> Passage<T> {
             .map(|rest| &rest[..self.samples])
             .collect();
         room.shape(self.transform.bins(), windows.len());
-        let Room {
+        let WindowScratch {
             scratch, spectra, ..
         } = room;
         self.transform
@@ -136,7 +141,12 @@ impl<T: Real> Passage<T> {
     }
 
     /// Of `width` interleaved records, which are overwritten.
-    pub fn of_columns(&self, columns: &mut [f64], width: usize, room: &mut Room<T>) -> Vec<Passed> {
+    pub fn of_columns(
+        &self,
+        columns: &mut [f64],
+        width: usize,
+        room: &mut WindowScratch<T>,
+    ) -> Vec<Passed> {
         let length = columns.len() / width;
         let arrivals = arrivals_across(columns, width);
         // Windows move to the front, where they start together; no sample is written over before it
@@ -151,7 +161,7 @@ impl<T: Real> Passage<T> {
         }
         let windows = &columns[..self.samples * width];
         room.shape(self.transform.bins(), width);
-        let Room {
+        let WindowScratch {
             scratch, spectra, ..
         } = room;
         self.transform
@@ -168,14 +178,14 @@ impl<T: Real> Passage<T> {
         &self,
         arrivals: &[Option<usize>],
         length: usize,
-        room: &mut Room<T>,
+        room: &mut WindowScratch<T>,
     ) -> Vec<Passed> {
         let padded = self.transform.padded();
         let spectra = &room.spectra;
         room.power.clear();
         room.power
             .extend(spectra.outer_iter().enumerate().map(|(m, row)| {
-                let mut powers = Block::default();
+                let mut powers = LaneBlock::default();
                 for (p, &x) in powers.0.iter_mut().zip(row) {
                     *p = fold(m, padded) * power(x);
                 }
@@ -197,15 +207,15 @@ impl<T: Real> Passage<T> {
 }
 
 /// What a thread works with.
-pub(super) struct Room<T> {
+pub(super) struct WindowScratch<T> {
     scratch: RecordScratch<T>,
     spectra: Array2<Complex<T>>,
-    power: Vec<Block>,
+    power: Vec<LaneBlock>,
 }
 
-impl<T: Real> Default for Room<T> {
+impl<T: Real> Default for WindowScratch<T> {
     fn default() -> Self {
-        Room {
+        WindowScratch {
             scratch: RecordScratch::default(),
             spectra: Array2::default((0, 0)),
             power: Vec::new(),
@@ -213,7 +223,7 @@ impl<T: Real> Default for Room<T> {
     }
 }
 
-impl<T: Real> Room<T> {
+impl<T: Real> WindowScratch<T> {
     fn shape(&mut self, bins: usize, width: usize) {
         if self.spectra.dim() != (bins, width) {
             self.spectra = Array2::default((bins, width));

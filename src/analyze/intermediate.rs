@@ -20,20 +20,20 @@ pub(super) enum Intermediate<T: Real> {
         buffer: Buffer<Complex<T>>,
         shape: (usize, usize),
     },
-    Scratch(Scratch<T>),
+    SpillFile(SpillFile<T>),
 }
 
 /// Where the columns of neighbouring sites go.
 pub(super) enum Columns<'a, T: Real> {
     Memory(ArrayViewMut2<'a, Complex<T>>),
-    Scratch(&'a Scratch<T>),
+    SpillFile(&'a SpillFile<T>),
 }
 
 /// Neighbouring rows.
 pub(super) enum Rows<'a, T: Real> {
     Memory(ArrayView2<'a, Complex<T>>),
-    Scratch {
-        scratch: &'a Scratch<T>,
+    SpillFile {
+        scratch: &'a SpillFile<T>,
         rows: Range<usize>,
     },
 }
@@ -53,7 +53,7 @@ impl<T: Real> Intermediate<T> {
                     buffer.view_mut(*shape)?.slice_move(columns),
                 ))
             }
-            Intermediate::Scratch(scratch) => Ok(Columns::Scratch(scratch)),
+            Intermediate::SpillFile(scratch) => Ok(Columns::SpillFile(scratch)),
         }
     }
 
@@ -64,9 +64,9 @@ impl<T: Real> Intermediate<T> {
                 let rows = s![rows, ..];
                 Ok(Rows::Memory(buffer.view(*shape)?.slice_move(rows)))
             }
-            Intermediate::Scratch(scratch) => {
+            Intermediate::SpillFile(scratch) => {
                 scratch.hold(rows.clone())?;
-                Ok(Rows::Scratch { scratch, rows })
+                Ok(Rows::SpillFile { scratch, rows })
             }
         }
     }
@@ -81,7 +81,7 @@ impl<T: Real> Rows<'_, T> {
     ) -> ArrayView2<'r, Complex<T>> {
         match self {
             Rows::Memory(all) => all.slice(s![rows, ..]),
-            Rows::Scratch { scratch, rows: all } => {
+            Rows::SpillFile { scratch, rows: all } => {
                 let shape = (rows.len(), scratch.shape.1);
                 room.resize(shape.0 * shape.1, Complex::default());
                 scratch.gather(all.start + rows.start..all.start + rows.end, room);
@@ -97,7 +97,7 @@ impl<T: Real> Rows<'_, T> {
 /// A stripe is what a thread computes at once, and is written in one go; of neighbouring rows every
 /// stripe has one piece. In a file of whole rows a stripe would be as many pieces as there are rows.
 #[derive(Debug)]
-pub(super) struct Scratch<T: Real> {
+pub(super) struct SpillFile<T: Real> {
     file: File,
     place: PathBuf,
     shape: (usize, usize),
@@ -127,12 +127,12 @@ pub(super) fn scratch_bytes(shape: (usize, usize), stripe: usize, item: u64) -> 
     shape.1.div_ceil(stripe) as u64 * stripe_bytes(shape.0, stripe, item)
 }
 
-impl<T: Real> Scratch<T> {
+impl<T: Real> SpillFile<T> {
     /// A file for a matrix of `shape`, written `stripe` columns and read `together` rows at a time.
     pub fn new(shape: (usize, usize), stripe: usize, together: usize) -> Result<Self> {
         let place = std::env::temp_dir();
         let file = tempfile::tempfile().map_err(Error::write("make a scratch file in", &place))?;
-        let scratch = Scratch {
+        let scratch = SpillFile {
             file,
             place,
             shape,

@@ -17,7 +17,7 @@ pub(super) struct Maps<'a> {
 
 /// An axis of a map.
 #[derive(Clone, Copy)]
-enum Side {
+enum MapSide {
     Time,
     Space,
     Frequency,
@@ -32,27 +32,27 @@ impl Maps<'_> {
             Some(unit) => format!("{name} ({unit})"),
             None => name.into(),
         };
-        self.finish(map.times(self.unit), label, Side::Time, Side::Space)
+        self.finish(map.times(self.unit), label, MapSide::Time, MapSide::Space)
     }
 
     pub fn temporal(&self, map: MapBuilder) -> Map {
         let label = self.power().over_frequency(&self.plan.axes);
-        self.finish(map, label, Side::Frequency, Side::Space)
+        self.finish(map, label, MapSide::Frequency, MapSide::Space)
     }
 
     pub fn spatial(&self, map: MapBuilder) -> Map {
         let label = self.power().over_wavenumber(&self.plan.axes);
-        self.finish(map, label, Side::Time, Side::Wavenumber)
+        self.finish(map, label, MapSide::Time, MapSide::Wavenumber)
     }
 
     pub fn spacetime(&self, map: MapBuilder) -> Map {
         let label = self.power().over_both(&self.plan.axes);
-        self.finish(map, label, Side::Frequency, Side::SignedWavenumber)
+        self.finish(map, label, MapSide::Frequency, MapSide::SignedWavenumber)
     }
 
     pub fn flux(&self, map: MapBuilder) -> Map {
         let label = self.power().flux(&self.plan.axes);
-        self.finish(map, label, Side::Time, Side::Wavenumber)
+        self.finish(map, label, MapSide::Time, MapSide::Wavenumber)
     }
 
     fn power(&self) -> Power<'_> {
@@ -62,9 +62,9 @@ impl Maps<'_> {
         }
     }
 
-    fn finish(&self, map: MapBuilder, label: String, y: Side, x: Side) -> Map {
+    fn finish(&self, map: MapBuilder, label: String, y: MapSide, x: MapSide) -> Map {
         let label = match (y, x) {
-            (Side::Time, Side::Space) => label,
+            (MapSide::Time, MapSide::Space) => label,
             _ if self.power_unit != 1.0 => format!("{label} × ({:e})²", self.power_unit),
             _ => label,
         };
@@ -73,15 +73,15 @@ impl Maps<'_> {
     }
 
     /// Label, first coordinate and step.
-    fn axis(&self, side: Side) -> (String, f64, f64) {
+    fn axis(&self, side: MapSide) -> (String, f64, f64) {
         let axes = &self.plan.axes;
         let step = |bins: &[f64]| bins.get(1).copied().unwrap_or(1.0);
         match side {
-            Side::Time => (labels::time(axes), axes.time.origin, axes.time.step),
-            Side::Space => (labels::position(axes), axes.space.origin, axes.space.step),
-            Side::Frequency => (labels::frequency(axes), 0.0, step(&axes.frequency)),
-            Side::Wavenumber => (labels::wavenumber(axes), 0.0, step(&axes.wavenumber)),
-            Side::SignedWavenumber => (
+            MapSide::Time => (labels::time(axes), axes.time.origin, axes.time.step),
+            MapSide::Space => (labels::position(axes), axes.space.origin, axes.space.step),
+            MapSide::Frequency => (labels::frequency(axes), 0.0, step(&axes.frequency)),
+            MapSide::Wavenumber => (labels::wavenumber(axes), 0.0, step(&axes.wavenumber)),
+            MapSide::SignedWavenumber => (
                 labels::wavenumber(axes),
                 axes.wavenumber_signed[0],
                 step(&axes.wavenumber),

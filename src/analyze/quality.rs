@@ -1,7 +1,7 @@
 //! What is wrong with the data, or with how it was sampled.
 
 use super::{Request, Warning};
-use crate::diagnostics::{Bins, Row};
+use crate::diagnostics::{Bins, SpectrumMoments};
 use crate::numeric::{sum, sum_of_squares};
 use crate::prepare::{ChannelScan, Window};
 use crate::transform::Scaling;
@@ -39,9 +39,9 @@ pub(crate) struct Findings<'a> {
     pub first_profile: &'a [f64],
     pub last_profile: &'a [f64],
     /// Measures of each site's spectrum.
-    pub by_site: Option<&'a [Row]>,
+    pub by_site: Option<&'a [SpectrumMoments]>,
     /// Measures of each time's spectrum.
-    pub by_time: Option<&'a [Row]>,
+    pub by_time: Option<&'a [SpectrumMoments]>,
     pub frequency: Bins<'a>,
     pub wavenumber: Bins<'a>,
     /// By how much records are longer with zeros; bin 0 is narrower by that.
@@ -215,13 +215,13 @@ impl Findings<'_> {
     }
 }
 
-fn total(rows: &[Row], part: fn(&Row) -> f64) -> f64 {
+fn total(rows: &[SpectrumMoments], part: fn(&SpectrumMoments) -> f64) -> f64 {
     sum(&rows.iter().map(part).collect::<Vec<_>>())
 }
 
 /// Share of energy in the top tenth of an axis, and where that begins, if it is as much as energy from
 /// beyond makes it. Of a spectrum as flat as noise it cannot be told.
-fn aliased(rows: &[Row], bins: &Bins) -> Option<(f64, f64)> {
+fn aliased(rows: &[SpectrumMoments], bins: &Bins) -> Option<(f64, f64)> {
     let all = total(rows, |r| r.total);
     let share = total(rows, |r| r.top) / all;
     let filled = rows.iter().filter(|r| r.effective_bandwidth.is_finite());
@@ -236,7 +236,7 @@ fn aliased(rows: &[Row], bins: &Bins) -> Option<(f64, f64)> {
 ///
 /// Neighbours a step d apart differ in the mean square by `sum p (2 sin(q d / 2))^2`, q in rad, of
 /// shares p, at most by `d^2` times the second moment of q, and by 4.
-fn open_share(rows: &[Row], bins: &Bins, steps: &[f64], mean_square: &[f64]) -> f64 {
+fn open_share(rows: &[SpectrumMoments], bins: &Bins, steps: &[f64], mean_square: &[f64]) -> f64 {
     let per_step = std::f64::consts::PI / bins.top();
     let open = rows.iter().zip(steps).zip(mean_square);
     let open = open.map(|((row, &step), &mean_square)| {

@@ -8,7 +8,7 @@ use super::flux::FluxSurrogate;
 use super::plan::Plan;
 use super::quality::Ends;
 use crate::arrays::{LargeArray, Sink};
-use crate::diagnostics::{Bins, MapBuilder, Row, interleaved_moments};
+use crate::diagnostics::{Bins, MapBuilder, SpectrumMoments, interleaved_moments};
 use crate::error::{Error, Result};
 use crate::numeric::lanes::{self, widest};
 use crate::observer::Observer;
@@ -18,9 +18,9 @@ use crate::transform::{Real, RecordScratch, RecordTransform, fold, power};
 
 /// What the pass leaves behind beside the arrays.
 #[derive(Debug)]
-pub(super) struct Rows {
+pub(super) struct SpatialPassResult {
     /// Measures of each instant's spectrum; empty where none is computed.
-    pub rows: Vec<Row>,
+    pub rows: Vec<SpectrumMoments>,
     /// `sum (w v)^2` of each profile.
     pub energies: Vec<f64>,
     pub ends: Vec<Ends>,
@@ -52,7 +52,7 @@ pub(super) fn transform_profiles<T: Real>(
     stored: f64,
     sink: &dyn Sink,
     observer: &dyn Observer,
-) -> Result<Rows> {
+) -> Result<SpatialPassResult> {
     let (nt, nx, nk) = (
         plan.axes.n_times,
         plan.axes.n_sites,
@@ -67,7 +67,7 @@ pub(super) fn transform_profiles<T: Real>(
         (wanted && plan.request.maps).then(|| of((nt, columns), crate::diagnostics::MAP_LIMIT))
     };
     let spectra = if transform.is_some() { nt } else { 0 };
-    let mut done = Rows {
+    let mut done = SpatialPassResult {
         rows: Vec::with_capacity(spectra),
         energies: Vec::with_capacity(spectra),
         ends: Vec::with_capacity(nt),
@@ -78,7 +78,7 @@ pub(super) fn transform_profiles<T: Real>(
         flux_map: map(results.flux_surrogate, MapBuilder::extreme, nk),
     };
     let mut flux = FluxSurrogate::new(plan, stored);
-    let pass = Pass {
+    let pass = SpatialPass {
         plan,
         prepared,
         transform: transform.as_ref(),
@@ -92,7 +92,7 @@ pub(super) fn transform_profiles<T: Real>(
         observer,
     };
     let columns = if transform.is_some() { nk } else { 0 };
-    let room = || Block {
+    let room = || SnapshotBlock {
         from: 0,
         profiles: Array2::zeros((plan.blocks.times, nx)),
         spectra: Array2::zeros((plan.blocks.times, columns)),
@@ -115,20 +115,20 @@ pub(super) fn transform_profiles<T: Real>(
 }
 
 /// Profiles of neighbouring times, and what was made of them.
-struct Block {
+struct SnapshotBlock {
     from: usize,
     profiles: Array2<f64>,
     spectra: Array2<f64>,
     /// One a time; none once it was handed on.
-    seen: Vec<Seen>,
+    seen: Vec<SnapshotFindings>,
 }
 
-impl Rows {
+impl SpatialPassResult {
     /// Takes a block in and passes its arrays on.
     fn take<T: Real>(
         &mut self,
-        pass: &Pass<T>,
-        block: &mut Block,
+        pass: &SpatialPass<T>,
+        block: &mut SnapshotBlock,
         flux: &mut FluxSurrogate,
         sink: &dyn Sink,
     ) -> Result<()> {
@@ -173,18 +173,18 @@ impl Rows {
 }
 
 /// What is noted of one profile.
-struct Seen {
+struct SnapshotFindings {
     ends: Ends,
-    spectrum: Option<(Row, f64)>,
+    spectrum: Option<(SpectrumMoments, f64)>,
 }
 
 /// What all blocks have in common.
-struct Pass<'a, T: Real> {
+struct SpatialPass<'a, T: Real> {
     plan: &'a Plan,
     prepared: &'a Prepared<'a>,
     transform: Option<&'a RecordTransform<T>>,
     /// With room for spectra side by side.
-    pool: &'a ScratchPool<(RecordScratch<T>, Vec<lanes::Block>)>,
+    pool: &'a ScratchPool<(RecordScratch<T>, Vec<lanes::LaneBlock>)>,
     /// By which a bin's power is multiplied.
     scales: Vec<f64>,
     /// And again, after it was measured, before it is stored.
@@ -194,9 +194,9 @@ struct Pass<'a, T: Real> {
     observer: &'a dyn Observer,
 }
 
-impl<T: Real> Pass<'_, T> {
+impl<T: Real> SpatialPass<'_, T> {
     /// Reads and transforms the profiles from `from` on, in parallel.
-    fn fill(&self, from: usize, block: &mut Block) -> Result<()> {
+    fn fill(&self, from: usize, block: &mut SnapshotBlock) -> Result<()> {
         let count = self.plan.blocks.times.min(self.plan.axes.n_times - from);
         // Several for each thread, where a block has so many.
         let tile = count.div_ceil(4 * rayon::current_num_threads());
@@ -204,7 +204,7 @@ impl<T: Real> Pass<'_, T> {
             .next_multiple_of(lanes::WIDTH)
             .min(self.plan.tiles.times);
         block.from = from;
-        let seen: Result<Vec<Vec<Seen>>> = block
+        let seen: Result<Vec<Vec<SnapshotFindings>>> = block
             .profiles
             .slice_mut(s![..count, ..])
             .axis_chunks_iter_mut(Axis(0), tile)
@@ -237,8 +237,8 @@ impl<T: Real> Pass<'_, T> {
         first: usize,
         mut profiles: ArrayViewMut2<f64>,
         mut spectra: ArrayViewMut2<f64>,
-        (scratch, across): &mut (RecordScratch<T>, Vec<lanes::Block>),
-    ) -> Vec<Seen> {
+        (scratch, across): &mut (RecordScratch<T>, Vec<lanes::LaneBlock>),
+    ) -> Vec<SnapshotFindings> {
         let times = first..first + profiles.nrows();
         let (nx, nk) = (profiles.ncols(), spectra.ncols());
         // Bands of whole rows of a standard array are contiguous.
@@ -256,7 +256,7 @@ impl<T: Real> Pass<'_, T> {
         let ends = profiles.chunks_exact(nx).map(Ends::of);
         let Some(transform) = self.transform else {
             return ends
-                .map(|ends| Seen {
+                .map(|ends| SnapshotFindings {
                     ends,
                     spectrum: None,
                 })
@@ -271,8 +271,8 @@ impl<T: Real> Pass<'_, T> {
             let width = profiles.len() / nx;
             let (transformed, energies) = transform.transform(profiles.chunks_exact(nx), scratch);
             // Lanes of no time keep what they have; nobody looks at them.
-            across.resize(nk, lanes::Block::default());
-            widest(Powers {
+            across.resize(nk, lanes::LaneBlock::default());
+            widest(SnapshotPowers {
                 transformed,
                 width,
                 scales: &self.scales,
@@ -285,7 +285,7 @@ impl<T: Real> Pass<'_, T> {
                 profiles
                     .chunks_exact(nx)
                     .zip(spectra)
-                    .map(|(profile, spectrum)| Seen {
+                    .map(|(profile, spectrum)| SnapshotFindings {
                         ends: Ends::of(profile),
                         spectrum: Some(spectrum),
                     }),
@@ -296,15 +296,15 @@ impl<T: Real> Pass<'_, T> {
 }
 
 /// Spectra of a few times, from transforms that lie bin by bin: side by side and one after the other.
-struct Powers<'a, T> {
+struct SnapshotPowers<'a, T> {
     transformed: &'a [Complex<T>],
     width: usize,
     scales: &'a [f64],
-    across: &'a mut [lanes::Block],
+    across: &'a mut [lanes::LaneBlock],
     spectra: &'a mut [f64],
 }
 
-impl<T: Real> lanes::Work for Powers<'_, T> {
+impl<T: Real> lanes::SimdKernel for SnapshotPowers<'_, T> {
     type Output = ();
 
     #[inline(always)]

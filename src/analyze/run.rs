@@ -3,20 +3,20 @@
 use std::time::Instant;
 
 use super::along::{self, Headline};
-use super::columns::Columns;
+use super::columns::TemporalPassResult;
 use super::maps::Maps;
 use super::plan::{Plan, plan};
 use super::quality::{Findings, findings};
 use super::reference::References;
 use super::request::Request;
 use super::result::*;
-use super::rows::Rows;
+use super::rows::SpatialPassResult;
 use super::spacetime::ByDirection;
 use super::stages::{Clock, FromProfiles, Stages};
 use super::warning::Warning;
 use super::{Spectra, front};
 use crate::arrays::{Collect, Precision, Sink};
-use crate::diagnostics::Row;
+use crate::diagnostics::SpectrumMoments;
 use crate::error::Result;
 use crate::field::Field;
 use crate::numeric::{in_band, sum, sum_of_squares};
@@ -228,7 +228,7 @@ struct Summed<'a> {
 impl Summed<'_> {
     fn along_space(
         &self,
-        columns: &Columns,
+        columns: &TemporalPassResult,
         length: Option<FrontLength>,
     ) -> (Moments, Headline, Option<Front>) {
         let (plan, reference) = (self.plan, self.references.site);
@@ -249,7 +249,7 @@ impl Summed<'_> {
         (moments, headline, front)
     }
 
-    fn along_time(&self, rows: &Rows) -> (Moments, Headline) {
+    fn along_time(&self, rows: &SpatialPassResult) -> (Moments, Headline) {
         let plan = self.plan;
         let noise = self.noise_in(&plan.window_space, 1);
         let defined = along::defined(&rows.rows, &rows.energies, noise);
@@ -286,14 +286,14 @@ fn stored_square(unit: f64, precision: Precision) -> f64 {
 
 fn parseval(
     plan: &Plan,
-    columns: Option<&Columns>,
-    rows: &Rows,
+    columns: Option<&TemporalPassResult>,
+    rows: &SpatialPassResult,
     spacetime: Option<&[ByDirection]>,
 ) -> Parseval {
     let residual = |transformed: f64, samples: f64| {
         (samples > 0.0 && transformed.is_finite()).then(|| transformed / samples - 1.0)
     };
-    let total = |rows: &[Row]| sum(&rows.iter().map(|r| r.total).collect::<Vec<_>>());
+    let total = |rows: &[SpectrumMoments]| sum(&rows.iter().map(|r| r.total).collect::<Vec<_>>());
     let segments = plan.segments.count() as f64;
     let (time, space) = (plan.time_scale, plan.space_scale);
     Parseval {

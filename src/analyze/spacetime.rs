@@ -78,7 +78,7 @@ pub(super) fn transform_frequencies<T: Real>(
     let nx = plan.axes.n_sites;
     observer.stage("space-time", nf as u64);
     let transform = ComplexTransform::<T>::new(&plan.window_space, plan.conventions.padded_space);
-    let pass = Pass {
+    let pass = SpacetimePass {
         plan,
         transform: &transform,
         pool: &ScratchPool::default(),
@@ -95,7 +95,7 @@ pub(super) fn transform_frequencies<T: Real>(
         temporal_map: map(plan.request.results.temporal, nx),
     };
     let width = if plan.request.results.temporal { nx } else { 0 };
-    let room = || Block {
+    let room = || FrequencyBlock {
         from: 0,
         powers: Array2::zeros((plan.blocks.frequencies, nk)),
         records: Array2::zeros((plan.blocks.frequencies, width)),
@@ -117,7 +117,7 @@ pub(super) fn transform_frequencies<T: Real>(
 }
 
 /// Neighbouring frequencies.
-struct Block {
+struct FrequencyBlock {
     from: usize,
     powers: Array2<f64>,
     /// Spectra along time; no columns where they are not wanted.
@@ -128,7 +128,7 @@ struct Block {
 
 impl Frequencies {
     /// Takes a block in and passes its arrays on.
-    fn take(&mut self, block: &mut Block, sink: &dyn Sink) -> Result<()> {
+    fn take(&mut self, block: &mut FrequencyBlock, sink: &dyn Sink) -> Result<()> {
         let (from, count) = (block.from, block.directions.len());
         if count == 0 {
             return Ok(());
@@ -151,7 +151,7 @@ impl Frequencies {
 }
 
 /// What all blocks have in common.
-struct Pass<'a, T: Real> {
+struct SpacetimePass<'a, T: Real> {
     plan: &'a Plan,
     transform: &'a ComplexTransform<T>,
     /// With room for rows that lie apart.
@@ -160,9 +160,14 @@ struct Pass<'a, T: Real> {
     observer: &'a dyn Observer,
 }
 
-impl<T: Real> Pass<'_, T> {
+impl<T: Real> SpacetimePass<'_, T> {
     /// Transforms the frequencies from `from` on, in parallel.
-    fn fill(&self, from: usize, between: &mut Intermediate<T>, block: &mut Block) -> Result<()> {
+    fn fill(
+        &self,
+        from: usize,
+        between: &mut Intermediate<T>,
+        block: &mut FrequencyBlock,
+    ) -> Result<()> {
         let all = self.plan.axes.frequency.len();
         let count = self.plan.blocks.frequencies.min(all - from);
         let segments = self.plan.segments.count();

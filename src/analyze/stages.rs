@@ -3,13 +3,13 @@
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::Instant;
 
-use super::columns::{AlongTime, Columns};
-use super::front::{self, Passage};
-use super::intermediate::{Intermediate, Scratch};
+use super::columns::{AlongTime, TemporalPassResult};
+use super::front::{self, WindowTransforms};
+use super::intermediate::{Intermediate, SpillFile};
 use super::plan::Plan;
 use super::reference::References;
 use super::result::{BandEdge, FrontLength, ShortTimeSpectra, Timing};
-use super::rows::{self, Rows};
+use super::rows::{self, SpatialPassResult};
 use super::short_time;
 use super::spacetime::{self, Frequencies};
 use crate::arrays::Sink;
@@ -36,7 +36,7 @@ pub(super) struct FromRecords {
     /// Where low frequencies end; `None` where no spectra along time are wanted.
     pub edge: Option<BandEdge>,
     pub front: Option<FrontLength>,
-    pub columns: Columns,
+    pub columns: TemporalPassResult,
     pub spacetime: Option<Frequencies>,
     /// The error of amplitudes, and of how many.
     pub checked: Option<(f64, usize)>,
@@ -46,7 +46,7 @@ pub(super) struct FromRecords {
 pub(super) struct FromProfiles {
     /// Where low wavenumbers end; `None` where no spectra along space are wanted.
     pub edge: Option<BandEdge>,
-    pub rows: Rows,
+    pub rows: SpatialPassResult,
     pub short_time: Option<ShortTimeSpectra>,
     pub short_space: Option<ShortTimeSpectra>,
 }
@@ -109,7 +109,7 @@ impl Stages<'_> {
         clock.lap(plan, "planning along time");
         let (edge, front) = self.at_reference_site(&along_time).unzip();
         if let Some(FrontLength::Window { samples, .. }) = front {
-            along_time.passage = Some(Passage::new(plan, samples, value_of(edge)));
+            along_time.passage = Some(WindowTransforms::new(plan, samples, value_of(edge)));
         }
         if edge.is_some() {
             clock.lap(plan, "frequency band edge");
@@ -120,8 +120,8 @@ impl Stages<'_> {
             (true, 0) => Some(Intermediate::<T>::in_memory(shape)?),
             (true, _) => {
                 let rows = plan.blocks.scratch * plan.segments.count();
-                let scratch = Scratch::new(shape, plan.tiles.sites, rows)?;
-                Some(Intermediate::Scratch(scratch))
+                let scratch = SpillFile::new(shape, plan.tiles.sites, rows)?;
+                Some(Intermediate::SpillFile(scratch))
             }
         };
         let columns = along_time.transform_records(

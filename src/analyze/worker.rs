@@ -6,13 +6,13 @@ use ndarray::{Array2, ArrayView2, ArrayViewMut2, s};
 use num_complex::Complex;
 
 use super::plan::Plan;
-use crate::numeric::lanes::{Block, Lanes, WIDTH, Work, widest};
+use crate::numeric::lanes::{LaneBlock, Lanes, SimdKernel, WIDTH, widest};
 use crate::prepare::{Prepared, Trend};
 use crate::system::prefetch::{LINE, prefetch_after};
 use crate::transform::{Real, RecordScratch, RecordTransform, Scale, fold, power};
 
 /// Samples of a few sites.
-pub(super) enum Samples<'a> {
+pub(super) enum RecordSamples<'a> {
     /// Record after record.
     Records(&'a [f64]),
     /// Side by side, time by time; not where segments lose trends of their own.
@@ -31,7 +31,7 @@ pub(super) struct Worker<'a, T: Real> {
     /// Transforms of one segment, where they are not kept.
     passing: Array2<Complex<T>>,
     /// Mean power spectra of the segments, of each site a lane.
-    pub power: Vec<Block>,
+    pub power: Vec<LaneBlock>,
     /// `sum (w v)^2` over the segments of each record.
     pub energies: Vec<f64>,
 }
@@ -66,13 +66,13 @@ impl<'a, T: Real> Worker<'a, T> {
         &mut self,
         prepared: &Prepared,
         sites: Range<usize>,
-        samples: Samples,
+        samples: RecordSamples,
         mut kept: Option<ArrayViewMut2<Complex<T>>>,
     ) {
         let segments = self.plan.segments;
         let (bins, width) = (self.transform.bins(), sites.len());
         // Lanes of no site keep what they have; nobody looks at them.
-        self.power.resize(bins, Block::default());
+        self.power.resize(bins, LaneBlock::default());
         self.energies.clear();
         self.energies.resize(width, 0.0);
         let n = self.transform.padded();
@@ -104,25 +104,25 @@ impl<'a, T: Real> Worker<'a, T> {
         &mut self,
         prepared: &Prepared,
         sites: &Range<usize>,
-        samples: &Samples,
+        samples: &RecordSamples,
         span: Range<usize>,
         spectra: ArrayViewMut2<Complex<T>>,
     ) {
         let n_times = self.plan.axes.n_times;
         let energies = match *samples {
-            Samples::Columns(values) => {
+            RecordSamples::Columns(values) => {
                 let values = &values[span.start * sites.len()..span.end * sites.len()];
                 self.transform
                     .transform_columns(values, spectra, &mut self.scratch)
             }
-            Samples::Records(records) if self.plan.request.welch.is_some() => {
+            RecordSamples::Records(records) if self.plan.request.welch.is_some() => {
                 let length = span.len();
                 self.detrended(prepared, sites.start, records, span);
                 let pieces = self.segments.chunks_exact(length);
                 self.transform
                     .transform_into(pieces, spectra, &mut self.scratch)
             }
-            Samples::Records(records) => {
+            RecordSamples::Records(records) => {
                 let pieces = records.chunks_exact(n_times).map(|r| &r[span.clone()]);
                 self.transform
                     .transform_into(pieces, spectra, &mut self.scratch)
@@ -168,12 +168,12 @@ const AHEAD: usize = 48;
 /// bin.
 struct AddPowers<'a, T, F> {
     spectra: ArrayView2<'a, Complex<T>>,
-    sums: &'a mut [Block],
+    sums: &'a mut [LaneBlock],
     is_first: bool,
     factor: F,
 }
 
-impl<T: Real, F: Fn(usize) -> f64> Work for AddPowers<'_, T, F> {
+impl<T: Real, F: Fn(usize) -> f64> SimdKernel for AddPowers<'_, T, F> {
     type Output = ();
 
     #[inline(always)]

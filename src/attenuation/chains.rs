@@ -128,19 +128,19 @@ pub fn homogeneous(simulation: &Simulation, pattern: &Pattern) -> Simulation {
 
 /// A scene that is asked about chains of different lengths.
 #[derive(Debug, Clone)]
-pub(super) struct Make {
+pub(super) struct SceneTemplate {
     source: SceneSource,
     /// Whether the number of sites can be chosen.
     pub(super) extends: bool,
 }
 
-impl Make {
+impl SceneTemplate {
     /// # Errors
     /// [`crate::Error::Scene`] for what cannot be read.
-    pub(super) fn new(source: SceneSource) -> Result<Make> {
+    pub(super) fn new(source: SceneSource) -> Result<SceneTemplate> {
         let typed = source.typed_keys()?;
         let extends = !FIXED.iter().any(|key| typed.iter().any(|k| k == key));
-        Ok(Make { source, extends })
+        Ok(SceneTemplate { source, extends })
     }
 
     pub(super) fn text(&self) -> Result<String> {
@@ -170,9 +170,9 @@ impl Make {
     }
 
     /// With one key set by an option.
-    pub(super) fn with(&self, key: &str, text: &str, option: &str) -> Make {
+    pub(super) fn with(&self, key: &str, text: &str, option: &str) -> SceneTemplate {
         let setting = Setting::new(key, text, format!("--{option} {key}"));
-        Make {
+        SceneTemplate {
             source: self.source.with([setting]),
             extends: self.extends,
         }

@@ -3,8 +3,8 @@
 use serde::Serialize;
 
 use super::chains::{ContactKind, Pattern};
-use super::fit::{Fits, Law, Length};
-use super::members::{Member, Seen};
+use super::fit::{AttenuationLaw, Fits, Length};
+use super::members::{FollowedChain, PulseMeasures};
 use super::pulse::{Pulse, Sense};
 use crate::chain::Simulation;
 use crate::chain::scene::Units;
@@ -32,7 +32,7 @@ pub struct AttenuationCurve {
     /// Largest over smallest coefficient between bodies.
     pub stiffness_ratio: f64,
     pub band_edge_frequency: Option<f64>,
-    pub rows: Vec<Row>,
+    pub rows: Vec<CurveRow>,
     /// Where and why it ends before the length asked for.
     pub stop: Option<Stop>,
     pub fits: Option<Fits>,
@@ -60,7 +60,7 @@ pub enum StopCause {
 
 /// A place on a curve.
 #[derive(Debug, Clone, PartialEq, Serialize)]
-pub struct Row {
+pub struct CurveRow {
     /// Bodies before the contact, the striker not counted.
     pub bodies: usize,
     pub kind: ContactKind,
@@ -80,9 +80,12 @@ pub enum Reach {
     /// From this number of bodies on the curve is at the target or below it.
     Within { bodies: usize },
     /// The curve does not end below it, but the chosen law reaches it here.
-    Beyond { law: Law, length: Length },
+    Beyond { law: AttenuationLaw, length: Length },
     /// The chosen law settles above it.
-    Never { law: Law, settles_at: f64 },
+    Never {
+        law: AttenuationLaw,
+        settles_at: f64,
+    },
     /// The curve does not end below it and no law could be fitted.
     Unknown,
 }
@@ -105,13 +108,14 @@ impl AttenuationCurve {
 
 impl Attenuation {
     /// Lengths and relative forces of the contacts that are compared, like with like.
-    pub fn compared(&self, rows: &[Row]) -> Vec<(f64, f64)> {
+    pub fn compared(&self, rows: &[CurveRow]) -> Vec<(f64, f64)> {
         compared(self.kind, rows)
     }
 }
 
-pub(super) fn compared(kind: ContactKind, rows: &[Row]) -> Vec<(f64, f64)> {
-    let like = |row: &&Row| row.bodies > 0 && (row.kind == kind || row.kind == ContactKind::Other);
+pub(super) fn compared(kind: ContactKind, rows: &[CurveRow]) -> Vec<(f64, f64)> {
+    let like =
+        |row: &&CurveRow| row.bodies > 0 && (row.kind == kind || row.kind == ContactKind::Other);
     let pairs = rows.iter().filter(like);
     pairs
         .filter_map(|row| Some((row.bodies as f64, row.relative_force?)))
@@ -120,11 +124,11 @@ pub(super) fn compared(kind: ContactKind, rows: &[Row]) -> Vec<(f64, f64)> {
 
 /// The rows of what was seen, beside the homogeneous chain.
 pub(super) fn rows_of<'a>(
-    member: &'a Member,
-    seen: &'a Seen,
-    reference: Option<&'a Seen>,
+    member: &'a FollowedChain,
+    seen: &'a PulseMeasures,
+    reference: Option<&'a PulseMeasures>,
     pattern: &'a Pattern,
-) -> impl Iterator<Item = Row> + 'a {
+) -> impl Iterator<Item = CurveRow> + 'a {
     let of_size = |s: &&Simulation| s.chain.n_sites() == seen.sites;
     let chain = member.attempts.iter().find(of_size).map(|s| &s.chain);
     let pulses = seen.pulses.pulses.iter().enumerate();
@@ -135,7 +139,7 @@ pub(super) fn rows_of<'a>(
         };
         let other = beside(pulse);
         let relative = |of: fn(&Pulse) -> f64| other.map(|other| of(pulse) / of(other));
-        Row {
+        CurveRow {
             bodies: pulse.contact,
             kind: chain.map_or(ContactKind::Other, |c| {
                 pattern.kind(c.coefficient[pulse.contact])

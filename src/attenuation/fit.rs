@@ -7,7 +7,7 @@ use super::least_squares::{GRID, Solution, correlation, judged, solve};
 /// What a curve may follow, with lengths n in bodies.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
 #[serde(rename_all = "kebab-case")]
-pub enum Law {
+pub enum AttenuationLaw {
     /// `c`.
     Level,
     /// `a exp(-r n)`.
@@ -18,33 +18,38 @@ pub enum Law {
     Plateau,
 }
 
-impl Law {
-    pub const ALL: [Law; 4] = [Law::Level, Law::Exponential, Law::PowerLaw, Law::Plateau];
+impl AttenuationLaw {
+    pub const ALL: [AttenuationLaw; 4] = [
+        AttenuationLaw::Level,
+        AttenuationLaw::Exponential,
+        AttenuationLaw::PowerLaw,
+        AttenuationLaw::Plateau,
+    ];
 
     /// Names of the parameters; the first one is the rate or the power, except of a level.
     pub fn parameters(self) -> &'static [&'static str] {
         match self {
-            Law::Level => &["c"],
-            Law::Exponential => &["r", "a"],
-            Law::PowerLaw => &["p", "a"],
-            Law::Plateau => &["r", "a", "c"],
+            AttenuationLaw::Level => &["c"],
+            AttenuationLaw::Exponential => &["r", "a"],
+            AttenuationLaw::PowerLaw => &["p", "a"],
+            AttenuationLaw::Plateau => &["r", "a", "c"],
         }
     }
 
     /// Shapes whose sum, weighted by all parameters but the first, is the law.
     pub(super) fn shapes(self, first: f64, n: f64) -> [f64; 2] {
         match self {
-            Law::Level => [1.0, 0.0],
-            Law::Exponential => [(-first * n).exp(), 0.0],
-            Law::PowerLaw => [n.powf(-first), 0.0],
-            Law::Plateau => [(-first * n).exp(), 1.0],
+            AttenuationLaw::Level => [1.0, 0.0],
+            AttenuationLaw::Exponential => [(-first * n).exp(), 0.0],
+            AttenuationLaw::PowerLaw => [n.powf(-first), 0.0],
+            AttenuationLaw::Plateau => [(-first * n).exp(), 1.0],
         }
     }
 
     /// How many parameters do not enter linearly.
     pub(super) fn searched(self) -> usize {
         match self {
-            Law::Level => 0,
+            AttenuationLaw::Level => 0,
             _ => 1,
         }
     }
@@ -62,11 +67,11 @@ impl Law {
             (0..GRID).map(move |i| from + step * i as f64).collect()
         };
         match self {
-            Law::Level => vec![0.0; GRID],
-            Law::Exponential => even(-1.0 / longest, 3.0),
-            Law::PowerLaw => even(-1.0, 5.0),
+            AttenuationLaw::Level => vec![0.0; GRID],
+            AttenuationLaw::Exponential => even(-1.0 / longest, 3.0),
+            AttenuationLaw::PowerLaw => even(-1.0, 5.0),
             // Slower than the record, it is a line.
-            Law::Plateau => {
+            AttenuationLaw::Plateau => {
                 let ends = [(0.5 / longest).ln(), 3f64.ln()];
                 let logs: Vec<f64> = even(ends[0], ends[1]);
                 logs.into_iter().map(f64::exp).collect()
@@ -98,7 +103,7 @@ pub struct Parameter {
 /// One law fitted.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct Fit {
-    pub law: Law,
+    pub law: AttenuationLaw,
     pub parameters: Vec<Parameter>,
     /// Root mean square of the residuals, relative to the values.
     pub residual: f64,
@@ -151,7 +156,7 @@ pub fn fit(n: &[f64], y: &[f64], criterion: Criterion) -> Option<Fits> {
         return None;
     }
     let points: Vec<(f64, f64)> = n.iter().copied().zip(y.iter().copied()).collect();
-    let solutions: Vec<(Law, Solution)> = Law::ALL
+    let solutions: Vec<(AttenuationLaw, Solution)> = AttenuationLaw::ALL
         .iter()
         .filter_map(|law| Some((*law, solve(*law, &points)?)))
         .collect();
@@ -187,9 +192,9 @@ impl Fit {
     pub fn settles_at(&self) -> f64 {
         let grows = f64::INFINITY;
         match (self.law, self.parameters[0].value > 0.0) {
-            (Law::Level, _) => self.parameters[0].value,
-            (Law::Plateau, true) => self.parameters[2].value,
-            (Law::Exponential | Law::PowerLaw, true) => 0.0,
+            (AttenuationLaw::Level, _) => self.parameters[0].value,
+            (AttenuationLaw::Plateau, true) => self.parameters[2].value,
+            (AttenuationLaw::Exponential | AttenuationLaw::PowerLaw, true) => 0.0,
             (_, false) => grows,
         }
     }
@@ -225,15 +230,15 @@ impl Fit {
     }
 }
 
-fn reaches(law: Law, values: &[f64], level: f64) -> Option<f64> {
+fn reaches(law: AttenuationLaw, values: &[f64], level: f64) -> Option<f64> {
     let &[first, a, ..] = values else {
         return None;
     };
     let n = match law {
-        Law::Level => return None,
-        Law::Exponential => (a / level).ln() / first,
-        Law::PowerLaw => (a / level).powf(1.0 / first),
-        Law::Plateau => (a / (level - values[2])).ln() / first,
+        AttenuationLaw::Level => return None,
+        AttenuationLaw::Exponential => (a / level).ln() / first,
+        AttenuationLaw::PowerLaw => (a / level).powf(1.0 / first),
+        AttenuationLaw::Plateau => (a / (level - values[2])).ln() / first,
     };
     (n.is_finite() && n >= 0.0).then_some(n)
 }
@@ -255,17 +260,17 @@ mod tests {
         let n = lengths(40);
         for (law, y, expected) in [
             (
-                Law::Exponential,
+                AttenuationLaw::Exponential,
                 along(&n, |n| 0.9 * (-n / 25.0).exp()),
                 vec![0.04, 0.9],
             ),
             (
-                Law::PowerLaw,
+                AttenuationLaw::PowerLaw,
                 along(&n, |n| 1.1 * n.powf(-0.7)),
                 vec![0.7, 1.1],
             ),
             (
-                Law::Plateau,
+                AttenuationLaw::Plateau,
                 along(&n, |n| 0.6 + 0.3 * (-0.2 * n).exp()),
                 vec![0.2, 0.3, 0.6],
             ),
@@ -305,7 +310,7 @@ mod tests {
             let exponential = fits
                 .fits
                 .iter()
-                .find(|f| f.law == Law::Exponential)
+                .find(|f| f.law == AttenuationLaw::Exponential)
                 .unwrap();
             let rate = exponential.parameters[0];
             held[0] += usize::from(rate.low <= 0.05 && 0.05 <= rate.high);
@@ -326,7 +331,7 @@ mod tests {
         let n = lengths(8);
         assert!(fit(&n, &[0.0; 8], Criterion::Aicc).is_none());
         let level = fit(&n, &[0.5; 8], Criterion::Aicc).unwrap();
-        assert_eq!(level.chosen().law, Law::Level);
+        assert_eq!(level.chosen().law, AttenuationLaw::Level);
         assert!((level.chosen().at(4.0) - 0.5).abs() < 1e-12);
         assert!(level.chosen().reaches(0.4).is_none());
     }

@@ -4,7 +4,7 @@ use std::ops::Range;
 
 use super::pulse::{FRONT, Located, Pulse, Sense};
 use crate::Result;
-use crate::chain::{Resolution, SAMPLES_PER_STEP, Signal, Simulation, StateView, Watch};
+use crate::chain::{ObservedRun, Resolution, SAMPLES_PER_STEP, Signal, Simulation, StateView};
 use crate::error::Error;
 use crate::observer::Observer;
 
@@ -63,20 +63,20 @@ pub(super) struct Followed {
 
 /// What is known of the pulse at a contact on the way.
 #[derive(Debug, Clone, Copy, Default)]
-struct Passage {
+struct PulsePassage {
     arrival: Option<f64>,
     rise: Option<f64>,
     fall: Option<f64>,
     /// Energy passed when the pulse was over.
     energy: Option<f64>,
-    at_peak: Option<Split>,
+    at_peak: Option<EnergySplit>,
     /// When the site before the contact moved at half of its largest velocity.
     moving: Option<f64>,
 }
 
 /// Where the energy is, seen from a contact.
 #[derive(Debug, Clone, Copy, Default)]
-struct Split {
+struct EnergySplit {
     passed: f64,
     behind: f64,
     lost: f64,
@@ -91,7 +91,7 @@ impl Following<'_> {
             end,
             arrived,
         } = self.peaks(contacts.clone())?;
-        let mut passages = vec![Passage::default(); contacts.len()];
+        let mut passages = vec![PulsePassage::default(); contacts.len()];
         let mut watch = self.simulation.watch(self.resolution, self.observer)?;
         let start = self.start(&watch);
         for ((passage, [peak, _]), contact) in passages.iter_mut().zip(&peaks).zip(contacts.clone())
@@ -145,7 +145,7 @@ impl Following<'_> {
         })
     }
 
-    fn advance(&self, watch: &mut Watch) -> Result<()> {
+    fn advance(&self, watch: &mut ObservedRun) -> Result<()> {
         if self.observer.cancelled() {
             return Err(Error::Cancelled);
         }
@@ -203,11 +203,11 @@ impl Following<'_> {
     /// What the last step adds to what is known of a contact's pulse.
     fn pass(
         &self,
-        watch: &mut Watch,
+        watch: &mut ObservedRun,
         contact: usize,
         [peak, velocity]: [Highest; 2],
         start: &[f64],
-        passage: &mut Passage,
+        passage: &mut PulsePassage,
     ) -> Result<()> {
         let [from, to] = watch.times();
         if self.sense == Sense::Wall && from < peak.time && peak.time <= to {
@@ -256,7 +256,7 @@ impl Following<'_> {
     }
 
     /// Energy of each site at the start.
-    fn start(&self, watch: &Watch) -> Vec<f64> {
+    fn start(&self, watch: &ObservedRun) -> Vec<f64> {
         site_energies(self.simulation, &watch.now())
     }
 }
@@ -278,7 +278,7 @@ fn site_energies(simulation: &Simulation, instant: &StateView) -> Vec<f64> {
 }
 
 /// Raises `highest` to the largest value of the last step, located if that may be larger.
-fn raise(watch: &mut Watch, signal: Signal, highest: &mut Highest) -> Result<()> {
+fn raise(watch: &mut ObservedRun, signal: Signal, highest: &mut Highest) -> Result<()> {
     let course = watch.interpolant(signal);
     if course.value(0.0).max(course.value(1.0)) < RISE * highest.value {
         return Ok(());
@@ -302,7 +302,7 @@ fn raise(watch: &mut Watch, signal: Signal, highest: &mut Highest) -> Result<()>
 }
 
 /// When, in the last step and before its largest velocity, a site last comes to half of that.
-fn moves_at(watch: &mut Watch, site: usize, highest: Highest) -> Result<Option<f64>> {
+fn moves_at(watch: &mut ObservedRun, site: usize, highest: Highest) -> Result<Option<f64>> {
     let half = 0.5 * highest.value;
     let [from, _] = watch.times();
     if from >= highest.time || watch.now().v[site] < RISE * half {
@@ -323,7 +323,7 @@ fn moves_at(watch: &mut Watch, site: usize, highest: Highest) -> Result<Option<f
 }
 
 /// When the signal passes a level near this time.
-fn crossing(watch: &mut Watch, signal: Signal, time: f64, level: f64) -> Result<f64> {
+fn crossing(watch: &mut ObservedRun, signal: Signal, time: f64, level: f64) -> Result<f64> {
     let close = watch.near(signal, time)?;
     Ok(close.time(close.passes(level, 0.0, 1.0)))
 }
@@ -363,10 +363,10 @@ impl Splits {
         }
     }
 
-    fn at(&self, contact: usize) -> Split {
+    fn at(&self, contact: usize) -> EnergySplit {
         let (passed, behind) = (self.passed[contact], self.behind[contact]);
         let lost = self.lost[contact];
-        Split {
+        EnergySplit {
             passed,
             behind,
             lost,

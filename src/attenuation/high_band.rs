@@ -4,7 +4,7 @@ use crate::Result;
 use crate::arrays::Nowhere;
 use crate::budget::{self, BudgetRequest, Motion, Views};
 use crate::chain::{EndTime, Record, Simulation};
-use crate::observer::{Observer, Silent};
+use crate::observer::{CancelOnly, Observer, Silent};
 
 /// Samples of a run from which shares are taken.
 const SAMPLES: usize = 8192;
@@ -57,7 +57,7 @@ fn flow(
     while sampled.bytes() > MEMORY && sampled.samples > 512 {
         sampled.samples /= 2;
     }
-    let run = sampled.run(&super::members::Quiet(observer))?;
+    let run = sampled.run(&CancelOnly(observer))?;
     let motion = Motion::of(&run)?;
     let request = BudgetRequest {
         views: Views {
@@ -68,7 +68,7 @@ fn flow(
         band_edge_frequency: edge,
         ..BudgetRequest::default()
     };
-    let quiet = super::members::Quiet(observer);
+    let quiet = CancelOnly(observer);
     let found = budget::run(&motion, &request, &Nowhere, &quiet)?;
     found.frequency.ok_or_else(|| crate::Error::Request {
         option: "band-edge-frequency",

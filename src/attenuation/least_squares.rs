@@ -1,6 +1,6 @@
 //! Least squares for laws of which all parameters but the first enter linearly.
 
-use super::fit::{Fit, Law, Parameter};
+use super::fit::{AttenuationLaw, Fit, Parameter};
 
 /// Relative residuals below which one law is as good as another, and the simplest is chosen.
 const EXACT: f64 = 1e-8;
@@ -15,14 +15,14 @@ pub(super) struct Solution {
 }
 
 impl Solution {
-    pub(super) fn residuals(&self, law: Law, points: &[(f64, f64)]) -> Vec<f64> {
+    pub(super) fn residuals(&self, law: AttenuationLaw, points: &[(f64, f64)]) -> Vec<f64> {
         let off = |&(n, y): &(f64, f64)| law.at(&self.parameters, n) / y - 1.0;
         points.iter().map(off).collect()
     }
 }
 
 /// All but the first parameter enter linearly, so that one is searched and the others follow.
-pub(super) fn solve(law: Law, points: &[(f64, f64)]) -> Option<Solution> {
+pub(super) fn solve(law: AttenuationLaw, points: &[(f64, f64)]) -> Option<Solution> {
     let longest = points.iter().fold(1.0, |m: f64, (n, _)| m.max(*n));
     let squares = |first: f64| linear(law, first, points).map_or(f64::INFINITY, |(_, s)| s);
     let firsts = law.firsts(longest);
@@ -48,7 +48,7 @@ pub(super) fn solve(law: Law, points: &[(f64, f64)]) -> Option<Solution> {
 }
 
 /// Least squares for the parameters that enter linearly.
-fn linear(law: Law, first: f64, points: &[(f64, f64)]) -> Option<([f64; 2], f64)> {
+fn linear(law: AttenuationLaw, first: f64, points: &[(f64, f64)]) -> Option<([f64; 2], f64)> {
     let mut normal = [[0.0; 2]; 2];
     let mut right = [0.0; 2];
     for &(n, y) in points {
@@ -60,7 +60,7 @@ fn linear(law: Law, first: f64, points: &[(f64, f64)]) -> Option<([f64; 2], f64)
             }
         }
     }
-    let weights = if law == Law::Plateau {
+    let weights = if law == AttenuationLaw::Plateau {
         let [[a, b], [_, d]] = normal;
         let determinant = a * d - b * b;
         if determinant <= 1e-12 * a * d {
@@ -96,7 +96,7 @@ pub(super) fn correlation(residuals: &[f64]) -> f64 {
 }
 
 pub(super) fn judged(
-    law: Law,
+    law: AttenuationLaw,
     solution: &Solution,
     points: &[(f64, f64)],
     independent: f64,
@@ -137,17 +137,22 @@ pub(super) fn judged(
 }
 
 /// `variance (J^T J)^-1` with the derivatives J of the relative residuals.
-fn covariance(law: Law, values: &[f64], points: &[(f64, f64)], variance: f64) -> Option<Vec<f64>> {
+fn covariance(
+    law: AttenuationLaw,
+    values: &[f64],
+    points: &[(f64, f64)],
+    variance: f64,
+) -> Option<Vec<f64>> {
     let k = values.len();
     let mut normal = [[0.0; 3]; 3];
     for &(n, y) in points {
         let shapes = law.shapes(values[0], n);
         let by_first = match law {
-            Law::PowerLaw => -n.ln(),
+            AttenuationLaw::PowerLaw => -n.ln(),
             _ => -n,
         };
         let row = match law {
-            Law::Level => [1.0 / y, 0.0, 0.0],
+            AttenuationLaw::Level => [1.0 / y, 0.0, 0.0],
             _ => {
                 let first = values[1] * by_first * shapes[0] / y;
                 [first, shapes[0] / y, shapes[1] / y]
@@ -203,7 +208,7 @@ fn inverse(mut a: [[f64; 3]; 3], k: usize) -> Option<[[f64; 3]; 3]> {
 }
 
 /// Root mean square of relative errors where each of five blocks is predicted from the others.
-fn predicted(law: Law, points: &[(f64, f64)]) -> Option<f64> {
+fn predicted(law: AttenuationLaw, points: &[(f64, f64)]) -> Option<f64> {
     const BLOCKS: usize = 5;
     let m = points.len();
     let mut squares = 0.0;

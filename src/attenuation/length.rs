@@ -4,16 +4,18 @@ use std::path::Path;
 
 use serde::{Deserialize, Serialize};
 
-use super::chains::{ContactKind, Make};
-use super::curve::{Attenuation, AttenuationCurve, Row, Stop, StopCause, compared, reach, rows_of};
+use super::chains::{ContactKind, SceneTemplate};
+use super::curve::{
+    Attenuation, AttenuationCurve, CurveRow, Stop, StopCause, compared, reach, rows_of,
+};
 use super::fit::{Criterion, fit};
-use super::members::{Known, Member, Seen};
-use super::plan::{Plan, Planned};
+use super::members::{FollowedChain, OutcomeStore, PulseMeasures};
+use super::plan::{Plan, PlannedLength};
 use super::pulse::{Sense, refuse};
 use crate::Result;
 use crate::chain::scene::SceneSource;
 use crate::observer::Observer;
-use crate::system::journal::{Asked, Outcome};
+use crate::system::journal::{Outcome, StoredRequest};
 
 /// Up to this length every length has a chain of its own in the sense of the wall.
 const EVERY: usize = 40;
@@ -66,7 +68,7 @@ impl Default for AttenuationRequest {
 /// What a directory of kept members was made for.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
-struct AskedLength {
+struct StoredLength {
     version: String,
     /// Scenes as text.
     scenes: Vec<String>,
@@ -77,11 +79,11 @@ struct AskedLength {
     band_edge_frequency: Option<f64>,
 }
 
-impl Asked for AskedLength {
+impl StoredRequest for StoredLength {
     const FILE: &'static str = "attenuation-request.json";
     const WORD: &'static str = "attenuation curve";
 
-    fn difference(&self, asked: &AskedLength) -> Option<String> {
+    fn difference(&self, asked: &StoredLength) -> Option<String> {
         if self == asked {
             return None;
         }
@@ -156,15 +158,15 @@ impl AttenuationRequest {
     /// to stop; [`crate::Error::Write`].
     pub fn run(&self, directory: Option<&Path>, observer: &dyn Observer) -> Result<Attenuation> {
         self.check()?;
-        let makes: Result<Vec<Make>> = self
+        let makes: Result<Vec<SceneTemplate>> = self
             .chains
             .iter()
-            .map(|c| Make::new(c.scene.clone()))
+            .map(|c| SceneTemplate::new(c.scene.clone()))
             .collect();
         let makes = makes?;
         let lengths = self.wall_lengths();
-        let scenes: Result<Vec<String>> = makes.iter().map(Make::text).collect();
-        let asked = AskedLength {
+        let scenes: Result<Vec<String>> = makes.iter().map(SceneTemplate::text).collect();
+        let asked = StoredLength {
             version: env!("CARGO_PKG_VERSION").into(),
             scenes: scenes?,
             length: self.length,
@@ -180,9 +182,9 @@ impl AttenuationRequest {
                 plan.curves.push(planned);
             }
         }
-        let known = Known::open(directory, &asked)?;
+        let known = OutcomeStore::open(directory, &asked)?;
         let outcomes = known.members(&plan.members, observer)?;
-        let computed = known.settle()?;
+        let computed = known.sync()?;
         let failed = plan.members.iter().zip(&outcomes);
         let failed = failed.filter_map(|(member, outcome)| match outcome {
             Outcome::Failed(reason) => Some((member.key.clone(), reason.clone())),
@@ -203,11 +205,11 @@ impl AttenuationRequest {
 
     fn curve(
         &self,
-        planned: &Planned,
-        members: &[Member],
-        outcomes: &[Outcome<Seen>],
+        planned: &PlannedLength,
+        members: &[FollowedChain],
+        outcomes: &[Outcome<PulseMeasures>],
     ) -> AttenuationCurve {
-        let mut rows: Vec<Row> = Vec::new();
+        let mut rows: Vec<CurveRow> = Vec::new();
         let mut stop = None;
         for pair in &planned.pairs {
             let member = &members[pair.own];

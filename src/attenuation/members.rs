@@ -9,14 +9,14 @@ use serde::{Deserialize, Serialize};
 use super::high_band::high_shares;
 use super::pulse::{Pulses, Sense, pulses};
 use crate::chain::Simulation;
-use crate::observer::Observer;
-use crate::system::journal::{Asked, Ledger, Outcome, Outcomes};
+use crate::observer::{CancelOnly, Observer};
+use crate::system::journal::{Journal, Outcome, Outcomes, StoredRequest};
 use crate::{Error, Result};
 
 /// What is kept of a member.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
-pub(super) struct Seen {
+pub(super) struct PulseMeasures {
     pub(super) pulses: Pulses,
     /// Sites of the chain that it was seen in.
     pub(super) sites: usize,
@@ -26,7 +26,7 @@ pub(super) struct Seen {
 
 /// One chain to follow a pulse in.
 #[derive(Debug, Clone)]
-pub(super) struct Member {
+pub(super) struct FollowedChain {
     /// Its name.
     pub(super) key: String,
     /// Chains of growing length, of which the first that is long enough is taken.
@@ -40,26 +40,29 @@ pub(super) struct Member {
 
 /// Members that are known, kept in a directory if there is one.
 #[derive(Debug)]
-pub(super) struct Known {
-    ledger: Option<Ledger>,
-    outcomes: Mutex<Outcomes<String, Seen>>,
+pub(super) struct OutcomeStore {
+    journal: Option<Journal>,
+    outcomes: Mutex<Outcomes<String, PulseMeasures>>,
     /// How many members were computed just now.
     computed: Mutex<usize>,
 }
 
-impl Known {
+impl OutcomeStore {
     /// # Errors
-    /// As [`Ledger::open`].
-    pub(super) fn open<A: Asked>(directory: Option<&Path>, asked: &A) -> Result<Known> {
-        let (ledger, outcomes) = match directory {
+    /// As [`Journal::open`].
+    pub(super) fn open<A: StoredRequest>(
+        directory: Option<&Path>,
+        asked: &A,
+    ) -> Result<OutcomeStore> {
+        let (journal, outcomes) = match directory {
             None => (None, Outcomes::new()),
             Some(directory) => {
-                let (ledger, outcomes) = Ledger::open(directory, asked, &|_: &String| Ok(()))?;
-                (Some(ledger), outcomes)
+                let (journal, outcomes) = Journal::open(directory, asked, &|_: &String| Ok(()))?;
+                (Some(journal), outcomes)
             }
         };
-        Ok(Known {
-            ledger,
+        Ok(OutcomeStore {
+            journal,
             outcomes: Mutex::new(outcomes),
             computed: Mutex::new(0),
         })
@@ -69,7 +72,11 @@ impl Known {
     ///
     /// # Errors
     /// [`Error::Cancelled`], [`Error::Memory`], [`Error::Write`]; what else fails is the outcome.
-    pub(super) fn member(&self, member: &Member, observer: &dyn Observer) -> Result<Outcome<Seen>> {
+    pub(super) fn member(
+        &self,
+        member: &FollowedChain,
+        observer: &dyn Observer,
+    ) -> Result<Outcome<PulseMeasures>> {
         if let Some(known) = self.lock().get(&member.key) {
             return Ok(known.clone());
         }
@@ -78,8 +85,8 @@ impl Known {
             Err(error @ (Error::Cancelled | Error::Memory { .. })) => return Err(error),
             Err(error) => Outcome::Failed(error.to_string()),
         };
-        if let Some(ledger) = &self.ledger {
-            ledger.add(&member.key, &outcome)?;
+        if let Some(journal) = &self.journal {
+            journal.add(&member.key, &outcome)?;
         }
         *self.computed.lock().unwrap_or_else(PoisonError::into_inner) += 1;
         self.lock().insert(member.key.clone(), outcome.clone());
@@ -89,17 +96,17 @@ impl Known {
     /// What members come to, in their order, computed on all threads of the current pool.
     ///
     /// # Errors
-    /// As [`Known::member`]; [`Error::Paused`] where a directory keeps what was computed.
+    /// As [`OutcomeStore::member`]; [`Error::Paused`] where a directory keeps what was computed.
     pub(super) fn members(
         &self,
-        members: &[Member],
+        members: &[FollowedChain],
         observer: &dyn Observer,
-    ) -> Result<Vec<Outcome<Seen>>> {
+    ) -> Result<Vec<Outcome<PulseMeasures>>> {
         observer.stage("pulses", members.len() as u64);
-        let outcomes: Result<Vec<Outcome<Seen>>> = members
+        let outcomes: Result<Vec<Outcome<PulseMeasures>>> = members
             .par_iter()
             .map(|member| {
-                let outcome = self.member(member, &Quiet(observer));
+                let outcome = self.member(member, &CancelOnly(observer));
                 observer.advance(1);
                 outcome
             })
@@ -108,8 +115,8 @@ impl Known {
     }
 
     /// A stop that loses nothing says so.
-    pub(super) fn paused(&self, error: Error, members: &[Member]) -> Error {
-        match (error, &self.ledger) {
+    pub(super) fn paused(&self, error: Error, members: &[FollowedChain]) -> Error {
+        match (error, &self.journal) {
             (Error::Cancelled, Some(_)) => {
                 let known = self.lock();
                 Error::Paused {
@@ -125,20 +132,20 @@ impl Known {
     }
 
     /// Sees to it that what was computed is on the disk; how many members were.
-    pub(super) fn settle(&self) -> Result<usize> {
-        if let Some(ledger) = &self.ledger {
-            ledger.settle()?;
+    pub(super) fn sync(&self) -> Result<usize> {
+        if let Some(journal) = &self.journal {
+            journal.sync()?;
         }
         Ok(*self.computed.lock().unwrap_or_else(PoisonError::into_inner))
     }
 
-    fn lock(&self) -> MutexGuard<'_, Outcomes<String, Seen>> {
+    fn lock(&self) -> MutexGuard<'_, Outcomes<String, PulseMeasures>> {
         self.outcomes.lock().unwrap_or_else(PoisonError::into_inner)
     }
 }
 
-impl Member {
-    fn see(&self, observer: &dyn Observer) -> Result<Seen> {
+impl FollowedChain {
+    fn see(&self, observer: &dyn Observer) -> Result<PulseMeasures> {
         let mut seen = None;
         for simulation in &self.attempts {
             let found = pulses(simulation, self.sense, observer)?;
@@ -160,19 +167,10 @@ impl Member {
             None => None,
             Some(edge) => Some(high_shares(simulation, found.end_time, edge, observer)?),
         };
-        Ok(Seen {
+        Ok(PulseMeasures {
             high: high.map(|shares| shares[..found.pulses.len()].to_vec()),
             pulses: found,
             sites: simulation.chain.n_sites(),
         })
-    }
-}
-
-/// Asks whether to stop, and tells nothing.
-pub(super) struct Quiet<'a>(pub(super) &'a dyn Observer);
-
-impl Observer for Quiet<'_> {
-    fn cancelled(&self) -> bool {
-        self.0.cancelled()
     }
 }

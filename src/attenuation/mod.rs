@@ -16,12 +16,14 @@ mod pulse;
 mod transmission;
 
 pub use chains::{ContactKind, Pattern, homogeneous};
-pub use curve::{Attenuation, AttenuationCurve, Reach, Row, Stop, StopCause};
-pub use fit::{Criterion, Fit, Fits, Law, Length, Parameter, fit};
+pub use curve::{Attenuation, AttenuationCurve, CurveRow, Reach, Stop, StopCause};
+pub use fit::{AttenuationLaw, Criterion, Fit, Fits, Length, Parameter, fit};
 pub use length::{AttenuationRequest, Named};
 pub use marks::LocalizedMark;
 pub use measured::{
     Compared, MeasuredPeak, MeasuredPoint, MeasuredTime, measured_peaks, read_curve,
 };
 pub use pulse::{FRONT, Located, Pulse, Pulses, Sense, pulses};
-pub use transmission::{Extreme, Point, Transmission, TransmissionCurve, TransmissionRequest};
+pub use transmission::{
+    Transmission, TransmissionCurve, TransmissionExtremum, TransmissionPoint, TransmissionRequest,
+};

@@ -1,9 +1,9 @@
 //! Which chains attenuation against length takes: each once, and its homogeneous one beside it.
 
-use super::chains::{Make, Pattern, homogeneous};
+use super::chains::{Pattern, SceneTemplate, homogeneous};
 use super::high_band::default_edge;
 use super::length::AttenuationRequest;
-use super::members::Member;
+use super::members::FollowedChain;
 use super::pulse::{Sense, contacts};
 use crate::Result;
 use crate::chain::Simulation;
@@ -17,12 +17,12 @@ const DOUBLINGS: u32 = 4;
 /// What is to be computed, each chain once.
 #[derive(Default)]
 pub(super) struct Plan {
-    pub(super) members: Vec<Member>,
-    pub(super) curves: Vec<Planned>,
+    pub(super) members: Vec<FollowedChain>,
+    pub(super) curves: Vec<PlannedLength>,
     edges: Vec<(Simulation, f64)>,
 }
 
-pub(super) struct Planned {
+pub(super) struct PlannedLength {
     pub(super) chain: usize,
     pub(super) sense: Sense,
     pub(super) pairs: Vec<Pair>,
@@ -39,8 +39,8 @@ pub(super) struct Pair {
 
 impl Plan {
     /// The index of a member, of one and the same chain that is there already, if there is one.
-    fn add(&mut self, member: Member) -> usize {
-        let same = |other: &Member| {
+    fn add(&mut self, member: FollowedChain) -> usize {
+        let same = |other: &FollowedChain| {
             other.sense == member.sense
                 && other.wanted == member.wanted
                 && other.edge == member.edge
@@ -68,11 +68,11 @@ impl AttenuationRequest {
     pub(super) fn plan(
         &self,
         chain: usize,
-        make: &Make,
+        make: &SceneTemplate,
         sense: Sense,
         lengths: &[usize],
         plan: &mut Plan,
-    ) -> Result<Planned> {
+    ) -> Result<PlannedLength> {
         let groups: Vec<(usize, Vec<Setup>)> = match sense {
             Sense::Chain if make.extends => {
                 let margins = (0..=DOUBLINGS).map(|k| (MARGIN + self.length / 4) << k);
@@ -109,7 +109,7 @@ impl AttenuationRequest {
             let attempts: Vec<Simulation> = setups.into_iter().map(|s| s.simulation).collect();
             let references = attempts.iter().map(|s| homogeneous(s, &pattern)).collect();
             let mut add = |make: &str, attempts: Vec<Simulation>| {
-                plan.add(Member {
+                plan.add(FollowedChain {
                     key: format!("{make} {}, {}, {wanted} bodies", chain + 1, sense.name()),
                     attempts,
                     sense,
@@ -122,7 +122,7 @@ impl AttenuationRequest {
                 reference: add("homogeneous chain of", references),
             });
         }
-        Ok(Planned {
+        Ok(PlannedLength {
             chain,
             sense,
             pairs,

@@ -5,16 +5,16 @@ use std::path::Path;
 use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
 
-use super::chains::{Make, Pattern, homogeneous};
+use super::chains::{Pattern, SceneTemplate, homogeneous};
 use super::extremum::{CurvePoint, Extremum, extrema};
 use super::marks::{LocalizedMark, Waves, localized_marks};
-use super::members::{Known, Member, Quiet, Seen};
+use super::members::{FollowedChain, OutcomeStore, PulseMeasures};
 use super::pulse::{Located, Pulse, Sense, contacts, refuse};
 use crate::Result;
 use crate::chain::scene::{SceneSource, Setup, Units};
-use crate::observer::Observer;
-use crate::sweep::Axis;
-use crate::system::journal::{Asked, Outcome};
+use crate::observer::{CancelOnly, Observer};
+use crate::sweep::SweptKey;
+use crate::system::journal::{Outcome, StoredRequest};
 
 /// What is asked of transmission.
 #[derive(Debug, Clone)]
@@ -46,11 +46,11 @@ pub struct Transmission {
 pub struct TransmissionCurve {
     /// The other keys and their values.
     pub settings: Vec<(String, String)>,
-    pub points: Vec<Point>,
+    pub points: Vec<TransmissionPoint>,
     /// Values at which nothing arrived at the wall, or whose run failed.
     pub nothing_at: Vec<f64>,
     /// Where the force on the wall is largest or least between two values of the key.
-    pub extremes: Vec<Extreme>,
+    pub extremes: Vec<TransmissionExtremum>,
     /// Where a dimer of this law carries a localized wave.
     pub localized: Vec<LocalizedMark>,
     /// Orders whose wave could not be resolved, and may be missing there.
@@ -59,7 +59,7 @@ pub struct TransmissionCurve {
 
 /// What comes to the wall at one value of the key.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize)]
-pub struct Point {
+pub struct TransmissionPoint {
     pub value: f64,
     /// Largest over smallest coefficient between bodies.
     pub stiffness_ratio: f64,
@@ -77,27 +77,27 @@ pub struct Point {
 
 /// An extreme of the force on the wall.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize)]
-pub struct Extreme {
+pub struct TransmissionExtremum {
     pub is_maximum: bool,
     /// The interval that holds it is no longer than twice this.
     pub value_error: f64,
-    pub point: Point,
+    pub point: TransmissionPoint,
 }
 
 /// What a directory of kept members was made for.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
-struct AskedTransmission {
+struct StoredTransmission {
     version: String,
     scene: String,
 }
 
-impl Asked for AskedTransmission {
+impl StoredRequest for StoredTransmission {
     const FILE: &'static str = "transmission-request.json";
     const WORD: &'static str = "transmission curve";
 
     // Members are named by all that is varied, so that other values may join them.
-    fn difference(&self, asked: &AskedTransmission) -> Option<String> {
+    fn difference(&self, asked: &StoredTransmission) -> Option<String> {
         if self.version != asked.version {
             let (found, asked) = (&self.version, &asked.version);
             Some(format!("it was made by version {found}, this is {asked}"))
@@ -135,7 +135,7 @@ impl TransmissionRequest {
         let over = crate::sweep::axis_of_scenes(&self.over);
         let over = over.map_err(|error| error.of_option("vary", "over"))?;
         let values = self.values(&over)?;
-        let axes: Result<Vec<Axis>> = self
+        let axes: Result<Vec<SweptKey>> = self
             .vary
             .iter()
             .map(|text| crate::sweep::axis_of_scenes(text))
@@ -148,14 +148,14 @@ impl TransmissionRequest {
                 axis.key.clone(),
             ));
         }
-        let make = Make::new(self.scene.clone())?;
-        let asked = AskedTransmission {
+        let make = SceneTemplate::new(self.scene.clone())?;
+        let asked = StoredTransmission {
             version: env!("CARGO_PKG_VERSION").into(),
             scene: make.text()?,
         };
-        let families: Vec<Family> = crate::sweep::combinations(&axes)?
+        let families: Vec<ChainSeries> = crate::sweep::combinations(&axes)?
             .into_iter()
-            .map(|settings| Family::new(&make, &over.key, settings, &self.also))
+            .map(|settings| ChainSeries::new(&make, &over.key, settings, &self.also))
             .collect();
         // Everything that can be at fault is before any work.
         let mut members = Vec::new();
@@ -169,9 +169,9 @@ impl TransmissionRequest {
                 members.push(family.reference(&setup, &pattern));
             }
         }
-        members.sort_by(|a: &Member, b| a.key.cmp(&b.key));
+        members.sort_by(|a: &FollowedChain, b| a.key.cmp(&b.key));
         members.dedup_by(|a, b| a.key == b.key);
-        let known = Known::open(directory, &asked)?;
+        let known = OutcomeStore::open(directory, &asked)?;
         let outcomes = known.members(&members, observer)?;
         let failed = members.iter().zip(&outcomes);
         let failed = failed.filter_map(|(member, outcome)| match outcome {
@@ -190,12 +190,12 @@ impl TransmissionRequest {
             units,
             curves,
             failed,
-            computed: known.settle()?,
+            computed: known.sync()?,
         })
     }
 
     /// The numbers of the abscissa, rising.
-    fn values(&self, over: &Axis) -> Result<Vec<f64>> {
+    fn values(&self, over: &SweptKey) -> Result<Vec<f64>> {
         let numbers: Option<Vec<f64>> = over
             .values
             .iter()
@@ -213,14 +213,15 @@ impl TransmissionRequest {
 
     fn curve(
         &self,
-        family: &Family,
+        family: &ChainSeries,
         values: &[f64],
-        known: &Known,
+        known: &OutcomeStore,
         waves: &mut Waves,
         observer: &dyn Observer,
     ) -> Result<TransmissionCurve> {
         let point = |value: f64| family.point(value, known, observer);
-        let points: Result<Vec<Option<Point>>> = values.iter().map(|v| point(*v)).collect();
+        let points: Result<Vec<Option<TransmissionPoint>>> =
+            values.iter().map(|v| point(*v)).collect();
         let points = points?;
         let places = values.iter().zip(&points).map(|(&at, point)| CurvePoint {
             at,
@@ -233,7 +234,7 @@ impl TransmissionRequest {
             false => Vec::new(),
         };
         observer.stage("extremes", turns.len() as u64);
-        let extremes: Result<Vec<Option<Extreme>>> = turns
+        let extremes: Result<Vec<Option<TransmissionExtremum>>> = turns
             .par_iter()
             .map(|turn| {
                 let extreme = located(turn, &point);
@@ -259,13 +260,13 @@ impl TransmissionRequest {
 
 fn located(
     turn: &Extremum,
-    point: &dyn Fn(f64) -> Result<Option<Point>>,
-) -> Result<Option<Extreme>> {
+    point: &dyn Fn(f64) -> Result<Option<TransmissionPoint>>,
+) -> Result<Option<TransmissionExtremum>> {
     let force = |value: f64| Ok(point(value)?.map(|p| p.relative_force));
     let Some((value, value_error)) = turn.locate(&force)? else {
         return Ok(None);
     };
-    Ok(point(value)?.map(|point| Extreme {
+    Ok(point(value)?.map(|point| TransmissionExtremum {
         is_maximum: turn.is_maximum,
         value_error,
         point,
@@ -273,25 +274,25 @@ fn located(
 }
 
 /// The chains of one combination of the other keys.
-struct Family<'a> {
-    make: Make,
+struct ChainSeries<'a> {
+    make: SceneTemplate,
     key: &'a str,
     settings: Vec<(String, String)>,
     /// Values that were measured, and that an error blames the measurement for.
     measured: &'a [f64],
 }
 
-impl<'a> Family<'a> {
+impl<'a> ChainSeries<'a> {
     fn new(
-        make: &Make,
+        make: &SceneTemplate,
         key: &'a str,
         settings: Vec<(String, String)>,
         measured: &'a [f64],
-    ) -> Family<'a> {
+    ) -> ChainSeries<'a> {
         let make = settings.iter().fold(make.clone(), |make, (key, text)| {
             make.with(key, text, "vary")
         });
-        Family {
+        ChainSeries {
             make,
             key,
             settings,
@@ -317,19 +318,19 @@ impl<'a> Family<'a> {
         all.collect::<Vec<_>>().join(", ")
     }
 
-    fn member(&self, value: f64, setup: &Setup) -> Member {
+    fn member(&self, value: f64, setup: &Setup) -> FollowedChain {
         self.of(self.name(value), setup.simulation.clone())
     }
 
     /// The homogeneous chain, named by what it is, since it is often one for many values.
-    fn reference(&self, setup: &Setup, pattern: &Pattern) -> Member {
+    fn reference(&self, setup: &Setup, pattern: &Pattern) -> FollowedChain {
         let simulation = homogeneous(&setup.simulation, pattern);
         let hash = blake3::hash(format!("{simulation:?}").as_bytes());
         self.of(format!("homogeneous {}", hash.to_hex()), simulation)
     }
 
-    fn of(&self, key: String, simulation: crate::chain::Simulation) -> Member {
-        Member {
+    fn of(&self, key: String, simulation: crate::chain::Simulation) -> FollowedChain {
+        FollowedChain {
             key,
             wanted: simulation.chain.n_contacts().saturating_sub(1),
             attempts: vec![simulation],
@@ -339,11 +340,16 @@ impl<'a> Family<'a> {
     }
 
     /// What comes to the wall; `None` where nothing does or the run failed.
-    fn point(&self, value: f64, known: &Known, observer: &dyn Observer) -> Result<Option<Point>> {
+    fn point(
+        &self,
+        value: f64,
+        known: &OutcomeStore,
+        observer: &dyn Observer,
+    ) -> Result<Option<TransmissionPoint>> {
         let (setup, pattern) = self.setup(value)?;
-        let pulse = |member: Member| -> Result<Option<Pulse>> {
-            match known.member(&member, &Quiet(observer))? {
-                Outcome::Done(Seen { pulses, .. }) => Ok(pulses.pulses.first().copied()),
+        let pulse = |member: FollowedChain| -> Result<Option<Pulse>> {
+            match known.member(&member, &CancelOnly(observer))? {
+                Outcome::Done(PulseMeasures { pulses, .. }) => Ok(pulses.pulses.first().copied()),
                 Outcome::Failed(_) => Ok(None),
             }
         };
@@ -356,7 +362,7 @@ impl<'a> Family<'a> {
         let error = |pulse: &Pulse| pulse.peak_force.error / pulse.peak_force.value;
         let bodies = setup.simulation.chain.n_sites() - 1;
         let distance = bodies as f64 * setup.pitch.unwrap_or(1.0);
-        Ok(Some(Point {
+        Ok(Some(TransmissionPoint {
             value,
             stiffness_ratio: pattern.stiffness_ratio(),
             peak_force: pulse.peak_force,
@@ -371,7 +377,7 @@ impl<'a> Family<'a> {
 
 impl TransmissionCurve {
     /// The value of the key at which least force comes to the wall, an extreme or an end.
-    pub fn least(&self) -> Option<&Point> {
+    pub fn least(&self) -> Option<&TransmissionPoint> {
         let extremes = self.extremes.iter().map(|extreme| &extreme.point);
         let all = self.points.iter().chain(extremes);
         all.min_by(|a, b| a.relative_force.total_cmp(&b.relative_force))

@@ -34,7 +34,7 @@ pub(super) struct Branches {
 
 /// Both branches over the wavenumbers of the cell, both signs of k in one.
 #[derive(Debug, Clone, Default)]
-pub(super) struct Split {
+pub(super) struct BranchSplit {
     pub(super) acoustic_energy: Vec<f64>,
     pub(super) optical_energy: Vec<f64>,
     /// Rate at which all of the optical branch gains energy from the acoustic one.
@@ -93,9 +93,9 @@ impl Branches {
         f: &[Complex<f64>],
         phi: &[Complex<f64>],
         rate: &[Complex<f64>],
-    ) -> Split {
+    ) -> BranchSplit {
         let count = self.optical.len();
-        let mut split = Split {
+        let mut split = BranchSplit {
             acoustic_energy: vec![0.0; count],
             optical_energy: vec![0.0; count],
             optical_transfer: 0.0,

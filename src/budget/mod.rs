@@ -14,12 +14,12 @@
 //! velocities, and not from a [`crate::Field`] of velocities alone.
 
 mod arrays;
+mod balance;
 mod branches;
 mod contacts;
 mod curves;
 mod filter;
 mod frequency;
-mod ledger;
 pub mod measured;
 mod modes;
 mod motion;
@@ -104,7 +104,7 @@ fn run_beside(
             let off = |j: usize| (flow.passed(j) - budget.passed[j]).abs();
             let off: Vec<f64> = (0..budget.n_contacts).map(off).collect();
             budget.closure.frequency = match budget.followed {
-                true => budget.relative(ledger::worst_of(0.0, &off)),
+                true => budget.relative(balance::worst_of(0.0, &off)),
                 // Both would be the same sum over samples.
                 false => Residual::Undefined("energy passed was not followed inside steps".into()),
             };

@@ -6,12 +6,12 @@
 //! apart checks both. At the largest k either is 0: the first since `sum T = 0`, the second if
 //! energies and losses balance.
 
-use super::ledger::{trapezoid, worst_of};
+use super::balance::{trapezoid, worst_of};
 use super::wavenumber::Terms;
 
 /// Which of the two is given.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub(super) enum Way {
+pub(super) enum GivenRate {
     /// The integral of the transfer.
     Transfer,
     /// What the wavenumbers lost, less what losses took and inputs gave: without either a function
@@ -47,7 +47,7 @@ fn add_gone(sums: &mut [f64], weight: f64, terms: &Terms) {
 
 /// The integrals over time.
 pub(super) struct Passage {
-    way: Way,
+    way: GivenRate,
     /// The sample in the middle.
     half: usize,
     first: Option<Vec<f64>>,
@@ -63,7 +63,7 @@ pub(super) struct Passage {
 }
 
 impl Passage {
-    pub(super) fn new(way: Way, samples: usize, wavenumbers: usize) -> Passage {
+    pub(super) fn new(way: GivenRate, samples: usize, wavenumbers: usize) -> Passage {
         let row = || vec![0.0; wavenumbers];
         Passage {
             way,
@@ -109,8 +109,8 @@ impl Passage {
         self.off.extend(pairs.map(|(a, b)| (a - b).abs()));
         self.apart = worst_of(self.apart, &self.off);
         let row = match self.way {
-            Way::Transfer => &self.by_transfer,
-            Way::Balance => &self.by_balance,
+            GivenRate::Transfer => &self.by_transfer,
+            GivenRate::Balance => &self.by_balance,
         };
         let top = row.last().map_or(0.0, |top| top.abs());
         self.top = worst_of(self.top, &[top]);
@@ -123,8 +123,8 @@ impl Passage {
     /// Over the record, and over its second half.
     pub(super) fn whole_and_late(&self) -> [Vec<f64>; 2] {
         let whole = match self.way {
-            Way::Transfer => &self.by_transfer,
-            Way::Balance => &self.by_balance,
+            GivenRate::Transfer => &self.by_transfer,
+            GivenRate::Balance => &self.by_balance,
         };
         let late = whole
             .iter()

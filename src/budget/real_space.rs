@@ -6,8 +6,8 @@
 
 use std::ops::Range;
 
+use super::balance::worst_of;
 use super::contacts::{ContactState, Contacts};
-use super::ledger::worst_of;
 use super::motion::ChainState;
 
 /// Energies and rates at one instant.

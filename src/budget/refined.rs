@@ -7,9 +7,9 @@
 
 use column_fft::rows;
 
+use super::balance::worst_of;
 use super::contacts::Contacts;
 use super::frequency::RefinedFlow;
-use super::ledger::worst_of;
 use super::request::BudgetRequest;
 use super::result::Budget;
 use super::wavenumber::dot;

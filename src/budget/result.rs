@@ -1,6 +1,6 @@
 //! What a budget yields beside its large arrays.
 
-use super::branches::Split;
+use super::branches::BranchSplit;
 use super::curves::Curves;
 use super::filter::ScaleOf;
 use super::frequency::FrequencyFlow;
@@ -178,7 +178,7 @@ pub struct BranchBudget {
 }
 
 impl BranchBudget {
-    pub(super) fn keep(&mut self, split: &Split) {
+    pub(super) fn keep(&mut self, split: &BranchSplit) {
         self.optical_energy
             .push(crate::numeric::sum(&split.optical_energy));
         self.optical_transfer.push(split.optical_transfer);

@@ -3,16 +3,16 @@
 use ndarray::ArrayView1;
 use rayon::prelude::*;
 
+use super::balance::trapezoid;
 use super::branches::Branches;
 use super::contacts::Contacts;
-use super::ledger::trapezoid;
 use super::modes::{Basis, Modes};
 use super::motion::Motion;
 use super::real_space::{Balance, Exchanged, SiteTerms};
 use super::request::BudgetRequest;
 use super::result::{Budget, Closure, PassedError, empty_map};
 use super::spectral::Spectral;
-use super::waiting::{Shown, Waiting};
+use super::waiting::{ShownArray, Waiting};
 use super::wavenumber::{Terms, Transfers};
 use crate::arrays::{LargeArray, Sink};
 use crate::chain::Chain;
@@ -25,7 +25,7 @@ const BATCH: usize = 64;
 
 /// Everything of one sample.
 #[derive(Clone, Default)]
-struct Sample {
+struct MotionSample {
     sites: SiteTerms,
     /// Empty where wavenumbers are not asked for.
     spectra: Terms,
@@ -52,9 +52,9 @@ pub(super) fn pass(
     let transfers = Transfers::new(contacts, modes, branches, motion.drive.is_some());
     let samples = motion.samples();
     observer.stage("budgets", samples as u64);
-    let mut pass = Pass::new(*motion, &transfers, request, sink)?;
+    let mut pass = MotionPass::new(*motion, &transfers, request, sink)?;
     // The last sample of the batch before, then the batch.
-    let mut found = vec![Sample::default(); BATCH + 1];
+    let mut found = vec![MotionSample::default(); BATCH + 1];
     for first in (0..samples).step_by(BATCH) {
         if observer.cancelled() {
             return Err(Error::Cancelled);
@@ -65,7 +65,7 @@ pub(super) fn pass(
             .zip(batch.clone())
             .for_each_init(
                 || transfers.scratch(),
-                |scratch, (Sample { sites, spectra }, i)| {
+                |scratch, (MotionSample { sites, spectra }, i)| {
                     let at = motion.at(i);
                     match request.views.wavenumber {
                         true => transfers.evaluate(at, scratch, spectra),
@@ -84,7 +84,7 @@ pub(super) fn pass(
     Ok(pass.finish())
 }
 
-struct Pass<'a> {
+struct MotionPass<'a> {
     motion: Motion<'a>,
     dt: f64,
     waiting: Waiting,
@@ -94,22 +94,32 @@ struct Pass<'a> {
     spectral: Option<Spectral>,
 }
 
-impl<'a> Pass<'a> {
+impl<'a> MotionPass<'a> {
     fn new(
         motion: Motion<'a>,
         transfers: &Transfers,
         request: &BudgetRequest,
         sink: &dyn Sink,
-    ) -> Result<Pass<'a>> {
+    ) -> Result<MotionPass<'a>> {
         let chain = motion.chain;
         let (samples, n, m) = (motion.samples(), chain.n_sites(), chain.n_contacts());
         let mut waiting = Waiting::default();
         let lossy = chain.losses.any();
-        waiting.reserve(sink, LargeArray::SITE_ENERGY, (samples, n), Shown::Not)?;
-        waiting.reserve(sink, LargeArray::ENERGY_FLUX, (samples, m), Shown::Extreme)?;
-        waiting.reserve(sink, LargeArray::ENERGY_PASSED, (samples, m), Shown::Not)?;
+        waiting.reserve(sink, LargeArray::SITE_ENERGY, (samples, n), ShownArray::Not)?;
+        waiting.reserve(
+            sink,
+            LargeArray::ENERGY_FLUX,
+            (samples, m),
+            ShownArray::Extreme,
+        )?;
+        waiting.reserve(
+            sink,
+            LargeArray::ENERGY_PASSED,
+            (samples, m),
+            ShownArray::Not,
+        )?;
         if lossy {
-            waiting.reserve(sink, LargeArray::ENERGY_LOST, (samples, n), Shown::Not)?;
+            waiting.reserve(sink, LargeArray::ENERGY_LOST, (samples, n), ShownArray::Not)?;
         }
         let spectral = match request.views.wavenumber {
             true => Some(Spectral::new(
@@ -122,7 +132,7 @@ impl<'a> Pass<'a> {
             false => None,
         };
         let [times, sites] = request.window.clone().unwrap_or([0..samples, 0..n]);
-        Ok(Pass {
+        Ok(MotionPass {
             motion,
             dt: motion.step(),
             waiting,
@@ -183,8 +193,8 @@ impl<'a> Pass<'a> {
         }
     }
 
-    fn take_in(&mut self, i: usize, before: &SiteTerms, sample: &Sample) {
-        let Sample { sites, spectra } = sample;
+    fn take_in(&mut self, i: usize, before: &SiteTerms, sample: &MotionSample) {
+        let MotionSample { sites, spectra } = sample;
         self.exchange(i, before, sites);
         self.balance.follow(i, &sites.energy, &self.exchanged);
         let total = sites.kinetic + sites.contact;

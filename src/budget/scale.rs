@@ -20,14 +20,14 @@ const LONGEST_CELL: usize = 8;
 /// The scales of a chain, planned.
 pub(super) struct Scales<'a> {
     pub(super) contacts: &'a Contacts<'a>,
-    pub(super) scales: Vec<Planned>,
+    pub(super) scales: Vec<PlannedFilter>,
     pub(super) sublattices: Sublattices,
     pub(super) lossy: bool,
 }
 
 /// A filter and where it lies inside the chain.
 #[derive(Debug, Clone)]
-pub(super) struct Planned {
+pub(super) struct PlannedFilter {
     pub(super) of: ScaleOf,
     /// As [`Sublattices::gains`] gives them.
     pub(super) gains: Vec<f64>,
@@ -115,7 +115,7 @@ impl<'a> Scales<'a> {
                     (contacts, sites)
                 }
             };
-            Planned {
+            PlannedFilter {
                 gains: sublattices.gains(&of.gains(length, cells)),
                 of,
                 contacts,
@@ -123,8 +123,9 @@ impl<'a> Scales<'a> {
             }
         };
         let all = chosen.into_iter().map(plan);
-        let fits = |planned: &Planned| !planned.contacts.is_empty() && !planned.sites.is_empty();
-        let scales: Vec<Planned> = match scales {
+        let fits =
+            |planned: &PlannedFilter| !planned.contacts.is_empty() && !planned.sites.is_empty();
+        let scales: Vec<PlannedFilter> = match scales {
             [] => all.filter(fits).collect(),
             _ => all.collect(),
         };
@@ -144,7 +145,7 @@ impl<'a> Scales<'a> {
     }
 
     /// The filter of this scale.
-    pub(super) fn at(&self, scale: f64) -> Option<&Planned> {
+    pub(super) fn at(&self, scale: f64) -> Option<&PlannedFilter> {
         self.scales.iter().find(|planned| planned.of.scale == scale)
     }
 }

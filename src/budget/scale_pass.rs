@@ -2,15 +2,15 @@
 
 use rayon::prelude::*;
 
+use super::balance::{RunningBalance, worst_of};
 use super::contacts::Contacts;
 use super::filter::Filter;
-use super::ledger::{Ledger, worst_of};
 use super::motion::Motion;
 use super::request::BudgetRequest;
 use super::result::{Budget, Residual, ScaleBudget};
-use super::scale::{Planned, Scales};
+use super::scale::{PlannedFilter, Scales};
 use super::scale_terms::{ScaleScratch, ScaleTerms};
-use super::waiting::{Shown, Waiting};
+use super::waiting::{ShownArray, Waiting};
 use crate::arrays::{LargeArray, Sink};
 use crate::chain::Chain;
 use crate::error::{Error, Result};
@@ -49,14 +49,19 @@ pub(super) fn pass(
         return Ok(());
     };
     let mut waiting = Waiting::default();
-    waiting.reserve(sink, LargeArray::SCALE_FLUX, (samples, m), Shown::Extreme)?;
+    waiting.reserve(
+        sink,
+        LargeArray::SCALE_FLUX,
+        (samples, m),
+        ShownArray::Extreme,
+    )?;
     waiting.reserve(
         sink,
         LargeArray::SCALE_FLUX_IN_TIME,
         (samples, count),
-        Shown::Not,
+        ShownArray::Not,
     )?;
-    let mut ledgers = vec![Ledger::default(); count];
+    let mut balances = vec![RunningBalance::default(); count];
     let mut integrated = vec![0.0; count];
     // The last sample of the batch before, then the batch.
     let mut found = vec![vec![ScaleTerms::default(); count]; BATCH + 1];
@@ -91,9 +96,9 @@ pub(super) fn pass(
             for (scale, (before, now)) in before.iter().zip(terms).enumerate() {
                 integrated[scale] += weight * sums[scale];
                 if i > 0 {
-                    ledgers[scale].trapezoid(dt, &before.energy_rate, &now.energy_rate);
+                    balances[scale].trapezoid(dt, &before.energy_rate, &now.energy_rate);
                 }
-                ledgers[scale].compare(&now.energy);
+                balances[scale].compare(&now.energy);
             }
             row[scales.scales[mapped].contacts.clone()].copy_from_slice(&terms[mapped].flux);
             waiting.push(LargeArray::SCALE_FLUX, &row);
@@ -103,14 +108,14 @@ pub(super) fn pass(
         waiting.hand_on(sink, batch.start)?;
         observer.advance(batch.len() as u64);
     }
-    let worst: Vec<f64> = ledgers.iter().map(Ledger::worst).collect();
+    let worst: Vec<f64> = balances.iter().map(RunningBalance::worst).collect();
     budget.closure.scale = budget.relative(worst_of(0.0, &worst));
     let units = &budget.units;
     let (time, place) = (units.time(), units.position());
     let time = (&*time, budget.time[0], dt);
     let place = (&*place, 0.5 * budget.pitch, budget.pitch);
     let label = units.power("scale flux Π_l");
-    let of_all = |planned: &Planned| [planned.contacts.start, planned.contacts.end];
+    let of_all = |planned: &PlannedFilter| [planned.contacts.start, planned.contacts.end];
     budget.scales = Some(ScaleBudget {
         scales: scales.scales.iter().map(|planned| planned.of).collect(),
         contacts: scales.scales.iter().map(of_all).collect(),

@@ -2,10 +2,10 @@
 
 use super::contacts::ContactState;
 use super::motion::ChainState;
-use super::scale::{Planned, Scales};
+use super::scale::{PlannedFilter, Scales};
 use super::sublattices::Filtered;
 use crate::chain::Ends;
-use crate::numeric::lanes::{Lanes, Work, widest};
+use crate::numeric::lanes::{Lanes, SimdKernel, widest};
 
 /// Working space of one thread.
 #[derive(Debug, Clone, Default)]
@@ -34,9 +34,9 @@ struct AtSites {
 /// Rates and energies at one scale.
 #[derive(Debug, Clone, Default)]
 pub(super) struct ScaleTerms {
-    /// At the contacts of [`Planned::contacts`].
+    /// At the contacts of [`PlannedFilter::contacts`].
     pub(super) flux: Vec<f64>,
-    /// At the sites of [`Planned::sites`].
+    /// At the sites of [`PlannedFilter::sites`].
     pub(super) energy: Vec<f64>,
     pub(super) energy_rate: Vec<f64>,
 }
@@ -67,7 +67,7 @@ impl Scales<'_> {
     /// Filtered overlaps, their rates and curvatures at an instant, at one scale.
     pub(super) fn overlaps(
         &self,
-        planned: &Planned,
+        planned: &PlannedFilter,
         at: ChainState,
         scratch: &mut ScaleScratch,
     ) -> [Vec<f64>; 3] {
@@ -92,7 +92,7 @@ impl Scales<'_> {
     /// Flux, energies and their rate of change by fluxes and losses at one scale.
     pub(super) fn terms(
         &self,
-        planned: &Planned,
+        planned: &PlannedFilter,
         scratch: &mut ScaleScratch,
         terms: &mut ScaleTerms,
     ) {
@@ -123,7 +123,7 @@ impl Scales<'_> {
         self.contacts
             .forces_and_energies(&overlap[..m], [law_force, &mut energy[1..]]);
         let inner = m.min(n - 1);
-        widest(Powers {
+        widest(ContactPowers {
             speed: &speed[..inner + 1],
             forces: [&force[..inner], &law_force[..inner]],
             passes: &mut passes[1..=inner],
@@ -169,7 +169,7 @@ impl Scales<'_> {
 }
 
 /// `bar F_j (bar v_j + bar v_{j+1}) / 2` and `(bar F_j - F_j(bar delta_j)) (bar v_j - bar v_{j+1})`.
-struct Powers<'a> {
+struct ContactPowers<'a> {
     speed: &'a [f64],
     /// Filtered, and by the law.
     forces: [&'a [f64]; 2],
@@ -177,7 +177,7 @@ struct Powers<'a> {
     taken: &'a mut [f64],
 }
 
-impl Work for Powers<'_> {
+impl SimdKernel for ContactPowers<'_> {
     type Output = ();
 
     #[inline(always)]
@@ -203,7 +203,7 @@ struct Balance<'a> {
     rate: &'a mut [f64],
 }
 
-impl Work for Balance<'_> {
+impl SimdKernel for Balance<'_> {
     type Output = ();
 
     #[inline(always)]

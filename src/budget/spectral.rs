@@ -1,15 +1,15 @@
 //! The wavenumber budget over time: spectra, flux, its integral, and whether it balances.
 
-use super::ledger::{Ledger, energy_rates};
+use super::balance::{RunningBalance, energy_rates};
 use super::motion::Motion;
-use super::passage::{Passage, PassageRates, Way, running};
+use super::passage::{GivenRate, Passage, PassageRates, running};
 use super::request::BudgetRequest;
 use super::result::{
     BranchBudget, Identities, IntegratedFluxCheck, Integration, PassedError, WavenumberBudget,
     empty_map,
 };
 use super::units::BudgetUnits;
-use super::waiting::{Shown, Waiting};
+use super::waiting::{ShownArray, Waiting};
 use super::wavenumber::{Terms, Transfers};
 use crate::arrays::{LargeArray, Sink};
 use crate::diagnostics::edge_of;
@@ -27,7 +27,7 @@ pub(super) struct Spectral {
     edge_asked: Option<f64>,
     /// Bins of the low band; `None` until there is energy.
     low_bins: Option<usize>,
-    ledger: Ledger,
+    balance: RunningBalance,
     passage: Passage,
     /// Rates at this sample, and at the one before.
     now: Rates,
@@ -48,22 +48,22 @@ impl Spectral {
         let wavenumber = transfers.modes.wavenumbers(request.pitch);
         let shape = (motion.samples(), wavenumber.len());
         for (array, shown) in [
-            (LargeArray::ENERGY_SPECTRUM, Shown::Largest),
-            (LargeArray::TRANSFER, Shown::Not),
-            (LargeArray::SPECTRAL_FLUX, Shown::Extreme),
+            (LargeArray::ENERGY_SPECTRUM, ShownArray::Largest),
+            (LargeArray::TRANSFER, ShownArray::Not),
+            (LargeArray::SPECTRAL_FLUX, ShownArray::Extreme),
         ] {
             waiting.reserve(sink, array, shape, shown)?;
         }
         if request.integration == Integration::Samples {
             let array = LargeArray::INTEGRATED_SPECTRAL_FLUX;
-            waiting.reserve(sink, array, shape, Shown::Not)?;
+            waiting.reserve(sink, array, shape, ShownArray::Not)?;
         }
         let lossy = motion.chain.losses.any();
         if lossy {
-            waiting.reserve(sink, LargeArray::LOSS_SPECTRUM, shape, Shown::Not)?;
+            waiting.reserve(sink, LargeArray::LOSS_SPECTRUM, shape, ShownArray::Not)?;
         }
         if motion.drive.is_some() {
-            waiting.reserve(sink, LargeArray::INPUT_SPECTRUM, shape, Shown::Not)?;
+            waiting.reserve(sink, LargeArray::INPUT_SPECTRUM, shape, ShownArray::Not)?;
         }
         let branches = transfers.branches().map(|branches| BranchBudget {
             wavenumber: branches.wavenumbers(request.pitch),
@@ -72,14 +72,14 @@ impl Spectral {
         });
         if let Some(branches) = &branches {
             let shape = (shape.0, branches.wavenumber.len());
-            waiting.reserve(sink, LargeArray::ACOUSTIC_SPECTRUM, shape, Shown::Not)?;
-            waiting.reserve(sink, LargeArray::OPTICAL_SPECTRUM, shape, Shown::Not)?;
+            waiting.reserve(sink, LargeArray::ACOUSTIC_SPECTRUM, shape, ShownArray::Not)?;
+            waiting.reserve(sink, LargeArray::OPTICAL_SPECTRUM, shape, ShownArray::Not)?;
         }
         Ok(Spectral {
             edge_asked: request.band_edge_wavenumber,
             low_bins: None,
-            ledger: Ledger::default(),
-            passage: Passage::new(Way::Balance, shape.0, shape.1),
+            balance: RunningBalance::default(),
+            passage: Passage::new(GivenRate::Balance, shape.0, shape.1),
             now: Rates::default(),
             before: Rates::default(),
             flux: Vec::new(),
@@ -173,9 +173,9 @@ impl Spectral {
         passage.load(terms);
         if i > 0 {
             self.passage.trapezoid(dt, &self.before.passage, passage);
-            self.ledger.trapezoid(dt, &self.before.energy, energy);
+            self.balance.trapezoid(dt, &self.before.energy, energy);
         }
-        self.ledger.compare(&terms.energy);
+        self.balance.compare(&terms.energy);
     }
 
     /// Bins at or below the edge, which the first sample with energy settles.
@@ -194,7 +194,7 @@ impl Spectral {
     }
 
     pub(super) fn worst(&self) -> f64 {
-        self.ledger.worst()
+        self.balance.worst()
     }
 
     /// How far the integrated flux is from what it must be, in units of energy.

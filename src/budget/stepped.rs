@@ -1,16 +1,16 @@
 //! Integrals of rates inside the stepping: the chain is stepped anew from its first sample.
 
+use super::balance::{RunningBalance, energy_rates, worst_of};
 use super::contacts::Contacts;
-use super::ledger::{Ledger, energy_rates, worst_of};
 use super::modes::{Basis, Modes};
 use super::motion::{ChainState, Motion};
-use super::passage::{Passage, Way};
+use super::passage::{GivenRate, Passage};
 use super::refined;
 use super::request::BudgetRequest;
 use super::result::{Budget, IntegratedFluxCheck, Integration, PassedError};
-use super::scale::{Planned, Scales};
+use super::scale::{PlannedFilter, Scales};
 use super::scale_terms::{ScaleScratch, ScaleTerms};
-use super::waiting::{Shown, Waiting};
+use super::waiting::{ShownArray, Waiting};
 use super::wavenumber::{Terms, TransferScratch, Transfers};
 use crate::arrays::{LargeArray, Sink};
 use crate::chain::{Node, NodeState, NodeVisitor, Quintic, Scheme, Simulation, openings};
@@ -43,7 +43,7 @@ pub(super) fn close(
             sink,
             LargeArray::INTEGRATED_SPECTRAL_FLUX,
             shape,
-            Shown::Not,
+            ShownArray::Not,
         )?;
     }
     if budget.scale == 0.0 {
@@ -74,14 +74,14 @@ pub(super) fn close(
         motion,
         start: motion.time[0],
         contacts,
-        spectral: wavenumbers.map(|count| Spectral {
+        spectral: wavenumbers.map(|count| SpectralFlux {
             scratch: transfers.scratch(),
             terms: Terms::default(),
             rates: Vec::new(),
             transfers: &transfers,
-            ledger: Ledger::default(),
-            passage: Passage::new(Way::Transfer, motion.samples(), count),
-            rows: Rows {
+            balance: RunningBalance::default(),
+            passage: Passage::new(GivenRate::Transfer, motion.samples(), count),
+            rows: FluxRows {
                 sink,
                 waiting,
                 first: 0,
@@ -91,12 +91,12 @@ pub(super) fn close(
             departure: 0.0,
         }),
         scale: match (&scales, &budget.scales) {
-            (Some(scales), Some(found)) => scales.at(found.map_scale).map(|planned| Scale {
+            (Some(scales), Some(found)) => scales.at(found.map_scale).map(|planned| ScaleFlux {
                 scratch: ScaleScratch::default(),
                 terms: ScaleTerms::default(),
                 scales,
                 planned,
-                ledger: Ledger::default(),
+                balance: RunningBalance::default(),
                 noticed: NOTICED * budget.scale,
             }),
             _ => None,
@@ -120,7 +120,7 @@ pub(super) fn close(
         spectral.put_into(budget)?;
     }
     if let Some(scale) = scale {
-        let residual = budget.relative(scale.ledger.worst());
+        let residual = budget.relative(scale.balance.worst());
         if let Some(found) = &mut budget.scales {
             let of = |l: f64| {
                 if l == found.map_scale {
@@ -141,31 +141,31 @@ struct Followed<'a, 'm> {
     motion: &'a Motion<'m>,
     start: f64,
     contacts: &'a Contacts<'a>,
-    spectral: Option<Spectral<'a>>,
-    scale: Option<Scale<'a>>,
+    spectral: Option<SpectralFlux<'a>>,
+    scale: Option<ScaleFlux<'a>>,
 }
 
-struct Spectral<'a> {
+struct SpectralFlux<'a> {
     transfers: &'a Transfers<'a>,
     scratch: TransferScratch,
     terms: Terms,
     rates: Vec<f64>,
-    ledger: Ledger,
+    balance: RunningBalance,
     passage: Passage,
-    rows: Rows<'a>,
+    rows: FluxRows<'a>,
     /// Terms of the record at a sample, and the largest difference of E(k) from them.
     recorded: Terms,
     departure: f64,
 }
 
-impl Spectral<'_> {
+impl SpectralFlux<'_> {
     fn put_into(self, budget: &mut Budget) -> Result<()> {
         self.rows.outcome?;
         let check = IntegratedFluxCheck {
             at_largest_wavenumber: self.passage.top(),
             two_ways: self.passage.apart(),
         };
-        budget.closure.wavenumber = budget.relative(self.ledger.worst());
+        budget.closure.wavenumber = budget.relative(self.balance.worst());
         budget.closure.departure = budget.relative(self.departure).value();
         budget.closure.integrated_flux = check.relative_to(budget.scale);
         if let Some(found) = &mut budget.wavenumber {
@@ -177,7 +177,7 @@ impl Spectral<'_> {
 }
 
 /// Rows of the integrated flux on their way to a sink.
-struct Rows<'a> {
+struct FluxRows<'a> {
     sink: &'a dyn Sink,
     waiting: Waiting,
     /// The sample of the first row that waits.
@@ -186,7 +186,7 @@ struct Rows<'a> {
     outcome: Result<()>,
 }
 
-impl Rows<'_> {
+impl FluxRows<'_> {
     fn push(&mut self, i: usize, row: &[f64], last: bool) {
         self.waiting.push(LargeArray::INTEGRATED_SPECTRAL_FLUX, row);
         if self.outcome.is_ok() && (last || i + 1 - self.first == BATCH) {
@@ -196,12 +196,12 @@ impl Rows<'_> {
     }
 }
 
-struct Scale<'a> {
+struct ScaleFlux<'a> {
     scales: &'a Scales<'a>,
-    planned: &'a Planned,
+    planned: &'a PlannedFilter,
     scratch: ScaleScratch,
     terms: ScaleTerms,
-    ledger: Ledger,
+    balance: RunningBalance,
     /// Energy of a filtered contact whose opening counts.
     noticed: f64,
 }
@@ -209,12 +209,12 @@ struct Scale<'a> {
 impl NodeVisitor for Followed<'_, '_> {
     fn visit(&mut self, visit: Node, place: NodeState) {
         let at = instant(self.start, place);
-        if let Some(Spectral {
+        if let Some(SpectralFlux {
             transfers,
             scratch,
             terms,
             rates,
-            ledger,
+            balance,
             passage,
             rows,
             recorded,
@@ -225,11 +225,11 @@ impl NodeVisitor for Followed<'_, '_> {
             match visit {
                 Node::Node(weight) => {
                     energy_rates(terms, rates);
-                    ledger.add(weight, rates);
+                    balance.add(weight, rates);
                     passage.add(weight, terms);
                 }
                 Node::Sample(i) => {
-                    ledger.compare(&terms.energy);
+                    balance.compare(&terms.energy);
                     let last = i + 1 == self.motion.samples();
                     rows.push(i, passage.sample(i, &terms.energy), last);
                     transfers.evaluate(self.motion.at(i), scratch, recorded);
@@ -239,20 +239,20 @@ impl NodeVisitor for Followed<'_, '_> {
                 }
             }
         }
-        if let Some(Scale {
+        if let Some(ScaleFlux {
             scales,
             planned,
             scratch,
             terms,
-            ledger,
+            balance,
             ..
         }) = &mut self.scale
         {
             scales.load(at, scratch);
             scales.terms(planned, scratch, terms);
             match visit {
-                Node::Node(weight) => ledger.add(weight, &terms.energy_rate),
-                Node::Sample(_) => ledger.compare(&terms.energy),
+                Node::Node(weight) => balance.add(weight, &terms.energy_rate),
+                Node::Sample(_) => balance.compare(&terms.energy),
             }
         }
     }
@@ -262,7 +262,7 @@ impl NodeVisitor for Followed<'_, '_> {
         let Some(scale) = &mut self.scale else {
             return Vec::new();
         };
-        let Scale {
+        let ScaleFlux {
             scales,
             planned,
             scratch,

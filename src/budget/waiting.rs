@@ -8,9 +8,9 @@ use crate::error::Result;
 
 /// Arrays that were announced to a sink.
 #[derive(Default)]
-pub(super) struct Waiting(Vec<Rows>);
+pub(super) struct Waiting(Vec<WaitingRows>);
 
-struct Rows {
+struct WaitingRows {
     array: LargeArray,
     columns: usize,
     values: Vec<f64>,
@@ -19,7 +19,7 @@ struct Rows {
 
 /// What is kept of an array for the eye.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub(super) enum Shown {
+pub(super) enum ShownArray {
     Not,
     Largest,
     Extreme,
@@ -32,18 +32,18 @@ impl Waiting {
         sink: &dyn Sink,
         array: LargeArray,
         shape: (usize, usize),
-        shown: Shown,
+        shown: ShownArray,
     ) -> Result<()> {
         if shape.1 > 0 {
             sink.reserve(array, shape)?;
-            self.0.push(Rows {
+            self.0.push(WaitingRows {
                 array,
                 columns: shape.1,
                 values: Vec::new(),
                 map: match shown {
-                    Shown::Not => None,
-                    Shown::Largest => Some(MapBuilder::largest(shape, MAP_LIMIT)),
-                    Shown::Extreme => Some(MapBuilder::extreme(shape, MAP_LIMIT)),
+                    ShownArray::Not => None,
+                    ShownArray::Largest => Some(MapBuilder::largest(shape, MAP_LIMIT)),
+                    ShownArray::Extreme => Some(MapBuilder::extreme(shape, MAP_LIMIT)),
                 },
             });
         }

@@ -9,7 +9,7 @@
 
 use num_complex::Complex;
 
-use super::branches::{Branches, Split};
+use super::branches::{BranchSplit, Branches};
 use super::contacts::{ContactState, Contacts};
 use super::modes::{Modes, ModesScratch};
 use super::motion::ChainState;
@@ -35,7 +35,7 @@ pub(super) struct Terms {
     pub(super) transfer: Vec<f64>,
     pub(super) loss: Vec<f64>,
     pub(super) input: Vec<f64>,
-    pub(super) split: Option<Split>,
+    pub(super) split: Option<BranchSplit>,
     /// `sum T` as computed, over the size of what it is the sum of.
     pub(super) rounding: f64,
 }

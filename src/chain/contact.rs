@@ -181,7 +181,7 @@ impl HertzContact {
             });
         }
         let mean = product.sqrt();
-        let shape = Shape::of(half_difference / mean, ellipse);
+        let shape = CurvatureIntegrals::of(half_difference / mean, ellipse);
         let larger = half_sum + half_difference;
         let compliance = |m: &Material| (1.0 - m.poisson * m.poisson) / m.young;
         let modulus = 1.0 / (compliance(&first.material) + compliance(&second.material));
@@ -233,7 +233,7 @@ pub fn stiffness_ratio(angle_deg: f64, ellipse: Ellipse) -> Result<f64> {
             found: format!("{angle_deg} degrees"),
         });
     }
-    Ok(Shape::of(cosine / sine, ellipse).form_factor() / sine.sqrt())
+    Ok(CurvatureIntegrals::of(cosine / sine, ellipse).form_factor() / sine.sqrt())
 }
 
 /// The angle in degrees, 0 to 90, at which crossed cylinders have this stiffness ratio to 90.
@@ -253,11 +253,11 @@ pub fn angle_of_stiffness_ratio(ratio: f64, ellipse: Ellipse) -> Result<f64> {
     }
     let target = (ratio - 1.0).ln_1p().sqrt();
     let excess = |w: f64| {
-        let shape = Shape::of_ellipse(w, ellipse);
+        let shape = CurvatureIntegrals::of_ellipse(w, ellipse);
         let crossing = 0.5 * (2.0 * (0.5 * shape.lambda).sinh().powi(2)).ln_1p();
         (shape.ln_form_factor() + crossing).sqrt() - target
     };
-    let lambda = Shape::of_ellipse(root::between(0.0, 600.0, excess), ellipse).lambda;
+    let lambda = CurvatureIntegrals::of_ellipse(root::between(0.0, 600.0, excess), ellipse).lambda;
     Ok(if lambda < 1.0 {
         90.0 - 2.0 * (0.5 * lambda).tanh().atan().to_degrees()
     } else {
@@ -266,16 +266,16 @@ pub fn angle_of_stiffness_ratio(ratio: f64, ellipse: Ellipse) -> Result<f64> {
 }
 
 /// What the curvatures' ratio alone decides.
-struct Shape {
+struct CurvatureIntegrals {
     lambda: f64,
     w: f64,
     mean_excess: f64,
     rho: f64,
 }
 
-impl Shape {
+impl CurvatureIntegrals {
     /// From `sinh(lambda) = (B - A) / (2 sqrt(A B))`.
-    fn of(sinh_lambda: f64, ellipse: Ellipse) -> Shape {
+    fn of(sinh_lambda: f64, ellipse: Ellipse) -> CurvatureIntegrals {
         let lambda = sinh_lambda.asinh();
         let w = match ellipse {
             Ellipse::Approximate => 4.0 / 3.0 * lambda,
@@ -285,7 +285,7 @@ impl Shape {
             }),
         };
         let integrals = ellipse_integrals(w);
-        Shape {
+        CurvatureIntegrals {
             lambda,
             w,
             mean_excess: integrals.mean_excess,
@@ -293,9 +293,9 @@ impl Shape {
         }
     }
 
-    fn of_ellipse(w: f64, ellipse: Ellipse) -> Shape {
+    fn of_ellipse(w: f64, ellipse: Ellipse) -> CurvatureIntegrals {
         let integrals = ellipse_integrals(w);
-        Shape {
+        CurvatureIntegrals {
             lambda: match ellipse {
                 Ellipse::Approximate => 0.75 * w,
                 Ellipse::Exact => w - integrals.rho.atanh(),

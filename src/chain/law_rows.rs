@@ -1,7 +1,7 @@
 //! Contact laws of many contacts at once.
 
 use super::law::Law;
-use crate::numeric::lanes::{Lanes, Number, Work, widest};
+use crate::numeric::lanes::{Lanes, Number, SimdKernel, widest};
 
 impl Law {
     /// Forces and energies of many contacts at these overlaps beyond the static ones, if any.
@@ -55,7 +55,7 @@ struct HertzEnergies<'a> {
     out: [&'a mut [f64]; 2],
 }
 
-impl Work for HertzEnergies<'_> {
+impl SimdKernel for HertzEnergies<'_> {
     type Output = ();
 
     #[inline(always)]
@@ -76,7 +76,7 @@ struct HertzRoots<'a> {
     out: [&'a mut [f64]; 2],
 }
 
-impl Work for HertzRoots<'_> {
+impl SimdKernel for HertzRoots<'_> {
     type Output = ();
 
     #[inline(always)]

@@ -4,12 +4,12 @@ use std::sync::Mutex;
 
 use rayon::prelude::*;
 
-use super::recorder::{Recorder, Samples};
+use super::recorder::{Recorder, SampleTimes};
 use super::result::Run;
 use super::simulation::{Accuracy, EndTime, Simulation};
 use super::stepping::{self, Cost, Scheme, StepControl};
 use crate::numeric::lanes::WIDTH;
-use crate::observer::Observer;
+use crate::observer::{CancelOnly, Observer};
 use crate::{Error, Result};
 
 /// How many runs of a simulation's kind [`run_each`] holds on each thread.
@@ -47,7 +47,7 @@ pub fn run_each(
             let result = if observer.cancelled() {
                 Err(Error::Cancelled)
             } else {
-                simulations[i].run(&Quiet(observer))
+                simulations[i].run(&CancelOnly(observer))
             };
             observer.advance(1);
             sink(i, result);
@@ -147,7 +147,7 @@ fn together(
         .map(|(simulation, &scale)| simulation.task(control, scale, simulation.record.energy))
         .collect();
     let (mut stepping, mut state) = stepping::prepare_together(&tasks)?;
-    let samples = Samples::all(end, samples);
+    let samples = SampleTimes::all(end, samples);
     let mut recorders: Vec<Recorder> = batch
         .iter()
         .zip(&scales)
@@ -170,17 +170,8 @@ fn together(
                 alone.check_energy(&mut run).map(|()| run)
             }
             // The run alone tells at which time it overflowed.
-            _ => alone.run(&Quiet(observer)),
+            _ => alone.run(&CancelOnly(observer)),
         }
     });
     Some(finished.collect())
-}
-
-/// Passes on only the question whether to stop.
-struct Quiet<'a>(&'a dyn Observer);
-
-impl Observer for Quiet<'_> {
-    fn cancelled(&self) -> bool {
-        self.0.cancelled()
-    }
 }

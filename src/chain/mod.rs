@@ -29,6 +29,6 @@ pub(crate) use peak::largest;
 pub use result::{Run, RunReport, RunWarning};
 pub use run::CHECK_FACTOR;
 pub use simulation::{Accuracy, EndTime, Record, Simulation};
-pub use stepping::{Cost, Scheme, StepControl, Window};
+pub use stepping::{Cost, Scheme, StepControl, SteppedSites};
 pub(crate) use stepping::{Quintic, openings};
-pub(crate) use watch::{Resolution, SAMPLES_PER_STEP, Signal, StateView, Watch};
+pub(crate) use watch::{ObservedRun, Resolution, SAMPLES_PER_STEP, Signal, StateView};

@@ -10,15 +10,15 @@ use crate::Result;
 
 /// Uniform samples from 0 to the end time, or every so many of them and the last one.
 #[derive(Debug, Clone, Copy)]
-pub(super) struct Samples {
+pub(super) struct SampleTimes {
     end: f64,
     last: usize,
     stride: usize,
 }
 
-impl Samples {
-    pub(super) fn all(end: f64, samples: usize) -> Samples {
-        Samples {
+impl SampleTimes {
+    pub(super) fn all(end: f64, samples: usize) -> SampleTimes {
+        SampleTimes {
             end,
             last: samples - 1,
             stride: 1,
@@ -26,16 +26,16 @@ impl Samples {
     }
 
     /// Not more than about this many of them.
-    pub(super) fn at_most(self, number: usize) -> Samples {
-        Samples {
+    pub(super) fn at_most(self, number: usize) -> SampleTimes {
+        SampleTimes {
             stride: self.last.div_ceil(number).max(1),
             ..self
         }
     }
 
     /// The same time in this many equal parts.
-    pub(super) fn cut_in(self, parts: usize) -> Samples {
-        Samples::all(self.end, parts + 1)
+    pub(super) fn cut_in(self, parts: usize) -> SampleTimes {
+        SampleTimes::all(self.end, parts + 1)
     }
 
     pub(super) fn number(&self) -> usize {
@@ -63,7 +63,7 @@ impl Samples {
 
 /// Fills the arrays of a run.
 pub(super) struct Recorder {
-    samples: Samples,
+    samples: SampleTimes,
     run: Run,
     lossy: bool,
     /// Largest energy and largest unexplained change of it.
@@ -76,7 +76,7 @@ impl Recorder {
         simulation: &Simulation,
         record: Record,
         scale: f64,
-        samples: Samples,
+        samples: SampleTimes,
     ) -> Recorder {
         let chain = simulation.chain.clone();
         let (rows, n, m) = (samples.number(), chain.n_sites(), chain.n_contacts());

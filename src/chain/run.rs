@@ -1,7 +1,7 @@
 //! Running a simulation to the accuracy asked for.
 
 use super::lattice::refuse;
-use super::recorder::{Recorder, Samples};
+use super::recorder::{Recorder, SampleTimes};
 use super::result::{Run, RunReport, RunWarning};
 use super::simulation::{Accuracy, EndTime, Record, Simulation};
 use super::stepping::{self, FIRST_SITE, State, StepControl, Stepping, Task};
@@ -115,14 +115,14 @@ impl Simulation {
         let scale = self.velocity_scale(end);
         let (local, tolerance) = match self.accuracy {
             Accuracy::Step(step) => {
-                let samples = Samples::all(end, self.samples);
+                let samples = SampleTimes::all(end, self.samples);
                 let control = StepControl::Fixed(step);
                 return self.once(control, scale, samples, self.record, observer);
             }
             Accuracy::LocalError(local) => (local, None),
             Accuracy::Tolerance(tolerance) => (self.local_error_for(tolerance), Some(tolerance)),
         };
-        let all = Samples::all(end, self.samples);
+        let all = SampleTimes::all(end, self.samples);
         let few = all.at_most(CHECKED_SAMPLES);
         let scale = match self.drive {
             Some(_) => self.driven_scale(scale, few, observer)?,
@@ -185,8 +185,8 @@ impl Simulation {
         &self,
         run: &Run,
         local: f64,
-        mut samples: Samples,
-        with: &dyn Fn(f64, Record, Samples) -> Result<Run>,
+        mut samples: SampleTimes,
+        with: &dyn Fn(f64, Record, SampleTimes) -> Result<Run>,
     ) -> Result<f64> {
         loop {
             let check = with(local, Record::default(), samples)?;
@@ -206,7 +206,12 @@ impl Simulation {
 
     /// The largest speed that a drive brings about, which the scale it was guessed by may be far
     /// above: it is the scale once it is not much below it.
-    fn driven_scale(&self, guess: f64, samples: Samples, observer: &dyn Observer) -> Result<f64> {
+    fn driven_scale(
+        &self,
+        guess: f64,
+        samples: SampleTimes,
+        observer: &dyn Observer,
+    ) -> Result<f64> {
         let mut scale = guess;
         for _ in 0..MOST_PILOTS {
             let control = StepControl::LocalError(PILOT_ERROR * scale);
@@ -244,7 +249,7 @@ impl Simulation {
         run: &Run,
         local: f64,
         scale: f64,
-        samples: Samples,
+        samples: SampleTimes,
         observer: &dyn Observer,
     ) -> Result<f64> {
         let change = 1e-9;
@@ -327,7 +332,7 @@ impl Simulation {
         &self,
         control: StepControl,
         scale: f64,
-        samples: Samples,
+        samples: SampleTimes,
         record: Record,
         observer: &dyn Observer,
     ) -> Result<Run> {

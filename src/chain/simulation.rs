@@ -3,7 +3,7 @@
 use super::drive::Drive;
 use super::lattice::{Chain, Ends, refuse};
 use super::run::CHECKED_SAMPLES;
-use super::stepping::{Scheme, Window};
+use super::stepping::{Scheme, SteppedSites};
 use crate::{Error, Result};
 
 /// What decides the length of the steps.
@@ -59,7 +59,7 @@ pub struct Simulation {
     pub record: Record,
     /// Repeats the run with a smaller tolerance and reports by how much it differs.
     pub estimate_error: bool,
-    pub window: Window,
+    pub window: SteppedSites,
     /// Bytes that the results may take; `None`: what is available.
     pub memory: Option<u64>,
 }
@@ -82,7 +82,7 @@ impl Simulation {
             samples,
             record: Record::ALL,
             estimate_error: true,
-            window: Window::default(),
+            window: SteppedSites::default(),
             memory: None,
         }
     }

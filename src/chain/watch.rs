@@ -45,7 +45,7 @@ pub(crate) enum Resolution {
 }
 
 /// A simulation on its way, and its last step.
-pub(crate) struct Watch<'a> {
+pub(crate) struct ObservedRun<'a> {
     simulation: &'a Simulation,
     stepping: Box<dyn Stepping>,
     observer: &'a dyn Observer,
@@ -62,7 +62,7 @@ impl Simulation {
         &'a self,
         resolution: Resolution,
         observer: &'a dyn Observer,
-    ) -> Result<Watch<'a>> {
+    ) -> Result<ObservedRun<'a>> {
         self.check()?;
         let scale = self.speed();
         let (fraction, part) = match resolution {
@@ -78,7 +78,7 @@ impl Simulation {
         };
         let stepping = stepping::prepare(&self.task(control, scale, true))?;
         let mark = stepping.mark();
-        Ok(Watch {
+        Ok(ObservedRun {
             simulation: self,
             stepping,
             observer,
@@ -94,7 +94,7 @@ impl Simulation {
     }
 }
 
-impl<'a> Watch<'a> {
+impl<'a> ObservedRun<'a> {
     /// Makes a step. Its length does not depend on what was looked at in earlier ones.
     pub(crate) fn step(&mut self) -> Result<()> {
         if self.astray {

@@ -6,7 +6,7 @@
 use std::ops::Range;
 
 use super::bins::Bins;
-use crate::numeric::lanes::{Block, Lanes, WIDTH, Work, widest};
+use crate::numeric::lanes::{LaneBlock, Lanes, SimdKernel, WIDTH, widest};
 use crate::numeric::ln_normal;
 
 /// Bins added plainly before sums are paired.
@@ -30,15 +30,15 @@ pub(super) struct Leaf {
     first: usize,
     bins: usize,
     /// `sum s`
-    share: Block,
+    share: LaneBlock,
     /// `c = sum s q / sum s`, of bins with a share.
-    centroid: Block,
+    centroid: LaneBlock,
     /// `sum s (q - c)^2`
-    about: Block,
+    about: LaneBlock,
 }
 
 /// `sum p` over bins.
-pub(super) fn total(power: &[Block]) -> [f64; WIDTH] {
+pub(super) fn total(power: &[LaneBlock]) -> [f64; WIDTH] {
     let leaf = &mut |from, to| [widest(Total(&power[from..to])).0];
     pairwise(0, power.len(), leaf)[0]
 }
@@ -46,12 +46,12 @@ pub(super) fn total(power: &[Block]) -> [f64; WIDTH] {
 /// The sums of the bins `range`, as shares of `total`, and their `leaves`; without a total they mean
 /// nothing.
 pub(super) fn shares(
-    (power, axis): (&[Block], &[f64]),
+    (power, axis): (&[LaneBlock], &[f64]),
     range: Range<usize>,
     total: &[f64; WIDTH],
     leaves: &mut Vec<Leaf>,
 ) -> Shares {
-    let total = &Block(*total);
+    let total = &LaneBlock(*total);
     let leaf = &mut |from, to| {
         let bins = range.start + from..range.start + to;
         let [share, first_moment, square, entropy, centroid, about] = widest(Share {
@@ -80,7 +80,7 @@ pub(super) fn shares(
 /// `sum s (q - centroid)^2` over the bins of `leaves`: that of each about its own centroid, and of
 /// these about the common one (the parallel-axis theorem), so that nothing cancels.
 pub(super) fn second_moment(leaves: &[Leaf], centroid: &[f64; WIDTH]) -> [f64; WIDTH] {
-    let centroid = Block(*centroid);
+    let centroid = LaneBlock(*centroid);
     let leaf = &mut |from, to| {
         let leaves = &leaves[from..to];
         [widest(About { leaves, centroid }).0]
@@ -91,7 +91,7 @@ pub(super) fn second_moment(leaves: &[Leaf], centroid: &[f64; WIDTH]) -> [f64; W
 /// Where the cumulative share reaches each of the ascending `levels`: linear within a bin, from its
 /// lower to its upper end. NaN where there are no shares.
 pub(super) fn quantiles<const K: usize>(
-    (power, bins): (&[Block], &Bins),
+    (power, bins): (&[LaneBlock], &Bins),
     total: &[f64; WIDTH],
     leaves: &[Leaf],
     levels: [f64; K],
@@ -132,13 +132,13 @@ fn pairwise<const K: usize>(
     std::array::from_fn(|k| std::array::from_fn(|i| a[k][i] + b[k][i]))
 }
 
-struct Total<'a>(&'a [Block]);
+struct Total<'a>(&'a [LaneBlock]);
 
-impl Work for Total<'_> {
-    type Output = Block;
+impl SimdKernel for Total<'_> {
+    type Output = LaneBlock;
 
     #[inline(always)]
-    fn run<L: Lanes>(self) -> Block {
+    fn run<L: Lanes>(self) -> LaneBlock {
         let mut sum = L::splat(0.0);
         for power in self.0 {
             sum = sum + L::load(power);
@@ -149,22 +149,22 @@ impl Work for Total<'_> {
 
 /// At most [`LEAF`] bins.
 struct Share<'a> {
-    power: &'a [Block],
+    power: &'a [LaneBlock],
     axis: &'a [f64],
-    total: &'a Block,
+    total: &'a LaneBlock,
 }
 
-impl Work for Share<'_> {
+impl SimdKernel for Share<'_> {
     /// `sum s`, `sum s q`, `sum s^2`, `- sum s ln s`, the centroid and `sum s (q - centroid)^2`.
-    type Output = [Block; 6];
+    type Output = [LaneBlock; 6];
 
     #[inline(always)]
-    fn run<L: Lanes>(self) -> [Block; 6] {
+    fn run<L: Lanes>(self) -> [LaneBlock; 6] {
         let zero = L::splat(0.0);
         let total = L::load(self.total);
         let (mut share, mut first, mut square) = (zero, zero, zero);
-        let mut shares = [Block::default(); LEAF];
-        let mut logarithms = [Block::default(); LEAF];
+        let mut shares = [LaneBlock::default(); LEAF];
+        let mut logarithms = [LaneBlock::default(); LEAF];
         let shares = &mut shares[..self.axis.len()];
         let logarithms = &mut logarithms[..self.axis.len()];
         let to = shares.iter_mut().zip(&mut *logarithms);
@@ -200,14 +200,14 @@ impl Work for Share<'_> {
 
 struct About<'a> {
     leaves: &'a [Leaf],
-    centroid: Block,
+    centroid: LaneBlock,
 }
 
-impl Work for About<'_> {
-    type Output = Block;
+impl SimdKernel for About<'_> {
+    type Output = LaneBlock;
 
     #[inline(always)]
-    fn run<L: Lanes>(self) -> Block {
+    fn run<L: Lanes>(self) -> LaneBlock {
         let centroid = L::load(&self.centroid);
         let mut sum = L::splat(0.0);
         for leaf in self.leaves {
@@ -219,8 +219,8 @@ impl Work for About<'_> {
 }
 
 #[inline(always)]
-fn stored<L: Lanes>(lanes: L) -> Block {
-    let mut block = Block::default();
+fn stored<L: Lanes>(lanes: L) -> LaneBlock {
+    let mut block = LaneBlock::default();
     lanes.store(&mut block);
     block
 }

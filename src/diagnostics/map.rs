@@ -5,7 +5,7 @@ use std::borrow::Cow;
 use ndarray::parallel::prelude::*;
 use ndarray::{Array2, ArrayView2, Axis, azip, s};
 
-use crate::numeric::lanes::{Lanes, WIDTH, Work, widest};
+use crate::numeric::lanes::{Lanes, SimdKernel, WIDTH, widest};
 
 /// Cells of a map, `(rows, columns)`: as many as a page shows.
 pub(crate) const MAP_LIMIT: (usize, usize) = (400, 300);
@@ -211,7 +211,7 @@ struct Reduce<'a> {
     least: &'a mut [f64],
 }
 
-impl Work for Reduce<'_> {
+impl SimdKernel for Reduce<'_> {
     type Output = ();
 
     #[inline(always)]

@@ -8,4 +8,4 @@ mod moments;
 pub(crate) use bins::Bins;
 pub(crate) use map::{MAP_LIMIT, MapBuilder};
 pub use map::{Map, MapAxis, Reduction};
-pub(crate) use moments::{Row, edge_of, interleaved_moments, quantile_of};
+pub(crate) use moments::{SpectrumMoments, edge_of, interleaved_moments, quantile_of};

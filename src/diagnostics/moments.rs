@@ -2,12 +2,12 @@
 
 use super::bins::Bins;
 use super::interleaved;
-use crate::numeric::lanes::{Block, WIDTH};
+use crate::numeric::lanes::{LaneBlock, WIDTH};
 use crate::numeric::sum;
 
 /// The measures of one row; see [`crate::analyze::Moments`] for the equations.
 #[derive(Debug, Clone, Copy)]
-pub(crate) struct Row {
+pub(crate) struct SpectrumMoments {
     pub centroid: f64,
     pub bandwidth: f64,
     pub effective_bandwidth: f64,
@@ -30,7 +30,11 @@ pub(crate) struct Row {
 /// Energy below `edge` is low; the bin that holds the edge is divided in proportion. Sums are
 /// pairwise; a spectrum's bits do not depend on the others. A lone bin has no content to measure,
 /// only energy.
-pub(crate) fn interleaved_moments(power: &[Block], bins: &Bins, edge: f64) -> [Row; WIDTH] {
+pub(crate) fn interleaved_moments(
+    power: &[LaneBlock],
+    bins: &Bins,
+    edge: f64,
+) -> [SpectrumMoments; WIDTH] {
     let axis = bins.centres;
     let count = bins.len();
     let top_from = axis.partition_point(|&q| q <= 0.9 * axis[count - 1]);
@@ -79,7 +83,7 @@ pub(crate) fn interleaved_moments(power: &[Block], bins: &Bins, edge: f64) -> [R
                 or_nan(value)
             }
         };
-        Row {
+        SpectrumMoments {
             centroid: or_nan(centroid[i]),
             bandwidth: or_nan(second_moment[i].sqrt()),
             effective_bandwidth: or_nan(width * entropy.exp()),
@@ -146,15 +150,15 @@ mod tests {
     use ndarray_stats::EntropyExt;
 
     /// Of a transform of even length, but where there is a single bin.
-    fn moments_of(power: &[f64], axis: &[f64], edge: f64) -> Row {
-        let across: Vec<Block> = power
+    fn moments_of(power: &[f64], axis: &[f64], edge: f64) -> SpectrumMoments {
+        let across: Vec<LaneBlock> = power
             .iter()
-            .map(|&p| Block([0.0, p, p, 0.0, 2.0 * p, p, p, p]))
+            .map(|&p| LaneBlock([0.0, p, p, 0.0, 2.0 * p, p, p, p]))
             .collect();
         let step = axis.get(1).copied().unwrap_or(1.0);
         let length = (2 * (axis.len() - 1)).max(1);
         let rows = interleaved_moments(&across, &Bins::new(axis, length, step), edge);
-        let bits = |row: &Row| format!("{row:?}");
+        let bits = |row: &SpectrumMoments| format!("{row:?}");
         assert_eq!(bits(&rows[1]), bits(&rows[7]));
         assert_eq!(rows[4].entropy.to_bits(), rows[1].entropy.to_bits());
         assert!(rows[0].total == 0.0 && rows[0].entropy.is_nan());

@@ -53,7 +53,7 @@ pub enum InputFault {
     #[error("expected a text, found {descr:?}")]
     NoText { descr: String },
 
-    #[error("expected one text, found an array of shape {}", Shape(shape))]
+    #[error("expected one text, found an array of shape {}", DisplayShape(shape))]
     NotOneText { shape: Vec<u64> },
 
     #[error("expected a text of at most {limit} characters, found {found}")]
@@ -62,7 +62,11 @@ pub enum InputFault {
     #[error("expected a run file: the member {missing:?} is not there")]
     NoRun { missing: &'static str },
 
-    #[error("expected shape {}, found {}", Shape(expected), Shape(found))]
+    #[error(
+        "expected shape {}, found {}",
+        DisplayShape(expected),
+        DisplayShape(found)
+    )]
     RunShape { expected: Vec<u64>, found: Vec<u64> },
 
     #[error("expected what the scene in the file says, found another {what} at index {index}")]
@@ -71,15 +75,18 @@ pub enum InputFault {
     #[error("expected the report of a run, found {reason}")]
     RunReport { reason: String },
 
-    #[error("expected an array of 1 or 2 dimensions, found shape {}", Shape(shape))]
+    #[error(
+        "expected an array of 1 or 2 dimensions, found shape {}",
+        DisplayShape(shape)
+    )]
     Dimensions { shape: Vec<u64> },
 
-    #[error("expected samples, found an array of shape {}", Shape(shape))]
+    #[error("expected samples, found an array of shape {}", DisplayShape(shape))]
     NoSamples { shape: Vec<u64> },
 
     #[error(
         "expected an array that can be addressed, found shape {} of {sample_bytes}-byte samples",
-        Shape(shape)
+        DisplayShape(shape)
     )]
     TooLarge {
         shape: Vec<u64>,
@@ -238,9 +245,9 @@ pub struct MemberShape {
     pub shape: Option<Vec<u64>>,
 }
 
-struct Shape<'a>(&'a [u64]);
+struct DisplayShape<'a>(&'a [u64]);
 
-impl fmt::Display for Shape<'_> {
+impl fmt::Display for DisplayShape<'_> {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         let lengths: Vec<String> = self.0.iter().map(u64::to_string).collect();
         write!(f, "({})", lengths.join(", "))
@@ -257,7 +264,7 @@ impl fmt::Display for Members<'_> {
         for (i, MemberShape { name, shape }) in self.0.iter().enumerate() {
             let comma = if i > 0 { ", " } else { "" };
             match shape {
-                Some(shape) => write!(f, "{comma}{name} {}", Shape(shape))?,
+                Some(shape) => write!(f, "{comma}{name} {}", DisplayShape(shape))?,
                 None => write!(f, "{comma}{name} (unreadable)")?,
             }
         }

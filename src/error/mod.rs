@@ -11,7 +11,7 @@ use std::path::{Path, PathBuf};
 pub use change::FileChange;
 pub use input::{CoordinateKind, FileKind, InputFault, MemberShape};
 pub(crate) use scene::reworded;
-pub use scene::{Place, Problem, SceneFault};
+pub use scene::{KeyPlace, Problem, SceneFault};
 pub(crate) use wavecascade_system::memory::size;
 
 /// A result whose error is [`Error`].

@@ -7,7 +7,7 @@ use super::size;
 
 /// Where a key of a scene was typed.
 #[derive(Debug, Clone, PartialEq, Eq)]
-pub enum Place {
+pub enum KeyPlace {
     /// In a scene file; without a line where the key is not in it.
     File { path: PathBuf, line: Option<usize> },
     /// Set from outside, by something of this name, such as an option.
@@ -36,7 +36,7 @@ pub enum Problem {
 /// A fault of a scene.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct SceneFault {
-    pub place: Place,
+    pub place: KeyPlace,
     /// The key at fault, such as `stiffness_ratio` or `defect[1].site`; empty for a fault of syntax.
     pub key: String,
     pub problem: Problem,
@@ -45,7 +45,7 @@ pub struct SceneFault {
 impl fmt::Display for SceneFault {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         let named = match &self.place {
-            Place::File { path, line } => {
+            KeyPlace::File { path, line } => {
                 write!(f, "{}:", path.display())?;
                 if let Some(line) = line {
                     write!(f, "{line}:")?;
@@ -53,11 +53,11 @@ impl fmt::Display for SceneFault {
                 write!(f, " ")?;
                 true
             }
-            Place::Setting { source } => {
+            KeyPlace::Setting { source } => {
                 write!(f, "{source}: ")?;
                 false
             }
-            Place::Nowhere => true,
+            KeyPlace::Nowhere => true,
         };
         if named && !self.key.is_empty() {
             write!(f, "{}: ", self.key)?;
@@ -83,7 +83,7 @@ impl fmt::Display for SceneFault {
 
 impl SceneFault {
     pub(crate) fn new(
-        place: Place,
+        place: KeyPlace,
         key: &str,
         expected: impl Into<String>,
         found: impl fmt::Display,

@@ -17,7 +17,7 @@ const BAND: usize = 64;
 const AHEAD: usize = 96;
 
 /// The part of the storage that a read asks for.
-pub(super) struct Block<'a> {
+pub(super) struct ReadBlock<'a> {
     pub(super) bytes: &'a [u8],
     pub(super) row_len: usize,
     pub(super) rows: Range<usize>,
@@ -26,7 +26,7 @@ pub(super) struct Block<'a> {
     pub(super) transposed: bool,
 }
 
-impl Block<'_> {
+impl ReadBlock<'_> {
     pub(super) fn read<const N: usize>(
         &self,
         decode: impl Fn([u8; N]) -> f64 + Copy,

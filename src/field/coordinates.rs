@@ -16,7 +16,7 @@ pub(crate) struct Coordinates {
 }
 
 /// What is stated about an axis elsewhere than in the file of the samples.
-pub(crate) struct Stated<D> {
+pub(crate) struct StatedAxis<D> {
     pub(crate) origin: Option<Measure<D>>,
     pub(crate) step: Option<Measure<D>>,
     pub(crate) unit: Option<String>,
@@ -72,8 +72,8 @@ impl Coordinates {
     /// Units are written by their symbols, and what has a unit of its own is converted to that of the
     /// axis: the one stated, else that of the file, else the first of its dimension. The numbers of
     /// the file are in the unit of the axis.
-    pub(crate) fn axis<D: Dimension>(self, stated: Stated<D>) -> Result<Axis, InputFault> {
-        let Stated { origin, step, unit } = stated;
+    pub(crate) fn axis<D: Dimension>(self, stated: StatedAxis<D>) -> Result<Axis, InputFault> {
+        let StatedAxis { origin, step, unit } = stated;
         let unit = unit.or(self.unit).map(|unit| {
             let symbol = measure::symbol::<D>(&unit).map(str::to_owned);
             symbol.unwrap_or(unit)

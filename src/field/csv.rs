@@ -6,17 +6,17 @@ use memmap2::Mmap;
 
 use super::coordinates::{Coordinates, Uneven};
 use super::names::row_unit;
-use super::open::{Contents, Source};
+use super::open::{Contents, FileSource};
 use super::options::{Header, TimeColumn};
-use super::rows::{Rows, line_of_row};
+use super::rows::{RowReader, line_of_row};
 use super::storage::{self, Storage};
 use super::{Layout, Note, header};
 use crate::error::{CoordinateKind, Error, InputFault, Result};
 
 /// A table, with the coordinates that its header and its first column state.
-pub(super) fn read(source: &Source) -> Result<Contents> {
+pub(super) fn read(source: &FileSource) -> Result<Contents> {
     let fault = |fault| source.fault(fault);
-    let mut rows = Rows::new(source).map_err(fault)?;
+    let mut rows = RowReader::new(source).map_err(fault)?;
     let mut record = ByteRecord::new();
     if !rows.next(&mut record).map_err(fault)? {
         return Err(fault(InputFault::NoRows));
@@ -57,7 +57,7 @@ pub(super) fn read(source: &Source) -> Result<Contents> {
 }
 
 struct Table<'a> {
-    source: &'a Source<'a>,
+    source: &'a FileSource<'a>,
     width: usize,
     /// The column of the rows' coordinates: times, or with the layout site-time positions.
     axis_column: Option<usize>,
@@ -76,7 +76,7 @@ struct Table<'a> {
 
 impl<'a> Table<'a> {
     fn new(
-        source: &'a Source<'a>,
+        source: &'a FileSource<'a>,
         width: usize,
         n_columns: usize,
         axis_column: Option<usize>,
@@ -268,7 +268,7 @@ fn fit(values: &[f64], rounding: f64, has_step: bool) -> std::result::Result<Coo
 }
 
 fn axis_column(
-    source: &Source,
+    source: &FileSource,
     header: Option<&ByteRecord>,
     width: usize,
 ) -> Result<Option<usize>> {

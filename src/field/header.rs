@@ -6,7 +6,7 @@ use super::Layout;
 use super::csv::{number, printed_unit};
 use super::names::row_unit;
 use super::options::{Header, TimeColumn};
-use super::rows::Rows;
+use super::rows::RowReader;
 
 /// Whether a first line names columns: it starts with a word, or holds no number at all.
 pub(super) fn is_header(stated: Header, record: &ByteRecord) -> bool {
@@ -24,7 +24,7 @@ pub(super) fn is_header(stated: Header, record: &ByteRecord) -> bool {
 
 /// A first line as the names of `width` columns, which may be separated otherwise than the numbers
 /// are: `time,x0,x1` before `0.0 1.0 2.0`. As it is where nothing gives as many names.
-pub(super) fn of_line(line: ByteRecord, rows: &Rows, width: usize) -> ByteRecord {
+pub(super) fn of_line(line: ByteRecord, rows: &RowReader, width: usize) -> ByteRecord {
     if line.len() == width {
         return line;
     }

@@ -34,12 +34,12 @@ pub(crate) struct Header {
 impl Header {
     /// Reads the header at the start of `bytes`, of which the first [`PREFIX_LIMIT`] suffice.
     pub(crate) fn parse(bytes: &[u8]) -> Result<Header, InputFault> {
-        let Stated {
+        let HeaderEntries {
             kind: (sample, order),
             fortran_order,
             shape,
             data_start,
-        } = Stated::parse(bytes, parse_descr)?;
+        } = HeaderEntries::parse(bytes, parse_descr)?;
         Ok(Header {
             sample,
             order,
@@ -140,7 +140,7 @@ pub(crate) struct TextHeader {
 impl TextHeader {
     /// Reads the header at the start of `bytes`.
     pub(crate) fn parse(bytes: &[u8]) -> Result<TextHeader, InputFault> {
-        let stated = Stated::parse(bytes, parse_text_descr)?;
+        let stated = HeaderEntries::parse(bytes, parse_text_descr)?;
         let (length, order) = stated.kind;
         match stated.shape[..] {
             [] => Ok(TextHeader {
@@ -178,18 +178,18 @@ impl TextHeader {
 }
 
 /// What the dictionary of a header states, `kind` being what its `descr` was read as.
-struct Stated<K> {
+struct HeaderEntries<K> {
     kind: K,
     fortran_order: bool,
     shape: Vec<u64>,
     data_start: usize,
 }
 
-impl<K> Stated<K> {
+impl<K> HeaderEntries<K> {
     fn parse(
         bytes: &[u8],
         kind_of: fn(&[u8]) -> Result<K, InputFault>,
-    ) -> Result<Stated<K>, InputFault> {
+    ) -> Result<HeaderEntries<K>, InputFault> {
         let found = bytes.len() as u64;
         let truncated = |expected: u64| InputFault::Truncated { expected, found };
         if !bytes.starts_with(MAGIC) {
@@ -238,7 +238,7 @@ impl<'a> Cursor<'a> {
         mut self,
         data_start: usize,
         kind_of: fn(&[u8]) -> Result<K, InputFault>,
-    ) -> Result<Stated<K>, InputFault> {
+    ) -> Result<HeaderEntries<K>, InputFault> {
         let (mut kind, mut fortran_order, mut shape) = (None, None, None);
         self.expect(b'{', "{")?;
         while !self.accept(b'}') {
@@ -265,7 +265,7 @@ impl<'a> Cursor<'a> {
         if self.at < self.text.len() {
             return Err(self.fault("nothing but blanks after the dictionary"));
         }
-        Ok(Stated {
+        Ok(HeaderEntries {
             kind: kind.ok_or_else(|| self.fault("the key descr"))?,
             fortran_order: fortran_order.ok_or_else(|| self.fault("the key fortran_order"))?,
             shape: shape.ok_or_else(|| self.fault("the key shape"))?,

@@ -13,7 +13,7 @@ use zip::read::{ZipArchive, ZipReadOptions};
 use zip::result::ZipError;
 
 use super::coordinates::Coordinates;
-use super::open::{Contents, Source, map};
+use super::open::{Contents, FileSource, map};
 use super::options::OpenOptions;
 use super::sidecar::Sidecar;
 use super::storage::{self, Bytes};
@@ -29,7 +29,7 @@ const TEXT_LIMIT: u64 = 16 << 20;
 const MAX_INFLATION: u64 = 1032;
 
 /// The field of an archive, with the axes that its other members state.
-pub(super) fn read(source: &Source) -> Result<Contents> {
+pub(super) fn read(source: &FileSource) -> Result<Contents> {
     let mut archive = Archive::open(source).map_err(|fault| source.fault(fault))?;
     let index = archive
         .choose(source.options.member.as_deref())
@@ -121,7 +121,7 @@ pub(crate) fn read_members<T>(
     read: impl FnOnce(&mut Archive<'_>) -> Result<T>,
 ) -> Result<T> {
     let options = OpenOptions::default();
-    let source = Source {
+    let source = FileSource {
         path,
         map: map(path)?,
         options: &options,
@@ -139,7 +139,7 @@ struct Coordinate {
     len: u64,
 }
 
-struct Member {
+struct ArchiveMember {
     /// Without its `.npy`.
     name: String,
     index: usize,
@@ -147,13 +147,13 @@ struct Member {
 
 /// The members of an archive.
 pub(crate) struct Archive<'a> {
-    source: &'a Source<'a>,
+    source: &'a FileSource<'a>,
     zip: ZipArchive<Cursor<&'a [u8]>>,
-    members: Vec<Member>,
+    members: Vec<ArchiveMember>,
 }
 
 impl<'a> Archive<'a> {
-    fn open(source: &'a Source<'a>) -> std::result::Result<Self, InputFault> {
+    fn open(source: &'a FileSource<'a>) -> std::result::Result<Self, InputFault> {
         let zip = ZipArchive::new(Cursor::new(&source.map[..])).map_err(archive_fault)?;
         if zip.len() > MEMBER_LIMIT {
             return Err(InputFault::TooManyMembers {
@@ -171,7 +171,7 @@ impl<'a> Archive<'a> {
             .filter_map(|(index, name)| {
                 let name = name.strip_suffix(b".npy")?;
                 let name = String::from_utf8_lossy(name).into_owned();
-                Some(Member { name, index })
+                Some(ArchiveMember { name, index })
             })
             .collect();
         Ok(Archive {
@@ -238,7 +238,7 @@ impl<'a> Archive<'a> {
         field: usize,
     ) -> Option<Coordinate> {
         known.iter().enumerate().find_map(|(rank, name)| {
-            let same = |member: &Member| match rank {
+            let same = |member: &ArchiveMember| match rank {
                 0 => member.name == *name,
                 _ => member.name.eq_ignore_ascii_case(name),
             };

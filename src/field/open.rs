@@ -7,7 +7,7 @@ use std::sync::Arc;
 
 use memmap2::Mmap;
 
-use super::coordinates::{Coordinates, Stated};
+use super::coordinates::{Coordinates, StatedAxis};
 use super::options::{Header, OpenOptions, TimeColumn};
 use super::sidecar::Sidecar;
 use super::state::FileState;
@@ -16,7 +16,7 @@ use super::{Field, Layout, Note, Quantity, csv, npy, npz};
 use crate::error::{Error, FileKind, InputFault, Result};
 
 /// A mapped file with what was stated about it, as the readers of the formats get it.
-pub(super) struct Source<'a> {
+pub(super) struct FileSource<'a> {
     pub(super) path: &'a Path,
     pub(super) map: Arc<Mmap>,
     pub(super) options: &'a OpenOptions,
@@ -24,7 +24,7 @@ pub(super) struct Source<'a> {
     pub(super) stated: Sidecar,
 }
 
-impl Source<'_> {
+impl FileSource<'_> {
     pub(super) fn layout(&self) -> Layout {
         self.stated.layout.unwrap_or_default()
     }
@@ -134,7 +134,7 @@ impl Field {
         // The `run.toml` beside a run is its scene, not a sidecar.
         let is_run = matches!(format, Format::Npz) && npz::is_run(&map);
         let sidecar = Sidecar::find_for(path, is_run)?.map(|(_, sidecar)| sidecar);
-        let source = Source {
+        let source = FileSource {
             path,
             map,
             options,
@@ -147,12 +147,12 @@ impl Field {
         };
         let content_hash = options.hash.then(|| content_hash(&source.map));
         let stated = source.stated.clone();
-        let time = contents.time.axis(Stated {
+        let time = contents.time.axis(StatedAxis {
             origin: stated.t0,
             step: stated.dt,
             unit: stated.time_unit,
         });
-        let space = contents.space.axis(Stated {
+        let space = contents.space.axis(StatedAxis {
             origin: stated.x0,
             step: stated.dx,
             unit: stated.space_unit,
@@ -175,7 +175,7 @@ impl Field {
     }
 }
 
-fn read_npy(source: &Source) -> Result<Contents> {
+fn read_npy(source: &FileSource) -> Result<Contents> {
     let contents = npy::Header::parse(&source.map).and_then(|header| {
         header.dimensions()?;
         header.check_len(source.map.len() as u64)?;

@@ -5,7 +5,7 @@ use std::io::Read;
 use csv::{ByteRecord, ReaderBuilder};
 use memmap2::Mmap;
 
-use super::open::Source;
+use super::open::FileSource;
 use crate::error::InputFault;
 
 /// Bytes of one row, line ends in quotes included.
@@ -13,13 +13,13 @@ const ROW_LIMIT: usize = 16 << 20;
 
 const BOM: &[u8] = b"\xef\xbb\xbf";
 
-pub(super) struct Rows<'a> {
+pub(super) struct RowReader<'a> {
     delimiter: u8,
-    reader: csv::Reader<Text<'a>>,
+    reader: csv::Reader<TextCells<'a>>,
 }
 
-impl<'a> Rows<'a> {
-    pub(super) fn new(source: &'a Source) -> std::result::Result<Rows<'a>, InputFault> {
+impl<'a> RowReader<'a> {
+    pub(super) fn new(source: &'a FileSource) -> std::result::Result<RowReader<'a>, InputFault> {
         let map = &source.map[..];
         let sample = &map[..map.len().min(1 << 16)];
         if sample.starts_with(b"\xff\xfe") || sample.starts_with(b"\xfe\xff") {
@@ -44,7 +44,7 @@ impl<'a> Rows<'a> {
         } else {
             detect_delimiter(&sample[start..])
         };
-        let text = Text {
+        let text = TextCells {
             map: &source.map,
             at: start,
             allowance: ROW_LIMIT,
@@ -59,7 +59,7 @@ impl<'a> Rows<'a> {
             .comment(Some(b'#'))
             .delimiter(delimiter)
             .from_reader(text);
-        Ok(Rows { delimiter, reader })
+        Ok(RowReader { delimiter, reader })
     }
 
     /// What separates the cells.
@@ -113,7 +113,7 @@ fn detect_delimiter(sample: &[u8]) -> u8 {
 /// The text of a mapped file, as far as a row is allowed to reach, with `\n` for every line end.
 ///
 /// The only error of [`Read::read`] is that the row is longer.
-struct Text<'a> {
+struct TextCells<'a> {
     map: &'a Mmap,
     at: usize,
     allowance: usize,
@@ -124,7 +124,7 @@ struct Text<'a> {
     blank: bool,
 }
 
-impl Read for Text<'_> {
+impl Read for TextCells<'_> {
     fn read(&mut self, out: &mut [u8]) -> std::io::Result<usize> {
         loop {
             let map = self.map;
@@ -143,7 +143,7 @@ impl Read for Text<'_> {
     }
 }
 
-impl Text<'_> {
+impl TextCells<'_> {
     /// Writes at most two bytes for each of `text`, and says how many.
     fn normalize(&mut self, text: &[u8], out: &mut [u8]) -> usize {
         let mut n = 0;

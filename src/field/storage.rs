@@ -12,7 +12,7 @@ use std::sync::Arc;
 use memmap2::Mmap;
 use ndarray::Array2;
 
-use super::block::Block;
+use super::block::ReadBlock;
 
 /// Type of one stored sample.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -208,7 +208,7 @@ impl Storage {
         if rows.is_empty() || columns.is_empty() {
             return;
         }
-        let block = Block {
+        let block = ReadBlock {
             bytes: &self.bytes.as_slice()[start..],
             row_len,
             rows,

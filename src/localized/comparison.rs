@@ -5,13 +5,13 @@ use std::ops::RangeInclusive;
 use rayon::prelude::*;
 
 use super::angle::{Angle, Cylinders};
-use super::direct::{Extreme, LeakCurve};
+use super::direct::{LeakCurve, LeakExtremum};
 use super::family::Family;
 use super::leak::LeakScan;
 use super::published::PUBLISHED;
-use super::row::{Asymptotic, Differences, Direct, Exact, Row};
+use super::row::{Asymptotic, Differences, Direct, Exact, OrderRow};
 use super::search::Search;
-use super::slow::SlowProfile;
+use super::slow::SlowWave;
 use super::wave::Wave;
 use crate::observer::Observer;
 use crate::{Error, Result};
@@ -36,12 +36,12 @@ impl Comparison {
     /// [`Error::Request`] for orders that are no range from 1 on, angles of dimers that are no
     /// crossed cylinders, and chains too short; those of [`Family::search`] and [`LeakScan::run`];
     /// [`Error::Cancelled`].
-    pub fn run(&self, observer: &dyn Observer) -> Result<Vec<Row>> {
+    pub fn run(&self, observer: &dyn Observer) -> Result<Vec<OrderRow>> {
         self.check()?;
         let family = self.family;
         let search = family.search(*self.orders.end())?;
         let fitted = match family.exponent == 1.5 {
-            true => Some(family.search_on(SlowProfile::fitted()?, *self.orders.end())),
+            true => Some(family.search_on(SlowWave::fitted()?, *self.orders.end())),
             false => None,
         };
         let estimate = |order: usize| {
@@ -52,7 +52,7 @@ impl Comparison {
         };
         let orders: Vec<usize> = self.orders.clone().collect();
         observer.stage("orders", orders.len() as u64);
-        let rows: Result<Vec<Row>> = orders
+        let rows: Result<Vec<OrderRow>> = orders
             .into_par_iter()
             .map(|order| {
                 if observer.cancelled() {
@@ -67,7 +67,7 @@ impl Comparison {
         if let Some(cells) = self.cells {
             self.add_direct(cells, &search, &mut rows, observer)?;
         }
-        rows.iter_mut().for_each(Row::compare);
+        rows.iter_mut().for_each(OrderRow::compare);
         Ok(rows)
     }
 
@@ -94,7 +94,12 @@ impl Comparison {
         self.cells.map_or(Ok(()), |cells| self.scan(cells).check())
     }
 
-    fn row(&self, order: usize, wave: Result<Wave>, asymptotic: Option<Asymptotic>) -> Result<Row> {
+    fn row(
+        &self,
+        order: usize,
+        wave: Result<Wave>,
+        asymptotic: Option<Asymptotic>,
+    ) -> Result<OrderRow> {
         let (wave, reason) = match wave {
             Ok(wave) => (Some(wave), None),
             Err(error @ Error::Unresolved { .. }) => (None, Some(error.to_string())),
@@ -102,7 +107,7 @@ impl Comparison {
         };
         let exact = wave.as_ref().map(Exact::of);
         let published = (PUBLISHED.iter()).find(|row| row.order == order);
-        Ok(Row {
+        Ok(OrderRow {
             order,
             angle: self.angle(exact.map(|exact| exact.ratio.value()))?,
             exact,
@@ -138,14 +143,14 @@ impl Comparison {
         &self,
         cells: usize,
         search: &Search,
-        rows: &mut [Row],
+        rows: &mut [OrderRow],
         observer: &dyn Observer,
     ) -> Result<()> {
         let Some(range) = Range::of(&self.family, search, &self.orders) else {
             return Ok(());
         };
         let LeakCurve { minima, maxima, .. } = self.scan(cells).curve(&range.ratios(), observer)?;
-        let direct = |extreme: &Extreme| -> Result<Direct> {
+        let direct = |extreme: &LeakExtremum| -> Result<Direct> {
             // Just below the homogeneous chain there is no angle, and none is needed.
             let kappa = extreme.ratio.max(1.0);
             Ok(Direct {
@@ -158,7 +163,7 @@ impl Comparison {
         let localized = minima.iter().filter(|m| m.leak < LARGEST_LEAK);
         let mut found: Vec<Option<f64>> = vec![None; rows.len()];
         for minimum in localized {
-            let distance = |row: &Row| {
+            let distance = |row: &OrderRow| {
                 let ratio = row.exact.map(|exact| exact.ratio.value());
                 let ratio = ratio.or(row.asymptotic.map(|a| a.exact_profile));
                 ratio.map_or(f64::INFINITY, |ratio| range.apart(ratio, minimum.ratio))

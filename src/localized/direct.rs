@@ -9,7 +9,7 @@ use crate::observer::Observer;
 
 /// A ratio at which the leak is least or most among its neighbours.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Extreme {
+pub struct LeakExtremum {
     pub ratio: f64,
     /// How far off the ratio may be, relative to it: what the chains at hand leave open.
     pub error: f64,
@@ -22,9 +22,9 @@ pub struct Extreme {
 pub struct LeakCurve {
     pub leaks: Vec<Leak>,
     /// In ascending order.
-    pub minima: Vec<Extreme>,
+    pub minima: Vec<LeakExtremum>,
     /// The largest leak between each minimum and the next.
-    pub maxima: Vec<Extreme>,
+    pub maxima: Vec<LeakExtremum>,
 }
 
 impl LeakScan {
@@ -51,20 +51,21 @@ impl LeakScan {
             .filter_map(|pair| (pair[0] + 1..pair[1]).max_by(by_leak(&leaks)))
             .collect();
         observer.stage("extremes", (least.len() + most.len()) as u64);
-        let each = |indices: &[usize], find: &(dyn Fn(usize) -> Result<Extreme> + Sync)| {
+        let each = |indices: &[usize], find: &(dyn Fn(usize) -> Result<LeakExtremum> + Sync)| {
             (indices.par_iter())
                 .map(|&i| {
                     let extreme = find(i);
                     observer.advance(1);
                     extreme
                 })
-                .collect::<Result<Vec<Extreme>>>()
+                .collect::<Result<Vec<LeakExtremum>>>()
         };
         let around = |i: usize| [leaks[i - 1], leaks[i], leaks[i + 1]];
         let minima = each(&least, &|i| self.least(around(i), observer))?;
         let maxima = each(&most, &|i| {
             let mut seen = around(i).to_vec();
-            let (best, width) = self.narrow([0, 1, 2], &mut seen, Sense::Most, NEAR, observer)?;
+            let (best, width) =
+                self.narrow([0, 1, 2], &mut seen, ExtremumKind::Most, NEAR, observer)?;
             Ok(extreme(&best, width))
         })?;
         Ok(LeakCurve {
@@ -75,16 +76,17 @@ impl LeakScan {
     }
 
     /// The least leak near the middle one of three that were seen.
-    fn least(&self, around: [Leak; 3], observer: &dyn Observer) -> Result<Extreme> {
+    fn least(&self, around: [Leak; 3], observer: &dyn Observer) -> Result<LeakExtremum> {
         let mut seen = around.to_vec();
-        let (near, _) = self.narrow([0, 1, 2], &mut seen, Sense::Least, NEAR, observer)?;
+        let (near, _) = self.narrow([0, 1, 2], &mut seen, ExtremumKind::Least, NEAR, observer)?;
         let parts = (-CLOSER..=CLOSER).map(|j| near.ratio * (1.0 + NEAR * f64::from(j)));
         let closer: Result<Vec<Leak>> = parts.map(|ratio| self.leak(ratio, observer)).collect();
         let mut closer = closer?;
         let mut best = near;
         for i in minima(&closer) {
             let around = [i - 1, i, i + 1];
-            let (found, _) = self.narrow(around, &mut closer, Sense::Least, FINEST, observer)?;
+            let (found, _) =
+                self.narrow(around, &mut closer, ExtremumKind::Least, FINEST, observer)?;
             if found.per_cell < best.per_cell {
                 best = found;
             }
@@ -101,13 +103,13 @@ impl LeakScan {
         &self,
         around: [usize; 3],
         seen: &mut Vec<Leak>,
-        sense: Sense,
+        sense: ExtremumKind,
         enough: f64,
         observer: &dyn Observer,
     ) -> Result<(Leak, f64)> {
         let better = |a: &Leak, b: &Leak| match sense {
-            Sense::Least => a.per_cell < b.per_cell,
-            Sense::Most => a.per_cell > b.per_cell,
+            ExtremumKind::Least => a.per_cell < b.per_cell,
+            ExtremumKind::Most => a.per_cell > b.per_cell,
         };
         let [mut low, mut best, mut high] = around.map(|i| seen[i]);
         let mut at = |log: f64| {
@@ -126,7 +128,7 @@ impl LeakScan {
             }
             let flat = |end: &Leak| end.per_cell < 2.0 * best.per_cell;
             let told = best.per_cell < self.rounding() || (flat(&low) && flat(&high));
-            if sense == Sense::Least && told {
+            if sense == ExtremumKind::Least && told {
                 break;
             }
             let left_is_better = better(&left, &right);
@@ -145,8 +147,8 @@ impl LeakScan {
     }
 }
 
-fn extreme(leak: &Leak, error: f64) -> Extreme {
-    Extreme {
+fn extreme(leak: &Leak, error: f64) -> LeakExtremum {
+    LeakExtremum {
         ratio: leak.ratio,
         error,
         leak: leak.per_cell,
@@ -154,7 +156,7 @@ fn extreme(leak: &Leak, error: f64) -> Extreme {
 }
 
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-enum Sense {
+enum ExtremumKind {
     Least,
     Most,
 }

@@ -2,7 +2,7 @@
 
 use super::fast::Oscillator;
 use super::search::Search;
-use super::slow::{SlowProfile, check_exponent, unresolved};
+use super::slow::{SlowWave, check_exponent, unresolved};
 use super::wave::Alternation;
 use crate::{Error, Result};
 
@@ -30,7 +30,7 @@ impl Family {
     /// # Errors
     /// [`Error::Request`] for order 0 or a profile of another exponent, [`Error::Unresolved`] where
     /// the fast part is below rounding.
-    pub fn estimates(&self, slow: &SlowProfile, last: usize) -> Result<Vec<f64>> {
+    pub fn estimates(&self, slow: &SlowWave, last: usize) -> Result<Vec<f64>> {
         check_order(last)?;
         if slow.exponent != self.exponent {
             return Err(Error::Request {
@@ -55,12 +55,12 @@ impl Family {
     pub fn search(self, last: usize) -> Result<Search> {
         check_order(last)?;
         check_exponent(self.exponent)?;
-        let slow = SlowProfile::exact(self.exponent)?;
+        let slow = SlowWave::exact(self.exponent)?;
         Ok(Search::new(self, slow, last))
     }
 
     /// The search on a given slow wave, of which the estimates alone are of use.
-    pub(super) fn search_on(self, slow: SlowProfile, last: usize) -> Search {
+    pub(super) fn search_on(self, slow: SlowWave, last: usize) -> Search {
         Search::new(self, slow, last)
     }
 

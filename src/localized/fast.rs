@@ -1,6 +1,6 @@
 //! The asymptotic estimate: a fast oscillation driven by the slow wave, left at rest behind it.
 
-use super::slow::SlowProfile;
+use super::slow::SlowWave;
 use super::wave::Alternation;
 
 /// The linear oscillator `y'' + s W(t)^2 y = f(t)` of the fast part, with s the stiffening:
@@ -26,7 +26,7 @@ pub(super) struct Oscillator {
 }
 
 impl Oscillator {
-    pub(super) fn new(alternation: Alternation, slow: &SlowProfile) -> Oscillator {
+    pub(super) fn new(alternation: Alternation, slow: &SlowWave) -> Oscillator {
         let p = slow.exponent;
         let steps = (slow.end() * STEPS_PER_TIME).ceil() as usize;
         let step = slow.end() / steps as f64;

@@ -4,7 +4,7 @@ use ndarray::ArrayView1;
 
 use super::wave::{Ratio, Wave};
 use crate::chain::{
-    Accuracy, Chain, EndTime, Ends, Law, Losses, Record, Run, Scheme, Simulation, Window,
+    Accuracy, Chain, EndTime, Ends, Law, Losses, Record, Run, Scheme, Simulation, SteppedSites,
 };
 use crate::observer::Observer;
 use crate::system::memory::available_memory;
@@ -156,7 +156,7 @@ impl Wave {
                 ..Record::default()
             },
             estimate_error: false,
-            window: Window::default(),
+            window: SteppedSites::default(),
             memory: None,
         }
     }

@@ -7,7 +7,7 @@ use super::wave::Wave;
 /// Contact 0 is soft in a stiffness dimer and before the light site in a mass dimer; each contact
 /// has its own centre at time 0, sites have that of contact 0.
 #[derive(Debug, Clone, PartialEq)]
-pub struct Profile {
+pub struct Snapshot {
     /// In units of the time that the wave takes over a cell.
     pub time: Vec<f64>,
     pub overlap: [Vec<f64>; 2],
@@ -23,14 +23,14 @@ pub struct Profile {
 
 impl Wave {
     /// The wave at `2 half + 1` times over its period: there is nothing outside.
-    pub fn profile(&self, half: usize) -> Profile {
+    pub fn profile(&self, half: usize) -> Snapshot {
         let end = 0.5 * self.overlap[0].period();
         let time: Vec<f64> = (0..=2 * half)
             .map(|j| end * (j as f64 / half as f64 - 1.0))
             .collect();
         let values = |f: &dyn Fn(f64) -> f64| time.iter().map(|t| f(*t)).collect::<Vec<f64>>();
         let force = |i: usize, t: f64| self.force[i].value(t).max(0.0);
-        Profile {
+        Snapshot {
             overlap: [0, 1].map(|i| values(&|t| self.overlap[i].value(t))),
             psi: [0, 1].map(|i| values(&|t| force(i, t).powf(1.0 / self.exponent))),
             force: [0, 1].map(|i| values(&|t| force(i, t))),

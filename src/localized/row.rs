@@ -7,7 +7,7 @@ use super::wave::{Ratio, Wave};
 
 /// What is known of one order; all numbers at unit cell time.
 #[derive(Debug, Clone, serde::Serialize)]
-pub struct Row {
+pub struct OrderRow {
     pub order: usize,
     pub exact: Option<Exact>,
     /// Why there is no exact one.
@@ -104,7 +104,7 @@ impl Exact {
     }
 }
 
-impl Row {
+impl OrderRow {
     /// Fills in the differences.
     pub(super) fn compare(&mut self) {
         let exact = self.exact.map(|exact| exact.ratio.value());

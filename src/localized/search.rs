@@ -3,7 +3,7 @@
 use super::family::{Family, no_estimate};
 use super::fast::Oscillator;
 use super::resolve::{Changes, Identity};
-use super::slow::{MOST_POINTS, SlowProfile, unresolved};
+use super::slow::{MOST_POINTS, SlowWave, unresolved};
 use super::wave::{Alternation, Wave};
 use crate::{Error, Result};
 
@@ -11,7 +11,7 @@ use crate::{Error, Result};
 #[derive(Debug)]
 pub struct Search {
     pub(super) family: Family,
-    pub(super) slow: SlowProfile,
+    pub(super) slow: SlowWave,
     pub(super) fastest: f64,
     /// Of one order beyond the last one asked for, where there is an estimate of it.
     stiffenings: Vec<f64>,
@@ -20,7 +20,7 @@ pub struct Search {
 }
 
 impl Search {
-    pub(super) fn new(family: Family, slow: SlowProfile, last: usize) -> Search {
+    pub(super) fn new(family: Family, slow: SlowWave, last: usize) -> Search {
         let oscillator = Oscillator::new(family.alternation, &slow);
         Search {
             family,
@@ -42,7 +42,7 @@ impl Search {
     }
 
     /// The exact homogeneous wave that the estimates build on.
-    pub fn slow(&self) -> &SlowProfile {
+    pub fn slow(&self) -> &SlowWave {
         &self.slow
     }
 

@@ -9,29 +9,29 @@ use crate::{Error, Result};
 /// `psi(t) = F^{1/p}` of the solitary wave of
 /// `psi'' = (1/m) [psi(t+H)^p - 2 psi^p + psi(t-H)^p]`, which passes a site in the time H.
 #[derive(Debug, Clone)]
-pub struct SlowProfile {
+pub struct SlowWave {
     pub(super) exponent: f64,
-    shape: Shape,
+    shape: SlowShape,
 }
 
 #[derive(Debug, Clone)]
-enum Shape {
+enum SlowShape {
     Exact(Series),
     Fitted { amplitude: f64 },
 }
 
-impl SlowProfile {
+impl SlowWave {
     /// The wave that a dimer's tends to where its fast part has no inertia: H = 1, m = 2. Exact to
     /// rounding, by Newton's method for the equation as a convolution, `psi = g * psi^p`.
     ///
     /// # Errors
     /// [`Error::Request`] for an exponent that is not above 1, [`Error::Unresolved`] where the wave
     /// is too wide (exponents close to 1).
-    pub fn exact(exponent: f64) -> Result<SlowProfile> {
+    pub fn exact(exponent: f64) -> Result<SlowWave> {
         let series = solitary(exponent, 1.0, 0.5)?;
-        Ok(SlowProfile {
+        Ok(SlowWave {
             exponent,
-            shape: Shape::Exact(series),
+            shape: SlowShape::Exact(series),
         })
     }
 
@@ -41,12 +41,12 @@ impl SlowProfile {
     /// peak is that of the exact wave.
     ///
     /// # Errors
-    /// As [`SlowProfile::exact`].
-    pub fn fitted() -> Result<SlowProfile> {
-        let peak = SlowProfile::exact(1.5)?.overlap(0.0);
-        Ok(SlowProfile {
+    /// As [`SlowWave::exact`].
+    pub fn fitted() -> Result<SlowWave> {
+        let peak = SlowWave::exact(1.5)?.overlap(0.0);
+        Ok(SlowWave {
             exponent: 1.5,
-            shape: Shape::Fitted {
+            shape: SlowShape::Fitted {
                 amplitude: peak / fitted_overlap(0.0),
             },
         })
@@ -55,8 +55,8 @@ impl SlowProfile {
     /// `psi(t)`.
     pub fn overlap(&self, time: f64) -> f64 {
         match &self.shape {
-            Shape::Exact(series) => series.value(time),
-            Shape::Fitted { amplitude } => amplitude * fitted_overlap(time),
+            SlowShape::Exact(series) => series.value(time),
+            SlowShape::Fitted { amplitude } => amplitude * fitted_overlap(time),
         }
     }
 
@@ -68,16 +68,16 @@ impl SlowProfile {
     /// Times per unit of time that resolve the wave.
     pub(super) fn density(&self) -> f64 {
         match &self.shape {
-            Shape::Exact(series) => 2.0 * series.len() as f64 / series.period(),
-            Shape::Fitted { .. } => 16.0,
+            SlowShape::Exact(series) => 2.0 * series.len() as f64 / series.period(),
+            SlowShape::Fitted { .. } => 16.0,
         }
     }
 
     /// A time beyond which the wave is below rounding.
     pub(super) fn end(&self) -> f64 {
         match &self.shape {
-            Shape::Exact(series) => 0.5 * series.period(),
-            Shape::Fitted { .. } => 5.0,
+            SlowShape::Exact(series) => 0.5 * series.period(),
+            SlowShape::Fitted { .. } => 5.0,
         }
     }
 }

@@ -1,6 +1,6 @@
 //! Sums whose rounding does not grow with their length: pairwise, in a fixed order.
 
-use crate::numeric::lanes::{Lanes, WIDTH, Work, widest};
+use crate::numeric::lanes::{Lanes, SimdKernel, WIDTH, widest};
 
 /// Terms added plainly before sums are paired; large enough to vectorise.
 const LEAF: usize = 256;
@@ -40,7 +40,7 @@ fn squares_across(rows: &[[f64; LANES]]) -> [f64; LANES] {
 /// Of a leaf.
 struct Squares<'a>(&'a [[f64; LANES]]);
 
-impl Work for Squares<'_> {
+impl SimdKernel for Squares<'_> {
     type Output = [f64; LANES];
 
     #[inline(always)]

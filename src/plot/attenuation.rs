@@ -5,7 +5,7 @@ use super::chart::{Chart, Corner, Look, Series, draw_charts};
 use super::marks::Mark;
 use crate::Result;
 use crate::attenuation::{
-    Attenuation, AttenuationCurve, ContactKind, MeasuredPoint, Pulse, Row, Sense, Transmission,
+    Attenuation, AttenuationCurve, ContactKind, CurveRow, MeasuredPoint, Pulse, Sense, Transmission,
 };
 use crate::chain::scene::Units;
 
@@ -13,7 +13,7 @@ use crate::chain::scene::Units;
 const WIDE: f64 = 30.0;
 
 /// What is drawn of a row.
-type Value<'a> = &'a dyn Fn(&Row) -> Option<f64>;
+type Value<'a> = &'a dyn Fn(&CurveRow) -> Option<f64>;
 
 const SIZE: (u32, u32) = (720, 430);
 
@@ -34,7 +34,7 @@ pub enum Overlay<'a> {
 /// [`crate::Error::Draw`].
 pub fn attenuation(attenuation: &Attenuation, overlay: Overlay, format: Format) -> Result<Vec<u8>> {
     let kind = attenuation.kind;
-    let like = |row: &&Row| row.kind == kind || row.kind == ContactKind::Other;
+    let like = |row: &&CurveRow| row.kind == kind || row.kind == ContactKind::Other;
     let unit = |curve: Option<&AttenuationCurve>| match curve.map(|c| c.units) {
         Some(Units::Si) => " (s)",
         _ => "",
@@ -141,7 +141,7 @@ pub fn transmission(
         }
         (key, _) => key.replace('_', " "),
     };
-    let points = |value: &dyn Fn(&crate::attenuation::Point) -> f64| -> Vec<Series> {
+    let points = |value: &dyn Fn(&crate::attenuation::TransmissionPoint) -> f64| -> Vec<Series> {
         let curves = transmission.curves.iter().enumerate();
         curves
             .map(|(i, curve)| {

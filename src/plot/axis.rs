@@ -4,7 +4,7 @@ use super::ticks::{self, Notation, Tick};
 
 /// A range of values with its label.
 #[derive(Debug, Clone, PartialEq)]
-pub(super) struct Axis {
+pub(super) struct PlotAxis {
     pub label: String,
     pub low: f64,
     pub high: f64,
@@ -13,7 +13,7 @@ pub(super) struct Axis {
     pub second: Option<(String, f64)>,
 }
 
-impl Axis {
+impl PlotAxis {
     /// A linear axis; an empty or undefined range is widened to one unit.
     pub fn linear(label: &str, low: f64, high: f64) -> Self {
         let (low, high) = match (low.is_finite() && high.is_finite(), low < high) {
@@ -21,7 +21,7 @@ impl Axis {
             (true, false) => (low - 0.5, low + 0.5),
             (false, _) => (0.0, 1.0),
         };
-        Axis {
+        PlotAxis {
             label: label.into(),
             low,
             high,
@@ -38,8 +38,8 @@ impl Axis {
         let room = 0.04 * (high - low);
         let below = if low < 0.0 { room } else { 0.0 };
         match high - low {
-            0.0 => Axis::linear(label, 0.0, 1.0),
-            _ => Axis::linear(label, low - below, high + room),
+            0.0 => PlotAxis::linear(label, 0.0, 1.0),
+            _ => PlotAxis::linear(label, low - below, high + room),
         }
     }
 
@@ -55,14 +55,14 @@ impl Axis {
         } else {
             (0.1, 1.0)
         };
-        Axis {
+        PlotAxis {
             log: true,
-            ..Axis::linear(label, low, high)
+            ..PlotAxis::linear(label, low, high)
         }
     }
 
     pub fn with_second(self, second: Option<(String, f64)>) -> Self {
-        Axis { second, ..self }
+        PlotAxis { second, ..self }
     }
 
     /// Place of `value` between the ends, 0 to 1; `None` where it cannot be placed.
@@ -84,9 +84,13 @@ impl Axis {
     }
 
     /// The second reading as an axis of its own.
-    pub fn second_axis(&self) -> Option<Axis> {
+    pub fn second_axis(&self) -> Option<PlotAxis> {
         let (label, factor) = self.second.as_ref()?;
-        Some(Axis::linear(label, self.low * factor, self.high * factor))
+        Some(PlotAxis::linear(
+            label,
+            self.low * factor,
+            self.high * factor,
+        ))
     }
 
     pub fn title(&self) -> String {

@@ -9,7 +9,7 @@ use tiny_skia::{
 };
 
 use super::font;
-use super::painter::{Brush, Lettering, Painter, Point, Raster, Shape};
+use super::painter::{Brush, Lettering, Outline, Painter, Point, Raster};
 use super::scene::Rect;
 
 /// Pixels of the file to one pixel of the design.
@@ -32,7 +32,7 @@ impl Bitmap {
 }
 
 impl Painter for Bitmap {
-    fn shape(&mut self, shape: &Shape, brush: Brush, color: BackendColor) {
+    fn shape(&mut self, shape: &Outline, brush: Brush, color: BackendColor) {
         let Some(path) = outline(shape) else {
             return;
         };
@@ -153,9 +153,9 @@ fn cells(from: f64, to: f64, cells: usize, limit: usize) -> Vec<(usize, usize)> 
 }
 
 /// `None` for what has no extent.
-fn outline(shape: &Shape) -> Option<Path> {
+fn outline(shape: &Outline) -> Option<Path> {
     match shape {
-        Shape::Path(points) => {
+        Outline::Path(points) => {
             let mut builder = PathBuilder::new();
             for (index, &(x, y)) in points.iter().enumerate() {
                 match index {
@@ -165,14 +165,14 @@ fn outline(shape: &Shape) -> Option<Path> {
             }
             builder.finish()
         }
-        Shape::Rect(rect) => tiny_skia::Rect::from_ltrb(
+        Outline::Rect(rect) => tiny_skia::Rect::from_ltrb(
             rect.left as f32,
             rect.top as f32,
             rect.right as f32,
             rect.bottom as f32,
         )
         .map(PathBuilder::from_rect),
-        Shape::Circle { center, radius } => {
+        Outline::Circle { center, radius } => {
             PathBuilder::from_circle(center.0 as f32, center.1 as f32, *radius as f32)
         }
     }

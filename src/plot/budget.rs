@@ -1,10 +1,10 @@
 //! Figures of a budget: maps of its fluxes, what passed and what stayed, and its views side by side.
 
-use super::axis::Axis;
+use super::axis::PlotAxis;
 use super::curve::{self, BLUE, Curve, GREEN, PURPLE, VERMILLION};
-use super::figures::{Sheet, WHITE, values};
+use super::figures::{MapFigure, WHITE, values};
 use super::panel::{self, Panel};
-use super::scale::Scale;
+use super::scale::ColorScale;
 use super::scene::{INK, Rect, Scene};
 use super::views::views;
 use super::{Figure, Format};
@@ -38,7 +38,7 @@ pub fn budget_figures(budget: &Budget, name: &str, shared: &SharedScales) -> Vec
     ];
     if let Some(flow) = &budget.frequency {
         let name = captioned(name, &closure.frequency);
-        let mut sheet = Sheet::new(
+        let mut sheet = MapFigure::new(
             "Power flow P(f) through each contact",
             &name,
             &flow.map,
@@ -54,13 +54,13 @@ pub fn budget_figures(budget: &Budget, name: &str, shared: &SharedScales) -> Vec
         let second = Some(("k a / π".to_owned(), budget.pitch / std::f64::consts::PI));
         let edge = found.edge.is_finite().then_some(found.edge);
         let title = "Energy spectrum E(k, t)";
-        let mut sheet = Sheet::new(title, &name, &found.energy_map, second.clone());
+        let mut sheet = MapFigure::new(title, &name, &found.energy_map, second.clone());
         let all = shared.of(|budget| Some(&budget.wavenumber.as_ref()?.energy_map));
-        sheet.draw_map(&found.energy_map, Scale::log(all));
+        sheet.draw_map(&found.energy_map, ColorScale::log(all));
         sheet.mark_wavenumber_edge(edge, WHITE);
         figures.push(sheet.figure("energy-spectrum"));
         let title = "Spectral flux Π(k, t), towards high k";
-        let mut sheet = Sheet::new(title, &name, &found.flux_map, second);
+        let mut sheet = MapFigure::new(title, &name, &found.flux_map, second);
         let all = shared.of(|budget| Some(&budget.wavenumber.as_ref()?.flux_map));
         sheet.draw_map(&found.flux_map, clipped(all));
         sheet.mark_wavenumber_edge(edge, INK);
@@ -76,7 +76,7 @@ pub fn budget_figures(budget: &Budget, name: &str, shared: &SharedScales) -> Vec
             scales.map_scale
         );
         let name = captioned(name, &closure.scale);
-        let mut sheet = Sheet::new(&title, &name, map, None);
+        let mut sheet = MapFigure::new(&title, &name, map, None);
         let all = shared.of(|budget| budget.scales.as_ref()?.flux_map.as_ref());
         sheet.draw_map(map, clipped(all));
         figures.push(sheet.figure("scale-flux"));
@@ -99,8 +99,8 @@ pub fn encode_all(figures: &[Figure], format: Format) -> Result<Vec<Vec<u8>>> {
 
 /// A scale about zero that ends where one cell in two hundred that are not 0 is beyond it: what
 /// happens at the striker would hide the rest.
-fn clipped(values: impl Iterator<Item = f64>) -> Scale {
-    Scale::diverging(std::iter::once(ordinary(values)))
+fn clipped(values: impl Iterator<Item = f64>) -> ColorScale {
+    ColorScale::diverging(std::iter::once(ordinary(values)))
 }
 
 /// The largest magnitude when one in two hundred of those that are not 0 is left out; 0 for none.
@@ -121,7 +121,7 @@ fn captioned(name: &str, residual: &Residual) -> String {
 
 fn flux_map(budget: &Budget, name: &str, shared: &SharedScales) -> Figure {
     let map = &budget.flux_map;
-    let mut sheet = Sheet::new("Energy flux J(x, t), towards +x", name, map, None);
+    let mut sheet = MapFigure::new("Energy flux J(x, t), towards +x", name, map, None);
     sheet.draw_map(map, clipped(shared.of(|budget| Some(&budget.flux_map))));
     sheet.figure("energy-flux")
 }
@@ -182,9 +182,9 @@ fn energies(budget: &Budget, name: &str, shared: &SharedScales) -> Figure {
         ];
         held.chain(rest.into_iter().flatten().copied())
     });
-    let y = Axis::around(&budget.units.energy("energy"), all);
+    let y = PlotAxis::around(&budget.units.energy("energy"), all);
     let (first, last) = span(shared.0.iter().flat_map(|budget| &budget.time));
-    let time = Axis::linear(&budget.units.time(), first, last);
+    let time = PlotAxis::linear(&budget.units.time(), first, last);
     let panel = Panel::new(rect(105.0, 475.0), time, y);
     curve::draw_all(&mut scene, &panel, &curves);
     Figure {
@@ -221,14 +221,14 @@ fn passed(budget: &Budget, name: &str, shared: &SharedScales) -> Figure {
         let whole = [&budget.passed, &budget.left_behind].into_iter();
         whole.chain(bands).flatten().copied()
     });
-    let y = Axis::around(&budget.units.energy("energy"), all);
+    let y = PlotAxis::around(&budget.units.energy("energy"), all);
     let places: Vec<f64> = shared
         .0
         .iter()
         .flat_map(|budget| positions(budget))
         .collect();
     let (first, last) = span(&places);
-    let place = Axis::linear(&budget.units.position(), first, last);
+    let place = PlotAxis::linear(&budget.units.position(), first, last);
     let panel = Panel::new(rect(105.0, 475.0), place, y);
     curve::draw_all(&mut scene, &panel, &curves);
     Figure {

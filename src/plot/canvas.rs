@@ -13,7 +13,7 @@ use plotters_backend::{
 use super::Format;
 use super::bitmap::Bitmap;
 use super::font;
-use super::painter::{Brush, Lettering, Painter, Point, Raster, Shape};
+use super::painter::{Brush, Lettering, Outline, Painter, Point, Raster};
 use super::scene::Rect;
 use super::svg::Svg;
 use crate::{Error, Result};
@@ -49,7 +49,7 @@ fn pixels((x, y): BackendCoord) -> Point {
 }
 
 /// A [`Canvas`] as `plotters` draws on it.
-pub type Area = DrawingArea<Surface, Shift>;
+pub type Area = DrawingArea<CanvasSurface, Shift>;
 
 /// A white sheet for charts of one's own, drawn by `plotters`.
 ///
@@ -88,7 +88,7 @@ pub type Area = DrawingArea<Surface, Shift>;
 /// ```
 #[derive(Debug)]
 pub struct Canvas {
-    surface: Rc<RefCell<Surface>>,
+    surface: Rc<RefCell<CanvasSurface>>,
 }
 
 impl Canvas {
@@ -110,7 +110,7 @@ impl Canvas {
             reason: format!("{width} by {height} pixels cannot be drawn on"),
         })?;
         let size = (px(width.into()), px(height.into()));
-        let surface = Surface {
+        let surface = CanvasSurface {
             title: title.into(),
             size,
             painter,
@@ -155,7 +155,7 @@ impl From<DrawingAreaErrorKind<Error>> for Error {
 
 /// The backend behind a [`Canvas`].
 #[derive(Debug)]
-pub struct Surface {
+pub struct CanvasSurface {
     title: String,
     size: (u32, u32),
     painter: Box<dyn Painter>,
@@ -163,7 +163,7 @@ pub struct Surface {
 
 type Drawn = std::result::Result<(), DrawingErrorKind<Error>>;
 
-impl Surface {
+impl CanvasSurface {
     fn fault(&self, reason: String) -> Error {
         Error::Draw {
             figure: self.title.clone(),
@@ -175,7 +175,7 @@ impl Surface {
         painted.map_err(|reason| DrawingErrorKind::DrawingError(self.fault(reason)))
     }
 
-    fn paint(&mut self, shape: &Shape, style: &impl BackendStyle, fill: bool) -> Drawn {
+    fn paint(&mut self, shape: &Outline, style: &impl BackendStyle, fill: bool) -> Drawn {
         let (color, width) = (style.color(), style.stroke_width());
         if color.alpha > 0.0 && (fill || width > 0) {
             let brush = match fill {
@@ -214,7 +214,7 @@ fn em(style: &impl BackendTextStyle) -> f64 {
     style.size() / SIZE_OVER_EM / UNITS
 }
 
-impl DrawingBackend for Surface {
+impl DrawingBackend for CanvasSurface {
     type ErrorType = Error;
 
     fn get_size(&self) -> (u32, u32) {
@@ -249,7 +249,7 @@ impl DrawingBackend for Surface {
         style: &S,
         fill: bool,
     ) -> Drawn {
-        self.paint(&Shape::Rect(rect(upper_left, bottom_right)), style, fill)
+        self.paint(&Outline::Rect(rect(upper_left, bottom_right)), style, fill)
     }
 
     fn draw_path<S: BackendStyle, I: IntoIterator<Item = BackendCoord>>(
@@ -258,7 +258,7 @@ impl DrawingBackend for Surface {
         style: &S,
     ) -> Drawn {
         let points: Vec<Point> = path.into_iter().map(pixels).collect();
-        self.paint(&Shape::Path(&points), style, false)
+        self.paint(&Outline::Path(&points), style, false)
     }
 
     fn draw_circle<S: BackendStyle>(
@@ -268,7 +268,7 @@ impl DrawingBackend for Surface {
         style: &S,
         fill: bool,
     ) -> Drawn {
-        let circle = Shape::Circle {
+        let circle = Outline::Circle {
             center: pixels(center),
             radius: f64::from(radius) / UNITS,
         };
@@ -281,7 +281,7 @@ impl DrawingBackend for Surface {
         style: &S,
     ) -> Drawn {
         let corners: Vec<Point> = vert.into_iter().map(pixels).collect();
-        self.paint(&Shape::Path(&corners), style, true)
+        self.paint(&Outline::Path(&corners), style, true)
     }
 
     fn draw_text<S: BackendTextStyle>(

@@ -1,10 +1,10 @@
 //! Figures of one heat map each.
 
-use super::axis::Axis;
+use super::axis::PlotAxis;
 use super::curve::{self, BLUE, Curve, VERMILLION};
 use super::labels;
 use super::panel::{self, Panel};
-use super::scale::Scale;
+use super::scale::ColorScale;
 use super::scene::{Anchor, INK, Rect, Scene};
 use super::{Figure, heat};
 use crate::analyze::{Analysis, Map, Reduction};
@@ -24,16 +24,16 @@ pub(super) const WHITE: [u8; 3] = [255; 3];
 /// The field itself, on a colour scale symmetric about zero.
 pub fn space_time(analysis: &Analysis) -> Option<Figure> {
     let map = analysis.field_map.as_ref()?;
-    let mut sheet = Sheet::new("Field v(t, x)", &analysis.name, map, None);
-    sheet.draw_map(map, Scale::diverging(values(map)));
+    let mut sheet = MapFigure::new("Field v(t, x)", &analysis.name, map, None);
+    sheet.draw_map(map, ColorScale::diverging(values(map)));
     Some(sheet.figure("space-time"))
 }
 
 /// `S(f, x)` on a logarithmic colour scale, with the band edge.
 pub fn temporal_spectrum(analysis: &Analysis) -> Option<Figure> {
     let map = analysis.temporal_map.as_ref()?;
-    let mut sheet = Sheet::new("Temporal spectrum S(f, x)", &analysis.name, map, None);
-    sheet.draw_map(map, Scale::log(values(map)));
+    let mut sheet = MapFigure::new("Temporal spectrum S(f, x)", &analysis.name, map, None);
+    sheet.draw_map(map, ColorScale::log(values(map)));
     sheet.mark_frequency_edge(analysis.frequency_edge.map(|edge| edge.value()), WHITE);
     Some(sheet.figure("temporal-spectrum"))
 }
@@ -42,8 +42,8 @@ pub fn temporal_spectrum(analysis: &Analysis) -> Option<Figure> {
 pub fn spatial_spectrum(analysis: &Analysis) -> Option<Figure> {
     let map = analysis.spatial_map.as_ref()?;
     let second = labels::wavenumber_reading(&analysis.axes);
-    let mut sheet = Sheet::new("Spatial spectrum E(k, t)", &analysis.name, map, second);
-    sheet.draw_map(map, Scale::log(values(map)));
+    let mut sheet = MapFigure::new("Spatial spectrum E(k, t)", &analysis.name, map, second);
+    sheet.draw_map(map, ColorScale::log(values(map)));
     sheet.mark_wavenumber_edge(analysis.wavenumber_edge.map(|edge| edge.value()), WHITE);
     Some(sheet.figure("spatial-spectrum"))
 }
@@ -53,8 +53,8 @@ pub fn flux_surrogate(analysis: &Analysis) -> Option<Figure> {
     let map = analysis.flux_map.as_ref()?;
     let second = labels::wavenumber_reading(&analysis.axes);
     let title = "Kinetic flux surrogate Π_K(k, t), positive towards high k";
-    let mut sheet = Sheet::new(title, &analysis.name, map, second);
-    sheet.draw_map(map, Scale::diverging(values(map)));
+    let mut sheet = MapFigure::new(title, &analysis.name, map, second);
+    sheet.draw_map(map, ColorScale::diverging(values(map)));
     sheet.mark_wavenumber_edge(analysis.wavenumber_edge.map(|edge| edge.value()), INK);
     Some(sheet.figure("flux-surrogate"))
 }
@@ -63,12 +63,12 @@ pub fn flux_surrogate(analysis: &Analysis) -> Option<Figure> {
 pub fn spacetime_spectrum(analysis: &Analysis) -> Option<Figure> {
     let map = analysis.spacetime_map.as_ref()?;
     let second = labels::wavenumber_reading(&analysis.axes);
-    let mut sheet = Sheet::new("Space-time spectrum S(k, f)", &analysis.name, map, second);
+    let mut sheet = MapFigure::new("Space-time spectrum S(k, f)", &analysis.name, map, second);
     if let Some(shares) = &analysis.direction_by_frequency {
         sheet.panel.rect.right = 780.0;
         sheet.draw_shares(&analysis.axes.frequency, shares);
     }
-    sheet.draw_map(map, Scale::log(values(map)));
+    sheet.draw_map(map, ColorScale::log(values(map)));
     sheet.mark_directions(analysis);
     Some(sheet.figure("spacetime-spectrum"))
 }
@@ -78,12 +78,12 @@ pub(super) fn values(map: &Map) -> impl Iterator<Item = f64> + '_ {
 }
 
 /// One map with its axes, colour bar and notes.
-pub(super) struct Sheet {
+pub(super) struct MapFigure {
     scene: Scene,
     panel: Panel,
 }
 
-impl Sheet {
+impl MapFigure {
     pub(super) fn new(title: &str, name: &str, map: &Map, second: Option<(String, f64)>) -> Self {
         let mut scene = Scene::new(&format!("{title}: {name}"), WIDTH, HEIGHT);
         panel::heading(&mut scene, title, name);
@@ -93,15 +93,15 @@ impl Sheet {
             right: RIGHT,
             bottom: BOTTOM,
         };
-        let x = Axis::linear(&map.x.label, map.x.low, map.x.high).with_second(second);
-        let y = Axis::linear(&map.y.label, map.y.low, map.y.high);
-        Sheet {
+        let x = PlotAxis::linear(&map.x.label, map.x.low, map.x.high).with_second(second);
+        let y = PlotAxis::linear(&map.y.label, map.y.low, map.y.high);
+        MapFigure {
             scene,
             panel: Panel::new(rect, x, y),
         }
     }
 
-    pub(super) fn draw_map(&mut self, map: &Map, scale: Scale) {
+    pub(super) fn draw_map(&mut self, map: &Map, scale: ColorScale) {
         let cell = heat::draw(&mut self.scene, &self.panel, map.values.view(), &scale);
         self.panel.draw_axes(&mut self.scene);
         let bar = Rect {
@@ -179,7 +179,7 @@ impl Sheet {
             right: RIGHT,
             ..self.panel.rect
         };
-        let share = Axis::linear("share of energy", 0.0, 1.0);
+        let share = PlotAxis::linear("share of energy", 0.0, 1.0);
         let mut side = Panel::new(rect, share, self.panel.y.clone());
         side.names_y = false;
         side.draw_grid(&mut self.scene);

@@ -1,13 +1,13 @@
 //! Maps side by side, on colour scales that some of them share.
 
 use super::Figure;
-use super::axis::Axis;
+use super::axis::PlotAxis;
 use super::budget::ordinary;
 use super::figures::values;
 use super::font;
 use super::heat;
 use super::panel::{self, Panel};
-use super::scale::Scale;
+use super::scale::ColorScale;
 use super::scene::{Anchor, Color, INK, Rect, Scene};
 use crate::analyze::Map;
 
@@ -23,7 +23,7 @@ const WHITE: Color = [255; 3];
 
 /// A colour scale for maps that compare.
 #[derive(Debug, Clone, Copy)]
-pub struct Colours(Scale);
+pub struct Colours(ColorScale);
 
 impl Colours {
     /// Logarithmic over so many decades; one cell in two hundred of those that are not 0 is above.
@@ -32,7 +32,7 @@ impl Colours {
             0.0 => 1.0,
             high => high,
         };
-        Colours(Scale::Log {
+        Colours(ColorScale::Log {
             low: high * 10f64.powf(-decades),
             high,
             smaller: true,
@@ -42,13 +42,13 @@ impl Colours {
     /// Linear about zero; one cell in two hundred of those that are not 0 is beyond its ends.
     pub fn diverging(maps: &[&Map]) -> Colours {
         let limit = ordinary(maps.iter().copied().flat_map(values));
-        Colours(Scale::diverging(std::iter::once(limit)))
+        Colours(ColorScale::diverging(std::iter::once(limit)))
     }
 
     /// About zero, logarithmic both ways over so many decades below the largest magnitude.
     pub fn signed(maps: &[&Map], decades: f64) -> Colours {
         let all = maps.iter().copied().flat_map(values);
-        Colours(Scale::signed(all, decades))
+        Colours(ColorScale::signed(all, decades))
     }
 }
 
@@ -127,7 +127,7 @@ fn draw(scene: &mut Scene, tile: &Tile, (x, y): (f64, f64)) {
 }
 
 fn over(rect: Rect, map: &Map) -> Panel {
-    let axis = |axis: &crate::analyze::MapAxis| Axis::linear(&axis.label, axis.low, axis.high);
+    let axis = |axis: &crate::analyze::MapAxis| PlotAxis::linear(&axis.label, axis.low, axis.high);
     Panel::new(rect, axis(&map.x), axis(&map.y))
 }
 
@@ -147,7 +147,7 @@ fn line(scene: &mut Scene, panel: &Panel, points: &[(f64, f64)]) {
     }
 }
 
-fn inset(scene: &mut Scene, rect: Rect, map: &Map, scale: &Scale) {
+fn inset(scene: &mut Scene, rect: Rect, map: &Map, scale: &ColorScale) {
     let inner = Rect {
         left: rect.left + 0.44 * rect.width(),
         top: rect.top + 10.0,

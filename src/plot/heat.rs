@@ -3,8 +3,8 @@
 use ndarray::{Array2, ArrayView2, s};
 
 use super::font;
-use super::panel::{Panel, Side, TICK_SIZE, label_upright};
-use super::scale::{NO_VALUE, Scale};
+use super::panel::{LabelSide, Panel, TICK_SIZE, label_upright};
+use super::scale::{ColorScale, NO_VALUE};
 use super::scene::{Anchor, FAINT, INK, Image, Mark, Rect, Scene, Text};
 
 /// Most rows and columns of cells in a picture, so that an SVG of noise stays below 500 kB.
@@ -17,7 +17,7 @@ pub(super) fn draw<T>(
     scene: &mut Scene,
     panel: &Panel,
     values: ArrayView2<T>,
-    scale: &Scale,
+    scale: &ColorScale,
 ) -> (usize, usize)
 where
     T: Copy + Into<f64>,
@@ -102,7 +102,7 @@ where
 pub(super) fn colour_bar(
     scene: &mut Scene,
     rect: Rect,
-    scale: &Scale,
+    scale: &ColorScale,
     quantity: &str,
     some_missing: bool,
 ) {
@@ -137,7 +137,7 @@ pub(super) fn colour_bar(
     let label = scale.label(quantity);
     let middle = (rect.top + rect.bottom) / 2.0;
     let at = (rect.right + 32.0 + widest, middle);
-    label_upright(scene, &label, at, rect.height() + 20.0, Side::Right);
+    label_upright(scene, &label, at, rect.height() + 20.0, LabelSide::Right);
     if some_missing {
         explain_missing(scene, rect);
     }

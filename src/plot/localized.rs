@@ -5,13 +5,13 @@ use std::ops::Range;
 use super::Format;
 use super::charts::{Curve, Panel, around, draw_panels};
 use crate::Result;
-use crate::localized::{Alternation, Journey, Profile, Ratio, Wave};
+use crate::localized::{Alternation, Journey, Ratio, Snapshot, Wave};
 
 /// The profile of a wave: overlaps as `psi = F^{1/p}`, forces, velocities, slow and fast part.
 ///
 /// # Errors
 /// [`crate::Error::Draw`].
-pub fn wave(wave: &Wave, profile: &Profile, format: Format) -> Result<Vec<u8>> {
+pub fn wave(wave: &Wave, profile: &Snapshot, format: Format) -> Result<Vec<u8>> {
     let contacts = match wave.alternation {
         Alternation::Stiffness => ["soft contact", "stiff contact"],
         Alternation::Mass => ["before the light site", "behind it"],

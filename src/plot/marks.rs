@@ -3,7 +3,7 @@
 use plotters::coord::ranged1d::Ranged;
 use plotters::prelude::*;
 
-use super::canvas::{Surface, px, sans};
+use super::canvas::{CanvasSurface, px, sans};
 use super::font;
 use crate::Result;
 
@@ -21,7 +21,7 @@ pub struct Mark {
 
 /// Draws marks from the lower to the upper end of a chart's vertical axis.
 pub(super) fn draw_marks<X, Y>(
-    chart: &mut ChartContext<'_, Surface, Cartesian2d<X, Y>>,
+    chart: &mut ChartContext<'_, CanvasSurface, Cartesian2d<X, Y>>,
     marks: &[Mark],
     (bottom, top): (f64, f64),
     colour: RGBColor,

@@ -37,7 +37,7 @@ use rayon::prelude::*;
 
 pub use attenuation::{Overlay, attenuation, transmission};
 pub use budget::{SharedScales, budget_figures, encode_all};
-pub use canvas::{Area, Canvas, Surface, px, sans};
+pub use canvas::{Area, Canvas, CanvasSurface, px, sans};
 pub use chart::{Chart, Corner, Look, PALETTE, Series, draw_charts, extent};
 pub use charts::{Curve, Panel, around, draw_panels};
 pub use figures::{
@@ -53,7 +53,7 @@ pub use short::{short_space, short_time};
 pub use views::views;
 
 pub(crate) use heat::block_extremes;
-pub(crate) use scale::{DECADES, Scale};
+pub(crate) use scale::{ColorScale, DECADES};
 pub(crate) use short::edges;
 
 use crate::analyze::Analysis;

@@ -10,7 +10,7 @@ use super::scene::{Color, Rect};
 pub(super) type Point = (f64, f64);
 
 /// An outline: open when stroked, closed when filled.
-pub(super) enum Shape<'a> {
+pub(super) enum Outline<'a> {
     Path(&'a [Point]),
     Rect(Rect),
     Circle { center: Point, radius: f64 },
@@ -64,7 +64,7 @@ impl Raster<'_> {
 
 /// Paints one figure on a white ground, mark by mark; encodes what was painted so far.
 pub(super) trait Painter: fmt::Debug {
-    fn shape(&mut self, shape: &Shape, brush: Brush, color: BackendColor);
+    fn shape(&mut self, shape: &Outline, brush: Brush, color: BackendColor);
 
     fn text(&mut self, text: &str, at: Point, lettering: &Lettering) -> Result<(), String>;
 

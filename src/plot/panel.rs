@@ -1,6 +1,6 @@
 //! A framed area with its axes: the ground that maps and curves are drawn on.
 
-use super::axis::Axis;
+use super::axis::PlotAxis;
 use super::font;
 use super::scene::{Anchor, FAINT, GRID, INK, Mark, Rect, Scene, Text};
 use super::ticks::Tick;
@@ -13,8 +13,8 @@ const TICK_LENGTH: f64 = 7.0;
 #[derive(Debug, Clone)]
 pub(super) struct Panel {
     pub rect: Rect,
-    pub x: Axis,
-    pub y: Axis,
+    pub x: PlotAxis,
+    pub y: PlotAxis,
     /// Whether the horizontal axis carries tick labels and its label.
     pub names_x: bool,
     /// Whether the vertical axis carries tick labels and its label.
@@ -22,7 +22,7 @@ pub(super) struct Panel {
 }
 
 impl Panel {
-    pub fn new(rect: Rect, x: Axis, y: Axis) -> Self {
+    pub fn new(rect: Rect, x: PlotAxis, y: PlotAxis) -> Self {
         Panel {
             rect,
             x,
@@ -57,7 +57,7 @@ impl Panel {
         }
     }
 
-    fn ticks_y(&self, axis: &Axis) -> Vec<(f64, Tick)> {
+    fn ticks_y(&self, axis: &PlotAxis) -> Vec<(f64, Tick)> {
         let spacing = if axis.log { 40.0 } else { 55.0 };
         let count = (self.rect.height() / spacing).max(2.0) as usize;
         let to_pixel = |v| {
@@ -130,11 +130,11 @@ impl Panel {
             }
         }
         if self.names_y {
-            self.label_along(scene, &self.y.title(), label_at, Side::Left);
+            self.label_along(scene, &self.y.title(), label_at, LabelSide::Left);
         }
     }
 
-    fn draw_right(&self, scene: &mut Scene, axis: &Axis) {
+    fn draw_right(&self, scene: &mut Scene, axis: &PlotAxis) {
         let right = self.rect.right;
         let ticks = self.ticks_y(axis);
         let label_at = right + 34.0 + widest(&ticks);
@@ -142,10 +142,10 @@ impl Panel {
             scene.line(vec![(right, y), (right + TICK_LENGTH, y)], INK, 1.0);
             scene.text(tick.text, (right + 13.0, y), TICK_SIZE, Anchor::Start);
         }
-        self.label_along(scene, &axis.title(), label_at, Side::Right);
+        self.label_along(scene, &axis.title(), label_at, LabelSide::Right);
     }
 
-    fn label_along(&self, scene: &mut Scene, label: &str, x: f64, side: Side) {
+    fn label_along(&self, scene: &mut Scene, label: &str, x: f64, side: LabelSide) {
         let middle = (self.rect.top + self.rect.bottom) / 2.0;
         label_upright(scene, label, (x, middle), self.rect.height() + 20.0, side);
     }
@@ -153,7 +153,7 @@ impl Panel {
 
 /// Where a label stands beside what it names.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub(super) enum Side {
+pub(super) enum LabelSide {
     Left,
     Right,
 }
@@ -165,7 +165,7 @@ pub(super) fn label_upright(
     label: &str,
     (x, middle): (f64, f64),
     room: f64,
-    side: Side,
+    side: LabelSide,
 ) {
     let fits = font::width(label, LABEL_SIZE) <= room;
     let lines = match label.find(" (").filter(|_| !fits) {
@@ -178,8 +178,8 @@ pub(super) fn label_upright(
         .fold(LABEL_SIZE, f64::min);
     let spacing = 1.2 * LABEL_SIZE;
     let first = match side {
-        Side::Left => (x - spacing * (lines.len() - 1) as f64).max(0.6 * LABEL_SIZE),
-        Side::Right => x,
+        LabelSide::Left => (x - spacing * (lines.len() - 1) as f64).max(0.6 * LABEL_SIZE),
+        LabelSide::Right => x,
     };
     for (index, line) in lines.into_iter().enumerate() {
         scene.marks.push(Mark::Text(Text {

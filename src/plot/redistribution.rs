@@ -1,6 +1,6 @@
 //! How the content moves along x and along t: three panels of curves each.
 
-use super::axis::Axis;
+use super::axis::PlotAxis;
 use super::curve::{self, BLUE, Curve, GREEN, LEVEL, PURPLE, VERMILLION};
 use super::panel::{self, Panel};
 use super::scene::{Anchor, Rect, Scene};
@@ -15,7 +15,7 @@ const LEFT: f64 = 130.0;
 pub fn along_x(analysis: &Analysis) -> Option<Figure> {
     let moments = analysis.along_space.as_ref()?;
     let axes = &analysis.axes;
-    let sheet = Sheet {
+    let sheet = RedistributionFigure {
         title: "Frequency content along x",
         name: &analysis.name,
         moments,
@@ -35,7 +35,7 @@ pub fn along_x(analysis: &Analysis) -> Option<Figure> {
 pub fn along_t(analysis: &Analysis) -> Option<Figure> {
     let moments = analysis.along_time.as_ref()?;
     let axes = &analysis.axes;
-    let sheet = Sheet {
+    let sheet = RedistributionFigure {
         title: "Wavenumber content along t",
         name: &analysis.name,
         moments,
@@ -51,7 +51,7 @@ pub fn along_t(analysis: &Analysis) -> Option<Figure> {
     Some(sheet.draw("along-t"))
 }
 
-struct Sheet<'a> {
+struct RedistributionFigure<'a> {
     title: &'static str,
     name: &'a str,
     moments: &'a Moments,
@@ -66,7 +66,7 @@ struct Sheet<'a> {
     energy_label: String,
 }
 
-impl Sheet<'_> {
+impl RedistributionFigure<'_> {
     fn draw(self, name: &'static str) -> Figure {
         let title = format!("{}: {}", self.title, self.name);
         let mut scene = Scene::new(&title, WIDTH, HEIGHT);
@@ -77,7 +77,7 @@ impl Sheet<'_> {
         Figure { name, scene }
     }
 
-    fn panel(&self, top: f64, bottom: f64, y: Axis) -> Panel {
+    fn panel(&self, top: f64, bottom: f64, y: PlotAxis) -> Panel {
         let rect = Rect {
             left: LEFT,
             top,
@@ -93,7 +93,7 @@ impl Sheet<'_> {
             [only] => (*only, *only),
             [] => (0.0, 1.0),
         };
-        Panel::new(rect, Axis::linear(&self.along_label, first, last), y)
+        Panel::new(rect, PlotAxis::linear(&self.along_label, first, last), y)
     }
 
     fn draw_content(&self, scene: &mut Scene) {
@@ -109,7 +109,7 @@ impl Sheet<'_> {
             .flatten()
             .copied()
             .chain(edge);
-        let y = Axis::around(&self.content_label, all).with_second(self.second.clone());
+        let y = PlotAxis::around(&self.content_label, all).with_second(self.second.clone());
         let mut panel = self.panel(110.0, 410.0, y);
         panel.names_x = false;
         let curves = [
@@ -132,7 +132,7 @@ impl Sheet<'_> {
             ..
         } = self.moments;
         let all = [low_share, high_share].into_iter().flatten().copied();
-        let y = Axis::around("share of energy", all.chain([1.0]));
+        let y = PlotAxis::around("share of energy", all.chain([1.0]));
         let mut panel = self.panel(470.0, 655.0, y);
         panel.names_x = false;
         let mut curves = vec![
@@ -148,7 +148,7 @@ impl Sheet<'_> {
 
     fn draw_energy(&self, scene: &mut Scene) {
         let energy = &self.moments.energy;
-        let y = Axis::log_around(&self.energy_label, energy.iter().copied());
+        let y = PlotAxis::log_around(&self.energy_label, energy.iter().copied());
         let panel = self.panel(715.0, 910.0, y);
         let label = format!(
             "energy of each {} (integral of its spectrum), log scale",

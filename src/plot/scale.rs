@@ -17,7 +17,7 @@ pub(crate) const DECADES: f64 = 8.0;
 
 /// A colour scale that holds every value it was made for.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub(crate) enum Scale {
+pub(crate) enum ColorScale {
     /// Linear from `-limit` to `limit`, zero in the neutral middle.
     Diverging { limit: f64 },
     /// As the area sine of `v / least` from `-limit` to `limit`: linear up to about `least`,
@@ -27,13 +27,13 @@ pub(crate) enum Scale {
     Log { low: f64, high: f64, smaller: bool },
 }
 
-impl Scale {
+impl ColorScale {
     /// Symmetric about zero, out to the largest magnitude.
     pub fn diverging(values: impl Iterator<Item = f64>) -> Self {
         let limit = values
             .filter(|v| v.is_finite())
             .fold(0.0, |most: f64, v| most.max(v.abs()));
-        Scale::Diverging {
+        ColorScale::Diverging {
             limit: if limit > 0.0 { limit } else { 1.0 },
         }
     }
@@ -44,7 +44,7 @@ impl Scale {
             .filter(|v| v.is_finite())
             .fold(0.0, |most: f64, v| most.max(v.abs()));
         let limit = if limit > 0.0 { limit } else { 1.0 };
-        Scale::Signed {
+        ColorScale::Signed {
             limit,
             least: limit * 10f64.powf(-decades),
         }
@@ -62,7 +62,7 @@ impl Scale {
             }
         }
         if most == 0.0 {
-            return Scale::Log {
+            return ColorScale::Log {
                 low: 0.1,
                 high: 1.0,
                 smaller: zeros,
@@ -70,14 +70,14 @@ impl Scale {
         }
         let floor = most * 10f64.powf(-DECADES);
         let low = least.max(floor).min(most / 10.0);
-        Scale::Log {
+        ColorScale::Log {
             low,
             high: most,
             smaller: zeros || least < low,
         }
     }
 
-    /// The colours that [`Scale::index`] points to.
+    /// The colours that [`ColorScale::index`] points to.
     pub fn palette(&self) -> Vec<Color> {
         let gradient = self.gradient();
         (0..LEVELS)
@@ -88,8 +88,8 @@ impl Scale {
 
     fn gradient(&self) -> Gradient {
         match self {
-            Scale::Diverging { .. } | Scale::Signed { .. } => PURPLE_ORANGE,
-            Scale::Log { .. } => VIRIDIS,
+            ColorScale::Diverging { .. } | ColorScale::Signed { .. } => PURPLE_ORANGE,
+            ColorScale::Log { .. } => VIRIDIS,
         }
     }
 
@@ -99,19 +99,19 @@ impl Scale {
             return None;
         }
         let share = match *self {
-            Scale::Diverging { limit } => 0.5 + 0.5 * (value / limit),
-            Scale::Signed { limit, least } => {
+            ColorScale::Diverging { limit } => 0.5 + 0.5 * (value / limit),
+            ColorScale::Signed { limit, least } => {
                 0.5 + 0.5 * (value / least).asinh() / (limit / least).asinh()
             }
-            Scale::Log { low, .. } if value <= low => 0.0,
-            Scale::Log { low, high, .. } => {
+            ColorScale::Log { low, .. } if value <= low => 0.0,
+            ColorScale::Log { low, high, .. } => {
                 (value.log10() - low.log10()) / (high.log10() - low.log10())
             }
         };
         Some(share.clamp(0.0, 1.0))
     }
 
-    /// Index into [`Scale::palette`].
+    /// Index into [`ColorScale::palette`].
     pub fn index(&self, value: f64) -> u8 {
         match self.share(value) {
             Some(share) => (share * (LEVELS - 1) as f64).round() as u8,
@@ -121,10 +121,10 @@ impl Scale {
 
     pub(super) fn ticks(&self, count: usize) -> Vec<Tick> {
         match *self {
-            Scale::Diverging { limit } => {
+            ColorScale::Diverging { limit } => {
                 ticks::linear(-limit, limit, count, Notation::of(-limit, limit))
             }
-            Scale::Signed { limit, least } => {
+            ColorScale::Signed { limit, least } => {
                 let up = ticks::logarithmic(2.0 * least, limit, count.div_ceil(2));
                 let down = up.iter().rev().map(|tick| Tick {
                     value: -tick.value,
@@ -136,19 +136,19 @@ impl Scale {
                 };
                 down.chain([zero]).chain(up.iter().cloned()).collect()
             }
-            Scale::Log { low, high, .. } => ticks::logarithmic(low, high, count),
+            ColorScale::Log { low, high, .. } => ticks::logarithmic(low, high, count),
         }
     }
 
     /// Whether some values are too small for the scale and share its lowest colour.
     pub fn holds_smaller(&self) -> bool {
-        matches!(self, Scale::Log { smaller: true, .. })
+        matches!(self, ColorScale::Log { smaller: true, .. })
     }
 
     /// What the lowest colour stands for, where it is more than one value.
     pub fn lowest_text(&self) -> Option<String> {
         match *self {
-            Scale::Log {
+            ColorScale::Log {
                 low, smaller: true, ..
             } => Some(format!("≤ {}", ticks::scientific(low))),
             _ => None,
@@ -158,14 +158,14 @@ impl Scale {
     /// `quantity` with what the colours do to it.
     pub fn label(&self, quantity: &str) -> String {
         match *self {
-            Scale::Diverging { limit } => {
+            ColorScale::Diverging { limit } => {
                 format!(
                     "{}, linear scale",
                     Notation::of(-limit, limit).label(quantity)
                 )
             }
-            Scale::Signed { .. } => format!("{quantity}, signed log scale"),
-            Scale::Log { low, high, .. } => match (high.log10() - low.log10()).round() {
+            ColorScale::Signed { .. } => format!("{quantity}, signed log scale"),
+            ColorScale::Log { low, high, .. } => match (high.log10() - low.log10()).round() {
                 1.0 => format!("{quantity}, log scale over 1 decade"),
                 decades => format!("{quantity}, log scale over {decades} decades"),
             },
@@ -180,14 +180,14 @@ mod tests {
     #[test]
     fn every_finite_value_lies_on_the_scale() {
         let values = [-3.0, 0.0, 2.0, f64::NAN];
-        let scale = Scale::diverging(values.into_iter());
-        assert_eq!(scale, Scale::Diverging { limit: 3.0 });
+        let scale = ColorScale::diverging(values.into_iter());
+        assert_eq!(scale, ColorScale::Diverging { limit: 3.0 });
         assert_eq!(values.map(|v| scale.index(v)), [0, 127, 212, 255]);
     }
 
     #[test]
     fn signed_scales_are_even_and_spread_small_values() {
-        let scale = Scale::signed([-100.0, 3.0].into_iter(), 4.0);
+        let scale = ColorScale::signed([-100.0, 3.0].into_iter(), 4.0);
         let share = |value| scale.share(value).unwrap();
         assert_eq!([share(-100.0), share(0.0), share(100.0)], [0.0, 0.5, 1.0]);
         assert!((share(3.0) + share(-3.0) - 1.0).abs() < 1e-12);
@@ -201,22 +201,25 @@ mod tests {
 
     #[test]
     fn log_scales_state_what_lies_below() {
-        let scale = Scale::log([0.0, 1e-12, 1e3].into_iter());
+        let scale = ColorScale::log([0.0, 1e-12, 1e3].into_iter());
         assert_eq!(scale.share(1e3), Some(1.0));
         assert_eq!(scale.share(0.0), Some(0.0));
         assert!((scale.share(1e-1).unwrap() - 0.5).abs() < 1e-12);
-        assert!(matches!(scale, Scale::Log { smaller: true, .. }));
+        assert!(matches!(scale, ColorScale::Log { smaller: true, .. }));
     }
 
     #[test]
     fn nothing_to_scale_is_no_division_by_zero() {
         for values in [vec![], vec![0.0], vec![f64::NAN]] {
             assert_eq!(
-                Scale::diverging(values.iter().copied()).share(0.0),
+                ColorScale::diverging(values.iter().copied()).share(0.0),
                 Some(0.5)
             );
-            assert_eq!(Scale::log(values.iter().copied()).share(0.0), Some(0.0));
+            assert_eq!(
+                ColorScale::log(values.iter().copied()).share(0.0),
+                Some(0.0)
+            );
         }
-        assert_eq!(Scale::log([5.0].into_iter()).share(5.0), Some(1.0));
+        assert_eq!(ColorScale::log([5.0].into_iter()).share(5.0), Some(1.0));
     }
 }

@@ -6,7 +6,7 @@ use plotters::style::text_anchor::{HPos, Pos, VPos};
 use plotters::style::{Color as _, FontTransform, RGBColor, TextStyle};
 use plotters_backend::{BackendCoord, DrawingErrorKind};
 
-use super::canvas::{Area, Surface, place, px, sans};
+use super::canvas::{Area, CanvasSurface, place, px, sans};
 use super::painter::Raster;
 use crate::Error;
 
@@ -60,11 +60,11 @@ impl<'a> PointCollection<'a, BackendCoord> for &'a Image {
 }
 
 /// An element of its own, since those of `plotters` do not stretch their pixels.
-impl Drawable<Surface> for Image {
+impl Drawable<CanvasSurface> for Image {
     fn draw<I: Iterator<Item = BackendCoord>>(
         &self,
         mut pos: I,
-        surface: &mut Surface,
+        surface: &mut CanvasSurface,
         _: (u32, u32),
     ) -> Result<(), DrawingErrorKind<Error>> {
         let (Some(from), Some(to)) = (pos.next(), pos.next()) else {

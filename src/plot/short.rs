@@ -1,8 +1,8 @@
 //! Short-time and short-space spectra: one panel a site, or a time.
 
-use super::axis::Axis;
+use super::axis::PlotAxis;
 use super::panel::{self, Panel};
-use super::scale::Scale;
+use super::scale::ColorScale;
 use super::scene::{Anchor, Rect, Scene};
 use super::{Figure, heat, labels};
 use crate::analyze::{Analysis, ShortTimeSpectra};
@@ -15,7 +15,7 @@ const GAP: f64 = 46.0;
 /// `S(f; t)` of chosen sites.
 pub fn short_time(analysis: &Analysis) -> Option<Figure> {
     let axes = &analysis.axes;
-    let sheet = Sheet {
+    let sheet = ShortTimeFigure {
         title: "Short-time spectra of chosen sites",
         name: &analysis.name,
         spectra: analysis.short_time.as_ref()?,
@@ -31,7 +31,7 @@ pub fn short_time(analysis: &Analysis) -> Option<Figure> {
 /// `S(k; x)` at chosen times.
 pub fn short_space(analysis: &Analysis) -> Option<Figure> {
     let axes = &analysis.axes;
-    let sheet = Sheet {
+    let sheet = ShortTimeFigure {
         title: "Short-space spectra at chosen times",
         name: &analysis.name,
         spectra: analysis.short_space.as_ref()?,
@@ -44,7 +44,7 @@ pub fn short_space(analysis: &Analysis) -> Option<Figure> {
     sheet.draw("short-space")
 }
 
-struct Sheet<'a> {
+struct ShortTimeFigure<'a> {
     title: &'static str,
     name: &'a str,
     spectra: &'a ShortTimeSpectra,
@@ -67,7 +67,7 @@ pub(crate) fn edges(centres: &[f64]) -> (f64, f64) {
     }
 }
 
-impl Sheet<'_> {
+impl ShortTimeFigure<'_> {
     /// `None` where there is no spectrum to show.
     fn draw(self, name: &'static str) -> Option<Figure> {
         let count = self.spectra.spectra.len();
@@ -87,7 +87,7 @@ impl Sheet<'_> {
         panel::heading(&mut scene, self.title, self.name);
 
         let all = self.spectra.spectra.iter().flat_map(|s| s.values.iter());
-        let scale = Scale::log(all.clone().copied());
+        let scale = ColorScale::log(all.clone().copied());
         let mut most = (1, 1);
         for index in 0..count {
             let cell = self.draw_one(&mut scene, &scale, (index, count), columns, tall);
@@ -109,7 +109,7 @@ impl Sheet<'_> {
     fn draw_one(
         &self,
         scene: &mut Scene,
-        scale: &Scale,
+        scale: &ColorScale,
         (index, count): (usize, usize),
         columns: usize,
         tall: f64,
@@ -133,9 +133,9 @@ impl Sheet<'_> {
         let last_column = column + 1 == columns || index + 1 == count;
         let second = self.second.clone().filter(|_| last_column);
         let (low, high) = edges(&self.spectra.frames);
-        let x = Axis::linear(&self.along, low, high);
+        let x = PlotAxis::linear(&self.along, low, high);
         let (low, high) = edges(&self.spectra.bins);
-        let y = Axis::linear(&self.content, low, high).with_second(second);
+        let y = PlotAxis::linear(&self.content, low, high).with_second(second);
         let mut panel = Panel::new(rect, x, y);
         panel.names_x = index + columns >= count;
         panel.names_y = column == 0;

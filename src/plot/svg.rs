@@ -7,7 +7,7 @@ use plotters_backend::text_anchor::HPos;
 
 use super::bitmap;
 use super::font;
-use super::painter::{Brush, Lettering, Painter, Point, Raster, Shape};
+use super::painter::{Brush, Lettering, Outline, Painter, Point, Raster};
 use super::scene::Rect;
 
 /// A figure as an SVG document.
@@ -37,7 +37,7 @@ impl Svg {
 }
 
 impl Painter for Svg {
-    fn shape(&mut self, shape: &Shape, brush: Brush, color: BackendColor) {
+    fn shape(&mut self, shape: &Outline, brush: Brush, color: BackendColor) {
         let look = match brush {
             Brush::Fill => ink("fill", color),
             Brush::Stroke(width) => {
@@ -46,9 +46,9 @@ impl Painter for Svg {
             }
         };
         let element = match shape {
-            Shape::Path(points) => format!("<polyline {look} points=\"{}\"/>", list(points)),
-            Shape::Rect(rect) => format!("<rect {} {look}/>", place(rect)),
-            Shape::Circle { center, radius } => format!(
+            Outline::Path(points) => format!("<polyline {look} points=\"{}\"/>", list(points)),
+            Outline::Rect(rect) => format!("<rect {} {look}/>", place(rect)),
+            Outline::Circle { center, radius } => format!(
                 "<circle {look} cx=\"{:.1}\" cy=\"{:.1}\" r=\"{radius:.1}\"/>",
                 center.0, center.1
             ),

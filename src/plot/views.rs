@@ -3,7 +3,7 @@
 use std::f64::consts::PI;
 
 use super::Figure;
-use super::axis::Axis;
+use super::axis::PlotAxis;
 use super::budget::{RIGHT, WIDTH, positions, rect};
 use super::curve::{self, BLUE, Curve, GREEN, LEVEL, PURPLE, VERMILLION};
 use super::panel::{self, Panel};
@@ -90,8 +90,8 @@ fn draw(scene: &mut Scene, rect: Rect, [x, y]: [&str; 2], all: &[View]) {
         .iter()
         .flat_map(|view| &view.x)
         .fold(0.0, |m: f64, x| m.max(*x));
-    let y = Axis::around(y, all.iter().flat_map(|view| view.y.iter().copied()));
-    let panel = Panel::new(rect, Axis::linear(x, 0.0, highest), y);
+    let y = PlotAxis::around(y, all.iter().flat_map(|view| view.y.iter().copied()));
+    let panel = Panel::new(rect, PlotAxis::linear(x, 0.0, highest), y);
     let curves = all.iter().map(|view| Curve {
         label: &view.label,
         color: view.color,

@@ -1,7 +1,7 @@
 //! A first look at all records at once, time by time, as they lie in most files.
 
 use super::scan::ChannelScan;
-use crate::numeric::lanes::{Lanes, WIDTH, Work, widest};
+use crate::numeric::lanes::{Lanes, SimdKernel, WIDTH, widest};
 use crate::system::prefetch::prefetch;
 
 /// Times that are looked at before the next sites.
@@ -99,7 +99,7 @@ struct Take<'a> {
     before: bool,
 }
 
-impl Work for Take<'_> {
+impl SimdKernel for Take<'_> {
     type Output = ();
 
     #[inline(always)]

@@ -21,18 +21,18 @@ pub struct Archive {
     file: File,
     path: PathBuf,
     precision: Precision,
-    state: Mutex<State>,
+    state: Mutex<ArchiveState>,
 }
 
 #[derive(Debug, Default)]
-struct State {
-    members: Vec<Member>,
+struct ArchiveState {
+    members: Vec<ArchiveEntry>,
     end: u64,
 }
 
 /// One array's place in the file.
 #[derive(Debug, Clone)]
-struct Member {
+struct ArchiveEntry {
     name: String,
     /// Where the local header starts.
     header: u64,
@@ -108,7 +108,7 @@ impl Archive {
         }
     }
 
-    fn lock(&self) -> std::sync::MutexGuard<'_, State> {
+    fn lock(&self) -> std::sync::MutexGuard<'_, ArchiveState> {
         self.state
             .lock()
             .unwrap_or_else(std::sync::PoisonError::into_inner)
@@ -148,7 +148,7 @@ impl Archive {
         let mut checksum = crc32fast::Hasher::new();
         checksum.update(&npy);
         state.end = end;
-        state.members.push(Member {
+        state.members.push(ArchiveEntry {
             name,
             header,
             content,
@@ -226,7 +226,7 @@ impl Archive {
     }
 
     /// The member's checksum; what came out of order is read back.
-    fn checksum(&self, member: &Member) -> Result<u32> {
+    fn checksum(&self, member: &ArchiveEntry) -> Result<u32> {
         if member.hashed == member.end {
             return Ok(member.checksum.clone().finalize());
         }
@@ -302,7 +302,7 @@ pub(super) fn npy_header(descr: &str, shape: &str, content: u64) -> Vec<u8> {
     header
 }
 
-impl Member {
+impl ArchiveEntry {
     fn size(&self) -> u64 {
         self.end - self.content
     }

@@ -84,7 +84,7 @@ struct WavenumberSummary {
     rate: Option<f64>,
     /// Wavenumber through which most has passed, either way, and how much; none where that is no
     /// more than its error.
-    largest_passage: Option<Passage>,
+    largest_passage: Option<PassageSummary>,
     centroid_start: Option<f64>,
     centroid_end: Option<f64>,
     optical_share_start: Option<f64>,
@@ -107,7 +107,7 @@ struct WavenumberErrors {
 }
 
 #[derive(Debug, Serialize)]
-struct Passage {
+struct PassageSummary {
     wavenumber: f64,
     share: f64,
 }
@@ -316,7 +316,7 @@ fn wavenumber(budget: &Budget, found: &WavenumberBudget) -> WavenumberSummary {
         rate: passed.map(|passed| passed / duration),
         largest_passage: most
             .filter(|(bin, (flux, _))| flux.abs() > noise(*bin))
-            .map(|(_, (flux, k))| Passage {
+            .map(|(_, (flux, k))| PassageSummary {
                 wavenumber: *k,
                 share: flux / budget.scale,
             }),

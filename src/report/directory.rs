@@ -157,7 +157,7 @@ impl ResultDirectory {
     /// [`Error::Exists`] or [`Error::OutputInUse`] if someone else was there first; [`Error::Write`].
     pub fn publish(mut self) -> Result<PathBuf> {
         let write = |action| Error::write(action, &self.wanted);
-        if check_free(self.contents, &self.wanted, self.replace)? == Place::Result {
+        if check_free(self.contents, &self.wanted, self.replace)? == Destination::Result {
             // The old result leaves only once the new one stands beside it.
             let mut old = self.working.clone().into_os_string();
             old.push(".replaced");
@@ -191,7 +191,7 @@ impl Drop for ResultDirectory {
 
 /// What is where the result should go.
 #[derive(Debug, PartialEq, Eq)]
-enum Place {
+enum Destination {
     /// Nothing, or an empty directory.
     Free,
     /// An earlier result.
@@ -199,7 +199,7 @@ enum Place {
 }
 
 /// Refuses a place that is taken.
-fn check_free(contents: Contents, path: &Path, replace: bool) -> Result<Place> {
+fn check_free(contents: Contents, path: &Path, replace: bool) -> Result<Destination> {
     let occupied = |found: String| {
         Err(Error::OutputInUse {
             path: path.to_owned(),
@@ -207,13 +207,13 @@ fn check_free(contents: Contents, path: &Path, replace: bool) -> Result<Place> {
         })
     };
     match fs::symlink_metadata(path) {
-        Err(_) => return Ok(Place::Free),
+        Err(_) => return Ok(Destination::Free),
         Ok(found) if found.is_dir() => (),
         Ok(_) => return occupied("is there and is no directory".into()),
     }
     let names = names(path)?;
     if names.is_empty() {
-        return Ok(Place::Free);
+        return Ok(Destination::Free);
     }
     let stranger = names.iter().find(|name| !contents.may_hold(name));
     if let Some(name) = stranger {
@@ -240,7 +240,7 @@ fn check_free(contents: Contents, path: &Path, replace: bool) -> Result<Place> {
         ));
     }
     if replace {
-        return Ok(Place::Result);
+        return Ok(Destination::Result);
     }
     Err(Error::Exists {
         path: path.to_owned(),

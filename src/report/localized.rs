@@ -7,7 +7,7 @@ use serde::Serialize;
 use super::Archive;
 use crate::Result;
 use crate::arrays::Precision;
-use crate::localized::{Direct, Family, Journey, Profile, Row, Wave};
+use crate::localized::{Direct, Family, Journey, OrderRow, Snapshot, Wave};
 
 /// The schema of `localized.json`.
 pub const LOCALIZED_SCHEMA: &str = "cascade.localize/1";
@@ -47,7 +47,7 @@ impl<'a, T: Serialize> LocalizedSummary<'a, T> {
 ///
 /// # Errors
 /// [`crate::Error::Write`].
-pub fn write_profile(path: &Path, wave: &Wave, profile: &Profile) -> Result<()> {
+pub fn write_profile(path: &Path, wave: &Wave, profile: &Snapshot) -> Result<()> {
     let archive = Archive::create(path, Precision::F64)?;
     let line = |name: &str, values: &[f64]| archive.append(name, &[values.len()], values);
     line("time", &profile.time)?;
@@ -96,7 +96,7 @@ pub fn write_journey(path: &Path, journey: &Journey) -> Result<()> {
 }
 
 /// Orders as CSV, a row an order, with all digits; what is not known is empty.
-pub fn table_csv(rows: &[Row]) -> String {
+pub fn table_csv(rows: &[OrderRow]) -> String {
     let mut table = COLUMNS.join(",");
     for row in rows {
         let exact = row.exact.as_ref();

@@ -18,18 +18,18 @@ const MOST_VALUES: usize = 1_000_000;
 /// ```
 #[derive(Debug, Clone, PartialEq, Eq, serde::Serialize, serde::Deserialize)]
 #[serde(deny_unknown_fields)]
-pub struct Axis {
+pub struct SweptKey {
     pub key: String,
     pub values: Vec<String>,
 }
 
-impl Axis {
+impl SweptKey {
     /// Reads `KEY=VALUES`. The values of a key that takes whole numbers are rounded to them,
     /// each kept once.
     ///
     /// # Errors
     /// [`Error::Request`] that quotes what cannot be read.
-    pub fn parse(text: &str, is_whole: impl Fn(&str) -> bool) -> Result<Axis> {
+    pub fn parse(text: &str, is_whole: impl Fn(&str) -> bool) -> Result<SweptKey> {
         let refuse = |expected: &str| refuse(expected, text);
         let Some((key, values)) = text.split_once('=') else {
             return Err(refuse("KEY=VALUES, such as stiffness_ratio=1:120:400log"));
@@ -77,7 +77,7 @@ impl Axis {
         if let Some(pair) = sorted.windows(2).find(|pair| pair[0] == pair[1]) {
             return Err(refuse(&format!("each value once, not {} twice", pair[0])));
         }
-        Ok(Axis { key, values })
+        Ok(SweptKey { key, values })
     }
 }
 
@@ -148,7 +148,7 @@ fn refuse(expected: &str, found: &str) -> Error {
 }
 
 /// The values of one member, one an axis, in the order of the axes.
-pub(super) fn member(axes: &[Axis], index: usize) -> Vec<&str> {
+pub(super) fn member(axes: &[SweptKey], index: usize) -> Vec<&str> {
     let mut rest = index;
     let mut values: Vec<&str> = axes
         .iter()
@@ -167,7 +167,7 @@ pub(super) fn member(axes: &[Axis], index: usize) -> Vec<&str> {
 ///
 /// # Errors
 /// [`Error::Request`] for none or too many, or a key that two axes vary.
-pub(super) fn count(axes: &[Axis]) -> Result<usize> {
+pub(super) fn count(axes: &[SweptKey]) -> Result<usize> {
     let mut keys: Vec<&str> = axes.iter().map(|axis| axis.key.as_str()).collect();
     keys.sort_unstable();
     if let Some(pair) = keys.windows(2).find(|pair| pair[0] == pair[1]) {
@@ -189,7 +189,7 @@ mod tests {
     use super::*;
 
     fn values(text: &str) -> Vec<String> {
-        Axis::parse(text, |key| key == "sites").unwrap().values
+        SweptKey::parse(text, |key| key == "sites").unwrap().values
     }
 
     #[test]
@@ -200,7 +200,7 @@ mod tests {
         assert_eq!(values("sites=10:1000:3log"), ["10", "100", "1000"]);
         assert_eq!(values("sites=1:3:9"), ["1", "2", "3"]);
         assert_eq!(values("ends=wall, free"), ["wall", "free"]);
-        let axis = Axis::parse("stiffness-ratio=2,3", |_| false).unwrap();
+        let axis = SweptKey::parse("stiffness-ratio=2,3", |_| false).unwrap();
         assert_eq!(axis.key, "stiffness_ratio");
         // The ends are met to the last bit, whatever the rounding of powers.
         let many = values("kappa=0.3:120.7:400log");
@@ -229,7 +229,7 @@ mod tests {
             "kappa=1:2:99999999999",
             "kappa=1:2:-5",
         ] {
-            let error = Axis::parse(text, |_| false).unwrap_err();
+            let error = SweptKey::parse(text, |_| false).unwrap_err();
             assert!(
                 error.is_usage() && error.to_string().contains(text),
                 "{error}"
@@ -240,8 +240,8 @@ mod tests {
     #[test]
     fn members_are_the_product_the_last_key_fastest() {
         let axes = [
-            Axis::parse("a=1,2", |_| false).unwrap(),
-            Axis::parse("b=x,y,z", |_| false).unwrap(),
+            SweptKey::parse("a=1,2", |_| false).unwrap(),
+            SweptKey::parse("b=x,y,z", |_| false).unwrap(),
         ];
         assert_eq!(count(&axes).unwrap(), 6);
         assert_eq!(member(&axes, 0), ["1", "x"]);

@@ -1,13 +1,13 @@
 //! Sweeps: many chains that differ in a few keys of one scene.
 //!
-//! A [`Sweep`] is a scene and [`Axis`]es; its members are the product of the axes' values, each
+//! A [`Sweep`] is a scene and [`SweptKey`]es; its members are the product of the axes' values, each
 //! named by its values. What each came to is kept in a directory as soon as it is known, so a sweep
 //! that was killed goes on where it was, parts of it can be computed apart and merged, and the table
 //! at the end is the same, byte for byte.
 
 mod axis;
-mod ledger;
 mod measures;
+mod request;
 mod table;
 
 use std::path::{Path, PathBuf};
@@ -15,16 +15,16 @@ use std::sync::{Mutex, PoisonError};
 
 use crate::system::memory::available_memory;
 
-pub use axis::Axis;
-pub use ledger::{Outcome, Outcomes, Request, read};
+pub use axis::SweptKey;
 pub use measures::Measures;
+pub use request::{Outcome, Outcomes, Request, read};
 
 use rayon::prelude::*;
 
 use crate::chain::scene::{Kind, SceneSource, Setting, properties};
 use crate::chain::{Run, Simulation, run_each, runs_a_thread};
 use crate::observer::Observer;
-use crate::system::journal::{Asked, Ledger, write_whole};
+use crate::system::journal::{Journal, StoredRequest, write_whole};
 use crate::{Error, Result};
 
 /// The name of the table in a sweep's directory.
@@ -86,13 +86,13 @@ pub struct Standing {
 }
 
 impl Sweep {
-    /// A sweep of the product of `vary`, each written as for [`Axis::parse`], the last one fastest.
+    /// A sweep of the product of `vary`, each written as for [`SweptKey::parse`], the last one fastest.
     ///
     /// # Errors
     /// [`Error::Request`] for what cannot be read, is no key of scenes, or is too much; [`Error::Scene`]
     /// for a scene that is at fault whatever its varied keys are.
     pub fn new(scene: SceneSource, vary: &[String]) -> Result<Sweep> {
-        let axes: Result<Vec<Axis>> = vary.iter().map(|text| axis_of_scenes(text)).collect();
+        let axes: Result<Vec<SweptKey>> = vary.iter().map(|text| axis_of_scenes(text)).collect();
         let axes = axes?;
         let members = axis::count(&axes)?;
         let request = Request {
@@ -147,8 +147,8 @@ impl Sweep {
     /// [`Error::Paused`] when the observer asks to stop. What was computed is kept.
     pub fn run(&self, directory: &Path, part: Part, observer: &dyn Observer) -> Result<Standing> {
         self.check()?;
-        let (ledger, mut outcomes): (Ledger, Outcomes) =
-            Ledger::open(directory, &self.request, &ledger::below(self.members))?;
+        let (journal, mut outcomes): (Journal, Outcomes) =
+            Journal::open(directory, &self.request, &request::below(self.members))?;
         let missing: Vec<usize> = (0..self.members)
             .filter(|member| part.holds(*member) && !outcomes.contains_key(member))
             .collect();
@@ -159,12 +159,12 @@ impl Sweep {
                 .map(|member| self.simulation(*member))
                 .collect();
             let done = Collected::default();
-            let watch = Watch {
+            let watch = SweepObserver {
                 observer,
                 done: &done,
             };
             run_each(&simulations?, &watch, &|i, result| {
-                done.take(members[i], result, &ledger);
+                done.take(members[i], result, &journal);
                 observer.advance(1);
             });
             match done.finish() {
@@ -178,7 +178,7 @@ impl Sweep {
                 (_, Some(error)) => return Err(error),
             }
         }
-        ledger.settle()?;
+        journal.sync()?;
         self.standing(directory, outcomes, missing.len())
     }
 
@@ -244,14 +244,14 @@ impl Sweep {
             request,
             members,
         };
-        let (ledger, known): (Ledger, Outcomes) =
-            Ledger::open(out, &sweep.request, &ledger::below(sweep.members))?;
+        let (journal, known): (Journal, Outcomes) =
+            Journal::open(out, &sweep.request, &request::below(sweep.members))?;
         for (member, outcome) in &outcomes {
             if !known.contains_key(member) {
-                ledger.add(member, outcome)?;
+                journal.add(member, outcome)?;
             }
         }
-        ledger.settle()?;
+        journal.sync()?;
         outcomes.extend(known);
         sweep.standing(out, outcomes, 0)
     }
@@ -281,8 +281,8 @@ impl Sweep {
 }
 
 /// An axis whose key is one of scenes.
-pub(crate) fn axis_of_scenes(text: &str) -> Result<Axis> {
-    let axis = Axis::parse(text, is_whole)?;
+pub(crate) fn axis_of_scenes(text: &str) -> Result<SweptKey> {
+    let axis = SweptKey::parse(text, is_whole)?;
     match properties().iter().any(|p| p.name == axis.key) {
         true => Ok(axis),
         false => Err(Error::Request {
@@ -295,7 +295,7 @@ pub(crate) fn axis_of_scenes(text: &str) -> Result<Axis> {
 
 /// All combinations of the values of axes, as keys with values, the last axis fastest; of no axes,
 /// one without any.
-pub(crate) fn combinations(axes: &[Axis]) -> Result<Vec<Vec<(String, String)>>> {
+pub(crate) fn combinations(axes: &[SweptKey]) -> Result<Vec<Vec<(String, String)>>> {
     if axes.is_empty() {
         return Ok(vec![Vec::new()]);
     }
@@ -317,14 +317,14 @@ fn is_whole(key: &str) -> bool {
 struct Collected(Mutex<(Outcomes, Option<Error>)>);
 
 impl Collected {
-    fn take(&self, member: usize, result: Result<Run>, ledger: &Ledger) {
+    fn take(&self, member: usize, result: Result<Run>, journal: &Journal) {
         let outcome = match result {
             Ok(run) => Outcome::Done(Measures::of(&run)),
             // Neither is the fault of the member.
             Err(error @ (Error::Cancelled | Error::Memory { .. })) => return self.stop(error),
             Err(error) => Outcome::Failed(error.to_string()),
         };
-        if let Err(error) = ledger.add(&member, &outcome) {
+        if let Err(error) = journal.add(&member, &outcome) {
             return self.stop(error);
         }
         self.lock().0.insert(member, outcome);
@@ -344,12 +344,12 @@ impl Collected {
 }
 
 /// Asks whether to stop: since the observer says so, or since nothing can be kept any more.
-struct Watch<'a> {
+struct SweepObserver<'a> {
     observer: &'a dyn Observer,
     done: &'a Collected,
 }
 
-impl Observer for Watch<'_> {
+impl Observer for SweepObserver<'_> {
     fn cancelled(&self) -> bool {
         self.observer.cancelled() || self.done.lock().1.is_some()
     }

@@ -1,8 +1,8 @@
 //! The table of a sweep: a row a member, in the order of the product whatever that of the work.
 
 use super::axis;
-use super::ledger::{Outcome, Outcomes, Request};
 use super::measures::Measures;
+use super::request::{Outcome, Outcomes, Request};
 
 /// The columns after those of the varied keys.
 fn measures() -> Result<Vec<String>, csv::Error> {

@@ -24,7 +24,7 @@ const LOCK_TRIES: usize = 10;
 const LOCK_PAUSE: Duration = Duration::from_millis(20);
 
 /// What long work was asked for: equal requests have equal members.
-pub(crate) trait Asked: Serialize + DeserializeOwned {
+pub(crate) trait StoredRequest: Serialize + DeserializeOwned {
     /// The file that holds it.
     const FILE: &'static str;
     /// What messages call the work.
@@ -39,8 +39,8 @@ pub(crate) trait Key: Clone + Ord + Serialize + DeserializeOwned {}
 impl<K: Clone + Ord + Serialize + DeserializeOwned> Key for K {}
 
 /// What a member comes to.
-pub(crate) trait Member: Clone + Serialize + DeserializeOwned {}
-impl<M: Clone + Serialize + DeserializeOwned> Member for M {}
+pub(crate) trait Measures: Clone + Serialize + DeserializeOwned {}
+impl<M: Clone + Serialize + DeserializeOwned> Measures for M {}
 
 /// Says what is wrong with the name of a member.
 pub(crate) type Check<K> = Box<dyn Fn(&K) -> std::result::Result<(), String>>;
@@ -56,7 +56,7 @@ pub enum Outcome<M> {
 
 #[derive(Debug, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
-struct Line<K, M> {
+struct JournalLine<K, M> {
     member: K,
     outcome: Outcome<M>,
 }
@@ -66,18 +66,18 @@ pub type Outcomes<K, M> = BTreeMap<K, Outcome<M>>;
 
 /// An open directory; no other process can add to it meanwhile.
 #[derive(Debug)]
-pub(crate) struct Ledger {
+pub(crate) struct Journal {
     path: PathBuf,
     file: Mutex<File>,
 }
 
-impl Ledger {
+impl Journal {
     /// Opens the directory of a sweep, made where nothing is there, with what is known already.
-    pub(crate) fn open<A: Asked, K: Key, M: Member>(
+    pub(crate) fn open<A: StoredRequest, K: Key, M: Measures>(
         directory: &Path,
         asked: &A,
         check: &dyn Fn(&K) -> std::result::Result<(), String>,
-    ) -> Result<(Ledger, Outcomes<K, M>)> {
+    ) -> Result<(Journal, Outcomes<K, M>)> {
         let occupied = |found: String| Error::OutputInUse {
             path: directory.to_owned(),
             found,
@@ -127,12 +127,12 @@ impl Ledger {
         let (outcomes, whole) = parse(&mut file, &path, check)?;
         file.set_len(whole).map_err(Error::write("cut", &path))?;
         let file = Mutex::new(file);
-        Ok((Ledger { path, file }, outcomes))
+        Ok((Journal { path, file }, outcomes))
     }
 
     /// Adds a member that is done.
-    pub(crate) fn add<K: Key, M: Member>(&self, member: &K, outcome: &Outcome<M>) -> Result<()> {
-        let line = Line {
+    pub(crate) fn add<K: Key, M: Measures>(&self, member: &K, outcome: &Outcome<M>) -> Result<()> {
+        let line = JournalLine {
             member: member.clone(),
             outcome: outcome.clone(),
         };
@@ -150,7 +150,7 @@ impl Ledger {
     }
 
     /// Sees to it that what was added is on the disk.
-    pub(crate) fn settle(&self) -> Result<()> {
+    pub(crate) fn sync(&self) -> Result<()> {
         let file = self.file.lock().unwrap_or_else(PoisonError::into_inner);
         file.sync_data().map_err(Error::write("write", &self.path))
     }
@@ -161,7 +161,7 @@ impl Ledger {
 /// # Errors
 /// [`Error::Read`] where it cannot be read or holds none; [`Error::Damaged`] for a line that is no
 /// member.
-pub(crate) fn read<A: Asked, K: Key, M: Member>(
+pub(crate) fn read<A: StoredRequest, K: Key, M: Measures>(
     directory: &Path,
     check: impl Fn(&A) -> Result<Check<K>>,
 ) -> Result<(A, Outcomes<K, M>)> {
@@ -185,7 +185,7 @@ pub(crate) fn read<A: Asked, K: Key, M: Member>(
 }
 
 /// The members of a file and the length of its whole lines; the first line of a member counts.
-fn parse<K: Key, M: Member>(
+fn parse<K: Key, M: Measures>(
     file: &mut File,
     path: &Path,
     check: &dyn Fn(&K) -> std::result::Result<(), String>,
@@ -205,7 +205,7 @@ fn parse<K: Key, M: Member>(
             line: number + 1,
             reason,
         };
-        let line: Line<K, M> =
+        let line: JournalLine<K, M> =
             serde_json::from_slice(line).map_err(|error| damaged(error.to_string()))?;
         check(&line.member).map_err(damaged)?;
         outcomes.entry(line.member).or_insert(line.outcome);
@@ -213,7 +213,7 @@ fn parse<K: Key, M: Member>(
     Ok((outcomes, whole as u64))
 }
 
-fn read_asked<A: Asked>(directory: &Path) -> Result<Option<A>> {
+fn read_asked<A: StoredRequest>(directory: &Path) -> Result<Option<A>> {
     let path = directory.join(A::FILE);
     let text = match fs::read_to_string(&path) {
         Ok(text) => text,

@@ -5,7 +5,7 @@ use num_complex::Complex;
 
 use super::Real;
 use super::records::{RecordScratch, RecordTransform};
-use crate::numeric::lanes::{Lanes, Work, widest};
+use crate::numeric::lanes::{Lanes, SimdKernel, widest};
 use crate::system::prefetch::{LINE, prefetch_after};
 
 /// `|X_m|^2` of `X_m = sum_j w_j u_j exp(+2 pi i m j / N)` of complex profiles u, `m` ascending from
@@ -90,7 +90,7 @@ impl<T: Real> ComplexTransform<T> {
         if let Ok(output) = ArrayViewMut2::from_shape((bins, 2 * count), spectra) {
             self.parts.transform_columns(parts, output, records);
         }
-        widest(Powers {
+        widest(PairPowers {
             spectra,
             count,
             length,
@@ -101,14 +101,14 @@ impl<T: Real> ComplexTransform<T> {
 }
 
 /// From the transforms of real and imaginary parts, side by side bin by bin.
-struct Powers<'a, T> {
+struct PairPowers<'a, T> {
     spectra: &'a [Complex<T>],
     count: usize,
     length: usize,
     powers: &'a mut [f64],
 }
 
-impl<T: Real> Work for Powers<'_, T> {
+impl<T: Real> SimdKernel for PairPowers<'_, T> {
     type Output = ();
 
     #[inline(always)]

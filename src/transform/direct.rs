@@ -2,7 +2,7 @@
 
 use num_complex::Complex;
 
-use crate::numeric::lanes::{Block, Lanes, Number, WIDTH, Work, widest};
+use crate::numeric::lanes::{LaneBlock, Lanes, Number, SimdKernel, WIDTH, widest};
 
 /// Samples between twiddles that are computed anew.
 const ANCHOR: usize = 256;
@@ -14,31 +14,31 @@ const ANCHOR: usize = 256;
 pub fn direct_sums(x: &[f64], bins: &[usize]) -> Vec<Complex<f64>> {
     let together = bins.chunks(WIDTH);
     let sums = together.flat_map(|bins| {
-        let [re, im] = widest(Sums { x, bins });
+        let [re, im] = widest(DirectSums { x, bins });
         (0..bins.len()).map(move |l| Complex::new(re.0[l], im.0[l]))
     });
     sums.collect()
 }
 
 /// Of up to eight bins.
-struct Sums<'a> {
+struct DirectSums<'a> {
     x: &'a [f64],
     bins: &'a [usize],
 }
 
-impl Work for Sums<'_> {
-    type Output = [Block; 2];
+impl SimdKernel for DirectSums<'_> {
+    type Output = [LaneBlock; 2];
 
     #[inline(always)]
-    fn run<L: Lanes>(self) -> [Block; 2] {
+    fn run<L: Lanes>(self) -> [LaneBlock; 2] {
         let n = self.x.len();
-        let mut sums = [Block::default(); 2];
+        let mut sums = [LaneBlock::default(); 2];
         if n == 0 {
             return sums;
         }
         let turns = |at: usize| {
             // [cos, sin][high, low] of each bin.
-            let mut turns = [[Block::default(); 2]; 2];
+            let mut turns = [[LaneBlock::default(); 2]; 2];
             for (l, &bin) in self.bins.iter().enumerate() {
                 // The phase is reduced in integers wide enough for any length.
                 let phase = (at as u128 * bin as u128 % n as u128) as usize;

@@ -4,7 +4,7 @@ use column_fft::rows;
 use num_complex::Complex;
 
 use super::Real;
-use crate::numeric::lanes::{Lanes, WIDTH, Work, widest};
+use crate::numeric::lanes::{Lanes, SimdKernel, WIDTH, widest};
 use crate::numeric::{interleaved_sums_of_squares, sum, sum_of_squares};
 
 /// The window of a transform, and what becomes of a record's mean.
@@ -171,7 +171,7 @@ struct Widen<'a> {
     high: &'a mut [f64; WIDTH],
 }
 
-impl Work for Widen<'_> {
+impl SimdKernel for Widen<'_> {
     type Output = ();
 
     #[inline(always)]

@@ -1,16 +1,16 @@
 //! Stepping only where a force acts changes no bit.
 
 use wavecascade::chain::{
-    Accuracy, Chain, EndTime, Ends, Law, Losses, Record, Scheme, Simulation, Window,
+    Accuracy, Chain, EndTime, Ends, Law, Losses, Record, Scheme, Simulation, SteppedSites,
 };
 use wavecascade::observer::Silent;
 
 fn same_bits(name: &str, mut simulation: Simulation) {
     simulation.estimate_error = false;
     simulation.record = Record::ALL;
-    simulation.window = Window::Whole;
+    simulation.window = SteppedSites::Whole;
     let whole = simulation.run(&Silent).unwrap();
-    simulation.window = Window::Active;
+    simulation.window = SteppedSites::Active;
     let active = simulation.run(&Silent).unwrap();
     assert!(active.report.cost.forces < whole.report.cost.forces);
     assert_eq!(active.report.cost.steps, whole.report.cost.steps, "{name}");

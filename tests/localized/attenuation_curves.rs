@@ -2,7 +2,7 @@
 
 use wavecascade::Error;
 use wavecascade::attenuation::{
-    Attenuation, AttenuationRequest, ContactKind, Law, Named, Reach, Sense, StopCause,
+    Attenuation, AttenuationLaw, AttenuationRequest, ContactKind, Named, Reach, Sense, StopCause,
     Transmission, TransmissionRequest,
 };
 use wavecascade::chain::scene::{SceneSource, Setting};
@@ -113,7 +113,10 @@ fn val_paper_localized_settles_and_dispersive_falls() {
             .iter()
             .all(|row| row.relative_force == Some(1.0))
     );
-    assert_eq!(curve(0).fits.as_ref().unwrap().chosen().law, Law::Level);
+    assert_eq!(
+        curve(0).fits.as_ref().unwrap().chosen().law,
+        AttenuationLaw::Level
+    );
     let settled = (force(4, 100) / force(4, 60) - 1.0).abs();
     println!("settled {settled:e}, {}", force(4, 100));
     assert!(settled < 1e-7, "{settled:e}");

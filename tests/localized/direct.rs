@@ -2,10 +2,16 @@
 
 use wavecascade::Error;
 use wavecascade::chain::contact::{Ellipse, Material, stiffness_ratio};
-use wavecascade::localized::{Alternation, Comparison, Cylinders, Family, LeakScan, Row, minima};
+use wavecascade::localized::{
+    Alternation, Comparison, Cylinders, Family, LeakScan, OrderRow, minima,
+};
 use wavecascade::observer::{Observer, Silent};
 
-fn compared(family: Family, orders: std::ops::RangeInclusive<usize>, cells: usize) -> Vec<Row> {
+fn compared(
+    family: Family,
+    orders: std::ops::RangeInclusive<usize>,
+    cells: usize,
+) -> Vec<OrderRow> {
     let comparison = Comparison {
         family,
         orders,

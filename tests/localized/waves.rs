@@ -1,7 +1,7 @@
 //! Localized waves against the paper, another program, finite differences, conservation laws and
 //! chains.
 
-use wavecascade::localized::{Alternation, Family, PUBLISHED, SlowProfile, Wave};
+use wavecascade::localized::{Alternation, Family, PUBLISHED, SlowWave, Wave};
 use wavecascade::observer::Silent;
 
 const MASS: Family = Family {
@@ -60,9 +60,7 @@ fn val_numpy_ratios() {
 fn val_paper_table() {
     let family = Family::default();
     let search = family.search(19).unwrap();
-    let fitted = family
-        .estimates(&SlowProfile::fitted().unwrap(), 19)
-        .unwrap();
+    let fitted = family.estimates(&SlowWave::fitted().unwrap(), 19).unwrap();
     for row in PUBLISHED.iter().filter(|row| row.order <= 7) {
         let order = row.order;
         let exact = search.wave(order).unwrap().ratio;
@@ -227,7 +225,7 @@ fn regress_bad_requests_are_refused() {
         exponent: 2.0,
         ..family
     };
-    let slow = SlowProfile::exact(1.5).unwrap();
+    let slow = SlowWave::exact(1.5).unwrap();
     assert!(other.estimates(&slow, 2).unwrap_err().is_usage());
     // Too wide, or too fast, for any grid: no number rather than a wrong one.
     let wide = Family {

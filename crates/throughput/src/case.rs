@@ -7,21 +7,21 @@ use crate::Precision;
 use crate::kind::{HOP, SEGMENT};
 use crate::planes::{Plane, ShortTime};
 use crate::ways::TILE;
-use crate::{Arrays, Kind, Planned};
+use crate::{Arrays, PlannedTransform, TransformKind};
 use crate::{Error, Result};
 use column_fft::{Real, RealToComplexColumns, ShortTimeColumns};
 use wavecascade_system::memory::{half_of_free_memory, size as size_of_memory};
 
 /// Rows (samples of a column) and columns of an array.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, serde::Serialize)]
-pub struct Shape {
+pub struct ArrayShape {
     pub rows: usize,
     pub columns: usize,
 }
 
-impl Shape {
-    pub fn new(rows: usize, columns: usize) -> Shape {
-        Shape { rows, columns }
+impl ArrayShape {
+    pub fn new(rows: usize, columns: usize) -> ArrayShape {
+        ArrayShape { rows, columns }
     }
 
     /// Rows of the spectrum.
@@ -39,22 +39,22 @@ impl Shape {
     }
 }
 
-impl fmt::Display for Shape {
+impl fmt::Display for ArrayShape {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         write!(f, "{}x{}", self.rows, self.columns)
     }
 }
 
-impl FromStr for Shape {
+impl FromStr for ArrayShape {
     type Err = String;
 
     /// `ROWSxCOLUMNS`; not larger than could be addressed.
-    fn from_str(text: &str) -> std::result::Result<Shape, String> {
+    fn from_str(text: &str) -> std::result::Result<ArrayShape, String> {
         let number = |text: &str| text.parse().ok().filter(|&n: &usize| n > 0);
         let shape = text.split_once('x').and_then(|(rows, columns)| {
             let (rows, columns) = (number(rows)?, number(columns)?);
             let bytes = rows.checked_add(2)?.checked_mul(columns)?.checked_mul(16)?;
-            (bytes <= isize::MAX as usize).then_some(Shape { rows, columns })
+            (bytes <= isize::MAX as usize).then_some(ArrayShape { rows, columns })
         });
         shape.ok_or_else(|| "expected ROWSxCOLUMNS, such as 4096x300, each at least 1".into())
     }
@@ -63,9 +63,9 @@ impl FromStr for Shape {
 /// A kind of transform, the array's shape, the numbers' type and the threads that share the work.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, serde::Serialize)]
 pub struct CaseOf {
-    pub kind: Kind,
+    pub kind: TransformKind,
     #[serde(flatten)]
-    pub shape: Shape,
+    pub shape: ArrayShape,
     pub precision: Precision,
     pub threads: usize,
 }
@@ -77,7 +77,7 @@ impl CaseOf {
     /// [`Error::Shape`] where columns are shorter than a segment.
     pub fn check(&self) -> Result<()> {
         match self.kind {
-            Kind::ShortTime if self.shape.rows < SEGMENT => Err(Error::Shape {
+            TransformKind::ShortTime if self.shape.rows < SEGMENT => Err(Error::Shape {
                 expected: format!("at least {SEGMENT} rows, a short-time segment"),
                 found: self.shape.to_string(),
             }),
@@ -89,7 +89,7 @@ impl CaseOf {
     ///
     /// # Errors
     /// As [`CaseOf::check`]; [`Error::Memory`] where there is no memory.
-    pub fn prepare(&self) -> Result<Box<dyn Planned>> {
+    pub fn prepare(&self) -> Result<Box<dyn PlannedTransform>> {
         self.check()?;
         match self.precision {
             Precision::F64 => self.prepare_of::<f64>(),
@@ -97,32 +97,34 @@ impl CaseOf {
         }
     }
 
-    fn prepare_of<T: Real>(&self) -> Result<Box<dyn Planned>> {
+    fn prepare_of<T: Real>(&self) -> Result<Box<dyn PlannedTransform>> {
         Ok(match self.kind {
-            Kind::Columns => Box::new(Arrays::<T>::new(self.shape)?),
-            Kind::Plane => Box::new(Plane::<T>::new(self.shape)?),
-            Kind::ShortTime => Box::new(ShortTime::<T>::new(self.shape)?),
+            TransformKind::Columns => Box::new(Arrays::<T>::new(self.shape)?),
+            TransformKind::Plane => Box::new(Plane::<T>::new(self.shape)?),
+            TransformKind::ShortTime => Box::new(ShortTime::<T>::new(self.shape)?),
         })
     }
 
     /// `2.5 n log2 n` operations for n real numbers that are transformed together: those of a column, of
     /// the plane, of a segment of a column.
     pub fn operations(&self) -> f64 {
-        let Shape { rows, columns } = self.shape;
+        let ArrayShape { rows, columns } = self.shape;
         let (length, times) = match self.kind {
-            Kind::Columns => (rows, columns),
-            Kind::Plane => (self.shape.samples(), 1),
-            Kind::ShortTime => (SEGMENT, self.segments() * columns),
+            TransformKind::Columns => (rows, columns),
+            TransformKind::Plane => (self.shape.samples(), 1),
+            TransformKind::ShortTime => (SEGMENT, self.segments() * columns),
         };
         2.5 * length as f64 * (length as f64).log2() * times as f64
     }
 
     /// Bytes of the array and of its spectra.
     pub fn bytes(&self) -> u64 {
-        let Shape { rows, columns } = self.shape;
+        let ArrayShape { rows, columns } = self.shape;
         match self.kind {
-            Kind::Columns | Kind::Plane => self.shape.bytes(self.precision) as u64,
-            Kind::ShortTime => {
+            TransformKind::Columns | TransformKind::Plane => {
+                self.shape.bytes(self.precision) as u64
+            }
+            TransformKind::ShortTime => {
                 let bins = self.segments() as u64 * (SEGMENT as u64 / 2 + 1);
                 let numbers = (rows as u64).saturating_add(bins.saturating_mul(2));
                 let row = (columns * size(self.precision)) as u64;
@@ -154,26 +156,28 @@ impl CaseOf {
 
     /// Working space of one thread: our own, and columns as the other ways gather them.
     fn working_bytes(&self) -> u64 {
-        let Shape { rows, columns } = self.shape;
+        let ArrayShape { rows, columns } = self.shape;
         let row = columns * size(self.precision);
         let (length, weighed) = match self.kind {
-            Kind::Columns | Kind::Plane => (rows, 0),
-            Kind::ShortTime => (SEGMENT, SEGMENT * row),
+            TransformKind::Columns | TransformKind::Plane => (rows, 0),
+            TransformKind::ShortTime => (SEGMENT, SEGMENT * row),
         };
         let ours = match self.precision {
             Precision::F64 => self.own_working_bytes::<f64>(length),
             Precision::F32 => self.own_working_bytes::<f32>(length),
         };
-        ours + (weighed + Shape::new(length, TILE).bytes(self.precision)) as u64
+        ours + (weighed + ArrayShape::new(length, TILE).bytes(self.precision)) as u64
     }
 
     fn own_working_bytes<T: Real>(&self, length: usize) -> u64 {
         let columns = self.shape.columns;
         let numbers = match self.kind {
-            Kind::Columns | Kind::Plane => {
+            TransformKind::Columns | TransformKind::Plane => {
                 RealToComplexColumns::<T>::scratch_len_of(length, columns, columns)
             }
-            Kind::ShortTime => ShortTimeColumns::<T>::scratch_len_of(length, columns, columns),
+            TransformKind::ShortTime => {
+                ShortTimeColumns::<T>::scratch_len_of(length, columns, columns)
+            }
         };
         (numbers * 2 * size_of::<T>()) as u64
     }
@@ -228,7 +232,7 @@ impl fmt::Display for CaseOf {
             threads,
         } = self;
         // Records of columns are older than other kinds.
-        if *kind != Kind::Columns {
+        if *kind != TransformKind::Columns {
             write!(f, "{kind} ")?;
         }
         let s = if *threads == 1 { "" } else { "s" };
@@ -257,7 +261,7 @@ mod tests {
 
     #[test]
     fn shapes_are_two_numbers() {
-        assert_eq!("4096x300".parse(), Ok(Shape::new(4096, 300)));
+        assert_eq!("4096x300".parse(), Ok(ArrayShape::new(4096, 300)));
         for wrong in [
             "",
             "4096",
@@ -268,16 +272,16 @@ mod tests {
             "4096×300",
             "99999999999999999999x1",
         ] {
-            assert!(wrong.parse::<Shape>().is_err(), "{wrong}");
+            assert!(wrong.parse::<ArrayShape>().is_err(), "{wrong}");
         }
         let too_large = format!("{}x{}", 1_u64 << 40, 1_u64 << 30);
-        assert!(too_large.parse::<Shape>().is_err());
+        assert!(too_large.parse::<ArrayShape>().is_err());
     }
 
-    fn of(kind: Kind, rows: usize, columns: usize) -> CaseOf {
+    fn of(kind: TransformKind, rows: usize, columns: usize) -> CaseOf {
         CaseOf {
             kind,
-            shape: Shape::new(rows, columns),
+            shape: ArrayShape::new(rows, columns),
             precision: Precision::F64,
             threads: 1,
         }
@@ -289,19 +293,19 @@ mod tests {
     #[test]
     fn val_memory_is_that_of_the_arrays_or_of_the_copy() {
         let bytes = |case: CaseOf| case.needed(u64::MAX);
-        assert_eq!(bytes(of(Kind::Columns, 64, 9)), 256 << 20);
+        assert_eq!(bytes(of(TransformKind::Columns, 64, 9)), 256 << 20);
         let width = RealToComplexColumns::<f64>::new(2048).unwrap().width() as u64;
         let arrays = 20480 * (2048 + 2 * 1025) * 8;
         // With a cache line for the alignment.
         let scratch = 2 * width * (64 + 33 * 34) * 8 + 64;
         let tile = 8 * (2048 + 2 * 1025) * 8;
         let working = scratch + 2048 * 512 + tile;
-        for kind in [Kind::Columns, Kind::Plane] {
+        for kind in [TransformKind::Columns, TransformKind::Plane] {
             let case = of(kind, 2048, 20480);
             assert_eq!(bytes(case), arrays + working);
             assert_eq!(bytes(CaseOf { threads: 3, ..case }), arrays + 3 * working);
         }
-        let hopeless = of(Kind::Columns, 2048, 20480);
+        let hopeless = of(TransformKind::Columns, 2048, 20480);
         assert_eq!(hopeless.needed(arrays - 1), arrays);
         let arrays = 3001 * (16384 + 505 * 129 * 2) * 8;
         let working =
@@ -309,18 +313,21 @@ mod tests {
         // A megabyte has room for 508 columns, as many of them as make whole tiles.
         let assembled = 129 * (508 / width * width) * 16;
         assert_eq!(
-            bytes(of(Kind::ShortTime, 16384, 3001)),
+            bytes(of(TransformKind::ShortTime, 16384, 3001)),
             arrays + working + assembled
         );
         // Rows of whole lines take none.
         let arrays = 3000 * (16384 + 505 * 129 * 2) * 8;
         let working = working - 256 * 8;
-        assert_eq!(bytes(of(Kind::ShortTime, 16384, 3000)), arrays + working);
+        assert_eq!(
+            bytes(of(TransformKind::ShortTime, 16384, 3000)),
+            arrays + working
+        );
     }
 
     #[test]
     fn as_many_run_at_once_as_the_largest_fit() {
-        let of = |rows| Shape::new(rows, 1);
+        let of = |rows| ArrayShape::new(rows, 1);
         let cases = [(of(1), 10), (of(2), 1000), (of(3), 100)];
         let found = |most, free| fitting(cases.into_iter(), most, free);
         assert_eq!([1, 2, 9].map(|most| found(most, 9999)), [1, 2, 3].map(Ok));
@@ -334,28 +341,34 @@ mod tests {
 
     #[test]
     fn val_bytes_and_operations_by_hand() {
-        assert_eq!(of(Kind::Columns, 5, 3).bytes(), (5 * 3 + 3 * 3 * 2) * 8);
+        assert_eq!(
+            of(TransformKind::Columns, 5, 3).bytes(),
+            (5 * 3 + 3 * 3 * 2) * 8
+        );
         let operations = |kind, rows, columns| of(kind, rows, columns).operations();
-        assert_eq!(operations(Kind::Columns, 4, 2), 2.5 * 8.0 * 2.0);
-        assert_eq!(operations(Kind::Plane, 4, 2), 2.5 * 8.0 * 3.0);
+        assert_eq!(operations(TransformKind::Columns, 4, 2), 2.5 * 8.0 * 2.0);
+        assert_eq!(operations(TransformKind::Plane, 4, 2), 2.5 * 8.0 * 3.0);
         // Three segments begin in 320 rows.
         assert_eq!(
-            of(Kind::ShortTime, 320, 7).bytes(),
+            of(TransformKind::ShortTime, 320, 7).bytes(),
             7 * (320 + 3 * 129 * 2) * 8
         );
         let one = 2.5 * 256.0 * 8.0;
-        assert_eq!(operations(Kind::ShortTime, 320, 7), 3.0 * 7.0 * one);
+        assert_eq!(
+            operations(TransformKind::ShortTime, 320, 7),
+            3.0 * 7.0 * one
+        );
     }
 
     #[test]
     fn records_of_columns_keep_their_names() {
-        let names = Kind::ALL.map(|kind| of(kind, 256, 3).to_string());
+        let names = TransformKind::ALL.map(|kind| of(kind, 256, 3).to_string());
         let expected = ["", "plane ", "short-time "];
         assert_eq!(
             names,
             expected.map(|kind| format!("{kind}256x3 f64, 1 thread"))
         );
-        assert!(of(Kind::ShortTime, 255, 3).check().is_err());
-        assert!(of(Kind::Plane, 1, 1).check().is_ok());
+        assert!(of(TransformKind::ShortTime, 255, 3).check().is_err());
+        assert!(of(TransformKind::Plane, 1, 1).check().is_ok());
     }
 }

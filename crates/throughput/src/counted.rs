@@ -5,7 +5,7 @@ use std::str::FromStr;
 
 use crate::Precision;
 use crate::machine::set_name;
-use crate::{Arrays, Planned, Shape, Way};
+use crate::{ArrayShape, Arrays, Implementation, PlannedTransform};
 use crate::{Error, Result};
 use column_fft::{InstructionSet, Real};
 
@@ -14,14 +14,14 @@ use column_fft::{InstructionSet, Real};
 pub enum Counted {
     /// [`column_fft::RealToComplexColumns`] by an instruction set.
     Cascade(InstructionSet),
-    /// [`Way::Rustfft`].
+    /// [`Implementation::Rustfft`].
     Rustfft,
 }
 
 /// Samples transformed and what transforms them.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct CountedCase {
-    pub shape: Shape,
+    pub shape: ArrayShape,
     pub precision: Precision,
     pub by: Counted,
 }
@@ -29,20 +29,20 @@ pub struct CountedCase {
 impl CountedCase {
     /// Small arrays of every kind of length: `2^10`, that of short-time segments with a tail of
     /// columns, `3^3 5 7`, and a prime.
-    pub const SHORT: [Shape; 4] = [
-        Shape {
+    pub const SHORT: [ArrayShape; 4] = [
+        ArrayShape {
             rows: 1024,
             columns: 16,
         },
-        Shape {
+        ArrayShape {
             rows: 256,
             columns: 37,
         },
-        Shape {
+        ArrayShape {
             rows: 945,
             columns: 16,
         },
-        Shape {
+        ArrayShape {
             rows: 1009,
             columns: 16,
         },
@@ -66,8 +66,8 @@ impl CountedCase {
 
     fn repeat_of<T: Real>(&self, times: usize) -> Result<()> {
         let (arrays, way) = match self.by {
-            Counted::Rustfft => (Some(Arrays::<T>::new(self.shape)?), Way::Rustfft),
-            Counted::Cascade(set) => (Arrays::with(self.shape, set)?, Way::Cascade),
+            Counted::Rustfft => (Some(Arrays::<T>::new(self.shape)?), Implementation::Rustfft),
+            Counted::Cascade(set) => (Arrays::with(self.shape, set)?, Implementation::Cascade),
         };
         let mut arrays = arrays.ok_or_else(|| Error::InstructionSet(self.by.to_string()))?;
         for _ in 0..times {

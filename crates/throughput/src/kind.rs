@@ -2,7 +2,7 @@
 
 use std::fmt;
 
-use crate::Shape;
+use crate::ArrayShape;
 
 /// Samples of a short-time segment, and from one to the next.
 pub const SEGMENT: usize = 256;
@@ -19,7 +19,7 @@ pub enum Precision {
 /// What is transformed.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, serde::Serialize)]
 #[serde(rename_all = "kebab-case")]
-pub enum Kind {
+pub enum TransformKind {
     /// All columns of an array: [`column_fft::RealToComplexColumns`].
     Columns,
     /// Both axes of an array: [`column_fft::RealToComplex2d`].
@@ -29,40 +29,44 @@ pub enum Kind {
     ShortTime,
 }
 
-impl Kind {
-    pub const ALL: [Kind; 3] = [Kind::Columns, Kind::Plane, Kind::ShortTime];
+impl TransformKind {
+    pub const ALL: [TransformKind; 3] = [
+        TransformKind::Columns,
+        TransformKind::Plane,
+        TransformKind::ShortTime,
+    ];
 
     /// The short form's arrays; of columns `2^12` and `2^14` rows, and a prime number of them.
-    pub fn short(self) -> &'static [Shape] {
-        const fn of(rows: usize, columns: usize) -> Shape {
-            Shape { rows, columns }
+    pub fn short(self) -> &'static [ArrayShape] {
+        const fn of(rows: usize, columns: usize) -> ArrayShape {
+            ArrayShape { rows, columns }
         }
         match self {
-            Kind::Columns => const { &[of(4096, 300), of(16384, 300), of(10007, 300)] },
-            Kind::Plane => const { &[of(2048, 2048)] },
-            Kind::ShortTime => const { &[of(16384, 300)] },
+            TransformKind::Columns => const { &[of(4096, 300), of(16384, 300), of(10007, 300)] },
+            TransformKind::Plane => const { &[of(2048, 2048)] },
+            TransformKind::ShortTime => const { &[of(16384, 300)] },
         }
     }
 
     /// The short form's number types.
     pub fn precisions(self) -> &'static [Precision] {
         match self {
-            Kind::Columns => &[Precision::F64, Precision::F32],
-            Kind::Plane | Kind::ShortTime => &[Precision::F64],
+            TransformKind::Columns => &[Precision::F64, Precision::F32],
+            TransformKind::Plane | TransformKind::ShortTime => &[Precision::F64],
         }
     }
 
     /// As it is typed.
     pub fn name(self) -> &'static str {
         match self {
-            Kind::Columns => "columns",
-            Kind::Plane => "plane",
-            Kind::ShortTime => "short-time",
+            TransformKind::Columns => "columns",
+            TransformKind::Plane => "plane",
+            TransformKind::ShortTime => "short-time",
         }
     }
 }
 
-impl fmt::Display for Kind {
+impl fmt::Display for TransformKind {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         f.pad(self.name())
     }

@@ -30,13 +30,13 @@ mod ways;
 
 pub use baseline::{Baseline, Comparison, Instructions, Ratios};
 pub use buffer::Buffer;
-pub use case::{CaseOf, Shape, fit_memory, name};
+pub use case::{ArrayShape, CaseOf, fit_memory, name};
 pub use counted::{Counted, CountedCase};
 pub use error::{Error, Result};
-pub use kind::{Kind, Precision};
+pub use kind::{Precision, TransformKind};
 pub use machine::{Machine, Versions};
 pub use rounds::{Clock, Rounds, Throughput, copy_rate, median, table};
-pub use ways::{About, Arrays, Planned, Way};
+pub use ways::{Arrays, Description, Implementation, PlannedTransform};
 
 /// The part of its throughput that a case may lose against the baseline.
 pub const LARGEST_LOSS: f64 = 0.1;

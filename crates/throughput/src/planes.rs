@@ -11,18 +11,18 @@ use rustfft::{Fft, FftPlanner};
 
 use crate::Result;
 use crate::kind::{HOP, SEGMENT};
-use crate::ways::{About, Planned, Usual, noise};
-use crate::{Buffer, Shape, Way};
+use crate::ways::{Description, PlannedTransform, ReferencePlans, noise};
+use crate::{ArrayShape, Buffer, Implementation};
 use column_fft::{FftDirection, Real, RealToComplex2d, RealToComplexColumns, ShortTimeColumns};
 
 /// An array of noise and room for the spectrum over both axes. Other ways transform the columns, and
 /// then the rows by `rustfft`.
 pub struct Plane<T: Real> {
-    shape: Shape,
+    shape: ArrayShape,
     values: Buffer,
     spectrum: Buffer,
     ours: RealToComplex2d<T>,
-    columns: Usual<T>,
+    columns: ReferencePlans<T>,
     rows: Arc<dyn Fft<T>>,
     room: Vec<Complex<T>>,
 }
@@ -30,30 +30,30 @@ pub struct Plane<T: Real> {
 impl<T: Real> Plane<T> {
     /// # Errors
     /// [`crate::Error::Memory`] where there is no memory.
-    pub fn new(shape: Shape) -> Result<Self> {
-        let Shape { rows, columns } = shape;
+    pub fn new(shape: ArrayShape) -> Result<Self> {
+        let ArrayShape { rows, columns } = shape;
         Ok(Plane {
             shape,
             values: noise::<T>(shape)?,
             spectrum: Buffer::new(shape.bins() * columns * size_of::<Complex<T>>())?,
             ours: RealToComplex2d::new((rows, columns), FftDirection::Inverse)
                 .expect("rows and columns"),
-            columns: Usual::new(rows),
+            columns: ReferencePlans::new(rows),
             rows: FftPlanner::new().plan_fft_inverse(columns),
             room: Vec::new(),
         })
     }
 }
 
-impl<T: Real> Planned for Plane<T> {
-    fn run(&mut self, way: Way, in_parallel: bool) {
-        let Shape { rows, columns } = self.shape;
+impl<T: Real> PlannedTransform for Plane<T> {
+    fn run(&mut self, way: Implementation, in_parallel: bool) {
+        let ArrayShape { rows, columns } = self.shape;
         let values = ArrayView2::from_shape((rows, columns), self.values.of::<T>());
         let values = values.expect("the array's shape");
         let spectrum = self.spectrum.of::<Complex<T>>();
         let spectrum = ArrayViewMut2::from_shape((self.shape.bins(), columns), spectrum);
         let mut spectrum = spectrum.expect("the spectrum's shape");
-        if way == Way::Cascade {
+        if way == Implementation::Cascade {
             let transformed = self.ours.process_in_parallel(values, spectrum);
             transformed.expect("shapes of the plan");
         } else {
@@ -75,10 +75,10 @@ impl<T: Real> Planned for Plane<T> {
         black_box(&mut self.spectrum);
     }
 
-    fn about(&self) -> About {
+    fn about(&self) -> Description {
         let plan = RealToComplexColumns::<T>::new(self.shape.rows);
         let along_time = plan.expect("at least one row").algorithm();
-        About {
+        Description {
             method: format!("{along_time:?}, then rows by rustfft"),
             expected_error: None,
         }
@@ -88,12 +88,12 @@ impl<T: Real> Planned for Plane<T> {
 /// An array of noise and room for the spectra of its segments. Other ways weigh a copy of each
 /// segment and transform its columns.
 pub struct ShortTime<T: Real> {
-    shape: Shape,
+    shape: ArrayShape,
     values: Buffer,
     spectra: Buffer,
     ours: ShortTimeColumns<T>,
     window: Vec<T>,
-    columns: Usual<T>,
+    columns: ReferencePlans<T>,
 }
 
 impl<T: Real> ShortTime<T> {
@@ -101,7 +101,7 @@ impl<T: Real> ShortTime<T> {
     ///
     /// # Errors
     /// [`crate::Error::Memory`] where there is no memory.
-    pub fn new(shape: Shape) -> Result<Self> {
+    pub fn new(shape: ArrayShape) -> Result<Self> {
         let hann = |n: usize| (PI * n as f64 / SEGMENT as f64).sin().powi(2);
         let window: Vec<f64> = (0..SEGMENT).map(hann).collect();
         let ours = ShortTimeColumns::new(&window, HOP).expect("a window and a hop");
@@ -112,20 +112,20 @@ impl<T: Real> ShortTime<T> {
             spectra: Buffer::new(bins * size_of::<Complex<T>>())?,
             ours,
             window: window.into_iter().map(T::rounded).collect(),
-            columns: Usual::new(SEGMENT),
+            columns: ReferencePlans::new(SEGMENT),
         })
     }
 }
 
-impl<T: Real> Planned for ShortTime<T> {
-    fn run(&mut self, way: Way, _in_parallel: bool) {
-        let Shape { rows, columns } = self.shape;
+impl<T: Real> PlannedTransform for ShortTime<T> {
+    fn run(&mut self, way: Implementation, _in_parallel: bool) {
+        let ArrayShape { rows, columns } = self.shape;
         let values = ArrayView2::from_shape((rows, columns), self.values.of::<T>());
         let values = values.expect("the array's shape");
         let shape = (self.ours.segments(rows), self.ours.bins(), columns);
         let spectra = ArrayViewMut3::from_shape(shape, self.spectra.of::<Complex<T>>());
         let mut spectra = spectra.expect("the spectra's shape");
-        if way == Way::Cascade {
+        if way == Implementation::Cascade {
             let transformed = self.ours.process_in_parallel(values, spectra);
             transformed.expect("shapes of the plan");
         } else {
@@ -148,10 +148,10 @@ impl<T: Real> Planned for ShortTime<T> {
         black_box(&mut self.spectra);
     }
 
-    fn about(&self) -> About {
+    fn about(&self) -> Description {
         let plan = RealToComplexColumns::<T>::new(SEGMENT);
         let segment = plan.expect("at least one row").algorithm();
-        About {
+        Description {
             method: format!("segments of {SEGMENT}, {HOP} apart: {segment:?}"),
             expected_error: None,
         }
@@ -163,7 +163,11 @@ mod tests {
     use super::*;
 
     /// All ways give the numbers that ours gives, by one thread and by all, `within` of the largest.
-    fn agree<T: Real, P: Planned>(mut planned: P, result: fn(&mut P) -> &mut Buffer, within: f64) {
+    fn agree<T: Real, P: PlannedTransform>(
+        mut planned: P,
+        result: fn(&mut P) -> &mut Buffer,
+        within: f64,
+    ) {
         let mut run = |way, in_parallel| -> Vec<Complex<f64>> {
             result(&mut planned).of::<u8>().fill(0xff);
             planned.run(way, in_parallel);
@@ -172,10 +176,10 @@ mod tests {
                 .map(|x| Complex::new(x.re.to_f64(), x.im.to_f64()))
                 .collect()
         };
-        let ours = run(Way::Cascade, false);
+        let ours = run(Implementation::Cascade, false);
         let largest = |of: &mut dyn Iterator<Item = f64>| of.fold(0.0, f64::max);
         let scale = largest(&mut ours.iter().map(|x| x.norm()));
-        for way in Way::ALL {
+        for way in Implementation::ALL {
             for in_parallel in [false, true] {
                 let found = run(way, in_parallel);
                 assert!(found.iter().all(|x| x.is_finite()), "{way:?}");
@@ -188,7 +192,7 @@ mod tests {
 
     #[test]
     fn val_usual_ways_over_both_axes_give_the_same_numbers() {
-        let shape = Shape::new(96, 21);
+        let shape = ArrayShape::new(96, 21);
         let (single, double) = (Plane::new(shape), Plane::new(shape));
         agree::<f32, Plane<f32>>(single.unwrap(), |p| &mut p.spectrum, 5e-7);
         agree::<f64, Plane<f64>>(double.unwrap(), |p| &mut p.spectrum, 1e-15);
@@ -196,7 +200,7 @@ mod tests {
 
     #[test]
     fn val_usual_ways_of_segments_give_the_same_numbers() {
-        let shape = Shape::new(330, 11);
+        let shape = ArrayShape::new(330, 11);
         let (single, double) = (ShortTime::new(shape), ShortTime::new(shape));
         agree::<f32, ShortTime<f32>>(single.unwrap(), |s| &mut s.spectra, 5e-7);
         agree::<f64, ShortTime<f64>>(double.unwrap(), |s| &mut s.spectra, 1e-15);

@@ -7,7 +7,7 @@ use std::time::Instant;
 
 use serde::Serialize;
 
-use crate::{About, Buffer, CaseOf, Way};
+use crate::{Buffer, CaseOf, Description, Implementation};
 use crate::{Error, Result};
 use wavecascade_system::threads::in_pool;
 
@@ -56,7 +56,7 @@ impl Clock {
 pub struct Rounds {
     /// Rounds that count; one before them warms up.
     pub rounds: usize,
-    pub ways: Vec<Way>,
+    pub ways: Vec<Implementation>,
 }
 
 /// What the rounds of a case came to.
@@ -76,10 +76,10 @@ pub struct Throughput {
     /// Time of array and spectra at the rate of the copy, over the median time.
     pub part_of_bound: f64,
     /// How many times as long each other way takes: [`Throughput::ratio`].
-    pub ratio_to: BTreeMap<Way, f64>,
+    pub ratio_to: BTreeMap<Implementation, f64>,
     pub clock: Clock,
     /// Every time by that clock, round by round.
-    pub times_ms: BTreeMap<Way, Vec<f64>>,
+    pub times_ms: BTreeMap<Implementation, Vec<f64>>,
 }
 
 impl Rounds {
@@ -89,7 +89,7 @@ impl Rounds {
     /// As [`CaseOf::prepare`]; [`crate::Error::Threads`] without threads.
     pub fn measure(&self, case: CaseOf) -> Result<Throughput> {
         let mut arrays = case.prepare()?;
-        let mut times: BTreeMap<Way, Vec<f64>> = BTreeMap::new();
+        let mut times: BTreeMap<Implementation, Vec<f64>> = BTreeMap::new();
         let clock = Clock::of(case.threads);
         in_pool(Some(case.threads), || {
             for round in 0..=self.rounds {
@@ -120,14 +120,16 @@ impl Rounds {
 impl Throughput {
     fn new(
         case: CaseOf,
-        about: About,
+        about: Description,
         copy_bytes_per_second: f64,
-        times_ms: BTreeMap<Way, Vec<f64>>,
+        times_ms: BTreeMap<Implementation, Vec<f64>>,
     ) -> Throughput {
-        let ours = &times_ms[&Way::Cascade];
+        let ours = &times_ms[&Implementation::Cascade];
         let median_ms = median(ours.clone());
         let ratio = |times: &Vec<f64>| median(times.iter().zip(ours).map(|(t, o)| t / o).collect());
-        let ratio_to = times_ms.iter().filter(|(way, _)| **way != Way::Cascade);
+        let ratio_to = times_ms
+            .iter()
+            .filter(|(way, _)| **way != Implementation::Cascade);
         let bytes = case.bytes() as f64;
         Throughput {
             case,
@@ -144,14 +146,14 @@ impl Throughput {
     }
 
     /// Median over rounds of another way's time over ours; NaN where it did not run.
-    pub fn ratio(&self, way: Way) -> f64 {
+    pub fn ratio(&self, way: Implementation) -> f64 {
         self.ratio_to.get(&way).copied().unwrap_or(f64::NAN)
     }
 }
 
 /// A line for each case, below a line of names.
 pub fn table(found: &[Throughput]) -> String {
-    let ways: Vec<Way> = found
+    let ways: Vec<Implementation> = found
         .first()
         .map_or(Vec::new(), |f| f.ratio_to.keys().copied().collect());
     let mut text = String::from(
@@ -228,29 +230,29 @@ pub fn copy_rate(threads: usize) -> Result<f64> {
 mod tests {
     use super::*;
     use crate::Precision;
-    use crate::{Kind, Shape};
+    use crate::{ArrayShape, TransformKind};
 
     /// By hand: bytes, operations and ratios of a case with known times.
     #[test]
     fn val_figures_follow_from_the_times() {
         let case = CaseOf {
-            kind: Kind::Columns,
-            shape: Shape::new(1024, 100),
+            kind: TransformKind::Columns,
+            shape: ArrayShape::new(1024, 100),
             precision: Precision::F32,
             threads: 1,
         };
         let times = BTreeMap::from([
-            (Way::Cascade, vec![2.0, 4.0, 1.0]),
-            (Way::Rustfft, vec![6.0, 8.0, 5.0]),
+            (Implementation::Cascade, vec![2.0, 4.0, 1.0]),
+            (Implementation::Rustfft, vec![6.0, 8.0, 5.0]),
         ]);
-        let about = About {
+        let about = Description {
             method: String::new(),
             expected_error: Some(1e-7),
         };
         let found = Throughput::new(case, about, 1e9, times);
         assert_eq!(found.median_ms, 2.0);
-        assert_eq!(found.ratio(Way::Rustfft), 3.0);
-        assert!(found.ratio(Way::Realfft).is_nan());
+        assert_eq!(found.ratio(Implementation::Rustfft), 3.0);
+        assert!(found.ratio(Implementation::Realfft).is_nan());
         assert_eq!(found.gflops, 2.5 * 1024.0 * 10.0 * 100.0 / 2e-3 / 1e9);
         // 1024 samples and 513 bins of two numbers, four bytes each, at a gigabyte a second.
         let bound_ms = 100.0 * (1024.0 + 2.0 * 513.0) * 4.0 / 1e9 * 1e3;

@@ -12,7 +12,7 @@ use realfft::{RealFftPlanner, RealToComplex};
 use rustfft::{Fft, FftPlanner};
 
 use crate::Result;
-use crate::{Buffer, Shape};
+use crate::{ArrayShape, Buffer};
 use column_fft::{InstructionSet, Real, RealToComplexColumns};
 
 /// Columns gathered before they are transformed one by one: a cache line of each row.
@@ -21,7 +21,7 @@ pub(crate) const TILE: usize = 8;
 /// A way to transform all columns.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, serde::Serialize)]
 #[serde(rename_all = "snake_case")]
-pub enum Way {
+pub enum Implementation {
     /// [`RealToComplexColumns`].
     Cascade,
     /// `realfft` of columns gathered eight by eight.
@@ -32,45 +32,50 @@ pub enum Way {
     Rustfft,
 }
 
-impl Way {
-    pub const ALL: [Way; 4] = [Way::Cascade, Way::Realfft, Way::RealfftSingle, Way::Rustfft];
+impl Implementation {
+    pub const ALL: [Implementation; 4] = [
+        Implementation::Cascade,
+        Implementation::Realfft,
+        Implementation::RealfftSingle,
+        Implementation::Rustfft,
+    ];
 
     pub fn name(self) -> &'static str {
         match self {
-            Way::Cascade => "cascade",
-            Way::Realfft => "realfft, 8 columns",
-            Way::RealfftSingle => "realfft, 1 column",
-            Way::Rustfft => "rustfft, two-for-one",
+            Implementation::Cascade => "cascade",
+            Implementation::Realfft => "realfft, 8 columns",
+            Implementation::RealfftSingle => "realfft, 1 column",
+            Implementation::Rustfft => "rustfft, two-for-one",
         }
     }
 }
 
 /// Arrays, and the ways planned for them.
-pub trait Planned: Send {
+pub trait PlannedTransform: Send {
     /// Runs a way once: by the calling thread, or `in_parallel` by all threads of the current pool.
-    fn run(&mut self, way: Way, in_parallel: bool);
+    fn run(&mut self, way: Implementation, in_parallel: bool);
 
     /// What ours does.
-    fn about(&self) -> About;
+    fn about(&self) -> Description;
 }
 
 /// How an array is transformed.
 #[derive(Debug, Clone)]
-pub struct About {
+pub struct Description {
     pub method: String,
     /// The relative error to expect, where one is stated.
     pub expected_error: Option<f64>,
 }
 
 /// The usual ways to transform columns of one length.
-pub(crate) struct Usual<T: Real> {
+pub(crate) struct ReferencePlans<T: Real> {
     realfft: Arc<dyn RealToComplex<T>>,
     rustfft: Arc<dyn Fft<T>>,
 }
 
-impl<T: Real> Usual<T> {
+impl<T: Real> ReferencePlans<T> {
     pub fn new(length: usize) -> Self {
-        Usual {
+        ReferencePlans {
             realfft: RealFftPlanner::new().plan_fft_forward(length),
             rustfft: FftPlanner::new().plan_fft_forward(length),
         }
@@ -79,17 +84,21 @@ impl<T: Real> Usual<T> {
     /// By the calling thread in `room`, or by all of the current pool.
     pub fn transform(
         &self,
-        way: Way,
+        way: Implementation,
         values: ArrayView2<T>,
         mut spectra: ArrayViewMut2<Complex<T>>,
         in_parallel: bool,
         room: &mut Vec<Complex<T>>,
     ) {
-        let width = if way == Way::RealfftSingle { 1 } else { TILE };
+        let width = if way == Implementation::RealfftSingle {
+            1
+        } else {
+            TILE
+        };
         let tile = |room: &mut Vec<Complex<T>>,
                     values: ArrayView2<T>,
                     spectra: ArrayViewMut2<_>| match way {
-            Way::Rustfft => two_for_one(&*self.rustfft, values, spectra, room),
+            Implementation::Rustfft => two_for_one(&*self.rustfft, values, spectra, room),
             _ => by_column(&*self.realfft, values, spectra, room),
         };
         let tiles = values.axis_chunks_iter(Axis(1), width);
@@ -107,7 +116,7 @@ impl<T: Real> Usual<T> {
 }
 
 /// An array of noise.
-pub(crate) fn noise<T: Real>(shape: Shape) -> Result<Buffer> {
+pub(crate) fn noise<T: Real>(shape: ArrayShape) -> Result<Buffer> {
     let mut values = Buffer::new(shape.samples() * size_of::<T>())?;
     let mut state = 1_u64;
     for value in values.of::<T>() {
@@ -121,12 +130,12 @@ pub(crate) fn noise<T: Real>(shape: Shape) -> Result<Buffer> {
 
 /// An array of noise and room for its columns' spectra, with the ways planned for them.
 pub struct Arrays<T: Real> {
-    shape: Shape,
+    shape: ArrayShape,
     values: Buffer,
     spectra: Buffer,
     ours: RealToComplexColumns<T>,
     scratch: Vec<Complex<T>>,
-    usual: Usual<T>,
+    usual: ReferencePlans<T>,
     /// Of the ways that gather columns, run by one thread.
     room: Vec<Complex<T>>,
 }
@@ -136,7 +145,7 @@ impl<T: Real> Arrays<T> {
     ///
     /// # Errors
     /// [`crate::Error::Memory`] where there is no memory.
-    pub fn new(shape: Shape) -> Result<Self> {
+    pub fn new(shape: ArrayShape) -> Result<Self> {
         let ours = RealToComplexColumns::new(shape.rows).expect("at least one row");
         Self::planned(shape, ours)
     }
@@ -145,13 +154,13 @@ impl<T: Real> Arrays<T> {
     ///
     /// # Errors
     /// As [`Arrays::new`].
-    pub fn with(shape: Shape, set: InstructionSet) -> Result<Option<Self>> {
+    pub fn with(shape: ArrayShape, set: InstructionSet) -> Result<Option<Self>> {
         let ours = RealToComplexColumns::with_instruction_set(shape.rows, set).ok();
         ours.map(|ours| Self::planned(shape, ours)).transpose()
     }
 
-    fn planned(shape: Shape, ours: RealToComplexColumns<T>) -> Result<Self> {
-        let Shape { rows, columns } = shape;
+    fn planned(shape: ArrayShape, ours: RealToComplexColumns<T>) -> Result<Self> {
+        let ArrayShape { rows, columns } = shape;
         Ok(Arrays {
             shape,
             values: noise::<T>(shape)?,
@@ -161,20 +170,20 @@ impl<T: Real> Arrays<T> {
                 RealToComplexColumns::<T>::scratch_len_of(rows, columns, columns)
             ],
             ours,
-            usual: Usual::new(rows),
+            usual: ReferencePlans::new(rows),
             room: Vec::new(),
         })
     }
 
     /// Transforms the values in `file` in each way, and writes of the spectra every `every`-th
-    /// column, the last one first, to `file.0`, `file.1`, ... in the order of [`Way::ALL`].
+    /// column, the last one first, to `file.0`, `file.1`, ... in the order of [`Implementation::ALL`].
     ///
     /// # Errors
     /// Of reading and writing.
     pub fn write_spectra(&mut self, file: &Path, every: isize) -> std::io::Result<()> {
         let shape = (self.shape.bins(), self.shape.columns);
         std::fs::File::open(file)?.read_exact(self.values.of())?;
-        for (index, way) in Way::ALL.into_iter().enumerate() {
+        for (index, way) in Implementation::ALL.into_iter().enumerate() {
             // Not numbers: what a way leaves out is seen.
             self.spectra.of::<u8>().fill(0xff);
             self.run(way, false);
@@ -189,22 +198,22 @@ impl<T: Real> Arrays<T> {
     }
 }
 
-impl<T: Real> Planned for Arrays<T> {
-    fn run(&mut self, way: Way, in_parallel: bool) {
-        let Shape { rows, columns } = self.shape;
+impl<T: Real> PlannedTransform for Arrays<T> {
+    fn run(&mut self, way: Implementation, in_parallel: bool) {
+        let ArrayShape { rows, columns } = self.shape;
         let values = ArrayView2::from_shape((rows, columns), self.values.of::<T>());
         let values = values.expect("the array's shape");
         let spectra = self.spectra.of::<Complex<T>>();
         let spectra = ArrayViewMut2::from_shape((self.shape.bins(), columns), spectra);
         let spectra = spectra.expect("the spectrum's shape");
         match (way, in_parallel) {
-            (Way::Cascade, false) => {
+            (Implementation::Cascade, false) => {
                 let transformed =
                     self.ours
                         .process_with_scratch(values, spectra, &mut self.scratch);
                 transformed.expect("shapes of the plan");
             }
-            (Way::Cascade, true) => {
+            (Implementation::Cascade, true) => {
                 let transformed = self.ours.process_in_parallel(values, spectra);
                 transformed.expect("shapes of the plan");
             }
@@ -215,8 +224,8 @@ impl<T: Real> Planned for Arrays<T> {
         black_box(&mut self.spectra);
     }
 
-    fn about(&self) -> About {
-        About {
+    fn about(&self) -> Description {
+        Description {
             method: format!("{:?}", self.ours.algorithm()),
             expected_error: Some(self.ours.expected_error()),
         }

@@ -20,7 +20,9 @@
 use std::fmt::Write;
 
 use ndarray::Array2;
-use wavecascade::attenuation::{Extreme, Sense, TransmissionCurve, TransmissionRequest, pulses};
+use wavecascade::attenuation::{
+    Sense, TransmissionCurve, TransmissionExtremum, TransmissionRequest, pulses,
+};
 use wavecascade::chain::scene::SceneSource;
 use wavecascade::observer::Silent;
 use wavecascade::plot::{Canvas, Chart, Corner, Format, HeatChart, Look, Mark, Series};
@@ -111,7 +113,7 @@ fn without_sensor() -> Outcome<SceneSource> {
 }
 
 /// The minimum of a curve at the largest angle.
-fn first_minimum(curve: &TransmissionCurve) -> Option<&Extreme> {
+fn first_minimum(curve: &TransmissionCurve) -> Option<&TransmissionExtremum> {
     let minima = curve.extremes.iter().filter(|e| !e.is_maximum);
     minima.max_by(|a, b| a.point.value.total_cmp(&b.point.value))
 }
@@ -127,7 +129,7 @@ fn tell(name: &str, curve: &TransmissionCurve) {
         force(curve, 18.0),
         force(curve, 8.0)
     );
-    for Extreme {
+    for TransmissionExtremum {
         is_maximum,
         value_error,
         point,

@@ -11,7 +11,7 @@
 
 use std::fmt::Write;
 
-use wavecascade::attenuation::{Point, TransmissionRequest};
+use wavecascade::attenuation::{TransmissionPoint, TransmissionRequest};
 use wavecascade::observer::Silent;
 use wavecascade::plot::{Chart, Look, Series};
 
@@ -36,7 +36,7 @@ fn main() -> Outcome<()> {
             writeln!(text, "{name},{:.5},{time:.9e},{speed:.6}", p.value)?;
         }
         let look = [Look::Line, Look::Dashed][i];
-        let curve = |value: &dyn Fn(&Point) -> f64| {
+        let curve = |value: &dyn Fn(&TransmissionPoint) -> f64| {
             let points = points.iter().map(|p| (p.value, value(p)));
             Series::line(name, i, points.collect()).with(look)
         };

@@ -9,12 +9,12 @@
 
 use std::fmt::Write;
 
-use wavecascade::localized::{Family, PUBLISHED, SlowProfile};
+use wavecascade::localized::{Family, PUBLISHED, SlowWave};
 
 fn main() -> Result<(), Box<dyn std::error::Error>> {
     let family = Family::default();
     let search = family.search(19)?;
-    let fitted = family.estimates(&SlowProfile::fitted()?, 19)?;
+    let fitted = family.estimates(&SlowWave::fitted()?, 19)?;
     let mut table = String::from(
         "order,exact,relative_error,estimate_exact_profile,estimate_fitted_profile,paper_direct,paper_estimate\n",
     );

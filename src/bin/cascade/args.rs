@@ -123,7 +123,7 @@ pub struct Analyze {
     #[command(flatten)]
     pub short_time: ShortTimeArgs,
     #[command(flatten)]
-    pub work: Work,
+    pub work: WorkArgs,
     #[command(flatten)]
     pub output: Output,
 }
@@ -306,7 +306,7 @@ pub struct ShortTimeArgs {
 
 #[derive(Debug, Args)]
 #[command(next_help_heading = "The work")]
-pub struct Work {
+pub struct WorkArgs {
     /// Compute these results alone.
     #[arg(long, value_enum, value_delimiter = ',', value_name = "RESULT")]
     pub only: Vec<ResultArg>,
@@ -399,7 +399,7 @@ choice!(ScalingArg => wavecascade::analyze::Scaling {
     /// A sine of amplitude A peaks at A^2 / 2.
     Spectrum => Self::Spectrum,
 });
-choice!(KindArg => wavecascade_throughput::Kind {
+choice!(KindArg => wavecascade_throughput::TransformKind {
     /// All columns of an array.
     Columns => Self::Columns,
     /// Both axes of an array.

@@ -12,8 +12,8 @@ use clap::Args;
 use serde::Serialize;
 use wavecascade::Error;
 use wavecascade_throughput::{
-    Baseline, CaseOf, Comparison, Counted, CountedCase, Kind, Machine, Precision, Ratios, Rounds,
-    Shape, Throughput, Versions, Way, table,
+    ArrayShape, Baseline, CaseOf, Comparison, Counted, CountedCase, Implementation, Machine,
+    Precision, Ratios, Rounds, Throughput, TransformKind, Versions, table,
 };
 
 use crate::args::{KindArg, PrecisionArg};
@@ -35,7 +35,7 @@ pub struct Bench {
     /// [default: 4096x300, 16384x300 and 10007x300, a plane of 2048x2048, short-time 16384x300; with
     /// `--instructions` small ones].
     #[arg(long, value_name = "ROWSxCOLUMNS")]
-    pub shape: Vec<Shape>,
+    pub shape: Vec<ArrayShape>,
     /// Number types [default: of columns both, else f64].
     #[arg(long, value_enum, value_delimiter = ',')]
     pub precision: Vec<PrecisionArg>,
@@ -89,7 +89,11 @@ struct Said<C> {
 
 impl Bench {
     /// Shapes with precisions, what was typed or the given ones.
-    fn arrays(&self, shapes: &[Shape], precisions: &[Precision]) -> Vec<(Shape, Precision)> {
+    fn arrays(
+        &self,
+        shapes: &[ArrayShape],
+        precisions: &[Precision],
+    ) -> Vec<(ArrayShape, Precision)> {
         let typed: Vec<Precision> = self
             .precision
             .iter()
@@ -101,14 +105,14 @@ impl Bench {
         } else {
             &self.shape
         };
-        let of = |&shape: &Shape| precisions.iter().map(move |&precision| (shape, precision));
+        let of = |&shape: &ArrayShape| precisions.iter().map(move |&precision| (shape, precision));
         shapes.iter().flat_map(of).collect()
     }
 
-    fn kinds(&self) -> Vec<Kind> {
+    fn kinds(&self) -> Vec<TransformKind> {
         match &self.kind[..] {
-            [] if self.shape.is_empty() => Kind::ALL.to_vec(),
-            [] => vec![Kind::Columns],
+            [] if self.shape.is_empty() => TransformKind::ALL.to_vec(),
+            [] => vec![TransformKind::Columns],
             some => some.iter().map(|&typed| typed.into()).collect(),
         }
     }
@@ -202,7 +206,7 @@ impl Bench {
 /// Runs the command.
 pub fn run(typed: Bench) -> Result<(), Failure> {
     if let (Some(times), Some(by)) = (typed.repeat, typed.by) {
-        for (shape, precision) in typed.arrays(&[], Kind::Columns.precisions()) {
+        for (shape, precision) in typed.arrays(&[], TransformKind::Columns.precisions()) {
             CountedCase {
                 shape,
                 precision,
@@ -225,7 +229,11 @@ fn times(typed: &Bench) -> Result<(), Failure> {
     let (baseline, recorded) = (typed.baseline()?, typed.recorded()?);
     let rounds = Rounds {
         rounds: typed.rounds as usize,
-        ways: vec![Way::Cascade, Way::Rustfft, Way::Realfft],
+        ways: vec![
+            Implementation::Cascade,
+            Implementation::Rustfft,
+            Implementation::Realfft,
+        ],
     };
     let known = baseline.as_ref().map(|(baseline, name)| {
         let known = baseline.ratios_on(&Machine::here());
@@ -242,7 +250,7 @@ fn times(typed: &Bench) -> Result<(), Failure> {
         Some(Comparison::of_ratios(
             &case,
             *known,
-            found.ratio(Way::Rustfft),
+            found.ratio(Implementation::Rustfft),
         ))
     };
     if let Some(known) = &known {
@@ -271,7 +279,7 @@ fn times(typed: &Bench) -> Result<(), Failure> {
     if let Some((mut file, path)) = recorded {
         let ratios = found
             .iter()
-            .map(|f| (f.case.to_string(), f.ratio(Way::Rustfft)));
+            .map(|f| (f.case.to_string(), f.ratio(Implementation::Rustfft)));
         file.set_ratios(Ratios {
             machine: Machine::here(),
             versions: versions(),

@@ -21,7 +21,7 @@ use wavecascade::report::{
 use crate::analyze::{formats, named_after, use_threads};
 use crate::args::FigureArg;
 use crate::failure::Failure;
-use crate::measured::{self, Measured, MeasuredArgs, refuse_options_of_fields};
+use crate::measured::{self, MeasuredArgs, MeasuredInput, refuse_options_of_fields};
 use crate::progress::Progress;
 use crate::view_args::ViewArgs;
 
@@ -76,7 +76,7 @@ pub fn run(typed: Budget) -> Result<(), Failure> {
                     found: format!("no scene, and {} is no run", typed.run.display()),
                 }));
             }
-            Source::Run(Box::new(RunFile::read(&typed.run)?))
+            MotionSource::Run(Box::new(RunFile::read(&typed.run)?))
         }
         Some(scene) => {
             let read = measured::read(
@@ -86,7 +86,7 @@ pub fn run(typed: Budget) -> Result<(), Failure> {
                 &typed.views,
                 typed.quiet,
             );
-            Source::Measured(Box::new(read.map_err(|error| error.of_file(&typed.run))?))
+            MotionSource::Measured(Box::new(read.map_err(|error| error.of_file(&typed.run))?))
         }
     };
     let name = name_of(&typed.run);
@@ -95,8 +95,8 @@ pub fn run(typed: Budget) -> Result<(), Failure> {
     let directory = ResultDirectory::create(&out, typed.force)?;
     let archive = Archive::create(&directory.path().join("budget.npz"), Precision::F64)?;
     let budget = match &source {
-        Source::Run(file) => compute(&typed.views, file, &archive, &progress),
-        Source::Measured(measured) => measured.budget(&archive, &progress),
+        MotionSource::Run(file) => compute(&typed.views, file, &archive, &progress),
+        MotionSource::Measured(measured) => measured.budget(&archive, &progress),
     };
     let budget = budget.map_err(|error| error.of_file(&typed.run))?;
     write_budget_arrays(&budget, &archive)?;
@@ -134,16 +134,16 @@ pub fn run(typed: Budget) -> Result<(), Failure> {
 }
 
 /// Where the motion comes from.
-enum Source {
+enum MotionSource {
     Run(Box<RunFile>),
-    Measured(Box<Measured>),
+    Measured(Box<MeasuredInput>),
 }
 
-impl Source {
+impl MotionSource {
     fn report(&self) -> Option<&MeasuredReport> {
         match self {
-            Source::Run(_) => None,
-            Source::Measured(measured) => Some(&measured.motion.report),
+            MotionSource::Run(_) => None,
+            MotionSource::Measured(measured) => Some(&measured.motion.report),
         }
     }
 }

@@ -4,7 +4,7 @@ use std::io::Write;
 use std::process::ExitCode;
 
 use wavecascade::Error;
-use wavecascade::chain::scene::Place;
+use wavecascade::chain::scene::KeyPlace;
 
 use crate::advice;
 use crate::bench::Fault;
@@ -61,7 +61,7 @@ impl Failure {
             }) => writeln!(err, "error: --{option}: expected {expected}, found {found}"),
             // A key that is missing where there is no file is an option that is missing.
             Failure::Library(Error::Scene { fault })
-                if fault.place == Place::Nowhere && !fault.key.is_empty() =>
+                if fault.place == KeyPlace::Nowhere && !fault.key.is_empty() =>
             {
                 let option = fault.key.replace('_', "-");
                 writeln!(

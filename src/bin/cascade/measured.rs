@@ -73,7 +73,7 @@ pub enum DriftArg {
 }
 
 /// A measured motion, and what is asked of its budgets.
-pub struct Measured {
+pub struct MeasuredInput {
     pub motion: MeasuredMotion,
     request: BudgetRequest,
 }
@@ -85,7 +85,7 @@ pub fn read(
     typed: &MeasuredArgs,
     views: &ViewArgs,
     quiet: bool,
-) -> Result<Measured> {
+) -> Result<MeasuredInput> {
     let setup = SceneSource::read(scene)?.setup()?;
     if setup.simulation.drive.is_some() {
         return Err(Error::Request {
@@ -148,7 +148,7 @@ pub fn read(
         integration: Integration::Samples,
         ..views.choices(motion.time.len(), motion.chain.n_sites(), base)
     };
-    Ok(Measured { motion, request })
+    Ok(MeasuredInput { motion, request })
 }
 
 /// Puts the axes of a field that state units into seconds and metres, which an SI scene is in.
@@ -189,7 +189,7 @@ fn axis_to_si<D: Dimension>(axis: &mut Axis, path: &Path, what: &str) -> Result<
     Ok(())
 }
 
-impl Measured {
+impl MeasuredInput {
     pub fn budget(&self, archive: &Archive, observer: &dyn Observer) -> Result<Budget> {
         let (budget, errors) = self.motion.run(&self.request, archive, observer)?;
         write_measured_arrays(&self.motion, &errors, archive)?;

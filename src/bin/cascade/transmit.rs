@@ -65,7 +65,7 @@ pub struct Transmit {
 
 /// All that is printed and kept.
 #[derive(Debug, Serialize)]
-struct Found<'a> {
+struct TransmissionReport<'a> {
     #[serde(flatten)]
     transmission: &'a Transmission,
     /// Relative forces, or of a field the largest velocity of the last site.
@@ -77,7 +77,7 @@ struct Found<'a> {
 }
 
 /// What was measured.
-enum Measured {
+enum MeasuredForces {
     Nothing,
     Curve(Vec<MeasuredPoint>),
     /// At the last site.
@@ -87,15 +87,15 @@ enum Measured {
     },
 }
 
-impl Measured {
-    fn read(typed: Option<&str>, quiet: bool) -> Result<Measured, Error> {
+impl MeasuredForces {
+    fn read(typed: Option<&str>, quiet: bool) -> Result<MeasuredForces, Error> {
         let Some(typed) = typed else {
-            return Ok(Measured::Nothing);
+            return Ok(MeasuredForces::Nothing);
         };
         let with_value = typed.split_once('=');
         let with_value = with_value.and_then(|(v, path)| Some((v.parse::<f64>().ok()?, path)));
         let Some((at, path)) = with_value else {
-            return Ok(Measured::Curve(read_curve(Path::new(typed))?));
+            return Ok(MeasuredForces::Curve(read_curve(Path::new(typed))?));
         };
         let options = wavecascade::field::OpenOptions::default();
         let field = wavecascade::Field::open(path, &options)?;
@@ -110,14 +110,14 @@ impl Measured {
             });
         };
         let (velocity, arrival) = peak.points(at);
-        Ok(Measured::Field { velocity, arrival })
+        Ok(MeasuredForces::Field { velocity, arrival })
     }
 
     fn values(&self) -> Vec<f64> {
         match self {
-            Measured::Nothing => Vec::new(),
-            Measured::Curve(points) => points.iter().map(|p| p.at).collect(),
-            Measured::Field { velocity, .. } => vec![velocity.at],
+            MeasuredForces::Nothing => Vec::new(),
+            MeasuredForces::Curve(points) => points.iter().map(|p| p.at).collect(),
+            MeasuredForces::Field { velocity, .. } => vec![velocity.at],
         }
     }
 
@@ -126,9 +126,11 @@ impl Measured {
         let point = |at: f64| curve?.points.iter().find(|p| p.value == at);
         let forces = |m: &MeasuredPoint| Some(m.compared_with(point(m.at)?.relative_force));
         match self {
-            Measured::Nothing => [Vec::new(), Vec::new()],
-            Measured::Curve(points) => [points.iter().filter_map(forces).collect(), Vec::new()],
-            Measured::Field { velocity, arrival } => {
+            MeasuredForces::Nothing => [Vec::new(), Vec::new()],
+            MeasuredForces::Curve(points) => {
+                [points.iter().filter_map(forces).collect(), Vec::new()]
+            }
+            MeasuredForces::Field { velocity, arrival } => {
                 let pulse = point(velocity.at).map(|p| p.pulse);
                 let speed = pulse.map(|p| p.peak_velocity.value);
                 let arrived = pulse.and_then(|p| p.velocity_rise_time).map(|t| t.value);
@@ -141,9 +143,9 @@ impl Measured {
 
     fn laid_over(&self) -> Overlay<'_> {
         match self {
-            Measured::Nothing => Overlay::Nothing,
-            Measured::Curve(points) => Overlay::Forces(points),
-            Measured::Field { velocity, arrival } => {
+            MeasuredForces::Nothing => Overlay::Nothing,
+            MeasuredForces::Curve(points) => Overlay::Forces(points),
+            MeasuredForces::Field { velocity, arrival } => {
                 Overlay::Field([std::slice::from_ref(velocity), arrival.as_slice()])
             }
         }
@@ -162,7 +164,7 @@ pub fn run(typed: Transmit) -> Result<(), Failure> {
         Some(over) => over.clone(),
         None => default_over(&scene)?,
     };
-    let measured = Measured::read(typed.measured.as_deref(), typed.how.quiet)?;
+    let measured = MeasuredForces::read(typed.measured.as_deref(), typed.how.quiet)?;
     let request = TransmissionRequest {
         also: measured.values(),
         vary: typed.vary.clone(),
@@ -176,12 +178,12 @@ pub fn run(typed: Transmit) -> Result<(), Failure> {
     let transmission = result?;
     let [compared, measured_arrivals] = measured.beside(transmission.curves.first());
     let measured_without_arrival = match (&measured, compared.as_slice()) {
-        (Measured::Field { .. }, [velocity]) if measured_arrivals.is_empty() => {
+        (MeasuredForces::Field { .. }, [velocity]) if measured_arrivals.is_empty() => {
             vec![velocity.measured.at]
         }
         _ => Vec::new(),
     };
-    let found = Found {
+    let found = TransmissionReport {
         measured: compared,
         measured_arrivals,
         measured_without_arrival,
@@ -210,7 +212,7 @@ pub fn run(typed: Transmit) -> Result<(), Failure> {
 }
 
 /// What was found, in words.
-fn told(found: &Found) -> String {
+fn told(found: &TransmissionReport) -> String {
     let transmission = found.transmission;
     let key = transmission.key.replace('_', " ");
     let mut lines = Vec::new();
@@ -227,7 +229,7 @@ fn told(found: &Found) -> String {
             "{key:<18} {:>9} {:>10} {:>12} {:>12}  force relative to the homogeneous chain",
             "ratio", "force", "flight", "speed"
         ));
-        let line = |point: &wavecascade::attenuation::Point, note: &str| {
+        let line = |point: &wavecascade::attenuation::TransmissionPoint, note: &str| {
             format!(
                 "{:<18} {:>9} {:>10.6} {:>12} {:>12}  {note}",
                 number(point.value),

@@ -2,7 +2,7 @@
 
 /// A straight line through a quiet part.
 #[derive(Debug, Clone, Copy, Default)]
-pub(super) struct Line {
+pub(super) struct LinearTrend {
     pub(super) count: f64,
     pub(super) offset: f64,
     pub(super) slope: f64,
@@ -13,9 +13,9 @@ pub(super) struct Line {
     pub(super) variance: f64,
 }
 
-impl Line {
+impl LinearTrend {
     /// `None` for fewer than three samples. Times are from `start`, in samples.
-    pub(super) fn through(record: &[f64], start: usize) -> Option<Line> {
+    pub(super) fn through(record: &[f64], start: usize) -> Option<LinearTrend> {
         let count = record.len() as f64;
         if record.len() < 3 {
             return None;
@@ -28,7 +28,7 @@ impl Line {
         let residual = |(i, v): (usize, &f64)| v - mean - slope * (i as f64 - middle);
         let squares = record.iter().enumerate().map(|s| residual(s).powi(2));
         let lever = middle - start as f64;
-        Some(Line {
+        Some(LinearTrend {
             count,
             offset: mean - slope * lever,
             slope,
@@ -72,7 +72,12 @@ pub(super) struct Drifting {
 }
 
 impl Drifting {
-    pub(super) fn of(line: Option<Line>, start: usize, variance: f64, prior: [f64; 2]) -> Drifting {
+    pub(super) fn of(
+        line: Option<LinearTrend>,
+        start: usize,
+        variance: f64,
+        prior: [f64; 2],
+    ) -> Drifting {
         let [b, s] = prior;
         let Some(line) = line else {
             return Drifting {

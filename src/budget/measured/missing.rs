@@ -75,7 +75,7 @@ struct Gap<'a> {
 
 /// Positions and velocities of the sites of a gap, and those beside it, at one time.
 #[derive(Clone)]
-struct State {
+struct GapState {
     x: Vec<f64>,
     v: Vec<f64>,
 }
@@ -124,7 +124,7 @@ impl<'a> Gap<'a> {
         let steps = ((dt * fastest / STEP).ceil() as usize).clamp(1, MOST_STEPS);
         let h = dt / steps as f64;
 
-        let acceleration = |ends: [(f64, f64); 2], state: &State, out: &mut [f64]| {
+        let acceleration = |ends: [(f64, f64); 2], state: &GapState, out: &mut [f64]| {
             let place = |i: usize| match i {
                 0 => ends[0],
                 i if i > count => ends[1],
@@ -147,7 +147,7 @@ impl<'a> Gap<'a> {
             Array2::zeros((samples, count)),
             Array2::zeros((samples, count)),
         );
-        let mut state = State {
+        let mut state = GapState {
             x: vec![0.0; count],
             v: vec![0.0; count],
         };
@@ -183,8 +183,8 @@ fn hermite((x0, v0): (f64, f64), (x1, v1): (f64, f64), dt: f64, u: f64) -> (f64,
 fn runge_kutta(
     h: f64,
     ends: impl Fn(f64) -> [(f64, f64); 2],
-    acceleration: &impl Fn([(f64, f64); 2], &State, &mut [f64]),
-    state: &mut State,
+    acceleration: &impl Fn([(f64, f64); 2], &GapState, &mut [f64]),
+    state: &mut GapState,
 ) {
     let count = state.x.len();
     let start = state.clone();

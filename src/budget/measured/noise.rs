@@ -10,8 +10,8 @@
 
 use ndarray::ArrayView2;
 
-use super::drift::{Drifting, Line, spread_of};
-use super::quiet::{Quiet, quiet_part};
+use super::drift::{Drifting, LinearTrend, spread_of};
+use super::quiet::{QuietPart, quiet_part};
 use super::{Drift, MeasuredOptions, Noise};
 use crate::error::{Error, Result};
 
@@ -92,25 +92,25 @@ impl Channels {
         }
         let columns: Vec<Vec<f64>> = record.columns().into_iter().map(|c| c.to_vec()).collect();
         let scale = record.iter().fold(0.0, |m: f64, v| m.max(v.abs()));
-        let quiet: Vec<Quiet> = columns
+        let quiet: Vec<QuietPart> = columns
             .iter()
             .map(|column| {
                 let quiet = quiet_part(column);
                 let level = column[..quiet.samples].iter().sum::<f64>().abs();
                 match level > FLIGHT * scale * quiet.samples as f64 {
-                    true => Quiet::NONE,
+                    true => QuietPart::NONE,
                     false => quiet,
                 }
             })
             .collect();
-        let lines: Vec<Option<Line>> = columns
+        let lines: Vec<Option<LinearTrend>> = columns
             .iter()
             .zip(&quiet)
-            .map(|(column, quiet)| Line::through(&column[..quiet.samples], options.start))
+            .map(|(column, quiet)| LinearTrend::through(&column[..quiet.samples], options.start))
             .collect();
         let live = |j: &usize| !missing[*j];
         let own = |j: &usize| quiet[*j].samples >= LEAST_QUIET;
-        let known: Vec<(usize, Line)> = (0..columns.len())
+        let known: Vec<(usize, LinearTrend)> = (0..columns.len())
             .filter(live)
             .filter(own)
             .filter_map(|j| Some((j, lines[j]?)))
@@ -181,7 +181,7 @@ impl Channels {
 
 /// Until when site j is taken to be at rest: where no wave is seen, until one may have come over
 /// from a neighbour; not at all where the quiet part is too short to be sure of.
-fn rest(quiet: &[Quiet], missing: &[bool], j: usize) -> usize {
+fn rest(quiet: &[QuietPart], missing: &[bool], j: usize) -> usize {
     let seen = |j: usize| {
         let samples = quiet[j].samples;
         let found = !missing[j] && quiet[j].arrival.is_some();
@@ -199,7 +199,10 @@ fn rest(quiet: &[Quiet], missing: &[bool], j: usize) -> usize {
 
 /// `1 + 2 sum_l rho_l` over the first lags with Bartlett's weights; 1 where that is no more than
 /// chance.
-fn correlation_time<'a>(parts: impl Iterator<Item = (&'a [f64], Line, usize)>, scale: f64) -> f64 {
+fn correlation_time<'a>(
+    parts: impl Iterator<Item = (&'a [f64], LinearTrend, usize)>,
+    scale: f64,
+) -> f64 {
     let mut sums = [0.0; LAGS + 1];
     let mut count = 0.0;
     for (part, line, start) in parts {

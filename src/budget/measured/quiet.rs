@@ -17,22 +17,22 @@ const LEAST_GAIN: f64 = 40.0;
 
 /// The quiet part of a record.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub(super) struct Quiet {
+pub(super) struct QuietPart {
     /// Sample at which the wave arrives; `None` where it does not.
     pub(super) arrival: Option<usize>,
     /// Samples before its foot.
     pub(super) samples: usize,
 }
 
-impl Quiet {
+impl QuietPart {
     /// Of a site that moves from the start.
-    pub(super) const NONE: Quiet = Quiet {
+    pub(super) const NONE: QuietPart = QuietPart {
         arrival: Some(0),
         samples: 0,
     };
 }
 
-pub(super) fn quiet_part(record: &[f64]) -> Quiet {
+pub(super) fn quiet_part(record: &[f64]) -> QuietPart {
     let n = record.len();
     let mut sorted = record.to_vec();
     sorted.sort_by(f64::total_cmp);
@@ -40,14 +40,14 @@ pub(super) fn quiet_part(record: &[f64]) -> Quiet {
     let off = |i: usize| (record[i] - middle).abs();
     let peak = (0..n).fold(0, |best, i| if off(i) > off(best) { i } else { best });
     if n == 0 || off(peak) == 0.0 {
-        return Quiet {
+        return QuietPart {
             arrival: None,
             samples: n,
         };
     }
     // So early a peak cannot be told from the motion of a site that is struck at once.
     if peak < 2 * LEAST_PART {
-        return Quiet::NONE;
+        return QuietPart::NONE;
     }
     let scale = off(peak);
     // Short pulses show as such with what follows them; a site in flight is off most before it is
@@ -63,17 +63,17 @@ pub(super) fn quiet_part(record: &[f64]) -> Quiet {
                 end = arrival.unwrap_or(end);
                 arrival = Some(earlier);
             }
-            Cut::Louder if arrival.is_none() => return Quiet::NONE,
+            Cut::Louder if arrival.is_none() => return QuietPart::NONE,
             Cut::Louder | Cut::None => break,
         }
     }
     let Some(arrival) = arrival else {
-        return Quiet {
+        return QuietPart {
             arrival: None,
             samples: n,
         };
     };
-    Quiet {
+    QuietPart {
         arrival: Some(arrival),
         samples: arrival.saturating_sub(foot(record, arrival, end)),
     }
@@ -157,7 +157,7 @@ mod tests {
             for seed in 0..20 {
                 let found = quiet_part(&record(noise, 500, seed));
                 // Strong noise may leave nothing to be sure of, which is no wrong answer.
-                if noise >= 0.1 && found == Quiet::NONE {
+                if noise >= 0.1 && found == QuietPart::NONE {
                     given_up += 1;
                     continue;
                 }
@@ -183,7 +183,7 @@ mod tests {
         let moving: Vec<f64> = (0..400).map(|i| (-0.05 * f64::from(i)).exp()).collect();
         assert_eq!(
             quiet_part(&moving),
-            Quiet {
+            QuietPart {
                 arrival: Some(0),
                 samples: 0
             }
@@ -198,14 +198,14 @@ mod tests {
         );
         assert_eq!(
             quiet_part(&[0.0; 9]),
-            Quiet {
+            QuietPart {
                 arrival: None,
                 samples: 9
             }
         );
         assert_eq!(
             quiet_part(&[]),
-            Quiet {
+            QuietPart {
                 arrival: None,
                 samples: 0
             }

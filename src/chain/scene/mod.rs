@@ -20,7 +20,7 @@ mod source;
 mod template;
 mod typed;
 
-pub use crate::error::{Place, Problem, SceneFault};
+pub use crate::error::{KeyPlace, Problem, SceneFault};
 pub use crate::measure;
 pub use choices::{
     Defect, DriveTyped, EndTimeTyped, EndsTyped, FirstContact, LawTyped, Recorded, Shape, Units,

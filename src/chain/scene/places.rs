@@ -5,7 +5,7 @@ use std::path::{Path, PathBuf};
 
 use toml::de::{DeTable, DeValue};
 
-use crate::error::Place;
+use crate::error::KeyPlace;
 
 /// Where each key was typed.
 #[derive(Debug, Clone, Default)]
@@ -36,15 +36,15 @@ impl Places {
     }
 
     /// The place of a key, or of the innermost thing that holds it.
-    pub(super) fn of(&self, key: &str) -> Place {
+    pub(super) fn of(&self, key: &str) -> KeyPlace {
         let top = key.split(['.', '[']).next().unwrap_or(key);
         if let Some(source) = self.settings.get(top) {
-            return Place::Setting {
+            return KeyPlace::Setting {
                 source: source.clone(),
             };
         }
         let Some(path) = &self.path else {
-            return Place::Nowhere;
+            return KeyPlace::Nowhere;
         };
         let mut shorter = key;
         let line = loop {
@@ -56,7 +56,7 @@ impl Places {
                 None => break None,
             }
         };
-        Place::File {
+        KeyPlace::File {
             path: path.clone(),
             line,
         }
@@ -70,8 +70,8 @@ impl Places {
     /// How a message about another key mentions this one: with its line or its option.
     pub(super) fn mention(&self, key: &str) -> String {
         match self.of(key) {
-            Place::Setting { source } => format!("`{source}`"),
-            Place::File {
+            KeyPlace::Setting { source } => format!("`{source}`"),
+            KeyPlace::File {
                 line: Some(line), ..
             } => format!("`{key}` (line {line})"),
             _ => format!("`{key}`"),

@@ -7,7 +7,7 @@ use super::{
     EndTimeTyped, EndsTyped, LawTyped, Recorded, Scene, Units, coefficients, masses, motion,
 };
 use crate::chain::{
-    Accuracy, Chain, EndTime, Ends, Law, Losses, Record, Scheme, Simulation, Window,
+    Accuracy, Chain, EndTime, Ends, Law, Losses, Record, Scheme, Simulation, SteppedSites,
 };
 use crate::error::{Error, Problem, Result, SceneFault};
 use crate::system::memory::available_memory;
@@ -74,7 +74,7 @@ pub(super) fn work_out(scene: &Scene, places: &Places, text: String) -> Result<S
         displacement,
         samples,
         record: record(scene),
-        window: Window::default(),
+        window: SteppedSites::default(),
         memory,
     };
     match simulation.check() {

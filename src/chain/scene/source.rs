@@ -8,7 +8,7 @@ use toml::{Table, Value};
 use super::places::{Places, line_at};
 use super::properties::{Kind, properties};
 use super::{Scene, Setup, setup};
-use crate::error::{Error, Place, Problem, Result, SceneFault, reworded};
+use crate::error::{Error, KeyPlace, Problem, Result, SceneFault, reworded};
 use crate::field::regular_file;
 
 /// Bytes of a scene file that are read at most; long lists of values fit, and so does the text in
@@ -78,7 +78,7 @@ impl SceneSource {
     /// long or no text.
     pub fn read(path: &Path) -> Result<SceneSource> {
         let fault = |expected: &str, found: String| {
-            let place = Place::File {
+            let place = KeyPlace::File {
                 path: path.to_owned(),
                 line: None,
             };
@@ -192,11 +192,11 @@ impl SceneSource {
             let line = error.span().map(|span| line_at(&self.text, span.start));
             Error::scene(SceneFault {
                 place: match &self.path {
-                    Some(path) => Place::File {
+                    Some(path) => KeyPlace::File {
                         path: path.clone(),
                         line,
                     },
-                    None => Place::Nowhere,
+                    None => KeyPlace::Nowhere,
                 },
                 key: String::new(),
                 problem: Problem::Syntax {
@@ -209,7 +209,7 @@ impl SceneSource {
         let mut table: Table = toml::from_str(&self.text).map_err(|error| syntax(&error))?;
         for Setting { key, text, source } in &self.settings {
             let value = value_of(key, text).map_err(|expected| {
-                let place = Place::Setting {
+                let place = KeyPlace::Setting {
                     source: source.clone(),
                 };
                 Error::scene(SceneFault::new(place, key, expected, format!("{text:?}")))

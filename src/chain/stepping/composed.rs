@@ -4,11 +4,11 @@ use super::super::law::Kernel;
 use super::energy::PassOn;
 use super::finish::Largest;
 use super::islands::Island;
-use super::pair::{Outcome, Scratch, Span, set_end_forces};
+use super::pair::{Span, StepOutcome, StepScratch, set_end_forces};
 use super::stage::{outside, walk};
 use super::system::{State, System};
 use super::tableau::Composition;
-use crate::numeric::lanes::{Lanes, Row, Work, widest};
+use crate::numeric::lanes::{AlignedRow, Lanes, SimdKernel, widest};
 
 /// The kicks and drifts of a step, in shares of it.
 #[derive(Debug)]
@@ -43,12 +43,12 @@ pub(super) fn advance<K: Kernel>(
     Span { mut t, h }: Span,
     state: &State,
     next: &mut State,
-    scratch: &mut Scratch,
-) -> Outcome {
+    scratch: &mut StepScratch,
+) -> StepOutcome {
     let blocks = island.blocks.clone();
     let energy = !state.passed.is_empty();
     let moving_ends = system.has_moving_ends() && blocks.start == 0;
-    let copy = |to: &mut Row, from: &Row| {
+    let copy = |to: &mut AlignedRow, from: &AlignedRow| {
         to.0[blocks.clone()].copy_from_slice(&from.0[blocks.clone()]);
     };
     copy(&mut next.x, &state.x);
@@ -64,7 +64,7 @@ pub(super) fn advance<K: Kernel>(
         passed,
         ..
     } = next;
-    let push = |time: f64, force: &Row, v: &mut Row| {
+    let push = |time: f64, force: &AlignedRow, v: &mut AlignedRow| {
         Kick {
             mobility: &system.mobility,
             island,
@@ -118,11 +118,11 @@ pub(super) fn advance<K: Kernel>(
     if moving_ends {
         system.place_ghosts(t, x, v);
     }
-    Outcome {
+    StepOutcome {
         // A speed that is not finite is an error that no tolerance accepts.
         error: 0.0 * Largest { island, row: v }.find(),
         leaked,
-        ..Outcome::default()
+        ..StepOutcome::default()
     }
 }
 
@@ -131,9 +131,9 @@ struct Drift<'a, K> {
     system: &'a System<K>,
     island: &'a Island,
     time: f64,
-    v: &'a Row,
-    x: &'a mut Row,
-    force: &'a mut Row,
+    v: &'a AlignedRow,
+    x: &'a mut AlignedRow,
+    force: &'a mut AlignedRow,
 }
 
 impl<K: Kernel> Drift<'_, K> {
@@ -142,7 +142,7 @@ impl<K: Kernel> Drift<'_, K> {
     }
 }
 
-impl<K: Kernel> Work for Drift<'_, K> {
+impl<K: Kernel> SimdKernel for Drift<'_, K> {
     type Output = ();
 
     #[inline(always)]
@@ -166,11 +166,11 @@ impl<K: Kernel> Work for Drift<'_, K> {
 
 /// `v += time (F_s - F_{s+1}) / m`.
 struct Kick<'a> {
-    mobility: &'a Row,
+    mobility: &'a AlignedRow,
     island: &'a Island,
     time: f64,
-    force: &'a Row,
-    v: &'a mut Row,
+    force: &'a AlignedRow,
+    v: &'a mut AlignedRow,
 }
 
 impl Kick<'_> {
@@ -179,7 +179,7 @@ impl Kick<'_> {
     }
 }
 
-impl Work for Kick<'_> {
+impl SimdKernel for Kick<'_> {
     type Output = ();
 
     #[inline(always)]

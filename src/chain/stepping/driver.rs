@@ -3,7 +3,7 @@
 use super::composed::{self, Splitting};
 use super::correction::Correction;
 use super::islands::Islands;
-use super::pair::{self, Outcome, Scratch, Span};
+use super::pair::{self, Span, StepOutcome, StepScratch};
 use super::system::{State, System};
 use super::tableau::Tableau;
 use super::{Cost, Mark, StepControl, Stepping, Task};
@@ -67,7 +67,7 @@ pub(super) struct Driver<K> {
     caution: f64,
     state: State,
     next: State,
-    scratch: Scratch,
+    scratch: StepScratch,
     cost: Cost,
     /// Until when an end is driven, and the longest step until then.
     drive_ends: f64,
@@ -103,7 +103,7 @@ impl<K: Kernel> Driver<K> {
             surveyed: f64::NEG_INFINITY,
             caution: 1.0,
             next: state.clone(),
-            scratch: Scratch::new(system.places(), evaluations + 1, task.chain.losses.any()),
+            scratch: StepScratch::new(system.places(), evaluations + 1, task.chain.losses.any()),
             state,
             cost: Cost::default(),
             system,
@@ -122,13 +122,13 @@ impl<K: Kernel> Driver<K> {
         }
     }
 
-    fn attempt(&mut self, h: f64) -> Outcome {
+    fn attempt(&mut self, h: f64) -> StepOutcome {
         let tolerance = match self.control {
             StepControl::LocalError(tolerance) => tolerance,
             StepControl::Fixed(_) => 0.0,
         };
         let span = Span { t: self.time, h };
-        let mut all = Outcome::default();
+        let mut all = StepOutcome::default();
         for island in &self.islands.active {
             all = all.and(match &self.method {
                 Method::Pair {
@@ -202,7 +202,7 @@ impl<K: Kernel> Driver<K> {
     }
 
     /// How a step must be made again, if it was not good enough.
-    fn shorter(&self, h: f64, outcome: &Outcome) -> Result<Option<Shorter>> {
+    fn shorter(&self, h: f64, outcome: &StepOutcome) -> Result<Option<Shorter>> {
         if let StepControl::Fixed(step) = self.control {
             if outcome.error.is_finite() {
                 return Ok(None);
@@ -223,7 +223,7 @@ impl<K: Kernel> Driver<K> {
     }
 
     /// Goes on to the end of a step, and chooses the length of the next one.
-    fn accept(&mut self, NextStep { h, end }: NextStep, outcome: &Outcome) {
+    fn accept(&mut self, NextStep { h, end }: NextStep, outcome: &StepOutcome) {
         self.caution = 1.0;
         if self.energy {
             self.carry_energies();

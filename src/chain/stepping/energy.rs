@@ -2,10 +2,10 @@
 
 use super::super::law::Kernel;
 use super::islands::Island;
-use super::pair::{Scratch, Span, push};
+use super::pair::{Span, StepScratch, push};
 use super::system::{State, System};
 use super::tableau::Tableau;
-use crate::numeric::lanes::{Lanes, Row, Work, widest};
+use crate::numeric::lanes::{AlignedRow, Lanes, SimdKernel, widest};
 
 /// Adds what the contacts passed on and what was lost, by the quadrature of the velocities.
 pub(super) fn pass_on<K: Kernel>(
@@ -15,11 +15,11 @@ pub(super) fn pass_on<K: Kernel>(
     Span { t, h }: Span,
     state: &State,
     next: &mut State,
-    scratch: &mut Scratch,
+    scratch: &mut StepScratch,
 ) {
     let blocks = island.blocks.clone();
     let lossy = system.losses.any();
-    let Scratch {
+    let StepScratch {
         force,
         damping,
         pull,
@@ -61,8 +61,8 @@ fn lose_energy<K: Kernel>(
     system: &System<K>,
     island: &Island,
     weight: f64,
-    [damping, v]: [&Row; 2],
-    lost: &mut Row,
+    [damping, v]: [&AlignedRow; 2],
+    lost: &mut AlignedRow,
 ) {
     let places = island.places();
     for s in places.start + 1..places.end.min(system.contacts.end) {
@@ -82,10 +82,10 @@ fn lose_energy<K: Kernel>(
 pub(super) struct PassOn<'a> {
     pub(super) island: &'a Island,
     pub(super) weight: f64,
-    pub(super) share: &'a [Row; 2],
-    pub(super) force: &'a Row,
-    pub(super) v: &'a Row,
-    pub(super) passed: &'a mut Row,
+    pub(super) share: &'a [AlignedRow; 2],
+    pub(super) force: &'a AlignedRow,
+    pub(super) v: &'a AlignedRow,
+    pub(super) passed: &'a mut AlignedRow,
 }
 
 impl PassOn<'_> {
@@ -94,7 +94,7 @@ impl PassOn<'_> {
     }
 }
 
-impl Work for PassOn<'_> {
+impl SimdKernel for PassOn<'_> {
     type Output = ();
 
     #[inline(always)]

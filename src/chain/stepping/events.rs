@@ -7,7 +7,7 @@ use super::pair::Span;
 use super::resolved::{Crossing, Resolved};
 use super::system::{State, System};
 use super::tableau::{MOST_STAGES, Tableau};
-use crate::numeric::lanes::{Row, WIDTH};
+use crate::numeric::lanes::{AlignedRow, WIDTH};
 
 /// Openings that change velocities by less than this share of the tolerance are left as they are.
 const NEGLIGIBLE: f64 = 1e-3;
@@ -68,7 +68,7 @@ impl Events {
         island: &Island,
         span: Span,
         path: [&State; 2],
-        force: &[Row],
+        force: &[AlignedRow],
     ) {
         let Events { found, blocks } = self;
         let [state, _] = path;
@@ -126,7 +126,7 @@ impl Events {
         island: &Island,
         span: Span,
         next: &mut State,
-        error: &mut Row,
+        error: &mut AlignedRow,
     ) {
         for event in &self.found {
             let scale = span.h * system.coefficient[event.contact];
@@ -154,7 +154,7 @@ impl Events {
     }
 
     /// Adds the work that the quadrature missed.
-    pub(super) fn pass_missed_work<K>(&self, system: &System<K>, h: f64, passed: &mut Row) {
+    pub(super) fn pass_missed_work<K>(&self, system: &System<K>, h: f64, passed: &mut AlignedRow) {
         for event in &self.found {
             passed[event.contact] += h * system.coefficient[event.contact] * event.missed.work;
         }
@@ -166,7 +166,7 @@ impl Events {
         system: &System<K>,
         h: f64,
         stage: usize,
-        v: &mut Row,
+        v: &mut AlignedRow,
     ) {
         for event in &self.found {
             let missed = h * system.coefficient[event.contact] * event.impulses[stage];
@@ -184,7 +184,7 @@ fn crossing<K: Kernel>(
     s: usize,
     Span { t, h }: Span,
     [state, next]: [&State; 2],
-    [force, force_end]: [&Row; 2],
+    [force, force_end]: [&AlignedRow; 2],
 ) -> Option<Quintic> {
     let (start, finish) = (system.overlap(s, &state.x), system.overlap(s, &next.x));
     let (closing, closing_end) = (
@@ -221,7 +221,7 @@ fn place_path<K: Kernel>(
     s: usize,
     Span { t, h }: Span,
     [state, next]: [&State; 2],
-    [force, force_end]: [&Row; 2],
+    [force, force_end]: [&AlignedRow; 2],
 ) -> Quintic {
     let bend = |t: f64, force: &[f64]| h * h * system.acceleration(s, t, force);
     Quintic::hermite(

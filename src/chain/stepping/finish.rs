@@ -1,23 +1,23 @@
 //! The end of a step, in one pass over an island: velocities, errors, and what must be looked at.
 
 use super::islands::Island;
-use super::stage::{Sums, walk};
-use crate::numeric::lanes::{Block, Lanes, Row, Work, widest};
+use super::stage::{StageSums, walk};
+use crate::numeric::lanes::{AlignedRow, LaneBlock, Lanes, SimdKernel, widest};
 
 /// `v1 = v + (S_s - S_{s+1} - P_s) / m`, and the error estimate likewise by weights of its own.
 pub(super) struct Finish<'a> {
-    pub(super) mobility: &'a Row,
-    pub(super) static_overlap: &'a Row,
+    pub(super) mobility: &'a AlignedRow,
+    pub(super) static_overlap: &'a AlignedRow,
     pub(super) island: &'a Island,
     pub(super) h: f64,
-    pub(super) x: &'a Row,
-    pub(super) v: &'a Row,
-    pub(super) x1: &'a Row,
+    pub(super) x: &'a AlignedRow,
+    pub(super) v: &'a AlignedRow,
+    pub(super) x1: &'a AlignedRow,
     /// Velocities and errors: forces, and drag where there is any.
-    pub(super) sums: [&'a Sums<'a>; 2],
-    pub(super) pulls: Option<[&'a Sums<'a>; 2]>,
-    pub(super) v1: &'a mut Row,
-    pub(super) error: &'a mut Row,
+    pub(super) sums: [&'a StageSums<'a>; 2],
+    pub(super) pulls: Option<[&'a StageSums<'a>; 2]>,
+    pub(super) v1: &'a mut AlignedRow,
+    pub(super) error: &'a mut AlignedRow,
     /// Gets the blocks in which a contact may have opened or closed.
     pub(super) openings: &'a mut Vec<usize>,
 }
@@ -29,7 +29,7 @@ impl Finish<'_> {
     }
 }
 
-impl Work for Finish<'_> {
+impl SimdKernel for Finish<'_> {
     type Output = f64;
 
     #[inline(always)]
@@ -54,12 +54,12 @@ impl Work for Finish<'_> {
         walk(
             n,
             #[inline(always)]
-            |b| Sums::both::<L>(velocity, estimate, b),
+            |b| StageSums::both::<L>(velocity, estimate, b),
             #[inline(always)]
             |b, left: (L, L), right: (L, L)| {
                 let mut push = (left.0 - right.0, left.1 - right.1);
                 if let Some([velocity, estimate]) = self.pulls {
-                    let pulls = Sums::both::<L>(velocity, estimate, b);
+                    let pulls = StageSums::both::<L>(velocity, estimate, b);
                     push = (push.0 - pulls.0, push.1 - pulls.1);
                 }
                 let mobility = L::load(&mobility[b]);
@@ -94,7 +94,7 @@ impl Work for Finish<'_> {
 /// The largest magnitude; NaN where a value is not finite.
 pub(super) struct Largest<'a> {
     pub(super) island: &'a Island,
-    pub(super) row: &'a Row,
+    pub(super) row: &'a AlignedRow,
 }
 
 impl Largest<'_> {
@@ -103,7 +103,7 @@ impl Largest<'_> {
     }
 }
 
-impl Work for Largest<'_> {
+impl SimdKernel for Largest<'_> {
     type Output = f64;
 
     #[inline(always)]
@@ -122,7 +122,7 @@ impl Work for Largest<'_> {
 /// The largest lane, NaN where a fault is.
 #[inline(always)]
 fn reduce<L: Lanes>(worst: L, faults: L) -> f64 {
-    let (mut largest, mut fault) = (Block::default(), Block::default());
+    let (mut largest, mut fault) = (LaneBlock::default(), LaneBlock::default());
     worst.store(&mut largest);
     faults.store(&mut fault);
     let largest = largest.0.iter().fold(0.0, |a: f64, b| a.max(*b));

@@ -10,7 +10,7 @@ use std::ops::Range;
 
 use super::super::law::Kernel;
 use super::system::{State, System};
-use crate::numeric::lanes::{Lanes, Row, WIDTH, Work, widest};
+use crate::numeric::lanes::{AlignedRow, Lanes, SimdKernel, WIDTH, widest};
 
 /// Blocks of places stepped together, with the contacts between them.
 #[derive(Debug, Clone, PartialEq)]
@@ -40,7 +40,7 @@ impl Island {
 
 /// What of the chain is stepped.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
-pub enum Window {
+pub enum SteppedSites {
     /// Only where a force acts or may act soon.
     #[default]
     Active,
@@ -50,7 +50,7 @@ pub enum Window {
 
 #[derive(Debug, Clone)]
 pub(super) struct Islands {
-    window: Window,
+    window: SteppedSites,
     pub(super) active: Vec<Island>,
     /// The places that move and belong to no island, in order.
     pub(super) gaps: Vec<Range<usize>>,
@@ -60,7 +60,7 @@ pub(super) struct Islands {
 }
 
 impl Islands {
-    pub(super) fn new(window: Window, ahead: usize) -> Islands {
+    pub(super) fn new(window: SteppedSites, ahead: usize) -> Islands {
         Islands {
             window,
             active: Vec::new(),
@@ -88,7 +88,7 @@ impl Islands {
         self.active.clear();
         self.gaps.clear();
         let opens = system.kernel.opening_power().is_some() && system.losses.drag == 0.0;
-        if self.window == Window::Whole || system.periodic {
+        if self.window == SteppedSites::Whole || system.periodic {
             self.push(0..places, places);
         } else if !opens || system.static_overlap[system.contacts.start] > 0.0 {
             self.push(0..reached, places);
@@ -184,9 +184,9 @@ impl Islands {
 /// Names the contacts that press, or may within the time `horizon`, a mask for each block.
 struct Reaches<'a, K> {
     system: &'a System<K>,
-    x: &'a Row,
-    v: &'a Row,
-    force: &'a Row,
+    x: &'a AlignedRow,
+    v: &'a AlignedRow,
+    force: &'a AlignedRow,
     horizon: f64,
     blocks: usize,
     masks: &'a mut Vec<u8>,
@@ -198,7 +198,7 @@ impl<K: Kernel> Reaches<'_, K> {
     }
 }
 
-impl<K: Kernel> Work for Reaches<'_, K> {
+impl<K: Kernel> SimdKernel for Reaches<'_, K> {
     type Output = ();
 
     #[inline(always)]

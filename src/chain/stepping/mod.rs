@@ -19,14 +19,14 @@ use super::drive::Drive;
 use super::lattice::{Chain, Ends, refuse};
 use super::law::{self, Kernel, Law};
 use crate::Result;
-use crate::numeric::lanes::Row;
+use crate::numeric::lanes::AlignedRow;
 use crate::observer::Observer;
 use composed::Splitting;
 use correction::Correction;
 pub(crate) use correction::{Quintic, openings};
 use driver::{Driver, Method};
 pub(crate) use driver::{Extreme, contact_time};
-pub use islands::Window;
+pub use islands::SteppedSites;
 use system::System;
 pub(crate) use system::{FIRST_CONTACT, FIRST_SITE, State};
 use tableau::{Composition, SYMPLECTIC_4, SYMPLECTIC_6, Tableau, VERLET};
@@ -191,7 +191,7 @@ pub(crate) struct Task<'a> {
     pub(crate) displacement: &'a [f64],
     pub(crate) scheme: Scheme,
     pub(crate) control: StepControl,
-    pub(crate) window: Window,
+    pub(crate) window: SteppedSites,
     pub(crate) energy: bool,
     /// The speed that errors are measured by.
     pub(crate) velocity_scale: f64,
@@ -277,8 +277,14 @@ impl Task<'_> {
 }
 
 fn initial_state<K: Kernel>(task: &Task, system: &System<K>) -> State {
-    let row = || Row::zeros(system.places());
-    let followed = || if task.energy { row() } else { Row::default() };
+    let row = || AlignedRow::zeros(system.places());
+    let followed = || {
+        if task.energy {
+            row()
+        } else {
+            AlignedRow::default()
+        }
+    };
     let (mut x, mut v, mut force) = (row(), row(), row());
     x[FIRST_SITE..][..system.sites].copy_from_slice(task.displacement);
     v[FIRST_SITE..][..system.sites].copy_from_slice(task.velocity);

@@ -6,30 +6,30 @@ use super::energy;
 use super::events::Events;
 use super::finish::{Finish, Largest};
 use super::islands::Island;
-use super::stage::{self, Sums};
+use super::stage::{self, StageSums};
 use super::system::{State, System};
 use super::tableau::{Tableau, Weights};
-use crate::numeric::lanes::Row;
+use crate::numeric::lanes::AlignedRow;
 
 /// Scratch of a step, a row a stage where there are many.
 #[derive(Debug)]
-pub(super) struct Scratch {
-    pub(super) force: Vec<Row>,
-    pub(super) damping: Vec<Row>,
+pub(super) struct StepScratch {
+    pub(super) force: Vec<AlignedRow>,
+    pub(super) damping: Vec<AlignedRow>,
     /// Drag on each site.
-    pub(super) pull: Vec<Row>,
-    pub(super) x: Row,
-    pub(super) v: Row,
-    error: Row,
+    pub(super) pull: Vec<AlignedRow>,
+    pub(super) x: AlignedRow,
+    pub(super) v: AlignedRow,
+    error: AlignedRow,
     pub(super) events: Events,
 }
 
-impl Scratch {
-    pub(super) fn new(places: usize, stages: usize, lossy: bool) -> Scratch {
-        let rows = |count| (0..count).map(|_| Row::zeros(places)).collect();
-        let row = || Row::zeros(places);
+impl StepScratch {
+    pub(super) fn new(places: usize, stages: usize, lossy: bool) -> StepScratch {
+        let rows = |count| (0..count).map(|_| AlignedRow::zeros(places)).collect();
+        let row = || AlignedRow::zeros(places);
         let lossy_stages = if lossy { stages } else { 0 };
-        Scratch {
+        StepScratch {
             force: rows(stages),
             damping: rows(lossy_stages),
             pull: rows(lossy_stages),
@@ -43,7 +43,7 @@ impl Scratch {
 
 /// What came of a step.
 #[derive(Debug, Clone, Copy)]
-pub(super) struct Outcome {
+pub(super) struct StepOutcome {
     /// Largest estimated error of a velocity.
     pub(super) error: f64,
     /// A guard contact pressed.
@@ -56,9 +56,9 @@ pub(super) struct Outcome {
     pub(super) onward: f64,
 }
 
-impl Default for Outcome {
-    fn default() -> Outcome {
-        Outcome {
+impl Default for StepOutcome {
+    fn default() -> StepOutcome {
+        StepOutcome {
             error: 0.0,
             leaked: false,
             corrected: 0,
@@ -68,9 +68,9 @@ impl Default for Outcome {
     }
 }
 
-impl Outcome {
-    pub(super) fn and(self, other: Outcome) -> Outcome {
-        Outcome {
+impl StepOutcome {
+    pub(super) fn and(self, other: StepOutcome) -> StepOutcome {
+        StepOutcome {
             // NaN is kept: it is larger than any tolerance.
             error: if self.error.is_nan() || self.error > other.error {
                 self.error
@@ -103,8 +103,8 @@ pub(super) fn advance<K: Kernel>(
     span: Span,
     state: &State,
     next: &mut State,
-    scratch: &mut Scratch,
-) -> Outcome {
+    scratch: &mut StepScratch,
+) -> StepOutcome {
     let Span { t, h } = span;
     let blocks = island.blocks.clone();
     let lossy = system.losses.any();
@@ -112,7 +112,7 @@ pub(super) fn advance<K: Kernel>(
     let last = tableau.stages() - 1;
     scratch.force[0].0[blocks.clone()].copy_from_slice(&state.force.0[blocks.clone()]);
     if lossy {
-        let Scratch {
+        let StepScratch {
             force,
             damping,
             pull,
@@ -130,7 +130,7 @@ pub(super) fn advance<K: Kernel>(
             &mut scratch.x
         };
         if lossy {
-            let Scratch {
+            let StepScratch {
                 force,
                 damping,
                 pull,
@@ -163,7 +163,7 @@ pub(super) fn advance<K: Kernel>(
                 x: &state.x,
                 v: &state.v,
                 reach: ch,
-                sums: &Sums::new(&tableau.a[stage], h * h, before, island),
+                sums: &StageSums::new(&tableau.a[stage], h * h, before, island),
                 positions,
                 force: &mut from[0],
             }
@@ -176,14 +176,14 @@ pub(super) fn advance<K: Kernel>(
         leaked |= island.leaks(&scratch.force[stage]);
     }
 
-    let Scratch {
+    let StepScratch {
         force,
         pull,
         error,
         events,
         ..
     } = scratch;
-    let rows = |weights, rows| Sums::new(weights, h, rows, island);
+    let rows = |weights, rows| StageSums::new(weights, h, rows, island);
     let pulls = lossy.then(|| [rows(&tableau.bp, pull), rows(&tableau.error, pull)]);
     let mut largest = Finish {
         mobility: &system.mobility,
@@ -227,7 +227,7 @@ pub(super) fn advance<K: Kernel>(
     if !state.passed.is_empty() {
         energy::pass_on(system, tableau, island, span, state, next, scratch);
     }
-    Outcome {
+    StepOutcome {
         error: largest,
         leaked,
         corrected,
@@ -241,20 +241,20 @@ pub(super) fn advance<K: Kernel>(
 pub(super) fn push<K>(
     system: &System<K>,
     island: &Island,
-    base: &Row,
-    flight: Option<(f64, &Row)>,
+    base: &AlignedRow,
+    flight: Option<(f64, &AlignedRow)>,
     weights: &Weights,
     scale: f64,
-    [force, pull]: [&[Row]; 2],
-    out: &mut Row,
+    [force, pull]: [&[AlignedRow]; 2],
+    out: &mut AlignedRow,
 ) {
-    let pulls = (!pull.is_empty()).then(|| Sums::new(weights, scale, pull, island));
+    let pulls = (!pull.is_empty()).then(|| StageSums::new(weights, scale, pull, island));
     stage::Push {
         mobility: &system.mobility,
         island,
         base,
         flight,
-        sums: &Sums::new(weights, scale, force, island),
+        sums: &StageSums::new(weights, scale, force, island),
         pulls: pulls.as_ref(),
         out,
     }
@@ -266,8 +266,8 @@ fn damp<K: Kernel>(
     system: &System<K>,
     t: f64,
     island: &Island,
-    [x, v]: [&Row; 2],
-    [force, damping, pull]: [&mut Row; 3],
+    [x, v]: [&AlignedRow; 2],
+    [force, damping, pull]: [&mut AlignedRow; 3],
 ) {
     stage::Damp {
         system,
@@ -288,8 +288,8 @@ fn damp<K: Kernel>(
 pub(super) fn set_end_forces<K: Kernel>(
     system: &System<K>,
     t: f64,
-    [x, v]: [&Row; 2],
-    force: &mut Row,
+    [x, v]: [&AlignedRow; 2],
+    force: &mut AlignedRow,
 ) {
     let n = system.sites;
     if system.periodic {

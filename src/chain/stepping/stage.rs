@@ -10,19 +10,24 @@ use super::super::law::Kernel;
 use super::islands::Island;
 use super::system::System;
 use super::tableau::{MOST_STAGES, Weights};
-use crate::numeric::lanes::{Block, Lanes, Row, Work, widest};
+use crate::numeric::lanes::{AlignedRow, LaneBlock, Lanes, SimdKernel, widest};
 
 /// Sums over stages of weighted rows.
 #[derive(Debug, Clone, Copy)]
-pub(super) struct Sums<'a> {
-    terms: [(f64, &'a [Block]); MOST_STAGES],
+pub(super) struct StageSums<'a> {
+    terms: [(f64, &'a [LaneBlock]); MOST_STAGES],
     number: usize,
 }
 
-impl<'a> Sums<'a> {
+impl<'a> StageSums<'a> {
     #[inline(always)]
-    pub(super) fn new(weights: &Weights, scale: f64, rows: &'a [Row], island: &Island) -> Self {
-        let mut sums = Sums {
+    pub(super) fn new(
+        weights: &Weights,
+        scale: f64,
+        rows: &'a [AlignedRow],
+        island: &Island,
+    ) -> Self {
+        let mut sums = StageSums {
             terms: [(0.0, &[]); MOST_STAGES],
             number: weights.len().min(MOST_STAGES),
         };
@@ -124,12 +129,12 @@ pub(super) fn outside<L: Lanes>(island: &Island) -> L {
 pub(super) struct MoveAndPress<'a, K> {
     pub(super) system: &'a System<K>,
     pub(super) island: &'a Island,
-    pub(super) x: &'a Row,
-    pub(super) v: &'a Row,
+    pub(super) x: &'a AlignedRow,
+    pub(super) v: &'a AlignedRow,
     pub(super) reach: f64,
-    pub(super) sums: &'a Sums<'a>,
-    pub(super) positions: &'a mut Row,
-    pub(super) force: &'a mut Row,
+    pub(super) sums: &'a StageSums<'a>,
+    pub(super) positions: &'a mut AlignedRow,
+    pub(super) force: &'a mut AlignedRow,
 }
 
 impl<K: Kernel> MoveAndPress<'_, K> {
@@ -138,7 +143,7 @@ impl<K: Kernel> MoveAndPress<'_, K> {
     }
 }
 
-impl<K: Kernel> Work for MoveAndPress<'_, K> {
+impl<K: Kernel> SimdKernel for MoveAndPress<'_, K> {
     type Output = ();
 
     #[inline(always)]
@@ -191,10 +196,10 @@ impl<K: Kernel> Work for MoveAndPress<'_, K> {
 #[inline(always)]
 fn press<K: Kernel, L: Lanes>(
     kernel: K,
-    [c, d0]: [&[Block]; 2],
+    [c, d0]: [&[LaneBlock]; 2],
     b: usize,
     r: L,
-    force: &mut [Block],
+    force: &mut [LaneBlock],
 ) {
     let (c, d0) = (L::load(&c[b]), L::load(&d0[b]));
     kernel.force(c, d0, r).store(&mut force[b]);
@@ -202,13 +207,13 @@ fn press<K: Kernel, L: Lanes>(
 
 /// `base + reach slope + (S_s - S_{s+1} - P_s) / m`, P the sums of forces on the sites themselves.
 pub(super) struct Push<'a> {
-    pub(super) mobility: &'a Row,
+    pub(super) mobility: &'a AlignedRow,
     pub(super) island: &'a Island,
-    pub(super) base: &'a Row,
-    pub(super) flight: Option<(f64, &'a Row)>,
-    pub(super) sums: &'a Sums<'a>,
-    pub(super) pulls: Option<&'a Sums<'a>>,
-    pub(super) out: &'a mut Row,
+    pub(super) base: &'a AlignedRow,
+    pub(super) flight: Option<(f64, &'a AlignedRow)>,
+    pub(super) sums: &'a StageSums<'a>,
+    pub(super) pulls: Option<&'a StageSums<'a>>,
+    pub(super) out: &'a mut AlignedRow,
 }
 
 impl Push<'_> {
@@ -217,7 +222,7 @@ impl Push<'_> {
     }
 }
 
-impl Work for Push<'_> {
+impl SimdKernel for Push<'_> {
     type Output = ();
 
     #[inline(always)]
@@ -256,11 +261,11 @@ impl Work for Push<'_> {
 pub(super) struct Damp<'a, K> {
     pub(super) system: &'a System<K>,
     pub(super) island: &'a Island,
-    pub(super) x: &'a Row,
-    pub(super) v: &'a Row,
-    pub(super) force: &'a mut Row,
-    pub(super) damping: &'a mut Row,
-    pub(super) pull: &'a mut Row,
+    pub(super) x: &'a AlignedRow,
+    pub(super) v: &'a AlignedRow,
+    pub(super) force: &'a mut AlignedRow,
+    pub(super) damping: &'a mut AlignedRow,
+    pub(super) pull: &'a mut AlignedRow,
 }
 
 impl<K: Kernel> Damp<'_, K> {
@@ -269,7 +274,7 @@ impl<K: Kernel> Damp<'_, K> {
     }
 }
 
-impl<K: Kernel> Work for Damp<'_, K> {
+impl<K: Kernel> SimdKernel for Damp<'_, K> {
     type Output = ();
 
     #[inline(always)]

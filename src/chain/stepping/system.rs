@@ -8,37 +8,37 @@
 use super::super::drive::Drive;
 use super::super::lattice::{Chain, Ends, Losses};
 use super::super::law::Kernel;
-use crate::numeric::lanes::Row;
+use crate::numeric::lanes::AlignedRow;
 
 #[derive(Debug)]
 pub(super) struct System<K> {
     pub(super) kernel: K,
     /// Sites.
     pub(super) sites: usize,
-    pub(super) coefficient: Row,
-    pub(super) static_overlap: Row,
+    pub(super) coefficient: AlignedRow,
+    pub(super) static_overlap: AlignedRow,
     /// 1/m; 0 for ghosts.
-    pub(super) mobility: Row,
+    pub(super) mobility: AlignedRow,
     pub(super) losses: Losses,
     pub(super) periodic: bool,
     pub(super) drive: Option<Drive>,
     /// The contacts that exist, the last excluded.
     pub(super) contacts: std::ops::Range<usize>,
     /// The flux through a contact is its force times these shares of the speeds left and right.
-    pub(super) flux_share: [Row; 2],
+    pub(super) flux_share: [AlignedRow; 2],
 }
 
 /// Positions, velocities, forces, and what the contacts have passed on and the sites have lost.
 #[derive(Debug, Clone)]
 pub(crate) struct State {
-    pub(crate) x: Row,
-    pub(crate) v: Row,
+    pub(crate) x: AlignedRow,
+    pub(crate) v: AlignedRow,
     /// Force in each contact, damping included.
-    pub(crate) force: Row,
+    pub(crate) force: AlignedRow,
     /// Energy passed through each contact; empty where it is not followed.
-    pub(crate) passed: Row,
+    pub(crate) passed: AlignedRow,
     /// Energy lost at each place; empty where it is not followed.
-    pub(crate) lost: Row,
+    pub(crate) lost: AlignedRow,
 }
 
 /// Where place s, or contact s on its left, is among the sites, or contacts, of the chain.
@@ -48,7 +48,7 @@ pub(crate) const FIRST_CONTACT: usize = 2;
 impl<K: Kernel> System<K> {
     pub(super) fn new(chain: &Chain, kernel: K, drive: Option<Drive>) -> System<K> {
         let (n, m) = (chain.n_sites(), chain.n_contacts());
-        let row = || Row::zeros(n + 2);
+        let row = || AlignedRow::zeros(n + 2);
         let (mut coefficient, mut static_overlap, mut mobility) = (row(), row(), row());
         coefficient[FIRST_CONTACT..][..m].copy_from_slice(&chain.coefficient);
         for (j, overlap) in static_overlap[FIRST_CONTACT..][..m].iter_mut().enumerate() {

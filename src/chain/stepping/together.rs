@@ -8,18 +8,18 @@ use super::Cost;
 use super::composed::Splitting;
 use super::driver::next_step;
 use super::system::{State, System};
-use crate::numeric::lanes::{Block, Lanes, WIDTH, Work, widest};
+use crate::numeric::lanes::{LaneBlock, Lanes, SimdKernel, WIDTH, widest};
 
 /// Chains of equally many sites, stepped alike.
 #[derive(Debug)]
 pub(crate) struct Together<K> {
     kernel: K,
-    coefficient: Vec<Block>,
-    static_overlap: Vec<Block>,
-    mobility: Vec<Block>,
-    x: Vec<Block>,
-    v: Vec<Block>,
-    force: Vec<Block>,
+    coefficient: Vec<LaneBlock>,
+    static_overlap: Vec<LaneBlock>,
+    mobility: Vec<LaneBlock>,
+    x: Vec<LaneBlock>,
+    v: Vec<LaneBlock>,
+    force: Vec<LaneBlock>,
     splitting: Splitting,
     step: f64,
     time: f64,
@@ -38,11 +38,11 @@ impl<K: Kernel> Together<K> {
     ) -> Together<K> {
         let places = chains.first().map_or(0, |(system, _)| system.places());
         // The values that a row holds of each chain, gathered by place.
-        let rows = |row: &dyn Fn(usize) -> Vec<f64>| -> Vec<Block> {
+        let rows = |row: &dyn Fn(usize) -> Vec<f64>| -> Vec<LaneBlock> {
             let columns: Vec<Vec<f64>> = (0..chains.len()).map(row).collect();
             let lane = |s: usize, l: usize| columns.get(l).map_or(0.0, |column| column[s]);
             (0..places)
-                .map(|s| Block(std::array::from_fn(|l| lane(s, l))))
+                .map(|s| LaneBlock(std::array::from_fn(|l| lane(s, l))))
                 .collect()
         };
         let mut together = Together {
@@ -96,7 +96,7 @@ impl<K: Kernel> Together<K> {
     }
 }
 
-fn is_zero(block: &Block) -> bool {
+fn is_zero(block: &LaneBlock) -> bool {
     block.0 == [0.0; WIDTH]
 }
 
@@ -105,7 +105,7 @@ struct Advance<'a, K> {
     target: f64,
 }
 
-impl<K: Kernel> Work for Advance<'_, K> {
+impl<K: Kernel> SimdKernel for Advance<'_, K> {
     type Output = ();
 
     #[inline(always)]

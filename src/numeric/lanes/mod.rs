@@ -14,20 +14,20 @@ pub(crate) const WIDTH: usize = 8;
 /// A block of numbers on a cache line of its own.
 #[derive(Debug, Clone, Copy, Default, bytemuck::Zeroable, bytemuck::Pod)]
 #[repr(C, align(64))]
-pub(crate) struct Block(pub(crate) [f64; WIDTH]);
+pub(crate) struct LaneBlock(pub(crate) [f64; WIDTH]);
 
 /// Numbers in whole blocks.
 #[derive(Debug, Clone, Default)]
-pub(crate) struct Row(pub(crate) Vec<Block>);
+pub(crate) struct AlignedRow(pub(crate) Vec<LaneBlock>);
 
-impl Row {
+impl AlignedRow {
     /// At least this many zeros.
-    pub(crate) fn zeros(length: usize) -> Row {
-        Row(vec![Block::default(); length.div_ceil(WIDTH)])
+    pub(crate) fn zeros(length: usize) -> AlignedRow {
+        AlignedRow(vec![LaneBlock::default(); length.div_ceil(WIDTH)])
     }
 }
 
-impl std::ops::Deref for Row {
+impl std::ops::Deref for AlignedRow {
     type Target = [f64];
 
     #[inline(always)]
@@ -36,7 +36,7 @@ impl std::ops::Deref for Row {
     }
 }
 
-impl std::ops::DerefMut for Row {
+impl std::ops::DerefMut for AlignedRow {
     #[inline(always)]
     fn deref_mut(&mut self) -> &mut [f64] {
         bytemuck::cast_slice_mut(&mut self.0)
@@ -76,9 +76,9 @@ pub(crate) trait Number:
 
 /// A block in registers.
 pub(crate) trait Lanes: Number {
-    fn load(block: &Block) -> Self;
+    fn load(block: &LaneBlock) -> Self;
 
-    fn store(self, block: &mut Block);
+    fn store(self, block: &mut LaneBlock);
 
     /// From numbers anywhere.
     fn read(from: &[f64; WIDTH]) -> Self;
@@ -106,7 +106,7 @@ pub(crate) trait Lanes: Number {
 
 /// Work that is compiled once a level, be it on lanes or in loops over slices that the compiler
 /// makes as wide as the level's registers.
-pub(crate) trait Work {
+pub(crate) trait SimdKernel {
     type Output;
 
     /// To be marked `#[inline(always)]`, with all that it calls on lanes.
@@ -115,7 +115,7 @@ pub(crate) trait Work {
 
 /// Does the work with the widest registers there are.
 #[inline]
-pub(crate) fn widest<W: Work>(work: W) -> W::Output {
+pub(crate) fn widest<W: SimdKernel>(work: W) -> W::Output {
     #[cfg(target_arch = "x86_64")]
     {
         if std::arch::is_x86_feature_detected!("avx512f") {
@@ -194,12 +194,12 @@ impl Number for Portable {
 
 impl Lanes for Portable {
     #[inline(always)]
-    fn load(block: &Block) -> Portable {
+    fn load(block: &LaneBlock) -> Portable {
         Portable(block.0)
     }
 
     #[inline(always)]
-    fn store(self, block: &mut Block) {
+    fn store(self, block: &mut LaneBlock) {
         block.0 = self.0;
     }
 
@@ -257,14 +257,14 @@ mod tests {
     /// Bits of every operation on some awkward numbers.
     struct Sample;
 
-    impl Work for Sample {
+    impl SimdKernel for Sample {
         type Output = Vec<u64>;
 
         #[inline(always)]
         fn run<L: Lanes>(self) -> Vec<u64> {
             let blocks = [
-                Block([1.5, -2.0, 0.0, -0.0, 1e300, 3e-310, 7.25, -1e-3]),
-                Block([0.3, 4.0, -1.0, 2.0, 1e-300, 9.0, -7.25, 1e5]),
+                LaneBlock([1.5, -2.0, 0.0, -0.0, 1e300, 3e-310, 7.25, -1e-3]),
+                LaneBlock([0.3, 4.0, -1.0, 2.0, 1e-300, 9.0, -7.25, 1e5]),
             ];
             let [a, b] = [L::load(&blocks[0]), L::read(&blocks[1].0)];
             let nan = L::splat(f64::NAN);
@@ -290,7 +290,7 @@ mod tests {
             ];
             let mut bits = vec![u64::from(a.positive_mask()), u64::from(b.positive_mask())];
             for lanes in results {
-                let mut block = Block::default();
+                let mut block = LaneBlock::default();
                 lanes.store(&mut block);
                 bits.extend(block.0.map(f64::to_bits));
                 let mut numbers = [0.0; WIDTH];

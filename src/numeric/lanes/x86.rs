@@ -4,16 +4,16 @@
 //! instructions; that makes every call of an intrinsic below sound. Pointers are those of whole,
 //! aligned blocks.
 
-use super::{Add, Block, Div, Lanes, Mul, Number, Sub, WIDTH, Work};
+use super::{Add, Div, LaneBlock, Lanes, Mul, Number, SimdKernel, Sub, WIDTH};
 use std::arch::x86_64::*;
 
 #[target_feature(enable = "avx512f")]
-pub(super) fn with_avx512<W: Work>(work: W) -> W::Output {
+pub(super) fn with_avx512<W: SimdKernel>(work: W) -> W::Output {
     work.run::<Avx512>()
 }
 
 #[target_feature(enable = "avx2")]
-pub(super) fn with_avx2<W: Work>(work: W) -> W::Output {
+pub(super) fn with_avx2<W: SimdKernel>(work: W) -> W::Output {
     work.run::<Avx2>()
 }
 
@@ -58,12 +58,12 @@ macro_rules! map3 {
     () => {
         #[inline(always)]
         fn map3(self, b: Self, c: Self, f: impl Fn(f64, f64, f64) -> f64) -> Self {
-            let mut blocks = [Block::default(); 3];
+            let mut blocks = [LaneBlock::default(); 3];
             for (lanes, block) in [self, b, c].into_iter().zip(&mut blocks) {
                 lanes.store(block);
             }
             let [a, b, c] = blocks.map(|block| block.0);
-            Self::load(&Block(std::array::from_fn(|l| f(a[l], b[l], c[l]))))
+            Self::load(&LaneBlock(std::array::from_fn(|l| f(a[l], b[l], c[l]))))
         }
     };
 }
@@ -98,12 +98,12 @@ impl Number for Avx512 {
 
 impl Lanes for Avx512 {
     #[inline(always)]
-    fn load(block: &Block) -> Avx512 {
+    fn load(block: &LaneBlock) -> Avx512 {
         Avx512(unsafe { _mm512_load_pd(block.0.as_ptr()) })
     }
 
     #[inline(always)]
-    fn store(self, block: &mut Block) {
+    fn store(self, block: &mut LaneBlock) {
         unsafe { _mm512_store_pd(block.0.as_mut_ptr(), self.0) }
     }
 
@@ -207,13 +207,13 @@ fn first_of(left: __m256d, right: __m256d) -> __m256d {
 
 impl Lanes for Avx2 {
     #[inline(always)]
-    fn load(block: &Block) -> Avx2 {
+    fn load(block: &LaneBlock) -> Avx2 {
         let start = block.0.as_ptr();
         unsafe { Avx2(_mm256_load_pd(start), _mm256_load_pd(start.add(WIDTH / 2))) }
     }
 
     #[inline(always)]
-    fn store(self, block: &mut Block) {
+    fn store(self, block: &mut LaneBlock) {
         let start = block.0.as_mut_ptr();
         unsafe {
             _mm256_store_pd(start, self.0);

@@ -30,11 +30,11 @@ pub(super) struct Chart {
     label: String,
     log: bool,
     mark: Option<f64>,
-    series: Vec<Series>,
+    series: Vec<CurveSeries>,
 }
 
 #[derive(Debug, Serialize)]
-struct Series {
+struct CurveSeries {
     label: &'static str,
     /// Little-endian f32.
     values: String,
@@ -97,7 +97,7 @@ fn moment_charts(
     ]
 }
 
-fn chart(label: String, log: bool, mark: Option<f64>, series: Vec<Series>) -> Chart {
+fn chart(label: String, log: bool, mark: Option<f64>, series: Vec<CurveSeries>) -> Chart {
     Chart {
         label,
         log,
@@ -106,13 +106,13 @@ fn chart(label: String, log: bool, mark: Option<f64>, series: Vec<Series>) -> Ch
     }
 }
 
-fn series(label: &'static str, values: &[f64]) -> Series {
+fn series(label: &'static str, values: &[f64]) -> CurveSeries {
     let shown = shown(values.len());
-    Series {
+    CurveSeries {
         label,
         values: match shown {
-            Shown::All => single(values.iter().map(|&value| value as f32)),
-            Shown::Blocks(length) => single(values.chunks(length).flat_map(extremes)),
+            EmbeddedCurve::All => single(values.iter().map(|&value| value as f32)),
+            EmbeddedCurve::Blocks(length) => single(values.chunks(length).flat_map(extremes)),
         },
     }
 }
@@ -120,8 +120,8 @@ fn series(label: &'static str, values: &[f64]) -> Series {
 fn group(id: &'static str, along: (String, Role), x: &[f64], charts: Vec<Chart>) -> CurveGroup {
     let shown = shown(x.len());
     let x: Vec<f64> = match shown {
-        Shown::All => x.to_vec(),
-        Shown::Blocks(length) => x
+        EmbeddedCurve::All => x.to_vec(),
+        EmbeddedCurve::Blocks(length) => x
             .chunks(length)
             .flat_map(|block| [block[block.len() / 4], block[3 * block.len() / 4]])
             .collect(),
@@ -130,7 +130,7 @@ fn group(id: &'static str, along: (String, Role), x: &[f64], charts: Vec<Chart>)
     CurveGroup {
         id,
         title: words::title(id),
-        caption: words::curve_caption(id, matches!(shown, Shown::Blocks(_))),
+        caption: words::curve_caption(id, matches!(shown, EmbeddedCurve::Blocks(_))),
         label: along.0,
         role: along.1,
         x: BASE64_STANDARD.encode(bytes),
@@ -139,16 +139,16 @@ fn group(id: &'static str, along: (String, Role), x: &[f64], charts: Vec<Chart>)
 }
 
 /// How much of a curve is embedded.
-enum Shown {
+enum EmbeddedCurve {
     All,
     /// The extremes of each block of this many samples, one after the other.
     Blocks(usize),
 }
 
-fn shown(samples: usize) -> Shown {
+fn shown(samples: usize) -> EmbeddedCurve {
     match samples {
-        0..=CURVE_LIMIT => Shown::All,
-        _ => Shown::Blocks(samples.div_ceil(CURVE_LIMIT / 2)),
+        0..=CURVE_LIMIT => EmbeddedCurve::All,
+        _ => EmbeddedCurve::Blocks(samples.div_ceil(CURVE_LIMIT / 2)),
     }
 }
 

@@ -9,7 +9,7 @@ use super::curves::{self, CurveGroup};
 use super::words;
 use crate::analyze::{Analysis, BandEdge, Map, ShortTimeSpectra};
 use crate::plot::labels;
-use crate::plot::{self, Scale};
+use crate::plot::{self, ColorScale};
 
 /// Largest embedded short-time map, bins by frames.
 const SHORT_LIMIT: (usize, usize) = (256, 400);
@@ -67,8 +67,8 @@ pub(super) struct MapData {
 impl Payload {
     pub fn of(analysis: &Analysis) -> Self {
         Payload {
-            sequential: palette(Scale::log(std::iter::empty())),
-            diverging: palette(Scale::diverging(std::iter::empty())),
+            sequential: palette(ColorScale::log(std::iter::empty())),
+            diverging: palette(ColorScale::diverging(std::iter::empty())),
             decades: plot::DECADES,
             maps: maps(analysis),
             curves: curves::of(analysis),
@@ -83,7 +83,7 @@ impl Payload {
     }
 }
 
-fn palette(scale: Scale) -> String {
+fn palette(scale: ColorScale) -> String {
     BASE64_STANDARD.encode(scale.palette().concat())
 }
 

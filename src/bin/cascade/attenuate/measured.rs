@@ -9,7 +9,7 @@ use super::{Attenuate, Where};
 use crate::analyze::print_notes;
 
 /// What was measured.
-pub(super) enum Measured {
+pub(super) enum MeasuredPulses {
     Nothing,
     /// Relative forces over bodies.
     Forces(Vec<MeasuredPoint>),
@@ -37,7 +37,7 @@ pub(super) struct Beside {
     pub(super) measured_without_arrival: Vec<f64>,
 }
 
-impl Measured {
+impl MeasuredPulses {
     /// Beside the first curve; forces in the contacts that are fitted.
     pub(super) fn beside(&self, attenuation: &Attenuation) -> Beside {
         let mut beside = Beside::default();
@@ -45,12 +45,12 @@ impl Measured {
             return beside;
         };
         match self {
-            Measured::Nothing => {}
-            Measured::Forces(points) => {
+            MeasuredPulses::Nothing => {}
+            MeasuredPulses::Forces(points) => {
                 let curve = attenuation.compared(&first.rows);
                 (beside.measured, beside.not_compared) = compare(points, &curve);
             }
-            Measured::Field {
+            MeasuredPulses::Field {
                 curves: [velocities, arrivals],
                 without_peak,
             } => {
@@ -72,9 +72,9 @@ impl Measured {
 
     pub(super) fn laid_over(&self) -> Overlay<'_> {
         match self {
-            Measured::Nothing => Overlay::Nothing,
-            Measured::Forces(points) => Overlay::Forces(points),
-            Measured::Field {
+            MeasuredPulses::Nothing => Overlay::Nothing,
+            MeasuredPulses::Forces(points) => Overlay::Forces(points),
+            MeasuredPulses::Field {
                 curves: [velocities, arrivals],
                 ..
             } => Overlay::Field([velocities, arrivals]),
@@ -107,12 +107,12 @@ fn between(curve: &[(f64, f64)], at: f64) -> Option<f64> {
 }
 
 impl Attenuate {
-    pub(super) fn measured(&self) -> Result<Measured, Error> {
+    pub(super) fn measured(&self) -> Result<MeasuredPulses, Error> {
         let Some(path) = &self.measured else {
-            return Ok(Measured::Nothing);
+            return Ok(MeasuredPulses::Nothing);
         };
         if !self.measured_field {
-            return Ok(Measured::Forces(read_curve(path)?));
+            return Ok(MeasuredPulses::Forces(read_curve(path)?));
         }
         if self.sense == Where::Wall {
             return Err(Error::Request {
@@ -132,7 +132,7 @@ impl Attenuate {
         // The struck body moves fastest when it is struck, which is no peak.
         let has_none = |site: &usize| peaks.binary_search_by_key(site, |peak| peak.site).is_err();
         let without_peak = (1..field.n_sites()).filter(has_none);
-        Ok(Measured::Field {
+        Ok(MeasuredPulses::Field {
             curves: [velocities, arrivals],
             without_peak: without_peak.map(|site| site as f64).collect(),
         })

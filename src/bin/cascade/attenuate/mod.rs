@@ -10,7 +10,7 @@ use clap::{Args, ValueEnum};
 use serde::Serialize;
 use wavecascade::Error;
 use wavecascade::attenuation::{
-    Attenuation, AttenuationRequest, ContactKind, Criterion, Named, Point, Sense,
+    Attenuation, AttenuationRequest, ContactKind, Criterion, Named, Sense, TransmissionPoint,
     TransmissionRequest,
 };
 use wavecascade::chain::scene::{Scene, SceneSource, Setting};
@@ -129,7 +129,7 @@ pub enum Choice {
 
 /// All that is printed and kept.
 #[derive(Debug, Serialize)]
-struct Found<'a> {
+struct AttenuationReport<'a> {
     #[serde(flatten)]
     attenuation: &'a Attenuation,
     best: Option<Best>,
@@ -143,7 +143,7 @@ struct Best {
     bodies: usize,
     key: String,
     #[serde(flatten)]
-    point: Point,
+    point: TransmissionPoint,
 }
 
 fn angle_pair(text: &str) -> Result<[f64; 2], String> {
@@ -165,7 +165,7 @@ pub fn run(typed: Attenuate) -> Result<(), Failure> {
     let result = typed.compute(&request, &progress);
     progress.clear();
     let (attenuation, best) = result?;
-    let found = Found {
+    let found = AttenuationReport {
         attenuation: &attenuation,
         best,
         beside: measured.beside(&attenuation),

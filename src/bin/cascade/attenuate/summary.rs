@@ -1,15 +1,17 @@
 //! What `cascade attenuate` found, in words.
 
-use wavecascade::attenuation::{AttenuationCurve, Compared, Law, Reach, Row, Stop, StopCause};
+use wavecascade::attenuation::{
+    AttenuationCurve, AttenuationLaw, Compared, CurveRow, Reach, Stop, StopCause,
+};
 
-use super::Found;
+use super::AttenuationReport;
 use crate::terminal::number;
 
 /// Reasons of failures that are told; all are in the JSON.
 const TOLD: usize = 3;
 
 /// What was found, in words.
-pub(super) fn told(found: &Found) -> String {
+pub(super) fn told(found: &AttenuationReport) -> String {
     let attenuation = found.attenuation;
     let mut lines = vec![format!(
         "{:<22} {:<6} {:>8} {:>7} {:>8} {:>8} {:>9} {:>7}  law of the force, {} contacts",
@@ -99,7 +101,7 @@ pub fn compared_line(what: &str, compared: &Compared) -> String {
 
 fn curve_line(curve: &AttenuationCurve) -> String {
     let optional = |value: Option<f64>| value.map_or("-".to_owned(), |v| format!("{v:.4}"));
-    let last: Option<&Row> = curve.rows.last();
+    let last: Option<&CurveRow> = curve.rows.last();
     let law = curve.fits.as_ref().map_or("-".to_owned(), |fits| {
         let chosen = fits.chosen();
         let parameters = chosen.parameters.iter().map(|p| {
@@ -151,12 +153,12 @@ pub fn failure_lines(failed: &[(String, String)]) -> Vec<String> {
     lines
 }
 
-fn law_name(law: Law) -> &'static str {
+fn law_name(law: AttenuationLaw) -> &'static str {
     match law {
-        Law::Level => "c",
-        Law::Exponential => "a exp(-r n)",
-        Law::PowerLaw => "a n^-p",
-        Law::Plateau => "c + a exp(-r n)",
+        AttenuationLaw::Level => "c",
+        AttenuationLaw::Exponential => "a exp(-r n)",
+        AttenuationLaw::PowerLaw => "a n^-p",
+        AttenuationLaw::Plateau => "c + a exp(-r n)",
     }
 }
 

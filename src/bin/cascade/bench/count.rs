@@ -10,7 +10,8 @@ use std::sync::Mutex;
 
 use serde::Serialize;
 use wavecascade_throughput::{
-    Comparison, Counted, CountedCase, Instructions, Kind, Precision, Shape, fit_memory, name,
+    ArrayShape, Comparison, Counted, CountedCase, Instructions, Precision, TransformKind,
+    fit_memory, name,
 };
 
 use super::{Bench, check, versions};
@@ -25,7 +26,7 @@ const MORE: usize = 4;
 #[derive(Debug, Clone, Serialize)]
 struct Counts {
     #[serde(flatten)]
-    shape: Shape,
+    shape: ArrayShape,
     precision: Precision,
     /// By instruction set, and of `rustfft`.
     per_sample: BTreeMap<String, f64>,
@@ -33,7 +34,7 @@ struct Counts {
 
 /// Counts, and compares or records them.
 pub fn run(typed: &Bench) -> Result<(), Failure> {
-    let arrays = typed.arrays(&CountedCase::SHORT, Kind::Columns.precisions());
+    let arrays = typed.arrays(&CountedCase::SHORT, TransformKind::Columns.precisions());
     let cases: Vec<CountedCase> = arrays
         .iter()
         .flat_map(|&(shape, precision)| {
@@ -90,7 +91,7 @@ pub fn run(typed: &Bench) -> Result<(), Failure> {
     check::verdict(check, "instructions a sample", name)
 }
 
-fn of_array((shape, precision): (Shape, Precision), found: &BTreeMap<String, f64>) -> Counts {
+fn of_array((shape, precision): (ArrayShape, Precision), found: &BTreeMap<String, f64>) -> Counts {
     let of = |by: Counted| {
         (
             by.to_string(),

@@ -15,7 +15,7 @@ use crate::terminal::{self, Lines, error_size};
 const CELLS: usize = 1000;
 
 #[derive(Debug, Serialize)]
-struct Found<'a> {
+struct LaunchReport<'a> {
     launch: &'a Journey,
 }
 
@@ -31,7 +31,7 @@ pub(super) fn run(typed: &Localize, order: usize) -> Result<(), Failure> {
     let wave = typed.wave(order)?;
     progress.check()?;
     let journey = wave.journey(typed.cells.unwrap_or(CELLS), &progress)?;
-    let found = Found { launch: &journey };
+    let found = LaunchReport { launch: &journey };
     let json = LocalizedSummary::new(typed.family(), &found)
         .to_json()
         .map_err(std::io::Error::from)?;

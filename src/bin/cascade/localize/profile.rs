@@ -16,7 +16,7 @@ use crate::terminal::{self, Lines, error_size, number};
 const HALF: usize = 2000;
 
 #[derive(Debug, Serialize)]
-struct Found {
+struct ProfileReport {
     order: usize,
     exact: Exact,
 }
@@ -31,7 +31,7 @@ pub(super) fn run(typed: &Localize, order: usize) -> Result<(), Failure> {
     progress.wait("solving");
     let wave = typed.wave(order)?;
     progress.check()?;
-    let found = Found {
+    let found = ProfileReport {
         order,
         exact: Exact::of(&wave),
     };

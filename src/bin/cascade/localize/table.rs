@@ -4,7 +4,7 @@ use std::io::Write;
 
 use serde::Serialize;
 use wavecascade::Error;
-use wavecascade::localized::{Comparison, Cylinders, Direct, Row};
+use wavecascade::localized::{Comparison, Cylinders, Direct, OrderRow};
 use wavecascade::report::{LocalizedSummary, table_csv, write_profile};
 
 use super::Localize;
@@ -16,9 +16,9 @@ const CELLS: usize = 200;
 const HALF: usize = 1000;
 
 #[derive(Debug, Serialize)]
-struct Found<'a> {
+struct TableReport<'a> {
     cells: Option<usize>,
-    orders: &'a [Row],
+    orders: &'a [OrderRow],
 }
 
 pub(super) fn run(typed: &Localize) -> Result<(), Failure> {
@@ -66,7 +66,7 @@ pub(super) fn run(typed: &Localize) -> Result<(), Failure> {
         .transpose()?;
     let rows = comparison.run(&progress)?;
     if let Some(directory) = directory {
-        let found = Found {
+        let found = TableReport {
             cells: comparison.cells,
             orders: &rows,
         };
@@ -99,7 +99,7 @@ pub(super) fn run(typed: &Localize) -> Result<(), Failure> {
     }
 }
 
-fn lines(typed: &Localize, rows: &[Row]) -> String {
+fn lines(typed: &Localize, rows: &[OrderRow]) -> String {
     let mut text = format!(
         "{:>5} {:>20} {:>8} {:>13} {:>8} {:>13} {:>8}",
         "order", "exact", "error", "estimate", "off", "fitted", "off"
@@ -127,7 +127,7 @@ fn lines(typed: &Localize, rows: &[Row]) -> String {
 }
 
 /// A row of the table; what is off is so relative to the exact ratio, the paper's estimate to ours.
-fn line(row: &Row, strikes: bool, published: bool) -> String {
+fn line(row: &OrderRow, strikes: bool, published: bool) -> String {
     let estimates = row.asymptotic;
     let off = &row.differences;
     let mut line = match &row.exact {
@@ -168,7 +168,7 @@ fn line(row: &Row, strikes: bool, published: bool) -> String {
 }
 
 /// What pulses lose at the orders and, most, between them.
-fn leaks(typed: &Localize, rows: &[Row]) -> String {
+fn leaks(typed: &Localize, rows: &[OrderRow]) -> String {
     let mut text = format!(
         "\n{:>16} {:>13} {:>13}{}\n",
         "",

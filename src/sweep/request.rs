@@ -4,10 +4,10 @@ use std::path::Path;
 
 use serde::{Deserialize, Serialize};
 
-use super::axis::{self, Axis};
+use super::axis::{self, SweptKey};
 use super::measures::Measures;
 use crate::Result;
-use crate::system::journal::{self, Asked, Check};
+use crate::system::journal::{self, Check, StoredRequest};
 
 /// What is swept: equal requests have equal members.
 #[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
@@ -17,7 +17,7 @@ pub struct Request {
     pub version: String,
     /// The scene that is varied, as its text.
     pub scene: String,
-    pub vary: Vec<Axis>,
+    pub vary: Vec<SweptKey>,
 }
 
 /// What became of a member.
@@ -45,13 +45,13 @@ pub(super) fn below(members: usize) -> impl Fn(&usize) -> std::result::Result<()
     }
 }
 
-impl Asked for Request {
+impl StoredRequest for Request {
     const FILE: &'static str = "sweep.json";
     const WORD: &'static str = "sweep";
 
     fn difference(&self, asked: &Request) -> Option<String> {
         let varies = |request: &Request| {
-            let of_axis = |axis: &Axis| {
+            let of_axis = |axis: &SweptKey| {
                 let (first, last) = (axis.values.first(), axis.values.last());
                 let end = |v: Option<&String>| v.cloned().unwrap_or_default();
                 let n = axis.values.len();

@@ -1,18 +1,18 @@
 //! Balances over time: what a quantity changed by against the integral of its rate.
 
 use super::wavenumber::Terms;
-use crate::numeric::lanes::{Lanes, Work, widest};
+use crate::numeric::lanes::{Lanes, SimdKernel, widest};
 
 /// A balance of many quantities: `change = integral of rate`, and how far it is from closing.
 #[derive(Debug, Clone, Default)]
-pub(super) struct Ledger {
+pub(super) struct RunningBalance {
     first: Option<Vec<f64>>,
     integral: Vec<f64>,
     off: Vec<f64>,
     worst: f64,
 }
 
-impl Ledger {
+impl RunningBalance {
     /// Adds `weight` times the rates at a node of a quadrature, after a first sample was compared.
     pub(super) fn add(&mut self, weight: f64, rates: &[f64]) {
         for (sum, rate) in self.integral.iter_mut().zip(rates) {
@@ -66,7 +66,7 @@ struct Residuals<'a> {
     off: &'a mut [f64],
 }
 
-impl Work for Residuals<'_> {
+impl SimdKernel for Residuals<'_> {
     type Output = ();
 
     #[inline(always)]
@@ -83,7 +83,7 @@ struct Worst<'a> {
     off: &'a [f64],
 }
 
-impl Work for Worst<'_> {
+impl SimdKernel for Worst<'_> {
     type Output = f64;
 
     #[inline(always)]
