@@ -41,7 +41,8 @@ pub fn units<D: Dimension>() -> String {
     units.join(", ")
 }
 
-/// The unit of frequencies whose period is in the unit of time `unit`: `Hz` for `s`, `kHz` for `ms`.
+/// The unit of frequencies whose period is in the unit of time `unit`: `Hz` for `s`, `kHz` for
+/// `ms`.
 pub fn cycles_per(unit: &str) -> String {
     let named = [("s", "Hz"), ("ms", "kHz"), ("us", "MHz"), ("ns", "GHz")];
     match named.iter().find(|(time, _)| *time == unit) {
@@ -102,8 +103,8 @@ dimensions! {
         "KiB" = 1024.0, "MiB" = 1_048_576.0, "GiB" = 1_073_741_824.0, "TiB" = 1_099_511_627_776.0;
 }
 
-/// A finite number of dimension `D`: with a unit, in the first unit of `D`; without one, in the unit
-/// that its place implies (of an SI scene that first unit, of an axis the unit of the axis).
+/// A finite number of dimension `D`: with a unit, in the first unit of `D`; without one, in the
+/// unit that its place implies (of an SI scene that first unit, of an axis the unit of the axis).
 #[derive(Clone, Copy, PartialEq)]
 pub struct Measure<D> {
     pub value: f64,

@@ -1,4 +1,4 @@
-//! The chains that are compared: scenes of any length, and the homogeneous chain beside each.
+//! The chains that are compared: scenes of any length, and their homogeneous reference chains.
 
 use serde::{Deserialize, Serialize};
 
@@ -6,10 +6,10 @@ use crate::Result;
 use crate::chain::scene::{SceneSource, Setting, Setup};
 use crate::chain::{Chain, Record, Simulation};
 
-/// Bodies of a chain that holds its pattern, however long the cell.
+/// Bodies of a chain that is long enough to hold its pattern, for any cell length.
 const LONG: usize = 48;
 
-/// Keys of scenes that fix how many sites there are, or mean something else for another number.
+/// Scene keys that fix the number of sites, or whose meaning depends on it.
 const FIXED: [&str; 8] = [
     "coefficients",
     "coefficient_taper",
@@ -21,15 +21,15 @@ const FIXED: [&str; 8] = [
     "defect",
 ];
 
-/// Which contact of a dimer a force is in: soft and stiff ones carry different peaks.
+/// Kind of a contact in a dimer: soft and stiff contacts carry different peak forces.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "kebab-case")]
 pub enum ContactKind {
-    /// Of the least coefficient between bodies.
+    /// With the smallest coefficient between bodies.
     Soft,
-    /// Of the largest one.
+    /// With the largest coefficient between bodies.
     Stiff,
-    /// The striker's or the wall's, of a coefficient of its own, or one between the two.
+    /// With any other coefficient: the striker's or the wall's own, or an intermediate one.
     Other,
 }
 
@@ -43,7 +43,7 @@ impl ContactKind {
     }
 }
 
-/// What repeats along a chain, of which short chains do not hold all.
+/// The repeating pattern of a chain. Short chains do not hold all of it.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Pattern {
     /// Coefficients of the contacts between two bodies.
@@ -53,8 +53,8 @@ pub struct Pattern {
 }
 
 impl Pattern {
-    /// The pattern that a chain holds, its striker and its wall left out; of a chain too short to
-    /// have contacts between bodies, all of its contacts.
+    /// The pattern of a chain without its striker and wall. A chain too short to have contacts
+    /// between bodies contributes all of its contacts.
     pub fn of(chain: &Chain) -> Pattern {
         let last = chain.n_sites() - 1;
         let coefficients = match chain.coefficient.get(1..last) {
@@ -81,7 +81,7 @@ impl Pattern {
         high / low
     }
 
-    /// The kind of a contact of this coefficient; all of a homogeneous chain are soft.
+    /// The kind of a contact with this coefficient; in a homogeneous chain all are soft.
     pub fn kind(&self, coefficient: f64) -> ContactKind {
         match self.extremes() {
             [low, _] if coefficient == low => ContactKind::Soft,
@@ -90,8 +90,8 @@ impl Pattern {
         }
     }
 
-    /// The two coefficients and the two masses that alternate, each pair in order; `None` where
-    /// others are among them.
+    /// The two alternating coefficients and the two alternating masses, in order; `None` for any
+    /// other pattern.
     pub(super) fn alternating(&self) -> Option<[[f64; 2]; 2]> {
         let pair = |values: &[f64]| {
             let first = *values.first()?;
@@ -103,9 +103,9 @@ impl Pattern {
     }
 }
 
-/// The simulation with the homogeneous chain in place of its own: contacts between bodies, and the
-/// striker's and the wall's where they belong to the pattern, all have its least coefficient, and
-/// bodies the mass of the first one. A striker and a wall of their own stay as they are.
+/// The simulation with its chain replaced by the homogeneous reference. Contacts between bodies get
+/// the smallest coefficient of the pattern, and bodies the mass of the first one. The striker and
+/// the contacts of the striker and the wall change only if their values belong to the pattern.
 pub fn homogeneous(simulation: &Simulation, pattern: &Pattern) -> Simulation {
     let mut reference = simulation.clone();
     let chain = &mut reference.chain;
@@ -126,7 +126,7 @@ pub fn homogeneous(simulation: &Simulation, pattern: &Pattern) -> Simulation {
     reference
 }
 
-/// A scene that is asked about chains of different lengths.
+/// A scene from which chains of different lengths are built.
 #[derive(Debug, Clone)]
 pub(super) struct SceneTemplate {
     source: SceneSource,
@@ -136,7 +136,7 @@ pub(super) struct SceneTemplate {
 
 impl SceneTemplate {
     /// # Errors
-    /// [`crate::Error::Scene`] for what cannot be read.
+    /// [`crate::Error::Scene`] for a scene that cannot be read.
     pub(super) fn new(source: SceneSource) -> Result<SceneTemplate> {
         let typed = source.typed_keys()?;
         let extends = !FIXED.iter().any(|key| typed.iter().any(|k| k == key));
@@ -152,13 +152,13 @@ impl SceneTemplate {
         self.of([("samples", "2".into())])
     }
 
-    /// With a striker and `bodies` behind it.
+    /// The scene with a striker and `bodies` bodies behind it.
     pub(super) fn with_bodies(&self, bodies: usize) -> Result<Setup> {
         let sites = (bodies + 1).to_string();
         self.of([("samples", "2".into()), ("sites", sites)])
     }
 
-    /// What repeats along its chains, seen in one that is long enough to hold it.
+    /// The pattern of its chains, taken from one that is long enough to hold it.
     pub(super) fn pattern(&self) -> Result<Pattern> {
         let setup = self.setup()?;
         let bodies = setup.simulation.chain.n_sites() - 1;
@@ -169,7 +169,7 @@ impl SceneTemplate {
         Ok(Pattern::of(&setup.simulation.chain))
     }
 
-    /// With one key set by an option.
+    /// The scene with one key set by an option.
     pub(super) fn with(&self, key: &str, text: &str, option: &str) -> SceneTemplate {
         let setting = Setting::new(key, text, format!("--{option} {key}"));
         SceneTemplate {

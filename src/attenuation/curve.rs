@@ -1,4 +1,4 @@
-//! A curve of attenuation: its places, its end, and the length that reaches a target.
+//! Attenuation curves: their points, their end, and the length that reaches a target.
 
 use serde::Serialize;
 
@@ -9,7 +9,7 @@ use super::pulse::{Pulse, Sense};
 use crate::chain::Simulation;
 use crate::chain::scene::Units;
 
-/// What was found, curve by curve.
+/// The attenuation curves of a request.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct Attenuation {
     pub length: usize,
@@ -18,12 +18,12 @@ pub struct Attenuation {
     pub curves: Vec<AttenuationCurve>,
     /// Members whose run failed, with the reason.
     pub failed: Vec<(String, String)>,
-    /// How many chains were followed just now; the others were known.
+    /// Number of chains simulated in this run; the others were already known.
     #[serde(skip)]
     pub computed: usize,
 }
 
-/// One chain in one sense.
+/// The curve of one chain in one sense.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct AttenuationCurve {
     pub name: String,
@@ -33,13 +33,13 @@ pub struct AttenuationCurve {
     pub stiffness_ratio: f64,
     pub band_edge_frequency: Option<f64>,
     pub rows: Vec<CurveRow>,
-    /// Where and why it ends before the length asked for.
+    /// Where and why it ends before the requested length.
     pub stop: Option<Stop>,
     pub fits: Option<Fits>,
     pub reach: Option<Reach>,
 }
 
-/// The first number of bodies that a curve does not hold, and why.
+/// The first number of bodies missing from a curve, and why.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
 pub struct Stop {
     pub bodies: usize,
@@ -50,7 +50,7 @@ pub struct Stop {
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
 #[serde(rename_all = "kebab-case")]
 pub enum StopCause {
-    /// A reflection from the wall would enter before the pulse is whole.
+    /// A reflection from the wall would arrive before the pulse is complete.
     Reflection,
     /// The pulse faded before it reached the end of the chain.
     Faded,
@@ -58,16 +58,16 @@ pub enum StopCause {
     Failed,
 }
 
-/// A place on a curve.
+/// A point of a curve.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct CurveRow {
     /// Bodies before the contact, the striker not counted.
     pub bodies: usize,
     pub kind: ContactKind,
     pub pulse: Pulse,
-    /// Share of the energy passed above the band edge.
+    /// Fraction of the energy passed that lies above the band edge.
     pub high_share: Option<f64>,
-    /// Relative to the same contact of the homogeneous chain.
+    /// Peak force relative to the same contact of the homogeneous chain.
     pub relative_force: Option<f64>,
     pub relative_velocity: Option<f64>,
     pub relative_energy: Option<f64>,
@@ -77,28 +77,29 @@ pub struct CurveRow {
 #[derive(Debug, Clone, Copy, PartialEq, Serialize)]
 #[serde(rename_all = "kebab-case", tag = "found")]
 pub enum Reach {
-    /// From this number of bodies on the curve is at the target or below it.
+    /// From this number of bodies on, the curve is at or below the target.
     Within { bodies: usize },
-    /// The curve does not end below it, but the chosen law reaches it here.
+    /// The curve ends above the target, but the chosen law reaches it at this length.
     Beyond { law: AttenuationLaw, length: Length },
-    /// The chosen law settles above it.
+    /// The chosen law settles above the target.
     Never {
         law: AttenuationLaw,
         settles_at: f64,
     },
-    /// The curve does not end below it and no law could be fitted.
+    /// The curve ends above the target, and no law predicts the length.
     Unknown,
 }
 
 impl AttenuationCurve {
-    /// Largest velocity of each site, by its index.
+    /// Peak velocity of each site, by site index.
     pub fn velocities(&self) -> Vec<(f64, f64)> {
         let rows = self.rows.iter();
         rows.map(|row| (row.bodies as f64, row.pulse.peak_velocity.value))
             .collect()
     }
 
-    /// When the velocity of each site is half of its largest for the last time before it.
+    /// Arrival time of each site: the last time before its velocity peak at which the velocity is
+    /// half of the peak.
     pub fn arrivals(&self) -> Vec<(f64, f64)> {
         let rows = self.rows.iter();
         rows.filter_map(|row| Some((row.bodies as f64, row.pulse.velocity_rise_time?.value)))
@@ -107,7 +108,7 @@ impl AttenuationCurve {
 }
 
 impl Attenuation {
-    /// Lengths and relative forces of the contacts that are compared, like with like.
+    /// Lengths and relative forces of the contacts of the compared kind.
     pub fn compared(&self, rows: &[CurveRow]) -> Vec<(f64, f64)> {
         compared(self.kind, rows)
     }
@@ -122,7 +123,7 @@ pub(super) fn compared(kind: ContactKind, rows: &[CurveRow]) -> Vec<(f64, f64)> 
         .collect()
 }
 
-/// The rows of what was seen, beside the homogeneous chain.
+/// The rows of a simulated chain, relative to the homogeneous chain.
 pub(super) fn rows_of<'a>(
     member: &'a FollowedChain,
     seen: &'a PulseMeasures,
@@ -153,7 +154,7 @@ pub(super) fn rows_of<'a>(
     })
 }
 
-/// The length from which on a curve is at the target or below it.
+/// The length from which on a curve is at or below the target.
 pub(super) fn reach(target: f64, n: &[f64], y: &[f64], fits: Option<&Fits>) -> Reach {
     let above = y.iter().rposition(|y| *y > target);
     let first = above.map_or(0, |at| at + 1);
@@ -173,7 +174,7 @@ pub(super) fn reach(target: f64, n: &[f64], y: &[f64], fits: Option<&Fits>) -> R
             law,
             settles_at: fit.settles_at(),
         },
-        // What a law says of lengths that are known is not what the curve says.
+        // A law that reaches the target within the computed lengths contradicts the curve.
         _ => Reach::Unknown,
     }
 }

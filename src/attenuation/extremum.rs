@@ -1,23 +1,23 @@
-//! Locating an extreme of a curve whose every value costs a run.
+//! Locating extrema of a curve that is expensive to evaluate (one simulation per value).
 
 use crate::Result;
 use crate::numeric::GoldenSection;
 
-/// How much of the interval around an extreme remains.
+/// Final width of the bracket of an extremum, relative to its initial width.
 const LEFT: f64 = 1e-5;
 
-/// Differences of so many errors, and of this part of a value, are told from none.
+/// A difference is significant if it exceeds this many errors plus this fraction of the value.
 const DOUBT: f64 = 4.0;
 const ROUNDING: f64 = 1e-10;
 
-/// Three neighbouring places of a curve of which the middle one is highest or lowest.
+/// Three neighbouring abscissas; the curve is highest or lowest at the middle one.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(super) struct Extremum {
     pub(super) is_maximum: bool,
     pub(super) around: [f64; 3],
 }
 
-/// A place of a curve, and the error of its value; no value where there is none.
+/// A point of a curve with the error of its value; `None` where the curve has no value.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(super) struct CurvePoint {
     pub(super) at: f64,
@@ -25,8 +25,8 @@ pub(super) struct CurvePoint {
     pub(super) error: f64,
 }
 
-/// The turns of a curve given by its places in order: a middle one that stands out from both beside it
-/// by more than their errors, and three places that have values.
+/// The extrema of a curve given by its points in order. An extremum differs from both neighbours by
+/// more than the errors, and all three points have values.
 pub(super) fn extrema(places: &[CurvePoint]) -> Vec<Extremum> {
     let turns = places.windows(3).filter_map(|places| {
         let [a, b, c] = [&places[0], &places[1], &places[2]];
@@ -48,15 +48,15 @@ pub(super) fn extrema(places: &[CurvePoint]) -> Vec<Extremum> {
 }
 
 impl Extremum {
-    /// The place of the extreme and half the length of the interval that holds it, by golden
-    /// sections, which need no smoothness: the force is the larger of two humps at some extremes.
-    /// `None` where the curve has no value.
+    /// The abscissa of the extremum and half the width of its bracket, by golden-section search.
+    /// This needs no smoothness: at some extrema the force is the larger of two peaks. `None` where
+    /// the curve has no value.
     pub(super) fn locate(
         &self,
         curve: &dyn Fn(f64) -> Result<Option<f64>>,
     ) -> Result<Option<(f64, f64)>> {
         let [a, _, b] = self.around;
-        // No value ends the search without an error.
+        // A missing value ends the search without an error.
         let height = |x: f64| match curve(x) {
             Ok(Some(y)) => Ok(if self.is_maximum { y } else { -y }),
             Ok(None) => Err(None),

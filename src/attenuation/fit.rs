@@ -1,10 +1,10 @@
-//! Laws of attenuation fitted to a curve, and the length at which one reaches a level.
+//! Laws of attenuation fitted to a curve, and the length at which a law reaches a level.
 
 use serde::Serialize;
 
 use super::least_squares::{GRID, Solution, correlation, judged, solve};
 
-/// What a curve may follow, with lengths n in bodies.
+/// A model of an attenuation curve; lengths n are in bodies.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
 #[serde(rename_all = "kebab-case")]
 pub enum AttenuationLaw {
@@ -14,7 +14,7 @@ pub enum AttenuationLaw {
     Exponential,
     /// `a n^-p`.
     PowerLaw,
-    /// `c + a exp(-r n)`: what settles.
+    /// `c + a exp(-r n)`, which settles at c.
     Plateau,
 }
 
@@ -26,7 +26,7 @@ impl AttenuationLaw {
         AttenuationLaw::Plateau,
     ];
 
-    /// Names of the parameters; the first one is the rate or the power, except of a level.
+    /// Names of the parameters. The first one is the rate or the power, except for a level.
     pub fn parameters(self) -> &'static [&'static str] {
         match self {
             AttenuationLaw::Level => &["c"],
@@ -36,7 +36,7 @@ impl AttenuationLaw {
         }
     }
 
-    /// Shapes whose sum, weighted by all parameters but the first, is the law.
+    /// Basis functions at n; their sum, weighted by the linear parameters, is the law.
     pub(super) fn shapes(self, first: f64, n: f64) -> [f64; 2] {
         match self {
             AttenuationLaw::Level => [1.0, 0.0],
@@ -46,7 +46,7 @@ impl AttenuationLaw {
         }
     }
 
-    /// How many parameters do not enter linearly.
+    /// Number of nonlinear parameters.
     pub(super) fn searched(self) -> usize {
         match self {
             AttenuationLaw::Level => 0,
@@ -60,7 +60,7 @@ impl AttenuationLaw {
         weights.iter().zip(shapes).map(|(w, s)| w * s).sum()
     }
 
-    /// Where the first parameter is looked for, from curves of lengths up to `longest`.
+    /// Grid of the first parameter, for curves of lengths up to `longest`.
     pub(super) fn firsts(self, longest: f64) -> Vec<f64> {
         let even = |from: f64, to: f64| {
             let step = (to - from) / (GRID - 1) as f64;
@@ -70,7 +70,7 @@ impl AttenuationLaw {
             AttenuationLaw::Level => vec![0.0; GRID],
             AttenuationLaw::Exponential => even(-1.0 / longest, 3.0),
             AttenuationLaw::PowerLaw => even(-1.0, 5.0),
-            // Slower than the record, it is a line.
+            // A decay slower than the curve is long looks like a line.
             AttenuationLaw::Plateau => {
                 let ends = [(0.5 / longest).ln(), 3f64.ln()];
                 let logs: Vec<f64> = even(ends[0], ends[1]);
@@ -80,18 +80,18 @@ impl AttenuationLaw {
     }
 }
 
-/// By what a law is chosen.
+/// Criterion by which a law is chosen.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize)]
 #[serde(rename_all = "kebab-case")]
 pub enum Criterion {
     /// Akaike's information criterion, corrected for few points.
     #[default]
     Aicc,
-    /// The error of predicting a fifth of the points from the others, in blocks.
+    /// Five-fold cross-validation in contiguous blocks.
     CrossValidation,
 }
 
-/// A parameter and the interval that holds it with a probability of 95 %.
+/// A parameter with its 95 % confidence interval.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize)]
 pub struct Parameter {
     pub name: &'static str,
@@ -100,7 +100,7 @@ pub struct Parameter {
     pub high: f64,
 }
 
-/// One law fitted.
+/// A fitted law.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct Fit {
     pub law: AttenuationLaw,
@@ -108,9 +108,10 @@ pub struct Fit {
     /// Root mean square of the residuals, relative to the values.
     pub residual: f64,
     pub aicc: f64,
-    /// Root mean square of the errors of prediction, relative to the values.
+    /// Root mean square of the prediction errors, relative to the values.
     pub cross_validation: f64,
-    /// Covariance of the parameters, row by row, and the quantile that makes intervals of it.
+    /// Covariance of the parameters in row-major order, and the quantile that scales it to
+    /// intervals.
     #[serde(skip)]
     pub(super) covariance: Vec<f64>,
     #[serde(skip)]
@@ -121,13 +122,13 @@ pub struct Fit {
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct Fits {
     pub criterion: Criterion,
-    /// Points that were fitted, and how many of them count as independent.
+    /// Number of fitted points, and the effective number of independent ones.
     pub points: usize,
     pub independent: f64,
     pub fits: Vec<Fit>,
 }
 
-/// A length with its interval of 95 %, in bodies.
+/// A length with its 95 % confidence interval, in bodies.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize)]
 pub struct Length {
     pub value: f64,
@@ -141,14 +142,13 @@ impl Fits {
     }
 }
 
-/// Fits every law to the values `y` at lengths `n`, by least squares of residuals relative to the
-/// values.
+/// Fits every law to the values `y` at lengths `n`, by least squares of the relative residuals.
 ///
-/// Neighbouring points of a computed curve err together: with a correlation rho between the
-/// residuals of neighbours, of m points only `m (1 - rho) / (1 + rho)` count as independent in the
-/// intervals. Akaike's criterion counts all of them, since a law is to describe the curve rather
-/// than to predict noise; counting few, it would choose a level for whatever falls. `None` for fewer than six points, and for values that
-/// are not positive.
+/// Errors of neighbouring points of a computed curve are correlated. With the lag-1 autocorrelation
+/// rho of the residuals, the intervals count only `m (1 - rho) / (1 + rho)` of m points as
+/// independent. Akaike's criterion counts all points, since a law describes the curve and does not
+/// predict noise; with few points it would choose a level for any decay. `None` for fewer than six
+/// points, and for values that are not positive.
 pub fn fit(n: &[f64], y: &[f64], criterion: Criterion) -> Option<Fits> {
     let m = n.len().min(y.len());
     let usable = m >= 6 && n.iter().chain(y).all(|v| *v > 0.0 && v.is_finite());
@@ -160,7 +160,7 @@ pub fn fit(n: &[f64], y: &[f64], criterion: Criterion) -> Option<Fits> {
         .iter()
         .filter_map(|law| Some((*law, solve(*law, &points)?)))
         .collect();
-    // The richest law leaves least that is not noise.
+    // The residuals of the best-fitting law are closest to noise.
     let smoothest = solutions
         .iter()
         .min_by(|a, b| a.1.squares.total_cmp(&b.1.squares))?;
@@ -188,7 +188,7 @@ impl Fit {
         self.law.at(&self.values(), n)
     }
 
-    /// What the law settles at for long chains; infinite for one that grows.
+    /// Limit of the law for long chains; infinite for a law that grows.
     pub fn settles_at(&self) -> f64 {
         let grows = f64::INFINITY;
         match (self.law, self.parameters[0].value > 0.0) {
@@ -199,7 +199,7 @@ impl Fit {
         }
     }
 
-    /// The length at which the law is at a level, with its interval; `None` where it never is.
+    /// The length at which the law reaches a level, with its interval; `None` if it never does.
     pub fn reaches(&self, level: f64) -> Option<Length> {
         let values = self.values();
         let value = reaches(self.law, &values, level)?;
@@ -286,13 +286,13 @@ mod tests {
         }
     }
 
-    /// Of 400 noisy curves about 95 % have the true rate, and the length that reaches a level, in
-    /// their intervals.
+    /// For about 95 % of 400 noisy curves, the intervals contain the true rate and the true length
+    /// at a level.
     #[test]
     fn val_intervals_hold_the_truth_as_often_as_they_say() {
         let n = lengths(30);
         let mut state = 7;
-        // Twelve uniform numbers make a nearly normal one.
+        // The sum of twelve uniform numbers is nearly normal.
         let mut noise = || {
             let mut sum = -6.0;
             for _ in 0..12 {

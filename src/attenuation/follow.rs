@@ -1,4 +1,5 @@
-//! Following pulses through a simulation: once for their peaks, once for what is measured by these.
+//! Following pulses through a simulation in two passes: the first finds the peaks, the second
+//! measures everything relative to them.
 
 use std::ops::Range;
 
@@ -8,31 +9,33 @@ use crate::chain::{ObservedRun, Resolution, SAMPLES_PER_STEP, Signal, Simulation
 use crate::error::Error;
 use crate::observer::Observer;
 
-/// A pulse may not have reached the last site by more than this of the velocity scale, so that what
-/// a wall throws back is nowhere in the chain yet.
+/// In the chain sense, following ends when the velocity of the last site exceeds this fraction of
+/// the velocity scale, before a reflection enters the chain.
 const UNREACHED: f64 = 1e-6;
 
-/// A pulse has arrived at the wall once its last site moves at this of the velocity scale.
+/// A pulse has arrived at the wall when the velocity of the last site exceeds this fraction of the
+/// velocity scale.
 const ARRIVED: f64 = 1e-3;
 
-/// A signal that is below this of its largest value so far at both ends of a step is not above it
-/// between them, since pulses take several steps.
+/// A signal below this fraction of its maximum so far at both ends of a step does not exceed the
+/// maximum within the step, since pulses last several steps.
 const RISE: f64 = 0.5;
 
-/// Peaks that are lower than the highest by more than this are told apart without being located.
+/// Peaks lower than the highest by more than this fraction are discarded without being located.
 const DOUBT: f64 = 1e-2;
 
-/// Contact times that a pulse on the wall of a short chain takes at most.
+/// Longest duration of a pulse on the wall of a short chain, in contact times.
 const WHOLE: f64 = 10.0;
 
-/// A pulse takes at most this many contact times a site; what is slower is not waited for.
+/// Time limit in contact times per site; slower pulses are abandoned.
 const PATIENCE: f64 = 20.0;
 
-/// Shares of a step between two looks, and from its end, that count as none.
+/// Spacing of the samples within a step, and the distance from its end that counts as zero, both as
+/// fractions of the step.
 const LOOK: f64 = 1.0 / SAMPLES_PER_STEP as f64;
 const EDGE: f64 = 1e-6;
 
-/// One resolution of a simulation.
+/// Follows the pulses of a simulation at one resolution.
 pub(super) struct Following<'a> {
     pub(super) simulation: &'a Simulation,
     pub(super) sense: Sense,
@@ -40,7 +43,7 @@ pub(super) struct Following<'a> {
     pub(super) observer: &'a dyn Observer,
 }
 
-/// A largest value so far.
+/// The largest value so far, and its time.
 #[derive(Debug, Clone, Copy)]
 struct Highest {
     value: f64,
@@ -54,27 +57,27 @@ struct Peaks {
     arrived: bool,
 }
 
-/// The pulses at contacts, `None` where one is not whole, until the end of what was seen.
+/// The pulses at the contacts, until `end_time`; `None` where a pulse is incomplete.
 pub(super) struct Followed {
     pub(super) pulses: Vec<Option<Pulse>>,
     pub(super) end_time: f64,
     pub(super) arrived: bool,
 }
 
-/// What is known of the pulse at a contact on the way.
+/// Intermediate results for the pulse at a contact.
 #[derive(Debug, Clone, Copy, Default)]
 struct PulsePassage {
     arrival: Option<f64>,
     rise: Option<f64>,
     fall: Option<f64>,
-    /// Energy passed when the pulse was over.
+    /// Energy passed by the end of the pulse.
     energy: Option<f64>,
     at_peak: Option<EnergySplit>,
-    /// When the site before the contact moved at half of its largest velocity.
+    /// Time at which the site before the contact reached half of its peak velocity.
     moving: Option<f64>,
 }
 
-/// Where the energy is, seen from a contact.
+/// Energy balance at a contact.
 #[derive(Debug, Clone, Copy, Default)]
 struct EnergySplit {
     passed: f64,
@@ -96,7 +99,7 @@ impl Following<'_> {
         let start = self.start(&watch);
         for ((passage, [peak, _]), contact) in passages.iter_mut().zip(&peaks).zip(contacts.clone())
         {
-            // A contact may press from the start.
+            // A contact may be compressed from the start.
             let force = watch.force(contact);
             let begun = |part: f64| (force > 0.0 && force >= part * peak.value).then_some(0.0);
             passage.arrival = begun(FRONT);
@@ -200,7 +203,7 @@ impl Following<'_> {
         })
     }
 
-    /// What the last step adds to what is known of a contact's pulse.
+    /// Updates a contact's results with the last step.
     fn pass(
         &self,
         watch: &mut ObservedRun,
@@ -211,7 +214,7 @@ impl Following<'_> {
     ) -> Result<()> {
         let [from, to] = watch.times();
         if self.sense == Sense::Wall && from < peak.time && peak.time <= to {
-            // What comes to the wall has passed the contact before it.
+            // The energy that reaches the wall has passed the contact before it.
             let before = contact.saturating_sub(1);
             let instant = watch.at(peak.time)?;
             passage.at_peak = Some(Splits::of(self.simulation, &instant, start).at(before));
@@ -277,7 +280,7 @@ fn site_energies(simulation: &Simulation, instant: &StateView) -> Vec<f64> {
     energies
 }
 
-/// Raises `highest` to the largest value of the last step, located if that may be larger.
+/// Updates `highest` with the maximum of the last step, which is located only if it may be larger.
 fn raise(watch: &mut ObservedRun, signal: Signal, highest: &mut Highest) -> Result<()> {
     let course = watch.interpolant(signal);
     if course.value(0.0).max(course.value(1.0)) < RISE * highest.value {
@@ -301,7 +304,8 @@ fn raise(watch: &mut ObservedRun, signal: Signal, highest: &mut Highest) -> Resu
     Ok(())
 }
 
-/// When, in the last step and before its largest velocity, a site last comes to half of that.
+/// The last time, in the last step and before the peak velocity of a site, at which its velocity
+/// rises through half of the peak.
 fn moves_at(watch: &mut ObservedRun, site: usize, highest: Highest) -> Result<Option<f64>> {
     let half = 0.5 * highest.value;
     let [from, _] = watch.times();
@@ -322,17 +326,17 @@ fn moves_at(watch: &mut ObservedRun, site: usize, highest: Highest) -> Result<Op
     }
 }
 
-/// When the signal passes a level near this time.
+/// The time near `time` at which the signal crosses a level.
 fn crossing(watch: &mut ObservedRun, signal: Signal, time: f64, level: f64) -> Result<f64> {
     let close = watch.near(signal, time)?;
     Ok(close.time(close.passes(level, 0.0, 1.0)))
 }
 
-/// Energies on the striker's side of every contact, sums over sites from the first on.
+/// Energies on the striker's side of every contact: cumulative sums over the sites.
 struct Splits {
     behind: Vec<f64>,
     lost: Vec<f64>,
-    /// What was there at the start or put in.
+    /// Initial energy plus energy input.
     given: Vec<f64>,
     passed: Vec<f64>,
     total: f64,

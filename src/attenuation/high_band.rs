@@ -1,4 +1,4 @@
-//! The share of the energy passed above a frequency.
+//! The fraction of the energy passed above a frequency.
 
 use crate::Result;
 use crate::arrays::Nowhere;
@@ -6,18 +6,18 @@ use crate::budget::{self, BudgetRequest, Motion, Views};
 use crate::chain::{EndTime, Record, Simulation};
 use crate::observer::{CancelOnly, Observer, Silent};
 
-/// Samples of a run from which shares are taken.
+/// Samples of a run for power-flow spectra.
 const SAMPLES: usize = 8192;
 
-/// Contact times in which the first contact is heard.
+/// Duration of the force record of the first contact, in contact times.
 const FIRST: f64 = 200.0;
 
 /// Bytes that such a run may take; longer chains have fewer samples.
 const MEMORY: u64 = 512 << 20;
 
-/// `1 - sum_{f <= edge} P_j(f) df / W_j` of every contact, with the power-flow spectrum P of the
-/// record from 0 to `end` (`budget::FrequencyFlow`). P may be negative in a bin, so that a share
-/// may be, too. NaN where nothing passed.
+/// `1 - sum_{f <= edge} P_j(f) df / W_j` for every contact j. P is the power-flow spectrum of the
+/// record from 0 to `end` (`budget::FrequencyFlow`), W the energy passed. P can be negative in a
+/// bin, so a share can be negative too. NaN where nothing passed.
 pub(super) fn high_shares(
     simulation: &Simulation,
     end: f64,
@@ -31,8 +31,8 @@ pub(super) fn high_shares(
         .collect())
 }
 
-/// The frequency below which 90 % of the energy of the first contact's force lie, in steps of the
-/// inverse of [`FIRST`] contact times.
+/// The frequency below which 90 % of the spectral energy of the first contact's force lies. Its
+/// resolution is the inverse of [`FIRST`] contact times.
 pub(super) fn default_edge(simulation: &Simulation) -> Result<f64> {
     let end = FIRST * simulation.contact_time(simulation.speed());
     Ok(flow(simulation, end, None, &Silent)?.edge)

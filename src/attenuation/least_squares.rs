@@ -1,14 +1,14 @@
-//! Least squares for laws of which all parameters but the first enter linearly.
+//! Least squares for laws that are linear in all parameters but the first (variable projection).
 
 use super::fit::{AttenuationLaw, Fit, Parameter};
 
-/// Relative residuals below which one law is as good as another, and the simplest is chosen.
+/// Floor of the relative residuals: below it all laws fit equally well, and the simplest is chosen.
 const EXACT: f64 = 1e-8;
 
-/// Values of the first parameter at which a fit is tried before the best of them is refined.
+/// Grid size of the first parameter; the best grid point is refined.
 pub(super) const GRID: usize = 600;
 
-/// Best parameters and the sum of squares they leave.
+/// Best parameters and their residual sum of squares.
 pub(super) struct Solution {
     pub(super) parameters: Vec<f64>,
     pub(super) squares: f64,
@@ -21,7 +21,7 @@ impl Solution {
     }
 }
 
-/// All but the first parameter enter linearly, so that one is searched and the others follow.
+/// Searches the first parameter; the others follow by linear least squares.
 pub(super) fn solve(law: AttenuationLaw, points: &[(f64, f64)]) -> Option<Solution> {
     let longest = points.iter().fold(1.0, |m: f64, (n, _)| m.max(*n));
     let squares = |first: f64| linear(law, first, points).map_or(f64::INFINITY, |(_, s)| s);
@@ -47,7 +47,7 @@ pub(super) fn solve(law: AttenuationLaw, points: &[(f64, f64)]) -> Option<Soluti
     })
 }
 
-/// Least squares for the parameters that enter linearly.
+/// Linear least squares for a given first parameter: weights and residual sum of squares.
 fn linear(law: AttenuationLaw, first: f64, points: &[(f64, f64)]) -> Option<([f64; 2], f64)> {
     let mut normal = [[0.0; 2]; 2];
     let mut right = [0.0; 2];
@@ -84,7 +84,7 @@ fn linear(law: AttenuationLaw, first: f64, points: &[(f64, f64)]) -> Option<([f6
     squares.is_finite().then_some((weights, squares))
 }
 
-/// Correlation of neighbouring residuals, 0 to 0.98.
+/// Lag-1 autocorrelation of the residuals, clamped to 0 to 0.98.
 pub(super) fn correlation(residuals: &[f64]) -> f64 {
     let all: f64 = residuals.iter().map(|r| r * r).sum();
     let neighbours: f64 = residuals.windows(2).map(|r| r[0] * r[1]).sum();
@@ -136,7 +136,7 @@ pub(super) fn judged(
     })
 }
 
-/// `variance (J^T J)^-1` with the derivatives J of the relative residuals.
+/// `variance (J^T J)^-1` with the Jacobian J of the relative residuals.
 fn covariance(
     law: AttenuationLaw,
     values: &[f64],
@@ -169,7 +169,7 @@ fn covariance(
     Some(all.collect())
 }
 
-/// By Gauss-Jordan elimination of a scaled matrix of k rows; `None` where it is singular.
+/// Inverse of the leading k x k block, by scaling and Gauss-Jordan elimination; `None` if singular.
 fn inverse(mut a: [[f64; 3]; 3], k: usize) -> Option<[[f64; 3]; 3]> {
     let scale: [f64; 3] = std::array::from_fn(|i| if i < k { a[i][i].sqrt() } else { 1.0 });
     if scale.iter().any(|s| !(*s > 0.0 && s.is_finite())) {
@@ -207,7 +207,7 @@ fn inverse(mut a: [[f64; 3]; 3], k: usize) -> Option<[[f64; 3]; 3]> {
     Some(b)
 }
 
-/// Root mean square of relative errors where each of five blocks is predicted from the others.
+/// Root mean square of the relative errors of predicting each of five blocks from the others.
 fn predicted(law: AttenuationLaw, points: &[(f64, f64)]) -> Option<f64> {
     const BLOCKS: usize = 5;
     let m = points.len();
@@ -225,10 +225,10 @@ fn predicted(law: AttenuationLaw, points: &[(f64, f64)]) -> Option<f64> {
     Some((squares / m as f64).sqrt())
 }
 
-/// The quantile 0.975 of Student's distribution.
+/// The 0.975 quantile of Student's t distribution.
 ///
-/// Source: R. A. Fisher, E. A. Cornish, Technometrics 2 (1960) 209; below five degrees of freedom by
-/// interpolating the tabulated values in the inverse of the freedom.
+/// Source: R. A. Fisher, E. A. Cornish, Technometrics 2 (1960) 209; below five degrees of freedom,
+/// tabulated values interpolated in the inverse of the degrees of freedom.
 fn student(freedom: f64) -> f64 {
     const FEW: [f64; 5] = [12.706, 4.303, 3.182, 2.776, 2.571];
     if freedom < 5.0 {

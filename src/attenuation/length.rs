@@ -17,35 +17,36 @@ use crate::chain::scene::SceneSource;
 use crate::observer::Observer;
 use crate::system::journal::{Outcome, StoredRequest};
 
-/// Up to this length every length has a chain of its own in the sense of the wall.
+/// Every length up to this one is simulated in the wall sense.
 const EVERY: usize = 40;
 
-/// A chain by its name.
+/// A named chain.
 #[derive(Debug, Clone)]
 pub struct Named {
     pub name: String,
     pub scene: SceneSource,
 }
 
-/// What is asked of attenuation against length.
+/// A request for attenuation against length.
 #[derive(Debug, Clone)]
 pub struct AttenuationRequest {
     pub chains: Vec<Named>,
     /// Bodies behind the striker.
     pub length: usize,
     pub senses: Vec<Sense>,
-    /// Lengths in the sense of the wall; `None`: all up to 40, from there on in equal ratios.
+    /// Lengths in the wall sense; `None`: all up to 40, then spaced geometrically by 1.1.
     pub lengths: Option<Vec<usize>>,
-    /// The contacts that are fitted and compared with the target; those of the striker and of the
-    /// wall with coefficients of their own always are.
+    /// The kind of contacts that are fitted and compared with the target; those of kind
+    /// [`ContactKind::Other`] always are.
     pub kind: ContactKind,
     pub criterion: Criterion,
-    /// The attenuation whose length is asked for, relative to the homogeneous chain.
+    /// Target of the peak force relative to the homogeneous chain; the length that reaches it is
+    /// computed.
     pub target: Option<f64>,
     /// Whether the share of the high band is computed.
     pub high_band: bool,
-    /// Upper edge of the low band; `None`: below it lie 90 % of the energy of the force in the
-    /// first contact of the homogeneous chain.
+    /// Upper edge of the low band; `None`: the frequency below which 90 % of the spectral energy of
+    /// the force in the homogeneous chain's first contact lies.
     pub band_edge_frequency: Option<f64>,
 }
 
@@ -65,7 +66,7 @@ impl Default for AttenuationRequest {
     }
 }
 
-/// What a directory of kept members was made for.
+/// The request that a directory of saved members belongs to.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 struct StoredLength {
@@ -100,7 +101,7 @@ impl StoredRequest for StoredLength {
 
 impl AttenuationRequest {
     /// # Errors
-    /// [`crate::Error::Request`] for what is missing or cannot be.
+    /// [`crate::Error::Request`] for missing or invalid values.
     fn check(&self) -> Result<()> {
         let no =
             |option, expected: &str, found: String| Err(refuse(option, expected.into(), found));
@@ -147,15 +148,16 @@ impl AttenuationRequest {
         lengths
     }
 
-    /// Follows the pulses of all chains and of their homogeneous ones, and fits what was found.
+    /// Follows the pulses of all chains and of their homogeneous references, and fits the curves.
     ///
-    /// With a directory, each chain is kept in it as soon as it is known, and what is there is not
-    /// computed again. The results depend neither on that nor on the number of threads.
+    /// With a directory, each chain's result is saved as soon as it is computed, and saved results
+    /// are not computed again. The results depend neither on that nor on the number of threads.
     ///
     /// # Errors
-    /// [`crate::Error::Request`] and [`crate::Error::Scene`] before any work; [`crate::Error::OutputInUse`] for a directory
-    /// that holds something else; [`crate::Error::Paused`] or [`crate::Error::Cancelled`] when the observer asks
-    /// to stop; [`crate::Error::Write`].
+    /// [`crate::Error::Request`] and [`crate::Error::Scene`] before any work;
+    /// [`crate::Error::OutputInUse`] for a directory in use for something else;
+    /// [`crate::Error::Paused`] or [`crate::Error::Cancelled`] when the observer cancels;
+    /// [`crate::Error::Write`].
     pub fn run(&self, directory: Option<&Path>, observer: &dyn Observer) -> Result<Attenuation> {
         self.check()?;
         let makes: Result<Vec<SceneTemplate>> = self

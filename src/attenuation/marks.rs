@@ -1,4 +1,4 @@
-//! Where on an abscissa dimers carry localized waves.
+//! Abscissa values at which dimers carry localized waves.
 
 use serde::Serialize;
 
@@ -11,7 +11,7 @@ use crate::numeric::find_root;
 /// The highest order that is marked.
 const LAST: usize = 19;
 
-/// Estimates of ratios are at most this far off.
+/// Bound of the relative error of estimated ratios.
 const ESTIMATED: f64 = 0.5;
 
 /// A value of the key at which the dimer carries a localized wave.
@@ -23,7 +23,7 @@ pub struct LocalizedMark {
     pub value: f64,
 }
 
-/// Localized ratios found so far, so that each is computed once; `None` where none was found.
+/// Cache of localized ratios; `None` where no wave was found.
 #[derive(Debug, Default)]
 pub(super) struct Waves(Vec<(Family, usize, Option<f64>)>);
 
@@ -61,9 +61,9 @@ impl Waves {
     }
 }
 
-/// The localized ratios that `pattern(value)` passes between neighbouring values, and the orders in
-/// reach whose wave could not be resolved; none for chains that are no dimers of Hertz contacts or
-/// of a power law.
+/// The values at which the ratio of `chain(value)` crosses a localized ratio, and the orders in
+/// range whose wave could not be resolved. Both are empty for chains other than dimers of Hertz or
+/// power-law contacts.
 pub(super) fn localized_marks(
     values: &[f64],
     waves: &mut Waves,
@@ -76,7 +76,7 @@ pub(super) fn localized_marks(
     let ratios: Result<Vec<Option<(Family, f64)>>> = values.iter().map(|v| ratio_at(*v)).collect();
     let ratios = ratios?;
     let known: Vec<(Family, f64)> = ratios.iter().copied().flatten().collect();
-    // A uniform chain among dimers is of either family.
+    // A homogeneous chain belongs to both families.
     let mut dimers = known.iter().filter(|(_, ratio)| *ratio != 1.0);
     let Some(family) = dimers.next().map(|(family, _)| *family) else {
         return Ok((Vec::new(), Vec::new()));

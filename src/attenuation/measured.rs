@@ -1,4 +1,4 @@
-//! Measured curves and fields to be laid over computed ones.
+//! Measured curves and fields, for comparison with computed ones.
 
 use std::path::Path;
 
@@ -16,12 +16,12 @@ pub struct MeasuredPoint {
     pub error: Option<f64>,
 }
 
-/// A measured point beside the computed value there.
+/// A measured point and the computed value at the same abscissa.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize)]
 pub struct Compared {
     pub measured: MeasuredPoint,
     pub computed: f64,
-    /// Measured less computed.
+    /// Measured minus computed.
     pub difference: f64,
     /// The same in standard errors, where these are known.
     pub in_errors: Option<f64>,
@@ -39,12 +39,11 @@ impl MeasuredPoint {
     }
 }
 
-/// A measured curve from a table of text: abscissa, value, and if there is a third column, the
-/// standard error. A first row that is not of numbers is a heading; rows that begin with `#` and
-/// empty ones are left out.
+/// Reads a measured curve from a text table: abscissa, value and, optionally, standard error. A
+/// first row without numbers is a heading; empty rows and rows that begin with `#` are skipped.
 ///
 /// # Errors
-/// [`Error::Read`]; [`Error::Input`] with the line of what is no number.
+/// [`Error::Read`]; [`Error::Input`] with the number of an invalid line.
 pub fn read_curve(path: &Path) -> Result<Vec<MeasuredPoint>> {
     let bytes = std::fs::read(path).map_err(Error::read("read", path))?;
     let fault = |line: usize, expected: &str, found: String| Error::Input {
@@ -107,21 +106,21 @@ pub struct MeasuredTime {
 #[derive(Debug, Clone, Copy, PartialEq, Serialize)]
 pub struct MeasuredPeak {
     pub site: usize,
-    /// Largest velocity, between samples too, with its standard error.
+    /// Peak velocity, interpolated between samples, with its standard error.
     pub velocity: f64,
     pub velocity_error: f64,
-    /// When that was, with its standard error.
+    /// Time of the peak, with its standard error.
     pub time: f64,
     pub time_error: f64,
-    /// Arrival: when the velocity is half of the largest for the last time before it; `None` where
-    /// the record begins too late to tell.
+    /// Arrival: the last time before the peak at which the velocity is half of the peak; `None`
+    /// where the record begins too late.
     pub arrival: Option<MeasuredTime>,
     /// Standard deviation of the samples before the pulse.
     pub noise: Option<f64>,
 }
 
 impl MeasuredPeak {
-    /// The largest velocity, and the arrival where it is known, as points of curves over an abscissa.
+    /// The peak velocity and, if known, the arrival as points of curves at the abscissa `at`.
     pub fn points(&self, at: f64) -> (MeasuredPoint, Option<MeasuredPoint>) {
         let point = |value, error| MeasuredPoint {
             at,
@@ -133,21 +132,21 @@ impl MeasuredPeak {
     }
 }
 
-/// Samples on either side of the largest one that its parabola is fitted to, at most.
+/// Samples on either side of the largest one that the interpolating quartic uses.
 const REACH: usize = 2;
 
-/// A site is quiet until its velocity first is this of its largest one.
+/// A site is quiet until its velocity first exceeds this fraction of its largest sample.
 const QUIET: f64 = 0.2;
 
-/// Quiet samples from which noise is known.
+/// Fewest quiet samples for a noise estimate.
 const ENOUGH: usize = 16;
 
-/// The largest velocity of every site of a field, located between samples by the quartic through
-/// the five samples around the largest one. The error joins two parts: what noise, as the samples
-/// before the pulse show it, does to the quartic's vertex, and how far the vertex of the parabola
-/// through three samples is, which bounds what the samples leave open. A site whose largest sample
-/// is among the first or last two has no peak and is left out; so is one without a positive sample.
-/// Times are those of the field's axis.
+/// The peak velocity of every site of a field, interpolated by the quartic through the five samples
+/// around the largest one. Times are those of the field's axis. The error combines two parts: the
+/// noise of the samples before the pulse, propagated to the maximum of the quartic; and the
+/// distance to the vertex of the parabola through three samples, which bounds the interpolation
+/// error. Left out are sites whose largest sample is among the first or last two, and sites without
+/// a positive sample.
 pub fn measured_peaks(field: &Field) -> Vec<MeasuredPeak> {
     let times = field.n_times();
     let mut record = vec![0.0; times];
@@ -167,7 +166,7 @@ pub fn measured_peaks(field: &Field) -> Vec<MeasuredPeak> {
     peaks.collect()
 }
 
-/// The peak of a record, in samples.
+/// The peak of one site's record; times are in samples.
 fn peak_of(record: &[f64]) -> Option<MeasuredPeak> {
     let by = |a: &usize, b: &usize| record[*a].total_cmp(&record[*b]);
     let top = (0..record.len())
@@ -187,7 +186,7 @@ fn peak_of(record: &[f64]) -> Option<MeasuredPeak> {
         let squares: f64 = quiet.iter().map(|v| (v - mean).powi(2)).sum();
         (squares / (quiet.len() - 1) as f64).sqrt()
     });
-    // Derivatives at the middle sample by differences of fourth order.
+    // Derivatives of the quartic at the middle sample, by finite differences.
     let slope = (v[0] - 8.0 * v[1] + 8.0 * v[3] - v[4]) / 12.0;
     let bend = (-v[0] + 16.0 * v[1] - 30.0 * v[2] + 16.0 * v[3] - v[4]) / 12.0;
     let third = (-v[0] + 2.0 * v[1] - 2.0 * v[3] + v[4]) / 2.0;
@@ -195,13 +194,13 @@ fn peak_of(record: &[f64]) -> Option<MeasuredPeak> {
     let quartic =
         |x: f64| v[2] + x * (slope + x * (bend / 2.0 + x * (third / 6.0 + x * fourth / 24.0)));
     let (at, value) = crate::chain::largest(-1.0, 1.0, quartic);
-    // The parabola through three samples.
+    // The vertex of the parabola through the three middle samples.
     let (rise, curve) = (0.5 * (v[3] - v[1]), v[1] - 2.0 * v[2] + v[3]);
     let (coarse_at, coarse) = match curve < 0.0 {
         true => (-rise / curve, v[2] - 0.5 * rise * rise / curve),
         false => (0.0, v[2]),
     };
-    // Lagrange's weight of sample i, and by how much it changes with the place.
+    // The Lagrange weight of sample i at x, and its derivative.
     let weight = |i: usize, x: f64| {
         let node = |k: usize| k as f64 - REACH as f64;
         let others = (0..5).filter(|k| *k != i);
@@ -227,10 +226,10 @@ fn peak_of(record: &[f64]) -> Option<MeasuredPeak> {
     })
 }
 
-/// When a record rises above a level for the last time before its largest sample, in samples, by the
-/// cubic through the two samples on either side. The error joins what that of the level above the
-/// samples does by the slope there, and how far the straight line between two samples is. `None`
-/// where fewer than two samples before are there, or one is no number.
+/// The last time (in samples) before the largest sample at which a record rises through a level, by
+/// the cubic through the two samples on either side. The error combines the error of the level,
+/// divided by the slope, and the distance to linear interpolation. `None` with fewer than two
+/// samples before the crossing, or for samples that are not finite.
 fn rise_of(record: &[f64], top: usize, level: f64, level_error: f64) -> Option<MeasuredTime> {
     let below = record[..top].iter().rposition(|v| *v < level)?;
     let nodes = record.get(below.checked_sub(1)?..below + 3)?;
@@ -238,7 +237,7 @@ fn rise_of(record: &[f64], top: usize, level: f64, level_error: f64) -> Option<M
         return None;
     }
     let v: [f64; 4] = std::array::from_fn(|i| nodes[i]);
-    // Newton's form on the nodes -1, 0, 1, 2; the level lies between the two in the middle.
+    // Newton's form on the nodes -1, 0, 1, 2; the crossing lies between 0 and 1.
     let steps = [v[1] - v[0], v[2] - v[1], v[3] - v[2]];
     let bend = (steps[1] - steps[0]) / 2.0;
     let twist = (steps[2] - 2.0 * steps[1] + steps[0]) / 6.0;
@@ -257,8 +256,8 @@ fn rise_of(record: &[f64], top: usize, level: f64, level_error: f64) -> Option<M
 mod tests {
     use super::*;
 
-    /// A Gaussian pulse sampled coarsely, its peak between samples: the error stated holds, and is
-    /// not many times too wide.
+    /// A coarsely sampled Gaussian pulse with its peak between samples: the stated error bounds the
+    /// true one and is not many times larger.
     #[test]
     fn val_a_gaussian_pulse_is_found_within_the_error_stated() {
         for (width, at) in [(2.0, 50.37), (4.0, 60.5), (8.0, 71.02)] {
@@ -317,7 +316,7 @@ mod tests {
         assert!(shares.iter().all(|s| (0.6..0.8).contains(s)), "{shares:?}");
     }
 
-    /// A record that begins on the way up has a peak and no arrival.
+    /// A record that begins during the rise has a peak and no arrival.
     #[test]
     fn what_began_before_the_record_has_no_arrival() {
         let record: Vec<f64> = (0..32)

@@ -1,4 +1,4 @@
-//! Computing members, and keeping what is known of them.
+//! Computing members and saving their results.
 
 use std::path::Path;
 use std::sync::{Mutex, MutexGuard, PoisonError};
@@ -13,14 +13,14 @@ use crate::observer::{CancelOnly, Observer};
 use crate::system::journal::{Journal, Outcome, Outcomes, StoredRequest};
 use crate::{Error, Result};
 
-/// What is kept of a member.
+/// The saved result of a member.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub(super) struct PulseMeasures {
     pub(super) pulses: Pulses,
-    /// Sites of the chain that it was seen in.
+    /// Sites of the simulated chain.
     pub(super) sites: usize,
-    /// Share of the energy passed above the band edge, from contact 0 on.
+    /// Fraction of the energy passed above the band edge, from contact 0 on.
     pub(super) high: Option<Vec<f64>>,
 }
 
@@ -29,21 +29,21 @@ pub(super) struct PulseMeasures {
 pub(super) struct FollowedChain {
     /// Its name.
     pub(super) key: String,
-    /// Chains of growing length, of which the first that is long enough is taken.
+    /// Chains of growing length; the first that is long enough is used.
     pub(super) attempts: Vec<Simulation>,
     pub(super) sense: Sense,
-    /// The contact that is to be seen.
+    /// The last contact whose pulse is needed.
     pub(super) wanted: usize,
-    /// Where the high band begins, where its share is asked for.
+    /// Lower edge of the high band, if its share is requested.
     pub(super) edge: Option<f64>,
 }
 
-/// Members that are known, kept in a directory if there is one.
+/// The outcomes known so far, saved in a directory if there is one.
 #[derive(Debug)]
 pub(super) struct OutcomeStore {
     journal: Option<Journal>,
     outcomes: Mutex<Outcomes<String, PulseMeasures>>,
-    /// How many members were computed just now.
+    /// Number of members computed in this run.
     computed: Mutex<usize>,
 }
 
@@ -68,10 +68,11 @@ impl OutcomeStore {
         })
     }
 
-    /// What a member comes to, computed if it is not known.
+    /// The outcome of a member, computed if it is not known.
     ///
     /// # Errors
-    /// [`Error::Cancelled`], [`Error::Memory`], [`Error::Write`]; what else fails is the outcome.
+    /// [`Error::Cancelled`], [`Error::Memory`], [`Error::Write`]; any other error becomes the
+    /// outcome.
     pub(super) fn member(
         &self,
         member: &FollowedChain,
@@ -93,10 +94,11 @@ impl OutcomeStore {
         Ok(outcome)
     }
 
-    /// What members come to, in their order, computed on all threads of the current pool.
+    /// The outcomes of members, in their order, computed in parallel on the current pool.
     ///
     /// # Errors
-    /// As [`OutcomeStore::member`]; [`Error::Paused`] where a directory keeps what was computed.
+    /// As [`OutcomeStore::member`]; [`Error::Paused`] for [`Error::Cancelled`] where a directory saves the
+    /// outcomes.
     pub(super) fn members(
         &self,
         members: &[FollowedChain],
@@ -114,7 +116,7 @@ impl OutcomeStore {
         outcomes.map_err(|error| self.paused(error, members))
     }
 
-    /// A stop that loses nothing says so.
+    /// Turns [`Error::Cancelled`] into [`Error::Paused`] where the outcomes are saved.
     pub(super) fn paused(&self, error: Error, members: &[FollowedChain]) -> Error {
         match (error, &self.journal) {
             (Error::Cancelled, Some(_)) => {
@@ -131,7 +133,7 @@ impl OutcomeStore {
         }
     }
 
-    /// Sees to it that what was computed is on the disk; how many members were.
+    /// Flushes the outcomes to disk; returns the number of members computed.
     pub(super) fn sync(&self) -> Result<usize> {
         if let Some(journal) = &self.journal {
             journal.sync()?;

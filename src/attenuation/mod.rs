@@ -1,4 +1,5 @@
-//! Attenuation and transmission: what comes through a chain, against its length and its make.
+//! Attenuation and transmission: the pulse that passes a chain, against its length and its
+//! parameters.
 
 mod chains;
 mod curve;

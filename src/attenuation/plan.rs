@@ -1,4 +1,5 @@
-//! Which chains attenuation against length takes: each once, and its homogeneous one beside it.
+//! The chains simulated for attenuation against length, each once, with their homogeneous
+//! references.
 
 use super::chains::{Pattern, SceneTemplate, homogeneous};
 use super::high_band::default_edge;
@@ -9,12 +10,13 @@ use crate::Result;
 use crate::chain::Simulation;
 use crate::chain::scene::{Setup, Units};
 
-/// Bodies behind the last contact that is asked for, at first, so that its pulse is whole before
-/// the front reaches the wall; doubled as often as needed.
+/// Initial margin of bodies behind the last requested contact, to which a quarter of the length is
+/// added. It makes the contact's pulse complete before the front reaches the wall, and is doubled
+/// as needed, at most [`DOUBLINGS`] times.
 const MARGIN: usize = 20;
 const DOUBLINGS: u32 = 4;
 
-/// What is to be computed, each chain once.
+/// The members to compute, each chain once.
 #[derive(Default)]
 pub(super) struct Plan {
     pub(super) members: Vec<FollowedChain>,
@@ -31,14 +33,14 @@ pub(super) struct PlannedLength {
     pub(super) pattern: Pattern,
 }
 
-/// Indices of a member and of its homogeneous one.
+/// Indices of a member and of its homogeneous reference.
 pub(super) struct Pair {
     pub(super) own: usize,
     pub(super) reference: usize,
 }
 
 impl Plan {
-    /// The index of a member, of one and the same chain that is there already, if there is one.
+    /// Adds a member unless the same one is there already, and returns its index.
     fn add(&mut self, member: FollowedChain) -> usize {
         let same = |other: &FollowedChain| {
             other.sense == member.sense
@@ -64,7 +66,7 @@ impl Plan {
 }
 
 impl AttenuationRequest {
-    /// The members of one chain in one sense, and of its homogeneous one.
+    /// Plans the members of one chain in one sense, and of its homogeneous reference.
     pub(super) fn plan(
         &self,
         chain: usize,

@@ -1,4 +1,4 @@
-//! The pulse at each contact of a struck chain, located inside the steps.
+//! The pulse at each contact of a struck chain, located within the time steps.
 
 use std::ops::Range;
 
@@ -9,17 +9,17 @@ use crate::chain::{Ends, Resolution, Simulation};
 use crate::observer::Observer;
 use crate::{Error, Result};
 
-/// The share of its peak at which a pulse arrives.
+/// The fraction of its peak force at which a pulse arrives.
 pub const FRONT: f64 = 0.01;
 
-/// A value, and by how much it differs when the error of a step is ten times as large.
+/// A value and its error: the difference from a run with ten times the local error.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub struct Located {
     pub value: f64,
     pub error: f64,
 }
 
-/// What a pulse is at a contact, in the units of the scene.
+/// The pulse at a contact, in the units of the scene.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Pulse {
@@ -31,27 +31,28 @@ pub struct Pulse {
     /// Largest velocity of site n, on the striker's side of the contact.
     pub peak_velocity: Located,
     pub velocity_time: Located,
-    /// When that velocity is half of its largest for the last time before it; `None` for a site that
-    /// moves so from the start. A kept pulse that does not say which of both is no pulse.
+    /// The last time before its peak at which that velocity rises through half of the peak; `None`
+    /// for a site that moves from the start. A saved pulse must state it, if only as null.
     #[serde(deserialize_with = "stated")]
     pub velocity_rise_time: Option<Located>,
     /// When the force first reaches [`FRONT`] of its peak.
     pub arrival_time: Located,
-    /// From the last time before the peak to the first time after it at which the force is half of
-    /// the peak.
+    /// Full width at half maximum of the force, from the last crossing before the peak to the first
+    /// after it.
     pub width: Located,
-    /// Energy passed by the first time after the peak at which the force is [`FRONT`] of it; `None`
-    /// where that was not seen, and for the wall.
+    /// Energy passed until the force first falls to [`FRONT`] of its peak; `None` if that is after
+    /// the end of the run, and for the wall.
     #[serde(deserialize_with = "stated")]
     pub energy_pulse: Option<Located>,
-    /// Energy passed by the end of what is seen. For the wall, through which none passes: through
-    /// the contact before it, by the time of the peak.
+    /// Energy passed until the end of the run. No energy passes the wall: there, the energy passed
+    /// through the contact before it until the time of the peak.
     pub energy_passed: Located,
     /// Energy left on the striker's side at that time, half of this contact's included.
     pub energy_behind: f64,
-    /// Energy lost there until then.
+    /// Energy dissipated on the striker's side until then.
     pub energy_lost: f64,
-    /// What passed, was left behind and was lost, less what there was, relative to that.
+    /// Error of the energy balance: passed + behind + lost - given, relative to the total energy.
+    /// `given` is the initial energy on the striker's side plus the energy input.
     pub closure: f64,
 }
 
@@ -68,8 +69,8 @@ fn stated<'d, D: serde::Deserializer<'d>>(
 pub enum Sense {
     /// At the contacts of one long chain, until its front reaches the last site.
     Chain,
-    /// On the wall behind the last body, for twice the time that the front takes to it and ten
-    /// contact times more.
+    /// On the wall behind the last body, until twice the arrival time of the front plus ten contact
+    /// times.
     Wall,
 }
 
@@ -86,24 +87,24 @@ impl Sense {
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Pulses {
-    /// From contact 0 on; for the wall its one contact, or none where nothing arrived.
+    /// From contact 0 on; for the wall, its one contact, or none if nothing arrived.
     pub pulses: Vec<Pulse>,
-    /// End of what was seen.
+    /// End of the observed time.
     pub end_time: f64,
-    /// Whether the front reached the last site; losses may eat the pulse before.
+    /// Whether the front reached the last site; losses may damp the pulse out before.
     pub arrived: bool,
 }
 
-/// Follows the pulse of a simulation and locates what [`Pulse`] holds, by making steps again around
-/// each instant; samples play no part. Errors are differences from a second run of coarser steps.
+/// Follows the pulse of a simulation. Peaks and crossings are located by repeating time steps
+/// around each event, independently of the sampling. Errors are differences from a second run with
+/// coarser steps.
 ///
-/// In the sense of one chain the pulses stop at the first contact whose force has not fallen to
-/// half its peak when the front reaches the last site, since a reflection would enter it from
-/// there on.
+/// In the chain sense, the pulses end before the first contact whose force has not fallen to half
+/// of its peak when the front reaches the last site: a reflection could disturb it later.
 ///
 /// # Errors
-/// As [`Simulation::check`]; [`Error::Request`] for ends that are periodic, or without a wall where
-/// that is meant, and for a front that is at the last site from the start; [`Error::Cancelled`].
+/// As [`Simulation::check`]; [`Error::Request`] for periodic ends, for the wall sense without a
+/// wall, and for a last site that moves at the start; [`Error::Cancelled`].
 pub fn pulses(simulation: &Simulation, sense: Sense, observer: &dyn Observer) -> Result<Pulses> {
     let contacts = contacts(simulation, sense)?;
     let follow = |resolution| {
@@ -166,7 +167,7 @@ pub(super) fn refuse(option: &'static str, expected: String, found: String) -> E
 }
 
 impl Pulse {
-    /// With the differences from another resolution as errors.
+    /// The pulse with its differences from another resolution as errors.
     fn compared_with(mut self, other: &Pulse) -> Pulse {
         let compare =
             |own: &mut Located, other: &Located| own.error = (own.value - other.value).abs();

@@ -16,21 +16,21 @@ use crate::observer::{CancelOnly, Observer};
 use crate::sweep::SweptKey;
 use crate::system::journal::{Outcome, StoredRequest};
 
-/// What is asked of transmission.
+/// A request for transmission curves.
 #[derive(Debug, Clone)]
 pub struct TransmissionRequest {
     pub scene: SceneSource,
     /// The key whose numbers are the abscissa, written as for a sweep: `angle=2:90:45`.
     pub over: String,
-    /// Further values of the key, such as those that were measured.
+    /// Further values of the key, such as measured ones.
     pub also: Vec<f64>,
-    /// Other keys with their values, a curve for each combination.
+    /// Other keys with their values; one curve per combination.
     pub vary: Vec<String>,
-    /// Whether the extremes between the values are located.
+    /// Whether the extrema between the values are located.
     pub locate: bool,
 }
 
-/// What was found, curve by curve.
+/// The transmission curves of a request.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct Transmission {
     pub key: String,
@@ -41,7 +41,7 @@ pub struct Transmission {
     pub computed: usize,
 }
 
-/// One combination of the other keys.
+/// The curve of one combination of the other keys.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct TransmissionCurve {
     /// The other keys and their values.
@@ -49,42 +49,43 @@ pub struct TransmissionCurve {
     pub points: Vec<TransmissionPoint>,
     /// Values at which nothing arrived at the wall, or whose run failed.
     pub nothing_at: Vec<f64>,
-    /// Where the force on the wall is largest or least between two values of the key.
+    /// Extrema of the force on the wall, located between the values of the key.
     pub extremes: Vec<TransmissionExtremum>,
-    /// Where a dimer of this law carries a localized wave.
+    /// Values of the key at which the dimer carries a localized wave.
     pub localized: Vec<LocalizedMark>,
-    /// Orders whose wave could not be resolved, and may be missing there.
+    /// Orders whose wave could not be resolved; they may be missing from `localized`.
     pub unresolved_orders: Vec<usize>,
 }
 
-/// What comes to the wall at one value of the key.
+/// The pulse at the wall for one value of the key.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize)]
 pub struct TransmissionPoint {
     pub value: f64,
     /// Largest over smallest coefficient between bodies.
     pub stiffness_ratio: f64,
-    /// Largest force on the wall, and the same relative to the homogeneous chain.
+    /// Peak force on the wall; `relative_force` is relative to the homogeneous chain.
     pub peak_force: Located,
     pub relative_force: f64,
     pub relative_force_error: f64,
     /// From the impact until the force on the wall is [`super::FRONT`] of its peak.
     pub time_of_flight: Located,
-    /// Bodies behind the striker times their pitch (1 in a scene without units), over that time.
+    /// Bodies behind the striker times their pitch (1 in a scene without units), divided by that
+    /// time.
     pub mean_speed: f64,
-    /// All that is known of the pulse at the wall.
+    /// The whole pulse at the wall.
     pub pulse: Pulse,
 }
 
-/// An extreme of the force on the wall.
+/// An extremum of the force on the wall.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize)]
 pub struct TransmissionExtremum {
     pub is_maximum: bool,
-    /// The interval that holds it is no longer than twice this.
+    /// Half the width of the interval that brackets it.
     pub value_error: f64,
     pub point: TransmissionPoint,
 }
 
-/// What a directory of kept members was made for.
+/// The request that a directory of saved members belongs to.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 struct StoredTransmission {
@@ -96,7 +97,7 @@ impl StoredRequest for StoredTransmission {
     const FILE: &'static str = "transmission-request.json";
     const WORD: &'static str = "transmission curve";
 
-    // Members are named by all that is varied, so that other values may join them.
+    // Member names state all varied keys, so that further values can be added to the directory.
     fn difference(&self, asked: &StoredTransmission) -> Option<String> {
         if self.version != asked.version {
             let (found, asked) = (&self.version, &asked.version);
@@ -121,16 +122,17 @@ impl TransmissionRequest {
         }
     }
 
-    /// Follows the pulse to the wall for every value and combination, locates the extremes by
+    /// Follows the pulse to the wall for every value and combination, locates the extrema by
     /// further runs, and marks the localized ratios.
     ///
-    /// With a directory, each chain is kept in it as soon as it is known, and what is there is not
-    /// computed again. The results depend neither on that nor on the number of threads.
+    /// With a directory, each chain's result is saved as soon as it is computed, and saved results
+    /// are not computed again. The results depend neither on that nor on the number of threads.
     ///
     /// # Errors
-    /// [`crate::Error::Request`] and [`crate::Error::Scene`] before any work; [`crate::Error::OutputInUse`] for a directory
-    /// that holds something else; [`crate::Error::Paused`] or [`crate::Error::Cancelled`] when the observer asks
-    /// to stop; [`crate::Error::Write`].
+    /// [`crate::Error::Request`] and [`crate::Error::Scene`] before any work;
+    /// [`crate::Error::OutputInUse`] for a directory in use for something else;
+    /// [`crate::Error::Paused`] or [`crate::Error::Cancelled`] when the observer cancels;
+    /// [`crate::Error::Write`].
     pub fn run(&self, directory: Option<&Path>, observer: &dyn Observer) -> Result<Transmission> {
         let over = crate::sweep::axis_of_scenes(&self.over);
         let over = over.map_err(|error| error.of_option("vary", "over"))?;
@@ -157,7 +159,7 @@ impl TransmissionRequest {
             .into_iter()
             .map(|settings| ChainSeries::new(&make, &over.key, settings, &self.also))
             .collect();
-        // Everything that can be at fault is before any work.
+        // All scenes are checked before any simulation.
         let mut members = Vec::new();
         let mut units = Units::None;
         for family in &families {
@@ -194,7 +196,7 @@ impl TransmissionRequest {
         })
     }
 
-    /// The numbers of the abscissa, rising.
+    /// The abscissa values, in ascending order.
     fn values(&self, over: &SweptKey) -> Result<Vec<f64>> {
         let numbers: Option<Vec<f64>> = over
             .values
@@ -278,7 +280,7 @@ struct ChainSeries<'a> {
     make: SceneTemplate,
     key: &'a str,
     settings: Vec<(String, String)>,
-    /// Values that were measured, and that an error blames the measurement for.
+    /// Measured values; an error of the scene at one of them names the option `measured`.
     measured: &'a [f64],
 }
 
@@ -322,7 +324,8 @@ impl<'a> ChainSeries<'a> {
         self.of(self.name(value), setup.simulation.clone())
     }
 
-    /// The homogeneous chain, named by what it is, since it is often one for many values.
+    /// The homogeneous reference, named by a hash of its content, since many values often share
+    /// one.
     fn reference(&self, setup: &Setup, pattern: &Pattern) -> FollowedChain {
         let simulation = homogeneous(&setup.simulation, pattern);
         let hash = blake3::hash(format!("{simulation:?}").as_bytes());
@@ -339,7 +342,7 @@ impl<'a> ChainSeries<'a> {
         }
     }
 
-    /// What comes to the wall; `None` where nothing does or the run failed.
+    /// The pulse at the wall; `None` if nothing arrives or a run failed.
     fn point(
         &self,
         value: f64,
@@ -376,7 +379,7 @@ impl<'a> ChainSeries<'a> {
 }
 
 impl TransmissionCurve {
-    /// The value of the key at which least force comes to the wall, an extreme or an end.
+    /// The point with the smallest relative force on the wall, among points and extrema.
     pub fn least(&self) -> Option<&TransmissionPoint> {
         let extremes = self.extremes.iter().map(|extreme| &extreme.point);
         let all = self.points.iter().chain(extremes);

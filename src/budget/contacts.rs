@@ -1,11 +1,11 @@
-//! All contacts of a chain at one instant: what every budget starts from.
+//! The state of all contacts of a chain at one instant, the input of every budget.
 
 use std::ops::Range;
 
 use super::motion::{ChainState, Motion};
 use crate::chain::{Chain, Drive, Ends, Law};
 
-/// The contacts of a chain in order of x, one with a wall before site 0 first.
+/// The contacts of a chain in order of x; a contact with a wall before site 0 is the first.
 #[derive(Debug)]
 pub(super) struct Contacts<'a> {
     chain: &'a Chain,
@@ -16,12 +16,12 @@ pub(super) struct Contacts<'a> {
     static_overlap: Vec<f64>,
 }
 
-/// What the contacts do at one instant; each row as long as there are contacts.
+/// State of the contacts at one instant; each row has one value per contact.
 #[derive(Debug, Clone, Default)]
 pub(super) struct ContactState {
     /// Overlap beyond the static one.
     pub(super) overlap: Vec<f64>,
-    /// Rate of the overlap, that of a driven wall included.
+    /// Rate of the overlap, including the motion of a driven wall.
     pub(super) closing: Vec<f64>,
     /// Elastic force beyond the static one.
     pub(super) elastic: Vec<f64>,
@@ -32,12 +32,12 @@ pub(super) struct ContactState {
     pub(super) phi: Vec<f64>,
     /// `d phi / d r = F / (2 phi)`, with its limit where phi is 0.
     pub(super) phi_slope: Vec<f64>,
-    /// Velocity of the wall before site 0, and the force that pushes site 0 from outside.
+    /// Velocity of the wall before site 0, and the external force on site 0.
     pub(super) wall_velocity: f64,
     pub(super) push: f64,
 }
 
-/// Some contacts of the chain at one instant.
+/// Force and mean speed of a range of contacts at one instant.
 #[derive(Debug, Clone, Default)]
 pub(super) struct PowerRow {
     overlap: Vec<f64>,
@@ -64,7 +64,7 @@ impl ContactState {
     }
 }
 
-/// Contacts between neighbours among n sites, no more than there are.
+/// Number of contacts between adjacent sites, at most `contacts`.
 fn at_most(n: usize, contacts: usize) -> usize {
     n.saturating_sub(1).min(contacts)
 }
@@ -103,7 +103,7 @@ impl<'a> Contacts<'a> {
         [i.checked_sub(self.offset), right]
     }
 
-    /// What contacts of these forces push site j with.
+    /// Force on site j from these contact forces.
     #[inline]
     pub(super) fn push_on(&self, j: usize, force: &[f64]) -> f64 {
         let right = force.get(j + self.offset).copied().unwrap_or(0.0);
@@ -115,10 +115,10 @@ impl<'a> Contacts<'a> {
         left - right
     }
 
-    /// What contacts of these forces push each site with.
+    /// Force on each site from these contact forces.
     pub(super) fn push_all(&self, force: &[f64], out: &mut [f64]) {
         let last = out.len() - 1;
-        // Between the ends the contacts on both sides are there.
+        // Inner sites have contacts on both sides.
         let pairs = force[self.offset..].windows(2);
         for (push, pair) in out[1..].iter_mut().zip(pairs) {
             *push = pair[0] - pair[1];
@@ -128,13 +128,13 @@ impl<'a> Contacts<'a> {
         }
     }
 
-    /// Difference of the values at the sites that contact i joins, 0 at walls.
+    /// Difference of `values` across contact i, left minus right; 0 at walls.
     pub(super) fn apart(&self, i: usize, values: &[f64]) -> f64 {
         let [left, right] = self.sites(i).map(|site| site.map_or(0.0, |j| values[j]));
         left - right
     }
 
-    /// Accelerations of the sites by the contacts of `state`, drag and a push from outside.
+    /// Accelerations of the sites by the contacts of `state`, drag and the external force.
     pub(super) fn accelerations(&self, v: &[f64], state: &ContactState) -> Vec<f64> {
         let forces = state.elastic.iter().zip(&state.damping);
         let force: Vec<f64> = forces.map(|(elastic, damping)| elastic + damping).collect();
@@ -147,7 +147,7 @@ impl<'a> Contacts<'a> {
             .collect()
     }
 
-    /// Static overlap of contact i, where it can open.
+    /// Overlap beyond the static one at which contact i opens; `None` if it cannot open.
     pub(super) fn opens_at(&self, i: usize) -> Option<f64> {
         let one_sided = self.chain.law.is_one_sided();
         one_sided.then_some(-self.static_overlap[i])
@@ -162,7 +162,7 @@ impl<'a> Contacts<'a> {
             None => (0.0, 0.0, 0.0),
         };
         (state.wall_velocity, state.push) = (wall_velocity, push);
-        // Sites side by side first; then the contacts at the ends.
+        // Contacts between adjacent sites first, then those at the ends.
         let inner = self.offset..self.offset + at_most(x.len(), self.len() - self.offset);
         for (row, values) in [(&mut state.overlap, x), (&mut state.closing, v)] {
             for (difference, pair) in row[inner.clone()].iter_mut().zip(values.windows(2)) {
@@ -173,7 +173,7 @@ impl<'a> Contacts<'a> {
             let [left, right] = self.sites(i);
             let at =
                 |site: Option<usize>, values: &[f64], wall: f64| site.map_or(wall, |j| values[j]);
-            // A wall on the right stands still.
+            // A wall on the right is fixed.
             state.overlap[i] = at(left, x, wall) - at(right, x, 0.0);
             state.closing[i] = at(left, v, wall_velocity) - at(right, v, 0.0);
         }
@@ -190,7 +190,7 @@ impl<'a> Contacts<'a> {
         }
     }
 
-    /// `phi` and its slope, by the overlaps of `state`.
+    /// `phi` and its slope from the overlaps of `state`.
     pub(super) fn evaluate_roots(&self, state: &mut ContactState) {
         let (contacts, pressed) = self.some(0..self.len(), &state.overlap);
         let roots = [&mut state.phi[..], &mut state.phi_slope[..]];
@@ -203,7 +203,7 @@ impl<'a> Contacts<'a> {
         self.chain.law.forces_and_energies(contacts, pressed, out);
     }
 
-    /// Some contacts' coefficients beside their overlaps, and their static overlaps, if any.
+    /// Coefficients and overlaps of a range of contacts, and their static overlaps, if any.
     fn some<'s>(
         &'s self,
         contacts: Range<usize>,
@@ -214,8 +214,8 @@ impl<'a> Contacts<'a> {
         ([&self.coefficient[contacts], overlap], static_overlap)
     }
 
-    /// Forces, damping included, and mean speeds of some contacts of the chain; a wall's are 0,
-    /// since nothing passes it.
+    /// Forces, including damping, and mean speeds of a range of contacts; 0 at a wall, which
+    /// transmits no energy.
     pub(super) fn forces_and_speeds(&self, some: Range<usize>, at: ChainState, row: &mut PowerRow) {
         let (n, count) = (self.chain.n_sites(), some.len());
         let PowerRow {
@@ -233,7 +233,7 @@ impl<'a> Contacts<'a> {
         for (speed, v) in speed.iter_mut().zip(at.v[some.start..].windows(2)) {
             *speed = 0.5 * (v[0] + v[1]);
         }
-        // The contact behind the last site.
+        // The contact to the right of the last site.
         let behind = some.contains(&(n - 1)).then_some(count - 1);
         if let Some(last) = behind {
             overlap[last] = at.x[n - 1] - at.x[0];
@@ -256,8 +256,8 @@ impl<'a> Contacts<'a> {
         }
     }
 
-    /// Force, damping included, and mean speed of a contact of the chain between two sites; zeros for
-    /// a wall's, which nothing passes.
+    /// Force, including damping, and mean speed of contact j; zeros at a wall, which transmits no
+    /// energy.
     pub(super) fn force_and_speed(&self, j: usize, x: &[f64], v: &[f64]) -> (f64, f64) {
         let i = j + self.offset;
         match self.sites(i) {
@@ -275,7 +275,7 @@ impl<'a> Contacts<'a> {
         self.chain.law.force(c, d0, r)
     }
 
-    /// Force of contact i, damping included, at an overlap beyond the static one and its rate.
+    /// Force of contact i, including damping, at an overlap beyond the static one and its rate.
     pub(super) fn total_force(&self, i: usize, r: f64, closing: f64) -> f64 {
         self.force(i, r) + self.chain.damping(self.coefficient[i], r, closing)
     }
@@ -293,7 +293,7 @@ impl<'a> Contacts<'a> {
             .energy(self.coefficient[i], self.static_overlap[i], r)
     }
 
-    /// Whether small waves on the static state are those of a linear chain.
+    /// Whether waves of small amplitude about the static state are linear.
     pub(super) fn has_linear_limit(&self) -> bool {
         self.chain.precompression > 0.0 || matches!(self.chain.law, Law::Spring { .. })
     }

@@ -1,8 +1,8 @@
 //! Power flow by frequency through each contact.
 //!
 //! `P_j(f) = w Re(conj(F^_j) vbar^_j)`, `vbar_j = (v_j + v_{j+1}) / 2`, with `w = 2` but 1 at `f = 0`
-//! and, for an even number of samples, at Nyquist; the end samples of F are halved, so that
-//! `sum P_j df` is the trapezoid sum of `F_j vbar_j`, which is `W_j` at the end of the record.
+//! and, for an even number of samples, at Nyquist. The end samples of F are halved, so that
+//! `sum P_j df` is the trapezoid sum of `F_j vbar_j`. This is `W_j` at the end of the record.
 
 use std::ops::Range;
 use std::sync::{Mutex, PoisonError};
@@ -23,53 +23,54 @@ use crate::numeric::count_at_or_below;
 use crate::observer::Observer;
 use crate::transform::fold;
 
-/// Frequencies shown, in units of the band edge.
+/// Largest frequency of the map, in units of the band edge.
 const SHOWN: f64 = 5.0;
 
 /// Contacts whose records are transformed together.
 const BLOCK: usize = 32;
 
-/// Samples that are put into records together: a line of the cache.
+/// Samples per tile of the transposition: one cache line.
 const TILE: usize = 8;
 
-/// What passed each contact in either band.
+/// Energy passed through each contact, in either band.
 #[derive(Debug, Clone)]
 pub struct FrequencyFlow {
     /// In cycles per unit of time.
     pub frequency: Vec<f64>,
     /// Upper edge of the low band; NaN where nothing moves.
     pub edge: f64,
-    /// Energy passed below the edge, and above; a value a contact.
+    /// Energy passed below the edge, and above; one value per contact.
     pub low: Vec<f64>,
     pub high: Vec<f64>,
-    /// Between the contacts asked for.
+    /// Changes between the requested pairs of contacts.
     pub chosen: Vec<Between>,
-    /// Chosen contacts from records made inside the stepping; empty where it was not stepped anew.
+    /// Chosen contacts, from records made inside the stepping; empty if the chain was not integrated
+    /// again.
     pub refined: Vec<RefinedFlow>,
     /// `P_j(f)` over contacts, up to a few times the edge.
     pub map: Map,
 }
 
-/// The power flow of a contact from a record as fine as the stepping allows.
+/// The power flow of a contact from a finely sampled record made inside the stepping.
 #[derive(Debug, Clone, Copy, PartialEq, serde::Serialize)]
 pub struct RefinedFlow {
     pub contact: usize,
     /// Sums of the spectrum below the edge, and above.
     pub low: f64,
     pub high: f64,
-    /// Energy passed, followed inside the same steps.
+    /// Energy passed, integrated inside the same steps.
     pub passed: f64,
 }
 
-/// What happened to the energy between two contacts: the three numbers sum to 0.
+/// Change of the energy passed between two contacts; the three numbers sum to 0.
 #[derive(Debug, Clone, Copy, PartialEq, serde::Serialize)]
 pub struct Between {
     pub contacts: [usize; 2],
-    /// What the low band changed by.
+    /// Change of the low band.
     pub low: f64,
-    /// What the high band changed by; nothing says that it gains.
+    /// Change of the high band; it may be negative.
     pub high: f64,
-    /// What stayed behind or was lost.
+    /// Energy that stayed between the contacts or was lost.
     pub behind: f64,
 }
 
@@ -88,13 +89,13 @@ impl FrequencyFlow {
         }
     }
 
-    /// Energy passed through contact j by the end of the record, as the spectrum sums to.
+    /// Energy passed through contact j by the end of the record: the sum of its spectrum.
     pub fn passed(&self, j: usize) -> f64 {
         self.low[j] + self.high[j]
     }
 }
 
-/// From the first contact between two sites to the middle and to the last.
+/// Default pairs of contacts: first to middle, middle to last, first to last.
 pub(crate) fn usual_pairs(budget: &Budget) -> Vec<[usize; 2]> {
     let inner = budget.n_contacts.min(budget.n_sites.saturating_sub(1));
     match inner {
@@ -104,7 +105,7 @@ pub(crate) fn usual_pairs(budget: &Budget) -> Vec<[usize; 2]> {
     }
 }
 
-/// Power-flow spectra of all contacts, handed on as `(frequency, contact)`.
+/// Computes power-flow spectra of all contacts; the arrays are `(frequency, contact)`.
 pub(super) fn power_flow(
     motion: &Motion,
     contacts: &Contacts,
@@ -125,7 +126,6 @@ pub(super) fn power_flow(
     }
     observer.stage("power flow", m as u64);
     let df = 1.0 / (samples as f64 * dt);
-    // Above a few times the edge there is hardly anything to see.
     let shown = frequency
         .partition_point(|f| *f <= SHOWN * edge)
         .max(2)
@@ -163,7 +163,7 @@ pub(super) fn power_flow(
                 let (low, high) = power.split_at(low_bins);
                 bands.push([low, high].map(|band| df * crate::numeric::sum(band)));
             }
-            // Contacts side by side, as the whole array has them.
+            // Transposed to the layout of the whole array.
             let mut block = Array2::from_shape_fn((bins, width), |(bin, j)| powers[[j, bin]]);
             sink.put(LargeArray::POWER_FLOW, 0, first, block.view())?;
             if let Ok(mut map) = map.lock() {
@@ -199,12 +199,12 @@ pub(super) fn power_flow(
     Ok(flow)
 }
 
-/// Forces and mean speeds of up to [`BLOCK`] contacts, record after record.
+/// Forces and mean speeds of up to [`BLOCK`] contacts; `(contact, time)`, row-major.
 fn records(motion: &Motion, contacts: &Contacts, block: Range<usize>) -> [Vec<f64>; 2] {
     let samples = motion.samples();
     let mut records = [0, 1].map(|_| vec![0.0; block.len() * samples]);
     let mut row = PowerRow::default();
-    // Records start alike in the cache, and so many at once would drive each other out.
+    // Tiled transposition: direct writes to all records would cause cache-set conflicts.
     let mut tiles = [[[0.0; TILE]; BLOCK]; 2];
     for first in (0..samples).step_by(TILE) {
         let count = TILE.min(samples - first);
@@ -225,8 +225,8 @@ fn records(motion: &Motion, contacts: &Contacts, block: Range<usize>) -> [Vec<f6
     records
 }
 
-/// The frequency below which 90 % of the energy of the first contact's force lies: that of a site's
-/// velocity would be that of its drift after the impact.
+/// The frequency below which 90 % of the energy of the force lies, in the first contact with a
+/// nonzero force. A velocity would not do: its energy is that of the drift after the impact.
 fn default_edge(
     motion: &Motion,
     contacts: &Contacts,

@@ -7,11 +7,11 @@
 //! | frequency | `sum P_j(f) df = W_j`, energy passed through contact j by the end |
 //! | scale | `de_l/dt = J_{j-1} - J_j - (Pi_{j-1} + Pi_j) / 2 - D_j` of coarse-grained energies |
 //!
-//! Sums over sites and over k are identities that hold for any state. What measures the numerics is
-//! the balance over time: what a quantity changed by against the integral of its rate.
+//! Sums over sites and over k are identities that hold for any state. The balance over time
+//! measures the numerical error: it compares the change of a quantity with the integral of its rate.
 //!
-//! Budgets need contact energies: they are made from a [`Motion`], a chain with displacements and
-//! velocities, and not from a [`crate::Field`] of velocities alone.
+//! Budgets need contact energies. They are computed from a [`Motion`], a chain with displacements
+//! and velocities; a [`crate::Field`] of velocities alone is not enough.
 
 mod arrays;
 mod balance;
@@ -61,7 +61,7 @@ use crate::error::Result;
 use crate::observer::{Observer, Silent};
 use contacts::Contacts;
 
-/// The budgets of a motion, with the arrays over time in memory.
+/// Computes the budgets of a motion and collects the arrays over time in memory.
 ///
 /// # Errors
 /// As [`run`].
@@ -71,11 +71,12 @@ pub fn budget(motion: &Motion, request: &BudgetRequest) -> Result<(Budget, Array
     Ok((budget, collect.into_arrays()))
 }
 
-/// The budgets of a motion; the arrays over time go to `sink` block by block.
+/// Computes the budgets of a motion; the arrays over time go to `sink` block by block.
 ///
 /// # Errors
-/// [`crate::Error::Request`] for arrays that do not fit the chain and for scales that it has not;
-/// [`crate::Error::Threads`]; [`crate::Error::Cancelled`] when the observer asks to stop; what the sink yields.
+/// [`crate::Error::Request`] for arrays that do not fit the chain and for unsuitable scales;
+/// [`crate::Error::Threads`]; [`crate::Error::Cancelled`] when the observer cancels; errors of the
+/// sink.
 pub fn run(
     motion: &Motion,
     request: &BudgetRequest,
@@ -85,8 +86,8 @@ pub fn run(
     run_beside(motion, motion.chain, request, sink, observer)
 }
 
-/// The same with the unit cell and the branches of the chain `stated`, of which that of the motion is
-/// another guess.
+/// As [`run`], but takes the unit cell and the branches from the chain `stated`. The chain of the
+/// motion may be a perturbed copy of it, with other masses and coefficients.
 fn run_beside(
     motion: &Motion,
     stated: &Chain,
@@ -105,7 +106,7 @@ fn run_beside(
             let off: Vec<f64> = (0..budget.n_contacts).map(off).collect();
             budget.closure.frequency = match budget.followed {
                 true => budget.relative(balance::worst_of(0.0, &off)),
-                // Both would be the same sum over samples.
+                // Both sides would be the same sum over samples.
                 false => Residual::Undefined("energy passed was not followed inside steps".into()),
             };
             budget.frequency = Some(flow);

@@ -1,4 +1,4 @@
-//! What is asked of a budget.
+//! Options of a budget.
 
 use std::ops::Range;
 
@@ -27,32 +27,32 @@ impl Views {
     };
 }
 
-/// A budget as data. The real-space balance always belongs to it.
+/// The options of a budget. The real-space balance is always computed.
 #[derive(Debug, Clone, PartialEq)]
 pub struct BudgetRequest {
     pub views: Views,
     pub filter: Filter,
-    /// Coarse-graining scales, in units of length; empty: in equal ratios from two cells to as far
-    /// as the chain allows.
+    /// Coarse-graining scales, in units of length; empty: geometrically spaced from two cells up to
+    /// the longest that fits the chain.
     pub scales: Vec<f64>,
-    /// The scale whose flux is kept contact by contact; `None`: the one in the middle.
+    /// The scale whose flux is saved for each contact; `None`: the middle one.
     pub map_scale: Option<f64>,
     /// Distance of neighbouring sites.
     pub pitch: f64,
     pub units: BudgetUnits,
-    /// Upper edge of the low band, in cycles per unit of time; `None`: below it lie 90 % of the
-    /// energy of the force in the first contact that presses.
+    /// Upper edge of the low band, in cycles per unit of time; `None`: the frequency below which
+    /// 90 % of the energy of the force lies, in the first contact with a nonzero force.
     pub band_edge_frequency: Option<f64>,
-    /// Upper edge of the low band, in rad per unit of length; `None`: below it lie 90 % of the
-    /// energy at the first sample with any.
+    /// Upper edge of the low band, in rad per unit of length; `None`: the wavenumber below which
+    /// 90 % of the energy lies, at the first sample with energy.
     pub band_edge_wavenumber: Option<f64>,
-    /// Pairs of contacts between which the power flow is followed.
+    /// Pairs of contacts whose power flows are compared.
     pub between: Vec<[usize; 2]>,
-    /// Samples and sites over which the real-space balance is judged; `None`: all.
+    /// Samples and sites over which the real-space balance is checked; `None`: all.
     pub window: Option<[Range<usize>; 2]>,
-    /// How rates are integrated over time, to see whether balances close.
+    /// How rates are integrated over time for the balances.
     pub integration: Integration,
-    /// Worker threads; `None`: one a core. The results do not depend on it.
+    /// Worker threads; `None`: one per core. The results do not depend on it.
     pub threads: Option<usize>,
 }
 
@@ -77,7 +77,7 @@ impl Default for BudgetRequest {
 
 impl BudgetRequest {
     /// # Errors
-    /// [`Error::Request`] naming what does not fit the motion.
+    /// [`Error::Request`] for the option that does not fit the motion.
     pub(super) fn check(&self, motion: &Motion) -> Result<()> {
         let refuse = |option, expected: String, found: String| {
             Err(Error::Request {
@@ -126,7 +126,7 @@ impl BudgetRequest {
         Ok(())
     }
 
-    /// The scales planned on a chain with the unit cell of the one stated.
+    /// Plans the filters of all scales; the unit cell is that of the chain `stated`.
     pub(super) fn scales_of<'a>(
         &self,
         contacts: &'a Contacts<'a>,

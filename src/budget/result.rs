@@ -1,4 +1,4 @@
-//! What a budget yields beside its large arrays.
+//! Results of a budget other than its large arrays.
 
 use super::branches::BranchSplit;
 use super::curves::Curves;
@@ -18,31 +18,32 @@ pub struct Budget {
     pub pitch: f64,
     pub units: BudgetUnits,
     pub time: Vec<f64>,
-    /// Energy of motion, of contacts, lost and put in since the first sample, at each.
+    /// At each sample: kinetic energy, energy of contacts, and energies lost and put in since the
+    /// first sample.
     pub kinetic: Vec<f64>,
     pub contact: Vec<f64>,
     pub lost: Vec<f64>,
     pub input: Vec<f64>,
-    /// The largest energy that the chain held or was given, which shares and residuals are relative
-    /// to; shares of a measured motion: the energy that it was given, without the bias of noise.
+    /// Reference energy of shares and residuals: the largest energy that the chain held or received.
+    /// For shares of a measured motion: the energy that it received, without the bias of noise.
     pub scale: f64,
     /// Energy passed through each contact by the end.
     pub passed: Vec<f64>,
-    /// What the sites up to the left of each contact hold at the end.
+    /// Energy of all sites left of each contact at the end.
     pub left_behind: Vec<f64>,
-    /// Whether energies passed and lost were followed inside the steps.
+    /// Whether energies passed and lost were integrated inside the time steps.
     pub followed: bool,
     pub flux_map: Map,
     pub wavenumber: Option<WavenumberBudget>,
     pub frequency: Option<FrequencyFlow>,
     pub scales: Option<ScaleBudget>,
     pub closure: Closure,
-    /// Standard errors, of a measured motion.
+    /// Standard errors; measured motions only.
     pub errors: Option<Box<Curves>>,
 }
 
 impl Budget {
-    /// A residual relative to the largest energy.
+    /// A residual relative to [`Budget::scale`].
     pub(super) fn relative(&self, worst: f64) -> Residual {
         let relative = if worst == 0.0 {
             0.0
@@ -60,15 +61,16 @@ impl Budget {
 #[derive(Debug, Clone)]
 pub struct WavenumberBudget {
     pub basis: Basis,
-    /// In rad per length; both signs in one.
+    /// In rad per length; k and -k are combined.
     pub wavenumber: Vec<f64>,
     /// Upper edge of the low band; NaN for a chain without energy.
     pub edge: f64,
     /// `Pi(k) = - sum_{|k'| <= k} T(k')` integrated over the record: energy that has passed from
-    /// below each k to above. Inside the stepping it is the integral of `T`; from samples, minus what
-    /// the wavenumbers up to k gained, lost and were given, losses and inputs by the trapezoid rule.
+    /// below each k to above. Inside the stepping it is the integral of `T`. From samples it is
+    /// minus the gain of the wavenumbers up to k, less their losses, plus their input; losses and
+    /// inputs are integrated by the trapezoid rule.
     pub integrated_flux: Vec<f64>,
-    /// The same over the second half of the record, when an impact has been taken up.
+    /// The same over the second half of the record, after an impact is over.
     pub late_flux: Vec<f64>,
     /// Error of the integrated flux at the edge.
     pub passed_error: PassedError,
@@ -76,7 +78,7 @@ pub struct WavenumberBudget {
     pub low_energy: Vec<f64>,
     /// `Pi` through the edge at each sample.
     pub edge_flux: Vec<f64>,
-    /// Mean wavenumber of the energy, `k = 0` left out, at each sample.
+    /// Energy-weighted mean wavenumber, without `k = 0`, at each sample.
     pub centroid: Vec<f64>,
     pub energy_map: Map,
     pub flux_map: Map,
@@ -84,8 +86,8 @@ pub struct WavenumberBudget {
 }
 
 impl WavenumberBudget {
-    /// Energy that has passed from the low band to the high one over the record, net; `None` for a
-    /// chain without energy.
+    /// Net energy passed from the low band to the high one over the record; `None` for a chain
+    /// without energy.
     pub fn passed_edge(&self) -> Option<f64> {
         self.integrated_flux.get(self.passed_bin()?).copied()
     }
@@ -96,7 +98,7 @@ impl WavenumberBudget {
         bins.checked_sub(1).filter(|_| self.edge.is_finite())
     }
 
-    /// Which way energy has passed the edge over the record, net; `None` for a chain without energy.
+    /// Direction of the net energy passed over the record; `None` for a chain without energy.
     pub fn direction(&self) -> Option<Direction> {
         let passed = self.passed_edge()?;
         Some(match self.passed_error {
@@ -110,24 +112,24 @@ impl WavenumberBudget {
     }
 }
 
-/// Standard errors from which on a direction is stated.
+/// Number of standard errors above which a direction is reported.
 const SIGNIFICANT: f64 = 2.0;
 
-/// Share of the energy up to which passages are rounding: energies of wavenumbers are sums of squares
-/// of transforms, which round to a few units of the last place each.
+/// Passed energies below this share of the energy are rounding errors: spectral energies are squares
+/// of transforms, each with an error of a few units in the last place.
 const ROUNDING: f64 = 1e-14;
 
 /// Error of the energy that has passed the edge.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum PassedError {
-    /// Of the numbers: how far checks of it are off, no less than rounding.
+    /// Numerical error: the deviation of its checks, at least the rounding error.
     Numerical(f64),
-    /// Of a measurement: the standard error.
+    /// Standard error of a measurement.
     Standard(f64),
 }
 
 impl PassedError {
-    /// From how far a check is off, both in units of energy.
+    /// From the deviation `off` of a check and the reference energy `scale`, in units of energy.
     pub(super) fn numerical(off: f64, scale: f64) -> PassedError {
         PassedError::Numerical(off.max(ROUNDING * scale))
     }
@@ -139,23 +141,23 @@ impl PassedError {
     }
 }
 
-/// Which way energy has passed between low and high wavenumbers, net.
+/// Direction of the net energy transfer between low and high wavenumbers.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, serde::Serialize)]
 pub enum Direction {
     #[serde(rename = "towards high k")]
     TowardsHighK,
     #[serde(rename = "towards low k")]
     TowardsLowK,
-    /// What has passed is no more than its numerical error.
+    /// The energy passed does not exceed its numerical error.
     #[serde(rename = "none")]
     None,
-    /// What has passed is less than twice its standard error.
+    /// The energy passed does not exceed twice its standard error.
     #[serde(rename = "unresolved")]
     Unresolved,
 }
 
 impl Direction {
-    /// In words, as in JSON.
+    /// The name used in JSON.
     pub fn name(self) -> &'static str {
         match self {
             Direction::TowardsHighK => "towards high k",
@@ -173,7 +175,7 @@ pub struct BranchBudget {
     pub wavenumber: Vec<f64>,
     /// Energy of the optical branch at each sample.
     pub optical_energy: Vec<f64>,
-    /// Rate at which it gains from the acoustic one.
+    /// Rate of energy transfer from the acoustic to the optical branch, at each sample.
     pub optical_transfer: Vec<f64>,
 }
 
@@ -189,7 +191,7 @@ impl BranchBudget {
 #[derive(Debug, Clone)]
 pub struct ScaleBudget {
     pub scales: Vec<ScaleOf>,
-    /// Contacts at which the flux of each scale is defined: first, and one after the last.
+    /// Contacts at which the flux of each scale is defined: `[first, end]`, `end` exclusive.
     pub contacts: Vec<[usize; 2]>,
     /// Flux summed over contacts and integrated over the record, for each scale.
     pub integrated_flux: Vec<f64>,
@@ -197,42 +199,42 @@ pub struct ScaleBudget {
     pub map_scale: f64,
     pub flux_map: Option<Map>,
     /// Residual of each scale's balance, relative to the largest energy of the chain; `None` for
-    /// those that were not followed inside the stepping.
+    /// scales that were not integrated inside the stepping.
     pub residual: Vec<Option<f64>>,
 }
 
-/// How far the balances are from closing; relative to the largest energy, or to what is named.
+/// Residuals of the balances, relative to the largest energy unless stated otherwise.
 #[derive(Debug, Clone, PartialEq, Default)]
 pub struct Closure {
-    /// Site energies against what came, went and was lost.
+    /// Site energies against energy passed in and out, and lost.
     pub real_space: Residual,
     /// `E(k)` against the integral of `T - L` (and of the input).
     pub wavenumber: Residual,
-    /// Power-flow spectra against energy passed, both at the end: of chosen contacts from records
-    /// made inside the stepping, of all from samples.
+    /// Power-flow spectra against energy passed by the end: chosen contacts, from records made
+    /// inside the stepping, or all contacts, from samples.
     pub frequency: Residual,
-    /// Coarse-grained energies against the integral of their rates: of the mapped scale inside the
-    /// stepping, of all from samples.
+    /// Coarse-grained energies against the integral of their rates: the mapped scale inside the
+    /// stepping, or all scales from samples.
     pub scale: Residual,
-    /// How the integrals were taken; in real space they are those that the run recorded.
+    /// How the integrals were computed; in real space they are those recorded by the run.
     pub integration: Integration,
-    /// Where the chain was stepped anew: the largest difference of its E(k) from that of the record,
+    /// If the chain was integrated again: the largest deviation of its E(k) from that of the record
     /// at any sample, relative to the largest energy.
     pub departure: Option<f64>,
     /// Identities that hold for any state.
     pub identities: Identities,
-    /// Of the integrated spectral flux; `None` without wavenumbers or energy.
+    /// Checks of the integrated spectral flux; `None` without wavenumbers or energy.
     pub integrated_flux: Option<IntegratedFluxCheck>,
 }
 
-/// Checks of the integrated spectral flux by what it was not made from, largest over all samples and
+/// Independent checks of the integrated spectral flux: the largest deviations over all samples,
 /// relative to the largest energy.
 #[derive(Debug, Clone, Copy, PartialEq, Default, serde::Serialize)]
 pub struct IntegratedFluxCheck {
-    /// Its magnitude at the largest wavenumber, where it is 0.
+    /// Its magnitude at the largest wavenumber, where it should be 0.
     pub at_largest_wavenumber: f64,
-    /// The integral of `- sum_{|k'| <= k} T(k')` against what the wavenumbers up to k gained, lost and
-    /// were given: the first knows no energy, the second no transfer.
+    /// The integral of `- sum_{|k'| <= k} T(k')` against gain, losses and input of the wavenumbers
+    /// up to k. The first does not use the energies, the second does not use the transfer.
     pub two_ways: f64,
 }
 
@@ -247,7 +249,7 @@ impl IntegratedFluxCheck {
     }
 }
 
-/// A residual, or why there is none.
+/// A residual, or the reason why it is undefined.
 #[derive(Debug, Clone, PartialEq)]
 pub enum Residual {
     Closed(f64),
@@ -276,23 +278,23 @@ impl Residual {
     }
 }
 
-/// Where the integrals over time come from.
+/// How integrals over time are computed.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default, serde::Serialize)]
 #[serde(rename_all = "kebab-case")]
 pub enum Integration {
-    /// The trapezoid rule over the samples, which converges slowly where contacts open.
+    /// The trapezoid rule over the samples; it converges slowly if contacts open.
     #[default]
     Samples,
-    /// Gauss's rule between the openings of contacts, along the chain stepped anew.
+    /// Gauss quadrature between contact-opening events, integrating the chain again.
     Stepping,
 }
 
-/// Largest violation at any sample of what holds for any state, relative.
+/// Largest relative violation, over all samples, of identities that hold for any state.
 #[derive(Debug, Clone, Copy, PartialEq, Default, serde::Serialize)]
 pub struct Identities {
-    /// `sum_k T` over the largest |T(k)| of the sample, what rounding left taken out.
+    /// `sum_k T` over the largest |T(k)| of the sample, after the correction of rounding errors.
     pub transfer_sum: f64,
-    /// What was taken out, over the root of the sum of squares of `|q^||f^|` and `2 |phi^||phi'^|`.
+    /// That correction, over the root of the sum of squares of `|q^||f^|` and `2 |phi^||phi'^|`.
     pub transfer_rounding: f64,
     /// `sum_k E` against the energy of the sample.
     pub energy_sum: f64,
@@ -300,7 +302,7 @@ pub struct Identities {
     pub loss_sum: Option<f64>,
 }
 
-/// A map that is drawn later.
+/// An empty map, a placeholder.
 pub(super) fn empty_map() -> Map {
     let axis = || MapAxis {
         label: String::new(),

@@ -1,10 +1,10 @@
-//! Coarse-grained energy flux: what leaves the scales larger than l.
+//! Coarse-grained energy flux: energy transferred from scales larger than l to smaller ones.
 //!
-//! With a bar for the filter over unit cells, each sublattice by itself,
+//! A bar denotes the filter over unit cells, applied to each sublattice separately:
 //! `Pi_j = (bar F_j - F_j(bar delta_j)) (bar v_j - bar v_{j+1})`,
 //! `e_j = m bar v_j^2 / 2 + [V_{j-1}(bar delta_{j-1}) + V_j(bar delta_j)] / 2`,
 //! `J_j = bar F_j (bar v_j + bar v_{j+1}) / 2`, `de_j/dt = J_{j-1} - J_j - (Pi_{j-1} + Pi_j) / 2 - D_j`.
-//! Overlaps are filtered with their sign, then cut at 0 by the law.
+//! Overlaps are filtered with their sign; the contact law then sets negative ones to 0.
 
 use std::ops::Range;
 
@@ -14,10 +14,10 @@ use super::sublattices::Sublattices;
 use crate::chain::{Chain, Ends};
 use crate::error::{Error, Result};
 
-/// Longest unit cell that is looked for.
+/// Longest unit cell tried, in sites.
 const LONGEST_CELL: usize = 8;
 
-/// The scales of a chain, planned.
+/// The filters of all scales of a chain.
 pub(super) struct Scales<'a> {
     pub(super) contacts: &'a Contacts<'a>,
     pub(super) scales: Vec<PlannedFilter>,
@@ -25,15 +25,15 @@ pub(super) struct Scales<'a> {
     pub(super) lossy: bool,
 }
 
-/// A filter and where it lies inside the chain.
+/// A filter, and the sites and contacts at which it lies inside the chain.
 #[derive(Debug, Clone)]
 pub(super) struct PlannedFilter {
     pub(super) of: ScaleOf,
-    /// As [`Sublattices::gains`] gives them.
+    /// Gains from [`Sublattices::gains`].
     pub(super) gains: Vec<f64>,
     /// Contacts at which the flux is defined.
     pub(super) contacts: Range<usize>,
-    /// Sites at which the balance is.
+    /// Sites at which the balance is defined.
     pub(super) sites: Range<usize>,
 }
 
@@ -47,11 +47,11 @@ impl std::fmt::Debug for Scales<'_> {
 }
 
 impl<'a> Scales<'a> {
-    /// The unit cell is that of the chain `stated`.
+    /// Plans the filters; the unit cell is that of the chain `stated`.
     ///
     /// # Errors
     /// [`Error::Request`] for a chain without a unit cell, a filter that does not fit it, and
-    /// scales that are no lengths.
+    /// scales that are not positive lengths within the chain.
     pub(super) fn new(
         contacts: &'a Contacts<'a>,
         stated: &Chain,
@@ -86,7 +86,7 @@ impl<'a> Scales<'a> {
         }
         let cells = n.div_ceil(cell);
         let length = pitch * cell as f64;
-        // Before weights are made: a filter as long as the chain fits nowhere into it.
+        // Checked before weights are computed: a filter longer than the chain does not fit.
         let whole = length * cells as f64;
         if let Some(scale) = scales.iter().find(|l| **l > whole || **l < 1e-6 * length) {
             let expected = format!("lengths between a cell, {length}, and the chain, {whole}");
@@ -100,17 +100,17 @@ impl<'a> Scales<'a> {
         let sublattices = Sublattices::new(cell, cells);
         let plan = |scale: f64| {
             let of = ScaleOf::new(filter, scale, length, cells);
-            // Sites and contacts next to an end are not those of the cell, and neither counts.
+            // Sites and contacts next to an end may differ from the unit cell; they are excluded.
             let inside = |count: usize| {
                 let edge = (cell * of.reach + 1).min(count);
-                // The site on the right of a contact counts too.
+                // The filter must also fit at the site right of a contact.
                 edge..count.saturating_sub(edge + 1).max(edge)
             };
             let (contacts, sites) = match periodic {
                 true => (0..m, 0..n),
                 false => {
                     let contacts = inside(m.min(n));
-                    // A site needs the contacts on both sides.
+                    // The balance of a site needs the fluxes of both contacts.
                     let sites = contacts.start + 1..contacts.end.max(contacts.start + 1);
                     (contacts, sites)
                 }
@@ -150,7 +150,7 @@ impl<'a> Scales<'a> {
     }
 }
 
-/// Sites in the unit cell, away from the ends.
+/// Number of sites in the unit cell, found away from the ends.
 fn unit_cell(chain: &Chain) -> Option<usize> {
     let inside = |values: &'_ [f64]| match chain.ends {
         Ends::Periodic => values.to_vec(),
@@ -167,7 +167,7 @@ fn unit_cell(chain: &Chain) -> Option<usize> {
     (1..=LONGEST_CELL).find(|&cell| repeats(&mass, cell) && repeats(&coefficient, cell))
 }
 
-/// In cells: from two on, by the square root of two, to half of all.
+/// Default scales in cells: from 2, in ratios of `sqrt(2)`, up to half the chain.
 fn default_scales(cells: usize) -> impl Iterator<Item = f64> {
     let scale = |i: i32| 2.0 * 2f64.powf(0.5 * f64::from(i));
     (0..)

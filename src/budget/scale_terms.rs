@@ -1,4 +1,4 @@
-//! Rates and energies of coarse-grained motion at one instant, at every scale.
+//! Energies and their rates for the coarse-grained motion at one instant, at every scale.
 
 use super::contacts::ContactState;
 use super::motion::ChainState;
@@ -7,31 +7,32 @@ use super::sublattices::Filtered;
 use crate::chain::Ends;
 use crate::numeric::lanes::{Lanes, SimdKernel, widest};
 
-/// Working space of one thread.
+/// Scratch of one thread.
 #[derive(Debug, Clone, Default)]
 pub(super) struct ScaleScratch {
     pub(super) contacts: ContactState,
     /// Force, overlap, velocity, damping.
     rows: Filtered,
-    /// Elastic forces and damping together.
+    /// Elastic force plus damping.
     force: Vec<f64>,
-    /// Force by the law at the filtered overlaps.
+    /// Force of the contact law at the filtered overlaps.
     law_force: Vec<f64>,
     at_sites: AtSites,
 }
 
-/// Of the contacts left of each site, that before site 0 first; the last is right of the last site.
+/// Values of the contacts. Entry j is the contact left of site j; the last entry is right of the
+/// last site.
 #[derive(Debug, Clone, Default)]
 struct AtSites {
-    /// By the law at the filtered overlaps.
+    /// Energy of the contact law at the filtered overlaps.
     energy: Vec<f64>,
-    /// Power passed on by the filtered force.
+    /// Power that the filtered force transmits.
     passes: Vec<f64>,
-    /// Power that filtered forces take out of the motion and the law does not store.
+    /// Power that the filtered force takes from the motion and the contact law does not store.
     taken: Vec<f64>,
 }
 
-/// Rates and energies at one scale.
+/// Fluxes, energies and their rates at one scale.
 #[derive(Debug, Clone, Default)]
 pub(super) struct ScaleTerms {
     /// At the contacts of [`PlannedFilter::contacts`].
@@ -42,7 +43,7 @@ pub(super) struct ScaleTerms {
 }
 
 impl Scales<'_> {
-    /// Transforms the rows of one instant, for [`Scales::terms`] at every scale.
+    /// Transforms the state of one instant, for [`Scales::terms`] at every scale.
     pub(super) fn load(&self, at: ChainState, scratch: &mut ScaleScratch) {
         let ScaleScratch {
             contacts: state,
@@ -64,7 +65,7 @@ impl Scales<'_> {
         }
     }
 
-    /// Filtered overlaps, their rates and curvatures at an instant, at one scale.
+    /// Filtered overlaps with their first and second time derivatives, at one scale.
     pub(super) fn overlaps(
         &self,
         planned: &PlannedFilter,
@@ -89,7 +90,7 @@ impl Scales<'_> {
         [(); 3].map(|()| filtered.next().unwrap_or_default().to_vec())
     }
 
-    /// Flux, energies and their rate of change by fluxes and losses at one scale.
+    /// Flux, site energies and the rates of change of the energies, at one scale.
     pub(super) fn terms(
         &self,
         planned: &PlannedFilter,
@@ -146,7 +147,7 @@ impl Scales<'_> {
         flux.clear();
         flux.extend_from_slice(&taken[1..][contacts.clone()]);
         if self.lossy {
-            // What the filtered damper takes is heat, not flux.
+            // The power of the filtered damper is heat, not flux.
             for (flux, j) in flux.iter_mut().zip(contacts) {
                 let right = if j + 1 < n { j + 1 } else { 0 };
                 *flux -= damping[j] * (speed[j] - speed[right]);
@@ -168,10 +169,11 @@ impl Scales<'_> {
     }
 }
 
-/// `bar F_j (bar v_j + bar v_{j+1}) / 2` and `(bar F_j - F_j(bar delta_j)) (bar v_j - bar v_{j+1})`.
+/// `bar F_j (bar v_j + bar v_{j+1}) / 2` and
+/// `(bar F_j - F_j(bar delta_j)) (bar v_j - bar v_{j+1})`.
 struct ContactPowers<'a> {
     speed: &'a [f64],
-    /// Filtered, and by the law.
+    /// The filtered force, and that of the law at the filtered overlaps.
     forces: [&'a [f64]; 2],
     passes: &'a mut [f64],
     taken: &'a mut [f64],
@@ -197,7 +199,7 @@ struct Balance<'a> {
     mass: &'a [f64],
     speed: &'a [f64],
     drag: f64,
-    /// Rows of [`AtSites`], one longer than there are sites.
+    /// Energy, passed and taken power of [`AtSites`]; one entry more than sites.
     beside: [&'a [f64]; 3],
     energy: &'a mut [f64],
     rate: &'a mut [f64],
@@ -216,7 +218,7 @@ impl SimdKernel for Balance<'_> {
         {
             let square = speed * speed;
             *energy = 0.5 * (mass * square + held[0] + held[1]);
-            // With the flux, the losses of contacts make up all of the filtered force but the law's.
+            // Flux and contact losses together: the filtered force less that of the law.
             let taken = 0.5 * (taken[0] + taken[1]);
             *rate = passes[0] - passes[1] - taken - self.drag * square;
         }

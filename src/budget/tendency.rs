@@ -1,4 +1,4 @@
-//! Budgets over wavenumbers of a periodic field whose equation is known.
+//! Wavenumber budgets of a periodic field whose equation is known.
 //!
 //! For `du/dt = c(u) + d(u)`, with `u^_n` the Fourier coefficients over a period (divided by the
 //! number of samples) and `w_n` = 2, but 1 at n = 0 and at the largest n of an even number,
@@ -26,37 +26,37 @@ use super::wavenumber::dot;
 use crate::error::{Error, Result};
 use crate::numeric::sum;
 
-/// The right-hand side of `du/dt = c(u) + d(u)` on a periodic grid.
+/// The tendency, the right-hand side of `du/dt = c(u) + d(u)`, on a periodic grid.
 pub trait Tendency: Sync {
-    /// Fills the two parts at one instant; all three rows are as long as the grid.
+    /// Computes both parts at one instant; all three rows have one value per grid point.
     fn evaluate(&self, t: f64, u: &[f64], conservative: &mut [f64], dissipative: &mut [f64]);
 }
 
 /// The budget of a field with a known tendency; arrays are `(time, wavenumber)`.
 #[derive(Debug, Clone)]
 pub struct TendencyBudget {
-    /// In rad per length; both signs in one.
+    /// In rad per length; k and -k are combined.
     pub wavenumber: Vec<f64>,
     pub energy: Array2<f64>,
     pub transfer: Array2<f64>,
-    /// `D`: negative where energy is taken out.
+    /// `D`: negative where energy is dissipated.
     pub dissipation: Array2<f64>,
-    /// `Pi`, towards larger k.
+    /// `Pi`, positive towards larger k.
     pub flux: Array2<f64>,
-    /// Integral of `T + D` from the first sample to each.
+    /// Integral of `T + D` from the first sample up to each sample.
     pub integrated: Array2<f64>,
-    /// Largest difference of [`TendencyBudget::integrated`] and the change of E, relative to the
+    /// Largest deviation of [`TendencyBudget::integrated`] from the change of E, relative to the
     /// largest change.
     pub closure: Residual,
     pub identities: Identities,
 }
 
-/// The budget of samples `u[n, j]` at times `t0 + n dt`, over one period `length` along x.
+/// Computes the budget of samples `u[n, j]` at times `t0 + n dt`, over one period `length` along x.
 ///
-/// Integrals over time are those of polynomials through 8 samples.
+/// Integrals over time are those of interpolating polynomials through 8 samples.
 ///
 /// # Errors
-/// [`Error::Request`] for fewer than two times or three places, for values that are not finite, and
+/// [`Error::Request`] for fewer than two times or three grid points, for values that are not finite, and
 /// for a step or length that is not positive.
 pub fn tendency_budget(
     u: ArrayView2<f64>,
@@ -81,7 +81,7 @@ pub fn tendency_budget(
                     out
                 };
                 let z = spectrum(&row);
-                // The transform is unitary: its squares sum over the grid.
+                // The transform is unitary, so division by n gives means over the grid.
                 let with = |other: &[Complex<f64>], factor: f64| {
                     let pairs = z.iter().zip(other).enumerate();
                     pairs
@@ -130,7 +130,7 @@ pub fn tendency_budget(
     })
 }
 
-/// The largest magnitude; what is not a number is larger than any, and stays.
+/// The largest magnitude; NaN if any value is NaN.
 fn largest(values: impl Iterator<Item = f64>) -> f64 {
     values.fold(0.0, |most: f64, value| {
         if most.is_nan() || value.is_nan() {
@@ -169,7 +169,7 @@ fn check(u: ArrayView2<f64>, [t0, dt]: [f64; 2], length: f64) -> Result<()> {
 
 /// Burgers' equation `u_t + u u_x = nu u_xx`: `c = - (u^2 / 2)_x`, `d = nu u_xx`.
 ///
-/// Products are taken on a grid of half as many samples more, so that c is free of aliases.
+/// Products are computed on a grid with 3/2 as many points, so that c is free of aliasing.
 ///
 /// Source: S. A. Orszag, *On the elimination of aliasing in finite-difference schemes by filtering
 /// high-wavenumber components*, J. Atmos. Sci. 28 (1971) 1074 (the 3/2 rule).
@@ -193,10 +193,10 @@ impl std::fmt::Debug for Burgers {
 }
 
 impl Burgers {
-    /// On `places` samples of a period `length`.
+    /// On a grid of `places` points over a period `length`.
     ///
     /// # Errors
-    /// [`Error::Request`] for fewer than three places, a length that is not positive, or a negative
+    /// [`Error::Request`] for fewer than three points, a length that is not positive, or a negative
     /// viscosity.
     pub fn new(viscosity: f64, length: f64, places: usize) -> Result<Burgers> {
         let refuse = |option, expected: &str, found: String| {
@@ -236,7 +236,7 @@ impl Tendency for Burgers {
 
         let mut padded = vec![Complex::default(); fine / 2 + 1];
         for (m, z) in spectrum.iter().enumerate() {
-            // A real sample of the largest k has no phase to be a wave of one.
+            // The Nyquist component has no phase, so it is left out.
             padded[m] = if Some(m) == nyquist {
                 Complex::default()
             } else {
@@ -273,7 +273,7 @@ fn forward(plan: &dyn RealToComplex<f64>, row: &[f64]) -> Vec<Complex<f64>> {
 }
 
 fn backward(plan: &dyn ComplexToReal<f64>, spectrum: &mut [Complex<f64>], out: &mut [f64]) {
-    // What rounding leaves of imaginary parts that are none is refused by the transform.
+    // The transform rejects imaginary parts at zero and Nyquist, also those of rounding.
     spectrum[0].im = 0.0;
     if plan.len() % 2 == 0
         && let Some(last) = spectrum.last_mut()

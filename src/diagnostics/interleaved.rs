@@ -43,8 +43,8 @@ pub(super) fn total(power: &[LaneBlock]) -> [f64; WIDTH] {
     pairwise(0, power.len(), leaf)[0]
 }
 
-/// The sums of the bins `range`, as shares of `total`, and their `leaves`; without a total they mean
-/// nothing.
+/// The sums of the bins `range`, as shares of `total`, and their `leaves`; without a total they
+/// mean nothing.
 pub(super) fn shares(
     (power, axis): (&[LaneBlock], &[f64]),
     range: Range<usize>,
@@ -177,7 +177,8 @@ impl SimdKernel for Share<'_> {
             square = square + s * s;
         }
         let numbers: &mut [f64] = bytemuck::cast_slice_mut(logarithms);
-        // Shares of 0, and below the normal numbers, add nothing, whatever number this makes of them.
+        // Shares of 0, and below the normal numbers, add nothing, whatever number this makes of
+        // them.
         numbers.iter_mut().for_each(|s| *s = ln_normal(*s));
         let centroid = share.choose(first / share, zero);
         let (mut entropy, mut about) = (zero, zero);

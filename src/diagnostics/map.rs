@@ -297,8 +297,8 @@ mod tests {
         assert_eq!(once.cells(), array![[-5.0, 2.0], [4.0, 0.5]]);
     }
 
-    /// Widths beyond a register, cells of several columns, blocks that begin inside of one; NaN, infinities
-    /// and zeros of both signs.
+    /// Widths beyond a register, cells of several columns, blocks that begin inside of one; NaN,
+    /// infinities and zeros of both signs.
     #[test]
     fn wide_blocks_give_what_a_plain_loop_gives() {
         let value = |i: usize, j: usize| match (7 * i + 3 * j) % 13 {

@@ -165,8 +165,8 @@ mod tests {
         rows[1]
     }
 
-    /// By hand: of 11 equal bins the first and the last are half as wide, so that energy is even over
-    /// nine bins and twice as dense in half a bin at both ends.
+    /// By hand: of 11 equal bins the first and the last are half as wide, so that energy is even
+    /// over nine bins and twice as dense in half a bin at both ends.
     #[test]
     fn val_equal_bins() {
         let axis: Vec<f64> = (0..11).map(f64::from).collect();
@@ -283,7 +283,8 @@ mod tests {
         assert!((row.high_share / 1e-30 - 1.0).abs() < 1e-15);
     }
 
-    /// Narrow lines far from zero, and two lines in far leaves, whose moments are known: nothing cancels.
+    /// Narrow lines far from zero, and two lines in far leaves, whose moments are known: nothing
+    /// cancels.
     #[test]
     fn val_spread_of_narrow_lines_keeps_its_digits() {
         let axis: Vec<f64> = (0..8193).map(|m| 0.1 * f64::from(m)).collect();

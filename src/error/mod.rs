@@ -159,8 +159,8 @@ impl Error {
         )
     }
 
-    /// The error with the file at fault, where what is at fault is a file under another name: a field
-    /// by its own name, or what a request calls `field`, `record` or `quantity`.
+    /// The error with the file at fault, where what is at fault is a file under another name: a
+    /// field by its own name, or what a request calls `field`, `record` or `quantity`.
     #[must_use]
     pub fn of_file(self, path: &Path) -> Error {
         match self {

@@ -37,7 +37,8 @@ pub enum Problem {
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct SceneFault {
     pub place: KeyPlace,
-    /// The key at fault, such as `stiffness_ratio` or `defect[1].site`; empty for a fault of syntax.
+    /// The key at fault, such as `stiffness_ratio` or `defect[1].site`; empty for a fault of
+    /// syntax.
     pub key: String,
     pub problem: Problem,
 }

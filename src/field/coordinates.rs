@@ -35,8 +35,8 @@ impl Coordinates {
     ///
     /// Even is what leaves `origin + index * step` by at most `rounding` plus `1e-9` of the
     /// length of the axis, and in no case by more than a twentieth of a step. The step is known to
-    /// `rounding` over the length; of the numbers within, one of at most twelve digits is the step that
-    /// was meant: of `0, 1e-5, ..` in single precision 1e-5, not 9.99999974e-6.
+    /// `rounding` over the length; of the numbers within, one of at most twelve digits is the step
+    /// that was meant: of `0, 1e-5, ..` in single precision 1e-5, not 9.99999974e-6.
     pub(crate) fn fit(values: &[f64], rounding: f64) -> Result<Coordinates, Uneven> {
         let (&[first, .., last], n) = (values, values.len()) else {
             return Ok(Coordinates::from_first(values));
@@ -69,9 +69,9 @@ impl Coordinates {
 
     /// The axis, with what is stated elsewhere in place of what the file states.
     ///
-    /// Units are written by their symbols, and what has a unit of its own is converted to that of the
-    /// axis: the one stated, else that of the file, else the first of its dimension. The numbers of
-    /// the file are in the unit of the axis.
+    /// Units are written by their symbols, and what has a unit of its own is converted to that of
+    /// the axis: the one stated, else that of the file, else the first of its dimension. The
+    /// numbers of the file are in the unit of the axis.
     pub(crate) fn axis<D: Dimension>(self, stated: StatedAxis<D>) -> Result<Axis, InputFault> {
         let StatedAxis { origin, step, unit } = stated;
         let unit = unit.or(self.unit).map(|unit| {

@@ -37,8 +37,8 @@ pub(super) fn of_line(line: ByteRecord, rows: &RowReader, width: usize) -> ByteR
 /// The names of `width` columns in the last comment before the rows that holds them, as
 /// `numpy.savetxt(..., header="time,x0,x1")` writes it.
 ///
-/// It does if one of them is the one asked for, or names coordinates of the rows. Names separated by
-/// blanks may be prose, so that only the first of them may.
+/// It does if one of them is the one asked for, or names coordinates of the rows. Names separated
+/// by blanks may be prose, so that only the first of them may.
 pub(super) fn of_comments(
     text: &[u8],
     width: usize,
@@ -67,7 +67,8 @@ pub(super) fn of_comments(
     named.filter(states).last().map(|(names, _)| names)
 }
 
-/// `width` names by the first delimiter that gives as many, and whether they are separated by blanks.
+/// `width` names by the first delimiter that gives as many, and whether they are separated by
+/// blanks.
 fn names(text: &str, width: usize) -> Option<(ByteRecord, bool)> {
     let by = |delimiter: char| -> Vec<&str> { text.split(delimiter).map(str::trim).collect() };
     let fits = |names: &Vec<&str>| names.len() == width;

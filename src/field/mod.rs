@@ -1,8 +1,8 @@
 //! The field `v[n, j]`: samples at times `t_n = t0 + n dt` and sites `x_j = x0 + j dx`.
 //!
-//! A [`Field`] is a view of samples where they lie (in a mapped file, in an inflated archive
-//! member, in an array of the caller) with its two axes. Nothing is converted or copied until a
-//! block is asked for, so that a field larger than memory costs no more than the blocks in use.
+//! A [`Field`] is a view of samples with its two axes. The samples stay in a mapped file, an
+//! inflated archive member, or an array of the caller. They are converted and copied block by block
+//! on request, so a field may be larger than memory.
 
 mod block;
 mod coordinates;
@@ -38,7 +38,7 @@ use storage::Storage;
 
 /// One axis: `origin + index * step`, in `unit`.
 ///
-/// Without a unit the axis counts samples (or sites): what is not known is not invented.
+/// Without a unit the axis counts samples or sites.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Axis {
     pub origin: f64,
@@ -47,7 +47,7 @@ pub struct Axis {
 }
 
 impl Axis {
-    /// An axis that counts: origin 0, step 1, no unit.
+    /// An axis of indices: origin 0, step 1, no unit.
     pub fn index() -> Self {
         Axis {
             origin: 0.0,
@@ -62,7 +62,7 @@ impl Axis {
     }
 }
 
-/// What the samples measure. Only a velocity has a kinetic energy.
+/// The physical quantity of the samples. Only a velocity has a kinetic energy.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default, serde::Serialize, serde::Deserialize)]
 #[serde(rename_all = "kebab-case")]
 pub enum Quantity {
@@ -83,7 +83,7 @@ impl Quantity {
         Quantity::Force,
     ];
 
-    /// Its name in archives.
+    /// The name of its member in archives.
     pub fn name(self) -> &'static str {
         match self {
             Quantity::Velocity => "velocity",
@@ -95,7 +95,7 @@ impl Quantity {
     }
 }
 
-/// The order of the two axes in a file: an array of two dimensions does not say it.
+/// The order of the two axes in a file. A two-dimensional array does not state it.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default, serde::Serialize, serde::Deserialize)]
 #[serde(rename_all = "kebab-case")]
 pub enum Layout {
@@ -110,7 +110,7 @@ pub enum Layout {
 #[derive(Debug, Clone)]
 pub struct Field {
     storage: Storage,
-    /// `None` where it came from no file.
+    /// `None` if the field was not read from a file.
     opened: Option<FileState>,
     n_times: usize,
     n_sites: usize,
@@ -119,20 +119,19 @@ pub struct Field {
     pub space: Axis,
     pub quantity: Quantity,
     pub unit: Option<String>,
-    /// Where the field is of a simulated run: the last site that is struck, displaced or driven at its
-    /// start.
+    /// In a simulated run, the last site that is struck, displaced or driven at the start.
     pub struck: Option<usize>,
-    /// BLAKE3 of the file's bytes, in hexadecimal, where the field came from a file.
+    /// BLAKE3 hash of the file in hexadecimal, if the field was read from a file.
     pub content_hash: Option<String>,
-    /// What was concluded about the file it came from.
+    /// What was inferred about the file.
     pub notes: Vec<Note>,
 }
 
 impl Field {
-    /// A field from an array `(time, site)`, with axes that count.
+    /// A field from an array `(time, site)`, with axes of indices.
     ///
-    /// Set [`Field::time`], [`Field::space`] and the rest afterwards. Non-finite samples are
-    /// allowed here; what to do with them is stated with the analysis.
+    /// Set [`Field::time`], [`Field::space`] and the other fields afterwards. Non-finite samples
+    /// are allowed; the options of the analysis state how to treat them.
     pub fn from_array(values: Array2<f64>) -> Self {
         let (n_times, n_sites) = values.dim();
         Field {
@@ -159,7 +158,8 @@ impl Field {
         self.n_sites
     }
 
-    /// Copies a block time-major: `out[(n - times.start) * sites.len() + (j - sites.start)]`.
+    /// Copies a block in time-major order: `out[(n - times.start) * sites.len() + (j -
+    /// sites.start)]`.
     ///
     /// # Panics
     /// If the ranges leave the field or `out` is not as long as the block.
@@ -168,7 +168,8 @@ impl Field {
         self.storage.read(times, sites, false, out);
     }
 
-    /// Copies a block site-major: `out[(j - sites.start) * times.len() + (n - times.start)]`.
+    /// Copies a block in site-major order: `out[(j - sites.start) * times.len() + (n -
+    /// times.start)]`.
     ///
     /// # Panics
     /// If the ranges leave the field or `out` is not as long as the block.
@@ -177,25 +178,26 @@ impl Field {
         self.storage.read(times, sites, true, out);
     }
 
-    /// What is known of the file it came from, to be checked when the field is gone.
+    /// The state of the file when it was opened; it can be checked after the field is dropped.
     pub fn file_state(&self) -> Option<FileState> {
         self.opened.clone()
     }
 
-    /// That the file it came from is still the one that was opened and was not written to since, by
-    /// length, time of modification and where there is one inode; so results are of one file, and a hash
-    /// taken by now is of that one.
+    /// Checks that the file was neither modified nor replaced since it was opened.
+    ///
+    /// Compares length, modification time and, where the system has it, inode. If it succeeds after
+    /// an analysis and a hash, both are of the same file.
     ///
     /// # Errors
-    /// [`crate::Error::Changed`]; [`crate::Error::Read`] where the file is gone.
+    /// [`crate::Error::Changed`]; [`crate::Error::Read`] if the file is gone.
     pub fn check_unchanged(&self) -> Result<()> {
         self.opened.as_ref().map_or(Ok(()), FileState::check)
     }
 
-    /// BLAKE3 of the bytes of the file it came from, in hexadecimal, for fields that were opened without
-    /// [`OpenOptions::hash`]; by all threads of the current pool. `None` where it came from no file.
+    /// BLAKE3 hash of the file in hexadecimal, for fields opened without [`OpenOptions::hash`].
     ///
-    /// With `in_use`, samples that are read where they lie in the file stay mapped.
+    /// `None` if the field was not read from a file. Uses all threads of the current pool. With
+    /// `in_use`, the pages of a mapped file stay in memory.
     ///
     /// # Errors
     /// [`crate::Error::Read`].
@@ -209,12 +211,13 @@ impl Field {
         }
     }
 
-    /// Whether the samples of one time are neighbours.
+    /// Whether the samples of one time are contiguous.
     pub(crate) fn is_time_major(&self) -> bool {
         self.storage.rows_are_times()
     }
 
-    /// The samples of `times`, time by time, where they lie like that.
+    /// The samples of `times` in time-major order, if they are stored as native `f64` in that
+    /// order.
     pub(crate) fn stored_profiles(&self, times: Range<usize>) -> Option<&[f64]> {
         let run = times.start * self.n_sites..times.end * self.n_sites;
         let numbers = self.storage.numbers()?;
@@ -226,12 +229,12 @@ impl Field {
         assert_eq!(len, times.len() * sites.len());
     }
 
-    /// Tells the operating system that mapped pages read so far need not stay in memory.
+    /// Lets the operating system drop mapped pages of the file from memory.
     pub(crate) fn release_pages(&self) {
         self.storage.release_pages();
     }
 
-    /// The same of the pages that hold a block.
+    /// As [`Field::release_pages`], for the pages of a block.
     pub(crate) fn release_block(&self, times: Range<usize>, sites: Range<usize>) {
         self.storage.release_block(times, sites);
     }

@@ -101,7 +101,8 @@ pub(super) fn is_run(bytes: &[u8]) -> bool {
         .is_ok_and(|zip| has(&zip, "scene.npy") && has(&zip, "schema.npy"))
 }
 
-/// Whether an archive is a field that this program wrote: it says what its members are, and is no run.
+/// Whether an archive is a field that this program wrote: it says what its members are, and is no
+/// run.
 pub(super) fn is_field(bytes: &[u8]) -> bool {
     let has = |zip: &ZipArchive<_>, name| zip.index_for_name(name).is_some();
     ZipArchive::new(Cursor::new(bytes))
@@ -205,8 +206,9 @@ impl<'a> Archive<'a> {
         }
     }
 
-    /// The last of `n_sites` bodies of a run that moves, or is out of place, in its first sample; the
-    /// first body where none is, since then the first end is driven. `None` for another number of bodies.
+    /// The last of `n_sites` bodies of a run that moves, or is out of place, in its first sample;
+    /// the first body where none is, since then the first end is driven. `None` for another number
+    /// of bodies.
     fn struck(&mut self, n_sites: usize) -> Result<Option<usize>> {
         let mut last = 0;
         for name in ["velocity", "displacement"] {

@@ -1,4 +1,4 @@
-//! From a path to a field: which format, which settings.
+//! Opens a field: detects the format and resolves the settings.
 
 use std::fs::{File, Metadata};
 use std::ops::Range;
@@ -15,12 +15,12 @@ use super::storage::{self, Bytes, Storage};
 use super::{Field, Layout, Note, Quantity, csv, npy, npz};
 use crate::error::{Error, FileKind, InputFault, Result};
 
-/// A mapped file with what was stated about it, as the readers of the formats get it.
+/// Input of the format readers: a mapped file and its settings.
 pub(super) struct FileSource<'a> {
     pub(super) path: &'a Path,
     pub(super) map: Arc<Mmap>,
     pub(super) options: &'a OpenOptions,
-    /// The options over the sidecar.
+    /// Settings of the options, else of the sidecar.
     pub(super) stated: Sidecar,
 }
 
@@ -36,7 +36,7 @@ impl FileSource<'_> {
         }
     }
 
-    /// That `needed` bytes may be held in memory.
+    /// Checks that `needed` bytes are within the memory limit.
     pub(super) fn allow(&self, what: &'static str, needed: u64) -> Result<()> {
         match self.options.memory {
             Some(allowed) if needed > allowed => Err(Error::Memory {
@@ -49,7 +49,7 @@ impl FileSource<'_> {
     }
 }
 
-/// What a file holds, as the reader of its format hands it over.
+/// Output of the format readers.
 pub(super) struct Contents {
     pub(super) storage: Storage,
     pub(super) n_times: usize,
@@ -64,7 +64,7 @@ pub(super) struct Contents {
 }
 
 impl Contents {
-    /// Samples that lie in `bytes` from `start` as an `.npy` header states.
+    /// The samples in `bytes` from `start`, described by an `.npy` header.
     pub(super) fn from_npy(
         header: &npy::Header,
         bytes: Bytes,
@@ -85,7 +85,8 @@ impl Contents {
         })
     }
 
-    /// Notes on an array of which neither the layout nor the times are stated.
+    /// Adds notes on a doubtful layout and, if the file has no times, on a first site that looks
+    /// like times.
     pub(super) fn note_doubts(&mut self, is_layout_known: bool) {
         let (times, sites) = (self.n_times, self.n_sites);
         if !is_layout_known {
@@ -99,29 +100,31 @@ impl Contents {
 }
 
 impl Field {
-    /// A field from a NumPy array (`.npy`), one of an archive (`.npz`), or a table of text.
+    /// A field from a NumPy array (`.npy`), a member of an archive (`.npz`), or a text table.
     ///
-    /// An array of two dimensions is `(time, site)` unless the layout says otherwise; one of a
-    /// single dimension is the record of one site. Arrays stay in the mapped file and cost no
-    /// memory; deflated members and tables are held. Steps, origins and units come from
-    /// `options`, else from the [`Sidecar`], else from the file, else the axis counts. In an
-    /// archive, `time` and `position` are the coordinates and `velocity` is the field; the text
-    /// `velocity_unit` is the unit of the array `velocity`, and so for every array. Their short names
-    /// are `t`, `x` and `v`; where no layout is stated, the lengths of coordinates settle it.
+    /// A two-dimensional array is `(time, site)` unless the layout says otherwise. A
+    /// one-dimensional array is the record of one site. Uncompressed arrays stay in the mapped
+    /// file; deflated members and tables are loaded into memory. Steps, origins and units come from
+    /// `options`, else from the [`Sidecar`], else from the file; without any, an axis counts
+    /// indices.
     ///
-    /// In a table, the times are in the column that a header names (a first line, or a comment before
-    /// the rows), else in the first column if it rises evenly. What is concluded so, and what remains
-    /// doubtful, is in [`Field::notes`].
+    /// In an archive, `time` (`t`) and `position` (`x`) are the coordinates and `velocity` (`v`) is
+    /// the field. The string `velocity_unit` is the unit of the array `velocity`; likewise for
+    /// every array. If no layout is stated, the lengths of the coordinates determine it.
     ///
-    /// The file must not be shortened while the field is in use; [`Field::check_unchanged`] tells whether
-    /// it was written to or replaced.
+    /// In a table, the times are in the column named by a header (the first line, or a comment
+    /// before the rows), else in the first column if its steps are even. [`Field::notes`] lists
+    /// what was inferred and what is doubtful.
+    ///
+    /// The file must not be truncated while the field is in use. [`Field::check_unchanged`] detects
+    /// modification and replacement.
     ///
     /// # Errors
-    /// - [`Error::Read`]: the file is not there or cannot be read.
-    /// - [`Error::Input`]: it is not what its format promises.
-    /// - [`Error::Request`]: a stated step or origin is not a usable number, or an option is for another
-    ///   format.
-    /// - [`Error::Memory`]: what has to be held is more than [`OpenOptions::memory`].
+    /// - [`Error::Read`]: the file does not exist or cannot be read.
+    /// - [`Error::Input`]: the contents violate the format.
+    /// - [`Error::Request`]: a step or origin is not a valid number, or an option does not apply to
+    ///   the format.
+    /// - [`Error::Memory`]: the data to load exceed [`OpenOptions::memory`].
     pub fn open(path: impl AsRef<Path>, options: &OpenOptions) -> Result<Field> {
         let path = path.as_ref();
         options.check()?;
@@ -131,7 +134,7 @@ impl Field {
             fault,
         })?;
         format.check(path, options)?;
-        // The `run.toml` beside a run is its scene, not a sidecar.
+        // The `run.toml` next to a run is its scene, not a sidecar.
         let is_run = matches!(format, Format::Npz) && npz::is_run(&map);
         let sidecar = Sidecar::find_for(path, is_run)?.map(|(_, sidecar)| sidecar);
         let source = FileSource {
@@ -187,17 +190,17 @@ fn read_npy(source: &FileSource) -> Result<Contents> {
     contents.map_err(|fault| source.fault(fault))
 }
 
-/// Whether the file at `path` is a run; false for one that cannot be read.
+/// Whether the file at `path` is a run; false if it cannot be read.
 pub fn is_run_file(path: &Path) -> bool {
     map(path).is_ok_and(|map| npz::is_run(&map))
 }
 
-/// Whether the file at `path` is a field that this program wrote; false for one that cannot be read.
+/// Whether the file at `path` is a field written by this program; false if it cannot be read.
 pub(crate) fn is_field_file(path: &Path) -> bool {
     map(path).is_ok_and(|map| npz::is_field(&map))
 }
 
-/// Metadata of a file that can be mapped; a pipe is refused before it is opened.
+/// Metadata of a regular file; rejects others without opening them (opening a pipe would block).
 pub(crate) fn regular_file(path: &Path) -> Result<Metadata> {
     let metadata = std::fs::metadata(path).map_err(Error::read("read", path))?;
     match irregular_kind(&metadata) {
@@ -242,13 +245,13 @@ fn open_mapped(path: &Path) -> Result<(Arc<Mmap>, FileState)> {
         });
     }
     let opened = FileState::opened(&file, path)?;
-    // SAFETY: the map is read-only and its length is that of the file now. That no other program
-    // shortens the file meanwhile is a documented condition of `Field::open`.
+    // SAFETY: the map is read-only and as long as the file is now. `Field::open` documents the
+    // condition that no other program truncates the file meanwhile.
     let map = unsafe { Mmap::map(&file) }.map_err(Error::read("map", path))?;
     Ok((Arc::new(map), opened))
 }
 
-/// BLAKE3 of the file at `path`, hexadecimal.
+/// BLAKE3 hash of the file at `path`, in hexadecimal.
 ///
 /// # Errors
 /// [`Error::Read`].
@@ -256,12 +259,12 @@ pub fn file_hash(path: &Path) -> Result<String> {
     Ok(content_hash(&*map(path)?))
 }
 
-/// BLAKE3 of the whole file; its pages are dropped as it goes.
+/// BLAKE3 hash of the whole file; releases its pages as it goes.
 fn content_hash(map: &Mmap) -> String {
     hash(map, |done| storage::release(map, done))
 }
 
-/// BLAKE3 of the whole file, which hands on what it is done with.
+/// BLAKE3 hash of the whole file; passes each finished range to `done`.
 pub(super) fn hash(map: &Mmap, mut done: impl FnMut(Range<usize>)) -> String {
     const CHUNK: usize = 16 << 20;
     let mut hasher = blake3::Hasher::new();
@@ -280,7 +283,7 @@ enum Format {
 }
 
 impl Format {
-    /// That no option is for another format.
+    /// Checks that every option applies to the format.
     fn check(&self, path: &Path, options: &OpenOptions) -> Result<()> {
         let (is_archive, is_table) = match self {
             Format::Npy => (false, false),
@@ -316,7 +319,7 @@ impl Format {
         }
     }
 
-    /// By what the file starts with, and by the extension where that does not tell.
+    /// Detects the format from the magic bytes, else from the extension.
     fn detect(path: &Path, bytes: &[u8]) -> std::result::Result<Format, InputFault> {
         const FOREIGN: [(&[u8], &str); 6] = [
             (b"\x89HDF\r\n\x1a\n", "an HDF5 file"),

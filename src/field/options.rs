@@ -34,7 +34,8 @@ pub struct OpenOptions {
     pub time_column: TimeColumn,
     /// Bytes that may be held in memory for what cannot be mapped (deflated members, tables).
     pub memory: Option<u64>,
-    /// Whether [`Field::content_hash`](super::Field::content_hash) is computed, which reads the whole file once.
+    /// Whether [`Field::content_hash`](super::Field::content_hash) is computed, which reads the
+    /// whole file once.
     pub hash: bool,
 }
 

@@ -1,4 +1,4 @@
-//! A sidecar: a TOML file beside a field that states what the field's file cannot.
+//! A sidecar: a TOML file next to a field's file, with settings that the file itself cannot state.
 
 use std::ffi::OsString;
 use std::path::{Path, PathBuf};
@@ -14,11 +14,11 @@ const LENGTH_LIMIT: u64 = 65_536;
 
 /// The settings of a sidecar, all optional.
 ///
-/// Steps and origins are numbers in the unit of their axis, or texts with a unit of their own.
+/// Steps and origins are numbers in the unit of their axis, or strings with a unit.
 ///
 /// ```toml
 /// layout = "time-site"
-/// dt = "10 us" # or rate = "100 kHz", which is also called fs
+/// dt = "10 us" # or rate = "100 kHz"; fs is an alias of rate
 /// dx = 1.0
 /// t0 = 0.0
 /// x0 = 0.0
@@ -39,7 +39,7 @@ pub struct Sidecar {
         deserialize_with = "positive"
     )]
     pub dt: Option<Measure<Time>>,
-    /// Samples per unit of time, above 0, in place of the time step.
+    /// Sampling rate, above 0; excludes `dt`.
     #[serde(
         alias = "fs",
         skip_serializing_if = "Option::is_none",
@@ -47,7 +47,7 @@ pub struct Sidecar {
         deserialize_with = "positive"
     )]
     pub rate: Option<Measure<Frequency>>,
-    /// Distance of neighbouring sites, above 0.
+    /// Site spacing, above 0.
     #[serde(
         skip_serializing_if = "Option::is_none",
         serialize_with = "typed",
@@ -61,7 +61,7 @@ pub struct Sidecar {
         deserialize_with = "finite"
     )]
     pub t0: Option<Measure<Time>>,
-    /// Place of the first site.
+    /// Position of the first site.
     #[serde(
         skip_serializing_if = "Option::is_none",
         serialize_with = "typed",
@@ -80,18 +80,18 @@ pub struct Sidecar {
 }
 
 impl Sidecar {
-    /// The sidecar of a field: `field.toml` or `field.npy.toml` beside `field.npy`, if any.
+    /// The sidecar of a field, if any: `field.toml` or `field.npy.toml` next to `field.npy`.
     ///
-    /// A run file states its own axes, and `run.toml` beside `run.npz` is its scene:
-    /// [`Field::open`](super::Field::open) takes only `run.npz.toml` for the sidecar of a run.
+    /// For a run `run.npz`, [`Field::open`](super::Field::open) accepts only `run.npz.toml`:
+    /// `run.toml` is its scene.
     ///
     /// # Errors
-    /// Both are there, one cannot be read, or one states something other than the known keys.
+    /// Both files exist, the sidecar cannot be read, or it has an unknown key.
     pub fn find(field: &Path) -> Result<Option<(PathBuf, Sidecar)>> {
         Sidecar::find_for(field, false)
     }
 
-    /// As [`Sidecar::find`]; beside a run only `run.npz.toml` is a sidecar.
+    /// As [`Sidecar::find`]; for a run, only `run.npz.toml` is a sidecar.
     pub(super) fn find_for(field: &Path, is_run: bool) -> Result<Option<(PathBuf, Sidecar)>> {
         let replaced = field.with_extension("toml");
         let mut appended = OsString::from(field);
@@ -134,7 +134,7 @@ impl Sidecar {
     /// Reads the settings from TOML.
     ///
     /// # Errors
-    /// [`InputFault::Sidecar`] with the line and the key at fault.
+    /// [`InputFault::Sidecar`] with the line and the offending key.
     pub fn parse(text: &str) -> std::result::Result<Sidecar, InputFault> {
         let line_of = |error: &toml::de::Error| {
             let before = text.get(..error.span()?.start)?;
@@ -163,7 +163,7 @@ impl Sidecar {
         }
     }
 
-    /// The time step, stated as such or as a rate.
+    /// The time step, from `dt` or `rate`.
     pub(super) fn step(&self) -> Option<Measure<Time>> {
         self.dt.or(self.rate.map(Measure::period))
     }
@@ -181,7 +181,7 @@ fn finite<'de, R: Deserializer<'de>, D: Dimension>(
     number(deserializer, "a finite number", |_| true)
 }
 
-/// A number in the unit of the axis, or a text with its own.
+/// A number in the unit of the axis, or a string with a unit.
 #[derive(Deserialize)]
 #[serde(untagged)]
 enum Typed {
@@ -211,7 +211,7 @@ fn number<'de, R: Deserializer<'de>, D: Dimension>(
     }
 }
 
-/// A number with a unit is written with it: without, it would be in the unit of the axis.
+/// Writes a number with its unit if it has one: a bare number is in the unit of the axis.
 fn typed<S: Serializer, D: Dimension>(
     stated: &Option<Measure<D>>,
     serializer: S,

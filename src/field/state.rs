@@ -6,8 +6,8 @@ use std::time::SystemTime;
 
 use crate::error::{Error, FileChange, Result};
 
-/// A file as it was at some time: its length, when it was modified, and where there are inodes, which
-/// one it was.
+/// A file as it was at some time: its length, when it was modified, and where there are inodes,
+/// which one it was.
 #[derive(Debug, Clone, PartialEq)]
 pub struct FileState {
     path: PathBuf,

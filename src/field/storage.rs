@@ -1,10 +1,10 @@
-//! Samples where they lie, read by blocks as `f64`.
+//! Stored samples, read in blocks as `f64`.
 //!
-//! The samples form rows of `row_len` neighbours, in memory or in a mapped file, at any byte
+//! The samples form contiguous rows of `row_len`, in memory or in a mapped file, at any byte
 //! offset.
 //!
-//! A mapped file must not be shortened by another program while it is open: the operating system
-//! ends a process that reads a page which is no longer there.
+//! A mapped file must not be truncated by another program while it is open: reading a missing page
+//! kills the process.
 
 use std::ops::Range;
 use std::sync::Arc;
@@ -43,7 +43,7 @@ impl SampleType {
         }
     }
 
-    /// By how much, relative to its size, a stored number may differ from the one meant.
+    /// Relative rounding error of a stored number.
     pub(crate) fn relative_rounding(self) -> f64 {
         match self {
             SampleType::F16 => 1.0 / 1024.0,
@@ -53,7 +53,7 @@ impl SampleType {
     }
 }
 
-/// Order of the bytes of one stored sample.
+/// Byte order of one stored sample.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(crate) enum ByteOrder {
     Little,
@@ -68,7 +68,7 @@ impl ByteOrder {
     };
 }
 
-/// What holds the bytes of the samples.
+/// Owner of the samples' bytes.
 #[derive(Debug, Clone)]
 pub(crate) enum Bytes {
     Mapped(Arc<Mmap>),
@@ -81,8 +81,8 @@ impl Bytes {
         match self {
             Bytes::Mapped(map) => map,
             Bytes::Inflated(bytes) => bytes,
-            // SAFETY: the slice covers exactly the vector's initialized values, every byte of
-            // an `f64` is a valid `u8`, and a `u8` needs no alignment.
+            // SAFETY: the slice covers exactly the vector's initialized values. Every byte of an
+            // `f64` is a valid `u8`, which needs no alignment.
             Bytes::Values(values) => unsafe {
                 std::slice::from_raw_parts(values.as_ptr().cast(), size_of_val(values.as_slice()))
             },
@@ -90,14 +90,14 @@ impl Bytes {
     }
 }
 
-/// How the samples lie in their bytes.
+/// Memory layout of the samples.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(crate) struct Arrangement {
     pub(crate) sample: SampleType,
     pub(crate) order: ByteOrder,
-    /// Byte at which the first sample starts.
+    /// Byte offset of the first sample.
     pub(crate) start: usize,
-    /// Samples that are neighbours, before the next row starts.
+    /// Samples per contiguous row.
     pub(crate) row_len: usize,
     /// Whether a row holds the sites of one time, or the times of one site.
     pub(crate) rows_are_times: bool,
@@ -128,7 +128,7 @@ impl Storage {
         )
     }
 
-    /// An array `(time, site)`; one that is contiguous in either order is not copied.
+    /// From an array `(time, site)`; not copied if contiguous in either order.
     pub(crate) fn from_array(values: Array2<f64>) -> Self {
         let rows_are_times = !values.t().is_standard_layout() || values.is_standard_layout();
         let rows = if rows_are_times {
@@ -154,12 +154,12 @@ impl Storage {
         self.arrangement.rows_are_times
     }
 
-    /// By how much, relative to its size, a sample may differ from the one meant.
+    /// Relative rounding error of a sample.
     pub(crate) fn relative_rounding(&self) -> f64 {
         self.arrangement.sample.relative_rounding()
     }
 
-    /// The file in which samples are read where they lie.
+    /// The mapped file, if the samples are read from one.
     pub(crate) fn mapped(&self) -> Option<&Mmap> {
         match &self.bytes {
             Bytes::Mapped(map) => Some(map),
@@ -167,7 +167,7 @@ impl Storage {
         }
     }
 
-    /// All rows one after the other, where they are the numbers that they stand for.
+    /// All rows in order without conversion, if they are aligned `f64` in native byte order.
     pub(crate) fn numbers(&self) -> Option<&[f64]> {
         let Arrangement {
             sample,
@@ -182,7 +182,7 @@ impl Storage {
         bytemuck::try_cast_slice(&bytes[..bytes.len() / 8 * 8]).ok()
     }
 
-    /// Copies a block; `out` is as long as the block, in time-major or in site-major order.
+    /// Copies a block to `out` in time-major or site-major order; `out` is as long as the block.
     ///
     /// # Panics
     /// If the block leaves the storage.
@@ -239,14 +239,15 @@ impl Storage {
         }
     }
 
-    /// Tells the operating system that the pages of a mapped file need not stay in memory.
+    /// Lets the operating system drop the pages of a mapped file from memory.
     pub(crate) fn release_pages(&self) {
         if let Bytes::Mapped(map) = &self.bytes {
             release(map, 0..map.len());
         }
     }
 
-    /// The same of the pages that hold a block, in whole rows, and of those mapped with them.
+    /// As [`Storage::release_pages`], for the whole rows of a block and the pages mapped around
+    /// them.
     pub(crate) fn release_block(&self, times: Range<usize>, sites: Range<usize>) {
         let Arrangement {
             sample,
@@ -265,15 +266,15 @@ impl Storage {
     }
 }
 
-/// Bytes that systems map around a page that is looked up, where they have them in memory.
+/// Bytes around a faulting page that the kernel maps with it if cached (fault-around).
 const MAPPED_AROUND: usize = 64 << 10;
 
-/// Drops the pages of `range` from this process; they are read again where they are used again.
+/// Drops the pages of `range` from this process; a later access reads them again.
 pub(crate) fn release(map: &Mmap, range: Range<usize>) {
     #[cfg(unix)]
     {
-        // SAFETY: the map is read-only and backed by a file, so a dropped page comes back with
-        // the same bytes. Failing only keeps the page, which is harmless.
+        // SAFETY: the map is read-only and file-backed, so a dropped page comes back with the same
+        // bytes. A failure only keeps the page, which is harmless.
         let _kept = unsafe {
             map.unchecked_advise_range(memmap2::UncheckedAdvice::DontNeed, range.start, range.len())
         };
@@ -282,7 +283,7 @@ pub(crate) fn release(map: &Mmap, range: Range<usize>) {
     let _ = (map, range);
 }
 
-/// Hands `range` of a mapped file to `consume` in order, and drops the pages as it goes.
+/// Passes `range` of a mapped file to `consume` in chunks, in order; drops the pages as it goes.
 pub(crate) fn stream(map: &Mmap, range: Range<usize>, mut consume: impl FnMut(&[u8])) {
     const CHUNK: usize = 16 << 20;
     let mut start = range.start;

@@ -1,14 +1,14 @@
-//! Crossed cylinders that make a dimer.
+//! Dimers of crossed cylinders.
 
 use crate::Result;
 use crate::chain::contact::{
     Ellipse, HertzContact, Material, angle_of_stiffness_ratio, stiffness_ratio,
 };
 
-/// Equal cylinders, crossed alternately at 90 degrees, the soft contacts, and at an angle.
+/// Equal cylinders, crossed alternately at 90 degrees (soft contacts) and at an angle (stiff ones).
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Cylinders {
-    /// By which form of the contact ellipse the angle follows from the ratio.
+    /// The form of the contact ellipse that relates the angle to the stiffness ratio.
     pub ellipse: Ellipse,
     /// Radius in m, and material; the angle needs neither.
     pub body: Option<(f64, Material)>,
@@ -20,9 +20,9 @@ pub struct Angle {
     pub ellipse: Ellipse,
     /// In degrees, 0 to 90.
     pub degrees: f64,
-    /// Relative change of the stiffness ratio by 0.1 degrees: what an angle must be set to.
+    /// Relative change of the stiffness ratio per 0.1 degrees: the required accuracy of the angle.
     pub ratio_change_per_tenth_degree: f64,
-    /// Contact coefficients `[at 90 degrees, at the angle]` in N/m^1.5, where a material is known.
+    /// Contact coefficients `[at 90 degrees, at the angle]` in N/m^1.5, if a material is given.
     pub coefficients: Option<[f64; 2]>,
 }
 
@@ -41,7 +41,7 @@ impl Cylinders {
             None => None,
             Some(body) => Some([coefficient(90.0, body)?, coefficient(degrees, body)?]),
         };
-        // Away from 90 degrees, at which the ratio is least, so that the change is not 0.
+        // Towards smaller angles: the ratio has its minimum at 90 degrees.
         let aside = (degrees - 0.1).max(0.5 * degrees);
         Ok(Angle {
             ellipse: self.ellipse,

@@ -1,4 +1,4 @@
-//! Orders side by side: exact, estimated, measured on chains, published.
+//! Ratios by order: exact, estimated, measured on simulated chains, published.
 
 use std::ops::RangeInclusive;
 
@@ -16,26 +16,25 @@ use super::wave::Wave;
 use crate::observer::Observer;
 use crate::{Error, Result};
 
-/// What is to be known of the orders of a family.
+/// Request for a comparison of the orders of a family.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Comparison {
     pub family: Family,
     /// Both ends included; 1 is the homogeneous chain.
     pub orders: RangeInclusive<usize>,
-    /// Cells of chains that are struck to measure leaks; `None`: none are.
+    /// Cells of the simulated chains that measure leaks; `None` for no simulations.
     pub cells: Option<usize>,
-    /// Crossed cylinders whose angles are looked for; only of stiffness dimers of Hertz contacts.
+    /// Crossed cylinders whose angles are computed; only for stiffness dimers of Hertz contacts.
     pub cylinders: Option<Cylinders>,
 }
 
 impl Comparison {
-    /// The rows of all orders asked for, computed side by side. An order without a wave has a
-    /// reason in its place.
+    /// The rows of all orders, computed in parallel. An order without a wave states the reason.
     ///
     /// # Errors
-    /// [`Error::Request`] for orders that are no range from 1 on, angles of dimers that are no
-    /// crossed cylinders, and chains too short; those of [`Family::search`] and [`LeakScan::run`];
-    /// [`Error::Cancelled`].
+    /// [`Error::Request`] for an empty range of orders or one outside 1 to [`LARGEST_ORDER`], for
+    /// angles of dimers other than stiffness dimers of Hertz contacts, and for chains of too few or
+    /// too many cells; those of [`Family::search`] and [`LeakScan::run`]; [`Error::Cancelled`].
     pub fn run(&self, observer: &dyn Observer) -> Result<Vec<OrderRow>> {
         self.check()?;
         let family = self.family;
@@ -138,7 +137,7 @@ impl Comparison {
         }
     }
 
-    /// Scans the leak over the range of the orders, and narrows its extremes down.
+    /// Scans the leak over the range of the orders and refines its extrema.
     fn add_direct(
         &self,
         cells: usize,
@@ -151,7 +150,7 @@ impl Comparison {
         };
         let LeakCurve { minima, maxima, .. } = self.scan(cells).curve(&range.ratios(), observer)?;
         let direct = |extreme: &LeakExtremum| -> Result<Direct> {
-            // Just below the homogeneous chain there is no angle, and none is needed.
+            // Ratios just below 1 (the homogeneous chain) have no angle; that of 1 is used.
             let kappa = extreme.ratio.max(1.0);
             Ok(Direct {
                 ratio: self.family.alternation.ratio(extreme.ratio),
@@ -191,8 +190,8 @@ impl Comparison {
     }
 }
 
-/// Where chains are looked at, evenly in the root of the stiffening, in which orders are almost
-/// equally far apart.
+/// The range of ratios of the simulated chains. They are evenly spaced in the square root of the
+/// stiffening, in which orders are almost equidistant.
 struct Range {
     family: Family,
     first: f64,
@@ -201,7 +200,7 @@ struct Range {
 }
 
 impl Range {
-    /// From half an order below the first one asked for to half an order above the last.
+    /// From 0.6 orders below the first order to 0.6 orders above the last.
     fn of(family: &Family, search: &Search, orders: &RangeInclusive<usize>) -> Option<Range> {
         let root = |order: usize| match order {
             1 => Some(1.0),
@@ -215,7 +214,7 @@ impl Range {
                 .filter_map(|order| Some(root(order)? - root(order - 1)?))
                 .next_back()?,
         };
-        // From just below the homogeneous chain, so that it is a minimum among others.
+        // Starts just below the homogeneous chain, so that this is an interior minimum.
         let first = (first - 0.6 * spacing).max(1.0 - 2.0 * spacing / PER_ORDER);
         Some(Range {
             family: *family,
@@ -233,19 +232,19 @@ impl Range {
             .collect()
     }
 
-    /// How far two ratios are apart, in the root of the stiffening.
+    /// Distance of two ratios in the square root of the stiffening.
     fn apart(&self, a: f64, b: f64) -> f64 {
         let [a, b] = [a, b].map(|ratio| self.family.stiffening(ratio).sqrt());
         (a - b).abs()
     }
 }
 
-/// The largest order that is looked for; its ratio still stands to seven digits.
+/// The largest order; its ratio is still accurate to seven digits.
 pub const LARGEST_ORDER: usize = 60;
 
-/// Of the stepping: leaks of 1e-14 a cell are seen with it.
+/// Local error of the time integration; it resolves leaks of 1e-14 per cell.
 const LOCAL_ERROR: f64 = 1e-11;
-/// Ratios looked at from one order to the next.
+/// Simulated ratios per order.
 const PER_ORDER: f64 = 12.0;
-/// A larger least leak is no localized wave's.
+/// A minimum with a larger leak is not a localized wave.
 const LARGEST_LEAK: f64 = 1e-9;

@@ -1,21 +1,21 @@
-//! How far a wave's numbers can be trusted.
+//! Error estimates of a localized wave.
 
-/// How far a wave's numbers can be trusted.
+/// Error estimates of a localized wave.
 #[derive(Debug, Clone, Copy, PartialEq, serde::Serialize)]
 pub struct Convergence {
     /// Relative change of the ratio when the resolution is raised.
     pub resolution_change: f64,
-    /// Relative change of the ratio when the period is made longer.
+    /// Relative change of the ratio when the period is extended.
     pub period_change: f64,
     /// Largest residual of the integrated equations, relative to the largest overlap.
     pub residual: f64,
-    /// Newton's steps on all grids together.
+    /// Newton steps, all grids together.
     pub iterations: usize,
     /// Largest amplitude in the last tenth of the spectrum, relative to the largest.
     pub spectral_tail: f64,
     /// Largest force in the outer twentieth of the period on each side, relative to the peak.
     pub tail: f64,
-    /// Times in a period.
+    /// Grid points per period.
     pub points: usize,
     pub period: f64,
 }

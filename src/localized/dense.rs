@@ -1,11 +1,11 @@
-//! Dense linear systems, small and square.
+//! Small dense linear systems.
 //!
-//! Kept here rather than taken from a library: the systems have a few hundred rows, and the bits of
-//! a solution must depend on nothing but the numbers.
+//! Not taken from a library: the systems have only a few hundred rows, and solutions must be
+//! reproducible bit for bit.
 
 use std::ops::{Index, IndexMut};
 
-/// A matrix, row by row.
+/// A matrix in row-major order.
 #[derive(Debug, Clone)]
 pub(super) struct Matrix {
     columns: usize,
@@ -38,8 +38,8 @@ impl Matrix {
         (0..self.rows()).map(|i| dot(self.row(i), x)).collect()
     }
 
-    /// `x` with `A x = b`, by elimination with row pivots; `None` where A is singular to rounding
-    /// or not finite.
+    /// Solves `A x = b` by Gaussian elimination with partial pivoting; `None` where A is singular
+    /// to rounding or not finite.
     pub(super) fn solve(mut self, mut b: Vec<f64>) -> Option<Vec<f64>> {
         let n = self.columns;
         let scale = self.values.iter().fold(0.0, |m: f64, v| m.max(v.abs()));
@@ -57,8 +57,8 @@ impl Matrix {
         b.iter().all(|v| v.is_finite()).then_some(b)
     }
 
-    /// Eliminates the columns `first..last` below the diagonal: within them at once, to their
-    /// right with all of them together, so that the rest of the matrix is passed over once.
+    /// Eliminates the panel of columns `first..last` below the diagonal. The columns to its right
+    /// are updated once, with the whole panel (blocking).
     fn eliminate_panel(
         &mut self,
         first: usize,
@@ -87,7 +87,7 @@ impl Matrix {
                 subtract(&mut row[k + 1..last], factor, &pivot_row[k + 1..last]);
             }
         }
-        // The rows of the panel see the factors of those above them.
+        // The panel's own rows, to the right of the panel (triangular solve).
         for k in first..last {
             let (above, below) = self.values.split_at_mut((k + 1) * n);
             let pivot_row = &above[k * n + last..(k + 1) * n];
@@ -111,8 +111,8 @@ impl Matrix {
         Some(())
     }
 
-    /// The `x` for which `|A x - b|` is least, by the normal equations: good to half of the digits,
-    /// which is what a step towards a solution needs.
+    /// Minimizes `|A x - b|` by the normal equations. They lose half of the digits, which is
+    /// accurate enough for a Gauss-Newton step.
     pub(super) fn least_squares(&self, b: &[f64]) -> Option<Vec<f64>> {
         let n = self.columns;
         let mut normal = Matrix::zeros(n, n);
@@ -135,7 +135,7 @@ impl Matrix {
     }
 }
 
-/// Columns that are eliminated together.
+/// Columns per panel.
 const BLOCK: usize = 16;
 
 impl Index<(usize, usize)> for Matrix {
@@ -167,7 +167,7 @@ fn subtract(to: &mut [f64], factor: f64, from: &[f64]) {
 mod tests {
     use super::*;
 
-    /// Rows as wild as those of a Hilbert matrix would hide a wrong pivot; these are only unequal.
+    /// Not an ill-conditioned matrix, such as Hilbert's: that would hide a wrong pivot.
     fn matrix(rows: usize, columns: usize) -> Matrix {
         let mut a = Matrix::zeros(rows, columns);
         for i in 0..rows {

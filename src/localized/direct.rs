@@ -1,4 +1,4 @@
-//! Ratios at which simulated pulses lose least, and most, narrowed down.
+//! Refined minima and maxima of the leak of simulated pulses.
 
 use rayon::prelude::*;
 
@@ -7,41 +7,41 @@ use crate::Result;
 use crate::numeric::GoldenSection;
 use crate::observer::Observer;
 
-/// A ratio at which the leak is least or most among its neighbours.
+/// A local minimum or maximum of the leak.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct LeakExtremum {
     pub ratio: f64,
-    /// How far off the ratio may be, relative to it: what the chains at hand leave open.
+    /// Relative uncertainty of the ratio, as bracketed by the simulated chains.
     pub error: f64,
-    /// Leak per cell there.
+    /// Leak per cell at that ratio.
     pub leak: f64,
 }
 
-/// The leaks of a scan with their extremes.
+/// The leaks of a scan with their extrema.
 #[derive(Debug, Clone, PartialEq)]
 pub struct LeakCurve {
     pub leaks: Vec<Leak>,
-    /// In ascending order.
+    /// In ascending order of the ratio.
     pub minima: Vec<LeakExtremum>,
     /// The largest leak between each minimum and the next.
     pub maxima: Vec<LeakExtremum>,
 }
 
 impl LeakScan {
-    /// The leaks at ascending ratios, and from these on the extremes.
+    /// The leaks at the given ratios, sorted, and their refined extrema.
     ///
-    /// Near a localized wave the leak falls to nothing as `|ratio - exact|^q`, q a little above 2,
-    /// more steeply on one side than on the other, so that a parabola through three leaks has its
-    /// vertex a tenth of their distance off. High orders have a second minimum a part of a
-    /// percent below, shallow but deep enough to be taken for the first. So the ratios
-    /// about a minimum are looked at more closely, and each minimum seen there is narrowed down by
-    /// golden sections, which need only that the leak falls and rises, to where the leak is that of
-    /// rounding, or is flat, as on chains too short for the transients of the impact to fade. The
-    /// least counts. Its error reaches to the ratios on both sides beyond which four times its leak
-    /// was measured.
+    /// Near a localized wave the leak falls to zero as `|ratio - exact|^q` with q a little above 2,
+    /// more steeply on one side than on the other. The vertex of a parabola through three leaks is
+    /// therefore off by a tenth of their spacing. High orders have a second, shallower minimum a
+    /// fraction of a percent below, which can be mistaken for the first. Each minimum is therefore
+    /// resampled at a closer spacing. Each minimum found there is refined by golden-section search,
+    /// which needs only a leak that falls and then rises. The search ends early where the leak is
+    /// at rounding level, or flat, as on chains too short for the transients of the impact to fade.
+    /// The smallest leak is the result. Its error extends to the nearest ratios beyond which every
+    /// leak exceeds four times the smallest.
     ///
     /// # Errors
-    /// As [`LeakScan::run`]. Ratios that do not ascend are sorted.
+    /// As [`LeakScan::run`].
     pub fn curve(&self, ratios: &[f64], observer: &dyn Observer) -> Result<LeakCurve> {
         let mut ratios = ratios.to_vec();
         ratios.sort_by(f64::total_cmp);
@@ -75,7 +75,7 @@ impl LeakScan {
         })
     }
 
-    /// The least leak near the middle one of three that were seen.
+    /// The smallest leak near the middle one of three leaks.
     fn least(&self, around: [Leak; 3], observer: &dyn Observer) -> Result<LeakExtremum> {
         let mut seen = around.to_vec();
         let (near, _) = self.narrow([0, 1, 2], &mut seen, ExtremumKind::Least, NEAR, observer)?;
@@ -96,9 +96,9 @@ impl LeakScan {
         Ok(extreme(&best, error))
     }
 
-    /// Golden sections between the first and the last one of three leaks that were seen, to which
-    /// all that were measured are added, to a relative width that is enough; the best one, and the
-    /// width that is left.
+    /// Golden-section search between the first and the last of three leaks in `seen`, to the
+    /// relative width `enough`. Appends every measured leak to `seen`. Returns the best leak and
+    /// the remaining relative width.
     fn narrow(
         &self,
         around: [usize; 3],
@@ -141,7 +141,7 @@ impl LeakScan {
         Ok((best, high.ratio / low.ratio - 1.0))
     }
 
-    /// A leak that is that of rounding, or near it.
+    /// A leak at the level of rounding.
     fn rounding(&self) -> f64 {
         2e-13 / self.cells as f64
     }
@@ -162,7 +162,7 @@ enum ExtremumKind {
 }
 
 fn by_leak(leaks: &[Leak]) -> impl Fn(&usize, &usize) -> std::cmp::Ordering {
-    // What cannot be told is no maximum.
+    // A leak that is NaN is never the maximum.
     let size = |i: usize| match leaks[i].per_cell {
         x if x.is_nan() => f64::NEG_INFINITY,
         x => x,
@@ -170,8 +170,8 @@ fn by_leak(leaks: &[Leak]) -> impl Fn(&usize, &usize) -> std::cmp::Ordering {
     move |a, b| size(*a).total_cmp(&size(*b))
 }
 
-/// Relative distance from the best ratio to the nearer ones beyond which every leak seen is larger
-/// than `bound`.
+/// Relative distance from the best ratio to the nearest ratios beyond which every leak exceeds
+/// `bound`; the larger of both sides.
 fn uncertainty(mut seen: Vec<Leak>, best: &Leak, bound: f64) -> f64 {
     seen.sort_by(|a, b| a.ratio.total_cmp(&b.ratio));
     let small = |leak: &Leak| leak.per_cell.is_nan() || leak.per_cell <= bound;
@@ -181,9 +181,9 @@ fn uncertainty(mut seen: Vec<Leak>, best: &Leak, bound: f64) -> f64 {
     distance(first.saturating_sub(1)).max(distance((last + 1).min(seen.len() - 1)))
 }
 
-/// Relative distance of ratios that tells the two minima of a high order apart.
+/// Relative spacing of ratios that resolves the two minima of a high order.
 const NEAR: f64 = 1e-3;
-/// As many of these to each side of a minimum are looked at.
+/// Ratios at that spacing on either side of a minimum.
 const CLOSER: i32 = 12;
-/// Relative width of a bracket that needs no narrowing.
+/// Relative width of a bracket at which the search ends.
 const FINEST: f64 = 1e-8;

@@ -8,7 +8,7 @@ use super::series::Series;
 use super::wave::Alternation;
 
 impl Family {
-    /// The equations on a grid; theta is the stiffening, less 1 for the mass dimer.
+    /// The equations on a grid; theta is the stiffening, minus 1 for the mass dimer.
     pub(super) fn problem(&self, grid: Grid) -> Problem {
         let n = grid.half + 1;
         let (plain, ahead, behind) = (grid.kernel(0.0), grid.kernel(0.5), grid.kernel(-0.5));
@@ -73,7 +73,7 @@ impl Family {
         }
     }
 
-    /// The reverse of [`Family::sample`].
+    /// The inverse of [`Family::sample`].
     pub(super) fn series(&self, grid: Grid, values: &[f64]) -> [Series; 2] {
         match self.alternation {
             Alternation::Stiffness => {

@@ -1,4 +1,4 @@
-//! Dimers that differ in their ratio only, and the estimates of the ratios at which waves localize.
+//! Families of dimers that differ only in their ratio, and estimates of the localized ratios.
 
 use super::fast::Oscillator;
 use super::search::Search;
@@ -46,8 +46,8 @@ impl Family {
         Ok(roots.into_iter().map(|s| self.ratio(s)).collect())
     }
 
-    /// Prepares to find the waves of orders 1 to `last`. An order that has no starting values is
-    /// found out when its wave is asked for.
+    /// Prepares to find the waves of orders 1 to `last`. An order without starting values is
+    /// reported by [`Search::wave`].
     ///
     /// # Errors
     /// [`Error::Request`] for order 0 or an exponent that is not above 1, [`Error::Unresolved`]
@@ -59,12 +59,12 @@ impl Family {
         Ok(Search::new(self, slow, last))
     }
 
-    /// The search on a given slow wave, of which the estimates alone are of use.
+    /// A search on a given slow wave; only its estimates are meaningful.
     pub(super) fn search_on(self, slow: SlowWave, last: usize) -> Search {
         Search::new(self, slow, last)
     }
 
-    /// kappa or mu of a stiffening `kappa^{1/p}` or `1/mu`.
+    /// The ratio kappa or mu for a stiffening `kappa^{1/p}` or `1/mu`.
     pub(super) fn ratio(&self, stiffening: f64) -> f64 {
         match self.alternation {
             Alternation::Stiffness => stiffening.powf(self.exponent),
@@ -72,7 +72,7 @@ impl Family {
         }
     }
 
-    /// The reverse of [`Family::ratio`].
+    /// The inverse of [`Family::ratio`].
     pub(super) fn stiffening(&self, ratio: f64) -> f64 {
         match self.alternation {
             Alternation::Stiffness => ratio.powf(1.0 / self.exponent),

@@ -1,20 +1,21 @@
-//! The asymptotic estimate: a fast oscillation driven by the slow wave, left at rest behind it.
+//! The asymptotic estimate: a fast oscillator, driven by the slow wave, that is at rest behind it.
 
 use super::slow::SlowWave;
 use super::wave::Alternation;
 
-/// The linear oscillator `y'' + s W(t)^2 y = f(t)` of the fast part, with s the stiffening:
-/// `kappa^{1/p}`, or the reciprocal mass ratio.
+/// The linear oscillator `y'' + s W(t)^2 y = f(t)` of the fast part. The stiffening s is
+/// `kappa^{1/p}` or the inverse mass ratio.
 ///
-/// * Stiffness dimer: y the overlap of the stiff contact beyond its slow one `psi`,
+/// * Stiffness dimer: y is the overlap of the stiff contact minus its slow part `psi`,
 ///   `psi^p = (F(t+h) + F(t-h))/2`; `W^2 = 2 p psi^{p-1}`, `f = -psi''`, both even.
-/// * Mass dimer: y the difference of a light site's two overlaps, `W^2 = 2 p psi^{p-1}`,
-///   `f = F(t+1) - F(t-1)`, odd.
+/// * Mass dimer: y is the difference of the overlaps on both sides of a light site,
+///   `W^2 = 2 p psi^{p-1}`, `f = F(t+1) - F(t-1)`, odd.
 ///
-/// The solution at rest before the wave is at rest behind it where it has the symmetry of f, that
-/// is, where `integral f u = 0` over half of the time, u being the free oscillation of that
-/// symmetry. With `-psi'' u` integrated by parts twice, f becomes `psi^p` for the stiffness dimer. (The
-/// condition `y'(inf) = 0` alone has roots in between, at which y ends constant, but not at 0.)
+/// A solution at rest ahead of the wave is at rest behind it if it has the symmetry of f. The
+/// condition is `integral f u = 0` over the half line, where u is the free oscillation of that
+/// symmetry. For the stiffness dimer, integrating `-psi'' u` by parts twice replaces f by `psi^p`.
+/// (The condition `y'(inf) = 0` alone has further roots in between, at which y tends to a nonzero
+/// constant.)
 ///
 /// Source: K. R. Jayaprakash, Y. Starosvetsky, A. F. Vakakis, Phys. Rev. E 83 (2011) 036606.
 pub(super) struct Oscillator {
@@ -51,18 +52,18 @@ impl Oscillator {
         }
     }
 
-    /// Largest angular frequency at the stiffening 1.
+    /// Largest angular frequency for the stiffening 1.
     pub(super) fn fastest(&self) -> f64 {
         self.square.iter().fold(0.0, |m: f64, w| m.max(*w)).sqrt()
     }
 
-    /// The stiffenings of the first `count` orders, or of as many as are above rounding.
+    /// The stiffenings of the first `count` orders; fewer if the mismatch falls below rounding.
     pub(super) fn roots(&self, count: usize) -> Vec<f64> {
         let phase: f64 = 2.0 * self.step * self.square.iter().map(|w| w.sqrt()).sum::<f64>();
         let step = 0.5 / phase;
         let mut roots = Vec::with_capacity(count);
-        // Along the root of s, in which roots are almost equally far apart. The first order of the
-        // mass dimer, the homogeneous chain, has no root of its own.
+        // Scans the square root of s, in which roots are almost equidistant. Order 1 of the mass
+        // dimer (the homogeneous chain) is not a root.
         let mut root_of_s = if self.alternation == Alternation::Mass {
             roots.push(1.0);
             1.15
@@ -123,5 +124,5 @@ impl Oscillator {
 /// Steps per unit of time: at order 30 the error of a ratio is 1e-8.
 const STEPS_PER_TIME: f64 = 1500.0;
 
-/// What is left of `integral f u` by rounding, relative to `integral |f u|`.
+/// Rounding error of `integral f u`, relative to `integral |f u|`.
 const LEAST_MISMATCH: f64 = 1e-13;

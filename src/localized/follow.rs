@@ -1,4 +1,4 @@
-//! A wave followed from Hertz contacts to another exponent.
+//! Continuation of a wave from Hertz contacts to another exponent.
 
 use super::family::Family;
 use super::grid::Grid;
@@ -7,10 +7,12 @@ use super::resolve::NEWTON;
 use super::search::Search;
 
 impl Search {
-    /// The wave of an order, by steps of the exponent from 3/2, at which it is found by its count of
-    /// maxima, to this family's; `None` where a step that is as short as it may be fails.
+    /// Continues the wave of an order from the exponent 3/2, where its maxima are counted, to this
+    /// family's exponent. `None` where even the shortest step fails, and for the exponent 3/2
+    /// itself.
     ///
-    /// By the scaling, `psi^{p-1}` is what varies little from exponent to exponent.
+    /// Each step starts from an unchanged `psi^{p-1}`, which by scaling varies little with the
+    /// exponent.
     pub(super) fn followed(&self, order: usize) -> Option<(Grid, Root)> {
         let target = self.family.exponent;
         let mut family = Family {
@@ -68,8 +70,8 @@ impl Search {
 }
 
 const HERTZ: f64 = 1.5;
-/// Steps of the exponent.
+/// Longest and shortest steps of the exponent.
 const LONGEST: f64 = 0.02;
 const SHORTEST: f64 = 0.002;
-/// Relative change of theta in a step that is no jump to another order.
+/// A larger relative change of theta in a step is a jump to another order.
 const MOST_CHANGE: f64 = 0.05;

@@ -1,11 +1,11 @@
-//! Sampling times of a period, and what turns forces into overlaps on them.
+//! Time grids over a period, and the kernels that map forces to overlaps on them.
 
 use std::f64::consts::TAU;
 
 use super::dense::Matrix;
 use super::series::cosines;
 
-/// The times `t_j = j L / (2 N)`: from 0 to N for even functions, from 1 - N to N for others.
+/// The times `t_j = j L / (2 N)`: `j = 0..=N` for even functions, `j = 1 - N..=N` for others.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(super) struct Grid {
     /// N.
@@ -15,7 +15,7 @@ pub(super) struct Grid {
 }
 
 impl Grid {
-    /// The grid of about `density` times per unit of time on each side.
+    /// The grid of about `density` points per unit of time.
     pub(super) fn new(period: f64, density: f64) -> Grid {
         Grid {
             half: (0.5 * period * density).ceil() as usize,
@@ -27,8 +27,9 @@ impl Grid {
         0.5 * self.period * j as f64 / self.half as f64
     }
 
-    /// `g(t_m + shift)`, `m = 0..2N`, of the kernel with which `x(t) = sum_j g(t - t_j) f(t_j)`
-    /// solves `-x'' = f` up to the mean: `g(t) = (1/N) sum_k cos(w_k t) / w_k^2`.
+    /// Samples `g(t_m + shift)`, `m = 0..2N`, of the kernel
+    /// `g(t) = (1/N) sum_k cos(w_k t) / w_k^2`. With it, `x(t) = sum_j g(t - t_j) f(t_j)` solves
+    /// `-x'' = f` up to the mean.
     pub(super) fn kernel(&self, shift: f64) -> Vec<f64> {
         let (n, m) = (self.half, 2 * self.half);
         let table = cosines(4 * m);
@@ -45,8 +46,8 @@ impl Grid {
         kernel
     }
 
-    /// The row that gives the slope of a function at half a period from its values on the full
-    /// grid.
+    /// Differentiation row: multiplied by the values on the full grid, it gives the slope at half a
+    /// period.
     pub(super) fn slope_at_end(&self) -> Vec<f64> {
         let m = 2 * self.half;
         let w = TAU / self.period;
@@ -59,7 +60,8 @@ impl Grid {
             .collect()
     }
 
-    /// Adds to a block of `matrix` what an even kernel does to an even function.
+    /// Adds to a block of `matrix` the convolution of an even function with an even kernel, times
+    /// `factor`.
     pub(super) fn fill_even(
         &self,
         kernel: &[f64],
@@ -77,7 +79,8 @@ impl Grid {
         }
     }
 
-    /// Adds what a kernel does to any function f, or to `f(-t)`, given on the full grid.
+    /// Adds the convolution of a function f, or of `f(-t)`, on the full grid with a kernel, times
+    /// `factor`.
     pub(super) fn fill_full(
         &self,
         kernel: &[f64],
@@ -89,7 +92,7 @@ impl Grid {
         let first = m + 1 - self.half;
         for i in 0..m {
             for j in 0..m {
-                // The times are i and j steps after that of index 1 - N.
+                // i and j count from the time of index 1 - N.
                 let lag = if reversed {
                     i + j + 2 * first
                 } else {
@@ -105,7 +108,7 @@ impl Grid {
 mod tests {
     use super::*;
 
-    /// `-x'' = cos(2 w t)` and `-x'' = cos(2 w (t + s))` on either grid.
+    /// `-x'' = cos(2 w t)` and `-x'' = cos(2 w (t + s))` on both grids.
     #[test]
     fn val_closed_form_kernels_integrate_twice() {
         let grid = Grid {

@@ -1,4 +1,4 @@
-//! A chain that starts with a localized wave, and how well the wave keeps on it.
+//! Chains that start with a localized wave, and how well they preserve it.
 
 use ndarray::ArrayView1;
 
@@ -10,33 +10,33 @@ use crate::observer::Observer;
 use crate::system::memory::available_memory;
 use crate::{Error, Result};
 
-/// What is left of a wave after some cells.
+/// State of a wave after some cells.
 #[derive(Debug, Clone, Copy, PartialEq, serde::Serialize)]
 pub struct Travel {
     /// Cells travelled, of unit time each.
     pub cells: usize,
-    /// Largest difference of any velocity from that of the site as many cells back at the start,
-    /// relative to the largest velocity.
+    /// Largest difference between the velocities and the initial ones shifted by `cells` cells,
+    /// relative to the largest initial velocity.
     pub shape_change: f64,
-    /// Share of the energy that was left behind, per cell.
+    /// Fraction of the energy left behind, per cell.
     pub leak: f64,
     /// Drift of the total energy, relative.
     pub energy_drift: f64,
 }
 
-/// A wave's way along a chain that starts with it.
+/// Propagation of a wave along a chain that starts with it.
 #[derive(Debug, Clone, PartialEq, serde::Serialize)]
 pub struct Journey {
     pub order: usize,
     #[serde(flatten)]
     pub ratio: Ratio,
-    /// Of the stepping, relative to the largest velocity.
+    /// Local error of the time integration, relative to the largest velocity.
     pub local_error: f64,
-    /// At the end of the way.
+    /// After the last cell.
     #[serde(flatten)]
     pub arrived: Travel,
-    /// Largest difference of any velocity at the end from a run of ten times the local error,
-    /// relative to the largest velocity: what the stepping may be wrong by, ten times over.
+    /// Largest difference of the final velocities from a run with ten times the local error,
+    /// relative to the largest velocity. It overestimates the integration error about tenfold.
     pub stepping_error: f64,
     /// After each cell.
     #[serde(skip)]
@@ -47,8 +47,8 @@ pub struct Journey {
 }
 
 impl Wave {
-    /// Starts a chain with the wave, at a local error of 1e-13 a step, and compares it with its
-    /// start after every cell.
+    /// Starts a chain with the wave, at a local error of 1e-13 per step, and compares it with the
+    /// initial wave after every cell.
     ///
     /// # Errors
     /// [`Error::Request`] for no cells, [`Error::Memory`] for too many; [`Error::Cancelled`].
@@ -60,7 +60,7 @@ impl Wave {
                 found: "0".into(),
             });
         }
-        // Sites times samples, velocities and displacements.
+        // A velocity and a displacement (16 bytes) per site and sample.
         let sites = (cells as u64)
             .saturating_add(2 * self.reach() as u64)
             .saturating_mul(2);
@@ -101,13 +101,13 @@ impl Wave {
         })
     }
 
-    /// Cells on each side of its centre that the wave can be felt in.
+    /// Half width of the wave in cells; it is zero outside.
     fn reach(&self) -> usize {
         (0.5 * self.overlap[0].period()).ceil() as usize + 1
     }
 
-    /// The chain on which the wave has its ratio: `cells` cells, free in front of the first site,
-    /// with a wall after the last one.
+    /// The dimer chain that carries the wave: `cells` cells, a free first site, a wall behind the
+    /// last site.
     pub fn chain(&self, cells: usize) -> Chain {
         let pair = |[a, b]: [f64; 2]| (0..2 * cells).map(move |j| if j % 2 == 0 { a } else { b });
         Chain {
@@ -126,8 +126,8 @@ impl Wave {
         }
     }
 
-    /// A run that starts with the wave near its first sites and ends `cells` unit times later, when
-    /// the wave has passed as many cells; one sample a unit of time.
+    /// A run that starts with the wave on the first cells and lasts `cells` units of time, in which
+    /// the wave travels `cells` cells. One sample per unit of time.
     pub fn launch(&self, cells: usize, local_error: f64) -> Simulation {
         let reach = self.reach();
         let total = cells + 2 * reach;
@@ -161,8 +161,8 @@ impl Wave {
         }
     }
 
-    /// Compares the wave at a sample of a run of [`Wave::launch`] with its start; `None` for a
-    /// sample that is not there, or displacements that were not recorded.
+    /// Compares sample `cells` of a run of [`Wave::launch`] with the initial wave; `None` if the
+    /// sample does not exist or displacements were not recorded.
     pub fn travelled(&self, run: &Run, cells: usize) -> Option<Travel> {
         let displacement = run.displacement.as_ref()?;
         if cells == 0 || cells >= run.time.len() {
@@ -184,7 +184,7 @@ impl Wave {
         let first: f64 = energies(displacement.row(0), start).iter().sum();
         let last = energies(displacement.row(cells), now);
         let total: f64 = last.iter().sum();
-        // At the start the wave's own sites begin with the first.
+        // The initial wave begins at the first site, so the sites before `shifted` are behind it.
         let behind: f64 = last[..shifted].iter().sum();
         Some(Travel {
             cells,
@@ -195,5 +195,5 @@ impl Wave {
     }
 }
 
-/// Of the stepping of a journey.
+/// Local error of the time integration of a journey.
 const LOCAL_ERROR: f64 = 1e-13;

@@ -1,4 +1,4 @@
-//! What the leading pulse of a struck dimer loses per cell, measured on simulated chains.
+//! Energy loss per cell of the leading pulse in a struck dimer, measured on simulated chains.
 
 use rayon::prelude::*;
 
@@ -8,39 +8,39 @@ use crate::chain::{Accuracy, Chain, EndTime, Ends, Law, Losses, Record, Run, Sim
 use crate::observer::{Observer, Silent};
 use crate::{Error, Result};
 
-/// Chains that are struck, one for each ratio.
+/// Struck chains, one per ratio.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct LeakScan {
     pub family: Family,
     pub cells: usize,
-    /// Of the stepping, relative to the speed of the striker.
+    /// Local error of the time integration, relative to the speed of the striker.
     pub local_error: f64,
 }
 
-/// The loss of one chain's leading pulse.
+/// Energy loss of one chain's leading pulse.
 #[derive(Debug, Clone, Copy, PartialEq, serde::Serialize)]
 pub struct Leak {
     /// kappa or mu.
     pub ratio: f64,
-    /// Relative decrease of the pulse's energy per cell; NaN where it cannot be told.
+    /// Relative decrease of the pulse's energy per cell; NaN if not measurable.
     pub per_cell: f64,
-    /// The pulse's share of the energy of the impact, at the end of the chain.
+    /// Fraction of the impact energy in the pulse at the end of the chain.
     pub energy: f64,
-    /// Cells passed per unit of time there.
+    /// Speed of the pulse over the fitted distance, in cells per unit of time.
     pub speed: f64,
 }
 
 impl LeakScan {
-    /// The leaks at the given ratios, in their order, computed side by side.
+    /// The leaks at the given ratios, in their order, computed in parallel.
     ///
-    /// The leading pulse is what lies up to [`REACH`] cells behind its peak and all that is in
-    /// front. Its energy is fitted as an exponential of the distance along the second half of the
-    /// chain, or of that part of it before waves behind it catch up with it (it then gains energy),
-    /// which they do where most is shed. A leak below about 1e-15 is rounding.
+    /// The leading pulse comprises [`REACH`] cells behind its peak and everything in front. Its
+    /// energy is fitted by an exponential of the distance over the second half of its path. Where
+    /// the leak is large, trailing waves catch up with the pulse, which then gains energy; its path
+    /// ends before that. A leak below about 1e-15 is rounding.
     ///
     /// # Errors
-    /// [`Error::Request`] for chains too short for a pulse to stand alone, or too long, and for ratios that are
-    /// not positive; those of [`Simulation::run`].
+    /// [`Error::Request`] for chains too short to isolate a pulse, or too long, and for ratios that
+    /// are not positive; those of [`Simulation::run`].
     pub fn run(&self, ratios: &[f64], observer: &dyn Observer) -> Result<Vec<Leak>> {
         self.check()?;
         observer.stage("chains", ratios.len() as u64);
@@ -99,7 +99,7 @@ impl LeakScan {
         let mut simulation = Simulation::impact(chain, 1.0, 1.0, 2);
         simulation.estimate_error = false;
         simulation.record = Record::default();
-        // When the pulse arrives need not be known to more than a part of a cell.
+        // The arrival time need only be accurate to a fraction of a cell.
         simulation.end_time = EndTime::Arrival;
         simulation.accuracy = Accuracy::LocalError(self.local_error.max(1e-5));
         let probe = simulation.run(&Silent)?;
@@ -117,12 +117,12 @@ impl LeakScan {
 
 /// Cells behind the peak that belong to the leading pulse.
 pub const REACH: usize = 6;
-/// Cells of a chain that is struck, at most: hours for each.
+/// Largest number of cells of a chain; such a run takes hours.
 const MOST_CELLS: usize = 100_000;
 const SAMPLES: usize = 81;
-/// Share of the largest energy of a cell above which a peak is a pulse.
+/// A peak above this fraction of the largest cell energy is a pulse.
 const FOREMOST: f64 = 1e-3;
-/// Relative gain of energy from sample to sample that tells of waves catching up.
+/// Relative gain of energy between samples that indicates waves catching up.
 const GAIN: f64 = 1e-3;
 
 fn measure(ratio: f64, run: &Run) -> Result<Leak> {
@@ -142,7 +142,7 @@ fn measure(ratio: f64, run: &Run) -> Result<Leak> {
         run.chain.site_energies(&x, &v, 0.0, &mut energies);
         let cell = |c: usize| energies[2 * c] + energies[2 * c + 1];
         let largest = (0..sites / 2).map(cell).fold(0.0, f64::max);
-        // The foremost pulse; after much loss it is not the largest one.
+        // The leading pulse; after large losses it is not the largest one.
         let front = (1..sites / 2).rev();
         let peak = front
             .filter(|&c| cell(c) > FOREMOST * largest)
@@ -189,7 +189,7 @@ fn measure(ratio: f64, run: &Run) -> Result<Leak> {
     })
 }
 
-/// The indices of the leaks, ordered by ratio, that are smaller than both of their neighbours.
+/// Indices of the local minima of leaks that are ordered by ratio.
 pub fn minima(leaks: &[Leak]) -> Vec<usize> {
     let least = |w: &[Leak]| w[1].per_cell < w[0].per_cell && w[1].per_cell <= w[2].per_cell;
     let inner = leaks.windows(3).enumerate();

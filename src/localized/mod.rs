@@ -1,25 +1,25 @@
-//! Localized waves: pulses that travel through a dimer and leave nothing behind.
+//! Localized waves: pulses that travel along a dimer chain and leave no energy behind.
 //!
-//! With the time unit that the pulse takes over one cell of two contacts, and `psi = F^{1/p}` of
-//! the force F in a contact, a travelling wave of the stiffness dimer solves, with `h = 1/2`,
+//! The unit of time is the travel time over one cell (two contacts), `h = 1/2`, and `psi = F^{1/p}`
+//! for the contact force F. A travelling wave of the stiffness dimer solves
 //!
 //! ```text
 //! S''(t)       = P(t+h)^p + P(t-h)^p - 2 S(t)^p         soft contacts
 //! eps P''(t)   = S(t+h)^p + S(t-h)^p - 2 P(t)^p         stiff contacts, eps = kappa^{-1/p}
 //! ```
 //!
-//! and of the mass dimer (masses 1 and mu, `a` and `b` the contacts before and after the light
-//! site)
+//! and one of the mass dimer (masses 1 and mu; `a` and `b` are the contacts before and after the
+//! light site)
 //!
 //! ```text
 //! a''(t) = b(t+h)^p + b(t-h)^p / mu - (1 + 1/mu) a(t)^p,    b(t) = a(-t).
 //! ```
 //!
-//! Solutions that decay on both sides exist at isolated ratios only. [`Search::wave`] finds the one
-//! of a given order, the ratio being one of the unknowns; [`Family::estimates`] gives the estimates
-//! of a fast oscillation on the slow wave of the limit; [`LeakScan`] measures on simulated chains
-//! what a pulse loses per cell, and where that is least and most; [`Comparison`] puts all of it side
-//! by side, with the angles of crossed cylinders, and [`Wave::journey`] starts a chain with a wave.
+//! Solutions that decay on both sides exist at isolated ratios only. [`Search::wave`] solves for
+//! the wave of a given order, with the ratio as an unknown. [`Family::estimates`] gives asymptotic
+//! estimates: a fast oscillation driven by the slow wave. [`LeakScan`] measures the energy loss of
+//! a pulse per cell on simulated chains, and its minima and maxima. [`Comparison`] tabulates all of
+//! these, with the angles of crossed cylinders. [`Wave::journey`] starts a chain with a wave.
 //!
 //! Sources: J. M. English, R. L. Pego, *On the solitary wave pulse in a chain of beads*, Proc.
 //! AMS 133 (2005) 1763 (the equation as a convolution); K. R. Jayaprakash, Y. Starosvetsky,

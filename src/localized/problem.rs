@@ -1,17 +1,17 @@
-//! Travelling waves as roots: `u = mean + (K0 + theta K1) F(u)` with side conditions.
+//! Travelling waves as roots of `u = mean + (K0 + theta K1) F(u)` with side conditions.
 
 use super::dense::Matrix;
 
-/// The unknowns are the values u at the times of a grid, one mean for each block of them, and the
-/// parameter theta; `F(u) = max(u, 0)^p`. Twice integrated, the equations of motion have smooth
-/// kernels; what integrating loses, means and slopes, is settled by the conditions.
+/// The unknowns are the values u at the grid times, one mean per block, and the parameter theta;
+/// `F(u) = max(u, 0)^p`. The equations of motion are integrated twice, which makes the kernels
+/// smooth. The conditions fix the integration constants (means and slopes).
 #[derive(Debug)]
 pub(super) struct Problem {
     pub(super) exponent: f64,
     pub(super) constant: Matrix,
-    /// What theta multiplies; `None` where there is no parameter.
+    /// K1, the factor of theta; `None` without a parameter.
     pub(super) linear: Option<Matrix>,
-    /// Unknown values in a block: those of one function.
+    /// Unknown values per block; a block holds one function.
     pub(super) block: usize,
     pub(super) symmetry: Symmetry,
     /// Conditions `sum_j row_j u_j = 0`.
@@ -20,7 +20,7 @@ pub(super) struct Problem {
     pub(super) on_forces: Vec<Vec<f64>>,
 }
 
-/// A root, or where the iteration was left.
+/// A root, or the last iterate.
 #[derive(Debug, Clone)]
 pub(super) struct Root {
     pub(super) values: Vec<f64>,
@@ -31,15 +31,15 @@ pub(super) struct Root {
     pub(super) converged: bool,
 }
 
-/// What is known of the unknown functions.
+/// Symmetry of the unknown functions.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(super) enum Symmetry {
-    /// Even, so that a block holds half a period, its ends included.
+    /// Even: a block holds half a period, both ends included.
     Even,
     None,
 }
 
-/// Whether theta is held or solved for.
+/// Whether theta is fixed or solved for.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(super) enum Parameter {
     Held,
@@ -47,8 +47,8 @@ pub(super) enum Parameter {
 }
 
 impl Problem {
-    /// Newton's steps from `values` at `theta`; with theta held and more conditions than unknowns,
-    /// those of Gauss and Newton towards the least residual.
+    /// Newton's method from `values` and `theta`, with at most `most` steps. With more equations
+    /// than unknowns (theta fixed), Gauss-Newton steps minimize the residual.
     pub(super) fn iterate(
         &self,
         parameter: Parameter,
@@ -77,7 +77,8 @@ impl Problem {
                 jacobian.least_squares(&residual)?
             };
             let change = largest(&step[..n]) / size;
-            // A parameter that is barely determined far from a root must not leave its range.
+            // Far from a root the parameter is ill-determined; a step must not take it out of
+            // range.
             let relative = step
                 .get(n + means.len())
                 .map_or(0.0, |d| d.abs() / root.theta.abs());
@@ -189,11 +190,11 @@ impl Problem {
     }
 }
 
-/// Relative change of theta in one step beyond which the step is shortened.
+/// Largest relative change of theta per step; longer steps are damped.
 const MOST_CHANGE: f64 = 0.15;
-/// Relative change of the values at which a root is as good as rounding allows.
+/// Relative change of the values at which the iteration has converged to rounding.
 const ROUNDING: f64 = 1e-14;
-/// Relative change below which changes that no longer halve are rounding.
+/// Below this relative change, the iteration has converged once the changes no longer halve.
 const NEAR: f64 = 1e-9;
 
 fn largest(values: &[f64]) -> f64 {

@@ -1,11 +1,11 @@
-//! A wave as arrays, to write and to draw.
+//! A wave sampled into arrays, for output and plots.
 
 use super::wave::Wave;
 
-/// A wave at uniform times about its centre, its two contacts and sites side by side.
+/// A wave sampled at uniform times about its centre, at its two contacts and two sites.
 ///
-/// Contact 0 is soft in a stiffness dimer and before the light site in a mass dimer; each contact
-/// has its own centre at time 0, sites have that of contact 0.
+/// Contact 0 is soft in a stiffness dimer and before the light site in a mass dimer. Time 0 is the
+/// centre of the pulse at each contact; for both sites it is that of contact 0.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Snapshot {
     /// In units of the time that the wave takes over a cell.
@@ -22,7 +22,7 @@ pub struct Snapshot {
 }
 
 impl Wave {
-    /// The wave at `2 half + 1` times over its period: there is nothing outside.
+    /// The wave at `2 half + 1` times over its period; it is zero outside.
     pub fn profile(&self, half: usize) -> Snapshot {
         let end = 0.5 * self.overlap[0].period();
         let time: Vec<f64> = (0..=2 * half)

@@ -1,4 +1,4 @@
-//! A wave on grids: its first root, the resolution raised, the period made longer.
+//! Grid convergence of a wave: the first root, a finer resolution, a longer period.
 
 use super::convergence::Convergence;
 use super::family::Family;
@@ -11,7 +11,8 @@ use crate::Result;
 
 impl Search {
     /// The wave of order 1: that of the homogeneous chain, at the ratio 1. (For the mass dimer this
-    /// is a double root, since mu and 1/mu are one chain, so that Newton's steps do not end at it.)
+    /// is a double root, since mu and 1/mu are the same chain. Newton's method does not converge to
+    /// it.)
     pub(super) fn homogeneous(&self) -> Result<Wave> {
         let series = solitary(self.family.exponent, 0.5, 1.0)?;
         let grid = Grid {
@@ -30,7 +31,7 @@ impl Search {
         Ok(self.assemble(grid, &root, Changes::default()))
     }
 
-    /// The coarsest grid that a wave is looked for on.
+    /// The coarsest grid on which a wave is searched for.
     pub(super) fn coarsest(&self, stiffening: f64) -> Grid {
         let fastest = self.fastest * stiffening.sqrt();
         let density = (LEAST_FREQUENCY + 2.0 * fastest) / std::f64::consts::PI;
@@ -68,7 +69,7 @@ impl Search {
         root.converged.then_some((grid, root))
     }
 
-    /// Raises the resolution until the ratio stands, then makes the period longer.
+    /// Raises the resolution until the ratio converges, then extends the period once.
     pub(super) fn refine(
         &self,
         mut grid: Grid,
@@ -132,7 +133,7 @@ impl Search {
         Ok(wave)
     }
 
-    /// The same root on another grid.
+    /// Solves for the same root on another grid.
     fn again(&self, from: Grid, root: &Root, to: Grid, order: usize) -> Result<Root> {
         let values = self
             .family
@@ -204,12 +205,12 @@ impl Search {
     }
 }
 
-/// By what the order of a wave is known.
+/// How the order of a wave was identified.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(super) enum Identity {
-    /// The maxima of its fast part.
+    /// By counting the maxima of its fast part.
     Counted,
-    /// That of the wave that it was followed from.
+    /// By continuation from a wave of known order.
     Followed,
 }
 
@@ -220,13 +221,13 @@ pub(super) struct Changes {
     period: f64,
 }
 
-/// Relative change of the ratio at which the resolution is enough.
+/// Relative change of the ratio at which refinement ends.
 const GOAL: f64 = 1e-12;
-/// Relative change of the ratio beyond which no digit that is promised stands.
+/// A larger relative change of the ratio means that refinement has not converged.
 const LARGEST_CHANGE: f64 = 1e-6;
 const LONGER: f64 = 1.2;
-/// Steps at a held ratio, and Newton's steps at most.
+/// Most Gauss-Newton steps at a fixed ratio, and most Newton steps.
 const HELD: usize = 5;
 pub(super) const NEWTON: usize = 25;
-/// Angular frequency that the coarsest grid resolves beyond the fast part's.
+/// Angular frequency that the coarsest grid resolves beyond twice that of the fast part.
 const LEAST_FREQUENCY: f64 = 35.0;

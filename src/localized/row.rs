@@ -1,42 +1,41 @@
-//! What is known of one order.
+//! Results for one order.
 
 use super::angle::Angle;
 use super::convergence::Convergence;
 use super::published::Published;
 use super::wave::{Ratio, Wave};
 
-/// What is known of one order; all numbers at unit cell time.
+/// Results for one order; all numbers are at unit cell time.
 #[derive(Debug, Clone, serde::Serialize)]
 pub struct OrderRow {
     pub order: usize,
     pub exact: Option<Exact>,
-    /// Why there is no exact one.
+    /// Why `exact` is missing.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub reason: Option<String>,
     pub asymptotic: Option<Asymptotic>,
-    /// The least leak near this order; only where chains were struck, and found it.
+    /// The minimum of the leak near this order; only if simulated chains show it.
     pub direct: Option<Direct>,
-    /// The largest leak between this order and the next; only where chains were struck, and found
-    /// both.
+    /// The largest leak between this order and the next; only if simulated chains show both minima.
     pub most_dispersive: Option<Direct>,
-    /// Only where cylinders were asked for.
+    /// Only if cylinders were requested.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub angle: Option<Angle>,
-    /// Only of stiffness dimers of Hertz contacts.
+    /// Only for stiffness dimers of Hertz contacts.
     pub published: Option<Published>,
     pub differences: Differences,
     #[serde(skip)]
     pub wave: Option<Wave>,
 }
 
-/// The localized wave's numbers.
+/// Properties of the localized wave.
 #[derive(Debug, Clone, Copy, PartialEq, serde::Serialize)]
 pub struct Exact {
     #[serde(flatten)]
     pub ratio: Ratio,
     /// Estimated relative error of the ratio.
     pub error: f64,
-    /// Significant digits of the ratio that stand.
+    /// Correct significant digits of the ratio.
     pub digits: u32,
     #[serde(flatten)]
     pub convergence: Convergence,
@@ -48,7 +47,7 @@ pub struct Exact {
     pub momentum: f64,
     /// Largest difference of the velocity of site 0 from its mirror image, relative to its peak.
     pub velocity_asymmetry: f64,
-    /// The same of the force in contact 0.
+    /// The same for the force in contact 0.
     pub force_asymmetry: f64,
 }
 
@@ -60,22 +59,22 @@ pub struct Asymptotic {
     pub fitted_profile: Option<f64>,
 }
 
-/// An extreme of the leak of simulated chains.
+/// An extremum of the leak of simulated chains.
 #[derive(Debug, Clone, Copy, PartialEq, serde::Serialize)]
 pub struct Direct {
     #[serde(flatten)]
     pub ratio: Ratio,
     /// Relative error of the ratio.
     pub error: f64,
-    /// Relative loss of energy per cell there.
+    /// Relative loss of energy per cell at that ratio.
     pub leak: f64,
-    /// Only where cylinders were asked for.
+    /// Only if cylinders were requested.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub angle: Option<Angle>,
 }
 
-/// Relative differences of ratios from the exact one; of the published estimate, from ours on the
-/// same fitted profile.
+/// Relative differences from the exact ratio. `published_estimate` is relative to our estimate on
+/// the same fitted profile.
 #[derive(Debug, Clone, Copy, Default, PartialEq, serde::Serialize)]
 pub struct Differences {
     pub exact_profile: Option<f64>,
@@ -86,7 +85,7 @@ pub struct Differences {
 }
 
 impl Exact {
-    /// Reads them off a wave.
+    /// Computes the properties of a wave.
     pub fn of(wave: &Wave) -> Exact {
         let error = wave.convergence.error();
         Exact {

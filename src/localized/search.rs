@@ -13,7 +13,7 @@ pub struct Search {
     pub(super) family: Family,
     pub(super) slow: SlowWave,
     pub(super) fastest: f64,
-    /// Of one order beyond the last one asked for, where there is an estimate of it.
+    /// Estimated stiffenings of orders 1 to `last + 1`; fewer if the estimates end earlier.
     stiffenings: Vec<f64>,
     last: usize,
     pub(super) most_points: usize,
@@ -32,8 +32,8 @@ impl Search {
         }
     }
 
-    /// The same with at most so many times on half of a period (by default 700): waves that need
-    /// more are found with a larger error, or not at all.
+    /// Limits grids to `most_points` points per half period (700 by default). Waves that need more
+    /// points are found with a larger error, or not at all.
     pub fn with_most_points(self, most_points: usize) -> Search {
         Search {
             most_points,
@@ -41,7 +41,7 @@ impl Search {
         }
     }
 
-    /// The exact homogeneous wave that the estimates build on.
+    /// The exact homogeneous wave on which the estimates are based.
     pub fn slow(&self) -> &SlowWave {
         &self.slow
     }
@@ -54,14 +54,14 @@ impl Search {
         Some(self.family.ratio(*stiffening))
     }
 
-    /// The localized wave of an order, its ratio included.
+    /// The localized wave of an order, including its ratio.
     ///
-    /// From the estimate, values at a held ratio come first, by Gauss and Newton's steps, then the
-    /// ratio with them. The maxima of the fast part, counted, and the nearest estimate tell which
-    /// order was found; where they do not say this one, or nothing is found, other starts around
-    /// the estimate are tried, and at last the wave of Hertz contacts is followed from exponent to
-    /// exponent. Then the resolution is raised until the ratio stands, and the period
-    /// made longer once.
+    /// Starting from the estimate, Gauss-Newton steps at a fixed ratio improve the values; Newton
+    /// steps then solve for values and ratio together. The number of maxima of the fast part and
+    /// the nearest estimate identify the order. If they do not both give this order, or no root is
+    /// found, other starting ratios around the estimate are tried. The last resort is continuation
+    /// in the exponent from the wave of Hertz contacts. Finally, the resolution is raised until the
+    /// ratio converges, and the period is extended once.
     ///
     /// # Errors
     /// [`Error::Request`] for an order that was not prepared, [`Error::Unresolved`] where no start
@@ -112,11 +112,11 @@ impl Search {
         ))
     }
 
-    /// The localized wave that Newton's steps lead to from a ratio, of whatever order.
+    /// The localized wave, of any order, to which Newton's method converges from a ratio.
     ///
     /// # Errors
     /// [`Error::Request`] for a ratio that is not positive, [`Error::Unresolved`] where the steps
-    /// lead nowhere, or to a wave whose order cannot be told.
+    /// do not converge, or converge to a wave of ambiguous order.
     pub fn wave_from(&self, ratio: f64) -> Result<Wave> {
         if !(ratio > 0.0 && ratio.is_finite()) {
             return Err(Error::Request {
@@ -156,13 +156,13 @@ impl Search {
         self.refine(grid, root, wave.order, Identity::Counted)
     }
 
-    /// Whether the count of maxima and the nearest estimate both say so.
+    /// Whether the number of maxima and the nearest estimate both give this order.
     fn is_of(&self, wave: &Wave, order: usize) -> bool {
         wave.order == order && self.nearest(wave.ratio) == order
     }
 
-    /// The order of the estimate that is nearest to a ratio, in the root of the stiffening, in
-    /// which orders are almost equally far apart.
+    /// The order of the estimate nearest to a ratio. Distances are taken in the square root of the
+    /// stiffening, in which orders are almost equidistant.
     fn nearest(&self, ratio: f64) -> usize {
         let root = self.family.stiffening(ratio).sqrt();
         let far = |s: &f64| (s.sqrt() - root).abs();
@@ -173,5 +173,5 @@ impl Search {
     }
 }
 
-/// Where to start, in orders from the estimate.
+/// Offsets of the starting points from the estimate, in orders.
 const OFFSETS: [f64; 9] = [0.0, -0.25, 0.25, -0.5, 0.5, -0.75, 0.75, -1.0, 1.0];

@@ -1,4 +1,4 @@
-//! Functions of time as trigonometric sums.
+//! Functions of time as Fourier series.
 
 use std::f64::consts::TAU;
 
@@ -12,8 +12,8 @@ pub struct Series {
 }
 
 impl Series {
-    /// The sum through values at the times `t_j = j L / (2 N)`, `j = 0..=N`, of an even function
-    /// of period L.
+    /// The series that interpolates values at the times `t_j = j L / (2 N)`, `j = 0..=N`, of an
+    /// even function of period L.
     pub(super) fn even(period: f64, values: &[f64]) -> Series {
         let n = values.len() - 1;
         let table = cosines(2 * n);
@@ -33,7 +33,7 @@ impl Series {
         }
     }
 
-    /// The sum through values at the 2 N times `t_j = j L / (2 N)`, `j = 1 - N..=N`.
+    /// The series that interpolates values at the 2 N times `t_j = j L / (2 N)`, `j = 1 - N..=N`.
     pub(super) fn full(period: f64, values: &[f64]) -> Series {
         let (m, n) = (values.len(), values.len() / 2);
         let table = cosines(4 * m);
@@ -41,7 +41,8 @@ impl Series {
         let (mut cosine, mut sine) = (vec![0.0; n + 1], vec![0.0; n + 1]);
         for k in 0..=n {
             for (j, value) in values.iter().enumerate() {
-                // In units of a full turn over 4 m, from the first time, j - (n - 1) = j + n + 1.
+                // Phase in units of 2 pi / (4 m). The time index is j - (n - 1) = j + n + 1 modulo
+                // m.
                 let turn = 4 * (k * (j + n + 1) % m);
                 cosine[k] += value * table[turn];
                 sine[k] += value * table[(turn + 3 * m) % (4 * m)];
@@ -58,7 +59,7 @@ impl Series {
         }
     }
 
-    /// Number of frequencies beside 0.
+    /// Number of nonzero frequencies.
     pub(super) fn len(&self) -> usize {
         self.cosine.len() - 1
     }
@@ -67,8 +68,8 @@ impl Series {
         self.period
     }
 
-    /// The largest amplitude among the last tenth of the terms, relative to the largest of all:
-    /// what the resolution leaves out.
+    /// The largest amplitude among the last tenth of the terms, relative to the largest of all: a
+    /// measure of the truncation error.
     pub fn spectral_tail(&self) -> f64 {
         let size: Vec<f64> = (self.cosine.iter().zip(&self.sine))
             .map(|(c, s)| c.hypot(*s))

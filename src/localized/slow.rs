@@ -1,4 +1,4 @@
-//! The solitary wave of the homogeneous chain: exact, and as fitted by others.
+//! The solitary wave of the homogeneous chain: exact, and by a published fit.
 
 use super::dense::Matrix;
 use super::grid::Grid;
@@ -6,8 +6,8 @@ use super::problem::{Parameter, Problem, Symmetry};
 use super::series::Series;
 use crate::{Error, Result};
 
-/// `psi(t) = F^{1/p}` of the solitary wave of
-/// `psi'' = (1/m) [psi(t+H)^p - 2 psi^p + psi(t-H)^p]`, which passes a site in the time H.
+/// `psi(t) = F^{1/p}` of the solitary wave of `psi'' = (1/m) [psi(t+H)^p - 2 psi^p + psi(t-H)^p]`.
+/// H is the travel time per site.
 #[derive(Debug, Clone)]
 pub struct SlowWave {
     pub(super) exponent: f64,
@@ -21,8 +21,8 @@ enum SlowShape {
 }
 
 impl SlowWave {
-    /// The wave that a dimer's tends to where its fast part has no inertia: H = 1, m = 2. Exact to
-    /// rounding, by Newton's method for the equation as a convolution, `psi = g * psi^p`.
+    /// The limit of a dimer's wave when its fast part has no inertia: H = 1, m = 2. Exact to
+    /// rounding, by Newton's method for the convolution form `psi = g * psi^p`.
     ///
     /// # Errors
     /// [`Error::Request`] for an exponent that is not above 1, [`Error::Unresolved`] where the wave
@@ -35,10 +35,10 @@ impl SlowWave {
         })
     }
 
-    /// The same by the fit of S. Sen, J. Hong, J. Bang, E. Avalos, R. Doney, *Solitary waves in
-    /// the granular chain*, Phys. Rep. 462 (2008) 21: displacement
-    /// `(A/2) tanh[(C1 t + C3 t^3 + C5 t^5)/2]`, Hertz contacts. The fit leaves A open; here the
-    /// peak is that of the exact wave.
+    /// The same wave by the fit of S. Sen, J. Hong, J. Bang, E. Avalos, R. Doney, *Solitary waves
+    /// in the granular chain*, Phys. Rep. 462 (2008) 21: displacement
+    /// `(A/2) tanh[(C1 t + C3 t^3 + C5 t^5)/2]`, Hertz contacts. The fit does not determine A; here
+    /// the peak is that of the exact wave.
     ///
     /// # Errors
     /// As [`SlowWave::exact`].
@@ -65,7 +65,7 @@ impl SlowWave {
         self.overlap(time).max(0.0).powf(self.exponent)
     }
 
-    /// Times per unit of time that resolve the wave.
+    /// Grid points per unit of time that resolve the wave.
     pub(super) fn density(&self) -> f64 {
         match &self.shape {
             SlowShape::Exact(series) => 2.0 * series.len() as f64 / series.period(),
@@ -91,14 +91,14 @@ fn fitted_overlap(time: f64) -> f64 {
     displacement(time + 0.5) - displacement(time - 0.5)
 }
 
-/// The solitary wave of site time `delay` and inverse mass `rate`.
+/// The solitary wave with the travel time `delay` per site and the inverse mass `rate`.
 pub(super) fn solitary(exponent: f64, delay: f64, rate: f64) -> Result<Series> {
     check_exponent(exponent)?;
     let mut period = 5.0 * delay;
     let mut density = 16.0 / delay;
     while 0.5 * period * density < MOST_POINTS {
         let series = solitary_on(Grid::new(period, density), exponent, delay, rate)?;
-        // The tail falls doubly exponentially: past this point it is rounding.
+        // The tail decays doubly exponentially; beyond this level it is rounding.
         let tail = series.value(0.45 * period) / series.value(0.0);
         if tail.abs() > 1e-13 {
             period *= 1.15;
@@ -115,7 +115,7 @@ pub(super) fn solitary(exponent: f64, delay: f64, rate: f64) -> Result<Series> {
     ))
 }
 
-/// Times on half of a period beyond which systems are too large to be solved in seconds.
+/// Most grid points per half period; larger systems take more than seconds to solve.
 pub(super) const MOST_POINTS: f64 = 700.0;
 
 fn solitary_on(grid: Grid, exponent: f64, delay: f64, rate: f64) -> Result<Series> {
@@ -138,7 +138,8 @@ fn solitary_on(grid: Grid, exponent: f64, delay: f64, rate: f64) -> Result<Serie
         on_values: vec![tail],
         on_forces: Vec::new(),
     };
-    // V. F. Nesterenko's long waves, with the amplitude at which `sum psi = rate delay^2 sum F`.
+    // V. F. Nesterenko's long-wave solution, with the amplitude for which
+    // `sum psi = rate delay^2 sum F`.
     let p = exponent;
     let wavenumber = (6.0 * (p - 1.0) * (p - 1.0) / (p * (p + 1.0))).sqrt() / delay;
     let shape: Vec<f64> = (0..n as isize)

@@ -1,9 +1,9 @@
-//! A localized wave and what is read off it.
+//! A localized wave and quantities derived from it.
 
 use super::convergence::Convergence;
 use super::series::Series;
 
-/// What alternates from contact to contact or from site to site.
+/// The property that alternates from contact to contact or from site to site.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default, serde::Serialize, serde::Deserialize)]
 #[serde(rename_all = "kebab-case")]
 pub enum Alternation {
@@ -14,7 +14,7 @@ pub enum Alternation {
     Mass,
 }
 
-/// A ratio by the name of what alternates.
+/// A ratio, named by the property that alternates.
 #[derive(Debug, Clone, Copy, PartialEq, serde::Serialize)]
 #[serde(rename_all = "snake_case")]
 pub enum Ratio {
@@ -33,7 +33,7 @@ impl Ratio {
 }
 
 impl Alternation {
-    /// A value by its name.
+    /// Names a value.
     pub fn ratio(self, value: f64) -> Ratio {
         match self {
             Alternation::Stiffness => Ratio::Kappa(value),
@@ -42,19 +42,19 @@ impl Alternation {
     }
 }
 
-/// A localized wave at unit cell time: it takes the time 1 over two contacts.
+/// A localized wave at unit cell time: it travels over two contacts in the time 1.
 ///
 /// A cell is site 0, contact 0 (soft, in a stiffness dimer), site 1 (light, in a mass dimer),
-/// contact 1. In cell n, contact 0 has the overlap `overlap[0](t - n)`, contact 1
-/// `overlap[1](t - n - 1/2)`, site i the velocity `velocity[i](t - n)`. From x(t), any
-/// amplitude: `A x(A^{(p-1)/2} t)`.
+/// contact 1. In cell n, contact 0 has the overlap `overlap[0](t - n)`, contact 1 has
+/// `overlap[1](t - n - 1/2)`, and site i has the velocity `velocity[i](t - n)`. Other amplitudes
+/// follow from x(t) by scaling: `A x(A^{(p-1)/2} t)`.
 #[derive(Debug, Clone)]
 pub struct Wave {
     pub alternation: Alternation,
     pub exponent: f64,
-    /// Number of maxima of the fast part, 1 for the homogeneous chain; for exponents near 1, at which
-    /// they drown in the slow part, that of the wave of Hertz contacts that this one is followed
-    /// from.
+    /// Number of maxima of the fast part; 1 for the homogeneous chain. For exponents near 1, where
+    /// the slow part masks the maxima, the order of the Hertz wave from which this one was
+    /// continued.
     pub order: usize,
     /// kappa or mu.
     pub ratio: f64,
@@ -95,7 +95,7 @@ impl Wave {
         wave
     }
 
-    /// kappa or mu by its name.
+    /// kappa or mu, named.
     pub fn ratio(&self) -> Ratio {
         self.alternation.ratio(self.ratio)
     }
@@ -120,7 +120,7 @@ impl Wave {
         [self.overlap[0].scaled(a), self.overlap[1].scaled(b)]
     }
 
-    /// The slow part at time t: what a stiff contact without inertia would have,
+    /// The slow part at time t: `psi` of a stiff contact without inertia,
     /// `[(F_0(t+h) + F_0(t-h))/2]^{1/p}`, or the mean of the overlaps on both sides of the light
     /// site.
     pub fn slow_part(&self, time: f64) -> f64 {
@@ -135,7 +135,7 @@ impl Wave {
         }
     }
 
-    /// The fast part at time t: `psi_1` beyond the slow part in a stiffness dimer, the difference of
+    /// The fast part at time t: `psi_1` minus the slow part in a stiffness dimer, the difference of
     /// the overlaps on both sides of the light site in a mass dimer.
     pub fn fast_part(&self, time: f64) -> f64 {
         match self.alternation {
@@ -149,8 +149,8 @@ impl Wave {
         }
     }
 
-    /// Rises followed by falls, both above the noise, where there is a force. (Where there is none,
-    /// the root of rounded forces is all noise.)
+    /// Counts rises followed by falls, both above the noise, where the force is above rounding.
+    /// (Elsewhere, the root of rounding errors is noise.)
     fn maxima_of_fast_part(&self) -> usize {
         let end = 0.5 * self.overlap[0].period();
         let noise = (1e3 * self.convergence.spectral_tail).max(1e-12);
@@ -184,7 +184,7 @@ impl Wave {
         maxima
     }
 
-    /// Time and value of the largest value.
+    /// Time and value of the maximum.
     pub fn peak(series: &Series) -> (f64, f64) {
         let end = 0.5 * series.period();
         let times = (-COUNTING..=COUNTING).map(|j| end * f64::from(j) / f64::from(COUNTING));
@@ -199,7 +199,7 @@ impl Wave {
         (time, series.value(time))
     }
 
-    /// Largest difference of a profile from its mirror image about its peak, relative to the peak.
+    /// Largest difference of a pulse from its mirror image about its peak, relative to the peak.
     pub fn asymmetry(series: &Series) -> f64 {
         let (centre, height) = Wave::peak(series);
         let lags = (0..=COUNTING).map(|j| series.period() * f64::from(j) / f64::from(4 * COUNTING));
@@ -238,7 +238,7 @@ impl Wave {
         2.0 / height.powf((self.exponent - 1.0) / (2.0 * self.exponent))
     }
 
-    /// Energy, kinetic and of contacts, at unit cell time; it grows as `V^{2(p+1)/(p-1)}`.
+    /// Kinetic and contact energy at unit cell time; it scales as `V^{2(p+1)/(p-1)}`.
     pub fn energy(&self) -> f64 {
         let p = self.exponent;
         let masses = self.masses();
@@ -254,13 +254,13 @@ impl Wave {
         })
     }
 
-    /// Momentum at unit cell time; it grows as `V^{(p+1)/(p-1)}`.
+    /// Momentum at unit cell time; it scales as `V^{(p+1)/(p-1)}`.
     pub fn momentum(&self) -> f64 {
         let masses = self.masses();
         masses[0] * self.velocity[0].total() + masses[1] * self.velocity[1].total()
     }
 
-    /// The sum over all cells, which over a cell's time has the mean `integral density dt`.
+    /// The sum over all cells, averaged over one cell time: `integral density dt`.
     fn mean_over_a_cell(&self, density: impl Fn(f64) -> f64) -> f64 {
         let period = self.overlap[0].period();
         let points = (period * 100.0).ceil();
@@ -269,5 +269,5 @@ impl Wave {
     }
 }
 
-/// Samples of half a period between which extremes are looked for.
+/// Samples per half period for the search of extrema.
 const COUNTING: i32 = 1500;

@@ -48,7 +48,8 @@ mod tests {
         ((x - right) / unit).abs()
     }
 
-    /// Known to 20 digits: `ln 2`, `ln 10`, and the logarithm of the least normal number, `-1022 ln 2`.
+    /// Known to 20 digits: `ln 2`, `ln 10`, and the logarithm of the least normal number, `-1022 ln
+    /// 2`.
     #[test]
     fn val_known_logarithms() {
         assert_eq!(ln_normal(1.0), 0.0);

@@ -16,7 +16,8 @@ pub(crate) fn sum_of_squares(x: &[f64]) -> f64 {
     fold(x, &|v| v * v)
 }
 
-/// [`sum_of_squares`] of each column of `rows`, which have `width` numbers each, with the same bits.
+/// [`sum_of_squares`] of each column of `rows`, which have `width` numbers each, with the same
+/// bits.
 pub(crate) fn interleaved_sums_of_squares(rows: &[f64], width: usize, sums: &mut Vec<f64>) {
     sums.clear();
     if width == LANES {

@@ -178,7 +178,8 @@ impl Tone {
     }
 
     /// The transform `sum_n v_n exp(-2 pi i p n / N)`, in m/s:
-    /// `A [D(p - q) + D(p + q)] / 2` with `D(u) = exp(-i pi u (N - 1) / N) sin(pi u) / sin(pi u / N)`.
+    /// `A [D(p - q) + D(p + q)] / 2` with `D(u) = exp(-i pi u (N - 1) / N) sin(pi u) / sin(pi u /
+    /// N)`.
     pub fn transform(&self, bin: usize) -> Complex<f64> {
         let p = bin as f64;
         let kernels = self.kernel(p - self.cycles) + self.kernel(p + self.cycles);

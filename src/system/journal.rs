@@ -1,8 +1,8 @@
 //! What long work has computed so far, kept so that it survives being killed.
 //!
 //! A directory holds a file that says what was asked, and `members.jsonl`, a line a member that is
-//! done, in the order in which they were. A line is written at once and counts when its end is there;
-//! a line cut short is taken off when the work goes on.
+//! done, in the order in which they were. A line is written at once and counts when its end is
+//! there; a line cut short is taken off when the work goes on.
 
 use std::collections::BTreeMap;
 use std::fs::{self, File, TryLockError};

@@ -8,8 +8,8 @@ use super::records::{RecordScratch, RecordTransform};
 use crate::numeric::lanes::{Lanes, SimdKernel, widest};
 use crate::system::prefetch::{LINE, prefetch_after};
 
-/// `|X_m|^2` of `X_m = sum_j w_j u_j exp(+2 pi i m j / N)` of complex profiles u, `m` ascending from
-/// `-(N / 2)`, so that positive m travels towards +x.
+/// `|X_m|^2` of `X_m = sum_j w_j u_j exp(+2 pi i m j / N)` of complex profiles u, `m` ascending
+/// from `-(N / 2)`, so that positive m travels towards +x.
 ///
 /// The real and the imaginary part pass through a real transform, which gives A and B:
 /// `X_(-m) = A_m + i B_m` and, for real parts, `X_m = A_m^* + i B_m^*`.
@@ -53,8 +53,8 @@ impl<T: Real> ComplexTransform<T> {
         }
     }
 
-    /// Bytes that the working space of a thread grows to at most, for profiles of `samples` padded to
-    /// `padded`.
+    /// Bytes that the working space of a thread grows to at most, for profiles of `samples` padded
+    /// to `padded`.
     pub(crate) fn working_bytes(samples: usize, padded: usize) -> u64 {
         let parts = RecordTransform::<T>::working_bytes(samples, padded, 2 * Self::TOGETHER);
         let spectra = 2 * (padded / 2 + 1) * 2 * size_of::<T>();
@@ -176,8 +176,8 @@ mod tests {
     use crate::transform::direct_sums;
     use ndarray::Array2;
 
-    /// Even and odd lengths, tapered and padded, with an offset in one part; against direct sums of the
-    /// parts; and the same bits however many go together.
+    /// Even and odd lengths, tapered and padded, with an offset in one part; against direct sums of
+    /// the parts; and the same bits however many go together.
     #[test]
     fn val_direct_sums_at_both_signs() {
         let tapered =

@@ -10,7 +10,8 @@ const ANCHOR: usize = 256;
 /// `sum_n x_n exp(-2 pi i m n / N)` for each bin m, in double-double arithmetic, rounded once at
 /// the end: good to half an ulp unless the sum cancels beyond 1e-15 of its terms.
 ///
-/// Takes `x.len()` complex products a bin, eight bins side by side, so it suits spot checks and tests.
+/// Takes `x.len()` complex products a bin, eight bins side by side, so it suits spot checks and
+/// tests.
 pub fn direct_sums(x: &[f64], bins: &[usize]) -> Vec<Complex<f64>> {
     let together = bins.chunks(WIDTH);
     let sums = together.flat_map(|bins| {
@@ -72,8 +73,8 @@ impl SimdKernel for DirectSums<'_> {
     }
 }
 
-/// `high + low`, an unevaluated sum with `|low| <= ulp(high) / 2`; of a number, or of several side by
-/// side.
+/// `high + low`, an unevaluated sum with `|low| <= ulp(high) / 2`; of a number, or of several side
+/// by side.
 ///
 /// Source: Dekker, Numer. Math. 18, 224 (1971); Joldes, Muller and Popescu, ACM TOMS 44, 15 (2017).
 #[derive(Debug, Clone, Copy)]

@@ -10,11 +10,11 @@ use super::taper::Taper;
 use crate::system::prefetch::{LINE, prefetch_after};
 use column_fft::{Columns, ColumnsMut, RealToComplexColumns};
 
-/// `X_m = sum_n w_n v_n exp(-+ 2 pi i m n / N)`, `m = 0 ..= N / 2`, of several real records of up to N
-/// samples each (the rest is zero), which pass through the transform side by side.
+/// `X_m = sum_n w_n v_n exp(-+ 2 pi i m n / N)`, `m = 0 ..= N / 2`, of several real records of up
+/// to N samples each (the rest is zero), which pass through the transform side by side.
 ///
-/// Both signs give the same `|X|^2`; the result is that of time. A record's bits do not depend on the
-/// others.
+/// Both signs give the same `|X|^2`; the result is that of time. A record's bits do not depend on
+/// the others.
 pub struct RecordTransform<T: Real> {
     plan: RealToComplexColumns<T>,
     taper: Taper,
@@ -60,8 +60,8 @@ impl<T: Real> RecordTransform<T> {
         }
     }
 
-    /// Bytes that the working space of a thread grows to at most, which transforms so many records of
-    /// `samples` together, padded to `padded`.
+    /// Bytes that the working space of a thread grows to at most, which transforms so many records
+    /// of `samples` together, padded to `padded`.
     pub(crate) fn working_bytes(samples: usize, padded: usize, records: usize) -> u64 {
         let number = size_of::<T>();
         let record = 8 * 2 * samples + number * (padded + 2 * (padded / 2 + 1));
@@ -79,8 +79,8 @@ impl<T: Real> RecordTransform<T> {
         self.plan.bins()
     }
 
-    /// The spectra of `records`, bin by bin in the order of records, in `scratch`, and of each the energy
-    /// `sum (w v)^2` of what went in.
+    /// The spectra of `records`, bin by bin in the order of records, in `scratch`, and of each the
+    /// energy `sum (w v)^2` of what went in.
     ///
     /// # Panics
     /// If a record is not as long as the window.

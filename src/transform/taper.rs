@@ -82,8 +82,8 @@ impl Taper {
         }
     }
 
-    /// Each sample of records side by side less the record's mean, times its weight; what is in `input`
-    /// already stays.
+    /// Each sample of records side by side less the record's mean, times its weight; what is in
+    /// `input` already stays.
     pub(super) fn weigh_across<T: Real>(&self, values: &[f64], means: &[f64], input: &mut Vec<T>) {
         for (n, row) in values.chunks_exact(means.len()).enumerate() {
             let weight = self.window.as_ref().map_or(1.0, |window| window[n]);

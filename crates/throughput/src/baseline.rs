@@ -1,4 +1,4 @@
-//! Throughput once recorded, and what is found now beside it.
+//! Saved baselines of throughput, and their comparison with current results.
 
 use std::collections::BTreeMap;
 use std::path::Path;
@@ -9,32 +9,32 @@ use wavecascade_system::publish::write_whole;
 use crate::{Error, Result};
 use crate::{Machine, Versions};
 
-/// The form of a baseline's file.
+/// Schema of a baseline file.
 const SCHEMA: &str = "cascade-throughput/1";
 
-/// What a file of records holds.
+/// Contents of a baseline file.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Baseline {
     schema: String,
-    /// By machine, versions and rounds; a case once a machine.
+    /// By machine, versions and rounds; each case occurs once per machine.
     pub ratios: Vec<Ratios>,
-    /// By architecture, build and versions; a case once an architecture and build.
+    /// By architecture, build and versions; each case occurs once per architecture and build.
     pub instructions: Vec<Instructions>,
 }
 
-/// How many times as long `rustfft` takes, by case.
+/// Time of `rustfft` relative to ours, by case.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Ratios {
     pub machine: Machine,
     pub versions: Versions,
-    /// Rounds of which they are medians.
+    /// Number of rounds over which the medians are taken.
     pub rounds: usize,
     pub ratio_to_rustfft: BTreeMap<String, f64>,
 }
 
-/// Instructions a sample, by case.
+/// Instructions per sample, by case.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Instructions {
@@ -56,7 +56,7 @@ impl Instructions {
         }
     }
 
-    /// Whether both are of one architecture and build.
+    /// Whether both have the same architecture and build.
     fn is_like(&self, other: &Instructions) -> bool {
         self.architecture == other.architecture && self.build == other.build
     }
@@ -114,7 +114,7 @@ impl Baseline {
         }
     }
 
-    /// Writes the file, whole or not at all.
+    /// Writes the file atomically.
     ///
     /// # Errors
     /// [`Error::File`].
@@ -124,19 +124,19 @@ impl Baseline {
         write_whole(path, text.as_bytes()).map_err(Error::file("write", path))
     }
 
-    /// Ratios on this machine, by case; none where nothing is known of it.
+    /// Ratios on a machine, by case; empty for an unknown machine.
     pub fn ratios_on(&self, machine: &Machine) -> BTreeMap<String, f64> {
         let on = self.ratios.iter().filter(|r| r.machine == *machine);
         on.flat_map(|r| r.ratio_to_rustfft.clone()).collect()
     }
 
-    /// Counts of builds like this one.
+    /// Counts of this build's architecture and profile.
     pub fn instructions_here(&self) -> impl Iterator<Item = &Instructions> {
         self.instructions.iter().filter(|i| i.is_of_here())
     }
 
-    /// Puts ratios in the place of what was known of their cases on their machine; what is known of
-    /// other cases stays, with the versions it was found with.
+    /// Replaces the known ratios of the given cases on their machine. Other cases keep their ratios
+    /// and versions.
     pub fn set_ratios(&mut self, found: Ratios) {
         for known in &mut self.ratios {
             if known.machine == found.machine {
@@ -156,7 +156,7 @@ impl Baseline {
         }
     }
 
-    /// The same of counts, of their architecture and build.
+    /// The same for the counts of an architecture and build.
     pub fn set_instructions(&mut self, found: Instructions) {
         for known in &mut self.instructions {
             if known.is_like(&found) {
@@ -184,7 +184,7 @@ pub struct Comparison {
 }
 
 impl Comparison {
-    /// Of ratios to `rustfft`, of which the larger is the better.
+    /// Compares ratios to `rustfft`; larger is better.
     pub fn of_ratios(case: &str, baseline: f64, found: f64) -> Comparison {
         Comparison {
             case: case.into(),
@@ -194,7 +194,7 @@ impl Comparison {
         }
     }
 
-    /// Of instructions, of which the fewer is the better.
+    /// Compares instruction counts; fewer is better.
     pub fn of_counts(case: &str, baseline: f64, found: f64) -> Comparison {
         Comparison {
             kept: baseline / found,
@@ -263,7 +263,7 @@ mod tests {
             baseline.ratios_on(&Machine::here()),
             BTreeMap::from(expected)
         );
-        // Each case with the versions it was found with.
+        // Each case keeps the versions it was measured with.
         let known = [ratios("that", 2.0, "old"), ratios("this", 3.0, "new")];
         assert_eq!(baseline.ratios, known);
         let known = [counts("that", 2.0, "old"), counts("this", 3.0, "new")];
@@ -274,7 +274,7 @@ mod tests {
             ..Machine::here()
         };
         assert!(baseline.ratios_on(&other).is_empty());
-        // Nothing is left of versions all of whose cases were found again.
+        // Versions whose cases were all measured again are removed.
         baseline.set_ratios(ratios("that", 4.0, "new"));
         baseline.set_instructions(counts("that", 4.0, "new"));
         assert_eq!((baseline.ratios.len(), baseline.instructions.len()), (1, 1));

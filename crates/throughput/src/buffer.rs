@@ -1,4 +1,4 @@
-//! Memory for the arrays that are measured.
+//! Memory for the arrays of a benchmark.
 
 use bytemuck::Pod;
 use memmap2::MmapMut;
@@ -6,12 +6,12 @@ use memmap2::MmapMut;
 use crate::{Error, Result};
 use wavecascade_system::memory::huge_pages;
 
-/// An array in huge pages, where the system has them.
+/// An array in huge pages, if the system has them.
 #[derive(Debug)]
 pub struct Buffer(MmapMut);
 
 impl Buffer {
-    /// So many zeros.
+    /// An array of `bytes` zero bytes.
     ///
     /// # Errors
     /// [`Error::Memory`] where the system gives no memory.
@@ -20,7 +20,7 @@ impl Buffer {
         Ok(Buffer(pages.map_err(Error::Memory)?))
     }
 
-    /// The array as numbers of a type.
+    /// The array as a slice of numbers of type `T`.
     pub fn of<T: Pod>(&mut self) -> &mut [T] {
         bytemuck::cast_slice_mut(&mut self.0)
     }

@@ -1,4 +1,4 @@
-//! What is measured: kind, shape, precision, threads.
+//! Benchmark cases: kind, shape, precision, threads.
 
 use std::fmt;
 use std::str::FromStr;
@@ -48,7 +48,7 @@ impl fmt::Display for ArrayShape {
 impl FromStr for ArrayShape {
     type Err = String;
 
-    /// `ROWSxCOLUMNS`; not larger than could be addressed.
+    /// Parses `ROWSxCOLUMNS`; rejects arrays too large to address.
     fn from_str(text: &str) -> std::result::Result<ArrayShape, String> {
         let number = |text: &str| text.parse().ok().filter(|&n: &usize| n > 0);
         let shape = text.split_once('x').and_then(|(rows, columns)| {
@@ -60,7 +60,8 @@ impl FromStr for ArrayShape {
     }
 }
 
-/// A kind of transform, the array's shape, the numbers' type and the threads that share the work.
+/// A benchmark case: the kind of transform, the array's shape, its precision and the number of
+/// threads.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, serde::Serialize)]
 pub struct CaseOf {
     pub kind: TransformKind,
@@ -85,7 +86,7 @@ impl CaseOf {
         }
     }
 
-    /// Its arrays, and the ways planned for them.
+    /// Allocates the arrays and plans all implementations for them.
     ///
     /// # Errors
     /// As [`CaseOf::check`]; [`Error::Memory`] where there is no memory.
@@ -105,8 +106,8 @@ impl CaseOf {
         })
     }
 
-    /// `2.5 n log2 n` operations for n real numbers that are transformed together: those of a column, of
-    /// the plane, of a segment of a column.
+    /// Operations: `2.5 n log2 n` per real transform of n samples (a column, the plane, or a
+    /// segment of a column).
     pub fn operations(&self) -> f64 {
         let ArrayShape { rows, columns } = self.shape;
         let (length, times) = match self.kind {
@@ -133,7 +134,7 @@ impl CaseOf {
         }
     }
 
-    /// None where [`CaseOf::check`] refuses.
+    /// Segments per column; 0 where [`CaseOf::check`] fails.
     fn segments(&self) -> usize {
         let rest = self.shape.rows.checked_sub(SEGMENT);
         rest.map_or(0, |rest| rest / HOP + 1)
@@ -147,14 +148,14 @@ impl CaseOf {
 
     fn needed(&self, free: u64) -> u64 {
         let mut bytes = self.bytes();
-        // How to transform columns that no memory holds is not worth the time to find out.
+        // Arrays that do not fit are not planned; planning takes time.
         if bytes <= free {
             bytes += self.threads as u64 * self.working_bytes();
         }
         bytes.max(crate::rounds::COPIED_BYTES)
     }
 
-    /// Working space of one thread: our own, and columns as the other ways gather them.
+    /// Scratch of one thread: our own, and the columns gathered by the reference implementations.
     fn working_bytes(&self) -> u64 {
         let ArrayShape { rows, columns } = self.shape;
         let row = columns * size(self.precision);
@@ -183,8 +184,8 @@ impl CaseOf {
     }
 }
 
-/// How many cases, given with their bytes, fit the memory that is free at once, whichever they are;
-/// `most` at most.
+/// The number of cases, given with their bytes, of which any choice fits into free memory at once;
+/// at most `most`.
 ///
 /// # Errors
 /// [`Error::Shape`] where one of them alone does not fit.
@@ -199,7 +200,8 @@ pub fn fit_memory<C: fmt::Display>(
     })
 }
 
-/// How many of the largest cases fit together, or the largest where it does not.
+/// The number of largest cases that fit together; the largest case as an error if it alone does not
+/// fit.
 fn fitting<C>(
     cases: impl Iterator<Item = (C, u64)>,
     most: usize,
@@ -231,7 +233,7 @@ impl fmt::Display for CaseOf {
             precision,
             threads,
         } = self;
-        // Records of columns are older than other kinds.
+        // Names of columns have no kind: their baselines predate the other kinds.
         if *kind != TransformKind::Columns {
             write!(f, "{kind} ")?;
         }
@@ -287,16 +289,16 @@ mod tests {
         }
     }
 
-    /// By hand: the copy is of 128 MiB to as many, and goes after the arrays. Rows of 20480 samples are 40
-    /// times 4096 bytes apart, so 8 lines of each are copied, and 2048 = 64 x 32; rows of 3001 are not, and
-    /// 256 = 32 x 8.
+    /// By hand: the copy takes two buffers of 128 MiB, after the arrays are freed. Rows of 20480
+    /// samples are 40 x 4096 bytes apart (a critical stride), so 8 cache lines of each are copied;
+    /// 2048 = 64 x 32. Rows of 3001 samples have no critical stride; 256 = 32 x 8.
     #[test]
     fn val_memory_is_that_of_the_arrays_or_of_the_copy() {
         let bytes = |case: CaseOf| case.needed(u64::MAX);
         assert_eq!(bytes(of(TransformKind::Columns, 64, 9)), 256 << 20);
         let width = RealToComplexColumns::<f64>::new(2048).unwrap().width() as u64;
         let arrays = 20480 * (2048 + 2 * 1025) * 8;
-        // With a cache line for the alignment.
+        // Plus a cache line for the alignment.
         let scratch = 2 * width * (64 + 33 * 34) * 8 + 64;
         let tile = 8 * (2048 + 2 * 1025) * 8;
         let working = scratch + 2048 * 512 + tile;
@@ -310,13 +312,13 @@ mod tests {
         let arrays = 3001 * (16384 + 505 * 129 * 2) * 8;
         let working =
             2 * width * (32 + 17 * 10) * 8 + 64 + 256 * 3001 * 8 + 8 * (256 + 2 * 129) * 8;
-        // A megabyte has room for 508 columns, as many of them as make whole tiles.
+        // A megabyte holds 508 columns, rounded down to whole tiles.
         let assembled = 129 * (508 / width * width) * 16;
         assert_eq!(
             bytes(of(TransformKind::ShortTime, 16384, 3001)),
             arrays + working + assembled
         );
-        // Rows of whole lines take none.
+        // Rows of whole cache lines need no assembly buffer.
         let arrays = 3000 * (16384 + 505 * 129 * 2) * 8;
         let working = working - 256 * 8;
         assert_eq!(

@@ -1,4 +1,4 @@
-//! Work whose instructions are counted from outside.
+//! Workloads whose instructions are counted by an external tool (valgrind).
 
 use std::fmt;
 use std::str::FromStr;
@@ -9,7 +9,7 @@ use crate::{ArrayShape, Arrays, Implementation, PlannedTransform};
 use crate::{Error, Result};
 use column_fft::{InstructionSet, Real};
 
-/// What transforms the columns.
+/// The implementation that transforms the columns.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Counted {
     /// [`column_fft::RealToComplexColumns`] by an instruction set.
@@ -18,7 +18,7 @@ pub enum Counted {
     Rustfft,
 }
 
-/// Samples transformed and what transforms them.
+/// A counted workload: the array and the implementation.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct CountedCase {
     pub shape: ArrayShape,
@@ -27,8 +27,8 @@ pub struct CountedCase {
 }
 
 impl CountedCase {
-    /// Small arrays of every kind of length: `2^10`, that of short-time segments with a tail of
-    /// columns, `3^3 5 7`, and a prime.
+    /// Small arrays of every kind of length: `2^10`, that of short-time segments (with columns left
+    /// over after whole tiles), `3^3 5 7`, and a prime.
     pub const SHORT: [ArrayShape; 4] = [
         ArrayShape {
             rows: 1024,
@@ -53,7 +53,7 @@ impl CountedCase {
         (*self, self.shape.bytes(self.precision) as u64)
     }
 
-    /// Transforms the columns so many times, by the calling thread.
+    /// Transforms the columns `times` times on the calling thread.
     ///
     /// # Errors
     /// [`Error::InstructionSet`] where the processor lacks the instructions, [`Error::Memory`] without memory.
@@ -78,7 +78,7 @@ impl CountedCase {
 }
 
 impl Counted {
-    /// What can be counted here. Valgrind knows no AVX-512, so that is left out.
+    /// The implementations that can be counted on this machine; valgrind does not support AVX-512.
     pub fn all() -> Vec<Counted> {
         let sets = InstructionSet::available().into_iter();
         let sets = sets.filter(|set| *set != InstructionSet::Avx512);

@@ -1,10 +1,10 @@
-//! Kinds of transforms that are measured.
+//! Kinds of benchmarked transforms.
 
 use std::fmt;
 
 use crate::ArrayShape;
 
-/// Samples of a short-time segment, and from one to the next.
+/// Length and hop of short-time segments, in samples.
 pub const SEGMENT: usize = 256;
 pub const HOP: usize = 32;
 
@@ -36,7 +36,7 @@ impl TransformKind {
         TransformKind::ShortTime,
     ];
 
-    /// The short form's arrays; of columns `2^12` and `2^14` rows, and a prime number of them.
+    /// Arrays of the short benchmark. For columns: `2^12`, `2^14` and a prime number of rows.
     pub fn short(self) -> &'static [ArrayShape] {
         const fn of(rows: usize, columns: usize) -> ArrayShape {
             ArrayShape { rows, columns }
@@ -48,7 +48,7 @@ impl TransformKind {
         }
     }
 
-    /// The short form's number types.
+    /// Precisions of the short benchmark.
     pub fn precisions(self) -> &'static [Precision] {
         match self {
             TransformKind::Columns => &[Precision::F64, Precision::F32],
@@ -56,7 +56,7 @@ impl TransformKind {
         }
     }
 
-    /// As it is typed.
+    /// The name on the command line.
     pub fn name(self) -> &'static str {
         match self {
             TransformKind::Columns => "columns",

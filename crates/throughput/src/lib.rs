@@ -1,21 +1,23 @@
-//! Throughput of the transforms of all columns, of both axes and of short-time segments, beside the usual
-//! ways, and a gate against its loss.
+//! Throughput of the column, two-dimensional and short-time transforms compared with reference
+//! implementations, and a gate against regressions.
 //!
 //! # Equations
-//! - `2.5 n log2 n` operations for n real numbers that are transformed together, over the median time:
-//!   GFLOP/s ([`CaseOf::operations`]).
-//! - The bound is the array read and its spectra written once at the rate of a copy past the caches
-//!   ([`copy_rate`]); the part of it is its time over the median time.
-//! - Times of one thread are the processor's ([`Clock`]), so that a busy machine hardly counts.
-//! - The ratio to another way is the median over rounds of the quotient of times within a round
-//!   ([`Throughput::ratio`]): each way runs once a round, so that a change of the machine's clock or
-//!   load meets all of them, and quotients move less than times.
+//! - GFLOP/s: `2.5 n log2 n` operations per real transform of n samples ([`CaseOf::operations`]),
+//!   divided by the median time.
+//! - The bound is the time to read the array and to write its spectra once, at the rate of a copy
+//!   that exceeds the caches ([`copy_rate`]). The part of the bound is that time over the median
+//!   time.
+//! - Single-threaded times are CPU times ([`Clock`]), so that other load hardly matters.
+//! - The ratio to another implementation is the median over rounds of the quotient of times within
+//!   a round ([`Throughput::ratio`]). Rounds are interleaved: each implementation runs once per
+//!   round. Changes of clock rate or load affect all of them, so quotients vary less than times.
 //! - Instructions per sample are counted by valgrind, for `k` and for `k + m` transforms; the
-//!   difference over `m` leaves start and planning out ([`CountedCase`]). They do not depend on load.
+//!   difference over `m` excludes startup and planning ([`CountedCase`]). They do not depend on
+//!   load.
 //!
-//! # What is kept
-//! A [`Baseline`] holds ratios by processor and instruction set, and counts by architecture. Of either
-//! a case may lose no more than [`LARGEST_LOSS`].
+//! # Baselines
+//! A [`Baseline`] holds ratios by processor and instruction set, and instruction counts by
+//! architecture. A case may lose at most [`LARGEST_LOSS`] of either.
 
 mod baseline;
 mod buffer;
@@ -38,5 +40,5 @@ pub use machine::{Machine, Versions};
 pub use rounds::{Clock, Rounds, Throughput, copy_rate, median, table};
 pub use ways::{Arrays, Description, Implementation, PlannedTransform};
 
-/// The part of its throughput that a case may lose against the baseline.
+/// The fraction of its throughput that a case may lose against the baseline.
 pub const LARGEST_LOSS: f64 = 0.1;

@@ -1,21 +1,21 @@
-//! What was measured on, and by which versions.
+//! The machine and the versions of a measurement.
 
 use serde::{Deserialize, Serialize};
 
 use column_fft::InstructionSet;
 
-/// What a ratio of times depends on besides the code.
+/// What ratios of times depend on besides the code.
 #[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Machine {
     pub cpu: String,
     pub instruction_set: String,
-    /// `release`, or `debug` where the build checks itself.
+    /// `release`, or `debug` with debug assertions.
     pub build: String,
 }
 
 impl Machine {
-    /// This one.
+    /// The current machine.
     pub fn here() -> Machine {
         let info = std::fs::read_to_string("/proc/cpuinfo").unwrap_or_default();
         Machine {
@@ -36,7 +36,7 @@ impl std::fmt::Display for Machine {
     }
 }
 
-/// Versions of what is compared, and of the compiler.
+/// Versions of the compared libraries and of the compiler.
 #[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Versions {
@@ -59,7 +59,7 @@ impl Versions {
     }
 }
 
-/// `release`, or `debug` where the build checks itself.
+/// `release`, or `debug` with debug assertions.
 pub fn build() -> &'static str {
     match cfg!(debug_assertions) {
         true => "debug",
@@ -67,7 +67,7 @@ pub fn build() -> &'static str {
     }
 }
 
-/// The name of an instruction set, as it is typed.
+/// The name of an instruction set on the command line.
 pub fn set_name(set: InstructionSet) -> String {
     format!("{set:?}").to_lowercase()
 }
@@ -80,8 +80,8 @@ fn locked(lock: &str, name: &str) -> String {
     version.map_or("unknown", |(version, _)| version).into()
 }
 
-/// The first processor of Linux' list. Names alone do not tell processors apart (virtual machines
-/// shorten them), so family and model follow.
+/// The first processor in `/proc/cpuinfo`. Names are ambiguous (virtual machines shorten them), so
+/// family and model are appended.
 fn cpu(info: &str) -> String {
     let of = |wanted: &str| {
         let fields = info.lines().filter_map(|line| line.split_once(':'));

@@ -1,4 +1,4 @@
-//! Both axes of an array, and overlapping segments of its columns: ours, and as it is usually done.
+//! Two-dimensional and short-time transforms: ours and the reference implementations.
 
 use std::f64::consts::PI;
 use std::hint::black_box;
@@ -15,7 +15,7 @@ use crate::ways::{Description, PlannedTransform, ReferencePlans, noise};
 use crate::{ArrayShape, Buffer, Implementation};
 use column_fft::{FftDirection, Real, RealToComplex2d, RealToComplexColumns, ShortTimeColumns};
 
-/// An array of noise and room for the spectrum over both axes. Other ways transform the columns, and
+/// A noise array and its two-dimensional spectrum. Reference implementations transform the columns,
 /// then the rows by `rustfft`.
 pub struct Plane<T: Real> {
     shape: ArrayShape,
@@ -85,7 +85,7 @@ impl<T: Real> PlannedTransform for Plane<T> {
     }
 }
 
-/// An array of noise and room for the spectra of its segments. Other ways weigh a copy of each
+/// A noise array and the spectra of its segments. Reference implementations window a copy of each
 /// segment and transform its columns.
 pub struct ShortTime<T: Real> {
     shape: ArrayShape,
@@ -97,7 +97,7 @@ pub struct ShortTime<T: Real> {
 }
 
 impl<T: Real> ShortTime<T> {
-    /// For at least one segment.
+    /// Arrays must hold at least one segment.
     ///
     /// # Errors
     /// [`crate::Error::Memory`] where there is no memory.
@@ -162,7 +162,8 @@ impl<T: Real> PlannedTransform for ShortTime<T> {
 mod tests {
     use super::*;
 
-    /// All ways give the numbers that ours gives, by one thread and by all, `within` of the largest.
+    /// All implementations agree with ours, single-threaded and in parallel, to `within` of the
+    /// largest value.
     fn agree<T: Real, P: PlannedTransform>(
         mut planned: P,
         result: fn(&mut P) -> &mut Buffer,

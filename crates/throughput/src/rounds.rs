@@ -1,4 +1,4 @@
-//! Ways run in turn, and what their times come to.
+//! Implementations timed in interleaved rounds, and the evaluation of their times.
 
 use std::collections::BTreeMap;
 use std::fmt::Write;
@@ -11,19 +11,18 @@ use crate::{Buffer, CaseOf, Description, Implementation};
 use crate::{Error, Result};
 use wavecascade_system::threads::in_pool;
 
-/// What times are taken by.
+/// The clock that times are measured with.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
 #[serde(rename_all = "snake_case")]
 pub enum Clock {
-    /// The processor's time of the calling thread: other work counts only by what it takes of shared
-    /// caches and memory.
+    /// CPU time of the calling thread. Other load matters only through shared caches and memory.
     Thread,
-    /// The clock on the wall.
+    /// Wall-clock time.
     Wall,
 }
 
 impl Clock {
-    /// Threads that wait for each other need the wall's; so do systems that count no threads' time.
+    /// Wall-clock time for several threads, and on systems without per-thread CPU time.
     fn of(threads: usize) -> Clock {
         match threads {
             1 if cfg!(unix) => Clock::Thread,
@@ -31,7 +30,7 @@ impl Clock {
         }
     }
 
-    /// What `work` takes.
+    /// The duration of `work`.
     pub fn milliseconds(self, work: impl FnOnce()) -> f64 {
         let (start, waited) = (self.thread_seconds(), Instant::now());
         work();
@@ -51,39 +50,39 @@ impl Clock {
     }
 }
 
-/// How often which ways run.
+/// The number of rounds, and the implementations that run in each.
 #[derive(Debug, Clone)]
 pub struct Rounds {
-    /// Rounds that count; one before them warms up.
+    /// Timed rounds; one warm-up round precedes them.
     pub rounds: usize,
     pub ways: Vec<Implementation>,
 }
 
-/// What the rounds of a case came to.
+/// The results of the rounds of a case.
 #[derive(Debug, Clone, Serialize)]
 pub struct Throughput {
     #[serde(flatten)]
     pub case: CaseOf,
-    /// How we transform.
+    /// Our algorithm.
     pub method: String,
     /// [`column_fft::RealToComplexColumns::expected_error`]; of other kinds none is stated.
     pub expected_error: Option<f64>,
     pub median_ms: f64,
     /// [`CaseOf::operations`] over the median time.
     pub gflops: f64,
-    /// Bytes a second that a copy reads and writes, [`copy_rate`].
+    /// Bytes per second that a copy reads and writes: [`copy_rate`].
     pub copy_bytes_per_second: f64,
-    /// Time of array and spectra at the rate of the copy, over the median time.
+    /// Time to transfer array and spectra at the rate of the copy, over the median time.
     pub part_of_bound: f64,
-    /// How many times as long each other way takes: [`Throughput::ratio`].
+    /// Time of each other implementation relative to ours: [`Throughput::ratio`].
     pub ratio_to: BTreeMap<Implementation, f64>,
     pub clock: Clock,
-    /// Every time by that clock, round by round.
+    /// All times by that clock, round by round.
     pub times_ms: BTreeMap<Implementation, Vec<f64>>,
 }
 
 impl Rounds {
-    /// Runs all ways of a case in turn, round after round.
+    /// Runs all implementations of a case in interleaved rounds.
     ///
     /// # Errors
     /// As [`CaseOf::prepare`]; [`crate::Error::Threads`] without threads.
@@ -106,7 +105,7 @@ impl Rounds {
             reason: error.to_string(),
         })?;
         let about = arrays.about();
-        // The copy needs room of its own.
+        // Frees the memory that the copy needs.
         drop(arrays);
         Ok(Throughput::new(
             case,
@@ -145,13 +144,13 @@ impl Throughput {
         }
     }
 
-    /// Median over rounds of another way's time over ours; NaN where it did not run.
+    /// Median over rounds of another implementation's time over ours; NaN if it did not run.
     pub fn ratio(&self, way: Implementation) -> f64 {
         self.ratio_to.get(&way).copied().unwrap_or(f64::NAN)
     }
 }
 
-/// A line for each case, below a line of names.
+/// A table with a header and one line per case.
 pub fn table(found: &[Throughput]) -> String {
     let ways: Vec<Implementation> = found
         .first()
@@ -190,7 +189,7 @@ pub fn table(found: &[Throughput]) -> String {
     text
 }
 
-/// The median, of an even number of values the upper one; NaN of none.
+/// The median; the upper one for an even number of values, NaN for none.
 pub fn median(mut values: Vec<f64>) -> f64 {
     values.sort_by(f64::total_cmp);
     values.get(values.len() / 2).copied().unwrap_or(f64::NAN)
@@ -199,7 +198,8 @@ pub fn median(mut values: Vec<f64>) -> f64 {
 /// What [`copy_rate`] holds: as much is copied as there is room to copy to.
 pub(crate) const COPIED_BYTES: u64 = 256 << 20;
 
-/// Bytes a second read and written by `threads` copies of 128 MiB in all: the best of nine.
+/// Bytes per second read and written when `threads` threads copy 128 MiB in total: the best of
+/// nine.
 ///
 /// # Errors
 /// [`crate::Error::Memory`] where there is no memory.

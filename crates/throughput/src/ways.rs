@@ -1,4 +1,4 @@
-//! The ways to transform, and the arrays they work on.
+//! The compared implementations, and the arrays they work on.
 
 use std::hint::black_box;
 use std::io::Read;
@@ -18,17 +18,17 @@ use column_fft::{InstructionSet, Real, RealToComplexColumns};
 /// Columns gathered before they are transformed one by one: a cache line of each row.
 pub(crate) const TILE: usize = 8;
 
-/// A way to transform all columns.
+/// An implementation of the transform of all columns.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, serde::Serialize)]
 #[serde(rename_all = "snake_case")]
 pub enum Implementation {
     /// [`RealToComplexColumns`].
     Cascade,
-    /// `realfft` of columns gathered eight by eight.
+    /// `realfft` on columns gathered in tiles of eight.
     Realfft,
-    /// `realfft` of columns gathered one by one.
+    /// `realfft` on columns gathered one at a time.
     RealfftSingle,
-    /// `rustfft` of columns gathered eight by eight, two as one complex transform.
+    /// `rustfft` on columns gathered in tiles of eight, two columns per complex transform.
     Rustfft,
 }
 
@@ -50,20 +50,20 @@ impl Implementation {
     }
 }
 
-/// Arrays, and the ways planned for them.
+/// Arrays with the plans of all implementations.
 pub trait PlannedTransform: Send {
-    /// Runs a way once: by the calling thread, or `in_parallel` by all threads of the current pool.
+    /// Runs an implementation once: on the calling thread, or `in_parallel` on the current pool.
     fn run(&mut self, way: Implementation, in_parallel: bool);
 
-    /// What ours does.
+    /// Describes our algorithm.
     fn about(&self) -> Description;
 }
 
-/// How an array is transformed.
+/// Description of our algorithm.
 #[derive(Debug, Clone)]
 pub struct Description {
     pub method: String,
-    /// The relative error to expect, where one is stated.
+    /// The expected relative error, if stated.
     pub expected_error: Option<f64>,
 }
 
@@ -81,7 +81,7 @@ impl<T: Real> ReferencePlans<T> {
         }
     }
 
-    /// By the calling thread in `room`, or by all of the current pool.
+    /// Transforms on the calling thread with the scratch `room`, or on the current pool.
     pub fn transform(
         &self,
         way: Implementation,
@@ -128,7 +128,7 @@ pub(crate) fn noise<T: Real>(shape: ArrayShape) -> Result<Buffer> {
     Ok(values)
 }
 
-/// An array of noise and room for its columns' spectra, with the ways planned for them.
+/// A noise array and its columns' spectra, with the plans of all implementations.
 pub struct Arrays<T: Real> {
     shape: ArrayShape,
     values: Buffer,
@@ -136,12 +136,12 @@ pub struct Arrays<T: Real> {
     ours: RealToComplexColumns<T>,
     scratch: Vec<Complex<T>>,
     usual: ReferencePlans<T>,
-    /// Of the ways that gather columns, run by one thread.
+    /// Scratch of the reference implementations on one thread.
     room: Vec<Complex<T>>,
 }
 
 impl<T: Real> Arrays<T> {
-    /// For the fastest instructions of this processor.
+    /// Plans for the fastest instruction set of this processor.
     ///
     /// # Errors
     /// [`crate::Error::Memory`] where there is no memory.
@@ -150,7 +150,7 @@ impl<T: Real> Arrays<T> {
         Self::planned(shape, ours)
     }
 
-    /// For chosen instructions; `None` where the processor lacks them.
+    /// Plans for a given instruction set; `None` if the processor lacks it.
     ///
     /// # Errors
     /// As [`Arrays::new`].
@@ -175,16 +175,17 @@ impl<T: Real> Arrays<T> {
         })
     }
 
-    /// Transforms the values in `file` in each way, and writes of the spectra every `every`-th
-    /// column, the last one first, to `file.0`, `file.1`, ... in the order of [`Implementation::ALL`].
+    /// Transforms the values in `file` with each implementation. Writes every `every`-th column of
+    /// the spectra, starting from the last one, to `file.0`, `file.1`, ... in the order of
+    /// [`Implementation::ALL`].
     ///
     /// # Errors
-    /// Of reading and writing.
+    /// Errors of reading and writing.
     pub fn write_spectra(&mut self, file: &Path, every: isize) -> std::io::Result<()> {
         let shape = (self.shape.bins(), self.shape.columns);
         std::fs::File::open(file)?.read_exact(self.values.of())?;
         for (index, way) in Implementation::ALL.into_iter().enumerate() {
-            // Not numbers: what a way leaves out is seen.
+            // NaN, so that outputs that are not written are detected.
             self.spectra.of::<u8>().fill(0xff);
             self.run(way, false);
             let spectra: &[Complex<T>] = self.spectra.of();
@@ -278,7 +279,7 @@ fn by_column<T: Real>(
     }
 }
 
-/// The same for pairs of columns as real and imaginary part of one complex transform.
+/// The same for pairs of columns as the real and imaginary parts of one complex transform.
 fn two_for_one<T: Real>(
     plan: &dyn Fft<T>,
     values: ArrayView2<T>,
