@@ -21,7 +21,7 @@ use crate::error::Result;
 use crate::field::Field;
 use crate::numeric::{in_band, sum, sum_of_squares};
 use crate::observer::{Observer, Silent};
-use crate::prepare::Prepared;
+use crate::prepare::{ChannelScan, Prepared};
 use crate::transform::Real;
 
 /// Analyses a field that fits in memory: plan, run, collect.
@@ -111,31 +111,7 @@ fn passes<T: Real>(
         &rows,
         spacetime.as_ref().map(|s| &*s.directions),
     );
-    let found = Findings {
-        scans: &scans,
-        first_site: plan.sites.start,
-        simulated: field.struck.is_some(),
-        ends: &rows.ends,
-        first_profile: &rows.first_profile,
-        last_profile: &rows.last_profile,
-        by_site: columns.as_ref().map(|c| &*c.rows),
-        by_time: (!rows.rows.is_empty()).then_some(&*rows.rows),
-        frequency: plan.frequency_bins(),
-        wavenumber: plan.wavenumber_bins(),
-        padding_time: plan.padding_time(),
-    };
-    let doubts = field.notes.iter().filter(|note| note.is_doubtful());
-    let mut warnings: Vec<Warning> = doubts
-        .map(|note| Warning::Reading { note: note.clone() })
-        .collect();
-    warnings.extend(findings(&found, &plan.request));
-    if stored == 1.0 && unit != 1.0 {
-        let largest = scans.iter().fold(0.0, |m: f64, s| m.max(s.largest));
-        warnings.push(Warning::Unrepresentable { largest, unit });
-    }
-    if plan.flux_refused {
-        warnings.push(Warning::NoKineticEnergy);
-    }
+    let warnings = warnings(field, plan, &scans, columns.as_ref(), &rows, (unit, stored));
 
     let power_unit = if stored == 1.0 { unit } else { 1.0 };
     let maps = Maps {
@@ -166,7 +142,6 @@ fn passes<T: Real>(
         Some(maps) => maps,
         None => (columns.and_then(|c| c.map), None),
     };
-    let residuals = [parseval.time, parseval.space, parseval.spacetime];
     Ok(Analysis {
         name: field.name.clone(),
         content_hash: field.content_hash.clone(),
@@ -194,25 +169,72 @@ fn passes<T: Real>(
         flux_map: rows.flux_map.map(|map| maps.flux(map)),
         short_time,
         short_space,
-        accuracy: Accuracy {
-            precision: plan.request.precision,
-            amplitude_unit: power_unit,
-            spot_check: checked.map(|c| c.0),
-            spot_checks: checked.map_or(0, |c| c.1),
-            parseval: residuals
-                .into_iter()
-                .flatten()
-                .map(f64::abs)
-                .reduce(f64::max),
-            estimated_by: match checked {
-                Some(_) => "direct sums in twice the precision; Parseval's identity",
-                None => "Parseval's identity",
-            },
-        },
+        accuracy: accuracy(plan.request.precision, power_unit, checked, &parseval),
         seconds: started.elapsed().as_secs_f64(),
         timings: clock.timings,
         warnings,
     })
+}
+
+/// What to doubt about the field and its results.
+fn warnings(
+    field: &Field,
+    plan: &Plan,
+    scans: &[ChannelScan],
+    columns: Option<&TemporalPassResult>,
+    rows: &SpatialPassResult,
+    (unit, stored): (f64, f64),
+) -> Vec<Warning> {
+    let found = Findings {
+        scans,
+        first_site: plan.sites.start,
+        simulated: field.struck.is_some(),
+        ends: &rows.ends,
+        first_profile: &rows.first_profile,
+        last_profile: &rows.last_profile,
+        by_site: columns.map(|c| &*c.rows),
+        by_time: (!rows.rows.is_empty()).then_some(&*rows.rows),
+        frequency: plan.frequency_bins(),
+        wavenumber: plan.wavenumber_bins(),
+        padding_time: plan.padding_time(),
+    };
+    let doubts = field.notes.iter().filter(|note| note.is_doubtful());
+    let mut warnings: Vec<Warning> = doubts
+        .map(|note| Warning::Reading { note: note.clone() })
+        .collect();
+    warnings.extend(findings(&found, &plan.request));
+    if stored == 1.0 && unit != 1.0 {
+        let largest = scans.iter().fold(0.0, |m: f64, s| m.max(s.largest));
+        warnings.push(Warning::Unrepresentable { largest, unit });
+    }
+    if plan.flux_refused {
+        warnings.push(Warning::NoKineticEnergy);
+    }
+    warnings
+}
+
+fn accuracy(
+    precision: Precision,
+    amplitude_unit: f64,
+    checked: Option<(f64, usize)>,
+    parseval: &Parseval,
+) -> Accuracy {
+    let residuals = [parseval.time, parseval.space, parseval.spacetime];
+    Accuracy {
+        precision,
+        amplitude_unit,
+        spot_check: checked.map(|c| c.0),
+        spot_checks: checked.map_or(0, |c| c.1),
+        parseval: residuals
+            .into_iter()
+            .flatten()
+            .map(f64::abs)
+            .reduce(f64::max),
+        estimated_by: match checked {
+            Some(_) => "direct sums in twice the precision; Parseval's identity",
+            None => "Parseval's identity",
+        },
+    }
 }
 
 /// What turns measures of rows into results.

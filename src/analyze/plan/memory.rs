@@ -64,86 +64,18 @@ impl Plan {
         self.request.results.temporal.then_some(samples)
     }
 
-    /// Chooses tiles and blocks, whether the field streams through, and where the matrix between the
-    /// halves of the space-time transform lies. A thread takes `surveyed` bytes to look at the samples.
+    /// Chooses tiles and blocks, whether the field streams through, and whether the intermediate
+    /// matrix of the space-time transform is held in memory. A thread takes `surveyed` bytes to look
+    /// at the samples.
     pub(super) fn fit_into_memory(&mut self, surveyed: u64) -> Result<()> {
-        let (nt, nx) = (self.axes.n_times as u64, self.axes.n_sites as u64);
-        let nf = self.axes.frequency.len() as u64;
-        let (nk, nks) = (
-            self.axes.wavenumber.len() as u64,
-            self.axes.wavenumber_signed.len() as u64,
-        );
-        let threads = self.threads as u64;
+        let need = Need::of(self);
         let allowed = self.memory_allowed;
-        let between_row = nx * self.complex_bytes();
-        let between = self.between_rows() as u64 * between_row;
-        let spacetime = self.request.results.spacetime;
-
-        let vectors = 160 * (nt + nx) + 32 * (nf + nks) + (8 << 20) + self.short_time_bytes();
-        // What each thread sees of all sites in passing.
-        let vectors = vectors + threads * (160 * nx + surveyed);
-        // Mapped pages of the field count as memory too, so a large field is read piece by piece.
-        let mapped = 8 * nt * nx;
-        let piece = (piece_bytes(self.threads) as u64).max(8 * nx);
-        let pieces = mapped.min(threads * piece);
-        // Threads that have a tile, of so many each, of what there is.
-        let at_work = |all: u64, each: u64| threads.min(all.div_ceil(each));
-        // Of each of them: a tile of records, as read and as transformed, their transforms, what these
-        // work with, and powers of eight sites, be they fewer; or a tile of profiles, and of eight
-        // what these take.
-        let segments = self.segments.count() as u64;
-        let segment = self
-            .request
-            .welch
-            .map_or(0, |_| self.segments.length as u64);
-        let complex = self.complex_bytes();
-        let front = self.front_beside();
-        let column_tile = |sites: u64, in_memory: bool| {
-            let (length, padded) = (self.segments.length, self.conventions.padded_time);
-            let worked = RecordTransform::<f64>::working_bytes(length, padded, sites as usize);
-            // On their way to a scratch file transforms of all segments are held.
-            let on_their_way = complex * nf * (segments - 1);
-            let kept = if in_memory { 0 } else { on_their_way };
-            let front = front.map_or(0, |samples| front_bytes(samples, sites as usize));
-            let measured = MEASURED * nf;
-            at_work(nx, sites) * (sites * (8 * (nt + segment) + kept) + worked + measured + front)
-        };
-        let (sites, padded) = (self.axes.n_sites, self.conventions.padded_space);
-        let along_space =
-            MEASURED * nk + RecordTransform::<f64>::working_bytes(sites, padded, WIDTH);
-        let together = ComplexTransform::<f64>::TOGETHER as u64;
-        let at_each_frequency = |in_memory: bool| match (spacetime, in_memory) {
-            (false, _) => 0,
-            (true, true) => ComplexTransform::<f64>::working_bytes(sites, padded),
-            // Rows are gathered from the stripes of a scratch file.
-            (true, false) => {
-                together * between_row + ComplexTransform::<f64>::working_bytes(sites, padded)
-            }
-        };
-        let row_tile = |times: u64, in_memory: bool| {
-            // A small block is shared out to all threads, eight times each.
-            let at_once = times.min(WIDTH as u64);
-            let profiles = at_work(nt, times) * times * 8 * (nx + nks);
-            let profiles = profiles + at_work(nt, at_once) * along_space;
-            profiles + at_work(nf, together) * at_each_frequency(in_memory)
-        };
-        // Spectra along time are written by the pass that has them in rows, where there is one.
-        let per_site = |streams: bool| {
-            let written = if spacetime { 0 } else { 8 * nf };
-            written + if streams { 8 * nt } else { 0 }
-        };
-        // Of profiles and of frequencies one block is computed while another is written.
-        let per_time = 8 * (2 * nx + 4 * nk);
-        let per_frequency = 16 * (nks + nx) + segments * between_row;
-        // The flux surrogate differentiates over three neighbouring times.
-        let least_times = nt.min(4);
-
-        // The least that any of these blocks can do with: one record, a few profiles.
-        let least_tile = column_tile(1, !spacetime).max(row_tile(1, !spacetime));
-        let least_block = per_site(true)
-            .max(least_times * per_time)
-            .max(per_frequency);
-        let least = vectors + pieces + (2 * least_tile).max(least_tile + least_block);
+        let vectors = need.vectors(surveyed) + self.short_time_bytes();
+        // Mapped pages of the field count as memory, so a large field is read piece by piece.
+        let mapped = 8 * need.nt * need.nx;
+        let piece = (piece_bytes(self.threads) as u64).max(8 * need.nx);
+        let pieces = mapped.min(need.threads * piece);
+        let least = vectors + pieces + need.smallest_blocks();
         if allowed < least {
             return Err(Error::Memory {
                 what: "the smallest block of this field",
@@ -151,26 +83,58 @@ impl Plan {
                 allowed,
             });
         }
-        let mut room = allowed - least;
-        let in_memory = !spacetime || between <= room.min(allowed / 2);
-        let held = if spacetime && in_memory { between } else { 0 };
-        room -= held;
-        let streams = mapped > room.min(allowed / 4);
-        let per_site = per_site(streams);
+        let mut free = allowed - least;
+        let intermediate = self.between_rows() as u64 * need.intermediate_row;
+        let in_memory = !need.spacetime || intermediate <= free.min(allowed / 2);
+        let held = if need.spacetime && in_memory {
+            intermediate
+        } else {
+            0
+        };
+        free -= held;
+        let streams = mapped > free.min(allowed / 4);
 
         let fixed = vectors + held + if streams { pieces } else { mapped };
         let spare = allowed - fixed;
-        // The tiles shrink where the records are so long that they would not fit.
-        while self.tiles.sites > 1 && column_tile(self.tiles.sites as u64, in_memory) > spare / 2 {
-            self.tiles.sites /= 2;
-        }
-        while self.tiles.times > 1 && row_tile(self.tiles.times as u64, in_memory) > spare / 2 {
-            self.tiles.times /= 2;
-        }
-        let columns = column_tile(self.tiles.sites as u64, in_memory);
-        let rows = row_tile(self.tiles.times as u64, in_memory);
+        let [columns, rows] = self.fit_tiles(&need, in_memory, spare);
         let tiles = columns.max(rows);
-        let for_blocks = spare - tiles;
+        let [records, snapshots] = self.fit_blocks(&need, streams, in_memory, spare - tiles);
+        let both = columns + rows + records + snapshots;
+        self.interleaved = !streams && in_memory && fixed + both <= allowed;
+        self.memory_needed = match self.interleaved {
+            true => fixed + both,
+            false => fixed + tiles + records.max(snapshots),
+        };
+        self.tiles.ahead = streams.then_some(self.blocks.sites);
+        let shape = (self.between_rows(), self.axes.n_sites);
+        self.scratch_file = match in_memory {
+            true => 0,
+            false => scratch_bytes(shape, self.tiles.sites, need.complex),
+        };
+        Ok(())
+    }
+
+    /// Halves the tiles until each takes at most half of the `spare` bytes. Returns the bytes of tiles
+    /// of records and of snapshots.
+    fn fit_tiles(&mut self, need: &Need, in_memory: bool, spare: u64) -> [u64; 2] {
+        let tiles = &mut self.tiles;
+        let columns = |sites: usize| need.column_tile(sites as u64, in_memory);
+        let rows = |times: usize| need.row_tile(times as u64, in_memory);
+        while tiles.sites > 1 && columns(tiles.sites) > spare / 2 {
+            tiles.sites /= 2;
+        }
+        while tiles.times > 1 && rows(tiles.times) > spare / 2 {
+            tiles.times /= 2;
+        }
+        [columns(tiles.sites), rows(tiles.times)]
+    }
+
+    /// Chooses the blocks that `spare` bytes hold. Returns the bytes of blocks of records (or of
+    /// frequencies) and of snapshots.
+    fn fit_blocks(&mut self, need: &Need, streams: bool, in_memory: bool, spare: u64) -> [u64; 2] {
+        let (per_site, per_time) = (need.per_site(streams), need.per_time());
+        let per_frequency = need.per_frequency();
+        let [nt, nx, nf] = [need.nt, need.nx, need.nf].map(|n| n as usize);
         let block = |bytes: u64, per: u64, tile: usize, least: usize, all: usize| -> usize {
             let fit = usize::try_from(bytes / per.max(1)).unwrap_or(usize::MAX);
             if fit >= all {
@@ -181,56 +145,174 @@ impl Plan {
         };
         // In the cache if there is room, at least a tile if that fits at all.
         let cached = |per: u64, tile: usize, least: usize, all: usize| -> usize {
-            let bytes = (BLOCK_BYTES * threads).max(per * tile.max(4) as u64);
-            block(bytes.min(for_blocks), per, tile, least, all)
+            let bytes = (BLOCK_BYTES * need.threads).max(per * tile.max(4) as u64);
+            block(bytes.min(spare), per, tile, least, all)
         };
-        let sites = block(for_blocks, per_site, self.tiles.sites, 1, nx as usize);
-        // As many in each pass over the field.
-        let each = (nx as usize).div_ceil((nx as usize).div_ceil(sites));
+        let sites = block(spare, per_site, self.tiles.sites, 1, nx);
+        // Every pass over the field takes the same number of sites.
+        let each = nx.div_ceil(nx.div_ceil(sites));
+        let together = ComplexTransform::<f64>::TOGETHER;
         let mut blocks = Blocks {
             sites: sites.min(each.next_multiple_of(self.tiles.sites)),
-            times: cached(
-                per_time,
-                self.tiles.times,
-                least_times as usize,
-                nt as usize,
-            ),
-            frequencies: cached(
-                per_frequency,
-                ComplexTransform::<f64>::TOGETHER,
-                1,
-                nf as usize,
-            ),
+            times: cached(per_time, self.tiles.times, need.least_times() as usize, nt),
+            frequencies: cached(per_frequency, together, 1, nf),
             scratch: 0,
         };
         // No tile is wider than its block: stripes of a scratch file are tiles.
         self.tiles.sites = self.tiles.sites.min(blocks.sites);
-        let frequencies = if spacetime { blocks.frequencies } else { 0 };
+        let frequencies = if need.spacetime {
+            blocks.frequencies
+        } else {
+            0
+        };
         let mut from_records = frequencies as u64 * per_frequency;
         if !in_memory {
             // Whole blocks, which are read together.
-            let block = blocks.frequencies as u64 * segments * between_row;
-            let more = SCRATCH_BYTES.min(for_blocks).saturating_sub(from_records) / block;
-            let more = more.min(nf.div_ceil(blocks.frequencies as u64) - 1);
+            let block = blocks.frequencies as u64 * need.segments * need.intermediate_row;
+            let more = SCRATCH_BYTES.min(spare).saturating_sub(from_records) / block;
+            let more = more.min(need.nf.div_ceil(blocks.frequencies as u64) - 1);
             blocks.scratch = blocks.frequencies * (1 + more as usize);
             from_records += more * block;
         }
-        let records = from_records.max(blocks.sites as u64 * per_site);
-        let profiles = blocks.times as u64 * per_time;
-        let both = columns + rows + records + profiles;
-        self.interleaved = !streams && in_memory && fixed + both <= allowed;
-        self.memory_needed = match self.interleaved {
-            true => fixed + both,
-            false => fixed + tiles + records.max(profiles),
-        };
         self.blocks = blocks;
-        self.tiles.ahead = streams.then_some(blocks.sites);
-        let shape = (self.between_rows(), self.axes.n_sites);
-        self.scratch_file = match in_memory {
+        let records = from_records.max(blocks.sites as u64 * per_site);
+        [records, blocks.times as u64 * per_time]
+    }
+}
+
+/// What the tiles and blocks of a plan need, in bytes.
+struct Need {
+    nt: u64,
+    nx: u64,
+    nf: u64,
+    /// Wavenumbers of one sign, and of both.
+    nk: u64,
+    nks: u64,
+    threads: u64,
+    /// Bytes of a complex number.
+    complex: u64,
+    spacetime: bool,
+    segments: u64,
+    /// Samples of a segment of Welch's method; 0 without.
+    welch: u64,
+    /// Samples of a segment, and padded.
+    time: [usize; 2],
+    /// Sites, and padded.
+    space: [usize; 2],
+    /// Samples of the longest windows at the front's passage.
+    front: Option<usize>,
+    /// A row of the intermediate matrix.
+    intermediate_row: u64,
+}
+
+impl Need {
+    fn of(plan: &Plan) -> Need {
+        let complex = plan.complex_bytes();
+        let nx = plan.axes.n_sites as u64;
+        Need {
+            nt: plan.axes.n_times as u64,
+            nx,
+            nf: plan.axes.frequency.len() as u64,
+            nk: plan.axes.wavenumber.len() as u64,
+            nks: plan.axes.wavenumber_signed.len() as u64,
+            threads: plan.threads as u64,
+            complex,
+            spacetime: plan.request.results.spacetime,
+            segments: plan.segments.count() as u64,
+            welch: match plan.request.welch {
+                Some(_) => plan.segments.length as u64,
+                None => 0,
+            },
+            time: [plan.segments.length, plan.conventions.padded_time],
+            space: [plan.axes.n_sites, plan.conventions.padded_space],
+            front: plan.front_beside(),
+            intermediate_row: nx * complex,
+        }
+    }
+
+    /// Threads that have a tile, of so many `each`, of `all` there are.
+    fn at_work(&self, all: u64, each: u64) -> u64 {
+        self.threads.min(all.div_ceil(each))
+    }
+
+    /// Vectors as long as an axis, of the result and of each thread.
+    fn vectors(&self, surveyed: u64) -> u64 {
+        let result = 160 * (self.nt + self.nx) + 32 * (self.nf + self.nks) + (8 << 20);
+        result + self.threads * (160 * self.nx + surveyed)
+    }
+
+    /// Tiles of records, one a thread: as read and as transformed, their transforms, scratch, and
+    /// powers of eight sites, even if there are fewer.
+    fn column_tile(&self, sites: u64, in_memory: bool) -> u64 {
+        let [length, padded] = self.time;
+        let scratch = RecordTransform::<f64>::working_bytes(length, padded, sites as usize);
+        // Transforms of all segments are held until they are written to a scratch file.
+        let waiting = match in_memory {
             true => 0,
-            false => scratch_bytes(shape, self.tiles.sites, complex),
+            false => self.complex * self.nf * (self.segments - 1),
         };
-        Ok(())
+        let front = self
+            .front
+            .map_or(0, |samples| front_bytes(samples, sites as usize));
+        let measured = MEASURED * self.nf;
+        let tile = sites * (8 * (self.nt + self.welch) + waiting) + scratch + measured + front;
+        self.at_work(self.nx, sites) * tile
+    }
+
+    /// Tiles of snapshots and of frequencies, one a thread.
+    fn row_tile(&self, times: u64, in_memory: bool) -> u64 {
+        let [sites, padded] = self.space;
+        // A small block is divided among all threads, eight snapshots each.
+        let at_once = times.min(WIDTH as u64);
+        let scratch = RecordTransform::<f64>::working_bytes(sites, padded, WIDTH);
+        let snapshots = self.at_work(self.nt, times) * times * 8 * (self.nx + self.nks)
+            + self.at_work(self.nt, at_once) * (MEASURED * self.nk + scratch);
+        if !self.spacetime {
+            return snapshots;
+        }
+        let together = ComplexTransform::<f64>::TOGETHER as u64;
+        // Rows are gathered from the stripes of a scratch file.
+        let gathered = match in_memory {
+            true => 0,
+            false => together * self.intermediate_row,
+        };
+        let scratch = ComplexTransform::<f64>::working_bytes(sites, padded);
+        snapshots + self.at_work(self.nf, together) * (gathered + scratch)
+    }
+
+    /// Of a block of records. Spectra along time are written by the pass that has them in rows, where
+    /// there is one.
+    fn per_site(&self, streams: bool) -> u64 {
+        let written = if self.spacetime { 0 } else { 8 * self.nf };
+        written + if streams { 8 * self.nt } else { 0 }
+    }
+
+    /// Of blocks of snapshots: one is computed while another is written.
+    fn per_time(&self) -> u64 {
+        8 * (2 * self.nx + 4 * self.nk)
+    }
+
+    /// Of blocks of frequencies: one is computed while another is written.
+    fn per_frequency(&self) -> u64 {
+        16 * (self.nks + self.nx) + self.segments * self.intermediate_row
+    }
+
+    /// Times of the smallest block: the flux surrogate differentiates over three neighbours.
+    fn least_times(&self) -> u64 {
+        self.nt.min(4)
+    }
+
+    /// One record and a few snapshots, in tiles and blocks.
+    fn smallest_blocks(&self) -> u64 {
+        let in_memory = !self.spacetime;
+        let tile = self
+            .column_tile(1, in_memory)
+            .max(self.row_tile(1, in_memory));
+        let block = self
+            .per_site(true)
+            .max(self.least_times() * self.per_time())
+            .max(self.per_frequency());
+        (2 * tile).max(tile + block)
     }
 }
 

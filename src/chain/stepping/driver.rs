@@ -3,7 +3,7 @@
 use super::composed::{self, Splitting};
 use super::correction::Correction;
 use super::islands::Islands;
-use super::pair::{self, Span, StepOutcome, StepScratch};
+use super::pair::{PairStep, Span, StepOutcome, StepScratch};
 use super::system::{State, System};
 use super::tableau::Tableau;
 use super::{Cost, Mark, StepControl, Stepping, Task};
@@ -134,17 +134,14 @@ impl<K: Kernel> Driver<K> {
                 Method::Pair {
                     tableau,
                     correction,
-                } => pair::advance(
-                    &self.system,
+                } => PairStep {
+                    system: &self.system,
                     tableau,
-                    correction.as_ref(),
+                    correction: correction.as_ref(),
                     tolerance,
-                    island,
                     span,
-                    &self.state,
-                    &mut self.next,
-                    &mut self.scratch,
-                ),
+                }
+                .advance(island, &self.state, &mut self.next, &mut self.scratch),
                 Method::Composition(splitting) => composed::advance(
                     &self.system,
                     splitting,

@@ -35,7 +35,15 @@ pub(super) fn pass_on<K: Kernel>(
     }
     for &(stage, weight) in tableau.bp.iter().filter(|(_, weight)| *weight != 0.0) {
         let weights = &tableau.velocity[stage];
-        push(system, island, &state.v, None, weights, h, [force, pull], v);
+        push(
+            system,
+            island,
+            &state.v,
+            None,
+            (weights, h),
+            [force, pull],
+            v,
+        );
         if system.has_moving_ends() && island.blocks.start == 0 {
             system.place_ghosts(t + tableau.c[stage] * h, x, v);
         }

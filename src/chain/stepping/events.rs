@@ -3,10 +3,10 @@
 use super::super::law::Kernel;
 use super::correction::{Correction, Missed, Quintic, pressing_spans};
 use super::islands::Island;
-use super::pair::Span;
+use super::pair::{PairStep, Span};
 use super::resolved::{Crossing, Resolved};
 use super::system::{State, System};
-use super::tableau::{MOST_STAGES, Tableau};
+use super::tableau::MOST_STAGES;
 use crate::numeric::lanes::{AlignedRow, WIDTH};
 
 /// Openings that change velocities by less than this share of the tolerance are left as they are.
@@ -59,17 +59,21 @@ impl Events {
 
     /// Finds the contacts whose opening or closing weighs more than a thousandth of the tolerance,
     /// and what the method missed along the interpolants of the step as it stands.
-    #[allow(clippy::too_many_arguments)]
     pub(super) fn find<K: Kernel>(
         &mut self,
-        system: &System<K>,
-        (tableau, correction): (&Tableau, &Correction),
-        tolerance: f64,
+        step: &PairStep<K>,
+        correction: &Correction,
         island: &Island,
-        span: Span,
         path: [&State; 2],
         force: &[AlignedRow],
     ) {
+        let PairStep {
+            system,
+            tableau,
+            tolerance,
+            span,
+            ..
+        } = *step;
         let Events { found, blocks } = self;
         let [state, _] = path;
         if system.has_moving_ends() && island.blocks.start == 0 {

@@ -92,159 +92,174 @@ pub(super) struct Span {
     pub(super) h: f64,
 }
 
-/// Advances an island from `state`, into `next`.
-#[allow(clippy::too_many_arguments)]
-pub(super) fn advance<K: Kernel>(
-    system: &System<K>,
-    tableau: &Tableau,
-    correction: Option<&Correction>,
-    tolerance: f64,
-    island: &Island,
-    span: Span,
-    state: &State,
-    next: &mut State,
-    scratch: &mut StepScratch,
-) -> StepOutcome {
-    let Span { t, h } = span;
-    let blocks = island.blocks.clone();
-    let lossy = system.losses.any();
-    let moving_ends = system.has_moving_ends() && blocks.start == 0;
-    let last = tableau.stages() - 1;
-    scratch.force[0].0[blocks.clone()].copy_from_slice(&state.force.0[blocks.clone()]);
-    if lossy {
+/// A step of an embedded pair.
+#[derive(Debug)]
+pub(super) struct PairStep<'a, K> {
+    pub(super) system: &'a System<K>,
+    pub(super) tableau: &'a Tableau,
+    /// Corrects what openings and closings add to the error.
+    pub(super) correction: Option<&'a Correction>,
+    /// Of the local error of a velocity; 0 for fixed steps.
+    pub(super) tolerance: f64,
+    pub(super) span: Span,
+}
+
+impl<K: Kernel> PairStep<'_, K> {
+    /// Advances an island from `state` into `next`.
+    pub(super) fn advance(
+        &self,
+        island: &Island,
+        state: &State,
+        next: &mut State,
+        scratch: &mut StepScratch,
+    ) -> StepOutcome {
+        let PairStep {
+            system,
+            tableau,
+            span,
+            ..
+        } = *self;
+        let Span { t, h } = span;
+        let blocks = island.blocks.clone();
+        let last = tableau.stages() - 1;
+        let mut leaked = self.stages(island, state, &mut next.x, scratch);
+
+        let StepScratch {
+            force,
+            pull,
+            error,
+            events,
+            ..
+        } = scratch;
+        let rows = |weights, rows| StageSums::new(weights, h, rows, island);
+        let lossy = system.losses.any();
+        let pulls = lossy.then(|| [rows(&tableau.bp, pull), rows(&tableau.error, pull)]);
+        let mut largest = Finish {
+            mobility: &system.mobility,
+            static_overlap: &system.static_overlap,
+            island,
+            h,
+            x: &state.x,
+            v: &state.v,
+            x1: &next.x,
+            sums: [&rows(&tableau.bp, force), &rows(&tableau.error, force)],
+            pulls: pulls.as_ref().map(|[velocity, error]| [velocity, error]),
+            v1: &mut next.v,
+            error,
+            openings: events.openings(),
+        }
+        .work();
+        if system.has_moving_ends() && blocks.start == 0 {
+            system.place_ghosts(t + h, &mut next.x, &mut next.v);
+        }
+        next.force.0[blocks.clone()].copy_from_slice(&force[last].0[blocks]);
+
+        if let Some(correction) = self.correction {
+            events.find(self, correction, island, [state, next], force);
+            if events.count() > 0 {
+                events.correct(system, island, span, next, error);
+                leaked |= island.leaks(&next.force) || events.reach_guards(island);
+                largest = Largest { island, row: error }.find();
+            }
+        }
+        let corrected = events.count();
+        let [longest, onward] = events.lengths(h);
+        if !state.passed.is_empty() {
+            energy::pass_on(system, tableau, island, span, state, next, scratch);
+        }
+        StepOutcome {
+            error: largest,
+            leaked,
+            corrected,
+            longest,
+            onward,
+        }
+    }
+
+    /// Forces of all stages, and the positions at the last one. Returns whether a guard contact
+    /// pressed.
+    fn stages(
+        &self,
+        island: &Island,
+        state: &State,
+        end: &mut AlignedRow,
+        scratch: &mut StepScratch,
+    ) -> bool {
+        let PairStep {
+            system, tableau, ..
+        } = *self;
+        let Span { t, h } = self.span;
+        let blocks = island.blocks.clone();
+        let lossy = system.losses.any();
+        let moving_ends = system.has_moving_ends() && blocks.start == 0;
+        let last = tableau.stages() - 1;
         let StepScratch {
             force,
             damping,
             pull,
+            x,
+            v,
             ..
         } = scratch;
-        let rows = [&mut force[0], &mut damping[0], &mut pull[0]];
-        damp(system, t, island, [&state.x, &state.v], rows);
-    }
-    let mut leaked = false;
-    for stage in 1..=last {
-        let ch = tableau.c[stage] * h;
-        let positions = if stage == last {
-            &mut next.x
-        } else {
-            &mut scratch.x
-        };
+        force[0].0[blocks.clone()].copy_from_slice(&state.force.0[blocks]);
         if lossy {
-            let StepScratch {
-                force,
-                damping,
-                pull,
-                v,
-                ..
-            } = scratch;
-            let flight = Some((ch, &state.v));
-            let (a, b) = (&tableau.a[stage], &tableau.velocity[stage]);
-            push(
-                system,
-                island,
-                &state.x,
-                flight,
-                a,
-                h * h,
-                [force, pull],
-                positions,
-            );
-            push(system, island, &state.v, None, b, h, [force, pull], v);
-            if moving_ends {
-                system.place_ghosts(t + ch, positions, v);
-            }
-            let rows = [&mut force[stage], &mut damping[stage], &mut pull[stage]];
-            damp(system, t + ch, island, [positions, v], rows);
-        } else {
-            let (before, from) = scratch.force.split_at_mut(stage);
-            stage::MoveAndPress {
-                system,
-                island,
-                x: &state.x,
-                v: &state.v,
-                reach: ch,
-                sums: &StageSums::new(&tableau.a[stage], h * h, before, island),
-                positions,
-                force: &mut from[0],
-            }
-            .work();
-            if moving_ends {
-                system.place_ghosts(t + ch, positions, &mut scratch.v);
-                set_end_forces(system, t + ch, [positions, &scratch.v], &mut from[0]);
-            }
+            let rows = [&mut force[0], &mut damping[0], &mut pull[0]];
+            damp(system, t, island, [&state.x, &state.v], rows);
         }
-        leaked |= island.leaks(&scratch.force[stage]);
-    }
-
-    let StepScratch {
-        force,
-        pull,
-        error,
-        events,
-        ..
-    } = scratch;
-    let rows = |weights, rows| StageSums::new(weights, h, rows, island);
-    let pulls = lossy.then(|| [rows(&tableau.bp, pull), rows(&tableau.error, pull)]);
-    let mut largest = Finish {
-        mobility: &system.mobility,
-        static_overlap: &system.static_overlap,
-        island,
-        h,
-        x: &state.x,
-        v: &state.v,
-        x1: &next.x,
-        sums: [&rows(&tableau.bp, force), &rows(&tableau.error, force)],
-        pulls: pulls.as_ref().map(|[velocity, error]| [velocity, error]),
-        v1: &mut next.v,
-        error,
-        openings: events.openings(),
-    }
-    .work();
-    if moving_ends {
-        system.place_ghosts(t + h, &mut next.x, &mut next.v);
-    }
-    next.force.0[blocks.clone()].copy_from_slice(&force[last].0[blocks]);
-
-    if let Some(correction) = correction {
-        let method = (tableau, correction);
-        events.find(
-            system,
-            method,
-            tolerance,
-            island,
-            span,
-            [state, next],
-            force,
-        );
-        if events.count() > 0 {
-            events.correct(system, island, span, next, error);
-            leaked |= island.leaks(&next.force) || events.reach_guards(island);
-            largest = Largest { island, row: error }.find();
+        let mut leaked = false;
+        for stage in 1..=last {
+            let ch = tableau.c[stage] * h;
+            let positions = if stage == last { &mut *end } else { &mut *x };
+            if lossy {
+                let flight = Some((ch, &state.v));
+                let weights = (&tableau.a[stage], h * h);
+                push(
+                    system,
+                    island,
+                    &state.x,
+                    flight,
+                    weights,
+                    [force, pull],
+                    positions,
+                );
+                let weights = (&tableau.velocity[stage], h);
+                push(system, island, &state.v, None, weights, [force, pull], v);
+                if moving_ends {
+                    system.place_ghosts(t + ch, positions, v);
+                }
+                let rows = [&mut force[stage], &mut damping[stage], &mut pull[stage]];
+                damp(system, t + ch, island, [positions, v], rows);
+            } else {
+                let (before, from) = force.split_at_mut(stage);
+                stage::MoveAndPress {
+                    system,
+                    island,
+                    x: &state.x,
+                    v: &state.v,
+                    reach: ch,
+                    sums: &StageSums::new(&tableau.a[stage], h * h, before, island),
+                    positions,
+                    force: &mut from[0],
+                }
+                .work();
+                if moving_ends {
+                    system.place_ghosts(t + ch, positions, v);
+                    set_end_forces(system, t + ch, [positions, v], &mut from[0]);
+                }
+            }
+            leaked |= island.leaks(&force[stage]);
         }
-    }
-    let corrected = events.count();
-    let [longest, onward] = events.lengths(h);
-    if !state.passed.is_empty() {
-        energy::pass_on(system, tableau, island, span, state, next, scratch);
-    }
-    StepOutcome {
-        error: largest,
-        leaked,
-        corrected,
-        longest,
-        onward,
+        leaked
     }
 }
 
 /// [`stage::Push`] by weighted forces, and by the drag where there are losses.
-#[allow(clippy::too_many_arguments)]
 pub(super) fn push<K>(
     system: &System<K>,
     island: &Island,
     base: &AlignedRow,
     flight: Option<(f64, &AlignedRow)>,
-    weights: &Weights,
-    scale: f64,
+    (weights, scale): (&Weights, f64),
     [force, pull]: [&[AlignedRow]; 2],
     out: &mut AlignedRow,
 ) {
