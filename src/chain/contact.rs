@@ -82,7 +82,7 @@ impl Material {
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Surface {
     pub material: Material,
-    /// Principal curvatures in 1/m, positive where convex; the first lies along the body's axis.
+    /// Principal curvatures in 1/m, positive where convex; the first is along the body's axis.
     pub curvature: [f64; 2],
 }
 

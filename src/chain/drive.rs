@@ -1,6 +1,6 @@
 //! What moves or pushes the first end.
 
-/// A course in time, at rest before 0.
+/// A waveform in time, zero before t = 0.
 #[derive(Debug, Clone, Copy, PartialEq, serde::Serialize, serde::Deserialize)]
 #[serde(rename_all = "kebab-case", deny_unknown_fields)]
 pub enum Waveform {
@@ -31,7 +31,7 @@ impl Waveform {
         -self.angular_frequency().powi(2) * self.at(t)
     }
 
-    /// When the course ends; a sine does not.
+    /// The time at which the waveform ends; infinite for a sine.
     pub fn end(&self) -> f64 {
         match self {
             Waveform::Sine { .. } => f64::INFINITY,

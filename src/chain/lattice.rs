@@ -21,7 +21,7 @@ pub enum Ends {
     Periodic,
 }
 
-/// Terms that take energy out, each absent at 0.
+/// Dissipative terms; 0 switches one off.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 pub struct Losses {
     /// Dashpot in every closed contact: `Fd = dashpot * delta'`.
@@ -44,7 +44,7 @@ impl Losses {
 pub struct Chain {
     /// Mass of each site.
     pub mass: Vec<f64>,
-    /// Coefficient of each contact, as many as [`Ends`] says.
+    /// Coefficient of each contact; [`Ends`] determines their number.
     pub coefficient: Vec<f64>,
     pub law: Law,
     pub ends: Ends,
@@ -77,7 +77,7 @@ impl Chain {
         self.coefficient.len()
     }
 
-    /// Whether a wall stands before site 0.
+    /// Whether there is a wall before site 0.
     pub fn has_left_wall(&self) -> bool {
         matches!(self.ends, Ends::Fixed { .. })
     }

@@ -20,15 +20,15 @@ pub(crate) fn runs_a_thread(simulation: &Simulation) -> usize {
 /// Below this number of chains alike, stepping them one by one is as fast.
 const LEAST_TOGETHER: usize = WIDTH / 2 + 1;
 
-/// Runs simulations on the threads of the current pool and hands each result on as it is done,
-/// with its place in `simulations`, in any order.
+/// Runs simulations on the threads of the current pool and passes on each result when it is
+/// finished, with its index in `simulations`, in any order.
 ///
-/// The bits of a result do not depend on the number of threads nor on what else is run. Chains of
-/// fixed steps that differ in masses, coefficients and initial states alone are stepped eight at a
-/// time, unless their energies are recorded. Nothing is kept: a caller that wants a summary of each
-/// run holds no more than eight at once on each thread.
-/// The observer sees one stage, a unit for each simulation; once it asks to stop, the simulations
-/// left yield [`Error::Cancelled`].
+/// The bits of a result depend neither on the number of threads nor on the other simulations.
+/// Chains of fixed steps that differ in masses, coefficients and initial states alone are stepped
+/// eight at a time, unless their energies are recorded. No result is stored: a caller that needs
+/// only a summary of each run holds at most eight runs per thread. The observer gets one stage with
+/// one unit per simulation. After cancellation the remaining simulations yield
+/// [`Error::Cancelled`].
 pub fn run_each(
     simulations: &[Simulation],
     observer: &dyn Observer,
@@ -98,10 +98,10 @@ impl Alike {
     }
 }
 
-/// Runs of up to eight simulations alike, in order; the others by themselves.
+/// Batches of up to eight similar simulations, in order; the others are alone.
 fn batches(simulations: &[Simulation]) -> Vec<Vec<usize>> {
     let mut batches: Vec<Vec<usize>> = Vec::new();
-    // The last batch of each kind, while it has room.
+    // The last batch of each kind that is not full.
     let mut open: Vec<(Alike, usize)> = Vec::new();
     for (i, simulation) in simulations.iter().enumerate() {
         let Some(alike) = Alike::of(simulation) else {
@@ -169,7 +169,7 @@ fn together(
             Ok(mut run) if run.velocity.iter().all(|v| v.is_finite()) => {
                 alone.check_energy(&mut run).map(|()| run)
             }
-            // The run alone tells at which time it overflowed.
+            // Only a run by itself finds the time of the overflow.
             _ => alone.run(&CancelOnly(observer)),
         }
     });

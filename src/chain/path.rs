@@ -1,11 +1,11 @@
-//! Quadratures along the motion of a chain, for integrals over time of what has cusps where contacts
-//! open.
+//! Quadratures along the motion of a chain, for rates with fractional-power singularities at
+//! contact openings.
 //!
-//! A rate that holds `delta^{1/4}` beside smooth terms, as the transfer between wavenumbers does, is
-//! integrated slowly by any rule over samples or over steps. Here each step is made once to find
-//! the contacts that open or close inside it, and again from the same start, landing on the nodes of
-//! Gauss's rule between these times. Beside an opening at `t_o` the variable is `s` with
-//! `t - t_o ~ s^4`, in which all powers that are multiples of 1/4 are smooth.
+//! Any rule over samples or steps converges slowly for a rate with terms like `delta^{1/4}`, such
+//! as the transfer between wavenumbers. Here each step is computed twice: first to find the
+//! contacts that open or close inside it, then from the same start to the nodes of Gauss's rule
+//! between these times. Near an opening at `t_o` the variable is `s` with `t - t_o ~ s^4`, in which
+//! all multiples of the power 1/4 are smooth.
 
 use super::drive::{Drive, Waveform};
 use super::lattice::Ends;
@@ -20,11 +20,11 @@ use crate::observer::Observer;
 const NODES: usize = 12;
 const SMOOTH_NODES: usize = 6;
 
-/// An opening is felt at so many lengths of a piece from it.
+/// Pieces within this many of their lengths from an opening use the substitution.
 const FELT: f64 = 2.0;
 
-/// Contacts with less than this share of the energy open unnoticed: what they put into a rate is its
-/// square root.
+/// Openings of contacts with less than this share of the energy are ignored; their contribution to
+/// a rate is its square root.
 const NOTICED: f64 = 1e-26;
 
 /// A place on the way.
@@ -44,12 +44,12 @@ pub(crate) struct NodeState<'a> {
     pub(crate) v: &'a [f64],
 }
 
-/// What is followed along the way.
+/// Called at the nodes of the quadrature.
 pub(crate) trait NodeVisitor {
     fn visit(&mut self, visit: Node, place: NodeState);
 
-    /// Times between two places, a step apart, at which a rate has a cusp other than those of
-    /// contacts that open.
+    /// Times between two states, a step apart, of singularities of a rate other than contact
+    /// openings.
     fn cusps(&mut self, _from: NodeState, _to: NodeState) -> Vec<f64> {
         Vec::new()
     }

@@ -18,10 +18,11 @@ pub struct Peak {
     pub error: f64,
 }
 
-/// Parts of an interval between samples at whose ends it is looked at before its peak is located.
+/// Subintervals of a sampling interval at whose ends the force is evaluated before its peak is
+/// located.
 const SAMPLES_PER_STEP: usize = 4;
 
-/// By how much of the largest force seen so far the peak of an interval may rise between looks.
+/// Largest rise of a peak between evaluations, as a share of the largest force so far.
 const NEAR: f64 = 0.1;
 
 impl Run {

@@ -8,7 +8,7 @@ use super::simulation::{Record, Simulation};
 use super::stepping::{Cost, FIRST_CONTACT, FIRST_SITE, State, StepControl};
 use crate::Result;
 
-/// Uniform samples from 0 to the end time, or every so many of them and the last one.
+/// Uniform samples from 0 to the end time, or every n-th of them and the last one.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct SampleTimes {
     end: f64,
@@ -166,7 +166,7 @@ impl Recorder {
             *first = energy;
         }
         let change = (energy - *first).abs();
-        // What is not a number is worse than any drift, and stays.
+        // NaN is worse than any drift and is kept.
         if change > *drift || change.is_nan() {
             *drift = change;
         }

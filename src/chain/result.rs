@@ -29,15 +29,16 @@ pub struct Run {
 /// How well a run went.
 #[derive(Debug, Clone, PartialEq, serde::Serialize, serde::Deserialize)]
 pub struct RunReport {
-    /// The speed that errors are relative to: the largest initial one, or that of the lightest site
-    /// with the energy of the start where that is more; driven, the largest that was seen.
+    /// The speed that errors are relative to: the largest initial speed, or, if larger, that of the
+    /// lightest site with all of the initial energy; for a driven chain the largest speed of the
+    /// run.
     pub velocity_scale: f64,
     /// Twice the largest difference of a velocity, relative to the scale, between this run and one
-    /// whose local error is larger by `1 / `[`CHECK_FACTOR`](super::CHECK_FACTOR); `None` where it
-    /// was not asked for.
+    /// whose local error is larger by `1 / `[`CHECK_FACTOR`](super::CHECK_FACTOR); `None` if not
+    /// requested.
     pub error: Option<f64>,
-    /// Largest change of the energy that neither input nor losses explain, relative to the largest
-    /// energy. Small drift says nothing of the error of velocities.
+    /// Largest change of the energy not explained by input and losses, relative to the largest
+    /// energy. Small drift does not imply small errors of velocities.
     pub energy_drift: Option<f64>,
     pub cost: Cost,
     pub warnings: Vec<RunWarning>,
@@ -57,7 +58,7 @@ pub enum RunWarning {
         /// masses that caused it; too small where the velocities are then nothing alike.
         amplification: f64,
     },
-    /// The tolerance is below what rounding leaves of the velocities, which stand to `reached`.
+    /// The tolerance is below the rounding error of the velocities, which have the error `reached`.
     Rounding { tolerance: f64, reached: f64 },
     /// The energy changed by `drift` of its largest value, which neither work nor losses explain;
     /// velocities right to the error stated could have changed it by `allowed`.

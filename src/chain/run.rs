@@ -1,4 +1,4 @@
-//! Running a simulation to the accuracy asked for.
+//! Running a simulation to the requested accuracy.
 
 use super::lattice::refuse;
 use super::recorder::{Recorder, SampleTimes};
@@ -21,22 +21,22 @@ const ROUNDING: f64 = 1e-12;
 /// Chains that amplify less than this leave tolerances to be had down to rounding.
 const SENSITIVE: f64 = 1e4;
 
-/// Samples at which a run is checked. The steps of the run that checks are cut by no others, so
-/// that it differs from the run that is checked also where all steps end on samples.
+/// Samples at which a run is checked. The steps of the checking run end on no other samples, so
+/// that the two runs differ even if every step of the checked run ends on a sample.
 pub(super) const CHECKED_SAMPLES: usize = 128;
 
 /// Runs by which the speeds of a driven chain are found, and their local error.
 const MOST_PILOTS: usize = 4;
 const PILOT_ERROR: f64 = 1e-6;
 
-/// The stated error is so many times the difference of two runs: close to rounding they agree up
-/// to twice better than either is right.
+/// The stated error is this multiple of the difference of two runs: near rounding, two runs agree
+/// up to twice better than either is accurate.
 const SURE: f64 = 2.0;
 
 /// Relative changes of the energy that rounding explains.
 const ROUNDING_OF_ENERGY: f64 = 1e-12;
 
-/// Relative change of the energy from which steps that nobody checks are said to be too long.
+/// Relative change of the energy above which unchecked fixed steps are reported as too long.
 const FIXED_STEP_DRIFT: f64 = 1e-2;
 
 /// Relative change of the energy with which a result means nothing.
@@ -59,8 +59,8 @@ impl Simulation {
         Ok(run)
     }
 
-    /// Compares the change of the energy that nothing explains with what errors of the velocities
-    /// explain: to first order in an error `eps` of each velocity, and as much for the contacts,
+    /// Compares the unexplained change of the energy with the change that errors of the velocities
+    /// allow: to first order in an error `eps` of each velocity, and the same for the contacts,
     ///
     /// ```text
     /// |dE| <= 2 eps sum_j m_j |v_j|
@@ -79,7 +79,7 @@ impl Simulation {
         let relative = match self.accuracy {
             Accuracy::Step(_) => None,
             Accuracy::Tolerance(tolerance) => Some(tolerance.max(stated)),
-            // The errors of the steps add up to an error that only a second run tells.
+            // Errors of steps accumulate; only a second run shows by how much.
             Accuracy::LocalError(_) => error,
         };
         let (mut momentum, mut kinetic) = (0.0f64, 0.0f64);
@@ -177,10 +177,10 @@ impl Simulation {
         }
     }
 
-    /// The largest difference of a velocity between a run and one of another local error, at the
-    /// samples given. Where samples close together hold the steps of both to the same lengths, the
-    /// two are the same to the last bit, which tells nothing: it is then taken over fewer samples,
-    /// and at last at the end alone of a run whose steps are cut elsewhere.
+    /// The largest difference of a velocity between a run and one with another local error, at the
+    /// given samples. If dense samples force both runs to the same steps, they agree to the last
+    /// bit, which is no check. The difference is then taken at fewer samples, and finally only at
+    /// the end of a run whose steps end elsewhere.
     fn difference(
         &self,
         run: &Run,

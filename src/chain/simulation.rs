@@ -25,7 +25,7 @@ pub enum EndTime {
     Arrival,
 }
 
-/// What is kept beside the velocities; nothing else is computed.
+/// Results recorded beside the velocities; others are not computed.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub struct Record {
     pub displacement: bool,
@@ -42,7 +42,7 @@ impl Record {
     };
 }
 
-/// A chain, how it starts, and what is asked of it.
+/// A chain, its initial state, and the requested results.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Simulation {
     pub chain: Chain,
@@ -88,8 +88,8 @@ impl Simulation {
     }
 
     /// # Errors
-    /// [`Error::Request`] naming what is not physical or does not fit, [`Error::Memory`] for
-    /// results that do not fit the memory.
+    /// [`Error::Request`] for values that are unphysical or contradict each other,
+    /// [`Error::Memory`] for results that exceed the memory.
     pub fn check(&self) -> Result<()> {
         self.chain.check()?;
         let n = self.chain.n_sites();

@@ -1,4 +1,4 @@
-//! Findings about a run, said to a person.
+//! Warnings about a run.
 
 use super::RunWarning;
 

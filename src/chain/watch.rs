@@ -1,9 +1,9 @@
-//! Following a chain step by step, with every instant between at hand.
+//! Follows a chain step by step and locates events between steps.
 //!
-//! Over a step each overlap is close to the quintic with its value, rate and acceleration at both
-//! ends, which is good enough to see where something happens. The step is then made again from its
-//! start to just before and just after that instant, and the quintic between the two is as good as
-//! the stepping itself.
+//! Over a step each overlap is close to the quintic through its value, rate and acceleration at
+//! both ends, which is accurate enough to find where an event occurs. The step is then repeated
+//! from its start to just before and just after that time. The quintic between these two is as
+//! accurate as the integration itself.
 
 use super::lattice::Chain;
 use super::path::acceleration;
@@ -17,16 +17,16 @@ use crate::Result;
 use crate::numeric::root;
 use crate::observer::Observer;
 
-/// Half the length of what is made again around an instant, in steps.
+/// Half the length of the refined interval around an event, in steps.
 const CLOSE: f64 = 1.0 / 32.0;
 
-/// How far beside a top its slopes are looked at, as a share of a course.
+/// Distance from a maximum at which slopes are evaluated, as a share of an interpolant.
 const ASIDE: f64 = 0.05;
 
-/// Parts of a course at whose ends it is looked at before anything in it is located.
+/// Subintervals of an interpolant at whose ends it is sampled before an event is located.
 pub(crate) const SAMPLES_PER_STEP: usize = 4;
 
-/// What is followed.
+/// The followed quantity.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(crate) enum Signal {
     /// Force of a contact beyond the static one, damping included.
@@ -38,20 +38,20 @@ pub(crate) enum Signal {
 /// How fine the steps are.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(crate) enum Resolution {
-    /// As the tolerance asks for.
+    /// As required by the tolerance.
     Asked,
     /// Finer by [`CHECK_FACTOR`] in the error of a step, or by half in its length.
     Finer,
 }
 
-/// A simulation on its way, and its last step.
+/// A running simulation and its last step.
 pub(crate) struct ObservedRun<'a> {
     simulation: &'a Simulation,
     stepping: Box<dyn Stepping>,
     observer: &'a dyn Observer,
     start: Mark,
     end: Mark,
-    /// Whether the stepping is elsewhere than at the end of the last step.
+    /// Whether the integration is not at the end of the last step.
     astray: bool,
 }
 
@@ -95,7 +95,7 @@ impl Simulation {
 }
 
 impl<'a> ObservedRun<'a> {
-    /// Makes a step. Its length does not depend on what was looked at in earlier ones.
+    /// Makes a step. Its length does not depend on events located in earlier steps.
     pub(crate) fn step(&mut self) -> Result<()> {
         if self.astray {
             self.stepping.reset(&self.end);
@@ -103,7 +103,7 @@ impl<'a> ObservedRun<'a> {
         }
         let to = self.end.time + self.stepping.step();
         if self.simulation.chain.losses.any() {
-            // Steps around a damper's jump are too short to tell anything apart.
+            // Steps around the jump of a damper are too short to separate events.
             self.stepping.advance_to(to, self.observer)?;
         } else {
             self.stepping.step_towards(to, self.observer)?;
@@ -248,7 +248,8 @@ impl Interpolant<'_> {
     /// Share and value of the largest value between two shares between which there is one hump.
     pub(crate) fn largest(&self, from: f64, to: f64) -> (f64, f64) {
         let (share, value) = largest(from, to, |share| self.value(share));
-        // Values near the top tell its place to half the digits; where they stop rising tells all.
+        // Values near a maximum determine its place to half the digits; the zero of the slope gives
+        // all digits.
         let (before, after) = ((share - ASIDE).max(from), (share + ASIDE).min(to));
         if self.slope(before) > 0.0 && self.slope(after) < 0.0 {
             let share = root::between(before, after, |share| self.slope(share));

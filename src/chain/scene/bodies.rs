@@ -143,7 +143,7 @@ fn named_material(check: Check, key: &str, name: &str) -> Result<Material> {
         .ok_or_else(|| check.fault(key, "quartz, steel or ptfe", format!("{name:?}")))
 }
 
-/// The named material with what is typed over it.
+/// The named material with the typed values overriding its own.
 fn material(check: Check) -> Result<Material> {
     let scene = check.scene;
     let named = match &scene.material {

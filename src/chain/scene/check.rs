@@ -1,4 +1,5 @@
-//! What all checks of a scene share: the scene, where its keys are, and how a fault is said.
+//! Shared by all checks of a scene: the scene, the places of its keys, and the construction of
+//! faults.
 
 use std::fmt::Display;
 
@@ -14,7 +15,7 @@ pub(super) struct Check<'a> {
     pub(super) units: Units,
 }
 
-/// What the keys of geometry stand for; without a material they say nothing.
+/// Keys of the geometry, which have no effect without a material.
 const NEED_MATERIAL: [&str; 13] = [
     "poisson",
     "density",
@@ -112,7 +113,7 @@ impl<'a> Check<'a> {
         Ok(())
     }
 
-    /// Refuses keys that would have no effect, since what they go with does not hold.
+    /// Rejects keys that have no effect because their condition does not hold.
     pub(super) fn only_with(&self, keys: &[&str], holds: bool, with: &str) -> Result<()> {
         match keys.iter().find(|key| !holds && self.places.has(key)) {
             Some(key) => Err(self.fault(key, format!("it only beside {with}"), "it alone")),

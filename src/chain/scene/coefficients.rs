@@ -7,7 +7,7 @@ use super::{EndsTyped, FirstContact, LawTyped, Shape, Units};
 use crate::chain::{Ends, Pattern};
 use crate::error::Result;
 
-/// The keys of which one decides the coefficients.
+/// Alternative keys that determine the coefficients.
 const COEFFICIENTS: [&str; 5] = [
     "stiffness_ratio",
     "coefficient_cell",

@@ -15,8 +15,8 @@ pub struct Description {
     pub ends: &'static str,
     /// Smallest and largest coefficient; absent without contacts.
     pub coefficient: Option<[f64; 2]>,
-    /// Largest over smallest coefficient of the contacts between two sites of which neither is the
-    /// striker; absent without such contacts.
+    /// Largest over smallest coefficient of the contacts between sites, without the striker's;
+    /// absent without such contacts.
     pub stiffness_ratio: Option<f64>,
     pub mass: [f64; 2],
     pub total_mass: f64,

@@ -1,9 +1,9 @@
 //! Scenes: a chain and a run of it as text.
 //!
-//! [`SceneSource`] is a text with settings over it. It is parsed to a [`Scene`], in which every
-//! field is optional and says what was typed, and worked out to a [`Setup`], in which everything
-//! is checked and known. A fault of either names its key and where that was typed. The declaration
-//! of [`Scene`] is the one list of fields: schema, template and options are made from it.
+//! [`SceneSource`] is a text with settings that override it. It is parsed to a [`Scene`], whose
+//! fields are optional and hold the typed values, and resolved to a [`Setup`], in which everything
+//! is checked and determined. Faults name their key and its place. The declaration of [`Scene`] is
+//! the only list of fields: schema, template and options are generated from it.
 
 mod bodies;
 mod check;

@@ -28,7 +28,7 @@ impl Places {
         places
     }
 
-    /// Notes what set a key, and says whether something had set it before.
+    /// Records the origin of a key's value. Returns whether it had been set before.
     pub(super) fn set(&mut self, key: &str, source: &str) -> bool {
         self.settings
             .insert(key.to_owned(), source.to_owned())
@@ -108,7 +108,7 @@ fn note_lines(
             DeValue::Array(items) => {
                 for (index, item) in items.iter().enumerate() {
                     let at = line(item.span().start);
-                    // On the key's own line the key tells the line.
+                    // The place of the key is more precise if the value is on the same line.
                     if lines.get(&name) == Some(&at) && !item.get_ref().is_table() {
                         continue;
                     }

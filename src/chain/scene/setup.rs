@@ -17,13 +17,13 @@ use crate::system::memory::available_memory;
 pub struct Setup {
     pub simulation: Simulation,
     pub units: Units,
-    /// Distance of neighbouring bodies in m, where the scene says it.
+    /// Distance of neighbouring bodies in m, if the scene determines it.
     pub pitch: Option<f64>,
     /// A text that describes this very scene.
     pub text: String,
 }
 
-/// Turns what was typed into what is run.
+/// Resolves the typed scene to a simulation.
 pub(super) fn work_out(scene: &Scene, places: &Places, text: String) -> Result<Setup> {
     let check = Check::new(scene, places)?;
     let n = sites(check)?;

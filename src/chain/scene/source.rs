@@ -74,8 +74,8 @@ impl SceneSource {
     /// The text of a file.
     ///
     /// # Errors
-    /// [`Error::Read`]; [`Error::Input`] for what is no file; [`Error::Scene`] for one that is too
-    /// long or no text.
+    /// [`Error::Read`]; [`Error::Input`] if it is not a regular file; [`Error::Scene`] if it is too
+    /// long or not text.
     pub fn read(path: &Path) -> Result<SceneSource> {
         let fault = |expected: &str, found: String| {
             let place = KeyPlace::File {
@@ -97,8 +97,8 @@ impl SceneSource {
         Ok(SceneSource::new(Some(path), text))
     }
 
-    /// The scene with more settings, of which later ones take precedence over earlier ones. Tables
-    /// that are set ([`defect`](Scene::defect)) take the place of those in the text, all together.
+    /// The scene with more settings. Later settings take precedence over earlier ones. Tables in
+    /// settings ([`defect`](Scene::defect)) replace all those of the text.
     pub fn with(&self, settings: impl IntoIterator<Item = Setting>) -> SceneSource {
         let mut more = self.clone();
         more.settings.extend(settings);
@@ -149,7 +149,7 @@ impl SceneSource {
         Ok(self.table()?.0.keys().cloned().collect())
     }
 
-    /// One text that says all: that of the file, or, where settings take precedence, all keys anew.
+    /// The complete scene as one text: that of the file, or, with settings, all keys written anew.
     pub(crate) fn whole_text(&self) -> Result<String> {
         if self.settings.is_empty() {
             return Ok(self.text.clone());
@@ -263,7 +263,7 @@ fn edit_distance(a: &str, b: &str) -> usize {
     row[b.len()]
 }
 
-/// The value of a setting, by the kind of its field; else what was expected.
+/// The value of a setting, parsed by the kind of its field. The error is the expected form.
 fn value_of(key: &str, text: &str) -> std::result::Result<Value, String> {
     let text = text.trim();
     let toml = |text: &str, expected: &str| match toml::from_str::<Table>(&format!("v = {text}")) {

@@ -9,8 +9,8 @@ use super::properties::{Kind, Property, properties};
 /// Columns of the comments.
 const WIDTH: usize = 96;
 
-/// A scene of the non-dimensional dimer in which every other key stands commented out, with what
-/// it means, its default or else an example.
+/// A scene of the non-dimensional dimer. Every other key is commented out, with its description and
+/// its default or an example.
 pub fn template() -> String {
     let mut text = String::from(
         "# A scene for `cascade simulate`. Keys that are commented out stand with their default, or,\n\
@@ -30,7 +30,7 @@ pub fn template() -> String {
         }
         let value = property.default.as_ref().or(property.example.as_ref());
         let value = value.map(toml).unwrap_or_default();
-        // The keys of the dimer, so that the template runs as it stands.
+        // The keys of the dimer, so that the template runs unchanged.
         let typed = ["sites", "stiffness_ratio"].contains(&property.name.as_str());
         let mark = if typed { "" } else { "#" };
         let _ = writeln!(text, "{mark}{} = {value}", property.name);

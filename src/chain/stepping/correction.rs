@@ -235,7 +235,7 @@ pub(super) fn pressing_spans(overlap: &Quintic) -> Option<[Option<Pressing>; 2]>
     }
 }
 
-/// Where the overlap comes nearest to changing its sign, if it turns inside the step.
+/// Where the overlap comes closest to zero, if it has an extremum inside the step.
 fn turning_point(overlap: &Quintic, pressing: bool) -> Option<f64> {
     let (first, last) = (overlap.slope_at(0.0), overlap.slope_at(1.0));
     let towards = if pressing {

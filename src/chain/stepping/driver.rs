@@ -17,8 +17,8 @@ use crate::{Error, Result};
 /// over while nothing touches it.
 const DRIVE_STEP: f64 = 0.5;
 
-/// Times that a step is made again to end where a contact is resolved, before it is halved: far
-/// behind a collision that was stepped over, interpolants say little about where it began.
+/// Repetitions of a step that should end where a contact is resolved, before it is halved: far
+/// behind a collision that was stepped over, interpolants locate its beginning poorly.
 const MOST_LANDINGS: usize = 4;
 
 /// Steps for which a survey of the islands should hold.
@@ -176,7 +176,7 @@ impl<K: Kernel> Driver<K> {
         }
     }
 
-    /// What contacts of no island have passed on stays what it was.
+    /// The energy passed on by contacts outside all islands is unchanged.
     fn carry_energies(&mut self) {
         for shut in self.islands.shut(self.state.passed.len()) {
             self.next.passed[shut.clone()].copy_from_slice(&self.state.passed[shut]);
@@ -208,7 +208,7 @@ impl<K: Kernel> Driver<K> {
             let found = format!("{step:e}, which overflowed at time {:e}", self.time);
             return Err(refuse("step", expected, found));
         }
-        // What closes or opens inside the step says where to go before the error can say anything.
+        // Contact events inside the step limit its length before the error estimate is meaningful.
         if outcome.longest < h {
             return Ok(Some(Shorter::Land(outcome.longest)));
         }
@@ -219,7 +219,7 @@ impl<K: Kernel> Driver<K> {
         Ok((!accepted).then_some(Shorter::Steps(h * factor.min(0.9))))
     }
 
-    /// Goes on to the end of a step, and chooses the length of the next one.
+    /// Accepts a step, and chooses the length of the next one.
     fn accept(&mut self, NextStep { h, end }: NextStep, outcome: &StepOutcome) {
         self.caution = 1.0;
         if self.energy {
@@ -233,7 +233,7 @@ impl<K: Kernel> Driver<K> {
             return;
         }
         let (factor, _) = self.judge(outcome.error);
-        // A step cut short by a sample tells little of how long the next one may be.
+        // A step shortened to end on a sample hardly limits the next one.
         let longest = h * factor;
         let held_back = h < self.step && factor == 4.0;
         self.step = if held_back {

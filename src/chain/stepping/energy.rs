@@ -7,7 +7,7 @@ use super::system::{State, System};
 use super::tableau::Tableau;
 use crate::numeric::lanes::{AlignedRow, Lanes, SimdKernel, widest};
 
-/// Adds what the contacts passed on and what was lost, by the quadrature of the velocities.
+/// Adds the energies passed on by contacts and lost, by the quadrature of the velocities.
 pub(super) fn pass_on<K: Kernel>(
     system: &System<K>,
     tableau: &Tableau,

@@ -31,7 +31,7 @@ pub(super) struct Events {
 }
 
 impl Events {
-    /// Forgets those found, for the blocks of a next step to look at.
+    /// Clears the events, and returns the list of blocks to be examined after the next step.
     pub(super) fn openings(&mut self) -> &mut Vec<usize> {
         self.found.clear();
         &mut self.blocks
@@ -57,8 +57,8 @@ impl Events {
             .any(|event| island.is_guard(event.contact))
     }
 
-    /// Finds the contacts whose opening or closing weighs more than a thousandth of the tolerance,
-    /// and what the method missed along the interpolants of the step as it stands.
+    /// Finds the contacts whose opening or closing contributes more than a thousandth of the
+    /// tolerance, and the impulse that the method missed, along the interpolants of the step.
     pub(super) fn find<K: Kernel>(
         &mut self,
         step: &PairStep<K>,
@@ -123,7 +123,7 @@ impl Events {
         }
     }
 
-    /// Adds what the method missed to the end of the step, and takes it out of the error estimate.
+    /// Adds the missed impulses to the end of the step, and removes them from the error estimate.
     pub(super) fn correct<K: Kernel>(
         &self,
         system: &System<K>,

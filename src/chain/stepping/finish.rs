@@ -1,10 +1,11 @@
-//! The end of a step, in one pass over an island: velocities, errors, and what must be looked at.
+//! The end of a step, in one pass over an island: velocities, errors, and blocks with possible
+//! contact events.
 
 use super::islands::Island;
 use super::stage::{StageSums, walk};
 use crate::numeric::lanes::{AlignedRow, LaneBlock, Lanes, SimdKernel, widest};
 
-/// `v1 = v + (S_s - S_{s+1} - P_s) / m`, and the error estimate likewise by weights of its own.
+/// `v1 = v + (S_s - S_{s+1} - P_s) / m`, and the error estimate likewise with its own weights.
 pub(super) struct Finish<'a> {
     pub(super) mobility: &'a AlignedRow,
     pub(super) static_overlap: &'a AlignedRow,

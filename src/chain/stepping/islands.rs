@@ -1,9 +1,9 @@
-//! Which sites can feel a force soon: the others fly freely or have not been reached.
+//! Sites that can experience a force soon; the others fly freely or are still at rest.
 //!
-//! A contact that is open now and cannot close within the horizon carries no force, and the sites
-//! it parts need not be stepped together. What is left are islands: runs of contacts that press or
-//! may, rounded up to whole blocks, with an open guard contact at each end. A guard that pressed
-//! during a step tells that the horizon was misjudged: the step is then repeated on new islands, so
+//! A contact that is open now and cannot close within the horizon carries no force, so the sites on
+//! its two sides need not be stepped together. The rest are islands: ranges of contacts that press
+//! or may press, rounded up to whole blocks, with an open guard contact at each end. If a guard
+//! presses during a step, the horizon was too long. The step is then repeated on new islands, so
 //! that the result has the same bits as that of the whole chain.
 
 use std::ops::Range;
@@ -225,7 +225,7 @@ impl<K: Kernel> SimdKernel for Reaches<'_, K> {
             let closing = (vl - v).positive();
             let slack = xl.abs() + x.abs() + horizon * (vl.abs() + v.abs());
             let latest = overlap + horizon * closing + squared * bend + rounding * slack;
-            // What just touches may press: only what is surely open is left out.
+            // Touching contacts may press: only contacts that are certainly open are left out.
             let open = (zero - latest).positive_mask();
             let exists = L::load(&self.system.coefficient.0[b]).positive_mask();
             self.masks.push(exists & !open);

@@ -32,7 +32,7 @@ pub(crate) use system::{FIRST_CONTACT, FIRST_SITE, State};
 use tableau::{Composition, SYMPLECTIC_4, SYMPLECTIC_6, Tableau, VERLET};
 pub(crate) use together::Together;
 
-/// A method of stepping; [`Scheme::citation`] tells where each is from.
+/// An integration method; [`Scheme::citation`] names the source of each.
 #[derive(
     Debug,
     Clone,
@@ -141,7 +141,7 @@ pub struct Cost {
     pub corrected_contacts: u64,
 }
 
-/// A chain on its way.
+/// A chain during integration.
 pub(crate) trait Stepping {
     /// Makes one step towards this time, beyond which it does not go; returns where it ends.
     ///
@@ -165,10 +165,10 @@ pub(crate) trait Stepping {
     /// Sets it, where steps cut short have hidden it.
     fn set_step(&mut self, step: f64);
 
-    /// What [`Stepping::reset`] goes back to.
+    /// A state for [`Stepping::reset`].
     fn mark(&self) -> Mark;
 
-    /// Goes back to where `mark` was made.
+    /// Returns to the state of `mark`.
     fn reset(&mut self, mark: &Mark);
 
     fn cost(&self) -> Cost;
@@ -182,7 +182,7 @@ pub(crate) struct Mark {
     pub(crate) state: State,
 }
 
-/// What the stepping is asked for.
+/// Request for an integration.
 #[derive(Debug, Clone)]
 pub(crate) struct Task<'a> {
     pub(crate) chain: &'a Chain,
@@ -205,8 +205,8 @@ pub(crate) fn gauss(nodes: usize) -> Vec<(f64, f64)> {
 /// Prepares the stepping of a checked chain.
 ///
 /// # Errors
-/// [`crate::Error::Request`] for losses with a scheme that takes none, and for step control that
-/// does not fit the scheme.
+/// [`crate::Error::Request`] for losses with a scheme that does not support them, and for step
+/// control that does not fit the scheme.
 pub(crate) fn prepare(task: &Task) -> Result<Box<dyn Stepping>> {
     if task.chain.losses.any() && !task.scheme.takes_losses() {
         let expected = "`runge-kutta`, which takes forces that depend on velocities";

@@ -1,20 +1,20 @@
 //! Whether a step resolves the contacts that close or open inside it.
 //!
-//! The stages of a step see a contact only at their nodes. A contact that closes after a free
-//! flight may press between the last node and the end of the step alone: the error estimate is then
-//! zero, however deep the bodies have passed into each other. So what a step may do with such a
-//! contact is bounded by the contact itself. With reduced mass `1/mu = m_l m_r / (m_l + m_r)`,
-//! stiffness K at the depth `v t` that free flight reaches in the time t of contact,
+//! The stages of a step evaluate a contact only at their nodes. A contact that closes after a free
+//! flight may press only between the last node and the end of the step. The error estimate is then
+//! zero, however deep the overlap. The step is therefore bounded by the contact itself. With
+//! reduced mass `1/mu = m_l m_r / (m_l + m_r)`, stiffness K at the depth `v t` that free flight
+//! reaches in the time t of contact,
 //!
 //! ```text
 //! kappa(t) = mu K(v t) t^2,     rho(t) = mu (dashpot + tangent K(v t)) t
 //! ```
 //!
 //! are the relative changes of the overlap and of the closing speed in that time. The correction
-//! takes its impulse along an interpolant that is wrong by a share of kappa, which is added to the
-//! error estimate; and a step in which they are large is made again, shorter. What dampers do is not
-//! corrected, so it stays in the error estimate, to which the first and the last node belong where
-//! forces may depend on velocities.
+//! integrates the impulse along an interpolant with a relative error of order kappa, which is added
+//! to the error estimate. A step in which kappa or rho is large is repeated with a shorter length.
+//! Forces of dampers are not corrected; they stay in the error estimate, which includes the first
+//! and last node if forces depend on velocities.
 
 use super::super::law::Kernel;
 use super::correction::{Missed, Pressing, Quintic};
@@ -68,7 +68,8 @@ impl Crossing<'_> {
         };
         let damps = system.losses.dashpot > 0.0 || system.losses.tangent > 0.0;
         if damps && self.overlap.first_touch().is_none() {
-            // Behind no flight the error estimate sees what dampers do at both ends of the step.
+            // Without a preceding flight the error estimate includes the dampers at both ends of
+            // the step.
             return all;
         }
         for span in self.spans.iter().flatten() {
@@ -78,7 +79,8 @@ impl Crossing<'_> {
                 }
                 Pressing::Between { from, to } => (from, to - from, true),
             };
-            // A flight says itself when it ends, whatever the end of the step makes of it.
+            // The end of a flight is known from its interpolant, whatever the state at the end of
+            // the step.
             if let Some(touch) = self.overlap.first_touch().filter(|_| closes) {
                 (opening, length) = (touch, 1.0 - touch);
             }
@@ -89,7 +91,7 @@ impl Crossing<'_> {
             let [kappa, rho] = self.changes(system, mobility, speed, length);
             let impulse = self.h * coefficient * missed.impulse.abs();
             let shape = INTERPOLATION_ERROR * (1.0 - length).powi(3);
-            // What dampers do is in the error estimate, which then sees both ends of a step.
+            // Dampers are covered by the error estimate, which includes both ends of the step.
             let error = if rho > 0.0 {
                 0.0
             } else {

@@ -1,9 +1,8 @@
-//! The sums and forces of a step, a block of places at a time, each in one pass over an island.
+//! Sums and forces of a stage, block by block, each in one pass over an island.
 //!
-//! A stage keeps the force of each contact, not the acceleration of each site: with
-//! `S_s = sum_m w_m F_m,s` the site at place s is pushed by `S_s - S_{s+1}`, since contact s acts
-//! on it to the right and contact s + 1 to the left. What lies outside the blocks at hand carries
-//! no force.
+//! A stage stores the force of each contact, not the acceleration of each site: with `S_s = sum_m
+//! w_m F_m,s` the site at place s is pushed by `S_s - S_{s+1}`, since contact s acts on it to the
+//! right and contact s + 1 to the left. Contacts outside the given blocks carry no force.
 
 use super::super::lattice::Losses;
 use super::super::law::Kernel;

@@ -1,9 +1,9 @@
-//! A chain laid out for stepping: a ghost place at each end, and one index for places and contacts.
+//! The memory layout of a chain: a ghost place at each end, and one index for places and contacts.
 //!
 //! Place s holds site s - 1; places 0 and N + 1 are walls, images, or nothing. Index s also names
-//! the contact on the left of place s, between the places s - 1 and s: contact j of the chain is
-//! at j + 2, one with a wall before site 0 at 1. All rows are padded with zeros to whole blocks:
-//! a coefficient or a mobility of 0 stands for what is not there.
+//! the contact on the left of place s, between the places s - 1 and s: contact j of the chain is at
+//! j + 2, one with a wall before site 0 at 1. All rows are padded with zeros to whole blocks: a
+//! coefficient or a mobility of 0 marks a missing contact or site.
 
 use super::super::drive::Drive;
 use super::super::lattice::{Chain, Ends, Losses};
@@ -172,7 +172,7 @@ impl<K: Kernel> System<K> {
         self.periodic || self.drive.is_some()
     }
 
-    /// Puts the ghosts where the ends say at time t.
+    /// Sets the ghosts from the boundary conditions at time t.
     pub(super) fn place_ghosts(&self, t: f64, x: &mut [f64], v: &mut [f64]) {
         let n = self.sites;
         if self.periodic {
