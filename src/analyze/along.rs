@@ -1,4 +1,4 @@
-//! Measures along an axis as results: which rows are defined, and what is said of them.
+//! Measures along an axis as results: which rows are defined, and their headline.
 
 use super::result::{Moments, Spot};
 use crate::diagnostics::SpectrumMoments;
@@ -52,7 +52,7 @@ impl Moments {
     }
 }
 
-/// What is said first of a family of spectra: the share of the high band at three rows.
+/// The headline of a family of spectra: the share of the high band at three rows.
 #[derive(Debug, Clone, Copy, PartialEq, Default, serde::Serialize)]
 pub struct Headline {
     /// The row that sets the band edge, or would; `None` where it is undefined.

@@ -20,7 +20,7 @@ impl LargeArray {
         LargeArray::new("kinetic_flux_surrogate", ["time", "wavenumber"]);
 }
 
-/// The large arrays in memory; `None` where not asked for.
+/// The large arrays in memory; `None` if not requested.
 #[derive(Debug, Clone, Default)]
 pub struct Spectra {
     /// `S(f, x)`, `(frequency, site)`, one-sided.

@@ -24,7 +24,7 @@ pub(super) struct TemporalPassResult {
     pub rows: Vec<SpectrumMoments>,
     /// `sum (w v)^2` over all segments, one a site.
     pub energies: Vec<f64>,
-    /// What the front's passage shows, one a site; none where it is not looked at.
+    /// Results of the front windows, one per site; empty if not requested.
     pub passed: Vec<Passed>,
     /// Of the spectra; `None` where they are not written by this pass, or no maps are wanted.
     pub map: Option<MapBuilder>,
@@ -39,7 +39,7 @@ pub(super) struct AlongTime<'a, T: Real> {
     plan: &'a Plan,
     prepared: &'a Prepared<'a>,
     transform: RecordTransform<T>,
-    /// Where the passage of the front is looked at.
+    /// Transforms of the front windows, if requested.
     pub passage: Option<WindowTransforms<T>>,
 }
 
@@ -173,7 +173,7 @@ struct SiteScratch<'w, T: Real> {
     samples: Vec<f64>,
     /// For the passage of the front.
     front: front::WindowScratch<T>,
-    /// Transforms on their way to a scratch file.
+    /// Transforms to be written to a scratch file.
     kept: Array2<Complex<T>>,
 }
 
@@ -199,7 +199,7 @@ struct Stripes<'a, 'w, T: Real> {
     from: usize,
 }
 
-/// What is noted of one site.
+/// Findings at one site.
 struct SiteFindings {
     row: SpectrumMoments,
     energy: f64,
@@ -280,7 +280,7 @@ impl<T: Real> Stripes<'_, '_, T> {
         let width = spectra.ncols();
         let sites = first..first + width;
         samples.resize(width * plan.axes.n_times, 0.0);
-        // Segments that lose trends of their own need records.
+        // Segments that are detrended one by one need records.
         let by_record = plan.request.welch.is_some();
         let seen = if by_record {
             prepared.records(self.ahead, sites.clone(), samples);

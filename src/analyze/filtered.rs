@@ -16,15 +16,15 @@ pub struct Filtered {
     pub energy_after: f64,
 }
 
-/// What of a field passes a filter, and what is left of its energy.
+/// The part of a field that passes a filter, and the share of its energy.
 ///
 /// `v` is multiplied by a gain of 1 or 0 in (k, f) ([`SpaceTimeFilter`]); with `pad`, the field is
-/// first extended by as many zeros again along both axes, so that what leaves at one end does not
-/// enter at the other.
+/// first padded with zeros to twice its length along both axes, so that the periodic extension does
+/// not wrap waves around.
 ///
 /// # Errors
-/// [`Error::Request`] for bands that end before they begin; [`Error::NonFinite`] for samples that are
-/// not numbers; [`Error::Memory`] for a field whose transform does not fit.
+/// [`Error::Request`] for bands with edges in the wrong order; [`Error::NonFinite`] for samples
+/// that are not numbers; [`Error::Memory`] for a field whose transform does not fit.
 pub fn filtered(
     field: &Field,
     band: &Passband,
@@ -35,7 +35,7 @@ pub fn filtered(
     let (times, sites) = (field.n_times(), field.n_sites());
     let twice = if pad { 2 } else { 1 };
     let shape = (twice * times, twice * sites);
-    // Samples, half as many complex bins, and the result; then what each thread works in.
+    // Samples, half as many complex bins, and the result; then scratch of each thread.
     let arrays = (shape.0 as u64)
         .saturating_mul(shape.1 as u64)
         .saturating_mul(8 * 3 + 8);
@@ -100,9 +100,9 @@ mod tests {
     use super::*;
     use crate::system::threads::in_pool;
 
-    /// By hand: rows of 512 samples are 4096 bytes apart, so that each thread copies 8 lines of each of
-    /// the 4096 rows. Beside them and the scratch there, 64 x 64 points in tiles of w columns, it holds
-    /// a tile's sums, their transforms and scratch once more for the way back.
+    /// By hand: rows of 512 samples are 4096 bytes apart, so that each thread copies 8 lines of
+    /// each of the 4096 rows. Beside them and the scratch there, 64 x 64 points in tiles of w
+    /// columns, it holds a tile's sums, their transforms and scratch for the inverse.
     #[test]
     fn val_working_space_of_all_threads_counts() {
         let field = Field::from_array(Array2::zeros((4096, 512)));

@@ -48,7 +48,7 @@ impl FluxSurrogate {
         }
     }
 
-    /// Takes the next block of spectra and passes on all times that can be finished.
+    /// Adds the next block of spectra and passes on all times that are complete.
     pub fn take(
         &mut self,
         spectra: ArrayView2<f64>,
@@ -126,7 +126,7 @@ impl FluxSurrogate {
     }
 }
 
-/// Spectra added up side by side: each sum waits for the one before it.
+/// Spectra summed in an interleaved loop, to hide the latency of additions.
 const TOGETHER: usize = 4;
 
 /// `factor sum_{k' <= k} p(k')` of each of `R` rows.

@@ -1,6 +1,7 @@
-//! The passage of the front: shares of each site over a window of its own, from its arrival on.
+//! The passage of the front: shares of each site over a window that begins at its arrival.
 //!
-//! Shares over a whole record depend on its length, since what follows the front differs from it.
+//! Shares over a whole record depend on its length, since the motion behind the front differs from
+//! the front.
 
 use ndarray::Array2;
 use num_complex::Complex;
@@ -81,7 +82,7 @@ pub(super) fn window_of(plan: &Plan, reference: Option<&[f64]>) -> FrontLength {
     }
 }
 
-/// What is found at one site.
+/// Results at one site.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Passed {
     pub arrival: Option<usize>,
@@ -99,10 +100,10 @@ pub(super) struct WindowTransforms<T: Real> {
 }
 
 impl<T: Real> WindowTransforms<T> {
-    /// Of windows of so many samples, untapered; energy below `edge` is low.
+    /// Transforms of untapered windows of `samples` samples; energy below `edge` is low.
     pub fn new(plan: &Plan, samples: usize, edge: f64) -> Self {
         let dt = plan.axes.time.step;
-        // Zeros up to a length that is quick, and no longer than what is transformed anyway.
+        // Padded with zeros to a fast length, at most that of whole records.
         let padded = quick(samples).min(plan.conventions.padded_time.max(samples));
         WindowTransforms {
             samples,
@@ -113,12 +114,12 @@ impl<T: Real> WindowTransforms<T> {
         }
     }
 
-    /// Whether windows are so long that there is no room for them beside what whole records take.
+    /// Whether windows are too long to be held beside the scratch of whole records.
     pub fn is_long(&self, plan: &Plan) -> bool {
         self.samples > Plan::front_samples(plan.axes.n_times)
     }
 
-    /// Of records that lie one after the other.
+    /// Windows of records that are contiguous.
     pub fn of_records(
         &self,
         records: &[f64],
@@ -270,7 +271,7 @@ fn quick(samples: usize) -> usize {
         .unwrap_or(samples)
 }
 
-/// The front's shares as a result. `defined` tells which sites have energy.
+/// The front's shares as a result. `defined` marks the sites with energy.
 pub(super) fn gather(
     plan: &Plan,
     length: FrontLength,
@@ -342,7 +343,7 @@ mod tests {
         assert_eq!(pulse_width(&triangle(10, 40)), Some(4.0));
         let negative: Vec<f64> = triangle(3, 40).iter().map(|v| -v).collect();
         assert_eq!(pulse_width(&negative), Some(4.0));
-        // Cut at its peak: what is there.
+        // Cut at its peak: the width of the rest.
         assert_eq!(pulse_width(&triangle(10, 40)[14..]), Some(2.0));
         assert_eq!(pulse_width(&triangle(10, 15)), Some(2.0));
         assert_eq!(pulse_width(&[1.0; 9]), None);

@@ -73,7 +73,7 @@ impl<T: Real> Intermediate<T> {
 }
 
 impl<T: Real> Rows<'_, T> {
-    /// Some of them, counted from the first; in `room` where they do not lie side by side.
+    /// A range of them, counted from the first; copied to `room` if they are not contiguous.
     pub fn view<'r>(
         &'r self,
         rows: Range<usize>,
@@ -91,11 +91,11 @@ impl<T: Real> Rows<'_, T> {
     }
 }
 
-/// An unnamed file that is gone when it is closed, however the program ends: stripes of a few
-/// columns one after the other, each row by row.
+/// An unnamed spill file that disappears when it is closed, however the program ends. It holds
+/// stripes of a few columns one after the other, each stripe row by row.
 ///
-/// A stripe is what a thread computes at once, and is written in one go; of neighbouring rows every
-/// stripe has one piece. In a file of whole rows a stripe would be as many pieces as there are rows.
+/// A thread computes one stripe at a time and writes it in one piece. Neighbouring rows are one
+/// piece in every stripe. In a file of whole rows, writing a stripe would take one piece per row.
 #[derive(Debug)]
 pub(super) struct SpillFile<T: Real> {
     file: File,
@@ -113,7 +113,7 @@ pub(super) struct SpillFile<T: Real> {
 /// Stripes of many pages start with a page, since one that two threads write to is written twice.
 const PAGE: u64 = 4096;
 
-/// Bytes from one stripe to the next: of so many rows and columns of so many bytes.
+/// Distance of neighbouring stripes in bytes; `item` is the size of an element.
 fn stripe_bytes(rows: usize, columns: usize, item: u64) -> u64 {
     let bytes = rows as u64 * columns as u64 * item;
     match bytes < 16 * PAGE {
@@ -122,7 +122,8 @@ fn stripe_bytes(rows: usize, columns: usize, item: u64) -> u64 {
     }
 }
 
-/// Bytes of a scratch file for a matrix of `shape`, with stripes of so many columns of so many bytes.
+/// Bytes of a spill file for a matrix of `shape` with elements of `item` bytes, in stripes of
+/// `stripe` columns.
 pub(super) fn scratch_bytes(shape: (usize, usize), stripe: usize, item: u64) -> u64 {
     shape.1.div_ceil(stripe) as u64 * stripe_bytes(shape.0, stripe, item)
 }
@@ -164,7 +165,7 @@ impl<T: Real> SpillFile<T> {
             .map_err(Error::write("write to a scratch file in", &self.place))
     }
 
-    /// Has `rows` at hand, and some that follow.
+    /// Reads `rows` and some of the following ones, unless they are held.
     fn hold(&mut self, rows: Range<usize>) -> Result<()> {
         if self.held.start <= rows.start && rows.end <= self.held.end {
             return Ok(());

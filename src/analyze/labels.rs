@@ -92,7 +92,7 @@ impl Power<'_> {
     }
 }
 
-/// A unit that can stand in a product: composed ones in brackets.
+/// A unit as a factor of a product: composed units in brackets.
 fn factor(unit: &str) -> String {
     if unit.contains(['/', ' ', '*', '·', '^']) {
         format!("({unit})")

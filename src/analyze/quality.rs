@@ -1,4 +1,4 @@
-//! What is wrong with the data, or with how it was sampled.
+//! Defects of the data and of its sampling.
 
 use super::{Request, Warning};
 use crate::diagnostics::{Bins, SpectrumMoments};
@@ -49,8 +49,8 @@ pub(crate) struct Findings<'a> {
 }
 
 const ALIASING_SHARE: f64 = 0.01;
-/// Shares of the top tenth, and parts of the axis that spectra fill by their effective bandwidth, of
-/// what is as flat as noise; a periodogram of white noise fills 0.66 of the axis, less of few bins.
+/// Share of the top tenth of the axis for spectra as flat as white noise. The effective bandwidth
+/// of a periodogram of white noise is 0.66 of the axis, and less for few bins.
 const FLAT_SHARE: std::ops::Range<f64> = 0.05..0.15;
 const FLAT_PART: f64 = 0.5;
 const COMMON_SHARE: f64 = 0.5;
@@ -125,7 +125,7 @@ impl Findings<'_> {
         warnings
     }
 
-    /// What is wrong for spectra along time.
+    /// Defects that affect spectra along time.
     fn along_time(&self, request: &Request) -> Vec<Warning> {
         let mut warnings = Vec::new();
         let n_times = self.ends.len();
@@ -144,8 +144,8 @@ impl Findings<'_> {
         if self.simulated || request.window_time != Window::None {
             return warnings;
         }
-        // A transient that starts from rest closes when it has died down; where nothing is lost it never
-        // does, and a taper would weigh early sites differently from late ones.
+        // A transient that starts from rest is complete when it has decayed. Without losses it
+        // never decays, and a taper would weight early sites differently from late ones.
         if n_times > 2 && request.welch.is_none() && self.starts_in_motion() {
             // Totals of rows are sums of squares but for a factor; so are those of all.
             let steps = self.last_profile.iter().zip(self.first_profile);
@@ -164,8 +164,8 @@ impl Findings<'_> {
         warnings
     }
 
-    /// Whether most sites move at first. An impact starts at a few; what was recorded late, or is
-    /// stationary, moves at many.
+    /// Whether most sites move at the first sample. An impact starts at a few sites; a late or
+    /// stationary record has motion at many.
     fn starts_in_motion(&self) -> bool {
         let largest = |v: &[f64]| v.iter().fold(0.0, |m: f64, v| m.max(v.abs()));
         // Scans are of samples as they are in the file, profiles of prepared ones.
@@ -188,7 +188,7 @@ impl Findings<'_> {
         (starts_late || last > CUT_SHARE).then_some(Warning::TransientCut { first, last })
     }
 
-    /// What is wrong for spectra along space.
+    /// Defects that affect spectra along space.
     fn along_space(&self, request: &Request, energy: f64) -> Vec<Warning> {
         let mut warnings = Vec::new();
         let n_sites = self.scans.len();
@@ -219,8 +219,8 @@ fn total(rows: &[SpectrumMoments], part: fn(&SpectrumMoments) -> f64) -> f64 {
     sum(&rows.iter().map(part).collect::<Vec<_>>())
 }
 
-/// Share of energy in the top tenth of an axis, and where that begins, if it is as much as energy from
-/// beyond makes it. Of a spectrum as flat as noise it cannot be told.
+/// Share of energy in the top tenth of an axis, and the lower edge of that tenth, if the share
+/// suggests aliasing. Not decidable for spectra as flat as noise.
 fn aliased(rows: &[SpectrumMoments], bins: &Bins) -> Option<(f64, f64)> {
     let all = total(rows, |r| r.total);
     let share = total(rows, |r| r.top) / all;

@@ -19,8 +19,9 @@ pub(super) struct References {
 }
 
 impl References {
-    /// As asked for, else by the rules of [`Request::reference_site`](super::Request::reference_site)
-    /// and [`Request::reference_time`](super::Request::reference_time).
+    /// As requested, otherwise by the rules of
+    /// [`Request::reference_site`](super::Request::reference_site) and
+    /// [`Request::reference_time`](super::Request::reference_time).
     pub fn find(plan: &Plan, prepared: &Prepared, observer: &dyn Observer) -> Result<References> {
         let results = plan.request.results;
         let site = || match plan.request.reference_site {

@@ -1,4 +1,4 @@
-//! What is asked for: every choice of an analysis, as data.
+//! The request: every choice of an analysis, as data.
 
 use crate::arrays::Precision;
 use crate::prepare::{Detrend, Gaps, Preparation, Window};
@@ -75,7 +75,8 @@ pub struct ShortTime {
     pub window: Window,
 }
 
-/// Everything a run is asked for. The default removes nothing, tapers nothing, computes all.
+/// All choices of an analysis. The default removes nothing, tapers nothing, and computes all
+/// results.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Request {
     pub results: Results,
@@ -123,7 +124,7 @@ pub struct Request {
     pub precision: Precision,
     /// Worker threads; `None`: one a core.
     pub threads: Option<usize>,
-    /// Bytes of working memory; `None`: half of what is free.
+    /// Bytes of working memory; `None`: half of the free memory.
     pub memory: Option<u64>,
 }
 
@@ -168,7 +169,7 @@ impl Default for Request {
 }
 
 impl Request {
-    /// What is done to the samples before transforms.
+    /// The preparation of the samples before transforms.
     pub(crate) fn preparation(&self) -> Preparation {
         Preparation {
             gaps: self.gaps,

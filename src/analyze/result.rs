@@ -83,13 +83,14 @@ fn unit<'a>(axis: &'a Axis, counted: &'a str, stepped: &'a str) -> &'a str {
 
 /// Measures of a family of spectra, one value a row (a site for `S(f, x)`, a time for `S(k, t)`).
 ///
-/// A bin stands for the interval of half a bin to both sides of its frequency (wavenumber) `q_m`; 0
-/// and, at even length, Nyquist stand for half a bin inside the axis. With `p_m` the share of bin m
-/// in the row's energy, every bin with its one-sided weight, 0 included, and `w_m` the width of its interval:
+/// A bin represents the interval of half a bin to both sides of its frequency (wavenumber) `q_m`; 0
+/// and, at even length, Nyquist represent half a bin inside the axis. With `p_m` the share of bin m
+/// in the row's energy, every bin with its one-sided weight, 0 included, and `w_m` the width of its
+/// interval:
 ///
 /// - `centroid = sum q_m p_m`, `bandwidth` the root of `sum (q_m - centroid)^2 p_m`;
-/// - `effective_bandwidth = exp(-sum p_m ln(p_m / w_m))`, which is `exp(-integral p ln p dq)` of the
-///   density p; padding does not move it;
+/// - `effective_bandwidth = exp(-sum p_m ln(p_m / w_m))`, which is `exp(-integral p ln p dq)` of
+///   the density p; independent of padding;
 /// - `entropy = -sum p_m ln p_m / ln(bins)`, the normalised entropy (0 to 1), which depends on the
 ///   number of bins;
 /// - `participation = 1 / sum p_m^2`, a number of bins;
@@ -98,9 +99,10 @@ fn unit<'a>(axis: &'a Axis, counted: &'a str, stepped: &'a str) -> &'a str {
 ///   ends of the intervals, linear in between;
 /// - `low_share` and `high_share`: the cumulative energy up to the band edge, and the rest.
 ///
-/// A row whose energy is below 1e-6 of the largest, or below the noise where that is known
-/// ([`Request::noise`](super::Request::noise)), holds NaN but for its energy; so does every row
-/// where there is a single bin. Units: those of the axis for the first four, shares and numbers else.
+/// Rows with energy below 1e-6 of the largest, or below the noise if known
+/// ([`Request::noise`](super::Request::noise)), are NaN except for the energy; so are all rows of
+/// an axis with a single bin. Units: those of the axis for the first four, otherwise shares and
+/// numbers.
 #[derive(Debug, Clone, Default)]
 pub struct Moments {
     pub centroid: Vec<f64>,
@@ -113,7 +115,7 @@ pub struct Moments {
     pub quantile_90: Vec<f64>,
     pub low_share: Vec<f64>,
     pub high_share: Vec<f64>,
-    /// Integral of the row's spectrum (0 for a row without energy), in the scaling asked for.
+    /// Integral of the row's spectrum (0 for a row without energy), in the requested scaling.
     pub energy: Vec<f64>,
 }
 
@@ -123,7 +125,7 @@ pub struct Moments {
 pub enum BandEdge {
     /// Given by the user.
     Given { value: f64 },
-    /// 90 % of the energy at the reference row lies below it.
+    /// 90 % of the energy at the reference row is below it.
     Reference {
         value: f64,
         /// Index of the reference site or time in the file.
@@ -131,10 +133,10 @@ pub enum BandEdge {
         /// Its coordinate.
         at: f64,
     },
-    /// 90 % of the energy at the reference row lies within three bins of 0 (of the length that is
-    /// transformed, padding aside): no edge that the record resolves, and no shares.
+    /// 90 % of the energy at the reference row is within three bins of 0 (of the transformed length
+    /// without padding): the record does not resolve an edge, and there are no shares.
     Unresolved {
-        /// Where it would lie.
+        /// The unresolved edge.
         value: f64,
         index: usize,
         at: f64,
@@ -260,7 +262,7 @@ impl ShortTimeSpectra {
     }
 }
 
-/// Time and traffic of one stage of the run; stages may go side by side and share the threads.
+/// Time and traffic of one stage of the run; stages may run concurrently and share the threads.
 #[derive(Debug, Clone, serde::Serialize)]
 pub struct Timing {
     pub stage: &'static str,
@@ -272,7 +274,7 @@ pub struct Timing {
     pub transform_length: usize,
 }
 
-/// What is known of the result's error, and how.
+/// Error of the result, and its source.
 #[derive(Debug, Clone, serde::Serialize)]
 pub struct Accuracy {
     pub precision: crate::arrays::Precision,
@@ -290,13 +292,13 @@ pub struct Accuracy {
     pub estimated_by: &'static str,
 }
 
-/// Windows in use, with what they do to a sine and to noise.
+/// Windows in use, with their gains for a sine and for noise.
 #[derive(Debug, Clone)]
 pub struct Conventions {
     pub scaling: super::Scaling,
     pub window_time: WindowGains,
     pub window_space: WindowGains,
-    /// Samples a transform along time sees: the record, or a Welch segment.
+    /// Samples per transform along time: the record, or a Welch segment.
     pub segment: usize,
     pub overlap: usize,
     pub segments: usize,
@@ -325,9 +327,9 @@ pub struct Analysis {
     pub along_space: Option<Moments>,
     /// Redistribution of wavenumber content along t: one value a time.
     pub along_time: Option<Moments>,
-    /// What is said first of [`Analysis::along_space`].
+    /// The headline of [`Analysis::along_space`].
     pub headline_space: Headline,
-    /// What is said first of [`Analysis::along_time`].
+    /// The headline of [`Analysis::along_time`].
     pub headline_time: Headline,
     /// The passage of the front, beside the whole record.
     pub front: Option<Front>,

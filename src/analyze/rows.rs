@@ -44,7 +44,7 @@ pub(super) fn reference<T: Real>(plan: &Plan, prepared: &Prepared, n: usize) -> 
         .collect()
 }
 
-/// Looks at all profiles; transforms them where a result needs it.
+/// Examines all snapshots; transforms them if a result needs it.
 pub(super) fn transform_profiles<T: Real>(
     plan: &Plan,
     prepared: &Prepared,
@@ -114,7 +114,7 @@ pub(super) fn transform_profiles<T: Real>(
     Ok(done)
 }
 
-/// Profiles of neighbouring times, and what was made of them.
+/// Snapshots of neighbouring times, and their results.
 struct SnapshotBlock {
     from: usize,
     profiles: Array2<f64>,
@@ -172,7 +172,7 @@ impl SpatialPassResult {
     }
 }
 
-/// What is noted of one profile.
+/// Findings at one time.
 struct SnapshotFindings {
     ends: Ends,
     spectrum: Option<(SpectrumMoments, f64)>,
@@ -183,7 +183,7 @@ struct SpatialPass<'a, T: Real> {
     plan: &'a Plan,
     prepared: &'a Prepared<'a>,
     transform: Option<&'a RecordTransform<T>>,
-    /// With room for spectra side by side.
+    /// With scratch for interleaved spectra.
     pool: &'a ScratchPool<(RecordScratch<T>, Vec<lanes::LaneBlock>)>,
     /// By which a bin's power is multiplied.
     scales: Vec<f64>,
@@ -198,7 +198,7 @@ impl<T: Real> SpatialPass<'_, T> {
     /// Reads and transforms the profiles from `from` on, in parallel.
     fn fill(&self, from: usize, block: &mut SnapshotBlock) -> Result<()> {
         let count = self.plan.blocks.times.min(self.plan.axes.n_times - from);
-        // Several for each thread, where a block has so many.
+        // Several tiles per thread if the block is large enough.
         let tile = count.div_ceil(4 * rayon::current_num_threads());
         let tile = tile
             .next_multiple_of(lanes::WIDTH)
@@ -270,7 +270,7 @@ impl<T: Real> SpatialPass<'_, T> {
         for (profiles, spectra) in groups {
             let width = profiles.len() / nx;
             let (transformed, energies) = transform.transform(profiles.chunks_exact(nx), scratch);
-            // Lanes of no time keep what they have; nobody looks at them.
+            // Unused lanes are not read.
             across.resize(nk, lanes::LaneBlock::default());
             widest(SnapshotPowers {
                 transformed,
@@ -295,7 +295,7 @@ impl<T: Real> SpatialPass<'_, T> {
     }
 }
 
-/// Spectra of a few times, from transforms that lie bin by bin: side by side and one after the other.
+/// Spectra of a few times from batched transforms, interleaved and one after the other.
 struct SnapshotPowers<'a, T> {
     transformed: &'a [Complex<T>],
     width: usize,

@@ -1,4 +1,4 @@
-//! The run: passes over the field in the order of the plan, and what they add up to.
+//! The run: passes over the field in the order of the plan, and the assembly of their results.
 
 use std::time::Instant;
 
@@ -34,11 +34,11 @@ pub fn analyze(field: &Field, request: &Request) -> Result<(Analysis, Spectra)> 
     Ok((analysis, Spectra::from(collect.into_arrays())))
 }
 
-/// Carries out `plan` on the `field` it was made for; large arrays go to `sink` block by block.
+/// Carries out `plan` on the field for which it was made; large arrays go to `sink` block by block.
 ///
 /// # Errors
-/// [`crate::Error::NonFinite`] where gaps are refused and there are some, [`crate::Error::Cancelled`], and
-/// whatever the sink reports.
+/// [`crate::Error::NonFinite`] for gaps if they are refused, [`crate::Error::Cancelled`], and
+/// errors of the sink.
 pub fn run(
     field: &Field,
     plan: &Plan,
@@ -237,7 +237,7 @@ fn accuracy(
     }
 }
 
-/// What turns measures of rows into results.
+/// Converts measures of rows to results.
 struct Summed<'a> {
     plan: &'a Plan,
     /// The amplitude that prepared samples count as 1.
@@ -285,7 +285,7 @@ impl Summed<'_> {
         (moments, headline)
     }
 
-    /// The energy `sum (w v)^2` that known noise has in a row of so many segments.
+    /// The energy `sum (w v)^2` of the known noise in a row with the given number of segments.
     fn noise_in(&self, window: &[f64], segments: usize) -> Option<f64> {
         let noise = self.plan.request.noise? / self.unit;
         Some(noise * noise * sum_of_squares(window) * segments as f64)

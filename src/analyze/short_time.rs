@@ -54,7 +54,7 @@ impl<T: Real> Frames<'_, T> {
     }
 }
 
-/// Spectra along t of the sites asked for, by default the first, the middle and the last.
+/// Spectra along t of the requested sites, by default the first, the middle and the last.
 pub(super) fn along_time<T: Real>(
     plan: &Plan,
     prepared: &Prepared,
@@ -102,7 +102,7 @@ pub(super) fn along_time<T: Real>(
     })
 }
 
-/// Spectra along x of the times asked for; `None` where none are.
+/// Spectra along x of the requested times; `None` if there are none.
 pub(super) fn along_space<T: Real>(
     plan: &Plan,
     prepared: &Prepared,
@@ -203,8 +203,8 @@ impl ShortTimeSegments {
     }
 }
 
-/// A power of two near an eighth of the record, at least 16 samples where there are so many, a
-/// quarter of it apart.
+/// Segments with a length of a power of two near an eighth of the record, at least 16 samples if
+/// the record has them, with a hop of a quarter of the length.
 fn choose(
     [length_option, hop_option]: [&'static str; 2],
     record: usize,

@@ -16,7 +16,7 @@ use crate::observer::Observer;
 use crate::system::scratch_pool::ScratchPool;
 use crate::transform::{ComplexScratch, ComplexTransform, Real, fold, power};
 
-/// Frequencies that a thread takes at a time, at most.
+/// Largest number of frequencies per tile.
 const TILE: usize = 16;
 
 /// Energy of one frequency, by direction (sums over bins, one-sided in f).
@@ -59,14 +59,14 @@ pub(super) struct Frequencies {
     pub directions: Vec<ByDirection>,
     /// `None` where no maps are wanted.
     pub map: Option<MapBuilder>,
-    /// Of the spectra along time, which lie here by rows; see [`transform_frequencies`].
+    /// Of the spectra along time, which this pass has by rows; see [`transform_frequencies`].
     pub temporal_map: Option<MapBuilder>,
 }
 
 /// Transforms all frequencies; the spectrum goes to `sink`.
 ///
-/// So do the spectra along time where they are wanted: `between` holds their transforms, row by
-/// row, as the array is written.
+/// So do the spectra along time if requested: `between` holds their transforms row by row, in the
+/// order of the array.
 pub(super) fn transform_frequencies<T: Real>(
     plan: &Plan,
     between: &mut Intermediate<T>,
@@ -154,7 +154,7 @@ impl Frequencies {
 struct SpacetimePass<'a, T: Real> {
     plan: &'a Plan,
     transform: &'a ComplexTransform<T>,
-    /// With room for rows that lie apart.
+    /// With scratch for rows that are not contiguous.
     pool: &'a ScratchPool<(ComplexScratch<T>, Vec<Complex<T>>)>,
     stored: f64,
     observer: &'a dyn Observer,
@@ -171,7 +171,7 @@ impl<T: Real> SpacetimePass<'_, T> {
         let all = self.plan.axes.frequency.len();
         let count = self.plan.blocks.frequencies.min(all - from);
         let segments = self.plan.segments.count();
-        // Several for each thread, where a block has so many.
+        // Several tiles per thread if the block is large enough.
         let tile = count.div_ceil(4 * rayon::current_num_threads());
         let tile = tile
             .next_multiple_of(ComplexTransform::<T>::TOGETHER)

@@ -52,12 +52,12 @@ pub(super) struct FromProfiles {
 }
 
 impl Stages<'_> {
-    /// All passes; side by side where there is memory for both chains, since one alone leaves threads
-    /// waiting now and then.
+    /// All passes. The two chains of passes run concurrently if memory allows, since one alone
+    /// leaves threads idle at times.
     pub fn run<T: Real>(&self, clock: &mut Clock) -> Result<(Option<FromRecords>, FromProfiles)> {
         if !self.plan.interleaved {
-            // Profiles first: a large field was just looked at, and what the system still has of it in
-            // memory goes once a scratch file is written.
+            // Snapshots first: the page cache still holds part of a large field after the survey,
+            // and loses it when a spill file is written.
             let profiles = self.profiles::<T>(clock)?;
             return Ok((self.records::<T>(clock)?, profiles));
         }
@@ -233,13 +233,13 @@ impl Stages<'_> {
     }
 }
 
-/// The part of the reference's energy that lies below the band edge.
+/// The share of the reference's energy below the band edge.
 const EDGE: f64 = 0.9;
 
 /// Bins from 0 within which an edge is not resolved.
 const RESOLVED: f64 = 3.0;
 
-/// What is found at a reference.
+/// Results at a reference.
 struct Edge {
     quantile: Option<f64>,
     /// Index in the file, and coordinate.
@@ -265,13 +265,13 @@ impl Edge {
     }
 }
 
-/// NaN, below which nothing lies, where there is no edge.
+/// NaN without an edge: no bin compares as below it.
 fn value_of(edge: Option<BandEdge>) -> f64 {
     edge.map_or(f64::NAN, |edge| edge.value())
 }
 
-/// An observer of chains side by side: stages have no names, since several go on, and a chain that
-/// fails stops the other.
+/// An observer of concurrent chains of passes: stages have no names, since several run at once. A
+/// chain that fails cancels the other.
 struct Beside<'a> {
     observer: &'a dyn Observer,
     failed: AtomicBool,

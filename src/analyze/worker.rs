@@ -15,7 +15,7 @@ use crate::transform::{Real, RecordScratch, RecordTransform, Scale, fold, power}
 pub(super) enum RecordSamples<'a> {
     /// Record after record.
     Records(&'a [f64]),
-    /// Side by side, time by time; not where segments lose trends of their own.
+    /// Interleaved, time by time; not if segments are detrended one by one.
     Columns(&'a [f64]),
 }
 
@@ -71,7 +71,7 @@ impl<'a, T: Real> Worker<'a, T> {
     ) {
         let segments = self.plan.segments;
         let (bins, width) = (self.transform.bins(), sites.len());
-        // Lanes of no site keep what they have; nobody looks at them.
+        // Unused lanes are not read.
         self.power.resize(bins, LaneBlock::default());
         self.energies.clear();
         self.energies.resize(width, 0.0);
@@ -161,7 +161,7 @@ impl<'a, T: Real> Worker<'a, T> {
     }
 }
 
-/// Rows of spectra that are asked for ahead of their use.
+/// Prefetch distance in rows of spectra.
 const AHEAD: usize = 48;
 
 /// `|X|^2` of one segment of a few sites, added to the sums of those before and times a factor of the

@@ -1,7 +1,7 @@
-//! The intervals of the frequency (wavenumber) axis that bins stand for.
+//! The intervals of the frequency (wavenumber) axis that bins represent.
 
-/// Bins of a one-sided spectrum: bin m stands for half a bin to both sides of `q_m`; 0 and, at even
-/// length, Nyquist stand for half a bin inside the axis.
+/// Bins of a one-sided spectrum: bin m represents half a bin to both sides of `q_m`; 0 and, at even
+/// length, Nyquist represent half a bin inside the axis.
 #[derive(Debug)]
 pub(crate) struct Bins<'a> {
     /// `q_m`, from 0.
@@ -51,8 +51,8 @@ impl<'a> Bins<'a> {
         last > 0 && self.high(last) - self.low(last) < 0.75 * self.step
     }
 
-    /// The bin whose interval holds `edge`, and which part of that lies below; all below where the
-    /// axis ends before it.
+    /// The bin whose interval contains `edge`, and the part of it below the edge; the whole axis if
+    /// the edge is beyond its end.
     pub fn split(&self, edge: f64) -> (usize, f64) {
         let last = self.len() - 1;
         // A saturating cast: edges may be anywhere.

@@ -1,4 +1,4 @@
-//! Sums over the bins of eight spectra side by side, in the widest registers there are.
+//! Sums over the bins of eight interleaved spectra, with run-time dispatch of the instruction set.
 //!
 //! Every lane undergoes the same operations, so that a spectrum's bits depend neither on its
 //! neighbours nor on the processor.
@@ -177,8 +177,8 @@ impl SimdKernel for Share<'_> {
             square = square + s * s;
         }
         let numbers: &mut [f64] = bytemuck::cast_slice_mut(logarithms);
-        // Shares of 0, and below the normal numbers, add nothing, whatever number this makes of
-        // them.
+        // Zero and subnormal shares contribute nothing, so the value of the logarithm does not
+        // matter.
         numbers.iter_mut().for_each(|s| *s = ln_normal(*s));
         let centroid = share.choose(first / share, zero);
         let (mut entropy, mut about) = (zero, zero);

@@ -7,7 +7,7 @@ use ndarray::{Array2, ArrayView2, Axis, azip, s};
 
 use crate::numeric::lanes::{Lanes, SimdKernel, WIDTH, widest};
 
-/// Cells of a map, `(rows, columns)`: as many as a page shows.
+/// Largest number of cells of a map, `(rows, columns)`: the resolution of a page.
 pub(crate) const MAP_LIMIT: (usize, usize) = (400, 300);
 
 /// A large array reduced by blocks for the eye: no sample is dropped.
@@ -89,7 +89,7 @@ impl MapBuilder {
         }
     }
 
-    /// Takes in the block whose first element is `(row, column)` of the whole.
+    /// Adds the block whose first element is `(row, column)` of the whole.
     pub fn add(&mut self, row: usize, column: usize, block: ArrayView2<f64>) {
         let (height, width) = (self.rows, self.columns);
         let end = row + block.nrows();
@@ -120,7 +120,7 @@ impl MapBuilder {
             });
     }
 
-    /// What is kept of each cell; NaN where no number came.
+    /// The value of each cell; NaN for cells without a number.
     fn cells(&self) -> Array2<f64> {
         let mut cells = self.high.clone();
         if self.keep == Keep::Extreme {
@@ -193,7 +193,7 @@ fn share_out(values: &[f64], column: usize, width: usize, mut to: impl FnMut(usi
     }
 }
 
-/// The larger one, and `old` beside what is not a number.
+/// The larger one; `old` if the other is NaN.
 #[inline(always)]
 fn larger(new: f64, old: f64) -> f64 {
     if new > old { new } else { old }
@@ -331,7 +331,7 @@ mod tests {
                         Keep::Extreme if high.abs() < low.abs() => low,
                         _ => high,
                     };
-                    // What is nowhere above minus infinity counts as no number.
+                    // Minus infinity marks a cell without numbers.
                     let none = right == f64::NEG_INFINITY;
                     assert!(
                         found == right || none && found.is_nan(),

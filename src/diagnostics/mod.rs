@@ -1,4 +1,4 @@
-//! What spectra say: where energy lies, which way it goes, what is wrong with the data.
+//! Diagnostics of spectra: distribution of energy, directions, defects of the data.
 
 mod bins;
 mod interleaved;

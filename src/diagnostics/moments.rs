@@ -27,9 +27,8 @@ pub(crate) struct SpectrumMoments {
 
 /// The measures of eight one-sided spectra, interleaved, over `bins`.
 ///
-/// Energy below `edge` is low; the bin that holds the edge is divided in proportion. Sums are
-/// pairwise; a spectrum's bits do not depend on the others. A lone bin has no content to measure,
-/// only energy.
+/// Energy below `edge` is low; the bin that contains the edge is divided in proportion. Sums are
+/// pairwise; a spectrum's bits do not depend on the others. A single bin has only an energy.
 pub(crate) fn interleaved_moments(
     power: &[LaneBlock],
     bins: &Bins,
@@ -43,7 +42,7 @@ pub(crate) fn interleaved_moments(
     let below = interleaved::total(below);
     let total: [f64; WIDTH] = std::array::from_fn(|i| below[i] + top[i]);
 
-    // The bin of the edge is a part of its own, so that the smaller share keeps its digits.
+    // The bin of the edge is summed separately, so that the smaller share keeps its digits.
     let (split, part) = bins.split(if edge.is_nan() { 0.0 } else { edge });
     let spectra = (power, axis);
     let mut leaves = Vec::with_capacity(count / interleaved::LEAF * 2 + 3);
@@ -100,8 +99,8 @@ pub(crate) fn interleaved_moments(
     })
 }
 
-/// Below which the part `level` of the energy lies, read off the cumulative energy at the ends of
-/// the bins, linear in between; `None` without energy, and where there is but one bin.
+/// The quantile `level` of the energy, from the cumulative energy at the ends of the bins, linear
+/// in between; `None` without energy, and for a single bin.
 pub(crate) fn quantile_of(power: &[f64], bins: &Bins, level: f64) -> Option<f64> {
     let total = sum(power);
     if !(total > 0.0 && total.is_finite()) || bins.len() < 2 {
@@ -111,8 +110,8 @@ pub(crate) fn quantile_of(power: &[f64], bins: &Bins, level: f64) -> Option<f64>
     Some(bins.reached(0, shares, level))
 }
 
-/// The bin at or below which 90 % of the energy lies; `None` without energy. For budgets, whose
-/// fluxes are known at bins alone.
+/// The bin at or below which 90 % of the energy is; `None` without energy. For budgets, whose
+/// fluxes are known only at bins.
 pub(crate) fn edge_of(power: &[f64], axis: &[f64]) -> Option<f64> {
     let total = sum(power);
     if !(total > 0.0 && total.is_finite()) {
@@ -124,7 +123,7 @@ pub(crate) fn edge_of(power: &[f64], axis: &[f64]) -> Option<f64> {
 
 /// The first bin at which the cumulative share reaches `level`.
 fn quantile(share: &[f64], axis: &[f64], level: f64) -> f64 {
-    /// Bins whose sum is looked at before each of them is.
+    /// Bins that are summed before the search examines them one by one.
     const STRIDE: usize = 64;
     let mut below = 0.0;
     for (share, axis) in share.chunks(STRIDE).zip(axis.chunks(STRIDE)) {

@@ -1,4 +1,4 @@
-//! Energies of all records and of all profiles, in one look at the samples.
+//! Energies of all records and snapshots, in one pass over the samples.
 
 use rayon::prelude::*;
 

@@ -1,13 +1,13 @@
-//! A first look at all records at once, time by time, as they lie in most files.
+//! A first pass over all records, time by time, in the memory order of most files.
 
 use super::scan::ChannelScan;
 use crate::numeric::lanes::{Lanes, SimdKernel, WIDTH, widest};
 use crate::system::prefetch::prefetch;
 
-/// Times that are looked at before the next sites.
+/// Times per group; a group is examined before the next sites.
 const TOGETHER: usize = 8;
 
-/// What is seen of each site's samples in passing; order does not matter, so parts may be merged.
+/// Statistics of each site's samples that do not depend on order, so that parts may be merged.
 #[derive(Debug, Clone)]
 pub(crate) struct Extremes {
     low: Vec<f64>,
@@ -30,11 +30,11 @@ impl Extremes {
         }
     }
 
-    /// Takes in the samples of neighbouring times, `rows` so many numbers apart; with `before`, the
-    /// first of them is the time before, which was taken in already.
+    /// Adds the samples of neighbouring times; rows are `apart` numbers apart. With `before`, the
+    /// first row is the previous time, which was added already.
     pub fn take(&mut self, rows: &[f64], apart: usize, before: bool) {
         let sites = self.low.len();
-        // A group of rows stays in the cache while its columns are looked at one after the other.
+        // A group of rows stays in the cache while its columns are examined.
         let first = usize::from(before);
         let times = (rows.len() - sites) / apart + 1;
         for from in (first..times).step_by(TOGETHER) {
@@ -65,8 +65,8 @@ impl Extremes {
         self
     }
 
-    /// The scan of each record; `None` where only its own samples in order can tell: gaps, and
-    /// extremes that were held for more than one sample.
+    /// The scan of each record; `None` if it needs the samples in order: gaps, and extremes held
+    /// for more than one sample.
     pub fn scans(&self) -> Vec<Option<ChannelScan>> {
         (0..self.low.len()).map(|j| self.scan(j)).collect()
     }
@@ -93,7 +93,7 @@ impl Extremes {
 struct Take<'a> {
     seen: &'a mut Extremes,
     rows: &'a [f64],
-    /// What follows, and is asked for meanwhile.
+    /// The next samples, to be prefetched.
     next: &'a [f64],
     apart: usize,
     before: bool,
@@ -115,7 +115,7 @@ impl SimdKernel for Take<'_> {
         let mut seen = [low, high, low_again, high_again, finite].map(Vec::as_mut_slice);
         let times = (self.rows.len() - sites) / self.apart + 1;
         if sites < WIDTH {
-            // Lanes of no site see what the first one sees.
+            // Unused lanes repeat the first one.
             let padded = |samples: &[f64]| {
                 let mut padded = [samples[0]; WIDTH];
                 padded[..sites].copy_from_slice(&samples[..sites]);
@@ -155,8 +155,8 @@ impl SimdKernel for Take<'_> {
     }
 }
 
-/// Looks at the samples of eight sites, time after time; with `before`, the first are those of a time
-/// that was looked at already.
+/// Examines the samples of eight sites, time by time; with `before`, the first time was examined
+/// already.
 #[inline(always)]
 fn look<'a, L: Lanes>(
     profile: impl Fn(usize) -> Option<&'a [f64; WIDTH]>,
@@ -169,7 +169,7 @@ fn look<'a, L: Lanes>(
     let (mut low_again, mut high_again) = (L::read(low_again_at), L::read(high_again_at));
     let mut finite = L::read(finite_at);
     let (zero, most) = (L::splat(0.0), L::splat(f64::INFINITY));
-    // Nothing equals what is not a number.
+    // NaN equals no sample.
     let mut last = L::splat(f64::NAN);
     let mut first = 0;
     if let Some(samples) = profile(0).filter(|_| before) {
@@ -181,7 +181,7 @@ fn look<'a, L: Lanes>(
         let v = L::read(samples);
         low = v.least(low);
         high = v.largest(high);
-        // Times 0, what is not finite becomes NaN, and stays it.
+        // A sample that is not finite makes the sum NaN.
         finite = finite + v * zero;
         low_again = v.where_equal(last, most).least(low_again);
         high_again = v.where_equal(last, zero - most).largest(high_again);

@@ -21,9 +21,9 @@ pub struct Lobes {
 impl Window {
     /// The lobes of `sum_j w_j exp(-2 pi i q (j / n - 1/2))`, q in bins, at n = 1024.
     ///
-    /// Found on a grid of 1/128 bin, which is good to 0.01 dB. Other lengths from 256 on differ by
-    /// less than 0.3 dB. Below -300 dB rounding is what is seen; a window without a zero has a half
-    /// width of n / 2 and a sidelobe of minus infinity.
+    /// Found on a grid of 1/128 bin, accurate to 0.01 dB. Other lengths from 256 on differ by less
+    /// than 0.3 dB. Values below -300 dB are rounding; a window without a zero has a half width of
+    /// n / 2 and a sidelobe of minus infinity.
     ///
     /// Source: Harris, Proc. IEEE 66, 51 (1978), table 1 (his Blackman-Harris of four terms).
     pub fn lobes(&self) -> Lobes {

@@ -1,9 +1,8 @@
 //! Preparation, once, before all transforms: range, gaps, trends, tapers.
 //!
-//! A `Prepared` field holds what was found about the samples (trends, gaps, scale), not a copy
-//! of them: any block, in either order, is read from the field and prepared on the way. A sample
-//! is prepared by the same operations whatever block it is read in, so its bits do not depend on
-//! the blocks.
+//! A `Prepared` field holds trends, gaps and scale of the samples, not a copy of them: every block,
+//! in either order, is read from the field and prepared on reading. A sample undergoes the same
+//! operations in every block, so its bits do not depend on the blocks.
 
 mod energy;
 mod extremes;
@@ -27,7 +26,7 @@ pub use window::{Window, WindowError, WindowGains};
 
 use crate::arrays::Precision;
 
-/// What is removed from a record or a profile.
+/// The trend that is removed from a record or a snapshot.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default, serde::Serialize)]
 #[serde(rename_all = "kebab-case")]
 pub enum Detrend {
@@ -39,11 +38,11 @@ pub enum Detrend {
     Linear,
 }
 
-/// What is done with samples that are not finite.
+/// The treatment of samples that are not finite.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default, serde::Serialize)]
 #[serde(rename_all = "kebab-case")]
 pub enum Gaps {
-    /// The run stops and says how many there are and where.
+    /// The run fails; the error states their number and places.
     #[default]
     Refuse,
     /// Filled along time by the line between the neighbours; ends keep the nearest value, and a
@@ -54,7 +53,7 @@ pub enum Gaps {
     Mask,
 }
 
-/// What is done to the samples before transforms.
+/// The preparation of the samples before transforms.
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct Preparation {
     pub gaps: Gaps,

@@ -40,15 +40,15 @@ pub(crate) struct Tiles {
     pub times: usize,
     /// Records read ahead of the tiles, where the field is larger than memory.
     pub ahead: Option<usize>,
-    /// Bytes that account of gaps may take.
+    /// Largest size of the list of gaps in bytes.
     pub memory: u64,
 }
 
 impl<'a> Prepared<'a> {
-    /// Looks at every sample and settles what is to be done with it.
+    /// Examines every sample and determines its preparation.
     ///
     /// # Errors
-    /// [`Error::NonFinite`] where gaps are refused and there are some; [`Error::Cancelled`].
+    /// [`Error::NonFinite`] for gaps if they are refused; [`Error::Cancelled`].
     pub fn new(
         field: &'a Field,
         times: Range<usize>,
@@ -142,8 +142,8 @@ impl<'a> Prepared<'a> {
         }
     }
 
-    /// Reads the raw records of `sites` once along the file into `room`, so that a field larger than
-    /// memory is not read again for every tile; `None` where the tiles may read for themselves.
+    /// Reads the raw records of `sites` into `room` in one pass over the file, so that a field
+    /// larger than memory is not read again for every tile; `None` if the tiles read by themselves.
     pub fn read_ahead<'r>(
         &self,
         sites: Range<usize>,
@@ -194,7 +194,7 @@ impl<'a> Prepared<'a> {
         }
     }
 
-    /// The records of `sites` side by side, time by time, from `ahead` where they were read.
+    /// The records of `sites`, interleaved, from `ahead` if they were read ahead.
     pub fn columns(&self, ahead: Option<&ReadAhead>, sites: Range<usize>, out: &mut [f64]) {
         let width = sites.len();
         let from = self.sites.start;
@@ -248,7 +248,7 @@ impl<'a> Prepared<'a> {
         }
     }
 
-    /// Whole profiles of `times` where they lie in the field as they are prepared, and may stay.
+    /// Whole snapshots of `times` as a slice of the field, if preparation does not change them.
     pub fn stored_profiles(&self, times: Range<usize>) -> Option<&[f64]> {
         let whole = self.sites == (0..self.field.n_sites());
         let stays = self.tiles.ahead.is_none();
@@ -262,7 +262,7 @@ impl<'a> Prepared<'a> {
             .flatten()
     }
 
-    /// Whether samples that are no gaps stay what they are.
+    /// Whether preparation leaves all samples but gaps unchanged.
     fn is_as_stored(&self) -> bool {
         self.unit == PowerOfTwo::ONE
             && self.field_mean.is_none()
@@ -270,7 +270,7 @@ impl<'a> Prepared<'a> {
             && self.time_trends.is_empty()
     }
 
-    /// Takes unit and trends off the samples of time `n` from site `first` on.
+    /// Removes unit and trends from the samples of time `n` from site `first` on.
     fn settle(&self, n: usize, first: usize, samples: &mut [f64]) {
         self.unit.divide(samples);
         if let Some(mean) = &self.field_mean {

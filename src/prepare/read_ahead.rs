@@ -6,20 +6,19 @@ use rayon::prelude::*;
 
 use crate::field::Field;
 
-/// Bytes of the field that each of so many threads has mapped at a time, where it is larger than
-/// memory.
+/// Bytes of a field larger than memory that each of `threads` threads has mapped at a time.
 pub(crate) fn piece_bytes(threads: usize) -> usize {
     ((16 << 20) / threads.max(1)).clamp(1 << 20, 8 << 20)
 }
 
-/// Times that are turned at once: samples of a stripe that stay in the first cache.
+/// Times that are transposed at once: samples of a stripe that stay in L1.
 const TURNED: usize = 256;
 
 /// Raw records of neighbouring sites: `(piece of times, stripe of sites, time, site)`.
 ///
-/// A stripe is as many sites as are transformed together, a line of the cache as a rule, which is
-/// copied from the rows of the field as it is. The memory is used again by the next sites, since
-/// new pages cost as much as the copy.
+/// A stripe holds the sites that are transformed together, usually a cache line, and is copied
+/// unchanged from the rows of the field. The memory is reused for the next sites, since new pages
+/// cost as much as the copy.
 #[derive(Debug, Default)]
 pub(crate) struct ReadAhead {
     /// Of the field.
@@ -80,7 +79,7 @@ impl ReadAhead {
         self.sites = sites;
     }
 
-    /// The records of one stripe side by side, time by time.
+    /// The records of one stripe, interleaved.
     pub(super) fn columns(&self, sites: Range<usize>, out: &mut [f64]) {
         let pieces = out.chunks_mut(self.piece * sites.len());
         for (piece, out) in self.pieces(sites).zip(pieces) {

@@ -1,8 +1,8 @@
-//! One look at every record before anything is computed: range, gaps, dead and clipped channels.
+//! A scan of every record before the transforms: range, gaps, dead and clipped channels.
 
 use super::Gaps;
 
-/// A sample that was not finite, and what stands in its place (raw units).
+/// A sample that was not finite, and its replacement (raw units).
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(crate) struct Gap {
     pub time: usize,
@@ -75,7 +75,7 @@ fn longest_run(record: &[f64], on_extreme: impl Fn(f64) -> bool) -> usize {
     longest
 }
 
-/// The gaps of `record` with what stands in their place.
+/// The gaps of `record` with their replacements.
 pub(crate) fn fill(record: &[f64], site: usize, gaps: Gaps, into: &mut Vec<Gap>) {
     let mut time = 0;
     while time < record.len() {

@@ -108,9 +108,9 @@ struct Half {
     /// `2 sin^2(pi W)`.
     curvature: f64,
     size: usize,
-    /// How often the last row sees its neighbour: twice where it is the centre itself.
+    /// Multiplicity of the last row's neighbour: 2 if the row is the centre itself.
     last_fold: f64,
-    /// What stands in the last row for the weight towards the other half.
+    /// Coefficient of the last row that represents the coupling to the other half.
     last_weight: f64,
 }
 

@@ -1,4 +1,4 @@
-//! The look at every sample before anything is computed: in passing where that will do, else record
+//! The survey of all samples before the transforms: time by time if that suffices, otherwise record
 //! by record.
 
 use std::sync::atomic::{AtomicUsize, Ordering};
@@ -12,18 +12,18 @@ use crate::error::{Error, Result};
 use crate::field::Field;
 use crate::observer::Observer;
 
-/// Samples that are looked at before the next stretch of times.
+/// Samples per stretch of times.
 const STRETCH: usize = 1 << 16;
 
-/// Bytes that a gap takes while gaps are gathered: twice by site, once by time.
+/// Bytes per gap while gaps are collected: twice by site, once by time.
 const GAP_BYTES: u64 = 3 * size_of::<Gap>() as u64;
 
-/// Times that are looked at in one go, where they lie one after the other.
+/// Times per stretch, if they are contiguous.
 fn stretch(field: &Field) -> usize {
     (STRETCH / field.n_sites()).max(1)
 }
 
-/// Bytes that a thread takes for samples of so many sites which have to be decoded to be looked at.
+/// Bytes of scratch per thread for samples that must be decoded.
 pub(crate) fn survey_bytes(field: &Field, n_sites: usize) -> u64 {
     match field.is_time_major() && field.stored_profiles(0..0).is_none() {
         true => 8 * (stretch(field) + 1) as u64 * n_sites as u64,
@@ -91,19 +91,19 @@ impl Prepared<'_> {
         Ok(scans)
     }
 
-    /// Looks at the samples in the order in which they lie.
+    /// Examines the samples in memory order.
     fn extremes(&self, observer: &dyn Observer) -> Result<Extremes> {
         observer.stage("looking at the samples", self.n_times() as u64);
         let none = || Extremes::none(self.n_sites());
         let stretch = stretch(self.field);
         let stored = self.field.stored_profiles(self.times.clone());
-        // What has to be decoded is no more than what was asked for.
+        // Only the requested sites are decoded.
         let (width, sites) = match stored {
             Some(_) => (self.field.n_sites(), self.sites.clone()),
             None => (self.n_sites(), 0..self.n_sites()),
         };
         let starts: Vec<usize> = self.times.clone().step_by(stretch).collect();
-        // Few parts, since each has room for all sites.
+        // Few parts, since each has statistics of all sites.
         let least = starts.len().div_ceil(4 * rayon::current_num_threads());
         let seen = starts
             .into_par_iter()
@@ -113,7 +113,7 @@ impl Prepared<'_> {
                     return Err(Error::Cancelled);
                 }
                 let end = (start + stretch).min(self.times.end);
-                // The time before tells what is held.
+                // Held extremes need the previous time.
                 let first = start.saturating_sub(1).max(self.times.start);
                 let mut room = Vec::new();
                 let rows = match stored {

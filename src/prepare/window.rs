@@ -33,7 +33,7 @@ pub enum Window {
 /// What a window does to a sine and to noise.
 #[derive(Debug, Clone, PartialEq, serde::Serialize)]
 pub struct WindowGains {
-    /// Name with its parameter, as the command line takes it.
+    /// Name with its parameter, in the form of the command line.
     pub name: String,
     /// `sum w / N`: what a sine's amplitude is multiplied by.
     pub coherent_gain: f64,
@@ -223,7 +223,7 @@ fn bessel_i0_scaled(x: f64) -> f64 {
     }
 }
 
-/// The form that the command line takes: a name, and after a colon its parameter if it has one.
+/// The form of the command line: a name, and after a colon its parameter if it has one.
 impl fmt::Display for Window {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match self {

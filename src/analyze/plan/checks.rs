@@ -213,7 +213,7 @@ pub(super) fn check_references(
     Ok(())
 }
 
-/// That the window's parameter makes sense for so many samples.
+/// Checks the window's parameter for its number of samples.
 pub(in crate::analyze) fn check_window(
     option: &'static str,
     window: Window,
@@ -247,7 +247,7 @@ fn rounded(x: f64) -> f64 {
     format!("{x:.11e}").parse().unwrap_or(x)
 }
 
-/// The band over which directions are summed: as asked for, within the axis, with a bin in it.
+/// The band over which directions are summed: as requested, within the axis, with at least one bin.
 pub(super) fn direction_band(asked: Option<(f64, f64)>, frequencies: &[f64]) -> Result<(f64, f64)> {
     let highest = frequencies[frequencies.len() - 1];
     let (from, to) = asked.unwrap_or((0.0, highest));

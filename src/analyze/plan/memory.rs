@@ -36,7 +36,7 @@ impl Plan {
             count => count,
         };
         let ShortTimeSegments { time, space } = self.short_time;
-        // A record, and of each of its frames that go together what a record of a tile takes.
+        // A record, and for each of the frames transformed together the scratch of a record.
         let frame = |segments: Segments| 8 * segments.length as u64 + 64 * bins(segments);
         let worked_on = 8 * self.axes.n_times as u64 + TOGETHER as u64 * frame(time);
         let at_once = self.threads.min(sites) as u64;
@@ -47,16 +47,16 @@ impl Plan {
         held(time, sites) + at_once * worked_on + across
     }
 
-    /// Samples of the longest windows at the front's passage for which there is room beside what whole
-    /// records take; for longer ones that is let go of.
+    /// Samples of the longest front windows whose scratch is held beside that of whole records.
+    /// Longer windows replace it.
     pub(in crate::analyze) fn front_samples(n_times: usize) -> usize {
         n_times / 16
     }
 
-    /// Samples of the longest windows that are held beside what whole records take.
+    /// Samples of the longest front windows that are held beside the scratch of whole records.
     fn front_beside(&self) -> Option<usize> {
         let nt = self.axes.n_times;
-        // Segments of Welch's method are shorter than records: to let go of them makes little room.
+        // Segments of Welch's method are shorter than records: freeing their scratch gains little.
         let samples = match self.request.welch {
             None => Plan::front_samples(nt),
             Some(_) => nt,
@@ -65,8 +65,8 @@ impl Plan {
     }
 
     /// Chooses tiles and blocks, whether the field streams through, and whether the intermediate
-    /// matrix of the space-time transform is held in memory. A thread takes `surveyed` bytes to look
-    /// at the samples.
+    /// matrix of the space-time transform is held in memory. The survey of the samples takes
+    /// `surveyed` bytes per thread.
     pub(super) fn fit_into_memory(&mut self, surveyed: u64) -> Result<()> {
         let need = Need::of(self);
         let allowed = self.memory_allowed;
@@ -230,7 +230,7 @@ impl Need {
         }
     }
 
-    /// Threads that have a tile, of so many `each`, of `all` there are.
+    /// Number of threads with a tile of `each` of `all` items.
     fn at_work(&self, all: u64, each: u64) -> u64 {
         self.threads.min(all.div_ceil(each))
     }
@@ -316,7 +316,7 @@ impl Need {
     }
 }
 
-/// Bytes that a thread takes for windows of so many samples at so many sites.
+/// Bytes of scratch of one thread for windows of `samples` samples at `sites` sites.
 fn front_bytes(samples: usize, sites: usize) -> u64 {
     // With zeros up to a quick length.
     let padded = samples + samples / 8 + 8;
@@ -353,8 +353,8 @@ mod tests {
         plan(&field, &request).unwrap().memory_needed
     }
 
-    /// By hand: spectra of 51 bins and 80 frames, held twice; of each thread that has one a record and
-    /// eight frames, in three copies besides spectra and working space.
+    /// By hand: spectra of 51 bins and 80 frames, held twice; for each thread at work a record and
+    /// eight frames, in three copies, with spectra and scratch.
     #[test]
     fn short_time_records_of_all_threads_count() {
         let of = |threads| needed(threads, true) - needed(threads, false);
@@ -366,9 +366,9 @@ mod tests {
         );
     }
 
-    /// By hand: 64 profiles of 8 sites are two tiles, the records one. Each of 8 threads works on 8 of
-    /// them and takes what every thread sees of all sites; the second takes a tile besides: 32
-    /// profiles as read and as spectra of 8 bins of both signs.
+    /// By hand: 64 snapshots of 8 sites are two tiles, the records one. Each of 8 threads works on
+    /// 8 of them and holds the survey of all sites; the second also holds a tile: 32 snapshots as
+    /// read and as spectra of 8 bins of both signs.
     #[test]
     fn tiles_of_threads_that_have_one_count() {
         let field = Field::from_array(Array2::zeros((64, 8)));

@@ -34,7 +34,7 @@ pub struct Plan {
     pub(crate) window_space: Vec<f64>,
     pub(crate) axes: Axes,
     pub(crate) conventions: Conventions,
-    /// The flux surrogate was asked for of a field that is no velocity.
+    /// The flux surrogate was requested for a field that is not a velocity.
     pub(crate) flux_refused: bool,
     pub(crate) direction_band: (f64, f64),
     pub(crate) time_scale: Scale,
@@ -269,7 +269,7 @@ impl Plan {
         self.request.results.spatial || self.request.results.flux_surrogate
     }
 
-    /// Whether the field is read piece by piece, and pages of it are let go.
+    /// Whether the field is read piece by piece, and its pages are released.
     pub fn streams(&self) -> bool {
         self.tiles.ahead.is_some()
     }
