@@ -54,7 +54,7 @@ pub(super) fn trapezoid(sums: &mut [f64], dt: f64, before: &[f64], now: &[f64]) 
     }
 }
 
-/// The worst of residuals that are 0 or more; what is not a number is worse than any, and stays.
+/// The largest of residuals that are 0 or more; NaN counts as larger than any number.
 pub(super) fn worst_of(worst: f64, off: &[f64]) -> f64 {
     widest(Worst { worst, off })
 }
@@ -95,7 +95,7 @@ impl SimdKernel for Worst<'_> {
                 off
             };
         };
-        // Side by side, since the largest does not depend on the order.
+        // In lanes: the largest does not depend on the order.
         let mut lanes = [self.worst; 8];
         let chunks = self.off.chunks_exact(8);
         let rest = chunks.remainder();

@@ -102,7 +102,7 @@ impl Branches {
         };
         for (m, optical) in self.optical.iter().enumerate() {
             // k and k + pi meet in one wavenumber of the cell; at its ends they are each other's
-            // images, which stand for themselves alone.
+            // images, which count once.
             let weight = if m == 0 || 4 * m == self.sites {
                 1.0
             } else {

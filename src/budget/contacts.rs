@@ -10,7 +10,7 @@ use crate::chain::{Chain, Drive, Ends, Law};
 pub(super) struct Contacts<'a> {
     chain: &'a Chain,
     drive: Option<&'a Drive>,
-    /// 1 where a wall stands before site 0, else 0.
+    /// 1 with a wall before site 0, else 0.
     pub(super) offset: usize,
     coefficient: Vec<f64>,
     static_overlap: Vec<f64>,

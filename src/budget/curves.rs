@@ -2,8 +2,7 @@
 
 use super::result::Budget;
 
-/// Curves of a [`Budget`], or the standard errors of them: each as long as what it is named after,
-/// empty where that was not asked for.
+/// Curves of a [`Budget`], or their standard errors. Curves that were not requested are empty.
 #[derive(Debug, Clone, PartialEq, Default)]
 pub struct Curves {
     /// Total energy, its parts, and what losses took, at each sample.
@@ -11,7 +10,7 @@ pub struct Curves {
     pub kinetic: Vec<f64>,
     pub contact: Vec<f64>,
     pub lost: Vec<f64>,
-    /// Through each contact by the end, and what is left to its left.
+    /// Energy that passed through each contact by the end, and the energy left on its left side.
     pub passed: Vec<f64>,
     pub left_behind: Vec<f64>,
     /// Over wavenumbers, of the whole record and of its second half.
@@ -26,7 +25,7 @@ pub struct Curves {
     /// Through each contact, below the edge of frequency and above.
     pub low_frequency: Vec<f64>,
     pub high_frequency: Vec<f64>,
-    /// `low`, `high` and `behind` of every pair of contacts asked for, one after the other.
+    /// `low`, `high` and `behind` of every requested pair of contacts, one after the other.
     pub between: Vec<f64>,
     /// Over scales.
     pub integrated_scale_flux: Vec<f64>,

@@ -21,7 +21,7 @@ pub enum Filter {
     Sharp,
 }
 
-/// A filter of one scale, and what is meant by it.
+/// A filter of one scale.
 #[derive(Debug, Clone, Copy, PartialEq, serde::Serialize)]
 pub struct ScaleOf {
     pub filter: Filter,

@@ -226,7 +226,7 @@ fn records(motion: &Motion, contacts: &Contacts, block: Range<usize>) -> [Vec<f6
 }
 
 /// The frequency below which 90 % of the energy of the force lies, in the first contact with a
-/// nonzero force. A velocity would not do: its energy is that of the drift after the impact.
+/// nonzero force. Velocity is unsuitable: most of its energy is that of the drift after the impact.
 fn default_edge(
     motion: &Motion,
     contacts: &Contacts,

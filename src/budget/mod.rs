@@ -86,8 +86,8 @@ pub fn run(
     run_beside(motion, motion.chain, request, sink, observer)
 }
 
-/// As [`run`], but takes the unit cell and the branches from the chain `stated`. The chain of the
-/// motion may be a perturbed copy of it, with other masses and coefficients.
+/// As [`run`], with the unit cell and the branches of the chain `stated`. The chain of the motion
+/// may be a perturbed copy of it, with other masses and coefficients.
 fn run_beside(
     motion: &Motion,
     stated: &Chain,

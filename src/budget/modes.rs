@@ -12,7 +12,7 @@ use crate::chain::Ends;
 #[derive(Debug, Clone, Copy, PartialEq, Eq, serde::Serialize)]
 #[serde(rename_all = "kebab-case")]
 pub enum Basis {
-    /// `exp(i k x)` over the N sites; contacts, as many, at their left sites.
+    /// `exp(i k x)` over the N sites; the N contacts are at their left sites.
     Fourier,
     /// Between two walls: sines of the sites, cosines of the contacts, `k = pi m / (N + 1)`.
     Standing,
@@ -31,13 +31,13 @@ impl Basis {
 /// Transforms between sites (contacts) and components of rising wavenumber.
 ///
 /// `sum_m w_m |X_m|^2 = sum_j X_j^2` with the weights [`Modes::weight`]: in the Fourier basis a
-/// component stands for k and -k, but 0 and, for even N, the largest k.
+/// component counts k and -k, except 0 and, for even N, the largest k.
 #[derive(Clone)]
 pub(super) struct Modes {
     basis: Basis,
     sites: usize,
     plan: Arc<dyn RealToComplex<f64>>,
-    /// `exp(i pi m / (2 (N + 1)))`: contacts lie halfway between sites.
+    /// `exp(i pi m / (2 (N + 1)))`: contacts are halfway between sites.
     halfway: Vec<Complex<f64>>,
 }
 
@@ -100,7 +100,7 @@ impl Modes {
         (0..self.len()).map(|m| step * m as f64 / pitch).collect()
     }
 
-    /// How many wavenumbers component m stands for.
+    /// The number of wavenumbers that component m counts.
     #[inline]
     pub(super) fn weight(&self, m: usize) -> f64 {
         match self.basis {
@@ -129,7 +129,7 @@ impl Modes {
         match self.basis {
             Basis::Fourier => self.fourier(row, scratch, out),
             Basis::Standing => {
-                // The odd continuation: site j stands at j + 1.
+                // The odd continuation: site j is at j + 1.
                 input.fill(0.0);
                 input[1..=n].copy_from_slice(row);
                 for (mirrored, value) in input[n + 2..].iter_mut().rev().zip(row) {
@@ -145,7 +145,7 @@ impl Modes {
         }
     }
 
-    /// Components of a row over the contacts, up to as many as there are places for.
+    /// The first `out.len()` components of a row over the contacts.
     pub(super) fn of_contacts(
         &self,
         row: &[f64],
@@ -155,7 +155,7 @@ impl Modes {
         match self.basis {
             Basis::Fourier => self.fourier(row, scratch, out),
             Basis::Standing => {
-                // The even continuation: contact i stands at i + 1/2.
+                // The even continuation: contact i is at i + 1/2.
                 let input = &mut scratch.input;
                 input[..row.len()].copy_from_slice(row);
                 for (mirrored, value) in input.iter_mut().rev().zip(row) {

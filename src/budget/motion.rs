@@ -52,7 +52,7 @@ impl<'a> Motion<'a> {
         let row = |array: ArrayView2<'a, f64>| array.index_axis_move(Axis(0), i).to_slice();
         ChainState {
             t: self.time[i],
-            // Rows are slices, which `check` has seen to.
+            // Rows are contiguous, as `check` ensures.
             x: row(self.displacement).unwrap_or_default(),
             v: row(self.velocity).unwrap_or_default(),
         }

@@ -1,4 +1,4 @@
-//! Integrals over time of what is known at uniform samples only.
+//! Integrals over time from uniform samples.
 //!
 //! Each interval takes the integral of the polynomial through the samples nearest to it; near the
 //! ends the same samples serve several intervals. With P points the error of a smooth integrand

@@ -133,7 +133,7 @@ impl Balance {
         }
     }
 
-    /// Takes in sample i.
+    /// Adds sample i.
     pub(super) fn follow(&mut self, i: usize, energy: &[f64], now: &Exchanged) {
         if !self.times.contains(&i) {
             return;

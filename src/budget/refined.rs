@@ -1,9 +1,10 @@
-//! Power flow of chosen contacts from records made inside the stepping, as fine as it takes.
+//! Power flow of chosen contacts from finely sampled records made inside the stepping.
 //!
-//! Forces open like `t^{3/2}`, so the sum of `P_j(f) df` comes to `W_j` with order 5/2 in the time
-//! between samples, whatever the rule. The chain is stepped anew and landed on many more samples than
-//! the record has, the energy passed being followed inside the same steps; the spectrum then reaches
-//! to frequencies far above those of the record, and its sum closes to the stepping's error.
+//! Forces open like `t^{3/2}`, so the sum of `P_j(f) df` converges to `W_j` with order 5/2 in the
+//! time between samples, for every quadrature rule. The chain is therefore stepped again with many
+//! more samples than the record has, and the energy passed is integrated inside the same steps. The
+//! spectrum then extends far above the frequencies of the record, and its sum closes to the
+//! stepping's error.
 
 use column_fft::rows;
 
@@ -86,7 +87,7 @@ pub(super) fn refine(
     Ok(())
 }
 
-/// The first, the middle and the last contact between two sites, and those asked for.
+/// The first, the middle and the last contact between two sites, and the requested ones.
 fn chosen(contacts: &Contacts, request: &BudgetRequest) -> Vec<usize> {
     let count = contacts.chain().n_contacts();
     let joins = |j: &usize| matches!(contacts.sites(j + contacts.offset), [Some(_), Some(_)]);

@@ -40,11 +40,11 @@ pub struct BudgetRequest {
     /// Distance of neighbouring sites.
     pub pitch: f64,
     pub units: BudgetUnits,
-    /// Upper edge of the low band, in cycles per unit of time; `None`: the frequency below which
-    /// 90 % of the energy of the force lies, in the first contact with a nonzero force.
+    /// Upper edge of the low band, in cycles per unit of time; `None`: the frequency that bounds 90
+    /// % of the energy of the force in the first contact with a nonzero force.
     pub band_edge_frequency: Option<f64>,
-    /// Upper edge of the low band, in rad per unit of length; `None`: the wavenumber below which
-    /// 90 % of the energy lies, at the first sample with energy.
+    /// Upper edge of the low band, in rad per unit of length; `None`: the wavenumber that bounds 90
+    /// % of the energy at the first sample with energy.
     pub band_edge_wavenumber: Option<f64>,
     /// Pairs of contacts whose power flows are compared.
     pub between: Vec<[usize; 2]>,

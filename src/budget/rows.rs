@@ -27,11 +27,11 @@ const BATCH: usize = 64;
 #[derive(Clone, Default)]
 struct MotionSample {
     sites: SiteTerms,
-    /// Empty where wavenumbers are not asked for.
+    /// Empty if wavenumbers are not requested.
     spectra: Terms,
 }
 
-/// Real space, and wavenumbers where they are asked for.
+/// Real space, and wavenumbers if requested.
 pub(super) fn pass(
     motion: &Motion,
     contacts: &Contacts,
@@ -245,7 +245,7 @@ impl<'a> MotionPass<'a> {
             let check = spectral.check();
             budget.closure.integrated_flux = check.relative_to(budget.scale);
             let mut found = spectral.finish(time, &units, &mut waiting);
-            // From samples the transfer integrates badly, the balance only as far as there are losses.
+            // From samples the transfer integrates poorly; the balance does so only with losses.
             found.passed_error = PassedError::numerical(check.at_largest_wavenumber, budget.scale);
             budget.wavenumber = Some(found);
         }

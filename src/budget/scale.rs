@@ -25,7 +25,7 @@ pub(super) struct Scales<'a> {
     pub(super) lossy: bool,
 }
 
-/// A filter, and the sites and contacts at which it lies inside the chain.
+/// A filter, and the sites and contacts at which it is inside the chain.
 #[derive(Debug, Clone)]
 pub(super) struct PlannedFilter {
     pub(super) of: ScaleOf,

@@ -130,7 +130,7 @@ pub(super) fn pass(
     Ok(())
 }
 
-/// The scale that is mapped: the nearest to the one asked for, else that in the middle.
+/// The scale that is mapped: the nearest to the requested one, else the middle one.
 fn mapped(scales: &Scales, asked: Option<f64>) -> Option<usize> {
     let count = scales.scales.len();
     let off = |i: &usize| asked.map_or(0.0, |l| (scales.scales[*i].of.scale / l).ln().abs());

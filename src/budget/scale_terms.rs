@@ -28,7 +28,7 @@ struct AtSites {
     energy: Vec<f64>,
     /// Power that the filtered force transmits.
     passes: Vec<f64>,
-    /// Power that the filtered force takes from the motion and the contact law does not store.
+    /// Power that the filtered force extracts from the motion and the contact law does not store.
     taken: Vec<f64>,
 }
 

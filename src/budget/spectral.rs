@@ -105,7 +105,7 @@ impl Spectral {
         })
     }
 
-    /// Takes in sample i, whose energy and dissipation are known from its sites.
+    /// Adds sample i, whose energy and dissipation are known from its sites.
     pub(super) fn take_in(
         &mut self,
         i: usize,
@@ -197,7 +197,7 @@ impl Spectral {
         self.balance.worst()
     }
 
-    /// How far the integrated flux is from what it must be, in units of energy.
+    /// The error of the integrated flux, in units of energy.
     pub(super) fn check(&self) -> IntegratedFluxCheck {
         IntegratedFluxCheck {
             at_largest_wavenumber: self.passage.top(),

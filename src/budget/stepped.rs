@@ -176,7 +176,7 @@ impl SpectralFlux<'_> {
     }
 }
 
-/// Rows of the integrated flux on their way to a sink.
+/// Rows of the integrated flux, buffered for a sink.
 struct FluxRows<'a> {
     sink: &'a dyn Sink,
     waiting: Waiting,
@@ -257,7 +257,7 @@ impl NodeVisitor for Followed<'_, '_> {
         }
     }
 
-    /// Filtered contacts open at times of their own.
+    /// Filtered contacts open at other times than the contacts.
     fn cusps(&mut self, from: NodeState, to: NodeState) -> Vec<f64> {
         let Some(scale) = &mut self.scale else {
             return Vec::new();

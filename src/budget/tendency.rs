@@ -9,7 +9,7 @@
 //! ```
 //!
 //! E sums to the mean of `u^2 / 2`. The conservative part c exchanges energy between wavenumbers,
-//! `sum T = 0`; the dissipative part d takes it out, `D < 0`.
+//! `sum T = 0`; the dissipative part d removes it, `D < 0`.
 
 use std::f64::consts::PI;
 use std::sync::Arc;
@@ -169,7 +169,7 @@ fn check(u: ArrayView2<f64>, [t0, dt]: [f64; 2], length: f64) -> Result<()> {
 
 /// Burgers' equation `u_t + u u_x = nu u_xx`: `c = - (u^2 / 2)_x`, `d = nu u_xx`.
 ///
-/// Products are computed on a grid with 3/2 as many points, so that c is free of aliasing.
+/// Products are computed on a grid with 3/2 times the points, so that c is free of aliasing.
 ///
 /// Source: S. A. Orszag, *On the elimination of aliasing in finite-difference schemes by filtering
 /// high-wavenumber components*, J. Atmos. Sci. 28 (1971) 1074 (the 3/2 rule).

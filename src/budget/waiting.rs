@@ -17,7 +17,7 @@ struct WaitingRows {
     map: Option<MapBuilder>,
 }
 
-/// What is kept of an array for the eye.
+/// The part of an array that is kept for pictures.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(super) enum ShownArray {
     Not,

@@ -1,11 +1,11 @@
 //! Energy, transfer and losses by wavenumber, at one instant.
 //!
 //! `q_j = sqrt(m_j) v_j` and `phi_i = sign(r_i) sqrt(V_i)` turn the energy into a sum of squares,
-//! which a unitary transform keeps: `E(k) = |q^|^2 / 2 + |phi^|^2`. Its rate of change is
-//! `T(k) = Re(conj(q^) f^) + 2 Re(conj(phi^) phi'^)` with the elastic forces
-//! `f_j = (F_{j-1} - F_j) / sqrt(m_j)`, `phi'_i = F_i r'_i / (2 phi_i)`; less
-//! `L(k) = - Re(conj(q^) fd^)` with the forces of dampers and drag; plus `I(k)`, what a driven end
-//! puts in. `sum T = 0`: it is exchange between wavenumbers, whatever the state.
+//! which a unitary transform preserves: `E(k) = |q^|^2 / 2 + |phi^|^2`. Its rate of change is `T(k)
+//! = Re(conj(q^) f^) + 2 Re(conj(phi^) phi'^)` with the elastic forces `f_j = (F_{j-1} - F_j) /
+//! sqrt(m_j)`, `phi'_i = F_i r'_i / (2 phi_i)`; less `L(k) = - Re(conj(q^) fd^)` with the forces of
+//! dampers and drag; plus `I(k)`, the power of a driven end. `sum T = 0`: it is exchange between
+//! wavenumbers, whatever the state.
 
 use num_complex::Complex;
 
@@ -14,21 +14,21 @@ use super::contacts::{ContactState, Contacts};
 use super::modes::{Modes, ModesScratch};
 use super::motion::ChainState;
 
-/// What is needed at every instant.
+/// Scratch and constants used at every instant.
 #[derive(Debug)]
 pub(super) struct Transfers<'a> {
     pub(super) contacts: &'a Contacts<'a>,
     pub(super) modes: Modes,
     root_mass: Vec<f64>,
-    /// Wavenumbers that a component stands for.
+    /// Number of wavenumbers that a component counts.
     weights: Vec<f64>,
     lossy: bool,
     driven: bool,
     branches: Option<Branches>,
 }
 
-/// The terms of the balance, each of as many values as there are components, both signs of k in
-/// one; those that a chain has not are empty.
+/// The terms of the balance, one value for each component with both signs of k; terms that a chain
+/// lacks are empty.
 #[derive(Debug, Clone, Default)]
 pub(super) struct Terms {
     pub(super) energy: Vec<f64>,
@@ -36,7 +36,7 @@ pub(super) struct Terms {
     pub(super) loss: Vec<f64>,
     pub(super) input: Vec<f64>,
     pub(super) split: Option<BranchSplit>,
-    /// `sum T` as computed, over the size of what it is the sum of.
+    /// `sum T` as computed, relative to the size of its terms.
     pub(super) rounding: f64,
 }
 
@@ -200,13 +200,13 @@ impl<'a> Transfers<'a> {
 /// Sums of transfers this small, over the size of their terms, are rounding.
 const ROUNDING: f64 = 1e-13;
 
-/// Takes out of the transfers what rounding leaves of their sum, which is 0; returns it over the root
-/// of the sum of squares of what they are differences of.
+/// Removes rounding from the transfers, whose exact sum is 0; returns the removed sum relative to
+/// the root of the sum of squares of the products that they are differences of.
 ///
-/// A wave that keeps its shape exchanges next to nothing, a thousandth of the power in its contacts,
-/// and products of that power round. Of all transfers with the right sum these are the nearest to
-/// those computed, by least squares in units of each one's rounding. A sum that rounding does not
-/// explain is left as it is, to be seen.
+/// A wave that keeps its shape exchanges next to nothing, a thousandth of the power in its
+/// contacts, and products of that power round. The result is the least-squares projection onto
+/// transfers of sum 0, in units of each one's rounding. A sum that rounding does not explain is
+/// left unchanged, so that the residual shows it.
 fn reconcile(transfer: &mut [f64], squares: &[f64]) -> f64 {
     let (sum, total) = (crate::numeric::sum(transfer), crate::numeric::sum(squares));
     if sum == 0.0 || total == 0.0 {

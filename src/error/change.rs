@@ -3,7 +3,7 @@
 use std::fmt;
 use std::time::SystemTime;
 
-/// In what a file differs from what it was.
+/// How a file changed while it was in use.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 #[non_exhaustive]
 pub enum FileChange {
@@ -11,7 +11,7 @@ pub enum FileChange {
     Replaced,
     /// Bytes.
     Length { expected: u64, found: u64 },
-    /// Times of modification, where the file system tells them.
+    /// Times of modification, if the file system records them.
     Modified {
         expected: Option<SystemTime>,
         found: Option<SystemTime>,

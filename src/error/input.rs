@@ -2,7 +2,7 @@
 
 use std::fmt;
 
-/// One such way, with what was expected and what was found.
+/// One fault, with the expected and the found value.
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
 #[non_exhaustive]
 pub enum InputFault {
@@ -218,7 +218,7 @@ pub enum InputFault {
     SidecarLength { found: u64, limit: u64 },
 }
 
-/// What stands where a file was expected.
+/// What exists where a file was expected.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum FileKind {
     Directory,

@@ -1,6 +1,6 @@
-//! The one error type: data in named fields, the sentence built from them in one place.
+//! The one error type: data in named fields, and the sentence made from them in one place.
 //!
-//! [`Error`] says what was expected and what was found.
+//! [`Error`] names what was expected and what was found.
 
 mod change;
 mod input;
@@ -71,7 +71,7 @@ pub enum Error {
         found: String,
     },
 
-    /// A file that does not fit what is asked of it.
+    /// A file that does not fit the request.
     #[error("{}: expected {expected}, found {found}", path.display())]
     Unfit {
         path: PathBuf,
@@ -79,11 +79,11 @@ pub enum Error {
         found: String,
     },
 
-    /// Something that is no result stands where the result should go.
+    /// The path of the result holds something that is not a result.
     #[error("{} {found}, so it is not replaced", path.display())]
     OutputInUse { path: PathBuf, found: String },
 
-    /// A scene that says too little, too much, or what cannot be.
+    /// An invalid scene: a key is missing, unknown, or has an impossible value.
     #[error("{fault}")]
     Scene { fault: Box<SceneFault> },
 
@@ -119,7 +119,7 @@ pub enum Error {
     #[error("cannot draw {figure}: {reason}")]
     Draw { figure: String, reason: String },
 
-    /// An iteration that found no solution, or one that is not the one looked for.
+    /// An iteration that found no solution, or not the requested one.
     #[error("{what}: expected {expected}, found {found}")]
     Unresolved {
         what: String,
@@ -159,8 +159,8 @@ impl Error {
         )
     }
 
-    /// The error with the file at fault, where what is at fault is a file under another name: a
-    /// field by its own name, or what a request calls `field`, `record` or `quantity`.
+    /// The error with `path` as the file at fault, if the error names that file otherwise: a field
+    /// by its own name, or the keys `field`, `record` or `quantity` of a request.
     #[must_use]
     pub fn of_file(self, path: &Path) -> Error {
         match self {
@@ -213,7 +213,7 @@ impl Error {
         }
     }
 
-    /// For `map_err` on reading: keeps the path and what was being done.
+    /// For `map_err` on reading: adds the path and the action.
     pub(crate) fn read<'a>(
         action: &'static str,
         path: &'a Path,
@@ -225,7 +225,7 @@ impl Error {
         }
     }
 
-    /// For `map_err` on writing: keeps the path and what was being done.
+    /// For `map_err` on writing: adds the path and the action.
     pub(crate) fn write<'a>(
         action: &'static str,
         path: &'a Path,

@@ -100,7 +100,7 @@ impl SceneFault {
     }
 }
 
-/// As much of a text as a message has room for.
+/// A text, shortened to fit a message.
 fn shortened(text: &str) -> String {
     const MOST: usize = 120;
     match text.char_indices().nth(MOST) {
@@ -109,7 +109,7 @@ fn shortened(text: &str) -> String {
     }
 }
 
-/// What serde says of a value, as what was expected and what was found.
+/// A message of serde as an expected and a found value.
 pub(crate) fn reworded(message: &str) -> Problem {
     let value = |expected: &str, found: &str| Problem::Value {
         expected: plain(expected),
@@ -136,7 +136,7 @@ pub(crate) fn reworded(message: &str) -> Problem {
     }
 }
 
-/// Names of Rust's types as a person would say them.
+/// Names of Rust's types in plain words.
 fn plain(words: &str) -> String {
     let named = match words {
         "f64" => "a number",

@@ -1,7 +1,7 @@
-//! Copying a block of stored samples, decoded, in the order of the storage or turned.
+//! Copies a block of stored samples, decoded, in the order of the storage or transposed.
 //!
-//! A block is copied run by run where the output has the order of the storage, and in tiles of
-//! 8 x 8 where it has the other one, so that each cache line is read once and written whole.
+//! A block is copied run by run if the output has the order of the storage. Otherwise it is
+//! transposed in tiles of 8 x 8, so that each cache line is read once and written whole.
 
 use std::ops::Range;
 
@@ -10,13 +10,13 @@ use crate::system::prefetch::prefetch;
 /// Edge of a tile: 8 samples of 8 bytes are one cache line.
 const TILE: usize = 8;
 
-/// Rows whose tiles are turned before the next columns.
+/// Rows whose tiles are transposed before the next columns.
 const BAND: usize = 64;
 
-/// Rows between a short piece of a row and the one that is asked for meanwhile.
+/// Prefetch distance in rows for short pieces of rows.
 const AHEAD: usize = 96;
 
-/// The part of the storage that a read asks for.
+/// The part of the storage that is read.
 pub(super) struct ReadBlock<'a> {
     pub(super) bytes: &'a [u8],
     pub(super) row_len: usize,
@@ -58,7 +58,7 @@ impl ReadBlock<'_> {
         &samples[row * self.row_len..][self.columns.clone()]
     }
 
-    /// Asks for the columns of a row where they are few: the lines of long ones processors foresee.
+    /// Prefetches short pieces of rows; long ones are left to the hardware prefetcher.
     fn ask_for_row<const N: usize>(&self, samples: &[[u8; N]], row: usize) {
         if row < self.rows.end && self.columns.len() <= TILE {
             let run = self.row(samples, row);
@@ -98,7 +98,7 @@ impl ReadBlock<'_> {
     }
 }
 
-/// At most 8 rows of at most 8 samples, turned; whole rows have a length that the compiler knows.
+/// Transposes at most 8 rows of at most 8 samples; whole rows have a length known to the compiler.
 fn turned_tile<'s, const N: usize>(
     rows: impl Iterator<Item = &'s [[u8; N]]>,
     decode: impl Fn([u8; N]) -> f64,

@@ -7,7 +7,8 @@ use crate::measure::{self, Dimension, Measure};
 /// Deviation from even spacing that is taken for rounding, relative to the length of the axis.
 const EVENNESS: f64 = 1e-9;
 
-/// What a file states about an axis; what it leaves open is stated elsewhere or counted.
+/// An axis as stated by a file; missing parts come from the sidecar or options, else the axis
+/// counts indices.
 #[derive(Debug, Clone, Default, PartialEq)]
 pub(crate) struct Coordinates {
     pub(crate) origin: Option<f64>,
@@ -15,7 +16,7 @@ pub(crate) struct Coordinates {
     pub(crate) unit: Option<String>,
 }
 
-/// What is stated about an axis elsewhere than in the file of the samples.
+/// An axis as stated outside the file of the samples.
 pub(crate) struct StatedAxis<D> {
     pub(crate) origin: Option<Measure<D>>,
     pub(crate) step: Option<Measure<D>>,
@@ -59,7 +60,7 @@ impl Coordinates {
         }
     }
 
-    /// The origin alone, for an axis whose step is stated elsewhere.
+    /// The origin alone, for an axis whose step is stated outside the file.
     pub(crate) fn from_first(values: &[f64]) -> Coordinates {
         Coordinates {
             origin: values.first().copied().filter(|first| first.is_finite()),
@@ -67,11 +68,11 @@ impl Coordinates {
         }
     }
 
-    /// The axis, with what is stated elsewhere in place of what the file states.
+    /// The axis; `stated` overrides the file.
     ///
-    /// Units are written by their symbols, and what has a unit of its own is converted to that of
-    /// the axis: the one stated, else that of the file, else the first of its dimension. The
-    /// numbers of the file are in the unit of the axis.
+    /// Units are written as symbols. A step or origin with a unit is converted to the unit of the
+    /// axis: the stated one, else that of the file, else the first of its dimension. The numbers of
+    /// the file are in the unit of the axis.
     pub(crate) fn axis<D: Dimension>(self, stated: StatedAxis<D>) -> Result<Axis, InputFault> {
         let StatedAxis { origin, step, unit } = stated;
         let unit = unit.or(self.unit).map(|unit| {

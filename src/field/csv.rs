@@ -66,7 +66,7 @@ struct Table<'a> {
     values: Vec<f64>,
     /// The coordinates of the rows.
     places: Vec<f64>,
-    /// For each of them, the line from which its row was looked for.
+    /// For each of them, the line at which the search for its row began.
     lines: Vec<u64>,
     /// What the last printed digit of the coordinates counts; of the first column, where no column
     /// is known to hold them.
@@ -139,15 +139,17 @@ impl<'a> Table<'a> {
         Ok(())
     }
 
-    /// The line of the row that the reader looked for from line `from`.
+    /// The line of the row whose search began at line `from`.
     fn line(&self, from: u64) -> u64 {
         line_of_row(&self.source.map, from)
     }
 
-    /// Takes the first column for coordinates of the rows where it rises evenly and no other does.
+    /// Decides whether the first column holds coordinates of the rows: it does if it rises evenly
+    /// and no other does.
     ///
     /// # Errors
-    /// It may hold coordinates or samples: others rise evenly too, or it rises unevenly.
+    /// If it may hold either coordinates or samples: other columns rise evenly too, or it rises
+    /// unevenly.
     fn judge_first_column(&mut self) -> std::result::Result<(), InputFault> {
         // Two rows always rise evenly or fall, and a few rise by chance.
         const EVENLY: usize = 3;
@@ -177,7 +179,7 @@ impl<'a> Table<'a> {
                 false => Ok(()),
             };
         };
-        // Whatever else rises about evenly might be a coordinate as well.
+        // Another column that rises about evenly might be a coordinate as well.
         let is_even = |j: usize| Coordinates::fit(&column(j), f64::INFINITY).is_ok();
         if (1..width).any(is_even) {
             return doubt("rises evenly, and so does another");
@@ -259,7 +261,7 @@ impl<'a> Table<'a> {
     }
 }
 
-/// Coordinates of `values`; where the step is stated, the values are not asked for theirs.
+/// Coordinates of `values`; if the step is stated, only their first value counts.
 fn fit(values: &[f64], rounding: f64, has_step: bool) -> std::result::Result<Coordinates, Uneven> {
     match has_step {
         true => Ok(Coordinates::from_first(values)),
@@ -334,7 +336,7 @@ fn excerpt(cell: &[u8]) -> String {
     text.trim().chars().take(40).collect()
 }
 
-/// The line from which a row was looked for; blank lines and comments may come before it.
+/// The line at which the search for a row began; blank lines and comments may precede the row.
 fn starts_at(record: &ByteRecord) -> u64 {
     record.position().map_or(0, csv::Position::line)
 }

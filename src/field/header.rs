@@ -22,8 +22,8 @@ pub(super) fn is_header(stated: Header, record: &ByteRecord) -> bool {
     }
 }
 
-/// A first line as the names of `width` columns, which may be separated otherwise than the numbers
-/// are: `time,x0,x1` before `0.0 1.0 2.0`. As it is where nothing gives as many names.
+/// A first line as the names of `width` columns. Their delimiter may differ from that of the
+/// numbers: `time,x0,x1` before `0.0 1.0 2.0`. Unchanged if no delimiter gives `width` names.
 pub(super) fn of_line(line: ByteRecord, rows: &RowReader, width: usize) -> ByteRecord {
     if line.len() == width {
         return line;
@@ -37,8 +37,8 @@ pub(super) fn of_line(line: ByteRecord, rows: &RowReader, width: usize) -> ByteR
 /// The names of `width` columns in the last comment before the rows that holds them, as
 /// `numpy.savetxt(..., header="time,x0,x1")` writes it.
 ///
-/// It does if one of them is the one asked for, or names coordinates of the rows. Names separated
-/// by blanks may be prose, so that only the first of them may.
+/// A comment holds names if one of them is the requested one, or names coordinates of the rows.
+/// Names separated by blanks may be prose, so there only the first may do so.
 pub(super) fn of_comments(
     text: &[u8],
     width: usize,
@@ -67,8 +67,7 @@ pub(super) fn of_comments(
     named.filter(states).last().map(|(names, _)| names)
 }
 
-/// `width` names by the first delimiter that gives as many, and whether they are separated by
-/// blanks.
+/// `width` names by the first delimiter that gives this number, and whether blanks separate them.
 fn names(text: &str, width: usize) -> Option<(ByteRecord, bool)> {
     let by = |delimiter: char| -> Vec<&str> { text.split(delimiter).map(str::trim).collect() };
     let fits = |names: &Vec<&str>| names.len() == width;

@@ -1,11 +1,11 @@
-//! What was concluded about a file that does not state it.
+//! Notes: properties inferred about a file that does not state them.
 
 use super::Layout;
 use super::coordinates::Coordinates;
 use super::storage::Storage;
 use crate::measure::digits;
 
-/// So many times more columns than rows make it doubtful that rows are times.
+/// Ratio of columns to rows above which it is doubtful that rows are times.
 pub(super) const WIDE: usize = 8;
 
 /// A conclusion about a file, with how to state otherwise.
@@ -40,7 +40,7 @@ impl Note {
         }
     }
 
-    /// One sentence: what was concluded.
+    /// The inference as one sentence.
     pub fn message(&self) -> String {
         match self {
             Note::Members { field, time, space } => {
@@ -83,14 +83,14 @@ impl Note {
         matches!(self, Note::Wide { .. } | Note::RisingSite { .. })
     }
 
-    /// A note on an array that nothing says the layout of.
+    /// A note on an array without a stated layout.
     pub(super) fn on_shape(rows: usize, columns: usize) -> Option<Note> {
         (columns >= WIDE * rows).then_some(Note::Wide { rows, columns })
     }
 
     /// A note on samples whose first site rises evenly where the second one does not.
     pub(super) fn on_samples(storage: &Storage, n_times: usize, n_sites: usize) -> Option<Note> {
-        // Few samples rise evenly by chance, and many need not be looked at.
+        // Few samples rise evenly by chance, and more than 64 need no check.
         const LOOKED_AT: std::ops::RangeInclusive<usize> = 8..=64;
         let n = n_times.min(*LOOKED_AT.end());
         if n < *LOOKED_AT.start() || n_sites < 2 {

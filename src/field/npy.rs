@@ -15,7 +15,7 @@ pub(crate) const MAGIC: &[u8] = b"\x93NUMPY";
 /// Header bytes that are read at most; NumPy itself writes 118 and reads 10000.
 const TEXT_LIMIT: u64 = 65_536;
 
-/// Bytes from which [`Header::parse`] can tell everything.
+/// Bytes that suffice for [`Header::parse`].
 pub(crate) const PREFIX_LIMIT: u64 = 12 + TEXT_LIMIT;
 
 const MAX_DIMENSIONS: usize = 64;
@@ -32,7 +32,7 @@ pub(crate) struct Header {
 }
 
 impl Header {
-    /// Reads the header at the start of `bytes`, of which the first [`PREFIX_LIMIT`] suffice.
+    /// Reads the header at the start of `bytes`; the first [`PREFIX_LIMIT`] suffice.
     pub(crate) fn parse(bytes: &[u8]) -> Result<Header, InputFault> {
         let HeaderEntries {
             kind: (sample, order),
@@ -100,7 +100,7 @@ impl Header {
         }
     }
 
-    /// How the samples lie in bytes where the first of them is at `start`.
+    /// The layout of the samples in bytes; the first sample is at `start`.
     pub(crate) fn arrangement(
         &self,
         start: usize,
@@ -119,7 +119,7 @@ impl Header {
     }
 }
 
-/// That a file is as long as its header says.
+/// Checks that a file has the length given by its header.
 pub(crate) fn check_len(expected: u64, found: u64) -> Result<(), InputFault> {
     match found.cmp(&expected) {
         std::cmp::Ordering::Less => Err(InputFault::Truncated { expected, found }),

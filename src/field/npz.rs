@@ -36,7 +36,7 @@ pub(super) fn read(source: &FileSource) -> Result<Contents> {
         .map_err(|fault| source.fault(fault))?;
     let (header, bytes, start) = archive.load(index)?;
     let name = archive.members[index].name.clone();
-    // Contacts lie between sites and may be fewer.
+    // Contacts are between sites and may be fewer.
     let along = match archive.find("contact_position") {
         Some(_) if matches!(name.as_str(), "force" | "energy_passed") => &["contact_position"][..],
         _ => &names::SPACE,
@@ -94,22 +94,21 @@ fn implied_layout([rows, columns]: [u64; 2], [times, sites]: [Option<u64>; 2]) -
     }
 }
 
-/// Whether an archive is a run file: it holds its scene and says what its members are.
+/// Whether an archive is a run file: it holds a scene and a schema.
 pub(super) fn is_run(bytes: &[u8]) -> bool {
     let has = |zip: &ZipArchive<_>, name| zip.index_for_name(name).is_some();
     ZipArchive::new(Cursor::new(bytes))
         .is_ok_and(|zip| has(&zip, "scene.npy") && has(&zip, "schema.npy"))
 }
 
-/// Whether an archive is a field that this program wrote: it says what its members are, and is no
-/// run.
+/// Whether an archive is a field that this program wrote: it holds a schema and no scene.
 pub(super) fn is_field(bytes: &[u8]) -> bool {
     let has = |zip: &ZipArchive<_>, name| zip.index_for_name(name).is_some();
     ZipArchive::new(Cursor::new(bytes))
         .is_ok_and(|zip| !has(&zip, "scene.npy") && has(&zip, "schema.npy"))
 }
 
-/// What a member measures, where its name says so.
+/// The quantity of a member, if its name is that of one.
 fn quantity(member: &str) -> Option<Quantity> {
     Quantity::ALL
         .into_iter()
@@ -256,7 +255,7 @@ impl<'a> Archive<'a> {
         })
     }
 
-    /// The member asked for, else `velocity` or `v`, else the only array of two dimensions.
+    /// The requested member, else `velocity` or `v`, else the only array of two dimensions.
     fn choose(&mut self, asked: Option<&str>) -> std::result::Result<usize, InputFault> {
         if let Some(asked) = asked {
             let name = asked.strip_suffix(".npy").unwrap_or(asked);
@@ -350,7 +349,7 @@ impl<'a> Archive<'a> {
             .map_err(|fault| self.member_fault(index, fault))
     }
 
-    /// The unit that an archive states of a member; what is no text is not one.
+    /// The unit of a member as stated by the archive; `None` unless it is a text.
     fn unit(&mut self, member: &str) -> Option<String> {
         self.text(&format!("{member}_unit")).ok().flatten()
     }

@@ -259,7 +259,7 @@ pub fn file_hash(path: &Path) -> Result<String> {
     Ok(content_hash(&*map(path)?))
 }
 
-/// BLAKE3 hash of the whole file; releases its pages as it goes.
+/// BLAKE3 hash of the whole file; releases its pages progressively.
 fn content_hash(map: &Mmap) -> String {
     hash(map, |done| storage::release(map, done))
 }

@@ -7,9 +7,9 @@ use crate::measure::{Dimension, Frequency, Length, Measure, Time};
 
 /// How a file is read. What is stated here overrides the sidecar, which overrides the file.
 ///
-/// A step or an origin with a unit of its own (`10 us`) is converted to the unit of its axis. Where
-/// nothing states that unit, the axis is in seconds or metres. One without a unit is in the unit of
-/// its axis: `Measure::new(0.1)`, or `0.1.into()`.
+/// A step or an origin with a unit of its own (`10 us`) is converted to the unit of its axis. If
+/// that unit is not stated, it is seconds or metres. A step without a unit is in the unit of its
+/// axis: `Measure::new(0.1)`, or `0.1.into()`.
 #[derive(Debug, Clone, PartialEq)]
 pub struct OpenOptions {
     pub layout: Option<Layout>,

@@ -94,7 +94,7 @@ pub(super) fn line_of_row(text: &[u8], line: u64) -> u64 {
     rows.next().map_or(line, |(number, _)| number)
 }
 
-/// Told by the second line, which a header does not confuse; else by the first.
+/// Detected in the second line, since the first may be a header; else in the first.
 fn detect_delimiter(sample: &[u8]) -> u8 {
     let lines = sample.split(|byte| matches!(byte, b'\n' | b'\r'));
     let line = lines
@@ -144,7 +144,7 @@ impl Read for TextCells<'_> {
 }
 
 impl TextCells<'_> {
-    /// Writes at most two bytes for each of `text`, and says how many.
+    /// Writes at most two bytes for each of `text`; returns the number written.
     fn normalize(&mut self, text: &[u8], out: &mut [u8]) -> usize {
         let mut n = 0;
         for &byte in text {

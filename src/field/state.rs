@@ -12,7 +12,7 @@ use crate::error::{Error, FileChange, Result};
 pub struct FileState {
     path: PathBuf,
     length: u64,
-    /// `None` where the file system does not tell.
+    /// `None` if the file system does not record it.
     modified: Option<SystemTime>,
     #[cfg(unix)]
     device_and_inode: (u64, u64),

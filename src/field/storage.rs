@@ -283,7 +283,8 @@ pub(crate) fn release(map: &Mmap, range: Range<usize>) {
     let _ = (map, range);
 }
 
-/// Passes `range` of a mapped file to `consume` in chunks, in order; drops the pages as it goes.
+/// Passes `range` of a mapped file to `consume` in chunks, in order; drops each chunk's pages
+/// afterwards.
 pub(crate) fn stream(map: &Mmap, range: Range<usize>, mut consume: impl FnMut(&[u8])) {
     const CHUNK: usize = 16 << 20;
     let mut start = range.start;

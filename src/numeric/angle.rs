@@ -2,10 +2,10 @@
 
 use std::f64::consts::PI;
 
-/// `cos(2 pi p / q)`, reduced to an eighth of a turn in integers.
+/// `cos(2 pi p / q)`, reduced to an eighth of a cycle in integers.
 ///
-/// Quarter turns are exact, and the symmetries of the cosine hold bit for bit.
-/// `q` is at least 1 and at most `2^60`.
+/// Quarter cycles are exact, and the symmetries of the cosine hold bit for bit. `q` is at least 1
+/// and at most `2^60`.
 pub(crate) fn cos_turns(p: u64, q: u64) -> f64 {
     let p = p % q;
     let p = p.min(q - p);

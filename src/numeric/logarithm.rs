@@ -76,7 +76,7 @@ mod tests {
                 .wrapping_mul(6_364_136_223_846_793_005)
                 .wrapping_add(1);
             let fraction = state >> 12;
-            // Every other number lies within a few octaves of 1.
+            // Every second number is within a few octaves of 1.
             let exponent = if i % 2 == 0 {
                 1 + i / 2 % 2046
             } else {

@@ -126,7 +126,8 @@ mod tests {
         }
     }
 
-    /// Equal leaves round alike, the worst case: 32 additions a lane, of which the first few err.
+    /// Equal leaves round alike, which is the worst case: 32 additions per lane, of which the first
+    /// few are inexact.
     #[test]
     fn rounding_stays_near_epsilon_over_a_million_terms() {
         let x = vec![0.1; 1_000_000];

@@ -1,7 +1,7 @@
 //! `.npz` archives whose large arrays are written in blocks, in any order.
 //!
-//! A member's place and size are known from its shape, so its room is reserved first and blocks
-//! go straight to where they belong; only its checksum is filled in at the end. Members are
+//! A member's offset and size follow from its shape. Its bytes are reserved first, blocks are
+//! written at their final offsets, and only the checksum is filled in at the end. Members are
 //! stored, not deflated: spectra hardly shrink, and a stored member can be mapped by its reader.
 //! Layout: PKWARE APPNOTE 6.3.10 (zip, zip64), NumPy enhancement proposal 1 (`.npy`).
 

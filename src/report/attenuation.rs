@@ -19,7 +19,7 @@ struct Versioned<'a, T> {
     result: &'a T,
 }
 
-/// `result` with its schema, as JSON; it must serialize as named fields. What is not a number is null.
+/// `result` with its schema, as JSON; it must serialize as named fields. NaN is written as null.
 ///
 /// # Errors
 /// None for results of this library.
@@ -109,9 +109,9 @@ fn optional(value: Option<f64>) -> String {
     value.map_or(String::new(), number)
 }
 
-/// Attenuation as CSV, a row a place of a curve: chain, sense, bodies, kind of contact, values
-/// relative to the homogeneous chain, the share of the high band, and the pulse, with all digits;
-/// what is not known is empty.
+/// Attenuation as CSV, one row for each point of a curve: chain, sense, number of bodies, kind of
+/// contact, values relative to the homogeneous chain, the share of the high band, and the pulse,
+/// with all digits. Unknown values are empty.
 ///
 /// # Errors
 /// None for results of this library.
@@ -147,8 +147,8 @@ pub fn attenuation_csv(attenuation: &Attenuation) -> Result<String, csv::Error> 
     text(writer)
 }
 
-/// Transmission as CSV, a row a value of the key or an extreme: the other keys, the kind of row
-/// (`value`, `maximum`, `minimum`), the key, and what comes to the wall.
+/// Transmission as CSV, one row for each value of the key and for each extremum: the other keys,
+/// the kind of row (`value`, `maximum`, `minimum`), the key, and the force at the wall.
 ///
 /// # Errors
 /// None for results of this library.

@@ -115,7 +115,8 @@ struct PassageSummary {
 #[derive(Debug, Serialize)]
 struct FrequencySummary {
     band_edge: Option<f64>,
-    /// From the first contact to the middle and to the last that joins two sites, and those asked for.
+    /// From the first contact to the middle one and to the last that joins two sites, and the
+    /// requested pairs.
     between: Vec<BetweenSummary>,
     /// Of chosen contacts, from records made inside the stepping.
     refined: Vec<RefinedFlow>,

@@ -1,4 +1,4 @@
-//! Pages of budgets: one budget, or two side by side. They need no network and no scripts.
+//! Pages of one budget, or of two to compare. They need no network and no scripts.
 
 use base64::Engine;
 use maud::{DOCTYPE, Markup, PreEscaped, html as markup};

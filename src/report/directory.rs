@@ -29,7 +29,7 @@ pub enum Contents {
 }
 
 impl Contents {
-    /// The file that tells what the others are.
+    /// The file that describes the others.
     fn summary(self) -> &'static str {
         match self {
             Contents::Analysis => "summary.json",
@@ -158,7 +158,7 @@ impl ResultDirectory {
     pub fn publish(mut self) -> Result<PathBuf> {
         let write = |action| Error::write(action, &self.wanted);
         if check_free(self.contents, &self.wanted, self.replace)? == Destination::Result {
-            // The old result leaves only once the new one stands beside it.
+            // The old result is removed only once the new one is complete.
             let mut old = self.working.clone().into_os_string();
             old.push(".replaced");
             let old = PathBuf::from(old);
@@ -189,7 +189,7 @@ impl Drop for ResultDirectory {
     }
 }
 
-/// What is where the result should go.
+/// What exists at the path of the result.
 #[derive(Debug, PartialEq, Eq)]
 enum Destination {
     /// Nothing, or an empty directory.

@@ -38,8 +38,8 @@ const NEW_SIDECAR: NewFile = NewFile {
 /// A field as a file that [`Field::open`] reads with its axes and units.
 ///
 /// An archive (`.npz`) holds the samples `(time, site)` by the name of their quantity, `time`,
-/// `position`, and units as texts. An array (`.npy`) holds the samples alone; what it cannot hold is in
-/// the sidecar beside it, `field.npy.toml` for `field.npy`.
+/// `position`, and units as texts. An array (`.npy`) holds the samples alone; everything else is in
+/// the sidecar file, `field.npy.toml` for `field.npy`.
 #[derive(Debug)]
 pub struct FieldFile;
 

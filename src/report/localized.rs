@@ -12,7 +12,7 @@ use crate::localized::{Direct, Family, Journey, OrderRow, Snapshot, Wave};
 /// The schema of `localized.json`.
 pub const LOCALIZED_SCHEMA: &str = "cascade.localize/1";
 
-/// What `localized.json` says beside the result itself.
+/// The fields of `localized.json` besides the result.
 #[derive(Debug, Serialize)]
 pub struct LocalizedSummary<'a, T> {
     schema: &'static str,
@@ -40,10 +40,10 @@ impl<'a, T: Serialize> LocalizedSummary<'a, T> {
     }
 }
 
-/// Writes a wave's arrays to the new file `path` (`.npz`): `time` (nt), in units of the time that
-/// the wave takes over a cell; `overlap`, `psi`, `force`, `velocity` (2, nt), contacts soft and
-/// stiff, or before and behind the light site, and the sites before them; `slow`, `fast` (nt);
-/// `ratio`, `exponent`, `order` (1).
+/// Writes a wave's arrays to the new file `path` (`.npz`): `time` (nt), in units of the wave's
+/// travel time over one cell; `overlap`, `psi`, `force`, `velocity` (2, nt), of the soft and the
+/// stiff contact (or those before and behind the light site) and the sites before them; `slow`,
+/// `fast` (nt); `ratio`, `exponent`, `order` (1).
 ///
 /// # Errors
 /// [`crate::Error::Write`].
@@ -95,7 +95,7 @@ pub fn write_journey(path: &Path, journey: &Journey) -> Result<()> {
     archive.finish()
 }
 
-/// Orders as CSV, a row an order, with all digits; what is not known is empty.
+/// Orders as CSV, one row for each order, with all digits; unknown values are empty.
 pub fn table_csv(rows: &[OrderRow]) -> String {
     let mut table = COLUMNS.join(",");
     for row in rows {

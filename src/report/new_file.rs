@@ -12,7 +12,7 @@ pub(super) struct NewFile {
     pub(super) word: &'static str,
     /// Extensions of such files; other programs know the formats of fields by theirs.
     pub(super) extensions: &'static [&'static str],
-    /// Whether what is at a path is one.
+    /// Whether the file at a path is one.
     pub(super) is_one: fn(&Path) -> bool,
 }
 

@@ -1,11 +1,11 @@
-//! What is said of an analysis in words: the same on the terminal and on the page.
+//! The sentences of an analysis, the same on the terminal and on the page.
 
 use crate::analyze::{Analysis, Axes, BandEdge, Front, FrontLength, Headline, Moments, Spot};
 
 /// A line of a summary.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Sentence {
-    /// What it is about.
+    /// Its subject.
     pub name: &'static str,
     /// Whether it belongs to the line before.
     pub is_detail: bool,
@@ -31,17 +31,17 @@ pub enum Unresolved {
     LongWindow,
 }
 
-/// Where the content moves, along x and along t, and how far that can be told.
+/// Where the content moves, along x and along t, and how well that is resolved.
 ///
-/// Shares of the high band stand at the reference, at their largest from there on, and at the last
-/// site (time) with energy, each with its place.
+/// Shares of the high band are given at the reference, at their largest after it, and at the last
+/// site (time) with energy, each with its position.
 pub fn sentences(analysis: &Analysis) -> Vec<Sentence> {
     let mut said = Vec::new();
     let axes = &analysis.axes;
     if let Some(moments) = &analysis.along_space {
         let along = Along::space(axes);
         let headline = &analysis.headline_space;
-        // What the record's end cuts says little of the content.
+        // A part cut by the record's end hardly describes the content.
         let whole = analysis
             .front
             .as_ref()
@@ -160,7 +160,7 @@ impl<'a> Along<'a> {
         said.push(detail("high band", text));
     }
 
-    /// Centroid, 90 % and effective bandwidth at the reference and at the `last` row to be told of.
+    /// Centroid, 90 % and effective bandwidth at the reference and at the row `last`.
     fn content(&self, moments: &Moments, headline: &Headline, last: Option<Spot>) -> String {
         let spots = [headline.reference, last];
         let mut rows: Vec<Spot> = spots.into_iter().flatten().collect();

@@ -165,7 +165,7 @@ struct WarningSummary<'a> {
     of: &'a Warning,
     code: &'static str,
     message: String,
-    /// What to do about it, where the caller says so.
+    /// How to resolve it, if the caller knows.
     #[serde(skip_serializing_if = "Option::is_none")]
     advice: Option<String>,
     numbers: Map<String, Value>,

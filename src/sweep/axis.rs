@@ -1,4 +1,4 @@
-//! The parameters that a sweep varies, and the values that each takes.
+//! The varied parameters of a sweep and their values.
 
 use crate::{Error, Result};
 
@@ -24,11 +24,10 @@ pub struct SweptKey {
 }
 
 impl SweptKey {
-    /// Reads `KEY=VALUES`. The values of a key that takes whole numbers are rounded to them,
-    /// each kept once.
+    /// Reads `KEY=VALUES`. Values of an integer key are rounded, and repeated ones dropped.
     ///
     /// # Errors
-    /// [`Error::Request`] that quotes what cannot be read.
+    /// [`Error::Request`] that quotes the invalid part.
     pub fn parse(text: &str, is_whole: impl Fn(&str) -> bool) -> Result<SweptKey> {
         let refuse = |expected: &str| refuse(expected, text);
         let Some((key, values)) = text.split_once('=') else {
@@ -202,7 +201,7 @@ mod tests {
         assert_eq!(values("ends=wall, free"), ["wall", "free"]);
         let axis = SweptKey::parse("stiffness-ratio=2,3", |_| false).unwrap();
         assert_eq!(axis.key, "stiffness_ratio");
-        // The ends are met to the last bit, whatever the rounding of powers.
+        // The ends are exact to the last bit, whatever the rounding of powers.
         let many = values("kappa=0.3:120.7:400log");
         assert_eq!((many[0].as_str(), many[399].as_str()), ("0.3", "120.7"));
         assert_eq!(many.len(), 400);

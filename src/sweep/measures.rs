@@ -1,10 +1,10 @@
-//! What is kept of each member of a sweep.
+//! The measures of a sweep's member.
 
 use serde::{Deserialize, Serialize};
 
 use crate::chain::Run;
 
-/// Peaks whose relative error may be larger are not told.
+/// Peaks whose relative error may be larger are not reported.
 const KNOWN: f64 = 0.01;
 
 /// Measures of a run, in the units of its scene; `None` where the scene does not record what a

@@ -1,9 +1,9 @@
 //! Sweeps: many chains that differ in a few keys of one scene.
 //!
-//! A [`Sweep`] is a scene and [`SweptKey`]es; its members are the product of the axes' values, each
-//! named by its values. What each came to is kept in a directory as soon as it is known, so a sweep
-//! that was killed goes on where it was, parts of it can be computed apart and merged, and the table
-//! at the end is the same, byte for byte.
+//! A [`Sweep`] is a scene and its [`SweptKey`]s. Its members are the Cartesian product of the keys'
+//! values, each named by its values. Every result is saved in a directory as soon as it is known,
+//! so a killed sweep resumes, and parts can be computed on several machines and merged. The final
+//! table is the same, byte for byte.
 
 mod axis;
 mod measures;
@@ -30,7 +30,7 @@ use crate::{Error, Result};
 /// The name of the table in a sweep's directory.
 pub const TABLE: &str = "table.csv";
 
-/// Members that are prepared together; what a scene describes takes little beside its run.
+/// Members that are prepared together; preparing a scene costs little compared with its run.
 const BATCH: usize = 256;
 
 /// One of the parts that a sweep is split into: every `of`-th member, from `index` on.
@@ -64,7 +64,7 @@ impl Part {
     }
 }
 
-/// A scene and what is varied in it.
+/// A scene and its varied keys.
 #[derive(Debug, Clone)]
 pub struct Sweep {
     scene: SceneSource,
@@ -86,11 +86,12 @@ pub struct Standing {
 }
 
 impl Sweep {
-    /// A sweep of the product of `vary`, each written as for [`SweptKey::parse`], the last one fastest.
+    /// A sweep over the product of `vary`, each in the syntax of [`SweptKey::parse`], the last key
+    /// fastest.
     ///
     /// # Errors
-    /// [`Error::Request`] for what cannot be read, is no key of scenes, or is too much; [`Error::Scene`]
-    /// for a scene that is at fault whatever its varied keys are.
+    /// [`Error::Request`] for invalid syntax, an unknown key, or too many members; [`Error::Scene`]
+    /// for a scene that is invalid for all values of its keys.
     pub fn new(scene: SceneSource, vary: &[String]) -> Result<Sweep> {
         let axes: Result<Vec<SweptKey>> = vary.iter().map(|text| axis_of_scenes(text)).collect();
         let axes = axes?;
@@ -142,9 +143,9 @@ impl Sweep {
     ///
     /// # Errors
     /// Before any work, [`Error::OutputInUse`] for a directory that holds something else,
-    /// [`Error::Scene`] for a member that is at fault, and [`Error::Memory`] where a run a thread
-    /// does not fit; later [`Error::Write`], and
-    /// [`Error::Paused`] when the observer asks to stop. What was computed is kept.
+    /// [`Error::Scene`] for an invalid member, and [`Error::Memory`] if one run per thread does not
+    /// fit; later [`Error::Write`], and [`Error::Paused`] when the observer cancels. Finished
+    /// members are kept.
     pub fn run(&self, directory: &Path, part: Part, observer: &dyn Observer) -> Result<Standing> {
         self.check()?;
         let (journal, mut outcomes): (Journal, Outcomes) =
@@ -182,7 +183,7 @@ impl Sweep {
         self.standing(directory, outcomes, missing.len())
     }
 
-    /// Every member can be run, and as many at once as there are threads.
+    /// Checks that every member is valid, and that one run per thread fits into memory.
     fn check(&self) -> Result<()> {
         let sizes: Result<Vec<(u64, Option<u64>)>> = (0..self.members)
             .into_par_iter()
@@ -312,7 +313,7 @@ fn is_whole(key: &str) -> bool {
     all.any(|p| p.name == key && matches!(p.kind, Kind::Whole))
 }
 
-/// What a batch has come to.
+/// The results of a batch.
 #[derive(Default)]
 struct Collected(Mutex<(Outcomes, Option<Error>)>);
 
@@ -343,7 +344,7 @@ impl Collected {
     }
 }
 
-/// Asks whether to stop: since the observer says so, or since nothing can be kept any more.
+/// Cancels when the observer does, or when results can no longer be saved.
 struct SweepObserver<'a> {
     observer: &'a dyn Observer,
     done: &'a Collected,

@@ -1,4 +1,4 @@
-//! What a sweep was asked for, and what its directory holds.
+//! The request of a sweep, and the contents of its directory.
 
 use std::path::Path;
 
@@ -9,7 +9,7 @@ use super::measures::Measures;
 use crate::Result;
 use crate::system::journal::{self, Check, StoredRequest};
 
-/// What is swept: equal requests have equal members.
+/// A request: equal requests have equal members.
 #[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Request {

@@ -1,4 +1,4 @@
-//! The table of a sweep: a row a member, in the order of the product whatever that of the work.
+//! The table of a sweep: one row for each member, in the order of the product.
 
 use super::axis;
 use super::measures::Measures;
@@ -14,7 +14,7 @@ fn measures() -> Result<Vec<String>, csv::Error> {
 }
 
 /// The table as CSV: the varied keys, the [`Measures`], and why a member failed. Numbers have all
-/// their digits; what is not known is empty.
+/// their digits; unknown values are empty.
 pub(super) fn csv(request: &Request, outcomes: &Outcomes) -> Result<String, csv::Error> {
     let columns = measures()?;
     let keys = request.vary.iter().map(|axis| axis.key.clone());

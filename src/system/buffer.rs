@@ -20,10 +20,10 @@ pub(crate) struct Buffer<T> {
 }
 
 impl<T: Pod> Buffer<T> {
-    /// Room for an array of `shape`.
+    /// Zeroed memory for an array of `shape`.
     ///
     /// # Errors
-    /// [`Error::Memory`] where there is none.
+    /// [`Error::Memory`] if there is not enough.
     pub fn zeros(shape: (usize, usize)) -> Result<Self> {
         let bytes = shape.0 * shape.1 * size_of::<T>();
         Ok(Buffer {
@@ -35,7 +35,7 @@ impl<T: Pod> Buffer<T> {
     /// The start of the memory as an array.
     ///
     /// # Errors
-    /// [`Error::Memory`] if `shape` is larger than that asked for.
+    /// [`Error::Memory`] if `shape` is larger than the allocated one.
     pub fn view(&self, shape: (usize, usize)) -> Result<ArrayView2<'_, T>> {
         ArrayView2::from_shape(shape, cast_slice(&self.pages)).map_err(|_| no_room::<T>(shape))
     }

@@ -1,8 +1,8 @@
-//! What long work has computed so far, kept so that it survives being killed.
+//! A journal of long work: finished members are on disk, so the work survives being killed.
 //!
-//! A directory holds a file that says what was asked, and `members.jsonl`, a line a member that is
-//! done, in the order in which they were. A line is written at once and counts when its end is
-//! there; a line cut short is taken off when the work goes on.
+//! A directory holds the request in one file, and `members.jsonl` with one line for each finished
+//! member, in order of completion. A line is written in one piece and is valid once its newline is
+//! there; an incomplete last line is removed when the work resumes.
 
 use std::collections::BTreeMap;
 use std::fs::{self, File, TryLockError};
@@ -23,7 +23,7 @@ const MEMBERS: &str = "members.jsonl";
 const LOCK_TRIES: usize = 10;
 const LOCK_PAUSE: Duration = Duration::from_millis(20);
 
-/// What long work was asked for: equal requests have equal members.
+/// The request of long work: equal requests have equal members.
 pub(crate) trait StoredRequest: Serialize + DeserializeOwned {
     /// The file that holds it.
     const FILE: &'static str;
@@ -38,11 +38,11 @@ pub(crate) trait StoredRequest: Serialize + DeserializeOwned {
 pub(crate) trait Key: Clone + Ord + Serialize + DeserializeOwned {}
 impl<K: Clone + Ord + Serialize + DeserializeOwned> Key for K {}
 
-/// What a member comes to.
+/// The result of a member.
 pub(crate) trait Measures: Clone + Serialize + DeserializeOwned {}
 impl<M: Clone + Serialize + DeserializeOwned> Measures for M {}
 
-/// Says what is wrong with the name of a member.
+/// Checks the name of a member; the error is the reason.
 pub(crate) type Check<K> = Box<dyn Fn(&K) -> std::result::Result<(), String>>;
 
 /// What became of a member.
@@ -72,7 +72,7 @@ pub(crate) struct Journal {
 }
 
 impl Journal {
-    /// Opens the directory of a sweep, made where nothing is there, with what is known already.
+    /// Opens the directory of a sweep, or creates it, and reads the finished members.
     pub(crate) fn open<A: StoredRequest, K: Key, M: Measures>(
         directory: &Path,
         asked: &A,
@@ -142,25 +142,25 @@ impl Journal {
         let before = file.seek(SeekFrom::End(0));
         let written = before.and_then(|end| {
             file.write_all(text.as_bytes()).inspect_err(|_| {
-                // What was written of the line must not be continued by the next one.
+                // The next line must not continue a partly written one.
                 let _ = file.set_len(end);
             })
         });
         written.map_err(Error::write("append to", &self.path))
     }
 
-    /// Sees to it that what was added is on the disk.
+    /// Flushes the added lines to the disk.
     pub(crate) fn sync(&self) -> Result<()> {
         let file = self.file.lock().unwrap_or_else(PoisonError::into_inner);
         file.sync_data().map_err(Error::write("write", &self.path))
     }
 }
 
-/// What a directory holds of such work; `check` says what a member may not be.
+/// Reads the journal of a directory; `check` validates the names of members.
 ///
 /// # Errors
-/// [`Error::Read`] where it cannot be read or holds none; [`Error::Damaged`] for a line that is no
-/// member.
+/// [`Error::Read`] if it cannot be read or holds no journal; [`Error::Damaged`] for an invalid
+/// line.
 pub(crate) fn read<A: StoredRequest, K: Key, M: Measures>(
     directory: &Path,
     check: impl Fn(&A) -> Result<Check<K>>,

@@ -21,7 +21,7 @@ pub struct ComplexTransform<T: Real> {
 /// Working space of one thread; grows once.
 #[derive(Debug, Clone)]
 pub struct ComplexScratch<T> {
-    /// Real and imaginary parts side by side.
+    /// Real and imaginary parts, interleaved.
     parts: Vec<f64>,
     spectra: Vec<Complex<T>>,
     records: RecordScratch<T>,
@@ -100,7 +100,7 @@ impl<T: Real> ComplexTransform<T> {
     }
 }
 
-/// From the transforms of real and imaginary parts, side by side bin by bin.
+/// From the transforms of real and imaginary parts, interleaved bin by bin.
 struct PairPowers<'a, T> {
     spectra: &'a [Complex<T>],
     count: usize,

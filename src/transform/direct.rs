@@ -10,7 +10,7 @@ const ANCHOR: usize = 256;
 /// `sum_n x_n exp(-2 pi i m n / N)` for each bin m, in double-double arithmetic, rounded once at
 /// the end: good to half an ulp unless the sum cancels beyond 1e-15 of its terms.
 ///
-/// Takes `x.len()` complex products a bin, eight bins side by side, so it suits spot checks and
+/// Costs `x.len()` complex products per bin (eight bins in one vector), so it suits spot checks and
 /// tests.
 pub fn direct_sums(x: &[f64], bins: &[usize]) -> Vec<Complex<f64>> {
     let together = bins.chunks(WIDTH);

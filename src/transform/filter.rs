@@ -61,8 +61,8 @@ impl Passband {
         Ok(())
     }
 
-    /// Whether a wave of frequency `f >= 0` and signed wavenumber k passes; `directed`: neither
-    /// lies at 0 or at a Nyquist limit.
+    /// Whether a wave of frequency `f >= 0` and signed wavenumber k passes; `directed`: neither is
+    /// 0 or a Nyquist limit.
     fn passes(&self, f: f64, k: f64, directed: bool) -> bool {
         let within = |value: f64, band: Option<(f64, f64)>| {
             band.is_none_or(|(from, to)| from <= value && value <= to)
@@ -100,7 +100,7 @@ impl<T: Real> SpaceTimeFilter<T> {
     /// Bytes of working space that a thread needs at most for fields of `(times, sites)`, but for a
     /// few profiles; known before anything is planned.
     pub(crate) fn working_bytes((times, sites): (usize, usize)) -> u64 {
-        // What the way there took is kept beside what the way back takes.
+        // The scratch of the forward transform is kept during the inverse one.
         let numbers = RealToComplexColumns::<T>::scratch_len_of(times, sites, sites)
             + ComplexToRealColumns::<T>::scratch_len_of(times);
         (numbers * size_of::<Complex<T>>()) as u64

@@ -3,14 +3,14 @@
 //! # Normalisation and order
 //! Forward transforms are unnormalised sums. Along time the kernel is `exp(-2 pi i f t)`, along
 //! space `exp(+i k x)`, so that a wave `exp(i (k x - omega t))` with `f > 0`, `k > 0` travels
-//! towards +x. What turns `|X|^2` into a spectrum is [`Scale`]; how a one-sided spectrum counts
-//! the bins it stands for is [`fold`]; both in one place.
+//! towards +x. [`Scale`] normalizes `|X|^2` to a spectrum; [`fold`] counts the two-sided bins of a
+//! one-sided bin.
 //!
 //! # Constant parts
-//! A record whose mean is far above its variation loses digits in any fast transform: rounding
-//! of the large mean is spread over all bins. Such a record is split, exactly, into mean and
-//! rest; the rest is transformed and the mean's known transform added. Other records take the
-//! direct way.
+//! A record whose mean is far above its variation loses digits in any fast transform: rounding of
+//! the large mean is spread over all bins. Such a record is split, exactly, into mean and rest; the
+//! rest is transformed and the mean's known transform added. Other records are transformed
+//! directly.
 
 mod axes;
 mod complex;

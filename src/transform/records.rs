@@ -11,7 +11,7 @@ use crate::system::prefetch::{LINE, prefetch_after};
 use column_fft::{Columns, ColumnsMut, RealToComplexColumns};
 
 /// `X_m = sum_n w_n v_n exp(-+ 2 pi i m n / N)`, `m = 0 ..= N / 2`, of several real records of up
-/// to N samples each (the rest is zero), which pass through the transform side by side.
+/// to N samples each (the rest is zero), which are transformed as one batch.
 ///
 /// Both signs give the same `|X|^2`; the result is that of time. A record's bits do not depend on
 /// the others.
@@ -23,7 +23,7 @@ pub struct RecordTransform<T: Real> {
 /// Working space of one thread; grows once.
 #[derive(Debug, Clone)]
 pub struct RecordScratch<T> {
-    /// Records that came one after the other, side by side.
+    /// Contiguous records, transposed.
     turned: Vec<f64>,
     spectra: Vec<Complex<T>>,
     energies: Vec<f64>,
@@ -60,8 +60,8 @@ impl<T: Real> RecordTransform<T> {
         }
     }
 
-    /// Bytes that the working space of a thread grows to at most, which transforms so many records
-    /// of `samples` together, padded to `padded`.
+    /// Largest scratch, in bytes, of a thread that transforms batches of `records` records of
+    /// `samples` samples, padded to `padded`.
     pub(crate) fn working_bytes(samples: usize, padded: usize, records: usize) -> u64 {
         let number = size_of::<T>();
         let record = 8 * 2 * samples + number * (padded + 2 * (padded / 2 + 1));
@@ -122,7 +122,7 @@ impl<T: Real> RecordTransform<T> {
         &scratch.energies
     }
 
-    /// The same of records that lie side by side, time by time.
+    /// The same for interleaved records: one row for each time.
     ///
     /// # Panics
     /// If the shapes are not those of the plan.
@@ -238,7 +238,7 @@ mod tests {
     }
 
     /// Offsets beside records that cross zero, tapered and padded or not, against direct sums; and
-    /// the same bits whatever lies beside.
+    /// the same bits whatever the other records are.
     #[test]
     fn val_direct_sums_of_offsets_beside_waves() {
         let samples = 120;

@@ -15,8 +15,8 @@ pub enum Scaling {
     Spectrum,
 }
 
-/// How many bins of the two-sided spectrum of a real record of length `n` the one-sided bin `m`
-/// stands for: 1 at `m = 0` and, for even `n`, at `m = n / 2`; else 2.
+/// The number of two-sided bins of a real record of length `n` that the one-sided bin `m` counts: 1
+/// at `m = 0` and, for even `n`, at `m = n / 2`; else 2.
 #[inline(always)]
 pub fn fold(m: usize, n: usize) -> f64 {
     if m == 0 || 2 * m == n { 1.0 } else { 2.0 }

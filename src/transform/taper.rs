@@ -50,7 +50,7 @@ impl Taper {
         (dominant_mean(record), energy)
     }
 
-    /// [`Taper::look`] at each of `width` records that lie side by side, with the same bits.
+    /// [`Taper::look`] at each of `width` interleaved records, with the same bits.
     pub(super) fn look_across(
         &self,
         values: &[f64],
@@ -82,8 +82,8 @@ impl Taper {
         }
     }
 
-    /// Each sample of records side by side less the record's mean, times its weight; what is in
-    /// `input` already stays.
+    /// Appends each sample of interleaved records less the record's mean, times its weight, to
+    /// `input`.
     pub(super) fn weigh_across<T: Real>(&self, values: &[f64], means: &[f64], input: &mut Vec<T>) {
         for (n, row) in values.chunks_exact(means.len()).enumerate() {
             let weight = self.window.as_ref().map_or(1.0, |window| window[n]);
@@ -130,7 +130,7 @@ fn dominant_mean(record: &[f64]) -> f64 {
     if apart < 0.25 * mean.abs() { mean } else { 0.0 }
 }
 
-/// Which of `width` records side by side do not cross zero; others have no dominant mean.
+/// Those of `width` interleaved records that do not cross zero; the others have no dominant mean.
 fn one_sided(values: &[f64], width: usize) -> Vec<usize> {
     let (mut low, mut high) = (vec![f64::INFINITY; width], vec![f64::NEG_INFINITY; width]);
     let sided = |low: &[f64], high: &[f64]| -> Vec<usize> {
@@ -147,7 +147,7 @@ fn one_sided(values: &[f64], width: usize) -> Vec<usize> {
     sided(&low, &high)
 }
 
-/// The least and the largest of records side by side, as `stretch` goes on.
+/// Updates the least and the largest sample of interleaved records by `stretch`.
 fn widen(stretch: &[f64], low: &mut [f64], high: &mut [f64]) {
     if low.len() == WIDTH
         && let (Some(low), Some(high)) = (low.first_chunk_mut(), high.first_chunk_mut())
@@ -187,7 +187,7 @@ impl SimdKernel for Widen<'_> {
     }
 }
 
-/// Most records vary about zero, and their first samples say so.
+/// Most records vary about zero, which their first samples show.
 fn crosses_zero(samples: impl Iterator<Item = f64>) -> bool {
     let (mut below, mut above) = (false, false);
     for v in samples.take(64) {

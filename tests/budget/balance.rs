@@ -1,4 +1,4 @@
-//! Budgets of simulated chains over time: what a quantity changed by, against the integral of its
+//! Budgets of simulated chains over time: the change of a quantity against the integral of its
 //! rate.
 
 use wavecascade::arrays::LargeArray;
@@ -37,7 +37,7 @@ fn closed(residual: &Residual) -> f64 {
     residual.value().unwrap_or_else(|| panic!("{residual:?}"))
 }
 
-/// Chains of every end, law, loss and drive, and when they are looked at.
+/// Chains of every end, law, loss and drive, each with its end time.
 fn chains() -> Vec<(&'static str, Chain, Option<Drive>, f64)> {
     let n = 26;
     let wave = Waveform::Sine {
@@ -156,21 +156,21 @@ fn val_identity_balances_close_inside_the_stepping() {
         assert!(wave < 1e-12, "{name}: {wave:e}");
         assert!(scale < 1e-11, "{name}: {scale:e}");
         let power = closed(&frequency);
-        // Elastic forces open like t^{3/2}, tangent damping like t^{1/2}, and a dashpot's jumps: sums
-        // over samples see them to order 5/2, 3/2 and 1.
+        // At an opening contact elastic forces vary like t^{3/2} and stiffness-proportional damping
+        // like t^{1/2}; a dashpot jumps. Sums over samples have order 5/2, 3/2 and 1.
         let limit = match name {
             "dashpot" => 5e-6,
             "tangent" => 5e-8,
             _ => 1e-9,
         };
         assert!(power < limit, "{name}: {power:e}");
-        // From the samples alone they close to the trapezoid rule's error, which is seen.
+        // From the samples alone the closure shows the error of the trapezoid rule.
         let coarse = found(&run, Integration::Samples).closure;
         assert!(closed(&coarse.wavenumber) > 1e-5, "{name}");
     }
 }
 
-/// Over scales in a chain long enough for many sites, and with a wall that drives and damps.
+/// Scale budgets of a chain long enough for many sites, and of one whose wall drives and damps.
 #[test]
 fn val_identity_scales_of_a_long_chain() {
     let run = simulate(Chain::dimer(120, 2.398), None, 100.0, 33);
@@ -207,7 +207,7 @@ fn val_identity_scales_of_a_long_chain() {
     assert!(real < 1e-8 && wave < 1e-8, "{real:e} {wave:e}");
 }
 
-/// A record that was spoiled is not what the stepping finds, and the departure tells.
+/// A spoiled record differs from the stepping, and the departure shows it.
 #[test]
 fn a_spoiled_record_departs_from_the_stepping() {
     let run = simulate(Chain::dimer(26, 2.398), None, 20.0, 21);
@@ -218,7 +218,7 @@ fn a_spoiled_record_departs_from_the_stepping() {
     assert!(departure(&wrong) > Some(1e-4));
 }
 
-/// A windowed balance is that of its sites and samples alone.
+/// The balance over a window uses its sites and samples alone.
 #[test]
 fn a_window_balances_by_itself() {
     let run = simulate(Chain::dimer(26, 2.398), None, 60.0, 61);
@@ -235,7 +235,7 @@ fn a_window_balances_by_itself() {
         let part = residual(window);
         assert!(part < 1e-10 && part <= 2.0 * whole, "{part:e} {whole:e}");
     }
-    // An energy that one contact did not pass is missed where it is, and nowhere else.
+    // A wrong energy at one contact shows in the balance there, and nowhere else.
     let mut wrong = run.clone();
     wrong
         .energy_passed
@@ -254,8 +254,9 @@ fn a_window_balances_by_itself() {
     assert!(residual(12..14) > 1e-3 && residual(0..12) < 1e-9 && residual(14..26) < 1e-9);
 }
 
-/// Fitted slopes of the residuals against the step between samples: forces open like `t^{3/2}`, so
-/// that the trapezoid sum of F v converges with order 5/2; T opens like `t^{1/4}`, in both signs.
+/// Fitted slopes of the residuals against the sampling interval. At an opening contact forces vary
+/// like `t^{3/2}`, so the trapezoid sum of F v has order 5/2. T varies like `t^{1/4}`, in both
+/// signs.
 #[test]
 fn val_observed_order_from_samples() {
     let chain = Chain::dimer(26, 2.398);
@@ -284,8 +285,8 @@ fn val_observed_order_from_samples() {
     assert!((scale - 2.0).abs() < 0.1, "{scale}");
 }
 
-/// With samples close enough the power flow closes to the error of the energy passed itself, which
-/// was followed inside the steps.
+/// With dense samples the power flow closes to the error of the energy passed, which is integrated
+/// inside the steps.
 #[test]
 fn val_power_flow_closes_with_the_samples() {
     let run = simulate(Chain::dimer(26, 2.398), None, 60.0, 131_073);
@@ -302,7 +303,7 @@ fn val_power_flow_closes_with_the_samples() {
     assert!(residual > 0.0 && residual < 1e-9, "{residual:e}");
 }
 
-/// Differences of E(k) in time, from runs landed on beside a sample, against T - L.
+/// Fourth-order time differences of E(k) against T - L.
 #[test]
 fn val_differences_of_the_energy_spectrum() {
     for losses in [
@@ -317,7 +318,7 @@ fn val_differences_of_the_energy_spectrum() {
             losses,
             ..Chain::dimer(24, 4.0)
         };
-        // Samples so close that fourth differences are right to rounding over h.
+        // Samples so dense that the error of fourth-order differences is rounding over h.
         let run = simulate(chain, None, 20.0, 8001);
         let motion = Motion::of(&run).unwrap();
         let (_, arrays) = budget(&motion, &BudgetRequest::default()).unwrap();
@@ -335,19 +336,20 @@ fn val_differences_of_the_energy_spectrum() {
                 off.push((slope - rate).abs() / largest);
             }
         }
-        // Where a contact opens between the samples the differences are wrong.
+        // Differences are wrong where a contact opens between samples.
         off.sort_by(f64::total_cmp);
         let (median, ninth) = (off[off.len() / 2], off[off.len() * 9 / 10]);
         assert!(median < 1e-10 && ninth < 1e-8, "{median:e} {ninth:e}");
     }
 }
 
-/// The sharp filter's flux through all contacts of a ring, beside `Pi` of the same wavenumbers.
+/// Flux of the sharp filter through all contacts of a ring, against `Pi` at the same wavenumbers.
 ///
-/// The filter acts on whole cells: it passes k up to its cut-off and, as these are one wavenumber of
-/// the cell, k + pi. Kinetic energies are then split alike; contact energies are not, since the
-/// energy of a filtered overlap is not the filtered square of phi. The two fluxes differ by the rate
-/// at which that difference changes, which is bounded: over a long time they carry the same.
+/// The filter acts on whole cells: it passes k up to its cut-off and also k + pi, which is the same
+/// wavenumber of the cell. Kinetic energy is then split alike, but contact energy is not: the
+/// energy of a filtered overlap is not the square of the filtered phi. The two fluxes differ by the
+/// rate of change of that difference. The difference is bounded, so both carry the same energy over
+/// a long time.
 #[test]
 fn val_identity_sharp_filter_beside_the_spectral_flux() {
     use std::f64::consts::PI;
@@ -370,7 +372,7 @@ fn val_identity_sharp_filter_beside_the_spectral_flux() {
         let kept = row.iter().enumerate().filter(|(m, _)| passes(*m));
         kept.map(|(_, value)| value).sum()
     };
-    // Rows filtered by sums over cells, each sublattice by itself.
+    // Rows filtered by sums over cells, each sublattice separately.
     let filtered = |row: &dyn Fn(usize) -> f64, j: usize| -> f64 {
         let cells = n / 2;
         let gain = |away: usize| {
@@ -409,6 +411,6 @@ fn val_identity_sharp_filter_beside_the_spectral_flux() {
             gap = gap.max((scale - spectral).abs());
         }
     }
-    // It is no small difference.
+    // The difference is not small.
     assert!(gap > 1e-2, "{gap}");
 }

@@ -1,4 +1,4 @@
-//! A field with a known tendency: Burgers' equation against reference budgets from elsewhere.
+//! A field with a known tendency: budgets of Burgers' equation against independent references.
 
 use std::fs::File;
 
@@ -52,14 +52,14 @@ fn val_numpy_budget_of_the_burgers_wave() {
     let integrated: Array1<f64> = reference.by_name("int_T_plus_D").unwrap();
     let last = budget.integrated.row(u.nrows() - 1).to_owned();
     let scale = largest(&change);
-    // The reference integrates with less: its own closure is 3.8e-9.
+    // The reference integrates less accurately: its own closure is 3.8e-9.
     let off = largest(&(&last - &integrated)) / scale;
     assert!((2e-9..5e-9).contains(&off), "{off:e}");
     let off = largest(&(&last - &change)) / scale;
     assert!(off < 1e-11, "{off:e}");
     let closure = budget.closure.value().unwrap();
     assert!((1e-13..1e-9).contains(&closure), "{closure:e}");
-    // A single wave, as at the start, exchanges with nothing.
+    // The initial single wave exchanges no energy.
     for row in budget.transfer.rows().into_iter().skip(1) {
         assert!(
             row.sum().abs() < 1e-13 * largest(row),
@@ -70,7 +70,7 @@ fn val_numpy_budget_of_the_burgers_wave() {
     assert!(budget.identities.energy_sum < 1e-15);
 }
 
-/// At every other sample the closure is worse, as polynomials through 8 samples have it.
+/// With every other sample the closure is worse, by the order of polynomials through 8 samples.
 #[test]
 fn val_calculus_closure_falls_with_the_sampling_step() {
     let Some(field) = test_support::shared::shared_data("burgers_sine/field.npy") else {
@@ -88,7 +88,8 @@ fn val_calculus_closure_falls_with_the_sampling_step() {
     assert!((6.0..10.0).contains(&order), "{four:e} {eight:e} {order}");
 }
 
-/// `u = a sin(k x)`: T moves energy from the first mode at `a^2 ... 0` at once, D is `- 2 nu k^2 E`.
+/// `u = a sin(k x) + b sin(2 k x)`: T moves `a^2 b k / 4` between the two modes, D is
+/// `-2 nu k^2 E`.
 #[test]
 fn val_closed_form_two_waves() {
     let (n, a, b) = (32, 0.7, 0.3);

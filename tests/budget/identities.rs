@@ -1,4 +1,4 @@
-//! What budgets must keep at any state, against sums written out as they are defined.
+//! Identities of budgets at any state, and budgets against their defining sums.
 
 use std::f64::consts::PI;
 
@@ -20,7 +20,7 @@ fn noise(seed: u64, n: usize) -> impl Iterator<Item = f64> {
     })
 }
 
-/// States without order in time: identities hold for any.
+/// Random states in place of a trajectory: the identities hold for any states.
 struct States {
     chain: Chain,
     drive: Option<Drive>,
@@ -187,7 +187,7 @@ fn val_identity_sums_over_k() {
     );
 }
 
-/// E, T and L of small chains by the sums that define them, transforms by sums over all sites.
+/// E, T and L of small chains by their defining sums, with transforms as sums over all sites.
 #[test]
 fn val_defining_sums_of_spectra() {
     for (i, (chain, drive)) in chains().into_iter().enumerate() {
@@ -276,7 +276,7 @@ fn by_definition(states: &States, t: f64, x: &[f64], v: &[f64]) -> [Vec<f64>; 4]
     let dot = |a: Complex<f64>, b: Complex<f64>| (a.conj() * b).re;
     let mut out: [Vec<f64>; 4] = std::array::from_fn(|_| vec![0.0; n / 2 + 1]);
     for k in 0..n {
-        // Both signs of k in one.
+        // Fold k and -k.
         let bin = k.min(n - k);
         let [q, f, phi, rate, loss, input] = [0, 1, 2, 3, 4, 5].map(|row| transform(&rows[row], k));
         out[0][bin] += 0.5 * q.norm_sqr() + phi.norm_sqr();
@@ -343,7 +343,7 @@ fn val_defining_sums_of_scale_flux() {
     }
 }
 
-/// Power flow by the transforms that define it, of records of even and odd length, and its sums.
+/// Power flow by its defining transforms, for records of even and odd length, and its sums.
 #[test]
 fn val_defining_sums_of_power_flow() {
     let losses = Losses {
@@ -371,7 +371,7 @@ fn val_defining_sums_of_power_flow() {
             let dt = 0.37;
             for j in 0..states.chain.n_contacts() {
                 let right = (j + 1) % n;
-                // Nothing passes a wall.
+                // No energy passes a wall.
                 let wall = j + 1 == n && states.chain.ends != Ends::Periodic;
                 let record = |i: usize| {
                     let (x, v) = (states.x.row(i).to_vec(), states.v.row(i).to_vec());
@@ -421,7 +421,7 @@ fn val_defining_sums_of_power_flow() {
     }
 }
 
-/// The two branches of a dimer with a linear limit share its energy without remainder.
+/// The energies of the two branches of a dimer with a linear limit sum to its energy.
 #[test]
 fn val_identity_branches_sum_to_the_energy() {
     for precompression in [0.01, 3.0] {
@@ -453,7 +453,7 @@ fn val_identity_branches_sum_to_the_energy() {
                 .all(|e| *e > -1e-12)
         );
     }
-    // Without a linear limit, or a dimer, there are none.
+    // Without a linear limit, or without a dimer, there are no branches.
     for chain in [
         Chain::dimer(40, 2.5),
         Chain {

@@ -1,4 +1,4 @@
-//! Chains whose exchange of energy between wavenumbers is known from elsewhere.
+//! Budgets of chains whose energy exchange between wavenumbers is known from theory or literature.
 
 use std::f64::consts::PI;
 
@@ -53,7 +53,7 @@ fn random(n: usize, seed: u64) -> Vec<f64> {
     pattern.values(n).unwrap().iter().map(|x| x - 1.0).collect()
 }
 
-/// States at which no time passes: budgets need no motion.
+/// Random states in place of a trajectory: budgets do not need one.
 struct States {
     chain: Chain,
     time: Array1<f64>,
@@ -158,12 +158,12 @@ fn val_linear_dimers_exchange_nothing_between_branches() {
     }
 }
 
-/// Energy that a strongly pressed Hertz chain exchanges between wavenumbers, relative to its own,
-/// against the amplitude.
+/// Energy exchanged between wavenumbers in a strongly precompressed Hertz chain, relative to its
+/// total energy, against the amplitude.
 ///
-/// With overlaps r on a static overlap d the chain is alpha-FPUT to first order, so T is
-/// `O((r/d) E)`: three waves exchange energy at a rate of first order in the amplitude, and back
-/// again where they are not resonant, which leaves their exchange of first order too.
+/// For overlaps r on a static overlap d the chain is alpha-FPUT to first order in r/d, so
+/// `T = O((r/d) E)`. Three-wave exchange has a rate of first order in the amplitude. Without
+/// resonance the energy returns, and the exchanged energy is of first order too.
 #[test]
 fn val_expansion_pressed_chains_approach_linear_ones_at_first_order() {
     let n = 32;
@@ -184,7 +184,7 @@ fn val_expansion_pressed_chains_approach_linear_ones_at_first_order() {
         .run(&Silent)
         .unwrap();
         let (found, arrays) = of(&run);
-        // T is as small as the amplitude, its rounding is not.
+        // T is proportional to the amplitude; its rounding error is not.
         let identities = found.closure.identities;
         assert!(
             identities.transfer_sum * amplitude < 1e-12,
@@ -207,7 +207,7 @@ fn val_expansion_pressed_chains_approach_linear_ones_at_first_order() {
     }
 }
 
-/// A chain of FPUT between walls: `F = r + alpha r^2` of the elongation r.
+/// An FPUT chain between walls: `F = r + alpha r^2` of the elongation r.
 fn fput(n: usize, alpha: f64, ends: Ends) -> Chain {
     chain(
         vec![1.0; n],
@@ -218,8 +218,8 @@ fn fput(n: usize, alpha: f64, ends: Ends) -> Chain {
     )
 }
 
-/// The energy of the lowest mode, as a share of all: least, and when it comes back most with how
-/// much, in periods of that mode.
+/// Share of the energy in the lowest mode: its minimum, its maximum at the recurrence, and the time
+/// of that maximum in periods of the mode.
 fn recurrence(scheme: Scheme, accuracy: Accuracy, sample: f64) -> [f64; 3] {
     let springs = 32;
     let n = springs - 1;
@@ -263,10 +263,9 @@ fn recurrence(scheme: Scheme, accuracy: Accuracy, sample: f64) -> [f64; 3] {
 
 /// E. Fermi, J. Pasta, S. Ulam, *Studies of nonlinear problems* (Los Alamos report LA-1940, 1955),
 /// figure 1: 32 springs, alpha = 1/4, the lowest mode displaced by 1, steps with `dt^2 = 1/8`.
-/// Energy leaves that mode almost entirely, and 97 to 98 % come back after the 157 periods that are
-/// quoted of it.
+/// Energy leaves that mode almost entirely. After the quoted 157 periods, 97 to 98 % is back.
 ///
-/// That time is one of its steps. The chain itself, solved to 1e-9, comes back after 146.4.
+/// That time belongs to this time step. The chain itself, solved to 1e-9, returns after 146.4.
 #[test]
 fn val_fermi_pasta_ulam_recurrence_of_the_lowest_mode() {
     let step = 0.125f64.sqrt();
@@ -276,15 +275,15 @@ fn val_fermi_pasta_ulam_recurrence_of_the_lowest_mode() {
         (published, [0.0768, 0.9777, 156.7]),
         (exact, [0.0880, 0.9811, 146.4]),
     ] {
-        // Velocity Verlet and these numbers by numpy, with energies of the linear modes.
+        // Reference values from numpy (velocity Verlet, energies of the linear modes).
         assert!((least - expected[0]).abs() < 0.005, "{least}");
         assert!((back - expected[1]).abs() < 0.003, "{back}");
         assert!((periods - expected[2]).abs() < 0.6, "{periods}");
     }
 }
 
-/// Over the first periods of the same chain `E(k)` changes by the integral of T, to the second
-/// order of sums over samples.
+/// Over the first periods of the same chain, the change of `E(k)` equals the time integral of T, to
+/// the second-order error of sums over samples.
 #[test]
 fn val_fermi_pasta_ulam_budget_closes() {
     let (springs, n) = (32, 31);
@@ -311,11 +310,11 @@ fn val_fermi_pasta_ulam_budget_closes() {
 
 /// M. Gallone, A. Ponno, S. Ruffo, *Energy cascade and Burgers turbulence in the
 /// Fermi-Pasta-Ulam-Tsingou chain* (arXiv:2407.16534): from one long wave that travels, mode
-/// energies fall as `k^{-8/3}` when the Burgers shock forms and as about `k^{-2}` within two of
-/// these times.
+/// energies fall as `k^{-8/3}` when the Burgers shock forms and as about `k^{-2}` within two shock
+/// times.
 ///
-/// Elongations r run at `sqrt(1 + 2 alpha r)`; of a wave of one sign of velocity and energy
-/// `epsilon` a site, `r = sqrt(2 epsilon) cos(k x)`, the steepest place is a shock after
+/// Elongations r travel at speed `sqrt(1 + 2 alpha r)`. A one-way wave of energy `epsilon` per site
+/// is `r = sqrt(2 epsilon) cos(k x)`. Its steepest point becomes a shock after
 /// `1 / (alpha k sqrt(2 epsilon))`.
 #[test]
 fn val_gallone_ponno_ruffo_slopes_of_the_mode_energies() {
@@ -357,7 +356,7 @@ fn val_gallone_ponno_ruffo_slopes_of_the_mode_energies() {
     assert!((at_shock + 8.0 / 3.0).abs() < 0.03, "{at_shock}");
     assert!((after + 2.0).abs() < 0.1, "{after}");
     let transfer = array(&arrays, LargeArray::TRANSFER);
-    // At the start there is nothing but one wave, which exchanges with nothing.
+    // The initial state is a single wave, which exchanges no energy.
     for row in transfer.rows().into_iter().skip(1) {
         let largest = row.iter().fold(0.0, |m: f64, t| m.max(t.abs()));
         assert!(row.sum().abs() < 1e-9 * largest, "{} {largest}", row.sum());

@@ -1,5 +1,5 @@
-//! Measured chains: simulated velocities with noise, drift and dead channels added. What was added
-//! is known, so that every stated error can be held against the true one.
+//! Measured chains: simulated velocities with added noise, drift and dead channels. The additions
+//! are known, so every stated error is compared with the true one.
 
 use ndarray::{Array2, s};
 use test_support::measured::{
@@ -13,7 +13,7 @@ use wavecascade::budget::measured::{
 use wavecascade::budget::{BudgetRequest, budget};
 use wavecascade::chain::{Chain, Run};
 
-/// All arrays that a measurement states errors of, against the run it was made from.
+/// Coverage of all arrays with stated errors, against the simulation behind the record.
 fn coverages(run: &Run, measured: &MeasuredMotion) -> Vec<(&'static str, [f64; 2])> {
     let displacement = run.displacement.as_ref().unwrap();
     let (samples, m) = (run.time.len(), run.chain.n_contacts());
@@ -51,7 +51,7 @@ fn coverages(run: &Run, measured: &MeasuredMotion) -> Vec<(&'static str, [f64; 2
     ]
 }
 
-/// Many records: shares and ratios averaged.
+/// Coverages averaged over many records.
 fn mean_coverages(
     run: &Run,
     seeds: std::ops::Range<u64>,
@@ -112,7 +112,7 @@ fn stated_errors_cover_the_true_ones(ratio: f64) {
     }
 }
 
-/// Without noise the error is that of sampling alone: it is stated, and falls as it does.
+/// Without noise only the sampling error remains. The stated error covers it and falls with it.
 #[test]
 fn val_convergence_of_clean_records() {
     let run = simulated(40, DISPERSIVE, 60.0, 2401);
@@ -143,7 +143,7 @@ fn val_convergence_of_clean_records() {
         });
         let [within, over] = coverage(&overlap, &exact, &measured.errors.overlap);
         assert!(within > 0.999 && over > 1.0, "{within} {over}");
-        // Each budget runs on it.
+        // The reconstructed motion has a budget.
         let (budget, _) = budget(&measured.motion(), &BudgetRequest::default()).unwrap();
         for (j, passed) in budget.passed.iter().enumerate() {
             let expected = measured.report.contacts[j].passed.value;
@@ -152,7 +152,7 @@ fn val_convergence_of_clean_records() {
         assert!(budget.closure.identities.transfer_sum < 1e-13);
     }
     let order = |errors: &[f64]| (errors[2] / errors[0]).log2() / 2.0;
-    // Kinks t^{5/2} of velocities where contacts open limit the cubics.
+    // The t^{5/2} singularities of velocities at opening contacts limit the order of the cubics.
     assert!((3.0..4.0).contains(&order(&errors)), "{errors:?}");
     assert!((order(&plain) - 2.0).abs() < 0.1, "{plain:?}");
     assert!(errors[0] < 0.05 * plain[0]);
@@ -278,7 +278,7 @@ fn wrong_coefficients_are_found_and_right_ones_not_accused(ratio: f64) {
         let right = measure(&run, record.view(), &options);
         assert_eq!(accused(&right), Vec::<usize>::new(), "{ratio} {noise}");
 
-        // One contact stated 5 % too soft, a soft or a stiff one.
+        // One contact, soft or stiff, stated 5 % too soft.
         for wrong in [20, 21] {
             let mut chain = run.chain.clone();
             chain.coefficient[wrong] /= 1.05;
@@ -289,7 +289,7 @@ fn wrong_coefficients_are_found_and_right_ones_not_accused(ratio: f64) {
                 (factor.factor - 1.05).abs() < 3.0 * factor.error,
                 "{factor:?}"
             );
-            // Stiff contacts overlap less, so that noise takes more from them.
+            // Stiff contacts have smaller overlaps, so noise affects them more.
             let precision = noise * if wrong % 2 == 0 { 12.0 } else { 40.0 };
             assert!(
                 factor.error < precision,
@@ -338,7 +338,7 @@ fn val_simulation_noise_as_large_as_the_signal_is_refused() {
             );
         }
     }
-    // Where the front has just arrived the force is lost in noise, elsewhere it is not.
+    // Where the front has just arrived the force is below noise; elsewhere it is not.
     let run = simulated(40, DISPERSIVE, 30.0, 601);
     let mut record = Spoilt {
         noise: 1e-2,
@@ -367,7 +367,7 @@ fn val_simulation_noise_as_large_as_the_signal_is_refused() {
     assert!((0..15).all(|j| measured.check_contact(j).is_ok()));
     assert!(measured.check_contact(40).unwrap_err().is_usage());
 
-    // One channel with noise enough to drown all energy; its neighbours tell what it did.
+    // One channel with noise above all energy. Without it, its neighbours determine its motion.
     let mut random = Normal(9);
     record.column_mut(15).mapv_inplace(|v| v + random.draw());
     let drowned = from_velocities(record.view(), [0.0, step(&run)], &run.chain, &options);
@@ -456,7 +456,7 @@ fn val_hostile_records_are_refused() {
     );
 }
 
-/// The same bits from any number of threads, by both entries, and an earlier start.
+/// The same bits for any number of threads, by both entry points, and with an earlier start.
 #[test]
 fn regress_threads_entries_and_pretrigger_samples() {
     let run = simulated(20, DISPERSIVE, 30.0, 601);

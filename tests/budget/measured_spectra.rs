@@ -1,5 +1,5 @@
-//! Budgets of measured chains: every number over wavenumbers, frequencies and scales against that of
-//! the simulated chain that was spoilt, and the energy that the chain was given.
+//! Spectral budgets of measured chains: results over wavenumber, frequency and scale against those
+//! of the simulated chain behind the record, and the energy input.
 
 use std::collections::BTreeMap;
 
@@ -34,7 +34,7 @@ fn gains(share: f64) -> Uncertainty {
     }
 }
 
-/// The request with which the truth is compared: edges and scales of the measurement.
+/// Request for the exact budget, with the band edges and scales of the measurement.
 fn pinned(budget: &Budget) -> BudgetRequest {
     let scales = budget.scales.as_ref();
     BudgetRequest {
@@ -52,7 +52,8 @@ fn column(values: &[f64]) -> Array2<f64> {
     Array2::from_shape_vec((values.len(), 1), values.to_vec()).unwrap()
 }
 
-/// Shares within three stated errors, and ratios of stated to true ones, of all arrays and curves.
+/// Of all arrays and curves: the share within three stated errors, and the ratio of stated to true
+/// errors.
 fn spectral_coverages(run: &Run, measured: &MeasuredMotion) -> Vec<(String, [f64; 2])> {
     let (found, arrays, errors) = measured.budget(&BudgetRequest::default()).unwrap();
     let (truth, exact) = budget(&Motion::of(run).unwrap(), &pinned(&found)).unwrap();
@@ -120,8 +121,8 @@ fn val_simulation_spectral_errors_cover_the_true_ones() {
     }
 }
 
-/// Gains, coefficients and masses that are off as they are stated to be: within three stated errors
-/// lie the overlaps and forces, and far from all if they are taken to be exact.
+/// Gains, coefficients and masses wrong by as much as their stated uncertainty: overlaps and forces
+/// lie within three stated errors. Far fewer do if the values are taken as exact.
 #[test]
 fn val_simulation_uncertain_gains_coefficients_and_masses_enter_all_errors() {
     let run = simulated(40, DISPERSIVE, 60.0, 1201);
@@ -185,7 +186,7 @@ fn val_simulation_uncertain_gains_coefficients_and_masses_enter_all_errors() {
             };
             *within.entry(a).or_default() += forces / seeds as f64;
             *within.entry(b).or_default() += spectra / seeds as f64;
-            // Who states how uncertain coefficients are is not told that they are off by that.
+            // Coefficients wrong within their stated uncertainty raise no warning.
             let accused = measured
                 .report
                 .warnings
@@ -202,7 +203,7 @@ fn val_simulation_uncertain_gains_coefficients_and_masses_enter_all_errors() {
     assert!(within["accused"] == 0.0 && within["accused, exact"] > 0.99);
 }
 
-/// Over many records the share scatters as is stated, and its direction is stated only where it is
+/// Over many records the share scatters by its stated error. A direction is given only where it is
 /// significant.
 #[test]
 fn val_simulation_shares_scatter_as_stated() {
@@ -243,7 +244,7 @@ fn val_simulation_shares_scatter_as_stated() {
                 "{found:?}"
             );
             said += usize::from(found.2 != Direction::Unresolved);
-            // Where it is said at all, it is right.
+            // A direction, where given, is right.
             assert_ne!(found.2, Direction::TowardsHighK, "{noise} {seed} {found:?}");
         }
         assert!(
@@ -256,7 +257,7 @@ fn val_simulation_shares_scatter_as_stated() {
     }
 }
 
-/// The energy given is not biased: over many records its mean is that of the simulation.
+/// The energy input is unbiased: its mean over many records is that of the simulation.
 #[test]
 fn val_simulation_the_energy_given_is_not_biased() {
     for (noise, drift) in [(1e-3, 0.0), (1e-2, 0.0), (1e-3, 3e-3)] {
@@ -284,19 +285,19 @@ fn val_simulation_the_energy_given_is_not_biased() {
                 let most = measured.energy.iter().fold(0.0, |m: f64, e| m.max(*e));
                 largest += (most - 0.5) / energy.error / seeds as f64;
             }
-            // Three standard errors of the mean of twelve.
+            // Three standard errors of the mean of twelve records.
             assert!(mean.abs() < 0.87, "{noise} {ratio} {mean}");
             assert!((0.25..1.4).contains(&f64::sqrt(squares)), "{squares}");
-            // The largest over time, which was reported, is high by several of these errors.
+            // The maximum over time, once reported instead, is too high by several of these errors.
             assert!(largest > 3.0, "{noise} {ratio} {largest}");
         }
     }
 }
 
-/// What a chain is given by what strikes it, and with losses: energy that is there at no time.
+/// Energy input by a striker, and with losses: at no time is all of it in the chain.
 #[test]
 fn val_simulation_the_energy_given_is_that_of_the_blow() {
-    // The striker is no site of the chain that is measured.
+    // The striker is not a site of the measured chain.
     let whole = simulated(41, DISPERSIVE, 60.0, 1201);
     let chain = Chain {
         mass: whole.chain.mass[1..].to_vec(),
@@ -353,7 +354,7 @@ fn val_simulation_the_energy_given_is_that_of_the_blow() {
         "{energy:?}"
     );
     assert!(energy.error < 2e-3, "{energy:?}");
-    // The losses' own quadrature is in the errors.
+    // The errors include the quadrature error of the losses.
     let (found, _, _) = measured.budget(&BudgetRequest::default()).unwrap();
     let errors = found.errors.as_deref().unwrap();
     let (lost, error) = (found.lost[1200], errors.lost[1200]);
@@ -364,7 +365,7 @@ fn val_simulation_the_energy_given_is_that_of_the_blow() {
     );
 }
 
-/// A dimer that may be linear has branches, whose energies carry errors with uncertain masses too.
+/// A linear dimer has branches. Their energies have errors, also with uncertain masses.
 #[test]
 fn val_simulation_branches_of_uncertain_chains() {
     let n = 32;
@@ -412,7 +413,7 @@ fn val_simulation_branches_of_uncertain_chains() {
     assert!(errors.optical_energy.iter().all(|error| *error > 0.0));
     let passed = found.wavenumber.as_ref().unwrap();
     assert!(matches!(passed.passed_error, PassedError::Standard(_)));
-    // A linear chain: of noise alone no direction follows.
+    // A linear chain: noise alone gives no direction.
     assert_eq!(passed.direction().unwrap(), Direction::Unresolved);
 
     let refused = measured.budget(&BudgetRequest {

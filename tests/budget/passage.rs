@@ -1,4 +1,5 @@
-//! Energy that has passed each wavenumber: with losses at any sampling, and where there is none.
+//! Energy that has passed each wavenumber: with losses at any sampling interval, and where it is
+//! zero.
 
 use wavecascade::arrays::{Arrays, LargeArray};
 use wavecascade::budget::{
@@ -51,14 +52,14 @@ fn lossy() -> Chain {
     }
 }
 
-/// The integral is that of the motion, whatever the samples: at the largest k it is 0, and it agrees
-/// with the energies, which it was not made from.
+/// The integral follows the motion and does not depend on the samples. It vanishes at the largest k
+/// and agrees with the energies, from which it is not computed.
 #[test]
 fn val_identity_losses_are_integrated_inside_the_stepping() {
     let [coarse, fine] = [65, 2001].map(|samples| run(lossy(), 50.0, samples));
     let [(few, few_arrays), (many, many_arrays)] =
         [&coarse, &fine].map(|run| found(run, Integration::Stepping));
-    // Of samples the two shares were -0.040 and -0.061.
+    // Integrated over samples, the two shares were -0.040 and -0.061.
     assert!(
         (share(&few) - share(&many)).abs() < 2e-12,
         "{:e}",
@@ -68,7 +69,7 @@ fn val_identity_losses_are_integrated_inside_the_stepping() {
         let array = &arrays[&LargeArray::INTEGRATED_SPECTRAL_FLUX];
         array.slice(ndarray::s![..;every, ..]).to_owned()
     };
-    // 16 of 64 intervals are 500 of 2000.
+    // 16 of 64 intervals last as long as 500 of 2000.
     let off = rows(&few_arrays, 16) - rows(&many_arrays, 500);
     let worst = off.iter().fold(0.0, |m: f64, x| m.max(x.abs()));
     assert!(worst < 2e-12, "{worst:e}");
@@ -89,9 +90,9 @@ fn val_identity_losses_are_integrated_inside_the_stepping() {
     }
 }
 
-/// From samples the integral converges to that of the stepping with the order of the trapezoid rule:
-/// the second for drag, the first for dashpots, whose power jumps where a contact opens. What is
-/// missing at the largest k tells how far it is.
+/// The integral over samples converges to that of the stepping with the order of the trapezoid
+/// rule: 2 for drag, 1 for dashpots, whose power jumps where a contact opens. The residual at the
+/// largest k indicates the error.
 #[test]
 fn val_observed_order_of_losses_from_samples() {
     let drag = Losses {
@@ -109,7 +110,7 @@ fn val_observed_order_of_losses_from_samples() {
             let (budget, _) = found(&run(chain.clone(), 50.0, samples), Integration::Samples);
             let check = budget.closure.integrated_flux.unwrap();
             let error = (share(&budget) - truth).abs();
-            // Of the whole loss as of that below the edge.
+            // The residual contains the whole loss, the error only the loss below the edge.
             let ratio = check.at_largest_wavenumber / error;
             assert!(ratios.contains(&ratio), "{samples} {error:e} {check:?}");
             let PassedError::Numerical(stated) = budget.wavenumber.unwrap().passed_error else {
@@ -123,7 +124,7 @@ fn val_observed_order_of_losses_from_samples() {
     }
 }
 
-/// Without losses the two integrations agree to how far the stepping departs from the record.
+/// Without losses the two integrations agree to the departure of the stepping from the record.
 #[test]
 fn val_identity_without_losses_the_samples_are_exact() {
     let run = run(Chain::dimer(60, 2.398), 50.0, 65);
@@ -144,7 +145,7 @@ fn uniform(law: Law, ends: Ends) -> Chain {
     }
 }
 
-/// Wavenumbers of a uniform linear chain keep their energy: there is no direction.
+/// Each wavenumber of a uniform linear chain keeps its energy: there is no direction.
 #[test]
 fn val_linear_chains_have_no_direction() {
     let linear = Law::Spring {
@@ -171,7 +172,7 @@ fn val_linear_chains_have_no_direction() {
     }
 }
 
-/// A cubic term that moves little energy moves it somewhere, and more of it as its square.
+/// A weak cubic term moves little energy, but in a definite direction and in proportion to beta.
 #[test]
 fn val_weak_nonlinearity_keeps_its_direction() {
     let shares = [1e-4, 1e-3].map(|beta| {
@@ -187,6 +188,6 @@ fn val_weak_nonlinearity_keeps_its_direction() {
         share(&budget)
     });
     assert!(shares[0].abs() < 1e-4, "{shares:?}");
-    // The force of beta is of first order in it, and so is the first exchange of energy.
+    // The cubic force is linear in beta, and so is the first exchange of energy.
     assert!((shares[1] / shares[0] - 10.0).abs() < 0.5, "{shares:?}");
 }

@@ -1,4 +1,4 @@
-//! Curves of attenuation and transmission: what they must not depend on, and what is known of them.
+//! Curves of attenuation and transmission: independence of irrelevant inputs, and known results.
 
 use wavecascade::Error;
 use wavecascade::attenuation::{
@@ -41,7 +41,7 @@ fn text(of: &impl serde::Serialize) -> String {
     serde_json::to_string(of).unwrap()
 }
 
-/// Threads, the samples and the end of the scene, and what was already kept change no bit.
+/// Threads, the scene's samples and end time, and saved members change no bit.
 #[test]
 fn regress_curves_depend_on_nothing_else() {
     let chains = || vec![dimer(1.0), dimer(2.4)];
@@ -71,7 +71,7 @@ fn regress_curves_depend_on_nothing_else() {
     let again = request(chains()).run(Some(&kept), &Silent).unwrap();
     assert!(first.computed > 0 && again.computed == 0);
     assert_eq!((text(&first), text(&again)), (text(&alone), text(&alone)));
-    // Members computed in another order: half of the file, and it backwards.
+    // A saved file with half of the members, in reverse order.
     let members = kept.join("members.jsonl");
     let lines = std::fs::read_to_string(&members).unwrap();
     let mut half: Vec<&str> = lines.lines().rev().step_by(2).collect();
@@ -80,10 +80,10 @@ fn regress_curves_depend_on_nothing_else() {
     let mended = request(chains()).run(Some(&kept), &Silent).unwrap();
     assert!(mended.computed > 0 && mended.computed < first.computed);
     assert_eq!(text(&mended), text(&alone));
-    // The order of the chains only orders the curves.
+    // The order of the chains changes only the order of the curves.
     let swapped = run(&request(vec![dimer(2.4), dimer(1.0)]));
     assert_eq!(text(&swapped.curves[0].rows), text(&alone.curves[2].rows));
-    // Another request is not mixed in.
+    // A file saved for another request is refused.
     let error = request(vec![dimer(3.0)])
         .run(Some(&kept), &Silent)
         .unwrap_err();
@@ -93,8 +93,8 @@ fn regress_curves_depend_on_nothing_else() {
     );
 }
 
-/// The homogeneous chain is its own measure; the localized dimer settles, the dispersive one
-/// falls; at both lengths in the sense of the wall as by itself.
+/// The homogeneous chain is its own reference. The localized dimer settles and the dispersive one
+/// falls, at both lengths, before a wall as within the chain.
 #[test]
 fn val_paper_localized_settles_and_dispersive_falls() {
     let mut request = request(vec![dimer(1.0), dimer(2.4), dimer(4.9272)]);
@@ -126,7 +126,7 @@ fn val_paper_localized_settles_and_dispersive_falls() {
         "{:?}",
         curve(4).reach
     );
-    // Beyond 60 bodies the largest force passes from pulse to pulse.
+    // Beyond 60 bodies the largest force moves from pulse to pulse.
     for n in [0, 20, 40] {
         assert!(force(2, n + 20) < 0.75 * force(2, n), "{n}");
     }
@@ -143,14 +143,14 @@ fn val_paper_localized_settles_and_dispersive_falls() {
         assert_eq!(curve(i).sense, sense);
         assert!(curve(i).stop.is_none());
     }
-    // Shares of the high band: only the dispersive chain keeps some on its way.
+    // Shares of the high band: only the dispersive chain keeps one along the way.
     let share = |i: usize| curve(i).rows[20].high_share.unwrap();
     assert!(share(2) > 3.0 * share(4).abs() && share(2) > 3.0 * share(0).abs());
     assert_eq!(curve(2).rows[20].kind, ContactKind::Soft);
     assert_eq!(curve(2).rows[21].kind, ContactKind::Stiff);
 }
 
-/// A scene that lists its coefficients has the length that it has: its curve says where it stops.
+/// A scene that lists its coefficients has a fixed length: its curve reports where it stops.
 #[test]
 fn a_curve_of_a_chain_of_fixed_length_stops_and_says_where() {
     let list: Vec<String> = (0..31).map(|j| ["1.0", "2.4"][j % 2].to_owned()).collect();
@@ -181,8 +181,8 @@ fn transmission(over: &str, vary: &[&str]) -> Transmission {
     request.run(None, &Silent).unwrap()
 }
 
-/// The minimum between two localized ratios is the same from any grid, and no grid's value is below
-/// it; the localized ratios are those of the travelling-wave equation.
+/// The minimum between two localized ratios is the same from any grid, and no grid value is below
+/// it. The localized ratios are those of the travelling-wave equation.
 #[test]
 fn val_extremes_are_located_and_not_read_off_a_grid() {
     let coarse = transmission("stiffness_ratio=1:16:9log", &[]);
@@ -222,7 +222,7 @@ fn val_extremes_are_located_and_not_read_off_a_grid() {
     }
 }
 
-/// Longer chains and losses are curves of their own; with threads in any number, the same.
+/// Other lengths and losses give curves of their own, the same for any number of threads.
 #[test]
 fn regress_combinations_and_threads() {
     let vary = ["sites=11,21", "tangent=0,0.05"];
@@ -286,7 +286,7 @@ fn what_cannot_be_is_said_before_any_work() {
     }
 }
 
-/// Asked to stop, it stops, and keeps what it has where there is a place for it.
+/// A cancelled computation stops, and saves its results where it has a directory.
 #[test]
 fn an_observer_stops_it() {
     struct Stop;
@@ -305,8 +305,9 @@ fn an_observer_stops_it() {
     );
 }
 
-/// Short chains are measured by the homogeneous chain of the pattern, which they do not hold whole: a
-/// wall behind one, two and three bodies, forces in N over those of chains built by hand.
+/// Relative forces on a wall behind one, two and three bodies, against chains built by hand. The
+/// reference is the homogeneous chain of the whole pattern, of which such short chains hold only a
+/// part.
 #[test]
 fn val_walls_behind_few_bodies() {
     use wavecascade::attenuation::pulses;
@@ -335,7 +336,8 @@ fn val_walls_behind_few_bodies() {
         assert_eq!(row.kind, kind, "{}", row.bodies);
         assert!((truth - 1.0).abs() > 0.01);
     }
-    // With a striker and a wall of its own, too: the homogeneous chain is its own measure.
+    // The same with a striker and a wall of other material: the homogeneous chain is its own
+    // reference.
     let text = "sites = 9\nmaterial = \"quartz\"\nradius = \"9 mm\"\nlength = \"18 mm\"\nangle = 90.0\n\
                 second_angle = 90.0\nstriker_radius = \"9 mm\"\nstriker_velocity = 0.88\n\
                 wall_material = \"steel\"\nwall_radius = \"20 mm\"";
@@ -350,9 +352,8 @@ fn val_walls_behind_few_bodies() {
     assert!(rows.iter().all(|row| row.kind == ContactKind::Other));
 }
 
-/// By the scaling of Hertz contacts the relative force does not depend on the speed of the impact:
-/// what differs is rounding, by which a step may be made again at one speed and not at another, and no
-/// extreme of it is told.
+/// Hertz scaling: the relative force does not depend on the impact speed. Rounding may make the
+/// stepper repeat a step at one speed and not at another; no extreme of that is reported.
 #[test]
 fn val_hertz_scaling_has_no_extremes() {
     let request = TransmissionRequest::new(
@@ -369,7 +370,7 @@ fn val_hertz_scaling_has_no_extremes() {
     }
 }
 
-/// Where losses eat the pulse nothing arrives, and that is said.
+/// Where losses absorb the pulse nothing arrives, and the result says so.
 #[test]
 fn what_does_not_arrive_is_listed() {
     let request =

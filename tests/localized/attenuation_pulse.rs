@@ -1,7 +1,7 @@
-//! Pulses located inside the steps: one sphere against a wall in closed form, the homogeneous
-//! chain's solitary wave, energies that add up, and independence of what should not matter.
+//! Pulses located inside the steps: one sphere against a wall in closed form, the solitary wave of
+//! the homogeneous chain, energy balance, and independence of irrelevant inputs.
 //!
-//! Truth of `val_solitary_*`: `data/solitary_wave.json`, made by `data/solitary_wave.py`.
+//! Reference of `val_solitary_*`: `data/solitary_wave.json`, made by `data/solitary_wave.py`.
 
 use wavecascade::Error;
 use wavecascade::attenuation::{FRONT, Located, Pulses, Sense, pulses};
@@ -41,7 +41,7 @@ fn collision_time(a: f64) -> f64 {
 }
 
 /// A sphere against a wall: `x_m = (5 m v^2 / (4 c))^(2/5)`, `F_m = c x_m^(3/2)`, and times by
-/// quadrature of the energy's conservation.
+/// quadrature of energy conservation.
 #[test]
 fn val_hertz_collision_with_a_wall() {
     let mut chain = Chain::dimer(1, 1.0);
@@ -80,8 +80,8 @@ fn val_hertz_collision_with_a_wall() {
     assert_eq!(pulse.velocity_rise_time, None, "it moves from the start");
 }
 
-/// The homogeneous chain settles to the solitary wave: the force of the wave that an impact makes,
-/// the speed it travels at, and its width. What the impact left dies out on the way.
+/// The pulse in a homogeneous chain approaches the solitary wave of the impact: its force, speed
+/// and width. Transients die out on the way.
 #[test]
 fn val_solitary_wave_of_the_homogeneous_chain() {
     #[derive(serde::Deserialize)]
@@ -100,7 +100,7 @@ fn val_solitary_wave_of_the_homogeneous_chain() {
     };
     let c = wave.speed_after_impact;
     let force = c.powi(6) * wave.largest_overlap.powf(1.5);
-    // Half of the force at xi, by bisection.
+    // Half of the peak force, at xi = low, by bisection.
     let (mut low, mut high) = (0.0, 2.0);
     for _ in 0..60 {
         let middle = 0.5 * (low + high);
@@ -112,8 +112,8 @@ fn val_solitary_wave_of_the_homogeneous_chain() {
         }
     }
     let width = 2.0 * low / c;
-    // The velocity of site n is the sum of the rates of all overlaps from contact n on; it is largest
-    // when the wave is halfway between contacts n - 1 and n.
+    // The velocity of site n is the sum of the rates of all overlaps from contact n on. It is
+    // largest when the wave is halfway between contacts n - 1 and n.
     let rate = |xi: f64| -> f64 {
         let k = std::f64::consts::TAU / wave.period;
         let modes = wave.modes.iter().enumerate();
@@ -151,7 +151,7 @@ fn val_solitary_wave_of_the_homogeneous_chain() {
         let off = (taken * c - 1.0).abs();
         assert!(off < 1e-12, "contact {n}: speed {off:e}");
     }
-    // Two-sided: at contact 20 the wave is not there yet.
+    // Two-sided check: at contact 20 the wave has not settled.
     let early = (at(20).peak_force.value / force - 1.0).abs();
     assert!((1e-9..1e-4).contains(&early), "{early:e}");
 }
@@ -197,8 +197,8 @@ fn hard_chains() -> Vec<(&'static str, Chain)> {
     ]
 }
 
-/// Energy passed, left behind and lost is the input energy to 1e-11, at every contact of chains of
-/// every kind, and on the wall.
+/// Energy passed, left behind and lost sum to the input energy to 1e-11, at every contact of all
+/// kinds of chains, and on the wall.
 #[test]
 fn val_energy_passed_and_behind_is_the_input() {
     for (name, chain) in hard_chains() {
@@ -216,8 +216,8 @@ fn val_energy_passed_and_behind_is_the_input() {
     }
 }
 
-/// The errors stated hold against runs of a hundredth of the tolerance; forces are off by 2e-11 of
-/// their value at most, times by 1e-8 of a sample, of which the run would have 4096.
+/// The stated errors cover the difference from runs at a hundredth of the tolerance. Forces are off
+/// by at most 2e-11 of their value, times by 1e-8 of the interval of 4096 samples.
 #[test]
 fn regress_errors_stated_are_kept() {
     for (name, chain) in hard_chains() {
@@ -253,7 +253,7 @@ fn regress_errors_stated_are_kept() {
     }
 }
 
-/// Peaks between the samples of a run, located by another way, are the same.
+/// Peaks between the samples of a run, located by another method, are the same.
 #[test]
 fn regress_peaks_of_a_sampled_run() {
     let chain = Chain::dimer(61, 2.4);
@@ -269,7 +269,7 @@ fn regress_peaks_of_a_sampled_run() {
         println!("contact {contact}: time {late:e}");
         assert!(late < 5e-8, "contact {contact}: {late:e}");
     }
-    // Velocities rise along the parabola through three samples.
+    // Interpolate the rise of the velocity by the parabola through three samples.
     for site in [1, 20, 41] {
         let v = run.velocity.column(site);
         let top = (0..v.len()).max_by(|a, b| v[*a].total_cmp(&v[*b])).unwrap();
@@ -290,7 +290,8 @@ fn regress_peaks_of_a_sampled_run() {
     assert!(off < 2e-12, "{off:e}");
 }
 
-/// Struck twice as fast: forces grow by `2^(6/5)`, times shrink by `2^(1/5)`, energies by 4.
+/// At twice the impact speed forces grow by `2^(6/5)`, times shrink by `2^(1/5)`, energies grow by
+/// 4.
 #[test]
 fn val_hertz_scaling_with_the_impact() {
     let slow = of(Chain::dimer(61, 2.4), Sense::Chain);
@@ -317,7 +318,7 @@ fn val_hertz_scaling_with_the_impact() {
     }
 }
 
-/// A curve ends before a reflection enters: what it holds is what a chain twice as long holds, to the
+/// A curve ends before a reflection enters: its values are those of a chain twice as long, to the
 /// last bit.
 #[test]
 fn regress_no_reflection_enters() {
@@ -360,14 +361,14 @@ fn what_has_no_front_is_refused() {
             "{error}"
         );
     }
-    // A chain in which losses eat the pulse has a curve as far as it goes.
+    // The curve of a chain whose losses absorb the pulse ends where the pulse does.
     let mut eaten = Chain::dimer(60, 2.0);
     eaten.losses.drag = 2.0;
     let eaten = of(eaten, Sense::Chain);
     assert!(!eaten.pulses.is_empty() && eaten.pulses.len() < 59);
 }
 
-/// A contact that presses from the start has its pulse from the start.
+/// A contact under load at the start has its arrival at time 0.
 #[test]
 fn a_contact_pressed_from_the_start_begins_there() {
     let mut simulation = struck(Chain::dimer(40, 2.0));

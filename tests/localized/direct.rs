@@ -21,8 +21,7 @@ fn compared(
     comparison.run(&Silent).unwrap()
 }
 
-/// The least leaks are at the exact ratios, and off by less than they say; between them there is
-/// more.
+/// Leaks are smallest at the exact ratios, within the stated errors, and larger between them.
 #[test]
 fn val_exact_ratios_least_leaks() {
     let mass = Family {
@@ -31,7 +30,7 @@ fn val_exact_ratios_least_leaks() {
     };
     for (family, orders, reached) in [
         (Family::default(), 1..=3, 1e-5),
-        // A second minimum, 0.65 % below, is as near to nothing as 1e-12.
+        // A second minimum, 0.65 % below, is as close to zero as 1e-12.
         (Family::default(), 10..=10, 5e-5),
         (mass, 2..=2, 1e-5),
     ] {
@@ -52,7 +51,7 @@ fn val_exact_ratios_least_leaks() {
     }
 }
 
-/// The largest leak between the second and the third order is one: both neighbours leak less.
+/// The largest leak between the second and third order is a maximum: both neighbours leak less.
 #[test]
 fn val_chains_most_dispersive_ratio() {
     let rows = compared(Family::default(), 2..=3, 60);
@@ -64,8 +63,8 @@ fn val_chains_most_dispersive_ratio() {
     let leaks = scan.run(&[6.5, 8.04, 10.5], &Silent).unwrap();
     assert!(leaks[1].per_cell > leaks[0].per_cell.max(leaks[2].per_cell));
     assert!(minima(&leaks).is_empty());
-    // Chains of 60 cells are too short for the transients at order 2: no number rather than a
-    // wrong one.
+    // Chains of 60 cells are too short for the transients at order 2: no number rather than a wrong
+    // one.
     assert!(rows[0].direct.is_none() && rows[0].most_dispersive.is_none());
     assert!(rows[1].direct.is_some());
 }
@@ -88,7 +87,7 @@ fn val_published_ratio_of_an_angle() {
         let change = angle.ratio_change_per_tenth_degree;
         assert!((near / ratio - 1.0 - change).abs() < 1e-12);
     }
-    // Each row has its own.
+    // Each row has its own angle.
     let comparison = Comparison {
         family: Family::default(),
         orders: 1..=3,
@@ -153,7 +152,7 @@ fn regress_bad_scans_are_refused_and_stopped() {
     }
 }
 
-/// The same bits from any number of threads.
+/// The same bits for any number of threads.
 #[test]
 fn regress_threads_do_not_count() {
     let found = |threads: usize| {

@@ -1,4 +1,4 @@
-//! Localized waves where they are hard to find: a wave, or the truth about why there is none.
+//! Hard cases of localized waves: a wave, or the correct reason why there is none.
 
 use wavecascade::Error;
 use wavecascade::localized::{Alternation, Comparison, Family, Search};
@@ -12,7 +12,7 @@ fn exact(order: usize) -> f64 {
     search(order).wave(order).unwrap().ratio
 }
 
-/// Newton's steps from anywhere lead to a wave of the order that it is told to be of, or nowhere.
+/// Newton's method from any start converges to a wave of the order it reports, or fails.
 #[test]
 fn val_estimates_starts_far_from_any_solution() {
     let search = search(19);
@@ -51,7 +51,7 @@ fn val_homogeneous_chain_is_alone_near_one() {
     }
 }
 
-/// Too few times: an error that covers what the ratio is off by, or no ratio.
+/// Too few points in time: an error that covers the deviation of the ratio, or no ratio.
 #[test]
 fn val_finer_grids_too_low_a_resolution() {
     let mut refused = 0;
@@ -72,8 +72,8 @@ fn val_finer_grids_too_low_a_resolution() {
     assert!((10..28).contains(&refused), "{refused}");
 }
 
-/// Orders above 15, of which the last ones are beyond what is promised: each stands on grids that
-/// differ in resolution and in period to what it states.
+/// Orders above 15, the last ones beyond the documented range. Grids of other resolution and period
+/// give the same wave within the stated errors.
 #[test]
 fn val_other_grids_high_orders() {
     let family = Family::default();
@@ -83,7 +83,7 @@ fn val_other_grids_high_orders() {
         assert_eq!(wave.order, order);
         let stated = wave.convergence.error();
         assert!(stated < 2e-8, "{order}: {stated:e}");
-        // From the other side of the estimate, and so on other grids.
+        // Starting from the other side of the estimate gives other grids.
         let other = family.search(order + 3).unwrap();
         let other = other.wave_from(1.002 * wave.ratio).unwrap();
         let off = (other.ratio / wave.ratio - 1.0).abs();
@@ -95,9 +95,9 @@ fn val_other_grids_high_orders() {
     }
 }
 
-/// Exponents at which the fast part drowns in the slow wave, so that its maxima cannot be counted:
-/// the waves are next to the estimates of their orders, ratios change with the exponent as those of
-/// one order do, and the waves travel.
+/// Small exponents: the fast part is below the slow wave's curvature, so its maxima cannot be
+/// counted. The waves lie close to the estimates of their orders, their ratios vary with the
+/// exponent as those of one order do, and the waves travel.
 #[test]
 fn val_estimates_and_chains_small_exponents() {
     for order in 2..=3 {
@@ -133,7 +133,7 @@ fn val_estimates_and_chains_small_exponents() {
     }
 }
 
-/// An order that cannot be resolved says so in its row; the others stand.
+/// A row reports an order that cannot be resolved; the other rows remain.
 #[test]
 fn regress_unresolved_orders_do_not_end_the_list() {
     let comparison = Comparison {
@@ -159,7 +159,7 @@ fn regress_unresolved_orders_do_not_end_the_list() {
     assert_eq!(row.differences, Default::default());
 }
 
-/// A wave that travels a while, with what its run says of itself.
+/// A wave travels for a while, with the errors its run states.
 #[test]
 fn val_chain_a_journey_keeps_the_shape() {
     for (alternation, order) in [(Alternation::Stiffness, 5), (Alternation::Mass, 2)] {

@@ -1,5 +1,5 @@
-//! Localized waves against the paper, another program, finite differences, conservation laws and
-//! chains.
+//! Localized waves against the paper, an independent program, finite differences, conservation laws
+//! and chains.
 
 use wavecascade::localized::{Alternation, Family, PUBLISHED, SlowWave, Wave};
 use wavecascade::observer::Silent;
@@ -9,8 +9,8 @@ const MASS: Family = Family {
     exponent: 1.5,
 };
 
-/// Orders 1 to 19, each found once, to the digits that are promised: the error is the larger one of
-/// the changes with resolution and period.
+/// Orders 1 to 19, each found once, to the documented accuracy. The error is the larger change
+/// under refinement of resolution and of period.
 #[test]
 fn val_convergence_orders_one_to_nineteen() {
     let search = Family::default().search(19).unwrap();
@@ -32,8 +32,8 @@ fn val_convergence_orders_one_to_nineteen() {
     }
 }
 
-/// `tests/data/localized_reference.py`: the same equations, cosines in time, by NumPy, on another
-/// grid and of another period, solved by LAPACK from Gauss and Newton's steps; November 2026.
+/// `tests/data/localized_reference.py`: the same equations in NumPy, as cosines in time, on another
+/// grid with another period, solved by Newton's method and LAPACK from a Gaussian; November 2026.
 #[test]
 fn val_numpy_ratios() {
     let search = Family::default().search(8).unwrap();
@@ -54,8 +54,8 @@ fn val_numpy_ratios() {
     }
 }
 
-/// The paper's Table 1. Its direct column agrees with the exact ratios to 1e-4; its fourth row and
-/// those after it are off in the last digits printed. Its asymptotic column is met with the fitted profile.
+/// The paper's Table 1. Its direct column agrees with the exact ratios to 1e-4; from the fourth row
+/// on the last digits printed are off. The fitted profile reproduces its asymptotic column.
 #[test]
 fn val_paper_table() {
     let family = Family::default();
@@ -70,21 +70,21 @@ fn val_paper_table() {
         let change = fitted[order - 1] / row.estimate - 1.0;
         assert!((7e-4..9.1e-4).contains(&change), "{order}: {change:e}");
     }
-    // The row called 18: by the count of maxima its estimate is the nineteenth.
+    // The row labelled 18: by the count of maxima its estimate belongs to order 19.
     assert!(
         (fitted[18] / 1629.9 - 1.0 - 8.9e-4).abs() < 1e-5,
         "{}",
         fitted[18]
     );
     assert!((fitted[17] / 1629.9 - 1.0).abs() > 0.1);
-    // Its direct value is no localized wave's.
+    // Its direct value belongs to no localized wave.
     let [below, above] = [18, 19].map(|order| search.wave(order).unwrap().ratio);
     assert!((below - 1440.05492).abs() < 1e-5, "{below}");
     assert!((above - 1667.70163).abs() < 1e-5, "{above}");
 }
 
-/// Differences of fourth order in place of the series: the residual falls as the step's fourth
-/// power.
+/// Fourth-order differences in place of the series: the residual falls as the fourth power of the
+/// step.
 #[test]
 fn val_finite_differences() {
     for (family, order) in [(Family::default(), 3), (MASS, 3)] {
@@ -102,7 +102,7 @@ fn val_finite_differences() {
     }
 }
 
-/// `delta'' - (accelerations of the two sites)` for both contacts at time t of theirs.
+/// `delta'' - (accelerations of the two sites)` of both contacts, at time t relative to each.
 fn difference_residual(wave: &Wave, t: f64, step: f64) -> f64 {
     let [m, n] = wave.masses();
     let force = |i: usize, t: f64| {
@@ -120,7 +120,8 @@ fn difference_residual(wave: &Wave, t: f64, step: f64) -> f64 {
     (second(0) - left).abs().max((second(1) - right).abs()) / size
 }
 
-/// Momentum is what one contact passes on; the energy of a cell's mean is that of an instant.
+/// The momentum is the impulse through one contact. The energy averaged over a cell is that at one
+/// time.
 #[test]
 fn val_conservation_momentum_and_energy() {
     for (family, order) in [(Family::default(), 4), (MASS, 2)] {
@@ -142,7 +143,7 @@ fn val_conservation_momentum_and_energy() {
     }
 }
 
-/// A chain started with the wave carries it on without a change or a trace.
+/// A chain launched with the wave carries it unchanged and leaves nothing behind.
 #[test]
 fn val_chain_a_launched_wave_travels() {
     for (family, order) in [(Family::default(), 2), (Family::default(), 8), (MASS, 3)] {
@@ -152,7 +153,7 @@ fn val_chain_a_launched_wave_travels() {
         println!("{travel:?}");
         assert!(travel.shape_change < 3e-11, "{travel:?}");
         assert!(travel.leak < 1e-25, "{travel:?}");
-        // Beside its ratio it does leave something behind.
+        // Off its ratio the wave leaves energy behind.
         let mut other = wave.launch(100, 1e-10);
         let change = |j: usize, c: f64| if j % 2 == 1 { 1.01 * c } else { c };
         let coefficients = other.chain.coefficient.iter().enumerate();
@@ -162,9 +163,9 @@ fn val_chain_a_launched_wave_travels() {
     }
 }
 
-/// K. R. Jayaprakash, Y. Starosvetsky, A. F. Vakakis, Phys. Rev. E 83 (2011) 036606: mass ratios
-/// of dimers that carry solitary waves, as quoted by others; the article itself was not at hand, so
-/// the last digits are not checked against its print.
+/// K. R. Jayaprakash, Y. Starosvetsky, A. F. Vakakis, Phys. Rev. E 83 (2011) 036606: mass ratios of
+/// dimers that carry solitary waves. The values are quoted from secondary sources, so the last
+/// digits are not checked against the article.
 #[test]
 fn val_published_mass_ratios() {
     let search = MASS.search(5).unwrap();
@@ -175,7 +176,7 @@ fn val_published_mass_ratios() {
     }
 }
 
-/// Stiffness dimers: forces are even, velocities are not. Mass dimers: the other way round.
+/// Stiffness dimers have even forces, but not even velocities. Mass dimers are the reverse.
 #[test]
 fn val_symmetry_of_forces_and_velocities() {
     let wave = Family::default().search(2).unwrap().wave(2).unwrap();
@@ -189,7 +190,7 @@ fn val_symmetry_of_forces_and_velocities() {
     assert!(wave.velocity.iter().all(|v| Wave::asymmetry(v) < 1e-13));
 }
 
-/// The scaling: energy and speed at another amplitude.
+/// At other exponents the waves are resolved too and travel unchanged.
 #[test]
 fn val_other_exponents() {
     for exponent in [1.4, 2.0, 3.0] {
@@ -227,7 +228,7 @@ fn regress_bad_requests_are_refused() {
     };
     let slow = SlowWave::exact(1.5).unwrap();
     assert!(other.estimates(&slow, 2).unwrap_err().is_usage());
-    // Too wide, or too fast, for any grid: no number rather than a wrong one.
+    // Too wide, or too fast, for any grid: an error rather than a wrong number.
     let wide = Family {
         exponent: 1.02,
         ..family

@@ -1,4 +1,4 @@
-//! Files at given positions, and room for them before they are written.
+//! Reads and writes at given offsets, and allocation of a file before it is written.
 
 use std::fs::File;
 use std::io::Result;
@@ -47,7 +47,7 @@ pub fn allocate(file: &File, from: u64, to: u64) -> Result<()> {
         use rustix::fs::{FallocateFlags, fallocate};
         use rustix::io::Errno;
         match fallocate(file, FallocateFlags::empty(), from, to - from) {
-            // Some file systems cannot reserve; then the writes themselves tell.
+            // Some file systems cannot reserve; a full disk then shows at the writes.
             Ok(()) | Err(Errno::OPNOTSUPP | Errno::NOSYS | Errno::INVAL) => {}
             Err(error) => return Err(error.into()),
         }

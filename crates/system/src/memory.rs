@@ -1,10 +1,10 @@
-//! Memory at hand, memory in huge pages, and sizes in words.
+//! Available memory, memory in huge pages, and sizes as text.
 
 use std::io::Result;
 
 use memmap2::MmapMut;
 
-/// Bytes of memory that the system would give now; `None` where it does not say.
+/// Bytes of memory available now; `None` where the system does not report it.
 fn free() -> Option<u64> {
     let text = std::fs::read_to_string("/proc/meminfo").ok()?;
     let line = text.lines().find_map(|l| l.strip_prefix("MemAvailable:"))?;
@@ -12,12 +12,12 @@ fn free() -> Option<u64> {
     Some(kibibytes.saturating_mul(1024))
 }
 
-/// Bytes of memory that the system would give now; `u64::MAX` where it does not say.
+/// Bytes of memory available now; `u64::MAX` where the system does not report it.
 pub fn available_memory() -> u64 {
     free().unwrap_or(u64::MAX)
 }
 
-/// Half of the memory that is free now; 2 GiB where the system does not say.
+/// Half of the memory available now; 2 GiB where the system does not report it.
 pub fn half_of_free_memory() -> u64 {
     free().map_or(2 << 30, |free| free / 2)
 }
@@ -34,7 +34,7 @@ pub fn huge_pages(bytes: usize) -> Result<MmapMut> {
     Ok(pages)
 }
 
-/// Bytes in a binary unit, rounded up, so that allowing as much is enough.
+/// Bytes in a binary unit, rounded up, so that the printed limit suffices.
 pub fn size(bytes: u64) -> String {
     const UNITS: [&str; 5] = ["bytes", "KiB", "MiB", "GiB", "TiB"];
     let power = (bytes.max(1).ilog2() / 10).min(4);

@@ -14,7 +14,7 @@ impl<T> Default for ScratchPool<T> {
 }
 
 impl<T> ScratchPool<T> {
-    /// A spare one that `fits`, else a new one; it is spare again once it is dropped.
+    /// A pooled one that `fits`, else a new one; dropping the guard returns it to the pool.
     pub fn take(&self, fits: impl Fn(&T) -> bool, new: impl FnOnce() -> T) -> ScratchGuard<'_, T> {
         let mut spare = self.0.lock().unwrap_or_else(PoisonError::into_inner);
         let at = spare.iter().position(fits);
@@ -27,7 +27,7 @@ impl<T> ScratchPool<T> {
     }
 }
 
-/// A working space that goes back to where it came from.
+/// A scratch that returns to its pool when dropped.
 #[derive(Debug)]
 pub struct ScratchGuard<'a, T> {
     space: Option<T>,

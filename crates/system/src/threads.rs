@@ -2,11 +2,11 @@
 
 use rayon::{ThreadPoolBuildError, ThreadPoolBuilder};
 
-/// Runs `work` on a pool of `threads` threads. With `None`, or if the current pool has as many
-/// threads, it runs on the current pool.
+/// Runs `work` on a pool of `threads` threads. With `None`, or if the current pool has that number
+/// of threads, it runs on the current pool.
 ///
 /// # Errors
-/// Where the threads cannot be started.
+/// If the threads cannot be started.
 pub fn in_pool<T: Send>(
     threads: Option<usize>,
     work: impl FnOnce() -> T + Send,

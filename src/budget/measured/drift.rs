@@ -1,4 +1,4 @@
-//! Lines through quiet parts, and what they leave open of a channel's offset and slope.
+//! Straight lines through quiet parts, and the uncertainty of a channel's offset and slope.
 
 /// A straight line through a quiet part.
 #[derive(Debug, Clone, Copy, Default)]

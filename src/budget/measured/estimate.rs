@@ -173,7 +173,7 @@ impl Repeated<'_> {
                 up.max((contacts.force(id, r - e) - here).abs())
             };
             // Three errors of the overlap are to be within three of the force, also where an open
-            // contact may be closed, which few repetitions tell.
+            // contact may be closed, which few repetitions show.
             let open = over(3.0 * errors.overlap[[i, j]]) / 3.0;
             let speed = derived.speed(chain, i, j).abs();
             let (force, sampling) = (errors.force[[i, j]].max(open), over(*sampling));
@@ -213,7 +213,7 @@ pub(super) fn add_squares(sum: &mut Array2<f64>, again: &Array2<f64>, here: &Arr
         .for_each(|sum, a, b| *sum += (a - b).powi(2));
 }
 
-/// Standard errors from sums of squares over so many repetitions.
+/// Standard errors from sums of squares over `count` repetitions.
 pub(super) fn finish_squares(sum: &mut Array2<f64>, count: usize) {
     let raised = raised(count);
     sum.mapv_inplace(|squares| raised * (squares / count as f64).sqrt());

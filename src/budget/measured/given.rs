@@ -1,12 +1,13 @@
-//! The energy that a chain was given, from a record with noise.
+//! The energy put into a chain, from a record with noise.
 //!
-//! Total energy and what losses have taken, `H(t) = E(t) + int D dt`, is constant once the impact is
-//! over. Noise makes it scatter, and raises it: energies are squares. A repetition raises it by as
-//! much again, so that `H - <H_again - H>` is free of that to leading order. The estimate is its
-//! median over the record, samples weighted by the inverse of their variance, but none above that of
-//! the median variance: early on, when little moves, all is known well and says little. A largest
-//! value over time would be picked for its noise. Its standard error is the scatter of the same
-//! median over the repetitions, and a third of what every other sample yields another one by.
+//! Total energy plus losses, `H(t) = E(t) + int D dt`, is constant once the impact is over. Noise
+//! makes it scatter, and raises it: energies are squares. A repetition raises it by as much again,
+//! so that `H - <H_again - H>` is free of that to leading order. The estimate is its median over
+//! the record, samples weighted by the inverse of their variance, but none above that of the median
+//! variance: early samples, when little moves, are precise but carry little information. The
+//! largest value over time would be biased by its noise. Its standard error is the scatter of the
+//! same median over the repetitions, and a third of the change when only every second sample is
+//! used.
 
 use super::estimate::{HALVED, raised};
 use super::report::Estimate;
@@ -68,7 +69,7 @@ impl Given {
     }
 }
 
-/// The value below which half of the weight lies.
+/// The weighted median.
 fn median(values: &[f64], weights: &[f64]) -> f64 {
     let mut order: Vec<usize> = (0..values.len()).collect();
     order.sort_by(|a, b| values[*a].total_cmp(&values[*b]));

@@ -1,9 +1,9 @@
 //! Sites whose channel is dead, from the motion of their neighbours.
 //!
 //! A missing site moves by its own equation of motion, `m x'' = F_left - F_right`, from rest at t0,
-//! between neighbours that are where their records say: contacts and mass give what the channel
-//! did not. Nothing is differentiated, so the noise of the neighbours is not amplified. Several
-//! missing sites in a row move together.
+//! between neighbours whose positions are measured: contacts and mass replace the channel. Nothing
+//! is differentiated, so the noise of the neighbours is not amplified. Several missing sites in a
+//! row move together.
 
 use std::ops::Range;
 

@@ -1,18 +1,18 @@
-//! Budgets of a measured chain: what its velocities say, given masses and contact law, and how well.
+//! Budgets of a measured chain from its velocities, masses and contact law, with standard errors.
 //!
 //! The record is `g_j v_j + b_j + s_j t + noise` at each site j: gain, offset and slope.
 //! Displacements are integrals of the velocities from t0 on, when all contacts just touch (or carry
 //! their static force); with them come overlaps, forces, fluxes and energies, from which a
 //! [`Motion`] for every budget is made. A site is at rest until the wave arrives. Before that its
-//! channel records noise and drift. Both, and what is stated of gains, coefficients and masses
-//! ([`Uncertainty`]), are carried through to everything that follows: to [`Errors`], and to every
-//! number over wavenumbers, frequencies and scales by [`MeasuredMotion::run`]. A result whose error
-//! exceeds it is refused by [`MeasuredMotion::check_contact`], and a measurement of which nothing is
-//! left by [`from_field`].
+//! channel records noise and drift. Both, and the stated uncertainties of gains, coefficients and
+//! masses ([`Uncertainty`]), are propagated to all results: to [`Errors`], and by
+//! [`MeasuredMotion::run`] to every number over wavenumbers, frequencies and scales.
+//! [`MeasuredMotion::check_contact`] refuses a result that is smaller than its error, and
+//! [`from_field`] a measurement that is all below noise.
 //!
-//! [`MeasuredReport::energy`] is the energy that the chain was given: the median over the record of
-//! total energy and what losses took, less the bias that noise gives to squares. The largest energy
-//! over time would be picked for its noise.
+//! [`MeasuredReport::energy`] is the energy put into the chain: the median over the record of total
+//! energy plus losses, less the bias that noise adds to squares. The largest energy over time would
+//! be biased by its noise.
 
 mod derive;
 mod drift;
@@ -84,10 +84,10 @@ impl MeasuredMotion {
         )
     }
 
-    /// What is known of contact j, where its force is more than twice its error.
+    /// The estimate of contact j, if its force is more than twice its error.
     ///
     /// # Errors
-    /// [`Error::BelowNoise`] where it is not; [`Error::Request`] for a contact that is not there.
+    /// [`Error::BelowNoise`] if it is not; [`Error::Request`] for a contact that does not exist.
     pub fn check_contact(&self, j: usize) -> Result<&ContactEstimate> {
         let contact = self.report.contacts.get(j).ok_or_else(|| Error::Request {
             option: "contact",
@@ -201,7 +201,7 @@ pub fn from_velocities(
     })
 }
 
-/// The record without gaps, which channels are dead, and what is known of the others.
+/// The record without gaps, the dead channels, and the noise and drift of the others.
 fn channels(
     record: ArrayView2<f64>,
     chain: &Chain,
@@ -217,7 +217,7 @@ fn channels(
         .collect();
     for j in 0..n {
         let gap = record.column(j).iter().all(|v| v.is_nan());
-        // A wave has passed over a channel of zeros before others that record it.
+        // A channel of zeros is dead if a later channel records the wave.
         let passed = silent[j] && silent[j + 1..].contains(&false);
         missing[j] |= gap || passed;
     }
@@ -242,7 +242,7 @@ fn channels(
         });
     }
     let mut channels = Channels::of(record.view(), &missing, options)?;
-    // Where others record noise, zeros are no site at rest.
+    // If others record noise, a channel of zeros is not a site at rest.
     let noisy = channels
         .sites
         .iter()

@@ -95,7 +95,7 @@ impl Fitter {
                 }
             }
         }
-        // Momenta known to rounding are to have no more weight than all others together.
+        // Momenta known to rounding must not outweigh all others together.
         let most = open.iter().fold(0.0, |m: f64, e| m.max(*e));
         Fitter {
             pushes,
@@ -111,7 +111,7 @@ impl Fitter {
         }
     }
 
-    /// The factors that fit best, from every so many-th sample of what the weights are for.
+    /// The best-fitting factors, from every `every`-th sample.
     pub(super) fn fit(&self, derived: &Derived, every: usize) -> Fit {
         let mut normal: Vec<Vec<(usize, f64)>> = vec![Vec::new(); self.contacts];
         let mut right = vec![0.0; self.contacts];

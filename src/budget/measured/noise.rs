@@ -1,12 +1,12 @@
-//! Noise and drift of each channel, from what it records before the wave arrives.
+//! Noise and drift of each channel, from its record before the wave arrives.
 //!
 //! A channel is taken as `v + b + s t + noise`, t from the start of the motion, with white noise of
 //! deviation sigma. sigma, b and s come from a straight line through the quiet part. A short quiet
-//! part says little of b and less of s; what the other channels have stands in: b and s are
-//! normal, as large as over all channels together (less what noise explains, plus the standard
-//! error of that), and are estimated given both. The covariance of b and s that remains is carried
-//! on. Noise that is correlated from sample to sample integrates to more than its deviation says,
-//! so sigma is then raised by the root of the correlation time.
+//! part determines b poorly and s worse, so the other channels serve as prior: b and s are normal
+//! with the variance over all channels (less the part due to noise, plus its standard error). The
+//! posterior covariance of b and s is propagated. Noise that is correlated from sample to sample
+//! integrates to more than white noise of the same deviation, so sigma is then multiplied by the
+//! root of the correlation time.
 
 use ndarray::ArrayView2;
 
@@ -15,7 +15,7 @@ use super::quiet::{QuietPart, quiet_part};
 use super::{Drift, MeasuredOptions, Noise};
 use crate::error::{Error, Result};
 
-/// Samples that a channel's own noise is told from.
+/// Fewest quiet samples from which a channel's own noise is estimated.
 pub(super) const LEAST_QUIET: usize = 32;
 
 /// Lags over which noise may be correlated.
@@ -24,14 +24,14 @@ const LAGS: usize = 8;
 /// Share of the largest velocity below which samples are no noise.
 const ROUNDING: f64 = 1e-12;
 
-/// Share of the largest velocity below which noise is no reason to take a site to be at rest: the
-/// foot of the wave is then lost for nothing.
+/// Share of the largest velocity below which noise is negligible. A site is then not taken to be at
+/// rest, which would cut the foot of the wave for nothing.
 const CLEAN: f64 = 1e-6;
 
 /// Share of the largest velocity above which a steady level is a site in flight, not an offset.
 const FLIGHT: f64 = 0.2;
 
-/// What is known of a channel.
+/// Noise and drift of a channel.
 #[derive(Debug, Clone, PartialEq, serde::Serialize)]
 pub struct SiteNoise {
     /// Sample of the record at which the wave arrives; `None` where it does not.
@@ -53,7 +53,7 @@ pub struct SiteNoise {
     pub(super) covariance: f64,
 }
 
-/// What is known of all channels.
+/// Noise and drift of all channels.
 #[derive(Debug, Clone)]
 pub(super) struct Channels {
     pub(super) sites: Vec<SiteNoise>,
@@ -179,8 +179,8 @@ impl Channels {
     }
 }
 
-/// Until when site j is taken to be at rest: where no wave is seen, until one may have come over
-/// from a neighbour; not at all where the quiet part is too short to be sure of.
+/// The sample until which site j is at rest. If no wave is detected there, until one may arrive
+/// from a neighbour; 0 if the quiet part is too short.
 fn rest(quiet: &[QuietPart], missing: &[bool], j: usize) -> usize {
     let seen = |j: usize| {
         let samples = quiet[j].samples;

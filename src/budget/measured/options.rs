@@ -23,14 +23,15 @@ pub enum Drift {
     None,
     /// A constant offset each.
     Constant,
-    /// An offset and a slope each. That no slope is seen in the quiet part does not exclude one
-    /// that matters later, which errors then allow for.
+    /// An offset and a slope each. A slope too small to detect in the quiet part can matter later;
+    /// the errors allow for it.
     #[default]
     Linear,
 }
 
-/// Relative standard uncertainties of what is known beside the record. Each is a factor `exp(u z)`
-/// with a normal z of its own, u from a list: empty (known exactly), one value for all, or one each.
+/// Relative standard uncertainties of gains, coefficients and masses. Each factor is `exp(u z)`
+/// with an independent normal z. A list of u is empty (known exactly), one value for all, or one
+/// value each.
 #[derive(Debug, Clone, PartialEq, Default)]
 pub struct Uncertainty {
     /// Of the gain of each channel.
@@ -74,10 +75,11 @@ impl Uncertainty {
 /// How a measurement is read.
 #[derive(Debug, Clone, PartialEq)]
 pub struct MeasuredOptions {
-    /// Sample of the record at which all contacts just touch; those before it only tell the noise.
+    /// Sample of the record at which all contacts just touch; earlier samples only serve to
+    /// estimate the noise.
     pub start: usize,
     pub noise: Noise,
-    /// Looked for in quiet parts only, so not where the noise is stated.
+    /// Estimated from quiet parts only, so not if the noise is stated.
     pub drift: Drift,
     pub uncertainty: Uncertainty,
     /// Sites whose channel is known to be dead, beside those that record nothing but zeros or gaps.

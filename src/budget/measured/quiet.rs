@@ -1,10 +1,9 @@
-//! When the wave arrives at a site, and what its record holds before.
+//! Arrival of the wave at a site, and the quiet part of its record before.
 //!
-//! Up to its largest deviation a record is cut in two where both parts together are most likely as
-//! independent normal samples of two variances, `k ln var_1 + (n - k) ln var_2` at its least. The
-//! quiet part ends before that by twice the time that the record takes from there to half of its
-//! largest deviation, or four times that from there to the largest, since a wave's foot lies below
-//! the noise.
+//! The record up to its largest deviation is split where the likelihood of two independent normal
+//! samples of different variances is largest: where `k ln var_1 + (n - k) ln var_2` is least. The
+//! foot of a wave is below the noise, so the quiet part ends earlier: by twice the time from the
+//! split to half of the largest deviation, or four times the time from there to the largest.
 //!
 //! Source: N. Maeda, *A method for reading and checking phase times in auto-processing system of
 //! seismic wave data*, Zisin 38 (1985) 365.
@@ -45,7 +44,7 @@ pub(super) fn quiet_part(record: &[f64]) -> QuietPart {
             samples: n,
         };
     }
-    // So early a peak cannot be told from the motion of a site that is struck at once.
+    // So early a peak is indistinguishable from the motion of a site that is struck at once.
     if peak < 2 * LEAST_PART {
         return QuietPart::NONE;
     }
@@ -87,12 +86,12 @@ fn foot(record: &[f64], arrival: usize, end: usize) -> usize {
     let rise = (arrival..peak)
         .take_while(|i| off(*i) < 0.5 * off(peak))
         .count();
-    // Strong noise hides all of the front but its top, whose length then tells.
+    // Strong noise hides the front except its top; the top's length is then used.
     let top = (2 * (peak - arrival - rise)).min(arrival / 4);
     2 * rise.max(top).max(1)
 }
 
-/// What is likely of a record.
+/// The more likely description of a record.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 enum Cut {
     /// That its variance does not change.
@@ -119,7 +118,7 @@ fn cut(record: &[f64], middle: f64, scale: f64) -> Cut {
         let lever = moment - sum * (0.5 * (from + to - 1) as f64);
         let spread = count * (count * count - 1.0) / 12.0;
         let left = squares - sum * sum / count - lever * lever / spread;
-        // Rounding of the sums is the least variance that can be told.
+        // A variance below the rounding of the sums cannot be resolved.
         count * (left / count).max(1e-14).ln()
     };
     let of = |k: usize| cost(0, k) + cost(k, n);

@@ -12,7 +12,7 @@ use crate::numeric::Random;
 /// Repetitions that are computed before they are added up in order.
 const BATCH: usize = 4;
 
-/// What normal numbers are drawn for; each draws from streams of its own.
+/// The purposes of normal numbers; each has its own random streams.
 #[derive(Debug, Clone, Copy)]
 enum Of {
     Channel,

@@ -47,7 +47,7 @@ pub struct MissingSite {
     pub velocity: Estimate,
 }
 
-/// What is known of a contact.
+/// Results for a contact.
 #[derive(Debug, Clone, Copy, PartialEq, serde::Serialize)]
 pub struct ContactEstimate {
     /// Largest force, with its error at that time.

@@ -23,16 +23,16 @@ use crate::error::{Error, Result};
 use crate::observer::{Observer, Silent};
 use crate::system::memory::available_memory;
 
-/// Repetitions at work together, the sums, and what they are compared with.
+/// Copies of the curves: repetitions computed together, the sums, and the reference.
 const HELD: u64 = 7;
 
 impl MeasuredMotion {
-    /// The budgets with the standard errors of their curves; the arrays over time go to `sink` block
-    /// by block, and their standard errors are returned. Energies are relative to that which the
-    /// chain was given.
+    /// The budgets with the standard errors of their curves; the arrays over time go to `sink`
+    /// block by block, and their standard errors are returned. Energies are relative to the energy
+    /// put into the chain.
     ///
     /// # Errors
-    /// As [`crate::budget::run`]; [`Error::Request`] for an integration along steps, of which a
+    /// As [`crate::budget::run`]; [`Error::Request`] for an integration along steps, since a
     /// measurement has none; [`Error::Memory`].
     pub fn run(
         &self,
@@ -229,7 +229,7 @@ fn shifted(full: &Array2<f64>, half: &Array2<f64>) -> Array2<f64> {
     })
 }
 
-/// Parts of the record, over three of which differences by sampling count as alike.
+/// Parts of the record; differences due to sampling are averaged over three of them.
 const PARTS: usize = 64;
 
 /// Adds the largest difference nearby in time, or from the highest frequency down, as squares.
@@ -285,7 +285,7 @@ impl Sink for Only {
         column: usize,
         block: ndarray::ArrayView2<f64>,
     ) -> Result<()> {
-        // What was not reserved is not kept.
+        // Arrays that were not reserved are dropped.
         self.0.put(array, row, column, block)
     }
 }

@@ -1,4 +1,4 @@
-//! Findings about a measurement, said to a person.
+//! Warnings about a measurement.
 
 use super::{ContactEstimate, Factor, MissingSite, Momentum, SiteNoise};
 
@@ -24,7 +24,7 @@ pub enum MeasuredWarning {
     Missing { sites: Vec<usize> },
     /// Sites with no quiet part of their own, or too short a one.
     NoQuietPart { sites: Vec<usize> },
-    /// Noise that is correlated over so many samples.
+    /// Noise that is correlated over `samples` samples.
     CorrelatedNoise { samples: f64 },
 }
 

@@ -1,7 +1,7 @@
-//! Eight numbers side by side, in the widest registers that the processor has.
+//! Vectors of eight numbers in the widest registers that the processor has.
 //!
-//! Every operation rounds each lane as it would round a number alone, and sums are never
-//! contracted, so that all levels give the same bits.
+//! Every operation rounds each lane like a scalar, and products are never fused with sums, so all
+//! instruction sets give the same bits.
 
 #[cfg(target_arch = "x86_64")]
 mod x86;
@@ -51,7 +51,7 @@ pub(crate) trait Number:
 
     fn sqrt(self) -> Self;
 
-    /// `yes` where this is above 0, `no` elsewhere.
+    /// `yes` where this is above 0, else `no`.
     fn choose(self, yes: Self, no: Self) -> Self;
 
     /// By a function of single numbers.
@@ -85,10 +85,10 @@ pub(crate) trait Lanes: Number {
 
     fn write(self, to: &mut [f64; WIDTH]);
 
-    /// Itself where less than `old`, else `old`, beside what is not a number too.
+    /// Itself where less than `old`, else `old`; `old` also where this is NaN.
     fn least(self, old: Self) -> Self;
 
-    /// Itself where larger than `old`, else `old`, beside what is not a number too.
+    /// Itself where larger than `old`, else `old`; `old` also where this is NaN.
     fn largest(self, old: Self) -> Self;
 
     /// Itself where equal to `other`, else `no`.
@@ -104,8 +104,8 @@ pub(crate) trait Lanes: Number {
     fn positive_mask(self) -> u8;
 }
 
-/// Work that is compiled once a level, be it on lanes or in loops over slices that the compiler
-/// makes as wide as the level's registers.
+/// Work that is compiled once for each instruction set, with explicit lanes or with loops that the
+/// compiler vectorizes.
 pub(crate) trait SimdKernel {
     type Output;
 

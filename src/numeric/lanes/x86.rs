@@ -117,7 +117,7 @@ impl Lanes for Avx512 {
         unsafe { _mm512_storeu_pd(to.as_mut_ptr(), self.0) }
     }
 
-    // Of equal numbers, and beside what is not one, these give the second.
+    // For equal numbers and for NaN these return the second operand.
     #[inline(always)]
     fn least(self, old: Avx512) -> Avx512 {
         Avx512(unsafe { _mm512_min_pd(self.0, old.0) })

@@ -75,7 +75,7 @@ impl Payload {
         }
     }
 
-    /// JSON that cannot end the script element it stands in.
+    /// JSON that cannot end the script element around it.
     pub fn json(&self) -> String {
         serde_json::to_string(self)
             .unwrap_or_else(|_| "null".into())

@@ -1,7 +1,7 @@
-//! Run files: the arrays of a run with the scene that it is a run of, one `.npz` archive.
+//! Run files: the arrays of a run and its scene in one `.npz` archive.
 //!
-//! A file appears whole or not at all. What is read back is checked against the scene in the file:
-//! every array that the scene records is there, in the shape that it says.
+//! A file appears whole or not at all. Reading checks the arrays against the scene in the file:
+//! every array that the scene records is present and has the right shape.
 
 mod read;
 mod write;
@@ -62,8 +62,8 @@ impl RunFile {
     /// Reads a run back.
     ///
     /// # Errors
-    /// [`Error::Read`]; [`Error::Input`] for a file that is no run or whose arrays are not what
-    /// its scene says; [`Error::Scene`] for a scene that is at fault.
+    /// [`Error::Read`]; [`Error::Input`] for a file that is no run or whose arrays do not fit its
+    /// scene; [`Error::Scene`] for an invalid scene.
     pub fn read(path: &Path) -> Result<RunFile> {
         read::run_file(path)
     }
