@@ -92,7 +92,7 @@ impl StoredRequest for StoredLength {
             let (found, asked) = (&self.version, &asked.version);
             format!("it was made by version {found}, this is {asked}")
         } else if self.scenes != asked.scenes {
-            "it is of other chains".into()
+            "it belongs to other chains".into()
         } else {
             "its lengths, senses or bands differ".into()
         })

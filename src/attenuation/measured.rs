@@ -55,8 +55,8 @@ pub fn read_curve(path: &Path) -> Result<Vec<MeasuredPoint>> {
         },
     };
     let text = String::from_utf8(bytes).map_err(|_| {
-        let expected = "a table of text; a field of velocities is not read as a curve";
-        fault(1, expected, "bytes that are no text".into())
+        let expected = "a text table; a velocity field cannot be read as a curve";
+        fault(1, expected, "bytes that are not text (UTF-8)".into())
     })?;
     let mut points: Vec<MeasuredPoint> = Vec::new();
     let mut headed = false;

@@ -142,7 +142,7 @@ pub(super) fn contacts(simulation: &Simulation, sense: Sense) -> Result<Range<us
     let chain = &simulation.chain;
     let (last, n) = (chain.n_sites() - 1, chain.n_contacts());
     let refused = match (sense, chain.ends) {
-        (_, Ends::Periodic) => Some(("ends", "ends that a pulse does not run around", "periodic")),
+        (_, Ends::Periodic) => Some(("ends", "ends that are not periodic", "periodic")),
         (Sense::Wall, Ends::Free) => Some(("ends", "a wall for the force on it", "free ends")),
         _ if last > 0 && simulation.velocity[last] != 0.0 => Some((
             "velocities",

@@ -103,7 +103,7 @@ impl StoredRequest for StoredTransmission {
             let (found, asked) = (&self.version, &asked.version);
             Some(format!("it was made by version {found}, this is {asked}"))
         } else if self.scene != asked.scene {
-            Some("it is of another scene".into())
+            Some("it belongs to another scene".into())
         } else {
             None
         }

@@ -75,7 +75,7 @@ impl Comparison {
         if orders.is_empty() || *orders.start() == 0 || *orders.end() > LARGEST_ORDER {
             return Err(Error::Request {
                 option: "order",
-                expected: format!("orders from 1 to {LARGEST_ORDER}, the first one first"),
+                expected: format!("an ascending range of orders from 1 to {LARGEST_ORDER}"),
                 found: format!("{}..{}", orders.start(), orders.end()),
             });
         }

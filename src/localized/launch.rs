@@ -56,7 +56,7 @@ impl Wave {
         if cells == 0 {
             return Err(Error::Request {
                 option: "cells",
-                expected: "a cell or more".into(),
+                expected: "at least one cell".into(),
                 found: "0".into(),
             });
         }

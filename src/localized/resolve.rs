@@ -103,13 +103,13 @@ impl Search {
         if changes.resolution > LARGEST_CHANGE {
             let found = match changes.resolution {
                 change if change.is_finite() => format!("a relative change of {change:.1e}"),
-                _ => "one resolution alone".to_owned(),
+                _ => "a single resolution".to_owned(),
             };
             let most = self.most_points;
             return Err(unresolved(
                 "the localized wave",
-                format!("a ratio of order {order} that stands when the resolution is raised"),
-                format!("{found} with up to {most} times on half a period"),
+                format!("a ratio of order {order} that converges as the resolution is raised"),
+                format!("{found} with up to {most} grid points per half period"),
             ));
         }
         let longer = Grid {
@@ -146,9 +146,9 @@ impl Search {
             }
             _ => Err(unresolved(
                 "the localized wave",
-                format!("Newton's steps that converge at order {order}"),
+                format!("Newton's method to converge at order {order}"),
                 format!(
-                    "none with {} times in a period of {}",
+                    "no convergence with {} grid points in a period of {}",
                     2 * to.half,
                     to.period
                 ),

@@ -94,7 +94,7 @@ impl Search {
                 return self.refine(grid, root, order, Identity::Counted);
             }
             found = format!(
-                "one of {} maxima at the ratio {}, next to the estimate of order {}",
+                "one with {} maxima at the ratio {}, nearest to the estimate of order {}",
                 wave.order,
                 wave.ratio,
                 self.nearest(wave.ratio)
@@ -128,7 +128,7 @@ impl Search {
         let Some((grid, root)) = self.first(self.family.stiffening(ratio)) else {
             return Err(unresolved(
                 "the localized wave",
-                format!("Newton's steps that converge from the ratio {ratio}"),
+                format!("Newton's method to converge from the ratio {ratio}"),
                 "none".into(),
             ));
         };
@@ -144,7 +144,8 @@ impl Search {
         if known && !self.is_of(&wave, wave.order) {
             return Err(unresolved(
                 "the localized wave",
-                "as many maxima of the fast part as the order of the nearest estimate".into(),
+                "a number of maxima of the fast part equal to the order of the nearest estimate"
+                    .into(),
                 format!(
                     "{} and {} at the ratio {}",
                     wave.order,

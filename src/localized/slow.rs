@@ -155,7 +155,7 @@ fn solitary_on(grid: Grid, exponent: f64, delay: f64, rate: f64) -> Result<Serie
         Some(root) if root.converged => Ok(Series::even(grid.period, &root.values)),
         _ => Err(unresolved(
             "the solitary wave",
-            "Newton's steps that converge".into(),
+            "Newton's method to converge".into(),
             format!("none at the exponent {exponent}"),
         )),
     }

@@ -12,12 +12,12 @@ use crate::chain::scene::Units;
 /// Ends of an axis of a ratio above which it is logarithmic.
 const WIDE: f64 = 30.0;
 
-/// What is drawn of a row.
+/// The drawn quantity of a row.
 type Value<'a> = &'a dyn Fn(&CurveRow) -> Option<f64>;
 
 const SIZE: (u32, u32) = (720, 430);
 
-/// What was measured.
+/// Measured points.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum Overlay<'a> {
     Nothing,
@@ -101,7 +101,7 @@ pub fn attenuation(attenuation: &Attenuation, overlay: Overlay, format: Format) 
         let series = of(Sense::Chain, value);
         if series.iter().any(|s| !s.points.is_empty()) {
             let chart = Chart::of(title, bodies, label, series);
-            // Shares fall with the length, the others lie above what is small.
+            // Shares fall with the length; the other curves stay above the small values.
             let names = match chart.y.start < 0.0 {
                 true => Corner::UpperRight,
                 false => Corner::LowerRight,
@@ -159,7 +159,7 @@ pub fn transmission(
     for (i, curve) in transmission.curves.iter().enumerate() {
         let extremes = curve.extremes.iter().map(|e| &e.point);
         let dots: Vec<(f64, f64)> = extremes.map(|p| (p.value, p.relative_force)).collect();
-        // The line goes through what was located between its values.
+        // The curve passes through the extrema located between its values.
         forces[i].points.extend(&dots);
         forces[i].points.sort_by(|a, b| a.0.total_cmp(&b.0));
         forces.push(Series::line("", i, dots).with(Look::Dots));

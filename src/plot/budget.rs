@@ -1,4 +1,5 @@
-//! Figures of a budget: maps of its fluxes, what passed and what stayed, and its views side by side.
+//! Figures of a budget: maps of its fluxes, energy passed and left behind, and its views in one
+//! figure.
 
 use super::axis::PlotAxis;
 use super::curve::{self, BLUE, Curve, GREEN, PURPLE, VERMILLION};

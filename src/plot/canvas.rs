@@ -18,13 +18,13 @@ use super::scene::Rect;
 use super::svg::Svg;
 use crate::{Error, Result};
 
-/// Backend units in a pixel: finer than the eye sees, and one decimal in an SVG.
+/// Backend units per pixel: below visibility, and one decimal in an SVG.
 const UNITS: f64 = 10.0;
 
 /// `plotters`' size of a font over its em.
 const SIZE_OVER_EM: f64 = 1.24;
 
-/// A length in pixels as `plotters` takes it on a [`Canvas`]: in tenths of a pixel.
+/// Converts a length in pixels to the units of `plotters` on a [`Canvas`]: tenths of a pixel.
 ///
 /// ```
 /// assert_eq!(wavecascade::plot::px(2.5), 25);
@@ -39,7 +39,7 @@ pub fn sans(pixels: f64) -> FontDesc<'static> {
     FontDesc::new(family, pixels * UNITS * SIZE_OVER_EM, FontStyle::Normal)
 }
 
-/// A place in pixels as `plotters` takes it.
+/// Converts a point in pixels to the units of `plotters`.
 pub(super) fn place((x, y): Point) -> BackendCoord {
     ((x * UNITS).round() as i32, (y * UNITS).round() as i32)
 }
@@ -51,13 +51,13 @@ fn pixels((x, y): BackendCoord) -> Point {
 /// A [`Canvas`] as `plotters` draws on it.
 pub type Area = DrawingArea<CanvasSurface, Shift>;
 
-/// A white sheet for charts of one's own, drawn by `plotters`.
+/// A white drawing area for your own charts, drawn by `plotters`.
 ///
 /// `plotters` places everything in whole units of its backend. Here a unit is a tenth of a pixel,
 /// so that curves and letters are not snapped to pixels: give lengths with [`px`] and fonts with
-/// [`sans`]; what `plotters` chooses by itself (letters of 12 units, ticks of 5) is too small to
-/// see. Strokes are at least a pixel wide. All text is set in DejaVu Sans, which is shipped; no
-/// font is looked for.
+/// [`sans`]; the defaults of `plotters` (letters of 12 units, ticks of 5) are too small to see.
+/// Strokes are at least a pixel wide. All text is set in DejaVu Sans, which is shipped; no system
+/// font is used.
 ///
 /// ```
 /// use wavecascade::plot::plotters::prelude::*;
@@ -92,9 +92,9 @@ pub struct Canvas {
 }
 
 impl Canvas {
-    /// A sheet of `width` by `height` pixels; a PNG file has 1.5 of its own for each.
+    /// A canvas of `width` by `height` pixels; a PNG file has 1.5 pixels for each.
     ///
-    /// The title is what errors call the figure, and what an SVG file is called when read aloud.
+    /// The title names the figure in errors, and is the accessible name of an SVG file.
     ///
     /// # Errors
     /// [`Error::Draw`] if a side is zero or too long.

@@ -12,7 +12,7 @@ use super::marks::{Mark, draw_marks};
 use super::ticks::short;
 use crate::Result;
 
-/// Okabe and Ito's colours, told apart by colour-blind readers.
+/// Colours of Okabe and Ito, safe for colour-blind readers.
 pub const PALETTE: [RGBColor; 7] = [
     RGBColor(0x00, 0x72, 0xb2),
     RGBColor(0xd5, 0x5e, 0x00),

@@ -1,4 +1,4 @@
-//! Panels of curves, each on axes of its own.
+//! Panels of curves with separate axes.
 
 use std::ops::Range;
 

@@ -4,7 +4,7 @@ use super::font;
 use super::panel::{Panel, TICK_SIZE};
 use super::scene::{Anchor, Color, FAINT, Rect, Scene};
 
-// Okabe and Ito's colours, told apart by colour-blind readers.
+// Colours of Okabe and Ito, safe for colour-blind readers.
 pub(super) const BLUE: Color = [0x00, 0x72, 0xb2];
 pub(super) const VERMILLION: Color = [0xd5, 0x5e, 0x00];
 pub(super) const GREEN: Color = [0x00, 0x9e, 0x73];
@@ -48,7 +48,7 @@ impl Curve<'_> {
         }
     }
 
-    /// A line, or a dot for what is too short to be seen as one.
+    /// A line, or a dot if it is too short to be visible.
     fn draw_run(&self, scene: &mut Scene, run: Vec<(f64, f64)>) {
         let Some(&(x, y)) = run.first() else {
             return;

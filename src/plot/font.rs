@@ -17,7 +17,7 @@ const DESCENT: f64 = 0.24;
 /// A glyph's closed contours, in units of the em, y upwards.
 pub(super) struct Glyph {
     pub curves: Vec<OutlineCurve>,
-    /// Where its origin lies on the line of text, in units of the em.
+    /// Its origin on the line of text, in units of the em.
     pub offset: f64,
 }
 
@@ -67,7 +67,7 @@ pub(super) fn width(text: &str, size: f64) -> f64 {
     text.chars().map(advance).sum::<f64>() * size
 }
 
-/// How far below the anchor of a text its baseline lies; the middle is that of a digit.
+/// Distance of a text's baseline below its anchor; the middle is that of a digit.
 pub(super) fn baseline(anchor: VPos, size: f64) -> f64 {
     size * match anchor {
         VPos::Top => ASCENT,

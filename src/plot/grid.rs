@@ -1,4 +1,4 @@
-//! Maps side by side, on colour scales that some of them share.
+//! A row of maps, some of them on a common colour scale.
 
 use super::Figure;
 use super::axis::PlotAxis;
@@ -26,7 +26,7 @@ const WHITE: Color = [255; 3];
 pub struct Colours(ColorScale);
 
 impl Colours {
-    /// Logarithmic over so many decades; one cell in two hundred of those that are not 0 is above.
+    /// Logarithmic over this many decades; one nonzero cell in two hundred is above.
     pub fn log(maps: &[&Map], decades: f64) -> Colours {
         let high = match ordinary(maps.iter().copied().flat_map(values)) {
             0.0 => 1.0,
@@ -45,7 +45,8 @@ impl Colours {
         Colours(ColorScale::diverging(std::iter::once(limit)))
     }
 
-    /// About zero, logarithmic both ways over so many decades below the largest magnitude.
+    /// Symmetric about 0, logarithmic in both directions over this many decades below the largest
+    /// magnitude.
     pub fn signed(maps: &[&Map], decades: f64) -> Colours {
         let all = maps.iter().copied().flat_map(values);
         Colours(ColorScale::signed(all, decades))
@@ -60,7 +61,7 @@ pub struct Tile<'a> {
     pub colours: Colours,
     /// Points of a line over the map; may be empty.
     pub line: &'a [(f64, f64)],
-    /// A part of the map at a scale of its own, in the upper right corner.
+    /// An inset: a part of the map with its own scale, in the upper right corner.
     pub inset: Option<&'a Map>,
 }
 
@@ -131,7 +132,7 @@ fn over(rect: Rect, map: &Map) -> Panel {
     Panel::new(rect, axis(&map.x), axis(&map.y))
 }
 
-/// White on a dark ground of its own, to be seen on every colour.
+/// White on a dark background, visible on every colour.
 fn line(scene: &mut Scene, panel: &Panel, points: &[(f64, f64)]) {
     let rect = panel.rect;
     let inside = |(x, y): (f64, f64)| {

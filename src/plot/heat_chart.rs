@@ -12,7 +12,7 @@ use super::marks::{Mark, draw_marks};
 use super::ticks::short;
 use crate::Result;
 
-/// Room for the colour bar with its labels, in pixels.
+/// Width of the colour bar with its labels, in pixels.
 const BAR: f64 = 110.0;
 /// Cells of the colour bar.
 const STEPS: usize = 128;
@@ -29,7 +29,7 @@ pub struct HeatChart {
     pub y: Range<f64>,
     pub log_x: bool,
     pub values: Array2<f64>,
-    /// What the ends of the colours stand for; where it is symmetric about 0, colours diverge.
+    /// Values at the ends of the colour scale; if symmetric about 0, the colour map is diverging.
     pub scale: Range<f64>,
     /// Uprights over the map.
     pub marks: Vec<Mark>,

@@ -69,7 +69,7 @@ pub fn journey(journey: &Journey, format: Format) -> Result<Vec<u8>> {
         curve("at the end, moved back", &end[moved..]),
     ];
     let title = format!("order {}, {}", journey.order, titled(journey.ratio));
-    // What is 0 is drawn as rounding.
+    // Zeros are drawn as rounding.
     let decades = |value: f64| value.abs().max(1e-17).log10();
     let along = |value: &dyn Fn(usize) -> f64| -> Vec<(f64, f64)> {
         (0..journey.course.len())

@@ -1,4 +1,4 @@
-//! Uprights over a chart, and where the words at their upper ends stand.
+//! Vertical lines over a chart, and the positions of the labels at their upper ends.
 
 use plotters::coord::ranged1d::Ranged;
 use plotters::prelude::*;
@@ -7,7 +7,7 @@ use super::canvas::{CanvasSurface, px, sans};
 use super::font;
 use crate::Result;
 
-/// Size of the words in pixels, the distance of their rows, and the room left beside them.
+/// Size of the labels in pixels, the distance of their rows, and their margin.
 const SIZE: f64 = 13.0;
 const ROW: f64 = 17.0;
 const GAP: f64 = 3.0;

@@ -1,8 +1,8 @@
 //! Figures from results, as PNG and SVG; computes nothing.
 //!
-//! Each figure is a function of an [`Analysis`] that draws what it holds, or `None` where the
-//! result was not asked for. [`draw_all`] draws and writes every one of them. They are drawn by
-//! [`plotters`] on a [`Canvas`], which takes charts of one's own as well.
+//! Each figure is a function of an [`Analysis`]; it gives `None` if the result was not requested.
+//! [`draw_all`] draws and writes all of them. They are drawn by [`plotters`] on a [`Canvas`], which
+//! also serves your own charts.
 
 mod attenuation;
 mod axis;
@@ -84,7 +84,7 @@ pub struct Figure {
 }
 
 impl Figure {
-    /// What it shows, in words.
+    /// Its caption.
     pub fn title(&self) -> &str {
         &self.scene.title
     }

@@ -24,7 +24,7 @@ pub(super) enum Brush {
     Stroke(f64),
 }
 
-/// How a line of text stands; `size` is the em.
+/// Alignment of a line of text; `size` is the em.
 pub(super) struct Lettering {
     pub size: f64,
     pub color: BackendColor,
@@ -33,7 +33,7 @@ pub(super) struct Lettering {
 }
 
 impl Lettering {
-    /// Degrees that the text is turned by, clockwise.
+    /// Rotation of the text in degrees, clockwise.
     pub fn degrees(&self) -> i32 {
         match self.turn {
             FontTransform::None => 0,

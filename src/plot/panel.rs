@@ -151,15 +151,15 @@ impl Panel {
     }
 }
 
-/// Where a label stands beside what it names.
+/// Position of a label relative to its subject.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(super) enum LabelSide {
     Left,
     Right,
 }
 
-/// A label that reads upwards, centred on `at`; where that is too long for `room`, in two lines,
-/// the name and what stands in brackets, the second further out than `at`.
+/// A label that reads upwards, centred on `at`. If it is longer than `room`, it has two lines, the
+/// name and the part in brackets, the second further out than `at`.
 pub(super) fn label_upright(
     scene: &mut Scene,
     label: &str,
@@ -193,7 +193,7 @@ pub(super) fn label_upright(
     }
 }
 
-/// Text on a picture, on a white ground of its own.
+/// Text on a picture, with a white background.
 pub(super) fn note(scene: &mut Scene, text: &str, (x, y): (f64, f64), anchor: Anchor) {
     let width = font::width(text, TICK_SIZE);
     let left = match anchor {
@@ -211,7 +211,7 @@ pub(super) fn note(scene: &mut Scene, text: &str, (x, y): (f64, f64), anchor: An
     scene.text(text, (x, y), TICK_SIZE, anchor);
 }
 
-/// The figure's title and, at the right, what it is a figure of.
+/// The figure's title and, at the right, the name of its data.
 pub(super) fn heading(scene: &mut Scene, title: &str, name: &str) {
     let width = f64::from(scene.width);
     let size = 25.0;

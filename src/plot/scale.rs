@@ -38,7 +38,7 @@ impl ColorScale {
         }
     }
 
-    /// Logarithmic both ways over so many decades below the largest magnitude.
+    /// Logarithmic in both directions over this many decades below the largest magnitude.
     pub fn signed(values: impl Iterator<Item = f64>, decades: f64) -> Self {
         let limit = values
             .filter(|v| v.is_finite())
@@ -93,7 +93,7 @@ impl ColorScale {
         }
     }
 
-    /// Place of `value` along the scale, 0 to 1; `None` for what is not finite.
+    /// Position of `value` along the scale, 0 to 1; `None` unless finite.
     pub fn share(&self, value: f64) -> Option<f64> {
         if !value.is_finite() {
             return None;
@@ -145,7 +145,7 @@ impl ColorScale {
         matches!(self, ColorScale::Log { smaller: true, .. })
     }
 
-    /// What the lowest colour stands for, where it is more than one value.
+    /// Meaning of the lowest colour, if it covers more than one value.
     pub fn lowest_text(&self) -> Option<String> {
         match *self {
             ColorScale::Log {

@@ -59,7 +59,7 @@ impl<'a> PointCollection<'a, BackendCoord> for &'a Image {
     }
 }
 
-/// An element of its own, since those of `plotters` do not stretch their pixels.
+/// A separate element, since those of `plotters` do not scale their pixels.
 impl Drawable<CanvasSurface> for Image {
     fn draw<I: Iterator<Item = BackendCoord>>(
         &self,
@@ -80,7 +80,7 @@ impl Drawable<CanvasSurface> for Image {
     }
 }
 
-/// Which point of a text lies at its coordinates; vertically it is always the middle.
+/// The point of a text at its coordinates; vertically always the middle.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(super) enum Anchor {
     Start,

@@ -122,7 +122,7 @@ fn ink(name: &str, BackendColor { alpha, rgb }: BackendColor) -> String {
     }
 }
 
-/// Text as XML takes it; characters that XML forbids become U+FFFD.
+/// Text escaped for XML; characters that XML forbids become U+FFFD.
 fn escape(text: &str) -> String {
     let mut out = String::with_capacity(text.len());
     for c in text.chars() {

@@ -150,8 +150,9 @@ pub(super) fn power_of_ten(exponent: i32) -> String {
     format!("10{raised}")
 }
 
-/// A tick's label in ASCII, as few digits as say it, all of an axis written alike: with exponents
-/// where the axis's largest magnitude (on a logarithmic one, either end) is tiny or huge.
+/// A tick's label in ASCII with the fewest digits that identify it, all labels of an axis in one
+/// format: with exponents where the axis's largest magnitude (on a logarithmic one, either end) is
+/// tiny or huge.
 pub(super) fn short(v: f64, axis: &Range<f64>, logarithmic: bool) -> String {
     let plain = |size: f64| (1e-3..=1e5).contains(&size);
     if logarithmic {

@@ -1,4 +1,4 @@
-//! The views of a budget, or of several, side by side.
+//! The views of one or more budgets in one figure.
 
 use std::f64::consts::PI;
 
@@ -17,7 +17,7 @@ const COLORS: [(Color, Color); 3] = [
     (GREEN, PURPLE),
 ];
 
-/// A curve with what it is drawn from.
+/// A curve and its data.
 struct View {
     label: String,
     color: Color,

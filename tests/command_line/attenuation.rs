@@ -316,7 +316,7 @@ fn what_is_typed_wrong_ends_with_code_2_and_says_what() {
         (
             &["attenuate", "--ratios", "2", "--measured", "field.npz"],
             1,
-            "field.npz: line 1: expected a table of text",
+            "field.npz: line 1: expected a text table",
         ),
         (&["attenuate", "none.toml"], 1, "none.toml"),
         (

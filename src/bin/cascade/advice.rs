@@ -56,7 +56,9 @@ fn of_input(fault: &InputFault) -> Option<String> {
         Empty | NoRows | NoSamples { .. } => {
             "check that the program which wrote the file had finished"
         }
-        Curve { .. } => "write one row a point: abscissa, value, standard error if it is known",
+        Curve { .. } => {
+            "write one row for each point: abscissa, value, standard error if it is known"
+        }
         NotAFile {
             found: FileKind::Directory,
         } => "name a file inside it",

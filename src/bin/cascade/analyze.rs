@@ -68,7 +68,7 @@ pub fn run(typed: Analyze) -> Result<(), Failure> {
     progress.begin_writing();
     let directory = ResultDirectory::create(&out, typed.force)?;
     let archive = Archive::create(&directory.path().join("spectra.npz"), request.precision)?;
-    // Threads that wait in a pass take their share of the hash.
+    // Threads that are idle in a pass help with the hash.
     let (analysis, hash) = rayon::join(
         || run_plan(&field, &plan, &archive, &progress),
         || match hash_first {
@@ -80,7 +80,7 @@ pub fn run(typed: Analyze) -> Result<(), Failure> {
     analysis.content_hash = analysis.content_hash.or(hash?);
     let opened = field.file_state();
     let read_as = conclusions(&field);
-    // To let go of a mapped file takes about as long as to write what is left.
+    // Unmapping a file takes about as long as writing the remaining results.
     let (written, ()) = rayon::join(
         || {
             write_small_arrays(&analysis, &archive)?;
@@ -161,7 +161,7 @@ fn budget(
     Ok((Some(budget), closure))
 }
 
-/// Draws figures and the report side by side.
+/// Draws figures and the report in parallel.
 fn draw(
     analysis: &Analysis,
     formats: &[Format],
@@ -180,7 +180,7 @@ fn draw(
     Ok(())
 }
 
-/// What was found and where it is kept.
+/// The analysis and the path of its results, for the summary.
 struct Told<'a> {
     analysis: &'a Analysis,
     read_as: &'a [String],
@@ -295,13 +295,13 @@ pub fn formats(typed: &[FigureArg]) -> Result<Vec<Format>, Failure> {
     Ok(chosen)
 }
 
-/// Whether reading the file once takes a while.
+/// Whether reading the file once is slow enough to show progress.
 fn is_long(field: &Path) -> bool {
     const A_WHILE: u64 = 256 << 20;
     std::fs::metadata(field).is_ok_and(|file| file.len() > A_WHILE)
 }
 
-/// Whatever works outside of the plan, hashing and drawing, keeps to as many threads.
+/// Limits the global pool, which hashes and draws, to `threads` threads.
 pub fn use_threads(threads: Option<usize>) -> Result<(), Failure> {
     let Some(threads) = threads else {
         return Ok(());

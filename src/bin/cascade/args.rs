@@ -23,15 +23,15 @@ pub enum Command {
     /// Analyse a field: from a file to a report of where its energy goes.
     ///
     /// FIELD holds samples v(t, x): `.npy`, `.npz`, or a table of text (`.csv`, `.tsv`, `.txt`). An
-    /// array does not say which axis is time: that is `--layout`. Axes and units are given here,
-    /// or in a sidecar beside the file, field.toml for field.npy (keys layout, dt, rate, dx, t0, x0,
-    /// time_unit, space_unit, quantity, unit), or are known from the file; an axis of which nothing
-    /// is known counts samples or sites.
+    /// array does not say which axis is time: that is `--layout`. Axes and units come from options,
+    /// from a sidecar file, field.toml for field.npy (keys layout, dt, rate, dx, t0, x0, time_unit,
+    /// space_unit, quantity, unit), or from the file; an axis without a stated step counts samples
+    /// or sites.
     Analyze(Box<Analyze>),
-    /// Keep of a field what lies in a band of frequency, wavenumber or speed, or travels one way.
+    /// Filter a field by frequency, wavenumber, speed or direction of travel.
     ///
-    /// The field is transformed in time and space, multiplied by 1 or 0, and transformed back; what
-    /// passes is a field with the same axes. All bands passed together are the field, to rounding.
+    /// The field is transformed in time and space, multiplied by 1 or 0, and transformed back. The
+    /// result is a field with the same axes. Adjacent bands sum to the field, to rounding.
     Filter(Box<crate::filter::Filter>),
     /// Follow the energy of a simulated chain: balances that close.
     ///
@@ -43,19 +43,19 @@ pub enum Command {
     Compare(Box<crate::compare::Compare>),
     /// Simulate a chain: from a scene to a run file.
     ///
-    /// SCENE is a text file (TOML) that `cascade scene` explains. Every key of it is an option too,
-    /// and takes precedence over the file: `stiffness_ratio = 4.9` and `--stiffness-ratio 4.9`. The
-    /// run file (`.npz`) holds time, velocity, displacement, force, energy passed, masses,
-    /// coefficients and the scene; `cascade analyze` reads it with all axes known.
+    /// SCENE is a text file (TOML) that `cascade scene` explains. Every key is an option too, which
+    /// overrides the file: `stiffness_ratio = 4.9` and `--stiffness-ratio 4.9`. The run file
+    /// (`.npz`) holds time, velocity, displacement, force, energy passed, masses, coefficients and
+    /// the scene; `cascade analyze` reads it with all axes known.
     Simulate(Box<Simulate>),
     /// Run chains that differ in a few keys of one scene, to one table.
     ///
-    /// The members are all combinations of the varied values. What each comes to is kept in the
-    /// directory at once; interrupted or killed, the same command goes on where it was. The table
-    /// (`table.csv`) is written when all members are known: largest forces (located between
-    /// samples), energies, estimated errors, one row a member.
+    /// The members are all combinations of the varied values. Each result is saved in the directory
+    /// at once; after an interrupt or kill, the same command resumes. The table (`table.csv`) is
+    /// written when all members are done, one row for each: largest forces (located between
+    /// samples), energies, estimated errors.
     Sweep(Box<SweepCommand>),
-    /// Print a commented scene to start from, or say what a scene describes.
+    /// Print a commented scene to start from, or describe a scene.
     Scene(SceneCommand),
     /// Print the Hertz contact of two equal crossed cylinders, or the angle of a stiffness ratio.
     Contact(Contact),
@@ -63,30 +63,30 @@ pub enum Command {
     ///
     /// A table of orders: the exact ratio with its error, the asymptotic estimate on the exact and
     /// on the fitted slow wave, the published numbers; with `--direct` the ratios at which the
-    /// pulses of struck chains lose least and most. An order that cannot be resolved says why in
-    /// its row, the others stand, and the exit code is 1. `--profile` and `--launch` take one wave.
+    /// pulses of struck chains lose least and most. The row of an order that cannot be resolved
+    /// gives the reason, and the exit code is 1. `--profile` and `--launch` work on one wave.
     Localize(Box<crate::localize::Localize>),
     /// Follow the pulse of a struck chain against length: how long must it be to attenuate?
     ///
-    /// SCENES, `--angles` or `--ratios` name the chains that are compared, each with the homogeneous
-    /// chain beside it: largest force and velocity, energy passed and left behind, share of the high
-    /// band, width, arrival. Values are located inside the steps of the simulation, so that they
-    /// depend on no sampling, and carry errors. With `--out`, what is known is kept at once, and the
-    /// same command goes on after an interrupt.
+    /// SCENES, `--angles` or `--ratios` name the chains that are compared, each with the
+    /// homogeneous chain beside it: largest force and velocity, energy passed and left behind,
+    /// share of the high band, width, arrival. Values are located inside the steps of the
+    /// simulation, so they depend on no sampling, and have error estimates. With `--out`, results
+    /// are saved at once, and the same command resumes after an interrupt.
     Attenuate(Box<crate::attenuate::Attenuate>),
     /// Follow the pulse to the wall against a key of the scene: force, time of flight, mean speed.
     ///
     /// The extremes of the force are located by further runs, and the values that carry localized
     /// waves are marked. `--vary` adds curves for other lengths, amplitudes or losses.
     Transmit(Box<crate::transmit::Transmit>),
-    /// Measure the throughput of transforms of columns, planes and short-time segments, or check
-    /// that none was lost.
+    /// Measure the throughput of transforms of columns, planes and short-time segments, or check it
+    /// against a baseline.
     ///
-    /// Arrays are transformed by `cascade`, `rustfft` (two columns as one complex one) and `realfft`
-    /// in turn, round by round. `--check` compares the ratio to rustfft with the baseline of this
-    /// kind of processor, and names the cases that it does not hold; with `--instructions` it
-    /// compares counts of instructions, which depend on no load and on no clock, and need valgrind.
-    /// The exit code is 1 where more than 10 % is lost, or nothing can be compared.
+    /// `cascade`, `rustfft` (two columns as one complex one) and `realfft` transform the same
+    /// arrays in interleaved rounds. `--check` compares the ratio to rustfft with the baseline of
+    /// this kind of processor, and names the cases that the baseline lacks; with `--instructions`
+    /// it compares instruction counts, which do not depend on load or clock, and need valgrind. The
+    /// exit code is 1 if more than 10 % is lost, or nothing can be compared.
     Bench(Box<crate::bench::Bench>),
     /// Print completions for a shell.
     Completions { shell: clap_complete::Shell },
@@ -228,16 +228,16 @@ pub struct SpectraArgs {
     /// Energy spectral density, power spectral density, or power spectrum.
     #[arg(long, value_enum, default_value_t = ScalingArg::Energy)]
     pub scaling: ScalingArg,
-    /// Welch's method: average over segments of so many samples.
+    /// Welch's method: average over segments of this many samples.
     #[arg(long, value_name = "SAMPLES")]
     pub segment: Option<usize>,
     /// Overlap of segments, in samples or as a share [default: 50%].
     #[arg(long, value_name = "SAMPLES|SHARE", value_parser = parse::overlap, requires = "segment")]
     pub overlap: Option<parse::Overlap>,
-    /// Pad records (or segments) with zeros to so many samples.
+    /// Pad records (or segments) with zeros to this many samples.
     #[arg(long, value_name = "SAMPLES")]
     pub pad_time: Option<usize>,
-    /// Pad profiles with zeros to so many sites.
+    /// Pad profiles with zeros to this many sites.
     #[arg(long, value_name = "SITES")]
     pub pad_space: Option<usize>,
 }
@@ -245,13 +245,14 @@ pub struct SpectraArgs {
 #[derive(Debug, Args)]
 #[command(next_help_heading = "Low and high band, directions")]
 pub struct Bands {
-    /// Site below whose 90 % energy frequency the low band lies [default: of a run, the first body
-    /// behind the struck or driven one; of a field, the first site with a tenth of the largest energy].
+    /// Site whose 90 % energy frequency is the upper edge of the low band [default: for a run, the
+    /// first body behind the struck or driven one; for a field, the first site with a tenth of the
+    /// largest energy].
     #[arg(long, value_name = "SITE", conflicts_with = "band_edge_frequency")]
     pub reference_site: Option<usize>,
-    /// Time below whose 90 % energy wavenumber the low band lies [default: of a run, when the front has
-    /// passed ten bodies, or a quarter of the chain; of a field, the first time with a tenth of the
-    /// largest energy].
+    /// Time whose 90 % energy wavenumber is the upper edge of the low band [default: for a run,
+    /// when the front has passed ten bodies, or a quarter of the chain; for a field, the first time
+    /// with a tenth of the largest energy].
     #[arg(long, value_name = "TIME", value_parser = parse::finite,
           allow_negative_numbers = true, conflicts_with = "band_edge_wavenumber")]
     pub reference_time: Option<f64>,
@@ -313,8 +314,8 @@ pub struct WorkArgs {
     /// Print what would be computed, its memory and its transforms, and stop.
     #[arg(long)]
     pub plan: bool,
-    /// Working memory, such as 500MB or 2GiB; a larger field streams through in blocks
-    /// [default: half of what is free].
+    /// Working memory, such as 500MB or 2GiB; a larger field streams through in blocks [default:
+    /// half of the available memory].
     #[arg(long, value_name = "SIZE", value_parser = parse::bytes)]
     pub memory: Option<u64>,
     /// Number type of transforms and arrays.
@@ -374,7 +375,7 @@ choice!(HeaderArg => wavecascade::field::Header {
     Absent => Self::Absent,
 });
 choice!(GapsArg => wavecascade::prepare::Gaps {
-    /// Stop, and say how many there are and where.
+    /// Stop, and report their number and positions.
     Refuse => Self::Refuse,
     /// Fill along time from the neighbours.
     Interpolate => Self::Interpolate,
@@ -412,7 +413,7 @@ choice!(PrecisionArg => wavecascade::arrays::Precision {
     F32 => Self::F32,
 });
 
-/// Results that can be asked for by themselves.
+/// Results that can be selected.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
 pub enum ResultArg {
     /// S(f, x) and the frequency content along x.

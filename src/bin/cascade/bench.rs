@@ -23,7 +23,7 @@ pub use check::Fault;
 /// What `cascade bench` takes.
 #[derive(Debug, Args)]
 pub struct Bench {
-    /// What is transformed [default: all; with `--shape` or `--instructions` columns].
+    /// Kind of transform [default: all; with `--shape` or `--instructions` columns].
     #[arg(
         long,
         value_enum,
@@ -39,11 +39,11 @@ pub struct Bench {
     /// Number types [default: of columns both, else f64].
     #[arg(long, value_enum, value_delimiter = ',')]
     pub precision: Vec<PrecisionArg>,
-    /// Measure with so many threads, too; one thread always is.
+    /// Measure with N threads besides one.
     #[arg(long, value_name = "N", default_value_t = 1, conflicts_with = "instructions",
           value_parser = clap::value_parser!(u16).range(1..=1024))]
     pub threads: u16,
-    /// Rounds, in each of which every library runs once; one more warms up.
+    /// Rounds; every library runs once in each. One more warms up.
     #[arg(long, value_name = "N", default_value_t = 25, conflicts_with = "instructions",
           value_parser = clap::value_parser!(u32).range(1..=100_000))]
     pub rounds: u32,
@@ -56,14 +56,13 @@ pub struct Bench {
     /// The baseline to compare with [default: benches/baseline.json of the repository, built in].
     #[arg(long, value_name = "FILE", requires = "check")]
     pub baseline: Option<PathBuf>,
-    /// Write what is found to a baseline, in the place of what it says of the same cases on this
-    /// machine or build.
+    /// Write the results to a baseline; they replace the same cases on this machine or build.
     #[arg(long, value_name = "FILE")]
     pub record: Option<PathBuf>,
     /// Print all that was found as JSON, every time included.
     #[arg(long)]
     pub json: bool,
-    /// Only transform, so many times: what runs inside of valgrind.
+    /// Only transform, this many times: runs inside valgrind.
     #[arg(long, hide = true, requires = "by")]
     pub repeat: Option<usize>,
     /// What transforms then.
@@ -71,7 +70,7 @@ pub struct Bench {
     pub by: Option<Counted>,
 }
 
-/// What is printed as JSON.
+/// The JSON output.
 #[derive(Debug, Serialize)]
 struct Said<C> {
     schema: &'static str,
@@ -79,10 +78,10 @@ struct Said<C> {
     cores: usize,
     versions: Versions,
     cases: Vec<C>,
-    /// Beside the baseline, where that was asked for.
+    /// Comparison with the baseline, if requested.
     #[serde(skip_serializing_if = "Option::is_none")]
     check: Option<Vec<Comparison>>,
-    /// Cases that the baseline says nothing of.
+    /// Cases that the baseline lacks.
     #[serde(skip_serializing_if = "Vec::is_empty")]
     not_compared: Vec<String>,
 }

@@ -12,7 +12,7 @@ use crate::scene_keys::SceneKeys;
 /// What `cascade simulate` takes.
 #[derive(Debug, Args)]
 pub struct Simulate {
-    /// File with the scene; without one, the options say all.
+    /// File with the scene; without one, the options state all keys.
     pub scene: Option<PathBuf>,
 
     /// File for the run; by default the scene's name with `.npz`, here, or run.npz.
@@ -27,7 +27,7 @@ pub struct Simulate {
     #[arg(long)]
     pub plan: bool,
 
-    /// Print what was done, or the plan, as JSON on standard output.
+    /// Print the summary, or the plan, as JSON on standard output.
     #[arg(long)]
     pub json: bool,
 
@@ -42,7 +42,7 @@ pub struct Simulate {
 /// What `cascade sweep` takes.
 #[derive(Debug, Args)]
 pub struct SweepCommand {
-    /// File with the scene; without one, the options say all.
+    /// File with the scene; without one, the options state all keys.
     #[arg(conflicts_with = "merge")]
     pub scene: Option<PathBuf>,
 
@@ -76,14 +76,14 @@ pub struct SweepCommand {
     pub keys: SceneKeys,
 }
 
-/// How a command of many runs works and tells what it did.
+/// Options of a command of many runs: threads, memory, output.
 #[derive(Debug, Args)]
 pub struct How {
     /// Worker threads [default: one a core]. The results do not depend on it.
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u16).range(1..=256))]
     pub threads: Option<u16>,
 
-    /// Print what was found as JSON on standard output.
+    /// Print the results as JSON on standard output.
     #[arg(long)]
     pub json: bool,
 
@@ -99,7 +99,7 @@ pub struct SceneCommand {
     #[arg(long, conflicts_with = "check")]
     pub schema: bool,
 
-    /// Say what the scene in this file describes, without running it.
+    /// Describe the scene in this file, without running it.
     #[arg(long, value_name = "FILE")]
     pub check: Option<PathBuf>,
 

@@ -21,9 +21,9 @@ use crate::view_args::ViewArgs;
 /// What `cascade compare` takes.
 #[derive(Debug, Args)]
 pub struct Compare {
-    /// Run file of `cascade simulate`, say of a chain that carries a localized wave.
+    /// Run file of `cascade simulate`, for example of a chain that carries a localized wave.
     pub first: PathBuf,
-    /// Another, say of a dispersive one.
+    /// Another, for example of a dispersive one.
     pub second: PathBuf,
     /// Directory for the results.
     #[arg(long, short, value_name = "DIR", default_value = "comparison")]
@@ -120,7 +120,7 @@ fn names([first, second]: [String; 2]) -> [String; 2] {
     }
 }
 
-/// Second less first, wherever both hold a number under the same name.
+/// Second less first, for every number that both have under the same name.
 fn difference(first: &Value, second: &Value) -> Value {
     match (first, second) {
         (Value::Object(a), Value::Object(b)) => {

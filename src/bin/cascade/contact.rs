@@ -78,7 +78,7 @@ fn form(typed: &Contact, body: Option<(f64, Material)>, ellipse: Ellipse) -> Res
     })
 }
 
-/// A fault of the curvatures as one of what was typed, which they follow from.
+/// Reports a fault of the curvatures as one of the typed radius and angle.
 fn typed_of(error: Error, radius: f64, angle: f64) -> Error {
     match error {
         Error::Request {

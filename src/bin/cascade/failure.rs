@@ -1,4 +1,4 @@
-//! What went wrong, said to a person, and the exit code for a program.
+//! Messages of failures, and their exit codes.
 
 use std::io::Write;
 use std::process::ExitCode;
@@ -13,11 +13,11 @@ use crate::bench::Fault;
 #[derive(Debug)]
 pub enum Failure {
     Library(Error),
-    /// So many runs of a sweep failed.
+    /// Number of runs of a sweep that failed.
     Members(usize),
-    /// So many chains could not be followed.
+    /// Number of chains that failed.
     Chains(usize),
-    /// So many orders have no localized wave that could be resolved.
+    /// Number of orders whose localized wave could not be resolved.
     Orders(usize),
     /// Throughput was lost, or could not be compared.
     Bench(Fault),

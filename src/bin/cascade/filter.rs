@@ -1,4 +1,4 @@
-//! `cascade filter`: what of a field lies in a band, travels at a speed, or in a direction.
+//! `cascade filter`: the part of a field in a band, at a speed, or in a direction.
 
 use std::io::Write;
 use std::path::{Path, PathBuf};
@@ -50,8 +50,8 @@ pub struct Filter {
     #[arg(long, value_enum)]
     pub towards: Option<Towards>,
 
-    /// Extend the field by as many zeros again along both axes first; without them what leaves at
-    /// one end enters at the other.
+    /// First double the field with zeros along both axes; without them the filtered field wraps
+    /// around at its ends.
     #[arg(long)]
     pub pad: bool,
 

@@ -1,4 +1,4 @@
-//! `cascade localize`: ratios that carry localized waves, a wave, a wave on its way.
+//! `cascade localize`: ratios that carry localized waves, one wave, and its travel along a chain.
 
 mod launch;
 mod profile;

@@ -26,7 +26,7 @@ pub struct MeasuredArgs {
     /// Scene of the chain that FIELD is a record of: its masses, contacts, law and ends.
     #[arg(long, value_name = "SCENE")]
     pub scene: Option<PathBuf>,
-    /// Sample at which all contacts just touch; those before it only tell the noise.
+    /// Sample at which all contacts just touch; earlier samples only serve to estimate the noise.
     #[arg(long, value_name = "SAMPLE", default_value_t = 0, requires = "scene")]
     pub start: usize,
     /// Sites whose channels are dead, beside those of nothing but zeros or gaps.
@@ -72,7 +72,7 @@ pub enum DriftArg {
     Linear,
 }
 
-/// A measured motion, and what is asked of its budgets.
+/// A measured motion and the request for its budgets.
 pub struct MeasuredInput {
     pub motion: MeasuredMotion,
     request: BudgetRequest,

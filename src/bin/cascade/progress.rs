@@ -1,4 +1,4 @@
-//! A bar for what is being done, and Ctrl-C.
+//! Progress bar, and Ctrl-C.
 
 use std::io::Write;
 use std::sync::atomic::{AtomicBool, Ordering};
@@ -38,9 +38,9 @@ struct Stage {
 enum Phase {
     /// Nothing has been written: the program can end at once.
     Reading,
-    /// The work is told to stop, and takes away what it wrote.
+    /// Ctrl-C cancels the work, which then removes its partial output.
     Writing,
-    /// It has been told.
+    /// The work has been cancelled.
     Stopping,
 }
 
@@ -61,7 +61,7 @@ impl Progress {
         Progress { shown, shared }
     }
 
-    /// Says what is being done, of which nobody knows how far it is.
+    /// Shows a stage whose progress is unknown.
     pub fn wait(&self, name: &'static str) {
         self.stage(name, 1);
         let stage = lock(&self.shared.stage);
@@ -88,7 +88,7 @@ impl Progress {
         Ok(())
     }
 
-    /// Takes the bar away.
+    /// Removes the bar.
     pub fn clear(&self) {
         lock(&self.shared.stage).bar.finish_and_clear();
     }

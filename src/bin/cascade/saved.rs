@@ -1,4 +1,4 @@
-//! Results beside what is kept of the runs that they are from.
+//! Results in the directory of a journal.
 
 use std::path::Path;
 

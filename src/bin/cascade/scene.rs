@@ -130,7 +130,7 @@ pub fn name_of(choice: &impl serde::Serialize) -> String {
     }
 }
 
-/// A number with the digits that tell one chain from another.
+/// A number with enough digits to distinguish chains.
 pub fn digits(x: f64) -> String {
     let digits = (6 - x.abs().max(1e-300).log10().floor() as i32).clamp(0, 12) as usize;
     let text = format!("{x:.digits$}");

@@ -12,8 +12,8 @@ pub struct SceneKeys {
 
 impl Args for SceneKeys {
     fn augment_args(command: Command) -> Command {
-        // Only for the command that is typed: the declaration takes milliseconds to read. A command holds
-        // one such function, so that no other flattened arguments may ask for it.
+        // Only for the command that is typed: the declaration takes milliseconds to read. A command
+        // holds one such function, so other flattened arguments must not use it.
         command.defer(|command| {
             let options = properties().iter().map(option);
             command.args(options)

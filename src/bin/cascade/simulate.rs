@@ -87,7 +87,7 @@ fn tell(
     Ok(())
 }
 
-/// What was run and how well, in lines of at most `width` columns.
+/// Summary of a run and its accuracy, in lines of at most `width` columns.
 fn summary(description: &Description, run: &Run, seconds: f64, width: usize) -> String {
     let mut lines = Lines::new(width);
     chain_lines(&mut lines, description);

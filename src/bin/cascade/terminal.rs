@@ -16,7 +16,7 @@ pub fn width() -> usize {
     found.map_or(100, |(width, _)| usize::from(width.0).clamp(60, 120))
 }
 
-/// Lines of a name and what it is, wrapped.
+/// Lines of names and values, wrapped.
 pub struct Lines {
     pub text: String,
     width: usize,

@@ -26,7 +26,7 @@ use crate::terminal::number;
 /// What `cascade transmit` takes.
 #[derive(Debug, Args)]
 pub struct Transmit {
-    /// File with the scene; without one, the options say all.
+    /// File with the scene; without one, the options state all keys.
     pub scene: Option<PathBuf>,
 
     /// The key that is the abscissa and its numbers, as for `cascade sweep`: angle=2:90:45 (equal
@@ -50,9 +50,8 @@ pub struct Transmit {
     #[arg(long, value_name = "FILE")]
     pub measured: Option<String>,
 
-    /// Directory for the results: transmission.json, curves.csv, transmission.png and .svg, and
-    /// what is known of every chain, so that an interrupted run goes on. Without it nothing is
-    /// kept.
+    /// Directory for the results: transmission.json, curves.csv, transmission.png and .svg, and the
+    /// finished chains, so that an interrupted run resumes. Without it nothing is saved.
     #[arg(long, short, value_name = "DIR")]
     pub out: Option<PathBuf>,
 
@@ -76,7 +75,7 @@ struct TransmissionReport<'a> {
     measured_without_arrival: Vec<f64>,
 }
 
-/// What was measured.
+/// Measured forces.
 enum MeasuredForces {
     Nothing,
     Curve(Vec<MeasuredPoint>),
@@ -211,7 +210,7 @@ pub fn run(typed: Transmit) -> Result<(), Failure> {
     }
 }
 
-/// What was found, in words.
+/// The summary for the terminal.
 fn told(found: &TransmissionReport) -> String {
     let transmission = found.transmission;
     let key = transmission.key.replace('_', " ");

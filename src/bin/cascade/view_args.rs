@@ -1,4 +1,4 @@
-//! Which budgets are asked for, and how: options of `cascade budget` and `cascade compare`.
+//! Options that select budgets, of `cascade budget` and `cascade compare`.
 
 use std::ops::Range;
 
@@ -9,7 +9,7 @@ use wavecascade::chain::scene::{Setup, Units};
 
 use crate::parse;
 
-/// What is computed, and how.
+/// Options of the budgets.
 #[derive(Debug, Args)]
 #[command(next_help_heading = "The budgets")]
 pub struct ViewArgs {
@@ -30,18 +30,18 @@ pub struct ViewArgs {
     /// Scale whose flux is kept contact by contact [default: the one in the middle].
     #[arg(long, value_name = "LENGTH", value_parser = parse::finite)]
     pub map_scale: Option<f64>,
-    /// Upper edge of the low band, in cycles per unit of time [default: below it lie 90 % of the
-    /// energy of the first contact's force].
+    /// Upper edge of the low band, in cycles per unit of time [default: bounds 90 % of the energy
+    /// of the first contact's force].
     #[arg(long, value_name = "FREQUENCY", value_parser = parse::finite,
           allow_negative_numbers = true)]
     pub band_edge_frequency: Option<f64>,
-    /// Upper edge of the low band, in rad per unit of length [default: below it lie 90 % of the
-    /// energy at the first sample with any].
+    /// Upper edge of the low band, in rad per unit of length [default: bounds 90 % of the energy at
+    /// the first sample with energy].
     #[arg(long, value_name = "WAVENUMBER", value_parser = parse::finite,
           allow_negative_numbers = true)]
     pub band_edge_wavenumber: Option<f64>,
-    /// Pairs of contacts between which to say what each band gained and what stayed behind, beside
-    /// the first, the middle and the last.
+    /// Pairs of contacts between which each band's gain and the energy left behind are reported,
+    /// besides the first, the middle and the last.
     #[arg(long, value_delimiter = ',', value_name = "A:B", value_parser = parse::pair)]
     pub between: Vec<[usize; 2]>,
     /// Samples over which the real-space balance is judged, the end excluded [default: all].
@@ -117,8 +117,8 @@ impl ViewArgs {
         self.choices(simulation.samples, sites, request_of(setup))
     }
 
-    /// Takes band edges and the mapped scale of a first budget for a second one, where none are
-    /// typed, so that like is compared with like.
+    /// Sets band edges and mapped scale that were not typed to those of a first budget, so that
+    /// both are compared alike.
     pub fn take_over(&mut self, found: &Budget) {
         let edge = |edge: f64| edge.is_finite().then_some(edge);
         let over_f = found.frequency.as_ref().and_then(|flow| edge(flow.edge));
@@ -175,7 +175,7 @@ pub fn request_of(setup: &Setup) -> BudgetRequest {
         units: match (setup.units, setup.pitch) {
             (Units::None, _) => BudgetUnits::default(),
             (Units::Si, Some(_)) => BudgetUnits::si(),
-            // Sites are counted where nothing says how far they are apart.
+            // Without a stated distance, positions are site indices.
             (Units::Si, None) => BudgetUnits {
                 length: None,
                 ..BudgetUnits::si()

@@ -1,4 +1,4 @@
-//! What was measured, beside what was computed.
+//! Comparison of measured with computed pulses.
 
 use serde::Serialize;
 use wavecascade::Error;
@@ -8,7 +8,7 @@ use wavecascade::plot::Overlay;
 use super::{Attenuate, Where};
 use crate::analyze::print_notes;
 
-/// What was measured.
+/// Measured pulses.
 pub(super) enum MeasuredPulses {
     Nothing,
     /// Relative forces over bodies.
@@ -21,7 +21,7 @@ pub(super) enum MeasuredPulses {
     },
 }
 
-/// What was measured beside what was computed.
+/// Measured and computed pulses.
 #[derive(Debug, Default, Serialize)]
 pub(super) struct Beside {
     /// Relative forces, or of a field largest velocities.

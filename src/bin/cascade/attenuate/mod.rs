@@ -1,4 +1,4 @@
-//! `cascade attenuate`: what is left of a pulse after so many bodies.
+//! `cascade attenuate`: the pulse of a struck chain against its length.
 
 mod measured;
 mod summary;
@@ -34,7 +34,7 @@ pub struct Attenuate {
     pub scenes: Vec<PathBuf>,
 
     /// Dimers of cylinders crossed at these angles, in degrees, and at 90; or at both angles of a
-    /// pair, 8/45. The other keys say what the cylinders are.
+    /// pair, 8/45. The other keys describe the cylinders.
     #[arg(long, value_name = "A[/B],..", value_delimiter = ',', value_parser = angle_pair)]
     pub angles: Vec<[f64; 2]>,
 
@@ -68,8 +68,8 @@ pub struct Attenuate {
     #[arg(long, value_name = "PART", value_parser = parse::finite, allow_negative_numbers = true)]
     pub target: Option<f64>,
 
-    /// Find the angle, or the stiffness ratio, that lets least force through to a wall behind
-    /// so many bodies.
+    /// Find the angle, or the stiffness ratio, that transmits least force to a wall behind N
+    /// bodies.
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..=100_000))]
     pub best_at: Option<u32>,
 
@@ -94,8 +94,8 @@ pub struct Attenuate {
     #[arg(long, value_name = "F", value_parser = parse::finite, allow_negative_numbers = true)]
     pub band_edge_frequency: Option<f64>,
 
-    /// Directory for the results: attenuation.json, curves.csv, attenuation.png and .svg, and what
-    /// is known of every chain, so that an interrupted run goes on. Without it nothing is kept.
+    /// Directory for the results: attenuation.json, curves.csv, attenuation.png and .svg, and the
+    /// finished chains, so that an interrupted run resumes. Without it nothing is saved.
     #[arg(long, short, value_name = "DIR")]
     pub out: Option<PathBuf>,
 
@@ -305,7 +305,7 @@ impl Attenuate {
             });
         }
         let mut chains = self.chains()?;
-        // The length is what is varied; a scene need not say one.
+        // The length is varied; a scene need not state one.
         for chain in &mut chains {
             let sites = setting("sites", &(self.bodies + 1).to_string(), "bodies");
             let typed = chain.scene.scene()?;

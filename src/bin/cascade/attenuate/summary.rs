@@ -7,10 +7,10 @@ use wavecascade::attenuation::{
 use super::AttenuationReport;
 use crate::terminal::number;
 
-/// Reasons of failures that are told; all are in the JSON.
+/// Reasons of failures that are printed; all are in the JSON.
 const TOLD: usize = 3;
 
-/// What was found, in words.
+/// The summary for the terminal.
 pub(super) fn told(found: &AttenuationReport) -> String {
     let attenuation = found.attenuation;
     let mut lines = vec![format!(

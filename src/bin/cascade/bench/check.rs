@@ -1,4 +1,4 @@
-//! What was found beside the baseline.
+//! Comparison of results with the baseline.
 
 use std::collections::BTreeMap;
 use std::fmt::{self, Write};
@@ -10,7 +10,7 @@ use crate::failure::Failure;
 /// Why a bench did not end well.
 #[derive(Debug)]
 pub enum Fault {
-    /// The baseline says nothing of this place (machine or build), or not of all cases.
+    /// The baseline lacks this machine or build, or some cases.
     Unknown {
         place: String,
         baseline: String,
@@ -103,7 +103,7 @@ impl Fault {
     }
 }
 
-/// What the baseline says, where it says something of all `cases`.
+/// The baseline, if it has all `cases`.
 pub fn known(
     known: BTreeMap<String, f64>,
     cases: impl Iterator<Item = String>,
@@ -127,7 +127,7 @@ pub fn known(
     }
 }
 
-/// What the baseline says, where it says something of any of `cases`, and those it says nothing of.
+/// The baseline, if it has any of `cases`, and the cases that it lacks.
 pub fn known_of_some(
     all: BTreeMap<String, f64>,
     cases: impl Iterator<Item = String>,

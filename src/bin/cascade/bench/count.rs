@@ -110,7 +110,7 @@ fn of_array((shape, precision): (ArrayShape, Precision), found: &BTreeMap<String
     }
 }
 
-/// A line an array: counts, and in brackets how many times as many `rustfft` needs.
+/// One line for each array: counts, and in brackets the ratio of `rustfft`'s count to them.
 fn table(counts: &[Counts]) -> String {
     let mut text =
         String::from("instructions a sample; in brackets rustfft's over them\n\n      shape  type");
@@ -137,12 +137,12 @@ fn table(counts: &[Counts]) -> String {
     text + "\n"
 }
 
-/// Cases are counted side by side, one a core at most: counts do not depend on what else runs.
+/// Cases are counted in parallel, at most one for each core: counts do not depend on load.
 fn cores() -> usize {
     std::thread::available_parallelism().map_or(1, usize::from)
 }
 
-/// Counts of all cases, so many at once.
+/// Counts of all cases, `workers` at once.
 fn counted(cases: &[CountedCase], workers: usize) -> Result<BTreeMap<String, f64>, Failure> {
     let program = std::env::current_exe().map_err(|error| {
         let reason = format!("cannot find this program: {error}");

@@ -11,7 +11,7 @@ use super::Localize;
 use crate::failure::Failure;
 use crate::terminal::{self, Lines, error_size};
 
-/// Cells that a wave travels where nothing else is said.
+/// Default number of cells that a wave travels.
 const CELLS: usize = 1000;
 
 #[derive(Debug, Serialize)]

@@ -1,4 +1,4 @@
-//! `cascade localize`: orders side by side.
+//! `cascade localize`: the table of orders.
 
 use std::io::Write;
 
@@ -10,7 +10,7 @@ use wavecascade::report::{LocalizedSummary, table_csv, write_profile};
 use super::Localize;
 use crate::failure::Failure;
 
-/// Cells of chains that are struck where nothing else is said.
+/// Default number of cells of struck chains.
 const CELLS: usize = 200;
 /// Times on each side of a wave's centre.
 const HALF: usize = 1000;
@@ -126,7 +126,8 @@ fn lines(typed: &Localize, rows: &[OrderRow]) -> String {
     text
 }
 
-/// A row of the table; what is off is so relative to the exact ratio, the paper's estimate to ours.
+/// A row of the table; deviations are relative to the exact ratio, that of the paper's estimate to
+/// ours.
 fn line(row: &OrderRow, strikes: bool, published: bool) -> String {
     let estimates = row.asymptotic;
     let off = &row.differences;
