@@ -134,6 +134,7 @@ pub fn map(label: &str, values: ArrayView2<f64>, [x, y]: [(&str, f64, f64); 2]) 
             rows: 1,
             columns: 1,
         },
+        range: None,
         label: label.into(),
     }
 }

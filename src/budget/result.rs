@@ -317,6 +317,7 @@ pub(super) fn empty_map() -> Map {
             rows: 1,
             columns: 1,
         },
+        range: None,
         label: String::new(),
     }
 }

@@ -18,6 +18,8 @@ pub struct Map {
     pub x: MapAxis,
     pub y: MapAxis,
     pub reduction: Reduction,
+    /// Least and largest value of each cell, if a cell is of more than one signed sample.
+    pub range: Option<[Array2<f32>; 2]>,
     /// What the values are, with unit, for the colour scale's label.
     pub label: String,
 }
@@ -152,18 +154,21 @@ impl MapBuilder {
         let (rows, columns) = cells.dim();
         let largest = cells.iter().fold(0.0, |m: f64, v| m.max(v.abs()));
         let fits = largest == 0.0 || (1e-20..1e20).contains(&largest);
-        let (values, label) = if fits || !largest.is_finite() {
-            (cells.mapv(|v| v as f32), label)
+        let (factors, label) = if fits || !largest.is_finite() {
+            ((1.0, 1.0), label)
         } else {
             let exponent = largest.log10().floor() as i32;
             // In two steps, since 10^-exponent may be out of range.
-            let (a, b) = (
-                10f64.powi(-exponent / 2),
-                10f64.powi(-exponent - -exponent / 2),
-            );
-            let values = cells.mapv(|v| (v * a * b) as f32);
-            (values, format!("{label} × 1e{exponent}"))
+            let half = -exponent / 2;
+            let factors = (10f64.powi(half), 10f64.powi(-exponent - half));
+            (factors, format!("{label} × 1e{exponent}"))
         };
+        let single = |v: f64| (v * factors.0 * factors.1) as f32;
+        let bound = |bounds: &Array2<f64>| {
+            bounds.mapv(|v| if v.is_infinite() { f32::NAN } else { single(v) })
+        };
+        let range = (self.keep == Keep::Extreme && self.rows * self.columns > 1)
+            .then(|| [bound(&self.low), bound(&self.high)]);
         Map {
             x: axis(x, columns, self.columns),
             y: axis(y, rows, self.rows),
@@ -177,7 +182,8 @@ impl MapBuilder {
                     columns: self.columns,
                 },
             },
-            values,
+            values: cells.mapv(single),
+            range,
             label,
         }
     }

@@ -188,6 +188,7 @@ mod tests {
                 rows: 1,
                 columns: 1,
             },
+            range: None,
             label: "value".into(),
         }
     }

@@ -7,7 +7,7 @@ use crate::Result;
 use crate::budget::{Budget, Closure, Curves, Direction, Residual};
 use crate::plot::{Figure, Format, SharedScales, budget_figures, encode_all, views};
 
-const STYLE: &str = include_str!("../../assets/report.css");
+const STYLE: &str = include_str!("../../assets/page.css");
 const POLICY: &str = "default-src 'none'; style-src 'unsafe-inline'; img-src data:";
 
 /// The page of one budget.

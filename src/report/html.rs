@@ -12,14 +12,13 @@ use crate::analyze::Analysis;
 use curves::CurveGroup;
 use data::{MapData, Payload};
 
-const UPLOT_SCRIPT: &str = include_str!("../../assets/uplot/uPlot.iife.min.js");
-const UPLOT_STYLE: &str = include_str!("../../assets/uplot/uPlot.min.css");
-const SCRIPT: &str = include_str!("../../assets/report.js");
-const STYLE: &str = include_str!("../../assets/report.css");
+const PLOTLY: &str = include_str!("../../assets/plotly/plotly-cartesian.min.js");
+const SCRIPT: &str = include_str!("../../assets/page.js");
+const STYLE: &str = include_str!("../../assets/page.css");
 
 /// Nothing is loaded: the page may only run its own scripts and show its own data.
 const POLICY: &str = "default-src 'none'; script-src 'unsafe-inline'; style-src 'unsafe-inline'; \
-                      img-src data:";
+                      img-src data: blob:";
 
 /// The analysis as a self-contained HTML page that needs no network.
 ///
@@ -37,13 +36,14 @@ pub fn html(analysis: &Analysis, advice: Advice) -> String {
                 meta http-equiv="Content-Security-Policy" content=(POLICY);
                 meta name="color-scheme" content="light dark";
                 title { (analysis.name) " – cascade" }
-                style { (PreEscaped(UPLOT_STYLE)) (PreEscaped(STYLE)) }
+                style { (PreEscaped(STYLE)) }
             }
             body {
                 header {
                     h1 { (analysis.name) }
                     p { (summary::sentence(analysis)) }
                 }
+                (summary::answer(analysis, advice))
                 noscript {
                     p class="warning" {
                         "The pictures need JavaScript, which is off; tables and definitions do not."
@@ -51,13 +51,14 @@ pub fn html(analysis: &Analysis, advice: Advice) -> String {
                 }
                 main {
                     (summary::warnings(&analysis.warnings, advice))
-                    (summary::tables(analysis, advice))
-                    (words::how_to_read(analysis))
                     @for map in &payload.maps { (map_figure(map)) }
                     @for group in &payload.curves { (curve_figure(group)) }
+                    (summary::tables(analysis, advice))
+                    (words::how_to_read(analysis))
+                    (summary::provenance(analysis))
                 }
                 script type="application/json" id="data" { (PreEscaped(payload.json())) }
-                script { (PreEscaped(UPLOT_SCRIPT)) }
+                script { (PreEscaped(PLOTLY)) }
                 script { (PreEscaped(SCRIPT)) }
             }
         }
@@ -82,16 +83,25 @@ fn map_figure(map: &MapData) -> Markup {
                     button type="button" data-along="x" { (map.x.label) }
                 }
                 button type="button" data-reset { "whole picture" }
+                (downloads())
             }
             figure {
-                div class="picture" {
-                    canvas tabindex="0" role="img"
-                        aria-label={ (map.title) ". Arrow keys move the picked cell, plus and minus zoom, 0 shows all." } {}
-                }
+                div class="picture" tabindex="0" role="img"
+                    aria-label={ (map.title) ". Arrow keys move the picked cell, plus and minus zoom, 0 shows all." } {}
                 div class="curve" {}
                 output class="readout" { "Hover to read values; click to pick; drag to zoom." }
-                figcaption { (map.caption) }
+                figcaption { (map.caption) " " span class="note" {} }
             }
+        }
+    }
+}
+
+fn downloads() -> Markup {
+    markup! {
+        fieldset {
+            legend { "Save" }
+            button type="button" data-png { "PNG" }
+            button type="button" data-csv { "CSV" }
         }
     }
 }
@@ -101,9 +111,10 @@ fn curve_figure(group: &CurveGroup) -> Markup {
     markup! {
         section id=(group.id) class="curves" aria-labelledby=(heading) {
             h2 id=(heading) { (group.title) }
+            div class="tools" { (downloads()) }
             figure {
-                @for _ in &group.charts { div class="curve" {} }
-                figcaption { (group.caption) }
+                div class="curve" {}
+                figcaption { (group.caption) " " span class="note" {} }
             }
         }
     }

@@ -34,5 +34,5 @@ pub use field_file::{FIELD_SCHEMA, FieldFile};
 pub use html::html;
 pub use localized::{LOCALIZED_SCHEMA, LocalizedSummary, table_csv, write_journey, write_profile};
 pub use run_file::{RUN_SCHEMA, RunFile};
-pub use sentences::{Sentence, Unresolved, number, percent, sentences};
+pub use sentences::{Answer, Sentence, Unresolved, answers, number, percent, sentences};
 pub use summary::{Advice, Doubt, Provenance, SCHEMA, Summary};

@@ -30,6 +30,13 @@ fn singles(value: &Value) -> Vec<f32> {
     words.iter().map(|word| f32::from_le_bytes(*word)).collect()
 }
 
+fn doubles(value: &Value) -> Vec<f64> {
+    let bytes = BASE64_STANDARD.decode(value.as_str().unwrap()).unwrap();
+    let (words, rest) = bytes.as_chunks::<8>();
+    assert!(rest.is_empty());
+    words.iter().map(|word| f64::from_le_bytes(*word)).collect()
+}
+
 fn bits(values: impl IntoIterator<Item = f32>) -> Vec<u32> {
     values.into_iter().map(f32::to_bits).collect()
 }
@@ -62,7 +69,11 @@ fn markup(page: &str) -> String {
 
 #[test]
 fn nothing_is_loaded_from_elsewhere() {
+    // The library's code mentions what the policy of the page forbids.
+    let library = include_str!("../../assets/plotly/plotly-cartesian.min.js");
     let page = report::html(&test_support::figures::full(), &|_| None);
+    assert!(page.contains(library));
+    let page = page.replace(library, "");
     for load in [
         "src=",
         "href=",
@@ -150,21 +161,21 @@ fn curves_decode_to_the_moments() {
     let centroid = &data["curves"][0]["charts"][0]["series"][0];
     assert_eq!(centroid["label"], "centroid");
     let expected = &analysis.along_space.as_ref().unwrap().centroid;
-    let expected = expected.iter().map(|&value| value as f32);
-    assert_eq!(bits(singles(&centroid["values"])), bits(expected));
+    let bits = |values: &[f64]| values.iter().map(|v| v.to_bits()).collect::<Vec<u64>>();
+    assert_eq!(bits(&doubles(&centroid["values"])), bits(expected));
 }
 
 #[test]
 fn long_curves_keep_their_extremes() {
     let mut analysis = test_support::figures::field_only();
-    let n = 100_000;
+    let n = 400_000;
     let mut plus = vec![0.5; n];
     (plus[777], plus[54_321]) = (1.0, 0.0);
     analysis.axes.frequency = (0..n).map(|m| m as f64).collect();
     analysis.direction_by_frequency = Some([plus, vec![0.5; n]]);
     let data = payload(&analysis);
-    let shown = singles(&data["curves"][0]["charts"][0]["series"][0]["values"]);
-    assert!(shown.len() <= 8192);
+    let shown = doubles(&data["curves"][0]["charts"][0]["series"][0]["values"]);
+    assert!((1 << 15..=1 << 16).contains(&shown.len()));
     assert!(shown.contains(&1.0) && shown.contains(&0.0));
 }
 
@@ -184,5 +195,38 @@ fn the_page_states_warnings_bands_and_accuracy() {
     ] {
         assert!(page.contains(text), "{text} is missing");
     }
-    assert!(page.len() < 4_000_000, "{} bytes", page.len());
+    assert!(page.len() < 6_000_000, "{} bytes", page.len());
+}
+
+#[test]
+fn answers_come_first_then_pictures_then_numbers() {
+    let page = report::html(&test_support::figures::full(), &|_| None);
+    let places = [
+        "Does energy move to higher frequency",
+        "id=\"warnings\"",
+        "class=\"picture\"",
+        "id=\"direction\"",
+        "id=\"summary\"",
+        "Parseval residual, time",
+    ];
+    let places = places.map(|text| page.find(text).unwrap_or_else(|| panic!("no {text}")));
+    assert!(places.is_sorted(), "{places:?}");
+}
+
+/// A pulse between samples of the map: the largest magnitude alone would drop its other sign.
+#[test]
+fn cells_of_a_signed_map_keep_both_signs() {
+    let values = ndarray::Array2::from_shape_fn((4000, 3), |(i, j)| {
+        (if i % 2 == 0 { 1.0 } else { -0.5 }) * (1.0 + j as f64)
+    });
+    let field = wavecascade::Field::from_array(values);
+    let (analysis, _) = wavecascade::analyze(&field, &Default::default()).unwrap();
+    let map = &payload(&analysis)["maps"][0];
+    assert_eq!(map["id"], "field");
+    let [values, least, largest] = ["values", "least", "largest"].map(|name| singles(&map[name]));
+    assert_eq!(values.len(), 1200);
+    for (n, ((value, least), largest)) in values.iter().zip(&least).zip(&largest).enumerate() {
+        let size = 1.0 + (n % 3) as f32;
+        assert_eq!([*value, *least, *largest], [size, -0.5 * size, size], "{n}");
+    }
 }

@@ -1,23 +1,23 @@
 //! Curves along x, along t and along frequency, for the page's script.
 
-use base64::Engine;
-use base64::prelude::BASE64_STANDARD;
 use serde::Serialize;
 
-use super::data::{Role, mark, single};
+use super::data::{Role, double, mark};
 use super::words;
 use crate::analyze::{Analysis, Axes, Moments};
 use crate::plot::labels;
 
-/// Samples of a curve that are embedded as they are; longer ones show each block's extremes.
-const CURVE_LIMIT: usize = 8192;
+/// Longest curve that is embedded whole; of longer ones, the extremes of each block.
+const CURVE_LIMIT: usize = 1 << 16;
 
 #[derive(Debug, Serialize)]
 pub(super) struct CurveGroup {
     pub id: &'static str,
     pub title: &'static str,
     #[serde(skip)]
-    pub caption: String,
+    pub caption: &'static str,
+    /// What the page holds, where that is not every value.
+    note: String,
     label: String,
     role: Role,
     /// Little-endian f64.
@@ -36,7 +36,7 @@ pub(super) struct Chart {
 #[derive(Debug, Serialize)]
 struct CurveSeries {
     label: &'static str,
-    /// Little-endian f32.
+    /// Little-endian f64: energies of faint fields are below the range of f32.
     values: String,
 }
 
@@ -111,8 +111,8 @@ fn series(label: &'static str, values: &[f64]) -> CurveSeries {
     CurveSeries {
         label,
         values: match shown {
-            EmbeddedCurve::All => single(values.iter().map(|&value| value as f32)),
-            EmbeddedCurve::Blocks(length) => single(values.chunks(length).flat_map(extremes)),
+            EmbeddedCurve::All => double(values.iter().copied()),
+            EmbeddedCurve::Blocks(length) => double(values.chunks(length).flat_map(extremes)),
         },
     }
 }
@@ -126,14 +126,19 @@ fn group(id: &'static str, along: (String, Role), x: &[f64], charts: Vec<Chart>)
             .flat_map(|block| [block[block.len() / 4], block[3 * block.len() / 4]])
             .collect(),
     };
-    let bytes: Vec<u8> = x.into_iter().flat_map(f64::to_le_bytes).collect();
     CurveGroup {
         id,
         title: words::title(id),
-        caption: words::curve_caption(id, matches!(shown, EmbeddedCurve::Blocks(_))),
+        caption: words::curve_caption(id),
+        note: match shown {
+            EmbeddedCurve::All => String::new(),
+            EmbeddedCurve::Blocks(length) => {
+                format!(" The page holds the least and the largest of every {length} values.")
+            }
+        },
         label: along.0,
         role: along.1,
-        x: BASE64_STANDARD.encode(bytes),
+        x: double(x),
         charts,
     }
 }
@@ -153,7 +158,7 @@ fn shown(samples: usize) -> EmbeddedCurve {
 }
 
 /// The smallest and the largest value, in their order of appearance.
-fn extremes(block: &[f64]) -> [f32; 2] {
+fn extremes(block: &[f64]) -> [f64; 2] {
     let (mut low, mut high) = ((0, f64::NAN), (0, f64::NAN));
     for (index, &value) in block.iter().enumerate() {
         if low.1.is_nan() || value < low.1 {
@@ -164,7 +169,7 @@ fn extremes(block: &[f64]) -> [f32; 2] {
         }
     }
     match low.0 <= high.0 {
-        true => [low.1 as f32, high.1 as f32],
-        false => [high.1 as f32, low.1 as f32],
+        true => [low.1, high.1],
+        false => [high.1, low.1],
     }
 }

@@ -62,6 +62,11 @@ pub(super) struct MapData {
     columns: usize,
     /// Row by row from the lowest y, little-endian f32.
     values: String,
+    /// Least and largest value of each cell, if a cell is of more than one signed sample.
+    least: Option<String>,
+    largest: Option<String>,
+    /// What a point of the curve beside the map is, where that is not one sample.
+    block: Option<String>,
 }
 
 impl Payload {
@@ -87,7 +92,12 @@ fn palette(scale: ColorScale) -> String {
     BASE64_STANDARD.encode(scale.palette().concat())
 }
 
-pub(super) fn single(values: impl Iterator<Item = f32>) -> String {
+pub(super) fn double(values: impl IntoIterator<Item = f64>) -> String {
+    let bytes: Vec<u8> = values.into_iter().flat_map(f64::to_le_bytes).collect();
+    BASE64_STANDARD.encode(bytes)
+}
+
+fn single(values: impl Iterator<Item = f32>) -> String {
     BASE64_STANDARD.encode(values.flat_map(f32::to_le_bytes).collect::<Vec<u8>>())
 }
 
@@ -164,6 +174,15 @@ fn map_data(
         rows,
         columns,
         values: single(map.values.iter().copied()),
+        least: map
+            .range
+            .as_ref()
+            .map(|range| single(range[0].iter().copied())),
+        largest: map
+            .range
+            .as_ref()
+            .map(|range| single(range[1].iter().copied())),
+        block: words::block(map.reduction),
     }
 }
 
@@ -219,6 +238,9 @@ fn short_maps(
             rows,
             columns,
             values: single(blocks.iter().map(|&value| value as f32)),
+            least: None,
+            largest: None,
+            block: None,
         }
     };
     spectra.spectra.iter().enumerate().map(one).collect()

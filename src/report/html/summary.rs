@@ -6,8 +6,8 @@ use super::words::{number, percent};
 use crate::analyze::{Analysis, Timing, Warning};
 use crate::field::Axis;
 use crate::prepare::WindowGains;
-use crate::report::sentences;
 use crate::report::{Advice, Doubt};
+use crate::report::{answers, sentences};
 
 type Row = (&'static str, String);
 
@@ -23,6 +23,23 @@ pub(super) fn sentence(analysis: &Analysis) -> String {
         "{quantity}{unit}: {} times by {} sites",
         axes.n_times, axes.n_sites
     )
+}
+
+/// The questions that a field is analysed for, each with its answer.
+pub(super) fn answer(analysis: &Analysis, advice: Advice) -> Markup {
+    markup! {
+        section id="answer" {
+            @for answer in answers(analysis) {
+                p class="answer" {
+                    strong { (answer.question) }
+                    " " (answer.text)
+                    @if let Some(advice) = answer.unresolved.map(Doubt::Unresolved).and_then(advice) {
+                        " " (prose(&sentence_case(&advice))) "."
+                    }
+                }
+            }
+        }
+    }
 }
 
 pub(super) fn warnings(warnings: &[Warning], advice: Advice) -> Markup {
@@ -72,8 +89,25 @@ pub(super) fn tables(analysis: &Analysis, advice: Advice) -> Markup {
                 (table("Field", &field(analysis)))
                 (table("Spectra", &spectra(analysis)))
                 (table("Redistribution", &redistribution(analysis, advice)))
-                (table("Accuracy", &accuracy(analysis)))
-                (timings(&analysis.timings))
+            }
+        }
+    }
+}
+
+/// How the numbers were computed, folded.
+pub(super) fn provenance(analysis: &Analysis) -> Markup {
+    let mut rows = accuracy(analysis);
+    if let Some(hash) = &analysis.content_hash {
+        rows.push(("BLAKE3 of the file", hash.clone()));
+    }
+    markup! {
+        section id="provenance" {
+            details {
+                summary { h2 { "Accuracy, provenance and timings" } }
+                div class="tables" {
+                    (table("Accuracy", &rows))
+                    (timings(&analysis.timings))
+                }
             }
         }
     }
@@ -85,7 +119,7 @@ fn table<N: Render>(title: &str, rows: &[(N, String)]) -> Markup {
             caption { (title) }
             tbody {
                 @for (name, value) in rows {
-                    tr { th scope="row" { (name) } td { (value) } }
+                    tr { th scope="row" { (name) } td { (prose(value)) } }
                 }
             }
         }
@@ -104,7 +138,7 @@ fn field(analysis: &Analysis) -> Vec<Row> {
             number(axis.step)
         )
     };
-    let mut rows = vec![
+    vec![
         (
             "Samples",
             format!("{} times × {} sites", axes.n_times, axes.n_sites),
@@ -116,11 +150,7 @@ fn field(analysis: &Analysis) -> Vec<Row> {
             "Offset in the file",
             format!("time row {}, site {}", analysis.offset.0, analysis.offset.1),
         ),
-    ];
-    if let Some(hash) = &analysis.content_hash {
-        rows.push(("BLAKE3", hash.clone()));
-    }
-    rows
+    ]
 }
 
 fn sentence_quantity(analysis: &Analysis) -> String {

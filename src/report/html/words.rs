@@ -76,6 +76,16 @@ pub(super) fn caption(id: &str, reduction: Reduction) -> String {
     }
 }
 
+/// What a point of a curve along a map is, if not one sample.
+pub(super) fn block(reduction: Reduction) -> Option<String> {
+    let (what, rows, columns) = match reduction {
+        Reduction::Max { rows, columns } => ("the largest", rows, columns),
+        Reduction::Extreme { rows, columns } => ("the least and the largest", rows, columns),
+    };
+    (rows * columns > 1)
+        .then(|| format!("A point is {what} of a cell of {rows} × {columns} samples."))
+}
+
 pub(super) fn short_caption(id: &str, spectra: &ShortTimeSpectra) -> String {
     let (what, unit) = match id {
         "short-time" => ("this site's record: when each frequency arrives", "samples"),
@@ -90,8 +100,8 @@ pub(super) fn short_caption(id: &str, spectra: &ShortTimeSpectra) -> String {
     )
 }
 
-pub(super) fn curve_caption(id: &str, blocks: bool) -> String {
-    let shows = match id {
+pub(super) fn curve_caption(id: &str) -> &'static str {
+    match id {
         "along-x" => {
             "Centroid, median and 90 % frequency of each site, the shares of energy in the two \
              bands, over the whole record and over the passage of the front, and the energy itself. \
@@ -105,10 +115,6 @@ pub(super) fn curve_caption(id: &str, blocks: bool) -> String {
             "Share of the energy that travels each way. What is missing to 1 has no direction: it \
              lies on f = 0, on k = 0 or on a Nyquist line."
         }
-    };
-    match blocks {
-        true => format!("{shows} The curves show the extremes of blocks of samples."),
-        false => shows.into(),
     }
 }
 

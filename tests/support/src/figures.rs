@@ -44,6 +44,7 @@ pub fn full() -> Analysis {
             rows: 8,
             columns: 1,
         },
+        range: None,
         label: label.into(),
     };
     let time = ("time (s)", 0.0, rows * axes.time.step);
@@ -88,6 +89,7 @@ pub fn full() -> Analysis {
                 rows: 8,
                 columns: 1,
             },
+            range: None,
             ..map(field, position, time, "velocity (m/s)")
         }),
         temporal_map: Some(map(
@@ -212,6 +214,7 @@ fn uniform(rows: usize, columns: usize, value: f32) -> Analysis {
             rows: 1,
             columns: 1,
         },
+        range: None,
         label: "value".into(),
     };
     let level = |n: usize| {
