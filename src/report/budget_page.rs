@@ -164,6 +164,26 @@ fn direction(budget: &Budget) -> Option<String> {
     })
 }
 
+/// The numbers of two budgets, as a table of text: name, first, second, and second less first.
+pub fn comparison_rows(both: [(&str, &Budget); 2]) -> Vec<[String; 4]> {
+    let head = [both[0].0, both[1].0].map(str::to_owned);
+    let [first, second] = head;
+    let mut table = vec![[String::new(), first, second, "second less first".into()]];
+    for (name, values, _) in rows(&both) {
+        let difference = match values[..] {
+            [Some(a), Some(b)] => Some(b - a),
+            _ => None,
+        };
+        table.push([
+            name,
+            number(values[0]),
+            number(values[1]),
+            number(difference),
+        ]);
+    }
+    table
+}
+
 /// Name, a value a budget, and the standard error of the first.
 type Row = (String, Vec<Option<f64>>, Option<f64>);
 

@@ -27,7 +27,7 @@ pub use attenuation::{
 pub use budget::{BUDGET_SCHEMA, BudgetSummary, ClosureSummary};
 pub use budget_arrays::{write_budget_arrays, write_measured_arrays};
 #[cfg(feature = "figures")]
-pub use budget_page::{budget_html, comparison_html};
+pub use budget_page::{budget_html, comparison_html, comparison_rows};
 pub use directory::{Contents, ResultDirectory};
 pub use field_file::{FIELD_SCHEMA, FieldFile};
 #[cfg(feature = "figures")]

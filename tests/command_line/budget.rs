@@ -203,7 +203,7 @@ fn choices_of_a_budget() {
 #[test]
 fn two_runs_on_one_page() {
     let place = with_runs();
-    place.good(&[
+    let said = place.good(&[
         "compare",
         "loc.npz",
         "dis.npz",
@@ -211,6 +211,10 @@ fn two_runs_on_one_page() {
         "d",
         "--from-samples",
     ]);
+    assert!(
+        said.contains("second less first") && said.contains("passed the middle"),
+        "{said}"
+    );
     assert_eq!(
         names_in(place.path("d")),
         ["figures", "report.html", "summary.json"]

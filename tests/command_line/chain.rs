@@ -321,7 +321,13 @@ fn the_scene_command_prints_a_scene_that_runs_and_a_schema() {
     assert_eq!(schema["additionalProperties"], false);
     assert!(!schema.to_string().contains("null"), "TOML has no null");
     // Every key of it is an option of `simulate`, with its description.
-    let help = place.good(&["simulate", "--help"]);
+    let own = place.good(&["simulate", "--help"]);
+    assert!(
+        own.lines().count() < 60 && !own.contains("--stiffness-ratio <"),
+        "{own}"
+    );
+    assert!(own.contains("cascade simulate --help scene"), "{own}");
+    let help = place.good(&["simulate", "--help", "scene"]);
     for key in properties.keys() {
         assert!(
             help.contains(&format!("--{} ", key.replace('_', "-"))),

@@ -25,7 +25,11 @@ fn json(path: &Path) -> Value {
 fn val_paper_a_table_and_its_json() {
     let place = Place::of(&["localize"]);
     let said = place.good(&[]);
-    assert_eq!(said.lines().count(), 9, "{said}");
+    assert_eq!(said.lines().count(), 2 + 8 + 1, "{said}");
+    assert!(
+        said.contains("exact ratio") && said.contains("paper, simulated"),
+        "{said}"
+    );
     assert!(
         said.contains("4.927226808384") && said.contains("119.92"),
         "{said}"

@@ -10,7 +10,9 @@ use wavecascade::chain::scene::Units;
 use wavecascade::field::{FileState, file_hash};
 use wavecascade::observer::Observer;
 use wavecascade::plot::views;
-use wavecascade::report::{BudgetSummary, Provenance, ResultDirectory, RunFile, comparison_html};
+use wavecascade::report::{
+    BudgetSummary, Provenance, ResultDirectory, RunFile, comparison_html, comparison_rows,
+};
 
 use crate::analyze::use_threads;
 use crate::budget::{command, compute, name_of};
@@ -107,9 +109,24 @@ pub fn run(typed: Compare) -> Result<(), Failure> {
     if typed.json {
         writeln!(out, "{json}")?;
     } else if !typed.quiet {
+        out.write_all(table(&comparison_rows(both)).as_bytes())?;
         writeln!(out, "open {}", published.join("report.html").display())?;
     }
     Ok(())
+}
+
+/// Rows in columns: the first to the left, the others to the right.
+fn table(rows: &[[String; 4]]) -> String {
+    let width = |column: usize| {
+        let cells = rows.iter().map(|row| row[column].chars().count());
+        cells.max().unwrap_or(0)
+    };
+    let widths = [0, 1, 2, 3].map(width);
+    let line = |[name, first, second, difference]: &[String; 4]| {
+        let [a, b, c, d] = widths;
+        format!("{name:<a$}  {first:>b$}  {second:>c$}  {difference:>d$}\n")
+    };
+    rows.iter().map(line).collect()
 }
 
 /// Two names that differ.

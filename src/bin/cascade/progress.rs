@@ -5,13 +5,16 @@ use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 use std::time::{Duration, Instant};
 
-use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
+use indicatif::{HumanDuration, ProgressBar, ProgressDrawTarget, ProgressState, ProgressStyle};
 use wavecascade::observer::Observer;
 
 use crate::failure::INTERRUPTED;
 
 /// A stage shorter than this shows no bar.
 const PATIENCE: Duration = Duration::from_millis(300);
+
+/// Time and share of a stage after which its end is estimated.
+const ESTIMABLE: (Duration, f32) = (Duration::from_secs(2), 0.03);
 
 /// Shows each stage's progress on standard error where that is a terminal.
 #[derive(Debug)]
@@ -116,14 +119,25 @@ impl Shared {
     }
 }
 
+/// The time left at the mean rate so far, once enough is done for an estimate.
+fn remaining(state: &ProgressState, out: &mut dyn std::fmt::Write) {
+    let (elapsed, done) = (state.elapsed(), state.fraction());
+    if elapsed < ESTIMABLE.0 || done < ESTIMABLE.1 {
+        return;
+    }
+    let left = elapsed.mul_f32((1.0 - done) / done);
+    let _ = write!(out, "{} left", HumanDuration(left));
+}
+
 fn lock<T>(mutex: &Mutex<T>) -> MutexGuard<'_, T> {
     mutex.lock().unwrap_or_else(PoisonError::into_inner)
 }
 
 impl Observer for Progress {
     fn stage(&self, name: &'static str, units: u64) {
-        let style = ProgressStyle::with_template("{msg:<26} {bar:30} {percent:>3} %  {eta} left")
-            .unwrap_or_else(|_| ProgressStyle::default_bar());
+        let style = ProgressStyle::with_template("{msg:<26} {bar:30} {percent:>3} %  {remaining}")
+            .unwrap_or_else(|_| ProgressStyle::default_bar())
+            .with_key("remaining", remaining);
         let bar = ProgressBar::with_draw_target(Some(units), ProgressDrawTarget::hidden());
         bar.set_style(style);
         bar.set_message(name);

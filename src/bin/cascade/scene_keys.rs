@@ -15,8 +15,24 @@ impl Args for SceneKeys {
         // Only for the command that is typed: the declaration takes milliseconds to read. A command
         // holds one such function, so other flattened arguments must not use it.
         command.defer(|command| {
-            let options = properties().iter().map(option);
-            command.args(options)
+            let hidden = !asks_for_keys();
+            let options = properties().iter().map(|property| {
+                option(property)
+                    .hide_short_help(hidden)
+                    .hide_long_help(hidden)
+            });
+            let command = command.args(options);
+            match hidden {
+                true => {
+                    let more = format!(
+                        "Every key of a scene is an option, too, such as `--stiffness-ratio 4.9`.\n\
+                         `cascade {} --help scene` lists them by topic.",
+                        command.get_name()
+                    );
+                    command.after_help(more)
+                }
+                false => command,
+            }
         })
     }
 
@@ -43,6 +59,13 @@ impl FromArgMatches for SceneKeys {
         *self = Self::from_arg_matches(matches)?;
         Ok(())
     }
+}
+
+/// Whether the command line ends with `--help scene`, which lists the keys of scenes, too: they are ten
+/// times as many as a command's own options.
+fn asks_for_keys() -> bool {
+    let mut typed = std::env::args().skip_while(|text| text != "--help" && text != "-h");
+    typed.next().is_some() && typed.next().as_deref() == Some("scene")
 }
 
 fn option(property: &'static Property) -> Arg {

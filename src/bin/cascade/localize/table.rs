@@ -100,26 +100,38 @@ pub(super) fn run(typed: &Localize) -> Result<(), Failure> {
 }
 
 fn lines(typed: &Localize, rows: &[OrderRow]) -> String {
+    let strikes = typed.direct || typed.angles;
+    let published = rows.iter().any(|row| row.published.is_some());
+    let mut groups = format!(
+        "{:>5} {:>20} {:>8} {:>22} {:>22}",
+        "", "", "", "estimate, exact wave", "estimate, fitted wave"
+    );
     let mut text = format!(
         "{:>5} {:>20} {:>8} {:>13} {:>8} {:>13} {:>8}",
-        "order", "exact", "error", "estimate", "off", "fitted", "off"
+        "order", "exact ratio", "error", "ratio", "rel.diff", "ratio", "rel.diff"
     );
-    let strikes = typed.direct || typed.angles;
     if strikes {
-        text += &format!(" {:>13} {:>8} {:>8}", "direct", "error", "off");
+        groups += &format!(" {:>31}", "struck chain");
+        text += &format!(" {:>13} {:>8} {:>8}", "ratio", "error", "rel.diff");
     }
-    let published = rows.iter().any(|row| row.published.is_some());
     if published {
+        groups += &format!(" {:>18} {:>18}", "paper, simulated", "paper, estimate");
         text += &format!(
             " {:>9} {:>8} {:>9} {:>8}",
-            "paper", "off", "estimate", "off"
+            "ratio", "rel.diff", "ratio", "rel.diff"
         );
     }
+    text = format!("{groups}\n{text}");
     text.push('\n');
     for row in rows {
         text += &line(row, strikes, published);
         text.push('\n');
     }
+    text += "rel.diff: relative to the exact ratio";
+    text += match published {
+        true => "; of the paper's estimate, to the estimate on the fitted wave\n",
+        false => "\n",
+    };
     if strikes {
         text += &leaks(typed, rows);
     }
