@@ -2,6 +2,8 @@
 
 use std::fmt;
 
+use super::ForeignFormat;
+
 /// One fault, with the expected and the found value.
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
 #[non_exhaustive]
@@ -21,6 +23,10 @@ pub enum InputFault {
 
     #[error("expected NumPy (.npy, .npz) or text (.csv, .tsv, .txt), found {found}")]
     UnknownFormat { found: String },
+
+    /// A known format that is not read.
+    #[error("expected NumPy (.npy, .npz) or text (.csv, .tsv, .txt), found {format}")]
+    ForeignFormat { format: ForeignFormat },
 
     #[error("expected the NumPy signature \\x93NUMPY, found {found:02x?}")]
     NpyMagic { found: Vec<u8> },

@@ -3,12 +3,14 @@
 //! [`Error`] names what was expected and what was found.
 
 mod change;
+mod foreign;
 mod input;
 mod scene;
 
 use std::path::{Path, PathBuf};
 
 pub use change::FileChange;
+pub use foreign::ForeignFormat;
 pub use input::{CoordinateKind, FileKind, InputFault, MemberShape};
 pub(crate) use scene::reworded;
 pub use scene::{KeyPlace, Problem, SceneFault};

@@ -13,7 +13,7 @@ use super::sidecar::Sidecar;
 use super::state::FileState;
 use super::storage::{self, Bytes, Storage};
 use super::{Field, Layout, Note, Quantity, csv, npy, npz};
-use crate::error::{Error, FileKind, InputFault, Result};
+use crate::error::{Error, FileKind, ForeignFormat, InputFault, Result};
 
 /// Input of the format readers: a mapped file and its settings.
 pub(super) struct FileSource<'a> {
@@ -321,27 +321,18 @@ impl Format {
 
     /// Detects the format from the magic bytes, else from the extension.
     fn detect(path: &Path, bytes: &[u8]) -> std::result::Result<Format, InputFault> {
-        const FOREIGN: [(&[u8], &str); 6] = [
-            (b"\x89HDF\r\n\x1a\n", "an HDF5 file"),
-            (b"MATLAB 5.0 MAT-file", "a MATLAB file"),
-            (b"\x1f\x8b", "a gzip file"),
-            (b"\x28\xb5\x2f\xfd", "a zstd file"),
-            (b"CDF", "a NetCDF file"),
-            (b"PAR1", "a Parquet file"),
-        ];
         if bytes.starts_with(npy::MAGIC) {
             return Ok(Format::Npy);
+        }
+        let extension = path.extension().unwrap_or_default().to_ascii_lowercase();
+        let extension = extension.to_string_lossy();
+        if let Some(format) = ForeignFormat::detect(&extension, bytes) {
+            return Err(InputFault::ForeignFormat { format });
         }
         if bytes.starts_with(b"PK\x03\x04") || bytes.starts_with(b"PK\x05\x06") {
             return Ok(Format::Npz);
         }
-        if let Some((_, name)) = FOREIGN.iter().find(|(magic, _)| bytes.starts_with(magic)) {
-            return Err(InputFault::UnknownFormat {
-                found: (*name).into(),
-            });
-        }
-        let extension = path.extension().unwrap_or_default().to_ascii_lowercase();
-        match extension.to_string_lossy().as_ref() {
+        match extension.as_ref() {
             "npy" => Ok(Format::Npy),
             "npz" => Ok(Format::Npz),
             "csv" | "tsv" | "txt" => Ok(Format::Table),

@@ -4,7 +4,9 @@ use wavecascade::Error;
 use wavecascade::analyze::Warning;
 use wavecascade::budget::measured::MeasuredWarning;
 use wavecascade::chain::RunWarning;
-use wavecascade::error::{CoordinateKind, FileKind, InputFault, Problem, SceneFault};
+use wavecascade::error::{
+    CoordinateKind, FileKind, ForeignFormat, InputFault, Problem, SceneFault,
+};
 use wavecascade::field::Note;
 use wavecascade::report::Unresolved;
 
@@ -63,6 +65,7 @@ fn of_input(fault: &InputFault) -> Option<String> {
             found: FileKind::Directory,
         } => "name a file inside it",
         NotAFile { .. } => "write the samples to a file first; a field is read more than once",
+        ForeignFormat { format } => conversion(*format),
         UnknownFormat { .. } | NpyMagic { .. } => {
             "convert it with `numpy.save(\"field.npy\", array)`"
         }
@@ -147,6 +150,54 @@ fn of_scene(fault: &SceneFault) -> &'static str {
         Problem::Syntax { .. } => "`cascade scene` prints a scene to start from",
         Problem::Value { .. } => "`cascade scene` prints all keys with what they mean",
         _ => "",
+    }
+}
+
+/// How a format that is not read is converted to one that is.
+fn conversion(format: ForeignFormat) -> &'static str {
+    match format {
+        ForeignFormat::Hdf5 => {
+            "convert it in Python, with its names of the arrays: `f = h5py.File(path); \
+             numpy.savez(\"field.npz\", v=f[\"v\"][:], t=f[\"t\"][:], x=f[\"x\"][:])`"
+        }
+        ForeignFormat::Matlab => {
+            "convert it in Python, with its names of the arrays: `m = scipy.io.loadmat(path); \
+             numpy.savez(\"field.npz\", v=m[\"v\"], t=m[\"t\"].ravel(), x=m[\"x\"].ravel())`"
+        }
+        ForeignFormat::Matlab73 => {
+            "convert it in Python, with its names of the arrays, whose axes it stores in reverse: \
+             `f = h5py.File(path); numpy.savez(\"field.npz\", v=f[\"v\"][:].T, \
+             t=f[\"t\"][:].ravel(), x=f[\"x\"][:].ravel())`"
+        }
+        ForeignFormat::NetCdf => {
+            "convert it in Python, with its names of the arrays: `d = xarray.open_dataset(path); \
+             numpy.savez(\"field.npz\", v=d[\"v\"].values, t=d[\"t\"].values, x=d[\"x\"].values)`"
+        }
+        ForeignFormat::Parquet => {
+            "convert it in Python: `pandas.read_parquet(path).to_csv(\"field.csv\", index=False)`"
+        }
+        ForeignFormat::Excel => {
+            "save it as CSV, or in Python: `pandas.read_excel(path).to_csv(\"field.csv\", index=False)`"
+        }
+        ForeignFormat::Gzip => "unpack it with `gunzip`",
+        ForeignFormat::Zstd => "unpack it with `unzstd`",
+        ForeignFormat::Tdms => {
+            "convert it in Python: `nptdms.TdmsFile.read(path).as_dataframe().to_csv(\"field.csv\", \
+             index=False)`"
+        }
+        ForeignFormat::Wav => {
+            "convert it in Python, one channel a site: `rate, v = scipy.io.wavfile.read(path); \
+             numpy.save(\"field.npy\", v.astype(float))`, and state `--rate`"
+        }
+        ForeignFormat::UniversalFile => {
+            "convert it in Python, each set of type 58 a record: `u = pyuff.UFF(path).read_sets(); \
+             numpy.savez(\"field.npz\", v=numpy.stack([s[\"data\"] for s in u], axis=1), t=u[0][\"x\"])`"
+        }
+        ForeignFormat::SegY => {
+            "convert it in Python: `f = segyio.open(path, ignore_geometry=True); \
+             numpy.save(\"field.npy\", segyio.tools.collect(f.trace[:]).T)`"
+        }
+        _ => "convert it with `numpy.save(\"field.npy\", array)`",
     }
 }
 
