@@ -8,7 +8,10 @@
   const color = (name) =>
     getComputedStyle(document.documentElement).getPropertyValue(name).trim();
 
-  const CURVE_COLORS = ["#0072b2", "#d55e00", "#009e73", "#cc79a7"];
+  const LINE_COLORS = ["#ff6f3c", "#ffffff", "#56c8ff"];
+  const CURVE_COLORS = ["#0072b2", "#d55e00", "#009e73", "#cc79a7", "#e69f00", "#56b4e9"];
+  // Curves of at most this many points show each of them.
+  const MARKED_POINTS = 60;
   const FONT = '"DejaVu Sans", system-ui, sans-serif';
   // Share of the largest magnitude below which a signed log scale is linear.
   const LINEAR_SHARE = 1e-4;
@@ -17,7 +20,12 @@
   // Pixels a sample needs to be drawn by itself.
   const SAMPLE_PIXELS = 0.5;
   const NO_VALUE = 255;
-  const CONFIG = { displayModeBar: false, responsive: true, doubleClick: "reset" };
+  // Lesser over larger magnitude of the signs in a cell from which on it is drawn as both.
+  const BOTH_SIGNS = 0.5;
+  // A slow machine draws between the clicks of a double click.
+  const CONFIG = { displayModeBar: false, responsive: true, doubleClick: false, doubleClickDelay: 600, showTips: false };
+
+  const coarse = window.matchMedia("(pointer: coarse)");
 
   const palettes = { sequential: bytes(data.sequential), diverging: bytes(data.diverging) };
   const rgb = (palette, level) => `rgb(${palette.subarray(3 * level, 3 * level + 3).join(",")})`;
@@ -26,6 +34,13 @@
 
   const SUPERSCRIPTS = { "-": "⁻", 0: "⁰", 1: "¹", 2: "²", 3: "³", 4: "⁴", 5: "⁵", 6: "⁶", 7: "⁷", 8: "⁸", 9: "⁹" };
   const power = (n) => `10${String(n).replace(/./g, (c) => SUPERSCRIPTS[c])}`;
+  // A label of values divided by 10^n: the power stands before the unit.
+  const inPowersOfTen = (label, n) => {
+    const at = label.endsWith("]") ? label.lastIndexOf(" [") : label.endsWith(")") ? label.lastIndexOf(" (") : -1;
+    const [name, unit] = at < 0 ? [label, ""] : [label.slice(0, at), label.slice(at + 2, -1)];
+    const scaled = unit.startsWith("1/") ? power(n) + unit.slice(1) : `${power(n)} ${unit}`.trim();
+    return scaled.includes("(") ? `${name} [${scaled}]` : `${name} (${scaled})`;
+  };
   const minus = (text) => text.replace(/-/g, "−");
 
   function show(value, digits = 5) {
@@ -82,8 +97,10 @@
     };
   }
 
-  function scaleOf(values, signed, log) {
-    let [least, most, smaller] = [Infinity, 0, false];
+  // The scale of values, or of a `range` of sizes that maps share; a linear one about zero ends at `limit`.
+  function scaleOf(values, { signed, range, limit }, log) {
+    let [least, most] = range ?? [Infinity, 0];
+    let smaller = false;
     for (const value of values) {
       if (!Number.isFinite(value)) continue;
       const size = signed ? Math.abs(value) : value;
@@ -95,9 +112,11 @@
       }
     }
     if (most === 0) [least, most] = [0.1, 1];
-    if (signed) return log ? signedLogScale(most) : linearScale(-most, most);
+    if (!(least < Infinity)) least = most;
+    if (signed) return log ? signedLogScale(most) : linearScale(-(limit ?? most), limit ?? most);
     if (!log) return linearScale(0, most);
-    const low = Math.min(Math.max(least, most * 10 ** -data.decades), most / 10);
+    const lowest = most * 10 ** -data.decades;
+    const low = data.fixed ? lowest : Math.min(Math.max(least, lowest), most / 10);
     return logScale(low, most, smaller || least < low);
   }
 
@@ -123,7 +142,8 @@
     plot_bgcolor: "rgba(0,0,0,0)",
     font: { family: FONT, size: 12, color: color("--ink") },
     margin: { l: 70, r: 12, t: 30, b: 50 },
-    dragmode: "zoom",
+    // Where fingers scroll the page, buttons zoom.
+    dragmode: coarse.matches ? false : "zoom",
     hoverlabel: { font: { family: FONT } },
     separators: ". ",
     ...changes,
@@ -163,42 +183,44 @@
   const views = [];
   const pick = (changes) => {
     Object.assign(picked, changes);
-    for (const view of started()) view.follow();
+    for (const view of started()) {
+      if (near.has(view.root)) view.follow();
+      else behind.add(view);
+    }
   };
+  // Sections near the window, and views that follow the picks once they come near.
+  const near = new Set();
+  const behind = new Set();
 
   // ---- Curves: samples where they fit, else the least and the largest of each pixel.
 
-  // Samples of `series` with x in [low, high], thinned to `pixels`.
-  function visible(x, series, low, high, pixels) {
+  // Values with x in [low, high], thinned to `pixels`; x rises.
+  function visible(x, values, low, high, pixels) {
     let [first, end] = [0, x.length];
     while (first + 1 < end && x[first + 1] < low) first++;
     while (end - 1 > first && x[end - 2] > high) end--;
-    const count = end - first;
-    const per = Math.ceil(count * SAMPLE_PIXELS / Math.max(pixels, 100));
+    const per = Math.ceil((end - first) * SAMPLE_PIXELS / Math.max(pixels, 100));
     if (per <= 1) {
       return {
         x: Array.from(x.slice(first, end)),
-        y: series.map((values) => Array.from(values.slice(first, end), (v) => (Number.isFinite(v) ? v : null))),
+        y: Array.from(values.slice(first, end), (v) => (Number.isFinite(v) ? v : null)),
         per,
       };
     }
     // Two points a block: its extremes at a quarter and at three quarters, in their order.
-    const xs = [];
-    const ys = series.map(() => []);
+    const [xs, ys] = [[], []];
     const block = 2 * per;
     for (let start = first; start < end; start += block) {
       const stop = Math.min(start + block, end);
       xs.push(x[start + ((stop - start) >> 2)], x[start + ((3 * (stop - start)) >> 2)]);
-      series.forEach((values, n) => {
-        let [least, most] = [-1, -1];
-        for (let i = start; i < stop; i++) {
-          if (!Number.isFinite(values[i])) continue;
-          if (least < 0 || values[i] < values[least]) least = i;
-          if (most < 0 || values[i] > values[most]) most = i;
-        }
-        if (least < 0) ys[n].push(null, null);
-        else ys[n].push(values[Math.min(least, most)], values[Math.max(least, most)]);
-      });
+      let [least, most] = [-1, -1];
+      for (let i = start; i < stop; i++) {
+        if (!Number.isFinite(values[i])) continue;
+        if (least < 0 || values[i] < values[least]) least = i;
+        if (most < 0 || values[i] > values[most]) most = i;
+      }
+      if (least < 0) ys.push(null, null);
+      else ys.push(values[Math.min(least, most)], values[Math.max(least, most)]);
     }
     return { x: xs, y: ys, per: block };
   }
@@ -224,131 +246,229 @@
     return Math.abs(exponent) < 7 ? 0 : exponent;
   }
 
+  // Multiplies by 10^-exponent, in two steps since that may be out of range.
+  function unscaled(exponent) {
+    const half = Math.trunc(-exponent / 2);
+    const [a, b] = [10 ** half, 10 ** (-exponent - half)];
+    return (v) => v * a * b;
+  }
+
   // Whole decades, at least one, at most DECADES; at most eight are labelled.
   function logAxis({ high, positive }) {
     const top = Math.ceil(Math.log10(high) + 1e-9);
     const bottom = Math.max(Math.floor(Math.log10(positive) - 1e-9), top - DECADES);
-    return { type: "log", range: [bottom, top], dtick: Math.ceil((top - bottom) / 8) };
+    // Plotly enlarges the labels of logarithmic axes by a quarter.
+    return { type: "log", range: [bottom, top], dtick: Math.ceil((top - bottom) / 8), tickfont: { size: 9 } };
+  }
+
+  // An axis of a few decades is labelled at 1, 2 and 5 in each.
+  function logTicks(range) {
+    if (!range || range[1] > 1e4 * range[0]) return { type: "log" };
+    const first = Math.floor(Math.log10(range[0]));
+    const last = Math.ceil(Math.log10(range[1]));
+    const tickvals = Array.from({ length: last - first + 1 }, (_, n) => 10 ** (first + n))
+      .flatMap((decade) => [decade, 2 * decade, 5 * decade]);
+    return { type: "log", tickmode: "array", tickvals, ticktext: tickvals.map((v) => show(v, 2)) };
   }
 
   // From 0, unless the values vary little; constant ones stay clear of the frame.
   function linearAxis({ low, high }, exponent) {
     if (low === Infinity) return {};
-    const [a, b] = [10 ** Math.trunc(-exponent / 2), 10 ** (-exponent - Math.trunc(-exponent / 2))];
-    const [from, to] = [Math.min(low * a * b, 0), Math.max(high * a * b, 0)];
+    const moderate = unscaled(exponent);
+    const [from, to] = [Math.min(moderate(low), 0), Math.max(moderate(high), 0)];
     const margin = 0.04 * (to - from || 1);
     return { range: [from < 0 ? from - margin : from, to > 0 || from === to ? to + margin : to] };
   }
 
   class CurvePlot {
-    // group: { name, xLabel, x, mark, charts: [{ label, log, mark, series: [{ label, values, band }] }] }
+    // group: { title, xLabel, x, role, log, marks, note, charts: [{ label, log, mark, series }] }
+    // series: { label, values, x, look, color, errors, band }
     constructor(root, note, group, onPick) {
       Object.assign(this, { root, note, group, onPick });
-      this.range = null;
+      this.range = group?.shown ?? null;
       this.listening = false;
+    }
+
+    // From the first x to the last.
+    whole() {
+      const { x, charts, log } = this.group;
+      let [low, high] = [Infinity, -Infinity];
+      for (const along of [x, ...charts.flatMap((chart) => chart.series.map((s) => s.x ?? []))]) {
+        for (const v of along) {
+          if (log && !(v > 0)) continue;
+          low = Math.min(low, v);
+          high = Math.max(high, v);
+        }
+      }
+      return low < high ? [low, high] : null;
+    }
+
+    // A range of values as plotly's axis has it; a copy, since plotly writes into it.
+    onAxis(range) {
+      return this.group.log ? range.map(Math.log10) : [...range];
     }
 
     draw() {
       const { root, group } = this;
-      const { charts, x } = group;
+      const { charts } = group;
       const gap = 0.3 / Math.max(charts.length, 1) ** 1.4;
       const each = (1 - gap * (charts.length - 1)) / charts.length;
-      const points = x.length < 3 ? "lines+markers" : "lines";
+      const whole = this.whole();
+      const range = this.range ?? whole;
       this.traces = [];
+      this.levels = [];
       const layout = layoutOf({
         hovermode: "x",
+        // Points may be far apart: the nearest one is read.
+        hoverdistance: -1,
         showlegend: true,
-        shapes: [],
         margin: { l: 70, r: 12, t: 34, b: 50 },
         title: group.title ? { text: group.title, font: { size: 12 }, x: 0.5, y: 0.99, yanchor: "top" } : undefined,
         xaxis: {
           ...axisStyle(group.xLabel),
+          ...(group.log ? logTicks(range) : { type: "linear" }),
           anchor: charts.length > 1 ? `y${charts.length}` : "y",
-          ...(this.range ? { range: this.range } : x.length > 1 ? { range: [x[0], x[x.length - 1]] } : {}),
+          ...(range && { range: this.onAxis(range) }),
         },
       });
-      charts.forEach((chart, n) => {
-        const suffix = n === 0 ? "" : String(n + 1);
-        const top = 1 - n * (each + gap);
-        const bounds = boundsOf(chart.series);
-        const log = chart.log && bounds.positive < Infinity;
-        const exponent = log ? 0 : exponentOf(bounds);
-        const label = exponent === 0 ? chart.label : `${chart.label} / ${power(exponent)}`;
-        layout[`yaxis${suffix}`] = {
-          ...axisStyle(label),
-          domain: [top - each, top],
-          ...(log ? logAxis(bounds) : linearAxis(bounds, exponent)),
-        };
-        layout[`legend${suffix}`] = {
-          orientation: "h", x: 1, xanchor: "right", y: top, yanchor: "bottom",
-          bgcolor: "rgba(0,0,0,0)",
-        };
-        const single = chart.series.length === 1;
-        chart.series.forEach((series, m) => {
-          // In two steps, since 10^-exponent may be out of range.
-          const [a, b] = [10 ** Math.trunc(-exponent / 2), 10 ** (-exponent - Math.trunc(-exponent / 2))];
-          const values = exponent === 0 && !log
-            ? series.values
-            : Array.from(series.values, (v) => (log && !(v > 0) ? NaN : v * a * b));
-          this.traces.push({
-            values,
-            trace: {
-              type: "scatter", mode: points, name: series.label, showlegend: !single,
-              yaxis: `y${suffix}`, xaxis: "x", legend: `legend${suffix}`,
-              line: { color: CURVE_COLORS[m], width: 1.5 }, connectgaps: false,
-              ...(series.band && { fill: "tonexty", fillcolor: "rgba(0,114,178,0.35)", line: { color: CURVE_COLORS[0], width: 1 } }),
-              hovertemplate: "%{y:.5~g}<extra>" + (single ? "" : series.label) + "</extra>",
-            },
-          });
-        });
-        if (chart.mark !== null && chart.mark !== undefined) {
-          layout.shapes.push(lineShape("y", chart.mark * 10 ** -exponent, color("--faint"), "dash", `y${suffix}`));
-        }
-      });
-      const found = this.picked();
-      if (found !== undefined) layout.shapes.push(lineShape("x", found, color("--faint"), "solid"));
-      for (const shape of layout.shapes) if (shape.xref === "x" && shape.yref === "y domain") shape.yref = "paper";
+      charts.forEach((chart, n) => this.addChart(layout, chart, n, 1 - n * (each + gap), each));
+      layout.shapes = this.shapes();
+      layout.annotations = this.names();
       const shown = this.sample();
-      Plotly.react(root, this.traces.map(({ trace }, n) => ({ ...trace, x: shown.x, y: shown.y[n] })), layout, CONFIG);
+      const traces = this.traces.map(({ trace }, n) => ({ ...trace, ...shown[n] }));
+      Plotly.react(root, traces, layout, CONFIG);
       if (!this.listening) {
         this.listening = true;
         root.on("plotly_relayout", (change) => this.zoomed(change));
+        root.on("plotly_doubleclick", () => this.show(null));
         root.on("plotly_click", ({ points: [point] }) => this.onPick?.(point.x));
       }
     }
 
-    picked() {
-      return this.group.role === undefined ? undefined : picked[this.group.role];
+    addChart(layout, chart, n, top, height) {
+      const suffix = n === 0 ? "" : String(n + 1);
+      const bounds = boundsOf(chart.series);
+      const log = chart.log && bounds.positive < Infinity;
+      const exponent = log ? 0 : exponentOf(bounds);
+      const moderate = unscaled(exponent);
+      const label = exponent === 0 ? chart.label : inPowersOfTen(chart.label, exponent);
+      layout[`yaxis${suffix}`] = {
+        ...axisStyle(label),
+        domain: [top - height, top],
+        ...(log ? logAxis(bounds) : linearAxis(bounds, exponent)),
+      };
+      layout[`legend${suffix}`] = {
+        orientation: "h", x: 1, xanchor: "right", y: top, yanchor: "bottom",
+        bgcolor: "rgba(0,0,0,0)",
+      };
+      const single = chart.series.length === 1;
+      chart.series.forEach((series, m) => {
+        const style = CURVE_COLORS[(series.color ?? m) % CURVE_COLORS.length];
+        const x = series.x ?? this.group.x;
+        const dots = series.look === "dots";
+        this.traces.push({
+          x,
+          dots,
+          values: exponent === 0 && !log
+            ? series.values
+            : Array.from(series.values, (v) => (log && !(v > 0) ? NaN : moderate(v))),
+          trace: {
+            type: "scatter", name: series.label, showlegend: !single && series.label !== "",
+            mode: dots ? "markers" : x.length <= MARKED_POINTS && series.look !== "dashed" ? "lines+markers" : "lines",
+            yaxis: `y${suffix}`, xaxis: "x", legend: `legend${suffix}`,
+            line: { color: style, width: 1.5, dash: series.look === "dashed" ? "dash" : "solid" },
+            marker: { color: style, size: dots ? 8 : 4 },
+            ...(series.errors && { error_y: { type: "data", array: Array.from(series.errors, moderate), color: style } }),
+            ...(series.band && { fill: "tonexty", fillcolor: "rgba(0,114,178,0.35)", line: { color: style, width: 1 } }),
+            connectgaps: false,
+            hovertemplate: "%{y:.5~g}<extra>" + (single ? "" : series.label) + "</extra>",
+          },
+        });
+      });
+      if (typeof chart.mark === "number") {
+        this.levels.push({ at: moderate(chart.mark), yref: `y${suffix}` });
+      }
+    }
+
+    // Marked levels, named places on x, and the picked value.
+    shapes() {
+      const { role, marks } = this.group;
+      const faint = color("--faint");
+      const upright = (at, dash) => ({ ...lineShape("x", at, faint, dash), yref: "paper" });
+      const found = role ? picked[role] : undefined;
+      return [
+        ...this.levels.map(({ at, yref }) => lineShape("y", at, faint, "dash", yref)),
+        ...(marks ?? []).map(([at]) => upright(at, "dot")),
+        ...(found === undefined ? [] : [upright(found, "solid")]),
+      ];
+    }
+
+    names() {
+      return (this.group.marks ?? []).map(([at, text]) => ({
+        x: this.onAxis([at])[0], y: 1, yref: "paper", yanchor: "top", xanchor: "left", text,
+        showarrow: false, font: { size: 11, color: color("--faint") },
+      }));
+    }
+
+    follow() {
+      Plotly.relayout(this.root, { shapes: this.shapes() });
+    }
+
+    // Shows the middle part, or more, by this factor.
+    zoomBy(factor) {
+      const whole = this.whole();
+      if (!whole) return;
+      const [low, high] = this.onAxis(this.range ?? whole);
+      const ends = this.onAxis(whole);
+      const half = Math.min((high - low) * factor, ends[1] - ends[0]) / 2;
+      const middle = Math.min(Math.max((low + high) / 2, ends[0] + half), ends[1] - half);
+      this.show([middle - half, middle + half]);
+    }
+
+    // A range of the axis, or null for all of it.
+    show(range) {
+      this.range = range && (this.group.log ? range.map((v) => 10 ** v) : range);
+      this.draw();
     }
 
     sample() {
-      const { x } = this.group;
-      const [low, high] = this.range ?? [x[0], x[x.length - 1]];
-      const shown = visible(x, this.traces.map((t) => t.values), low, high, this.root.clientWidth - 82);
+      const range = this.range ?? this.whole() ?? [-Infinity, Infinity];
+      const pixels = this.root.clientWidth - 82;
+      const shown = this.traces.map(({ x, values, dots }) =>
+        (dots ? { x: Array.from(x), y: Array.from(values), per: 1 } : visible(x, values, ...range, pixels)));
+      const per = Math.max(1, ...shown.map((s) => s.per));
       if (this.note) {
-        this.note.textContent = (shown.per > 1
-          ? `Drawn: least and largest of every ${shown.per} points; zoom in for all of them.`
+        this.note.textContent = (per > 1
+          ? `Drawn: least and largest of every ${per} points; zoom in for all of them.`
           : "Drawn: every point.") + (this.group.note ?? "");
       }
-      return shown;
+      return shown.map(({ x, y }) => ({ x, y }));
     }
 
     zoomed(change) {
       const low = change["xaxis.range[0]"] ?? change["xaxis.range"]?.[0];
       const high = change["xaxis.range[1]"] ?? change["xaxis.range"]?.[1];
-      if (low === undefined && !change["xaxis.autorange"]) return;
-      this.range = low === undefined ? null : [low, high];
+      if (low === undefined) return;
+      this.range = this.group.log ? [10 ** low, 10 ** high] : [low, high];
       const shown = this.sample();
-      Plotly.restyle(this.root, { x: this.traces.map(() => shown.x), y: shown.y });
+      Plotly.restyle(this.root, { x: shown.map((s) => s.x), y: shown.map((s) => s.y) });
     }
 
+    // One column for x and one for each series on it; a series with its own x brings two.
     csv() {
       const { xLabel, x, charts } = this.group;
-      const series = charts.flatMap((chart) =>
-        chart.series.map((s) => ({ name: s.label ? `${s.label}: ${chart.label}` : chart.label, values: s.values })));
-      const rows = [[xLabel, ...series.map((s) => s.name)].map(quoted).join(",")];
-      for (let n = 0; n < x.length; n++) {
-        rows.push([x[n], ...series.map((s) => (Number.isFinite(s.values[n]) ? s.values[n] : ""))].join(","));
+      const columns = x.length > 0 ? [[xLabel, x]] : [];
+      for (const { label, series } of charts) {
+        for (const s of series) {
+          if (s.x) columns.push([xLabel, s.x]);
+          columns.push([s.label ? `${s.label}: ${label}` : label, s.values]);
+          if (s.errors) columns.push([`standard error: ${label}`, s.errors]);
+        }
+      }
+      const rows = [columns.map(([name]) => quoted(name)).join(",")];
+      const length = Math.max(0, ...columns.map(([, values]) => values.length));
+      for (let n = 0; n < length; n++) {
+        rows.push(columns.map(([, values]) => (Number.isFinite(values[n]) ? values[n] : "")).join(","));
       }
       return rows.join("\n") + "\n";
     }
@@ -358,12 +478,14 @@
 
   class MapView {
     constructor(map) {
-      this.map = {
-        ...map,
-        values: floats(map.values),
-        least: map.least ? floats(map.least) : null,
-        largest: map.largest ? floats(map.largest) : null,
-      };
+      // The whole map, and the part that is shown at first, in finer cells.
+      this.overview = this.level(map, map);
+      this.home = map.detail ? this.level(map, map.detail) : this.overview;
+      this.map = this.home;
+      // One colour scale holds for both.
+      const parts = new Set([this.overview.values, this.home.values]);
+      this.values = Float32Array.from([...parts].flatMap((part) => Array.from(part)));
+      this.lines = map.lines.map(({ name, x, y }) => ({ name, x: doubles(x), y: doubles(y) }));
       this.root = document.getElementById(map.id);
       this.picture = this.root.querySelector(".picture");
       this.readout = this.root.querySelector(".readout");
@@ -371,8 +493,30 @@
       this.along = map.along;
       this.isEmpty = map.rows === 0 || map.columns === 0;
       this.missing = this.map.values.some((v) => !Number.isFinite(v));
-      this.peak = this.findPeak();
       this.curve = new CurvePlot(this.root.querySelector(".curve"), this.root.querySelector(".note"), null);
+    }
+
+    // A map with the cells, and the ends, of a part of it (or of all).
+    level(map, part) {
+      const axis = (name) => (part === map ? map[name] : { ...map[name], low: part[name][0], high: part[name][1] });
+      const level = {
+        ...map, ...part, x: axis("x"), y: axis("y"),
+        values: floats(part.values),
+        least: part.least ? floats(part.least) : null,
+        largest: part.largest ? floats(part.largest) : null,
+      };
+      return { ...level, peak: this.findPeak(level) };
+    }
+
+    // The finest cells that the page holds of all that is in view.
+    choose() {
+      const isInside = (axis) => {
+        const { low, high } = this.span(axis, this.home);
+        const [from, to] = this.range(axis);
+        const slack = 1e-6 * (high - low);
+        return from >= low - slack && to <= high + slack;
+      };
+      this.map = isInside("x") && isInside("y") ? this.home : this.overview;
     }
 
     start() {
@@ -381,17 +525,17 @@
       this.listen();
     }
 
-    findPeak() {
+    findPeak(level) {
       let [best, at] = [-1, 0];
-      this.map.values.forEach((v, n) => {
+      level.values.forEach((v, n) => {
         if (Math.abs(v) > best) [best, at] = [Math.abs(v), n];
       });
-      const columns = Math.max(this.map.columns, 1);
+      const columns = Math.max(level.columns, 1);
       return { row: Math.floor(at / columns), column: at % columns };
     }
 
-    span(axis) {
-      const { low, high } = this.map[axis];
+    span(axis, level = this.map) {
+      const { low, high } = level[axis];
       return low < high ? { low, high } : { low: (low ?? 0) - 0.5, high: (low ?? 0) + 0.5 };
     }
 
@@ -430,7 +574,7 @@
         const value = picked[this.map[axis].role];
         return value === undefined ? fallback : this.index(axis, value);
       };
-      return { row: index("y", this.peak.row), column: index("x", this.peak.column) };
+      return { row: index("y", this.map.peak.row), column: index("x", this.map.peak.column) };
     }
 
     pickCell(row, column) {
@@ -448,25 +592,89 @@
         `${label} = ${show(this.value(row, column))}`;
     }
 
+    // Cells of an axis that are in view, and how many of them a pixel would hold.
+    inView(axis) {
+      const pixels = axis === "x" ? this.picture.clientWidth - 170 : this.picture.clientHeight - 90;
+      const [low, high] = this.range(axis);
+      const first = this.index(axis, low);
+      const end = Math.min(this.index(axis, high) + 1, this.count(axis));
+      return { first, end, per: Math.max(1, Math.ceil((end - first) / Math.max(pixels, 100))) };
+    }
+
+    // Cell of largest magnitude among those drawn as one.
+    strongest(row, column) {
+      const { columns, values } = this.map;
+      let best = row * columns + column;
+      for (let i = row; i < Math.min(row + this.view.y.per, this.view.y.end); i++) {
+        for (let j = column; j < Math.min(column + this.view.x.per, this.view.x.end); j++) {
+          const v = values[i * columns + j];
+          if (!(Math.abs(values[best]) >= Math.abs(v)) && Number.isFinite(v)) best = i * columns + j;
+        }
+      }
+      return [Math.floor(best / columns), best % columns];
+    }
+
+    // Of cells drawn as one that hold both signs, the larger magnitude, else null. By their extremes
+    // alone, fast oscillations would show waves that are not there.
+    bothSigns(row, column) {
+      const { columns, values, least, largest } = this.map;
+      let [low, high] = [Infinity, -Infinity];
+      for (let i = row; i < Math.min(row + this.view.y.per, this.view.y.end); i++) {
+        for (let j = column; j < Math.min(column + this.view.x.per, this.view.x.end); j++) {
+          low = Math.min(low, (least ?? values)[i * columns + j]);
+          high = Math.max(high, (largest ?? values)[i * columns + j]);
+        }
+      }
+      const size = Math.max(-low, high);
+      return Math.min(-low, high) > BOTH_SIGNS * size ? size : null;
+    }
+
+    // What is in view, a value a pixel at most, and where its first cell is.
+    heat(scale) {
+      const { rows, columns, values } = this.map;
+      this.view = rows * columns > 0
+        ? { x: this.inView("x"), y: this.inView("y") }
+        : { x: { first: 0, end: 0, per: 1 }, y: { first: 0, end: 0, per: 1 } };
+      const { x, y } = this.view;
+      const starts = ({ first, end, per }) => Array.from({ length: Math.ceil((end - first) / per) }, (_, n) => first + n * per);
+      const single = x.per * y.per === 1;
+      const z = starts(y).map((row) => starts(x).map((column) => {
+        const [i, j] = single ? [row, column] : this.strongest(row, column);
+        const v = values[i * columns + j];
+        return Number.isFinite(v) ? Math.min(Math.max(scale.place(v), 0), 1) : null;
+      }));
+      const along = (axis, count) => {
+        const { low, high } = this.span(axis);
+        const { first, per } = this.view[axis];
+        const width = (high - low) / Math.max(count, 1);
+        return { [`${axis}0`]: low + (first + per / 2) * width, [`d${axis}`]: per * width };
+      };
+      const grey = this.map.signed ? starts(y).map((row) => starts(x).map((column) => {
+        const size = this.bothSigns(row, column);
+        return size === null ? null : Math.min(2 * scale.place(size) - 1, 1);
+      })) : [];
+      const place = { ...along("x", columns), ...along("y", rows) };
+      return [{ z, ...place }, { z: grey, ...place }];
+    }
+
     draw() {
-      const { rows, columns, values, signed, label, x, y } = this.map;
+      this.choose();
+      const { signed, label, x, y } = this.map;
       const palette = signed ? palettes.diverging : palettes.sequential;
-      const scale = scaleOf(values, signed, this.log);
-      const z = Array.from({ length: rows }, (_, row) =>
-        Array.from(values.subarray(row * columns, (row + 1) * columns), (v) =>
-          (Number.isFinite(v) ? Math.min(Math.max(scale.place(v), 0), 1) : null)));
+      const scale = scaleOf(this.values, this.map, this.log);
       const narrow = this.picture.clientWidth < 520;
-      const ticks = scale.ticks.filter((v) => scale.lowest === null || scale.place(v) > 0.05);
+      // The label of the lower end, which is long, stays clear of the next.
+      const clear = narrow ? 0.25 : 0.05;
+      const ticks = scale.ticks.filter((v) => scale.lowest === null || scale.place(v) > clear);
       const tickvals = ticks.map(scale.place);
       const ticktext = ticks.map(scale.show);
       if (scale.lowest !== null) {
         tickvals.push(0);
         ticktext.push(`≤ ${show(scale.lowest, 2)}`);
       }
+      const [colored, grey] = this.heat(scale);
       const trace = {
-        type: "heatmap", z, zmin: 0, zmax: 1, zsmooth: false, hoverinfo: "none",
-        x0: this.coordinate("x", 0), dx: (this.span("x").high - this.span("x").low) / Math.max(columns, 1),
-        y0: this.coordinate("y", 0), dy: (this.span("y").high - this.span("y").low) / Math.max(rows, 1),
+        type: "heatmap", ...colored, zmin: 0, zmax: 1, zsmooth: false, hoverinfo: "none",
         colorscale: colorscale(palette),
         colorbar: {
           title: { text: label + scale.label, side: narrow ? "bottom" : "right", font: { size: label.length > 50 ? 10 : 12 } },
@@ -485,12 +693,19 @@
       layout.xaxis.showgrid = layout.yaxis.showgrid = false;
       layout.xaxis.zeroline = layout.yaxis.zeroline = false;
       const traces = [trace];
+      if (grey.z.flat().some((v) => v !== null)) {
+        traces.push({
+          type: "heatmap", ...grey, zmin: 0, zmax: 1, zsmooth: false, hoverinfo: "skip", showscale: false,
+          colorscale: [[0, "rgb(247,247,247)"], [1, "rgb(64,64,64)"]],
+        });
+      }
+      traces.push(...this.overlay());
       for (const [name, other] of [["x", x.second], ["y", y.second]]) {
         if (!other) continue;
         layout[`${name}axis2`] = {
           ...this.axis(name), title: { text: other[0], standoff: 4 }, overlaying: name,
           side: name === "x" ? "top" : "right", range: this.range(name).map((v) => v * other[1]),
-          showgrid: false, zeroline: false,
+          showgrid: false, zeroline: false, fixedrange: true,
         };
         layout.margin[name === "x" ? "t" : "r"] = 60;
         traces.push({ type: "scatter", x: [null], y: [null], xaxis: name === "x" ? "x2" : "x", yaxis: name === "y" ? "y2" : "y", showlegend: false, hoverinfo: "skip" });
@@ -500,14 +715,28 @@
       this.drawCurve();
     }
 
+    // Lines over the map: bright dashes with a dark edge, one colour a name.
+    overlay() {
+      const { lines } = this;
+      const names = [...new Set(lines.map((line) => line.name))];
+      return lines.flatMap(({ name, x, y }) => {
+        const gaps = Array.from(y, (v) => (Number.isFinite(v) ? v : null));
+        const bright = LINE_COLORS[names.indexOf(name) % LINE_COLORS.length];
+        return [["#222222", 3.5], [bright, 1.5]].map(([color, width]) => ({
+          type: "scatter", mode: "lines", name, x: Array.from(x), y: gaps, showlegend: false, hoverinfo: "skip",
+          line: { color, width, dash: "8px,6px" },
+        }));
+      });
+    }
+
     range(axis) {
       if (this.zoom?.[axis]) return this.zoom[axis];
-      const { low, high } = this.span(axis);
+      const { low, high } = this.span(axis, this.home);
       return [low, high];
     }
 
     axis(name) {
-      const { low, high } = this.span(name);
+      const { low, high } = this.span(name, this.overview);
       return { ...axisStyle(this.map[name].label), range: this.range(name), minallowed: low, maxallowed: high };
     }
 
@@ -557,9 +786,10 @@
       const fixed = upwards ? x : y;
       const at = upwards ? this.read("x", column) : this.read("y", row);
       const series = least
-        ? [{ label: "least", values: cut(least) }, { label: "largest", values: cut(largest), band: true }]
+        ? [{ label: "least", values: cut(least), color: 0 }, { label: "largest", values: cut(largest), color: 0, band: true }]
         : [{ label: "value", values: cut(this.map.values) }];
-      if (this.curve.group && this.curve.group.along !== this.along) this.curve.range = null;
+      const { group } = this.curve;
+      if (group && (group.along !== this.along || group.map !== this.map)) this.curve.range = null;
       this.curve.group = {
         title: `at ${fixed.label} = ${at}`,
         xLabel: (upwards ? y : x).label,
@@ -567,6 +797,7 @@
         charts: [{ label, log: this.log && !signed, mark: null, series }],
         note: block ? ` ${block}` : "",
         along: this.along,
+        map: this.map,
       };
       this.curve.draw();
     }
@@ -583,22 +814,18 @@
         if (!Object.keys(change).some((key) => key.includes("axis"))) return;
         const range = (name) => picture.layout[`${name}axis`].range.map(Number);
         this.zoom = { x: range("x"), y: range("y") };
-        const seconds = {};
-        for (const name of ["x", "y"]) {
-          const { second } = map[name];
-          if (second && !Object.keys(change).some((key) => key.startsWith(`${name}axis2`))) {
-            seconds[`${name}axis2.range`] = this.zoom[name].map((v) => v * second[1]);
-          }
-        }
-        if (Object.keys(seconds).length > 0) Plotly.relayout(picture, seconds);
+        this.draw();
       });
+      picture.on("plotly_doubleclick", () => this.reset());
       picture.addEventListener("keydown", (event) => this.key(event));
       const on = (mark, act) => {
         for (const button of this.root.querySelectorAll(mark)) {
           button.addEventListener("click", () => act(button));
         }
       };
-      on("[data-reset]", () => this.reset());
+      on("[data-reset]", () => this.showWhole());
+      on("[data-home]", () => this.reset());
+      on("[data-zoom]", (button) => this.zoomBy(Number(button.dataset.zoom)));
       on("[data-scale]", (button) => {
         this.log = button.dataset.scale === "log";
         this.draw();
@@ -613,31 +840,38 @@
     }
 
     cellOf(point) {
-      return [this.index("y", point.y), this.index("x", point.x)];
-    }
-
-    zoomTo(x, y) {
-      Plotly.relayout(this.picture, { "xaxis.range": x, "yaxis.range": y });
+      const { x, y } = this.view;
+      const start = ({ first, per }, index) => first + per * Math.floor((index - first) / per);
+      return this.strongest(start(y, this.index("y", point.y)), start(x, this.index("x", point.x)));
     }
 
     reset() {
       this.zoom = null;
-      this.zoomTo(this.range("x"), this.range("y"));
-      this.zoom = null;
+      this.draw();
+    }
+
+    showWhole() {
+      const all = (axis) => {
+        const { low, high } = this.span(axis, this.overview);
+        return [low, high];
+      };
+      this.zoom = { x: all("x"), y: all("y") };
+      this.draw();
     }
 
     // Shrinks (or grows) the visible part about the picked cell.
     zoomBy(factor) {
       const { row, column } = this.cell();
       const range = (axis, index) => {
-        const all = this.span(axis);
+        const all = this.span(axis, this.overview);
         const now = this.range(axis);
         const middle = this.coordinate(axis, index);
         const half = Math.min((now[1] - now[0]) * factor, all.high - all.low) / 2;
         const low = Math.min(Math.max(middle - half, all.low), all.high - 2 * half);
         return [low, low + 2 * half];
       };
-      this.zoomTo(range("x", column), range("y", row));
+      this.zoom = { x: range("x", column), y: range("y", row) };
+      this.draw();
     }
 
     key(event) {
@@ -659,12 +893,15 @@
       action();
     }
 
+    // The cells in view.
     csv() {
-      const { rows, columns, x, y } = this.map;
-      const head = Array.from({ length: columns }, (_, n) => this.coordinate("x", n));
+      const { x, y } = this.map;
+      const [across, up] = [this.view.x, this.view.y];
+      const columns = Array.from({ length: across.end - across.first }, (_, n) => across.first + n);
+      const head = columns.map((n) => this.coordinate("x", n));
       const lines = [[quoted(`${y.label} \\ ${x.label}`), ...head].join(",")];
-      for (let row = 0; row < rows; row++) {
-        const cells = Array.from({ length: columns }, (_, n) => {
+      for (let row = up.first; row < up.end; row++) {
+        const cells = columns.map((n) => {
           const value = this.value(row, n);
           return Number.isFinite(value) ? value : "";
         });
@@ -681,18 +918,25 @@
       this.root = document.getElementById(group.id);
       const charts = group.charts.map((chart) => ({
         ...chart,
-        series: chart.series.map((s) => ({ ...s, values: doubles(s.values) })),
+        series: chart.series.map((s) => ({
+          ...s, values: doubles(s.values), x: s.x && doubles(s.x), errors: s.errors && doubles(s.errors),
+        })),
       }));
       this.plot = new CurvePlot(this.root.querySelector(".curve"), this.root.querySelector(".note"), {
-        xLabel: group.label, x: doubles(group.x), role: group.role, charts, note: group.note,
-      }, (x) => pick({ [group.role]: x }));
-      this.plot.root.style.height = `${90 + 200 * charts.length}px`;
+        ...group, xLabel: group.label, x: doubles(group.x), charts, title: null,
+      }, group.role && ((x) => pick({ [group.role]: x })));
+      this.plot.root.style.height = `${charts.length > 1 ? 90 + 200 * charts.length : 400}px`;
     }
 
     start() {
       const { plot, root } = this;
       const { id } = root;
       plot.draw();
+      root.querySelector("[data-reset]").addEventListener("click", () => plot.show(null));
+      root.querySelector("[data-home]")?.addEventListener("click", () => plot.show(plot.group.shown));
+      for (const button of root.querySelectorAll("[data-zoom]")) {
+        button.addEventListener("click", () => plot.zoomBy(Number(button.dataset.zoom)));
+      }
       root.querySelector("[data-png]").addEventListener("click", () => savePng(plot.root, id));
       root.querySelector("[data-csv]").addEventListener("click", () =>
         save(`${id}.csv`, plot.csv(), "text/csv"));
@@ -703,28 +947,35 @@
     }
 
     follow() {
-      this.plot.draw();
+      this.plot.follow();
     }
   }
 
   // ---- Pictures are drawn once they come near the window: the first at once.
 
-  views.push(...data.maps.map((map) => new MapView(map)));
-  views.push(...data.curves.map((group) => new CurveView(group)));
+  views.push(...data.pictures.map((picture) =>
+    (picture.kind === "map" ? new MapView(picture) : new CurveView(picture))));
 
   const waiting = new Map(views.map((view) => [view.root, view]));
+  const viewOf = new Map(waiting);
   const start = (root) => {
     const view = waiting.get(root);
-    if (!view) return;
     waiting.delete(root);
-    observer.unobserve(root);
-    view.start();
+    view?.start();
+  };
+  const come = (root) => {
+    near.add(root);
+    start(root);
+    if (behind.delete(viewOf.get(root))) viewOf.get(root).follow();
   };
   const observer = new IntersectionObserver((entries) => {
-    for (const { isIntersecting, target } of entries) if (isIntersecting) start(target);
+    for (const { isIntersecting, target } of entries) {
+      if (isIntersecting) come(target);
+      else near.delete(target);
+    }
   }, { rootMargin: "600px" });
   if (views.length > 0) start(views[0].root);
-  for (const root of waiting.keys()) observer.observe(root);
+  for (const root of viewOf.keys()) observer.observe(root);
   window.addEventListener("beforeprint", () => [...waiting.keys()].forEach(start));
 
   const started = () => views.filter((view) => !waiting.has(view.root));

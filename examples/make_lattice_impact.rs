@@ -22,6 +22,8 @@ x0 = 0.0
 space_unit = \"a\"
 quantity = \"velocity\"
 unit = \"v0\"
+# Waves of the lattice, which figures draw over S(k, f).
+dispersion = \"2*sqrt(c/m)*abs(sin(k*a/2)); c=1, m=1\"
 ";
 
 fn main() -> io::Result<()> {

@@ -6,7 +6,7 @@ use wavecascade::Field;
 use wavecascade::analyze::{Request, plan, run};
 use wavecascade::field::OpenOptions;
 use wavecascade::observer::Silent;
-use wavecascade::plot::{Format, draw_all};
+use wavecascade::plot::{Format, Style, draw_all};
 use wavecascade::report::{
     Archive, Provenance, ResultDirectory, Summary, html, write_small_arrays,
 };
@@ -33,8 +33,13 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
         "summary.json",
         Summary::new(&analysis, &provenance).to_json()?,
     )?;
-    directory.write("report.html", html(&analysis, &|_| None))?;
-    draw_all(&analysis, &directory.path().join("figures"), &[Format::Png])?;
+    directory.write("report.html", html(&analysis, &|_| None, &Style::default()))?;
+    draw_all(
+        &analysis,
+        &directory.path().join("figures"),
+        &[Format::Png],
+        &Style::default(),
+    )?;
     let published = directory.publish()?;
 
     for entry in std::fs::read_dir(&published)? {

@@ -21,6 +21,7 @@ pub mod report;
 pub mod sweep;
 mod system;
 pub mod transform;
+mod unit;
 
 pub use analyze::analyze;
 pub use error::{Error, Result};

@@ -98,6 +98,8 @@ dimensions! {
     Pressure, "a pressure": "Pa" = 1.0, "kPa" = 1e3, "MPa" = 1e6, "GPa" = 1e9;
     Force, "a force": "N" = 1.0, "kN" = 1e3, "mN" = 1e-3;
     Frequency, "a frequency": "Hz" = 1.0, "kHz" = 1e3, "MHz" = 1e6;
+    Wavenumber, "a wavenumber": "rad/m" = 1.0, "rad/km" = 1e-3, "rad/cm" = 1e2, "rad/mm" = 1e3,
+        "rad/um" = 1e6;
     Angle, "an angle": "deg" = 1.0, "rad" = 180.0 / std::f64::consts::PI;
     Memory, "a size": "B" = 1.0, "kB" = 1e3, "MB" = 1e6, "GB" = 1e9, "TB" = 1e12,
         "KiB" = 1024.0, "MiB" = 1_048_576.0, "GiB" = 1_073_741_824.0, "TiB" = 1_099_511_627_776.0;

@@ -1,13 +1,13 @@
 //! What the figure scripts share: panels of curves as PNG, SVG and CSV, and the experiment's chain.
 
 use std::fmt::Write;
+use std::ops::Range;
 use std::path::{Path, PathBuf};
 
 use ndarray::{ArrayView2, Axis};
 use wavecascade::analyze::{Map, MapAxis, Reduction};
 use wavecascade::chain::scene::{SceneSource, Setting, Setup};
-use wavecascade::plot::{Chart, Figure, Format, draw_charts, draw_panels};
-pub use wavecascade::plot::{Curve, Panel, around};
+use wavecascade::plot::{Chart, Figure, Format, Series, Sheet, Style};
 
 pub type Outcome<T> = Result<T, Box<dyn std::error::Error>>;
 
@@ -15,6 +15,46 @@ pub type Outcome<T> = Result<T, Box<dyn std::error::Error>>;
 const ROWS: usize = 5000;
 /// Cells in a CSV file of maps at most, likewise.
 const CELLS: usize = 9000;
+
+/// A curve by its name, which may be empty, and its points.
+pub type Curve = (&'static str, Vec<(f64, f64)>);
+
+/// Curves on one pair of axes, which are drawn and written as a table.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Panel {
+    pub title: String,
+    pub x_label: &'static str,
+    pub y_label: &'static str,
+    pub x: Range<f64>,
+    pub y: Range<f64>,
+    pub curves: Vec<Curve>,
+}
+
+impl Panel {
+    fn chart(&self) -> Chart {
+        let curves = self.curves.iter().enumerate();
+        let series = curves.map(|(i, (label, points))| Series::line(*label, i, points.clone()));
+        Chart {
+            x: self.x.clone(),
+            y: self.y.clone(),
+            ..Chart::of(&self.title, self.x_label, self.y_label, series.collect())
+        }
+    }
+}
+
+/// A range that holds 0 and all values of the curves.
+pub fn around(curves: &[Curve]) -> Range<f64> {
+    let points = curves.iter().flat_map(|(_, points)| points);
+    wavecascade::plot::around(points.map(|point| point.1))
+}
+
+/// The style of all figures here, whose titles are in the README.
+pub fn style() -> Style {
+    Style {
+        headings: false,
+        ..Style::screen()
+    }
+}
 
 /// Where pictures and tables go.
 pub fn out() -> PathBuf {
@@ -33,11 +73,9 @@ pub fn experiment(keys: &[(&str, &str)]) -> Outcome<Setup> {
 
 /// Draws the panels in rows of `columns` into `figures/out/<name>.png` and `.svg`, and writes their
 /// curves into `<name>.csv`.
-pub fn save(name: &str, columns: usize, panels: &[Panel]) -> Outcome<()> {
-    for format in [Format::Png, Format::Svg] {
-        let picture = draw_panels(name, columns, panels, format)?;
-        write(&format!("{name}.{}", format.extension()), &picture)?;
-    }
+pub fn save(name: &'static str, columns: usize, panels: &[Panel]) -> Outcome<()> {
+    let charts: Vec<Chart> = panels.iter().map(Panel::chart).collect();
+    save_charts(name, columns, &charts)?;
     write(&format!("{name}.csv"), &table(panels)?)
 }
 
@@ -53,10 +91,16 @@ fn settings<'a>(keys: &'a [(&str, &str)]) -> impl Iterator<Item = Setting> + 'a 
 }
 
 /// Draws charts in rows of `columns` into `figures/out/<name>.png` and `.svg`.
-pub fn save_charts(name: &str, columns: usize, charts: &[Chart]) -> Outcome<()> {
+pub fn save_charts(name: &'static str, columns: usize, charts: &[Chart]) -> Outcome<()> {
+    let sheet = Sheet::grid(name, columns, charts.iter().cloned());
+    save_figure(&sheet.figure(name, &style()))
+}
+
+/// Draws a figure into `figures/out/<name>.png` and `.svg`.
+pub fn save_figure(figure: &Figure) -> Outcome<()> {
     for format in [Format::Png, Format::Svg] {
-        let picture = draw_charts(name, columns, (760, 440), charts, format)?;
-        write(&format!("{name}.{}", format.extension()), &picture)?;
+        let file = format!("{}.{}", figure.name(), format.extension());
+        write(&file, &figure.encode(format)?)?;
     }
     Ok(())
 }
@@ -136,18 +180,14 @@ pub fn map(label: &str, values: ArrayView2<f64>, [x, y]: [(&str, f64, f64); 2]) 
         },
         range: None,
         label: label.into(),
+        detail: None,
     }
 }
 
 /// Writes a grid of maps as `figures/out/<name>.png` and `.svg`, and the maps as `<name>.csv`.
 pub fn save_maps(figure: &Figure, maps: &[(&str, &Map)]) -> Outcome<()> {
     let name = figure.name();
-    for format in [Format::Png, Format::Svg] {
-        write(
-            &format!("{name}.{}", format.extension()),
-            &figure.encode(format)?,
-        )?;
-    }
+    save_figure(figure)?;
     let mut text = String::new();
     for ((title, map), index) in maps.iter().zip(1..) {
         let [x, y] = [&map.x.label, &map.y.label];

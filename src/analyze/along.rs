@@ -4,7 +4,7 @@ use super::result::{Moments, Spot};
 use crate::diagnostics::SpectrumMoments;
 
 /// The part of the largest row's energy below which a row is undefined.
-const FLOOR: f64 = 1e-6;
+pub(super) const FLOOR: f64 = 1e-6;
 
 /// The part of the largest row's energy that a row needs to be the reference by default.
 pub(super) const REFERENCE: f64 = 0.1;

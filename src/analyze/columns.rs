@@ -9,7 +9,7 @@ use super::intermediate::{self, Intermediate, SpillFile};
 use super::plan::Plan;
 use super::worker::{RecordSamples, Worker};
 use crate::arrays::{LargeArray, Sink};
-use crate::diagnostics::{Bins, MapBuilder, SpectrumMoments, interleaved_moments};
+use crate::diagnostics::{Bins, Keep, MapBuilder, SpectrumMoments, interleaved_moments};
 use crate::error::{Error, Result};
 use crate::numeric::sum;
 use crate::observer::Observer;
@@ -28,6 +28,8 @@ pub(super) struct TemporalPassResult {
     pub passed: Vec<Passed>,
     /// Of the spectra; `None` where they are not written by this pass, or no maps are wanted.
     pub map: Option<MapBuilder>,
+    /// Sum over sites at each frequency, with the map.
+    pub frequency_energies: Option<Vec<f64>>,
 }
 
 /// Amplitudes checked at most, and samples summed for them at most.
@@ -122,12 +124,13 @@ impl<'a, T: Real> AlongTime<'a, T> {
         observer.stage("along time", nx as u64);
         let workers = ScratchPool::default();
         let wanted = between.is_none();
+        let has_map = wanted && plan.request.maps;
         let mut done = TemporalPassResult {
             rows: Vec::with_capacity(nx),
             energies: Vec::with_capacity(nx),
             passed: Vec::new(),
-            map: (wanted && plan.request.maps)
-                .then(|| MapBuilder::largest((nf, nx), crate::diagnostics::MAP_LIMIT)),
+            map: has_map.then(|| plan.map_builder((nf, nx), Keep::Largest)),
+            frequency_energies: has_map.then(|| vec![0.0; nf]),
         };
         let rows = if wanted { nf } else { 0 };
         let bins = plan.frequency_bins();
@@ -158,6 +161,13 @@ impl<'a, T: Real> AlongTime<'a, T> {
                 }
                 if let Some(map) = &mut done.map {
                     map.add(0, from, spectra.view());
+                }
+                if let Some(sums) = &mut done.frequency_energies {
+                    // Site by site, so that the bits do not depend on the blocks.
+                    let rows = spectra.axis_iter(Axis(0)).into_par_iter();
+                    rows.zip(&mut sums[..]).for_each(|(row, sum)| {
+                        *sum = row.iter().fold(*sum, |sum, p| sum + p);
+                    });
                 }
                 sink.put(LargeArray::TEMPORAL_SPECTRUM, 0, from, spectra.view())?;
             }

@@ -1,11 +1,14 @@
 //! A field filtered in frequency and wavenumber.
 
-use ndarray::{Array2, s};
+use ndarray::{Array2, ArrayView2, s};
 
 use crate::error::{Error, Result};
 use crate::field::Field;
-use crate::system::memory::available_memory;
+use crate::system::memory::{available_memory, try_filled};
 use crate::transform::{Passband, SpaceTimeFilter};
+
+/// Bytes of a field that are read at once.
+const READ_BYTES: usize = 8 << 20;
 
 /// A field that has passed a filter.
 #[derive(Debug, Clone)]
@@ -24,7 +27,8 @@ pub struct Filtered {
 ///
 /// # Errors
 /// [`Error::Request`] for bands with edges in the wrong order; [`Error::NonFinite`] for samples
-/// that are not numbers; [`Error::Memory`] for a field whose transform does not fit.
+/// that are not numbers; [`Error::Memory`] for a field whose transform does not fit, and
+/// [`Error::Refused`] where the system has less memory than was allowed.
 pub fn filtered(
     field: &Field,
     band: &Passband,
@@ -38,7 +42,7 @@ pub fn filtered(
     // Samples, half as many complex bins, and the result; then scratch of each thread.
     let arrays = (shape.0 as u64)
         .saturating_mul(shape.1 as u64)
-        .saturating_mul(8 * 3 + 8);
+        .saturating_mul(8 * 3);
     let allowed = memory.unwrap_or_else(available_memory);
     let fits = |needed| match needed > allowed {
         true => Err(Error::Memory {
@@ -51,25 +55,26 @@ pub fn filtered(
     fits(arrays)?;
     let working = SpaceTimeFilter::<f64>::working_bytes(shape);
     fits(arrays + rayon::current_num_threads() as u64 * working)?;
-    let mut row = vec![0.0; times * sites];
-    field.read_time_major(0..times, 0..sites, &mut row);
-    check_finite(field, &row)?;
-    let mut values = Array2::zeros(shape);
-    for (mut to, from) in values.rows_mut().into_iter().zip(row.chunks_exact(sites)) {
-        to.iter_mut().zip(from).for_each(|(to, from)| *to = *from);
-    }
+    let values = read_padded(field, shape)?;
+    let samples = values.slice(s![..times, ..sites]);
+    check_finite(field, samples)?;
+    let energy = |values: ArrayView2<f64>| values.iter().map(|v| v * v).sum::<f64>();
+    let energy_before = energy(samples);
     let filter = SpaceTimeFilter::new(shape);
     let steps = (field.time.step, field.space.step);
     let passed = filter.apply(values.view(), steps, band)?;
-    let passed = passed.slice(s![..times, ..sites]).to_owned();
-    let energy = |values: &mut dyn Iterator<Item = f64>| values.map(|v| v * v).sum::<f64>();
-    let energy_before = energy(&mut row.iter().copied());
-    let energy_after = energy(&mut passed.iter().copied());
+    drop(values);
+    let passed = match pad {
+        true => passed.slice(s![..times, ..sites]).to_owned(),
+        false => passed,
+    };
+    let energy_after = energy(passed.view());
     let mut found = Field::from_array(passed);
     found.time = field.time.clone();
     found.space = field.space.clone();
     found.quantity = field.quantity;
     found.unit = field.unit.clone();
+    found.dispersion = field.dispersion.clone();
     found.name = format!("{}, filtered", field.name);
     Ok(Filtered {
         field: found,
@@ -78,7 +83,32 @@ pub fn filtered(
     })
 }
 
-fn check_finite(field: &Field, values: &[f64]) -> Result<()> {
+/// The samples of a field in an array of at least its shape, zeros behind them. Pages of a mapped
+/// file are let go of as they are read.
+fn read_padded(field: &Field, shape: (usize, usize)) -> Result<Array2<f64>> {
+    let (times, sites) = (field.n_times(), field.n_sites());
+    let len = shape.0 * shape.1;
+    let values = try_filled(len, 0.0).map_err(|_| Error::Refused {
+        what: "the field",
+        needed: 8 * len as u64,
+    })?;
+    let mut values = Array2::from_shape_vec(shape, values).expect("a length of this shape");
+    let rows = (READ_BYTES / (8 * sites)).clamp(1, times);
+    let mut block = vec![0.0; rows * sites];
+    for from in (0..times).step_by(rows) {
+        let to = times.min(from + rows);
+        let block = &mut block[..(to - from) * sites];
+        field.read_time_major(from..to, 0..sites, block);
+        let into = values.rows_mut().into_iter().skip(from);
+        for (mut into, row) in into.zip(block.chunks_exact(sites)) {
+            into.iter_mut().zip(row).for_each(|(to, from)| *to = *from);
+        }
+        field.release_pages();
+    }
+    Ok(values)
+}
+
+fn check_finite(field: &Field, values: ArrayView2<f64>) -> Result<()> {
     let n = field.n_sites();
     let bad = || values.iter().enumerate().filter(|(_, v)| !v.is_finite());
     let Some((first, _)) = bad().next() else {
@@ -111,7 +141,7 @@ mod tests {
         // With a cache line for the alignment.
         let scratch = 2 * width * (64 + 33 * 66) * 8 + 64;
         let back = width * (4096 + 2 * 2049) * 8 + scratch;
-        let arrays = 4096 * 512 * 32;
+        let arrays = 4096 * 512 * 24;
         for threads in [1, 3] {
             let expected = arrays + threads * ((2 << 20) + scratch + back);
             let with = |memory| {

@@ -8,8 +8,9 @@ use num_complex::Complex;
 
 use super::along::Headline;
 use super::plan::Plan;
+use super::quality::is_noise;
 use super::result::{Front, FrontLength};
-use crate::diagnostics::{Bins, interleaved_moments};
+use crate::diagnostics::{Bins, SpectrumMoments, interleaved_moments};
 use crate::numeric::lanes::{LaneBlock, WIDTH};
 use crate::transform::{Real, RecordScratch, RecordTransform, fold, frequencies, power};
 
@@ -275,7 +276,7 @@ fn quick(samples: usize) -> usize {
 pub(super) fn gather(
     plan: &Plan,
     length: FrontLength,
-    passed: &[Passed],
+    (rows, passed): (&[SpectrumMoments], &[Passed]),
     defined: &[bool],
     reference: Option<usize>,
 ) -> Front {
@@ -286,9 +287,11 @@ pub(super) fn gather(
         at_once += usize::from(passed.arrival == Some(0));
     }
     let length = match length {
-        FrontLength::Window { .. } if 2 * at_once > sites => {
-            FrontLength::NoArrival { at_once, sites }
-        }
+        FrontLength::Window { .. } if 2 * at_once > sites => FrontLength::NoArrival {
+            at_once,
+            sites,
+            noise: is_noise(rows, &plan.frequency_bins()),
+        },
         other => other,
     };
     let has_window = matches!(length, FrontLength::Window { .. });

@@ -3,6 +3,7 @@
 use super::Axes;
 use crate::field::Quantity;
 use crate::transform::Scaling;
+use crate::unit::{self, compose, label};
 
 /// What the samples measure, in words.
 pub(crate) fn quantity(quantity: Quantity) -> &'static str {
@@ -27,12 +28,18 @@ pub(crate) fn position(axes: &Axes) -> String {
 
 /// `frequency (Hz)`: always in cycles.
 pub(crate) fn frequency(axes: &Axes) -> String {
-    format!("frequency ({})", axes.frequency_unit())
+    label(
+        "frequency",
+        &axes.frequency_unit().replace("/unit of", " per unit of"),
+    )
 }
 
 /// `wavenumber (rad/m)`: always in rad.
 pub(crate) fn wavenumber(axes: &Axes) -> String {
-    format!("wavenumber ({})", axes.wavenumber_unit())
+    label(
+        "wavenumber",
+        &axes.wavenumber_unit().replace("/unit of", " per unit of"),
+    )
 }
 
 /// How powers are scaled and what their amplitudes are measured in.
@@ -41,62 +48,97 @@ pub(crate) struct Power<'a> {
     pub scaling: Scaling,
     /// Unit of the samples, where known.
     pub unit: Option<&'a str>,
+    /// Amplitude whose square counts as 1, in that unit.
+    pub amplitude: f64,
 }
 
 impl Power<'_> {
     /// S(f, x), or a short-time spectrum: over frequency.
     pub fn over_frequency(self, axes: &Axes) -> String {
-        self.density(axes.time_unit(), &axes.frequency_unit())
+        let [time, _] = steps(axes);
+        self.density(&[time.0], &[&time.1])
     }
 
     /// S(k, t), or a short-space spectrum: over wavenumber.
     pub fn over_wavenumber(self, axes: &Axes) -> String {
-        self.density(axes.space_unit(), &axes.wavenumber_unit())
+        let [_, space] = steps(axes);
+        self.density(&[space.0], &[&space.1])
     }
 
     /// S(k, f): over both.
     pub fn over_both(self, axes: &Axes) -> String {
-        let length = format!("{} {}", factor(axes.time_unit()), axes.space_unit());
-        let bin = format!(
-            "{} {}",
-            factor(&axes.frequency_unit()),
-            factor(&axes.wavenumber_unit())
-        );
-        self.density(&length, &bin)
+        let [time, space] = steps(axes);
+        self.density(&[time.0, space.0], &[&time.1, &space.1])
     }
 
     /// `Pi_K(k, t)`: half of `v^2 dx` a unit of time, so per unit of mass.
     pub fn flux(self, axes: &Axes) -> String {
-        format!(
-            "kinetic flux surrogate per unit mass ({} {} / {})",
-            self.square(),
-            axes.space_unit(),
-            factor(axes.time_unit())
-        )
+        let [time, space] = steps(axes);
+        let unit = compose(&[&self.square(), space.0], &[time.0]);
+        label("kinetic flux surrogate per unit mass", &unit)
     }
 
-    fn density(self, length: &str, bin: &str) -> String {
-        let (square, bin) = (self.square(), factor(bin));
+    /// Spectral density over bins of units `bins`, of axes of units `lengths`.
+    fn density(self, lengths: &[&str], bins: &[&str]) -> String {
+        let square = self.square();
+        let over: Vec<&str> = [&square[..]].into_iter().chain(lengths.to_vec()).collect();
         match self.scaling {
-            Scaling::Energy => format!("energy spectral density ({square} {length} / {bin})"),
-            Scaling::Density => format!("power spectral density ({square} / {bin})"),
-            Scaling::Spectrum => format!("power spectrum ({square})"),
+            Scaling::Energy => label("energy spectral density", &compose(&over, bins)),
+            Scaling::Density => label("power spectral density", &compose(&over[..1], bins)),
+            Scaling::Spectrum => label("power spectrum", &square),
         }
     }
 
-    pub fn square(self) -> String {
-        match self.unit {
-            Some(unit) => format!("{}²", factor(unit)),
-            None => "field unit²".into(),
+    fn square(self) -> String {
+        let unit = self.unit.unwrap_or_default();
+        if self.amplitude == 1.0 {
+            return unit::square(unit);
+        }
+        let amplitude = unit::scientific(self.amplitude, 3);
+        unit::square(&unit::times(&amplitude, unit))
+    }
+}
+
+/// Labels of curves, which figures alone have.
+#[cfg(feature = "figures")]
+impl Power<'_> {
+    /// The integral of a site's spectrum over frequency.
+    pub fn of_site(self, axes: &Axes) -> String {
+        let [time, _] = steps(axes);
+        self.energy(time.0)
+    }
+
+    /// The integral of a time's spectrum over wavenumber.
+    pub fn of_time(self, axes: &Axes) -> String {
+        let [_, space] = steps(axes);
+        self.energy(space.0)
+    }
+
+    fn energy(self, length: &str) -> String {
+        let square = self.square();
+        match self.scaling {
+            Scaling::Energy => label("energy", &compose(&[&square, length], &[])),
+            Scaling::Density | Scaling::Spectrum => label("mean square", &square),
         }
     }
 }
 
-/// A unit as a factor of a product: composed units in brackets.
-fn factor(unit: &str) -> String {
-    if unit.contains(['/', ' ', '*', '·', '^']) {
-        format!("({unit})")
-    } else {
-        unit.into()
-    }
+/// Units of time and length, each with that of its frequency; empty for an axis without one, whose
+/// steps are numbers.
+fn steps(axes: &Axes) -> [(&str, String); 2] {
+    let of = |unit: &Option<String>, bin: String| match unit {
+        Some(_) => bin,
+        None => String::new(),
+    };
+    let [time, space] = [&axes.time.unit, &axes.space.unit];
+    [
+        (
+            time.as_deref().unwrap_or_default(),
+            of(time, axes.frequency_unit()),
+        ),
+        (
+            space.as_deref().unwrap_or_default(),
+            of(space, axes.wavenumber_unit()),
+        ),
+    ]
 }

@@ -1,9 +1,11 @@
 //! Maps finished: the arrays reduced by the passes get their axes and labels.
 
+use super::display::{Display, Extent};
 use super::labels::{self, Power};
 use super::plan::Plan;
 use crate::diagnostics::{Map, MapBuilder};
 use crate::field::Field;
+use crate::unit;
 
 /// What the labels are made of.
 pub(super) struct Maps<'a> {
@@ -13,6 +15,7 @@ pub(super) struct Maps<'a> {
     pub unit: f64,
     /// Powers are stored in units of its square.
     pub power_unit: f64,
+    pub display: &'a Display,
 }
 
 /// An axis of a map.
@@ -28,10 +31,7 @@ enum MapSide {
 impl Maps<'_> {
     pub fn field(&self, map: MapBuilder) -> Map {
         let name = labels::quantity(self.field.quantity);
-        let label = match self.field.unit.as_deref() {
-            Some(unit) => format!("{name} ({unit})"),
-            None => name.into(),
-        };
+        let label = unit::label(name, self.field.unit.as_deref().unwrap_or_default());
         self.finish(map.times(self.unit), label, MapSide::Time, MapSide::Space)
     }
 
@@ -59,17 +59,24 @@ impl Maps<'_> {
         Power {
             scaling: self.plan.request.scaling,
             unit: self.field.unit.as_deref(),
+            amplitude: self.power_unit,
         }
     }
 
     fn finish(&self, map: MapBuilder, label: String, y: MapSide, x: MapSide) -> Map {
-        let label = match (y, x) {
-            (MapSide::Time, MapSide::Space) => label,
-            _ if self.power_unit != 1.0 => format!("{label} × ({:e})²", self.power_unit),
-            _ => label,
-        };
         let ((y_label, y0, dy), (x_label, x0, dx)) = (self.axis(y), self.axis(x));
-        map.finish(label, (&y_label, y0, dy), (&x_label, x0, dx))
+        let part = Display::part(self.extent(y), self.extent(x));
+        map.finish_with(Some(&part), label, (&y_label, y0, dy), (&x_label, x0, dx))
+    }
+
+    fn extent(&self, side: MapSide) -> &Extent {
+        match side {
+            MapSide::Time => &self.display.time,
+            MapSide::Space => &self.display.space,
+            MapSide::Frequency => &self.display.frequency,
+            MapSide::Wavenumber => &self.display.wavenumber,
+            MapSide::SignedWavenumber => &self.display.wavenumber_signed,
+        }
     }
 
     /// Label, first coordinate and step.

@@ -3,6 +3,8 @@
 mod along;
 mod arrays;
 mod columns;
+mod dispersion;
+mod display;
 mod filtered;
 mod flux;
 mod front;
@@ -26,6 +28,8 @@ pub use crate::diagnostics::{Map, MapAxis, Reduction};
 pub use crate::transform::Scaling;
 pub use along::Headline;
 pub use arrays::Spectra;
+pub use dispersion::{Constants, Dispersion, DispersionCurve, parse_constants};
+pub use display::{Display, Extent, Show, ShowAxis};
 pub use filtered::{Filtered, filtered};
 pub use plan::{Blocks, Plan, PlanSummary, PlannedStage, plan};
 pub use request::{Request, Results, ShortTime, TimeRange, Welch};

@@ -1,5 +1,6 @@
 //! Defects of the data and of its sampling.
 
+use super::warning::LOUD;
 use super::{Request, Warning};
 use crate::diagnostics::{Bins, SpectrumMoments};
 use crate::numeric::{sum, sum_of_squares};
@@ -33,6 +34,7 @@ impl Ends {
 pub(crate) struct Findings<'a> {
     pub scans: &'a [ChannelScan],
     pub first_site: usize,
+    pub first_time: usize,
     /// The field is a simulated run: no sensor, and sites are all the bodies there are.
     pub simulated: bool,
     pub ends: &'a [Ends],
@@ -49,15 +51,36 @@ pub(crate) struct Findings<'a> {
 }
 
 const ALIASING_SHARE: f64 = 0.01;
-/// Share of the top tenth of the axis for spectra as flat as white noise. The effective bandwidth
+/// Share of the top tenth of the axis, over that of a flat spectrum, for spectra as flat as white
+/// noise. The effective bandwidth
 /// of a periodogram of white noise is 0.66 of the axis, and less for few bins.
-const FLAT_SHARE: std::ops::Range<f64> = 0.05..0.15;
+const FLAT_SHARE: std::ops::Range<f64> = 0.45..1.5;
 const FLAT_PART: f64 = 0.5;
+/// Energy above the 90 % quantile of spectra with a white floor, as the top tenth foretells it: 0.1 up
+/// to what differs by chance.
+const FLOOR_SHARE: std::ops::Range<f64> = 0.08..0.125;
+/// Bins that are too few to tell flat spectra by their bandwidth.
+const FEW_BINS: usize = 6;
 const COMMON_SHARE: f64 = 0.5;
 const STATIC_SHARE: f64 = 0.5;
 /// A jump between the ends, over the root mean square, and over that of neighbours.
 const STEP: f64 = 0.5;
 const STEP_OVER_NEIGHBOURS: f64 = 2.0;
+/// The energy that a jump leaks into the top tenth of the axis, where `|V|^2` is a quarter of its
+/// square, over its square; and the least part of what is there that it makes up.
+const LEAKED: f64 = 0.025;
+const LEAKED_PART: f64 = 0.6;
+/// Neighbours that are too loud together, at most, and by how much the others may differ.
+const LOUD_TOGETHER: usize = 2;
+/// Times without any motion that look like a recording that dropped out.
+const ZERO_RUN: usize = 2;
+/// Level of a start-up transient over that of the second half of the record: at its first sample, and
+/// until it is over; by how much the rest may differ; its least share of the energy.
+const START_LEVEL: f64 = 16.0;
+const STARTED_LEVEL: f64 = 4.0;
+const START_SHARE: f64 = 0.02;
+/// Standard deviations of the energy of white noise in a part of the record.
+const NOISE_DEVIATIONS: f64 = 6.0;
 /// Energy in a twentieth of the record: three times that of a steady record.
 const CUT_SHARE: f64 = 0.15;
 /// Equal samples on an extreme that make a record look clipped.
@@ -70,6 +93,10 @@ pub(crate) fn findings(found: &Findings, request: &Request) -> Vec<Warning> {
     if energy <= 0.0 {
         warnings.push(Warning::NoEnergy);
         return warnings;
+    }
+    if !found.simulated {
+        warnings.extend(found.loud_channels());
+        warnings.extend(found.zero_times());
     }
     let results = request.results;
     if results.temporal || results.spacetime {
@@ -153,14 +180,16 @@ impl Findings<'_> {
             let energy = self.of_ends(|e| e.energy);
             let per_total = energy / total / n_times as f64;
             let mean_square: Vec<f64> = rows.iter().map(|r| r.total * per_total).collect();
-            if open_share(rows, &self.frequency, &steps, &mean_square) > 0.5 {
+            if open_share(rows, &self.frequency, &steps, &mean_square, n_times) > 0.5 {
                 let step = (sum(&steps) / sum(&mean_square)).sqrt();
                 warnings.push(Warning::LeakageTime { step });
             }
         }
+        let start_up = self.start_up();
         if request.scaling == Scaling::Energy {
-            warnings.extend(self.cut());
+            warnings.extend(self.cut(start_up.is_some(), flat_part(rows, &self.frequency)));
         }
+        warnings.extend(start_up);
         warnings
     }
 
@@ -174,8 +203,94 @@ impl Findings<'_> {
         2 * moving.count() > self.scans.len()
     }
 
+    /// Sites far louder than those beside them, while these are alike: one gain that is wrong.
+    fn loud_channels(&self) -> Option<Warning> {
+        let n = self.scans.len();
+        let level = |j: usize| match self.by_site {
+            Some(rows) => rows[j].total.sqrt(),
+            None => self.scans[j].largest,
+        };
+        let levels: Vec<f64> = (0..n).map(level).collect();
+        let mut sorted: Vec<f64> = levels.iter().copied().filter(|&v| v > 0.0).collect();
+        sorted.sort_by(f64::total_cmp);
+        let quantile = |share: f64| sorted.get((share * sorted.len() as f64) as usize).copied();
+        let (median, most) = (quantile(0.5)?, quantile(0.75)?);
+        // Motion that has reached a part of the sites differs as much.
+        let alike = most <= LOUD * median && LOUD * sorted[sorted.len() / 4] >= median;
+        if n < 3 || !alike {
+            return None;
+        }
+        let is_high = |j: usize| levels[j] > LOUD * median;
+        let mut sites = Vec::new();
+        let mut from = 0;
+        while from < n {
+            let end = (from..n).find(|&j| !is_high(j)).unwrap_or(n);
+            let least = (from..end).map(|j| levels[j]).fold(f64::INFINITY, f64::min);
+            let beside = [from.checked_sub(1), Some(end).filter(|&end| end < n)];
+            let stands_out = |j: usize| levels[j] > 0.0 && least > LOUD * levels[j];
+            if (1..=LOUD_TOGETHER).contains(&(end - from))
+                && beside.into_iter().flatten().all(stands_out)
+            {
+                sites.extend(from..end);
+            }
+            from = end + 1;
+        }
+        let loudest = sites.iter().map(|&j| levels[j]).reduce(f64::max)?;
+        Some(Warning::LoudChannels {
+            sites: sites.iter().map(|j| self.first_site + j).collect(),
+            ratio: loudest / median,
+        })
+    }
+
+    /// Times at which nothing moves, between others: two or more in a row.
+    fn zero_times(&self) -> Option<Warning> {
+        let moves = |n: &usize| self.ends[*n].energy > 0.0;
+        let all = 0..self.ends.len();
+        let (first, last) = (all.clone().find(moves)?, all.clone().rfind(moves)?);
+        let mut zeros = Vec::new();
+        let mut from = first;
+        while from < last {
+            let end = (from..=last).find(moves).unwrap_or(last);
+            if end - from >= ZERO_RUN {
+                zeros.extend(from..end);
+            }
+            from = end + 1;
+        }
+        let (&first, &last) = (zeros.first()?, zeros.last()?);
+        (self.scans.len() > 1).then_some(Warning::ZeroTimes {
+            times: zeros.len(),
+            first: self.first_time + first,
+            last: self.first_time + last,
+        })
+    }
+
+    /// A transient of all sites at the start of a record that is steady from its twentieth part on.
+    fn start_up(&self) -> Option<Warning> {
+        let n = self.ends.len();
+        let twentieth = n / 20;
+        let mean = |part: &[Ends]| {
+            sum(&part.iter().map(|e| e.energy).collect::<Vec<_>>()) / part.len() as f64
+        };
+        if twentieth == 0 || !self.starts_in_motion() {
+            return None;
+        }
+        let late = mean(&self.ends[n / 2..]);
+        let early = mean(&self.ends[twentieth..n / 2]);
+        let is_high = |e: &&Ends| e.energy > STARTED_LEVEL * late;
+        let times = self.ends.iter().take_while(is_high).count();
+        let is_steady = early <= STARTED_LEVEL * late && late <= STARTED_LEVEL * early;
+        let ratio = self.ends[0].energy / late;
+        let share = mean(&self.ends[..times.max(1)]) * times as f64 / self.of_ends(|e| e.energy);
+        let found = ratio > START_LEVEL && times <= twentieth && is_steady && share > START_SHARE;
+        found.then_some(Warning::StartUp {
+            times,
+            share,
+            ratio,
+        })
+    }
+
     /// A record that begins in the middle of the motion, or ends while it grows.
-    fn cut(&self) -> Option<Warning> {
+    fn cut(&self, starts_up: bool, flat_part: f64) -> Option<Warning> {
         let twentieth = self.ends.len() / 20;
         if twentieth == 0 {
             return None;
@@ -184,8 +299,15 @@ impl Findings<'_> {
         let part = |ends: &[Ends]| sum(&ends.iter().map(|e| e.energy).collect::<Vec<_>>()) / energy;
         let first = part(&self.ends[..twentieth]);
         let last = part(&self.ends[self.ends.len() - twentieth..]);
-        let starts_late = first > CUT_SHARE && self.starts_in_motion();
-        (starts_late || last > CUT_SHARE).then_some(Warning::TransientCut { first, last })
+        // Parts of a short record of noise differ by chance.
+        let samples = (twentieth * self.scans.len()) as f64;
+        let by_chance = 0.05 * (1.0 + NOISE_DEVIATIONS * (2.0 / samples).sqrt());
+        let least = match flat_part > FLAT_PART {
+            true => CUT_SHARE.max(by_chance),
+            false => CUT_SHARE,
+        };
+        let starts_late = first > least && !starts_up && self.starts_in_motion();
+        (starts_late || last > least).then_some(Warning::TransientCut { first, last })
     }
 
     /// Defects that affect spectra along space.
@@ -206,7 +328,7 @@ impl Findings<'_> {
             let steps: Vec<f64> = self.ends.iter().map(|e| e.step).collect();
             let mean_square = self.ends.iter().map(|e| e.energy / n_sites as f64);
             let mean_square: Vec<f64> = mean_square.collect();
-            if open_share(rows, &self.wavenumber, &steps, &mean_square) > 0.5 {
+            if open_share(rows, &self.wavenumber, &steps, &mean_square, n_sites) > 0.5 {
                 let step = (sum(&steps) / sum(&mean_square)).sqrt();
                 warnings.push(Warning::LeakageSpace { step });
             }
@@ -219,31 +341,72 @@ fn total(rows: &[SpectrumMoments], part: fn(&SpectrumMoments) -> f64) -> f64 {
     sum(&rows.iter().map(part).collect::<Vec<_>>())
 }
 
+/// The mean effective bandwidth of spectra, weighted by their energy, over the length of the axis.
+fn flat_part(rows: &[SpectrumMoments], bins: &Bins) -> f64 {
+    let filled = rows.iter().filter(|r| r.effective_bandwidth.is_finite());
+    let filled: Vec<f64> = filled.map(|r| r.effective_bandwidth * r.total).collect();
+    sum(&filled) / total(rows, |r| r.total) / bins.centres[bins.len() - 1]
+}
+
+/// Whether spectra are as flat as those of white noise.
+pub(super) fn is_noise(rows: &[SpectrumMoments], bins: &Bins) -> bool {
+    flat_part(rows, bins) > FLAT_PART
+}
+
 /// Share of energy in the top tenth of an axis, and the lower edge of that tenth, if the share
-/// suggests aliasing. Not decidable for spectra as flat as noise.
+/// suggests aliasing. Not decidable for spectra as flat as noise, and those with a floor of it.
 fn aliased(rows: &[SpectrumMoments], bins: &Bins) -> Option<(f64, f64)> {
     let all = total(rows, |r| r.total);
     let share = total(rows, |r| r.top) / all;
-    let filled = rows.iter().filter(|r| r.effective_bandwidth.is_finite());
-    let filled: Vec<f64> = filled.map(|r| r.effective_bandwidth * r.total).collect();
-    let top = bins.centres[bins.len() - 1];
-    let is_flat = FLAT_SHARE.contains(&share) && sum(&filled) / all > FLAT_PART * top;
-    (share > ALIASING_SHARE && !is_flat).then_some((share, 0.9 * top))
+    let last = bins.centres[bins.len() - 1];
+    let from = bins.centres.partition_point(|&q| q <= 0.9 * last);
+    let of_flat = 1.0 - (from as f64 - 0.5) * bins.step / bins.top();
+    let is_wide = bins.len() < FEW_BINS || flat_part(rows, bins) > FLAT_PART;
+    let is_flat = FLAT_SHARE.contains(&(share / of_flat)) && is_wide;
+    let is_flat = is_flat || has_floor(rows, bins, of_flat);
+    (share > ALIASING_SHARE && !is_flat).then_some((share, 0.9 * last))
+}
+
+/// Whether the energy in the top tenth is that of a white floor below other motion: spectra are as
+/// dense from their 90 % quantile on as in the top tenth. A row with more than a hundredth of its
+/// energy in a flat top tenth has its quantile in the floor, which then holds a tenth above it. A line
+/// near the end of the axis may do so by chance: rows count whose quantile is below, or that are flat.
+fn has_floor(rows: &[SpectrumMoments], bins: &Bins, of_flat: f64) -> bool {
+    let high = rows.iter().filter(|r| r.top > ALIASING_SHARE * r.total);
+    let (mut above, mut all) = (0.0, 0.0);
+    for row in high {
+        let is_flat = row.effective_bandwidth > FLAT_PART * bins.top();
+        if is_flat || row.quantile_90 < 0.8 * bins.top() {
+            above += row.top / of_flat * (1.0 - row.quantile_90 / bins.top());
+        }
+        all += row.total;
+    }
+    FLOOR_SHARE.contains(&(above / all))
 }
 
 /// Share of the energy in rows whose ends do not meet: they are further apart than half the root mean
 /// square, and than neighbours are, by far. `steps` are squared.
 ///
 /// Neighbours a step d apart differ in the mean square by `sum p (2 sin(q d / 2))^2`, q in rad, of
-/// shares p, at most by `d^2` times the second moment of q, and by 4.
-fn open_share(rows: &[SpectrumMoments], bins: &Bins, steps: &[f64], mean_square: &[f64]) -> f64 {
+/// shares p, at most by `d^2` times the second moment of q, and by 4. A jump counts only where what
+/// it leaks is a part of what the top tenth of the axis holds: on noise, and where neighbours differ
+/// anyway, it is none.
+fn open_share(
+    rows: &[SpectrumMoments],
+    bins: &Bins,
+    steps: &[f64],
+    mean_square: &[f64],
+    length: usize,
+) -> f64 {
     let per_step = std::f64::consts::PI / bins.top();
     let open = rows.iter().zip(steps).zip(mean_square);
     let open = open.map(|((row, &step), &mean_square)| {
         let second_moment = row.centroid.powi(2) + row.bandwidth.powi(2);
         let neighbours = mean_square * (per_step.powi(2) * second_moment).min(4.0);
-        let is_open =
-            step > STEP.powi(2) * mean_square && step > STEP_OVER_NEIGHBOURS.powi(2) * neighbours;
+        let leaked = LEAKED * step / (mean_square * length as f64);
+        let is_open = step > STEP.powi(2) * mean_square
+            && step > STEP_OVER_NEIGHBOURS.powi(2) * neighbours
+            && leaked * row.total > LEAKED_PART * row.top;
         if is_open { mean_square } else { 0.0 }
     });
     sum(&open.collect::<Vec<_>>()) / sum(mean_square)

@@ -6,7 +6,7 @@ use super::nearest;
 use super::plan::Plan;
 use crate::error::Result;
 use crate::observer::Observer;
-use crate::prepare::Prepared;
+use crate::prepare::{ChannelScan, Prepared};
 
 /// Sites that the front has passed at the reference time of a run, at most.
 const PASSED: usize = 10;
@@ -22,11 +22,16 @@ impl References {
     /// As requested, otherwise by the rules of
     /// [`Request::reference_site`](super::Request::reference_site) and
     /// [`Request::reference_time`](super::Request::reference_time).
-    pub fn find(plan: &Plan, prepared: &Prepared, observer: &dyn Observer) -> Result<References> {
+    pub fn find(
+        plan: &Plan,
+        prepared: &Prepared,
+        scans: &[ChannelScan],
+        observer: &dyn Observer,
+    ) -> Result<References> {
         let results = plan.request.results;
         let site = || match plan.request.reference_site {
             Some(site) => Some(site - plan.sites.start),
-            None => behind_the_struck(plan, prepared),
+            None => behind_the_struck(plan, prepared, scans),
         };
         let time = || match plan.request.reference_time {
             Some(t) => Some(nearest(&plan.axes.time, t, plan.axes.n_times)),
@@ -43,27 +48,33 @@ impl References {
         if by_energy.contains(&true) {
             let (sites, times) = prepared.energies(observer)?;
             if by_energy[0] {
-                found.site = first_with_energy(&sites);
+                found.site = first_with_energy(&sites, REFERENCE);
             }
             if by_energy[1] {
-                found.time = first_with_energy(&times);
+                found.time = first_with_energy(&times, REFERENCE);
             }
         }
         Ok(found)
     }
 }
 
-/// The first row with at least a tenth of the largest energy.
-fn first_with_energy(energies: &[f64]) -> Option<usize> {
+/// The first row with at least this share of the largest energy.
+pub(super) fn first_with_energy(energies: &[f64], share: f64) -> Option<usize> {
     let largest = energies.iter().fold(0.0, |m: f64, &e| m.max(e));
     energies
         .iter()
-        .position(|&energy| energy > 0.0 && energy >= REFERENCE * largest)
+        .position(|&energy| energy > 0.0 && energy >= share * largest)
 }
 
-/// Of a run, the first body behind those that are struck or driven, if it is analysed and moves.
-fn behind_the_struck(plan: &Plan, prepared: &Prepared) -> Option<usize> {
+/// Of a run, the first body behind those that are struck or driven, if it is analysed and moves: more
+/// than the rounding of a node of a standing wave.
+fn behind_the_struck(plan: &Plan, prepared: &Prepared, scans: &[ChannelScan]) -> Option<usize> {
+    const ROUNDING: f64 = 1e-12;
     let site = within(plan, prepared.struck()? + 1)?;
+    let largest = scans.iter().fold(0.0, |m: f64, scan| m.max(scan.largest));
+    if scans[site].largest < ROUNDING * largest {
+        return None;
+    }
     arrival_at(plan, prepared, site).map(|_| site)
 }
 

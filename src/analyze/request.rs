@@ -1,8 +1,10 @@
 //! The request: every choice of an analysis, as data.
 
+use super::dispersion::Dispersion;
+use super::display::Show;
 use crate::arrays::Precision;
 use crate::prepare::{Detrend, Gaps, Preparation, Window};
-use crate::transform::Scaling;
+use crate::transform::{Scaling, Segments};
 
 /// Which results to compute; only the transforms these need are made.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -117,10 +119,15 @@ pub struct Request {
     pub noise: Option<f64>,
     /// Frequencies `[from, to]` over which directions are summed; `None`: all.
     pub direction_band: Option<(f64, f64)>,
+    /// Dispersion relations that `S(k, f)` is held against; `None`: the one that the field states
+    /// ([`Field::dispersion`](crate::Field::dispersion)), if any.
+    pub dispersion: Option<Vec<Dispersion>>,
     pub short_time: ShortTime,
     /// Whether arrays are also reduced to [maps](super::Map); without them there are neither figures of
     /// arrays nor heat maps in the report.
     pub maps: bool,
+    /// Which part of each axis figures and report show at first.
+    pub show: Show,
     pub precision: Precision,
     /// Worker threads; `None`: one a core.
     pub threads: Option<usize>,
@@ -151,6 +158,7 @@ impl Default for Request {
             front_window: None,
             noise: None,
             direction_band: None,
+            dispersion: None,
             short_time: ShortTime {
                 sites: Vec::new(),
                 times: Vec::new(),
@@ -161,6 +169,7 @@ impl Default for Request {
                 window: Window::Hann,
             },
             maps: true,
+            show: Show::default(),
             precision: Precision::F64,
             threads: None,
             memory: None,
@@ -169,9 +178,16 @@ impl Default for Request {
 }
 
 impl Request {
-    /// The preparation of the samples before transforms.
-    pub(crate) fn preparation(&self) -> Preparation {
+    /// The preparation of the samples before transforms along time in `segments`.
+    pub(crate) fn preparation(&self, segments: Segments) -> Preparation {
+        let results = self.results;
+        let by_segments = results.temporal || results.spacetime;
         Preparation {
+            reached: match by_segments {
+                true => segments.record - segments.left_over(),
+                false => segments.record,
+            },
+            transforms_all: results.spatial || results.flux_surrogate || results.short_time,
             gaps: self.gaps,
             precision: self.precision,
             detrend_field_mean: self.detrend_field_mean,

@@ -3,8 +3,11 @@
 use ndarray::{Array2, Array3};
 
 use super::along::Headline;
+use super::dispersion::DispersionCurve;
+use super::display::Display;
 use super::warning::Warning;
 use crate::diagnostics::Map;
+use crate::error::{Error, Result};
 use crate::field::{Axis, Quantity};
 use crate::prepare::WindowGains;
 
@@ -188,7 +191,12 @@ pub enum FrontLength {
     /// The window is longer than the record.
     TooLong { window: f64 },
     /// More than half of the sites move from the first sample on.
-    NoArrival { at_once: usize, sites: usize },
+    NoArrival {
+        at_once: usize,
+        sites: usize,
+        /// Spectra are as flat as those of white noise.
+        noise: bool,
+    },
 }
 
 /// Shares of the bands over the passage of the front, one value a site.
@@ -226,6 +234,35 @@ pub struct Parseval {
     pub time: Option<f64>,
     pub space: Option<f64>,
     pub spacetime: Option<f64>,
+}
+
+impl Parseval {
+    /// That each residual is explained by rounding: at most 1e-10, and in single precision 1e-4, a
+    /// thousand times what is found on any field.
+    ///
+    /// # Errors
+    /// [`Error::Parseval`] with the first that is not.
+    pub fn check(&self, precision: crate::arrays::Precision) -> Result<()> {
+        let bound = match precision {
+            crate::arrays::Precision::F64 => 1e-10,
+            crate::arrays::Precision::F32 => 1e-4,
+        };
+        let residuals = [
+            ("along time", self.time),
+            ("along space", self.space),
+            ("in space and time", self.spacetime),
+        ];
+        let beyond = |residual: f64| residual.is_nan() || residual.abs() > bound;
+        let mut found = residuals.into_iter().filter_map(|(s, r)| Some((s, r?)));
+        match found.find(|(_, residual)| beyond(*residual)) {
+            Some((spectra, residual)) => Err(Error::Parseval {
+                spectra,
+                residual,
+                bound,
+            }),
+            None => Ok(()),
+        }
+    }
 }
 
 /// A short-time spectrum `(bins, frames)` of a site's record or of an instant's profile.
@@ -333,6 +370,8 @@ pub struct Analysis {
     pub headline_time: Headline,
     /// The passage of the front, beside the whole record.
     pub front: Option<Front>,
+    /// The part of each axis that figures show.
+    pub display: Display,
     /// The field itself, `(time, site)`. No maps where [`Request::maps`](super::Request::maps) is off.
     pub field_map: Option<Map>,
     /// `S(f, x)`: rows are frequencies, columns positions.
@@ -343,6 +382,8 @@ pub struct Analysis {
     pub spacetime_map: Option<Map>,
     /// `Pi_K(k, t)`: rows are times, columns wavenumbers.
     pub flux_map: Option<Map>,
+    /// What `S(k, f)` is held against; empty where it was not requested.
+    pub dispersion: Vec<DispersionCurve>,
     pub short_time: Option<ShortTimeSpectra>,
     pub short_space: Option<ShortTimeSpectra>,
     pub accuracy: Accuracy,

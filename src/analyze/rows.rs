@@ -8,7 +8,7 @@ use super::flux::FluxSurrogate;
 use super::plan::Plan;
 use super::quality::Ends;
 use crate::arrays::{LargeArray, Sink};
-use crate::diagnostics::{Bins, MapBuilder, SpectrumMoments, interleaved_moments};
+use crate::diagnostics::{Bins, Keep, MapBuilder, SpectrumMoments, interleaved_moments};
 use crate::error::{Error, Result};
 use crate::numeric::lanes::{self, widest};
 use crate::observer::Observer;
@@ -30,6 +30,8 @@ pub(super) struct SpatialPassResult {
     pub field_map: Option<MapBuilder>,
     pub map: Option<MapBuilder>,
     pub flux_map: Option<MapBuilder>,
+    /// Sum over times at each wavenumber, with the map, where `S(k, f)` does not have it.
+    pub wavenumber_energies: Option<Vec<f64>>,
 }
 
 /// The spectrum of time `n`.
@@ -63,8 +65,9 @@ pub(super) fn transform_profiles<T: Real>(
         .transforms_space()
         .then(|| RecordTransform::<T>::new(&plan.window_space, plan.conventions.padded_space));
     let results = plan.request.results;
-    let map = |wanted: bool, of: fn((usize, usize), (usize, usize)) -> _, columns: usize| {
-        (wanted && plan.request.maps).then(|| of((nt, columns), crate::diagnostics::MAP_LIMIT))
+    let has_maps = plan.request.maps;
+    let map = |wanted: bool, keep: Keep, columns: usize| {
+        (wanted && has_maps).then(|| plan.map_builder((nt, columns), keep))
     };
     let spectra = if transform.is_some() { nt } else { 0 };
     let mut done = SpatialPassResult {
@@ -73,9 +76,11 @@ pub(super) fn transform_profiles<T: Real>(
         ends: Vec::with_capacity(nt),
         first_profile: Vec::new(),
         last_profile: Vec::new(),
-        field_map: map(true, MapBuilder::extreme, nx),
-        map: map(results.spatial, MapBuilder::largest, nk),
-        flux_map: map(results.flux_surrogate, MapBuilder::extreme, nk),
+        field_map: map(true, Keep::Extreme, nx),
+        map: map(results.spatial, Keep::Largest, nk),
+        flux_map: map(results.flux_surrogate, Keep::Extreme, nk),
+        wavenumber_energies: (has_maps && plan.transforms_space() && !results.spacetime)
+            .then(|| vec![0.0; nk]),
     };
     let mut flux = FluxSurrogate::new(plan, stored);
     let pass = SpatialPass {
@@ -156,6 +161,9 @@ impl SpatialPassResult {
         if let Some(map) = &mut self.field_map {
             map.add(from, 0, profiles);
         }
+        if let Some(sums) = &mut self.wavenumber_energies {
+            add_rows(sums, spectra.view());
+        }
         if plan.request.results.flux_surrogate {
             flux.take(spectra.view(), self.flux_map.as_mut(), sink)?;
         }
@@ -169,6 +177,15 @@ impl SpatialPassResult {
             sink.put(LargeArray::SPATIAL_SPECTRUM, from, 0, spectra.view())?;
         }
         Ok(())
+    }
+}
+
+/// Adds the rows one by one, so that the bits do not depend on the blocks.
+pub(super) fn add_rows(sums: &mut [f64], rows: ArrayView2<f64>) {
+    for row in rows.outer_iter() {
+        for (sum, value) in sums.iter_mut().zip(row) {
+            *sum += value;
+        }
     }
 }
 

@@ -4,6 +4,7 @@ use std::time::Instant;
 
 use super::along::{self, Headline};
 use super::columns::TemporalPassResult;
+use super::display::{AxisEnergies, Display};
 use super::maps::Maps;
 use super::plan::{Plan, plan};
 use super::quality::{Findings, findings};
@@ -11,7 +12,7 @@ use super::reference::References;
 use super::request::Request;
 use super::result::*;
 use super::rows::SpatialPassResult;
-use super::spacetime::ByDirection;
+use super::spacetime::{ByDirection, Frequencies};
 use super::stages::{Clock, FromProfiles, Stages};
 use super::warning::Warning;
 use super::{Spectra, front};
@@ -69,7 +70,7 @@ fn passes<T: Real>(
         field,
         times,
         sites,
-        plan.request.preparation(),
+        plan.request.preparation(plan.segments),
         plan.tiles,
         observer,
     )?;
@@ -77,7 +78,7 @@ fn passes<T: Real>(
     let unit = prepared.unit();
     let stored = stored_square(unit, plan.request.precision);
 
-    let references = References::find(plan, &prepared, observer)?;
+    let references = References::find(plan, &prepared, &scans, observer)?;
     clock.lap(plan, "reference");
     let stages = Stages {
         plan,
@@ -111,14 +112,17 @@ fn passes<T: Real>(
         &rows,
         spacetime.as_ref().map(|s| &*s.directions),
     );
+    parseval.check(plan.request.precision)?;
     let warnings = warnings(field, plan, &scans, columns.as_ref(), &rows, (unit, stored));
 
     let power_unit = if stored == 1.0 { unit } else { 1.0 };
+    let display = display(plan, columns.as_ref(), &rows, spacetime.as_ref());
     let maps = Maps {
         field,
         plan,
         unit,
         power_unit,
+        display: &display,
     };
     let summed = Summed {
         plan,
@@ -138,6 +142,8 @@ fn passes<T: Real>(
         .as_ref()
         .map(|s| (direction(plan, &s.directions), shares(&s.directions)));
     let (direction, direction_by_frequency) = by_direction.unzip();
+    // A single site has no wavenumber axis.
+    let direction_by_frequency = direction_by_frequency.filter(|_| plan.axes.n_sites > 1);
     let (temporal_map, spacetime_map) = match spacetime.map(|s| (s.temporal_map, s.map)) {
         Some(maps) => maps,
         None => (columns.and_then(|c| c.map), None),
@@ -167,6 +173,8 @@ fn passes<T: Real>(
         spatial_map: rows.map.map(|map| maps.spatial(map)),
         spacetime_map: spacetime_map.map(|map| maps.spacetime(map)),
         flux_map: rows.flux_map.map(|map| maps.flux(map)),
+        display: display.clone(),
+        dispersion: plan.dispersion.clone(),
         short_time,
         short_space,
         accuracy: accuracy(plan.request.precision, power_unit, checked, &parseval),
@@ -174,6 +182,28 @@ fn passes<T: Real>(
         timings: clock.timings,
         warnings,
     })
+}
+
+/// The part of each axis that figures show.
+fn display(
+    plan: &Plan,
+    columns: Option<&TemporalPassResult>,
+    rows: &SpatialPassResult,
+    spacetime: Option<&Frequencies>,
+) -> Display {
+    let of_site = columns.map(|columns| &*columns.energies);
+    let totals = |found: &Frequencies| found.directions.iter().map(ByDirection::total).collect();
+    let energies = AxisEnergies {
+        frequency: match spacetime {
+            Some(found) => Some(totals(found)),
+            None => columns.and_then(|columns| columns.frequency_energies.clone()),
+        },
+        wavenumber: rows.wavenumber_energies.as_deref(),
+        wavenumber_signed: spacetime.and_then(|found| found.wavenumber_energies.as_deref()),
+        time: (!rows.energies.is_empty()).then_some(&*rows.energies),
+        space: of_site,
+    };
+    Display::find(plan, &energies, rows.field_map.as_ref())
 }
 
 /// What to doubt about the field and its results.
@@ -188,6 +218,7 @@ fn warnings(
     let found = Findings {
         scans,
         first_site: plan.sites.start,
+        first_time: plan.times.start,
         simulated: field.struck.is_some(),
         ends: &rows.ends,
         first_profile: &rows.first_profile,
@@ -258,8 +289,15 @@ impl Summed<'_> {
         let defined = along::defined(&columns.rows, &columns.energies, noise);
         let measure = plan.time_scale.measure * self.stored;
         let moments = Moments::gather(&columns.rows, &defined, measure, plan.padding_time());
-        let front =
-            length.map(|length| front::gather(plan, length, &columns.passed, &defined, reference));
+        let front = length.map(|length| {
+            front::gather(
+                plan,
+                length,
+                (&columns.rows, &columns.passed),
+                &defined,
+                reference,
+            )
+        });
         // Where the record ends while the front passes, the end makes a part of the spectrum.
         let whole = match &front {
             Some(front) if matches!(front.length, FrontLength::Window { .. }) => &front.fits,
@@ -313,7 +351,7 @@ fn parseval(
     spacetime: Option<&[ByDirection]>,
 ) -> Parseval {
     let residual = |transformed: f64, samples: f64| {
-        (samples > 0.0 && transformed.is_finite()).then(|| transformed / samples - 1.0)
+        (samples > 0.0 && samples.is_finite()).then(|| transformed / samples - 1.0)
     };
     let total = |rows: &[SpectrumMoments]| sum(&rows.iter().map(|r| r.total).collect::<Vec<_>>());
     let segments = plan.segments.count() as f64;
@@ -350,8 +388,11 @@ fn direction(plan: &Plan, by: &[ByDirection]) -> Direction {
         let chosen = by.iter().zip(axis).filter(|(_, q)| inside(q));
         sum(&chosen.map(|(b, _)| part(b)).collect::<Vec<_>>())
     };
-    let total = of(ByDirection::total);
-    // 0 / 0 is NaN: a field without energy has no direction.
+    // A field without energy has no direction, 0 / 0 being NaN, and neither has a single site.
+    let total = match plan.axes.n_sites {
+        1 => f64::NAN,
+        _ => of(ByDirection::total),
+    };
     Direction {
         toward_plus_x: of(|b| b.toward_plus_x) / total,
         toward_minus_x: of(|b| b.toward_minus_x) / total,

@@ -8,8 +8,9 @@ use num_complex::Complex;
 
 use super::intermediate::{Intermediate, Rows};
 use super::plan::Plan;
+use super::rows::add_rows;
 use crate::arrays::{LargeArray, Sink};
-use crate::diagnostics::MapBuilder;
+use crate::diagnostics::{Keep, MapBuilder};
 use crate::error::{Error, Result};
 use crate::numeric::sum;
 use crate::observer::Observer;
@@ -61,6 +62,8 @@ pub(super) struct Frequencies {
     pub map: Option<MapBuilder>,
     /// Of the spectra along time, which this pass has by rows; see [`transform_frequencies`].
     pub temporal_map: Option<MapBuilder>,
+    /// Sum over frequencies at each wavenumber of both signs, with the map.
+    pub wavenumber_energies: Option<Vec<f64>>,
 }
 
 /// Transforms all frequencies; the spectrum goes to `sink`.
@@ -86,13 +89,13 @@ pub(super) fn transform_frequencies<T: Real>(
         observer,
     };
     let map = |wanted: bool, columns: usize| {
-        (wanted && plan.request.maps)
-            .then(|| MapBuilder::largest((nf, columns), crate::diagnostics::MAP_LIMIT))
+        (wanted && plan.request.maps).then(|| plan.map_builder((nf, columns), Keep::Largest))
     };
     let mut done = Frequencies {
         directions: Vec::with_capacity(nf),
         map: map(true, nk),
         temporal_map: map(plan.request.results.temporal, nx),
+        wavenumber_energies: plan.request.maps.then(|| vec![0.0; nk]),
     };
     let width = if plan.request.results.temporal { nx } else { 0 };
     let room = || FrequencyBlock {
@@ -137,6 +140,9 @@ impl Frequencies {
         let powers = block.powers.slice(s![..count, ..]);
         if let Some(map) = &mut self.map {
             map.add(from, 0, powers);
+        }
+        if let Some(sums) = &mut self.wavenumber_energies {
+            add_rows(sums, powers);
         }
         sink.put(LargeArray::SPACETIME_SPECTRUM, from, 0, powers)?;
         let records = block.records.slice(s![..count, ..]);

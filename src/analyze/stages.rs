@@ -3,11 +3,12 @@
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::Instant;
 
+use super::along::FLOOR;
 use super::columns::{AlongTime, TemporalPassResult};
 use super::front::{self, WindowTransforms};
 use super::intermediate::{Intermediate, SpillFile};
 use super::plan::Plan;
-use super::reference::References;
+use super::reference::{References, first_with_energy};
 use super::result::{BandEdge, FrontLength, ShortTimeSpectra, Timing};
 use super::rows::{self, SpatialPassResult};
 use super::short_time;
@@ -132,7 +133,8 @@ impl Stages<'_> {
             observer,
         )?;
         clock.lap(plan, "along time");
-        let site = columns.energies.iter().position(|&energy| energy > 0.0);
+        // Of a node there is rounding alone.
+        let site = first_with_energy(&columns.energies, FLOOR);
         let check = || site.and_then(|site| along_time.spot_check(site));
         let (spacetime, checked) = match &mut between {
             None => {

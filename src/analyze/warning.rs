@@ -5,6 +5,9 @@ use serde_json::{Map, Value, json};
 use crate::field::Note;
 use crate::measure::digits;
 
+/// How much louder than those beside it a site is that is too loud.
+pub(super) const LOUD: f64 = 100.0;
+
 /// A finding about the data or the request, with its numbers.
 #[derive(Debug, Clone, PartialEq)]
 #[non_exhaustive]
@@ -17,6 +20,23 @@ pub enum Warning {
     DeadChannels { sites: Vec<usize> },
     /// Sites that sit on their largest or smallest value for runs of samples.
     SaturatedChannels { sites: Vec<usize>, longest: usize },
+    /// Sites that are far louder than those beside them: at most two neighbours; `ratio` is that of the
+    /// loudest amplitude to the median.
+    LoudChannels { sites: Vec<usize>, ratio: f64 },
+    /// Times at which all sites are zero, between others at which they are not: from the first to the
+    /// last of them.
+    ZeroTimes {
+        times: usize,
+        first: usize,
+        last: usize,
+    },
+    /// Share of energy in the first `times`, at which the level is `ratio` times that of the second half
+    /// of the record, while the rest is steady.
+    StartUp {
+        times: usize,
+        share: f64,
+        ratio: f64,
+    },
     /// Share of energy common to all sites (k = 0).
     CommonMode { share: f64 },
     /// Share of energy at f = 0.
@@ -52,6 +72,9 @@ impl Warning {
             Warning::AliasingSpace { .. } => "aliasing-space",
             Warning::DeadChannels { .. } => "dead-channels",
             Warning::SaturatedChannels { .. } => "saturated-channels",
+            Warning::LoudChannels { .. } => "loud-channels",
+            Warning::ZeroTimes { .. } => "zero-times",
+            Warning::StartUp { .. } => "start-up",
             Warning::CommonMode { .. } => "common-mode",
             Warning::Static { .. } => "static",
             Warning::LeakageTime { .. } => "leakage-time",
@@ -78,17 +101,43 @@ impl Warning {
                 percent(*share),
                 rounded(*above)
             ),
-            Warning::DeadChannels { sites } => {
-                format!(
+            Warning::DeadChannels { sites } => match &sites[..] {
+                [site] => format!("the record of site {site} is constant"),
+                _ => format!(
                     "{} of the records are constant: sites {}",
                     sites.len(),
                     some(sites)
-                )
-            }
+                ),
+            },
             Warning::SaturatedChannels { sites, longest } => format!(
                 "{} of the records stay on their extreme value for up to {longest} samples: sites {}",
                 sites.len(),
                 some(sites)
+            ),
+            Warning::LoudChannels { sites, ratio } if sites.len() == 1 => format!(
+                "site {} is more than {LOUD} times as loud as those beside it, {} times the median",
+                sites[0],
+                rounded(*ratio)
+            ),
+            Warning::LoudChannels { sites, ratio } => format!(
+                "{} of the sites are more than {LOUD} times as loud as those beside them, up to {} times \
+                 the median: sites {}",
+                sites.len(),
+                rounded(*ratio),
+                some(sites)
+            ),
+            Warning::ZeroTimes { times, first, last } => format!(
+                "all sites are zero at {times} times between others, from row {first} to row {last}"
+            ),
+            Warning::StartUp {
+                times,
+                share,
+                ratio,
+            } => format!(
+                "{} of the energy lies in the first {times} samples, where it is {} times that of the second \
+                 half of the record",
+                percent(*share),
+                rounded(*ratio)
             ),
             Warning::CommonMode { share } => {
                 format!(
@@ -123,8 +172,11 @@ impl Warning {
                 percent(*last)
             ),
             Warning::Unrepresentable { largest, unit } => format!(
-                "squares of amplitudes up to {largest:e} leave the number range; spectra are in \
-                 units of ({unit:e})^2"
+                "squares of amplitudes up to {} leave the number range; spectra are in units of \
+                 (2^{})^2, 2^{1} being {}",
+                rounded(*largest),
+                unit.log2().round(),
+                rounded(*unit)
             ),
             Warning::NoKineticEnergy => {
                 "the quantity is not a velocity, so no kinetic flux surrogate is given".into()
@@ -145,6 +197,15 @@ impl Warning {
             Warning::SaturatedChannels { sites, longest } => {
                 json!({"sites": sites, "longest": longest})
             }
+            Warning::LoudChannels { sites, ratio } => json!({"sites": sites, "ratio": ratio}),
+            Warning::ZeroTimes { times, first, last } => {
+                json!({"times": times, "first": first, "last": last})
+            }
+            Warning::StartUp {
+                times,
+                share,
+                ratio,
+            } => json!({"times": times, "share": share, "ratio": ratio}),
             Warning::CommonMode { share } => json!({"share": share}),
             Warning::LeakageTime { step } | Warning::LeakageSpace { step } => {
                 json!({"step": step})

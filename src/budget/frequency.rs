@@ -181,7 +181,7 @@ pub(super) fn power_flow(
     let units = &request.units;
     let (f, x) = (units.frequency(), units.position());
     let x = (&*x, 0.5 * request.pitch, request.pitch);
-    let label = units.energy("power flow P(f), energy per unit of frequency");
+    let label = units.energy_per_frequency("power flow P(f)");
     let mut flow = FrequencyFlow {
         chosen: Vec::new(),
         refined: Vec::new(),

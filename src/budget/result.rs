@@ -319,5 +319,6 @@ pub(super) fn empty_map() -> Map {
         },
         range: None,
         label: String::new(),
+        detail: None,
     }
 }

@@ -1,5 +1,7 @@
 //! Names of a budget's axes and quantities, with their units.
 
+use crate::unit::{compose, label};
+
 /// Units of a chain; none for a chain without dimensions.
 #[derive(Debug, Clone, PartialEq, Eq, Default, serde::Serialize)]
 pub struct BudgetUnits {
@@ -24,21 +26,21 @@ impl BudgetUnits {
 
     pub(crate) fn position(&self) -> String {
         match &self.length {
-            Some(unit) => format!("position ({unit})"),
+            Some(unit) => label("position", unit),
             None => "position (sites)".into(),
         }
     }
 
     pub(crate) fn wavenumber(&self) -> String {
         match &self.length {
-            Some(unit) => format!("wavenumber k (rad/{unit})"),
+            Some(unit) => label("wavenumber k", &format!("rad/{unit}")),
             None => "wavenumber k (rad per site)".into(),
         }
     }
 
     pub(crate) fn frequency(&self) -> String {
         match self.time.as_deref() {
-            Some(unit) => format!("frequency ({})", crate::measure::cycles_per(unit)),
+            Some(unit) => label("frequency", &crate::measure::cycles_per(unit)),
             None => "frequency (cycles per unit of time)".into(),
         }
     }
@@ -48,18 +50,43 @@ impl BudgetUnits {
         named(what, &self.energy)
     }
 
+    /// `what (J/Hz)`.
+    pub(crate) fn energy_per_frequency(&self, what: &str) -> String {
+        match (&self.energy, &self.time) {
+            (Some(energy), Some(time)) => label(
+                what,
+                &compose(&[energy], &[&crate::measure::cycles_per(time)]),
+            ),
+            _ => what.into(),
+        }
+    }
+
     /// `what (J/s)`.
     pub(crate) fn power(&self, what: &str) -> String {
         match (&self.energy, &self.time) {
-            (Some(energy), Some(time)) => format!("{what} ({energy}/{time})"),
+            (Some(energy), Some(time)) => label(what, &compose(&[energy], &[time])),
             _ => what.into(),
         }
     }
 }
 
 fn named(what: &str, unit: &Option<String>) -> String {
-    match unit {
-        Some(unit) => format!("{what} ({unit})"),
-        None => what.into(),
+    label(what, unit.as_deref().unwrap_or_default())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn units_of_a_chain_are_composed() {
+        let si = BudgetUnits::si();
+        assert_eq!(si.energy("energy"), "energy (J)");
+        assert_eq!(si.power("flux"), "flux (J/s)");
+        assert_eq!(si.energy_per_frequency("power flow"), "power flow (J/Hz)");
+        assert_eq!(si.wavenumber(), "wavenumber k (rad/m)");
+        let none = BudgetUnits::default();
+        assert_eq!(none.power("flux"), "flux");
+        assert_eq!(none.frequency(), "frequency (cycles per unit of time)");
     }
 }

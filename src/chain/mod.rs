@@ -1,6 +1,7 @@
 //! The chain: from a scene to velocities, forces and the energy passed.
 
 pub mod contact;
+mod dispersion;
 mod drive;
 mod elliptic;
 mod lattice;
@@ -17,7 +18,9 @@ mod simulation;
 mod stepping;
 mod warning;
 mod watch;
+mod work;
 
+pub use dispersion::{NoBranches, UnitCell};
 pub use drive::{Drive, Waveform};
 pub use lattice::{Chain, Ends, Losses, Pattern};
 pub use law::Law;
@@ -32,3 +35,4 @@ pub use simulation::{Accuracy, EndTime, Record, Simulation};
 pub use stepping::{Cost, Scheme, StepControl, SteppedSites};
 pub(crate) use stepping::{Quintic, openings};
 pub(crate) use watch::{ObservedRun, Resolution, SAMPLES_PER_STEP, Signal, StateView};
+pub use work::Work;

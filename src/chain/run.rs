@@ -273,8 +273,7 @@ impl Simulation {
         let mut stepping = self.prepare(control, scale, false)?;
         let mut unit = self.contact_time(scale);
         let mut time = 0.0;
-        // Twice the time a front needs that passes a site in ten contact times.
-        let latest = 20.0 * (n + 10) as f64 * unit;
+        let latest = self.latest_arrival(scale);
         while still(stepping.state()) {
             if observer.cancelled() {
                 return Err(Error::Cancelled);
@@ -303,6 +302,12 @@ impl Simulation {
             stepping.advance_to(time, observer)?;
         }
         Ok(time)
+    }
+
+    /// Until when the arrival of a front is waited for: twice the time that one needs which passes a
+    /// site in ten contact times.
+    pub(super) fn latest_arrival(&self, scale: f64) -> f64 {
+        20.0 * (self.chain.n_sites() + 10) as f64 * self.contact_time(scale)
     }
 
     /// The time in which the softest contact stops the heaviest site.

@@ -150,7 +150,7 @@ impl Simulation {
                 allowed,
             });
         }
-        Ok(())
+        self.check_work()
     }
 
     /// Bytes that the results take.

@@ -3,9 +3,11 @@
 mod bins;
 mod interleaved;
 mod map;
+mod map_builder;
 mod moments;
 
 pub(crate) use bins::Bins;
-pub(crate) use map::{MAP_LIMIT, MapBuilder};
+pub(crate) use map::{Keep, MAP_LIMIT, Part};
 pub use map::{Map, MapAxis, Reduction};
+pub(crate) use map_builder::MapBuilder;
 pub(crate) use moments::{SpectrumMoments, edge_of, interleaved_moments, quantile_of};

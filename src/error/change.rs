@@ -16,6 +16,8 @@ pub enum FileChange {
         expected: Option<SystemTime>,
         found: Option<SystemTime>,
     },
+    /// Its inode changed, but neither its length nor its time of modification.
+    TimeKept,
 }
 
 impl fmt::Display for FileChange {
@@ -27,6 +29,9 @@ impl fmt::Display for FileChange {
             FileChange::Length { expected, found } => {
                 write!(f, "expected {expected} bytes, found {found}")
             }
+            FileChange::TimeKept => f.write_str(
+                "expected no change since it was opened, found one that kept the time of modification",
+            ),
             FileChange::Modified { expected, found } => {
                 f.write_str("expected no modification since it was opened, found one")?;
                 let Some((expected, found)) = expected.zip(found) else {

@@ -108,6 +108,11 @@ pub enum InputFault {
     #[error("expected a whole zip archive, found a damaged one: {reason}")]
     Archive { reason: String },
 
+    #[error(
+        "expected one name a member, found {directory:?} in the directory and {local:?} before the member"
+    )]
+    MemberName { directory: String, local: String },
+
     #[error("expected at most {limit} members, found {found}")]
     TooManyMembers { found: usize, limit: usize },
 

@@ -5,6 +5,7 @@
 mod change;
 mod foreign;
 mod input;
+mod nearest;
 mod scene;
 
 use std::path::{Path, PathBuf};
@@ -12,9 +13,11 @@ use std::path::{Path, PathBuf};
 pub use change::FileChange;
 pub use foreign::ForeignFormat;
 pub use input::{CoordinateKind, FileKind, InputFault, MemberShape};
+pub use nearest::nearest_key;
 pub(crate) use scene::reworded;
 pub use scene::{KeyPlace, Problem, SceneFault};
 pub(crate) use wavecascade_system::memory::size;
+use wavecascade_system::publish::final_path;
 
 /// A result whose error is [`Error`].
 pub type Result<T> = std::result::Result<T, Error>;
@@ -113,6 +116,28 @@ pub enum Error {
         allowed: u64,
     },
 
+    /// The system, or a limit that it sets, refused memory.
+    #[error("{what} needs {} of memory, which the system refuses", size(*needed))]
+    Refused { what: &'static str, needed: u64 },
+
+    /// Spectra whose energy is not that of the samples.
+    #[error(
+        "spectra {spectra}: expected the energy of the samples to a relative {bound:e} (Parseval's \
+         identity), found it off by {residual:.3e}"
+    )]
+    Parseval {
+        spectra: &'static str,
+        residual: f64,
+        bound: f64,
+    },
+
+    /// Samples beside others that are too large for both in one precision.
+    #[error(
+        "expected the samples that segments reach in the range of the precision, found them up to \
+         {reached:.3e} beside others up to {largest:.3e}"
+    )]
+    Range { reached: f64, largest: f64 },
+
     /// The worker threads could not be started.
     #[error("cannot start {threads} worker threads: {reason}")]
     Threads { threads: usize, reason: String },
@@ -192,6 +217,23 @@ impl Error {
         }
     }
 
+    /// An error of memory with what is in use beside it.
+    #[must_use]
+    pub fn beside(self, used: u64) -> Error {
+        match self {
+            Error::Memory {
+                what,
+                needed,
+                allowed,
+            } => Error::Memory {
+                what,
+                needed: needed.saturating_add(used),
+                allowed: allowed.saturating_add(used),
+            },
+            other => other,
+        }
+    }
+
     /// The error with the option that was typed, where the library calls it `known`.
     #[must_use]
     pub fn of_option(self, known: &str, typed: &'static str) -> Error {
@@ -227,13 +269,14 @@ impl Error {
         }
     }
 
-    /// For `map_err` on writing: adds the path and the action.
+    /// For `map_err` on writing: adds the path and the action. What is still being written is called
+    /// by the name that it will have.
     pub(crate) fn write<'a>(
         action: &'static str,
         path: &'a Path,
     ) -> impl FnOnce(std::io::Error) -> Error + 'a {
         move |source| Error::Write {
-            path: path.to_owned(),
+            path: final_path(path),
             action,
             source,
         }

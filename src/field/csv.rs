@@ -2,16 +2,17 @@
 //! blanks, `#` before a comment, an empty cell or `nan` for a gap.
 
 use csv::ByteRecord;
-use memmap2::Mmap;
 
 use super::coordinates::{Coordinates, Uneven};
+use super::file_bytes::FileBytes;
 use super::names::row_unit;
 use super::open::{Contents, FileSource};
 use super::options::{Header, TimeColumn};
 use super::rows::{RowReader, line_of_row};
-use super::storage::{self, Storage};
+use super::storage::Storage;
 use super::{Layout, Note, header};
 use crate::error::{CoordinateKind, Error, InputFault, Result};
+use crate::system::memory::try_with_capacity;
 
 /// A table, with the coordinates that its header and its first column state.
 pub(super) fn read(source: &FileSource) -> Result<Contents> {
@@ -30,7 +31,7 @@ pub(super) fn read(source: &FileSource) -> Result<Contents> {
     let header = match first_line {
         Some(line) => Some(header::of_line(line, &rows, record.len())),
         None if stated == Header::Detect => header::of_comments(
-            &source.map,
+            &source.bytes,
             record.len(),
             layout,
             &source.options.time_column,
@@ -81,19 +82,16 @@ impl<'a> Table<'a> {
         n_columns: usize,
         axis_column: Option<usize>,
     ) -> Result<Table<'a>> {
-        let most = count_lines(&source.map)
+        let most = count_lines(&source.bytes)
             .saturating_mul(n_columns)
-            .min(source.map.len() + 1);
+            .min(source.bytes.len() + 1);
         let needed = most as u64 * size_of::<f64>() as u64;
         source.allow("the table", needed)?;
-        let mut values = Vec::new();
-        values
-            .try_reserve_exact(most)
-            .map_err(|refused| Error::Read {
-                path: source.path.to_owned(),
-                action: "hold the table in",
-                source: refused.into(),
-            })?;
+        let values = try_with_capacity(most).map_err(|refused| Error::Read {
+            path: source.path.to_owned(),
+            action: "hold the table in",
+            source: refused.into(),
+        })?;
         Ok(Table {
             source,
             width,
@@ -141,7 +139,7 @@ impl<'a> Table<'a> {
 
     /// The line of the row whose search began at line `from`.
     fn line(&self, from: u64) -> u64 {
-        line_of_row(&self.source.map, from)
+        line_of_row(&self.source.bytes, from)
     }
 
     /// Decides whether the first column holds coordinates of the rows: it does if it rises evenly
@@ -341,10 +339,10 @@ fn starts_at(record: &ByteRecord) -> u64 {
     record.position().map_or(0, csv::Position::line)
 }
 
-fn count_lines(map: &Mmap) -> usize {
+fn count_lines(bytes: &FileBytes) -> usize {
     let mut count = 1;
     let mut last = 0;
-    storage::stream(map, 0..map.len(), |chunk| {
+    bytes.stream(0..bytes.len(), |chunk| {
         for &byte in chunk {
             count += usize::from(byte == b'\r' || byte == b'\n' && last != b'\r');
             last = byte;

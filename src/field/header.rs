@@ -8,7 +8,8 @@ use super::names::row_unit;
 use super::options::{Header, TimeColumn};
 use super::rows::RowReader;
 
-/// Whether a first line names columns: it starts with a word, or holds no number at all.
+/// Whether a first line names columns: it starts with a word, or holds no number at all. The only
+/// cell of a line is no name if it reads like a number that was damaged.
 pub(super) fn is_header(stated: Header, record: &ByteRecord) -> bool {
     let is_text = |cell: &[u8]| number(cell).is_none();
     let is_number = |cell: &[u8]| number(cell).is_some_and(|value| !value.is_nan());
@@ -16,10 +17,25 @@ pub(super) fn is_header(stated: Header, record: &ByteRecord) -> bool {
     match stated {
         Header::Present => true,
         Header::Absent => false,
+        Header::Detect if record.len() == 1 && is_damaged(&record[0]) => false,
         Header::Detect => {
             is_word(&record[0]) || record.iter().any(is_text) && !record.iter().any(is_number)
         }
     }
+}
+
+/// Whether a cell is no number but begins like one, or is one with a decimal point but for its first
+/// character.
+fn is_damaged(cell: &[u8]) -> bool {
+    let text = String::from_utf8_lossy(cell.trim_ascii());
+    let mut characters = text.chars();
+    let Some(first) = characters.next() else {
+        return false;
+    };
+    let rest = characters.as_str();
+    let begins = first.is_ascii_digit() || "+-.".contains(first);
+    let but_for_it = || rest.contains('.') && number(rest.as_bytes()).is_some();
+    number(cell).is_none() && (begins || but_for_it())
 }
 
 /// A first line as the names of `width` columns. Their delimiter may differ from that of the
@@ -109,6 +125,10 @@ mod tests {
         assert!(!detected(&["1.0x", "2.0"]));
         assert!(!detected(&["1.0", "v2"]));
         assert!(!detected(&["nan", ""]));
+        assert!(detected(&["v1"]) && detected(&["(1)"]) && detected(&["e (m/s)"]));
+        for damaged in ["1.0x", "q.250", "-0.1.2", "x12.5e-3"] {
+            assert!(!detected(&[damaged]), "{damaged}");
+        }
     }
 
     #[test]

@@ -7,6 +7,7 @@
 mod block;
 mod coordinates;
 mod csv;
+mod file_bytes;
 mod header;
 mod names;
 mod note;
@@ -26,13 +27,13 @@ use ndarray::Array2;
 use crate::error::Result;
 
 pub use note::Note;
-pub use options::{Header, OpenOptions, TimeColumn};
+pub use options::{Header, OpenOptions, ReadMode, TimeColumn};
 pub use sidecar::Sidecar;
 pub use state::FileState;
 
+pub(crate) use file_bytes::regular_file;
 pub(crate) use npz::{Archive as Members, read_members};
 pub(crate) use open::is_field_file;
-pub(crate) use open::regular_file;
 pub use open::{file_hash, is_run_file};
 use storage::Storage;
 
@@ -121,6 +122,10 @@ pub struct Field {
     pub unit: Option<String>,
     /// In a simulated run, the last site that is struck, displaced or driven at the start.
     pub struck: Option<usize>,
+    /// Dispersion relation that the sidecar states, as [`Dispersion::parse`] takes it.
+    ///
+    /// [`Dispersion::parse`]: crate::analyze::Dispersion::parse
+    pub dispersion: Option<String>,
     /// BLAKE3 hash of the file in hexadecimal, if the field was read from a file.
     pub content_hash: Option<String>,
     /// What was inferred about the file.
@@ -145,6 +150,7 @@ impl Field {
             quantity: Quantity::default(),
             unit: None,
             struck: None,
+            dispersion: None,
             content_hash: None,
             notes: Vec::new(),
         }
@@ -185,7 +191,8 @@ impl Field {
 
     /// Checks that the file was neither modified nor replaced since it was opened.
     ///
-    /// Compares length, modification time and, where the system has it, inode. If it succeeds after
+    /// Compares length, modification time and, where the system has them, inode and time of the last
+    /// change, which no program can set. If it succeeds after
     /// an analysis and a hash, both are of the same file.
     ///
     /// # Errors
@@ -203,10 +210,10 @@ impl Field {
     /// [`crate::Error::Read`].
     pub fn file_hash(&self, in_use: bool) -> Result<Option<String>> {
         let Some(opened) = &self.opened else {
-            return Ok(None);
+            return Ok(self.content_hash.clone());
         };
-        match self.storage.mapped() {
-            Some(map) if in_use => Ok(Some(open::hash(map, |_| ()))),
+        match self.storage.file() {
+            Some(bytes) if in_use => Ok(Some(bytes.hash(|_| ()))),
             _ => file_hash(opened.path()).map(Some),
         }
     }
@@ -232,6 +239,41 @@ impl Field {
     /// Lets the operating system drop mapped pages of the file from memory.
     pub(crate) fn release_pages(&self) {
         self.storage.release_pages();
+    }
+
+    /// Bytes of samples in memory that are no pages of a file: of a table or an inflated member.
+    pub(crate) fn loaded_bytes(&self) -> u64 {
+        let is_from_file = self.opened.is_some() || self.content_hash.is_some();
+        if is_from_file {
+            self.storage.loaded_bytes()
+        } else {
+            0
+        }
+    }
+
+    /// As [`Field::read_time_major`]. Where records are contiguous in a mapped file, a block of times has
+    /// pages of all of them: they are read a few at a time, and their pages let go of.
+    pub(crate) fn read_releasing(&self, times: Range<usize>, sites: Range<usize>, out: &mut [f64]) {
+        /// Records whose pages are held at once, with those that the system maps around them.
+        const RECORDS: usize = 32;
+        if self.is_time_major() || self.storage.file().is_none() {
+            return self.read_time_major(times, sites, out);
+        }
+        let width = sites.len();
+        let mut some = vec![0.0; times.len() * RECORDS.min(width)];
+        for from in sites.clone().step_by(RECORDS) {
+            let group = from..sites.end.min(from + RECORDS);
+            let some = &mut some[..times.len() * group.len()];
+            self.read_time_major(times.clone(), group.clone(), some);
+            let at = from - sites.start;
+            for (row, read) in out
+                .chunks_exact_mut(width)
+                .zip(some.chunks_exact(group.len()))
+            {
+                row[at..at + group.len()].copy_from_slice(read);
+            }
+            self.release_block(times.clone(), group);
+        }
     }
 
     /// As [`Field::release_pages`], for the pages of a block.

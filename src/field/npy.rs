@@ -327,6 +327,10 @@ impl<'a> Cursor<'a> {
         if count == 0 {
             return Err(self.fault("a length"));
         }
+        // A number of Python has no leading zero.
+        if length > 0 && self.text[self.at] == b'0' {
+            return Err(self.fault("a length without leading zeros"));
+        }
         self.at += count;
         if self.text.get(self.at) == Some(&b'L') {
             self.at += 1;
@@ -488,6 +492,29 @@ mod tests {
                 matches!(fault, InputFault::NpyHeader { .. }),
                 "{text}: {fault}"
             );
+        }
+    }
+
+    /// As `numpy.load` of NumPy 2 does.
+    #[test]
+    fn val_lengths_are_numbers_of_python() {
+        let parsed = |shape: &str| {
+            let text = format!("{{'descr': '<f8', 'fortran_order': False, 'shape': {shape}, }}\n");
+            Header::parse(&version_1(&text)).map(|header| header.shape)
+        };
+        for (shape, lengths) in [
+            ("(4, 3)", [4, 3]),
+            ("( 4,3, )", [4, 3]),
+            ("(4L, 3L)", [4, 3]),
+            ("(00, 3)", [0, 3]),
+        ] {
+            assert_eq!(parsed(shape).unwrap(), lengths, "{shape}");
+        }
+        for shape in [
+            "(04, 3)", "(4, 03)", "(04L, 3)", "(4l, 3)", "(4LL, 3)", "(,)",
+        ] {
+            let fault = parsed(shape).unwrap_err();
+            assert!(matches!(fault, InputFault::NpyHeader { .. }), "{shape}");
         }
     }
 

@@ -16,9 +16,10 @@ use super::coordinates::Coordinates;
 use super::open::{Contents, FileSource, map};
 use super::options::OpenOptions;
 use super::sidecar::Sidecar;
-use super::storage::{self, Bytes};
+use super::storage::Bytes;
 use super::{Layout, Note, Quantity, names, npy};
 use crate::error::{Error, InputFault, MemberShape, Result};
+use crate::system::memory::try_with_capacity;
 
 const MEMBER_LIMIT: usize = 4096;
 
@@ -54,7 +55,7 @@ pub(super) fn read(source: &FileSource) -> Result<Contents> {
         .map_err(|fault| archive.member_fault(index, fault))?;
     contents.quantity = quantity(&name);
     contents.unit = archive.unit(&name);
-    if is_run(&source.map) {
+    if is_run(&source.bytes) {
         contents.struck = archive.struck(contents.n_sites)?;
     }
     // Coordinates that are stated in full are left unread.
@@ -115,6 +116,29 @@ fn quantity(member: &str) -> Option<Quantity> {
         .find(|quantity| quantity.name() == member)
 }
 
+/// Checks that the header before a member, at `start`, has the name that the archive's directory
+/// gives it; where they differ, one of the two belongs to another array.
+fn check_local_name(
+    archive: &[u8],
+    start: u64,
+    name: &[u8],
+) -> std::result::Result<(), InputFault> {
+    const LENGTH: usize = 26;
+    const NAME: usize = 30;
+    let header = archive.get(start as usize..).unwrap_or_default();
+    let length = header.get(LENGTH..).and_then(<[u8]>::first_chunk);
+    let length = length.map_or(0, |bytes| usize::from(u16::from_le_bytes(*bytes)));
+    let found = header.get(NAME..NAME + length).unwrap_or_default();
+    if found == name {
+        return Ok(());
+    }
+    let text = String::from_utf8_lossy;
+    Err(InputFault::MemberName {
+        directory: text(name).into_owned(),
+        local: text(found).into_owned(),
+    })
+}
+
 /// Reads members of the archive at `path`.
 pub(crate) fn read_members<T>(
     path: &Path,
@@ -123,7 +147,7 @@ pub(crate) fn read_members<T>(
     let options = OpenOptions::default();
     let source = FileSource {
         path,
-        map: map(path)?,
+        bytes: map(path)?,
         options: &options,
         stated: Sidecar::default(),
     };
@@ -154,7 +178,7 @@ pub(crate) struct Archive<'a> {
 
 impl<'a> Archive<'a> {
     fn open(source: &'a FileSource<'a>) -> std::result::Result<Self, InputFault> {
-        let zip = ZipArchive::new(Cursor::new(&source.map[..])).map_err(archive_fault)?;
+        let zip = ZipArchive::new(Cursor::new(&source.bytes[..])).map_err(archive_fault)?;
         if zip.len() > MEMBER_LIMIT {
             return Err(InputFault::TooManyMembers {
                 found: zip.len(),
@@ -307,9 +331,12 @@ impl<'a> Archive<'a> {
 
     fn reader(&mut self, index: usize) -> std::result::Result<impl Read + '_, InputFault> {
         let options = ZipReadOptions::new().ignore_crc32(true);
-        self.zip
+        let reader = self
+            .zip
             .by_index_with_options(self.members[index].index, options)
-            .map_err(archive_fault)
+            .map_err(archive_fault)?;
+        check_local_name(&self.source.bytes, reader.header_start(), reader.name_raw())?;
+        Ok(reader)
     }
 
     /// The header of a member, the bytes that hold its samples, and where these start.
@@ -359,22 +386,19 @@ impl<'a> Archive<'a> {
         let place = self.place(index, expected);
         match place.map_err(|fault| self.member_fault(index, fault))? {
             Place::Stored { range, checksum } => {
-                let map = &self.source.map;
+                let file = &self.source.bytes;
                 let mut hasher = crc32fast::Hasher::new();
-                storage::stream(map, range.clone(), |chunk| hasher.update(chunk));
+                file.stream(range.clone(), |chunk| hasher.update(chunk));
                 check_sum(checksum, hasher).map_err(|fault| self.member_fault(index, fault))?;
-                Ok((Bytes::Mapped(Arc::clone(map)), range.start))
+                Ok((Bytes::File(Arc::clone(file)), range.start))
             }
             Place::Deflated { len, checksum } => {
                 self.source.allow("the inflated member", len as u64)?;
-                let mut bytes = Vec::new();
-                bytes
-                    .try_reserve_exact(len)
-                    .map_err(|refused| Error::Read {
-                        path: self.source.path.to_owned(),
-                        action: "hold the inflated samples of",
-                        source: refused.into(),
-                    })?;
+                let mut bytes = try_with_capacity(len).map_err(|refused| Error::Read {
+                    path: self.source.path.to_owned(),
+                    action: "hold the inflated samples of",
+                    source: refused.into(),
+                })?;
                 self.inflate(index, len, checksum, &mut bytes)
                     .map_err(|fault| self.member_fault(index, fault))?;
                 Ok((Bytes::Inflated(Arc::new(bytes)), 0))
@@ -384,7 +408,7 @@ impl<'a> Archive<'a> {
 
     /// Where the bytes of a member are, once the lengths in the archive agree with its header.
     fn place(&mut self, index: usize, expected: u64) -> std::result::Result<Place, InputFault> {
-        let file_len = self.source.map.len();
+        let file_len = self.source.bytes.len();
         let entry = self
             .zip
             .by_index_raw(self.members[index].index)
@@ -420,9 +444,19 @@ impl<'a> Archive<'a> {
         checksum: u32,
         bytes: &mut Vec<u8>,
     ) -> std::result::Result<(), InputFault> {
+        // Pages of the file would count beside what they are inflated to.
+        const CHUNK: usize = 16 << 20;
+        let file = Arc::clone(&self.source.bytes);
         let mut reader = self.reader(index)?;
-        let read = reader.by_ref().take(len as u64).read_to_end(bytes);
-        read.map_err(deflate_fault)?;
+        loop {
+            let left = CHUNK.min(len - bytes.len());
+            let read = reader.by_ref().take(left as u64).read_to_end(bytes);
+            let read = read.map_err(deflate_fault)?;
+            file.release(0..file.len());
+            if read == 0 {
+                break;
+            }
+        }
         let beyond = reader.read(&mut [0]).map_err(deflate_fault)?;
         let (expected, found) = (len as u64, (bytes.len() + beyond) as u64);
         if found != expected {

@@ -1,24 +1,20 @@
 //! Opens a field: detects the format and resolves the settings.
 
-use std::fs::{File, Metadata};
-use std::ops::Range;
 use std::path::Path;
 use std::sync::Arc;
 
-use memmap2::Mmap;
-
 use super::coordinates::{Coordinates, StatedAxis};
-use super::options::{Header, OpenOptions, TimeColumn};
+use super::file_bytes::FileBytes;
+use super::options::{Header, OpenOptions, ReadMode, TimeColumn};
 use super::sidecar::Sidecar;
-use super::state::FileState;
-use super::storage::{self, Bytes, Storage};
+use super::storage::{Bytes, Storage};
 use super::{Field, Layout, Note, Quantity, csv, npy, npz};
-use crate::error::{Error, FileKind, ForeignFormat, InputFault, Result};
+use crate::error::{Error, ForeignFormat, InputFault, Result};
 
-/// Input of the format readers: a mapped file and its settings.
+/// Input of the format readers: the bytes of a file and its settings.
 pub(super) struct FileSource<'a> {
     pub(super) path: &'a Path,
-    pub(super) map: Arc<Mmap>,
+    pub(super) bytes: Arc<FileBytes>,
     pub(super) options: &'a OpenOptions,
     /// Settings of the options, else of the sidecar.
     pub(super) stated: Sidecar,
@@ -36,16 +32,13 @@ impl FileSource<'_> {
         }
     }
 
-    /// Checks that `needed` bytes are within the memory limit.
+    /// Checks that `needed` bytes are within the memory limit, with a copy of the file.
     pub(super) fn allow(&self, what: &'static str, needed: u64) -> Result<()> {
-        match self.options.memory {
-            Some(allowed) if needed > allowed => Err(Error::Memory {
-                what,
-                needed,
-                allowed,
-            }),
-            _ => Ok(()),
-        }
+        let copied = match self.bytes.is_copy() {
+            true => self.bytes.len() as u64,
+            false => 0,
+        };
+        self.options.allow(what, needed.saturating_add(copied))
     }
 }
 
@@ -116,8 +109,9 @@ impl Field {
     /// before the rows), else in the first column if its steps are even. [`Field::notes`] lists
     /// what was inferred and what is doubtful.
     ///
-    /// The file must not be truncated while the field is in use. [`Field::check_unchanged`] detects
-    /// modification and replacement.
+    /// The file must not be truncated while the field is in use: a read of missing pages ends the
+    /// process. [`Field::check_unchanged`] detects modification and replacement. With
+    /// [`ReadMode::Copy`] the file is read once, into memory, and may change afterwards.
     ///
     /// # Errors
     /// - [`Error::Read`]: the file does not exist or cannot be read.
@@ -128,18 +122,19 @@ impl Field {
     pub fn open(path: impl AsRef<Path>, options: &OpenOptions) -> Result<Field> {
         let path = path.as_ref();
         options.check()?;
-        let (map, opened) = open_mapped(path)?;
-        let format = Format::detect(path, &map).map_err(|fault| Error::Input {
+        let allow = |length| options.allow("a copy of the file", length);
+        let (bytes, opened) = FileBytes::open(path, options.read, allow)?;
+        let format = Format::detect(path, &bytes).map_err(|fault| Error::Input {
             path: path.to_owned(),
             fault,
         })?;
         format.check(path, options)?;
         // The `run.toml` next to a run is its scene, not a sidecar.
-        let is_run = matches!(format, Format::Npz) && npz::is_run(&map);
+        let is_run = matches!(format, Format::Npz) && npz::is_run(&bytes);
         let sidecar = Sidecar::find_for(path, is_run)?.map(|(_, sidecar)| sidecar);
         let source = FileSource {
             path,
-            map,
+            bytes,
             options,
             stated: options.over(sidecar.unwrap_or_default()),
         };
@@ -148,7 +143,10 @@ impl Field {
             Format::Npz => npz::read(&source)?,
             Format::Table => csv::read(&source)?,
         };
-        let content_hash = options.hash.then(|| content_hash(&source.map));
+        // A copy is hashed at once: the file may be another when its hash is wanted.
+        let is_copy = source.bytes.is_copy();
+        let is_hashed = options.hash || is_copy;
+        let content_hash = is_hashed.then(|| source.bytes.hash_releasing());
         let stated = source.stated.clone();
         let time = contents.time.axis(StatedAxis {
             origin: stated.t0,
@@ -163,7 +161,7 @@ impl Field {
         let name = path.file_stem().unwrap_or_default();
         Ok(Field {
             storage: contents.storage,
-            opened: Some(opened),
+            opened: (!is_copy).then_some(opened),
             n_times: contents.n_times,
             n_sites: contents.n_sites,
             name: name.to_string_lossy().into_owned(),
@@ -172,6 +170,7 @@ impl Field {
             quantity: stated.quantity.or(contents.quantity).unwrap_or_default(),
             unit: stated.unit.or(contents.unit),
             struck: contents.struck,
+            dispersion: stated.dispersion,
             content_hash,
             notes: contents.notes,
         })
@@ -179,10 +178,10 @@ impl Field {
 }
 
 fn read_npy(source: &FileSource) -> Result<Contents> {
-    let contents = npy::Header::parse(&source.map).and_then(|header| {
+    let contents = npy::Header::parse(&source.bytes).and_then(|header| {
         header.dimensions()?;
-        header.check_len(source.map.len() as u64)?;
-        let bytes = Bytes::Mapped(Arc::clone(&source.map));
+        header.check_len(source.bytes.len() as u64)?;
+        let bytes = Bytes::File(Arc::clone(&source.bytes));
         let mut contents = Contents::from_npy(&header, bytes, header.data_start, source.layout())?;
         contents.note_doubts(source.stated.layout.is_some());
         Ok(contents)
@@ -190,65 +189,33 @@ fn read_npy(source: &FileSource) -> Result<Contents> {
     contents.map_err(|fault| source.fault(fault))
 }
 
-/// Whether the file at `path` is a run; false if it cannot be read.
-pub fn is_run_file(path: &Path) -> bool {
-    map(path).is_ok_and(|map| npz::is_run(&map))
+/// Whether the file at `path` is a run.
+///
+/// # Errors
+/// [`Error::Read`].
+pub fn is_run_file(path: &Path) -> Result<bool> {
+    is_at(path, npz::is_run)
 }
 
-/// Whether the file at `path` is a field written by this program; false if it cannot be read.
-pub(crate) fn is_field_file(path: &Path) -> bool {
-    map(path).is_ok_and(|map| npz::is_field(&map))
+/// Whether the file at `path` is a field written by this program.
+///
+/// # Errors
+/// [`Error::Read`].
+pub(crate) fn is_field_file(path: &Path) -> Result<bool> {
+    is_at(path, npz::is_field)
 }
 
-/// Metadata of a regular file; rejects others without opening them (opening a pipe would block).
-pub(crate) fn regular_file(path: &Path) -> Result<Metadata> {
-    let metadata = std::fs::metadata(path).map_err(Error::read("read", path))?;
-    match irregular_kind(&metadata) {
-        None => Ok(metadata),
-        Some(found) => Err(Error::Input {
-            path: path.to_owned(),
-            fault: InputFault::NotAFile { found },
-        }),
+fn is_at(path: &Path, is_one: impl FnOnce(&[u8]) -> bool) -> Result<bool> {
+    match map(path) {
+        // Empty, or no regular file.
+        Err(Error::Input { .. }) => Ok(false),
+        bytes => Ok(is_one(&bytes?)),
     }
 }
 
-fn irregular_kind(metadata: &Metadata) -> Option<FileKind> {
-    let kind = metadata.file_type();
-    #[cfg(unix)]
-    {
-        use std::os::unix::fs::FileTypeExt;
-        if kind.is_fifo() {
-            return Some(FileKind::Pipe);
-        }
-        if kind.is_socket() {
-            return Some(FileKind::Socket);
-        }
-    }
-    match () {
-        _ if kind.is_dir() => Some(FileKind::Directory),
-        _ if kind.is_file() => None,
-        _ => Some(FileKind::Device),
-    }
-}
-
-pub(super) fn map(path: &Path) -> Result<Arc<Mmap>> {
-    Ok(open_mapped(path)?.0)
-}
-
-fn open_mapped(path: &Path) -> Result<(Arc<Mmap>, FileState)> {
-    let is_empty = regular_file(path)?.len() == 0;
-    let file = File::open(path).map_err(Error::read("open", path))?;
-    if is_empty {
-        return Err(Error::Input {
-            path: path.to_owned(),
-            fault: InputFault::Empty,
-        });
-    }
-    let opened = FileState::opened(&file, path)?;
-    // SAFETY: the map is read-only and as long as the file is now. `Field::open` documents the
-    // condition that no other program truncates the file meanwhile.
-    let map = unsafe { Mmap::map(&file) }.map_err(Error::read("map", path))?;
-    Ok((Arc::new(map), opened))
+/// The bytes of a file, mapped.
+pub(super) fn map(path: &Path) -> Result<Arc<FileBytes>> {
+    Ok(FileBytes::open(path, ReadMode::Map, |_| Ok(()))?.0)
 }
 
 /// BLAKE3 hash of the file at `path`, in hexadecimal.
@@ -256,24 +223,7 @@ fn open_mapped(path: &Path) -> Result<(Arc<Mmap>, FileState)> {
 /// # Errors
 /// [`Error::Read`].
 pub fn file_hash(path: &Path) -> Result<String> {
-    Ok(content_hash(&*map(path)?))
-}
-
-/// BLAKE3 hash of the whole file; releases its pages progressively.
-fn content_hash(map: &Mmap) -> String {
-    hash(map, |done| storage::release(map, done))
-}
-
-/// BLAKE3 hash of the whole file; passes each finished range to `done`.
-pub(super) fn hash(map: &Mmap, mut done: impl FnMut(Range<usize>)) -> String {
-    const CHUNK: usize = 16 << 20;
-    let mut hasher = blake3::Hasher::new();
-    for start in (0..map.len()).step_by(CHUNK) {
-        let chunk = start..map.len().min(start + CHUNK);
-        hasher.update_rayon(&map[chunk.clone()]);
-        done(chunk);
-    }
-    hasher.finalize().to_hex().to_string()
+    Ok(map(path)?.hash_releasing())
 }
 
 enum Format {

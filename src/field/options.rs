@@ -32,8 +32,10 @@ pub struct OpenOptions {
     pub member: Option<String>,
     pub header: Header,
     pub time_column: TimeColumn,
-    /// Bytes that may be held in memory for what cannot be mapped (deflated members, tables).
+    /// Bytes that may be held in memory for what is not mapped (deflated members, tables, copies).
     pub memory: Option<u64>,
+    /// How the bytes of the file are read.
+    pub read: ReadMode,
     /// Whether [`Field::content_hash`](super::Field::content_hash) is computed, which reads the
     /// whole file once.
     pub hash: bool,
@@ -56,9 +58,20 @@ impl Default for OpenOptions {
             header: Header::default(),
             time_column: TimeColumn::default(),
             memory: None,
+            read: ReadMode::default(),
             hash: true,
         }
     }
+}
+
+/// How the bytes of a file are read.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+pub enum ReadMode {
+    /// Mapped, and read from the file whenever they are needed.
+    #[default]
+    Map,
+    /// Read once, into memory, for files that other programs may change.
+    Copy,
 }
 
 /// Whether the first line of a table names its columns.
@@ -98,6 +111,19 @@ impl OpenOptions {
             space_unit: self.space_unit.clone().or(sidecar.space_unit),
             quantity: self.quantity.or(sidecar.quantity),
             unit: self.unit.clone().or(sidecar.unit),
+            dispersion: sidecar.dispersion,
+        }
+    }
+
+    /// Checks that `needed` bytes are within the memory limit.
+    pub(super) fn allow(&self, what: &'static str, needed: u64) -> Result<()> {
+        match self.memory {
+            Some(allowed) if needed > allowed => Err(Error::Memory {
+                what,
+                needed,
+                allowed,
+            }),
+            _ => Ok(()),
         }
     }
 

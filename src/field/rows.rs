@@ -3,7 +3,6 @@
 use std::io::Read;
 
 use csv::{ByteRecord, ReaderBuilder};
-use memmap2::Mmap;
 
 use super::open::FileSource;
 use crate::error::InputFault;
@@ -20,8 +19,8 @@ pub(super) struct RowReader<'a> {
 
 impl<'a> RowReader<'a> {
     pub(super) fn new(source: &'a FileSource) -> std::result::Result<RowReader<'a>, InputFault> {
-        let map = &source.map[..];
-        let sample = &map[..map.len().min(1 << 16)];
+        let bytes = &source.bytes[..];
+        let sample = &bytes[..bytes.len().min(1 << 16)];
         if sample.starts_with(b"\xff\xfe") || sample.starts_with(b"\xfe\xff") {
             return Err(InputFault::Encoding { found: "UTF-16" });
         }
@@ -45,7 +44,7 @@ impl<'a> RowReader<'a> {
             detect_delimiter(&sample[start..])
         };
         let text = TextCells {
-            map: &source.map,
+            text: bytes,
             at: start,
             allowance: ROW_LIMIT,
             fold_blanks: delimiter == b' ',
@@ -76,7 +75,7 @@ impl<'a> RowReader<'a> {
         let line = self.reader.position().line();
         let read = self.reader.read_byte_record(record);
         read.map_err(|_| InputFault::RowLength {
-            line: line_of_row(self.reader.get_ref().map, line),
+            line: line_of_row(self.reader.get_ref().text, line),
             limit: ROW_LIMIT,
         })
     }
@@ -110,11 +109,11 @@ fn detect_delimiter(sample: &[u8]) -> u8 {
         .unwrap_or(&b',')
 }
 
-/// The text of a mapped file, as far as a row is allowed to reach, with `\n` for every line end.
+/// The text of a file, as far as a row is allowed to reach, with `\n` for every line end.
 ///
 /// The only error of [`Read::read`] is that the row is longer.
 struct TextCells<'a> {
-    map: &'a Mmap,
+    text: &'a [u8],
     at: usize,
     allowance: usize,
     /// Whether runs of blanks become one, and those at the ends of a line none.
@@ -127,8 +126,13 @@ struct TextCells<'a> {
 impl Read for TextCells<'_> {
     fn read(&mut self, out: &mut [u8]) -> std::io::Result<usize> {
         loop {
-            let map = self.map;
-            let rest = &map[self.at..];
+            let text = self.text;
+            let rest = &text[self.at..];
+            // A comment is one only once its line has ended.
+            if rest.is_empty() && self.last != b'\n' && !out.is_empty() {
+                (out[0], self.last) = (b'\n', b'\n');
+                return Ok(1);
+            }
             let taken = &rest[..rest.len().min(out.len() / 2).min(self.allowance)];
             if taken.is_empty() && !rest.is_empty() {
                 return Err(std::io::ErrorKind::InvalidData.into());

@@ -5,7 +5,7 @@ use std::path::{Path, PathBuf};
 
 use serde::{Deserialize, Deserializer, Serialize, Serializer};
 
-use super::open::regular_file;
+use super::file_bytes::regular_file;
 use super::{Layout, Quantity};
 use crate::error::{Error, InputFault, Result};
 use crate::measure::{self, Dimension, Frequency, Length, Measure, Time};
@@ -26,6 +26,7 @@ const LENGTH_LIMIT: u64 = 65_536;
 /// space_unit = "m"
 /// quantity = "velocity"
 /// unit = "m/s"
+/// dispersion = "2*sqrt(c/m)*abs(sin(k*a/2)); c=1, m=1"
 /// ```
 #[derive(Debug, Clone, Default, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields, default)]
@@ -77,6 +78,9 @@ pub struct Sidecar {
     /// Unit of the samples.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub unit: Option<String>,
+    /// Dispersion relation that spectra are held against, as `--dispersion` takes it.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub dispersion: Option<String>,
 }
 
 impl Sidecar {

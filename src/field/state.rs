@@ -4,10 +4,11 @@ use std::fs::{File, Metadata};
 use std::path::{Path, PathBuf};
 use std::time::SystemTime;
 
+use super::file_bytes::regular_file;
 use crate::error::{Error, FileChange, Result};
 
 /// A file as it was at some time: its length, when it was modified, and where there are inodes,
-/// which one it was.
+/// which one it was and when that changed last: programs can set back the former time, not the latter.
 #[derive(Debug, Clone, PartialEq)]
 pub struct FileState {
     path: PathBuf,
@@ -16,6 +17,9 @@ pub struct FileState {
     modified: Option<SystemTime>,
     #[cfg(unix)]
     device_and_inode: (u64, u64),
+    /// Seconds and nanoseconds.
+    #[cfg(unix)]
+    inode_changed: (i64, i64),
 }
 
 impl FileState {
@@ -24,8 +28,10 @@ impl FileState {
     /// # Errors
     /// [`Error::Read`].
     pub fn at(path: &Path) -> Result<FileState> {
-        let metadata = std::fs::metadata(path).map_err(Error::read("read", path))?;
-        Ok(FileState::of(&metadata, path))
+        regular_file(path)?;
+        // A network system looks up on its server what a file is only when it is opened.
+        let file = File::open(path).map_err(Error::read("read", path))?;
+        FileState::opened(&file, path)
     }
 
     /// What `file` is, which was opened at `path`.
@@ -43,7 +49,13 @@ impl FileState {
             modified: metadata.modified().ok(),
             #[cfg(unix)]
             device_and_inode: (metadata.dev(), metadata.ino()),
+            #[cfg(unix)]
+            inode_changed: (metadata.ctime(), metadata.ctime_nsec()),
         }
+    }
+
+    pub(super) fn length(&self) -> u64 {
+        self.length
     }
 
     pub(super) fn path(&self) -> &Path {
@@ -75,10 +87,17 @@ impl FileState {
                 found: now.length,
             });
         }
-        (now.modified != self.modified).then_some(FileChange::Modified {
-            expected: self.modified,
-            found: now.modified,
-        })
+        if now.modified != self.modified {
+            return Some(FileChange::Modified {
+                expected: self.modified,
+                found: now.modified,
+            });
+        }
+        #[cfg(unix)]
+        if now.inode_changed != self.inode_changed {
+            return Some(FileChange::TimeKept);
+        }
+        None
     }
 }
 
@@ -118,6 +137,16 @@ mod tests {
             said(),
             changed(&format!("{since} dated 2.500s before the last one"))
         );
+        #[cfg(unix)]
+        {
+            // Overwritten in place, with the time of modification set back.
+            use std::os::unix::fs::FileExt;
+            file.write_all_at(b"54321", 0).unwrap();
+            file.set_modified(before).unwrap();
+            let kept =
+                "no change since it was opened, found one that kept the time of modification";
+            assert_eq!(said(), changed(kept));
+        }
         file.set_len(3).unwrap();
         assert_eq!(said(), changed("5 bytes, found 3"));
         std::fs::rename(&other, &path).unwrap();

@@ -4,15 +4,15 @@
 //! offset.
 //!
 //! A mapped file must not be truncated by another program while it is open: reading a missing page
-//! kills the process.
+//! ends the process.
 
 use std::ops::Range;
 use std::sync::Arc;
 
-use memmap2::Mmap;
 use ndarray::Array2;
 
 use super::block::ReadBlock;
+use super::file_bytes::FileBytes;
 
 /// Type of one stored sample.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -71,7 +71,7 @@ impl ByteOrder {
 /// Owner of the samples' bytes.
 #[derive(Debug, Clone)]
 pub(crate) enum Bytes {
-    Mapped(Arc<Mmap>),
+    File(Arc<FileBytes>),
     Inflated(Arc<Vec<u8>>),
     Values(Arc<Vec<f64>>),
 }
@@ -79,7 +79,7 @@ pub(crate) enum Bytes {
 impl Bytes {
     pub(crate) fn as_slice(&self) -> &[u8] {
         match self {
-            Bytes::Mapped(map) => map,
+            Bytes::File(bytes) => bytes,
             Bytes::Inflated(bytes) => bytes,
             // SAFETY: the slice covers exactly the vector's initialized values. Every byte of an
             // `f64` is a valid `u8`, which needs no alignment.
@@ -159,11 +159,19 @@ impl Storage {
         self.arrangement.sample.relative_rounding()
     }
 
-    /// The mapped file, if the samples are read from one.
-    pub(crate) fn mapped(&self) -> Option<&Mmap> {
+    /// The bytes of the file, if the samples are read from them.
+    pub(crate) fn file(&self) -> Option<&FileBytes> {
         match &self.bytes {
-            Bytes::Mapped(map) => Some(map),
+            Bytes::File(bytes) => Some(bytes),
             Bytes::Inflated(_) | Bytes::Values(_) => None,
+        }
+    }
+
+    /// Bytes of samples that are no pages of a file.
+    pub(crate) fn loaded_bytes(&self) -> u64 {
+        match &self.bytes {
+            Bytes::File(bytes) if !bytes.is_copy() => 0,
+            held => held.as_slice().len() as u64,
         }
     }
 
@@ -241,8 +249,8 @@ impl Storage {
 
     /// Lets the operating system drop the pages of a mapped file from memory.
     pub(crate) fn release_pages(&self) {
-        if let Bytes::Mapped(map) = &self.bytes {
-            release(map, 0..map.len());
+        if let Bytes::File(bytes) = &self.bytes {
+            bytes.release(0..bytes.len());
         }
     }
 
@@ -258,43 +266,16 @@ impl Storage {
         } = self.arrangement;
         let rows = if rows_are_times { times } else { sites };
         let row = row_len * sample.bytes();
-        if let Bytes::Mapped(map) = &self.bytes {
+        if let Bytes::File(bytes) = &self.bytes {
             let from = start + rows.start * row;
             let end = start + rows.end * row + MAPPED_AROUND;
-            release(map, from.saturating_sub(MAPPED_AROUND)..map.len().min(end));
+            bytes.release(from.saturating_sub(MAPPED_AROUND)..bytes.len().min(end));
         }
     }
 }
 
 /// Bytes around a faulting page that the kernel maps with it if cached (fault-around).
 const MAPPED_AROUND: usize = 64 << 10;
-
-/// Drops the pages of `range` from this process; a later access reads them again.
-pub(crate) fn release(map: &Mmap, range: Range<usize>) {
-    #[cfg(unix)]
-    {
-        // SAFETY: the map is read-only and file-backed, so a dropped page comes back with the same
-        // bytes. A failure only keeps the page, which is harmless.
-        let _kept = unsafe {
-            map.unchecked_advise_range(memmap2::UncheckedAdvice::DontNeed, range.start, range.len())
-        };
-    }
-    #[cfg(not(unix))]
-    let _ = (map, range);
-}
-
-/// Passes `range` of a mapped file to `consume` in chunks, in order; drops each chunk's pages
-/// afterwards.
-pub(crate) fn stream(map: &Mmap, range: Range<usize>, mut consume: impl FnMut(&[u8])) {
-    const CHUNK: usize = 16 << 20;
-    let mut start = range.start;
-    while start < range.end {
-        let end = range.end.min(start + CHUNK);
-        consume(&map[start..end]);
-        release(map, start..end);
-        start = end;
-    }
-}
 
 /// IEEE 754 binary16: 1 sign bit, 5 of exponent, 10 of fraction.
 fn half_to_f64(bits: u16) -> f64 {

@@ -1,21 +1,21 @@
 //! Attenuation against length and transmission against a key, as charts.
 
-use super::Format;
-use super::chart::{Chart, Corner, Look, Series, draw_charts};
-use super::marks::Mark;
-use crate::Result;
+use super::Figure;
+use super::chart::{Chart, Look, Series};
+use super::sheet::Sheet;
+use super::style::Style;
+use super::uprights::Mark;
 use crate::attenuation::{
-    Attenuation, AttenuationCurve, ContactKind, CurveRow, MeasuredPoint, Pulse, Sense, Transmission,
+    Attenuation, ContactKind, CurveRow, MeasuredPoint, Pulse, Sense, Transmission,
 };
 use crate::chain::scene::Units;
+use crate::unit::label;
 
 /// Ends of an axis of a ratio above which it is logarithmic.
 const WIDE: f64 = 30.0;
 
 /// The drawn quantity of a row.
 type Value<'a> = &'a dyn Fn(&CurveRow) -> Option<f64>;
-
-const SIZE: (u32, u32) = (720, 430);
 
 /// Measured points.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -29,16 +29,15 @@ pub enum Overlay<'a> {
 
 /// Force, energy, share of the high band and width against length, for every chain: forces in the
 /// contacts that are compared, with the chosen laws dashed.
-///
-/// # Errors
-/// [`crate::Error::Draw`].
-pub fn attenuation(attenuation: &Attenuation, overlay: Overlay, format: Format) -> Result<Vec<u8>> {
+pub fn attenuation(attenuation: &Attenuation, overlay: Overlay, style: &Style) -> Figure {
+    let charts = attenuation_charts(attenuation, overlay);
+    Sheet::grid("Attenuation against length", 2, charts).figure("attenuation", style)
+}
+
+pub(crate) fn attenuation_charts(attenuation: &Attenuation, overlay: Overlay) -> Vec<Chart> {
     let kind = attenuation.kind;
     let like = |row: &&CurveRow| row.kind == kind || row.kind == ContactKind::Other;
-    let unit = |curve: Option<&AttenuationCurve>| match curve.map(|c| c.units) {
-        Some(Units::Si) => " (s)",
-        _ => "",
-    };
+    let si = attenuation.curves.first().map(|c| c.units) == Some(Units::Si);
     let of = |sense: Sense, value: Value| -> Vec<Series> {
         let curves = attenuation.curves.iter().filter(|c| c.sense == sense);
         curves
@@ -57,6 +56,7 @@ pub fn attenuation(attenuation: &Attenuation, overlay: Overlay, format: Format) 
         if series.is_empty() {
             continue;
         }
+        let mut laws = "";
         let curves = attenuation.curves.iter().filter(|c| c.sense == sense);
         for (i, curve) in curves.enumerate() {
             let Some(fits) = &curve.fits else { continue };
@@ -66,19 +66,22 @@ pub fn attenuation(attenuation: &Attenuation, overlay: Overlay, format: Format) 
                 .map(|p| (p.0, fits.chosen().at(p.0)));
             let law = law.filter(|p| p.0 > 0.0).collect();
             series.push(Series::line("", i, law).with(Look::Dashed));
+            laws = " (dashed: fitted law)";
         }
         if let Overlay::Forces(points) = overlay {
             series.extend(laid_over(points));
         }
         let title = match sense {
-            Sense::Chain => format!("peak force in one long chain, {} contacts", kind.name()),
-            Sense::Wall => "peak force on the wall".to_owned(),
+            Sense::Chain => {
+                format!(
+                    "peak force in one long chain, {} contacts{laws}",
+                    kind.name()
+                )
+            }
+            Sense::Wall => format!("peak force on the wall{laws}"),
         };
-        let label = "force / that of the homogeneous chain";
-        charts.push(Chart {
-            names: Corner::LowerLeft,
-            ..Chart::of(title, bodies, label, series)
-        });
+        let force = "force / that of the homogeneous chain";
+        charts.push(Chart::of(title, bodies, force, series));
     }
     let others: [(&str, String, Value); 3] = [
         (
@@ -93,20 +96,14 @@ pub fn attenuation(attenuation: &Attenuation, overlay: Overlay, format: Format) 
         ),
         (
             "width of the pulse at half its peak",
-            format!("width{}", unit(attenuation.curves.first())),
+            label("width", if si { "s" } else { "" }),
             &|row| Some(row.pulse.width.value),
         ),
     ];
     for (title, label, value) in others {
         let series = of(Sense::Chain, value);
         if series.iter().any(|s| !s.points.is_empty()) {
-            let chart = Chart::of(title, bodies, label, series);
-            // Shares fall with the length; the other curves stay above the small values.
-            let names = match chart.y.start < 0.0 {
-                true => Corner::UpperRight,
-                false => Corner::LowerRight,
-            };
-            charts.push(Chart { names, ..chart });
+            charts.push(Chart::of(title, bodies, label, series));
         }
     }
     if let Overlay::Field(points) = overlay
@@ -121,19 +118,18 @@ pub fn attenuation(attenuation: &Attenuation, overlay: Overlay, format: Format) 
             points,
         ));
     }
-    draw_charts("attenuation against length", 2, SIZE, &charts, format)
+    charts
 }
 
 /// Force on the wall, time of flight and mean speed against the key, with the extremes as dots and
 /// the localized ratios as marks.
-///
-/// # Errors
-/// [`crate::Error::Draw`].
-pub fn transmission(
-    transmission: &Transmission,
-    overlay: Overlay,
-    format: Format,
-) -> Result<Vec<u8>> {
+pub fn transmission(transmission: &Transmission, overlay: Overlay, style: &Style) -> Figure {
+    let charts = transmission_charts(transmission, overlay);
+    let columns = if charts.len() > 1 { 2 } else { 1 };
+    Sheet::grid("Transmission", columns, charts).figure("transmission", style)
+}
+
+pub(crate) fn transmission_charts(transmission: &Transmission, overlay: Overlay) -> Vec<Chart> {
     let si = transmission.units == Units::Si;
     let key = match (transmission.key.as_str(), si) {
         ("angle" | "second_angle", _) => {
@@ -167,9 +163,9 @@ pub fn transmission(
     if let Overlay::Forces(points) = overlay {
         forces.extend(laid_over(points));
     }
-    let unit = |name: &str, si_unit: &str| match si {
-        true => format!("{name} ({si_unit})"),
-        false => name.to_owned(),
+    let [time, speed] = match si {
+        true => ["s", "m/s"],
+        false => ["", "bodies per unit of time"],
     };
     let mut charts: Vec<Chart> = [
         (
@@ -179,12 +175,12 @@ pub fn transmission(
         ),
         (
             "time of flight to the wall",
-            unit("time", "s"),
+            label("time", time),
             points(&|p| p.time_of_flight.value),
         ),
         (
             "mean speed",
-            unit("bodies per time", "m/s").replace("bodies per time (m/s)", "speed (m/s)"),
+            label("speed", speed),
             points(&|p| p.mean_speed),
         ),
     ]
@@ -215,7 +211,6 @@ pub fn transmission(
     let marks = transmission.curves.first().map(|curve| &curve.localized);
     let is_angle = transmission.key.ends_with("angle");
     for chart in &mut charts {
-        chart.names = Corner::LowerRight;
         chart.log_x = !is_angle && chart.x.start > 0.0 && chart.x.end > WIDE * chart.x.start;
         chart.marks = marks
             .into_iter()
@@ -226,7 +221,7 @@ pub fn transmission(
             })
             .collect();
     }
-    draw_charts("transmission", 1, SIZE, &charts, format)
+    charts
 }
 
 /// Largest velocities and arrivals, computed and measured.
@@ -246,10 +241,7 @@ fn field_charts(
     all.map(|(((title, label), computed), measured)| {
         let mut series = vec![Series::line(name, 0, computed)];
         series.extend(laid_over(measured));
-        Chart {
-            names: Corner::LowerRight,
-            ..Chart::of(title, x_label, label, series)
-        }
+        Chart::of(title, x_label, label, series)
     })
     .collect()
 }

@@ -1,5 +1,7 @@
 //! One axis of a panel.
 
+use std::ops::Range;
+
 use super::ticks::{self, Notation, Tick};
 
 /// A range of values with its label.
@@ -11,6 +13,31 @@ pub(super) struct PlotAxis {
     pub log: bool,
     /// Label of a second reading of the same axis, and what values are multiplied by for it.
     pub second: Option<(String, f64)>,
+}
+
+/// The range of a linear axis that shows all of `values`, and zero.
+pub fn around(values: impl Iterator<Item = f64>) -> Range<f64> {
+    let (low, high) = values
+        .filter(|v| v.is_finite())
+        .fold((0.0f64, 0.0f64), |(low, high), v| (low.min(v), high.max(v)));
+    let room = 0.04 * (high - low);
+    let below = if low < 0.0 { room } else { 0.0 };
+    match high - low {
+        0.0 => 0.0..1.0,
+        _ => low - below..high + room,
+    }
+}
+
+/// The range of a logarithmic axis that shows the positive `values` within `decades` of the largest.
+pub(super) fn log_around(values: impl Iterator<Item = f64>, decades: f64) -> Range<f64> {
+    let positive = values.filter(|v| v.is_finite() && *v > 0.0);
+    let (low, high) = positive.fold((f64::INFINITY, 0.0f64), |(low, high), v| {
+        (low.min(v), high.max(v))
+    });
+    match high > 0.0 {
+        true => (low / 1.5).max(high * 10f64.powf(-decades))..high * 1.5,
+        false => 0.1..1.0,
+    }
 }
 
 impl PlotAxis {
@@ -30,34 +57,12 @@ impl PlotAxis {
         }
     }
 
-    /// A linear axis that shows all of `values`, and zero.
-    pub fn around(label: &str, values: impl Iterator<Item = f64>) -> Self {
-        let (low, high) = values
-            .filter(|v| v.is_finite())
-            .fold((0.0f64, 0.0f64), |(low, high), v| (low.min(v), high.max(v)));
-        let room = 0.04 * (high - low);
-        let below = if low < 0.0 { room } else { 0.0 };
-        match high - low {
-            0.0 => PlotAxis::linear(label, 0.0, 1.0),
-            _ => PlotAxis::linear(label, low - below, high + room),
-        }
-    }
-
-    /// A logarithmic axis that shows all positive `values`.
-    pub fn log_around(label: &str, values: impl Iterator<Item = f64>) -> Self {
-        let (low, high) = values
-            .filter(|v| v.is_finite() && *v > 0.0)
-            .fold((f64::INFINITY, 0.0f64), |(low, high), v| {
-                (low.min(v), high.max(v))
-            });
-        let (low, high) = if high > 0.0 {
-            (low / 1.5, high * 1.5)
-        } else {
-            (0.1, 1.0)
-        };
+    /// A linear or logarithmic axis over a range.
+    pub fn over(label: &str, range: &Range<f64>, log: bool) -> Self {
+        let log = log && range.start > 0.0 && range.end > range.start;
         PlotAxis {
-            log: true,
-            ..PlotAxis::linear(label, low, high)
+            log,
+            ..PlotAxis::linear(label, range.start, range.end)
         }
     }
 
@@ -103,5 +108,19 @@ impl PlotAxis {
 
     fn notation(&self) -> Notation {
         Notation::of(self.low, self.high)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn one_node_does_not_stretch_a_logarithmic_axis() {
+        let range = |values: &[f64]| log_around(values.iter().copied(), 8.0);
+        let node = range(&[1.0, 1e-32, 0.2, f64::NAN, 0.0]);
+        assert!((node.start / 1e-8 - 1.0).abs() < 1e-12 && node.end == 1.5);
+        assert_eq!(range(&[1.0, 0.3]), 0.3 / 1.5..1.5);
+        assert_eq!(range(&[0.0]), 0.1..1.0);
     }
 }

@@ -11,23 +11,49 @@ use tiny_skia::{
 use super::font;
 use super::painter::{Brush, Lettering, Outline, Painter, Point, Raster};
 use super::scene::Rect;
+use super::style::PageUnits;
 
-/// Pixels of the file to one pixel of the design.
-const PIXEL_RATIO: f64 = 1.5;
+/// An inch in metres.
+const INCH: f64 = 0.0254;
 
 /// A figure as pixels.
 #[derive(Debug)]
 pub(super) struct Bitmap {
     pixmap: Pixmap,
+    /// Pixels of a unit of the layout.
+    ratio: f64,
+    dpi: u32,
 }
 
 impl Bitmap {
     /// `None` if there is no such bitmap.
-    pub fn new(width: u32, height: u32) -> Option<Self> {
-        let device = |length: u32| (f64::from(length) * PIXEL_RATIO).round() as u32;
+    pub fn new((width, height): (f64, f64), page: &PageUnits) -> Option<Self> {
+        let ratio = page.pixel_ratio();
+        let device = |length: f64| (length * ratio).round() as u32;
         let mut pixmap = Pixmap::new(device(width), device(height))?;
         pixmap.fill(Ground::WHITE);
-        Some(Bitmap { pixmap })
+        Some(Bitmap {
+            pixmap,
+            ratio,
+            dpi: page.dpi,
+        })
+    }
+
+    fn to_device(&self) -> Transform {
+        Transform::from_scale(self.ratio as f32, self.ratio as f32)
+    }
+
+    /// The pixels between two coordinates, up to `limit`, each with the cell that its middle lies in.
+    fn cells(&self, from: f64, to: f64, cells: usize, limit: usize) -> Vec<(usize, usize)> {
+        let (from, to) = (from * self.ratio, to * self.ratio);
+        let first = from.round().max(0.0) as usize;
+        let end = (to.round().max(0.0) as usize).min(limit);
+        (first..end)
+            .map(|pixel| {
+                let share = (pixel as f64 + 0.5 - from) / (to - from);
+                (pixel, ((share * cells as f64) as usize).min(cells - 1))
+            })
+            .collect()
     }
 }
 
@@ -36,7 +62,7 @@ impl Painter for Bitmap {
         let Some(path) = outline(shape) else {
             return;
         };
-        let (paint, to_page) = (paint(color), to_device());
+        let (paint, to_page) = (paint(color), self.to_device());
         match brush {
             Brush::Fill => {
                 self.pixmap
@@ -64,7 +90,8 @@ impl Painter for Bitmap {
         };
         let baseline = font::baseline(lettering.anchor.v_pos, size);
         let scale = (size / font::units_per_em()) as f32;
-        let to_page = to_device()
+        let to_page = self
+            .to_device()
             .pre_translate(at.0 as f32, at.1 as f32)
             .pre_rotate(lettering.degrees() as f32)
             .pre_translate(start as f32, baseline as f32)
@@ -80,8 +107,8 @@ impl Painter for Bitmap {
     /// Nearest cell for each pixel, so that cells keep sharp edges.
     fn image(&mut self, at: &Rect, raster: &Raster) -> Result<(), String> {
         let (width, height) = (self.pixmap.width() as usize, self.pixmap.height() as usize);
-        let columns = cells(at.left, at.right, raster.columns, width);
-        let rows = cells(at.top, at.bottom, raster.rows, height);
+        let columns = self.cells(at.left, at.right, raster.columns, width);
+        let rows = self.cells(at.top, at.bottom, raster.rows, height);
         let data = self.pixmap.data_mut();
         for (y, row) in rows {
             for &(x, column) in &columns {
@@ -100,17 +127,18 @@ impl Painter for Bitmap {
             .flat_map(|p| [p.red(), p.green(), p.blue()])
             .collect();
         let (columns, rows) = (self.pixmap.width() as usize, self.pixmap.height() as usize);
-        png(&Raster {
+        let raster = Raster {
             columns,
             rows,
             palette: None,
             samples: &rgb,
-        })
+        };
+        png(&raster, Some(self.dpi))
     }
 }
 
-/// An image alone, as the bytes of a PNG file.
-pub(super) fn png(raster: &Raster) -> Result<Vec<u8>, String> {
+/// An image alone, as the bytes of a PNG file, which may state its pixels per inch.
+pub(super) fn png(raster: &Raster, dpi: Option<u32>) -> Result<Vec<u8>, String> {
     let mut file = Vec::new();
     let mut encoder = png::Encoder::new(&mut file, raster.columns as u32, raster.rows as u32);
     encoder.set_depth(png::BitDepth::Eight);
@@ -122,6 +150,14 @@ pub(super) fn png(raster: &Raster) -> Result<Vec<u8>, String> {
         }
         None => encoder.set_color(png::ColorType::Rgb),
     }
+    encoder.set_pixel_dims(dpi.map(|dpi| {
+        let per_metre = (f64::from(dpi) / INCH).round() as u32;
+        png::PixelDimensions {
+            xppu: per_metre,
+            yppu: per_metre,
+            unit: png::Unit::Meter,
+        }
+    }));
     encoder
         .write_header()
         .and_then(|mut writer| writer.write_image_data(raster.samples))
@@ -129,27 +165,10 @@ pub(super) fn png(raster: &Raster) -> Result<Vec<u8>, String> {
     Ok(file)
 }
 
-fn to_device() -> Transform {
-    Transform::from_scale(PIXEL_RATIO as f32, PIXEL_RATIO as f32)
-}
-
 fn paint(BackendColor { alpha, rgb }: BackendColor) -> Paint<'static> {
     let mut paint = Paint::default();
     paint.set_color_rgba8(rgb.0, rgb.1, rgb.2, (255.0 * alpha).round() as u8);
     paint
-}
-
-/// The pixels from `from` to `to`, up to `limit`, each with the cell that its middle lies in.
-fn cells(from: f64, to: f64, cells: usize, limit: usize) -> Vec<(usize, usize)> {
-    let (from, to) = (from * PIXEL_RATIO, to * PIXEL_RATIO);
-    let first = from.round().max(0.0) as usize;
-    let end = (to.round().max(0.0) as usize).min(limit);
-    (first..end)
-        .map(|pixel| {
-            let share = (pixel as f64 + 0.5 - from) / (to - from);
-            (pixel, ((share * cells as f64) as usize).min(cells - 1))
-        })
-        .collect()
 }
 
 /// `None` for what has no extent.

@@ -1,21 +1,18 @@
 //! Figures of a budget: maps of its fluxes, energy passed and left behind, and its views in one
 //! figure.
 
-use super::axis::PlotAxis;
-use super::curve::{self, BLUE, Curve, GREEN, PURPLE, VERMILLION};
+use super::axis::around;
+use super::chart::{BLACK, BLUE, Chart, GREEN, PURPLE, Series, VERMILLION, extent};
 use super::figures::{MapFigure, WHITE, values};
-use super::panel::{self, Panel};
 use super::scale::ColorScale;
-use super::scene::{INK, Rect, Scene};
+use super::scene::INK;
+use super::sheet::{PlotRow, Sheet};
+use super::style::Style;
 use super::views::views;
 use super::{Figure, Format};
 use crate::Result;
 use crate::analyze::Map;
 use crate::budget::{Budget, Residual};
-
-pub(super) const WIDTH: u32 = 1200;
-const LEFT: f64 = 140.0;
-pub(super) const RIGHT: f64 = 1165.0;
 
 /// Budgets whose pictures share their axes and colours, so that they compare.
 #[derive(Debug, Clone)]
@@ -30,16 +27,22 @@ impl SharedScales<'_> {
 }
 
 /// All figures of a budget called `name`, in the order of reading, on scales shared with others.
-pub fn budget_figures(budget: &Budget, name: &str, shared: &SharedScales) -> Vec<Figure> {
+pub fn budget_figures(
+    budget: &Budget,
+    name: &str,
+    shared: &SharedScales,
+    style: &Style,
+) -> Vec<Figure> {
     let closure = &budget.closure;
     let mut figures = vec![
-        energies(budget, name, shared),
-        flux_map(budget, &captioned(name, &closure.real_space), shared),
-        passed(budget, &captioned(name, &closure.frequency), shared),
+        energies(budget, name, shared).figure("energies", style),
+        flux_map(budget, &captioned(name, &closure.real_space), shared, style),
+        passed(budget, &captioned(name, &closure.frequency), shared).figure("energy-passed", style),
     ];
     if let Some(flow) = &budget.frequency {
         let name = captioned(name, &closure.frequency);
         let mut sheet = MapFigure::new(
+            style,
             "Power flow P(f) through each contact",
             &name,
             &flow.map,
@@ -55,13 +58,13 @@ pub fn budget_figures(budget: &Budget, name: &str, shared: &SharedScales) -> Vec
         let second = Some(("k a / π".to_owned(), budget.pitch / std::f64::consts::PI));
         let edge = found.edge.is_finite().then_some(found.edge);
         let title = "Energy spectrum E(k, t)";
-        let mut sheet = MapFigure::new(title, &name, &found.energy_map, second.clone());
+        let mut sheet = MapFigure::new(style, title, &name, &found.energy_map, second.clone());
         let all = shared.of(|budget| Some(&budget.wavenumber.as_ref()?.energy_map));
-        sheet.draw_map(&found.energy_map, ColorScale::log(all));
+        sheet.draw_map(&found.energy_map, ColorScale::log(all, style.depth));
         sheet.mark_wavenumber_edge(edge, WHITE);
         figures.push(sheet.figure("energy-spectrum"));
         let title = "Spectral flux Π(k, t), towards high k";
-        let mut sheet = MapFigure::new(title, &name, &found.flux_map, second);
+        let mut sheet = MapFigure::new(style, title, &name, &found.flux_map, second);
         let all = shared.of(|budget| Some(&budget.wavenumber.as_ref()?.flux_map));
         sheet.draw_map(&found.flux_map, clipped(all));
         sheet.mark_wavenumber_edge(edge, INK);
@@ -77,12 +80,12 @@ pub fn budget_figures(budget: &Budget, name: &str, shared: &SharedScales) -> Vec
             scales.map_scale
         );
         let name = captioned(name, &closure.scale);
-        let mut sheet = MapFigure::new(&title, &name, map, None);
+        let mut sheet = MapFigure::new(style, &title, &name, map, None);
         let all = shared.of(|budget| budget.scales.as_ref()?.flux_map.as_ref());
         sheet.draw_map(map, clipped(all));
         figures.push(sheet.figure("scale-flux"));
     }
-    figures.extend(views(&[(name, budget)]));
+    figures.extend(views(&[(name, budget)], style));
     figures
 }
 
@@ -105,7 +108,7 @@ fn clipped(values: impl Iterator<Item = f64>) -> ColorScale {
 }
 
 /// The largest magnitude when one in two hundred of those that are not 0 is left out; 0 for none.
-pub(super) fn ordinary(values: impl Iterator<Item = f64>) -> f64 {
+pub(crate) fn ordinary(values: impl Iterator<Item = f64>) -> f64 {
     let sizes = values.map(f64::abs);
     let mut sizes: Vec<f64> = sizes.filter(|s| *s > 0.0 && s.is_finite()).collect();
     sizes.sort_by(f64::total_cmp);
@@ -120,37 +123,16 @@ fn captioned(name: &str, residual: &Residual) -> String {
     }
 }
 
-fn flux_map(budget: &Budget, name: &str, shared: &SharedScales) -> Figure {
+fn flux_map(budget: &Budget, name: &str, shared: &SharedScales, style: &Style) -> Figure {
     let map = &budget.flux_map;
-    let mut sheet = MapFigure::new("Energy flux J(x, t), towards +x", name, map, None);
+    let mut sheet = MapFigure::new(style, "Energy flux J(x, t), towards +x", name, map, None);
     sheet.draw_map(map, clipped(shared.of(|budget| Some(&budget.flux_map))));
     sheet.figure("energy-flux")
 }
 
-/// From the least to the largest.
-fn span<'a>(values: impl IntoIterator<Item = &'a f64>) -> (f64, f64) {
-    let ends = (f64::INFINITY, f64::NEG_INFINITY);
-    let values = values.into_iter();
-    values.fold(ends, |(low, high), value| {
-        (low.min(*value), high.max(*value))
-    })
-}
-
-pub(super) fn rect(top: f64, bottom: f64) -> Rect {
-    Rect {
-        left: LEFT,
-        top,
-        right: RIGHT,
-        bottom,
-    }
-}
-
 /// Motion, contacts, losses and input over time.
-fn energies(budget: &Budget, name: &str, shared: &SharedScales) -> Figure {
-    let mut scene = Scene::new(&format!("Energy over time: {name}"), WIDTH, 560);
-    panel::heading(&mut scene, "Energy over time", name);
-    let x = &budget.time[..];
-    let curve = |label, color, y| Curve { label, color, x, y };
+fn energies(budget: &Budget, name: &str, shared: &SharedScales) -> Sheet {
+    let curve = |label, colour, y: &[f64]| Series::of(label, colour, &budget.time, y);
     let total: Vec<f64> = budget
         .kinetic
         .iter()
@@ -158,7 +140,7 @@ fn energies(budget: &Budget, name: &str, shared: &SharedScales) -> Figure {
         .map(|(a, b)| a + b)
         .collect();
     let mut curves = vec![
-        curve("in the chain", INK, &total),
+        curve("in the chain", BLACK, &total),
         curve("of motion", BLUE, &budget.kinetic),
         curve("of contacts", VERMILLION, &budget.contact),
     ];
@@ -183,35 +165,38 @@ fn energies(budget: &Budget, name: &str, shared: &SharedScales) -> Figure {
         ];
         held.chain(rest.into_iter().flatten().copied())
     });
-    let y = PlotAxis::around(&budget.units.energy("energy"), all);
-    let (first, last) = span(shared.0.iter().flat_map(|budget| &budget.time));
-    let time = PlotAxis::linear(&budget.units.time(), first, last);
-    let panel = Panel::new(rect(105.0, 475.0), time, y);
-    curve::draw_all(&mut scene, &panel, &curves);
-    Figure {
-        name: "energies",
-        scene,
+    let times = shared.0.iter().flat_map(|budget| &budget.time).copied();
+    let chart = Chart {
+        x: extent(times),
+        y: around(all),
+        ..Chart::of(
+            "",
+            budget.units.time(),
+            budget.units.energy("energy"),
+            curves,
+        )
+    };
+    single("Energy over time", name, chart)
+}
+
+fn single(title: &str, name: &str, chart: Chart) -> Sheet {
+    Sheet {
+        title: title.into(),
+        data: name.into(),
+        rows: vec![PlotRow::of([chart])],
+        ..Sheet::default()
     }
 }
 
 /// Energy passed by the end through each contact, in either band, and what stayed behind.
-fn passed(budget: &Budget, name: &str, shared: &SharedScales) -> Figure {
-    let mut scene = Scene::new(&format!("Energy passed along x: {name}"), WIDTH, 560);
-    panel::heading(&mut scene, "Energy passed along x", name);
+fn passed(budget: &Budget, name: &str, shared: &SharedScales) -> Sheet {
     let x = positions(budget);
-    let curve = |label, color, y| Curve {
-        label,
-        color,
-        x: &x,
-        y,
-    };
-    let mut curves = vec![curve("passed by the end", INK, &budget.passed[..])];
-    let (low, high);
+    let curve = |label: &str, colour, y: &[f64]| Series::of(label, colour, &x, y);
+    let mut curves = vec![curve("passed by the end", BLACK, &budget.passed)];
     if let Some(flow) = &budget.frequency {
-        low = format!("low band (up to {:.3})", flow.edge);
-        high = "high band";
+        let low = format!("low band (up to {:.3})", flow.edge);
         curves.push(curve(&low, BLUE, &flow.low));
-        curves.push(curve(high, VERMILLION, &flow.high));
+        curves.push(curve("high band", VERMILLION, &flow.high));
     }
     curves.push(curve("held behind at the end", GREEN, &budget.left_behind));
     let all = shared.0.iter().flat_map(|budget| {
@@ -222,20 +207,18 @@ fn passed(budget: &Budget, name: &str, shared: &SharedScales) -> Figure {
         let whole = [&budget.passed, &budget.left_behind].into_iter();
         whole.chain(bands).flatten().copied()
     });
-    let y = PlotAxis::around(&budget.units.energy("energy"), all);
-    let places: Vec<f64> = shared
-        .0
-        .iter()
-        .flat_map(|budget| positions(budget))
-        .collect();
-    let (first, last) = span(&places);
-    let place = PlotAxis::linear(&budget.units.position(), first, last);
-    let panel = Panel::new(rect(105.0, 475.0), place, y);
-    curve::draw_all(&mut scene, &panel, &curves);
-    Figure {
-        name: "energy-passed",
-        scene,
-    }
+    let places = shared.0.iter().flat_map(|budget| positions(budget));
+    let chart = Chart {
+        x: extent(places),
+        y: around(all),
+        ..Chart::of(
+            "",
+            budget.units.position(),
+            budget.units.energy("energy"),
+            curves,
+        )
+    };
+    single("Energy passed along x", name, chart)
 }
 
 pub(super) fn positions(budget: &Budget) -> Vec<f64> {

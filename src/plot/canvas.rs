@@ -14,7 +14,9 @@ use super::Format;
 use super::bitmap::Bitmap;
 use super::font;
 use super::painter::{Brush, Lettering, Outline, Painter, Point, Raster};
+use super::pdf::Pdf;
 use super::scene::Rect;
+use super::style::PageUnits;
 use super::svg::Svg;
 use crate::{Error, Result};
 
@@ -99,20 +101,27 @@ impl Canvas {
     /// # Errors
     /// [`Error::Draw`] if a side is zero or too long.
     pub fn new(title: &str, width: u32, height: u32, format: Format) -> Result<Self> {
-        let longest = i32::MAX as u32 / UNITS as u32;
-        let painter = match (width.max(height) <= longest, format) {
-            (true, Format::Png) => Bitmap::new(width, height).map(boxed),
-            (true, Format::Svg) => Svg::new(title, width, height).map(boxed),
+        let size = (f64::from(width), f64::from(height));
+        Canvas::of(title, size, &PageUnits::pixels(format))
+    }
+
+    /// A canvas of this width and height in units of a page.
+    pub(super) fn of(title: &str, size: (f64, f64), page: &PageUnits) -> Result<Self> {
+        let longest = f64::from(i32::MAX) / UNITS;
+        let is_possible = size.0 > 0.0 && size.1 > 0.0 && size.0.max(size.1) <= longest;
+        let painter = match (is_possible, page.format) {
+            (true, Format::Png) => Bitmap::new(size, page).map(boxed),
+            (true, Format::Svg) => Some(boxed(Svg::new(title, size, page))),
+            (true, Format::Pdf) => Some(boxed(Pdf::new(title, size, page))),
             (false, _) => None,
         };
         let painter = painter.ok_or_else(|| Error::Draw {
             figure: title.into(),
-            reason: format!("{width} by {height} pixels cannot be drawn on"),
+            reason: format!("{} by {} pixels cannot be drawn on", size.0, size.1),
         })?;
-        let size = (px(width.into()), px(height.into()));
         let surface = CanvasSurface {
             title: title.into(),
-            size,
+            size: (px(size.0), px(size.1)),
             painter,
         };
         Ok(Canvas {

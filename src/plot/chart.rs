@@ -2,38 +2,53 @@
 
 use std::ops::Range;
 
-use plotters::coord::combinators::IntoLogRange;
-use plotters::coord::ranged1d::{Ranged, ValueFormatter};
-use plotters::prelude::*;
+use super::axis::PlotAxis;
+use super::curve;
+use super::legend::{self, Entry, Marker, Stroke};
+use super::panel::{Margins, Panel};
+use super::scene::{Color, FAINT, Rect, Scene};
+use super::uprights::{self, Mark};
 
-use super::Format;
-use super::canvas::{Area, Canvas, px, sans};
-use super::marks::{Mark, draw_marks};
-use super::ticks::short;
-use crate::Result;
-
-/// Colours of Okabe and Ito, safe for colour-blind readers.
-pub const PALETTE: [RGBColor; 7] = [
-    RGBColor(0x00, 0x72, 0xb2),
-    RGBColor(0xd5, 0x5e, 0x00),
-    RGBColor(0x00, 0x9e, 0x73),
-    RGBColor(0xcc, 0x79, 0xa7),
-    RGBColor(0xe6, 0x9f, 0x00),
-    RGBColor(0x56, 0xb4, 0xe9),
-    RGBColor(0x00, 0x00, 0x00),
+/// Colours of Okabe and Ito, safe for colour-blind readers: red, green, blue.
+pub const PALETTE: [[u8; 3]; 7] = [
+    [0x00, 0x72, 0xb2],
+    [0xd5, 0x5e, 0x00],
+    [0x00, 0x9e, 0x73],
+    [0xcc, 0x79, 0xa7],
+    [0xe6, 0x9f, 0x00],
+    [0x56, 0xb4, 0xe9],
+    [0x22, 0x22, 0x22],
 ];
-const GRID: RGBColor = RGBColor(0xe6, 0xe6, 0xe6);
-const MARK: RGBColor = RGBColor(0x77, 0x77, 0x77);
+// Indices into the palette.
+pub(super) const BLUE: usize = 0;
+pub(super) const VERMILLION: usize = 1;
+pub(super) const GREEN: usize = 2;
+pub(super) const PURPLE: usize = 3;
+pub(super) const ORANGE: usize = 4;
+pub(super) const SKY: usize = 5;
+pub(super) const BLACK: usize = 6;
+
+/// Symbols of points, one a round through the palette.
+const SYMBOLS: [Marker; 4] = [
+    Marker::Circle,
+    Marker::Square,
+    Marker::Triangle,
+    Marker::Cross,
+];
+const WIDTH: f64 = 2.4;
+/// Units from one point to the next on average from which on a curve has its points marked.
+const MARKED_FROM: f64 = 14.0;
 
 /// How a series is drawn.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Look {
+    /// A line; its points are marked where they are few.
     Line,
     Dashed,
     Dots,
 }
 
-/// Points with a name, which may be empty.
+/// Points with a name, which may be empty. A point that is not finite is a gap.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Series {
     pub label: String,
@@ -41,8 +56,12 @@ pub struct Series {
     /// Standard errors of the ordinates; empty where there are none.
     pub errors: Vec<f64>,
     pub look: Look,
-    /// Index into [`PALETTE`].
+    /// Index into [`PALETTE`]; beyond it the colours return with another symbol at each point.
     pub colour: usize,
+    /// The symbol of each point; by default circles where points are marked.
+    pub marker: Option<Marker>,
+    /// Width of the line, in units of 1/20 of the size of labels.
+    pub width: f64,
 }
 
 impl Series {
@@ -53,17 +72,106 @@ impl Series {
             errors: Vec::new(),
             look: Look::Line,
             colour,
+            marker: None,
+            width: WIDTH,
         }
+    }
+
+    /// A line through values at `x`.
+    pub fn of(label: impl Into<String>, colour: usize, x: &[f64], y: &[f64]) -> Series {
+        let points = x.iter().copied().zip(y.iter().copied());
+        Series::line(label, colour, points.collect())
     }
 
     pub fn with(self, look: Look) -> Series {
         Series { look, ..self }
     }
+
+    /// With this symbol at each point.
+    pub fn marked(self, marker: Marker) -> Series {
+        Series {
+            marker: Some(marker),
+            ..self
+        }
+    }
+
+    fn color(&self) -> Color {
+        PALETTE[self.colour % PALETTE.len()]
+    }
+
+    /// The symbol of each point in a frame of this width.
+    fn symbol(&self, width: f64) -> Option<Marker> {
+        let round = self.colour / PALETTE.len();
+        let is_marked = round > 0 || width / self.points.len() as f64 >= MARKED_FROM;
+        let usual = Some(self.marker.unwrap_or(SYMBOLS[round % SYMBOLS.len()]));
+        match self.look {
+            Look::Dots => usual,
+            Look::Line if is_marked => usual,
+            _ => self.marker,
+        }
+    }
+
+    fn stroke(&self) -> Stroke {
+        match self.look {
+            Look::Line => Stroke::Solid,
+            Look::Dashed => Stroke::Dashed,
+            Look::Dots => Stroke::Nothing,
+        }
+    }
+
+    fn entry(&self, width: f64) -> Entry {
+        Entry {
+            label: self.label.clone(),
+            color: self.color(),
+            stroke: self.stroke(),
+            width: self.width,
+            marker: self.symbol(width),
+        }
+    }
+
+    pub(super) fn draw(&self, scene: &mut Scene, panel: &Panel) {
+        let (color, symbol) = (self.color(), self.symbol(panel.rect.width()));
+        if self.look != Look::Dots {
+            for path in curve::paths(&self.points, panel) {
+                match self.look {
+                    _ if curve::is_a_dot(&path) => {
+                        legend::draw_marker(scene, Marker::Circle, path[0], color);
+                    }
+                    Look::Dashed => scene.dashed_path(&path, color, self.width),
+                    _ => scene.line(path, color, self.width),
+                }
+            }
+        }
+        for (point, error) in self.points.iter().zip(&self.errors) {
+            let ends = [point.1 - error, point.1 + error];
+            for bar in curve::paths(&ends.map(|y| (point.0, y)), panel) {
+                scene.line(bar, color, self.width);
+            }
+        }
+        let Some(symbol) = symbol else { return };
+        for &(x, y) in &self.points {
+            let place = (panel.place_x(x), panel.place_y(y));
+            if let (Some(x), Some(y)) = place
+                && panel.rect.contains((x, y))
+            {
+                legend::draw_marker(scene, symbol, (x, y), color);
+            }
+        }
+    }
+}
+
+/// A dashed line across a chart at a value, with its name.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Level {
+    pub at: f64,
+    /// Empty for a line without a name.
+    pub label: String,
 }
 
 /// Series on one pair of axes.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Chart {
+    /// Above the frame; may be empty.
     pub title: String,
     pub x_label: String,
     pub y_label: String,
@@ -72,19 +180,11 @@ pub struct Chart {
     pub log_x: bool,
     pub log_y: bool,
     pub series: Vec<Series>,
+    /// Uprights with their names.
     pub marks: Vec<Mark>,
-    /// Where the names of the series are.
-    pub names: Corner,
-}
-
-/// A corner of a chart.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
-pub enum Corner {
-    #[default]
-    UpperRight,
-    LowerRight,
-    LowerLeft,
-    UpperLeft,
+    pub levels: Vec<Level>,
+    /// Label of a second reading of the vertical axis, and what values are multiplied by for it.
+    pub second_y: Option<(String, f64)>,
 }
 
 impl Chart {
@@ -113,8 +213,55 @@ impl Chart {
             log_y: false,
             series,
             marks: Vec::new(),
-            names: Corner::default(),
+            levels: Vec::new(),
+            second_y: None,
         }
+    }
+
+    pub(super) fn panel(&self, rect: Rect, names_x: bool) -> Panel {
+        let x = PlotAxis::over(&self.x_label, &self.x, self.log_x);
+        let y = PlotAxis::over(&self.y_label, &self.y, self.log_y);
+        Panel {
+            names_x,
+            ..Panel::new(rect, x, y.with_second(self.second_y.clone()))
+        }
+    }
+
+    /// Meanings of the curves in a frame of this width.
+    pub(super) fn entries(&self, width: f64) -> Vec<Entry> {
+        let named = self.series.iter().filter(|series| !series.label.is_empty());
+        let levels = self.levels.iter().filter(|level| !level.label.is_empty());
+        named
+            .map(|series| series.entry(width))
+            .chain(levels.map(|level| Entry::dashed(&level.label, FAINT)))
+            .collect()
+    }
+
+    /// What is drawn beside a frame of this size.
+    pub(super) fn margins(&self, rect: Rect, names_x: bool) -> Margins {
+        let panel = self.panel(rect, names_x);
+        let margins = panel.margins();
+        Margins {
+            top: margins.top.max(uprights::height(&self.marks, &panel)),
+            ..margins
+        }
+    }
+
+    pub(super) fn draw(&self, scene: &mut Scene, rect: Rect, names_x: bool) {
+        let panel = self.panel(rect, names_x);
+        panel.draw_grid(scene);
+        uprights::draw(scene, &self.marks, &panel, FAINT);
+        for level in &self.levels {
+            if let Some(y) = panel.place_y(level.at) {
+                for path in rect.clip_path(vec![(rect.left, y), (rect.right, y)]) {
+                    scene.dashed_path(&path, FAINT, 1.6);
+                }
+            }
+        }
+        for series in &self.series {
+            series.draw(scene, &panel);
+        }
+        panel.draw_axes(scene);
     }
 }
 
@@ -131,129 +278,18 @@ pub fn extent(values: impl Iterator<Item = f64>) -> Range<f64> {
     }
 }
 
-/// The bytes of a picture of charts, in rows of `columns`, each of this many pixels.
-///
-/// # Errors
-/// [`crate::Error::Draw`].
-pub fn draw_charts(
-    title: &str,
-    columns: usize,
-    (width, height): (u32, u32),
-    charts: &[Chart],
-    format: Format,
-) -> Result<Vec<u8>> {
-    let columns = columns.max(1);
-    let rows = charts.len().div_ceil(columns);
-    let canvas = Canvas::new(title, width * columns as u32, height * rows as u32, format)?;
-    let areas = canvas.area().split_evenly((rows, columns));
-    for (chart, area) in charts.iter().zip(&areas) {
-        chart.draw(area)?;
-    }
-    canvas.encode()
-}
+#[cfg(test)]
+mod tests {
+    use super::*;
 
-impl Chart {
-    /// Draws the chart into an area of a canvas.
-    ///
-    /// # Errors
-    /// [`crate::Error::Draw`].
-    pub fn draw(&self, area: &Area) -> Result<()> {
-        let (x, y) = (self.x.clone(), self.y.clone());
-        match (self.log_x, self.log_y) {
-            (false, false) => self.on(area, x, y),
-            (true, false) => self.on(area, x.log_scale(), y),
-            (false, true) => self.on(area, x, y.log_scale()),
-            (true, true) => self.on(area, x.log_scale(), y.log_scale()),
+    #[test]
+    fn more_curves_than_colours_stay_apart() {
+        let points: Vec<(f64, f64)> = (0..200).map(|n| (f64::from(n), 0.0)).collect();
+        let entries: Vec<Entry> = (0..2 * PALETTE.len())
+            .map(|i| Series::line("", i, points.clone()).entry(400.0))
+            .collect();
+        for (i, entry) in entries.iter().enumerate() {
+            assert!(!entries[..i].contains(entry), "{i}");
         }
-    }
-
-    fn on<X, Y>(
-        &self,
-        area: &Area,
-        x: impl plotters::coord::ranged1d::AsRangedCoord<CoordDescType = X, Value = f64>,
-        y: impl plotters::coord::ranged1d::AsRangedCoord<CoordDescType = Y, Value = f64>,
-    ) -> Result<()>
-    where
-        X: Ranged<ValueType = f64> + ValueFormatter<f64>,
-        Y: Ranged<ValueType = f64> + ValueFormatter<f64>,
-    {
-        let mut chart = ChartBuilder::on(area)
-            .margin(px(14.0))
-            .margin_right(px(30.0))
-            .caption(&self.title, sans(18.0))
-            .x_label_area_size(px(52.0))
-            .y_label_area_size(px(84.0))
-            .build_cartesian_2d(x, y)?;
-        chart
-            .configure_mesh()
-            .light_line_style(TRANSPARENT)
-            .bold_line_style(GRID)
-            .label_style(sans(15.0))
-            .axis_desc_style(sans(16.0))
-            .set_all_tick_mark_size(px(5.0))
-            .x_labels(8)
-            .y_labels(7)
-            .x_label_formatter(&|v| short(*v, &self.x, self.log_x))
-            .y_label_formatter(&|v| short(*v, &self.y, self.log_y))
-            .x_desc(&self.x_label)
-            .y_desc(&self.y_label)
-            .draw()?;
-        draw_marks(&mut chart, &self.marks, (self.y.start, self.y.end), MARK)?;
-        for series in &self.series {
-            let colour = PALETTE[series.colour % PALETTE.len()];
-            let style = colour.stroke_width(px(2.0));
-            let points = series.points.iter().copied();
-            let points = points.filter(|p| p.0.is_finite() && p.1.is_finite());
-            for (point, error) in series.points.iter().zip(&series.errors) {
-                let bar = vec![(point.0, point.1 - error), (point.0, point.1 + error)];
-                chart.draw_series([PathElement::new(bar, style)])?;
-            }
-            let drawn = match series.look {
-                Look::Line => chart.draw_series(LineSeries::new(points, style))?,
-                Look::Dashed => {
-                    chart.draw_series(DashedLineSeries::new(points, px(7.0), px(5.0), style))?
-                }
-                Look::Dots => {
-                    chart.draw_series(points.map(|p| Circle::new(p, px(3.5), colour.filled())))?
-                }
-            };
-            if series.label.is_empty() {
-                continue;
-            }
-            let look = series.look;
-            drawn.label(&series.label).legend(move |(x, y)| {
-                let length = px(24.0) as i32;
-                let piece = |from: i32, to: i32| PathElement::new(vec![(from, 0), (to, 0)], style);
-                let at = EmptyElement::at((x, y));
-                match look {
-                    Look::Line => (at + piece(0, length)).into_dyn(),
-                    Look::Dashed => {
-                        let dash = length * 2 / 5;
-                        (at + piece(0, dash) + piece(length - dash, length)).into_dyn()
-                    }
-                    Look::Dots => {
-                        let dot = Circle::new((length / 2, 0), px(3.5), colour.filled());
-                        (at + dot).into_dyn()
-                    }
-                }
-            });
-        }
-        if self.series.iter().any(|s| !s.label.is_empty()) {
-            let position = match self.names {
-                Corner::UpperRight => SeriesLabelPosition::UpperRight,
-                Corner::LowerRight => SeriesLabelPosition::LowerRight,
-                Corner::LowerLeft => SeriesLabelPosition::LowerLeft,
-                Corner::UpperLeft => SeriesLabelPosition::UpperLeft,
-            };
-            chart
-                .configure_series_labels()
-                .position(position)
-                .legend_area_size(px(34.0))
-                .label_font(sans(15.0))
-                .background_style(WHITE.mix(0.85))
-                .margin(px(8.0))
-                .draw()?;
-        }
-        Ok(())
     }
 }

@@ -1,73 +1,42 @@
-//! Curves, their legend, and level lines.
+//! The path of a curve through a frame.
 
-use super::font;
-use super::panel::{Panel, TICK_SIZE};
-use super::scene::{Anchor, Color, FAINT, Rect, Scene};
-
-// Colours of Okabe and Ito, safe for colour-blind readers.
-pub(super) const BLUE: Color = [0x00, 0x72, 0xb2];
-pub(super) const VERMILLION: Color = [0xd5, 0x5e, 0x00];
-pub(super) const GREEN: Color = [0x00, 0x9e, 0x73];
-pub(super) const PURPLE: Color = [0xcc, 0x79, 0xa7];
-
-const WIDTH: f64 = 2.4;
+use super::painter::Point;
+use super::panel::Panel;
 
 /// Samples from which on a curve has more of them than pixels, and is thinned.
 const DENSE: usize = 2000;
 
-/// A named curve; gaps are where either coordinate cannot be placed.
-pub(super) struct Curve<'a> {
-    pub label: &'a str,
-    pub color: Color,
-    pub x: &'a [f64],
-    pub y: &'a [f64],
-}
-
 /// A sample in the figure, and how many before it have no place.
 #[derive(Debug, Clone, Copy, PartialEq)]
 struct Placed {
-    at: (f64, f64),
+    at: Point,
     missing: usize,
 }
 
-impl Curve<'_> {
-    pub fn draw(&self, scene: &mut Scene, panel: &Panel) {
-        let mut missing = 0;
-        let mut placed = Vec::new();
-        for (&x, &y) in self.x.iter().zip(self.y) {
-            match (panel.place_x(x), panel.place_y(y)) {
-                (Some(x), Some(y)) => placed.push(Placed {
-                    at: (x, y),
-                    missing,
-                }),
-                _ => missing += 1,
-            }
-        }
-        for run in runs(placed, self.x.len() >= DENSE) {
-            self.draw_run(scene, run);
+/// The unbroken parts of a curve inside a panel's frame; gaps are where either coordinate cannot be
+/// placed.
+pub(super) fn paths(points: &[Point], panel: &Panel) -> Vec<Vec<Point>> {
+    let mut missing = 0;
+    let mut placed = Vec::new();
+    for &(x, y) in points {
+        match (panel.place_x(x), panel.place_y(y)) {
+            (Some(x), Some(y)) => placed.push(Placed {
+                at: (x, y),
+                missing,
+            }),
+            _ => missing += 1,
         }
     }
+    runs(placed, points.len() >= DENSE)
+        .into_iter()
+        .flat_map(|run| panel.rect.clip_path(run))
+        .collect()
+}
 
-    /// A line, or a dot if it is too short to be visible.
-    fn draw_run(&self, scene: &mut Scene, run: Vec<(f64, f64)>) {
-        let Some(&(x, y)) = run.first() else {
-            return;
-        };
-        if run
-            .iter()
-            .all(|p| (p.0 - x).abs().max((p.1 - y).abs()) < 1.0)
-        {
-            let dot = Rect {
-                left: x - 3.0,
-                top: y - 3.0,
-                right: x + 3.0,
-                bottom: y + 3.0,
-            };
-            scene.fill(dot, self.color);
-        } else {
-            scene.line(run, self.color, WIDTH);
-        }
-    }
+/// Whether a path is too short to be visible as a line.
+pub(super) fn is_a_dot(path: &[Point]) -> bool {
+    path.iter()
+        .all(|p| (p.0 - path[0].0).abs().max((p.1 - path[0].1).abs()) < 1.0)
 }
 
 /// The unbroken parts of a curve, in order.
@@ -115,41 +84,6 @@ fn thin(
     }
     kept
 }
-
-/// Draws all curves over a grid, axes last, and their legend above the panel.
-pub(super) fn draw_all(scene: &mut Scene, panel: &Panel, curves: &[Curve]) {
-    panel.draw_grid(scene);
-    for curve in curves {
-        curve.draw(scene, panel);
-    }
-    panel.draw_axes(scene);
-    let entries: Vec<(&str, Color)> = curves.iter().map(|c| (c.label, c.color)).collect();
-    legend(scene, (panel.rect.left, panel.rect.top - 18.0), &entries);
-}
-
-/// Samples of line with their names, from `at` to the right.
-pub(super) fn legend(scene: &mut Scene, at: (f64, f64), entries: &[(&str, Color)]) {
-    let (mut x, y) = at;
-    for &(label, color) in entries {
-        scene.line(vec![(x, y), (x + 30.0, y)], color, 3.0);
-        scene.text(label, (x + 38.0, y), TICK_SIZE, Anchor::Start);
-        x += 38.0 + font::width(label, TICK_SIZE) + 28.0;
-    }
-}
-
-/// A dashed horizontal line at `value`, if it lies on the axis.
-pub(super) fn level(scene: &mut Scene, panel: &Panel, value: f64, color: Color) {
-    if let Some(y) = panel.place_y(value).filter(|y| inside(*y, panel)) {
-        scene.dashes((panel.rect.left, y), (panel.rect.right, y), color, 1.6);
-    }
-}
-
-fn inside(y: f64, panel: &Panel) -> bool {
-    y >= panel.rect.top && y <= panel.rect.bottom
-}
-
-/// Colour of level lines among curves.
-pub(super) const LEVEL: Color = FAINT;
 
 #[cfg(test)]
 mod tests {

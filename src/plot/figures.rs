@@ -1,75 +1,106 @@
 //! Figures of one heat map each.
 
 use super::axis::PlotAxis;
-use super::curve::{self, BLUE, Curve, VERMILLION};
-use super::labels;
-use super::panel::{self, Panel};
+use super::chart::{BLUE, PALETTE, Series, VERMILLION};
+use super::heat::{self, BarSide, ColorBar, Greys};
+use super::labels::{self, Side};
+use super::legend::{self, Entry};
+use super::panel::{self, EDGE, Panel, TICK_SIZE};
 use super::scale::ColorScale;
 use super::scene::{Anchor, INK, Rect, Scene};
-use super::{Figure, heat};
+use super::style::Style;
+use super::{Figure, dispersion};
 use crate::analyze::{Analysis, Map, Reduction};
 
-const WIDTH: u32 = 1200;
-const HEIGHT: u32 = 800;
-
-const LEFT: f64 = 125.0;
-const RIGHT: f64 = 965.0;
-const BOTTOM: f64 = 700.0;
-const TOP: f64 = 75.0;
-/// Below a second axis.
-const LOW_TOP: f64 = 130.0;
+/// Least height of a map.
+const LOWEST: f64 = 150.0;
+/// Passes of a layout.
+pub(super) const PASSES: usize = 3;
+/// Share of the width of a map that a panel beside it takes, and the gap between them.
+const SIDE: (f64, f64) = (0.2, 20.0);
 
 pub(super) const WHITE: [u8; 3] = [255; 3];
 
 /// The field itself, on a colour scale symmetric about zero.
-pub fn space_time(analysis: &Analysis) -> Option<Figure> {
-    let map = analysis.field_map.as_ref()?;
-    let mut sheet = MapFigure::new("Field v(t, x)", &analysis.name, map, None);
+pub fn space_time(analysis: &Analysis, style: &Style) -> Option<Figure> {
+    let map = analysis.field_map.as_ref()?.shown();
+    let mut sheet = MapFigure::new(style, "Field v(t, x)", &analysis.name, map, None);
+    sheet.note_limits(analysis, &[Side::Time, Side::Space]);
     sheet.draw_map(map, ColorScale::diverging(values(map)));
     Some(sheet.figure("space-time"))
 }
 
 /// `S(f, x)` on a logarithmic colour scale, with the band edge.
-pub fn temporal_spectrum(analysis: &Analysis) -> Option<Figure> {
-    let map = analysis.temporal_map.as_ref()?;
-    let mut sheet = MapFigure::new("Temporal spectrum S(f, x)", &analysis.name, map, None);
-    sheet.draw_map(map, ColorScale::log(values(map)));
+pub fn temporal_spectrum(analysis: &Analysis, style: &Style) -> Option<Figure> {
+    let map = analysis.temporal_map.as_ref()?.shown();
+    let mut sheet = MapFigure::new(
+        style,
+        "Temporal spectrum S(f, x)",
+        &analysis.name,
+        map,
+        None,
+    );
+    sheet.note_limits(analysis, &[Side::Frequency, Side::Space]);
+    sheet.draw_map(map, ColorScale::log(values(map), style.depth));
     sheet.mark_frequency_edge(analysis.frequency_edge.map(|edge| edge.value()), WHITE);
     Some(sheet.figure("temporal-spectrum"))
 }
 
-/// `E(k, t)` on a logarithmic colour scale, with the band edge.
-pub fn spatial_spectrum(analysis: &Analysis) -> Option<Figure> {
-    let map = analysis.spatial_map.as_ref()?;
+/// `S(k, t)` on a logarithmic colour scale, with the band edge.
+pub fn spatial_spectrum(analysis: &Analysis, style: &Style) -> Option<Figure> {
+    let map = analysis.spatial_map.as_ref()?.shown();
     let second = labels::wavenumber_reading(&analysis.axes);
-    let mut sheet = MapFigure::new("Spatial spectrum E(k, t)", &analysis.name, map, second);
-    sheet.draw_map(map, ColorScale::log(values(map)));
+    let mut sheet = MapFigure::new(
+        style,
+        "Spatial spectrum S(k, t)",
+        &analysis.name,
+        map,
+        second,
+    );
+    sheet.note_limits(analysis, &[Side::Wavenumber, Side::Time]);
+    sheet.draw_map(map, ColorScale::log(values(map), style.depth));
     sheet.mark_wavenumber_edge(analysis.wavenumber_edge.map(|edge| edge.value()), WHITE);
     Some(sheet.figure("spatial-spectrum"))
 }
 
 /// `Pi_K(k, t)`, from velocity alone, on a colour scale symmetric about zero.
-pub fn flux_surrogate(analysis: &Analysis) -> Option<Figure> {
-    let map = analysis.flux_map.as_ref()?;
+pub fn flux_surrogate(analysis: &Analysis, style: &Style) -> Option<Figure> {
+    let map = analysis.flux_map.as_ref()?.shown();
     let second = labels::wavenumber_reading(&analysis.axes);
     let title = "Kinetic flux surrogate Π_K(k, t), positive towards high k";
-    let mut sheet = MapFigure::new(title, &analysis.name, map, second);
+    let mut sheet = MapFigure::new(style, title, &analysis.name, map, second);
+    sheet.note_limits(analysis, &[Side::Wavenumber, Side::Time]);
     sheet.draw_map(map, ColorScale::diverging(values(map)));
     sheet.mark_wavenumber_edge(analysis.wavenumber_edge.map(|edge| edge.value()), INK);
     Some(sheet.figure("flux-surrogate"))
 }
 
 /// `S(k, f)` with the energy travelling each way: in all, and at each frequency.
-pub fn spacetime_spectrum(analysis: &Analysis) -> Option<Figure> {
-    let map = analysis.spacetime_map.as_ref()?;
+pub fn spacetime_spectrum(analysis: &Analysis, style: &Style) -> Option<Figure> {
+    let map = analysis.spacetime_map.as_ref()?.shown();
     let second = labels::wavenumber_reading(&analysis.axes);
-    let mut sheet = MapFigure::new("Space-time spectrum S(k, f)", &analysis.name, map, second);
-    if let Some(shares) = &analysis.direction_by_frequency {
-        sheet.panel.rect.right = 780.0;
-        sheet.draw_shares(&analysis.axes.frequency, shares);
+    let mut sheet = MapFigure::new(
+        style,
+        "Space-time spectrum S(k, f)",
+        &analysis.name,
+        map,
+        second,
+    );
+    let shares = analysis.direction_by_frequency.as_ref();
+    sheet.has_side = shares.is_some();
+    sheet.name_directions(analysis);
+    sheet
+        .above
+        .extend(dispersion::entries(&analysis.dispersion));
+    sheet.note_limits(analysis, &[Side::Frequency, Side::SignedWavenumber]);
+    sheet.draw_map(map, ColorScale::log(values(map), style.depth));
+    sheet.mark_standing();
+    dispersion::draw(&mut sheet.scene, &sheet.panel, &analysis.dispersion);
+    if let Some(shares) = shares {
+        let bins = analysis.display.frequency.bins.clone();
+        let shares = shares.each_ref().map(|shares| &shares[bins.clone()]);
+        sheet.draw_shares(&analysis.axes.frequency[bins], shares);
     }
-    sheet.draw_map(map, ColorScale::log(values(map)));
-    sheet.mark_directions(analysis);
     Some(sheet.figure("spacetime-spectrum"))
 }
 
@@ -81,41 +112,140 @@ pub(super) fn values(map: &Map) -> impl Iterator<Item = f64> + '_ {
 pub(super) struct MapFigure {
     scene: Scene,
     panel: Panel,
+    /// End of the heading.
+    top: f64,
+    /// Words and names of curves above the map.
+    above: Vec<Entry>,
+    /// What the display limits leave out.
+    not_shown: Option<String>,
+    /// Whether a panel beside the map shares its vertical axis.
+    has_side: bool,
 }
 
 impl MapFigure {
-    pub(super) fn new(title: &str, name: &str, map: &Map, second: Option<(String, f64)>) -> Self {
-        let mut scene = Scene::new(&format!("{title}: {name}"), WIDTH, HEIGHT);
-        panel::heading(&mut scene, title, name);
+    pub(super) fn new(
+        style: &Style,
+        title: &str,
+        name: &str,
+        map: &Map,
+        second: Option<(String, f64)>,
+    ) -> Self {
+        let mut scene = Scene::new(&format!("{title}: {name}"), style, 0.0);
+        let top = panel::heading(&mut scene, title, name);
+        // As large as a first guess, to choose ticks and to break labels.
         let rect = Rect {
-            left: LEFT,
-            top: if second.is_some() { LOW_TOP } else { TOP },
-            right: RIGHT,
-            bottom: BOTTOM,
+            left: 0.0,
+            top: 0.0,
+            right: 0.7 * scene.width,
+            bottom: 0.45 * scene.width,
         };
         let x = PlotAxis::linear(&map.x.label, map.x.low, map.x.high).with_second(second);
         let y = PlotAxis::linear(&map.y.label, map.y.low, map.y.high);
         MapFigure {
             scene,
             panel: Panel::new(rect, x, y),
+            top,
+            above: Vec::new(),
+            not_shown: None,
+            has_side: false,
         }
     }
 
     pub(super) fn draw_map(&mut self, map: &Map, scale: ColorScale) {
-        let cell = heat::draw(&mut self.scene, &self.panel, map.values.view(), &scale);
-        self.panel.draw_axes(&mut self.scene);
-        let bar = Rect {
-            left: RIGHT + 28.0,
-            right: RIGHT + 52.0,
-            ..self.panel.rect
+        let greys = Greys {
+            missing: map.values.iter().any(|v| !v.is_finite()),
+            both_signs: heat::holds_both_signs(map),
         };
-        let missing = map.values.iter().any(|v| !v.is_finite());
-        heat::colour_bar(&mut self.scene, bar, &scale, &map.label, missing);
+        let bar = ColorBar {
+            scale: &scale,
+            quantity: &map.label,
+            greys,
+        };
+        let side = match self.scene.style.is_narrow() {
+            true => BarSide::Below,
+            false => BarSide::Right,
+        };
+        // The frame decides how labels break, and these what is left for the frame.
+        let mut outer = self.panel.rect;
+        for _ in 0..PASSES {
+            outer = self.lay_out(&bar, side, self.notes(map).len());
+        }
+        let note = self.notes(map);
+        let beside = self.panel.margins();
+        let names = (outer.left, self.top);
+        legend::draw(&mut self.scene, names, outer.width(), &self.above);
+        match greys.both_signs {
+            true => heat::draw_signed(&mut self.scene, &self.panel, map, &scale),
+            false => heat::draw(&mut self.scene, &self.panel, map.values.view(), &scale),
+        }
+        self.panel.draw_axes(&mut self.scene);
+        let from = match side {
+            BarSide::Below => beside.bottom,
+            BarSide::Right => 0.0,
+        };
+        bar.draw(&mut self.scene, outer, side, from);
+        let step = 1.25 * TICK_SIZE;
+        let first = self.scene.height - EDGE - step * (note.len() as f64 - 0.5);
+        let at = (self.scene.width - 2.0 * EDGE, first);
+        self.scene.lines(&note, at, TICK_SIZE, Anchor::End);
+    }
+
+    /// Sets the height of the figure and the frame of the map; returns the frame with what is beside it.
+    fn lay_out(&mut self, bar: &ColorBar, side: BarSide, note_lines: usize) -> Rect {
+        let (width, style) = (self.scene.width, self.scene.style);
+        let beside = self.panel.margins();
+        let left = EDGE + beside.left;
+        let right = width
+            - EDGE
+            - match side {
+                BarSide::Right => bar.extent(side, self.panel.rect.height()),
+                BarSide::Below => beside.right,
+            };
+        let names = legend::height(&self.above, right - left);
+        let foot = EDGE + heat::note_height(note_lines);
+        let below = beside.bottom
+            + match side {
+                BarSide::Right => 0.0,
+                BarSide::Below => bar.extent(side, right - left),
+            };
+        let fixed = self.top + names + beside.top + below + foot;
+        let natural = match side {
+            BarSide::Right => width / 1.5,
+            BarSide::Below => fixed + 0.65 * (right - left),
+        };
+        self.scene.height = style.rows(natural, fixed + LOWEST);
+        let outer = Rect {
+            left,
+            top: self.top + names + beside.top,
+            right,
+            bottom: self.scene.height - below - foot,
+        };
+        self.panel.rect = match self.has_side {
+            true => Rect {
+                right: right - SIDE.0 * outer.width() - SIDE.1,
+                ..outer
+            },
+            false => outer,
+        };
+        outer
+    }
+
+    pub(super) fn note_limits(&mut self, analysis: &Analysis, sides: &[Side]) {
+        self.not_shown = labels::not_shown(analysis, sides, true);
+    }
+
+    /// Lines that say what is not shown, and how many samples a cell of the picture stands for.
+    fn notes(&self, map: &Map) -> Vec<String> {
+        let cell = heat::cell_of(&self.panel.rect, map.values.dim());
         let (what, rows, columns) = match map.reduction {
             Reduction::Max { rows, columns } => ("largest value", rows, columns),
             Reduction::Extreme { rows, columns } => ("value of largest magnitude", rows, columns),
         };
-        heat::reduction_note(&mut self.scene, what, (rows * cell.0, columns * cell.1));
+        let samples = (rows * cell.0, columns * cell.1);
+        let room = self.scene.width - 4.0 * EDGE;
+        let mut notes = heat::wrapped(self.not_shown.as_deref(), room);
+        notes.extend(heat::reduction_note(what, samples, room));
+        notes
     }
 
     pub(super) fn mark_frequency_edge(&mut self, edge: Option<f64>, color: [u8; 3]) {
@@ -148,14 +278,18 @@ impl MapFigure {
         }
     }
 
-    /// The line k = 0 and each side's share of the energy.
-    fn mark_directions(&mut self, analysis: &Analysis) {
+    /// The line k = 0.
+    fn mark_standing(&mut self) {
         let rect = self.panel.rect;
-        let scene = &mut self.scene;
         let inside = |x: &f64| *x > rect.left && *x < rect.right;
         if let Some(x) = self.panel.place_x(0.0).filter(inside) {
+            let scene = &mut self.scene;
             scene.dashes((x, rect.bottom), (x, rect.top), WHITE, 1.6);
         }
+    }
+
+    /// Each side's share of the energy above the map, with the colours of the curves beside it.
+    fn name_directions(&mut self, analysis: &Analysis) {
         let Some(direction) = analysis.direction else {
             return;
         };
@@ -163,35 +297,40 @@ impl MapFigure {
             true => format!("{:.1} %", 100.0 * share),
             false => "no energy".into(),
         };
-        let high = rect.top + 20.0;
-        let left = format!("← towards −x: {}", percent(direction.toward_minus_x));
-        let right = format!("towards +x: {} →", percent(direction.toward_plus_x));
-        panel::note(scene, &left, (rect.left + 12.0, high), Anchor::Start);
-        panel::note(scene, &right, (rect.right - 12.0, high), Anchor::End);
+        let minus = format!("← towards −x: {}", percent(direction.toward_minus_x));
+        let plus = format!("→ towards +x: {}", percent(direction.toward_plus_x));
+        let entry = |label: &str, color: usize| match self.has_side {
+            true => Entry::line(label, PALETTE[color]),
+            false => Entry::words(label),
+        };
         let rest = format!("undirected: {}", percent(direction.undirected));
-        panel::note(scene, &rest, (rect.left + 12.0, high + 30.0), Anchor::Start);
+        self.above = vec![
+            entry(&minus, VERMILLION),
+            entry(&plus, BLUE),
+            Entry::words(&rest),
+        ];
     }
 
     /// Shares of each direction at each frequency, beside the map.
-    fn draw_shares(&mut self, frequency: &[f64], [plus, minus]: &[Vec<f64>; 2]) {
+    fn draw_shares(&mut self, frequency: &[f64], [plus, minus]: [&[f64]; 2]) {
+        let map = self.panel.rect;
         let rect = Rect {
-            left: self.panel.rect.right + 24.0,
-            right: RIGHT,
-            ..self.panel.rect
+            left: map.right + SIDE.1,
+            right: map.right + SIDE.1 + SIDE.0 / (1.0 - SIDE.0) * (map.width() + SIDE.1),
+            ..map
         };
-        let share = PlotAxis::linear("share of energy", 0.0, 1.0);
+        let label = match rect.width() > 150.0 {
+            true => "share of energy",
+            false => "share",
+        };
+        let share = PlotAxis::linear(label, 0.0, 1.0);
         let mut side = Panel::new(rect, share, self.panel.y.clone());
         side.names_y = false;
         side.draw_grid(&mut self.scene);
-        for (y, color) in [(minus, VERMILLION), (plus, BLUE)] {
-            let label = "";
-            let (x, y) = (&y[..], frequency);
-            Curve { label, color, x, y }.draw(&mut self.scene, &side);
+        for (shares, color) in [(minus, VERMILLION), (plus, BLUE)] {
+            Series::of("", color, shares, frequency).draw(&mut self.scene, &side);
         }
         side.draw_axes(&mut self.scene);
-        let at = (rect.left + 16.0, rect.top - 18.0);
-        let entries = [("+x", BLUE), ("−x", VERMILLION)];
-        curve::legend(&mut self.scene, at, &entries);
     }
 
     pub(super) fn figure(self, name: &'static str) -> Figure {

@@ -5,7 +5,7 @@ use std::sync::OnceLock;
 use ab_glyph::{Font, FontRef, InvalidFont, OutlineCurve};
 use plotters_backend::text_anchor::VPos;
 
-static BYTES: &[u8] = include_bytes!("../../assets/fonts/DejaVuSans.ttf");
+pub(super) static BYTES: &[u8] = include_bytes!("../../assets/fonts/DejaVuSans.ttf");
 
 /// Height of a digit over the em.
 const CAP_HEIGHT: f64 = 0.729;
@@ -57,6 +57,14 @@ pub(super) fn glyphs(text: &str) -> Result<Vec<Glyph>, String> {
     Ok(glyphs)
 }
 
+/// A character's glyph, and its advance over the em.
+pub(super) fn letter(letter: char) -> Result<(u16, f64), String> {
+    let font = font()?;
+    let glyph = font.glyph_id(letter);
+    let advance = f64::from(font.h_advance_unscaled(glyph)) / units_per_em();
+    Ok((glyph.0, advance))
+}
+
 /// Width of one line of text set in an em of `size` pixels.
 pub(super) fn width(text: &str, size: f64) -> f64 {
     let em = units_per_em();
@@ -76,14 +84,21 @@ pub(super) fn baseline(anchor: VPos, size: f64) -> f64 {
     }
 }
 
-/// The largest size up to `size` at which `text` fits into `room`, but not below 11 pixels.
-pub(super) fn fit(text: &str, size: f64, room: f64) -> f64 {
-    let needed = width(text, size);
-    if needed <= room {
-        size
-    } else {
-        (size * room / needed).max(11.0)
+/// `text` in lines that fit into `room`, broken at spaces; a longer word has a line of its own.
+pub(super) fn wrap(text: &str, size: f64, room: f64) -> Vec<String> {
+    let mut lines = vec![String::new()];
+    for word in text.split(' ') {
+        let line = lines.last_mut().filter(|line| !line.is_empty());
+        match line {
+            Some(line) if width(&format!("{line} {word}"), size) <= room => {
+                line.push(' ');
+                line.push_str(word);
+            }
+            Some(_) => lines.push(word.to_owned()),
+            None => lines = vec![word.to_owned()],
+        }
     }
+    lines
 }
 
 /// `text`, or as much of its beginning as fits into `room`, with an ellipsis.

@@ -5,18 +5,18 @@ use super::axis::PlotAxis;
 use super::budget::ordinary;
 use super::figures::values;
 use super::font;
-use super::heat;
-use super::panel::{self, Panel};
+use super::heat::{self, BarSide, ColorBar, Greys};
+use super::panel::{self, Margins, Panel};
 use super::scale::ColorScale;
 use super::scene::{Anchor, Color, INK, Rect, Scene};
+use super::style::Style;
 use crate::analyze::Map;
 
-/// Width and height of a tile.
-const TILE: (f64, f64) = (625.0, 445.0);
-/// From the left, top, right and bottom of a tile to its map.
-const MARGINS: [f64; 4] = [95.0, 50.0, 210.0, 75.0];
-/// Above all tiles.
-const HEAD: f64 = 60.0;
+/// Height of a tile over its width, and the least width.
+const ASPECT: f64 = 0.71;
+const NARROWEST: f64 = 450.0;
+/// Above a frame, for the title of a tile.
+const TITLE: f64 = 34.0;
 /// Below all tiles, for a line of the note.
 const LINE: f64 = 26.0;
 const WHITE: Color = [255; 3];
@@ -36,6 +36,7 @@ impl Colours {
             low: high * 10f64.powf(-decades),
             high,
             smaller: true,
+            decibels: false,
         })
     }
 
@@ -61,70 +62,91 @@ pub struct Tile<'a> {
     pub colours: Colours,
     /// Points of a line over the map; may be empty.
     pub line: &'a [(f64, f64)],
-    /// An inset: a part of the map with its own scale, in the upper right corner.
-    pub inset: Option<&'a Map>,
 }
 
-/// The tiles in rows of `columns`, under a heading and over a note of lines.
+/// The tiles in rows of `columns`, under a heading and over a note.
 pub fn map_grid(
     name: &'static str,
     heading: &str,
-    note: &[&str],
-    columns: usize,
-    tiles: &[Tile],
+    note: &str,
+    (columns, tiles): (usize, &[Tile]),
+    style: &Style,
 ) -> Figure {
-    let columns = columns.max(1);
+    let mut scene = Scene::new(heading, style, 0.0);
+    let columns = columns.clamp(1, ((scene.width / NARROWEST) as usize).max(1));
     let rows = tiles.len().div_ceil(columns);
-    let width = TILE.0 * columns as f64;
-    let foot = HEAD + TILE.1 * rows as f64;
-    let height = foot + LINE * (note.len() as f64 + 0.5);
-    let mut scene = Scene::new(heading, width as u32, height as u32);
-    panel::heading(&mut scene, heading, "");
+    let head = panel::heading(&mut scene, heading, "");
+    let wide = scene.width / columns as f64;
+    let note = match note {
+        "" => Vec::new(),
+        note => font::wrap(note, panel::TICK_SIZE, scene.width - 60.0),
+    };
+    let foot = LINE * (note.len() as f64 + 0.5);
+    let all = ASPECT * wide * rows as f64;
+    scene.height = style.rows(head + all + foot, head + 280.0 * rows as f64 + foot);
+    let tall = (scene.height - head - foot) / rows.max(1) as f64;
+    let cell = |index: usize| {
+        let left = wide * (index % columns) as f64;
+        let top = head + tall * (index / columns) as f64;
+        Rect {
+            left,
+            top,
+            right: left + wide,
+            bottom: top + tall,
+        }
+    };
+    let margins = tiles
+        .iter()
+        .map(|tile| margins(tile, (wide, tall)))
+        .fold(Margins::default(), Margins::max);
     for (index, tile) in tiles.iter().enumerate() {
-        let at = (
-            TILE.0 * (index % columns) as f64,
-            HEAD + TILE.1 * (index / columns) as f64,
-        );
-        draw(&mut scene, tile, at);
+        draw(&mut scene, tile, margins.inside(cell(index)));
     }
-    for (index, line) in note.iter().enumerate() {
-        let at = (30.0, foot + LINE * (index as f64 + 0.4));
-        let size = font::fit(line, panel::TICK_SIZE, width - 60.0);
-        scene.text(*line, at, size, Anchor::Start);
-    }
+    let at = (30.0, scene.height - foot + 0.5 * LINE);
+    scene.lines(&note, at, panel::TICK_SIZE, Anchor::Start);
     Figure { name, scene }
 }
 
-fn draw(scene: &mut Scene, tile: &Tile, (x, y): (f64, f64)) {
-    let [left, top, right, bottom] = MARGINS;
+/// What is beside the map of a tile of this size.
+fn margins(tile: &Tile, (wide, tall): (f64, f64)) -> Margins {
     let rect = Rect {
-        left: x + left,
-        top: y + top,
-        right: x + TILE.0 - right,
-        bottom: y + TILE.1 - bottom,
+        left: 0.0,
+        top: 0.0,
+        right: 0.6 * wide,
+        bottom: 0.7 * tall,
     };
+    let axes = over(rect, tile.map).margins();
+    let Colours(scale) = &tile.colours;
+    let bar = bar(tile, scale).extent(BarSide::Right, rect.height());
+    Margins {
+        left: axes.left + 10.0,
+        top: TITLE,
+        right: bar + 10.0,
+        bottom: axes.bottom + 14.0,
+    }
+}
+
+fn bar<'a>(tile: &'a Tile, scale: &'a ColorScale) -> ColorBar<'a> {
+    ColorBar {
+        scale,
+        quantity: &tile.map.label,
+        greys: Greys {
+            missing: tile.map.values.iter().any(|value| !value.is_finite()),
+            ..Greys::default()
+        },
+    }
+}
+
+fn draw(scene: &mut Scene, tile: &Tile, rect: Rect) {
     let Colours(scale) = &tile.colours;
     let panel = over(rect, tile.map);
     heat::draw(scene, &panel, tile.map.values.view(), scale);
     line(scene, &panel, tile.line);
     panel.draw_axes(scene);
-    if let Some(map) = tile.inset {
-        inset(scene, rect, map, scale);
-    }
-    let bar = Rect {
-        left: rect.right + 26.0,
-        right: rect.right + 46.0,
-        ..rect
-    };
-    let missing = tile.map.values.iter().any(|value| !value.is_finite());
-    heat::colour_bar(scene, bar, scale, &tile.map.label, missing);
-    let size = font::fit(&tile.title, panel::LABEL_SIZE, TILE.0 - left - 20.0);
-    scene.text(
-        &tile.title,
-        (rect.left, rect.top - 22.0),
-        size,
-        Anchor::Start,
-    );
+    bar(tile, scale).draw(scene, rect, BarSide::Right, 0.0);
+    let title = font::shorten(&tile.title, panel::LABEL_SIZE, rect.width() + 120.0);
+    let at = (rect.left, rect.top - 0.5 * TITLE);
+    scene.text(title, at, panel::LABEL_SIZE, Anchor::Start);
 }
 
 fn over(rect: Rect, map: &Map) -> Panel {
@@ -146,26 +168,6 @@ fn line(scene: &mut Scene, panel: &Panel, points: &[(f64, f64)]) {
         scene.line(placed.clone(), INK, 4.5);
         scene.line(placed, WHITE, 2.0);
     }
-}
-
-fn inset(scene: &mut Scene, rect: Rect, map: &Map, scale: &ColorScale) {
-    let inner = Rect {
-        left: rect.left + 0.44 * rect.width(),
-        top: rect.top + 10.0,
-        right: rect.right - 14.0,
-        bottom: rect.top + 0.42 * rect.height(),
-    };
-    let ground = Rect {
-        left: inner.left - 44.0,
-        top: rect.top,
-        right: rect.right,
-        bottom: inner.bottom + 32.0,
-    };
-    scene.fill(ground, WHITE);
-    scene.outline(ground, INK);
-    let panel = over(inner, map);
-    heat::draw(scene, &panel, map.values.view(), scale);
-    panel.draw_axes(scene);
 }
 
 #[cfg(test)]
@@ -190,6 +192,7 @@ mod tests {
             },
             range: None,
             label: "value".into(),
+            detail: None,
         }
     }
 
@@ -213,10 +216,15 @@ mod tests {
             map: &all,
             colours: Colours::diverging(&[&all]),
             line: &[(0.0, 0.5), (1.0, f64::NAN), (2.0, 1.5)],
-            inset: Some(&all),
         };
         for count in [0, 1, 3] {
-            let figure = map_grid("grid", "maps", &["a note"], 2, &vec![tile.clone(); count]);
+            let figure = map_grid(
+                "grid",
+                "maps",
+                "a note",
+                (2, &vec![tile.clone(); count]),
+                &Style::default(),
+            );
             assert!(figure.encode(Format::Png).unwrap().starts_with(b"\x89PNG"));
         }
     }

@@ -1,39 +1,34 @@
 //! Heat maps and their colour bars.
 
+use std::ops::Range;
+
 use ndarray::{Array2, ArrayView2, s};
 
 use super::font;
-use super::panel::{LabelSide, Panel, TICK_SIZE, label_upright};
+use super::panel::{self, EDGE, LABEL_SIZE, LINE, LabelSide, Panel, TICK_SIZE, label_upright};
 use super::scale::{ColorScale, NO_VALUE};
-use super::scene::{Anchor, FAINT, INK, Image, Mark, Rect, Scene, Text};
+use super::scene::{Anchor, Color, INK, Image, Mark, Rect, Scene};
+use crate::analyze::{Map, Reduction};
 
 /// Most rows and columns of cells in a picture, so that an SVG of noise stays below 500 kB.
 const MOST_CELLS: (usize, usize) = (400, 600);
 
 /// Draws `values` (row 0 at the bottom) over the whole panel.
-///
-/// Returns how many rows and columns of values a cell of the picture stands for, at most.
-pub(super) fn draw<T>(
-    scene: &mut Scene,
-    panel: &Panel,
-    values: ArrayView2<T>,
-    scale: &ColorScale,
-) -> (usize, usize)
+pub(super) fn draw<T>(scene: &mut Scene, panel: &Panel, values: ArrayView2<T>, scale: &ColorScale)
 where
     T: Copy + Into<f64>,
 {
-    let most_rows = (panel.rect.height() as usize).min(MOST_CELLS.0);
-    let most_columns = (panel.rect.width() as usize).min(MOST_CELLS.1);
+    let (most_rows, most_columns) = most_cells(&panel.rect);
     let blocks = block_extremes(values, most_rows, most_columns);
     let (rows, columns) = blocks.dim();
     if rows == 0 || columns == 0 {
-        return (1, 1);
+        return;
     }
     scene.marks.push(Mark::Image(Image {
         at: panel.rect,
         columns,
         rows,
-        palette: scale.palette(),
+        palette: scale.palette(scene.style.colormap),
         cells: blocks
             .rows()
             .into_iter()
@@ -42,30 +37,126 @@ where
             .map(|value| scale.index(value))
             .collect(),
     }));
+}
+
+/// Least over largest magnitude of the two signs in a cell from which on neither stands for it: the
+/// sign would alternate from cell to cell as the samples happen to fall, and draw waves that are not
+/// there.
+const BOTH_SIGNS: f64 = 0.5;
+
+/// Grey of cells that hold both signs: at the largest magnitude, and at none.
+const GREYS: (f64, f64) = (64.0, 247.0);
+
+/// Whether a map of signed values has cells of both signs that [`draw_signed`] would show in grey.
+pub(super) fn holds_both_signs(map: &Map) -> bool {
+    let is_signed = matches!(map.reduction, Reduction::Extreme { .. });
+    let any = map.range.as_ref().is_some_and(|[low, high]| {
+        let mut cells = low.iter().zip(high);
+        cells.any(|(low, high)| balanced(-f64::from(*low), f64::from(*high)).is_some())
+    });
+    is_signed && any
+}
+
+/// The larger magnitude of two signs, if neither stands for both.
+fn balanced(down: f64, up: f64) -> Option<f64> {
+    let size = up.max(down);
+    (size.is_finite() && up.min(down) > BOTH_SIGNS * size).then_some(size)
+}
+
+/// Draws a map of signed values over the whole panel, cells that hold both signs in grey.
+pub(super) fn draw_signed(scene: &mut Scene, panel: &Panel, map: &Map, scale: &ColorScale) {
+    draw(scene, panel, map.values.view(), scale);
+    let Some(Mark::Image(image)) = scene.marks.last_mut() else {
+        return;
+    };
+    let [low, high] = match &map.range {
+        Some(range) => range.each_ref(),
+        None => [&map.values; 2],
+    };
+    let (rows, columns) = (image.rows, image.columns);
+    // Every other colour of the scale, then as many greys, then that of cells without a value.
+    let colors = image.palette.len() / 2;
+    let palette = image.palette.iter().step_by(2).take(colors).copied();
+    let greys = (0..colors - 1).map(|level| {
+        let share = level as f64 / (colors - 2) as f64;
+        [(GREYS.1 + share * (GREYS.0 - GREYS.1)) as u8; 3]
+    });
+    let palette: Vec<Color> = palette.chain(greys).chain([NO_VALUE]).collect();
+    let mut cells = Vec::with_capacity(image.cells.len());
+    for (at, &index) in image.cells.iter().enumerate() {
+        let part = s![
+            block(rows - 1 - at / columns, low.nrows(), rows),
+            block(at % columns, low.ncols(), columns)
+        ];
+        let least = low
+            .slice(part)
+            .iter()
+            .copied()
+            .fold(f32::INFINITY, f32::min);
+        let most = high
+            .slice(part)
+            .iter()
+            .copied()
+            .fold(f32::NEG_INFINITY, f32::max);
+        let [down, up] = [-least, most].map(f64::from);
+        let is_missing = usize::from(index) + 1 == image.palette.len();
+        cells.push(match balanced(down, up) {
+            _ if is_missing => index,
+            Some(size) => {
+                let share = scale.share(size).map_or(0.0, |share| 2.0 * (share - 0.5));
+                (colors as f64 + share * (colors - 2) as f64) as u8
+            }
+            None => index / 2,
+        });
+    }
+    (image.palette, image.cells) = (palette, cells);
+}
+
+/// Indices of the values of block `index` of `blocks`, as even as whole values allow.
+fn block(index: usize, values: usize, blocks: usize) -> Range<usize> {
+    index * values / blocks..(index + 1) * values / blocks
+}
+
+/// A cell is no smaller than a unit, so that none is lost between pixels.
+fn most_cells(rect: &Rect) -> (usize, usize) {
     (
-        values.nrows().div_ceil(rows),
-        values.ncols().div_ceil(columns),
+        (rect.height() as usize).clamp(1, MOST_CELLS.0),
+        (rect.width() as usize).clamp(1, MOST_CELLS.1),
     )
 }
 
-/// At the lower right of the figure, `what` of how many samples each cell shows, if of several.
-pub(super) fn reduction_note(scene: &mut Scene, what: &str, (rows, columns): (usize, usize)) {
+/// How many rows and columns of values a cell stands for, at most.
+pub(super) fn cell_of(rect: &Rect, (rows, columns): (usize, usize)) -> (usize, usize) {
+    let (most_rows, most_columns) = most_cells(rect);
+    let of = |values: usize, most: usize| values.div_ceil(values.clamp(1, most));
+    (of(rows, most_rows), of(columns, most_columns))
+}
+
+/// Lines that say `what` of how many samples each cell shows; none if of one.
+pub(super) fn reduction_note(
+    what: &str,
+    (rows, columns): (usize, usize),
+    room: f64,
+) -> Vec<String> {
     if rows * columns <= 1 {
-        return;
+        return Vec::new();
     }
-    scene.marks.push(Mark::Text(Text {
-        text: format!(
-            "each cell: {what} among up to {rows} (vertical) × {columns} (horizontal) samples"
-        ),
-        at: (
-            f64::from(scene.width) - 30.0,
-            f64::from(scene.height) - 18.0,
-        ),
-        size: 13.0,
-        color: FAINT,
-        anchor: Anchor::End,
-        vertical: false,
-    }));
+    let text =
+        format!("each cell: {what} among up to {rows} (vertical) × {columns} (horizontal) samples");
+    font::wrap(&text, TICK_SIZE, room)
+}
+
+/// A note, if there is one, in lines that fit.
+pub(super) fn wrapped(note: Option<&str>, room: f64) -> Vec<String> {
+    note.map_or(Vec::new(), |text| font::wrap(text, TICK_SIZE, room))
+}
+
+/// What a note of so many lines takes.
+pub(super) fn note_height(lines: usize) -> f64 {
+    match lines {
+        0 => 0.0,
+        lines => 1.25 * TICK_SIZE * lines as f64 + 10.0,
+    }
 }
 
 /// The value of largest magnitude of each block, at most `most_rows` by `most_columns` of them.
@@ -82,10 +173,8 @@ where
     let (rows, columns) = values.dim();
     let shape = (rows.min(most_rows), columns.min(most_columns));
     Array2::from_shape_fn(shape, |(i, j)| {
-        let rows = i * rows / shape.0..(i + 1) * rows / shape.0;
-        let columns = j * columns / shape.1..(j + 1) * columns / shape.1;
         values
-            .slice(s![rows, columns])
+            .slice(s![block(i, rows, shape.0), block(j, columns, shape.1)])
             .iter()
             .map(|&value| value.into())
             .fold(f64::NAN, |most: f64, value: f64| {
@@ -98,66 +187,264 @@ where
     })
 }
 
-/// The colour scale at the right of a panel, `width` 24 pixels, with its label.
-pub(super) fn colour_bar(
-    scene: &mut Scene,
-    rect: Rect,
-    scale: &ColorScale,
-    quantity: &str,
-    some_missing: bool,
-) {
-    let levels = scale.palette().len() - 1;
-    scene.marks.push(Mark::Image(Image {
-        at: rect,
-        columns: 1,
-        rows: levels,
-        palette: scale.palette(),
-        cells: (0..levels).rev().map(|level| level as u8).collect(),
-    }));
-    scene.outline(rect, INK);
-    let mut widest = 0.0f64;
-    let mut tick = |scene: &mut Scene, share: f64, text: String| {
-        let y = rect.bottom - share * rect.height();
-        scene.line(vec![(rect.right, y), (rect.right + 6.0, y)], INK, 1.0);
-        widest = widest.max(font::width(&text, TICK_SIZE));
-        scene.text(text, (rect.right + 11.0, y), TICK_SIZE, Anchor::Start);
-    };
-    let nearest = 1.3 * TICK_SIZE / rect.height();
-    for mark in scale.ticks((rect.height() / 55.0) as usize) {
-        match scale.share(mark.value) {
-            Some(share) if !scale.holds_smaller() || share > nearest => {
-                tick(scene, share, mark.text);
-            }
-            _ => {}
-        }
-    }
-    if let Some(text) = scale.lowest_text() {
-        tick(scene, 0.0, text);
-    }
-    let label = scale.label(quantity);
-    let middle = (rect.top + rect.bottom) / 2.0;
-    let at = (rect.right + 32.0 + widest, middle);
-    label_upright(scene, &label, at, rect.height() + 20.0, LabelSide::Right);
-    if some_missing {
-        explain_missing(scene, rect);
+/// Where a colour bar is.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(super) enum BarSide {
+    /// Right of the frame, with its label beside it.
+    Right,
+    /// Below the frame, with its label below it.
+    Below,
+}
+
+/// A colour scale with its quantity.
+pub(super) struct ColorBar<'a> {
+    pub scale: &'a ColorScale,
+    pub quantity: &'a str,
+    pub greys: Greys,
+}
+
+/// Colours of a map that are none of its scale.
+#[derive(Debug, Clone, Copy, Default)]
+pub(super) struct Greys {
+    /// Whether the map has cells without a value.
+    pub missing: bool,
+    /// Whether it has cells of both signs.
+    pub both_signs: bool,
+}
+
+impl Greys {
+    /// Colours with what they mean.
+    fn explained(self) -> impl Iterator<Item = (Color, &'static str)> {
+        let grey = [((GREYS.0 + GREYS.1) / 2.0) as u8; 3];
+        let missing = self.missing.then_some((NO_VALUE, "no value"));
+        let both = self.both_signs.then_some((grey, "both signs"));
+        missing.into_iter().chain(both)
     }
 }
 
-fn explain_missing(scene: &mut Scene, bar: Rect) {
-    let swatch = Rect {
-        top: bar.bottom + 18.0,
-        bottom: bar.bottom + 36.0,
-        ..bar
-    };
-    scene.fill(swatch, NO_VALUE);
-    scene.outline(swatch, INK);
-    let at = (swatch.right + 11.0, bar.bottom + 27.0);
-    scene.text("no value", at, TICK_SIZE, Anchor::Start);
+/// From the frame, or what is beside it, to the bar.
+const GAP: f64 = 22.0;
+const THICKNESS: f64 = 22.0;
+/// Below a level bar, for each colour that is none of its scale.
+const GREY_LINE: f64 = 26.0;
+
+impl ColorBar<'_> {
+    /// Values with their place along a bar of this length, 0 to 1.
+    fn ticks(&self, length: f64, spacing: f64) -> Vec<(f64, String)> {
+        let lowest = self.scale.lowest_text().map(|text| (0.0, text));
+        let nearest = spacing / length;
+        let regular = self.scale.ticks((length / spacing / 1.5).max(2.0) as usize);
+        let regular = regular.into_iter().filter_map(|tick| {
+            let share = self.scale.share(tick.value)?;
+            (lowest.is_none() || share > nearest).then_some((share, tick.text))
+        });
+        lowest.iter().cloned().chain(regular).collect()
+    }
+
+    /// What the bar takes right of a frame of this height, or below one of this width.
+    pub fn extent(&self, side: BarSide, length: f64) -> f64 {
+        let label = self.scale.label(self.quantity);
+        match side {
+            BarSide::Right => {
+                let lines = panel::upright_lines(&label, length).len() as f64;
+                let ticks = self.ticks(length, UPRIGHT_SPACING);
+                let widest = ticks.iter().map(|(_, text)| font::width(text, TICK_SIZE));
+                let widest = widest.fold(0.0, f64::max);
+                let beside = 30.0 + widest + LINE * (lines - 1.0) + 0.5 * LABEL_SIZE;
+                let greys = self.greys.explained();
+                let greys = greys.map(|(_, meaning)| 11.0 + font::width(meaning, TICK_SIZE));
+                GAP + THICKNESS + greys.fold(beside, f64::max)
+            }
+            BarSide::Below => {
+                let lines = font::wrap(&label, LABEL_SIZE, length + 2.0 * EDGE).len() as f64;
+                let greys = self.greys.explained().count() as f64;
+                let greys = if greys > 0.0 {
+                    14.0 + GREY_LINE * greys
+                } else {
+                    0.0
+                };
+                GAP + THICKNESS + 42.0 + LINE * (lines - 1.0) + 0.5 * LABEL_SIZE + greys
+            }
+        }
+    }
+
+    /// Draws the bar `from` a frame's side on, as long as the frame.
+    pub fn draw(&self, scene: &mut Scene, frame: Rect, side: BarSide, from: f64) {
+        match side {
+            BarSide::Right => {
+                let left = frame.right + from + GAP;
+                let right = left + THICKNESS;
+                self.draw_upright(
+                    scene,
+                    Rect {
+                        left,
+                        right,
+                        ..frame
+                    },
+                );
+            }
+            BarSide::Below => {
+                let top = frame.bottom + from + GAP;
+                let bottom = top + THICKNESS;
+                self.draw_level(
+                    scene,
+                    Rect {
+                        top,
+                        bottom,
+                        ..frame
+                    },
+                );
+            }
+        }
+    }
+
+    fn colors(&self, scene: &mut Scene, rect: Rect, side: BarSide) {
+        let palette = self.scale.palette(scene.style.colormap);
+        let levels = palette.len() - 1;
+        let all = (0..levels).map(|level| level as u8);
+        let (columns, rows, cells) = match side {
+            BarSide::Right => (1, levels, all.rev().collect()),
+            BarSide::Below => (levels, 1, all.collect()),
+        };
+        scene.marks.push(Mark::Image(Image {
+            at: rect,
+            columns,
+            rows,
+            palette,
+            cells,
+        }));
+        scene.outline(rect, INK);
+    }
+
+    fn draw_upright(&self, scene: &mut Scene, rect: Rect) {
+        self.colors(scene, rect, BarSide::Right);
+        let mut widest = 0.0f64;
+        for (share, text) in self.ticks(rect.height(), UPRIGHT_SPACING) {
+            let y = rect.bottom - share * rect.height();
+            scene.line(vec![(rect.right, y), (rect.right + 6.0, y)], INK, 1.0);
+            widest = widest.max(font::width(&text, TICK_SIZE));
+            scene.text(text, (rect.right + 11.0, y), TICK_SIZE, Anchor::Start);
+        }
+        let label = self.scale.label(self.quantity);
+        let at = (rect.right + 30.0 + widest, rect.middle().1);
+        label_upright(scene, &label, at, rect.height(), LabelSide::Right);
+        self.explain_greys(scene, (rect.left, rect.bottom + 18.0));
+    }
+
+    fn draw_level(&self, scene: &mut Scene, rect: Rect) {
+        self.colors(scene, rect, BarSide::Below);
+        let mut end = f64::NEG_INFINITY;
+        for (share, text) in self.ticks(rect.width(), LEVEL_SPACING) {
+            let x = rect.left + share * rect.width();
+            let width = font::width(&text, TICK_SIZE);
+            if x - 0.5 * width < end + 0.5 * TICK_SIZE {
+                continue;
+            }
+            end = x + 0.5 * width;
+            let below = rect.bottom;
+            scene.line(vec![(x, below), (x, below + 6.0)], INK, 1.0);
+            scene.text(text, (x, below + 18.0), TICK_SIZE, Anchor::Middle);
+        }
+        let label = self.scale.label(self.quantity);
+        let lines = font::wrap(&label, LABEL_SIZE, rect.width() + 2.0 * EDGE);
+        let at = (rect.middle().0, rect.bottom + 42.0);
+        scene.lines(&lines, at, LABEL_SIZE, Anchor::Middle);
+        let top = rect.bottom + 42.0 + LINE * (lines.len() as f64 - 0.5) + 4.0;
+        self.explain_greys(scene, (rect.left, top));
+    }
+
+    /// Swatches from `(left, top)` down, with their meaning.
+    fn explain_greys(&self, scene: &mut Scene, (left, top): (f64, f64)) {
+        for (index, (color, meaning)) in self.greys.explained().enumerate() {
+            let top = top + GREY_LINE * index as f64;
+            let swatch = Rect {
+                left,
+                right: left + THICKNESS,
+                top,
+                bottom: top + 18.0,
+            };
+            scene.fill(swatch, color);
+            scene.outline(swatch, INK);
+            let at = (swatch.right + 11.0, swatch.middle().1);
+            scene.text(meaning, at, TICK_SIZE, Anchor::Start);
+        }
+    }
 }
+
+/// From one value of a bar to the next, at least.
+const UPRIGHT_SPACING: f64 = 1.5 * TICK_SIZE;
+const LEVEL_SPACING: f64 = 64.0;
 
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    /// A wave of three samples a period, thinned tenfold: drawn by its extremes it would beat.
+    #[test]
+    fn cells_of_both_signs_are_grey_and_do_not_beat() {
+        use crate::analyze::MapAxis;
+        use crate::plot::{Style, axis::PlotAxis};
+        let at = |n: usize| (std::f32::consts::PI * 0.7 * n as f32).cos();
+        let cell = |i: usize, of: fn(f32, f32) -> f32| (10 * i..10 * i + 10).map(at).reduce(of);
+        let column = |of: fn(f32, f32) -> f32| {
+            Array2::from_shape_fn((40, 1), |(i, _)| cell(i, of).unwrap_or_default())
+        };
+        let axis = || MapAxis {
+            label: "t".into(),
+            low: 0.0,
+            high: 1.0,
+        };
+        let mut map = Map {
+            values: column(|a, b| if a.abs() < b.abs() { b } else { a }),
+            range: Some([column(f32::min), column(f32::max)]),
+            x: axis(),
+            y: axis(),
+            reduction: Reduction::Extreme {
+                rows: 10,
+                columns: 1,
+            },
+            label: "v".into(),
+            detail: None,
+        };
+        let rect = Rect {
+            left: 0.0,
+            top: 0.0,
+            right: 100.0,
+            bottom: 100.0,
+        };
+        let panel = Panel::new(
+            rect,
+            PlotAxis::linear("x", 0.0, 1.0),
+            PlotAxis::linear("t", 0.0, 1.0),
+        );
+        let scale = ColorScale::diverging([1.0].into_iter());
+        let colors = |map: &Map| {
+            let mut scene = Scene::new("map", &Style::default(), 100.0);
+            let any = holds_both_signs(map);
+            match any {
+                true => draw_signed(&mut scene, &panel, map, &scale),
+                false => draw(&mut scene, &panel, map.values.view(), &scale),
+            }
+            let Some(Mark::Image(image)) = scene.marks.pop() else {
+                panic!("an image")
+            };
+            let colors = image
+                .cells
+                .iter()
+                .map(|&cell| image.palette[usize::from(cell)]);
+            (any, colors.collect::<Vec<Color>>())
+        };
+        let (any, grey) = colors(&map);
+        assert!(any);
+        assert!(
+            grey.iter().all(|[r, g, b]| r == g && g == b && *r < 80),
+            "{grey:?}"
+        );
+        // Cells of one sample each keep their colours.
+        map.range = None;
+        let (any, colored) = colors(&map);
+        assert!(!any && colored.iter().any(|[r, _, b]| r != b));
+    }
 
     #[test]
     fn blocks_keep_the_extremes() {

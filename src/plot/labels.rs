@@ -4,12 +4,102 @@ use std::f64::consts::PI;
 
 use crate::analyze::labels::Power;
 pub(crate) use crate::analyze::labels::{frequency, position, time, wavenumber};
-use crate::analyze::{Analysis, Axes, Scaling};
+use crate::analyze::{Analysis, Axes, Extent};
 
 /// The second reading of a wavenumber axis: `k a / π` with the site spacing a.
 pub(crate) fn wavenumber_reading(axes: &Axes) -> Option<(String, f64)> {
     let factor = axes.space.step / PI;
     (factor.is_finite() && factor > 0.0).then(|| ("k a / π  (a: site spacing)".into(), factor))
+}
+
+/// An axis of a figure.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(crate) enum Side {
+    Time,
+    Space,
+    Frequency,
+    Wavenumber,
+    /// Of both signs.
+    SignedWavenumber,
+}
+
+impl Side {
+    /// What figures show of this axis.
+    pub fn extent(self, analysis: &Analysis) -> &Extent {
+        let display = &analysis.display;
+        match self {
+            Side::Time => &display.time,
+            Side::Space => &display.space,
+            Side::Frequency => &display.frequency,
+            Side::Wavenumber => &display.wavenumber,
+            Side::SignedWavenumber => &display.wavenumber_signed,
+        }
+    }
+
+    /// The words before a lower and an upper limit, and the unit.
+    fn words(self, axes: &Axes) -> ([&'static str; 2], String) {
+        match self {
+            Side::Time => (["before", "after"], axes.time_unit().to_owned()),
+            Side::Space => (["before", "beyond"], axes.space_unit().to_owned()),
+            Side::Frequency => (["below", "above"], axes.frequency_unit()),
+            Side::Wavenumber | Side::SignedWavenumber => {
+                (["below", "above"], axes.wavenumber_unit())
+            }
+        }
+    }
+}
+
+/// What a figure over these axes does not show, with its share of the energy; `None` where it shows
+/// all. `shares` are left out where they are those of another spectrum.
+pub(crate) fn not_shown(analysis: &Analysis, sides: &[Side], shares: bool) -> Option<String> {
+    let mut parts = Vec::new();
+    for &side in sides {
+        let extent = side.extent(analysis);
+        let ([before, after], unit) = side.words(&analysis.axes);
+        let mut add = |share: f64, words: &str, limit: f64| {
+            let limit = match &*unit {
+                "site" | "sample" => format!("{words}{unit} {}", three_digits(limit)),
+                _ => format!("{words}{} {unit}", three_digits(limit)),
+            };
+            let known = shares && share.is_finite();
+            parts.push(match (known, parts.is_empty()) {
+                (false, _) => limit,
+                (true, true) => format!("{} of the energy {limit}", percent(share)),
+                (true, false) => format!("{} {limit}", percent(share)),
+            });
+        };
+        if side == Side::SignedWavenumber && !extent.is_whole() && extent.low < 0.0 {
+            let is_even = (extent.low + extent.high).abs() < 1e-6 * extent.high;
+            if is_even {
+                add(extent.below + extent.above, "beyond ±", extent.high);
+                continue;
+            }
+        }
+        if extent.bins.start > 0 {
+            add(extent.below, &format!("{before} "), extent.low);
+        }
+        if extent.bins.end < extent.count {
+            add(extent.above, &format!("{after} "), extent.high);
+        }
+    }
+    (!parts.is_empty()).then(|| format!("not shown: {}", parts.join(", ")))
+}
+
+/// Two digits of a share, as percent.
+fn percent(share: f64) -> String {
+    match 100.0 * share {
+        0.0 => "none".into(),
+        percent if percent < 1e-4 => "less than 0.0001 %".into(),
+        percent => {
+            let rounded: f64 = format!("{percent:.1e}").parse().unwrap_or(percent);
+            format!("{rounded} %")
+        }
+    }
+}
+
+fn three_digits(value: f64) -> String {
+    let rounded = format!("{value:.2e}").parse().unwrap_or(value);
+    crate::measure::digits(rounded).replace('-', "−")
 }
 
 /// What short-time spectra show, with unit.
@@ -24,25 +114,18 @@ pub(crate) fn short_space_density(analysis: &Analysis) -> String {
 
 /// The integral of a site's spectrum over frequency, with unit.
 pub(crate) fn site_energy(analysis: &Analysis) -> String {
-    energy(analysis, analysis.axes.time_unit())
+    power(analysis).of_site(&analysis.axes)
 }
 
 /// The integral of a time's spectrum over wavenumber, with unit.
 pub(crate) fn time_energy(analysis: &Analysis) -> String {
-    energy(analysis, analysis.axes.space_unit())
+    power(analysis).of_time(&analysis.axes)
 }
 
 fn power(analysis: &Analysis) -> Power<'_> {
     Power {
         scaling: analysis.conventions.scaling,
         unit: analysis.unit.as_deref(),
-    }
-}
-
-fn energy(analysis: &Analysis, length: &str) -> String {
-    let square = power(analysis).square();
-    match analysis.conventions.scaling {
-        Scaling::Energy => format!("energy ({square} {length})"),
-        Scaling::Density | Scaling::Spectrum => format!("mean square ({square})"),
+        amplitude: analysis.accuracy.amplitude_unit,
     }
 }

@@ -1,17 +1,22 @@
 //! Localized waves: their profile, and how they travel.
 
-use std::ops::Range;
-
-use super::Format;
-use super::charts::{Curve, Panel, around, draw_panels};
-use crate::Result;
+use super::Figure;
+use super::axis::around;
+use super::chart::{BLUE, Chart, Series, VERMILLION};
+use super::sheet::Sheet;
+use super::style::Style;
 use crate::localized::{Alternation, Journey, Ratio, Snapshot, Wave};
 
 /// The profile of a wave: overlaps as `psi = F^{1/p}`, forces, velocities, slow and fast part.
-///
-/// # Errors
-/// [`crate::Error::Draw`].
-pub fn wave(wave: &Wave, profile: &Snapshot, format: Format) -> Result<Vec<u8>> {
+pub fn wave(wave: &Wave, profile: &Snapshot, style: &Style) -> Figure {
+    let sheet = Sheet {
+        data: format!("order {}, {}", wave.order, titled(wave.ratio())),
+        ..Sheet::grid("Localized wave", 2, wave_charts(wave, profile))
+    };
+    sheet.figure("wave", style)
+}
+
+pub(crate) fn wave_charts(wave: &Wave, profile: &Snapshot) -> Vec<Chart> {
     let contacts = match wave.alternation {
         Alternation::Stiffness => ["soft contact", "stiff contact"],
         Alternation::Mass => ["before the light site", "behind it"],
@@ -21,90 +26,97 @@ pub fn wave(wave: &Wave, profile: &Snapshot, format: Format) -> Result<Vec<u8>> 
         Alternation::Mass => ["heavy site", "light site"],
     };
     let end = 0.55 * profile.time[profile.time.len() - 1];
-    let curve = |label: &'static str, values: &[f64]| -> Curve {
+    let curve = |label: &str, colour, values: &[f64]| {
         let points = profile.time.iter().copied().zip(values.iter().copied());
-        (label, points.filter(|point| point.0.abs() <= end).collect())
+        let near = points.filter(|point| point.0.abs() <= end);
+        Series::line(label, colour, near.collect())
     };
-    let pair = |labels: [&'static str; 2], values: &[Vec<f64>; 2]| -> Vec<Curve> {
-        (labels.into_iter().zip(values))
-            .map(|(label, values)| curve(label, values))
+    let pair = |labels: [&str; 2], values: [&[f64]; 2]| {
+        let colours = [BLUE, VERMILLION];
+        let pairs = labels.into_iter().zip(colours).zip(values);
+        pairs
+            .map(|((label, colour), values)| curve(label, colour, values))
             .collect()
     };
-    let panel = |name: &str, y_label, curves: Vec<Curve>| Panel {
-        title: format!("{name}, order {}, {}", wave.order, titled(wave.ratio())),
-        x_label: "time (cells)",
-        y_label,
+    let chart = |name: &str, y_label: &str, series: Vec<Series>| Chart {
         x: -end..end,
-        y: below_names(&curves),
-        curves,
+        y: around(ordinates(&series)),
+        ..Chart::of(name, "time (cells)", y_label, series)
     };
-    let parts = vec![
-        curve("slow part", &profile.slow),
-        curve("fast part", &profile.fast),
-    ];
-    let panels = [
-        panel("overlap", "psi", pair(contacts, &profile.psi)),
-        panel("force", "force", pair(contacts, &profile.force)),
-        panel("velocity", "velocity", pair(sites, &profile.velocity)),
-        panel("parts", "psi", parts),
-    ];
-    draw_panels("localized wave", 2, &panels, format)
+    let both = |values: &'_ [Vec<f64>; 2], labels| pair(labels, [&values[0], &values[1]]);
+    let parts = pair(["slow part", "fast part"], [&profile.slow, &profile.fast]);
+    vec![
+        chart("overlap", "ψ = F^(1/p)", both(&profile.psi, contacts)),
+        chart("force", "force", both(&profile.force, contacts)),
+        chart("velocity", "velocity", both(&profile.velocity, sites)),
+        chart("parts", "ψ = F^(1/p)", parts),
+    ]
+}
+
+fn ordinates(series: &[Series]) -> impl Iterator<Item = f64> + '_ {
+    let points = series.iter().flat_map(|series| &series.points);
+    points.map(|point| point.1)
 }
 
 /// A launched wave: velocities at the start and at the end, in cells from the first one that the
 /// wave could be felt in, and how the shape and the energy kept on the way.
-///
-/// # Errors
-/// [`crate::Error::Draw`].
-pub fn journey(journey: &Journey, format: Format) -> Result<Vec<u8>> {
+pub fn journey(journey: &Journey, style: &Style) -> Figure {
+    let sheet = Sheet {
+        data: format!("order {}, {}", journey.order, titled(journey.ratio)),
+        ..Sheet::grid("Launched wave", 2, journey_charts(journey))
+    };
+    sheet.figure("launch", style)
+}
+
+pub(crate) fn journey_charts(journey: &Journey) -> Vec<Chart> {
     let [start, end] = &journey.velocity;
     let moved = 2 * journey.arrived.cells;
     let length = start.len() - moved;
-    let curve = |label: &'static str, values: &[f64]| -> Curve {
+    let curve = |label: &str, colour, values: &[f64]| {
         let points = values.iter().enumerate();
-        (label, points.map(|(j, v)| (0.5 * j as f64, *v)).collect())
+        let points = points.map(|(j, v)| (0.5 * j as f64, *v));
+        Series::line(label, colour, points.collect())
     };
     let velocities = vec![
-        curve("at the start", &start[..length]),
-        curve("at the end, moved back", &end[moved..]),
+        curve("at the start", BLUE, &start[..length]),
+        curve("at the end, moved back", VERMILLION, &end[moved..]),
     ];
-    let title = format!("order {}, {}", journey.order, titled(journey.ratio));
     // Zeros are drawn as rounding.
-    let decades = |value: f64| value.abs().max(1e-17).log10();
     let along = |value: &dyn Fn(usize) -> f64| -> Vec<(f64, f64)> {
         (0..journey.course.len())
-            .map(|i| (journey.course[i].cells as f64, decades(value(i))))
+            .map(|i| (journey.course[i].cells as f64, value(i).abs().max(1e-17)))
             .collect()
     };
     let course = vec![
-        ("shape change", along(&|i| journey.course[i].shape_change)),
-        ("energy drift", along(&|i| journey.course[i].energy_drift)),
+        Series::line(
+            "shape change",
+            BLUE,
+            along(&|i| journey.course[i].shape_change),
+        ),
+        Series::line(
+            "energy drift",
+            VERMILLION,
+            along(&|i| journey.course[i].energy_drift),
+        ),
     ];
-    let panels = [
-        Panel {
-            title: format!("velocity, {title}"),
-            x_label: "cell",
-            y_label: "velocity",
+    vec![
+        Chart {
             x: 0.0..0.5 * length as f64,
-            y: below_names(&velocities),
-            curves: velocities,
+            y: around(ordinates(&velocities)),
+            ..Chart::of("velocity", "cell", "velocity", velocities)
         },
-        Panel {
-            title: format!("what changes, {title}"),
-            x_label: "cells travelled",
-            y_label: "decimal logarithm",
+        Chart {
             x: 0.0..journey.arrived.cells as f64,
-            y: -17.5..0.0,
-            curves: course,
+            y: 3e-18..1.0,
+            log_y: true,
+            ..Chart::of(
+                "what changes on the way",
+                "cells travelled",
+                "relative change",
+                course,
+            )
         },
-    ];
-    draw_panels("launched wave", 2, &panels, format)
-}
-
-/// A range with room for the curves' names above them.
-fn below_names(curves: &[Curve]) -> Range<f64> {
-    let range = around(curves);
-    range.start..range.end + 0.3 * (range.end - range.start)
+    ]
 }
 
 fn titled(ratio: Ratio) -> String {

@@ -1,6 +1,6 @@
-//! Figures from results, as PNG and SVG; computes nothing.
+//! Figures from results, as PNG, SVG and PDF; computes nothing.
 //!
-//! Each figure is a function of an [`Analysis`]; it gives `None` if the result was not requested.
+//! Each figure is a function of results and a [`Style`]; it gives `None` if a result was not requested.
 //! [`draw_all`] draws and writes all of them. They are drawn by [`plotters`] on a [`Canvas`], which
 //! also serves your own charts.
 
@@ -10,24 +10,28 @@ mod bitmap;
 mod budget;
 mod canvas;
 mod chart;
-mod charts;
 mod curve;
+mod dispersion;
 mod figures;
 mod font;
 mod grid;
 mod heat;
 mod heat_chart;
 pub(crate) mod labels;
+mod legend;
 mod localized;
-mod marks;
 mod painter;
 mod panel;
+mod pdf;
 mod redistribution;
 mod scale;
 mod scene;
+mod sheet;
 mod short;
+mod style;
 mod svg;
 mod ticks;
+mod uprights;
 mod views;
 
 use std::fs;
@@ -36,25 +40,31 @@ use std::path::{Path, PathBuf};
 use rayon::prelude::*;
 
 pub use attenuation::{Overlay, attenuation, transmission};
+pub use axis::around;
 pub use budget::{SharedScales, budget_figures, encode_all};
 pub use canvas::{Area, Canvas, CanvasSurface, px, sans};
-pub use chart::{Chart, Corner, Look, PALETTE, Series, draw_charts, extent};
-pub use charts::{Curve, Panel, around, draw_panels};
+pub use chart::{Chart, Level, Look, PALETTE, Series, extent};
 pub use figures::{
     flux_surrogate, space_time, spacetime_spectrum, spatial_spectrum, temporal_spectrum,
 };
 pub use grid::{Colours, Tile, map_grid};
 pub use heat_chart::HeatChart;
+pub use legend::Marker;
 pub use localized::{journey, wave};
-pub use marks::Mark;
 pub use plotters;
 pub use redistribution::{along_t, along_x};
+pub use sheet::{Plot, PlotRow, Sheet};
 pub use short::{short_space, short_time};
+pub use style::{Colormap, Depth, Style};
+pub use uprights::Mark;
 pub use views::views;
 
+pub(crate) use attenuation::{attenuation_charts, transmission_charts};
+pub(crate) use budget::ordinary;
 pub(crate) use heat::block_extremes;
+pub(crate) use localized::{journey_charts, wave_charts};
 pub(crate) use scale::{ColorScale, DECADES};
-pub(crate) use short::edges;
+pub(crate) use short::{edges, within};
 
 use crate::analyze::Analysis;
 use crate::{Error, Result};
@@ -65,6 +75,8 @@ pub enum Format {
     Png,
     /// With text as text and heat maps as embedded pictures.
     Svg,
+    /// Vector, with an embedded font and heat maps as images.
+    Pdf,
 }
 
 impl Format {
@@ -72,6 +84,7 @@ impl Format {
         match self {
             Format::Png => "png",
             Format::Svg => "svg",
+            Format::Pdf => "pdf",
         }
     }
 }
@@ -100,7 +113,8 @@ impl Figure {
     /// [`Error::Draw`] if the figure cannot be painted or encoded.
     pub fn encode(&self, format: Format) -> Result<Vec<u8>> {
         let scene = &self.scene;
-        let canvas = Canvas::new(&scene.title, scene.width, scene.height, format)?;
+        let size = (scene.width, scene.height);
+        let canvas = Canvas::of(&scene.title, size, &scene.style.page(format))?;
         scene.draw(&canvas.area())?;
         canvas.encode()
     }
@@ -126,8 +140,13 @@ impl Figure {
 ///
 /// # Errors
 /// The first of [`Figure::save`]'s errors; [`Error::Write`] if `dir` cannot be made.
-pub fn draw_all(analysis: &Analysis, dir: &Path, formats: &[Format]) -> Result<Vec<PathBuf>> {
-    let figures: [fn(&Analysis) -> Option<Figure>; 9] = [
+pub fn draw_all(
+    analysis: &Analysis,
+    dir: &Path,
+    formats: &[Format],
+    style: &Style,
+) -> Result<Vec<PathBuf>> {
+    let figures: [fn(&Analysis, &Style) -> Option<Figure>; 9] = [
         space_time,
         temporal_spectrum,
         spatial_spectrum,
@@ -140,7 +159,7 @@ pub fn draw_all(analysis: &Analysis, dir: &Path, formats: &[Format]) -> Result<V
     ];
     let figures: Vec<Figure> = figures
         .par_iter()
-        .filter_map(|draw| draw(analysis))
+        .filter_map(|draw| draw(analysis, style))
         .collect();
     save_all(&figures, dir, formats)
 }

@@ -1,4 +1,4 @@
-//! What a file format has to be able to paint; lengths are pixels of the figure.
+//! What a file format has to be able to paint; lengths are units of the layout.
 
 use std::fmt;
 

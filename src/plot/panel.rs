@@ -3,11 +3,47 @@
 use super::axis::PlotAxis;
 use super::font;
 use super::scene::{Anchor, FAINT, GRID, INK, Mark, Rect, Scene, Text};
+use super::style;
 use super::ticks::Tick;
 
-pub(super) const LABEL_SIZE: f64 = 20.0;
-pub(super) const TICK_SIZE: f64 = 17.0;
+pub(super) const LABEL_SIZE: f64 = style::LABEL;
+pub(super) const TICK_SIZE: f64 = style::SMALL;
 const TICK_LENGTH: f64 = 7.0;
+/// From one line of a label to the next.
+pub(super) const LINE: f64 = 1.25 * LABEL_SIZE;
+/// Around all that is drawn.
+pub(super) const EDGE: f64 = 12.0;
+
+/// What ticks and labels take beside a frame.
+#[derive(Debug, Clone, Copy, Default, PartialEq)]
+pub(super) struct Margins {
+    pub left: f64,
+    pub top: f64,
+    pub right: f64,
+    pub bottom: f64,
+}
+
+impl Margins {
+    /// The larger at each side.
+    pub fn max(self, other: Margins) -> Margins {
+        Margins {
+            left: self.left.max(other.left),
+            top: self.top.max(other.top),
+            right: self.right.max(other.right),
+            bottom: self.bottom.max(other.bottom),
+        }
+    }
+
+    /// What they leave of a cell.
+    pub fn inside(&self, cell: Rect) -> Rect {
+        Rect {
+            left: cell.left + self.left,
+            top: cell.top + self.top,
+            right: cell.right - self.right,
+            bottom: cell.bottom - self.bottom,
+        }
+    }
+}
 
 /// Where values land in the figure.
 #[derive(Debug, Clone)]
@@ -32,6 +68,35 @@ impl Panel {
         }
     }
 
+    /// What the ticks and labels take beside a frame of this size.
+    pub fn margins(&self) -> Margins {
+        let lines = |axis: &PlotAxis| upright_lines(&axis.title(), self.rect.height()).len() as f64;
+        let across = |axis: &PlotAxis| across_lines(&axis.title(), self.rect.width()).len() as f64;
+        let beside = |axis: &PlotAxis| {
+            let ticks = widest(&self.ticks_y(axis));
+            34.0 + ticks + LINE * (lines(axis) - 1.0) + 0.5 * LABEL_SIZE
+        };
+        let half_tick = 0.5 * widest(&self.ticks_x());
+        Margins {
+            left: match self.names_y {
+                true => beside(&self.y),
+                false => EDGE,
+            },
+            top: match self.x.second_axis() {
+                Some(second) => 53.0 + LINE * (across(&second) - 1.0) + 0.5 * LABEL_SIZE,
+                None => 0.5 * TICK_SIZE,
+            },
+            right: match self.y.second_axis() {
+                Some(second) => beside(&second),
+                None => half_tick,
+            },
+            bottom: match self.names_x {
+                true => 46.0 + LINE * (across(&self.x) - 1.0) + 0.5 * LABEL_SIZE,
+                false => TICK_LENGTH,
+            },
+        }
+    }
+
     pub fn place_x(&self, value: f64) -> Option<f64> {
         let share = self.x.share(value)?;
         Some(self.rect.left + share * self.rect.width())
@@ -43,7 +108,7 @@ impl Panel {
     }
 
     fn ticks_x(&self) -> Vec<(f64, Tick)> {
-        let mut count = (self.rect.width() / 90.0).max(2.0) as usize;
+        let mut count = (self.rect.width() / 75.0).max(2.0) as usize;
         loop {
             let ticks = place(self.x.ticks(count), |v| self.place_x(v));
             let widest = widest(&ticks);
@@ -100,7 +165,7 @@ impl Panel {
             }
         }
         if self.names_x {
-            self.label_across(scene, &self.x.title(), bottom + 48.0);
+            self.label_across(scene, &self.x.title(), bottom + 46.0);
         }
     }
 
@@ -110,13 +175,16 @@ impl Panel {
             scene.line(vec![(x, top), (x, top - TICK_LENGTH)], INK, 1.0);
             scene.text(tick.text, (x, top - 19.0), TICK_SIZE, Anchor::Middle);
         }
-        self.label_across(scene, &self.x.title(), top - 45.0);
+        let label = self.x.title();
+        let lines = across_lines(&label, self.rect.width()).len() as f64;
+        self.label_across(scene, &label, top - 45.0 - LINE * (lines - 1.0));
     }
 
+    /// A centred label, whose first line is at `y`.
     fn label_across(&self, scene: &mut Scene, label: &str, y: f64) {
-        let middle = (self.rect.left + self.rect.right) / 2.0;
-        let size = font::fit(label, LABEL_SIZE, self.rect.width() + 60.0);
-        scene.text(label, (middle, y), size, Anchor::Middle);
+        let (middle, _) = self.rect.middle();
+        let lines = across_lines(label, self.rect.width());
+        scene.lines(&lines, (middle, y), LABEL_SIZE, Anchor::Middle);
     }
 
     fn draw_left(&self, scene: &mut Scene) {
@@ -146,9 +214,31 @@ impl Panel {
     }
 
     fn label_along(&self, scene: &mut Scene, label: &str, x: f64, side: LabelSide) {
-        let middle = (self.rect.top + self.rect.bottom) / 2.0;
-        label_upright(scene, label, (x, middle), self.rect.height() + 20.0, side);
+        let (_, middle) = self.rect.middle();
+        label_upright(scene, label, (x, middle), self.rect.height(), side);
     }
+}
+
+/// A label above or below a frame of this width, in lines.
+fn across_lines(label: &str, width: f64) -> Vec<String> {
+    font::wrap(label, LABEL_SIZE, width + 2.0 * EDGE)
+}
+
+/// A label beside a frame of this height, in lines; the unit stays together where it can.
+pub(super) fn upright_lines(label: &str, height: f64) -> Vec<String> {
+    let room = height + 20.0;
+    if font::width(label, LABEL_SIZE) <= room {
+        return vec![label.to_owned()];
+    }
+    let unit = label.find(" (").or_else(|| label.find(" ["));
+    let (name, unit) = match unit {
+        Some(at) => (&label[..at], &label[at + 1..]),
+        None => (label, ""),
+    };
+    let parts = [name, unit].into_iter().filter(|part| !part.is_empty());
+    parts
+        .flat_map(|part| font::wrap(part, LABEL_SIZE, room))
+        .collect()
 }
 
 /// Position of a label relative to its subject.
@@ -158,34 +248,25 @@ pub(super) enum LabelSide {
     Right,
 }
 
-/// A label that reads upwards, centred on `at`. If it is longer than `room`, it has two lines, the
-/// name and the part in brackets, the second further out than `at`.
+/// A label that reads upwards, centred on `at`, beside a frame of this height. Its lines after the
+/// first are further out on the right, nearer to the frame on the left.
 pub(super) fn label_upright(
     scene: &mut Scene,
     label: &str,
     (x, middle): (f64, f64),
-    room: f64,
+    height: f64,
     side: LabelSide,
 ) {
-    let fits = font::width(label, LABEL_SIZE) <= room;
-    let lines = match label.find(" (").filter(|_| !fits) {
-        Some(at) => vec![label[..at].trim_end(), &label[at + 1..]],
-        None => vec![label],
-    };
-    let size = lines
-        .iter()
-        .map(|line| font::fit(line, LABEL_SIZE, room))
-        .fold(LABEL_SIZE, f64::min);
-    let spacing = 1.2 * LABEL_SIZE;
+    let lines = upright_lines(label, height);
     let first = match side {
-        LabelSide::Left => (x - spacing * (lines.len() - 1) as f64).max(0.6 * LABEL_SIZE),
+        LabelSide::Left => x - LINE * (lines.len() - 1) as f64,
         LabelSide::Right => x,
     };
     for (index, line) in lines.into_iter().enumerate() {
         scene.marks.push(Mark::Text(Text {
-            text: line.into(),
-            at: (first + spacing * index as f64, middle),
-            size,
+            text: line,
+            at: (first + LINE * index as f64, middle),
+            size: LABEL_SIZE,
             color: INK,
             anchor: Anchor::Middle,
             vertical: true,
@@ -211,22 +292,43 @@ pub(super) fn note(scene: &mut Scene, text: &str, (x, y): (f64, f64), anchor: An
     scene.text(text, (x, y), TICK_SIZE, anchor);
 }
 
-/// The figure's title and, at the right, the name of its data.
-pub(super) fn heading(scene: &mut Scene, title: &str, name: &str) {
-    let width = f64::from(scene.width);
-    let size = 25.0;
-    let room = width - 90.0 - font::width(title, size);
-    scene.text(title, (30.0, 32.0), size, Anchor::Start);
-    if room > 60.0 {
+/// The figure's title and the name of its data, at the right or below; returns where they end. Nothing
+/// in styles without headings.
+pub(super) fn heading(scene: &mut Scene, title: &str, name: &str) -> f64 {
+    const SIZE: f64 = 25.0;
+    const SIDE: f64 = 30.0;
+    if !scene.style.headings {
+        return EDGE;
+    }
+    let room = scene.width - 2.0 * SIDE;
+    let lines = font::wrap(title, SIZE, room);
+    scene.lines(&lines, (SIDE, 32.0), SIZE, Anchor::Start);
+    let last = lines.last().map_or(0.0, |line| font::width(line, SIZE));
+    let mut y = 32.0 + 1.25 * SIZE * (lines.len() - 1) as f64;
+    if !name.is_empty() {
+        let needed = font::width(name, TICK_SIZE).min(0.4 * room);
+        let beside = room - last - 30.0;
+        let (room, anchor) = match needed <= beside {
+            true => (beside, Anchor::End),
+            false => (room, Anchor::Start),
+        };
+        let x = match anchor {
+            Anchor::End => scene.width - SIDE,
+            _ => SIDE,
+        };
+        if anchor == Anchor::Start {
+            y += LINE + 4.0;
+        }
         scene.marks.push(Mark::Text(Text {
             text: font::shorten(name, TICK_SIZE, room),
-            at: (width - 30.0, 32.0),
+            at: (x, y),
             size: TICK_SIZE,
             color: FAINT,
-            anchor: Anchor::End,
+            anchor,
             vertical: false,
         }));
     }
+    y + 22.0
 }
 
 fn place(ticks: Vec<Tick>, to_pixel: impl Fn(f64) -> Option<f64>) -> Vec<(f64, Tick)> {

@@ -1,18 +1,18 @@
 //! How the content moves along x and along t: three panels of curves each.
 
-use super::axis::PlotAxis;
-use super::curve::{self, BLUE, Curve, GREEN, LEVEL, PURPLE, VERMILLION};
-use super::panel::{self, Panel};
-use super::scene::{Anchor, Rect, Scene};
-use super::{Figure, labels};
-use crate::analyze::{Analysis, BandEdge, Moments};
+use std::ops::Range;
 
-const WIDTH: u32 = 1200;
-const HEIGHT: u32 = 1000;
-const LEFT: f64 = 130.0;
+use super::axis::{around, log_around};
+use super::chart::{BLUE, Chart, GREEN, Level, PURPLE, Series, VERMILLION, extent};
+use super::labels::Side;
+use super::sheet::{PlotRow, Sheet};
+use super::style::Style;
+use super::{DECADES, Figure, labels};
+use crate::analyze::{Analysis, BandEdge, Extent, Moments};
+use crate::unit::power_of_ten;
 
 /// Frequency content along x: centroid, median, 90 % frequency, band shares, energy.
-pub fn along_x(analysis: &Analysis) -> Option<Figure> {
+pub fn along_x(analysis: &Analysis, style: &Style) -> Option<Figure> {
     let moments = analysis.along_space.as_ref()?;
     let axes = &analysis.axes;
     let sheet = RedistributionFigure {
@@ -22,17 +22,20 @@ pub fn along_x(analysis: &Analysis) -> Option<Figure> {
         front: analysis.front.as_ref().map(|front| &front.high_share[..]),
         edge: analysis.frequency_edge,
         along: &axes.positions(),
+        extent: &analysis.display.space,
+        content: &analysis.display.frequency,
+        not_shown: labels::not_shown(analysis, &[Side::Space], true),
         along_label: labels::position(axes),
         content_label: labels::frequency(axes),
         second: None,
         row_label: "site",
         energy_label: labels::site_energy(analysis),
     };
-    Some(sheet.draw("along-x"))
+    Some(sheet.draw("along-x", style))
 }
 
 /// Wavenumber content along t: centroid, median, 90 % wavenumber, band shares, energy.
-pub fn along_t(analysis: &Analysis) -> Option<Figure> {
+pub fn along_t(analysis: &Analysis, style: &Style) -> Option<Figure> {
     let moments = analysis.along_time.as_ref()?;
     let axes = &analysis.axes;
     let sheet = RedistributionFigure {
@@ -42,13 +45,16 @@ pub fn along_t(analysis: &Analysis) -> Option<Figure> {
         front: None,
         edge: analysis.wavenumber_edge,
         along: &axes.times(),
+        extent: &analysis.display.time,
+        content: &analysis.display.wavenumber,
+        not_shown: labels::not_shown(analysis, &[Side::Time], true),
         along_label: labels::time(axes),
         content_label: labels::wavenumber(axes),
         second: labels::wavenumber_reading(axes),
         row_label: "time",
         energy_label: labels::time_energy(analysis),
     };
-    Some(sheet.draw("along-t"))
+    Some(sheet.draw("along-t", style))
 }
 
 struct RedistributionFigure<'a> {
@@ -59,6 +65,11 @@ struct RedistributionFigure<'a> {
     front: Option<&'a [f64]>,
     edge: Option<BandEdge>,
     along: &'a [f64],
+    /// The part of `along` that is shown.
+    extent: &'a Extent,
+    /// The part of the frequencies or wavenumbers that is shown.
+    content: &'a Extent,
+    not_shown: Option<String>,
     along_label: String,
     content_label: String,
     second: Option<(String, f64)>,
@@ -67,74 +78,64 @@ struct RedistributionFigure<'a> {
 }
 
 impl RedistributionFigure<'_> {
-    fn draw(self, name: &'static str) -> Figure {
-        let title = format!("{}: {}", self.title, self.name);
-        let mut scene = Scene::new(&title, WIDTH, HEIGHT);
-        panel::heading(&mut scene, self.title, self.name);
-        self.draw_content(&mut scene);
-        self.draw_shares(&mut scene);
-        self.draw_energy(&mut scene);
-        Figure { name, scene }
+    fn draw(self, name: &'static str, style: &Style) -> Figure {
+        let sheet = Sheet {
+            title: self.title.into(),
+            data: self.name.into(),
+            rows: vec![
+                PlotRow::of([self.content()]).high(0.8),
+                PlotRow::of([self.shares()]).high(0.5),
+                PlotRow::of([self.energies()]).high(0.5),
+            ],
+            notes: self.notes(),
+            shared_x: true,
+        };
+        sheet.figure(name, style)
     }
 
-    fn panel(&self, top: f64, bottom: f64, y: PlotAxis) -> Panel {
-        let rect = Rect {
-            left: LEFT,
-            top,
-            right: if self.second.is_some() {
-                1070.0
-            } else {
-                1165.0
-            },
-            bottom,
-        };
-        let (first, last) = match self.along {
-            [first, .., last] => (*first, *last),
-            [only] => (*only, *only),
-            [] => (0.0, 1.0),
-        };
-        Panel::new(rect, PlotAxis::linear(&self.along_label, first, last), y)
+    fn chart(&self, label: &str, y: Range<f64>, series: Vec<Series>) -> Chart {
+        Chart {
+            x: extent(self.shown(self.along).iter().copied()),
+            y,
+            ..Chart::of("", &self.along_label, label, series)
+        }
     }
 
-    fn draw_content(&self, scene: &mut Scene) {
+    fn content(&self) -> Chart {
         let Moments {
             centroid,
             median,
             quantile_90,
             ..
         } = self.moments;
+        let [centroid, median, quantile_90] =
+            [centroid, median, quantile_90].map(|values| self.within_limits(values));
         let edge = self.edge.map(|edge| edge.value()).filter(|e| e.is_finite());
-        let all = [centroid, median, quantile_90]
-            .into_iter()
-            .flatten()
-            .copied()
-            .chain(edge);
-        let y = PlotAxis::around(&self.content_label, all).with_second(self.second.clone());
-        let mut panel = self.panel(110.0, 410.0, y);
-        panel.names_x = false;
-        let curves = [
-            self.curve("90 % of the energy lies below", VERMILLION, quantile_90),
-            self.curve("centroid", BLUE, centroid),
-            self.curve("median", GREEN, median),
+        let all = [&centroid, &median, &quantile_90].map(|values| self.shown(values));
+        let y = around(all.into_iter().flatten().copied().chain(edge));
+        let curves = vec![
+            self.curve("90 % of the energy lies below", VERMILLION, &quantile_90),
+            self.curve("centroid", BLUE, &centroid),
+            self.curve("median", GREEN, &median),
         ];
-        curve::draw_all(scene, &panel, &curves);
-        if let Some(edge) = edge {
-            curve::level(scene, &panel, edge, LEVEL);
-            let at = (panel.rect.right - 10.0, panel.rect.top - 18.0);
-            scene.text("dashed: band edge", at, panel::TICK_SIZE, Anchor::End);
+        let level = |at: f64| Level {
+            at,
+            label: "band edge".into(),
+        };
+        Chart {
+            levels: edge.map(level).into_iter().collect(),
+            second_y: self.second.clone(),
+            ..self.chart(&self.content_label, y, curves)
         }
     }
 
-    fn draw_shares(&self, scene: &mut Scene) {
+    fn shares(&self) -> Chart {
         let Moments {
             low_share,
             high_share,
             ..
         } = self.moments;
         let all = [low_share, high_share].into_iter().flatten().copied();
-        let y = PlotAxis::around("share of energy", all.chain([1.0]));
-        let mut panel = self.panel(470.0, 655.0, y);
-        panel.names_x = false;
         let mut curves = vec![
             self.curve("low band (up to the edge)", BLUE, low_share),
             self.curve("high band", VERMILLION, high_share),
@@ -143,26 +144,87 @@ impl RedistributionFigure<'_> {
             .front
             .filter(|shares| shares.iter().any(|s| s.is_finite()));
         curves.extend(front.map(|shares| self.curve("high band, front passage", GREEN, shares)));
-        curve::draw_all(scene, &panel, &curves);
+        self.chart("share of energy", around(all.chain([1.0])), curves)
     }
 
-    fn draw_energy(&self, scene: &mut Scene) {
-        let energy = &self.moments.energy;
-        let y = PlotAxis::log_around(&self.energy_label, energy.iter().copied());
-        let panel = self.panel(715.0, 910.0, y);
+    fn energies(&self) -> Chart {
+        let (y, log_y) = self.energy_range();
+        let scale = if log_y { ", log scale" } else { "" };
         let label = format!(
-            "energy of each {} (integral of its spectrum), log scale",
+            "energy of each {} (integral of its spectrum){scale}",
             self.row_label
         );
-        curve::draw_all(scene, &panel, &[self.curve(&label, PURPLE, energy)]);
+        let energy = self.moments.energy.iter();
+        let shown: Vec<f64> = energy
+            .map(|e| if *e < y.start { y.start } else { *e })
+            .collect();
+        let curves = vec![self.curve(&label, PURPLE, &shown)];
+        Chart {
+            log_y,
+            ..self.chart(&self.energy_label, y, curves)
+        }
     }
 
-    fn curve<'a>(&'a self, label: &'a str, color: [u8; 3], y: &'a [f64]) -> Curve<'a> {
-        Curve {
-            label,
-            color,
-            x: self.along,
-            y,
+    /// The range of the axis of energies, and whether it is logarithmic: energies within a factor of
+    /// ten are compared on a linear axis.
+    fn energy_range(&self) -> (Range<f64>, bool) {
+        let energy = || self.shown(&self.moments.energy).iter().copied();
+        let most = energy().fold(0.0, f64::max);
+        match energy().any(|e| 10.0 * e < most) {
+            true => (log_around(energy(), DECADES), true),
+            false => (around(energy()), false),
         }
+    }
+
+    /// What the curves do not say of themselves.
+    fn notes(&self) -> Vec<String> {
+        let (range, _) = self.energy_range();
+        let is_below = self
+            .shown(&self.moments.energy)
+            .iter()
+            .any(|e| *e < range.start);
+        let below = is_below.then(|| {
+            let floor = power_of_ten(-DECADES as i32);
+            format!("Energies below {floor} of the largest are drawn at the lower edge.")
+        });
+        let missing = self.edge.and_then(no_shares).map(str::to_owned);
+        let not_shown = self.not_shown.iter().cloned();
+        missing.into_iter().chain(below).chain(not_shown).collect()
+    }
+
+    fn curve(&self, label: &str, colour: usize, y: &[f64]) -> Series {
+        Series::of(label, colour, self.shown(self.along), self.shown(y))
+    }
+
+    /// The values along x or t that are shown.
+    fn shown<'v>(&self, values: &'v [f64]) -> &'v [f64] {
+        &values[self.extent.bins.clone()]
+    }
+
+    /// Frequencies or wavenumbers, without those beyond the display limits: a row of little energy
+    /// would stretch the axis.
+    fn within_limits(&self, values: &[f64]) -> Vec<f64> {
+        let extent = self.content;
+        let half = 0.5 * (extent.high - extent.low) / (extent.bins.len() as f64 - 1.0).max(1.0);
+        let limits = match extent.is_whole() {
+            true => (f64::NEG_INFINITY, f64::INFINITY),
+            false => (extent.low - half, extent.high + half),
+        };
+        let is_shown = |value: f64| value >= limits.0 && value <= limits.1;
+        let values = values.iter();
+        values
+            .map(|&value| if is_shown(value) { value } else { f64::NAN })
+            .collect()
+    }
+}
+
+/// Why no site or time has shares of energy, if so.
+fn no_shares(edge: BandEdge) -> Option<&'static str> {
+    match edge {
+        BandEdge::Given { .. } | BandEdge::Reference { .. } => None,
+        BandEdge::Unresolved { .. } => {
+            Some("No shares: 90 % of the energy at the reference lies within three bins of 0.")
+        }
+        BandEdge::Undefined => Some("No shares: no band edge without energy at the reference."),
     }
 }

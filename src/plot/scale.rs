@@ -1,9 +1,9 @@
 //! From values to colours.
 
-use colorous::{Gradient, PURPLE_ORANGE, VIRIDIS};
-
 use super::scene::Color;
+use super::style::{Colormap, Depth};
 use super::ticks::{self, Notation, Tick};
+use crate::unit::{in_decibels, scientific};
 
 /// Colour of cells without a value.
 pub(super) const NO_VALUE: Color = [0x9a, 0x9a, 0x9a];
@@ -23,8 +23,16 @@ pub(crate) enum ColorScale {
     /// As the area sine of `v / least` from `-limit` to `limit`: linear up to about `least`,
     /// logarithmic beyond, both ways.
     Signed { limit: f64, least: f64 },
+    /// Linear from `low` to `high`.
+    Linear { low: f64, high: f64 },
     /// Logarithmic from `low` to `high`; all that is smaller has the lowest colour.
-    Log { low: f64, high: f64, smaller: bool },
+    Log {
+        low: f64,
+        high: f64,
+        smaller: bool,
+        /// Whether the bar is in decibels relative to `high`.
+        decibels: bool,
+    },
 }
 
 impl ColorScale {
@@ -50,8 +58,17 @@ impl ColorScale {
         }
     }
 
-    /// From the largest value down to the smallest positive one, at most [`DECADES`] below.
-    pub fn log(values: impl Iterator<Item = f64>) -> Self {
+    /// Linear between two values; diverging if they are symmetric about zero.
+    pub fn between(low: f64, high: f64) -> Self {
+        match low == -high {
+            true => ColorScale::Diverging { limit: high },
+            false => ColorScale::Linear { low, high },
+        }
+    }
+
+    /// From the largest value as far down as `depth` says; the smallest positive value is at least a
+    /// decade below.
+    pub fn log(values: impl Iterator<Item = f64>, depth: Depth) -> Self {
         let (mut least, mut most, mut zeros) = (f64::INFINITY, 0.0f64, false);
         for value in values.filter(|v| v.is_finite()) {
             if value > 0.0 {
@@ -61,36 +78,46 @@ impl ColorScale {
                 zeros = true;
             }
         }
-        if most == 0.0 {
-            return ColorScale::Log {
-                low: 0.1,
-                high: 1.0,
-                smaller: zeros,
-            };
-        }
-        let floor = most * 10f64.powf(-DECADES);
-        let low = least.max(floor).min(most / 10.0);
+        let high = if most > 0.0 { most } else { 1.0 };
+        let low = match depth {
+            Depth::Fitted if most == 0.0 => 0.1,
+            Depth::Fitted => least.max(high * 10f64.powf(-DECADES)).min(high / 10.0),
+            Depth::Decades(decades) => high * 10f64.powf(-decades),
+            Depth::Decibels(db) => high * 10f64.powf(-db / 10.0),
+        };
         ColorScale::Log {
-            low,
-            high: most,
+            // Above zero, and below a largest value that is nearly zero itself.
+            low: low.max(f64::MIN_POSITIVE).min(high / 2.0),
+            high,
             smaller: zeros || least < low,
+            decibels: matches!(depth, Depth::Decibels(_)),
         }
     }
 
     /// The colours that [`ColorScale::index`] points to.
-    pub fn palette(&self) -> Vec<Color> {
-        let gradient = self.gradient();
+    pub fn palette(&self, map: Colormap) -> Vec<Color> {
         (0..LEVELS)
-            .map(|level| gradient.eval_rational(level, LEVELS).into_array())
+            .map(|level| self.color(level, map))
             .chain([NO_VALUE])
             .collect()
     }
 
-    fn gradient(&self) -> Gradient {
-        match self {
-            ColorScale::Diverging { .. } | ColorScale::Signed { .. } => PURPLE_ORANGE,
-            ColorScale::Log { .. } => VIRIDIS,
-        }
+    fn color(&self, level: usize, map: Colormap) -> Color {
+        let signed = matches!(
+            self,
+            ColorScale::Diverging { .. } | ColorScale::Signed { .. }
+        );
+        let gradient = match map {
+            // Black is the least value, as in the coloured maps.
+            Colormap::Gray => return [(level * 255 / (LEVELS - 1)) as u8; 3],
+            _ if signed => colorous::PURPLE_ORANGE,
+            Colormap::Viridis => colorous::VIRIDIS,
+            Colormap::Cividis => colorous::CIVIDIS,
+            Colormap::Inferno => colorous::INFERNO,
+            Colormap::Magma => colorous::MAGMA,
+            Colormap::Plasma => colorous::PLASMA,
+        };
+        gradient.eval_rational(level, LEVELS).into_array()
     }
 
     /// Position of `value` along the scale, 0 to 1; `None` unless finite.
@@ -103,6 +130,7 @@ impl ColorScale {
             ColorScale::Signed { limit, least } => {
                 0.5 + 0.5 * (value / least).asinh() / (limit / least).asinh()
             }
+            ColorScale::Linear { low, high } => (value - low) / (high - low),
             ColorScale::Log { low, .. } if value <= low => 0.0,
             ColorScale::Log { low, high, .. } => {
                 (value.log10() - low.log10()) / (high.log10() - low.log10())
@@ -136,21 +164,42 @@ impl ColorScale {
                 };
                 down.chain([zero]).chain(up.iter().cloned()).collect()
             }
+            ColorScale::Linear { low, high } => {
+                ticks::linear(low, high, count, Notation::of(low, high))
+            }
+            ColorScale::Log {
+                low,
+                high,
+                decibels: true,
+                ..
+            } => {
+                let depth = decibels(low, high);
+                let ticks = ticks::linear(depth, 0.0, count, Notation::of(depth, 0.0));
+                let at = |tick: Tick| Tick {
+                    value: high * 10f64.powf(tick.value / 10.0),
+                    text: tick.text,
+                };
+                ticks.into_iter().map(at).collect()
+            }
             ColorScale::Log { low, high, .. } => ticks::logarithmic(low, high, count),
         }
-    }
-
-    /// Whether some values are too small for the scale and share its lowest colour.
-    pub fn holds_smaller(&self) -> bool {
-        matches!(self, ColorScale::Log { smaller: true, .. })
     }
 
     /// Meaning of the lowest colour, if it covers more than one value.
     pub fn lowest_text(&self) -> Option<String> {
         match *self {
             ColorScale::Log {
+                low,
+                high,
+                smaller: true,
+                decibels: true,
+            } => {
+                let depth = format!("{:.0}", decibels(low, high));
+                Some(format!("≤ {}", depth.replace('-', "−")))
+            }
+            ColorScale::Log {
                 low, smaller: true, ..
-            } => Some(format!("≤ {}", ticks::scientific(low))),
+            } => Some(format!("≤ {}", scientific(low, 1))),
             _ => None,
         }
     }
@@ -164,13 +213,24 @@ impl ColorScale {
                     Notation::of(-limit, limit).label(quantity)
                 )
             }
+            ColorScale::Linear { low, high } => Notation::of(low, high).label(quantity),
             ColorScale::Signed { .. } => format!("{quantity}, signed log scale"),
+            ColorScale::Log {
+                high,
+                decibels: true,
+                ..
+            } => in_decibels(quantity, high),
             ColorScale::Log { low, high, .. } => match (high.log10() - low.log10()).round() {
                 1.0 => format!("{quantity}, log scale over 1 decade"),
                 decades => format!("{quantity}, log scale over {decades} decades"),
             },
         }
     }
+}
+
+/// Of powers, `low` relative to `high`.
+fn decibels(low: f64, high: f64) -> f64 {
+    10.0 * (low / high).log10()
 }
 
 #[cfg(test)]
@@ -201,11 +261,28 @@ mod tests {
 
     #[test]
     fn log_scales_state_what_lies_below() {
-        let scale = ColorScale::log([0.0, 1e-12, 1e3].into_iter());
+        let scale = ColorScale::log([0.0, 1e-12, 1e3].into_iter(), Depth::Fitted);
         assert_eq!(scale.share(1e3), Some(1.0));
         assert_eq!(scale.share(0.0), Some(0.0));
         assert!((scale.share(1e-1).unwrap() - 0.5).abs() < 1e-12);
         assert!(matches!(scale, ColorScale::Log { smaller: true, .. }));
+    }
+
+    #[test]
+    fn scales_span_what_they_are_told() {
+        let texts = |depth| -> Vec<String> {
+            let scale = ColorScale::log([1e-9, 0.5].into_iter(), depth);
+            scale.ticks(4).into_iter().map(|tick| tick.text).collect()
+        };
+        assert_eq!(texts(Depth::Decades(3.0)), ["10⁻³", "10⁻²", "10⁻¹"]);
+        assert_eq!(texts(Depth::Decibels(60.0)), ["−60", "−40", "−20", "0"]);
+        let scale = ColorScale::log([1e-9, 0.5].into_iter(), Depth::Decibels(60.0));
+        assert_eq!(scale.lowest_text().as_deref(), Some("≤ −60"));
+        assert_eq!(
+            scale.label("power [(m/s)²/Hz]"),
+            "power [dB re 5.0·10⁻¹ (m/s)²/Hz]"
+        );
+        assert!((scale.share(0.5e-3).unwrap() - 0.5).abs() < 1e-12);
     }
 
     #[test]
@@ -216,10 +293,13 @@ mod tests {
                 Some(0.5)
             );
             assert_eq!(
-                ColorScale::log(values.iter().copied()).share(0.0),
+                ColorScale::log(values.iter().copied(), Depth::Fitted).share(0.0),
                 Some(0.0)
             );
         }
-        assert_eq!(ColorScale::log([5.0].into_iter()).share(5.0), Some(1.0));
+        assert_eq!(
+            ColorScale::log([5.0].into_iter(), Depth::Fitted).share(5.0),
+            Some(1.0)
+        );
     }
 }

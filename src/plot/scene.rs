@@ -1,13 +1,16 @@
-//! A figure as marks in design pixels, before any file format; `plotters` draws them.
+//! A figure as marks in units of its layout, before any file format; `plotters` draws them.
 
 use plotters::drawing::DrawingAreaErrorKind;
-use plotters::element::{Drawable, PathElement, PointCollection, Rectangle, Text as Label};
+use plotters::element::{
+    Circle, Drawable, PathElement, PointCollection, Polygon, Rectangle, Text as Label,
+};
 use plotters::style::text_anchor::{HPos, Pos, VPos};
 use plotters::style::{Color as _, FontTransform, RGBColor, TextStyle};
 use plotters_backend::{BackendCoord, DrawingErrorKind};
 
 use super::canvas::{Area, CanvasSurface, place, px, sans};
-use super::painter::Raster;
+use super::painter::{Point, Raster};
+use super::style::Style;
 use crate::Error;
 
 /// Red, green, blue.
@@ -33,6 +36,57 @@ impl Rect {
 
     pub fn height(&self) -> f64 {
         self.bottom - self.top
+    }
+
+    pub fn middle(&self) -> Point {
+        (
+            (self.left + self.right) / 2.0,
+            (self.top + self.bottom) / 2.0,
+        )
+    }
+
+    pub fn contains(&self, (x, y): Point) -> bool {
+        (self.left..=self.right).contains(&x) && (self.top..=self.bottom).contains(&y)
+    }
+
+    /// The part of a straight line that lies inside.
+    fn clip(&self, from: Point, to: Point) -> Option<[Point; 2]> {
+        let (dx, dy) = (to.0 - from.0, to.1 - from.1);
+        let (mut enter, mut leave) = (0.0f64, 1.0f64);
+        let sides = [
+            (-dx, from.0 - self.left),
+            (dx, self.right - from.0),
+            (-dy, from.1 - self.top),
+            (dy, self.bottom - from.1),
+        ];
+        for (speed, room) in sides {
+            match room / speed {
+                _ if speed == 0.0 && room < 0.0 => return None,
+                _ if speed == 0.0 => {}
+                share if speed < 0.0 => enter = enter.max(share),
+                share => leave = leave.min(share),
+            }
+        }
+        let at = |share: f64| (from.0 + share * dx, from.1 + share * dy);
+        (enter <= leave).then(|| [at(enter), at(leave)])
+    }
+
+    /// The parts of a path that lie inside.
+    pub fn clip_path(&self, path: Vec<Point>) -> Vec<Vec<Point>> {
+        if path.iter().all(|point| self.contains(*point)) {
+            return vec![path];
+        }
+        let mut parts: Vec<Vec<Point>> = Vec::new();
+        for pair in path.windows(2) {
+            let Some([from, to]) = self.clip(pair[0], pair[1]) else {
+                continue;
+            };
+            match parts.last_mut() {
+                Some(part) if part.last() == Some(&from) => part.push(to),
+                _ => parts.push(vec![from, to]),
+            }
+        }
+        parts
     }
 
     fn corners(&self) -> [BackendCoord; 2] {
@@ -88,7 +142,7 @@ pub(super) enum Anchor {
     End,
 }
 
-/// One line of text; `size` is the em in pixels.
+/// One line of text; `size` is the em.
 #[derive(Debug)]
 pub(super) struct Text {
     pub text: String,
@@ -133,6 +187,15 @@ pub(super) enum Mark {
         rect: Rect,
         color: Color,
     },
+    Disk {
+        center: Point,
+        radius: f64,
+        color: Color,
+    },
+    Polygon {
+        corners: Vec<Point>,
+        color: Color,
+    },
     Text(Text),
 }
 
@@ -140,17 +203,20 @@ pub(super) enum Mark {
 #[derive(Debug)]
 pub(super) struct Scene {
     pub title: String,
-    pub width: u32,
-    pub height: u32,
+    pub width: f64,
+    pub height: f64,
+    pub style: Style,
     pub marks: Vec<Mark>,
 }
 
 impl Scene {
-    pub fn new(title: &str, width: u32, height: u32) -> Self {
+    /// As wide as the style says.
+    pub fn new(title: &str, style: &Style, height: f64) -> Self {
         Scene {
             title: title.into(),
-            width,
+            width: style.columns(),
             height,
+            style: *style,
             marks: Vec::new(),
         }
     }
@@ -172,6 +238,18 @@ impl Scene {
                 Mark::Fill { rect, color } => {
                     area.draw(&Rectangle::new(rect.corners(), rgb(*color).filled()))?;
                 }
+                Mark::Disk {
+                    center,
+                    radius,
+                    color,
+                } => {
+                    let style = rgb(*color).filled();
+                    area.draw(&Circle::new(place(*center), px(*radius), style))?;
+                }
+                Mark::Polygon { corners, color } => {
+                    let corners: Vec<BackendCoord> = corners.iter().copied().map(place).collect();
+                    area.draw(&Polygon::new(corners, rgb(*color).filled()))?;
+                }
                 Mark::Text(text) => {
                     area.draw(&Label::new(&text.text[..], place(text.at), text.style()))?;
                 }
@@ -188,16 +266,47 @@ impl Scene {
         });
     }
 
-    /// A straight line of dashes 9 pixels long.
-    pub fn dashes(&mut self, from: (f64, f64), to: (f64, f64), color: Color, width: f64) {
-        let (dx, dy) = (to.0 - from.0, to.1 - from.1);
-        let length = dx.hypot(dy);
-        let along = |s: f64| (from.0 + dx * s / length, from.1 + dy * s / length);
-        let mut start = 0.0;
-        while start < length {
-            let end = (start + 9.0).min(length);
-            self.line(vec![along(start), along(end)], color, width);
-            start += 15.0;
+    /// A straight line of dashes.
+    pub fn dashes(&mut self, from: Point, to: Point, color: Color, width: f64) {
+        self.dashed_path(&[from, to], color, width);
+    }
+
+    /// A path of dashes 9 units long, 6 apart, across its corners.
+    pub fn dashed_path(&mut self, path: &[Point], color: Color, width: f64) {
+        const PERIOD: f64 = 15.0;
+        const DASH: f64 = 9.0;
+        let mut passed = 0.0;
+        let mut dash: Vec<Point> = Vec::new();
+        for pair in path.windows(2) {
+            let (from, to) = (pair[0], pair[1]);
+            let length = (to.0 - from.0).hypot(to.1 - from.1);
+            let along = |s: f64| {
+                let share = s / length;
+                (
+                    from.0 + (to.0 - from.0) * share,
+                    from.1 + (to.1 - from.1) * share,
+                )
+            };
+            let mut at = 0.0;
+            while at < length {
+                let phase = (passed + at) % PERIOD;
+                let end = if phase < DASH { DASH } else { PERIOD };
+                // A step below rounding would never end.
+                let next = (at + (end - phase).max(1e-6)).min(length);
+                if phase < DASH {
+                    if dash.is_empty() {
+                        dash.push(along(at));
+                    }
+                    dash.push(along(next));
+                } else if !dash.is_empty() {
+                    self.line(std::mem::take(&mut dash), color, width);
+                }
+                at = next;
+            }
+            passed += length;
+        }
+        if dash.len() > 1 {
+            self.line(dash, color, width);
         }
     }
 
@@ -231,5 +340,13 @@ impl Scene {
             anchor,
             vertical: false,
         }));
+    }
+
+    /// Lines of text from `y` down, `size` apart by a fifth more.
+    pub fn lines(&mut self, lines: &[String], (x, y): Point, size: f64, anchor: Anchor) {
+        for (index, line) in lines.iter().enumerate() {
+            let y = y + 1.25 * size * index as f64;
+            self.text(line.clone(), (x, y), size, anchor);
+        }
     }
 }

@@ -1,53 +1,70 @@
 //! Short-time and short-space spectra: one panel a site, or a time.
 
+use std::ops::Range;
+
+use ndarray::{ArrayView2, s};
+
 use super::axis::PlotAxis;
-use super::panel::{self, Panel};
+use super::figures::PASSES;
+use super::heat::{BarSide, ColorBar, Greys};
+use super::labels::Side;
+use super::panel::{self, EDGE, Margins, Panel, TICK_SIZE};
 use super::scale::ColorScale;
 use super::scene::{Anchor, Rect, Scene};
+use super::style::Style;
 use super::{Figure, heat, labels};
-use crate::analyze::{Analysis, ShortTimeSpectra};
+use crate::analyze::{Analysis, Extent, ShortTimeSpectra, ShortTimeSpectrum};
 
-const WIDTH: f64 = 1200.0;
-const LEFT: f64 = 125.0;
-const RIGHT: f64 = 965.0;
-const GAP: f64 = 46.0;
+/// Above each panel, for its name.
+const NAME: f64 = 46.0;
+/// Between two panels of a row.
+const GAP: f64 = 26.0;
+/// Least height of a panel.
+const LOWEST: f64 = 110.0;
 
 /// `S(f; t)` of chosen sites.
-pub fn short_time(analysis: &Analysis) -> Option<Figure> {
+pub fn short_time(analysis: &Analysis, style: &Style) -> Option<Figure> {
     let axes = &analysis.axes;
     let sheet = ShortTimeFigure {
         title: "Short-time spectra of chosen sites",
         name: &analysis.name,
         spectra: analysis.short_time.as_ref()?,
+        analysis,
+        sides: [Side::Frequency, Side::Time],
         along: labels::time(axes),
         content: labels::frequency(axes),
         second: None,
         quantity: labels::short_time_density(analysis),
         panel_label: labels::position(axes),
     };
-    sheet.draw("short-time")
+    sheet.draw("short-time", style)
 }
 
 /// `S(k; x)` at chosen times.
-pub fn short_space(analysis: &Analysis) -> Option<Figure> {
+pub fn short_space(analysis: &Analysis, style: &Style) -> Option<Figure> {
     let axes = &analysis.axes;
     let sheet = ShortTimeFigure {
         title: "Short-space spectra at chosen times",
         name: &analysis.name,
         spectra: analysis.short_space.as_ref()?,
+        analysis,
+        sides: [Side::Wavenumber, Side::Space],
         along: labels::position(axes),
         content: labels::wavenumber(axes),
         second: labels::wavenumber_reading(axes),
         quantity: labels::short_space_density(analysis),
         panel_label: labels::time(axes),
     };
-    sheet.draw("short-space")
+    sheet.draw("short-space", style)
 }
 
 struct ShortTimeFigure<'a> {
     title: &'static str,
     name: &'a str,
     spectra: &'a ShortTimeSpectra,
+    analysis: &'a Analysis,
+    /// Of bins, and of frames.
+    sides: [Side; 2],
     along: String,
     content: String,
     second: Option<(String, f64)>,
@@ -67,89 +84,232 @@ pub(crate) fn edges(centres: &[f64]) -> (f64, f64) {
     }
 }
 
+/// The bins (frames) at `centres` that lie within the display limits of their axis, by index; all of
+/// them where there are none.
+pub(crate) fn within(centres: &[f64], extent: &Extent) -> Range<usize> {
+    if extent.is_whole() {
+        return 0..centres.len();
+    }
+    let slack = 1e-9 * (extent.high - extent.low);
+    let is_below = |centre: &f64| *centre < extent.low - slack;
+    let first = centres.partition_point(is_below);
+    // The bin after the last one still holds a part of what is shown.
+    let end = centres.partition_point(|centre| *centre < extent.high - slack) + 1;
+    let end = end.min(centres.len());
+    match first < end {
+        true => first..end,
+        false => 0..centres.len(),
+    }
+}
+
+/// Panels in rows and columns.
+struct PanelGrid {
+    count: usize,
+    columns: usize,
+    rows: usize,
+    /// Of the outermost panels.
+    margins: Margins,
+    /// The frames of all panels, and the gaps between them.
+    frames: Rect,
+}
+
+impl PanelGrid {
+    fn rect(&self, index: usize) -> Rect {
+        let (row, column) = (index / self.columns, index % self.columns);
+        let gaps = GAP * (self.columns - 1) as f64;
+        let wide = (self.frames.width() - gaps) / self.columns as f64;
+        let tall = self.frames.height() / self.rows as f64;
+        let left = self.frames.left + column as f64 * (wide + GAP);
+        let top = self.frames.top + row as f64 * tall + NAME;
+        Rect {
+            left,
+            top,
+            right: left + wide,
+            bottom: top + tall - NAME,
+        }
+    }
+}
+
 impl ShortTimeFigure<'_> {
     /// `None` where there is no spectrum to show.
-    fn draw(self, name: &'static str) -> Option<Figure> {
+    fn draw(self, name: &'static str, style: &Style) -> Option<Figure> {
         let count = self.spectra.spectra.len();
         if count == 0 {
             return None;
         }
+        let title = format!("{}: {}", self.title, self.name);
+        let mut scene = Scene::new(&title, style, 0.0);
+        let top = panel::heading(&mut scene, self.title, self.name);
+        let spectra = self.spectra.spectra.iter();
+        let all: Vec<f64> = spectra
+            .flat_map(|s| self.shown(s).into_iter().copied())
+            .collect();
+        let scale = ColorScale::log(all.iter().copied(), style.depth);
+        let bar = ColorBar {
+            scale: &scale,
+            quantity: &self.quantity,
+            greys: Greys {
+                missing: all.iter().any(|value| !value.is_finite()),
+                ..Greys::default()
+            },
+        };
+        let side = match style.is_narrow() {
+            true => BarSide::Below,
+            false => BarSide::Right,
+        };
+        let mut grid = self.grid(count, scene.width);
+        // The frames decide how labels break, and these what is left for the frames.
+        let mut note = Vec::new();
+        for _ in 0..PASSES {
+            note = self.notes(&grid, scene.width);
+            self.lay_out(&mut grid, &mut scene, (&bar, side), (top, note.len()));
+            grid.margins = self.margins(&grid);
+        }
+        for index in 0..count {
+            self.draw_one(&mut scene, &scale, &grid, index);
+        }
+        let frames = Rect {
+            top: grid.frames.top + NAME,
+            ..grid.frames
+        };
+        let from = match side {
+            BarSide::Below => grid.margins.bottom,
+            BarSide::Right => grid.margins.right,
+        };
+        bar.draw(&mut scene, frames, side, from);
+        let first = scene.height - EDGE - 1.25 * TICK_SIZE * (note.len() as f64 - 0.5);
+        let at = (scene.width - 2.0 * EDGE, first);
+        scene.lines(&note, at, TICK_SIZE, Anchor::End);
+        Some(Figure { name, scene })
+    }
+
+    /// The grid before its frames are known but for their approximate size.
+    fn grid(&self, count: usize, width: f64) -> PanelGrid {
         let columns = match count {
+            _ if width < 900.0 => 1,
             1..=3 => 1,
             4..=8 => 2,
             _ => 3,
         };
         let rows = count.div_ceil(columns);
-        let tall = (600.0 / rows as f64).max(200.0);
-        let bottom = 60.0 + rows as f64 * (tall + GAP);
-        let title = format!("{}: {}", self.title, self.name);
-        let mut scene = Scene::new(&title, WIDTH as u32, (bottom + 95.0) as u32);
-        panel::heading(&mut scene, self.title, self.name);
-
-        let all = self.spectra.spectra.iter().flat_map(|s| s.values.iter());
-        let scale = ColorScale::log(all.clone().copied());
-        let mut most = (1, 1);
-        for index in 0..count {
-            let cell = self.draw_one(&mut scene, &scale, (index, count), columns, tall);
-            most = (most.0.max(cell.0), most.1.max(cell.1));
-        }
-        heat::reduction_note(&mut scene, "largest value", most);
-        let bar = Rect {
-            left: WIDTH - 207.0,
-            right: WIDTH - 183.0,
-            top: 60.0 + GAP,
-            bottom: (60.0 + GAP + 600.0).min(bottom),
+        let tall = (600.0 / rows as f64).max(160.0);
+        let frames = Rect {
+            left: 0.0,
+            top: 0.0,
+            right: 0.7 * width,
+            bottom: rows as f64 * (tall + NAME),
         };
-        let missing = all.clone().any(|value| !value.is_finite());
-        heat::colour_bar(&mut scene, bar, &scale, &self.quantity, missing);
-        Some(Figure { name, scene })
+        let mut grid = PanelGrid {
+            count,
+            columns,
+            rows,
+            margins: Margins::default(),
+            frames,
+        };
+        grid.margins = self.margins(&grid);
+        grid
     }
 
-    /// One panel; returns how many rows and columns of values its cells stand for.
-    fn draw_one(
+    /// What the outermost panels have beside their frames.
+    fn margins(&self, grid: &PanelGrid) -> Margins {
+        Margins {
+            left: self.panel(grid, 0).margins().left,
+            ..self.panel(grid, grid.count - 1).margins()
+        }
+    }
+
+    /// Sets the height of the figure and the frames of the panels.
+    fn lay_out(
         &self,
+        grid: &mut PanelGrid,
         scene: &mut Scene,
-        scale: &ColorScale,
-        (index, count): (usize, usize),
-        columns: usize,
-        tall: f64,
-    ) -> (usize, usize) {
-        let spectrum = &self.spectra.spectra[index];
-        let (row, column) = (index / columns, index % columns);
-        let right = if self.second.is_some() {
-            RIGHT - 75.0
-        } else {
-            RIGHT
+        (bar, side): (&ColorBar, BarSide),
+        (top, note_lines): (f64, usize),
+    ) {
+        let margins = grid.margins;
+        let tall = grid.frames.height();
+        let left = EDGE + margins.left;
+        let (right, below) = match side {
+            BarSide::Right => (margins.right + bar.extent(side, tall - NAME), 0.0),
+            BarSide::Below => {
+                let length = scene.width - left - EDGE - margins.right;
+                (margins.right, bar.extent(side, length))
+            }
         };
-        let wide = (right - LEFT + 24.0) / columns as f64 - 24.0;
-        let left = LEFT + column as f64 * (wide + 24.0);
-        let top = 60.0 + GAP + row as f64 * (tall + GAP);
-        let rect = Rect {
+        let foot = margins.bottom + below + EDGE + heat::note_height(note_lines);
+        let needed = (LOWEST + NAME) * grid.rows as f64;
+        scene.height = scene.style.rows(top + tall + foot, top + needed + foot);
+        grid.frames = Rect {
             left,
             top,
-            right: left + wide,
-            bottom: top + tall,
+            right: scene.width - EDGE - right,
+            bottom: scene.height - foot,
         };
-        let last_column = column + 1 == columns || index + 1 == count;
-        let second = self.second.clone().filter(|_| last_column);
-        let (low, high) = edges(&self.spectra.frames);
+    }
+
+    /// The bins and frames within the display limits.
+    fn limits(&self) -> [Range<usize>; 2] {
+        let [bins, frames] = self.sides.map(|side| side.extent(self.analysis));
+        [
+            within(&self.spectra.bins, bins),
+            within(&self.spectra.frames, frames),
+        ]
+    }
+
+    /// The values of a spectrum that are shown.
+    fn shown<'s>(&self, spectrum: &'s ShortTimeSpectrum) -> ArrayView2<'s, f64> {
+        let extents = self.sides.map(|side| side.extent(self.analysis));
+        if extents.iter().all(|extent| extent.is_whole()) {
+            return spectrum.values.view();
+        }
+        let [bins, frames] = self.limits();
+        spectrum.values.slice(s![bins, frames])
+    }
+
+    /// Lines that say what is not shown, and of how many samples a cell is.
+    fn notes(&self, grid: &PanelGrid, width: f64) -> Vec<String> {
+        let cells = self.spectra.spectra.iter().enumerate();
+        let cells = cells
+            .map(|(index, spectrum)| heat::cell_of(&grid.rect(index), self.shown(spectrum).dim()));
+        let most = cells.fold((1, 1), |most, cell| {
+            (most.0.max(cell.0), most.1.max(cell.1))
+        });
+        let room = width - 4.0 * EDGE;
+        let not_shown = labels::not_shown(self.analysis, &self.sides, false);
+        let mut notes = heat::wrapped(not_shown.as_deref(), room);
+        notes.extend(heat::reduction_note("largest value", most, room));
+        notes
+    }
+
+    fn panel(&self, grid: &PanelGrid, index: usize) -> Panel {
+        let column = index % grid.columns;
+        let is_last = column + 1 == grid.columns || index + 1 == grid.count;
+        let second = self.second.clone().filter(|_| is_last);
+        let [bins, frames] = self.limits();
+        let (low, high) = edges(&self.spectra.frames[frames]);
         let x = PlotAxis::linear(&self.along, low, high);
-        let (low, high) = edges(&self.spectra.bins);
+        let (low, high) = edges(&self.spectra.bins[bins]);
         let y = PlotAxis::linear(&self.content, low, high).with_second(second);
-        let mut panel = Panel::new(rect, x, y);
-        panel.names_x = index + columns >= count;
-        panel.names_y = column == 0;
-        let cell = heat::draw(scene, &panel, spectrum.values.view(), scale);
+        Panel {
+            names_x: index + grid.columns >= grid.count,
+            names_y: column == 0,
+            ..Panel::new(grid.rect(index), x, y)
+        }
+    }
+
+    fn draw_one(&self, scene: &mut Scene, scale: &ColorScale, grid: &PanelGrid, index: usize) {
+        let spectrum = &self.spectra.spectra[index];
+        let panel = self.panel(grid, index);
+        heat::draw(scene, &panel, self.shown(spectrum), scale);
         panel.draw_axes(scene);
-        let text = format!("{} = {}", self.panel_label, shown(spectrum.at));
-        let size = panel::TICK_SIZE;
-        scene.text(text, (left, top - 16.0), size, Anchor::Start);
-        cell
+        let text = format!("{} = {}", self.panel_label, six_digits(spectrum.at));
+        let at = (panel.rect.left, panel.rect.top - 16.0);
+        scene.text(text, at, TICK_SIZE, Anchor::Start);
     }
 }
 
 /// Up to six significant digits.
-fn shown(value: f64) -> String {
+fn six_digits(value: f64) -> String {
     let rounded: f64 = format!("{value:.5e}").parse().unwrap_or(value);
     format!("{rounded}")
 }

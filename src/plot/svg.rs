@@ -9,6 +9,7 @@ use super::bitmap;
 use super::font;
 use super::painter::{Brush, Lettering, Outline, Painter, Point, Raster};
 use super::scene::Rect;
+use super::style::PageUnits;
 
 /// A figure as an SVG document.
 #[derive(Debug)]
@@ -18,16 +19,16 @@ pub(super) struct Svg {
 }
 
 impl Svg {
-    /// `None` if there is no such picture.
-    pub fn new(title: &str, width: u32, height: u32) -> Option<Self> {
+    pub fn new(title: &str, (width, height): (f64, f64), page: &PageUnits) -> Self {
+        let [wide, high] = [width, height].map(|side| page.millimetres(side));
         let document = format!(
-            "<svg xmlns=\"http://www.w3.org/2000/svg\" width=\"{width}\" height=\"{height}\" \
-             viewBox=\"0 0 {width} {height}\" font-family=\"'DejaVu Sans', sans-serif\" \
+            "<svg xmlns=\"http://www.w3.org/2000/svg\" width=\"{wide:.2}mm\" height=\"{high:.2}mm\" \
+             viewBox=\"0 0 {width:.1} {height:.1}\" font-family=\"'DejaVu Sans', sans-serif\" \
              role=\"img\">\n<title>{}</title>\n\
              <rect width=\"100%\" height=\"100%\" fill=\"#fff\"/>\n",
             escape(title)
         );
-        (width > 0 && height > 0).then_some(Svg { document })
+        Svg { document }
     }
 
     fn push(&mut self, element: &str) {
@@ -84,7 +85,7 @@ impl Painter for Svg {
             "<image {} preserveAspectRatio=\"none\" style=\"image-rendering:pixelated\" \
              href=\"data:image/png;base64,{}\"/>",
             place(at),
-            BASE64_STANDARD.encode(bitmap::png(raster)?)
+            BASE64_STANDARD.encode(bitmap::png(raster, None)?)
         ));
         Ok(())
     }

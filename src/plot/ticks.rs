@@ -1,6 +1,6 @@
 //! Round numbers along an axis, and how they are written.
 
-use std::ops::Range;
+use crate::unit::{self, power_of_ten};
 
 /// A labelled value.
 #[derive(Debug, Clone, PartialEq)]
@@ -36,23 +36,12 @@ impl Notation {
 
     /// `label` with the offset before and the power of ten inside its unit's brackets.
     pub fn label(&self, label: &str) -> String {
-        let (name, unit) = match label.rfind(" (").filter(|_| label.ends_with(')')) {
-            Some(at) => (&label[..at], &label[at + 2..label.len() - 1]),
-            None => (label, ""),
+        let (name, unit) = unit::split(label);
+        let label = match self.offset {
+            0.0 => label.to_owned(),
+            offset => unit::label(&format!("{name} − {offset}"), unit),
         };
-        let mut out = name.to_owned();
-        if self.offset != 0.0 {
-            out.push_str(&format!(" − {}", self.offset));
-        }
-        let power = match self.exponent {
-            0 => String::new(),
-            exponent => power_of_ten(exponent),
-        };
-        match (power.is_empty(), unit.is_empty()) {
-            (true, true) => out,
-            (false, false) => format!("{out} ({power} {unit})"),
-            _ => format!("{out} ({power}{unit})"),
-        }
+        unit::in_powers_of_ten(&label, self.exponent)
     }
 }
 
@@ -104,11 +93,14 @@ pub(super) fn logarithmic(low: f64, high: f64, count: usize) -> Vec<Tick> {
 }
 
 fn multiple(digit: u8, exponent: i32) -> Tick {
+    let power = power_of_ten(exponent);
     Tick {
         value: f64::from(digit) * 10f64.powi(exponent),
-        text: match digit {
-            1 => power_of_ten(exponent),
-            _ => format!("{digit}·{}", power_of_ten(exponent)),
+        text: match (digit, exponent) {
+            (_, 0..=3) => format!("{digit}{}", "0".repeat(exponent as usize)),
+            (_, -3..=-1) => format!("0.{}{digit}", "0".repeat(-exponent as usize - 1)),
+            (1, _) => power,
+            _ => format!("{digit}·{power}"),
         },
     }
 }
@@ -129,88 +121,6 @@ fn decimal(value: f64, decimals: usize) -> String {
         Some(zero) if zero.chars().all(|c| c == '0' || c == '.') => zero.into(),
         Some(digits) => format!("−{digits}"),
         None => text,
-    }
-}
-
-/// A positive value with two digits: `3.2·10⁻⁸`.
-pub(super) fn scientific(value: f64) -> String {
-    let text = format!("{value:.1e}");
-    match text.split_once('e') {
-        Some((digits, exponent)) => {
-            let raised: String = exponent.chars().map(raise).collect();
-            format!("{digits}·10{raised}")
-        }
-        None => text,
-    }
-}
-
-/// `10` with a raised exponent.
-pub(super) fn power_of_ten(exponent: i32) -> String {
-    let raised = exponent.to_string().chars().map(raise).collect::<String>();
-    format!("10{raised}")
-}
-
-/// A tick's label in ASCII with the fewest digits that identify it, all labels of an axis in one
-/// format: with exponents where the axis's largest magnitude (on a logarithmic one, either end) is
-/// tiny or huge.
-pub(super) fn short(v: f64, axis: &Range<f64>, logarithmic: bool) -> String {
-    let plain = |size: f64| (1e-3..=1e5).contains(&size);
-    if logarithmic {
-        // Decades come from logarithms, and are ones only to rounding.
-        return match plain(axis.start) && plain(axis.end) {
-            true => trimmed(format!("{v:.*}", (3 - magnitude(v)).max(0) as usize)),
-            false => match format!("{v:.3e}").split_once('e') {
-                Some((digits, power)) => format!("{}e{power}", trimmed(digits.into())),
-                None => format!("{v:e}"),
-            },
-        };
-    }
-    let largest = axis.start.abs().max(axis.end.abs());
-    let exponent = if plain(largest) {
-        0
-    } else {
-        magnitude(largest)
-    };
-    let unit = 10f64.powi(exponent);
-    // Ticks are sums of steps of two digits at most, about a tenth of the span.
-    let decimals = (3 - magnitude((axis.end - axis.start) / unit)).clamp(0, 12) as usize;
-    let digits = trimmed(format!("{:.decimals$}", v / unit));
-    match exponent {
-        _ if digits == "0" || digits == "-0" => "0".into(),
-        0 => digits,
-        _ => format!("{digits}e{exponent}"),
-    }
-}
-
-/// The power of ten of a number's first digit, 0 for 0.
-fn magnitude(v: f64) -> i32 {
-    match v == 0.0 {
-        true => 0,
-        // A decade that misses by rounding is one.
-        false => (v.abs().log10() + 1e-12).floor() as i32,
-    }
-}
-
-fn trimmed(digits: String) -> String {
-    match digits.contains('.') {
-        true => digits.trim_end_matches('0').trim_end_matches('.').into(),
-        false => digits,
-    }
-}
-
-fn raise(c: char) -> char {
-    match c {
-        '0' => '⁰',
-        '1' => '¹',
-        '2' => '²',
-        '3' => '³',
-        '4' => '⁴',
-        '5' => '⁵',
-        '6' => '⁶',
-        '7' => '⁷',
-        '8' => '⁸',
-        '9' => '⁹',
-        _ => '⁻',
     }
 }
 
@@ -248,41 +158,9 @@ mod tests {
     #[test]
     fn decades_are_thinned() {
         assert_eq!(texts(&logarithmic(1e-8, 1.0, 4)), ["10⁻⁶", "10⁻³", "10⁰"]);
-        assert_eq!(texts(&logarithmic(1.5, 7.0, 4)), ["2·10⁰", "5·10⁰"]);
-        assert_eq!(texts(&logarithmic(1.5, 3.4, 4)), ["2·10⁰", "3·10⁰"]);
-    }
-
-    #[test]
-    fn labels_of_one_axis_are_written_alike() {
-        let texts = |axis: Range<f64>, logarithmic, ticks: &[f64]| -> Vec<String> {
-            let ticks = ticks.iter();
-            ticks.map(|v| short(*v, &axis, logarithmic)).collect()
-        };
-        let sums = [3.469e-18, 0.25, 0.30000000000000004, -0.5];
-        assert_eq!(texts(-0.5..1.0, false, &sums), ["0", "0.25", "0.3", "-0.5"]);
-        let across = [9.5e-4, 1e-3, 1.05e-3];
-        assert_eq!(
-            texts(9.2e-4..1.07e-3, false, &across),
-            ["0.00095", "0.001", "0.00105"]
-        );
-        let tiny = [0.0, 5e-5, 9.999999999999998e-5, 1.5e-4];
-        assert_eq!(
-            texts(0.0..1.7e-4, false, &tiny),
-            ["0", "0.5e-4", "1e-4", "1.5e-4"]
-        );
-        let huge = [-1e6, 2.5e5, 1e6];
-        assert_eq!(texts(-1e6..1.2e6, false, &huge), ["-1e6", "0.25e6", "1e6"]);
-        // Far from 0, a step apart.
-        assert_eq!(
-            texts(400.0..400.5, false, &[400.0, 400.25]),
-            ["400", "400.25"]
-        );
-        let decades = [9.999999999999998e-5, 1e-2, 1.0, 20.0];
-        assert_eq!(
-            texts(1e-4..20.0, true, &decades),
-            ["1e-4", "1e-2", "1e0", "2e1"]
-        );
-        let few = [0.0010000000000000002, 0.03, 1.0, 1000.0];
-        assert_eq!(texts(1e-3..1e3, true, &few), ["0.001", "0.03", "1", "1000"]);
+        assert_eq!(texts(&logarithmic(1.5, 7.0, 4)), ["2", "5"]);
+        assert_eq!(texts(&logarithmic(1.5e-2, 3.4e-2, 4)), ["0.02", "0.03"]);
+        assert_eq!(texts(&logarithmic(2e3, 6e3, 4)), ["2000", "5000"]);
+        assert_eq!(texts(&logarithmic(2e5, 6e5, 4)), ["2·10⁵", "5·10⁵"]);
     }
 }

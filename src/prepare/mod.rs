@@ -58,6 +58,10 @@ pub enum Gaps {
 pub(crate) struct Preparation {
     pub gaps: Gaps,
     pub precision: Precision,
+    /// Samples of a record, from the first, that segments along time reach.
+    pub reached: usize,
+    /// Whether the others are transformed as well, along space or in short-time spectra.
+    pub transforms_all: bool,
     /// Removes the mean over all samples first.
     pub detrend_field_mean: bool,
     pub detrend_space: Detrend,

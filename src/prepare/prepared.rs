@@ -71,8 +71,7 @@ impl<'a> Prepared<'a> {
             tiles,
         };
         let scans = prepared.scan(preparation.gaps, observer)?;
-        let largest = scans.iter().fold(0.0, |m: f64, s| m.max(s.largest));
-        prepared.unit = PowerOfTwo::near(largest, preparation.precision);
+        prepared.unit = prepared.unit_of(&scans, preparation, observer)?;
 
         if preparation.detrend_field_mean {
             prepared.field_mean = Some(prepared.mean(observer)?);
@@ -84,6 +83,48 @@ impl<'a> Prepared<'a> {
             prepared.time_trends = prepared.fit_time(preparation.detrend_time, observer)?;
         }
         Ok((prepared, scans))
+    }
+
+    /// The unit of what is transformed. Samples that no segment reaches do not count, unless they are
+    /// transformed along space.
+    ///
+    /// # Errors
+    /// [`Error::Range`] if samples that segments reach vanish in it; [`Error::Cancelled`].
+    fn unit_of(
+        &self,
+        scans: &[ChannelScan],
+        preparation: Preparation,
+        observer: &dyn Observer,
+    ) -> Result<PowerOfTwo> {
+        let Preparation {
+            precision,
+            transforms_all,
+            ..
+        } = preparation;
+        let largest = scans.iter().fold(0.0, |m: f64, s| m.max(s.largest));
+        let reached = self.largest_before(preparation.reached, largest, observer)?;
+        let transformed = if transforms_all { largest } else { reached };
+        let unit = PowerOfTwo::near(transformed, precision);
+        match unit.loses(reached, precision) {
+            true => Err(Error::Range { reached, largest }),
+            false => Ok(unit),
+        }
+    }
+
+    /// The largest magnitude of the first `reached` samples of all records, of which `largest` is
+    /// that of all samples.
+    fn largest_before(&self, reached: usize, largest: f64, observer: &dyn Observer) -> Result<f64> {
+        let of = |samples: &[f64]| samples.iter().fold(0.0, |m: f64, v| m.max(v.abs()));
+        let mut profile = vec![0.0; self.n_sites()];
+        let is_behind = (reached..self.n_times()).any(|n| {
+            self.profiles(n..n + 1, &mut profile);
+            of(&profile) >= largest
+        });
+        if !is_behind {
+            return Ok(largest);
+        }
+        let before = self.each_record(observer, |_, record, _| of(&record[..reached]))?;
+        Ok(of(&before))
     }
 
     pub fn n_times(&self) -> usize {
@@ -227,11 +268,13 @@ impl<'a> Prepared<'a> {
     pub fn profiles(&self, times: Range<usize>, out: &mut [f64]) {
         let n_sites = self.n_sites();
         let from = self.times.start;
-        self.field.read_time_major(
-            from + times.start..from + times.end,
-            self.sites.clone(),
-            out,
-        );
+        let in_field = from + times.start..from + times.end;
+        match self.tiles.ahead {
+            Some(_) => self.field.read_releasing(in_field, self.sites.clone(), out),
+            None => self
+                .field
+                .read_time_major(in_field, self.sites.clone(), out),
+        }
         let first = self.gaps_by_time.partition_point(|g| g.time < times.start);
         let gaps = self.gaps_by_time[first..]
             .iter()

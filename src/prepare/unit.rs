@@ -29,6 +29,15 @@ impl PowerOfTwo {
         }
     }
 
+    /// Whether numbers up to `largest` are too small in this unit for their spectra to be computed.
+    pub fn loses(self, largest: f64, precision: Precision) -> bool {
+        let least = match precision {
+            Precision::F64 => -450,
+            Precision::F32 => -90,
+        };
+        largest > 0.0 && exponent_of(largest) - self.exponent < least
+    }
+
     pub fn value(self) -> f64 {
         let half = self.exponent / 2;
         2f64.powi(half) * 2f64.powi(self.exponent - half)
@@ -69,5 +78,8 @@ mod tests {
             assert_eq!(x[0] * unit.value(), largest);
         }
         assert_eq!(PowerOfTwo::near(3.0, Precision::F64), PowerOfTwo::ONE);
+        let unit = PowerOfTwo::near(1e40, Precision::F32);
+        assert!(unit.loses(1.0, Precision::F32) && !unit.loses(1.0, Precision::F64));
+        assert!(!unit.loses(1e20, Precision::F32) && !unit.loses(0.0, Precision::F32));
     }
 }

@@ -13,7 +13,7 @@ use ndarray::ArrayView2;
 
 use crate::arrays::{LargeArray, Precision, Sink};
 use crate::error::{Error, Result};
-use crate::system::file_io::{allocate, read_at, write_at};
+use crate::system::file_io::{allocate, begin_sync, read_at, write_at};
 
 /// An archive being written.
 #[derive(Debug)]
@@ -222,7 +222,9 @@ impl Archive {
         let length = start + directory.len() as u64;
         self.file
             .set_len(length)
-            .map_err(Error::write("finish", &self.path))
+            .map_err(Error::write("finish", &self.path))?;
+        begin_sync(&self.file);
+        Ok(())
     }
 
     /// The member's checksum; what came out of order is read back.

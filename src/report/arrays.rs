@@ -45,6 +45,17 @@ pub fn write_small_arrays(analysis: &Analysis, archive: &Archive) -> Result<()> 
         line("toward_plus_x_share", plus)?;
         line("toward_minus_x_share", minus)?;
     }
+    if let [first, ..] = &analysis.dispersion[..] {
+        line("dispersion_wavenumber", &first.wavenumber)?;
+        let branches: Vec<&Vec<f64>> = analysis
+            .dispersion
+            .iter()
+            .flat_map(|curve| &curve.branches)
+            .collect();
+        let shape = [branches.len(), first.wavenumber.len()];
+        let values: Vec<f64> = branches.into_iter().flatten().copied().collect();
+        archive.append("dispersion_frequency", &shape, &values)?;
+    }
     let short = [
         (
             "short_time",

@@ -1,22 +1,20 @@
 //! A directory of results that appears whole or not at all.
 
 use std::fs;
+use std::io::ErrorKind;
 use std::path::{Path, PathBuf};
 
 use crate::error::{Error, Result};
-use crate::system::publish::working_path;
+use crate::system::publish::Working;
 
-/// Files are written to a directory beside the wanted one; [`ResultDirectory::publish`] renames
-/// it. Dropped before that, it is removed with everything in it.
+/// Files are written to a directory beside the wanted one, which then gets its name:
+/// [`ResultDirectory::publish`]. Dropped before that, it is removed with everything in it.
 #[derive(Debug)]
 pub struct ResultDirectory {
     wanted: PathBuf,
-    working: PathBuf,
-    /// Parents that were not there, innermost first.
-    made: Vec<PathBuf>,
+    working: Working,
     contents: Contents,
     replace: bool,
-    published: bool,
 }
 
 /// What a directory of results may hold; anything else in it is not ours to remove.
@@ -42,7 +40,10 @@ impl Contents {
             let digits = name.strip_prefix("wave-")?.strip_suffix(".npz")?;
             (!digits.is_empty()).then(|| digits.bytes().all(|b| b.is_ascii_digit()))
         };
+        // What its script draws.
+        let is_plot = name == "plot.py" || name.starts_with("plot-") && name.ends_with(".png");
         match self {
+            _ if is_plot => true,
             Contents::Analysis => NAMES.contains(&name),
             Contents::Localized => LOCALIZED.contains(&name) || is_wave() == Some(true),
         }
@@ -57,18 +58,21 @@ const NAMES: [&str; 6] = [
     "report.html",
     "figures",
 ];
-const LOCALIZED: [&str; 8] = [
+const LOCALIZED: [&str; 11] = [
     "localized.json",
+    "report.html",
     "table.csv",
     "wave.npz",
     "wave.png",
     "wave.svg",
+    "wave.pdf",
     "launch.npz",
     "launch.png",
     "launch.svg",
+    "launch.pdf",
 ];
 
-/// What `figures` may hold, as PNG and SVG.
+/// What `figures` may hold, as PNG, SVG and PDF.
 const FIGURES: [&str; 17] = [
     "space-time",
     "temporal-spectrum",
@@ -106,40 +110,30 @@ impl ResultDirectory {
     /// # Errors
     /// As [`ResultDirectory::create`].
     pub fn create_for(contents: Contents, wanted: &Path, replace: bool) -> Result<Self> {
-        let (Some(_), Some(parent)) = (wanted.file_name(), wanted.parent()) else {
+        // A separator at the end would lead through a symbolic link.
+        let wanted: PathBuf = wanted.components().collect();
+        if wanted.file_name().is_none() {
             return Err(Error::Request {
                 option: "out",
                 expected: "a directory with a name, which the run makes".into(),
                 found: wanted.display().to_string(),
             });
-        };
-        check_free(contents, wanted, replace)?;
-        let parent = match parent.as_os_str().is_empty() {
-            true => Path::new("."),
-            false => parent,
-        };
-        let missing = parent.ancestors().take_while(|path| !path.exists());
-        let directory = ResultDirectory {
-            wanted: wanted.to_owned(),
-            working: working_path(parent, wanted),
-            made: missing.map(Path::to_owned).collect(),
+        }
+        check_free(contents, &wanted, replace)?;
+        let working = Working::reserve(&wanted)
+            .and_then(|working| working.create_directory().map(|()| working))
+            .map_err(Error::write("create", &wanted))?;
+        Ok(ResultDirectory {
+            wanted,
+            working,
             contents,
             replace,
-            published: false,
-        };
-        fs::create_dir_all(parent).map_err(Error::write("create", parent))?;
-        let working = &directory.working;
-        if working.exists() {
-            // A leftover of a killed run that had the same process number.
-            fs::remove_dir_all(working).map_err(Error::write("remove", working))?;
-        }
-        fs::create_dir(working).map_err(Error::write("create", working))?;
-        Ok(directory)
+        })
     }
 
     /// Where to write.
     pub fn path(&self) -> &Path {
-        &self.working
+        self.working.path()
     }
 
     /// Writes one file of it.
@@ -147,45 +141,22 @@ impl ResultDirectory {
     /// # Errors
     /// [`Error::Write`].
     pub fn write(&self, name: &str, contents: impl AsRef<[u8]>) -> Result<()> {
-        let path = self.working.join(name);
+        let path = self.path().join(name);
         fs::write(&path, contents).map_err(Error::write("write", &path))
     }
 
-    /// Gives the directory its name, in place of an older one where that was allowed.
+    /// Gives the directory its name, in place of an older one where that was allowed: the name is
+    /// always that of the older or of the new one, on the disk too.
     ///
     /// # Errors
     /// [`Error::Exists`] or [`Error::OutputInUse`] if someone else was there first; [`Error::Write`].
     pub fn publish(mut self) -> Result<PathBuf> {
-        let write = |action| Error::write(action, &self.wanted);
-        if check_free(self.contents, &self.wanted, self.replace)? == Destination::Result {
-            // The old result is removed only once the new one is complete.
-            let mut old = self.working.clone().into_os_string();
-            old.push(".replaced");
-            let old = PathBuf::from(old);
-            fs::rename(&self.wanted, &old).map_err(write("move away"))?;
-            if let Err(source) = fs::rename(&self.working, &self.wanted) {
-                let _ = fs::rename(&old, &self.wanted);
-                return Err(write("rename to")(source));
-            }
-            self.published = true;
-            fs::remove_dir_all(&old).map_err(Error::write("remove", &old))?;
-        } else {
-            fs::rename(&self.working, &self.wanted).map_err(write("rename to"))?;
-            self.published = true;
-        }
-        Ok(self.wanted.clone())
-    }
-}
-
-impl Drop for ResultDirectory {
-    fn drop(&mut self) {
-        if !self.published {
-            let _ = fs::remove_dir_all(&self.working);
-            for parent in &self.made {
-                // One that someone else has put something into stays.
-                let _ = fs::remove_dir(parent);
-            }
-        }
+        let published = match check_free(self.contents, &self.wanted, self.replace)? {
+            Destination::Result => self.working.swap(),
+            Destination::Free => self.working.publish(),
+        };
+        published.map_err(Error::write("finish", &self.wanted))?;
+        Ok(self.wanted)
     }
 }
 
@@ -207,8 +178,13 @@ fn check_free(contents: Contents, path: &Path, replace: bool) -> Result<Destinat
         })
     };
     match fs::symlink_metadata(path) {
-        Err(_) => return Ok(Destination::Free),
+        Err(error) if error.kind() == ErrorKind::NotFound => return Ok(Destination::Free),
+        // The name is too long, or a folder of the path is a file.
+        Err(error) => return Err(Error::write("create", path)(error)),
         Ok(found) if found.is_dir() => (),
+        Ok(found) if found.is_symlink() => {
+            return occupied("is a symbolic link, which no result takes the place of".into());
+        }
         Ok(_) => return occupied("is there and is no directory".into()),
     }
     let names = names(path)?;
@@ -220,7 +196,7 @@ fn check_free(contents: Contents, path: &Path, replace: bool) -> Result<Destinat
         return occupied(format!("holds {name:?}, which no run has written"));
     }
     let name = contents.summary();
-    let summary = fs::read_to_string(path.join(name)).unwrap_or_default();
+    let summary = read_text(&path.join(name))?;
     if !summary.contains("\"schema\": \"cascade.") {
         return occupied(format!("holds no {name} of a run"));
     }
@@ -231,7 +207,7 @@ fn check_free(contents: Contents, path: &Path, replace: bool) -> Result<Destinat
         Vec::new()
     };
     let is_ours = |name: &&String| match name.rsplit_once('.') {
-        Some((stem, "png" | "svg")) => FIGURES.contains(&stem),
+        Some((stem, "png" | "svg" | "pdf")) => FIGURES.contains(&stem),
         _ => false,
     };
     if let Some(name) = drawn.iter().find(|name| !is_ours(name)) {
@@ -247,8 +223,24 @@ fn check_free(contents: Contents, path: &Path, replace: bool) -> Result<Destinat
     })
 }
 
+/// The text of a file; none of a file that is not there or holds something else.
+pub(super) fn read_text(path: &Path) -> Result<String> {
+    match fs::read_to_string(path) {
+        Ok(text) => Ok(text),
+        Err(error) if [ErrorKind::NotFound, ErrorKind::InvalidData].contains(&error.kind()) => {
+            Ok(String::new())
+        }
+        Err(error) => Err(Error::read("read", path)(error)),
+    }
+}
+
+/// Whether a directory holds the results of one field, and nothing else.
+pub(super) fn holds_result(path: &Path) -> bool {
+    check_free(Contents::Analysis, path, true).is_ok_and(|found| found == Destination::Result)
+}
+
 /// Names in the directory `path`, those that are no text changed so that they match nothing.
-fn names(path: &Path) -> Result<Vec<String>> {
+pub(super) fn names(path: &Path) -> Result<Vec<String>> {
     let entries = fs::read_dir(path).map_err(Error::read("list", path))?;
     entries
         .map(|entry| {

@@ -6,10 +6,12 @@ use std::path::{Path, PathBuf};
 
 use super::Archive;
 use super::archive::npy_header;
+use super::directory::read_text;
 use super::new_file::NewFile;
 use crate::arrays::Precision;
 use crate::error::{Error, Result};
 use crate::field::{Axis, Field, Layout, Sidecar, is_field_file};
+use crate::system::publish::Working;
 
 /// Version of the layout of field files, which their member `schema` holds.
 pub const FIELD_SCHEMA: &str = "cascade.field/1";
@@ -75,15 +77,34 @@ impl FieldFile {
         if !is_array(path) {
             return NEW_ARCHIVE.write(path, replace, |working| write_archive(working, field));
         }
-        NEW_ARRAY.write(path, replace, |working| write_array(working, field))?;
         let sidecar = sidecar_of(path);
-        let written = NEW_SIDECAR.write(&sidecar, replace, |working| write_sidecar(working, field));
-        if written.is_err() {
-            // Samples without their axes would be misread.
-            let _ = fs::remove_file(path);
-        }
-        written
+        let samples = NEW_ARRAY.begin(path, replace, |working| write_array(working, field))?;
+        let axes = NEW_SIDECAR.begin(&sidecar, replace, |working| write_sidecar(working, field))?;
+        NEW_ARRAY.check_free(path, replace)?;
+        NEW_SIDECAR.check_free(&sidecar, replace)?;
+        publish_pair((axes, &sidecar), (samples, path))
     }
+}
+
+/// Publishes the axes, then the samples; if that fails, what was there has its place again.
+fn publish_pair(
+    (mut axes, sidecar): (Working, &Path),
+    (mut samples, path): (Working, &Path),
+) -> Result<()> {
+    let published = place(&mut axes, sidecar).and_then(|()| place(&mut samples, path));
+    published.inspect_err(|_| {
+        // Samples would be misread with the axes of others.
+        let _ = samples.withdraw();
+        let _ = axes.withdraw();
+    })
+}
+
+fn place(working: &mut Working, path: &Path) -> Result<()> {
+    let placed = match path.exists() {
+        true => working.swap(),
+        false => working.publish(),
+    };
+    placed.map_err(Error::write("finish", path))
 }
 
 fn is_array(path: &Path) -> bool {
@@ -97,8 +118,8 @@ fn sidecar_of(path: &Path) -> PathBuf {
     name.into()
 }
 
-fn is_own_sidecar(path: &Path) -> bool {
-    fs::read_to_string(path).is_ok_and(|text| text.starts_with(MARK))
+fn is_own_sidecar(path: &Path) -> Result<bool> {
+    Ok(read_text(path)?.starts_with(MARK))
 }
 
 fn write_archive(working: &Path, field: &Field) -> Result<()> {
@@ -160,6 +181,7 @@ fn write_sidecar(working: &Path, field: &Field) -> Result<()> {
         quantity: Some(field.quantity),
         unit: field.unit.clone(),
         rate: None,
+        dispersion: field.dispersion.clone(),
     };
     let failed = Error::write("write to", working);
     match toml::to_string(&sidecar) {

@@ -4,18 +4,23 @@
 mod archive;
 mod arrays;
 mod attenuation;
+mod attenuation_words;
 mod budget;
 mod budget_arrays;
-#[cfg(feature = "figures")]
-mod budget_page;
 mod directory;
 mod field_file;
-#[cfg(feature = "figures")]
-mod html;
+mod field_set;
+mod headlines;
+mod leftovers;
 mod localized;
 mod new_file;
+#[cfg(feature = "figures")]
+mod page;
+#[cfg(feature = "figures")]
+mod pages;
 mod run_file;
 mod sentences;
+mod snippet;
 mod summary;
 
 pub use archive::Archive;
@@ -24,15 +29,24 @@ pub use attenuation::{
     ATTENUATION_SCHEMA, TRANSMISSION_SCHEMA, attenuation_csv, transmission_csv, versioned_json,
     write_beside,
 };
+pub use attenuation_words::{law_sentence, reach_sentence, stop_sentence};
 pub use budget::{BUDGET_SCHEMA, BudgetSummary, ClosureSummary};
 pub use budget_arrays::{write_budget_arrays, write_measured_arrays};
-#[cfg(feature = "figures")]
-pub use budget_page::{budget_html, comparison_html, comparison_rows};
 pub use directory::{Contents, ResultDirectory};
 pub use field_file::{FIELD_SCHEMA, FieldFile};
-#[cfg(feature = "figures")]
-pub use html::html;
+pub use field_set::{FIELDS_SCHEMA, FieldOutcome, FieldRow, FieldSet, field_names};
+pub use headlines::{Content, Headlines, Movement};
+pub use leftovers::{Hold, Leftover, Leftovers};
 pub use localized::{LOCALIZED_SCHEMA, LocalizedSummary, table_csv, write_journey, write_profile};
+#[cfg(feature = "figures")]
+pub use pages::{
+    analysis_html as html, attenuation_html, budget_html, comparison_html, comparison_rows,
+    fields_html, journey_html, localized_html, sweep_html, transmission_html, wave_html,
+};
 pub use run_file::{RUN_SCHEMA, RunFile};
 pub use sentences::{Answer, Sentence, Unresolved, answers, number, percent, sentences};
-pub use summary::{Advice, Doubt, Provenance, SCHEMA, Summary};
+pub use snippet::{
+    analysis_snippet, attenuation_snippet, budget_snippet, localized_snippet, sweep_snippet,
+    transmission_snippet,
+};
+pub use summary::{Advice, Doubt, Provenance, SCHEMA, SettingInEffect, Summary};

@@ -1,10 +1,11 @@
 //! A file that appears whole or not at all, and replaces only its like.
 
 use std::fs;
+use std::io::ErrorKind;
 use std::path::Path;
 
 use crate::error::{Error, Result};
-use crate::system::publish::working_path;
+use crate::system::publish::Working;
 
 /// Files of one kind.
 pub(super) struct NewFile {
@@ -13,7 +14,7 @@ pub(super) struct NewFile {
     /// Extensions of such files; other programs know the formats of fields by theirs.
     pub(super) extensions: &'static [&'static str],
     /// Whether the file at a path is one.
-    pub(super) is_one: fn(&Path) -> bool,
+    pub(super) is_one: fn(&Path) -> Result<bool>,
 }
 
 impl NewFile {
@@ -25,11 +26,7 @@ impl NewFile {
     pub(super) fn check(&self, path: &Path, replace: bool) -> Result<()> {
         self.check_free(path, replace)?;
         // Folders that are missing are made only once there is something to put into them.
-        let there = path.ancestors().skip(1).find(|parent| parent.exists());
-        let there = there.filter(|parent| !parent.as_os_str().is_empty());
-        let probe = working_path(there.unwrap_or(Path::new(".")), path);
-        fs::write(&probe, "").map_err(Error::write("create", path))?;
-        fs::remove_file(&probe).map_err(Error::write("remove", &probe))
+        Working::check(path).map_err(Error::write("create", path))
     }
 
     /// Writes to `path` what `fill` puts into a new file beside it.
@@ -42,23 +39,25 @@ impl NewFile {
         replace: bool,
         fill: impl FnOnce(&Path) -> Result<()>,
     ) -> Result<()> {
+        let mut working = self.begin(path, replace, fill)?;
         self.check_free(path, replace)?;
-        let parent = path.parent().unwrap_or(Path::new(""));
-        let made: Vec<&Path> = parent.ancestors().take_while(|p| !is_there(p)).collect();
-        let working = working_path(parent, path);
-        let written = fs::create_dir_all(parent)
-            .map_err(Error::write("create", parent))
-            .and_then(|()| fill(&working))
-            .and_then(|()| self.check_free(path, replace))
-            .and_then(|()| fs::rename(&working, path).map_err(Error::write("rename to", path)));
-        if written.is_err() {
-            let _ = fs::remove_file(&working);
-            for parent in made {
-                // One that someone else has put something into stays.
-                let _ = fs::remove_dir(parent);
-            }
-        }
-        written
+        working.publish().map_err(Error::write("finish", path))
+    }
+
+    /// A file that `fill` has written and that has not yet its name.
+    ///
+    /// # Errors
+    /// As [`NewFile::write`].
+    pub(super) fn begin(
+        &self,
+        path: &Path,
+        replace: bool,
+        fill: impl FnOnce(&Path) -> Result<()>,
+    ) -> Result<Working> {
+        self.check_free(path, replace)?;
+        let working = Working::reserve(path).map_err(Error::write("create", path))?;
+        fill(working.path())?;
+        Ok(working)
     }
 
     /// Refuses an extension that promises another format.
@@ -76,7 +75,7 @@ impl NewFile {
     }
 
     /// Refuses a place that is taken.
-    fn check_free(&self, path: &Path, replace: bool) -> Result<()> {
+    pub(super) fn check_free(&self, path: &Path, replace: bool) -> Result<()> {
         let ends_in_separator = path
             .as_os_str()
             .to_string_lossy()
@@ -96,9 +95,16 @@ impl NewFile {
             })
         };
         match fs::symlink_metadata(path) {
-            Err(_) => Ok(()),
+            Err(error) if error.kind() == ErrorKind::NotFound => Ok(()),
+            // The name is too long, or a folder of the path is a file.
+            Err(error) => Err(Error::write("create", path)(error)),
+            Ok(found) if found.is_symlink() => {
+                occupied("is a symbolic link, which a new file would take the place of")
+            }
             Ok(found) if !found.is_file() => occupied("is there and is no file"),
-            Ok(_) if !(self.is_one)(path) => occupied(&format!("is there and is no {}", self.word)),
+            Ok(_) if !(self.is_one)(path)? => {
+                occupied(&format!("is there and is no {}", self.word))
+            }
             Ok(_) if replace => Ok(()),
             Ok(_) => Err(Error::Exists {
                 path: path.to_owned(),
@@ -109,7 +115,3 @@ impl NewFile {
 
 /// Formats that are known by their extension.
 const KNOWN: [&str; 5] = ["npy", "npz", "csv", "tsv", "txt"];
-
-fn is_there(folder: &Path) -> bool {
-    folder.as_os_str().is_empty() || folder.exists()
-}

@@ -122,7 +122,7 @@ pub fn answers(analysis: &Analysis) -> Vec<Answer> {
     answers
 }
 
-fn has_shares(headline: &Headline) -> bool {
+pub(super) fn has_shares(headline: &Headline) -> bool {
     let spots = [headline.reference, headline.last];
     spots.iter().flatten().any(|spot| spot.high_share.is_some())
 }
@@ -367,9 +367,21 @@ impl<'a> Along<'a> {
                 "undefined: a window of {} is longer than the record",
                 time(window)
             ),
-            FrontLength::NoArrival { at_once, sites } => format!(
-                "undefined: {at_once} of {sites} sites move from the first sample on, so that no front \
-                 is seen to arrive"
+            FrontLength::NoArrival {
+                at_once,
+                sites,
+                noise: true,
+            } => format!(
+                "undefined: the records are noise, with spectra as flat as those of white noise; it \
+                 exceeds a hundredth of the largest value at the first sample at {at_once} of {sites} sites"
+            ),
+            FrontLength::NoArrival {
+                at_once,
+                sites,
+                noise: false,
+            } => format!(
+                "undefined: no front is seen to arrive, since {at_once} of {sites} sites exceed a hundredth \
+                 of the largest value at the first sample, by motion or by noise"
             ),
         }
     }

@@ -20,6 +20,13 @@ pub struct Request {
     pub vary: Vec<SweptKey>,
 }
 
+impl Request {
+    /// The values of a member, one for each key.
+    pub fn values(&self, member: usize) -> Vec<&str> {
+        axis::member(&self.vary, member)
+    }
+}
+
 /// What became of a member.
 pub type Outcome = journal::Outcome<Measures>;
 

@@ -23,7 +23,7 @@ impl<T: Pod> Buffer<T> {
     /// Zeroed memory for an array of `shape`.
     ///
     /// # Errors
-    /// [`Error::Memory`] if there is not enough.
+    /// [`Error::Refused`] if there is not enough.
     pub fn zeros(shape: (usize, usize)) -> Result<Self> {
         let bytes = shape.0 * shape.1 * size_of::<T>();
         Ok(Buffer {
@@ -35,7 +35,7 @@ impl<T: Pod> Buffer<T> {
     /// The start of the memory as an array.
     ///
     /// # Errors
-    /// [`Error::Memory`] if `shape` is larger than the allocated one.
+    /// [`Error::Refused`] if `shape` is larger than the allocated one.
     pub fn view(&self, shape: (usize, usize)) -> Result<ArrayView2<'_, T>> {
         ArrayView2::from_shape(shape, cast_slice(&self.pages)).map_err(|_| no_room::<T>(shape))
     }
@@ -51,9 +51,8 @@ impl<T: Pod> Buffer<T> {
 }
 
 fn no_room<T>(shape: (usize, usize)) -> Error {
-    Error::Memory {
+    Error::Refused {
         what: "an array",
         needed: (shape.0 * shape.1 * size_of::<T>()) as u64,
-        allowed: 0,
     }
 }

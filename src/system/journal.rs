@@ -84,11 +84,8 @@ impl Journal {
         };
         let is_new = match fs::read_dir(directory) {
             // One that was killed before it began has left its request half-written.
-            Ok(entries) => entries.flatten().all(|entry| {
-                let name = entry.file_name();
-                name.to_string_lossy()
-                    .starts_with(&publish::working_prefix(A::FILE))
-            }),
+            Ok(mut entries) => entries
+                .all(|entry| entry.is_ok_and(|entry| publish::is_working_name(&entry.file_name()))),
             Err(error) if error.kind() == std::io::ErrorKind::NotFound => true,
             Err(error) if error.kind() == std::io::ErrorKind::NotADirectory => {
                 return Err(occupied("is a file".into()));
@@ -112,6 +109,7 @@ impl Journal {
             .create(true)
             .open(&path)
             .map_err(Error::write("open", &path))?;
+        publish::sync_directory(directory).map_err(Error::write("create", &path))?;
         // A process that is just being started by this one holds its files for an instant.
         let mut tries = 0;
         while let Err(TryLockError::WouldBlock) = file.try_lock() {
@@ -123,6 +121,7 @@ impl Journal {
             }
             std::thread::sleep(LOCK_PAUSE);
         }
+        publish::remove_abandoned(directory);
         // A file system without locks: the user keeps two processes apart.
         let (outcomes, whole) = parse(&mut file, &path, check)?;
         file.set_len(whole).map_err(Error::write("cut", &path))?;

@@ -4,4 +4,4 @@ pub(crate) mod buffer;
 pub(crate) mod journal;
 pub(crate) mod threads;
 
-pub(crate) use wavecascade_system::{file_io, memory, prefetch, publish, scratch_pool};
+pub(crate) use wavecascade_system::{file_io, memory, prefetch, publish, scratch_pool, signals};

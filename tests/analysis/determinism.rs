@@ -3,7 +3,7 @@
 use ndarray::Array2;
 use wavecascade::analyze::{Analysis, Request, Results, Spectra, Welch, plan};
 use wavecascade::arrays::Precision;
-use wavecascade::plot::Format;
+use wavecascade::plot::{Format, Style};
 use wavecascade::prepare::{Detrend, Gaps, Window};
 use wavecascade::{Field, analyze};
 
@@ -262,12 +262,12 @@ fn without_maps_all_else_is_the_same_bit_for_bit() -> Result<(), wavecascade::Er
             .map(Option::is_some)
         };
         assert_eq!((maps(&with), maps(&without)), ([true; 5], [false; 5]));
-        let pages =
-            [&with, &without].map(|analysis| wavecascade::report::html(analysis, &|_| None));
+        let pages = [&with, &without]
+            .map(|analysis| wavecascade::report::html(analysis, &|_| None, &Style::default()));
         assert!(pages[1].contains("</html>") && pages[1].len() < pages[0].len());
         let folder = tempfile::tempdir().unwrap();
         let drawn = |analysis| {
-            wavecascade::plot::draw_all(analysis, folder.path(), &[Format::Svg])
+            wavecascade::plot::draw_all(analysis, folder.path(), &[Format::Svg], &Style::default())
                 .map(|files| files.len())
         };
         let (all, rest) = (drawn(&with).unwrap(), drawn(&without).unwrap());

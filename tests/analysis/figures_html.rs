@@ -4,6 +4,7 @@ use base64::Engine;
 use base64::prelude::BASE64_STANDARD;
 use serde_json::Value;
 use wavecascade::analyze::Analysis;
+use wavecascade::plot::Style;
 use wavecascade::report;
 
 /// Text of the first `<name ...>` element whose opening tag contains `mark`.
@@ -19,8 +20,16 @@ fn element<'a>(page: &'a str, name: &str, mark: &str) -> &'a str {
 }
 
 fn payload(analysis: &Analysis) -> Value {
-    let page = report::html(analysis, &|_| None);
+    let page = report::html(analysis, &|_| None, &Style::default());
     serde_json::from_str(element(&page, "script", "id=\"data\"")).unwrap()
+}
+
+fn first_curves(data: &Value) -> &Value {
+    let pictures = data["pictures"].as_array().unwrap();
+    pictures
+        .iter()
+        .find(|picture| picture["kind"] == "curves")
+        .unwrap()
 }
 
 fn singles(value: &Value) -> Vec<f32> {
@@ -71,7 +80,7 @@ fn markup(page: &str) -> String {
 fn nothing_is_loaded_from_elsewhere() {
     // The library's code mentions what the policy of the page forbids.
     let library = include_str!("../../assets/plotly/plotly-cartesian.min.js");
-    let page = report::html(&test_support::figures::full(), &|_| None);
+    let page = report::html(&test_support::figures::full(), &|_| None, &Style::default());
     assert!(page.contains(library));
     let page = page.replace(library, "");
     for load in [
@@ -94,10 +103,10 @@ fn names_are_escaped() {
     analysis.name = "</script><script>alert(1)</script>".into();
     analysis.unit = Some("<b>".into());
     analysis.field_map.as_mut().unwrap().label = "</script><i>".into();
-    let page = report::html(&analysis, &|_| None);
+    let page = report::html(&analysis, &|_| None, &Style::default());
     assert!(!page.contains("<script>alert") && !page.contains("<b>") && !page.contains("<i>"));
     assert!(page.contains("&lt;/script&gt;&lt;script&gt;alert(1)"));
-    let label = &payload(&analysis)["maps"][0]["label"];
+    let label = &payload(&analysis)["pictures"][0]["label"];
     assert_eq!(label, "</script><i>");
 }
 
@@ -109,7 +118,7 @@ fn tags_are_balanced() {
         .chain([("full", test_support::figures::full())])
         .chain([("field only", test_support::figures::field_only())])
     {
-        let page = markup(&report::html(&analysis, &|_| None));
+        let page = markup(&report::html(&analysis, &|_| None, &Style::default()));
         let mut open: Vec<&str> = Vec::new();
         for piece in page
             .split('<')
@@ -141,7 +150,7 @@ fn maps_decode_to_the_values_of_the_analysis() {
         ("spacetime", analysis.spacetime_map.as_ref()),
         ("flux", analysis.flux_map.as_ref()),
     ];
-    for (found, (id, map)) in data["maps"].as_array().unwrap().iter().zip(maps) {
+    for (found, (id, map)) in data["pictures"].as_array().unwrap().iter().zip(maps) {
         let map = map.unwrap();
         assert_eq!(found["id"], id);
         assert_eq!(found["rows"], map.values.nrows());
@@ -158,7 +167,7 @@ fn maps_decode_to_the_values_of_the_analysis() {
 fn curves_decode_to_the_moments() {
     let analysis = test_support::figures::full();
     let data = payload(&analysis);
-    let centroid = &data["curves"][0]["charts"][0]["series"][0];
+    let centroid = &first_curves(&data)["charts"][0]["series"][0];
     assert_eq!(centroid["label"], "centroid");
     let expected = &analysis.along_space.as_ref().unwrap().centroid;
     let bits = |values: &[f64]| values.iter().map(|v| v.to_bits()).collect::<Vec<u64>>();
@@ -174,7 +183,7 @@ fn long_curves_keep_their_extremes() {
     analysis.axes.frequency = (0..n).map(|m| m as f64).collect();
     analysis.direction_by_frequency = Some([plus, vec![0.5; n]]);
     let data = payload(&analysis);
-    let shown = doubles(&data["curves"][0]["charts"][0]["series"][0]["values"]);
+    let shown = doubles(&first_curves(&data)["charts"][0]["series"][0]["values"]);
     assert!((1 << 15..=1 << 16).contains(&shown.len()));
     assert!(shown.contains(&1.0) && shown.contains(&0.0));
 }
@@ -182,7 +191,9 @@ fn long_curves_keep_their_extremes() {
 #[test]
 fn the_page_states_warnings_bands_and_accuracy() {
     let advice = |_: report::Doubt| Some("leave these sites out".into());
-    let page = report::html(&test_support::figures::full(), &advice);
+    let page = report::html(&test_support::figures::full(), &advice, &Style::default());
+    // A number and its % are kept in one line.
+    let page = page.replace('\u{a0}', " ");
     for text in [
         "2 of the records are constant: sites 17, 18",
         "Leave these sites out",
@@ -200,7 +211,7 @@ fn the_page_states_warnings_bands_and_accuracy() {
 
 #[test]
 fn answers_come_first_then_pictures_then_numbers() {
-    let page = report::html(&test_support::figures::full(), &|_| None);
+    let page = report::html(&test_support::figures::full(), &|_| None, &Style::default());
     let places = [
         "Does energy move to higher frequency",
         "id=\"warnings\"",
@@ -221,7 +232,7 @@ fn cells_of_a_signed_map_keep_both_signs() {
     });
     let field = wavecascade::Field::from_array(values);
     let (analysis, _) = wavecascade::analyze(&field, &Default::default()).unwrap();
-    let map = &payload(&analysis)["maps"][0];
+    let map = &payload(&analysis)["pictures"][0];
     assert_eq!(map["id"], "field");
     let [values, least, largest] = ["values", "least", "largest"].map(|name| singles(&map[name]));
     assert_eq!(values.len(), 1200);

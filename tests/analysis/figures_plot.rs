@@ -4,7 +4,7 @@ use std::collections::BTreeSet;
 use std::fs;
 
 use wavecascade::plot::plotters::prelude::*;
-use wavecascade::plot::{self, Canvas, Format, px, sans};
+use wavecascade::plot::{self, Canvas, Format, Style, px, sans};
 
 const NAMES: [&str; 9] = [
     "along-t",
@@ -47,7 +47,13 @@ fn well_formed(svg: &str) -> String {
 fn every_figure_is_written_in_every_format() {
     let dir = tempfile::tempdir().unwrap();
     let analysis = test_support::figures::full();
-    let paths = plot::draw_all(&analysis, dir.path(), &[Format::Png, Format::Svg]).unwrap();
+    let paths = plot::draw_all(
+        &analysis,
+        dir.path(),
+        &[Format::Png, Format::Svg],
+        &Style::default(),
+    )
+    .unwrap();
     let found: BTreeSet<String> = fs::read_dir(dir.path())
         .unwrap()
         .map(|entry| entry.unwrap().file_name().into_string().unwrap())
@@ -87,7 +93,7 @@ fn axes_and_colour_bars_are_named_with_their_units() {
             assert!(text.contains(label), "{label} is missing from {text}");
         }
     };
-    let field = text(plot::space_time(&analysis));
+    let field = text(plot::space_time(&analysis, &Style::default()));
     check(
         &field,
         &[
@@ -98,7 +104,7 @@ fn axes_and_colour_bars_are_named_with_their_units() {
         ],
     );
     check(&field, &["chirp &lt;&amp; &quot;friends&quot;&gt;"]);
-    let temporal = text(plot::temporal_spectrum(&analysis));
+    let temporal = text(plot::temporal_spectrum(&analysis, &Style::default()));
     check(
         &temporal,
         &[
@@ -108,9 +114,9 @@ fn axes_and_colour_bars_are_named_with_their_units() {
             "band edge",
         ],
     );
-    let spatial = text(plot::spatial_spectrum(&analysis));
+    let spatial = text(plot::spatial_spectrum(&analysis, &Style::default()));
     check(&spatial, &["wavenumber (rad/m)", "time (s)", "k a / π"]);
-    let spacetime = text(plot::spacetime_spectrum(&analysis));
+    let spacetime = text(plot::spacetime_spectrum(&analysis, &Style::default()));
     check(
         &spacetime,
         &[
@@ -128,25 +134,25 @@ fn axes_and_colour_bars_are_named_with_their_units() {
             "undirected: 1.7 %",
         ],
     );
-    let flux = text(plot::flux_surrogate(&analysis));
+    let flux = text(plot::flux_surrogate(&analysis, &Style::default()));
     check(
         &flux,
         &["surrogate", "wavenumber (rad/m)", "k a / π", "linear scale"],
     );
     check(
-        &text(plot::along_x(&analysis)),
+        &text(plot::along_x(&analysis, &Style::default())),
         &["position (m)", "frequency (Hz)", "share of energy"],
     );
     check(
-        &text(plot::along_t(&analysis)),
+        &text(plot::along_t(&analysis, &Style::default())),
         &["time (s)", "wavenumber (rad/m)", "k a / π"],
     );
     check(
-        &text(plot::short_time(&analysis)),
+        &text(plot::short_time(&analysis, &Style::default())),
         &["position (m) = 1.5", "time (s)", "frequency (Hz)"],
     );
     check(
-        &text(plot::short_space(&analysis)),
+        &text(plot::short_space(&analysis, &Style::default())),
         &["time (s) = 0.05", "position (m)", "k a / π"],
     );
 }
@@ -158,6 +164,7 @@ fn results_that_are_absent_are_skipped() {
         &test_support::figures::field_only(),
         dir.path(),
         &[Format::Png],
+        &Style::default(),
     )
     .unwrap();
     assert_eq!(paths, [dir.path().join("space-time.png")]);
@@ -167,8 +174,13 @@ fn results_that_are_absent_are_skipped() {
 fn degenerate_results_are_drawn_without_panic() {
     for (name, analysis) in test_support::figures::degenerate() {
         let dir = tempfile::tempdir().unwrap();
-        let paths = plot::draw_all(&analysis, dir.path(), &[Format::Png, Format::Svg])
-            .unwrap_or_else(|error| panic!("{name}: {error}"));
+        let paths = plot::draw_all(
+            &analysis,
+            dir.path(),
+            &[Format::Png, Format::Svg],
+            &Style::default(),
+        )
+        .unwrap_or_else(|error| panic!("{name}: {error}"));
         assert_eq!(paths.len(), 18, "{name}");
         for path in paths
             .iter()
@@ -193,19 +205,19 @@ fn the_note_states_the_whole_reduction() {
     };
     // The map holds 8 samples a row; 400 by 300 cells are drawn as they are.
     let note = "value of largest magnitude among up to 8 (vertical) × 1 (horizontal) samples";
-    let field = text(plot::space_time(&analysis));
+    let field = text(plot::space_time(&analysis, &Style::default()));
     assert!(field.contains(note), "{field}");
     // 1500 by 1500 cells are drawn as 400 by 600.
     analysis.field_map.as_mut().unwrap().values = ndarray::Array2::zeros((1500, 1500));
     let note = "value of largest magnitude among up to 32 (vertical) × 3 (horizontal) samples";
-    let field = text(plot::space_time(&analysis));
+    let field = text(plot::space_time(&analysis, &Style::default()));
     assert!(field.contains(note), "{field}");
 
-    assert!(!text(plot::short_time(&analysis)).contains("each cell"));
+    assert!(!text(plot::short_time(&analysis, &Style::default())).contains("each cell"));
     for spectrum in &mut analysis.short_time.as_mut().unwrap().spectra {
         spectrum.values = ndarray::Array2::ones((150, 2000));
     }
-    let short = text(plot::short_time(&analysis));
+    let short = text(plot::short_time(&analysis, &Style::default()));
     assert!(
         short.contains("each cell: largest value among up to"),
         "{short}"
@@ -214,9 +226,8 @@ fn the_note_states_the_whole_reduction() {
 
 #[test]
 fn labels_beside_low_panels_stay_legible() {
-    let mut analysis = test_support::figures::full();
-    analysis.unit = None;
-    let bytes = plot::along_x(&analysis)
+    let analysis = test_support::figures::full();
+    let bytes = plot::along_x(&analysis, &Style::default())
         .unwrap()
         .encode(Format::Svg)
         .unwrap();
@@ -227,7 +238,7 @@ fn labels_beside_low_panels_stay_legible() {
         rest.split('"').next().unwrap().parse().unwrap()
     };
     // The second may stand in one line or in two.
-    for text in [">frequency (Hz)<", "(field unit² s)<"] {
+    for text in [">frequency (Hz)<", "[(m/s)² s]<"] {
         assert!(size(text) > 17.0, "{text}: {}", size(text));
     }
 }
@@ -251,14 +262,14 @@ fn large_noisy_results_stay_small_files() {
     let noise = |i: usize, j: usize| ((i * 7919 + j * 104_729) as f64).sin() * 43_758.545_3 % 1.0;
     analysis.field_map.as_mut().unwrap().values =
         ndarray::Array2::from_shape_fn((1500, 1500), |(i, j)| noise(i, j) as f32);
-    let mut figures = vec![plot::space_time(&analysis).unwrap()];
+    let mut figures = vec![plot::space_time(&analysis, &Style::default()).unwrap()];
     for (n, gap_every) in [(200_000, usize::MAX), (200_000, 3), (4000, 2), (2000, 2)] {
         analysis.axes.n_times = n;
         analysis.along_time = Some(noisy(n, |m| match (m + 1) % gap_every {
             0 => f64::NAN,
             _ => noise(m, 1),
         }));
-        figures.extend(plot::along_t(&analysis));
+        figures.extend(plot::along_t(&analysis, &Style::default()));
     }
     for figure in figures {
         let bytes = figure.encode(Format::Svg).unwrap();
@@ -275,8 +286,11 @@ fn large_noisy_results_stay_small_files() {
 fn the_same_analysis_gives_the_same_bytes() {
     let analysis = test_support::figures::full();
     for format in [Format::Png, Format::Svg] {
-        let once = plot::space_time(&analysis).unwrap().encode(format).unwrap();
-        let again = plot::space_time(&analysis).unwrap();
+        let once = plot::space_time(&analysis, &Style::default())
+            .unwrap()
+            .encode(format)
+            .unwrap();
+        let again = plot::space_time(&analysis, &Style::default()).unwrap();
         assert_eq!(once, again.encode(format).unwrap());
     }
 }
@@ -284,8 +298,13 @@ fn the_same_analysis_gives_the_same_bytes() {
 #[test]
 fn a_directory_that_cannot_be_made_is_an_error() {
     let file = tempfile::NamedTempFile::new().unwrap();
-    let error =
-        plot::draw_all(&test_support::figures::full(), file.path(), &[Format::Png]).unwrap_err();
+    let error = plot::draw_all(
+        &test_support::figures::full(),
+        file.path(),
+        &[Format::Png],
+        &Style::default(),
+    )
+    .unwrap_err();
     assert!(matches!(error, wavecascade::Error::Write { .. }), "{error}");
 }
 

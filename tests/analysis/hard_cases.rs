@@ -614,3 +614,64 @@ fn welch_segments_of_the_whole_record_are_the_periodogram() {
     let peak = b.iter().fold(0.0, |m: f64, v| m.max(*v));
     assert!(a.iter().zip(&b).all(|(a, b)| (a - b).abs() < 1e-15 * peak));
 }
+
+/// A sample that no segment reaches decides neither unit nor spectra, and where it is transformed along
+/// space beside others that vanish against it, the run is an error.
+#[test]
+fn regress_what_no_segment_reaches_does_not_count() {
+    let field = |huge: Option<f64>| {
+        let mut values = test_support::fields::noise(1000, 6);
+        if let Some(huge) = huge {
+            values[(998, 2)] = huge;
+        }
+        Field::from_array(values)
+    };
+    let request = |results, precision| Request {
+        results,
+        precision,
+        welch: Some(Welch {
+            segment: 128,
+            overlap: 64,
+        }),
+        ..Request::default()
+    };
+    let temporal = wavecascade::analyze::Results {
+        temporal: true,
+        ..wavecascade::analyze::Results::NONE
+    };
+    for (precision, huge) in [(Precision::F32, 1e45), (Precision::F64, 1e300)] {
+        let of = |huge| wavecascade::analyze::analyze(&field(huge), &request(temporal, precision));
+        let (found, spectra) = of(Some(huge)).unwrap();
+        assert_eq!(
+            spectra.temporal,
+            of(None).unwrap().1.temporal,
+            "{precision:?}"
+        );
+        assert!(found.parseval.time.is_some_and(|r| r.abs() < 1e-6));
+        let all = request(wavecascade::analyze::Results::ALL, precision);
+        let error = wavecascade::analyze::analyze(&field(Some(huge)), &all).unwrap_err();
+        assert!(matches!(error, wavecascade::Error::Range { .. }), "{error}");
+        assert!(!error.is_usage());
+    }
+}
+
+#[test]
+fn val_a_parseval_residual_above_its_bound_is_an_error() {
+    use wavecascade::analyze::Parseval;
+    let with = |residual| Parseval {
+        space: Some(residual),
+        ..Parseval::default()
+    };
+    for (residual, precision, passes) in [
+        (1e-12, Precision::F64, true),
+        (-1.0, Precision::F64, false),
+        (1e-6, Precision::F64, false),
+        (1e-6, Precision::F32, true),
+        (-1.0, Precision::F32, false),
+        (f64::NAN, Precision::F32, false),
+        (f64::INFINITY, Precision::F64, false),
+    ] {
+        let found = with(residual).check(precision);
+        assert_eq!(found.is_ok(), passes, "{residual} {precision:?}");
+    }
+}

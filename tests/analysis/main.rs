@@ -3,7 +3,9 @@
 mod analyze_stops;
 mod determinism;
 mod direct_sums;
+mod display;
 mod figures_html;
+mod figures_layout;
 mod figures_plot;
 mod hard_cases;
 mod headline;

@@ -3,7 +3,7 @@
 use ndarray::Array2;
 use test_support::fields::{analyzed, noise, pulse, struck};
 use wavecascade::Field;
-use wavecascade::analyze::{Request, Results, Warning};
+use wavecascade::analyze::{FrontLength, Request, Results, Warning};
 
 fn codes(field: &Field, request: &Request) -> Vec<&'static str> {
     analyzed(field, request)
@@ -11,6 +11,25 @@ fn codes(field: &Field, request: &Request) -> Vec<&'static str> {
         .iter()
         .map(Warning::code)
         .collect()
+}
+
+/// A floor of white noise fills the top of the axis without anything folding down; a wave there does not
+/// fill the rest.
+#[test]
+fn val_a_floor_of_noise_is_no_aliasing() {
+    let signal = pulse(4000, 48, 2);
+    let mut values = Array2::zeros((4000, 48));
+    signal.read_time_major(0..4000, 0..48, values.as_slice_mut().unwrap());
+    let floor = &values + &(0.03 * noise(4000, 48));
+    let found = codes(&Field::from_array(floor), &Request::default());
+    assert!(
+        !found.iter().any(|code| code.starts_with("aliasing")),
+        "{found:?}"
+    );
+
+    let high = Array2::from_shape_fn((4000, 48), |(n, _)| 0.05 * (3.0 * n as f64).sin());
+    let found = codes(&Field::from_array(values + high), &Request::default());
+    assert!(found.contains(&"aliasing-time"), "{found:?}");
 }
 
 #[test]
@@ -78,4 +97,148 @@ fn warnings_fire_where_there_is_something_to_do() {
         (0.11 * n as f64 + j as f64).sin().clamp(-0.5, 0.5)
     });
     assert!(has(&Field::from_array(clipped), "saturated-channels"));
+}
+
+/// A packet that travels towards +x, its carrier with it.
+fn packet() -> Array2<f64> {
+    Array2::from_shape_fn((600, 24), |(n, j)| {
+        let t = n as f64 - 60.0 - 8.0 * j as f64;
+        (-(t / 12.0).powi(2)).exp() * (0.1 * t).sin()
+    })
+}
+
+#[test]
+fn val_one_channel_a_thousand_times_too_loud_is_named() {
+    let of = |field: Array2<f64>| analyzed(&Field::from_array(field), &Request::default()).warnings;
+    let loud = |warnings: &[Warning]| {
+        warnings.iter().find_map(|warning| match warning {
+            Warning::LoudChannels { sites, ratio } => Some((sites.clone(), *ratio)),
+            _ => None,
+        })
+    };
+    assert_eq!(loud(&of(packet())), None);
+    for site in [0, 7, 23] {
+        let mut field = packet();
+        field.column_mut(site).mapv_inplace(|v| 1000.0 * v);
+        let (sites, ratio) = loud(&of(field)).unwrap();
+        assert_eq!(sites, [site]);
+        assert!((ratio / 1000.0 - 1.0).abs() < 0.01, "{ratio}");
+    }
+    // A struck chain and its decay are no fault of a gain.
+    for run in [struck(40, 80.0, 1024), struck(40, 8.0, 256)] {
+        let velocity = run.velocity.clone();
+        assert_eq!(loud(&of(velocity)), None);
+    }
+}
+
+#[test]
+fn val_times_of_zeros_are_named() {
+    let of = |rows: &[std::ops::Range<usize>]| {
+        let mut field = noise(600, 8);
+        for rows in rows {
+            field.slice_mut(ndarray::s![rows.clone(), ..]).fill(0.0);
+        }
+        let warnings = analyzed(&Field::from_array(field), &Request::default()).warnings;
+        warnings.into_iter().find(|w| w.code() == "zero-times")
+    };
+    let expected = Warning::ZeroTimes {
+        times: 90,
+        first: 100,
+        last: 409,
+    };
+    assert_eq!(of(&[100..180, 400..410]), Some(expected));
+    // At rest before and after; a single crossing of zero.
+    assert_eq!(of(&[0..50, 300..301, 590..600]), None);
+}
+
+#[test]
+fn val_a_start_up_transient_is_named() {
+    let tone = |start: f64| {
+        let field = Array2::from_shape_fn((600, 24), |(n, j)| {
+            let t = n as f64;
+            (1.0 + start * (-t / 5.0).exp()) * (0.37 * t + 0.5 * j as f64).cos()
+        });
+        analyzed(&Field::from_array(field), &Request::default()).warnings
+    };
+    let found = |warnings: &[Warning]| {
+        warnings.iter().find_map(|warning| match warning {
+            Warning::StartUp { times, .. } => Some(*times),
+            _ => None,
+        })
+    };
+    assert_eq!(found(&tone(0.0)), None);
+    let warnings = tone(19.0);
+    assert!((8..20).contains(&found(&warnings).unwrap()), "{warnings:?}");
+    assert!(warnings.iter().all(|w| w.code() != "transient-cut"));
+}
+
+#[test]
+fn val_white_noise_of_any_shape_is_in_order() {
+    let all = Request::default();
+    for shape in [
+        (600, 1),
+        (20, 1),
+        (40, 3),
+        (64, 5),
+        (128, 4),
+        (1000, 6),
+        (20, 2),
+        (2000, 3),
+    ] {
+        let field = Field::from_array(noise(shape.0, shape.1));
+        assert_eq!(codes(&field, &all), [""; 0], "{shape:?}");
+    }
+}
+
+/// Velocities of a struck chain as a plain array: neighbours differ as much as its ends.
+#[test]
+fn regress_ends_of_a_chain_are_no_jump() {
+    for time in [30.0, 80.0] {
+        let velocity = struck(40, time, 1024).velocity.clone();
+        let found = codes(&Field::from_array(velocity), &Request::default());
+        assert!(!found.contains(&"leakage-space"), "{found:?}");
+    }
+}
+
+#[test]
+fn regress_noise_is_named_where_no_front_arrives() {
+    let of = |field: Array2<f64>| analyzed(&Field::from_array(field), &Request::default()).front;
+    let length = of(noise(600, 24)).unwrap().length;
+    assert!(
+        matches!(length, FrontLength::NoArrival { noise: true, .. }),
+        "{length:?}"
+    );
+    let tone = Array2::from_shape_fn((600, 24), |(n, j)| {
+        let t = n as f64;
+        (-((t - 300.0) / 80.0).powi(2)).exp() * (0.2 * t + 0.5 * j as f64).cos() + 0.1
+    });
+    let length = of(tone).unwrap().length;
+    assert!(
+        matches!(length, FrontLength::NoArrival { noise: false, .. }),
+        "{length:?}"
+    );
+}
+
+#[test]
+fn val_a_single_site_has_no_direction() {
+    let one = analyzed(&Field::from_array(noise(600, 1)), &Request::default());
+    let direction = one.direction.unwrap();
+    assert!(direction.undirected.is_nan() && direction.toward_plus_x.is_nan());
+    assert!(one.direction_by_frequency.is_none());
+}
+
+/// At the first site, a node of a standing wave, there is rounding alone: no amplitude to check.
+#[test]
+fn regress_a_node_is_no_site_to_check() {
+    let field = Array2::from_shape_fn((600, 24), |(n, j)| {
+        let t = n as f64;
+        match j {
+            0 => 1e-17 * (0.2 * t).cos() + 1e-17,
+            _ => (std::f64::consts::PI * j as f64 / 23.0).sin() * (0.3 * t).cos(),
+        }
+    });
+    let alone = field.slice(ndarray::s![.., 1..]).to_owned();
+    let [with, without] = [field, alone]
+        .map(|field| analyzed(&Field::from_array(field), &Request::default()).accuracy);
+    assert_eq!(with.spot_check, without.spot_check);
 }

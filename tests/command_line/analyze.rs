@@ -4,7 +4,7 @@ use std::collections::BTreeSet;
 use std::fs;
 
 use serde_json::Value;
-use test_support::place::{names, set};
+use test_support::place::{names, set, text};
 
 const FIGURES: [&str; 8] = [
     "along-t",
@@ -20,11 +20,20 @@ const FIGURES: [&str; 8] = [
 #[test]
 fn a_run_leaves_a_result_and_names_its_report() {
     let place = test_support::pulse::place();
-    let said = place.good(&["analyze", "wave.npy", "--out", "new/result"]);
+    let mut command = place.command(["analyze", "wave.npy", "--out", "new/result"]);
+    let output = command.env("COLUMNS", "100").output().unwrap();
+    assert_eq!(output.status.code(), Some(0), "{output:?}");
+    let said = text(&output.stdout);
     assert_eq!(place.names(), set(&["new", "wave.npy", "wave.toml"]));
     assert_eq!(names(&place.path("new")), set(&["result"]));
     let result = place.path("new/result");
-    let expected = ["figures", "report.html", "spectra.npz", "summary.json"];
+    let expected = [
+        "figures",
+        "plot.py",
+        "report.html",
+        "spectra.npz",
+        "summary.json",
+    ];
     assert_eq!(names(&result), set(&expected));
     let pictures = FIGURES
         .iter()
@@ -122,12 +131,46 @@ fn figures_are_those_asked_for() {
     assert_eq!(kinds("png"), set(&["png"]));
     assert_eq!(kinds("svg,svg"), set(&["svg"]));
     assert_eq!(kinds("svg,png"), set(&["png", "svg"]));
+    assert_eq!(kinds("pdf"), set(&["pdf"]));
     assert_eq!(kinds("none"), set(&[]));
     assert!(
         place
             .bad(2, &[&base[..], &["none,png"]].concat())
             .contains("--figures")
     );
+}
+
+#[test]
+fn figures_follow_style_size_and_colours() {
+    let place = test_support::pulse::place();
+    let base = ["analyze", "wave.npy", "--only", "temporal", "--force", "-q"];
+    let drawn = |options: &[&str]| {
+        place.good(&[&base[..], &["--figures", "svg"], options].concat());
+        let folder = place.path("wave-cascade/figures");
+        fs::read_to_string(folder.join("temporal-spectrum.svg")).unwrap()
+    };
+    let paper = drawn(&["--style", "paper", "--figure-size", "8.6x7cm", "--db", "40"]);
+    assert!(paper.contains("width=\"86.00mm\" height=\"70.00mm\""));
+    assert!(paper.contains("dB re"));
+    assert!(drawn(&["--colormap", "gray"]) != drawn(&[]));
+    assert!(drawn(&["--decades", "3"]).contains("over 3 decades"));
+
+    let refused = |options: &[&str]| place.bad(2, &[&base[..], options].concat());
+    for [option, value] in [
+        ["--style", "paper"],
+        ["--figure-size", "86mm"],
+        ["--dpi", "300"],
+        ["--colormap", "gray"],
+        ["--decades", "3"],
+        ["--db", "30"],
+    ] {
+        let said = refused(&["--figures", "none", option, value]);
+        assert!(said.contains(option), "{said}");
+    }
+    assert!(refused(&["--figures", "svg", "--dpi", "300"]).contains("png"));
+    assert!(refused(&["--figure-size", "86mm"]).contains("pt"));
+    assert!(refused(&["--figure-size", "wide"]).contains("86x60mm"));
+    assert!(refused(&["--db", "40", "--decades", "4"]).contains("--decades"));
 }
 
 #[test]
@@ -267,5 +310,102 @@ fn a_result_is_replaced_only_by_force() {
     for nameless in [".", "..", "/"] {
         let said = place.bad(2, &["analyze", "wave.npy", "--force", "--out", nameless]);
         assert!(said.contains("--out"), "{said}");
+    }
+}
+
+#[test]
+fn pictures_end_where_they_are_told_and_say_what_they_leave_out() {
+    let place = test_support::pulse::place();
+    let picture = |options: &[&str]| {
+        let words = [
+            &["analyze", "wave.npy", "--force", "--figures", "svg"],
+            options,
+        ]
+        .concat();
+        place.good(&words);
+        let read = |file: &str| fs::read_to_string(place.path("wave-cascade").join(file)).unwrap();
+        let page = read("report.html");
+        (read("figures/spacetime-spectrum.svg"), page)
+    };
+    // The pulse has energy about 11 Hz of the 50 Hz there are.
+    let (figure, page) = picture(&[]);
+    assert!(figure.contains("of the energy above ") && figure.contains(" Hz"));
+    assert!(page.contains("At first not shown: ") && page.contains("data-home"));
+    let (figure, page) = picture(&["--show-frequency", "all", "--show-wavenumber", "all"]);
+    assert!(!figure.contains("not shown"));
+    let spacetime = page.split("id=\"spacetime\"").nth(1).unwrap();
+    let spacetime = spacetime.split("</section>").next().unwrap();
+    assert!(!spacetime.contains("not shown"), "{spacetime}");
+    let (figure, _) = picture(&["--show-frequency", "10Hz:20Hz", "--show-wavenumber", "4"]);
+    assert!(figure.contains("of the energy below 10.4 Hz"), "{figure}");
+    assert!(figure.contains("above 19.8 Hz") && figure.contains("beyond ±3.14 rad/m"));
+    let [part, whole] = ["20ms:", "all"].map(|time| {
+        picture(&["--show-time", time, "--show-space", "1m:4m"]);
+        place.array::<f64>("wave-cascade/spectra.npz", "spacetime_spectrum")
+    });
+    assert_eq!(part, whole);
+}
+
+#[test]
+fn display_limits_that_show_nothing_are_refused() {
+    let place = test_support::pulse::place();
+    for (options, named) in [
+        (&["--show-frequency", "60Hz"][..], "within 0:50"),
+        (&["--show-frequency", "20:10"], "lower one first"),
+        (&["--show-frequency", "20 mm"], "HIGH, LOW:HIGH or all"),
+        (&["--show-wavenumber", "7rad/m"], "within 0:6.28"),
+        (&["--show-time", "2s:3s"], "within 0:0.95"),
+        (&["--show-space", "0:9"], "within 0:5.5"),
+        (
+            &["--show-time", "all", "--figures", "none"],
+            "--figures none",
+        ),
+        (&["--show-frequency", "9", "--only", "flux"], "--only"),
+        (&["--show-wavenumber", "2", "--only", "temporal"], "--only"),
+    ] {
+        let said = place.bad(2, &[&["analyze", "wave.npy"], options].concat());
+        assert!(said.contains(named) && said.contains(options[0]), "{said}");
+    }
+    place.save("bare.npy", &test_support::pulse::wave(32, 8));
+    let said = place.bad(2, &["analyze", "bare.npy", "--show-frequency", "2kHz"]);
+    assert!(said.contains("the axis has no unit"), "{said}");
+}
+
+/// Cells within six decades of the largest reach over half of both axes.
+#[test]
+fn pictures_of_the_shipped_scenes_are_filled() {
+    let scenes = std::path::Path::new(env!("CARGO_MANIFEST_DIR")).join("examples/scenes");
+    let place = test_support::place::Place::new();
+    for scene in ["dimer", "quartz_cylinders"] {
+        let path = scenes.join(format!("{scene}.toml"));
+        place.good(&[
+            "simulate",
+            path.to_str().unwrap(),
+            "--out",
+            "run.npz",
+            "--force",
+        ]);
+        let options = wavecascade::field::OpenOptions::default();
+        let field = wavecascade::Field::open(place.path("run.npz"), &options).unwrap();
+        let request = wavecascade::analyze::Request::default();
+        let (analysis, _) = wavecascade::analyze(&field, &request).unwrap();
+        let map = analysis.spacetime_map.as_ref().unwrap().shown();
+        let level = 1e-6 * map.values.iter().copied().fold(0.0, f32::max);
+        let (rows, columns) = map.values.dim();
+        let loud = map
+            .values
+            .indexed_iter()
+            .filter(|(_, value)| **value > level);
+        let (mut top, mut left, mut right) = (0, columns, 0);
+        for ((row, column), _) in loud {
+            top = top.max(row + 1);
+            (left, right) = (left.min(column), right.max(column + 1));
+        }
+        assert!(2 * top > rows, "{scene}: {top} of {rows}");
+        assert!(
+            2 * (right - left) > columns,
+            "{scene}: {left}..{right} of {columns}"
+        );
+        assert!(rows > 60 && columns > 20, "{scene}: {rows} x {columns}");
     }
 }

@@ -40,7 +40,7 @@ fn attenuation_by_ratio_its_files_and_words() {
     ];
     let said = place.good(&words);
     assert!(
-        said.contains("ratio 2.400") && said.contains("at 0.6 or below from 30 bodies on"),
+        said.contains("ratio 2.4 ") && said.contains("at 0.6 or below from 30 bodies on"),
         "{said}"
     );
     assert!(said.contains("never at 0.6"), "{said}");

@@ -290,6 +290,10 @@ fn options_without_effect_are_refused() {
             "--direction-band",
         ),
         (
+            "analyze a.npy --only temporal --dispersion k",
+            "--dispersion",
+        ),
+        (
             "analyze a.npy --only temporal --pad-space 99",
             "--pad-space",
         ),

@@ -84,7 +84,14 @@ fn val_paper_a_table_and_its_json() {
 fn a_directory_with_the_table_and_the_waves_appears_whole() {
     let place = Place::of(&["localize"]);
     place.good(&["--order", "2..3", "--out", "waves", "--quiet"]);
-    let expected = ["localized.json", "table.csv", "wave-02.npz", "wave-03.npz"];
+    let expected = [
+        "localized.json",
+        "plot.py",
+        "report.html",
+        "table.csv",
+        "wave-02.npz",
+        "wave-03.npz",
+    ];
     assert_eq!(
         names(&place.path("waves")),
         expected.map(String::from).into()
@@ -122,10 +129,16 @@ fn val_definitions_a_profile_is_written_and_drawn() {
     let place = Place::of(&["localize"]);
     let said = place.good(&["--profile", "3", "--out", "wave"]);
     assert!(
-        said.contains("14.6221") && said.contains("wave.png"),
+        said.contains("14.6221") && said.contains("wave/report.html"),
         "{said}"
     );
-    let expected = ["localized.json", "wave.npz", "wave.png", "wave.svg"];
+    let expected = [
+        "localized.json",
+        "report.html",
+        "wave.npz",
+        "wave.png",
+        "wave.svg",
+    ];
     assert_eq!(
         names(&place.path("wave")),
         expected.map(String::from).into()
@@ -175,7 +188,13 @@ fn val_chain_a_launched_wave_keeps_its_shape() {
         "{launch}"
     );
     assert_eq!(found, json(&place.path("way/localized.json")));
-    let expected = ["launch.npz", "launch.png", "launch.svg", "localized.json"];
+    let expected = [
+        "launch.npz",
+        "launch.png",
+        "launch.svg",
+        "localized.json",
+        "report.html",
+    ];
     assert_eq!(names(&place.path("way")), expected.map(String::from).into());
     let file = fs::File::open(place.path("way/launch.npz")).unwrap();
     let change: Array1<f64> = NpzReader::new(file)

@@ -47,6 +47,25 @@ fn npz_whose_directory_is_absurd() {
     );
 }
 
+/// `numpy.load` refuses it as well: "File name in directory 'velocity.npy' and header b'relocity.npy'
+/// differ."
+#[test]
+fn val_npz_whose_names_differ() {
+    let field = npy_f64("(4, 2)", (0..8).map(f64::from));
+    for method in BOTH {
+        let mut bytes = npz(method, &[("velocity.npy", &field)]);
+        assert_eq!(&bytes[30..42], b"velocity.npy");
+        bytes[30] = b'r';
+        let (member, fault) = member_fault(fault("field.npz", bytes));
+        assert_eq!(member, "velocity");
+        let expected = InputFault::MemberName {
+            directory: "velocity.npy".into(),
+            local: "relocity.npy".into(),
+        };
+        assert_eq!(fault, expected);
+    }
+}
+
 #[test]
 fn npz_bytes_that_changed() {
     let field = npy_f64("(40, 2)", (0..80).map(f64::from));
@@ -215,4 +234,31 @@ fn npz_coordinates_that_do_not_fit() {
     };
     let field = Field::open(folder.write("run.npz", uneven), &options).unwrap();
     assert_eq!((field.time.origin, field.time.step), (0.0, 1.25));
+}
+
+#[test]
+fn npz_member_names_are_no_paths() {
+    let field = npy_f64("(4, 2)", (0..8).map(f64::from));
+    let folder = Folder::new();
+    let inner = folder.path().join("inner");
+    std::fs::create_dir(&inner).unwrap();
+    for method in BOTH {
+        for name in [
+            "../evil.npy",
+            "/evil.npy",
+            "..\\evil.npy",
+            "a/../../evil.npy",
+        ] {
+            let path = inner.join("field.npz");
+            std::fs::write(&path, npz(method, &[(name, &field)])).unwrap();
+            let read = Field::open(&path, &OpenOptions::default()).unwrap();
+            assert_eq!((read.n_times(), read.n_sites()), (4, 2), "{name}");
+        }
+    }
+    let names = |folder: &std::path::Path| -> Vec<_> {
+        let entries = std::fs::read_dir(folder).unwrap();
+        entries.map(|entry| entry.unwrap().file_name()).collect()
+    };
+    assert_eq!(names(folder.path()), ["inner"]);
+    assert_eq!(names(&inner), ["field.npz"]);
 }

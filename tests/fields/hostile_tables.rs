@@ -20,6 +20,46 @@ fn tables_that_are_no_table() {
 }
 
 #[test]
+fn val_a_last_comment_without_a_line_end_is_no_row() {
+    let folder = Folder::new();
+    for (name, comment) in [
+        ("plain.csv", "1,2\n3,4\n# end"),
+        ("hash.csv", "1,2\n3,4\n#"),
+        ("numbers.csv", "1,2\n3,4\n#5,6"),
+        ("blanks.csv", "1 2\n3 4\n  # end"),
+        ("return.csv", "1,2\r\n3,4\r\n# end"),
+        ("none.csv", "1,2\n3,4"),
+        ("quoted.csv", "1,2\n3,\"4\""),
+    ] {
+        let path = folder.write(name, comment);
+        let field = Field::open(path, &OpenOptions::default()).unwrap();
+        assert_eq!((field.n_times(), field.n_sites()), (2, 2), "{name}");
+        let mut values = [0.0; 4];
+        field.read_time_major(0..2, 0..2, &mut values);
+        assert_eq!(values, [1.0, 2.0, 3.0, 4.0], "{name}");
+    }
+    assert_eq!(fault("field.csv", "# only"), InputFault::NoRows);
+}
+
+#[test]
+fn regress_a_damaged_first_value_of_one_column_is_no_name() {
+    for first in ["1.0x", "q.250", "-0.5.0", "1..0", "\u{b1}.25"] {
+        let expected = InputFault::Cell {
+            line: 1,
+            column: 1,
+            found: first.to_owned(),
+        };
+        assert_eq!(fault("field.csv", format!("{first}\n2\n3\n")), expected);
+    }
+    let folder = Folder::new();
+    for name in ["v", "v1", "(m/s)", "velocity (m/s)"] {
+        let path = folder.write("field.csv", format!("{name}\n2\n3\n"));
+        let field = Field::open(path, &OpenOptions::default()).unwrap();
+        assert_eq!(field.n_times(), 2, "{name}");
+    }
+}
+
+#[test]
 fn tables_with_a_bad_row_or_cell() {
     for (text, line, found) in [("1,2\n3,4\n\n5\n", 4, 1), ("a,b\n1,2,3\n", 2, 3)] {
         let expected = 2;

@@ -5,3 +5,4 @@ mod hostile;
 mod hostile_npz;
 mod hostile_tables;
 mod inputs;
+mod random;

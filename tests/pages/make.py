@@ -1,6 +1,6 @@
 #!/usr/bin/env python3
-"""Makes pages of fields that are hard to draw: amplitudes, shapes, units, gaps, all of the program's
-own kinds of results.
+"""Makes pages of fields that are hard to draw (amplitudes, shapes, units, gaps) and of the results of
+every command that ends with a page.
 
 Usage: make.py PROGRAM DIRECTORY
 """
@@ -60,4 +60,12 @@ run("analyze", root / "examples/data/lattice_impact.npy", "--out", "lattice", "-
 run("simulate", root / "examples/scenes/dimer.toml", "--out", "dimer.npz", "--force")
 run("analyze", "dimer.npz", "--out", "dimer", "--force")
 run("budget", "dimer.npz", "--out", "dimer-budget", "--force")
-print(f"{len(FIELDS) + 3} pages in {directory}")
+run("simulate", root / "examples/scenes/dimer.toml", "--stiffness-ratio", "2.4", "--out", "dispersive.npz", "--force")
+run("compare", "dimer.npz", "dispersive.npz", "--out", "compared", "--force")
+run("attenuate", "--ratios", "2.4,4.9272", "--bodies", "20", "--target", "0.5", "--out", "attenuated")
+run("transmit", "--over", "stiffness_ratio=1:40:9log", "--sites", "21", "--out", "transmitted")
+run("sweep", "--vary", "stiffness_ratio=1:10:8", "--vary", "striker_velocity=0.5,1", "--sites", "20", "--samples", "65", "--end-time", "40", "--out", "swept")
+run("localize", "--order", "1..4", "--direct", "--cells", "40", "--out", "localized", "--force")
+run("localize", "--profile", "2", "--out", "wave", "--force")
+run("localize", "--launch", "2", "--cells", "60", "--out", "launched", "--force")
+print(f"{len(list(directory.glob('*/report.html')))} pages in {directory}")

@@ -4,8 +4,10 @@
 #![warn(missing_debug_implementations, missing_docs)]
 
 pub mod file_io;
+mod limits;
 pub mod memory;
 pub mod prefetch;
 pub mod publish;
 pub mod scratch_pool;
+pub mod signals;
 pub mod threads;

@@ -1,25 +1,22 @@
 //! Available memory, memory in huge pages, and sizes as text.
 
+use std::cell::Cell;
+use std::collections::TryReserveError;
 use std::io::Result;
 
 use memmap2::MmapMut;
 
-/// Bytes of memory available now; `None` where the system does not report it.
-fn free() -> Option<u64> {
-    let text = std::fs::read_to_string("/proc/meminfo").ok()?;
-    let line = text.lines().find_map(|l| l.strip_prefix("MemAvailable:"))?;
-    let kibibytes: u64 = line.split_whitespace().next()?.parse().ok()?;
-    Some(kibibytes.saturating_mul(1024))
-}
+use crate::limits::Limits;
 
-/// Bytes of memory available now; `u64::MAX` where the system does not report it.
+/// Bytes of memory available now, within the limits of a container and of the process (`ulimit`);
+/// `u64::MAX` where the system does not report it.
 pub fn available_memory() -> u64 {
-    free().unwrap_or(u64::MAX)
+    Limits::of_system().free().unwrap_or(u64::MAX)
 }
 
-/// Half of the memory available now; 2 GiB where the system does not report it.
+/// Half of [`available_memory`]; 2 GiB where the system does not report it.
 pub fn half_of_free_memory() -> u64 {
-    free().map_or(2 << 30, |free| free / 2)
+    Limits::of_system().free().map_or(2 << 30, |free| free / 2)
 }
 
 /// Zeroed memory in huge pages, where the system has them.
@@ -32,6 +29,41 @@ pub fn huge_pages(bytes: usize) -> Result<MmapMut> {
     #[cfg(target_os = "linux")]
     let _refused = pages.advise(memmap2::Advice::HugePage);
     Ok(pages)
+}
+
+thread_local! {
+    static MAY_FAIL: Cell<bool> = const { Cell::new(false) };
+}
+
+/// `count` values, each `value`.
+///
+/// # Errors
+/// What the allocator refused.
+pub fn try_filled<T: Clone>(
+    count: usize,
+    value: T,
+) -> std::result::Result<Vec<T>, TryReserveError> {
+    let mut values = try_with_capacity(count)?;
+    values.resize(count, value);
+    Ok(values)
+}
+
+/// An empty vector with space for `count` values.
+///
+/// # Errors
+/// What the allocator refused.
+pub fn try_with_capacity<T>(count: usize) -> std::result::Result<Vec<T>, TryReserveError> {
+    let mut values = Vec::new();
+    MAY_FAIL.set(true);
+    let reserved = values.try_reserve_exact(count);
+    MAY_FAIL.set(false);
+    reserved.map(|()| values)
+}
+
+/// Whether the caller of the allocator, on this thread, takes a refusal as an error of its own. A
+/// program's allocator that ends the program on a refusal asks this first.
+pub fn may_fail() -> bool {
+    MAY_FAIL.get()
 }
 
 /// Bytes in a binary unit, rounded up, so that the printed limit suffices.

@@ -21,9 +21,9 @@ use wavecascade::attenuation::{AttenuationRequest, ContactKind, Named, Sense};
 use wavecascade::chain::scene::SceneSource;
 use wavecascade::localized::{Family, LeakScan};
 use wavecascade::observer::Silent;
-use wavecascade::plot::{Canvas, Chart, Format, HeatChart, Mark, Series, px};
+use wavecascade::plot::{Chart, HeatChart, Mark, PlotRow, Series, Sheet};
 
-use figures::{Outcome, write};
+use figures::{Outcome, save_figure, style, write};
 
 const LENGTH: usize = 60;
 const RATIOS: usize = 72;
@@ -116,16 +116,11 @@ fn main() -> Outcome<()> {
             vec![Series::line("", 0, points.collect())],
         )
     };
-    for format in [Format::Png, Format::Svg] {
-        let canvas = Canvas::new("atlas of attenuation", 1000, 900, format)?;
-        let (above, below) = canvas.area().split_vertically(px(480.0));
-        map.draw(&above)?;
-        // As wide as the map without its colour bar.
-        let (left, _) = below.split_horizontally(px(890.0));
-        leak.draw(&left)?;
-        let file = format!("atlas_attenuation.{}", format.extension());
-        write(&file, &canvas.encode()?)?;
-    }
+    let sheet = Sheet {
+        rows: vec![PlotRow::of([map.clone()]), PlotRow::of([leak]).high(0.8)],
+        ..Sheet::default()
+    };
+    save_figure(&sheet.figure("atlas_attenuation", &style()))?;
 
     let last = map.values.row(LENGTH / 2 - 1);
     let least = (0..RATIOS)

@@ -23,7 +23,7 @@ use std::fmt::Write;
 use wavecascade::attenuation::TransmissionRequest;
 use wavecascade::chain::scene::{SceneSource, Setting};
 use wavecascade::observer::Silent;
-use wavecascade::plot::{Chart, Corner, Series};
+use wavecascade::plot::{Chart, Series};
 
 use figures::{Outcome, experiment_scene, save_charts, write};
 
@@ -124,7 +124,6 @@ fn main() -> Outcome<()> {
             y: 0.03..1.3,
             log_x: true,
             log_y: true,
-            names: Corner::LowerLeft,
             marks: vec![wavecascade::plot::Mark {
                 at: unit * crossing,
                 label: "they cross".into(),

@@ -17,7 +17,7 @@ use std::fmt::Write;
 use wavecascade::budget::{Budget, BudgetRequest, Integration, Motion, budget};
 use wavecascade::chain::{Chain, Simulation};
 use wavecascade::observer::Silent;
-use wavecascade::plot::{Format, views};
+use wavecascade::plot::{Format, Style, views};
 
 const SITES: usize = 200;
 
@@ -71,7 +71,7 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
 
     let out = figures::root().join("figures/out");
     let both = [("localized", &localized), ("dispersive", &dispersive)];
-    let figure = views(&both).ok_or("nothing to draw")?;
+    let figure = views(&both, &Style::screen()).ok_or("nothing to draw")?;
     for format in [Format::Png, Format::Svg] {
         let file = out.join(format!("energy_views.{}", format.extension()));
         std::fs::write(&file, figure.encode(format)?)?;

@@ -16,12 +16,9 @@
 
 use std::collections::BTreeMap;
 use std::fmt::Write;
-use std::ops::Range;
 
-use figures::{Outcome, write};
-use wavecascade::plot::plotters::prelude::*;
-use wavecascade::plot::plotters::style::text_anchor::{HPos, Pos, VPos};
-use wavecascade::plot::{Area, Canvas, Format, PALETTE, px, sans};
+use figures::{Outcome, save_figure, style, write};
+use wavecascade::plot::{Chart, Look, Series, Sheet};
 
 const RECORD: &str = "benches/runs/2026-11-23-amd-epyc";
 const SHAPES: [&str; 6] = [
@@ -71,13 +68,10 @@ fn main() -> Outcome<()> {
         }
     }
     write("fft_speed_error.csv", text.as_bytes())?;
-    for format in [Format::Png, Format::Svg] {
-        write(
-            &format!("fft_speed_error.{}", format.extension()),
-            &draw(&panels, format)?,
-        )?;
-    }
-    Ok(())
+    let charts = panels.iter().map(|(case, points)| chart(case, points));
+    let title = "Time against error of transforms of all columns";
+    let sheet = Sheet::grid(title, 2, charts);
+    save_figure(&sheet.figure("fft_speed_error", &style()))
 }
 
 fn read<T: serde::de::DeserializeOwned>(file: &str) -> Outcome<Record<T>> {
@@ -129,35 +123,7 @@ fn check(case: &str, points: &Points) {
     assert!(error < 1.07 * best, "{case}");
 }
 
-fn draw(panels: &[(String, Points)], format: Format) -> Outcome<Vec<u8>> {
-    let title = "Time against error of transforms of all columns";
-    let canvas = Canvas::new(title, 1410, 1500, format)?;
-    let (legend, rest) = canvas.area().split_vertically(px(44.0));
-    draw_legend(&legend)?;
-    for (area, (case, points)) in rest.split_evenly((4, 3)).iter().zip(panels) {
-        draw_panel(area, case, points)?;
-    }
-    Ok(canvas.encode()?)
-}
-
-fn draw_legend(area: &Area) -> Outcome<()> {
-    let text = TextStyle::from(sans(16.0)).pos(Pos::new(HPos::Left, VPos::Center));
-    let mut x = 60.0;
-    let y = px(26.0) as i32;
-    for (colour, (label, _)) in LIBRARIES.iter().enumerate().rev() {
-        area.draw(&dot((px(x) as i32, y), colour))?;
-        let place = (px(x + 12.0) as i32, y);
-        area.draw(&Text::new(*label, place, text.clone()))?;
-        x += 56.0 + 7.8 * label.len() as f64;
-    }
-    Ok(())
-}
-
-fn dot<C>(place: C, colour: usize) -> Circle<C, u32> {
-    Circle::new(place, px(5.0), PALETTE[colour].filled())
-}
-
-fn draw_panel(area: &Area, case: &str, points: &Points) -> Outcome<()> {
+fn chart(case: &str, points: &Points) -> Chart {
     let errors = match case.ends_with("f64") {
         true => 1.8e-16..1.3e-15,
         false => 9e-8..3.6e-7,
@@ -165,41 +131,21 @@ fn draw_panel(area: &Area, case: &str, points: &Points) -> Outcome<()> {
     let times = || points.values().map(|p| p.1);
     let longest = times().fold(0.0, f64::max);
     let least = times().fold(f64::INFINITY, f64::min);
-    let times = 0.7 * least..1.4 * longest;
-    let mut chart = ChartBuilder::on(area)
-        .margin(px(12.0))
-        .caption(case.replace('x', " x "), sans(17.0))
-        .x_label_area_size(px(48.0))
-        .y_label_area_size(px(72.0))
-        .build_cartesian_2d(
-            errors.clone().log_scale().with_key_points(ticks(errors)),
-            times.clone().log_scale().with_key_points(ticks(times)),
-        )?;
-    chart
-        .configure_mesh()
-        .light_line_style(TRANSPARENT)
-        .bold_line_style(RGBColor(0xe6, 0xe6, 0xe6))
-        .label_style(sans(14.0))
-        .axis_desc_style(sans(15.0))
-        .set_all_tick_mark_size(px(4.0))
-        .x_labels(10)
-        .y_labels(10)
-        .x_label_formatter(&|v| format!("{v:.0e}"))
-        .y_label_formatter(&|v| format!("{v:.0}"))
-        .x_desc("relative error")
-        .y_desc("time (ms)")
-        .draw()?;
-    for (colour, (_, names)) in LIBRARIES.iter().enumerate() {
-        chart.draw_series(names.iter().map(|name| dot(points[name], colour)))?;
+    let libraries = LIBRARIES.iter().enumerate().rev();
+    let series = libraries.map(|(colour, (label, names))| {
+        let points = names.iter().map(|name| points[name]).collect();
+        Series::line(*label, colour, points).with(Look::Dots)
+    });
+    Chart {
+        x: errors,
+        y: 0.7 * least..1.4 * longest,
+        log_x: true,
+        log_y: true,
+        ..Chart::of(
+            case.replace('x', " × "),
+            "relative error",
+            "time (ms)",
+            series.collect(),
+        )
     }
-    Ok(())
-}
-
-/// 1, 2, 3 and 5 times powers of ten, within a range.
-fn ticks(range: Range<f64>) -> Vec<f64> {
-    let powers = range.start.log10().floor() as i32..=range.end.log10().floor() as i32;
-    powers
-        .flat_map(|power| [1.0, 2.0, 3.0, 5.0].map(|digit| digit * 10f64.powi(power)))
-        .filter(|tick| range.contains(tick))
-        .collect()
 }

@@ -25,9 +25,9 @@ use wavecascade::attenuation::{
 };
 use wavecascade::chain::scene::SceneSource;
 use wavecascade::observer::Silent;
-use wavecascade::plot::{Canvas, Chart, Corner, Format, HeatChart, Look, Mark, Series};
+use wavecascade::plot::{Chart, HeatChart, Look, Mark, PlotRow, Series, Sheet};
 
-use figures::{Outcome, experiment, experiment_scene, write};
+use figures::{Outcome, experiment, experiment_scene, save_figure, style, write};
 
 const ANGLES: &str = "angle=2,3,4,5,6,7,8,9,10,12,14,16,18,20,23,26,30,35,40,50,60,70,80,90";
 
@@ -73,20 +73,13 @@ fn main() -> Outcome<()> {
     complete()?;
     table(&curves)?;
     let chart = transmitted(&curves);
-    let maps = [90, 18, 8].map(map);
-    for format in [Format::Png, Format::Svg] {
-        let canvas = Canvas::new("transmitted force", 1260, 940, format)?;
-        let (above, below) = canvas.area().split_vertically(wavecascade::plot::px(560.0));
-        chart.draw(&above)?;
-        for (area, map) in below.split_evenly((1, 3)).iter().zip(&maps) {
-            map.as_ref()
-                .map_err(|error| error.to_string())?
-                .draw(area)?;
-        }
-        let file = format!("fig08_force_transmission.{}", format.extension());
-        write(&file, &canvas.encode()?)?;
-    }
-    Ok(())
+    let maps = [90, 18, 8].into_iter().map(map);
+    let maps: Vec<HeatChart> = maps.collect::<Outcome<_>>()?;
+    let sheet = Sheet {
+        rows: vec![PlotRow::of([chart]), PlotRow::of(maps)],
+        ..Sheet::default()
+    };
+    save_figure(&sheet.figure("fig08_force_transmission", &style()))
 }
 
 /// At 90 degrees, where forces are relative to themselves: the part of the energy that is left behind
@@ -219,7 +212,6 @@ fn transmitted(curves: &[(&str, TransmissionCurve)]) -> Chart {
     Chart {
         x: 0.0..92.0,
         marks: marks.collect(),
-        names: Corner::LowerRight,
         ..Chart::of(
             "force on the sensor behind 40 cylinders",
             "first angle (degrees)",

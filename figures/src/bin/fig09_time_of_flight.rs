@@ -63,15 +63,12 @@ fn main() -> Outcome<()> {
     write("fig09_time_of_flight.csv", text.as_bytes())?;
     let angle = "first angle (degrees)";
     let charts = [
-        Chart {
-            names: wavecascade::plot::Corner::LowerRight,
-            ..Chart::of(
-                "time of flight through 40 cylinders",
-                angle,
-                "time (ms)",
-                times,
-            )
-        },
+        Chart::of(
+            "time of flight through 40 cylinders",
+            angle,
+            "time (ms)",
+            times,
+        ),
         Chart::of("mean speed", angle, "speed (m/s)", speeds),
     ];
     save_charts("fig09_time_of_flight", 2, &charts)

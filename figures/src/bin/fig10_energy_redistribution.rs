@@ -1,11 +1,11 @@
 //! Redistribution of energy over frequencies and wavenumbers: Figure 10 of the paper.
 //!
-//! Equation: that of Figure 7 in a chain of 200 cylinders; `S(f, x)` and `E(k, t)` of the velocity;
+//! Equation: that of Figure 7 in a chain of 200 cylinders; `S(f, x)` and `S(k, t)` of the velocity;
 //! energy passed through contact j above a frequency, from `P_j(f)`; `E(k)` of all energy and the
 //! integral of `Pi(k) = - sum_{k' <= k} T(k')`, of `wavecascade::budget`.
 //! Command: `cargo run --release -p figures --bin fig10_energy_redistribution`; two seconds.
-//! Shows: velocity, its spectrum along the chain (inset: the first 40 sites) and against time, for
-//! first angles of 18 (dispersive) and 8 degrees (localized), until the front reaches the end. Lines:
+//! Shows: velocity, its spectrum along the chain, along its first 40 sites and against time, for first
+//! angles of 18 (dispersive, left) and 8 degrees (localized), until the front reaches the end. Lines:
 //! 90 % of the energy of a site, or a time, lies below.
 //! Asserts: without the drift (below 0.5 kHz) frequencies move up along the first part of the chain at
 //! 18 degrees, the centroid from 3.5 to 6.4 kHz on even sites and from 4.3 to 6.8 on odd ones, sites 2
@@ -28,7 +28,7 @@ use wavecascade::analyze::{Map, Request, Results};
 use wavecascade::arrays::LargeArray;
 use wavecascade::budget::{BudgetRequest, Motion, Views, budget};
 use wavecascade::observer::Silent;
-use wavecascade::plot::{Colours, Tile, map_grid};
+use wavecascade::plot::{Colours, Style, Tile, map_grid};
 
 use figures::{Outcome, cells, expect, experiment, map, save_maps};
 
@@ -38,7 +38,7 @@ const EDGES: [f64; 2] = [5e3, 1.44];
 const DRIFT: f64 = 500.0;
 /// Of the frequencies drawn, in kHz.
 const HIGHEST: f64 = 20.0;
-/// Sites in the inset.
+/// Sites of the enlarged part.
 const FIRST: usize = 40;
 
 /// What is asserted; energies passed and at high k are shares of the striker's.
@@ -61,11 +61,10 @@ const WHAT: [&str; 16] = [
     "energy passed to above by Pi, front from site 5 to 40",
 ];
 
-/// The three maps of an angle, lines over two of them, and the inset of the second one.
-struct Row {
-    maps: [(String, Map); 3],
-    lines: [Vec<(f64, f64)>; 3],
-    inset: Map,
+/// The maps of an angle, with lines over two of them.
+struct Column {
+    maps: [(String, Map); 4],
+    lines: [Vec<(f64, f64)>; 4],
     /// Share of each site's energy in the high band.
     share: Vec<f64>,
     /// Energy that passed each contact in the high band, over the striker's.
@@ -77,45 +76,57 @@ fn main() -> Outcome<()> {
         3.514, 6.391, 4.306, 6.762, 0.530, 1.839, 2.116, 1.001, 0.263, -0.03, 0.638, 0.844, 0.181,
         0.27, 0.111, 0.089,
     ];
-    let dispersive = row("18", "5.7 ms", expected)?;
+    let dispersive = column("18", "5.7 ms", expected)?;
     let expected = [
         3.577, 4.178, 4.4, 4.128, 0.579, 3.404, 0.658, 0.419, 0.137, 0.115, 0.671, 0.544, 0.2,
         0.065, 0.073, -0.135,
     ];
-    let localized = row("8", "4.6 ms", expected)?;
+    let localized = column("8", "4.6 ms", expected)?;
     let all = |values: &[f64], from: f64, to: f64| values.iter().all(|v| (from..to).contains(v));
     assert!(all(&localized.share[6..=150], 0.2, 0.28));
     assert!(all(&localized.passed[5..=150], 0.1, 0.15));
 
-    let rows = [dispersive, localized];
-    let tiles = (0..6).map(|index| {
-        let (row, column) = (&rows[index / 3], index % 3);
-        let pair = [&rows[0].maps[column].1, &rows[1].maps[column].1];
-        let (title, map) = &row.maps[column];
+    let columns = [dispersive, localized];
+    let tiles = (0..8).map(|index| {
+        let (row, column) = (index / 2, &columns[index % 2]);
+        let pair = [&columns[0].maps[row].1, &columns[1].maps[row].1];
+        let spectra = [&columns[0].maps[1].1, &columns[1].maps[1].1];
+        let (title, map) = &column.maps[row];
         Tile {
             title: title.clone(),
             map,
-            colours: match column {
+            colours: match row {
                 0 => Colours::diverging(&pair),
+                // The enlarged part has the colours of the whole.
+                1 | 2 => Colours::log(&spectra, 4.0),
                 _ => Colours::log(&pair, 4.0),
             },
-            line: &row.lines[column],
-            inset: (column == 1).then_some(&row.inset),
+            line: &column.lines[row],
         }
     });
     let tiles: Vec<Tile> = tiles.collect();
-    let note = [
-        "Lines: 90 % of the energy of a site, or of a time, lies below (drift included). Insets: the first 40 sites. One cell in 200 is beyond the upper ends of the colour scales.",
+    let note = concat!(
+        "Lines: 90 % of the energy of a site, or of a time, lies below (drift included). One cell in 200 is beyond the upper ends of the colour scales. ",
         "Along the first sites at 18° low frequencies decay and a line at 8.7 kHz stays; it is left behind by the pulse: on balance none of the energy that passes contact 20 passes above 5 kHz.",
-    ];
+    );
     let heading = "Redistribution of energy: 200 cylinders of quartz at 18° and at 8°";
-    let figure = map_grid("fig10_energy_redistribution", heading, &note, 3, &tiles);
-    let maps = rows.iter().flat_map(|row| &row.maps);
+    let figure = map_grid(
+        "fig10_energy_redistribution",
+        heading,
+        note,
+        (2, &tiles),
+        &Style::screen(),
+    );
+    // The enlarged part is in the table with the whole.
+    let maps = columns.iter().flat_map(|column| {
+        let [velocity, whole, _, over_k] = &column.maps;
+        [velocity, whole, over_k]
+    });
     let named: Vec<(&str, &Map)> = maps.map(|(name, map)| (name.as_str(), map)).collect();
     save_maps(&figure, &named)
 }
 
-fn row(angle: &str, end: &str, expected: [f64; 16]) -> Outcome<Row> {
+fn column(angle: &str, end: &str, expected: [f64; 16]) -> Outcome<Column> {
     let keys = [
         ("angle", angle),
         ("sites", "201"),
@@ -197,7 +208,7 @@ fn row(angle: &str, end: &str, expected: [f64; 16]) -> Outcome<Row> {
     let spectrum = |count: usize, names: [&str; 2]| {
         let part = temporal.slice(s![..shown.len(), ..count]);
         let axes = [cells(names[0], &sites[..count]), cells(names[1], shown)];
-        map("S(f, x) (m²)", part, axes)
+        map("energy spectral density [(m/s)² s/Hz]", part, axes)
     };
     let velocity = map(
         "velocity (m/s)",
@@ -213,16 +224,22 @@ fn row(angle: &str, end: &str, expected: [f64; 16]) -> Outcome<Row> {
     let by_time = content.map(|(k, t)| (mean(k), mean(t))).collect();
     let by_site = sites.iter().zip(&along_x.quantile_90).take(180);
     let by_site = by_site.map(|(x, f)| (*x, 1e-3 * f)).collect();
-    let whole = spectrum(sites.len(), ["site", "frequency (kHz)"]);
-    let over_k = map("E(k, t) (m²/s² rad⁻¹)", spatial.view(), [k, ms]);
-    Ok(Row {
+    let names = ["site", "frequency (kHz)"];
+    let whole = spectrum(sites.len(), names);
+    let over_k = map(
+        "energy spectral density [(m/s)²/(rad/site)]",
+        spatial.view(),
+        [k, ms],
+    );
+    let first = spectrum(FIRST, names);
+    Ok(Column {
         maps: [
             (format!("v(x, t), {angle}°"), velocity),
             (format!("S(f, x), {angle}°"), whole),
-            (format!("E(k, t), {angle}°"), over_k),
+            (format!("S(f, x), {angle}°, first {FIRST} sites"), first),
+            (format!("S(k, t), {angle}°"), over_k),
         ],
-        lines: [Vec::new(), by_site, by_time],
-        inset: spectrum(FIRST, ["", ""]),
+        lines: [Vec::new(), by_site, Vec::new(), by_time],
         share,
         passed,
     })

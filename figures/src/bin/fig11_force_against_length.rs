@@ -16,7 +16,7 @@ use wavecascade::attenuation::{
     AttenuationCurve, AttenuationRequest, ContactKind, Named, Reach, Sense,
 };
 use wavecascade::observer::Silent;
-use wavecascade::plot::{Chart, Corner, Look, Series};
+use wavecascade::plot::{Chart, Look, Series};
 use wavecascade::report::attenuation_csv;
 
 use figures::{Outcome, experiment_scene, save_charts, write};
@@ -63,7 +63,9 @@ fn main() -> Outcome<()> {
             .flat_map(|(i, curve)| {
                 let points = points(curve, kind);
                 let law = curve.fits.as_ref().filter(|_| laws).map(|fits| {
-                    let law = points.iter().map(|p| (p.0, fits.chosen().at(p.0.max(1.0))));
+                    // Laws hold behind the first body.
+                    let behind = points.iter().map(|p| p.0).filter(|n| *n >= 1.0);
+                    let law = behind.map(|n| (n, fits.chosen().at(n)));
                     Series::line("", i, law.collect()).with(Look::Dashed)
                 });
                 [
@@ -75,10 +77,7 @@ fn main() -> Outcome<()> {
     };
     let label = "force / that of the homogeneous chain";
     let bodies = "cylinders before the contact";
-    let chart = |title: &str, series| Chart {
-        names: Corner::LowerLeft,
-        ..Chart::of(title, bodies, label, series)
-    };
+    let chart = |title: &str, series| Chart::of(title, bodies, label, series);
     let charts = [
         chart(
             "soft contacts of one long chain (dashed: fitted law)",

@@ -19,7 +19,7 @@ use wavecascade::arrays::LargeArray;
 use wavecascade::budget::{Budget, BudgetRequest, Integration, Motion, budget};
 use wavecascade::chain::{Chain, Simulation};
 use wavecascade::observer::Silent;
-use wavecascade::plot::{Colours, Tile, map_grid};
+use wavecascade::plot::{Colours, Style, Tile, map_grid};
 
 use figures::{Outcome, cells, expect, map, save_maps};
 
@@ -85,20 +85,19 @@ fn main() -> Outcome<()> {
                 _ => Colours::signed(&pair, 2.0),
             },
             line: &[],
-            inset: None,
         }
     });
     let tiles: Vec<Tile> = tiles.collect();
-    let note = [
-        "positive: towards +x, towards high k, out of the scales larger than l. Third row: since the front was at site 20.",
+    let note = concat!(
+        "positive: towards +x, towards high k, out of the scales larger than l. Third row: since the front was at site 20. ",
         "Grey: before that; where the filter does not fit into the chain. One cell in 200 is beyond the ends of linear scales.",
-    ];
+    );
     let figure = map_grid(
         "flux_maps",
         "Fluxes of energy (no dimensions)",
-        &note,
-        2,
-        &tiles,
+        note,
+        (2, &tiles),
+        &Style::screen(),
     );
     let named: Vec<(&str, &Map)> = maps
         .iter()

@@ -5,7 +5,8 @@
 //! Command: `cargo run --release -p figures --bin lattice_impact`; under a second.
 //! Shows: the energy lies on the dispersion curve at k > 0, up to the band edge `omega = 2`; 95 % of
 //! it travels towards +x. Nothing propagates above the edge: the rest leaks from the ends of the
-//! record, evenly to both sides.
+//! record, evenly to both sides. The dashed curve is the dispersion relation that the field's
+//! sidecar states.
 //! Asserts: the ridge lies on the dispersion curve, to a bin of frequency and what a bin of
 //! wavenumber moves it.
 
@@ -13,7 +14,7 @@ use std::f64::consts::PI;
 
 use wavecascade::analyze::{Request, Results};
 use wavecascade::field::OpenOptions;
-use wavecascade::plot::{Format, spacetime_spectrum};
+use wavecascade::plot::{Format, Style, spacetime_spectrum};
 use wavecascade::{Field, analyze};
 
 fn main() -> Result<(), Box<dyn std::error::Error>> {
@@ -51,7 +52,7 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
     assert!(farthest < allowed);
 
     let out = root.join("figures/out");
-    let figure = spacetime_spectrum(&analysis).ok_or("nothing to draw")?;
+    let figure = spacetime_spectrum(&analysis, &Style::screen()).ok_or("nothing to draw")?;
     for (format, extension) in [(Format::Png, "png"), (Format::Svg, "svg")] {
         let named = out.join(format!("lattice_impact.{extension}"));
         std::fs::rename(figure.save(&out, format)?, &named)?;

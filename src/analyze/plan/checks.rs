@@ -2,7 +2,9 @@
 
 use std::ops::Range;
 
+use crate::analyze::display::{self, Show};
 use crate::analyze::request::{Request, TimeRange};
+use crate::analyze::result::Axes;
 use crate::error::{Error, Result};
 use crate::field::Field;
 use crate::numeric::in_band;
@@ -97,7 +99,7 @@ fn until_arrival(field: &Field, sites: &Range<usize>, threshold: f64) -> Result<
         Some(0) => Err(Error::Request {
             option: "until-arrival",
             expected: "a last site that is quiet at the first time".into(),
-            found: format!("|v| = {:e} there at once", at_last[0]),
+            found: format!("|v| = {:.3e} there at once", at_last[0]),
         }),
         Some(end) => Ok(0..end),
         None => Ok(0..n),
@@ -248,6 +250,18 @@ fn rounded(x: f64) -> f64 {
 }
 
 /// The band over which directions are summed: as requested, within the axis, with at least one bin.
+/// That the display limits lie on the axes, and that there is a picture to show.
+pub(super) fn show_fits(request: &Request, axes: &Axes) -> Result<()> {
+    if !request.maps && request.show != Show::default() {
+        return Err(Error::Request {
+            option: "show",
+            expected: "maps, which the display limits are for".into(),
+            found: "none".into(),
+        });
+    }
+    display::check(&request.show, axes)
+}
+
 pub(super) fn direction_band(asked: Option<(f64, f64)>, frequencies: &[f64]) -> Result<(f64, f64)> {
     let highest = frequencies[frequencies.len() - 1];
     let (from, to) = asked.unwrap_or((0.0, highest));

@@ -3,6 +3,7 @@
 use super::{Blocks, Plan};
 use crate::analyze::intermediate::scratch_bytes;
 use crate::analyze::short_time::{ShortTimeSegments, TOGETHER};
+use crate::diagnostics::Keep;
 use crate::error::{Error, Result};
 use crate::numeric::lanes::WIDTH;
 use crate::prepare::piece_bytes;
@@ -15,6 +16,9 @@ const BLOCK_BYTES: u64 = 2 << 20;
 
 /// Bytes that are read at once from a scratch file, in one piece of each stripe.
 const SCRATCH_BYTES: u64 = 128 << 20;
+
+/// Fine maps take at most one part in so many of the memory allowed.
+const FINE_SHARE: u64 = 16;
 
 /// Bytes a bin of eight spectra that are measured, sums of leaves included.
 const MEASURED: u64 = 64 + 16;
@@ -47,6 +51,24 @@ impl Plan {
         held(time, sites) + at_once * worked_on + across
     }
 
+    /// Bytes of the maps, of which there are none without figures.
+    fn map_bytes(&self) -> u64 {
+        let (axes, results) = (&self.axes, self.request.results);
+        let (nt, nx) = (axes.n_times, axes.n_sites);
+        let [nf, nk, both] =
+            [&axes.frequency, &axes.wavenumber, &axes.wavenumber_signed].map(Vec::len);
+        let maps = [
+            (true, (nt, nx), Keep::Extreme),
+            (results.temporal, (nf, nx), Keep::Largest),
+            (results.spatial, (nt, nk), Keep::Largest),
+            (results.spacetime, (nf, both), Keep::Largest),
+            (results.flux_surrogate, (nt, nk), Keep::Extreme),
+        ];
+        let made = maps.iter().filter(|map| self.request.maps && map.0);
+        made.map(|&(_, shape, keep)| keep.bytes(shape, self.map_limit(shape, keep)))
+            .sum()
+    }
+
     /// Samples of the longest front windows whose scratch is held beside that of whole records.
     /// Longer windows replace it.
     pub(in crate::analyze) fn front_samples(n_times: usize) -> usize {
@@ -70,12 +92,18 @@ impl Plan {
     pub(super) fn fit_into_memory(&mut self, surveyed: u64) -> Result<()> {
         let need = Need::of(self);
         let allowed = self.memory_allowed;
-        let vectors = need.vectors(surveyed) + self.short_time_bytes();
+        let results = need.vectors(surveyed) + self.short_time_bytes();
         // Mapped pages of the field count as memory, so a large field is read piece by piece.
         let mapped = 8 * need.nt * need.nx;
         let piece = (piece_bytes(self.threads) as u64).max(8 * need.nx);
         let pieces = mapped.min(need.threads * piece);
-        let least = vectors + pieces + need.smallest_blocks();
+        let blocks = pieces + need.smallest_blocks();
+        // Fine maps where they take little of what there is.
+        self.has_fine_maps = true;
+        let fine = self.map_bytes();
+        self.has_fine_maps = fine <= allowed / FINE_SHARE && results + fine + blocks <= allowed;
+        let vectors = results + self.map_bytes();
+        let least = vectors + blocks;
         if allowed < least {
             return Err(Error::Memory {
                 what: "the smallest block of this field",
@@ -237,7 +265,7 @@ impl Need {
 
     /// Vectors as long as an axis, of the result and of each thread.
     fn vectors(&self, surveyed: u64) -> u64 {
-        let result = 160 * (self.nt + self.nx) + 32 * (self.nf + self.nks) + (8 << 20);
+        let result = 160 * (self.nt + self.nx) + 40 * (self.nf + self.nks) + (2 << 20);
         result + self.threads * (160 * self.nx + surveyed)
     }
 

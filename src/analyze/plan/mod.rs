@@ -7,17 +7,19 @@ use std::ops::Range;
 
 use serde::Serialize;
 
+use super::dispersion::{self, DispersionCurve};
 use super::request::Request;
 use super::result::{Axes, Conventions};
 use super::short_time::ShortTimeSegments;
 use crate::arrays::{LargeArray, Precision};
-use crate::diagnostics::Bins;
+use crate::diagnostics::{Bins, Keep, MAP_LIMIT, MapBuilder};
 use crate::error::{Error, Result};
 use crate::field::{Axis, Field, Quantity};
 use crate::prepare::{Tiles, survey_bytes};
 use crate::transform::{Scale, Scaling, Segments, frequencies, wavenumbers, wavenumbers_signed};
 use checks::{
-    check_axes, check_references, direction_band, padded, segments, site_range, time_range,
+    check_axes, check_references, direction_band, padded, segments, show_fits, site_range,
+    time_range,
 };
 
 pub(super) use checks::check_window;
@@ -37,10 +39,13 @@ pub struct Plan {
     /// The flux surrogate was requested for a field that is not a velocity.
     pub(crate) flux_refused: bool,
     pub(crate) direction_band: (f64, f64),
+    pub(crate) dispersion: Vec<DispersionCurve>,
     pub(crate) time_scale: Scale,
     pub(crate) space_scale: Scale,
     pub(crate) tiles: Tiles,
     pub(crate) blocks: Blocks,
+    /// Whether maps are collected in cells so fine that parts of them can be shown.
+    pub(crate) has_fine_maps: bool,
     /// Whether passes over records and over profiles go at the same time.
     pub(crate) interleaved: bool,
     pub threads: usize,
@@ -118,9 +123,14 @@ pub fn plan(field: &Field, request: &Request) -> Result<Plan> {
     let short_time = ShortTimeSegments::settle(request, n_times, n_sites)?;
     check_window("window-time", request.window_time, segments.length)?;
     check_window("window-space", request.window_space, n_sites)?;
-    let memory_allowed = request
-        .memory
-        .unwrap_or_else(crate::system::memory::half_of_free_memory);
+    // What is loaded already counts where the memory was stated; what is free is beside it.
+    let (memory_allowed, loaded) = match request.memory {
+        Some(stated) => (
+            stated.saturating_sub(field.loaded_bytes()),
+            field.loaded_bytes(),
+        ),
+        None => (crate::system::memory::half_of_free_memory(), 0),
+    };
     check_axes(padded_time, padded_space, memory_allowed)?;
     let window_time = request.window_time.samples(segments.length);
     let window_space = request.window_space.samples(n_sites);
@@ -147,6 +157,7 @@ pub fn plan(field: &Field, request: &Request) -> Result<Plan> {
         space,
         n_sites,
     };
+    show_fits(request, &axes)?;
     let conventions = Conventions {
         scaling: request.scaling,
         window_time: request.window_time.gains(segments.length),
@@ -175,6 +186,7 @@ pub fn plan(field: &Field, request: &Request) -> Result<Plan> {
         padded_space,
         axes.space.step,
     );
+    let dispersion = dispersion::curves(field, request, &axes)?;
     let kinetic = field.quantity == Quantity::Velocity;
     let mut request = request.clone();
     let flux_refused = request.results.flux_surrogate && !kinetic;
@@ -191,6 +203,7 @@ pub fn plan(field: &Field, request: &Request) -> Result<Plan> {
         axes,
         conventions,
         direction_band,
+        dispersion,
         time_scale,
         space_scale,
         tiles: Tiles {
@@ -205,6 +218,7 @@ pub fn plan(field: &Field, request: &Request) -> Result<Plan> {
             frequencies: padded_time / 2 + 1,
             scratch: 0,
         },
+        has_fine_maps: false,
         interleaved: false,
         threads,
         memory_needed: 0,
@@ -213,7 +227,10 @@ pub fn plan(field: &Field, request: &Request) -> Result<Plan> {
         stages: Vec::new(),
         arrays: Vec::new(),
     };
-    plan.fit_into_memory(survey_bytes(field, n_sites))?;
+    plan.fit_into_memory(survey_bytes(field, n_sites))
+        .map_err(|error| error.beside(loaded))?;
+    plan.memory_needed += loaded;
+    plan.memory_allowed += loaded;
     plan.list_work();
     Ok(plan)
 }
@@ -295,6 +312,18 @@ impl Plan {
             memory_needed: self.memory_needed,
             memory_allowed: self.memory_allowed,
             scratch_file: self.scratch_file,
+        }
+    }
+
+    /// Collects a map of an array of `shape`.
+    pub(crate) fn map_builder(&self, shape: (usize, usize), keep: Keep) -> MapBuilder {
+        MapBuilder::new(shape, self.map_limit(shape, keep), keep)
+    }
+
+    fn map_limit(&self, shape: (usize, usize), keep: Keep) -> (usize, usize) {
+        match self.has_fine_maps {
+            true => keep.fine_limit(shape),
+            false => MAP_LIMIT,
         }
     }
 

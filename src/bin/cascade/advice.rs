@@ -20,7 +20,7 @@ pub fn of_error(error: &Error) -> Option<String> {
                 .into(),
         ),
         Error::Changed { .. } => {
-            Some("repeat the command once nothing writes to the file, or on a copy".into())
+            Some("repeat the command once nothing writes to the file, or on a copy (`--read copy`)".into())
         }
         Error::Scene { fault } => Some(of_scene(fault).into()),
         Error::Exists { .. } => {
@@ -38,11 +38,32 @@ pub fn of_error(error: &Error) -> Option<String> {
              shorter record may do"
                 .into(),
         ),
+        Error::Memory { what: "the transform of the field", .. } => Some(
+            "raise `--memory`, or filter a part of the field: save fewer sites or times".into(),
+        ),
         Error::Memory { .. } => {
             Some("raise `--memory`, choose fewer sites or times, or ask for less: `--threads 1`, `--only`".into())
         }
+        Error::Refused { .. } => Some(
+            "lower `--memory`, choose fewer sites or times, use `--threads 1`, or raise the limit \
+             (`ulimit -v`, that of the container)"
+                .into(),
+        ),
+        Error::Range { .. } => Some(
+            "leave the large samples out with `--times`, or ask for spectra along time alone: \
+             `--only temporal`"
+                .into(),
+        ),
+        Error::Parseval { .. } => Some(
+            "repeat it with `--precision f64`; if it stays, check the largest and smallest samples \
+             of the field"
+                .into(),
+        ),
         Error::Read { source, .. } if source.kind() == std::io::ErrorKind::NotFound => {
             Some("check the path; a relative one starts at the current directory".into())
+        }
+        Error::Write { source, .. } if source.kind() == std::io::ErrorKind::FileTooLarge => {
+            Some("raise the allowed size of files: `ulimit -f unlimited`".into())
         }
         Error::Write { source, .. } if is_disk_full(source) => {
             Some("free some space, or write elsewhere with `--out`".into())
@@ -90,7 +111,11 @@ fn of_input(fault: &InputFault) -> Option<String> {
             "the file was cut short while written or copied; copy or write it again"
         }
         TrailingBytes { .. } => "write one array a file, or several with `numpy.savez`",
-        Archive { .. } | Deflate { .. } | InflatedSize { .. } | Checksum { .. } => {
+        Archive { .. }
+        | MemberName { .. }
+        | Deflate { .. }
+        | InflatedSize { .. }
+        | Checksum { .. } => {
             "the archive was damaged while written or copied; copy or write it again"
         }
         TooManyMembers { .. } => "save the field by itself",
@@ -231,6 +256,16 @@ pub fn of_warning(warning: &Warning) -> &'static str {
         Warning::SaturatedChannels { .. } => {
             "lower the gain or the amplitude; clipping makes harmonics that are not there"
         }
+        Warning::LoudChannels { .. } => {
+            "check their gains and units: their energy decides spectra and directions; leave them out \
+             with `--sites`, or scale them first"
+        }
+        Warning::ZeroTimes { .. } => {
+            "where the recording dropped out, state `nan` there and `--gaps interpolate`"
+        }
+        Warning::StartUp { .. } => {
+            "if it is the instrument that settles, begin later with `--times FROM:`"
+        }
         Warning::CommonMode { .. } => {
             "if it is noise of the instrument, remove it with `--detrend-space mean`"
         }
@@ -321,6 +356,6 @@ pub fn of_measured(warning: &MeasuredWarning) -> &'static str {
 }
 
 fn is_disk_full(error: &std::io::Error) -> bool {
-    use std::io::ErrorKind::{FileTooLarge, QuotaExceeded, StorageFull};
-    matches!(error.kind(), StorageFull | QuotaExceeded | FileTooLarge)
+    use std::io::ErrorKind::{QuotaExceeded, StorageFull};
+    matches!(error.kind(), StorageFull | QuotaExceeded)
 }

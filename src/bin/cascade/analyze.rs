@@ -2,132 +2,189 @@
 
 use std::io::{IsTerminal, Write};
 use std::path::{Path, PathBuf};
+use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::Instant;
 
 use wavecascade::analyze::{
-    Analysis, Plan, Request, Results, ShortTime, TimeRange, Welch, plan, run as run_plan,
+    Analysis, Request, Results, ShortTime, Show, TimeRange, Welch, plan, run as run_plan,
 };
 use wavecascade::arrays::Precision;
 use wavecascade::budget::{Budget, Motion};
 use wavecascade::field::{FileState, Note, OpenOptions, TimeColumn, is_run_file};
-use wavecascade::plot::{Format, draw_all};
+use wavecascade::plot::draw_all;
 use wavecascade::report::{
-    Archive, ClosureSummary, Doubt, Provenance, ResultDirectory, RunFile, Summary, html,
-    write_budget_arrays, write_small_arrays,
+    Archive, ClosureSummary, Doubt, Provenance, ResultDirectory, RunFile, Summary,
+    analysis_snippet, html, write_budget_arrays, write_small_arrays,
 };
 use wavecascade::{Error, Field};
 
-use crate::advice;
-use crate::args::{Analyze, FigureArg, Input, ResultArg};
+use crate::args::{Analyze, Input, ResultArg};
 use crate::effect::refuse_without_effect;
 use crate::failure::Failure;
+use crate::figure_args::Drawing;
 use crate::progress::Progress;
+use crate::settings::Applied;
+use crate::terminal::Tone;
 use crate::view_args::request_of;
+use crate::{advice, dispersion};
 use crate::{budget, terminal};
 
-/// Runs the command.
-pub fn run(typed: Analyze) -> Result<(), Failure> {
-    let options = open_options(&typed.input, typed.work.memory);
-    let pictures = formats(&typed.output.figures)?;
-    refuse_without_effect(&typed)?;
-    let request = request(&typed, !pictures.is_empty());
-    let out = typed
-        .out
-        .clone()
-        .unwrap_or_else(|| default_out(&typed.field));
-    let show = !typed.output.quiet && std::io::stderr().is_terminal();
-    let progress = Progress::new(show);
+/// What to draw, if the options fit each other.
+pub fn check(typed: &Analyze) -> Result<Drawing, Failure> {
+    refuse_without_effect(typed)?;
+    Ok(typed.figures.drawing_of_maps(&typed.colors)?)
+}
 
-    if typed.work.plan {
-        let field = Field::open(
-            &typed.field,
-            &OpenOptions {
-                hash: false,
-                ..options
-            },
-        )?;
-        print_notes(&field, typed.output.quiet);
-        return print_plan(&plan(&field, &request)?, typed.output.json);
-    }
-    let started = Instant::now();
-    use_threads(request.threads)?;
-    // Before any work: could the result be written?
-    drop(ResultDirectory::create(&out, typed.force)?);
-    // A long file is hashed first, where it can be interrupted; a short one beside the work.
-    let hash_first = is_long(&typed.field);
-    if hash_first {
-        progress.wait("reading the field");
-    }
-    let options = OpenOptions {
-        hash: hash_first,
-        ..options
-    };
-    let field = Field::open(&typed.field, &options)?;
-    let plan = plan(&field, &request).map_err(|error| error.of_file(&typed.field))?;
+/// One field to analyse.
+pub struct Task<'a> {
+    pub typed: &'a Analyze,
+    pub field: &'a Path,
+    pub out: &'a Path,
+    /// Whether an earlier result may be replaced.
+    pub replace: bool,
+    pub applied: &'a Applied,
+    pub progress: &'a Progress,
+}
 
-    progress.begin_writing();
-    let directory = ResultDirectory::create(&out, typed.force)?;
-    let archive = Archive::create(&directory.path().join("spectra.npz"), request.precision)?;
-    // Threads that are idle in a pass help with the hash.
-    let (analysis, hash) = rayon::join(
-        || run_plan(&field, &plan, &archive, &progress),
-        || match hash_first {
-            true => Ok(None),
-            false => field.file_hash(!plan.streams()),
-        },
-    );
-    let mut analysis = analysis.map_err(|error| error.of_file(&typed.field))?;
-    analysis.content_hash = analysis.content_hash.or(hash?);
-    let opened = field.file_state();
-    let read_as = conclusions(&field);
-    // Unmapping a file takes about as long as writing the remaining results.
-    let (written, ()) = rayon::join(
-        || {
-            write_small_arrays(&analysis, &archive)?;
-            archive.finish()
-        },
-        || drop(field),
-    );
-    written?;
-    progress.check()?;
+/// A field that has been analysed.
+pub struct Finished {
+    pub analysis: Analysis,
+    read_as: Vec<String>,
+    pub json: String,
+    /// Directory of the results.
+    pub published: PathBuf,
+}
 
-    let words = std::env::args_os();
-    let command = words.map(|w| w.to_string_lossy().into_owned()).collect();
-    let input = typed.field.display().to_string();
-    let provenance = Provenance {
-        read_as,
-        ..Provenance::new(command, Some(input), analysis.content_hash.clone())
-    };
-    let (budget, closure) = budget(&typed, &directory, &progress)?;
-    // All that reads or hashes the file has done so.
-    opened.as_ref().map_or(Ok(()), FileState::check)?;
-    let json = Summary::new(&analysis, &provenance)
-        .with_advice(&advised)
-        .with_closure(closure)
-        .to_json()
-        .map_err(std::io::Error::from)?;
-    directory.write("summary.json", &json)?;
-    if !pictures.is_empty() {
-        draw(&analysis, &pictures, &directory, &progress)?;
-        if let Some(budget) = &budget {
-            budget::draw(budget, &analysis.name, &pictures, &directory, "budget.html")?;
+impl Finished {
+    /// The file to open first.
+    pub fn main(&self) -> PathBuf {
+        let report = self.published.join("report.html");
+        match report.exists() {
+            true => report,
+            false => self.published.join("summary.json"),
         }
     }
-    progress.check()?;
-    let published = directory.publish()?;
-    progress.clear();
-    let told = Told {
-        analysis: &analysis,
-        read_as: &provenance.read_as,
-        json: &json,
-        published: &published,
+}
+
+/// Runs the command on one field.
+pub fn run(typed: &Analyze, field: &Path, applied: &Applied) -> Result<(), Failure> {
+    if typed.work.plan {
+        return print_plan(typed, field);
+    }
+    let show = !typed.output.quiet && std::io::stderr().is_terminal();
+    let started = Instant::now();
+    let out = typed.out.clone().unwrap_or_else(|| default_out(field));
+    let task = Task {
+        typed,
+        field,
+        out: &out,
+        replace: typed.force,
+        applied,
+        progress: &Progress::new(show),
     };
-    tell(&typed, &told, started)
+    let finished = task.run()?;
+    tell(typed, &finished, started)
+}
+
+impl Task<'_> {
+    /// From the field to its directory of results.
+    pub fn run(&self) -> Result<Finished, Failure> {
+        let Task {
+            typed,
+            field: path,
+            out,
+            progress,
+            ..
+        } = *self;
+        let options = open_options(&typed.input, typed.work.memory);
+        let drawing = check(typed)?;
+        let mut request = request(typed, drawing.is_wanted());
+        use_threads(request.threads)?;
+        // Before any work: could the result be written?
+        drop(ResultDirectory::create(out, self.replace)?);
+        // A long file is hashed first, where it can be interrupted; a short one beside the work.
+        let hash_first = is_long(path);
+        if hash_first {
+            progress.wait("reading the field");
+        }
+        let options = OpenOptions {
+            hash: hash_first,
+            ..options
+        };
+        let field = Field::open(path, &options)?;
+        request.show = typed.show.of_field(&field)?;
+        request.dispersion = dispersion::of(typed, path, &field)?;
+        let plan = plan(&field, &request)
+            .map_err(|error| error.of_file(path).beside(own(typed.work.memory)))?;
+
+        progress.begin_writing();
+        let directory = ResultDirectory::create(out, self.replace)?;
+        let archive = Archive::create(&directory.path().join("spectra.npz"), request.precision)?;
+        // Threads that are idle in a pass help with the hash.
+        let (analysis, hash) = rayon::join(
+            || run_plan(&field, &plan, &archive, progress),
+            || match hash_first {
+                true => Ok(None),
+                false => field.file_hash(!plan.streams()),
+            },
+        );
+        let mut analysis = analysis.map_err(|error| error.of_file(path))?;
+        analysis.content_hash = analysis.content_hash.or(hash?);
+        let opened = field.file_state();
+        let read_as = conclusions(&field);
+        // Unmapping a file takes about as long as writing the remaining results.
+        let (written, ()) = rayon::join(
+            || {
+                write_small_arrays(&analysis, &archive)?;
+                archive.finish()
+            },
+            || drop(field),
+        );
+        written?;
+        progress.check()?;
+        let (budget, closure) = budget(typed, path, &directory, progress)?;
+        // All that reads or hashes the file has done so.
+        opened.as_ref().map_or(Ok(()), FileState::check)?;
+        let json = Summary::new(&analysis, &self.provenance(&analysis, &read_as))
+            .with_advice(&advised)
+            .with_closure(closure)
+            .to_json()
+            .map_err(std::io::Error::from)?;
+        directory.write("summary.json", &json)?;
+        directory.write("plot.py", analysis_snippet(&analysis))?;
+        if drawing.is_wanted() {
+            draw(&analysis, &drawing, &directory, typed.work.memory, progress)?;
+            if let Some(budget) = &budget {
+                budget::draw(budget, &analysis.name, &drawing, &directory, "budget.html")?;
+            }
+        }
+        progress.check()?;
+        let published = directory.publish()?;
+        progress.clear();
+        Ok(Finished {
+            analysis,
+            read_as,
+            json,
+            published,
+        })
+    }
+
+    fn provenance(&self, analysis: &Analysis, read_as: &[String]) -> Provenance {
+        let words = std::env::args_os();
+        let command = words.map(|w| w.to_string_lossy().into_owned()).collect();
+        let input = self.field.display().to_string();
+        Provenance {
+            read_as: read_as.to_vec(),
+            settings: self.applied.in_effect().to_vec(),
+            ..Provenance::new(command, Some(input), analysis.content_hash.clone())
+        }
+    }
 }
 
 /// The budgets of a field that carries its chain, from its samples, and how far they close.
 fn budget(
     typed: &Analyze,
+    field: &Path,
     directory: &ResultDirectory,
     progress: &Progress,
 ) -> Result<(Option<Budget>, ClosureSummary), Failure> {
@@ -136,10 +193,10 @@ fn budget(
     if !(only.is_empty() || only.contains(&ResultArg::Budget)) {
         return undefined("not asked for");
     }
-    if !is_run_file(&typed.field) {
+    if !is_run_file(field)? {
         return undefined("the field carries no chain");
     }
-    let file = RunFile::read(&typed.field)?;
+    let file = RunFile::read(field)?;
     if file.run.displacement.is_none() {
         return undefined("the run recorded no displacements");
     }
@@ -161,65 +218,78 @@ fn budget(
     Ok((Some(budget), closure))
 }
 
+/// Stated memory below which figures are drawn one by one.
+const ROOM_FOR_FIGURES: u64 = 128 << 20;
+
 /// Draws figures and the report in parallel.
 fn draw(
     analysis: &Analysis,
-    formats: &[Format],
+    drawing: &Drawing,
     directory: &ResultDirectory,
+    memory: Option<u64>,
     progress: &Progress,
 ) -> Result<(), Failure> {
     use wavecascade::observer::Observer;
     progress.stage("drawing", 1);
     let figures = directory.path().join("figures");
-    let (drawn, page) = rayon::join(
-        || draw_all(analysis, &figures, formats),
-        || directory.write("report.html", html(analysis, &advised)),
-    );
+    // A figure takes some 20 MB while it is drawn.
+    let one_by_one = memory.is_some_and(|stated| stated < ROOM_FOR_FIGURES);
+    let both = || {
+        rayon::join(
+            || draw_all(analysis, &figures, &drawing.formats, &drawing.style),
+            || directory.write("report.html", html(analysis, &advised, &drawing.style)),
+        )
+    };
+    let threads = one_by_one.then_some(1);
+    let (drawn, page) =
+        wavecascade_system::threads::in_pool(threads, both).map_err(|error| Error::Threads {
+            threads: 1,
+            reason: error.to_string(),
+        })?;
     drawn?;
     page?;
     Ok(())
 }
 
-/// The analysis and the path of its results, for the summary.
-struct Told<'a> {
-    analysis: &'a Analysis,
-    read_as: &'a [String],
-    json: &'a str,
-    published: &'a Path,
-}
-
-fn tell(typed: &Analyze, told: &Told, started: Instant) -> Result<(), Failure> {
-    let mut out = std::io::stdout().lock();
+fn tell(typed: &Analyze, finished: &Finished, started: Instant) -> Result<(), Failure> {
+    let mut out = terminal::stdout();
     if typed.output.json {
-        writeln!(out, "{}", told.json)?;
+        writeln!(out, "{}", finished.json)?;
         return Ok(());
     }
     if typed.output.quiet {
         return Ok(());
     }
-    write!(
-        out,
-        "{}",
-        terminal::summary(told.analysis, told.read_as, terminal::width())
-    )?;
-    let report = told.published.join("report.html");
-    let main = if report.exists() {
-        report
-    } else {
-        told.published.join("summary.json")
-    };
+    let text = terminal::summary(&finished.analysis, &finished.read_as, terminal::width());
+    write!(out, "{text}")?;
     let seconds = started.elapsed().as_secs_f64();
+    let main = finished.main();
     writeln!(out, "done in {seconds:.2} s; open {}", main.display())?;
     Ok(())
 }
 
-fn print_plan(plan: &Plan, json: bool) -> Result<(), Failure> {
-    let mut out = std::io::stdout().lock();
-    if json {
+/// Prints what would be computed of a field.
+pub fn print_plan(typed: &Analyze, path: &Path) -> Result<(), Failure> {
+    let mut request = request(typed, check(typed)?.is_wanted());
+    let options = OpenOptions {
+        hash: false,
+        ..open_options(&typed.input, typed.work.memory)
+    };
+    let field = Field::open(path, &options)?;
+    print_notes(&field, typed.output.quiet);
+    request.show = typed.show.of_field(&field)?;
+    request.dispersion = dispersion::of(typed, path, &field)?;
+    let stated = typed.work.memory;
+    let mut plan = plan(&field, &request).map_err(|error| error.beside(own(stated)))?;
+    let beside = own(stated);
+    (plan.memory_needed, plan.memory_allowed) =
+        (plan.memory_needed + beside, plan.memory_allowed + beside);
+    let mut out = terminal::stdout();
+    if typed.output.json {
         let text = serde_json::to_string_pretty(&plan.describe()).map_err(std::io::Error::from)?;
         writeln!(out, "{text}")?;
     } else {
-        write!(out, "{}", terminal::plan(plan, terminal::width()))?;
+        write!(out, "{}", terminal::plan(&plan, terminal::width()))?;
     }
     Ok(())
 }
@@ -249,12 +319,12 @@ pub fn print_notes(field: &Field, quiet: bool) {
     }
     for note in &field.notes {
         let kind = match note.is_doubtful() {
-            true => "warning",
-            false => "note",
+            true => Tone::Warning,
+            false => Tone::Note,
         };
-        eprintln!("{kind}: {}", note.message());
+        terminal::message(kind, &note.message());
         if let Some(advice) = advice::of_note(note) {
-            eprintln!("help: {advice}");
+            terminal::message(Tone::Help, advice);
         }
     }
 }
@@ -277,35 +347,22 @@ pub fn named_after(file: &Path, usual: &str, ending: &str) -> PathBuf {
     name.into()
 }
 
-/// The formats typed, each once.
-pub fn formats(typed: &[FigureArg]) -> Result<Vec<Format>, Failure> {
-    let typed_any = |f: &FigureArg| typed.contains(f);
-    let known = [(FigureArg::Png, Format::Png), (FigureArg::Svg, Format::Svg)];
-    let chosen: Vec<Format> = known
-        .into_iter()
-        .filter_map(|(typed, format)| typed_any(&typed).then_some(format))
-        .collect();
-    if typed_any(&FigureArg::None) && !chosen.is_empty() {
-        return Err(Failure::Library(Error::Request {
-            option: "figures",
-            expected: "formats, or none alone".into(),
-            found: "both".into(),
-        }));
-    }
-    Ok(chosen)
-}
-
 /// Whether reading the file once is slow enough to show progress.
 fn is_long(field: &Path) -> bool {
     const A_WHILE: u64 = 256 << 20;
     std::fs::metadata(field).is_ok_and(|file| file.len() > A_WHILE)
 }
 
-/// Limits the global pool, which hashes and draws, to `threads` threads.
+/// Limits the global pool, which hashes and draws, to `threads` threads. It is built once: the first of
+/// several fields decides.
 pub fn use_threads(threads: Option<usize>) -> Result<(), Failure> {
     let Some(threads) = threads else {
         return Ok(());
     };
+    static BUILT: AtomicBool = AtomicBool::new(false);
+    if BUILT.swap(true, Ordering::Relaxed) {
+        return Ok(());
+    }
     let pool = rayon::ThreadPoolBuilder::new().num_threads(threads);
     Ok(pool.build_global().map_err(|e| Error::Threads {
         threads,
@@ -336,6 +393,7 @@ pub fn open_options(typed: &Input, memory: Option<u64>) -> OpenOptions {
             },
         },
         memory,
+        read: typed.read.map(Into::into).unwrap_or_default(),
         hash: true,
     }
 }
@@ -372,7 +430,10 @@ fn request(typed: &Analyze, draws: bool) -> Request {
         front_window: bands.front_window,
         noise: bands.noise,
         direction_band: bands.direction_band,
+        dispersion: None,
         maps: draws,
+        // In the units of the field's axes, once it is open.
+        show: Show::default(),
         short_time: ShortTime {
             sites: typed.short_time.short_time_sites.clone(),
             times: typed.short_time.short_time_times.clone(),
@@ -384,7 +445,17 @@ fn request(typed: &Analyze, draws: bool) -> Request {
         },
         precision: typed.work.precision.into(),
         threads: typed.work.threads.map(usize::from),
-        memory: typed.work.memory,
+        memory: typed.work.memory.map(|stated| stated - own(Some(stated))),
+    }
+}
+
+/// What of a stated memory the program itself takes: code, libraries, a report while it is written.
+/// Less than twice as much is left to the samples.
+fn own(stated: Option<u64>) -> u64 {
+    const PROGRAM: u64 = 16 << 20;
+    match stated {
+        Some(stated) if stated >= 2 * PROGRAM => PROGRAM,
+        _ => 0,
     }
 }
 

@@ -2,13 +2,17 @@
 
 use std::ops::Range;
 use std::path::PathBuf;
+use std::time::Duration;
 
 use clap::{Args, Parser, Subcommand, ValueEnum};
 use wavecascade::measure::{Frequency, Length, Measure, Time};
 use wavecascade::prepare::Window;
 
 use crate::chain_args::{Contact, SceneCommand, Simulate, SweepCommand};
+use crate::figure_args::{ColorArgs, FigureArgs};
 use crate::parse;
+use crate::settings::Settings;
+use crate::show_args::ShowArgs;
 
 /// Where the energy of a velocity field v(t, x) goes: spectra, redistribution, direction.
 #[derive(Debug, Parser)]
@@ -16,6 +20,11 @@ use crate::parse;
 pub struct Cli {
     #[command(subcommand)]
     pub command: Command,
+
+    /// End the command after this time, such as 90, 90s or 20min, as an interrupt does: what is known of
+    /// several runs or fields is kept. Exit code 124.
+    #[arg(long, global = true, value_name = "TIME", value_parser = parse::duration)]
+    pub max_time: Option<Duration>,
 }
 
 #[derive(Debug, Subcommand)]
@@ -25,7 +34,7 @@ pub enum Command {
     /// FIELD holds samples v(t, x): `.npy`, `.npz`, or a table of text (`.csv`, `.tsv`, `.txt`). An
     /// array does not say which axis is time: that is `--layout`. Axes and units come from options,
     /// from a sidecar file, field.toml for field.npy (keys layout, dt, rate, dx, t0, x0, time_unit,
-    /// space_unit, quantity, unit), or from the file; an axis without a stated step counts samples
+    /// space_unit, quantity, unit, dispersion), or from the file; an axis without a stated step counts samples
     /// or sites.
     Analyze(Box<Analyze>),
     /// Filter a field by frequency, wavenumber, speed or direction of travel.
@@ -57,6 +66,14 @@ pub enum Command {
     Sweep(Box<SweepCommand>),
     /// Print a commented scene to start from, or describe a scene.
     Scene(SceneCommand),
+    /// Print a settings file to start from, for analyses or for the style of figures, or check one.
+    ///
+    /// Settings files keep options: every long option of `cascade analyze` is a key of
+    /// analysis.toml, with `_` for `-`, and every option under "Figures" one of style.toml. Both are
+    /// used if they are beside the field; a style in the home configuration
+    /// (~/.config/cascade/style.toml) holds for all fields. Options on the command line take
+    /// precedence.
+    Settings(Settings),
     /// Print the Hertz contact of two equal crossed cylinders, or the angle of a stiffness ratio.
     Contact(Contact),
     /// Compute the ratios at which a dimer carries localized waves.
@@ -88,6 +105,13 @@ pub enum Command {
     /// it compares instruction counts, which do not depend on load or clock, and need valgrind. The
     /// exit code is 1 if more than 10 % is lost, or nothing can be compared.
     Bench(Box<crate::bench::Bench>),
+    /// Remove what killed runs have left in a folder and those below it.
+    ///
+    /// A run writes its results under a random name (`.cascade-partial-*`) and renames them when they
+    /// are complete. Each run removes what killed ones have left beside its result; this command does
+    /// so everywhere below DIR, lists what it finds with sizes, and gives an earlier result its name
+    /// back that a kill has taken away. What a living process holds stays.
+    Clean(crate::clean::Clean),
     /// Print completions for a shell.
     Completions { shell: clap_complete::Shell },
     /// Print the manual page of the program, or of one of its commands.
@@ -100,17 +124,25 @@ pub enum Command {
 /// What `cascade analyze` takes.
 #[derive(Debug, Args)]
 pub struct Analyze {
-    /// File with the field.
-    pub field: PathBuf,
+    /// File with the field; several, or patterns such as `'*.npy'`, are analysed one after the
+    /// other.
+    #[arg(required = true, value_name = "FIELD")]
+    pub fields: Vec<PathBuf>,
 
     /// Directory for the results; by default the field's name with `-cascade`, here (field-cascade
-    /// for field.npy, field.npz-cascade for field.npz).
+    /// for field.npy, field.npz-cascade for field.npz). Of several fields each has a directory of
+    /// its own in it, beside index.html and headlines.csv; by default fields-cascade.
     #[arg(long, short, value_name = "DIR")]
     pub out: Option<PathBuf>,
 
     /// Replace an existing result.
     #[arg(long)]
     pub force: bool,
+
+    /// File with options, each a key, or `none` [default: analysis.toml beside the field, if it is
+    /// there]. What is typed takes precedence; `cascade settings` prints all keys.
+    #[arg(long, value_name = "FILE")]
+    pub settings: Option<PathBuf>,
 
     #[command(flatten)]
     pub input: Input,
@@ -123,7 +155,15 @@ pub struct Analyze {
     #[command(flatten)]
     pub short_time: ShortTimeArgs,
     #[command(flatten)]
+    pub dispersion: DispersionArgs,
+    #[command(flatten)]
     pub work: WorkArgs,
+    #[command(flatten)]
+    pub show: ShowArgs,
+    #[command(flatten)]
+    pub figures: FigureArgs,
+    #[command(flatten)]
+    pub colors: ColorArgs,
     #[command(flatten)]
     pub output: Output,
 }
@@ -177,15 +217,19 @@ pub struct Input {
     /// samples [default: the one that a header names, else the first if it rises evenly].
     #[arg(long, value_name = "COLUMN")]
     pub time_column: Option<String>,
+    /// How the file is read: mapped while it is analysed, or copied to memory first, which a file
+    /// that other programs may change needs [default: map].
+    #[arg(long, value_enum)]
+    pub read: Option<ReadArg>,
 }
 
 #[derive(Debug, Args)]
 #[command(next_help_heading = "Preparation, once, before all transforms")]
 pub struct Preparation {
-    /// Sites to analyse, by index, the end excluded.
+    /// Sites to analyse, by index, the end excluded [default: all].
     #[arg(long, value_name = "FIRST:END", value_parser = parse::site_range)]
     pub sites: Option<Range<usize>>,
-    /// Times to analyse, in units of time, both ends included; one may be left out.
+    /// Times to analyse, in units of time, both ends included; one may be left out [default: all].
     #[arg(long, value_name = "FROM:TO", value_parser = parse::interval,
           allow_hyphen_values = true, conflicts_with = "until_arrival")]
     pub times: Option<(f64, f64)>,
@@ -228,16 +272,17 @@ pub struct SpectraArgs {
     /// Energy spectral density, power spectral density, or power spectrum.
     #[arg(long, value_enum, default_value_t = ScalingArg::Energy)]
     pub scaling: ScalingArg,
-    /// Welch's method: average over segments of this many samples.
+    /// Welch's method: average over segments of this many samples [default: one segment, the whole
+    /// record].
     #[arg(long, value_name = "SAMPLES")]
     pub segment: Option<usize>,
     /// Overlap of segments, in samples or as a share [default: 50%].
     #[arg(long, value_name = "SAMPLES|SHARE", value_parser = parse::overlap, requires = "segment")]
     pub overlap: Option<parse::Overlap>,
-    /// Pad records (or segments) with zeros to this many samples.
+    /// Pad records (or segments) with zeros to this many samples [default: no padding].
     #[arg(long, value_name = "SAMPLES")]
     pub pad_time: Option<usize>,
-    /// Pad profiles with zeros to this many sites.
+    /// Pad profiles with zeros to this many sites [default: no padding].
     #[arg(long, value_name = "SITES")]
     pub pad_space: Option<usize>,
 }
@@ -245,12 +290,12 @@ pub struct SpectraArgs {
 #[derive(Debug, Args)]
 #[command(next_help_heading = "Low and high band, directions")]
 pub struct Bands {
-    /// Site whose 90 % energy frequency is the upper edge of the low band [default: for a run, the
+    /// Site, by index, whose 90 % energy frequency is the upper edge of the low band [default: for a run, the
     /// first body behind the struck or driven one; for a field, the first site with a tenth of the
     /// largest energy].
     #[arg(long, value_name = "SITE", conflicts_with = "band_edge_frequency")]
     pub reference_site: Option<usize>,
-    /// Time whose 90 % energy wavenumber is the upper edge of the low band [default: for a run,
+    /// Time, in units of time, whose 90 % energy wavenumber is the upper edge of the low band [default: for a run,
     /// when the front has passed ten bodies, or a quarter of the chain; for a field, the first time
     /// with a tenth of the largest energy].
     #[arg(long, value_name = "TIME", value_parser = parse::finite,
@@ -264,15 +309,16 @@ pub struct Bands {
     #[arg(long, value_name = "WAVENUMBER", value_parser = parse::finite,
           allow_negative_numbers = true)]
     pub band_edge_wavenumber: Option<f64>,
-    /// Length of the windows over which shares at the front's passage are taken, from each site's arrival
-    /// on [default: ten times the width at half maximum of the pulse at the reference site].
+    /// Length, in units of time, of the windows over which shares at the front's passage are taken, from
+    /// each site's arrival on [default: ten times the width at half maximum of the pulse at the reference site].
     #[arg(long, value_name = "TIME", value_parser = parse::positive, allow_negative_numbers = true)]
     pub front_window: Option<f64>,
-    /// Root mean square of the noise in the samples, where it is known: sites and times whose energy
-    /// is less than twice the noise's are undefined.
+    /// Root mean square of the noise in the samples, in their unit, where it is known: sites and times
+    /// whose energy is less than twice the noise's are undefined [default: not known].
     #[arg(long, value_name = "RMS", value_parser = parse::positive, allow_negative_numbers = true)]
     pub noise: Option<f64>,
-    /// Frequencies over which the shares of each direction are taken [default: all].
+    /// Frequencies, in cycles per unit of time, over which the shares of each direction are taken
+    /// [default: all].
     #[arg(long, value_name = "FROM:TO", value_parser = parse::interval,
           allow_hyphen_values = true)]
     pub direction_band: Option<(f64, f64)>,
@@ -281,10 +327,10 @@ pub struct Bands {
 #[derive(Debug, Args)]
 #[command(next_help_heading = "Short-time spectra")]
 pub struct ShortTimeArgs {
-    /// Sites to follow in time [default: the first, the middle and the last].
+    /// Sites to follow in time, by index [default: the first, the middle and the last].
     #[arg(long, value_name = "SITE", value_delimiter = ',')]
     pub short_time_sites: Vec<usize>,
-    /// Times to follow along x.
+    /// Times to follow along x, in units of time [default: none].
     #[arg(long, value_name = "TIME", value_delimiter = ',', value_parser = parse::finite,
           allow_hyphen_values = true)]
     pub short_time_times: Vec<f64>,
@@ -294,10 +340,10 @@ pub struct ShortTimeArgs {
     /// Samples from one segment to the next [default: a quarter of the segment].
     #[arg(long, value_name = "SAMPLES")]
     pub short_time_hop: Option<usize>,
-    /// Sites a segment along x.
+    /// Sites a segment along x [default: a power of two near an eighth of the sites].
     #[arg(long, value_name = "SITES", requires = "short_time_times")]
     pub short_space_segment: Option<usize>,
-    /// Sites from one segment along x to the next.
+    /// Sites from one segment along x to the next [default: a quarter of the segment].
     #[arg(long, value_name = "SITES", requires = "short_time_times")]
     pub short_space_hop: Option<usize>,
     /// Taper of the segments.
@@ -306,9 +352,25 @@ pub struct ShortTimeArgs {
 }
 
 #[derive(Debug, Args)]
+#[command(next_help_heading = "Dispersion relations drawn over S(k, f)")]
+pub struct DispersionArgs {
+    /// `auto`, `none`, `monatomic:c=1,m=1`, `diatomic:c1=1,c2=2,m1=1,m2=1`, a table
+    /// (`curve.csv`, columns k and omega or f), or a formula for omega, in rad per unit of time,
+    /// of k, in rad per unit of length: `2*sqrt(c/m)*abs(sin(k*a/2)); c=1, m=1`. May be repeated
+    /// [default: auto, which is the branches of a run's lattice about its static state, or what
+    /// the field's sidecar states].
+    #[arg(long, value_name = "RELATION", allow_hyphen_values = true)]
+    pub dispersion: Vec<String>,
+    /// Constants of the formulas; a is the distance of the sites, and c and m of a run of equal
+    /// bodies are its own, unless they are given.
+    #[arg(long, value_name = "NAME=NUMBER,...", requires = "dispersion")]
+    pub dispersion_constants: Option<String>,
+}
+
+#[derive(Debug, Args)]
 #[command(next_help_heading = "The work")]
 pub struct WorkArgs {
-    /// Compute these results alone.
+    /// Compute these results alone [default: all].
     #[arg(long, value_enum, value_delimiter = ',', value_name = "RESULT")]
     pub only: Vec<ResultArg>,
     /// Print what would be computed, its memory and its transforms, and stop.
@@ -329,10 +391,6 @@ pub struct WorkArgs {
 #[derive(Debug, Args)]
 #[command(next_help_heading = "Output")]
 pub struct Output {
-    /// Formats of the figures; none leaves the report out too.
-    #[arg(long, value_enum, value_delimiter = ',', value_name = "FORMAT",
-          default_values_t = [FigureArg::Png, FigureArg::Svg])]
-    pub figures: Vec<FigureArg>,
     /// Print the summary as JSON on standard output.
     #[arg(long)]
     pub json: bool,
@@ -356,6 +414,8 @@ macro_rules! choice {
     };
 }
 
+pub(crate) use choice;
+
 choice!(LayoutArg => wavecascade::field::Layout {
     /// The first index counts times.
     TimeSite => Self::TimeSite,
@@ -373,6 +433,12 @@ choice!(HeaderArg => wavecascade::field::Header {
     Detect => Self::Detect,
     Present => Self::Present,
     Absent => Self::Absent,
+});
+choice!(ReadArg => wavecascade::field::ReadMode {
+    /// Read from the file whenever samples are needed.
+    Map => Self::Map,
+    /// Read once, into memory.
+    Copy => Self::Copy,
 });
 choice!(GapsArg => wavecascade::prepare::Gaps {
     /// Stop, and report their number and positions.
@@ -428,11 +494,4 @@ pub enum ResultArg {
     ShortTime,
     /// Budgets of a simulated chain's energy, from its samples.
     Budget,
-}
-
-#[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
-pub enum FigureArg {
-    Png,
-    Svg,
-    None,
 }

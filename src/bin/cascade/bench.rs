@@ -18,6 +18,7 @@ use wavecascade_throughput::{
 
 use crate::args::{KindArg, PrecisionArg};
 use crate::failure::Failure;
+use crate::terminal;
 pub use check::Fault;
 
 /// What `cascade bench` takes.
@@ -170,7 +171,7 @@ impl Bench {
         (check, not_compared): (Option<Vec<Comparison>>, Vec<String>),
         text: &str,
     ) -> Result<(), Failure> {
-        let mut stdout = std::io::stdout().lock();
+        let mut stdout = terminal::stdout();
         let (machine, versions) = (Machine::here(), versions());
         let cores = std::thread::available_parallelism().map_or(1, usize::from);
         if !self.json {

@@ -13,16 +13,18 @@ use wavecascade::budget::measured::MeasuredReport;
 use wavecascade::budget::{Budget as Found, Motion};
 use wavecascade::field::{FileState, file_hash, is_run_file};
 use wavecascade::observer::Observer;
-use wavecascade::plot::{Format, SharedScales, budget_figures, save_all};
+use wavecascade::plot::{SharedScales, budget_figures, save_all};
 use wavecascade::report::{
-    Archive, BudgetSummary, Provenance, ResultDirectory, RunFile, budget_html, write_budget_arrays,
+    Archive, BudgetSummary, Provenance, ResultDirectory, RunFile, budget_html, budget_snippet,
+    write_budget_arrays,
 };
 
-use crate::analyze::{formats, named_after, use_threads};
-use crate::args::FigureArg;
+use crate::analyze::{named_after, use_threads};
 use crate::failure::Failure;
+use crate::figure_args::{ColorArgs, Drawing, FigureArgs};
 use crate::measured::{self, MeasuredArgs, MeasuredInput, refuse_options_of_fields};
 use crate::progress::Progress;
+use crate::terminal;
 use crate::view_args::ViewArgs;
 
 /// What `cascade budget` takes.
@@ -37,25 +39,25 @@ pub struct Budget {
     /// Replace an existing result.
     #[arg(long)]
     pub force: bool,
-    #[command(flatten)]
-    pub views: ViewArgs,
-    #[command(flatten)]
-    pub measured: MeasuredArgs,
-    /// Formats of the figures; none leaves the report out too.
-    #[arg(long, value_enum, value_delimiter = ',', value_name = "FORMAT",
-          default_values_t = [FigureArg::Png, FigureArg::Svg])]
-    pub figures: Vec<FigureArg>,
     /// Print the summary as JSON on standard output.
     #[arg(long)]
     pub json: bool,
     /// Print errors only.
     #[arg(long, short)]
     pub quiet: bool,
+    #[command(flatten)]
+    pub views: ViewArgs,
+    #[command(flatten)]
+    pub measured: MeasuredArgs,
+    #[command(flatten)]
+    pub figures: FigureArgs,
+    #[command(flatten)]
+    pub colors: ColorArgs,
 }
 
 /// Runs the command.
 pub fn run(typed: Budget) -> Result<(), Failure> {
-    let pictures = formats(&typed.figures)?;
+    let drawing = typed.figures.drawing_of_maps(&typed.colors)?;
     typed.views.refuse_without_effect()?;
     let out = typed.out.clone().unwrap_or_else(|| default_out(&typed.run));
     let progress = Progress::new(!typed.quiet && std::io::stderr().is_terminal());
@@ -67,7 +69,7 @@ pub fn run(typed: Budget) -> Result<(), Failure> {
     let source = match &typed.measured.scene {
         None => {
             refuse_options_of_fields(&typed.measured)?;
-            if typed.run.is_file() && !is_run_file(&typed.run) {
+            if typed.run.is_file() && !is_run_file(&typed.run)? {
                 return Err(Failure::Library(Error::Request {
                     option: "scene",
                     expected: "the chain that a measured field is a record of, or a run file of \
@@ -109,14 +111,15 @@ pub fn run(typed: Budget) -> Result<(), Failure> {
     let summary = BudgetSummary::new(&budget, &provenance).with_measurement(source.report());
     let json = summary.to_json().map_err(std::io::Error::from)?;
     directory.write("summary.json", &json)?;
-    if !pictures.is_empty() {
+    directory.write("plot.py", budget_snippet(&budget, &name))?;
+    if drawing.is_wanted() {
         progress.stage("drawing", 1);
-        draw(&budget, &name, &pictures, &directory, "report.html")?;
+        draw(&budget, &name, &drawing, &directory, "report.html")?;
     }
     progress.check()?;
     let published = directory.publish()?;
     progress.clear();
-    let mut out = std::io::stdout().lock();
+    let mut out = terminal::stdout();
     if typed.json {
         writeln!(out, "{json}")?;
     } else if !typed.quiet {
@@ -152,13 +155,14 @@ impl MotionSource {
 pub fn draw(
     budget: &Found,
     name: &str,
-    formats: &[Format],
+    drawing: &Drawing,
     directory: &ResultDirectory,
     page: &str,
 ) -> Result<(), Error> {
-    let figures = budget_figures(budget, name, &SharedScales(&[budget]));
-    save_all(&figures, &directory.path().join("figures"), formats)?;
-    directory.write(page, budget_html(name, budget, &figures)?)
+    let figures = budget_figures(budget, name, &SharedScales(&[budget]), &drawing.style);
+    let folder = directory.path().join("figures");
+    save_all(&figures, &folder, &drawing.formats)?;
+    directory.write(page, budget_html(name, budget, &drawing.style))
 }
 
 /// The budgets of a run file.

@@ -9,7 +9,7 @@ use wavecascade::budget::Budget;
 use wavecascade::chain::scene::Units;
 use wavecascade::field::{FileState, file_hash};
 use wavecascade::observer::Observer;
-use wavecascade::plot::views;
+use wavecascade::plot::{save_all, views};
 use wavecascade::report::{
     BudgetSummary, Provenance, ResultDirectory, RunFile, comparison_html, comparison_rows,
 };
@@ -17,7 +17,10 @@ use wavecascade::report::{
 use crate::analyze::use_threads;
 use crate::budget::{command, compute, name_of};
 use crate::failure::Failure;
+use crate::figure_args::FigureArgs;
 use crate::progress::Progress;
+use crate::table::Table;
+use crate::terminal;
 use crate::view_args::ViewArgs;
 
 /// What `cascade compare` takes.
@@ -33,14 +36,16 @@ pub struct Compare {
     /// Replace an existing result.
     #[arg(long)]
     pub force: bool,
-    #[command(flatten)]
-    pub views: ViewArgs,
     /// Print the summary as JSON on standard output.
     #[arg(long)]
     pub json: bool,
     /// Print errors only.
     #[arg(long, short)]
     pub quiet: bool,
+    #[command(flatten)]
+    pub views: ViewArgs,
+    #[command(flatten)]
+    pub figures: FigureArgs,
 }
 
 /// Version of the layout of a comparison's `summary.json`.
@@ -48,6 +53,7 @@ const SCHEMA: &str = "cascade.compare/1";
 
 /// Runs the command.
 pub fn run(typed: Compare) -> Result<(), Failure> {
+    let drawing = typed.figures.drawing()?;
     typed.views.refuse_without_effect()?;
     let progress = Progress::new(!typed.quiet && std::io::stderr().is_terminal());
     use_threads(typed.views.threads.map(usize::from))?;
@@ -94,39 +100,43 @@ pub fn run(typed: Compare) -> Result<(), Failure> {
     });
     let json = serde_json::to_string_pretty(&summary).map_err(std::io::Error::from)?;
     directory.write("summary.json", &json)?;
-    progress.stage("drawing", 1);
-    directory.write("report.html", comparison_html(both)?)?;
-    let together: Vec<_> = views(&both).into_iter().collect();
-    let formats = [
-        wavecascade::plot::Format::Png,
-        wavecascade::plot::Format::Svg,
-    ];
-    wavecascade::plot::save_all(&together, &directory.path().join("figures"), &formats)?;
+    if drawing.is_wanted() {
+        progress.stage("drawing", 1);
+        directory.write("report.html", comparison_html(both, &drawing.style))?;
+        let together: Vec<_> = views(&both, &drawing.style).into_iter().collect();
+        let folder = directory.path().join("figures");
+        save_all(&together, &folder, &drawing.formats)?;
+    }
     progress.check()?;
     let published = directory.publish()?;
     progress.clear();
-    let mut out = std::io::stdout().lock();
+    let mut out = terminal::stdout();
     if typed.json {
         writeln!(out, "{json}")?;
     } else if !typed.quiet {
-        out.write_all(table(&comparison_rows(both)).as_bytes())?;
-        writeln!(out, "open {}", published.join("report.html").display())?;
+        out.write_all(table(&comparison_rows(both), terminal::width()).as_bytes())?;
+        let main = match drawing.is_wanted() {
+            true => "report.html",
+            false => "summary.json",
+        };
+        writeln!(out, "open {}", published.join(main).display())?;
     }
     Ok(())
 }
 
-/// Rows in columns: the first to the left, the others to the right.
-fn table(rows: &[[String; 4]]) -> String {
-    let width = |column: usize| {
-        let cells = rows.iter().map(|row| row[column].chars().count());
-        cells.max().unwrap_or(0)
+/// The first row names the columns.
+fn table(rows: &[[String; 4]], width: usize) -> String {
+    let Some(([name, columns @ ..], rows)) = rows.split_first() else {
+        return String::new();
     };
-    let widths = [0, 1, 2, 3].map(width);
-    let line = |[name, first, second, difference]: &[String; 4]| {
-        let [a, b, c, d] = widths;
-        format!("{name:<a$}  {first:>b$}  {second:>c$}  {difference:>d$}\n")
-    };
-    rows.iter().map(line).collect()
+    let mut table = Table::new(name);
+    for column in columns {
+        table = table.numbers(column);
+    }
+    for row in rows {
+        table.row(row.to_vec());
+    }
+    table.text(width)
 }
 
 /// Two names that differ.

@@ -47,7 +47,7 @@ pub fn run(typed: Contact) -> Result<(), Failure> {
             form(&typed, body, Ellipse::Exact)?,
         ],
     };
-    let mut out = std::io::stdout().lock();
+    let mut out = terminal::stdout();
     if typed.json {
         let text = serde_json::to_string_pretty(&answer).map_err(std::io::Error::from)?;
         return Ok(writeln!(out, "{text}")?);

@@ -4,6 +4,7 @@ use wavecascade::Error;
 use wavecascade::prepare::Window;
 
 use crate::args::{Analyze, ResultArg};
+use crate::figure_args::FigureArg;
 
 /// That no option is for results that `--only` leaves out.
 pub fn refuse_without_effect(typed: &Analyze) -> Result<(), Error> {
@@ -15,8 +16,22 @@ pub fn refuse_without_effect(typed: &Analyze) -> Result<(), Error> {
         ..
     } = typed;
     let only = &typed.work.only;
+    if typed.figures.figures.contains(&FigureArg::None)
+        && let Some(option) = typed.show.typed().next()
+    {
+        return Err(Error::Request {
+            option,
+            expected: "figures to show it: it has no effect without".into(),
+            found: "`--figures none`".into(),
+        });
+    }
     let short = &[ShortTime][..];
     let along_time = &[Temporal, Spacetime][..];
+    // Short-space spectra are of times that are asked for.
+    let along_space_or_short = match short_time.short_time_times.is_empty() {
+        true => &[Spatial, Spacetime, Flux][..],
+        false => &[Spatial, Spacetime, Flux, ShortTime],
+    };
     let along_space = &[Spatial, Spacetime, Flux][..];
     let options = [
         ("segment", spectra.segment.is_some(), along_time),
@@ -42,6 +57,21 @@ pub fn refuse_without_effect(typed: &Analyze) -> Result<(), Error> {
             "direction-band",
             bands.direction_band.is_some(),
             &[Spacetime],
+        ),
+        (
+            "dispersion",
+            !typed.dispersion.dispersion.is_empty(),
+            &[Spacetime],
+        ),
+        (
+            "show-frequency",
+            typed.show.show_frequency.is_some(),
+            &[Temporal, Spacetime, ShortTime],
+        ),
+        (
+            "show-wavenumber",
+            typed.show.show_wavenumber.is_some(),
+            along_space_or_short,
         ),
         (
             "short-time-sites",

@@ -1,6 +1,7 @@
 //! Messages of failures, and their exit codes.
 
-use std::io::Write;
+use std::io::ErrorKind;
+use std::path::PathBuf;
 use std::process::ExitCode;
 
 use wavecascade::Error;
@@ -8,17 +9,40 @@ use wavecascade::chain::scene::KeyPlace;
 
 use crate::advice;
 use crate::bench::Fault;
+use crate::progress::{reason, stopped_code};
+use crate::settings::SettingFault;
+use crate::terminal::{Tone, message};
 
 /// Why a command did not end well.
 #[derive(Debug)]
 pub enum Failure {
     Library(Error),
+    /// A settings file is at fault.
+    Setting(Box<SettingFault>),
+    /// A pattern that is none, or matches nothing.
+    Pattern {
+        pattern: String,
+        found: String,
+    },
+    /// Some fields of several have no result.
+    Fields {
+        failed: usize,
+        fields: usize,
+    },
+    /// Several fields, interrupted after some of them.
+    Stopped {
+        known: usize,
+        fields: usize,
+        out: PathBuf,
+    },
     /// Number of runs of a sweep that failed.
     Members(usize),
     /// Number of chains that failed.
     Chains(usize),
     /// Number of orders whose localized wave could not be resolved.
     Orders(usize),
+    /// Number of leftovers that could not be removed, and of folders that could not be listed.
+    Leftovers(usize),
     /// Throughput was lost, or could not be compared.
     Bench(Fault),
     /// Throughput could not be measured.
@@ -30,6 +54,12 @@ pub enum Failure {
 impl From<Error> for Failure {
     fn from(error: Error) -> Self {
         Failure::Library(error)
+    }
+}
+
+impl From<SettingFault> for Failure {
+    fn from(fault: SettingFault) -> Self {
+        Failure::Setting(Box::new(fault))
     }
 }
 
@@ -48,75 +78,109 @@ impl From<std::io::Error> for Failure {
 /// As shells count an interrupt.
 pub const INTERRUPTED: u8 = 130;
 
+/// As `timeout` ends what took too long.
+pub const TIMED_OUT: u8 = 124;
+
 impl Failure {
-    /// Prints it to standard error. 2: the request was wrong; 1: the run failed; 130: interrupted.
+    /// Prints it to standard error. 2: the request was wrong; 1: the run failed; 130: interrupted; 124: the time of `--max-time` is over.
     pub fn report(&self) -> ExitCode {
-        let mut err = std::io::stderr().lock();
-        // Nothing can be done where even this cannot be written.
-        let _ = match self {
+        if let Some(mut text) = self.text() {
+            if let Some(reason) = reason().filter(|_| self.is_stopped()) {
+                text = format!("{text}: {reason}");
+            }
+            message(Tone::Error, &text);
+        }
+        if let Some(advice) = self.advice() {
+            message(Tone::Help, &advice);
+        }
+        self.exit_code()
+    }
+
+    /// What went wrong; nothing where it is none of the user's business.
+    pub fn text(&self) -> Option<String> {
+        Some(match self {
             Failure::Library(Error::Request {
                 option,
                 expected,
                 found,
-            }) => writeln!(err, "error: --{option}: expected {expected}, found {found}"),
+            }) => format!("--{option}: expected {expected}, found {found}"),
             // A key that is missing where there is no file is an option that is missing.
             Failure::Library(Error::Scene { fault })
                 if fault.place == KeyPlace::Nowhere && !fault.key.is_empty() =>
             {
                 let option = fault.key.replace('_', "-");
-                writeln!(
-                    err,
-                    "error: --{}",
-                    fault.to_string().replacen(&fault.key, &option, 1)
-                )
+                format!("--{}", fault.to_string().replacen(&fault.key, &option, 1))
             }
-            Failure::Library(error) => writeln!(err, "error: {error}"),
-            Failure::Members(failed) => writeln!(
-                err,
-                "error: {failed} of the runs failed; the last column of the table says why"
+            Failure::Library(error) => error.to_string(),
+            Failure::Setting(fault) => fault.to_string(),
+            Failure::Pattern { pattern, found } => {
+                format!("expected files that `{pattern}` matches, found {found}")
+            }
+            Failure::Fields { failed, fields } => {
+                format!("{failed} of {fields} fields have no result, for the reasons given")
+            }
+            Failure::Stopped { known, fields, out } => format!(
+                "cancelled after {known} of {fields} fields; {} keeps what is known of them",
+                out.display()
             ),
-            Failure::Chains(failed) => writeln!(
-                err,
-                "error: {failed} of the chains could not be followed, for reasons given under `failed`; the others stand"
+            Failure::Members(failed) => {
+                format!("{failed} of the runs failed; the last column of the table says why")
+            }
+            Failure::Chains(failed) => format!(
+                "{failed} of the chains could not be followed, for reasons given under `failed`; the \
+                 others stand"
             ),
-            Failure::Orders(unresolved) => writeln!(
-                err,
-                "error: {unresolved} of the orders could not be resolved; the others stand"
-            ),
-            Failure::Bench(fault) => writeln!(err, "error: {fault}"),
+            Failure::Orders(unresolved) => {
+                format!("{unresolved} of the orders could not be resolved; the others stand")
+            }
+            Failure::Leftovers(1) => "one leftover or folder could not be treated".into(),
+            Failure::Leftovers(failed) => {
+                format!("{failed} leftovers or folders could not be treated")
+            }
+            Failure::Bench(fault) => fault.to_string(),
             Failure::Throughput(error @ wavecascade_throughput::Error::Shape { .. }) => {
-                writeln!(err, "error: --shape: {error}")
+                format!("--shape: {error}")
             }
-            Failure::Throughput(error) => writeln!(err, "error: {error}"),
+            Failure::Throughput(error) => error.to_string(),
             // A reader that went away (`cascade ... | head`) has read enough: no failure.
-            Failure::Output(error) if error.kind() == std::io::ErrorKind::BrokenPipe => Ok(()),
-            Failure::Output(error) => {
-                writeln!(err, "error: cannot write to standard output: {error}")
-            }
-        };
-        if let Failure::Library(error) = self
-            && let Some(advice) = advice::of_error(error)
-        {
-            let _ = writeln!(err, "help: {advice}");
-        }
-        if let Failure::Bench(fault) = self {
-            let _ = writeln!(err, "help: {}", fault.advice());
-        }
-        if let Failure::Throughput(wavecascade_throughput::Error::Baseline { .. }) = self {
-            let _ = writeln!(
-                err,
-                "help: record a new one with `cascade bench --record FILE`, or name another with `--baseline`"
-            );
-        }
+            Failure::Output(error) if error.kind() == ErrorKind::BrokenPipe => return None,
+            Failure::Output(error) => format!("cannot write to standard output: {error}"),
+        })
+    }
+
+    /// What the user can do, where that is known.
+    pub fn advice(&self) -> Option<String> {
         match self {
-            Failure::Library(Error::Cancelled | Error::Paused { .. }) => {
-                ExitCode::from(INTERRUPTED)
+            Failure::Library(error) => advice::of_error(error),
+            Failure::Setting(_) => {
+                Some("`cascade settings` prints all keys with what they mean".into())
             }
+            Failure::Bench(fault) => Some(fault.advice().to_string()),
+            Failure::Throughput(wavecascade_throughput::Error::Baseline { .. }) => Some(
+                "record a new one with `cascade bench --record FILE`, or name another with \
+                 `--baseline`"
+                    .into(),
+            ),
+            Failure::Pattern { .. } => Some("check the folder and the ending".into()),
+            _ => None,
+        }
+    }
+
+    /// Whether the user ended the work, by an interrupt or by `--max-time`.
+    fn is_stopped(&self) -> bool {
+        matches!(
+            self,
+            Failure::Library(Error::Cancelled | Error::Paused { .. }) | Failure::Stopped { .. }
+        )
+    }
+
+    fn exit_code(&self) -> ExitCode {
+        match self {
+            _ if self.is_stopped() => ExitCode::from(stopped_code()),
             Failure::Library(error) if error.is_usage() => ExitCode::from(2),
+            Failure::Setting(_) | Failure::Pattern { .. } => ExitCode::from(2),
             Failure::Throughput(wavecascade_throughput::Error::Shape { .. }) => ExitCode::from(2),
-            Failure::Output(error) if error.kind() == std::io::ErrorKind::BrokenPipe => {
-                ExitCode::SUCCESS
-            }
+            Failure::Output(error) if error.kind() == ErrorKind::BrokenPipe => ExitCode::SUCCESS,
             _ => ExitCode::from(1),
         }
     }

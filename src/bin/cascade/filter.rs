@@ -6,7 +6,7 @@ use std::path::{Path, PathBuf};
 use clap::{Args, ValueEnum};
 use serde_json::json;
 use wavecascade::analyze::{Filtered, filtered};
-use wavecascade::field::Axis;
+use wavecascade::field::{Axis, OpenOptions};
 use wavecascade::measure::cycles_per;
 use wavecascade::report::FieldFile;
 use wavecascade::transform::{Passband, Travelling};
@@ -17,7 +17,8 @@ use crate::args::Input;
 use crate::chain_args::How;
 use crate::failure::Failure;
 use crate::parse;
-use crate::terminal::number;
+use crate::progress::Progress;
+use crate::terminal::{self, Tone, number};
 
 /// What `cascade filter` takes.
 #[derive(Debug, Args)]
@@ -38,11 +39,11 @@ pub struct Filter {
     #[arg(long, value_name = "FROM:TO", value_parser = parse::interval)]
     pub frequency: Option<(f64, f64)>,
 
-    /// Magnitudes of wavenumbers that pass, in rad per unit of length.
+    /// Magnitudes of wavenumbers that pass, in rad per unit of length, likewise.
     #[arg(long, value_name = "FROM:TO", value_parser = parse::interval)]
     pub wavenumber: Option<(f64, f64)>,
 
-    /// Phase velocities that pass, a fan in (f, k).
+    /// Phase velocities that pass, in units of length per unit of time, likewise: a fan in (f, k).
     #[arg(long, value_name = "FROM:TO", value_parser = parse::interval)]
     pub speed: Option<(f64, f64)>,
 
@@ -55,10 +56,15 @@ pub struct Filter {
     #[arg(long)]
     pub pad: bool,
 
-    #[command(flatten)]
-    pub input: Input,
+    /// Working memory, such as 500MB or 2GiB [default: the available memory]. The whole field is in
+    /// memory three times, with `--pad` twelve times.
+    #[arg(long, value_name = "SIZE", value_parser = parse::bytes)]
+    pub memory: Option<u64>,
+
     #[command(flatten)]
     pub how: How,
+    #[command(flatten)]
+    pub input: Input,
 }
 
 #[derive(Debug, Clone, Copy, ValueEnum)]
@@ -81,19 +87,27 @@ pub fn run(typed: Filter) -> Result<(), Failure> {
         .unwrap_or_else(|| default_out(&typed.field));
     // Before any work: could the result be written?
     FieldFile::check(&out, typed.force)?;
-    let field = Field::open(&typed.field, &open_options(&typed.input, None))?;
+    let progress = Progress::new(false);
+    let options = OpenOptions {
+        hash: false,
+        ..open_options(&typed.input, typed.memory)
+    };
+    let field = Field::open(&typed.field, &options)?;
     print_notes(&field, typed.how.quiet);
-    let found = filtered(&field, &band, typed.pad, None);
+    let found = filtered(&field, &band, typed.pad, typed.memory);
     let found = found.map_err(|error| error.of_file(&typed.field))?;
     field.check_unchanged()?;
+    drop(field);
+    progress.begin_writing();
     FieldFile::write(&out, typed.force, &found.field)?;
     let warnings = warnings(&typed, &found);
     if !typed.how.quiet {
         for [message, advice] in &warnings {
-            eprintln!("warning: {message}\nhelp: {advice}");
+            terminal::message(Tone::Warning, message);
+            terminal::message(Tone::Help, advice);
         }
     }
-    let mut stdout = std::io::stdout().lock();
+    let mut stdout = terminal::stdout();
     if typed.how.json {
         let warnings = warnings
             .iter()

@@ -17,6 +17,7 @@ use wavecascade::report::{Contents, ResultDirectory};
 use crate::analyze::use_threads;
 use crate::chain_args::Body;
 use crate::failure::Failure;
+use crate::figure_args::FigureArgs;
 use crate::parse;
 use crate::progress::Progress;
 
@@ -60,6 +61,8 @@ pub struct Localize {
     /// its picture. Without it nothing is written, but for `--profile` localized-N.
     #[arg(long, short, value_name = "DIR")]
     pub out: Option<PathBuf>,
+    #[command(flatten)]
+    pub figures: FigureArgs,
     /// Replace an existing result.
     #[arg(long)]
     pub force: bool,
@@ -139,6 +142,10 @@ impl Localize {
 
 /// Runs the command.
 pub fn run(typed: Localize) -> Result<(), Failure> {
+    let is_launched = typed.launch.is_some() && typed.out.is_some();
+    let draws = typed.profile.is_some() || is_launched;
+    let needed = "`--profile`, or `--launch` and `--out`,";
+    typed.figures.refuse_without(draws, needed)?;
     use_threads(typed.threads.map(usize::from))?;
     match (typed.profile, typed.launch) {
         (Some(order), _) => profile::run(&typed, order),

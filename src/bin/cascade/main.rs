@@ -1,16 +1,21 @@
 //! The program: arguments, one library call, files, exit code.
 
 mod advice;
+mod allocator;
 mod analyze;
 mod args;
 mod attenuate;
 mod bench;
 mod budget;
 mod chain_args;
+mod clean;
 mod compare;
 mod contact;
+mod dispersion;
 mod effect;
 mod failure;
+mod fields;
+mod figure_args;
 mod filter;
 mod localize;
 mod manual;
@@ -20,38 +25,75 @@ mod progress;
 mod saved;
 mod scene;
 mod scene_keys;
+mod settings;
+mod show_args;
 mod simulate;
 mod sweep;
+mod table;
 mod terminal;
+mod text;
 mod transmit;
 mod view_args;
 
+use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 
-use clap::Parser;
-
 use args::{Cli, Command};
+use failure::Failure;
+use settings::{Applied, CommandLine};
+use terminal::Tone;
+
+/// What is said of a mapped file whose bytes are gone.
+const FILE_LOST: &str = "was shortened while it was read, or its disk cannot be read: expected all \
+    bytes of the file\nhelp: repeat the command once nothing writes to the file, or copy it to memory \
+    first with `--read copy`\n";
 
 fn main() -> ExitCode {
-    let cli = Cli::parse();
-    let done = match cli.command {
-        Command::Analyze(typed) => analyze::run(*typed),
+    wavecascade_system::signals::prepare(FILE_LOST);
+    match run(&CommandLine::typed()) {
+        Ok(()) => ExitCode::SUCCESS,
+        Err(failure) => failure.report(),
+    }
+}
+
+fn run(line: &CommandLine) -> Result<(), Failure> {
+    let fields = fields::expanded(&line.fields())?;
+    if fields.len() > 1 {
+        progress::end_after(line.call().max_time);
+        return fields::run(line, &fields);
+    }
+    let field = fields.first().map(PathBuf::as_path);
+    let (cli, applied) = line.parse(field)?;
+    progress::end_after(cli.max_time);
+    if !line.call().quiet {
+        for note in applied.notes() {
+            terminal::message(Tone::Note, &note);
+        }
+    }
+    let done = one(cli, field, &applied);
+    done.map_err(|failure| applied.located(failure))
+}
+
+fn one(cli: Cli, field: Option<&Path>, applied: &Applied) -> Result<(), Failure> {
+    match cli.command {
+        Command::Analyze(typed) => {
+            let field = field.unwrap_or(&typed.fields[0]);
+            analyze::run(&typed, field, applied)
+        }
         Command::Budget(typed) => budget::run(*typed),
         Command::Compare(typed) => compare::run(*typed),
         Command::Filter(typed) => filter::run(*typed),
         Command::Simulate(typed) => simulate::run(*typed),
         Command::Sweep(typed) => sweep::run(*typed),
         Command::Scene(typed) => scene::run(typed),
+        Command::Settings(typed) => settings::run(typed),
         Command::Contact(typed) => contact::run(typed),
         Command::Attenuate(typed) => attenuate::run(*typed),
         Command::Transmit(typed) => transmit::run(*typed),
         Command::Localize(typed) => localize::run(*typed),
         Command::Bench(typed) => bench::run(*typed),
+        Command::Clean(typed) => clean::run(typed),
         Command::Completions { shell } => manual::completions(shell),
         Command::Man { page } => manual::page(page.as_deref()),
-    };
-    match done {
-        Ok(()) => ExitCode::SUCCESS,
-        Err(failure) => failure.report(),
     }
 }

@@ -213,6 +213,7 @@ pub fn refuse_options_of_fields(typed: &MeasuredArgs) -> Result<()> {
         member,
         header,
         time_column,
+        read,
     } = &typed.input;
     let given = [
         ("layout", layout.is_some()),
@@ -228,6 +229,7 @@ pub fn refuse_options_of_fields(typed: &MeasuredArgs) -> Result<()> {
         ("member", member.is_some()),
         ("header", header.is_some()),
         ("time-column", time_column.is_some()),
+        ("read", read.is_some()),
     ];
     match given.into_iter().find(|(_, given)| *given) {
         None => Ok(()),

@@ -1,6 +1,7 @@
 //! Values that clap has no parser for.
 
 use std::ops::Range;
+use std::time::Duration;
 
 use wavecascade::measure::{Dimension, Measure};
 use wavecascade::sweep::Part;
@@ -57,6 +58,21 @@ pub fn bytes(text: &str) -> Result<u64, String> {
     match number.parse::<f64>() {
         Ok(n) if n * factor >= 1.0 => Ok((n * factor) as u64),
         _ => Err("expected a size such as 500MB or 2GiB".into()),
+    }
+}
+
+/// A time of at least a millisecond, in seconds or with its unit: `90`, `1.5s`, `20min`, `2h`.
+pub fn duration(text: &str) -> Result<Duration, String> {
+    let expected = || "expected a time such as 90, 90s, 20min or 2h".to_owned();
+    let text = text.trim();
+    let (number, factor) = [("ms", 1e-3), ("min", 60.0), ("h", 3600.0), ("s", 1.0)]
+        .into_iter()
+        .find_map(|(unit, factor)| Some((text.strip_suffix(unit)?, factor)))
+        .unwrap_or((text, 1.0));
+    let number: f64 = number.trim().parse().map_err(|_| expected())?;
+    match Duration::try_from_secs_f64(number * factor) {
+        Ok(time) if time >= Duration::from_millis(1) => Ok(time),
+        _ => Err(expected()),
     }
 }
 

@@ -1,6 +1,5 @@
 //! Progress bar, and Ctrl-C.
 
-use std::io::Write;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 use std::time::{Duration, Instant};
@@ -8,18 +7,70 @@ use std::time::{Duration, Instant};
 use indicatif::{HumanDuration, ProgressBar, ProgressDrawTarget, ProgressState, ProgressStyle};
 use wavecascade::observer::Observer;
 
-use crate::failure::INTERRUPTED;
+use crate::failure::{INTERRUPTED, TIMED_OUT};
+use crate::terminal;
 
 /// A stage shorter than this shows no bar.
 const PATIENCE: Duration = Duration::from_millis(300);
 
+/// Letters of a name that are shown.
+const LONGEST: usize = 24;
+
 /// Time and share of a stage after which its end is estimated.
 const ESTIMABLE: (Duration, f32) = (Duration::from_secs(2), 0.03);
+
+/// The command whose work an end by `--max-time` cancels; none before there is one.
+static WATCHED: Mutex<Option<Arc<Shared>>> = Mutex::new(None);
+
+/// Whether the time of `--max-time` is over.
+static EXPIRED: AtomicBool = AtomicBool::new(false);
+
+/// Ends the command after `most`, as an interrupt does, where a time is stated.
+pub fn end_after(most: Option<Duration>) {
+    let Some(most) = most else { return };
+    let wait = move || {
+        std::thread::sleep(most);
+        EXPIRED.store(true, Ordering::Relaxed);
+        let watched = lock(&WATCHED).clone();
+        match watched {
+            Some(shared) => shared.interrupt(),
+            None => end_at_once(),
+        }
+    };
+    // Without its thread the command takes as long as it takes.
+    let _ = std::thread::Builder::new().spawn(wait);
+}
+
+/// The exit code of work that was stopped: as shells count an interrupt, or as `timeout` ends.
+pub fn stopped_code() -> u8 {
+    match EXPIRED.load(Ordering::Relaxed) {
+        true => TIMED_OUT,
+        false => INTERRUPTED,
+    }
+}
+
+/// Of work that was stopped, the reason, where it is `--max-time`.
+pub fn reason() -> Option<&'static str> {
+    let expired = EXPIRED.load(Ordering::Relaxed);
+    expired.then_some("the time of `--max-time` is over")
+}
+
+fn end_at_once() -> ! {
+    let cancelled = wavecascade::Error::Cancelled.to_string();
+    let text = match reason() {
+        Some(reason) => format!("{cancelled}: {reason}"),
+        None => cancelled,
+    };
+    terminal::message(terminal::Tone::Error, &text);
+    std::process::exit(stopped_code().into())
+}
 
 /// Shows each stage's progress on standard error where that is a terminal.
 #[derive(Debug)]
 pub struct Progress {
     shown: bool,
+    /// What of several things the work is for; empty where there is one.
+    part: Mutex<String>,
     shared: Arc<Shared>,
 }
 
@@ -58,10 +109,21 @@ impl Progress {
             phase: Mutex::new(Phase::Reading),
             interrupted: AtomicBool::new(false),
         });
+        *lock(&WATCHED) = Some(Arc::clone(&shared));
         let heard = Arc::clone(&shared);
         // Without a handler an interrupt still ends the program, only less tidily.
         let _ = ctrlc::set_handler(move || heard.interrupt());
-        Progress { shown, shared }
+        Progress {
+            shown,
+            part: Mutex::default(),
+            shared,
+        }
+    }
+
+    /// From now on stages are those of the n-th of several things.
+    pub fn of(&self, n: usize, all: usize, name: &str) {
+        let name: String = name.chars().take(LONGEST).collect();
+        *lock(&self.part) = format!("{n} of {all}, {name}: ");
     }
 
     /// Shows a stage whose progress is unknown.
@@ -107,14 +169,9 @@ impl Shared {
             }
             Phase::Reading => {
                 lock(&self.stage).bar.finish_and_clear();
-                let _ = writeln!(
-                    std::io::stderr(),
-                    "error: {}",
-                    wavecascade::Error::Cancelled
-                );
-                std::process::exit(INTERRUPTED.into());
+                end_at_once();
             }
-            Phase::Stopping => std::process::exit(INTERRUPTED.into()),
+            Phase::Stopping => std::process::exit(stopped_code().into()),
         }
     }
 }
@@ -140,7 +197,7 @@ impl Observer for Progress {
             .with_key("remaining", remaining);
         let bar = ProgressBar::with_draw_target(Some(units), ProgressDrawTarget::hidden());
         bar.set_style(style);
-        bar.set_message(name);
+        bar.set_message(format!("{}{name}", lock(&self.part)));
         let stage = Stage {
             bar,
             since: Instant::now(),

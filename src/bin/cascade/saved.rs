@@ -3,22 +3,34 @@
 use std::path::Path;
 
 use wavecascade::Error;
-use wavecascade::plot::Format;
+use wavecascade::plot::Figure;
 use wavecascade::report::write_beside;
 
-/// Writes `<name>.json`, `curves.csv` and the picture in both formats into a directory, each whole.
-pub fn keep(
-    out: &Path,
-    name: &str,
-    json: &str,
-    csv: &str,
-    picture: impl Fn(Format) -> Result<Vec<u8>, Error>,
-) -> Result<(), Error> {
-    write_beside(out, &format!("{name}.json"), json.as_bytes())?;
-    write_beside(out, "curves.csv", csv.as_bytes())?;
-    for format in [Format::Png, Format::Svg] {
-        let file = format!("{name}.{}", format.extension());
-        write_beside(out, &file, &picture(format)?)?;
+use crate::figure_args::Drawing;
+
+/// What is saved of a run, besides its picture.
+pub struct Saved<'a> {
+    pub name: &'a str,
+    pub json: &'a str,
+    pub csv: &'a str,
+    pub page: &'a str,
+}
+
+impl Saved<'_> {
+    /// Writes `<name>.json` and `curves.csv` and, if wanted, the picture and the page into a directory,
+    /// each whole; returns the name of the file to open.
+    pub fn keep(&self, out: &Path, drawing: &Drawing, figure: &Figure) -> Result<String, Error> {
+        let json = format!("{}.json", self.name);
+        write_beside(out, &json, self.json.as_bytes())?;
+        write_beside(out, "curves.csv", self.csv.as_bytes())?;
+        if !drawing.is_wanted() {
+            return Ok(json);
+        }
+        for format in &drawing.formats {
+            let file = format!("{}.{}", self.name, format.extension());
+            write_beside(out, &file, &figure.encode(*format)?)?;
+        }
+        write_beside(out, "report.html", self.page.as_bytes())?;
+        Ok("report.html".into())
     }
-    Ok(())
 }

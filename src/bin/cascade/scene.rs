@@ -10,7 +10,7 @@ use crate::terminal::{self, Lines, number};
 
 /// Runs the command.
 pub fn run(typed: SceneCommand) -> Result<(), Failure> {
-    let mut out = std::io::stdout().lock();
+    let mut out = terminal::stdout();
     if typed.schema {
         let text = serde_json::to_string_pretty(&schema()).map_err(std::io::Error::from)?;
         return Ok(writeln!(out, "{text}")?);
@@ -120,6 +120,14 @@ fn run_lines(lines: &mut Lines, d: &Description) {
     lines.line("end", &format!("{end}, {} samples", d.samples));
     lines.line("kept", &d.record.join(", "));
     lines.line("memory", &terminal::size(d.memory));
+    let limit = match d.work.limit {
+        "motion" => "as the motion needs them".to_owned(),
+        "step" => "as `step` states".to_owned(),
+        loss => format!("as short as `{loss}` needs them"),
+    };
+    let at_most = if d.end_time.is_none() { "at most " } else { "" };
+    let steps = format!("{at_most}about {:.1e} steps, {limit}", d.work.steps);
+    lines.line("work", &steps);
 }
 
 /// A choice under the name that is typed.

@@ -26,7 +26,7 @@ pub fn run(typed: Simulate) -> Result<(), Failure> {
     let setup = source.setup()?;
     if typed.plan {
         let text = describe(&setup.description(), typed.json)?;
-        return Ok(std::io::stdout().write_all(text.as_bytes())?);
+        return Ok(terminal::stdout().write_all(text.as_bytes())?);
     }
     let out = typed
         .out
@@ -60,7 +60,7 @@ fn tell(
     seconds: f64,
 ) -> Result<(), Failure> {
     let description = setup.description();
-    let mut stdout = std::io::stdout().lock();
+    let mut stdout = terminal::stdout();
     if typed.json {
         let warnings: Vec<_> = run
             .report
@@ -140,8 +140,7 @@ fn summary(description: &Description, run: &Run, seconds: f64, width: usize) -> 
     );
     lines.line("computation", &format!("{seconds:.3} s"));
     for warning in &report.warnings {
-        lines.line("warning", &warning.message());
-        lines.line("", &format!("-> {}", advice::of_run(warning)));
+        lines.warning(&warning.message(), advice::of_run(warning));
     }
     lines.text
 }

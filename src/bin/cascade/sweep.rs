@@ -6,12 +6,14 @@ use std::time::Instant;
 
 use wavecascade::Error;
 use wavecascade::chain::scene::SceneSource;
-use wavecascade::sweep::{Part, Standing, Sweep};
+use wavecascade::report::{sweep_html, sweep_snippet, write_beside};
+use wavecascade::sweep::{Part, Standing, Sweep, read};
 
 use crate::analyze::use_threads;
 use crate::chain_args::SweepCommand;
 use crate::failure::Failure;
 use crate::progress::Progress;
+use crate::terminal;
 
 /// Runs the command.
 pub fn run(typed: SweepCommand) -> Result<(), Failure> {
@@ -42,6 +44,15 @@ pub fn run(typed: SweepCommand) -> Result<(), Failure> {
         }
         Sweep::merge(&typed.merge, &out)?
     };
+    if standing.table.is_some() {
+        let (request, outcomes) = read(&out)?;
+        write_beside(
+            &out,
+            "report.html",
+            sweep_html(&request, &outcomes).as_bytes(),
+        )?;
+        write_beside(&out, "plot.py", sweep_snippet(&request).as_bytes())?;
+    }
     tell(&typed, &standing, &out, started)?;
     match standing.failed {
         0 => Ok(()),
@@ -62,7 +73,7 @@ fn tell(
     out: &Path,
     started: Instant,
 ) -> Result<(), Failure> {
-    let mut stdout = std::io::stdout().lock();
+    let mut stdout = terminal::stdout();
     if typed.how.json {
         let text = serde_json::to_string_pretty(standing).map_err(std::io::Error::from)?;
         writeln!(stdout, "{text}")?;
@@ -75,20 +86,23 @@ fn tell(
             ..
         } = standing;
         let seconds = started.elapsed().as_secs_f64();
-        writeln!(
-            stdout,
+        let known_now = format!(
             "{known} of {members} members known, {computed} of them computed now in {seconds:.2} s"
-        )?;
-        match table {
-            Some(table) => writeln!(stdout, "wrote {}", table.display())?,
-            None => writeln!(
-                stdout,
+        );
+        let next = match table {
+            Some(table) => {
+                let page = table.with_file_name("report.html");
+                format!("wrote {}; open {}", table.display(), page.display())
+            }
+            None => format!(
                 "no table yet, {} members are missing: run the other parts, and put them together \
                  with --merge; {} keeps what is known",
                 members - known,
                 out.display()
-            )?,
-        }
+            ),
+        };
+        let text = terminal::paragraphs(&[known_now, next], terminal::width());
+        stdout.write_all(text.as_bytes())?;
     }
     Ok(())
 }

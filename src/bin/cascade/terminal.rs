@@ -1,7 +1,5 @@
 //! The summary of a run, on one screen.
 
-use std::fmt::Write;
-
 use wavecascade::analyze::{Analysis, Plan};
 use wavecascade::field::Axis;
 use wavecascade::measure::digits;
@@ -9,66 +7,7 @@ pub use wavecascade::report::number;
 use wavecascade::report::{percent, sentences};
 
 use crate::advice;
-
-/// Columns of the terminal; 100 where there is none.
-pub fn width() -> usize {
-    let found = terminal_size::terminal_size_of(std::io::stdout());
-    found.map_or(100, |(width, _)| usize::from(width.0).clamp(60, 120))
-}
-
-/// Lines of names and values, wrapped.
-pub struct Lines {
-    pub text: String,
-    width: usize,
-}
-
-impl Lines {
-    /// Where what a name is begins.
-    const INDENT: usize = 19;
-
-    pub fn new(width: usize) -> Self {
-        Lines {
-            text: String::new(),
-            width,
-        }
-    }
-
-    pub fn line(&mut self, name: &str, value: &str) {
-        let indent = Self::INDENT;
-        let mut column = indent;
-        // Writing to a string cannot fail.
-        let _ = write!(self.text, "{name:<indent$}");
-        for word in words(value) {
-            let length = word.chars().count();
-            if column > indent && column + 1 + length > self.width {
-                let _ = write!(self.text, "\n{:indent$}", "");
-                column = indent;
-            }
-            if column > indent {
-                self.text.push(' ');
-                column += 1;
-            }
-            self.text.push_str(word);
-            column += length;
-        }
-        self.text.push('\n');
-    }
-}
-
-/// The words of `text`; a percent sign stays with its number.
-fn words(text: &str) -> impl Iterator<Item = &str> {
-    let mut rest = text;
-    std::iter::from_fn(move || {
-        if rest.is_empty() {
-            return None;
-        }
-        let mut breaks = rest.match_indices(' ').map(|(at, _)| at);
-        let end = breaks.find(|&at| !rest[at + 1..].starts_with('%'));
-        let word = &rest[..end.unwrap_or(rest.len())];
-        rest = end.map_or("", |at| &rest[at + 1..]);
-        Some(word)
-    })
-}
+pub use crate::text::{HEADING, Lines, Tone, message, paragraphs, stdout, styled, width, wrapped};
 
 /// What a person wants to know first, in lines of at most `width` columns.
 ///
@@ -105,7 +44,10 @@ pub fn summary(analysis: &Analysis, read_as: &[String], width: usize) -> String 
             percent(d.toward_minus_x),
             percent(d.undirected)
         );
-        let undefined = "undefined: no energy".to_owned();
+        let undefined = match analysis.axes.n_sites {
+            1 => "undefined: a single site has no wavenumber axis".to_owned(),
+            _ => "undefined: no energy".to_owned(),
+        };
         let defined = d.undirected.is_finite();
         lines.line("direction", if defined { &shares } else { &undefined });
     }
@@ -139,8 +81,7 @@ pub fn summary(analysis: &Analysis, read_as: &[String], width: usize) -> String 
         &format!("{transforms} transforms in {seconds:.3} s"),
     );
     for warning in &analysis.warnings {
-        lines.line("warning", &warning.message());
-        lines.line("", &format!("-> {}", advice::of_warning(warning)));
+        lines.warning(&warning.message(), advice::of_warning(warning));
     }
     lines.text
 }
@@ -214,23 +155,4 @@ pub fn error_size(x: f64) -> String {
 
 pub fn size(bytes: u64) -> String {
     indicatif::HumanBytes(bytes).to_string()
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn long_lines_wrap_below_where_they_began() {
-        let mut lines = Lines::new(40);
-        lines.line("warning", "one two three four 12 % of it");
-        let expected = "warning            one two three four\n                   12 % of it\n";
-        assert_eq!(lines.text, expected);
-        lines.line("", "a-word-that-is-longer-than-the-line");
-        assert!(
-            lines
-                .text
-                .ends_with("                   a-word-that-is-longer-than-the-line\n")
-        );
-    }
 }

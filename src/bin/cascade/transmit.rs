@@ -7,21 +7,26 @@ use clap::Args;
 use serde::Serialize;
 use wavecascade::Error;
 use wavecascade::attenuation::{
-    Compared, MeasuredPoint, Transmission, TransmissionCurve, TransmissionRequest, measured_peaks,
-    read_curve,
+    Compared, MeasuredPoint, Transmission, TransmissionCurve, TransmissionPoint,
+    TransmissionRequest, measured_peaks, read_curve,
 };
 use wavecascade::chain::scene::{SceneSource, Units};
 use wavecascade::plot::Overlay;
-use wavecascade::report::{TRANSMISSION_SCHEMA, transmission_csv, versioned_json};
+use wavecascade::report::{
+    TRANSMISSION_SCHEMA, transmission_csv, transmission_html, transmission_snippet, versioned_json,
+    write_beside,
+};
 
 use crate::analyze::{print_notes, use_threads};
 use crate::attenuate::{compared_line, default_over, failure_lines, without_arrival_line};
 use crate::chain_args::How;
 use crate::failure::Failure;
+use crate::figure_args::FigureArgs;
 use crate::progress::Progress;
-use crate::saved::keep;
+use crate::saved::Saved;
 use crate::scene_keys::SceneKeys;
-use crate::terminal::number;
+use crate::table::Table;
+use crate::terminal::{self, number, paragraphs};
 
 /// What `cascade transmit` takes.
 #[derive(Debug, Args)]
@@ -50,10 +55,13 @@ pub struct Transmit {
     #[arg(long, value_name = "FILE")]
     pub measured: Option<String>,
 
-    /// Directory for the results: transmission.json, curves.csv, transmission.png and .svg, and the
-    /// finished chains, so that an interrupted run resumes. Without it nothing is saved.
+    /// Directory for the results: transmission.json, curves.csv, the figure transmission,
+    /// report.html, and the finished chains, so that an interrupted run resumes. Without it nothing is saved.
     #[arg(long, short, value_name = "DIR")]
     pub out: Option<PathBuf>,
+
+    #[command(flatten)]
+    pub figures: FigureArgs,
 
     #[command(flatten)]
     pub how: How,
@@ -153,6 +161,10 @@ impl MeasuredForces {
 
 /// Runs the command.
 pub fn run(typed: Transmit) -> Result<(), Failure> {
+    typed
+        .figures
+        .refuse_without(typed.out.is_some(), "`--out`")?;
+    let drawing = typed.figures.drawing()?;
     use_threads(typed.how.threads.map(usize::from))?;
     let scene = match &typed.scene {
         Some(path) => SceneSource::read(path)?,
@@ -189,19 +201,32 @@ pub fn run(typed: Transmit) -> Result<(), Failure> {
         transmission: &transmission,
     };
     let json = versioned_json(TRANSMISSION_SCHEMA, &found).map_err(std::io::Error::from)?;
+    let mut main = None;
     if let Some(out) = &typed.out {
         let csv = transmission_csv(&transmission).map_err(std::io::Error::other)?;
-        keep(out, "transmission", &json, &csv, |format| {
-            wavecascade::plot::transmission(&transmission, measured.laid_over(), format)
-        })?;
+        let page = transmission_html(&transmission, measured.laid_over());
+        let figure =
+            wavecascade::plot::transmission(&transmission, measured.laid_over(), &drawing.style);
+        let saved = Saved {
+            name: "transmission",
+            json: &json,
+            csv: &csv,
+            page: &page,
+        };
+        main = Some(out.join(saved.keep(out, &drawing, &figure)?));
+        let others = transmission.curves.first();
+        let others = others.map_or(&[][..], |curve| &curve.settings);
+        let others: Vec<&str> = others.iter().map(|(key, _)| &**key).collect();
+        let snippet = transmission_snippet(&transmission.key, &others);
+        write_beside(out, "plot.py", snippet.as_bytes())?;
     }
-    let mut stdout = std::io::stdout().lock();
+    let mut stdout = terminal::stdout();
     if typed.how.json {
         writeln!(stdout, "{json}")?;
     } else if !typed.how.quiet {
-        stdout.write_all(told(&found).as_bytes())?;
-        if let Some(out) = &typed.out {
-            writeln!(stdout, "wrote {}", out.display())?;
+        stdout.write_all(told(&found, terminal::width()).as_bytes())?;
+        if let Some(main) = main {
+            writeln!(stdout, "open {}", main.display())?;
         }
     }
     match transmission.failed.len() {
@@ -211,78 +236,85 @@ pub fn run(typed: Transmit) -> Result<(), Failure> {
 }
 
 /// The summary for the terminal.
-fn told(found: &TransmissionReport) -> String {
+fn told(found: &TransmissionReport, width: usize) -> String {
     let transmission = found.transmission;
-    let key = transmission.key.replace('_', " ");
-    let mut lines = Vec::new();
+    let mut text = String::new();
     for curve in &transmission.curves {
-        let settings = curve
-            .settings
-            .iter()
-            .map(|(key, text)| format!("{key} = {text}"));
-        let settings: Vec<String> = settings.collect();
-        if !settings.is_empty() {
-            lines.push(settings.join(", "));
-        }
-        lines.push(format!(
-            "{key:<18} {:>9} {:>10} {:>12} {:>12}  force relative to the homogeneous chain",
-            "ratio", "force", "flight", "speed"
-        ));
-        let line = |point: &wavecascade::attenuation::TransmissionPoint, note: &str| {
-            format!(
-                "{:<18} {:>9} {:>10.6} {:>12} {:>12}  {note}",
-                number(point.value),
-                number(point.stiffness_ratio),
-                point.relative_force,
-                number(point.time_of_flight.value),
-                number(point.mean_speed)
-            )
-        };
-        for point in &curve.points {
-            lines.push(line(point, ""));
-        }
-        for extreme in &curve.extremes {
-            let kind = if extreme.is_maximum {
-                "maximum"
-            } else {
-                "minimum"
-            };
-            let note = format!("{kind}, located to {}", number(extreme.value_error));
-            lines.push(line(&extreme.point, &note));
-        }
-        if !curve.nothing_at.is_empty() {
-            let at: Vec<String> = curve.nothing_at.iter().map(|at| number(*at)).collect();
-            lines.push(format!("nothing arrives at {key} {}", at.join(", ")));
-        }
-        for order in &curve.unresolved_orders {
-            lines.push(format!(
-                "the localized wave of order {order} could not be resolved"
-            ));
-        }
-        for mark in &curve.localized {
-            lines.push(format!(
-                "{key} {} carries the localized wave of order {}, ratio {}",
-                number(mark.value),
-                mark.order,
-                number(mark.ratio)
-            ));
-        }
-        if let Some(least) = curve.least() {
-            lines.push(format!(
-                "least: {} of the force, at {key} {}",
-                number(least.relative_force),
-                number(least.value)
-            ));
-        }
-        if transmission.units == Units::Si {
-            lines.push("times of flight in s, speeds in m/s".into());
-        }
+        text += &curve_text(transmission, curve, width);
+    }
+    let mut lines = Vec::new();
+    if transmission.units == Units::Si {
+        lines.push("times of flight in s, speeds in m/s".to_owned());
     }
     lines.extend(found.measured.iter().map(|c| compared_line("measured", c)));
     let arrivals = found.measured_arrivals.iter();
     lines.extend(arrivals.map(|c| compared_line("measured arrival", c)));
     lines.extend(without_arrival_line(&found.measured_without_arrival));
     lines.extend(failure_lines(&transmission.failed));
-    lines.push(String::new());
-    lines.join("\n")
+    text + &paragraphs(&lines, width)
+}
+
+/// A curve: its points, its extremes, its marks.
+fn curve_text(transmission: &Transmission, curve: &TransmissionCurve, width: usize) -> String {
+    let key = transmission.key.replace('_', " ");
+    let mut table = Table::new(&key);
+    for name in ["ratio", "rel. force", "flight", "speed"] {
+        table = table.numbers(name);
+    }
+    let mut table = table.words("");
+    let mut add = |point: &TransmissionPoint, note: String| {
+        table.row(vec![
+            number(point.value),
+            number(point.stiffness_ratio),
+            format!("{:.6}", point.relative_force),
+            number(point.time_of_flight.value),
+            number(point.mean_speed),
+            note,
+        ]);
+    };
+    for point in &curve.points {
+        add(point, String::new());
+    }
+    for extreme in &curve.extremes {
+        let kind = match extreme.is_maximum {
+            true => "maximum",
+            false => "minimum",
+        };
+        let error = number(extreme.value_error);
+        add(&extreme.point, format!("{kind}, located to {error}"));
+    }
+    let settings = curve.settings.iter();
+    let settings: Vec<String> = settings
+        .map(|(key, text)| format!("{key} = {text}"))
+        .collect();
+    let mut lines = vec!["rel. force: relative to the homogeneous chain".to_owned()];
+    if !curve.nothing_at.is_empty() {
+        let at: Vec<String> = curve.nothing_at.iter().map(|at| number(*at)).collect();
+        lines.push(format!("nothing arrives at {key} {}", at.join(", ")));
+    }
+    for order in &curve.unresolved_orders {
+        lines.push(format!(
+            "the localized wave of order {order} could not be resolved"
+        ));
+    }
+    for mark in &curve.localized {
+        lines.push(format!(
+            "{key} {} carries the localized wave of order {}, ratio {}",
+            number(mark.value),
+            mark.order,
+            number(mark.ratio)
+        ));
+    }
+    if let Some(least) = curve.least() {
+        lines.push(format!(
+            "least: {} of the force, at {key} {}",
+            number(least.relative_force),
+            number(least.value)
+        ));
+    }
+    let title = match settings.is_empty() {
+        true => Vec::new(),
+        false => vec![settings.join(", ")],
+    };
+    paragraphs(&title, width) + &table.text(width) + &paragraphs(&lines, width)
 }

@@ -3,7 +3,7 @@
 use serde::Serialize;
 
 use super::{Setup, Units};
-use crate::chain::{Accuracy, Drive, EndTime, Ends, Law, Losses, Scheme, Waveform};
+use crate::chain::{Accuracy, Drive, EndTime, Ends, Law, Losses, Scheme, Waveform, Work};
 
 /// What a scene describes, known without a run.
 #[derive(Debug, Clone, PartialEq, Serialize)]
@@ -40,6 +40,8 @@ pub struct Description {
     pub record: Vec<&'static str>,
     /// Memory of the run, in bytes.
     pub memory: u64,
+    /// Steps of the run, estimated, and what limits their length.
+    pub work: Work,
 }
 
 impl Setup {
@@ -110,6 +112,7 @@ impl Setup {
                 .map(|(name, _)| *name)
                 .collect(),
             memory: simulation.bytes(),
+            work: simulation.work(),
         }
     }
 }

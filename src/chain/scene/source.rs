@@ -8,7 +8,7 @@ use toml::{Table, Value};
 use super::places::{Places, line_at};
 use super::properties::{Kind, properties};
 use super::{Scene, Setup, setup};
-use crate::error::{Error, KeyPlace, Problem, Result, SceneFault, reworded};
+use crate::error::{Error, KeyPlace, Problem, Result, SceneFault, nearest_key, reworded};
 use crate::field::regular_file;
 
 /// Bytes of a scene file that are read at most; long lists of values fit, and so does the text in
@@ -241,26 +241,7 @@ fn kind_of(key: &str) -> Option<&'static Kind> {
 
 /// The known key that a mistyped one is nearest to, if any is near.
 fn similar(key: &str) -> Option<&'static str> {
-    let distance = |name: &str| edit_distance(key, name);
-    let nearest = properties().iter().min_by_key(|p| distance(&p.name))?;
-    (distance(&nearest.name) <= 1 + key.len() / 5).then_some(&nearest.name)
-}
-
-/// Letters to insert, remove or replace (Levenshtein).
-fn edit_distance(a: &str, b: &str) -> usize {
-    let b: Vec<char> = b.chars().collect();
-    let mut row: Vec<usize> = (0..=b.len()).collect();
-    // No key is that long; a hostile one is not compared.
-    for (i, x) in a.chars().take(100).enumerate() {
-        let mut diagonal = row[0];
-        row[0] = i + 1;
-        for (j, &y) in b.iter().enumerate() {
-            let replaced = diagonal + usize::from(x != y);
-            diagonal = row[j + 1];
-            row[j + 1] = replaced.min(row[j] + 1).min(diagonal + 1);
-        }
-    }
-    row[b.len()]
+    nearest_key(key, properties().iter().map(|property| &*property.name))
 }
 
 /// The value of a setting, parsed by the kind of its field. The error is the expected form.

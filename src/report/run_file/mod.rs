@@ -67,4 +67,13 @@ impl RunFile {
     pub fn read(path: &Path) -> Result<RunFile> {
         read::run_file(path)
     }
+
+    /// Reads the scene of a run and the time between its samples, in the unit of the scene,
+    /// without the large arrays.
+    ///
+    /// # Errors
+    /// As [`RunFile::read`].
+    pub fn read_scene(path: &Path) -> Result<(Setup, f64)> {
+        read::scene_and_step(path)
+    }
 }

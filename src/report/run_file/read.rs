@@ -16,17 +16,7 @@ const SAME: f64 = 1e-12;
 
 pub(super) fn run_file(path: &Path) -> Result<RunFile> {
     read_members(path, |members| {
-        let text = |members: &mut Members, name: &'static str| {
-            let found = members.text(name)?;
-            found.ok_or_else(|| members.fault("", InputFault::NoRun { missing: name }))
-        };
-        let schema = text(members, "schema")?;
-        if schema != RUN_SCHEMA {
-            let reason = format!("the layout {schema:?} in place of {RUN_SCHEMA:?}");
-            return Err(members.fault("schema", InputFault::RunReport { reason }));
-        }
-        let scene = text(members, "scene")?;
-        let mut setup = SceneSource::new(Some(path), scene).setup()?;
+        let mut setup = read_setup(path, members)?;
         let report = text(members, "report")?;
         let report: RunReport = serde_json::from_str(&report).map_err(|error| {
             let reason = error.to_string();
@@ -38,6 +28,33 @@ pub(super) fn run_file(path: &Path) -> Result<RunFile> {
         let run = read_run(members, &setup, report)?;
         Ok(RunFile { setup, run })
     })
+}
+
+pub(super) fn scene_and_step(path: &Path) -> Result<(Setup, f64)> {
+    read_members(path, |members| {
+        let setup = read_setup(path, members)?;
+        let time = vector(members, "time", setup.simulation.samples)?;
+        let step = match time[..] {
+            [first, second, ..] => second - first,
+            _ => f64::NAN,
+        };
+        Ok((setup, step))
+    })
+}
+
+fn text(members: &mut Members, name: &'static str) -> Result<String> {
+    let found = members.text(name)?;
+    found.ok_or_else(|| members.fault("", InputFault::NoRun { missing: name }))
+}
+
+fn read_setup(path: &Path, members: &mut Members) -> Result<Setup> {
+    let schema = text(members, "schema")?;
+    if schema != RUN_SCHEMA {
+        let reason = format!("the layout {schema:?} in place of {RUN_SCHEMA:?}");
+        return Err(members.fault("schema", InputFault::RunReport { reason }));
+    }
+    let scene = text(members, "scene")?;
+    SceneSource::new(Some(path), scene).setup()
 }
 
 fn read_run(members: &mut Members, setup: &Setup, report: RunReport) -> Result<Run> {

@@ -1,6 +1,6 @@
 //! Analyses made by hand, to draw: plausible pictures, no physics.
 
-use std::f64::consts::PI;
+use std::f64::consts::{PI, TAU};
 
 use ndarray::Array2;
 use wavecascade::analyze::*;
@@ -46,6 +46,7 @@ pub fn full() -> Analysis {
         },
         range: None,
         label: label.into(),
+        detail: None,
     };
     let time = ("time (s)", 0.0, rows * axes.time.step);
     let position = ("position (m)", 0.0, columns * axes.space.step);
@@ -96,26 +97,31 @@ pub fn full() -> Analysis {
             temporal,
             position,
             frequency,
-            "S(f, x), energy spectral density ((m/s)² s/Hz)",
+            "energy spectral density [(m/s)² s/Hz]",
         )),
         spatial_map: Some(map(
             spatial,
             wavenumber,
             time,
-            "E(k, t), energy spectral density ((m/s)² m/(rad/m))",
+            "energy spectral density [(m/s)² m/(rad/m)]",
         )),
         spacetime_map: Some(map(
             spacetime,
             signed,
             frequency,
-            "S(k, f), energy spectral density ((m/s)² s m/(Hz rad/m))",
+            "energy spectral density [(m/s)² s m/(Hz · rad/m)]",
         )),
         flux_map: Some(map(
             flux,
             wavenumber,
             time,
-            "Π_K(k, t), surrogate ((m/s)²/s)",
+            "kinetic flux surrogate per unit mass [(m/s)² m/s]",
         )),
+        dispersion: vec![DispersionCurve {
+            name: "340 <m/s> & \"free\"".into(),
+            wavenumber: vec![-k_high, 0.0, k_high],
+            branches: vec![vec![340.0 * k_high / TAU, 0.0, f64::NAN]],
+        }],
         short_time: Some(short(
             &axes.frequency,
             (0.0, axes.time.step * rows),
@@ -126,6 +132,7 @@ pub fn full() -> Analysis {
             (0.0, axes.space.step * columns),
             &[0.05, 0.2],
         )),
+        display: Display::whole(&axes),
         accuracy: Accuracy {
             precision: Precision::F64,
             amplitude_unit: 1.0,
@@ -197,6 +204,7 @@ pub fn field_only() -> Analysis {
         spatial_map: None,
         spacetime_map: None,
         flux_map: None,
+        dispersion: Vec::new(),
         short_time: None,
         short_space: None,
         warnings: Vec::new(),
@@ -216,6 +224,7 @@ fn uniform(rows: usize, columns: usize, value: f32) -> Analysis {
         },
         range: None,
         label: "value".into(),
+        detail: None,
     };
     let level = |n: usize| {
         let all = vec![f64::from(value); n];
@@ -246,17 +255,19 @@ fn uniform(rows: usize, columns: usize, value: f32) -> Analysis {
         window: gains(),
         spectra: vec![one; 5],
     };
+    let axes = Axes {
+        time: Axis::index(),
+        n_times: rows,
+        space: Axis::index(),
+        n_sites: columns,
+        frequency: (0..rows).map(|m| m as f64).collect(),
+        wavenumber: (0..columns).map(|m| m as f64).collect(),
+        wavenumber_signed: (0..columns).map(|m| m as f64).collect(),
+    };
     Analysis {
         unit: None,
-        axes: Axes {
-            time: Axis::index(),
-            n_times: rows,
-            space: Axis::index(),
-            n_sites: columns,
-            frequency: (0..rows).map(|m| m as f64).collect(),
-            wavenumber: (0..columns).map(|m| m as f64).collect(),
-            wavenumber_signed: (0..columns).map(|m| m as f64).collect(),
-        },
+        display: Display::whole(&axes),
+        axes,
         direction: Some(Direction {
             toward_plus_x: f64::NAN,
             toward_minus_x: f64::NAN,

@@ -6,5 +6,8 @@ pub mod hostile;
 pub mod made;
 pub mod measured;
 pub mod place;
+pub mod power;
+pub mod preload;
 pub mod pulse;
+pub mod running;
 pub mod shared;

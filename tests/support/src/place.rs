@@ -11,6 +11,12 @@ use ndarray::{Array2, ArrayD};
 use ndarray_npy::{NpzReader, ReadableElement, WritableElement, write_npy};
 use serde_json::Value;
 
+/// The environment of a user without a configuration of their own, whoever runs the tests.
+pub const NO_CONFIGURATION: [(&str, &str); 2] = [
+    ("XDG_CONFIG_HOME", "/no-configuration"),
+    ("APPDATA", "/no-configuration"),
+];
+
 /// A folder that goes with the test, and the words that every command in it begins with.
 pub struct Place {
     folder: tempfile::TempDir,
@@ -73,6 +79,11 @@ impl Place {
         let mut command = Command::cargo_bin("cascade").unwrap();
         command
             .current_dir(self.folder())
+            .envs(NO_CONFIGURATION)
+            .env_remove("CLICOLOR_FORCE")
+            .env_remove("NO_COLOR")
+            // Sentences that a test looks for are not wrapped.
+            .env("COLUMNS", "1000")
             .args(self.first)
             .args(words);
         command

@@ -14,16 +14,20 @@ use wavecascade::attenuation::{
     TransmissionRequest,
 };
 use wavecascade::chain::scene::{Scene, SceneSource, Setting};
-use wavecascade::report::{ATTENUATION_SCHEMA, attenuation_csv, versioned_json};
+use wavecascade::report::{
+    ATTENUATION_SCHEMA, attenuation_csv, attenuation_html, attenuation_snippet, versioned_json,
+    write_beside,
+};
 
 use crate::analyze::use_threads;
 use crate::chain_args::How;
 use crate::failure::Failure;
+use crate::figure_args::FigureArgs;
 use crate::parse;
 use crate::progress::Progress;
-use crate::saved::keep;
+use crate::saved::Saved;
 use crate::scene_keys::SceneKeys;
-use crate::terminal::number;
+use crate::terminal;
 use measured::Beside;
 pub use summary::{compared_line, failure_lines, without_arrival_line};
 
@@ -94,10 +98,13 @@ pub struct Attenuate {
     #[arg(long, value_name = "F", value_parser = parse::finite, allow_negative_numbers = true)]
     pub band_edge_frequency: Option<f64>,
 
-    /// Directory for the results: attenuation.json, curves.csv, attenuation.png and .svg, and the
-    /// finished chains, so that an interrupted run resumes. Without it nothing is saved.
+    /// Directory for the results: attenuation.json, curves.csv, the figure attenuation,
+    /// report.html, and the finished chains, so that an interrupted run resumes. Without it nothing is saved.
     #[arg(long, short, value_name = "DIR")]
     pub out: Option<PathBuf>,
+
+    #[command(flatten)]
+    pub figures: FigureArgs,
 
     #[command(flatten)]
     pub how: How,
@@ -157,6 +164,10 @@ fn angle_pair(text: &str) -> Result<[f64; 2], String> {
 
 /// Runs the command.
 pub fn run(typed: Attenuate) -> Result<(), Failure> {
+    typed
+        .figures
+        .refuse_without(typed.out.is_some(), "`--out`")?;
+    let drawing = typed.figures.drawing()?;
     use_threads(typed.how.threads.map(usize::from))?;
     let request = typed.request()?;
     let measured = typed.measured()?;
@@ -171,19 +182,28 @@ pub fn run(typed: Attenuate) -> Result<(), Failure> {
         beside: measured.beside(&attenuation),
     };
     let json = versioned_json(ATTENUATION_SCHEMA, &found).map_err(std::io::Error::from)?;
+    let mut main = None;
     if let Some(out) = &typed.out {
         let csv = attenuation_csv(&attenuation).map_err(std::io::Error::other)?;
-        keep(out, "attenuation", &json, &csv, |format| {
-            wavecascade::plot::attenuation(&attenuation, measured.laid_over(), format)
-        })?;
+        let page = attenuation_html(&attenuation, measured.laid_over());
+        let figure =
+            wavecascade::plot::attenuation(&attenuation, measured.laid_over(), &drawing.style);
+        let saved = Saved {
+            name: "attenuation",
+            json: &json,
+            csv: &csv,
+            page: &page,
+        };
+        main = Some(out.join(saved.keep(out, &drawing, &figure)?));
+        write_beside(out, "plot.py", attenuation_snippet().as_bytes())?;
     }
-    let mut stdout = std::io::stdout().lock();
+    let mut stdout = terminal::stdout();
     if typed.how.json {
         writeln!(stdout, "{json}")?;
     } else if !typed.how.quiet {
-        stdout.write_all(summary::told(&found).as_bytes())?;
-        if let Some(out) = &typed.out {
-            writeln!(stdout, "wrote {}", out.display())?;
+        stdout.write_all(summary::told(&found, terminal::width()).as_bytes())?;
+        if let Some(main) = main {
+            writeln!(stdout, "open {}", main.display())?;
         }
     }
     match attenuation.failed.len() {
@@ -275,14 +295,14 @@ impl Attenuate {
                 setting("second_angle", &format!("{second:?}"), "angles"),
             ];
             chains.push(Named {
-                name: format!("angles {}/{}", number(*first), number(*second)),
+                name: format!("angles {first}/{second}"),
                 scene: base.with(angles),
             });
         }
         for ratio in &self.ratios {
             let ratios = [setting("stiffness_ratio", &format!("{ratio:?}"), "ratios")];
             chains.push(Named {
-                name: format!("ratio {}", number(*ratio)),
+                name: format!("ratio {ratio}"),
                 scene: base.with(ratios),
             });
         }

@@ -1,37 +1,32 @@
 //! What `cascade attenuate` found, in words.
 
-use wavecascade::attenuation::{
-    AttenuationCurve, AttenuationLaw, Compared, CurveRow, Reach, Stop, StopCause,
-};
+use wavecascade::attenuation::{AttenuationCurve, Compared, CurveRow};
+use wavecascade::report::{law_sentence, reach_sentence, stop_sentence};
 
 use super::AttenuationReport;
-use crate::terminal::number;
+use crate::table::Table;
+use crate::terminal::{number, paragraphs};
 
 /// Reasons of failures that are printed; all are in the JSON.
 const TOLD: usize = 3;
 
 /// The summary for the terminal.
-pub(super) fn told(found: &AttenuationReport) -> String {
+pub(super) fn told(found: &AttenuationReport, width: usize) -> String {
     let attenuation = found.attenuation;
-    let mut lines = vec![format!(
-        "{:<22} {:<6} {:>8} {:>7} {:>8} {:>8} {:>9} {:>7}  law of the force, {} contacts",
-        "chain",
-        "sense",
-        "ratio",
-        "bodies",
-        "force",
-        "energy",
-        "width",
-        "high",
-        attenuation.kind.name()
-    )];
-    for curve in &attenuation.curves {
-        lines.push(curve_line(curve));
-        lines.extend(curve.stop.as_ref().map(stop_line));
-        if let (Some(reach), Some(target)) = (&curve.reach, attenuation.target) {
-            lines.push(format!("  {}", reach_line(reach, target)));
-        }
+    let law = format!("law of the force, {} contacts", attenuation.kind.name());
+    let mut table = Table::new("chain").words("sense");
+    for name in ["ratio", "bodies", "force", "energy", "width", "high"] {
+        table = table.numbers(name);
     }
+    let mut table = table.words(&law);
+    for curve in &attenuation.curves {
+        let mut notes: Vec<String> = curve.stop.iter().map(stop_sentence).collect();
+        if let (Some(reach), Some(target)) = (&curve.reach, attenuation.target) {
+            notes.push(reach_sentence(reach, target));
+        }
+        table.noted_row(curve_cells(curve), &notes.join("; "));
+    }
+    let mut lines = Vec::new();
     if let Some(best) = &found.best {
         lines.push(format!(
             "least force on a wall behind {} bodies: {} at {} {}, stiffness ratio {}",
@@ -60,8 +55,7 @@ pub(super) fn told(found: &AttenuationReport) -> String {
     ));
     lines.extend(without_arrival_line(&beside.measured_without_arrival));
     lines.extend(failure_lines(&attenuation.failed));
-    lines.push(String::new());
-    lines.join("\n")
+    table.text(width) + &paragraphs(&lines, width)
 }
 
 /// A warning that nothing is compared at some abscissae.
@@ -99,46 +93,20 @@ pub fn compared_line(what: &str, compared: &Compared) -> String {
     )
 }
 
-fn curve_line(curve: &AttenuationCurve) -> String {
+fn curve_cells(curve: &AttenuationCurve) -> Vec<String> {
     let optional = |value: Option<f64>| value.map_or("-".to_owned(), |v| format!("{v:.4}"));
     let last: Option<&CurveRow> = curve.rows.last();
-    let law = curve.fits.as_ref().map_or("-".to_owned(), |fits| {
-        let chosen = fits.chosen();
-        let parameters = chosen.parameters.iter().map(|p| {
-            format!(
-                "{} = {} ({} to {})",
-                p.name,
-                number(p.value),
-                number(p.low),
-                number(p.high)
-            )
-        });
-        format!(
-            "{}: {}",
-            law_name(chosen.law),
-            parameters.collect::<Vec<_>>().join(", ")
-        )
-    });
-    format!(
-        "{:<22} {:<6} {:>8} {:>7} {:>8} {:>8} {:>9} {:>7}  {law}",
-        curve.name,
-        curve.sense.name(),
+    vec![
+        curve.name.clone(),
+        curve.sense.name().to_owned(),
         format!("{:.4}", curve.stiffness_ratio),
-        last.map_or(0, |row| row.bodies),
+        last.map_or(0, |row| row.bodies).to_string(),
         optional(last.and_then(|row| row.relative_force)),
         optional(last.and_then(|row| row.relative_energy)),
         last.map_or("-".into(), |row| number(row.pulse.width.value)),
         optional(last.and_then(|row| row.high_share)),
-    )
-}
-
-fn stop_line(stop: &Stop) -> String {
-    let why = match stop.cause {
-        StopCause::Reflection => "a reflection would enter there before the pulse is whole",
-        StopCause::Faded => "the pulse has faded before the end of the chain",
-        StopCause::Failed => "its run failed",
-    };
-    format!("  stops at {} bodies: {why}", stop.bodies)
+        curve.fits.as_ref().map_or("-".to_owned(), law_sentence),
+    ]
 }
 
 /// The first reasons of runs that failed.
@@ -151,32 +119,4 @@ pub fn failure_lines(failed: &[(String, String)]) -> Vec<String> {
         lines.push(format!("failed: {} more", failed.len() - TOLD));
     }
     lines
-}
-
-fn law_name(law: AttenuationLaw) -> &'static str {
-    match law {
-        AttenuationLaw::Level => "c",
-        AttenuationLaw::Exponential => "a exp(-r n)",
-        AttenuationLaw::PowerLaw => "a n^-p",
-        AttenuationLaw::Plateau => "c + a exp(-r n)",
-    }
-}
-
-fn reach_line(reach: &Reach, target: f64) -> String {
-    match reach {
-        Reach::Within { bodies } => format!("at {target} or below from {bodies} bodies on"),
-        Reach::Beyond { law, length } => format!(
-            "beyond the curve: {} is at {target} after {} bodies ({} to {})",
-            law_name(*law),
-            number(length.value),
-            number(length.low),
-            number(length.high)
-        ),
-        Reach::Never { law, settles_at } => format!(
-            "never at {target}: {} settles at {}",
-            law_name(*law),
-            number(*settles_at)
-        ),
-        Reach::Unknown => format!("{target} is not reached, and no law says where it would be"),
-    }
 }

@@ -185,12 +185,11 @@ fn measurement(lines: &mut Lines, report: &MeasuredReport) {
     let more = coefficients.split_off(SHOWN.min(coefficients.len())).len();
     let mut shown = others.into_iter().chain(coefficients).peekable();
     while let Some(warning) = shown.next() {
-        lines.line("warning", &warning.message());
-        if shown
-            .peek()
-            .is_none_or(|next| advice::of_measured(next) != advice::of_measured(warning))
-        {
-            lines.line("", &format!("-> {}", advice::of_measured(warning)));
+        let advice = advice::of_measured(warning);
+        let is_repeated = |next: &&MeasuredWarning| advice::of_measured(next) == advice;
+        match shown.peek().is_some_and(is_repeated) {
+            true => lines.warning(&warning.message(), ""),
+            false => lines.warning(&warning.message(), advice),
         }
     }
     if more > 0 {

@@ -4,8 +4,8 @@ use std::io::Write;
 
 use serde::Serialize;
 use wavecascade::localized::Journey;
-use wavecascade::plot::{self, Format};
-use wavecascade::report::{LocalizedSummary, write_journey};
+use wavecascade::plot;
+use wavecascade::report::{LocalizedSummary, journey_html, write_journey};
 
 use super::Localize;
 use crate::failure::Failure;
@@ -20,6 +20,7 @@ struct LaunchReport<'a> {
 }
 
 pub(super) fn run(typed: &Localize, order: usize) -> Result<(), Failure> {
+    let drawing = typed.figures.drawing()?;
     let progress = typed.progress();
     progress.begin_writing();
     let directory = typed
@@ -40,16 +41,19 @@ pub(super) fn run(typed: &Localize, order: usize) -> Result<(), Failure> {
         Some(directory) => {
             directory.write("localized.json", &json)?;
             write_journey(&directory.path().join("launch.npz"), &journey)?;
-            for format in [Format::Png, Format::Svg] {
-                let name = format!("launch.{}", format.extension());
-                directory.write(&name, plot::journey(&journey, format)?)?;
+            if drawing.is_wanted() {
+                let figure = plot::journey(&journey, &drawing.style);
+                for format in &drawing.formats {
+                    figure.save(directory.path(), *format)?;
+                }
+                directory.write("report.html", journey_html(&journey))?;
             }
             progress.check()?;
             Some(directory.publish()?)
         }
     };
     progress.clear();
-    let mut stdout = std::io::stdout().lock();
+    let mut stdout = terminal::stdout();
     if typed.json {
         return Ok(writeln!(stdout, "{json}")?);
     }
@@ -78,7 +82,11 @@ pub(super) fn run(typed: &Localize, order: usize) -> Result<(), Failure> {
     lines.line("energy drift", &error_size(arrived.energy_drift));
     write!(stdout, "{}", lines.text)?;
     if let Some(published) = published {
-        writeln!(stdout, "wrote {}", published.display())?;
+        let main = match drawing.is_wanted() {
+            true => "report.html",
+            false => "localized.json",
+        };
+        writeln!(stdout, "open {}", published.join(main).display())?;
     }
     Ok(())
 }

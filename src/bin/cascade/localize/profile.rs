@@ -5,8 +5,8 @@ use std::path::PathBuf;
 
 use serde::Serialize;
 use wavecascade::localized::Exact;
-use wavecascade::plot::{self, Format};
-use wavecascade::report::{LocalizedSummary, write_profile};
+use wavecascade::plot;
+use wavecascade::report::{LocalizedSummary, wave_html, write_profile};
 
 use super::Localize;
 use crate::failure::Failure;
@@ -22,6 +22,7 @@ struct ProfileReport {
 }
 
 pub(super) fn run(typed: &Localize, order: usize) -> Result<(), Failure> {
+    let drawing = typed.figures.drawing()?;
     let default = PathBuf::from(format!("localized-{order}"));
     let out = typed.out.as_ref().unwrap_or(&default);
     let progress = typed.progress();
@@ -41,14 +42,17 @@ pub(super) fn run(typed: &Localize, order: usize) -> Result<(), Failure> {
     directory.write("localized.json", &json)?;
     let profile = wave.profile(HALF);
     write_profile(&directory.path().join("wave.npz"), &wave, &profile)?;
-    for format in [Format::Png, Format::Svg] {
-        let name = format!("wave.{}", format.extension());
-        directory.write(&name, plot::wave(&wave, &profile, format)?)?;
+    if drawing.is_wanted() {
+        let figure = plot::wave(&wave, &profile, &drawing.style);
+        for format in &drawing.formats {
+            figure.save(directory.path(), *format)?;
+        }
+        directory.write("report.html", wave_html(&wave, &profile))?;
     }
     progress.check()?;
     let published = directory.publish()?;
     progress.clear();
-    let mut stdout = std::io::stdout().lock();
+    let mut stdout = terminal::stdout();
     if typed.json {
         return Ok(writeln!(stdout, "{json}")?);
     }
@@ -87,10 +91,10 @@ pub(super) fn run(typed: &Localize, order: usize) -> Result<(), Failure> {
         ),
     );
     write!(stdout, "{}", lines.text)?;
-    Ok(writeln!(
-        stdout,
-        "wrote {}; open {}",
-        published.display(),
-        published.join("wave.png").display()
-    )?)
+    write!(stdout, "wrote {}", published.display())?;
+    if drawing.is_wanted() {
+        let page = published.join("report.html");
+        write!(stdout, "; open {}", page.display())?;
+    }
+    Ok(writeln!(stdout)?)
 }

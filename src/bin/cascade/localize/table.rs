@@ -5,10 +5,14 @@ use std::io::Write;
 use serde::Serialize;
 use wavecascade::Error;
 use wavecascade::localized::{Comparison, Cylinders, Direct, OrderRow};
-use wavecascade::report::{LocalizedSummary, table_csv, write_profile};
+use wavecascade::report::{
+    LocalizedSummary, localized_html, localized_snippet, table_csv, write_profile,
+};
 
 use super::Localize;
 use crate::failure::Failure;
+use crate::table::Table;
+use crate::terminal::{self, wrapped};
 
 /// Default number of cells of struck chains.
 const CELLS: usize = 200;
@@ -75,22 +79,24 @@ pub(super) fn run(typed: &Localize) -> Result<(), Failure> {
             .map_err(std::io::Error::from)?;
         directory.write("localized.json", &json)?;
         directory.write("table.csv", table_csv(&rows))?;
+        directory.write("plot.py", localized_snippet())?;
         for wave in rows.iter().filter_map(|row| row.wave.as_ref()) {
             let path = directory.path().join(format!("wave-{:02}.npz", wave.order));
             write_profile(&path, wave, &wave.profile(HALF))?;
         }
+        directory.write("report.html", localized_html(comparison.family, &rows))?;
         progress.check()?;
         directory.publish()?;
     }
     progress.clear();
-    let mut stdout = std::io::stdout().lock();
+    let mut stdout = terminal::stdout();
     if typed.json {
         let text = serde_json::to_string_pretty(&rows).map_err(std::io::Error::from)?;
         writeln!(stdout, "{text}")?;
     } else if !typed.quiet {
-        stdout.write_all(lines(typed, &rows).as_bytes())?;
+        stdout.write_all(lines(typed, &rows, terminal::width()).as_bytes())?;
         if let Some(out) = &typed.out {
-            writeln!(stdout, "wrote {}", out.display())?;
+            writeln!(stdout, "open {}", out.join("report.html").display())?;
         }
     }
     match rows.iter().filter(|row| row.exact.is_none()).count() {
@@ -99,105 +105,94 @@ pub(super) fn run(typed: &Localize) -> Result<(), Failure> {
     }
 }
 
-fn lines(typed: &Localize, rows: &[OrderRow]) -> String {
+fn lines(typed: &Localize, rows: &[OrderRow], width: usize) -> String {
     let strikes = typed.direct || typed.angles;
     let published = rows.iter().any(|row| row.published.is_some());
-    let mut groups = format!(
-        "{:>5} {:>20} {:>8} {:>22} {:>22}",
-        "", "", "", "estimate, exact wave", "estimate, fitted wave"
-    );
-    let mut text = format!(
-        "{:>5} {:>20} {:>8} {:>13} {:>8} {:>13} {:>8}",
-        "order", "exact ratio", "error", "ratio", "rel.diff", "ratio", "rel.diff"
-    );
+    let mut table = Table::new("order")
+        .numbers("exact ratio")
+        .numbers("error")
+        .in_group("estimate, exact wave", "ratio")
+        .in_group("estimate, exact wave", "rel.diff")
+        .in_group("estimate, fitted wave", "ratio")
+        .in_group("estimate, fitted wave", "rel.diff");
     if strikes {
-        groups += &format!(" {:>31}", "struck chain");
-        text += &format!(" {:>13} {:>8} {:>8}", "ratio", "error", "rel.diff");
+        for name in ["ratio", "error", "rel.diff"] {
+            table = table.in_group("struck chain", name);
+        }
     }
     if published {
-        groups += &format!(" {:>18} {:>18}", "paper, simulated", "paper, estimate");
-        text += &format!(
-            " {:>9} {:>8} {:>9} {:>8}",
-            "ratio", "rel.diff", "ratio", "rel.diff"
-        );
+        for group in ["paper, simulated", "paper, estimate"] {
+            table = table.in_group(group, "ratio").in_group(group, "rel.diff");
+        }
     }
-    text = format!("{groups}\n{text}");
-    text.push('\n');
     for row in rows {
-        text += &line(row, strikes, published);
-        text.push('\n');
+        add(&mut table, row, strikes, published);
     }
-    text += "rel.diff: relative to the exact ratio";
-    text += match published {
-        true => "; of the paper's estimate, to the estimate on the fitted wave\n",
-        false => "\n",
+    let mut text = table.text(width);
+    let legend = match published {
+        true => {
+            "rel.diff: relative to the exact ratio; of the paper's estimate, to the estimate on the \
+             fitted wave"
+        }
+        false => "rel.diff: relative to the exact ratio",
     };
+    text += &(wrapped(legend, width).join("\n") + "\n");
     if strikes {
-        text += &leaks(typed, rows);
+        text += "\n";
+        text += &leaks(typed, rows, width);
     }
     text
 }
 
-/// A row of the table; deviations are relative to the exact ratio, that of the paper's estimate to
-/// ours.
-fn line(row: &OrderRow, strikes: bool, published: bool) -> String {
+/// Adds a row; deviations are relative to the exact ratio, that of the paper's estimate to ours.
+fn add(table: &mut Table, row: &OrderRow, strikes: bool, published: bool) {
     let estimates = row.asymptotic;
     let off = &row.differences;
-    let mut line = match &row.exact {
-        Some(exact) => format!(
-            "{:>5} {:>20.12} {:>8.1e}",
-            row.order,
-            exact.ratio.value(),
-            exact.error
-        ),
-        None => format!("{:>5} {:>20} {:>8}", row.order, "unresolved", "-"),
-    };
-    line += &number(estimates.map(|a| a.exact_profile));
-    line += &change(off.exact_profile);
-    line += &number(estimates.and_then(|a| a.fitted_profile));
-    line += &change(off.fitted_profile);
+    let mut cells = vec![row.order.to_string()];
+    cells.extend(match &row.exact {
+        Some(exact) => [
+            format!("{:.12}", exact.ratio.value()),
+            format!("{:.1e}", exact.error),
+        ],
+        None => ["unresolved".into(), "-".into()],
+    });
+    cells.push(number(estimates.map(|a| a.exact_profile)));
+    cells.push(change(off.exact_profile));
+    cells.push(number(estimates.and_then(|a| a.fitted_profile)));
+    cells.push(change(off.fitted_profile));
     if strikes {
-        line += &number(row.direct.map(|d| d.ratio.value()));
-        line += &change(row.direct.map(|d| d.error));
-        line += &change(off.direct);
+        cells.push(number(row.direct.map(|d| d.ratio.value())));
+        cells.push(change(row.direct.map(|d| d.error)));
+        cells.push(change(off.direct));
     }
+    let mut notes: Vec<String> = row.reason.iter().cloned().collect();
     if published {
-        let known = |value: Option<f64>| match value {
-            Some(value) => format!(" {value:>9}"),
-            None => format!(" {:>9}", "-"),
-        };
-        line += &known(row.published.map(|p| p.direct));
-        line += &change(off.published_direct);
-        line += &known(row.published.map(|p| p.estimate));
-        line += &change(off.published_estimate);
+        let known = |value: Option<f64>| value.map_or("-".into(), |value| value.to_string());
+        cells.push(known(row.published.map(|p| p.direct)));
+        cells.push(change(off.published_direct));
+        cells.push(known(row.published.map(|p| p.estimate)));
+        cells.push(change(off.published_estimate));
         if let Some(paper) = row.published.filter(|p| p.printed_order != row.order) {
-            line += &format!("  printed as order {}", paper.printed_order);
+            notes.insert(0, format!("printed as order {}", paper.printed_order));
         }
     }
-    if let Some(reason) = &row.reason {
-        line += &format!("  {reason}");
-    }
-    line
+    table.noted_row(cells, &notes.join("; "));
 }
 
 /// What pulses lose at the orders and, most, between them.
-fn leaks(typed: &Localize, rows: &[OrderRow]) -> String {
-    let mut text = format!(
-        "\n{:>16} {:>13} {:>13}{}\n",
-        "",
-        "ratio",
-        "leak a cell",
-        if typed.angles { "       degrees" } else { "" }
-    );
-    let coefficients = rows.iter().find_map(|row| row.angle?.coefficients);
+fn leaks(typed: &Localize, rows: &[OrderRow], width: usize) -> String {
+    let mut table = Table::new("wave").numbers("ratio").numbers("leak a cell");
+    if typed.angles {
+        table = table.numbers("degrees");
+    }
     for row in rows {
         let mut add = |name: String, direct: Direct, degrees: Option<f64>| {
-            let ratio = number(Some(direct.ratio.value()));
-            text += &format!("{name:>16}{ratio} {:>13.1e}", direct.leak);
-            if let Some(degrees) = degrees {
-                text += &number(Some(degrees));
+            let leak = format!("{:.1e}", direct.leak);
+            let mut cells = vec![name, number(Some(direct.ratio.value())), leak];
+            if typed.angles {
+                cells.push(number(degrees));
             }
-            text.push('\n');
+            table.row(cells);
         };
         if let Some(direct) = row.direct {
             let degrees = row.angle.map(|angle| angle.degrees);
@@ -208,22 +203,17 @@ fn leaks(typed: &Localize, rows: &[OrderRow]) -> String {
             add("most dispersive".into(), direct, degrees);
         }
     }
-    if let Some([soft, _]) = coefficients {
+    let mut text = table.text(width);
+    if let Some([soft, _]) = rows.iter().find_map(|row| row.angle?.coefficients) {
         text += &format!("soft contacts, at 90 degrees: {soft:.6e} N/m^1.5\n");
     }
     text
 }
 
 fn number(value: Option<f64>) -> String {
-    match value {
-        Some(value) => format!(" {value:>13.6}"),
-        None => format!(" {:>13}", "-"),
-    }
+    value.map_or("-".into(), |value| format!("{value:.6}"))
 }
 
 fn change(value: Option<f64>) -> String {
-    match value {
-        Some(value) => format!(" {value:>8.1e}"),
-        None => format!(" {:>8}", "-"),
-    }
+    value.map_or("-".into(), |value| format!("{value:.1e}"))
 }

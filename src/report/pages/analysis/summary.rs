@@ -1,13 +1,13 @@
 //! The numbers of a run in tables, and its warnings.
 
-use maud::{Markup, Render, html as markup};
+use maud::{Markup, html as markup};
 
-use super::words::{number, percent};
-use crate::analyze::{Analysis, Timing, Warning};
+use super::words::percent;
+use crate::analyze::{Analysis, Timing};
 use crate::field::Axis;
 use crate::prepare::WindowGains;
-use crate::report::{Advice, Doubt};
-use crate::report::{answers, sentences};
+use crate::report::page::{self, number, prose, sentence_case, table};
+use crate::report::{Advice, Doubt, answers, sentences};
 
 type Row = (&'static str, String);
 
@@ -28,70 +28,31 @@ pub(super) fn sentence(analysis: &Analysis) -> String {
 /// The questions that a field is analysed for, each with its answer.
 pub(super) fn answer(analysis: &Analysis, advice: Advice) -> Markup {
     markup! {
-        section id="answer" {
-            @for answer in answers(analysis) {
-                p class="answer" {
-                    strong { (answer.question) }
-                    " " (answer.text)
-                    @if let Some(advice) = answer.unresolved.map(Doubt::Unresolved).and_then(advice) {
-                        " " (prose(&sentence_case(&advice))) "."
-                    }
+        @for answer in answers(analysis) {
+            (page::answer(answer.question, markup! {
+                (answer.text)
+                @if let Some(advice) = answer.unresolved.map(Doubt::Unresolved).and_then(advice) {
+                    " " (prose(&sentence_case(&advice))) "."
                 }
-            }
+            }))
         }
     }
 }
 
-pub(super) fn warnings(warnings: &[Warning], advice: Advice) -> Markup {
-    markup! {
-        section id="warnings" aria-labelledby="warnings-heading" {
-            h2 id="warnings-heading" { "Warnings" }
-            @if warnings.is_empty() {
-                p { "None." }
-            } @else {
-                ul {
-                    @for warning in warnings {
-                        li class="warning" {
-                            strong { (sentence_case(&warning.message())) "." }
-                            @if let Some(advice) = advice(Doubt::Warning(warning)) {
-                                " " (prose(&sentence_case(&advice))) "."
-                            }
-                        }
-                    }
-                }
-            }
-        }
-    }
-}
-
-fn sentence_case(text: &str) -> String {
-    let mut rest = text.chars();
-    match rest.next() {
-        Some(first) => first.to_uppercase().chain(rest).collect(),
-        None => String::new(),
-    }
-}
-
-/// Text whose parts between backticks are code.
-fn prose(text: &str) -> Markup {
-    markup! {
-        @for (index, part) in text.split('`').enumerate() {
-            @if index % 2 == 1 { code { (part) } } @else { (part) }
-        }
-    }
+pub(super) fn warnings(analysis: &Analysis, advice: Advice) -> Markup {
+    let advised = analysis.warnings.iter();
+    let advised = advised.map(|w| (w.message(), advice(Doubt::Warning(w))));
+    page::warnings(&advised.collect::<Vec<_>>())
 }
 
 pub(super) fn tables(analysis: &Analysis, advice: Advice) -> Markup {
-    markup! {
-        section id="summary" aria-labelledby="summary-heading" {
-            h2 id="summary-heading" { "Summary" }
-            div class="tables" {
-                (table("Field", &field(analysis)))
-                (table("Spectra", &spectra(analysis)))
-                (table("Redistribution", &redistribution(analysis, advice)))
-            }
+    page::numbers(markup! {
+        div class="tables" {
+            (table("Field", &field(analysis)))
+            (table("Spectra", &spectra(analysis)))
+            (table("Redistribution", &redistribution(analysis, advice)))
         }
-    }
+    })
 }
 
 /// How the numbers were computed, folded.
@@ -100,30 +61,13 @@ pub(super) fn provenance(analysis: &Analysis) -> Markup {
     if let Some(hash) = &analysis.content_hash {
         rows.push(("BLAKE3 of the file", hash.clone()));
     }
-    markup! {
-        section id="provenance" {
-            details {
-                summary { h2 { "Accuracy, provenance and timings" } }
-                div class="tables" {
-                    (table("Accuracy", &rows))
-                    (timings(&analysis.timings))
-                }
-            }
+    let content = markup! {
+        div class="tables" {
+            (table("Accuracy", &rows))
+            (timings(&analysis.timings))
         }
-    }
-}
-
-fn table<N: Render>(title: &str, rows: &[(N, String)]) -> Markup {
-    markup! {
-        table {
-            caption { (title) }
-            tbody {
-                @for (name, value) in rows {
-                    tr { th scope="row" { (name) } td { (prose(value)) } }
-                }
-            }
-        }
-    }
+    };
+    page::folded("provenance", "Accuracy, provenance and timings", content)
 }
 
 fn field(analysis: &Analysis) -> Vec<Row> {

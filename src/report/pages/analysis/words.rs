@@ -1,22 +1,9 @@
 //! Titles, captions and definitions.
 
-use maud::{Markup, html as markup};
+use maud::Markup;
 
-use crate::analyze::{Analysis, Reduction, Scaling, ShortTimeSpectra};
-
-/// Up to five significant digits; `undefined` for what is not finite.
-pub(super) fn number(value: f64) -> String {
-    let size = value.abs();
-    match value {
-        _ if !value.is_finite() => "undefined".into(),
-        0.0 => "0".into(),
-        _ if (1e-3..1e6).contains(&size) => {
-            let rounded: f64 = format!("{value:.4e}").parse().unwrap_or(value);
-            rounded.to_string()
-        }
-        _ => format!("{value:.3e}"),
-    }
-}
+use crate::analyze::{Analysis, Scaling, ShortTimeSpectra};
+use crate::report::page;
 
 /// A share as a percentage.
 pub(super) fn percent(share: f64) -> String {
@@ -30,7 +17,7 @@ pub(super) fn title(id: &str) -> &'static str {
     match id {
         "field" => "Field v(t, x)",
         "temporal" => "Temporal spectrum S(f, x)",
-        "spatial" => "Spatial spectrum E(k, t)",
+        "spatial" => "Spatial spectrum S(k, t)",
         "spacetime" => "Space-time spectrum S(k, f)",
         "flux" => "Kinetic flux surrogate Π_K(k, t)",
         "short-time" => "Short-time spectrum",
@@ -41,8 +28,9 @@ pub(super) fn title(id: &str) -> &'static str {
     }
 }
 
-pub(super) fn caption(id: &str, reduction: Reduction) -> String {
-    let shows = match id {
+/// What a map shows, and what to look for.
+pub(super) fn shows(id: &str) -> &'static str {
+    match id {
         "field" => {
             "The samples themselves. Slopes are speeds: a steeper band is slower. Look for the \
              leading pulse, what it leaves behind, and reflections."
@@ -65,25 +53,7 @@ pub(super) fn caption(id: &str, reduction: Reduction) -> String {
              positive towards high k. It counts exchange with contact energy too, so read it as \
              a surrogate and compare it with an exact budget where one can be had."
         }
-    };
-    let (what, rows, columns) = match reduction {
-        Reduction::Max { rows, columns } => ("the largest value", rows, columns),
-        Reduction::Extreme { rows, columns } => ("the value of largest magnitude", rows, columns),
-    };
-    match rows * columns {
-        0 | 1 => shows.into(),
-        _ => format!("{shows} Each cell shows {what} of {rows} × {columns} samples."),
     }
-}
-
-/// What a point of a curve along a map is, if not one sample.
-pub(super) fn block(reduction: Reduction) -> Option<String> {
-    let (what, rows, columns) = match reduction {
-        Reduction::Max { rows, columns } => ("the largest", rows, columns),
-        Reduction::Extreme { rows, columns } => ("the least and the largest", rows, columns),
-    };
-    (rows * columns > 1)
-        .then(|| format!("A point is {what} of a cell of {rows} × {columns} samples."))
 }
 
 pub(super) fn short_caption(id: &str, spectra: &ShortTimeSpectra) -> String {
@@ -173,20 +143,5 @@ pub(super) fn how_to_read(analysis: &Analysis) -> Markup {
              where that is known, has no centroid and no shares: a gap in the curves.",
         ),
     ];
-    markup! {
-        section id="how-to-read" {
-            details {
-                summary { h2 { "How to read this" } }
-                p {
-                    "Hover a picture to read it, drag to zoom, double-click to see all of it \
-                     again. A click picks a cell: the curve beside the picture runs through it, \
-                     and the other pictures follow to the same site, time, frequency or \
-                     wavenumber. With the keyboard: arrows move the pick, + and − zoom, 0 resets."
-                }
-                dl {
-                    @for (term, meaning) in definitions { dt { (term) } dd { (meaning) } }
-                }
-            }
-        }
-    }
+    page::how_to_read(&definitions)
 }

@@ -1,0 +1,85 @@
+//! Renames that survive a power cut.
+
+use std::fs::{self, File};
+use std::io::{ErrorKind, Result};
+use std::path::Path;
+
+/// Writes a file, or a directory with all that is in it, to the disk.
+pub(super) fn sync_tree(path: &Path) -> Result<()> {
+    if !fs::symlink_metadata(path)?.is_dir() {
+        return File::options()
+            .read(true)
+            .write(true)
+            .open(path)?
+            .sync_all();
+    }
+    for entry in fs::read_dir(path)? {
+        let entry = entry?;
+        let kind = entry.file_type()?;
+        if kind.is_dir() || kind.is_file() {
+            sync_tree(&entry.path())?;
+        }
+    }
+    sync_directory(path)
+}
+
+/// Writes the names in a directory to the disk, where the system can.
+///
+/// # Errors
+/// The system's.
+pub fn sync_directory(path: &Path) -> Result<()> {
+    if !cfg!(unix) {
+        return Ok(());
+    }
+    let path = match path.as_os_str().is_empty() {
+        true => Path::new("."),
+        false => path,
+    };
+    match File::open(path)?.sync_all() {
+        // Some network systems sync names by themselves and refuse to be told so.
+        Err(error) if is_refusal(&error) => Ok(()),
+        done => done,
+    }
+}
+
+/// Exchanges two names at once; `false` if the file system cannot.
+pub(super) fn exchange(a: &Path, b: &Path) -> Result<bool> {
+    #[cfg(any(target_os = "linux", target_os = "android", target_vendor = "apple"))]
+    {
+        use rustix::fs::{CWD, RenameFlags, renameat_with};
+        match renameat_with(CWD, a, CWD, b, RenameFlags::EXCHANGE).map_err(std::io::Error::from) {
+            Ok(()) => Ok(true),
+            // Some containers forbid what their filter of system calls does not know. Where the
+            // names themselves may not be changed, the renames that follow fail, too.
+            Err(error) if is_refusal(&error) || error.kind() == ErrorKind::PermissionDenied => {
+                Ok(false)
+            }
+            Err(error) => Err(error),
+        }
+    }
+    #[cfg(not(any(target_os = "linux", target_os = "android", target_vendor = "apple")))]
+    {
+        let _ = (a, b);
+        Ok(false)
+    }
+}
+
+fn is_refusal(error: &std::io::Error) -> bool {
+    matches!(
+        error.kind(),
+        ErrorKind::InvalidInput | ErrorKind::Unsupported
+    )
+}
+
+/// Removes a file, or a directory with all that is in it; nothing is as good as removed.
+pub(super) fn remove(path: &Path) -> Result<()> {
+    let removed = match fs::symlink_metadata(path) {
+        Ok(found) if found.is_dir() => fs::remove_dir_all(path),
+        Ok(_) => fs::remove_file(path),
+        Err(error) => Err(error),
+    };
+    match removed {
+        Err(error) if error.kind() == ErrorKind::NotFound => Ok(()),
+        done => done,
+    }
+}

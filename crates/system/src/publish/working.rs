@@ -1,0 +1,262 @@
+//! A file or directory while it is written.
+
+use std::fs::{self, File};
+use std::io::{Error, ErrorKind, Result};
+use std::path::{Path, PathBuf};
+
+use super::durable::{exchange, remove, sync_directory, sync_tree};
+use super::leftovers::remove_abandoned;
+use super::lock::Lock;
+use super::{LOCK, OLD};
+
+/// How often a folder is made that another run removes in the same moment.
+const TRIES: usize = 8;
+
+/// A file or directory that is written beside its target under a random name and then gets the name
+/// of the target.
+///
+/// Three names belong together: `.cascade-partial-0123456789abcdef` is what is written,
+/// `.lock` behind it is a file that the owner created exclusively and keeps locked, and `.old` is an
+/// earlier result between two renames, where the system cannot exchange names at once. The lock file
+/// exists before and after the others, so what is found without a locked one belongs to nobody. It
+/// holds the name of the target: a run that finds an `.old` whose target is gone restores it.
+///
+/// Dropped before [`Working::publish`], it removes what was written, and the folders it made for it.
+#[derive(Debug)]
+pub struct Working {
+    target: PathBuf,
+    /// Folder of the target and of the working file.
+    folder: PathBuf,
+    path: PathBuf,
+    lock: Lock,
+    /// Folders that were not there, innermost first.
+    made: Vec<PathBuf>,
+    state: State,
+}
+
+/// What has the name of the target.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+enum State {
+    /// What had it before, if anything.
+    Unpublished,
+    /// What was written.
+    Published,
+    /// What was written; what had it before has the working name.
+    Swapped,
+}
+
+impl Working {
+    /// Reserves a name beside `target`; makes the folders that are missing, and removes what killed
+    /// runs have left in the folder.
+    ///
+    /// # Errors
+    /// The system's.
+    pub fn reserve(target: &Path) -> Result<Working> {
+        let name = target.file_name().ok_or(ErrorKind::InvalidInput)?;
+        let folder = folder_of(target);
+        let mut made: Vec<PathBuf> = Vec::new();
+        for trial in 1.. {
+            let missing = folder.ancestors().take_while(|path| !is_there(path));
+            made.extend(missing.map(Path::to_owned));
+            let locked = fs::create_dir_all(&folder).and_then(|()| Lock::create(&folder, name));
+            match locked {
+                Ok((lock, path)) => {
+                    remove_abandoned(&folder);
+                    return Ok(Working {
+                        target: target.to_owned(),
+                        folder,
+                        path,
+                        lock,
+                        made,
+                        state: State::Unpublished,
+                    });
+                }
+                // Another run that failed has just removed the folder it had made.
+                Err(error) if error.kind() == ErrorKind::NotFound && trial < TRIES => (),
+                Err(error) => {
+                    remove_empty(&made);
+                    return Err(error);
+                }
+            }
+        }
+        unreachable!("the last trial returns")
+    }
+
+    /// That something could be written beside `target`, without making folders that are missing.
+    ///
+    /// # Errors
+    /// The system's.
+    pub fn check(target: &Path) -> Result<()> {
+        let name = target.file_name().ok_or(ErrorKind::InvalidInput)?;
+        let folder = folder_of(target);
+        let there = folder.ancestors().find(|path| is_there(path));
+        let there = there.filter(|path| !path.as_os_str().is_empty());
+        let (lock, _) = Lock::create(there.unwrap_or(Path::new(".")), name)?;
+        remove_abandoned(&folder);
+        lock.remove()
+    }
+
+    /// Where to write.
+    pub fn path(&self) -> &Path {
+        &self.path
+    }
+
+    /// Creates the file to be written.
+    ///
+    /// # Errors
+    /// The system's.
+    pub fn create_file(&self) -> Result<File> {
+        File::create_new(&self.path)
+    }
+
+    /// Creates the directory to be filled.
+    ///
+    /// # Errors
+    /// The system's.
+    pub fn create_directory(&self) -> Result<()> {
+        fs::create_dir(&self.path)
+    }
+
+    /// Gives what was written the name of the target, in place of a file or an empty directory of
+    /// that name. It is on the disk, with its name, when this returns.
+    ///
+    /// # Errors
+    /// The system's. An older target is untouched unless only the last sync failed.
+    pub fn publish(&mut self) -> Result<()> {
+        sync_tree(&self.path)?;
+        fs::rename(&self.path, &self.target)?;
+        self.state = State::Published;
+        self.sync_names()
+    }
+
+    /// Exchanges what was written with the target, which is there. When dropped, the old one goes.
+    ///
+    /// # Errors
+    /// The system's, with the target as it was; or, where names cannot be exchanged at once, the
+    /// place to which the old target was moved.
+    pub fn swap(&mut self) -> Result<()> {
+        sync_tree(&self.path)?;
+        if !exchange(&self.path, &self.target)? {
+            self.swap_by_renames()?;
+        }
+        self.state = State::Swapped;
+        self.sync_names()
+    }
+
+    /// Undoes [`Working::publish`] or [`Working::swap`].
+    ///
+    /// # Errors
+    /// The system's.
+    pub fn withdraw(&mut self) -> Result<()> {
+        match self.state {
+            State::Unpublished => return Ok(()),
+            State::Published => fs::rename(&self.target, &self.path)?,
+            State::Swapped => {
+                if !exchange(&self.path, &self.target)? {
+                    self.swap_by_renames()?;
+                }
+            }
+        }
+        self.state = State::Unpublished;
+        self.sync_names()
+    }
+
+    /// A kill between the renames leaves the old target under a name from which the next run
+    /// restores it.
+    fn swap_by_renames(&self) -> Result<()> {
+        let old = with_suffix(&self.path, OLD);
+        self.lock.sync()?;
+        sync_directory(&self.folder)?;
+        fs::rename(&self.target, &old)?;
+        if let Err(error) = fs::rename(&self.path, &self.target) {
+            return Err(match fs::rename(&old, &self.target) {
+                Ok(()) => error,
+                Err(_) => Error::other(format!(
+                    "{error}; what was there is in {}, and the next run here restores it",
+                    old.display()
+                )),
+            });
+        }
+        // Its name must be on the disk before the old one goes.
+        sync_directory(&self.folder)?;
+        fs::rename(&old, &self.path)
+    }
+
+    /// Writes the new names to the disk, those of new folders, too.
+    fn sync_names(&self) -> Result<()> {
+        sync_directory(&self.folder)?;
+        for made in &self.made {
+            sync_directory(&folder_of(made))?;
+        }
+        Ok(())
+    }
+}
+
+impl Drop for Working {
+    fn drop(&mut self) {
+        let _ = remove(&self.path);
+        // An old target that could not be given back needs the lock for its name.
+        if !is_there(&with_suffix(&self.path, OLD)) {
+            let _ = self.lock.remove();
+        }
+        if self.state == State::Unpublished {
+            remove_empty(&self.made);
+        }
+    }
+}
+
+pub(super) fn lock_of(working: &Path) -> PathBuf {
+    with_suffix(working, LOCK)
+}
+
+pub(super) fn old_of(working: &Path) -> PathBuf {
+    with_suffix(working, OLD)
+}
+
+fn with_suffix(path: &Path, suffix: &str) -> PathBuf {
+    let mut name = path.as_os_str().to_owned();
+    name.push(suffix);
+    name.into()
+}
+
+fn folder_of(target: &Path) -> PathBuf {
+    match target.parent() {
+        Some(parent) if !parent.as_os_str().is_empty() => parent.to_owned(),
+        _ => PathBuf::from("."),
+    }
+}
+
+fn is_there(path: &Path) -> bool {
+    path.as_os_str().is_empty() || fs::symlink_metadata(path).is_ok()
+}
+
+/// Removes folders, innermost first; one that someone has put something into stays.
+fn remove_empty(folders: &[PathBuf]) {
+    for folder in folders {
+        let _ = fs::remove_dir(folder);
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn regress_two_renames_where_names_cannot_be_exchanged() {
+        let place = tempfile::tempdir().unwrap();
+        let target = place.path().join("result");
+        fs::create_dir(&target).unwrap();
+        fs::write(target.join("a"), "old").unwrap();
+        let working = Working::reserve(&target).unwrap();
+        working.create_directory().unwrap();
+        working.swap_by_renames().unwrap();
+        assert!(!target.join("a").exists() && working.path().join("a").exists());
+        // What was written is gone, so that the second rename fails.
+        remove(&working.path).unwrap();
+        fs::write(target.join("b"), "new").unwrap();
+        working.swap_by_renames().unwrap_err();
+        assert!(target.join("b").exists());
+        drop(working);
+        assert_eq!(fs::read_dir(place.path()).unwrap().count(), 1);
+    }
+}

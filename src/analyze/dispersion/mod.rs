@@ -1,0 +1,265 @@
+//! Dispersion relations to hold `S(k, f)` against: of a lattice, of a formula, of a table.
+
+mod formula;
+mod table;
+
+use std::f64::consts::{PI, TAU};
+use std::path::Path;
+
+use super::{Axes, Request};
+use crate::chain::UnitCell;
+use crate::error::{Error, Result};
+use crate::field::Field;
+pub use formula::Constants;
+use table::Table;
+
+/// Intervals of k on which curves are computed; a multiple of the bodies of common cells, so that
+/// the ends of their zones are among the points.
+const INTERVALS: usize = 960;
+
+/// A dispersion relation `omega(k)`, not yet on the axes of a field.
+///
+/// - Of a lattice: the branches of a [`UnitCell`] at the phase `q = k a` per body, in the extended
+///   zone: a cell of p bodies gives p branches, each of period `2 pi / (p a)` in k.
+/// - Of a formula: omega, in rad per unit of time, of k, in rad per unit of length.
+/// - Of a table: columns of k and of omega or f, linear in between.
+///
+/// `f = omega / (2 pi)`. A field of real samples has a wave of negative omega at `(-k, -omega)`,
+/// where it is drawn. Where omega is not finite, a curve has a gap.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Dispersion {
+    /// What figures call it.
+    pub name: String,
+    relation: Relation,
+}
+
+#[derive(Debug, Clone, PartialEq)]
+enum Relation {
+    Lattice {
+        cell: UnitCell,
+        /// Distance of bodies; `None`: that of the field's sites.
+        spacing: Option<f64>,
+    },
+    Formula {
+        text: String,
+        constants: Constants,
+    },
+    Table(Table),
+}
+
+/// A dispersion relation on the axes of a field.
+#[derive(Debug, Clone, PartialEq)]
+pub struct DispersionCurve {
+    pub name: String,
+    /// Wavenumbers in rad per unit of length, ascending, from one Nyquist wavenumber to the other.
+    pub wavenumber: Vec<f64>,
+    /// Frequencies in cycles per unit of time, 0 or more, one row a branch; NaN in gaps.
+    pub branches: Vec<Vec<f64>>,
+}
+
+impl Dispersion {
+    /// The branches of a lattice whose bodies are `spacing` apart; `None`: as the field's sites.
+    pub fn lattice(name: impl Into<String>, cell: UnitCell, spacing: Option<f64>) -> Dispersion {
+        Dispersion {
+            name: name.into(),
+            relation: Relation::Lattice { cell, spacing },
+        }
+    }
+
+    /// Reads what is typed: `monatomic:c=1,m=1`, `diatomic:c1=1,c2=2,m1=1,m2=1`, both with `a` for
+    /// a distance of bodies that is not that of the sites, or a formula such as
+    /// `2*sqrt(c/m)*abs(sin(k*a/2)); c=1, m=1`.
+    ///
+    /// `known` are further constants of formulas, which those in the text override; `a` is the
+    /// distance of the field's sites where neither gives it.
+    ///
+    /// # Errors
+    /// [`Error::Request`] names the fault with its place, and what is known.
+    pub fn parse(text: &str, known: &Constants) -> Result<Dispersion> {
+        if let Some((kind @ ("monatomic" | "diatomic"), values)) = text.split_once(':') {
+            return of_bodies(text, kind == "diatomic", &parse_constants(values)?);
+        }
+        let (formula, own) = text.split_once(';').unwrap_or((text, ""));
+        let mut constants = known.clone();
+        constants.extend(parse_constants(own)?);
+        let dispersion = Dispersion {
+            name: formula.trim().into(),
+            relation: Relation::Formula {
+                text: formula.trim().into(),
+                constants,
+            },
+        };
+        // The distance of sites is known with the field.
+        dispersion.formula(1.0)?;
+        Ok(dispersion)
+    }
+
+    /// Reads a table of comma-separated values: a column `k`, and columns `omega` or `f`, each
+    /// with its unit in brackets if it is not that of the field (`k (rad/mm)`, `f (kHz)`).
+    ///
+    /// Several columns are several branches; so are the values of a column `curve`. k rises along
+    /// a branch, and an empty cell is a gap. A table without negative k holds for both signs.
+    ///
+    /// # Errors
+    /// [`Error::Read`]; [`Error::Unfit`] names the line or column at fault.
+    pub fn read_csv(path: &Path) -> Result<Dispersion> {
+        Ok(Dispersion {
+            name: path
+                .file_name()
+                .unwrap_or_default()
+                .to_string_lossy()
+                .into(),
+            relation: Relation::Table(Table::read(path)?),
+        })
+    }
+
+    fn formula(&self, spacing: f64) -> Result<Option<formula::Node>> {
+        let Relation::Formula { text, constants } = &self.relation else {
+            return Ok(None);
+        };
+        let mut constants = constants.clone();
+        constants.entry("a".into()).or_insert(spacing);
+        formula::parse(text, &constants).map(Some)
+    }
+
+    /// On the axes of a field.
+    ///
+    /// # Errors
+    /// [`Error::Unfit`] for units of a table that do not fit those of the axes.
+    pub(super) fn on(&self, axes: &Axes) -> Result<DispersionCurve> {
+        let site = axes.space.step;
+        let nyquist = PI / site;
+        let wavenumber: Vec<f64> = (0..=INTERVALS)
+            .map(|n| nyquist * (2.0 * n as f64 / INTERVALS as f64 - 1.0))
+            .collect();
+        let omega = match &self.relation {
+            Relation::Lattice { cell, spacing } => {
+                let a = spacing.unwrap_or(site);
+                let mut branches = vec![Vec::with_capacity(wavenumber.len()); cell.bodies()];
+                for &k in &wavenumber {
+                    for (branch, omega) in branches.iter_mut().zip(cell.frequencies(k * a)) {
+                        branch.push(omega);
+                    }
+                }
+                branches
+            }
+            Relation::Formula { .. } => match self.formula(site)? {
+                Some(node) => vec![wavenumber.iter().map(|&k| node.at(k)).collect()],
+                None => Vec::new(),
+            },
+            Relation::Table(table) => table.branches(axes, &wavenumber)?,
+        };
+        let branches = omega.into_iter().flat_map(both_directions).map(cycles);
+        Ok(DispersionCurve {
+            name: self.name.clone(),
+            wavenumber,
+            branches: branches.collect(),
+        })
+    }
+}
+
+/// The curves that a request, else the field, states for `S(k, f)`.
+pub(super) fn curves(
+    field: &Field,
+    request: &Request,
+    axes: &Axes,
+) -> Result<Vec<DispersionCurve>> {
+    if !request.results.spacetime {
+        return Ok(Vec::new());
+    }
+    let stated = match (&request.dispersion, &field.dispersion) {
+        (Some(requested), _) => requested.clone(),
+        (None, Some(text)) => vec![Dispersion::parse(text, &Constants::new())?],
+        (None, None) => Vec::new(),
+    };
+    stated
+        .iter()
+        .map(|dispersion| dispersion.on(axes))
+        .collect()
+}
+
+/// Reads `c=1, m=2.5`.
+///
+/// # Errors
+/// [`Error::Request`] for a name that a formula knows otherwise, or a value that is no number.
+pub fn parse_constants(text: &str) -> Result<Constants> {
+    let mut constants = Constants::new();
+    for typed in text
+        .split(',')
+        .map(str::trim)
+        .filter(|typed| !typed.is_empty())
+    {
+        let fault = |expected: &str| Error::Request {
+            option: "dispersion",
+            expected: expected.into(),
+            found: format!("`{typed}`"),
+        };
+        let (name, value) = typed
+            .split_once('=')
+            .ok_or_else(|| fault("constants as NAME=NUMBER, separated by commas"))?;
+        let (name, value) = (name.trim(), value.trim().parse::<f64>());
+        if !formula::is_free(name) {
+            return Err(fault("the name of a constant, not k, pi or a function's"));
+        }
+        match value {
+            Ok(value) if value.is_finite() => constants.insert(name.into(), value),
+            _ => return Err(fault("a finite number after =")),
+        };
+    }
+    Ok(constants)
+}
+
+/// A lattice of one or of two bodies a cell, from its constants.
+fn of_bodies(text: &str, two: bool, constants: &Constants) -> Result<Dispersion> {
+    let [needed, stiff, heavy]: [&[&str]; 3] = match two {
+        true => [&["c1", "c2", "m1", "m2"], &["c1", "c2"], &["m1", "m2"]],
+        false => [&["c", "m"], &["c"], &["m"]],
+    };
+    let refuse = |found: String| Error::Request {
+        option: "dispersion",
+        expected: format!(
+            "`{}` with {} and, where it is not the distance of the sites, a, all above 0",
+            if two { "diatomic:" } else { "monatomic:" },
+            needed.join(", ")
+        ),
+        found,
+    };
+    if let Some(name) = needed.iter().find(|name| !constants.contains_key(**name)) {
+        return Err(refuse(format!("`{text}` without {name}")));
+    }
+    let is_odd = |name: &&String| *name != "a" && !needed.contains(&name.as_str());
+    if let Some(name) = constants.keys().find(is_odd) {
+        return Err(refuse(format!("{name} in `{text}`")));
+    }
+    if constants.values().any(|value| *value <= 0.0) {
+        return Err(refuse(format!("`{text}`")));
+    }
+    let values = |names: &[&str]| names.iter().map(|name| constants[*name]).collect();
+    let cell = UnitCell::new(values(heavy), values(stiff))?;
+    Ok(Dispersion::lattice(text, cell, constants.get("a").copied()))
+}
+
+/// The parts of a branch at positive and at negative omega, the latter at `(-k, -omega)`; one
+/// where both are the same.
+fn both_directions(omega: Vec<f64>) -> Vec<Vec<f64>> {
+    let positive = |w: &f64| if *w >= 0.0 { *w } else { f64::NAN };
+    let forward: Vec<f64> = omega.iter().map(positive).collect();
+    let mirrored = |w: &f64| if *w < 0.0 { -w } else { f64::NAN };
+    let backward: Vec<f64> = omega.iter().rev().map(mirrored).collect();
+    let adds = |(f, b): (&f64, &f64)| b.is_finite() && (f - b).abs() <= 1e-9 * b;
+    let is_new = backward
+        .iter()
+        .zip(&forward)
+        .any(|(b, f)| b.is_finite() && !adds((f, b)));
+    match is_new {
+        true => vec![forward, backward],
+        false => vec![forward],
+    }
+}
+
+fn cycles(mut omega: Vec<f64>) -> Vec<f64> {
+    omega.iter_mut().for_each(|w| {
+        *w = if w.is_finite() { *w / TAU } else { f64::NAN };
+    });
+    omega
+}

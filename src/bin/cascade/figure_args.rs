@@ -1,0 +1,245 @@
+//! Options of figures, the same for all commands that draw.
+
+use clap::{Args, ValueEnum};
+use wavecascade::Error;
+use wavecascade::plot::{Colormap, Depth, Format, Style};
+
+use crate::args::choice;
+use crate::parse;
+use crate::settings::FIGURES;
+
+/// Formats and size of figures.
+#[derive(Debug, Args)]
+#[command(next_help_heading = FIGURES)]
+pub struct FigureArgs {
+    /// Formats of the figures [default: png,svg]; none leaves the report out too.
+    #[arg(long, value_enum, value_delimiter = ',', value_name = "FORMAT")]
+    pub figures: Vec<FigureArg>,
+    /// Size and letters of the figures [default: screen].
+    #[arg(long, value_enum)]
+    pub style: Option<StyleArg>,
+    /// Width of the figures, or width and height, such as 86mm, 86x60mm, 3.4x2.5in or 9x6cm; those with
+    /// several rows of panels are taller where they need it [default: as the style has it].
+    #[arg(long, value_name = "SIZE", value_parser = size)]
+    pub figure_size: Option<FigureSize>,
+    /// Pixels per inch of PNG files [default: 144 for the screen, 300 for papers].
+    #[arg(long, value_name = "N")]
+    pub dpi: Option<u32>,
+}
+
+/// Colours of maps.
+#[derive(Debug, Args)]
+#[command(next_help_heading = FIGURES)]
+pub struct ColorArgs {
+    /// Colours of the maps in figures [default: viridis].
+    #[arg(long, value_enum)]
+    pub colormap: Option<ColormapArg>,
+    /// Decades below the largest value that the maps of spectra show [default: all, up to 8].
+    #[arg(long, value_name = "N", value_parser = parse::finite, conflicts_with = "db")]
+    pub decades: Option<f64>,
+    /// Show the maps of spectra in decibels relative to the largest value, this many.
+    #[arg(long, value_name = "N", value_parser = parse::finite)]
+    pub db: Option<f64>,
+}
+
+#[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
+pub enum FigureArg {
+    Png,
+    /// Vector, with text as text.
+    Svg,
+    /// Vector, with an embedded font.
+    Pdf,
+    None,
+}
+
+#[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
+pub enum StyleArg {
+    /// 1200 pixels wide, with headings.
+    Screen,
+    /// For a column of a paper: 86 mm wide, labels of 8 pt, no headings.
+    Paper,
+    /// For both columns of a paper: 178 mm wide.
+    PaperWide,
+}
+
+choice!(ColormapArg => Colormap {
+    Viridis => Self::Viridis,
+    Cividis => Self::Cividis,
+    Inferno => Self::Inferno,
+    Magma => Self::Magma,
+    Plasma => Self::Plasma,
+    /// For prints without colour.
+    Gray => Self::Gray,
+});
+
+/// A width in mm, and a height.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct FigureSize {
+    width: f64,
+    height: Option<f64>,
+}
+
+/// `86mm`, `86x60mm`, `3.4x2.5in`, `9x6cm`; without a unit in mm.
+fn size(text: &str) -> Result<FigureSize, String> {
+    let expected = "expected a width or WIDTHxHEIGHT such as 86mm, 86x60mm, 3.4x2.5in or 9x6cm";
+    let digits = text.trim_end_matches(|c: char| c.is_ascii_alphabetic());
+    let mm = match &text[digits.len()..] {
+        "" | "mm" => 1.0,
+        "cm" => 10.0,
+        "in" => 25.4,
+        _ => return Err(expected.into()),
+    };
+    let length = |text: &str| match text.trim().parse::<f64>() {
+        Ok(length) if length.is_finite() && length > 0.0 => Ok(length * mm),
+        _ => Err(expected.to_owned()),
+    };
+    let (width, height) = match digits.split_once('x') {
+        Some((width, height)) => (width, Some(length(height)?)),
+        None => (digits, None),
+    };
+    Ok(FigureSize {
+        width: length(width)?,
+        height,
+    })
+}
+
+/// What a command draws, and how.
+#[derive(Debug, Clone)]
+pub struct Drawing {
+    /// None for no figures and no report.
+    pub formats: Vec<Format>,
+    pub style: Style,
+}
+
+impl Drawing {
+    pub fn is_wanted(&self) -> bool {
+        !self.formats.is_empty()
+    }
+}
+
+impl FigureArgs {
+    /// Formats and style of curves.
+    pub fn drawing(&self) -> Result<Drawing, Error> {
+        self.drawing_with(None)
+    }
+
+    /// Formats and style of curves and maps.
+    pub fn drawing_of_maps(&self, colors: &ColorArgs) -> Result<Drawing, Error> {
+        self.drawing_with(Some(colors))
+    }
+
+    fn drawing_with(&self, colors: Option<&ColorArgs>) -> Result<Drawing, Error> {
+        let formats = self.formats()?;
+        let without = |option, typed: bool, needed: &str, has: bool| match typed && !has {
+            true => Err(Error::Request {
+                option,
+                expected: format!("{needed} among `--figures`: it has no effect on others"),
+                found: self.formats_text(),
+            }),
+            false => Ok(()),
+        };
+        let draws = !formats.is_empty();
+        let some = "a format";
+        without("style", self.style.is_some(), some, draws)?;
+        without("figure-size", self.figure_size.is_some(), some, draws)?;
+        let png = formats.contains(&Format::Png);
+        without("dpi", self.dpi.is_some(), "`png`", png)?;
+        if let Some(colors) = colors {
+            without("colormap", colors.colormap.is_some(), some, draws)?;
+            without("decades", colors.decades.is_some(), some, draws)?;
+            without("db", colors.db.is_some(), some, draws)?;
+        }
+        let style = self.style(colors);
+        style.check()?;
+        Ok(Drawing { formats, style })
+    }
+
+    /// That no option is given where nothing is drawn.
+    pub fn refuse_without(&self, draws: bool, needed: &str) -> Result<(), Error> {
+        let options = [
+            ("figures", !self.figures.is_empty()),
+            ("style", self.style.is_some()),
+            ("figure-size", self.figure_size.is_some()),
+            ("dpi", self.dpi.is_some()),
+        ];
+        let typed = options.into_iter().find(|(_, typed)| *typed && !draws);
+        match typed {
+            None => Ok(()),
+            Some((option, _)) => Err(Error::Request {
+                option,
+                expected: format!("{needed} beside it: nothing is drawn otherwise"),
+                found: "it alone".into(),
+            }),
+        }
+    }
+
+    /// The formats typed, each once.
+    fn formats(&self) -> Result<Vec<Format>, Error> {
+        if self.figures.is_empty() {
+            return Ok(vec![Format::Png, Format::Svg]);
+        }
+        let known = [
+            (FigureArg::Png, Format::Png),
+            (FigureArg::Svg, Format::Svg),
+            (FigureArg::Pdf, Format::Pdf),
+        ];
+        let chosen: Vec<Format> = known
+            .into_iter()
+            .filter_map(|(typed, format)| self.figures.contains(&typed).then_some(format))
+            .collect();
+        if self.figures.contains(&FigureArg::None) && !chosen.is_empty() {
+            return Err(Error::Request {
+                option: "figures",
+                expected: "formats, or none alone".into(),
+                found: "both".into(),
+            });
+        }
+        Ok(chosen)
+    }
+
+    fn formats_text(&self) -> String {
+        let values = self.figures.iter().filter_map(FigureArg::to_possible_value);
+        let names: Vec<String> = values.map(|value| value.get_name().to_owned()).collect();
+        match names.is_empty() {
+            true => "png,svg".into(),
+            false => names.join(","),
+        }
+    }
+
+    fn style(&self, colors: Option<&ColorArgs>) -> Style {
+        let mut style = match self.style.unwrap_or(StyleArg::Screen) {
+            StyleArg::Screen => Style::screen(),
+            StyleArg::Paper => Style::paper(),
+            StyleArg::PaperWide => Style::paper_wide(),
+        };
+        if let Some(size) = self.figure_size {
+            (style.width, style.height) = (size.width, size.height);
+        }
+        style.dpi = self.dpi.unwrap_or(style.dpi);
+        let Some(colors) = colors else { return style };
+        style.colormap = colors.colormap.map(Into::into).unwrap_or_default();
+        style.depth = match (colors.decades, colors.db) {
+            (Some(decades), _) => Depth::Decades(decades),
+            (None, Some(db)) => Depth::Decibels(db),
+            (None, None) => Depth::default(),
+        };
+        style
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn sizes_are_read_in_millimetres() {
+        let read = |text: &str| size(text).map(|size| (size.width, size.height));
+        assert_eq!(read("86"), Ok((86.0, None)));
+        assert_eq!(read("86x60mm"), Ok((86.0, Some(60.0))));
+        assert_eq!(read("9x6cm"), Ok((90.0, Some(60.0))));
+        assert_eq!(read("2x1in"), Ok((50.8, Some(25.4))));
+        for wrong in ["", "mm", "86pt", "86x", "x60mm", "-3mm", "0x4cm", "1x2x3"] {
+            assert!(read(wrong).is_err(), "{wrong}");
+        }
+    }
+}

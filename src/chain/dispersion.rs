@@ -1,0 +1,312 @@
+//! Dispersion branches of a periodic lattice: frequencies of small waves on the static state.
+
+use std::f64::consts::TAU;
+
+use num_complex::Complex;
+
+use super::{Chain, Ends};
+use crate::error::{Error, Result};
+
+/// Bodies that a unit cell has at most.
+const MOST_BODIES: usize = 16;
+/// Relative difference of two masses or stiffnesses that count as the same.
+const SAME: f64 = 1e-9;
+/// Share of the bodies that may be defects of a lattice.
+const DEFECTS: f64 = 0.1;
+/// Sweeps of rotations; three to ten are needed.
+const SWEEPS: usize = 60;
+
+/// Why a chain has no dispersion branches.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, thiserror::Error)]
+pub enum NoBranches {
+    /// The contacts have no stiffness at rest: a sonic vacuum.
+    #[error(
+        "the contacts have no stiffness at rest (a sonic vacuum), so small waves have no frequency"
+    )]
+    NoLinearLimit,
+    /// Masses and stiffnesses do not repeat.
+    #[error(
+        "masses and stiffnesses do not repeat along the chain every {MOST_BODIES} bodies or less"
+    )]
+    NoCell,
+}
+
+/// The unit cell of an infinite lattice of bodies joined by linear springs.
+///
+/// `m_j u_j'' = c_j (u_{j+1} - u_j) - c_{j-1} (u_j - u_{j-1})`, where masses and stiffnesses
+/// repeat every `p` bodies. Waves `u_j = A_j exp(i (q j - omega t))`, `A_{j+p} = A_j`, have `p`
+/// frequencies at each phase q per body. They are the singular values of the matrix B (p contacts
+/// by p bodies) with `B_{j,j} = -sqrt(c_j / m_j)`, `B_{j,j+1} = exp(i q) sqrt(c_j / m_{j+1})`,
+/// since `B^H B` is the dynamical matrix. With one body `omega = 2 sqrt(c / m) |sin(q / 2)|`.
+///
+/// Units: q in rad per body; omega in rad per unit of time.
+///
+/// Source: L. Brillouin, *Wave Propagation in Periodic Structures* (1946); C. Kittel,
+/// *Introduction to Solid State Physics*, chapter 4.
+#[derive(Debug, Clone, PartialEq)]
+pub struct UnitCell {
+    mass: Vec<f64>,
+    /// Of the spring from each body to the next one; the last leads to the next cell.
+    stiffness: Vec<f64>,
+}
+
+impl UnitCell {
+    /// A cell of these masses and stiffnesses.
+    ///
+    /// # Errors
+    /// [`Error::Request`] unless both have the same length, from 1 to 16, and all values are above
+    /// 0 and finite.
+    pub fn new(mass: Vec<f64>, stiffness: Vec<f64>) -> Result<UnitCell> {
+        let refuse = |expected: String, found: String| {
+            Err(Error::Request {
+                option: "dispersion",
+                expected,
+                found,
+            })
+        };
+        if mass.len() != stiffness.len() || !(1..=MOST_BODIES).contains(&mass.len()) {
+            return refuse(
+                format!("as many masses as stiffnesses, 1 to {MOST_BODIES}"),
+                format!("{} and {}", mass.len(), stiffness.len()),
+            );
+        }
+        let is_wrong = |value: &&f64| !(value.is_finite() && **value > 0.0);
+        match mass.iter().chain(&stiffness).find(is_wrong) {
+            Some(value) => refuse("masses and stiffnesses above 0".into(), value.to_string()),
+            None => Ok(UnitCell { mass, stiffness }),
+        }
+    }
+
+    /// The smallest cell of which the chain, linearized about its static state, consists.
+    ///
+    /// At ends that do not repeat, the first and the last body and contact may differ. Where no
+    /// cell fits all others, a tenth of them may be defects. Losses are left out.
+    ///
+    /// # Errors
+    /// [`NoBranches`].
+    pub fn of(chain: &Chain) -> std::result::Result<UnitCell, NoBranches> {
+        let stiffness = |j: usize| {
+            let (c, d0) = (chain.coefficient[j], chain.static_overlap(j));
+            chain.law.stiffness(c, d0, 0.0)
+        };
+        let stiffness: Vec<f64> = (0..chain.n_contacts()).map(stiffness).collect();
+        if stiffness.iter().any(|k| !(k.is_finite() && *k > 0.0)) {
+            return Err(NoBranches::NoLinearLimit);
+        }
+        let ends = usize::from(chain.ends != Ends::Periodic);
+        let inner = |values: &[f64]| ends..values.len().saturating_sub(ends).max(ends);
+        let (bodies, contacts) = (inner(&chain.mass), inner(&stiffness));
+        for defects in [0.0, DEFECTS] {
+            for period in 1..=MOST_BODIES.min(bodies.len().max(1)) {
+                let mass = repeated(&chain.mass, bodies.clone(), period, defects);
+                let springs = repeated(&stiffness, contacts.clone(), period, defects);
+                if let (Some(mass), Some(stiffness)) = (mass, springs) {
+                    return Ok(UnitCell { mass, stiffness });
+                }
+            }
+        }
+        Err(NoBranches::NoCell)
+    }
+
+    /// Bodies of the cell, which is the number of branches.
+    pub fn bodies(&self) -> usize {
+        self.mass.len()
+    }
+
+    /// Mass and stiffness of a cell of one body.
+    pub fn uniform(&self) -> Option<(f64, f64)> {
+        match (&self.mass[..], &self.stiffness[..]) {
+            (&[mass], &[stiffness]) => Some((mass, stiffness)),
+            _ => None,
+        }
+    }
+
+    /// The same lattice with time in units that are `factor` times as long.
+    #[must_use]
+    pub fn with_time_unit(mut self, factor: f64) -> UnitCell {
+        self.stiffness
+            .iter_mut()
+            .for_each(|c| *c *= factor * factor);
+        self
+    }
+
+    /// The frequencies omega of all branches at the phase q per body, ascending.
+    pub fn frequencies(&self, phase: f64) -> Vec<f64> {
+        let p = self.bodies();
+        let turn = Complex::cis(phase % TAU);
+        // Column by column: the contacts that each body moves.
+        let mut columns = vec![vec![Complex::new(0.0, 0.0); p]; p];
+        for (j, &stiffness) in self.stiffness.iter().enumerate() {
+            let next = (j + 1) % p;
+            columns[j][j] -= (stiffness / self.mass[j]).sqrt();
+            columns[next][j] += turn * (stiffness / self.mass[next]).sqrt();
+        }
+        singular_values(columns)
+    }
+}
+
+/// One period of `values[range]`, if all but a share of `defects` of them repeat.
+fn repeated(
+    values: &[f64],
+    range: std::ops::Range<usize>,
+    period: usize,
+    defects: f64,
+) -> Option<Vec<f64>> {
+    // Two whole cells at least, unless all is one cell of one body.
+    if range.len() < 2 * period && period > 1 || range.is_empty() {
+        return None;
+    }
+    let class = |phase: usize| {
+        let mut class: Vec<f64> = range
+            .clone()
+            .filter(|j| j % period == phase)
+            .map(|j| values[j])
+            .collect();
+        class.sort_by(f64::total_cmp);
+        class[class.len() / 2]
+    };
+    let cell: Vec<f64> = (0..period).map(class).collect();
+    let differs = |j: &usize| (values[*j] - cell[j % period]).abs() > SAME * cell[j % period];
+    let count = range.clone().filter(differs).count();
+    (count as f64 <= defects * range.len() as f64).then_some(cell)
+}
+
+/// Singular values of a square matrix, ascending, each to rounding of the largest.
+///
+/// Rotations of pairs of columns make all of them orthogonal; their norms are the values. Source:
+/// M. R. Hestenes, J. SIAM 6, 51 (1958).
+fn singular_values(mut columns: Vec<Vec<Complex<f64>>>) -> Vec<f64> {
+    let n = columns.len();
+    let square = |column: &[Complex<f64>]| column.iter().map(Complex::norm_sqr).sum::<f64>();
+    for _ in 0..SWEEPS {
+        let mut turned = false;
+        for i in 0..n {
+            for j in i + 1..n {
+                let (left, right) = columns.split_at_mut(j);
+                turned |= orthogonalize(&mut left[i], &mut right[0]);
+            }
+        }
+        if !turned {
+            break;
+        }
+    }
+    let mut values: Vec<f64> = columns.iter().map(|column| square(column).sqrt()).collect();
+    values.sort_by(f64::total_cmp);
+    values
+}
+
+/// Rotates two columns so that they are orthogonal; false if they are.
+fn orthogonalize(a: &mut [Complex<f64>], b: &mut [Complex<f64>]) -> bool {
+    let square = |column: &[Complex<f64>]| column.iter().map(Complex::norm_sqr).sum::<f64>();
+    let (alpha, beta) = (square(a), square(b));
+    let product: Complex<f64> = a.iter().zip(&*b).map(|(x, y)| x.conj() * y).sum();
+    let gamma = product.norm();
+    // Columns at the level of rounding have no direction.
+    if gamma <= f64::EPSILON * (alpha * beta).sqrt() || gamma <= f64::MIN_POSITIVE {
+        return false;
+    }
+    let zeta = (beta - alpha) / (2.0 * gamma);
+    let tangent = 1f64.copysign(zeta) / (zeta.abs() + 1f64.hypot(zeta));
+    let cosine = 1.0 / 1f64.hypot(tangent);
+    let sine = cosine * tangent;
+    let phase = product.conj() / gamma;
+    for (x, y) in a.iter_mut().zip(b) {
+        let (u, v) = (*x, phase * *y);
+        *x = u * cosine - v * sine;
+        *y = u * sine + v * cosine;
+    }
+    true
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::chain::Law;
+
+    fn phases() -> impl Iterator<Item = f64> {
+        (-40..=40).map(|n| 0.1 * f64::from(n))
+    }
+
+    #[test]
+    fn val_brillouin_one_body_has_one_branch() {
+        let cell = UnitCell::new(vec![0.5], vec![3.0]).unwrap();
+        for q in phases() {
+            let expected = 2.0 * (3.0f64 / 0.5).sqrt() * (0.5 * q).sin().abs();
+            assert!((cell.frequencies(q)[0] - expected).abs() < 1e-12, "{q}");
+        }
+    }
+
+    /// `omega^2 = A/2 -+ sqrt(A^2/4 - 4 c1 c2 sin^2(q) / (m1 m2))`, `A = (c1 + c2)(1/m1 + 1/m2)`.
+    #[test]
+    fn val_kittel_two_bodies_have_an_acoustic_and_an_optical_branch() {
+        let ([m1, m2], [c1, c2]) = ([1.0, 2.5], [1.0, 4.9]);
+        let cell = UnitCell::new(vec![m1, m2], vec![c1, c2]).unwrap();
+        for q in phases() {
+            let half = 0.5 * (c1 + c2) * (1.0 / m1 + 1.0 / m2);
+            let rest = 4.0 * c1 * c2 * q.sin() * q.sin() / (m1 * m2);
+            let optical = (half + (half * half - rest).sqrt()).sqrt();
+            // Their product is exact where the difference of squares would cancel.
+            let acoustic = rest.sqrt() / optical;
+            let found = cell.frequencies(q);
+            assert!((found[0] - acoustic).abs() < 1e-12, "{q}: {found:?}");
+            assert!((found[1] - optical).abs() < 1e-12, "{q}: {found:?}");
+        }
+    }
+
+    /// The trace of the dynamical matrix, and twice the same cell has the same branches, folded.
+    #[test]
+    fn squares_sum_to_the_trace_and_a_doubled_cell_folds() {
+        let (mass, stiffness) = (vec![1.0, 0.3, 2.0, 1.1, 0.7], vec![2.0, 0.1, 1.0, 5.0, 0.9]);
+        let cell = UnitCell::new(mass.clone(), stiffness.clone()).unwrap();
+        let doubled = UnitCell::new(mass.repeat(2), stiffness.repeat(2)).unwrap();
+        let trace: f64 = (0..5)
+            .map(|j| (stiffness[j] + stiffness[(j + 4) % 5]) / mass[j])
+            .sum();
+        for q in phases() {
+            let found = cell.frequencies(q);
+            let sum: f64 = found.iter().map(|w| w * w).sum();
+            assert!((sum / trace - 1.0).abs() < 1e-13, "{q}: {sum} {trace}");
+            let mut folded = [found, cell.frequencies(q + TAU / 10.0)].concat();
+            folded.sort_by(f64::total_cmp);
+            for (a, b) in folded.iter().zip(doubled.frequencies(q)) {
+                assert!((a - b).abs() < 1e-12, "{q}: {a} {b}");
+            }
+        }
+        assert!(cell.frequencies(0.0)[0] < 1e-12);
+    }
+
+    #[test]
+    fn cells_are_found_about_the_static_state() {
+        let mut chain = Chain::dimer(40, 4.9);
+        assert_eq!(UnitCell::of(&chain), Err(NoBranches::NoLinearLimit));
+        chain.precompression = 0.5;
+        chain.mass[0] = 7.0;
+        let cell = UnitCell::of(&chain).unwrap();
+        // F = c d^1.5, so dF/dd = 1.5 c^(2/3) F^(1/3).
+        let slope = |c: f64| 1.5 * c.powf(2.0 / 3.0) * 0.5f64.cbrt();
+        assert_eq!(cell.bodies(), 2);
+        for (found, c) in cell.stiffness.iter().zip([1.0, 4.9]) {
+            assert!((found / slope(c) - 1.0).abs() < 1e-14, "{found}");
+        }
+        chain.mass[11] = 3.0;
+        assert_eq!(UnitCell::of(&chain).unwrap(), cell, "a defect");
+        chain.law = Law::Spring {
+            alpha: 0.2,
+            beta: 0.0,
+        };
+        chain.coefficient = (0..40).map(f64::from).map(|j| 1.0 + j).collect();
+        assert_eq!(UnitCell::of(&chain), Err(NoBranches::NoCell));
+    }
+
+    #[test]
+    fn a_unit_of_time_scales_frequencies() {
+        let cell = UnitCell::new(vec![1.0, 2.0], vec![1.0, 3.0]).unwrap();
+        let slow = cell.clone().with_time_unit(10.0);
+        for (a, b) in cell.frequencies(0.7).iter().zip(slow.frequencies(0.7)) {
+            assert!((10.0 * a - b).abs() < 1e-12 * b);
+        }
+        assert!(UnitCell::new(vec![], vec![]).is_err());
+        assert!(UnitCell::new(vec![1.0], vec![-1.0]).is_err());
+        assert!(UnitCell::new(vec![1.0], vec![1.0, 1.0]).is_err());
+    }
+}

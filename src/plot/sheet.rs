@@ -1,0 +1,352 @@
+//! Charts and maps in rows, with aligned frames and a common legend.
+
+use super::Figure;
+use super::chart::Chart;
+use super::figures::PASSES;
+use super::font;
+use super::heat_chart::HeatChart;
+use super::legend::{self, Entry};
+use super::panel::{self, EDGE, LABEL_SIZE, LINE, Margins, TICK_SIZE};
+use super::scene::{Anchor, Rect, Scene};
+use super::style::Style;
+
+/// Narrowest cell of a row; rows of more cells are broken.
+const NARROWEST: f64 = 420.0;
+/// Between two cells, and below a row.
+const GAP: f64 = 18.0;
+/// Least height of a frame.
+const LOWEST: f64 = 100.0;
+
+/// One plot of a sheet.
+#[derive(Debug, Clone, PartialEq)]
+pub enum Plot {
+    Chart(Chart),
+    Map(HeatChart),
+}
+
+impl From<Chart> for Plot {
+    fn from(chart: Chart) -> Plot {
+        Plot::Chart(chart)
+    }
+}
+
+impl From<HeatChart> for Plot {
+    fn from(map: HeatChart) -> Plot {
+        Plot::Map(map)
+    }
+}
+
+impl Plot {
+    fn title(&self) -> &str {
+        match self {
+            Plot::Chart(chart) => &chart.title,
+            Plot::Map(map) => &map.title,
+        }
+    }
+
+    fn entries(&self, width: f64) -> Vec<Entry> {
+        match self {
+            Plot::Chart(chart) => chart.entries(width),
+            Plot::Map(_) => Vec::new(),
+        }
+    }
+
+    fn margins(&self, rect: Rect, names_x: bool) -> Margins {
+        match self {
+            Plot::Chart(chart) => chart.margins(rect, names_x),
+            Plot::Map(map) => map.margins(rect, names_x),
+        }
+    }
+
+    fn draw(&self, scene: &mut Scene, rect: Rect, names_x: bool) {
+        match self {
+            Plot::Chart(chart) => chart.draw(scene, rect, names_x),
+            Plot::Map(map) => map.draw(scene, rect, names_x),
+        }
+    }
+}
+
+/// Plots beside each other.
+#[derive(Debug, Clone, PartialEq)]
+pub struct PlotRow {
+    pub plots: Vec<Plot>,
+    /// Cells that the row is divided into.
+    pub columns: usize,
+    /// Height of its frames over the usual one.
+    pub height: f64,
+}
+
+impl PlotRow {
+    /// A row that its plots fill.
+    pub fn of(plots: impl IntoIterator<Item = impl Into<Plot>>) -> PlotRow {
+        let plots: Vec<Plot> = plots.into_iter().map(Into::into).collect();
+        PlotRow {
+            columns: plots.len().max(1),
+            plots,
+            height: 1.0,
+        }
+    }
+
+    pub fn high(self, height: f64) -> PlotRow {
+        PlotRow { height, ..self }
+    }
+}
+
+/// Rows of plots under a heading. Frames in rows of as many cells are aligned; names that all charts
+/// have in common are given once, above.
+#[derive(Debug, Clone, PartialEq, Default)]
+pub struct Sheet {
+    pub title: String,
+    /// Name of the data, beside the title; may be empty.
+    pub data: String,
+    pub rows: Vec<PlotRow>,
+    /// Paragraphs below the plots.
+    pub notes: Vec<String>,
+    /// Whether only the lowest row names the horizontal axis.
+    pub shared_x: bool,
+}
+
+impl Sheet {
+    /// Plots in rows of `columns`.
+    pub fn grid(
+        title: impl Into<String>,
+        columns: usize,
+        plots: impl IntoIterator<Item = impl Into<Plot>>,
+    ) -> Sheet {
+        let plots: Vec<Plot> = plots.into_iter().map(Into::into).collect();
+        Sheet {
+            title: title.into(),
+            rows: chunked(&plots, columns.max(1), 1.0),
+            ..Sheet::default()
+        }
+    }
+
+    /// The figure, laid out by a style.
+    pub fn figure(&self, name: &'static str, style: &Style) -> Figure {
+        let title = match self.data.is_empty() {
+            true => self.title.clone(),
+            false => format!("{}: {}", self.title, self.data),
+        };
+        let mut scene = Scene::new(&title, style, 0.0);
+        let top = panel::heading(&mut scene, &self.title, &self.data);
+        Layout::of(self, scene.width, top).draw(&mut scene);
+        Figure { name, scene }
+    }
+}
+
+fn chunked(plots: &[Plot], columns: usize, height: f64) -> Vec<PlotRow> {
+    let rows = plots.chunks(columns).map(|plots| PlotRow {
+        plots: plots.to_vec(),
+        columns,
+        height,
+    });
+    rows.collect()
+}
+
+/// What a row takes: above its frames, and beside them.
+struct MeasuredRow {
+    /// Titles and legends.
+    above: f64,
+    margins: Margins,
+    frame: f64,
+}
+
+struct Layout<'a> {
+    sheet: &'a Sheet,
+    rows: Vec<PlotRow>,
+    width: f64,
+    top: f64,
+    common: Vec<Entry>,
+    notes: Vec<String>,
+}
+
+impl<'a> Layout<'a> {
+    fn of(sheet: &'a Sheet, width: f64, top: f64) -> Self {
+        let most = ((width / NARROWEST) as usize).max(1);
+        let rows: Vec<PlotRow> = sheet
+            .rows
+            .iter()
+            .flat_map(|row| match row.columns <= most {
+                true => vec![row.clone()],
+                false => chunked(&row.plots, most, row.height),
+            })
+            .collect();
+        let notes = sheet.notes.iter();
+        let notes = notes.flat_map(|note| font::wrap(note, TICK_SIZE, width - 4.0 * EDGE));
+        Layout {
+            common: common(&rows, width),
+            rows,
+            notes: notes.collect(),
+            sheet,
+            width,
+            top,
+        }
+    }
+
+    fn cell(&self, row: &PlotRow, column: usize) -> (f64, f64) {
+        let columns = row.columns as f64;
+        let wide = (self.width - 2.0 * EDGE - GAP * (columns - 1.0)) / columns;
+        let left = EDGE + column as f64 * (wide + GAP);
+        (left, left + wide)
+    }
+
+    fn names_x(&self, index: usize) -> bool {
+        !self.sheet.shared_x || index + 1 == self.rows.len()
+    }
+
+    /// Margins of frames of these heights, equal where rows have as many cells.
+    fn margins(&self, heights: &[f64]) -> Vec<Margins> {
+        let own: Vec<Margins> = (self.rows.iter().enumerate())
+            .map(|(index, row)| {
+                let (left, right) = self.cell(row, 0);
+                let rect = Rect {
+                    left: left + 90.0,
+                    top: 0.0,
+                    right: (right - 30.0).max(left + 150.0),
+                    bottom: heights[index],
+                };
+                let all = row.plots.iter();
+                all.map(|plot| plot.margins(rect, self.names_x(index)))
+                    .fold(Margins::default(), Margins::max)
+            })
+            .collect();
+        let aligned = |index: usize| {
+            let alike = self.rows.iter().zip(&own);
+            let alike = alike.filter(|(row, _)| row.columns == self.rows[index].columns);
+            let most = alike.fold(Margins::default(), |most, (_, own)| most.max(*own));
+            Margins {
+                left: most.left,
+                right: most.right,
+                ..own[index]
+            }
+        };
+        (0..self.rows.len()).map(aligned).collect()
+    }
+
+    fn above(&self, row: &PlotRow, width: f64) -> f64 {
+        let heights = row.plots.iter().map(|plot| {
+            let title = match plot.title() {
+                "" => 0.0,
+                title => LINE * font::wrap(title, LABEL_SIZE, width).len() as f64 + 4.0,
+            };
+            title + self.legend_height(plot, width)
+        });
+        heights.fold(0.0, f64::max)
+    }
+
+    fn legend_height(&self, plot: &Plot, width: f64) -> f64 {
+        match self.common.is_empty() {
+            true => legend::height(&plot.entries(width), width),
+            false => 0.0,
+        }
+    }
+
+    /// What rows take, and the height of the figure. Frames decide how labels break, and these what is
+    /// left for the frames.
+    fn measure(&self, style: &Style) -> (Vec<MeasuredRow>, f64) {
+        let mut heights: Vec<f64> = self.rows.iter().map(|row| 220.0 * row.height).collect();
+        let mut found = self.measure_with(style, &heights);
+        for _ in 1..PASSES {
+            for (height, row) in heights.iter_mut().zip(&found.0) {
+                *height = height.min(row.frame);
+            }
+            found = self.measure_with(style, &heights);
+        }
+        found
+    }
+
+    fn measure_with(&self, style: &Style, heights: &[f64]) -> (Vec<MeasuredRow>, f64) {
+        let usual = |row: &PlotRow, width: f64| (0.62 * width).clamp(LOWEST, 370.0) * row.height;
+        let margins = self.margins(heights);
+        let mut rows: Vec<MeasuredRow> = (self.rows.iter().zip(margins))
+            .map(|(row, margins)| {
+                let (left, right) = self.cell(row, 0);
+                let width = right - left - margins.left - margins.right;
+                MeasuredRow {
+                    above: self.above(row, width),
+                    margins,
+                    frame: usual(row, width),
+                }
+            })
+            .collect();
+        let beside: f64 = rows
+            .iter()
+            .map(|row| row.above + row.margins.top + row.margins.bottom + GAP)
+            .sum();
+        let (_, room) = self.common_place(&rows);
+        let common = legend::height(&self.common, room);
+        let foot = 1.25 * TICK_SIZE * self.notes.len() as f64 + EDGE;
+        let fixed = self.top + common + beside + foot;
+        let frames: f64 = rows.iter().map(|row| row.frame).sum();
+        let total = style.rows(fixed + frames, fixed + LOWEST * rows.len() as f64);
+        for row in &mut rows {
+            row.frame *= (total - fixed) / frames;
+        }
+        (rows, total)
+    }
+
+    fn draw(&self, scene: &mut Scene) {
+        let style = scene.style;
+        let (rows, total) = self.measure(&style);
+        scene.height = total;
+        let (left, room) = self.common_place(&rows);
+        legend::draw(scene, (left, self.top), room, &self.common);
+        let mut top = self.top + legend::height(&self.common, room);
+        for (index, (row, measured)) in self.rows.iter().zip(&rows).enumerate() {
+            let frame_top = top + measured.above + measured.margins.top;
+            for (column, plot) in row.plots.iter().enumerate() {
+                let (left, right) = self.cell(row, column);
+                let rect = Rect {
+                    left: left + measured.margins.left,
+                    top: frame_top,
+                    right: right - measured.margins.right,
+                    bottom: frame_top + measured.frame,
+                };
+                self.draw_head(scene, plot, (top, top + measured.above), rect);
+                plot.draw(scene, rect, self.names_x(index));
+            }
+            top = frame_top + measured.frame + measured.margins.bottom + GAP;
+        }
+        let at = (2.0 * EDGE, top + 0.5 * TICK_SIZE);
+        scene.lines(&self.notes, at, TICK_SIZE, Anchor::Start);
+    }
+
+    /// The left end of the common legend, where the first frame begins, and its width.
+    fn common_place(&self, rows: &[MeasuredRow]) -> (f64, f64) {
+        let left = EDGE + rows.first().map_or(0.0, |row| row.margins.left.min(100.0));
+        (left, self.width - left - EDGE)
+    }
+
+    /// Title and legend, the latter down to `end`.
+    fn draw_head(&self, scene: &mut Scene, plot: &Plot, (top, end): (f64, f64), rect: Rect) {
+        let width = rect.width();
+        if !plot.title().is_empty() {
+            let title = font::wrap(plot.title(), LABEL_SIZE, width);
+            let at = (rect.left, top + 0.5 * LINE);
+            scene.lines(&title, at, LABEL_SIZE, Anchor::Start);
+        }
+        if self.common.is_empty() {
+            let entries = plot.entries(width);
+            let start = end - legend::height(&entries, width);
+            legend::draw(scene, (rect.left, start), width, &entries);
+        }
+    }
+}
+
+/// The names of all charts, if they are the same in each; none if there is but one chart.
+fn common(rows: &[PlotRow], width: f64) -> Vec<Entry> {
+    let plots = || rows.iter().flat_map(|row| &row.plots);
+    let mut all = plots()
+        .map(|plot| plot.entries(width))
+        .filter(|entries| !entries.is_empty());
+    let (first, mut count) = (all.next().unwrap_or_default(), 1);
+    let meaning = |entry: &Entry| (entry.label.clone(), entry.color, entry.stroke);
+    let same = all.all(|entries| {
+        count += 1;
+        entries.iter().map(meaning).eq(first.iter().map(meaning))
+    });
+    match same && count > 1 {
+        true => first,
+        false => Vec::new(),
+    }
+}

@@ -1,0 +1,341 @@
+//! A directory with the results of several fields, and an index of them.
+
+use std::collections::BTreeSet;
+use std::fs;
+use std::path::{Path, PathBuf};
+
+use serde::{Deserialize, Serialize};
+
+use super::directory::{holds_result, names as names_in, read_text};
+use super::{Headlines, write_beside};
+use crate::error::{Error, Result};
+use crate::system::publish::{is_working_name, remove_abandoned};
+
+/// Version of the layout of `index.json`.
+pub const FIELDS_SCHEMA: &str = "cascade.fields/1";
+
+const INDEX: &str = "index.json";
+const TABLE: &str = "headlines.csv";
+const PAGE: &str = "index.html";
+
+/// One field and what became of it.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct FieldRow {
+    /// Path of the field as it was given.
+    pub field: String,
+    /// Name of the directory of its results.
+    pub name: String,
+    /// What to open, from the directory on: its page or its summary.
+    #[serde(skip_serializing_if = "Option::is_none", default)]
+    pub opens: Option<String>,
+    #[serde(flatten)]
+    pub outcome: FieldOutcome,
+}
+
+/// What became of a field.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum FieldOutcome {
+    Headlines(Box<Headlines>),
+    /// Why there is no result.
+    Failed(String),
+}
+
+#[derive(Debug, Serialize, Deserialize)]
+struct Index {
+    schema: String,
+    fields: Vec<FieldRow>,
+}
+
+/// A directory in which each field's results have a directory of their own. After each field,
+/// `index.json`, `headlines.csv` and `index.html` list what it holds.
+///
+/// Each result appears whole or not at all; what is finished remains if the work is interrupted.
+#[derive(Debug)]
+pub struct FieldSet {
+    path: PathBuf,
+    rows: Vec<FieldRow>,
+    /// Of an earlier call, which this one replaces.
+    earlier: Vec<FieldRow>,
+    /// Whether the directory was not there.
+    is_new: bool,
+}
+
+impl FieldSet {
+    /// Begins a directory of results at `path`.
+    ///
+    /// # Errors
+    /// [`Error::Exists`] if results of several fields are there and are not to be replaced;
+    /// [`Error::OutputInUse`] if something else is there; [`Error::Write`].
+    pub fn create(path: &Path, replace: bool) -> Result<FieldSet> {
+        let earlier = earlier(path)?;
+        if earlier.is_some() && !replace {
+            return Err(Error::Exists {
+                path: path.to_owned(),
+            });
+        }
+        let is_new = !path.exists();
+        fs::create_dir_all(path).map_err(Error::write("create", path))?;
+        remove_abandoned(path);
+        Ok(FieldSet {
+            path: path.to_owned(),
+            rows: Vec::new(),
+            earlier: earlier.unwrap_or_default(),
+            is_new,
+        })
+    }
+
+    /// Where the results of the field of this name go, and whether an earlier one is replaced.
+    pub fn place(&self, name: &str) -> (PathBuf, bool) {
+        let is_there = self.earlier.iter().any(|row| row.name == name);
+        (self.path.join(name), is_there)
+    }
+
+    /// Lists one more field.
+    ///
+    /// # Errors
+    /// [`Error::Write`].
+    pub fn add(&mut self, row: FieldRow) -> Result<()> {
+        if matches!(row.outcome, FieldOutcome::Failed(_)) {
+            self.remove_earlier(&row.name)?;
+        }
+        self.earlier.retain(|earlier| earlier.name != row.name);
+        self.rows.push(row);
+        self.write()
+    }
+
+    /// What became of the fields so far.
+    pub fn rows(&self) -> &[FieldRow] {
+        &self.rows
+    }
+
+    /// Ends the work on all fields: results of an earlier call that are not of these go. A directory
+    /// that has no result, and was not there before, goes, too.
+    ///
+    /// # Errors
+    /// [`Error::Write`].
+    pub fn finish(mut self) -> Result<Vec<FieldRow>> {
+        let stale: Vec<String> = self.earlier.iter().map(|row| row.name.clone()).collect();
+        for name in stale {
+            self.remove_earlier(&name)?;
+        }
+        self.earlier.clear();
+        let is_failed = |row: &FieldRow| matches!(row.outcome, FieldOutcome::Failed(_));
+        if self.is_new && self.rows.iter().all(is_failed) {
+            self.remove_all();
+        } else {
+            self.write()?;
+        }
+        Ok(self.rows)
+    }
+
+    /// Ends interrupted work; results of an earlier call stay and stay listed.
+    pub fn stop(self) -> Vec<FieldRow> {
+        if self.is_new && self.rows.is_empty() {
+            self.remove_all();
+        }
+        self.rows
+    }
+
+    fn remove_earlier(&self, name: &str) -> Result<()> {
+        let (path, is_there) = self.place(name);
+        // One that somebody has put something into stays.
+        match is_there && holds_result(&path) {
+            true => fs::remove_dir_all(&path).map_err(Error::write("remove", &path)),
+            false => Ok(()),
+        }
+    }
+
+    fn remove_all(&self) {
+        for name in [INDEX, TABLE, PAGE] {
+            let _ = fs::remove_file(self.path.join(name));
+        }
+        let _ = fs::remove_dir(&self.path);
+    }
+
+    fn write(&self) -> Result<()> {
+        let rows: Vec<FieldRow> = self.rows.iter().chain(&self.earlier).cloned().collect();
+        let encoded = |error: std::io::Error| Error::write("write", &self.path)(error);
+        let csv = fields_csv(&rows).map_err(|error| encoded(std::io::Error::other(error)))?;
+        write_beside(&self.path, TABLE, csv.as_bytes())?;
+        #[cfg(feature = "figures")]
+        write_beside(&self.path, PAGE, super::fields_html(&rows).as_bytes())?;
+        let index = Index {
+            schema: FIELDS_SCHEMA.into(),
+            fields: rows,
+        };
+        let json = serde_json::to_string_pretty(&index).map_err(|error| encoded(error.into()))?;
+        write_beside(&self.path, INDEX, json.as_bytes())?;
+        Ok(())
+    }
+}
+
+/// What an earlier call has left at `path`; `None` where nothing is.
+fn earlier(path: &Path) -> Result<Option<Vec<FieldRow>>> {
+    let occupied = |found: String| Error::OutputInUse {
+        path: path.to_owned(),
+        found,
+    };
+    match fs::symlink_metadata(path) {
+        Err(_) => return Ok(None),
+        Ok(found) if found.is_dir() => (),
+        Ok(_) => return Err(occupied("is there and is no directory".into())),
+    }
+    let names = names_in(path)?;
+    if names.is_empty() {
+        return Ok(None);
+    }
+    let text = read_text(&path.join(INDEX))?;
+    let index = serde_json::from_str::<Index>(&text).ok();
+    let index = index.filter(|index| index.schema == FIELDS_SCHEMA);
+    let Some(index) = index else {
+        return Err(occupied(format!("holds no {INDEX} of several fields")));
+    };
+    let mut fields = index.fields;
+    // What is not there is not listed any more.
+    fields.retain(|row| names.contains(&row.name));
+    let listed = |name: &str| fields.iter().any(|row| row.name == name);
+    // A killed run leaves what it had begun.
+    let is_begun = |name: &str| is_working_name(name.as_ref());
+    let is_ours = |name: &&String| {
+        [INDEX, TABLE, PAGE].contains(&name.as_str()) || listed(name) || is_begun(name)
+    };
+    if let Some(name) = names.iter().find(|name| !is_ours(name)) {
+        return Err(occupied(format!(
+            "holds {name:?}, which no run has written"
+        )));
+    }
+    Ok(Some(fields))
+}
+
+/// A name for the results of each field: `field` of field.npy, of other files with their extension.
+/// Fields of one name get those of the folders before them: `first-field`, `second-field`.
+///
+/// # Errors
+/// [`Error::Request`] if a field is given twice; [`Error::Read`] for a path that cannot be one.
+pub fn field_names(fields: &[PathBuf]) -> Result<Vec<String>> {
+    let mut names: Vec<String> = fields.iter().map(|field| own_name(field)).collect();
+    for folders in 1.. {
+        let clashing = clashing(&names);
+        if clashing.is_empty() {
+            break;
+        }
+        for n in clashing {
+            let whole = fields[n].canonicalize();
+            let whole = whole.or_else(|_| std::path::absolute(&fields[n]));
+            let whole = whole.map_err(Error::read("find", &fields[n]))?;
+            let parts: Vec<_> = whole.parent().into_iter().flatten().collect();
+            if folders > parts.len() {
+                return Err(Error::Request {
+                    option: "out",
+                    expected: "fields that differ, each with results of its own".into(),
+                    found: format!("{} twice", fields[n].display()),
+                });
+            }
+            let before = parts[parts.len() - folders..].iter();
+            let before = before.map(|part| part.to_string_lossy().replace(['/', '\\', ':'], ""));
+            let before: Vec<String> = before.filter(|part| !part.is_empty()).collect();
+            names[n] = format!("{}-{}", before.join("-"), own_name(&fields[n]));
+        }
+    }
+    Ok(names)
+}
+
+fn own_name(field: &Path) -> String {
+    let is_array = field.extension().is_none_or(|extension| extension == "npy");
+    let name = match is_array {
+        true => field.file_stem(),
+        false => field.file_name(),
+    };
+    name.unwrap_or("field".as_ref())
+        .to_string_lossy()
+        .into_owned()
+}
+
+/// Indices of names that others have, too, or the index has; letters of both cases count as one, as on
+/// some file systems.
+fn clashing(names: &[String]) -> Vec<usize> {
+    let lower: Vec<String> = names.iter().map(|name| name.to_lowercase()).collect();
+    let mut seen: BTreeSet<&str> = [INDEX, TABLE, PAGE].into();
+    let repeated: BTreeSet<&str> = lower
+        .iter()
+        .map(String::as_str)
+        .filter(|name| !seen.insert(name))
+        .collect();
+    let is_repeated = |n: &usize| repeated.contains(lower[*n].as_str());
+    (0..names.len()).filter(is_repeated).collect()
+}
+
+/// The headlines of all fields as CSV, a row for each. Numbers have all their digits; unknown values
+/// are empty.
+fn fields_csv(rows: &[FieldRow]) -> std::result::Result<String, csv::Error> {
+    let mut writer = csv::Writer::from_writer(Vec::new());
+    for row in rows {
+        writer.serialize(CsvRow::of(row))?;
+    }
+    let bytes = writer.into_inner().map_err(|error| error.into_error())?;
+    Ok(String::from_utf8_lossy(&bytes).into_owned())
+}
+
+/// A row of the table.
+#[derive(Debug, Default, Serialize)]
+struct CsvRow<'a> {
+    field: &'a str,
+    name: &'a str,
+    times: Option<usize>,
+    sites: Option<usize>,
+    frequency_unit: Option<&'a str>,
+    frequency_centroid_reference: Option<f64>,
+    frequency_centroid_last: Option<f64>,
+    high_frequency_share_reference: Option<f64>,
+    high_frequency_share_last: Option<f64>,
+    wavenumber_unit: Option<&'a str>,
+    wavenumber_centroid_reference: Option<f64>,
+    wavenumber_centroid_last: Option<f64>,
+    high_wavenumber_share_reference: Option<f64>,
+    high_wavenumber_share_last: Option<f64>,
+    toward_plus_x: Option<f64>,
+    toward_minus_x: Option<f64>,
+    warnings: Option<usize>,
+    failure: Option<&'a str>,
+}
+
+impl CsvRow<'_> {
+    fn of(row: &FieldRow) -> CsvRow<'_> {
+        let (field, name) = (row.field.as_str(), row.name.as_str());
+        let found = match &row.outcome {
+            FieldOutcome::Headlines(found) => found,
+            FieldOutcome::Failed(why) => {
+                return CsvRow {
+                    field,
+                    name,
+                    failure: Some(why),
+                    ..CsvRow::default()
+                };
+            }
+        };
+        let (x, t) = (found.along_x.as_ref(), found.along_t.as_ref());
+        let [x_reference, x_last] = [x.and_then(|x| x.reference), x.and_then(|x| x.last)];
+        let [t_reference, t_last] = [t.and_then(|t| t.reference), t.and_then(|t| t.last)];
+        CsvRow {
+            field,
+            name,
+            times: Some(found.times),
+            sites: Some(found.sites),
+            frequency_unit: x.map(|x| x.unit.as_str()),
+            frequency_centroid_reference: x_reference.and_then(|c| c.centroid),
+            frequency_centroid_last: x_last.and_then(|c| c.centroid),
+            high_frequency_share_reference: x_reference.and_then(|c| c.high_share),
+            high_frequency_share_last: x_last.and_then(|c| c.high_share),
+            wavenumber_unit: t.map(|t| t.unit.as_str()),
+            wavenumber_centroid_reference: t_reference.and_then(|c| c.centroid),
+            wavenumber_centroid_last: t_last.and_then(|c| c.centroid),
+            high_wavenumber_share_reference: t_reference.and_then(|c| c.high_share),
+            high_wavenumber_share_last: t_last.and_then(|c| c.high_share),
+            toward_plus_x: found.toward_plus_x,
+            toward_minus_x: found.toward_minus_x,
+            warnings: Some(found.warnings),
+            failure: None,
+        }
+    }
+}

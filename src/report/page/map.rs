@@ -1,0 +1,285 @@
+//! A heat map for the page's script.
+
+use ndarray::ArrayView2;
+use serde::Serialize;
+
+use super::{Role, doubles, singles};
+use crate::analyze::{DispersionCurve, Map, Reduction};
+
+#[derive(Debug, Clone, Serialize)]
+pub(in crate::report) struct AxisData {
+    pub label: String,
+    low: f64,
+    high: f64,
+    role: Role,
+    /// A second reading: its label, and what values are multiplied by.
+    second: Option<(String, f64)>,
+    /// A value marked across the picture.
+    mark: Option<f64>,
+}
+
+impl AxisData {
+    pub fn new(label: &str, (low, high): (f64, f64), role: Role) -> AxisData {
+        AxisData {
+            label: label.into(),
+            low,
+            high,
+            role,
+            second: None,
+            mark: None,
+        }
+    }
+}
+
+/// A line over a map, with breaks where its values are NaN.
+#[derive(Debug, Serialize)]
+struct LineData {
+    name: String,
+    /// Little-endian f64.
+    x: String,
+    y: String,
+}
+
+#[derive(Debug, Serialize)]
+pub(in crate::report) struct MapData {
+    pub id: String,
+    pub title: String,
+    #[serde(skip)]
+    pub caption: String,
+    pub x: AxisData,
+    pub y: AxisData,
+    label: String,
+    signed: bool,
+    /// Axis that the curve beside the map runs along at first.
+    along: &'static str,
+    /// Magnitude at which a linear colour scale ends; by default the largest.
+    limit: Option<f64>,
+    /// Least and largest value of the colour scale, where other maps share it.
+    range: Option<[f64; 2]>,
+    #[serde(flatten)]
+    cells: CellData,
+    /// The part that the page shows at first, where it is not all of it or has finer cells.
+    detail: Option<DetailData>,
+    /// Dispersion curves.
+    lines: Vec<LineData>,
+}
+
+/// The cells of a map.
+#[derive(Debug, Serialize)]
+struct CellData {
+    rows: usize,
+    columns: usize,
+    /// Row by row from the lowest y, little-endian f32.
+    values: String,
+    /// Least and largest value of each cell, if a cell is of more than one signed sample.
+    least: Option<String>,
+    largest: Option<String>,
+    /// What a point of the curve beside the map is, where that is not one sample.
+    block: Option<String>,
+}
+
+/// A part of a map, with its ends on both axes.
+#[derive(Debug, Serialize)]
+struct DetailData {
+    x: [f64; 2],
+    y: [f64; 2],
+    #[serde(flatten)]
+    cells: CellData,
+}
+
+impl CellData {
+    fn of(map: &Map) -> CellData {
+        let side = |n: usize| {
+            let range = map.range.as_ref()?;
+            Some(singles(range[n].iter().copied()))
+        };
+        CellData {
+            rows: map.values.nrows(),
+            columns: map.values.ncols(),
+            values: singles(map.values.iter().copied()),
+            least: side(0),
+            largest: side(1),
+            block: block(map.reduction),
+        }
+    }
+
+    /// Of values that are not negative.
+    fn of_values(values: ArrayView2<f64>) -> CellData {
+        CellData {
+            rows: values.nrows(),
+            columns: values.ncols(),
+            values: singles(values.iter().map(|&value| value as f32)),
+            least: None,
+            largest: None,
+            block: None,
+        }
+    }
+}
+
+impl MapData {
+    /// A map of a result, with axes of these roles; `shows` says what to look for.
+    pub fn of(map: &Map, id: &str, title: &str, shows: &str, (x, y): (Role, Role)) -> MapData {
+        MapData {
+            id: id.into(),
+            title: title.into(),
+            caption: caption(shows, map),
+            x: AxisData::new(&map.x.label, (map.x.low, map.x.high), x),
+            y: AxisData::new(&map.y.label, (map.y.low, map.y.high), y),
+            label: map.label.clone(),
+            signed: matches!(map.reduction, Reduction::Extreme { .. }),
+            along: "y",
+            limit: None,
+            range: None,
+            cells: CellData::of(map),
+            detail: map.detail.as_ref().map(|part| DetailData {
+                x: [part.x.low, part.x.high],
+                y: [part.y.low, part.y.high],
+                cells: CellData::of(part),
+            }),
+            lines: Vec::new(),
+        }
+    }
+
+    /// A map of values that are not negative.
+    pub fn spectrum(
+        (id, title): (String, String),
+        caption: String,
+        [x, y]: [AxisData; 2],
+        label: &str,
+        values: ArrayView2<f64>,
+    ) -> MapData {
+        MapData {
+            id,
+            title,
+            caption,
+            x,
+            y,
+            label: label.into(),
+            signed: false,
+            along: "y",
+            limit: None,
+            range: None,
+            cells: CellData::of_values(values),
+            detail: None,
+            lines: Vec::new(),
+        }
+    }
+
+    /// With the curve beside it along x at first.
+    pub fn along_x(mut self) -> Self {
+        self.along = "x";
+        self
+    }
+
+    /// With a part of these ends on x and y, which the page shows at first.
+    pub fn with_detail(mut self, [x, y]: [(f64, f64); 2], values: ArrayView2<f64>) -> Self {
+        self.detail = Some(DetailData {
+            x: x.into(),
+            y: y.into(),
+            cells: CellData::of_values(values),
+        });
+        self
+    }
+
+    /// Says what the page does not show at first.
+    pub fn limited(mut self, not_shown: Option<String>) -> Self {
+        self.caption.extend(not_shown.as_deref().map(page_opens));
+        self
+    }
+
+    /// Whether the page shows a part of it at first.
+    pub fn has_detail(&self) -> bool {
+        self.detail.is_some()
+    }
+
+    pub fn with_limit(mut self, limit: f64) -> Self {
+        self.limit = (limit > 0.0).then_some(limit);
+        self
+    }
+
+    /// With dispersion curves over it, which its caption names.
+    pub fn with_dispersion(mut self, curves: &[DispersionCurve]) -> Self {
+        for curve in curves {
+            let x = doubles(curve.wavenumber.iter().copied());
+            self.lines
+                .extend(curve.branches.iter().map(|branch| LineData {
+                    name: curve.name.clone(),
+                    x: x.clone(),
+                    y: doubles(branch.iter().copied()),
+                }));
+        }
+        if !curves.is_empty() {
+            let names: Vec<&str> = curves.iter().map(|curve| &curve.name[..]).collect();
+            self.caption = format!("{} Dashed curves: {}.", self.caption, names.join("; "));
+        }
+        self
+    }
+
+    pub fn with_range(mut self, range: Option<[f64; 2]>) -> Self {
+        self.range = range;
+        self
+    }
+
+    /// Marks values, and gives wavenumbers their second reading.
+    pub fn annotated(
+        mut self,
+        frequency: Option<f64>,
+        wavenumber: Option<f64>,
+        second: &Option<(String, f64)>,
+    ) -> Self {
+        for axis in [&mut self.x, &mut self.y] {
+            match axis.role {
+                Role::Frequency => axis.mark = frequency,
+                Role::Wavenumber => {
+                    axis.second = second.clone();
+                    axis.mark = wavenumber;
+                }
+                Role::Time | Role::Position => {}
+            }
+        }
+        self
+    }
+}
+
+/// What pictures that open on a part of their axes leave out, as a sentence after others.
+pub(in crate::report) fn page_opens(not_shown: &str) -> String {
+    format!(" At first {not_shown}.")
+}
+
+fn caption(shows: &str, map: &Map) -> String {
+    let (what, rows, columns) = match map.shown().reduction {
+        Reduction::Max { rows, columns } => ("the largest value", rows, columns),
+        Reduction::Extreme { rows, columns } => ("the value of largest magnitude", rows, columns),
+    };
+    let whole = match map.reduction {
+        Reduction::Max { rows, columns } | Reduction::Extreme { rows, columns } => (rows, columns),
+    };
+    let signs = match map.reduction {
+        Reduction::Extreme { .. } => ", or grey where it holds both signs",
+        Reduction::Max { .. } => "",
+    };
+    let cells = match rows * columns {
+        0 | 1 => "Each cell is a sample".to_owned(),
+        _ => format!("Each cell shows {what} of {rows} × {columns} samples{signs}"),
+    };
+    match (map.detail.is_some(), rows * columns) {
+        (false, 0 | 1) => shows.into(),
+        (true, _) if whole != (rows, columns) => {
+            format!(
+                "{shows} {cells}; in the whole picture, {what} of {} × {}.",
+                whole.0, whole.1
+            )
+        }
+        _ => format!("{shows} {cells}."),
+    }
+}
+
+/// What a point of a curve along a map is, if not one sample.
+fn block(reduction: Reduction) -> Option<String> {
+    let (what, rows, columns) = match reduction {
+        Reduction::Max { rows, columns } => ("the largest", rows, columns),
+        Reduction::Extreme { rows, columns } => ("the least and the largest", rows, columns),
+    };
+    (rows * columns > 1)
+        .then(|| format!("A point is {what} of a cell of {rows} × {columns} samples."))
+}

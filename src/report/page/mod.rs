@@ -1,0 +1,411 @@
+//! The kit that all pages are made of: a self-contained HTML page whose pictures are drawn by its
+//! own script, and the tables and paragraphs around them.
+
+mod curves;
+mod map;
+
+use base64::Engine;
+use base64::prelude::BASE64_STANDARD;
+use maud::{DOCTYPE, Markup, PreEscaped, Render, html as markup};
+use serde::Serialize;
+
+use crate::plot::{self, ColorScale, Colormap, Depth, Style};
+pub(super) use curves::{Chart, CurveGroup, Look, Series};
+pub(super) use map::{AxisData, MapData, page_opens};
+
+const PLOTLY: &str = include_str!("../../../assets/plotly/plotly-cartesian.min.js");
+const SCRIPT: &str = include_str!("../../../assets/page.js");
+const STYLE: &str = include_str!("../../../assets/page.css");
+
+/// Nothing is loaded: the page may only run its own scripts and show its own data.
+const POLICY: &str = "default-src 'none'; script-src 'unsafe-inline'; style-src 'unsafe-inline'; \
+                      img-src data: blob:";
+
+/// What an axis counts; picks are shared between axes that count the same.
+#[derive(Debug, Clone, Copy, Serialize)]
+#[serde(rename_all = "lowercase")]
+pub(super) enum Role {
+    Time,
+    Position,
+    Frequency,
+    Wavenumber,
+}
+
+/// A picture that the script draws.
+#[derive(Debug, Serialize)]
+#[serde(tag = "kind", rename_all = "lowercase")]
+pub(super) enum Picture {
+    Map(Box<MapData>),
+    Curves(Box<CurveGroup>),
+}
+
+impl From<MapData> for Picture {
+    fn from(map: MapData) -> Self {
+        Picture::Map(Box::new(map))
+    }
+}
+
+impl From<CurveGroup> for Picture {
+    fn from(group: CurveGroup) -> Self {
+        Picture::Curves(Box::new(group))
+    }
+}
+
+/// A page from top to bottom.
+pub(super) struct Page {
+    pub title: String,
+    /// What was computed, in one sentence.
+    pub sentence: String,
+    /// The questions with their answers.
+    pub answers: Markup,
+    pub warnings: Markup,
+    /// Pictures that compare stand in one row.
+    pub rows: Vec<Vec<Picture>>,
+    /// Numbers, definitions, provenance.
+    pub rest: Markup,
+    /// Colours of the maps; the rest of a style is for figures.
+    pub style: Style,
+}
+
+#[derive(Serialize)]
+struct Payload<'a> {
+    /// 256 colours, the last for cells without a value.
+    sequential: String,
+    diverging: String,
+    /// Decades of logarithmic colours: at most, or exactly if `fixed`.
+    decades: f64,
+    fixed: bool,
+    pictures: Vec<&'a Picture>,
+}
+
+impl Page {
+    /// The page as HTML that needs no network. Maps are embedded as little-endian `f32` (NaN where
+    /// there is no value), curves as `f64`, so that hovering and the curves beside each map read the
+    /// same numbers that the colours show.
+    pub fn html(&self) -> String {
+        let page = markup! {
+            (DOCTYPE)
+            html lang="en" {
+                head {
+                    meta charset="utf-8";
+                    meta name="viewport" content="width=device-width, initial-scale=1";
+                    meta http-equiv="Content-Security-Policy" content=(POLICY);
+                    meta name="color-scheme" content="light dark";
+                    title { (self.title) " – cascade" }
+                    style { (PreEscaped(STYLE)) }
+                }
+                body {
+                    header {
+                        h1 { (self.title) }
+                        p { (self.sentence) }
+                    }
+                    section id="answer" { (self.answers) }
+                    @if !self.rows.is_empty() {
+                        noscript {
+                            p class="warning" {
+                                "The pictures need JavaScript, which is off; tables and definitions do \
+                                 not."
+                            }
+                        }
+                    }
+                    main {
+                        (self.warnings)
+                        @for row in &self.rows {
+                            @if row.len() > 1 {
+                                div class="row" { @for picture in row { (section(picture)) } }
+                            } @else {
+                                @for picture in row { (section(picture)) }
+                            }
+                        }
+                        (self.rest)
+                    }
+                    @if !self.rows.is_empty() {
+                        script type="application/json" id="data" { (PreEscaped(self.payload())) }
+                        script { (PreEscaped(PLOTLY)) }
+                        script { (PreEscaped(SCRIPT)) }
+                    }
+                }
+            }
+        };
+        page.into_string()
+    }
+
+    /// JSON that cannot end the script element around it.
+    fn payload(&self) -> String {
+        let Style {
+            colormap, depth, ..
+        } = self.style;
+        let (decades, fixed) = match depth {
+            Depth::Fitted => (plot::DECADES, false),
+            Depth::Decades(decades) => (decades, true),
+            Depth::Decibels(db) => (db / 10.0, true),
+        };
+        let sequential = ColorScale::log(std::iter::empty(), Depth::Fitted);
+        let payload = Payload {
+            sequential: palette(sequential, colormap),
+            diverging: palette(ColorScale::diverging(std::iter::empty()), colormap),
+            decades,
+            fixed,
+            pictures: self.rows.iter().flatten().collect(),
+        };
+        serde_json::to_string(&payload)
+            .unwrap_or_else(|_| "null".into())
+            .replace('<', "\\u003c")
+    }
+}
+
+fn palette(scale: ColorScale, colormap: Colormap) -> String {
+    BASE64_STANDARD.encode(scale.palette(colormap).concat())
+}
+
+fn doubles(values: impl IntoIterator<Item = f64>) -> String {
+    let bytes: Vec<u8> = values.into_iter().flat_map(f64::to_le_bytes).collect();
+    BASE64_STANDARD.encode(bytes)
+}
+
+fn singles(values: impl Iterator<Item = f32>) -> String {
+    BASE64_STANDARD.encode(values.flat_map(f32::to_le_bytes).collect::<Vec<u8>>())
+}
+
+fn section(picture: &Picture) -> Markup {
+    match picture {
+        Picture::Map(map) => map_section(map),
+        Picture::Curves(group) => curve_section(group),
+    }
+}
+
+fn map_section(map: &MapData) -> Markup {
+    let heading = format!("{}-heading", map.id);
+    markup! {
+        section id=(map.id) class="map" aria-labelledby=(heading) {
+            h2 id=(heading) { (map.title) }
+            div class="tools" {
+                fieldset {
+                    legend { "Scale" }
+                    button type="button" data-scale="log" { "log" }
+                    button type="button" data-scale="linear" { "linear" }
+                }
+                fieldset {
+                    legend { "Curve along" }
+                    button type="button" data-along="y" { (without_unit(&map.y.label)) }
+                    button type="button" data-along="x" { (without_unit(&map.x.label)) }
+                }
+                (zooms(map.has_detail()))
+                (downloads())
+            }
+            figure {
+                div class="picture" tabindex="0" role="img"
+                    aria-label={ (map.title) ". Arrow keys move the picked cell, plus and minus zoom, 0 resets." } {}
+                div class="curve" {}
+                output class="readout" { "Hover to read values; click to pick; drag to zoom." }
+                figcaption { (map.caption) " " span class="note" {} }
+            }
+        }
+    }
+}
+
+fn without_unit(label: &str) -> &str {
+    label.split(['(', '[']).next().unwrap_or(label).trim_end()
+}
+
+fn curve_section(group: &CurveGroup) -> Markup {
+    let heading = format!("{}-heading", group.id);
+    markup! {
+        section id=(group.id) class="curves" aria-labelledby=(heading) {
+            h2 id=(heading) { (group.title) }
+            div class="tools" { (zooms(group.opens_on_part())) (downloads()) }
+            figure {
+                div class="curve" {}
+                figcaption { (group.caption) " " span class="note" {} }
+            }
+        }
+    }
+}
+
+/// Zoom; back to the part that the picture opens on, if it does not open on all.
+fn zooms(opens_on_part: bool) -> Markup {
+    markup! {
+        fieldset {
+            legend { "Zoom" }
+            button type="button" data-zoom="0.5" aria-label="zoom in" { "+" }
+            button type="button" data-zoom="2" aria-label="zoom out" { "−" }
+            button type="button" data-reset { "all" }
+            @if opens_on_part { button type="button" data-home { "limits" } }
+        }
+    }
+}
+
+fn downloads() -> Markup {
+    markup! {
+        fieldset {
+            legend { "Save" }
+            button type="button" data-png { "PNG" }
+            button type="button" data-csv { "CSV" }
+        }
+    }
+}
+
+/// A question and its answer.
+pub(super) fn answer(question: &str, text: impl Render) -> Markup {
+    markup! {
+        p class="answer" { strong { (question) } " " (text) }
+    }
+}
+
+/// A question and an answer for each of several things, by their names.
+pub(super) fn answers(question: &str, named: Vec<(String, String)>) -> Markup {
+    markup! {
+        @if let [(name, text)] = &named[..] {
+            (answer(question, markup! { @if !name.is_empty() { (name) ": " } (prose(text)) "." }))
+        } @else if !named.is_empty() {
+            (answer(question, ""))
+            ul class="answer" {
+                @for (name, text) in &named { li { strong { (name) } ": " (prose(text)) "." } }
+            }
+        }
+    }
+}
+
+/// Each warning with what to do about it, if that is known. Without warnings, nothing.
+pub(super) fn warnings(warnings: &[(String, Option<String>)]) -> Markup {
+    markup! {
+        @if !warnings.is_empty() {
+            section id="warnings" aria-labelledby="warnings-heading" {
+                h2 id="warnings-heading" { "Warnings" }
+                ul {
+                    @for (warning, advice) in warnings {
+                        li class="warning" {
+                            strong { (sentence_case(warning)) "." }
+                            @if let Some(advice) = advice { " " (prose(&sentence_case(advice))) "." }
+                        }
+                    }
+                }
+            }
+        }
+    }
+}
+
+/// Tables under one heading.
+pub(super) fn numbers(tables: Markup) -> Markup {
+    markup! {
+        section id="summary" aria-labelledby="summary-heading" {
+            h2 id="summary-heading" { "Summary" }
+            (tables)
+        }
+    }
+}
+
+/// A table of names and values.
+pub(super) fn table<N: Render>(title: &str, rows: &[(N, String)]) -> Markup {
+    markup! {
+        table {
+            caption { (title) }
+            tbody {
+                @for (name, value) in rows {
+                    tr { th scope="row" { (name) } td { (prose(value)) } }
+                }
+            }
+        }
+    }
+}
+
+/// A table of several columns; a wide one scrolls by itself.
+pub(super) fn grid<C: Render>(title: &str, head: &[&str], rows: &[Vec<C>]) -> Markup {
+    markup! {
+        div class="scroll" {
+            table {
+                caption { (title) }
+                thead { tr { @for name in head { th scope="col" { (name) } } } }
+                tbody {
+                    @for row in rows {
+                        tr {
+                            @for (index, cell) in row.iter().enumerate() {
+                                @if index == 0 { th scope="row" { (cell) } } @else { td { (cell) } }
+                            }
+                        }
+                    }
+                }
+            }
+        }
+    }
+}
+
+/// A part that is folded until it is asked for.
+pub(super) fn folded(id: &str, title: &str, content: Markup) -> Markup {
+    markup! {
+        section id=(id) {
+            details {
+                summary { h2 { (title) } }
+                (content)
+            }
+        }
+    }
+}
+
+/// How the pictures are used, and what words mean.
+pub(super) fn how_to_read(definitions: &[(&str, &str)]) -> Markup {
+    let content = markup! {
+        p {
+            "Hover a picture to read it, drag to zoom, double-click to reset; with a finger, tap to \
+             read and zoom by the buttons. A picture may open on the part of its axes that holds \
+             nearly all of the energy; “all” shows the rest. A click \
+             in a map picks a cell: the curve beside it runs through it, and the other pictures \
+             follow to the same site, time, frequency or wavenumber. With the keyboard: arrows \
+             move the pick, + and − zoom, 0 resets."
+        }
+        dl {
+            @for (term, meaning) in definitions { dt { (term) } dd { (meaning) } }
+        }
+    };
+    folded("how-to-read", "How to read this", content)
+}
+
+pub(super) fn sentence_case(text: &str) -> String {
+    let mut rest = text.chars();
+    match rest.next() {
+        Some(first) => first.to_uppercase().chain(rest).collect(),
+        None => String::new(),
+    }
+}
+
+/// Text whose parts between backticks are code. A number and its % stay in one line.
+pub(super) fn prose(text: &str) -> Markup {
+    let text = text.replace(" %", "\u{a0}%");
+    markup! {
+        @for (index, part) in text.split('`').enumerate() {
+            @if index % 2 == 1 { code { (part) } } @else { (part) }
+        }
+    }
+}
+
+/// Up to five significant digits, as they are printed; `undefined` for what is not finite.
+pub(super) fn number(value: f64) -> String {
+    let size = value.abs();
+    match value {
+        _ if !value.is_finite() => "undefined".into(),
+        0.0 => "0".into(),
+        _ if (1e-3..1e6).contains(&size) => {
+            let rounded: f64 = format!("{value:.4e}").parse().unwrap_or(value);
+            rounded.to_string().replace('-', "−")
+        }
+        _ => in_powers(value, 3),
+    }
+}
+
+/// A number in powers of ten, with this many digits after the point.
+pub(super) fn in_powers(value: f64, digits: usize) -> String {
+    let text = format!("{value:.digits$e}");
+    let Some((mantissa, exponent)) = text.split_once('e') else {
+        return text;
+    };
+    const DIGITS: [char; 10] = ['⁰', '¹', '²', '³', '⁴', '⁵', '⁶', '⁷', '⁸', '⁹'];
+    let raised = exponent.chars().map(|c| match c.to_digit(10) {
+        Some(digit) => DIGITS[digit as usize],
+        None => '⁻',
+    });
+    format!(
+        "{}·10{}",
+        mantissa.replace('-', "−"),
+        raised.collect::<String>()
+    )
+}

@@ -1,0 +1,252 @@
+//! Labels of results: a quantity and its unit, composed of the units of samples and axes.
+
+/// A label: `time (s)`, `power spectral density [(m/s)²/Hz]`, `share` for no unit.
+///
+/// A unit that has brackets of its own stands in square ones.
+pub(crate) fn label(name: &str, unit: &str) -> String {
+    match (unit.is_empty(), unit.contains('(')) {
+        (true, _) => name.into(),
+        (false, false) => format!("{name} ({unit})"),
+        (false, true) => format!("{name} [{unit}]"),
+    }
+}
+
+/// Name and unit of a [`label`]; the unit is empty where it has none.
+pub(crate) fn split(label: &str) -> (&str, &str) {
+    let open = match label.chars().last() {
+        Some(')') => " (",
+        Some(']') => " [",
+        _ => return (label, ""),
+    };
+    match label.rfind(open) {
+        Some(at) => (&label[..at], &label[at + 2..label.len() - 1]),
+        None => (label, ""),
+    }
+}
+
+/// A label of values that are shown divided by `10^exponent`: the power stands before the unit.
+pub(crate) fn in_powers_of_ten(label_of_values: &str, exponent: i32) -> String {
+    if exponent == 0 {
+        return label_of_values.into();
+    }
+    let (name, unit) = split(label_of_values);
+    label(name, &times(&power_of_ten(exponent), unit))
+}
+
+/// A label of powers in decibels relative to a value: `power spectral density [dB re 5.0·10⁻¹
+/// (m/s)²/Hz]`.
+#[cfg(feature = "figures")]
+pub(crate) fn in_decibels(label_of_powers: &str, reference: f64) -> String {
+    let (name, unit) = split(label_of_powers);
+    let reference = times(&scientific(reference, 1), unit);
+    label(name, &format!("dB re {reference}"))
+}
+
+/// A product of units over a product of units: `(m/s)² s/Hz`, `(m/s)²/(Hz · rad/m)`, `1/Hz`.
+///
+/// Empty factors are units of quantities without one and count as 1; empty for no unit at all.
+pub(crate) fn compose(over: &[&str], under: &[&str]) -> String {
+    let factors = |units: &[&str]| -> Vec<String> {
+        let units = units.iter().filter(|unit| !unit.is_empty());
+        units.map(|unit| raised(unit)).collect()
+    };
+    let (over, under) = (factors(over), factors(under));
+    // A quotient is a factor of its own: `(m/s) s`, but `m/s` where it stands alone.
+    let alone = over.len() + under.len() == 1;
+    let over: Vec<String> = match alone {
+        true => over,
+        false => over.iter().map(|unit| bracketed(unit)).collect(),
+    };
+    let over = over.join(" ");
+    let under = match &under[..] {
+        [] => return over,
+        [unit] => bracketed(unit),
+        units => format!("({})", units.join(" · ")),
+    };
+    match over.is_empty() {
+        true => format!("1/{under}"),
+        false => format!("{over}/{under}"),
+    }
+}
+
+/// The square of a unit: `(m/s)²`; empty for none.
+pub(crate) fn square(unit: &str) -> String {
+    match unit {
+        "" => String::new(),
+        // What has a superscript or a root is a factor, but no base.
+        _ if unit
+            .chars()
+            .all(|c| c.is_alphabetic() || c.is_ascii_digit()) =>
+        {
+            format!("{unit}²")
+        }
+        _ => format!("({})²", raised(unit)),
+    }
+}
+
+/// `10⁻²¹ (m/s)²/Hz`, `10³/Hz`.
+pub(crate) fn times(factor: &str, unit: &str) -> String {
+    match unit.strip_prefix("1/") {
+        Some(under) => format!("{factor}/{under}"),
+        None if unit.is_empty() => factor.into(),
+        None => format!("{factor} {unit}"),
+    }
+}
+
+/// `10` with a raised exponent.
+pub(crate) fn power_of_ten(exponent: i32) -> String {
+    format!("10{}", superscript(&exponent.to_string()))
+}
+
+/// A positive value with so many digits after the first: `3.2·10⁻⁸`.
+pub(crate) fn scientific(value: f64, decimals: usize) -> String {
+    let text = format!("{value:.decimals$e}");
+    match text.split_once('e') {
+        Some((digits, exponent)) => format!("{digits}·10{}", superscript(exponent)),
+        None => text,
+    }
+}
+
+fn superscript(digits: &str) -> String {
+    let raise = |c| match c {
+        '0' => '⁰',
+        '1' => '¹',
+        '2' => '²',
+        '3' => '³',
+        '4' => '⁴',
+        '5' => '⁵',
+        '6' => '⁶',
+        '7' => '⁷',
+        '8' => '⁸',
+        '9' => '⁹',
+        _ => '⁻',
+    };
+    digits.chars().map(raise).collect()
+}
+
+/// A unit with the exponents that were typed `^2` or `^-1` raised.
+fn raised(unit: &str) -> String {
+    let mut parts = unit.split('^');
+    let mut out = parts.next().unwrap_or_default().to_owned();
+    for part in parts {
+        let is_exponent = |(at, c): (usize, char)| c.is_ascii_digit() || (at == 0 && c == '-');
+        let end = part
+            .char_indices()
+            .take_while(|&it| is_exponent(it))
+            .count();
+        match part[..end].contains(|c: char| c.is_ascii_digit()) {
+            true => out.push_str(&superscript(&part[..end])),
+            false => out.push_str(&format!("^{}", &part[..end])),
+        }
+        out.push_str(&part[end..]);
+    }
+    out
+}
+
+/// A unit as a factor of a product: a quotient or a product in brackets.
+fn bracketed(unit: &str) -> String {
+    let mut depth = 0;
+    let is_composed = unit.chars().any(|c| {
+        match c {
+            '(' => depth += 1,
+            ')' => depth -= 1,
+            _ => {}
+        }
+        depth == 0 && matches!(c, '/' | ' ' | '*' | '·')
+    });
+    match is_composed {
+        true => format!("({unit})"),
+        false => unit.into(),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn units_are_composed_as_the_field_writes_them() {
+        let v2 = &square("m/s")[..];
+        for (over, under, unit) in [
+            (&[v2][..], &["Hz"][..], "(m/s)²/Hz"),
+            (&[v2, "s"], &["Hz"], "(m/s)² s/Hz"),
+            (&[v2], &["rad/m"], "(m/s)²/(rad/m)"),
+            (&[v2, "m"], &["rad/m"], "(m/s)² m/(rad/m)"),
+            (&[v2], &["Hz", "rad/m"], "(m/s)²/(Hz · rad/m)"),
+            (&[v2, "s", "m"], &["Hz", "rad/m"], "(m/s)² s m/(Hz · rad/m)"),
+            (&[v2, "min"], &["cycles/min"], "(m/s)² min/(cycles/min)"),
+            (&["", "s"], &["Hz"], "s/Hz"),
+            (&["", ""], &["Hz"], "1/Hz"),
+            (&[""], &["", "rad/m"], "1/(rad/m)"),
+            (&["", "", ""], &["", ""], ""),
+            (&["J"], &["s"], "J/s"),
+            (&["m/s^2"], &[], "m/s²"),
+            (&["m/s^2", "s"], &[], "(m/s²) s"),
+            (&["kg m^-1", "s"], &[], "(kg m⁻¹) s"),
+            (&["sqrt(m/c)", "a"], &[], "sqrt(m/c) a"),
+        ] {
+            assert_eq!(compose(over, under), unit);
+        }
+        let squares = ["v0", "N", "m/s^2", "1/s", "sqrt(m/c)", "m^2", ""].map(square);
+        assert_eq!(
+            squares,
+            [
+                "v0²",
+                "N²",
+                "(m/s²)²",
+                "(1/s)²",
+                "(sqrt(m/c))²",
+                "(m²)²",
+                ""
+            ]
+        );
+        assert_eq!(raised("m^a/s^-^2"), "m^a/s^-²");
+    }
+
+    #[test]
+    fn labels_hold_their_unit_in_brackets_that_do_not_nest() {
+        for (name, unit, whole) in [
+            ("time", "s", "time (s)"),
+            ("share", "", "share"),
+            (
+                "power spectral density",
+                "(m/s)²/Hz",
+                "power spectral density [(m/s)²/Hz]",
+            ),
+            (
+                "k a / π  (a: spacing)",
+                "rad",
+                "k a / π  (a: spacing) (rad)",
+            ),
+        ] {
+            assert_eq!(label(name, unit), whole);
+            assert_eq!(split(whole), (name, unit));
+        }
+        assert_eq!(split("f(x)"), ("f(x)", ""));
+    }
+
+    #[test]
+    fn powers_of_ten_stand_before_the_unit() {
+        for (of, exponent, whole) in [
+            ("frequency (Hz)", 3, "frequency (10³ Hz)"),
+            ("density [(m/s)²/Hz]", -21, "density [10⁻²¹ (m/s)²/Hz]"),
+            ("density (1/Hz)", -3, "density (10⁻³/Hz)"),
+            ("site", 3, "site (10³)"),
+            ("site", 0, "site"),
+        ] {
+            assert_eq!(in_powers_of_ten(of, exponent), whole);
+        }
+        assert_eq!(scientific(3.16e-8, 1), "3.2·10⁻⁸");
+    }
+    #[cfg(feature = "figures")]
+    #[test]
+    fn decibels_name_their_reference() {
+        for (of, whole) in [
+            ("density [(m/s)²/Hz]", "density [dB re 5.0·10⁻¹ (m/s)²/Hz]"),
+            ("density (1/Hz)", "density (dB re 5.0·10⁻¹/Hz)"),
+            ("energy", "energy (dB re 5.0·10⁻¹)"),
+        ] {
+            assert_eq!(in_decibels(of, 0.5), whole);
+        }
+    }
+}

@@ -1,0 +1,278 @@
+//! Display limits: what they hold, what they leave out, and how fine the maps within them are.
+
+use std::f64::consts::TAU;
+
+use ndarray::{Array2, ArrayView2, s};
+use wavecascade::analyze::{Analysis, Map, Reduction, Request, Results, Show, ShowAxis};
+use wavecascade::field::Axis;
+use wavecascade::{Error, Field, analyze};
+
+/// Waves at bin m of frequency and of wavenumber with energies q^m, m = 1 .. `waves`.
+fn geometric((times, sites): (usize, usize), q: f64, waves: usize) -> Field {
+    let value = |(n, j): (usize, usize)| {
+        let phase = n as f64 / times as f64 - j as f64 / sites as f64;
+        let wave = |m: usize| q.powf(0.5 * m as f64) * (TAU * m as f64 * phase).cos();
+        (1..=waves).map(wave).sum()
+    };
+    Field::from_array(Array2::from_shape_fn((times, sites), value))
+}
+
+/// Above bin M lie (q^M - q^n) / (1 - q^n) of the energy of n waves.
+#[test]
+fn val_limits_hold_999_permille_of_a_geometric_spectrum() {
+    for q in [0.6f64, 0.8, 0.9] {
+        let waves = 120;
+        let (analysis, _) = analyze(&geometric((512, 300), q, waves), &Request::default()).unwrap();
+        let display = &analysis.display;
+        let all = q.powi(waves as i32);
+        for extent in [&display.frequency, &display.wavenumber] {
+            let last = extent.bins.end - 1;
+            let above = (q.powi(last as i32) - all) / (1.0 - all);
+            assert!(
+                (extent.above - above).abs() < 1e-12,
+                "{q}: {} {above}",
+                extent.above
+            );
+            assert!(extent.above <= 1e-3 && extent.below == 0.0);
+            // A twentieth fewer bins would leave out more than a thousandth.
+            let short = (last as f64 / 1.05 - 1.0).floor();
+            assert!(
+                last == 8 || (q.powf(short) - all) / (1.0 - all) > 1e-3,
+                "{q}: {last}"
+            );
+        }
+        let both = &display.wavenumber_signed;
+        assert!((both.low + both.high).abs() < 1e-9 * both.high);
+        assert!((both.below + both.above - display.wavenumber.above).abs() < 1e-12);
+        assert!(display.time.is_whole() && display.space.is_whole());
+    }
+}
+
+#[test]
+fn nothing_and_noise_are_shown_whole_and_say_nothing() {
+    let value = |(n, j): (usize, usize)| ((n * n * 31 + j * j * 17 + n * j) as f64).sin();
+    let noise = Field::from_array(Array2::from_shape_fn((200, 40), value));
+    let empty = Field::from_array(Array2::zeros((200, 40)));
+    for field in [noise, empty] {
+        let (analysis, _) = analyze(&field, &Request::default()).unwrap();
+        let display = &analysis.display;
+        assert!(display.frequency.is_whole() && display.wavenumber.is_whole());
+        assert!(display.wavenumber_signed.is_whole());
+        assert!(display.time.is_whole() && display.space.is_whole());
+        assert!(maps(&analysis).iter().all(|map| map.detail.is_none()));
+    }
+}
+
+#[test]
+fn silence_before_and_after_is_cut() {
+    let value = |(n, j): (usize, usize)| match n {
+        400..600 => (0.3 * n as f64 - 0.2 * j as f64).sin(),
+        _ => 0.0,
+    };
+    let field = Field::from_array(Array2::from_shape_fn((1000, 40), value));
+    let (analysis, _) = analyze(&field, &Request::default()).unwrap();
+    let time = &analysis.display.time;
+    assert!((370..=400).contains(&time.bins.start) && (600..=630).contains(&time.bins.end));
+    assert_eq!((time.below, time.above), (0.0, 0.0));
+    assert!(analysis.display.space.is_whole());
+}
+
+/// The maps of an analysis.
+fn maps(analysis: &Analysis) -> [&Map; 5] {
+    [
+        &analysis.field_map,
+        &analysis.temporal_map,
+        &analysis.spatial_map,
+        &analysis.spacetime_map,
+        &analysis.flux_map,
+    ]
+    .map(|map| map.as_ref().unwrap())
+}
+
+/// The first row (column) of an array that a map holds, from its first coordinate and step.
+fn first(low: f64, origin: f64, step: f64) -> usize {
+    ((low - origin) / step + 0.5).round() as usize
+}
+
+/// Compares every cell with the block of the array that it stands for.
+fn compare(map: &Map, array: ArrayView2<f64>, (y, dy): (f64, f64), (x, dx): (f64, f64)) {
+    let (Reduction::Max { rows, columns } | Reduction::Extreme { rows, columns }) = map.reduction;
+    let (top, left) = (first(map.y.low, y, dy), first(map.x.low, x, dx));
+    for ((i, j), &cell) in map.values.indexed_iter() {
+        let (row, column) = (top + i * rows, left + j * columns);
+        let block = array.slice(s![
+            row..(row + rows).min(array.nrows()),
+            column..(column + columns).min(array.ncols())
+        ]);
+        let least = block.iter().copied().fold(f64::INFINITY, f64::min);
+        let largest = block.iter().copied().fold(f64::NEG_INFINITY, f64::max);
+        let is_least = matches!(map.reduction, Reduction::Extreme { .. }) && -least > largest;
+        let expected = if is_least { least } else { largest };
+        assert_eq!(cell, expected as f32, "{}: {i} {j}", map.label);
+        if let Some([low, high]) = &map.range {
+            assert_eq!((low[[i, j]], high[[i, j]]), (least as f32, largest as f32));
+        }
+    }
+}
+
+/// Long, wide and small: the whole and the part within the limits, against the arrays themselves.
+#[test]
+fn maps_and_their_details_are_what_blocks_of_the_arrays_give() {
+    for shape in [(20_000, 70), (300, 700), (200, 40)] {
+        let field = geometric(shape, 0.9, 30);
+        let (analysis, spectra) = analyze(&field, &Request::default()).unwrap();
+        let axes = &analysis.axes;
+        let [df, dk] = [axes.frequency[1], axes.wavenumber[1]];
+        let signed = (axes.wavenumber_signed[0], dk);
+        let mut samples = vec![0.0; shape.0 * shape.1];
+        field.read_time_major(0..shape.0, 0..shape.1, &mut samples);
+        let samples = Array2::from_shape_vec(shape, samples).unwrap();
+        let [field, temporal, spatial, spacetime, flux] = maps(&analysis);
+        for map in [spacetime, temporal] {
+            let detail = map.detail.as_ref().unwrap();
+            assert!(detail.y.high < 0.7 * map.y.high);
+            assert!(detail.values.nrows() <= 400 && detail.values.ncols() <= 300);
+        }
+        let both = |map: &Map| [Some(map.clone()), map.detail.as_deref().cloned()];
+        for part in both(field).into_iter().flatten() {
+            compare(&part, samples.view(), (0.0, 1.0), (0.0, 1.0));
+        }
+        for part in both(temporal).into_iter().flatten() {
+            let array = spectra.temporal.as_ref().unwrap();
+            compare(&part, array.view(), (0.0, df), (0.0, 1.0));
+        }
+        for part in both(spatial).into_iter().flatten() {
+            let array = spectra.spatial.as_ref().unwrap();
+            compare(&part, array.view(), (0.0, 1.0), (0.0, dk));
+        }
+        for part in both(spacetime).into_iter().flatten() {
+            let array = spectra.spacetime.as_ref().unwrap();
+            compare(&part, array.view(), (0.0, df), signed);
+        }
+        for part in both(flux).into_iter().flatten() {
+            let array = spectra.flux_surrogate.as_ref().unwrap();
+            compare(&part, array.view(), (0.0, 1.0), (0.0, dk));
+        }
+    }
+}
+
+/// A field of 400 samples at 2 kHz and 64 sites.
+fn in_units() -> Field {
+    let mut field = geometric((400, 64), 0.8, 20);
+    field.time = Axis {
+        step: 5e-4,
+        ..Axis::index()
+    };
+    field
+}
+
+#[test]
+fn limits_are_those_asked_for() {
+    let request = |show| Request {
+        show,
+        ..Request::default()
+    };
+    let show = Show {
+        frequency: ShowAxis::UpTo(50.0),
+        wavenumber: ShowAxis::UpTo(1.0),
+        time: ShowAxis::Interval {
+            low: 0.05,
+            high: f64::INFINITY,
+        },
+        space: ShowAxis::Interval {
+            low: 10.0,
+            high: 20.0,
+        },
+    };
+    let (analysis, _) = analyze(&in_units(), &request(show)).unwrap();
+    let display = &analysis.display;
+    // Bins of 5 Hz and of 2 pi / 64.
+    assert_eq!(display.frequency.bins, 0..11);
+    assert_eq!(display.wavenumber.bins, 0..11);
+    assert_eq!(display.wavenumber_signed.bins, 22..43);
+    assert_eq!(display.time.bins, 100..400);
+    assert_eq!(display.space.bins, 10..21);
+    // A quarter of the record: waves of whole periods in time, the same energy at every site.
+    assert!((display.time.below - 0.25).abs() < 0.1);
+    assert!((display.space.below + display.space.above - 53.0 / 64.0).abs() < 1e-12);
+    let field = analysis.field_map.as_ref().unwrap().shown();
+    assert_eq!(field.values.dim(), (300, 11));
+    let one_way = ShowAxis::Interval {
+        low: -1.0,
+        high: 2.0,
+    };
+    let show = Show {
+        wavenumber: one_way,
+        ..Show::WHOLE
+    };
+    let (analysis, _) = analyze(&in_units(), &request(show)).unwrap();
+    assert_eq!(analysis.display.wavenumber.bins, 0..21);
+    assert_eq!(analysis.display.wavenumber_signed.bins, 22..53);
+    assert!(analysis.display.frequency.is_whole());
+}
+
+#[test]
+fn limits_off_the_axis_reversed_or_without_pictures_are_refused() {
+    let limits = |low, high| ShowAxis::Interval { low, high };
+    let wrong = [
+        ("show-frequency", limits(-5.0, 10.0)),
+        ("show-frequency", limits(30.0, 20.0)),
+        ("show-frequency", ShowAxis::UpTo(2000.0)),
+        ("show-frequency", limits(1.0, 2.0)),
+        ("show-frequency", ShowAxis::UpTo(f64::NAN)),
+        ("show-wavenumber", ShowAxis::UpTo(-1.0)),
+        ("show-wavenumber", limits(-2.0, -1.0)),
+        ("show-time", limits(0.1, 0.3)),
+        ("show-space", ShowAxis::UpTo(64.0)),
+    ];
+    for (option, axis) in wrong {
+        let mut show = Show::default();
+        match option {
+            "show-frequency" => show.frequency = axis,
+            "show-wavenumber" => show.wavenumber = axis,
+            "show-time" => show.time = axis,
+            _ => show.space = axis,
+        }
+        let request = Request {
+            show,
+            ..Request::default()
+        };
+        let refused = analyze(&in_units(), &request).unwrap_err();
+        assert!(
+            matches!(refused, Error::Request { option: found, .. } if found == option),
+            "{axis:?}: {refused}"
+        );
+    }
+    let request = Request {
+        show: Show::WHOLE,
+        maps: false,
+        ..Request::default()
+    };
+    assert!(analyze(&in_units(), &request).is_err());
+}
+
+/// Energies along an axis come from the result there is.
+#[test]
+fn limits_do_not_depend_on_which_results_are_wanted() {
+    let field = geometric((512, 128), 0.8, 60);
+    let of = |results| {
+        let request = Request {
+            results,
+            ..Request::default()
+        };
+        analyze(&field, &request).unwrap().0.display
+    };
+    let all = of(Results::ALL);
+    let temporal = of(Results {
+        temporal: true,
+        ..Results::NONE
+    });
+    let spatial = of(Results {
+        spatial: true,
+        ..Results::NONE
+    });
+    assert_eq!(all.frequency.bins, temporal.frequency.bins);
+    assert_eq!(all.wavenumber.bins, spatial.wavenumber.bins);
+    assert!((all.wavenumber.above - spatial.wavenumber.above).abs() < 1e-12);
+    assert!(temporal.wavenumber.is_whole() && temporal.wavenumber.above.is_nan());
+}

@@ -1,0 +1,330 @@
+//! Figures at the sizes they are printed at: letters that can be read, nothing outside, nothing over
+//! another, files as large as they say.
+
+use wavecascade::attenuation::{AttenuationRequest, Named, TransmissionRequest};
+use wavecascade::budget::{Budget, BudgetRequest, Motion, budget};
+use wavecascade::chain::scene::SceneSource;
+use wavecascade::chain::{Chain, Simulation};
+use wavecascade::localized::Family;
+use wavecascade::observer::Silent;
+use wavecascade::plot::plotters::style::TextStyle;
+use wavecascade::plot::{
+    self, Canvas, Colormap, Depth, Figure, Format, Overlay, SharedScales, Style, sans,
+};
+
+const POINT: f64 = 25.4 / 72.0;
+
+fn small_budget(ratio: f64) -> Budget {
+    let simulation = Simulation::impact(Chain::dimer(60, ratio), 1.0, 40.0, 257);
+    let run = simulation.run(&Silent).unwrap();
+    let motion = Motion::of(&run).unwrap();
+    budget(&motion, &BudgetRequest::default()).unwrap().0
+}
+
+fn named(ratio: f64) -> Named {
+    Named {
+        name: format!("stiffness ratio {ratio}"),
+        scene: SceneSource::new(None, format!("sites = 9\nstiffness_ratio = {ratio:?}")),
+    }
+}
+
+/// What the figures of all commands are drawn from.
+struct Results {
+    budgets: [Budget; 2],
+    attenuation: wavecascade::attenuation::Attenuation,
+    transmission: wavecascade::attenuation::Transmission,
+    wave: wavecascade::localized::Wave,
+    journey: wavecascade::localized::Journey,
+}
+
+impl Results {
+    fn compute() -> Results {
+        let request = AttenuationRequest {
+            chains: vec![named(2.5), named(4.9)],
+            length: 8,
+            ..AttenuationRequest::default()
+        };
+        let scene = SceneSource::new(None, "sites = 6");
+        let over = "stiffness_ratio=1:20:6log".to_owned();
+        let wave = Family::default().search(3).unwrap().wave(3).unwrap();
+        Results {
+            budgets: [small_budget(4.9272), small_budget(2.398)],
+            attenuation: request.run(None, &Silent).unwrap(),
+            transmission: TransmissionRequest::new(scene, over)
+                .run(None, &Silent)
+                .unwrap(),
+            journey: wave.journey(20, &Silent).unwrap(),
+            wave,
+        }
+    }
+
+    fn figures(&self, style: &Style) -> Vec<Figure> {
+        let analysis = test_support::figures::full();
+        let of_analysis = [
+            plot::space_time,
+            plot::temporal_spectrum,
+            plot::spatial_spectrum,
+            plot::spacetime_spectrum,
+            plot::along_x,
+            plot::along_t,
+            plot::short_time,
+            plot::short_space,
+            plot::flux_surrogate,
+        ];
+        let mut figures: Vec<Figure> = of_analysis
+            .iter()
+            .filter_map(|draw| draw(&analysis, style))
+            .collect();
+        assert_eq!(figures.len(), of_analysis.len());
+        let [first, second] = &self.budgets;
+        let shared = SharedScales(&[first]);
+        figures.extend(plot::budget_figures(first, "localized", &shared, style));
+        let both = [("localized", first), ("dispersive", second)];
+        figures.extend(plot::views(&both, style));
+        figures.extend([
+            plot::attenuation(&self.attenuation, Overlay::Nothing, style),
+            plot::transmission(&self.transmission, Overlay::Nothing, style),
+            plot::wave(&self.wave, &self.wave.profile(200), style),
+            plot::journey(&self.journey, style),
+        ]);
+        figures
+    }
+}
+
+/// A text of an SVG file with its box: left, top, right, bottom.
+#[derive(Debug)]
+struct Placed {
+    text: String,
+    size: f64,
+    place: [f64; 4],
+}
+
+fn svg(figure: &Figure) -> String {
+    String::from_utf8(figure.encode(Format::Svg).unwrap()).unwrap()
+}
+
+fn attribute<'a>(line: &'a str, name: &str) -> &'a str {
+    let rest = line.split(&format!("{name}=\"")).nth(1);
+    rest.and_then(|rest| rest.split('"').next())
+        .unwrap_or_else(|| panic!("no {name} in {line}"))
+}
+
+fn number(text: &str) -> f64 {
+    text.parse().unwrap_or_else(|_| panic!("{text}"))
+}
+
+fn unescaped(text: &str) -> String {
+    let pairs = [
+        ("&lt;", "<"),
+        ("&gt;", ">"),
+        ("&quot;", "\""),
+        ("&amp;", "&"),
+    ];
+    pairs
+        .iter()
+        .fold(text.to_owned(), |text, (from, to)| text.replace(from, to))
+}
+
+fn texts(svg: &str, measure: &Canvas) -> Vec<Placed> {
+    let lines = svg.lines().filter(|line| line.starts_with("<text"));
+    lines
+        .map(|line| {
+            let text = unescaped(
+                line.split('>')
+                    .nth(1)
+                    .unwrap()
+                    .split("</text")
+                    .next()
+                    .unwrap(),
+            );
+            let size = number(attribute(line, "font-size"));
+            let style = TextStyle::from(sans(size));
+            let extent = measure.area().estimate_text_size(&text, &style).unwrap();
+            let width = f64::from(extent.0) / 10.0;
+            let before = match attribute(line, "text-anchor") {
+                "start" => 0.0,
+                "middle" => width / 2.0,
+                _ => width,
+            };
+            let transform = attribute(line, "transform");
+            let place = transform.split(['(', ')', ' ']).collect::<Vec<_>>();
+            let (x, y) = (number(place[1]), number(place[2]));
+            let half = 0.4 * size;
+            Placed {
+                place: match transform.contains("rotate(-90)") {
+                    true => [x - half, y + before - width, x + half, y + before],
+                    false => [x - before, y - half, x - before + width, y + half],
+                },
+                text,
+                size,
+            }
+        })
+        .collect()
+}
+
+fn overlap(a: &[f64; 4], b: &[f64; 4]) -> bool {
+    a[0] < b[2] && b[0] < a[2] && a[1] < b[3] && b[1] < a[3]
+}
+
+/// Frames of panels: closed outlines that are not tiny.
+fn frames(svg: &str) -> Vec<[f64; 4]> {
+    let outlines = svg
+        .lines()
+        .filter(|line| line.starts_with("<polyline") && line.contains("fill=\"none\""));
+    outlines
+        .filter_map(|line| {
+            let points: Vec<f64> = attribute(line, "points")
+                .split([' ', ','])
+                .map(number)
+                .collect();
+            let is_closed = points.len() == 10 && points[..2] == points[8..];
+            let place = [points[0], points[1], *points.get(4)?, *points.get(5)?];
+            (is_closed && place[2] - place[0] > 60.0 && place[3] - place[1] > 60.0).then_some(place)
+        })
+        .collect()
+}
+
+#[test]
+fn letters_are_legible_and_apart_at_every_size() {
+    let results = Results::compute();
+    let measure = Canvas::new("measure", 10, 10, Format::Svg).unwrap();
+    let mut faults = Vec::new();
+    let sized = Style {
+        height: Some(60.0),
+        ..Style::paper()
+    };
+    for style in [Style::paper(), sized, Style::paper_wide(), Style::screen()] {
+        for figure in results.figures(&style) {
+            let svg = svg(&figure);
+            let name = format!("{} at {} mm", figure.name(), style.width);
+            let header = svg.lines().next().unwrap();
+            let page: Vec<f64> = attribute(header, "viewBox")
+                .split(' ')
+                .map(number)
+                .collect();
+            let unit = style.width / page[2];
+            let frames = frames(&svg);
+            assert!(!frames.is_empty(), "{name} has no frame");
+            let texts = texts(&svg, &measure);
+            for (index, one) in texts.iter().enumerate() {
+                let [left, top, right, bottom] = one.place;
+                let points = one.size * unit / POINT;
+                if points < 6.999 {
+                    faults.push(format!("{name}: {:?} has {points:.2} pt", one.text));
+                }
+                if left < 0.0 || top < 0.0 || right > page[2] || bottom > page[3] {
+                    faults.push(format!(
+                        "{name}: {:?} is outside: {:?}",
+                        one.text, one.place
+                    ));
+                }
+                let over = texts[index + 1..].iter();
+                for other in over.filter(|other| overlap(&one.place, &other.place)) {
+                    faults.push(format!("{name}: {:?} is over {:?}", one.text, other.text));
+                }
+                let on_data = frames.iter().any(|frame| overlap(&one.place, frame));
+                if on_data && one.text != "band edge" {
+                    faults.push(format!("{name}: {:?} is over a plot", one.text));
+                }
+            }
+        }
+    }
+    assert!(faults.is_empty(), "{}", faults.join("\n"));
+}
+
+#[test]
+fn files_are_as_large_as_the_style_says() {
+    let analysis = test_support::figures::full();
+    for (style, width, height) in [
+        (Style::paper(), 86.0, None),
+        (
+            Style {
+                height: Some(70.0),
+                dpi: 600,
+                ..Style::paper_wide()
+            },
+            178.0,
+            Some(70.0),
+        ),
+        (Style::screen(), 317.5, Some(211.7)),
+    ] {
+        let figure = plot::space_time(&analysis, &style).unwrap();
+        let bytes = figure.encode(Format::Png).unwrap();
+        let reader = png::Decoder::new(std::io::Cursor::new(bytes))
+            .read_info()
+            .unwrap();
+        let info = reader.info();
+        let per_mm = f64::from(style.dpi) / 25.4;
+        assert!((f64::from(info.width) - width * per_mm).abs() < 1.0);
+        if let Some(height) = height {
+            assert!((f64::from(info.height) - height * per_mm).abs() < 1.0);
+        }
+        let dims = info.pixel_dims.expect("the PNG states its resolution");
+        assert_eq!(dims.unit, png::Unit::Meter);
+        assert_eq!(dims.xppu, (1e3 * per_mm).round() as u32);
+
+        let pdf = figure.encode(Format::Pdf).unwrap();
+        assert_eq!(pdf, figure.encode(Format::Pdf).unwrap());
+        let text = String::from_utf8_lossy(&pdf);
+        assert!(text.starts_with("%PDF-") && text.contains("/FontFile2"));
+        let page = text.split("/MediaBox [").nth(1).unwrap();
+        let sides = page.split(']').next().unwrap().split(' ').map(number);
+        let sides: Vec<f64> = sides.collect();
+        assert!((sides[2] * POINT - width).abs() < 0.1, "{sides:?}");
+        if let Some(height) = height {
+            assert!((sides[3] * POINT - height).abs() < 0.1, "{sides:?}");
+        }
+    }
+}
+
+#[test]
+fn colour_bars_follow_depth_and_map() {
+    let analysis = test_support::figures::full();
+    let drawn = |style: &Style| svg(&plot::temporal_spectrum(&analysis, style).unwrap());
+    let of = |depth: Depth| {
+        drawn(&Style {
+            depth,
+            ..Style::screen()
+        })
+    };
+    assert!(of(Depth::Fitted).contains("log scale over 8 decades"));
+    assert!(of(Depth::Decades(4.0)).contains("log scale over 4 decades"));
+    let decibels = of(Depth::Decibels(50.0));
+    assert!(decibels.contains("dB re") && decibels.contains(">≤ −50<") && decibels.contains(">0<"));
+    let gray = drawn(&Style {
+        colormap: Colormap::Gray,
+        ..Style::screen()
+    });
+    assert_ne!(gray, drawn(&Style::screen()));
+}
+
+#[test]
+fn styles_that_cannot_be_drawn_are_refused() {
+    let small = Style {
+        width: 86.0,
+        ..Style::screen()
+    };
+    let flat = Style {
+        height: Some(10.0),
+        ..Style::paper()
+    };
+    let huge = Style {
+        dpi: 100_000,
+        ..Style::paper()
+    };
+    let shallow = Style {
+        depth: Depth::Decades(0.0),
+        ..Style::paper()
+    };
+    let coarse = Style {
+        dpi: 3,
+        ..Style::paper()
+    };
+    for style in [small, flat, huge, shallow, coarse] {
+        let error = style.check().unwrap_err();
+        assert!(matches!(error, wavecascade::Error::Request { .. }));
+    }
+    for style in [Style::screen(), Style::paper(), Style::paper_wide()] {
+        style.check().unwrap();
+    }
+}

@@ -1,0 +1,286 @@
+//! Each call to the file system fails in turn: what is there is the old result or the new one.
+#![cfg(target_os = "linux")]
+
+use std::collections::{BTreeMap, BTreeSet};
+use std::fs;
+use std::path::Path;
+
+use test_support::place::{Place, text};
+use test_support::power::{Content, Replay};
+use test_support::preload::{self, Fault, Record};
+
+/// A command and the result that it writes.
+struct Case {
+    words: &'static str,
+    result: &'static str,
+}
+
+const CASES: [Case; 9] = [
+    Case {
+        words: "analyze wave.npy --out result --figures none --threads 1",
+        result: "result",
+    },
+    Case {
+        words: "analyze wave.npy --out result --only spatial --figures png --threads 1",
+        result: "result",
+    },
+    Case {
+        words: "analyze chain.npz --out result --only spatial --figures none --threads 1",
+        result: "result",
+    },
+    Case {
+        words: "filter wave.npy --out part.npz --frequency 0:2 --threads 1",
+        result: "part.npz",
+    },
+    Case {
+        words: "filter wave.npy --out part.npy --frequency 0:2 --threads 1",
+        result: "part.npy",
+    },
+    Case {
+        words: "simulate --sites 4 --samples 8 --out run.npz",
+        result: "run.npz",
+    },
+    Case {
+        words: "budget chain.npz --out result --only frequency --from-samples --figures none",
+        result: "result",
+    },
+    Case {
+        words: "compare chain.npz chain.npz --out result --only frequency --from-samples --figures none",
+        result: "result",
+    },
+    Case {
+        words: "localize --order 1 --out result --threads 1",
+        result: "result",
+    },
+];
+
+/// Files below a path, by their paths.
+fn files(path: &Path) -> BTreeMap<String, Vec<u8>> {
+    let mut found = BTreeMap::new();
+    if path.is_dir() {
+        for entry in fs::read_dir(path).unwrap() {
+            found.extend(files(&entry.unwrap().path()));
+        }
+    } else if path.exists() {
+        found.insert(path.display().to_string(), fs::read(path).unwrap());
+    }
+    found
+}
+
+/// Names of files, and the bytes of those that are the same in every run.
+fn outline(files: &BTreeMap<String, Vec<u8>>) -> BTreeMap<String, Option<Vec<u8>>> {
+    let is_fixed = |name: &str| {
+        ["spectra.npz", "part.npz", ".npy"]
+            .iter()
+            .any(|end| name.ends_with(end))
+    };
+    let outline = files.iter().map(|(name, bytes)| {
+        let fixed = is_fixed(name).then(|| bytes.clone());
+        (name.clone(), fixed)
+    });
+    outline.collect()
+}
+
+fn restore(place: &Path, before: &BTreeMap<String, Vec<u8>>) {
+    for entry in fs::read_dir(place).unwrap() {
+        let path = entry.unwrap().path();
+        match path.is_dir() {
+            true => fs::remove_dir_all(path).unwrap(),
+            false => fs::remove_file(path).unwrap(),
+        }
+    }
+    for (name, bytes) in before {
+        fs::create_dir_all(Path::new(name).parent().unwrap()).unwrap();
+        fs::write(name, bytes).unwrap();
+    }
+}
+
+/// Numbers of the calls that are to fail: all but those in the middle of many writes to one file.
+fn numbers(record: &Record) -> Vec<usize> {
+    let number = |call: &[String; 4]| call[3].parse::<usize>().unwrap();
+    let all = record.last().map_or(0, number);
+    let same = record.chunk_by(|a, b| a[..2] == b[..2]);
+    let middle = same
+        .filter(|calls| calls.len() > 4)
+        .flat_map(|calls| &calls[2..calls.len() - 2]);
+    let middle: BTreeSet<usize> = middle.map(number).collect();
+    (1..=all).filter(|n| !middle.contains(n)).collect()
+}
+
+/// Walks through the calls of one command; returns how many failed.
+fn walk(place: &Place, case: &Case, has_older: bool) -> Option<usize> {
+    let mut words: Vec<&str> = case.words.split(' ').collect();
+    if has_older {
+        place.good(&words);
+        words.push("--force");
+    }
+    let before = files(place.folder());
+    let (output, record) = preload::run(place, &words, None)?;
+    assert!(
+        output.status.success(),
+        "{words:?}: {}",
+        text(&output.stderr)
+    );
+    let after = files(place.folder());
+    assert!(!files(&place.path(case.result)).is_empty(), "{words:?}");
+    let numbers = numbers(&record);
+    for &n in &numbers {
+        restore(place.folder(), &before);
+        let fault = [Fault::Full, Fault::Disk][n % 2];
+        let (output, record) = preload::run(place, &words, Some((n, fault)))?;
+        let failed = record.iter().find(|call| call[0] == "fail");
+        let said = text(&output.stderr);
+        let context = format!(
+            "{words:?}, call {n}, {failed:?}: {:?}\n{said}",
+            output.status
+        );
+        let found = files(place.folder());
+        let is_new = outline(&found) == outline(&after);
+        match output.status.code() {
+            Some(0) => assert!(is_new, "{context}"),
+            Some(1) => {
+                assert_eq!(said.matches("error: ").count(), 1, "{context}");
+                assert!(said.starts_with("error: "), "{context}");
+                assert!(found == before || is_new, "{context}: {:?}", found.keys());
+            }
+            _ => panic!("{context}"),
+        }
+        assert!(!said.contains("panicked"), "{context}");
+    }
+    Some(numbers.len())
+}
+
+/// What all cases read.
+fn inputs_of_cases() -> Place {
+    let place = test_support::pulse::place();
+    place.good(&[
+        "simulate",
+        "--sites",
+        "4",
+        "--samples",
+        "8",
+        "--out",
+        "chain.npz",
+    ]);
+    place
+}
+
+#[test]
+fn regress_any_call_may_fail() {
+    let place = inputs_of_cases();
+    let inputs = files(place.folder());
+    let mut failed = 0;
+    for case in &CASES {
+        for has_older in [false, true] {
+            restore(place.folder(), &inputs);
+            let Some(count) = walk(&place, case, has_older) else {
+                return;
+            };
+            assert!(count > 10, "{}: {count}", case.words);
+            failed += count;
+        }
+    }
+    println!("{failed} calls failed, one a run");
+}
+
+/// A sweep keeps what is done: the same command completes it.
+#[test]
+fn regress_a_sweep_goes_on_after_any_call_failed() {
+    let place = Place::new();
+    let words: Vec<&str> = "sweep --vary stiffness_ratio=1,2 --sites 4 --samples 8 --out result"
+        .split(' ')
+        .collect();
+    let Some((output, record)) = preload::run(&place, &words, None) else {
+        return;
+    };
+    assert!(output.status.success(), "{}", text(&output.stderr));
+    let table = fs::read(place.path("result/table.csv")).unwrap();
+    let numbers = numbers(&record);
+    assert!(numbers.len() > 20);
+    for &n in &numbers {
+        fs::remove_dir_all(place.path("result")).unwrap();
+        let fault = [Fault::Full, Fault::Disk][n % 2];
+        let (output, record) = preload::run(&place, &words, Some((n, fault))).unwrap();
+        let failed = record.iter().find(|call| call[0] == "fail");
+        let said = text(&output.stderr);
+        let context = format!("call {n}, {failed:?}: {:?}\n{said}", output.status);
+        assert!(matches!(output.status.code(), Some(0 | 1)), "{context}");
+        let left: Vec<String> = files(place.folder()).into_keys().collect();
+        assert!(
+            !left.iter().any(|name| name.contains(".cascade-partial")),
+            "{context}: {left:?}"
+        );
+        let again = place.run(&words);
+        assert!(again.status.success(), "{context}: {}", text(&again.stderr));
+        assert_eq!(
+            fs::read(place.path("result/table.csv")).unwrap(),
+            table,
+            "{context}"
+        );
+    }
+    println!("{} calls failed, one a run", numbers.len());
+}
+
+/// Of every point at which the power may be cut, with all the names that the disk may then have.
+#[test]
+fn regress_a_power_cut_leaves_the_old_or_the_new_result() {
+    let place = inputs_of_cases();
+    let inputs = files(place.folder());
+    let (mut cuts, mut seen) = (0, [0; 2]);
+    for (case, has_older) in CASES.iter().flat_map(|case| [(case, false), (case, true)]) {
+        // Two files, which are two renames.
+        if case.result == "part.npy" {
+            continue;
+        }
+        restore(place.folder(), &inputs);
+        let mut words: Vec<&str> = case.words.split(' ').collect();
+        if has_older {
+            place.good(&words);
+            words.push("--force");
+        }
+        let Some((output, record)) = preload::run(&place, &words, None) else {
+            return;
+        };
+        assert!(
+            output.status.success(),
+            "{words:?}: {}",
+            text(&output.stderr)
+        );
+        let below = |path: &String| {
+            let path = Path::new(path).strip_prefix(place.folder()).unwrap();
+            path.display().to_string()
+        };
+        let before: Vec<String> = match has_older {
+            true => files(&place.path(case.result)).keys().map(below).collect(),
+            false => Vec::new(),
+        };
+        let known: Vec<String> = inputs.keys().map(below).chain(before).collect();
+        let replay = Replay::new(&known, &record);
+        let all = files(&place.path(case.result)).keys().map(below).collect();
+        let whole = Content::Whole(all);
+        for cut in 0..=replay.calls() {
+            for named in 0..=cut {
+                let found = replay.after(cut, named, case.result);
+                let context = format!("{words:?}, cut {cut}, names {named}");
+                match &found {
+                    Content::Absent => assert!(!has_older, "{context}"),
+                    Content::Old => assert!(has_older, "{context}"),
+                    new => assert_eq!(*new, whole, "{context}"),
+                }
+                seen[usize::from(found == whole)] += 1;
+                cuts += 1;
+            }
+        }
+        let end = replay.after(replay.calls(), 0, case.result);
+        assert_eq!(end, whole, "{words:?}: not on the disk at the end");
+        // The replay would find a sync that is missing.
+        let unsynced = record.iter().filter(|call| call[0] != "sync").cloned();
+        let replay = Replay::new(&known, &unsynced.collect());
+        let end = replay.after(replay.calls(), replay.calls(), case.result);
+        assert!(matches!(end, Content::Torn(_)), "{words:?}: {end:?}");
+    }
+    println!(
+        "{cuts} power cuts: {} old or none, {} new",
+        seen[0], seen[1]
+    );
+}

@@ -1,0 +1,192 @@
+//! Inputs that change while they are read, and places that results do not fit.
+#![cfg(unix)]
+
+use std::fs::{self, File};
+use std::os::unix::fs::{FileExt, symlink};
+use std::process::{Child, Command};
+
+use test_support::place::{NO_CONFIGURATION, Place, program, text};
+use test_support::running::{partial, sparse, start, wait_for};
+
+/// Begins an analysis of `long.npy`, and waits until its passes begin.
+fn begun(place: &Place, options: &[&str]) -> Child {
+    sparse(place, "long.npy", 40_000, 400);
+    let words = [
+        "analyze",
+        "long.npy",
+        "--out",
+        "result",
+        "--figures",
+        "none",
+    ];
+    let mut child = start(place, &[&words[..], options].concat());
+    wait_for(&mut child, || {
+        let folder = partial(place);
+        folder.is_some_and(|name| place.path(&name).join("spectra.npz").exists())
+    });
+    child
+}
+
+fn writable(place: &Place) -> File {
+    let file = File::options().write(true).open(place.path("long.npy"));
+    file.unwrap()
+}
+
+#[test]
+fn regress_a_field_that_is_shortened_while_it_is_read_is_an_error() {
+    let place = Place::new();
+    let child = begun(&place, &[]);
+    writable(&place).set_len(5000).unwrap();
+    let output = child.wait_with_output().unwrap();
+    let said = text(&output.stderr);
+    assert_eq!(output.status.code(), Some(1), "{said}");
+    assert!(
+        said.starts_with("error: long.npy was shortened while it was read"),
+        "{said}"
+    );
+    assert!(
+        said.contains("\nhelp: ") && said.contains("--read copy"),
+        "{said}"
+    );
+    // Its lock went with the process.
+    place.good(&["clean", "."]);
+    assert_eq!(place.names().len(), 1, "{:?}", place.names());
+}
+
+#[test]
+fn regress_a_field_overwritten_with_its_time_kept_is_an_error() {
+    let place = Place::new();
+    let child = begun(&place, &[]);
+    let file = writable(&place);
+    let before = file.metadata().unwrap().modified().unwrap();
+    file.write_all_at(b"change", 1000).unwrap();
+    file.set_modified(before).unwrap();
+    let output = child.wait_with_output().unwrap();
+    let said = text(&output.stderr);
+    assert_eq!(output.status.code(), Some(1), "{said}");
+    assert!(said.contains("long.npy was changed"), "{said}");
+    assert!(said.contains("kept the time of modification"), "{said}");
+    assert_eq!(place.names().len(), 1, "{:?}", place.names());
+}
+
+#[test]
+fn regress_a_copy_may_change_on_the_disk() {
+    let place = test_support::pulse::place();
+    let words = ["analyze", "wave.npy", "--figures", "none", "--out"];
+    place.good(&[&words[..], &["mapped"]].concat());
+    place.good(&[&words[..], &["copied", "--read", "copy"]].concat());
+    let hash = |result: &str| place.json(&format!("{result}/summary.json"))["provenance"].clone();
+    let (mapped, copied) = (hash("mapped"), hash("copied"));
+    assert!(mapped["input_blake3"].is_string(), "{mapped}");
+    assert_eq!(mapped["input_blake3"], copied["input_blake3"]);
+    let spectra = |result: &str| fs::read(place.path(result).join("spectra.npz")).unwrap();
+    assert!(spectra("mapped") == spectra("copied"));
+
+    let child = begun(&place, &["--read", "copy"]);
+    writable(&place).set_len(5000).unwrap();
+    let output = child.wait_with_output().unwrap();
+    assert!(output.status.success(), "{}", text(&output.stderr));
+    sparse(&place, "long.npy", 40_000, 400);
+    let said = place.bad(
+        2,
+        &["analyze", "long.npy", "--read", "copy", "--memory", "100MB"],
+    );
+    assert!(
+        said.contains("a copy of the file needs 122.08 MiB"),
+        "{said}"
+    );
+}
+
+#[test]
+fn regress_a_limit_of_the_size_of_files_is_an_error() {
+    let place = test_support::pulse::place();
+    place.save("wider.npy", &test_support::pulse::wave(256, 64));
+    let before = place.names();
+    for words in [
+        "analyze wider.npy --out result",
+        "filter wider.npy --out part.npz --frequency 0:2",
+        "filter wider.npy --out part.npy --frequency 0:2",
+        "simulate --sites 60 --samples 400 --out run.npz",
+    ] {
+        let output = Command::new("sh")
+            .args(["-c", "ulimit -f 16; exec \"$0\" \"$@\""])
+            .arg(program())
+            .args(words.split(' '))
+            .current_dir(place.folder())
+            .envs(NO_CONFIGURATION)
+            .output()
+            .unwrap();
+        let said = text(&output.stderr);
+        assert_eq!(output.status.code(), Some(1), "{words}: {output:?}");
+        assert!(
+            said.starts_with("error: cannot ") && said.contains("File too large"),
+            "{said}"
+        );
+        assert!(
+            said.contains("ulimit -f") && !said.contains("partial"),
+            "{said}"
+        );
+        assert_eq!(place.names(), before, "{words}");
+    }
+}
+
+#[test]
+fn regress_names_as_long_as_the_system_allows() {
+    let place = test_support::pulse::place();
+    let analyze = ["analyze", "wave.npy", "--figures", "none", "--out"];
+    let filter = ["filter", "wave.npy", "--frequency", "0:2", "--out"];
+    let simulate = ["simulate", "--sites", "4", "--samples", "8", "--out"];
+    let all = [
+        (&analyze[..], ""),
+        (&filter, ".npz"),
+        (&simulate, ".npz"),
+        (&filter, ".npy"),
+    ];
+    for ((words, end), letter) in all.into_iter().zip(["a", "b", "c", "d"]) {
+        // The sidecar of an array has the longer name.
+        for length in [245, if end == ".npy" { 250 } else { 255 }] {
+            let name = letter.repeat(length - end.len()) + end;
+            place.good(&[words, &[name.as_str()]].concat());
+            assert!(place.path(&name).exists());
+        }
+        let name = letter.repeat(if end == ".npy" { 251 } else { 256 } - end.len()) + end;
+        let said = place.bad(1, &[words, &[name.as_str()]].concat());
+        assert!(said.contains("File name too long"), "{said}");
+    }
+}
+
+#[test]
+fn regress_a_result_does_not_take_the_place_of_a_symbolic_link() {
+    let place = test_support::pulse::place();
+    fs::create_dir(place.path("folder")).unwrap();
+    symlink("folder", place.path("link")).unwrap();
+    symlink("nowhere", place.path("broken")).unwrap();
+    for out in ["link", "link/", "broken", "/dev/full"] {
+        for words in [
+            &["analyze", "wave.npy", "--out", out][..],
+            &["analyze", "wave.npy", "--force", "--out", out],
+        ] {
+            let said = place.bad(2, words);
+            let expected = match out {
+                "/dev/full" => "is there and is no directory",
+                _ => "is a symbolic link",
+            };
+            assert!(said.contains(expected), "{said}");
+        }
+    }
+    for out in ["link", "broken", "/dev/full"] {
+        let simulate = ["simulate", "--sites", "4", "--out", out];
+        assert!(place.bad(2, &simulate).contains("is "), "{out}");
+    }
+    // Through a link to its folder a result goes where that leads.
+    place.good(&[
+        "analyze",
+        "wave.npy",
+        "--out",
+        "link/result",
+        "--figures",
+        "none",
+    ]);
+    assert!(place.path("folder/result/summary.json").exists());
+    assert_eq!(fs::read_dir(place.path("folder")).unwrap().count(), 1);
+}

@@ -1,0 +1,177 @@
+//! Limits of memory and time, as a stranger sets them.
+#![cfg(target_os = "linux")]
+
+use std::process::Command;
+
+use ndarray::{Array2, ShapeBuilder};
+use ndarray_npy::NpzWriter;
+use test_support::fields::noise;
+use test_support::place::{NO_CONFIGURATION, Place, program, text};
+use test_support::running::{peak, start};
+
+/// The program under `ulimit -v`, in KiB: its exit code and what it says.
+fn limited(place: &Place, kibibytes: u64, words: &str) -> (Option<i32>, String) {
+    let script = format!(
+        "ulimit -v {kibibytes}; exec {} {words}",
+        program().display()
+    );
+    let output = Command::new("sh")
+        .envs(NO_CONFIGURATION)
+        // What glibc reserves for each thread would count, and varies.
+        .env("MALLOC_ARENA_MAX", "1")
+        .args(["-c", &script])
+        .current_dir(place.folder())
+        .output()
+        .unwrap();
+    (output.status.code(), text(&output.stderr))
+}
+
+#[test]
+fn regress_memory_that_is_refused_is_an_error() {
+    let place = Place::new();
+    place.save("field.npy", &noise(8000, 1000));
+    let before = place.names();
+    // More is allowed than `ulimit` lets the program have: room to map the field, none to transform it.
+    for words in [
+        "filter field.npy --frequency 0.1:0.2 --memory 100GB --threads 1",
+        "simulate --sites 1000 --samples 100000 --end-time 10 --memory 100GB",
+    ] {
+        let (code, said) = limited(&place, 230_000, words);
+        assert_eq!(code, Some(1), "{words}: {said}");
+        assert!(
+            said.starts_with("error: ") && said.contains("help: "),
+            "{said}"
+        );
+        assert!(said.contains("refuses"), "{said}");
+        assert_eq!(place.names(), before, "{words}");
+    }
+}
+
+#[test]
+fn regress_a_limit_of_the_process_is_memory_at_hand() {
+    let place = Place::new();
+    place.save("field.npy", &noise(4000, 1000));
+    // A run that is allowed may be refused after all, by the stacks of threads.
+    for (words, codes) in [
+        ("filter field.npy --frequency 0.1:0.2 --threads 1", [1, 2]),
+        (
+            "simulate --sites 1000 --samples 100000 --end-time 10",
+            [2, 2],
+        ),
+    ] {
+        let (code, said) = limited(&place, 120_000, words);
+        let is_known = code.is_some_and(|code| codes.contains(&code));
+        assert!(is_known, "{words}: {code:?}, {said}");
+        assert!(said.contains("memory"), "{said}");
+    }
+}
+
+#[test]
+fn regress_stated_memory_holds() {
+    const PROGRAM: u64 = 16 << 20;
+    let place = Place::new();
+    let field = noise(4000, 2000);
+    place.save("rows.npy", &field);
+    let mut columns = Array2::zeros(field.dim().f());
+    columns.assign(&field);
+    place.save("columns.npy", &columns);
+    let file = std::fs::File::create(place.path("deflated.npz")).unwrap();
+    let mut archive = NpzWriter::new_compressed(file);
+    archive.add_array("v", &noise(4000, 800)).unwrap();
+    archive.finish().unwrap();
+    let samples = 4000 * 2000;
+    let cases = [
+        ("analyze rows.npy --memory 65MB", 65_000_000),
+        ("analyze rows.npy --memory 50MB --figures none", 50_000_000),
+        (
+            "analyze columns.npy --memory 65MB --figures none",
+            65_000_000,
+        ),
+        (
+            "analyze deflated.npz --memory 80MB --figures none",
+            80_000_000,
+        ),
+        (
+            "filter rows.npy --frequency 0.1:0.2 --out rows.npz",
+            // The array three times, a block that is read, scratch.
+            24 * samples + PROGRAM + (16 << 20),
+        ),
+        (
+            "simulate --sites 200 --samples 20000 --end-time 100 --memory 160MB --out run.npz",
+            160_000_000 + PROGRAM,
+        ),
+    ];
+    for (words, most) in cases {
+        let words: Vec<&str> = words
+            .split(' ')
+            .chain(["--force", "--threads", "2"])
+            .collect();
+        let words = match words[0] {
+            "simulate" => &words[..words.len() - 2],
+            _ => &words[..],
+        };
+        let (output, peak) = peak(start(&place, words));
+        assert!(output.status.success(), "{}", text(&output.stderr));
+        assert!(peak <= most, "{words:?}: {peak} of {most}");
+    }
+}
+
+#[test]
+fn regress_a_stiff_chain_is_refused_with_its_key() {
+    let place = Place::new();
+    let stiff = [
+        "simulate",
+        "--sites",
+        "4",
+        "--samples",
+        "5",
+        "--dashpot",
+        "1e5",
+    ];
+    let said = place.bad(2, &stiff);
+    assert!(
+        said.contains("--dashpot") && said.contains("steps"),
+        "{said}"
+    );
+    let short = [&stiff[..], &["--end-time", "0.01", "--quiet"]].concat();
+    place.good(&short);
+    std::fs::write(
+        place.path("scene.toml"),
+        "sites = 4\nsamples = 5\ndashpot = 1e4\nend_time = 1\n",
+    )
+    .unwrap();
+    let said = place.good(&["scene", "--check", "scene.toml"]);
+    assert!(
+        said.contains("6.7e3 steps") && said.contains("dashpot"),
+        "{said}"
+    );
+    let json = place.good(&["scene", "--check", "scene.toml", "--json"]);
+    let scene: serde_json::Value = serde_json::from_str(&json).unwrap();
+    assert_eq!(scene["work"]["limit"], "dashpot");
+}
+
+#[test]
+fn regress_the_time_allowed_ends_a_command() {
+    let place = Place::new();
+    let long = [
+        "simulate",
+        "--sites",
+        "3000",
+        "--samples",
+        "1000",
+        "--max-time",
+        "50ms",
+    ];
+    let said = place.bad(124, &long);
+    assert!(said.contains("--max-time"), "{said}");
+    assert!(place.names().is_empty(), "{:?}", place.names());
+
+    let sweep = "sweep --sites 60 --samples 2000 --vary seed=1:2000 --mass-spread 0.1 --out sweep";
+    let words = format!("{sweep} --max-time 1s --quiet");
+    let output = place.run(&words.split(' ').collect::<Vec<_>>());
+    let said = text(&output.stderr);
+    assert_eq!(output.status.code(), Some(124), "{said}");
+    assert!(said.contains("members known"), "{said}");
+    assert!(place.path("sweep/members.jsonl").exists());
+    place.bad(2, &["scene", "--max-time", "soon"]);
+}
