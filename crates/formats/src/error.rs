@@ -1,0 +1,63 @@
+//! What can be wrong with a file.
+
+/// A result whose error is [`Error`].
+pub type Result<T> = std::result::Result<T, Error>;
+
+/// Why a file, or a variable of it, cannot be read. The caller names the file.
+#[derive(Debug, Clone, PartialEq, thiserror::Error)]
+#[non_exhaustive]
+pub enum Error {
+    /// The bytes are not what the format promises.
+    #[error("{place}: expected {expected}, found {found}")]
+    Damaged {
+        /// Where, in words: `byte 240`, `line 3`, `variable /v`.
+        place: String,
+        /// What the format promises.
+        expected: String,
+        /// What is there.
+        found: String,
+    },
+
+    /// A part of the format that is not read.
+    #[error("found {what}, which is not read; {way_out}")]
+    Unsupported {
+        /// What was found.
+        what: String,
+        /// What the user can do, in one clause.
+        way_out: String,
+    },
+
+    /// Decoding would need more memory than was allowed.
+    #[error("{what} needs {needed} bytes of memory, allowed are {allowed}")]
+    Memory {
+        /// What is decoded.
+        what: String,
+        /// Bytes that it needs.
+        needed: u64,
+        /// Bytes that are allowed.
+        allowed: u64,
+    },
+}
+
+impl Error {
+    /// [`Error::Damaged`].
+    pub fn damaged(
+        place: impl Into<String>,
+        expected: impl Into<String>,
+        found: impl Into<String>,
+    ) -> Error {
+        Error::Damaged {
+            place: place.into(),
+            expected: expected.into(),
+            found: found.into(),
+        }
+    }
+
+    /// [`Error::Unsupported`].
+    pub fn unsupported(what: impl Into<String>, way_out: impl Into<String>) -> Error {
+        Error::Unsupported {
+            what: what.into(),
+            way_out: way_out.into(),
+        }
+    }
+}

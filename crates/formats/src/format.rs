@@ -1,0 +1,105 @@
+//! Which formats there are, and which one a file has.
+
+use std::fmt;
+
+#[cfg(not(feature = "hdf5"))]
+use crate::Error;
+use crate::{Bytes, Container, Result};
+
+/// A format that is read.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
+#[non_exhaustive]
+pub enum Format {
+    /// HDF5, with what builds on it: MATLAB 7.3, NetCDF-4, DASDAE.
+    Hdf5,
+    /// NetCDF-3: classic, with offsets of 64 bits, or with lengths of 64 bits (CDF-5).
+    NetCdf3,
+    /// MATLAB, versions 5 to 7.
+    Mat5,
+    /// MATLAB, version 4.
+    Mat4,
+    /// SEG-Y, revisions 0 to 2.
+    SegY,
+    /// Seismic Unix: the traces of SEG-Y without the headers of the file.
+    SeismicUnix,
+    /// National Instruments TDMS.
+    Tdms,
+    /// Universal file, data sets 58 and 58b.
+    Uff,
+    /// miniSEED, versions 2 and 3.
+    MiniSeed,
+    /// Text dump of LAMMPS.
+    LammpsDump,
+}
+
+/// How a file is opened.
+#[derive(Debug, Clone, Default)]
+#[non_exhaustive]
+pub struct Options {
+    /// Bytes of memory that decoded samples may take; none: no limit.
+    pub memory: Option<u64>,
+}
+
+impl Format {
+    /// The format of a file with this name and these bytes; `None` for one that is not read.
+    pub fn detect(name: &str, bytes: &[u8]) -> Option<Format> {
+        let extension = name.rsplit_once('.').map_or("", |(_, extension)| extension);
+        let extension = extension.to_ascii_lowercase();
+        // Those with a signature first, those known by their extension alone last.
+        let detectors: &[fn(&str, &[u8]) -> Option<Format>] = &[
+            #[cfg(feature = "hdf5")]
+            crate::hdf5::detect,
+            crate::netcdf3::detect,
+            crate::tdms::detect,
+            crate::lammps::detect,
+            crate::uff::detect,
+            crate::miniseed::detect,
+            crate::mat::detect,
+            crate::segy::detect,
+        ];
+        detectors
+            .iter()
+            .find_map(|detect| detect(&extension, bytes))
+    }
+}
+
+impl fmt::Display for Format {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.write_str(match self {
+            Format::Hdf5 => "an HDF5 file",
+            Format::NetCdf3 => "a NetCDF-3 file",
+            Format::Mat5 => "a MATLAB file",
+            Format::Mat4 => "a MATLAB 4 file",
+            Format::SegY => "a SEG-Y file",
+            Format::SeismicUnix => "a Seismic Unix file",
+            Format::Tdms => "a TDMS file",
+            Format::Uff => "a universal file (UFF)",
+            Format::MiniSeed => "a miniSEED file",
+            Format::LammpsDump => "a LAMMPS dump",
+        })
+    }
+}
+
+/// Opens the bytes of a file of this format.
+///
+/// # Errors
+/// [`crate::Error`]: the bytes are damaged, or have a part of the format that is not read.
+pub fn open(format: Format, bytes: Bytes, options: &Options) -> Result<Container> {
+    let open = match format {
+        #[cfg(feature = "hdf5")]
+        Format::Hdf5 => crate::hdf5::open,
+        #[cfg(not(feature = "hdf5"))]
+        Format::Hdf5 => {
+            let way_out = "build with the feature hdf5";
+            return Err(Error::unsupported(format.to_string(), way_out));
+        }
+        Format::NetCdf3 => crate::netcdf3::open,
+        Format::Mat5 | Format::Mat4 => crate::mat::open,
+        Format::SegY | Format::SeismicUnix => crate::segy::open,
+        Format::Tdms => crate::tdms::open,
+        Format::Uff => crate::uff::open,
+        Format::MiniSeed => crate::miniseed::open,
+        Format::LammpsDump => crate::lammps::open,
+    };
+    open(format, bytes, options)
+}

@@ -1,0 +1,35 @@
+//! Files of laboratories and simulations, opened as named arrays.
+//!
+//! A [`Container`] lists the [`Variable`]s of a file with their dimensions, coordinates and attributes.
+//! Samples that lie uncompressed in the file stay there: their [`Place`] says where, so that a mapped
+//! file needs no copy. Others are decoded block by block by [`Container::read`].
+//!
+//! Nothing here decides which variable is a velocity field, or what a unit means.
+
+#![warn(missing_debug_implementations, missing_docs)]
+
+mod attributes;
+mod container;
+mod error;
+mod format;
+#[cfg(feature = "hdf5")]
+mod hdf5;
+mod lammps;
+mod mat;
+mod miniseed;
+mod netcdf3;
+mod sample;
+mod segy;
+mod tdms;
+mod uff;
+
+pub use attributes::{Attributes, Value};
+pub use container::{Block, Container, Coordinate, Decoder, Dimension, Place, Variable};
+pub use error::{Error, Result};
+pub use format::{Format, Options, open};
+pub use sample::{ByteOrder, Sample, SampleType};
+
+use std::sync::Arc;
+
+/// The bytes of a file, mapped or in memory.
+pub type Bytes = Arc<dyn AsRef<[u8]> + Send + Sync>;
