@@ -40,13 +40,16 @@ pub struct Options {
     pub memory: Option<u64>,
 }
 
+/// The format of a file with this extension (lower case) and these bytes, if it is one that it knows.
+type Detector = fn(&str, &[u8]) -> Option<Format>;
+
 impl Format {
     /// The format of a file with this name and these bytes; `None` for one that is not read.
     pub fn detect(name: &str, bytes: &[u8]) -> Option<Format> {
         let extension = name.rsplit_once('.').map_or("", |(_, extension)| extension);
         let extension = extension.to_ascii_lowercase();
         // Those with a signature first, those known by their extension alone last.
-        let detectors: &[fn(&str, &[u8]) -> Option<Format>] = &[
+        let detectors: &[Detector] = &[
             #[cfg(feature = "hdf5")]
             crate::hdf5::detect,
             crate::netcdf3::detect,
