@@ -2,6 +2,8 @@
 
 use std::fmt;
 
+pub use wavecascade_formats::Error as FormatError;
+
 use super::ForeignFormat;
 
 /// One fault, with the expected and the found value.
@@ -215,6 +217,46 @@ pub enum InputFault {
     #[error("expected the time column {asked}, found the columns {}", columns.join(", "))]
     NoSuchColumn { asked: String, columns: Vec<String> },
 
+    /// A file of named arrays that is damaged, or has a part that is not read.
+    #[error("{}", ContainerFault(fault))]
+    Container { fault: Box<FormatError> },
+
+    #[error("expected one array v(t, x), found {}", Listed(variables))]
+    WhichVariable { variables: Vec<String> },
+
+    #[error("expected the variable {name:?}, found {}", Listed(variables))]
+    NoSuchVariable {
+        name: String,
+        variables: Vec<String>,
+    },
+
+    #[error("expected numbers in {variable}, found {found}")]
+    NotNumbers { variable: String, found: String },
+
+    #[error("expected times in {variable}, found only the sites {dimension:?} of one time")]
+    NoTimes { variable: String, dimension: String },
+
+    #[error("expected the dimension {name:?} of {variable}, found ({dimensions})")]
+    NoSuchDimension {
+        name: String,
+        variable: String,
+        dimensions: String,
+    },
+
+    #[error("expected times and sites, found {variable} ({dimensions}), also along {dimension}")]
+    FurtherDimension {
+        variable: String,
+        dimensions: String,
+        dimension: Box<DimensionName>,
+    },
+
+    #[error("{dimension}: expected {expected}, found {found}")]
+    NoSuchLabel {
+        dimension: String,
+        expected: String,
+        found: String,
+    },
+
     #[error("expected one sidecar, found {first:?} and {second:?}")]
     TwoSidecars { first: String, second: String },
 
@@ -254,6 +296,64 @@ impl fmt::Display for FileKind {
 pub struct MemberShape {
     pub name: String,
     pub shape: Option<Vec<u64>>,
+}
+
+/// A dimension with its values, where they are known.
+#[derive(Debug, Clone, PartialEq)]
+pub struct DimensionName {
+    pub name: String,
+    pub len: u64,
+    /// First and last value, and their unit.
+    pub range: Option<(f64, f64, Option<String>)>,
+}
+
+impl fmt::Display for DimensionName {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        write!(f, "{}", self.name)?;
+        match &self.range {
+            Some((first, last, unit)) => {
+                let unit = unit.as_deref().unwrap_or_default();
+                let text = format!("{} values from {first} to {last} {unit}", self.len);
+                write!(f, " ({})", text.trim_end())
+            }
+            None => write!(f, " ({} values)", self.len),
+        }
+    }
+}
+
+/// What is wrong, without what to do about it.
+struct ContainerFault<'a>(&'a FormatError);
+
+impl fmt::Display for ContainerFault<'_> {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self.0 {
+            FormatError::Unsupported { what, .. } => {
+                write!(
+                    f,
+                    "expected a part of the format that is read, found {what}"
+                )
+            }
+            fault => write!(f, "{fault}"),
+        }
+    }
+}
+
+/// Some of many names.
+struct Listed<'a>(&'a [String]);
+
+impl fmt::Display for Listed<'_> {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        const MOST: usize = 12;
+        if self.0.is_empty() {
+            return f.write_str("none");
+        }
+        let named = &self.0[..self.0.len().min(MOST)];
+        f.write_str(&named.join(", "))?;
+        match self.0.len() - named.len() {
+            0 => Ok(()),
+            more => write!(f, " and {more} more"),
+        }
+    }
 }
 
 struct DisplayShape<'a>(&'a [u64]);

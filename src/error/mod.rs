@@ -12,7 +12,7 @@ use std::path::{Path, PathBuf};
 
 pub use change::FileChange;
 pub use foreign::ForeignFormat;
-pub use input::{CoordinateKind, FileKind, InputFault, MemberShape};
+pub use input::{CoordinateKind, DimensionName, FileKind, FormatError, InputFault, MemberShape};
 pub use nearest::nearest_key;
 pub(crate) use scene::reworded;
 pub use scene::{KeyPlace, Problem, SceneFault};

@@ -31,6 +31,15 @@ pub(crate) struct Uneven {
     pub(crate) found: f64,
 }
 
+/// The largest deviation of coordinates from even ones.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Jitter {
+    /// In steps.
+    pub share: f64,
+    /// Where it is.
+    pub index: usize,
+}
+
 impl Coordinates {
     /// Origin and step of increasing, evenly spaced `values`, each exact to `rounding`.
     ///
@@ -58,6 +67,41 @@ impl Coordinates {
         } else {
             Err(worst_step(values))
         }
+    }
+
+    /// As [`Coordinates::fit`]; values that are not exact but deviate from the line through the first and
+    /// the last by at most `share` of a step are even with a jitter.
+    pub(crate) fn fit_within(
+        values: &[f64],
+        rounding: f64,
+        share: f64,
+    ) -> Result<(Coordinates, Option<Jitter>), Uneven> {
+        let uneven = match Coordinates::fit(values, rounding) {
+            Ok(even) => return Ok((even, None)),
+            Err(uneven) => uneven,
+        };
+        let (&[first, .., last], n) = (values, values.len()) else {
+            return Err(uneven);
+        };
+        let step = (last - first) / (n - 1) as f64;
+        let deviation = |i: usize| (values[i] - (first + i as f64 * step)) / step;
+        let worst = (0..n).max_by(|&a, &b| deviation(a).abs().total_cmp(&deviation(b).abs()));
+        let worst = worst.unwrap_or(0);
+        // Steps that are not numbers compare as false.
+        let is_even = step > 0.0 && deviation(worst).abs() <= share;
+        if !is_even {
+            return Err(uneven);
+        }
+        let even = Coordinates {
+            origin: Some(first),
+            step: Some(step),
+            unit: None,
+        };
+        let jitter = Jitter {
+            share: deviation(worst),
+            index: worst,
+        };
+        Ok((even, Some(jitter)))
     }
 
     /// The origin alone, for an axis whose step is stated outside the file.

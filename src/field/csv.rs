@@ -254,6 +254,7 @@ impl<'a> Table<'a> {
             space,
             quantity: None,
             unit: None,
+            axis_names: [None, None],
             notes: self.notes,
         })
     }

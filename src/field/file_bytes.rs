@@ -28,6 +28,12 @@ pub(crate) enum FileBytes {
     Copied(Vec<u8>),
 }
 
+impl AsRef<[u8]> for FileBytes {
+    fn as_ref(&self) -> &[u8] {
+        self
+    }
+}
+
 impl Deref for FileBytes {
     type Target = [u8];
 
@@ -76,6 +82,11 @@ impl FileBytes {
             _watched: Watched::new(&map, path),
             map,
         })
+    }
+
+    /// All bytes of an unnamed scratch file in the folder `place`.
+    pub(super) fn of_scratch(file: &File, place: &Path) -> Result<Arc<FileBytes>> {
+        Ok(Arc::new(FileBytes::map(file, place)?))
     }
 
     fn copy(mut file: File, length: u64, path: &Path) -> Result<FileBytes> {

@@ -9,6 +9,8 @@ mod coordinates;
 mod csv;
 mod file_bytes;
 mod header;
+mod inspect;
+mod labelled;
 mod names;
 mod note;
 mod npy;
@@ -16,6 +18,7 @@ mod npz;
 mod open;
 mod options;
 mod rows;
+mod select;
 mod sidecar;
 mod state;
 mod storage;
@@ -26,8 +29,10 @@ use ndarray::Array2;
 
 use crate::error::Result;
 
+pub use coordinates::Jitter;
+pub use inspect::{Inspection, VariableInfo, inspect};
 pub use note::Note;
-pub use options::{Header, OpenOptions, ReadMode, TimeColumn};
+pub use options::{At, Header, Label, OpenOptions, ReadMode, Selection, TimeColumn};
 pub use sidecar::Sidecar;
 pub use state::FileState;
 
@@ -120,6 +125,8 @@ pub struct Field {
     pub space: Axis,
     pub quantity: Quantity,
     pub unit: Option<String>,
+    /// Names that the file gives to times and sites.
+    pub(crate) axis_names: [Option<String>; 2],
     /// In a simulated run, the last site that is struck, displaced or driven at the start.
     pub struck: Option<usize>,
     /// Dispersion relation that the sidecar states, as [`Dispersion::parse`] takes it.
@@ -149,6 +156,7 @@ impl Field {
             space: Axis::index(),
             quantity: Quantity::default(),
             unit: None,
+            axis_names: [None, None],
             struck: None,
             dispersion: None,
             content_hash: None,
@@ -227,7 +235,7 @@ impl Field {
     /// order.
     pub(crate) fn stored_profiles(&self, times: Range<usize>) -> Option<&[f64]> {
         let run = times.start * self.n_sites..times.end * self.n_sites;
-        let numbers = self.storage.numbers()?;
+        let numbers = self.storage.numbers(self.n_sites)?;
         self.is_time_major().then(|| &numbers[run])
     }
 
@@ -256,7 +264,7 @@ impl Field {
     pub(crate) fn read_releasing(&self, times: Range<usize>, sites: Range<usize>, out: &mut [f64]) {
         /// Records whose pages are held at once, with those that the system maps around them.
         const RECORDS: usize = 32;
-        if self.is_time_major() || self.storage.file().is_none() {
+        if self.is_time_major() || self.storage.mapped().is_none() {
             return self.read_time_major(times, sites, out);
         }
         let width = sites.len();

@@ -1,7 +1,7 @@
 //! Notes: properties inferred about a file that does not state them.
 
 use super::Layout;
-use super::coordinates::Coordinates;
+use super::coordinates::{Coordinates, Jitter};
 use super::storage::Storage;
 use crate::measure::digits;
 
@@ -18,6 +18,16 @@ pub enum Note {
         time: Option<String>,
         space: Option<String>,
     },
+    /// A variable of a file that was taken for the field, and the names of its times and positions.
+    Variable {
+        path: String,
+        time: Option<String>,
+        space: Option<String>,
+    },
+    /// The time of the first sample, from which times count.
+    Start { time: String },
+    /// Coordinates that are even but for a jitter.
+    Jitter { axis: &'static str, jitter: Jitter },
     /// The layout that the lengths of the coordinates leave.
     Layout { layout: Layout },
     /// The first column of a table was taken for times (or positions) since it rises evenly.
@@ -33,6 +43,9 @@ impl Note {
     pub fn code(&self) -> &'static str {
         match self {
             Note::Members { .. } => "members",
+            Note::Variable { .. } => "variable",
+            Note::Start { .. } => "start",
+            Note::Jitter { .. } => "jitter",
             Note::Layout { .. } => "layout",
             Note::FirstColumn { .. } => "first-column",
             Note::Wide { .. } => "wide-array",
@@ -52,6 +65,22 @@ impl Note {
                 }
                 text
             }
+            Note::Variable { path, time, space } => {
+                let mut text = format!("variable `{path}` is the field");
+                for (name, what) in [(time, "times"), (space, "sites")] {
+                    if let Some(name) = name {
+                        text += &format!(", `{name}` its {what}");
+                    }
+                }
+                text
+            }
+            Note::Start { time } => format!("times count from {time}"),
+            Note::Jitter { axis, jitter } => format!(
+                "the {axis} coordinates are taken as even; index {} deviates by {} of a step, which is \
+                 the most",
+                jitter.index,
+                digits((jitter.share * 1e4).round() / 1e4)
+            ),
             Note::Layout { layout } => {
                 let (rows, name) = match layout {
                     Layout::TimeSite => ("times", "time-site"),

@@ -17,7 +17,7 @@ use super::open::{Contents, FileSource, map};
 use super::options::OpenOptions;
 use super::sidecar::Sidecar;
 use super::storage::Bytes;
-use super::{Layout, Note, Quantity, names, npy};
+use super::{Layout, Note, Quantity, VariableInfo, names, npy};
 use crate::error::{Error, InputFault, MemberShape, Result};
 use crate::system::memory::try_with_capacity;
 
@@ -33,7 +33,7 @@ const MAX_INFLATION: u64 = 1032;
 pub(super) fn read(source: &FileSource) -> Result<Contents> {
     let mut archive = Archive::open(source).map_err(|fault| source.fault(fault))?;
     let index = archive
-        .choose(source.options.member.as_deref())
+        .choose(source.options.variable.as_deref())
         .map_err(|fault| source.fault(fault))?;
     let (header, bytes, start) = archive.load(index)?;
     let name = archive.members[index].name.clone();
@@ -62,10 +62,14 @@ pub(super) fn read(source: &FileSource) -> Result<Contents> {
     let time = time.filter(|_| stated.t0.is_none() || stated.dt.is_none());
     let space = space.filter(|_| stated.x0.is_none() || stated.dx.is_none());
     if let Some(member) = &time {
-        contents.time = archive.axis(member, contents.n_times, stated.dt.is_some())?;
+        let (time, jitter) = archive.axis(member, contents.n_times, stated.dt.is_some())?;
+        contents.time = time;
+        contents.notes.extend(jitter);
     }
     if let Some(member) = &space {
-        contents.space = archive.axis(member, contents.n_sites, stated.dx.is_some())?;
+        let (space, jitter) = archive.axis(member, contents.n_sites, stated.dx.is_some())?;
+        contents.space = space;
+        contents.notes.extend(jitter);
     }
     if archive.find("schema").is_none() {
         let own = |member: &Option<Coordinate>| member.as_ref().map(|member| member.name.clone());
@@ -82,6 +86,34 @@ pub(super) fn read(source: &FileSource) -> Result<Contents> {
         contents.note_doubts(stated.layout.or(implied).is_some());
     }
     Ok(contents)
+}
+
+/// The arrays of an archive.
+pub(super) fn members(source: &FileSource) -> Result<Vec<VariableInfo>> {
+    let mut archive = Archive::open(source).map_err(|fault| source.fault(fault))?;
+    let infos = (0..archive.members.len()).map(|index| {
+        let header = archive.header(index);
+        let is_stored = archive
+            .zip
+            .by_index_raw(archive.members[index].index)
+            .is_ok_and(|entry| entry.compression() == CompressionMethod::Stored);
+        let lengths = |header: &npy::Header| {
+            let lengths: Vec<String> = header.shape.iter().map(u64::to_string).collect();
+            lengths.join(", ")
+        };
+        VariableInfo {
+            path: archive.members[index].name.clone(),
+            dimensions: header.as_ref().map(lengths).unwrap_or_default(),
+            sample: header
+                .as_ref()
+                .map_or("no numbers", |header| header.sample.name())
+                .to_owned(),
+            is_in_place: is_stored,
+            coordinates: Vec::new(),
+            attributes: Vec::new(),
+        }
+    });
+    Ok(infos.collect())
 }
 
 /// The layout that the lengths of times and positions leave, where they leave one.
@@ -467,8 +499,13 @@ impl<'a> Archive<'a> {
         check_sum(checksum, hasher)
     }
 
-    /// What the coordinate member of an axis of `n` states.
-    fn axis(&mut self, member: &Coordinate, n: usize, has_step: bool) -> Result<Coordinates> {
+    /// What the coordinate member of an axis of `n` states, and what it deviates by.
+    fn axis(
+        &mut self,
+        member: &Coordinate,
+        n: usize,
+        has_step: bool,
+    ) -> Result<(Coordinates, Option<Note>)> {
         let Coordinate {
             axis, index, name, ..
         } = member;
@@ -487,14 +524,18 @@ impl<'a> Archive<'a> {
         let mut values = vec![0.0; n];
         record.storage.read(0..n, 0..1, false, &mut values);
         if has_step {
-            return Ok(Coordinates::from_first(&values));
+            return Ok((Coordinates::from_first(&values), None));
         }
         let largest = values
             .iter()
             .fold(0.0, |max: f64, value| max.max(value.abs()));
         let rounding = largest * header.sample.relative_rounding();
         let unit = self.unit(name);
-        let fitted = Coordinates::fit(&values, rounding).map(|even| Coordinates { unit, ..even });
+        let allowed = self.source.options.jitter;
+        let fitted = Coordinates::fit_within(&values, rounding, allowed).map(|(even, jitter)| {
+            let jitter = jitter.map(|jitter| Note::Jitter { axis, jitter });
+            (Coordinates { unit, ..even }, jitter)
+        });
         fitted.map_err(|uneven| {
             let fault = InputFault::UnevenAxis {
                 axis,

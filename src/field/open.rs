@@ -8,7 +8,7 @@ use super::file_bytes::FileBytes;
 use super::options::{Header, OpenOptions, ReadMode, TimeColumn};
 use super::sidecar::Sidecar;
 use super::storage::{Bytes, Storage};
-use super::{Field, Layout, Note, Quantity, csv, npy, npz};
+use super::{Field, Layout, Note, Quantity, csv, labelled, npy, npz};
 use crate::error::{Error, ForeignFormat, InputFault, Result};
 
 /// Input of the format readers: the bytes of a file and its settings.
@@ -52,6 +52,8 @@ pub(super) struct Contents {
     pub(super) quantity: Option<Quantity>,
     pub(super) unit: Option<String>,
     pub(super) notes: Vec<Note>,
+    /// As [`Field::axis_names`].
+    pub(super) axis_names: [Option<String>; 2],
     /// As [`Field::struck`].
     pub(super) struck: Option<usize>,
 }
@@ -74,6 +76,7 @@ impl Contents {
             quantity: None,
             unit: None,
             notes: Vec::new(),
+            axis_names: [None, None],
             struck: None,
         })
     }
@@ -142,6 +145,7 @@ impl Field {
             Format::Npy => read_npy(&source)?,
             Format::Npz => npz::read(&source)?,
             Format::Table => csv::read(&source)?,
+            Format::Labelled(format) => labelled::read(&source, format)?,
         };
         // A copy is hashed at once: the file may be another when its hash is wanted.
         let is_copy = source.bytes.is_copy();
@@ -159,7 +163,7 @@ impl Field {
             unit: stated.space_unit,
         });
         let name = path.file_stem().unwrap_or_default();
-        Ok(Field {
+        let field = Field {
             storage: contents.storage,
             opened: (!is_copy).then_some(opened),
             n_times: contents.n_times,
@@ -169,11 +173,13 @@ impl Field {
             space: space.map_err(|fault| source.fault(fault))?,
             quantity: stated.quantity.or(contents.quantity).unwrap_or_default(),
             unit: stated.unit.or(contents.unit),
+            axis_names: contents.axis_names,
             struck: contents.struck,
             dispersion: stated.dispersion,
             content_hash,
             notes: contents.notes,
-        })
+        };
+        field.selected(&options.select)
     }
 }
 
@@ -226,28 +232,42 @@ pub fn file_hash(path: &Path) -> Result<String> {
     Ok(map(path)?.hash_releasing())
 }
 
-enum Format {
+#[derive(Debug, Clone, Copy)]
+pub(super) enum Format {
     Npy,
     Npz,
     Table,
+    /// Of named arrays.
+    Labelled(wavecascade_formats::Format),
 }
 
 impl Format {
     /// Checks that every option applies to the format.
     fn check(&self, path: &Path, options: &OpenOptions) -> Result<()> {
-        let (is_archive, is_table) = match self {
-            Format::Npy => (false, false),
-            Format::Npz => (true, false),
-            Format::Table => (false, true),
-        };
+        let is_table = matches!(self, Format::Table);
+        let has_dimensions = matches!(self, Format::Labelled(_));
+        let has_arrays = has_dimensions || matches!(self, Format::Npz);
         let has_header = options.header != Header::Detect;
         let has_column = options.time_column != TimeColumn::Detect;
+        let arrays = "a file of several arrays";
+        let dimensions = "a file of arrays with named dimensions";
         let useless = [
             (
-                "member",
-                options.member.is_some() && !is_archive,
-                "an archive (.npz)",
+                "variable",
+                options.variable.is_some() && !has_arrays,
+                arrays,
             ),
+            (
+                "time-dim",
+                options.time_dim.is_some() && !has_dimensions,
+                dimensions,
+            ),
+            (
+                "space-dim",
+                options.space_dim.is_some() && !has_dimensions,
+                dimensions,
+            ),
+            ("at", !options.at.is_empty() && !has_dimensions, dimensions),
             ("header", has_header && !is_table, "a table of text"),
             ("time-column", has_column && !is_table, "a table of text"),
         ];
@@ -261,18 +281,23 @@ impl Format {
         }
     }
 
-    fn name(&self) -> &'static str {
+    pub(super) fn name(&self) -> String {
         match self {
-            Format::Npy => "an array (.npy)",
-            Format::Npz => "an archive (.npz)",
-            Format::Table => "a table of text",
+            Format::Npy => "an array (.npy)".into(),
+            Format::Npz => "an archive (.npz)".into(),
+            Format::Table => "a table of text".into(),
+            Format::Labelled(format) => format.to_string(),
         }
     }
 
     /// Detects the format from the magic bytes, else from the extension.
-    fn detect(path: &Path, bytes: &[u8]) -> std::result::Result<Format, InputFault> {
+    pub(super) fn detect(path: &Path, bytes: &[u8]) -> std::result::Result<Format, InputFault> {
         if bytes.starts_with(npy::MAGIC) {
             return Ok(Format::Npy);
+        }
+        let name = path.file_name().unwrap_or_default().to_string_lossy();
+        if let Some(format) = wavecascade_formats::Format::detect(&name, bytes) {
+            return Ok(Format::Labelled(format));
         }
         let extension = path.extension().unwrap_or_default().to_ascii_lowercase();
         let extension = extension.to_string_lossy();

@@ -1,9 +1,11 @@
 //! What can be stated about a file.
 
+use std::fmt;
+
 use super::sidecar::Sidecar;
 use super::{Layout, Quantity};
 use crate::error::{Error, Result};
-use crate::measure::{Dimension, Frequency, Length, Measure, Time};
+use crate::measure::{Dimension, Frequency, Length, Measure, Time, size};
 
 /// How a file is read. What is stated here overrides the sidecar, which overrides the file.
 ///
@@ -28,8 +30,20 @@ pub struct OpenOptions {
     /// Unit of the samples.
     pub unit: Option<String>,
     pub quantity: Option<Quantity>,
-    /// The array of an archive, with or without its `.npy`.
-    pub member: Option<String>,
+    /// The array of a file that holds several: its path, or its name alone; of an archive with or
+    /// without its `.npy`.
+    pub variable: Option<String>,
+    /// Dimension of the variable that stands for times: its name, or its number from 0.
+    pub time_dim: Option<String>,
+    /// That which stands for sites.
+    pub space_dim: Option<String>,
+    /// Where further dimensions are taken.
+    pub at: Vec<At>,
+    /// Parts of the axes that are taken.
+    pub select: Vec<Selection>,
+    /// Largest deviation of listed coordinates from even ones, as a share of a step, that is taken for
+    /// jitter.
+    pub jitter: f64,
     pub header: Header,
     pub time_column: TimeColumn,
     /// Bytes that may be held in memory for what is not mapped (deflated members, tables, copies).
@@ -54,12 +68,102 @@ impl Default for OpenOptions {
             space_unit: None,
             unit: None,
             quantity: None,
-            member: None,
+            variable: None,
+            time_dim: None,
+            space_dim: None,
+            at: Vec::new(),
+            select: Vec::new(),
+            jitter: JITTER,
             header: Header::default(),
             time_column: TimeColumn::default(),
             memory: None,
             read: ReadMode::default(),
             hash: true,
+        }
+    }
+}
+
+/// Share of a step by which coordinates may deviate from even ones: at Nyquist, 3 % of a radian.
+const JITTER: f64 = 0.01;
+
+/// A place on an axis.
+#[derive(Debug, Clone, PartialEq)]
+pub enum Label {
+    /// Counted from 0.
+    Index(u64),
+    /// A coordinate, in this unit or else in that of the axis.
+    Value {
+        /// The number.
+        value: f64,
+        /// The unit, if one is stated.
+        unit: Option<String>,
+    },
+}
+
+/// The index of a further dimension: the one whose coordinate is nearest to the label.
+#[derive(Debug, Clone, PartialEq)]
+pub struct At {
+    /// Its name, or its number from 0.
+    pub dimension: String,
+    /// What is taken.
+    pub label: Label,
+}
+
+/// A part of an axis, both ends included; one left out is that of the axis.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Selection {
+    /// `time`, `space`, or the name of the dimension.
+    pub dimension: String,
+    /// The first coordinate.
+    pub from: Option<Label>,
+    /// The last one.
+    pub to: Option<Label>,
+}
+
+impl Label {
+    /// From `0.3`, `3 mm`, or `#5` for an index.
+    pub fn parse(text: &str) -> Option<Label> {
+        let text = text.trim();
+        if let Some(index) = text.strip_prefix('#') {
+            return Some(Label::Index(index.trim().parse().ok()?));
+        }
+        // The number is the longest part that reads as one: `1e-3m`, `5 eV`.
+        let ends = text.char_indices().map(|(at, c)| at + c.len_utf8()).rev();
+        let value = |end: usize| {
+            let value: f64 = text[..end].trim_end().parse().ok()?;
+            value.is_finite().then_some((value, end))
+        };
+        let (value, end) = ends.filter_map(value).next()?;
+        let unit = text[end..].trim();
+        Some(Label::Value {
+            value,
+            unit: Some(unit.to_owned()).filter(|unit| !unit.is_empty()),
+        })
+    }
+
+    /// By what the number is multiplied to be in `unit`; `None` if its own unit cannot be converted.
+    pub(super) fn factor(&self, unit: Option<&str>) -> Option<f64> {
+        let Label::Value {
+            unit: Some(own), ..
+        } = self
+        else {
+            return Some(1.0);
+        };
+        let unit = unit?;
+        let ratio = |from: Option<f64>, to: Option<f64>| Some(from? / to?);
+        ratio(size::<Time>(own), size::<Time>(unit))
+            .or_else(|| ratio(size::<Length>(own), size::<Length>(unit)))
+            .or((own == unit).then_some(1.0))
+    }
+}
+
+impl fmt::Display for Label {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Label::Index(index) => write!(f, "#{index}"),
+            Label::Value { value, unit } => {
+                write!(f, "{value}{}", unit.as_deref().unwrap_or_default())
+            }
         }
     }
 }
@@ -137,6 +241,10 @@ impl OpenOptions {
         above_zero("dx", self.dx)?;
         finite("t0", self.t0)?;
         finite("x0", self.x0)?;
+        if !(0.0..=0.5).contains(&self.jitter) {
+            let expected = "a share of a step from 0 to 0.5";
+            return Err(refuse("jitter", expected, &self.jitter.to_string()));
+        }
         match (self.dt, self.rate) {
             (Some(_), Some(_)) => Err(refuse("rate", "either the rate or the step dt", "both")),
             _ => Ok(()),

@@ -1,7 +1,7 @@
 //! Stored samples, read in blocks as `f64`.
 //!
-//! The samples form contiguous rows of `row_len`, in memory or in a mapped file, at any byte
-//! offset.
+//! The samples form rows of contiguous samples at equal distances, in memory or in a mapped file, at
+//! any byte offset.
 //!
 //! A mapped file must not be truncated by another program while it is open: reading a missing page
 //! ends the process.
@@ -10,68 +10,18 @@ use std::ops::Range;
 use std::sync::Arc;
 
 use ndarray::Array2;
+pub(crate) use wavecascade_formats::{ByteOrder, Sample as SampleType};
+use wavecascade_formats::{half_to_f64, ibm_to_f64};
 
 use super::block::ReadBlock;
 use super::file_bytes::FileBytes;
-
-/// Type of one stored sample.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub(crate) enum SampleType {
-    F64,
-    F32,
-    F16,
-    I8,
-    I16,
-    I32,
-    I64,
-    U8,
-    U16,
-    U32,
-    U64,
-    Bool,
-}
-
-impl SampleType {
-    /// Bytes of one sample.
-    pub(crate) fn bytes(self) -> usize {
-        use SampleType::*;
-        match self {
-            I8 | U8 | Bool => 1,
-            F16 | I16 | U16 => 2,
-            F32 | I32 | U32 => 4,
-            F64 | I64 | U64 => 8,
-        }
-    }
-
-    /// Relative rounding error of a stored number.
-    pub(crate) fn relative_rounding(self) -> f64 {
-        match self {
-            SampleType::F16 => 1.0 / 1024.0,
-            SampleType::F32 => f64::from(f32::EPSILON),
-            _ => f64::EPSILON,
-        }
-    }
-}
-
-/// Byte order of one stored sample.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub(crate) enum ByteOrder {
-    Little,
-    Big,
-}
-
-impl ByteOrder {
-    pub(crate) const NATIVE: ByteOrder = if cfg!(target_endian = "big") {
-        ByteOrder::Big
-    } else {
-        ByteOrder::Little
-    };
-}
 
 /// Owner of the samples' bytes.
 #[derive(Debug, Clone)]
 pub(crate) enum Bytes {
     File(Arc<FileBytes>),
+    /// Decoded samples of a file in a scratch file.
+    Spilled(Arc<FileBytes>),
     Inflated(Arc<Vec<u8>>),
     Values(Arc<Vec<f64>>),
 }
@@ -79,7 +29,7 @@ pub(crate) enum Bytes {
 impl Bytes {
     pub(crate) fn as_slice(&self) -> &[u8] {
         match self {
-            Bytes::File(bytes) => bytes,
+            Bytes::File(bytes) | Bytes::Spilled(bytes) => bytes,
             Bytes::Inflated(bytes) => bytes,
             // SAFETY: the slice covers exactly the vector's initialized values. Every byte of an
             // `f64` is a valid `u8`, which needs no alignment.
@@ -97,21 +47,79 @@ pub(crate) struct Arrangement {
     pub(crate) order: ByteOrder,
     /// Byte offset of the first sample.
     pub(crate) start: usize,
-    /// Samples per contiguous row.
+    /// Samples from the start of one row to that of the next, at least as many as a row has.
     pub(crate) row_len: usize,
     /// Whether a row holds the sites of one time, or the times of one site.
     pub(crate) rows_are_times: bool,
+}
+
+/// How stored numbers stand for samples: `scale * number + offset`, or a gap.
+#[derive(Debug, Clone, PartialEq)]
+pub(crate) struct Packing {
+    pub(crate) scale: f64,
+    pub(crate) offset: f64,
+    /// Numbers that stand for gaps, which are read as NaN.
+    pub(crate) gaps: Vec<f64>,
+}
+
+impl Packing {
+    /// The packing, if it changes anything.
+    pub(crate) fn new(scale: f64, offset: f64, gaps: Vec<f64>) -> Option<Packing> {
+        let is_plain = scale == 1.0 && offset == 0.0 && gaps.is_empty();
+        (!is_plain).then_some(Packing {
+            scale,
+            offset,
+            gaps,
+        })
+    }
+
+    /// The sample that `number` stands for.
+    pub(crate) fn unpack(&self, number: f64) -> f64 {
+        match self.gaps.contains(&number) {
+            true => f64::NAN,
+            false => self.scale * number + self.offset,
+        }
+    }
 }
 
 #[derive(Debug, Clone)]
 pub(crate) struct Storage {
     bytes: Bytes,
     arrangement: Arrangement,
+    packing: Option<Arc<Packing>>,
 }
 
 impl Storage {
     pub(crate) fn new(bytes: Bytes, arrangement: Arrangement) -> Self {
-        Storage { bytes, arrangement }
+        Storage {
+            bytes,
+            arrangement,
+            packing: None,
+        }
+    }
+
+    /// The same with numbers that stand for others.
+    pub(crate) fn packed(self, packing: Option<Packing>) -> Self {
+        Storage {
+            packing: packing.map(Arc::new),
+            ..self
+        }
+    }
+
+    /// The part of the storage that begins at this time and site.
+    pub(crate) fn from(mut self, time: usize, site: usize) -> Self {
+        let Arrangement {
+            sample,
+            row_len,
+            rows_are_times,
+            ..
+        } = self.arrangement;
+        let (row, column) = match rows_are_times {
+            true => (time, site),
+            false => (site, time),
+        };
+        self.arrangement.start += (row * row_len + column) * sample.bytes();
+        self
     }
 
     /// `values` in rows of `row_len`.
@@ -163,6 +171,14 @@ impl Storage {
     pub(crate) fn file(&self) -> Option<&FileBytes> {
         match &self.bytes {
             Bytes::File(bytes) => Some(bytes),
+            Bytes::Spilled(_) | Bytes::Inflated(_) | Bytes::Values(_) => None,
+        }
+    }
+
+    /// Those that are pages of a file, of that of the field or of a scratch file.
+    pub(crate) fn mapped(&self) -> Option<&FileBytes> {
+        match &self.bytes {
+            Bytes::File(bytes) | Bytes::Spilled(bytes) => Some(bytes),
             Bytes::Inflated(_) | Bytes::Values(_) => None,
         }
     }
@@ -171,19 +187,22 @@ impl Storage {
     pub(crate) fn loaded_bytes(&self) -> u64 {
         match &self.bytes {
             Bytes::File(bytes) if !bytes.is_copy() => 0,
+            Bytes::Spilled(_) => 0,
             held => held.as_slice().len() as u64,
         }
     }
 
-    /// All rows in order without conversion, if they are aligned `f64` in native byte order.
-    pub(crate) fn numbers(&self) -> Option<&[f64]> {
+    /// All rows in order without conversion, if they are aligned `f64` in native byte order, each of
+    /// `row_len` samples with nothing between them.
+    pub(crate) fn numbers(&self, row_len: usize) -> Option<&[f64]> {
         let Arrangement {
             sample,
             order,
             start,
             ..
         } = self.arrangement;
-        if sample != SampleType::F64 || order != ByteOrder::NATIVE {
+        let is_native = sample == SampleType::F64 && order == ByteOrder::NATIVE;
+        if !is_native || self.packing.is_some() || self.arrangement.row_len != row_len {
             return None;
         }
         let bytes = &self.bytes.as_slice()[start..];
@@ -244,12 +263,17 @@ impl Storage {
             SampleType::U32 => decode!(u32, f64::from),
             SampleType::U64 => decode!(u64, |value| value as f64),
             SampleType::Bool => decode!(u8, |value| f64::from(value != 0)),
+            SampleType::IbmF32 => decode!(u32, ibm_to_f64),
+        }
+        if let Some(packing) = &self.packing {
+            out.iter_mut()
+                .for_each(|value| *value = packing.unpack(*value));
         }
     }
 
     /// Lets the operating system drop the pages of a mapped file from memory.
     pub(crate) fn release_pages(&self) {
-        if let Bytes::File(bytes) = &self.bytes {
+        if let Some(bytes) = self.mapped() {
             bytes.release(0..bytes.len());
         }
     }
@@ -266,7 +290,7 @@ impl Storage {
         } = self.arrangement;
         let rows = if rows_are_times { times } else { sites };
         let row = row_len * sample.bytes();
-        if let Bytes::File(bytes) = &self.bytes {
+        if let Some(bytes) = self.mapped() {
             let from = start + rows.start * row;
             let end = start + rows.end * row + MAPPED_AROUND;
             bytes.release(from.saturating_sub(MAPPED_AROUND)..bytes.len().min(end));
@@ -276,19 +300,3 @@ impl Storage {
 
 /// Bytes around a faulting page that the kernel maps with it if cached (fault-around).
 const MAPPED_AROUND: usize = 64 << 10;
-
-/// IEEE 754 binary16: 1 sign bit, 5 of exponent, 10 of fraction.
-fn half_to_f64(bits: u16) -> f64 {
-    let fraction = f64::from(bits & 0x3ff);
-    let magnitude = match (bits >> 10) & 0x1f {
-        0 => fraction * 2f64.powi(-24),
-        31 if fraction == 0.0 => f64::INFINITY,
-        31 => f64::NAN,
-        exponent => (1024.0 + fraction) * 2f64.powi(i32::from(exponent) - 25),
-    };
-    if bits & 0x8000 == 0 {
-        magnitude
-    } else {
-        -magnitude
-    }
-}

@@ -91,7 +91,7 @@ fn an_si_run_states_its_units_and_its_scene_is_no_sidecar() {
     assert!(place.path("quartz.npz").exists());
     let open = |member: Option<&str>| {
         let options = OpenOptions {
-            member: member.map(str::to_owned),
+            variable: member.map(str::to_owned),
             ..OpenOptions::default()
         };
         Field::open(place.path("quartz.npz"), &options).unwrap()

@@ -254,9 +254,9 @@ fn options_without_effect_are_refused() {
     let run = "simulate --sites 4 --end-time 4 --samples 65 --quiet --out run.npz";
     place.good(&run.split(' ').collect::<Vec<_>>());
     for (words, option) in [
-        ("analyze a.npy --member v", "--member"),
-        ("analyze a.csv --member v", "--member"),
-        ("filter a.npy --towards plus-x --member v", "--member"),
+        ("analyze a.npy --variable v", "--variable"),
+        ("analyze a.csv --variable v", "--variable"),
+        ("filter a.npy --towards plus-x --variable v", "--variable"),
         ("analyze a.npy --header present", "--header"),
         ("analyze a.npy --time-column 0", "--time-column"),
         (

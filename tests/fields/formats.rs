@@ -160,7 +160,7 @@ fn val_numpy_archive_of_a_simulated_run() {
         );
 
         let options = OpenOptions {
-            member: Some("displacement.npy".into()),
+            variable: Some("displacement.npy".into()),
             dt: Some(2.0.into()),
             ..OpenOptions::default()
         };

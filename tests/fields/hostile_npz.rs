@@ -184,7 +184,7 @@ fn npz_members_are_listed_where_the_choice_is_open() {
         assert_eq!(listed, expected);
 
         let options = OpenOptions {
-            member: Some("c".into()),
+            variable: Some("c".into()),
             ..OpenOptions::default()
         };
         let fault = fault_with("field.npz", &archive, &options);

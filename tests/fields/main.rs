@@ -5,4 +5,5 @@ mod hostile;
 mod hostile_npz;
 mod hostile_tables;
 mod inputs;
+mod labelled;
 mod random;

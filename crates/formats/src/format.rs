@@ -22,14 +22,8 @@ pub enum Format {
     SegY,
     /// Seismic Unix: the traces of SEG-Y without the headers of the file.
     SeismicUnix,
-    /// National Instruments TDMS.
-    Tdms,
     /// Universal file, data sets 58 and 58b.
     Uff,
-    /// miniSEED, versions 2 and 3.
-    MiniSeed,
-    /// Text dump of LAMMPS.
-    LammpsDump,
 }
 
 /// How a file is opened.
@@ -53,10 +47,7 @@ impl Format {
             #[cfg(feature = "hdf5")]
             crate::hdf5::detect,
             crate::netcdf3::detect,
-            crate::tdms::detect,
-            crate::lammps::detect,
             crate::uff::detect,
-            crate::miniseed::detect,
             crate::mat::detect,
             crate::segy::detect,
         ];
@@ -75,10 +66,7 @@ impl fmt::Display for Format {
             Format::Mat4 => "a MATLAB 4 file",
             Format::SegY => "a SEG-Y file",
             Format::SeismicUnix => "a Seismic Unix file",
-            Format::Tdms => "a TDMS file",
             Format::Uff => "a universal file (UFF)",
-            Format::MiniSeed => "a miniSEED file",
-            Format::LammpsDump => "a LAMMPS dump",
         })
     }
 }
@@ -99,10 +87,7 @@ pub fn open(format: Format, bytes: Bytes, options: &Options) -> Result<Container
         Format::NetCdf3 => crate::netcdf3::open,
         Format::Mat5 | Format::Mat4 => crate::mat::open,
         Format::SegY | Format::SeismicUnix => crate::segy::open,
-        Format::Tdms => crate::tdms::open,
         Format::Uff => crate::uff::open,
-        Format::MiniSeed => crate::miniseed::open,
-        Format::LammpsDump => crate::lammps::open,
     };
     open(format, bytes, options)
 }

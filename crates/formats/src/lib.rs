@@ -14,20 +14,17 @@ mod error;
 mod format;
 #[cfg(feature = "hdf5")]
 mod hdf5;
-mod lammps;
 mod mat;
-mod miniseed;
 mod netcdf3;
 mod sample;
 mod segy;
-mod tdms;
 mod uff;
 
 pub use attributes::{Attributes, Value};
 pub use container::{Block, Container, Coordinate, Decoder, Dimension, Place, Variable};
 pub use error::{Error, Result};
 pub use format::{Format, Options, open};
-pub use sample::{ByteOrder, Sample, SampleType};
+pub use sample::{ByteOrder, Sample, SampleType, half_to_f64, ibm_to_f64};
 
 use std::sync::Arc;
 

@@ -5,7 +5,7 @@ use wavecascade::analyze::Warning;
 use wavecascade::budget::measured::MeasuredWarning;
 use wavecascade::chain::RunWarning;
 use wavecascade::error::{
-    CoordinateKind, FileKind, ForeignFormat, InputFault, Problem, SceneFault,
+    CoordinateKind, FileKind, ForeignFormat, FormatError, InputFault, Problem, SceneFault,
 };
 use wavecascade::field::Note;
 use wavecascade::report::Unresolved;
@@ -119,7 +119,31 @@ fn of_input(fault: &InputFault) -> Option<String> {
             "the archive was damaged while written or copied; copy or write it again"
         }
         TooManyMembers { .. } => "save the field by itself",
-        NoSuchMember { .. } | WhichMember { .. } => "name one of them with `--member`",
+        NoSuchMember { .. } | WhichMember { .. } => "name one of them with `--variable`",
+        WhichVariable { .. } | NoSuchVariable { .. } | NotNumbers { .. } => {
+            "name one of them with `--variable`; `cascade inspect FILE` lists what is in a file"
+        }
+        Container { fault } => {
+            return Some(match &**fault {
+                FormatError::Unsupported { way_out, .. } => way_out.clone(),
+                _ => "the file was damaged or cut short while written or copied; copy or write it again"
+                    .into(),
+            });
+        }
+        NoTimes { .. } => "name an array with times and sites with `--variable`",
+        NoSuchDimension { .. } => "name one of these dimensions, or count them from 0",
+        FurtherDimension { dimension, .. } => {
+            let name = &dimension.name;
+            let value = dimension
+                .range
+                .as_ref()
+                .map_or("#0".into(), |(first, ..)| first.to_string());
+            return Some(format!(
+                "state where it is taken, such as `--at {name}={value}`; `--time-dim` and \
+                 `--space-dim` name the dimensions of times and sites"
+            ));
+        }
+        NoSuchLabel { .. } => "`cascade inspect FILE` lists the dimensions with their values",
         Member { fault, .. } => return of_input(fault),
         Compression { .. } => "write it with `numpy.savez` or `numpy.savez_compressed`",
         Encrypted => "decrypt the archive first",
@@ -130,9 +154,14 @@ fn of_input(fault: &InputFault) -> Option<String> {
             "check `--layout`, or state `--x0` and `--dx` to leave the coordinates unread"
         }
         UnevenAxis { axis: "space", .. } => {
-            "resample to even spacing, or state `--dx` if the coordinates are approximate"
+            "resample to even spacing, allow more deviation (`--jitter 5%`), or state `--dx` if the \
+             coordinates are approximate"
         }
-        UnevenAxis { .. } | UnevenTimes { .. } => {
+        UnevenAxis { .. } => {
+            "resample to even steps, allow more deviation (`--jitter 5%`), or state `--dt` if the \
+             times are approximate"
+        }
+        UnevenTimes { .. } => {
             "fill in or resample the rows; if the times are approximate, state `--dt`"
         }
         UnitOfAxis { .. } => {

@@ -382,7 +382,12 @@ pub fn open_options(typed: &Input, memory: Option<u64>) -> OpenOptions {
         space_unit: typed.space_unit.clone(),
         unit: typed.unit.clone(),
         quantity: typed.quantity.map(Into::into),
-        member: typed.member.clone(),
+        variable: typed.variable.clone(),
+        time_dim: typed.time_dim.clone(),
+        space_dim: typed.space_dim.clone(),
+        at: typed.at.clone(),
+        select: typed.select.clone(),
+        jitter: typed.jitter.unwrap_or(OpenOptions::default().jitter),
         header: typed.header.map(Into::into).unwrap_or_default(),
         time_column: match typed.time_column.as_deref() {
             None => TimeColumn::Detect,

@@ -5,6 +5,7 @@ use std::path::PathBuf;
 use std::time::Duration;
 
 use clap::{Args, Parser, Subcommand, ValueEnum};
+use wavecascade::field::{At, Selection};
 use wavecascade::measure::{Frequency, Length, Measure, Time};
 use wavecascade::prepare::Window;
 
@@ -31,12 +32,18 @@ pub struct Cli {
 pub enum Command {
     /// Analyse a field: from a file to a report of where its energy goes.
     ///
-    /// FIELD holds samples v(t, x): `.npy`, `.npz`, or a table of text (`.csv`, `.tsv`, `.txt`). An
-    /// array does not say which axis is time: that is `--layout`. Axes and units come from options,
+    /// FIELD holds samples v(t, x): NumPy (`.npy`, `.npz`), a table of text (`.csv`, `.tsv`, `.txt`),
+    /// HDF5, NetCDF, MATLAB, SEG-Y, or UFF 58; `cascade inspect` lists what a file holds. An array that does not say which axis is time needs `--layout`. Axes and
+    /// units come from options,
     /// from a sidecar file, field.toml for field.npy (keys layout, dt, rate, dx, t0, x0, time_unit,
     /// space_unit, quantity, unit, dispersion), or from the file; an axis without a stated step counts samples
     /// or sites.
     Analyze(Box<Analyze>),
+    /// List what is in a file, and say what would be taken for the field v(t, x).
+    ///
+    /// Arrays with their dimensions, coordinates, types and units; how the field would be read with
+    /// the options given, or what is missing; and the command that analyses it.
+    Inspect(Box<crate::inspect::Inspect>),
     /// Filter a field by frequency, wavenumber, speed or direction of travel.
     ///
     /// The field is transformed in time and space, multiplied by 1 or 0, and transformed back. The
@@ -207,9 +214,30 @@ pub struct Input {
     /// What the samples measure [default: velocity].
     #[arg(long, value_enum)]
     pub quantity: Option<QuantityArg>,
-    /// Array of an `.npz` archive [default: velocity, v, or the only one of two dimensions].
+    /// Array of a file that holds several, by its path or its name [default: velocity, v, or the
+    /// only one of two dimensions]. `cascade inspect` lists them.
+    #[arg(long, alias = "member", value_name = "PATH")]
+    pub variable: Option<String>,
+    /// Dimension of that array with the times: its name, or its number from 0 [default: by names and
+    /// units].
     #[arg(long, value_name = "NAME")]
-    pub member: Option<String>,
+    pub time_dim: Option<String>,
+    /// Dimension with the sites, likewise.
+    #[arg(long, value_name = "NAME")]
+    pub space_dim: Option<String>,
+    /// Where a further dimension is taken, such as y=0.3, y=3mm, or y=#2 for its third value. May be
+    /// repeated.
+    #[arg(long, value_name = "NAME=VALUE", value_parser = parse::at, allow_hyphen_values = true)]
+    pub at: Vec<At>,
+    /// Part of an axis that is read, both ends included, such as time=0.1:0.4 or x=20mm:; one end may
+    /// be left out. May be repeated.
+    #[arg(long, value_name = "AXIS=FROM:TO", value_parser = parse::selection,
+          allow_hyphen_values = true)]
+    pub select: Vec<Selection>,
+    /// Share of a step by which listed coordinates may deviate from even ones; more is an error
+    /// [default: 1%].
+    #[arg(long, value_name = "SHARE", value_parser = parse::share)]
+    pub jitter: Option<f64>,
     /// Whether the first line of a table names its columns [default: detect].
     #[arg(long, value_enum)]
     pub header: Option<HeaderArg>,

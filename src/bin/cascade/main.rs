@@ -17,6 +17,7 @@ mod failure;
 mod fields;
 mod figure_args;
 mod filter;
+mod inspect;
 mod localize;
 mod manual;
 mod measured;
@@ -82,6 +83,7 @@ fn one(cli: Cli, field: Option<&Path>, applied: &Applied) -> Result<(), Failure>
         }
         Command::Budget(typed) => budget::run(*typed),
         Command::Compare(typed) => compare::run(*typed),
+        Command::Inspect(typed) => inspect::run(*typed),
         Command::Filter(typed) => filter::run(*typed),
         Command::Simulate(typed) => simulate::run(*typed),
         Command::Sweep(typed) => sweep::run(*typed),

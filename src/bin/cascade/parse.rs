@@ -3,6 +3,7 @@
 use std::ops::Range;
 use std::time::Duration;
 
+use wavecascade::field::{At, Label, Selection};
 use wavecascade::measure::{Dimension, Measure};
 use wavecascade::sweep::Part;
 
@@ -34,6 +35,32 @@ pub fn interval(text: &str) -> Result<(f64, f64), String> {
         return Err(format!("{expected}, the lower one first"));
     }
     Ok((from, to))
+}
+
+/// `NAME=VALUE` as a place on a dimension.
+pub fn at(text: &str) -> Result<At, String> {
+    let expected = "expected NAME=VALUE, such as y=0.3, y=3mm or y=#2";
+    let (name, label) = text.split_once('=').ok_or(expected)?;
+    Ok(At {
+        dimension: name.trim().to_owned(),
+        label: Label::parse(label).ok_or(expected)?,
+    })
+}
+
+/// `NAME=FROM:TO` as a part of an axis.
+pub fn selection(text: &str) -> Result<Selection, String> {
+    let expected = "expected AXIS=FROM:TO, such as time=0.1:0.4, of which one end may be left out";
+    let (name, range) = text.split_once('=').ok_or(expected)?;
+    let (from, to) = range.split_once(':').ok_or(expected)?;
+    let end = |text: &str| match text.trim() {
+        "" => Ok(None),
+        text => Label::parse(text).map(Some).ok_or(expected),
+    };
+    Ok(Selection {
+        dimension: name.trim().to_owned(),
+        from: end(from)?,
+        to: end(to)?,
+    })
 }
 
 /// A number of bytes: `500000000`, `500MB`, `2GiB`, `2G` (binary).

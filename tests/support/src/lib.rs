@@ -5,6 +5,7 @@ pub mod figures;
 pub mod hostile;
 pub mod made;
 pub mod measured;
+pub mod netcdf;
 pub mod place;
 pub mod power;
 pub mod preload;

@@ -1,0 +1,25 @@
+//! A file of named arrays: HDF5, NetCDF, MATLAB, SEG-Y, Seismic Unix, or UFF, as the first byte says.
+
+#![no_main]
+
+use cascade_fuzz::{file, open_and_analyze};
+use libfuzzer_sys::fuzz_target;
+use wavecascade::field::{OpenOptions, inspect};
+
+const NAMES: [&str; 6] = [
+    "field.h5",
+    "field.nc",
+    "field.mat",
+    "field.sgy",
+    "field.su",
+    "field.uff",
+];
+
+fuzz_target!(|bytes: &[u8]| {
+    let Some((kind, bytes)) = bytes.split_first() else {
+        return;
+    };
+    let path = file(NAMES[usize::from(*kind) % NAMES.len()], bytes);
+    let _listed = inspect(&path, &OpenOptions::default());
+    open_and_analyze(&path);
+});

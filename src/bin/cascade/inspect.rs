@@ -1,0 +1,196 @@
+//! `cascade inspect`: what a file holds, and what of it would be analysed.
+
+use std::io::Write;
+use std::path::PathBuf;
+
+use clap::Args;
+use serde_json::{Value, json};
+use wavecascade::field::{Axis, Inspection, OpenOptions, inspect};
+use wavecascade::{Error, Field};
+
+use crate::advice;
+use crate::analyze::open_options;
+use crate::args::Input;
+use crate::failure::Failure;
+use crate::table::Table;
+use crate::terminal::{self, HEADING, number, paragraphs, styled};
+
+/// What `cascade inspect` takes.
+#[derive(Debug, Args)]
+pub struct Inspect {
+    /// File to look into.
+    #[arg(value_name = "FILE")]
+    pub file: PathBuf,
+    /// Print the list as JSON.
+    #[arg(long)]
+    pub json: bool,
+    #[command(flatten)]
+    pub input: Input,
+}
+
+/// Runs the command.
+pub fn run(typed: Inspect) -> Result<(), Failure> {
+    let options = OpenOptions {
+        hash: false,
+        ..open_options(&typed.input, None)
+    };
+    let found = inspect(&typed.file, &options)?;
+    let mut out = terminal::stdout();
+    if typed.json {
+        let text = serde_json::to_string_pretty(&in_json(&found)).map_err(std::io::Error::from)?;
+        writeln!(out, "{text}")?;
+        return Ok(());
+    }
+    let width = terminal::width();
+    let name = typed.file.display();
+    writeln!(
+        out,
+        "{}",
+        styled(HEADING, &format!("{name}: {}", found.format))
+    )?;
+    write!(out, "{}", listed(&found, width))?;
+    match &found.field {
+        Ok(field) => {
+            writeln!(out, "\n{}", styled(HEADING, "as a field"))?;
+            let notes = field.notes.iter().map(|note| note.message());
+            for line in std::iter::once(shape(field)).chain(notes) {
+                write!(out, "{}", paragraphs(&[line], width))?;
+            }
+            writeln!(out, "next: {}", command(&typed, field))?;
+        }
+        Err(error) => {
+            writeln!(out, "\n{}", styled(HEADING, "no field yet"))?;
+            write!(out, "{}", paragraphs(&[reason(error)], width))?;
+            if let Some(advice) = advice::of_error(error) {
+                write!(out, "{}", paragraphs(&[advice], width))?;
+            }
+        }
+    }
+    Ok(())
+}
+
+/// The attributes of the file, its arrays, and their attributes.
+fn listed(found: &Inspection, width: usize) -> String {
+    let mut text = String::new();
+    let mut attributes = |title: &str, values: &[(String, String)]| {
+        for (name, value) in values {
+            text += &paragraphs(&[format!("  {title}{name} = {value}")], width);
+        }
+    };
+    attributes("", &found.attributes);
+    if found.variables.is_empty() {
+        return text;
+    }
+    let mut table = Table::new("array")
+        .words("dimensions")
+        .words("type")
+        .words("samples")
+        .words("unit");
+    for v in &found.variables {
+        let place = if v.is_in_place { "in place" } else { "decoded" };
+        let unit = v.attributes.iter().find(|(name, _)| name == "units");
+        let coordinates: Vec<String> = v.coordinates.iter().flatten().cloned().collect();
+        table.noted_row(
+            vec![
+                v.path.clone(),
+                v.dimensions.clone(),
+                v.sample.clone(),
+                place.to_owned(),
+                unit.map(|(_, unit)| unit.clone()).unwrap_or_default(),
+            ],
+            &coordinates.join("; "),
+        );
+    }
+    text + &table.text(width)
+}
+
+/// Lengths, steps and units of a field.
+fn shape(field: &Field) -> String {
+    let axis = |axis: &Axis, count: usize, what: &str| match (&axis.unit, *axis == Axis::index()) {
+        (_, true) => format!("{count} {what}, counted"),
+        (unit, _) => {
+            let unit = unit
+                .as_deref()
+                .map_or(String::new(), |unit| format!(" {unit}"));
+            let (first, step) = (number(axis.origin), number(axis.step));
+            format!("{count} {what} from {first}{unit} by {step}{unit}")
+        }
+    };
+    let times = axis(&field.time, field.n_times(), "times");
+    let sites = axis(&field.space, field.n_sites(), "sites");
+    let quantity = field.quantity.name().replace('_', " ");
+    let unit = field
+        .unit
+        .as_deref()
+        .map_or(String::new(), |unit| format!(" in {unit}"));
+    format!("{quantity}{unit}: {times}; {sites}")
+}
+
+/// The command that analyses the field as it was read here.
+fn command(typed: &Inspect, field: &Field) -> String {
+    let words: Vec<String> = std::env::args().collect();
+    let after = words
+        .iter()
+        .position(|word| word == "inspect")
+        .map_or(1, |at| at + 1);
+    let quoted = |word: &String| match word
+        .contains(|c: char| c.is_whitespace() || "*?;&|()'\"".contains(c))
+    {
+        true => format!("'{}'", word.replace('\'', "'\\''")),
+        false => word.clone(),
+    };
+    let mut rest: Vec<String> = words[after..].iter().map(quoted).collect();
+    let counts = |axis: &Axis| *axis == Axis::index();
+    if counts(&field.time) && typed.input.dt.is_none() && typed.input.rate.is_none() {
+        rest.push("--dt STEP".into());
+    }
+    if counts(&field.space) && typed.input.dx.is_none() && field.n_sites() > 1 {
+        rest.push("--dx STEP".into());
+    }
+    format!("cascade analyze {}", rest.join(" "))
+}
+
+/// An error without the name of the file, which stands above.
+fn reason(error: &Error) -> String {
+    match error {
+        Error::Input { fault, .. } => fault.to_string(),
+        error => error.to_string(),
+    }
+}
+
+fn in_json(found: &Inspection) -> Value {
+    let attributes = |values: &[(String, String)]| -> Value {
+        values
+            .iter()
+            .map(|(name, value)| (name.clone(), json!(value)))
+            .collect()
+    };
+    let variables = found.variables.iter().map(|v| {
+        json!({
+            "path": v.path,
+            "dimensions": v.dimensions,
+            "type": v.sample,
+            "in_place": v.is_in_place,
+            "coordinates": v.coordinates,
+            "attributes": attributes(&v.attributes),
+        })
+    });
+    let axis = |axis: &Axis, count: usize| json!({ "count": count, "origin": axis.origin, "step": axis.step, "unit": axis.unit });
+    let field = match &found.field {
+        Ok(field) => json!({
+            "quantity": field.quantity,
+            "unit": field.unit,
+            "time": axis(&field.time, field.n_times()),
+            "space": axis(&field.space, field.n_sites()),
+            "notes": field.notes.iter().map(|note| note.message()).collect::<Vec<_>>(),
+        }),
+        Err(error) => json!({ "error": reason(error), "advice": advice::of_error(error) }),
+    };
+    json!({
+        "schema": "cascade.inspect/1",
+        "format": found.format,
+        "attributes": attributes(&found.attributes),
+        "variables": variables.collect::<Vec<_>>(),
+        "field": field,
+    })
+}

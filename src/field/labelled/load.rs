@@ -1,0 +1,188 @@
+//! Where the samples of a variable are: in the file as they lie, else decoded into memory or, where that
+//! is not allowed, into a scratch file.
+
+use std::ops::Range;
+use std::sync::Arc;
+
+use rayon::prelude::*;
+use wavecascade_formats::{Container, Place, Sample, Variable};
+
+use super::super::file_bytes::FileBytes;
+use super::super::open::FileSource;
+use super::super::storage::{Arrangement, ByteOrder, Bytes, Storage};
+use super::choose::Choice;
+use crate::error::{Error, InputFault, Result};
+use crate::system::file_io::{allocate, write_at};
+use crate::system::memory::{half_of_free_memory, try_filled};
+
+/// Bytes that are decoded at once, if a chunk is not longer.
+const SLAB: u64 = 32 << 20;
+
+/// The samples `(time, site)` that `choice` names.
+pub(super) fn storage(
+    source: &FileSource,
+    container: &Container,
+    choice: &Choice,
+) -> Result<Storage> {
+    let variable = &container.variables[choice.variable];
+    let Some(sample) = variable.sample_type.number() else {
+        unreachable!("a chosen variable holds numbers")
+    };
+    let (n_times, n_sites) = (choice.n_times(container)?, choice.n_sites(container)?);
+    let lengths = Lengths { n_times, n_sites };
+    if let Some(arrangement) = in_place(variable, choice, sample, lengths) {
+        let bytes = Bytes::File(Arc::clone(&source.bytes));
+        return Ok(Storage::new(bytes, arrangement));
+    }
+    decoded(source, container, choice, sample, lengths)
+}
+
+#[derive(Debug, Clone, Copy)]
+struct Lengths {
+    n_times: usize,
+    n_sites: usize,
+}
+
+/// The samples in the file, if one of the two dimensions is contiguous there.
+fn in_place(
+    variable: &Variable,
+    choice: &Choice,
+    sample: Sample,
+    Lengths { n_times, n_sites }: Lengths,
+) -> Option<Arrangement> {
+    let Place::Strided {
+        start,
+        strides,
+        order,
+    } = &variable.place
+    else {
+        return None;
+    };
+    let size = sample.bytes() as u64;
+    let time = strides[choice.times()?.dimension];
+    // The only site lies wherever the records begin.
+    let site = choice
+        .sites()
+        .map_or(size, |sites| strides[sites.dimension]);
+    let is_rows = |slow: u64, fast: u64, rows: usize, width: usize| {
+        let is_contiguous = fast == size || width == 1;
+        let is_apart = rows == 1 || (slow.is_multiple_of(size) && slow >= width as u64 * size);
+        is_contiguous && is_apart
+    };
+    let rows_are_times = is_rows(time, site, n_times, n_sites);
+    if !rows_are_times && !is_rows(site, time, n_sites, n_times) {
+        return None;
+    }
+    let (slow, rows, width) = match rows_are_times {
+        true => (time, n_times, n_sites),
+        false => (site, n_sites, n_times),
+    };
+    let skipped = choice.fixed.iter().map(|&(d, index)| index * strides[d]);
+    Some(Arrangement {
+        sample,
+        order: *order,
+        start: (start + skipped.sum::<u64>()) as usize,
+        row_len: match rows {
+            1 => width,
+            _ => (slow / size) as usize,
+        },
+        rows_are_times,
+    })
+}
+
+/// The samples decoded, in the order of their dimensions.
+fn decoded(
+    source: &FileSource,
+    container: &Container,
+    choice: &Choice,
+    sample: Sample,
+    Lengths { n_times, n_sites }: Lengths,
+) -> Result<Storage> {
+    let variable = &container.variables[choice.variable];
+    let (Some(times), sites) = (choice.times(), choice.sites()) else {
+        unreachable!("a chosen variable has times")
+    };
+    let rows_are_times = sites.is_none_or(|sites| times.dimension < sites.dimension);
+    let (slow, rows, width) = match (rows_are_times, sites) {
+        (false, Some(sites)) => (sites.dimension, n_sites, n_times),
+        _ => (times.dimension, n_times, n_sites),
+    };
+    let too_large = || {
+        source.fault(InputFault::TooLarge {
+            shape: variable.shape(),
+            sample_bytes: sample.bytes(),
+        })
+    };
+    let row = width.checked_mul(sample.bytes()).ok_or_else(too_large)?;
+    let length = row.checked_mul(rows).ok_or_else(too_large)?;
+    let mut block: Vec<Range<u64>> = variable.dimensions.iter().map(|d| 0..d.len).collect();
+    for &(d, index) in &choice.fixed {
+        block[d] = index..index + 1;
+    }
+    let chunk = match &variable.place {
+        Place::Encoded { rows } if slow == 0 => (*rows).max(1),
+        _ => 1,
+    };
+    let fitting = (SLAB / (row as u64).max(1)).max(1);
+    let slab_rows = fitting.next_multiple_of(chunk).max(chunk).min(rows as u64) as usize;
+    let slab_of = |slab: usize| {
+        let from = slab * slab_rows;
+        let mut block = block.clone();
+        block[slow] = from as u64..rows.min(from + slab_rows) as u64;
+        block
+    };
+    let read = |slab: usize, out: &mut [u8]| {
+        container
+            .read(choice.variable, &slab_of(slab), out)
+            .map_err(|fault| source.container_fault(fault))
+    };
+    let allowed = source.options.memory.unwrap_or_else(half_of_free_memory);
+    let bytes = if length as u64 <= allowed {
+        let refused = |_| Error::Refused {
+            what: "the decoded field",
+            needed: length as u64,
+        };
+        let mut all = try_filled(length, 0u8).map_err(refused)?;
+        all.par_chunks_mut(slab_rows * row)
+            .enumerate()
+            .try_for_each(|(slab, out)| read(slab, out))?;
+        Bytes::Inflated(Arc::new(all))
+    } else {
+        Bytes::Spilled(spilled(source, length, slab_rows * row, read)?)
+    };
+    let arrangement = Arrangement {
+        sample,
+        order: ByteOrder::NATIVE,
+        start: 0,
+        row_len: width,
+        rows_are_times,
+    };
+    Ok(Storage::new(bytes, arrangement))
+}
+
+/// Decodes slab by slab to an unnamed file, which disappears when it is closed, however the program
+/// ends.
+fn spilled(
+    source: &FileSource,
+    length: usize,
+    slab: usize,
+    read: impl Fn(usize, &mut [u8]) -> Result<()>,
+) -> Result<Arc<FileBytes>> {
+    source.allow("a part of the field that is decoded at once", slab as u64)?;
+    let place = std::env::temp_dir();
+    let file = tempfile::tempfile().map_err(Error::write("make a scratch file in", &place))?;
+    allocate(&file, 0, length as u64)
+        .map_err(Error::write("reserve the decoded field in", &place))?;
+    let refused = |_| Error::Refused {
+        what: "a part of the field that is decoded at once",
+        needed: slab as u64,
+    };
+    let mut out = try_filled(slab, 0u8).map_err(refused)?;
+    for (n, from) in (0..length).step_by(slab).enumerate() {
+        let out = &mut out[..slab.min(length - from)];
+        read(n, out)?;
+        write_at(&file, out, from as u64)
+            .map_err(Error::write("write the decoded field to", &place))?;
+    }
+    FileBytes::of_scratch(&file, &place)
+}

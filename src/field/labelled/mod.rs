@@ -1,0 +1,179 @@
+//! Fields in files of named arrays with dimensions and coordinates: HDF5, NetCDF, MATLAB, SEG-Y, TDMS
+//! and others.
+//!
+//! `choose` decides which variable is the field and which of its dimensions are times and sites, `axes`
+//! what their coordinates say, `load` where the samples are.
+
+mod axes;
+mod choose;
+mod load;
+
+use wavecascade_formats::{Container, Format, Options};
+
+use super::Quantity;
+use super::open::{Contents, FileSource};
+use super::storage::Packing;
+use crate::error::{Error, InputFault, Result};
+
+use axes::AxisFault;
+use choose::Choice;
+pub(super) use choose::dimensions;
+
+/// The field of a file of `format`.
+pub(super) fn read(source: &FileSource, format: Format) -> Result<Contents> {
+    let container = open(source, format)?;
+    let choice = Choice::of(&container, source.options, source.stated.layout)
+        .map_err(|fault| source.fault(fault))?;
+    let (n_times, n_sites) = (choice.n_times(&container)?, choice.n_sites(&container)?);
+    let storage = load::storage(source, &container, &choice)?;
+    let variable = &container.variables[choice.variable];
+    let attributes = &variable.attributes;
+    let mut notes = vec![choice.note(&container)];
+    let jitter = source.options.jitter;
+    let stated = &source.stated;
+    let axis_of = |axis, place: Option<&choose::Place>, is_stated| {
+        axes::coordinates(&container, axis, place, jitter, is_stated).map_err(|fault| match fault {
+            AxisFault::Container(fault) => source.container_fault(fault),
+            AxisFault::Input(fault) => source.fault(fault),
+        })
+    };
+    let (time, time_notes) = axis_of("time", choice.times(), stated.dt.is_some())?;
+    let (space, space_notes) = axis_of("space", choice.sites(), stated.dx.is_some())?;
+    notes.extend(time_notes);
+    notes.extend(space_notes);
+    let unit = attributes.text("units").map(str::to_owned);
+    let quantity = quantity(
+        &variable.path,
+        attributes.text("standard_name"),
+        unit.as_deref(),
+    );
+    let mut contents = Contents {
+        storage: storage.packed(packing(variable)),
+        n_times,
+        n_sites,
+        time,
+        space,
+        quantity,
+        unit,
+        notes,
+        axis_names: [choice.times(), choice.sites()]
+            .map(|place| Some(choose::last_name(place?.name.as_deref()?).to_owned())),
+        struck: None,
+    };
+    contents.note_doubts(choice.is_layout_known || stated.layout.is_some());
+    Ok(contents)
+}
+
+/// The arrays of a file of `format`.
+pub(super) fn open(source: &FileSource, format: Format) -> Result<Container> {
+    let mut options = Options::default();
+    options.memory = source.options.memory;
+    let bytes: wavecascade_formats::Bytes = source.bytes.clone();
+    wavecascade_formats::open(format, bytes, &options)
+        .map_err(|fault| source.container_fault(fault))
+}
+
+impl FileSource<'_> {
+    /// A fault of a container as one of its file.
+    fn container_fault(&self, fault: wavecascade_formats::Error) -> Error {
+        match fault {
+            wavecascade_formats::Error::Memory {
+                needed, allowed, ..
+            } => Error::Memory {
+                what: "what has to be decoded of the file",
+                needed,
+                allowed,
+            },
+            fault => self.fault(InputFault::Container {
+                fault: Box::new(fault),
+            }),
+        }
+    }
+}
+
+/// Scale, offset and gaps as the CF conventions name them.
+fn packing(variable: &wavecascade_formats::Variable) -> Option<Packing> {
+    use wavecascade_formats::{Sample, Value};
+    /// What NetCDF fills floats with that were never written.
+    const UNWRITTEN: f64 = 9.969_209_968_386_869e36;
+    let attributes = &variable.attributes;
+    let mut gaps = Vec::new();
+    for name in ["_FillValue", "missing_value"] {
+        match attributes.get(name) {
+            Some(Value::Integers(values)) => gaps.extend(values.iter().map(|&v| v as f64)),
+            Some(Value::Numbers(values)) => gaps.extend(values),
+            _ => {}
+        }
+    }
+    gaps.retain(|gap| !gap.is_nan());
+    if matches!(
+        variable.sample_type.number(),
+        Some(Sample::F32 | Sample::F64)
+    ) {
+        gaps.push(UNWRITTEN);
+    }
+    let number = |name, else_value| attributes.number(name).unwrap_or(else_value);
+    Packing::new(number("scale_factor", 1.0), number("add_offset", 0.0), gaps)
+}
+
+/// The quantity that a name, or else a unit, stands for.
+fn quantity(path: &str, standard_name: Option<&str>, unit: Option<&str>) -> Option<Quantity> {
+    let last = choose::last_name(path).to_ascii_lowercase();
+    let names = [Some(last.as_str()), standard_name];
+    let by_name = Quantity::ALL.into_iter().find(|quantity| {
+        let is_it =
+            |name: &str| name == quantity.name() || name == quantity.name().replace('_', "");
+        names.into_iter().flatten().any(is_it)
+    });
+    by_name.or_else(|| of_unit(unit?))
+}
+
+/// The quantity that is measured in `unit`.
+fn of_unit(unit: &str) -> Option<Quantity> {
+    let spelled: String = unit.chars().filter(|c| !c.is_whitespace()).collect();
+    let spelled = spelled
+        .replace("**", "")
+        .replace('^', "")
+        .replace(['*', '.'], "");
+    let bare = |units: &[&str]| {
+        let prefixes = ["", "m", "u", "\u{b5}", "\u{3bc}", "n", "c", "k"];
+        let is_prefixed = |unit: &&str| {
+            let rest = spelled.strip_suffix(*unit);
+            rest.is_some_and(|prefix| prefixes.contains(&prefix))
+        };
+        units.iter().any(is_prefixed)
+    };
+    match () {
+        _ if bare(&["m/s", "ms-1", "m/sec"]) => Some(Quantity::Velocity),
+        _ if bare(&["m/s2", "ms-2", "m/s\u{b2}"]) || spelled == "g" => Some(Quantity::Acceleration),
+        _ if bare(&["m", "meter", "metre"]) => Some(Quantity::Displacement),
+        _ if bare(&["strain/s", "1/s", "s-1", "/s"]) => Some(Quantity::StrainRate),
+        _ if bare(&["N"]) => Some(Quantity::Force),
+        _ => None,
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_unit_names_its_quantity() {
+        for (unit, quantity) in [
+            ("m/s", Some(Quantity::Velocity)),
+            ("mm/s", Some(Quantity::Velocity)),
+            ("m s-1", Some(Quantity::Velocity)),
+            ("m s**-1", Some(Quantity::Velocity)),
+            ("\u{b5}m/s", Some(Quantity::Velocity)),
+            ("m/s^2", Some(Quantity::Acceleration)),
+            ("g", Some(Quantity::Acceleration)),
+            ("nm", Some(Quantity::Displacement)),
+            ("strain/s", Some(Quantity::StrainRate)),
+            ("kN", Some(Quantity::Force)),
+            ("Pa", None),
+            ("counts", None),
+        ] {
+            assert_eq!(of_unit(unit), quantity, "{unit}");
+        }
+    }
+}

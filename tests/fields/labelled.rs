@@ -1,0 +1,459 @@
+//! Fields in files of named arrays: which array and which dimensions are taken, and what their
+//! coordinates say.
+//!
+//! `val_definition_*`: the file is written by the definition of NetCDF-3, and holds the values that are
+//! expected. `val_peer_*`: files from elsewhere beside the array that their own program reads.
+
+use std::fs;
+
+use ndarray::Array2;
+use test_support::made::{fault, open, savez, values};
+use test_support::netcdf::{NetCdf, Values, Variable};
+use test_support::place::Place;
+use test_support::shared::shared_data;
+use wavecascade::error::InputFault;
+use wavecascade::field::{Label, Layout, Note, OpenOptions, Quantity, Selection, inspect};
+use wavecascade::{Error, Field};
+
+const TIMES: usize = 5;
+const HEIGHTS: usize = 3;
+const SITES: usize = 4;
+
+/// A sample that tells its place.
+fn sample(n: usize, h: usize, j: usize) -> f64 {
+    (100 * n + 10 * h + j) as f64
+}
+
+/// `velocity(time, y, x)` with coordinates.
+fn scan() -> NetCdf {
+    let all = (0..TIMES * HEIGHTS * SITES).map(|i| {
+        let (n, rest) = (i / (HEIGHTS * SITES), i % (HEIGHTS * SITES));
+        sample(n, rest / SITES, rest % SITES)
+    });
+    let list = |count: usize, from: f64, step: f64| {
+        Values::Double((0..count).map(|i| from + i as f64 * step).collect())
+    };
+    NetCdf {
+        dimensions: vec![("time", TIMES), ("y", HEIGHTS), ("x", SITES)],
+        variables: vec![
+            Variable::new("time", &[0], list(TIMES, 1.0, 0.25)).text("units", "ms"),
+            Variable::new("y", &[1], list(HEIGHTS, 0.5, 0.5)).text("units", "m"),
+            Variable::new("x", &[2], list(SITES, 0.0, 0.125)).text("units", "m"),
+            Variable::new("velocity", &[0, 1, 2], Values::Double(all.collect()))
+                .text("units", "mm/s"),
+        ],
+    }
+}
+
+fn save(place: &Place, name: &str, file: &NetCdf) {
+    fs::write(place.path(name), file.bytes()).unwrap();
+}
+
+fn at(text: &str) -> wavecascade::field::At {
+    let (dimension, label) = text.split_once('=').unwrap();
+    wavecascade::field::At {
+        dimension: dimension.into(),
+        label: Label::parse(label).unwrap(),
+    }
+}
+
+fn opened(place: &Place, name: &str, options: &OpenOptions) -> Field {
+    Field::open(place.path(name), options).unwrap()
+}
+
+#[test]
+fn val_definition_a_further_dimension_is_taken_where_it_is_stated() {
+    let place = Place::new();
+    save(&place, "scan.nc", &scan());
+    match fault(&place, "scan.nc", &OpenOptions::default()) {
+        InputFault::FurtherDimension { dimension, .. } => assert_eq!(dimension.name, "y"),
+        other => panic!("{other:?}"),
+    }
+    for (stated, h) in [
+        ("y=1", 1),
+        ("y=1.2 m", 1),
+        ("y=1400 mm", 2),
+        ("y=#0", 0),
+        ("1=#2", 2),
+    ] {
+        let options = OpenOptions {
+            at: vec![at(stated)],
+            ..OpenOptions::default()
+        };
+        let field = opened(&place, "scan.nc", &options);
+        let expected = Array2::from_shape_fn((TIMES, SITES), |(n, j)| sample(n, h, j));
+        assert_eq!(values(&field), expected, "{stated}");
+        assert_eq!((field.time.origin, field.time.step), (1.0, 0.25));
+        assert_eq!(field.time.unit.as_deref(), Some("ms"));
+        assert_eq!(
+            (field.space.step, field.space.unit.as_deref()),
+            (0.125, Some("m"))
+        );
+        assert_eq!(field.unit.as_deref(), Some("mm/s"));
+    }
+    for stated in ["y=3", "y=1 s", "y=#3", "z=0"] {
+        let options = OpenOptions {
+            at: vec![at(stated)],
+            ..OpenOptions::default()
+        };
+        let refused = fault(&place, "scan.nc", &options);
+        let is_known = matches!(
+            refused,
+            InputFault::NoSuchLabel { .. } | InputFault::NoSuchDimension { .. }
+        );
+        assert!(is_known, "{stated}: {refused:?}");
+    }
+}
+
+/// Sites that are neither contiguous nor rows of the file are decoded.
+#[test]
+fn val_definition_dimensions_are_taken_by_name() {
+    let place = Place::new();
+    save(&place, "scan.nc", &scan());
+    for memory in [None, Some(1)] {
+        let options = OpenOptions {
+            space_dim: Some("y".into()),
+            at: vec![at("x=#3")],
+            memory,
+            ..OpenOptions::default()
+        };
+        let field = match memory {
+            None => opened(&place, "scan.nc", &options),
+            Some(_) => match Field::open(place.path("scan.nc"), &options) {
+                Err(Error::Memory { .. }) => continue,
+                other => panic!("{other:?}"),
+            },
+        };
+        let expected = Array2::from_shape_fn((TIMES, HEIGHTS), |(n, h)| sample(n, h, 3));
+        assert_eq!(values(&field), expected);
+        assert_eq!((field.space.origin, field.space.step), (0.5, 0.5));
+    }
+    // In a scratch file: a slab fits the memory, the field does not.
+    let long = 3000;
+    let all = (0..2000 * 2 * long).map(|i| (i % 65_521) as i16).collect();
+    let file = NetCdf {
+        dimensions: vec![("time", 2000), ("z", 2), ("x", long)],
+        variables: vec![Variable::new("v", &[0, 1, 2], Values::Short(all))],
+    };
+    save(&place, "long.nc", &file);
+    let options = OpenOptions {
+        space_dim: Some("z".into()),
+        time_dim: Some("x".into()),
+        at: vec![at("time=#7")],
+        ..OpenOptions::default()
+    };
+    let field = opened(&place, "long.nc", &options);
+    let number = |n: usize, j: usize| ((7 * 2 * long + j * long + n) % 65_521) as i16;
+    let expected = Array2::from_shape_fn((long, 2), |(n, j)| f64::from(number(n, j)));
+    assert_eq!(values(&field), expected);
+    let options = OpenOptions {
+        time_dim: Some("time".into()),
+        space_dim: Some("x".into()),
+        at: vec![at("z=#1")],
+        ..OpenOptions::default()
+    };
+    let field = opened(&place, "long.nc", &options);
+    let number = |n: usize, j: usize| (((n * 2 + 1) * long + j) % 65_521) as i16;
+    let expected = Array2::from_shape_fn((2000, long), |(n, j)| f64::from(number(n, j)));
+    assert_eq!(values(&field), expected);
+}
+
+#[test]
+fn val_definition_packed_numbers_and_gaps() {
+    let place = Place::new();
+    let file = NetCdf {
+        dimensions: vec![("time", 3), ("x", 2)],
+        variables: vec![
+            Variable::new(
+                "acceleration",
+                &[0, 1],
+                Values::Short(vec![0, 1, -9, 3, 4, -7]),
+            )
+            .number("scale_factor", 0.5)
+            .number("add_offset", 10.0)
+            .number("_FillValue", -9.0)
+            .number("missing_value", -7.0)
+            .text("units", "m s-2"),
+        ],
+    };
+    save(&place, "a.nc", &file);
+    let field = open(&place, "a.nc");
+    let found = values(&field);
+    assert_eq!(found[[0, 0]], 10.0);
+    assert_eq!(found[[0, 1]], 10.5);
+    assert_eq!((found[[1, 1]], found[[2, 0]]), (11.5, 12.0));
+    assert!(found[[1, 0]].is_nan() && found[[2, 1]].is_nan());
+    assert_eq!(field.quantity, Quantity::Acceleration);
+    // What NetCDF leaves where nothing was written.
+    let unwritten = 9.969_209_968_386_869e36;
+    let mut file = scan();
+    file.variables.push(Variable::new(
+        "v",
+        &[0],
+        Values::Double(vec![1.0, unwritten, 2.0, 3.0, 4.0]),
+    ));
+    save(&place, "b.nc", &file);
+    let options = OpenOptions {
+        variable: Some("v".into()),
+        ..OpenOptions::default()
+    };
+    let found = values(&opened(&place, "b.nc", &options));
+    assert!(found[[1, 0]].is_nan() && found[[2, 0]] == 2.0);
+}
+
+#[test]
+fn val_definition_times_since_a_date_are_exact() {
+    let place = Place::new();
+    // Milliseconds since 1970 in 2026, as integers: every step is one.
+    let start = 1_700_000_000;
+    let file = |times: Values| NetCdf {
+        dimensions: vec![("when", 4), ("x", 2)],
+        variables: vec![
+            Variable::new("when", &[0], times).text("units", "seconds since 1970-01-01"),
+            Variable::new(
+                "v",
+                &[1, 0],
+                Values::Double((0..8).map(f64::from).collect()),
+            ),
+        ],
+    };
+    save(
+        &place,
+        "a.nc",
+        &file(Values::Int((0..4).map(|n| start + 2 * n).collect())),
+    );
+    let field = open(&place, "a.nc");
+    assert_eq!((field.time.origin, field.time.step), (0.0, 2.0));
+    assert_eq!(field.time.unit.as_deref(), Some("s"));
+    assert_eq!(field.n_sites(), 2);
+    assert_eq!(values(&field)[[1, 0]], 1.0);
+    let time = "1970-01-01 + 1700000000 seconds".to_owned();
+    assert!(
+        field.notes.contains(&Note::Start { time }),
+        "{:?}",
+        field.notes
+    );
+    // As floats they are rounded to 2e-7 s, and the step that was meant is found.
+    let float = (0..4)
+        .map(|n| f64::from(start) + 1e-3 * f64::from(n))
+        .collect();
+    save(&place, "b.nc", &file(Values::Double(float)));
+    let field = open(&place, "b.nc");
+    assert!(
+        (field.time.step / 1e-3 - 1.0).abs() < 1e-4,
+        "{}",
+        field.time.step
+    );
+}
+
+#[test]
+fn val_definition_lengths_of_neighbours_tell_the_layout() {
+    let place = Place::new();
+    let numbers = |count: usize| Values::Double((0..count).map(|i| i as f64 / 8.0).collect());
+    let file = NetCdf {
+        dimensions: vec![("d0", 4), ("d1", 6)],
+        variables: vec![
+            Variable::new("usol", &[0, 1], numbers(24)),
+            Variable::new("x", &[0], numbers(4)),
+            Variable::new("t", &[1], numbers(6)),
+        ],
+    };
+    save(&place, "a.nc", &file);
+    let field = open(&place, "a.nc");
+    assert_eq!((field.n_times(), field.n_sites()), (6, 4));
+    assert_eq!((field.time.step, field.space.step), (0.125, 0.125));
+    assert_eq!(values(&field)[[5, 0]], 5.0 / 8.0);
+    // Without them the layout is that of an array.
+    let bare = NetCdf {
+        variables: file.variables[..1].to_vec(),
+        dimensions: file.dimensions.clone(),
+    };
+    save(&place, "b.nc", &bare);
+    assert_eq!(open(&place, "b.nc").n_times(), 4);
+    let options = OpenOptions {
+        layout: Some(Layout::SiteTime),
+        ..OpenOptions::default()
+    };
+    assert_eq!(opened(&place, "b.nc", &options).n_times(), 6);
+}
+
+#[test]
+fn a_file_in_doubt_is_asked_about() {
+    let place = Place::new();
+    let mut file = scan();
+    let second = Variable::new(
+        "pressure",
+        &[0, 2],
+        Values::Double(vec![0.0; TIMES * SITES]),
+    );
+    file.variables.push(second.clone());
+    file.variables[3].name = "speed";
+    save(&place, "a.nc", &file);
+    match fault(&place, "a.nc", &OpenOptions::default()) {
+        InputFault::WhichVariable { variables } => assert_eq!(variables.len(), 5),
+        other => panic!("{other:?}"),
+    }
+    let options = OpenOptions {
+        variable: Some("pressur".into()),
+        ..OpenOptions::default()
+    };
+    let found = fault(&place, "a.nc", &options);
+    assert!(
+        matches!(found, InputFault::NoSuchVariable { .. }),
+        "{found:?}"
+    );
+    let options = OpenOptions {
+        variable: Some("pressure".into()),
+        ..OpenOptions::default()
+    };
+    assert_eq!(opened(&place, "a.nc", &options).n_sites(), SITES);
+    // One profile has no times.
+    file.variables = vec![
+        file.variables[2].clone(),
+        Variable::new("v", &[2], Values::Int(vec![1; SITES])),
+    ];
+    save(&place, "b.nc", &file);
+    assert!(matches!(
+        fault(&place, "b.nc", &OpenOptions::default()),
+        InputFault::NoTimes { .. }
+    ));
+    // What is listed is not needed to open a field.
+    let found = inspect(&place.path("b.nc"), &OpenOptions::default()).unwrap();
+    assert_eq!(found.variables.len(), 2);
+    assert!(found.field.is_err());
+}
+
+#[test]
+fn val_definition_a_part_is_read_between_both_ends() {
+    let place = Place::new();
+    let samples = Array2::from_shape_fn((40, 7), |(n, j)| (10 * n + j) as f64);
+    let times: Vec<f64> = (0..40).map(|n| f64::from(n) * 1e-3).collect();
+    savez(&place, "a.npz", ("v", &samples), &[("t", times.clone())]);
+    let select = |text: &[&str]| OpenOptions {
+        time_unit: Some("s".into()),
+        select: text.iter().map(|text| selection(text)).collect(),
+        ..OpenOptions::default()
+    };
+    for (text, rows, columns) in [
+        (&["time=5ms:0.009"][..], 5..10, 0..7),
+        (&["t=:#2"], 0..3, 0..7),
+        (&["time=0.0041:", "site=#2:#4"], 5..40, 2..5),
+    ] {
+        let field = opened(&place, "a.npz", &select(text));
+        let expected = samples.slice(ndarray::s![rows.clone(), columns.clone()]);
+        assert_eq!(values(&field), expected, "{text:?}");
+        assert_eq!(field.time.origin, rows.start as f64 * field.time.step);
+        assert_eq!(field.space.origin, columns.start as f64);
+    }
+    for text in ["time=1:2", "time=3m:", "depth=0:1"] {
+        let error = Field::open(place.path("a.npz"), &select(&[text])).unwrap_err();
+        assert!(
+            matches!(
+                error,
+                Error::Request {
+                    option: "select",
+                    ..
+                }
+            ),
+            "{error}"
+        );
+    }
+}
+
+fn selection(text: &str) -> Selection {
+    let (dimension, range) = text.split_once('=').unwrap();
+    let (from, to) = range.split_once(':').unwrap();
+    Selection {
+        dimension: dimension.into(),
+        from: Label::parse(from),
+        to: Label::parse(to),
+    }
+}
+
+#[test]
+fn val_definition_jitter_is_told_and_limited() {
+    let place = Place::new();
+    let samples = Array2::from_shape_fn((30, 4), |(n, j)| (n * j) as f64);
+    for (deviation, allowed, is_read) in [
+        (0.009, None, true),
+        (0.011, None, false),
+        (0.011, Some(0.02), true),
+        (0.009, Some(0.0), false),
+    ] {
+        let mut times: Vec<f64> = (0..30).map(f64::from).collect();
+        times[17] += deviation;
+        savez(&place, "a.npz", ("v", &samples), &[("t", times.clone())]);
+        let default = OpenOptions::default();
+        let options = OpenOptions {
+            jitter: allowed.unwrap_or(default.jitter),
+            ..default
+        };
+        if !is_read {
+            let InputFault::Member { fault, .. } = fault(&place, "a.npz", &options) else {
+                panic!("{deviation}")
+            };
+            assert!(
+                matches!(*fault, InputFault::UnevenAxis { index: 17 | 18, .. }),
+                "{fault:?}"
+            );
+            continue;
+        }
+        let field = opened(&place, "a.npz", &options);
+        assert_eq!(field.time.step, 1.0);
+        let told = field.notes.iter().find_map(|note| match note {
+            Note::Jitter { axis, jitter } => Some((*axis, *jitter)),
+            _ => None,
+        });
+        let (axis, jitter) = told.unwrap();
+        assert_eq!((axis, jitter.index), ("time", 17));
+        assert!((jitter.share - deviation).abs() < 1e-12);
+    }
+}
+
+/// A field of a file from elsewhere beside `field.npy`, which its peer has made.
+fn equals_its_peer(folder: &str, original: &str, options: &OpenOptions) -> Option<Field> {
+    let path = shared_data(&format!("{folder}/original/{original}"))?;
+    let peer = open_path(&shared_data(&format!("{folder}/field.npy"))?);
+    let field = Field::open(path, options).unwrap();
+    assert_eq!(values(&field), values(&peer), "{folder}");
+    Some(field)
+}
+
+fn open_path(path: &std::path::Path) -> Field {
+    Field::open(path, &OpenOptions::default()).unwrap()
+}
+
+#[test]
+fn val_peer_scipy_reads_the_same_matlab_field() {
+    let options = OpenOptions::default();
+    if let Some(field) = equals_its_peer("burgers_sine", "burgers_sine.mat", &options) {
+        assert_eq!((field.time.step, field.space.step), (0.05, 0.0625));
+        assert_eq!(field.space.origin, -8.0);
+    }
+}
+
+#[cfg(feature = "hdf5")]
+#[test]
+fn val_peer_h5py_reads_the_same_fields() {
+    let options = OpenOptions::default();
+    if let Some(field) = equals_its_peer("dispersion_event", "dispersion_event.h5", &options) {
+        assert_eq!((field.time.step, field.space.step), (5e-4, 1.0));
+        assert_eq!(
+            (field.time.unit.as_deref(), field.space.unit.as_deref()),
+            (Some("s"), Some("m"))
+        );
+    }
+    let file = "deformation_rate_event_1.hdf5";
+    if let Some(field) = equals_its_peer("mine_das_velocity", file, &options) {
+        assert!(
+            (field.time.step / 5.00006e-4 - 1.0).abs() < 1e-9,
+            "{}",
+            field.time.step
+        );
+        assert!(
+            (field.space.step / 5.717_333_35 - 1.0).abs() < 1e-8,
+            "{}",
+            field.space.step
+        );
+    }
+}
