@@ -1,0 +1,105 @@
+//! Attributes of groups and data sets.
+
+use hdf5_reader::{Attribute, ByteOrder as StoredOrder, Datatype, StringSize};
+
+use crate::{Attributes, ByteOrder, Sample, Value};
+
+/// Those that are texts or numbers. References, and bytes that are no text, are left out.
+pub(super) fn read(found: &[Attribute]) -> Attributes {
+    let mut attributes = Attributes::default();
+    for attribute in found {
+        if let Some(value) = value(attribute) {
+            attributes.insert(attribute.name.clone(), value);
+        }
+    }
+    attributes
+}
+
+fn value(attribute: &Attribute) -> Option<Value> {
+    match &attribute.datatype {
+        Datatype::String { .. } | Datatype::VarLen { .. } => {
+            let mut texts = texts(attribute)?;
+            match texts.len() {
+                0 => None,
+                1 => Some(Value::Text(texts.remove(0))),
+                _ => Some(Value::Texts(texts)),
+            }
+        }
+        datatype => numbers(attribute, datatype),
+    }
+}
+
+fn texts(attribute: &Attribute) -> Option<Vec<String>> {
+    if let Ok(texts) = attribute.read_strings() {
+        return Some(texts);
+    }
+    if let Ok(text) = attribute.read_string() {
+        return Some(vec![text]);
+    }
+    let Datatype::String {
+        size: StringSize::Fixed(size),
+        ..
+    } = attribute.datatype
+    else {
+        return None;
+    };
+    // Old instruments write units in Latin-1. Control characters show bytes that are no text.
+    let text = |bytes: &[u8]| -> String { bytes.iter().map(|&byte| char::from(byte)).collect() };
+    let size = usize::try_from(size).ok().filter(|&size| size > 0)?;
+    let texts: Vec<String> = attribute
+        .raw_data
+        .chunks_exact(size)
+        .map(|bytes| text(bytes).trim_end_matches(['\0', ' ']).to_owned())
+        .collect();
+    let is_text = |text: &String| !text.contains(|c: char| c.is_control() && !c.is_whitespace());
+    texts.iter().all(is_text).then_some(texts)
+}
+
+fn numbers(attribute: &Attribute, datatype: &Datatype) -> Option<Value> {
+    let (sample, order) = match datatype {
+        Datatype::Enum { base, .. } => return numbers(attribute, base),
+        Datatype::FixedPoint {
+            size,
+            signed,
+            byte_order,
+        } => {
+            let sample = match (size, signed) {
+                (1, true) => Sample::I8,
+                (2, true) => Sample::I16,
+                (4, true) => Sample::I32,
+                (8, true) => Sample::I64,
+                (1, false) => Sample::U8,
+                (2, false) => Sample::U16,
+                (4, false) => Sample::U32,
+                (8, false) => Sample::U64,
+                _ => return None,
+            };
+            (sample, byte_order)
+        }
+        Datatype::FloatingPoint { size, byte_order } => {
+            let sample = match size {
+                2 => Sample::F16,
+                4 => Sample::F32,
+                8 => Sample::F64,
+                _ => return None,
+            };
+            (sample, byte_order)
+        }
+        _ => return None,
+    };
+    let order = match order {
+        StoredOrder::LittleEndian => ByteOrder::Little,
+        StoredOrder::BigEndian => ByteOrder::Big,
+    };
+    let count = usize::try_from(attribute.num_elements().ok()?).ok()?;
+    let bytes = attribute.raw_data.get(..count.checked_mul(sample.bytes())?)?;
+    if bytes.is_empty() {
+        return None;
+    }
+    let each = || bytes.chunks_exact(sample.bytes());
+    let integers: Option<Vec<i64>> = each().map(|one| sample.to_i64(order, one)).collect();
+    Some(match integers {
+        Some(integers) => Value::Integers(integers),
+        None => Value::Numbers(each().map(|one| sample.to_f64(order, one)).collect()),
+    })
+}

@@ -1,0 +1,184 @@
+//! Where samples lie, and how they are decoded.
+
+use hdf5_reader::error::{Error as Cause, Result as CauseResult};
+use hdf5_reader::io::Cursor;
+use hdf5_reader::messages::HdfMessage;
+use hdf5_reader::messages::layout::DataLayout;
+use hdf5_reader::object_header::ObjectHeader;
+use hdf5_reader::{
+    ByteOrder as StoredOrder, Dataset, Datatype, H5Type, Hdf5File, SliceInfo,
+    SliceInfoElem,
+};
+
+use super::explain;
+use crate::{Block, ByteOrder, Decoder, Error, Place, Result, Sample};
+
+/// The place of what is not read.
+pub(super) const NOWHERE: Place = Place::Encoded { rows: 1 };
+/// Bytes that are decoded at once where the file has no chunks.
+const SLAB: u64 = 1 << 20;
+
+/// The place of the samples of a data set of numbers, all of which lie within the `len` bytes of the file.
+pub(super) fn place(
+    file: &Hdf5File,
+    len: u64,
+    path: &str,
+    dataset: &Dataset,
+    header: &ObjectHeader,
+    sample: Sample,
+    order: ByteOrder,
+) -> Result<Place> {
+    let shape = dataset.shape();
+    let size = sample.bytes() as u64;
+    let place = || format!("variable {path}");
+    let mut strides = vec![size; shape.len()];
+    let mut total = size;
+    for (stride, &len) in strides.iter_mut().zip(shape).rev() {
+        *stride = total;
+        total = total
+            .checked_mul(len.max(1))
+            .ok_or_else(|| Error::damaged(place(), "a size below 2^64 bytes", "a larger one"))?;
+    }
+    let is_empty = shape.contains(&0);
+    let row = strides.first().copied().unwrap_or(size);
+    let slab = Place::Encoded {
+        rows: (SLAB / row.max(1)).max(1),
+    };
+    let layout = header.messages.iter().find_map(|message| match message {
+        HdfMessage::DataLayout(found) => Some(&found.layout),
+        _ => None,
+    });
+    match layout {
+        Some(DataLayout::Contiguous { address, size: stored }) => {
+            let offset_size = file.superblock().offset_size;
+            let is_written = !Cursor::is_undefined_offset(*address, offset_size) && *stored > 0;
+            if !is_written || is_empty {
+                return Ok(slab);
+            }
+            let start = address.checked_add(file.superblock().base_address);
+            let end = start.and_then(|start| start.checked_add(total));
+            match (start, end) {
+                (Some(start), Some(end)) if end <= len => Ok(Place::Strided {
+                    start,
+                    strides,
+                    order,
+                }),
+                _ => Err(Error::damaged(
+                    place(),
+                    format!("{total} bytes of samples from byte {address}"),
+                    format!("a file of {len} bytes"),
+                )),
+            }
+        }
+        Some(DataLayout::Chunked { .. }) => {
+            let chunks = dataset.chunks().unwrap_or_default();
+            if chunks.len() != shape.len() || chunks.contains(&0) {
+                return Err(Error::damaged(
+                    place(),
+                    format!("chunks of {} dimensions", shape.len()),
+                    format!("chunks {chunks:?}"),
+                ));
+            }
+            let rows = chunks.first().copied().map_or(1, u64::from);
+            Ok(Place::Encoded { rows })
+        }
+        Some(DataLayout::Compact { .. }) => Ok(slab),
+        None => Err(Error::damaged(place(), "a layout of its samples", "none")),
+    }
+}
+
+/// The data sets of a file with their paths, one for each variable.
+pub(super) struct Datasets(pub(super) Vec<Option<(String, Dataset)>>);
+
+impl Decoder for Datasets {
+    fn read(&self, variable: usize, block: Block, out: &mut [u8]) -> Result<()> {
+        let Some(Some((path, dataset))) = self.0.get(variable) else {
+            unreachable!("what is decoded has a data set");
+        };
+        let selections = block.iter().map(|range| SliceInfoElem::Slice {
+            start: range.start,
+            end: range.end,
+            step: 1,
+        });
+        let slice = SliceInfo {
+            selections: selections.collect(),
+        };
+        let count: u64 = block.iter().map(|range| range.end - range.start).product();
+        let read = match out.len() as u64 / count.max(1) {
+            1 => copy::<1>(dataset, &slice, out),
+            2 => copy::<2>(dataset, &slice, out),
+            4 => copy::<4>(dataset, &slice, out),
+            _ => copy::<8>(dataset, &slice, out),
+        };
+        read.map_err(|cause| explain(&format!("variable {path}"), &cause))
+    }
+}
+
+fn copy<const N: usize>(dataset: &Dataset, slice: &SliceInfo, out: &mut [u8]) -> CauseResult<()> {
+    let numbers = dataset.read_slice::<Number<N>>(slice)?;
+    if numbers.len() != out.len() / N {
+        let found = format!("{} samples instead of {}", numbers.len(), out.len() / N);
+        return Err(Cause::InvalidData(found));
+    }
+    for (one, number) in out.chunks_exact_mut(N).zip(numbers.iter()) {
+        one.copy_from_slice(&number.0);
+    }
+    Ok(())
+}
+
+/// The bits of a number of `N` bytes in native byte order, whatever they mean: half precision and booleans
+/// are none of the types that the reader of HDF5 knows.
+#[derive(Clone)]
+struct Number<const N: usize>([u8; N]);
+
+/// The byte order of numbers of `N` bytes.
+fn order_of(datatype: &Datatype, bytes: usize) -> Option<StoredOrder> {
+    match datatype {
+        Datatype::FixedPoint {
+            size, byte_order, ..
+        }
+        | Datatype::FloatingPoint { size, byte_order } => {
+            (usize::from(*size) == bytes).then_some(*byte_order)
+        }
+        Datatype::Enum { base, .. } => order_of(base, bytes),
+        _ => None,
+    }
+}
+
+const NATIVE: StoredOrder = match ByteOrder::NATIVE {
+    ByteOrder::Little => StoredOrder::LittleEndian,
+    ByteOrder::Big => StoredOrder::BigEndian,
+};
+
+impl<const N: usize> H5Type for Number<N> {
+    fn hdf5_type() -> Datatype {
+        Datatype::Opaque {
+            size: N as u32,
+            tag: String::new(),
+        }
+    }
+
+    fn from_bytes(bytes: &[u8], datatype: &Datatype) -> CauseResult<Self> {
+        let order = order_of(datatype, N);
+        let number = bytes.get(..N).and_then(|bytes| bytes.try_into().ok());
+        let (Some(order), Some(mut number)) = (order, number) else {
+            return Err(Cause::InvalidData(format!(
+                "{} bytes instead of a number of {N}",
+                bytes.len()
+            )));
+        };
+        let number: &mut [u8; N] = &mut number;
+        if order != NATIVE {
+            number.reverse();
+        }
+        Ok(Number(*number))
+    }
+
+    fn element_size(_datatype: &Datatype) -> usize {
+        N
+    }
+
+    fn native_copy_compatible(datatype: &Datatype) -> bool {
+        order_of(datatype, N) == Some(NATIVE)
+    }
+}

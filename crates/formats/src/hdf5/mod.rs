@@ -1,0 +1,314 @@
+//! HDF5, and what builds on it: NetCDF-4, MATLAB 7.3, DASDAE.
+
+mod attributes;
+mod axes;
+mod dasdae;
+mod data;
+mod links;
+mod types;
+
+use std::collections::HashSet;
+
+use hdf5_reader::messages::HdfMessage;
+use hdf5_reader::object_header::ObjectHeader;
+use hdf5_reader::error::Error as Cause;
+use hdf5_reader::group::Group;
+use hdf5_reader::{Dataset, Hdf5File, OpenOptions};
+
+use crate::{
+    Attributes, Bytes, Container, Dimension, Error, Format, Options, Place, Result, SampleType,
+    Variable,
+};
+use data::Datasets;
+use links::Target;
+
+const SIGNATURE: [u8; 8] = *b"\x89HDF\r\n\x1a\n";
+/// Groups within groups.
+const MOST_LEVELS: usize = 64;
+/// Objects of a file.
+const MOST_OBJECTS: usize = 100_000;
+const LARGEST_HEADER: usize = 16 << 20;
+const CACHE: usize = 32 << 20;
+
+/// The format of a file with this extension (lower case) and these bytes, if it is one of this module.
+pub(crate) fn detect(_extension: &str, bytes: &[u8]) -> Option<Format> {
+    // A user block moves the signature to 512, 1024, 2048, ..
+    let places = std::iter::once(0).chain((9..usize::BITS).map(|power| 1usize << power));
+    places
+        .take_while(|&place| place < bytes.len())
+        .any(|place| bytes[place..].starts_with(&SIGNATURE))
+        .then_some(Format::Hdf5)
+}
+
+/// Opens a file of `format`.
+pub(crate) fn open(format: Format, bytes: Bytes, options: &Options) -> Result<Container> {
+    let len = (*bytes).as_ref().len();
+    // Chunks that are larger than a thousand times the file are not data: deflate cannot pack more densely.
+    let largest_chunk = len.saturating_mul(1100).max(16 << 20);
+    let memory = options.memory.map_or(usize::MAX, |memory| {
+        usize::try_from(memory).unwrap_or(usize::MAX)
+    });
+    let options = OpenOptions::default()
+        .with_max_chunk_bytes(largest_chunk.min(memory))
+        .with_max_object_header_bytes(LARGEST_HEADER)
+        .with_chunk_cache_bytes(CACHE.min(memory));
+    let file = Hdf5File::from_owner(Shared(bytes.clone()), options)
+        .map_err(|cause| explain("the file", &cause))?;
+    let root = file
+        .root_group()
+        .map_err(|cause| explain("the root group", &cause))?;
+    let mut walk = Walk {
+        file: &file,
+        len: len as u64,
+        visited: HashSet::new(),
+        attributes: Attributes::default(),
+        groups: Vec::new(),
+        objects: Vec::new(),
+        variables: Vec::new(),
+    };
+    walk.group(&root, "", 0)?;
+    axes::assign(&mut walk);
+    dasdae::assign(&mut walk);
+    let Walk {
+        attributes,
+        objects,
+        variables,
+        ..
+    } = walk;
+    let (mut kept, mut datasets) = (Vec::new(), Vec::new());
+    for (variable, object) in variables.into_iter().zip(objects) {
+        let path = variable.path.clone();
+        kept.push(variable);
+        datasets.push(object.dataset.map(|dataset| (path, dataset)));
+    }
+    let mut container = Container::new(format, bytes, Some(Box::new(Datasets(datasets))));
+    container.attributes = attributes;
+    container.variables = kept;
+    Ok(container)
+}
+
+/// The bytes of a file as an owner of them.
+struct Shared(Bytes);
+
+impl AsRef<[u8]> for Shared {
+    fn as_ref(&self) -> &[u8] {
+        (*self.0).as_ref()
+    }
+}
+
+/// What is found on the way through the groups.
+struct Walk<'a> {
+    file: &'a Hdf5File,
+    /// Bytes of the file.
+    len: u64,
+    /// Addresses of object headers: an object may have several names, and groups may hold each other.
+    visited: HashSet<u64>,
+    attributes: Attributes,
+    /// Groups with their attributes.
+    groups: Vec<(String, Attributes)>,
+    /// One for each variable.
+    objects: Vec<Object>,
+    variables: Vec<Variable>,
+}
+
+/// What a variable is in HDF5.
+#[derive(Default)]
+struct Object {
+    /// Its object header.
+    address: Option<u64>,
+    dataset: Option<Dataset>,
+    /// For each dimension, the object headers of its scales.
+    scales: Vec<Vec<u64>>,
+}
+
+impl Walk<'_> {
+    fn group(&mut self, group: &Group, path: &str, level: usize) -> Result<()> {
+        if !self.visited.insert(group.address()) {
+            return Ok(());
+        }
+        let place = || format!("group {path}/");
+        if level > MOST_LEVELS {
+            let what = format!("groups more than {MOST_LEVELS} levels deep");
+            return Err(Error::unsupported(what, "store fewer levels"));
+        }
+        let header = self.file.get_or_parse_header(group.address());
+        let header = header.map_err(|cause| explain(&place(), &cause))?;
+        let found = group.attributes();
+        let found = found.map_err(|cause| explain(&place(), &cause))?;
+        let own = attributes::read(&found);
+        for (name, value) in &own.0 {
+            let name = format!("{path}/{name}").trim_start_matches('/').to_owned();
+            self.attributes.insert(name, value.clone());
+        }
+        let mut own = own;
+        dasdae::keep_units(&found, &mut own);
+        self.groups.push((path.to_owned(), own));
+        let links = links::read(self.file, &header).map_err(|cause| explain(&place(), &cause))?;
+        for link in links {
+            let path = format!("{path}/{}", link.name);
+            match link.target {
+                Target::Object(address) => {
+                    self.object(group, &link.name, path, address, level)?;
+                }
+                Target::File(file) => {
+                    let other = format!("a link to the file {file}, which is not followed");
+                    self.push_other(path, other, Vec::new());
+                }
+            }
+            if self.visited.len() > MOST_OBJECTS || self.variables.len() > MOST_OBJECTS {
+                let what = format!("more than {MOST_OBJECTS} objects");
+                return Err(Error::unsupported(what, "store fewer objects in a file"));
+            }
+        }
+        Ok(())
+    }
+
+    fn object(
+        &mut self,
+        parent: &Group,
+        name: &str,
+        path: String,
+        address: u64,
+        level: usize,
+    ) -> Result<()> {
+        if self.visited.contains(&address) {
+            return Ok(());
+        }
+        let header = match self.file.get_or_parse_header(address) {
+            Ok(header) => header,
+            Err(cause) => match unsupported(&cause) {
+                Some(other) => {
+                    self.visited.insert(address);
+                    self.push_other(path, other, Vec::new());
+                    return Ok(());
+                }
+                None => return Err(explain(&path, &cause)),
+            },
+        };
+        match kind(&header) {
+            Kind::Group => {
+                let group = parent.group(name).map_err(|cause| explain(&path, &cause))?;
+                self.group(&group, &path, level + 1)
+            }
+            Kind::Dataset => {
+                self.visited.insert(address);
+                let dataset = parent.dataset(name);
+                let dataset = dataset.map_err(|cause| explain(&path, &cause))?;
+                self.dataset(parent, dataset, &header, path)
+            }
+            Kind::Other => Ok(()),
+        }
+    }
+
+    fn dataset(
+        &mut self,
+        parent: &Group,
+        dataset: Dataset,
+        header: &ObjectHeader,
+        path: String,
+    ) -> Result<()> {
+        let found = dataset.attributes();
+        let attributes = attributes::read(&found);
+        let scales = axes::scales(parent, &found, dataset.ndim());
+        let is_text = attributes.text("MATLAB_class") == Some("char");
+        let (sample_type, place) = match types::refusal(header) {
+            Some(other) => (SampleType::Other(other), data::NOWHERE),
+            None if is_text => (SampleType::Other("text".into()), data::NOWHERE),
+            None => {
+                let (sample_type, order) =
+                    types::read(&dataset).map_err(|cause| explain(&path, &cause))?;
+                let place = match sample_type.number() {
+                    Some(sample) => {
+                        data::place(self.file, self.len, &path, &dataset, header, sample, order)?
+                    }
+                    None => data::NOWHERE,
+                };
+                (sample_type, place)
+            }
+        };
+        let dimensions = dataset.shape().iter().map(|&len| Dimension::new(len));
+        self.variables.push(Variable {
+            dimensions: dimensions.collect(),
+            path,
+            sample_type,
+            attributes,
+            place,
+        });
+        self.objects.push(Object {
+            address: Some(dataset.address()),
+            dataset: Some(dataset),
+            scales,
+        });
+        Ok(())
+    }
+
+    fn push_other(&mut self, path: String, other: String, dimensions: Vec<Dimension>) {
+        self.variables.push(Variable {
+            path,
+            dimensions,
+            sample_type: SampleType::Other(other),
+            attributes: Attributes::default(),
+            place: Place::Encoded { rows: 1 },
+        });
+        self.objects.push(Object::default());
+    }
+}
+
+enum Kind {
+    Group,
+    Dataset,
+    Other,
+}
+
+fn kind(header: &ObjectHeader) -> Kind {
+    let has = |is: fn(&HdfMessage) -> bool| header.messages.iter().any(is);
+    if has(|message| {
+        use HdfMessage::*;
+        matches!(
+            message,
+            SymbolTable(_) | Link(_) | LinkInfo(_) | GroupInfo(_)
+        )
+    }) {
+        Kind::Group
+    } else if has(|message| matches!(message, HdfMessage::Dataspace(_))) {
+        Kind::Dataset
+    } else {
+        Kind::Other
+    }
+}
+
+/// What an object is that is sound but not read.
+fn unsupported(cause: &Cause) -> Option<String> {
+    match cause {
+        Cause::Context { source, .. } => unsupported(source),
+        Cause::UnsupportedLayoutClass(3) => {
+            Some("a virtual data set, whose parts are not read".into())
+        }
+        Cause::UnsupportedDatatypeClass(11) => Some("complex numbers".into()),
+        Cause::UnsupportedDatatypeClass(class) => Some(format!("data of the HDF5 class {class}")),
+        Cause::UnsupportedEncoding(what) => Some(what.clone()),
+        _ => None,
+    }
+}
+
+/// The error of the reader of HDF5 as one of this crate.
+fn explain(place: &str, cause: &Cause) -> Error {
+    match cause {
+        Cause::Context { source, .. } => explain(place, source),
+        Cause::ResourceLimit(what) => Error::unsupported(
+            format!("{place}: {what}"),
+            "allow more memory, or store smaller chunks",
+        ),
+        Cause::UnsupportedFilter(what) => {
+            Error::unsupported(format!("{place}: {what}"), types::WAY_OUT)
+        }
+        Cause::UnsupportedSuperblockVersion(_)
+        | Cause::UnsupportedObjectHeaderVersion(_)
+        | Cause::UnsupportedLayoutClass(_)
+        | Cause::UnsupportedLayoutVersion(_)
+        | Cause::UnsupportedEncoding(_) => {
+            Error::unsupported(format!("{place}: {cause}"), types::WAY_OUT)
+        }
+        _ => Error::damaged(place, "sound HDF5", cause.to_string()),
+    }
+}
