@@ -6,8 +6,7 @@ use hdf5_reader::messages::HdfMessage;
 use hdf5_reader::messages::layout::DataLayout;
 use hdf5_reader::object_header::ObjectHeader;
 use hdf5_reader::{
-    ByteOrder as StoredOrder, Dataset, Datatype, H5Type, Hdf5File, SliceInfo,
-    SliceInfoElem,
+    ByteOrder as StoredOrder, Dataset, Datatype, H5Type, Hdf5File, SliceInfo, SliceInfoElem,
 };
 
 use super::explain;
@@ -49,7 +48,10 @@ pub(super) fn place(
         _ => None,
     });
     match layout {
-        Some(DataLayout::Contiguous { address, size: stored }) => {
+        Some(DataLayout::Contiguous {
+            address,
+            size: stored,
+        }) => {
             let offset_size = file.superblock().offset_size;
             let is_written = !Cursor::is_undefined_offset(*address, offset_size) && *stored > 0;
             if !is_written || is_empty {
@@ -137,6 +139,7 @@ fn order_of(datatype: &Datatype, bytes: usize) -> Option<StoredOrder> {
         Datatype::FixedPoint {
             size, byte_order, ..
         }
+        | Datatype::Bitfield { size, byte_order }
         | Datatype::FloatingPoint { size, byte_order } => {
             (usize::from(*size) == bytes).then_some(*byte_order)
         }

@@ -9,10 +9,10 @@ mod types;
 
 use std::collections::HashSet;
 
-use hdf5_reader::messages::HdfMessage;
-use hdf5_reader::object_header::ObjectHeader;
 use hdf5_reader::error::Error as Cause;
 use hdf5_reader::group::Group;
+use hdf5_reader::messages::HdfMessage;
+use hdf5_reader::object_header::ObjectHeader;
 use hdf5_reader::{Dataset, Hdf5File, OpenOptions};
 
 use crate::{

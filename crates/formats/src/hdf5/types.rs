@@ -48,7 +48,9 @@ pub(super) fn read(dataset: &Dataset) -> Result<(SampleType, ByteOrder)> {
     let other = |what: &str| SampleType::Other(what.to_owned());
     let stored = match dataset.dtype() {
         // The bytes say which bits are used, which the parsed type does not.
-        Datatype::FixedPoint { .. } | Datatype::FloatingPoint { .. } => dataset.raw_datatype()?,
+        Datatype::FixedPoint { .. }
+        | Datatype::FloatingPoint { .. }
+        | Datatype::Bitfield { .. } => dataset.raw_datatype()?,
         Datatype::Enum { base, members } => {
             let is_bool = matches!(**base, Datatype::FixedPoint { size: 1, .. })
                 && members.len() == 2
@@ -79,7 +81,6 @@ pub(super) fn read(dataset: &Dataset) -> Result<(SampleType, ByteOrder)> {
                 },
                 Datatype::Reference { .. } => "references",
                 Datatype::Array { .. } => "arrays as samples",
-                Datatype::Bitfield { .. } => "bit fields",
                 _ => "opaque bytes",
             };
             return Ok((other(what), ByteOrder::NATIVE));
@@ -88,7 +89,8 @@ pub(super) fn read(dataset: &Dataset) -> Result<(SampleType, ByteOrder)> {
     Ok(number(&stored).unwrap_or_else(|| (other("numbers of an unusual form"), ByteOrder::NATIVE)))
 }
 
-/// The type that the bytes of a datatype message of class 0 or 1 describe, if it is one of the usual ones.
+/// The type that the bytes of a datatype message of an integer, a float or bits describe, if it is one of
+/// the usual ones.
 fn number(stored: &[u8]) -> Option<(SampleType, ByteOrder)> {
     let flags = u32::from_le_bytes([stored.get(1).copied()?, *stored.get(2)?, *stored.get(3)?, 0]);
     let size = u32::from_le_bytes(stored.get(4..8)?.try_into().ok()?);
@@ -102,8 +104,10 @@ fn number(stored: &[u8]) -> Option<(SampleType, ByteOrder)> {
     if !is_whole || size > 8 {
         return None;
     }
-    let sample = if stored[0] & 0xf == 0 {
-        match (size, flags & 8 != 0) {
+    let class = stored[0] & 0xf;
+    let sample = if class != 1 {
+        // Bits count as an unsigned integer: PyTables stores booleans so.
+        match (size, class == 0 && flags & 8 != 0) {
             (1, true) => Sample::I8,
             (2, true) => Sample::I16,
             (4, true) => Sample::I32,
@@ -118,9 +122,8 @@ fn number(stored: &[u8]) -> Option<(SampleType, ByteOrder)> {
         let bias = u32::from_le_bytes(stored.get(16..20)?.try_into().ok()?);
         // Bit 6 is the byte order of the VAX; the sign is the highest bit; bits 4 and 5 say that the
         // leading bit of the fraction is implied.
-        let is_usual = flags & 0x40 == 0
-            && (flags >> 4) & 3 == 2
-            && (flags >> 8) & 0xff == 8 * size - 1;
+        let is_usual =
+            flags & 0x40 == 0 && (flags >> 4) & 3 == 2 && (flags >> 8) & 0xff == 8 * size - 1;
         match (size, &stored[12..16], bias) {
             _ if !is_usual => return None,
             (2, [10, 5, 0, 10], 15) => Sample::F16,
