@@ -146,6 +146,7 @@ fn val_h5py_places_and_kinds() {
     assert!(other("outside").contains("another file"));
     assert!(other("packed").contains("LZF (filter 32000), which is not read"));
     assert!(other("zone/b/elsewhere").contains("other.h5"));
+    assert!(other("zone/b/foreign_fill").contains("_FillValue"));
     let error = container.numbers(container.find("packed").unwrap());
     assert!(error.unwrap_err().to_string().contains("LZF"));
     // Further names of what was found are not listed, nor are loops followed.

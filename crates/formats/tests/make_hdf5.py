@@ -52,6 +52,9 @@ with h5py.File(at("plain.h5"), "w") as f:
     g.create_dataset("big_half", data=data[:, :, 1].astype(">f2"), chunks=(3, 4))
     holes = g.create_dataset("holes", (10, 10), "i4", chunks=(4, 4), fillvalue=-7)
     holes[2:3, 5:9] = 3
+    foreign = g.create_dataset("foreign_fill", (4, 4), "f4", chunks=(2, 2))
+    foreign[0] = 1
+    foreign.attrs["_FillValue"] = -9.0
     g["loop"] = f["zone"]
     g["again"] = f["contiguous"]
     g["soft"] = h5py.SoftLink("/contiguous")
@@ -129,7 +132,8 @@ with h5py.File(at("matlab73.mat"), "w", userblock_size=512) as f:
 with open(os.path.join(HERE, "matlab73.mat"), "r+b") as f:
     f.write(b"MATLAB 7.3 MAT-file, Platform: GLNXA64".ljust(124) + b"\x00\x02IM")
 
-OTHER = {"virtual", "outside", "odd_float", "odd_integer", "colours", "name"}
+OTHER = {"virtual", "outside", "odd_float", "odd_integer", "colours", "name",
+         "zone/b/foreign_fill"}
 expected = {}
 
 

@@ -89,6 +89,20 @@ pub(super) fn place(
     }
 }
 
+/// Whether what was never written would be filled by an attribute of another type than the samples.
+///
+/// The reader of HDF5 falls back on the bits of `_FillValue` where the data set has no fill value.
+pub(super) fn has_foreign_fill(dataset: &Dataset, header: &ObjectHeader) -> bool {
+    let has_own = header
+        .messages
+        .iter()
+        .any(|message| matches!(message, HdfMessage::FillValue(fill) if fill.value.is_some()));
+    let fill = dataset.attribute("_FillValue");
+    dataset.chunks().is_some()
+        && !has_own
+        && fill.is_ok_and(|fill| fill.datatype != *dataset.dtype())
+}
+
 /// The data sets of a file with their paths, one for each variable.
 pub(super) struct Datasets(pub(super) Vec<Option<(String, Dataset)>>);
 

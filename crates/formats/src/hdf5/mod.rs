@@ -213,6 +213,10 @@ impl Walk<'_> {
         let is_text = attributes.text("MATLAB_class") == Some("char");
         let (sample_type, place) = match types::refusal(header) {
             Some(other) => (SampleType::Other(other), data::NOWHERE),
+            None if data::has_foreign_fill(&dataset, header) => {
+                let other = "data whose _FillValue has another type";
+                (SampleType::Other(other.into()), data::NOWHERE)
+            }
             None if is_text => (SampleType::Other("text".into()), data::NOWHERE),
             None => {
                 let (sample_type, order) =
