@@ -63,7 +63,9 @@ with h5py.File(at("plain.h5"), "w") as f:
     layout[0] = h5py.VirtualSource(f["contiguous"])[0]
     f.create_virtual_dataset("virtual", layout)
     f.create_dataset("outside", (2,), "f4", external=[("raw.bin", 0, 8)])
-    f.create_dataset("packed", data=np.arange(8.0), chunks=(4,), compression="lzf")
+    waves = np.round(np.sin(np.arange(2000) * 0.1), 2).reshape(100, 20)
+    f.create_dataset("lzf", data=waves, chunks=(30, 20), compression="lzf", shuffle=True)
+    f.create_dataset("packed", data=np.arange(8.0), chunks=(4,), compression="gzip")
     space = h5py.h5s.create_simple((2,))
     odd = h5py.h5t.IEEE_F32LE.copy()
     odd.set_ebias(120)
@@ -72,6 +74,14 @@ with h5py.File(at("plain.h5"), "w") as f:
     odd.set_precision(24)
     h5py.h5d.create(f.id, b"odd_integer", odd, space)
 os.path.exists("raw.bin") and os.remove("raw.bin")
+
+# The number of a filter that is not read, in place of that of gzip.
+with open(os.path.join(HERE, "plain.h5"), "r+b") as f:
+    content = f.read()
+    pipeline = b"\x01\x01\x00\x00\x00\x00\x00\x00\x01\x00\x08\x00\x01\x00\x01\x00deflate\x00"
+    assert content.count(pipeline) == 1
+    f.seek(content.index(pipeline) + 8)
+    f.write((32015).to_bytes(2, "little"))
 
 with h5py.File(at("latest.h5"), "w", libver="latest") as f:
     rows = rng.standard_normal((9, 4))
@@ -149,10 +159,12 @@ for name in sorted(os.listdir(HERE)):
         continue
     arrays = expected[name] = {}
 
-    def visit(path, found):
+    def visit(path, found, name=name):
+        if (name, path) == ("plain.h5", "packed"):
+            return
         if not isinstance(found, h5py.Dataset) or found.shape is None or path in OTHER:
             return
-        if found.dtype.kind not in "iufb" or found.compression == "lzf":
+        if found.dtype.kind not in "iufb":
             return
         if found.attrs.get("NAME", b"").startswith(b"This is a netCDF dimension"):
             return

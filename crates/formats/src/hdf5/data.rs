@@ -98,9 +98,7 @@ pub(super) fn has_foreign_fill(dataset: &Dataset, header: &ObjectHeader) -> bool
         .iter()
         .any(|message| matches!(message, HdfMessage::FillValue(fill) if fill.value.is_some()));
     let fill = dataset.attribute("_FillValue");
-    dataset.chunks().is_some()
-        && !has_own
-        && fill.is_ok_and(|fill| fill.datatype != *dataset.dtype())
+    !has_own && fill.is_ok_and(|fill| fill.datatype != *dataset.dtype())
 }
 
 /// The data sets of a file with their paths, one for each variable.

@@ -8,6 +8,8 @@ use hdf5_reader::{Dataset, Datatype};
 
 use crate::{ByteOrder, Sample, SampleType};
 
+/// Number of the filter.
+pub(super) const LZF: u16 = 32000;
 pub(super) const WAY_OUT: &str = "rewrite it with h5repack, with gzip or without compression";
 
 /// Why the samples behind this header cannot be read, whatever their type.
@@ -21,7 +23,6 @@ pub(super) fn refusal(header: &ObjectHeader) -> Option<String> {
             let unknown = pipeline.filters.iter().find(|f| !is_known(f.id))?;
             let id = unknown.id;
             let name = match id {
-                32000 => "LZF",
                 32001 => "blosc",
                 32008 => "bitshuffle",
                 32013 => "zfp",
@@ -38,9 +39,9 @@ pub(super) fn refusal(header: &ObjectHeader) -> Option<String> {
     })
 }
 
-/// Deflate, shuffle, Fletcher's checksum, szip, n-bit, scale-offset and LZ4.
+/// Deflate, shuffle, Fletcher's checksum, szip, n-bit, scale-offset, LZF and LZ4.
 fn is_known(filter: u16) -> bool {
-    matches!(filter, 1..=6 | 32004)
+    matches!(filter, 1..=6 | LZF | 32004)
 }
 
 /// The type and byte order of the samples of a data set.
