@@ -76,6 +76,11 @@ fn numbers(attribute: &Attribute, datatype: &Datatype) -> Option<Value> {
             };
             (sample, byte_order)
         }
+        // PyTables stores booleans as bits.
+        Datatype::Bitfield {
+            size: 1,
+            byte_order,
+        } => (Sample::U8, byte_order),
         Datatype::FloatingPoint { size, byte_order } => {
             let sample = match size {
                 2 => Sample::F16,
@@ -92,7 +97,9 @@ fn numbers(attribute: &Attribute, datatype: &Datatype) -> Option<Value> {
         StoredOrder::BigEndian => ByteOrder::Big,
     };
     let count = usize::try_from(attribute.num_elements().ok()?).ok()?;
-    let bytes = attribute.raw_data.get(..count.checked_mul(sample.bytes())?)?;
+    let bytes = attribute
+        .raw_data
+        .get(..count.checked_mul(sample.bytes())?)?;
     if bytes.is_empty() {
         return None;
     }

@@ -40,7 +40,10 @@ pub(super) fn assign(walk: &mut Walk) {
             continue;
         };
         let split = |names: &str| -> Vec<String> {
-            names.split(',').map(|name| name.trim().to_owned()).collect()
+            names
+                .split(',')
+                .map(|name| name.trim().to_owned())
+                .collect()
         };
         let dims = split(dims);
         let find = |name: &str| places.get(&format!("{path}/{name}")).copied();

@@ -6,8 +6,7 @@ use hdf5_reader::messages::HdfMessage;
 use hdf5_reader::messages::layout::DataLayout;
 use hdf5_reader::object_header::ObjectHeader;
 use hdf5_reader::{
-    ByteOrder as StoredOrder, Dataset, Datatype, H5Type, Hdf5File, SliceInfo,
-    SliceInfoElem,
+    ByteOrder as StoredOrder, Dataset, Datatype, H5Type, Hdf5File, SliceInfo, SliceInfoElem,
 };
 
 use super::explain;
@@ -49,7 +48,10 @@ pub(super) fn place(
         _ => None,
     });
     match layout {
-        Some(DataLayout::Contiguous { address, size: stored }) => {
+        Some(DataLayout::Contiguous {
+            address,
+            size: stored,
+        }) => {
             let offset_size = file.superblock().offset_size;
             let is_written = !Cursor::is_undefined_offset(*address, offset_size) && *stored > 0;
             if !is_written || is_empty {
@@ -85,6 +87,18 @@ pub(super) fn place(
         Some(DataLayout::Compact { .. }) => Ok(slab),
         None => Err(Error::damaged(place(), "a layout of its samples", "none")),
     }
+}
+
+/// Whether what was never written would be filled by an attribute of another type than the samples.
+///
+/// The reader of HDF5 falls back on the bits of `_FillValue` where the data set has no fill value.
+pub(super) fn has_foreign_fill(dataset: &Dataset, header: &ObjectHeader) -> bool {
+    let has_own = header
+        .messages
+        .iter()
+        .any(|message| matches!(message, HdfMessage::FillValue(fill) if fill.value.is_some()));
+    let fill = dataset.attribute("_FillValue");
+    !has_own && fill.is_ok_and(|fill| fill.datatype != *dataset.dtype())
 }
 
 /// The data sets of a file with their paths, one for each variable.
@@ -137,6 +151,7 @@ fn order_of(datatype: &Datatype, bytes: usize) -> Option<StoredOrder> {
         Datatype::FixedPoint {
             size, byte_order, ..
         }
+        | Datatype::Bitfield { size, byte_order }
         | Datatype::FloatingPoint { size, byte_order } => {
             (usize::from(*size) == bytes).then_some(*byte_order)
         }

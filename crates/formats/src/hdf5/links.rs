@@ -122,13 +122,8 @@ fn read_heap(file: &Hdf5File, info: &LinkInfoMessage, links: &mut Vec<Link>) -> 
         let btree_v2::BTreeV2Record::LinkNameHash { heap_id, .. } = record else {
             continue;
         };
-        let bytes = heap.get_object_storage_cached(
-            heap_id,
-            storage,
-            offset_size,
-            length_size,
-            &mut cache,
-        )?;
+        let bytes =
+            heap.get_object_storage_cached(heap_id, storage, offset_size, length_size, &mut cache)?;
         let message = link::parse(
             &mut Cursor::new(&bytes),
             offset_size,

@@ -5,15 +5,16 @@ mod axes;
 mod dasdae;
 mod data;
 mod links;
+mod lzf;
 mod types;
 
 use std::collections::HashSet;
 
-use hdf5_reader::messages::HdfMessage;
-use hdf5_reader::object_header::ObjectHeader;
 use hdf5_reader::error::Error as Cause;
 use hdf5_reader::group::Group;
-use hdf5_reader::{Dataset, Hdf5File, OpenOptions};
+use hdf5_reader::messages::HdfMessage;
+use hdf5_reader::object_header::ObjectHeader;
+use hdf5_reader::{Dataset, FilterRegistry, Hdf5File, OpenOptions};
 
 use crate::{
     Attributes, Bytes, Container, Dimension, Error, Format, Options, Place, Result, SampleType,
@@ -48,7 +49,10 @@ pub(crate) fn open(format: Format, bytes: Bytes, options: &Options) -> Result<Co
     let memory = options.memory.map_or(usize::MAX, |memory| {
         usize::try_from(memory).unwrap_or(usize::MAX)
     });
+    let mut filters = FilterRegistry::new();
+    filters.register(types::LZF, Box::new(|_, packed, _| lzf::unpack(packed)));
     let options = OpenOptions::default()
+        .with_filter_registry(filters)
         .with_max_chunk_bytes(largest_chunk.min(memory))
         .with_max_object_header_bytes(LARGEST_HEADER)
         .with_chunk_cache_bytes(CACHE.min(memory));
@@ -225,6 +229,13 @@ impl Walk<'_> {
                 };
                 (sample_type, place)
             }
+        };
+        let is_encoded = matches!(place, Place::Encoded { .. });
+        let is_number = sample_type.number().is_some();
+        let sample_type = match is_number && is_encoded && data::has_foreign_fill(&dataset, header)
+        {
+            true => SampleType::Other("data whose _FillValue has another type".into()),
+            false => sample_type,
         };
         let dimensions = dataset.shape().iter().map(|&len| Dimension::new(len));
         self.variables.push(Variable {

@@ -8,6 +8,8 @@ use hdf5_reader::{Dataset, Datatype};
 
 use crate::{ByteOrder, Sample, SampleType};
 
+/// Number of the filter.
+pub(super) const LZF: u16 = 32000;
 pub(super) const WAY_OUT: &str = "rewrite it with h5repack, with gzip or without compression";
 
 /// Why the samples behind this header cannot be read, whatever their type.
@@ -21,7 +23,6 @@ pub(super) fn refusal(header: &ObjectHeader) -> Option<String> {
             let unknown = pipeline.filters.iter().find(|f| !is_known(f.id))?;
             let id = unknown.id;
             let name = match id {
-                32000 => "LZF",
                 32001 => "blosc",
                 32008 => "bitshuffle",
                 32013 => "zfp",
@@ -38,9 +39,9 @@ pub(super) fn refusal(header: &ObjectHeader) -> Option<String> {
     })
 }
 
-/// Deflate, shuffle, Fletcher's checksum, szip, n-bit, scale-offset and LZ4.
+/// Deflate, shuffle, Fletcher's checksum, szip, n-bit, scale-offset, LZF and LZ4.
 fn is_known(filter: u16) -> bool {
-    matches!(filter, 1..=6 | 32004)
+    matches!(filter, 1..=6 | LZF | 32004)
 }
 
 /// The type and byte order of the samples of a data set.
@@ -48,7 +49,9 @@ pub(super) fn read(dataset: &Dataset) -> Result<(SampleType, ByteOrder)> {
     let other = |what: &str| SampleType::Other(what.to_owned());
     let stored = match dataset.dtype() {
         // The bytes say which bits are used, which the parsed type does not.
-        Datatype::FixedPoint { .. } | Datatype::FloatingPoint { .. } => dataset.raw_datatype()?,
+        Datatype::FixedPoint { .. }
+        | Datatype::FloatingPoint { .. }
+        | Datatype::Bitfield { .. } => dataset.raw_datatype()?,
         Datatype::Enum { base, members } => {
             let is_bool = matches!(**base, Datatype::FixedPoint { size: 1, .. })
                 && members.len() == 2
@@ -79,7 +82,6 @@ pub(super) fn read(dataset: &Dataset) -> Result<(SampleType, ByteOrder)> {
                 },
                 Datatype::Reference { .. } => "references",
                 Datatype::Array { .. } => "arrays as samples",
-                Datatype::Bitfield { .. } => "bit fields",
                 _ => "opaque bytes",
             };
             return Ok((other(what), ByteOrder::NATIVE));
@@ -88,7 +90,8 @@ pub(super) fn read(dataset: &Dataset) -> Result<(SampleType, ByteOrder)> {
     Ok(number(&stored).unwrap_or_else(|| (other("numbers of an unusual form"), ByteOrder::NATIVE)))
 }
 
-/// The type that the bytes of a datatype message of class 0 or 1 describe, if it is one of the usual ones.
+/// The type that the bytes of a datatype message of an integer, a float or bits describe, if it is one of
+/// the usual ones.
 fn number(stored: &[u8]) -> Option<(SampleType, ByteOrder)> {
     let flags = u32::from_le_bytes([stored.get(1).copied()?, *stored.get(2)?, *stored.get(3)?, 0]);
     let size = u32::from_le_bytes(stored.get(4..8)?.try_into().ok()?);
@@ -102,8 +105,10 @@ fn number(stored: &[u8]) -> Option<(SampleType, ByteOrder)> {
     if !is_whole || size > 8 {
         return None;
     }
-    let sample = if stored[0] & 0xf == 0 {
-        match (size, flags & 8 != 0) {
+    let class = stored[0] & 0xf;
+    let sample = if class != 1 {
+        // Bits count as an unsigned integer: PyTables stores booleans so.
+        match (size, class == 0 && flags & 8 != 0) {
             (1, true) => Sample::I8,
             (2, true) => Sample::I16,
             (4, true) => Sample::I32,
@@ -118,9 +123,8 @@ fn number(stored: &[u8]) -> Option<(SampleType, ByteOrder)> {
         let bias = u32::from_le_bytes(stored.get(16..20)?.try_into().ok()?);
         // Bit 6 is the byte order of the VAX; the sign is the highest bit; bits 4 and 5 say that the
         // leading bit of the fraction is implied.
-        let is_usual = flags & 0x40 == 0
-            && (flags >> 4) & 3 == 2
-            && (flags >> 8) & 0xff == 8 * size - 1;
+        let is_usual =
+            flags & 0x40 == 0 && (flags >> 4) & 3 == 2 && (flags >> 8) & 0xff == 8 * size - 1;
         match (size, &stored[12..16], bias) {
             _ if !is_usual => return None,
             (2, [10, 5, 0, 10], 15) => Sample::F16,
