@@ -1,0 +1,279 @@
+//! Where traces and the fields of their headers lie.
+
+use crate::{ByteOrder, Error, Result, Sample};
+
+/// Bytes of a trace header.
+pub(super) const HEADER: usize = 240;
+/// Bytes of the textual and the binary header.
+pub(super) const FILE_HEADER: usize = 3600;
+
+/// Traces of equal length, one behind the other.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Layout {
+    pub order: ByteOrder,
+    pub sample: Sample,
+    /// Byte of the first trace header.
+    pub start: usize,
+    pub traces: usize,
+    /// Samples of a trace.
+    pub samples: usize,
+    /// 0 to 2; none for Seismic Unix.
+    pub revision: Option<u8>,
+    /// Sample interval of the binary header in us, 0 if it has none.
+    pub interval: f64,
+    pub is_feet: bool,
+}
+
+pub(super) fn u16_at(order: ByteOrder, bytes: &[u8], at: usize) -> u16 {
+    let bytes = [bytes[at], bytes[at + 1]];
+    match order {
+        ByteOrder::Big => u16::from_be_bytes(bytes),
+        ByteOrder::Little => u16::from_le_bytes(bytes),
+    }
+}
+
+pub(super) fn i16_at(order: ByteOrder, bytes: &[u8], at: usize) -> i16 {
+    u16_at(order, bytes, at).cast_signed()
+}
+
+pub(super) fn number_at(sample: Sample, order: ByteOrder, bytes: &[u8], at: usize) -> f64 {
+    sample.to_f64(order, &bytes[at..at + sample.bytes()])
+}
+
+/// Byte order and format code, if one order gives a code that the standard knows.
+pub(super) fn format_code(bytes: &[u8]) -> Option<(ByteOrder, u16)> {
+    [ByteOrder::Big, ByteOrder::Little]
+        .map(|order| (order, u16_at(order, bytes, 3224)))
+        .into_iter()
+        .find(|(_, code)| (1..=16).contains(code))
+}
+
+fn sample_of(code: u16) -> Result<Sample> {
+    Ok(match code {
+        1 => Sample::IbmF32,
+        2 => Sample::I32,
+        3 => Sample::I16,
+        5 => Sample::F32,
+        6 => Sample::F64,
+        8 => Sample::I8,
+        10 => Sample::U32,
+        11 => Sample::U16,
+        16 => Sample::U8,
+        _ => {
+            let what = format!("SEG-Y sample format {code}");
+            return Err(Error::unsupported(
+                what,
+                "write the traces as format 5 (IEEE float)",
+            ));
+        }
+    })
+}
+
+impl Layout {
+    /// The layout of a SEG-Y file.
+    pub(super) fn segy(bytes: &[u8]) -> Result<Layout> {
+        if bytes.len() < FILE_HEADER + HEADER {
+            let least = format!("at least {} bytes", FILE_HEADER + HEADER);
+            return Err(Error::damaged(
+                "SEG-Y headers",
+                least,
+                format!("{} bytes", bytes.len()),
+            ));
+        }
+        let Some((order, code)) = format_code(bytes) else {
+            let found = u16_at(ByteOrder::Big, bytes, 3224).to_string();
+            return Err(Error::damaged(
+                "byte 3225",
+                "a sample format from 1 to 16",
+                found,
+            ));
+        };
+        let sample = sample_of(code)?;
+        let revision = match order {
+            // Revision 1 is a number of two bytes, revision 2 has one byte for major and one for minor.
+            ByteOrder::Little if bytes[3500] == 0 => bytes[3501],
+            _ => bytes[3500],
+        };
+        if revision > 2 {
+            let what = format!("SEG-Y revision {revision}");
+            return Err(Error::unsupported(what, "write the file as revision 1"));
+        }
+        let extended = if revision == 2 {
+            Extended::read(order, bytes)
+        } else {
+            Extended::default()
+        };
+        if extended.trace_headers != 0 {
+            let what = "additional trace headers of SEG-Y revision 2";
+            return Err(Error::unsupported(what, "write the file without them"));
+        }
+        let headers = if revision == 0 {
+            0
+        } else {
+            i16_at(order, bytes, 3504)
+        };
+        let start = match (extended.first_trace, usize::try_from(headers)) {
+            (0, Ok(headers)) => FILE_HEADER + 3200 * headers,
+            (0, Err(_)) => {
+                let what = "an unstated number of extended textual headers";
+                return Err(Error::unsupported(
+                    what,
+                    "write their number into bytes 3505 to 3506",
+                ));
+            }
+            (first, _) => usize::try_from(first).unwrap_or(usize::MAX),
+        };
+        let Some(end) = usize::try_from(extended.trailers)
+            .ok()
+            .and_then(|trailers| trailers.checked_mul(3200))
+            .and_then(|trailers| bytes.len().checked_sub(trailers))
+        else {
+            let what = format!("{} data trailers", extended.trailers);
+            return Err(Error::unsupported(what, "write the file without them"));
+        };
+        if start < FILE_HEADER || end.checked_sub(start).is_none_or(|left| left < HEADER) {
+            let expected = format!("the first trace within bytes {FILE_HEADER} to {end}");
+            return Err(Error::damaged(
+                "SEG-Y headers",
+                expected,
+                format!("byte {start}"),
+            ));
+        }
+        let traces = &bytes[start..end];
+        let of_file = match extended.samples {
+            0 => usize::from(u16_at(order, bytes, 3220)),
+            samples => samples as usize,
+        };
+        let is_fixed = revision > 0 && i16_at(order, bytes, 3502) == 1;
+        let samples = equal_length(order, traces, sample.bytes(), of_file, is_fixed)?;
+        Ok(Layout {
+            order,
+            sample,
+            start,
+            traces: traces.len() / (HEADER + samples * sample.bytes()),
+            samples,
+            revision: Some(revision),
+            interval: if extended.interval > 0.0 {
+                extended.interval
+            } else {
+                f64::from(u16_at(order, bytes, 3216))
+            },
+            is_feet: i16_at(order, bytes, 3254) == 2,
+        })
+    }
+
+    /// The layout of a Seismic Unix file: in the byte order that agrees with the length of the file.
+    pub(super) fn seismic_unix(bytes: &[u8]) -> Result<Layout> {
+        if bytes.len() < HEADER {
+            let found = format!("{} bytes", bytes.len());
+            return Err(Error::damaged(
+                "trace 1",
+                format!("a header of {HEADER} bytes"),
+                found,
+            ));
+        }
+        let of = |order| equal_length(order, bytes, 4, 0, false).map(|samples| (order, samples));
+        let (order, samples) =
+            of(ByteOrder::Little).or_else(|little| of(ByteOrder::Big).map_err(|_| little))?;
+        Ok(Layout {
+            order,
+            sample: Sample::F32,
+            start: 0,
+            traces: bytes.len() / (HEADER + 4 * samples),
+            samples,
+            revision: None,
+            interval: 0.0,
+            is_feet: false,
+        })
+    }
+
+    /// Bytes from one trace header to the next.
+    pub(super) fn stride(&self) -> usize {
+        HEADER + self.samples * self.sample.bytes()
+    }
+
+    pub(super) fn header<'a>(&self, bytes: &'a [u8], trace: usize) -> &'a [u8] {
+        &bytes[self.start + trace * self.stride()..][..HEADER]
+    }
+}
+
+/// Fields that revision 2 added to the binary header.
+#[derive(Debug, Clone, Copy, Default)]
+struct Extended {
+    samples: u32,
+    interval: f64,
+    trace_headers: i32,
+    first_trace: u64,
+    trailers: i32,
+}
+
+impl Extended {
+    fn read(order: ByteOrder, bytes: &[u8]) -> Extended {
+        let integer = |at| number_at(Sample::I32, order, bytes, at) as i32;
+        Extended {
+            samples: number_at(Sample::U32, order, bytes, 3268) as u32,
+            interval: number_at(Sample::F64, order, bytes, 3272),
+            trace_headers: integer(3506),
+            first_trace: number_at(Sample::U64, order, bytes, 3520) as u64,
+            trailers: integer(3528),
+        }
+    }
+}
+
+/// The length of every trace: `of_file` unless only that of the first trace header fits the file.
+fn equal_length(
+    order: ByteOrder,
+    traces: &[u8],
+    size: usize,
+    of_file: usize,
+    is_fixed: bool,
+) -> Result<usize> {
+    let length_at = |at: usize| usize::from(u16_at(order, traces, at + 114));
+    let first = length_at(0);
+    let stride = |samples: usize| {
+        samples
+            .checked_mul(size)
+            .and_then(|n| n.checked_add(HEADER))
+    };
+    let fits = |&samples: &usize| {
+        samples > 0 && stride(samples).is_some_and(|stride| traces.len().is_multiple_of(stride))
+    };
+    let whole = [of_file, first].into_iter().find(fits);
+    if let Some(samples) = whole {
+        let step = HEADER + samples * size;
+        // A length of 0 is an unset field, as is one of traces too long for its 16 bits.
+        let differs = |at: &usize| {
+            let own = length_at(*at);
+            own != 0 && own != samples && samples <= usize::from(u16::MAX)
+        };
+        let other = (0..traces.len()).step_by(step).find(differs);
+        return match other {
+            Some(at) if !is_fixed => Err(unequal(at / step + 1, length_at(at), samples)),
+            _ => Ok(samples),
+        };
+    }
+    // Neither fits: traces differ in length, or the file was cut.
+    let (mut at, mut trace) = (0, 1);
+    while at + HEADER <= traces.len() && first > 0 {
+        let own = length_at(at);
+        if own != first {
+            return Err(unequal(trace, own, first));
+        }
+        at += HEADER + own * size;
+        trace += 1;
+    }
+    let expected = match first.max(of_file) {
+        0 => "a number of samples above 0".to_owned(),
+        samples => format!("whole traces of {samples} samples"),
+    };
+    Err(Error::damaged(
+        "traces",
+        expected,
+        format!("{} bytes", traces.len()),
+    ))
+}
+
+fn unequal(trace: usize, found: usize, samples: usize) -> Error {
+    let what = format!("trace {trace} of {found} samples among traces of {samples}");
+    Error::unsupported(what, "cut or pad the traces to one length")
+}

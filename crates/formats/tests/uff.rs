@@ -1,0 +1,155 @@
+//! Universal files against pyuff (`make_uff.py`).
+
+mod robust;
+
+use serde_json::Value as Json;
+use std::path::Path;
+use std::sync::Arc;
+use wavecascade_formats::{
+    Container, Coordinate, Error, Format, Options, Place, Result, SampleType, Value, open,
+};
+
+fn file(name: &str) -> Vec<u8> {
+    let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("tests/files/uff");
+    std::fs::read(folder.join(name)).unwrap()
+}
+
+fn expected() -> serde_json::Map<String, Json> {
+    serde_json::from_slice(&file("expected.json")).unwrap()
+}
+
+fn open_bytes(bytes: Vec<u8>) -> Result<Container> {
+    assert_eq!(Format::detect("data", &bytes), Some(Format::Uff));
+    open(Format::Uff, Arc::new(bytes), &Options::default())
+}
+
+fn opened(name: &str) -> Container {
+    open_bytes(file(name)).unwrap()
+}
+
+fn numbers(json: &Json) -> Vec<f64> {
+    let values = json.as_array().unwrap();
+    values.iter().map(|value| value.as_f64().unwrap()).collect()
+}
+
+fn values(container: &Container, path: &str) -> Vec<f64> {
+    container.numbers(container.find(path).unwrap()).unwrap()
+}
+
+#[test]
+fn val_pyuff_functions() {
+    for (name, functions) in expected() {
+        let container = opened(&name);
+        let is_record = |path: &str| path.starts_with("/records");
+        let mut rows: Vec<(Vec<f64>, Vec<f64>)> = Vec::new();
+        for (at, variable) in container.variables.iter().enumerate() {
+            if !is_record(&variable.path) || variable.sample_type.number().is_none() {
+                continue;
+            }
+            let abscissa = &variable.dimensions[1];
+            let x: Vec<f64> = match abscissa.coordinate.as_ref().unwrap() {
+                Coordinate::Even { origin, step, .. } => (0..abscissa.len)
+                    .map(|i| origin + i as f64 * step)
+                    .collect(),
+                Coordinate::Listed(at) => container.numbers(*at).unwrap(),
+            };
+            assert_eq!(variable.attributes.text("units"), Some("m/s"));
+            let all = container.numbers(at).unwrap();
+            rows.extend(all.chunks(x.len()).map(|row| (row.to_vec(), x.clone())));
+        }
+        let functions = functions.as_array().unwrap();
+        assert_eq!(rows.len(), functions.len(), "{name}");
+        for (row, function) in rows.iter().zip(functions) {
+            assert_eq!(row.0, numbers(&function["data"]), "{name}");
+            assert_eq!(row.1, numbers(&function["x"]), "{name}");
+        }
+    }
+}
+
+#[test]
+fn val_pyuff_nodes_are_the_coordinate() {
+    for name in ["ascii.uff", "little.uff"] {
+        let container = opened(name);
+        let records = &container.variables[container.find("records").unwrap()];
+        let x = container.find("x").unwrap();
+        assert_eq!(
+            records.dimensions[0].coordinate,
+            Some(Coordinate::Listed(x))
+        );
+        assert_eq!(container.numbers(x).unwrap(), [0.25, 0.5, 1.25]);
+        assert_eq!(values(&container, "response_node"), [3.0, 4.0, 5.0]);
+        let reference = records.attributes.get("reference_node");
+        assert_eq!(reference, Some(&Value::Integers(vec![1])));
+        assert_eq!(records.dimensions[1].name.as_deref(), Some("time"));
+        let is_strided = matches!(records.place, Place::Strided { .. });
+        assert_eq!(is_strided, name == "little.uff");
+    }
+}
+
+#[test]
+fn regress_several_shapes() {
+    let container = opened("mixed.uff");
+    let shape = |path: &str| container.variables[container.find(path).unwrap()].shape();
+    assert_eq!(shape("records/1"), [3, 13]);
+    assert_eq!(shape("records/2"), [1, 7]);
+    let complex = &container.variables[container.find("records/3").unwrap()];
+    assert_eq!(
+        complex.sample_type,
+        SampleType::Other("complex numbers".into())
+    );
+    assert_eq!(complex.dimensions[1].name.as_deref(), Some("abscissa"));
+    let skipped = container.attributes.get("skipped");
+    assert_eq!(skipped, Some(&Value::Texts(vec!["151".into()])));
+    // Part of a variable whose rows lie at uneven distances.
+    let at = container.find("records/1").unwrap();
+    assert!(matches!(
+        container.variables[at].place,
+        Place::Encoded { .. }
+    ));
+    let mut out = [0; 32];
+    container.read(at, &[1..3, 4..6], &mut out).unwrap();
+    let all = container.numbers(at).unwrap();
+    let wanted = [all[17], all[18], all[30], all[31]].map(f64::to_ne_bytes);
+    assert_eq!(out, wanted.concat()[..]);
+}
+
+#[test]
+fn regress_nodes_of_data_set_2411() {
+    let mut bytes = b"    -1\n  2411\n".to_vec();
+    for (node, z) in [(3, "-1.0D-01"), (4, "2.5D+00")] {
+        let line = format!(
+            "{node:10}{:10}{:10}{:10}\n{:>25}{:>25}{z:>25}\n",
+            0, 0, 1, "0.0D+00", "1.0D+00"
+        );
+        bytes.extend(line.bytes());
+    }
+    bytes.extend(b"    -1\n");
+    bytes.extend(file("single.uff"));
+    let container = open_bytes(bytes).unwrap();
+    let records = container.find("records").unwrap();
+    let z = container.find("z").unwrap();
+    let coordinate = &container.variables[records].dimensions[0].coordinate;
+    assert_eq!(*coordinate, Some(Coordinate::Listed(z)));
+    assert_eq!(container.numbers(z).unwrap(), [-0.1, 2.5]);
+}
+
+#[test]
+fn regress_memory_is_limited() {
+    let mut options = Options::default();
+    options.memory = Some(3 * 13 * 8);
+    let open = |options: &Options| open(Format::Uff, Arc::new(file("ascii.uff")), options);
+    assert!(open(&options).is_ok());
+    options.memory = Some(3 * 13 * 8 - 1);
+    let error = open(&options).unwrap_err();
+    assert!(
+        matches!(error, Error::Memory { needed: 312, .. }),
+        "{error}"
+    );
+}
+
+#[test]
+fn regress_damaged_bytes() {
+    for name in expected().keys() {
+        robust::survives(Format::Uff, &file(name), 7, 1000);
+    }
+}
