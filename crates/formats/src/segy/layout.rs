@@ -153,7 +153,7 @@ impl Layout {
             traces: traces.len() / (HEADER + samples * sample.bytes()),
             samples,
             revision: Some(revision),
-            interval: if extended.interval > 0.0 {
+            interval: if extended.interval > 0.0 && extended.interval.is_finite() {
                 extended.interval
             } else {
                 f64::from(u16_at(order, bytes, 3216))
