@@ -142,7 +142,11 @@ impl Header {
 
     /// Where the matrix ends; `None` beyond a `usize`.
     fn end(&self, at: usize) -> Option<usize> {
-        let parts = if self.is_complex && self.kind != Kind::Sparse { 2 } else { 1 };
+        let parts = if self.is_complex && self.kind != Kind::Sparse {
+            2
+        } else {
+            1
+        };
         let count = count(&self.shape, String::new).ok()?;
         let bytes = count.checked_mul(parts * self.sample.bytes() as u64)?;
         let start = at.checked_add(HEADER)?.checked_add(self.name_len)?;

@@ -130,7 +130,9 @@ fn inflate(deflated: &[u8], len: u64, at: usize) -> Result<Vec<u8>> {
     }
     let damaged =
         |found: String| Error::damaged(format!("byte {at}"), format!("{len} bytes"), found);
-    let read = ZlibDecoder::new(deflated).take(len + 1).read_to_end(&mut out);
+    let read = ZlibDecoder::new(deflated)
+        .take(len + 1)
+        .read_to_end(&mut out);
     read.map_err(|e| damaged(e.to_string()))?;
     match out.len() as u64 {
         found if found < len => Err(damaged(found.to_string())),
@@ -418,7 +420,9 @@ impl Elements<'_> {
                     .collect()
             }
             UTF32 | UINT32 => {
-                let characters = bytes.chunks_exact(4).map(|c| char::from_u32(word(order, c)));
+                let characters = bytes
+                    .chunks_exact(4)
+                    .map(|c| char::from_u32(word(order, c)));
                 characters
                     .map(|c| c.unwrap_or(char::REPLACEMENT_CHARACTER))
                     .collect()
