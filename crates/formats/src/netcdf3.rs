@@ -9,6 +9,9 @@ const DIMENSIONS: u32 = 10;
 const VARIABLES: u32 = 11;
 const ATTRIBUTES: u32 = 12;
 const CHAR: u32 = 2;
+/// The limits of the netCDF library.
+const MOST_NAME: u64 = 256;
+const MOST_DIMENSIONS: u64 = 1024;
 
 /// The format of a file with this extension (lower case) and these bytes, if it is one of this module.
 pub(crate) fn detect(_extension: &str, bytes: &[u8]) -> Option<Format> {
@@ -107,8 +110,8 @@ fn variables(
     };
     let slab = |entry: &Entry| {
         let skipped = usize::from(is_record(entry));
-        let sizes = entry.dimensions[skipped..].iter().map(|d| dimensions[*d].1);
-        let slab = sizes.fold(Some(size(entry.kind)), |n, len| n?.checked_mul(len));
+        let mut sizes = entry.dimensions[skipped..].iter().map(|d| dimensions[*d].1);
+        let slab = sizes.try_fold(size(entry.kind), u64::checked_mul);
         slab.ok_or_else(|| beyond(&entry.name, "more than 2^64", file))
     };
     let in_records: Vec<&Entry> = entries.iter().filter(|e| is_record(e)).collect();
@@ -125,12 +128,15 @@ fn variables(
     }
 
     // A variable of one dimension with its name holds the coordinate.
-    let coordinate = |d: usize| {
-        entries
-            .iter()
-            .position(|e| e.kind != CHAR && e.dimensions == [d] && e.name == dimensions[d].0)
-    };
-    let coordinates: Vec<Option<usize>> = (0..dimensions.len()).map(coordinate).collect();
+    let mut coordinates = vec![None; dimensions.len()];
+    for (i, entry) in entries.iter().enumerate() {
+        if let [d] = entry.dimensions[..]
+            && entry.kind != CHAR
+            && entry.name == dimensions[d].0
+        {
+            coordinates[d].get_or_insert(i);
+        }
+    }
 
     let mut variables = Vec::new();
     for entry in &entries {
@@ -261,6 +267,11 @@ impl<'a> Reader<'a> {
 
     fn name(&mut self) -> Result<String> {
         let len = self.length("the length of a name")?;
+        if len > MOST_NAME {
+            let expected = format!("a name of at most {MOST_NAME} bytes");
+            let found = format!("{len} bytes");
+            return Err(Error::damaged(format!("byte {}", self.at), expected, found));
+        }
         let name = self.take_padded(len, "a name")?;
         Ok(String::from_utf8_lossy(name).into_owned())
     }
@@ -297,6 +308,14 @@ impl<'a> Reader<'a> {
     fn entry(&mut self, dimensions: &[(String, u64)]) -> Result<Entry> {
         let name = self.name()?;
         let rank = self.length("the number of dimensions")?;
+        if rank > MOST_DIMENSIONS {
+            let expected = format!("at most {MOST_DIMENSIONS} dimensions");
+            return Err(Error::damaged(
+                format!("variable {name}"),
+                expected,
+                rank.to_string(),
+            ));
+        }
         let mut of = Vec::new();
         for i in 0..rank {
             let at = self.at;

@@ -59,7 +59,8 @@ pub(super) fn list(bytes: &[u8], listing: &mut Listing) -> Result<()> {
         } else if header.is_complex {
             listing.push_other(path, shape, "complex numbers".into())?;
         } else if header.kind == Kind::Text {
-            listing.count("text", (end - start) as u64)?;
+            // At worst each character is a `String`.
+            listing.count("text", 40 * (end - start) as u64)?;
             let codes = bytes[start..end].chunks_exact(header.sample.bytes());
             let character = |code| header.sample.to_f64(header.order, code) as u32;
             let character = |code| char::from_u32(character(code)).unwrap_or('\u{fffd}');

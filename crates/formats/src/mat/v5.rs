@@ -17,6 +17,8 @@ const MOST_DEPTH: usize = 32;
 const MOST_MEMBERS: u64 = 4096;
 /// As NumPy and more than any field has.
 const MOST_DIMENSIONS: usize = 32;
+/// Bytes of the name of a field, beyond what MATLAB allows.
+const MOST_NAME: usize = 4096;
 /// Deflate gives at most 1032 bytes for one.
 const MOST_INFLATION: u64 = 1032;
 
@@ -371,7 +373,9 @@ impl Elements<'_> {
         let name_len = self.part.word(at) as usize;
         let names = self.next("names of fields")?;
         let names = &self.part.bytes[names.range];
-        if !names.is_empty() && (name_len == 0 || names.len() % name_len != 0) {
+        if !names.is_empty()
+            && (name_len == 0 || name_len > MOST_NAME || !names.len().is_multiple_of(name_len))
+        {
             let found = format!("{name_len} bytes a name, {} in all", names.len());
             return Err(self.part.damaged(at, expected, found));
         }
@@ -403,8 +407,8 @@ impl Elements<'_> {
         let element = self.next("characters")?;
         let at = element.range.start;
         let bytes = &self.part.bytes[element.range];
-        // A `char` has four bytes and comes with its `String`.
-        listing.count("text", (bytes.len() as u64).saturating_mul(5))?;
+        // At worst each character is a `String`.
+        listing.count("text", (bytes.len() as u64).saturating_mul(40))?;
         let order = self.part.order;
         let text: Vec<char> = match element.kind {
             INT8 | UTF8 => String::from_utf8_lossy(bytes).chars().collect(),
