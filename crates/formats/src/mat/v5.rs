@@ -509,3 +509,36 @@ fn until_zero(name: &[u8]) -> String {
     let name = name.split(|c| *c == 0).next();
     String::from_utf8_lossy(name.unwrap_or_default()).into_owned()
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use std::io::Write;
+
+    /// A file with a compressed matrix whose tag promises `len` bytes and holds 16 MiB of zeros.
+    fn bomb(len: u32) -> Vec<u8> {
+        let mut file = vec![b' '; HEADER];
+        file[124..].copy_from_slice(&[0, 1, b'I', b'M']);
+        let level = flate2::Compression::best();
+        let mut encoder = flate2::write::ZlibEncoder::new(Vec::new(), level);
+        encoder.write_all(&MATRIX.to_le_bytes()).unwrap();
+        encoder.write_all(&len.to_le_bytes()).unwrap();
+        encoder.write_all(&vec![0; 16 << 20]).unwrap();
+        let deflated = encoder.finish().unwrap();
+        file.extend(COMPRESSED.to_le_bytes());
+        file.extend((deflated.len() as u32).to_le_bytes());
+        file.extend(deflated);
+        file
+    }
+
+    #[test]
+    fn regress_inflation_is_bounded() {
+        let refused = |len, memory| list(&bomb(len), &mut Listing::new(memory)).unwrap_err();
+        let memory = refused(16 << 20, Some(1 << 20));
+        assert!(matches!(memory, Error::Memory { .. }), "{memory}");
+        for (len, why) in [(1 << 10, "found more"), (u32::MAX, "at most 1032 bytes")] {
+            let damaged = refused(len, None).to_string();
+            assert!(damaged.contains(why), "{damaged}");
+        }
+    }
+}
