@@ -18,8 +18,6 @@ pub enum ForeignFormat {
     Zstd,
     Tdms,
     Wav,
-    UniversalFile,
-    SegY,
 }
 
 impl ForeignFormat {
@@ -44,8 +42,6 @@ impl ForeignFormat {
         let by_extension = match extension {
             "nc" | "nc4" => Some(NetCdf),
             "xlsx" | "xls" | "ods" => Some(Excel),
-            "uff" | "unv" => Some(UniversalFile),
-            "sgy" | "segy" => Some(SegY),
             _ => None,
         };
         // NetCDF 4 is HDF5 inside, a spreadsheet a zip archive.
@@ -65,8 +61,6 @@ impl fmt::Display for ForeignFormat {
             ForeignFormat::Zstd => "a zstd file",
             ForeignFormat::Tdms => "a TDMS file",
             ForeignFormat::Wav => "a WAV file",
-            ForeignFormat::UniversalFile => "a universal file (UFF)",
-            ForeignFormat::SegY => "a SEG-Y file",
         })
     }
 }

@@ -23,11 +23,15 @@ pub enum InputFault {
     #[error("expected a file, found {found}")]
     NotAFile { found: FileKind },
 
-    #[error("expected NumPy (.npy, .npz) or text (.csv, .tsv, .txt), found {found}")]
+    #[error(
+        "expected NumPy (.npy, .npz), text (.csv, .tsv, .txt), HDF5, NetCDF, MATLAB, SEG-Y or UFF, found {found}"
+    )]
     UnknownFormat { found: String },
 
     /// A known format that is not read.
-    #[error("expected NumPy (.npy, .npz) or text (.csv, .tsv, .txt), found {format}")]
+    #[error(
+        "expected NumPy (.npy, .npz), text (.csv, .tsv, .txt), HDF5, NetCDF, MATLAB, SEG-Y or UFF, found {format}"
+    )]
     ForeignFormat { format: ForeignFormat },
 
     #[error("expected the NumPy signature \\x93NUMPY, found {found:02x?}")]

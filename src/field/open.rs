@@ -295,12 +295,15 @@ impl Format {
         if bytes.starts_with(npy::MAGIC) {
             return Ok(Format::Npy);
         }
-        let name = path.file_name().unwrap_or_default().to_string_lossy();
-        if let Some(format) = wavecascade_formats::Format::detect(&name, bytes) {
-            return Ok(Format::Labelled(format));
-        }
         let extension = path.extension().unwrap_or_default().to_ascii_lowercase();
         let extension = extension.to_string_lossy();
+        let name = path.file_name().unwrap_or_default().to_string_lossy();
+        // Numbers of a table may look like the header of a text format.
+        let is_table = matches!(extension.as_ref(), "csv" | "tsv");
+        let labelled = wavecascade_formats::Format::detect(&name, bytes);
+        if let Some(format) = labelled.filter(|_| !is_table) {
+            return Ok(Format::Labelled(format));
+        }
         if let Some(format) = ForeignFormat::detect(&extension, bytes) {
             return Err(InputFault::ForeignFormat { format });
         }

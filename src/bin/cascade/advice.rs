@@ -243,14 +243,6 @@ fn conversion(format: ForeignFormat) -> &'static str {
             "convert it in Python, one channel a site: `rate, v = scipy.io.wavfile.read(path); \
              numpy.save(\"field.npy\", v.astype(float))`, and state `--rate`"
         }
-        ForeignFormat::UniversalFile => {
-            "convert it in Python, each set of type 58 a record: `u = pyuff.UFF(path).read_sets(); \
-             numpy.savez(\"field.npz\", v=numpy.stack([s[\"data\"] for s in u], axis=1), t=u[0][\"x\"])`"
-        }
-        ForeignFormat::SegY => {
-            "convert it in Python: `f = segyio.open(path, ignore_geometry=True); \
-             numpy.save(\"field.npy\", segyio.tools.collect(f.trace[:]).T)`"
-        }
         _ => "convert it with `numpy.save(\"field.npy\", array)`",
     }
 }

@@ -59,7 +59,8 @@ pub(super) fn list(bytes: &[u8], listing: &mut Listing) -> Result<()> {
         } else if header.is_complex {
             listing.push_other(path, shape, "complex numbers".into())?;
         } else if header.kind == Kind::Text {
-            listing.count("text", (end - start) as u64)?;
+            // At worst each character is a `String`.
+            listing.count("text", 40 * (end - start) as u64)?;
             let codes = bytes[start..end].chunks_exact(header.sample.bytes());
             let character = |code| header.sample.to_f64(header.order, code) as u32;
             let character = |code| char::from_u32(character(code)).unwrap_or('\u{fffd}');
@@ -142,7 +143,11 @@ impl Header {
 
     /// Where the matrix ends; `None` beyond a `usize`.
     fn end(&self, at: usize) -> Option<usize> {
-        let parts = if self.is_complex && self.kind != Kind::Sparse { 2 } else { 1 };
+        let parts = if self.is_complex && self.kind != Kind::Sparse {
+            2
+        } else {
+            1
+        };
         let count = count(&self.shape, String::new).ok()?;
         let bytes = count.checked_mul(parts * self.sample.bytes() as u64)?;
         let start = at.checked_add(HEADER)?.checked_add(self.name_len)?;

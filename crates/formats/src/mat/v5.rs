@@ -17,6 +17,8 @@ const MOST_DEPTH: usize = 32;
 const MOST_MEMBERS: u64 = 4096;
 /// As NumPy and more than any field has.
 const MOST_DIMENSIONS: usize = 32;
+/// Bytes of the name of a field, beyond what MATLAB allows.
+const MOST_NAME: usize = 4096;
 /// Deflate gives at most 1032 bytes for one.
 const MOST_INFLATION: u64 = 1032;
 
@@ -130,7 +132,9 @@ fn inflate(deflated: &[u8], len: u64, at: usize) -> Result<Vec<u8>> {
     }
     let damaged =
         |found: String| Error::damaged(format!("byte {at}"), format!("{len} bytes"), found);
-    let read = ZlibDecoder::new(deflated).take(len + 1).read_to_end(&mut out);
+    let read = ZlibDecoder::new(deflated)
+        .take(len + 1)
+        .read_to_end(&mut out);
     read.map_err(|e| damaged(e.to_string()))?;
     match out.len() as u64 {
         found if found < len => Err(damaged(found.to_string())),
@@ -369,7 +373,9 @@ impl Elements<'_> {
         let name_len = self.part.word(at) as usize;
         let names = self.next("names of fields")?;
         let names = &self.part.bytes[names.range];
-        if !names.is_empty() && (name_len == 0 || names.len() % name_len != 0) {
+        if !names.is_empty()
+            && (name_len == 0 || name_len > MOST_NAME || !names.len().is_multiple_of(name_len))
+        {
             let found = format!("{name_len} bytes a name, {} in all", names.len());
             return Err(self.part.damaged(at, expected, found));
         }
@@ -401,8 +407,8 @@ impl Elements<'_> {
         let element = self.next("characters")?;
         let at = element.range.start;
         let bytes = &self.part.bytes[element.range];
-        // A `char` has four bytes and comes with its `String`.
-        listing.count("text", (bytes.len() as u64).saturating_mul(5))?;
+        // At worst each character is a `String`.
+        listing.count("text", (bytes.len() as u64).saturating_mul(40))?;
         let order = self.part.order;
         let text: Vec<char> = match element.kind {
             INT8 | UTF8 => String::from_utf8_lossy(bytes).chars().collect(),
@@ -418,7 +424,9 @@ impl Elements<'_> {
                     .collect()
             }
             UTF32 | UINT32 => {
-                let characters = bytes.chunks_exact(4).map(|c| char::from_u32(word(order, c)));
+                let characters = bytes
+                    .chunks_exact(4)
+                    .map(|c| char::from_u32(word(order, c)));
                 characters
                     .map(|c| c.unwrap_or(char::REPLACEMENT_CHARACTER))
                     .collect()
@@ -500,4 +508,37 @@ fn word(order: ByteOrder, bytes: &[u8]) -> u32 {
 fn until_zero(name: &[u8]) -> String {
     let name = name.split(|c| *c == 0).next();
     String::from_utf8_lossy(name.unwrap_or_default()).into_owned()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use std::io::Write;
+
+    /// A file with a compressed matrix whose tag promises `len` bytes and holds 16 MiB of zeros.
+    fn bomb(len: u32) -> Vec<u8> {
+        let mut file = vec![b' '; HEADER];
+        file[124..].copy_from_slice(&[0, 1, b'I', b'M']);
+        let level = flate2::Compression::best();
+        let mut encoder = flate2::write::ZlibEncoder::new(Vec::new(), level);
+        encoder.write_all(&MATRIX.to_le_bytes()).unwrap();
+        encoder.write_all(&len.to_le_bytes()).unwrap();
+        encoder.write_all(&vec![0; 16 << 20]).unwrap();
+        let deflated = encoder.finish().unwrap();
+        file.extend(COMPRESSED.to_le_bytes());
+        file.extend((deflated.len() as u32).to_le_bytes());
+        file.extend(deflated);
+        file
+    }
+
+    #[test]
+    fn regress_inflation_is_bounded() {
+        let refused = |len, memory| list(&bomb(len), &mut Listing::new(memory)).unwrap_err();
+        let memory = refused(16 << 20, Some(1 << 20));
+        assert!(matches!(memory, Error::Memory { .. }), "{memory}");
+        for (len, why) in [(1 << 10, "found more"), (u32::MAX, "at most 1032 bytes")] {
+            let damaged = refused(len, None).to_string();
+            assert!(damaged.contains(why), "{damaged}");
+        }
+    }
 }

@@ -1,0 +1,131 @@
+//! What a peer's reader found in a file, and damage to it.
+
+use std::path::PathBuf;
+use std::sync::Arc;
+
+use serde_json::Value as Json;
+use wavecascade_formats::{Container, Format, Options, SampleType, Value, open};
+
+pub fn directory(of: &str) -> PathBuf {
+    let tests = PathBuf::from(env!("CARGO_MANIFEST_DIR")).join("tests/files");
+    tests.join(of)
+}
+
+/// The files of a directory with what its peer read.
+pub fn files(of: &str) -> Vec<(String, Vec<u8>, Json)> {
+    let json = std::fs::read(directory(of).join("expected.json")).unwrap();
+    let json: Json = serde_json::from_slice(&json).unwrap();
+    let files = json["files"].as_object().unwrap();
+    let read = |name: &String| std::fs::read(directory(of).join(name)).unwrap();
+    files
+        .iter()
+        .map(|(name, found)| (name.clone(), read(name), found.clone()))
+        .collect()
+}
+
+pub fn open_bytes(name: &str, bytes: &[u8]) -> Container {
+    let format = Format::detect(name, bytes).unwrap_or_else(|| panic!("{name} is detected"));
+    open(format, Arc::new(bytes.to_vec()), &Options::default()).unwrap()
+}
+
+/// Compares type, shape and every bit with the peer's.
+pub fn compare(container: &Container, path: &str, expected: &Json) {
+    let i = container.find(path);
+    let i = i.unwrap_or_else(|| panic!("{path} is listed"));
+    let variable = &container.variables[i];
+    if let Some(other) = expected.get("other") {
+        let other = SampleType::Other(other.as_str().unwrap().into());
+        assert_eq!(variable.sample_type, other, "{path}");
+        return;
+    }
+    if let Some(text) = expected.get("text") {
+        assert_eq!(variable.sample_type, SampleType::Other("text".into()));
+        let rows: Vec<String> = serde_json::from_value(text.clone()).unwrap();
+        let found = match container.attributes.get(path) {
+            Some(Value::Text(text)) => vec![text.clone()],
+            Some(Value::Texts(texts)) => texts.clone(),
+            other => panic!("{path}: {other:?}"),
+        };
+        assert_eq!(found, rows, "{path}");
+        return;
+    }
+    let shape: Vec<u64> = serde_json::from_value(expected["shape"].clone()).unwrap();
+    assert_eq!(variable.shape(), shape, "{path}");
+    let sample = variable.sample_type.number().unwrap();
+    let kind = match sample.name() {
+        "bool" => "b1".to_owned(),
+        name => format!("{}{}", &name[..1], sample.bytes()),
+    };
+    assert_eq!(kind, expected["type"].as_str().unwrap(), "{path}");
+    let count = variable.count().unwrap() as usize;
+    let mut out = vec![0; count * sample.bytes()];
+    let all: Vec<_> = shape.iter().map(|len| 0..*len).collect();
+    container.read(i, &all, &mut out).unwrap();
+    if cfg!(target_endian = "big") {
+        out.chunks_exact_mut(sample.bytes())
+            .for_each(<[u8]>::reverse);
+    }
+    let hex: String = out.iter().map(|byte| format!("{byte:02x}")).collect();
+    assert_eq!(hex, expected["hex"].as_str().unwrap(), "{path}");
+
+    // A block leaves out the first and the last index of each dimension that has three.
+    let inner: Vec<_> = shape
+        .iter()
+        .map(|len| if *len < 3 { 0..*len } else { 1..len - 1 })
+        .collect();
+    let mut within = Vec::new();
+    for (flat, one) in out.chunks_exact(sample.bytes()).enumerate() {
+        let mut rest = flat as u64;
+        let is_inner = shape.iter().zip(&inner).rev().all(|(len, range)| {
+            let index = rest % len;
+            rest /= len;
+            range.contains(&index)
+        });
+        if is_inner {
+            within.extend_from_slice(one);
+        }
+    }
+    let mut block = vec![0; within.len()];
+    container.read(i, &inner, &mut block).unwrap();
+    if cfg!(target_endian = "big") {
+        block
+            .chunks_exact_mut(sample.bytes())
+            .for_each(<[u8]>::reverse);
+    }
+    assert_eq!(block, within, "a block of {path}");
+}
+
+/// Opens cut and changed copies of a file and reads what they list; nothing may panic.
+pub fn damage(format: Format, bytes: &[u8], changes: usize) {
+    let mut options = Options::default();
+    options.memory = Some(16 << 20);
+    let read = |bytes: Vec<u8>| {
+        let Ok(container) = open(format, Arc::new(bytes), &options) else {
+            return;
+        };
+        for (i, variable) in container.variables.iter().enumerate() {
+            if variable.count().is_some_and(|n| n < 1 << 20) {
+                let _ = container.numbers(i);
+            }
+        }
+    };
+    let step = if bytes.len() > 4096 { 7 } else { 1 };
+    for len in (0..bytes.len()).step_by(step) {
+        read(bytes[..len].to_vec());
+    }
+    let mut state = 0x9e37_79b9_7f4a_7c15u64;
+    let mut random = |below: usize| {
+        state ^= state << 13;
+        state ^= state >> 7;
+        state ^= state << 17;
+        (state % below as u64) as usize
+    };
+    for _ in 0..changes {
+        let mut changed = bytes.to_vec();
+        for _ in 0..=random(3) {
+            let at = random(changed.len());
+            changed[at] = [random(256) as u8, 0, 0xff, 0x7f][random(4)];
+        }
+        read(changed);
+    }
+}

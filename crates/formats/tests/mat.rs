@@ -1,0 +1,93 @@
+//! MATLAB files of versions 4 to 7 against SciPy's reader.
+
+mod expected;
+
+use std::sync::Arc;
+
+use expected::{compare, damage, directory, files, open_bytes};
+use wavecascade_formats::{Error, Format, Options, Place, open};
+
+#[test]
+fn val_scipy_every_array() {
+    let files = files("mat");
+    assert_eq!(files.len(), 6);
+    for (name, bytes, found) in files {
+        let container = open_bytes(&name, &bytes);
+        let found = found.as_object().unwrap();
+        assert_eq!(container.variables.len(), found.len(), "{name}");
+        for (path, expected) in found {
+            compare(&container, path, expected);
+        }
+    }
+}
+
+#[test]
+fn regress_samples_stay_in_place() {
+    let bytes = std::fs::read(directory("mat").join("v5.mat")).unwrap();
+    let container = open_bytes("v5.mat", &bytes);
+    let place = |path: &str| &container.variables[container.find(path).unwrap()].place;
+    for path in ["x_f8", "data.vel", "runs(2).vel", "is_open"] {
+        assert!(matches!(place(path), Place::Strided { .. }), "{path}");
+    }
+    let Place::Strided { strides, .. } = place("cube") else {
+        panic!("in place");
+    };
+    assert_eq!(strides, &[8, 16, 48]);
+}
+
+#[test]
+fn regress_memory_is_limited() {
+    let bytes = std::fs::read(directory("mat").join("v5_compressed.mat")).unwrap();
+    let mut options = Options::default();
+    options.memory = Some(300);
+    let refused = open(Format::Mat5, Arc::new(bytes), &options).unwrap_err();
+    assert!(matches!(refused, Error::Memory { .. }), "{refused}");
+}
+
+#[test]
+fn regress_formats_are_told_apart() {
+    let bytes = std::fs::read(directory("mat").join("v4.mat")).unwrap();
+    assert_eq!(Format::detect("a.mat", &bytes), Some(Format::Mat4));
+    assert_eq!(Format::detect("a.dat", &bytes), None);
+    let mut bytes = std::fs::read(directory("mat").join("v5.mat")).unwrap();
+    assert_eq!(Format::detect("a", &bytes), Some(Format::Mat5));
+    bytes[..19].copy_from_slice(b"MATLAB 7.3 MAT-file");
+    bytes[124..126].copy_from_slice(&[0, 2]);
+    assert_eq!(Format::detect("a.mat", &bytes), None);
+}
+
+#[test]
+fn regress_damage_never_panics() {
+    for (name, bytes, _) in files("mat") {
+        let format = Format::detect(&name, &bytes).unwrap();
+        damage(format, &bytes, 1000);
+    }
+}
+
+#[test]
+fn val_numpy_burgers() {
+    let data =
+        std::path::Path::new(env!("CARGO_MANIFEST_DIR")).join("../../../shared/data/burgers_sine");
+    let Ok(bytes) = std::fs::read(data.join("original/burgers_sine.mat")) else {
+        eprintln!("NOT TESTED: {} is absent", data.display());
+        return;
+    };
+    let container = open_bytes("burgers_sine.mat", &bytes);
+    let usol = container.find("usol").unwrap();
+    let &[space, time] = &container.variables[usol].shape()[..] else {
+        panic!("two dimensions");
+    };
+    let numbers = container.numbers(usol).unwrap();
+    let npy = std::fs::read(data.join("field.npy")).unwrap();
+    let count = (space * time) as usize;
+    let field = npy[npy.len() - 8 * count..].chunks_exact(8);
+    let field: Vec<f64> = field
+        .map(|one| f64::from_le_bytes(one.try_into().unwrap()))
+        .collect();
+    for t in 0..time as usize {
+        for x in 0..space as usize {
+            let found = numbers[x * time as usize + t];
+            assert_eq!(found, field[t * space as usize + x]);
+        }
+    }
+}
