@@ -183,40 +183,110 @@ fn regress_any_call_may_fail() {
     println!("{failed} calls failed, one a run");
 }
 
-/// A sweep keeps what is done: the same command completes it.
+/// Work in parts keeps what is done: the same command completes it.
 #[test]
-fn regress_a_sweep_goes_on_after_any_call_failed() {
-    let place = Place::new();
-    let words: Vec<&str> = "sweep --vary stiffness_ratio=1,2 --sites 4 --samples 8 --out result"
-        .split(' ')
-        .collect();
+fn regress_work_in_parts_goes_on_after_any_call_failed() {
+    const PARTS: [(&str, &str); 3] = [
+        (
+            "sweep --vary stiffness_ratio=1,2 --sites 4 --samples 8 --out result",
+            "result/table.csv",
+        ),
+        (
+            "attenuate --ratios 2.4 --bodies 5 --lengths 5 --out result --figures none --threads 1",
+            "result/curves.csv",
+        ),
+        (
+            "transmit --over stiffness_ratio=2,3 --sites 5 --out result --figures none --threads 1",
+            "result/curves.csv",
+        ),
+    ];
+    let place = inputs_of_cases();
+    let inputs = files(place.folder());
+    let mut count = 0;
+    for (words, table) in PARTS {
+        let words: Vec<&str> = words.split(' ').collect();
+        restore(place.folder(), &inputs);
+        let Some((output, record)) = preload::run(&place, &words, None) else {
+            return;
+        };
+        assert!(output.status.success(), "{}", text(&output.stderr));
+        let whole: Vec<String> = files(place.folder()).into_keys().collect();
+        let rows = fs::read(place.path(table)).unwrap();
+        let numbers = numbers(&record);
+        assert!(numbers.len() > 20, "{words:?}");
+        for &n in &numbers {
+            restore(place.folder(), &inputs);
+            let fault = [Fault::Full, Fault::Disk][n % 2];
+            let (output, record) = preload::run(&place, &words, Some((n, fault))).unwrap();
+            let failed = record.iter().find(|call| call[0] == "fail");
+            let said = text(&output.stderr);
+            let context = format!(
+                "{words:?}, call {n}, {failed:?}: {:?}\n{said}",
+                output.status
+            );
+            assert!(matches!(output.status.code(), Some(0 | 1)), "{context}");
+            let left: Vec<String> = files(place.folder()).into_keys().collect();
+            assert!(
+                !left.iter().any(|name| name.contains(".cascade-partial")),
+                "{context}: {left:?}"
+            );
+            let again = place.run(&words);
+            assert!(again.status.success(), "{context}: {}", text(&again.stderr));
+            assert_eq!(fs::read(place.path(table)).unwrap(), rows, "{context}");
+            let found: Vec<String> = files(place.folder()).into_keys().collect();
+            assert_eq!(found, whole, "{context}");
+        }
+        println!("{}: {} calls failed, one a run", words[0], numbers.len());
+        count += numbers.len();
+    }
+    println!("{count} calls failed, one a run");
+}
+
+/// Of several fields, each has a whole result or none; what is listed is there.
+#[test]
+fn regress_several_fields_are_whole_after_any_call_failed() {
+    let words: Vec<&str> =
+        "analyze wave.npy chain.npz --out result --only spatial --figures none --threads 1"
+            .split(' ')
+            .collect();
+    let place = inputs_of_cases();
+    let before = files(place.folder());
     let Some((output, record)) = preload::run(&place, &words, None) else {
         return;
     };
     assert!(output.status.success(), "{}", text(&output.stderr));
-    let table = fs::read(place.path("result/table.csv")).unwrap();
+    let fields = ["wave", "chain.npz"].map(|name| place.path("result").join(name));
+    let names = |path: &Path| files(path).into_keys().collect::<Vec<_>>();
+    let whole = fields.each_ref().map(|field| names(field));
+    assert!(whole.iter().all(|names| !names.is_empty()), "{whole:?}");
     let numbers = numbers(&record);
-    assert!(numbers.len() > 20);
+    assert!(numbers.len() > 50);
     for &n in &numbers {
-        fs::remove_dir_all(place.path("result")).unwrap();
+        restore(place.folder(), &before);
         let fault = [Fault::Full, Fault::Disk][n % 2];
         let (output, record) = preload::run(&place, &words, Some((n, fault))).unwrap();
         let failed = record.iter().find(|call| call[0] == "fail");
         let said = text(&output.stderr);
         let context = format!("call {n}, {failed:?}: {:?}\n{said}", output.status);
         assert!(matches!(output.status.code(), Some(0 | 1)), "{context}");
-        let left: Vec<String> = files(place.folder()).into_keys().collect();
+        assert!(!said.contains("panicked"), "{context}");
+        let left = names(place.folder());
         assert!(
             !left.iter().any(|name| name.contains(".cascade-partial")),
             "{context}: {left:?}"
         );
-        let again = place.run(&words);
-        assert!(again.status.success(), "{context}: {}", text(&again.stderr));
-        assert_eq!(
-            fs::read(place.path("result/table.csv")).unwrap(),
-            table,
-            "{context}"
-        );
+        for (field, whole) in fields.iter().zip(&whole) {
+            let found = names(field);
+            assert!(found.is_empty() || found == *whole, "{context}: {found:?}");
+        }
+        if place.path("result/index.json").exists() {
+            let listed = place.json("result/index.json").to_string();
+            let is_listed = |name: &str| listed.contains(&format!("\"name\":\"{name}\""));
+            assert!(
+                is_listed("wave") || is_listed("chain.npz"),
+                "{context}: {listed}"
+            );
+        }
     }
     println!("{} calls failed, one a run", numbers.len());
 }

@@ -1,9 +1,10 @@
 //! Random files, read as the programs that wrote them read them.
 
 use std::path::Path;
-use std::process::Command;
+use std::process::{Command, Output};
 use std::time::{SystemTime, UNIX_EPOCH};
 
+use test_support::place::Place;
 use wavecascade::Field;
 use wavecascade::field::{Layout, OpenOptions, TimeColumn};
 
@@ -21,6 +22,14 @@ fn seed() -> u64 {
     }
 }
 
+/// A script of `tests/input_formats`, run by Python.
+fn python(script: &str, words: &[&str]) -> std::io::Result<Output> {
+    let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("tests/input_formats");
+    let python = std::env::var("PAGES_PYTHON").unwrap_or("python3".into());
+    let mut command = Command::new(python);
+    command.arg(folder.join(script)).args(words).output()
+}
+
 fn expected(path: &Path) -> Vec<f64> {
     let bytes = std::fs::read(path).unwrap();
     let values = bytes.chunks_exact(8).map(|b| b.try_into().unwrap());
@@ -31,13 +40,12 @@ fn expected(path: &Path) -> Vec<f64> {
 #[test]
 fn val_random_files_are_read_as_numpy_and_pandas_read_them() {
     let folder = tempfile::tempdir().unwrap();
-    let script = Path::new(env!("CARGO_MANIFEST_DIR")).join("tests/input_formats/random_files.py");
-    let python = std::env::var("PAGES_PYTHON").unwrap_or("python3".into());
+    let at = folder.path().to_str().unwrap();
     let seed = seed();
-    let made = Command::new(python)
-        .args([script.as_os_str(), folder.path().as_os_str()])
-        .args([seed.to_string(), COUNT.to_string()])
-        .output();
+    let made = python(
+        "random_files.py",
+        &[at, &seed.to_string(), &COUNT.to_string()],
+    );
     let listed = match made {
         Ok(made) if made.status.success() => String::from_utf8(made.stdout).unwrap(),
         made => {
@@ -77,5 +85,58 @@ fn val_random_files_are_read_as_numpy_and_pandas_read_them() {
             );
         }
         assert_eq!(found.len(), wanted.len());
+    }
+}
+
+/// Direct sums in long double, by NumPy: shapes with large prime lengths, both layouts, amplitudes
+/// from 1e-300 to 1e300.
+#[test]
+fn val_random_spectra_are_direct_sums_in_long_double() {
+    const SPECTRA: usize = 60;
+    /// Relative to the peak.
+    const BOUND: f64 = 2e-15;
+    let place = Place::new();
+    let at = place.folder().to_str().unwrap();
+    let seed = seed();
+    let words = ["make", at, &seed.to_string(), &SPECTRA.to_string()];
+    let listed = match python("random_spectra.py", &words) {
+        Ok(made) if made.status.success() => String::from_utf8(made.stdout).unwrap(),
+        made => {
+            println!("SKIPPED: random spectra, which need Python with numpy: {made:?}");
+            return;
+        }
+    };
+    println!("FILES_SEED={seed}");
+    assert_eq!(listed.lines().count(), SPECTRA);
+    for line in listed.lines() {
+        let words: Vec<&str> = line.split(' ').collect();
+        let (file, out) = (format!("{}.npy", words[0]), format!("{}.result", words[0]));
+        let output = place.run(&[
+            "analyze",
+            &file,
+            "--layout",
+            words[1],
+            "--dt",
+            "1",
+            "--dx",
+            "1",
+            "--figures",
+            "none",
+            "--out",
+            &out,
+        ]);
+        assert!(output.status.success(), "seed {seed}, {line}: {output:?}");
+    }
+    let compared = python("random_spectra.py", &["compare", at]).unwrap();
+    assert!(compared.status.success(), "seed {seed}: {compared:?}");
+    let said = String::from_utf8(compared.stdout).unwrap();
+    println!("temporal and space-time, relative to the peak: {said}");
+    let errors: Vec<f64> = said
+        .split_whitespace()
+        .map(|n| n.parse().unwrap())
+        .collect();
+    assert_eq!(errors.len(), 2, "seed {seed}: {said}");
+    for error in errors {
+        assert!(error <= BOUND, "seed {seed}: {error:e}");
     }
 }
