@@ -26,6 +26,8 @@ pub enum Note {
     },
     /// The time of the first sample, from which times count.
     Start { time: String },
+    /// Traces that begin at different times, which were read as beginning at one.
+    Delays,
     /// Coordinates that are even but for a jitter.
     Jitter { axis: &'static str, jitter: Jitter },
     /// The layout that the lengths of the coordinates leave.
@@ -45,6 +47,7 @@ impl Note {
             Note::Members { .. } => "members",
             Note::Variable { .. } => "variable",
             Note::Start { .. } => "start",
+            Note::Delays => "delays",
             Note::Jitter { .. } => "jitter",
             Note::Layout { .. } => "layout",
             Note::FirstColumn { .. } => "first-column",
@@ -75,6 +78,9 @@ impl Note {
                 text
             }
             Note::Start { time } => format!("times count from {time}"),
+            Note::Delays => {
+                "the traces begin at different times and are read as if they began at one".into()
+            }
             Note::Jitter { axis, jitter } => format!(
                 "the {axis} coordinates are taken as even; index {} deviates by {} of a step, which is \
                  the most",
@@ -109,7 +115,10 @@ impl Note {
 
     /// Whether the conclusion may be wrong.
     pub fn is_doubtful(&self) -> bool {
-        matches!(self, Note::Wide { .. } | Note::RisingSite { .. })
+        matches!(
+            self,
+            Note::Delays | Note::Wide { .. } | Note::RisingSite { .. }
+        )
     }
 
     /// A note on an array without a stated layout.

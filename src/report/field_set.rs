@@ -87,8 +87,10 @@ impl FieldSet {
 
     /// Where the results of the field of this name go, and whether an earlier one is replaced.
     pub fn place(&self, name: &str) -> (PathBuf, bool) {
-        let is_there = self.earlier.iter().any(|row| row.name == name);
-        (self.path.join(name), is_there)
+        let path = self.path.join(name);
+        // A result has its name before it is listed, and a call may end between the two.
+        let is_there = self.earlier.iter().any(|row| row.name == name) || holds_result(&path);
+        (path, is_there)
     }
 
     /// Lists one more field.
@@ -188,17 +190,25 @@ fn earlier(path: &Path) -> Result<Option<Vec<FieldRow>>> {
     let text = read_text(&path.join(INDEX))?;
     let index = serde_json::from_str::<Index>(&text).ok();
     let index = index.filter(|index| index.schema == FIELDS_SCHEMA);
-    let Some(index) = index else {
-        return Err(occupied(format!("holds no {INDEX} of several fields")));
+    let is_unlisted = |name: &str| holds_result(&path.join(name));
+    // The first list may have failed, or been cut off by a kill, after the first result had its name.
+    let is_unfinished = || {
+        let is_part = |name: &String| [TABLE, PAGE].contains(&name.as_str()) || is_unlisted(name);
+        text.is_empty() && names.iter().all(is_part)
     };
-    let mut fields = index.fields;
+    let mut fields = match index {
+        Some(index) => index.fields,
+        None if is_unfinished() => Vec::new(),
+        None => return Err(occupied(format!("holds no {INDEX} of several fields"))),
+    };
     // What is not there is not listed any more.
     fields.retain(|row| names.contains(&row.name));
     let listed = |name: &str| fields.iter().any(|row| row.name == name);
     // A killed run leaves what it had begun.
     let is_begun = |name: &str| is_working_name(name.as_ref());
     let is_ours = |name: &&String| {
-        [INDEX, TABLE, PAGE].contains(&name.as_str()) || listed(name) || is_begun(name)
+        let is_file = [INDEX, TABLE, PAGE].contains(&name.as_str());
+        is_file || listed(name) || is_begun(name) || is_unlisted(name)
     };
     if let Some(name) = names.iter().find(|name| !is_ours(name)) {
         return Err(occupied(format!(

@@ -287,6 +287,11 @@ fn regress_several_fields_are_whole_after_any_call_failed() {
                 "{context}: {listed}"
             );
         }
+        let again = place.run(&[&words[..], &["--force"]].concat());
+        assert!(again.status.success(), "{context}: {}", text(&again.stderr));
+        for (field, whole) in fields.iter().zip(&whole) {
+            assert_eq!(names(field), *whole, "{context}");
+        }
     }
     println!("{} calls failed, one a run", numbers.len());
 }

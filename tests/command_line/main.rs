@@ -12,6 +12,7 @@ mod files;
 mod filter;
 mod general;
 mod inputs;
+mod inspect;
 mod leftovers;
 mod limits;
 mod localize;

@@ -457,3 +457,45 @@ fn val_peer_h5py_reads_the_same_fields() {
         );
     }
 }
+
+/// Files of other programs, beside the readers.
+fn fixture(name: &str) -> std::path::PathBuf {
+    let root = std::path::Path::new(env!("CARGO_MANIFEST_DIR"));
+    root.join("crates/formats/tests/files").join(name)
+}
+
+#[test]
+fn val_peer_segyio_traces_that_begin_at_different_times_are_doubtful() {
+    let field = open_path(&fixture("segy/f32.sgy"));
+    assert!(field.notes.contains(&Note::Delays) && Note::Delays.is_doubtful());
+    let field = open_path(&fixture("segy/ibm.sgy"));
+    assert!(!field.notes.contains(&Note::Delays), "{:?}", field.notes);
+    assert_eq!(field.time.unit.as_deref(), Some("s"));
+}
+
+#[test]
+fn every_file_of_a_peer_is_listed_and_read_or_asked_about() {
+    let mut read = 0;
+    for folder in ["hdf5", "mat", "netcdf3", "segy", "uff"] {
+        for entry in fs::read_dir(fixture(folder)).unwrap() {
+            let path = entry.unwrap().path();
+            if path
+                .extension()
+                .is_some_and(|extension| extension == "json")
+            {
+                continue;
+            }
+            let found = inspect(&path, &OpenOptions::default()).unwrap();
+            assert!(!found.variables.is_empty(), "{}", path.display());
+            match found.field {
+                Ok(field) => {
+                    let _all = values(&field);
+                    read += 1;
+                }
+                Err(Error::Input { .. }) => (),
+                Err(error) => panic!("{}: {error}", path.display()),
+            }
+        }
+    }
+    assert!(read >= 12, "{read}");
+}

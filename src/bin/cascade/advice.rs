@@ -250,6 +250,9 @@ fn conversion(format: ForeignFormat) -> &'static str {
 /// Of a conclusion about a file.
 pub fn of_note(note: &Note) -> Option<&'static str> {
     match note {
+        Note::Delays => {
+            Some("shift the traces to a common time first; `/delay` holds their delays")
+        }
         Note::FirstColumn { .. } => Some("where it holds samples, state `--time-column none`"),
         Note::Wide { .. } => Some(
             "state `--layout site-time` if rows are sites, or `--layout time-site` if they are \

@@ -10,9 +10,9 @@ mod load;
 
 use wavecascade_formats::{Container, Format, Options};
 
-use super::Quantity;
 use super::open::{Contents, FileSource};
 use super::storage::Packing;
+use super::{Note, Quantity};
 use crate::error::{Error, InputFault, Result};
 
 use axes::AxisFault;
@@ -41,6 +41,9 @@ pub(super) fn read(source: &FileSource, format: Format) -> Result<Contents> {
     let (space, space_notes) = axis_of("space", choice.sites(), stated.dx.is_some())?;
     notes.extend(time_notes);
     notes.extend(space_notes);
+    if attributes.get("delays").is_some() {
+        notes.push(Note::Delays);
+    }
     let unit = attributes.text("units").map(str::to_owned);
     let quantity = quantity(
         &variable.path,

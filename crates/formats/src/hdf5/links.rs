@@ -1,6 +1,6 @@
 //! The members of a group.
 //!
-//! [`hdf5_reader::Group::members`] fails as a whole when one member is of a kind that it does not read; the
+//! `hdf5_reader::Group::members` fails as a whole when one member is of a kind that it does not read; the
 //! names and addresses here let each member fail by itself.
 
 use hdf5_reader::error::Result;
