@@ -46,7 +46,7 @@ fn a_file_is_listed_with_what_is_missing_and_the_command() {
         "{said}"
     );
     let json: Value = serde_json::from_str(&place.good(&["inspect", "scan.nc", "--json"])).unwrap();
-    assert_eq!(json["variables"][2]["path"], "/v");
+    assert_eq!(json["variables"][2]["path"], "v");
     assert!(json["field"]["error"].as_str().unwrap().contains('y'));
 
     place.good(&[

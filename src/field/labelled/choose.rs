@@ -252,13 +252,13 @@ impl Roles {
                 shape: found.shape(),
             }),
             _ => {
-                // With times known, what is no position is the more likely to be left over.
-                let is_left = |d: &&usize| Some(**d) != time && role(d) != Some(Role::Space);
-                let left = long
-                    .iter()
-                    .find(is_left)
-                    .or(long.iter().find(|&&d| Some(d) != time));
-                Err(further(container, found, *left.unwrap_or(&long[0])))
+                // What has the name of positions is the last to be left over.
+                let name = |d: usize| found.dimensions[d].name.as_deref().map(last_name);
+                let is_position = |d: usize| name(d).is_some_and(|name| POSITIONS.contains(&name));
+                let rank = |d: &&usize| (role(d) == Some(Role::Space), is_position(**d));
+                let others = long.iter().filter(|&&d| Some(d) != time);
+                let left = others.min_by_key(rank).copied();
+                Err(further(container, found, left.unwrap_or(long[0])))
             }
         }
     }
