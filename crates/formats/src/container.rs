@@ -153,6 +153,15 @@ impl Container {
         self.variables.iter().position(|v| bare(&v.path) == path)
     }
 
+    /// Most bytes that the file can stand for: deflate encodes at most 258 bytes in two bits.
+    ///
+    /// A header that claims more is damaged, or leaves nearly all of its samples unwritten.
+    pub fn most_bytes(&self) -> u64 {
+        const MAX_INFLATION: u64 = 1032;
+        let length = (*self.bytes).as_ref().len() as u64;
+        length.saturating_mul(MAX_INFLATION)
+    }
+
     /// Copies a block of a variable to `out`, in native byte order, the last index fastest.
     ///
     /// # Errors
@@ -237,6 +246,16 @@ impl Container {
         let bytes = found
             .count()
             .and_then(|n| n.checked_mul(sample.bytes() as u64));
+        if bytes.is_none_or(|bytes| bytes > self.most_bytes()) {
+            return Err(Error::damaged(
+                format!("variable {}", found.path),
+                format!(
+                    "at most {} bytes of samples in this file",
+                    self.most_bytes()
+                ),
+                bytes.map_or("more".into(), |bytes| bytes.to_string()),
+            ));
+        }
         let mut out = Vec::new();
         let reserved = bytes
             .and_then(|bytes| usize::try_from(bytes).ok())

@@ -115,6 +115,14 @@ fn decoded(
     };
     let row = width.checked_mul(sample.bytes()).ok_or_else(too_large)?;
     let length = row.checked_mul(rows).ok_or_else(too_large)?;
+    // A short file may claim any length.
+    let most = container.most_bytes();
+    if length as u64 > most {
+        return Err(source.fault(InputFault::InflatedSize {
+            expected: length as u64,
+            found: most,
+        }));
+    }
     let mut block: Vec<Range<u64>> = variable.dimensions.iter().map(|d| 0..d.len).collect();
     for &(d, index) in &choice.fixed {
         block[d] = index..index + 1;
