@@ -116,6 +116,71 @@ fn regress_stated_memory_holds() {
     }
 }
 
+/// What reads a run, or runs chains: the arrays named, and what the program takes by itself.
+#[test]
+fn regress_peaks_of_commands_without_a_memory_option() {
+    const PROGRAM: u64 = 24 << 20;
+    let place = Place::new();
+    let simulate = "simulate --sites 200 --samples 10000 --end-time 20";
+    for (ratio, out) in [("1", "first.npz"), ("2", "second.npz")] {
+        let words = format!("{simulate} --stiffness-ratio {ratio} --out {out} --quiet");
+        place.good(&words.split(' ').collect::<Vec<_>>());
+    }
+    // Times, velocities, displacements, forces, energies passed.
+    let run: u64 = 8 * 10_000 * (1 + 2 * 200 + 2 * 199);
+    let swept: u64 = 8 * 10_000 * (1 + 2 * 100 + 2 * 99);
+    let cases = [
+        // The arrays, the pages of the file that they were read from.
+        ("budget first.npz --figures none --quiet", 2 * run),
+        // Two runs, the pages of one file at a time.
+        ("compare first.npz second.npz --quiet", 4 * run),
+        (
+            "sweep --sites 100 --samples 10000 --end-time 20 --vary seed=1:3 --mass-spread 0.1 --threads 2 --out sweep --quiet",
+            2 * swept,
+        ),
+        ("localize --order 1..2", 0),
+        // Pictures.
+        (
+            "attenuate --ratios 1,4.9 --bodies 20 --out curves --quiet",
+            48 << 20,
+        ),
+        (
+            "transmit --over stiffness_ratio=1:8:4 --no-extremes --sites 21 --out lengths --quiet",
+            48 << 20,
+        ),
+        // Pages of the file that the system maps ahead.
+        ("inspect first.npz", run / 2),
+    ];
+    for (words, arrays) in cases {
+        let words: Vec<&str> = words.split(' ').collect();
+        let (output, peak) = peak(start(&place, &words));
+        println!(
+            "{words:?}: {} of {} MiB",
+            peak >> 20,
+            (arrays + PROGRAM) >> 20
+        );
+        assert!(output.status.success(), "{}", text(&output.stderr));
+        assert!(peak <= arrays + PROGRAM, "{words:?}: {peak} of {arrays}");
+    }
+}
+
+/// A run larger than what is free is refused before it is read.
+#[test]
+fn regress_a_run_larger_than_memory_is_refused() {
+    let place = Place::new();
+    let simulate = "simulate --sites 200 --samples 20000 --end-time 20 --out run.npz --quiet";
+    place.good(&simulate.split(' ').collect::<Vec<_>>());
+    for words in ["budget run.npz", "compare run.npz run.npz"] {
+        let (code, said) = limited(&place, 230_000, words);
+        assert_eq!(code, Some(2), "{words}: {said}");
+        assert!(
+            said.contains("run.npz") && said.contains("memory"),
+            "{said}"
+        );
+        assert_eq!(place.names().len(), 1, "{words}");
+    }
+}
+
 #[test]
 fn regress_a_stiff_chain_is_refused_with_its_key() {
     let place = Place::new();
