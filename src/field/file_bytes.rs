@@ -117,6 +117,17 @@ impl FileBytes {
         let _ = range;
     }
 
+    /// Has the system read `range` of a mapped file while something else is done.
+    pub(crate) fn fetch(&self, range: Range<usize>) {
+        #[cfg(unix)]
+        if let FileBytes::Mapped { map, .. } = self {
+            // Without it, the samples are read when they are touched.
+            let _hint = map.advise_range(memmap2::Advice::WillNeed, range.start, range.len());
+        }
+        #[cfg(not(unix))]
+        let _ = range;
+    }
+
     /// Passes `range` to `consume` in chunks, in order; drops each chunk's pages afterwards.
     pub(super) fn stream(&self, range: Range<usize>, mut consume: impl FnMut(&[u8])) {
         let mut start = range.start;

@@ -272,6 +272,7 @@ impl Field {
         for from in sites.clone().step_by(RECORDS) {
             let group = from..sites.end.min(from + RECORDS);
             let some = &mut some[..times.len() * group.len()];
+            self.storage.fetch_block(times.clone(), group.clone());
             self.read_time_major(times.clone(), group.clone(), some);
             let at = from - sites.start;
             for (row, read) in out

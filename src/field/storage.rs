@@ -278,6 +278,28 @@ impl Storage {
         }
     }
 
+    /// Has the system read the samples of a block, row by row. A fault on a page would read as much again
+    /// around it, of which short pieces of rows use little.
+    pub(crate) fn fetch_block(&self, times: Range<usize>, sites: Range<usize>) {
+        let Arrangement {
+            sample,
+            start,
+            row_len,
+            rows_are_times,
+            ..
+        } = self.arrangement;
+        let (rows, columns) = match rows_are_times {
+            true => (times, sites),
+            false => (sites, times),
+        };
+        if let Some(bytes) = self.mapped() {
+            for row in rows {
+                let at = |column: usize| start + (row * row_len + column) * sample.bytes();
+                bytes.fetch(at(columns.start)..at(columns.end));
+            }
+        }
+    }
+
     /// As [`Storage::release_pages`], for the whole rows of a block and the pages mapped around
     /// them.
     pub(crate) fn release_block(&self, times: Range<usize>, sites: Range<usize>) {

@@ -89,7 +89,7 @@ impl Plan {
     /// Chooses tiles and blocks, whether the field streams through, and whether the intermediate
     /// matrix of the space-time transform is held in memory. The survey of the samples takes
     /// `surveyed` bytes per thread.
-    pub(super) fn fit_into_memory(&mut self, surveyed: u64) -> Result<()> {
+    pub(super) fn fit_into_memory(&mut self, surveyed: u64, time_major: bool) -> Result<()> {
         let need = Need::of(self);
         let allowed = self.memory_allowed;
         let results = need.vectors(surveyed) + self.short_time_bytes();
@@ -124,9 +124,11 @@ impl Plan {
 
         let fixed = vectors + held + if streams { pieces } else { mapped };
         let spare = allowed - fixed;
-        let [columns, rows] = self.fit_tiles(&need, in_memory, spare);
+        let across = streams && !time_major;
+        let [columns, rows] = self.fit_tiles(&need, in_memory, across, spare);
         let tiles = columns.max(rows);
-        let [records, snapshots] = self.fit_blocks(&need, streams, in_memory, spare - tiles);
+        let [records, snapshots] =
+            self.fit_blocks(&need, streams, across, in_memory, spare - tiles);
         let both = columns + rows + records + snapshots;
         self.interleaved = !streams && in_memory && fixed + both <= allowed;
         self.memory_needed = match self.interleaved {
@@ -142,9 +144,10 @@ impl Plan {
         Ok(())
     }
 
-    /// Halves the tiles until each takes at most half of the `spare` bytes. Returns the bytes of tiles
-    /// of records and of snapshots.
-    fn fit_tiles(&mut self, need: &Need, in_memory: bool, spare: u64) -> [u64; 2] {
+    /// Halves the tiles until each takes at most half of the `spare` bytes. Snapshots that are read
+    /// `across` the records of a file, piece by piece, take a third of it. Returns the bytes of tiles of
+    /// records and of snapshots.
+    fn fit_tiles(&mut self, need: &Need, in_memory: bool, across: bool, spare: u64) -> [u64; 2] {
         let tiles = &mut self.tiles;
         let columns = |sites: usize| need.column_tile(sites as u64, in_memory);
         let rows = |times: usize| need.row_tile(times as u64, in_memory);
@@ -154,12 +157,22 @@ impl Plan {
         while tiles.times > 1 && rows(tiles.times) > spare / 2 {
             tiles.times /= 2;
         }
+        while across && (tiles.times as u64) < need.nt && rows(2 * tiles.times) <= spare / 3 {
+            tiles.times *= 2;
+        }
         [columns(tiles.sites), rows(tiles.times)]
     }
 
     /// Chooses the blocks that `spare` bytes hold. Returns the bytes of blocks of records (or of
     /// frequencies) and of snapshots.
-    fn fit_blocks(&mut self, need: &Need, streams: bool, in_memory: bool, spare: u64) -> [u64; 2] {
+    fn fit_blocks(
+        &mut self,
+        need: &Need,
+        streams: bool,
+        across: bool,
+        in_memory: bool,
+        spare: u64,
+    ) -> [u64; 2] {
         let (per_site, per_time) = (need.per_site(streams), need.per_time());
         let per_frequency = need.per_frequency();
         let [nt, nx, nf] = [need.nt, need.nx, need.nf].map(|n| n as usize);
@@ -180,9 +193,14 @@ impl Plan {
         // Every pass over the field takes the same number of sites.
         let each = nx.div_ceil(nx.div_ceil(sites));
         let together = ComplexTransform::<f64>::TOGETHER;
+        let least_times = need.least_times() as usize;
+        let times = match across {
+            true => block(spare, per_time, WIDTH, least_times, nt),
+            false => cached(per_time, self.tiles.times, least_times, nt),
+        };
         let mut blocks = Blocks {
             sites: sites.min(each.next_multiple_of(self.tiles.sites)),
-            times: cached(per_time, self.tiles.times, need.least_times() as usize, nt),
+            times,
             frequencies: cached(per_frequency, together, 1, nf),
             scratch: 0,
         };
@@ -354,10 +372,11 @@ fn front_bytes(samples: usize, sites: usize) -> u64 {
 
 #[cfg(test)]
 mod tests {
-    use ndarray::Array2;
+    use ndarray::{Array2, ShapeBuilder};
 
     use crate::Field;
     use crate::analyze::{Request, Results, ShortTime, plan};
+    use crate::field::OpenOptions;
     use crate::numeric::lanes::WIDTH;
     use crate::transform::RecordTransform;
 
@@ -417,5 +436,36 @@ mod tests {
         assert_eq!(steps[2], 5 * steps[1]);
         assert!(steps[1] > 5 * 80 + worked);
         assert_eq!(steps[0] - steps[1], 32 * 8 * (8 + 8));
+    }
+
+    /// Snapshots of a file larger than memory: where they are rows, a few at a time; across records, as
+    /// many as fit, since each piece of a record costs a read.
+    #[test]
+    fn snapshots_across_records_are_read_in_long_pieces() {
+        let folder = tempfile::tempdir().unwrap();
+        let tile = |fortran: bool| {
+            let path = folder.path().join("field.npy");
+            let shape = (8192, 500).set_f(fortran);
+            ndarray_npy::write_npy(&path, &Array2::<f32>::zeros(shape)).unwrap();
+            let field = Field::open(&path, &OpenOptions::default()).unwrap();
+            let request = Request {
+                threads: Some(2),
+                memory: Some(60 << 20),
+                ..Request::default()
+            };
+            let planned = plan(&field, &request).unwrap();
+            assert!(planned.memory_needed <= 60 << 20);
+            (planned.tiles.times, planned.blocks.times)
+        };
+        let (tile_of_rows, block_of_rows) = tile(false);
+        let (tile_across, block_across) = tile(true);
+        assert!(
+            tile_across >= 8 * tile_of_rows,
+            "{tile_across} of {tile_of_rows}"
+        );
+        assert!(
+            block_across >= tile_across,
+            "{block_across} of {block_of_rows}"
+        );
     }
 }

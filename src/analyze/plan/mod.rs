@@ -227,7 +227,7 @@ pub fn plan(field: &Field, request: &Request) -> Result<Plan> {
         stages: Vec::new(),
         arrays: Vec::new(),
     };
-    plan.fit_into_memory(survey_bytes(field, n_sites))
+    plan.fit_into_memory(survey_bytes(field, n_sites), field.is_time_major())
         .map_err(|error| error.beside(loaded))?;
     plan.memory_needed += loaded;
     plan.memory_allowed += loaded;
