@@ -144,10 +144,11 @@ impl Sweep {
     /// # Errors
     /// Before any work, [`Error::OutputInUse`] for a directory that holds something else,
     /// [`Error::Scene`] for an invalid member, and [`Error::Memory`] if one run per thread does not
-    /// fit; later [`Error::Write`], and [`Error::Paused`] when the observer cancels. Finished
+    /// fit, [`Error::Cancelled`] when the observer cancels; later [`Error::Write`], and
+    /// [`Error::Paused`] when it cancels then. Finished
     /// members are kept.
     pub fn run(&self, directory: &Path, part: Part, observer: &dyn Observer) -> Result<Standing> {
-        self.check()?;
+        self.check(observer)?;
         let (journal, mut outcomes): (Journal, Outcomes) =
             Journal::open(directory, &self.request, &request::below(self.members))?;
         let missing: Vec<usize> = (0..self.members)
@@ -184,11 +185,16 @@ impl Sweep {
     }
 
     /// Checks that every member is valid, and that one run per thread fits into memory.
-    fn check(&self) -> Result<()> {
+    fn check(&self, observer: &dyn Observer) -> Result<()> {
+        observer.stage("checking scenes", self.members as u64);
         let sizes: Result<Vec<(u64, Option<u64>)>> = (0..self.members)
             .into_par_iter()
             .map(|member| {
+                if observer.cancelled() {
+                    return Err(Error::Cancelled);
+                }
                 let simulation = self.simulation(member)?;
+                observer.advance(1);
                 let at_once = runs_a_thread(&simulation) as u64;
                 Ok((
                     simulation.bytes().saturating_mul(at_once),

@@ -238,5 +238,10 @@ fn regress_the_time_allowed_ends_a_command() {
     assert_eq!(output.status.code(), Some(124), "{said}");
     assert!(said.contains("members known"), "{said}");
     assert!(place.path("sweep/members.jsonl").exists());
+    // While the scenes are checked, nothing is there to go on from.
+    let many = "sweep --sites 60 --samples 2 --vary seed=1:100000 --mass-spread 0.1 --out many --max-time 50ms";
+    let said = place.bad(124, &many.split(' ').collect::<Vec<_>>());
+    assert!(said.contains("nothing was written"), "{said}");
+    assert!(!place.path("many").exists());
     place.bad(2, &["scene", "--max-time", "soon"]);
 }
