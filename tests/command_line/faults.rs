@@ -183,6 +183,55 @@ fn regress_any_call_may_fail() {
     println!("{failed} calls failed, one a run");
 }
 
+/// Each request for memory is refused in turn, up to so many a command.
+#[test]
+fn regress_any_request_for_memory_may_be_refused() {
+    const REFUSED: usize = 40;
+    let place = inputs_of_cases();
+    let inputs = files(place.folder());
+    let mut count = 0;
+    for case in &CASES {
+        restore(place.folder(), &inputs);
+        let words: Vec<&str> = case.words.split(' ').collect();
+        let Some((output, asked)) = preload::refusing(&place, &words, None) else {
+            return;
+        };
+        assert!(output.status.success(), "{}", text(&output.stderr));
+        assert!(asked > 10, "{words:?}: {asked}");
+        let whole: Vec<String> = files(place.folder()).into_keys().collect();
+        for n in (1..=asked).step_by(asked.div_ceil(REFUSED)) {
+            restore(place.folder(), &inputs);
+            let (output, _) = preload::refusing(&place, &words, Some(n)).unwrap();
+            let said = text(&output.stderr);
+            let context = format!(
+                "{words:?}, request {n} of {asked}: {:?}\n{said}",
+                output.status
+            );
+            match output.status.code() {
+                // It was asked for more than was needed.
+                Some(0) => {}
+                Some(1 | 2) => {
+                    assert_eq!(said.matches("error: ").count(), 1, "{context}");
+                    assert!(
+                        said.starts_with("error: ") && said.contains("help: "),
+                        "{context}"
+                    );
+                    let is_absent = files(&place.path(case.result)).is_empty();
+                    assert!(is_absent, "{context}");
+                }
+                _ => panic!("{context}"),
+            }
+            // What an ended run has left, the next one removes.
+            let again = place.run(&[&words[..], &["--force"]].concat());
+            assert!(again.status.success(), "{context}: {}", text(&again.stderr));
+            let found: Vec<String> = files(place.folder()).into_keys().collect();
+            assert_eq!(found, whole, "{context}");
+            count += 1;
+        }
+    }
+    println!("{count} requests for memory refused, one a run");
+}
+
 /// Work in parts keeps what is done: the same command completes it.
 #[test]
 fn regress_work_in_parts_goes_on_after_any_call_failed() {

@@ -6,6 +6,8 @@
  *                    how many calls that may fail were made until then
  * CASCADE_TEST_FAIL  number of the call that fails, from 1
  * CASCADE_TEST_ERRNO its error
+ * CASCADE_TEST_REFUSE number of the request for memory that is refused, from 1, of those for LEAST bytes
+ *                     and more; the record ends with a line "asked" and how many there were
  *
  * Removals are recorded but do not fail: what cannot be removed stays, whatever a program does. */
 #define _GNU_SOURCE
@@ -30,6 +32,11 @@ static pthread_mutex_t mutex = PTHREAD_MUTEX_INITIALIZER;
 static char paths[DESCRIPTORS][LENGTH];
 static const char *root = "";
 static int record = -1, failing = 0, error = EIO, counted = 0;
+
+/* Smaller requests are those of the C library, too. */
+#define LEAST 8192
+static long refused = 0;
+static _Atomic long asked = 0;
 
 /* Path within the folder, "." for itself; 0 for one elsewhere. */
 static int inside(int directory, const char *path, char *out) {
@@ -72,6 +79,7 @@ __attribute__((constructor)) static void begin(void) {
     if (text) root = text;
     if ((text = getenv("CASCADE_TEST_FAIL"))) failing = atoi(text);
     if ((text = getenv("CASCADE_TEST_ERRNO"))) error = atoi(text);
+    if ((text = getenv("CASCADE_TEST_REFUSE"))) refused = atol(text);
     int (*real)(const char *, int, ...) = dlsym(RTLD_NEXT, "open");
     if ((text = getenv("CASCADE_TEST_LOG"))) record = real(text, O_CREAT | O_WRONLY | O_APPEND, 0600);
 }
@@ -267,4 +275,25 @@ int rmdir(const char *path) {
 int unlinkat(int directory, const char *path, int flags) {
     REAL(int, unlinkat, int, const char *, int);
     ON_PATHS("remove", 0, directory, path, AT_FDCWD, "", real(directory, path, flags));
+}
+
+extern void *__libc_malloc(size_t), *__libc_calloc(size_t, size_t), *__libc_realloc(void *, size_t);
+extern void *__libc_memalign(size_t, size_t);
+
+static int refuses(size_t n) { return n >= LEAST && ++asked == refused; }
+
+void *malloc(size_t n) { return refuses(n) ? NULL : __libc_malloc(n); }
+void *calloc(size_t count, size_t n) { return refuses(count * n) ? NULL : __libc_calloc(count, n); }
+void *realloc(void *at, size_t n) { return refuses(n) ? NULL : __libc_realloc(at, n); }
+void *aligned_alloc(size_t align, size_t n) { return refuses(n) ? NULL : __libc_memalign(align, n); }
+int posix_memalign(void **at, size_t align, size_t n) {
+    void *found = aligned_alloc(align, n);
+    if (found) *at = found;
+    return found ? 0 : ENOMEM;
+}
+
+__attribute__((destructor)) static void end(void) {
+    char count[32];
+    snprintf(count, sizeof count, "%ld", asked);
+    note("asked", count, "");
 }

@@ -50,18 +50,38 @@ pub fn run(
     words: &[&str],
     fails: Option<(usize, Fault)>,
 ) -> Option<(Output, Record)> {
+    let variables = fails.map(|(n, fault)| {
+        let (n, error) = (n.to_string(), (fault as i32).to_string());
+        [("CASCADE_TEST_FAIL", n), ("CASCADE_TEST_ERRNO", error)]
+    });
+    let (output, mut record) = recorded(place, words, variables.as_slice().as_flattened())?;
+    record.retain(|call| call[0] != "asked");
+    Some((output, record))
+}
+
+/// Runs the program with its n-th request for memory refused, of those for 8 KiB and more; also returns
+/// how many there were. `None` where this cannot be done.
+pub fn refusing(place: &Place, words: &[&str], n: Option<usize>) -> Option<(Output, usize)> {
+    let variable = n.map(|n| ("CASCADE_TEST_REFUSE", n.to_string()));
+    let (output, record) = recorded(place, words, variable.as_slice())?;
+    let asked = record.iter().rfind(|call| call[0] == "asked");
+    Some((output, asked.map_or(0, |call| call[1].parse().unwrap())))
+}
+
+/// Runs the program beside the preloaded library, with these variables.
+fn recorded(
+    place: &Place,
+    words: &[&str],
+    variables: &[(&str, String)],
+) -> Option<(Output, Record)> {
     let library = library()?;
     let log = tempfile::NamedTempFile::new().ok()?;
     let mut command = place.command(words);
     command
         .env("LD_PRELOAD", library)
         .env("CASCADE_TEST_ROOT", place.folder())
-        .env("CASCADE_TEST_LOG", log.path());
-    if let Some((n, fault)) = fails {
-        command
-            .env("CASCADE_TEST_FAIL", n.to_string())
-            .env("CASCADE_TEST_ERRNO", (fault as i32).to_string());
-    }
+        .env("CASCADE_TEST_LOG", log.path())
+        .envs(variables.iter().map(|(name, value)| (name, value)));
     let output = command.output().unwrap();
     let text = fs::read_to_string(log.path()).unwrap();
     let parts = |line: &str| {
