@@ -8,6 +8,7 @@ pub mod budget;
 pub mod chain;
 mod diagnostics;
 pub mod error;
+pub mod estimates;
 pub mod field;
 pub mod localized;
 pub mod measure;

@@ -1,6 +1,7 @@
 //! Analyses of fields: spectra, measures, warnings, reports and figures.
 
 mod analyze_stops;
+mod coherence;
 mod determinism;
 mod direct_sums;
 mod display;

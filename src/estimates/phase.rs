@@ -1,0 +1,102 @@
+//! Wavenumber and phase velocity from the phases along x.
+
+use std::f64::consts::{PI, TAU};
+
+/// Wavenumber of the waves that are coherent with the reference, from their phases along x.
+#[derive(Debug, Clone, Copy, PartialEq, serde::Serialize)]
+pub struct PhaseSpeed {
+    pub frequency: f64,
+    /// `k` in rad per unit of length; positive for waves towards +x.
+    pub wavenumber: f64,
+    /// Its standard error: that of the residuals, or that of the phases if it is larger.
+    pub wavenumber_error: f64,
+    /// `2 pi f / k`.
+    pub velocity: f64,
+    pub velocity_error: f64,
+    /// Sites of the fit.
+    pub sites: usize,
+}
+
+/// Least sites of a fit: two more than its parameters.
+const LEAST_SITES: usize = 4;
+
+/// Phases of one frequency at the sites.
+pub(super) struct Phases<'a> {
+    pub frequency: f64,
+    /// Of the cross-spectrum; `-k (x - x_r)` of a plane wave.
+    pub phase: &'a [f64],
+    /// Magnitude-squared coherence.
+    pub coherence: &'a [f64],
+    pub position: &'a [f64],
+    /// Index of the reference.
+    pub reference: usize,
+    /// Least coherence of a site in the fit.
+    pub level: f64,
+    /// Independent realisations.
+    pub independent: f64,
+}
+
+impl Phases<'_> {
+    /// The line through the phases of the sites around the reference, up to the first on either side that
+    /// is not coherent: `phase = a - k (x - x_r)`, weighted by the inverse variances
+    /// `2 K g / (1 - g)`, with `g` the coherence. Neighbours are taken to be less than half a wavelength
+    /// apart. `None` for fewer than four sites.
+    ///
+    /// Source: Bendat and Piersol (2010), eq. 9.52, for the variance of a phase.
+    pub fn speed(&self) -> Option<PhaseSpeed> {
+        let mut points = Vec::new();
+        let n = self.phase.len();
+        self.walk(self.reference + 1..n, &mut points);
+        self.walk((0..self.reference).rev(), &mut points);
+        if points.len() < LEAST_SITES {
+            return None;
+        }
+        let sum =
+            |value: &dyn Fn(&Point) -> f64| points.iter().map(|p| p.weight * value(p)).sum::<f64>();
+        let all = sum(&|_| 1.0);
+        let [x, y] = [sum(&|p| p.x) / all, sum(&|p| p.phase) / all];
+        let spread = sum(&|p| (p.x - x).powi(2));
+        let slope = sum(&|p| (p.x - x) * (p.phase - y)) / spread;
+        let left = sum(&|p| (p.phase - y - slope * (p.x - x)).powi(2));
+        let excess = left / (points.len() - 2) as f64;
+        let wavenumber_error = (excess.max(1.0) / spread).sqrt();
+        let wavenumber = -slope;
+        let velocity = TAU * self.frequency / wavenumber;
+        Some(PhaseSpeed {
+            frequency: self.frequency,
+            wavenumber,
+            wavenumber_error,
+            velocity,
+            velocity_error: (velocity * wavenumber_error / wavenumber).abs(),
+            sites: points.len(),
+        })
+    }
+
+    /// Adds the sites of one side, with phases that continue one another.
+    fn walk(&self, sites: impl Iterator<Item = usize>, points: &mut Vec<Point>) {
+        let mut before = 0.0;
+        for j in sites {
+            let coherence = self.coherence[j];
+            // Undefined where a site has no energy.
+            if coherence.is_nan() || coherence <= self.level {
+                return;
+            }
+            let turns = ((self.phase[j] - before) / TAU).round();
+            let phase = self.phase[j] - TAU * turns;
+            debug_assert!((phase - before).abs() <= PI * (1.0 + 1e-12));
+            before = phase;
+            let noise = (1.0 - coherence).max(f64::EPSILON);
+            points.push(Point {
+                x: self.position[j] - self.position[self.reference],
+                phase,
+                weight: 2.0 * self.independent * coherence / noise,
+            });
+        }
+    }
+}
+
+struct Point {
+    x: f64,
+    phase: f64,
+    weight: f64,
+}

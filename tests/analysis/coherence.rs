@@ -1,0 +1,343 @@
+//! Coherence, phase and delay against SciPy (`data/coherence.json`, made by `data/make_coherence.py`), and
+//! against records whose common part is known.
+
+use ndarray::{Array2, s};
+use serde::Deserialize;
+use wavecascade::estimates::{Averaging, Coherence, CoherenceRequest, Tapers, coherence};
+use wavecascade::observer::Silent;
+use wavecascade::prepare::Window;
+use wavecascade::{Error, Field};
+
+const DT: f64 = 0.25;
+
+/// Integers of a linear congruential generator, in -1 to 1.
+struct Noise(u64);
+
+impl Noise {
+    fn next(&mut self) -> f64 {
+        self.0 = (1_103_515_245 * self.0 + 12_345) % (1 << 31);
+        self.0 as f64 / f64::from(1 << 30) - 1.0
+    }
+
+    /// Twelve such numbers, whose sum is nearly Gaussian, with variance 4. High bits alone are random.
+    fn gaussian(&mut self) -> f64 {
+        (0..12).map(|_| self.next()).sum()
+    }
+}
+
+fn field(values: Array2<f64>, dx: f64) -> Field {
+    let mut field = Field::from_array(values);
+    field.time.step = DT;
+    field.space.step = dx;
+    field
+}
+
+fn found(field: &Field, request: &CoherenceRequest) -> Coherence {
+    coherence(&[field], request, &Silent).unwrap()
+}
+
+fn segments(length: usize, overlap: usize) -> Averaging {
+    Averaging {
+        segment: Some(length),
+        overlap: Some(overlap),
+        ..Averaging::default()
+    }
+}
+
+/// The records of `make_coherence.py`.
+fn records() -> Array2<f64> {
+    let (mut a, mut b) = (Noise(1), Noise(2));
+    let a: Vec<f64> = (0..1003).map(|_| a.next()).collect();
+    let b: Vec<f64> = (0..1000).map(|_| b.next()).collect();
+    Array2::from_shape_fn((1000, 3), |(n, j)| match j {
+        0 => a[n + 3],
+        1 => a[n] + 0.5 * b[n],
+        _ => b[n],
+    })
+}
+
+#[derive(Deserialize)]
+struct Expected {
+    spectrum: [Vec<f64>; 3],
+    coherence: [Vec<f64>; 3],
+    phase: [Vec<f64>; 3],
+}
+
+#[derive(Deserialize)]
+struct Reference {
+    welch: Expected,
+    welch_96: Expected,
+    multitaper: Expected,
+}
+
+#[test]
+fn val_scipy_coherence_of_welch_and_of_tapers() {
+    let reference: Reference =
+        serde_json::from_str(include_str!("../data/coherence.json")).unwrap();
+    let tapers = Averaging {
+        segment: Some(200),
+        tapers: Tapers::Slepian { nw: 4.0, count: 7 },
+        ..Averaging::default()
+    };
+    let all = records();
+    for (expected, averaging, times) in [
+        (&reference.welch, segments(128, 64), 1000),
+        (&reference.welch_96, segments(128, 96), 1000),
+        (&reference.multitaper, tapers, 200),
+    ] {
+        let field = field(all.slice(s![..times, ..]).to_owned(), 1.0);
+        let request = CoherenceRequest {
+            averaging,
+            ..CoherenceRequest::default()
+        };
+        let found = found(&field, &request);
+        let mut worst = [0.0f64; 3];
+        for j in 0..3 {
+            let largest = expected.spectrum[j].iter().fold(0.0, |m: f64, v| m.max(*v));
+            assert_eq!(expected.spectrum[j].len(), found.frequency.len());
+            for m in 0..found.frequency.len() {
+                let spectrum = (found.spectrum[[m, j]] - expected.spectrum[j][m]) / largest;
+                let coherence = found.coherence[[m, j]] - expected.coherence[j][m];
+                worst[0] = worst[0].max(spectrum.abs());
+                worst[1] = worst[1].max(coherence.abs());
+                // The phase of nothing is rounding.
+                if expected.coherence[j][m] > 1e-3 && m > 0 {
+                    let turned = found.phase[[m, j]] - expected.phase[j][m];
+                    worst[2] = worst[2].max((turned / 2.0).sin().abs());
+                }
+            }
+        }
+        println!(
+            "spectrum {:e}, coherence {:e}, phase {:e}",
+            worst[0], worst[1], worst[2]
+        );
+        assert!(
+            worst[0] < 2e-14 && worst[1] < 1e-14 && worst[2] < 1e-13,
+            "{worst:?}"
+        );
+    }
+}
+
+/// Of independent noise the mean is `1 / K`, and one cell in twenty is above the level; the first by the
+/// effective number of overlapping segments, which is not their count.
+#[test]
+fn val_carter_levels_of_independent_noise() {
+    for (length, overlap, within) in [(64, 0, 0.04), (64, 32, 0.04), (64, 48, 0.06)] {
+        let mut noise = Noise(7);
+        let values = Array2::from_shape_fn((1024, 400), |_| noise.gaussian());
+        let request = CoherenceRequest {
+            averaging: segments(length, overlap),
+            ..CoherenceRequest::default()
+        };
+        let found = found(&field(values, 1.0), &request);
+        let cells = found.coherence.slice(s![2..31, 1..]);
+        let mean = cells.mean().unwrap() * found.independence.effective;
+        let level = found.level().unwrap();
+        let above = cells.iter().filter(|g| **g > level).count() as f64 / cells.len() as f64;
+        println!(
+            "overlap {overlap}: {} effective of {}, mean {mean}, above {above}",
+            found.independence.effective, found.independence.segments
+        );
+        assert!((mean - 1.0).abs() < within, "{overlap}: {mean}");
+        assert!((above / 0.05 - 1.0).abs() < 0.15, "{overlap}: {above}");
+    }
+}
+
+/// Band-limited records that are shifted by parts of a sample, with noise: delays are found within their
+/// standard errors.
+#[test]
+fn val_delays_are_found_within_their_errors() {
+    let (n, sites) = (4096, 120);
+    let mut random = Noise(3);
+    let waves: Vec<[f64; 2]> = (1..1600)
+        .map(|_| [random.gaussian(), random.gaussian()])
+        .collect();
+    let delay = |j: usize| 0.37 * j as f64 - 11.3;
+    let noise = Array2::from_shape_fn((n, sites), |_| 30.0 * random.gaussian());
+    let cos: Vec<[f64; 2]> = (0..n * 100)
+        .map(|i| {
+            let angle = std::f64::consts::TAU * i as f64 / (n * 100) as f64;
+            [angle.cos(), angle.sin()]
+        })
+        .collect();
+    // Hundredths of a sample.
+    let wave = |at: usize| -> f64 {
+        let term = |(m, [a, b]): (usize, &[f64; 2])| {
+            let [c, s] = cos[(m + 1) * at % (n * 100)];
+            a * c + b * s
+        };
+        waves.iter().enumerate().map(term).sum()
+    };
+    let values = Array2::from_shape_fn((n, sites), |(t, j)| {
+        let late = (100.0 * (t as f64 - if j == 0 { 0.0 } else { delay(j) })).round();
+        wave(late.rem_euclid(100.0 * n as f64) as usize) + noise[[t, j]]
+    });
+    let request = CoherenceRequest {
+        averaging: segments(256, 128),
+        ..CoherenceRequest::default()
+    };
+    let found = found(&field(values, 1.0), &request);
+    let scores: Vec<f64> = (1..sites)
+        .map(|j| {
+            let found = found.delays[j].unwrap();
+            (found.delay - DT * delay(j)) / found.error
+        })
+        .collect();
+    let spread = (scores.iter().map(|z| z * z).sum::<f64>() / scores.len() as f64).sqrt();
+    let error = found.delays[60].unwrap().error / DT;
+    println!("rms of the deviations over their errors: {spread}; an error is {error} samples");
+    // Segments that a delay shifts against one another lose some of their common part.
+    assert!((0.8..1.3).contains(&spread), "{spread}");
+    assert!((0.001..0.1).contains(&error), "{error}");
+    assert_eq!(found.delays[0].unwrap().delay, 0.0);
+}
+
+/// Waves towards +x at one speed, with noise.
+#[test]
+fn val_phase_velocity_of_plane_waves() {
+    let (n, sites, speed, dx) = (8192, 24, 1.7, 0.05);
+    for direction in [1.0, -1.0] {
+        let mut random = Noise(5);
+        let waves: Vec<[f64; 3]> = (1..400)
+            .map(|m| {
+                let f = m as f64 / 400.0 + 0.001 * random.next();
+                [f, random.gaussian(), random.gaussian()]
+            })
+            .collect();
+        let values = Array2::from_shape_fn((n, sites), |(t, j)| {
+            let late = DT * t as f64 - direction * dx * j as f64 / speed;
+            let wave = |w: &[f64; 3]| {
+                let angle = std::f64::consts::TAU * w[0] * late;
+                w[1] * angle.cos() + w[2] * angle.sin()
+            };
+            waves.iter().map(wave).sum::<f64>() + 5.0 * random.gaussian()
+        });
+        let request = CoherenceRequest {
+            reference: 4,
+            averaging: segments(128, 64),
+            ..CoherenceRequest::default()
+        };
+        let found = found(&field(values, dx), &request);
+        let band: Vec<_> = found
+            .speeds
+            .iter()
+            .filter(|s| (0.1..0.9).contains(&s.frequency))
+            .collect();
+        assert!(band.len() > 20, "{}", band.len());
+        let scores: Vec<f64> = band
+            .iter()
+            .map(|s| (s.velocity - direction * speed) / s.velocity_error)
+            .collect();
+        let spread = (scores.iter().map(|z| z * z).sum::<f64>() / scores.len() as f64).sqrt();
+        let worst = band
+            .iter()
+            .map(|s| (s.velocity / speed - direction).abs())
+            .fold(0.0, f64::max);
+        println!(
+            "{direction}: rms {spread}, worst {worst}, {} sites",
+            band[10].sites
+        );
+        // Errors are those of the phases where residuals are smaller.
+        assert!((0.5..1.6).contains(&spread), "{spread}");
+        assert!(worst < 0.05, "{worst}");
+    }
+}
+
+#[test]
+fn regress_one_transient_has_no_significance() {
+    let values = Array2::from_shape_fn((2048, 6), |(n, j)| {
+        let t = (n as f64 - 300.0 - 5.0 * j as f64) / 6.0;
+        (-t * t).exp()
+    });
+    let request = CoherenceRequest {
+        averaging: segments(256, 128),
+        ..CoherenceRequest::default()
+    };
+    let pulse = field(values, 1.0);
+    let one = found(&pulse, &request);
+    assert!(one.independence.is_transient());
+    assert!(one.level().is_none() && one.speeds.is_empty());
+    assert!(
+        one.delays.iter().all(Option::is_none) && one.phase_interval.iter().all(|v| v.is_nan())
+    );
+    // Repeated, it has: as many as there are records.
+    let shots = coherence(&[&pulse; 5], &request, &Silent).unwrap();
+    assert_eq!(shots.independence.independent, Some(5.0));
+    assert!((shots.level().unwrap() - (1.0 - 0.05f64.powf(0.25))).abs() < 1e-15);
+}
+
+#[test]
+fn regress_what_is_refused() {
+    let steady = field(records(), 1.0);
+    let option =
+        |request: &CoherenceRequest, fields: &[&Field]| match coherence(fields, request, &Silent) {
+            Err(Error::Request { option, .. }) => option,
+            other => panic!("{other:?}"),
+        };
+    let base = CoherenceRequest::default();
+    let averaged = |averaging| CoherenceRequest {
+        averaging,
+        ..base.clone()
+    };
+    assert_eq!(
+        option(
+            &CoherenceRequest {
+                reference: 3,
+                ..base.clone()
+            },
+            &[&steady]
+        ),
+        "reference"
+    );
+    assert_eq!(option(&averaged(segments(1001, 0)), &[&steady]), "segment");
+    assert_eq!(option(&averaged(segments(1000, 0)), &[&steady]), "segment");
+    assert_eq!(option(&averaged(segments(64, 64)), &[&steady]), "overlap");
+    let tapers = |nw, count| {
+        averaged(Averaging {
+            tapers: Tapers::Slepian { nw, count },
+            ..Averaging::default()
+        })
+    };
+    assert_eq!(option(&tapers(4.0, 8), &[&steady]), "multitaper");
+    assert_eq!(option(&tapers(0.5, 1), &[&steady]), "multitaper");
+    let window = Averaging {
+        tapers: Tapers::Window(Window::Tukey { taper: 2.0 }),
+        ..Averaging::default()
+    };
+    assert_eq!(option(&averaged(window), &[&steady]), "window");
+    let mut other = field(records(), 1.0);
+    other.time.step = 0.5;
+    assert_eq!(option(&base, &[&steady, &other]), "field");
+}
+
+/// The same bits from any number of threads, in memory and in blocks, in rows and in columns.
+#[test]
+fn regress_threads_and_blocks_do_not_matter() {
+    use ndarray::ShapeBuilder;
+    let mut noise = Noise(11);
+    let values = Array2::from_shape_fn((3000, 37), |_| noise.next());
+    let mut columns = Array2::zeros(values.dim().f());
+    columns.assign(&values);
+    let of = |values: &Array2<f64>, threads, memory| {
+        let request = CoherenceRequest {
+            threads: Some(threads),
+            memory,
+            averaging: segments(128, 64),
+            ..CoherenceRequest::default()
+        };
+        let found = found(&field(values.clone(), 1.0), &request);
+        (found.coherence, found.spectrum)
+    };
+    let expected = of(&values, 1, None);
+    for threads in [1, 2, 5] {
+        for memory in [None, Some(3_500_000)] {
+            for values in [&values, &columns] {
+                let found = of(values, threads, memory);
+                let same = |a: &Array2<f64>, b: &Array2<f64>| {
+                    a.iter().zip(b).all(|(a, b)| a.to_bits() == b.to_bits())
+                };
+                assert!(same(&found.0, &expected.0) && same(&found.1, &expected.1));
+            }
+        }
+    }
+}
