@@ -2,8 +2,8 @@
 
 use super::pieces::{Pieces, Run};
 use super::property::Stamp;
+use super::samples::Texts;
 use super::scale::Scaling;
-use super::segments::Texts;
 use crate::{Block, ByteOrder, Bytes, Decoder, Error, Result, Sample};
 
 /// Texts of a channel that are listed; longer ones are only named.

@@ -1,9 +1,12 @@
 //! TDMS of National Instruments: groups of channels, written segment by segment.
 
+mod channel;
 mod decode;
+mod description;
 mod group;
 mod pieces;
 mod property;
+mod samples;
 mod scale;
 mod segments;
 
@@ -11,8 +14,9 @@ use std::collections::HashMap;
 use std::sync::Arc;
 
 use crate::{Bytes, Container, Error, Format, Options, Result, Value};
+use channel::Channel;
 use decode::TdmsDecoder;
-use group::{Channel, Listing};
+use group::Listing;
 use property::Properties;
 use segments::{Object, Segments};
 
