@@ -311,6 +311,13 @@ fn regress_refused() {
         let is_unsupported = matches!(error, Error::Unsupported { .. });
         assert_eq!(is_unsupported, is_known, "{code}: {error}");
     }
+    let mut as_before = bytes.clone();
+    as_before[at - 4..at].fill(0);
+    let error = refused(as_before);
+    assert!(
+        error.to_string().contains("samples in an earlier segment"),
+        "{error}"
+    );
     let mut bytes = bytes.clone();
     bytes[0] = b'X';
     let error = refused(bytes);
@@ -344,6 +351,42 @@ fn regress_times_beyond_an_i64_are_told() {
     let container = open_bytes("field.tdms", &bytes);
     let error = container.integers(container.find("log/Time").unwrap());
     assert!(error.unwrap_err().to_string().contains("1677"));
+}
+
+/// A long list of channels and many segments with less than one sample of each.
+#[test]
+fn regress_work_is_bounded() {
+    const MANY: u32 = 5_000;
+    let segment = |contents: u32, description: &[u8], samples: &[u8]| {
+        let lengths = [description.len() + samples.len(), description.len()];
+        let lengths = lengths.map(|length| (length as u64).to_le_bytes());
+        let lead = [contents, 4713].map(u32::to_le_bytes);
+        [
+            b"TDSm",
+            &lead.concat()[..],
+            &lengths.concat(),
+            description,
+            samples,
+        ]
+        .concat()
+    };
+    let mut description = MANY.to_le_bytes().to_vec();
+    for channel in 0..MANY {
+        let path = format!("/'g'/'{channel:05}'");
+        description.extend((path.len() as u32).to_le_bytes());
+        description.extend(path.bytes());
+        // One sample of type i8, no properties.
+        description.extend([20u32, 1, 1, 1, 0, 0].map(u32::to_le_bytes).concat());
+    }
+    let mut bytes = segment(0b1110, &description, &[]);
+    for _ in 0..MANY {
+        bytes.extend(segment(0b1000, &[], &[1]));
+    }
+    let error = open(Format::Tdms, Arc::new(bytes), &Options::default()).unwrap_err();
+    assert!(
+        error.to_string().contains("5000 channels again and again"),
+        "{error}"
+    );
 }
 
 #[test]

@@ -33,10 +33,10 @@ impl Segments {
         if data.bytes == 0 {
             return Ok(());
         }
-        // Each has a sample in each segment, but for damage.
+        // Each has a byte of a segment, or shares it with seven digital lines, unless the file is damaged.
         self.work += self.active.len() as u64;
         let place = || format!("the samples at byte {}", data.start);
-        if self.work > length.saturating_mul(16) {
+        if self.work > length.saturating_mul(8) {
             let found = format!("{} channels again and again", self.active.len());
             return Err(Error::damaged(place(), "samples", found));
         }
