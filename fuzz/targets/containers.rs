@@ -1,4 +1,5 @@
-//! A file of named arrays: HDF5, NetCDF, MATLAB, SEG-Y, Seismic Unix, or UFF, as the first byte says.
+//! A file of named arrays: HDF5, NetCDF, MATLAB, SEG-Y, Seismic Unix, UFF, TDMS, or miniSEED, as the
+//! first byte says.
 
 #![no_main]
 
@@ -6,13 +7,15 @@ use cascade_fuzz::{file, open_and_analyze};
 use libfuzzer_sys::fuzz_target;
 use wavecascade::field::{OpenOptions, inspect};
 
-const NAMES: [&str; 6] = [
+const NAMES: [&str; 8] = [
     "field.h5",
     "field.nc",
     "field.mat",
     "field.sgy",
     "field.su",
     "field.uff",
+    "field.tdms",
+    "field.mseed",
 ];
 
 fuzz_target!(|bytes: &[u8]| {

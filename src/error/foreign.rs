@@ -16,7 +16,6 @@ pub enum ForeignFormat {
     Excel,
     Gzip,
     Zstd,
-    Tdms,
     Wav,
 }
 
@@ -24,7 +23,7 @@ impl ForeignFormat {
     /// The format of a file with this extension (lower case) and these first bytes.
     pub(crate) fn detect(extension: &str, bytes: &[u8]) -> Option<Self> {
         use ForeignFormat::*;
-        let magic: [(&[u8], ForeignFormat); 9] = [
+        let magic: [(&[u8], ForeignFormat); 8] = [
             (b"MATLAB 7.3 MAT-file", Matlab73),
             (b"MATLAB 5.0 MAT-file", Matlab),
             (b"\x89HDF\r\n\x1a\n", Hdf5),
@@ -32,7 +31,6 @@ impl ForeignFormat {
             (b"\x28\xb5\x2f\xfd", Zstd),
             (b"CDF", NetCdf),
             (b"PAR1", Parquet),
-            (b"TDSm", Tdms),
             (b"RIFF", Wav),
         ];
         let by_bytes = magic
@@ -59,7 +57,6 @@ impl fmt::Display for ForeignFormat {
             ForeignFormat::Excel => "a spreadsheet",
             ForeignFormat::Gzip => "a gzip file",
             ForeignFormat::Zstd => "a zstd file",
-            ForeignFormat::Tdms => "a TDMS file",
             ForeignFormat::Wav => "a WAV file",
         })
     }

@@ -64,7 +64,7 @@ fn other_formats_are_named() {
         "a MATLAB file"
     );
     assert_eq!(found("scan.nc", b"xxxx"), "a NetCDF file");
-    assert_eq!(found("field.npy", b"TDSmxxxx"), "a TDMS file");
+    assert_eq!(found("field.npy", b"RIFFxxxx"), "a WAV file");
     assert_eq!(found("scan.xlsx", b"PK\x03\x04xxxx"), "a spreadsheet");
     assert_eq!(found("field.dat", b"1 2 3"), "the extension \"dat\"");
     assert_eq!(found("field", b"1 2 3"), "the extension \"\"");

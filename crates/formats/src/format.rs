@@ -24,6 +24,10 @@ pub enum Format {
     SeismicUnix,
     /// Universal file, data sets 58 and 58b.
     Uff,
+    /// TDMS of National Instruments.
+    Tdms,
+    /// miniSEED, versions 2 and 3.
+    MiniSeed,
 }
 
 /// How a file is opened.
@@ -47,6 +51,8 @@ impl Format {
             #[cfg(feature = "hdf5")]
             crate::hdf5::detect,
             crate::netcdf3::detect,
+            crate::tdms::detect,
+            crate::miniseed::detect,
             crate::uff::detect,
             crate::mat::detect,
             crate::segy::detect,
@@ -67,6 +73,8 @@ impl fmt::Display for Format {
             Format::SegY => "a SEG-Y file",
             Format::SeismicUnix => "a Seismic Unix file",
             Format::Uff => "a universal file (UFF)",
+            Format::Tdms => "a TDMS file",
+            Format::MiniSeed => "a miniSEED file",
         })
     }
 }
@@ -88,6 +96,8 @@ pub fn open(format: Format, bytes: Bytes, options: &Options) -> Result<Container
         Format::Mat5 | Format::Mat4 => crate::mat::open,
         Format::SegY | Format::SeismicUnix => crate::segy::open,
         Format::Uff => crate::uff::open,
+        Format::Tdms => crate::tdms::open,
+        Format::MiniSeed => crate::miniseed::open,
     };
     open(format, bytes, options)
 }

@@ -15,9 +15,12 @@ mod format;
 #[cfg(feature = "hdf5")]
 mod hdf5;
 mod mat;
+mod miniseed;
 mod netcdf3;
 mod sample;
 mod segy;
+mod tdms;
+mod time;
 mod uff;
 
 pub use attributes::{Attributes, Value};

@@ -235,10 +235,6 @@ fn conversion(format: ForeignFormat) -> &'static str {
         }
         ForeignFormat::Gzip => "unpack it with `gunzip`",
         ForeignFormat::Zstd => "unpack it with `unzstd`",
-        ForeignFormat::Tdms => {
-            "convert it in Python: `nptdms.TdmsFile.read(path).as_dataframe().to_csv(\"field.csv\", \
-             index=False)`"
-        }
         ForeignFormat::Wav => {
             "convert it in Python, one channel a site: `rate, v = scipy.io.wavfile.read(path); \
              numpy.save(\"field.npy\", v.astype(float))`, and state `--rate`"

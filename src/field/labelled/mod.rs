@@ -41,6 +41,15 @@ pub(super) fn read(source: &FileSource, format: Format) -> Result<Contents> {
     let (space, space_notes) = axis_of("space", choice.sites(), stated.dx.is_some())?;
     notes.extend(time_notes);
     notes.extend(space_notes);
+    // Times that count from a date say so themselves.
+    let is_dated = |note: &Note| matches!(note, Note::Start { .. });
+    if let Some(start) = attributes.text("start_time")
+        && matches!(format, Format::Tdms | Format::MiniSeed)
+        && !notes.iter().any(is_dated)
+    {
+        let time = start.to_owned();
+        notes.push(Note::Start { time });
+    }
     if attributes.get("delays").is_some() {
         notes.push(Note::Delays);
     }

@@ -1,0 +1,403 @@
+//! Records: a header and the samples behind it.
+
+use super::steim::{self, Steim};
+use crate::{ByteOrder, Error, Result, Sample, time};
+
+/// Bytes of the headers of versions 2 and 3.
+const HEADER_2: usize = 48;
+const HEADER_3: usize = 40;
+/// Places of the checksum in a record of version 3.
+const CHECKSUM: std::ops::Range<usize> = 28..32;
+const WAY_OUT: &str = "write it anew with `Stream.write(path, format=\"MSEED\")` of ObsPy";
+
+/// A record, without the name of its trace.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(super) struct Record {
+    /// Its first byte.
+    pub at: usize,
+    /// Of all of it.
+    pub bytes: usize,
+    /// Nanoseconds since 1970-01-01.
+    pub start: i64,
+    /// In Hz; 0 for what is no series of samples.
+    pub rate: f64,
+    pub count: usize,
+    pub encoding: Encoding,
+    order: ByteOrder,
+    /// First byte of the samples, and their number of bytes.
+    data: (usize, usize),
+    /// That of version 3.
+    checksum: Option<u32>,
+}
+
+/// How samples are stored.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
+pub(super) enum Encoding {
+    Plain(Sample),
+    Steim(Steim),
+    Text,
+    Other(u8),
+}
+
+impl Encoding {
+    fn of(code: u8) -> Encoding {
+        match code {
+            0 => Encoding::Text,
+            1 => Encoding::Plain(Sample::I16),
+            3 => Encoding::Plain(Sample::I32),
+            4 => Encoding::Plain(Sample::F32),
+            5 => Encoding::Plain(Sample::F64),
+            10 => Encoding::Steim(Steim::One),
+            11 => Encoding::Steim(Steim::Two),
+            other => Encoding::Other(other),
+        }
+    }
+
+    /// The type of decoded samples.
+    pub(super) fn sample(self) -> Option<Sample> {
+        match self {
+            Encoding::Plain(Sample::I16) | Encoding::Steim(_) => Some(Sample::I32),
+            Encoding::Plain(sample) => Some(sample),
+            _ => None,
+        }
+    }
+
+    pub(super) fn name(self) -> String {
+        match self {
+            Encoding::Plain(sample) => sample.name().into(),
+            Encoding::Steim(Steim::One) => "Steim-1".into(),
+            Encoding::Steim(Steim::Two) => "Steim-2".into(),
+            Encoding::Text => "text".into(),
+            Encoding::Other(code) => format!("encoding {code}"),
+        }
+    }
+
+    /// Most samples in so many bytes.
+    fn most(self, bytes: usize) -> usize {
+        match self {
+            Encoding::Plain(sample) => bytes / sample.bytes(),
+            Encoding::Steim(steim) => bytes / steim::FRAME * 15 * steim.most_in_word(),
+            _ => usize::MAX,
+        }
+    }
+}
+
+/// Whether a header of version 2 begins here.
+pub(super) fn is_version_2(bytes: &[u8]) -> bool {
+    let is_number = |byte: &u8| byte.is_ascii_digit() || matches!(byte, b' ' | 0);
+    bytes.len() >= HEADER_2
+        && bytes[..6].iter().all(is_number)
+        && matches!(bytes[6], b'D' | b'R' | b'Q' | b'M')
+        && matches!(bytes[7], b' ' | 0)
+        && bytes[24] <= 23
+        && bytes[25] <= 59
+        && bytes[26] <= 60
+}
+
+/// Whether a header of version 3 begins here.
+pub(super) fn is_version_3(bytes: &[u8]) -> bool {
+    bytes.len() >= HEADER_3
+        && bytes.starts_with(b"MS\x03")
+        && bytes[12] <= 23
+        && bytes[13] <= 59
+        && bytes[14] <= 60
+}
+
+/// Whether the headers of a SEED volume begin here.
+pub(super) fn is_volume(bytes: &[u8]) -> bool {
+    bytes.len() >= 8
+        && bytes[..6].iter().all(u8::is_ascii_digit)
+        && matches!(bytes[6], b'V' | b'A' | b'S' | b'T')
+        && matches!(bytes[7], b' ' | b'*')
+}
+
+/// The record at byte `at` and the name of its trace: `network.station.location.channel`.
+pub(super) fn read(bytes: &[u8], at: usize) -> Result<(Record, String)> {
+    let rest = &bytes[at..];
+    let (record, name) = match () {
+        _ if is_version_3(rest) => version_3(rest, at)?,
+        _ if is_version_2(rest) => version_2(rest, at)?,
+        _ if is_volume(rest) => {
+            return Err(Error::unsupported("headers of a SEED volume", WAY_OUT));
+        }
+        _ => {
+            let start = rest[..rest.len().min(8)].escape_ascii().to_string();
+            return Err(Error::damaged(
+                format!("byte {at}"),
+                "a record of miniSEED",
+                start,
+            ));
+        }
+    };
+    if record.count > record.encoding.most(record.data.1) {
+        let expected = format!("{} samples within {} bytes", record.count, record.data.1);
+        let found = record.encoding.most(record.data.1).to_string();
+        return Err(Error::damaged(place(at), expected, found));
+    }
+    Ok((record, name))
+}
+
+fn place(at: usize) -> String {
+    format!("the record at byte {at}")
+}
+
+fn number(order: ByteOrder, bytes: &[u8]) -> u64 {
+    let add = |number: u64, byte: &u8| number << 8 | u64::from(*byte);
+    match order {
+        ByteOrder::Big => bytes.iter().fold(0, add),
+        ByteOrder::Little => bytes.iter().rev().fold(0, add),
+    }
+}
+
+/// Nanoseconds since 1970-01-01; none before 1677 and after 2262.
+fn nanoseconds(year: u16, day: u16, [hour, minute, second]: [u8; 3], fraction: i64) -> Option<i64> {
+    let days = time::days_before(year) + i64::from(day) - 1;
+    let seconds = i64::from(hour) * 3600 + i64::from(minute) * 60 + i64::from(second);
+    let seconds = days.checked_mul(86_400)?.checked_add(seconds)?;
+    seconds.checked_mul(time::PER_SECOND)?.checked_add(fraction)
+}
+
+fn version_2(rest: &[u8], at: usize) -> Result<(Record, String)> {
+    let is_date = |order: &ByteOrder| {
+        let year = number(*order, &rest[20..22]);
+        let day = number(*order, &rest[22..24]);
+        (1900..=2100).contains(&year) && (1..=366).contains(&day)
+    };
+    let orders = [ByteOrder::Big, ByteOrder::Little];
+    let Some(order) = orders.into_iter().find(is_date) else {
+        let found = number(ByteOrder::Big, &rest[20..22]).to_string();
+        return Err(Error::damaged(place(at), "a year from 1900 to 2100", found));
+    };
+    let u16_at = |at: usize| number(order, &rest[at..at + 2]) as u16;
+    let mut extras = Extras::default();
+    let mut next = usize::from(u16_at(46));
+    let mut last = 0;
+    while next > last && rest.len() >= next + 8 {
+        extras.read(order, u16_at(next), &rest[next..]);
+        last = next;
+        next = usize::from(u16_at(next + 2));
+    }
+    let Some([encoding, data_order, power]) = extras.storage else {
+        return Err(Error::unsupported(
+            "a record without blockette 1000",
+            WAY_OUT,
+        ));
+    };
+    if !(7..=20).contains(&power) {
+        let found = format!("2^{power} bytes");
+        return Err(Error::damaged(
+            place(at),
+            "a length from 2^7 to 2^20",
+            found,
+        ));
+    }
+    let bytes = 1usize << power;
+    if rest.len() < bytes {
+        let found = format!("{} bytes", rest.len());
+        return Err(Error::damaged(place(at), format!("{bytes} bytes"), found));
+    }
+    let from = usize::from(u16_at(44));
+    let count = usize::from(u16_at(30));
+    // A record without samples has no place for them.
+    let length = bytes.checked_sub(from).filter(|_| count > 0).unwrap_or(0);
+    // In 0.1 ms, unless the start has it already.
+    let correction = match rest[36] & 2 {
+        0 => i64::from(number(order, &rest[40..44]) as u32 as i32),
+        _ => 0,
+    };
+    let fraction = (i64::from(u16_at(28)) + correction) * 100_000 + extras.microseconds * 1000;
+    let clock = [rest[24], rest[25], rest[26]];
+    let Some(start) = nanoseconds(u16_at(20), u16_at(22), clock, fraction) else {
+        return Err(Error::damaged(place(at), "a time", "one beyond 2262"));
+    };
+    let nominal = || rate(u16_at(32).cast_signed(), u16_at(34).cast_signed());
+    let record = Record {
+        at,
+        bytes,
+        start,
+        rate: extras.rate.unwrap_or_else(nominal),
+        count,
+        encoding: Encoding::of(encoding),
+        order: match data_order {
+            0 => ByteOrder::Little,
+            _ => ByteOrder::Big,
+        },
+        data: (from, length),
+        checksum: None,
+    };
+    let code = |range: std::ops::Range<usize>| {
+        let code = String::from_utf8_lossy(&rest[range]);
+        code.trim_matches([' ', '\0']).to_owned()
+    };
+    let codes = [code(18..20), code(8..13), code(13..15), code(15..18)];
+    Ok((record, codes.join(".")))
+}
+
+/// What the blockettes of a record say.
+#[derive(Debug, Default)]
+struct Extras {
+    /// Encoding, byte order, power of 2 of the length.
+    storage: Option<[u8; 3]>,
+    rate: Option<f64>,
+    microseconds: i64,
+}
+
+impl Extras {
+    /// Reads a blockette, of which 8 bytes are there.
+    fn read(&mut self, order: ByteOrder, kind: u16, blockette: &[u8]) {
+        match kind {
+            1000 => self.storage = Some([blockette[4], blockette[5], blockette[6]]),
+            1001 => self.microseconds = i64::from(blockette[5].cast_signed()),
+            100 => self.rate = Some(Sample::F32.to_f64(order, &blockette[4..8])),
+            _ => {}
+        }
+    }
+}
+
+/// A positive factor is a rate, a negative one a period; a positive multiplier multiplies, a negative one
+/// divides.
+fn rate(factor: i16, multiplier: i16) -> f64 {
+    let rate = match factor {
+        0.. => f64::from(factor),
+        _ => -1.0 / f64::from(factor),
+    };
+    match multiplier {
+        0 => rate,
+        1.. => rate * f64::from(multiplier),
+        _ => -(rate / f64::from(multiplier)),
+    }
+}
+
+fn version_3(rest: &[u8], at: usize) -> Result<(Record, String)> {
+    let little = |range: std::ops::Range<usize>| number(ByteOrder::Little, &rest[range]);
+    let length = |range| little(range) as usize;
+    let (name, extra, data) = (usize::from(rest[33]), length(34..36), length(36..40));
+    let from = HEADER_3 + name + extra;
+    let Some(bytes) = from.checked_add(data).filter(|bytes| *bytes <= rest.len()) else {
+        let found = format!("{} bytes", rest.len());
+        return Err(Error::damaged(
+            place(at),
+            format!("{from} and {data} bytes"),
+            found,
+        ));
+    };
+    let clock = [rest[12], rest[13], rest[14]];
+    let (year, day) = (little(8..10) as u16, little(10..12) as u16);
+    let fraction = little(4..8) as i64;
+    let start = nanoseconds(year, day, clock, fraction);
+    let start = start.filter(|_| (1..=366).contains(&day) && fraction < time::PER_SECOND);
+    let Some(start) = start else {
+        let found = format!("day {day} of {year} and {fraction} ns");
+        return Err(Error::damaged(place(at), "a time from 1677 to 2262", found));
+    };
+    let stated = Sample::F64.to_f64(ByteOrder::Little, &rest[16..24]);
+    let encoding = Encoding::of(rest[15]);
+    let record = Record {
+        at,
+        bytes,
+        start,
+        // A negative one is a period.
+        rate: if stated < 0.0 { -1.0 / stated } else { stated },
+        count: length(24..28),
+        encoding,
+        order: match encoding {
+            Encoding::Steim(_) => ByteOrder::Big,
+            _ => ByteOrder::Little,
+        },
+        data: (from, data),
+        checksum: Some(little(CHECKSUM) as u32),
+    };
+    let name = String::from_utf8_lossy(&rest[HEADER_3..HEADER_3 + name]);
+    Ok((record, codes(name.trim_matches([' ', '\0']))))
+}
+
+/// `FDSN:NET_STA_LOC_B_H_Z` as `NET.STA.LOC.BHZ`; others as they are.
+fn codes(name: &str) -> String {
+    let Some(codes) = name.strip_prefix("FDSN:") else {
+        return name.to_owned();
+    };
+    match codes.split('_').collect::<Vec<_>>()[..] {
+        [network, station, location, band, source, position] => {
+            let is_short = [band, source, position].iter().all(|code| code.len() <= 1);
+            let between = if is_short { "" } else { "_" };
+            let channel = [band, source, position].join(between);
+            [network, station, location, &channel].join(".")
+        }
+        _ => name.to_owned(),
+    }
+}
+
+impl Record {
+    /// Decodes the samples of `range` to `out`, in native byte order.
+    pub(super) fn decode(
+        &self,
+        bytes: &[u8],
+        range: std::ops::Range<usize>,
+        out: &mut [u8],
+    ) -> Result<()> {
+        let record = &bytes[self.at..self.at + self.bytes];
+        if let Some(stated) = self.checksum {
+            let found = checksum(record);
+            if found != stated {
+                let expected = format!("the checksum {stated:#010x}");
+                return Err(Error::damaged(
+                    place(self.at),
+                    expected,
+                    format!("{found:#010x}"),
+                ));
+            }
+        }
+        let data = &record[self.data.0..self.data.0 + self.data.1];
+        match self.encoding {
+            Encoding::Steim(kind) => {
+                let damaged = |(expected, found)| Error::damaged(place(self.at), expected, found);
+                let samples = steim::decode(kind, self.order, data, self.count).map_err(damaged)?;
+                for (one, sample) in out.chunks_exact_mut(4).zip(&samples[range]) {
+                    one.copy_from_slice(&sample.to_ne_bytes());
+                }
+            }
+            Encoding::Plain(sample) => {
+                let size = sample.bytes();
+                let samples = data[range.start * size..range.end * size].chunks_exact(size);
+                if sample == Sample::I16 {
+                    for (one, sample) in out.chunks_exact_mut(4).zip(samples) {
+                        let sample = number(self.order, sample) as u16;
+                        one.copy_from_slice(&i32::from(sample.cast_signed()).to_ne_bytes());
+                    }
+                } else {
+                    for (one, sample) in out.chunks_exact_mut(size).zip(samples) {
+                        one.copy_from_slice(sample);
+                        if self.order != ByteOrder::NATIVE {
+                            one.reverse();
+                        }
+                    }
+                }
+            }
+            Encoding::Text | Encoding::Other(_) => {}
+        }
+        Ok(())
+    }
+}
+
+/// CRC-32C of a record of version 3, with zeros in the place of the checksum.
+fn checksum(record: &[u8]) -> u32 {
+    const TABLE: [u32; 256] = {
+        let mut table = [0; 256];
+        let mut i = 0;
+        while i < 256 {
+            let mut sum = i as u32;
+            let mut bit = 0;
+            while bit < 8 {
+                sum = (sum >> 1) ^ (0x82f6_3b78 * (sum & 1));
+                bit += 1;
+            }
+            table[i] = sum;
+            i += 1;
+        }
+        table
+    };
+    let add = |sum: u32, byte: &u8| (sum >> 8) ^ TABLE[((sum ^ u32::from(*byte)) & 0xff) as usize];
+    let sum = record[..CHECKSUM.start].iter().fold(u32::MAX, add);
+    let sum = [0; 4].iter().fold(sum, add);
+    !record[CHECKSUM.end..].iter().fold(sum, add)
+}

@@ -1,0 +1,398 @@
+//! TDMS files against npTDMS (`make_tdms.py`).
+
+mod robust;
+
+use std::collections::HashMap;
+use std::path::Path;
+use std::sync::Arc;
+
+use serde_json::Value as Json;
+use wavecascade_formats::{
+    ByteOrder, Container, Coordinate, Error, Format, Options, Place, Sample, SampleType, Value,
+    Variable, open,
+};
+
+fn file(name: &str) -> Vec<u8> {
+    let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("tests/files/tdms");
+    std::fs::read(folder.join(name)).unwrap()
+}
+
+fn open_bytes(name: &str, bytes: &[u8]) -> Container {
+    let format = Format::detect(name, bytes).unwrap();
+    open(format, Arc::new(bytes.to_vec()), &Options::default()).unwrap()
+}
+
+fn peer() -> HashMap<String, Vec<Json>> {
+    serde_json::from_slice(&file("expected.json")).unwrap()
+}
+
+fn opened(name: &str) -> Container {
+    open_bytes(name, &file(name))
+}
+
+fn found<'a>(container: &'a Container, path: &str) -> &'a Variable {
+    let place = container.find(path);
+    &container.variables[place.unwrap_or_else(|| panic!("{path} is listed"))]
+}
+
+fn texts(variable: &Variable, name: &str) -> Vec<String> {
+    match variable.attributes.get(name) {
+        Some(Value::Texts(texts)) => texts.clone(),
+        _ => Vec::new(),
+    }
+}
+
+/// The place of the variable that holds a channel, and its row there.
+fn place(container: &Container, group: &str, channel: &str) -> (usize, Option<u64>) {
+    if let Some(place) = container.find(&format!("{group}/{channel}")) {
+        return (place, None);
+    }
+    for (place, variable) in container.variables.iter().enumerate() {
+        let path = variable.path.trim_start_matches('/');
+        let is_of_group = path == group || path.starts_with(&format!("{group}/"));
+        let row = texts(variable, "channels")
+            .iter()
+            .position(|name| name == channel);
+        if let Some(row) = row.filter(|_| is_of_group) {
+            return (place, Some(row as u64));
+        }
+    }
+    panic!("{group}/{channel} is listed");
+}
+
+/// The samples of a channel in a range of times, the lowest byte first.
+fn samples(container: &Container, group: &str, channel: &str, part: [u64; 2]) -> (Sample, Vec<u8>) {
+    let (place, row) = place(container, group, channel);
+    let variable = &container.variables[place];
+    let sample = variable.sample_type.number().unwrap();
+    let range = |d: &wavecascade_formats::Dimension| match d.name.as_deref() {
+        Some("channel") => row.unwrap()..row.unwrap() + 1,
+        _ => part[0].min(d.len)..d.len.saturating_sub(part[1]).max(part[0].min(d.len)),
+    };
+    let block: Vec<_> = variable.dimensions.iter().map(range).collect();
+    let count: u64 = block.iter().map(|range| range.end - range.start).product();
+    let mut out = vec![0; count as usize * sample.bytes()];
+    container.read(place, &block, &mut out).unwrap();
+    if cfg!(target_endian = "big") {
+        out.chunks_exact_mut(sample.bytes())
+            .for_each(<[u8]>::reverse);
+    }
+    (sample, out)
+}
+
+fn bytes_of(hex: &str) -> Vec<u8> {
+    let digits = hex.as_bytes().chunks(2);
+    digits
+        .map(|two| u8::from_str_radix(std::str::from_utf8(two).unwrap(), 16).unwrap())
+        .collect()
+}
+
+/// The samples as npTDMS scales them.
+fn scaled(variable: &Variable, sample: Sample, bytes: &[u8]) -> Vec<u8> {
+    let number = |name| variable.attributes.number(name);
+    let (Some(scale), Some(offset)) = (number("scale_factor"), number("add_offset")) else {
+        return bytes.to_vec();
+    };
+    let samples = bytes.chunks_exact(sample.bytes());
+    samples
+        .flat_map(|one| (scale * sample.to_f64(ByteOrder::Little, one) + offset).to_le_bytes())
+        .collect()
+}
+
+#[test]
+fn val_nptdms_every_channel() {
+    let mut channels = 0;
+    for (name, expected) in peer() {
+        let container = opened(&name);
+        for one in &expected {
+            let text = |key: &str| one[key].as_str().unwrap();
+            let (group, channel) = (text("group"), text("channel"));
+            let what = format!("{name} {group} {channel}");
+            let (at, _) = place(&container, group, channel);
+            let variable = &container.variables[at];
+            channels += 1;
+            if let Some(texts) = one.get("text") {
+                assert_eq!(variable.sample_type, SampleType::Other("text".into()));
+                let texts: Vec<String> = serde_json::from_value(texts.clone()).unwrap();
+                let found = container.attributes.get(&variable.path);
+                assert_eq!(found, Some(&Value::Texts(texts)), "{what}");
+                continue;
+            }
+            if let Some(times) = one.get("nanoseconds") {
+                let times: Vec<i64> = serde_json::from_value(times.clone()).unwrap();
+                assert_eq!(container.integers(at).unwrap(), Some(times), "{what}");
+                let units = variable.attributes.text("units");
+                assert_eq!(units, Some("nanoseconds since 1970-01-01"));
+                continue;
+            }
+            let Some(hex) = one.get("hex") else {
+                assert_eq!(variable.sample_type.number(), None, "{what}");
+                continue;
+            };
+            // Scalings that are not read.
+            if group == "table" && name == "scaled.tdms" {
+                let kind = SampleType::Other("samples with a scaling of type Table".into());
+                assert_eq!(variable.sample_type, kind);
+                continue;
+            }
+            let expected = bytes_of(hex.as_str().unwrap());
+            let size = text("type")[1..].parse::<usize>().unwrap();
+            for part in [[0, 0], [1, 0], [0, 1], [2, 1], [3, 4]] {
+                let (sample, found) = samples(&container, group, channel, part);
+                let found = scaled(variable, sample, &found);
+                let count = expected.len() / size;
+                let from = (part[0] as usize).min(count);
+                let to = count.saturating_sub(part[1] as usize).max(from);
+                assert_eq!(found, expected[from * size..to * size], "{what} {part:?}");
+            }
+            if let Some(even) = one.get("even") {
+                let even: [f64; 2] = serde_json::from_value(even.clone()).unwrap();
+                let time = variable.dimensions.iter().find(|d| {
+                    d.coordinate
+                        == Some(Coordinate::Even {
+                            origin: even[0],
+                            step: even[1],
+                            unit: Some("s".into()),
+                        })
+                });
+                assert!(time.is_some(), "{what}");
+            }
+        }
+    }
+    assert_eq!(channels, 84);
+}
+
+#[test]
+fn val_nptdms_a_field_with_its_axes() {
+    let container = opened("field.tdms");
+    let scan = found(&container, "scan");
+    assert_eq!(scan.shape(), [3, 20]);
+    assert!(matches!(&scan.place, Place::Strided { strides, .. } if *strides == [160, 8]));
+    assert_eq!(texts(scan, "channels"), ["p0", "p1", "p2"]);
+    assert_eq!(texts(scan, "sensor"), ["s0", "s1", "s2"]);
+    let attributes = &scan.attributes;
+    assert_eq!(attributes.text("units"), Some("mm/s"));
+    assert_eq!(attributes.text("long_name"), Some("vibrometer"));
+    let start = attributes.text("start_time");
+    assert_eq!(start, Some("2026-03-04T05:06:07.00025"));
+    assert_eq!(
+        attributes.get("gain"),
+        Some(&Value::Integers(vec![0, 1, 2]))
+    );
+    assert_eq!(attributes.get("p1/only"), Some(&Value::Integers(vec![1])));
+    // A property that only looks like a scale of the samples.
+    assert_eq!(attributes.get("scale_factor"), None);
+    assert_eq!(attributes.number("property scale_factor"), Some(2.0));
+    let position = container.find("scan/position").unwrap();
+    assert_eq!(
+        scan.dimensions[0].coordinate,
+        Some(Coordinate::Listed(position))
+    );
+    assert_eq!(container.numbers(position).unwrap(), [0.5, 1.0, 1.5]);
+    let unit = container.variables[position].attributes.text("units");
+    assert_eq!(unit, Some("mm"));
+    let file = &container.attributes;
+    assert_eq!(file.text("title"), Some("a test"));
+    assert_eq!(file.text("at"), Some("2026-03-04T05:06:07"));
+    assert_eq!(file.number("big"), Some(2f64.powi(63)));
+    assert_eq!(file.text("/scan/operator"), Some("me"));
+    assert_eq!(file.get("incomplete"), None);
+}
+
+#[test]
+fn regress_channels_of_times_and_positions() {
+    let container = opened("field.tdms");
+    let listed = |path| container.find(path).map(Coordinate::Listed);
+    let log = found(&container, "log");
+    assert_eq!(log.dimensions[1].name.as_deref(), Some("time"));
+    assert_eq!(log.dimensions[1].coordinate, listed("log/Time"));
+    let table = found(&container, "table");
+    assert_eq!(table.dimensions[1].coordinate, listed("table/Time (ms)"));
+    let time = found(&container, "table/Time (ms)");
+    assert_eq!(time.attributes.text("units"), Some("ms"));
+    // Positions that fall are listed, but no coordinate.
+    assert_eq!(table.dimensions[0].coordinate, None);
+    let x = container.find("table/x").unwrap();
+    assert_eq!(container.numbers(x).unwrap(), [3.0, 1.0]);
+    // Positions in several units are not.
+    assert_eq!(container.find("sets/1/x"), None);
+    let first = found(&container, "sets/1");
+    assert!(first.attributes.text("positions").is_some());
+    assert_eq!(first.dimensions[1].name.as_deref(), Some("sample"));
+    assert_eq!(found(&container, "sets/2").shape(), [2, 2]);
+}
+
+#[test]
+fn regress_samples_stay_in_place() {
+    for (name, path, shape, strides) in [
+        (
+            "interleaved.tdms",
+            "g",
+            [12, 3].as_slice(),
+            Some(vec![12, 4]),
+        ),
+        ("interleaved_segments.tdms", "g", &[12, 3], None),
+        ("cut.tdms", "g/a", &[12], None),
+        ("device_alike.tdms", "g", &[12, 3], Some(vec![8, 2])),
+        ("big.tdms", "g", &[2, 9], None),
+        // The description comes with the first samples, or before them.
+        ("ticks.tdms", "g", &[10, 2], Some(vec![44, 8])),
+        ("ticks_even.tdms", "g", &[9, 2], Some(vec![44, 8])),
+    ] {
+        let container = opened(name);
+        let variable = found(&container, path);
+        assert_eq!(variable.shape(), shape, "{name}");
+        let in_place = match &variable.place {
+            Place::Strided { strides, .. } => Some(strides.clone()),
+            Place::Encoded { .. } => None,
+        };
+        assert_eq!(in_place, strides, "{name}");
+    }
+}
+
+#[test]
+fn regress_what_a_stopped_writer_left_is_told() {
+    for (name, is_incomplete) in [
+        ("cut.tdms", true),
+        ("cut_long.tdms", true),
+        ("cut_interleaved.tdms", true),
+        ("cut_lead.tdms", true),
+        ("cut_short.tdms", true),
+        ("short_chunk.tdms", false),
+        ("segments.tdms", false),
+    ] {
+        let told = opened(name).attributes.text("incomplete").is_some();
+        assert_eq!(told, is_incomplete, "{name}");
+    }
+}
+
+#[test]
+fn regress_scalings() {
+    let container = opened("scaled.tdms");
+    let alike = found(&container, "alike");
+    assert_eq!(alike.sample_type.number(), Some(Sample::I16));
+    assert_eq!(alike.attributes.number("scale_factor"), Some(3e-3));
+    assert!(matches!(alike.place, Place::Strided { .. }));
+    let each = found(&container, "each");
+    assert_eq!(each.sample_type.number(), Some(Sample::F64));
+    assert_eq!(each.attributes.number("scale_factor"), None);
+    let flat = found(&container, "flat/a");
+    assert_eq!(flat.attributes.number("scale_factor"), Some(0.3));
+    let unscaled = found(&opened("device.tdms"), "g/unscaled")
+        .sample_type
+        .clone();
+    let what = SampleType::Other("samples of a DAQmx device without a scaling".into());
+    assert_eq!(unscaled, what);
+}
+
+#[test]
+fn regress_refused() {
+    let refused =
+        |bytes: Vec<u8>| open(Format::Tdms, Arc::new(bytes), &Options::default()).unwrap_err();
+    let mut index = file("field.tdms");
+    index[3] = b'h';
+    assert_eq!(
+        Format::detect("field.tdms_index", &index),
+        Some(Format::Tdms)
+    );
+    let error = refused(index);
+    assert!(matches!(error, Error::Unsupported { .. }), "{error}");
+    // The type of the first channel of `cut.tdms`.
+    let bytes = file("cut.tdms");
+    let at = bytes
+        .windows(4)
+        .position(|four| four == [20, 0, 0, 0])
+        .unwrap()
+        + 4;
+    for (code, is_known) in [(11, true), (0x1b, true), (0x4f, true), (0x50, false)] {
+        let mut bytes = bytes.clone();
+        bytes[at] = code;
+        let error = refused(bytes);
+        let is_unsupported = matches!(error, Error::Unsupported { .. });
+        assert_eq!(is_unsupported, is_known, "{code}: {error}");
+    }
+    let mut as_before = bytes.clone();
+    as_before[at - 4..at].fill(0);
+    let error = refused(as_before);
+    assert!(
+        error.to_string().contains("samples in an earlier segment"),
+        "{error}"
+    );
+    let mut bytes = bytes.clone();
+    bytes[0] = b'X';
+    let error = refused(bytes);
+    assert!(
+        error.to_string().starts_with("byte 0: expected TDSm"),
+        "{error}"
+    );
+}
+
+#[test]
+fn regress_memory_is_limited() {
+    let mut options = Options::default();
+    options.memory = Some(1000);
+    let error = open(Format::Tdms, Arc::new(file("field.tdms")), &options).unwrap_err();
+    assert!(
+        matches!(error, Error::Memory { allowed: 1000, .. }),
+        "{error}"
+    );
+}
+
+#[test]
+fn regress_times_beyond_an_i64_are_told() {
+    let mut bytes = file("field.tdms");
+    let at = bytes.windows(4).position(|four| four == b"Time").unwrap();
+    let stamps = bytes.windows(8).rposition(|seconds| {
+        // 2026-01-01.
+        i64::from_le_bytes(seconds.try_into().unwrap()) == 2_082_844_800 + 1_767_225_600
+    });
+    let stamps = stamps.filter(|found| *found > at).unwrap();
+    bytes[stamps + 7] = 0x7f;
+    let container = open_bytes("field.tdms", &bytes);
+    let error = container.integers(container.find("log/Time").unwrap());
+    assert!(error.unwrap_err().to_string().contains("1677"));
+}
+
+/// A long list of channels and many segments with less than one sample of each.
+#[test]
+fn regress_work_is_bounded() {
+    const MANY: u32 = 5_000;
+    let segment = |contents: u32, description: &[u8], samples: &[u8]| {
+        let lengths = [description.len() + samples.len(), description.len()];
+        let lengths = lengths.map(|length| (length as u64).to_le_bytes());
+        let lead = [contents, 4713].map(u32::to_le_bytes);
+        [
+            b"TDSm",
+            &lead.concat()[..],
+            &lengths.concat(),
+            description,
+            samples,
+        ]
+        .concat()
+    };
+    let mut description = MANY.to_le_bytes().to_vec();
+    for channel in 0..MANY {
+        let path = format!("/'g'/'{channel:05}'");
+        description.extend((path.len() as u32).to_le_bytes());
+        description.extend(path.bytes());
+        // One sample of type i8, no properties.
+        description.extend([20u32, 1, 1, 1, 0, 0].map(u32::to_le_bytes).concat());
+    }
+    let mut bytes = segment(0b1110, &description, &[]);
+    for _ in 0..MANY {
+        bytes.extend(segment(0b1000, &[], &[1]));
+    }
+    let error = open(Format::Tdms, Arc::new(bytes), &Options::default()).unwrap_err();
+    assert!(
+        error.to_string().contains("5000 channels again and again"),
+        "{error}"
+    );
+}
+
+#[test]
+fn regress_damaged_bytes() {
+    for name in peer().keys() {
+        let bytes = file(name);
+        robust::survives(Format::Tdms, &bytes, 1, 3000);
+    }
+}
