@@ -80,6 +80,34 @@ impl Coherence {
     pub fn level(&self) -> Option<f64> {
         self.independence.level(self.alpha)
     }
+
+    /// Share of the cells above the level, of those away from the reference, from 0 and from the Nyquist
+    /// frequency; `None` where no significance can be stated.
+    pub fn above_level(&self) -> Option<f64> {
+        let level = self.level()?;
+        let inside = 1..self.segment[0].div_ceil(2);
+        let rows = self.coherence.slice(ndarray::s![inside, ..]);
+        let cells = rows
+            .indexed_iter()
+            .filter(|((_, j), g)| *j != self.reference && g.is_finite());
+        let (count, above) = cells.fold((0u64, 0u64), |(count, above), (_, g)| {
+            (count + 1, above + u64::from(*g > level))
+        });
+        (count > 0).then(|| above as f64 / count as f64)
+    }
+
+    /// Positions of the sites.
+    pub fn positions(&self) -> Vec<f64> {
+        (0..self.coherence.ncols())
+            .map(|j| self.space.at(j))
+            .collect()
+    }
+
+    /// Words for the units of time and of length.
+    pub fn units(&self) -> (String, String) {
+        let word = |axis: &Axis, counted: &str| axis.unit.clone().unwrap_or_else(|| counted.into());
+        (word(&self.time, "sample"), word(&self.space, "site"))
+    }
 }
 
 /// Coherence, phase and delay of every site against a reference.

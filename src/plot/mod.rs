@@ -10,6 +10,7 @@ mod bitmap;
 mod budget;
 mod canvas;
 mod chart;
+mod coherence;
 mod curve;
 mod dispersion;
 mod figures;
@@ -44,6 +45,7 @@ pub use axis::around;
 pub use budget::{SharedScales, budget_figures, encode_all};
 pub use canvas::{Area, Canvas, CanvasSurface, px, sans};
 pub use chart::{Chart, Level, Look, PALETTE, Series, extent};
+pub use coherence::coherence;
 pub use figures::{
     flux_surrogate, space_time, spacetime_spectrum, spatial_spectrum, temporal_spectrum,
 };
@@ -61,6 +63,7 @@ pub use views::views;
 
 pub(crate) use attenuation::{attenuation_charts, transmission_charts};
 pub(crate) use budget::ordinary;
+pub(crate) use coherence::{coherence_by_frequency, coherence_charts, coherence_map};
 pub(crate) use heat::block_extremes;
 pub(crate) use localized::{journey_charts, wave_charts};
 pub(crate) use scale::{ColorScale, DECADES};

@@ -7,6 +7,7 @@ mod attenuation;
 mod attenuation_words;
 mod budget;
 mod budget_arrays;
+mod coherence;
 mod directory;
 mod field_file;
 mod field_set;
@@ -32,6 +33,7 @@ pub use attenuation::{
 pub use attenuation_words::{law_sentence, reach_sentence, stop_sentence};
 pub use budget::{BUDGET_SCHEMA, BudgetSummary, ClosureSummary};
 pub use budget_arrays::{write_budget_arrays, write_measured_arrays};
+pub use coherence::{COHERENCE_SCHEMA, CoherenceSummary, write_coherence};
 pub use directory::{Contents, ResultDirectory};
 pub use field_file::{FIELD_SCHEMA, FieldFile};
 pub use field_set::{FIELDS_SCHEMA, FieldOutcome, FieldRow, FieldSet, field_names};
@@ -40,8 +42,9 @@ pub use leftovers::{Hold, Leftover, Leftovers};
 pub use localized::{LOCALIZED_SCHEMA, LocalizedSummary, table_csv, write_journey, write_profile};
 #[cfg(feature = "figures")]
 pub use pages::{
-    analysis_html as html, attenuation_html, budget_html, comparison_html, comparison_rows,
-    fields_html, journey_html, localized_html, sweep_html, transmission_html, wave_html,
+    analysis_html as html, attenuation_html, budget_html, coherence_html, comparison_html,
+    comparison_rows, fields_html, journey_html, localized_html, sweep_html, transmission_html,
+    wave_html,
 };
 pub use run_file::{RUN_SCHEMA, RunFile};
 pub use sentences::{Answer, Sentence, Unresolved, answers, number, percent, sentences};

@@ -49,6 +49,12 @@ pub enum Command {
     /// The field is transformed in time and space, multiplied by 1 or 0, and transformed back. The
     /// result is a field with the same axes. Adjacent bands sum to the field, to rounding.
     Filter(Box<crate::filter::Filter>),
+    /// Compare all sites with a reference: coherence, phase, delay, phase velocity.
+    ///
+    /// Averaged over segments of the record, over orthogonal tapers, or over repeated records (several
+    /// files). Each number has its level of significance or its error; the segments of one transient are not
+    /// independent, and then none is stated.
+    Coherence(Box<crate::coherence::Coherence>),
     /// Follow the energy of a simulated chain: balances that close.
     ///
     /// RUN is a run file of `cascade simulate` with displacements. Four budgets: site by site in real

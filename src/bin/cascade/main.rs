@@ -9,6 +9,7 @@ mod bench;
 mod budget;
 mod chain_args;
 mod clean;
+mod coherence;
 mod compare;
 mod contact;
 mod dispersion;
@@ -81,6 +82,7 @@ fn one(cli: Cli, field: Option<&Path>, applied: &Applied) -> Result<(), Failure>
             let field = field.unwrap_or(&typed.fields[0]);
             analyze::run(&typed, field, applied)
         }
+        Command::Coherence(typed) => coherence::run(*typed),
         Command::Budget(typed) => budget::run(*typed),
         Command::Compare(typed) => compare::run(*typed),
         Command::Inspect(typed) => inspect::run(*typed),

@@ -143,6 +143,16 @@ pub fn overlap(text: &str) -> Result<Overlap, String> {
     }
 }
 
+/// `NW,K`: a time-bandwidth product and a number of tapers.
+pub fn multitaper(text: &str) -> Result<(f64, usize), String> {
+    let expected = "expected NW,K: a time-bandwidth product and a number of tapers, such as 4,7";
+    let (nw, count) = text.split_once(',').ok_or(expected)?;
+    match (nw.trim().parse::<f64>(), count.trim().parse::<usize>()) {
+        (Ok(nw), Ok(count)) if nw.is_finite() => Ok((nw, count)),
+        _ => Err(expected.into()),
+    }
+}
+
 /// A finite number.
 pub fn finite(text: &str) -> Result<f64, String> {
     match text.trim().parse::<f64>() {
