@@ -1,4 +1,4 @@
-//! A file of named arrays: HDF5, NetCDF, MATLAB, SEG-Y, Seismic Unix, or UFF, as the first byte says.
+//! A file of named arrays: HDF5, NetCDF, MATLAB, SEG-Y, Seismic Unix, UFF, or a LAMMPS dump, as the first byte says.
 
 #![no_main]
 
@@ -6,13 +6,14 @@ use cascade_fuzz::{file, open_and_analyze};
 use libfuzzer_sys::fuzz_target;
 use wavecascade::field::{OpenOptions, inspect};
 
-const NAMES: [&str; 6] = [
+const NAMES: [&str; 7] = [
     "field.h5",
     "field.nc",
     "field.mat",
     "field.sgy",
     "field.su",
     "field.uff",
+    "field.lammpstrj",
 ];
 
 fuzz_target!(|bytes: &[u8]| {

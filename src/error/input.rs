@@ -24,13 +24,13 @@ pub enum InputFault {
     NotAFile { found: FileKind },
 
     #[error(
-        "expected NumPy (.npy, .npz), text (.csv, .tsv, .txt), HDF5, NetCDF, MATLAB, SEG-Y or UFF, found {found}"
+        "expected NumPy (.npy, .npz), text (.csv, .tsv, .txt), HDF5, NetCDF, MATLAB, SEG-Y, UFF or LAMMPS dumps, found {found}"
     )]
     UnknownFormat { found: String },
 
     /// A known format that is not read.
     #[error(
-        "expected NumPy (.npy, .npz), text (.csv, .tsv, .txt), HDF5, NetCDF, MATLAB, SEG-Y or UFF, found {format}"
+        "expected NumPy (.npy, .npz), text (.csv, .tsv, .txt), HDF5, NetCDF, MATLAB, SEG-Y, UFF or LAMMPS dumps, found {format}"
     )]
     ForeignFormat { format: ForeignFormat },
 

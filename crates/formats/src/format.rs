@@ -24,6 +24,8 @@ pub enum Format {
     SeismicUnix,
     /// Universal file, data sets 58 and 58b.
     Uff,
+    /// LAMMPS, a text dump of atoms.
+    Lammps,
 }
 
 /// How a file is opened.
@@ -48,6 +50,7 @@ impl Format {
             crate::hdf5::detect,
             crate::netcdf3::detect,
             crate::uff::detect,
+            crate::lammps::detect,
             crate::mat::detect,
             crate::segy::detect,
         ];
@@ -67,6 +70,7 @@ impl fmt::Display for Format {
             Format::SegY => "a SEG-Y file",
             Format::SeismicUnix => "a Seismic Unix file",
             Format::Uff => "a universal file (UFF)",
+            Format::Lammps => "a LAMMPS dump",
         })
     }
 }
@@ -88,6 +92,7 @@ pub fn open(format: Format, bytes: Bytes, options: &Options) -> Result<Container
         Format::Mat5 | Format::Mat4 => crate::mat::open,
         Format::SegY | Format::SeismicUnix => crate::segy::open,
         Format::Uff => crate::uff::open,
+        Format::Lammps => crate::lammps::open,
     };
     open(format, bytes, options)
 }

@@ -14,6 +14,7 @@ mod error;
 mod format;
 #[cfg(feature = "hdf5")]
 mod hdf5;
+mod lammps;
 mod mat;
 mod netcdf3;
 mod sample;
