@@ -20,11 +20,13 @@ mod netcdf3;
 mod sample;
 mod segy;
 mod uff;
+#[cfg(feature = "zarr")]
+mod zarr;
 
 pub use attributes::{Attributes, Value};
 pub use container::{Block, Container, Coordinate, Decoder, Dimension, Place, Variable};
 pub use error::{Error, Result};
-pub use format::{Format, Options, open};
+pub use format::{Format, Options, open, open_directory};
 pub use sample::{ByteOrder, Sample, SampleType, half_to_f64, ibm_to_f64};
 
 use std::sync::Arc;
