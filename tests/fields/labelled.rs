@@ -484,7 +484,8 @@ fn val_peer_lammps_a_chain_is_read_in_its_order() {
     assert_eq!(field.quantity, Quantity::Velocity);
     assert_eq!(field.unit.as_deref(), Some("m/s"));
     // The striker has the last number and the first place.
-    assert_eq!(values(&field)[..9], [0.5, 0., 0., 0., 0., 0., 0., 0., 0.]);
+    let first = values(&field).row(0).to_vec();
+    assert_eq!(first, [0.5, 0., 0., 0., 0., 0., 0., 0., 0.]);
     let positions = OpenOptions {
         variable: Some("x".into()),
         ..OpenOptions::default()
@@ -505,7 +506,7 @@ fn val_peer_xarray_stores_are_directories() {
         assert_eq!(units, (Some("s"), Some("m")));
         assert_eq!(field.unit.as_deref(), Some("m/s"));
         // The gap.
-        assert!(values(&field)[2 * 6 + 3].is_nan());
+        assert!(values(&field)[[2, 3]].is_nan());
         assert!(field.content_hash.is_some() && field.file_state().is_none());
         let found = inspect(&path, &OpenOptions::default()).unwrap();
         assert_eq!(found.format, "a Zarr store");
@@ -532,14 +533,16 @@ fn a_zarr_store_names_the_feature_that_reads_it() {
     let Error::Input {
         fault: InputFault::Container { fault },
         ..
-    } = error
+    } = &error
     else {
         panic!("{error}");
     };
-    let wavecascade::error::FormatError::Unsupported { way_out, .. } = *fault else {
-        panic!("{fault}");
-    };
-    assert!(way_out.contains("feature zarr") && way_out.contains("xarray"));
+    match &**fault {
+        wavecascade::error::FormatError::Unsupported { way_out, .. } => {
+            assert!(way_out.contains("feature zarr") && way_out.contains("xarray"));
+        }
+        other => panic!("{other}"),
+    }
     // Another directory is none.
     let error = Field::open(fixture("zarr"), &OpenOptions::default()).unwrap_err();
     let is_no_file = |fault: &InputFault| matches!(fault, InputFault::NotAFile { .. });

@@ -12,7 +12,7 @@ use serde_json::{Map, Value as Json};
 use crate::{Attributes, Error, Result, Value};
 
 /// Bytes of a file of metadata.
-const LONGEST: u64 = 64 << 20;
+const LONGEST: u64 = 16 << 20;
 
 /// The JSON object in the file `name` of a folder; `None` if there is no such file.
 pub(super) fn read(folder: &Path, name: &str, path: &str) -> Result<Option<Map<String, Json>>> {
