@@ -1,5 +1,5 @@
-//! A file of named arrays: HDF5, NetCDF, MATLAB, SEG-Y, Seismic Unix, UFF, TDMS, or miniSEED, as the
-//! first byte says.
+//! A file of named arrays: HDF5, NetCDF, MATLAB, SEG-Y, Seismic Unix, UFF, TDMS, miniSEED, or a LAMMPS dump, as
+//! the first byte says.
 
 #![no_main]
 
@@ -7,7 +7,7 @@ use cascade_fuzz::{file, open_and_analyze};
 use libfuzzer_sys::fuzz_target;
 use wavecascade::field::{OpenOptions, inspect};
 
-const NAMES: [&str; 8] = [
+const NAMES: [&str; 9] = [
     "field.h5",
     "field.nc",
     "field.mat",
@@ -16,6 +16,7 @@ const NAMES: [&str; 8] = [
     "field.uff",
     "field.tdms",
     "field.mseed",
+    "field.lammpstrj",
 ];
 
 fuzz_target!(|bytes: &[u8]| {

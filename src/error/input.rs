@@ -24,13 +24,13 @@ pub enum InputFault {
     NotAFile { found: FileKind },
 
     #[error(
-        "expected NumPy (.npy, .npz), text (.csv, .tsv, .txt), HDF5, NetCDF, MATLAB, SEG-Y, UFF, TDMS or miniSEED, found {found}"
+        "expected NumPy (.npy, .npz), text (.csv, .tsv, .txt), HDF5, NetCDF, MATLAB, SEG-Y, UFF, TDMS, miniSEED or LAMMPS dumps, found {found}"
     )]
     UnknownFormat { found: String },
 
     /// A known format that is not read.
     #[error(
-        "expected NumPy (.npy, .npz), text (.csv, .tsv, .txt), HDF5, NetCDF, MATLAB, SEG-Y, UFF, TDMS or miniSEED, found {format}"
+        "expected NumPy (.npy, .npz), text (.csv, .tsv, .txt), HDF5, NetCDF, MATLAB, SEG-Y, UFF, TDMS, miniSEED or LAMMPS dumps, found {format}"
     )]
     ForeignFormat { format: ForeignFormat },
 

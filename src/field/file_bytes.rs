@@ -74,6 +74,11 @@ impl FileBytes {
         Ok((Arc::new(bytes), opened))
     }
 
+    /// Those of a directory, whose files are read by themselves.
+    pub(super) fn of_directory() -> Arc<FileBytes> {
+        Arc::new(FileBytes::Copied(Vec::new()))
+    }
+
     fn map(file: &File, path: &Path) -> Result<FileBytes> {
         // SAFETY: the map is read-only and as long as the file is now. `Field::open` documents the
         // condition that no other program truncates the file meanwhile.

@@ -4,12 +4,11 @@ use std::path::Path;
 
 use wavecascade_formats::{Attributes, Container, Coordinate, Place, SampleType, Value, Variable};
 
-use super::file_bytes::FileBytes;
-use super::open::{FileSource, Format};
+use super::open::{FileSource, Format, Opened};
 use super::options::{OpenOptions, ReadMode};
 use super::sidecar::Sidecar;
 use super::{Field, labelled, npz};
-use crate::error::{Error, Result};
+use crate::error::Result;
 
 /// Characters of an attribute that are shown.
 const SHOWN: usize = 60;
@@ -54,11 +53,7 @@ pub fn inspect(path: &Path, options: &OpenOptions) -> Result<Inspection> {
         hash: false,
         ..options.clone()
     };
-    let (bytes, _) = FileBytes::open(path, options.read, |_| Ok(()))?;
-    let format = Format::detect(path, &bytes).map_err(|fault| Error::Input {
-        path: path.to_owned(),
-        fault,
-    })?;
+    let Opened { bytes, format, .. } = Opened::at(path, &options)?;
     let source = FileSource {
         path,
         bytes,

@@ -7,6 +7,7 @@
 mod block;
 mod coordinates;
 mod csv;
+mod directory;
 mod file_bytes;
 mod header;
 mod inspect;

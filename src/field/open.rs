@@ -7,8 +7,9 @@ use super::coordinates::{Coordinates, StatedAxis};
 use super::file_bytes::FileBytes;
 use super::options::{Header, OpenOptions, ReadMode, TimeColumn};
 use super::sidecar::Sidecar;
+use super::state::FileState;
 use super::storage::{Bytes, Storage};
-use super::{Field, Layout, Note, Quantity, csv, labelled, npy, npz};
+use super::{Field, Layout, Note, Quantity, csv, directory, labelled, npy, npz};
 use crate::error::{Error, ForeignFormat, InputFault, Result};
 
 /// Input of the format readers: the bytes of a file and its settings.
@@ -39,6 +40,38 @@ impl FileSource<'_> {
             false => 0,
         };
         self.options.allow(what, needed.saturating_add(copied))
+    }
+}
+
+/// What is at a path.
+pub(super) struct Opened {
+    pub(super) bytes: Arc<FileBytes>,
+    /// `None` for a directory.
+    state: Option<FileState>,
+    pub(super) format: Format,
+}
+
+impl Opened {
+    /// The file at `path`, or the store that is a directory.
+    pub(super) fn at(path: &Path, options: &OpenOptions) -> Result<Opened> {
+        if let Some(format) = wavecascade_formats::Format::detect_directory(path) {
+            return Ok(Opened {
+                bytes: FileBytes::of_directory(),
+                state: None,
+                format: Format::Labelled(format),
+            });
+        }
+        let allow = |length| options.allow("a copy of the file", length);
+        let (bytes, state) = FileBytes::open(path, options.read, allow)?;
+        let format = Format::detect(path, &bytes).map_err(|fault| Error::Input {
+            path: path.to_owned(),
+            fault,
+        })?;
+        Ok(Opened {
+            bytes,
+            state: Some(state),
+            format,
+        })
     }
 }
 
@@ -112,6 +145,9 @@ impl Field {
     /// before the rows), else in the first column if its steps are even. [`Field::notes`] lists
     /// what was inferred and what is doubtful.
     ///
+    /// A Zarr store is a directory; its samples are decoded when it is opened, and it may change
+    /// afterwards.
+    ///
     /// The file must not be truncated while the field is in use: a read of missing pages ends the
     /// process. [`Field::check_unchanged`] detects modification and replacement. With
     /// [`ReadMode::Copy`] the file is read once, into memory, and may change afterwards.
@@ -125,12 +161,11 @@ impl Field {
     pub fn open(path: impl AsRef<Path>, options: &OpenOptions) -> Result<Field> {
         let path = path.as_ref();
         options.check()?;
-        let allow = |length| options.allow("a copy of the file", length);
-        let (bytes, opened) = FileBytes::open(path, options.read, allow)?;
-        let format = Format::detect(path, &bytes).map_err(|fault| Error::Input {
-            path: path.to_owned(),
-            fault,
-        })?;
+        let Opened {
+            bytes,
+            state,
+            format,
+        } = Opened::at(path, options)?;
         format.check(path, options)?;
         // The `run.toml` next to a run is its scene, not a sidecar.
         let is_run = matches!(format, Format::Npz) && npz::is_run(&bytes);
@@ -149,8 +184,10 @@ impl Field {
         };
         // A copy is hashed at once: the file may be another when its hash is wanted.
         let is_copy = source.bytes.is_copy();
-        let is_hashed = options.hash || is_copy;
-        let content_hash = is_hashed.then(|| source.bytes.hash_releasing());
+        let content_hash = match &state {
+            None => Some(directory::hash(path)?),
+            Some(_) => (options.hash || is_copy).then(|| source.bytes.hash_releasing()),
+        };
         let stated = source.stated.clone();
         let time = contents.time.axis(StatedAxis {
             origin: stated.t0,
@@ -165,7 +202,7 @@ impl Field {
         let name = path.file_stem().unwrap_or_default();
         let field = Field {
             storage: contents.storage,
-            opened: (!is_copy).then_some(opened),
+            opened: state.filter(|_| !is_copy),
             n_times: contents.n_times,
             n_sites: contents.n_sites,
             name: name.to_string_lossy().into_owned(),

@@ -540,16 +540,98 @@ fn val_peer_obspy_reads_the_same_field() {
 }
 
 #[test]
+fn val_peer_lammps_a_chain_is_read_in_its_order() {
+    let field = open_path(&fixture("lammps/granular.lammpstrj"));
+    assert_eq!((field.n_times(), field.n_sites()), (21, 9));
+    assert_eq!(field.time.step, 2e-5);
+    assert!((field.space.step - 0.02).abs() < 1e-12);
+    let units = (field.time.unit.as_deref(), field.space.unit.as_deref());
+    assert_eq!(units, (Some("s"), Some("m")));
+    assert_eq!(field.quantity, Quantity::Velocity);
+    assert_eq!(field.unit.as_deref(), Some("m/s"));
+    // The striker has the last number and the first place.
+    let first = values(&field).row(0).to_vec();
+    assert_eq!(first, [0.5, 0., 0., 0., 0., 0., 0., 0., 0.]);
+    let positions = OpenOptions {
+        variable: Some("x".into()),
+        ..OpenOptions::default()
+    };
+    let field = Field::open(fixture("lammps/granular.lammpstrj"), &positions).unwrap();
+    assert_eq!(field.quantity, Quantity::Displacement);
+}
+
+#[cfg(feature = "zarr")]
+#[test]
+fn val_peer_xarray_stores_are_directories() {
+    let fields = [2, 3].map(|version| {
+        let path = fixture(&format!("zarr/xarray{version}.zarr"));
+        let field = open_path(&path);
+        assert_eq!((field.n_times(), field.n_sites()), (9, 6));
+        assert_eq!((field.time.step, field.space.step), (2.5e-4, 0.125));
+        let units = (field.time.unit.as_deref(), field.space.unit.as_deref());
+        assert_eq!(units, (Some("s"), Some("m")));
+        assert_eq!(field.unit.as_deref(), Some("m/s"));
+        // The gap.
+        assert!(values(&field)[[2, 3]].is_nan());
+        assert!(field.content_hash.is_some() && field.file_state().is_none());
+        let found = inspect(&path, &OpenOptions::default()).unwrap();
+        assert_eq!(found.format, "a Zarr store");
+        let packed = OpenOptions {
+            variable: Some("packed".into()),
+            ..OpenOptions::default()
+        };
+        let packed = Field::open(&path, &packed).unwrap();
+        for (packed, value) in values(&packed).iter().zip(values(&field)) {
+            assert!((packed - value).abs() <= 5.1e-4 || packed.is_nan() && value.is_nan());
+        }
+        field
+    });
+    assert_eq!(fields[0].content_hash.as_ref().map(String::len), Some(64));
+    assert_ne!(fields[0].content_hash, fields[1].content_hash);
+}
+
+#[cfg(not(feature = "zarr"))]
+#[test]
+fn a_zarr_store_names_the_feature_that_reads_it() {
+    let path = fixture("zarr/xarray3.zarr");
+    let error = Field::open(&path, &OpenOptions::default()).unwrap_err();
+    assert!(error.to_string().contains("a Zarr store"), "{error}");
+    let Error::Input {
+        fault: InputFault::Container { fault },
+        ..
+    } = &error
+    else {
+        panic!("{error}");
+    };
+    match &**fault {
+        wavecascade::error::FormatError::Unsupported { way_out, .. } => {
+            assert!(way_out.contains("feature zarr") && way_out.contains("xarray"));
+        }
+        other => panic!("{other}"),
+    }
+    // Another directory is none.
+    let error = Field::open(fixture("zarr"), &OpenOptions::default()).unwrap_err();
+    let is_no_file = |fault: &InputFault| matches!(fault, InputFault::NotAFile { .. });
+    assert!(
+        matches!(&error, Error::Input { fault, .. } if is_no_file(fault)),
+        "{error}"
+    );
+}
+
+#[test]
 fn every_file_of_a_peer_is_listed_and_read_or_asked_about() {
     let mut read = 0;
-    for folder in ["hdf5", "mat", "miniseed", "netcdf3", "segy", "tdms", "uff"] {
+    for folder in [
+        "hdf5", "lammps", "mat", "miniseed", "netcdf3", "segy", "tdms", "uff",
+    ] {
         for entry in fs::read_dir(fixture(folder)).unwrap() {
             let path = entry.unwrap().path();
             let is = |part: Option<&std::ffi::OsStr>, names: &[&str]| {
                 part.is_some_and(|part| names.iter().any(|name| part == *name))
             };
-            // Those with gaps are refused as a whole.
-            if is(path.extension(), &["json"]) || is(path.file_stem(), &["gap", "overlap"]) {
+            // Those with gaps, or in which atoms are lost, are refused as a whole.
+            let refused = ["gap", "overlap", "lost"];
+            if is(path.extension(), &["json"]) || is(path.file_stem(), &refused) {
                 continue;
             }
             let found = inspect(&path, &OpenOptions::default()).unwrap();

@@ -92,6 +92,11 @@ pub trait Decoder: Send + Sync {
     /// # Errors
     /// If the bytes are damaged.
     fn read(&self, variable: usize, block: Block, out: &mut [u8]) -> Result<()>;
+
+    /// Most bytes that what it decodes can stand for; `None` if that follows from the bytes of the file.
+    fn most_bytes(&self) -> Option<u64> {
+        None
+    }
 }
 
 impl Dimension {
@@ -159,7 +164,11 @@ impl Container {
     pub fn most_bytes(&self) -> u64 {
         const MAX_INFLATION: u64 = 1032;
         let length = (*self.bytes).as_ref().len() as u64;
-        length.saturating_mul(MAX_INFLATION)
+        let stated = self
+            .decoder
+            .as_ref()
+            .and_then(|decoder| decoder.most_bytes());
+        stated.unwrap_or(length.saturating_mul(MAX_INFLATION))
     }
 
     /// Copies a block of a variable to `out`, in native byte order, the last index fastest.

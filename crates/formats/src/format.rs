@@ -1,10 +1,9 @@
 //! Which formats there are, and which one a file has.
 
 use std::fmt;
+use std::path::Path;
 
-#[cfg(not(feature = "hdf5"))]
-use crate::Error;
-use crate::{Bytes, Container, Result};
+use crate::{Bytes, Container, Error, Result};
 
 /// A format that is read.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
@@ -28,6 +27,10 @@ pub enum Format {
     Tdms,
     /// miniSEED, versions 2 and 3.
     MiniSeed,
+    /// LAMMPS, a text dump of atoms.
+    Lammps,
+    /// Zarr, versions 2 and 3: a directory.
+    Zarr,
 }
 
 /// How a file is opened.
@@ -54,12 +57,20 @@ impl Format {
             crate::tdms::detect,
             crate::miniseed::detect,
             crate::uff::detect,
+            crate::lammps::detect,
             crate::mat::detect,
             crate::segy::detect,
         ];
         detectors
             .iter()
             .find_map(|detect| detect(&extension, bytes))
+    }
+
+    /// The format of the store in this directory; `None` for one that is not read.
+    pub fn detect_directory(path: &Path) -> Option<Format> {
+        let names = ["zarr.json", ".zgroup", ".zarray"];
+        let is_zarr = names.iter().any(|name| path.join(name).is_file());
+        is_zarr.then_some(Format::Zarr)
     }
 }
 
@@ -75,6 +86,8 @@ impl fmt::Display for Format {
             Format::Uff => "a universal file (UFF)",
             Format::Tdms => "a TDMS file",
             Format::MiniSeed => "a miniSEED file",
+            Format::Lammps => "a LAMMPS dump",
+            Format::Zarr => "a Zarr store",
         })
     }
 }
@@ -98,6 +111,35 @@ pub fn open(format: Format, bytes: Bytes, options: &Options) -> Result<Container
         Format::Uff => crate::uff::open,
         Format::Tdms => crate::tdms::open,
         Format::MiniSeed => crate::miniseed::open,
+        Format::Lammps => crate::lammps::open,
+        Format::Zarr => {
+            return Err(Error::unsupported(
+                "one file of a Zarr store",
+                "name its directory",
+            ));
+        }
     };
     open(format, bytes, options)
+}
+
+/// Opens a directory of this format.
+///
+/// # Errors
+/// [`crate::Error`]: the files are damaged, or the format is not read, or is one of files.
+pub fn open_directory(format: Format, path: &Path, options: &Options) -> Result<Container> {
+    match format {
+        #[cfg(feature = "zarr")]
+        Format::Zarr => crate::zarr::open(format, path, options),
+        #[cfg(not(feature = "zarr"))]
+        Format::Zarr => {
+            let _ = (path, options);
+            let way_out = "build with the feature zarr, or convert it in Python: \
+                           `xarray.open_zarr(path).to_netcdf(\"field.nc\")`";
+            Err(Error::unsupported(format.to_string(), way_out))
+        }
+        _ => {
+            let what = format!("{format} that is a directory");
+            Err(Error::unsupported(what, "name the file"))
+        }
+    }
 }

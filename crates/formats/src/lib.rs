@@ -14,6 +14,7 @@ mod error;
 mod format;
 #[cfg(feature = "hdf5")]
 mod hdf5;
+mod lammps;
 mod mat;
 mod miniseed;
 mod netcdf3;
@@ -22,11 +23,13 @@ mod segy;
 mod tdms;
 mod time;
 mod uff;
+#[cfg(feature = "zarr")]
+mod zarr;
 
 pub use attributes::{Attributes, Value};
 pub use container::{Block, Container, Coordinate, Decoder, Dimension, Place, Variable};
 pub use error::{Error, Result};
-pub use format::{Format, Options, open};
+pub use format::{Format, Options, open, open_directory};
 pub use sample::{ByteOrder, Sample, SampleType, half_to_f64, ibm_to_f64};
 
 use std::sync::Arc;

@@ -33,7 +33,8 @@ pub enum Command {
     /// Analyse a field: from a file to a report of where its energy goes.
     ///
     /// FIELD holds samples v(t, x): NumPy (`.npy`, `.npz`), a table of text (`.csv`, `.tsv`, `.txt`),
-    /// HDF5, NetCDF, MATLAB, SEG-Y, UFF 58, TDMS or miniSEED; `cascade inspect` lists what a file holds. An array that does not say which axis is time needs `--layout`. Axes and
+    /// HDF5, NetCDF, MATLAB, SEG-Y, UFF 58, TDMS, miniSEED or LAMMPS dumps; `cascade inspect` lists what a file
+    /// holds. An array that does not say which axis is time needs `--layout`. Axes and
     /// units come from options,
     /// from a sidecar file, field.toml for field.npy (keys layout, dt, rate, dx, t0, x0, time_unit,
     /// space_unit, quantity, unit, dispersion), or from the file; an axis without a stated step counts samples

@@ -80,9 +80,11 @@ pub(super) fn read(source: &FileSource, format: Format) -> Result<Contents> {
 pub(super) fn open(source: &FileSource, format: Format) -> Result<Container> {
     let mut options = Options::default();
     options.memory = source.options.memory;
-    let bytes: wavecascade_formats::Bytes = source.bytes.clone();
-    wavecascade_formats::open(format, bytes, &options)
-        .map_err(|fault| source.container_fault(fault))
+    let container = match format {
+        Format::Zarr => wavecascade_formats::open_directory(format, source.path, &options),
+        _ => wavecascade_formats::open(format, source.bytes.clone(), &options),
+    };
+    container.map_err(|fault| source.container_fault(fault))
 }
 
 impl FileSource<'_> {

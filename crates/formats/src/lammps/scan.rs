@@ -1,0 +1,230 @@
+//! The frames of a dump: what their headers say, and where their rows are.
+
+use std::ops::Range;
+
+use rayon::prelude::*;
+
+use super::text::{is_blank, lines, values};
+use crate::{Error, Options, Result};
+
+const ITEM: &[u8] = b"ITEM: ";
+/// Bytes whose items are found before they are read.
+const WINDOW: usize = 64 << 20;
+/// Bytes that one task searches.
+const PIECE: usize = 1 << 20;
+/// Bytes that are looked at together.
+const STRIDE: usize = 4096;
+
+/// The atoms at one time step.
+#[derive(Debug)]
+pub(super) struct Frame {
+    pub step: i64,
+    /// Zero if the dump has no times.
+    pub time: f64,
+    /// The bytes of its rows, one an atom.
+    pub rows: Range<usize>,
+}
+
+/// What the headers of a dump say.
+#[derive(Debug, Default)]
+pub(super) struct Headers {
+    pub frames: Vec<Frame>,
+    /// Atoms of every frame.
+    pub atoms: usize,
+    /// Names of the columns of every frame.
+    pub columns: Vec<String>,
+    /// The style of units.
+    pub style: Option<String>,
+    pub has_times: bool,
+    /// What is written beside `BOX BOUNDS` in the first frame, such as `pp pp pp`.
+    pub boundary: String,
+    /// The bounds of the box of the first frame, a row a direction.
+    pub bounds: Vec<Vec<f64>>,
+    allowed: Option<u64>,
+    /// The header that is being read.
+    open: Option<Open>,
+}
+
+/// A header before its rows.
+#[derive(Debug, Default)]
+struct Open {
+    step: Option<i64>,
+    time: Option<f64>,
+    atoms: Option<usize>,
+}
+
+/// The headers of all frames.
+pub(super) fn headers(bytes: &[u8], options: &Options) -> Result<Headers> {
+    if !bytes.starts_with(ITEM) {
+        let found = bytes[..bytes.len().min(20)].escape_ascii().to_string();
+        return Err(Error::damaged("byte 0", "ITEM: ", found));
+    }
+    let mut headers = Headers {
+        allowed: options.memory,
+        ..Headers::default()
+    };
+    let mut start = None;
+    for window in (0..bytes.len()).step_by(WINDOW) {
+        let pieces: Vec<usize> = (window..bytes.len().min(window + WINDOW))
+            .step_by(PIECE)
+            .collect();
+        let found: Vec<Vec<usize>> = pieces
+            .par_iter()
+            .map(|&piece| items(bytes, piece..bytes.len().min(piece + PIECE)))
+            .collect();
+        for at in found.into_iter().flatten() {
+            if let Some(start) = start.replace(at) {
+                headers.item(bytes, start..at)?;
+            }
+        }
+    }
+    if let Some(start) = start {
+        headers.item(bytes, start..bytes.len())?;
+    }
+    headers.end()
+}
+
+/// The bytes within `range` where an item begins.
+fn items(bytes: &[u8], range: Range<usize>) -> Vec<usize> {
+    let begins =
+        |at: &usize| bytes[*at..].starts_with(ITEM) && (*at == 0 || bytes[*at - 1] == b'\n');
+    let strides = range.clone().step_by(STRIDE);
+    strides
+        .map(|from| from..range.end.min(from + STRIDE))
+        // Numbers have no capital I, so that few strides are looked at byte by byte.
+        .filter(|stride| bytes[stride.clone()].contains(&b'I'))
+        .flat_map(|stride| stride.filter(begins))
+        .collect()
+}
+
+impl Headers {
+    /// Reads the item at `range` of the file.
+    fn item(&mut self, bytes: &[u8], range: Range<usize>) -> Result<()> {
+        let text = &bytes[range.clone()];
+        let title_end = text.iter().position(|&byte| byte == b'\n');
+        let title = &text[ITEM.len()..title_end.unwrap_or(text.len())];
+        let body = title_end.map_or(text.len(), |end| end + 1);
+        let title = String::from_utf8_lossy(title).trim_ascii().to_owned();
+        let body = range.start + body..range.end;
+        let first = lines(&bytes[body.clone()]).next().unwrap_or_default();
+        let first = String::from_utf8_lossy(first).trim_ascii().to_owned();
+        let place = || format!("ITEM: {title} at byte {}", range.start);
+        let header = self.open.get_or_insert_default();
+        match title.as_str() {
+            "UNITS" => {
+                self.style.get_or_insert(first);
+            }
+            "TIME" => header.time = Some(number(&first, "a time", place)?),
+            "TIMESTEP" => header.step = Some(number(&first, "a time step", place)?),
+            "NUMBER OF ATOMS" => header.atoms = Some(number(&first, "a number of atoms", place)?),
+            title => {
+                if let Some(columns) = title.strip_prefix("ATOMS") {
+                    return self.rows(columns, bytes, body);
+                }
+                if let Some(boundary) = title.strip_prefix("BOX BOUNDS") {
+                    if self.frames.is_empty() {
+                        self.boundary = boundary.trim_ascii().to_owned();
+                        self.bounds = bounds(&bytes[body]);
+                    }
+                } else if title.contains("ENTRIES") || title.contains("GRID") {
+                    return Err(Error::unsupported(
+                        format!("a LAMMPS dump of other values than those of atoms ({title})"),
+                        "write atoms with `dump custom`",
+                    ));
+                }
+            }
+        }
+        Ok(())
+    }
+
+    /// Ends a header: its rows follow.
+    fn rows(&mut self, columns: &str, bytes: &[u8], rows: Range<usize>) -> Result<()> {
+        let columns = columns.split_ascii_whitespace();
+        let Open { step, time, atoms } = self.open.take().unwrap_or_default();
+        let before = format!("byte {}", rows.start);
+        let missing = |what: &str| Error::damaged(before.as_str(), what, "ITEM: ATOMS");
+        let step = step.ok_or_else(|| missing("ITEM: TIMESTEP"))?;
+        let atoms = atoms.ok_or_else(|| missing("ITEM: NUMBER OF ATOMS"))?;
+        let place = || format!("the frame of time step {step}");
+        if self.frames.is_empty() {
+            self.columns = columns.map(str::to_owned).collect();
+            self.has_times = time.is_some();
+            self.atoms = atoms;
+        } else if !columns.eq(self.columns.iter().map(String::as_str)) {
+            return Err(Error::unsupported(
+                format!("{} with other columns than the first", place()),
+                "write one file for each selection of columns",
+            ));
+        } else if atoms != self.atoms {
+            return Err(Error::unsupported(
+                format!(
+                    "{} with {atoms} atoms, the first with {}",
+                    place(),
+                    self.atoms
+                ),
+                "dump a group whose atoms do not change, or the frames apart",
+            ));
+        }
+        let time = match (self.has_times, time) {
+            (true, None) => {
+                return Err(Error::damaged(place(), "ITEM: TIME", "none"));
+            }
+            (_, time) => time.unwrap_or_default(),
+        };
+        // A value and a blank or line end for each column of each atom, so that no claim exceeds the file.
+        let least = self.columns.len().max(1).checked_mul(2);
+        let least = least.and_then(|row| row.checked_mul(atoms));
+        let ends_whole = rows.is_empty() || bytes[rows.end - 1] == b'\n';
+        if least.is_none_or(|least| least > rows.len()) || !ends_whole {
+            let found = format!("{} bytes", rows.len());
+            return Err(Error::damaged(
+                place(),
+                format!("{atoms} whole rows of {} values", self.columns.len()),
+                found,
+            ));
+        }
+        self.frames.push(Frame { step, time, rows });
+        let needed = (self.frames.len() * size_of::<Frame>()) as u64;
+        match self.allowed {
+            Some(allowed) if needed > allowed => Err(Error::Memory {
+                what: "the list of frames".into(),
+                needed,
+                allowed,
+            }),
+            _ => Ok(()),
+        }
+    }
+
+    /// Checks that no frame is cut off.
+    fn end(self) -> Result<Headers> {
+        if self.open.is_some() {
+            let place = match self.frames.last() {
+                Some(last) => format!("behind the frame of time step {}", last.step),
+                None => "the file".into(),
+            };
+            return Err(Error::damaged(place, "ITEM: ATOMS", "the end of the file"));
+        }
+        Ok(self)
+    }
+}
+
+fn number<T: std::str::FromStr>(
+    found: &str,
+    expected: &str,
+    place: impl Fn() -> String,
+) -> Result<T> {
+    found
+        .parse()
+        .map_err(|_| Error::damaged(place(), expected, found))
+}
+
+/// The bounds of a box; none if there are not three rows of numbers.
+fn bounds(body: &[u8]) -> Vec<Vec<f64>> {
+    let row = |row: &[u8]| -> Option<Vec<f64>> {
+        let numbers = values(row).map(|value| std::str::from_utf8(value).ok()?.parse().ok());
+        numbers.collect()
+    };
+    let rows = lines(body).filter(|line| !is_blank(line)).take(3);
+    let rows: Option<Vec<Vec<f64>>> = rows.map(row).collect();
+    rows.filter(|rows| rows.len() == 3).unwrap_or_default()
+}

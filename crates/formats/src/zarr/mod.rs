@@ -1,0 +1,173 @@
+//! Zarr, versions 2 and 3: folders of chunks.
+
+mod json;
+mod walk;
+
+use std::path::{Path, PathBuf};
+use std::sync::{Arc, OnceLock};
+
+use zarrs::array::codec::CodecOptions;
+use zarrs::array::{Array, ArrayBytes, ArrayError, ArrayShardedExt};
+use zarrs::array_subset::ArraySubset;
+use zarrs::filesystem::FilesystemStore;
+
+use crate::{Block, Container, Decoder, Error, Format, Options, Result, Sample};
+use walk::Walk;
+
+/// What any store may stand for: chunks that were never written cost nothing.
+const SMALL: u64 = 64 << 20;
+/// Most bytes that a stored one stands for, as in other formats.
+const MAX_INFLATION: u64 = 1032;
+
+/// Opens the store in `folder`.
+pub(crate) fn open(format: Format, folder: &Path, options: &Options) -> Result<Container> {
+    let store = FilesystemStore::new(folder)
+        .map_err(|cause| Error::damaged("the store", "a folder", cause.to_string()))?;
+    let name = folder.file_stem().unwrap_or_default().to_string_lossy();
+    let mut walk = Walk::new(Arc::new(store), &name);
+    walk.visit(folder, "", 0)?;
+    walk.assign_coordinates();
+    let Walk {
+        attributes,
+        variables,
+        arrays,
+        ..
+    } = walk;
+    let decoder = Store {
+        folder: folder.to_owned(),
+        arrays,
+        memory: options.memory,
+        stored: OnceLock::new(),
+    };
+    let no_bytes: Vec<u8> = Vec::new();
+    let mut container = Container::new(format, Arc::new(no_bytes), Some(Box::new(decoder)));
+    container.attributes = attributes;
+    container.variables = variables;
+    Ok(container)
+}
+
+/// An array of numbers.
+struct Stored {
+    name: String,
+    array: Array<FilesystemStore>,
+    /// Rows of what is decoded at once: a chunk, or one within a shard.
+    rows: u64,
+    /// Bytes of a decoded chunk; of a shard, all of it.
+    chunk: u64,
+}
+
+impl Stored {
+    fn new(name: &str, array: Array<FilesystemStore>, sample: Sample) -> Result<Stored> {
+        let place = || format!("variable {name}");
+        let rank = array.shape().len();
+        let whole = array
+            .chunk_shape(&vec![0; rank])
+            .map_err(|cause| Error::damaged(place(), "chunks", cause.to_string()))?;
+        let lengths = whole.iter().map(|len| len.get());
+        let chunk = lengths.fold(Some(sample.bytes() as u64), |n, len| n?.checked_mul(len));
+        let chunk = chunk.ok_or_else(|| {
+            let found = format!("chunks of {:?}", &whole[..]);
+            Error::damaged(place(), "chunks of fewer than 2^64 bytes", found)
+        })?;
+        let part = array.effective_inner_chunk_shape().unwrap_or(whole);
+        Ok(Stored {
+            name: name.to_owned(),
+            rows: part.first().map_or(1, |len| len.get()),
+            array,
+            chunk,
+        })
+    }
+}
+
+/// The arrays of a store, one for each variable.
+struct Store {
+    folder: PathBuf,
+    arrays: Vec<Option<Stored>>,
+    /// Bytes that decoding may take.
+    memory: Option<u64>,
+    /// Bytes of all files.
+    stored: OnceLock<u64>,
+}
+
+impl Decoder for Store {
+    fn read(&self, variable: usize, block: Block, out: &mut [u8]) -> Result<()> {
+        let Some(stored) = &self.arrays[variable] else {
+            unreachable!("what is decoded has an array");
+        };
+        let place = || format!("variable {}", stored.name);
+        let most = self.most_bytes().unwrap_or(u64::MAX);
+        if stored.chunk > most {
+            let expected = format!("chunks of at most {most} bytes in this store");
+            return Err(Error::damaged(place(), expected, stored.chunk.to_string()));
+        }
+        let mut options = CodecOptions::default();
+        options.set_concurrent_target(self.chunks_at_once(stored, out.len() as u64)?);
+        let subset = ArraySubset::new_with_ranges(block);
+        let read = || stored.array.retrieve_array_subset_opt(&subset, &options);
+        let bytes = caught(&place(), read)?.map_err(|cause| explain(&stored.name, &cause))?;
+        match bytes {
+            ArrayBytes::Fixed(bytes) if bytes.len() == out.len() => {
+                out.copy_from_slice(&bytes);
+                Ok(())
+            }
+            _ => {
+                let expected = format!("{} bytes", out.len());
+                Err(Error::damaged(place(), expected, "another number"))
+            }
+        }
+    }
+
+    fn most_bytes(&self) -> Option<u64> {
+        let stored = self.stored.get_or_init(|| length(&self.folder, 0));
+        Some(stored.saturating_mul(MAX_INFLATION).max(SMALL))
+    }
+}
+
+impl Store {
+    /// How many chunks are decoded at once, beside a copy of `wanted` bytes.
+    fn chunks_at_once(&self, stored: &Stored, wanted: u64) -> Result<usize> {
+        let threads = rayon::current_num_threads();
+        let Some(allowed) = self.memory else {
+            return Ok(threads);
+        };
+        // Encoded and decoded.
+        let chunk = stored.chunk.saturating_mul(2).max(1);
+        let needed = wanted.saturating_add(chunk);
+        if needed > allowed {
+            return Err(Error::Memory {
+                what: format!("a chunk of {}", stored.name),
+                needed,
+                allowed,
+            });
+        }
+        let fitting = usize::try_from((allowed - wanted) / chunk).unwrap_or(usize::MAX);
+        Ok(fitting.clamp(1, threads))
+    }
+}
+
+/// Bytes of all files in a folder; links are not followed.
+fn length(folder: &Path, level: usize) -> u64 {
+    let entries = std::fs::read_dir(folder).into_iter().flatten().flatten();
+    let lengths = entries.map(|entry| match entry.metadata() {
+        Ok(found) if found.is_dir() && level < 128 => length(&entry.path(), level + 1),
+        Ok(found) if found.is_file() => found.len(),
+        _ => 0,
+    });
+    lengths.fold(0, u64::saturating_add)
+}
+
+/// What `zarrs` makes of files, which on some damaged ones panics: on a chunk shorter than its checksum.
+fn caught<T>(place: &str, call: impl FnOnce() -> T) -> Result<T> {
+    // What a panic leaves behind is not used again but for reading.
+    let called = std::panic::catch_unwind(std::panic::AssertUnwindSafe(call));
+    called.map_err(|_| Error::damaged(place, "a sound array", "one that its decoder fails on"))
+}
+
+/// The error of the reader of Zarr as one of this crate.
+fn explain(name: &str, cause: &ArrayError) -> Error {
+    Error::damaged(
+        format!("variable {name}"),
+        "sound chunks",
+        cause.to_string(),
+    )
+}

@@ -1,0 +1,395 @@
+//! Dumps of LAMMPS against LAMMPS itself (`make_lammps.py`).
+
+mod robust;
+
+use serde_json::Value as Json;
+use std::fmt::Write;
+use std::path::Path;
+use std::sync::Arc;
+use wavecascade_formats::{
+    Container, Coordinate, Error, Format, Options, Result, SampleType, Value, open,
+};
+
+fn file(name: &str) -> Vec<u8> {
+    let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("tests/files/lammps");
+    std::fs::read(folder.join(name)).unwrap()
+}
+
+/// The frames of each file.
+fn expected() -> serde_json::Map<String, Json> {
+    serde_json::from_slice(&file("expected.json")).unwrap()
+}
+
+fn frames(name: &str) -> Vec<Json> {
+    expected()[name].as_array().unwrap().clone()
+}
+
+fn open_bytes(bytes: Vec<u8>) -> Result<Container> {
+    assert_eq!(Format::detect("data", &bytes), Some(Format::Lammps));
+    open(Format::Lammps, Arc::new(bytes), &Options::default())
+}
+
+fn opened(name: &str) -> Container {
+    open_bytes(file(name)).unwrap()
+}
+
+fn values(container: &Container, path: &str) -> Vec<f64> {
+    container.numbers(container.find(path).unwrap()).unwrap()
+}
+
+/// A value of LAMMPS for each atom in the order of the ids 1, 2, ..
+fn of_frame(frame: &Json, kind: &str, axis: usize) -> Vec<f64> {
+    let all = frame[kind].as_array().unwrap();
+    let along = all.iter().skip(axis).step_by(3);
+    along.map(|value| value.as_f64().unwrap()).collect()
+}
+
+#[test]
+fn val_lammps_columns() {
+    let columns = [
+        ("vx", "v", 0),
+        ("vy", "v", 1),
+        ("vz", "v", 2),
+        ("x", "x", 0),
+        ("y", "x", 1),
+        ("z", "x", 2),
+        ("fx", "f", 0),
+    ];
+    let mut compared = 0;
+    for name in expected().keys().filter(|name| *name != "lost.lammpstrj") {
+        let (container, frames) = (opened(name), frames(name));
+        let ids = values(&container, "id");
+        for (column, kind, axis) in columns {
+            let Some(at) = container.find(column) else {
+                continue;
+            };
+            let found = container.numbers(at).unwrap();
+            let rows = found.chunks(ids.len());
+            assert_eq!(rows.len(), frames.len(), "{name}");
+            for (row, frame) in rows.zip(&frames) {
+                let all = of_frame(frame, kind, axis);
+                let wanted: Vec<f64> = ids.iter().map(|&id| all[id as usize - 1]).collect();
+                assert_eq!(row, wanted, "{name} {column}");
+                compared += row.len();
+            }
+        }
+    }
+    assert_eq!(compared, 21 * 9 * 7 + 21 * 16 * 4 + 12 * (11 + 2 * 4 + 2));
+}
+
+#[test]
+fn val_lammps_times_and_units() {
+    let container = opened("granular.lammpstrj");
+    let frames = frames("granular.lammpstrj");
+    let steps = |frames: &[Json]| -> Vec<i64> {
+        frames.iter().map(|f| f["step"].as_i64().unwrap()).collect()
+    };
+    let step = container.find("step").unwrap();
+    assert_eq!(container.integers(step).unwrap(), Some(steps(&frames)));
+    let time = container.find("time").unwrap();
+    let found = container.numbers(time).unwrap();
+    for (found, frame) in found.iter().zip(&frames) {
+        // Sixteen digits are written.
+        let wanted = frame["time"].as_f64().unwrap();
+        assert!((found - wanted).abs() <= 1e-15 * wanted, "{found} {wanted}");
+    }
+    let units = |container: &Container, path: &str| {
+        let variable = &container.variables[container.find(path).unwrap()];
+        variable.attributes.text("units").map(str::to_owned)
+    };
+    for (path, unit) in [
+        ("vx", "m/s"),
+        ("x", "m"),
+        ("fx", "N"),
+        ("radius", "m"),
+        ("time", "s"),
+        ("first/x", "m"),
+    ] {
+        assert_eq!(units(&container, path).as_deref(), Some(unit), "{path}");
+    }
+    let vx = &container.variables[container.find("vx").unwrap()];
+    assert_eq!(vx.dimensions[0].coordinate, Some(Coordinate::Listed(time)));
+    assert_eq!(vx.attributes.text("standard_name"), Some("velocity"));
+    let style = container.attributes.text("lammps_units");
+    assert_eq!(style, Some("si"));
+    assert_eq!(container.attributes.text("boundary"), Some("ff pp pp"));
+
+    // Angstrom is no unit of the program, but a label of the axis.
+    let metal = opened("scaled.lammpstrj");
+    assert_eq!(units(&metal, "vz").as_deref(), Some("Angstrom/ps"));
+    assert_eq!(units(&metal, "zs"), None);
+
+    // Without times the steps count.
+    let without = opened("six_digits.lammpstrj");
+    assert!(without.find("time").is_none());
+    let vx = &without.variables[without.find("vx").unwrap()];
+    let step = without.find("step").unwrap();
+    assert_eq!(vx.dimensions[0].coordinate, Some(Coordinate::Listed(step)));
+    assert_eq!(values(&without, "step"), [0.0, 20.0, 40.0, 60.0]);
+    assert_eq!(units(&without, "vx"), None);
+}
+
+#[test]
+fn val_lammps_atoms_of_a_row_are_in_its_order() {
+    let container = opened("granular.lammpstrj");
+    let x = container.find("first/x").unwrap();
+    let vx = &container.variables[container.find("vx").unwrap()];
+    assert_eq!(vx.dimensions[1].coordinate, Some(Coordinate::Listed(x)));
+    let ids = values(&container, "id");
+    assert_eq!(ids, [9.0, 8.0, 7.0, 6.0, 5.0, 4.0, 3.0, 2.0, 1.0]);
+    let mut wanted = of_frame(&frames("granular.lammpstrj")[0], "x", 0);
+    wanted.reverse();
+    assert_eq!(container.numbers(x).unwrap(), wanted);
+
+    let scaled = opened("scaled.lammpstrj");
+    let z = scaled.find("first/z").unwrap();
+    let zs = &scaled.variables[scaled.find("zs").unwrap()];
+    assert_eq!(zs.dimensions[1].coordinate, Some(Coordinate::Listed(z)));
+    let wanted = of_frame(&frames("scaled.lammpstrj")[0], "x", 2);
+    for (found, wanted) in scaled.numbers(z).unwrap().iter().zip(wanted) {
+        assert!((found - wanted).abs() <= 1e-14);
+    }
+    // Shares of a tilted box are no positions along its axes.
+    let tilted = opened("tilted.lammpstrj");
+    assert!(tilted.find("first/z").is_none());
+
+    let unwrapped = opened("six_digits.lammpstrj");
+    assert_eq!(values(&unwrapped, "first/z")[11], 11.5);
+}
+
+#[test]
+fn val_lammps_atoms_that_change_their_rows() {
+    let text = String::from_utf8(file("gas.dump")).unwrap();
+    let first_of_frames: Vec<&str> = text
+        .split("ITEM: ATOMS")
+        .skip(1)
+        .map(|frame| frame.lines().nth(1).unwrap().split(' ').next().unwrap())
+        .collect();
+    assert!(first_of_frames.iter().any(|id| *id != first_of_frames[0]));
+    let container = opened("gas.dump");
+    let ids: Vec<f64> = (1..=16).map(f64::from).collect();
+    assert_eq!(values(&container, "id"), ids);
+    let vx = &container.variables[container.find("vx").unwrap()];
+    assert_eq!(vx.dimensions[1].coordinate, None);
+    let element = &container.variables[container.find("element").unwrap()];
+    assert_eq!(element.sample_type, SampleType::Other("text".into()));
+    // The kinetic energy, of which LAMMPS writes as many digits.
+    let (vx, vy) = (values(&container, "vx"), values(&container, "vy"));
+    for (i, energy) in values(&container, "c_energy").iter().enumerate() {
+        let mass = if i % 16 < 8 { 2.0 } else { 1.0 };
+        let wanted = 0.5 * mass * (vx[i] * vx[i] + vy[i] * vy[i]);
+        assert!((energy - wanted).abs() <= 1e-14 * wanted);
+    }
+}
+
+/// Atoms in `n` of one frame each, whose rows are in a different order in each frame.
+fn large(frames: usize, atoms: usize) -> (String, impl Fn(usize, usize) -> f64) {
+    let value = move |frame: usize, atom: usize| (frame * atoms + atom) as f64 * 0.37 - 5.0;
+    let mut text = String::new();
+    for frame in 0..frames {
+        write!(
+            text,
+            "ITEM: TIMESTEP\n{}\nITEM: NUMBER OF ATOMS\n{atoms}\nITEM: BOX BOUNDS pp pp pp\n0 1\n0 1\n0 1\n\
+             ITEM: ATOMS id x vx\n",
+            100 * frame
+        )
+        .unwrap();
+        for row in 0..atoms {
+            let atom = (row + 7 * frame) % atoms;
+            // Ids with gaps.
+            writeln!(
+                text,
+                "{} {} {} ",
+                3 * atom + 5,
+                atom as f64 / 8.0,
+                value(frame, atom)
+            )
+            .unwrap();
+        }
+    }
+    (text, value)
+}
+
+#[test]
+fn regress_a_large_dump_and_parts_of_it() {
+    let (n_frames, n_atoms) = (37, 3001);
+    let (text, value) = large(n_frames, n_atoms);
+    assert!(text.len() > 2 << 20);
+    let container = open_bytes(text.into_bytes()).unwrap();
+    let vx = container.find("vx").unwrap();
+    assert_eq!(container.variables[vx].shape(), [37, 3001]);
+    let all = container.numbers(vx).unwrap();
+    let wanted = (0..n_frames).flat_map(|f| (0..n_atoms).map(move |a| (f, a)));
+    assert!(
+        wanted
+            .zip(&all)
+            .all(|((f, a), found)| value(f, a) == *found)
+    );
+    let mut out = [0; 8 * 6];
+    container
+        .read(vx, &[20..23, 3000..3001], &mut out[..24])
+        .unwrap();
+    let part = [20, 21, 22].map(|f| value(f, 3000).to_ne_bytes());
+    assert_eq!(out[..24], part.concat()[..]);
+    container.read(vx, &[36..37, 11..17], &mut out).unwrap();
+    let part = [11, 12, 13, 14, 15, 16].map(|a| value(36, a).to_ne_bytes());
+    assert_eq!(out, part.concat()[..]);
+    let mut out = [0; 16];
+    let step = container.find("step").unwrap();
+    let part = std::slice::from_ref(&(3..5));
+    container.read(step, part, &mut out).unwrap();
+    assert_eq!(out, [300i64, 400].map(i64::to_ne_bytes).concat()[..]);
+}
+
+#[test]
+fn regress_items_wherever_they_lie() {
+    let (text, _) = large(1, 2);
+    for shift in 4060..4110 {
+        let style = "l".repeat(shift);
+        let container = open_bytes(format!("ITEM: UNITS\n{style}\n{text}").into_bytes()).unwrap();
+        let found = container.attributes.text("lammps_units");
+        assert_eq!(found, Some(style.as_str()));
+    }
+}
+
+fn refused(text: &str) -> String {
+    open_bytes(text.as_bytes().to_vec())
+        .unwrap_err()
+        .to_string()
+}
+
+#[test]
+fn val_lammps_lost_atoms_are_refused() {
+    let error = open_bytes(file("lost.lammpstrj")).unwrap_err();
+    assert!(matches!(error, Error::Unsupported { .. }));
+    let frames = frames("lost.lammpstrj");
+    let other = frames.iter().find(|frame| frame["atoms"] != 3).unwrap();
+    let place = format!("time step {} with {} atoms", other["step"], other["atoms"]);
+    assert!(error.to_string().contains(&place), "{error}");
+}
+
+#[test]
+fn regress_other_atoms_are_refused() {
+    let (text, _) = large(4, 5);
+    // Atom 8 of the third frame becomes another one, or one that is there already.
+    let third = text.match_indices("ITEM: TIMESTEP").nth(2).unwrap().0;
+    let at = third + text[third..].find("\n8 ").unwrap() + 1;
+    let with = |id: &str| {
+        let mut text = text.clone();
+        text.replace_range(at..at + 1, id);
+        let container = open_bytes(text.into_bytes()).unwrap();
+        let vx = container.find("vx").unwrap();
+        let mut out = [0; 8 * 10];
+        // The frames before it are not touched.
+        container.read(vx, &[0..2, 0..5], &mut out).unwrap();
+        container.numbers(vx).unwrap_err().to_string()
+    };
+    let error = with("9");
+    assert!(error.contains("time step 200 with the atom 9"), "{error}");
+    let error = with("5");
+    assert!(
+        error.contains("time step 200: expected every atom once"),
+        "{error}"
+    );
+    let error = with("x");
+    assert!(error.contains("time step 200: expected the id"), "{error}");
+}
+
+#[test]
+fn regress_what_is_refused() {
+    let (text, _) = large(2, 5);
+    for (from, to, expected) in [
+        ("id x vx", "mol x vx", "without the column id"),
+        ("ATOMS id", "ENTRIES id", "other values than those of atoms"),
+        ("TIMESTEP\n0", "TIMESTEP\nzero", "expected a time step"),
+        ("OF ATOMS\n5", "OF ATOMS\n4", "4 rows of 3 values"),
+        ("OF ATOMS\n5", "OF ATOMS\n999999999", "whole rows"),
+        ("NUMBER", "ANOTHER NUMBER", "expected ITEM: NUMBER OF ATOMS"),
+        ("TIMESTEP", "STEP", "expected ITEM: TIMESTEP"),
+    ] {
+        let error = refused(&text.replace(from, to));
+        assert!(error.contains(expected), "{error}");
+    }
+    let other = text.replacen("id x vx", "id x vy", 1);
+    assert!(refused(&other).contains("time step 100 with other columns"));
+    let timed = format!("ITEM: TIME\n0.5\n{text}");
+    assert!(refused(&timed).contains("time step 100: expected ITEM: TIME"));
+    let named = Format::detect("run.dump", b"anything");
+    assert_eq!(named, Some(Format::Lammps));
+    assert_eq!(Format::detect("run.dump", b"\x1f\x8b\x08"), None);
+    let error = open(
+        Format::Lammps,
+        Arc::new(b"anything".to_vec()),
+        &Options::default(),
+    );
+    assert!(
+        error
+            .unwrap_err()
+            .to_string()
+            .contains("byte 0: expected ITEM: ")
+    );
+}
+
+#[test]
+fn regress_a_dump_cut_short_is_no_shorter_dump() {
+    for name in ["six_digits.lammpstrj", "granular.lammpstrj"] {
+        let bytes = file(name);
+        let bytes = &bytes[..bytes.len().min(3500)];
+        let begins: &[u8] = match name {
+            "six_digits.lammpstrj" => b"ITEM: TIMESTEP\n",
+            _ => b"ITEM: TIME\n",
+        };
+        for length in 6..bytes.len() {
+            let is_whole = bytes[length..].starts_with(begins)
+                && bytes[..length].windows(11).any(|w| w == b"ITEM: ATOMS");
+            let container = open_bytes(bytes[..length].to_vec());
+            assert_eq!(container.is_ok(), is_whole, "{name} {length}");
+        }
+    }
+}
+
+#[test]
+fn regress_memory_is_limited() {
+    let (text, _) = large(60, 5);
+    let open = |memory| {
+        let mut options = Options::default();
+        options.memory = Some(memory);
+        open(
+            Format::Lammps,
+            Arc::new(text.clone().into_bytes()),
+            &options,
+        )
+    };
+    assert!(open(60 * 32).is_ok());
+    let error = open(60 * 32 - 1).unwrap_err();
+    assert!(
+        matches!(error, Error::Memory { needed: 1920, .. }),
+        "{error}"
+    );
+    let error = open(5 * 96 - 1).unwrap_err();
+    assert!(matches!(error, Error::Memory { .. }), "{error}");
+}
+
+#[test]
+fn regress_numbers_as_c_writes_them() {
+    let text = "ITEM: TIMESTEP\n-3\nITEM: NUMBER OF ATOMS\n2\nITEM: BOX BOUNDS ff ff ff\n0 1\n0 1\n0 1\n\
+                ITEM: ATOMS vx id\r\n-nan 2 \r\n  4.9406564584124654e-324\t1\r\n\
+                ITEM: TIMESTEP\n4\nITEM: NUMBER OF ATOMS\n2\nITEM: ATOMS vx id\ninf 1\n-1e+400 2\n";
+    let container = open_bytes(text.as_bytes().to_vec()).unwrap();
+    let found = values(&container, "vx");
+    assert_eq!(found[0], 5e-324);
+    assert!(found[1].is_nan());
+    assert_eq!(found[2..], [f64::INFINITY, f64::NEG_INFINITY]);
+    assert_eq!(values(&container, "step"), [-3.0, 4.0]);
+    let bounds = container.attributes.get("box_bounds");
+    let wanted = Value::Numbers(vec![0.0, 1.0, 0.0, 1.0, 0.0, 1.0]);
+    assert_eq!(bounds, Some(&wanted));
+}
+
+#[test]
+fn regress_damaged_bytes() {
+    for name in expected().keys() {
+        let bytes = file(name);
+        robust::survives(Format::Lammps, &bytes[..bytes.len().min(5000)], 7, 1000);
+    }
+}
