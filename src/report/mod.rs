@@ -19,6 +19,7 @@ mod page;
 #[cfg(feature = "figures")]
 mod pages;
 mod run_file;
+mod scan_records;
 mod sentences;
 mod snippet;
 mod summary;
@@ -44,6 +45,7 @@ pub use pages::{
     fields_html, journey_html, localized_html, sweep_html, transmission_html, wave_html,
 };
 pub use run_file::{RUN_SCHEMA, RunFile};
+pub use scan_records::records_csv;
 pub use sentences::{Answer, Sentence, Unresolved, answers, number, percent, sentences};
 pub use snippet::{
     analysis_snippet, attenuation_snippet, budget_snippet, localized_snippet, sweep_snippet,
