@@ -31,6 +31,8 @@ pub use field::Field;
 /// The examples of the guide, compiled and run as tests.
 #[cfg(doctest)]
 mod guide {
+    #[doc = include_str!("../docs/guide/scans.md")]
+    struct Scans;
     #[doc = include_str!("../docs/guide/chains.md")]
     struct Chains;
     #[doc = include_str!("../docs/guide/budgets.md")]

@@ -150,6 +150,12 @@ pub enum InputFault {
     #[error("expected {expected} bytes once inflated, found {found}")]
     InflatedSize { expected: u64, found: u64 },
 
+    /// An array of which a file of that length cannot hold all samples.
+    #[error(
+        "expected at most {most} bytes of samples in a file of this length, found an array of {claimed}"
+    )]
+    Overclaimed { claimed: u64, most: u64 },
+
     #[error("expected the checksum {expected:08x}, found {found:08x}")]
     Checksum { expected: u32, found: u32 },
 
@@ -169,6 +175,31 @@ pub enum InputFault {
         expected: f64,
         found: f64,
     },
+
+    #[error(
+        "expected {axis} steps of at most {limit} medians of {expected} to resample, found {found} before \
+         {axis} index {index}"
+    )]
+    LongStep {
+        axis: &'static str,
+        index: usize,
+        limit: f64,
+        expected: f64,
+        found: f64,
+    },
+
+    #[error("expected traces that begin at one time, found delays from {least} to {most} ms")]
+    Delays { least: f64, most: f64 },
+
+    #[error(
+        "expected a delay of a whole number of steps against the first trace, found {steps} of trace {trace}"
+    )]
+    Delay { trace: usize, steps: f64 },
+
+    #[error(
+        "expected two times that all traces have in common, found trace {early} at its end before trace {late} begins"
+    )]
+    NoCommonTime { early: usize, late: usize },
 
     #[error(
         "expected an axis in a unit that a step or an origin with a unit can be converted to \

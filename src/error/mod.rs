@@ -6,6 +6,7 @@ mod change;
 mod foreign;
 mod input;
 mod nearest;
+mod scan;
 mod scene;
 
 use std::path::{Path, PathBuf};
@@ -14,6 +15,7 @@ pub use change::FileChange;
 pub use foreign::ForeignFormat;
 pub use input::{CoordinateKind, DimensionName, FileKind, FormatError, InputFault, MemberShape};
 pub use nearest::nearest_key;
+pub use scan::ScanFault;
 pub(crate) use scene::reworded;
 pub use scene::{KeyPlace, Problem, SceneFault};
 pub(crate) use wavecascade_system::memory::size;
@@ -48,6 +50,14 @@ pub enum Error {
         path: PathBuf,
         #[source]
         fault: InputFault,
+    },
+
+    /// A file that does not go with the others of a scan.
+    #[error("{}: {fault}", path.display())]
+    Scan {
+        path: PathBuf,
+        #[source]
+        fault: Box<ScanFault>,
     },
 
     /// A file that was written to, or another put in its place, while it was in use.
@@ -174,16 +184,21 @@ pub enum Error {
 impl Error {
     /// Whether the request itself is at fault (exit code 2) rather than the run (exit code 1).
     pub fn is_usage(&self) -> bool {
-        matches!(
-            self,
-            Error::Request { .. }
-                | Error::Unfit { .. }
-                | Error::Scene { .. }
-                | Error::Exists { .. }
-                | Error::OutputInUse { .. }
-                | Error::Busy { .. }
-                | Error::Memory { .. }
-        )
+        let of_scan = |error: &Error| match error {
+            Error::Scan { fault, .. } => fault.is_usage(),
+            _ => false,
+        };
+        of_scan(self)
+            || matches!(
+                self,
+                Error::Request { .. }
+                    | Error::Unfit { .. }
+                    | Error::Scene { .. }
+                    | Error::Exists { .. }
+                    | Error::OutputInUse { .. }
+                    | Error::Busy { .. }
+                    | Error::Memory { .. }
+            )
     }
 
     /// The error with `path` as the file at fault, if the error names that file otherwise: a field

@@ -1,6 +1,8 @@
 //! An axis from coordinates that a file lists.
 
-use super::Axis;
+use super::interpolate::{Interpolant, Interpolation};
+use super::resample::Resample;
+use super::{Axis, Note};
 use crate::error::InputFault;
 use crate::measure::{self, Dimension, Measure};
 
@@ -29,6 +31,54 @@ pub(crate) struct Uneven {
     pub(crate) index: usize,
     pub(crate) expected: f64,
     pub(crate) found: f64,
+    /// Whether it is a gap that is too long to be bridged.
+    pub(crate) is_gap: bool,
+}
+
+impl Uneven {
+    /// As a fault of `axis`; `place` names the coordinate at which the step ends.
+    pub(crate) fn fault(self, axis: &'static str) -> InputFault {
+        let Uneven {
+            index,
+            expected,
+            found,
+            is_gap,
+        } = self;
+        match is_gap {
+            true => InputFault::LongStep {
+                axis,
+                index,
+                limit: Resample::LONGEST_STEP,
+                expected,
+                found,
+            },
+            false => InputFault::UnevenAxis {
+                axis,
+                index,
+                expected,
+                found,
+            },
+        }
+    }
+}
+
+/// What makes coordinates even.
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct Evenness {
+    /// Deviation that is jitter, as a share of a step.
+    pub(crate) jitter: f64,
+    /// How samples at others are resampled, if they may be.
+    pub(crate) method: Option<Interpolation>,
+}
+
+/// Coordinates that a file lists, as an even axis.
+#[derive(Debug, Default)]
+pub(crate) struct Listed {
+    pub(crate) even: Coordinates,
+    /// What they deviate by.
+    pub(crate) note: Option<Note>,
+    /// By what the samples come to the even axis, if they are not there.
+    pub(crate) resampling: Option<Interpolant>,
 }
 
 /// The largest deviation of coordinates from even ones.
@@ -104,6 +154,61 @@ impl Coordinates {
         Ok((even, Some(jitter)))
     }
 
+    /// As [`Coordinates::fit_within`]; other values that increase are resampled if `rules` has a method.
+    pub(crate) fn listed(
+        axis: &'static str,
+        values: &[f64],
+        rounding: f64,
+        rules: Evenness,
+    ) -> Result<Listed, Uneven> {
+        let uneven = match Coordinates::fit_within(values, rounding, rules.jitter) {
+            Ok((even, jitter)) => {
+                return Ok(Listed {
+                    even,
+                    note: jitter.map(|jitter| Note::Jitter { axis, jitter }),
+                    resampling: None,
+                });
+            }
+            Err(uneven) => uneven,
+        };
+        let (Some(method), &[first, .., last]) = (rules.method, values) else {
+            return Err(uneven);
+        };
+        let is_rising = |pair: &[f64]| pair[1] > pair[0];
+        if !(values.windows(2).all(is_rising) && (last - first).is_finite()) {
+            return Err(uneven);
+        }
+        // The worst step is the longest or the shortest one.
+        let longest = longest_step(values);
+        if longest.found > Resample::LONGEST_STEP * longest.expected {
+            return Err(longest);
+        }
+        let step = (last - first) / (values.len() - 1) as f64;
+        let place = |i: usize| (first + i as f64 * step).min(last);
+        let shift = |i: usize| (values[i] - place(i)) / step;
+        let worst = (0..values.len()).max_by(|&a, &b| shift(a).abs().total_cmp(&shift(b).abs()));
+        let index = worst.unwrap_or(0);
+        let places = (0..values.len()).map(place);
+        let resampling = Interpolant::new(method, values.to_vec(), places);
+        Ok(Listed {
+            even: Coordinates {
+                origin: Some(first),
+                step: Some(step),
+                unit: None,
+            },
+            note: Some(Note::Resampled {
+                axis,
+                method,
+                shift: Jitter {
+                    share: shift(index),
+                    index,
+                },
+                error: resampling.error(),
+            }),
+            resampling: Some(resampling),
+        })
+    }
+
     /// The origin alone, for an axis whose step is stated outside the file.
     pub(crate) fn from_first(values: &[f64]) -> Coordinates {
         Coordinates {
@@ -166,6 +271,22 @@ fn worst_step(values: &[f64]) -> Uneven {
         index: at + 1,
         expected: median,
         found: steps[at],
+        is_gap: false,
+    }
+}
+
+/// The longest step beside the median one, of values that increase.
+fn longest_step(values: &[f64]) -> Uneven {
+    let mut steps: Vec<f64> = values.windows(2).map(|pair| pair[1] - pair[0]).collect();
+    let longest = (0..steps.len()).max_by(|&a, &b| steps[a].total_cmp(&steps[b]));
+    let at = longest.unwrap_or(0);
+    let found = steps[at];
+    steps.sort_unstable_by(f64::total_cmp);
+    Uneven {
+        index: at + 1,
+        expected: steps[steps.len() / 2],
+        found,
+        is_gap: true,
     }
 }
 
@@ -200,7 +321,8 @@ mod tests {
                 Uneven {
                     index: missing as usize,
                     expected: 1.0,
-                    found: 2.0
+                    found: 2.0,
+                    is_gap: false
                 }
             );
         }

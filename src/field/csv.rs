@@ -3,7 +3,7 @@
 
 use csv::ByteRecord;
 
-use super::coordinates::{Coordinates, Uneven};
+use super::coordinates::{Coordinates, Listed, Uneven};
 use super::file_bytes::FileBytes;
 use super::names::row_unit;
 use super::open::{Contents, FileSource};
@@ -201,40 +201,43 @@ impl<'a> Table<'a> {
             true => stated.dt.is_some(),
             false => stated.dx.is_some(),
         };
-        let rows = fit(&self.places, self.rounding, has_step).map_err(|uneven| {
-            let line = self.line(self.lines[uneven.index]);
-            let (expected, found) = (uneven.expected, uneven.found);
-            source.fault(match rows_are_times {
-                true => InputFault::UnevenTimes {
-                    line,
+        let row_axis = if rows_are_times { "time" } else { "space" };
+        let fit = |axis, values: &[f64], rounding, has_step| match has_step {
+            true => Ok(Listed {
+                even: Coordinates::from_first(values),
+                ..Listed::default()
+            }),
+            false => Coordinates::listed(axis, values, rounding, source.options.evenness(axis)),
+        };
+        let rows = fit(row_axis, &self.places, self.rounding, has_step).map_err(|uneven| {
+            source.fault(match uneven {
+                Uneven {
+                    index,
+                    expected,
+                    found,
+                    is_gap: false,
+                } if rows_are_times => InputFault::UnevenTimes {
+                    line: self.line(self.lines[index]),
                     expected,
                     found,
                 },
-                false => InputFault::UnevenAxis {
-                    axis: "space",
-                    index: uneven.index,
-                    expected,
-                    found,
-                },
+                other => other.fault(row_axis),
             })
         })?;
         let n_rows = self.values.len() / self.n_columns;
         let columns = |axis: &'static str, has_step| {
             let labels = header.and_then(|header| header::labels(header, self.axis_column));
             let (values, rounding) = labels.unwrap_or_default();
-            fit(&values, rounding, has_step).map_err(|uneven| {
-                source.fault(InputFault::UnevenAxis {
-                    axis,
-                    index: uneven.index,
-                    expected: uneven.expected,
-                    found: uneven.found,
-                })
-            })
+            fit(axis, &values, rounding, has_step)
+                .map_err(|uneven| source.fault(uneven.fault(axis)))
         };
         let unit = header.zip(self.axis_column).and_then(|(header, column)| {
             row_unit(&String::from_utf8_lossy(&header[column]), source.layout()).flatten()
         });
-        let rows = Coordinates { unit, ..rows };
+        let rows = Listed {
+            even: Coordinates { unit, ..rows.even },
+            ..rows
+        };
         let (n_times, n_sites, time, space) = if rows_are_times {
             let space = columns("space", stated.dx.is_some())?;
             (n_rows, self.n_columns, rows, space)
@@ -242,29 +245,34 @@ impl<'a> Table<'a> {
             let time = columns("time", stated.dt.is_some())?;
             (self.n_columns, n_rows, time, rows)
         };
+        self.notes.extend(
+            [&time, &space]
+                .into_iter()
+                .filter_map(|listed| listed.note.clone()),
+        );
         if stated.layout.is_none() && self.axis_column.is_none() {
             self.notes.extend(Note::on_shape(n_times, n_sites));
         }
+        // Columns are sites where rows are times.
+        let names = header.into_iter().flat_map(ByteRecord::iter).enumerate();
+        let channels = names
+            .filter(|(column, _)| rows_are_times && self.axis_column != Some(*column))
+            .map(|(_, cell)| excerpt(cell))
+            .collect();
         Ok(Contents {
             struck: None,
             storage: Storage::from_values(self.values, self.n_columns, rows_are_times),
             n_times,
             n_sites,
-            time,
-            space,
+            time: time.even,
+            space: space.even,
+            resampling: [time.resampling, space.resampling],
             quantity: None,
             unit: None,
             axis_names: [None, None],
+            channels,
             notes: self.notes,
         })
-    }
-}
-
-/// Coordinates of `values`; if the step is stated, only their first value counts.
-fn fit(values: &[f64], rounding: f64, has_step: bool) -> std::result::Result<Coordinates, Uneven> {
-    match has_step {
-        true => Ok(Coordinates::from_first(values)),
-        false => Coordinates::fit(values, rounding),
     }
 }
 

@@ -4,6 +4,8 @@
 //! inflated archive member, or an array of the caller. They are converted and copied block by block
 //! on request, so a field may be larger than memory.
 
+mod align;
+mod assembly;
 mod block;
 mod coordinates;
 mod csv;
@@ -11,6 +13,7 @@ mod directory;
 mod file_bytes;
 mod header;
 mod inspect;
+mod interpolate;
 mod labelled;
 mod names;
 mod note;
@@ -18,7 +21,9 @@ mod npy;
 mod npz;
 mod open;
 mod options;
+mod resample;
 mod rows;
+mod scan;
 mod select;
 mod sidecar;
 mod state;
@@ -32,8 +37,11 @@ use crate::error::Result;
 
 pub use coordinates::Jitter;
 pub use inspect::{Inspection, VariableInfo, inspect};
+pub use interpolate::Interpolation;
 pub use note::Note;
-pub use options::{At, Header, Label, OpenOptions, ReadMode, Selection, TimeColumn};
+pub use options::{At, Delays, Header, Label, OpenOptions, ReadMode, Selection, TimeColumn};
+pub use resample::Resample;
+pub use scan::{EqualPositions, PositionFrom, Scan, ScanRecord, Scanned};
 pub use sidecar::Sidecar;
 pub use state::FileState;
 
@@ -128,6 +136,8 @@ pub struct Field {
     pub unit: Option<String>,
     /// Names that the file gives to times and sites.
     pub(crate) axis_names: [Option<String>; 2],
+    /// Names that the file gives to single sites.
+    pub(crate) channels: Vec<String>,
     /// In a simulated run, the last site that is struck, displaced or driven at the start.
     pub struck: Option<usize>,
     /// Dispersion relation that the sidecar states, as [`Dispersion::parse`] takes it.
@@ -158,6 +168,7 @@ impl Field {
             quantity: Quantity::default(),
             unit: None,
             axis_names: [None, None],
+            channels: Vec::new(),
             struck: None,
             dispersion: None,
             content_hash: None,

@@ -10,12 +10,36 @@ pub(super) const TIME: [&str; 2] = ["time", "t"];
 /// Of one that holds the positions.
 pub(super) const SPACE: [&str; 2] = ["position", "x"];
 
+/// Names of a single number that may be the position of a record.
+pub(super) const POSITION: [&str; 15] = [
+    "x",
+    "y",
+    "z",
+    "r",
+    "position",
+    "distance",
+    "offset",
+    "depth",
+    "elevation",
+    "location",
+    "group_x",
+    "group_y",
+    "source_x",
+    "source_y",
+    "x0",
+];
+
 /// The unit that the name of a column of coordinates of the rows states: `None` for another name.
 pub(super) fn row_unit(name: &str, layout: Layout) -> Option<Option<String>> {
     match layout {
         Layout::TimeSite => unit::<Time>(name, TIME),
         Layout::SiteTime => unit::<Length>(name, SPACE),
     }
+}
+
+/// As [`row_unit`], of a column of positions.
+pub(super) fn position_unit(name: &str) -> Option<Option<String>> {
+    unit::<Length>(name, SPACE)
 }
 
 /// The unit in `t`, `time`, `time_s`, `t/ms`, `Time (s)`, `time [µs]`; `None` for other names.

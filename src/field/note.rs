@@ -2,11 +2,15 @@
 
 use super::Layout;
 use super::coordinates::{Coordinates, Jitter};
+use super::interpolate::Interpolation;
 use super::storage::Storage;
 use crate::measure::digits;
 
 /// Ratio of columns to rows above which it is doubtful that rows are times.
 pub(super) const WIDE: usize = 8;
+
+/// Change of amplitudes by resampling, at half the Nyquist frequency, above which spectra are doubtful.
+const LOSS: f64 = 0.05;
 
 /// A conclusion about a file, with how to state otherwise.
 #[derive(Debug, Clone, PartialEq)]
@@ -30,6 +34,43 @@ pub enum Note {
     Delays,
     /// Coordinates that are even but for a jitter.
     Jitter { axis: &'static str, jitter: Jitter },
+    /// Samples at uneven coordinates that were brought to even ones.
+    Resampled {
+        axis: &'static str,
+        method: Interpolation,
+        /// The largest distance of a sample from the place of its index on the even axis.
+        shift: Jitter,
+        /// The largest [`Interpolation::error`].
+        error: f64,
+    },
+    /// Files that became one field.
+    Scan {
+        files: usize,
+        sites: usize,
+        positions_from: String,
+        /// First and last position.
+        range: [f64; 2],
+        unit: Option<String>,
+    },
+    /// Records of several files that were brought to common times.
+    Aligned {
+        /// The channel by which; `None` for the times of the files.
+        reference: Option<String>,
+        /// Smallest and largest delay against the first record, in samples.
+        delays: [f64; 2],
+        /// Smallest correlation coefficient of the references.
+        correlation: Option<f64>,
+        /// Samples of the shortest and of the longest record.
+        lengths: [usize; 2],
+        /// Samples in common.
+        kept: usize,
+        /// The largest share of a sample that is left.
+        left: Jitter,
+        /// By what fractions of a sample were taken out.
+        resampled: Option<Interpolation>,
+        /// The largest [`Interpolation::error`] of these.
+        error: f64,
+    },
     /// The layout that the lengths of the coordinates leave.
     Layout { layout: Layout },
     /// The first column of a table was taken for times (or positions) since it rises evenly.
@@ -49,6 +90,9 @@ impl Note {
             Note::Start { .. } => "start",
             Note::Delays => "delays",
             Note::Jitter { .. } => "jitter",
+            Note::Resampled { .. } => "resampled",
+            Note::Scan { .. } => "scan",
+            Note::Aligned { .. } => "aligned",
             Note::Layout { .. } => "layout",
             Note::FirstColumn { .. } => "first-column",
             Note::Wide { .. } => "wide-array",
@@ -87,6 +131,32 @@ impl Note {
                 jitter.index,
                 digits((jitter.share * 1e4).round() / 1e4)
             ),
+            Note::Resampled {
+                axis,
+                method,
+                shift,
+                error,
+            } => resampled(axis, *method, shift, *error),
+            Note::Scan {
+                files,
+                sites,
+                positions_from,
+                range: [first, last],
+                unit,
+            } => {
+                let (first, last) = (digits(*first), digits(*last));
+                let unit = unit
+                    .as_ref()
+                    .map_or(String::new(), |unit| format!(" {unit}"));
+                let sites = match files == sites {
+                    true => "one site a file".into(),
+                    false => format!("{sites} sites, equal positions averaged"),
+                };
+                format!(
+                    "{files} files are one field, {sites}; positions from {positions_from}, {first} to {last}{unit}"
+                )
+            }
+            Note::Aligned { .. } => self.aligned(),
             Note::Layout { layout } => {
                 let (rows, name) = match layout {
                     Layout::TimeSite => ("times", "time-site"),
@@ -113,12 +183,58 @@ impl Note {
         }
     }
 
+    /// What aligning records has done.
+    fn aligned(&self) -> String {
+        let Note::Aligned {
+            reference,
+            delays: [least, most],
+            correlation,
+            lengths: [shortest, longest],
+            kept,
+            left,
+            resampled,
+            error,
+        } = self
+        else {
+            return String::new();
+        };
+        let rounded = |value: f64| digits((value * 1e4).round() / 1e4);
+        let by = match (reference, correlation) {
+            (Some(reference), Some(least)) => format!(
+                "the delay of {reference:?} (correlation coefficients from {})",
+                rounded(*least)
+            ),
+            _ => "their times".into(),
+        };
+        let lengths = match shortest == longest {
+            true => shortest.to_string(),
+            false => format!("{shortest} to {longest}"),
+        };
+        let mut text = format!(
+            "records are aligned by {by}; an event comes {} to {} samples later in a record than in the first \
+             one, and {kept} of {lengths} times are in common",
+            rounded(*least),
+            rounded(*most)
+        );
+        if let Some(method) = resampled {
+            text += &format!(
+                "; fractions of a sample are taken out by {} interpolation (amplitudes at half the Nyquist \
+                 frequency change by up to {} %)",
+                method.name(),
+                digits((error * 1e3).round() / 10.0)
+            );
+        } else if left.share.abs() > 1e-4 {
+            text += &format!("; up to {} of a sample is left", rounded(left.share.abs()));
+        }
+        text
+    }
+
     /// Whether the conclusion may be wrong.
     pub fn is_doubtful(&self) -> bool {
         matches!(
             self,
             Note::Delays | Note::Wide { .. } | Note::RisingSite { .. }
-        )
+        ) || matches!(self, Note::Resampled { error, .. } | Note::Aligned { error, .. } if *error > LOSS)
     }
 
     /// A note on an array without a stated layout.
@@ -146,4 +262,24 @@ impl Note {
             Some(_) => None,
         }
     }
+}
+
+/// What resampling has done.
+fn resampled(axis: &str, method: Interpolation, shift: &Jitter, error: f64) -> String {
+    let nyquist = match axis {
+        "time" => "frequency",
+        _ => "wavenumber",
+    };
+    let effect = match method {
+        Interpolation::Nearest => "are off by up to",
+        Interpolation::Linear | Interpolation::Cubic => "lose up to",
+    };
+    format!(
+        "samples are resampled to even {axis} coordinates ({} interpolation); index {} was {} of a step \
+         off its place, which is the most; amplitudes at half the Nyquist {nyquist} {effect} {} %",
+        method.name(),
+        shift.index,
+        digits((shift.share * 1e4).round() / 1e4),
+        digits((error * 1e3).round() / 10.0)
+    )
 }

@@ -12,9 +12,10 @@ use zip::CompressionMethod;
 use zip::read::{ZipArchive, ZipReadOptions};
 use zip::result::ZipError;
 
-use super::coordinates::Coordinates;
+use super::coordinates::{Coordinates, Listed};
 use super::open::{Contents, FileSource, map};
 use super::options::OpenOptions;
+use super::scan::NamedNumber;
 use super::sidecar::Sidecar;
 use super::storage::Bytes;
 use super::{Layout, Note, Quantity, VariableInfo, names, npy};
@@ -62,14 +63,16 @@ pub(super) fn read(source: &FileSource) -> Result<Contents> {
     let time = time.filter(|_| stated.t0.is_none() || stated.dt.is_none());
     let space = space.filter(|_| stated.x0.is_none() || stated.dx.is_none());
     if let Some(member) = &time {
-        let (time, jitter) = archive.axis(member, contents.n_times, stated.dt.is_some())?;
-        contents.time = time;
-        contents.notes.extend(jitter);
+        let time = archive.axis(member, contents.n_times, stated.dt.is_some())?;
+        contents.time = time.even;
+        contents.notes.extend(time.note);
+        contents.resampling[0] = time.resampling;
     }
     if let Some(member) = &space {
-        let (space, jitter) = archive.axis(member, contents.n_sites, stated.dx.is_some())?;
-        contents.space = space;
-        contents.notes.extend(jitter);
+        let space = archive.axis(member, contents.n_sites, stated.dx.is_some())?;
+        contents.space = space.even;
+        contents.notes.extend(space.note);
+        contents.resampling[1] = space.resampling;
     }
     if archive.find("schema").is_none() {
         let own = |member: &Option<Coordinate>| member.as_ref().map(|member| member.name.clone());
@@ -114,6 +117,45 @@ pub(super) fn members(source: &FileSource) -> Result<Vec<VariableInfo>> {
         }
     });
     Ok(infos.collect())
+}
+
+/// Members of one number that may be a position.
+pub(super) fn positions(source: &FileSource, asked: Option<&str>) -> Result<Vec<NamedNumber>> {
+    let mut archive = Archive::open(source).map_err(|fault| source.fault(fault))?;
+    let names: Vec<String> = archive
+        .members
+        .iter()
+        .map(|member| member.name.clone())
+        .collect();
+    let mut found = Vec::new();
+    for (index, name) in names.into_iter().enumerate() {
+        let is_it = match asked {
+            Some(asked) => asked == name,
+            None => names::POSITION.contains(&name.as_str()),
+        };
+        let count = archive
+            .header(index)
+            .map(|header| header.shape.iter().product::<u64>());
+        if !is_it || count.ok() != Some(1) {
+            continue;
+        }
+        let (header, bytes, start) = archive.load(index)?;
+        let mut value = [0.0];
+        let shape = npy::Header {
+            shape: vec![1],
+            ..header
+        };
+        let contents = Contents::from_npy(&shape, bytes, start, Layout::TimeSite)
+            .map_err(|fault| archive.member_fault(index, fault))?;
+        contents.storage.read(0..1, 0..1, false, &mut value);
+        found.push(NamedNumber {
+            unit: archive.unit(&name),
+            name,
+            value: value[0],
+            rounding: shape.sample.relative_rounding() * value[0].abs(),
+        });
+    }
+    Ok(found)
 }
 
 /// The layout that the lengths of times and positions leave, where they leave one.
@@ -500,12 +542,7 @@ impl<'a> Archive<'a> {
     }
 
     /// What the coordinate member of an axis of `n` states, and what it deviates by.
-    fn axis(
-        &mut self,
-        member: &Coordinate,
-        n: usize,
-        has_step: bool,
-    ) -> Result<(Coordinates, Option<Note>)> {
+    fn axis(&mut self, member: &Coordinate, n: usize, has_step: bool) -> Result<Listed> {
         let Coordinate {
             axis, index, name, ..
         } = member;
@@ -524,26 +561,25 @@ impl<'a> Archive<'a> {
         let mut values = vec![0.0; n];
         record.storage.read(0..n, 0..1, false, &mut values);
         if has_step {
-            return Ok((Coordinates::from_first(&values), None));
+            return Ok(Listed {
+                even: Coordinates::from_first(&values),
+                ..Listed::default()
+            });
         }
         let largest = values
             .iter()
             .fold(0.0, |max: f64, value| max.max(value.abs()));
         let rounding = largest * header.sample.relative_rounding();
         let unit = self.unit(name);
-        let allowed = self.source.options.jitter;
-        let fitted = Coordinates::fit_within(&values, rounding, allowed).map(|(even, jitter)| {
-            let jitter = jitter.map(|jitter| Note::Jitter { axis, jitter });
-            (Coordinates { unit, ..even }, jitter)
-        });
-        fitted.map_err(|uneven| {
-            let fault = InputFault::UnevenAxis {
-                axis,
-                index: uneven.index,
-                expected: uneven.expected,
-                found: uneven.found,
-            };
-            self.member_fault(index, fault)
+        let rules = self.source.options.evenness(axis);
+        let listed = Coordinates::listed(axis, &values, rounding, rules)
+            .map_err(|uneven| self.member_fault(index, uneven.fault(axis)))?;
+        Ok(Listed {
+            even: Coordinates {
+                unit,
+                ..listed.even
+            },
+            ..listed
         })
     }
 

@@ -5,12 +5,15 @@ use std::sync::Arc;
 
 use super::coordinates::{Coordinates, StatedAxis};
 use super::file_bytes::FileBytes;
+use super::interpolate::Interpolant;
 use super::options::{Header, OpenOptions, ReadMode, TimeColumn};
+use super::scan::NamedNumber;
 use super::sidecar::Sidecar;
 use super::state::FileState;
 use super::storage::{Bytes, Storage};
-use super::{Field, Layout, Note, Quantity, csv, directory, labelled, npy, npz};
+use super::{Field, Layout, Note, Quantity, csv, directory, labelled, npy, npz, resample};
 use crate::error::{Error, ForeignFormat, InputFault, Result};
+use crate::measure::{Dimension, Length};
 
 /// Input of the format readers: the bytes of a file and its settings.
 pub(super) struct FileSource<'a> {
@@ -82,11 +85,15 @@ pub(super) struct Contents {
     pub(super) n_sites: usize,
     pub(super) time: Coordinates,
     pub(super) space: Coordinates,
+    /// How samples come to the axes of times and sites, where they are not there.
+    pub(super) resampling: [Option<Interpolant>; 2],
     pub(super) quantity: Option<Quantity>,
     pub(super) unit: Option<String>,
     pub(super) notes: Vec<Note>,
     /// As [`Field::axis_names`].
     pub(super) axis_names: [Option<String>; 2],
+    /// As [`Field::channels`].
+    pub(super) channels: Vec<String>,
     /// As [`Field::struck`].
     pub(super) struck: Option<usize>,
 }
@@ -106,12 +113,26 @@ impl Contents {
             n_sites,
             time: Coordinates::default(),
             space: Coordinates::default(),
+            resampling: [None, None],
             quantity: None,
             unit: None,
             notes: Vec::new(),
             axis_names: [None, None],
+            channels: Vec::new(),
             struck: None,
         })
+    }
+
+    /// Brings the samples to the axes.
+    fn resampled(mut self, options: &OpenOptions) -> Result<Contents> {
+        let [time, space] = &self.resampling;
+        if let Some(time) = time {
+            self.storage = resample::along_time(&self.storage, self.n_sites, time, options)?;
+        }
+        if let Some(space) = space {
+            self.storage = resample::along_space(&self.storage, self.n_times, space, options)?;
+        }
+        Ok(self)
     }
 
     /// Adds notes on a doubtful layout and, if the file has no times, on a first site that looks
@@ -182,6 +203,7 @@ impl Field {
             Format::Table => csv::read(&source)?,
             Format::Labelled(format) => labelled::read(&source, format)?,
         };
+        let contents = contents.resampled(options)?;
         // A copy is hashed at once: the file may be another when its hash is wanted.
         let is_copy = source.bytes.is_copy();
         let content_hash = match &state {
@@ -211,6 +233,7 @@ impl Field {
             quantity: stated.quantity.or(contents.quantity).unwrap_or_default(),
             unit: stated.unit.or(contents.unit),
             axis_names: contents.axis_names,
+            channels: contents.channels,
             struck: contents.struck,
             dispersion: stated.dispersion,
             content_hash,
@@ -230,6 +253,44 @@ fn read_npy(source: &FileSource) -> Result<Contents> {
         Ok(contents)
     });
     contents.map_err(|fault| source.fault(fault))
+}
+
+/// The numbers of the header of a file that may be the position of its record: those called as positions
+/// are, or `asked`.
+pub(super) fn header_numbers(
+    path: &Path,
+    options: &OpenOptions,
+    asked: Option<&str>,
+) -> Result<Vec<NamedNumber>> {
+    let bytes = map(path)?;
+    let format = Format::detect(path, &bytes).map_err(|fault| Error::Input {
+        path: path.to_owned(),
+        fault,
+    })?;
+    let sidecar = Sidecar::find_for(path, false)?.map(|(_, sidecar)| sidecar);
+    let sidecar = sidecar.unwrap_or_default();
+    let x0 = sidecar.x0.map(|x0| NamedNumber {
+        name: "x0".into(),
+        value: x0.value,
+        unit: match x0.has_unit {
+            true => Some(Length::UNITS[0].0.to_owned()),
+            false => sidecar.space_unit,
+        },
+        rounding: f64::EPSILON * x0.value.abs(),
+    });
+    let source = FileSource {
+        path,
+        bytes,
+        options,
+        stated: Sidecar::default(),
+    };
+    let mut numbers = match format {
+        Format::Labelled(format) => labelled::positions(&source, format, asked)?,
+        Format::Npz => npz::positions(&source, asked)?,
+        Format::Npy | Format::Table => Vec::new(),
+    };
+    numbers.extend(x0.filter(|_| asked.is_none_or(|asked| asked == "x0")));
+    Ok(numbers)
 }
 
 /// Whether the file at `path` is a run.

@@ -2,6 +2,8 @@
 
 use std::fmt;
 
+use super::coordinates::Evenness;
+use super::resample::Resample;
 use super::sidecar::Sidecar;
 use super::{Layout, Quantity};
 use crate::error::{Error, Result};
@@ -44,6 +46,10 @@ pub struct OpenOptions {
     /// Largest deviation of listed coordinates from even ones, as a share of a step, that is taken for
     /// jitter.
     pub jitter: f64,
+    /// How samples at coordinates that deviate more come to even ones; without a method they are refused.
+    pub resample: Resample,
+    /// What becomes of traces of one file that begin at different times.
+    pub delays: Delays,
     pub header: Header,
     pub time_column: TimeColumn,
     /// Bytes that may be held in memory for what is not mapped (deflated members, tables, copies).
@@ -74,6 +80,8 @@ impl Default for OpenOptions {
             at: Vec::new(),
             select: Vec::new(),
             jitter: JITTER,
+            resample: Resample::default(),
+            delays: Delays::default(),
             header: Header::default(),
             time_column: TimeColumn::default(),
             memory: None,
@@ -178,6 +186,20 @@ pub enum ReadMode {
     Copy,
 }
 
+/// What becomes of traces of one file that begin at different times (delay recording times of SEG-Y).
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+pub enum Delays {
+    /// They are refused.
+    #[default]
+    Refuse,
+    /// The times that all have in common are taken. A delay against the first trace within
+    /// [`OpenOptions::jitter`] of a whole number of steps is exact; another one needs
+    /// [`OpenOptions::resample`] along time.
+    Align,
+    /// All are read as if they began at one time.
+    Ignore,
+}
+
 /// Whether the first line of a table names its columns.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub enum Header {
@@ -216,6 +238,17 @@ impl OpenOptions {
             quantity: self.quantity.or(sidecar.quantity),
             unit: self.unit.clone().or(sidecar.unit),
             dispersion: sidecar.dispersion,
+        }
+    }
+
+    /// What makes the coordinates of an axis even.
+    pub(super) fn evenness(&self, axis: &'static str) -> Evenness {
+        Evenness {
+            jitter: self.jitter,
+            method: match axis {
+                "time" => self.resample.time,
+                _ => self.resample.space,
+            },
         }
     }
 

@@ -26,6 +26,9 @@ impl Field {
                 self.space.origin = self.space.at(range.start);
                 self.n_sites = range.len();
                 self.storage = self.storage.from(0, range.start);
+                if !self.channels.is_empty() {
+                    self.channels = self.channels[range.clone()].to_vec();
+                }
                 self.struck = self.struck.and_then(|site| site.checked_sub(range.start));
             } else {
                 let names: Vec<&str> = [time_name, space_name]

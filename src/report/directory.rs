@@ -50,8 +50,9 @@ impl Contents {
     }
 }
 
-const NAMES: [&str; 6] = [
+const NAMES: [&str; 7] = [
     "summary.json",
+    "records.csv",
     "spectra.npz",
     "budget.npz",
     "budget.html",

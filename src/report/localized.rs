@@ -5,6 +5,7 @@ use std::path::Path;
 use serde::Serialize;
 
 use super::Archive;
+use super::scan_records::quoted;
 use crate::Result;
 use crate::arrays::Precision;
 use crate::localized::{Direct, Family, Journey, OrderRow, Snapshot, Wave};
@@ -146,14 +147,6 @@ pub fn table_csv(rows: &[OrderRow]) -> String {
     }
     table.push('\n');
     table
-}
-
-/// A text as a field of CSV.
-fn quoted(text: &str) -> String {
-    match text.contains([',', '"', '\n']) {
-        true => format!("\"{}\"", text.replace('"', "\"\"")),
-        false => text.to_owned(),
-    }
 }
 
 const COLUMNS: [&str; 33] = [

@@ -20,6 +20,7 @@ mod page;
 #[cfg(feature = "figures")]
 mod pages;
 mod run_file;
+mod scan_records;
 mod sentences;
 mod snippet;
 mod summary;
@@ -47,6 +48,7 @@ pub use pages::{
     wave_html,
 };
 pub use run_file::{RUN_SCHEMA, RunFile};
+pub use scan_records::records_csv;
 pub use sentences::{Answer, Sentence, Unresolved, answers, number, percent, sentences};
 pub use snippet::{
     analysis_snippet, attenuation_snippet, budget_snippet, localized_snippet, sweep_snippet,

@@ -17,6 +17,7 @@ mod leftovers;
 mod limits;
 mod localize;
 mod long;
+mod scans;
 mod settings;
 mod several;
 mod terminal;

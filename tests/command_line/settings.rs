@@ -329,8 +329,16 @@ fn template_schema_and_check_know_every_option() {
         let of_a_call = [
             "settings", "out", "force", "plan", "json", "quiet", "max-time", "help",
         ];
+        let of_a_scan = [
+            "position-from",
+            "channel",
+            "reference",
+            "least-correlation",
+            "equal-positions",
+        ];
         let is_key = known.contains(&option.replace('-', "_"));
-        assert!(is_key || of_a_call.contains(&&*option), "{option}");
+        let is_none = of_a_call.contains(&&*option) || of_a_scan.contains(&&*option);
+        assert!(is_key || is_none, "{option}");
     }
     // Defaults and examples are accepted, one by one: some exclude each other.
     let lines: Vec<&str> = template

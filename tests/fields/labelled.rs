@@ -12,7 +12,7 @@ use test_support::netcdf::{NetCdf, Values, Variable};
 use test_support::place::Place;
 use test_support::shared::shared_data;
 use wavecascade::error::InputFault;
-use wavecascade::field::{Label, Layout, Note, OpenOptions, Quantity, Selection, inspect};
+use wavecascade::field::{Delays, Label, Layout, Note, OpenOptions, Quantity, Selection, inspect};
 use wavecascade::{Error, Field};
 
 const TIMES: usize = 5;
@@ -465,9 +465,38 @@ fn fixture(name: &str) -> std::path::PathBuf {
 }
 
 #[test]
-fn val_peer_segyio_traces_that_begin_at_different_times_are_doubtful() {
-    let field = open_path(&fixture("segy/f32.sgy"));
+fn val_peer_segyio_traces_that_begin_at_different_times() {
+    let path = fixture("segy/f32.sgy");
+    let open = |delays, step: &str| {
+        let options = OpenOptions {
+            delays,
+            dt: wavecascade::measure::Measure::parse(step),
+            ..OpenOptions::default()
+        };
+        Field::open(&path, &options)
+    };
+    let refused = |found| match found {
+        Err(Error::Input { fault, .. }) => fault,
+        other => panic!("{other:?}"),
+    };
+    let field = open(Delays::Ignore, "1 ms").unwrap();
     assert!(field.notes.contains(&Note::Delays) && Note::Delays.is_doubtful());
+    let whole = values(&field);
+    let (n_times, n_sites) = whole.dim();
+    let most = (n_sites - 1) as f64;
+    let found = refused(open(Delays::Refuse, "1 ms"));
+    assert_eq!(found, InputFault::Delays { least: 0.0, most });
+    // Trace j is recorded from j ms on.
+    let field = open(Delays::Align, "1 ms").unwrap();
+    let aligned = values(&field);
+    assert_eq!(aligned.dim(), (n_times + 1 - n_sites, n_sites));
+    assert!((field.time.origin - 1e-3 * most).abs() < 1e-15);
+    for ((n, j), sample) in aligned.indexed_iter() {
+        assert_eq!(*sample, whole[[n + n_sites - 1 - j, j]]);
+    }
+    let found = refused(open(Delays::Align, "4 ms"));
+    assert!(matches!(found, InputFault::Delay { trace: 1, steps } if (steps - 0.25).abs() < 1e-12));
+
     let field = open_path(&fixture("segy/ibm.sgy"));
     assert!(!field.notes.contains(&Note::Delays), "{:?}", field.notes);
     assert_eq!(field.time.unit.as_deref(), Some("s"));
@@ -616,6 +645,24 @@ fn a_zarr_store_names_the_feature_that_reads_it() {
         matches!(&error, Error::Input { fault, .. } if is_no_file(fault)),
         "{error}"
     );
+}
+
+#[cfg(feature = "hdf5")]
+#[test]
+fn an_array_that_its_file_cannot_hold_is_no_damaged_archive() {
+    let root = std::path::Path::new(env!("CARGO_MANIFEST_DIR"));
+    // Behind the byte that chooses the format.
+    let bytes = fs::read(root.join("fuzz/corpus/containers/long_chunked")).unwrap();
+    let place = Place::new();
+    let path = place.path("long.mat");
+    fs::write(&path, &bytes[1..]).unwrap();
+    match Field::open(&path, &OpenOptions::default()) {
+        Err(Error::Input {
+            fault: InputFault::Overclaimed { claimed, most },
+            ..
+        }) => assert!(claimed > most && most == 1032 * fs::metadata(&path).unwrap().len()),
+        other => panic!("{other:?}"),
+    }
 }
 
 #[test]

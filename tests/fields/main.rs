@@ -7,3 +7,5 @@ mod hostile_tables;
 mod inputs;
 mod labelled;
 mod random;
+mod resample;
+mod scans;

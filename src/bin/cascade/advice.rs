@@ -5,7 +5,8 @@ use wavecascade::analyze::Warning;
 use wavecascade::budget::measured::MeasuredWarning;
 use wavecascade::chain::RunWarning;
 use wavecascade::error::{
-    CoordinateKind, FileKind, ForeignFormat, FormatError, InputFault, Problem, SceneFault,
+    CoordinateKind, FileKind, ForeignFormat, FormatError, InputFault, Problem, ScanFault,
+    SceneFault,
 };
 use wavecascade::field::Note;
 use wavecascade::report::Unresolved;
@@ -14,6 +15,7 @@ use wavecascade::report::Unresolved;
 pub fn of_error(error: &Error) -> Option<String> {
     match error {
         Error::Input { fault, .. } => of_input(fault),
+        Error::Scan { fault, .. } => of_scan(fault),
         Error::NonFinite { .. } => Some(
             "state what to do with gaps: `--gaps interpolate` fills them along time, \
              `--gaps mask` gives them no weight"
@@ -71,6 +73,47 @@ pub fn of_error(error: &Error) -> Option<String> {
         Error::Write { .. } => Some("write elsewhere with `--out`".into()),
         _ => None,
     }
+}
+
+fn of_scan(fault: &ScanFault) -> Option<String> {
+    use ScanFault::*;
+    let advice = match fault {
+        OtherName { .. } => {
+            "name files of one scan alike but for numbers, or list the positions: `--position-from table.csv` \
+             with the columns file and position"
+        }
+        NoPosition { .. } => {
+            "list the positions in a table with the columns file and position: `--position-from table.csv`"
+        }
+        SeveralPositions {
+            place: "the names", ..
+        } => "name the letters before the position, such as `--position-from name:x`",
+        SeveralPositions { .. } => "name the position, such as `--position-from header:x`",
+        NotInTable { .. } => "add a row for it, with its path as typed or its last part",
+        EqualPositions { .. } => {
+            "leave one of them out, or take their mean: `--equal-positions average`"
+        }
+        Channels { .. } => {
+            "name the record with `--channel` (a name, or a number from 0) or `--variable`; several files \
+             with a field each are analysed without `--position-from`"
+        }
+        NoSuchChannel { .. } => "name one of them, or count them from 0",
+        Unlike { .. } => {
+            "a scan has one step and one unit: leave the file out, or write it anew like the others"
+        }
+        Fraction { .. } => {
+            "shift the records by interpolation: `--resample cubic`; or, if the start times are not exact, \
+             allow more: `--jitter 5%`"
+        }
+        NoCommonTime { .. } => "leave one of the two files out, or check the times of both",
+        Uncorrelated { .. } => {
+            "check that the file belongs to the scan and that the channel is the reference; a weaker one is \
+             accepted with `--least-correlation`"
+        }
+        NoReference => "name another `--reference`, or leave the file out",
+        _ => return None,
+    };
+    Some(advice.into())
 }
 
 fn of_input(fault: &InputFault) -> Option<String> {
@@ -153,16 +196,35 @@ fn of_input(fault: &InputFault) -> Option<String> {
         AxisLength { .. } => {
             "check `--layout`, or state `--x0` and `--dx` to leave the coordinates unread"
         }
+        UnevenAxis { found, .. } | UnevenTimes { found, .. }
+            if !(*found > 0.0 && *found < f64::INFINITY) =>
+        {
+            "coordinates must increase: sort the samples by them, and leave one of equal ones"
+        }
         UnevenAxis { axis: "space", .. } => {
-            "resample to even spacing, allow more deviation (`--jitter 5%`), or state `--dx` if the \
-             coordinates are approximate"
+            "interpolate to even spacing with `--resample cubic`, allow more deviation (`--jitter 5%`), or \
+             state `--dx` if the coordinates are approximate"
         }
-        UnevenAxis { .. } => {
-            "resample to even steps, allow more deviation (`--jitter 5%`), or state `--dt` if the \
-             times are approximate"
+        UnevenAxis { .. } | UnevenTimes { .. } => {
+            "interpolate to even steps with `--resample cubic`, allow more deviation (`--jitter 5%`), or \
+             state `--dt` if the times are approximate"
         }
-        UnevenTimes { .. } => {
-            "fill in or resample the rows; if the times are approximate, state `--dt`"
+        Overclaimed { .. } => {
+            "the file is damaged, or nearly all of the array was never written: save the part that was as an \
+             array of its own"
+        }
+        Delays { .. } => {
+            "take the times that all have in common with `--delays align`, or state `--delays ignore` if the \
+             delays do not count"
+        }
+        Delay { .. } => {
+            "shift the traces by interpolation: `--resample cubic`; or, if delays are not exact, allow more: \
+             `--jitter 10%`"
+        }
+        NoCommonTime { .. } => "leave traces out: save those that overlap as a file of their own",
+        LongStep { .. } => {
+            "what happened within is not known: fill in samples that are missing, as `nan`, or save the \
+             parts on both sides as fields of their own"
         }
         UnitOfAxis { .. } => {
             "state steps and origins as numbers in the unit of the axis, or the unit of the axis \
@@ -246,9 +308,10 @@ fn conversion(format: ForeignFormat) -> &'static str {
 /// Of a conclusion about a file.
 pub fn of_note(note: &Note) -> Option<&'static str> {
     match note {
-        Note::Delays => {
-            Some("shift the traces to a common time first; `/delay` holds their delays")
-        }
+        Note::Delays => Some("take the times that all have in common with `--delays align`"),
+        Note::Resampled { .. } | Note::Aligned { .. } if note.is_doubtful() => Some(
+            "where high frequencies or wavenumbers count, use `--resample cubic`, or sample evenly",
+        ),
         Note::FirstColumn { .. } => Some("where it holds samples, state `--time-column none`"),
         Note::Wide { .. } => Some(
             "state `--layout site-time` if rows are sites, or `--layout time-site` if they are \

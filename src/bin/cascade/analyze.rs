@@ -14,7 +14,7 @@ use wavecascade::field::{FileState, Note, OpenOptions, TimeColumn, is_run_file};
 use wavecascade::plot::draw_all;
 use wavecascade::report::{
     Archive, ClosureSummary, Doubt, Provenance, ResultDirectory, RunFile, Summary,
-    analysis_snippet, html, write_budget_arrays, write_small_arrays,
+    analysis_snippet, html, records_csv, write_budget_arrays, write_small_arrays,
 };
 use wavecascade::{Error, Field};
 
@@ -23,6 +23,7 @@ use crate::effect::refuse_without_effect;
 use crate::failure::Failure;
 use crate::figure_args::Drawing;
 use crate::progress::Progress;
+use crate::scan_args::folder_name;
 use crate::settings::Applied;
 use crate::terminal::Tone;
 use crate::view_args::request_of;
@@ -39,6 +40,8 @@ pub fn check(typed: &Analyze) -> Result<Drawing, Failure> {
 pub struct Task<'a> {
     pub typed: &'a Analyze,
     pub field: &'a Path,
+    /// The same, or all files of a scan.
+    pub files: &'a [PathBuf],
     pub out: &'a Path,
     /// Whether an earlier result may be replaced.
     pub replace: bool,
@@ -67,16 +70,22 @@ impl Finished {
 }
 
 /// Runs the command on one field.
-pub fn run(typed: &Analyze, field: &Path, applied: &Applied) -> Result<(), Failure> {
+pub fn run(typed: &Analyze, files: &[PathBuf], applied: &Applied) -> Result<(), Failure> {
+    let field = files[0].as_path();
     if typed.work.plan {
-        return print_plan(typed, field);
+        return print_plan(typed, files);
     }
     let show = !typed.output.quiet && std::io::stderr().is_terminal();
     let started = Instant::now();
-    let out = typed.out.clone().unwrap_or_else(|| default_out(field));
+    let usual = || match typed.scan.position_from {
+        Some(_) => default_out(&folder_name(field)),
+        None => default_out(field),
+    };
+    let out = typed.out.clone().unwrap_or_else(usual);
     let task = Task {
         typed,
         field,
+        files,
         out: &out,
         replace: typed.force,
         applied,
@@ -103,7 +112,8 @@ impl Task<'_> {
         // Before any work: could the result be written?
         drop(ResultDirectory::create(out, self.replace)?);
         // A long file is hashed first, where it can be interrupted; a short one beside the work.
-        let hash_first = is_long(path);
+        let is_scan = typed.scan.position_from.is_some();
+        let hash_first = is_scan || is_long(path);
         if hash_first {
             progress.wait("reading the field");
         }
@@ -111,7 +121,7 @@ impl Task<'_> {
             hash: hash_first,
             ..options
         };
-        let field = Field::open(path, &options)?;
+        let (field, records) = typed.scan.open(self.files, &options)?;
         request.show = typed.show.of_field(&field)?;
         request.dispersion = dispersion::of(typed, path, &field)?;
         let plan = plan(&field, &request)
@@ -151,6 +161,9 @@ impl Task<'_> {
             .to_json()
             .map_err(std::io::Error::from)?;
         directory.write("summary.json", &json)?;
+        if let Some(records) = &records {
+            directory.write("records.csv", records_csv(records))?;
+        }
         directory.write("plot.py", analysis_snippet(&analysis))?;
         if drawing.is_wanted() {
             draw(&analysis, &drawing, &directory, typed.work.memory, progress)?;
@@ -172,7 +185,13 @@ impl Task<'_> {
     fn provenance(&self, analysis: &Analysis, read_as: &[String]) -> Provenance {
         let words = std::env::args_os();
         let command = words.map(|w| w.to_string_lossy().into_owned()).collect();
-        let input = self.field.display().to_string();
+        let first = self.field.display();
+        let input = match self.files {
+            [_, .., last] => {
+                format!("{} files, {first} to {}", self.files.len(), last.display())
+            }
+            _ => first.to_string(),
+        };
         Provenance {
             read_as: read_as.to_vec(),
             settings: self.applied.in_effect().to_vec(),
@@ -269,16 +288,16 @@ fn tell(typed: &Analyze, finished: &Finished, started: Instant) -> Result<(), Fa
 }
 
 /// Prints what would be computed of a field.
-pub fn print_plan(typed: &Analyze, path: &Path) -> Result<(), Failure> {
+pub fn print_plan(typed: &Analyze, files: &[PathBuf]) -> Result<(), Failure> {
     let mut request = request(typed, check(typed)?.is_wanted());
     let options = OpenOptions {
         hash: false,
         ..open_options(&typed.input, typed.work.memory)
     };
-    let field = Field::open(path, &options)?;
+    let (field, _) = typed.scan.open(files, &options)?;
     print_notes(&field, typed.output.quiet);
     request.show = typed.show.of_field(&field)?;
-    request.dispersion = dispersion::of(typed, path, &field)?;
+    request.dispersion = dispersion::of(typed, &files[0], &field)?;
     let stated = typed.work.memory;
     let mut plan = plan(&field, &request).map_err(|error| error.beside(own(stated)))?;
     let beside = own(stated);
@@ -388,6 +407,8 @@ pub fn open_options(typed: &Input, memory: Option<u64>) -> OpenOptions {
         at: typed.at.clone(),
         select: typed.select.clone(),
         jitter: typed.jitter.unwrap_or(OpenOptions::default().jitter),
+        resample: typed.resample.unwrap_or_default(),
+        delays: typed.delays.map(Into::into).unwrap_or_default(),
         header: typed.header.map(Into::into).unwrap_or_default(),
         time_column: match typed.time_column.as_deref() {
             None => TimeColumn::Detect,

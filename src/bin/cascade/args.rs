@@ -5,13 +5,14 @@ use std::path::PathBuf;
 use std::time::Duration;
 
 use clap::{Args, Parser, Subcommand, ValueEnum};
-use wavecascade::field::{At, Selection};
+use wavecascade::field::{At, Resample, Selection};
 use wavecascade::measure::{Frequency, Length, Measure, Time};
 use wavecascade::prepare::Window;
 
 use crate::chain_args::{Contact, SceneCommand, Simulate, SweepCommand};
 use crate::figure_args::{ColorArgs, FigureArgs};
 use crate::parse;
+use crate::scan_args::ScanArgs;
 use crate::settings::Settings;
 use crate::show_args::ShowArgs;
 
@@ -139,7 +140,7 @@ pub enum Command {
 #[derive(Debug, Args)]
 pub struct Analyze {
     /// File with the field; several, or patterns such as `'*.npy'`, are analysed one after the
-    /// other.
+    /// other, or with `--position-from` as one field.
     #[arg(required = true, value_name = "FIELD")]
     pub fields: Vec<PathBuf>,
 
@@ -160,6 +161,8 @@ pub struct Analyze {
 
     #[command(flatten)]
     pub input: Input,
+    #[command(flatten)]
+    pub scan: ScanArgs,
     #[command(flatten)]
     pub preparation: Preparation,
     #[command(flatten)]
@@ -245,6 +248,13 @@ pub struct Input {
     /// [default: 1%].
     #[arg(long, value_name = "SHARE", value_parser = parse::share)]
     pub jitter: Option<f64>,
+    /// How samples at coordinates that deviate more are brought to even ones: nearest, linear or cubic (a
+    /// spline), of one axis as in time=cubic,space=linear [default: none, which refuses them].
+    #[arg(long, value_name = "METHOD", value_parser = parse::resample)]
+    pub resample: Option<Resample>,
+    /// What becomes of traces of one file that begin at different times [default: refuse].
+    #[arg(long, value_enum)]
+    pub delays: Option<DelaysArg>,
     /// Whether the first line of a table names its columns [default: detect].
     #[arg(long, value_enum)]
     pub header: Option<HeaderArg>,
@@ -468,6 +478,14 @@ choice!(HeaderArg => wavecascade::field::Header {
     Detect => Self::Detect,
     Present => Self::Present,
     Absent => Self::Absent,
+});
+choice!(DelaysArg => wavecascade::field::Delays {
+    /// They are an error.
+    Refuse => Self::Refuse,
+    /// The times that all have in common are taken.
+    Align => Self::Align,
+    /// All are read as if they began at one time.
+    Ignore => Self::Ignore,
 });
 choice!(ReadArg => wavecascade::field::ReadMode {
     /// Read from the file whenever samples are needed.

@@ -53,6 +53,8 @@ pub fn run(line: &CommandLine, fields: &[PathBuf]) -> Result<(), Failure> {
         return plans(line, fields);
     }
     let names = field_names(fields)?;
+    // Words that no field accepts end the program before anything is made.
+    let _faults_of_settings = line.analyze(&fields[0]);
     let out = call.out.clone().unwrap_or_else(|| DEFAULT.into());
     let mut set = FieldSet::create(&out, call.force)?;
     let progress = Progress::new(!call.quiet && std::io::stderr().is_terminal());
@@ -73,6 +75,7 @@ pub fn run(line: &CommandLine, fields: &[PathBuf]) -> Result<(), Failure> {
             let task = Task {
                 typed: &typed,
                 field,
+                files: std::slice::from_ref(field),
                 out: &place,
                 replace,
                 applied: &applied,
@@ -101,7 +104,8 @@ fn plans(line: &CommandLine, fields: &[PathBuf]) -> Result<(), Failure> {
             let name = styled(HEADING, &field.display().to_string());
             writeln!(terminal::stdout(), "{name}")?;
         }
-        print_plan(&typed, field).map_err(|failure| applied.located(failure))?;
+        print_plan(&typed, std::slice::from_ref(field))
+            .map_err(|failure| applied.located(failure))?;
     }
     Ok(())
 }

@@ -5,36 +5,49 @@ use std::path::PathBuf;
 
 use clap::Args;
 use serde_json::{Value, json};
-use wavecascade::field::{Axis, Inspection, OpenOptions, inspect};
+use wavecascade::field::{Axis, Inspection, OpenOptions, ScanRecord, Scanned, inspect};
 use wavecascade::{Error, Field};
 
 use crate::advice;
 use crate::analyze::open_options;
 use crate::args::Input;
 use crate::failure::Failure;
+use crate::scan_args::ScanArgs;
 use crate::table::Table;
 use crate::terminal::{self, HEADING, number, paragraphs, styled};
 
 /// What `cascade inspect` takes.
 #[derive(Debug, Args)]
 pub struct Inspect {
-    /// File to look into.
-    #[arg(value_name = "FILE")]
-    pub file: PathBuf,
+    /// File to look into; with `--position-from` all files of a scan.
+    #[arg(required = true, value_name = "FILE")]
+    pub fields: Vec<PathBuf>,
     /// Print the list as JSON.
     #[arg(long)]
     pub json: bool,
     #[command(flatten)]
     pub input: Input,
+    #[command(flatten)]
+    pub scan: ScanArgs,
 }
 
 /// Runs the command.
-pub fn run(typed: Inspect) -> Result<(), Failure> {
+pub fn run(typed: Inspect, files: &[PathBuf]) -> Result<(), Failure> {
     let options = OpenOptions {
         hash: false,
         ..open_options(&typed.input, None)
     };
-    let found = inspect(&typed.file, &options)?;
+    if let Some(scan) = typed.scan.scan() {
+        return list_scan(&typed, &scan.open(files, &options)?);
+    }
+    let [file] = files else {
+        return Err(Failure::Library(Error::Request {
+            option: "position-from",
+            expected: "it beside several files, which it makes one field".into(),
+            found: format!("{} files without it", files.len()),
+        }));
+    };
+    let found = inspect(file, &options)?;
     let mut out = terminal::stdout();
     if typed.json {
         let text = serde_json::to_string_pretty(&in_json(&found)).map_err(std::io::Error::from)?;
@@ -42,7 +55,7 @@ pub fn run(typed: Inspect) -> Result<(), Failure> {
         return Ok(());
     }
     let width = terminal::width();
-    let name = typed.file.display();
+    let name = file.display();
     writeln!(
         out,
         "{}",
@@ -67,6 +80,63 @@ pub fn run(typed: Inspect) -> Result<(), Failure> {
         }
     }
     Ok(())
+}
+
+/// What was taken of the files of a scan: of the first and the last ones, or as JSON of all.
+fn list_scan(typed: &Inspect, scanned: &Scanned) -> Result<(), Failure> {
+    const SHOWN: usize = 4;
+    let Scanned { field, records } = scanned;
+    let mut out = terminal::stdout();
+    if typed.json {
+        let record = |record: &ScanRecord| {
+            json!({
+                "file": record.path.display().to_string(),
+                "position": record.position,
+                "n_times": record.n_times,
+                "delay": record.delay,
+                "left": record.left,
+                "correlation": record.correlation,
+            })
+        };
+        let found = json!({
+            "schema": "cascade.inspect/1",
+            "format": "a scan, one record a file",
+            "records": records.iter().map(record).collect::<Vec<_>>(),
+            "field": of_field(field),
+        });
+        let text = serde_json::to_string_pretty(&found).map_err(std::io::Error::from)?;
+        return Ok(writeln!(out, "{text}")?);
+    }
+    let width = terminal::width();
+    let title = format!("{} files as a field", records.len());
+    writeln!(out, "{}", styled(HEADING, &title))?;
+    let notes = field.notes.iter().map(|note| note.message());
+    for line in std::iter::once(shape(field)).chain(notes) {
+        write!(out, "{}", paragraphs(&[line], width))?;
+    }
+    let mut table = Table::new("file")
+        .numbers("position")
+        .numbers("times")
+        .numbers("delay, samples")
+        .numbers("correlation");
+    let (head, tail) = match records.len() {
+        n if n <= 2 * SHOWN => (&records[..], &records[..0]),
+        n => (&records[..SHOWN], &records[n - SHOWN..]),
+    };
+    for (n, record) in head.iter().chain(tail).enumerate() {
+        if n == head.len() {
+            table.row(vec!["..".into(); 5]);
+        }
+        table.row(vec![
+            record.path.display().to_string(),
+            number(record.position),
+            record.n_times.to_string(),
+            number(record.delay),
+            record.correlation.map(number).unwrap_or_default(),
+        ]);
+    }
+    write!(out, "\n{}", table.text(width))?;
+    Ok(writeln!(out, "next: {}", command(typed, field))?)
 }
 
 /// The attributes of the file, its arrays, and their attributes.
@@ -144,7 +214,8 @@ fn command(typed: &Inspect, field: &Field) -> String {
     if counts(&field.time) && typed.input.dt.is_none() && typed.input.rate.is_none() {
         rest.push("--dt STEP".into());
     }
-    if counts(&field.space) && typed.input.dx.is_none() && field.n_sites() > 1 {
+    let is_scan = typed.scan.position_from.is_some();
+    if !is_scan && counts(&field.space) && typed.input.dx.is_none() && field.n_sites() > 1 {
         rest.push("--dx STEP".into());
     }
     format!("cascade analyze {}", rest.join(" "))
@@ -175,15 +246,8 @@ fn in_json(found: &Inspection) -> Value {
             "attributes": attributes(&v.attributes),
         })
     });
-    let axis = |axis: &Axis, count: usize| json!({ "count": count, "origin": axis.origin, "step": axis.step, "unit": axis.unit });
     let field = match &found.field {
-        Ok(field) => json!({
-            "quantity": field.quantity,
-            "unit": field.unit,
-            "time": axis(&field.time, field.n_times()),
-            "space": axis(&field.space, field.n_sites()),
-            "notes": field.notes.iter().map(|note| note.message()).collect::<Vec<_>>(),
-        }),
+        Ok(field) => of_field(field),
         Err(error) => json!({ "error": reason(error), "advice": advice::of_error(error) }),
     };
     json!({
@@ -192,5 +256,16 @@ fn in_json(found: &Inspection) -> Value {
         "attributes": attributes(&found.attributes),
         "variables": variables.collect::<Vec<_>>(),
         "field": field,
+    })
+}
+
+fn of_field(field: &Field) -> Value {
+    let axis = |axis: &Axis, count: usize| json!({ "count": count, "origin": axis.origin, "step": axis.step, "unit": axis.unit });
+    json!({
+        "quantity": field.quantity,
+        "unit": field.unit,
+        "time": axis(&field.time, field.n_times()),
+        "space": axis(&field.space, field.n_sites()),
+        "notes": field.notes.iter().map(|note| note.message()).collect::<Vec<_>>(),
     })
 }

@@ -25,6 +25,7 @@ mod measured;
 mod parse;
 mod progress;
 mod saved;
+mod scan_args;
 mod scene;
 mod scene_keys;
 mod settings;
@@ -37,7 +38,7 @@ mod text;
 mod transmit;
 mod view_args;
 
-use std::path::{Path, PathBuf};
+use std::path::PathBuf;
 use std::process::ExitCode;
 
 use args::{Cli, Command};
@@ -60,7 +61,7 @@ fn main() -> ExitCode {
 
 fn run(line: &CommandLine) -> Result<(), Failure> {
     let fields = fields::expanded(&line.fields())?;
-    if fields.len() > 1 {
+    if fields.len() > 1 && !line.is_scan() {
         progress::end_after(line.call().max_time);
         return fields::run(line, &fields);
     }
@@ -72,20 +73,17 @@ fn run(line: &CommandLine) -> Result<(), Failure> {
             terminal::message(Tone::Note, &note);
         }
     }
-    let done = one(cli, field, &applied);
+    let done = one(cli, &fields, &applied);
     done.map_err(|failure| applied.located(failure))
 }
 
-fn one(cli: Cli, field: Option<&Path>, applied: &Applied) -> Result<(), Failure> {
+fn one(cli: Cli, fields: &[PathBuf], applied: &Applied) -> Result<(), Failure> {
     match cli.command {
-        Command::Analyze(typed) => {
-            let field = field.unwrap_or(&typed.fields[0]);
-            analyze::run(&typed, field, applied)
-        }
+        Command::Analyze(typed) => analyze::run(&typed, fields, applied),
         Command::Coherence(typed) => coherence::run(*typed),
         Command::Budget(typed) => budget::run(*typed),
         Command::Compare(typed) => compare::run(*typed),
-        Command::Inspect(typed) => inspect::run(*typed),
+        Command::Inspect(typed) => inspect::run(*typed, fields),
         Command::Filter(typed) => filter::run(*typed),
         Command::Simulate(typed) => simulate::run(*typed),
         Command::Sweep(typed) => sweep::run(*typed),

@@ -3,7 +3,7 @@
 use std::ops::Range;
 use std::time::Duration;
 
-use wavecascade::field::{At, Label, Selection};
+use wavecascade::field::{At, Interpolation, Label, Resample, Selection};
 use wavecascade::measure::{Dimension, Measure};
 use wavecascade::sweep::Part;
 
@@ -61,6 +61,31 @@ pub fn selection(text: &str) -> Result<Selection, String> {
         from: end(from)?,
         to: end(to)?,
     })
+}
+
+/// A method for both axes, or `time=METHOD,space=METHOD`.
+pub fn resample(text: &str) -> Result<Resample, String> {
+    let expected = "expected nearest, linear or cubic, of one axis as in time=cubic,space=linear";
+    let method = |name: &str| {
+        let all = Interpolation::ALL.into_iter();
+        all.into_iter().find(|method| method.name() == name.trim())
+    };
+    if let Some(method) = method(text) {
+        return Ok(Resample::both(method));
+    }
+    let mut chosen = Resample::default();
+    for part in text.split(',') {
+        let (axis, name) = part.split_once('=').ok_or(expected)?;
+        let axis = match axis.trim() {
+            "time" | "t" => &mut chosen.time,
+            "space" | "x" => &mut chosen.space,
+            _ => return Err(expected.into()),
+        };
+        if axis.replace(method(name).ok_or(expected)?).is_some() {
+            return Err(format!("{expected}, found an axis twice"));
+        }
+    }
+    Ok(chosen)
 }
 
 /// A number of bytes: `500000000`, `500MB`, `2GiB`, `2G` (binary).

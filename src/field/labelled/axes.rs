@@ -3,24 +3,24 @@
 use wavecascade_formats::{Attributes, Container, Coordinate, Result};
 
 use super::super::Note;
-use super::super::coordinates::{Coordinates, Uneven};
+use super::super::coordinates::{Coordinates, Evenness, Listed};
 use super::choose::Place;
 use crate::error::InputFault;
 use crate::measure::{self, Time};
 
-/// Coordinates of an axis, and what was concluded from them.
-pub(super) type Found = (Coordinates, Vec<Note>);
+/// Coordinates of an axis, and the notes on them.
+pub(super) type Found = (Listed, Vec<Note>);
 
-/// The coordinates of a dimension. Those whose step `is_stated` elsewhere need not be even.
+/// The coordinates of a dimension. Those whose step is stated elsewhere, and which have no `rules`, need not
+/// be even.
 ///
 /// # Errors
-/// Coordinates that are not even within `jitter` of a step.
+/// Coordinates that the rules refuse.
 pub(super) fn coordinates(
     container: &Container,
     axis: &'static str,
     place: Option<&Place>,
-    jitter: f64,
-    is_stated: bool,
+    rules: Option<Evenness>,
 ) -> std::result::Result<Found, AxisFault> {
     let Some(place) = place else {
         return Ok(Default::default());
@@ -33,9 +33,13 @@ pub(super) fn coordinates(
                 step: Some(*step).filter(|step| *step > 0.0 && step.is_finite()),
                 unit: unit.clone(),
             };
+            let even = Listed {
+                even,
+                ..Listed::default()
+            };
             Ok((even, Vec::new()))
         }
-        Some(Coordinate::Listed(i)) => listed(container, axis, *i, jitter, is_stated),
+        Some(Coordinate::Listed(i)) => listed(container, axis, *i, rules),
     }
 }
 
@@ -56,8 +60,7 @@ fn listed(
     container: &Container,
     axis: &'static str,
     i: usize,
-    jitter: f64,
-    is_stated: bool,
+    rules: Option<Evenness>,
 ) -> std::result::Result<Found, AxisFault> {
     let variable = &container.variables[i];
     let attributes = &variable.attributes;
@@ -89,26 +92,17 @@ fn listed(
         // Differences of large numbers are as exact as those.
         None => rounding_since(container, i)?,
     };
-    let fitted = match is_stated {
-        true => (Coordinates::from_first(&values), None),
-        false => Coordinates::fit_within(&values, rounding, jitter).map_err(|uneven| {
-            let Uneven {
-                index,
-                expected,
-                found,
-            } = uneven;
-            AxisFault::Input(InputFault::UnevenAxis {
-                axis,
-                index,
-                expected,
-                found,
-            })
-        })?,
+    let mut listed = match rules {
+        None => Listed {
+            even: Coordinates::from_first(&values),
+            ..Listed::default()
+        },
+        Some(rules) => Coordinates::listed(axis, &values, rounding, rules)
+            .map_err(|uneven| AxisFault::Input(uneven.fault(axis)))?,
     };
-    let (mut fitted, uneven) = fitted;
-    fitted.unit = unit;
-    notes.extend(uneven.map(|jitter| Note::Jitter { axis, jitter }));
-    Ok((fitted, notes))
+    listed.even.unit = unit;
+    notes.extend(listed.note.take());
+    Ok((listed, notes))
 }
 
 /// The numbers of a variable less the first one, exact for integers, and the first one.

@@ -7,12 +7,12 @@ use std::sync::Arc;
 use rayon::prelude::*;
 use wavecascade_formats::{Container, Place, Sample, Variable};
 
+use super::super::assembly::ScratchFile;
 use super::super::file_bytes::FileBytes;
 use super::super::open::FileSource;
 use super::super::storage::{Arrangement, ByteOrder, Bytes, Storage};
 use super::choose::Choice;
 use crate::error::{Error, InputFault, Result};
-use crate::system::file_io::{allocate, write_at};
 use crate::system::memory::{half_of_free_memory, try_filled};
 
 /// Bytes that are decoded at once, if a chunk is not longer.
@@ -118,9 +118,9 @@ fn decoded(
     // A short file may claim any length.
     let most = container.most_bytes();
     if length as u64 > most {
-        return Err(source.fault(InputFault::InflatedSize {
-            expected: length as u64,
-            found: most,
+        return Err(source.fault(InputFault::Overclaimed {
+            claimed: length as u64,
+            most,
         }));
     }
     let mut block: Vec<Range<u64>> = variable.dimensions.iter().map(|d| 0..d.len).collect();
@@ -177,10 +177,7 @@ fn spilled(
     read: impl Fn(usize, &mut [u8]) -> Result<()>,
 ) -> Result<Arc<FileBytes>> {
     source.allow("a part of the field that is decoded at once", slab as u64)?;
-    let place = std::env::temp_dir();
-    let file = tempfile::tempfile().map_err(Error::write("make a scratch file in", &place))?;
-    allocate(&file, 0, length as u64)
-        .map_err(Error::write("reserve the decoded field in", &place))?;
+    let file = ScratchFile::new(length as u64)?;
     let refused = |_| Error::Refused {
         what: "a part of the field that is decoded at once",
         needed: slab as u64,
@@ -189,8 +186,7 @@ fn spilled(
     for (n, from) in (0..length).step_by(slab).enumerate() {
         let out = &mut out[..slab.min(length - from)];
         read(n, out)?;
-        write_at(&file, out, from as u64)
-            .map_err(Error::write("write the decoded field to", &place))?;
+        file.write(from as u64, out)?;
     }
-    FileBytes::of_scratch(&file, &place)
+    file.finish()
 }

@@ -2,18 +2,23 @@
 //! and others.
 //!
 //! `choose` decides which variable is the field and which of its dimensions are times and sites, `axes`
-//! what their coordinates say, `load` where the samples are.
+//! what their coordinates say, `load` where the samples are, `delays` what becomes of traces that begin at
+//! different times.
 
 mod axes;
 mod choose;
+mod delays;
 mod load;
 
-use wavecascade_formats::{Container, Format, Options};
+use wavecascade_formats::{Attributes, Container, Format, Options};
 
 use super::open::{Contents, FileSource};
+use super::options::{Delays, Label};
+use super::scan::NamedNumber;
 use super::storage::Packing;
-use super::{Note, Quantity};
+use super::{Note, Quantity, names};
 use crate::error::{Error, InputFault, Result};
+use crate::measure::{self, Length};
 
 use axes::AxisFault;
 use choose::Choice;
@@ -29,10 +34,10 @@ pub(super) fn read(source: &FileSource, format: Format) -> Result<Contents> {
     let variable = &container.variables[choice.variable];
     let attributes = &variable.attributes;
     let mut notes = vec![choice.note(&container)];
-    let jitter = source.options.jitter;
     let stated = &source.stated;
-    let axis_of = |axis, place: Option<&choose::Place>, is_stated| {
-        axes::coordinates(&container, axis, place, jitter, is_stated).map_err(|fault| match fault {
+    let axis_of = |axis, place: Option<&choose::Place>, is_stated: bool| {
+        let rules = (!is_stated).then(|| source.options.evenness(axis));
+        axes::coordinates(&container, axis, place, rules).map_err(|fault| match fault {
             AxisFault::Container(fault) => source.container_fault(fault),
             AxisFault::Input(fault) => source.fault(fault),
         })
@@ -50,9 +55,6 @@ pub(super) fn read(source: &FileSource, format: Format) -> Result<Contents> {
         let time = start.to_owned();
         notes.push(Note::Start { time });
     }
-    if attributes.get("delays").is_some() {
-        notes.push(Note::Delays);
-    }
     let unit = attributes.text("units").map(str::to_owned);
     let quantity = quantity(
         &variable.path,
@@ -63,17 +65,108 @@ pub(super) fn read(source: &FileSource, format: Format) -> Result<Contents> {
         storage: storage.packed(packing(variable)),
         n_times,
         n_sites,
-        time,
-        space,
+        time: time.even,
+        space: space.even,
+        resampling: [time.resampling, space.resampling],
         quantity,
         unit,
         notes,
         axis_names: [choice.times(), choice.sites()]
             .map(|place| Some(choose::last_name(place?.name.as_deref()?).to_owned())),
+        channels: Vec::new(),
         struck: None,
     };
     contents.note_doubts(choice.is_layout_known || stated.layout.is_some());
-    Ok(contents)
+    if attributes.get("delays").is_none() {
+        return Ok(contents);
+    }
+    match source.options.delays {
+        Delays::Ignore => {
+            contents.notes.push(Note::Delays);
+            Ok(contents)
+        }
+        treated => delays::aligned(source, &container, contents, treated),
+    }
+}
+
+/// Single numbers of a file that may be the position of its record: attributes of the field and of the file,
+/// variables of one number.
+pub(super) fn positions(
+    source: &FileSource,
+    format: Format,
+    asked: Option<&str>,
+) -> Result<Vec<NamedNumber>> {
+    let container = open(source, format)?;
+    let choice = Choice::of(&container, source.options, source.stated.layout).ok();
+    // Of several groups of records the coordinates are `/x/1`, `/x/2`.
+    let is_it = |name: &str| {
+        let bare = name.trim_start_matches('/');
+        let mut parts = bare.split(['/', '.']);
+        match asked {
+            Some(asked) => bare == asked.trim_start_matches('/') || parts.any(|part| part == asked),
+            None => {
+                let is_known =
+                    |part: &str| names::POSITION.contains(&part.to_ascii_lowercase().as_str());
+                parts.any(is_known)
+            }
+        }
+    };
+    let own = choice.map(|choice| &container.variables[choice.variable].attributes);
+    let mut found = Vec::new();
+    for attributes in own.into_iter().chain([&container.attributes]) {
+        let named = attributes.0.iter().filter(|(name, _)| is_it(name));
+        found.extend(named.filter_map(|(name, _)| of_attribute(attributes, name)));
+    }
+    for (i, variable) in container.variables.iter().enumerate() {
+        let is_number = variable.count() == Some(1) && variable.sample_type.number().is_some();
+        if !is_number || !is_it(&variable.path) {
+            continue;
+        }
+        let numbers = container
+            .numbers(i)
+            .map_err(|fault| source.container_fault(fault))?;
+        let scale = variable.attributes.number("scale_factor").unwrap_or(1.0);
+        let offset = variable.attributes.number("add_offset").unwrap_or(0.0);
+        let value = scale * numbers[0] + offset;
+        let sample = variable.sample_type.number();
+        let relative = sample.map_or(f64::EPSILON, |sample| sample.relative_rounding());
+        found.push(NamedNumber {
+            name: variable.path.trim_start_matches('/').to_owned(),
+            value,
+            unit: variable.attributes.text("units").map(length_unit),
+            rounding: relative * value.abs(),
+        });
+    }
+    Ok(found)
+}
+
+/// An attribute that is a number, or a text of a number and a unit.
+fn of_attribute(attributes: &Attributes, name: &str) -> Option<NamedNumber> {
+    let beside = || {
+        let endings = ["_unit", "_units"].iter();
+        endings
+            .filter_map(|end| attributes.text(&format!("{name}{end}")))
+            .next()
+    };
+    let (value, unit) = match attributes.number(name) {
+        Some(value) => (value, beside().map(length_unit)),
+        None => match Label::parse(attributes.text(name)?)? {
+            Label::Value { value, unit } => (value, unit.as_deref().or(beside()).map(length_unit)),
+            Label::Index(_) => return None,
+        },
+    };
+    Some(NamedNumber {
+        name: name.to_owned(),
+        value,
+        unit,
+        rounding: f64::EPSILON * value.abs(),
+    })
+}
+
+/// The symbol of a unit of length; another unit as it is.
+fn length_unit(unit: &str) -> String {
+    let symbol = measure::symbol::<Length>(unit);
+    symbol.unwrap_or(unit).to_owned()
 }
 
 /// The arrays of a file of `format`.

@@ -20,8 +20,10 @@ pub enum Kind {
     Style,
 }
 
+const OF_A_SCAN: &str = "each call says which files are one field";
+
 /// Options that say what one call does; a file that holds for many calls cannot state them.
-const OF_A_CALL: [(&str, &str); 7] = [
+const OF_A_CALL: [(&str, &str); 12] = [
     ("settings", "a settings file names no other one"),
     ("out", "each call writes to a place of its own"),
     ("force", "what may be replaced is decided at each call"),
@@ -29,6 +31,11 @@ const OF_A_CALL: [(&str, &str); 7] = [
     ("json", "each call says how it prints"),
     ("quiet", "each call says how it prints"),
     ("help", "it prints and stops"),
+    ("position_from", OF_A_SCAN),
+    ("channel", OF_A_SCAN),
+    ("reference", OF_A_SCAN),
+    ("least_correlation", OF_A_SCAN),
+    ("equal_positions", OF_A_SCAN),
 ];
 
 impl Kind {

@@ -83,11 +83,19 @@ impl CommandLine {
         }
     }
 
-    /// Paths that `cascade analyze` is to read.
+    /// Paths that `cascade analyze` or `cascade inspect` is to read.
     pub fn fields(&self) -> Vec<PathBuf> {
-        let analyze = self.seen.subcommand_matches("analyze");
-        let fields = analyze.and_then(|analyze| analyze.get_many("fields"));
+        let seen = ["analyze", "inspect"]
+            .iter()
+            .find_map(|name| self.seen.subcommand_matches(name));
+        let fields = seen.and_then(|seen| seen.try_get_many("fields").ok().flatten());
         fields.into_iter().flatten().cloned().collect()
+    }
+
+    /// Whether they are one field, or are listed by `cascade inspect`, which takes no other files.
+    pub fn is_scan(&self) -> bool {
+        let analyze = self.seen.subcommand_matches("analyze");
+        analyze.is_none_or(|seen| seen.value_source("position_from").is_some())
     }
 
     /// Options of the call itself; those that its command does not have are off.

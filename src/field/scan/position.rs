@@ -1,0 +1,360 @@
+//! Where each file of a scan was recorded.
+
+use std::path::{Path, PathBuf};
+
+use super::super::csv::{number, printed_unit};
+use super::super::names::position_unit;
+use super::super::open::header_numbers;
+use super::super::options::OpenOptions;
+use super::PositionFrom;
+use crate::error::{Error, Result, ScanFault};
+use crate::measure::{self, Length};
+
+/// One position a file.
+#[derive(Debug, Clone, PartialEq)]
+pub(super) struct Positions {
+    pub(super) values: Vec<f64>,
+    pub(super) unit: Option<String>,
+    /// What the last digit counts.
+    pub(super) rounding: f64,
+}
+
+/// A number of a file that may be its position.
+#[derive(Debug, Clone, PartialEq)]
+pub(in super::super) struct NamedNumber {
+    pub(in super::super) name: String,
+    pub(in super::super) value: f64,
+    pub(in super::super) unit: Option<String>,
+    pub(in super::super) rounding: f64,
+}
+
+/// The positions of `paths`, in their order.
+pub(super) fn of(
+    from: &PositionFrom,
+    paths: &[PathBuf],
+    options: &OpenOptions,
+) -> Result<Positions> {
+    let (place, asked, lists) = match from {
+        PositionFrom::Name(asked) => ("the names", asked, in_names(paths)?),
+        PositionFrom::Header(asked) => {
+            let lists = paths
+                .iter()
+                .map(|path| header_numbers(path, options, asked.as_deref()));
+            ("the headers", asked, lists.collect::<Result<_>>()?)
+        }
+        PositionFrom::Table(table) => return of_table(table, paths),
+        PositionFrom::Listed { positions, unit } => {
+            if positions.len() != paths.len() || positions.iter().any(|x| !x.is_finite()) {
+                return Err(Error::Request {
+                    option: "position-from",
+                    expected: format!("{} finite positions, one a file", paths.len()),
+                    found: format!("{positions:?}"),
+                });
+            }
+            return Ok(Positions {
+                values: positions.clone(),
+                unit: unit.clone(),
+                rounding: 0.0,
+            });
+        }
+    };
+    // What was asked of a header is all that was read.
+    let asked = asked
+        .as_deref()
+        .filter(|_| matches!(from, PositionFrom::Name(_)));
+    varying(place, asked, paths, &lists)
+}
+
+/// The numbers of one name that differ from file to file.
+fn varying(
+    place: &'static str,
+    asked: Option<&str>,
+    paths: &[PathBuf],
+    lists: &[Vec<NamedNumber>],
+) -> Result<Positions> {
+    let (first, others) = lists
+        .split_first()
+        .map_or((&[][..], lists), |(a, b)| (a, b));
+    let of = |list: &[NamedNumber], name: &str| list.iter().find(|one| one.name == name).cloned();
+    let in_all = |one: &NamedNumber| -> Option<Vec<NamedNumber>> {
+        let rest = others.iter().map(|list| of(list, &one.name));
+        std::iter::once(Some(one.clone())).chain(rest).collect()
+    };
+    let differ = |series: &Vec<NamedNumber>| series.iter().any(|one| one.value != series[0].value);
+    let is_asked = |one: &&NamedNumber| asked.is_none_or(|name| one.name == name);
+    let candidates: Vec<_> = first.iter().filter(is_asked).filter_map(in_all).collect();
+    let mut found: Vec<Vec<NamedNumber>> = Vec::new();
+    for series in candidates.iter().filter(|series| differ(series)) {
+        let is_same = |known: &Vec<NamedNumber>| {
+            let pairs = known.iter().zip(series);
+            pairs
+                .into_iter()
+                .all(|(a, b)| (a.value, &a.unit) == (b.value, &b.unit))
+        };
+        if !found.iter().any(is_same) {
+            found.push(series.clone());
+        }
+    }
+    let refuse = |fault| Err(fault_of(&paths[0], fault));
+    match &found[..] {
+        [only] => in_one_unit(paths, only),
+        [] => {
+            let found = first
+                .iter()
+                .map(|one| format!("{} {}", one.name, one.value));
+            refuse(ScanFault::NoPosition {
+                place,
+                found: found.collect(),
+            })
+        }
+        several => {
+            let range = |series: &Vec<NamedNumber>| {
+                let values = || series.iter().map(|one| one.value);
+                let (least, most) = (
+                    values().fold(f64::INFINITY, f64::min),
+                    values().fold(f64::NEG_INFINITY, f64::max),
+                );
+                let unit = series[0].unit.as_deref().unwrap_or_default();
+                format!("{:?} ({least} to {most}{unit})", series[0].name)
+            };
+            refuse(ScanFault::SeveralPositions {
+                place,
+                found: several.iter().map(range).collect(),
+            })
+        }
+    }
+}
+
+/// The values in the unit of the first one.
+fn in_one_unit(paths: &[PathBuf], series: &[NamedNumber]) -> Result<Positions> {
+    let unit = series[0].unit.clone();
+    let mut values = Vec::with_capacity(series.len());
+    for (one, path) in series.iter().zip(paths) {
+        let factor = factor(one.unit.as_deref(), unit.as_deref());
+        let none = || "a number without a unit".to_owned();
+        let factor = factor.ok_or_else(|| {
+            fault_of(
+                path,
+                ScanFault::PositionUnit {
+                    expected: unit.clone().unwrap_or_else(none),
+                    found: one.unit.clone().unwrap_or_else(none),
+                },
+            )
+        })?;
+        values.push(one.value * factor);
+    }
+    let rounding = series.iter().map(|one| one.rounding);
+    Ok(Positions {
+        values,
+        unit,
+        rounding: rounding.fold(f64::INFINITY, f64::min),
+    })
+}
+
+/// By what a length in `from` is multiplied to be one in `to`.
+pub(super) fn factor(from: Option<&str>, to: Option<&str>) -> Option<f64> {
+    if from == to {
+        return Some(1.0);
+    }
+    Some(measure::size::<Length>(from?)? / measure::size::<Length>(to?)?)
+}
+
+pub(super) fn fault_of(path: &Path, fault: ScanFault) -> Error {
+    Error::Scan {
+        path: path.to_owned(),
+        fault: Box::new(fault),
+    }
+}
+
+/// The numbers in the names of files, without their extensions.
+fn in_names(paths: &[PathBuf]) -> Result<Vec<Vec<NamedNumber>>> {
+    let name = |path: &PathBuf| {
+        path.file_stem()
+            .unwrap_or_default()
+            .to_string_lossy()
+            .into_owned()
+    };
+    let (skeleton, first) = numbers_in(&name(&paths[0]));
+    let mut lists = vec![first];
+    for path in &paths[1..] {
+        let (other, numbers) = numbers_in(&name(path));
+        if other != skeleton {
+            let other = paths[0].clone();
+            return Err(fault_of(path, ScanFault::OtherName { other }));
+        }
+        lists.push(numbers);
+    }
+    Ok(lists)
+}
+
+/// The text around the numbers of a name, and the numbers.
+///
+/// A sign counts behind `=`, `_`, `(`, a blank and at the beginning, an exponent where digits follow it. A
+/// number is called by the letters before it, or by its place from 1.
+fn numbers_in(name: &str) -> (Vec<String>, Vec<NamedNumber>) {
+    let (mut texts, mut numbers) = (vec![String::new()], Vec::<NamedNumber>::new());
+    let mut rest = name;
+    while let Some(next) = rest.chars().next() {
+        let before = texts.last().and_then(|text| text.chars().last());
+        let may_be_signed = before.is_none_or(|c| matches!(c, '=' | '_' | '(' | ' '));
+        let len = number_len(rest, may_be_signed);
+        if len == 0 {
+            texts.last_mut().expect("one text").push(next);
+            rest = &rest[next.len_utf8()..];
+            continue;
+        }
+        let (text, after) = rest.split_at(len);
+        let end = after
+            .find(|c: char| !c.is_alphabetic())
+            .unwrap_or(after.len());
+        let unit = measure::symbol::<Length>(&after[..end]).map(str::to_owned);
+        let label = texts
+            .last()
+            .map(|text| text.trim_end_matches(|c: char| !c.is_alphabetic()));
+        let label = label.map(|text| {
+            text.rsplit(|c: char| !c.is_alphabetic())
+                .next()
+                .unwrap_or_default()
+        });
+        let label = label.unwrap_or_default().to_owned();
+        let is_taken = label.is_empty() || numbers.iter().any(|one| one.name == label);
+        numbers.push(NamedNumber {
+            name: match is_taken {
+                true => (numbers.len() + 1).to_string(),
+                false => label,
+            },
+            value: text.parse().unwrap_or(f64::NAN),
+            unit,
+            rounding: printed_unit(text.as_bytes()),
+        });
+        texts.push(String::new());
+        rest = after;
+    }
+    (texts, numbers)
+}
+
+/// How many bytes of `text` are a number at its beginning.
+fn number_len(text: &str, may_be_signed: bool) -> usize {
+    let bytes = text.as_bytes();
+    let digits = |from: usize| {
+        bytes[from.min(bytes.len())..]
+            .iter()
+            .take_while(|b| b.is_ascii_digit())
+            .count()
+    };
+    let sign = usize::from(may_be_signed && matches!(bytes.first(), Some(b'+' | b'-')));
+    let whole = digits(sign);
+    if whole == 0 {
+        return 0;
+    }
+    let mut len = sign + whole;
+    let has_point = bytes.get(len) == Some(&b'.');
+    if has_point && digits(len + 1) > 0 {
+        len += 1 + digits(len + 1);
+    }
+    if matches!(bytes.get(len), Some(b'e' | b'E')) {
+        let sign = usize::from(matches!(bytes.get(len + 1), Some(b'+' | b'-')));
+        let exponent = digits(len + 1 + sign);
+        if exponent > 0 {
+            len += 1 + sign + exponent;
+        }
+    }
+    len
+}
+
+/// The positions in a table with a column of files and one of positions, with a header.
+fn of_table(table: &Path, paths: &[PathBuf]) -> Result<Positions> {
+    let bytes = std::fs::read(table).map_err(Error::read("read", table))?;
+    let unfit = |expected: &str, found: String| Error::Unfit {
+        path: table.to_owned(),
+        expected: expected.into(),
+        found,
+    };
+    let header = bytes.split(|&b| b == b'\n').next().unwrap_or_default();
+    let delimiter = *[b'\t', b';', b',']
+        .iter()
+        .find(|d| header.contains(d))
+        .unwrap_or(&b',');
+    let mut reader = csv::ReaderBuilder::new()
+        .delimiter(delimiter)
+        .comment(Some(b'#'))
+        .trim(csv::Trim::All)
+        .from_reader(&bytes[..]);
+    let parse = |error: csv::Error| unfit("a table of files and positions", error.to_string());
+    let header = reader.headers().map_err(parse)?.clone();
+    let columns =
+        "a header with the columns `file` and `position`, with its unit such as position_mm";
+    let unit = match (
+        header.len(),
+        header.get(0),
+        header.get(1).map(position_unit),
+    ) {
+        (2, Some(file), Some(Some(unit))) if file.to_ascii_lowercase().starts_with("file") => unit,
+        _ => return Err(unfit(columns, header.iter().collect::<Vec<_>>().join(", "))),
+    };
+    let mut rows: Vec<(String, f64, f64)> = Vec::new();
+    for record in reader.records() {
+        let record = record.map_err(parse)?;
+        let value = number(record[1].as_bytes()).filter(|value| value.is_finite());
+        let value =
+            value.ok_or_else(|| unfit("a number as position", format!("{:?}", &record[1])))?;
+        if rows.iter().any(|(file, ..)| *file == record[0]) {
+            return Err(unfit("each file once", format!("{:?} twice", &record[0])));
+        }
+        rows.push((
+            record[0].to_owned(),
+            value,
+            printed_unit(record[1].as_bytes()),
+        ));
+    }
+    let mut positions = Positions {
+        values: Vec::with_capacity(paths.len()),
+        unit,
+        rounding: f64::INFINITY,
+    };
+    for path in paths {
+        // By the whole path, else by its last part.
+        let whole = path.to_string_lossy();
+        let last = path.file_name().unwrap_or_default().to_string_lossy();
+        let row = |name: &str| rows.iter().find(|(file, ..)| file == name);
+        let Some((_, value, rounding)) = row(&whole).or_else(|| row(&last)) else {
+            let table = table.to_owned();
+            return Err(fault_of(path, ScanFault::NotInTable { table }));
+        };
+        positions.values.push(*value);
+        positions.rounding = positions.rounding.min(*rounding);
+    }
+    Ok(positions)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn numbers_of_a_name() {
+        let found = |name: &str| -> Vec<(String, f64, Option<String>)> {
+            let (_, numbers) = numbers_in(name);
+            numbers
+                .into_iter()
+                .map(|one| (one.name, one.value, one.unit))
+                .collect()
+        };
+        let one = |name: &str, value: f64, unit: Option<&str>| {
+            (name.to_owned(), value, unit.map(str::to_owned))
+        };
+        assert_eq!(found("x=12.5mm"), [one("x", 12.5, Some("mm"))]);
+        assert_eq!(found("scan-007"), [one("scan", 7.0, None)]);
+        assert_eq!(
+            found("pos_-3.25_v2"),
+            [one("pos", -3.25, None), one("v", 2.0, None)]
+        );
+        assert_eq!(found("x=1e-3m"), [one("x", 1e-3, Some("m"))]);
+        assert_eq!(found("x1"), [one("x", 1.0, None)]);
+        assert_eq!(
+            found("20260101_003"),
+            [one("1", 20_260_101.0, None), one("2", 3.0, None)]
+        );
+        assert_eq!(found("hammer"), []);
+    }
+}

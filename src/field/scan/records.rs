@@ -1,0 +1,273 @@
+//! The record of one file, with its reference.
+
+use std::path::{Path, PathBuf};
+
+use rayon::prelude::*;
+
+use super::super::align::Alignment;
+use super::super::options::OpenOptions;
+use super::super::state::FileState;
+use super::super::{Axis, Field, Note, Quantity};
+use super::Scan;
+use super::correlate::{Correlator, Delay};
+use super::position::fault_of;
+use crate::error::{Error, InputFault, Result, ScanFault};
+
+/// What is known of a file before its record is taken.
+#[derive(Debug)]
+pub(super) struct Head {
+    pub(super) path: PathBuf,
+    pub(super) n_times: usize,
+    pub(super) time: Axis,
+    pub(super) quantity: Quantity,
+    pub(super) unit: Option<String>,
+    pub(super) dispersion: Option<String>,
+    /// Of the reference channel, if there is one.
+    pub(super) delay: Option<Delay>,
+    notes: Vec<Note>,
+    state: Option<FileState>,
+}
+
+/// One channel of an opened file.
+struct Channel {
+    field: Field,
+    site: usize,
+    is_column: bool,
+}
+
+impl Channel {
+    fn samples(&self) -> Vec<f64> {
+        let mut record = vec![0.0; self.field.n_times()];
+        let site = self.site..self.site + 1;
+        self.field
+            .read_site_major(0..record.len(), site, &mut record);
+        record
+    }
+}
+
+/// The heads of all files, in their order.
+pub(super) fn heads(scan: &Scan, paths: &[&PathBuf], options: &OpenOptions) -> Result<Vec<Head>> {
+    let unhashed = OpenOptions {
+        hash: false,
+        ..options.clone()
+    };
+    let reference = match &scan.reference {
+        None => None,
+        Some(name) => Some((name, reference_of(paths[0], name, &unhashed)?)),
+    };
+    let all: Vec<Result<Head>> = paths
+        .par_iter()
+        .map(|path| {
+            let channel = record(scan, path, &unhashed)?;
+            let delay = match &reference {
+                None => None,
+                Some((name, first)) => Some(delay(scan, path, name, first, &unhashed)?),
+            };
+            let field = channel.field;
+            Ok(Head {
+                path: path.to_path_buf(),
+                n_times: field.n_times(),
+                delay,
+                state: field.file_state(),
+                time: field.time,
+                quantity: field.quantity,
+                unit: field.unit,
+                dispersion: field.dispersion,
+                notes: field.notes,
+            })
+        })
+        .collect();
+    // The first fault in the order of the sites.
+    all.into_iter().collect()
+}
+
+fn reference_of(path: &Path, name: &str, options: &OpenOptions) -> Result<Correlator> {
+    let record = channel(path, name, options)?.samples();
+    Correlator::new(&record).ok_or_else(|| fault_of(path, ScanFault::NoReference))
+}
+
+fn delay(
+    scan: &Scan,
+    path: &Path,
+    name: &str,
+    first: &Correlator,
+    options: &OpenOptions,
+) -> Result<Delay> {
+    let record = channel(path, name, options)?.samples();
+    let delay = first.delay(&record);
+    let delay = delay.ok_or_else(|| fault_of(path, ScanFault::NoReference))?;
+    if delay.coefficient < scan.least_correlation {
+        return Err(fault_of(
+            path,
+            ScanFault::Uncorrelated {
+                least: scan.least_correlation,
+                found: delay.coefficient,
+                delay: delay.samples,
+            },
+        ));
+    }
+    Ok(delay)
+}
+
+/// The common part of record `n`, and the hash of its file.
+pub(super) fn aligned(
+    scan: &Scan,
+    head: &Head,
+    alignment: &Alignment,
+    n: usize,
+    options: &OpenOptions,
+) -> Result<(Vec<f64>, String)> {
+    let options = OpenOptions {
+        hash: true,
+        ..options.clone()
+    };
+    let channel = record(scan, &head.path, &options)?;
+    let mut out = vec![0.0; alignment.n_times];
+    let read = |from: usize, out: &mut [f64]| {
+        let (times, site) = (from..from + out.len(), channel.site..channel.site + 1);
+        channel.field.read_site_major(times, site, out);
+    };
+    alignment.record(n, read, &mut out);
+    // Nothing was written to the file since its head was read.
+    head.state.as_ref().map_or(Ok(()), FileState::check)?;
+    Ok((out, channel.field.content_hash.unwrap_or_default()))
+}
+
+/// The record of a file: the stated channel, the only one, or the one beside the reference.
+fn record(scan: &Scan, path: &Path, options: &OpenOptions) -> Result<Channel> {
+    if let Some(name) = &scan.channel {
+        return channel(path, name, options);
+    }
+    let field = Field::open(path, options)?;
+    let site = match (field.n_sites(), &scan.reference) {
+        (1, _) => Some(0),
+        (2, Some(name)) => column(&field, name).map(|reference| 1 - reference),
+        _ => None,
+    };
+    let found = field.n_sites();
+    let site = site.ok_or_else(|| fault_of(path, ScanFault::Channels { found }))?;
+    Ok(Channel {
+        field,
+        site,
+        is_column: true,
+    })
+}
+
+/// The channel of this name: an array of the file, else a column by its name or its number.
+fn channel(path: &Path, name: &str, options: &OpenOptions) -> Result<Channel> {
+    let by_array = OpenOptions {
+        variable: Some(name.to_owned()),
+        ..options.clone()
+    };
+    let opened = match name.parse::<usize>() {
+        Ok(_) => None,
+        Err(_) => array(path, &by_array)?,
+    };
+    let channel = match opened {
+        Some(field) => Channel {
+            field,
+            site: 0,
+            is_column: false,
+        },
+        None => {
+            let field = Field::open(path, options)?;
+            let site = column(&field, name).ok_or_else(|| {
+                let numbered = (0..field.n_sites()).map(|site| site.to_string());
+                let found = match field.channels.is_empty() {
+                    true => numbered.collect(),
+                    false => field.channels.clone(),
+                };
+                let asked = name.to_owned();
+                fault_of(path, ScanFault::NoSuchChannel { asked, found })
+            })?;
+            Channel {
+                field,
+                site,
+                is_column: true,
+            }
+        }
+    };
+    match channel.field.n_sites() {
+        found if found > 1 && !channel.is_column => {
+            Err(fault_of(path, ScanFault::Channels { found }))
+        }
+        _ => Ok(channel),
+    }
+}
+
+/// The array that the options name; `None` if the file has none of that name.
+fn array(path: &Path, options: &OpenOptions) -> Result<Option<Field>> {
+    match Field::open(path, options) {
+        Ok(field) => Ok(Some(field)),
+        Err(Error::Request {
+            option: "variable", ..
+        }) => Ok(None),
+        Err(Error::Input {
+            fault: InputFault::NoSuchVariable { .. } | InputFault::NoSuchMember { .. },
+            ..
+        }) => Ok(None),
+        Err(error) => Err(error),
+    }
+}
+
+/// The site of the column of this name or number.
+fn column(field: &Field, name: &str) -> Option<usize> {
+    let named = field.channels.iter().position(|channel| channel == name);
+    named.or_else(|| name.parse().ok().filter(|&site| site < field.n_sites()))
+}
+
+/// That all records have the step, the unit and the quantity of the first.
+pub(super) fn check_alike(heads: &[Head], jitter: f64) -> Result<()> {
+    let first = &heads[0];
+    for head in heads {
+        let unlike = |what, expected: String, found: String| {
+            Err(fault_of(
+                &head.path,
+                ScanFault::Unlike {
+                    what,
+                    expected,
+                    found,
+                },
+            ))
+        };
+        let unit = |unit: &Option<String>| unit.clone().unwrap_or_else(|| "not stated".into());
+        if head.time.unit != first.time.unit {
+            return unlike(
+                "the unit of time",
+                unit(&first.time.unit),
+                unit(&head.time.unit),
+            );
+        }
+        // Over the whole record, less than a jitter.
+        let drift = (head.time.step - first.time.step).abs() * head.n_times as f64;
+        if drift > jitter.max(1e-6) * first.time.step {
+            return unlike(
+                "the step",
+                first.time.step.to_string(),
+                head.time.step.to_string(),
+            );
+        }
+        if head.quantity != first.quantity {
+            return unlike(
+                "the quantity",
+                first.quantity.name().into(),
+                head.quantity.name().into(),
+            );
+        }
+        if head.unit != first.unit {
+            return unlike("the unit", unit(&first.unit), unit(&head.unit));
+        }
+    }
+    Ok(())
+}
+
+/// What was concluded about the files: of each kind what was said first.
+pub(super) fn notes(heads: &[Head]) -> Vec<Note> {
+    let mut notes: Vec<Note> = Vec::new();
+    for note in heads.iter().flat_map(|head| &head.notes) {
+        if notes.iter().all(|known| known.code() != note.code()) {
+            notes.push(note.clone());
+        }
+    }
+    notes
+}

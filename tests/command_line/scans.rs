@@ -1,0 +1,219 @@
+//! Files with one record each, and uneven samples, on the command line.
+
+use std::fs;
+
+use serde_json::Value;
+use test_support::place::{Place, set, text};
+
+/// A wave of 96 times at 12 positions, the times of site j later by j steps.
+fn scan() -> Place {
+    let place = Place::new();
+    fs::create_dir(place.path("line")).unwrap();
+    for j in 0..12 {
+        let row = |n: usize| {
+            let s = n as f64 + j as f64 - 2.0 * j as f64 - 30.0;
+            let v = (-(s / 5.0f64).powi(2)).exp() * (0.8 * s).cos();
+            let hammer = (-(n as f64 - 8.0).powi(2) / 4.0).exp();
+            format!("{},{v:e},{hammer:e}\n", n + j)
+        };
+        let rows: String = (0..96).map(row).collect();
+        let file = format!("line/x={}mm.csv", 5 * j);
+        fs::write(place.path(file), format!("time_us,v,hammer\n{rows}")).unwrap();
+    }
+    place
+}
+
+#[test]
+fn the_files_of_a_scan_are_one_field() {
+    let place = scan();
+    let words = [
+        "analyze",
+        "line/*.csv",
+        "--position-from",
+        "name",
+        "--channel",
+        "v",
+    ];
+    let said = place.good(&words);
+    assert!(said.contains("12 files are one field"), "{said}");
+    assert!(
+        said.contains("-11 to 0 samples later in a record"),
+        "{said}"
+    );
+    let summary = place.json("line-cascade/summary.json");
+    assert_eq!(summary["field"]["shape"], serde_json::json!([85, 12]));
+    let input = summary["provenance"]["input"].as_str().unwrap();
+    assert!(input.starts_with("12 files, line/x=0mm.csv to "), "{input}");
+    assert_eq!(
+        summary["provenance"]["input_blake3"]
+            .as_str()
+            .unwrap()
+            .len(),
+        64
+    );
+    let table = fs::read_to_string(place.path("line-cascade/records.csv")).unwrap();
+    let rows: Vec<&str> = table.lines().collect();
+    assert_eq!(rows.len(), 13);
+    assert_eq!(rows[2], "line/x=5mm.csv,5,96,-1,0,");
+    // It is a result that can be replaced, and planned.
+    place.good(&[&words[..], &["--force", "--quiet"]].concat());
+    assert!(
+        place
+            .good(&[&words[..], &["--plan", "--quiet"]].concat())
+            .contains("12")
+    );
+}
+
+#[test]
+fn inspection_shows_what_is_taken_of_each_file() {
+    let place = scan();
+    let words = [
+        "inspect",
+        "line/*.csv",
+        "--position-from",
+        "name",
+        "--reference",
+        "hammer",
+    ];
+    let said = place.good(&words);
+    for part in [
+        "12 files as a field",
+        "96 times",
+        "12 sites from 0 mm by 5.000 mm",
+        "..",
+        "line/x=55mm.csv",
+    ] {
+        assert!(said.contains(part), "{part}: {said}");
+    }
+    assert!(!said.contains("line/x=25mm.csv"), "{said}");
+    let listed: Value =
+        serde_json::from_str(&place.good(&[&words[..], &["--json"]].concat())).unwrap();
+    let records = listed["records"].as_array().unwrap();
+    assert_eq!(
+        (records.len(), &records[3]["position"]),
+        (12, &serde_json::json!(15.0))
+    );
+    assert!(
+        records
+            .iter()
+            .all(|record| record["correlation"].as_f64().unwrap() > 0.999)
+    );
+    assert_eq!(listed["field"]["space"]["step"], 5.0);
+}
+
+#[test]
+fn what_is_no_scan_is_refused_with_advice() {
+    let place = scan();
+    let table = "file,position_mm\nx=0mm.csv,0\n";
+    fs::write(place.path("where.csv"), table).unwrap();
+    for (words, code, parts) in [
+        (
+            "--position-from name",
+            2,
+            &["expected one record, found 2", "--channel"][..],
+        ),
+        (
+            "--position-from where.csv --channel v",
+            2,
+            &["a position in where.csv", "add a row"],
+        ),
+        (
+            "--position-from name --channel w",
+            2,
+            &["\"w\", found v, hammer"],
+        ),
+        (
+            "--position-from sideways",
+            2,
+            &["expected name, header, or a table"],
+        ),
+        ("--reference hammer", 2, &["--position-from"]),
+        (
+            "--position-from header --channel v",
+            2,
+            &["the headers", "--position-from table.csv"],
+        ),
+        ("--position-from name:y --channel v", 2, &["the names"]),
+        (
+            "--position-from name --channel v --resample fast",
+            2,
+            &["expected nearest, linear or cubic"],
+        ),
+        ("--position-from name --channel v --dx -1", 2, &["above 0"]),
+    ] {
+        let words: Vec<&str> = ["analyze", "line/*.csv"]
+            .into_iter()
+            .chain(words.split(' '))
+            .collect();
+        let output = place.command(&words).output().unwrap();
+        let said = text(&output.stderr)
+            .split_whitespace()
+            .collect::<Vec<_>>()
+            .join(" ");
+        assert_eq!(output.status.code(), Some(code), "{words:?}: {said}");
+        for part in parts {
+            assert!(said.contains(part), "{part}: {said}");
+        }
+    }
+    assert_eq!(place.names(), set(&["line", "where.csv"]));
+    // Without the option they are several fields, which inspection does not list.
+    let output = place.command(["inspect", "line/*.csv"]).output().unwrap();
+    assert_eq!(output.status.code(), Some(2));
+    assert!(text(&output.stderr).contains("--position-from"));
+    fs::write(place.path("line/analysis.toml"), "channel = \"v\"\n").unwrap();
+    let words = [
+        "analyze",
+        "line/*.csv",
+        "--position-from",
+        "name",
+        "--channel",
+        "v",
+    ];
+    let output = place.command(words).output().unwrap();
+    assert!(text(&output.stderr).contains("which files are one field"));
+}
+
+#[test]
+fn uneven_times_are_refused_or_resampled() {
+    let place = Place::new();
+    let time = |n: usize| n as f64 + if n % 5 == 2 { 0.2 } else { 0.0 };
+    let row = |n: usize| {
+        format!(
+            "{},{},{}\n",
+            time(n),
+            (0.3 * time(n)).sin(),
+            (0.3 * time(n) - 1.0).sin()
+        )
+    };
+    let rows: String = (0..64).map(row).collect();
+    fs::write(place.path("v.csv"), format!("time_s,a,b\n{rows}")).unwrap();
+    let output = place.command(["analyze", "v.csv"]).output().unwrap();
+    let said = text(&output.stderr);
+    assert!(
+        said.contains("line ") && said.contains("--resample cubic"),
+        "{said}"
+    );
+    let said = place.good(&[
+        "analyze",
+        "v.csv",
+        "--resample",
+        "time=linear",
+        "--out",
+        "r",
+    ]);
+    let said = said.split_whitespace().collect::<Vec<_>>().join(" ");
+    assert!(said.contains("linear interpolation"), "{said}");
+    let warnings = &place.json("r/summary.json")["warnings"];
+    let is_it = |warning: &Value| warning["code"] == "resampled";
+    assert!(warnings.as_array().unwrap().iter().any(is_it), "{warnings}");
+    place.good(&["analyze", "v.csv", "--resample", "cubic", "--out", "c"]);
+    let summary = place.json("c/summary.json");
+    assert!(!summary["warnings"].as_array().unwrap().iter().any(is_it));
+    let read_as = summary["provenance"]["read_as"].to_string();
+    assert!(read_as.contains("cubic interpolation"), "{read_as}");
+    // A settings file can state it.
+    fs::write(place.path("analysis.toml"), "resample = \"cubic\"\n").unwrap();
+    place.good(&["analyze", "v.csv", "--out", "s", "--quiet"]);
+    let spectra = |of: &str| fs::read(place.path(of).join("spectra.npz")).unwrap();
+    assert_eq!(spectra("s"), spectra("c"));
+}

@@ -1,0 +1,282 @@
+//! Samples at uneven coordinates.
+//!
+//! `val_scipy_*`: `data/interpolation.json`, made by `data/interpolation.py` with SciPy 1.17.1 on 2026-11-25.
+//! `val_closed_form_*`: sines, whose interpolated amplitudes are known.
+
+use std::fs;
+
+use ndarray::Array2;
+use serde_json::Value;
+use test_support::made::{fault, savez, values};
+use test_support::netcdf::{NetCdf, Values, Variable};
+use test_support::place::Place;
+use wavecascade::Field;
+use wavecascade::error::InputFault;
+use wavecascade::field::{Interpolation, Note, OpenOptions, Resample};
+
+pub fn reference() -> Value {
+    serde_json::from_str(include_str!("../data/interpolation.json")).unwrap()
+}
+
+pub fn numbers(value: &Value) -> Vec<f64> {
+    let list = value.as_array().unwrap().iter();
+    list.map(|one| one.as_f64().unwrap()).collect()
+}
+
+pub fn by(method: Interpolation) -> OpenOptions {
+    OpenOptions {
+        resample: Resample::both(method),
+        ..OpenOptions::default()
+    }
+}
+
+fn resampled(field: &Field) -> Option<(&'static str, usize, f64)> {
+    field.notes.iter().find_map(|note| match note {
+        Note::Resampled { axis, shift, .. } => Some((*axis, shift.index, shift.share)),
+        _ => None,
+    })
+}
+
+/// Without the member of an archive that it is of.
+fn bare(fault: InputFault) -> InputFault {
+    match fault {
+        InputFault::Member { fault, .. } => *fault,
+        fault => fault,
+    }
+}
+
+/// The file under three formats: times uneven, two sites of which the second is twice the first.
+fn save_times(place: &Place, nodes: &[f64], samples: &[f64]) -> [&'static str; 3] {
+    let field = Array2::from_shape_fn((nodes.len(), 2), |(n, j)| samples[n] * (1 + j) as f64);
+    savez(place, "v.npz", ("v", &field), &[("t", nodes.to_vec())]);
+    let rows = field.rows().into_iter().zip(nodes);
+    let rows: String = rows
+        .map(|(row, t)| format!("{t:.17e},{:.17e},{:.17e}\n", row[0], row[1]))
+        .collect();
+    fs::write(place.path("v.csv"), format!("time,a,b\n{rows}")).unwrap();
+    let file = NetCdf {
+        dimensions: vec![("time", nodes.len()), ("site", 2)],
+        variables: vec![
+            Variable::new("time", &[0], Values::Double(nodes.to_vec())).text("units", "s"),
+            Variable::new("v", &[0, 1], Values::Double(field.into_iter().collect())),
+        ],
+    };
+    fs::write(place.path("v.nc"), file.bytes()).unwrap();
+    ["v.npz", "v.csv", "v.nc"]
+}
+
+#[test]
+fn val_scipy_times_and_sites_are_resampled() {
+    let mut worst: f64 = 0.0;
+    for case in reference()["resampled"].as_array().unwrap() {
+        let (nodes, samples) = (numbers(&case["nodes"]), numbers(&case["values"]));
+        if nodes.len() < 3 {
+            continue;
+        }
+        let place = Place::new();
+        for method in Interpolation::ALL {
+            let expected = numbers(&case[method.name()]);
+            for name in save_times(&place, &nodes, &samples) {
+                let field = Field::open(place.path(name), &by(method)).unwrap();
+                let found = values(&field);
+                let step = (nodes[nodes.len() - 1] - nodes[0]) / (nodes.len() - 1) as f64;
+                assert_eq!(
+                    (field.time.origin, field.time.step),
+                    (nodes[0], step),
+                    "{name}"
+                );
+                for (row, expected) in found.rows().into_iter().zip(&expected) {
+                    worst = worst.max((row[0] - expected).abs());
+                    assert_eq!(row[1], 2.0 * row[0]);
+                }
+                let (axis, index, share) = resampled(&field).unwrap();
+                assert_eq!(axis, "time");
+                let shift = (nodes[index] - nodes[0]) / step - index as f64;
+                assert!((share - shift).abs() < 1e-12);
+                // What is refused without a method.
+                match bare(fault(&place, name, &OpenOptions::default())) {
+                    InputFault::UnevenAxis { axis, .. } => assert_eq!(axis, "time"),
+                    InputFault::UnevenTimes { line, .. } => assert!(line > 2),
+                    other => panic!("{other:?}"),
+                }
+            }
+            let file = NetCdf {
+                dimensions: vec![("time", 2), ("x", nodes.len())],
+                variables: vec![
+                    Variable::new("x", &[1], Values::Double(nodes.clone())).text("units", "mm"),
+                    Variable::new(
+                        "v",
+                        &[0, 1],
+                        Values::Double([&samples[..], &samples].concat()),
+                    ),
+                ],
+            };
+            fs::write(place.path("x.nc"), file.bytes()).unwrap();
+            let only_space = OpenOptions {
+                resample: Resample {
+                    time: None,
+                    space: Some(method),
+                },
+                ..OpenOptions::default()
+            };
+            let field = Field::open(place.path("x.nc"), &only_space).unwrap();
+            for row in values(&field).rows() {
+                for (found, expected) in row.iter().zip(&expected) {
+                    worst = worst.max((found - expected).abs());
+                }
+            }
+            let only_time = OpenOptions {
+                resample: Resample {
+                    time: Some(method),
+                    space: None,
+                },
+                ..OpenOptions::default()
+            };
+            let found = fault(&place, "x.nc", &only_time);
+            assert!(matches!(
+                found,
+                InputFault::UnevenAxis { axis: "space", .. }
+            ));
+        }
+    }
+    assert!(worst < 4e-15 && worst > 0.0, "{worst:e}");
+}
+
+#[test]
+fn val_identity_memory_does_not_change_a_bit() {
+    let place = Place::new();
+    let nodes: Vec<f64> = (0..3000u32)
+        .map(|i| f64::from(i) + 0.3 * f64::from(i * i % 7) / 7.0)
+        .collect();
+    let field = Array2::from_shape_fn((3000, 9), |(n, j)| ((n * (j + 2)) as f64).sin());
+    savez(&place, "v.npz", ("v", &field), &[("t", nodes)]);
+    let open = |memory| {
+        let options = OpenOptions {
+            memory,
+            ..by(Interpolation::Cubic)
+        };
+        Field::open(place.path("v.npz"), &options)
+    };
+    let whole = values(&open(None).unwrap());
+    // The field of 216 kB goes to a scratch file, a record at a time.
+    assert_eq!(values(&open(Some(100_000)).unwrap()), whole);
+    let error = open(Some(10_000)).unwrap_err().to_string();
+    assert!(error.contains("46.88 KiB"), "{error}");
+}
+
+#[test]
+fn val_definition_gaps_stay_gaps_of_their_own_length() {
+    let place = Place::new();
+    // Even but for the last step.
+    let mut nodes: Vec<f64> = (0..40).map(f64::from).collect();
+    nodes[39] = 40.5;
+    let parabola = |t: f64| 0.25 * t * t - 3.0 * t + 1.0;
+    let mut field = Array2::from_shape_fn((40, 2), |(n, _)| parabola(nodes[n]));
+    field[[20, 0]] = f64::NAN;
+    savez(&place, "v.npz", ("v", &field), &[("t", nodes)]);
+    for method in [Interpolation::Linear, Interpolation::Cubic] {
+        let field = Field::open(place.path("v.npz"), &by(method)).unwrap();
+        let found = values(&field);
+        let gaps = |j: usize| {
+            (0..40)
+                .filter(|&n| found[[n, j]].is_nan())
+                .collect::<Vec<_>>()
+        };
+        // One place lies in each of the two steps beside the gap.
+        assert_eq!((gaps(0), gaps(1)), (vec![19, 20], vec![]), "{method:?}");
+        if method == Interpolation::Cubic {
+            let exact = (0..40)
+                .filter(|&n| n != 19 && n != 20)
+                .all(|n| (found[[n, 0]] - parabola(field.time.at(n))).abs() < 1e-11);
+            assert!(exact);
+        }
+    }
+}
+
+#[test]
+fn what_cannot_be_resampled_is_refused_with_its_place() {
+    let place = Place::new();
+    let save = |times: &[f64]| {
+        let rows: String = times.iter().map(|t| format!("{t},1,2\n")).collect();
+        fs::write(place.path("v.csv"), format!("time,a,b\n{rows}")).unwrap();
+    };
+    save(&[0.0, 1.0, 2.0, 5.0, 6.0, 7.0]);
+    Field::open(place.path("v.csv"), &by(Interpolation::Linear)).unwrap();
+    save(&[0.0, 1.0, 2.0, 5.1, 6.1, 7.1]);
+    match fault(&place, "v.csv", &by(Interpolation::Linear)) {
+        InputFault::LongStep {
+            index,
+            expected,
+            found,
+            ..
+        } => assert_eq!(
+            (index, (expected * 1e9).round(), (found * 1e9).round()),
+            (3, 1e9, 3.1e9)
+        ),
+        other => panic!("{other:?}"),
+    }
+    save(&[0.0, 1.0, 1.0, 2.0, 3.0]);
+    let found = fault(&place, "v.csv", &by(Interpolation::Linear));
+    let expected = InputFault::UnevenTimes {
+        line: 4,
+        expected: 1.0,
+        found: 0.0,
+    };
+    assert_eq!(found, expected);
+}
+
+/// A sine at half the Nyquist frequency, half a step off its samples.
+#[test]
+fn val_closed_form_what_amplitudes_lose() {
+    const N: usize = 400;
+    let place = Place::new();
+    // Steps of 1, but 1.5 in the middle: far from it and behind, places lie half a step before the nodes.
+    let mut nodes: Vec<f64> = (0..N).map(|n| n as f64).collect();
+    nodes.push(N as f64 + 0.5);
+    let step = nodes[N] / N as f64;
+    let omega = std::f64::consts::FRAC_PI_2;
+    let field = Array2::from_shape_fn((N + 1, 2), |(n, j)| match j {
+        0 => (omega * nodes[n]).cos(),
+        _ => (omega * nodes[n]).sin(),
+    });
+    savez(&place, "v.npz", ("v", &field), &[("t", nodes.clone())]);
+    for method in Interpolation::ALL {
+        let field = Field::open(place.path("v.npz"), &by(method)).unwrap();
+        let found = values(&field);
+        let mut worst: f64 = 0.0;
+        for n in 20..N - 20 {
+            let place = n as f64 * step;
+            let fraction = place - place.floor();
+            let expected = method.error(fraction);
+            let error = match method {
+                Interpolation::Nearest => {
+                    let (a, b) = (omega * place).sin_cos();
+                    (found[[n, 0]] - b).hypot(found[[n, 1]] - a)
+                }
+                _ => 1.0 - found[[n, 0]].hypot(found[[n, 1]]),
+            };
+            worst = worst.max((error - expected).abs());
+        }
+        assert!(worst < 1e-9, "{method:?}: {worst:e}");
+    }
+    let error = Interpolation::ALL.map(|method| (method.error(0.5) * 1e4).round());
+    assert_eq!(error, [7654.0, 2929.0, 277.0]);
+}
+
+#[test]
+fn what_is_done_is_told_and_a_large_loss_is_doubtful() {
+    let place = Place::new();
+    let mut nodes: Vec<f64> = (0..30).map(f64::from).collect();
+    nodes[10] += 0.4;
+    let field = Array2::from_shape_fn((30, 3), |(n, j)| ((n + j) as f64).sin());
+    savez(&place, "v.npz", ("v", &field), &[("t", nodes)]);
+    for (method, is_doubtful) in [(Interpolation::Linear, true), (Interpolation::Cubic, false)] {
+        let field = Field::open(place.path("v.npz"), &by(method)).unwrap();
+        let is_it = |note: &&Note| note.code() == "resampled";
+        let note = field.notes.iter().find(is_it).unwrap();
+        let text = note.message();
+        assert_eq!(note.is_doubtful(), is_doubtful, "{text}");
+        assert!(text.contains("index 10 was 0.4 of a step off"), "{text}");
+        assert!(text.contains(method.name()), "{text}");
+    }
+}
