@@ -50,9 +50,10 @@ impl Contents {
     }
 }
 
-const NAMES: [&str; 6] = [
+const NAMES: [&str; 7] = [
     "summary.json",
     "spectra.npz",
+    "spectra.nc",
     "budget.npz",
     "budget.html",
     "report.html",

@@ -7,3 +7,4 @@ mod hostile_tables;
 mod inputs;
 mod labelled;
 mod random;
+mod written;

@@ -11,6 +11,7 @@ mod chain_args;
 mod clean;
 mod compare;
 mod contact;
+mod convert;
 mod dispersion;
 mod effect;
 mod failure;
@@ -29,6 +30,7 @@ mod scene_keys;
 mod settings;
 mod show_args;
 mod simulate;
+mod spectra_file;
 mod sweep;
 mod table;
 mod terminal;
@@ -84,6 +86,7 @@ fn one(cli: Cli, field: Option<&Path>, applied: &Applied) -> Result<(), Failure>
         Command::Budget(typed) => budget::run(*typed),
         Command::Compare(typed) => compare::run(*typed),
         Command::Inspect(typed) => inspect::run(*typed),
+        Command::Convert(typed) => convert::run(*typed),
         Command::Filter(typed) => filter::run(*typed),
         Command::Simulate(typed) => simulate::run(*typed),
         Command::Sweep(typed) => sweep::run(*typed),

@@ -89,9 +89,11 @@ fn listed(
         // Differences of large numbers are as exact as those.
         None => rounding_since(container, i)?,
     };
-    let fitted = match is_stated {
-        true => (Coordinates::from_first(&values), None),
-        false => Coordinates::fit_within(&values, rounding, jitter).map_err(|uneven| {
+    let by_step = by_step(attributes, &values);
+    let fitted = match (is_stated, by_step) {
+        (true, _) => (Coordinates::from_first(&values), None),
+        (false, Some(even)) => (even, None),
+        (false, None) => Coordinates::fit_within(&values, rounding, jitter).map_err(|uneven| {
             let Uneven {
                 index,
                 expected,
@@ -109,6 +111,19 @@ fn listed(
     fitted.unit = unit;
     notes.extend(uneven.map(|jitter| Note::Jitter { axis, jitter }));
     Ok((fitted, notes))
+}
+
+/// Coordinates by the step that their variable states, if it gives each of them to the last bit: from the
+/// values alone, a step is known only up to rounding.
+fn by_step(attributes: &Attributes, values: &[f64]) -> Option<Coordinates> {
+    let (step, origin) = (attributes.number("step")?, *values.first()?);
+    let is_it = |(i, value): (usize, &f64)| *value == origin + i as f64 * step;
+    let is_step = step > 0.0 && step.is_finite();
+    (is_step && values.iter().enumerate().all(is_it)).then(|| Coordinates {
+        origin: Some(origin),
+        step: Some(step),
+        unit: None,
+    })
 }
 
 /// The numbers of a variable less the first one, exact for integers, and the first one.

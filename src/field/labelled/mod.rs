@@ -8,8 +8,11 @@ mod axes;
 mod choose;
 mod load;
 
-use wavecascade_formats::{Container, Format, Options};
+use std::sync::Arc;
 
+use wavecascade_formats::{Container, Format, Options, Value};
+
+use super::file_bytes::FileBytes;
 use super::open::{Contents, FileSource};
 use super::storage::Packing;
 use super::{Note, Quantity};
@@ -28,7 +31,12 @@ pub(super) fn read(source: &FileSource, format: Format) -> Result<Contents> {
     let storage = load::storage(source, &container, &choice)?;
     let variable = &container.variables[choice.variable];
     let attributes = &variable.attributes;
-    let mut notes = vec![choice.note(&container)];
+    // What this program wrote says itself what is the field.
+    let own = own_schema(&container);
+    let mut notes = match own {
+        Some(_) => Vec::new(),
+        None => vec![choice.note(&container)],
+    };
     let jitter = source.options.jitter;
     let stated = &source.stated;
     let axis_of = |axis, place: Option<&choose::Place>, is_stated| {
@@ -62,9 +70,32 @@ pub(super) fn read(source: &FileSource, format: Format) -> Result<Contents> {
         axis_names: [choice.times(), choice.sites()]
             .map(|place| Some(choose::last_name(place?.name.as_deref()?).to_owned())),
         struck: None,
+        dispersion: None,
     };
+    if own.is_some() {
+        let attributes = &container.attributes;
+        contents.dispersion = attributes.text("dispersion").map(str::to_owned);
+        contents.struck = match attributes.get("struck_site") {
+            Some(Value::Integers(sites)) => sites.first().and_then(|&site| site.try_into().ok()),
+            _ => None,
+        };
+        contents.struck = contents.struck.filter(|site| *site < n_sites);
+    }
     contents.note_doubts(choice.is_layout_known || stated.layout.is_some());
     Ok(contents)
+}
+
+/// What a file that this program wrote states as its schema.
+fn own_schema(container: &Container) -> Option<&str> {
+    let schema = container.attributes.text("schema");
+    schema.filter(|schema| schema.starts_with("cascade."))
+}
+
+/// The schema of a NetCDF classic file that this program wrote; `None` for any other file.
+pub(super) fn classic_schema(bytes: Arc<FileBytes>) -> Option<String> {
+    let format = Format::detect("a.nc", &bytes).filter(|format| *format == Format::NetCdf3)?;
+    let container = wavecascade_formats::open(format, bytes, &Options::default()).ok()?;
+    own_schema(&container).map(str::to_owned)
 }
 
 /// The arrays of a file of `format`.
@@ -96,7 +127,7 @@ impl FileSource<'_> {
 
 /// Scale, offset and gaps as the CF conventions name them.
 fn packing(variable: &wavecascade_formats::Variable) -> Option<Packing> {
-    use wavecascade_formats::{Sample, Value};
+    use wavecascade_formats::Sample;
     /// What NetCDF fills floats with that were never written.
     const UNWRITTEN: f64 = 9.969_209_968_386_869e36;
     let attributes = &variable.attributes;
@@ -109,10 +140,12 @@ fn packing(variable: &wavecascade_formats::Variable) -> Option<Packing> {
         }
     }
     gaps.retain(|gap| !gap.is_nan());
-    if matches!(
+    let is_float = matches!(
         variable.sample_type.number(),
         Some(Sample::F32 | Sample::F64)
-    ) {
+    );
+    // A stated fill value takes the place of the usual one.
+    if is_float && attributes.get("_FillValue").is_none() {
         gaps.push(UNWRITTEN);
     }
     let number = |name, else_value| attributes.number(name).unwrap_or(else_value);
