@@ -67,7 +67,7 @@ mod tests {
     fn val_bytes_are_those_of_the_standard_library() {
         let values: Vec<f64> = (0..20_001).map(|i| 0.1 * f64::from(i) - 3.0).collect();
         let bytes = |precision, order| {
-            let mut bytes = Vec::new();
+            let mut bytes = Vec::<u8>::new();
             in_bytes(&values, precision, order, |at, piece| {
                 assert_eq!(at, bytes.len() as u64);
                 bytes.extend(piece);

@@ -130,17 +130,11 @@ fn regress_single_precision_stays() {
     let place = Place::new();
     let singles = samples(40, 30).mapv(|v| v as f32);
     place.save("little.npy", &singles);
-    let bytes = std::fs::read(place.path("little.npy")).unwrap();
-    let start = bytes.len() - 40 * 30 * 4;
-    let header = String::from_utf8_lossy(&bytes[..start]).replace("<f4", ">f4");
-    let mut big: Vec<u8> = bytes[..10].to_vec();
-    big.extend(header.bytes().skip(header.len() + 10 - start));
-    big.truncate(start);
-    big.extend(
-        bytes[start..]
-            .chunks_exact(4)
-            .flat_map(|b| [b[3], b[2], b[1], b[0]]),
-    );
+    let mut big = std::fs::read(place.path("little.npy")).unwrap();
+    let start = big.len() - 40 * 30 * 4;
+    let order = big.windows(3).position(|text| text == b"<f4").unwrap();
+    big[order] = b'>';
+    big[start..].chunks_exact_mut(4).for_each(<[u8]>::reverse);
     std::fs::write(place.path("big.npy"), big).unwrap();
     let expected = singles.mapv(f64::from);
     for from in ["little.npy", "big.npy"] {

@@ -119,7 +119,7 @@ fn by_step(attributes: &Attributes, values: &[f64]) -> Option<Coordinates> {
     let (step, origin) = (attributes.number("step")?, *values.first()?);
     let is_it = |(i, value): (usize, &f64)| *value == origin + i as f64 * step;
     let is_step = step > 0.0 && step.is_finite();
-    (is_step && values.iter().enumerate().all(is_it)).then(|| Coordinates {
+    (is_step && values.iter().enumerate().all(is_it)).then_some(Coordinates {
         origin: Some(origin),
         step: Some(step),
         unit: None,

@@ -23,7 +23,8 @@ const WIDEST_TABLE: usize = 500_000;
 
 const NEW_ARCHIVE: NewFile = NewFile {
     word: "field of this program",
-    extensions: &["npz"],
+    // Of a path with one of the others the format is another.
+    extensions: &FieldFile::EXTENSIONS,
     is_one: is_field_file,
 };
 

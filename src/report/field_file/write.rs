@@ -30,10 +30,8 @@ fn put_profiles(
     if sites.len() == n_sites {
         return write(first, values);
     }
-    let profiles = values.chunks_exact(sites.len().max(1)).enumerate();
-    profiles
-        .map(|(n, profile)| write(first + n * n_sites, profile))
-        .collect()
+    let mut profiles = values.chunks_exact(sites.len().max(1)).enumerate();
+    profiles.try_for_each(|(n, profile)| write(first + n * n_sites, profile))
 }
 
 /// Coordinates of an axis; none of one that only counts, which states nothing.

@@ -14,7 +14,7 @@ pub enum Attribute {
     Integer(i32),
 }
 
-/// Lists of this many entries, sizes and offsets are known when the header is written.
+/// What the header says.
 #[derive(Debug, Default)]
 pub(super) struct Header {
     pub dimensions: Vec<(String, u64)>,
@@ -39,7 +39,7 @@ const DIMENSIONS: u32 = 10;
 const VARIABLES: u32 = 11;
 const ATTRIBUTES: u32 = 12;
 
-/// Of numbers in the header, by the version of the format.
+/// Version of the format, by its numbers in the header.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 enum Version {
     /// Lengths of 32 bits, offsets of 64.
