@@ -8,13 +8,13 @@ use crate::arrays::{Arrays, LargeArray};
 impl LargeArray {
     /// `(frequency, site)`
     pub const TEMPORAL_SPECTRUM: LargeArray =
-        LargeArray::new("temporal_spectrum", ["frequency", "site"]);
+        LargeArray::new("temporal_spectrum", ["frequency", "position"]);
     /// `(time, wavenumber)`
     pub const SPATIAL_SPECTRUM: LargeArray =
         LargeArray::new("spatial_spectrum", ["time", "wavenumber"]);
     /// `(frequency, signed wavenumber)`
     pub const SPACETIME_SPECTRUM: LargeArray =
-        LargeArray::new("spacetime_spectrum", ["frequency", "wavenumber"]);
+        LargeArray::new("spacetime_spectrum", ["frequency", "wavenumber_signed"]);
     /// `(time, wavenumber)`
     pub const KINETIC_FLUX_SURROGATE: LargeArray =
         LargeArray::new("kinetic_flux_surrogate", ["time", "wavenumber"]);

@@ -99,8 +99,7 @@ impl Power<'_> {
     }
 }
 
-/// Labels of curves, which figures alone have.
-#[cfg(feature = "figures")]
+/// Labels of curves.
 impl Power<'_> {
     /// The integral of a site's spectrum over frequency.
     pub fn of_site(self, axes: &Axes) -> String {

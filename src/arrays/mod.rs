@@ -25,7 +25,7 @@ impl LargeArray {
         self.name
     }
 
-    /// What its rows and columns count.
+    /// What its rows and columns count; of an analysis, the arrays that hold their coordinates.
     pub fn axes(self) -> [&'static str; 2] {
         self.axes
     }
@@ -40,7 +40,8 @@ pub enum Precision {
     F32,
 }
 
-/// Takes the large arrays in blocks: memory ([`Arrays`]) or a file ([`crate::report::Archive`]).
+/// Takes the large arrays in blocks: memory ([`Arrays`]) or a file ([`crate::report::Archive`],
+/// [`crate::report::NetCdf`]).
 pub trait Sink: Sync {
     /// Announces an array and its shape, before its first block.
     ///

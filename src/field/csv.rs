@@ -261,6 +261,7 @@ impl<'a> Table<'a> {
             .collect();
         Ok(Contents {
             struck: None,
+            dispersion: None,
             storage: Storage::from_values(self.values, self.n_columns, rows_are_times),
             n_times,
             n_sites,

@@ -33,6 +33,7 @@ use std::ops::Range;
 
 use ndarray::Array2;
 
+use crate::arrays::Precision;
 use crate::error::Result;
 
 pub use coordinates::Jitter;
@@ -47,8 +48,8 @@ pub use state::FileState;
 
 pub(crate) use file_bytes::regular_file;
 pub(crate) use npz::{Archive as Members, read_members};
-pub(crate) use open::is_field_file;
 pub use open::{file_hash, is_run_file};
+pub(crate) use open::{is_field_file, netcdf_schema};
 use storage::Storage;
 
 /// One axis: `origin + index * step`, in `unit`.
@@ -235,6 +236,15 @@ impl Field {
         match self.storage.file() {
             Some(bytes) if in_use => Ok(Some(bytes.hash(|_| ()))),
             _ => file_hash(opened.path()).map(Some),
+        }
+    }
+
+    /// The shorter of the two precisions that holds every sample as it is stored: single precision for
+    /// floats of 32 and 16 bits and integers of at most 16 bits.
+    pub fn precision(&self) -> Precision {
+        match self.storage.is_single() {
+            true => Precision::F32,
+            false => Precision::F64,
         }
     }
 

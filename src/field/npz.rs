@@ -56,6 +56,9 @@ pub(super) fn read(source: &FileSource) -> Result<Contents> {
         .map_err(|fault| archive.member_fault(index, fault))?;
     contents.quantity = quantity(&name);
     contents.unit = archive.unit(&name);
+    if archive.find("schema").is_some() {
+        contents.dispersion = archive.text("dispersion")?;
+    }
     if is_run(&source.bytes) {
         contents.struck = archive.struck(contents.n_sites)?;
     }
@@ -167,6 +170,11 @@ fn implied_layout([rows, columns]: [u64; 2], [times, sites]: [Option<u64>; 2]) -
         (false, true) => Some(Layout::SiteTime),
         _ => None,
     }
+}
+
+/// Whether an archive is a run file or a field that this program wrote: it holds a schema.
+pub(super) fn is_own(bytes: &[u8]) -> bool {
+    ZipArchive::new(Cursor::new(bytes)).is_ok_and(|zip| zip.index_for_name("schema.npy").is_some())
 }
 
 /// Whether an archive is a run file: it holds a scene and a schema.

@@ -96,6 +96,8 @@ pub(super) struct Contents {
     pub(super) channels: Vec<String>,
     /// As [`Field::struck`].
     pub(super) struck: Option<usize>,
+    /// As [`Field::dispersion`].
+    pub(super) dispersion: Option<String>,
 }
 
 impl Contents {
@@ -120,6 +122,7 @@ impl Contents {
             axis_names: [None, None],
             channels: Vec::new(),
             struck: None,
+            dispersion: None,
         })
     }
 
@@ -188,9 +191,14 @@ impl Field {
             format,
         } = Opened::at(path, options)?;
         format.check(path, options)?;
-        // The `run.toml` next to a run is its scene, not a sidecar.
-        let is_run = matches!(format, Format::Npz) && npz::is_run(&bytes);
-        let sidecar = Sidecar::find_for(path, is_run)?.map(|(_, sidecar)| sidecar);
+        // The `run.toml` next to a run is its scene, and `field.toml` next to a field that this program
+        // wrote that of the file it was made of: not a sidecar.
+        let is_own = match format {
+            Format::Npz => npz::is_own(&bytes),
+            Format::Labelled(_) => labelled::classic_schema(Arc::clone(&bytes)).is_some(),
+            Format::Npy | Format::Table => false,
+        };
+        let sidecar = Sidecar::find_for(path, is_own)?.map(|(_, sidecar)| sidecar);
         let source = FileSource {
             path,
             bytes,
@@ -235,7 +243,7 @@ impl Field {
             axis_names: contents.axis_names,
             channels: contents.channels,
             struck: contents.struck,
-            dispersion: stated.dispersion,
+            dispersion: stated.dispersion.or(contents.dispersion),
             content_hash,
             notes: contents.notes,
         };
@@ -307,6 +315,18 @@ pub fn is_run_file(path: &Path) -> Result<bool> {
 /// [`Error::Read`].
 pub(crate) fn is_field_file(path: &Path) -> Result<bool> {
     is_at(path, npz::is_field)
+}
+
+/// What a NetCDF file that this program wrote states as its schema.
+///
+/// # Errors
+/// [`Error::Read`].
+pub(crate) fn netcdf_schema(path: &Path) -> Result<Option<String>> {
+    let bytes = match map(path) {
+        Err(Error::Input { .. }) => return Ok(None),
+        bytes => bytes?,
+    };
+    Ok(labelled::classic_schema(bytes))
 }
 
 fn is_at(path: &Path, is_one: impl FnOnce(&[u8]) -> bool) -> Result<bool> {

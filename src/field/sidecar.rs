@@ -86,8 +86,8 @@ pub struct Sidecar {
 impl Sidecar {
     /// The sidecar of a field, if any: `field.toml` or `field.npy.toml` next to `field.npy`.
     ///
-    /// For a run `run.npz`, [`Field::open`](super::Field::open) accepts only `run.npz.toml`:
-    /// `run.toml` is its scene.
+    /// For a run `run.npz` or a field that this program wrote, [`Field::open`](super::Field::open) accepts
+    /// only `run.npz.toml`: `run.toml` is its scene, or the sidecar of what it was made of.
     ///
     /// # Errors
     /// Both files exist, the sidecar cannot be read, or it has an unknown key.
@@ -95,14 +95,14 @@ impl Sidecar {
         Sidecar::find_for(field, false)
     }
 
-    /// As [`Sidecar::find`]; for a run, only `run.npz.toml` is a sidecar.
-    pub(super) fn find_for(field: &Path, is_run: bool) -> Result<Option<(PathBuf, Sidecar)>> {
+    /// As [`Sidecar::find`]; for a file of this program, only `run.npz.toml` is a sidecar.
+    pub(super) fn find_for(field: &Path, is_own: bool) -> Result<Option<(PathBuf, Sidecar)>> {
         let replaced = field.with_extension("toml");
         let mut appended = OsString::from(field);
         appended.push(".toml");
         let appended = PathBuf::from(appended);
         let is_there = |path: &Path| path != field && path.symlink_metadata().is_ok();
-        let path = match (!is_run && is_there(&replaced), is_there(&appended)) {
+        let path = match (!is_own && is_there(&replaced), is_there(&appended)) {
             (false, false) => return Ok(None),
             (true, false) => replaced,
             (false, true) => appended,

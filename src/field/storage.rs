@@ -167,6 +167,17 @@ impl Storage {
         self.arrangement.sample.relative_rounding()
     }
 
+    /// Whether every sample is a number in single precision.
+    pub(crate) fn is_single(&self) -> bool {
+        use SampleType::{Bool, F16, F32, I8, I16, U8, U16};
+        let is_scaled = |packing: &Arc<Packing>| packing.scale != 1.0 || packing.offset != 0.0;
+        let is_short = matches!(
+            self.arrangement.sample,
+            F32 | F16 | I8 | I16 | U8 | U16 | Bool
+        );
+        is_short && !self.packing.as_ref().is_some_and(is_scaled)
+    }
+
     /// The bytes of the file, if the samples are read from them.
     pub(crate) fn file(&self) -> Option<&FileBytes> {
         match &self.bytes {

@@ -11,6 +11,7 @@ use std::sync::Mutex;
 
 use ndarray::ArrayView2;
 
+use super::samples::{Order, bytes_of, in_bytes};
 use crate::arrays::{LargeArray, Precision, Sink};
 use crate::error::{Error, Result};
 use crate::system::file_io::{allocate, begin_sync, read_at, write_at};
@@ -42,6 +43,7 @@ struct ArchiveEntry {
     data: u64,
     end: u64,
     columns: usize,
+    precision: Precision,
     array: Option<LargeArray>,
     /// Checksum of `content .. hashed`, as long as blocks come in order.
     checksum: crc32fast::Hasher,
@@ -80,7 +82,7 @@ impl Archive {
     /// [`Error::Write`].
     pub fn append(&self, name: &str, shape: &[usize], values: &[f64]) -> Result<()> {
         debug_assert_eq!(shape.iter().product::<usize>(), values.len());
-        let member = self.reserve_room(name, shape, None)?;
+        let member = self.reserve_room(name, shape, self.precision, None)?;
         self.write_samples(member, 0, values)
     }
 
@@ -97,15 +99,8 @@ impl Archive {
             .flat_map(|c| u32::from(c).to_le_bytes())
             .collect();
         let header = |content| npy_header(&format!("<U{characters}"), "()", content);
-        let member = self.reserve_bytes(name, header, bytes.len() as u64, None, 1)?;
+        let member = self.reserve_bytes(name, header, bytes.len() as u64, 1)?;
         self.write_bytes(member, 0, &bytes)
-    }
-
-    fn item(&self) -> u64 {
-        match self.precision {
-            Precision::F64 => 8,
-            Precision::F32 => 4,
-        }
     }
 
     fn lock(&self) -> std::sync::MutexGuard<'_, ArchiveState> {
@@ -114,17 +109,23 @@ impl Archive {
             .unwrap_or_else(std::sync::PoisonError::into_inner)
     }
 
-    fn reserve_room(
+    /// Reserves the space of an array in the given precision; returns its place.
+    pub(super) fn reserve_room(
         &self,
         name: &str,
         shape: &[usize],
+        precision: Precision,
         array: Option<LargeArray>,
     ) -> Result<usize> {
-        let descr = format!("<f{}", self.item());
-        let header = |content| npy_header(&descr, &tuple(shape), content);
-        let bytes = shape.iter().product::<usize>() as u64 * self.item();
+        let item = bytes_of(precision);
+        let header = |content| npy_header(&format!("<f{item}"), &tuple(shape), content);
+        let bytes = shape.iter().product::<usize>() as u64 * item;
         let columns = shape.get(1).copied().unwrap_or(1);
-        self.reserve_bytes(name, header, bytes, array, columns)
+        let member = self.reserve_bytes(name, header, bytes, columns)?;
+        let mut state = self.lock();
+        state.members[member].precision = precision;
+        state.members[member].array = array;
+        Ok(member)
     }
 
     fn reserve_bytes(
@@ -132,7 +133,6 @@ impl Archive {
         name: &str,
         npy_header: impl Fn(u64) -> Vec<u8>,
         bytes: u64,
-        array: Option<LargeArray>,
         columns: usize,
     ) -> Result<usize> {
         let mut state = self.lock();
@@ -155,34 +155,21 @@ impl Archive {
             data,
             end,
             columns,
-            array,
+            precision: self.precision,
+            array: None,
             checksum,
             hashed: data,
         });
         Ok(state.members.len() - 1)
     }
 
-    fn write_samples(&self, member: usize, first: usize, values: &[f64]) -> Result<()> {
-        let singles: Vec<f32>;
-        let bytes: &[u8] = match self.precision {
-            Precision::F64 => bytemuck::cast_slice(values),
-            Precision::F32 => {
-                singles = values.iter().map(|&v| v as f32).collect();
-                bytemuck::cast_slice(&singles)
-            }
-        };
-        let swapped: Vec<u8>;
-        let bytes = if cfg!(target_endian = "little") {
-            bytes
-        } else {
-            let item = self.item() as usize;
-            swapped = bytes
-                .chunks_exact(item)
-                .flat_map(|b| b.iter().rev().copied())
-                .collect();
-            &swapped
-        };
-        self.write_bytes(member, first as u64 * self.item(), bytes)
+    /// Writes samples of an array from its sample `first` on.
+    pub(super) fn write_samples(&self, member: usize, first: usize, values: &[f64]) -> Result<()> {
+        let precision = self.lock().members[member].precision;
+        let start = first as u64 * bytes_of(precision);
+        in_bytes(values, precision, Order::Little, |at, bytes| {
+            self.write_bytes(member, start + at, bytes)
+        })
     }
 
     /// Writes at `offset` into the content of a member.
@@ -248,7 +235,8 @@ impl Archive {
 
 impl Sink for Archive {
     fn reserve(&self, array: LargeArray, shape: (usize, usize)) -> Result<()> {
-        self.reserve_room(array.name(), &[shape.0, shape.1], Some(array))
+        let shape = [shape.0, shape.1];
+        self.reserve_room(array.name(), &shape, self.precision, Some(array))
             .map(|_| ())
     }
 

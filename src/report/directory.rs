@@ -50,10 +50,12 @@ impl Contents {
     }
 }
 
-const NAMES: [&str; 7] = [
+const NAMES: [&str; 9] = [
     "summary.json",
     "records.csv",
     "spectra.npz",
+    "spectra.nc",
+    "coherence.npz",
     "budget.npz",
     "budget.html",
     "report.html",

@@ -1,4 +1,4 @@
-//! Results to files: `summary.json`, `spectra.npz`, `report.html`, in a directory that appears
+//! Results to files: `summary.json`, `spectra.npz` or `spectra.nc`, `report.html`, in a directory that appears
 //! whole or not at all; run files; localized waves.
 
 mod archive;
@@ -14,19 +14,21 @@ mod field_set;
 mod headlines;
 mod leftovers;
 mod localized;
+mod netcdf;
 mod new_file;
 #[cfg(feature = "figures")]
 mod page;
 #[cfg(feature = "figures")]
 mod pages;
 mod run_file;
+mod samples;
 mod scan_records;
 mod sentences;
 mod snippet;
 mod summary;
 
 pub use archive::Archive;
-pub use arrays::write_small_arrays;
+pub use arrays::{write_labelled_arrays, write_small_arrays};
 pub use attenuation::{
     ATTENUATION_SCHEMA, TRANSMISSION_SCHEMA, attenuation_csv, transmission_csv, versioned_json,
     write_beside,
@@ -41,6 +43,7 @@ pub use field_set::{FIELDS_SCHEMA, FieldOutcome, FieldRow, FieldSet, field_names
 pub use headlines::{Content, Headlines, Movement};
 pub use leftovers::{Hold, Leftover, Leftovers};
 pub use localized::{LOCALIZED_SCHEMA, LocalizedSummary, table_csv, write_journey, write_profile};
+pub use netcdf::{ArrayLabels, Attribute, NetCdf};
 #[cfg(feature = "figures")]
 pub use pages::{
     analysis_html as html, attenuation_html, budget_html, coherence_html, comparison_html,
@@ -51,7 +54,7 @@ pub use run_file::{RUN_SCHEMA, RunFile};
 pub use scan_records::records_csv;
 pub use sentences::{Answer, Sentence, Unresolved, answers, number, percent, sentences};
 pub use snippet::{
-    analysis_snippet, attenuation_snippet, budget_snippet, localized_snippet, sweep_snippet,
-    transmission_snippet,
+    SpectraFormat, analysis_snippet, attenuation_snippet, budget_snippet, localized_snippet,
+    sweep_snippet, transmission_snippet,
 };
 pub use summary::{Advice, Doubt, Provenance, SCHEMA, SettingInEffect, Summary};

@@ -113,5 +113,8 @@ impl NewFile {
     }
 }
 
-/// Formats that are known by their extension.
-const KNOWN: [&str; 5] = ["npy", "npz", "csv", "tsv", "txt"];
+/// Formats of fields that are known by their extension.
+const KNOWN: [&str; 16] = [
+    "npy", "npz", "csv", "tsv", "txt", "nc", "cdf", "nc4", "h5", "hdf5", "mat", "segy", "sgy",
+    "su", "uff", "unv",
+];

@@ -60,9 +60,29 @@ fn quoted(text: &str) -> String {
     serde_json::Value::from(text).to_string()
 }
 
-/// Draws `S(k, f)` with its dispersion curves, `S(f, x)` and `S(k, t)` from `spectra.npz`, those
+/// The file that holds the spectra of an analysis.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+pub enum SpectraFormat {
+    /// `spectra.npz`.
+    #[default]
+    Npz,
+    /// `spectra.nc`.
+    NetCdf,
+}
+
+impl SpectraFormat {
+    /// Name of the file in a directory of results.
+    pub fn file_name(self) -> &'static str {
+        match self {
+            SpectraFormat::Npz => "spectra.npz",
+            SpectraFormat::NetCdf => "spectra.nc",
+        }
+    }
+}
+
+/// Draws `S(k, f)` with its dispersion curves, `S(f, x)` and `S(k, t)` from the file of spectra, those
 /// of them that were computed.
-pub fn analysis_snippet(analysis: &Analysis) -> String {
+pub fn analysis_snippet(analysis: &Analysis, format: SpectraFormat) -> String {
     let axes = &analysis.axes;
     let power = Power {
         scaling: analysis.conventions.scaling,
@@ -76,9 +96,19 @@ pub fn analysis_snippet(analysis: &Analysis) -> String {
         labels::time(axes),
     ];
     let display = &analysis.display;
-    let mut script = head("Spectra", &analysis.name, "spectra.npz");
-    script += MAPS;
-    script += "data = np.load(here / \"spectra.npz\")\n";
+    let mut script = head("Spectra", &analysis.name, format.file_name());
+    match format {
+        SpectraFormat::Npz => {
+            script += MAPS;
+            script += "data = np.load(here / \"spectra.npz\")\n";
+        }
+        SpectraFormat::NetCdf => {
+            script = script.replace("numpy matplotlib", "numpy matplotlib xarray netCDF4");
+            script += &MAPS.replace("numpy as np\n", "numpy as np\nimport xarray as xr\n");
+            script += "spectra = xr.open_dataset(here / \"spectra.nc\")\n";
+            script += "data = {name: array.values for name, array in spectra.variables.items()}\n";
+        }
+    }
     script += &LOG_PICTURE.replace("DECADES", &DECADES.to_string());
     let overlay = overlay(analysis);
     let mut draw = |name: &str, [x, y]: [Shown; 2], label: String, more: &str| {

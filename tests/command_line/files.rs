@@ -106,6 +106,10 @@ fn regress_a_limit_of_the_size_of_files_is_an_error() {
         "analyze wider.npy --out result",
         "filter wider.npy --out part.npz --frequency 0:2",
         "filter wider.npy --out part.npy --frequency 0:2",
+        "analyze wider.npy --out result --format netcdf",
+        "convert wider.npy part.nc",
+        "convert wider.npy part.csv",
+        "simulate --sites 60 --samples 400 --out run.nc",
         "simulate --sites 60 --samples 400 --out run.npz",
     ] {
         let output = Command::new("sh")

@@ -199,7 +199,7 @@ fn a_filtered_field_is_written_as_its_name_says() {
     place.good(&filter(&["--out", "plus.npy", "--force"]));
     let said = place.bad(2, &filter(&["--out", "a.npy", "--force"]));
     assert!(said.contains("a.npy"), "{said}");
-    for name in ["plus.csv", "plus.txt"] {
+    for name in ["plus.tsv", "plus.txt", "plus.h5"] {
         let said = place.bad(2, &filter(&["--out", name]));
         assert!(said.contains("--out") && said.contains(".npz"), "{said}");
     }

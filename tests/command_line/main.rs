@@ -5,6 +5,7 @@ mod attenuation;
 mod bench;
 mod budget;
 mod chain;
+mod convert;
 mod dispersion;
 mod faults;
 mod fields;

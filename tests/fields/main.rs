@@ -9,3 +9,4 @@ mod labelled;
 mod random;
 mod resample;
 mod scans;
+mod written;

@@ -140,3 +140,49 @@ fn val_random_spectra_are_direct_sums_in_long_double() {
         assert!(error <= BOUND, "seed {seed}: {error:e}");
     }
 }
+
+/// netCDF4 and SciPy, by xarray, beside NumPy: every array of an analysis, a filtered field in single
+/// precision and a run.
+#[test]
+fn val_xarray_opens_what_is_written() {
+    match python("xarray_opens.py", &["check"]) {
+        Ok(checked) if checked.status.success() => {}
+        checked => {
+            println!(
+                "SKIPPED: xarray, which needs Python with xarray, netCDF4 and scipy: {checked:?}"
+            );
+            return;
+        }
+    }
+    let place = Place::new();
+    place.save(
+        "a.npy",
+        &test_support::made::pulse(257, 48).mapv(|v| v as f32),
+    );
+    let scene = "sites = 6\nmaterial = \"steel\"\nshape = \"sphere\"\nradius = \"9 mm\"\n\
+                 striker_velocity = \"1 m/s\"\nend_time = 1e-4\nsamples = 201\n";
+    std::fs::write(place.path("si.toml"), scene).unwrap();
+    let axes = "--dt 10us --dx 2mm --unit m/s";
+    for words in [
+        format!("analyze a.npy {axes} --figures none --short-time-times 1e-3 --out zip"),
+        format!(
+            "analyze a.npy {axes} --figures none --short-time-times 1e-3 --out nc --format netcdf"
+        ),
+        format!("convert a.npy field.npz {axes}"),
+        format!("convert a.npy field.nc {axes}"),
+        "simulate si.toml --out run.npz".into(),
+        "simulate si.toml --out run.nc".into(),
+    ] {
+        place.good(&words.split(' ').collect::<Vec<_>>());
+    }
+    let at = place.folder().to_str().unwrap();
+    let compared = python("xarray_opens.py", &[at]).unwrap();
+    assert!(compared.status.success(), "{compared:?}");
+    let count: usize = String::from_utf8(compared.stdout)
+        .unwrap()
+        .trim()
+        .parse()
+        .unwrap();
+    assert!(count > 120, "{count}");
+    println!("{count} arrays are the same to the bit");
+}

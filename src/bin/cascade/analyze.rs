@@ -14,7 +14,7 @@ use wavecascade::field::{FileState, Note, OpenOptions, TimeColumn, is_run_file};
 use wavecascade::plot::draw_all;
 use wavecascade::report::{
     Archive, ClosureSummary, Doubt, Provenance, ResultDirectory, RunFile, Summary,
-    analysis_snippet, html, records_csv, write_budget_arrays, write_small_arrays,
+    analysis_snippet, html, records_csv, write_budget_arrays,
 };
 use wavecascade::{Error, Field};
 
@@ -25,6 +25,7 @@ use crate::figure_args::Drawing;
 use crate::progress::Progress;
 use crate::scan_args::folder_name;
 use crate::settings::Applied;
+use crate::spectra_file::SpectraFile;
 use crate::terminal::Tone;
 use crate::view_args::request_of;
 use crate::{advice, dispersion};
@@ -129,10 +130,11 @@ impl Task<'_> {
 
         progress.begin_writing();
         let directory = ResultDirectory::create(out, self.replace)?;
-        let archive = Archive::create(&directory.path().join("spectra.npz"), request.precision)?;
+        let format = typed.output.format.into();
+        let spectra = SpectraFile::create(&directory, format, request.precision)?;
         // Threads that are idle in a pass help with the hash.
         let (analysis, hash) = rayon::join(
-            || run_plan(&field, &plan, &archive, progress),
+            || run_plan(&field, &plan, spectra.sink(), progress),
             || match hash_first {
                 true => Ok(None),
                 false => field.file_hash(!plan.streams()),
@@ -142,20 +144,15 @@ impl Task<'_> {
         analysis.content_hash = analysis.content_hash.or(hash?);
         let opened = field.file_state();
         let read_as = conclusions(&field);
+        let provenance = self.provenance(&analysis, &read_as);
         // Unmapping a file takes about as long as writing the remaining results.
-        let (written, ()) = rayon::join(
-            || {
-                write_small_arrays(&analysis, &archive)?;
-                archive.finish()
-            },
-            || drop(field),
-        );
+        let (written, ()) = rayon::join(|| spectra.finish(&analysis, &provenance), || drop(field));
         written?;
         progress.check()?;
         let (budget, closure) = budget(typed, path, &directory, progress)?;
         // All that reads or hashes the file has done so.
         opened.as_ref().map_or(Ok(()), FileState::check)?;
-        let json = Summary::new(&analysis, &self.provenance(&analysis, &read_as))
+        let json = Summary::new(&analysis, &provenance)
             .with_advice(&advised)
             .with_closure(closure)
             .to_json()
@@ -164,7 +161,7 @@ impl Task<'_> {
         if let Some(records) = &records {
             directory.write("records.csv", records_csv(records))?;
         }
-        directory.write("plot.py", analysis_snippet(&analysis))?;
+        directory.write("plot.py", analysis_snippet(&analysis, format))?;
         if drawing.is_wanted() {
             draw(&analysis, &drawing, &directory, typed.work.memory, progress)?;
             if let Some(budget) = &budget {

@@ -57,6 +57,13 @@ pub enum Command {
     /// files). Each number has its level of significance or its error; the segments of one transient are not
     /// independent, and then none is stated.
     Coherence(Box<crate::coherence::Coherence>),
+    /// Convert a field to another format, with its axes and units.
+    ///
+    /// IN is anything that `cascade analyze` reads, with the same options. The extension of OUT chooses
+    /// the format: NetCDF (.nc), which xarray opens, NumPy (.npz, or .npy with a sidecar), or a table
+    /// (.csv with a sidecar). Samples in single precision stay so; a field larger than memory passes in
+    /// blocks.
+    Convert(Box<crate::convert::Convert>),
     /// Follow the energy of a simulated chain: balances that close.
     ///
     /// RUN is a run file of `cascade simulate` with displacements. Four budgets: site by site in real
@@ -70,7 +77,8 @@ pub enum Command {
     /// SCENE is a text file (TOML) that `cascade scene` explains. Every key is an option too, which
     /// overrides the file: `stiffness_ratio = 4.9` and `--stiffness-ratio 4.9`. The run file
     /// (`.npz`) holds time, velocity, displacement, force, energy passed, masses, coefficients and
-    /// the scene; `cascade analyze` reads it with all axes known.
+    /// the scene; `cascade analyze` reads it with all axes known. With `--out run.nc` xarray opens the same
+    /// arrays, but `cascade budget` does not.
     Simulate(Box<Simulate>),
     /// Run chains that differ in a few keys of one scene, to one table.
     ///
@@ -436,6 +444,10 @@ pub struct WorkArgs {
 #[derive(Debug, Args)]
 #[command(next_help_heading = "Output")]
 pub struct Output {
+    /// File of the arrays: spectra.npz for NumPy, or spectra.nc for `xarray.open_dataset`, with named
+    /// dimensions, coordinates and units.
+    #[arg(long, value_enum, default_value_t = FormatArg::Npz)]
+    pub format: FormatArg,
     /// Print the summary as JSON on standard output.
     #[arg(long)]
     pub json: bool,
@@ -526,6 +538,12 @@ choice!(KindArg => wavecascade_throughput::TransformKind {
     Plane => Self::Plane,
     /// Segments of 256 samples, 32 apart, of all columns.
     ShortTime => Self::ShortTime,
+});
+choice!(FormatArg => wavecascade::report::SpectraFormat {
+    /// NumPy's archive.
+    Npz => Self::Npz,
+    /// NetCDF, classic model.
+    Netcdf => Self::NetCdf,
 });
 choice!(PrecisionArg => wavecascade::arrays::Precision {
     F64 => Self::F64,

@@ -15,7 +15,8 @@ pub struct Simulate {
     /// File with the scene; without one, the options state all keys.
     pub scene: Option<PathBuf>,
 
-    /// File for the run; by default the scene's name with `.npz`, here, or run.npz.
+    /// File for the run: an archive (.npz), or NetCDF (.nc) for xarray; by default the scene's name with
+    /// `.npz`, here, or run.npz.
     #[arg(long, short, value_name = "FILE")]
     pub out: Option<PathBuf>,
 

@@ -17,6 +17,8 @@ use crate::terminal::{Tone, message};
 #[derive(Debug)]
 pub enum Failure {
     Library(Error),
+    /// The same of `convert`, whose output is no option but the second of its files.
+    Converted(Box<Error>),
     /// A settings file is at fault.
     Setting(Box<SettingFault>),
     /// A pattern that is none, or matches nothing.
@@ -111,6 +113,19 @@ impl Failure {
                 let option = fault.key.replace('_', "-");
                 format!("--{}", fault.to_string().replacen(&fault.key, &option, 1))
             }
+            Failure::Converted(error) => match &**error {
+                Error::Request {
+                    option: "out",
+                    expected,
+                    found,
+                } => format!("OUT: expected {expected}, found {found}"),
+                Error::Request {
+                    option,
+                    expected,
+                    found,
+                } => format!("--{option}: expected {expected}, found {found}"),
+                error => error.to_string(),
+            },
             Failure::Library(error) => error.to_string(),
             Failure::Setting(fault) => fault.to_string(),
             Failure::Pattern { pattern, found } => {
@@ -152,6 +167,9 @@ impl Failure {
     pub fn advice(&self) -> Option<String> {
         match self {
             Failure::Library(error) => advice::of_error(error),
+            Failure::Converted(error) => {
+                Some(advice::of_error(error)?.replace(" with `--out`", " with OUT"))
+            }
             Failure::Setting(_) => {
                 Some("`cascade settings` prints all keys with what they mean".into())
             }
@@ -171,13 +189,14 @@ impl Failure {
         matches!(
             self,
             Failure::Library(Error::Cancelled | Error::Paused { .. }) | Failure::Stopped { .. }
-        )
+        ) || matches!(self, Failure::Converted(error) if matches!(**error, Error::Cancelled))
     }
 
     fn exit_code(&self) -> ExitCode {
         match self {
             _ if self.is_stopped() => ExitCode::from(stopped_code()),
             Failure::Library(error) if error.is_usage() => ExitCode::from(2),
+            Failure::Converted(error) if error.is_usage() => ExitCode::from(2),
             Failure::Setting(_) | Failure::Pattern { .. } => ExitCode::from(2),
             Failure::Throughput(wavecascade_throughput::Error::Shape { .. }) => ExitCode::from(2),
             Failure::Output(error) if error.kind() == ErrorKind::BrokenPipe => ExitCode::SUCCESS,

@@ -26,8 +26,8 @@ pub struct Filter {
     /// File with the field.
     pub field: PathBuf,
 
-    /// File for what passes: an archive (.npz), or an array (.npy) with its axes in a sidecar beside it
-    /// (field.npy.toml); by default the field's name with `-filtered.npz`, here.
+    /// File for what passes: an archive (.npz), NetCDF (.nc), or an array (.npy) or table (.csv) with its
+    /// axes in a sidecar beside it (field.npy.toml); by default the field's name with `-filtered.npz`, here.
     #[arg(long, short, value_name = "FILE")]
     pub out: Option<PathBuf>,
 
@@ -99,7 +99,8 @@ pub fn run(typed: Filter) -> Result<(), Failure> {
     field.check_unchanged()?;
     drop(field);
     progress.begin_writing();
-    FieldFile::write(&out, typed.force, &found.field)?;
+    FieldFile::write_observed(&out, typed.force, &found.field, &progress)?;
+    progress.clear();
     let warnings = warnings(&typed, &found);
     if !typed.how.quiet {
         for [message, advice] in &warnings {

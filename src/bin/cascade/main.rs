@@ -12,6 +12,7 @@ mod clean;
 mod coherence;
 mod compare;
 mod contact;
+mod convert;
 mod dispersion;
 mod effect;
 mod failure;
@@ -31,6 +32,7 @@ mod scene_keys;
 mod settings;
 mod show_args;
 mod simulate;
+mod spectra_file;
 mod sweep;
 mod table;
 mod terminal;
@@ -84,6 +86,7 @@ fn one(cli: Cli, fields: &[PathBuf], applied: &Applied) -> Result<(), Failure> {
         Command::Budget(typed) => budget::run(*typed),
         Command::Compare(typed) => compare::run(*typed),
         Command::Inspect(typed) => inspect::run(*typed, fields),
+        Command::Convert(typed) => convert::run(*typed),
         Command::Filter(typed) => filter::run(*typed),
         Command::Simulate(typed) => simulate::run(*typed),
         Command::Sweep(typed) => sweep::run(*typed),

@@ -10,8 +10,11 @@ mod choose;
 mod delays;
 mod load;
 
-use wavecascade_formats::{Attributes, Container, Format, Options};
+use std::sync::Arc;
 
+use wavecascade_formats::{Attributes, Container, Format, Options, Value};
+
+use super::file_bytes::FileBytes;
 use super::open::{Contents, FileSource};
 use super::options::{Delays, Label};
 use super::scan::NamedNumber;
@@ -33,7 +36,12 @@ pub(super) fn read(source: &FileSource, format: Format) -> Result<Contents> {
     let storage = load::storage(source, &container, &choice)?;
     let variable = &container.variables[choice.variable];
     let attributes = &variable.attributes;
-    let mut notes = vec![choice.note(&container)];
+    // What this program wrote says itself what is the field.
+    let own = own_schema(&container);
+    let mut notes = match own {
+        Some(_) => Vec::new(),
+        None => vec![choice.note(&container)],
+    };
     let stated = &source.stated;
     let axis_of = |axis, place: Option<&choose::Place>, is_stated: bool| {
         let rules = (!is_stated).then(|| source.options.evenness(axis));
@@ -75,7 +83,17 @@ pub(super) fn read(source: &FileSource, format: Format) -> Result<Contents> {
             .map(|place| Some(choose::last_name(place?.name.as_deref()?).to_owned())),
         channels: Vec::new(),
         struck: None,
+        dispersion: None,
     };
+    if own.is_some() {
+        let attributes = &container.attributes;
+        contents.dispersion = attributes.text("dispersion").map(str::to_owned);
+        contents.struck = match attributes.get("struck_site") {
+            Some(Value::Integers(sites)) => sites.first().and_then(|&site| site.try_into().ok()),
+            _ => None,
+        };
+        contents.struck = contents.struck.filter(|site| *site < n_sites);
+    }
     contents.note_doubts(choice.is_layout_known || stated.layout.is_some());
     if attributes.get("delays").is_none() {
         return Ok(contents);
@@ -169,6 +187,19 @@ fn length_unit(unit: &str) -> String {
     symbol.unwrap_or(unit).to_owned()
 }
 
+/// What a file that this program wrote states as its schema.
+fn own_schema(container: &Container) -> Option<&str> {
+    let schema = container.attributes.text("schema");
+    schema.filter(|schema| schema.starts_with("cascade."))
+}
+
+/// The schema of a NetCDF classic file that this program wrote; `None` for any other file.
+pub(super) fn classic_schema(bytes: Arc<FileBytes>) -> Option<String> {
+    let format = Format::detect("a.nc", &bytes).filter(|format| *format == Format::NetCdf3)?;
+    let container = wavecascade_formats::open(format, bytes, &Options::default()).ok()?;
+    own_schema(&container).map(str::to_owned)
+}
+
 /// The arrays of a file of `format`.
 pub(super) fn open(source: &FileSource, format: Format) -> Result<Container> {
     let mut options = Options::default();
@@ -200,7 +231,7 @@ impl FileSource<'_> {
 
 /// Scale, offset and gaps as the CF conventions name them.
 fn packing(variable: &wavecascade_formats::Variable) -> Option<Packing> {
-    use wavecascade_formats::{Sample, Value};
+    use wavecascade_formats::Sample;
     /// What NetCDF fills floats with that were never written.
     const UNWRITTEN: f64 = 9.969_209_968_386_869e36;
     let attributes = &variable.attributes;
@@ -213,10 +244,12 @@ fn packing(variable: &wavecascade_formats::Variable) -> Option<Packing> {
         }
     }
     gaps.retain(|gap| !gap.is_nan());
-    if matches!(
+    let is_float = matches!(
         variable.sample_type.number(),
         Some(Sample::F32 | Sample::F64)
-    ) {
+    );
+    // A stated fill value takes the place of the usual one.
+    if is_float && attributes.get("_FillValue").is_none() {
         gaps.push(UNWRITTEN);
     }
     let number = |name, else_value| attributes.number(name).unwrap_or(else_value);

@@ -1,4 +1,4 @@
-//! Run files: the arrays of a run and its scene in one `.npz` archive.
+//! Run files: the arrays of a run and its scene in one `.npz` archive, or in a NetCDF file for others.
 //!
 //! A file appears whole or not at all. Reading checks the arrays against the scene in the file:
 //! every array that the scene records is present and has the right shape.
@@ -14,17 +14,35 @@ use crate::chain::scene::Setup;
 #[cfg(doc)]
 use crate::error::Error;
 use crate::error::Result;
-use crate::field::is_run_file;
+use crate::field::{is_run_file, netcdf_schema};
 use crate::observer::Observer;
 
 /// Version of the layout of run files, which their member `schema` holds.
 pub const RUN_SCHEMA: &str = "cascade.run/1";
 
 const NEW: NewFile = NewFile {
-    extensions: &["npz"],
+    extensions: &["npz", "nc"],
     word: "run",
     is_one: is_run_file,
 };
+
+const NEW_NETCDF: NewFile = NewFile {
+    is_one: |path| Ok(netcdf_schema(path)?.is_some_and(|schema| schema == RUN_SCHEMA)),
+    ..NEW
+};
+
+/// Whether a path has the extension of NetCDF files.
+fn is_netcdf(path: &Path) -> bool {
+    path.extension()
+        .is_some_and(|extension| extension.eq_ignore_ascii_case("nc"))
+}
+
+fn new_file(path: &Path) -> &'static NewFile {
+    match is_netcdf(path) {
+        true => &NEW_NETCDF,
+        false => &NEW,
+    }
+}
 
 /// A run with its scene.
 #[derive(Debug, Clone)]
@@ -40,10 +58,11 @@ impl RunFile {
     /// [`Error::Exists`] if a run is there and is not to be replaced, [`Error::OutputInUse`] if
     /// something else is; [`Error::Request`] for a path without a name; [`Error::Write`].
     pub fn check(path: &Path, replace: bool) -> Result<()> {
-        NEW.check(path, replace)
+        new_file(path).check(path, replace)
     }
 
-    /// Writes a run of `setup` to `path`.
+    /// Writes a run of `setup` to `path`: a run file, or with the extension `.nc` a NetCDF file with the
+    /// same arrays, which [`Field::open`](crate::Field::open) reads, and [`RunFile::read`] does not.
     ///
     /// # Errors
     /// As [`RunFile::check`]; [`Error::Cancelled`] when the observer asks to stop.
@@ -54,8 +73,9 @@ impl RunFile {
         run: &Run,
         observer: &dyn Observer,
     ) -> Result<()> {
-        NEW.write(path, replace, |working| {
-            write::all(working, setup, run, observer)
+        new_file(path).write(path, replace, |working| match is_netcdf(path) {
+            true => write::netcdf(working, setup, run, observer),
+            false => write::archive(working, setup, run, observer),
         })
     }
 

@@ -2,9 +2,7 @@
 
 use std::path::Path;
 
-use ndarray::Array2;
-
-use super::super::Archive;
+use super::super::{Archive, ArrayLabels, Attribute, NetCdf};
 use super::RUN_SCHEMA;
 use crate::arrays::Precision;
 use crate::chain::scene::{Setup, Units};
@@ -12,77 +10,151 @@ use crate::chain::{Law, Run};
 use crate::error::{Error, Result};
 use crate::observer::Observer;
 
-pub(super) fn all(path: &Path, setup: &Setup, run: &Run, observer: &dyn Observer) -> Result<()> {
+pub(super) fn archive(
+    path: &Path,
+    setup: &Setup,
+    run: &Run,
+    observer: &dyn Observer,
+) -> Result<()> {
     let archive = Archive::create(path, Precision::F64)?;
-    let units = UnitNames::of(setup);
     archive.append_text("schema", RUN_SCHEMA)?;
-    let line = |name: &str, values: &[f64], unit: Option<&str>| {
-        if values.is_empty() {
-            return Ok(());
+    each_array(setup, run, observer, &mut |labels, values| {
+        archive.append(labels.name, &labels.shape(), values)?;
+        match labels.unit {
+            "" => Ok(()),
+            unit => archive.append_text(&format!("{}_unit", labels.name), unit),
         }
-        archive.append(name, &[values.len()], values)?;
-        append_unit(&archive, name, unit)
-    };
+    })?;
+    archive.append_text("scene", &setup.text)?;
+    archive.append_text("report", &report(path, run)?)?;
+    archive.finish()
+}
+
+/// The same arrays with named dimensions. Scene and report are attributes.
+pub(super) fn netcdf(path: &Path, setup: &Setup, run: &Run, observer: &dyn Observer) -> Result<()> {
+    let file = NetCdf::create(path, Precision::F64)?;
+    let text = |text: &str| Attribute::Text(text.into());
+    file.attribute("schema", text(RUN_SCHEMA));
+    file.attribute(
+        "source",
+        text(concat!("cascade ", env!("CARGO_PKG_VERSION"))),
+    );
+    file.attribute("scene", text(&setup.text));
+    file.attribute("report", text(&report(path, run)?));
+    if let Ok(site) = struck(run).try_into() {
+        file.attribute("struck_site", Attribute::Integer(site));
+    }
+    each_array(setup, run, observer, &mut |labels, values| {
+        file.append(labels, values)?;
+        if labels.axes.len() > 1 {
+            // Without this, the number that NetCDF leaves in what was never written is a gap.
+            let gap = Attribute::Number(f64::NAN);
+            file.describe(labels.name, vec![("_FillValue", gap)]);
+        }
+        Ok(())
+    })?;
+    file.finish()
+}
+
+fn report(path: &Path, run: &Run) -> Result<String> {
+    serde_json::to_string(&run.report).map_err(|error| Error::Write {
+        path: path.to_owned(),
+        action: "write the report to",
+        source: error.into(),
+    })
+}
+
+/// The last body that moves, or is out of place, in the first sample; the first where none is, since then
+/// the first end is driven.
+fn struck(run: &Run) -> usize {
+    let first = [Some(&run.velocity), run.displacement.as_ref()];
+    let last = first.into_iter().flatten().filter_map(|samples| {
+        let mut first = samples.rows().into_iter().next()?.into_iter();
+        first.rposition(|&v| v != 0.0)
+    });
+    last.max().unwrap_or(0)
+}
+
+type Add<'a> = &'a mut dyn FnMut(&ArrayLabels, &[f64]) -> Result<()>;
+
+/// Hands over every array of a run.
+fn each_array(setup: &Setup, run: &Run, observer: &dyn Observer, add: Add) -> Result<()> {
+    let units = UnitNames::of(setup);
     // A new array is contiguous, in order.
-    line("time", run.time.as_slice().unwrap_or_default(), units.time)?;
+    let time = run.time.as_slice().unwrap_or_default();
+    line(add, ["time", "time"], time, units.time)?;
     observer.stage("writing", 5);
-    let table = |name: &str, array: Option<&Array2<f64>>, unit: Option<&str>| {
+    for (name, axis, array, unit) in [
+        ("velocity", "position", Some(&run.velocity), units.speed),
+        (
+            "displacement",
+            "position",
+            run.displacement.as_ref(),
+            units.length,
+        ),
+        ("force", "contact_position", run.force.as_ref(), units.force),
+        (
+            "energy_passed",
+            "contact_position",
+            run.energy_passed.as_ref(),
+            units.energy,
+        ),
+        (
+            "energy_lost",
+            "position",
+            run.energy_lost.as_ref(),
+            units.energy,
+        ),
+    ] {
         observer.advance(1);
         if observer.cancelled() {
             return Err(Error::Cancelled);
         }
         let Some(array) = array.filter(|array| array.ncols() > 0) else {
-            return Ok(());
+            continue;
         };
-        let values = array.as_slice().unwrap_or_default();
-        archive.append(name, &[array.nrows(), array.ncols()], values)?;
-        append_unit(&archive, name, unit)
-    };
-    table("velocity", Some(&run.velocity), units.speed)?;
-    table("displacement", run.displacement.as_ref(), units.length)?;
-    table("force", run.force.as_ref(), units.force)?;
-    table("energy_passed", run.energy_passed.as_ref(), units.energy)?;
-    table("energy_lost", run.energy_lost.as_ref(), units.energy)?;
+        let labels = ArrayLabels {
+            name,
+            axes: &[("time", array.nrows()), (axis, array.ncols())],
+            unit: unit.unwrap_or_default(),
+            about: "",
+        };
+        add(&labels, array.as_slice().unwrap_or_default())?;
+    }
     if let Some(input) = &run.energy_input {
-        line(
-            "energy_input",
-            input.as_slice().unwrap_or_default(),
-            units.energy,
-        )?;
+        let input = input.as_slice().unwrap_or_default();
+        line(add, ["energy_input", "time"], input, units.energy)?;
     }
     let chain = &run.chain;
-    line("mass", &chain.mass, units.mass)?;
-    line(
-        "contact_coefficient",
-        &chain.coefficient,
-        units.coefficient.as_deref(),
-    )?;
-    if let Some(pitch) = setup.pitch {
-        let places = |n: usize, first: f64| -> Vec<f64> {
-            (0..n).map(|j| pitch * (j as f64 + first)).collect()
-        };
-        line("position", &places(chain.n_sites(), 0.0), units.length)?;
-        line(
-            "contact_position",
-            &places(chain.n_contacts(), 0.5),
-            units.length,
-        )?;
+    line(add, ["mass", "position"], &chain.mass, units.mass)?;
+    let coefficient = units.coefficient.as_deref();
+    let name = ["contact_coefficient", "contact_position"];
+    line(add, name, &chain.coefficient, coefficient)?;
+    let Some(pitch) = setup.pitch else {
+        return Ok(());
+    };
+    for (name, n, first) in [
+        ("position", chain.n_sites(), 0.0),
+        ("contact_position", chain.n_contacts(), 0.5),
+    ] {
+        let places: Vec<f64> = (0..n).map(|j| pitch * (j as f64 + first)).collect();
+        line(add, [name, name], &places, units.length)?;
     }
-    archive.append_text("scene", &setup.text)?;
-    let report = serde_json::to_string(&run.report).map_err(|error| Error::Write {
-        path: path.to_owned(),
-        action: "write the report to",
-        source: error.into(),
-    })?;
-    archive.append_text("report", &report)?;
-    archive.finish()
+    Ok(())
 }
 
-fn append_unit(archive: &Archive, name: &str, unit: Option<&str>) -> Result<()> {
-    match unit {
-        Some(unit) => archive.append_text(&format!("{name}_unit"), unit),
-        None => Ok(()),
+/// Hands over an array of one dimension, unless it is empty.
+fn line(add: Add, [name, axis]: [&str; 2], values: &[f64], unit: Option<&str>) -> Result<()> {
+    if values.is_empty() {
+        return Ok(());
     }
+    let labels = ArrayLabels {
+        name,
+        axes: &[(axis, values.len())],
+        unit: unit.unwrap_or_default(),
+        about: "",
+    };
+    add(&labels, values)
 }
 
 /// The units of a run, where it has any.

@@ -1,0 +1,113 @@
+//! `cascade convert`: a field in another format.
+
+use std::io::{IsTerminal, Write};
+use std::path::PathBuf;
+
+use clap::Args;
+use serde_json::json;
+use wavecascade::field::OpenOptions;
+use wavecascade::report::FieldFile;
+use wavecascade::{Error, Field};
+
+use crate::analyze::{open_options, print_notes};
+use crate::args::Input;
+use crate::failure::Failure;
+use crate::parse;
+use crate::progress::Progress;
+use crate::terminal;
+
+/// What `cascade convert` takes.
+#[derive(Debug, Args)]
+pub struct Convert {
+    /// File with the field.
+    #[arg(value_name = "IN")]
+    pub field: PathBuf,
+
+    /// File to write: .nc, .npz, .npy or .csv.
+    #[arg(value_name = "OUT")]
+    pub out: PathBuf,
+
+    /// Replace an earlier field of this program.
+    #[arg(long)]
+    pub force: bool,
+
+    /// Working memory, such as 500MB or 2GiB [default: half of the available memory]. What has to be decoded
+    /// and is larger goes to a scratch file.
+    #[arg(long, value_name = "SIZE", value_parser = parse::bytes)]
+    pub memory: Option<u64>,
+
+    /// Print what was written as JSON on standard output.
+    #[arg(long)]
+    pub json: bool,
+
+    /// Print errors only.
+    #[arg(long, short)]
+    pub quiet: bool,
+
+    #[command(flatten)]
+    pub input: Input,
+}
+
+/// Runs the command.
+pub fn run(typed: Convert) -> Result<(), Failure> {
+    convert(&typed).map_err(|failure| match failure {
+        Failure::Library(error) => Failure::Converted(Box::new(error)),
+        other => other,
+    })
+}
+
+fn convert(typed: &Convert) -> Result<(), Failure> {
+    let out = &typed.out;
+    check_extension(typed)?;
+    // Before any work: could the result be written?
+    FieldFile::check(out, typed.force)?;
+    let progress = Progress::new(!typed.quiet && std::io::stderr().is_terminal());
+    let options = OpenOptions {
+        hash: false,
+        ..open_options(&typed.input, typed.memory)
+    };
+    let field = Field::open(&typed.field, &options)?;
+    print_notes(&field, typed.quiet);
+    progress.begin_writing();
+    FieldFile::write_observed(out, typed.force, &field, &progress)?;
+    progress.clear();
+    let mut stdout = terminal::stdout();
+    let (times, sites) = (field.n_times(), field.n_sites());
+    let quantity = field.quantity.name();
+    let precision = field.precision();
+    if typed.json {
+        let summary = json!({
+            "file": out,
+            "quantity": quantity,
+            "shape": [times, sites],
+            "precision": precision,
+        });
+        let text = serde_json::to_string_pretty(&summary).map_err(std::io::Error::from)?;
+        writeln!(stdout, "{text}")?;
+    } else if !typed.quiet {
+        writeln!(
+            stdout,
+            "wrote {}, {quantity} at {times} times and {sites} sites; next: cascade analyze {0}",
+            out.display()
+        )?;
+    }
+    Ok(())
+}
+
+/// Refuses a file whose name does not say which format it is to have.
+fn check_extension(typed: &Convert) -> Result<(), Error> {
+    let extension = typed.out.extension().unwrap_or_default();
+    let extension = extension.to_ascii_lowercase();
+    if FieldFile::EXTENSIONS
+        .iter()
+        .any(|known| extension == *known)
+    {
+        return Ok(());
+    }
+    let names = FieldFile::EXTENSIONS.map(|known| format!(".{known}"));
+    Err(Error::Request {
+        option: "out",
+        expected: format!("a name that ends in {}", names.join(", ")),
+        found: typed.out.display().to_string(),
+    })
+}

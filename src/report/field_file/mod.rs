@@ -1,0 +1,214 @@
+//! Fields as files: one file of samples with their axes, or an array or table with a sidecar.
+
+mod blocks;
+mod write;
+
+use std::path::{Path, PathBuf};
+
+use super::directory::read_text;
+use super::new_file::NewFile;
+use crate::error::{Error, Result};
+use crate::field::{Field, is_field_file, netcdf_schema};
+use crate::observer::{Observer, Silent};
+use crate::system::publish::Working;
+
+/// Version of the layout of field files, which their member (or attribute) `schema` holds.
+pub const FIELD_SCHEMA: &str = "cascade.field/1";
+
+/// First line of the sidecar of an array or table that this program wrote.
+const MARK: &str = "# cascade.field/1, of the array beside it";
+
+/// Sites of the widest table: its rows are no longer than what is read of one.
+const WIDEST_TABLE: usize = 500_000;
+
+const NEW_ARCHIVE: NewFile = NewFile {
+    word: "field of this program",
+    // Of a path with one of the others the format is another.
+    extensions: &FieldFile::EXTENSIONS,
+    is_one: is_field_file,
+};
+
+const NEW_NETCDF: NewFile = NewFile {
+    word: "field of this program",
+    extensions: &["nc"],
+    is_one: |path| Ok(netcdf_schema(path)?.is_some_and(|schema| schema == FIELD_SCHEMA)),
+};
+
+const NEW_ARRAY: NewFile = NewFile {
+    word: "field of this program",
+    extensions: &["npy"],
+    is_one: |path| is_own_sidecar(&sidecar_of(path)),
+};
+
+const NEW_TABLE: NewFile = NewFile {
+    extensions: &["csv"],
+    ..NEW_ARRAY
+};
+
+const NEW_SIDECAR: NewFile = NewFile {
+    word: "sidecar of this program",
+    extensions: &["toml"],
+    is_one: is_own_sidecar,
+};
+
+/// A field as a file that [`Field::open`] reads with its axes and units.
+///
+/// The extension chooses the format; samples are `(time, site)`, in single precision if they were stored
+/// so ([`Field::precision`]).
+///
+/// - An archive (`.npz`, and any extension of no other format) holds the samples by the name of their
+///   quantity, `time`, `position`, and units as texts.
+/// - A NetCDF file (`.nc`) holds the samples by the name of their quantity, with the dimensions `time` and
+///   `position`, whose coordinates have these names.
+/// - An array (`.npy`) or a table (`.csv`, positions in its first line, times in its first column) holds
+///   the samples; everything else is in the sidecar file, `field.npy.toml` for `field.npy`.
+#[derive(Debug)]
+pub struct FieldFile;
+
+/// The format of a path.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+enum Format {
+    Archive,
+    NetCdf,
+    Array,
+    Table,
+}
+
+impl Format {
+    fn of(path: &Path) -> Format {
+        let extension = path.extension().unwrap_or_default().to_ascii_lowercase();
+        match extension.to_str() {
+            Some("nc") => Format::NetCdf,
+            Some("npy") => Format::Array,
+            Some("csv") => Format::Table,
+            _ => Format::Archive,
+        }
+    }
+
+    fn new_file(self) -> &'static NewFile {
+        match self {
+            Format::Archive => &NEW_ARCHIVE,
+            Format::NetCdf => &NEW_NETCDF,
+            Format::Array => &NEW_ARRAY,
+            Format::Table => &NEW_TABLE,
+        }
+    }
+
+    fn has_sidecar(self) -> bool {
+        matches!(self, Format::Array | Format::Table)
+    }
+}
+
+impl FieldFile {
+    /// Extensions of the formats of fields.
+    pub const EXTENSIONS: [&'static str; 4] = ["nc", "npz", "npy", "csv"];
+
+    /// That a field can be written to `path`, before any work is done.
+    ///
+    /// # Errors
+    /// [`Error::Exists`] if one is there and is not to be replaced, [`Error::OutputInUse`] if something
+    /// else is; [`Error::Request`] for a path without a name or with the extension of another format;
+    /// [`Error::Write`].
+    pub fn check(path: &Path, replace: bool) -> Result<()> {
+        let format = Format::of(path);
+        format.new_file().check(path, replace)?;
+        if !format.has_sidecar() {
+            return Ok(());
+        }
+        NEW_SIDECAR.check(&sidecar_of(path), replace)?;
+        let other = path.with_extension("toml");
+        match other.symlink_metadata() {
+            Ok(_) => Err(Error::OutputInUse {
+                path: other,
+                found: "is there and would be a second sidecar of the field".into(),
+            }),
+            Err(_) => Ok(()),
+        }
+    }
+
+    /// Writes a field to `path`, in blocks of 8 MB.
+    ///
+    /// # Errors
+    /// As [`FieldFile::check`], and [`Error::Changed`] if the field's own file was changed meanwhile.
+    pub fn write(path: &Path, replace: bool, field: &Field) -> Result<()> {
+        FieldFile::write_observed(path, replace, field, &Silent)
+    }
+
+    /// The same, watched.
+    ///
+    /// # Errors
+    /// As [`FieldFile::write`]; [`Error::Cancelled`] when the observer asks to stop.
+    pub fn write_observed(
+        path: &Path,
+        replace: bool,
+        field: &Field,
+        observer: &dyn Observer,
+    ) -> Result<()> {
+        FieldFile::check(path, replace)?;
+        let format = Format::of(path);
+        let new = format.new_file();
+        let fill = |working: &Path| {
+            match format {
+                Format::Archive => write::archive(working, field, observer),
+                Format::NetCdf => write::netcdf(working, field, observer),
+                Format::Array => write::array(working, field, observer),
+                Format::Table => {
+                    check_width(path, field).and_then(|()| write::table(working, field, observer))
+                }
+            }?;
+            field.check_unchanged()
+        };
+        if !format.has_sidecar() {
+            return new.write(path, replace, fill);
+        }
+        let sidecar = sidecar_of(path);
+        let samples = new.begin(path, replace, fill)?;
+        let axes =
+            NEW_SIDECAR.begin(&sidecar, replace, |working| write::sidecar(working, field))?;
+        new.check_free(path, replace)?;
+        NEW_SIDECAR.check_free(&sidecar, replace)?;
+        publish_pair((axes, &sidecar), (samples, path))
+    }
+}
+
+fn check_width(path: &Path, field: &Field) -> Result<()> {
+    match field.n_sites() {
+        ..=WIDEST_TABLE => Ok(()),
+        found => Err(Error::Unfit {
+            path: path.to_owned(),
+            expected: format!("at most {WIDEST_TABLE} sites, which the rows of a table can hold"),
+            found: found.to_string(),
+        }),
+    }
+}
+
+/// Publishes the axes, then the samples; if that fails, what was there has its place again.
+fn publish_pair(
+    (mut axes, sidecar): (Working, &Path),
+    (mut samples, path): (Working, &Path),
+) -> Result<()> {
+    let published = place(&mut axes, sidecar).and_then(|()| place(&mut samples, path));
+    published.inspect_err(|_| {
+        // Samples would be misread with the axes of others.
+        let _ = samples.withdraw();
+        let _ = axes.withdraw();
+    })
+}
+
+fn place(working: &mut Working, path: &Path) -> Result<()> {
+    let placed = match path.exists() {
+        true => working.swap(),
+        false => working.publish(),
+    };
+    placed.map_err(Error::write("finish", path))
+}
+
+fn sidecar_of(path: &Path) -> PathBuf {
+    let mut name = path.as_os_str().to_owned();
+    name.push(".toml");
+    name.into()
+}
+
+fn is_own_sidecar(path: &Path) -> Result<bool> {
+    Ok(read_text(path)?.starts_with(MARK))
+}

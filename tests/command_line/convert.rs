@@ -1,0 +1,296 @@
+//! `cascade convert`, and NetCDF files of `analyze`, `filter` and `simulate`.
+
+use std::fs;
+
+use ndarray::Array2;
+use serde_json::Value;
+use test_support::made::{open, pulse, savez, steps, values};
+use test_support::netcdf::{NetCdf, Values, Variable};
+use test_support::place::{Place, text};
+use wavecascade::Field;
+use wavecascade::arrays::Precision;
+use wavecascade::field::OpenOptions;
+use wavecascade_formats::{Container, Format, Options};
+
+fn container(place: &Place, name: &str) -> Container {
+    let bytes = fs::read(place.path(name)).unwrap();
+    let format = Format::detect(name, &bytes).unwrap();
+    wavecascade_formats::open(format, std::sync::Arc::new(bytes), &Options::default()).unwrap()
+}
+
+/// Every array of the archive is in the NetCDF file, bit for bit, with named dimensions.
+#[test]
+fn regress_spectra_are_the_same_in_both_formats() {
+    let place = Place::new();
+    place.save("a.npy", &pulse(257, 48));
+    for precision in ["f64", "f32"] {
+        let base = format!(
+            "analyze a.npy --dt 10us --dx 2mm --unit m/s --figures none --force --precision {precision} \
+             --short-time-times 1e-3,2e-3 --dispersion 200*abs(k) --band-edge-frequency 2e4 --scaling density"
+        );
+        let base: Vec<&str> = base.split(' ').collect();
+        place.good(&[&base[..], &["--out", "zip"]].concat());
+        place.good(&[&base[..], &["--out", "nc", "--format", "netcdf"]].concat());
+        let found = container(&place, "nc/spectra.nc");
+        let names = place.arrays("zip/spectra.npz");
+        assert!(names.len() > 40, "{names:?}");
+        assert_eq!(names.len(), found.variables.len());
+        for name in &names {
+            let of: Vec<u64> = match precision {
+                "f64" => {
+                    let array = place.array::<f64>("zip/spectra.npz", name);
+                    array.iter().map(|v| v.to_bits()).collect()
+                }
+                _ => {
+                    let array = place.array::<f32>("zip/spectra.npz", name);
+                    array.iter().map(|v| f64::from(*v).to_bits()).collect()
+                }
+            };
+            let i = found.find(name).unwrap_or_else(|| panic!("{name}"));
+            let numbers = found.numbers(i).unwrap();
+            let bits: Vec<u64> = numbers.iter().map(|v| v.to_bits()).collect();
+            assert!(bits == of, "{name}");
+            let dimensions = &found.variables[i].dimensions;
+            // Branches of dispersion curves only count.
+            let has_coordinate = |d: &wavecascade_formats::Dimension| {
+                d.coordinate.is_some() || d.name.as_deref() == Some("dispersion_branch")
+            };
+            assert!(
+                dimensions.iter().all(has_coordinate),
+                "{name}: {dimensions:?}"
+            );
+        }
+        let units = |name: &str| {
+            let attributes = &found.variables[found.find(name).unwrap()].attributes;
+            attributes.text("units").map(str::to_owned)
+        };
+        for (name, unit) in [
+            ("time", "s"),
+            ("frequency", "Hz"),
+            ("wavenumber_signed", "rad/m"),
+            ("frequency_centroid", "Hz"),
+            ("frequency_entropy", "1"),
+            ("spacetime_spectrum", "(m/s)\u{b2}/(Hz \u{b7} rad/m)"),
+            ("short_time_spectrum", "(m/s)\u{b2}/Hz"),
+        ] {
+            assert_eq!(units(name).as_deref(), Some(unit), "{name}");
+        }
+        let summary = place.json("nc/summary.json");
+        for name in ["program", "version", "input", "input_blake3"] {
+            let stated = summary["provenance"][name].as_str();
+            assert_eq!(found.attributes.text(name), stated, "{name}");
+        }
+        let settings = found.attributes.text("settings").unwrap();
+        let settings: Value = serde_json::from_str(settings).unwrap();
+        assert_eq!(settings, summary["provenance"]["settings"]);
+        assert_eq!(found.attributes.text("scaling"), Some("density"));
+        assert!(found.attributes.number("parseval_time").is_some());
+        assert!(!place.path("nc/spectra.npz").exists());
+        let script = fs::read_to_string(place.path("nc/plot.py")).unwrap();
+        assert!(
+            script.contains("spectra.nc") && !script.contains(".npz"),
+            "{script}"
+        );
+    }
+}
+
+fn scan() -> NetCdf {
+    let list = |count: usize, step: f64| {
+        Values::Double((0..count).map(|i| 1.0 + i as f64 * step).collect())
+    };
+    let all = (0..5 * 3 * 4).map(|i| i as i16).collect();
+    NetCdf {
+        dimensions: vec![("time", 5), ("y", 3), ("x", 4)],
+        variables: vec![
+            Variable::new("time", &[0], list(5, 0.25)).text("units", "ms"),
+            Variable::new("y", &[1], list(3, 0.5)).text("units", "m"),
+            Variable::new("x", &[2], list(4, 0.125)).text("units", "m"),
+            Variable::new("velocity", &[0, 1, 2], Values::Short(all)).text("units", "mm/s"),
+        ],
+    }
+}
+
+/// With the options that choose the field, to every format and from there to every other.
+#[test]
+fn regress_a_field_goes_from_every_format_to_every_other() {
+    const FORMATS: [&str; 4] = ["nc", "npz", "npy", "csv"];
+    let place = Place::new();
+    fs::write(place.path("scan.nc"), scan().bytes()).unwrap();
+    let expected = Array2::from_shape_fn((4, 4), |(n, j)| (12 * (n + 1) + 4 + j) as f64);
+    let chosen = ["--at", "y=1.5", "--select", "time=1.2:", "--quiet"];
+    let check = |name: &str| {
+        let found = open(&place, name);
+        assert_eq!(values(&found), expected, "{name}");
+        assert_eq!((found.time.origin, found.time.step), (1.25, 0.25), "{name}");
+        assert_eq!(
+            (found.space.origin, found.space.step),
+            (1.0, 0.125),
+            "{name}"
+        );
+        let units = [&found.time.unit, &found.space.unit, &found.unit];
+        let units = units.map(|unit| unit.as_deref().unwrap_or_default());
+        assert_eq!(units, ["ms", "m", "mm/s"], "{name}");
+    };
+    for first in FORMATS {
+        let name = format!("{first}.{first}");
+        place.good(&[&["convert", "scan.nc", &name][..], &chosen].concat());
+        check(&name);
+        for second in FORMATS {
+            let next = format!("{first}-{second}.{second}");
+            place.good(&["convert", &name, &next, "--quiet"]);
+            check(&next);
+        }
+    }
+    assert_eq!(open(&place, "nc.nc").precision(), Precision::F32);
+}
+
+#[test]
+fn what_is_said_of_a_conversion() {
+    let place = Place::new();
+    place.save("a.npy", &pulse(64, 8));
+    let said = place.good(&["convert", "a.npy", "a.nc", "--dt", "10us"]);
+    assert_eq!(
+        said,
+        "wrote a.nc, velocity at 64 times and 8 sites; next: cascade analyze a.nc\n"
+    );
+    let said = place.bad(2, &["convert", "a.npy", "a.nc"]);
+    assert!(said.contains("a.nc") && said.contains("--force"), "{said}");
+    let json = place.good(&["convert", "a.npy", "a.nc", "--force", "--json"]);
+    let json: Value = serde_json::from_str(&json).unwrap();
+    assert_eq!(
+        (&json["shape"][0], &json["precision"]),
+        (&64.into(), &"f64".into())
+    );
+    fs::write(place.path("mine.nc"), "mine").unwrap();
+    fs::write(place.path("words.csv"), "1,2\n3,x\n").unwrap();
+    for (code, words, named) in [
+        (
+            2,
+            &["convert", "a.npy", "b.h5"][..],
+            "OUT: expected a name that ends in .nc, ",
+        ),
+        (2, &["convert", "a.npy", "b"], "OUT: expected"),
+        (2, &["convert", "a.npy", "mine.nc", "--force"], "mine.nc"),
+        (
+            2,
+            &["convert", "a.npy", "mine.nc", "--force"],
+            "name another place with OUT",
+        ),
+        (
+            2,
+            &["convert", "a.npy", "b.nc", "--at", "y=1"],
+            "--at: expected",
+        ),
+        (1, &["convert", "none.npy", "b.nc"], "none.npy"),
+        (1, &["convert", "words.csv", "b.nc"], "words.csv"),
+        (2, &["convert", "a.npy"], "<OUT>"),
+    ] {
+        let said = place.bad(code, words);
+        assert!(said.contains(named), "{words:?}: {said}");
+    }
+    // A field is replaced by itself in another precision or with other axes.
+    place.good(&[
+        "convert", "a.nc", "a.nc", "--force", "--dx", "2mm", "--quiet",
+    ]);
+    assert_eq!(open(&place, "a.nc").space.step, 0.002);
+    assert_eq!(values(&open(&place, "a.nc")), pulse(64, 8));
+}
+
+/// A field that has to be decoded and is larger than the memory allowed.
+#[test]
+fn regress_memory_is_kept_to() {
+    let place = Place::new();
+    let file = place.path("a.npz");
+    let wide = Array2::from_shape_fn((600, 500), |(n, j)| ((n * 7 + j * 3) % 101) as f64);
+    savez(&place, "a.npz", ("v", &wide), &[("t", steps(600, 0.5))]);
+    assert!(file.exists());
+    place.good(&["convert", "a.npz", "b.nc", "--memory", "64MB", "--quiet"]);
+    assert_eq!(values(&open(&place, "b.nc")), wide);
+    let said = place.bad(
+        2,
+        &[
+            "convert", "a.npz", "c.nc", "--read", "copy", "--memory", "1MB",
+        ],
+    );
+    assert!(said.contains("memory") || said.contains("MiB"), "{said}");
+}
+
+#[test]
+fn regress_filter_and_simulate_write_what_they_read() {
+    let place = Place::new();
+    let scene = "sites = 6\nmaterial = \"steel\"\nshape = \"sphere\"\nradius = \"9 mm\"\n\
+                 striker_velocity = \"1 m/s\"\nend_time = 1e-4\nsamples = 201\n";
+    fs::write(place.path("si.toml"), scene).unwrap();
+    for name in ["run.npz", "run.nc"] {
+        place.good(&["simulate", "si.toml", "--out", name, "--quiet"]);
+        let out = format!("low-{name}");
+        place.good(&[
+            "filter",
+            name,
+            "--frequency",
+            "0:4e5",
+            "--quiet",
+            "--out",
+            &out,
+        ]);
+    }
+    for [archive, netcdf] in [["run.npz", "run.nc"], ["low-run.npz", "low-run.nc"]] {
+        let [a, b] = [archive, netcdf].map(|name| open(&place, name));
+        assert_eq!(values(&a), values(&b), "{netcdf}");
+        assert_eq!((&a.time, &a.space, &a.unit), (&b.time, &b.space, &b.unit));
+        assert!(b.notes.is_empty(), "{:?}", b.notes);
+    }
+    let [a, b] = ["run.npz", "run.nc"].map(|name| open(&place, name));
+    assert_eq!(a.struck, b.struck);
+    assert!(a.struck.is_some());
+    // Contacts are between sites.
+    for variable in ["force", "displacement"] {
+        let [a, b] = ["run.npz", "run.nc"].map(|name| {
+            let options = OpenOptions {
+                variable: Some(variable.into()),
+                ..OpenOptions::default()
+            };
+            Field::open(place.path(name), &options).unwrap()
+        });
+        assert_eq!(values(&a), values(&b), "{variable}");
+        assert_eq!((a.space, a.unit, a.quantity), (b.space, b.unit, b.quantity));
+    }
+    let found = container(&place, "run.nc");
+    assert_eq!(found.attributes.text("scene"), Some(scene.trim()));
+    let said = place.bad(2, &["budget", "run.nc"]);
+    assert!(said.contains("run.nc is no run"), "{said}");
+    let said = place.bad(2, &["simulate", "si.toml", "--out", "run.nc"]);
+    assert!(said.contains("--force"), "{said}");
+    place.good(&[
+        "simulate", "si.toml", "--out", "run.nc", "--force", "--quiet",
+    ]);
+    // A field is no run, and a run is no field.
+    place.bad(
+        2,
+        &["simulate", "si.toml", "--out", "low-run.nc", "--force"],
+    );
+    let output = place.run(&["convert", "low-run.nc", "run.nc", "--force"]);
+    assert_eq!(output.status.code(), Some(2), "{}", text(&output.stderr));
+}
+
+/// Interrupted, it leaves nothing.
+#[test]
+#[cfg(unix)]
+fn regress_an_interrupt_leaves_nothing() {
+    use test_support::running::{partial, signal, sparse, start, wait_for};
+
+    let place = Place::new();
+    sparse(&place, "long.npy", 40_000, 4000);
+    let before = place.names();
+    let mut child = start(&place, &["convert", "long.npy", "long.csv"]);
+    wait_for(&mut child, || partial(&place).is_some());
+    std::thread::sleep(std::time::Duration::from_millis(100));
+    signal(&child, "INT");
+    let output = child.wait_with_output().unwrap();
+    assert_eq!(output.status.code(), Some(130), "{output:?}");
+    assert_eq!(
+        text(&output.stderr),
+        "error: cancelled; nothing was written\n"
+    );
+    assert_eq!(place.names(), before);
+}
