@@ -117,7 +117,7 @@ pub fn coherence_html(
             (page::how_to_read(&DEFINITIONS))
             (page::folded("summary", "Summary", markup! { pre { (json) } }))
         },
-        style: style.clone(),
+        style: *style,
     };
     Ok(page.html())
 }
