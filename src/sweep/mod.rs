@@ -23,7 +23,7 @@ use rayon::prelude::*;
 
 use crate::chain::scene::{Kind, SceneSource, Setting, properties};
 use crate::chain::{Run, Simulation, run_each, runs_a_thread};
-use crate::observer::Observer;
+use crate::observer::{CancelOnly, Observer};
 use crate::system::journal::{Journal, StoredRequest, write_whole};
 use crate::{Error, Result};
 
@@ -148,7 +148,7 @@ impl Sweep {
     /// [`Error::Paused`] when it cancels then. Finished
     /// members are kept.
     pub fn run(&self, directory: &Path, part: Part, observer: &dyn Observer) -> Result<Standing> {
-        self.check(observer)?;
+        self.check(&CancelOnly(observer))?;
         let (journal, mut outcomes): (Journal, Outcomes) =
             Journal::open(directory, &self.request, &request::below(self.members))?;
         let missing: Vec<usize> = (0..self.members)
@@ -186,7 +186,6 @@ impl Sweep {
 
     /// Checks that every member is valid, and that one run per thread fits into memory.
     fn check(&self, observer: &dyn Observer) -> Result<()> {
-        observer.stage("checking scenes", self.members as u64);
         let sizes: Result<Vec<(u64, Option<u64>)>> = (0..self.members)
             .into_par_iter()
             .map(|member| {
@@ -194,7 +193,6 @@ impl Sweep {
                     return Err(Error::Cancelled);
                 }
                 let simulation = self.simulation(member)?;
-                observer.advance(1);
                 let at_once = runs_a_thread(&simulation) as u64;
                 Ok((
                     simulation.bytes().saturating_mul(at_once),
