@@ -115,7 +115,7 @@ fn halves(length: usize) -> Option<Halves> {
         };
         let first: usize = part(1).map(|(_, r)| r).product();
         let smallest = part(1).map(|(_, r)| *r).min().unwrap_or(0);
-        let ratio = (first * first) as f64 / length as f64;
+        let ratio = (first as f64).powi(2) / length as f64;
         // Halves alike, the first rather longer; the last pass of the first holds two groups of
         // numbers, so a small radix suits it.
         let mut cost = (ratio.log2() - 1.0).abs();
