@@ -44,7 +44,7 @@ pub struct VariableInfo {
 /// What the file at `path` holds, and what `options` make of it.
 ///
 /// # Errors
-/// [`Error::Read`]; [`Error::Input`] if the format is not read or the file is damaged. Where the arrays
+/// [`crate::Error::Read`]; [`crate::Error::Input`] if the format is not read or the file is damaged. Where the arrays
 /// can be listed but none can be taken for a field, the reason is [`Inspection::field`].
 pub fn inspect(path: &Path, options: &OpenOptions) -> Result<Inspection> {
     options.check()?;
