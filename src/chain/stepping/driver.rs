@@ -24,6 +24,17 @@ const MOST_LANDINGS: usize = 4;
 /// Steps for which a survey of the islands should hold.
 const HORIZON_STEPS: f64 = 6.0;
 
+/// The length of the next step, in units of the one that would just meet the tolerance.
+const SAFETY: f64 = 0.8;
+
+/// By what steps grow. Openings make the error of equally long steps vary by factors of ten to a
+/// hundred: steps that grow no faster than this are seldom repeated.
+const GROWTH: f64 = 1.04;
+
+/// The same where the error is below this share of the tolerance: after a flight, and at the start.
+const FAST_GROWTH: f64 = 4.0;
+const HARDLY_ANY: f64 = 1e-3;
+
 #[derive(Debug)]
 pub(super) enum Method {
     Pair {
@@ -191,8 +202,13 @@ impl<K: Kernel> Driver<K> {
         match (self.control, &self.method) {
             (StepControl::LocalError(tolerance), Method::Pair { tableau, .. }) => {
                 let exponent = -1.0 / f64::from(tableau.embedded_order + 1);
-                let factor = 0.9 * (error / tolerance).powf(exponent);
-                (factor.clamp(0.2, 4.0), error <= tolerance)
+                let factor = SAFETY * (error / tolerance).powf(exponent);
+                let most = if error > HARDLY_ANY * tolerance {
+                    GROWTH
+                } else {
+                    FAST_GROWTH
+                };
+                (factor.clamp(0.2, most), error <= tolerance)
             }
             _ => (1.0, true),
         }
@@ -235,7 +251,7 @@ impl<K: Kernel> Driver<K> {
         let (factor, _) = self.judge(outcome.error);
         // A step shortened to end on a sample hardly limits the next one.
         let longest = h * factor;
-        let held_back = h < self.step && factor == 4.0;
+        let held_back = h < self.step && factor >= GROWTH;
         self.step = if held_back {
             longest.max(self.step)
         } else {
