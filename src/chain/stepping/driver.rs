@@ -124,10 +124,12 @@ impl<K: Kernel> Driver<K> {
 
     fn survey(&mut self, h: f64) {
         let horizon = HORIZON_STEPS * h;
+        let moved = self.islands.at_rest.min(self.state.force.len());
         self.islands
             .survey(&self.system, &self.state, horizon, self.caution);
         self.surveyed = self.time + horizon;
-        for shut in self.islands.shut(self.state.force.len()) {
+        let moved = moved.max(self.islands.at_rest.min(self.state.force.len()));
+        for shut in self.islands.shut(moved) {
             self.state.force[shut.clone()].fill(0.0);
             self.next.force[shut].fill(0.0);
         }
@@ -189,7 +191,8 @@ impl<K: Kernel> Driver<K> {
 
     /// The energy passed on by contacts outside all islands is unchanged.
     fn carry_energies(&mut self) {
-        for shut in self.islands.shut(self.state.passed.len()) {
+        let moved = self.islands.at_rest.min(self.state.passed.len());
+        for shut in self.islands.shut(moved) {
             self.next.passed[shut.clone()].copy_from_slice(&self.state.passed[shut]);
         }
         for gap in &self.islands.gaps {
@@ -346,6 +349,7 @@ impl<K: Kernel> Stepping for Driver<K> {
         self.state.clone_from(&mark.state);
         self.next.clone_from(&mark.state);
         self.surveyed = f64::NEG_INFINITY;
+        self.islands.forget();
     }
 
     fn cost(&self) -> Cost {
