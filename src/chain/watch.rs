@@ -8,7 +8,7 @@
 use super::lattice::Chain;
 use super::path::acceleration;
 use super::peak::largest;
-use super::run::CHECK_FACTOR;
+use super::run::{CHECK_FACTOR, FIRST_CHECK};
 use super::simulation::{Accuracy, Simulation};
 use super::stepping::{
     self, FIRST_CONTACT, FIRST_SITE, Mark, Quintic, State, StepControl, Stepping,
@@ -73,7 +73,8 @@ impl Simulation {
             Accuracy::Step(step) => StepControl::Fixed(part * step),
             Accuracy::LocalError(local) => StepControl::LocalError(fraction * local * scale),
             Accuracy::Tolerance(tolerance) => {
-                StepControl::LocalError(fraction * self.local_error_for(tolerance) * scale)
+                let local = FIRST_CHECK * self.local_error_for(tolerance);
+                StepControl::LocalError(fraction * local * scale)
             }
         };
         let stepping = stepping::prepare(&self.task(control, scale, true))?;
