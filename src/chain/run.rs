@@ -14,10 +14,10 @@ use crate::{Error, Result};
 pub const CHECK_FACTOR: f64 = 1.0 / 32.0;
 
 /// The local error of the first coarser run, over that at which most runs keep the tolerance.
-pub(super) const FIRST_CHECK: f64 = 2.0;
+const FIRST_CHECK: f64 = 2.0;
 
 /// Below this the estimate of a step's error is rounding.
-const LEAST_LOCAL_ERROR: f64 = 1e-14;
+pub(super) const LEAST_LOCAL_ERROR: f64 = 1e-14;
 
 /// The local error of the coarser run that the finest one is checked with, over the least one: such
 /// short steps follow their local error wherever contacts open.
