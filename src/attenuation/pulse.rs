@@ -12,7 +12,7 @@ use crate::{Error, Result};
 /// The fraction of its peak force at which a pulse arrives.
 pub const FRONT: f64 = 0.01;
 
-/// A value and its error: the difference from a run with ten times the local error.
+/// A value and its error: the difference from a run with 32 times the local error.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub struct Located {
     pub value: f64,

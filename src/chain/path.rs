@@ -18,7 +18,7 @@ use crate::observer::Observer;
 
 /// Nodes between two openings, and where nothing opens.
 const NODES: usize = 12;
-const SMOOTH_NODES: usize = 6;
+const SMOOTH_NODES: usize = 8;
 
 /// Pieces within this many of their lengths from an opening use the substitution.
 const FELT: f64 = 2.0;

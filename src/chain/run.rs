@@ -8,11 +8,20 @@ use super::stepping::{self, FIRST_SITE, State, StepControl, Stepping, Task};
 use crate::observer::Observer;
 use crate::{Error, Result};
 
-/// By what the local error shrinks in the run that a run is checked with.
-pub const CHECK_FACTOR: f64 = 0.1;
+/// The local error of a run over that of the coarser run that it is checked with. Where openings
+/// limit the steps, runs with local errors closer to each other have nearly the same steps and share
+/// their error.
+pub const CHECK_FACTOR: f64 = 1.0 / 32.0;
+
+/// The local error of the first coarser run, over that at which most runs keep the tolerance.
+const FIRST_CHECK: f64 = 2.0;
 
 /// Below this the estimate of a step's error is rounding.
-const LEAST_LOCAL_ERROR: f64 = 1e-14;
+pub(super) const LEAST_LOCAL_ERROR: f64 = 1e-14;
+
+/// The local error of the coarser run that the finest one is checked with, over the least one: such
+/// short steps follow their local error wherever contacts open.
+const LEAST_CHECK: f64 = 10.0;
 
 /// Where smaller steps bring two runs no closer, from here on it is the chain that amplifies
 /// rounding.
@@ -30,7 +39,9 @@ const MOST_PILOTS: usize = 4;
 const PILOT_ERROR: f64 = 1e-6;
 
 /// The stated error is this multiple of the difference of two runs: near rounding, two runs agree
-/// up to twice better than either is accurate.
+/// up to twice better than either is accurate. Over struck dimers of 100 sites (kappa 1 to 10^6, local
+/// errors 1e-13 to 1e-4) the true error was 0.06 times the difference in the median, and 1.94 times at
+/// most.
 const SURE: f64 = 2.0;
 
 /// Relative changes of the energy that rounding explains.
@@ -135,12 +146,20 @@ impl Simulation {
         if !self.estimate_error {
             return with(local, self.record, all);
         }
-        let mut coarse = local;
+        let mut coarse = FIRST_CHECK * local;
         let mut best = (f64::INFINITY, local);
+        let mut finest: Option<(f64, Run)> = None;
         loop {
-            let mut local = coarse * CHECK_FACTOR;
+            let mut local = (coarse * CHECK_FACTOR).max(LEAST_LOCAL_ERROR);
             let mut run = with(local, self.record, all)?;
-            let error = SURE * self.difference(&run, coarse, few, &with)? / scale;
+            let difference = match finest.take() {
+                // The finer run of the last pair is the coarser one of this.
+                Some((at, other)) if at == coarse => {
+                    all.largest_difference(&other.velocity, &run.velocity)
+                }
+                _ => self.difference(&run, coarse, few, &with)?,
+            };
+            let error = SURE * difference / scale;
             run.report.error = Some(error);
             let Some(tolerance) = tolerance.filter(|tolerance| error > *tolerance) else {
                 return Ok(run);
@@ -152,7 +171,9 @@ impl Simulation {
                 }
                 // The error falls about as the local one does.
                 let shorter = (0.5 * tolerance / error).min(CHECK_FACTOR);
-                coarse = (coarse * shorter).max(LEAST_LOCAL_ERROR / CHECK_FACTOR);
+                coarse = (coarse * shorter).max(LEAST_CHECK * LEAST_LOCAL_ERROR);
+                // Where samples are many, they dictate the steps of the finer run.
+                finest = (few.number() == all.number()).then_some((local, run));
                 continue;
             }
             let mut reached = error;
@@ -239,7 +260,7 @@ impl Simulation {
         } else {
             1.0 / 8.0
         };
-        (tolerance * share).max(1e-13)
+        (tolerance * share).max(LEAST_CHECK * LEAST_LOCAL_ERROR)
     }
 
     /// How much a relative change of 1e-9 of the masses, up and down in the order of Thue and

@@ -8,7 +8,7 @@
 use super::lattice::Chain;
 use super::path::acceleration;
 use super::peak::largest;
-use super::run::CHECK_FACTOR;
+use super::run::{CHECK_FACTOR, LEAST_LOCAL_ERROR};
 use super::simulation::{Accuracy, Simulation};
 use super::stepping::{
     self, FIRST_CONTACT, FIRST_SITE, Mark, Quintic, State, StepControl, Stepping,
@@ -17,8 +17,12 @@ use crate::Result;
 use crate::numeric::root;
 use crate::observer::Observer;
 
-/// Half the length of the refined interval around an event, in steps.
-const CLOSE: f64 = 1.0 / 32.0;
+/// Half the length of the refined interval around an event, in steps: over shorter ones rounding tells,
+/// over longer ones the quintic is off.
+const CLOSE: f64 = 1.0 / 20.0;
+
+/// The same with losses: the force of a damper bends sharply where a contact opens.
+const CLOSE_LOSSY: f64 = 1.0 / 32.0;
 
 /// Distance from a maximum at which slopes are evaluated, as a share of an interpolant.
 const ASIDE: f64 = 0.05;
@@ -73,7 +77,8 @@ impl Simulation {
             Accuracy::Step(step) => StepControl::Fixed(part * step),
             Accuracy::LocalError(local) => StepControl::LocalError(fraction * local * scale),
             Accuracy::Tolerance(tolerance) => {
-                StepControl::LocalError(fraction * self.local_error_for(tolerance) * scale)
+                let local = fraction * self.local_error_for(tolerance);
+                StepControl::LocalError(local.max(LEAST_LOCAL_ERROR) * scale)
             }
         };
         let stepping = stepping::prepare(&self.task(control, scale, true))?;
@@ -142,7 +147,11 @@ impl<'a> ObservedRun<'a> {
     /// The same around an instant inside the step, made again.
     pub(crate) fn near(&mut self, signal: Signal, t: f64) -> Result<Interpolant<'a>> {
         let [from, to] = self.times();
-        let close = CLOSE * (to - from);
+        let close = if self.simulation.chain.losses.any() {
+            CLOSE_LOSSY
+        } else {
+            CLOSE
+        } * (to - from);
         self.go_to((t - close).max(from))?;
         let before = self.stepping.mark();
         self.stepping

@@ -24,12 +24,12 @@ fn regress_work_of_every_scheme() {
         (
             Scheme::Nystrom,
             Accuracy::LocalError(1e-9),
-            [422, 38, 187008, 77],
+            [465, 0, 191232, 77],
         ),
         (
             Scheme::RungeKutta,
             Accuracy::LocalError(1e-9),
-            [537, 44, 355392, 77],
+            [594, 0, 367488, 77],
         ),
         (
             Scheme::VelocityVerlet,
@@ -48,5 +48,28 @@ fn regress_work_of_every_scheme() {
         ),
     ] {
         assert_eq!(work(scheme, accuracy), expected, "{scheme:?}");
+    }
+}
+
+/// Chains whose contacts open and close all the time, at local errors near rounding.
+#[test]
+fn regress_few_steps_near_rounding_are_repeated() {
+    for (kappa, expected) in [
+        (2.0, [9386, 316, 8306624, 2480]),
+        (8.0, [12783, 203, 16447808, 4778]),
+    ] {
+        let mut simulation = Simulation::impact(Chain::dimer(300, kappa), 1.0, 250.0, 2);
+        simulation.record = Record::default();
+        simulation.estimate_error = false;
+        simulation.accuracy = Accuracy::LocalError(1e-13);
+        let cost = simulation.run(&Silent).unwrap().report.cost;
+        assert!(20 * cost.rejected_steps < cost.steps, "{kappa}: {cost:?}");
+        let found = [
+            cost.steps,
+            cost.rejected_steps,
+            cost.forces,
+            cost.corrected_contacts,
+        ];
+        assert_eq!(found, expected, "{kappa}");
     }
 }

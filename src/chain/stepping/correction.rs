@@ -14,6 +14,13 @@ use crate::numeric::root;
 
 const NODES: usize = 6;
 
+/// Distance, in steps, of an opening outside a step that is felt in it.
+pub(super) const NEAR: f64 = 3.0;
+
+/// Farther openings are quite smooth.
+const CLOSE: f64 = 0.7;
+const SMOOTH_NODES: usize = 10;
+
 /// A polynomial of degree five on 0..1.
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct Quintic([f64; 6]);
@@ -62,6 +69,8 @@ pub(super) enum Pressing {
     Beside { opening: f64, end: f64 },
     /// Between two openings.
     Between { from: f64, to: f64 },
+    /// All through the step, shortly behind or before an opening outside it.
+    Near { opening: f64 },
 }
 
 /// Quadratures along an opening contact, for one power of the overlap.
@@ -69,6 +78,7 @@ pub(super) enum Pressing {
 pub(super) struct Correction {
     one_end: Rule,
     both_ends: Rule,
+    smooth: Rule,
 }
 
 /// Integrals over the step, in units of it, for unit coefficient: what the method missed.
@@ -89,6 +99,7 @@ impl Correction {
         Correction {
             one_end: gauss_jacobi(NODES, power, 0.0),
             both_ends: gauss_jacobi(NODES, power, power),
+            smooth: gauss_jacobi(SMOOTH_NODES, 0.0, 0.0),
         }
     }
 
@@ -125,6 +136,26 @@ impl Correction {
                         add(s, length * weight * kernel.power(ratio));
                     }
                 }
+                Pressing::Near { opening } if !(-CLOSE..1.0 + CLOSE).contains(&opening) => {
+                    for &(node, weight) in &self.smooth {
+                        add(node, weight * kernel.power(overlap.at(node).max(0.0)));
+                    }
+                }
+                Pressing::Near { opening } => {
+                    let (far, close) = if opening < 0.0 {
+                        (1.0, 0.0)
+                    } else {
+                        (0.0, 1.0)
+                    };
+                    for (end, sign) in [(far, 1.0), (close, -1.0)] {
+                        let length: f64 = end - opening;
+                        for &(node, weight) in &self.one_end {
+                            let s = opening + length * node;
+                            let ratio = (overlap.at(s) / node).max(0.0);
+                            add(s, sign * length.abs() * weight * kernel.power(ratio));
+                        }
+                    }
+                }
             }
         }
         let force = |stage: usize| kernel.power(overlap.at(tableau.c[stage]).max(0.0));
@@ -142,6 +173,86 @@ impl Correction {
         missed
     }
 
+    /// What the method misses of the displacement at each stage, `integral of (c - s) F`, in units of
+    /// the step squared, for unit coefficient.
+    pub(super) fn displacements<K: Kernel>(
+        &self,
+        kernel: K,
+        tableau: &Tableau,
+        (overlap, spans): (&Quintic, &[Option<Pressing>; 2]),
+    ) -> [f64; MOST_STAGES] {
+        let mut forces = [0.0; MOST_STAGES];
+        for (force, &c) in forces.iter_mut().zip(&tableau.c) {
+            *force = kernel.power(overlap.at(c).max(0.0));
+        }
+        let mut missed = [0.0; MOST_STAGES];
+        for &(stage, _) in &tableau.bp {
+            let c = tableau.c[stage];
+            let up_to = |span| self.up_to(kernel, overlap, span, c, |s| c - s);
+            let exact: f64 = spans.iter().flatten().copied().map(up_to).sum();
+            let own = tableau.a[stage].iter();
+            missed[stage] = exact - own.map(|&(j, w)| w * forces[j]).sum::<f64>();
+        }
+        missed
+    }
+
+    /// Integral from 0 to c of the force times a factor.
+    fn up_to<K: Kernel>(
+        &self,
+        kernel: K,
+        overlap: &Quintic,
+        span: Pressing,
+        c: f64,
+        factor: impl Fn(f64) -> f64,
+    ) -> f64 {
+        let beside = |opening: f64, end: f64| {
+            let length = end - opening;
+            let sum: f64 = self
+                .one_end
+                .iter()
+                .map(|(node, weight)| {
+                    let s = opening + length * node;
+                    weight * factor(s) * kernel.power((overlap.at(s) / node).max(0.0))
+                })
+                .sum();
+            length.abs() * sum
+        };
+        match span {
+            Pressing::Beside { opening, end } if end > opening => {
+                if c > opening {
+                    beside(opening, c)
+                } else {
+                    0.0
+                }
+            }
+            Pressing::Beside { opening, end } => {
+                let left = if c < opening { beside(opening, c) } else { 0.0 };
+                beside(opening, end) - left
+            }
+            Pressing::Between { from, to } if c <= to => {
+                if c > from {
+                    beside(from, c)
+                } else {
+                    0.0
+                }
+            }
+            Pressing::Between { from, to } => {
+                let middle = 0.5 * (from + to);
+                beside(from, middle) + beside(to, middle)
+            }
+            Pressing::Near { opening } if !(-CLOSE..1.0 + CLOSE).contains(&opening) => {
+                let part = |&(node, weight): &(f64, f64)| {
+                    c * weight * factor(c * node) * kernel.power(overlap.at(c * node).max(0.0))
+                };
+                self.smooth.iter().map(part).sum()
+            }
+            Pressing::Near { opening } if opening < 0.0 => {
+                beside(opening, c) - beside(opening, 0.0)
+            }
+            Pressing::Near { opening } => beside(opening, 0.0) - beside(opening, c),
+        }
+    }
+
     /// What the method misses of the impulse up to each stage, for the velocities there.
     pub(super) fn up_to_stages<K: Kernel>(
         &self,
@@ -149,43 +260,8 @@ impl Correction {
         tableau: &Tableau,
         (overlap, spans): (&Quintic, &[Option<Pressing>; 2]),
     ) -> [f64; MOST_STAGES] {
-        let beside = |opening: f64, end: f64| {
-            let length = end - opening;
-            let sum: f64 = self
-                .one_end
-                .iter()
-                .map(|(node, weight)| {
-                    let ratio = overlap.at(opening + length * node) / node;
-                    weight * kernel.power(ratio.max(0.0))
-                })
-                .sum();
-            length.abs() * sum
-        };
         let impulse_to = |c: f64| -> f64 {
-            let of_span = |span: &Pressing| match *span {
-                Pressing::Beside { opening, end } if end > opening => {
-                    if c > opening {
-                        beside(opening, c)
-                    } else {
-                        0.0
-                    }
-                }
-                Pressing::Beside { opening, end } => {
-                    let left = if c < opening { beside(opening, c) } else { 0.0 };
-                    beside(opening, end) - left
-                }
-                Pressing::Between { from, to } if c <= to => {
-                    if c > from {
-                        beside(from, c)
-                    } else {
-                        0.0
-                    }
-                }
-                Pressing::Between { from, to } => {
-                    let middle = 0.5 * (from + to);
-                    beside(from, middle) + beside(to, middle)
-                }
-            };
+            let of_span = |span: &Pressing| self.up_to(kernel, overlap, *span, c, |_| 1.0);
             spans.iter().flatten().map(of_span).sum()
         };
         let force = |stage: usize| kernel.power(overlap.at(tableau.c[stage]).max(0.0));
@@ -208,6 +284,7 @@ pub(crate) fn openings(overlap: &Quintic) -> impl Iterator<Item = f64> {
         .flat_map(|span| match span {
             Pressing::Beside { opening, .. } => [Some(opening), None],
             Pressing::Between { from, to } => [Some(from), Some(to)],
+            Pressing::Near { .. } => [None, None],
         })
         .flatten()
 }
@@ -232,6 +309,34 @@ pub(super) fn pressing_spans(overlap: &Quintic) -> Option<[Option<Pressing>; 2]>
                 [Some(Pressing::Between { from, to }), None]
             })
         }
+    }
+}
+
+/// An opening about [`NEAR`] steps or less before or after a step in which the contact presses.
+pub(super) fn opening_nearby(overlap: &Quintic) -> Option<f64> {
+    let [start, closing, ..] = overlap.0;
+    let (end, closing_end) = (overlap.at(1.0), overlap.slope_at(1.0));
+    if !(start > 0.0 && end > 0.0) {
+        return None;
+    }
+    let near = |distance: f64| (distance > 0.0 && distance < NEAR).then_some(distance);
+    let outside = |distance: f64, edge: f64, sign: f64| {
+        if distance > CLOSE {
+            return Some(distance);
+        }
+        let at = |d: f64| overlap.at(edge + sign * d);
+        (at(CLOSE) < 0.0).then(|| root::between(0.0, CLOSE, at))
+    };
+    let before = near(start / closing)
+        .and_then(|d| outside(d, 0.0, -1.0))
+        .map(|d| -d);
+    let after = near(-end / closing_end)
+        .and_then(|d| outside(d, 1.0, 1.0))
+        .map(|d| 1.0 + d);
+    match (before, after) {
+        (Some(before), Some(after)) if -before > after - 1.0 => Some(after),
+        (Some(before), _) => Some(before),
+        (None, after) => after,
     }
 }
 

@@ -24,6 +24,17 @@ const MOST_LANDINGS: usize = 4;
 /// Steps for which a survey of the islands should hold.
 const HORIZON_STEPS: f64 = 6.0;
 
+/// The length of the next step, in units of the one that would just meet the tolerance.
+const SAFETY: f64 = 0.8;
+
+/// By what steps grow. Openings make the error of equally long steps vary by factors of ten to a
+/// hundred: steps that grow no faster than this are seldom repeated.
+const GROWTH: f64 = 1.04;
+
+/// The same where the error is below this share of the tolerance: after a flight, and at the start.
+const FAST_GROWTH: f64 = 4.0;
+const HARDLY_ANY: f64 = 1e-3;
+
 #[derive(Debug)]
 pub(super) enum Method {
     Pair {
@@ -113,10 +124,12 @@ impl<K: Kernel> Driver<K> {
 
     fn survey(&mut self, h: f64) {
         let horizon = HORIZON_STEPS * h;
+        let moved = self.islands.at_rest.min(self.state.force.len());
         self.islands
             .survey(&self.system, &self.state, horizon, self.caution);
         self.surveyed = self.time + horizon;
-        for shut in self.islands.shut(self.state.force.len()) {
+        let moved = moved.max(self.islands.at_rest.min(self.state.force.len()));
+        for shut in self.islands.shut(moved) {
             self.state.force[shut.clone()].fill(0.0);
             self.next.force[shut].fill(0.0);
         }
@@ -178,7 +191,8 @@ impl<K: Kernel> Driver<K> {
 
     /// The energy passed on by contacts outside all islands is unchanged.
     fn carry_energies(&mut self) {
-        for shut in self.islands.shut(self.state.passed.len()) {
+        let moved = self.islands.at_rest.min(self.state.passed.len());
+        for shut in self.islands.shut(moved) {
             self.next.passed[shut.clone()].copy_from_slice(&self.state.passed[shut]);
         }
         for gap in &self.islands.gaps {
@@ -191,8 +205,13 @@ impl<K: Kernel> Driver<K> {
         match (self.control, &self.method) {
             (StepControl::LocalError(tolerance), Method::Pair { tableau, .. }) => {
                 let exponent = -1.0 / f64::from(tableau.embedded_order + 1);
-                let factor = 0.9 * (error / tolerance).powf(exponent);
-                (factor.clamp(0.2, 4.0), error <= tolerance)
+                let factor = SAFETY * (error / tolerance).powf(exponent);
+                let most = if error > HARDLY_ANY * tolerance {
+                    GROWTH
+                } else {
+                    FAST_GROWTH
+                };
+                (factor.clamp(0.2, most), error <= tolerance)
             }
             _ => (1.0, true),
         }
@@ -235,7 +254,7 @@ impl<K: Kernel> Driver<K> {
         let (factor, _) = self.judge(outcome.error);
         // A step shortened to end on a sample hardly limits the next one.
         let longest = h * factor;
-        let held_back = h < self.step && factor == 4.0;
+        let held_back = h < self.step && factor >= GROWTH;
         self.step = if held_back {
             longest.max(self.step)
         } else {
@@ -330,6 +349,7 @@ impl<K: Kernel> Stepping for Driver<K> {
         self.state.clone_from(&mark.state);
         self.next.clone_from(&mark.state);
         self.surveyed = f64::NEG_INFINITY;
+        self.islands.forget();
     }
 
     fn cost(&self) -> Cost {

@@ -1,26 +1,73 @@
 //! Contacts that open or close inside a step: finding them, and correcting the step for them.
 
 use super::super::law::Kernel;
-use super::correction::{Correction, Missed, Quintic, pressing_spans};
+use super::correction::{
+    Correction, Missed, NEAR, Pressing, Quintic, opening_nearby, pressing_spans,
+};
 use super::islands::Island;
 use super::pair::{PairStep, Span};
 use super::resolved::{Crossing, Resolved};
 use super::system::{State, System};
-use super::tableau::MOST_STAGES;
+use super::tableau::{MOST_STAGES, Weights};
 use crate::numeric::lanes::{AlignedRow, WIDTH};
 
 /// Openings that change velocities by less than this share of the tolerance are left as they are.
 const NEGLIGIBLE: f64 = 1e-3;
 
+/// Openings outside the step are corrected where they matter to this share of the tolerance.
+const FELT: f64 = 0.1;
+
 /// A contact that opened or closed inside the step.
 #[derive(Debug)]
 struct Event {
     contact: usize,
+    /// Rather than shortly before or after it.
+    inside: bool,
     missed: Missed,
     resolved: Resolved,
     /// Impulse up to each stage that the stage's velocity missed, in units of the step and of the
     /// coefficient; zeros where energies are not followed.
     impulses: [f64; MOST_STAGES],
+    /// By what the displacements that the stages missed change their forces, in the contact before,
+    /// this one, and the one behind.
+    changes: [[f64; MOST_STAGES]; 3],
+}
+
+impl Event {
+    /// Adds what the changed forces do to the end of the step and to its error estimate.
+    fn change_stages<K: Kernel>(
+        &self,
+        step: &PairStep<K>,
+        next: &mut State,
+        force: &mut [AlignedRow],
+        error: &mut AlignedRow,
+    ) {
+        let PairStep {
+            system,
+            tableau,
+            span: Span { h, .. },
+            ..
+        } = *step;
+        for (change, k) in self.changes.iter().zip(self.contact - 1..) {
+            if change.iter().all(|change| *change == 0.0) {
+                continue;
+            }
+            let sum = |weights: &Weights| -> f64 {
+                weights.iter().map(|&(stage, w)| w * change[stage]).sum()
+            };
+            let (impulse, moment) = (h * sum(&tableau.bp), h * h * sum(&tableau.b));
+            let estimate = h * sum(&tableau.error);
+            for (s, sign) in [(k - 1, -1.0), (k, 1.0)] {
+                let push = sign * system.mobility[s];
+                next.v[s] += push * impulse;
+                next.x[s] += push * moment;
+                error[s] += push * estimate;
+            }
+            for (row, change) in force.iter_mut().zip(change) {
+                row[k] += change;
+            }
+        }
+    }
 }
 
 /// Scratch for a step's events.
@@ -37,8 +84,13 @@ impl Events {
         &mut self.blocks
     }
 
+    pub(super) fn is_empty(&self) -> bool {
+        self.found.is_empty()
+    }
+
+    /// Contacts that open or close inside the step.
     pub(super) fn count(&self) -> u64 {
-        self.found.len() as u64
+        self.found.iter().filter(|event| event.inside).count() as u64
     }
 
     /// The longest step that resolves all of them, and the longest that may follow.
@@ -66,6 +118,7 @@ impl Events {
         island: &Island,
         path: [&State; 2],
         force: &[AlignedRow],
+        error: &AlignedRow,
     ) {
         let PairStep {
             system,
@@ -91,7 +144,17 @@ impl Events {
             let Some(overlap) = crossing(system, negligible, s, span, path, forces) else {
                 continue;
             };
-            let Some(spans) = pressing_spans(&overlap) else {
+            let nearby = || {
+                // The root of the overlap in tangent damping, which is not corrected, needs the short
+                // steps beside an opening.
+                let felt = error[s - 1].abs().max(error[s].abs()) >= FELT * tolerance;
+                if !felt || system.losses.tangent > 0.0 {
+                    return None;
+                }
+                let opening = opening_nearby(&overlap)?;
+                Some([Some(Pressing::Near { opening }), None])
+            };
+            let Some(spans) = pressing_spans(&overlap).or_else(nearby) else {
                 continue;
             };
             let along = (&overlap, &spans);
@@ -112,7 +175,9 @@ impl Events {
             };
             found.push(Event {
                 contact: s,
+                inside: !matches!(spans[0], Some(Pressing::Near { .. })),
                 missed,
+                changes: changes(step, correction, along, s, path, forces),
                 resolved: crossing.resolved(system, &missed, tolerance),
                 impulses: if energy {
                     correction.up_to_stages(system.kernel, tableau, along)
@@ -126,13 +191,15 @@ impl Events {
     /// Adds the missed impulses to the end of the step, and removes them from the error estimate.
     pub(super) fn correct<K: Kernel>(
         &self,
-        system: &System<K>,
+        step: &PairStep<K>,
         island: &Island,
-        span: Span,
         next: &mut State,
+        force: &mut [AlignedRow],
         error: &mut AlignedRow,
     ) {
+        let PairStep { system, span, .. } = *step;
         for event in &self.found {
+            event.change_stages(step, next, force, error);
             let scale = span.h * system.coefficient[event.contact];
             for (s, sign) in [(event.contact - 1, -1.0), (event.contact, 1.0)] {
                 let push = sign * scale * system.mobility[s];
@@ -148,7 +215,8 @@ impl Events {
         let first = (island.places().start + 1).max(system.contacts.start);
         let last = island.places().end.min(system.contacts.end);
         for event in &self.found {
-            for s in (event.contact - 1).max(first)..(event.contact + 2).min(last) {
+            let beside = event.contact.saturating_sub(2)..event.contact + 3;
+            for s in beside.start.max(first)..beside.end.min(last) {
                 next.force[s] = system.force(s, end, &next.x, &next.v).0;
             }
         }
@@ -199,7 +267,9 @@ fn crossing<K: Kernel>(
     let grazes = closing * closing_end < 0.0
         && (start > 0.0) == (closing < 0.0)
         && start.abs().min(finish.abs()) < closing.abs() + closing_end.abs();
-    if !crosses && !grazes || system.coefficient[s] == 0.0 {
+    let nears =
+        start > 0.0 && finish > 0.0 && (start < NEAR * closing || finish < -NEAR * closing_end);
+    if !crosses && !grazes && !nears || system.coefficient[s] == 0.0 {
         return None;
     }
     if !grazes {
@@ -217,6 +287,69 @@ fn crossing<K: Kernel>(
         path,
         [finish, closing_end, bend(t + h, force_end)],
     ))
+}
+
+/// By what the displacements that the stages missed change the forces there.
+fn changes<K: Kernel>(
+    step: &PairStep<K>,
+    correction: &Correction,
+    (overlap, spans): (&Quintic, &[Option<Pressing>; 2]),
+    e: usize,
+    path: [&State; 2],
+    forces: [&AlignedRow; 2],
+) -> [[f64; MOST_STAGES]; 3] {
+    let PairStep {
+        system,
+        tableau,
+        span,
+        ..
+    } = *step;
+    let mut all = [[0.0; MOST_STAGES]; 3];
+    let missed = correction.displacements(system.kernel, tableau, (overlap, spans));
+    let [left, right] = [system.mobility[e - 1], system.mobility[e]];
+    let scale = span.h * span.h * system.coefficient[e];
+    for (i, (part, k)) in [left, -left - right, right]
+        .into_iter()
+        .zip(e - 1..e + 2)
+        .enumerate()
+    {
+        let c = system.coefficient.get(k).copied().unwrap_or(0.0);
+        if c == 0.0 || part == 0.0 {
+            continue;
+        }
+        let own = if k == e {
+            *overlap
+        } else {
+            overlap_path(system, k, span, path, forces)
+        };
+        let d0 = system.static_overlap[k];
+        for &(stage, _) in &tableau.bp {
+            let stiffness = system
+                .kernel
+                .stiffness(c, d0, own.at(tableau.c[stage]) - d0);
+            all[i][stage] = stiffness * part * scale * missed[stage];
+        }
+    }
+    all
+}
+
+/// The overlap of contact s over the step.
+fn overlap_path<K: Kernel>(
+    system: &System<K>,
+    s: usize,
+    Span { t, h }: Span,
+    [state, next]: [&State; 2],
+    [force, force_end]: [&AlignedRow; 2],
+) -> Quintic {
+    let at = |state: &State, t: f64, force: &[f64]| {
+        let bend = system.acceleration(s - 1, t, force) - system.acceleration(s, t, force);
+        [
+            system.overlap(s, &state.x),
+            h * (state.v[s - 1] - state.v[s]),
+            h * h * bend,
+        ]
+    };
+    Quintic::hermite(at(state, t, force), at(next, t + h, force_end))
 }
 
 /// The path of place s over the step.

@@ -1,6 +1,7 @@
 //! The end of a step, in one pass over an island: velocities, errors, and blocks with possible
 //! contact events.
 
+use super::correction::NEAR;
 use super::islands::Island;
 use super::stage::{StageSums, walk};
 use crate::numeric::lanes::{AlignedRow, LaneBlock, Lanes, SimdKernel, widest};
@@ -47,7 +48,7 @@ impl SimdKernel for Finish<'_> {
         let v1 = &mut self.v1.0[blocks.clone()][..n];
         let error = &mut self.error.0[blocks][..n];
         let [velocity, estimate] = self.sums;
-        let h = L::splat(self.h);
+        let (h, reach) = (L::splat(self.h), L::splat(NEAR));
         let zero = L::splat(0.0);
         let (mut worst, mut faults) = (zero, zero);
         let mut before = [zero; 4];
@@ -83,7 +84,10 @@ impl SimdKernel for Finish<'_> {
                 let near = closing.abs() + closing_end.abs() - start.abs().min(finish.abs());
                 let grazes = turns.choose(near, zero).positive();
                 let crosses = (start * finish).choose(zero, start.positive() + finish.positive());
-                if (crosses + grazes).positive_mask() != 0 {
+                let behind = (reach * closing - start).positive();
+                let ahead = (zero - reach * closing_end - finish).positive();
+                let nears = start.positive() * finish.positive() * (behind + ahead);
+                if (crosses + grazes + nears).positive_mask() != 0 {
                     self.openings.push(first + b);
                 }
             },

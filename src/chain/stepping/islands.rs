@@ -57,6 +57,8 @@ pub(super) struct Islands {
     masks: Vec<u8>,
     /// Contacts ahead of the front that are stepped along.
     ahead: usize,
+    /// The places from here on have never moved, and their contacts carry no force.
+    pub(super) at_rest: usize,
 }
 
 impl Islands {
@@ -67,7 +69,13 @@ impl Islands {
             gaps: Vec::new(),
             masks: Vec::new(),
             ahead,
+            at_rest: usize::MAX,
         }
+    }
+
+    /// Forgets which places have moved.
+    pub(super) fn forget(&mut self) {
+        self.at_rest = usize::MAX;
     }
 
     /// Finds the islands that hold for the time `horizon`, wider ones with more caution.
@@ -79,12 +87,14 @@ impl Islands {
         caution: f64,
     ) {
         let places = system.places();
-        let front = (0..places)
+        let front = (0..places.min(self.at_rest))
             .rev()
             .find(|&s| state.x[s] != 0.0 || state.v[s] != 0.0)
             .map_or(0, |last| last + 1);
         let ahead = (caution * self.ahead as f64) as usize;
         let reached = front.saturating_add(ahead).min(places);
+        // Islands may end two places farther, and end with a whole block.
+        self.at_rest = (reached + 2).next_multiple_of(WIDTH).min(places) + WIDTH;
         self.active.clear();
         self.gaps.clear();
         let opens = system.kernel.opening_power().is_some() && system.losses.drag == 0.0;
@@ -171,7 +181,7 @@ impl Islands {
         self.active.iter().map(contacts).sum()
     }
 
-    /// The contacts that belong to no island, in order.
+    /// The contacts before this one that belong to no island, in order.
     pub(super) fn shut(&self, contacts: usize) -> impl Iterator<Item = Range<usize>> {
         // The contact on the left of an island's first place is outside it.
         let starts = std::iter::once(0).chain(self.active.iter().map(|i| i.places().end));

@@ -155,9 +155,9 @@ impl<K: Kernel> PairStep<'_, K> {
         next.force.0[blocks.clone()].copy_from_slice(&force[last].0[blocks]);
 
         if let Some(correction) = self.correction {
-            events.find(self, correction, island, [state, next], force);
-            if events.count() > 0 {
-                events.correct(system, island, span, next, error);
+            events.find(self, correction, island, [state, next], force, error);
+            if !events.is_empty() {
+                events.correct(self, island, next, force, error);
                 leaked |= island.leaks(&next.force) || events.reach_guards(island);
                 largest = Largest { island, row: error }.find();
             }

@@ -29,6 +29,9 @@ const LARGEST_CHANGE: f64 = 0.1;
 /// 0.2 and 0.3, and below 0.005 from 0.5 on.
 const INTERPOLATION_ERROR: f64 = 0.2;
 
+/// The same for a contact that closes before the step or opens after it, and presses all the time.
+const NEARBY_ERROR: f64 = 0.005;
+
 /// What a step makes of one contact.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Resolved {
@@ -78,6 +81,13 @@ impl Crossing<'_> {
                     (opening, (end - opening).abs(), end > opening)
                 }
                 Pressing::Between { from, to } => (from, to - from, true),
+                Pressing::Near { opening } => {
+                    let speed = self.speed_at(opening.clamp(0.0, 1.0));
+                    let [kappa, _] = self.changes(system, mobility, speed, 1.0);
+                    let impulse = self.h * coefficient * missed.impulse.abs();
+                    all.error += NEARBY_ERROR * kappa * impulse;
+                    continue;
+                }
             };
             // The end of a flight is known from its interpolant, whatever the state at the end of
             // the step.
