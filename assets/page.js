@@ -489,7 +489,7 @@
       this.root = document.getElementById(map.id);
       this.picture = this.root.querySelector(".picture");
       this.readout = this.root.querySelector(".readout");
-      this.log = !map.signed;
+      this.log = !map.signed && !map.linear;
       this.along = map.along;
       this.isEmpty = map.rows === 0 || map.columns === 0;
       this.missing = this.map.values.some((v) => !Number.isFinite(v));

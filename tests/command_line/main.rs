@@ -5,6 +5,7 @@ mod attenuation;
 mod bench;
 mod budget;
 mod chain;
+mod coherence;
 mod convert;
 mod dispersion;
 mod faults;

@@ -50,6 +50,8 @@ pub(in crate::report) struct MapData {
     pub y: AxisData,
     label: String,
     signed: bool,
+    /// Whether the page opens with linear colours; those of signed values are linear anyway.
+    linear: bool,
     /// Axis that the curve beside the map runs along at first.
     along: &'static str,
     /// Magnitude at which a linear colour scale ends; by default the largest.
@@ -127,6 +129,7 @@ impl MapData {
             y: AxisData::new(&map.y.label, (map.y.low, map.y.high), y),
             label: map.label.clone(),
             signed: matches!(map.reduction, Reduction::Extreme { .. }),
+            linear: false,
             along: "y",
             limit: None,
             range: None,
@@ -156,12 +159,21 @@ impl MapData {
             y,
             label: label.into(),
             signed: false,
+            linear: false,
             along: "y",
             limit: None,
             range: None,
             cells: CellData::of_values(values),
             detail: None,
             lines: Vec::new(),
+        }
+    }
+
+    /// With linear colours at first.
+    pub fn linear(self) -> Self {
+        MapData {
+            linear: true,
+            ..self
         }
     }
 

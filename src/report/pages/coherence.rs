@@ -60,6 +60,7 @@ pub fn coherence_html(
         &map.label,
         map.values.view(),
     )
+    .linear()
     .with_range(Some([0.0, 1.0]));
     let mut rows: Vec<Vec<Picture>> = vec![vec![map.into()]];
     let charts = [coherence_by_frequency(found)];

@@ -1,0 +1,77 @@
+//! `cascade coherence` as a stranger runs it.
+
+use ndarray::Array2;
+use ndarray_npy::NpzReader;
+use test_support::fields::noise;
+use test_support::place::Place;
+
+/// A site that follows its neighbour three samples later, in noise, and one that does not.
+fn place() -> Place {
+    let place = Place::new();
+    let source = noise(4100, 4);
+    let values = Array2::from_shape_fn((4096, 3), |(n, j)| match j {
+        0 => source[[n + 3, 0]] + 0.2 * source[[n, 1]],
+        1 => source[[n, 0]] + 0.2 * source[[n, 2]],
+        _ => source[[n, 3]],
+    });
+    place.save("field.npy", &values);
+    place
+}
+
+#[test]
+fn regress_a_delay_is_found_and_written() {
+    let place = place();
+    place.good(&["coherence", "field.npy", "--dt", "10us", "--figures", "png"]);
+    let summary = place.json("field-coherence/summary.json");
+    let delay = &summary["delays"][1];
+    let (found, error) = (
+        delay["delay"].as_f64().unwrap(),
+        delay["error"].as_f64().unwrap(),
+    );
+    assert!(
+        (found - 3e-5).abs() < 4.0 * error && error < 1e-6,
+        "{delay}"
+    );
+    assert!(summary["level"].as_f64().unwrap() > 0.1);
+    let file = std::fs::File::open(place.path("field-coherence/coherence.npz")).unwrap();
+    let mut archive = NpzReader::new(file).unwrap();
+    let coherence: Array2<f64> = archive.by_name("coherence").unwrap();
+    assert_eq!(coherence.dim(), (257, 3));
+    let mean = |j: usize| coherence.column(j).mean().unwrap();
+    assert!(mean(1) > 0.8 && mean(2) < 0.2, "{} {}", mean(1), mean(2));
+    for name in ["report.html", "figures/coherence.png"] {
+        assert!(place.path(&format!("field-coherence/{name}")).exists());
+    }
+    // An existing result is replaced where that is asked for.
+    let again = [
+        "coherence",
+        "field.npy",
+        "--multitaper",
+        "4,7",
+        "--figures",
+        "none",
+    ];
+    place.bad(2, &again);
+    place.good(&[&again[..], &["--force"]].concat());
+}
+
+#[test]
+fn regress_what_does_not_fit_is_refused_by_its_option() {
+    let place = place();
+    let before = place.names();
+    for (words, named) in [
+        ("--reference 3", "--reference"),
+        ("--segment 5000", "--segment"),
+        ("--multitaper 4,9", "--multitaper"),
+        ("--multitaper 4", "NW,K"),
+        ("--overlap 50%", "--segment"),
+    ] {
+        let words: Vec<&str> = ["coherence", "field.npy"]
+            .into_iter()
+            .chain(words.split(' '))
+            .collect();
+        let said = place.bad(2, &words);
+        assert!(said.contains(named), "{words:?}: {said}");
+        assert_eq!(place.names(), before, "{words:?}");
+    }
+}
