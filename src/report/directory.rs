@@ -76,7 +76,7 @@ const LOCALIZED: [&str; 11] = [
 ];
 
 /// What `figures` may hold, as PNG, SVG and PDF.
-const FIGURES: [&str; 17] = [
+const FIGURES: [&str; 18] = [
     "space-time",
     "temporal-spectrum",
     "spatial-spectrum",
@@ -94,6 +94,7 @@ const FIGURES: [&str; 17] = [
     "spectral-flux",
     "scale-flux",
     "views",
+    "coherence",
 ];
 
 impl ResultDirectory {
