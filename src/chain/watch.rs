@@ -17,12 +17,12 @@ use crate::Result;
 use crate::numeric::root;
 use crate::observer::Observer;
 
-/// Half the length of the refined interval around an event, in steps: over shorter ones rounding tells,
-/// over longer ones the quintic is off.
-const CLOSE: f64 = 1.0 / 20.0;
+/// Half the length of the refined interval around an event, in steps.
+const CLOSE: f64 = 1.0 / 32.0;
 
-/// The same with losses: the force of a damper bends sharply where a contact opens.
-const CLOSE_LOSSY: f64 = 1.0 / 32.0;
+/// Share of the local error of a run: relative errors of single pulses are wanted, and of the energies
+/// that they pass on, which can be small.
+const SHARE: f64 = 0.5;
 
 /// Distance from a maximum at which slopes are evaluated, as a share of an interpolant.
 const ASIDE: f64 = 0.05;
@@ -77,7 +77,7 @@ impl Simulation {
             Accuracy::Step(step) => StepControl::Fixed(part * step),
             Accuracy::LocalError(local) => StepControl::LocalError(fraction * local * scale),
             Accuracy::Tolerance(tolerance) => {
-                let local = fraction * self.local_error_for(tolerance);
+                let local = SHARE * fraction * self.local_error_for(tolerance);
                 StepControl::LocalError(local.max(LEAST_LOCAL_ERROR) * scale)
             }
         };
@@ -147,11 +147,7 @@ impl<'a> ObservedRun<'a> {
     /// The same around an instant inside the step, made again.
     pub(crate) fn near(&mut self, signal: Signal, t: f64) -> Result<Interpolant<'a>> {
         let [from, to] = self.times();
-        let close = if self.simulation.chain.losses.any() {
-            CLOSE_LOSSY
-        } else {
-            CLOSE
-        } * (to - from);
+        let close = CLOSE * (to - from);
         self.go_to((t - close).max(from))?;
         let before = self.stepping.mark();
         self.stepping

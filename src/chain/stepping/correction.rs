@@ -9,7 +9,7 @@
 
 use super::super::law::Kernel;
 use super::quadrature::{Rule, gauss_jacobi};
-use super::tableau::{MOST_STAGES, Tableau};
+use super::tableau::{MOST_STAGES, Tableau, Weights};
 use crate::numeric::root;
 
 const NODES: usize = 6;
@@ -136,7 +136,7 @@ impl Correction {
                         add(s, length * weight * kernel.power(ratio));
                     }
                 }
-                Pressing::Near { opening } if !(-CLOSE..1.0 + CLOSE).contains(&opening) => {
+                Pressing::Near { opening } if !is_close(opening) => {
                     for &(node, weight) in &self.smooth {
                         add(node, weight * kernel.power(overlap.at(node).max(0.0)));
                     }
@@ -173,106 +173,122 @@ impl Correction {
         missed
     }
 
-    /// What the method misses of the displacement at each stage, `integral of (c - s) F`, in units of
-    /// the step squared, for unit coefficient.
-    pub(super) fn displacements<K: Kernel>(
-        &self,
-        kernel: K,
-        tableau: &Tableau,
-        (overlap, spans): (&Quintic, &[Option<Pressing>; 2]),
-    ) -> [f64; MOST_STAGES] {
-        let mut forces = [0.0; MOST_STAGES];
-        for (force, &c) in forces.iter_mut().zip(&tableau.c) {
-            *force = kernel.power(overlap.at(c).max(0.0));
-        }
-        let mut missed = [0.0; MOST_STAGES];
-        for &(stage, _) in &tableau.bp {
-            let c = tableau.c[stage];
-            let up_to = |span| self.up_to(kernel, overlap, span, c, |s| c - s);
-            let exact: f64 = spans.iter().flatten().copied().map(up_to).sum();
-            let own = tableau.a[stage].iter();
-            missed[stage] = exact - own.map(|&(j, w)| w * forces[j]).sum::<f64>();
-        }
-        missed
-    }
-
-    /// Integral from 0 to c of the force times a factor.
-    fn up_to<K: Kernel>(
-        &self,
-        kernel: K,
-        overlap: &Quintic,
-        span: Pressing,
-        c: f64,
-        factor: impl Fn(f64) -> f64,
-    ) -> f64 {
-        let beside = |opening: f64, end: f64| {
-            let length = end - opening;
-            let sum: f64 = self
-                .one_end
-                .iter()
-                .map(|(node, weight)| {
-                    let s = opening + length * node;
-                    weight * factor(s) * kernel.power((overlap.at(s) / node).max(0.0))
-                })
-                .sum();
-            length.abs() * sum
-        };
-        match span {
-            Pressing::Beside { opening, end } if end > opening => {
-                if c > opening {
-                    beside(opening, c)
-                } else {
-                    0.0
-                }
-            }
-            Pressing::Beside { opening, end } => {
-                let left = if c < opening { beside(opening, c) } else { 0.0 };
-                beside(opening, end) - left
-            }
-            Pressing::Between { from, to } if c <= to => {
-                if c > from {
-                    beside(from, c)
-                } else {
-                    0.0
-                }
-            }
-            Pressing::Between { from, to } => {
-                let middle = 0.5 * (from + to);
-                beside(from, middle) + beside(to, middle)
-            }
-            Pressing::Near { opening } if !(-CLOSE..1.0 + CLOSE).contains(&opening) => {
-                let part = |&(node, weight): &(f64, f64)| {
-                    c * weight * factor(c * node) * kernel.power(overlap.at(c * node).max(0.0))
-                };
-                self.smooth.iter().map(part).sum()
-            }
-            Pressing::Near { opening } if opening < 0.0 => {
-                beside(opening, c) - beside(opening, 0.0)
-            }
-            Pressing::Near { opening } => beside(opening, 0.0) - beside(opening, c),
-        }
-    }
-
-    /// What the method misses of the impulse up to each stage, for the velocities there.
+    /// What the method misses up to each stage that it weighs.
     pub(super) fn up_to_stages<K: Kernel>(
         &self,
         kernel: K,
         tableau: &Tableau,
         (overlap, spans): (&Quintic, &[Option<Pressing>; 2]),
-    ) -> [f64; MOST_STAGES] {
-        let impulse_to = |c: f64| -> f64 {
-            let of_span = |span: &Pressing| self.up_to(kernel, overlap, *span, c, |_| 1.0);
-            spans.iter().flatten().map(of_span).sum()
+    ) -> MissedByStages {
+        let mut forces = [0.0; MOST_STAGES];
+        for (force, &c) in forces.iter_mut().zip(&tableau.c) {
+            *force = kernel.power(overlap.at(c).max(0.0));
+        }
+        let own = |weights: &Weights| -> f64 { weights.iter().map(|&(j, w)| w * forces[j]).sum() };
+        let course = PressingCourse {
+            correction: self,
+            kernel,
+            overlap,
         };
-        let force = |stage: usize| kernel.power(overlap.at(tableau.c[stage]).max(0.0));
-        std::array::from_fn(|stage| {
-            let Some(terms) = tableau.velocity.get(stage) else {
-                return 0.0;
-            };
-            let quadrature: f64 = terms.iter().map(|&(j, weight)| weight * force(j)).sum();
-            impulse_to(tableau.c[stage]) - quadrature
-        })
+        let mut missed = MissedByStages::default();
+        let wholes = spans.map(|span| span.map_or([0.0; 2], |span| course.fixed_part(span)));
+        for &(stage, _) in tableau.bp.iter().filter(|(stage, _)| *stage > 0) {
+            let c = tableau.c[stage];
+            let (mut impulse, mut first) = (0.0, 0.0);
+            for (span, whole) in spans.iter().zip(wholes) {
+                if let Some(span) = *span {
+                    let [i, m] = course.up_to(span, whole, c);
+                    (impulse, first) = (impulse + i, first + m);
+                }
+            }
+            missed.impulse[stage] = impulse - own(&tableau.velocity[stage]);
+            missed.displacement[stage] = c * impulse - first - own(&tableau.a[stage]);
+        }
+        missed
     }
+}
+
+/// Integrals up to each stage, in units of the step, for unit coefficient: what the method missed.
+#[derive(Debug, Clone, Copy, Default)]
+pub(super) struct MissedByStages {
+    /// Of the force, in the velocity there.
+    pub(super) impulse: [f64; MOST_STAGES],
+    /// Of the force times `c - s`, in the position there.
+    pub(super) displacement: [f64; MOST_STAGES],
+}
+
+/// The force along an overlap, for integrals of it and of its product with `s`.
+struct PressingCourse<'a, K> {
+    correction: &'a Correction,
+    kernel: K,
+    overlap: &'a Quintic,
+}
+
+impl<K: Kernel> PressingCourse<'_, K> {
+    /// Between an opening and another place.
+    fn beside(&self, opening: f64, end: f64) -> [f64; 2] {
+        let length = end - opening;
+        let mut sums = [0.0; 2];
+        for &(node, weight) in &self.correction.one_end {
+            let s = opening + length * node;
+            let force = weight * self.kernel.power((self.overlap.at(s) / node).max(0.0));
+            sums = [sums[0] + force, sums[1] + force * s];
+        }
+        sums.map(|sum| length.abs() * sum)
+    }
+
+    /// What does not depend on the place up to which is integrated.
+    fn fixed_part(&self, span: Pressing) -> [f64; 2] {
+        match span {
+            Pressing::Beside { opening, end } if end < opening => self.beside(opening, end),
+            Pressing::Near { opening } if is_close(opening) => self.beside(opening, 0.0),
+            _ => [0.0; 2],
+        }
+    }
+
+    /// From 0 to c.
+    fn up_to(&self, span: Pressing, fixed: [f64; 2], c: f64) -> [f64; 2] {
+        let less = |a: [f64; 2], b: [f64; 2]| [a[0] - b[0], a[1] - b[1]];
+        match span {
+            Pressing::Beside { opening, end } if end > opening => match c > opening {
+                true => self.beside(opening, c),
+                false => [0.0; 2],
+            },
+            Pressing::Beside { opening, .. } => match c < opening {
+                true => less(fixed, self.beside(opening, c)),
+                false => fixed,
+            },
+            Pressing::Between { from, .. } if c <= from => [0.0; 2],
+            Pressing::Between { from, to } if c <= to => self.beside(from, c.min(to)),
+            Pressing::Between { from, to } => {
+                let middle = 0.5 * (from + to);
+                let (a, b) = (self.beside(from, middle), self.beside(to, middle));
+                [a[0] + b[0], a[1] + b[1]]
+            }
+            Pressing::Near { opening } if is_close(opening) => {
+                let to = self.beside(opening, c);
+                if opening < 0.0 {
+                    less(to, fixed)
+                } else {
+                    less(fixed, to)
+                }
+            }
+            Pressing::Near { .. } => {
+                let mut sums = [0.0; 2];
+                for &(node, weight) in &self.correction.smooth {
+                    let s = c * node;
+                    let force = c * weight * self.kernel.power(self.overlap.at(s).max(0.0));
+                    sums = [sums[0] + force, sums[1] + force * s];
+                }
+                sums
+            }
+        }
+    }
+}
+
+/// Whether an opening outside the step is so close that the rule must know it.
+fn is_close(opening: f64) -> bool {
+    (-CLOSE..1.0 + CLOSE).contains(&opening)
 }
 
 /// The places on 0..1 at which a contact of this overlap opens or closes, in order.

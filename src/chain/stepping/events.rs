@@ -26,7 +26,7 @@ struct Event {
     missed: Missed,
     resolved: Resolved,
     /// Impulse up to each stage that the stage's velocity missed, in units of the step and of the
-    /// coefficient; zeros where energies are not followed.
+    /// coefficient.
     impulses: [f64; MOST_STAGES],
     /// By what the displacements that the stages missed change their forces, in the contact before,
     /// this one, and the one behind.
@@ -173,17 +173,14 @@ impl Events {
                 overlap: &overlap,
                 spans: &spans,
             };
+            let stages = correction.up_to_stages(system.kernel, tableau, along);
             found.push(Event {
                 contact: s,
                 inside: !matches!(spans[0], Some(Pressing::Near { .. })),
                 missed,
-                changes: changes(step, correction, along, s, path, forces),
+                changes: changes(step, s, &overlap, &stages.displacement, path, forces),
                 resolved: crossing.resolved(system, &missed, tolerance),
-                impulses: if energy {
-                    correction.up_to_stages(system.kernel, tableau, along)
-                } else {
-                    [0.0; MOST_STAGES]
-                },
+                impulses: stages.impulse,
             });
         }
     }
@@ -292,9 +289,9 @@ fn crossing<K: Kernel>(
 /// By what the displacements that the stages missed change the forces there.
 fn changes<K: Kernel>(
     step: &PairStep<K>,
-    correction: &Correction,
-    (overlap, spans): (&Quintic, &[Option<Pressing>; 2]),
     e: usize,
+    overlap: &Quintic,
+    missed: &[f64; MOST_STAGES],
     path: [&State; 2],
     forces: [&AlignedRow; 2],
 ) -> [[f64; MOST_STAGES]; 3] {
@@ -305,7 +302,6 @@ fn changes<K: Kernel>(
         ..
     } = *step;
     let mut all = [[0.0; MOST_STAGES]; 3];
-    let missed = correction.displacements(system.kernel, tableau, (overlap, spans));
     let [left, right] = [system.mobility[e - 1], system.mobility[e]];
     let scale = span.h * span.h * system.coefficient[e];
     for (i, (part, k)) in [left, -left - right, right]
