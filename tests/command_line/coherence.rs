@@ -40,7 +40,7 @@ fn regress_a_delay_is_found_and_written() {
     let mean = |j: usize| coherence.column(j).mean().unwrap();
     assert!(mean(1) > 0.8 && mean(2) < 0.2, "{} {}", mean(1), mean(2));
     for name in ["report.html", "figures/coherence.png"] {
-        assert!(place.path(&format!("field-coherence/{name}")).exists());
+        assert!(place.path(format!("field-coherence/{name}")).exists());
     }
     // An existing result is replaced where that is asked for.
     let again = [
