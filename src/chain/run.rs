@@ -164,7 +164,7 @@ impl Simulation {
             let Some(tolerance) = tolerance.filter(|tolerance| error > *tolerance) else {
                 return Ok(run);
             };
-            let stuck = error > 0.5 * best.0 && local < ROUNDING;
+            let stuck = error > 0.5 * best.0 && coarse < ROUNDING;
             if !stuck && local > LEAST_LOCAL_ERROR {
                 if error < best.0 {
                     best = (error, local);
