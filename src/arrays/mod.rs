@@ -62,6 +62,30 @@ pub trait Sink: Sync {
     ) -> Result<()>;
 }
 
+/// Writes a block whose first element is `(row, column)` of an array of `columns` columns, in runs that are
+/// contiguous there: `write` takes the index of the first element and the samples.
+///
+/// # Errors
+/// Those of `write`.
+pub(crate) fn in_runs(
+    block: ArrayView2<f64>,
+    (row, column): (usize, usize),
+    columns: usize,
+    mut write: impl FnMut(usize, &[f64]) -> Result<()>,
+) -> Result<()> {
+    if let Some(rows) = block.as_slice().filter(|_| block.ncols() == columns) {
+        return write(row * columns, rows);
+    }
+    for (i, line) in block.outer_iter().enumerate() {
+        let first = (row + i) * columns + column;
+        match line.as_slice() {
+            Some(values) => write(first, values)?,
+            None => write(first, &line.to_vec())?,
+        }
+    }
+    Ok(())
+}
+
 /// Large arrays in memory.
 pub type Arrays = BTreeMap<LargeArray, Array2<f64>>;
 

@@ -9,7 +9,7 @@ use num_complex::Complex;
 use super::averaging::{Averaging, Realisations, SegmentScratch};
 use super::delay::{Delay, DelaySearch};
 use super::ensemble::{Independence, steadiness};
-use super::phase::{PhaseSpeed, Phases};
+use super::phase::{PhaseSpeed, Phases, least_coherence};
 use crate::arrays::Precision;
 use crate::error::{Error, Result};
 use crate::field::{Axis, Field};
@@ -451,7 +451,7 @@ impl Coherence {
                 coherence: &self.coherence.row(m).to_vec(),
                 position: &position,
                 reference: self.reference,
-                level,
+                least: least_coherence(spread),
                 independent,
             };
             phases.speed()

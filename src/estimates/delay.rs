@@ -77,12 +77,12 @@ impl DelaySearch {
         let output = ColumnsMut::new(&mut found, points, 1, 1).ok()?;
         self.transform.process(input, output).ok()?;
         let largest = (0..points).max_by(|&a, &b| found[a].re.total_cmp(&found[b].re))?;
-        let turned = |point: usize| match 2 * point > points {
+        let signed = |point: usize| match 2 * point > points {
             true => point as f64 - points as f64,
             false => point as f64,
         };
         // In cycles of the lowest frequency.
-        let mut tau = turned(largest) / points as f64;
+        let mut tau = signed(largest) / points as f64;
         let angle = |m: usize, tau: f64| phase[m] + TAU * m as f64 * tau;
         for _ in 0..8 {
             let slope: f64 = bins

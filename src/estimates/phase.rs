@@ -1,6 +1,6 @@
 //! Wavenumber and phase velocity from the phases along x.
 
-use std::f64::consts::{PI, TAU};
+use std::f64::consts::{FRAC_PI_4, PI, TAU};
 
 /// Wavenumber of the waves that are coherent with the reference, from their phases along x.
 #[derive(Debug, Clone, Copy, PartialEq, serde::Serialize)]
@@ -20,6 +20,16 @@ pub struct PhaseSpeed {
 /// Least sites of a fit: two more than its parameters.
 const LEAST_SITES: usize = 4;
 
+/// Half interval within which a phase must be known, or its continuation from site to site, by less than
+/// half a cycle, would be chance.
+const KNOWN: f64 = FRAC_PI_4;
+
+/// The coherence above which the half interval of a phase is below [`KNOWN`], where `spread` is
+/// `alpha^{-1/(K-1)} - 1`.
+pub(super) fn least_coherence(spread: f64) -> f64 {
+    spread / (spread + KNOWN.sin().powi(2))
+}
+
 /// Phases of one frequency at the sites.
 pub(super) struct Phases<'a> {
     pub frequency: f64,
@@ -30,15 +40,15 @@ pub(super) struct Phases<'a> {
     pub position: &'a [f64],
     /// Index of the reference.
     pub reference: usize,
-    /// Least coherence of a site in the fit.
-    pub level: f64,
+    /// Coherence above which a phase is known to [`KNOWN`].
+    pub least: f64,
     /// Independent realisations.
     pub independent: f64,
 }
 
 impl Phases<'_> {
-    /// The line through the phases of the sites around the reference, up to the first on either side that
-    /// is not coherent: `phase = a - k (x - x_r)`, weighted by the inverse variances
+    /// The line through the phases of the sites around the reference, up to the first on either side whose
+    /// phase is not known: `phase = a - k (x - x_r)`, weighted by the inverse variances
     /// `2 K g / (1 - g)`, with `g` the coherence. Neighbours are taken to be less than half a wavelength
     /// apart. `None` for fewer than four sites.
     ///
@@ -78,7 +88,7 @@ impl Phases<'_> {
         for j in sites {
             let coherence = self.coherence[j];
             // Undefined where a site has no energy.
-            if coherence.is_nan() || coherence <= self.level {
+            if coherence.is_nan() || coherence <= self.least {
                 return;
             }
             let turns = ((self.phase[j] - before) / TAU).round();

@@ -114,10 +114,7 @@ impl Storage {
             rows_are_times,
             ..
         } = self.arrangement;
-        let (row, column) = match rows_are_times {
-            true => (time, site),
-            false => (site, time),
-        };
+        let (row, column) = by_rows(rows_are_times, time, site);
         self.arrangement.start += (row * row_len + column) * sample.bytes();
         self
     }
@@ -238,11 +235,7 @@ impl Storage {
             row_len,
             rows_are_times,
         } = self.arrangement;
-        let (rows, columns) = if rows_are_times {
-            (times, sites)
-        } else {
-            (sites, times)
-        };
+        let (rows, columns) = by_rows(rows_are_times, times, sites);
         if rows.is_empty() || columns.is_empty() {
             return;
         }
@@ -299,10 +292,7 @@ impl Storage {
             rows_are_times,
             ..
         } = self.arrangement;
-        let (rows, columns) = match rows_are_times {
-            true => (times, sites),
-            false => (sites, times),
-        };
+        let (rows, columns) = by_rows(rows_are_times, times, sites);
         if let Some(bytes) = self.mapped() {
             for row in rows {
                 let at = |column: usize| start + (row * row_len + column) * sample.bytes();
@@ -328,6 +318,14 @@ impl Storage {
             let end = start + rows.end * row + MAPPED_AROUND;
             bytes.release(from.saturating_sub(MAPPED_AROUND)..bytes.len().min(end));
         }
+    }
+}
+
+/// What counts rows and what counts columns, of what counts times and what counts sites.
+fn by_rows<T>(rows_are_times: bool, times: T, sites: T) -> (T, T) {
+    match rows_are_times {
+        true => (times, sites),
+        false => (sites, times),
     }
 }
 

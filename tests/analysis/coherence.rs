@@ -102,8 +102,8 @@ fn val_scipy_coherence_of_welch_and_of_tapers() {
                 worst[1] = worst[1].max(coherence.abs());
                 // The phase of nothing is rounding.
                 if expected.coherence[j][m] > 1e-3 && m > 0 {
-                    let turned = found.phase[[m, j]] - expected.phase[j][m];
-                    worst[2] = worst[2].max((turned / 2.0).sin().abs());
+                    let difference = found.phase[[m, j]] - expected.phase[j][m];
+                    worst[2] = worst[2].max((difference / 2.0).sin().abs());
                 }
             }
         }

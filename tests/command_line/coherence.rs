@@ -42,7 +42,7 @@ fn regress_a_delay_is_found_and_written() {
     for name in ["report.html", "figures/coherence.png"] {
         assert!(place.path(format!("field-coherence/{name}")).exists());
     }
-    // An existing result is replaced where that is asked for.
+    // An existing result is replaced on request.
     let again = [
         "coherence",
         "field.npy",

@@ -5,7 +5,7 @@ Usage: run.py [FOLDER]
 
 Needs Linux, cargo, and the Python packages h5py, npTDMS and numpy. Writes field_contiguous.h5, field_gzip.h5 and
 field.tdms (16384 x 8192 samples in single precision, noise of 12 bits) to FOLDER, which they need 1.5 GB of, and
-reads each in turn by `read_field.rs` and by its peer, round after round, with the pages in memory. A
+reads each by `read_field.rs` and by its peer, round after round, with the pages in memory. A
 time is that of opening the file and summing all samples; `cascade` on one thread and on all.
 """
 

@@ -12,7 +12,7 @@ use std::sync::Mutex;
 use ndarray::ArrayView2;
 
 use super::samples::{Order, bytes_of, in_bytes};
-use crate::arrays::{LargeArray, Precision, Sink};
+use crate::arrays::{LargeArray, Precision, Sink, in_runs};
 use crate::error::{Error, Result};
 use crate::system::file_io::{allocate, begin_sync, read_at, write_at};
 
@@ -284,17 +284,9 @@ impl Sink for NetCdf {
             let columns = state.header.variables[variable].dimensions[1];
             (variable, state.header.dimensions[columns].1 as usize)
         };
-        if let Some(rows) = block.as_slice().filter(|_| block.ncols() == columns) {
-            return self.write_samples(variable, row * columns, rows);
-        }
-        for (i, line) in block.outer_iter().enumerate() {
-            let first = (row + i) * columns + column;
-            match line.as_slice() {
-                Some(values) => self.write_samples(variable, first, values)?,
-                None => self.write_samples(variable, first, &line.to_vec())?,
-            }
-        }
-        Ok(())
+        in_runs(block, (row, column), columns, |first, values| {
+            self.write_samples(variable, first, values)
+        })
     }
 }
 

@@ -25,8 +25,8 @@ const DEFINITIONS: [(&str, &str); 5] = [
     ),
     (
         "Phase velocity",
-        "2πf/k, with k from the phases of the sites around the reference up to the first that is not \
-         coherent; positive for waves towards +x. Sites must be less than half a wavelength apart.",
+        "2πf/k, with k from the phases of the sites around the reference up to the first whose \
+         phase is not known to 45 degrees; positive for waves towards +x. Sites must be less than half a wavelength apart.",
     ),
     (
         "Independent realisations",
@@ -105,7 +105,10 @@ pub fn coherence_html(
             found.reference,
             number(found.space.at(found.reference)),
         ),
-        answers: page::answer("Which part of the motion follows the reference?", above),
+        answers: page::answer(
+            "At how many frequencies and sites does the motion follow the reference?",
+            above,
+        ),
         warnings: page::warnings(
             &warnings
                 .iter()
