@@ -21,3 +21,4 @@ pub use coherence::{Coherence, CoherenceRequest, coherence};
 pub use delay::Delay;
 pub use ensemble::Independence;
 pub use phase::PhaseSpeed;
+pub(crate) use shots::first_of;

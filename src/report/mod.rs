@@ -20,6 +20,7 @@ mod new_file;
 mod page;
 #[cfg(feature = "figures")]
 mod pages;
+mod ridges;
 mod run_file;
 mod samples;
 mod scan_records;
@@ -47,9 +48,10 @@ pub use netcdf::{ArrayLabels, Attribute, NetCdf};
 #[cfg(feature = "figures")]
 pub use pages::{
     analysis_html as html, attenuation_html, budget_html, coherence_html, comparison_html,
-    comparison_rows, fields_html, journey_html, localized_html, sweep_html, transmission_html,
-    wave_html,
+    comparison_rows, fields_html, journey_html, localized_html, ridges_html, sweep_html,
+    transmission_html, wave_html,
 };
+pub use ridges::{RIDGES_SCHEMA, RidgesSummary, ridges_csv, write_ridges};
 pub use run_file::{RUN_SCHEMA, RunFile};
 pub use scan_records::records_csv;
 pub use sentences::{Answer, Sentence, Unresolved, answers, number, percent, sentences};

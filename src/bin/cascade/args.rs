@@ -57,6 +57,11 @@ pub enum Command {
     /// files). Each number has its level of significance or its error; the segments of one transient are not
     /// independent, and then none is stated.
     Coherence(Box<crate::coherence::Coherence>),
+    /// Read dispersion off S(k, f): branches, phase and group velocity, fitted laws.
+    ///
+    /// Peaks along k at each frequency, or along f at each wavenumber, that stand above the noise are joined to
+    /// branches and located between bins. Each place and each velocity has its error.
+    Ridges(Box<crate::ridges::Ridges>),
     /// Convert a field to another format, with its axes and units.
     ///
     /// IN is anything that `cascade analyze` reads, with the same options. The extension of OUT chooses

@@ -26,6 +26,7 @@ mod manual;
 mod measured;
 mod parse;
 mod progress;
+mod ridges;
 mod saved;
 mod scan_args;
 mod scene;
@@ -84,6 +85,7 @@ fn one(cli: Cli, fields: &[PathBuf], applied: &Applied) -> Result<(), Failure> {
     match cli.command {
         Command::Analyze(typed) => analyze::run(&typed, fields, applied),
         Command::Coherence(typed) => coherence::run(*typed),
+        Command::Ridges(typed) => ridges::run(*typed),
         Command::Budget(typed) => budget::run(*typed),
         Command::Compare(typed) => compare::run(*typed),
         Command::Inspect(typed) => inspect::run(*typed, fields),
