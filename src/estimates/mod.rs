@@ -13,6 +13,7 @@ mod averaging;
 mod coherence;
 mod delay;
 mod ensemble;
+mod lomb;
 mod phase;
 mod shots;
 
@@ -20,5 +21,6 @@ pub use averaging::{Averaging, Tapers};
 pub use coherence::{Coherence, CoherenceRequest, coherence};
 pub use delay::Delay;
 pub use ensemble::Independence;
+pub use lomb::{Lomb, LombAxis, LombRequest, lomb};
 pub use phase::PhaseSpeed;
 pub(crate) use shots::first_of;

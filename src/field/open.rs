@@ -126,6 +126,20 @@ impl Contents {
         })
     }
 
+    /// With uneven coordinates of times and sites taken out, where they are kept.
+    fn kept(mut self, options: &OpenOptions) -> (Contents, [Option<Vec<f64>>; 2]) {
+        match options.uneven {
+            true => {
+                let [time, space] = std::mem::take(&mut self.resampling);
+                (
+                    self,
+                    [time, space].map(|axis| axis.map(Interpolant::into_nodes)),
+                )
+            }
+            false => (self, [None, None]),
+        }
+    }
+
     /// Brings the samples to the axes.
     fn resampled(mut self, options: &OpenOptions) -> Result<Contents> {
         let [time, space] = &self.resampling;
@@ -211,6 +225,7 @@ impl Field {
             Format::Table => csv::read(&source)?,
             Format::Labelled(format) => labelled::read(&source, format)?,
         };
+        let (contents, listed) = contents.kept(options);
         let contents = contents.resampled(options)?;
         // A copy is hashed at once: the file may be another when its hash is wanted.
         let is_copy = source.bytes.is_copy();
@@ -246,6 +261,7 @@ impl Field {
             dispersion: stated.dispersion.or(contents.dispersion),
             content_hash,
             notes: contents.notes,
+            listed,
         };
         field.selected(&options.select)
     }

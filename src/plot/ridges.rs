@@ -14,7 +14,9 @@ const RESOLVED: f64 = 0.3;
 
 /// The space-time spectrum with its ridges and fitted laws, and the points with their velocities.
 pub fn ridges(found: &Ridges, name: &str, style: &Style) -> Vec<Figure> {
-    let mut figures: Vec<Figure> = spacetime_spectrum(&found.analysis, style).into_iter().collect();
+    let mut figures: Vec<Figure> = spacetime_spectrum(&found.analysis, style)
+        .into_iter()
+        .collect();
     let mut charts = ridge_charts(found);
     if charts.is_empty() {
         return figures;
@@ -45,13 +47,21 @@ pub(crate) fn ridge_charts(found: &Ridges) -> Vec<Chart> {
     let axes = &found.analysis.axes;
     let mut places = Vec::new();
     for branch in 0..found.branches() {
-        let name = if branch < PALETTE.len() - 1 { format!("branch {branch}") } else { String::new() };
+        let name = if branch < PALETTE.len() - 1 {
+            format!("branch {branch}")
+        } else {
+            String::new()
+        };
         let points = of_branch(found, branch, |p| (p.wavenumber, p.frequency));
         places.push(Series::line(name, branch % (PALETTE.len() - 1), points).with(Look::Dots));
     }
     for fit in &found.fits {
         for (n, branch) in fit.curve.branches.iter().enumerate() {
-            let name = if n == 0 { fit.curve.name.clone() } else { String::new() };
+            let name = if n == 0 {
+                fit.curve.name.clone()
+            } else {
+                String::new()
+            };
             places.push(Series::of(name, BLACK, &fit.curve.wavenumber, branch).with(Look::Dashed));
         }
     }
@@ -61,27 +71,56 @@ pub(crate) fn ridge_charts(found: &Ridges) -> Vec<Chart> {
         ..Chart::of("", labels::wavenumber(axes), frequency.clone(), places)
     }];
     let unit = format!("{}/{}", axes.space_unit(), axes.time_unit());
-    let velocity = |value: f64, error: f64| if error < RESOLVED * value.abs() { value } else { f64::NAN };
+    let velocity = |value: f64, error: f64| {
+        if error < RESOLVED * value.abs() {
+            value
+        } else {
+            f64::NAN
+        }
+    };
     let phase = velocities(found, "phase velocity", BLUE, |p| {
-        (velocity(p.phase_velocity, p.phase_velocity_error), p.phase_velocity_error)
+        (
+            velocity(p.phase_velocity, p.phase_velocity_error),
+            p.phase_velocity_error,
+        )
     });
     let group = velocities(found, "group velocity", VERMILLION, |p| {
-        (velocity(p.group_velocity, p.group_velocity_error), p.group_velocity_error)
+        (
+            velocity(p.group_velocity, p.group_velocity_error),
+            p.group_velocity_error,
+        )
     });
     for series in [phase, group].into_iter().flatten() {
         let title = series.label.clone();
-        let series = Series { label: String::new(), ..series };
+        let series = Series {
+            label: String::new(),
+            ..series
+        };
         charts.push(Chart {
-            levels: vec![Level { at: 0.0, label: String::new() }],
-            ..Chart::of(title, frequency.clone(), label("velocity", &unit), vec![series])
+            levels: vec![Level {
+                at: 0.0,
+                label: String::new(),
+            }],
+            ..Chart::of(
+                title,
+                frequency.clone(),
+                label("velocity", &unit),
+                vec![series],
+            )
         });
     }
     charts
 }
 
-fn of_branch(found: &Ridges, branch: usize, of: impl Fn(&RidgePoint) -> (f64, f64)) -> Vec<(f64, f64)> {
+fn of_branch(
+    found: &Ridges,
+    branch: usize,
+    of: impl Fn(&RidgePoint) -> (f64, f64),
+) -> Vec<(f64, f64)> {
     let ridges = found.ridges.iter().filter(|ridge| ridge.branch == branch);
-    ridges.flat_map(|ridge| ridge.points.iter().map(&of)).collect()
+    ridges
+        .flat_map(|ridge| ridge.points.iter().map(&of))
+        .collect()
 }
 
 fn velocities(
@@ -94,6 +133,11 @@ fn velocities(
     let known: Vec<_> = known.filter(|(_, (value, _))| value.is_finite()).collect();
     (known.len() > 1).then(|| Series {
         errors: known.iter().map(|(_, (_, error))| *error).collect(),
-        ..Series::line(name, colour, known.iter().map(|(f, (v, _))| (*f, *v)).collect()).with(Look::Dots)
+        ..Series::line(
+            name,
+            colour,
+            known.iter().map(|(f, (v, _))| (*f, *v)).collect(),
+        )
+        .with(Look::Dots)
     })
 }

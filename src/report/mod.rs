@@ -14,6 +14,7 @@ mod field_set;
 mod headlines;
 mod leftovers;
 mod localized;
+mod lomb;
 mod netcdf;
 mod new_file;
 #[cfg(feature = "figures")]
@@ -44,11 +45,12 @@ pub use field_set::{FIELDS_SCHEMA, FieldOutcome, FieldRow, FieldSet, field_names
 pub use headlines::{Content, Headlines, Movement};
 pub use leftovers::{Hold, Leftover, Leftovers};
 pub use localized::{LOCALIZED_SCHEMA, LocalizedSummary, table_csv, write_journey, write_profile};
+pub use lomb::{LOMB_SCHEMA, LombSummary, write_lomb};
 pub use netcdf::{ArrayLabels, Attribute, NetCdf};
 #[cfg(feature = "figures")]
 pub use pages::{
     analysis_html as html, attenuation_html, budget_html, coherence_html, comparison_html,
-    comparison_rows, fields_html, journey_html, localized_html, ridges_html, sweep_html,
+    comparison_rows, fields_html, journey_html, localized_html, lomb_html, ridges_html, sweep_html,
     transmission_html, wave_html,
 };
 pub use ridges::{RIDGES_SCHEMA, RidgesSummary, ridges_csv, write_ridges};

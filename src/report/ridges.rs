@@ -61,7 +61,9 @@ impl<'a> RidgesSummary<'a> {
         let conventions = &found.analysis.conventions;
         let ends = |points: &[RidgePoint], of: fn(&RidgePoint) -> f64| {
             let all = points.iter().map(of);
-            let (low, high) = all.fold((f64::INFINITY, f64::NEG_INFINITY), |(l, h), v| (l.min(v), h.max(v)));
+            let (low, high) = all.fold((f64::INFINITY, f64::NEG_INFINITY), |(l, h), v| {
+                (l.min(v), h.max(v))
+            });
             [low, high]
         };
         RidgesSummary {
@@ -167,10 +169,15 @@ pub fn write_ridges(path: &Path, found: &Ridges) -> Result<()> {
     let line = |name: &str, values: &[f64]| archive.append(name, &[values.len()], values);
     let of_ridge = |of: fn(&crate::ridges::Ridge) -> f64| -> Vec<f64> {
         let ridges = found.ridges.iter();
-        ridges.flat_map(|ridge| std::iter::repeat_n(of(ridge), ridge.points.len())).collect()
+        ridges
+            .flat_map(|ridge| std::iter::repeat_n(of(ridge), ridge.points.len()))
+            .collect()
     };
     line("branch", &of_ridge(|ridge| ridge.branch as f64))?;
-    line("at_frequency", &of_ridge(|ridge| f64::from(u8::from(ridge.cut == RidgeCut::Frequency))))?;
+    line(
+        "at_frequency",
+        &of_ridge(|ridge| f64::from(u8::from(ridge.cut == RidgeCut::Frequency))),
+    )?;
     for (name, of) in COLUMNS {
         line(name, &found.points().map(of).collect::<Vec<f64>>())?;
     }
@@ -178,7 +185,11 @@ pub fn write_ridges(path: &Path, found: &Ridges) -> Result<()> {
         let curve = &fit.curve;
         line(&format!("fit_{n}_wavenumber"), &curve.wavenumber)?;
         let shape = [curve.branches.len(), curve.wavenumber.len()];
-        archive.append(&format!("fit_{n}_frequency"), &shape, &curve.branches.concat())?;
+        archive.append(
+            &format!("fit_{n}_frequency"),
+            &shape,
+            &curve.branches.concat(),
+        )?;
     }
     archive.finish()
 }

@@ -54,7 +54,11 @@ pub(super) fn joined(peaks: &[Vec<Peak>], places: usize, fewest: usize) -> Vec<V
     }
     closed.extend(open);
     closed.retain(|branch| branch.len() >= fewest);
-    closed.sort_by(|a, b| (a[0].cut, a[0].at).partial_cmp(&(b[0].cut, b[0].at)).unwrap_or(std::cmp::Ordering::Equal));
+    closed.sort_by(|a, b| {
+        (a[0].cut, a[0].at)
+            .partial_cmp(&(b[0].cut, b[0].at))
+            .unwrap_or(std::cmp::Ordering::Equal)
+    });
     closed
 }
 
@@ -69,7 +73,10 @@ fn continued(branch: &[Peak], cut: usize, places: usize) -> (f64, f64) {
     }
     let from = branch[count.saturating_sub(3)];
     let slope = (last.at - from.at) / (last.cut - from.cut) as f64;
-    (last.at + slope * steps, least.max(0.5 * slope.abs()) * steps)
+    (
+        last.at + slope * steps,
+        least.max(0.5 * slope.abs()) * steps,
+    )
 }
 
 /// The points of a branch with their slopes: least squares of a parabola about each, of a line where there are
@@ -86,7 +93,11 @@ pub(super) fn smooth(branch: &[Peak]) -> Vec<Point> {
             .collect();
         let order = if points.len() >= 6 { 3 } else { 2 };
         let Some((value, covariance)) = polynomial(&points, order) else {
-            return Point { peak: branch[i], slope: f64::NAN, slope_error: f64::NAN };
+            return Point {
+                peak: branch[i],
+                slope: f64::NAN,
+                slope_error: f64::NAN,
+            };
         };
         let squares: f64 = points
             .iter()
@@ -95,8 +106,15 @@ pub(super) fn smooth(branch: &[Peak]) -> Vec<Point> {
         let spread = (squares / (points.len() - order) as f64).sqrt();
         let formal = about.iter().map(|peak| peak.error.powi(2)).sum::<f64>() / about.len() as f64;
         let error = spread.max(formal.sqrt());
-        let peak = Peak { error: branch[i].error.max(spread), ..branch[i] };
-        Point { peak, slope: value[1], slope_error: error * covariance.sqrt() }
+        let peak = Peak {
+            error: branch[i].error.max(spread),
+            ..branch[i]
+        };
+        Point {
+            peak,
+            slope: value[1],
+            slope_error: error * covariance.sqrt(),
+        }
     };
     (0..branch.len()).map(of).collect()
 }
@@ -131,7 +149,14 @@ mod tests {
     use super::*;
 
     fn peak(cut: usize, at: f64) -> Peak {
-        Peak { cut, at, error: 0.01, power: 1.0, noise: 0.0, width: 1.4 }
+        Peak {
+            cut,
+            at,
+            error: 0.01,
+            power: 1.0,
+            noise: 0.0,
+            width: 1.4,
+        }
     }
 
     #[test]

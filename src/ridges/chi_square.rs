@@ -71,7 +71,8 @@ fn ln_gamma(x: f64) -> f64 {
         x += 1.0;
     }
     let inverse = 1.0 / (x * x);
-    let series = (1.0 / 12.0 - inverse * (1.0 / 360.0 - inverse * (1.0 / 1260.0 - inverse / 1680.0))) / x;
+    let series =
+        (1.0 / 12.0 - inverse * (1.0 / 360.0 - inverse * (1.0 / 1260.0 - inverse / 1680.0))) / x;
     (x - 0.5) * x.ln() - x + 0.5 * std::f64::consts::TAU.ln() + series - shift
 }
 
@@ -91,7 +92,10 @@ mod tests {
             (200.0, 1e-6, 1.549_190_459_950_389_6),
         ] {
             let found = exceeded(degrees, tail);
-            assert!((found / expected - 1.0).abs() < 1e-12, "{degrees} {tail}: {found:.16}");
+            assert!(
+                (found / expected - 1.0).abs() < 1e-12,
+                "{degrees} {tail}: {found:.16}"
+            );
         }
     }
 }

@@ -26,9 +26,16 @@ pub struct RidgeLaw {
 
 #[derive(Debug, Clone, PartialEq)]
 enum Kind {
-    Monatomic { spacing: Option<f64> },
-    Diatomic { spacing: Option<f64> },
-    Formula { text: String, start: Vec<(String, f64)> },
+    Monatomic {
+        spacing: Option<f64>,
+    },
+    Diatomic {
+        spacing: Option<f64>,
+    },
+    Formula {
+        text: String,
+        start: Vec<(String, f64)>,
+    },
 }
 
 /// A fitted parameter.
@@ -81,12 +88,18 @@ impl RidgeLaw {
                 ));
             }
             let kind = lattice(spacing).ok_or_else(|| refuse("a law".into(), text.into()))?;
-            return Ok(RidgeLaw { name: text.trim().into(), kind });
+            return Ok(RidgeLaw {
+                name: text.trim().into(),
+                kind,
+            });
         }
         let (formula, start) = text.split_once(';').unwrap_or((text, ""));
         let start: Vec<(String, f64)> = match start.trim() {
             "" => Vec::new(),
-            start => parse_constants(start).map_err(of_fit)?.into_iter().collect(),
+            start => parse_constants(start)
+                .map_err(of_fit)?
+                .into_iter()
+                .collect(),
         };
         if start.is_empty() {
             return Err(refuse(
@@ -96,11 +109,18 @@ impl RidgeLaw {
                 format!("`{text}`"),
             ));
         }
-        let constants: Constants = start.iter().cloned().chain(spacing_constant(&start, 1.0)).collect();
+        let constants: Constants = start
+            .iter()
+            .cloned()
+            .chain(spacing_constant(&start, 1.0))
+            .collect();
         formula_values(formula.trim(), &constants, &[1.0]).map_err(of_fit)?;
         Ok(RidgeLaw {
             name: formula.trim().into(),
-            kind: Kind::Formula { text: formula.trim().into(), start },
+            kind: Kind::Formula {
+                text: formula.trim().into(),
+                start,
+            },
         })
     }
 
@@ -137,7 +157,13 @@ impl RidgeLaw {
                 let forward = formula_values(text, &constants, k)?;
                 let backward = formula_values(text, &constants, &mirrored)?;
                 // A real wave of negative omega at -k is one of positive omega at k.
-                let known = |w: f64| if w >= 0.0 && w.is_finite() { w } else { f64::NAN };
+                let known = |w: f64| {
+                    if w >= 0.0 && w.is_finite() {
+                        w
+                    } else {
+                        f64::NAN
+                    }
+                };
                 let pairs = forward.iter().zip(&backward);
                 pairs.map(|(f, b)| of([known(*f), known(-b)])).collect()
             }
@@ -168,7 +194,8 @@ impl RidgeLaw {
                         let sum = 0.5 * (TAU * highest).powi(2) * 0.9 * 1.03f64.powi(above);
                         let light = sum * ratio / (1.0 + ratio);
                         let tried = vec![(sum - light).ln(), light.ln()];
-                        let squares: f64 = points.residuals(self, &tried)?.iter().map(|r| r * r).sum();
+                        let squares: f64 =
+                            points.residuals(self, &tried)?.iter().map(|r| r * r).sum();
                         if squares < best.0 {
                             best = (squares, tried);
                         }
@@ -190,7 +217,11 @@ impl RidgeLaw {
         let freedom = points.all.len() as f64 - names.len() as f64;
         if freedom < 1.0 {
             return Err(refuse(
-                format!("more points than the {} parameters of `{}`", names.len(), self.name),
+                format!(
+                    "more points than the {} parameters of `{}`",
+                    names.len(),
+                    self.name
+                ),
                 format!("{} points of ridges", points.all.len()),
             ));
         }
@@ -202,13 +233,18 @@ impl RidgeLaw {
         let is_log = !matches!(self.kind, Kind::Formula { .. });
         let parameters = (names.into_iter().zip(&found).enumerate())
             .map(|(i, (name, value))| {
-                let (value, unit) = if is_log { (value.exp(), value.exp()) } else { (*value, 1.0) };
+                let (value, unit) = if is_log {
+                    (value.exp(), value.exp())
+                } else {
+                    (*value, 1.0)
+                };
                 let error = unit * scale * covariance[i][i].max(0.0).sqrt();
                 RidgeParameter { name, value, error }
             })
             .collect();
         let distances = points.bins(&points.residuals(self, &found)?);
-        let deviation = (distances.iter().map(|d| d * d).sum::<f64>() / distances.len() as f64).sqrt();
+        let deviation =
+            (distances.iter().map(|d| d * d).sum::<f64>() / distances.len() as f64).sqrt();
         let nyquist = PI / site;
         let at = |n: usize| nyquist * (2.0 * n as f64 / INTERVALS as f64 - 1.0);
         let wavenumber: Vec<f64> = (0..=INTERVALS).map(at).collect();
@@ -224,7 +260,9 @@ impl RidgeLaw {
             curve: DispersionCurve {
                 name: format!("{}, fitted", self.name),
                 wavenumber,
-                branches: branches.filter(|b| b.iter().any(|f| f.is_finite())).collect(),
+                branches: branches
+                    .filter(|b| b.iter().any(|f| f.is_finite()))
+                    .collect(),
             },
         })
     }
@@ -234,7 +272,8 @@ impl RidgeLaw {
         let scale: Vec<f64> = (0..n).map(|i| normal[i][i].sqrt()).collect();
         let scaled = (0..n).map(|i| {
             let row = (0..n).map(|j| normal[i][j] / scale[i] / scale[j]);
-            row.chain((0..n).map(|j| f64::from(u8::from(i == j)))).collect()
+            row.chain((0..n).map(|j| f64::from(u8::from(i == j))))
+                .collect()
         });
         let inverse = eliminated(scaled.collect()).ok_or_else(|| {
             refuse(
@@ -247,7 +286,11 @@ impl RidgeLaw {
                 "parameters that change the curve in the same way".into(),
             )
         })?;
-        let of = |i: usize| (0..n).map(|j| inverse[i][j] / scale[i] / scale[j]).collect();
+        let of = |i: usize| {
+            (0..n)
+                .map(|j| inverse[i][j] / scale[i] / scale[j])
+                .collect()
+        };
         Ok((0..n).map(of).collect())
     }
 }
@@ -261,13 +304,19 @@ fn spacing_constant(start: &[(String, f64)], site: f64) -> Option<(String, f64)>
 /// A fault of a formula is one of the option that gives it.
 fn of_fit(error: Error) -> Error {
     match error {
-        Error::Request { expected, found, .. } => refuse(expected, found),
+        Error::Request {
+            expected, found, ..
+        } => refuse(expected, found),
         other => other,
     }
 }
 
 fn refuse(expected: String, found: String) -> Error {
-    Error::Request { option: "fit", expected, found }
+    Error::Request {
+        option: "fit",
+        expected,
+        found,
+    }
 }
 
 /// Both omega of a chain of two masses and one spring: `w^2 = s -+ sqrt(s^2 - 4 p q sin^2 phase)`, with
@@ -296,7 +345,11 @@ impl<'a> Points<'a> {
             RidgeCut::Frequency => {
                 let slope = (point.group_velocity / TAU).abs();
                 // A branch whose slope is not known counts as one that crosses a bin in a bin.
-                let slope = if slope > 0.0 && slope.is_finite() { slope } else { df / dk };
+                let slope = if slope > 0.0 && slope.is_finite() {
+                    slope
+                } else {
+                    df / dk
+                };
                 (point.wavenumber_error * slope, dk * slope)
             }
         };
@@ -317,12 +370,17 @@ impl<'a> Points<'a> {
         let of = |((point, error), branches): ((&RidgePoint, &f64), &[f64; 2])| {
             let distances = branches.map(|f| point.frequency - f);
             let known = distances.into_iter().filter(|d| d.is_finite());
-            known.min_by(|a, b| a.abs().total_cmp(&b.abs())).map(|d| d / error)
+            known
+                .min_by(|a, b| a.abs().total_cmp(&b.abs()))
+                .map(|d| d / error)
         };
         let found = self.all.iter().zip(&self.errors).zip(&branches).map(of);
-        found
-            .collect::<Option<Vec<f64>>>()
-            .ok_or_else(|| refuse(format!("a frequency of `{}` at all ridges", law.name), "none at some".into()))
+        found.collect::<Option<Vec<f64>>>().ok_or_else(|| {
+            refuse(
+                format!("a frequency of `{}` at all ridges", law.name),
+                "none at some".into(),
+            )
+        })
     }
 
     fn bins(&self, residuals: &[f64]) -> Vec<f64> {
@@ -331,7 +389,11 @@ impl<'a> Points<'a> {
     }
 
     /// Parameters, the sum of squares, and the normal matrix, by the method of Levenberg and Marquardt.
-    fn least_squares(&self, law: &RidgeLaw, start: Vec<f64>) -> Result<(Vec<f64>, f64, Vec<Vec<f64>>)> {
+    fn least_squares(
+        &self,
+        law: &RidgeLaw,
+        start: Vec<f64>,
+    ) -> Result<(Vec<f64>, f64, Vec<Vec<f64>>)> {
         let square = |r: &[f64]| r.iter().map(|r| r * r).sum::<f64>();
         let mut at = start;
         let mut residuals = self.residuals(law, &at)?;
@@ -345,12 +407,17 @@ impl<'a> Points<'a> {
                 let row = (0..n).map(|j| matrix[i][j] * if i == j { 1.0 + damping } else { 1.0 });
                 row.chain([-gradient[i]]).collect()
             });
-            let Some(step) = eliminated(damped.collect()) else { break };
+            let Some(step) = eliminated(damped.collect()) else {
+                break;
+            };
             let tried: Vec<f64> = at.iter().zip(&step).map(|(a, s)| a + s[0]).collect();
             let found = self.residuals(law, &tried).ok().map(|r| (square(&r), r));
             match found.filter(|(sum, _)| *sum <= squares) {
                 Some((sum, found)) => {
-                    let small = at.iter().zip(&tried).all(|(a, b)| (a - b).abs() <= 1e-12 * (1e-6 + a.abs()));
+                    let small = at
+                        .iter()
+                        .zip(&tried)
+                        .all(|(a, b)| (a - b).abs() <= 1e-12 * (1e-6 + a.abs()));
                     let done = small || squares - sum <= 1e-14 * squares;
                     (at, squares, residuals) = (tried, sum, found);
                     normal = self.normal(law, &at, &residuals)?;
@@ -366,7 +433,12 @@ impl<'a> Points<'a> {
         Ok((at, squares, normal.0))
     }
 
-    fn normal(&self, law: &RidgeLaw, at: &[f64], residuals: &[f64]) -> Result<(Vec<Vec<f64>>, Vec<f64>)> {
+    fn normal(
+        &self,
+        law: &RidgeLaw,
+        at: &[f64],
+        residuals: &[f64],
+    ) -> Result<(Vec<Vec<f64>>, Vec<f64>)> {
         let n = at.len();
         let derivative = |i: usize| -> Result<Vec<f64>> {
             let step = STEP * at[i].abs().max(1e-3);
@@ -376,11 +448,19 @@ impl<'a> Points<'a> {
                 self.residuals(law, &moved)
             };
             let (above, below) = (side(1.0)?, side(-1.0)?);
-            Ok(above.iter().zip(&below).map(|(a, b)| (a - b) / (2.0 * step)).collect())
+            Ok(above
+                .iter()
+                .zip(&below)
+                .map(|(a, b)| (a - b) / (2.0 * step))
+                .collect())
         };
         let derivatives = (0..n).map(derivative).collect::<Result<Vec<_>>>()?;
         let dot = |a: &[f64], b: &[f64]| a.iter().zip(b).map(|(a, b)| a * b).sum::<f64>();
-        let row = |i: usize| (0..n).map(|j| dot(&derivatives[i], &derivatives[j])).collect();
+        let row = |i: usize| {
+            (0..n)
+                .map(|j| dot(&derivatives[i], &derivatives[j]))
+                .collect()
+        };
         let gradient = (0..n).map(|i| dot(&derivatives[i], residuals)).collect();
         Ok(((0..n).map(row).collect(), gradient))
     }
@@ -403,7 +483,10 @@ pub(super) fn eliminated(mut rows: Vec<Vec<f64>>) -> Option<Vec<Vec<f64>>> {
         for (j, other) in rows.iter_mut().enumerate() {
             let factor = other[i];
             if j != i {
-                other.iter_mut().zip(&row).for_each(|(v, r)| *v -= factor * r);
+                other
+                    .iter_mut()
+                    .zip(&row)
+                    .for_each(|(v, r)| *v -= factor * r);
             }
         }
     }
@@ -423,17 +506,32 @@ mod tests {
             let expected = cell.frequencies(phase);
             let found = diatomic(1.5, 6.0, phase);
             for (found, expected) in found.iter().zip(expected) {
-                assert!((found - expected).abs() < 1e-7, "{phase}: {found} {expected}");
+                assert!(
+                    (found - expected).abs() < 1e-7,
+                    "{phase}: {found} {expected}"
+                );
             }
         }
     }
 
     #[test]
     fn laws_that_do_not_parse_are_refused() {
-        for text in ["", "monatomic:c=1", "diatomic:a=-1", "c*k", "c*q; c=1", "triatomic"] {
+        for text in [
+            "",
+            "monatomic:c=1",
+            "diatomic:a=-1",
+            "c*k",
+            "c*q; c=1",
+            "triatomic",
+        ] {
             assert!(RidgeLaw::parse(text).is_err(), "{text}");
         }
-        for text in ["monatomic", "diatomic:a=0.5", "c*abs(k); c=2", "2*w*abs(sin(k*a/2)); w=1"] {
+        for text in [
+            "monatomic",
+            "diatomic:a=0.5",
+            "c*abs(k); c=2",
+            "2*w*abs(sin(k*a/2)); w=1",
+        ] {
             RidgeLaw::parse(text).unwrap();
         }
     }

@@ -67,6 +67,8 @@ pub struct RidgesRequest {
     pub cut: Option<RidgeCut>,
     /// Probability by which noise has a peak anywhere in the spectrum.
     pub alpha: f64,
+    /// Peaks that are weaker than the largest power by more than this, in decibels, are none.
+    pub range: f64,
     /// Points of a ridge, at least.
     pub fewest: usize,
     /// Laws that are fitted to the ridges.
@@ -88,6 +90,7 @@ impl Default for RidgesRequest {
             gaps: Gaps::Refuse,
             cut: None,
             alpha: 0.01,
+            range: 60.0,
             fewest: 8,
             laws: Vec::new(),
             threads: None,
@@ -152,7 +155,11 @@ pub struct Ridges {
 impl Ridges {
     /// How many branches there are.
     pub fn branches(&self) -> usize {
-        self.ridges.iter().map(|ridge| ridge.branch + 1).max().unwrap_or(0)
+        self.ridges
+            .iter()
+            .map(|ridge| ridge.branch + 1)
+            .max()
+            .unwrap_or(0)
     }
 
     pub fn points(&self) -> impl Iterator<Item = &RidgePoint> {
@@ -170,8 +177,8 @@ impl Ridges {
 /// phase velocity:  2 pi f / k.
 /// ```
 ///
-/// `S(k, f)` is one-sided in f and signed in k; K counts the independent realisations. A peak that a stronger
-/// wave's leakage explains within a factor of 4, or a bump of a broad ridge, is none. Errors are those of
+/// `S(k, f)` is one-sided in f and signed in k; K counts the independent realisations. A peak 60 dB below
+/// the largest power, one that a stronger wave's leakage explains within a factor of 4, or a bump of a broad ridge, is none. Errors are those of
 /// noise, or the spread of neighbouring points if that is larger.
 ///
 /// Units: f in cycles and k in rad per unit of the axes; velocities in units of length over units of time.
@@ -183,7 +190,11 @@ impl Ridges {
 ///
 /// # Source
 /// See [the module](self).
-pub fn ridges(fields: &[&Field], request: &RidgesRequest, observer: &dyn Observer) -> Result<Ridges> {
+pub fn ridges(
+    fields: &[&Field],
+    request: &RidgesRequest,
+    observer: &dyn Observer,
+) -> Result<Ridges> {
     let first = checked(fields, request)?;
     let averaging = Averaging {
         segment: Some(request.segment.unwrap_or(match first.n_times() {
@@ -202,10 +213,17 @@ pub fn ridges(fields: &[&Field], request: &RidgesRequest, observer: &dyn Observe
     let held = 8 * cells * (2 + u64::from(fields.len() > 1));
     if held >= allowed {
         let what = "the space-time spectrum, which is held (shorter segments need less),";
-        return Err(Error::Memory { what, needed: held, allowed });
+        return Err(Error::Memory {
+            what,
+            needed: held,
+            allowed,
+        });
     }
     let asked = Request {
-        results: Results { spacetime: true, ..Results::NONE },
+        results: Results {
+            spacetime: true,
+            ..Results::NONE
+        },
         gaps: request.gaps,
         detrend_time: request.detrend,
         window_time: request.window_time,
@@ -225,7 +243,9 @@ pub fn ridges(fields: &[&Field], request: &RidgesRequest, observer: &dyn Observe
         let collect = Collect::default();
         let plan = analyze::plan(field, &asked)?;
         let analysis = analyze::run(field, &plan, &collect, observer)?;
-        let spectrum = collect.into_arrays().remove(&LargeArray::SPACETIME_SPECTRUM);
+        let spectrum = collect
+            .into_arrays()
+            .remove(&LargeArray::SPACETIME_SPECTRUM);
         let spectrum = spectrum.unwrap_or_default();
         // Powers are stored in units of its square.
         let unit = |analysis: &Analysis| analysis.accuracy.amplitude_unit;
@@ -246,7 +266,15 @@ pub fn ridges(fields: &[&Field], request: &RidgesRequest, observer: &dyn Observe
         remap(&mut analysis, &power);
     }
     in_pool(request.threads, || {
-        Search { request, analysis, power, realisations, records: fields.len(), segment: segments.length }.run()
+        Search {
+            request,
+            analysis,
+            power,
+            realisations,
+            records: fields.len(),
+            segment: segments.length,
+        }
+        .run()
     })
 }
 
@@ -256,13 +284,21 @@ fn remap(analysis: &mut Analysis, power: &Array2<f64>) {
         let mut builder = MapBuilder::largest(power.dim(), MAP_LIMIT);
         builder.add(0, 0, power.view());
         let (x, y) = (&map.x, &map.y);
-        *map = builder.finish(map.label.clone(), (&y.label, y.low, y.high), (&x.label, x.low, x.high));
+        *map = builder.finish(
+            map.label.clone(),
+            (&y.label, y.low, y.high),
+            (&x.label, x.low, x.high),
+        );
     }
     analysis.direction_by_frequency = None;
 }
 
 fn refuse(option: &'static str, expected: String, found: String) -> Error {
-    Error::Request { option, expected, found }
+    Error::Request {
+        option,
+        expected,
+        found,
+    }
 }
 
 fn checked<'a>(fields: &[&'a Field], request: &RidgesRequest) -> Result<&'a Field> {
@@ -274,6 +310,10 @@ fn checked<'a>(fields: &[&'a Field], request: &RidgesRequest) -> Result<&'a Fiel
     if !(request.alpha > 0.0 && request.alpha < 1.0) {
         let expected = "a probability between 0 and 1".to_owned();
         return Err(refuse("significance", expected, request.alpha.to_string()));
+    }
+    if !(request.range > 0.0 && request.range <= 300.0) {
+        let expected = "a range above 0 and up to 300 dB".to_owned();
+        return Err(refuse("range", expected, request.range.to_string()));
     }
     if request.fewest < 5 {
         let expected = "at least 5 points, which a slope needs".to_owned();
@@ -309,22 +349,35 @@ impl Search<'_> {
         let along_f = Lobe::new(self.request.window_time, self.segment);
         let along_k = Lobe::new(self.request.window_space, axes.n_sites);
         // Neither the mean with its main lobe nor the Nyquist lines, which have no direction.
-        let frequencies = (along_f.half.ceil() as usize).min(nf)..(self.segment.div_ceil(2)).min(nf);
+        let frequencies =
+            (along_f.half.ceil() as usize).min(nf)..(self.segment.div_ceil(2)).min(nf);
         let wavenumbers = usize::from(nk.is_multiple_of(2))..nk;
         let (by_frequency, by_wavenumber) = match self.request.cut {
             Some(cut) => (cut == RidgeCut::Frequency, cut == RidgeCut::Wavenumber),
             None => (self.request.window_space != Window::None, true),
         };
-        let cuts = |power, along, across, cuts: &Range<usize>, places: &Range<usize>| Cuts {
-            power,
-            along,
-            across,
-            realisations: self.realisations,
-            alpha: self.request.alpha,
-            cuts: cuts.clone(),
-            places: places.clone(),
-        };
-        let at_frequencies = cuts(self.power.view(), &along_k, &along_f, &frequencies, &wavenumbers);
+        let least = 10f64.powf(-0.1 * self.request.range);
+        let cuts =
+            |power, along, across, cuts: &Range<usize>, places: &Range<usize>, around| Cuts {
+                power,
+                along,
+                across,
+                realisations: self.realisations,
+                alpha: self.request.alpha,
+                least,
+                around,
+                cuts: cuts.clone(),
+                places: places.clone(),
+            };
+        let around = [Some(nk), None];
+        let at_frequencies = cuts(
+            self.power.view(),
+            &along_k,
+            &along_f,
+            &frequencies,
+            &wavenumbers,
+            around,
+        );
         let level = at_frequencies.level();
         let mut found = Vec::new();
         if by_frequency {
@@ -333,7 +386,15 @@ impl Search<'_> {
         if by_wavenumber {
             let turned = self.power.t();
             let turned = turned.as_standard_layout();
-            let at_wavenumbers = cuts(turned.view(), &along_f, &along_k, &wavenumbers, &frequencies);
+            let around = [None, Some(nk)];
+            let at_wavenumbers = cuts(
+                turned.view(),
+                &along_f,
+                &along_k,
+                &wavenumbers,
+                &frequencies,
+                around,
+            );
             found.extend(self.found(&at_wavenumbers, RidgeCut::Wavenumber));
         }
         if by_frequency && by_wavenumber {
@@ -348,15 +409,28 @@ impl Search<'_> {
             .map(|(found, branch)| Ridge {
                 branch,
                 cut: found.cut,
-                points: found.points.iter().map(|point| place(found.cut, point)).collect(),
+                points: found
+                    .points
+                    .iter()
+                    .map(|point| place(found.cut, point))
+                    .collect(),
             })
             .collect();
-        let all: Vec<RidgePoint> = ridges.iter().flat_map(|r| r.points.iter().copied()).collect();
+        let all: Vec<RidgePoint> = ridges
+            .iter()
+            .flat_map(|r| r.points.iter().copied())
+            .collect();
         let site = axes.space.step.abs();
-        let fits = self.request.laws.iter().map(|law| law.fit(&all, site, [df, dk]));
+        let fits = self
+            .request
+            .laws
+            .iter()
+            .map(|law| law.fit(&all, site, [df, dk]));
         let fits = fits.collect::<Result<Vec<RidgeFit>>>()?;
         self.analysis.dispersion = curves(&ridges);
-        self.analysis.dispersion.extend(fits.iter().map(|fit| fit.curve.clone()));
+        self.analysis
+            .dispersion
+            .extend(fits.iter().map(|fit| fit.curve.clone()));
         Ok(Ridges {
             analysis: self.analysis,
             records: self.records,
@@ -380,7 +454,11 @@ impl Search<'_> {
 
 /// A point of a ridge in the units of the axes.
 fn placed(cut: RidgeCut, point: &Point, [df, dk]: [f64; 2], lowest: f64) -> RidgePoint {
-    let Point { peak, slope, slope_error } = *point;
+    let Point {
+        peak,
+        slope,
+        slope_error,
+    } = *point;
     let (at, error) = (peak.at, peak.error);
     let (m, j, f_error, k_error, bin) = match cut {
         RidgeCut::Frequency => (peak.cut as f64, at, 0.0, error * dk, dk),
@@ -409,7 +487,11 @@ fn placed(cut: RidgeCut, point: &Point, [df, dk]: [f64; 2], lowest: f64) -> Ridg
         noise: peak.noise,
         width: peak.width * bin,
         phase_velocity: if known { phase_velocity } else { f64::NAN },
-        phase_velocity_error: if known { phase_velocity.abs() * relative } else { f64::NAN },
+        phase_velocity_error: if known {
+            phase_velocity.abs() * relative
+        } else {
+            f64::NAN
+        },
         group_velocity,
         group_velocity_error,
     }
@@ -431,8 +513,15 @@ fn sharpest(found: Vec<Found>, fewest: usize) -> Vec<Found> {
         for run in points.chunk_by(|a, b| (a.slope.abs() <= 1.0) == (b.slope.abs() <= 1.0)) {
             let is_sharp = run[0].slope.abs() <= 1.0;
             if run.len() >= fewest {
-                let part = Found { cut, points: run.to_vec() };
-                if is_sharp { kept.push(part) } else { others.push(part) }
+                let part = Found {
+                    cut,
+                    points: run.to_vec(),
+                };
+                if is_sharp {
+                    kept.push(part)
+                } else {
+                    others.push(part)
+                }
             }
         }
     }
@@ -448,7 +537,9 @@ fn sharpest(found: Vec<Found>, fewest: usize) -> Vec<Found> {
                 RidgeCut::Frequency => (1.5, 1.5 * slope),
                 RidgeCut::Wavenumber => (1.5 * slope, 1.5),
             };
-            sharp.iter().any(|at| (at[0] - m).abs() <= wide_m && (at[1] - j).abs() <= wide_j)
+            sharp
+                .iter()
+                .any(|at| (at[0] - m).abs() <= wide_m && (at[1] - j).abs() <= wide_j)
         };
         (part.points.iter().filter(followed).count() as f64) < COVERED * part.points.len() as f64
     };
@@ -460,18 +551,26 @@ fn sharpest(found: Vec<Found>, fewest: usize) -> Vec<Found> {
 fn numbered(found: &[Found]) -> Vec<usize> {
     let mut number: Vec<usize> = (0..found.len()).collect();
     let ends = |part: &Found| {
-        let ends = [part.points.first(), part.points.last()].into_iter().flatten();
-        ends.map(|point| bins_of(part.cut, point)).collect::<Vec<_>>()
+        let ends = [part.points.first(), part.points.last()]
+            .into_iter()
+            .flatten();
+        ends.map(|point| bins_of(part.cut, point))
+            .collect::<Vec<_>>()
     };
     for a in 0..found.len() {
         for b in 0..a {
             let (one, other) = (ends(&found[a]), ends(&found[b]));
             let meet = one.iter().any(|p| {
-                other.iter().any(|q| (p[0] - q[0]).abs() <= JOINED && (p[1] - q[1]).abs() <= JOINED)
+                other
+                    .iter()
+                    .any(|q| (p[0] - q[0]).abs() <= JOINED && (p[1] - q[1]).abs() <= JOINED)
             });
             if meet && found[a].cut != found[b].cut && number[a] != number[b] {
                 let (from, to) = (number[a].max(number[b]), number[a].min(number[b]));
-                number.iter_mut().filter(|n| **n == from).for_each(|n| *n = to);
+                number
+                    .iter_mut()
+                    .filter(|n| **n == from)
+                    .for_each(|n| *n = to);
             }
         }
     }
@@ -501,6 +600,10 @@ fn curves(ridges: &[Ridge]) -> Vec<DispersionCurve> {
     }
     match ridges.is_empty() {
         true => Vec::new(),
-        false => vec![DispersionCurve { name: "ridges".into(), wavenumber, branches: vec![frequency] }],
+        false => vec![DispersionCurve {
+            name: "ridges".into(),
+            wavenumber,
+            branches: vec![frequency],
+        }],
     }
 }

@@ -17,8 +17,6 @@ const SPECKLE_DEVIATIONS: f64 = 2.326;
 const STRONGEST: usize = 8;
 /// Peaks of a cut at most.
 const MOST: usize = 24;
-/// Powers below the largest by this factor are rounding.
-const ROUNDING: f64 = 1e-24;
 /// A peak this much wider than that of one wave is a band of waves.
 const BROAD: f64 = 1.4;
 
@@ -48,6 +46,10 @@ pub(super) struct Cuts<'a> {
     pub realisations: f64,
     /// Probability by which noise has a peak anywhere in the spectrum.
     pub alpha: f64,
+    /// The least peak, over the largest power.
+    pub least: f64,
+    /// Bins around the axis along a cut, and around the other, where one ends where it begins.
+    pub around: [Option<usize>; 2],
     /// Cuts and places of which nothing is said: the mean, the Nyquist lines.
     pub cuts: std::ops::Range<usize>,
     pub places: std::ops::Range<usize>,
@@ -71,7 +73,7 @@ impl Cuts<'_> {
             strongest: &strongest,
             level,
             median,
-            least: largest * ROUNDING,
+            least: largest * self.least,
             speckle: self.speckle(),
         };
         (0..self.power.nrows())
@@ -112,6 +114,12 @@ fn tops(values: ArrayView1<'_, f64>) -> impl Iterator<Item = usize> + '_ {
     (0..n).filter(move |&i| {
         (i == 0 || values[i] > values[i - 1]) && (i + 1 == n || values[i] >= values[i + 1])
     })
+}
+
+/// Bins from one to another, the shorter way around.
+fn distance(a: usize, b: usize, around: Option<usize>) -> f64 {
+    let straight = a.abs_diff(b);
+    around.map_or(straight, |all| straight.min(all - straight)) as f64
 }
 
 /// What peaks are judged by.
@@ -155,7 +163,9 @@ impl Judge<'_, '_> {
         let n = powers.len();
         let mut sorted = Vec::with_capacity(MEDIAN);
         let of = |middle: usize, sorted: &mut Vec<f64>| {
-            let from = middle.saturating_sub(MEDIAN / 2).min(n.saturating_sub(MEDIAN));
+            let from = middle
+                .saturating_sub(MEDIAN / 2)
+                .min(n.saturating_sub(MEDIAN));
             sorted.clear();
             sorted.extend(powers.iter().skip(from).take(MEDIAN));
             sorted.sort_by(f64::total_cmp);
@@ -168,14 +178,20 @@ impl Judge<'_, '_> {
     /// Whether the peak stands above what the strongest waves of other cuts leak into this one.
     fn is_no_leak(&self, cut: usize, place: usize, power: f64) -> bool {
         self.strongest[place].iter().all(|(from, strong)| {
-            let leak = self.cuts.across.leak(cut.abs_diff(*from) as f64);
+            let leak = self
+                .cuts
+                .across
+                .leak(distance(cut, *from, self.cuts.around[1]));
             power > ABOVE_LEAK * leak * strong
         })
     }
 
     /// Whether a peak is none of a stronger one's side lobes, nor a bump of the same broad ridge.
     fn is_apart(&self, powers: ArrayView1<'_, f64>, weak: usize, strong: usize) -> bool {
-        let leak = self.cuts.along.leak(weak.abs_diff(strong) as f64);
+        let leak = self
+            .cuts
+            .along
+            .leak(distance(weak, strong, self.cuts.around[0]));
         let between = weak.min(strong)..=weak.max(strong);
         let valley = between.map(|i| powers[i]).fold(f64::INFINITY, f64::min);
         powers[weak] > ABOVE_LEAK * leak * powers[strong] && powers[weak] > self.speckle * valley
@@ -208,7 +224,10 @@ impl Judge<'_, '_> {
             let moment: f64 = region.map(|j| powers[j] * (j as f64 - i as f64)).sum();
             // Of a box as wide, of which each bin is known to 1/sqrt(K).
             let spread = width / 12f64.sqrt();
-            (moment / sum, spread / (k * (last - first + 1) as f64).sqrt())
+            (
+                moment / sum,
+                spread / (k * (last - first + 1) as f64).sqrt(),
+            )
         } else {
             (one.offset(three), self.line_error(three, noise))
         };
@@ -227,7 +246,9 @@ impl Judge<'_, '_> {
         let middle = parabola(powers);
         let squares = (0..3).map(|n| {
             let ratio = noise / powers[n].max(f64::MIN_POSITIVE);
-            let spread = ((2.0 * ratio + ratio * ratio) / self.cuts.realisations).min(1.0).sqrt();
+            let spread = ((2.0 * ratio + ratio * ratio) / self.cuts.realisations)
+                .min(1.0)
+                .sqrt();
             let mut moved = powers;
             moved[n] *= spread.exp();
             (parabola(moved) - middle).powi(2)

@@ -62,6 +62,11 @@ pub enum Command {
     /// Peaks along k at each frequency, or along f at each wavenumber, that stand above the noise are joined to
     /// branches and located between bins. Each place and each velocity has its error.
     Ridges(Box<crate::ridges::Ridges>),
+    /// Spectra of records at uneven times or with gaps, by least squares.
+    ///
+    /// The Lomb-Scargle periodogram with a floating mean: nothing is interpolated. The level is what noise exceeds
+    /// anywhere in a spectrum with the stated probability.
+    Lomb(Box<crate::lomb::Lomb>),
     /// Convert a field to another format, with its axes and units.
     ///
     /// IN is anything that `cascade analyze` reads, with the same options. The extension of OUT chooses

@@ -22,6 +22,7 @@ mod figure_args;
 mod filter;
 mod inspect;
 mod localize;
+mod lomb;
 mod manual;
 mod measured;
 mod parse;
@@ -85,6 +86,7 @@ fn one(cli: Cli, fields: &[PathBuf], applied: &Applied) -> Result<(), Failure> {
     match cli.command {
         Command::Analyze(typed) => analyze::run(&typed, fields, applied),
         Command::Coherence(typed) => coherence::run(*typed),
+        Command::Lomb(typed) => lomb::run(*typed),
         Command::Ridges(typed) => ridges::run(*typed),
         Command::Budget(typed) => budget::run(*typed),
         Command::Compare(typed) => compare::run(*typed),

@@ -6,7 +6,9 @@ use clap::{Args, ValueEnum};
 use wavecascade::Error;
 use wavecascade::plot::{self, Figure, Style};
 use wavecascade::prepare::Window;
-use wavecascade::report::{Provenance, RidgesSummary, percent, ridges_csv, ridges_html, write_ridges};
+use wavecascade::report::{
+    Provenance, RidgesSummary, percent, ridges_csv, ridges_html, write_ridges,
+};
 use wavecascade::ridges::{RidgeCut, RidgeLaw, Ridges as Found, RidgesRequest, ridges};
 
 use crate::advice;
@@ -56,6 +58,9 @@ pub struct SearchArgs {
     /// Look for peaks along k at each frequency, or along f at each wavenumber.
     #[arg(long, value_enum, default_value_t = CutArg::Auto)]
     pub cut: CutArg,
+    /// Peaks weaker than the largest power by more than this are none.
+    #[arg(long, value_name = "DB", default_value_t = RidgesRequest::default().range)]
+    pub range: f64,
     /// Points of a ridge, at least.
     #[arg(long, value_name = "COUNT", default_value_t = RidgesRequest::default().fewest)]
     pub points: usize,
@@ -90,7 +95,10 @@ pub fn run(typed: Ridges) -> Result<(), Failure> {
     let laws = typed.fit.iter().map(|text| RidgeLaw::parse(text));
     let request = RidgesRequest {
         segment: search.segment,
-        overlap: search.overlap.zip(search.segment).map(|(overlap, segment)| overlap.of(segment)),
+        overlap: search
+            .overlap
+            .zip(search.segment)
+            .map(|(overlap, segment)| overlap.of(segment)),
         window_time: search.window_time,
         window_space: search.window_space,
         detrend: search.detrend.into(),
@@ -101,14 +109,18 @@ pub fn run(typed: Ridges) -> Result<(), Failure> {
             CutArg::Wavenumber => Some(RidgeCut::Wavenumber),
         },
         alpha: search.significance,
+        range: search.range,
         fewest: search.points,
         laws: laws.collect::<Result<_, Error>>()?,
         threads: typed.estimate.threads(),
         memory: search.memory,
     };
-    estimate::run(&typed.fields, &typed.estimate, search.memory, |fields, observer| {
-        ridges(fields, &request, observer)
-    })
+    estimate::run(
+        &typed.fields,
+        &typed.estimate,
+        search.memory,
+        |fields, observer| ridges(fields, &request, observer),
+    )
 }
 
 impl Estimate for Found {
@@ -171,7 +183,10 @@ fn lines(found: &Found) -> String {
     let points = found.points().count();
     let ridges = match found.ridges.len() {
         0 => "none stands".to_owned(),
-        count => format!("{count} of {} branches with {points} points stand", found.branches()),
+        count => format!(
+            "{count} of {} branches with {points} points stand",
+            found.branches()
+        ),
     };
     lines.line(
         "ridges",
@@ -183,7 +198,8 @@ fn lines(found: &Found) -> String {
     );
     for fit in &found.fits {
         let parameters = fit.parameters.iter();
-        let parameters = parameters.map(|p| format!("{} = {} ± {}", p.name, number(p.value), number(p.error)));
+        let parameters =
+            parameters.map(|p| format!("{} = {} ± {}", p.name, number(p.value), number(p.error)));
         lines.line(
             "fit",
             &format!(

@@ -7,6 +7,7 @@ mod budget_pictures;
 mod coherence;
 mod fields;
 mod localized;
+mod lomb;
 mod ridges;
 mod sweep;
 
@@ -16,5 +17,6 @@ pub use budget::{budget_html, comparison_html, comparison_rows};
 pub use coherence::coherence_html;
 pub use fields::fields_html;
 pub use localized::{journey_html, localized_html, wave_html};
+pub use lomb::lomb_html;
 pub use ridges::ridges_html;
 pub use sweep::sweep_html;

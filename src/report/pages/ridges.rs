@@ -50,14 +50,22 @@ pub fn ridges_html(
         let shows = "Power by wavenumber and frequency; positive wavenumbers travel towards +x.";
         let roles = (Role::Wavenumber, Role::Frequency);
         let sides = [Side::SignedWavenumber, Side::Frequency];
-        let map = MapData::of(map, "spacetime", "Space-time spectrum S(k, f)", shows, roles)
-            .limited(labels::not_shown(analysis, &sides, true))
-            .with_dispersion(&analysis.dispersion)
-            .annotated(None, None, &second);
+        let map = MapData::of(
+            map,
+            "spacetime",
+            "Space-time spectrum S(k, f)",
+            shows,
+            roles,
+        )
+        .limited(labels::not_shown(analysis, &sides, true))
+        .with_dispersion(&analysis.dispersion)
+        .annotated(None, None, &second);
         rows.push(vec![map.into()]);
     }
     for (i, chart) in ridge_charts(found).iter().enumerate() {
-        rows.push(vec![CurveGroup::of_chart(&format!("chart-{i}"), "", chart).into()]);
+        rows.push(vec![
+            CurveGroup::of_chart(&format!("chart-{i}"), "", chart).into(),
+        ]);
     }
     let json = RidgesSummary::new(found, provenance).to_json()?;
     let conventions = &analysis.conventions;
@@ -69,15 +77,35 @@ pub fn ridges_html(
             ("segments of a record", conventions.segments.to_string()),
             ("samples a segment", conventions.segment.to_string()),
             ("effective realisations", number(found.realisations)),
-            ("level over the noise", format!("{} at {}", number(found.level), percent(found.alpha))),
-            ("bin of frequency", format!("{} {}", number(found.bins[0]), analysis.axes.frequency_unit())),
-            ("bin of wavenumber", format!("{} {}", number(found.bins[1]), analysis.axes.wavenumber_unit())),
+            (
+                "level over the noise",
+                format!("{} at {}", number(found.level), percent(found.alpha)),
+            ),
+            (
+                "bin of frequency",
+                format!(
+                    "{} {}",
+                    number(found.bins[0]),
+                    analysis.axes.frequency_unit()
+                ),
+            ),
+            (
+                "bin of wavenumber",
+                format!(
+                    "{} {}",
+                    number(found.bins[1]),
+                    analysis.axes.wavenumber_unit()
+                ),
+            ),
         ],
     );
     let points = found.points().count();
     let answer = match found.branches() {
         0 => "No ridge stands above the noise.".to_owned(),
-        branches => format!("{branches} branches in {} ridges, {points} points.", found.ridges.len()),
+        branches => format!(
+            "{branches} branches in {} ridges, {points} points.",
+            found.ridges.len()
+        ),
     };
     let fits: Vec<Vec<String>> = found
         .fits
@@ -95,7 +123,14 @@ pub fn ridges_html(
             })
         })
         .collect();
-    let head = ["law", "parameter", "value", "standard error", "deviation (bins)", "reduced χ²"];
+    let head = [
+        "law",
+        "parameter",
+        "value",
+        "standard error",
+        "deviation (bins)",
+        "reduced χ²",
+    ];
     let fits = (!fits.is_empty()).then(|| page::grid("Fitted laws", &head, &fits));
     let page = Page {
         title: format!("Dispersion of {name}"),
