@@ -82,7 +82,7 @@ fn distances(found: &Ridges, cell: &UnitCell) -> (f64, f64) {
     (all.iter().fold(0.0, |a, b| a.max(*b)), mean.sqrt())
 }
 
-/// A ring of equal bodies: all of its waves, at each wavenumber, to a fiftieth of a bin; c/m within its error.
+/// A ring of equal bodies: all of its waves, at each wavenumber, to a thousandth of a bin; c/m within its error.
 #[test]
 fn val_monatomic_ring() {
     let field = lattice(&[1.0], 64, Ends::Periodic, 0.5, 2048);
@@ -107,7 +107,7 @@ fn val_monatomic_ring() {
         "{count} points, {} branches",
         found.branches()
     );
-    assert!(worst < 0.05, "{worst} bins");
+    assert!(worst < 1e-3, "{worst} bins");
     for fit in &found.fits {
         println!(
             "{}: {:?}, {} bins, {}",
@@ -117,7 +117,7 @@ fn val_monatomic_ring() {
             let off = (parameter.value - 1.0).abs();
             assert!(off < 1e-3 && off < 4.0 * parameter.error, "{parameter:?}");
         }
-        assert!(fit.deviation < 0.05, "{}", fit.deviation);
+        assert!(fit.deviation < 1e-3, "{}", fit.deviation);
     }
     // Velocities of the branch towards +x.
     for point in found
@@ -131,7 +131,7 @@ fn val_monatomic_ring() {
     }
 }
 
-/// A free chain seen through windows: both cuts, steep and flat parts, to a fifth of a bin.
+/// A free chain seen through windows: both cuts, steep and flat parts, within their errors.
 #[test]
 fn val_monatomic_chain_in_windows() {
     let field = lattice(&[1.0], 128, Ends::Free, 0.5, 4096);
@@ -163,7 +163,10 @@ fn val_monatomic_chain_in_windows() {
             .collect::<Vec<_>>()
     );
     assert!(cuts(RidgeCut::Frequency) > 100 && cuts(RidgeCut::Wavenumber) > 10);
-    assert!(mean < 0.2, "{mean} bins");
+    // Waves of a finite chain interfere in each cell: points are as far off as their errors say.
+    assert!(mean < 0.35, "{mean} bins");
+    let reduced = found.fits[0].reduced;
+    assert!((0.5..1.6).contains(&reduced), "{reduced}");
     let c = &found.fits[0].parameters[0];
     assert!(
         (c.value - 1.0).abs() < 0.01 && (c.value - 1.0).abs() < 4.0 * c.error,
@@ -171,7 +174,7 @@ fn val_monatomic_chain_in_windows() {
     );
 }
 
-/// A ring of two masses: both branches, to a twentieth of a bin, and both c/m.
+/// A ring of two masses: both branches, to a tenth of a bin, and both c/m.
 #[test]
 fn val_diatomic_ring() {
     let field = lattice(&[2.0, 1.0], 96, Ends::Periodic, 0.5, 2048);
@@ -191,7 +194,7 @@ fn val_diatomic_ring() {
     let fit = &found.fits[0];
     println!("{:?}, {} bins", fit.parameters, fit.deviation);
     assert!(
-        count > 120 && mean < 0.05 && worst < 0.2,
+        count > 120 && mean < 0.01 && worst < 0.1,
         "{count} {mean} {worst}"
     );
     let mut values: Vec<f64> = fit.parameters.iter().map(|p| p.value).collect();
@@ -202,7 +205,7 @@ fn val_diatomic_ring() {
     );
 }
 
-/// Noise has no ridges, and flat-topped probability is kept: of 40 fields at most a few have a peak at all.
+/// Noise has no ridges.
 #[test]
 fn val_noise_has_no_ridges() {
     let mut noise = Noise(5);
@@ -230,7 +233,7 @@ struct Expected {
 fn shot() -> Field {
     let (nt, nx, dt, dx) = (512, 48, 1.0 / 64.0, 0.05);
     let mut noise = Noise(5);
-    let mut values = Array2::from_shape_fn((nt, nx), |_| 3.0 * noise.next());
+    let mut values = Array2::from_shape_fn((nt, nx), |_| noise.next());
     let mut phases = Noise(9);
     for n in 0..184 {
         let f = 2.0 + 0.125 * f64::from(n);

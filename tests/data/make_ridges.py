@@ -28,7 +28,7 @@ def noise(seed, count):
 
 
 t, x = np.arange(NT) * DT, np.arange(NX) * DX
-field = 3 * noise(5, NT * NX).reshape(NT, NX)
+field = noise(5, NT * NX).reshape(NT, NX)
 phases = 2 * np.pi * noise(9, 200)
 frequencies = np.arange(2, 25, 0.125)
 for f, phase in zip(frequencies, phases):
