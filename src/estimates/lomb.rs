@@ -250,14 +250,16 @@ pub fn lomb(field: &Field, request: &LombRequest, observer: &dyn Observer) -> Re
 impl Lomb {
     /// Unit of the frequencies.
     pub fn unit(&self) -> String {
-        match self.axis {
-            LombAxis::Time => {
-                crate::measure::cycles_per(self.time.unit.as_deref().unwrap_or("sample"))
-            }
-            LombAxis::Space => {
-                crate::measure::cycles_per(self.space.unit.as_deref().unwrap_or("site"))
-            }
-        }
+        let (axis, counted, stepped) = match self.axis {
+            LombAxis::Time => (&self.time, "sample", "unit of time"),
+            LombAxis::Space => (&self.space, "site", "unit of length"),
+        };
+        let is_counted = self.steps.iter().all(|step| *step == 1.0);
+        let word = axis
+            .unit
+            .as_deref()
+            .unwrap_or(if is_counted { counted } else { stepped });
+        crate::measure::cycles_per(word)
     }
 
     /// How many records have a power above their level.
@@ -360,14 +362,10 @@ impl Record {
         values.iter_mut().for_each(|v| *v -= mean);
         let squares = crate::numeric::sum_of_squares(&values);
         // What is left of a constant is rounding.
-        let rounding = (mean * f64::EPSILON).powi(2) * values.len() as f64;
+        let is_constant = values.windows(2).all(|pair| pair[0] == pair[1]);
         Record {
             at: at.iter().map(|t| t - middle).collect(),
-            squares: if squares > 4.0 * rounding {
-                squares
-            } else {
-                0.0
-            },
+            squares: if is_constant { 0.0 } else { squares },
             values,
         }
     }

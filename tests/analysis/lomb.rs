@@ -74,7 +74,7 @@ fn val_astropy_uneven_times_with_gaps() {
         "power {:e}, psd {:e}, level {level:e}, false alarm {alarm:e}",
         worst[0], worst[1]
     );
-    assert!(worst[0] < 1e-12 && worst[1] < 1e-11 && level < 1e-10 && alarm < 1e-8);
+    assert!(worst[0] < 1e-14 && worst[1] < 1e-12 && level < 1e-15 && alarm < 1e-12);
     assert_eq!(
         (found.samples.clone(), found.missing, found.significant()),
         (vec![150, 180], 30, 2)

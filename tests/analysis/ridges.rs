@@ -253,6 +253,8 @@ fn val_dascore_phase_shift_of_a_dispersive_shot() {
     let expected: Expected = serde_json::from_str(include_str!("../data/ridges.json")).unwrap();
     let request = RidgesRequest {
         segment: Some(512),
+        // The record holds whole periods of all its waves, which a taper would mix.
+        window_time: Window::None,
         ..RidgesRequest::default()
     };
     let found = found(&shot(), &request);
@@ -280,7 +282,7 @@ fn val_dascore_phase_shift_of_a_dispersive_shot() {
         worst[0], worst[1]
     );
     assert!(compared > 120, "{compared}");
-    assert!(worst[0] < 0.2 && worst[1] < 0.2, "{worst:?}");
+    assert!(worst[0] < 0.03 && worst[1] < 0.03, "{worst:?}");
     assert!((0.3..2.0).contains(&score), "{score}");
 }
 

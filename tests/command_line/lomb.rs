@@ -19,9 +19,16 @@ fn regress_uneven_times_are_refused_elsewhere_and_taken_here() {
         format!("time,a,b\n{}", rows.collect::<String>()),
     )
     .unwrap();
-    let said = place.bad(2, &["analyze", "record.csv"]);
+    let said = place.bad(1, &["analyze", "record.csv"]);
     assert!(said.contains("cascade lomb"), "{said}");
-    let text = place.good(&["lomb", "record.csv", "--figures", "png"]);
+    let text = place.good(&[
+        "lomb",
+        "record.csv",
+        "--out",
+        "record-lomb",
+        "--figures",
+        "png",
+    ]);
     assert!(text.contains("2 of 2 records"), "{text}");
     let summary = place.json("record-lomb/summary.json");
     assert_eq!(
@@ -37,7 +44,7 @@ fn regress_uneven_times_are_refused_elsewhere_and_taken_here() {
     for name in ["lomb.npz", "report.html", "figures/lomb.png"] {
         assert!(place.path(format!("record-lomb/{name}")).exists(), "{name}");
     }
-    let said = place.bad(2, &["lomb", "record.csv", "--force", "--highest", "-1"]);
+    let said = place.bad(2, &["lomb", "record.csv", "--force", "--highest", "0"]);
     assert!(said.contains("--highest"), "{said}");
     let said = place.bad(2, &["lomb", "record.csv", "--force", "--oversampling", "0"]);
     assert!(said.contains("--oversampling"), "{said}");

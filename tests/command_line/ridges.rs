@@ -38,6 +38,20 @@ fn regress_a_speed_is_found_fitted_and_written() {
         "png",
     ]);
     assert!(text.contains("c*abs(k): c = "), "{text}");
+    // An existing result is replaced on request.
+    place.good(&[
+        "ridges",
+        "field.npy",
+        "--dt",
+        "1ms",
+        "--dx",
+        "1m",
+        "--fit",
+        "c*abs(k); c=1",
+        "--figures",
+        "png",
+        "--force",
+    ]);
     let summary = place.json("field-ridges/summary.json");
     assert_eq!(summary["schema"], "cascade.ridges/1");
     let speed = &summary["fits"][0]["parameters"][0];
