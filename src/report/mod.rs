@@ -12,8 +12,11 @@ mod directory;
 mod field_file;
 mod field_set;
 mod headlines;
+mod increment_words;
+mod increments;
 mod leftovers;
 mod localized;
+mod modes;
 mod netcdf;
 mod new_file;
 #[cfg(feature = "figures")]
@@ -24,6 +27,8 @@ mod run_file;
 mod samples;
 mod scan_records;
 mod sentences;
+mod slope;
+mod slope_words;
 mod snippet;
 mod summary;
 
@@ -41,18 +46,23 @@ pub use directory::{Contents, ResultDirectory};
 pub use field_file::{FIELD_SCHEMA, FieldFile};
 pub use field_set::{FIELDS_SCHEMA, FieldOutcome, FieldRow, FieldSet, field_names};
 pub use headlines::{Content, Headlines, Movement};
+pub use increment_words::increment_sentences;
+pub use increments::{INCREMENTS_SCHEMA, IncrementsSummary, write_increments};
 pub use leftovers::{Hold, Leftover, Leftovers};
 pub use localized::{LOCALIZED_SCHEMA, LocalizedSummary, table_csv, write_journey, write_profile};
+pub use modes::{MODES_SCHEMA, ModesSummary, write_modes};
 pub use netcdf::{ArrayLabels, Attribute, NetCdf};
 #[cfg(feature = "figures")]
 pub use pages::{
     analysis_html as html, attenuation_html, budget_html, coherence_html, comparison_html,
-    comparison_rows, fields_html, journey_html, localized_html, sweep_html, transmission_html,
-    wave_html,
+    comparison_rows, fields_html, increments_html, journey_html, localized_html, modes_html,
+    slope_html, sweep_html, transmission_html, wave_html,
 };
 pub use run_file::{RUN_SCHEMA, RunFile};
 pub use scan_records::records_csv;
 pub use sentences::{Answer, Sentence, Unresolved, answers, number, percent, sentences};
+pub use slope::{SLOPE_SCHEMA, SlopeSummary, write_slope};
+pub use slope_words::slope_sentences;
 pub use snippet::{
     SpectraFormat, analysis_snippet, attenuation_snippet, budget_snippet, localized_snippet,
     sweep_snippet, transmission_snippet,

@@ -57,6 +57,24 @@ pub enum Command {
     /// files). Each number has its level of significance or its error; the segments of one transient are not
     /// independent, and then none is stated.
     Coherence(Box<crate::coherence::Coherence>),
+    /// Find the motions that are coherent along x at each frequency (SPOD): modes and their power.
+    ///
+    /// Spectral proper orthogonal decomposition, averaged over segments of the record, over orthogonal tapers, or
+    /// over repeated records (several files). Each eigenvalue has its interval, and each mode that is a wave its
+    /// wavenumber.
+    Modes(Box<crate::modes::Modes>),
+    /// Measure how differences grow with scale: structure functions, flatness, histograms.
+    ///
+    /// Increments over separations along x and lags in time, orders 1 to 6, the third with its sign, exponents
+    /// over a stated band, histograms. Intervals are over shots, or over parts of a stationary record; missing
+    /// samples are left out.
+    Increments(Box<crate::increments::Increments>),
+    /// Fit the slope of a spectrum over a band, with its breaks, its course in time and the shock time.
+    ///
+    /// Least squares in double logarithmic scales over wavenumbers or frequencies; the interval is that of the
+    /// regression, or over shots if there are several. Along x, the slope of each frame of the times, and the time
+    /// at which a steepening field forms a shock.
+    Slope(Box<crate::slope::Slope>),
     /// Convert a field to another format, with its axes and units.
     ///
     /// IN is anything that `cascade analyze` reads, with the same options. The extension of OUT chooses

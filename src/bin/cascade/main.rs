@@ -20,10 +20,12 @@ mod failure;
 mod fields;
 mod figure_args;
 mod filter;
+mod increments;
 mod inspect;
 mod localize;
 mod manual;
 mod measured;
+mod modes;
 mod parse;
 mod progress;
 mod saved;
@@ -33,6 +35,7 @@ mod scene_keys;
 mod settings;
 mod show_args;
 mod simulate;
+mod slope;
 mod spectra_file;
 mod sweep;
 mod table;
@@ -84,6 +87,9 @@ fn one(cli: Cli, fields: &[PathBuf], applied: &Applied) -> Result<(), Failure> {
     match cli.command {
         Command::Analyze(typed) => analyze::run(&typed, fields, applied),
         Command::Coherence(typed) => coherence::run(*typed),
+        Command::Modes(typed) => modes::run(*typed),
+        Command::Increments(typed) => increments::run(*typed),
+        Command::Slope(typed) => slope::run(*typed),
         Command::Budget(typed) => budget::run(*typed),
         Command::Compare(typed) => compare::run(*typed),
         Command::Inspect(typed) => inspect::run(*typed, fields),
