@@ -1,8 +1,9 @@
 //! Breaks of a power law: continuous lines of several pieces.
 
+use crate::numeric::GoldenSection;
 use crate::numeric::quantiles::{student_outside, student_within};
 
-/// Places that are tried, evenly spread over the points.
+/// Places that are tried, evenly spread over the band.
 const PLACES: usize = 64;
 /// Points beside a break, at least.
 const MARGIN: usize = 3;
@@ -12,7 +13,7 @@ const MARGIN: usize = 3;
 pub struct BreakFit {
     /// x at the breaks.
     pub at: Vec<f64>,
-    /// For each break the x between which the residuals grow by less than the interval's F.
+    /// For each break the x between which the residuals grow by less than the interval's F, all else held.
     pub intervals: Vec<[f64; 2]>,
     /// Slopes of the pieces.
     pub slopes: Vec<f64>,
@@ -51,9 +52,10 @@ pub(super) fn breaks(points: &[(f64, f64)], most: usize, alpha: f64) -> Option<B
     if n < 2 * MARGIN + 2 || most == 0 {
         return None;
     }
-    let inside = MARGIN..n - MARGIN;
-    let stride = inside.len().div_ceil(PLACES);
-    let places: Vec<f64> = inside.step_by(stride).map(|i| points[i].0).collect();
+    let [low, high] = [points[MARGIN].0, points[n - 1 - MARGIN].0];
+    let count = PLACES.min(n - 2 * MARGIN);
+    let step = (high - low) / (count - 1) as f64;
+    let places: Vec<f64> = (0..count).map(|i| low + step * i as f64).collect();
     let straight = hinges(points, &[])?;
     let single = |b: &f64| Some((vec![*b], hinges(points, &[*b])?));
     let one = best(places.iter().filter_map(single))?;
@@ -83,19 +85,17 @@ pub(super) fn breaks(points: &[(f64, f64)], most: usize, alpha: f64) -> Option<B
             }
         }
     }
-    let ((at, fit), probabilities) = accepted?;
+    let ((at, _), probabilities) = accepted?;
+    let search = Search {
+        points,
+        ends: [low, high],
+        step,
+    };
+    let at = search.refined(at);
+    let fit = hinges(points, &at)?;
     let freedom = n as f64 - fit.coefficients.len() as f64;
     let limit = fit.squares * (1.0 + student_within(1.0 - alpha, freedom).powi(2) / freedom);
-    let interval = |k: usize| {
-        let holds = |b: &&f64| {
-            let mut moved = at.clone();
-            moved[k] = **b;
-            moved.is_sorted() && hinges(points, &moved).is_some_and(|fit| fit.squares <= limit)
-        };
-        let held: Vec<f64> = places.iter().filter(holds).copied().collect();
-        let ends = [held.first(), held.last()];
-        ends.map(|end| end.copied().unwrap_or(at[k]).exp())
-    };
+    let interval = |k: usize| [-1.0, 1.0].map(|sign| search.reach(&at, k, sign, limit).exp());
     let mut slopes = vec![fit.coefficients[1]];
     for change in &fit.coefficients[2..] {
         slopes.push(slopes[slopes.len() - 1] + change);
@@ -111,6 +111,60 @@ pub(super) fn breaks(points: &[(f64, f64)], most: usize, alpha: f64) -> Option<B
         probabilities,
         start,
     })
+}
+
+/// Places of breaks between those that were tried.
+struct Search<'a> {
+    points: &'a [(f64, f64)],
+    ends: [f64; 2],
+    /// Between places.
+    step: f64,
+}
+
+impl Search<'_> {
+    /// Negative residuals with break `k` at `x`.
+    fn value(&self, at: &[f64], k: usize, x: f64) -> f64 {
+        let mut moved = at.to_vec();
+        moved[k] = x;
+        let is_ordered = moved.is_sorted() && x >= self.ends[0] && x <= self.ends[1];
+        match hinges(self.points, &moved).filter(|_| is_ordered) {
+            Some(fit) => -fit.squares,
+            None => f64::NEG_INFINITY,
+        }
+    }
+
+    /// The best places near these.
+    fn refined(&self, mut at: Vec<f64>) -> Vec<f64> {
+        for _ in 0..2 {
+            for k in 0..at.len() {
+                let value = |x: f64| Ok::<f64, std::convert::Infallible>(self.value(&at, k, x));
+                let Ok(mut search) =
+                    GoldenSection::new([at[k] - self.step, at[k] + self.step], value);
+                while search.width() > 1e-6 * self.step {
+                    let [c, d] = search.inner;
+                    let Ok(()) = search.narrow(c.1 > d.1, value);
+                }
+                let [c, d] = search.inner;
+                let found = if c.1 > d.1 { c } else { d };
+                if found.1 > self.value(&at, k, at[k]) {
+                    at[k] = found.0;
+                }
+            }
+        }
+        at
+    }
+
+    /// How far break `k` can be moved until the residuals are above `limit`.
+    fn reach(&self, at: &[f64], k: usize, sign: f64, limit: f64) -> f64 {
+        let mut x = at[k];
+        loop {
+            let next = x + sign * self.step / 16.0;
+            if -self.value(at, k, next) > limit {
+                return next.clamp(self.ends[0], self.ends[1]);
+            }
+            x = next;
+        }
+    }
 }
 
 fn best(fits: impl Iterator<Item = (Vec<f64>, Hinges)>) -> Option<(Vec<f64>, Hinges)> {
@@ -182,7 +236,7 @@ fn hinges(points: &[(f64, f64)], breaks: &[f64]) -> Option<Hinges> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::numeric::random::Random;
+    use crate::numeric::Random;
 
     fn noisy(count: usize, noise: f64, law: impl Fn(f64) -> f64, seed: u64) -> Vec<(f64, f64)> {
         let mut random = Random::new(seed);

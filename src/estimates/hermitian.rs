@@ -197,7 +197,7 @@ fn rotate(rows: &mut [Vec<f64>], i: usize, s: f64, c: f64) {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::numeric::random::Random;
+    use crate::numeric::Random;
 
     /// Of random matrices of all ranks: `A u = lambda u`, orthonormal vectors, and the trace.
     #[test]

@@ -74,7 +74,7 @@ mod tests {
         // The residuals x^2 - 7 x + 7 have the square sum 168.
         assert!((fit.squares - 168.0).abs() < 1e-12);
         assert!((fit.slope_error - (168.0f64 / 6.0 / 42.0).sqrt()).abs() < 1e-14);
-        let half = 2.446_911_848_791_681 * fit.slope_error;
+        let half = 2.446_911_851_144_969 * fit.slope_error;
         assert!((fit.half_interval(0.05) - half).abs() < 1e-12);
         assert_eq!(LineFit::through(&points[..2]), None);
         assert_eq!(LineFit::through(&[(1.0, 1.0); 5]), None);

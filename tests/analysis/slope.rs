@@ -129,7 +129,7 @@ fn val_fubini_before_the_shock_of_burgers() {
     let frames = found.frames.as_ref().unwrap();
     let steep = found.steepening.unwrap();
     println!("{steep:?}");
-    assert!((steep.shock_time - 1.0).abs() < 2e-4, "{steep:?}");
+    assert!((steep.shock_time - 1.0).abs() < 1e-4, "{steep:?}");
     let power =
         |t: f64| move |m: usize| (bessel_j(m as f64 * t, m + 1)[m] / (m as f64 * t)).powi(2);
     let expected = regression(4, 40, power(1.0));
@@ -138,8 +138,11 @@ fn val_fubini_before_the_shock_of_burgers() {
         steep.slope_at_shock
     );
     // Samples of a cube root alias a little.
-    assert!((steep.slope_at_shock - expected).abs() < 0.01);
-    assert!((steep.slope_at_shock + 8.0 / 3.0).abs() < 0.02, "{steep:?}");
+    assert!((steep.slope_at_shock - expected).abs() < 0.003);
+    assert!(
+        (steep.slope_at_shock + 8.0 / 3.0).abs() < 0.002,
+        "{steep:?}"
+    );
     for i in [28, 32, 36] {
         let expected = regression(4, 40, power(times[i]));
         assert!(
@@ -148,7 +151,9 @@ fn val_fubini_before_the_shock_of_burgers() {
             frames.slope[i]
         );
     }
-    assert_eq!(frames.time, times);
+    for (found, expected) in frames.time.iter().zip(&times) {
+        assert!((found - expected).abs() < 1e-12);
+    }
 }
 
 /// Burgers' equation with viscosity after the shock has formed: Fay's solution, with the amplitudes
@@ -169,7 +174,7 @@ fn val_fay_after_the_shock_of_viscous_burgers() {
     println!("{:?}, Fay {expected}", found.law);
     assert!((found.law.slope / expected - 1.0).abs() < 1e-10);
     // From 2 to 20, where viscosity bends it by a hundredth.
-    assert!((found.law.slope + 2.0).abs() < 0.02, "{:?}", found.law);
+    assert!((found.law.slope + 2.0).abs() < 0.008, "{:?}", found.law);
     // A shock that is there already does not steepen.
     assert!(found.steepening.is_none());
 }
@@ -206,14 +211,17 @@ fn val_fput_chain_at_and_after_its_shock() {
     let found = found(&field, &periodic((2.5 * k, 20.5 * k)));
     let steep = found.steepening.unwrap();
     println!("shock expected at {shock}: {steep:?}");
-    assert!((steep.shock_time / shock - 1.0).abs() < 0.02, "{steep:?}");
-    assert!((steep.slope_at_shock + 8.0 / 3.0).abs() < 0.06, "{steep:?}");
-    assert!((steep.slope_after + 2.0).abs() < 0.1, "{steep:?}");
+    assert!((steep.shock_time / shock - 1.0).abs() < 0.003, "{steep:?}");
+    assert!(
+        (steep.slope_at_shock + 8.0 / 3.0).abs() < 0.025,
+        "{steep:?}"
+    );
+    assert!((steep.slope_after + 2.0).abs() < 0.04, "{steep:?}");
     assert!(
         steep
             .slope_after_range
             .iter()
-            .all(|s| (s + 2.0).abs() < 0.15),
+            .all(|s| (s + 2.0).abs() < 0.12),
         "{steep:?}"
     );
 }
