@@ -203,6 +203,9 @@ fn refuse<T>(option: &'static str, expected: String, found: String) -> Result<T>
     })
 }
 
+/// Powers below this share of the largest of their spectrum are rounding.
+const ROUNDING: f64 = 1e-26;
+
 struct Work<'a> {
     fields: &'a [&'a Field],
     first: &'a Field,
@@ -260,7 +263,14 @@ impl Work<'_> {
         };
         let ends = [all[0].0.exp(), all[all.len() - 1].0.exp()];
         let slopes = frames.map(|joined| {
-            let of_frame = |row: &[f64]| LineFit::through(&points(row));
+            let of_frame = |row: &[f64]| {
+                let largest = row.iter().copied().fold(0.0, f64::max);
+                let is_known = |m: &usize| row[*m] > ROUNDING * largest;
+                self.bins
+                    .iter()
+                    .all(is_known)
+                    .then(|| LineFit::through(&points(row)))?
+            };
             SlopeFrames::new(joined, of_frame, self.request.alpha)
         });
         let steepening = slopes

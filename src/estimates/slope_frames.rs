@@ -172,7 +172,7 @@ pub(super) struct JoinedFrames {
 pub struct SlopeFrames {
     /// Middle of each frame.
     pub time: Vec<f64>,
-    /// NaN where the frame has no power in the band.
+    /// NaN where the frame has no power above rounding at a bin of the band.
     pub slope: Vec<f64>,
     /// Half of the interval of the regression.
     pub half: Vec<f64>,

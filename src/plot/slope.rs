@@ -169,10 +169,10 @@ fn frame_charts(found: &Slope, time_unit: &str) -> Vec<Chart> {
     let slope = Chart {
         y: (seen.start - 0.5).max(STEEPEST)..(seen.end + 0.5).max(0.0),
         marks: marks.clone(),
-        levels: [-2.0, -8.0 / 3.0]
-            .map(|at| Level {
+        levels: [(-2.0, "−2 and −8/3"), (-8.0 / 3.0, "")]
+            .map(|(at, words)| Level {
                 at,
-                label: String::new(),
+                label: words.into(),
             })
             .to_vec(),
         ..Chart::of(

@@ -50,12 +50,15 @@ impl Contents {
     }
 }
 
-const NAMES: [&str; 9] = [
+const NAMES: [&str; 12] = [
     "summary.json",
     "records.csv",
     "spectra.npz",
     "spectra.nc",
     "coherence.npz",
+    "modes.npz",
+    "increments.npz",
+    "slope.npz",
     "budget.npz",
     "budget.html",
     "report.html",
@@ -76,7 +79,7 @@ const LOCALIZED: [&str; 11] = [
 ];
 
 /// What `figures` may hold, as PNG, SVG and PDF.
-const FIGURES: [&str; 18] = [
+const FIGURES: [&str; 21] = [
     "space-time",
     "temporal-spectrum",
     "spatial-spectrum",
@@ -95,6 +98,9 @@ const FIGURES: [&str; 18] = [
     "scale-flux",
     "views",
     "coherence",
+    "modes",
+    "increments",
+    "slope",
 ];
 
 impl ResultDirectory {

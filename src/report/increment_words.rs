@@ -10,14 +10,14 @@ pub fn increment_sentences(found: &Increments) -> Vec<(String, String)> {
         .iter()
         .flat_map(|axis| {
             let name = match axis.axis {
-                FieldAxis::Space => "along x",
-                FieldAxis::Time => "in time",
+                FieldAxis::Space => "x",
+                FieldAxis::Time => "time",
             };
             let mut sentences = vec![
-                (format!("flatness {name}"), flatness(found, axis)),
-                (format!("third moment {name}"), third(found, axis)),
+                (format!("flatness, {name}"), flatness(found, axis)),
+                (format!("third moment, {name}"), third(found, axis)),
             ];
-            sentences.extend(exponents(axis).map(|text| (format!("exponents {name}"), text)));
+            sentences.extend(exponents(axis).map(|text| (format!("exponents, {name}"), text)));
             sentences
         })
         .collect()

@@ -15,16 +15,17 @@ np.savez("waves.npz", v=v + 0.3 * rng.normal(size=v.shape), t=t, x=x)
 # Burgers turbulence: random waves, followed along characteristics, with the shocks of the maximum principle
 # (Hopf and Cole without viscosity): u = (x - y) / t, y where phi(y) + (x - y)^2 / (2 t) is least.
 n, length = 1024, 32.0
-y = length * (np.arange(3 * n) - n) / n
+x = length * np.arange(n) / n
+y = length * (np.arange(24 * n) / 8 - n) / n
 frames = []
 for _ in range(24):
-    k = 2 * np.pi / length * np.arange(1, 33)
+    k = 2 * np.pi / length * np.arange(1, 9)
     a, phase = rng.normal(size=(2, k.size))
-    phi = (a / k * np.cos(k * y[:, None] + 3 * phase)).sum(axis=1) / 4
-    for time in (1.5, 2.0):
-        nearest = y[np.argmin(phi + (y[n : 2 * n, None] - y) ** 2 / (2 * time), axis=1)]
-        frames.append((y[n : 2 * n] - nearest) / time)
-np.savez("shocks.npz", v=np.array(frames), t=np.arange(48.0), x=y[n : 2 * n])
+    phi = (a / k * np.cos(k * y[:, None] + 3 * phase)).sum(axis=1) / 2
+    for time in (3.0, 4.0):
+        nearest = y[np.argmin(phi + (x[:, None] - y) ** 2 / (2 * time), axis=1)]
+        frames.append((x - nearest) / time)
+np.savez("shocks.npz", v=np.array(frames), t=np.arange(48.0), x=x)
 
 # The alpha chain of Fermi, Pasta, Ulam and Tsingou: one wave around a ring of 512, up to two shock times.
 n, alpha, speed, dt = 512, 1.0, 0.05, 0.1
