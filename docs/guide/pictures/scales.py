@@ -14,9 +14,9 @@ np.savez("waves.npz", v=v + 0.3 * rng.normal(size=v.shape), t=t, x=x)
 
 # Burgers turbulence: random waves, followed along characteristics, with the shocks of the maximum principle
 # (Hopf and Cole without viscosity): u = (x - y) / t, y where phi(y) + (x - y)^2 / (2 t) is least.
-n, length = 1024, 32.0
+n, length = 512, 32.0
 x = length * np.arange(n) / n
-y = length * (np.arange(24 * n) / 8 - n) / n
+y = length * (np.arange(12 * n) / 4 - n) / n
 frames = []
 for _ in range(24):
     k = 2 * np.pi / length * np.arange(1, 9)
