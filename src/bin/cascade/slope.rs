@@ -26,8 +26,8 @@ pub struct Slope {
     #[arg(long, value_enum, default_value_t = AlongArg::Space)]
     pub along: AlongArg,
     /// Band of the fit: wavenumbers in rad per unit of length, or frequencies in cycles per unit of time.
-    #[arg(long, value_name = "FROM:TO", value_parser = parse::interval, required = true)]
-    pub band: (f64, f64),
+    #[arg(long, value_name = "FROM:TO", value_parser = parse::interval)]
+    pub band: Option<(f64, f64)>,
     /// Breaks of the law that are searched in the band, at most 2.
     #[arg(long, value_name = "N", default_value_t = 1)]
     pub breaks: usize,
@@ -50,12 +50,18 @@ pub enum AlongArg {
 
 /// Runs the command.
 pub fn run(typed: Slope) -> Result<(), Failure> {
+    // Not required by the parser: a file of styles is checked against commands without options.
+    let band = typed.band.ok_or_else(|| Error::Request {
+        option: "band",
+        expected: "the band of the fit, such as 1:20".into(),
+        found: "none".into(),
+    })?;
     let request = SlopeRequest {
         axis: match typed.along {
             AlongArg::Space => FieldAxis::Space,
             AlongArg::Time => FieldAxis::Time,
         },
-        band: typed.band,
+        band,
         breaks: typed.breaks,
         frames: typed.frames,
         averaging: typed.averages.averaging(),
