@@ -102,6 +102,19 @@ impl AverageArgs {
     }
 }
 
+impl Coherence {
+    pub fn request(&self) -> CoherenceRequest {
+        CoherenceRequest {
+            reference: self.reference,
+            averaging: self.averages.averaging(),
+            gaps: self.averages.gaps.into(),
+            alpha: self.averages.significance,
+            threads: self.how.threads.map(usize::from),
+            memory: self.averages.memory,
+        }
+    }
+}
+
 /// Runs the command.
 pub fn run(typed: Coherence) -> Result<(), Failure> {
     let drawing = typed.figures.drawing()?;
@@ -121,14 +134,7 @@ pub fn run(typed: Coherence) -> Result<(), Failure> {
         print_notes(&field, typed.how.quiet);
         fields.push(field);
     }
-    let request = CoherenceRequest {
-        reference: typed.reference,
-        averaging: typed.averages.averaging(),
-        gaps: typed.averages.gaps.into(),
-        alpha: typed.averages.significance,
-        threads: typed.how.threads.map(usize::from),
-        memory: typed.averages.memory,
-    };
+    let request = typed.request();
     let all: Vec<&Field> = fields.iter().collect();
     let found = coherence(&all, &request, &progress);
     let found = found.map_err(|error| error.of_file(&paths[0]))?;
@@ -234,7 +240,7 @@ fn lines(found: &Found) -> String {
 }
 
 /// What the user should know, each with what to do.
-fn warnings(found: &Found) -> Vec<[String; 2]> {
+pub fn warnings(found: &Found) -> Vec<[String; 2]> {
     let mut warnings = Vec::new();
     let independence = &found.independence;
     if independence.is_transient() && independence.records < 2 {
