@@ -3,8 +3,8 @@
     pip install ./python scipy
     python benches/peers/python.py [--rounds 15] [--core 1] [--out FILE.md]
 
-All run on one thread pinned to one core, round after round, each once a round; a figure is the median over
-rounds. The overhead of a call is the time of a transform of 8 x 2 numbers.
+All run on one thread pinned to one core, round after round, each once a round; a figure is the median
+over rounds. The overhead of a call is the time of a transform of 8 x 2 numbers.
 """
 
 import argparse
@@ -13,7 +13,9 @@ import platform
 import statistics
 import time
 
-parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+parser = argparse.ArgumentParser(
+    description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter
+)
 parser.add_argument("--rounds", type=int, default=15)
 parser.add_argument("--core", type=int, default=1)
 parser.add_argument("--shapes", default="16384x300,65536x1000")
@@ -54,7 +56,8 @@ def medians(values, axis, rounds, repeat=1):
 
 lines = [
     f"wavecascade {wc.__version__}, scipy {scipy.__version__}, numpy {numpy.__version__}, "
-    f"Python {platform.python_version()}; load {os.getloadavg()[0]:.1f}; median of {options.rounds} rounds, ms",
+    f"Python {platform.python_version()}; load {os.getloadavg()[0]:.1f}; "
+    f"median of {options.rounds} rounds, ms",
     "",
     "| shape | axis | type | wavecascade | scipy | numpy | speed to the faster peer |",
     "|---|---|---|---|---|---|---|",

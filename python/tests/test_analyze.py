@@ -10,9 +10,9 @@ import warnings
 import numpy as np
 import pytest
 import xarray as xr
-from conftest import LATTICE, same
 
 import wavecascade as wc
+from conftest import LATTICE, same
 
 pytestmark = pytest.mark.filterwarnings("ignore::wavecascade.CascadeWarning")
 

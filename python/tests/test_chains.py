@@ -6,9 +6,9 @@ import subprocess
 import numpy as np
 import pytest
 import xarray as xr
-from conftest import LATTICE, ROOT, same
 
 import wavecascade as wc
+from conftest import LATTICE, ROOT, same
 
 SCENE = {"sites": 24, "stiffness_ratio": 3.0, "striker_velocity": 1.0, "end_time": 20.0, "samples": 65}
 TYPED = [f"--{key.replace('_', '-')}={value}" for key, value in SCENE.items()]

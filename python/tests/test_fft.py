@@ -50,7 +50,9 @@ def test_val_scipy_fft_and_ifft(shape, dtype):
         for axis in range(-1, len(shape)):
             for norm in (None, "ortho", "forward"):
                 close(wc.fft.fft(array, axis=axis, norm=norm), scipy_fft.fft(array, axis=axis, norm=norm))
-                close(wc.fft.ifft(array, axis=axis, norm=norm), scipy_fft.ifft(array, axis=axis, norm=norm))
+                close(
+                    wc.fft.ifft(array, axis=axis, norm=norm), scipy_fft.ifft(array, axis=axis, norm=norm)
+                )
 
 
 @pytest.mark.parametrize("n", [1, 5, 6, 20])

@@ -11,8 +11,11 @@ from wavecascade import _analysis
 from wavecascade._options import AnalyzeOptions, CoherenceOptions, FilterOptions
 from wavecascade._words import Progress
 
+# Untyped in xarray.
+_register: Any = xr
 
-@xr.register_dataarray_accessor("cascade")
+
+@_register.register_dataarray_accessor("cascade")
 class FieldAccessor:
     """A field with its functions: ``da.cascade.analyze()``."""
 
@@ -42,7 +45,7 @@ class FieldAccessor:
         return _analysis.spatial_spectrum(self._field, **options)
 
 
-@xr.register_dataset_accessor("cascade")
+@_register.register_dataset_accessor("cascade")
 class AnalysisAccessor:
     """The result of an analysis: ``ds.cascade.report("out.html")``."""
 

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import os
 from collections.abc import Sequence
+from pathlib import Path
 from typing import Any, Unpack
 
 import numpy as np
@@ -103,8 +104,7 @@ def report(analysis: Any, path: str | os.PathLike[str]) -> None:
         raise ValueError(
             "analysis: expected what `analyze` returned in this process, found a dataset without it"
         )
-    with open(path, "w", encoding="utf-8") as page:
-        page.write(_native.report(found))
+    Path(path).write_text(_native.report(found), encoding="utf-8")
 
 
 def _lazy(field: Any, which: str, options: dict[str, object]) -> Any:
@@ -138,7 +138,8 @@ def _lazy(field: Any, which: str, options: dict[str, object]) -> Any:
 
     chunks = list(blocks.chunks)
     chunks[axis] = (length,)
-    data = dask.array.map_blocks(block, blocks, chunks=tuple(chunks), dtype=like.dtype)
+    chunked: Any = dask.array
+    data = chunked.map_blocks(block, blocks, chunks=tuple(chunks), dtype=like.dtype)
     out = xarray.DataArray(data, dims=like.dims, attrs=like.attrs, name=like.name)
     out = out.assign_coords({whole: like.coords[whole]})
     other, own = (like.dims[1], space) if axis == 0 else (like.dims[0], time)

@@ -44,7 +44,7 @@ def _scene(scene: Scene) -> tuple[str | None, list[str]]:
     """A scene as its text, or as words that name its file."""
     if scene is None:
         return None, []
-    if is_path(scene):
+    if not isinstance(scene, Mapping):
         return None, [os.fspath(scene)]
     unknown = [key for key in scene if key not in _KEYS]
     if unknown:
@@ -281,7 +281,7 @@ def attenuate(
     files: list[str] = []
     if isinstance(scenes, Mapping):
         keys = {**scenes, **keys}
-    elif is_path(scenes):
+    elif isinstance(scenes, (str, os.PathLike)):
         files = [os.fspath(scenes)]
     elif scenes is not None:
         files = [os.fspath(one) for one in scenes]

@@ -39,7 +39,7 @@ def unit_text(unit: object) -> str | None:
 
 def plain(values: Any) -> tuple[np.ndarray[Any, Any], str | None]:
     """The numbers of an array and its unit: gaps of masked arrays are NaN, Dask is computed."""
-    unit = None
+    unit: str | None = None
     if hasattr(values, "magnitude") and hasattr(values, "units"):
         values, unit = values.magnitude, unit_text(values.units)
     if hasattr(values, "compute") and hasattr(values, "dask"):
@@ -47,7 +47,8 @@ def plain(values: Any) -> tuple[np.ndarray[Any, Any], str | None]:
     if isinstance(values, np.ma.MaskedArray):
         if np.ma.is_masked(values):
             is_float = np.issubdtype(values.dtype, np.floating)
-            values = values.astype(values.dtype if is_float else np.float64).filled(np.nan)
+            floats: Any = values.astype(values.dtype if is_float else np.float64)
+            values = floats.filled(np.nan)
         else:
             values = values.data
     return np.asarray(values), unit
@@ -55,7 +56,7 @@ def plain(values: Any) -> tuple[np.ndarray[Any, Any], str | None]:
 
 def _since(values: np.ndarray[Any, Any]) -> tuple[np.ndarray[Any, Any], str | None]:
     """Dates and durations as seconds, dates from the first one, and that one."""
-    unit = np.datetime_data(values.dtype)[0]
+    unit: Any = np.datetime_data(values.dtype)[0]
     ticks = values.astype(f"{values.dtype.kind}8[{unit}]").astype(np.int64)
     if values.dtype.kind == "m":
         return ticks * (np.timedelta64(1, unit) / np.timedelta64(1, "s")), None
@@ -107,7 +108,7 @@ def _dims(field: Any, options: Mapping[str, object]) -> tuple[str, str | None]:
         space = rest[0]
     elif time is None and space is None and len(dims) <= 2:
         first_is_site = options.get("layout") == "site-time" and len(dims) == 2
-        time, space = dims[::-1] if first_is_site else [*dims, None][:2]  # type: ignore[assignment]
+        time, space = dims[::-1] if first_is_site else [*dims, None][:2]
     if time is None or len(set(dims) - {time, space}) > 0:
         raise ValueError(
             f"field: expected a dimension of times and one of sites, found {', '.join(dims)}; "
