@@ -130,7 +130,8 @@ fn described<'py>(py: Python<'py>, field: &Field) -> PyResult<Bound<'py, PyDict>
     let mut values = vec![0.0; times * sites];
     py.detach(|| field.read_time_major(0..times, 0..sites, &mut values));
     let array = ndarray::ArrayView2::from_shape((times, sites), &values);
-    let array = array.map_err(|error| pyo3::exceptions::PyRuntimeError::new_err(error.to_string()))?;
+    let array =
+        array.map_err(|error| pyo3::exceptions::PyRuntimeError::new_err(error.to_string()))?;
     let out = PyDict::new(py);
     match field.precision() {
         Precision::F64 => out.set_item("array", array.to_pyarray(py))?,
@@ -139,11 +140,15 @@ fn described<'py>(py: Python<'py>, field: &Field) -> PyResult<Bound<'py, PyDict>
             out.set_item("array", array)?;
         }
     }
-    let places = |axis: &Axis, count: usize| -> Vec<f64> { (0..count).map(|i| axis.at(i)).collect() };
+    let places =
+        |axis: &Axis, count: usize| -> Vec<f64> { (0..count).map(|i| axis.at(i)).collect() };
     for (name, axis, count) in [("time", &field.time, times), ("space", &field.space, sites)] {
         let coordinates = places(axis, count).to_pyarray(py);
         let is_counted = *axis == Axis::index();
-        out.set_item(name, (coordinates, axis.step, axis.unit.clone(), is_counted))?;
+        out.set_item(
+            name,
+            (coordinates, axis.step, axis.unit.clone(), is_counted),
+        )?;
     }
     out.set_item("name", &field.name)?;
     out.set_item("quantity", field.quantity.name())?;
@@ -204,9 +209,9 @@ pub fn filter<'py>(
     out.set_item("energy_before", found.energy_before)?;
     out.set_item("energy_after", found.energy_after)?;
     let warnings = crate::filter::warnings(&typed, &found);
-    let warnings = warnings.iter().map(|[message, advice]| {
-        ("filter", keywords(message), keywords(advice))
-    });
+    let warnings = warnings
+        .iter()
+        .map(|[message, advice]| ("filter", keywords(message), keywords(advice)));
     out.set_item("warnings", PyList::new(py, warnings)?)?;
     Ok(out)
 }
@@ -227,10 +232,12 @@ pub fn coherence<'py>(
         let path = openers.first().and_then(|opener| opener.path());
         let mut fields = Vec::new();
         for opener in openers {
-            fields.push(opener.open(&typed.input, typed.averages.memory, None)?);
+            fields.push(opener.open(&typed.estimate.input, typed.averages.memory, None)?);
         }
         let all: Vec<&Field> = fields.iter().collect();
-        let name = path.clone().unwrap_or_else(|| Path::new("field").to_owned());
+        let name = path
+            .clone()
+            .unwrap_or_else(|| Path::new("field").to_owned());
         let found = estimates::coherence(&all, &typed.request(), observer);
         let found = found.map_err(|error| error.of_file(&name))?;
         all.iter().try_for_each(|field| field.check_unchanged())?;
@@ -248,10 +255,9 @@ pub fn coherence<'py>(
     let out = kept.into_python(py)?;
     out.set_item("summary", summary)?;
     let warnings = crate::coherence::warnings(&found);
-    let warnings = warnings.iter().map(|[message, advice]| {
-        ("coherence", keywords(message), keywords(advice))
-    });
+    let warnings = warnings
+        .iter()
+        .map(|[message, advice]| ("coherence", keywords(message), keywords(advice)));
     out.set_item("warnings", PyList::new(py, warnings)?)?;
     Ok(out)
 }
-

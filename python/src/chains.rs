@@ -149,8 +149,9 @@ pub fn budget<'py>(
                 };
                 let motion = Motion::of(&file.run)?;
                 let request = typed.views.request(&file.setup);
-                let found =
-                    on_threads(threads, || wavecascade::budget::run(&motion, &request, &kept, observer))?;
+                let found = on_threads(threads, || {
+                    wavecascade::budget::run(&motion, &request, &kept, observer)
+                })?;
                 (found, None)
             }
         };
@@ -212,8 +213,15 @@ pub fn sweep(
     let keys: Vec<&str> = request.vary.iter().map(|axis| axis.key.as_str()).collect();
     let columns = serde_json::to_value(wavecascade::sweep::Measures::default());
     let columns = columns.map_err(value_error)?;
-    let columns: Vec<&String> = columns.as_object().into_iter().flat_map(|c| c.keys()).collect();
-    Ok(json!({ "keys": keys, "columns": columns, "rows": rows, "scene": request.scene }).to_string())
+    let columns: Vec<&String> = columns
+        .as_object()
+        .into_iter()
+        .flat_map(|c| c.keys())
+        .collect();
+    Ok(
+        json!({ "keys": keys, "columns": columns, "rows": rows, "scene": request.scene })
+            .to_string(),
+    )
 }
 
 /// `cascade localize`: a table in CSV, or arrays of one wave; and the summary in JSON.
@@ -313,4 +321,3 @@ pub fn transmit(
     let json = versioned_json(TRANSMISSION_SCHEMA, &found).map_err(value_error)?;
     Ok((csv, json))
 }
-

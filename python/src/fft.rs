@@ -4,7 +4,8 @@ use std::collections::HashMap;
 use std::sync::{Arc, LazyLock, Mutex, MutexGuard, PoisonError};
 
 use column_fft::{
-    ColumnFftPlanner, ComplexToRealColumns, FftDirection, FftError, Real, RealToComplexColumns, rows,
+    ColumnFftPlanner, ComplexToRealColumns, FftDirection, FftError, Real, RealToComplexColumns,
+    rows,
 };
 use ndarray::{ArrayView2, ArrayViewD, ArrayViewMut2, ArrayViewMutD, Axis};
 use num_complex::Complex;
@@ -184,7 +185,12 @@ fn along<A, B>(
         .view()
         .into_shape_with_order((before, n, after))
         .ok()
-        .zip(output.view_mut().into_shape_with_order((before, m, after)).ok());
+        .zip(
+            output
+                .view_mut()
+                .into_shape_with_order((before, m, after))
+                .ok(),
+        );
     match cubes {
         Some((input, output)) if after == 1 => {
             let (input, output) = (
@@ -193,7 +199,9 @@ fn along<A, B>(
             );
             match is_contiguous(&input) {
                 true => transform.rows(input, output, is_parallel),
-                false => transform.columns(input.reversed_axes(), output.reversed_axes(), is_parallel),
+                false => {
+                    transform.columns(input.reversed_axes(), output.reversed_axes(), is_parallel)
+                }
             }
         }
         Some((input, mut output)) => {
@@ -259,11 +267,13 @@ fn each_row<A: Sync, B: Send + Sync, S>(
     scratch: impl Fn() -> S + Sync + Send,
     row: impl Fn(&mut S, &[A], &mut [B]) + Sync + Send,
 ) {
-    let one = |scratch: &mut S, (input, mut output): (ndarray::ArrayView1<A>, ndarray::ArrayViewMut1<B>)| {
-        if let (Some(input), Some(output)) = (input.as_slice(), output.as_slice_mut()) {
-            row(scratch, input, output);
-        }
-    };
+    let one =
+        |scratch: &mut S,
+         (input, mut output): (ndarray::ArrayView1<A>, ndarray::ArrayViewMut1<B>)| {
+            if let (Some(input), Some(output)) = (input.as_slice(), output.as_slice_mut()) {
+                row(scratch, input, output);
+            }
+        };
     match is_parallel {
         true => input
             .axis_iter(Axis(0))
@@ -287,7 +297,12 @@ struct Forward<T: Real> {
 }
 
 impl<T: Planned> Transform<T, Complex<T>> for Forward<T> {
-    fn columns(&self, input: ArrayView2<T>, mut output: ArrayViewMut2<Complex<T>>, is_parallel: bool) {
+    fn columns(
+        &self,
+        input: ArrayView2<T>,
+        mut output: ArrayViewMut2<Complex<T>>,
+        is_parallel: bool,
+    ) {
         let done = match is_parallel {
             true => self.plan.process_in_parallel(input, output.view_mut()),
             false => self.plan.process(input, output.view_mut()),
@@ -300,14 +315,20 @@ impl<T: Planned> Transform<T, Complex<T>> for Forward<T> {
 
     fn rows(&self, input: ArrayView2<T>, output: ArrayViewMut2<Complex<T>>, is_parallel: bool) {
         let scratch = || (vec![T::default(); self.len], self.rows.make_scratch_vec());
-        each_row(input, output, is_parallel, scratch, |(row, scratch), input, output| {
-            row.copy_from_slice(input);
-            let done = self.rows.process_with_scratch(row, output, scratch);
-            debug_assert!(done.is_ok());
-            if let Some(factor) = self.factor {
-                output.iter_mut().for_each(|z| *z = *z * factor);
-            }
-        });
+        each_row(
+            input,
+            output,
+            is_parallel,
+            scratch,
+            |(row, scratch), input, output| {
+                row.copy_from_slice(input);
+                let done = self.rows.process_with_scratch(row, output, scratch);
+                debug_assert!(done.is_ok());
+                if let Some(factor) = self.factor {
+                    output.iter_mut().for_each(|z| *z = *z * factor);
+                }
+            },
+        );
     }
 }
 
@@ -319,7 +340,12 @@ struct Inverse<T: Real> {
 }
 
 impl<T: Planned> Transform<Complex<T>, T> for Inverse<T> {
-    fn columns(&self, input: ArrayView2<Complex<T>>, mut output: ArrayViewMut2<T>, is_parallel: bool) {
+    fn columns(
+        &self,
+        input: ArrayView2<Complex<T>>,
+        mut output: ArrayViewMut2<T>,
+        is_parallel: bool,
+    ) {
         let done = match is_parallel {
             true => self.plan.process_in_parallel(input, output.view_mut()),
             false => self.plan.process(input, output.view_mut()),
@@ -341,19 +367,25 @@ impl<T: Planned> Transform<Complex<T>, T> for Inverse<T> {
             (bins, self.rows.make_scratch_vec())
         };
         let factor = T::rounded(self.scale.factor(self.len));
-        each_row(input, output, is_parallel, scratch, |(bins, scratch), input, output| {
-            bins.copy_from_slice(input);
-            // As everywhere, imaginary parts of 0 and of the Nyquist frequency do not count.
-            bins[0].im = T::default();
-            if self.len.is_multiple_of(2) {
-                bins[self.len / 2].im = T::default();
-            }
-            let done = self.rows.process_with_scratch(bins, output, scratch);
-            debug_assert!(done.is_ok());
-            if self.scale != Scale::One {
-                output.iter_mut().for_each(|x| *x = *x * factor);
-            }
-        });
+        each_row(
+            input,
+            output,
+            is_parallel,
+            scratch,
+            |(bins, scratch), input, output| {
+                bins.copy_from_slice(input);
+                // As everywhere, imaginary parts of 0 and of the Nyquist frequency do not count.
+                bins[0].im = T::default();
+                if self.len.is_multiple_of(2) {
+                    bins[self.len / 2].im = T::default();
+                }
+                let done = self.rows.process_with_scratch(bins, output, scratch);
+                debug_assert!(done.is_ok());
+                if self.scale != Scale::One {
+                    output.iter_mut().for_each(|x| *x = *x * factor);
+                }
+            },
+        );
     }
 }
 
@@ -380,15 +412,26 @@ impl<T: Planned> Transform<Complex<T>, Complex<T>> for Both<T> {
         }
     }
 
-    fn rows(&self, input: ArrayView2<Complex<T>>, output: ArrayViewMut2<Complex<T>>, is_parallel: bool) {
+    fn rows(
+        &self,
+        input: ArrayView2<Complex<T>>,
+        output: ArrayViewMut2<Complex<T>>,
+        is_parallel: bool,
+    ) {
         let scratch = || vec![Complex::default(); self.rows.get_inplace_scratch_len()];
-        each_row(input, output, is_parallel, scratch, |scratch, input, output| {
-            output.copy_from_slice(input);
-            self.rows.process_with_scratch(output, scratch);
-            if let Some(factor) = self.factor {
-                output.iter_mut().for_each(|z| *z = *z * factor);
-            }
-        });
+        each_row(
+            input,
+            output,
+            is_parallel,
+            scratch,
+            |scratch, input, output| {
+                output.copy_from_slice(input);
+                self.rows.process_with_scratch(output, scratch);
+                if let Some(factor) = self.factor {
+                    output.iter_mut().for_each(|z| *z = *z * factor);
+                }
+            },
+        );
     }
 }
 
@@ -435,7 +478,9 @@ fn transformed<'py, A: Element + Sync, B: Element>(
         // the lock.
         let (from, to) = unsafe { (input.as_array(), output.as_array_mut()) };
         py.detach(|| {
-            with_workers(workers, |is_parallel| along(transform, from, to, axis, is_parallel))
+            with_workers(workers, |is_parallel| {
+                along(transform, from, to, axis, is_parallel)
+            })
         })
         .map_err(PyValueError::new_err)?;
     }

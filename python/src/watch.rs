@@ -84,13 +84,14 @@ pub fn run<T: Send>(
         std::thread::scope(|scope| {
             let (finished, waiting) = channel::<()>();
             let watch = &watch;
-            let thread = std::thread::Builder::new()
-                .stack_size(STACK)
-                .spawn_scoped(scope, move || {
-                    // Dropped when the work ends, however it does.
-                    let _finished = finished;
-                    work(watch)
-                })?;
+            let thread =
+                std::thread::Builder::new()
+                    .stack_size(STACK)
+                    .spawn_scoped(scope, move || {
+                        // Dropped when the work ends, however it does.
+                        let _finished = finished;
+                        work(watch)
+                    })?;
             while waiting.recv_timeout(INTERVAL) == Err(RecvTimeoutError::Timeout) {
                 look(&mut failed);
             }

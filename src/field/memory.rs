@@ -92,7 +92,9 @@ impl MemorySamples {
         let reach = |sign: isize| -> isize {
             let axes = shape.iter().zip(strides);
             let parts = axes.map(|(n, s)| (n.saturating_sub(1) as isize).saturating_mul(s));
-            parts.filter(|part| part.signum() == sign).fold(0, isize::saturating_add)
+            parts
+                .filter(|part| part.signum() == sign)
+                .fold(0, isize::saturating_add)
         };
         let start_at = isize::try_from(start).unwrap_or(isize::MAX);
         let end = (start_at.saturating_add(reach(1)) as usize).saturating_add(size);
@@ -124,10 +126,18 @@ impl MemorySamples {
         };
         let bytes = Bytes::Shared(bytes);
         if is_contiguous && is_apart {
-            let row_len = if rows == 1 { width } else { slow / size as isize };
+            let row_len = if rows == 1 {
+                width
+            } else {
+                slow / size as isize
+            };
             return Ok(Storage::new(bytes, arrangement(row_len as usize)));
         }
-        Ok(Storage::strided(bytes, arrangement(width as usize), strides))
+        Ok(Storage::strided(
+            bytes,
+            arrangement(width as usize),
+            strides,
+        ))
     }
 }
 
@@ -156,7 +166,11 @@ impl Field {
             return Err(fault(InputFault::Empty));
         }
         let storage = samples.storage().map_err(fault)?;
-        let mut notes: Vec<Note> = labels.start.map(|time| Note::Start { time }).into_iter().collect();
+        let mut notes: Vec<Note> = labels
+            .start
+            .map(|time| Note::Start { time })
+            .into_iter()
+            .collect();
         let mut axis = |name, listed: Option<ListedAxis>, is_stated: bool| {
             let found = listed.map_or(Ok(Listed::default()), |listed| {
                 listed.axis(name, is_stated, options)

@@ -219,7 +219,9 @@ impl Field {
         };
         let name = path.file_stem().unwrap_or_default().to_string_lossy();
         let stated = source.stated.clone();
-        let field = completed(contents, stated, options, &name, &|fault| source.fault(fault))?;
+        let field = completed(contents, stated, options, &name, &|fault| {
+            source.fault(fault)
+        })?;
         Ok(Field {
             opened: state.filter(|_| !is_copy),
             content_hash,

@@ -4,8 +4,8 @@ use std::path::Path;
 
 use serde::Serialize;
 
-use super::{Archive, NamedArrays};
 use super::scan_records::quoted;
+use super::{Archive, NamedArrays};
 use crate::Result;
 use crate::arrays::Precision;
 use crate::localized::{Direct, Family, Journey, OrderRow, Snapshot, Wave};

@@ -17,6 +17,7 @@ mod contact;
 mod convert;
 mod dispersion;
 mod effect;
+mod estimate;
 mod failure;
 mod fields;
 mod figure_args;

@@ -3,6 +3,7 @@
 use std::path::{Path, PathBuf};
 
 use clap::{Args, ValueEnum};
+use wavecascade::arrays::Sink;
 use wavecascade::budget::measured::{
     Drift, MeasuredMotion, MeasuredOptions, Noise, Uncertainty, from_field,
 };
@@ -11,7 +12,6 @@ use wavecascade::chain::scene::{SceneSource, Setup, Units};
 use wavecascade::field::Axis;
 use wavecascade::measure::{self, Dimension, Length, Measure, Speed, Time};
 use wavecascade::observer::Observer;
-use wavecascade::arrays::Sink;
 use wavecascade::report::{NamedArrays, write_measured_arrays};
 use wavecascade::{Error, Field, Result};
 
