@@ -5,6 +5,29 @@ from typing import Any, final
 import numpy as np
 import numpy.typing as npt
 
+__all__ = [
+    "Analysis",
+    "Run",
+    "Samples",
+    "analyze",
+    "attenuate",
+    "budget",
+    "c2c",
+    "c2r",
+    "coherence",
+    "filter",
+    "localize",
+    "open",
+    "program",
+    "r2c",
+    "report",
+    "scene_keys",
+    "simulate",
+    "sweep",
+    "transmit",
+    "version",
+]
+
 version: str
 
 _Array = npt.NDArray[Any]

@@ -119,7 +119,7 @@ class _Bar:
             self.close()
             self._stage = stage
             self._bar = self._make(total=total, desc=stage, leave=False)
-        self._bar.update(done - self._bar.n)
+        self._bar.update(min(done, total) - self._bar.n)
 
     def close(self) -> None:
         if self._bar is not None:
@@ -132,4 +132,10 @@ def observed(progress: Progress) -> Callable[[str, int, int], object] | None:
         return _Bar()
     if progress is None or progress is False:
         return None
-    return progress
+    told = progress
+
+    def clamped(stage: str, done: int, total: int) -> object:
+        # Passes that share a stage may do more than was foreseen.
+        return told(stage, min(done, total), total)
+
+    return clamped

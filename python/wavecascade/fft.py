@@ -68,6 +68,20 @@ def _fitted(a: Array, n: int, axis: int) -> Array:
     return padded
 
 
+def _nothing(a: Array, axis: int, n: int, kind: str) -> Array | None:
+    """The result of no numbers, which is none."""
+    if n < 1:
+        raise ValueError(f"n: expected at least 1, found {n}")
+    if a.size:
+        return None
+    shape = list(a.shape)
+    shape[axis] = n
+    single = a.dtype in (np.dtype(np.float32), np.dtype(np.complex64))
+    return np.empty(
+        shape, {"c": (np.complex128, np.complex64), "f": (np.float64, np.float32)}[kind][single]
+    )
+
+
 def _real(a: npt.ArrayLike) -> Array:
     a = np.asarray(a)
     if a.dtype in _REAL and a.flags.aligned:
@@ -123,7 +137,11 @@ def r2c(
     """
     a = _real(a)
     axis = _axis(a, axis)
-    a = _fitted(a, a.shape[axis] if n is None else n, axis)
+    length = a.shape[axis] if n is None else n
+    a = _fitted(a, length, axis)
+    none = _nothing(a, axis, length // 2 + 1 if length else 0, "c")
+    if none is not None:
+        return none
     return _native.r2c(a, axis, _norm(norm, _FORWARD), _workers(workers))
 
 
@@ -146,6 +164,9 @@ def c2r(
     if length < 1:
         raise ValueError(f"n: expected at least 1, found {length}")
     a = _fitted(a, length // 2 + 1, axis)
+    none = _nothing(a, axis, length, "f")
+    if none is not None:
+        return none
     return _native.c2r(a, length, axis, _norm(norm, _INVERSE), _workers(workers))
 
 
@@ -164,7 +185,11 @@ def c2c(
     """
     a = _complex(a)
     axis = _axis(a, axis)
-    a = _fitted(a, a.shape[axis] if n is None else n, axis)
+    length = a.shape[axis] if n is None else n
+    a = _fitted(a, length, axis)
+    none = _nothing(a, axis, length, "c")
+    if none is not None:
+        return none
     norms = _INVERSE if inverse else _FORWARD
     return _native.c2c(a, not inverse, axis, _norm(norm, norms), _workers(workers))
 
