@@ -4,7 +4,7 @@ use super::increment_sums::FieldAxis;
 use super::moments::ORDERS;
 use crate::field::Axis;
 
-/// All choices of [`increments`](super::increments).
+/// All choices of [`increments`](super::increments()).
 #[derive(Debug, Clone, PartialEq)]
 pub struct IncrementsRequest {
     /// Separations in sites; `None`: powers of the root of two up to a quarter of the sites.
@@ -40,7 +40,7 @@ impl Default for IncrementsRequest {
     }
 }
 
-/// What [`increments`](super::increments) finds.
+/// What [`increments`](super::increments()) finds.
 #[derive(Debug, Clone)]
 pub struct Increments {
     pub time: Axis,
