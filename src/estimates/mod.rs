@@ -10,13 +10,21 @@
 //! 1055 (1982); J. S. Bendat, A. G. Piersol, "Random Data", 4th ed. (2010), chapters 8, 9 and 11.
 
 mod averaging;
+mod bicoherence;
+mod bicoherence_along;
 mod coherence;
 mod delay;
 mod ensemble;
 mod phase;
 mod shots;
+mod spectra;
+mod triples;
 
 pub use averaging::{Averaging, Tapers};
+pub use bicoherence::{
+    Bicoherence, BicoherenceMap, BicoherenceRequest, CoupledTriple, bicoherence,
+};
+pub use bicoherence_along::BicoherenceAlong;
 pub use coherence::{Coherence, CoherenceRequest, coherence};
 pub use delay::Delay;
 pub use ensemble::Independence;

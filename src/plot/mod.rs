@@ -6,6 +6,7 @@
 
 mod attenuation;
 mod axis;
+mod bicoherence;
 mod bitmap;
 mod budget;
 mod canvas;
@@ -42,6 +43,7 @@ use rayon::prelude::*;
 
 pub use attenuation::{Overlay, attenuation, transmission};
 pub use axis::around;
+pub use bicoherence::bicoherence;
 pub use budget::{SharedScales, budget_figures, encode_all};
 pub use canvas::{Area, Canvas, CanvasSurface, px, sans};
 pub use chart::{Chart, Level, Look, PALETTE, Series, extent};
@@ -62,6 +64,7 @@ pub use uprights::Mark;
 pub use views::views;
 
 pub(crate) use attenuation::{attenuation_charts, transmission_charts};
+pub(crate) use bicoherence::{bicoherence_along_map, bicoherence_by_output, bicoherence_map};
 pub(crate) use budget::ordinary;
 pub(crate) use coherence::{coherence_by_frequency, coherence_charts, coherence_map};
 pub(crate) use heat::block_extremes;

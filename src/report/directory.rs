@@ -50,11 +50,12 @@ impl Contents {
     }
 }
 
-const NAMES: [&str; 9] = [
+const NAMES: &[&str] = &[
     "summary.json",
     "records.csv",
     "spectra.npz",
     "spectra.nc",
+    "bicoherence.npz",
     "coherence.npz",
     "budget.npz",
     "budget.html",
@@ -76,7 +77,7 @@ const LOCALIZED: [&str; 11] = [
 ];
 
 /// What `figures` may hold, as PNG, SVG and PDF.
-const FIGURES: [&str; 18] = [
+const FIGURES: &[&str] = &[
     "space-time",
     "temporal-spectrum",
     "spatial-spectrum",
@@ -94,6 +95,7 @@ const FIGURES: [&str; 18] = [
     "spectral-flux",
     "scale-flux",
     "views",
+    "bicoherence",
     "coherence",
 ];
 

@@ -5,6 +5,7 @@ mod archive;
 mod arrays;
 mod attenuation;
 mod attenuation_words;
+mod bicoherence;
 mod budget;
 mod budget_arrays;
 mod coherence;
@@ -34,6 +35,7 @@ pub use attenuation::{
     write_beside,
 };
 pub use attenuation_words::{law_sentence, reach_sentence, stop_sentence};
+pub use bicoherence::{BICOHERENCE_SCHEMA, BicoherenceSummary, write_bicoherence};
 pub use budget::{BUDGET_SCHEMA, BudgetSummary, ClosureSummary};
 pub use budget_arrays::{write_budget_arrays, write_measured_arrays};
 pub use coherence::{COHERENCE_SCHEMA, CoherenceSummary, write_coherence};
@@ -46,7 +48,7 @@ pub use localized::{LOCALIZED_SCHEMA, LocalizedSummary, table_csv, write_journey
 pub use netcdf::{ArrayLabels, Attribute, NetCdf};
 #[cfg(feature = "figures")]
 pub use pages::{
-    analysis_html as html, attenuation_html, budget_html, coherence_html, comparison_html,
+    analysis_html as html, attenuation_html, bicoherence_html, budget_html, coherence_html, comparison_html,
     comparison_rows, fields_html, journey_html, localized_html, sweep_html, transmission_html,
     wave_html,
 };

@@ -57,6 +57,12 @@ pub enum Command {
     /// files). Each number has its level of significance or its error; the segments of one transient are not
     /// independent, and then none is stated.
     Coherence(Box<crate::coherence::Coherence>),
+    /// Find frequencies that are coupled with their sum: bicoherence and biphase, at a site and along x.
+    ///
+    /// Averaged over segments of the record or over repeated records (several files), with levels of
+    /// significance for one triple of frequencies and for all of them. Bicoherence shows coupling, not which
+    /// frequency feeds which.
+    Bicoherence(Box<crate::bicoherence::Bicoherence>),
     /// Convert a field to another format, with its axes and units.
     ///
     /// IN is anything that `cascade analyze` reads, with the same options. The extension of OUT chooses

@@ -6,6 +6,7 @@ mod analyze;
 mod args;
 mod attenuate;
 mod bench;
+mod bicoherence;
 mod budget;
 mod chain_args;
 mod clean;
@@ -39,6 +40,7 @@ mod table;
 mod terminal;
 mod text;
 mod transmit;
+mod triple_args;
 mod view_args;
 
 use std::path::PathBuf;
@@ -83,6 +85,7 @@ fn run(line: &CommandLine) -> Result<(), Failure> {
 fn one(cli: Cli, fields: &[PathBuf], applied: &Applied) -> Result<(), Failure> {
     match cli.command {
         Command::Analyze(typed) => analyze::run(&typed, fields, applied),
+        Command::Bicoherence(typed) => bicoherence::run(*typed),
         Command::Coherence(typed) => coherence::run(*typed),
         Command::Budget(typed) => budget::run(*typed),
         Command::Compare(typed) => compare::run(*typed),

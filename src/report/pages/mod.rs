@@ -2,6 +2,7 @@
 
 mod analysis;
 mod attenuation;
+mod bicoherence;
 mod budget;
 mod budget_pictures;
 mod coherence;
@@ -11,6 +12,7 @@ mod sweep;
 
 pub use analysis::analysis_html;
 pub use attenuation::{attenuation_html, transmission_html};
+pub use bicoherence::bicoherence_html;
 pub use budget::{budget_html, comparison_html, comparison_rows};
 pub use coherence::coherence_html;
 pub use fields::fields_html;
