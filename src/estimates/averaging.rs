@@ -171,6 +171,14 @@ impl Realisations {
         length as f64 * squares / self.tapers.len() as f64
     }
 
+    /// What coefficients of products of two transforms are multiplied by to be those of products of Fourier
+    /// coefficients: `N sum w^4 / sum w^3` under the first taper, since a product has it twice.
+    pub fn quadratic_scale(&self) -> f64 {
+        let taper = self.tapers[0].iter();
+        let [cubes, fourths] = [3, 4].map(|order| taper.clone().map(|w| w.powi(order)).sum::<f64>());
+        self.segments.length as f64 * fourths / cubes
+    }
+
     /// Correlation of the power of a bin with that of the bin `lag` beside it, of white noise under the first
     /// taper.
     pub fn bin_correlation(&self, lag: usize) -> f64 {

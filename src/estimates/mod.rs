@@ -15,9 +15,12 @@ mod bicoherence_along;
 mod coherence;
 mod delay;
 mod ensemble;
+mod least_squares;
 mod phase;
 mod shots;
 mod spectra;
+mod transfer;
+mod transfer_fit;
 mod triples;
 
 pub use averaging::{Averaging, Tapers};
@@ -29,3 +32,8 @@ pub use coherence::{Coherence, CoherenceRequest, coherence};
 pub use delay::Delay;
 pub use ensemble::Independence;
 pub use phase::PhaseSpeed;
+pub use transfer::{
+    OutputTransfer, PairTransfer, Transfer, TransferRequest, TransferShares, transfer,
+};
+
+use bicoherence_along::normal_quantile;

@@ -33,6 +33,7 @@ mod short;
 mod style;
 mod svg;
 mod ticks;
+mod transfer;
 mod uprights;
 mod views;
 
@@ -60,6 +61,7 @@ pub use redistribution::{along_t, along_x};
 pub use sheet::{Plot, PlotRow, Sheet};
 pub use short::{short_space, short_time};
 pub use style::{Colormap, Depth, Style};
+pub use transfer::transfer;
 pub use uprights::Mark;
 pub use views::views;
 
@@ -71,6 +73,7 @@ pub(crate) use heat::block_extremes;
 pub(crate) use localized::{journey_charts, wave_charts};
 pub(crate) use scale::{ColorScale, DECADES};
 pub(crate) use short::{edges, within};
+pub(crate) use transfer::{transfer_charts, transfer_map};
 
 use crate::analyze::Analysis;
 use crate::{Error, Result};

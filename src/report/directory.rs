@@ -57,6 +57,7 @@ const NAMES: &[&str] = &[
     "spectra.nc",
     "bicoherence.npz",
     "coherence.npz",
+    "transfer.npz",
     "budget.npz",
     "budget.html",
     "report.html",
@@ -97,6 +98,7 @@ const FIGURES: &[&str] = &[
     "views",
     "bicoherence",
     "coherence",
+    "transfer",
 ];
 
 impl ResultDirectory {

@@ -27,6 +27,7 @@ mod scan_records;
 mod sentences;
 mod snippet;
 mod summary;
+mod transfer;
 
 pub use archive::Archive;
 pub use arrays::{write_labelled_arrays, write_small_arrays};
@@ -49,7 +50,7 @@ pub use netcdf::{ArrayLabels, Attribute, NetCdf};
 #[cfg(feature = "figures")]
 pub use pages::{
     analysis_html as html, attenuation_html, bicoherence_html, budget_html, coherence_html, comparison_html,
-    comparison_rows, fields_html, journey_html, localized_html, sweep_html, transmission_html,
+    comparison_rows, fields_html, journey_html, localized_html, sweep_html, transfer_html, transmission_html,
     wave_html,
 };
 pub use run_file::{RUN_SCHEMA, RunFile};
@@ -59,4 +60,5 @@ pub use snippet::{
     SpectraFormat, analysis_snippet, attenuation_snippet, budget_snippet, localized_snippet,
     sweep_snippet, transmission_snippet,
 };
+pub use transfer::{TRANSFER_SCHEMA, TransferSummary, write_transfer};
 pub use summary::{Advice, Doubt, Provenance, SCHEMA, SettingInEffect, Summary};

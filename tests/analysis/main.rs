@@ -1,6 +1,7 @@
 //! Analyses of fields: spectra, measures, warnings, reports and figures.
 
 mod analyze_stops;
+mod bicoherence;
 mod coherence;
 mod determinism;
 mod direct_sums;
@@ -12,5 +13,6 @@ mod hard_cases;
 mod headline;
 mod reference_problems;
 mod spectra;
+mod transfer;
 mod warnings;
 mod windows;

@@ -63,6 +63,12 @@ pub enum Command {
     /// significance for one triple of frequencies and for all of them. Bicoherence shows coupling, not which
     /// frequency feeds which.
     Bicoherence(Box<crate::bicoherence::Bicoherence>),
+    /// Estimate the linear and quadratic transfer from one site to another.
+    ///
+    /// Least squares over segments or repeated records give what each frequency gains between the sites, linearly
+    /// and from pairs of others, with errors by resampling; and which part of the output is explained where it was
+    /// not fitted. Needs twice as many independent realisations as there are pairs.
+    Transfer(Box<crate::transfer::Transfer>),
     /// Convert a field to another format, with its axes and units.
     ///
     /// IN is anything that `cascade analyze` reads, with the same options. The extension of OUT chooses

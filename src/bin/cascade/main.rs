@@ -39,6 +39,7 @@ mod sweep;
 mod table;
 mod terminal;
 mod text;
+mod transfer;
 mod transmit;
 mod triple_args;
 mod view_args;
@@ -86,6 +87,7 @@ fn one(cli: Cli, fields: &[PathBuf], applied: &Applied) -> Result<(), Failure> {
     match cli.command {
         Command::Analyze(typed) => analyze::run(&typed, fields, applied),
         Command::Bicoherence(typed) => bicoherence::run(*typed),
+        Command::Transfer(typed) => transfer::run(*typed),
         Command::Coherence(typed) => coherence::run(*typed),
         Command::Budget(typed) => budget::run(*typed),
         Command::Compare(typed) => compare::run(*typed),

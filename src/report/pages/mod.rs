@@ -9,6 +9,7 @@ mod coherence;
 mod fields;
 mod localized;
 mod sweep;
+mod transfer;
 
 pub use analysis::analysis_html;
 pub use attenuation::{attenuation_html, transmission_html};
@@ -18,3 +19,4 @@ pub use coherence::coherence_html;
 pub use fields::fields_html;
 pub use localized::{journey_html, localized_html, wave_html};
 pub use sweep::sweep_html;
+pub use transfer::transfer_html;

@@ -1,0 +1,511 @@
+//! Linear and quadratic transfer between two sites.
+
+use num_complex::Complex;
+
+use super::averaging::{Averaging, Realisations, SegmentScratch};
+use super::bicoherence::{only_one_window, refuse};
+use super::ensemble::{Independence, steadiness};
+use super::shots::{Shots, first_of};
+use super::spectra::{Spectra, last_bin};
+use super::transfer_fit::{Fit, OutputFit, Resamplings};
+use crate::error::{Error, Result};
+use crate::field::{Axis, Field};
+use crate::observer::Observer;
+use crate::prepare::Gaps;
+use crate::system::memory::half_of_free_memory;
+use crate::system::threads::in_pool;
+
+/// All choices of [`transfer`].
+#[derive(Debug, Clone, PartialEq)]
+pub struct TransferRequest {
+    /// Index of the site of the input.
+    pub from: usize,
+    /// Index of the site of the output.
+    pub to: usize,
+    /// Samples by which the output is taken later: the time that waves need from one to the other.
+    pub lag: usize,
+    /// Frequency up to which the model has terms; `None`: all below the Nyquist frequency.
+    pub highest: Option<f64>,
+    /// One window; `segment: None` is a power of two that leaves four realisations for each unknown.
+    pub averaging: Averaging,
+    pub gaps: Gaps,
+    /// Probability by which an interval errs.
+    pub alpha: f64,
+    /// How often realisations are drawn anew for the errors.
+    pub resamplings: usize,
+    /// Worker threads; `None`: one a core.
+    pub threads: Option<usize>,
+    /// Bytes of working memory; `None`: half of the free memory.
+    pub memory: Option<u64>,
+}
+
+impl Default for TransferRequest {
+    fn default() -> Self {
+        TransferRequest {
+            from: 0,
+            to: 1,
+            lag: 0,
+            highest: None,
+            averaging: Averaging::default(),
+            gaps: Gaps::Refuse,
+            alpha: 0.05,
+            resamplings: 200,
+            threads: None,
+            memory: None,
+        }
+    }
+}
+
+/// What [`transfer`] finds. Errors are standard errors.
+#[derive(Debug, Clone)]
+pub struct Transfer {
+    pub time: Axis,
+    pub space: Axis,
+    pub from: usize,
+    pub to: usize,
+    pub lag: usize,
+    /// Samples of a segment, and shared by neighbours.
+    pub segment: [usize; 2],
+    pub independence: Independence,
+    pub alpha: f64,
+    /// The most unknowns of a frequency.
+    pub unknowns: usize,
+    /// Blocks of realisations that are drawn, and how often.
+    pub blocks: usize,
+    pub resamplings: usize,
+    /// Of each output frequency.
+    pub outputs: Vec<OutputTransfer>,
+    /// Of each pair of input frequencies, output by output.
+    pub pairs: Vec<PairTransfer>,
+    pub shares: TransferShares,
+}
+
+/// The balance of one output frequency: `output = input + linear + gain + residual`, one-sided power spectral
+/// densities.
+#[derive(Debug, Clone, Copy, PartialEq, serde::Serialize)]
+pub struct OutputTransfer {
+    pub frequency: f64,
+    pub input: f64,
+    pub output: f64,
+    /// Magnitude and phase (rad) of the linear transfer function.
+    pub magnitude: f64,
+    pub phase: f64,
+    pub magnitude_error: f64,
+    /// What the linear transfer changes: `(|L|^2 - 1) input`.
+    pub linear: f64,
+    pub linear_error: f64,
+    /// What pairs of other frequencies bring, less what they take.
+    pub gain: f64,
+    pub gain_error: f64,
+    /// What no term explains.
+    pub residual: f64,
+    /// `- sum gain df` up to this frequency: power that passes it towards higher ones by quadratic terms.
+    pub flux: f64,
+    pub flux_error: f64,
+    /// Share of the output of realisations that were not fitted, by the linear term, and by what quadratic terms
+    /// add.
+    pub held_out_linear: f64,
+    pub held_out_quadratic: f64,
+    pub unknowns: usize,
+    /// Terms that others replace: inputs that vary together.
+    pub undetermined: usize,
+}
+
+/// What one pair of frequencies brings to their sum, or to their difference (`second` negative).
+#[derive(Debug, Clone, Copy, PartialEq, serde::Serialize)]
+pub struct PairTransfer {
+    pub first: f64,
+    pub second: f64,
+    pub third: f64,
+    /// `Q(f1, f2)` of `Y = L X + sum Q X X` over ordered pairs of Fourier coefficients, in 1 over the samples'
+    /// unit.
+    pub re: f64,
+    pub im: f64,
+    /// Part of the output's `gain`.
+    pub gain: f64,
+    pub gain_error: f64,
+}
+
+/// Shares of the output's power in all frequencies of the model.
+#[derive(Debug, Clone, Copy, PartialEq, serde::Serialize)]
+pub struct TransferShares {
+    /// Of the realisations that were fitted, freed of what chance alone explains.
+    pub linear: f64,
+    pub quadratic: f64,
+    pub residual: f64,
+    /// Of realisations that were not fitted (five parts, each predicted from the others).
+    pub held_out_linear: f64,
+    pub held_out_quadratic: f64,
+    /// What quadratic terms that were fitted to the weaker half of the realisations add in the stronger half;
+    /// `None` for fewer than four realisations for each unknown.
+    pub stronger_half_quadratic: Option<f64>,
+}
+
+impl Transfer {
+    /// Whether quadratic terms explain anything of realisations that were not fitted, and do so at another
+    /// amplitude.
+    pub fn holds(&self) -> bool {
+        let shares = &self.shares;
+        shares.held_out_quadratic > 0.0
+            && shares.stronger_half_quadratic.is_none_or(|share| share > 0.0)
+    }
+
+    /// The output at which most power passes, in either direction, if that is more than chance: beyond the
+    /// interval at `1 - alpha`, corrected for the number of frequencies (Bonferroni).
+    pub fn passage(&self) -> Option<&OutputTransfer> {
+        let count = self.outputs.len().saturating_sub(1);
+        let score = super::normal_quantile(1.0 - self.alpha / (2.0 * count.max(1) as f64));
+        let inside = self.outputs[..count].iter();
+        inside
+            .filter(|output| output.flux.abs() > score * output.flux_error)
+            .max_by(|a, b| a.flux.abs().total_cmp(&b.flux.abs()))
+    }
+
+    /// What was found, in words.
+    pub fn findings(&self) -> String {
+        let shares = &self.shares;
+        let percent = |share: f64| format!("{:.2} %", 100.0 * share);
+        let held = format!(
+            "of realisations that were not fitted, the linear term explains {} and quadratic terms {}",
+            percent(shares.held_out_linear),
+            percent(shares.held_out_quadratic),
+        );
+        if shares.held_out_quadratic <= 0.0 {
+            return format!("no quadratic transfer is found: {held}");
+        }
+        let Some(across) = shares.stronger_half_quadratic else {
+            return held;
+        };
+        match across > 0.0 {
+            true => format!("{held}; fitted to the weaker half, {} of the stronger", percent(across)),
+            false => format!(
+                "{held}, but the coefficients of the weaker half do not hold in the stronger ({}): there is no \
+                 quadratic expansion",
+                percent(across)
+            ),
+        }
+    }
+
+    /// Whether power passes from low to high frequency, in words.
+    pub fn answer(&self) -> String {
+        if !self.holds() {
+            return self.findings();
+        }
+        let Some(at) = self.passage() else {
+            return "no frequency is passed by more power than chance would have".into();
+        };
+        let towards = if at.flux > 0.0 { "higher" } else { "lower" };
+        let share = |power: f64| 100.0 * power.abs() / self.input();
+        format!(
+            "quadratic terms move {:.3} % of the input's power (standard error {:.3} %) past {:.4} {} towards {towards} \
+             frequencies",
+            share(at.flux),
+            share(at.flux_error),
+            at.frequency,
+            crate::measure::cycles_per(&self.units().0),
+        )
+    }
+
+    /// Mean square of the input in all frequencies of the model.
+    pub fn input(&self) -> f64 {
+        let df = self.outputs[0].frequency;
+        self.outputs.iter().map(|output| output.input * df).sum()
+    }
+
+    /// Words for the units of time and of length.
+    pub fn units(&self) -> (String, String) {
+        let word = |axis: &Axis, counted: &str| axis.unit.clone().unwrap_or_else(|| counted.into());
+        (word(&self.time, "sample"), word(&self.space, "site"))
+    }
+}
+
+/// Linear and quadratic transfer from one site to another.
+///
+/// # Equation
+/// With Fourier coefficients `X` of the input and `Y` of the output, at every frequency f,
+///
+/// ```text
+/// Y(f) = L(f) X(f) + sum_{f1 + f2 = f} Q(f1, f2) X(f1) X(f2) + E(f),
+/// ```
+///
+/// sums and differences of frequencies included. L and Q minimize `<|E|^2>`: the normal equations have the
+/// moments of fourth order of the input, which is not taken for Gaussian. The power of the output is then, with
+/// `q` the sum over Q,
+///
+/// ```text
+/// <|Y|^2> = |L|^2 <|X|^2> + Re <q conj(2 L X + q)> + <|E|^2>,
+/// ```
+///
+/// of which each pair has its part of the second term. What chance alone explains, `<|E|^2> / (K - unknowns)` a
+/// term, is counted as residual.
+///
+/// # Shapes
+/// Each field is one record of every site (a shot); all have the same axes.
+///
+/// # Units
+/// Powers as one-sided densities, in the square of the samples' unit over frequency.
+///
+/// # Errors
+/// [`Error::Request`] for fewer independent realisations than twice the unknowns, of which a frequency has one
+/// and as many as there are pairs; for fields with different axes, sites that are none or one, segments that do
+/// not fit, and several tapers; [`Error::NonFinite`]; [`Error::Memory`]; [`Error::Cancelled`];
+/// [`Error::Threads`].
+///
+/// # Source
+/// C. P. Ritz, E. J. Powers, Physica D 20, 320 (1986); K. I. Kim, E. J. Powers, IEEE Trans. Acoust. Speech
+/// Signal Process. 36, 1758 (1988), for inputs of any distribution; J. S. Kim, R. J. Fonck, R. D. Durst, E. Fernandez,
+/// P. W. Terry, S. F. Paul, M. C. Zarnstorff, Phys. Rev. Lett. 79, 841 (1997), for the transfer of energy.
+pub fn transfer(
+    fields: &[&Field],
+    request: &TransferRequest,
+    observer: &dyn Observer,
+) -> Result<Transfer> {
+    let first = first_of(fields)?;
+    check(first, request)?;
+    let record = first.n_times() - request.lag;
+    let averaging = with_segment(&request.averaging, record, fields.len());
+    let realisations = Realisations::new(&averaging, record)?;
+    let length = realisations.segments.length;
+    let df = 1.0 / (length as f64 * first.time.step);
+    let last = match request.highest {
+        Some(highest) => last_bin(length).min((highest / df * (1.0 + 1e-12)) as usize),
+        None => last_bin(length),
+    };
+    if last < 2 {
+        let expected = format!("at least two frequencies, multiples of {df}, below the highest");
+        return refuse("highest", expected, last);
+    }
+    let shots = Shots::new(fields, request.gaps, request.memory, first.n_times(), observer)?;
+    let pass = Pass {
+        shots,
+        request,
+        realisations: &realisations,
+        last,
+        observer,
+    };
+    in_pool(request.threads, || pass.run(first))
+}
+
+/// `averaging` with its segment: of N samples, about `2 T / N` realisations for `N / 2` unknowns.
+fn with_segment(averaging: &Averaging, record: usize, shots: usize) -> Averaging {
+    let most = ((record * shots) as f64 * 0.9).sqrt() as usize;
+    let length = 1 << most.max(8).ilog2();
+    Averaging {
+        segment: averaging.segment.or(Some(length.min(record))),
+        ..averaging.clone()
+    }
+}
+
+fn check(first: &Field, request: &TransferRequest) -> Result<()> {
+    let n_sites = first.n_sites();
+    let a_site = format!("a site from 0 to {}", n_sites - 1);
+    for (option, site) in [("from", request.from), ("to", request.to)] {
+        if site >= n_sites {
+            return refuse(option, a_site, site);
+        }
+    }
+    if request.from == request.to {
+        return refuse("to", "another site than that of the input", request.to);
+    }
+    if request.lag >= first.n_times() {
+        let expected = format!("a lag below the {} samples of the record", first.n_times());
+        return refuse("lag", expected, request.lag);
+    }
+    if request.highest.is_some_and(|f| !(f > 0.0 && f.is_finite())) {
+        let found = request.highest.unwrap_or(f64::NAN);
+        return refuse("highest", "a frequency above 0", found);
+    }
+    if !(request.alpha > 0.0 && request.alpha < 1.0) {
+        return refuse("significance", "a probability between 0 and 1", request.alpha);
+    }
+    if request.resamplings < 20 {
+        return refuse("resamplings", "at least 20", request.resamplings);
+    }
+    only_one_window(&request.averaging)
+}
+
+struct Pass<'a> {
+    shots: Shots<'a>,
+    request: &'a TransferRequest,
+    realisations: &'a Realisations,
+    /// The highest bin of the model.
+    last: usize,
+    observer: &'a dyn Observer,
+}
+
+impl Pass<'_> {
+    fn run(&self, first: &Field) -> Result<Transfer> {
+        let request = self.request;
+        let mut records: Vec<[Spectra; 2]> = Vec::new();
+        let mut steady = 0.0;
+        let mut scratch = SegmentScratch::default();
+        let held = 2 * self.shots.count() as u64 * Spectra::bytes(self.realisations);
+        let block = self.shots.block("the transforms of two sites", held)?;
+        let kept = self.realisations.segments.record;
+        let unit = self.shots.each(block, |shot| {
+            let (input, output) = (shot.record(request.from), shot.record(request.to));
+            let (input, output) = (&input[..kept], &output[request.lag..]);
+            steady += steadiness(input).min(steadiness(output));
+            let mut of = |record: &[f64]| {
+                let spectra = Spectra::of(self.realisations, record, 1, shot.scale, &mut scratch);
+                spectra.into_iter().next().unwrap_or_default()
+            };
+            records.push([of(input), of(output)]);
+            Ok(())
+        })?;
+        let segments = self.realisations.segments;
+        let independence = Independence::new(
+            [records.len(), segments.count(), 1],
+            self.realisations.effective(),
+            steady / records.len() as f64,
+        );
+        let independent = self.enough(&independence)?;
+        let draws = Resamplings::new(
+            [records.len(), segments.count()],
+            independence.is_transient(),
+            request.resamplings,
+        );
+        if draws.blocks() < LEAST_BLOCKS {
+            let expected = format!("at least {LEAST_BLOCKS} blocks of realisations to draw from");
+            return refuse("segment", expected, draws.blocks());
+        }
+        let threads = rayon::current_num_threads() as u64;
+        let needed = held + threads * draws.bytes(self.last) + 8 * self.pairs() * 8;
+        let allowed = request.memory.unwrap_or_else(half_of_free_memory);
+        if needed > allowed {
+            return Err(Error::Memory {
+                what: "the moments of the transfer (see --highest)",
+                needed,
+                allowed,
+            });
+        }
+        self.observer.stage("transfer functions", self.last as u64);
+        let fit = Fit {
+            records: &records,
+            draws: &draws,
+            last: self.last,
+            independent,
+        };
+        let outputs = fit.all(self.observer)?;
+        Ok(self.finish(first, independence, &draws, &outputs, unit))
+    }
+
+    /// Pairs of all outputs together, at most.
+    fn pairs(&self) -> u64 {
+        (self.last * self.last) as u64
+    }
+
+    /// Independent realisations, if there are enough.
+    fn enough(&self, independence: &Independence) -> Result<f64> {
+        let unknowns = self.last;
+        let expected = format!(
+            "at least {} independent realisations, twice the {unknowns} unknowns of a frequency: shorter \
+             segments, fewer frequencies (highest), or more fields",
+            2 * unknowns
+        );
+        let found = match independence.independent {
+            Some(independent) if independent >= 2.0 * unknowns as f64 => return Ok(independent),
+            Some(independent) => format!("{independent:.1}"),
+            None => "one: a transient, or a single segment, is one realisation".into(),
+        };
+        refuse("segment", expected, found)
+    }
+
+    fn finish(
+        &self,
+        field: &Field,
+        independence: Independence,
+        draws: &Resamplings,
+        fits: &[OutputFit],
+        unit: f64,
+    ) -> Transfer {
+        let segments = self.realisations.segments;
+        let df = 1.0 / (segments.length as f64 * field.time.step);
+        let density = 2.0 * field.time.step * unit * unit;
+        let kernel = self.realisations.quadratic_scale() / unit;
+        let mut outputs: Vec<OutputTransfer> = Vec::with_capacity(fits.len());
+        let mut pairs = Vec::new();
+        // Of every resampling, the sum of the gains so far.
+        let mut passed = vec![0.0; draws.count()];
+        let mut flux = 0.0;
+        for fit in fits {
+            flux -= fit.gain * density * df;
+            for (sum, gain) in passed.iter_mut().zip(&fit.gains) {
+                *sum += gain * density * df;
+            }
+            outputs.push(OutputTransfer {
+                frequency: fit.bin as f64 * df,
+                input: fit.input * density,
+                output: fit.output * density,
+                magnitude: fit.linear.norm(),
+                phase: fit.linear.arg(),
+                magnitude_error: fit.magnitude_error,
+                linear: fit.linear_change * density,
+                linear_error: fit.linear_error * density,
+                gain: fit.gain * density,
+                gain_error: fit.gain_error * density,
+                residual: fit.residual * density,
+                flux,
+                flux_error: deviation(&passed),
+                held_out_linear: fit.held_out[0] / fit.output,
+                held_out_quadratic: (fit.held_out[1] - fit.held_out[0]) / fit.output,
+                unknowns: fit.pairs.len() + 1,
+                undetermined: fit.pairs.len() + 1 - fit.determined,
+            });
+            for pair in &fit.pairs {
+                let [first, second] = pair.bins;
+                // A pair of two frequencies stands for both orders.
+                let orders = if first == second { 1.0 } else { 2.0 };
+                let value: Complex<f64> = pair.coefficient * (kernel / orders);
+                pairs.push(PairTransfer {
+                    first: first as f64 * df,
+                    second: second as f64 * df,
+                    third: fit.bin as f64 * df,
+                    re: value.re,
+                    im: value.im,
+                    gain: pair.gain * density,
+                    gain_error: pair.gain_error * density,
+                });
+            }
+        }
+        let sum = |of: fn(&OutputFit) -> f64| fits.iter().map(of).sum::<f64>();
+        let all = sum(|fit| fit.output);
+        let across = sum(|fit| fit.stronger[1] - fit.stronger[0]) / sum(|fit| fit.stronger_output);
+        let enough = independence.independent.is_some_and(|k| k >= 4.0 * self.last as f64);
+        let request = self.request;
+        Transfer {
+            time: field.time.clone(),
+            space: field.space.clone(),
+            from: request.from,
+            to: request.to,
+            lag: request.lag,
+            segment: [segments.length, segments.length - segments.hop],
+            independence,
+            alpha: request.alpha,
+            unknowns: self.last,
+            blocks: draws.blocks(),
+            resamplings: draws.count(),
+            outputs,
+            pairs,
+            shares: TransferShares {
+                linear: sum(|fit| fit.input + fit.linear_change) / all,
+                quadratic: sum(|fit| fit.gain) / all,
+                residual: sum(|fit| fit.residual) / all,
+                held_out_linear: sum(|fit| fit.held_out[0]) / all,
+                held_out_quadratic: sum(|fit| fit.held_out[1] - fit.held_out[0]) / all,
+                stronger_half_quadratic: enough.then_some(across),
+            },
+        }
+    }
+}
+
+/// Blocks of realisations without which no error is stated.
+const LEAST_BLOCKS: usize = 10;
+
+/// Standard deviation of numbers.
+pub(super) fn deviation(values: &[f64]) -> f64 {
+    let count = values.len() as f64;
+    let mean = values.iter().sum::<f64>() / count;
+    let squares: f64 = values.iter().map(|x| (x - mean).powi(2)).sum();
+    (squares / (count - 1.0)).sqrt()
+}
