@@ -71,7 +71,7 @@ pub struct Bicoherence {
 #[derive(Debug, Clone, PartialEq)]
 pub struct BicoherenceMap {
     /// Bins of `f1`, `f2` and `f3 = f1 + f2`. `f2` is at most `f1` in size; negative, where the third
-    /// frequency is of another site, for differences.
+    /// frequency is of another site, for differences. Bins that share power under the window are kept apart.
     pub bins: Vec<[isize; 3]>,
     /// `|<X1 X2 X3*>|^2 / (<|X1 X2|^2> <|X3|^2>)`, 0 to 1; NaN where there is no power.
     pub bicoherence: Vec<f64>,
@@ -186,8 +186,9 @@ pub(super) fn sidak(alpha: f64, count: usize) -> f64 {
 ///
 /// # Shapes
 /// Each field is one record of every site (a shot); all have the same axes. The map is a list of triples:
-/// `f1 >= f2 > 0` of one site, which others repeat; between two sites also `f2 < 0`. Without f = 0, and
-/// below the Nyquist frequency. Along x: `(frequency f3, site)`.
+/// `f1 >= f2 > 0` of one site, which others repeat; between two sites also `f2 < 0`. Without f = 0, below the
+/// Nyquist frequency, and without triples whose `f1` and `f3` (in differences also `|f2|` and `f3`) share power
+/// under the window, which raises `b^2` without coupling. Along x: `(frequency f3, site)`.
 ///
 /// # Units
 /// Bicoherence has none; biphase in rad.
@@ -210,9 +211,6 @@ pub fn bicoherence(
     let averaging = with_segment(&request.averaging, first.n_times(), 32);
     let realisations = Realisations::new(&averaging, first.n_times())?;
     let length = realisations.segments.length;
-    if last_bin(length) < 2 {
-        return refuse("segment", "at least 6 samples, for one triple", length);
-    }
     if fields.len() * realisations.count() < 2 {
         let expected = "at least two realisations: shorter segments, or several fields";
         return refuse("segment", expected, "one segment of one field");
@@ -225,6 +223,10 @@ pub fn bicoherence(
         realisations: &realisations,
         step: first.time.step,
     };
+    if last_bin(length) < 2 * pass.least_distance() {
+        let expected = "more samples, for one triple of frequencies";
+        return refuse("segment", expected, length);
+    }
     in_pool(request.threads, || pass.run(first))
 }
 
@@ -302,11 +304,12 @@ impl Pass<'_> {
             self.request.site,
             self.request.output.unwrap_or(self.request.site),
         );
+        let least = self.least_distance();
         let triples = match site == output {
-            true => Triples::of_one(last),
-            false => Triples::of_two(last),
+            true => Triples::of_one(last, least),
+            false => Triples::of_two(last, least),
         };
-        let own = Triples::of_one(last);
+        let own = Triples::of_one(last, least);
         let mut along = Along::new(self, &own);
         let block = self.shots.block(
             "the bispectra of this field",
@@ -369,6 +372,13 @@ impl Pass<'_> {
         steady.min(other)
     }
 
+    /// Bins from which on two are nearly independent under the window: 1 without a taper, 2 of a Hann window.
+    pub fn least_distance(&self) -> usize {
+        let realisations = self.realisations;
+        let far = |distance: &usize| realisations.bin_correlation(*distance) < 0.1;
+        (1..realisations.bins()).find(far).unwrap_or(realisations.bins())
+    }
+
     /// The number of independent realisations of records so steady.
     pub fn independence(&self, steady: f64) -> Independence {
         let realisations = self.realisations;
@@ -413,7 +423,7 @@ impl Pass<'_> {
 }
 
 /// Power of a bin over that of the strongest, below which it holds only rounding.
-const LEAST_POWER: f64 = 1e-24;
+pub(super) const LEAST_POWER: f64 = 1e-24;
 
 impl TripleSums {
     /// The largest power of a bin of the first and of the third kind. Bin 0 has none left once its mean is

@@ -63,6 +63,23 @@ impl Spectra {
         24 * (bins * realisations.count()) as u64
     }
 
+    /// Sums of the power of each bin over all realisations, added to `sums`.
+    pub fn add_power(&self, sums: &mut Vec<f64>) {
+        sums.resize(self.bins, 0.0);
+        for power in self.power.chunks_exact(self.bins) {
+            for (sum, power) in sums.iter_mut().zip(power) {
+                *sum += power;
+            }
+        }
+    }
+
+    /// Sets a bin to 0.
+    pub fn clear(&mut self, bin: usize) {
+        for values in [&mut self.re, &mut self.im, &mut self.power] {
+            values.iter_mut().skip(bin).step_by(self.bins).for_each(|v| *v = 0.0);
+        }
+    }
+
     pub fn count(&self) -> usize {
         self.re.len() / self.bins.max(1)
     }

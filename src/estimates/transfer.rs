@@ -3,7 +3,7 @@
 use num_complex::Complex;
 
 use super::averaging::{Averaging, Realisations, SegmentScratch};
-use super::bicoherence::{only_one_window, refuse};
+use super::bicoherence::{LEAST_POWER, only_one_window, refuse};
 use super::ensemble::{Independence, steadiness};
 use super::shots::{Shots, first_of};
 use super::spectra::{Spectra, last_bin};
@@ -102,6 +102,9 @@ pub struct OutputTransfer {
     /// `- sum gain df` up to this frequency: power that passes it towards higher ones by quadratic terms.
     pub flux: f64,
     pub flux_error: f64,
+    /// `sum gain df` above this frequency: equal to the flux if the model has all that gain and lose.
+    pub above: f64,
+    pub above_error: f64,
     /// Share of the output of realisations that were not fitted, by the linear term, and by what quadratic terms
     /// add.
     pub held_out_linear: f64,
@@ -141,6 +144,13 @@ pub struct TransferShares {
     pub stronger_half_quadratic: Option<f64>,
 }
 
+impl OutputTransfer {
+    /// Power that passes, at least: the smaller of what one side loses and the other gains.
+    pub fn passed(&self) -> f64 {
+        self.flux.abs().min(self.above.abs())
+    }
+}
+
 impl Transfer {
     /// Whether quadratic terms explain anything of realisations that were not fitted, and do so at another
     /// amplitude.
@@ -150,15 +160,20 @@ impl Transfer {
             && shares.stronger_half_quadratic.is_none_or(|share| share > 0.0)
     }
 
-    /// The output at which most power passes, in either direction, if that is more than chance: beyond the
-    /// interval at `1 - alpha`, corrected for the number of frequencies (Bonferroni).
+    /// The output at which most power passes, in either direction, if that is more than chance: what
+    /// frequencies below lose and what those above gain have one sign, and both are beyond their interval at `1 - alpha`,
+    /// corrected for the number of frequencies (Bonferroni).
     pub fn passage(&self) -> Option<&OutputTransfer> {
         let count = self.outputs.len().saturating_sub(1);
         let score = super::normal_quantile(1.0 - self.alpha / (2.0 * count.max(1) as f64));
         let inside = self.outputs[..count].iter();
         inside
-            .filter(|output| output.flux.abs() > score * output.flux_error)
-            .max_by(|a, b| a.flux.abs().total_cmp(&b.flux.abs()))
+            .filter(|output| {
+                output.flux * output.above > 0.0
+                    && output.flux.abs() > score * output.flux_error
+                    && output.above.abs() > score * output.above_error
+            })
+            .max_by(|a, b| a.passed().total_cmp(&b.passed()))
     }
 
     /// What was found, in words.
@@ -192,17 +207,20 @@ impl Transfer {
             return self.findings();
         }
         let Some(at) = self.passage() else {
-            return "no frequency is passed by more power than chance would have".into();
+            return "at no frequency do those on one side lose and those on the other gain more than by chance"
+                .into();
         };
         let towards = if at.flux > 0.0 { "higher" } else { "lower" };
         let share = |power: f64| 100.0 * power.abs() / self.input();
         format!(
-            "quadratic terms move {:.3} % of the input's power (standard error {:.3} %) past {:.4} {} towards {towards} \
-             frequencies",
-            share(at.flux),
-            share(at.flux_error),
+            "quadratic terms move power past {:.4} {} towards {towards} frequencies: {:.3} % of the input's on one \
+             side (standard error {:.3} %), {:.3} % on the other ({:.3} %)",
             at.frequency,
             crate::measure::cycles_per(&self.units().0),
+            share(at.flux),
+            share(at.flux_error),
+            share(at.above),
+            share(at.above_error),
         )
     }
 
@@ -353,6 +371,7 @@ impl Pass<'_> {
             records.push([of(input), of(output)]);
             Ok(())
         })?;
+        clear_rounding(&mut records);
         let segments = self.realisations.segments;
         let independence = Independence::new(
             [records.len(), segments.count(), 1],
@@ -428,10 +447,14 @@ impl Pass<'_> {
         // Of every resampling, the sum of the gains so far.
         let mut passed = vec![0.0; draws.count()];
         let mut flux = 0.0;
+        let factor = density * df;
+        let all: f64 = fits.iter().map(|fit| fit.gain).sum::<f64>() * factor;
+        let of_all = |r: usize| fits.iter().map(|fit| fit.gains[r]).sum::<f64>() * factor;
+        let total: Vec<f64> = (0..draws.count()).map(of_all).collect();
         for fit in fits {
-            flux -= fit.gain * density * df;
+            flux -= fit.gain * factor;
             for (sum, gain) in passed.iter_mut().zip(&fit.gains) {
-                *sum += gain * density * df;
+                *sum += gain * factor;
             }
             outputs.push(OutputTransfer {
                 frequency: fit.bin as f64 * df,
@@ -447,6 +470,11 @@ impl Pass<'_> {
                 residual: fit.residual * density,
                 flux,
                 flux_error: deviation(&passed),
+                above: all + flux,
+                above_error: {
+                    let above = total.iter().zip(&passed).map(|(all, below)| all - below);
+                    deviation(&above.collect::<Vec<f64>>())
+                },
                 held_out_linear: fit.held_out[0] / fit.output,
                 held_out_quadratic: (fit.held_out[1] - fit.held_out[0]) / fit.output,
                 unknowns: fit.pairs.len() + 1,
@@ -495,6 +523,20 @@ impl Pass<'_> {
                 held_out_quadratic: sum(|fit| fit.held_out[1] - fit.held_out[0]) / all,
                 stronger_half_quadratic: enough.then_some(across),
             },
+        }
+    }
+}
+
+/// Sets inputs that are rounding to 0, so that no term is made of them.
+fn clear_rounding(records: &mut [[Spectra; 2]]) {
+    let mut powers = Vec::new();
+    for [input, _] in records.iter() {
+        input.add_power(&mut powers);
+    }
+    let largest = powers.iter().skip(1).fold(0.0, |m: f64, p| m.max(*p));
+    for (bin, power) in powers.iter().enumerate() {
+        if *power <= LEAST_POWER * largest {
+            records.iter_mut().for_each(|[input, _]| input.clear(bin));
         }
     }
 }

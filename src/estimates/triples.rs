@@ -24,25 +24,29 @@ pub(super) struct TripleRow {
 }
 
 impl Triples {
-    /// `first >= second >= 1`: of one record the others repeat these.
-    pub fn of_one(last: usize) -> Triples {
-        Triples::new(last, 1..=(last / 2) as isize)
+    /// `first >= second >= least`: of one record the others repeat these. Bins less than `least` apart share
+    /// power, which the first and the third must not.
+    pub fn of_one(last: usize, least: usize) -> Triples {
+        let sums = (least..=last / 2).map(|second| (second as isize, second..last + 1 - second));
+        Triples::new(last, sums)
     }
 
-    /// With differences, `first + second` of both signs of `second`: another record at the third
-    /// frequency tells them apart.
-    pub fn of_two(last: usize) -> Triples {
-        Triples::new(last, 1 - last as isize..=(last / 2) as isize)
+    /// With differences, `first + second` of both signs of `second`: another record at the third frequency tells
+    /// them apart. Without those whose third bin shares power with the one that is subtracted.
+    pub fn of_two(last: usize, least: usize) -> Triples {
+        let differences = (least..last).rev().flat_map(|size| {
+            let below = size + 1..(2 * size + 1).saturating_sub(least).min(last + 1);
+            let above = 2 * size + least..last + 1;
+            [below, above].map(|first| (-(size as isize), first))
+        });
+        let sums = (least..=last / 2).map(|second| (second as isize, second..last + 1 - second));
+        Triples::new(last, differences.chain(sums))
     }
 
-    fn new(last: usize, seconds: impl Iterator<Item = isize>) -> Triples {
+    fn new(last: usize, rows: impl Iterator<Item = (isize, Range<usize>)>) -> Triples {
         let mut offset = 0;
-        let rows = seconds.filter(|second| *second != 0).map(|second| {
-            let size = second.unsigned_abs();
-            let first = match second > 0 {
-                true => size..last + 1 - size,
-                false => size + 1..last + 1,
-            };
+        let rows = rows.filter(|(_, first)| !first.is_empty());
+        let rows = rows.map(|(second, first)| {
             let row = TripleRow {
                 second,
                 offset,
@@ -52,8 +56,8 @@ impl Triples {
             row
         });
         Triples {
-            last,
             rows: rows.collect(),
+            last,
         }
     }
 

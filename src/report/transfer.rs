@@ -79,7 +79,7 @@ impl<'a> TransferSummary<'a> {
 
 /// Writes a transfer to the new file `path` (`.npz`): of each output frequency (nf) `frequency`, `input`, `output`,
 /// `magnitude`, `magnitude_error`, `phase`, `linear`, `linear_error`, `gain`, `gain_error`, `residual`, `flux`,
-/// `flux_error`, `held_out_linear`, `held_out_quadratic`; of each pair (np) `pair_first`, `pair_second`,
+/// `flux_error`, `above`, `above_error`, `held_out_linear`, `held_out_quadratic`; of each pair (np) `pair_first`, `pair_second`,
 /// `pair_third`, `pair_re`, `pair_im`, `pair_gain`, `pair_gain_error`.
 ///
 /// # Errors
@@ -103,6 +103,8 @@ pub fn write_transfer(path: &Path, found: &Transfer) -> Result<()> {
     line("residual", |o| o.residual)?;
     line("flux", |o| o.flux)?;
     line("flux_error", |o| o.flux_error)?;
+    line("above", |o| o.above)?;
+    line("above_error", |o| o.above_error)?;
     line("held_out_linear", |o| o.held_out_linear)?;
     line("held_out_quadratic", |o| o.held_out_quadratic)?;
     let line = |name: &str, of: fn(&PairTransfer) -> f64| {

@@ -95,7 +95,7 @@ fn val_pybispectra_and_numpy_bicoherence() {
             let cells = reference.own.bins.iter().zip(&reference.own.bicoherence);
             cells.filter(move |(bins, _)| bins[2] == third).map(|(_, b)| *b)
         };
-        for third in 2..16 {
+        for third in 4..16 {
             let along = &found.along;
             let row = third as usize;
             let sum: f64 = of_bin(third).sum();
@@ -103,7 +103,7 @@ fn val_pybispectra_and_numpy_bicoherence() {
             assert!((along.summed[[row, 0]] - sum).abs() < 1e-13);
             assert!((along.largest[[row, 0]] - largest).abs() < 2e-14);
         }
-        assert!(found.along.largest[[1, 0]].is_nan() && found.along.largest[[16, 0]].is_nan());
+        assert!(found.along.largest[[3, 0]].is_nan() && found.along.largest[[16, 0]].is_nan());
     }
 }
 
@@ -138,10 +138,7 @@ fn val_elgar_guza_levels_without_coupling() {
             };
             let found = found(along, &request);
             let k = found.independence.effective;
-            // Away from f = 0, where a window mixes a bin with its mirror image.
-            let inside = |bins: &[isize; 3]| bins[1] > 2 && bins[2] < 14;
-            let map = found.map.bins.iter().zip(&found.map.bicoherence);
-            for (_, b) in map.filter(|(bins, _)| inside(bins)) {
+            for b in &found.map.bicoherence {
                 mean += b * k;
                 cells += 1.0;
                 for (share, level) in shares.iter_mut().zip([
@@ -188,7 +185,7 @@ fn val_elgar_guza_levels_without_coupling() {
 fn val_constructed_coupling_has_its_share_and_biphase() {
     let (length, segments) = (64, 400);
     let (first, second) = (11, 6);
-    for (share, biphase) in [(1.0, 0.0), (0.6, FRAC_PI_2), (0.3, -2.0)] {
+    for (share, biphase) in [(1.0f64, 0.0), (0.6, FRAC_PI_2), (0.3, -2.0)] {
         let mut random = Noise(3);
         let mut values = Array2::zeros((length * segments, 2));
         for segment in 0..segments {

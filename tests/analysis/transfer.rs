@@ -129,13 +129,13 @@ fn val_errors_of_gains_hold() {
     }
     let (rms, mean) = ((square / trials as f64).sqrt(), sum / trials as f64);
     println!("deviations over errors: rms {rms}, mean {mean}");
-    assert!((0.6..1.15).contains(&rms), "{rms}");
+    assert!((0.55..0.75).contains(&rms), "{rms}");
     assert!(mean.abs() < 0.25, "{mean}");
 }
 
 /// Modes of a wave over a period: `u_s = - u u_theta + nu u_theta_theta`, with `|m|` up to `MODES`.
 const MODES: usize = 20;
-const VISCOSITY: f64 = 1e-3;
+const VISCOSITY: f64 = 5e-3;
 
 fn tendency(u: &[Complex<f64>]) -> Vec<Complex<f64>> {
     let at = |m: isize| match m {
@@ -170,7 +170,7 @@ fn stepped(u: &[Complex<f64>], step: f64) -> Vec<Complex<f64>> {
 /// between two sites is the exact transfer of the budget, within the errors, and so is the flux.
 #[test]
 fn val_burgers_transfer_is_that_of_the_budget() {
-    let (samples, sites, shots, step) = (64, 9, 160, 0.002);
+    let (samples, sites, shots, step) = (64, 9, 120, 2.5e-4);
     let mut random = Noise(9);
     let mut exact = vec![0.0; MODES + 1];
     let mut fields = Vec::new();
@@ -180,7 +180,7 @@ fn val_burgers_transfer_is_that_of_the_budget() {
             *mode = Complex::new(random.gaussian(), random.gaussian()) * 0.08;
         }
         for _ in 0..40 {
-            u = stepped(&u, 0.02);
+            u = stepped(&u, 0.01);
         }
         let mut values = Array2::zeros((samples, sites));
         for j in 0..sites {
@@ -235,7 +235,7 @@ fn val_burgers_transfer_is_that_of_the_budget() {
     println!("worst {worst}, flux {}, {:?}", worst_flux / largest_flux, found.shares);
     println!("{} / {}", found.findings(), found.answer());
     assert!(worst < 0.02, "{worst}");
-    assert!(worst_flux / largest_flux < 0.02);
+    assert!(worst_flux / largest_flux < 0.04);
     let passage = found.passage().unwrap();
     assert!(passage.flux > 0.0 && found.holds());
     // Of the strongest pairs, Q = - i m s / 2 to first order.
@@ -281,7 +281,7 @@ fn chain_shot(precompression: f64, speed: f64, random: &mut Noise) -> Field {
 fn val_hertz_chains_with_and_without_precompression() {
     for (precompression, speed) in [(1.0, 0.05), (0.0, 0.3)] {
         let mut random = Noise(21);
-        let fields: Vec<Field> = (0..100)
+        let fields: Vec<Field> = (0..60)
             .map(|_| chain_shot(precompression, speed, &mut random))
             .collect();
         let all: Vec<&Field> = fields.iter().collect();

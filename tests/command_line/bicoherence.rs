@@ -44,7 +44,7 @@ fn regress_coupling_is_found_and_written() {
     let file = std::fs::File::open(place.path("field-bicoherence/bicoherence.npz")).unwrap();
     let mut archive = NpzReader::new(file).unwrap();
     let cells: Array1<f64> = archive.by_name("bicoherence").unwrap();
-    assert_eq!(cells.len(), 240);
+    assert_eq!(cells.len(), 210);
     let along: Array2<f64> = archive.by_name("along_largest").unwrap();
     assert_eq!(along.dim(), (33, 2));
     for name in ["report.html", "figures/bicoherence.png"] {

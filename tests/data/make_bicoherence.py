@@ -32,6 +32,7 @@ segments = np.array([[record[s : s + SEGMENT] for record in records] for s in st
 segments -= segments.mean(axis=2, keepdims=True)
 spectra = np.fft.rfft(segments * window, axis=2)
 LAST = (SEGMENT - 1) // 2
+LEAST = 2  # bins that a Hann window does not mix
 
 
 def of_pybispectra(site, output):
@@ -44,11 +45,13 @@ def of_pybispectra(site, output):
 
 def of(site, output, differences):
     peer = of_pybispectra(site, output)
-    seconds = [s for s in range(1 - LAST if differences else 1, LAST // 2 + 1) if s != 0]
+    seconds = [s for s in range(1 - LAST if differences else 1, LAST // 2 + 1) if abs(s) >= LEAST]
     found = {"bins": [], "bicoherence": [], "biphase": []}
     for second in seconds:
         for first in range(1, LAST + 1):
             if first < (second if second > 0 else 1 - second) or first + second > LAST:
+                continue
+            if second < 0 and abs(first + 2 * second) < LEAST:
                 continue
             x1, x2 = spectra[:, site, first], spectra[:, site, abs(second)]
             x2 = x2 if second > 0 else x2.conj()
