@@ -67,9 +67,17 @@ impl Wave {
     /// The value and the derivative at a time.
     fn at(&self, time: f64) -> (f64, f64) {
         let floor = time.floor();
-        let (n, s) = ((floor as i64).rem_euclid(TIMES as i64) as usize, time - floor);
+        let (n, s) = (
+            (floor as i64).rem_euclid(TIMES as i64) as usize,
+            time - floor,
+        );
         let next = (n + 1) % TIMES;
-        let (a, b, da, db) = (self.value[n], self.value[next], self.slope[n], self.slope[next]);
+        let (a, b, da, db) = (
+            self.value[n],
+            self.value[next],
+            self.slope[n],
+            self.slope[next],
+        );
         let (c, d) = (3.0 * (b - a) - 2.0 * da - db, 2.0 * (a - b) + da + db);
         let value = a + s * (da + s * (c + s * d));
         (value, da + s * (2.0 * c + s * 3.0 * d))
@@ -115,8 +123,7 @@ fn main() -> io::Result<()> {
 
 /// NumPy's format 1.0, little-endian f64: a header padded to 64 bytes, the samples.
 fn write_npy(path: &Path, samples: &[f64]) -> io::Result<()> {
-    let dict =
-        format!("{{'descr': '<f8', 'fortran_order': False, 'shape': ({TIMES}, {SITES}), }}");
+    let dict = format!("{{'descr': '<f8', 'fortran_order': False, 'shape': ({TIMES}, {SITES}), }}");
     let padding = 63 - (10 + dict.len()) % 64;
     let header = format!("{dict}{:padding$}\n", "");
     let mut file = io::BufWriter::new(fs::File::create(path)?);

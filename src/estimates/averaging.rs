@@ -145,7 +145,11 @@ impl Realisations {
                 .flat_map(|a| self.tapers.iter().map(move |b| (a, b)));
             let product = |(a, b): (&Vec<f64>, &Vec<f64>)| -> f64 {
                 let overlapping = a[lag..].iter().zip(b);
-                overlapping.map(|(v, w)| v * w).sum::<f64>().abs().powi(order)
+                overlapping
+                    .map(|(v, w)| v * w)
+                    .sum::<f64>()
+                    .abs()
+                    .powi(order)
             };
             pairs.map(product).sum()
         };
@@ -175,7 +179,8 @@ impl Realisations {
     /// coefficients: `N sum w^4 / sum w^3` under the first taper, since a product has it twice.
     pub fn quadratic_scale(&self) -> f64 {
         let taper = self.tapers[0].iter();
-        let [cubes, fourths] = [3, 4].map(|order| taper.clone().map(|w| w.powi(order)).sum::<f64>());
+        let [cubes, fourths] =
+            [3, 4].map(|order| taper.clone().map(|w| w.powi(order)).sum::<f64>());
         self.segments.length as f64 * fourths / cubes
     }
 

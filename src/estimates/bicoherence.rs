@@ -341,7 +341,8 @@ impl Pass<'_> {
             1 => threads.min(chosen),
             _ => chosen,
         };
-        TripleSums::bytes(triples) + 40 * triples.cells() as u64
+        TripleSums::bytes(triples)
+            + 40 * triples.cells() as u64
             + 2 * spectra
             + sums * TripleSums::bytes(own)
             + results
@@ -376,7 +377,9 @@ impl Pass<'_> {
     pub fn least_distance(&self) -> usize {
         let realisations = self.realisations;
         let far = |distance: &usize| realisations.bin_correlation(*distance) < 0.1;
-        (1..realisations.bins()).find(far).unwrap_or(realisations.bins())
+        (1..realisations.bins())
+            .find(far)
+            .unwrap_or(realisations.bins())
     }
 
     /// The number of independent realisations of records so steady.
@@ -441,8 +444,8 @@ impl TripleSums {
     ) -> (f64, f64) {
         let [first, second, third] = [first, second, third].map(isize::unsigned_abs);
         let least = self.first[first].min(self.first[second]);
-        let is_known = least > LEAST_POWER * largest[0]
-            && self.third[third] > LEAST_POWER * largest[1];
+        let is_known =
+            least > LEAST_POWER * largest[0] && self.third[third] > LEAST_POWER * largest[1];
         if !is_known {
             return (f64::NAN, f64::NAN);
         }

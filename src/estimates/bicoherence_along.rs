@@ -106,7 +106,11 @@ impl<'a> Along<'a> {
             if chosen.is_empty() {
                 return;
             }
-            let records: Vec<f64> = chosen.iter().flat_map(|site| record(*site)).copied().collect();
+            let records: Vec<f64> = chosen
+                .iter()
+                .flat_map(|site| record(*site))
+                .copied()
+                .collect();
             let spectra = Spectra::of(
                 pass.realisations,
                 &records,

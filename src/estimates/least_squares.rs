@@ -193,7 +193,11 @@ mod tests {
         assert_eq!(found.coefficients[7], Complex::default());
         let residual = gram.residual(&found.coefficients);
         // A fit of 7 unknowns to 400 realisations leaves 393 / 400 of the noise.
-        assert!((residual / noise - 393.0 / 400.0).abs() < 0.02, "{}", residual / noise);
+        assert!(
+            (residual / noise - 393.0 / 400.0).abs() < 0.02,
+            "{}",
+            residual / noise
+        );
         let normal = gram.residual(&found.coefficients[..0]);
         assert!((normal / gram.output() - 1.0).abs() < 1e-15);
     }

@@ -76,7 +76,11 @@ impl Spectra {
     /// Sets a bin to 0.
     pub fn clear(&mut self, bin: usize) {
         for values in [&mut self.re, &mut self.im, &mut self.power] {
-            values.iter_mut().skip(bin).step_by(self.bins).for_each(|v| *v = 0.0);
+            values
+                .iter_mut()
+                .skip(bin)
+                .step_by(self.bins)
+                .for_each(|v| *v = 0.0);
         }
     }
 

@@ -139,9 +139,12 @@ pub struct TransferShares {
     /// Of realisations that were not fitted (five parts, each predicted from the others).
     pub held_out_linear: f64,
     pub held_out_quadratic: f64,
-    /// What quadratic terms that were fitted to the weaker half of the realisations add in the stronger half;
-    /// `None` for fewer than four realisations for each unknown.
-    pub stronger_half_quadratic: Option<f64>,
+    /// What quadratic terms explain of the rest that the linear term leaves, of realisations that were not fitted:
+    /// the mean over frequencies, each at least -1.
+    pub held_out_of_rest: f64,
+    /// The same of the stronger half of the realisations, fitted to the weaker half; `None` for fewer than four
+    /// realisations for each unknown.
+    pub stronger_half_of_rest: Option<f64>,
 }
 
 impl OutputTransfer {
@@ -156,8 +159,8 @@ impl Transfer {
     /// amplitude.
     pub fn holds(&self) -> bool {
         let shares = &self.shares;
-        shares.held_out_quadratic > 0.0
-            && shares.stronger_half_quadratic.is_none_or(|share| share > 0.0)
+        shares.held_out_of_rest > 0.0
+            && shares.stronger_half_of_rest.is_none_or(|share| share > 0.0)
     }
 
     /// The output at which most power passes, in either direction, if that is more than chance: what
@@ -181,18 +184,22 @@ impl Transfer {
         let shares = &self.shares;
         let percent = |share: f64| format!("{:.2} %", 100.0 * share);
         let held = format!(
-            "of realisations that were not fitted, the linear term explains {} and quadratic terms {}",
+            "of realisations that were not fitted, the linear term explains {}, and quadratic terms {} of what it \
+             leaves (mean over frequencies)",
             percent(shares.held_out_linear),
-            percent(shares.held_out_quadratic),
+            percent(shares.held_out_of_rest),
         );
-        if shares.held_out_quadratic <= 0.0 {
+        if shares.held_out_of_rest <= 0.0 {
             return format!("no quadratic transfer is found: {held}");
         }
-        let Some(across) = shares.stronger_half_quadratic else {
+        let Some(across) = shares.stronger_half_of_rest else {
             return held;
         };
         match across > 0.0 {
-            true => format!("{held}; fitted to the weaker half, {} of the stronger", percent(across)),
+            true => format!(
+                "{held}; fitted to the weaker half, {} of the stronger",
+                percent(across)
+            ),
             false => format!(
                 "{held}, but the coefficients of the weaker half do not hold in the stronger ({}): there is no \
                  quadratic expansion",
@@ -293,7 +300,13 @@ pub fn transfer(
         let expected = format!("at least two frequencies, multiples of {df}, below the highest");
         return refuse("highest", expected, last);
     }
-    let shots = Shots::new(fields, request.gaps, request.memory, first.n_times(), observer)?;
+    let shots = Shots::new(
+        fields,
+        request.gaps,
+        request.memory,
+        first.n_times(),
+        observer,
+    )?;
     let pass = Pass {
         shots,
         request,
@@ -334,7 +347,11 @@ fn check(first: &Field, request: &TransferRequest) -> Result<()> {
         return refuse("highest", "a frequency above 0", found);
     }
     if !(request.alpha > 0.0 && request.alpha < 1.0) {
-        return refuse("significance", "a probability between 0 and 1", request.alpha);
+        return refuse(
+            "significance",
+            "a probability between 0 and 1",
+            request.alpha,
+        );
     }
     if request.resamplings < 20 {
         return refuse("resamplings", "at least 20", request.resamplings);
@@ -498,8 +515,22 @@ impl Pass<'_> {
         }
         let sum = |of: fn(&OutputFit) -> f64| fits.iter().map(of).sum::<f64>();
         let all = sum(|fit| fit.output);
-        let across = sum(|fit| fit.stronger[1] - fit.stronger[0]) / sum(|fit| fit.stronger_output);
-        let enough = independence.independent.is_some_and(|k| k >= 4.0 * self.last as f64);
+        let of_rest = |of: fn(&OutputFit) -> ([f64; 2], f64)| {
+            let shares = fits.iter().map(|fit| {
+                let ([linear, every], power) = of(fit);
+                let rest = power - linear;
+                if rest > 0.0 {
+                    ((every - linear) / rest).max(-1.0)
+                } else {
+                    0.0
+                }
+            });
+            shares.sum::<f64>() / fits.len() as f64
+        };
+        let across = of_rest(|fit| (fit.stronger, fit.stronger_output));
+        let enough = independence
+            .independent
+            .is_some_and(|k| k >= 4.0 * self.last as f64);
         let request = self.request;
         Transfer {
             time: field.time.clone(),
@@ -521,7 +552,8 @@ impl Pass<'_> {
                 residual: sum(|fit| fit.residual) / all,
                 held_out_linear: sum(|fit| fit.held_out[0]) / all,
                 held_out_quadratic: sum(|fit| fit.held_out[1] - fit.held_out[0]) / all,
-                stronger_half_quadratic: enough.then_some(across),
+                held_out_of_rest: of_rest(|fit| (fit.held_out, fit.output)),
+                stronger_half_of_rest: enough.then_some(across),
             },
         }
     }

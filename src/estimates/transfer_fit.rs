@@ -146,8 +146,8 @@ impl Fit<'_> {
     /// Pairs with this sum or difference.
     fn pairs(&self, bin: usize) -> Vec<[isize; 2]> {
         let sums = (1..=bin / 2).map(|second| [bin - second, second].map(|b| b as isize));
-        let differences = (1..=self.last - bin)
-            .map(|second| [(bin + second) as isize, -(second as isize)]);
+        let differences =
+            (1..=self.last - bin).map(|second| [(bin + second) as isize, -(second as isize)]);
         sums.chain(differences).collect()
     }
 

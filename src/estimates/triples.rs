@@ -126,8 +126,7 @@ impl TripleSums {
                 *sum += power;
             }
         }
-        let (mut re, mut im, mut pairs) =
-            (&mut self.re[..], &mut self.im[..], &mut self.pairs[..]);
+        let (mut re, mut im, mut pairs) = (&mut self.re[..], &mut self.im[..], &mut self.pairs[..]);
         let mut rows = Vec::with_capacity(triples.rows.len());
         for row in &triples.rows {
             let (re_row, re_rest) = std::mem::take(&mut re).split_at_mut(row.first.len());

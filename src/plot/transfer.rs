@@ -36,7 +36,9 @@ fn per_time(found: &Transfer) -> String {
 
 fn points(found: &Transfer, of: fn(&OutputTransfer) -> f64) -> Vec<(f64, f64)> {
     let outputs = found.outputs.iter();
-    outputs.map(|output| (output.frequency, of(output))).collect()
+    outputs
+        .map(|output| (output.frequency, of(output)))
+        .collect()
 }
 
 fn zero() -> Vec<Level> {
@@ -60,8 +62,27 @@ pub(crate) fn transfer_charts(found: &Transfer) -> [Chart; 3] {
         found.outputs.iter().map(|o| of(o) * factor).collect()
     };
     let each = df / input;
+    // With the bars of errors inside.
+    let around = |all: &[(fn(&OutputTransfer) -> f64, fn(&OutputTransfer) -> f64)], factor: f64| {
+        let mut range = 0.0f64..0.0f64;
+        for output in &found.outputs {
+            for (of, error) in all {
+                let (value, error) = (of(output) * factor, error(output) * factor);
+                range = range.start.min(value - error)..range.end.max(value + error);
+            }
+        }
+        let space = 0.05 * (range.end - range.start);
+        range.start - space..range.end + space
+    };
     let gain = Chart {
         levels: zero(),
+        y: around(
+            &[
+                (|o| o.linear, |o| o.linear_error),
+                (|o| o.gain, |o| o.gain_error),
+            ],
+            each,
+        ),
         ..Chart::of(
             "gained by each frequency",
             frequency.clone(),
@@ -80,6 +101,7 @@ pub(crate) fn transfer_charts(found: &Transfer) -> [Chart; 3] {
     };
     let flux = Chart {
         levels: zero(),
+        y: around(&[(|o| o.flux, |o| o.flux_error)], 1.0 / input),
         ..Chart::of(
             "passes f towards higher frequencies",
             frequency.clone(),
@@ -99,7 +121,11 @@ pub(crate) fn transfer_charts(found: &Transfer) -> [Chart; 3] {
             "share of the output's power",
             vec![
                 Series::line("linear", BLUE, points(found, |o| o.held_out_linear)),
-                Series::line("quadratic", VERMILLION, points(found, |o| o.held_out_quadratic)),
+                Series::line(
+                    "quadratic",
+                    VERMILLION,
+                    points(found, |o| o.held_out_quadratic),
+                ),
                 Series::line("residual", GREEN, points(found, |o| o.residual / o.output))
                     .with(Look::Dashed),
             ],
@@ -113,7 +139,12 @@ pub(crate) fn transfer_map(found: &Transfer) -> HeatChart {
     let df = found.outputs[0].frequency;
     let bin = |f: f64| (f / df).round() as isize;
     let last = found.outputs.len() as isize;
-    let lowest = found.pairs.iter().map(|p| bin(p.second)).min().unwrap_or(-1);
+    let lowest = found
+        .pairs
+        .iter()
+        .map(|p| bin(p.second))
+        .min()
+        .unwrap_or(-1);
     let highest = found.pairs.iter().map(|p| bin(p.second)).max().unwrap_or(1);
     let mut values = Array2::from_elem(((highest - lowest + 1) as usize, last as usize), f64::NAN);
     let each = df / found.input();

@@ -49,9 +49,9 @@ pub use localized::{LOCALIZED_SCHEMA, LocalizedSummary, table_csv, write_journey
 pub use netcdf::{ArrayLabels, Attribute, NetCdf};
 #[cfg(feature = "figures")]
 pub use pages::{
-    analysis_html as html, attenuation_html, bicoherence_html, budget_html, coherence_html, comparison_html,
-    comparison_rows, fields_html, journey_html, localized_html, sweep_html, transfer_html, transmission_html,
-    wave_html,
+    analysis_html as html, attenuation_html, bicoherence_html, budget_html, coherence_html,
+    comparison_html, comparison_rows, fields_html, journey_html, localized_html, sweep_html,
+    transfer_html, transmission_html, wave_html,
 };
 pub use run_file::{RUN_SCHEMA, RunFile};
 pub use scan_records::records_csv;
@@ -60,5 +60,5 @@ pub use snippet::{
     SpectraFormat, analysis_snippet, attenuation_snippet, budget_snippet, localized_snippet,
     sweep_snippet, transmission_snippet,
 };
-pub use transfer::{TRANSFER_SCHEMA, TransferSummary, write_transfer};
 pub use summary::{Advice, Doubt, Provenance, SCHEMA, SettingInEffect, Summary};
+pub use transfer::{TRANSFER_SCHEMA, TransferSummary, write_transfer};

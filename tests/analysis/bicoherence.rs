@@ -77,7 +77,12 @@ fn val_pybispectra_and_numpy_bicoherence() {
         let found = found(values.clone(), &request);
         assert_eq!(found.map.bins, expected.bins);
         let mut worst = [0.0f64; 2];
-        for (cell, (b, phase)) in expected.bicoherence.iter().zip(&expected.biphase).enumerate() {
+        for (cell, (b, phase)) in expected
+            .bicoherence
+            .iter()
+            .zip(&expected.biphase)
+            .enumerate()
+        {
             worst[0] = worst[0].max((found.map.bicoherence[cell] - b).abs());
             // The phase of nothing is rounding.
             if *b > 1e-3 {
@@ -86,14 +91,16 @@ fn val_pybispectra_and_numpy_bicoherence() {
             }
         }
         println!("bicoherence {:e}, biphase {:e}", worst[0], worst[1]);
-        assert!(worst[0] < 2e-14 && worst[1] < 2e-13, "{worst:?}");
+        assert!(worst[0] < 1e-15 && worst[1] < 1e-14, "{worst:?}");
         if output == 0 {
             continue;
         }
         // Along x the same triples are gathered at their sum.
         let of_bin = |third: isize| {
             let cells = reference.own.bins.iter().zip(&reference.own.bicoherence);
-            cells.filter(move |(bins, _)| bins[2] == third).map(|(_, b)| *b)
+            cells
+                .filter(move |(bins, _)| bins[2] == third)
+                .map(|(_, b)| *b)
         };
         for third in 4..16 {
             let along = &found.along;
@@ -133,7 +140,11 @@ fn val_elgar_guza_levels_without_coupling() {
             let column = values.slice(s![.., site..=site]).to_owned();
             let along = if site == 0 { values.clone() } else { column };
             let request = BicoherenceRequest {
-                along: if site == 0 { all.along.clone() } else { Vec::new() },
+                along: if site == 0 {
+                    all.along.clone()
+                } else {
+                    Vec::new()
+                },
                 ..all.clone()
             };
             let found = found(along, &request);
@@ -141,11 +152,11 @@ fn val_elgar_guza_levels_without_coupling() {
             for b in &found.map.bicoherence {
                 mean += b * k;
                 cells += 1.0;
-                for (share, level) in shares.iter_mut().zip([
-                    found.cell_level().unwrap(),
-                    2.96 / k,
-                    4.45 / k,
-                ]) {
+                for (share, level) in
+                    shares
+                        .iter_mut()
+                        .zip([found.cell_level().unwrap(), 2.96 / k, 4.45 / k])
+                {
                     *share += f64::from(*b > level);
                 }
             }
@@ -169,13 +180,13 @@ fn val_elgar_guza_levels_without_coupling() {
             "overlap {overlap}: mean K b^2 {}, above {cell} {five} {one}, maps {maps}, sums {summed}, largest {largest}",
             mean / cells
         );
-        assert!((mean / cells - 1.0).abs() < 0.03, "{}", mean / cells);
+        assert!((mean / cells - 1.0).abs() < 0.015, "{}", mean / cells);
         assert!((cell / 0.05 - 1.0).abs() < 0.1, "{cell}");
         assert!((five / 0.05 - 1.0).abs() < 0.15, "{five}");
-        assert!((one / 0.01 - 1.0).abs() < 0.35, "{one}");
-        assert!((0.01..0.08).contains(&maps), "{maps}");
-        assert!((0.03..0.07).contains(&summed), "{summed}");
-        assert!((0.03..0.07).contains(&largest), "{largest}");
+        assert!((one / 0.01 - 1.0).abs() < 0.2, "{one}");
+        assert!((0.03..0.08).contains(&maps), "{maps}");
+        assert!((0.04..0.06).contains(&summed), "{summed}");
+        assert!((0.04..0.06).contains(&largest), "{largest}");
     }
 }
 
@@ -218,7 +229,11 @@ fn val_constructed_coupling_has_its_share_and_biphase() {
         println!("{share}: {:?}", all[0]);
         assert!((all[0].bicoherence - share).abs() < 0.05, "{:?}", all[0]);
         let off = (all[0].biphase - biphase).abs();
-        assert!(off < all[0].biphase_interval + 1e-3 && off < 0.12, "{:?}", all[0]);
+        assert!(
+            off < all[0].biphase_interval + 1e-3 && off < 0.12,
+            "{:?}",
+            all[0]
+        );
         let request = BicoherenceRequest {
             output: Some(1),
             ..request
@@ -321,15 +336,28 @@ fn regress_threads_and_blocks_do_not_matter() {
         };
         let found = bicoherence(&vec![&field; shots], &request, &Silent).unwrap();
         let along = found.along;
-        let arrays = [along.largest, along.biphase, along.summed, along.summed_level];
+        let arrays = [
+            along.largest,
+            along.biphase,
+            along.summed,
+            along.summed_level,
+        ];
         let all = found.map.bicoherence.into_iter().chain(found.map.biphase);
         let all = all.chain(arrays.into_iter().flatten());
         all.map(f64::to_bits).collect::<Vec<u64>>()
     };
     for shots in [1, 2] {
         let expected = of(shots, 1, None);
-        for (threads, memory) in [(2, None), (5, None), (1, Some(3_000_000)), (2, Some(3_500_000))] {
-            assert!(of(shots, threads, memory) == expected, "{shots} {threads} {memory:?}");
+        for (threads, memory) in [
+            (2, None),
+            (5, None),
+            (1, Some(3_000_000)),
+            (2, Some(3_500_000)),
+        ] {
+            assert!(
+                of(shots, threads, memory) == expected,
+                "{shots} {threads} {memory:?}"
+            );
         }
     }
 }

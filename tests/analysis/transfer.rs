@@ -6,7 +6,7 @@ use std::f64::consts::TAU;
 use ndarray::{Array2, s};
 use num_complex::Complex;
 use wavecascade::budget::{Burgers, tendency_budget};
-use wavecascade::chain::{Chain, Ends, Law, Losses, Simulation};
+use wavecascade::chain::{Accuracy, Chain, Ends, Law, Losses, Simulation};
 use wavecascade::estimates::{Averaging, Tapers, Transfer, TransferRequest, transfer};
 use wavecascade::observer::Silent;
 use wavecascade::prepare::Window;
@@ -96,7 +96,11 @@ fn val_closed_form_coefficients() {
     let inside = |f: f64| f.abs() < 6.5 / 32.0;
     let mut pairs = 0;
     for pair in &found.pairs {
-        let expected = if inside(pair.first) && inside(pair.second) { 0.3 } else { 0.0 };
+        let expected = if inside(pair.first) && inside(pair.second) {
+            0.3
+        } else {
+            0.0
+        };
         pairs += usize::from(expected > 0.0);
         let off = (pair.re - expected).hypot(pair.im);
         assert!(off < 1e-8, "{off:e} {pair:?}");
@@ -224,7 +228,12 @@ fn val_burgers_transfer_is_that_of_the_budget() {
         let gain = output.gain * df;
         println!(
             "{:2} input {:.3e} exact {:+.4e} gain {gain:+.4e} error {:.1e} linear {:+.2e} residual {:.1e} undetermined {}",
-            m + 1, output.input * df, exact[m + 1], output.gain_error * df, output.linear * df, output.residual * df,
+            m + 1,
+            output.input * df,
+            exact[m + 1],
+            output.gain_error * df,
+            output.linear * df,
+            output.residual * df,
             output.undetermined
         );
         worst = worst.max((gain - exact[m + 1]).abs() / largest);
@@ -232,24 +241,32 @@ fn val_burgers_transfer_is_that_of_the_budget() {
         largest_flux = largest_flux.max(flux.abs());
         worst_flux = worst_flux.max((output.flux - flux).abs());
     }
-    println!("worst {worst}, flux {}, {:?}", worst_flux / largest_flux, found.shares);
+    println!(
+        "worst {worst}, flux {}, {:?}",
+        worst_flux / largest_flux,
+        found.shares
+    );
     println!("{} / {}", found.findings(), found.answer());
-    assert!(worst < 0.02, "{worst}");
-    assert!(worst_flux / largest_flux < 0.04);
+    assert!((0.002..0.012).contains(&worst), "{worst}");
+    assert!(worst_flux / largest_flux < 0.025);
     let passage = found.passage().unwrap();
     assert!(passage.flux > 0.0 && found.holds());
     // Of the strongest pairs, Q = - i m s / 2 to first order.
     let distance = step * (sites - 1) as f64;
-    for pair in found.pairs.iter().filter(|p| p.third < 4.5 / TAU && p.first < 4.5 / TAU) {
+    for pair in found
+        .pairs
+        .iter()
+        .filter(|p| p.third < 4.5 / TAU && p.first < 4.5 / TAU)
+    {
         let expected = -0.5 * pair.third * TAU * distance;
         let off = (pair.im - expected).hypot(pair.re) / expected.abs();
         assert!(off < 0.1, "{off} {pair:?}");
     }
 }
 
-/// A chain of 150 bodies of which the first are thrown, one shot a seed.
+/// A chain of 130 bodies of which the first are thrown, one shot a seed.
 fn chain_shot(precompression: f64, speed: f64, random: &mut Noise) -> Field {
-    let n = 150;
+    let n = 130;
     let chain = Chain {
         mass: vec![1.0; n],
         coefficient: vec![1.0; n],
@@ -268,6 +285,7 @@ fn chain_shot(precompression: f64, speed: f64, random: &mut Noise) -> Field {
     let simulation = Simulation {
         velocity,
         estimate_error: false,
+        accuracy: Accuracy::Tolerance(1e-7),
         ..Simulation::impact(chain, 0.0, 79.375, 128)
     };
     let run = simulation.run(&Silent).unwrap();
@@ -281,7 +299,7 @@ fn chain_shot(precompression: f64, speed: f64, random: &mut Noise) -> Field {
 fn val_hertz_chains_with_and_without_precompression() {
     for (precompression, speed) in [(1.0, 0.05), (0.0, 0.3)] {
         let mut random = Noise(21);
-        let fields: Vec<Field> = (0..60)
+        let fields: Vec<Field> = (0..70)
             .map(|_| chain_shot(precompression, speed, &mut random))
             .collect();
         let all: Vec<&Field> = fields.iter().collect();
@@ -319,7 +337,9 @@ fn regress_what_is_refused() {
     let steady = Field::from_array(values);
     let refused = |request: &TransferRequest| match transfer(&[&steady], request, &Silent) {
         Err(Error::Request {
-            option, expected, found,
+            option,
+            expected,
+            found,
         }) => (option, expected, found),
         other => panic!("{other:?}"),
     };
@@ -343,7 +363,10 @@ fn regress_what_is_refused() {
     // 40 realisations for 31 unknowns.
     let (option, expected, found) = refused(&request(64, 0.5));
     assert_eq!(option, "segment");
-    assert!(expected.contains("62") && expected.contains("31"), "{expected}");
+    assert!(
+        expected.contains("62") && expected.contains("31"),
+        "{expected}"
+    );
     assert_eq!(found, "20.0");
     let pulse = Field::from_array(Array2::from_shape_fn((2048, 2), |(n, j)| {
         (-((n as f64 - 300.0 - 5.0 * j as f64) / 6.0).powi(2)).exp()

@@ -40,7 +40,9 @@ fn regress_coupling_is_found_and_written() {
     assert_eq!(summary["correction"], "Sidak");
     let strongest = &summary["strongest"][0];
     assert!(strongest["biphase"].as_f64().unwrap().abs() < 0.5);
-    assert!(summary["along"]["above_level"][0].as_u64() > summary["along"]["above_level"][1].as_u64());
+    assert!(
+        summary["along"]["above_level"][0].as_u64() > summary["along"]["above_level"][1].as_u64()
+    );
     let file = std::fs::File::open(place.path("field-bicoherence/bicoherence.npz")).unwrap();
     let mut archive = NpzReader::new(file).unwrap();
     let cells: Array1<f64> = archive.by_name("bicoherence").unwrap();
@@ -50,7 +52,16 @@ fn regress_coupling_is_found_and_written() {
     for name in ["report.html", "figures/bicoherence.png"] {
         assert!(place.path(format!("field-bicoherence/{name}")).exists());
     }
-    let again = ["bicoherence", "field.npy", "--figures", "none", "--output", "1", "--every", "0"];
+    let again = [
+        "bicoherence",
+        "field.npy",
+        "--figures",
+        "none",
+        "--output",
+        "1",
+        "--every",
+        "0",
+    ];
     place.bad(2, &again);
     place.good(&[&again[..], &["--force"]].concat());
 }

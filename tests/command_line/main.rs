@@ -3,9 +3,9 @@
 mod analyze;
 mod attenuation;
 mod bench;
+mod bicoherence;
 mod budget;
 mod chain;
-mod bicoherence;
 mod coherence;
 mod convert;
 mod dispersion;

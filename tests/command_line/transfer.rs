@@ -23,18 +23,36 @@ fn place() -> Place {
 #[test]
 fn regress_a_transfer_is_found_and_written() {
     let place = place();
-    let words = ["transfer", "field.npy", "--from", "0", "--to", "1", "--dt", "1ms"];
+    let words = [
+        "transfer",
+        "field.npy",
+        "--from",
+        "0",
+        "--to",
+        "1",
+        "--dt",
+        "1ms",
+    ];
     let said = place.good(&[&words[..], &["--resamplings", "40", "--figures", "png"]].concat());
     assert!(said.contains("not fitted"), "{said}");
     let summary = place.json("field-transfer/summary.json");
     assert_eq!(summary["holds"], true);
     let shares = &summary["shares"];
-    assert!(shares["held_out_linear"].as_f64().unwrap() > 0.6, "{shares}");
-    assert!(shares["held_out_quadratic"].as_f64().unwrap() > 0.02, "{shares}");
+    assert!(
+        shares["held_out_linear"].as_f64().unwrap() > 0.6,
+        "{shares}"
+    );
+    assert!(
+        shares["held_out_quadratic"].as_f64().unwrap() > 0.02,
+        "{shares}"
+    );
     let file = std::fs::File::open(place.path("field-transfer/transfer.npz")).unwrap();
     let mut archive = NpzReader::new(file).unwrap();
     let frequency: Array1<f64> = archive.by_name("frequency").unwrap();
-    assert_eq!(frequency.len(), summary["outputs"].as_array().unwrap().len());
+    assert_eq!(
+        frequency.len(),
+        summary["outputs"].as_array().unwrap().len()
+    );
     for name in ["report.html", "figures/transfer.png"] {
         assert!(place.path(format!("field-transfer/{name}")).exists());
     }

@@ -68,8 +68,9 @@ pub fn bicoherence_html(
         "Bicoherence b²(f₁, f₂)",
         "Which frequencies are coupled with their sum.",
     ];
-    let mut rows: Vec<Vec<Picture>> =
-        vec![vec![data(bicoherence_map(found), words, Role::Frequency).into()]];
+    let mut rows: Vec<Vec<Picture>> = vec![vec![
+        data(bicoherence_map(found), words, Role::Frequency).into(),
+    ]];
     let chart = bicoherence_by_output(found);
     rows.push(vec![CurveGroup::of_chart("by-output", "", &chart).into()]);
     if let Some(map) = bicoherence_along_map(found) {
