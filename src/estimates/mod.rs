@@ -21,6 +21,7 @@ mod shots;
 mod spectra;
 mod transfer;
 mod transfer_fit;
+mod transfer_found;
 mod triples;
 
 pub use averaging::{Averaging, Tapers};
@@ -32,8 +33,5 @@ pub use coherence::{Coherence, CoherenceRequest, coherence};
 pub use delay::Delay;
 pub use ensemble::Independence;
 pub use phase::PhaseSpeed;
-pub use transfer::{
-    OutputTransfer, PairTransfer, Transfer, TransferRequest, TransferShares, transfer,
-};
-
-use bicoherence_along::normal_quantile;
+pub use transfer::{TransferRequest, transfer};
+pub use transfer_found::{OutputTransfer, PairTransfer, Transfer, TransferShares};

@@ -10,6 +10,9 @@ use super::style::Style;
 use crate::estimates::{OutputTransfer, Transfer};
 use crate::unit::label;
 
+/// A column of the outputs.
+type Of = fn(&OutputTransfer) -> f64;
+
 /// Gains, flux, pairs and explained shares.
 pub fn transfer(found: &Transfer, name: &str, style: &Style) -> Figure {
     let [gain, flux, shares] = transfer_charts(found);
@@ -34,7 +37,7 @@ fn per_time(found: &Transfer) -> String {
     crate::measure::cycles_per(&found.units().0)
 }
 
-fn points(found: &Transfer, of: fn(&OutputTransfer) -> f64) -> Vec<(f64, f64)> {
+fn points(found: &Transfer, of: Of) -> Vec<(f64, f64)> {
     let outputs = found.outputs.iter();
     outputs
         .map(|output| (output.frequency, of(output)))
@@ -54,19 +57,19 @@ pub(crate) fn transfer_charts(found: &Transfer) -> [Chart; 3] {
     // In shares of the power of the input, which need no unit.
     let input = found.input();
     let df = found.outputs[0].frequency;
-    let share = |of: fn(&OutputTransfer) -> f64, factor: f64| -> Vec<(f64, f64)> {
+    let share = |of: Of, factor: f64| -> Vec<(f64, f64)> {
         let all = points(found, of).into_iter();
         all.map(|(f, value)| (f, value * factor)).collect()
     };
-    let errors = |of: fn(&OutputTransfer) -> f64, factor: f64| -> Vec<f64> {
+    let errors = |of: Of, factor: f64| -> Vec<f64> {
         found.outputs.iter().map(|o| of(o) * factor).collect()
     };
     let each = df / input;
     // With the bars of errors inside.
-    let around = |all: &[(fn(&OutputTransfer) -> f64, fn(&OutputTransfer) -> f64)], factor: f64| {
+    let around = |all: &[[Of; 2]], factor: f64| {
         let mut range = 0.0f64..0.0f64;
         for output in &found.outputs {
-            for (of, error) in all {
+            for [of, error] in all {
                 let (value, error) = (of(output) * factor, error(output) * factor);
                 range = range.start.min(value - error)..range.end.max(value + error);
             }
@@ -78,8 +81,8 @@ pub(crate) fn transfer_charts(found: &Transfer) -> [Chart; 3] {
         levels: zero(),
         y: around(
             &[
-                (|o| o.linear, |o| o.linear_error),
-                (|o| o.gain, |o| o.gain_error),
+                [|o| o.linear, |o| o.linear_error],
+                [|o| o.gain, |o| o.gain_error],
             ],
             each,
         ),
@@ -101,7 +104,7 @@ pub(crate) fn transfer_charts(found: &Transfer) -> [Chart; 3] {
     };
     let flux = Chart {
         levels: zero(),
-        y: around(&[(|o| o.flux, |o| o.flux_error)], 1.0 / input),
+        y: around(&[[|o| o.flux, |o| o.flux_error]], 1.0 / input),
         ..Chart::of(
             "passes f towards higher frequencies",
             frequency.clone(),

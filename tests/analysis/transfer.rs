@@ -114,7 +114,7 @@ fn val_closed_form_coefficients() {
 #[test]
 fn val_errors_of_gains_hold() {
     let (length, count, modes) = (16, 160, 7);
-    let (mut square, mut sum, mut trials) = (0.0, 0.0, 0.0);
+    let (mut square, mut sum, mut trials) = (0.0f64, 0.0f64, 0.0f64);
     for seed in 1..40 {
         let mut random = Noise(seed);
         let values = periods([length, count, modes], 2.0, &mut random, |_, x| 0.9 * x);
@@ -131,7 +131,7 @@ fn val_errors_of_gains_hold() {
         }
         assert!(found.shares.held_out_quadratic < 0.0 || found.passage().is_none());
     }
-    let (rms, mean) = ((square / trials as f64).sqrt(), sum / trials as f64);
+    let (rms, mean) = ((square / trials).sqrt(), sum / trials);
     println!("deviations over errors: rms {rms}, mean {mean}");
     assert!((0.55..0.75).contains(&rms), "{rms}");
     assert!(mean.abs() < 0.25, "{mean}");
@@ -176,7 +176,7 @@ fn stepped(u: &[Complex<f64>], step: f64) -> Vec<Complex<f64>> {
 fn val_burgers_transfer_is_that_of_the_budget() {
     let (samples, sites, shots, step) = (64, 9, 120, 2.5e-4);
     let mut random = Noise(9);
-    let mut exact = vec![0.0; MODES + 1];
+    let mut exact = [0.0; MODES + 1];
     let mut fields = Vec::new();
     for _ in 0..shots {
         let mut u = vec![Complex::default(); MODES + 1];
