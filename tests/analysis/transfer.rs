@@ -299,7 +299,7 @@ fn chain_shot(precompression: f64, speed: f64, random: &mut Noise) -> Field {
 fn val_hertz_chains_with_and_without_precompression() {
     for (precompression, speed) in [(1.0, 0.05), (0.0, 0.3)] {
         let mut random = Noise(21);
-        let fields: Vec<Field> = (0..70)
+        let fields: Vec<Field> = (0..40)
             .map(|_| chain_shot(precompression, speed, &mut random))
             .collect();
         let all: Vec<&Field> = fields.iter().collect();
