@@ -6,6 +6,7 @@
 
 mod attenuation;
 mod axis;
+mod bicoherence;
 mod bitmap;
 mod budget;
 mod canvas;
@@ -35,6 +36,7 @@ mod slope;
 mod style;
 mod svg;
 mod ticks;
+mod transfer;
 mod uprights;
 mod views;
 
@@ -45,6 +47,7 @@ use rayon::prelude::*;
 
 pub use attenuation::{Overlay, attenuation, transmission};
 pub use axis::around;
+pub use bicoherence::bicoherence;
 pub use budget::{SharedScales, budget_figures, encode_all};
 pub use canvas::{Area, Canvas, CanvasSurface, px, sans};
 pub use chart::{Chart, Level, Look, PALETTE, Series, extent};
@@ -64,10 +67,12 @@ pub use sheet::{Plot, PlotRow, Sheet};
 pub use short::{short_space, short_time};
 pub use slope::slope;
 pub use style::{Colormap, Depth, Style};
+pub use transfer::transfer;
 pub use uprights::Mark;
 pub use views::views;
 
 pub(crate) use attenuation::{attenuation_charts, transmission_charts};
+pub(crate) use bicoherence::{bicoherence_along_map, bicoherence_by_output, bicoherence_map};
 pub(crate) use budget::ordinary;
 pub(crate) use coherence::{coherence_by_frequency, coherence_charts, coherence_map};
 pub(crate) use heat::block_extremes;
@@ -77,6 +82,7 @@ pub(crate) use modes::mode_charts;
 pub(crate) use scale::{ColorScale, DECADES};
 pub(crate) use short::{edges, within};
 pub(crate) use slope::slope_charts;
+pub(crate) use transfer::{transfer_charts, transfer_map};
 
 use crate::analyze::Analysis;
 use crate::{Error, Result};

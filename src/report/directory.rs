@@ -50,15 +50,17 @@ impl Contents {
     }
 }
 
-const NAMES: [&str; 12] = [
+const NAMES: &[&str] = &[
     "summary.json",
     "records.csv",
     "spectra.npz",
     "spectra.nc",
+    "bicoherence.npz",
     "coherence.npz",
     "modes.npz",
     "increments.npz",
     "slope.npz",
+    "transfer.npz",
     "budget.npz",
     "budget.html",
     "report.html",
@@ -79,7 +81,7 @@ const LOCALIZED: [&str; 11] = [
 ];
 
 /// What `figures` may hold, as PNG, SVG and PDF.
-const FIGURES: [&str; 21] = [
+const FIGURES: &[&str] = &[
     "space-time",
     "temporal-spectrum",
     "spatial-spectrum",
@@ -97,10 +99,12 @@ const FIGURES: [&str; 21] = [
     "spectral-flux",
     "scale-flux",
     "views",
+    "bicoherence",
     "coherence",
     "modes",
     "increments",
     "slope",
+    "transfer",
 ];
 
 impl ResultDirectory {

@@ -5,6 +5,7 @@ mod archive;
 mod arrays;
 mod attenuation;
 mod attenuation_words;
+mod bicoherence;
 mod budget;
 mod budget_arrays;
 mod coherence;
@@ -31,6 +32,7 @@ mod slope;
 mod slope_words;
 mod snippet;
 mod summary;
+mod transfer;
 
 pub use archive::{Archive, NamedArrays};
 pub use arrays::{LabelledArrays, write_labelled_arrays, write_small_arrays};
@@ -39,6 +41,7 @@ pub use attenuation::{
     write_beside,
 };
 pub use attenuation_words::{law_sentence, reach_sentence, stop_sentence};
+pub use bicoherence::{BICOHERENCE_SCHEMA, BicoherenceSummary, write_bicoherence};
 pub use budget::{BUDGET_SCHEMA, BudgetSummary, ClosureSummary};
 pub use budget_arrays::{write_budget_arrays, write_measured_arrays};
 pub use coherence::{COHERENCE_SCHEMA, CoherenceSummary, coherence_arrays, write_coherence};
@@ -57,9 +60,9 @@ pub use modes::{MODES_SCHEMA, ModesSummary, write_modes};
 pub use netcdf::{ArrayLabels, Attribute, NetCdf};
 #[cfg(feature = "figures")]
 pub use pages::{
-    analysis_html as html, attenuation_html, budget_html, coherence_html, comparison_html,
-    comparison_rows, fields_html, increments_html, journey_html, localized_html, modes_html,
-    slope_html, sweep_html, transmission_html, wave_html,
+    analysis_html as html, attenuation_html, bicoherence_html, budget_html, coherence_html,
+    comparison_html, comparison_rows, fields_html, increments_html, journey_html, localized_html,
+    modes_html, slope_html, sweep_html, transfer_html, transmission_html, wave_html,
 };
 pub use run_file::{RUN_SCHEMA, RunFile};
 pub use scan_records::records_csv;
@@ -71,3 +74,4 @@ pub use snippet::{
     sweep_snippet, transmission_snippet,
 };
 pub use summary::{Advice, Doubt, Provenance, SCHEMA, SettingInEffect, Summary};
+pub use transfer::{TRANSFER_SCHEMA, TransferSummary, write_transfer};

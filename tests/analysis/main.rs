@@ -1,6 +1,7 @@
 //! Analyses of fields: spectra, measures, warnings, reports and figures.
 
 mod analyze_stops;
+mod bicoherence;
 mod coherence;
 mod determinism;
 mod direct_sums;
@@ -15,5 +16,6 @@ mod modes;
 mod reference_problems;
 mod slope;
 mod spectra;
+mod transfer;
 mod warnings;
 mod windows;

@@ -3,6 +3,7 @@
 mod analyze;
 mod attenuation;
 mod bench;
+mod bicoherence;
 mod budget;
 mod chain;
 mod coherence;
@@ -26,3 +27,4 @@ mod settings;
 mod several;
 mod slope;
 mod terminal;
+mod transfer;

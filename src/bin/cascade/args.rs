@@ -75,6 +75,18 @@ pub enum Command {
     /// regression, or over shots if there are several. Along x, the slope of each frame of the times, and the time
     /// at which a steepening field forms a shock.
     Slope(Box<crate::slope::Slope>),
+    /// Find frequencies that are coupled with their sum: bicoherence and biphase, at a site and along x.
+    ///
+    /// Averaged over segments of the record or over repeated records (several files), with levels of
+    /// significance for one triple of frequencies and for all of them. Bicoherence shows coupling, not which
+    /// frequency feeds which.
+    Bicoherence(Box<crate::bicoherence::Bicoherence>),
+    /// Estimate the linear and quadratic transfer from one site to another.
+    ///
+    /// Least squares over segments or repeated records give what each frequency gains between the sites, linearly
+    /// and from pairs of others, with errors by resampling; and which part of the output is explained where it was
+    /// not fitted. Needs twice as many independent realisations as there are pairs.
+    Transfer(Box<crate::transfer::Transfer>),
     /// Convert a field to another format, with its axes and units.
     ///
     /// IN is anything that `cascade analyze` reads, with the same options. The extension of OUT chooses

@@ -8,6 +8,7 @@ mod analyze;
 mod args;
 mod attenuate;
 mod bench;
+mod bicoherence;
 mod budget;
 mod chain_args;
 mod clean;
@@ -43,7 +44,9 @@ mod sweep;
 mod table;
 mod terminal;
 mod text;
+mod transfer;
 mod transmit;
+mod triple_args;
 mod view_args;
 mod words;
 
@@ -99,6 +102,8 @@ fn run(line: &CommandLine) -> Result<(), Failure> {
 fn one(cli: Cli, fields: &[PathBuf], applied: &Applied) -> Result<(), Failure> {
     match cli.command {
         Command::Analyze(typed) => analyze::run(&typed, fields, applied),
+        Command::Bicoherence(typed) => bicoherence::run(*typed),
+        Command::Transfer(typed) => transfer::run(*typed),
         Command::Coherence(typed) => coherence::run(*typed),
         Command::Modes(typed) => modes::run(*typed),
         Command::Increments(typed) => increments::run(*typed),
