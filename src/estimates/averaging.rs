@@ -130,6 +130,12 @@ impl Realisations {
     /// with the tapers of all segments in their places. Source: Welch (1967), eq. 12, for one window;
     /// the same sum for several.
     pub fn effective(&self) -> f64 {
+        self.effective_products(2)
+    }
+
+    /// The same of means of products of `order` transforms, whose phases cancel: the sums of shared tapers
+    /// to that power. Neighbouring products of three have less in common than powers.
+    pub fn effective_products(&self, order: i32) -> f64 {
         let Segments { length, hop, .. } = self.segments;
         let count = self.segments.count();
         let shared = |lag: usize| -> f64 {
@@ -139,7 +145,11 @@ impl Realisations {
                 .flat_map(|a| self.tapers.iter().map(move |b| (a, b)));
             let product = |(a, b): (&Vec<f64>, &Vec<f64>)| -> f64 {
                 let overlapping = a[lag..].iter().zip(b);
-                overlapping.map(|(v, w)| v * w).sum::<f64>().powi(2)
+                overlapping
+                    .map(|(v, w)| v * w)
+                    .sum::<f64>()
+                    .abs()
+                    .powi(order)
             };
             pairs.map(product).sum()
         };
@@ -163,6 +173,29 @@ impl Realisations {
         };
         let squares: f64 = (0..length).map(|n| weight(n).powi(2)).sum();
         length as f64 * squares / self.tapers.len() as f64
+    }
+
+    /// What coefficients of products of two transforms are multiplied by to be those of products of Fourier
+    /// coefficients: `N sum w^4 / sum w^3` under the first taper, since a product has it twice.
+    pub fn quadratic_scale(&self) -> f64 {
+        let taper = self.tapers[0].iter();
+        let [cubes, fourths] =
+            [3, 4].map(|order| taper.clone().map(|w| w.powi(order)).sum::<f64>());
+        self.segments.length as f64 * fourths / cubes
+    }
+
+    /// Correlation of the power of a bin with that of the bin `lag` beside it, of white noise under the first
+    /// taper.
+    pub fn bin_correlation(&self, lag: usize) -> f64 {
+        let length = self.segments.length;
+        let squares = self.tapers[0].iter().enumerate();
+        let sum: Complex<f64> = squares
+            .map(|(n, w)| {
+                let turn = std::f64::consts::TAU * (n * lag % length) as f64 / length as f64;
+                Complex::from_polar(w * w, turn)
+            })
+            .sum();
+        sum.norm_sqr()
     }
 }
 

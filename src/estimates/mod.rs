@@ -10,17 +10,57 @@
 //! 1055 (1982); J. S. Bendat, A. G. Piersol, "Random Data", 4th ed. (2010), chapters 8, 9 and 11.
 
 mod averaging;
+mod bicoherence;
+mod bicoherence_along;
+mod breaks;
 mod coherence;
 mod delay;
 mod ensemble;
+mod gram;
+mod hermitian;
+mod increment_result;
+mod increment_sums;
+mod increments;
+mod least_squares;
 mod lomb;
+mod mode_shapes;
+mod modes;
+mod moments;
 mod phase;
 mod shots;
+mod slope;
+mod slope_frames;
+mod snapshots;
+mod spectra;
+mod steepening;
+mod transfer;
+mod transfer_fit;
+mod transfer_found;
+mod triples;
 
 pub use averaging::{Averaging, Tapers};
+pub use bicoherence::{
+    Bicoherence, BicoherenceMap, BicoherenceRequest, CoupledTriple, bicoherence,
+};
+pub use bicoherence_along::BicoherenceAlong;
+pub use breaks::BreakFit;
 pub use coherence::{Coherence, CoherenceRequest, coherence};
 pub use delay::Delay;
 pub use ensemble::Independence;
+pub use increment_result::{
+    AxisIncrements, ExponentBasis, IncrementHistogram, Increments, IncrementsRequest,
+    IntervalBasis, ScaleMoments, ScalingExponents,
+};
+pub use increment_sums::FieldAxis;
+pub use increments::increments;
+pub use least_squares::LineFit;
 pub use lomb::{Lomb, LombAxis, LombRequest, lomb};
+pub use mode_shapes::{ModeShapes, ModeWave};
+pub use modes::{Modes, ModesRequest, modes};
 pub use phase::PhaseSpeed;
 pub(crate) use shots::first_of;
+pub use slope::{PowerLaw, Slope, SlopeRequest, slope};
+pub use slope_frames::SlopeFrames;
+pub use steepening::Steepening;
+pub use transfer::{TransferRequest, transfer};
+pub use transfer_found::{OutputTransfer, PairTransfer, Transfer, TransferShares};

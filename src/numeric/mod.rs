@@ -5,6 +5,7 @@ mod bins;
 mod golden;
 pub(crate) mod lanes;
 mod logarithm;
+pub(crate) mod quantiles;
 mod random;
 pub(crate) mod root;
 mod sums;

@@ -50,15 +50,20 @@ impl Contents {
     }
 }
 
-const NAMES: [&str; 9] = [
+const NAMES: &[&str] = &[
     "summary.json",
     "records.csv",
     "spectra.npz",
     "spectra.nc",
+    "bicoherence.npz",
     "coherence.npz",
     "lomb.npz",
     "ridges.csv",
     "ridges.npz",
+    "modes.npz",
+    "increments.npz",
+    "slope.npz",
+    "transfer.npz",
     "budget.npz",
     "budget.html",
     "report.html",
@@ -79,7 +84,7 @@ const LOCALIZED: [&str; 11] = [
 ];
 
 /// What `figures` may hold, as PNG, SVG and PDF.
-const FIGURES: [&str; 18] = [
+const FIGURES: &[&str] = &[
     "space-time",
     "temporal-spectrum",
     "spatial-spectrum",
@@ -97,7 +102,12 @@ const FIGURES: [&str; 18] = [
     "spectral-flux",
     "scale-flux",
     "views",
+    "bicoherence",
     "coherence",
+    "modes",
+    "increments",
+    "slope",
+    "transfer",
 ];
 
 impl ResultDirectory {

@@ -67,6 +67,36 @@ pub enum Command {
     /// The Lomb-Scargle periodogram with a floating mean: nothing is interpolated. The level is what noise exceeds
     /// anywhere in a spectrum with the stated probability.
     Lomb(Box<crate::lomb::Lomb>),
+    /// Find the motions that are coherent along x at each frequency (SPOD): modes and their power.
+    ///
+    /// Spectral proper orthogonal decomposition, averaged over segments of the record, over orthogonal tapers, or
+    /// over repeated records (several files). Each eigenvalue has its interval, and each mode that is a wave its
+    /// wavenumber.
+    Modes(Box<crate::modes::Modes>),
+    /// Measure how differences grow with scale: structure functions, flatness, histograms.
+    ///
+    /// Increments over separations along x and lags in time, orders 1 to 6, the third with its sign, exponents
+    /// over a stated band, histograms. Intervals are over shots, or over parts of a stationary record; missing
+    /// samples are left out.
+    Increments(Box<crate::increments::Increments>),
+    /// Fit the slope of a spectrum over a band, with its breaks, its course in time and the shock time.
+    ///
+    /// Least squares in double logarithmic scales over wavenumbers or frequencies; the interval is that of the
+    /// regression, or over shots if there are several. Along x, the slope of each frame of the times, and the time
+    /// at which a steepening field forms a shock.
+    Slope(Box<crate::slope::Slope>),
+    /// Find frequencies that are coupled with their sum: bicoherence and biphase, at a site and along x.
+    ///
+    /// Averaged over segments of the record or over repeated records (several files), with levels of
+    /// significance for one triple of frequencies and for all of them. Bicoherence shows coupling, not which
+    /// frequency feeds which.
+    Bicoherence(Box<crate::bicoherence::Bicoherence>),
+    /// Estimate the linear and quadratic transfer from one site to another.
+    ///
+    /// Least squares over segments or repeated records give what each frequency gains between the sites, linearly
+    /// and from pairs of others, with errors by resampling; and which part of the output is explained where it was
+    /// not fitted. Needs twice as many independent realisations as there are pairs.
+    Transfer(Box<crate::transfer::Transfer>),
     /// Convert a field to another format, with its axes and units.
     ///
     /// IN is anything that `cascade analyze` reads, with the same options. The extension of OUT chooses
