@@ -104,6 +104,8 @@ const FIGURES: &[&str] = &[
     "views",
     "bicoherence",
     "coherence",
+    "lomb",
+    "ridges",
     "modes",
     "increments",
     "slope",
