@@ -9,15 +9,27 @@
 //! Source: P. D. Welch, IEEE Trans. Audio Electroacoust. 15, 70 (1967); D. J. Thomson, Proc. IEEE 70,
 //! 1055 (1982); J. S. Bendat, A. G. Piersol, "Random Data", 4th ed. (2010), chapters 8, 9 and 11.
 
+mod adaptive;
 mod averaging;
 mod coherence;
 mod delay;
 mod ensemble;
+mod interval;
+mod lines;
+mod mean_spectrum;
 mod phase;
 mod shots;
+mod spectrum;
+mod spectrum_pass;
 
 pub use averaging::{Averaging, Tapers};
 pub use coherence::{Coherence, CoherenceRequest, coherence};
 pub use delay::Delay;
 pub use ensemble::Independence;
+pub use interval::{SpectrumInterval, interval_factors};
+pub use lines::Line;
+pub use mean_spectrum::MeanSpectrum;
 pub use phase::PhaseSpeed;
+pub use spectrum::{
+    LeftOutEach, LineTest, SpectrumAxis, SpectrumEstimate, SpectrumRequest, spectrum,
+};

@@ -117,7 +117,7 @@ impl Series {
 
     /// The colour of its area.
     fn tint(&self) -> Color {
-        self.color().map(|c| 255 - (255 - c) * 3 / 10)
+        self.color().map(|c| 255 - (255 - c) / 10 * 3)
     }
 
     fn draw_band(&self, scene: &mut Scene, panel: &Panel, band: &Band) {

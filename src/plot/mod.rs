@@ -29,6 +29,7 @@ mod scale;
 mod scene;
 mod sheet;
 mod short;
+mod spectrum;
 mod style;
 mod svg;
 mod ticks;
@@ -44,7 +45,7 @@ pub use attenuation::{Overlay, attenuation, transmission};
 pub use axis::around;
 pub use budget::{SharedScales, budget_figures, encode_all};
 pub use canvas::{Area, Canvas, CanvasSurface, px, sans};
-pub use chart::{Chart, Level, Look, PALETTE, Series, extent};
+pub use chart::{Band, Chart, Level, Look, PALETTE, Series, extent};
 pub use coherence::coherence;
 pub use figures::{
     flux_surrogate, space_time, spacetime_spectrum, spatial_spectrum, temporal_spectrum,
@@ -57,6 +58,7 @@ pub use plotters;
 pub use redistribution::{along_t, along_x};
 pub use sheet::{Plot, PlotRow, Sheet};
 pub use short::{short_space, short_time};
+pub use spectrum::spectrum;
 pub use style::{Colormap, Depth, Style};
 pub use uprights::Mark;
 pub use views::views;
@@ -68,6 +70,9 @@ pub(crate) use heat::block_extremes;
 pub(crate) use localized::{journey_charts, wave_charts};
 pub(crate) use scale::{ColorScale, DECADES};
 pub(crate) use short::{edges, within};
+pub(crate) use spectrum::{
+    density_label, mean_spectrum_chart, spectrum_chart, spectrum_lines, spectrum_map,
+};
 
 use crate::analyze::Analysis;
 use crate::{Error, Result};

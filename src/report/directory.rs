@@ -50,12 +50,13 @@ impl Contents {
     }
 }
 
-const NAMES: [&str; 9] = [
+const NAMES: [&str; 10] = [
     "summary.json",
     "records.csv",
     "spectra.npz",
     "spectra.nc",
     "coherence.npz",
+    "spectrum.npz",
     "budget.npz",
     "budget.html",
     "report.html",
@@ -76,7 +77,7 @@ const LOCALIZED: [&str; 11] = [
 ];
 
 /// What `figures` may hold, as PNG, SVG and PDF.
-const FIGURES: [&str; 18] = [
+const FIGURES: [&str; 19] = [
     "space-time",
     "temporal-spectrum",
     "spatial-spectrum",
@@ -95,6 +96,7 @@ const FIGURES: [&str; 18] = [
     "scale-flux",
     "views",
     "coherence",
+    "spectrum",
 ];
 
 impl ResultDirectory {

@@ -25,6 +25,7 @@ mod samples;
 mod scan_records;
 mod sentences;
 mod snippet;
+mod spectrum;
 mod summary;
 
 pub use archive::Archive;
@@ -47,8 +48,8 @@ pub use netcdf::{ArrayLabels, Attribute, NetCdf};
 #[cfg(feature = "figures")]
 pub use pages::{
     analysis_html as html, attenuation_html, budget_html, coherence_html, comparison_html,
-    comparison_rows, fields_html, journey_html, localized_html, sweep_html, transmission_html,
-    wave_html,
+    comparison_rows, fields_html, journey_html, localized_html, spectrum_html, sweep_html,
+    transmission_html, wave_html,
 };
 pub use run_file::{RUN_SCHEMA, RunFile};
 pub use scan_records::records_csv;
@@ -57,4 +58,5 @@ pub use snippet::{
     SpectraFormat, analysis_snippet, attenuation_snippet, budget_snippet, localized_snippet,
     sweep_snippet, transmission_snippet,
 };
+pub use spectrum::{SPECTRUM_SCHEMA, SpectrumSummary, write_spectrum};
 pub use summary::{Advice, Doubt, Provenance, SCHEMA, SettingInEffect, Summary};

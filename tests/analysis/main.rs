@@ -12,5 +12,6 @@ mod hard_cases;
 mod headline;
 mod reference_problems;
 mod spectra;
+mod spectrum;
 mod warnings;
 mod windows;

@@ -22,4 +22,5 @@ mod long;
 mod scans;
 mod settings;
 mod several;
+mod spectrum;
 mod terminal;

@@ -34,6 +34,7 @@ mod settings;
 mod show_args;
 mod simulate;
 mod spectra_file;
+mod spectrum;
 mod sweep;
 mod table;
 mod terminal;
@@ -84,6 +85,7 @@ fn one(cli: Cli, fields: &[PathBuf], applied: &Applied) -> Result<(), Failure> {
     match cli.command {
         Command::Analyze(typed) => analyze::run(&typed, fields, applied),
         Command::Coherence(typed) => coherence::run(*typed),
+        Command::Spectrum(typed) => spectrum::run(*typed),
         Command::Budget(typed) => budget::run(*typed),
         Command::Compare(typed) => compare::run(*typed),
         Command::Inspect(typed) => inspect::run(*typed, fields),

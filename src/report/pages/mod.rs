@@ -7,6 +7,7 @@ mod budget_pictures;
 mod coherence;
 mod fields;
 mod localized;
+mod spectrum;
 mod sweep;
 
 pub use analysis::analysis_html;
@@ -15,4 +16,5 @@ pub use budget::{budget_html, comparison_html, comparison_rows};
 pub use coherence::coherence_html;
 pub use fields::fields_html;
 pub use localized::{journey_html, localized_html, wave_html};
+pub use spectrum::spectrum_html;
 pub use sweep::sweep_html;
