@@ -129,6 +129,19 @@ impl Realisations {
         }
     }
 
+    /// `sum_n w_k(n) exp(2 pi i d n / N)` of each taper, what a line that is `d` bins above a bin has there.
+    pub fn taper_transforms<const D: usize>(&self, offsets: &[f64; D]) -> Vec<[Complex<f64>; D]> {
+        let length = self.segments.length as f64;
+        let transform = |taper: &Vec<f64>, offset: f64| -> Complex<f64> {
+            let term = |(n, w): (usize, &f64)| {
+                Complex::from_polar(*w, std::f64::consts::TAU * offset * n as f64 / length)
+            };
+            taper.iter().enumerate().map(term).sum()
+        };
+        let of = |taper: &Vec<f64>| offsets.map(|offset| transform(taper, offset));
+        self.tapers.iter().map(of).collect()
+    }
+
     /// How many independent realisations of white noise have the variance of this average,
     ///
     /// ```text

@@ -9,7 +9,7 @@ use super::shots::TOGETHER;
 pub struct Line {
     /// Index of the site, or of the time.
     pub column: usize,
-    /// Frequency, or wavenumber, of the bin.
+    /// Frequency, or wavenumber, to a quarter of a bin.
     pub at: f64,
     /// Of the sine, in the unit of the samples.
     pub amplitude: f64,
@@ -21,38 +21,56 @@ pub struct Line {
     pub probability: f64,
 }
 
-/// Sums over segments and records of one cell: the power of the line that fits best, and the rest.
+/// Where in a bin lines are searched, as shares of a bin: a line away from the middle of a bin leaves a part
+/// of itself beside the line that is fitted there, so that F is at most 5 half a bin off with seven tapers.
+pub(super) const OFFSETS: [f64; 4] = [0.0, 0.25, 0.5, -0.25];
+
+/// Sums over segments and records of one cell: the power of the line that fits best at each offset, and all.
 #[derive(Clone, Copy, Default)]
 pub(super) struct LineSums {
-    pub line: [f64; TOGETHER],
-    pub rest: [f64; TOGETHER],
+    line: [[f64; TOGETHER]; OFFSETS.len()],
+    power: [f64; TOGETHER],
+}
+
+impl LineSums {
+    /// The power of the line at an offset, and what is left beside it, of a site.
+    pub fn at(&self, offset: usize, lane: usize) -> (f64, f64) {
+        let (line, power) = (self.line[offset][lane], self.power[lane]);
+        // Rounding may leave less than nothing.
+        (line, (power - line).max(f64::EPSILON * power))
+    }
 }
 
 /// Sums over the tapers of one segment of one cell.
 #[derive(Clone, Copy, Default)]
 pub(super) struct TaperSums {
-    product: [Complex<f64>; TOGETHER],
+    product: [[Complex<f64>; TOGETHER]; OFFSETS.len()],
     power: [f64; TOGETHER],
 }
 
 impl TaperSums {
-    /// Adds the transforms of the sites under a taper with this sum.
-    pub fn add(&mut self, taper_sum: f64, transforms: &[Complex<f64>]) {
-        let sums = self.product.iter_mut().zip(&mut self.power);
-        for ((product, power), x) in sums.zip(transforms) {
-            *product += x * taper_sum;
+    /// Adds the transforms of the sites under a taper with these transforms at the offsets.
+    pub fn add(&mut self, taper: &[Complex<f64>; OFFSETS.len()], transforms: &[Complex<f64>]) {
+        for (product, u) in self.product.iter_mut().zip(taper) {
+            for (product, x) in product.iter_mut().zip(transforms) {
+                *product += u.conj() * x;
+            }
+        }
+        for (power, x) in self.power.iter_mut().zip(transforms) {
             *power += x.norm_sqr();
         }
     }
 
-    /// Adds them to the sums of segments, and empties them. `gain`: the sum of the squares of the tapers'
-    /// sums; `squared`: what squares are multiplied by.
-    pub fn take_into(&mut self, sums: &mut LineSums, gain: f64, squared: f64) {
-        for c in 0..TOGETHER {
-            let line = self.product[c].norm_sqr() / gain;
-            sums.line[c] += squared * line;
-            // Rounding may leave less than nothing.
-            sums.rest[c] += squared * (self.power[c] - line).max(0.0);
+    /// Adds them to the sums of segments, and empties them. `gains`: sums of the squares of the tapers'
+    /// transforms; `squared`: what squares are multiplied by.
+    pub fn take_into(&mut self, sums: &mut LineSums, gains: &[f64; OFFSETS.len()], squared: f64) {
+        for ((sums, products), gain) in sums.line.iter_mut().zip(&self.product).zip(gains) {
+            for (sum, product) in sums.iter_mut().zip(products) {
+                *sum += squared * product.norm_sqr() / gain;
+            }
+        }
+        for (sum, power) in sums.power.iter_mut().zip(&self.power) {
+            *sum += squared * power;
         }
         *self = TaperSums::default();
     }

@@ -79,9 +79,9 @@ pub struct LineTest {
     pub degrees: [f64; 2],
     /// What one cell exceeds by chance with probability `alpha`.
     pub level: f64,
-    /// What any of all cells exceeds by chance with probability at most `alpha`.
+    /// What any of all cells exceeds by chance with probability at most `alpha`, at four places of each bin.
     pub level_of_all: f64,
-    /// Where the statistic exceeds `level_of_all`, the most certain first: one a band of the tapers.
+    /// Where F at a quarter of a bin exceeds `level_of_all`, the most certain first: one a band of the tapers.
     pub lines: Vec<Line>,
 }
 

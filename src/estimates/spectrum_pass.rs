@@ -1,15 +1,16 @@
-//! The pass over the records of [`super::spectrum`].
+//! The pass over the records of [`super::spectrum()`].
 
 use std::ops::Range;
 
 use ndarray::Array2;
+use num_complex::Complex;
 use rayon::prelude::*;
 
 use super::adaptive::{Average, LeftOut, Weights, WithoutOne};
 use super::averaging::{Realisations, SegmentScratch};
 use super::ensemble::{Independence, steadiness};
 use super::interval::FactorTable;
-use super::lines::{Line, LineSums, TaperSums};
+use super::lines::{Line, LineSums, OFFSETS, TaperSums};
 use super::shots::{Shot, Shots, TOGETHER};
 use super::spectrum::{LeftOutEach, LineTest, SpectrumAxis, SpectrumEstimate, SpectrumRequest};
 use crate::error::Result;
@@ -20,14 +21,16 @@ use crate::prepare::{Detrend, Trend};
 use crate::transform::{RecordTransform, fold, frequencies};
 
 /// Bytes of a cell of a site in the sums and in the results.
-const HELD: u64 = 8 * (6 + 7);
+const HELD: u64 = 8 * (4 + 5 + 7);
 
 pub(super) struct Pass<'a> {
     shots: Shots<'a>,
     request: &'a SpectrumRequest,
     realisations: &'a Realisations,
     weights: Weights,
-    taper_sums: Vec<f64>,
+    /// Transforms of the tapers at the offsets of lines, and the sums of their squares.
+    taper_transforms: Vec<[Complex<f64>; OFFSETS.len()]>,
+    gains: [f64; OFFSETS.len()],
     /// Effective realisations of one record over the number of tapers.
     effective_segments: f64,
 }
@@ -62,12 +65,15 @@ impl<'a> Pass<'a> {
         request: &'a SpectrumRequest,
         realisations: &'a Realisations,
     ) -> Self {
+        let taper_transforms = realisations.taper_transforms(&OFFSETS);
+        let gain = |d: usize| -> f64 { taper_transforms.iter().map(|u| u[d].norm_sqr()).sum() };
         Pass {
+            gains: std::array::from_fn(gain),
             shots,
             request,
             realisations,
             weights: Weights::new(&realisations.concentrations, request.is_adaptive),
-            taper_sums: realisations.taper_sums(),
+            taper_transforms,
             effective_segments: realisations.effective() / realisations.tapers() as f64,
         }
     }
@@ -175,7 +181,6 @@ impl<'a> Pass<'a> {
             *sum += steadiness(&scratch.record);
         }
         let squared = scale * scale;
-        let gain: f64 = self.taper_sums.iter().map(|u| u * u).sum();
         scratch.tapers.clear();
         scratch
             .tapers
@@ -192,11 +197,11 @@ impl<'a> Pass<'a> {
                     }
                 }
                 for (row, sums) in rows.zip(within.iter_mut()) {
-                    sums.add(self.taper_sums[taper], row);
+                    sums.add(&self.taper_transforms[taper], row);
                 }
                 if taper + 1 == tapers {
                     for (within, sums) in within.iter_mut().zip(&mut tile.lines) {
-                        within.take_into(sums, gain, squared);
+                        within.take_into(sums, &self.gains, squared);
                     }
                 }
             });
@@ -458,27 +463,27 @@ impl<'a> Pass<'a> {
         let effective = self.realisations.effective_beside_lines();
         let [segments, beside] = effective.map(|one| one * self.shots.count() as f64);
         let degrees = [2.0 * segments, 2.0 * beside];
-        let sums = |m: usize, j: usize| {
-            let sums = &tiles[j / TOGETHER].lines[m];
-            (sums.line[j % TOGETHER], sums.rest[j % TOGETHER])
+        let sums = |m: usize, j: usize, offset: usize| {
+            tiles[j / TOGETHER].lines[m].at(offset, j % TOGETHER)
         };
-        let statistic = Array2::from_shape_fn(shape, |(m, j)| match inside.contains(&m) {
+        let f_at = |m: usize, j: usize, offset: usize| match inside.contains(&m) {
             true => {
-                let (line, rest) = sums(m, j);
+                let (line, rest) = sums(m, j, offset);
                 more * line / rest
             }
             false => f64::NAN,
-        });
+        };
+        let statistic = Array2::from_shape_fn(shape, |(m, j)| f_at(m, j, 0));
         let tested = sites.iter().filter(|site| !site.is_transient()).count();
-        let cells = (inside.len() * tested).max(1) as f64;
+        let cells = (inside.len() * tested * OFFSETS.len()).max(1) as f64;
         let level_of_all = fisher_level(alpha / cells, degrees);
-        let gain: f64 = self.taper_sums.iter().map(|u| u * u).sum();
-        let line = |m: usize, j: usize| {
-            let ((line, rest), f) = (sums(m, j), statistic[[m, j]]);
+        let line = |m: usize, j: usize, offset: usize| {
+            let ((line, rest), gain) = (sums(m, j, offset), self.gains[offset]);
+            let f = f_at(m, j, offset);
             let variance = rest / (2.0 * self.count() * more * gain);
             Line {
                 column: j,
-                at: frequency[m],
+                at: frequency[m] + OFFSETS[offset] * frequency[1],
                 amplitude: 2.0 * unit * (line / (self.count() * gain)).sqrt(),
                 amplitude_error: 2.0 * unit * (variance / segments).sqrt(),
                 f,
@@ -488,16 +493,17 @@ impl<'a> Pass<'a> {
         let reach = self.half_bandwidth_bins();
         let mut lines = Vec::new();
         for j in (0..shape.1).filter(|j| !sites[*j].is_transient()) {
+            // The offset with the largest F of each bin; F is NaN at the ends and of still sites.
+            let best = |m: usize| {
+                let offsets = (0..OFFSETS.len()).map(|offset| (f_at(m, j, offset), offset));
+                offsets.fold((f64::NEG_INFINITY, 0), |a, b| if b.0 > a.0 { b } else { a })
+            };
+            let best: Vec<(f64, usize)> = (0..shape.0).map(best).collect();
             for m in inside.clone() {
-                let f = statistic[[m, j]];
+                let (f, offset) = best[m];
                 let beside = m.saturating_sub(reach)..(m + reach + 1).min(shape.0);
-                let is_largest = || {
-                    beside
-                        .clone()
-                        .all(|n| statistic[[n, j]].is_nan() || statistic[[n, j]] <= f)
-                };
-                if f > level_of_all && is_largest() {
-                    lines.push(line(m, j));
+                if f > level_of_all && best[beside].iter().all(|other| other.0 <= f) {
+                    lines.push(line(m, j, offset));
                 }
             }
         }

@@ -46,7 +46,10 @@ fn spectrum_note(found: &SpectrumEstimate) -> String {
 
 pub(crate) fn density_label(found: &SpectrumEstimate) -> String {
     let unit = match &found.unit {
-        Some(unit) => format!("({unit})²/({})", found.bin_unit()),
+        Some(unit) => match found.along {
+            SpectrumAxis::Time => format!("({unit})²/{}", found.bin_unit()),
+            SpectrumAxis::Space => format!("({unit})²/({})", found.bin_unit()),
+        },
         None => format!("per {}", found.bin_unit()),
     };
     label("power spectral density", &unit)
@@ -69,6 +72,9 @@ pub(crate) fn spectrum_map(found: &SpectrumEstimate) -> HeatChart {
     let values = found
         .spectrum
         .mapv(|s| if s > 0.0 { s.log10() } else { f64::NAN });
+    if found.mean_is_removed {
+        values.row_mut(0).fill(f64::NAN);
+    }
     let largest = values.iter().copied().fold(f64::NEG_INFINITY, f64::max);
     let least = values.iter().copied().fold(f64::INFINITY, f64::min);
     let scale = match largest > least {
@@ -100,7 +106,7 @@ pub(crate) fn spectrum_chart(found: &SpectrumEstimate) -> Chart {
     let (time_unit, space_unit) = found.units();
     let site = found.loudest();
     let at = six_digits(found.coordinate(site));
-    let column = |array: &ndarray::Array2<f64>| array.column(site).to_vec();
+    let column = |array: &ndarray::Array2<f64>| without_mean(found, array.column(site).to_vec());
     let (spectrum, low, high) = (
         column(&found.spectrum),
         column(&found.low),
@@ -144,6 +150,14 @@ pub(crate) fn spectrum_chart(found: &SpectrumEstimate) -> Chart {
     }
 }
 
+/// The values without that at 0, where nothing is estimated if the mean is removed.
+fn without_mean(found: &SpectrumEstimate, mut values: Vec<f64>) -> Vec<f64> {
+    if found.mean_is_removed {
+        values[0] = f64::NAN;
+    }
+    values
+}
+
 /// The range of a logarithmic axis that shows these values, the first up to its largest.
 fn shown(values: [&[f64]; 3]) -> std::ops::Range<f64> {
     let positive = |v: &f64| v.is_finite() && *v > 0.0;
@@ -161,7 +175,8 @@ fn shown(values: [&[f64]; 3]) -> std::ops::Range<f64> {
 /// Along space, the mean over the times.
 pub(crate) fn mean_spectrum_chart(found: &SpectrumEstimate) -> Option<Chart> {
     let mean = found.mean.as_ref()?;
-    let line = Series::of("", BLUE, &found.bins, &mean.spectrum);
+    let spectrum = without_mean(found, mean.spectrum.clone());
+    let line = Series::of("", BLUE, &found.bins, &spectrum);
     let ends: Vec<(f64, f64)> = mean
         .low
         .iter()
@@ -179,7 +194,7 @@ pub(crate) fn mean_spectrum_chart(found: &SpectrumEstimate) -> Option<Chart> {
         false => line,
     };
     Some(Chart {
-        y: shown([&mean.spectrum, &mean.low, &mean.high]),
+        y: shown([&spectrum, &mean.low, &mean.high]),
         log_y: true,
         ..Chart::of(
             "mean over all times",
@@ -201,14 +216,23 @@ pub(crate) fn spectrum_lines(found: &SpectrumEstimate) -> Option<Chart> {
     let largest = positive.fold(test.level_of_all, f64::max);
     let has_interval = found.degrees_range().is_some();
     let levels = [
-        (test.level, format!("level of one cell, {}", found.alpha)),
+        (test.level, format!("level of one cell, {:.3}", test.level)),
         (
             test.level_of_all,
-            format!("level of all cells, {}", found.alpha),
+            format!("level of all cells, {:.3}", test.level_of_all),
         ),
     ];
     let levels = levels.into_iter().filter(|_| has_interval);
+    let of_site = test
+        .lines
+        .iter()
+        .filter(|line| line.column == found.loudest());
+    let marks = of_site.take(5).map(|line| Mark {
+        at: line.at,
+        label: "line".into(),
+    });
     Some(Chart {
+        marks: marks.collect(),
         y: 0.1..2.0 * largest,
         log_y: true,
         levels: levels.map(|(at, label)| Level { at, label }).collect(),

@@ -265,6 +265,27 @@ fn val_intervals_of_noise_hold_as_often_as_they_say() {
     }
 }
 
+/// Lines anywhere in a bin are found, with the amplitude that they have.
+#[test]
+fn val_lines_between_bins() {
+    let mut noise = Noise(15);
+    let offsets: Vec<f64> = (0..9).map(|j| -0.5 + 0.125 * f64::from(j)).collect();
+    let values = Array2::from_shape_fn((1024, 9), |(n, j)| {
+        let angle = std::f64::consts::TAU * (200.0 + offsets[j]) / 1024.0 * n as f64 + j as f64;
+        noise.gaussian() + 2.0 * angle.cos()
+    });
+    let found = found(&field(values), &tapers(None, None));
+    let lines = &found.line_test.as_ref().unwrap().lines;
+    assert_eq!(lines.len(), 9, "{lines:?}");
+    for line in lines {
+        let bin = found.bins[1];
+        let off = line.at / bin - 200.0 - offsets[line.column];
+        let deviation = (line.amplitude - 2.0) / line.amplitude_error;
+        println!("{} bins off, {deviation} errors", off);
+        assert!(off.abs() < 0.3 && deviation.abs() < 3.5, "{line:?}");
+    }
+}
+
 /// F exceeds its levels as often as they say, of tapers and of tapers in segments.
 #[test]
 fn val_lines_are_found_by_chance_as_often_as_stated() {
