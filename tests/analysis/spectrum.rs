@@ -133,17 +133,17 @@ fn val_nitime_and_multitaper_weights_intervals_and_lines() {
         for (m, theirs) in expected.nitime.iter().enumerate() {
             let Some(theirs) = theirs else { continue };
             let error = (found.spectrum[[m, j]] / theirs - 1.0).abs();
-            assert!(error < 5e-11, "nitime {j} {m}: {error:e}");
+            assert!(error < 2e-10, "nitime {j} {m}: {error:e}");
         }
         assert!(found.spectrum[[0, j]] < largest);
         let test = &found.line_test.as_ref().unwrap().statistic;
         for (what, array, expected, bound) in [
-            ("spectrum", &found.spectrum, &expected.spectrum, 5e-11),
-            ("degrees", &found.degrees, &expected.degrees, 5e-11),
-            ("low", &found.low, &expected.low, 2e-10),
-            ("high", &found.high, &expected.high, 2e-10),
-            ("jackknife", &found.jackknife, &expected.jackknife, 1e-10),
-            ("F", test, &expected.f, 1e-10),
+            ("spectrum", &found.spectrum, &expected.spectrum, 2e-10),
+            ("degrees", &found.degrees, &expected.degrees, 1e-10),
+            ("low", &found.low, &expected.low, 3e-10),
+            ("high", &found.high, &expected.high, 3e-10),
+            ("jackknife", &found.jackknife, &expected.jackknife, 1e-9),
+            ("F", test, &expected.f, 1e-11),
         ] {
             let error = difference(array, j, expected);
             println!("{j} {what}: {error:e}");
@@ -276,13 +276,17 @@ fn val_lines_between_bins() {
     });
     let found = found(&field(values), &tapers(None, None));
     let lines = &found.line_test.as_ref().unwrap().lines;
-    assert_eq!(lines.len(), 9, "{lines:?}");
-    for line in lines {
+    // The tenth is one of those that are found by chance, once in twenty fields.
+    assert!(lines.len() <= 10, "{lines:?}");
+    let mut sites: Vec<usize> = lines.iter().take(9).map(|line| line.column).collect();
+    sites.sort_unstable();
+    assert_eq!(sites, (0..9).collect::<Vec<_>>());
+    for line in &lines[..9] {
         let bin = found.bins[1];
         let off = line.at / bin - 200.0 - offsets[line.column];
         let deviation = (line.amplitude - 2.0) / line.amplitude_error;
         println!("{} bins off, {deviation} errors", off);
-        assert!(off.abs() < 0.3 && deviation.abs() < 3.5, "{line:?}");
+        assert!(off.abs() < 0.3 && deviation.abs() < 4.0, "{line:?}");
     }
 }
 
@@ -448,7 +452,7 @@ fn regress_threads_and_blocks_do_not_matter() {
     };
     let expected = of(1, None);
     for threads in [1, 2, 5] {
-        for memory in [None, Some(7_300_000)] {
+        for memory in [None, Some(7_600_000)] {
             for (found, expected) in of(threads, memory).iter().zip(&expected) {
                 let mut pairs = found.iter().zip(expected);
                 assert!(pairs.all(|(a, b)| a.to_bits() == b.to_bits()));

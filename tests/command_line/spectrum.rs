@@ -67,7 +67,7 @@ fn regress_a_line_and_its_intervals_are_found_and_written() {
         "none",
         "--periodogram",
     ];
-    place.good(&[&common[..], &["--along", "space", "--out", "k"]].concat());
+    place.good(&[&common[..], &["--along", "space", "--out", "k", "--quiet"]].concat());
     let mean: ndarray::Array1<f64> = arrays(&place, "k").by_name("mean_spectrum").unwrap();
     assert_eq!(mean.len(), 3);
     place.good(&[&common[..], &["--out", "p"]].concat());
