@@ -69,7 +69,7 @@ pub(crate) fn spectrum_map(found: &SpectrumEstimate) -> HeatChart {
     let coordinates = found.coordinates();
     let (left, right) = edges(&coordinates);
     let (low, high) = edges(&found.bins);
-    let values = found
+    let mut values = found
         .spectrum
         .mapv(|s| if s > 0.0 { s.log10() } else { f64::NAN });
     if found.mean_is_removed {
