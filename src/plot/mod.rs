@@ -33,6 +33,7 @@ mod scene;
 mod sheet;
 mod short;
 mod slope;
+mod spectrum;
 mod style;
 mod svg;
 mod ticks;
@@ -50,7 +51,7 @@ pub use axis::around;
 pub use bicoherence::bicoherence;
 pub use budget::{SharedScales, budget_figures, encode_all};
 pub use canvas::{Area, Canvas, CanvasSurface, px, sans};
-pub use chart::{Chart, Level, Look, PALETTE, Series, extent};
+pub use chart::{Band, Chart, Level, Look, PALETTE, Series, extent};
 pub use coherence::coherence;
 pub use figures::{
     flux_surrogate, space_time, spacetime_spectrum, spatial_spectrum, temporal_spectrum,
@@ -66,6 +67,7 @@ pub use redistribution::{along_t, along_x};
 pub use sheet::{Plot, PlotRow, Sheet};
 pub use short::{short_space, short_time};
 pub use slope::slope;
+pub use spectrum::spectrum;
 pub use style::{Colormap, Depth, Style};
 pub use transfer::transfer;
 pub use uprights::Mark;
@@ -82,6 +84,9 @@ pub(crate) use modes::mode_charts;
 pub(crate) use scale::{ColorScale, DECADES};
 pub(crate) use short::{edges, within};
 pub(crate) use slope::slope_charts;
+pub(crate) use spectrum::{
+    density_label, mean_spectrum_chart, spectrum_chart, spectrum_lines, spectrum_map,
+};
 pub(crate) use transfer::{transfer_charts, transfer_map};
 
 use crate::analyze::Analysis;

@@ -61,6 +61,7 @@ const NAMES: &[&str] = &[
     "increments.npz",
     "slope.npz",
     "transfer.npz",
+    "spectrum.npz",
     "budget.npz",
     "budget.html",
     "report.html",
@@ -105,6 +106,7 @@ const FIGURES: &[&str] = &[
     "increments",
     "slope",
     "transfer",
+    "spectrum",
 ];
 
 impl ResultDirectory {

@@ -31,6 +31,7 @@ mod sentences;
 mod slope;
 mod slope_words;
 mod snippet;
+mod spectrum;
 mod summary;
 mod transfer;
 
@@ -62,7 +63,7 @@ pub use netcdf::{ArrayLabels, Attribute, NetCdf};
 pub use pages::{
     analysis_html as html, attenuation_html, bicoherence_html, budget_html, coherence_html,
     comparison_html, comparison_rows, fields_html, increments_html, journey_html, localized_html,
-    modes_html, slope_html, sweep_html, transfer_html, transmission_html, wave_html,
+    modes_html, slope_html, spectrum_html, sweep_html, transfer_html, transmission_html, wave_html,
 };
 pub use run_file::{RUN_SCHEMA, RunFile};
 pub use scan_records::records_csv;
@@ -73,5 +74,6 @@ pub use snippet::{
     SpectraFormat, analysis_snippet, attenuation_snippet, budget_snippet, localized_snippet,
     sweep_snippet, transmission_snippet,
 };
+pub use spectrum::{SPECTRUM_SCHEMA, SpectrumSummary, write_spectrum};
 pub use summary::{Advice, Doubt, Provenance, SCHEMA, SettingInEffect, Summary};
 pub use transfer::{TRANSFER_SCHEMA, TransferSummary, write_transfer};

@@ -16,6 +16,7 @@ mod modes;
 mod reference_problems;
 mod slope;
 mod spectra;
+mod spectrum;
 mod transfer;
 mod warnings;
 mod windows;

@@ -26,5 +26,6 @@ mod scans;
 mod settings;
 mod several;
 mod slope;
+mod spectrum;
 mod terminal;
 mod transfer;

@@ -87,6 +87,12 @@ pub enum Command {
     /// and from pairs of others, with errors by resampling; and which part of the output is explained where it was
     /// not fitted. Needs twice as many independent realisations as there are pairs.
     Transfer(Box<crate::transfer::Transfer>),
+    /// Estimate the power spectral density of all sites with intervals, and find lines.
+    ///
+    /// Averaged over segments, over orthogonal tapers (Thomson's method, with adaptive weights), or over
+    /// repeated records (several files). Each value has its degrees of freedom and two intervals, by the chi-square
+    /// distribution and by a jackknife; tapers give a test for lines. A single transient has no interval.
+    Spectrum(Box<crate::spectrum::Spectrum>),
     /// Convert a field to another format, with its axes and units.
     ///
     /// IN is anything that `cascade analyze` reads, with the same options. The extension of OUT chooses

@@ -40,6 +40,7 @@ mod show_args;
 mod simulate;
 mod slope;
 mod spectra_file;
+mod spectrum;
 mod sweep;
 mod table;
 mod terminal;
@@ -108,6 +109,7 @@ fn one(cli: Cli, fields: &[PathBuf], applied: &Applied) -> Result<(), Failure> {
         Command::Modes(typed) => modes::run(*typed),
         Command::Increments(typed) => increments::run(*typed),
         Command::Slope(typed) => slope::run(*typed),
+        Command::Spectrum(typed) => spectrum::run(*typed),
         Command::Budget(typed) => budget::run(*typed),
         Command::Compare(typed) => compare::run(*typed),
         Command::Inspect(typed) => inspect::run(*typed, fields),

@@ -11,6 +11,7 @@ mod increments;
 mod localized;
 mod modes;
 mod slope;
+mod spectrum;
 mod sweep;
 mod transfer;
 
@@ -24,5 +25,6 @@ pub use increments::increments_html;
 pub use localized::{journey_html, localized_html, wave_html};
 pub use modes::modes_html;
 pub use slope::slope_html;
+pub use spectrum::spectrum_html;
 pub use sweep::sweep_html;
 pub use transfer::transfer_html;
