@@ -19,6 +19,7 @@ pub mod plot;
 pub mod prepare;
 pub mod reference;
 pub mod report;
+pub mod ridges;
 pub mod sweep;
 mod system;
 pub mod transform;

@@ -28,6 +28,7 @@ pub use crate::diagnostics::{Map, MapAxis, Reduction};
 pub use crate::transform::Scaling;
 pub use along::Headline;
 pub use arrays::Spectra;
+pub(crate) use dispersion::formula_values;
 pub use dispersion::{Constants, Dispersion, DispersionCurve, parse_constants};
 pub use display::{Display, Extent, Show, ShowAxis};
 pub use filtered::{Filtered, filtered};

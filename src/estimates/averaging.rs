@@ -278,6 +278,17 @@ pub(super) fn effective_segments(window: &[f64], segments: Segments) -> f64 {
 }
 
 impl Averaging {
+    /// The segments of a record of `n_times` samples, and how many independent realisations of white noise
+    /// their average has the variance of: those of Welch (1967), eq. 12.
+    ///
+    /// # Errors
+    /// [`Error::Request`] for segments or tapers that do not fit.
+    pub(crate) fn independent(&self, n_times: usize) -> Result<(Segments, f64)> {
+        let realisations = Realisations::new(self, n_times)?;
+        let effective = realisations.effective();
+        Ok((realisations.segments, effective))
+    }
+
     fn segments(&self, record: usize) -> Result<Segments> {
         let refuse = |option, expected: String, found: usize| Error::Request {
             option,

@@ -196,7 +196,7 @@ impl Shot<'_> {
 ///
 /// # Errors
 /// [`Error::Request`].
-pub(super) fn first_of<'a>(fields: &[&'a Field]) -> Result<&'a Field> {
+pub(crate) fn first_of<'a>(fields: &[&'a Field]) -> Result<&'a Field> {
     let refuse = |expected: String, found: String| {
         Err(Error::Request {
             option: "field",

@@ -15,7 +15,8 @@ pub(crate) use bins::{at_or_below, count_at_or_below, in_band};
 pub(crate) use golden::GoldenSection;
 pub(crate) use logarithm::ln_normal;
 pub(crate) use quantile::{
-    chi_square_quantile, fisher_level, fisher_tail, student_outside, student_two_sided,
+    chi_square_level, chi_square_quantile, fisher_level, fisher_tail, student_outside,
+    student_two_sided,
 };
 pub(crate) use random::{Random, split_mix, unit_interval};
 pub(crate) use root::between as find_root;

@@ -16,13 +16,23 @@ const TINY: f64 = 1e-300;
 
 /// What a variable with this chi-square distribution is below with probability `share`, in 0..1.
 pub(crate) fn chi_square_quantile(share: f64, degrees: f64) -> f64 {
+    chi_square_between([share, 1.0 - share], degrees)
+}
+
+/// What a variable with this chi-square distribution exceeds with probability `alpha`, however small.
+pub(crate) fn chi_square_level(alpha: f64, degrees: f64) -> f64 {
+    chi_square_between([1.0 - alpha, alpha], degrees)
+}
+
+/// The value with these probabilities below and above it.
+fn chi_square_between(wanted: [f64; 2], degrees: f64) -> f64 {
     let shape = 0.5 * degrees;
     // In the logarithm, and of the smaller tail, so that relative digits are kept.
     let excess = |u: f64| {
         let (below, above) = gamma_shares(shape, shape * u.exp());
-        match share <= 0.5 {
-            true => below - share,
-            false => (1.0 - share) - above,
+        match wanted[0] <= 0.5 {
+            true => below - wanted[0],
+            false => wanted[1] - above,
         }
     };
     degrees * increasing_root(excess, shape.sqrt().recip()).exp()
@@ -204,5 +214,22 @@ mod tests {
             worst[2] = worst[2].max(error);
         }
         println!("worst relative errors: {worst:?}");
+    }
+
+    /// SciPy 1.17: `chi2.isf(tail, degrees) / degrees`.
+    #[test]
+    fn val_scipy_chi_square_levels() {
+        for (degrees, tail, expected) in [
+            (2.0, 0.05, 2.995_732_273_553_991_3),
+            (2.0, 1e-9, 20.723_265_836_946_41),
+            (14.0, 0.5, 0.952_805_296_364_252_8),
+            (14.0, 1e-7, 4.313_948_379_352_941),
+            (7.3, 0.01, 2.597_861_284_091_047),
+            (200.0, 1e-6, 1.549_190_459_950_389_6),
+        ] {
+            let found = chi_square_level(tail, degrees) / degrees;
+            let error = (found / expected - 1.0).abs();
+            assert!(error < 1e-12, "{degrees} {tail}: {found:.16}");
+        }
     }
 }

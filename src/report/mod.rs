@@ -17,6 +17,7 @@ mod increment_words;
 mod increments;
 mod leftovers;
 mod localized;
+mod lomb;
 mod modes;
 mod netcdf;
 mod new_file;
@@ -24,6 +25,7 @@ mod new_file;
 mod page;
 #[cfg(feature = "figures")]
 mod pages;
+mod ridges;
 mod run_file;
 mod samples;
 mod scan_records;
@@ -57,14 +59,17 @@ pub use localized::{
     LOCALIZED_SCHEMA, LocalizedSummary, journey_arrays, profile_arrays, table_csv, write_journey,
     write_profile,
 };
+pub use lomb::{LOMB_SCHEMA, LombSummary, write_lomb};
 pub use modes::{MODES_SCHEMA, ModesSummary, write_modes};
 pub use netcdf::{ArrayLabels, Attribute, NetCdf};
 #[cfg(feature = "figures")]
 pub use pages::{
     analysis_html as html, attenuation_html, bicoherence_html, budget_html, coherence_html,
     comparison_html, comparison_rows, fields_html, increments_html, journey_html, localized_html,
-    modes_html, slope_html, spectrum_html, sweep_html, transfer_html, transmission_html, wave_html,
+    lomb_html, modes_html, ridges_html, slope_html, spectrum_html, sweep_html, transfer_html,
+    transmission_html, wave_html,
 };
+pub use ridges::{RIDGES_SCHEMA, RidgesSummary, ridges_csv, write_ridges};
 pub use run_file::{RUN_SCHEMA, RunFile};
 pub use scan_records::records_csv;
 pub use sentences::{Answer, Sentence, Unresolved, answers, number, percent, sentences};

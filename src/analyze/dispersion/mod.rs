@@ -158,6 +158,15 @@ impl Dispersion {
     }
 }
 
+/// The values of a formula, such as [`Dispersion::parse`] reads, at each k.
+///
+/// # Errors
+/// [`Error::Request`] names the fault with its place.
+pub(crate) fn formula_values(text: &str, constants: &Constants, k: &[f64]) -> Result<Vec<f64>> {
+    let node = formula::parse(text, constants)?;
+    Ok(k.iter().map(|k| node.at(*k)).collect())
+}
+
 /// The curves that a request, else the field, states for `S(k, f)`.
 pub(super) fn curves(
     field: &Field,

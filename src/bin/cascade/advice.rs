@@ -206,8 +206,8 @@ fn of_input(fault: &InputFault) -> Option<String> {
              state `--dx` if the coordinates are approximate"
         }
         UnevenAxis { .. } | UnevenTimes { .. } => {
-            "interpolate to even steps with `--resample cubic`, allow more deviation (`--jitter 5%`), or \
-             state `--dt` if the times are approximate"
+            "interpolate to even steps with `--resample cubic`, allow more deviation (`--jitter 5%`), \
+             state `--dt` if the times are approximate, or take spectra at the times there are: `cascade lomb`"
         }
         Overclaimed { .. } => {
             "the file is damaged, or nearly all of the array was never written: save the part that was as an \

@@ -57,6 +57,16 @@ pub enum Command {
     /// files). Each number has its level of significance or its error; the segments of one transient are not
     /// independent, and then none is stated.
     Coherence(Box<crate::coherence::Coherence>),
+    /// Read dispersion off S(k, f): branches, phase and group velocity, fitted laws.
+    ///
+    /// Peaks along k at each frequency, or along f at each wavenumber, that stand above the noise are joined to
+    /// branches and located between bins. Each place and each velocity has its error.
+    Ridges(Box<crate::ridges::Ridges>),
+    /// Spectra of records at uneven times or with gaps, by least squares.
+    ///
+    /// The Lomb-Scargle periodogram with a floating mean: nothing is interpolated. The level is what noise exceeds
+    /// anywhere in a spectrum with the stated probability.
+    Lomb(Box<crate::lomb::Lomb>),
     /// Find the motions that are coherent along x at each frequency (SPOD): modes and their power.
     ///
     /// Spectral proper orthogonal decomposition, averaged over segments of the record, over orthogonal tapers, or

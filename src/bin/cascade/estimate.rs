@@ -50,6 +50,8 @@ impl EstimateArgs {
 pub trait Estimate {
     /// Name of the command: ends the default directory.
     const COMMAND: &'static str;
+    /// Whether uneven coordinates are taken as they are; else they are refused, or resampled on request.
+    const UNEVEN: bool = false;
 
     /// `summary.json`.
     fn summary(&self, provenance: &Provenance) -> serde_json::Result<String>;
@@ -92,6 +94,7 @@ pub fn run<E: Estimate>(
     let progress = Progress::new(!typed.how.quiet && std::io::stderr().is_terminal());
     let options = OpenOptions {
         hash: true,
+        uneven: E::UNEVEN,
         ..open_options(&typed.input, memory)
     };
     let mut fields = Vec::new();

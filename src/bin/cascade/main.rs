@@ -26,11 +26,13 @@ mod filter;
 mod increments;
 mod inspect;
 mod localize;
+mod lomb;
 mod manual;
 mod measured;
 mod modes;
 mod parse;
 mod progress;
+mod ridges;
 mod saved;
 mod scan_args;
 mod scene;
@@ -106,6 +108,8 @@ fn one(cli: Cli, fields: &[PathBuf], applied: &Applied) -> Result<(), Failure> {
         Command::Bicoherence(typed) => bicoherence::run(*typed),
         Command::Transfer(typed) => transfer::run(*typed),
         Command::Coherence(typed) => coherence::run(*typed),
+        Command::Lomb(typed) => lomb::run(*typed),
+        Command::Ridges(typed) => ridges::run(*typed),
         Command::Modes(typed) => modes::run(*typed),
         Command::Increments(typed) => increments::run(*typed),
         Command::Slope(typed) => slope::run(*typed),

@@ -1,0 +1,215 @@
+//! `cascade ridges`: dispersion read off S(k, f).
+
+use std::path::{Path, PathBuf};
+
+use clap::{Args, ValueEnum};
+use wavecascade::Error;
+use wavecascade::plot::{self, Figure, Style};
+use wavecascade::prepare::Window;
+use wavecascade::report::{
+    Provenance, RidgesSummary, percent, ridges_csv, ridges_html, write_ridges,
+};
+use wavecascade::ridges::{RidgeCut, RidgeLaw, Ridges as Found, RidgesRequest, ridges};
+
+use crate::advice;
+use crate::args::{DetrendArg, GapsArg};
+use crate::estimate::{self, Estimate, EstimateArgs};
+use crate::failure::Failure;
+use crate::parse;
+use crate::terminal::{self, Lines, number};
+
+/// What `cascade ridges` takes.
+#[derive(Debug, Args)]
+pub struct Ridges {
+    /// File with the field; several, or patterns such as `'shot*.npy'`, are repeated records of the same sites,
+    /// whose spectra are averaged.
+    #[arg(required = true, value_name = "FIELD")]
+    pub fields: Vec<PathBuf>,
+
+    /// Fit a law to the ridges, by least squares: monatomic, diatomic, or a formula of k with the values its
+    /// constants start from, such as `c*abs(k); c=1` (omega in rad per unit of time; a is the distance of
+    /// sites). May be repeated.
+    #[arg(long, value_name = "LAW")]
+    pub fit: Vec<String>,
+
+    #[command(flatten)]
+    pub search: SearchArgs,
+    #[command(flatten)]
+    pub estimate: EstimateArgs,
+}
+
+/// The spectrum, and what of it is a ridge.
+#[derive(Debug, Args)]
+#[command(next_help_heading = "Ridges")]
+pub struct SearchArgs {
+    /// Samples a segment [default: a power of two near a quarter of the record].
+    #[arg(long, value_name = "SAMPLES")]
+    pub segment: Option<usize>,
+    /// Samples, or share, that neighbouring segments have in common [default: half].
+    #[arg(long, value_name = "SAMPLES|SHARE", value_parser = parse::overlap, requires = "segment")]
+    pub overlap: Option<parse::Overlap>,
+    /// Taper of the segments along time: none, hann, hamming, blackman-harris, flat-top, tukey[:TAPER],
+    /// kaiser[:BETA], dpss[:NW].
+    #[arg(long, value_name = "WINDOW", default_value_t = Window::Hann)]
+    pub window_time: Window,
+    /// Taper along space; none for sites around a ring, whose waves fit.
+    #[arg(long, value_name = "WINDOW", default_value_t = Window::Hann)]
+    pub window_space: Window,
+    /// Look for peaks along k at each frequency, or along f at each wavenumber.
+    #[arg(long, value_enum, default_value_t = CutArg::Auto)]
+    pub cut: CutArg,
+    /// Peaks weaker than the largest power by more than this are none.
+    #[arg(long, value_name = "DB", default_value_t = RidgesRequest::default().range)]
+    pub range: f64,
+    /// Points of a ridge, at least.
+    #[arg(long, value_name = "COUNT", default_value_t = RidgesRequest::default().fewest)]
+    pub points: usize,
+    /// Remove from each segment.
+    #[arg(long, value_enum, default_value_t = DetrendArg::Mean, value_name = "WHAT")]
+    pub detrend: DetrendArg,
+    /// What to do with samples that are not finite.
+    #[arg(long, value_enum, default_value_t = GapsArg::Refuse)]
+    pub gaps: GapsArg,
+    /// Probability by which noise has a peak anywhere in the spectrum.
+    #[arg(long, value_name = "SHARE", default_value = "0.01", value_parser = parse::share)]
+    pub significance: f64,
+    /// Working memory, such as 500MB or 2GiB [default: half of the free memory].
+    #[arg(long, value_name = "SIZE", value_parser = parse::bytes)]
+    pub memory: Option<u64>,
+}
+
+/// `--cut`.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
+pub enum CutArg {
+    /// Both, each where it is sharper; without a window along space, at each wavenumber.
+    Auto,
+    /// At each frequency, along k.
+    Frequency,
+    /// At each wavenumber, along f.
+    Wavenumber,
+}
+
+/// Runs the command.
+pub fn run(typed: Ridges) -> Result<(), Failure> {
+    let search = &typed.search;
+    let laws = typed.fit.iter().map(|text| RidgeLaw::parse(text));
+    let request = RidgesRequest {
+        segment: search.segment,
+        overlap: search
+            .overlap
+            .zip(search.segment)
+            .map(|(overlap, segment)| overlap.of(segment)),
+        window_time: search.window_time,
+        window_space: search.window_space,
+        detrend: search.detrend.into(),
+        gaps: search.gaps.into(),
+        cut: match search.cut {
+            CutArg::Auto => None,
+            CutArg::Frequency => Some(RidgeCut::Frequency),
+            CutArg::Wavenumber => Some(RidgeCut::Wavenumber),
+        },
+        alpha: search.significance,
+        range: search.range,
+        fewest: search.points,
+        laws: laws.collect::<Result<_, Error>>()?,
+        threads: typed.estimate.threads(),
+        memory: search.memory,
+    };
+    estimate::run(
+        &typed.fields,
+        &typed.estimate,
+        search.memory,
+        |fields, observer| ridges(fields, &request, observer),
+    )
+}
+
+impl Estimate for Found {
+    const COMMAND: &'static str = "ridges";
+
+    fn summary(&self, provenance: &Provenance) -> serde_json::Result<String> {
+        RidgesSummary::new(self, provenance).to_json()
+    }
+
+    fn write_arrays(&self, directory: &Path) -> Result<(), Error> {
+        let path = directory.join("ridges.csv");
+        std::fs::write(&path, ridges_csv(self)).map_err(|source| Error::Write {
+            path,
+            action: "write",
+            source,
+        })?;
+        write_ridges(&directory.join("ridges.npz"), self)
+    }
+
+    fn figures(&self, name: &str, style: &Style) -> Vec<Figure> {
+        plot::ridges(self, name, style)
+    }
+
+    fn page(
+        &self,
+        name: &str,
+        provenance: &Provenance,
+        warnings: &[[String; 2]],
+        style: &Style,
+    ) -> serde_json::Result<String> {
+        ridges_html(self, name, provenance, warnings, style)
+    }
+
+    fn warnings(&self) -> Vec<[String; 2]> {
+        let of_spectrum = self.analysis.warnings.iter();
+        of_spectrum
+            .map(|warning| [warning.message(), advice::of_warning(warning).into()])
+            .collect()
+    }
+
+    fn lines(&self) -> String {
+        lines(self)
+    }
+}
+
+/// What was found, in words.
+fn lines(found: &Found) -> String {
+    let mut lines = Lines::new(terminal::width());
+    let conventions = &found.analysis.conventions;
+    lines.line(
+        "spectrum",
+        &format!(
+            "records {}, segments {} of {} samples: {} effective realisations",
+            found.records,
+            conventions.segments,
+            conventions.segment,
+            number(found.realisations)
+        ),
+    );
+    let points = found.points().count();
+    let ridges = match found.ridges.len() {
+        0 => "none stands".to_owned(),
+        count => format!(
+            "{count} of {} branches with {points} points stand",
+            found.branches()
+        ),
+    };
+    lines.line(
+        "ridges",
+        &format!(
+            "{ridges} above {} times the noise, which noise exceeds anywhere with probability {}",
+            number(found.level),
+            percent(found.alpha)
+        ),
+    );
+    for fit in &found.fits {
+        let parameters = fit.parameters.iter();
+        let parameters =
+            parameters.map(|p| format!("{} = {} ± {}", p.name, number(p.value), number(p.error)));
+        lines.line(
+            "fit",
+            &format!(
+                "{}: {}; deviation {} bins, reduced chi-square {}",
+                fit.name,
+                parameters.collect::<Vec<_>>().join(", "),
+                number(fit.deviation),
+                number(fit.reduced)
+            ),
+        );
+    }
+    lines.text
+}

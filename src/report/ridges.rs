@@ -1,0 +1,195 @@
+//! Ridges as files: a summary, a table, arrays.
+
+use std::path::Path;
+
+use serde::Serialize;
+
+use super::{Archive, Provenance};
+use crate::arrays::Precision;
+use crate::error::Result;
+use crate::ridges::{RidgeCut, RidgeParameter, RidgePoint, Ridges};
+
+/// The schema of the summary of ridges.
+pub const RIDGES_SCHEMA: &str = "cascade.ridges/1";
+
+/// `summary.json` of ridges; undefined numbers are `null`.
+#[derive(Debug, Serialize)]
+pub struct RidgesSummary<'a> {
+    schema: &'static str,
+    provenance: &'a Provenance,
+    time_unit: String,
+    space_unit: String,
+    records: usize,
+    segment: usize,
+    overlap: usize,
+    segments: usize,
+    window_time: &'a str,
+    window_space: &'a str,
+    realisations: f64,
+    alpha: f64,
+    level: f64,
+    frequency_bin: f64,
+    wavenumber_bin: f64,
+    frequency_resolution: f64,
+    wavenumber_resolution: f64,
+    branches: usize,
+    ridges: Vec<RidgeSummary>,
+    fits: Vec<FitSummary<'a>>,
+}
+
+#[derive(Debug, Serialize)]
+struct RidgeSummary {
+    branch: usize,
+    cut: RidgeCut,
+    points: usize,
+    frequency: [f64; 2],
+    wavenumber: [f64; 2],
+}
+
+#[derive(Debug, Serialize)]
+struct FitSummary<'a> {
+    law: &'a str,
+    parameters: &'a [RidgeParameter],
+    points: usize,
+    deviation_bins: f64,
+    reduced_chi_square: f64,
+}
+
+impl<'a> RidgesSummary<'a> {
+    pub fn new(found: &'a Ridges, provenance: &'a Provenance) -> Self {
+        let axes = &found.analysis.axes;
+        let conventions = &found.analysis.conventions;
+        let ends = |points: &[RidgePoint], of: fn(&RidgePoint) -> f64| {
+            let all = points.iter().map(of);
+            let (low, high) = all.fold((f64::INFINITY, f64::NEG_INFINITY), |(l, h), v| {
+                (l.min(v), h.max(v))
+            });
+            [low, high]
+        };
+        RidgesSummary {
+            schema: RIDGES_SCHEMA,
+            provenance,
+            time_unit: axes.time_unit().to_owned(),
+            space_unit: axes.space_unit().to_owned(),
+            records: found.records,
+            segment: conventions.segment,
+            overlap: conventions.overlap,
+            segments: conventions.segments,
+            window_time: &conventions.window_time.name,
+            window_space: &conventions.window_space.name,
+            realisations: found.realisations,
+            alpha: found.alpha,
+            level: found.level,
+            frequency_bin: found.bins[0],
+            wavenumber_bin: found.bins[1],
+            frequency_resolution: found.resolution[0],
+            wavenumber_resolution: found.resolution[1],
+            branches: found.branches(),
+            ridges: found
+                .ridges
+                .iter()
+                .map(|ridge| RidgeSummary {
+                    branch: ridge.branch,
+                    cut: ridge.cut,
+                    points: ridge.points.len(),
+                    frequency: ends(&ridge.points, |point| point.frequency),
+                    wavenumber: ends(&ridge.points, |point| point.wavenumber),
+                })
+                .collect(),
+            fits: found
+                .fits
+                .iter()
+                .map(|fit| FitSummary {
+                    law: &fit.name,
+                    parameters: &fit.parameters,
+                    points: fit.points,
+                    deviation_bins: fit.deviation,
+                    reduced_chi_square: fit.reduced,
+                })
+                .collect(),
+        }
+    }
+
+    /// # Errors
+    /// None for results of this library.
+    pub fn to_json(&self) -> serde_json::Result<String> {
+        serde_json::to_string_pretty(self)
+    }
+}
+
+type Column = (&'static str, fn(&RidgePoint) -> f64);
+
+/// Numbers of a point, by their names in tables and archives.
+const COLUMNS: [Column; 11] = [
+    ("frequency", |p| p.frequency),
+    ("frequency_error", |p| p.frequency_error),
+    ("wavenumber", |p| p.wavenumber),
+    ("wavenumber_error", |p| p.wavenumber_error),
+    ("power", |p| p.power),
+    ("noise", |p| p.noise),
+    ("width", |p| p.width),
+    ("phase_velocity", |p| p.phase_velocity),
+    ("phase_velocity_error", |p| p.phase_velocity_error),
+    ("group_velocity", |p| p.group_velocity),
+    ("group_velocity_error", |p| p.group_velocity_error),
+];
+
+/// The points as a table, a row each: `branch`, `cut`, then the numbers; empty cells where one is not defined.
+pub fn ridges_csv(found: &Ridges) -> String {
+    let names: Vec<&str> = COLUMNS.iter().map(|(name, _)| *name).collect();
+    let mut text = format!("branch,cut,{}\n", names.join(","));
+    for ridge in &found.ridges {
+        let cut = match ridge.cut {
+            RidgeCut::Frequency => "frequency",
+            RidgeCut::Wavenumber => "wavenumber",
+        };
+        for point in &ridge.points {
+            text.push_str(&format!("{},{cut}", ridge.branch));
+            for (_, of) in COLUMNS {
+                text.push(',');
+                let value = of(point);
+                if value.is_finite() {
+                    text.push_str(&value.to_string());
+                }
+            }
+            text.push('\n');
+        }
+    }
+    text
+}
+
+/// Writes ridges to the new file `path` (`.npz`): `branch`, `at_frequency` (1 for cuts at a frequency, 0 for
+/// those at a wavenumber) and the columns of [`ridges_csv`], one value a point; of each fit n
+/// `fit_n_wavenumber` and `fit_n_frequency` (branches, wavenumbers).
+///
+/// # Errors
+/// [`crate::Error::Write`].
+pub fn write_ridges(path: &Path, found: &Ridges) -> Result<()> {
+    let archive = Archive::create(path, Precision::F64)?;
+    let line = |name: &str, values: &[f64]| archive.append(name, &[values.len()], values);
+    let of_ridge = |of: fn(&crate::ridges::Ridge) -> f64| -> Vec<f64> {
+        let ridges = found.ridges.iter();
+        ridges
+            .flat_map(|ridge| std::iter::repeat_n(of(ridge), ridge.points.len()))
+            .collect()
+    };
+    line("branch", &of_ridge(|ridge| ridge.branch as f64))?;
+    line(
+        "at_frequency",
+        &of_ridge(|ridge| f64::from(u8::from(ridge.cut == RidgeCut::Frequency))),
+    )?;
+    for (name, of) in COLUMNS {
+        line(name, &found.points().map(of).collect::<Vec<f64>>())?;
+    }
+    for (n, fit) in found.fits.iter().enumerate() {
+        let curve = &fit.curve;
+        line(&format!("fit_{n}_wavenumber"), &curve.wavenumber)?;
+        let shape = [curve.branches.len(), curve.wavenumber.len()];
+        archive.append(
+            &format!("fit_{n}_frequency"),
+            &shape,
+            &curve.branches.concat(),
+        )?;
+    }
+    archive.finish()
+}

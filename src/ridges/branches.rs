@@ -1,0 +1,190 @@
+//! Peaks of neighbouring cuts joined to branches.
+
+use super::peaks::Peak;
+
+/// Cuts that a branch may miss.
+const GAP: usize = 2;
+/// Points before and after one through which its slope is taken.
+const ABOUT: usize = 5;
+
+/// A point of a branch, in bins.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(super) struct Point {
+    pub peak: Peak,
+    /// Change of the place from one cut to the next, and its standard error.
+    pub slope: f64,
+    pub slope_error: f64,
+}
+
+/// Branches of at least `fewest` points, of the peaks of each cut over `places` bins.
+///
+/// A branch goes on with the peak nearest to where its last points lead. A peak is taken by one branch, the
+/// nearest one first.
+pub(super) fn joined(peaks: &[Vec<Peak>], places: usize, fewest: usize) -> Vec<Vec<Peak>> {
+    let mut open: Vec<Vec<Peak>> = Vec::new();
+    let mut closed: Vec<Vec<Peak>> = Vec::new();
+    for (cut, found) in peaks.iter().enumerate() {
+        let (kept, ended): (Vec<_>, Vec<_>) = open
+            .into_iter()
+            .partition(|branch| branch.last().is_some_and(|last| cut - last.cut <= GAP + 1));
+        open = kept;
+        closed.extend(ended);
+        let mut pairs = Vec::new();
+        for (b, branch) in open.iter().enumerate() {
+            let (expected, reach) = continued(branch, cut, places);
+            for (p, peak) in found.iter().enumerate() {
+                let distance = (peak.at - expected).abs();
+                if distance <= reach {
+                    // Long branches are sure where they go.
+                    pairs.push((distance / reach.sqrt(), b, p));
+                }
+            }
+        }
+        pairs.sort_by(|a, b| a.0.total_cmp(&b.0).then((a.1, a.2).cmp(&(b.1, b.2))));
+        let mut goes_on = vec![false; open.len()];
+        let mut taken = vec![false; found.len()];
+        for (_, b, p) in pairs {
+            if !goes_on[b] && !taken[p] {
+                (goes_on[b], taken[p]) = (true, true);
+                open[b].push(found[p]);
+            }
+        }
+        let new = found.iter().zip(&taken).filter(|(_, taken)| !**taken);
+        open.extend(new.map(|(peak, _)| vec![*peak]));
+    }
+    closed.extend(open);
+    closed.retain(|branch| branch.len() >= fewest);
+    closed.sort_by(|a, b| {
+        (a[0].cut, a[0].at)
+            .partial_cmp(&(b[0].cut, b[0].at))
+            .unwrap_or(std::cmp::Ordering::Equal)
+    });
+    closed
+}
+
+/// Where a branch is expected at a cut, and how far from there it may be, in bins.
+fn continued(branch: &[Peak], cut: usize, places: usize) -> (f64, f64) {
+    let count = branch.len();
+    let last = branch[count - 1];
+    let steps = (cut - last.cut) as f64;
+    let least = 2.0_f64.max(3.0 * last.error).max(last.width);
+    if count == 1 {
+        return (last.at, least.max(places as f64 / 10.0) * steps);
+    }
+    let from = branch[count.saturating_sub(3)];
+    let slope = (last.at - from.at) / (last.cut - from.cut) as f64;
+    (
+        last.at + slope * steps,
+        least.max(0.5 * slope.abs()) * steps,
+    )
+}
+
+/// The points of a branch with their slopes: least squares of a parabola about each, of a line where there are
+/// few. Errors are at least the spread about it.
+pub(super) fn smooth(branch: &[Peak]) -> Vec<Point> {
+    let of = |i: usize| {
+        // As many on both sides, as far as there are.
+        let from = i.saturating_sub(ABOUT);
+        let about = &branch[from..branch.len().min(i + ABOUT + 1)];
+        let middle = branch[i].cut as f64;
+        let points: Vec<(f64, f64)> = about
+            .iter()
+            .map(|peak| (peak.cut as f64 - middle, peak.at))
+            .collect();
+        let order = if points.len() >= 6 { 3 } else { 2 };
+        let Some((value, covariance)) = polynomial(&points, order) else {
+            return Point {
+                peak: branch[i],
+                slope: f64::NAN,
+                slope_error: f64::NAN,
+            };
+        };
+        let squares: f64 = points
+            .iter()
+            .map(|(u, v)| (v - value[0] - u * (value[1] + u * value[2])).powi(2))
+            .sum();
+        let spread = (squares / (points.len() - order) as f64).sqrt();
+        let formal = about.iter().map(|peak| peak.error.powi(2)).sum::<f64>() / about.len() as f64;
+        let error = spread.max(formal.sqrt());
+        let peak = Peak {
+            error: branch[i].error.max(spread),
+            ..branch[i]
+        };
+        Point {
+            peak,
+            slope: value[1],
+            slope_error: error * covariance.sqrt(),
+        }
+    };
+    (0..branch.len()).map(of).collect()
+}
+
+/// Coefficients of a polynomial of `order` 2 or 3 terms, and the variance of its slope at 0 for unit errors.
+fn polynomial(points: &[(f64, f64)], order: usize) -> Option<([f64; 3], f64)> {
+    if points.len() <= order {
+        return None;
+    }
+    let mut normal = vec![vec![0.0; order + 2]; order];
+    for (u, v) in points {
+        let powers = [1.0, *u, u * u];
+        for (row, a) in normal.iter_mut().zip(powers) {
+            for (cell, b) in row.iter_mut().zip(powers).take(order) {
+                *cell += a * b;
+            }
+            row[order] += a * v;
+        }
+    }
+    // A second right side is the unit vector of the slope: its solution there is the variance.
+    normal[1][order + 1] = 1.0;
+    let solved = super::fit::eliminated(normal)?;
+    let mut value = [0.0; 3];
+    for (value, row) in value.iter_mut().zip(&solved) {
+        *value = row[0];
+    }
+    Some((value, solved[1][1]))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn peak(cut: usize, at: f64) -> Peak {
+        Peak {
+            cut,
+            at,
+            error: 0.01,
+            power: 1.0,
+            noise: 0.0,
+            width: 1.4,
+        }
+    }
+
+    #[test]
+    fn crossing_branches_go_straight_on() {
+        let mut cuts = Vec::new();
+        for cut in 0..40 {
+            let t = cut as f64;
+            let mut both = vec![peak(cut, 10.0 + 1.5 * t), peak(cut, 68.2 - 1.4 * t)];
+            if cut == 11 {
+                both.remove(0);
+            }
+            both.sort_by(|a, b| a.at.total_cmp(&b.at));
+            cuts.push(both);
+        }
+        let found = joined(&cuts, 100, 5);
+        assert_eq!(found.iter().map(Vec::len).collect::<Vec<_>>(), [39, 40]);
+        assert!((found[0][38].at - 68.5).abs() < 1e-12);
+        assert!(joined(&cuts[..4], 100, 5).is_empty());
+    }
+
+    #[test]
+    fn slopes_of_a_parabola_are_exact() {
+        let branch: Vec<Peak> = (0..20)
+            .map(|cut| peak(cut, 3.0 + 0.5 * cut as f64 + 0.1 * (cut * cut) as f64))
+            .collect();
+        for (cut, point) in smooth(&branch).iter().enumerate() {
+            assert!((point.slope - 0.5 - 0.2 * cut as f64).abs() < 1e-10);
+            assert!(point.slope_error > 0.0 && point.slope_error < 0.01);
+        }
+    }
+}

@@ -1,0 +1,263 @@
+//! Peaks of `S(k, f)` along one of its axes, and whether they stand above the noise.
+
+use ndarray::{ArrayView1, ArrayView2, Axis};
+use rayon::prelude::*;
+
+use super::lobe::{Lobe, parabola};
+use crate::numeric::chi_square_level;
+
+/// Cells of a cut over which the median is taken, and the distance from one median to the next.
+const MEDIAN: usize = 64;
+const STRIDE: usize = 16;
+/// How far above what a stronger wave leaks there a peak must stand.
+const ABOVE_LEAK: f64 = 4.0;
+/// Probability by which two bins of one broad ridge differ as much as a peak and the valley beside it.
+const SPECKLE_DEVIATIONS: f64 = 2.326;
+/// Strongest waves of the other axis whose leakage is looked at.
+const STRONGEST: usize = 8;
+/// Peaks of a cut at most.
+const MOST: usize = 24;
+/// A peak this much wider than that of one wave is a band of waves.
+const BROAD: f64 = 1.4;
+
+/// A peak of a cut through `S(k, f)`.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(super) struct Peak {
+    /// Index of the cut.
+    pub cut: usize,
+    /// Place along the cut, in bins, and its standard error.
+    pub at: f64,
+    pub error: f64,
+    pub power: f64,
+    /// Mean power of the noise about it.
+    pub noise: f64,
+    /// Full width at half maximum, in bins.
+    pub width: f64,
+}
+
+/// Powers of which every row is a cut.
+pub(super) struct Cuts<'a> {
+    /// A row a cut: `[cut, place]`.
+    pub power: ArrayView2<'a, f64>,
+    /// Of the axis along a cut, and of the other.
+    pub along: &'a Lobe,
+    pub across: &'a Lobe,
+    /// Independent realisations of the average.
+    pub realisations: f64,
+    /// Probability by which noise has a peak anywhere in the spectrum.
+    pub alpha: f64,
+    /// The least peak, over the largest power.
+    pub least: f64,
+    /// Bins around the axis along a cut, and around the other, where one ends where it begins.
+    pub around: [Option<usize>; 2],
+    /// Cuts and places of which nothing is said: the mean, the Nyquist lines.
+    pub cuts: std::ops::Range<usize>,
+    pub places: std::ops::Range<usize>,
+}
+
+/// What an average of powers with so many degrees of freedom exceeds of its mean with probability `alpha`.
+fn exceeded(alpha: f64, degrees: f64) -> f64 {
+    chi_square_level(alpha, degrees) / degrees
+}
+
+impl Cuts<'_> {
+    /// The level over the mean of the noise: noise exceeds it in one of all cells with probability alpha.
+    pub fn level(&self) -> f64 {
+        let cells = self.power.len().max(1) as f64;
+        exceeded(self.alpha / cells, 2.0 * self.realisations)
+    }
+
+    /// The peaks of all cuts, cut by cut.
+    pub fn peaks(&self) -> Vec<Vec<Peak>> {
+        let strongest = self.strongest();
+        let largest = self.power.iter().fold(0.0, |m: f64, p| m.max(*p));
+        let level = self.level();
+        let median = exceeded(0.5, 2.0 * self.realisations);
+        let judge = Judge {
+            cuts: self,
+            strongest: &strongest,
+            level,
+            median,
+            least: largest * self.least,
+            speckle: self.speckle(),
+        };
+        (0..self.power.nrows())
+            .into_par_iter()
+            .map(|cut| match self.cuts.contains(&cut) {
+                true => judge.peaks(cut),
+                false => Vec::new(),
+            })
+            .collect()
+    }
+
+    /// By what factor two bins of noise differ, exceeded in one pair of a hundred: the logarithm of a mean of
+    /// K exponential powers has the variance of the trigamma function at K.
+    fn speckle(&self) -> f64 {
+        let k = self.realisations;
+        let trigamma = 1.0 / k + 1.0 / (2.0 * k * k) + 1.0 / (6.0 * k * k * k);
+        (SPECKLE_DEVIATIONS * (2.0 * trigamma).sqrt()).exp()
+    }
+
+    /// The strongest waves along the other axis, at each place.
+    fn strongest(&self) -> Vec<Vec<(usize, f64)>> {
+        (0..self.power.ncols())
+            .into_par_iter()
+            .map(|place| {
+                let column = self.power.index_axis(Axis(1), place);
+                let mut tops: Vec<(usize, f64)> = tops(column).map(|i| (i, column[i])).collect();
+                tops.sort_by(|a, b| b.1.total_cmp(&a.1).then(a.0.cmp(&b.0)));
+                tops.truncate(STRONGEST);
+                tops
+            })
+            .collect()
+    }
+}
+
+/// Indices of local maxima, the ends included.
+fn tops(values: ArrayView1<'_, f64>) -> impl Iterator<Item = usize> + '_ {
+    let n = values.len();
+    (0..n).filter(move |&i| {
+        (i == 0 || values[i] > values[i - 1]) && (i + 1 == n || values[i] >= values[i + 1])
+    })
+}
+
+/// Bins from one to another, the shorter way around.
+fn distance(a: usize, b: usize, around: Option<usize>) -> f64 {
+    let straight = a.abs_diff(b);
+    around.map_or(straight, |all| straight.min(all - straight)) as f64
+}
+
+/// What peaks are judged by.
+struct Judge<'a, 'c> {
+    cuts: &'a Cuts<'c>,
+    strongest: &'a [Vec<(usize, f64)>],
+    level: f64,
+    /// The median of noise over its mean.
+    median: f64,
+    least: f64,
+    speckle: f64,
+}
+
+impl Judge<'_, '_> {
+    fn peaks(&self, cut: usize) -> Vec<Peak> {
+        let powers = self.cuts.power.index_axis(Axis(0), cut);
+        let noise = self.noise(powers);
+        let at = |i: usize| noise[(i / STRIDE).min(noise.len() - 1)];
+        let mut candidates: Vec<usize> = tops(powers)
+            .filter(|i| *i > 0 && *i + 1 < powers.len() && self.cuts.places.contains(i))
+            .filter(|i| powers[*i] > self.level * at(*i) && powers[*i] > self.least)
+            .filter(|i| self.is_no_leak(cut, *i, powers[*i]))
+            .collect();
+        candidates.sort_by(|a, b| powers[*b].total_cmp(&powers[*a]).then(a.cmp(b)));
+        let mut accepted: Vec<usize> = Vec::new();
+        for i in candidates {
+            if accepted.iter().all(|j| self.is_apart(powers, i, *j)) {
+                accepted.push(i);
+            }
+            if accepted.len() == MOST {
+                break;
+            }
+        }
+        accepted.sort_unstable();
+        let peak = |i: &usize| self.peak(cut, powers, *i, at(*i));
+        accepted.iter().map(peak).collect()
+    }
+
+    /// The mean power of the noise, from medians, one every [`STRIDE`] cells.
+    fn noise(&self, powers: ArrayView1<'_, f64>) -> Vec<f64> {
+        let n = powers.len();
+        let mut sorted = Vec::with_capacity(MEDIAN);
+        let of = |middle: usize, sorted: &mut Vec<f64>| {
+            let from = middle
+                .saturating_sub(MEDIAN / 2)
+                .min(n.saturating_sub(MEDIAN));
+            sorted.clear();
+            sorted.extend(powers.iter().skip(from).take(MEDIAN));
+            sorted.sort_by(f64::total_cmp);
+            sorted[sorted.len() / 2] / self.median
+        };
+        let middles = (0..n.div_ceil(STRIDE)).map(|block| block * STRIDE + STRIDE / 2);
+        middles.map(|middle| of(middle, &mut sorted)).collect()
+    }
+
+    /// Whether the peak stands above what the strongest waves of other cuts leak into this one.
+    fn is_no_leak(&self, cut: usize, place: usize, power: f64) -> bool {
+        self.strongest[place].iter().all(|(from, strong)| {
+            let leak = self
+                .cuts
+                .across
+                .leak(distance(cut, *from, self.cuts.around[1]));
+            power > ABOVE_LEAK * leak * strong
+        })
+    }
+
+    /// Whether a peak is none of a stronger one's side lobes, nor a bump of the same broad ridge.
+    fn is_apart(&self, powers: ArrayView1<'_, f64>, weak: usize, strong: usize) -> bool {
+        let leak = self
+            .cuts
+            .along
+            .leak(distance(weak, strong, self.cuts.around[0]));
+        let between = weak.min(strong)..=weak.max(strong);
+        let valley = between.map(|i| powers[i]).fold(f64::INFINITY, f64::min);
+        powers[weak] > ABOVE_LEAK * leak * powers[strong] && powers[weak] > self.speckle * valley
+    }
+
+    fn peak(&self, cut: usize, powers: ArrayView1<'_, f64>, i: usize, noise: f64) -> Peak {
+        let half = 0.5 * powers[i];
+        // From the top outwards to half of its power.
+        let side = |step: isize| -> (usize, f64) {
+            let mut j = i;
+            loop {
+                let Some(next) = j.checked_add_signed(step).filter(|j| *j < powers.len()) else {
+                    return (j, i.abs_diff(j) as f64 + 0.5);
+                };
+                if powers[next] < half {
+                    let share = (powers[j] - half) / (powers[j] - powers[next]);
+                    return (j, i.abs_diff(j) as f64 + share);
+                }
+                j = next;
+            }
+        };
+        let ((first, below), (last, above)) = (side(-1), side(1));
+        let width = below + above;
+        let three = [powers[i - 1], powers[i], powers[i + 1]];
+        let one = self.cuts.along;
+        let k = self.cuts.realisations;
+        let (at, error) = if width > BROAD * one.width && last - first >= 2 {
+            let region = first..=last;
+            let sum: f64 = region.clone().map(|j| powers[j]).sum();
+            let moment: f64 = region.map(|j| powers[j] * (j as f64 - i as f64)).sum();
+            // Of a box as wide, of which each bin is known to 1/sqrt(K).
+            let spread = width / 12f64.sqrt();
+            (
+                moment / sum,
+                spread / (k * (last - first + 1) as f64).sqrt(),
+            )
+        } else {
+            (one.offset(three), self.line_error(three, noise))
+        };
+        Peak {
+            cut,
+            at: i as f64 + at,
+            error,
+            power: powers[i],
+            noise,
+            width,
+        }
+    }
+
+    /// The standard error of the top of a wave in noise, by the spread of each of three powers.
+    fn line_error(&self, powers: [f64; 3], noise: f64) -> f64 {
+        let middle = parabola(powers);
+        let squares = (0..3).map(|n| {
+            let ratio = noise / powers[n].max(f64::MIN_POSITIVE);
+            let spread = ((2.0 * ratio + ratio * ratio) / self.cuts.realisations)
+                .min(1.0)
+                .sqrt();
+            let mut moved = powers;
+            moved[n] *= spread.exp();
+            (parabola(moved) - middle).powi(2)
+        });
+        squares.sum::<f64>().sqrt()
+    }
+}

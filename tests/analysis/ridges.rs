@@ -1,0 +1,400 @@
+//! Ridges of S(k, f) against lattices whose branches are known, and against DASCore's phase-shift transform
+//! (`data/ridges.json`, made by `data/make_ridges.py`).
+
+use std::f64::consts::{PI, TAU};
+
+use ndarray::Array2;
+use serde::Deserialize;
+use wavecascade::chain::{
+    Accuracy, Chain, EndTime, Ends, Law, Losses, Record, Simulation, UnitCell,
+};
+use wavecascade::observer::Silent;
+use wavecascade::prepare::Window;
+use wavecascade::ridges::{RidgeCut, RidgeLaw, Ridges, RidgesRequest, ridges};
+use wavecascade::{Error, Field};
+
+/// Integers of a linear congruential generator, in -1 to 1.
+struct Noise(u64);
+
+impl Noise {
+    fn next(&mut self) -> f64 {
+        self.0 = (1_103_515_245 * self.0 + 12_345) % (1 << 31);
+        self.0 as f64 / f64::from(1 << 30) - 1.0
+    }
+
+    fn gaussian(&mut self) -> f64 {
+        (0..12).map(|_| self.next()).sum::<f64>() / 2.0
+    }
+}
+
+/// A ring or a free chain of linear springs that starts with random velocities.
+fn lattice(mass: &[f64], sites: usize, ends: Ends, step: f64, samples: usize) -> Field {
+    let mut noise = Noise(17);
+    let contacts = if ends == Ends::Free { sites - 1 } else { sites };
+    let chain = Chain {
+        mass: (0..sites).map(|j| mass[j % mass.len()]).collect(),
+        coefficient: vec![1.0; contacts],
+        law: Law::Spring {
+            alpha: 0.0,
+            beta: 0.0,
+        },
+        ends,
+        precompression: 0.0,
+        losses: Losses::default(),
+    };
+    let simulation = Simulation {
+        velocity: (0..sites).map(|_| noise.gaussian()).collect(),
+        accuracy: Accuracy::Tolerance(1e-7),
+        end_time: EndTime::At(step * (samples - 1) as f64),
+        record: Record::default(),
+        estimate_error: false,
+        ..Simulation::impact(chain, 1.0, step, samples)
+    };
+    simulation.run(&Silent).unwrap().to_field()
+}
+
+fn found(field: &Field, request: &RidgesRequest) -> Ridges {
+    ridges(&[field], request, &Silent).unwrap()
+}
+
+/// The largest distance of a point from a branch of the cell, in bins of its cut, and its root mean square.
+fn distances(found: &Ridges, cell: &UnitCell) -> (f64, f64) {
+    let mut all = Vec::new();
+    for point in found.points() {
+        let off = |k: f64| {
+            let branches = cell.frequencies(k).into_iter();
+            branches
+                .map(|w| w / TAU - point.frequency)
+                .min_by(|a, b| a.abs().total_cmp(&b.abs()))
+                .unwrap()
+        };
+        let distance = match point.cut {
+            RidgeCut::Wavenumber => off(point.wavenumber) / found.bins[0],
+            RidgeCut::Frequency => {
+                let h = 1e-4;
+                let slope = (off(point.wavenumber + h) - off(point.wavenumber - h)) / (2.0 * h);
+                off(point.wavenumber) / slope / found.bins[1]
+            }
+        };
+        all.push(distance.abs());
+    }
+    let mean = all.iter().map(|d| d * d).sum::<f64>() / all.len() as f64;
+    (all.iter().fold(0.0, |a, b| a.max(*b)), mean.sqrt())
+}
+
+/// A ring of equal bodies: all of its waves, at each wavenumber, to a thousandth of a bin; c/m within its error.
+#[test]
+fn val_monatomic_ring() {
+    let field = lattice(&[1.0], 64, Ends::Periodic, 0.5, 2048);
+    let request = RidgesRequest {
+        window_space: Window::None,
+        laws: vec![
+            RidgeLaw::parse("monatomic").unwrap(),
+            RidgeLaw::parse("2*w*abs(sin(k*d/2)); w=0.8, d=1.05").unwrap(),
+        ],
+        ..RidgesRequest::default()
+    };
+    let found = found(&field, &request);
+    let cell = UnitCell::new(vec![1.0], vec![1.0]).unwrap();
+    let (worst, mean) = distances(&found, &cell);
+    let count = found.points().count();
+    println!(
+        "{count} points in {} branches: worst {worst}, mean {mean} bins",
+        found.branches()
+    );
+    assert!(
+        count >= 60 && found.branches() == 2,
+        "{count} points, {} branches",
+        found.branches()
+    );
+    assert!(worst < 1e-3, "{worst} bins");
+    for fit in &found.fits {
+        println!(
+            "{}: {:?}, {} bins, {}",
+            fit.name, fit.parameters, fit.deviation, fit.reduced
+        );
+        for parameter in &fit.parameters {
+            let off = (parameter.value - 1.0).abs();
+            assert!(off < 1e-3 && off < 4.0 * parameter.error, "{parameter:?}");
+        }
+        assert!(fit.deviation < 1e-3, "{}", fit.deviation);
+    }
+    // Velocities of the branch towards +x.
+    for point in found
+        .points()
+        .filter(|p| p.wavenumber > 0.3 && p.wavenumber < 2.8)
+    {
+        let group = (point.wavenumber / 2.0).cos();
+        assert!((point.group_velocity - group).abs() < 0.02, "{point:?}");
+        let phase = 2.0 * (point.wavenumber / 2.0).sin() / point.wavenumber;
+        assert!((point.phase_velocity - phase).abs() < 1e-3, "{point:?}");
+    }
+}
+
+/// A free chain seen through windows: both cuts, steep and flat parts, within their errors.
+#[test]
+fn val_monatomic_chain_in_windows() {
+    let field = lattice(&[1.0], 128, Ends::Free, 0.5, 4096);
+    let request = RidgesRequest {
+        segment: Some(512),
+        laws: vec![RidgeLaw::parse("monatomic").unwrap()],
+        ..RidgesRequest::default()
+    };
+    let found = found(&field, &request);
+    let cell = UnitCell::new(vec![1.0], vec![1.0]).unwrap();
+    let (worst, mean) = distances(&found, &cell);
+    let cuts = |cut| {
+        found
+            .ridges
+            .iter()
+            .filter(|r| r.cut == cut)
+            .map(|r| r.points.len())
+            .sum::<usize>()
+    };
+    println!(
+        "{} and {} points in {} branches: worst {worst}, mean {mean} bins; {:?}",
+        cuts(RidgeCut::Frequency),
+        cuts(RidgeCut::Wavenumber),
+        found.branches(),
+        found
+            .fits
+            .iter()
+            .map(|f| (&f.parameters, f.deviation, f.reduced))
+            .collect::<Vec<_>>()
+    );
+    assert!(cuts(RidgeCut::Frequency) > 100 && cuts(RidgeCut::Wavenumber) > 10);
+    // Waves of a finite chain interfere in each cell: points are as far off as their errors say.
+    assert!(mean < 0.35, "{mean} bins");
+    let reduced = found.fits[0].reduced;
+    assert!((0.5..1.6).contains(&reduced), "{reduced}");
+    let c = &found.fits[0].parameters[0];
+    assert!(
+        (c.value - 1.0).abs() < 0.01 && (c.value - 1.0).abs() < 4.0 * c.error,
+        "{c:?}"
+    );
+}
+
+/// A ring of two masses: both branches, to a tenth of a bin, and both c/m.
+#[test]
+fn val_diatomic_ring() {
+    let field = lattice(&[2.0, 1.0], 96, Ends::Periodic, 0.5, 2048);
+    let request = RidgesRequest {
+        window_space: Window::None,
+        laws: vec![RidgeLaw::parse("diatomic").unwrap()],
+        ..RidgesRequest::default()
+    };
+    let found = found(&field, &request);
+    let cell = UnitCell::new(vec![2.0, 1.0], vec![1.0, 1.0]).unwrap();
+    let (worst, mean) = distances(&found, &cell);
+    let count = found.points().count();
+    println!(
+        "{count} points in {} branches: worst {worst}, mean {mean} bins",
+        found.branches()
+    );
+    let fit = &found.fits[0];
+    println!("{:?}, {} bins", fit.parameters, fit.deviation);
+    assert!(
+        count > 120 && mean < 0.01 && worst < 0.1,
+        "{count} {mean} {worst}"
+    );
+    let mut values: Vec<f64> = fit.parameters.iter().map(|p| p.value).collect();
+    values.sort_by(f64::total_cmp);
+    assert!(
+        (values[0] - 0.5).abs() < 1e-3 && (values[1] - 1.0).abs() < 1e-3,
+        "{values:?}"
+    );
+}
+
+/// Noise has no ridges.
+#[test]
+fn val_noise_has_no_ridges() {
+    let mut noise = Noise(5);
+    let mut peaks = 0;
+    for _ in 0..20 {
+        let field = Field::from_array(Array2::from_shape_fn((1024, 24), |_| noise.gaussian()));
+        let found = found(&field, &RidgesRequest::default());
+        peaks += found.points().count();
+        assert!(
+            (found.realisations - 6.66).abs() < 0.1,
+            "{}",
+            found.realisations
+        );
+    }
+    assert_eq!(peaks, 0);
+}
+
+#[derive(Deserialize)]
+struct Expected {
+    frequency: Vec<f64>,
+    wavenumber: Vec<f64>,
+}
+
+/// The record of `make_ridges.py`.
+fn shot() -> Field {
+    let (nt, nx, dt, dx) = (512, 48, 1.0 / 64.0, 0.05);
+    let mut noise = Noise(5);
+    let mut values = Array2::from_shape_fn((nt, nx), |_| noise.next());
+    let mut phases = Noise(9);
+    for n in 0..184 {
+        let f = 2.0 + 0.125 * f64::from(n);
+        let (speed, phase) = (2.0 + 3.0 / (1.0 + (f / 12.0).powi(2)), TAU * phases.next());
+        for ((t, j), value) in values.indexed_iter_mut() {
+            *value += (TAU * f * (dt * t as f64 - dx * j as f64 / speed) + phase).cos();
+        }
+    }
+    let mut field = Field::from_array(values);
+    (field.time.step, field.space.step) = (dt, dx);
+    field
+}
+
+/// Wavenumbers at each frequency, against the phase-shift transform and against the truth.
+#[test]
+fn val_dascore_phase_shift_of_a_dispersive_shot() {
+    let expected: Expected = serde_json::from_str(include_str!("../data/ridges.json")).unwrap();
+    let request = RidgesRequest {
+        segment: Some(512),
+        // The record holds whole periods of all its waves, which a taper would mix.
+        window_time: Window::None,
+        ..RidgesRequest::default()
+    };
+    let found = found(&shot(), &request);
+    let mut compared = 0;
+    let (mut worst, mut scores) = ([0.0f64; 2], 0.0);
+    for point in found
+        .points()
+        .filter(|p| p.cut == RidgeCut::Frequency && p.frequency > 3.0)
+    {
+        let same = |f: &&f64| (**f - point.frequency).abs() < 1e-9;
+        let Some(index) = expected.frequency.iter().position(|f| same(&f)) else {
+            continue;
+        };
+        let f = point.frequency;
+        let truth = TAU * f / (2.0 + 3.0 / (1.0 + (f / 12.0).powi(2)));
+        let bin = found.bins[1];
+        worst[0] = worst[0].max((point.wavenumber - expected.wavenumber[index]).abs() / bin);
+        worst[1] = worst[1].max((point.wavenumber - truth).abs() / bin);
+        scores += ((point.wavenumber - truth) / point.wavenumber_error).powi(2);
+        compared += 1;
+    }
+    let score = (scores / f64::from(compared)).sqrt();
+    println!(
+        "{compared} frequencies: {} bins from DASCore, {} from the truth, {score} errors",
+        worst[0], worst[1]
+    );
+    assert!(compared > 120, "{compared}");
+    assert!(worst[0] < 0.03 && worst[1] < 0.03, "{worst:?}");
+    assert!((0.3..2.0).contains(&score), "{score}");
+}
+
+/// Repeated records are averaged, and count as realisations.
+#[test]
+fn regress_records_are_averaged() {
+    let field = shot();
+    let request = RidgesRequest {
+        segment: Some(512),
+        ..RidgesRequest::default()
+    };
+    let one = found(&field, &request);
+    let three = ridges(&[&field; 3], &request, &Silent).unwrap();
+    assert_eq!((one.realisations, three.realisations), (1.0, 3.0));
+    assert!(three.level < one.level);
+    let power = |found: &Ridges, f: f64| found.points().find(|p| p.frequency == f).map(|p| p.power);
+    let f = one.points().nth(20).unwrap().frequency;
+    let (a, b) = (power(&one, f).unwrap(), power(&three, f).unwrap());
+    assert!((a / b - 1.0).abs() < 1e-12, "{a} {b}");
+}
+
+#[test]
+fn regress_what_is_refused() {
+    let field = shot();
+    let option = |field: &Field, request: &RidgesRequest| match ridges(&[field], request, &Silent) {
+        Err(Error::Request { option, .. }) => option,
+        other => panic!("{:?}", other.map(|found| found.ridges.len())),
+    };
+    let base = RidgesRequest::default();
+    let law = |text: &str| RidgesRequest {
+        laws: vec![RidgeLaw::parse(text).unwrap()],
+        ..base.clone()
+    };
+    let few = Field::from_array(Array2::zeros((600, 7)));
+    assert_eq!(option(&few, &base), "field");
+    assert_eq!(
+        option(
+            &field,
+            &RidgesRequest {
+                segment: Some(600),
+                ..base.clone()
+            }
+        ),
+        "segment"
+    );
+    assert_eq!(
+        option(
+            &field,
+            &RidgesRequest {
+                fewest: 4,
+                ..base.clone()
+            }
+        ),
+        "points"
+    );
+    assert_eq!(
+        option(
+            &field,
+            &RidgesRequest {
+                alpha: 0.0,
+                ..base.clone()
+            }
+        ),
+        "significance"
+    );
+    // Both constants change the curve in the same way, and there is none at all.
+    assert_eq!(option(&field, &law("b*c*abs(k); b=1, c=4")), "fit");
+    assert_eq!(option(&field, &law("sqrt(c-5); c=1")), "fit");
+    let tight = RidgesRequest {
+        memory: Some(10_000),
+        ..base.clone()
+    };
+    assert!(matches!(
+        ridges(&[&field], &tight, &Silent),
+        Err(Error::Memory { .. })
+    ));
+}
+
+#[test]
+fn regress_threads_and_layout_do_not_matter() {
+    use ndarray::ShapeBuilder;
+    let all = |threads, fortran: bool| {
+        let mut field = shot();
+        if fortran {
+            let mut samples = vec![0.0; 512 * 48];
+            field.read_time_major(0..512, 0..48, &mut samples);
+            let rows = Array2::from_shape_vec((512, 48), samples).unwrap();
+            let mut columns = Array2::zeros((512, 48).f());
+            columns.assign(&rows);
+            let (time, space) = (field.time.clone(), field.space.clone());
+            field = Field::from_array(columns);
+            (field.time, field.space) = (time, space);
+        }
+        let request = RidgesRequest {
+            threads: Some(threads),
+            ..RidgesRequest::default()
+        };
+        let found = found(&field, &request);
+        found
+            .points()
+            .map(|p| (p.wavenumber.to_bits(), p.frequency.to_bits()))
+            .collect::<Vec<_>>()
+    };
+    let expected = all(1, false);
+    assert!(!expected.is_empty());
+    assert_eq!(all(3, false), expected);
+    assert_eq!(all(2, true), expected);
+}
+
+#[test]
+fn val_nyquist_wavenumber_is_the_end_of_the_axis() {
+    let found = found(&shot(), &RidgesRequest::default());
+    let k = &found.analysis.axes.wavenumber_signed;
+    assert!((k[0] + PI / 0.05).abs() < 1e-9 && (found.bins[1] - (k[1] - k[0])).abs() < 1e-9);
+}

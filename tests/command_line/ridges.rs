@@ -1,0 +1,101 @@
+//! `cascade ridges` as a stranger runs it.
+
+use ndarray::{Array1, Array2};
+use ndarray_npy::NpzReader;
+use test_support::fields::noise;
+use test_support::place::Place;
+
+/// Waves of speed 2 both ways, at 60 frequencies, in noise.
+fn place() -> Place {
+    let place = Place::new();
+    let random = noise(1024, 48);
+    let values = Array2::from_shape_fn((1024, 48), |(n, j)| {
+        let wave = |m: usize| {
+            let f = 0.05 + 0.002 * m as f64;
+            let sign = if m % 2 == 0 { 1.0 } else { -1.0 };
+            let phase = 7.3 * (m * m) as f64;
+            (std::f64::consts::TAU * f * (n as f64 - sign * j as f64 / 2.0) + phase).cos()
+        };
+        (0..200).map(wave).sum::<f64>() + random[[n, j]]
+    });
+    place.save("field.npy", &values);
+    place
+}
+
+#[test]
+fn regress_a_speed_is_found_fitted_and_written() {
+    let place = place();
+    let text = place.good(&[
+        "ridges",
+        "field.npy",
+        "--dt",
+        "1ms",
+        "--dx",
+        "1m",
+        "--fit",
+        "c*abs(k); c=1",
+        "--figures",
+        "png",
+    ]);
+    assert!(text.contains("c*abs(k): c = "), "{text}");
+    // An existing result is replaced on request.
+    place.good(&[
+        "ridges",
+        "field.npy",
+        "--dt",
+        "1ms",
+        "--dx",
+        "1m",
+        "--fit",
+        "c*abs(k); c=1",
+        "--figures",
+        "png",
+        "--force",
+    ]);
+    let summary = place.json("field-ridges/summary.json");
+    assert_eq!(summary["schema"], "cascade.ridges/1");
+    let speed = &summary["fits"][0]["parameters"][0];
+    let (value, error) = (
+        speed["value"].as_f64().unwrap(),
+        speed["error"].as_f64().unwrap(),
+    );
+    assert!(
+        (value - 2000.0).abs() < 4.0 * error && error < 10.0,
+        "{speed}"
+    );
+    let table = std::fs::read_to_string(place.path("field-ridges/ridges.csv")).unwrap();
+    let file = std::fs::File::open(place.path("field-ridges/ridges.npz")).unwrap();
+    let mut archive = NpzReader::new(file).unwrap();
+    let k: Array1<f64> = archive.by_name("wavenumber").unwrap();
+    assert_eq!(table.lines().count(), k.len() + 1);
+    assert!(k.iter().any(|k| *k > 0.5) && k.iter().any(|k| *k < -0.5));
+    for name in [
+        "report.html",
+        "figures/ridges.png",
+        "figures/spacetime-spectrum.png",
+    ] {
+        assert!(
+            place.path(format!("field-ridges/{name}")).exists(),
+            "{name}"
+        );
+    }
+}
+
+#[test]
+fn regress_what_does_not_fit_is_refused_by_its_option() {
+    let place = place();
+    let before = place.names();
+    for (words, named) in [
+        (&["--fit", "c*q; c=1"][..], "--fit"),
+        (&["--fit", "monatomic:m=1"], "--fit"),
+        (&["--fit", "b*c*abs(k); b=1, c=1"], "--fit"),
+        (&["--segment", "2000"], "--segment"),
+        (&["--points", "2"], "--points"),
+        (&["--overlap", "50%"], "--segment"),
+    ] {
+        let words = [&["ridges", "field.npy"], words].concat();
+        let said = place.bad(2, &words);
+        assert!(said.contains(named), "{words:?}: {said}");
+        assert_eq!(place.names(), before, "{words:?}");
+    }
+}
