@@ -50,13 +50,15 @@ impl Contents {
     }
 }
 
-const NAMES: [&str; 9] = [
+const NAMES: [&str; 11] = [
     "summary.json",
     "records.csv",
     "spectra.npz",
     "spectra.nc",
     "coherence.npz",
+    "coherence.nc",
     "budget.npz",
+    "budget.nc",
     "budget.html",
     "report.html",
     "figures",

@@ -2,6 +2,7 @@
 //! whole or not at all; run files; localized waves.
 
 mod archive;
+mod array_file;
 mod arrays;
 mod attenuation;
 mod attenuation_words;
@@ -28,6 +29,7 @@ mod snippet;
 mod summary;
 
 pub use archive::Archive;
+pub use array_file::{ArrayFile, ArrayFormat};
 pub use arrays::{write_labelled_arrays, write_small_arrays};
 pub use attenuation::{
     ATTENUATION_SCHEMA, TRANSMISSION_SCHEMA, attenuation_csv, transmission_csv, versioned_json,
@@ -35,7 +37,7 @@ pub use attenuation::{
 };
 pub use attenuation_words::{law_sentence, reach_sentence, stop_sentence};
 pub use budget::{BUDGET_SCHEMA, BudgetSummary, ClosureSummary};
-pub use budget_arrays::{write_budget_arrays, write_measured_arrays};
+pub use budget_arrays::{describe_budget, write_budget_arrays, write_measured_arrays};
 pub use coherence::{COHERENCE_SCHEMA, CoherenceSummary, write_coherence};
 pub use directory::{Contents, ResultDirectory};
 pub use field_file::{FIELD_SCHEMA, FieldFile};
@@ -54,7 +56,7 @@ pub use run_file::{RUN_SCHEMA, RunFile};
 pub use scan_records::records_csv;
 pub use sentences::{Answer, Sentence, Unresolved, answers, number, percent, sentences};
 pub use snippet::{
-    SpectraFormat, analysis_snippet, attenuation_snippet, budget_snippet, localized_snippet,
-    sweep_snippet, transmission_snippet,
+    analysis_snippet, attenuation_snippet, budget_snippet, localized_snippet, sweep_snippet,
+    transmission_snippet,
 };
 pub use summary::{Advice, Doubt, Provenance, SCHEMA, SettingInEffect, Summary};

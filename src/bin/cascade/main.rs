@@ -4,6 +4,7 @@ mod advice;
 mod allocator;
 mod analyze;
 mod args;
+mod arrays_file;
 mod attenuate;
 mod bench;
 mod budget;
@@ -32,7 +33,6 @@ mod scene_keys;
 mod settings;
 mod show_args;
 mod simulate;
-mod spectra_file;
 mod sweep;
 mod table;
 mod terminal;
@@ -86,7 +86,7 @@ fn one(cli: Cli, fields: &[PathBuf], applied: &Applied) -> Result<(), Failure> {
         Command::Budget(typed) => budget::run(*typed),
         Command::Compare(typed) => compare::run(*typed),
         Command::Inspect(typed) => inspect::run(*typed, fields),
-        Command::Convert(typed) => convert::run(*typed),
+        Command::Convert(typed) => convert::run(*typed, fields),
         Command::Filter(typed) => filter::run(*typed),
         Command::Simulate(typed) => simulate::run(*typed),
         Command::Sweep(typed) => sweep::run(*typed),
