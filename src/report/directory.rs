@@ -50,13 +50,12 @@ impl Contents {
     }
 }
 
-const NAMES: [&str; 11] = [
+const NAMES: [&str; 10] = [
     "summary.json",
     "records.csv",
     "spectra.npz",
     "spectra.nc",
     "coherence.npz",
-    "coherence.nc",
     "budget.npz",
     "budget.nc",
     "budget.html",

@@ -172,6 +172,12 @@ fn val_xarray_opens_what_is_written() {
         format!("convert a.npy field.nc {axes}"),
         "simulate si.toml --out run.npz".into(),
         "simulate si.toml --out run.nc".into(),
+        "budget run.npz --figures none --out bzip".into(),
+        "budget run.npz --figures none --out bnc --format netcdf".into(),
+        "convert run.npz measured.npz".into(),
+        "budget measured.npz --scene si.toml --figures none --out mzip --quiet".into(),
+        "budget measured.npz --scene si.toml --figures none --out mnc --format netcdf --quiet"
+            .into(),
     ] {
         place.good(&words.split(' ').collect::<Vec<_>>());
     }
@@ -183,6 +189,6 @@ fn val_xarray_opens_what_is_written() {
         .trim()
         .parse()
         .unwrap();
-    assert!(count > 120, "{count}");
+    assert!(count > 300, "{count}");
     println!("{count} arrays are the same to the bit");
 }

@@ -311,10 +311,7 @@ fn variable(container: &Container, wanted: Option<&str>) -> std::result::Result<
             Some(_) => Err(InputFault::NoSamples {
                 shape: variables[place].shape(),
             }),
-            None => Err(InputFault::NotNumbers {
-                variable: wanted.to_owned(),
-                found: other_type(&variables[place]),
-            }),
+            None => Err(not_numbers(&variables[place])),
         };
     }
     let is_coordinate = |i: usize| {
@@ -346,11 +343,29 @@ fn variable(container: &Container, wanted: Option<&str>) -> std::result::Result<
             named.next().filter(|_| named.next().is_none()).copied()
         })
     };
+    let unread = || {
+        let mut unread = variables
+            .iter()
+            .filter(|v| v.sample_type.way_out().is_some());
+        unread.next().map(not_numbers)
+    };
     match candidates[..] {
         [only] => Ok(only),
+        [] => Err(unread().unwrap_or_else(|| InputFault::WhichVariable {
+            variables: list(container),
+        })),
         _ => preferred().ok_or_else(|| InputFault::WhichVariable {
             variables: list(container),
         }),
+    }
+}
+
+/// The fault of a variable that holds something else.
+fn not_numbers(variable: &Variable) -> InputFault {
+    InputFault::NotNumbers {
+        variable: variable.path.clone(),
+        found: other_type(variable),
+        way_out: variable.sample_type.way_out(),
     }
 }
 
