@@ -332,10 +332,10 @@ fn variable(container: &Container, wanted: Option<&str>) -> std::result::Result<
         };
         (0..variables.len()).filter(is_candidate).collect()
     };
-    let mut candidates = of_rank(|rank| rank >= 2);
-    if candidates.is_empty() {
-        candidates = of_rank(|rank| rank < 2);
-    }
+    // A record goes before the single numbers beside it, such as the position of its only site.
+    let of_ranks = [of_rank(|rank| rank >= 2), of_rank(|rank| rank == 1)];
+    let found = of_ranks.into_iter().find(|found| !found.is_empty());
+    let candidates = found.unwrap_or_else(|| of_rank(|rank| rank == 0));
     let preferred = || {
         ["velocity", "v", "vel", "vx"].iter().find_map(|name| {
             let is_it = |i: &&usize| last_name(&variables[**i].path).eq_ignore_ascii_case(name);
