@@ -16,6 +16,7 @@ mod contact;
 mod convert;
 mod dispersion;
 mod effect;
+mod estimate;
 mod failure;
 mod fields;
 mod figure_args;
