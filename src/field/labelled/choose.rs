@@ -1,5 +1,7 @@
 //! Which variable of a file is the field, and which of its dimensions are times and sites.
 
+use std::collections::HashSet;
+
 use wavecascade_formats::{Container, Coordinate, Dimension, Variable};
 
 use super::super::options::{At, Label, OpenOptions};
@@ -314,12 +316,16 @@ fn variable(container: &Container, wanted: Option<&str>) -> std::result::Result<
             None => Err(not_numbers(&variables[place])),
         };
     }
+    let listed = |d: &Dimension| match d.coordinate {
+        Some(Coordinate::Listed(i)) => Some(i),
+        _ => None,
+    };
+    let dimensions = variables.iter().flat_map(|v| &v.dimensions);
+    let coordinates: HashSet<usize> = dimensions.filter_map(listed).collect();
     let is_coordinate = |i: usize| {
-        let own = Coordinate::Listed(i);
-        let mut dimensions = variables.iter().flat_map(|v| &v.dimensions);
         let name = last_name(&variables[i].path).to_ascii_lowercase();
         let is_named = names::TIME.contains(&name.as_str()) || POSITIONS.contains(&name.as_str());
-        dimensions.any(|d| d.coordinate.as_ref() == Some(&own)) || is_named
+        coordinates.contains(&i) || is_named
     };
     let rank = |v: &Variable| v.dimensions.iter().filter(|d| d.len > 1).count();
     let of_rank = |is_it: fn(usize) -> bool| -> Vec<usize> {
