@@ -172,8 +172,8 @@ fn val_xarray_opens_what_is_written() {
         format!("convert a.npy field.nc {axes}"),
         "simulate si.toml --out run.npz".into(),
         "simulate si.toml --out run.nc".into(),
-        "budget run.npz --figures none --out bzip".into(),
-        "budget run.npz --figures none --out bnc --format netcdf".into(),
+        "budget run.npz --from-samples --figures none --out bzip".into(),
+        "budget run.npz --from-samples --figures none --out bnc --format netcdf".into(),
         "convert run.npz measured.npz".into(),
         "budget measured.npz --scene si.toml --noise 1e-5 --figures none --out mzip --quiet".into(),
         "budget measured.npz --scene si.toml --noise 1e-5 --figures none --out mnc --format netcdf --quiet"

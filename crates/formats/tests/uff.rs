@@ -170,7 +170,7 @@ fn ascii(count: usize, uneven: bool, first: f64) -> String {
     }
     for i in 0..count {
         if uneven {
-            text += &format!("{:20.11e}", first * (i * i + 1) as f64);
+            text += &format!("{:13.4e}", first * (i * i + 1) as f64);
         }
         text += &format!("{:20.11e}\n", count as f64 + i as f64 / 8.0);
     }
