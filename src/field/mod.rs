@@ -15,6 +15,7 @@ mod header;
 mod inspect;
 mod interpolate;
 mod labelled;
+mod memory;
 mod names;
 mod note;
 mod npy;
@@ -39,12 +40,14 @@ use crate::error::Result;
 pub use coordinates::Jitter;
 pub use inspect::{Inspection, VariableInfo, inspect};
 pub use interpolate::Interpolation;
+pub use memory::{ListedAxis, MemoryLabels, MemorySamples, SharedBytes};
 pub use note::Note;
 pub use options::{At, Delays, Header, Label, OpenOptions, ReadMode, Selection, TimeColumn};
 pub use resample::Resample;
 pub use scan::{EqualPositions, PositionFrom, Scan, ScanRecord, Scanned};
 pub use sidecar::Sidecar;
 pub use state::FileState;
+pub use wavecascade_formats::{ByteOrder, Sample};
 
 pub(crate) use file_bytes::regular_file;
 pub(crate) use npz::{Archive as Members, read_members};
@@ -183,6 +186,22 @@ impl Field {
 
     pub fn n_sites(&self) -> usize {
         self.n_sites
+    }
+
+    /// The same samples with the axes exchanged: snapshots are its records. No copy is made.
+    pub(crate) fn transposed(&self) -> Field {
+        let [times, sites] = self.axis_names.clone();
+        Field {
+            storage: self.storage.transposed(),
+            n_times: self.n_sites,
+            n_sites: self.n_times,
+            time: self.space.clone(),
+            space: self.time.clone(),
+            axis_names: [sites, times],
+            channels: Vec::new(),
+            struck: None,
+            ..self.clone()
+        }
     }
 
     /// Copies a block in time-major order: `out[(n - times.start) * sites.len() + (j -

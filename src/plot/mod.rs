@@ -6,6 +6,7 @@
 
 mod attenuation;
 mod axis;
+mod bicoherence;
 mod bitmap;
 mod budget;
 mod canvas;
@@ -18,9 +19,11 @@ mod font;
 mod grid;
 mod heat;
 mod heat_chart;
+mod increments;
 pub(crate) mod labels;
 mod legend;
 mod localized;
+mod modes;
 mod painter;
 mod panel;
 mod pdf;
@@ -29,9 +32,12 @@ mod scale;
 mod scene;
 mod sheet;
 mod short;
+mod slope;
+mod spectrum;
 mod style;
 mod svg;
 mod ticks;
+mod transfer;
 mod uprights;
 mod views;
 
@@ -42,32 +48,46 @@ use rayon::prelude::*;
 
 pub use attenuation::{Overlay, attenuation, transmission};
 pub use axis::around;
+pub use bicoherence::bicoherence;
 pub use budget::{SharedScales, budget_figures, encode_all};
 pub use canvas::{Area, Canvas, CanvasSurface, px, sans};
-pub use chart::{Chart, Level, Look, PALETTE, Series, extent};
+pub use chart::{Band, Chart, Level, Look, PALETTE, Series, extent};
 pub use coherence::coherence;
 pub use figures::{
     flux_surrogate, space_time, spacetime_spectrum, spatial_spectrum, temporal_spectrum,
 };
 pub use grid::{Colours, Tile, map_grid};
 pub use heat_chart::HeatChart;
+pub use increments::increments;
 pub use legend::Marker;
 pub use localized::{journey, wave};
+pub use modes::modes;
 pub use plotters;
 pub use redistribution::{along_t, along_x};
 pub use sheet::{Plot, PlotRow, Sheet};
 pub use short::{short_space, short_time};
+pub use slope::slope;
+pub use spectrum::spectrum;
 pub use style::{Colormap, Depth, Style};
+pub use transfer::transfer;
 pub use uprights::Mark;
 pub use views::views;
 
 pub(crate) use attenuation::{attenuation_charts, transmission_charts};
+pub(crate) use bicoherence::{bicoherence_along_map, bicoherence_by_output, bicoherence_map};
 pub(crate) use budget::ordinary;
 pub(crate) use coherence::{coherence_by_frequency, coherence_charts, coherence_map};
 pub(crate) use heat::block_extremes;
+pub(crate) use increments::increment_charts;
 pub(crate) use localized::{journey_charts, wave_charts};
+pub(crate) use modes::mode_charts;
 pub(crate) use scale::{ColorScale, DECADES};
 pub(crate) use short::{edges, within};
+pub(crate) use slope::slope_charts;
+pub(crate) use spectrum::{
+    density_label, mean_spectrum_chart, spectrum_chart, spectrum_lines, spectrum_map,
+};
+pub(crate) use transfer::{transfer_charts, transfer_map};
 
 use crate::analyze::Analysis;
 use crate::{Error, Result};

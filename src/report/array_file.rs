@@ -1,28 +1,23 @@
 //! Files of named arrays, in either format.
 
-use super::{Archive, ArrayLabels, NetCdf};
+use super::{Archive, ArrayLabels, Attribute, LabelledArrays};
 use crate::arrays::Sink;
 use crate::error::Result;
 
 /// A file of named arrays; the large ones come in blocks, by [`Sink`].
-pub trait ArrayFile: Sink {
-    /// Adds an array, row-major. An archive keeps the name and the shape of its labels.
-    ///
-    /// # Errors
-    /// [`crate::Error::Write`].
-    fn add(&self, labels: &ArrayLabels, values: &[f64]) -> Result<()>;
-}
+pub trait ArrayFile: Sink + LabelledArrays {}
 
-impl ArrayFile for Archive {
-    fn add(&self, labels: &ArrayLabels, values: &[f64]) -> Result<()> {
-        self.append(labels.name, &labels.shape(), values)
-    }
-}
+impl<T: Sink + LabelledArrays> ArrayFile for T {}
 
-impl ArrayFile for NetCdf {
-    fn add(&self, labels: &ArrayLabels, values: &[f64]) -> Result<()> {
-        self.append(labels, values)
+/// Keeps the names and the shapes.
+impl LabelledArrays for Archive {
+    fn append(&self, labels: &ArrayLabels, values: &[f64]) -> Result<()> {
+        Archive::append(self, labels.name, &labels.shape(), values)
     }
+
+    fn describe(&self, _: &str, _: Vec<(&str, Attribute)>) {}
+
+    fn attribute(&self, _: &str, _: Attribute) {}
 }
 
 /// The format of the arrays of a result.
@@ -31,7 +26,7 @@ pub enum ArrayFormat {
     /// [`Archive`].
     #[default]
     Npz,
-    /// [`NetCdf`].
+    /// [`super::NetCdf`].
     NetCdf,
 }
 

@@ -3,9 +3,8 @@
 use ndarray::Array2;
 
 use super::arrays::{describe_file, text_attributes};
-use super::netcdf::{ArrayLabels, NetCdf};
-use super::{ArrayFile, BudgetSummary};
-use crate::arrays::Arrays;
+use super::{ArrayLabels, BudgetSummary, LabelledArrays};
+use crate::arrays::{Arrays, LargeArray};
 use crate::budget::measured::MeasuredMotion;
 use crate::budget::{Budget, BudgetUnits, ScaleOf};
 use crate::error::Result;
@@ -124,6 +123,26 @@ const ENTRIES: [Entry; 43] = [
     entry("force", TIME_CONTACT, Kind::Force, "force of the contacts"),
 ];
 
+/// Those that come in blocks.
+const LARGE: [LargeArray; 16] = [
+    LargeArray::SITE_ENERGY,
+    LargeArray::ENERGY_FLUX,
+    LargeArray::ENERGY_PASSED,
+    LargeArray::ENERGY_LOST,
+    LargeArray::ENERGY_SPECTRUM,
+    LargeArray::TRANSFER,
+    LargeArray::LOSS_SPECTRUM,
+    LargeArray::INPUT_SPECTRUM,
+    LargeArray::SPECTRAL_FLUX,
+    LargeArray::INTEGRATED_SPECTRAL_FLUX,
+    LargeArray::ACOUSTIC_SPECTRUM,
+    LargeArray::OPTICAL_SPECTRUM,
+    LargeArray::POWER_FLOW,
+    LargeArray::CUMULATIVE_POWER_FLOW,
+    LargeArray::SCALE_FLUX,
+    LargeArray::SCALE_FLUX_IN_TIME,
+];
+
 /// What an array is: its entry, and whether it holds the standard errors of that.
 fn known(name: &str) -> Option<(&'static Entry, bool)> {
     let find = |name: &str| ENTRIES.iter().find(|entry| entry.name == name);
@@ -140,7 +159,7 @@ fn about(entry: &Entry, is_error: bool) -> String {
 
 /// Adds an array of a budget under its name, with the axes and the unit that it has.
 fn add(
-    file: &dyn ArrayFile,
+    file: &dyn LabelledArrays,
     units: &BudgetUnits,
     name: &str,
     shape: &[usize],
@@ -161,14 +180,14 @@ fn add(
         unit: &unit,
         about: &about,
     };
-    file.add(&labels, values)
+    file.append(&labels, values)
 }
 
 /// Adds the arrays of one dimension, under the names of the manual.
 ///
 /// # Errors
 /// [`crate::Error::Write`].
-pub fn write_budget_arrays(budget: &Budget, file: &dyn ArrayFile) -> Result<()> {
+pub fn write_budget_arrays(budget: &Budget, file: &dyn LabelledArrays) -> Result<()> {
     let line = |name: &str, values: &[f64]| match values.is_empty() {
         true => Ok(()),
         false => add(file, &budget.units, name, &[values.len()], values),
@@ -242,7 +261,7 @@ pub fn write_measured_arrays(
     measured: &MeasuredMotion,
     of_budgets: &Arrays,
     units: &BudgetUnits,
-    file: &dyn ArrayFile,
+    file: &dyn LabelledArrays,
 ) -> Result<()> {
     let errors = &measured.errors;
     let named = of_budgets.iter();
@@ -278,11 +297,12 @@ pub fn write_measured_arrays(
 /// the file: provenance, conventions, energies, bands, residuals. What `summary.json` nests is a text in JSON.
 ///
 /// [`Sink`]: crate::arrays::Sink
-pub fn describe_budget(budget: &Budget, summary: &BudgetSummary, file: &NetCdf) {
-    for name in file.large_arrays() {
-        if let Some((entry, is_error)) = known(name) {
+pub fn describe_budget(budget: &Budget, summary: &BudgetSummary, file: &dyn LabelledArrays) {
+    for array in LARGE {
+        if let Some((entry, is_error)) = known(array.name()) {
             let unit = entry.kind.unit(&budget.units);
-            file.describe(name, text_attributes(&unit, &about(entry, is_error)));
+            let attributes = text_attributes(&unit, &about(entry, is_error));
+            file.describe(array.name(), attributes);
         }
     }
     let summary = serde_json::to_value(summary).unwrap_or_default();
@@ -300,28 +320,10 @@ pub fn describe_budget(budget: &Budget, summary: &BudgetSummary, file: &NetCdf) 
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::arrays::LargeArray;
 
     #[test]
     fn large_arrays_have_the_axes_that_are_listed() {
-        for array in [
-            LargeArray::SITE_ENERGY,
-            LargeArray::ENERGY_FLUX,
-            LargeArray::ENERGY_PASSED,
-            LargeArray::ENERGY_LOST,
-            LargeArray::ENERGY_SPECTRUM,
-            LargeArray::TRANSFER,
-            LargeArray::LOSS_SPECTRUM,
-            LargeArray::INPUT_SPECTRUM,
-            LargeArray::SPECTRAL_FLUX,
-            LargeArray::INTEGRATED_SPECTRAL_FLUX,
-            LargeArray::ACOUSTIC_SPECTRUM,
-            LargeArray::OPTICAL_SPECTRUM,
-            LargeArray::POWER_FLOW,
-            LargeArray::CUMULATIVE_POWER_FLOW,
-            LargeArray::SCALE_FLUX,
-            LargeArray::SCALE_FLUX_IN_TIME,
-        ] {
+        for array in LARGE {
             let (entry, _) = known(array.name()).unwrap_or_else(|| panic!("{}", array.name()));
             assert_eq!(entry.axes, array.axes(), "{}", array.name());
         }

@@ -50,12 +50,18 @@ impl Contents {
     }
 }
 
-const NAMES: [&str; 10] = [
+const NAMES: &[&str] = &[
     "summary.json",
     "records.csv",
     "spectra.npz",
     "spectra.nc",
+    "bicoherence.npz",
     "coherence.npz",
+    "modes.npz",
+    "increments.npz",
+    "slope.npz",
+    "transfer.npz",
+    "spectrum.npz",
     "budget.npz",
     "budget.nc",
     "budget.html",
@@ -77,7 +83,7 @@ const LOCALIZED: [&str; 11] = [
 ];
 
 /// What `figures` may hold, as PNG, SVG and PDF.
-const FIGURES: [&str; 18] = [
+const FIGURES: &[&str] = &[
     "space-time",
     "temporal-spectrum",
     "spatial-spectrum",
@@ -95,7 +101,13 @@ const FIGURES: [&str; 18] = [
     "spectral-flux",
     "scale-flux",
     "views",
+    "bicoherence",
     "coherence",
+    "modes",
+    "increments",
+    "slope",
+    "transfer",
+    "spectrum",
 ];
 
 impl ResultDirectory {

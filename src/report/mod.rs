@@ -6,6 +6,7 @@ mod array_file;
 mod arrays;
 mod attenuation;
 mod attenuation_words;
+mod bicoherence;
 mod budget;
 mod budget_arrays;
 mod coherence;
@@ -13,8 +14,11 @@ mod directory;
 mod field_file;
 mod field_set;
 mod headlines;
+mod increment_words;
+mod increments;
 mod leftovers;
 mod localized;
+mod modes;
 mod netcdf;
 mod new_file;
 #[cfg(feature = "figures")]
@@ -25,38 +29,53 @@ mod run_file;
 mod samples;
 mod scan_records;
 mod sentences;
+mod slope;
+mod slope_words;
 mod snippet;
+mod spectrum;
 mod summary;
+mod transfer;
 
-pub use archive::Archive;
+pub use archive::{Archive, NamedArrays};
 pub use array_file::{ArrayFile, ArrayFormat};
-pub use arrays::{write_labelled_arrays, write_small_arrays};
+pub use arrays::{LabelledArrays, write_labelled_arrays, write_small_arrays};
 pub use attenuation::{
     ATTENUATION_SCHEMA, TRANSMISSION_SCHEMA, attenuation_csv, transmission_csv, versioned_json,
     write_beside,
 };
 pub use attenuation_words::{law_sentence, reach_sentence, stop_sentence};
+pub use bicoherence::{BICOHERENCE_SCHEMA, BicoherenceSummary, write_bicoherence};
 pub use budget::{BUDGET_SCHEMA, BudgetSummary, ClosureSummary};
 pub use budget_arrays::{describe_budget, write_budget_arrays, write_measured_arrays};
-pub use coherence::{COHERENCE_SCHEMA, CoherenceSummary, write_coherence};
+pub use coherence::{COHERENCE_SCHEMA, CoherenceSummary, coherence_arrays, write_coherence};
 pub use directory::{Contents, ResultDirectory};
 pub use field_file::{FIELD_SCHEMA, FieldFile};
 pub use field_set::{FIELDS_SCHEMA, FieldOutcome, FieldRow, FieldSet, field_names};
 pub use headlines::{Content, Headlines, Movement};
+pub use increment_words::increment_sentences;
+pub use increments::{INCREMENTS_SCHEMA, IncrementsSummary, write_increments};
 pub use leftovers::{Hold, Leftover, Leftovers};
-pub use localized::{LOCALIZED_SCHEMA, LocalizedSummary, table_csv, write_journey, write_profile};
+pub use localized::{
+    LOCALIZED_SCHEMA, LocalizedSummary, journey_arrays, profile_arrays, table_csv, write_journey,
+    write_profile,
+};
+pub use modes::{MODES_SCHEMA, ModesSummary, write_modes};
 pub use netcdf::{ArrayLabels, Attribute, NetCdf};
 #[cfg(feature = "figures")]
 pub use pages::{
-    analysis_html as html, attenuation_html, budget_html, coherence_html, comparison_html,
-    comparison_rows, fields_html, journey_html, localized_html, sweep_html, transmission_html,
-    wave_html,
+    analysis_html as html, attenuation_html, bicoherence_html, budget_html, coherence_html,
+    comparison_html, comparison_rows, fields_html, increments_html, journey_html, localized_html,
+    modes_html, slope_html, spectrum_html, sweep_html, transfer_html, transmission_html, wave_html,
 };
 pub use run_file::{RUN_SCHEMA, RunFile};
 pub use scan_records::records_csv;
 pub use sentences::{Answer, Sentence, Unresolved, answers, number, percent, sentences};
+pub use slope::{SLOPE_SCHEMA, SlopeSummary, write_slope};
+pub use slope_words::slope_sentences;
 pub use snippet::{
     analysis_snippet, attenuation_snippet, budget_snippet, localized_snippet, sweep_snippet,
     transmission_snippet,
 };
+pub use spectrum::{SPECTRUM_SCHEMA, SpectrumSummary, write_spectrum};
 pub use summary::{Advice, Doubt, Provenance, SCHEMA, SettingInEffect, Summary};
+pub use transfer::{TRANSFER_SCHEMA, TransferSummary, write_transfer};

@@ -1,6 +1,7 @@
 //! Analyses of fields: spectra, measures, warnings, reports and figures.
 
 mod analyze_stops;
+mod bicoherence;
 mod coherence;
 mod determinism;
 mod direct_sums;
@@ -10,7 +11,12 @@ mod figures_layout;
 mod figures_plot;
 mod hard_cases;
 mod headline;
+mod increments;
+mod modes;
 mod reference_problems;
+mod slope;
 mod spectra;
+mod spectrum;
+mod transfer;
 mod warnings;
 mod windows;

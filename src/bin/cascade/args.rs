@@ -57,6 +57,42 @@ pub enum Command {
     /// files). Each number has its level of significance or its error; the segments of one transient are not
     /// independent, and then none is stated.
     Coherence(Box<crate::coherence::Coherence>),
+    /// Find the motions that are coherent along x at each frequency (SPOD): modes and their power.
+    ///
+    /// Spectral proper orthogonal decomposition, averaged over segments of the record, over orthogonal tapers, or
+    /// over repeated records (several files). Each eigenvalue has its interval, and each mode that is a wave its
+    /// wavenumber.
+    Modes(Box<crate::modes::Modes>),
+    /// Measure how differences grow with scale: structure functions, flatness, histograms.
+    ///
+    /// Increments over separations along x and lags in time, orders 1 to 6, the third with its sign, exponents
+    /// over a stated band, histograms. Intervals are over shots, or over parts of a stationary record; missing
+    /// samples are left out.
+    Increments(Box<crate::increments::Increments>),
+    /// Fit the slope of a spectrum over a band, with its breaks, its course in time and the shock time.
+    ///
+    /// Least squares in double logarithmic scales over wavenumbers or frequencies; the interval is that of the
+    /// regression, or over shots if there are several. Along x, the slope of each frame of the times, and the time
+    /// at which a steepening field forms a shock.
+    Slope(Box<crate::slope::Slope>),
+    /// Find frequencies that are coupled with their sum: bicoherence and biphase, at a site and along x.
+    ///
+    /// Averaged over segments of the record or over repeated records (several files), with levels of
+    /// significance for one triple of frequencies and for all of them. Bicoherence shows coupling, not which
+    /// frequency feeds which.
+    Bicoherence(Box<crate::bicoherence::Bicoherence>),
+    /// Estimate the linear and quadratic transfer from one site to another.
+    ///
+    /// Least squares over segments or repeated records give what each frequency gains between the sites, linearly
+    /// and from pairs of others, with errors by resampling; and which part of the output is explained where it was
+    /// not fitted. Needs twice as many independent realisations as there are pairs.
+    Transfer(Box<crate::transfer::Transfer>),
+    /// Estimate the power spectral density of all sites with intervals, and find lines.
+    ///
+    /// Averaged over segments, over orthogonal tapers (Thomson's method, with adaptive weights), or over
+    /// repeated records (several files). Each value has its degrees of freedom and two intervals, by the chi-square
+    /// distribution and by a jackknife; tapers give a test for lines. A single transient has no interval.
+    Spectrum(Box<crate::spectrum::Spectrum>),
     /// Convert a field to another format, with its axes and units.
     ///
     /// IN is anything that `cascade analyze` reads, with the same options: one file, or with

@@ -1,12 +1,15 @@
 //! The program: arguments, one library call, files, exit code.
 
 mod advice;
+// The allocator of a process is the choice of its program, not of an extension.
+#[cfg(not(feature = "python"))]
 mod allocator;
 mod analyze;
 mod args;
 mod arrays_file;
 mod attenuate;
 mod bench;
+mod bicoherence;
 mod budget;
 mod chain_args;
 mod clean;
@@ -21,10 +24,12 @@ mod failure;
 mod fields;
 mod figure_args;
 mod filter;
+mod increments;
 mod inspect;
 mod localize;
 mod manual;
 mod measured;
+mod modes;
 mod parse;
 mod progress;
 mod saved;
@@ -34,15 +39,24 @@ mod scene_keys;
 mod settings;
 mod show_args;
 mod simulate;
+mod slope;
+mod spectrum;
 mod sweep;
 mod table;
 mod terminal;
 mod text;
+mod transfer;
 mod transmit;
+mod triple_args;
 mod view_args;
+mod words;
+
+/// The same program as an extension module of Python, with functions on arrays.
+#[cfg(feature = "python")]
+#[path = "../../../python/src/module.rs"]
+mod python;
 
 use std::path::PathBuf;
-use std::process::ExitCode;
 
 use args::{Cli, Command};
 use failure::Failure;
@@ -54,10 +68,16 @@ const FILE_LOST: &str = "was shortened while it was read, or its disk cannot be 
     bytes of the file\nhelp: repeat the command once nothing writes to the file, or copy it to memory \
     first with `--read copy`\n";
 
-fn main() -> ExitCode {
+#[cfg(not(feature = "python"))]
+fn main() -> std::process::ExitCode {
+    program().into()
+}
+
+/// Runs the command that was typed; returns the exit code.
+fn program() -> u8 {
     wavecascade_system::signals::prepare(FILE_LOST);
     match run(&CommandLine::typed()) {
-        Ok(()) => ExitCode::SUCCESS,
+        Ok(()) => 0,
         Err(failure) => failure.report(),
     }
 }
@@ -83,7 +103,13 @@ fn run(line: &CommandLine) -> Result<(), Failure> {
 fn one(cli: Cli, fields: &[PathBuf], applied: &Applied) -> Result<(), Failure> {
     match cli.command {
         Command::Analyze(typed) => analyze::run(&typed, fields, applied),
+        Command::Bicoherence(typed) => bicoherence::run(*typed),
+        Command::Transfer(typed) => transfer::run(*typed),
         Command::Coherence(typed) => coherence::run(*typed),
+        Command::Modes(typed) => modes::run(*typed),
+        Command::Increments(typed) => increments::run(*typed),
+        Command::Slope(typed) => slope::run(*typed),
+        Command::Spectrum(typed) => spectrum::run(*typed),
         Command::Budget(typed) => budget::run(*typed),
         Command::Compare(typed) => compare::run(*typed),
         Command::Inspect(typed) => inspect::run(*typed, fields),

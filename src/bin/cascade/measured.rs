@@ -7,7 +7,7 @@ use wavecascade::budget::measured::{
     Drift, MeasuredMotion, MeasuredOptions, Noise, Uncertainty, from_field,
 };
 use wavecascade::budget::{Budget, BudgetRequest, BudgetUnits, Integration};
-use wavecascade::chain::scene::{SceneSource, Units};
+use wavecascade::chain::scene::{SceneSource, Setup, Units};
 use wavecascade::field::Axis;
 use wavecascade::measure::{self, Dimension, Length, Measure, Speed, Time};
 use wavecascade::observer::Observer;
@@ -87,6 +87,19 @@ pub fn read(
     quiet: bool,
 ) -> Result<MeasuredInput> {
     let setup = SceneSource::read(scene)?.setup()?;
+    let opened = Field::open(field, &open_options(&typed.input, None))?;
+    print_notes(&opened, quiet);
+    of_field(opened, field, &setup, typed, views)
+}
+
+/// Takes a field, which messages call `path`, as the record of a chain.
+pub fn of_field(
+    mut field: Field,
+    path: &Path,
+    setup: &Setup,
+    typed: &MeasuredArgs,
+    views: &ViewArgs,
+) -> Result<MeasuredInput> {
     if setup.simulation.drive.is_some() {
         return Err(Error::Request {
             option: "scene",
@@ -94,9 +107,6 @@ pub fn read(
             found: "a driven one".into(),
         });
     }
-    let path = field;
-    let mut field = Field::open(path, &open_options(&typed.input, None))?;
-    print_notes(&field, quiet);
     if setup.units == Units::Si {
         to_si(&mut field, path)?;
     }
@@ -141,7 +151,7 @@ pub fn read(
         },
     };
     let stated = field.space.unit.is_some() || typed.input.dx.is_some();
-    let base = request_of(&setup);
+    let base = request_of(setup);
     let request = BudgetRequest {
         pitch: if stated { field.space.step } else { base.pitch },
         units,

@@ -128,12 +128,6 @@ impl NetCdf {
         }
     }
 
-    /// Names of the arrays that came as large ones.
-    pub(super) fn large_arrays(&self) -> Vec<&'static str> {
-        let state = self.lock();
-        state.large.iter().map(|(array, _)| array.name()).collect()
-    }
-
     /// Reserves the space of an array; returns its place.
     pub(super) fn reserve_array(
         &self,

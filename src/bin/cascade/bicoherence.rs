@@ -1,0 +1,182 @@
+//! `cascade bicoherence`: coupling of three frequencies.
+
+use std::ops::Range;
+use std::path::{Path, PathBuf};
+
+use clap::Args;
+use wavecascade::Error;
+use wavecascade::estimates::{Bicoherence as Found, BicoherenceRequest, bicoherence};
+use wavecascade::plot::{self, Figure, Style};
+use wavecascade::report::{BicoherenceSummary, Provenance, bicoherence_html, write_bicoherence};
+
+use crate::estimate::{self, Estimate, EstimateArgs};
+use crate::failure::Failure;
+use crate::parse;
+use crate::terminal::{self, Lines, number};
+use crate::triple_args::TripleArgs;
+
+/// What `cascade bicoherence` takes.
+#[derive(Debug, Args)]
+pub struct Bicoherence {
+    /// File with the field; several, or patterns such as `'shot*.npy'`, are repeated records (shots) of the
+    /// same sites, which are averaged.
+    #[arg(required = true, value_name = "FIELD")]
+    pub fields: Vec<PathBuf>,
+
+    /// Index of the site of the two frequencies that are added.
+    #[arg(long, short, value_name = "SITE", default_value_t = 0)]
+    pub site: usize,
+
+    /// Index of the site of their sum and difference [default: the same, where differences repeat sums].
+    #[arg(long, value_name = "SITE")]
+    pub output: Option<usize>,
+
+    /// Sites whose own bicoherence is followed along x, the end excluded [default: all].
+    #[arg(long, value_name = "FIRST:END", value_parser = parse::site_range)]
+    pub along: Option<Range<usize>>,
+
+    /// Of these every N-th; 0 for none.
+    #[arg(long, value_name = "N", default_value_t = 1)]
+    pub every: usize,
+
+    #[command(flatten)]
+    pub averages: TripleArgs,
+    #[command(flatten)]
+    pub estimate: EstimateArgs,
+}
+
+/// Runs the command.
+pub fn run(typed: Bicoherence) -> Result<(), Failure> {
+    let request = BicoherenceRequest {
+        site: typed.site,
+        output: typed.output,
+        along: Vec::new(),
+        averaging: typed.averages.averaging(),
+        gaps: typed.averages.gaps.into(),
+        alpha: typed.averages.significance,
+        threads: typed.estimate.threads(),
+        memory: typed.averages.memory,
+    };
+    estimate::run(
+        &typed.fields,
+        &typed.estimate,
+        typed.averages.memory,
+        |fields, observer| {
+            let all = 0..fields.first().map_or(0, |field| field.n_sites());
+            let along = typed.along.clone().unwrap_or(all);
+            let request = BicoherenceRequest {
+                along: match typed.every {
+                    0 => Vec::new(),
+                    every => along.step_by(every).collect(),
+                },
+                ..request
+            };
+            bicoherence(fields, &request, observer)
+        },
+    )
+}
+
+impl Estimate for Found {
+    const COMMAND: &'static str = "bicoherence";
+
+    fn summary(&self, provenance: &Provenance) -> serde_json::Result<String> {
+        BicoherenceSummary::new(self, provenance).to_json()
+    }
+
+    fn write_arrays(&self, directory: &Path) -> Result<(), Error> {
+        write_bicoherence(&directory.join("bicoherence.npz"), self)
+    }
+
+    fn figures(&self, name: &str, style: &Style) -> Vec<Figure> {
+        vec![plot::bicoherence(self, name, style)]
+    }
+
+    fn page(
+        &self,
+        name: &str,
+        provenance: &Provenance,
+        warnings: &[[String; 2]],
+        style: &Style,
+    ) -> serde_json::Result<String> {
+        bicoherence_html(self, name, provenance, warnings, style)
+    }
+
+    fn warnings(&self) -> Vec<[String; 2]> {
+        warnings(self)
+    }
+
+    fn lines(&self) -> String {
+        lines(self)
+    }
+}
+
+/// Triples that are printed at most.
+const PRINTED: usize = 5;
+
+/// What was found, in words.
+fn lines(found: &Found) -> String {
+    let mut lines = Lines::new(terminal::width());
+    let independence = &found.independence;
+    lines.line(
+        "averages",
+        &format!(
+            "records {}, segments {} of {} samples: {} effective realisations",
+            independence.records,
+            independence.segments,
+            found.segment[0],
+            number(independence.effective)
+        ),
+    );
+    lines.line("coupling", &found.coupling());
+    let unit = wavecascade::measure::cycles_per(&found.units().0);
+    for triple in found.strongest(PRINTED) {
+        let [first, second, third] = triple.frequencies.map(number);
+        let degrees = |angle: f64| format!("{:.0}", angle.to_degrees());
+        lines.line(
+            "",
+            &format!(
+                "{first} and {second} with {third} {unit}: b² {}, biphase {} ± {} degrees",
+                number(triple.bicoherence),
+                degrees(triple.biphase),
+                degrees(triple.biphase_interval)
+            ),
+        );
+    }
+    lines.text
+}
+
+/// What the user should know, each with what to do.
+fn warnings(found: &Found) -> Vec<[String; 2]> {
+    let independence = &found.independence;
+    let mut warnings = Vec::new();
+    if independence.is_transient() && independence.records < 2 {
+        warnings.push([
+            format!(
+                "the record is a transient: its energy lies in a few of its parts (steadiness {}), and \
+                 segments of one transient are not independent; no significance is stated",
+                number(independence.steadiness)
+            ),
+            "name several records of the same sites, one a shot".into(),
+        ]);
+    } else if independence.is_transient() {
+        warnings.push([
+            "the records are transients: pulses of the same shape in every shot have a bicoherence of 1 at all \
+             frequencies, whether or not any feeds another"
+                .into(),
+            "compare sites along x, or use a budget if the chain is known".into(),
+        ]);
+    }
+    if let Some(level) = found.map_level().filter(|level| *level > 0.5) {
+        warnings.push([
+            format!(
+                "the level of the map is {}: weaker coupling is not seen with {} effective realisations and {} \
+                 triples",
+                number(level),
+                number(independence.effective),
+                found.cells()
+            ),
+            "use shorter segments (--segment), a longer record, or several shots".into(),
+        ]);
+    }
+    warnings
+}

@@ -1,0 +1,126 @@
+//! `cascade increments`: structure functions and intermittency.
+
+use std::path::{Path, PathBuf};
+
+use clap::Args;
+use wavecascade::Error;
+use wavecascade::estimates::{Increments as Found, IncrementsRequest, IntervalBasis, increments};
+use wavecascade::plot::{self, Figure, Style};
+use wavecascade::report::{
+    IncrementsSummary, Provenance, increment_sentences, increments_html, write_increments,
+};
+
+use crate::estimate::{self, Estimate, EstimateArgs};
+use crate::failure::Failure;
+use crate::parse;
+use crate::terminal::{self, Lines, number};
+
+/// What `cascade increments` takes.
+#[derive(Debug, Args)]
+pub struct Increments {
+    /// File with the field; several, or patterns such as `'shot*.npy'`, are repeated records (shots) of the
+    /// same sites.
+    #[arg(required = true, value_name = "FIELD")]
+    pub fields: Vec<PathBuf>,
+
+    /// Separations along x, in sites, such as 1,2,4,8 [default: powers of √2 up to a quarter of the sites].
+    #[arg(long, value_name = "SITES,...", value_delimiter = ',')]
+    pub separations: Option<Vec<usize>>,
+    /// Lags in time, in samples [default: powers of √2 up to a quarter of the record].
+    #[arg(long, value_name = "SAMPLES,...", value_delimiter = ',')]
+    pub lags: Option<Vec<usize>>,
+    /// Separations over which exponents are fitted, in units of length.
+    #[arg(long, value_name = "FROM:TO", value_parser = parse::interval)]
+    pub band: Option<(f64, f64)>,
+    /// Lags over which exponents are fitted, in units of time.
+    #[arg(long, value_name = "FROM:TO", value_parser = parse::interval)]
+    pub lag_band: Option<(f64, f64)>,
+    /// Scales of each axis with a histogram.
+    #[arg(long, value_name = "N", default_value_t = 4)]
+    pub histograms: usize,
+    /// Probability by which intervals do not hold.
+    #[arg(long, value_name = "SHARE", default_value = "0.05", value_parser = parse::share)]
+    pub significance: f64,
+    /// Working memory, such as 500MB or 2GiB [default: half of the free memory].
+    #[arg(long, value_name = "SIZE", value_parser = parse::bytes)]
+    pub memory: Option<u64>,
+
+    #[command(flatten)]
+    pub estimate: EstimateArgs,
+}
+
+/// Runs the command.
+pub fn run(typed: Increments) -> Result<(), Failure> {
+    let request = IncrementsRequest {
+        separations: typed.separations,
+        lags: typed.lags,
+        band: typed.band,
+        lag_band: typed.lag_band,
+        histograms: typed.histograms,
+        alpha: typed.significance,
+        threads: typed.estimate.threads(),
+        memory: typed.memory,
+    };
+    estimate::run(
+        &typed.fields,
+        &typed.estimate,
+        typed.memory,
+        |fields, observer| increments(fields, &request, observer),
+    )
+}
+
+impl Estimate for Found {
+    const COMMAND: &'static str = "increments";
+
+    fn summary(&self, provenance: &Provenance) -> serde_json::Result<String> {
+        IncrementsSummary::new(self, provenance).to_json()
+    }
+
+    fn write_arrays(&self, directory: &Path) -> Result<(), Error> {
+        write_increments(&directory.join("increments.npz"), self)
+    }
+
+    fn figures(&self, name: &str, style: &Style) -> Vec<Figure> {
+        vec![plot::increments(self, name, style)]
+    }
+
+    fn page(
+        &self,
+        name: &str,
+        provenance: &Provenance,
+        warnings: &[[String; 2]],
+        style: &Style,
+    ) -> serde_json::Result<String> {
+        increments_html(self, name, provenance, warnings, style)
+    }
+
+    fn warnings(&self) -> Vec<[String; 2]> {
+        if self.basis != IntervalBasis::None {
+            return Vec::new();
+        }
+        let message = format!(
+            "the record is a transient: its increments lie in a few of its parts (steadiness {}), and one \
+             transient is one realisation; no interval is stated",
+            number(self.steadiness)
+        );
+        let advice = "name several records of the same sites, one a shot";
+        vec![[message, advice.into()]]
+    }
+
+    fn lines(&self) -> String {
+        let mut lines = Lines::new(terminal::width());
+        for axis in &self.axes {
+            let pairs: u64 = axis.scales.iter().map(|m| m.pairs).sum();
+            let name = format!("{:?}", axis.axis).to_lowercase();
+            let text = format!("{} scales, {pairs} pairs of samples", axis.scales.len());
+            lines.line(&name, &text);
+        }
+        for (name, text) in increment_sentences(self) {
+            lines.line(&name, &text);
+        }
+        if self.axes.iter().all(|axis| axis.exponents.is_none()) {
+            lines.line("exponents", "none: state a band with --band or --lag-band");
+        }
+        lines.text
+    }
+}

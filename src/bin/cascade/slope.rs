@@ -1,0 +1,134 @@
+//! `cascade slope`: the power law of a spectrum over a band.
+
+use std::path::{Path, PathBuf};
+
+use clap::{Args, ValueEnum};
+use wavecascade::Error;
+use wavecascade::estimates::{FieldAxis, Slope as Found, SlopeRequest, slope};
+use wavecascade::plot::{self, Figure, Style};
+use wavecascade::report::{Provenance, SlopeSummary, slope_html, slope_sentences, write_slope};
+
+use crate::coherence::AverageArgs;
+use crate::estimate::{self, Estimate, EstimateArgs};
+use crate::failure::Failure;
+use crate::parse;
+use crate::terminal::{self, Lines};
+
+/// What `cascade slope` takes.
+#[derive(Debug, Args)]
+pub struct Slope {
+    /// File with the field; several, or patterns such as `'shot*.npy'`, are repeated records (shots) of the
+    /// same sites.
+    #[arg(required = true, value_name = "FIELD")]
+    pub fields: Vec<PathBuf>,
+
+    /// Spectrum over wavenumbers (space) or frequencies (time).
+    #[arg(long, value_enum, default_value_t = AlongArg::Space)]
+    pub along: AlongArg,
+    /// Band of the fit: wavenumbers in rad per unit of length, or frequencies in cycles per unit of time.
+    #[arg(long, value_name = "FROM:TO", value_parser = parse::interval)]
+    pub band: Option<(f64, f64)>,
+    /// Breaks of the law that are searched in the band, at most 2.
+    #[arg(long, value_name = "N", default_value_t = 1)]
+    pub breaks: usize,
+    /// Frames of the times with a slope of their own, along x.
+    #[arg(long, value_name = "N", default_value_t = 64)]
+    pub frames: usize,
+
+    #[command(flatten)]
+    pub averages: AverageArgs,
+    #[command(flatten)]
+    pub estimate: EstimateArgs,
+}
+
+/// An axis of the field.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
+pub enum AlongArg {
+    Space,
+    Time,
+}
+
+/// Runs the command.
+pub fn run(typed: Slope) -> Result<(), Failure> {
+    // Not required by the parser: a file of styles is checked against commands without options.
+    let band = typed.band.ok_or_else(|| Error::Request {
+        option: "band",
+        expected: "the band of the fit, such as 1:20".into(),
+        found: "none".into(),
+    })?;
+    let request = SlopeRequest {
+        axis: match typed.along {
+            AlongArg::Space => FieldAxis::Space,
+            AlongArg::Time => FieldAxis::Time,
+        },
+        band,
+        breaks: typed.breaks,
+        frames: typed.frames,
+        averaging: typed.averages.averaging(),
+        gaps: typed.averages.gaps.into(),
+        alpha: typed.averages.significance,
+        threads: typed.estimate.threads(),
+        memory: typed.averages.memory,
+    };
+    estimate::run(
+        &typed.fields,
+        &typed.estimate,
+        typed.averages.memory,
+        |fields, observer| slope(fields, &request, observer),
+    )
+}
+
+impl Estimate for Found {
+    const COMMAND: &'static str = "slope";
+
+    fn summary(&self, provenance: &Provenance) -> serde_json::Result<String> {
+        SlopeSummary::new(self, provenance).to_json()
+    }
+
+    fn write_arrays(&self, directory: &Path) -> Result<(), Error> {
+        write_slope(&directory.join("slope.npz"), self)
+    }
+
+    fn figures(&self, name: &str, style: &Style) -> Vec<Figure> {
+        vec![plot::slope(self, name, style)]
+    }
+
+    fn page(
+        &self,
+        name: &str,
+        provenance: &Provenance,
+        warnings: &[[String; 2]],
+        style: &Style,
+    ) -> serde_json::Result<String> {
+        slope_html(self, name, provenance, warnings, style)
+    }
+
+    fn warnings(&self) -> Vec<[String; 2]> {
+        let mut warnings = Vec::new();
+        if self.left_out > 0 {
+            warnings.push([
+                format!(
+                    "{} snapshots with missing samples are left out",
+                    self.left_out
+                ),
+                "leave out the sites with gaps to keep all snapshots".into(),
+            ]);
+        }
+        if self.law.band[1] < 5.0 * self.law.band[0] {
+            warnings.push([
+                "the band is less than a factor of five wide: any smooth spectrum is nearly straight over it"
+                    .into(),
+                "state a wider band".into(),
+            ]);
+        }
+        warnings
+    }
+
+    fn lines(&self) -> String {
+        let mut lines = Lines::new(terminal::width());
+        for (name, text) in slope_sentences(self) {
+            lines.line(&name, &text);
+        }
+        lines.text
+    }
+}

@@ -1,0 +1,157 @@
+//! `cascade transfer`: linear and quadratic transfer between two sites.
+
+use std::path::{Path, PathBuf};
+
+use clap::Args;
+use wavecascade::Error;
+use wavecascade::estimates::{Transfer as Found, TransferRequest, transfer};
+use wavecascade::plot::{self, Figure, Style};
+use wavecascade::report::{Provenance, TransferSummary, percent, transfer_html, write_transfer};
+
+use crate::estimate::{self, Estimate, EstimateArgs};
+use crate::failure::Failure;
+use crate::parse;
+use crate::terminal::{self, Lines, number};
+use crate::triple_args::TripleArgs;
+
+/// What `cascade transfer` takes.
+#[derive(Debug, Args)]
+pub struct Transfer {
+    /// File with the field; several, or patterns such as `'shot*.npy'`, are repeated records (shots) of the
+    /// same sites, which are averaged.
+    #[arg(required = true, value_name = "FIELD")]
+    pub fields: Vec<PathBuf>,
+
+    /// Index of the site of the input.
+    #[arg(long, value_name = "SITE")]
+    pub from: usize,
+
+    /// Index of the site of the output.
+    #[arg(long, value_name = "SITE")]
+    pub to: usize,
+
+    /// Take the output so many samples later: the time that waves need from one site to the other.
+    #[arg(long, value_name = "SAMPLES", default_value_t = 0)]
+    pub lag: usize,
+
+    /// Frequency up to which there are terms, in cycles per unit of time [default: all below Nyquist].
+    #[arg(long, value_name = "FREQUENCY", value_parser = parse::positive)]
+    pub highest: Option<f64>,
+
+    /// How often realisations are drawn anew for the errors.
+    #[arg(long, value_name = "N", default_value_t = 200)]
+    pub resamplings: usize,
+
+    #[command(flatten)]
+    pub averages: TripleArgs,
+    #[command(flatten)]
+    pub estimate: EstimateArgs,
+}
+
+/// Runs the command.
+pub fn run(typed: Transfer) -> Result<(), Failure> {
+    let request = TransferRequest {
+        from: typed.from,
+        to: typed.to,
+        lag: typed.lag,
+        highest: typed.highest,
+        averaging: typed.averages.averaging(),
+        gaps: typed.averages.gaps.into(),
+        alpha: typed.averages.significance,
+        resamplings: typed.resamplings,
+        threads: typed.estimate.threads(),
+        memory: typed.averages.memory,
+    };
+    estimate::run(
+        &typed.fields,
+        &typed.estimate,
+        typed.averages.memory,
+        |fields, observer| transfer(fields, &request, observer),
+    )
+}
+
+impl Estimate for Found {
+    const COMMAND: &'static str = "transfer";
+
+    fn summary(&self, provenance: &Provenance) -> serde_json::Result<String> {
+        TransferSummary::new(self, provenance).to_json()
+    }
+
+    fn write_arrays(&self, directory: &Path) -> Result<(), Error> {
+        write_transfer(&directory.join("transfer.npz"), self)
+    }
+
+    fn figures(&self, name: &str, style: &Style) -> Vec<Figure> {
+        vec![plot::transfer(self, name, style)]
+    }
+
+    fn page(
+        &self,
+        name: &str,
+        provenance: &Provenance,
+        warnings: &[[String; 2]],
+        style: &Style,
+    ) -> serde_json::Result<String> {
+        transfer_html(self, name, provenance, warnings, style)
+    }
+
+    fn warnings(&self) -> Vec<[String; 2]> {
+        warnings(self)
+    }
+
+    fn lines(&self) -> String {
+        lines(self)
+    }
+}
+
+/// What was found, in words.
+fn lines(found: &Found) -> String {
+    let mut lines = Lines::new(terminal::width());
+    let (independence, shares) = (&found.independence, &found.shares);
+    lines.line(
+        "averages",
+        &format!(
+            "records {}, segments {} of {} samples: {} effective realisations for {} unknowns of a frequency",
+            independence.records,
+            independence.segments,
+            found.segment[0],
+            number(independence.effective),
+            found.unknowns
+        ),
+    );
+    lines.line(
+        "output",
+        &format!(
+            "linear {}, quadratic {}, residual {} of its power",
+            percent(shares.linear),
+            percent(shares.quadratic),
+            percent(shares.residual)
+        ),
+    );
+    lines.line("prediction", &found.findings());
+    lines.line("passage", &found.answer());
+    lines.text
+}
+
+/// What the user should know, each with what to do.
+fn warnings(found: &Found) -> Vec<[String; 2]> {
+    let mut warnings = Vec::new();
+    let undetermined: usize = found.outputs.iter().map(|output| output.undetermined).sum();
+    if undetermined > 0 {
+        warnings.push([
+            format!(
+                "{undetermined} terms are not determined: their inputs are 0 or vary together with others"
+            ),
+            "keep to frequencies that the input has (--highest), or excite more of them".into(),
+        ]);
+    }
+    if !found.holds() {
+        warnings.push([
+            "quadratic terms do not predict this field; their gains and coefficients mean nothing".into(),
+            "more realisations, neighbouring sites or the travel time (--lag) may help; a contact that opens has \
+             no quadratic expansion: use `cascade budget` if the chain is known"
+                .into(),
+        ]);
+    }
+    warnings
+}

@@ -1,0 +1,363 @@
+//! Bicoherence against pybispectra and NumPy (`data/bicoherence.json`, made by `data/make_bicoherence.py`), its
+//! distribution without coupling, and couplings that are known.
+
+use std::f64::consts::{FRAC_PI_2, TAU};
+
+use ndarray::{Array2, s};
+use serde::Deserialize;
+use wavecascade::estimates::{Averaging, Bicoherence, BicoherenceRequest, Tapers, bicoherence};
+use wavecascade::observer::Silent;
+use wavecascade::prepare::{Detrend, Window};
+use wavecascade::{Error, Field};
+
+/// Integers of a linear congruential generator, in -1 to 1.
+struct Noise(u64);
+
+impl Noise {
+    fn next(&mut self) -> f64 {
+        self.0 = (1_103_515_245 * self.0 + 12_345) % (1 << 31);
+        self.0 as f64 / f64::from(1 << 30) - 1.0
+    }
+
+    /// Twelve such numbers, whose sum is nearly Gaussian, with variance 4.
+    fn gaussian(&mut self) -> f64 {
+        (0..12).map(|_| self.next()).sum()
+    }
+}
+
+fn averaging(length: usize, overlap: usize) -> Averaging {
+    Averaging {
+        segment: Some(length),
+        overlap: Some(overlap),
+        ..Averaging::default()
+    }
+}
+
+fn request(length: usize, overlap: usize) -> BicoherenceRequest {
+    BicoherenceRequest {
+        averaging: averaging(length, overlap),
+        ..BicoherenceRequest::default()
+    }
+}
+
+fn found(values: Array2<f64>, request: &BicoherenceRequest) -> Bicoherence {
+    bicoherence(&[&Field::from_array(values)], request, &Silent).unwrap()
+}
+
+#[derive(Deserialize)]
+struct Expected {
+    bins: Vec<[isize; 3]>,
+    bicoherence: Vec<f64>,
+    biphase: Vec<f64>,
+}
+
+#[derive(Deserialize)]
+struct Reference {
+    own: Expected,
+    cross: Expected,
+}
+
+#[test]
+fn val_pybispectra_and_numpy_bicoherence() {
+    let reference: Reference =
+        serde_json::from_str(include_str!("../data/bicoherence.json")).unwrap();
+    let (mut a, mut b) = (Noise(1), Noise(2));
+    let a: Vec<f64> = (0..1000).map(|_| a.next()).collect();
+    let b: Vec<f64> = (0..1000).map(|_| b.next()).collect();
+    let values = Array2::from_shape_fn((1000, 2), |(n, j)| match j {
+        0 => a[n] + 0.5 * a[n] * a[n],
+        _ => a[(n + 999) % 1000].powi(2) + 0.3 * b[n],
+    });
+    for (expected, output) in [(&reference.own, 0), (&reference.cross, 1)] {
+        let request = BicoherenceRequest {
+            output: Some(output),
+            along: vec![0],
+            ..request(32, 16)
+        };
+        let found = found(values.clone(), &request);
+        assert_eq!(found.map.bins, expected.bins);
+        let mut worst = [0.0f64; 2];
+        for (cell, (b, phase)) in expected
+            .bicoherence
+            .iter()
+            .zip(&expected.biphase)
+            .enumerate()
+        {
+            worst[0] = worst[0].max((found.map.bicoherence[cell] - b).abs());
+            // The phase of nothing is rounding.
+            if *b > 1e-3 {
+                let difference = found.map.biphase[cell] - phase;
+                worst[1] = worst[1].max((difference / 2.0).sin().abs());
+            }
+        }
+        println!("bicoherence {:e}, biphase {:e}", worst[0], worst[1]);
+        assert!(worst[0] < 1e-15 && worst[1] < 1e-14, "{worst:?}");
+        if output == 0 {
+            continue;
+        }
+        // Along x the same triples are gathered at their sum.
+        let of_bin = |third: isize| {
+            let cells = reference.own.bins.iter().zip(&reference.own.bicoherence);
+            cells
+                .filter(move |(bins, _)| bins[2] == third)
+                .map(|(_, b)| *b)
+        };
+        for third in 4..16 {
+            let along = &found.along;
+            let row = third as usize;
+            let sum: f64 = of_bin(third).sum();
+            let largest = of_bin(third).fold(0.0, f64::max);
+            assert!((along.summed[[row, 0]] - sum).abs() < 1e-13);
+            assert!((along.largest[[row, 0]] - largest).abs() < 2e-14);
+        }
+        assert!(found.along.largest[[3, 0]].is_nan() && found.along.largest[[16, 0]].is_nan());
+    }
+}
+
+/// Without coupling: the mean is 1 / K, one cell in twenty (a hundred) is above 2.96 / K (4.45 / K) of many
+/// realisations, and one map in twenty has a cell above its level. Overlapping segments count by their
+/// effective number.
+#[test]
+fn val_elgar_guza_levels_without_coupling() {
+    for (overlap, window) in [(0, Window::None), (16, Window::Hann), (24, Window::Hann)] {
+        let (segments, sites) = (96, 400);
+        let count = 32 + (segments - 1) * (32 - overlap);
+        let mut noise = Noise(7);
+        let values = Array2::from_shape_fn((count, sites), |_| noise.gaussian());
+        let all = BicoherenceRequest {
+            averaging: Averaging {
+                tapers: Tapers::Window(window),
+                detrend: Detrend::None,
+                ..averaging(32, overlap)
+            },
+            along: (0..sites).collect(),
+            ..BicoherenceRequest::default()
+        };
+        let mut shares = [0.0; 3];
+        let (mut mean, mut cells, mut maps) = (0.0, 0.0, 0.0);
+        let mut sums = [0.0; 2];
+        for site in 0..sites {
+            let column = values.slice(s![.., site..=site]).to_owned();
+            let along = if site == 0 { values.clone() } else { column };
+            let request = BicoherenceRequest {
+                along: if site == 0 {
+                    all.along.clone()
+                } else {
+                    Vec::new()
+                },
+                ..all.clone()
+            };
+            let found = found(along, &request);
+            let k = found.independence.effective;
+            for b in &found.map.bicoherence {
+                mean += b * k;
+                cells += 1.0;
+                for (share, level) in
+                    shares
+                        .iter_mut()
+                        .zip([found.cell_level().unwrap(), 2.96 / k, 4.45 / k])
+                {
+                    *share += f64::from(*b > level);
+                }
+            }
+            maps += f64::from(found.above(found.map_level().unwrap()) > 0);
+            if site == 0 {
+                let along = &found.along;
+                let rows = 6..14;
+                for j in 0..sites {
+                    for m in rows.clone() {
+                        sums[0] += f64::from(along.summed[[m, j]] > along.summed_level[[m, j]]);
+                        sums[1] += f64::from(along.largest[[m, j]] > along.largest_level[[m, j]]);
+                    }
+                }
+                println!("{k} effective of {}", found.independence.segments);
+            }
+        }
+        let [cell, five, one] = shares.map(|share| share / cells);
+        let maps = maps / sites as f64;
+        let [summed, largest] = sums.map(|share| share / (8 * sites) as f64);
+        println!(
+            "overlap {overlap}: mean K b^2 {}, above {cell} {five} {one}, maps {maps}, sums {summed}, largest {largest}",
+            mean / cells
+        );
+        assert!((mean / cells - 1.0).abs() < 0.015, "{}", mean / cells);
+        assert!((cell / 0.05 - 1.0).abs() < 0.1, "{cell}");
+        assert!((five / 0.05 - 1.0).abs() < 0.15, "{five}");
+        assert!((one / 0.01 - 1.0).abs() < 0.2, "{one}");
+        assert!((0.03..0.08).contains(&maps), "{maps}");
+        assert!((0.04..0.06).contains(&summed), "{summed}");
+        assert!((0.04..0.06).contains(&largest), "{largest}");
+    }
+}
+
+/// Two tones with random phases and their product, of a part of the power at their sum: bicoherence and
+/// biphase are known, and nothing else is above the level of the map.
+#[test]
+fn val_constructed_coupling_has_its_share_and_biphase() {
+    let (length, segments) = (64, 400);
+    let (first, second) = (11, 6);
+    for (share, biphase) in [(1.0f64, 0.0), (0.6, FRAC_PI_2), (0.3, -2.0)] {
+        let mut random = Noise(3);
+        let mut values = Array2::zeros((length * segments, 2));
+        for segment in 0..segments {
+            let [a, b, c] = [0; 3].map(|_| std::f64::consts::PI * random.next());
+            for n in 0..length {
+                let angle = |bin: i32| TAU * f64::from(bin) * n as f64 / length as f64;
+                let coupled = (angle(first + second) + a + b - biphase).cos();
+                let free = (angle(first + second) + c).cos();
+                let tones = (angle(first) + a).cos() + (angle(second) + b).cos();
+                let noise = [1e-2, 1e-2].map(|size| size * random.gaussian());
+                let sum = share.sqrt() * coupled + (1.0 - share).sqrt() * free;
+                values[[segment * length + n, 0]] = tones + sum + noise[0];
+                // The difference, in the next site.
+                let difference = (angle(first - second) + a - b - biphase).cos();
+                values[[segment * length + n, 1]] = difference + noise[1];
+            }
+        }
+        let request = BicoherenceRequest {
+            averaging: Averaging {
+                tapers: Tapers::Window(Window::None),
+                ..averaging(length, 0)
+            },
+            ..BicoherenceRequest::default()
+        };
+        let own = found(values.clone(), &request);
+        let all = own.strongest(10);
+        assert_eq!(all.len(), 1, "{all:?}");
+        let df = 1.0 / length as f64;
+        assert_eq!(all[0].frequencies, [11.0 * df, 6.0 * df, 17.0 * df]);
+        println!("{share}: {:?}", all[0]);
+        assert!((all[0].bicoherence - share).abs() < 0.05, "{:?}", all[0]);
+        let off = (all[0].biphase - biphase).abs();
+        assert!(
+            off < all[0].biphase_interval + 1e-3 && off < 0.12,
+            "{:?}",
+            all[0]
+        );
+        let request = BicoherenceRequest {
+            output: Some(1),
+            ..request
+        };
+        let cross = found(values, &request);
+        let all = cross.strongest(10);
+        assert_eq!(all.len(), 1, "{all:?}");
+        assert_eq!(all[0].frequencies, [11.0 * df, -6.0 * df, 5.0 * df]);
+        assert!(all[0].bicoherence > 0.99 && (all[0].biphase - biphase).abs() < 0.02);
+    }
+}
+
+#[test]
+fn regress_never_above_one() {
+    // Pulses that repeat: every triple is coupled completely.
+    let pulse = |n: usize| (-((n % 64) as f64 - 20.0).powi(2) / 8.0).exp();
+    let values = Array2::from_shape_fn((64 * 20, 2), |(n, j)| pulse(n) * (1.0 + j as f64));
+    let request = BicoherenceRequest {
+        averaging: Averaging {
+            tapers: Tapers::Window(Window::None),
+            ..averaging(64, 0)
+        },
+        along: vec![0, 1],
+        output: Some(1),
+        ..BicoherenceRequest::default()
+    };
+    let found = found(values, &request);
+    let known = found.map.bicoherence.iter().filter(|b| b.is_finite());
+    for b in known.clone() {
+        assert!((1.0 - 1e-9..=1.0).contains(b), "{b}");
+    }
+    assert!(known.count() > 100);
+    assert!(found.along.largest.iter().all(|b| b.is_nan() || *b <= 1.0));
+}
+
+#[test]
+fn regress_one_transient_has_no_significance() {
+    let values = Array2::from_shape_fn((2048, 6), |(n, j)| {
+        let t = (n as f64 - 300.0 - 5.0 * j as f64) / 6.0;
+        (-t * t).exp()
+    });
+    let request = BicoherenceRequest {
+        along: vec![0, 5],
+        ..request(128, 64)
+    };
+    let one = found(values.clone(), &request);
+    assert!(one.independence.is_transient());
+    assert!(one.cell_level().is_none() && one.map_level().is_none());
+    assert!(one.strongest(5).is_empty());
+    assert!(one.along.largest_level.iter().all(|level| level.is_nan()));
+    assert_eq!(one.along.coupled_outputs(), [0, 0]);
+    assert_eq!(one.coupling(), "no significance can be stated");
+    // Repeated, it has: as many as there are records.
+    let field = Field::from_array(values);
+    let shots = bicoherence(&[&field; 5], &request, &Silent).unwrap();
+    assert_eq!(shots.independence.independent, Some(5.0));
+    assert!((shots.cell_level().unwrap() - (1.0 - 0.05f64.powf(0.25))).abs() < 1e-15);
+}
+
+#[test]
+fn regress_what_is_refused() {
+    let steady = Field::from_array(Array2::from_shape_fn((400, 3), |(n, j)| {
+        ((n * n + j) as f64).sin()
+    }));
+    let option = |request: &BicoherenceRequest| match bicoherence(&[&steady], request, &Silent) {
+        Err(Error::Request { option, .. }) => option,
+        other => panic!("{other:?}"),
+    };
+    let base = request(32, 16);
+    let with = |change: &dyn Fn(&mut BicoherenceRequest)| {
+        let mut request = base.clone();
+        change(&mut request);
+        option(&request)
+    };
+    assert_eq!(with(&|r| r.site = 3), "site");
+    assert_eq!(with(&|r| r.output = Some(3)), "output");
+    assert_eq!(with(&|r| r.along = vec![0, 3]), "along");
+    assert_eq!(with(&|r| r.along = vec![1, 0]), "along");
+    assert_eq!(with(&|r| r.alpha = 1.0), "significance");
+    assert_eq!(with(&|r| r.averaging = averaging(401, 0)), "segment");
+    assert_eq!(with(&|r| r.averaging = averaging(400, 0)), "segment");
+    assert_eq!(with(&|r| r.averaging = averaging(5, 0)), "segment");
+    let tapers = Tapers::Slepian { nw: 4.0, count: 7 };
+    assert_eq!(with(&|r| r.averaging.tapers = tapers.clone()), "multitaper");
+}
+
+/// The same bits from any number of threads, in memory and in blocks, of one shot and of two.
+#[test]
+fn regress_threads_and_blocks_do_not_matter() {
+    let mut noise = Noise(11);
+    let values = Array2::from_shape_fn((3000, 37), |_| noise.next());
+    let field = Field::from_array(values);
+    let of = |shots: usize, threads, memory| {
+        let request = BicoherenceRequest {
+            threads: Some(threads),
+            memory,
+            output: Some(5),
+            along: (0..37).step_by(3).collect(),
+            ..request(64, 32)
+        };
+        let found = bicoherence(&vec![&field; shots], &request, &Silent).unwrap();
+        let along = found.along;
+        let arrays = [
+            along.largest,
+            along.biphase,
+            along.summed,
+            along.summed_level,
+        ];
+        let all = found.map.bicoherence.into_iter().chain(found.map.biphase);
+        let all = all.chain(arrays.into_iter().flatten());
+        all.map(f64::to_bits).collect::<Vec<u64>>()
+    };
+    for shots in [1, 2] {
+        let expected = of(shots, 1, None);
+        for (threads, memory) in [
+            (2, None),
+            (5, None),
+            (1, Some(3_000_000)),
+            (2, Some(3_500_000)),
+        ] {
+            assert!(
+                of(shots, threads, memory) == expected,
+                "{shots} {threads} {memory:?}"
+            );
+        }
+    }
+}

@@ -1,0 +1,372 @@
+//! Structure functions against fluidsf (`data/increments.json`, made by `data/make_increments.py`) and closed
+//! forms.
+
+use ndarray::Array2;
+use serde::Deserialize;
+use test_support::fields::noise;
+use wavecascade::estimates::{
+    AxisIncrements, ExponentBasis, FieldAxis, Increments, IncrementsRequest, IntervalBasis,
+    increments,
+};
+use wavecascade::observer::Silent;
+use wavecascade::{Error, Field};
+
+const DT: f64 = 0.25;
+const DX: f64 = 0.5;
+const TAU: f64 = std::f64::consts::TAU;
+
+fn field(values: Array2<f64>) -> Field {
+    let mut field = Field::from_array(values);
+    field.time.step = DT;
+    field.space.step = DX;
+    field
+}
+
+fn found(field: &Field, request: &IncrementsRequest) -> Increments {
+    increments(&[field], request, &Silent).unwrap()
+}
+
+fn along(found: &Increments, axis: FieldAxis) -> &AxisIncrements {
+    found.axes.iter().find(|one| one.axis == axis).unwrap()
+}
+
+/// Moments of `|z|^p` of a normal variable.
+const NORMAL: [f64; 6] = [
+    0.797_884_560_802_865_4,
+    1.0,
+    1.595_769_121_605_730_8,
+    3.0,
+    6.383_076_486_422_923,
+    15.0,
+];
+
+#[derive(Deserialize)]
+struct Reference {
+    separation: Vec<f64>,
+    second: Vec<f64>,
+    third: Vec<f64>,
+}
+
+#[test]
+fn val_fluidsf_second_and_third_order() {
+    let expected: Reference =
+        serde_json::from_str(include_str!("../data/increments.json")).unwrap();
+    let (mut state, mut sum) = (1u64, 0.0);
+    let values = Array2::from_shape_fn((1, 400), |_| {
+        state = (1_103_515_245 * state + 12_345) % (1 << 31);
+        sum += state as f64 / f64::from(1 << 30) - 1.0;
+        sum
+    });
+    let steps = expected
+        .separation
+        .iter()
+        .map(|r| (r / DX).round() as usize)
+        .collect();
+    let request = IncrementsRequest {
+        separations: Some(steps),
+        ..IncrementsRequest::default()
+    };
+    let found = found(&field(values), &request);
+    let axis = along(&found, FieldAxis::Space);
+    assert_eq!(axis.scales.len(), expected.separation.len());
+    let mut worst = 0.0f64;
+    for (i, m) in axis.scales.iter().enumerate() {
+        assert_eq!(m.scale, expected.separation[i]);
+        assert_eq!(m.pairs as usize, 400 - m.step);
+        let third = (m.third - expected.third[i]).abs() / m.structure[2];
+        worst = worst
+            .max((m.structure[1] / expected.second[i] - 1.0).abs())
+            .max(third);
+    }
+    println!("{worst:e}");
+    assert!(worst < 3e-15, "{worst:e}");
+}
+
+/// `v = a sin(q x + w t)`: increments over r are `2 a sin(q r / 2)` times a cosine, whose moments are known
+/// over whole periods.
+#[test]
+fn val_closed_form_of_a_sine() {
+    let (a, n, sites) = (1.7f64, 64, 48);
+    let q = TAU * 5.0 / n as f64;
+    let values = Array2::from_shape_fn((n, sites), |(t, j)| {
+        a * (q * t as f64 + 0.37 * j as f64).sin()
+    });
+    let request = IncrementsRequest {
+        separations: Some(vec![1, 3, 10]),
+        lags: None,
+        ..IncrementsRequest::default()
+    };
+    let found = found(&field(values), &request);
+    // Means of |cos|^p over the 64 phases: even orders are exact.
+    for m in &along(&found, FieldAxis::Space).scales {
+        let size = 2.0 * a * (0.185 * m.step as f64).sin().abs();
+        for (p, mean) in [(2, 0.5), (4, 0.375), (6, 0.3125)] {
+            let off = m.structure[p - 1] / (size.powi(p as i32) * mean) - 1.0;
+            assert!(off.abs() < 5e-14, "{p}: {off:e}");
+        }
+        assert!((m.flatness - 1.5).abs() < 1e-13);
+        assert!(m.third.abs() < 1e-13 * m.structure[2]);
+        let mean = 2.0 / std::f64::consts::PI;
+        assert!((m.structure[0] / (size * mean) - 1.0).abs() < 2e-3);
+    }
+}
+
+/// One jump of height h in a ramp (a sawtooth over one period): for separations below the period,
+/// `S_p = (1 - r / L) (h r / L)^p + (r / L) (h - h r / L)^p`, which grows like r; the third moment is negative.
+#[test]
+fn val_closed_form_of_a_sawtooth() {
+    let (period, h) = (512usize, 3.0);
+    // Eight periods: pairs over the whole of seven of them, by a step that divides none.
+    let values = Array2::from_shape_fn((4, 8 * period), |(t, j)| {
+        h * ((j + 37 * t) % period) as f64 / period as f64
+    });
+    let request = IncrementsRequest {
+        separations: Some(vec![1, 2, 4, 8, 16]),
+        band: Some((0.4, 2.1)),
+        ..IncrementsRequest::default()
+    };
+    let found = found(&field(values), &request);
+    let axis = along(&found, FieldAxis::Space);
+    for m in &axis.scales {
+        // Pairs of all eight periods but those that begin in the last r sites: count the jumps.
+        let (mut jumps, mut pairs) = (0, 0);
+        for t in 0..4 {
+            for j in 0..8 * period - m.step {
+                let at = (j + 37 * t) % period;
+                jumps += usize::from(at + m.step >= period);
+                pairs += 1;
+            }
+        }
+        let share = jumps as f64 / pairs as f64;
+        let (ramp, jump) = (
+            h * m.step as f64 / period as f64,
+            h - h * m.step as f64 / period as f64,
+        );
+        for p in 1..=6 {
+            let expected = (1.0 - share) * ramp.powi(p) + share * jump.powi(p);
+            let off = m.structure[p as usize - 1] / expected - 1.0;
+            assert!(off.abs() < 3e-13, "{p}: {off:e}");
+        }
+        let expected = (1.0 - share) * ramp.powi(3) - share * jump.powi(3);
+        assert!((m.third / expected - 1.0).abs() < 1e-12);
+    }
+    let fit = axis.exponents.unwrap();
+    println!("{fit:?}");
+    assert_eq!((fit.points, fit.basis), (3, ExponentBasis::Regression));
+    // Like r, whatever the order: a shock.
+    for p in 2..6 {
+        assert!((fit.exponents[p] - 1.0).abs() < 0.03, "{fit:?}");
+    }
+}
+
+/// Random walks: `S_p = m_p r^{p/2}` with normal moments, inside the intervals as often as stated, flatness 3.
+#[test]
+fn val_brownian_motion_scales_like_the_root() {
+    let shots: Vec<Field> = (0..12)
+        .map(|s| {
+            let steps = noise(12 * 512, 64);
+            let mut values = Array2::zeros((512, 64));
+            for t in 0..512 {
+                let mut sum = 0.0;
+                for j in 0..64 {
+                    sum += steps[[s * 512 + t, j]];
+                    values[[t, j]] = sum;
+                }
+            }
+            field(values)
+        })
+        .collect();
+    let all: Vec<&Field> = shots.iter().collect();
+    let request = IncrementsRequest {
+        separations: Some(vec![1, 2, 4, 8, 16]),
+        band: Some((0.0, 100.0)),
+        ..IncrementsRequest::default()
+    };
+    let found = increments(&all, &request, &Silent).unwrap();
+    assert_eq!(found.basis, IntervalBasis::Shots);
+    let axis = along(&found, FieldAxis::Space);
+    let (mut inside, mut count) = (0, 0);
+    for m in &axis.scales {
+        for p in 0..6 {
+            let expected = NORMAL[p] * (m.step as f64).powf(0.5 * (p + 1) as f64);
+            let off = m.structure[p] / expected - 1.0;
+            assert!(
+                off.abs() < [0.01, 0.01, 0.02, 0.03, 0.05, 0.1][p],
+                "{p} {} {off}",
+                m.step
+            );
+            count += 1;
+            inside += usize::from((m.structure[p] - expected).abs() < m.half[p]);
+        }
+        assert!(
+            (m.flatness - 3.0).abs() < 1.5 * m.flatness_half().min(0.06)
+                && m.third_sign().is_none(),
+            "{m:?}"
+        );
+    }
+    let fit = axis.exponents.unwrap();
+    println!("{inside} of {count} inside; {fit:?}");
+    // Orders of one scale go together.
+    assert!(10 * inside >= 7 * count, "{inside} of {count}");
+    assert_eq!(fit.basis, ExponentBasis::Shots);
+    for p in 0..6 {
+        let expected = 0.5 * (p + 1) as f64;
+        assert!(
+            (fit.exponents[p] - expected).abs() < 2.0 * fit.half[p],
+            "{fit:?}"
+        );
+        assert!(fit.half[p] < 0.02 * (p + 1) as f64);
+        assert!((fit.relative[p] - (p + 1) as f64 / 3.0).abs() < 0.01);
+    }
+}
+
+/// Normal noise: the histogram is the normal density, within what counts leave.
+#[test]
+fn val_histogram_of_normal_increments() {
+    let values = noise(1024, 64);
+    let request = IncrementsRequest {
+        histograms: 2,
+        ..IncrementsRequest::default()
+    };
+    let found = found(&field(values), &request);
+    let histogram = &along(&found, FieldAxis::Space).histograms[0];
+    let sum: f64 = histogram.density.iter().map(|d| d * 0.25).sum();
+    assert!((sum - 1.0).abs() < 1e-12 && histogram.outside == [0, 0]);
+    let pairs = 1024.0 * 63.0;
+    for (edges, density) in histogram.edges.windows(2).zip(&histogram.density) {
+        let middle: f64 = 0.5 * (edges[0] + edges[1]);
+        // The mean of the density over a cell of 1/4.
+        let normal = (-0.5 * middle * middle).exp() / TAU.sqrt();
+        let expected = normal * (1.0 + (middle * middle - 1.0) / (24.0 * 16.0));
+        let spread = (expected / (0.25 * pairs)).sqrt();
+        assert!(
+            (density - expected).abs() < 6.0 * spread + 1e-4,
+            "{middle}: {density}"
+        );
+    }
+}
+
+/// Missing samples are left out, with the number of pairs; the rest has the same bits as summed by hand.
+#[test]
+fn regress_gaps_are_left_out() {
+    let mut values = noise(64, 16);
+    values[[3, 5]] = f64::NAN;
+    values[[10, 0]] = f64::INFINITY;
+    let request = IncrementsRequest {
+        separations: Some(vec![2]),
+        lags: Some(vec![4]),
+        ..IncrementsRequest::default()
+    };
+    let found = found(&field(values.clone()), &request);
+    let space = along(&found, FieldAxis::Space).scales[0];
+    let time = along(&found, FieldAxis::Time).scales[0];
+    assert_eq!(space.pairs, 64 * 14 - 3);
+    assert_eq!(time.pairs, 60 * 16 - 3);
+    let mut sum = 0.0;
+    for t in 0..60 {
+        for j in 0..16 {
+            let d: f64 = values[[t + 4, j]] - values[[t, j]];
+            sum += if d.is_finite() { d * d } else { 0.0 };
+        }
+    }
+    assert!((time.structure[1] / (sum / time.pairs as f64) - 1.0).abs() < 1e-14);
+}
+
+#[test]
+fn regress_one_transient_has_no_interval() {
+    let pulse = field(Array2::from_shape_fn((2048, 6), |(n, j)| {
+        let t = (n as f64 - 300.0 - 5.0 * j as f64) / 6.0;
+        (-t * t).exp()
+    }));
+    let request = IncrementsRequest::default();
+    let one = found(&pulse, &request);
+    assert_eq!(one.basis, IntervalBasis::None);
+    assert!(
+        one.axes
+            .iter()
+            .flat_map(|a| &a.scales)
+            .all(|m| m.half.iter().all(|h| h.is_nan()))
+    );
+    assert!(
+        one.axes
+            .iter()
+            .flat_map(|a| &a.scales)
+            .all(|m| m.third_sign().is_none())
+    );
+    let steady = found(&field(noise(2048, 6)), &request);
+    assert_eq!(steady.basis, IntervalBasis::Parts);
+}
+
+#[test]
+fn regress_what_is_refused() {
+    let steady = field(noise(64, 16));
+    let option = |request: &IncrementsRequest| match increments(&[&steady], request, &Silent) {
+        Err(Error::Request { option, .. }) => option,
+        other => panic!("{other:?}"),
+    };
+    let base = IncrementsRequest::default;
+    let separations = |steps| IncrementsRequest {
+        separations: Some(steps),
+        ..base()
+    };
+    assert_eq!(option(&separations(vec![16])), "separations");
+    assert_eq!(option(&separations(vec![0])), "separations");
+    assert_eq!(
+        option(&IncrementsRequest {
+            lags: Some(vec![64]),
+            ..base()
+        }),
+        "lags"
+    );
+    assert_eq!(
+        option(&IncrementsRequest {
+            band: Some((0.5, 1.0)),
+            ..base()
+        }),
+        "band"
+    );
+    assert_eq!(
+        option(&IncrementsRequest {
+            lag_band: Some((9e9, 1e10)),
+            ..base()
+        }),
+        "lag-band"
+    );
+    assert_eq!(
+        option(&IncrementsRequest {
+            alpha: 0.0,
+            ..base()
+        }),
+        "significance"
+    );
+    let small = IncrementsRequest {
+        memory: Some(1000),
+        ..base()
+    };
+    assert!(matches!(
+        increments(&[&steady], &small, &Silent),
+        Err(Error::Memory { .. })
+    ));
+}
+
+/// The same bits from any number of threads, in rows and in columns.
+#[test]
+fn regress_threads_and_layout_do_not_matter() {
+    use ndarray::ShapeBuilder;
+    let values = noise(500, 37);
+    let mut columns = Array2::zeros(values.dim().f());
+    columns.assign(&values);
+    let of = |values: &Array2<f64>, threads| {
+        let request = IncrementsRequest {
+            threads: Some(threads),
+            ..IncrementsRequest::default()
+        };
+        let found = found(&field(values.clone()), &request);
+        let scales = found.axes.iter().flat_map(|axis| axis.scales.clone());
+        let bits = scales.flat_map(|m| [m.structure[0], m.structure[5], m.third, m.half[3]]);
+        bits.map(f64::to_bits).collect::<Vec<u64>>()
+    };
+    let expected = of(&values, 1);
+    assert_eq!(of(&values, 4), expected);
+    assert_eq!(of(&columns, 3), expected);
+}

@@ -1,0 +1,315 @@
+//! Spectral proper orthogonal decompositions against NumPy's singular values and PySPOD
+//! (`data/modes.json`, made by `data/make_modes.py`), and against fields whose modes are known.
+
+use ndarray::Array2;
+use num_complex::Complex;
+use serde::Deserialize;
+use test_support::fields::noise;
+use wavecascade::estimates::{Averaging, Modes, ModesRequest, Tapers, modes};
+use wavecascade::observer::Silent;
+use wavecascade::prepare::{Detrend, Window};
+use wavecascade::transform::fold;
+use wavecascade::{Error, Field};
+
+const DT: f64 = 0.25;
+const DX: f64 = 0.5;
+const TAU: f64 = std::f64::consts::TAU;
+
+fn field(values: Array2<f64>) -> Field {
+    let mut field = Field::from_array(values);
+    field.time.step = DT;
+    field.space.step = DX;
+    field
+}
+
+fn segments(length: usize, overlap: usize) -> Averaging {
+    Averaging {
+        segment: Some(length),
+        overlap: Some(overlap),
+        ..Averaging::default()
+    }
+}
+
+fn found(field: &Field, request: &ModesRequest) -> Modes {
+    modes(&[field], request, &Silent).unwrap()
+}
+
+/// The records of `make_modes.py`.
+fn records(sites: usize) -> Array2<f64> {
+    let mut state = 1u64;
+    let mut next = || {
+        state = (1_103_515_245 * state + 12_345) % (1 << 31);
+        state as f64 / f64::from(1 << 30) - 1.0
+    };
+    Array2::from_shape_fn((272, sites), |(n, j)| {
+        let (t, x) = (DT * n as f64, DX * j as f64);
+        let back = 0.7 * (0.4 * x + TAU * 1.1 * t).cos() * (1.0 + 0.1 * x);
+        (0.9 * x - TAU * 0.4 * t).cos() + back + next()
+    })
+}
+
+#[derive(Deserialize)]
+struct Expected {
+    eigenvalues: Vec<Vec<f64>>,
+    real: Vec<Vec<Vec<f64>>>,
+    imag: Vec<Vec<Vec<f64>>>,
+}
+
+#[derive(Deserialize)]
+struct Reference {
+    wide: Expected,
+    narrow: Expected,
+    pyspod: Vec<Vec<f64>>,
+}
+
+fn reference() -> Reference {
+    serde_json::from_str(include_str!("../data/modes.json")).unwrap()
+}
+
+/// Of more sites than realisations, and of fewer.
+#[test]
+fn val_numpy_svd_of_the_realisations() {
+    let reference = reference();
+    for (expected, sites) in [(&reference.wide, 22), (&reference.narrow, 11)] {
+        let bins = [3.0, 4.0, 9.0];
+        let request = ModesRequest {
+            averaging: segments(32, 16),
+            frequencies: bins.map(|m| m / (32.0 * DT)).to_vec(),
+            ..ModesRequest::default()
+        };
+        let found = found(&field(records(sites)), &request);
+        let largest = found.eigenvalues.iter().fold(0.0, |m: f64, v| m.max(*v));
+        let mut worst = [0.0f64; 2];
+        for (m, row) in expected.eigenvalues.iter().enumerate() {
+            assert_eq!(row.len(), found.eigenvalues.ncols());
+            for (n, value) in row.iter().enumerate() {
+                let off = (found.eigenvalues[[m, n]] - value).abs() / largest;
+                worst[0] = worst[0].max(off);
+            }
+        }
+        for (c, shapes) in found.chosen.iter().enumerate() {
+            for n in 0..3 {
+                let mode = shapes.modes.row(n);
+                let (re, im) = (&expected.real[c][n], &expected.imag[c][n]);
+                let theirs = re.iter().zip(im).map(|(re, im)| Complex::new(*re, *im));
+                // 1 for the same mode, whatever the phases.
+                let product: Complex<f64> = mode
+                    .iter()
+                    .zip(theirs)
+                    .map(|(a, b)| a.conj() * b * DX)
+                    .sum();
+                worst[1] = worst[1].max((product.norm() - 1.0).abs());
+            }
+        }
+        println!("{sites} sites: {worst:?}");
+        assert!(worst[0] < 2e-15 && worst[1] < 1e-12, "{worst:?}");
+    }
+}
+
+#[test]
+fn val_pyspod_eigenvalues() {
+    let expected = reference().pyspod;
+    let request = ModesRequest {
+        averaging: segments(32, 16),
+        ..ModesRequest::default()
+    };
+    let found = found(&field(records(22)), &request);
+    let largest = expected.iter().flatten().fold(0.0, |m: f64, v| m.max(*v));
+    let pairs = expected.iter().flatten().zip(&found.eigenvalues);
+    let worst = pairs.fold(0.0, |worst: f64, (a, b)| worst.max((a - b).abs() / largest));
+    println!("{worst:e}");
+    assert!(worst < 1e-14, "{worst:e}");
+}
+
+/// The eigenvalues of a frequency sum up to the power spectral density of all sites, which is that of
+/// the samples: with no taper, to their variance.
+#[test]
+fn val_parseval_of_all_eigenvalues() {
+    let values = noise(960, 21);
+    let mut variance = 0.0;
+    for segment in values.axis_chunks_iter(ndarray::Axis(0), 64) {
+        for record in segment.columns() {
+            let mean = record.mean().unwrap();
+            variance += record.iter().map(|v| (v - mean).powi(2)).sum::<f64>() / 64.0;
+        }
+    }
+    variance *= DX / 15.0;
+    let request = ModesRequest {
+        averaging: Averaging {
+            tapers: Tapers::Window(Window::None),
+            detrend: Detrend::Mean,
+            ..segments(64, 0)
+        },
+        ..ModesRequest::default()
+    };
+    let found = found(&field(values), &request);
+    let mut sum = 0.0;
+    for (row, total) in found.eigenvalues.outer_iter().zip(&found.total) {
+        let off = row.sum() / total - 1.0;
+        assert!(row[0] == 0.0 || off.abs() < 3e-15, "{off:e}");
+        sum += row.sum() / (64.0 * DT);
+    }
+    let off = sum / variance - 1.0;
+    assert!(off.abs() < 2e-14, "{off:e}");
+    assert_eq!(fold(0, 64), 1.0);
+}
+
+/// Independent sources with known shapes: their eigenvalues lie within the intervals as often as stated,
+/// and the modes of waves have their wavenumbers.
+#[test]
+fn val_known_sources_lie_within_the_intervals() {
+    let (n, sites) = (8192, 30);
+    let (mut inside, mut all) = (0, 0);
+    let source = noise(n, 2);
+    // Orthogonal shapes: one half wave and one whole wave over the sites.
+    let shape = |k: usize, j: usize| (TAU * k as f64 * (j as f64 + 0.5) / (2 * sites) as f64).sin();
+    let values = Array2::from_shape_fn((n, sites), |(t, j)| {
+        3.0 * source[[t, 0]] * shape(1, j) + source[[t, 1]] * shape(2, j)
+    });
+    let request = ModesRequest {
+        averaging: segments(128, 64),
+        ..ModesRequest::default()
+    };
+    let found = found(&field(values), &request);
+    // White noise of variance 1 has the density 2 dt; each shape has the square sum sites / 2.
+    let strength = 2.0 * DT * DX * sites as f64 / 2.0;
+    for bin in 2..63 {
+        let [low, high] = found.interval(bin).unwrap();
+        for (mode, expected) in [(0, 9.0 * strength), (1, strength)] {
+            let value = found.eigenvalues[[bin, mode]];
+            all += 1;
+            inside += usize::from((value * low..value * high).contains(&expected));
+        }
+        assert!(found.eigenvalues[[bin, 2]] < 1e-12 * strength);
+    }
+    let share = f64::from(inside as u32) / f64::from(all as u32);
+    println!("{share} of {all} inside");
+    assert!((0.9..0.99).contains(&share), "{share}");
+}
+
+#[test]
+fn val_waves_have_their_wavenumber_and_standing_waves_none() {
+    let phases = noise(40, 8);
+    let noise = noise(4096, 40);
+    for k in [1.3, -0.7] {
+        // Amplitudes that vary along x and phases that vary in time.
+        let values = |standing: f64| {
+            Array2::from_shape_fn((4096, 40), |(n, j)| {
+                let (t, x) = (DT * n as f64, DX * j as f64);
+                let slow = 3.0 * (TAU * t / 700.0 + phases[[n / 128, 0]]).sin();
+                let angle = TAU * 0.5 * t + slow;
+                let wave = (k * x - angle).cos() + standing * (k * x + angle).cos();
+                (1.0 + 0.02 * x) * wave + 0.1 * noise[[n, j]]
+            })
+        };
+        let request = ModesRequest {
+            averaging: segments(128, 64),
+            ..ModesRequest::default()
+        };
+        let one = found(&field(values(0.0)), &request);
+        let wave = one.chosen[0].waves[0].unwrap();
+        println!("{wave:?} at {}", one.chosen[0].frequency);
+        assert!((one.chosen[0].frequency - 0.5).abs() < 0.04);
+        assert!(
+            wave.is_wave && (wave.wavenumber - k).abs() < 0.003,
+            "{wave:?}"
+        );
+        let expected = TAU * one.chosen[0].frequency / wave.wavenumber;
+        assert!((wave.velocity / expected - 1.0).abs() < 1e-12);
+        let both = found(&field(values(1.0)), &request);
+        let wave = both.chosen[0].waves[0].unwrap();
+        assert!(
+            !wave.is_wave && (0.6..0.8).contains(&wave.share),
+            "{wave:?}"
+        );
+    }
+}
+
+#[test]
+fn regress_one_transient_has_no_interval() {
+    let values = Array2::from_shape_fn((2048, 6), |(n, j)| {
+        let t = (n as f64 - 300.0 - 5.0 * j as f64) / 6.0;
+        (-t * t).exp()
+    });
+    let request = ModesRequest {
+        averaging: segments(256, 128),
+        ..ModesRequest::default()
+    };
+    let pulse = field(values);
+    assert_eq!(found(&pulse, &request).interval(3), None);
+    let shots = modes(&[&pulse; 5], &request, &Silent).unwrap();
+    assert_eq!(shots.independence.independent, Some(5.0));
+    assert!(shots.interval(3).is_some());
+}
+
+#[test]
+fn regress_what_is_refused() {
+    let steady = field(records(11));
+    let option = |request: &ModesRequest| match modes(&[&steady], request, &Silent) {
+        Err(Error::Request { option, .. }) => option,
+        other => panic!("{other:?}"),
+    };
+    let base = || ModesRequest {
+        averaging: segments(32, 16),
+        ..ModesRequest::default()
+    };
+    let at = |frequency| ModesRequest {
+        frequencies: vec![frequency],
+        ..base()
+    };
+    assert_eq!(option(&at(2.1)), "frequencies");
+    assert_eq!(option(&at(-0.1)), "frequencies");
+    assert_eq!(option(&at(f64::NAN)), "frequencies");
+    assert_eq!(option(&ModesRequest { modes: 0, ..base() }), "modes");
+    assert_eq!(
+        option(&ModesRequest {
+            alpha: 1.0,
+            ..base()
+        }),
+        "significance"
+    );
+    let whole = segments(272, 0);
+    assert_eq!(
+        option(&ModesRequest {
+            averaging: whole,
+            ..base()
+        }),
+        "segment"
+    );
+    let small = ModesRequest {
+        memory: Some(10_000),
+        ..base()
+    };
+    assert!(matches!(
+        modes(&[&steady], &small, &Silent),
+        Err(Error::Memory { .. })
+    ));
+}
+
+/// The same bits from any number of threads, all frequencies at once and in blocks.
+#[test]
+fn regress_threads_and_blocks_do_not_matter() {
+    let values = noise(3000, 37);
+    let of = |threads, memory| {
+        let request = ModesRequest {
+            threads: Some(threads),
+            memory,
+            averaging: segments(128, 64),
+            frequencies: vec![0.5, 1.0],
+            ..ModesRequest::default()
+        };
+        let found = found(&field(values.clone()), &request);
+        let shapes = found.chosen.iter().flat_map(|shapes| shapes.modes.iter());
+        let parts: Vec<u64> = shapes
+            .flat_map(|z| [z.re.to_bits(), z.im.to_bits()])
+            .collect();
+        let values: Vec<u64> = found.eigenvalues.iter().map(|v| v.to_bits()).collect();
+        (values, parts)
+    };
+    let expected = of(1, None);
+    for threads in [1, 3] {
+        for memory in [None, Some(2_500_000), Some(4_000_000)] {
+            assert!(of(threads, memory) == expected, "{threads} {memory:?}");
+        }
+    }
+}

@@ -1,0 +1,423 @@
+//! Linear and quadratic transfer: known coefficients, errors that hold, Burgers' equation and chains against
+//! their exact budgets, and laws without a quadratic expansion.
+
+use std::f64::consts::TAU;
+
+use ndarray::{Array2, s};
+use num_complex::Complex;
+use wavecascade::budget::{Burgers, tendency_budget};
+use wavecascade::chain::{Accuracy, Chain, Ends, Law, Losses, Simulation};
+use wavecascade::estimates::{Averaging, Tapers, Transfer, TransferRequest, transfer};
+use wavecascade::observer::Silent;
+use wavecascade::prepare::Window;
+use wavecascade::{Error, Field};
+
+/// Integers of a linear congruential generator, in -1 to 1.
+struct Noise(u64);
+
+impl Noise {
+    fn next(&mut self) -> f64 {
+        self.0 = (1_103_515_245 * self.0 + 12_345) % (1 << 31);
+        self.0 as f64 / f64::from(1 << 30) - 1.0
+    }
+
+    /// Twelve such numbers, whose sum is nearly Gaussian, with variance 1.
+    fn gaussian(&mut self) -> f64 {
+        (0..12).map(|_| self.next()).sum::<f64>() / 2.0
+    }
+}
+
+fn segments(length: usize) -> Averaging {
+    Averaging {
+        segment: Some(length),
+        overlap: Some(0),
+        tapers: Tapers::Window(Window::None),
+        ..Averaging::default()
+    }
+}
+
+fn request(length: usize, highest: f64) -> TransferRequest {
+    TransferRequest {
+        highest: Some(highest),
+        averaging: segments(length),
+        ..TransferRequest::default()
+    }
+}
+
+fn found(values: Array2<f64>, request: &TransferRequest) -> Transfer {
+    transfer(&[&Field::from_array(values)], request, &Silent).unwrap()
+}
+
+/// Periods of `length` samples of random waves with frequencies 1 to `modes` over the period, and the output
+/// of a law with noise.
+fn periods(
+    [length, count, modes]: [usize; 3],
+    noise: f64,
+    random: &mut Noise,
+    law: impl Fn(usize, f64) -> f64,
+) -> Array2<f64> {
+    let mut values = Array2::zeros((length * count, 2));
+    for period in 0..count {
+        let waves: Vec<[f64; 2]> = (0..modes)
+            .map(|_| [random.gaussian(), random.gaussian()])
+            .collect();
+        for n in 0..length {
+            let wave = |(m, [a, b]): (usize, &[f64; 2])| {
+                let angle = TAU * ((m + 1) * n % length) as f64 / length as f64;
+                a * angle.cos() + b * angle.sin()
+            };
+            let x: f64 = waves.iter().enumerate().map(wave).sum();
+            values[[period * length + n, 0]] = x;
+            values[[period * length + n, 1]] = law(period, x) + noise * random.gaussian();
+        }
+    }
+    values
+}
+
+/// `y = 0.8 x + 0.3 x^2`: L = 0.8 and Q = 0.3 at all pairs, and the balance closes.
+#[test]
+fn val_closed_form_coefficients() {
+    let law = |_: usize, x: f64| 0.8 * x + 0.3 * x * x;
+    let values = periods([32, 200, 6], 0.0, &mut Noise(5), law);
+    let found = found(values, &request(32, 12.0 / 32.0));
+    assert_eq!((found.outputs.len(), found.unknowns), (12, 12));
+    for output in &found.outputs {
+        let sum = output.input + output.linear + output.gain + output.residual;
+        assert!((sum / output.output - 1.0).abs() < 1e-12, "{output:?}");
+        assert!(output.residual / output.output < 1e-12);
+        if output.frequency < 6.5 / 32.0 {
+            assert!((output.magnitude - 0.8).abs() < 1e-9 && output.phase.abs() < 1e-9);
+            assert!(output.linear / output.input - (0.64 - 1.0) < 1e-9);
+        } else {
+            // No input there, and none in differences that reach it.
+            assert!(output.undetermined > 0);
+        }
+    }
+    let inside = |f: f64| f.abs() < 6.5 / 32.0;
+    let mut pairs = 0;
+    for pair in &found.pairs {
+        let expected = if inside(pair.first) && inside(pair.second) {
+            0.3
+        } else {
+            0.0
+        };
+        pairs += usize::from(expected > 0.0);
+        let off = (pair.re - expected).hypot(pair.im);
+        assert!(off < 1e-8, "{off:e} {pair:?}");
+    }
+    assert_eq!(pairs, 36 + 6 - 15 - 3 + 12);
+    assert!(found.holds() && found.shares.held_out_quadratic > 0.1);
+    assert!((found.shares.held_out_linear + found.shares.held_out_quadratic - 1.0).abs() < 1e-9);
+}
+
+/// Gains deviate from their expectation as far as their errors say, and nothing remains of what chance explains.
+#[test]
+fn val_errors_of_gains_hold() {
+    let (length, count, modes) = (16, 160, 7);
+    let (mut square, mut sum, mut trials) = (0.0f64, 0.0f64, 0.0f64);
+    for seed in 1..40 {
+        let mut random = Noise(seed);
+        let values = periods([length, count, modes], 2.0, &mut random, |_, x| 0.9 * x);
+        let request = TransferRequest {
+            resamplings: 60,
+            ..request(length, 7.0 / 16.0)
+        };
+        let found = found(values, &request);
+        for output in &found.outputs {
+            let score = output.gain / output.gain_error;
+            square += score * score;
+            sum += score;
+            trials += 1.0;
+        }
+        assert!(found.shares.held_out_quadratic < 0.0 || found.passage().is_none());
+    }
+    let (rms, mean) = ((square / trials).sqrt(), sum / trials);
+    println!("deviations over errors: rms {rms}, mean {mean}");
+    assert!((0.55..0.75).contains(&rms), "{rms}");
+    assert!(mean.abs() < 0.25, "{mean}");
+}
+
+/// Modes of a wave over a period: `u_s = - u u_theta + nu u_theta_theta`, with `|m|` up to `MODES`.
+const MODES: usize = 20;
+const VISCOSITY: f64 = 5e-3;
+
+fn tendency(u: &[Complex<f64>]) -> Vec<Complex<f64>> {
+    let at = |m: isize| match m {
+        0 => Complex::default(),
+        m if m.unsigned_abs() > MODES => Complex::default(),
+        m if m > 0 => u[m as usize],
+        m => u[m.unsigned_abs()].conj(),
+    };
+    let all = MODES as isize;
+    let of = |m: isize| {
+        let sum: Complex<f64> = (m - all..=all).map(|p| at(p) * at(m - p)).sum();
+        Complex::new(0.0, -0.5 * m as f64) * sum - u[m as usize] * (VISCOSITY * (m * m) as f64)
+    };
+    (0..=all).map(of).collect()
+}
+
+fn stepped(u: &[Complex<f64>], step: f64) -> Vec<Complex<f64>> {
+    let plus = |k: &[Complex<f64>], h: f64| -> Vec<Complex<f64>> {
+        u.iter().zip(k).map(|(u, k)| u + k * h).collect()
+    };
+    let a = tendency(u);
+    let b = tendency(&plus(&a, step / 2.0));
+    let c = tendency(&plus(&b, step / 2.0));
+    let d = tendency(&plus(&c, step));
+    let rate: Vec<Complex<f64>> = (0..u.len())
+        .map(|m| (a[m] + b[m] * 2.0 + c[m] * 2.0 + d[m]) / 6.0)
+        .collect();
+    plus(&rate, step)
+}
+
+/// Nonlinear waves from random low frequencies, followed along x by Burgers' equation: what each frequency gains
+/// between two sites is the exact transfer of the budget, within the errors, and so is the flux.
+#[test]
+fn val_burgers_transfer_is_that_of_the_budget() {
+    let (samples, sites, shots, step) = (64, 9, 120, 2.5e-4);
+    let mut random = Noise(9);
+    let mut exact = [0.0; MODES + 1];
+    let mut fields = Vec::new();
+    for _ in 0..shots {
+        let mut u = vec![Complex::default(); MODES + 1];
+        for mode in u.iter_mut().take(5).skip(1) {
+            *mode = Complex::new(random.gaussian(), random.gaussian()) * 0.08;
+        }
+        for _ in 0..40 {
+            u = stepped(&u, 0.01);
+        }
+        let mut values = Array2::zeros((samples, sites));
+        for j in 0..sites {
+            for n in 0..samples {
+                let wave = |m: usize| {
+                    let angle = TAU * ((m * n) % samples) as f64 / samples as f64;
+                    2.0 * (u[m] * Complex::from_polar(1.0, angle)).re
+                };
+                values[[n, j]] = (1..=MODES).map(wave).sum();
+            }
+            u = stepped(&u, step);
+        }
+        let burgers = Burgers::new(VISCOSITY, TAU, samples).unwrap();
+        let budget = tendency_budget(values.t(), [0.0, step], TAU, &burgers).unwrap();
+        // Simpson's rule along x; E is half of the mean square.
+        for (m, sum) in exact.iter_mut().enumerate() {
+            for j in 0..sites {
+                let weight = match j {
+                    0 | 8 => 1.0,
+                    j if j % 2 == 1 => 4.0,
+                    _ => 2.0,
+                };
+                *sum += 2.0 * budget.transfer[[j, m]] * weight * step / 3.0 / f64::from(shots);
+            }
+        }
+        let mut field = Field::from_array(values);
+        field.time.step = TAU / samples as f64;
+        fields.push(field);
+    }
+    let all: Vec<&Field> = fields.iter().collect();
+    let request = TransferRequest {
+        to: sites - 1,
+        ..request(samples, MODES as f64 / TAU)
+    };
+    let found = transfer(&all, &request, &Silent).unwrap();
+    let df = found.outputs[0].frequency;
+    let largest = exact.iter().fold(0.0, |m: f64, t| m.max(t.abs()));
+    let (mut worst, mut flux, mut worst_flux) = (0.0f64, 0.0, 0.0f64);
+    let mut largest_flux = 0.0f64;
+    for (m, output) in found.outputs.iter().enumerate() {
+        let gain = output.gain * df;
+        println!(
+            "{:2} input {:.3e} exact {:+.4e} gain {gain:+.4e} error {:.1e} linear {:+.2e} residual {:.1e} undetermined {}",
+            m + 1,
+            output.input * df,
+            exact[m + 1],
+            output.gain_error * df,
+            output.linear * df,
+            output.residual * df,
+            output.undetermined
+        );
+        worst = worst.max((gain - exact[m + 1]).abs() / largest);
+        flux -= exact[m + 1];
+        largest_flux = largest_flux.max(flux.abs());
+        worst_flux = worst_flux.max((output.flux - flux).abs());
+    }
+    println!(
+        "worst {worst}, flux {}, {:?}",
+        worst_flux / largest_flux,
+        found.shares
+    );
+    println!("{} / {}", found.findings(), found.answer());
+    assert!((0.002..0.012).contains(&worst), "{worst}");
+    assert!(worst_flux / largest_flux < 0.025);
+    let passage = found.passage().unwrap();
+    assert!(passage.flux > 0.0 && found.holds());
+    // Of the strongest pairs, Q = - i m s / 2 to first order.
+    let distance = step * (sites - 1) as f64;
+    for pair in found
+        .pairs
+        .iter()
+        .filter(|p| p.third < 4.5 / TAU && p.first < 4.5 / TAU)
+    {
+        let expected = -0.5 * pair.third * TAU * distance;
+        let off = (pair.im - expected).hypot(pair.re) / expected.abs();
+        assert!(off < 0.1, "{off} {pair:?}");
+    }
+}
+
+/// A chain of 130 bodies of which the first are thrown, one shot a seed.
+fn chain_shot(precompression: f64, speed: f64, random: &mut Noise) -> Field {
+    let n = 130;
+    let chain = Chain {
+        mass: vec![1.0; n],
+        coefficient: vec![1.0; n],
+        law: Law::Hertz,
+        ends: Ends::default(),
+        precompression,
+        losses: Losses::default(),
+    };
+    let mut velocity = vec![0.0; n];
+    for _ in 0..3 {
+        let (size, at) = (speed * random.gaussian(), 12.0 + 6.0 * random.next());
+        for (j, v) in velocity.iter_mut().enumerate().take(40) {
+            *v += size * (-((j as f64 - at) / 3.0).powi(2)).exp();
+        }
+    }
+    let simulation = Simulation {
+        velocity,
+        estimate_error: false,
+        accuracy: Accuracy::Tolerance(1e-7),
+        ..Simulation::impact(chain, 0.0, 79.375, 128)
+    };
+    let run = simulation.run(&Silent).unwrap();
+    let mut field = Field::from_array(run.velocity.slice(s![.., 28..44]).to_owned());
+    field.time.step = 0.625;
+    field
+}
+
+/// Under precompression weak waves have a quadratic expansion; without it they have none, and that is said.
+#[test]
+fn val_hertz_chains_with_and_without_precompression() {
+    for (precompression, speed) in [(1.0, 0.05), (0.0, 0.3)] {
+        let mut random = Noise(21);
+        let fields: Vec<Field> = (0..40)
+            .map(|_| chain_shot(precompression, speed, &mut random))
+            .collect();
+        let all: Vec<&Field> = fields.iter().collect();
+        let request = TransferRequest {
+            from: 2,
+            to: 12,
+            resamplings: 40,
+            ..request(128, 0.2)
+        };
+        let found = transfer(&all, &request, &Silent).unwrap();
+        println!("{precompression}: {:?} {}", found.shares, found.findings());
+        println!("{}", found.answer());
+        if precompression > 0.0 {
+            assert!(found.holds());
+        } else {
+            assert!(!found.holds());
+        }
+    }
+}
+
+/// An odd law has no quadratic term: nothing is predicted, and nothing is said to pass.
+#[test]
+fn val_odd_law_fails_honestly() {
+    let values = periods([32, 200, 6], 0.0, &mut Noise(5), |_, x| x * x.abs());
+    let found = found(values, &request(32, 6.0 / 32.0));
+    println!("{:?} {}", found.shares, found.answer());
+    assert!(!found.holds() && found.shares.held_out_quadratic < 0.0);
+    assert!(found.answer().starts_with("no quadratic transfer is found"));
+    assert!(found.shares.held_out_linear > 0.5);
+}
+
+#[test]
+fn regress_what_is_refused() {
+    let values = periods([32, 40, 6], 0.1, &mut Noise(5), |_, x| x);
+    let steady = Field::from_array(values);
+    let refused = |request: &TransferRequest| match transfer(&[&steady], request, &Silent) {
+        Err(Error::Request {
+            option,
+            expected,
+            found,
+        }) => (option, expected, found),
+        other => panic!("{other:?}"),
+    };
+    let base = request(32, 0.2);
+    assert!(transfer(&[&steady], &base, &Silent).is_ok());
+    let with = |change: &dyn Fn(&mut TransferRequest)| {
+        let mut request = base.clone();
+        change(&mut request);
+        refused(&request).0
+    };
+    assert_eq!(with(&|r| r.from = 2), "from");
+    assert_eq!(with(&|r| r.to = 2), "to");
+    assert_eq!(with(&|r| r.to = 0), "to");
+    assert_eq!(with(&|r| r.lag = 1280), "lag");
+    assert_eq!(with(&|r| r.highest = Some(-1.0)), "highest");
+    assert_eq!(with(&|r| r.highest = Some(0.01)), "highest");
+    assert_eq!(with(&|r| r.alpha = 0.0), "significance");
+    assert_eq!(with(&|r| r.resamplings = 5), "resamplings");
+    let tapers = Tapers::Slepian { nw: 4.0, count: 7 };
+    assert_eq!(with(&|r| r.averaging.tapers = tapers.clone()), "multitaper");
+    // 40 realisations for 31 unknowns.
+    let (option, expected, found) = refused(&request(64, 0.5));
+    assert_eq!(option, "segment");
+    assert!(
+        expected.contains("62") && expected.contains("31"),
+        "{expected}"
+    );
+    assert_eq!(found, "20.0");
+    let pulse = Field::from_array(Array2::from_shape_fn((2048, 2), |(n, j)| {
+        (-((n as f64 - 300.0 - 5.0 * j as f64) / 6.0).powi(2)).exp()
+    }));
+    match transfer(&[&pulse], &request(16, 0.5), &Silent) {
+        Err(Error::Request { found, .. }) => assert!(found.contains("transient"), "{found}"),
+        other => panic!("{other:?}"),
+    }
+}
+
+/// A wave that is a few samples later at the output is aligned by the lag; threads do not matter.
+#[test]
+fn regress_lag_and_threads() {
+    let mut random = Noise(3);
+    let (count, lag) = (6400, 9);
+    let mut x = vec![0.0; count + lag];
+    for n in 1..count + lag {
+        x[n] = 0.6 * x[n - 1] + random.gaussian();
+    }
+    let values = Array2::from_shape_fn((count, 2), |(n, j)| match j {
+        0 => x[n + lag],
+        _ => x[n] + 0.1 * x[n] * x[n],
+    });
+    let field = Field::from_array(values);
+    let of = |lag, threads| {
+        let request = TransferRequest {
+            lag,
+            threads: Some(threads),
+            resamplings: 40,
+            ..TransferRequest::default()
+        };
+        transfer(&[&field], &request, &Silent).unwrap()
+    };
+    let (aligned, late) = (of(lag, 1), of(0, 1));
+    assert_eq!(aligned.segment, [64, 32]);
+    println!("{:?}\n{:?}", aligned.shares, late.shares);
+    assert!(aligned.shares.held_out_linear > late.shares.held_out_linear + 0.1);
+    assert!(aligned.holds());
+    // A window that a product has twice: the coefficient is freed of it.
+    let strong: Vec<f64> = aligned
+        .pairs
+        .iter()
+        .filter(|p| p.first < 0.1 && p.third < 0.2)
+        .map(|p| p.re)
+        .collect();
+    let mean = strong.iter().sum::<f64>() / strong.len() as f64;
+    println!("mean Q {mean} of {}", strong.len());
+    assert!((mean - 0.1).abs() < 0.01, "{mean}");
+    for threads in [2, 5] {
+        let other = of(lag, threads);
+        assert_eq!(other.outputs, aligned.outputs);
+        assert_eq!(other.pairs, aligned.pairs);
+    }
+}
