@@ -66,6 +66,7 @@ const NAMES: &[&str] = &[
     "transfer.npz",
     "spectrum.npz",
     "budget.npz",
+    "budget.nc",
     "budget.html",
     "report.html",
     "figures",

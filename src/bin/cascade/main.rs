@@ -6,6 +6,7 @@ mod advice;
 mod allocator;
 mod analyze;
 mod args;
+mod arrays_file;
 mod attenuate;
 mod bench;
 mod bicoherence;
@@ -41,7 +42,6 @@ mod settings;
 mod show_args;
 mod simulate;
 mod slope;
-mod spectra_file;
 mod spectrum;
 mod sweep;
 mod table;
@@ -117,7 +117,7 @@ fn one(cli: Cli, fields: &[PathBuf], applied: &Applied) -> Result<(), Failure> {
         Command::Budget(typed) => budget::run(*typed),
         Command::Compare(typed) => compare::run(*typed),
         Command::Inspect(typed) => inspect::run(*typed, fields),
-        Command::Convert(typed) => convert::run(*typed),
+        Command::Convert(typed) => convert::run(*typed, fields),
         Command::Filter(typed) => filter::run(*typed),
         Command::Simulate(typed) => simulate::run(*typed),
         Command::Sweep(typed) => sweep::run(*typed),
