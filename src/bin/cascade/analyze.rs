@@ -22,6 +22,7 @@ use crate::args::{Analyze, Input, ResultArg};
 use crate::arrays_file::ArraysFile;
 use crate::effect::refuse_without_effect;
 use crate::failure::Failure;
+use crate::further;
 use crate::figure_args::Drawing;
 use crate::progress::Progress;
 use crate::scan_args::folder_name;
@@ -93,7 +94,7 @@ pub fn run(typed: &Analyze, files: &[PathBuf], applied: &Applied) -> Result<(), 
         progress: &Progress::new(show),
     };
     let finished = task.run()?;
-    tell(typed, &finished, started)
+    tell(typed, &finished, field, started)
 }
 
 impl Task<'_> {
@@ -267,7 +268,12 @@ fn draw(
     Ok(())
 }
 
-fn tell(typed: &Analyze, finished: &Finished, started: Instant) -> Result<(), Failure> {
+fn tell(
+    typed: &Analyze,
+    finished: &Finished,
+    field: &Path,
+    started: Instant,
+) -> Result<(), Failure> {
     let mut out = terminal::stdout();
     if typed.output.json {
         writeln!(out, "{}", finished.json)?;
@@ -278,6 +284,16 @@ fn tell(typed: &Analyze, finished: &Finished, started: Instant) -> Result<(), Fa
     }
     let text = terminal::summary(&finished.analysis, &finished.read_as, terminal::width());
     write!(out, "{text}")?;
+    let is_scan = typed.scan.position_from.is_some();
+    if !is_scan {
+        let open = further::questions(&finished.analysis, is_run_file(field)?, field);
+        let mut lines = terminal::Lines::new(terminal::width());
+        for (i, [question, command]) in open.iter().enumerate() {
+            let name = if i == 0 { "further" } else { "" };
+            lines.line(name, &format!("{question} -> {command}"));
+        }
+        write!(out, "{}", lines.text)?;
+    }
     let seconds = started.elapsed().as_secs_f64();
     let main = finished.main();
     writeln!(out, "done in {seconds:.2} s; open {}", main.display())?;

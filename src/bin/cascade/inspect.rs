@@ -14,6 +14,7 @@ use crate::args::Input;
 use crate::failure::Failure;
 use crate::scan_args::{ScanArgs, records_json};
 use crate::table::Table;
+use crate::words::quoted;
 use crate::terminal::{self, HEADING, number, paragraphs, styled};
 
 /// What `cascade inspect` takes.
@@ -188,13 +189,7 @@ fn command(typed: &Inspect, field: &Field) -> String {
         .iter()
         .position(|word| word == "inspect")
         .map_or(1, |at| at + 1);
-    let quoted = |word: &String| match word
-        .contains(|c: char| c.is_whitespace() || "*?;&|()'\"".contains(c))
-    {
-        true => format!("'{}'", word.replace('\'', "'\\''")),
-        false => word.clone(),
-    };
-    let mut rest: Vec<String> = words[after..].iter().map(quoted).collect();
+    let mut rest: Vec<String> = words[after..].iter().map(|word| quoted(word)).collect();
     let counts = |axis: &Axis| *axis == Axis::index();
     if counts(&field.time) && typed.input.dt.is_none() && typed.input.rate.is_none() {
         rest.push("--dt STEP".into());

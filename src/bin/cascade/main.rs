@@ -24,6 +24,7 @@ mod failure;
 mod fields;
 mod figure_args;
 mod filter;
+mod further;
 mod increments;
 mod inspect;
 mod localize;
