@@ -777,7 +777,7 @@
 
     drawCurve() {
       if (this.isEmpty) return;
-      const { x, y, label, signed, least, largest, columns, block } = this.map;
+      const { x, y, label, signed, least, largest, columns, block, interval } = this.map;
       const { row, column } = this.cell();
       const upwards = this.along === "y";
       const length = this.count(this.along);
@@ -788,6 +788,14 @@
       const series = least
         ? [{ label: "least", values: cut(least), color: 0 }, { label: "largest", values: cut(largest), color: 0, band: true }]
         : [{ label: "value", values: cut(this.map.values) }];
+      if (interval && upwards && !signed) {
+        const value = series[series.length - 1].values;
+        const ends = interval.map((factor) => value.map((v) => factor * v));
+        series.push(
+          { label: "95 % interval, lower end", values: ends[0], color: 5 },
+          { label: "upper end", values: ends[1], color: 5, band: true },
+        );
+      }
       const { group } = this.curve;
       if (group && (group.along !== this.along || group.map !== this.map)) this.curve.range = null;
       this.curve.group = {

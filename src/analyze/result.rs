@@ -8,6 +8,7 @@ use super::display::Display;
 use super::warning::Warning;
 use crate::diagnostics::Map;
 use crate::error::{Error, Result};
+use crate::estimates::SpectrumInterval;
 use crate::field::{Axis, Quantity};
 use crate::prepare::WindowGains;
 
@@ -358,6 +359,8 @@ pub struct Analysis {
     pub direction: Option<Direction>,
     /// Share of energy towards +x and towards -x at each frequency (NaN without energy).
     pub direction_by_frequency: Option<[Vec<f64>; 2]>,
+    /// How well `S(f, x)` is known at the reference site, if the record is stationary.
+    pub interval: Option<SpectrumInterval>,
     pub frequency_edge: Option<BandEdge>,
     pub wavenumber_edge: Option<BandEdge>,
     /// Redistribution of frequency content along x: one value a site.

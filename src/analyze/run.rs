@@ -89,6 +89,7 @@ fn passes<T: Real>(
         observer,
     };
     let (from_records, from_profiles) = stages.run::<T>(&mut clock)?;
+    let interval = from_records.as_ref().and_then(|found| found.interval);
     let (frequency_edge, front_length, columns, spacetime, checked) = match from_records {
         Some(found) => (
             found.edge,
@@ -159,6 +160,7 @@ fn passes<T: Real>(
         parseval,
         direction,
         direction_by_frequency,
+        interval,
         frequency_edge,
         wavenumber_edge,
         along_space,

@@ -16,6 +16,7 @@ use super::spacetime::{self, Frequencies};
 use crate::arrays::Sink;
 use crate::diagnostics::quantile_of;
 use crate::error::{Error, Result};
+use crate::estimates::SpectrumInterval;
 use crate::observer::Observer;
 use crate::prepare::Prepared;
 use crate::transform::Real;
@@ -37,6 +38,8 @@ pub(super) struct FromRecords {
     /// Where low frequencies end; `None` where no spectra along time are wanted.
     pub edge: Option<BandEdge>,
     pub front: Option<FrontLength>,
+    /// Of the spectrum of the reference site.
+    pub interval: Option<SpectrumInterval>,
     pub columns: TemporalPassResult,
     pub spacetime: Option<Frequencies>,
     /// The error of amplitudes, and of how many.
@@ -108,7 +111,9 @@ impl Stages<'_> {
         }
         let mut along_time = AlongTime::<T>::new(plan, self.prepared);
         clock.lap(plan, "planning along time");
-        let (edge, front) = self.at_reference_site(&along_time).unzip();
+        let found = self.at_reference_site(&along_time);
+        let interval = found.and_then(|(.., interval)| interval);
+        let (edge, front) = found.map(|(edge, front, _)| (edge, front)).unzip();
         if let Some(FrontLength::Window { samples, .. }) = front {
             along_time.passage = Some(WindowTransforms::new(plan, samples, value_of(edge)));
         }
@@ -155,18 +160,19 @@ impl Stages<'_> {
         Ok(Some(FromRecords {
             edge,
             front,
+            interval,
             columns,
             spacetime,
             checked,
         }))
     }
 
-    /// Where low frequencies end, and how long windows at the front's passage are; `None` where no
-    /// spectra along time are wanted.
+    /// Where low frequencies end, how long windows at the front's passage are, and how well the spectrum is
+    /// known; `None` where no spectra along time are wanted.
     fn at_reference_site<T: Real>(
         &self,
         along_time: &AlongTime<T>,
-    ) -> Option<(BandEdge, FrontLength)> {
+    ) -> Option<(BandEdge, FrontLength, Option<SpectrumInterval>)> {
         let (plan, axes) = (self.plan, &self.plan.axes);
         if !plan.request.results.temporal {
             return None;
@@ -175,8 +181,10 @@ impl Stages<'_> {
         let found = site.and_then(|site| Some((site, along_time.reference(site)?)));
         let record = found.as_ref().map(|(_, (record, _))| &record[..]);
         let length = front::window_of(plan, record);
+        let interval = record
+            .map(|record| SpectrumInterval::of_record(record, &plan.window_time, plan.segments));
         if let Some(value) = plan.request.band_edge_frequency {
-            return Some((BandEdge::Given { value }, length));
+            return Some((BandEdge::Given { value }, length, interval));
         }
         let bin = 1.0 / (plan.segments.length as f64 * axes.time.step);
         let edge = found.map(|(site, (_, spectrum))| Edge {
@@ -184,7 +192,8 @@ impl Stages<'_> {
             place: (plan.sites.start + site, axes.space.at(site)),
             bin,
         });
-        Some((edge.map_or(BandEdge::Undefined, Edge::settled), length))
+        let edge = edge.map_or(BandEdge::Undefined, Edge::settled);
+        Some((edge, length, interval))
     }
 
     /// Where low wavenumbers end; `None` where no spectra along space are wanted.

@@ -25,7 +25,7 @@ impl LargeArray {
         self.name
     }
 
-    /// What its rows and columns count; of an analysis, the arrays that hold their coordinates.
+    /// What its rows and columns count: the names of the arrays that hold their coordinates.
     pub fn axes(self) -> [&'static str; 2] {
         self.axes
     }

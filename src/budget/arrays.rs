@@ -5,13 +5,15 @@ use crate::arrays::LargeArray;
 /// Arrays of budgets.
 impl LargeArray {
     /// `e_j(t)`, `(time, site)`
-    pub const SITE_ENERGY: LargeArray = LargeArray::new("site_energy", ["time", "site"]);
+    pub const SITE_ENERGY: LargeArray = LargeArray::new("site_energy", ["time", "position"]);
     /// `J_j(t)`, `(time, contact)`
-    pub const ENERGY_FLUX: LargeArray = LargeArray::new("energy_flux", ["time", "contact"]);
+    pub const ENERGY_FLUX: LargeArray =
+        LargeArray::new("energy_flux", ["time", "contact_position"]);
     /// `W_j(t)`, `(time, contact)`
-    pub const ENERGY_PASSED: LargeArray = LargeArray::new("energy_passed", ["time", "contact"]);
+    pub const ENERGY_PASSED: LargeArray =
+        LargeArray::new("energy_passed", ["time", "contact_position"]);
     /// Energy lost at each site since the first sample, `(time, site)`
-    pub const ENERGY_LOST: LargeArray = LargeArray::new("energy_lost", ["time", "site"]);
+    pub const ENERGY_LOST: LargeArray = LargeArray::new("energy_lost", ["time", "position"]);
     /// `E(k, t)`, `(time, wavenumber)`
     pub const ENERGY_SPECTRUM: LargeArray =
         LargeArray::new("energy_spectrum", ["time", "wavenumber"]);
@@ -29,17 +31,18 @@ impl LargeArray {
         LargeArray::new("integrated_spectral_flux", ["time", "wavenumber"]);
     /// Acoustic part of `E(k, t)`, `(time, wavenumber of the cell)`
     pub const ACOUSTIC_SPECTRUM: LargeArray =
-        LargeArray::new("acoustic_spectrum", ["time", "wavenumber of the cell"]);
+        LargeArray::new("acoustic_spectrum", ["time", "cell_wavenumber"]);
     /// Optical part of `E(k, t)`, `(time, wavenumber of the cell)`
     pub const OPTICAL_SPECTRUM: LargeArray =
-        LargeArray::new("optical_spectrum", ["time", "wavenumber of the cell"]);
+        LargeArray::new("optical_spectrum", ["time", "cell_wavenumber"]);
     /// `P_j(f)`, `(frequency, contact)`
-    pub const POWER_FLOW: LargeArray = LargeArray::new("power_flow", ["frequency", "contact"]);
+    pub const POWER_FLOW: LargeArray =
+        LargeArray::new("power_flow", ["frequency", "contact_position"]);
     /// Energy that passed each contact up to a frequency, `(frequency, contact)`
     pub const CUMULATIVE_POWER_FLOW: LargeArray =
-        LargeArray::new("cumulative_power_flow", ["frequency", "contact"]);
+        LargeArray::new("cumulative_power_flow", ["frequency", "contact_position"]);
     /// `Pi_l,j(t)` at one scale, `(time, contact)`
-    pub const SCALE_FLUX: LargeArray = LargeArray::new("scale_flux", ["time", "contact"]);
+    pub const SCALE_FLUX: LargeArray = LargeArray::new("scale_flux", ["time", "contact_position"]);
     /// `Pi_l` summed over contacts, `(time, scale)`
     pub const SCALE_FLUX_IN_TIME: LargeArray =
         LargeArray::new("scale_flux_in_time", ["time", "scale"]);

@@ -61,6 +61,23 @@ impl BudgetUnits {
         }
     }
 
+    /// `what (m/s)`.
+    pub(crate) fn velocity(&self, what: &str) -> String {
+        match (&self.length, &self.time) {
+            (Some(length), Some(time)) => label(what, &compose(&[length], &[time])),
+            _ => what.into(),
+        }
+    }
+
+    /// `what (N)`.
+    pub(crate) fn force(&self, what: &str) -> String {
+        match (self.energy.as_deref(), self.length.as_deref()) {
+            (Some("J"), Some("m")) => label(what, "N"),
+            (Some(energy), Some(length)) => label(what, &compose(&[energy], &[length])),
+            _ => what.into(),
+        }
+    }
+
     /// `what (J/s)`.
     pub(crate) fn power(&self, what: &str) -> String {
         match (&self.energy, &self.time) {
@@ -85,6 +102,8 @@ mod tests {
         assert_eq!(si.power("flux"), "flux (J/s)");
         assert_eq!(si.energy_per_frequency("power flow"), "power flow (J/Hz)");
         assert_eq!(si.wavenumber(), "wavenumber k (rad/m)");
+        assert_eq!(si.velocity("velocity"), "velocity (m/s)");
+        assert_eq!(si.force("force"), "force (N)");
         let none = BudgetUnits::default();
         assert_eq!(none.power("flux"), "flux");
         assert_eq!(none.frequency(), "frequency (cycles per unit of time)");

@@ -266,7 +266,12 @@ pub enum InputFault {
     },
 
     #[error("expected numbers in {variable}, found {found}")]
-    NotNumbers { variable: String, found: String },
+    NotNumbers {
+        variable: String,
+        found: String,
+        /// How it becomes numbers that are read, where there is a way.
+        way_out: Option<&'static str>,
+    },
 
     #[error("expected times in {variable}, found only the sites {dimension:?} of one time")]
     NoTimes { variable: String, dimension: String },

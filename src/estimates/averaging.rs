@@ -45,6 +45,8 @@ pub(super) struct Realisations {
     pub segments: Segments,
     /// Each with `sum w^2 = 1`.
     tapers: Vec<Vec<f64>>,
+    /// Share of each taper's energy inside its band; 1 of a window.
+    pub concentrations: Vec<f64>,
     transforms: Vec<RecordTransform<f64>>,
     detrend: Detrend,
 }
@@ -62,12 +64,13 @@ impl Realisations {
     /// [`Error::Request`] for segments or tapers that do not fit a record of `n_times` samples.
     pub fn new(averaging: &Averaging, n_times: usize) -> Result<Self> {
         let segments = averaging.segments(n_times)?;
-        let tapers = averaging.weights(segments.length)?;
+        let (tapers, concentrations) = averaging.weights(segments.length)?;
         let plan = |taper: &Vec<f64>| RecordTransform::new(taper, segments.length);
         let transforms = tapers.iter().map(plan).collect();
         Ok(Realisations {
             segments,
             tapers,
+            concentrations,
             transforms,
             detrend: averaging.detrend,
         })
@@ -84,6 +87,11 @@ impl Realisations {
 
     pub fn bins(&self) -> usize {
         self.segments.length / 2 + 1
+    }
+
+    /// `sum_n w_k(n)` of each taper, the transform at the frequency of a line; 0 of odd ones.
+    pub fn taper_sums(&self) -> Vec<f64> {
+        self.tapers.iter().map(|w| crate::numeric::sum(w)).collect()
     }
 
     /// Samples of a record that segments reach.
@@ -121,6 +129,19 @@ impl Realisations {
         }
     }
 
+    /// `sum_n w_k(n) exp(2 pi i d n / N)` of each taper, what a line that is `d` bins above a bin has there.
+    pub fn taper_transforms<const D: usize>(&self, offsets: &[f64; D]) -> Vec<[Complex<f64>; D]> {
+        let length = self.segments.length as f64;
+        let transform = |taper: &Vec<f64>, offset: f64| -> Complex<f64> {
+            let term = |(n, w): (usize, &f64)| {
+                Complex::from_polar(*w, std::f64::consts::TAU * offset * n as f64 / length)
+            };
+            taper.iter().enumerate().map(term).sum()
+        };
+        let of = |taper: &Vec<f64>| offsets.map(|offset| transform(taper, offset));
+        self.tapers.iter().map(of).collect()
+    }
+
     /// How many independent realisations of white noise have the variance of this average,
     ///
     /// ```text
@@ -136,28 +157,54 @@ impl Realisations {
     /// The same of means of products of `order` transforms, whose phases cancel: the sums of shared tapers
     /// to that power. Neighbouring products of three have less in common than powers.
     pub fn effective_products(&self, order: i32) -> f64 {
+        effective_number(&self.tapers, self.segments, order)
+    }
+
+    /// The same of the parts of the transforms along a line and beside it: along `u_k`, the direction of the
+    /// tapers' sums, and at right angles to it.
+    ///
+    /// ```text
+    /// K_1 = S^2 / sum_{s s'} (u^T G u)^2,    K_2 = ((K - 1) S)^2 / sum_{s s'} |P G P|^2,
+    /// ```
+    ///
+    /// over S segments, with `G_kk' = sum_n w_k(n) w_k'(n)` of tapers in the places of both segments and `P` the
+    /// projection at right angles to u. Source: the sum of [`Self::effective`], of linear combinations of tapers.
+    pub fn effective_beside_lines(&self) -> [f64; 2] {
+        let sums = self.taper_sums();
+        let norm = sums.iter().map(|u| u * u).sum::<f64>().sqrt();
+        let direction: Vec<f64> = sums.iter().map(|u| u / norm).collect();
         let Segments { length, hop, .. } = self.segments;
-        let count = self.segments.count();
-        let shared = |lag: usize| -> f64 {
-            let pairs = self
-                .tapers
-                .iter()
-                .flat_map(|a| self.tapers.iter().map(move |b| (a, b)));
-            let product = |(a, b): (&Vec<f64>, &Vec<f64>)| -> f64 {
-                let overlapping = a[lag..].iter().zip(b);
-                overlapping
-                    .map(|(v, w)| v * w)
-                    .sum::<f64>()
-                    .abs()
-                    .powi(order)
+        let (count, tapers) = (self.segments.count(), self.tapers.len());
+        let mut all = [count as f64, (count * (tapers - 1)) as f64];
+        let wanted = all.map(|all| all * all);
+        for j in (1..count).take_while(|j| j * hop < length) {
+            let shared = |a: &Vec<f64>, b: &Vec<f64>| -> f64 {
+                let overlapping = a[j * hop..].iter().zip(b);
+                overlapping.map(|(v, w)| v * w).sum()
             };
-            pairs.map(product).sum()
-        };
-        let neighbours = (1..count).take_while(|j| j * hop < length);
-        let beside: f64 = neighbours
-            .map(|j| (count - j) as f64 * shared(j * hop))
-            .sum();
-        (self.count() as f64).powi(2) / (count as f64 * shared(0) + 2.0 * beside)
+            let rows = self.tapers.iter();
+            let matrix: Vec<Vec<f64>> = rows
+                .map(|a| self.tapers.iter().map(|b| shared(a, b)).collect())
+                .collect();
+            let dot = |a: &[f64]| -> f64 { a.iter().zip(&direction).map(|(a, u)| a * u).sum() };
+            let right: Vec<f64> = matrix.iter().map(|row| dot(row)).collect();
+            let column = |k: usize| -> Vec<f64> { matrix.iter().map(|row| row[k]).collect() };
+            let left: Vec<f64> = (0..tapers).map(|k| dot(&column(k))).collect();
+            let along = dot(&right);
+            let square = |a: f64| a * a;
+            let cells = matrix.iter().enumerate().flat_map(|(k, row)| {
+                let (direction, left, right) = (&direction, &left, &right);
+                row.iter().enumerate().map(move |(i, g)| {
+                    g - right[k] * direction[i] - direction[k] * left[i]
+                        + along * direction[k] * direction[i]
+                })
+            });
+            let beside: f64 = cells.map(square).sum();
+            let pairs = 2.0 * (count - j) as f64;
+            all[0] += pairs * along * along;
+            all[1] += pairs * beside;
+        }
+        [wanted[0] / all[0], wanted[1] / all[1]]
     }
 
     /// Neighbouring bins that an average shares, in bins: 1 without a taper, 1.94 of a Hann window.
@@ -197,6 +244,37 @@ impl Realisations {
             .sum();
         sum.norm_sqr()
     }
+}
+
+/// See [`Realisations::effective_products`]; tapers with `sum w^2 = 1`.
+fn effective_number(tapers: &[Vec<f64>], segments: Segments, order: i32) -> f64 {
+    let Segments { length, hop, .. } = segments;
+    let count = segments.count();
+    let shared = |lag: usize| -> f64 {
+        let pairs = tapers
+            .iter()
+            .flat_map(|a| tapers.iter().map(move |b| (a, b)));
+        let product = |(a, b): (&Vec<f64>, &Vec<f64>)| -> f64 {
+            let overlapping = a[lag..].iter().zip(b);
+            let shared: f64 = overlapping.map(|(v, w)| v * w).sum();
+            shared.abs().powi(order)
+        };
+        pairs.map(product).sum()
+    };
+    let neighbours = (1..count).take_while(|j| j * hop < length);
+    let beside: f64 = neighbours
+        .map(|j| (count - j) as f64 * shared(j * hop))
+        .sum();
+    let all = (count * tapers.len()) as f64;
+    all.powi(2) / (count as f64 * shared(0) + 2.0 * beside)
+}
+
+/// How many independent segments of white noise have the variance of the average over all `segments` under a
+/// window.
+pub(super) fn effective_segments(window: &[f64], segments: Segments) -> f64 {
+    let power = crate::numeric::sum_of_squares(window);
+    let scaled = window.iter().map(|w| w / power.sqrt()).collect();
+    effective_number(&[scaled], segments, 2)
 }
 
 impl Averaging {
@@ -241,8 +319,8 @@ impl Averaging {
         })
     }
 
-    /// The tapers over `length` samples, with `sum w^2 = 1`.
-    fn weights(&self, length: usize) -> Result<Vec<Vec<f64>>> {
+    /// The tapers over `length` samples, with `sum w^2 = 1`, and the concentration of each.
+    fn weights(&self, length: usize) -> Result<(Vec<Vec<f64>>, Vec<f64>)> {
         let refuse = |expected: String, found: String| Error::Request {
             option: "multitaper",
             expected,
@@ -257,7 +335,8 @@ impl Averaging {
                 })?;
                 let samples = window.samples(length);
                 let power = crate::numeric::sum_of_squares(&samples);
-                Ok(vec![samples.iter().map(|w| w / power.sqrt()).collect()])
+                let scaled = samples.iter().map(|w| w / power.sqrt()).collect();
+                Ok((vec![scaled], vec![1.0]))
             }
             Tapers::Slepian { nw, count } => {
                 let half = length as f64 / 2.0;
@@ -271,7 +350,10 @@ impl Averaging {
                     return Err(refuse(expected, count.to_string()));
                 }
                 let found = slepian::sequences(length, nw, count);
-                Ok(found.into_iter().map(|one| one.samples).collect())
+                let pairs = found
+                    .into_iter()
+                    .map(|one| (one.samples, one.concentration));
+                Ok(pairs.unzip())
             }
         }
     }

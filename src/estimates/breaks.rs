@@ -1,7 +1,7 @@
 //! Breaks of a power law: continuous lines of several pieces.
 
 use crate::numeric::GoldenSection;
-use crate::numeric::quantiles::{student_outside, student_within};
+use crate::numeric::{student_outside, student_two_sided};
 
 /// Places that are tried, evenly spread over the band.
 const PLACES: usize = 64;
@@ -94,7 +94,7 @@ pub(super) fn breaks(points: &[(f64, f64)], most: usize, alpha: f64) -> Option<B
     let at = search.refined(at);
     let fit = hinges(points, &at)?;
     let freedom = n as f64 - fit.coefficients.len() as f64;
-    let limit = fit.squares * (1.0 + student_within(1.0 - alpha, freedom).powi(2) / freedom);
+    let limit = fit.squares * (1.0 + student_two_sided(alpha, freedom).powi(2) / freedom);
     let interval = |k: usize| [-1.0, 1.0].map(|sign| search.reach(&at, k, sign, limit).exp());
     let mut slopes = vec![fit.coefficients[1]];
     for change in &fit.coefficients[2..] {

@@ -11,7 +11,7 @@ use super::shots::first_of;
 use crate::error::{Error, Result};
 use crate::field::Field;
 use crate::numeric::at_or_below;
-use crate::numeric::quantiles::student_within;
+use crate::numeric::student_two_sided;
 use crate::observer::Observer;
 use crate::system::threads::in_pool;
 
@@ -369,7 +369,7 @@ fn moments(
             .iter()
             .map(|one| statistics(&std::array::from_fn(|i| total[i] - one[i])))
             .collect();
-        let within = student_within(1.0 - alpha, n - 1.0);
+        let within = student_two_sided(alpha, n - 1.0);
         for (i, half) in half.iter_mut().enumerate() {
             let mean = without.iter().map(|s| s[i]).sum::<f64>() / n;
             let squares: f64 = without.iter().map(|s| (s[i] - mean).powi(2)).sum();

@@ -1,6 +1,6 @@
 //! Lines through points, with their intervals; power laws and their breaks.
 
-use crate::numeric::quantiles::student_within;
+use crate::numeric::student_two_sided;
 
 /// A line `y = intercept + slope x` by least squares.
 #[derive(Debug, Clone, Copy, PartialEq, serde::Serialize)]
@@ -45,7 +45,7 @@ impl LineFit {
 
     /// Half of the regression interval of the slope at `1 - alpha`: Student's t of `n - 2` degrees of freedom.
     pub fn half_interval(&self, alpha: f64) -> f64 {
-        self.slope_error * student_within(1.0 - alpha, self.points as f64 - 2.0)
+        self.slope_error * student_two_sided(alpha, self.points as f64 - 2.0)
     }
 }
 
@@ -58,7 +58,7 @@ pub(super) fn mean_of(values: &[f64], alpha: f64) -> Option<(f64, f64)> {
     let mean = values.iter().sum::<f64>() / n;
     let squares: f64 = values.iter().map(|v| (v - mean).powi(2)).sum();
     let error = (squares / (n - 1.0) / n).sqrt();
-    Some((mean, error * student_within(1.0 - alpha, n - 1.0)))
+    Some((mean, error * student_two_sided(alpha, n - 1.0)))
 }
 
 #[cfg(test)]

@@ -9,6 +9,7 @@
 //! Source: P. D. Welch, IEEE Trans. Audio Electroacoust. 15, 70 (1967); D. J. Thomson, Proc. IEEE 70,
 //! 1055 (1982); J. S. Bendat, A. G. Piersol, "Random Data", 4th ed. (2010), chapters 8, 9 and 11.
 
+mod adaptive;
 mod averaging;
 mod bicoherence;
 mod bicoherence_along;
@@ -21,8 +22,11 @@ mod hermitian;
 mod increment_result;
 mod increment_sums;
 mod increments;
+mod interval;
 mod least_squares;
+mod lines;
 mod lomb;
+mod mean_spectrum;
 mod mode_shapes;
 mod modes;
 mod moments;
@@ -32,6 +36,8 @@ mod slope;
 mod slope_frames;
 mod snapshots;
 mod spectra;
+mod spectrum;
+mod spectrum_pass;
 mod steepening;
 mod transfer;
 mod transfer_fit;
@@ -53,14 +59,20 @@ pub use increment_result::{
 };
 pub use increment_sums::FieldAxis;
 pub use increments::increments;
+pub use interval::{SpectrumInterval, interval_factors};
 pub use least_squares::LineFit;
+pub use lines::Line;
 pub use lomb::{Lomb, LombAxis, LombRequest, lomb};
+pub use mean_spectrum::MeanSpectrum;
 pub use mode_shapes::{ModeShapes, ModeWave};
 pub use modes::{Modes, ModesRequest, modes};
 pub use phase::PhaseSpeed;
 pub(crate) use shots::first_of;
 pub use slope::{PowerLaw, Slope, SlopeRequest, slope};
 pub use slope_frames::SlopeFrames;
+pub use spectrum::{
+    LeftOutEach, LineTest, SpectrumAxis, SpectrumEstimate, SpectrumRequest, spectrum,
+};
 pub use steepening::Steepening;
 pub use transfer::{TransferRequest, transfer};
 pub use transfer_found::{OutputTransfer, PairTransfer, Transfer, TransferShares};

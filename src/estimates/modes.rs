@@ -6,12 +6,12 @@ use rayon::prelude::*;
 
 use super::averaging::{Averaging, Realisations, SegmentScratch};
 use super::ensemble::{Independence, steadiness};
+use super::interval::interval_factors;
 use super::mode_shapes::{ModeShapes, ShapeSearch};
 use super::shots::{Shots, TOGETHER, first_of};
 use super::snapshots::{Snapshots, Solved};
 use crate::error::{Error, Result};
 use crate::field::{Axis, Field};
-use crate::numeric::quantiles::chi_square_quantile;
 use crate::observer::Observer;
 use crate::prepare::Gaps;
 use crate::system::memory::{half_of_free_memory, try_filled};
@@ -84,8 +84,7 @@ impl Modes {
         } else {
             2.0 * independent
         };
-        let end = |p: f64| freedom / chi_square_quantile(p, freedom);
-        Some([end(1.0 - 0.5 * self.alpha), end(0.5 * self.alpha)])
+        Some(interval_factors(freedom, self.alpha))
     }
 
     /// Share of the power at a frequency that the first mode holds; NaN where there is none.

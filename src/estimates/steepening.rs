@@ -2,7 +2,7 @@
 
 use super::least_squares::LineFit;
 use super::slope_frames::SlopeFrames;
-use crate::numeric::quantiles::student_within;
+use crate::numeric::student_two_sided;
 
 /// The gradient has to grow by this factor.
 const LEAST_GROWTH: f64 = 4.0;
@@ -70,7 +70,7 @@ impl Steepening {
         let mean = points.iter().map(|p| p.0).sum::<f64>() / n;
         let variance = line.squares / (n - 2.0);
         let height = (variance / n + (line.slope_error * (shock_time - mean)).powi(2)).sqrt();
-        let half = student_within(1.0 - alpha, n - 2.0) * height / line.slope.abs();
+        let half = student_two_sided(alpha, n - 2.0) * height / line.slope.abs();
         let nearest = (0..frames.time.len()).min_by(|a, b| {
             let off = |i: &usize| (frames.time[*i] - shock_time).abs();
             off(a).total_cmp(&off(b))

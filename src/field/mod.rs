@@ -231,6 +231,22 @@ impl Field {
         self.n_sites
     }
 
+    /// The same samples with the axes exchanged: snapshots are its records. No copy is made.
+    pub(crate) fn transposed(&self) -> Field {
+        let [times, sites] = self.axis_names.clone();
+        Field {
+            storage: self.storage.transposed(),
+            n_times: self.n_sites,
+            n_sites: self.n_times,
+            time: self.space.clone(),
+            space: self.time.clone(),
+            axis_names: [sites, times],
+            channels: Vec::new(),
+            struck: None,
+            ..self.clone()
+        }
+    }
+
     /// Copies a block in time-major order: `out[(n - times.start) * sites.len() + (j -
     /// sites.start)]`.
     ///

@@ -174,6 +174,13 @@ impl Storage {
     }
 
     /// Whether a row holds the sites of one time.
+    /// The same samples with times for sites.
+    pub(crate) fn transposed(&self) -> Storage {
+        let mut storage = self.clone();
+        storage.arrangement.rows_are_times ^= true;
+        storage
+    }
+
     pub(crate) fn rows_are_times(&self) -> bool {
         self.arrangement.rows_are_times
     }

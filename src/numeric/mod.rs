@@ -1,11 +1,11 @@
-//! SIMD lanes, sums, the logarithm, angles, bins of bands, random numbers, roots.
+//! SIMD lanes, sums, the logarithm, angles, bins of bands, random numbers, roots, quantiles.
 
 mod angle;
 mod bins;
 mod golden;
 pub(crate) mod lanes;
 mod logarithm;
-pub(crate) mod quantiles;
+mod quantile;
 mod random;
 pub(crate) mod root;
 mod sums;
@@ -14,6 +14,10 @@ pub(crate) use angle::*;
 pub(crate) use bins::{at_or_below, count_at_or_below, in_band};
 pub(crate) use golden::GoldenSection;
 pub(crate) use logarithm::ln_normal;
+pub(crate) use quantile::{
+    chi_square_level, chi_square_quantile, fisher_level, fisher_tail, student_outside,
+    student_two_sided,
+};
 pub(crate) use random::{Random, split_mix, unit_interval};
 pub(crate) use root::between as find_root;
 pub(crate) use sums::*;

@@ -48,6 +48,14 @@ pub enum Look {
     Dots,
 }
 
+/// Lower and upper ends at the points of a series, such as those of an interval. Ends that are not finite
+/// are a gap.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Band {
+    pub label: String,
+    pub ends: Vec<(f64, f64)>,
+}
+
 /// Points with a name, which may be empty. A point that is not finite is a gap.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Series {
@@ -55,6 +63,8 @@ pub struct Series {
     pub points: Vec<(f64, f64)>,
     /// Standard errors of the ordinates; empty where there are none.
     pub errors: Vec<f64>,
+    /// Drawn as an area below the line.
+    pub band: Option<Band>,
     pub look: Look,
     /// Index into [`PALETTE`]; beyond it the colours return with another symbol at each point.
     pub colour: usize,
@@ -70,6 +80,7 @@ impl Series {
             label: label.into(),
             points,
             errors: Vec::new(),
+            band: None,
             look: Look::Line,
             colour,
             marker: None,
@@ -92,6 +103,51 @@ impl Series {
         Series {
             marker: Some(marker),
             ..self
+        }
+    }
+
+    /// With an area below the line.
+    pub fn with_band(self, label: impl Into<String>, ends: Vec<(f64, f64)>) -> Series {
+        let label = label.into();
+        Series {
+            band: Some(Band { label, ends }),
+            ..self
+        }
+    }
+
+    /// The colour of its area.
+    fn tint(&self) -> Color {
+        self.color().map(|c| 255 - (255 - c) / 10 * 3)
+    }
+
+    fn draw_band(&self, scene: &mut Scene, panel: &Panel, band: &Band) {
+        let rect = panel.rect;
+        // One column of the picture has one lower and one upper end.
+        let mut columns: Vec<Option<[f64; 3]>> = Vec::new();
+        for ((x, _), (low, high)) in self.points.iter().zip(&band.ends) {
+            let placed = (panel.place_x(*x), panel.place_y(*low), panel.place_y(*high));
+            let (Some(x), Some(low), Some(high)) = placed else {
+                columns.push(None);
+                continue;
+            };
+            if x < rect.left || x > rect.right {
+                continue;
+            }
+            let inside = |y: f64| y.clamp(rect.top, rect.bottom);
+            let [low, high] = [inside(low), inside(high)];
+            match columns.last_mut() {
+                Some(Some([at, top, bottom])) if at.floor() == x.floor() => {
+                    (*top, *bottom) = (top.min(high), bottom.max(low));
+                }
+                _ => columns.push(Some([x, high, low])),
+            }
+        }
+        for part in columns.split(|column| column.is_none()) {
+            let upper = part.iter().flatten().map(|[x, top, _]| (*x, *top));
+            let lower = part.iter().flatten().map(|[x, _, bottom]| (*x, *bottom));
+            if part.len() > 1 {
+                scene.polygon(upper.chain(lower.rev()).collect(), self.tint());
+            }
         }
     }
 
@@ -131,6 +187,9 @@ impl Series {
 
     pub(super) fn draw(&self, scene: &mut Scene, panel: &Panel) {
         let (color, symbol) = (self.color(), self.symbol(panel.rect.width()));
+        if let Some(band) = &self.band {
+            self.draw_band(scene, panel, band);
+        }
         if self.look != Look::Dots {
             for path in curve::paths(&self.points, panel) {
                 match self.look {
@@ -231,8 +290,16 @@ impl Chart {
     pub(super) fn entries(&self, width: f64) -> Vec<Entry> {
         let named = self.series.iter().filter(|series| !series.label.is_empty());
         let levels = self.levels.iter().filter(|level| !level.label.is_empty());
+        let bands = self.series.iter().filter_map(|series| {
+            let band = series.band.as_ref().filter(|band| !band.label.is_empty())?;
+            Some(Entry {
+                width: 9.0,
+                ..Entry::line(&band.label, series.tint())
+            })
+        });
         named
             .map(|series| series.entry(width))
+            .chain(bands)
             .chain(levels.map(|level| Entry::dashed(&level.label, FAINT)))
             .collect()
     }

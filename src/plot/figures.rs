@@ -41,6 +41,7 @@ pub fn temporal_spectrum(analysis: &Analysis, style: &Style) -> Option<Figure> {
         None,
     );
     sheet.note_limits(analysis, &[Side::Frequency, Side::Space]);
+    sheet.note_interval(analysis);
     sheet.draw_map(map, ColorScale::log(values(map), style.depth));
     sheet.mark_frequency_edge(analysis.frequency_edge.map(|edge| edge.value()), WHITE);
     Some(sheet.figure("temporal-spectrum"))
@@ -118,6 +119,8 @@ pub(super) struct MapFigure {
     above: Vec<Entry>,
     /// What the display limits leave out.
     not_shown: Option<String>,
+    /// How well a spectrum is known.
+    interval: Option<String>,
     /// Whether a panel beside the map shares its vertical axis.
     has_side: bool,
 }
@@ -147,6 +150,7 @@ impl MapFigure {
             top,
             above: Vec::new(),
             not_shown: None,
+            interval: None,
             has_side: false,
         }
     }
@@ -234,6 +238,19 @@ impl MapFigure {
         self.not_shown = labels::not_shown(analysis, sides, true);
     }
 
+    /// Says how well the spectrum is known, if it is of a stationary record.
+    fn note_interval(&mut self, analysis: &Analysis) {
+        let Some(interval) = analysis.interval else {
+            return;
+        };
+        self.interval = match (interval.degrees_of_freedom, interval.factors) {
+            (Some(degrees), Some([low, high])) => Some(format!(
+                "95 % interval: {low:.3} to {high:.3} of a value ({degrees:.3} degrees of freedom)"
+            )),
+            _ => Some("no interval: a transient is one realisation".into()),
+        };
+    }
+
     /// Lines that say what is not shown, and how many samples a cell of the picture stands for.
     fn notes(&self, map: &Map) -> Vec<String> {
         let cell = heat::cell_of(&self.panel.rect, map.values.dim());
@@ -244,6 +261,7 @@ impl MapFigure {
         let samples = (rows * cell.0, columns * cell.1);
         let room = self.scene.width - 4.0 * EDGE;
         let mut notes = heat::wrapped(self.not_shown.as_deref(), room);
+        notes.extend(heat::wrapped(self.interval.as_deref(), room));
         notes.extend(heat::reduction_note(what, samples, room));
         notes
     }

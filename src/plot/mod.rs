@@ -35,6 +35,7 @@ mod scene;
 mod sheet;
 mod short;
 mod slope;
+mod spectrum;
 mod style;
 mod svg;
 mod ticks;
@@ -52,7 +53,7 @@ pub use axis::around;
 pub use bicoherence::bicoherence;
 pub use budget::{SharedScales, budget_figures, encode_all};
 pub use canvas::{Area, Canvas, CanvasSurface, px, sans};
-pub use chart::{Chart, Level, Look, PALETTE, Series, extent};
+pub use chart::{Band, Chart, Level, Look, PALETTE, Series, extent};
 pub use coherence::coherence;
 pub use figures::{
     flux_surrogate, space_time, spacetime_spectrum, spatial_spectrum, temporal_spectrum,
@@ -72,6 +73,7 @@ pub use ridges::ridges;
 pub use sheet::{Plot, PlotRow, Sheet};
 pub use short::{short_space, short_time};
 pub use slope::slope;
+pub use spectrum::spectrum;
 pub use style::{Colormap, Depth, Style};
 pub use transfer::transfer;
 pub use uprights::Mark;
@@ -88,6 +90,9 @@ pub(crate) use modes::mode_charts;
 pub(crate) use scale::{ColorScale, DECADES};
 pub(crate) use short::{edges, within};
 pub(crate) use slope::slope_charts;
+pub(crate) use spectrum::{
+    density_label, mean_spectrum_chart, spectrum_chart, spectrum_lines, spectrum_map,
+};
 pub(crate) use transfer::{transfer_charts, transfer_map};
 
 use crate::analyze::Analysis;

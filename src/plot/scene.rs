@@ -266,6 +266,10 @@ impl Scene {
         });
     }
 
+    pub fn polygon(&mut self, corners: Vec<Point>, color: Color) {
+        self.marks.push(Mark::Polygon { corners, color });
+    }
+
     /// A straight line of dashes.
     pub fn dashes(&mut self, from: Point, to: Point, color: Color, width: f64) {
         self.dashed_path(&[from, to], color, width);

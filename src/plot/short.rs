@@ -309,7 +309,7 @@ impl ShortTimeFigure<'_> {
 }
 
 /// Up to six significant digits.
-fn six_digits(value: f64) -> String {
+pub(super) fn six_digits(value: f64) -> String {
     let rounded: f64 = format!("{value:.5e}").parse().unwrap_or(value);
     format!("{rounded}")
 }

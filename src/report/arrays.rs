@@ -70,18 +70,31 @@ pub fn write_labelled_arrays(
         ("kinetic_flux_surrogate", power.flux(axes)),
     ] {
         let (name, unit) = unit::split(&label);
-        let texts = [("units", unit), ("long_name", name)].into_iter();
-        let texts = texts.filter(|(_, text)| !text.is_empty());
-        let texts = texts.map(|(name, text)| (name, Attribute::Text(text.into())));
-        file.describe(array, texts.collect());
+        file.describe(array, text_attributes(unit, name));
     }
     let summary = serde_json::to_value(Summary::new(analysis, provenance)).unwrap_or_default();
-    for (part, prefix) in [
+    let parts = [
         ("provenance", ""),
         ("field", ""),
         ("conventions", ""),
         ("parseval", "parseval_"),
-    ] {
+    ];
+    describe_file(&summary, &parts, file);
+    Ok(())
+}
+
+/// The unit and the name of an array as attributes, those of them that it has.
+pub(super) fn text_attributes<'a>(unit: &str, about: &str) -> Vec<(&'a str, Attribute)> {
+    let texts = [("units", unit), ("long_name", about)].into_iter();
+    let texts = texts.filter(|(_, text)| !text.is_empty());
+    texts
+        .map(|(name, text)| (name, Attribute::Text(text.into())))
+        .collect()
+}
+
+/// The numbers and texts of these parts of a summary as attributes of the file, their names behind a prefix.
+pub(super) fn describe_file(summary: &Value, parts: &[(&str, &str)], file: &dyn LabelledArrays) {
+    for &(part, prefix) in parts {
         for (name, value) in summary[part].as_object().into_iter().flatten() {
             if let Some(value) = attribute(value) {
                 file.attribute(&format!("{prefix}{name}"), value);
@@ -91,7 +104,6 @@ pub fn write_labelled_arrays(
     if let Some(schema) = attribute(&summary["schema"]) {
         file.attribute("schema", schema);
     }
-    Ok(())
 }
 
 /// A part of the summary as an attribute; nothing for what is not known.

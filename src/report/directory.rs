@@ -64,7 +64,9 @@ const NAMES: &[&str] = &[
     "increments.npz",
     "slope.npz",
     "transfer.npz",
+    "spectrum.npz",
     "budget.npz",
+    "budget.nc",
     "budget.html",
     "report.html",
     "figures",
@@ -110,6 +112,7 @@ const FIGURES: &[&str] = &[
     "increments",
     "slope",
     "transfer",
+    "spectrum",
 ];
 
 impl ResultDirectory {

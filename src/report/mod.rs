@@ -2,6 +2,7 @@
 //! whole or not at all; run files; localized waves.
 
 mod archive;
+mod array_file;
 mod arrays;
 mod attenuation;
 mod attenuation_words;
@@ -33,10 +34,12 @@ mod sentences;
 mod slope;
 mod slope_words;
 mod snippet;
+mod spectrum;
 mod summary;
 mod transfer;
 
 pub use archive::{Archive, NamedArrays};
+pub use array_file::{ArrayFile, ArrayFormat};
 pub use arrays::{LabelledArrays, write_labelled_arrays, write_small_arrays};
 pub use attenuation::{
     ATTENUATION_SCHEMA, TRANSMISSION_SCHEMA, attenuation_csv, transmission_csv, versioned_json,
@@ -45,7 +48,7 @@ pub use attenuation::{
 pub use attenuation_words::{law_sentence, reach_sentence, stop_sentence};
 pub use bicoherence::{BICOHERENCE_SCHEMA, BicoherenceSummary, write_bicoherence};
 pub use budget::{BUDGET_SCHEMA, BudgetSummary, ClosureSummary};
-pub use budget_arrays::{write_budget_arrays, write_measured_arrays};
+pub use budget_arrays::{describe_budget, write_budget_arrays, write_measured_arrays};
 pub use coherence::{COHERENCE_SCHEMA, CoherenceSummary, coherence_arrays, write_coherence};
 pub use directory::{Contents, ResultDirectory};
 pub use field_file::{FIELD_SCHEMA, FieldFile};
@@ -65,8 +68,8 @@ pub use netcdf::{ArrayLabels, Attribute, NetCdf};
 pub use pages::{
     analysis_html as html, attenuation_html, bicoherence_html, budget_html, coherence_html,
     comparison_html, comparison_rows, fields_html, increments_html, journey_html, localized_html,
-    lomb_html, modes_html, ridges_html, slope_html, sweep_html, transfer_html, transmission_html,
-    wave_html,
+    lomb_html, modes_html, ridges_html, slope_html, spectrum_html, sweep_html, transfer_html,
+    transmission_html, wave_html,
 };
 pub use ridges::{RIDGES_SCHEMA, RidgesSummary, ridges_csv, write_ridges};
 pub use run_file::{RUN_SCHEMA, RunFile};
@@ -75,8 +78,9 @@ pub use sentences::{Answer, Sentence, Unresolved, answers, number, percent, sent
 pub use slope::{SLOPE_SCHEMA, SlopeSummary, write_slope};
 pub use slope_words::slope_sentences;
 pub use snippet::{
-    SpectraFormat, analysis_snippet, attenuation_snippet, budget_snippet, localized_snippet,
-    sweep_snippet, transmission_snippet,
+    analysis_snippet, attenuation_snippet, budget_snippet, localized_snippet, sweep_snippet,
+    transmission_snippet,
 };
+pub use spectrum::{SPECTRUM_SCHEMA, SpectrumSummary, write_spectrum};
 pub use summary::{Advice, Doubt, Provenance, SCHEMA, SettingInEffect, Summary};
 pub use transfer::{TRANSFER_SCHEMA, TransferSummary, write_transfer};

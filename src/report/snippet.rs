@@ -3,6 +3,7 @@
 //! The arrays are used by the names of the reference, so that a reader sees which to take. Axes,
 //! units and decades are those of the program's own figures.
 
+use super::ArrayFormat;
 use crate::analyze::labels::{self, Power};
 use crate::analyze::{Analysis, Extent};
 use crate::budget::Budget;
@@ -60,29 +61,26 @@ fn quoted(text: &str) -> String {
     serde_json::Value::from(text).to_string()
 }
 
-/// The file that holds the spectra of an analysis.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
-pub enum SpectraFormat {
-    /// `spectra.npz`.
-    #[default]
-    Npz,
-    /// `spectra.nc`.
-    NetCdf,
-}
-
-impl SpectraFormat {
-    /// Name of the file in a directory of results.
-    pub fn file_name(self) -> &'static str {
-        match self {
-            SpectraFormat::Npz => "spectra.npz",
-            SpectraFormat::NetCdf => "spectra.nc",
+/// The first lines of a script that draws `what` of the arrays of a result, which they open as `data`.
+fn opened(what: &str, of: &str, arrays: &str, format: ArrayFormat) -> String {
+    let file = format.file_name(arrays);
+    let head = head(what, of, &file);
+    match format {
+        ArrayFormat::Npz => format!("{head}{MAPS}data = np.load(here / \"{file}\")\n"),
+        ArrayFormat::NetCdf => {
+            let head = head.replace("numpy matplotlib", "numpy matplotlib xarray netCDF4");
+            let imports = MAPS.replace("numpy as np\n", "numpy as np\nimport xarray as xr\n");
+            format!(
+                "{head}{imports}{arrays} = xr.open_dataset(here / \"{file}\")\n\
+                 data = {{name: array.values for name, array in {arrays}.variables.items()}}\n"
+            )
         }
     }
 }
 
 /// Draws `S(k, f)` with its dispersion curves, `S(f, x)` and `S(k, t)` from the file of spectra, those
 /// of them that were computed.
-pub fn analysis_snippet(analysis: &Analysis, format: SpectraFormat) -> String {
+pub fn analysis_snippet(analysis: &Analysis, format: ArrayFormat) -> String {
     let axes = &analysis.axes;
     let power = Power {
         scaling: analysis.conventions.scaling,
@@ -96,19 +94,7 @@ pub fn analysis_snippet(analysis: &Analysis, format: SpectraFormat) -> String {
         labels::time(axes),
     ];
     let display = &analysis.display;
-    let mut script = head("Spectra", &analysis.name, format.file_name());
-    match format {
-        SpectraFormat::Npz => {
-            script += MAPS;
-            script += "data = np.load(here / \"spectra.npz\")\n";
-        }
-        SpectraFormat::NetCdf => {
-            script = script.replace("numpy matplotlib", "numpy matplotlib xarray netCDF4");
-            script += &MAPS.replace("numpy as np\n", "numpy as np\nimport xarray as xr\n");
-            script += "spectra = xr.open_dataset(here / \"spectra.nc\")\n";
-            script += "data = {name: array.values for name, array in spectra.variables.items()}\n";
-        }
-    }
+    let mut script = opened("Spectra", &analysis.name, "spectra", format);
     script += &LOG_PICTURE.replace("DECADES", &DECADES.to_string());
     let overlay = overlay(analysis);
     let mut draw = |name: &str, [x, y]: [Shown; 2], label: String, more: &str| {
@@ -178,13 +164,11 @@ fn overlay(analysis: &Analysis) -> String {
     )
 }
 
-/// Draws the energy flux, the spectral flux and the power flow from `budget.npz`, those of them
+/// Draws the energy flux, the spectral flux and the power flow from the file of a budget, those of them
 /// that were computed.
-pub fn budget_snippet(budget: &Budget, name: &str) -> String {
+pub fn budget_snippet(budget: &Budget, name: &str, format: ArrayFormat) -> String {
     let units = &budget.units;
-    let mut script = head("Fluxes", name, "budget.npz");
-    script += MAPS;
-    script += "data = np.load(here / \"budget.npz\")\n";
+    let mut script = opened("Fluxes", name, "budget", format);
     script += SIGNED_PICTURE;
     let mut draw = |name: &str, [x, y]: [&str; 2], labels: [String; 3]| {
         let [x_label, y_label, label] = labels.map(|label| quoted(&label));

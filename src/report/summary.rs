@@ -7,6 +7,7 @@ use super::{ClosureSummary, Unresolved};
 use crate::analyze::{
     Accuracy, Analysis, BandEdge, FrontLength, Headline, Scaling, Timing, Warning,
 };
+use crate::estimates::SpectrumInterval;
 use crate::field::Quantity;
 use crate::prepare::WindowGains;
 
@@ -74,6 +75,8 @@ pub struct Summary<'a> {
     provenance: &'a Provenance,
     field: FieldSummary<'a>,
     conventions: ConventionsSummary<'a>,
+    /// Of the temporal spectrum.
+    interval: Option<SpectrumInterval>,
     parseval: ParsevalSummary,
     closure: ClosureSummary,
     direction: Option<DirectionSummary>,
@@ -236,6 +239,7 @@ impl<'a> Summary<'a> {
                     space: conventions.padded_space,
                 },
             },
+            interval: analysis.interval,
             parseval: ParsevalSummary {
                 time: analysis.parseval.time,
                 space: analysis.parseval.space,

@@ -9,7 +9,6 @@
 //! branches joined by where they lead, R. J. McAulay, T. F. Quatieri, IEEE Trans. ASSP 34, 744 (1986).
 
 mod branches;
-mod chi_square;
 mod fit;
 mod lobe;
 mod peaks;

@@ -3,8 +3,8 @@
 use ndarray::{ArrayView1, ArrayView2, Axis};
 use rayon::prelude::*;
 
-use super::chi_square;
 use super::lobe::{Lobe, parabola};
+use crate::numeric::chi_square_level;
 
 /// Cells of a cut over which the median is taken, and the distance from one median to the next.
 const MEDIAN: usize = 64;
@@ -55,11 +55,16 @@ pub(super) struct Cuts<'a> {
     pub places: std::ops::Range<usize>,
 }
 
+/// What an average of powers with so many degrees of freedom exceeds of its mean with probability `alpha`.
+fn exceeded(alpha: f64, degrees: f64) -> f64 {
+    chi_square_level(alpha, degrees) / degrees
+}
+
 impl Cuts<'_> {
     /// The level over the mean of the noise: noise exceeds it in one of all cells with probability alpha.
     pub fn level(&self) -> f64 {
         let cells = self.power.len().max(1) as f64;
-        chi_square::exceeded(2.0 * self.realisations, self.alpha / cells)
+        exceeded(self.alpha / cells, 2.0 * self.realisations)
     }
 
     /// The peaks of all cuts, cut by cut.
@@ -67,7 +72,7 @@ impl Cuts<'_> {
         let strongest = self.strongest();
         let largest = self.power.iter().fold(0.0, |m: f64, p| m.max(*p));
         let level = self.level();
-        let median = chi_square::exceeded(2.0 * self.realisations, 0.5);
+        let median = exceeded(0.5, 2.0 * self.realisations);
         let judge = Judge {
             cuts: self,
             strongest: &strongest,

@@ -18,6 +18,7 @@ mod reference_problems;
 mod ridges;
 mod slope;
 mod spectra;
+mod spectrum;
 mod transfer;
 mod warnings;
 mod windows;

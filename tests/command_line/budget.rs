@@ -7,6 +7,7 @@ use ndarray::{Array1, Array2};
 use ndarray_npy::NpzReader;
 use serde_json::Value;
 use test_support::place::Place;
+use wavecascade_formats::{Container, Format, Options};
 
 /// With a localized and a dispersive run in it.
 fn with_runs() -> Place {
@@ -20,6 +21,12 @@ fn with_runs() -> Place {
         place.good(&run.concat());
     }
     place
+}
+
+fn container(place: &Place, name: &str) -> Container {
+    let bytes = fs::read(place.path(name)).unwrap();
+    let format = Format::detect(name, &bytes).unwrap();
+    wavecascade_formats::open(format, std::sync::Arc::new(bytes), &Options::default()).unwrap()
 }
 
 fn summary_in(place: &Place, name: &str) -> Value {
@@ -137,6 +144,95 @@ fn a_run_to_its_budgets() {
         assert!((sum - passed[[256, j]]).abs() < 1e-3, "{j}");
         assert!((cumulative[[f.len() - 1, j]] - sum).abs() < 1e-13, "{j}");
     }
+}
+
+/// Every array of the archive is in the NetCDF file, bit for bit, with coordinates, and the script reads it.
+#[test]
+fn regress_budgets_are_the_same_in_both_formats() {
+    let place = with_runs();
+    let options = ["--from-samples", "--figures", "none", "--quiet"];
+    place.good(&[&["budget", "dis.npz", "--out", "zip"][..], &options].concat());
+    let words = ["budget", "dis.npz", "--out", "nc", "--format", "netcdf"];
+    place.good(&[&words[..], &options].concat());
+    assert_eq!(
+        names_in(place.path("nc")),
+        ["budget.nc", "plot.py", "summary.json"]
+    );
+    let script = fs::read_to_string(place.path("nc/plot.py")).unwrap();
+    assert!(
+        script.contains("budget.nc") && !script.contains(".npz"),
+        "{script}"
+    );
+    let found = container(&place, "nc/budget.nc");
+    let names = place.arrays("zip/budget.npz");
+    assert!(names.len() >= 30, "{names:?}");
+    assert_eq!(found.variables.len(), names.len());
+    for name in &names {
+        let expected = place.array::<f64>("zip/budget.npz", name);
+        let i = found.find(name).unwrap_or_else(|| panic!("{name}"));
+        let numbers = found.numbers(i).unwrap();
+        assert!(
+            numbers
+                .iter()
+                .map(|v| v.to_bits())
+                .eq(expected.iter().map(|v| v.to_bits())),
+            "{name}"
+        );
+        let variable = &found.variables[i];
+        let shape: Vec<usize> = variable.shape().iter().map(|&len| len as usize).collect();
+        assert_eq!(shape, expected.shape(), "{name}");
+        assert!(
+            variable.dimensions.iter().all(|d| d.coordinate.is_some()),
+            "{name}: {:?}",
+            variable.dimensions
+        );
+        assert!(variable.attributes.text("long_name").is_some(), "{name}");
+    }
+    let summary = summary_in(&place, "nc");
+    assert_eq!(found.attributes.text("schema"), summary["schema"].as_str());
+    assert_eq!(found.attributes.text("input"), Some("dis.npz"));
+    assert_eq!(
+        found.attributes.number("closure_wavenumber"),
+        summary["closure"]["wavenumber"].as_f64()
+    );
+    assert_eq!(
+        found.attributes.number("wavenumber_band_edge"),
+        summary["wavenumber"]["band_edge"].as_f64()
+    );
+    // A result in either format is one that can be replaced.
+    place.good(
+        &[
+            &["budget", "dis.npz", "--out", "nc", "--force"][..],
+            &options,
+        ]
+        .concat(),
+    );
+    assert_eq!(
+        names_in(place.path("nc")),
+        ["budget.npz", "plot.py", "summary.json"]
+    );
+    // An analysis of a run keeps to the format, too.
+    let words = [
+        "analyze",
+        "dis.npz",
+        "--out",
+        "a",
+        "--format",
+        "netcdf",
+        "--figures",
+        "none",
+        "--quiet",
+    ];
+    place.good(&words);
+    let names = names_in(place.path("a"));
+    assert!(
+        names.contains(&"budget.nc".into()) && !names.contains(&"budget.npz".into()),
+        "{names:?}"
+    );
+    assert_eq!(
+        container(&place, "a/budget.nc").attributes.text("program"),
+        Some("cascade")
+    );
 }
 
 #[test]

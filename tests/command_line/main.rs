@@ -28,5 +28,6 @@ mod scans;
 mod settings;
 mod several;
 mod slope;
+mod spectrum;
 mod terminal;
 mod transfer;

@@ -1,8 +1,12 @@
 //! Files with one record each, and uneven samples, on the command line.
+//!
+//! `val_pyuff_*`, `val_segyio_*`: scans written by pyuff 2.5.8 and segyio 1.9.14 on 2026-11-25, and the field that
+//! they are (`data/make_scan_files.py`).
 
 use std::fs;
 
 use serde_json::Value;
+use test_support::made::{open, values};
 use test_support::place::{Place, set, text};
 
 /// A wave of 96 times at 12 positions, the times of site j later by j steps.
@@ -216,4 +220,141 @@ fn uneven_times_are_refused_or_resampled() {
     place.good(&["analyze", "v.csv", "--out", "s", "--quiet"]);
     let spectra = |of: &str| fs::read(place.path(of).join("spectra.npz")).unwrap();
     assert_eq!(spectra("s"), spectra("c"));
+}
+
+/// A scan of `tests/data` is converted to every format, each the expected field, and its analysis is that of the
+/// converted field.
+fn converted(kind: &str, options: &[&str]) {
+    let expected: Value = serde_json::from_str(include_str!("../data/scan_files.json")).unwrap();
+    let expected = &expected[kind];
+    let numbers = |of: &Value| -> Vec<f64> {
+        let numbers = of.as_array().unwrap().iter();
+        numbers.map(|v| v.as_f64().unwrap()).collect()
+    };
+    let place = Place::new();
+    let from = format!("{}/tests/data/scan_{kind}", env!("CARGO_MANIFEST_DIR"));
+    fs::create_dir(place.path("scan")).unwrap();
+    for file in fs::read_dir(from).unwrap() {
+        let file = file.unwrap();
+        fs::copy(file.path(), place.path("scan").join(file.file_name())).unwrap();
+    }
+    let pattern = "scan/*";
+    let positions = numbers(&expected["positions"]);
+    for out in ["field.nc", "field.npz", "field.npy", "field.csv"] {
+        let words = [&["convert", pattern, out, "--quiet"][..], options].concat();
+        place.good(&words);
+        let field = open(&place, out);
+        let rows: Vec<Vec<f64>> = values(&field)
+            .outer_iter()
+            .map(|row| row.to_vec())
+            .collect();
+        let samples = expected["samples"].as_array().unwrap().iter();
+        assert_eq!(rows, samples.map(numbers).collect::<Vec<_>>(), "{out}");
+        let near = |found: f64, wanted: &Value| {
+            let wanted = wanted.as_f64().unwrap();
+            assert!(
+                (found - wanted).abs() <= 1e-15 * wanted.abs(),
+                "{out}: {found} {wanted}"
+            );
+        };
+        near(field.time.origin, &expected["t0"]);
+        near(field.time.step, &expected["dt"]);
+        assert_eq!(
+            field.time.unit.as_deref(),
+            expected["time_unit"].as_str(),
+            "{out}"
+        );
+        assert_eq!(field.space.origin, positions[0], "{out}");
+        assert_eq!(field.space.step, positions[1] - positions[0], "{out}");
+        assert_eq!(
+            field.space.unit.as_deref(),
+            expected["space_unit"].as_str(),
+            "{out}"
+        );
+    }
+    // What the files state and the field says is the same on both ways.
+    for (words, out) in [
+        ([&["analyze", pattern][..], options].concat(), "a"),
+        (vec!["analyze", "field.nc"], "b"),
+    ] {
+        place.good(&[&words[..], &["--out", out, "--figures", "none", "--quiet"]].concat());
+    }
+    let spectra = |of: &str| fs::read(place.path(of).join("spectra.npz")).unwrap();
+    assert!(spectra("a") == spectra("b"));
+}
+
+#[test]
+fn val_pyuff_a_scan_of_universal_files() {
+    converted("uff", &["--position-from", "header"]);
+}
+
+#[test]
+fn val_segyio_a_scan_of_seg_y_files() {
+    converted("segy", &["--position-from", "header:group_x"]);
+}
+
+#[test]
+fn a_scan_is_converted_with_what_was_taken_of_each_file() {
+    let place = scan();
+    let words = [
+        "convert",
+        "line/*.csv",
+        "field.nc",
+        "--position-from",
+        "name",
+        "--reference",
+        "hammer",
+        "--json",
+    ];
+    let output = place.run(&words);
+    let notes = text(&output.stderr);
+    assert!(
+        notes.contains("12 files are one field") && notes.contains("hammer"),
+        "{notes}"
+    );
+    let said: Value = serde_json::from_slice(&output.stdout).unwrap();
+    let records = said["records"].as_array().unwrap();
+    assert_eq!((records.len(), &said["shape"][1]), (12, &12.into()));
+    assert_eq!(records[3]["position"], 15.0);
+    assert!(
+        records
+            .iter()
+            .all(|record| record["correlation"].as_f64().unwrap() > 0.999)
+    );
+    // The shell expands patterns that are not quoted; the last word is the file to write.
+    let words = [
+        "convert",
+        "line/x=0mm.csv",
+        "line/x=5mm.csv",
+        "two.npy",
+        "--position-from",
+        "name",
+        "--channel",
+        "v",
+    ];
+    place.good(&[&words[..], &["--quiet"]].concat());
+    assert_eq!(open(&place, "two.npy").n_sites(), 2);
+    let said = place.bad(2, &words[..4]);
+    assert!(
+        said.contains("--position-from: expected it beside several files"),
+        "{said}"
+    );
+    let said = place.bad(
+        2,
+        &[
+            "convert",
+            "line/*.csv",
+            "line/x=0mm.csv",
+            "--position-from",
+            "name",
+            "--channel",
+            "v",
+        ],
+    );
+    assert!(said.contains("is no field of this program"), "{said}");
+    let said = place.bad(
+        2,
+        &["convert", "none/*.uff", "a.nc", "--position-from", "name"],
+    );
+    assert!(said.contains("none/*.uff"), "{said}");
 }

@@ -159,7 +159,7 @@ fn val_xarray_opens_what_is_written() {
         "a.npy",
         &test_support::made::pulse(257, 48).mapv(|v| v as f32),
     );
-    let scene = "sites = 6\nmaterial = \"steel\"\nshape = \"sphere\"\nradius = \"9 mm\"\n\
+    let scene = "sites = 24\nmaterial = \"steel\"\nshape = \"sphere\"\nradius = \"9 mm\"\n\
                  striker_velocity = \"1 m/s\"\nend_time = 1e-4\nsamples = 201\n";
     std::fs::write(place.path("si.toml"), scene).unwrap();
     let axes = "--dt 10us --dx 2mm --unit m/s";
@@ -172,6 +172,12 @@ fn val_xarray_opens_what_is_written() {
         format!("convert a.npy field.nc {axes}"),
         "simulate si.toml --out run.npz".into(),
         "simulate si.toml --out run.nc".into(),
+        "budget run.npz --from-samples --figures none --out bzip".into(),
+        "budget run.npz --from-samples --figures none --out bnc --format netcdf".into(),
+        "convert run.npz measured.npz".into(),
+        "budget measured.npz --scene si.toml --noise 1e-5 --figures none --out mzip --quiet".into(),
+        "budget measured.npz --scene si.toml --noise 1e-5 --figures none --out mnc --format netcdf --quiet"
+            .into(),
     ] {
         place.good(&words.split(' ').collect::<Vec<_>>());
     }
@@ -183,6 +189,6 @@ fn val_xarray_opens_what_is_written() {
         .trim()
         .parse()
         .unwrap();
-    assert!(count > 120, "{count}");
+    assert!(count > 300, "{count}");
     println!("{count} arrays are the same to the bit");
 }

@@ -1,9 +1,10 @@
 #!/usr/bin/env python3
-"""Compares spectra.nc with spectra.npz, and fields, as xarray opens them.
+"""Compares spectra.nc with spectra.npz, budgets, coherence and fields, as xarray opens them.
 
 Usage: xarray_opens.py DIRECTORY | check
 
-DIRECTORY holds zip/spectra.npz, nc/spectra.nc, field.npz, field.nc, run.npz and run.nc. Prints the number of
+DIRECTORY holds zip/spectra.npz, nc/spectra.nc, field.npz, field.nc, run.npz and run.nc, and budgets of a run and
+of a measured field: bzip/budget.npz, bnc/budget.nc, mzip/budget.npz, mnc/budget.nc. Prints the number of
 arrays that are the same to the bit.
 """
 
@@ -62,4 +63,30 @@ for name in ["field", "run"]:
     if name == "run":
         assert dataset.attrs["scene"] == str(archive["scene"])
         assert dataset.force.dims == ("time", "contact_position")
+for [zipped, netcdf] in [("bzip", "bnc"), ("mzip", "mnc")]:
+    archive = np.load(here / zipped / "budget.npz")
+    for engine in ["netcdf4", "scipy"]:
+        budget = xr.open_dataset(here / netcdf / "budget.nc", engine=engine)
+        count += compare(archive, budget)
+        assert budget.energy_flux.dims == ("time", "contact_position")
+        assert budget.transfer.dims == ("time", "wavenumber")
+        assert budget.power_flow.dims == ("frequency", "contact_position")
+        assert budget.scale_flux_in_time.dims == ("time", "scale")
+        assert budget.kinetic_energy.dims == ("time",)
+        # Every axis has its coordinates, every array its name and, in SI, its unit.
+        assert set(budget.dims) == set(budget.coords), set(budget.dims) ^ set(budget.coords)
+        for name, variable in budget.variables.items():
+            assert variable.attrs["long_name"], name
+            assert variable.attrs["units"], name
+        units = {name: budget[name].units for name in ["transfer", "energy_spectrum", "power_flow", "time", "position"]}
+        assert units == {"transfer": "J/s", "energy_spectrum": "J", "power_flow": "J/Hz", "time": "s", "position": "m"}, units
+        assert budget.program == "cascade" and budget.schema.startswith("cascade.budget/")
+        assert 0 <= budget.closure_wavenumber < 1e-2
+        # The balance over wavenumbers, by names: sums over k are the energy.
+        total = budget.energy_spectrum.sum("wavenumber")
+        energy = budget.kinetic_energy + budget.contact_energy
+        assert float(abs(total - energy).max() / energy.max()) < 1e-2
+        budget.close()
+    if zipped == "mzip":
+        assert "transfer_error" in archive.files and "force" in archive.files
 print(count)

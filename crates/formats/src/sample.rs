@@ -145,7 +145,43 @@ impl SampleType {
             SampleType::Other(_) => None,
         }
     }
+
+    /// How what is not read becomes something that is, where there is a way.
+    pub fn way_out(&self) -> Option<&'static str> {
+        let SampleType::Other(what) = self else {
+            return None;
+        };
+        let way = WAYS_OUT.iter().find(|(begins, _)| what.starts_with(begins));
+        way.map(|(_, way)| *way)
+    }
 }
+
+/// How the texts of [`SampleType::Other`] begin, and what can be done about it.
+const WAYS_OUT: [(&str, &str); 5] = [
+    (
+        "a virtual data set",
+        "make a plain copy with h5py: `h5py.File(\"copy.h5\", \"w\")[\"v\"] = h5py.File(\"in.h5\")[\"v\"][...]`, \
+         with the name of the data set for `v`",
+    ),
+    (
+        "samples in another file",
+        "make a plain copy with h5py: `h5py.File(\"copy.h5\", \"w\")[\"v\"] = h5py.File(\"in.h5\")[\"v\"][...]`, \
+         with the name of the data set for `v`",
+    ),
+    (
+        "data compressed by",
+        "compress it by gzip, where its filter is installed: `h5repack -f GZIP=4 in.h5 copy.h5`, or with h5py \
+         after `import hdf5plugin`: `h5py.File(\"copy.h5\", \"w\")[\"v\"] = h5py.File(\"in.h5\")[\"v\"][...]`",
+    ),
+    (
+        "data whose _FillValue has another type",
+        "give the attribute `_FillValue` the type of the data",
+    ),
+    (
+        "complex numbers",
+        "store the real part as an array of its own",
+    ),
+];
 
 /// Byte order of stored numbers.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]

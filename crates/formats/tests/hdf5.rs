@@ -147,6 +147,20 @@ fn val_h5py_places_and_kinds() {
     assert!(other("packed").contains("zstd (filter 32015), which is not read"));
     assert!(other("zone/b/elsewhere").contains("other.h5"));
     assert!(other("zone/b/foreign_fill").contains("_FillValue"));
+    for (path, way) in [
+        ("virtual", "[\"v\"][...]"),
+        ("outside", "[\"v\"][...]"),
+        ("packed", "h5repack -f GZIP=4"),
+        ("zone/b/foreign_fill", "_FillValue"),
+        ("complex", "real part"),
+    ] {
+        let found = variable(path).sample_type.way_out();
+        assert!(
+            found.is_some_and(|found| found.contains(way)),
+            "{path}: {found:?}"
+        );
+    }
+    assert_eq!(variable("text").sample_type.way_out(), None);
     let error = container.numbers(container.find("packed").unwrap());
     assert!(error.unwrap_err().to_string().contains("zstd"));
     // Further names of what was found are not listed, nor are loops followed.

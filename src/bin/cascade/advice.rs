@@ -163,6 +163,10 @@ fn of_input(fault: &InputFault) -> Option<String> {
         }
         TooManyMembers { .. } => "save the field by itself",
         NoSuchMember { .. } | WhichMember { .. } => "name one of them with `--variable`",
+        NotNumbers {
+            way_out: Some(way_out),
+            ..
+        } => way_out,
         WhichVariable { .. } | NoSuchVariable { .. } | NotNumbers { .. } => {
             "name one of them with `--variable`; `cascade inspect FILE` lists what is in a file"
         }

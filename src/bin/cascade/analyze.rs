@@ -13,19 +13,20 @@ use wavecascade::budget::{Budget, Motion};
 use wavecascade::field::{FileState, Note, OpenOptions, TimeColumn, is_run_file};
 use wavecascade::plot::draw_all;
 use wavecascade::report::{
-    Archive, ClosureSummary, Doubt, Provenance, ResultDirectory, RunFile, Summary,
-    analysis_snippet, html, records_csv, write_budget_arrays,
+    ArrayFormat, BudgetSummary, ClosureSummary, Doubt, Provenance, ResultDirectory, RunFile,
+    Summary, analysis_snippet, html, records_csv,
 };
 use wavecascade::{Error, Field};
 
 use crate::args::{Analyze, Input, ResultArg};
+use crate::arrays_file::ArraysFile;
 use crate::effect::refuse_without_effect;
 use crate::failure::Failure;
+use crate::further;
 use crate::figure_args::Drawing;
 use crate::progress::Progress;
 use crate::scan_args::folder_name;
 use crate::settings::Applied;
-use crate::spectra_file::SpectraFile;
 use crate::terminal::Tone;
 use crate::view_args::request_of;
 use crate::{advice, dispersion};
@@ -93,7 +94,7 @@ pub fn run(typed: &Analyze, files: &[PathBuf], applied: &Applied) -> Result<(), 
         progress: &Progress::new(show),
     };
     let finished = task.run()?;
-    tell(typed, &finished, started)
+    tell(typed, &finished, field, started)
 }
 
 impl Task<'_> {
@@ -131,10 +132,10 @@ impl Task<'_> {
         progress.begin_writing();
         let directory = ResultDirectory::create(out, self.replace)?;
         let format = typed.output.format.into();
-        let spectra = SpectraFile::create(&directory, format, request.precision)?;
+        let spectra = ArraysFile::create(&directory, "spectra", format, request.precision)?;
         // Threads that are idle in a pass help with the hash.
         let (analysis, hash) = rayon::join(
-            || run_plan(&field, &plan, spectra.sink(), progress),
+            || run_plan(&field, &plan, spectra.arrays(), progress),
             || match hash_first {
                 true => Ok(None),
                 false => field.file_hash(!plan.streams()),
@@ -149,7 +150,7 @@ impl Task<'_> {
         let (written, ()) = rayon::join(|| spectra.finish(&analysis, &provenance), || drop(field));
         written?;
         progress.check()?;
-        let (budget, closure) = budget(typed, path, &directory, progress)?;
+        let (budget, closure) = budget(typed, path, &directory, &provenance, progress)?;
         // All that reads or hashes the file has done so.
         opened.as_ref().map_or(Ok(()), FileState::check)?;
         let json = Summary::new(&analysis, &provenance)
@@ -201,6 +202,7 @@ fn budget(
     typed: &Analyze,
     field: &Path,
     directory: &ResultDirectory,
+    provenance: &Provenance,
     progress: &Progress,
 ) -> Result<(Option<Budget>, ClosureSummary), Failure> {
     let undefined = |reason: &str| Ok((None, ClosureSummary::undefined(reason)));
@@ -215,20 +217,20 @@ fn budget(
     if file.run.displacement.is_none() {
         return undefined("the run recorded no displacements");
     }
-    let archive = Archive::create(&directory.path().join("budget.npz"), Precision::F64)?;
+    let format: ArrayFormat = typed.output.format.into();
+    let arrays = ArraysFile::create(directory, "budget", format, Precision::F64)?;
     let request = request_of(&file.setup);
     let motion = Motion::of(&file.run)?;
-    let budget = match wavecascade::budget::run(&motion, &request, &archive, progress) {
+    let budget = match wavecascade::budget::run(&motion, &request, arrays.arrays(), progress) {
         Err(error @ Error::Request { .. }) => {
-            drop(archive);
-            let path = directory.path().join("budget.npz");
+            drop(arrays);
+            let path = directory.path().join(format.file_name("budget"));
             std::fs::remove_file(path)?;
             return undefined(&error.to_string());
         }
         done => done?,
     };
-    write_budget_arrays(&budget, &archive)?;
-    archive.finish()?;
+    arrays.finish_budget(&budget, &BudgetSummary::new(&budget, provenance))?;
     let closure = ClosureSummary::of(&budget.closure);
     Ok((Some(budget), closure))
 }
@@ -266,7 +268,12 @@ fn draw(
     Ok(())
 }
 
-fn tell(typed: &Analyze, finished: &Finished, started: Instant) -> Result<(), Failure> {
+fn tell(
+    typed: &Analyze,
+    finished: &Finished,
+    field: &Path,
+    started: Instant,
+) -> Result<(), Failure> {
     let mut out = terminal::stdout();
     if typed.output.json {
         writeln!(out, "{}", finished.json)?;
@@ -277,6 +284,16 @@ fn tell(typed: &Analyze, finished: &Finished, started: Instant) -> Result<(), Fa
     }
     let text = terminal::summary(&finished.analysis, &finished.read_as, terminal::width());
     write!(out, "{text}")?;
+    let is_scan = typed.scan.position_from.is_some();
+    if !is_scan {
+        let open = further::questions(&finished.analysis, is_run_file(field)?, field);
+        let mut lines = terminal::Lines::new(terminal::width());
+        for (i, [question, command]) in open.iter().enumerate() {
+            let name = if i == 0 { "further" } else { "" };
+            lines.line(name, &format!("{question} -> {command}"));
+        }
+        write!(out, "{}", lines.text)?;
+    }
     let seconds = started.elapsed().as_secs_f64();
     let main = finished.main();
     writeln!(out, "done in {seconds:.2} s; open {}", main.display())?;

@@ -97,9 +97,16 @@ pub enum Command {
     /// and from pairs of others, with errors by resampling; and which part of the output is explained where it was
     /// not fitted. Needs twice as many independent realisations as there are pairs.
     Transfer(Box<crate::transfer::Transfer>),
+    /// Estimate the power spectral density of all sites with intervals, and find lines.
+    ///
+    /// Averaged over segments, over orthogonal tapers (Thomson's method, with adaptive weights), or over
+    /// repeated records (several files). Each value has its degrees of freedom and two intervals, by the chi-square
+    /// distribution and by a jackknife; tapers give a test for lines. A single transient has no interval.
+    Spectrum(Box<crate::spectrum::Spectrum>),
     /// Convert a field to another format, with its axes and units.
     ///
-    /// IN is anything that `cascade analyze` reads, with the same options. The extension of OUT chooses
+    /// IN is anything that `cascade analyze` reads, with the same options: one file, or with
+    /// `--position-from` all files of a scan. The extension of OUT chooses
     /// the format: NetCDF (.nc), which xarray opens, NumPy (.npz, or .npy with a sidecar), or a table
     /// (.csv with a sidecar). Samples in single precision stay so; a field larger than memory passes in
     /// blocks.
@@ -485,7 +492,7 @@ pub struct WorkArgs {
 #[command(next_help_heading = "Output")]
 pub struct Output {
     /// File of the arrays: spectra.npz for NumPy, or spectra.nc for `xarray.open_dataset`, with named
-    /// dimensions, coordinates and units.
+    /// dimensions, coordinates and units; of a run, budget.npz or budget.nc too.
     #[arg(long, value_enum, default_value_t = FormatArg::Npz)]
     pub format: FormatArg,
     /// Print the summary as JSON on standard output.
@@ -579,7 +586,7 @@ choice!(KindArg => wavecascade_throughput::TransformKind {
     /// Segments of 256 samples, 32 apart, of all columns.
     ShortTime => Self::ShortTime,
 });
-choice!(FormatArg => wavecascade::report::SpectraFormat {
+choice!(FormatArg => wavecascade::report::ArrayFormat {
     /// NumPy's archive.
     Npz => Self::Npz,
     /// NetCDF, classic model.

@@ -15,11 +15,12 @@ use wavecascade::field::{FileState, file_hash, is_run_file};
 use wavecascade::observer::Observer;
 use wavecascade::plot::{SharedScales, budget_figures, save_all};
 use wavecascade::report::{
-    Archive, BudgetSummary, Provenance, ResultDirectory, RunFile, budget_html, budget_snippet,
-    write_budget_arrays,
+    BudgetSummary, Provenance, ResultDirectory, RunFile, budget_html, budget_snippet,
 };
 
 use crate::analyze::{named_after, use_threads};
+use crate::args::FormatArg;
+use crate::arrays_file::ArraysFile;
 use crate::failure::Failure;
 use crate::figure_args::{ColorArgs, Drawing, FigureArgs};
 use crate::measured::{self, MeasuredArgs, MeasuredInput, refuse_options_of_fields};
@@ -39,6 +40,10 @@ pub struct Budget {
     /// Replace an existing result.
     #[arg(long)]
     pub force: bool,
+    /// File of the arrays: budget.npz for NumPy, or budget.nc for `xarray.open_dataset`, with named
+    /// dimensions, coordinates and units.
+    #[arg(long, value_enum, default_value_t = FormatArg::Npz)]
+    pub format: FormatArg,
     /// Print the summary as JSON on standard output.
     #[arg(long)]
     pub json: bool,
@@ -95,23 +100,23 @@ pub fn run(typed: Budget) -> Result<(), Failure> {
 
     progress.begin_writing();
     let directory = ResultDirectory::create(&out, typed.force)?;
-    let archive = Archive::create(&directory.path().join("budget.npz"), Precision::F64)?;
+    let format = typed.format.into();
+    let arrays = ArraysFile::create(&directory, "budget", format, Precision::F64)?;
     let budget = match &source {
-        MotionSource::Run(file) => compute(&typed.views, file, &archive, &progress),
-        MotionSource::Measured(measured) => measured.budget(&archive, &progress),
+        MotionSource::Run(file) => compute(&typed.views, file, arrays.arrays(), &progress),
+        MotionSource::Measured(measured) => measured.budget(arrays.arrays(), &progress),
     };
     let budget = budget.map_err(|error| error.of_file(&typed.run))?;
-    write_budget_arrays(&budget, &archive)?;
-    archive.finish()?;
     progress.check()?;
     let input = typed.run.display().to_string();
     let provenance = Provenance::new(command(), Some(input), Some(file_hash(&typed.run)?));
     // All that reads or hashes the file has done so.
     opened.check()?;
     let summary = BudgetSummary::new(&budget, &provenance).with_measurement(source.report());
+    arrays.finish_budget(&budget, &summary)?;
     let json = summary.to_json().map_err(std::io::Error::from)?;
     directory.write("summary.json", &json)?;
-    directory.write("plot.py", budget_snippet(&budget, &name))?;
+    directory.write("plot.py", budget_snippet(&budget, &name, format))?;
     if drawing.is_wanted() {
         progress.stage("drawing", 1);
         draw(&budget, &name, &drawing, &directory, "report.html")?;

@@ -5,23 +5,24 @@ use std::path::PathBuf;
 
 use clap::Args;
 use serde_json::json;
+use wavecascade::Error;
 use wavecascade::field::OpenOptions;
 use wavecascade::report::FieldFile;
-use wavecascade::{Error, Field};
 
 use crate::analyze::{open_options, print_notes};
 use crate::args::Input;
 use crate::failure::Failure;
 use crate::parse;
 use crate::progress::Progress;
+use crate::scan_args::{ScanArgs, records_json};
 use crate::terminal;
 
 /// What `cascade convert` takes.
 #[derive(Debug, Args)]
 pub struct Convert {
-    /// File with the field.
-    #[arg(value_name = "IN")]
-    pub field: PathBuf,
+    /// File with the field; with `--position-from` all files of a scan, or patterns such as `'scan/*.uff'`.
+    #[arg(required = true, value_name = "IN")]
+    pub fields: Vec<PathBuf>,
 
     /// File to write: .nc, .npz, .npy or .csv.
     #[arg(value_name = "OUT")]
@@ -46,18 +47,21 @@ pub struct Convert {
 
     #[command(flatten)]
     pub input: Input,
+    #[command(flatten)]
+    pub scan: ScanArgs,
 }
 
-/// Runs the command.
-pub fn run(typed: Convert) -> Result<(), Failure> {
-    convert(&typed).map_err(|failure| match failure {
+/// Runs the command on one file, or on the files of a scan.
+pub fn run(typed: Convert, files: &[PathBuf]) -> Result<(), Failure> {
+    convert(&typed, files).map_err(|failure| match failure {
         Failure::Library(error) => Failure::Converted(Box::new(error)),
         other => other,
     })
 }
 
-fn convert(typed: &Convert) -> Result<(), Failure> {
+fn convert(typed: &Convert, files: &[PathBuf]) -> Result<(), Failure> {
     let out = &typed.out;
+    typed.scan.check_files(files)?;
     check_extension(typed)?;
     // Before any work: could the result be written?
     FieldFile::check(out, typed.force)?;
@@ -66,7 +70,7 @@ fn convert(typed: &Convert) -> Result<(), Failure> {
         hash: false,
         ..open_options(&typed.input, typed.memory)
     };
-    let field = Field::open(&typed.field, &options)?;
+    let (field, records) = typed.scan.open(files, &options)?;
     print_notes(&field, typed.quiet);
     progress.begin_writing();
     FieldFile::write_observed(out, typed.force, &field, &progress)?;
@@ -76,12 +80,15 @@ fn convert(typed: &Convert) -> Result<(), Failure> {
     let quantity = field.quantity.name();
     let precision = field.precision();
     if typed.json {
-        let summary = json!({
+        let mut summary = json!({
             "file": out,
             "quantity": quantity,
             "shape": [times, sites],
             "precision": precision,
         });
+        if let Some(records) = &records {
+            summary["records"] = records_json(records);
+        }
         let text = serde_json::to_string_pretty(&summary).map_err(std::io::Error::from)?;
         writeln!(stdout, "{text}")?;
     } else if !typed.quiet {

@@ -5,15 +5,16 @@ use std::path::PathBuf;
 
 use clap::Args;
 use serde_json::{Value, json};
-use wavecascade::field::{Axis, Inspection, OpenOptions, ScanRecord, Scanned, inspect};
+use wavecascade::field::{Axis, Inspection, OpenOptions, Scanned, inspect};
 use wavecascade::{Error, Field};
 
 use crate::advice;
 use crate::analyze::open_options;
 use crate::args::Input;
 use crate::failure::Failure;
-use crate::scan_args::ScanArgs;
+use crate::scan_args::{ScanArgs, records_json};
 use crate::table::Table;
+use crate::words::quoted;
 use crate::terminal::{self, HEADING, number, paragraphs, styled};
 
 /// What `cascade inspect` takes.
@@ -40,13 +41,8 @@ pub fn run(typed: Inspect, files: &[PathBuf]) -> Result<(), Failure> {
     if let Some(scan) = typed.scan.scan() {
         return list_scan(&typed, &scan.open(files, &options)?);
     }
-    let [file] = files else {
-        return Err(Failure::Library(Error::Request {
-            option: "position-from",
-            expected: "it beside several files, which it makes one field".into(),
-            found: format!("{} files without it", files.len()),
-        }));
-    };
+    typed.scan.check_files(files)?;
+    let file = &files[0];
     let found = inspect(file, &options)?;
     let mut out = terminal::stdout();
     if typed.json {
@@ -88,20 +84,10 @@ fn list_scan(typed: &Inspect, scanned: &Scanned) -> Result<(), Failure> {
     let Scanned { field, records } = scanned;
     let mut out = terminal::stdout();
     if typed.json {
-        let record = |record: &ScanRecord| {
-            json!({
-                "file": record.path.display().to_string(),
-                "position": record.position,
-                "n_times": record.n_times,
-                "delay": record.delay,
-                "left": record.left,
-                "correlation": record.correlation,
-            })
-        };
         let found = json!({
             "schema": "cascade.inspect/1",
             "format": "a scan, one record a file",
-            "records": records.iter().map(record).collect::<Vec<_>>(),
+            "records": records_json(records),
             "field": of_field(field),
         });
         let text = serde_json::to_string_pretty(&found).map_err(std::io::Error::from)?;
@@ -203,13 +189,7 @@ fn command(typed: &Inspect, field: &Field) -> String {
         .iter()
         .position(|word| word == "inspect")
         .map_or(1, |at| at + 1);
-    let quoted = |word: &String| match word
-        .contains(|c: char| c.is_whitespace() || "*?;&|()'\"".contains(c))
-    {
-        true => format!("'{}'", word.replace('\'', "'\\''")),
-        false => word.clone(),
-    };
-    let mut rest: Vec<String> = words[after..].iter().map(quoted).collect();
+    let mut rest: Vec<String> = words[after..].iter().map(|word| quoted(word)).collect();
     let counts = |axis: &Axis| *axis == Axis::index();
     if counts(&field.time) && typed.input.dt.is_none() && typed.input.rate.is_none() {
         rest.push("--dt STEP".into());

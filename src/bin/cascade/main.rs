@@ -6,6 +6,7 @@ mod advice;
 mod allocator;
 mod analyze;
 mod args;
+mod arrays_file;
 mod attenuate;
 mod bench;
 mod bicoherence;
@@ -23,6 +24,7 @@ mod failure;
 mod fields;
 mod figure_args;
 mod filter;
+mod further;
 mod increments;
 mod inspect;
 mod localize;
@@ -41,7 +43,7 @@ mod settings;
 mod show_args;
 mod simulate;
 mod slope;
-mod spectra_file;
+mod spectrum;
 mod sweep;
 mod table;
 mod terminal;
@@ -112,10 +114,11 @@ fn one(cli: Cli, fields: &[PathBuf], applied: &Applied) -> Result<(), Failure> {
         Command::Modes(typed) => modes::run(*typed),
         Command::Increments(typed) => increments::run(*typed),
         Command::Slope(typed) => slope::run(*typed),
+        Command::Spectrum(typed) => spectrum::run(*typed),
         Command::Budget(typed) => budget::run(*typed),
         Command::Compare(typed) => compare::run(*typed),
         Command::Inspect(typed) => inspect::run(*typed, fields),
-        Command::Convert(typed) => convert::run(*typed),
+        Command::Convert(typed) => convert::run(*typed, fields),
         Command::Filter(typed) => filter::run(*typed),
         Command::Simulate(typed) => simulate::run(*typed),
         Command::Sweep(typed) => sweep::run(*typed),

@@ -3,7 +3,6 @@
 use std::path::{Path, PathBuf};
 
 use clap::{Args, ValueEnum};
-use wavecascade::arrays::Sink;
 use wavecascade::budget::measured::{
     Drift, MeasuredMotion, MeasuredOptions, Noise, Uncertainty, from_field,
 };
@@ -12,7 +11,7 @@ use wavecascade::chain::scene::{SceneSource, Setup, Units};
 use wavecascade::field::Axis;
 use wavecascade::measure::{self, Dimension, Length, Measure, Speed, Time};
 use wavecascade::observer::Observer;
-use wavecascade::report::{NamedArrays, write_measured_arrays};
+use wavecascade::report::{ArrayFile, write_measured_arrays};
 use wavecascade::{Error, Field, Result};
 
 use crate::analyze::{open_options, print_notes};
@@ -201,13 +200,9 @@ fn axis_to_si<D: Dimension>(axis: &mut Axis, path: &Path, what: &str) -> Result<
 }
 
 impl MeasuredInput {
-    pub fn budget(
-        &self,
-        archive: &(impl Sink + NamedArrays),
-        observer: &dyn Observer,
-    ) -> Result<Budget> {
-        let (budget, errors) = self.motion.run(&self.request, archive, observer)?;
-        write_measured_arrays(&self.motion, &errors, archive)?;
+    pub fn budget(&self, file: &dyn ArrayFile, observer: &dyn Observer) -> Result<Budget> {
+        let (budget, errors) = self.motion.run(&self.request, file, observer)?;
+        write_measured_arrays(&self.motion, &errors, &budget.units, file)?;
         Ok(budget)
     }
 }

@@ -3,6 +3,7 @@
 use std::path::{Path, PathBuf};
 
 use clap::{Args, ValueEnum};
+use serde_json::{Value, json};
 use wavecascade::field::{EqualPositions, OpenOptions, PositionFrom, Scan, ScanRecord};
 use wavecascade::{Error, Field};
 
@@ -70,6 +71,21 @@ impl ScanArgs {
         Some(scan)
     }
 
+    /// That several files are a scan, for commands that take one field.
+    ///
+    /// # Errors
+    /// Several files without a scan.
+    pub fn check_files(&self, files: &[PathBuf]) -> Result<(), Error> {
+        if files.len() == 1 || self.position_from.is_some() {
+            return Ok(());
+        }
+        Err(Error::Request {
+            option: "position-from",
+            expected: "it beside several files, which it makes one field".into(),
+            found: format!("{} files without it", files.len()),
+        })
+    }
+
     /// The field of one file, or of all files of a scan with what was taken of each.
     pub fn open(
         &self,
@@ -84,6 +100,21 @@ impl ScanArgs {
             None => Ok((Field::open(&files[0], options)?, None)),
         }
     }
+}
+
+/// What was taken of each file.
+pub fn records_json(records: &[ScanRecord]) -> Value {
+    let record = |record: &ScanRecord| {
+        json!({
+            "file": record.path.display().to_string(),
+            "position": record.position,
+            "n_times": record.n_times,
+            "delay": record.delay,
+            "left": record.left,
+            "correlation": record.correlation,
+        })
+    };
+    records.iter().map(record).collect()
 }
 
 /// The name of a result of several files: that of their folder.

@@ -22,3 +22,11 @@ pub fn as_text() -> Vec<String> {
         .map(|word| word.to_string_lossy().into_owned())
         .collect()
 }
+
+/// A word as a shell takes it.
+pub fn quoted(word: &str) -> String {
+    match word.contains(|c: char| c.is_whitespace() || "*?;&|()'\"".contains(c)) {
+        true => format!("'{}'", word.replace('\'', "'\\''")),
+        false => word.to_owned(),
+    }
+}

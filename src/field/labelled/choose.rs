@@ -1,5 +1,7 @@
 //! Which variable of a file is the field, and which of its dimensions are times and sites.
 
+use std::collections::HashSet;
+
 use wavecascade_formats::{Container, Coordinate, Dimension, Variable};
 
 use super::super::options::{At, Label, OpenOptions};
@@ -311,18 +313,19 @@ fn variable(container: &Container, wanted: Option<&str>) -> std::result::Result<
             Some(_) => Err(InputFault::NoSamples {
                 shape: variables[place].shape(),
             }),
-            None => Err(InputFault::NotNumbers {
-                variable: wanted.to_owned(),
-                found: other_type(&variables[place]),
-            }),
+            None => Err(not_numbers(&variables[place])),
         };
     }
+    let listed = |d: &Dimension| match d.coordinate {
+        Some(Coordinate::Listed(i)) => Some(i),
+        _ => None,
+    };
+    let dimensions = variables.iter().flat_map(|v| &v.dimensions);
+    let coordinates: HashSet<usize> = dimensions.filter_map(listed).collect();
     let is_coordinate = |i: usize| {
-        let own = Coordinate::Listed(i);
-        let mut dimensions = variables.iter().flat_map(|v| &v.dimensions);
         let name = last_name(&variables[i].path).to_ascii_lowercase();
         let is_named = names::TIME.contains(&name.as_str()) || POSITIONS.contains(&name.as_str());
-        dimensions.any(|d| d.coordinate.as_ref() == Some(&own)) || is_named
+        coordinates.contains(&i) || is_named
     };
     let rank = |v: &Variable| v.dimensions.iter().filter(|d| d.len > 1).count();
     let of_rank = |is_it: fn(usize) -> bool| -> Vec<usize> {
@@ -335,10 +338,10 @@ fn variable(container: &Container, wanted: Option<&str>) -> std::result::Result<
         };
         (0..variables.len()).filter(is_candidate).collect()
     };
-    let mut candidates = of_rank(|rank| rank >= 2);
-    if candidates.is_empty() {
-        candidates = of_rank(|rank| rank < 2);
-    }
+    // A record goes before the single numbers beside it, such as the position of its only site.
+    let of_ranks = [of_rank(|rank| rank >= 2), of_rank(|rank| rank == 1)];
+    let found = of_ranks.into_iter().find(|found| !found.is_empty());
+    let candidates = found.unwrap_or_else(|| of_rank(|rank| rank == 0));
     let preferred = || {
         ["velocity", "v", "vel", "vx"].iter().find_map(|name| {
             let is_it = |i: &&usize| last_name(&variables[**i].path).eq_ignore_ascii_case(name);
@@ -346,11 +349,29 @@ fn variable(container: &Container, wanted: Option<&str>) -> std::result::Result<
             named.next().filter(|_| named.next().is_none()).copied()
         })
     };
+    let unread = || {
+        let mut unread = variables
+            .iter()
+            .filter(|v| v.sample_type.way_out().is_some());
+        unread.next().map(not_numbers)
+    };
     match candidates[..] {
         [only] => Ok(only),
+        [] => Err(unread().unwrap_or_else(|| InputFault::WhichVariable {
+            variables: list(container),
+        })),
         _ => preferred().ok_or_else(|| InputFault::WhichVariable {
             variables: list(container),
         }),
+    }
+}
+
+/// The fault of a variable that holds something else.
+fn not_numbers(variable: &Variable) -> InputFault {
+    InputFault::NotNumbers {
+        variable: variable.path.clone(),
+        found: other_type(variable),
+        way_out: variable.sample_type.way_out(),
     }
 }
 

@@ -29,6 +29,9 @@ pub(in crate::report) struct Series {
     values: String,
     /// Standard errors.
     errors: Option<String>,
+    /// Whether the area down to the series before is filled.
+    #[serde(skip_serializing_if = "std::ops::Not::not")]
+    band: bool,
     #[serde(skip)]
     has_values: bool,
 }
@@ -46,6 +49,7 @@ impl Series {
                 EmbeddedCurve::Blocks(length) => doubles(values.chunks(length).flat_map(extremes)),
             },
             errors: None,
+            band: false,
             has_values: values.iter().any(|value| value.is_finite()),
         }
     }
@@ -59,6 +63,7 @@ impl Series {
             x: Some(doubles(points.iter().map(|point| point.0))),
             values: doubles(points.iter().map(|point| point.1)),
             errors: None,
+            band: false,
             has_values: points.iter().any(|point| point.1.is_finite()),
         }
     }
@@ -177,6 +182,22 @@ impl CurveGroup {
 
     /// The chart of a figure, whose picks nothing follows.
     pub fn of_chart(id: &str, caption: &str, chart: &plot::Chart) -> CurveGroup {
+        let ends = chart.series.iter().flat_map(|series| {
+            let band = series.band.iter().flat_map(|band| {
+                let end = |of: fn(&(f64, f64)) -> f64, which: &str| {
+                    let ends = series.points.iter().zip(&band.ends);
+                    let points: Vec<_> = ends.map(|(point, ends)| (point.0, of(ends))).collect();
+                    Series::points(format!("{}, {which} end", band.label), &points)
+                        .colored(series.colour)
+                };
+                let upper = Series {
+                    band: true,
+                    ..end(|ends| ends.1, "upper")
+                };
+                [end(|ends| ends.0, "lower"), upper]
+            });
+            band.collect::<Vec<_>>()
+        });
         let series = chart.series.iter().map(|series| {
             let drawn = Series::points(&series.label, &series.points)
                 .colored(series.colour)
@@ -190,7 +211,7 @@ impl CurveGroup {
                 false => drawn,
             }
         });
-        let one = Chart::new(&chart.y_label, series.collect());
+        let one = Chart::new(&chart.y_label, ends.chain(series).collect());
         let one = if chart.log_y { one.log() } else { one };
         let marks = chart.marks.iter().map(|mark| (mark.at, mark.label.clone()));
         let heading = (id, &*sentence_case(&chart.title));

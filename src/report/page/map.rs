@@ -64,6 +64,9 @@ pub(in crate::report) struct MapData {
     detail: Option<DetailData>,
     /// Dispersion curves.
     lines: Vec<LineData>,
+    /// What values along y are multiplied by for the ends of their 95 % interval.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    interval: Option<[f64; 2]>,
 }
 
 /// The cells of a map.
@@ -140,6 +143,7 @@ impl MapData {
                 cells: CellData::of(part),
             }),
             lines: Vec::new(),
+            interval: None,
         }
     }
 
@@ -166,7 +170,13 @@ impl MapData {
             cells: CellData::of_values(values),
             detail: None,
             lines: Vec::new(),
+            interval: None,
         }
+    }
+
+    /// With the ends of an interval about the curve along y.
+    pub fn with_interval(self, interval: Option<[f64; 2]>) -> Self {
+        MapData { interval, ..self }
     }
 
     /// With linear colours at first.

@@ -13,6 +13,7 @@ mod lomb;
 mod modes;
 mod ridges;
 mod slope;
+mod spectrum;
 mod sweep;
 mod transfer;
 
@@ -28,5 +29,6 @@ pub use lomb::lomb_html;
 pub use modes::modes_html;
 pub use ridges::ridges_html;
 pub use slope::slope_html;
+pub use spectrum::spectrum_html;
 pub use sweep::sweep_html;
 pub use transfer::transfer_html;

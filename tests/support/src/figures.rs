@@ -5,6 +5,7 @@ use std::f64::consts::{PI, TAU};
 use ndarray::Array2;
 use wavecascade::analyze::*;
 use wavecascade::arrays::Precision;
+use wavecascade::estimates::{SpectrumInterval, interval_factors};
 use wavecascade::field::{Axis, Quantity};
 use wavecascade::prepare::WindowGains;
 
@@ -72,6 +73,13 @@ pub fn full() -> Analysis {
             band: (0.0, high),
         }),
         direction_by_frequency: Some(directions(axes.frequency.len())),
+        interval: Some(SpectrumInterval {
+            steadiness: 0.9,
+            effective_segments: 1.0,
+            alpha: 0.05,
+            degrees_of_freedom: Some(2.0),
+            factors: Some(interval_factors(2.0, 0.05)),
+        }),
         frequency_edge: Some(BandEdge::Reference {
             value: 0.12 * high,
             index: 0,

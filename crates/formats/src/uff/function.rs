@@ -1,10 +1,12 @@
 //! Data sets 58 and 58b: functions at nodes.
 
+use std::hash::{Hash, Hasher};
+
 use super::text::{Lines, columns, float, integer, is_delimiter, label};
 use crate::{ByteOrder, Error, Result, Sample};
 
 /// What the functions of one variable have in common.
-#[derive(Debug, Clone, PartialEq)]
+#[derive(Debug, Clone)]
 pub(super) struct Kind {
     pub function: i64,
     pub is_complex: bool,
@@ -33,7 +35,41 @@ pub(super) struct Function {
     pub reference: [i64; 2],
 }
 
+/// The bits of a number, by which zeros of both signs are the same and NaN is equal to itself.
+pub(super) fn bits(number: f64) -> u64 {
+    (number + 0.0).to_bits()
+}
+
+impl PartialEq for Kind {
+    fn eq(&self, other: &Kind) -> bool {
+        self.fields() == other.fields()
+    }
+}
+
+impl Hash for Kind {
+    fn hash<H: Hasher>(&self, state: &mut H) {
+        self.fields().hash(state);
+    }
+}
+
 impl Kind {
+    fn fields(&self) -> impl Hash + PartialEq + '_ {
+        (
+            self.function,
+            self.is_complex,
+            self.sample,
+            self.binary,
+            self.count,
+            self.even.map(|even| even.map(bits)),
+            self.abscissa_type,
+            &self.abscissa_unit,
+            self.ordinate_type,
+            &self.ordinate_label,
+            &self.ordinate_unit,
+            &self.denominator_unit,
+        )
+    }
+
     /// Numbers for each abscissa.
     pub(super) fn per_point(&self) -> usize {
         1 + usize::from(self.even.is_none()) + usize::from(self.is_complex)

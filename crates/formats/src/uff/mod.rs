@@ -3,14 +3,16 @@
 mod function;
 mod text;
 
-use std::collections::HashMap;
+use std::collections::hash_map::DefaultHasher;
+use std::collections::{HashMap, HashSet};
+use std::hash::{Hash, Hasher};
 use std::sync::Arc;
 
 use crate::{
     Attributes, Block, Bytes, Container, Coordinate, Decoder, Dimension, Error, Format, Options,
     Place, Result, Sample, SampleType, Value, Variable,
 };
-use function::{Function, Kind};
+use function::{Function, Kind, bits};
 use text::{Lines, columns, float, integer, is_delimiter};
 
 /// The format of a file with this extension (lower case) and these bytes, if it is one of this module.
@@ -42,6 +44,8 @@ struct Group {
 #[derive(Default)]
 struct Contents {
     groups: Vec<Group>,
+    /// Places of groups by the hash of what their functions have in common.
+    places: HashMap<u64, Vec<usize>>,
     nodes: HashMap<i64, [f64; 3]>,
     skipped: Vec<String>,
     /// Bytes of memory for numbers in ASCII.
@@ -86,6 +90,7 @@ pub(crate) fn open(format: Format, bytes: Bytes, options: &Options) -> Result<Co
 impl Contents {
     fn read(bytes: &[u8], options: &Options) -> Result<Contents> {
         let mut contents = Contents::default();
+        let mut skipped = HashSet::new();
         let mut lines = Lines { bytes, at: 0 };
         while let Some(line) = lines.next() {
             if line.trim_ascii().is_empty() {
@@ -110,7 +115,7 @@ impl Contents {
                         return Err(Error::unsupported(what, "write the file without it"));
                     }
                     let other = String::from_utf8_lossy(other).into_owned();
-                    if !contents.skipped.contains(&other) {
+                    if skipped.insert(other.clone()) {
                         contents.skipped.push(other);
                     }
                     while !is_delimiter(lines.expect("the end of the data set")?) {}
@@ -156,12 +161,23 @@ impl Contents {
                 ordinates = ordinates.into_iter().skip(1).step_by(2).collect();
             }
         }
-        let same = |group: &&mut Group| group.kind == kind && group.abscissas == abscissas;
-        if let Some(group) = self.groups.iter_mut().find(same) {
+        let mut hasher = DefaultHasher::new();
+        kind.hash(&mut hasher);
+        abscissas.iter().for_each(|&x| bits(x).hash(&mut hasher));
+        let places = self.places.entry(hasher.finish()).or_default();
+        let equal =
+            |a: &[f64], b: &[f64]| a.iter().copied().map(bits).eq(b.iter().copied().map(bits));
+        let groups = &self.groups;
+        let is_same = |&place: &usize| {
+            groups[place].kind == kind && equal(&groups[place].abscissas, &abscissas)
+        };
+        if let Some(place) = places.iter().copied().find(is_same) {
+            let group = &mut self.groups[place];
             group.functions.push(function);
             group.starts.push(start);
             group.ordinates.extend(ordinates);
         } else {
+            places.push(self.groups.len());
             self.groups.push(Group {
                 kind,
                 functions: vec![function],

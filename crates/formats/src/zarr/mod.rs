@@ -1,6 +1,7 @@
 //! Zarr, versions 2 and 3: folders of chunks.
 
 mod json;
+mod quiet;
 mod walk;
 
 use std::path::{Path, PathBuf};
@@ -158,8 +159,10 @@ fn length(folder: &Path, level: usize) -> u64 {
 
 /// What `zarrs` makes of files, which on some damaged ones panics: on a chunk shorter than its checksum.
 fn caught<T>(place: &str, call: impl FnOnce() -> T) -> Result<T> {
+    let silence = quiet::Silence::new();
     // What a panic leaves behind is not used again but for reading.
     let called = std::panic::catch_unwind(std::panic::AssertUnwindSafe(call));
+    drop(silence);
     called.map_err(|_| Error::damaged(place, "a sound array", "one that its decoder fails on"))
 }
 

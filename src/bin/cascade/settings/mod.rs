@@ -83,16 +83,16 @@ impl CommandLine {
         }
     }
 
-    /// Paths that `cascade analyze` or `cascade inspect` is to read.
+    /// Paths that a command which takes the files of a scan is to read.
     pub fn fields(&self) -> Vec<PathBuf> {
-        let seen = ["analyze", "inspect"]
+        let seen = ["analyze", "inspect", "convert"]
             .iter()
             .find_map(|name| self.seen.subcommand_matches(name));
         let fields = seen.and_then(|seen| seen.try_get_many("fields").ok().flatten());
         fields.into_iter().flatten().cloned().collect()
     }
 
-    /// Whether they are one field, or are listed by `cascade inspect`, which takes no other files.
+    /// Whether they are one field, or go to a command that refuses others.
     pub fn is_scan(&self) -> bool {
         let analyze = self.seen.subcommand_matches("analyze");
         analyze.is_none_or(|seen| seen.value_source("position_from").is_some())

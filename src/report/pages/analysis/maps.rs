@@ -38,7 +38,9 @@ pub(super) fn of(analysis: &Analysis) -> Vec<MapData> {
     maps.extend(short_time(analysis));
     maps.extend(short_space(analysis));
     let [frequency, wavenumber] = [analysis.frequency_edge, analysis.wavenumber_edge].map(value);
+    let interval = analysis.interval.and_then(|interval| interval.factors);
     let annotated = maps.into_iter().map(|map| match &map.id[..] {
+        "temporal" => map.with_interval(interval),
         "spatial" | "flux" => map.along_x(),
         "spacetime" => map.with_dispersion(&analysis.dispersion),
         _ => map,

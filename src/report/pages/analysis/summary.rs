@@ -120,6 +120,7 @@ fn spectra(analysis: &Analysis) -> Vec<Row> {
             ),
         ),
         ("Padded in space to", of.padded_space.to_string()),
+        ("95 % interval of S(f, x)", interval(analysis)),
         (
             "Highest frequency",
             format!("{} {}", last(&axes.frequency), axes.frequency_unit()),
@@ -129,6 +130,25 @@ fn spectra(analysis: &Analysis) -> Vec<Row> {
             format!("{} {}", last(&axes.wavenumber), axes.wavenumber_unit()),
         ),
     ]
+}
+
+fn interval(analysis: &Analysis) -> String {
+    match analysis
+        .interval
+        .map(|of| (of, of.degrees_of_freedom.zip(of.factors)))
+    {
+        Some((_, Some((degrees, [low, high])))) => format!(
+            "{} to {} of a value ({} degrees of freedom)",
+            number(low),
+            number(high),
+            number(degrees)
+        ),
+        Some((of, None)) => format!(
+            "none: the record is a transient, which is one realisation (steadiness {})",
+            number(of.steadiness)
+        ),
+        None => "not computed".into(),
+    }
 }
 
 fn window(gains: &WindowGains) -> String {
