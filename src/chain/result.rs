@@ -58,6 +58,14 @@ pub enum RunWarning {
         /// masses that caused it; too small where the velocities are then nothing alike.
         amplification: f64,
     },
+    /// The tolerance is out of reach: differences of two runs grow by this factor over the time of the
+    /// run, and rounding with them. Runs of finer steps, which would reach less than `reached`, were not
+    /// made.
+    Amplifies {
+        tolerance: f64,
+        reached: f64,
+        growth: f64,
+    },
     /// The tolerance is below the rounding error of the velocities, which have the error `reached`.
     Rounding { tolerance: f64, reached: f64 },
     /// The energy changed by `drift` of its largest value, which neither work nor losses explain;

@@ -8,6 +8,7 @@ mod known;
 mod many;
 mod peaks;
 mod reference;
+mod samples;
 mod scale;
 mod scene;
 mod scene_hostile;
