@@ -33,8 +33,8 @@ pub struct RunReport {
     /// lightest site with all of the initial energy; for a driven chain the largest speed of the
     /// run.
     pub velocity_scale: f64,
-    /// Twice the largest difference of a velocity, relative to the scale, between this run and one
-    /// whose local error is larger by `1 / `[`CHECK_FACTOR`](super::CHECK_FACTOR), or by less next to
+    /// Twice the largest difference of a velocity at 128 equally distant times, whatever the samples,
+    /// relative to the scale, between this run and one whose local error is larger by `1 / `[`CHECK_FACTOR`](super::CHECK_FACTOR), or by less next to
     /// the finest steps that rounding allows; `None` if not requested.
     pub error: Option<f64>,
     /// Largest change of the energy not explained by input and losses, relative to the largest

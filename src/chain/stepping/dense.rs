@@ -21,8 +21,9 @@ use crate::Result;
 use crate::numeric::lanes::WIDTH;
 use crate::observer::Observer;
 
-/// The largest estimated error of an interpolant, as a share of the tolerance of a step.
-const SHARE: f64 = 0.25;
+/// The largest estimated error of an interpolant, in units of the tolerance of a step, of which runs have
+/// an eighth of theirs: errors of samples do not add up.
+const SHARE: f64 = 1.0;
 
 /// Places on each side of an opening contact that are stepped to each sample.
 const BESIDE: usize = 3;
