@@ -421,7 +421,7 @@ impl<K: Kernel> Driver<K> {
 /// The blocks that hold these places; all of them where none are named.
 fn blocks_of(wanted: Option<&[Range<usize>]>, places: usize) -> Vec<Range<usize>> {
     let Some(wanted) = wanted else {
-        return vec![0..places.div_ceil(WIDTH)];
+        return Vec::from([0..places.div_ceil(WIDTH)]);
     };
     let mut blocks: Vec<Range<usize>> = Vec::new();
     for places in wanted {

@@ -198,13 +198,11 @@ impl SimdKernel for Blend<'_> {
             rows!(rates, flux_rate),
         );
         let out = &mut to.passed.0[blocks.clone()][..n];
-        for b in 0..n {
+        for (b, out) in out.iter_mut().enumerate() {
             let (w, flux, bend): ([L; 3], [L; 3], [L; 3]) =
                 (three(w, b), three(flux, b), three(bend, b));
             let passes = flux[1].abs() + flux[2].abs() + (w[2] - w[1]).abs();
-            passes
-                .choose(weights.value(w, flux, bend), w[1])
-                .store(&mut out[b]);
+            passes.choose(weights.value(w, flux, bend), w[1]).store(out);
         }
     }
 }
