@@ -86,6 +86,11 @@ impl Realisations {
         self.segments.length / 2 + 1
     }
 
+    /// Samples of a record that segments reach.
+    pub fn reached(&self) -> usize {
+        self.segments.record - self.segments.left_over()
+    }
+
     /// Visits every realisation of `records`, which follow one another: its number and its spectra,
     /// `[bin * width + record]`. With samples `v` and spacing `dt`, `|X|^2 dt` is the power spectral
     /// density of one side.

@@ -10,12 +10,11 @@ use super::averaging::{Averaging, Realisations, SegmentScratch};
 use super::delay::{Delay, DelaySearch};
 use super::ensemble::{Independence, steadiness};
 use super::phase::{PhaseSpeed, Phases, least_coherence};
-use crate::arrays::Precision;
+use super::shots::{Shot, Shots, TOGETHER, first_of};
 use crate::error::{Error, Result};
 use crate::field::{Axis, Field};
 use crate::observer::Observer;
-use crate::prepare::{Detrend, Gaps, Preparation, Prepared, ReadAhead, Tiles};
-use crate::system::memory::half_of_free_memory;
+use crate::prepare::Gaps;
 use crate::system::threads::in_pool;
 use crate::transform::{RecordTransform, fold, frequencies};
 
@@ -161,11 +160,12 @@ pub fn coherence(
         });
     }
     in_pool(request.threads, || {
+        let (gaps, memory) = (request.gaps, request.memory);
+        let reached = realisations.reached();
         let pass = Pass {
-            fields,
+            shots: Shots::new(fields, gaps, memory, reached, observer)?,
             request,
             realisations: &realisations,
-            observer,
         };
         pass.run(first)
     })
@@ -173,6 +173,7 @@ pub fn coherence(
 
 /// The first of the fields, whose axes all have.
 fn check<'a>(fields: &[&'a Field], request: &CoherenceRequest) -> Result<&'a Field> {
+    let first = first_of(fields)?;
     let refuse = |option, expected: String, found: String| {
         Err(Error::Request {
             option,
@@ -180,30 +181,6 @@ fn check<'a>(fields: &[&'a Field], request: &CoherenceRequest) -> Result<&'a Fie
             found,
         })
     };
-    let Some((first, others)) = fields.split_first() else {
-        return refuse("field", "at least one field".into(), "none".into());
-    };
-    let axes = |field: &Field| {
-        let (time, space) = (&field.time, &field.space);
-        let steps = (time.step, space.origin, space.step);
-        let words = (time.unit.clone(), space.unit.clone(), field.unit.clone());
-        ((field.n_times(), field.n_sites()), steps, words)
-    };
-    if let Some(other) = others.iter().find(|other| axes(other) != axes(first)) {
-        let expected = format!(
-            "fields with the axes of {}, {} times by {} sites",
-            first.name,
-            first.n_times(),
-            first.n_sites()
-        );
-        let found = format!(
-            "{} times by {} sites in {}, or another step or unit",
-            other.n_times(),
-            other.n_sites(),
-            other.name
-        );
-        return refuse("field", expected, found);
-    }
     if request.reference >= first.n_sites() {
         let expected = format!("a site from 0 to {}", first.n_sites() - 1);
         return refuse("reference", expected, request.reference.to_string());
@@ -215,171 +192,99 @@ fn check<'a>(fields: &[&'a Field], request: &CoherenceRequest) -> Result<&'a Fie
     Ok(first)
 }
 
-/// Sites that are transformed together.
-const TOGETHER: usize = 8;
-
 struct Pass<'a> {
-    fields: &'a [&'a Field],
+    shots: Shots<'a>,
     request: &'a CoherenceRequest,
     realisations: &'a Realisations,
-    observer: &'a dyn Observer,
 }
 
-/// Sums over realisations; a row a site.
+/// Sums over realisations.
 struct Sums {
-    own: Array2<f64>,
-    cross: Array2<Complex<f64>>,
+    tiles: Vec<TileSums>,
     /// Of the reference.
     reference: Vec<f64>,
     steadiness: f64,
 }
 
+/// Sums of a few sites, `[bin * width + site]`.
+#[derive(Clone)]
+struct TileSums {
+    own: Vec<f64>,
+    cross: Vec<Complex<f64>>,
+}
+
 impl Pass<'_> {
     fn run(&self, first: &Field) -> Result<Coherence> {
-        let (n_sites, bins) = (first.n_sites(), self.realisations.bins());
-        let block = self.block(first)?;
+        let bins = self.realisations.bins();
+        let block = self
+            .shots
+            .block("the cross-spectra of this field", self.held(first))?;
+        let tiles = (0..self.shots.tiles()).map(|tile| self.shots.sites(tile).len() * bins);
+        let tiles = tiles.map(|cells| TileSums {
+            own: vec![0.0; cells],
+            cross: vec![Complex::default(); cells],
+        });
         let mut sums = Sums {
-            own: Array2::zeros((n_sites, bins)),
-            cross: Array2::zeros((n_sites, bins)),
+            tiles: tiles.collect(),
             reference: vec![0.0; bins],
             steadiness: 0.0,
         };
-        let mut unit = None;
-        for field in self.fields {
-            let prepared = self.prepared(field, block)?;
-            let unit = *unit.get_or_insert(prepared.unit());
-            self.add(&prepared, prepared.unit() / unit, block, &mut sums)?;
-        }
-        Ok(self.finish(first, &sums, unit.unwrap_or(1.0)))
+        let unit = self.shots.each(block, |shot| self.add(shot, &mut sums))?;
+        Ok(self.finish(first, &sums, unit))
     }
 
-    /// Sites that are read at once; `None` for a field that fits into memory as it is.
-    ///
-    /// # Errors
-    /// [`Error::Memory`].
-    fn block(&self, field: &Field) -> Result<Option<usize>> {
+    /// Bytes that are needed beside the samples.
+    fn held(&self, field: &Field) -> u64 {
         let (samples, sites) = (field.n_times() as u64, field.n_sites() as u64);
         let bins = self.realisations.bins() as u64;
         let length = self.realisations.segments.length;
         let threads = rayon::current_num_threads() as u64;
-        let together = TOGETHER as u64;
         let scratch = RecordTransform::<f64>::working_bytes(length, length, TOGETHER);
-        let tile = together * (8 * samples + 24 * bins) + scratch;
-        let held = 24 * sites * bins
+        24 * sites * bins
             + 4 * 8 * sites * bins
             + 16 * bins * self.realisations.count() as u64
-            + threads * tile;
-        let allowed = self.request.memory.unwrap_or_else(half_of_free_memory);
-        let least = held + 8 * samples * together;
-        if least > allowed {
-            return Err(Error::Memory {
-                what: "the cross-spectra of this field",
-                needed: least,
-                allowed,
-            });
-        }
-        let mapped = 8 * samples * sites;
-        if mapped <= (allowed - held).min(allowed / 4) {
-            return Ok(None);
-        }
-        let sites = ((allowed - held) / (8 * samples)) as usize;
-        Ok(Some((sites / TOGETHER * TOGETHER).max(TOGETHER)))
+            + threads * (8 * TOGETHER as u64 * samples + scratch)
     }
 
-    fn prepared<'f>(&self, field: &'f Field, block: Option<usize>) -> Result<Prepared<'f>> {
-        let segments = self.realisations.segments;
-        let preparation = Preparation {
-            gaps: self.request.gaps,
-            precision: Precision::F64,
-            reached: segments.record - segments.left_over(),
-            transforms_all: false,
-            detrend_field_mean: false,
-            detrend_space: Detrend::None,
-            detrend_time: Detrend::None,
-        };
-        let tiles = Tiles {
-            sites: TOGETHER,
-            times: 32,
-            ahead: block,
-            memory: self.request.memory.unwrap_or_else(half_of_free_memory) / 4,
-        };
-        let (times, sites) = (0..field.n_times(), 0..field.n_sites());
-        let prepared = Prepared::new(field, times, sites, preparation, tiles, self.observer);
-        prepared.map(|(prepared, _)| prepared)
-    }
-
-    /// Adds the realisations of one field, whose samples count `scale` times.
-    fn add(
-        &self,
-        prepared: &Prepared<'_>,
-        scale: f64,
-        block: Option<usize>,
-        sums: &mut Sums,
-    ) -> Result<()> {
-        let (n_sites, bins) = (prepared.n_sites(), self.realisations.bins());
-        let mut record = vec![0.0; prepared.n_times()];
-        prepared.record(self.request.reference, &mut record);
+    /// Adds the realisations of one shot.
+    fn add(&self, shot: &Shot<'_>, sums: &mut Sums) -> Result<()> {
+        let bins = self.realisations.bins();
+        let record = shot.record(self.request.reference);
         sums.steadiness += steadiness(&record);
+        let squared = shot.scale * shot.scale;
+        // Conjugate transforms of the reference, realisation by realisation.
         let mut reference = Vec::with_capacity(self.realisations.count() * bins);
         let mut scratch = SegmentScratch::default();
         self.realisations.each(&record, &mut scratch, |_, spectra| {
             for (sum, x) in sums.reference.iter_mut().zip(spectra) {
-                *sum += x.norm_sqr() * scale * scale;
+                *sum += x.norm_sqr() * squared;
             }
-            reference.extend(spectra.iter().map(|x| x.conj() * scale * scale));
+            reference.extend(spectra.iter().map(|x| x.conj() * squared));
         });
-        self.observer.stage("cross-spectra", n_sites as u64);
-        let block = block.unwrap_or(n_sites);
-        let mut room = ReadAhead::default();
-        for from in (0..n_sites).step_by(block) {
-            let sites = from..n_sites.min(from + block);
-            let ahead = prepared.read_ahead(sites.clone(), &mut room);
-            let tile = Tile {
-                pass: self,
-                prepared,
-                ahead,
-                reference: &reference,
-                scale,
-            };
-            let rows = ndarray::s![sites.clone(), ..];
-            let (mut own, mut cross) = (sums.own.slice_mut(rows), sums.cross.slice_mut(rows));
-            own.axis_chunks_iter_mut(Along(0), TOGETHER)
-                .into_par_iter()
-                .zip(cross.axis_chunks_iter_mut(Along(0), TOGETHER))
-                .enumerate()
-                .try_for_each_init(
-                    TileScratch::default,
-                    |scratch, (i, (mut own, mut cross))| {
-                        if self.observer.cancelled() {
-                            return Err(Error::Cancelled);
-                        }
-                        let first = sites.start + i * TOGETHER;
-                        let sites = first..first + own.nrows();
-                        self.observer.advance(sites.len() as u64);
-                        tile.sum(sites, scratch);
-                        for (c, mut row) in own.outer_iter_mut().enumerate() {
-                            let width = cross.nrows();
-                            for (m, sum) in row.iter_mut().enumerate() {
-                                *sum += scratch.own[m * width + c];
-                            }
-                        }
-                        let width = cross.nrows();
-                        for (c, mut row) in cross.outer_iter_mut().enumerate() {
-                            for (m, sum) in row.iter_mut().enumerate() {
-                                *sum += scratch.cross[m * width + c];
-                            }
-                        }
-                        Ok(())
-                    },
-                )?;
-            prepared.release_pages();
-        }
-        Ok(())
+        let add = |scratch: &mut SegmentScratch,
+                   sites: Range<usize>,
+                   samples: &[f64],
+                   sums: &mut TileSums| {
+            self.realisations.each(samples, scratch, |r, spectra| {
+                let reference = &reference[r * bins..][..bins];
+                let width = sites.len();
+                let rows = spectra.chunks_exact(width).zip(reference);
+                let own = sums.own.chunks_exact_mut(width);
+                let sums = own.zip(sums.cross.chunks_exact_mut(width));
+                for ((spectra, reference), (own, cross)) in rows.zip(sums) {
+                    for ((x, own), cross) in spectra.iter().zip(own).zip(cross) {
+                        *own += x.norm_sqr() * squared;
+                        *cross += reference * x;
+                    }
+                }
+            });
+        };
+        shot.each_tile("cross-spectra", &mut sums.tiles, add)
     }
 
     fn finish(&self, field: &Field, sums: &Sums, unit: f64) -> Coherence {
         let realisations = self.realisations;
-        let (records, length) = (self.fields.len(), realisations.segments.length);
+        let (records, length) = (self.shots.count(), realisations.segments.length);
         let independence = Independence::new(
             [
                 records,
@@ -389,20 +294,22 @@ impl Pass<'_> {
             realisations.effective(),
             sums.steadiness / records as f64,
         );
-        let of_cell = |j: usize, m: usize| {
-            let product = sums.reference[m] * sums.own[[j, m]];
-            // 0 / 0 where one of them is still.
-            (sums.cross[[j, m]].norm_sqr() / product).min(1.0)
+        // The sums of site j at frequency m.
+        let of = |m: usize, j: usize| {
+            let cell = m * self.shots.sites(j / TOGETHER).len() + j % TOGETHER;
+            let tile = &sums.tiles[j / TOGETHER];
+            (tile.own[cell], tile.cross[cell])
         };
         let shape = (realisations.bins(), field.n_sites());
-        let coherence = Array2::from_shape_fn(shape, |(m, j)| match sums.own[[j, m]] > 0.0 {
-            true => of_cell(j, m),
-            false => f64::NAN,
+        let coherence = Array2::from_shape_fn(shape, |(m, j)| match of(m, j) {
+            // 0 / 0 where one of them is still.
+            (own, cross) if own > 0.0 => (cross.norm_sqr() / (sums.reference[m] * own)).min(1.0),
+            _ => f64::NAN,
         });
-        let phase = Array2::from_shape_fn(shape, |(m, j)| sums.cross[[j, m]].arg());
+        let phase = Array2::from_shape_fn(shape, |(m, j)| of(m, j).1.arg());
         let density = field.time.step * unit * unit / (records * realisations.count()) as f64;
         let spectrum =
-            Array2::from_shape_fn(shape, |(m, j)| sums.own[[j, m]] * density * fold(m, length));
+            Array2::from_shape_fn(shape, |(m, j)| of(m, j).0 * density * fold(m, length));
         let mut found = Coherence {
             frequency: frequencies(length, field.time.step),
             time: field.time.clone(),
@@ -457,58 +364,5 @@ impl Coherence {
             phases.speed()
         });
         self.speeds = speeds.collect();
-    }
-}
-
-/// What all tiles of a block read.
-struct Tile<'t> {
-    pass: &'t Pass<'t>,
-    prepared: &'t Prepared<'t>,
-    ahead: Option<&'t ReadAhead>,
-    /// Conjugate transforms of the reference, realisation by realisation, times the square of `scale`.
-    reference: &'t [Complex<f64>],
-    scale: f64,
-}
-
-#[derive(Default)]
-struct TileScratch {
-    segments: SegmentScratch,
-    samples: Vec<f64>,
-    own: Vec<f64>,
-    cross: Vec<Complex<f64>>,
-}
-
-impl Tile<'_> {
-    /// Sums of a few sites, `[bin * width + site]`.
-    fn sum(&self, sites: Range<usize>, scratch: &mut TileScratch) {
-        let TileScratch {
-            segments,
-            samples,
-            own,
-            cross,
-        } = scratch;
-        let (width, bins) = (sites.len(), self.pass.realisations.bins());
-        samples.resize(width * self.prepared.n_times(), 0.0);
-        self.prepared.records(self.ahead, sites, samples);
-        own.clear();
-        own.resize(width * bins, 0.0);
-        cross.clear();
-        cross.resize(width * bins, Complex::default());
-        let squared = self.scale * self.scale;
-        self.pass
-            .realisations
-            .each(samples, segments, |r, spectra| {
-                let reference = &self.reference[r * bins..][..bins];
-                let rows = spectra.chunks_exact(width).zip(reference);
-                let sums = own
-                    .chunks_exact_mut(width)
-                    .zip(cross.chunks_exact_mut(width));
-                for ((spectra, reference), (own, cross)) in rows.zip(sums) {
-                    for ((x, own), cross) in spectra.iter().zip(own).zip(cross) {
-                        *own += x.norm_sqr() * squared;
-                        *cross += reference * x;
-                    }
-                }
-            });
     }
 }

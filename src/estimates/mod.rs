@@ -14,6 +14,7 @@ mod coherence;
 mod delay;
 mod ensemble;
 mod phase;
+mod shots;
 
 pub use averaging::{Averaging, Tapers};
 pub use coherence::{Coherence, CoherenceRequest, coherence};

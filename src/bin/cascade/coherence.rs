@@ -1,28 +1,19 @@
 //! `cascade coherence`: all sites of a field against a reference.
 
-use std::io::{IsTerminal, Write};
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 
 use clap::Args;
+use wavecascade::Error;
 use wavecascade::estimates::{Averaging, Coherence as Found, CoherenceRequest, Tapers, coherence};
-use wavecascade::field::{FileState, OpenOptions};
-use wavecascade::observer::Observer;
+use wavecascade::plot::{self, Figure, Style};
 use wavecascade::prepare::Window;
-use wavecascade::report::{
-    CoherenceSummary, Provenance, ResultDirectory, coherence_html, percent, write_coherence,
-};
-use wavecascade::{Field, plot};
+use wavecascade::report::{CoherenceSummary, Provenance, coherence_html, percent, write_coherence};
 
-use crate::analyze::{named_after, open_options, print_notes, use_threads};
-use crate::args::{DetrendArg, GapsArg, Input};
-use crate::budget::command;
-use crate::chain_args::How;
+use crate::args::{DetrendArg, GapsArg};
+use crate::estimate::{self, Estimate, EstimateArgs};
 use crate::failure::Failure;
-use crate::fields::expanded;
-use crate::figure_args::FigureArgs;
 use crate::parse;
-use crate::progress::Progress;
-use crate::terminal::{self, Lines, Tone, number};
+use crate::terminal::{self, Lines, number};
 
 /// What `cascade coherence` takes.
 #[derive(Debug, Args)]
@@ -36,22 +27,10 @@ pub struct Coherence {
     #[arg(long, short, value_name = "SITE", default_value_t = 0)]
     pub reference: usize,
 
-    /// Directory for the results; by default the field's name with `-coherence`, here.
-    #[arg(long, short, value_name = "DIR")]
-    pub out: Option<PathBuf>,
-
-    /// Replace an existing result.
-    #[arg(long)]
-    pub force: bool,
-
     #[command(flatten)]
     pub averages: AverageArgs,
     #[command(flatten)]
-    pub input: Input,
-    #[command(flatten)]
-    pub figures: FigureArgs,
-    #[command(flatten)]
-    pub how: How,
+    pub estimate: EstimateArgs,
 }
 
 /// How a record gives several realisations.
@@ -104,80 +83,54 @@ impl AverageArgs {
 
 /// Runs the command.
 pub fn run(typed: Coherence) -> Result<(), Failure> {
-    let drawing = typed.figures.drawing()?;
-    let paths = expanded(&typed.fields)?;
-    use_threads(typed.how.threads.map(usize::from))?;
-    let default = || named_after(&paths[0], "npy", "-coherence");
-    let out = typed.out.clone().unwrap_or_else(default);
-    drop(ResultDirectory::create(&out, typed.force)?);
-    let progress = Progress::new(!typed.how.quiet && std::io::stderr().is_terminal());
-    let options = OpenOptions {
-        hash: true,
-        ..open_options(&typed.input, typed.averages.memory)
-    };
-    let mut fields = Vec::new();
-    for path in &paths {
-        let field = Field::open(path, &options)?;
-        print_notes(&field, typed.how.quiet);
-        fields.push(field);
-    }
     let request = CoherenceRequest {
         reference: typed.reference,
         averaging: typed.averages.averaging(),
         gaps: typed.averages.gaps.into(),
         alpha: typed.averages.significance,
-        threads: typed.how.threads.map(usize::from),
+        threads: typed.estimate.threads(),
         memory: typed.averages.memory,
     };
-    let all: Vec<&Field> = fields.iter().collect();
-    let found = coherence(&all, &request, &progress);
-    let found = found.map_err(|error| error.of_file(&paths[0]))?;
-    let opened: Vec<FileState> = fields.iter().filter_map(Field::file_state).collect();
-    let hash = fields[0].content_hash.clone();
-    drop(fields);
-    progress.begin_writing();
-    let directory = ResultDirectory::create(&out, typed.force)?;
-    opened.iter().try_for_each(FileState::check)?;
-    let input = paths[0].display().to_string();
-    let provenance = Provenance::new(command(), Some(input), hash);
-    let json = CoherenceSummary::new(&found, &provenance).to_json();
-    let json = json.map_err(std::io::Error::from)?;
-    directory.write("summary.json", &json)?;
-    write_coherence(&directory.path().join("coherence.npz"), &found)?;
-    let warnings = warnings(&found);
-    if drawing.is_wanted() {
-        progress.stage("drawing", 1);
-        let name = paths[0].file_stem().unwrap_or_default().to_string_lossy();
-        let figure = plot::coherence(&found, &name, &drawing.style);
-        plot::save_all(
-            &[figure],
-            &directory.path().join("figures"),
-            &drawing.formats,
-        )?;
-        let page = coherence_html(&found, &name, &provenance, &warnings, &drawing.style);
-        directory.write("report.html", page.map_err(std::io::Error::from)?)?;
+    estimate::run(
+        &typed.fields,
+        &typed.estimate,
+        typed.averages.memory,
+        |fields, observer| coherence(fields, &request, observer),
+    )
+}
+
+impl Estimate for Found {
+    const COMMAND: &'static str = "coherence";
+
+    fn summary(&self, provenance: &Provenance) -> serde_json::Result<String> {
+        CoherenceSummary::new(self, provenance).to_json()
     }
-    progress.check()?;
-    let published = directory.publish()?;
-    progress.clear();
-    if !typed.how.quiet {
-        for [message, advice] in &warnings {
-            terminal::message(Tone::Warning, message);
-            terminal::message(Tone::Help, advice);
-        }
+
+    fn write_arrays(&self, directory: &Path) -> Result<(), Error> {
+        write_coherence(&directory.join("coherence.npz"), self)
     }
-    let mut stdout = terminal::stdout();
-    if typed.how.json {
-        writeln!(stdout, "{json}")?;
-    } else if !typed.how.quiet {
-        write!(stdout, "{}", lines(&found))?;
-        let main = match drawing.is_wanted() {
-            true => "report.html",
-            false => "summary.json",
-        };
-        writeln!(stdout, "open {}", published.join(main).display())?;
+
+    fn figures(&self, name: &str, style: &Style) -> Vec<Figure> {
+        vec![plot::coherence(self, name, style)]
     }
-    Ok(())
+
+    fn page(
+        &self,
+        name: &str,
+        provenance: &Provenance,
+        warnings: &[[String; 2]],
+        style: &Style,
+    ) -> serde_json::Result<String> {
+        coherence_html(self, name, provenance, warnings, style)
+    }
+
+    fn warnings(&self) -> Vec<[String; 2]> {
+        warnings(self)
+    }
+
+    fn lines(&self) -> String {
+        lines(self)
+    }
 }
 
 /// What was found, in words.

@@ -15,6 +15,7 @@ mod contact;
 mod convert;
 mod dispersion;
 mod effect;
+mod estimate;
 mod failure;
 mod fields;
 mod figure_args;

@@ -1,0 +1,147 @@
+//! What all commands on estimates share: one or several fields, one library call, a directory of results.
+
+use std::io::{IsTerminal, Write};
+use std::path::{Path, PathBuf};
+
+use clap::Args;
+use wavecascade::field::{FileState, OpenOptions};
+use wavecascade::observer::Observer;
+use wavecascade::plot::{self, Figure, Style};
+use wavecascade::report::{Provenance, ResultDirectory};
+use wavecascade::{Error, Field};
+
+use crate::analyze::{named_after, open_options, print_notes, use_threads};
+use crate::args::Input;
+use crate::budget::command;
+use crate::chain_args::How;
+use crate::failure::Failure;
+use crate::fields::expanded;
+use crate::figure_args::FigureArgs;
+use crate::progress::Progress;
+use crate::terminal::{self, Tone};
+
+/// Where the result goes, and how it is made.
+#[derive(Debug, Args)]
+pub struct EstimateArgs {
+    /// Directory for the results; by default the field's name with the command's, here.
+    #[arg(long, short, value_name = "DIR")]
+    pub out: Option<PathBuf>,
+
+    /// Replace an existing result.
+    #[arg(long)]
+    pub force: bool,
+
+    #[command(flatten)]
+    pub input: Input,
+    #[command(flatten)]
+    pub figures: FigureArgs,
+    #[command(flatten)]
+    pub how: How,
+}
+
+impl EstimateArgs {
+    /// Worker threads; `None`: one a core.
+    pub fn threads(&self) -> Option<usize> {
+        self.how.threads.map(usize::from)
+    }
+}
+
+/// What an estimate found, as files and in words.
+pub trait Estimate {
+    /// Name of the command: ends the default directory.
+    const COMMAND: &'static str;
+
+    /// `summary.json`.
+    fn summary(&self, provenance: &Provenance) -> serde_json::Result<String>;
+
+    /// Writes the arrays to new files of `directory`.
+    fn write_arrays(&self, directory: &Path) -> Result<(), Error>;
+
+    /// Figures of the field `name`.
+    fn figures(&self, name: &str, style: &Style) -> Vec<Figure>;
+
+    /// `report.html`.
+    fn page(
+        &self,
+        name: &str,
+        provenance: &Provenance,
+        warnings: &[[String; 2]],
+        style: &Style,
+    ) -> serde_json::Result<String>;
+
+    /// What the user should know, each with what to do.
+    fn warnings(&self) -> Vec<[String; 2]>;
+
+    /// What was found, in lines for the terminal.
+    fn lines(&self) -> String;
+}
+
+/// Opens `fields`, has `compute` make the estimate, and publishes it.
+pub fn run<E: Estimate>(
+    fields: &[PathBuf],
+    typed: &EstimateArgs,
+    memory: Option<u64>,
+    compute: impl FnOnce(&[&Field], &dyn Observer) -> Result<E, Error>,
+) -> Result<(), Failure> {
+    let drawing = typed.figures.drawing()?;
+    let paths = expanded(fields)?;
+    use_threads(typed.threads())?;
+    let default = || named_after(&paths[0], "npy", &format!("-{}", E::COMMAND));
+    let out = typed.out.clone().unwrap_or_else(default);
+    drop(ResultDirectory::create(&out, typed.force)?);
+    let progress = Progress::new(!typed.how.quiet && std::io::stderr().is_terminal());
+    let options = OpenOptions {
+        hash: true,
+        ..open_options(&typed.input, memory)
+    };
+    let mut fields = Vec::new();
+    for path in &paths {
+        let field = Field::open(path, &options)?;
+        print_notes(&field, typed.how.quiet);
+        fields.push(field);
+    }
+    let all: Vec<&Field> = fields.iter().collect();
+    let found = compute(&all, &progress).map_err(|error| error.of_file(&paths[0]))?;
+    let opened: Vec<FileState> = fields.iter().filter_map(Field::file_state).collect();
+    let hash = fields[0].content_hash.clone();
+    drop(fields);
+    progress.begin_writing();
+    let directory = ResultDirectory::create(&out, typed.force)?;
+    opened.iter().try_for_each(FileState::check)?;
+    let input = paths[0].display().to_string();
+    let provenance = Provenance::new(command(), Some(input), hash);
+    let json = found.summary(&provenance).map_err(std::io::Error::from)?;
+    directory.write("summary.json", &json)?;
+    found.write_arrays(directory.path())?;
+    let warnings = found.warnings();
+    if drawing.is_wanted() {
+        progress.stage("drawing", 1);
+        let name = paths[0].file_stem().unwrap_or_default().to_string_lossy();
+        let figures = found.figures(&name, &drawing.style);
+        let folder = directory.path().join("figures");
+        plot::save_all(&figures, &folder, &drawing.formats)?;
+        let page = found.page(&name, &provenance, &warnings, &drawing.style);
+        directory.write("report.html", page.map_err(std::io::Error::from)?)?;
+    }
+    progress.check()?;
+    let published = directory.publish()?;
+    progress.clear();
+    if !typed.how.quiet {
+        for [message, advice] in &warnings {
+            terminal::message(Tone::Warning, message);
+            terminal::message(Tone::Help, advice);
+        }
+    }
+    let mut stdout = terminal::stdout();
+    if typed.how.json {
+        writeln!(stdout, "{json}")?;
+    } else if !typed.how.quiet {
+        write!(stdout, "{}", found.lines())?;
+        let main = match drawing.is_wanted() {
+            true => "report.html",
+            false => "summary.json",
+        };
+        writeln!(stdout, "open {}", published.join(main).display())?;
+    }
+    Ok(())
+}
