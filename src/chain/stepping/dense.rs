@@ -421,7 +421,8 @@ impl<K: Kernel> Driver<K> {
 /// The blocks that hold these places; all of them where none are named.
 fn blocks_of(wanted: Option<&[Range<usize>]>, places: usize) -> Vec<Range<usize>> {
     let Some(wanted) = wanted else {
-        return Vec::from([0..places.div_ceil(WIDTH)]);
+        let all = 0..places.div_ceil(WIDTH);
+        return std::iter::once(all).collect();
     };
     let mut blocks: Vec<Range<usize>> = Vec::new();
     for places in wanted {
