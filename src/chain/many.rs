@@ -6,7 +6,6 @@ use rayon::prelude::*;
 
 use super::recorder::{Recorder, SampleTimes};
 use super::result::Run;
-use super::run::Effort;
 use super::simulation::{Accuracy, EndTime, Simulation};
 use super::stepping::{self, Cost, Scheme, StepControl};
 use crate::numeric::lanes::WIDTH;
@@ -35,16 +34,6 @@ pub fn run_each(
     observer: &dyn Observer,
     sink: &(dyn Fn(usize, Result<Run>) + Sync),
 ) {
-    run_each_with(Effort::Best, simulations, observer, sink);
-}
-
-/// The same with this effort.
-pub(crate) fn run_each_with(
-    effort: Effort,
-    simulations: &[Simulation],
-    observer: &dyn Observer,
-    sink: &(dyn Fn(usize, Result<Run>) + Sync),
-) {
     observer.stage("chains", simulations.len() as u64);
     batches(simulations).into_par_iter().for_each(|batch| {
         if let Some(results) = together(simulations, &batch, observer) {
@@ -58,7 +47,7 @@ pub(crate) fn run_each_with(
             let result = if observer.cancelled() {
                 Err(Error::Cancelled)
             } else {
-                simulations[i].run_with(effort, &CancelOnly(observer))
+                simulations[i].run(&CancelOnly(observer))
             };
             observer.advance(1);
             sink(i, result);

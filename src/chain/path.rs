@@ -7,13 +7,11 @@
 //! between these times. Near an opening at `t_o` the variable is `s` with `t - t_o ~ s^4`, in which
 //! all multiples of the power 1/4 are smooth.
 
-use std::ops::Range;
-
 use super::drive::{Drive, Waveform};
 use super::lattice::Ends;
 use super::simulation::Simulation;
 use super::stepping::{
-    self, FIRST_CONTACT, FIRST_SITE, Mark, Quintic, Samples, State, StepControl, Stepping, openings,
+    self, FIRST_CONTACT, FIRST_SITE, Mark, Quintic, State, StepControl, Stepping, openings,
 };
 use crate::error::{Error, Result};
 use crate::observer::Observer;
@@ -97,41 +95,6 @@ impl Simulation {
             }
         }
         Ok(())
-    }
-}
-
-impl Simulation {
-    /// Steps to the last of `times`, rising from 0, as [`Simulation::along`] does, and shows at each
-    /// the sites beside these contacts with the energy that the contacts have passed on, followed inside
-    /// the steps. Other sites are not up to date.
-    pub(crate) fn sampled(
-        &self,
-        times: &[f64],
-        contacts: &[usize],
-        local_error: f64,
-        observer: &dyn Observer,
-        visit: &mut dyn FnMut(NodeState, &[f64]),
-    ) -> Result<()> {
-        let scale = self.velocity_scale(times.last().copied().unwrap_or(0.0));
-        let control = StepControl::LocalError(local_error * scale);
-        let mut stepping = stepping::prepare(&self.task(control, scale, true))?;
-        let (n, m) = (self.chain.n_sites(), self.chain.n_contacts());
-        let sides = |j: &usize| FIRST_CONTACT + j - 1..FIRST_CONTACT + j + 1;
-        let places: Vec<Range<usize>> = contacts.iter().map(sides).collect();
-        let wanted = Samples {
-            times,
-            force: false,
-            places: Some(&places),
-        };
-        stepping.advance_through(wanted, observer, &mut |i, state| {
-            let place = NodeState {
-                t: times[i],
-                x: &state.x[FIRST_SITE..][..n],
-                v: &state.v[FIRST_SITE..][..n],
-            };
-            visit(place, &state.passed[FIRST_CONTACT..][..m]);
-            observer.advance(1);
-        })
     }
 }
 

@@ -8,101 +8,56 @@ use super::simulation::{Record, Simulation};
 use super::stepping::{Cost, FIRST_CONTACT, FIRST_SITE, State, StepControl};
 use crate::Result;
 
-/// Uniform samples from 0 to the end time.
+/// Uniform samples from 0 to the end time, or every n-th of them and the last one.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct SampleTimes {
     end: f64,
     last: usize,
+    stride: usize,
 }
 
 impl SampleTimes {
     pub(super) fn all(end: f64, samples: usize) -> SampleTimes {
-        let last = samples - 1;
-        SampleTimes { end, last }
+        SampleTimes {
+            end,
+            last: samples - 1,
+            stride: 1,
+        }
     }
 
-    /// The first and the last of them.
-    pub(super) fn ends(self) -> SampleTimes {
-        SampleTimes::all(self.end, 2)
+    /// Not more than about this many of them.
+    pub(super) fn at_most(self, number: usize) -> SampleTimes {
+        SampleTimes {
+            stride: self.last.div_ceil(number).max(1),
+            ..self
+        }
+    }
+
+    /// The same time in this many equal parts.
+    pub(super) fn cut_in(self, parts: usize) -> SampleTimes {
+        SampleTimes::all(self.end, parts + 1)
     }
 
     pub(super) fn number(&self) -> usize {
-        self.last + 1
+        self.last.div_ceil(self.stride) + 1
+    }
+
+    /// Among all samples.
+    fn index(&self, sample: usize) -> usize {
+        (sample * self.stride).min(self.last)
     }
 
     pub(super) fn time(&self, sample: usize) -> f64 {
-        self.end * (sample as f64 / self.last as f64)
+        self.end * (self.index(sample) as f64 / self.last as f64)
     }
 
-    pub(super) fn times(self) -> impl Iterator<Item = f64> {
-        (0..self.number()).map(move |sample| self.time(sample))
-    }
-
-    /// These times and those of checks, rising, and which sample and which check each is.
-    pub(super) fn with(self, checks: &Checks) -> (Vec<f64>, Vec<[Option<usize>; 2]>) {
-        let checked = checks.velocity.nrows();
-        let parts = SampleTimes::all(self.end, checked + 1);
-        let (mut sample, mut check) = (0, 0);
-        let (mut times, mut which) = (Vec::new(), Vec::new());
-        while sample <= self.last || check < checked {
-            let at = |wanted: bool, time: f64| if wanted { time } else { f64::INFINITY };
-            let [next, next_check] = [
-                at(sample <= self.last, self.time(sample)),
-                // The state at the start is nobody's error.
-                at(check < checked, parts.time(check + 1)),
-            ];
-            let time = next.min(next_check);
-            let is = [next == time, next_check == time];
-            times.push(time);
-            which.push([is[0].then_some(sample), is[1].then_some(check)]);
-            sample += usize::from(is[0]);
-            check += usize::from(is[1]);
-        }
-        (times, which)
-    }
-}
-
-/// Velocities at equally distant times, by which runs are compared.
-#[derive(Debug)]
-pub(super) struct Checks {
-    velocity: Array2<f64>,
-}
-
-impl Checks {
-    pub(super) fn new(checks: usize, sites: usize) -> Checks {
-        Checks {
-            velocity: Array2::zeros((checks, sites)),
-        }
-    }
-
-    pub(super) fn none() -> Checks {
-        Checks::new(0, 0)
-    }
-
-    pub(super) fn keep(&mut self, check: usize, state: &State) {
-        let mut row = self.velocity.row_mut(check);
-        let sites = &state.v[FIRST_SITE..];
-        row.iter_mut().zip(sites).for_each(|(to, from)| *to = *from);
-    }
-
-    pub(super) fn largest(&self) -> f64 {
-        self.velocity
-            .iter()
-            .fold(0.0, |most: f64, v| most.max(v.abs()))
-    }
-
-    /// The largest difference over the largest in the first eighth of the time, which is no less than
-    /// `least`.
-    pub(super) fn growth(&self, other: &Checks, least: f64) -> f64 {
-        let early = self.velocity.len() / 8;
-        let pairs = self.velocity.iter().zip(&other.velocity).take(early);
-        let early = pairs.fold(least, |worst: f64, (a, b)| worst.max((a - b).abs()));
-        self.largest_difference(other) / early
-    }
-
-    pub(super) fn largest_difference(&self, other: &Checks) -> f64 {
-        let pairs = self.velocity.iter().zip(&other.velocity);
-        pairs.fold(0.0, |worst: f64, (a, b)| worst.max((a - b).abs()))
+    /// Between the rows at these samples and those at all samples.
+    pub(super) fn largest_difference(&self, few: &Array2<f64>, all: &Array2<f64>) -> f64 {
+        let rows = few.rows().into_iter().enumerate();
+        rows.fold(0.0, |worst, (sample, row)| {
+            let pairs = row.into_iter().zip(all.row(self.index(sample)));
+            pairs.fold(worst, |worst: f64, (a, b)| worst.max((a - b).abs()))
+        })
     }
 }
 

@@ -33,8 +33,8 @@ pub struct RunReport {
     /// lightest site with all of the initial energy; for a driven chain the largest speed of the
     /// run.
     pub velocity_scale: f64,
-    /// Twice the largest difference of a velocity at 128 equally distant times, whatever the samples,
-    /// relative to the scale, between this run and one whose local error is larger by `1 / `[`CHECK_FACTOR`](super::CHECK_FACTOR), or by less next to
+    /// Twice the largest difference of a velocity, relative to the scale, between this run and one
+    /// whose local error is larger by `1 / `[`CHECK_FACTOR`](super::CHECK_FACTOR), or by less next to
     /// the finest steps that rounding allows; `None` if not requested.
     pub error: Option<f64>,
     /// Largest change of the energy not explained by input and losses, relative to the largest
@@ -57,14 +57,6 @@ pub enum RunWarning {
         /// Largest change of a velocity, relative to the scale, over the relative change of the
         /// masses that caused it; too small where the velocities are then nothing alike.
         amplification: f64,
-    },
-    /// The tolerance is out of reach: differences of two runs grow by this factor over the time of the
-    /// run, and rounding with them. Runs of finer steps, which would reach less than `reached`, were not
-    /// made.
-    Amplifies {
-        tolerance: f64,
-        reached: f64,
-        growth: f64,
     },
     /// The tolerance is below the rounding error of the velocities, which have the error `reached`.
     Rounding { tolerance: f64, reached: f64 },

@@ -1,10 +1,10 @@
 //! Running a simulation to the requested accuracy.
 
 use super::lattice::refuse;
-use super::recorder::{Checks, Recorder, SampleTimes};
+use super::recorder::{Recorder, SampleTimes};
 use super::result::{Run, RunReport, RunWarning};
 use super::simulation::{Accuracy, EndTime, Record, Simulation};
-use super::stepping::{self, FIRST_SITE, Samples, State, StepControl, Stepping, Task};
+use super::stepping::{self, FIRST_SITE, State, StepControl, Stepping, Task};
 use crate::observer::Observer;
 use crate::{Error, Result};
 
@@ -30,8 +30,9 @@ const ROUNDING: f64 = 1e-12;
 /// Chains that amplify less than this leave tolerances to be had down to rounding.
 const SENSITIVE: f64 = 1e4;
 
-/// Equally distant times at which runs are compared, whatever their samples.
-pub(super) const CHECKS: usize = 128;
+/// Samples at which a run is checked. The steps of the checking run end on no other samples, so
+/// that the two runs differ even if every step of the checked run ends on a sample.
+pub(super) const CHECKED_SAMPLES: usize = 128;
 
 /// Runs by which the speeds of a driven chain are found, and their local error.
 const MOST_PILOTS: usize = 4;
@@ -52,26 +53,6 @@ const FIXED_STEP_DRIFT: f64 = 1e-2;
 /// Relative change of the energy with which a result means nothing.
 const LARGEST_DRIFT: f64 = 0.1;
 
-/// What is done for a tolerance that rounding puts out of reach.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub(crate) enum Effort {
-    /// Steps as fine as they help.
-    Best,
-    /// No more than the first pair of runs that shows it.
-    OnePair,
-}
-
-/// Errors of the struck dimers of 300 sites that amplify rounding (kappa 2 to 8, to time 250) stood at
-/// 4e-14 to 2e-13 times the factor by which the difference of two runs grew: half the least is taken.
-const GROWN_ROUNDING: f64 = 2e-14;
-
-/// Pairs that miss the tolerance by less are no sign of growth.
-const EXCESS: f64 = 30.0;
-
-/// The least early difference of two runs, over the coarser local error: before a first contact there
-/// is none.
-const LEAST_EARLY: f64 = 0.01;
-
 impl Simulation {
     /// Runs the simulation.
     ///
@@ -84,12 +65,7 @@ impl Simulation {
     /// As [`Simulation::check`]; [`Error::Request`] for a step that is unstable and for energy that
     /// does not balance; [`Error::Cancelled`] when the observer asks to stop.
     pub fn run(&self, observer: &dyn Observer) -> Result<Run> {
-        self.run_with(Effort::Best, observer)
-    }
-
-    /// The same with this effort.
-    pub(super) fn run_with(&self, effort: Effort, observer: &dyn Observer) -> Result<Run> {
-        let mut run = self.run_to_accuracy(effort, observer)?;
+        let mut run = self.run_to_accuracy(observer)?;
         self.check_energy(&mut run)?;
         Ok(run)
     }
@@ -141,7 +117,7 @@ impl Simulation {
         Ok(())
     }
 
-    fn run_to_accuracy(&self, effort: Effort, observer: &dyn Observer) -> Result<Run> {
+    fn run_to_accuracy(&self, observer: &dyn Observer) -> Result<Run> {
         self.check()?;
         let end = match self.end_time {
             EndTime::At(end) => end,
@@ -152,59 +128,42 @@ impl Simulation {
             Accuracy::Step(step) => {
                 let samples = SampleTimes::all(end, self.samples);
                 let control = StepControl::Fixed(step);
-                let wanted = (samples, &mut Checks::none());
-                return self.once(control, scale, wanted, self.record, observer);
+                return self.once(control, scale, samples, self.record, observer);
             }
             Accuracy::LocalError(local) => (local, None),
             Accuracy::Tolerance(tolerance) => (self.local_error_for(tolerance), Some(tolerance)),
         };
         let all = SampleTimes::all(end, self.samples);
+        let few = all.at_most(CHECKED_SAMPLES);
         let scale = match self.drive {
-            Some(_) => self.driven_scale(scale, end, observer)?,
+            Some(_) => self.driven_scale(scale, few, observer)?,
             None => scale,
         };
-        let with = |local: f64, record, samples, checks: &mut Checks| {
+        let with = |local: f64, record, samples| {
             let control = StepControl::LocalError(local * scale);
-            self.once(control, scale, (samples, checks), record, observer)
+            self.once(control, scale, samples, record, observer)
         };
         if !self.estimate_error {
-            return with(local, self.record, all, &mut Checks::none());
+            return with(local, self.record, all);
         }
         let mut coarse = FIRST_CHECK * local;
         let mut best = (f64::INFINITY, local);
-        let mut finest: Option<(f64, Checks)> = None;
+        let mut finest: Option<(f64, Run)> = None;
         loop {
             let mut local = (coarse * CHECK_FACTOR).max(LEAST_LOCAL_ERROR);
-            let mut fine = self.checks();
-            let mut run = with(local, self.record, all, &mut fine)?;
-            let other = match finest.take() {
+            let mut run = with(local, self.record, all)?;
+            let difference = match finest.take() {
                 // The finer run of the last pair is the coarser one of this.
-                Some((at, other)) if at == coarse => other,
-                _ => {
-                    let mut other = self.checks();
-                    with(coarse, Record::default(), all.ends(), &mut other)?;
-                    other
+                Some((at, other)) if at == coarse => {
+                    all.largest_difference(&other.velocity, &run.velocity)
                 }
+                _ => self.difference(&run, coarse, few, &with)?,
             };
-            let mut difference = fine.largest_difference(&other);
-            if difference == 0.0 {
-                difference = self.cut_difference(&run, coarse * scale, scale, observer)?;
-            }
             let error = SURE * difference / scale;
             run.report.error = Some(error);
             let Some(tolerance) = tolerance.filter(|tolerance| error > *tolerance) else {
                 return Ok(run);
             };
-            let growth = fine.growth(&other, LEAST_EARLY * coarse * scale);
-            let beyond = error > EXCESS * tolerance && growth * GROWN_ROUNDING > tolerance;
-            if effort == Effort::OnePair && beyond {
-                run.report.warnings.push(RunWarning::Amplifies {
-                    tolerance,
-                    reached: error,
-                    growth,
-                });
-                return Ok(run);
-            }
             let stuck = error > 0.5 * best.0 && coarse < ROUNDING;
             if !stuck && local > LEAST_LOCAL_ERROR {
                 if error < best.0 {
@@ -213,7 +172,8 @@ impl Simulation {
                 // The error falls about as the local one does.
                 let shorter = (0.5 * tolerance / error).min(CHECK_FACTOR);
                 coarse = (coarse * shorter).max(LEAST_CHECK * LEAST_LOCAL_ERROR);
-                finest = Some((local, fine));
+                // Where samples are many, they dictate the steps of the finer run.
+                finest = (few.number() == all.number()).then_some((local, run));
                 continue;
             }
             let mut reached = error;
@@ -221,10 +181,10 @@ impl Simulation {
                 // Shorter steps only gather more rounding.
                 (reached, local) = best;
                 drop(run);
-                run = with(local, self.record, all, &mut fine)?;
+                run = with(local, self.record, all)?;
                 run.report.error = Some(reached);
             }
-            let amplification = self.amplification(&fine, local, scale, end, observer)?;
+            let amplification = self.amplification(&run, local, scale, few, observer)?;
             run.report.warnings.push(if amplification < SENSITIVE {
                 RunWarning::Rounding { tolerance, reached }
             } else {
@@ -238,46 +198,47 @@ impl Simulation {
         }
     }
 
-    fn checks(&self) -> Checks {
-        Checks::new(CHECKS, self.chain.n_sites())
-    }
-
-    /// The largest difference of a velocity at the end between a run and one that is cut where the
-    /// first was not. Where something other than the error dictates the steps, runs with different
-    /// local errors agree to the last bit, which is no check.
-    fn cut_difference(
+    /// The largest difference of a velocity between a run and one with another local error, at the
+    /// given samples. If dense samples force both runs to the same steps, they agree to the last
+    /// bit, which is no check. The difference is then taken at fewer samples, and finally only at
+    /// the end of a run whose steps end elsewhere.
+    fn difference(
         &self,
         run: &Run,
         local: f64,
-        scale: f64,
-        observer: &dyn Observer,
+        mut samples: SampleTimes,
+        with: &dyn Fn(f64, Record, SampleTimes) -> Result<Run>,
     ) -> Result<f64> {
-        let last = run.time.len() - 1;
-        let mut stepping = self.prepare(StepControl::LocalError(local), scale, false)?;
-        for time in SampleTimes::all(run.time[last], 4).times() {
-            stepping.advance_to(time, observer)?;
+        loop {
+            let check = with(local, Record::default(), samples)?;
+            let difference = samples.largest_difference(&check.velocity, &run.velocity);
+            if difference != 0.0 {
+                return Ok(difference);
+            }
+            if samples.number() == 2 {
+                let cut = with(local, Record::default(), samples.cut_in(3))?;
+                let last = |run: &Run| run.velocity.row(run.velocity.nrows() - 1).to_owned();
+                let pairs = last(&cut).into_iter().zip(last(run));
+                return Ok(pairs.fold(0.0, |worst: f64, (a, b)| worst.max((a - b).abs())));
+            }
+            samples = samples.at_most((samples.number() / 4).max(1));
         }
-        let velocity = &stepping.state().v[FIRST_SITE..];
-        let pairs = velocity.iter().zip(run.velocity.row(last));
-        Ok(pairs.fold(0.0, |worst: f64, (a, b)| worst.max((a - b).abs())))
     }
 
     /// The largest speed that a drive brings about, which the scale it was guessed by may be far
     /// above: it is the scale once it is not much below it.
-    fn driven_scale(&self, guess: f64, end: f64, observer: &dyn Observer) -> Result<f64> {
+    fn driven_scale(
+        &self,
+        guess: f64,
+        samples: SampleTimes,
+        observer: &dyn Observer,
+    ) -> Result<f64> {
         let mut scale = guess;
         for _ in 0..MOST_PILOTS {
             let control = StepControl::LocalError(PILOT_ERROR * scale);
-            let mut pilot = self.checks();
-            let ends = SampleTimes::all(end, 2);
-            self.once(
-                control,
-                scale,
-                (ends, &mut pilot),
-                Record::default(),
-                observer,
-            )?;
-            let seen = pilot.largest();
+            let pilot = self.once(control, scale, samples, Record::default(), observer)?;
+            let speeds = pilot.velocity.iter();
+            let seen = speeds.fold(0.0, |most: f64, v| most.max(v.abs()));
             if seen == 0.0 {
                 break;
             }
@@ -306,10 +267,10 @@ impl Simulation {
     /// Morse, changes the velocities. A change of the impact alone would only scale the motion.
     fn amplification(
         &self,
-        checks: &Checks,
+        run: &Run,
         local: f64,
         scale: f64,
-        end: f64,
+        samples: SampleTimes,
         observer: &dyn Observer,
     ) -> Result<f64> {
         let change = 1e-9;
@@ -319,16 +280,8 @@ impl Simulation {
             *mass *= 1.0 + if up { change } else { -change };
         }
         let control = StepControl::LocalError(local * scale);
-        let mut changed = self.checks();
-        let ends = SampleTimes::all(end, 2);
-        other.once(
-            control,
-            scale,
-            (ends, &mut changed),
-            Record::default(),
-            observer,
-        )?;
-        Ok(changed.largest_difference(checks) / (change * scale))
+        let other = other.once(control, scale, samples, Record::default(), observer)?;
+        Ok(samples.largest_difference(&other.velocity, &run.velocity) / (change * scale))
     }
 
     fn arrival_time(&self, scale: f64, observer: &dyn Observer) -> Result<f64> {
@@ -401,34 +354,25 @@ impl Simulation {
         }
     }
 
-    /// One run, with states for its checks.
     fn once(
         &self,
         control: StepControl,
         scale: f64,
-        (samples, checks): (SampleTimes, &mut Checks),
+        samples: SampleTimes,
         record: Record,
         observer: &dyn Observer,
     ) -> Result<Run> {
-        let (times, which) = samples.with(checks);
-        observer.stage("stepping", times.len() as u64);
+        observer.stage("stepping", samples.number() as u64);
         let mut stepping = self.prepare(control, scale, record.energy)?;
         let mut recorder = Recorder::new(self, record, scale, samples);
-        let wanted = Samples {
-            times: &times,
-            force: record.force,
-            places: None,
-        };
-        stepping.advance_through(wanted, observer, &mut |i, state| {
-            let [sample, check] = which[i];
-            if let Some(sample) = sample {
-                recorder.keep(sample, state);
-            }
-            if let Some(check) = check {
-                checks.keep(check, state);
-            }
+        for sample in 0..samples.number() {
+            stepping.advance_to(samples.time(sample), observer)?;
+            recorder.keep(sample, stepping.state());
             observer.advance(1);
-        })?;
+            if sample % 64 == 0 && observer.cancelled() {
+                return Err(Error::Cancelled);
+            }
+        }
         recorder.finish(control, stepping.cost())
     }
 }

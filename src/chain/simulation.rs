@@ -2,7 +2,7 @@
 
 use super::drive::Drive;
 use super::lattice::{Chain, Ends, refuse};
-use super::run::CHECKS;
+use super::run::CHECKED_SAMPLES;
 use super::stepping::{Scheme, SteppedSites};
 use crate::{Error, Result};
 
@@ -166,7 +166,7 @@ impl Simulation {
             columns += m + if self.chain.losses.any() { n } else { 0 };
         }
         let checked = if self.estimate_error {
-            n.saturating_mul(2 * CHECKS as u64 + 2)
+            n.saturating_mul(CHECKED_SAMPLES as u64 + 2)
         } else {
             0
         };

@@ -14,14 +14,6 @@ impl RunWarning {
                 "velocities stand to {reached:.1e}, not to {tolerance:.1e}, whatever the steps: the \
                  chain amplifies a relative change of its masses at least {amplification:.1e} times"
             ),
-            RunWarning::Amplifies {
-                tolerance,
-                reached,
-                growth,
-            } => format!(
-                "velocities stand to {reached:.1e}, not to {tolerance:.1e}: the chain amplifies \
-                 differences {growth:.1e} times, so that no steps reach the tolerance"
-            ),
             RunWarning::Rounding { tolerance, reached } => format!(
                 "velocities stand to {reached:.1e}, not to {tolerance:.1e}: rounding leaves no more"
             ),

@@ -22,7 +22,7 @@ pub use request::{Outcome, Outcomes, Request, read};
 use rayon::prelude::*;
 
 use crate::chain::scene::{Kind, SceneSource, Setting, properties};
-use crate::chain::{Effort, Run, Simulation, run_each_with, runs_a_thread};
+use crate::chain::{Run, Simulation, run_each, runs_a_thread};
 use crate::observer::{CancelOnly, Observer};
 use crate::system::journal::{Journal, StoredRequest, write_whole};
 use crate::{Error, Result};
@@ -165,7 +165,7 @@ impl Sweep {
                 observer,
                 done: &done,
             };
-            run_each_with(Effort::OnePair, &simulations?, &watch, &|i, result| {
+            run_each(&simulations?, &watch, &|i, result| {
                 done.take(members[i], result, &journal);
                 observer.advance(1);
             });

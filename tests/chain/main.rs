@@ -8,7 +8,6 @@ mod known;
 mod many;
 mod peaks;
 mod reference;
-mod samples;
 mod scale;
 mod scene;
 mod scene_hostile;

@@ -404,7 +404,7 @@ pub fn of_unresolved(reason: Unresolved) -> String {
 /// Of a finding about a run.
 pub fn of_run(warning: &RunWarning) -> &'static str {
     match warning {
-        RunWarning::Sensitive { .. } | RunWarning::Amplifies { .. } => {
+        RunWarning::Sensitive { .. } => {
             "state a larger `tolerance` or an earlier `end_time`; where single velocities are \
              not to be had, compare energies and spectra, over several seeds"
         }

@@ -72,11 +72,11 @@ pub(super) struct Dense {
 }
 
 impl Dense {
-    pub(super) fn new(state: &State, wanted: Option<&[Range<usize>]>) -> Dense {
+    pub(super) fn new(state: &State, wanted: &[Range<usize>]) -> Dense {
         let places = state.x.len();
         let rates = || Rates::new(places, !state.passed.is_empty());
         Dense {
-            wanted: blocks_of(wanted, places),
+            wanted: blocks_of(wanted),
             start: state.clone(),
             times: [None; 2],
             rates: [rates(), rates(), rates()],
@@ -105,12 +105,7 @@ impl Dense {
 
 impl<K: Kernel> Driver<K> {
     /// Finds the state at time t inside the last step.
-    pub(super) fn find_inside(
-        &mut self,
-        t: f64,
-        force: bool,
-        observer: &dyn Observer,
-    ) -> Result<()> {
+    pub(super) fn find_inside(&mut self, t: f64, observer: &dyn Observer) -> Result<()> {
         let Some(mut dense) = self.dense.take() else {
             return self.advance_to(t, observer);
         };
@@ -157,10 +152,6 @@ impl<K: Kernel> Driver<K> {
                 }
                 if self.system.has_moving_ends() {
                     self.system.place_ghosts(t, &mut sample.x, &mut sample.v);
-                }
-                if force {
-                    self.press_inside(sample, t);
-                    self.cost.sampling_forces += self.islands.contacts();
                 }
             }
             _ => {
@@ -286,7 +277,6 @@ impl<K: Kernel> Driver<K> {
             doubtful.push(0..WIDTH);
         }
         self.press_inside(sample, checked);
-        self.cost.sampling_forces += self.islands.contacts();
         for island in &self.islands.active {
             largest.clear();
             Defects {
@@ -380,8 +370,6 @@ impl<K: Kernel> Driver<K> {
             },
         };
         let outcome = step.advance(island, start, to, &mut self.scratch);
-        let contacts = (WIDTH * island.blocks.len() * self.method.evaluations()) as u64;
-        self.cost.sampling_forces += contacts;
         let scratch = &self.scratch;
         let keeps = |places: &Range<usize>| {
             let mut errors = scratch.error[places.clone()].iter();
@@ -411,19 +399,13 @@ impl<K: Kernel> Driver<K> {
         (self.time, self.step, self.surveyed, self.caution) = kept;
         self.islands = islands;
         self.opened = opened;
-        let forces = self.cost.forces - cost.forces;
         self.cost = cost;
-        self.cost.sampling_forces += forces;
         landed
     }
 }
 
-/// The blocks that hold these places; all of them where none are named.
-fn blocks_of(wanted: Option<&[Range<usize>]>, places: usize) -> Vec<Range<usize>> {
-    let Some(wanted) = wanted else {
-        let all = 0..places.div_ceil(WIDTH);
-        return std::iter::once(all).collect();
-    };
+/// The blocks that hold these places.
+fn blocks_of(wanted: &[Range<usize>]) -> Vec<Range<usize>> {
     let mut blocks: Vec<Range<usize>> = Vec::new();
     for places in wanted {
         let of = places.start / WIDTH..places.end.div_ceil(WIDTH);

@@ -388,7 +388,7 @@ impl<K: Kernel> Stepping for Driver<K> {
                 visit(sample, &self.state);
                 continue;
             }
-            self.find_inside(t, samples.force, observer)?;
+            self.find_inside(t, observer)?;
             if let Some(dense) = &self.dense {
                 visit(sample, &dense.sample);
             }

@@ -144,9 +144,6 @@ pub struct Cost {
     pub forces: u64,
     /// Contacts corrected for opening or closing inside a step.
     pub corrected_contacts: u64,
-    /// Contact forces computed beside the steps, for samples inside them.
-    #[serde(default)]
-    pub sampling_forces: u64,
 }
 
 /// Times at which states are wanted.
@@ -154,11 +151,9 @@ pub struct Cost {
 pub(crate) struct Samples<'a> {
     /// Rising, none before the present.
     pub(crate) times: &'a [f64],
-    /// Whether forces are wanted.
-    pub(crate) force: bool,
-    /// The places whose states are wanted, and the contacts on their left; `None` for all. At the
-    /// others nothing is found.
-    pub(crate) places: Option<&'a [Range<usize>]>,
+    /// The places whose positions, velocities and energies passed on their left are wanted, in order. At
+    /// the others nothing is found.
+    pub(crate) places: &'a [Range<usize>],
 }
 
 /// A chain during integration.
@@ -176,7 +171,7 @@ pub(crate) trait Stepping {
     /// As [`Stepping::step_towards`].
     fn advance_to(&mut self, time: f64, observer: &dyn Observer) -> Result<()>;
 
-    /// Shows the states at these times. Steps that adapt to the error lead to the last time as if
+    /// Shows the states at these times, without forces. Steps that adapt to the error lead to the last time as if
     /// there were no other; fixed steps end at each.
     ///
     /// # Errors
