@@ -98,6 +98,42 @@ impl ReadBlock<'_> {
     }
 }
 
+/// A part of samples that lie at any strides.
+pub(super) struct StridedBlock<'a> {
+    pub(super) bytes: &'a [u8],
+    /// Byte of the sample in row 0 and column 0.
+    pub(super) start: usize,
+    /// Bytes from row to row and from column to column.
+    pub(super) strides: [isize; 2],
+    pub(super) rows: Range<usize>,
+    pub(super) columns: Range<usize>,
+    /// Whether the output runs down the columns.
+    pub(super) transposed: bool,
+}
+
+impl StridedBlock<'_> {
+    pub(super) fn read<const N: usize>(&self, decode: impl Fn([u8; N]) -> f64, out: &mut [f64]) {
+        let (height, width) = (self.rows.len(), self.columns.len());
+        let [down, along] = self.strides;
+        // A tile of rows at a time, so that a column of the output is written in whole cache lines.
+        for top in (0..height).step_by(TILE) {
+            for c in 0..width {
+                for r in top..height.min(top + TILE) {
+                    let by_rows = down * (self.rows.start + r) as isize;
+                    let by_columns = along * (self.columns.start + c) as isize;
+                    let at = self.start.wrapping_add_signed(by_rows + by_columns);
+                    let sample = self.bytes[at..].first_chunk::<N>();
+                    let to = match self.transposed {
+                        true => c * height + r,
+                        false => r * width + c,
+                    };
+                    out[to] = decode(*sample.expect("a sample within the bytes"));
+                }
+            }
+        }
+    }
+}
+
 /// Transposes at most 8 rows of at most 8 samples; whole rows have a length known to the compiler.
 fn turned_tile<'s, const N: usize>(
     rows: impl Iterator<Item = &'s [[u8; N]]>,

@@ -211,44 +211,62 @@ impl Field {
             Format::Table => csv::read(&source)?,
             Format::Labelled(format) => labelled::read(&source, format)?,
         };
-        let contents = contents.resampled(options)?;
         // A copy is hashed at once: the file may be another when its hash is wanted.
         let is_copy = source.bytes.is_copy();
         let content_hash = match &state {
             None => Some(directory::hash(path)?),
             Some(_) => (options.hash || is_copy).then(|| source.bytes.hash_releasing()),
         };
+        let name = path.file_stem().unwrap_or_default().to_string_lossy();
         let stated = source.stated.clone();
-        let time = contents.time.axis(StatedAxis {
-            origin: stated.t0,
-            step: stated.dt,
-            unit: stated.time_unit,
-        });
-        let space = contents.space.axis(StatedAxis {
-            origin: stated.x0,
-            step: stated.dx,
-            unit: stated.space_unit,
-        });
-        let name = path.file_stem().unwrap_or_default();
-        let field = Field {
-            storage: contents.storage,
+        let field = completed(contents, stated, options, &name, &|fault| {
+            source.fault(fault)
+        })?;
+        Ok(Field {
             opened: state.filter(|_| !is_copy),
-            n_times: contents.n_times,
-            n_sites: contents.n_sites,
-            name: name.to_string_lossy().into_owned(),
-            time: time.map_err(|fault| source.fault(fault))?,
-            space: space.map_err(|fault| source.fault(fault))?,
-            quantity: stated.quantity.or(contents.quantity).unwrap_or_default(),
-            unit: stated.unit.or(contents.unit),
-            axis_names: contents.axis_names,
-            channels: contents.channels,
-            struck: contents.struck,
-            dispersion: stated.dispersion.or(contents.dispersion),
             content_hash,
-            notes: contents.notes,
-        };
-        field.selected(&options.select)
+            ..field
+        })
     }
+}
+
+/// The field of `contents`, whose axes are as `stated`, else as the contents state them.
+pub(super) fn completed(
+    contents: Contents,
+    stated: Sidecar,
+    options: &OpenOptions,
+    name: &str,
+    fault: &dyn Fn(InputFault) -> Error,
+) -> Result<Field> {
+    let contents = contents.resampled(options)?;
+    let time = contents.time.axis(StatedAxis {
+        origin: stated.t0,
+        step: stated.dt,
+        unit: stated.time_unit,
+    });
+    let space = contents.space.axis(StatedAxis {
+        origin: stated.x0,
+        step: stated.dx,
+        unit: stated.space_unit,
+    });
+    let field = Field {
+        storage: contents.storage,
+        opened: None,
+        n_times: contents.n_times,
+        n_sites: contents.n_sites,
+        name: name.to_owned(),
+        time: time.map_err(fault)?,
+        space: space.map_err(fault)?,
+        quantity: stated.quantity.or(contents.quantity).unwrap_or_default(),
+        unit: stated.unit.or(contents.unit),
+        axis_names: contents.axis_names,
+        channels: contents.channels,
+        struck: contents.struck,
+        dispersion: stated.dispersion.or(contents.dispersion),
+        content_hash: None,
+        notes: contents.notes,
+    };
+    field.selected(&options.select)
 }
 
 fn read_npy(source: &FileSource) -> Result<Contents> {

@@ -13,8 +13,9 @@ use ndarray::Array2;
 pub(crate) use wavecascade_formats::{ByteOrder, Sample as SampleType};
 use wavecascade_formats::{half_to_f64, ibm_to_f64};
 
-use super::block::ReadBlock;
+use super::block::{ReadBlock, StridedBlock};
 use super::file_bytes::FileBytes;
+use super::memory::SharedBytes;
 
 /// Owner of the samples' bytes.
 #[derive(Debug, Clone)]
@@ -24,6 +25,8 @@ pub(crate) enum Bytes {
     Spilled(Arc<FileBytes>),
     Inflated(Arc<Vec<u8>>),
     Values(Arc<Vec<f64>>),
+    /// Of an owner outside of the library.
+    Shared(SharedBytes),
 }
 
 impl Bytes {
@@ -31,6 +34,7 @@ impl Bytes {
         match self {
             Bytes::File(bytes) | Bytes::Spilled(bytes) => bytes,
             Bytes::Inflated(bytes) => bytes,
+            Bytes::Shared(bytes) => bytes.as_slice(),
             // SAFETY: the slice covers exactly the vector's initialized values. Every byte of an
             // `f64` is a valid `u8`, which needs no alignment.
             Bytes::Values(values) => unsafe {
@@ -86,6 +90,8 @@ impl Packing {
 pub(crate) struct Storage {
     bytes: Bytes,
     arrangement: Arrangement,
+    /// Bytes from time to time and from site to site, of samples that lie in no rows.
+    strides: Option<[isize; 2]>,
     packing: Option<Arc<Packing>>,
 }
 
@@ -94,7 +100,17 @@ impl Storage {
         Storage {
             bytes,
             arrangement,
+            strides: None,
             packing: None,
+        }
+    }
+
+    /// Samples whose bytes from time to time and from site to site are `strides`; all of them lie within
+    /// `bytes`. Of the arrangement, the length of rows is not used.
+    pub(crate) fn strided(bytes: Bytes, arrangement: Arrangement, strides: [isize; 2]) -> Self {
+        Storage {
+            strides: Some(strides),
+            ..Storage::new(bytes, arrangement)
         }
     }
 
@@ -115,7 +131,10 @@ impl Storage {
             ..
         } = self.arrangement;
         let (row, column) = by_rows(rows_are_times, time, site);
-        self.arrangement.start += (row * row_len + column) * sample.bytes();
+        self.arrangement.start = match self.strides {
+            Some(strides) => offset(self.arrangement.start, strides, time, site),
+            None => self.arrangement.start + (row * row_len + column) * sample.bytes(),
+        };
         self
     }
 
@@ -179,7 +198,7 @@ impl Storage {
     pub(crate) fn file(&self) -> Option<&FileBytes> {
         match &self.bytes {
             Bytes::File(bytes) => Some(bytes),
-            Bytes::Spilled(_) | Bytes::Inflated(_) | Bytes::Values(_) => None,
+            Bytes::Spilled(_) | Bytes::Inflated(_) | Bytes::Values(_) | Bytes::Shared(_) => None,
         }
     }
 
@@ -187,7 +206,7 @@ impl Storage {
     pub(crate) fn mapped(&self) -> Option<&FileBytes> {
         match &self.bytes {
             Bytes::File(bytes) | Bytes::Spilled(bytes) => Some(bytes),
-            Bytes::Inflated(_) | Bytes::Values(_) => None,
+            Bytes::Inflated(_) | Bytes::Values(_) | Bytes::Shared(_) => None,
         }
     }
 
@@ -210,7 +229,8 @@ impl Storage {
             ..
         } = self.arrangement;
         let is_native = sample == SampleType::F64 && order == ByteOrder::NATIVE;
-        if !is_native || self.packing.is_some() || self.arrangement.row_len != row_len {
+        let is_in_rows = self.strides.is_none() && self.arrangement.row_len == row_len;
+        if !is_native || self.packing.is_some() || !is_in_rows {
             return None;
         }
         let bytes = &self.bytes.as_slice()[start..];
@@ -239,18 +259,43 @@ impl Storage {
         if rows.is_empty() || columns.is_empty() {
             return;
         }
+        let transposed = rows_are_times == site_major;
+        let strided = self.strides.map(|strides| {
+            let (row, column) = by_rows(rows_are_times, strides[0], strides[1]);
+            StridedBlock {
+                bytes: self.bytes.as_slice(),
+                start,
+                strides: [row, column],
+                rows: rows.clone(),
+                columns: columns.clone(),
+                transposed,
+            }
+        });
+        // Strides may lead below the first sample.
+        let from = if strided.is_some() { 0 } else { start };
         let block = ReadBlock {
-            bytes: &self.bytes.as_slice()[start..],
+            bytes: &self.bytes.as_slice()[from..],
             row_len,
             rows,
             columns,
-            transposed: rows_are_times == site_major,
+            transposed,
         };
         macro_rules! decode {
             ($type:ty, $value:expr) => {
-                match order {
-                    ByteOrder::Little => block.read(|b| $value(<$type>::from_le_bytes(b)), out),
-                    ByteOrder::Big => block.read(|b| $value(<$type>::from_be_bytes(b)), out),
+                match (&strided, order) {
+                    (None, ByteOrder::Little) => {
+                        block.read(|b| $value(<$type>::from_le_bytes(b)), out)
+                    }
+                    (None, ByteOrder::Big) => {
+                        block.read(|b| $value(<$type>::from_be_bytes(b)), out)
+                    }
+                    (Some(strided), order) => strided.read(
+                        |b| match order {
+                            ByteOrder::Little => $value(<$type>::from_le_bytes(b)),
+                            ByteOrder::Big => $value(<$type>::from_be_bytes(b)),
+                        },
+                        out,
+                    ),
                 }
             };
         }
@@ -319,6 +364,13 @@ impl Storage {
             bytes.release(from.saturating_sub(MAPPED_AROUND)..bytes.len().min(end));
         }
     }
+}
+
+/// The byte of a sample.
+fn offset(start: usize, strides: [isize; 2], time: usize, site: usize) -> usize {
+    start
+        .wrapping_add_signed(strides[0] * time as isize)
+        .wrapping_add_signed(strides[1] * site as isize)
 }
 
 /// What counts rows and what counts columns, of what counts times and what counts sites.

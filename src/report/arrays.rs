@@ -19,6 +19,35 @@ pub fn write_small_arrays(analysis: &Analysis, archive: &Archive) -> Result<()> 
     })
 }
 
+/// Takes arrays with their labels, and values that belong to all of them: a file ([`NetCdf`]), or memory.
+pub trait LabelledArrays {
+    /// Takes an array, row-major.
+    ///
+    /// # Errors
+    /// If it cannot be kept.
+    fn append(&self, labels: &ArrayLabels, values: &[f64]) -> Result<()>;
+
+    /// Adds values to the array of this name, if there is one.
+    fn describe(&self, array: &str, attributes: Vec<(&str, Attribute)>);
+
+    /// Adds a value that belongs to all arrays.
+    fn attribute(&self, name: &str, value: Attribute);
+}
+
+impl LabelledArrays for NetCdf {
+    fn append(&self, labels: &ArrayLabels, values: &[f64]) -> Result<()> {
+        NetCdf::append(self, labels, values)
+    }
+
+    fn describe(&self, array: &str, attributes: Vec<(&str, Attribute)>) {
+        NetCdf::describe(self, array, attributes);
+    }
+
+    fn attribute(&self, name: &str, value: Attribute) {
+        NetCdf::attribute(self, name, value);
+    }
+}
+
 /// Appends everything of `analysis` that is an array to `file`, under the same names, the axes as named
 /// dimensions with their coordinates, and units to all arrays, those of the [`Sink`] too; conventions,
 /// residuals and provenance are attributes of the file. What `summary.json` nests is a text in JSON.
@@ -30,7 +59,7 @@ pub fn write_small_arrays(analysis: &Analysis, archive: &Archive) -> Result<()> 
 pub fn write_labelled_arrays(
     analysis: &Analysis,
     provenance: &Provenance,
-    file: &NetCdf,
+    file: &dyn LabelledArrays,
 ) -> Result<()> {
     each_small_array(analysis, &mut |labels, values| file.append(labels, values))?;
     let (axes, power) = (&analysis.axes, power_of(analysis));

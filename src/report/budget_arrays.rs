@@ -2,7 +2,7 @@
 
 use ndarray::Array2;
 
-use super::Archive;
+use super::NamedArrays;
 use crate::arrays::Arrays;
 use crate::budget::measured::MeasuredMotion;
 use crate::budget::{Budget, ScaleOf};
@@ -12,7 +12,7 @@ use crate::error::Result;
 ///
 /// # Errors
 /// [`crate::Error::Write`].
-pub fn write_budget_arrays(budget: &Budget, archive: &Archive) -> Result<()> {
+pub fn write_budget_arrays(budget: &Budget, archive: &dyn NamedArrays) -> Result<()> {
     let line = |name: &str, values: &[f64]| match values.is_empty() {
         true => Ok(()),
         false => archive.append(name, &[values.len()], values),
@@ -85,7 +85,7 @@ pub fn write_budget_arrays(budget: &Budget, archive: &Archive) -> Result<()> {
 pub fn write_measured_arrays(
     measured: &MeasuredMotion,
     of_budgets: &Arrays,
-    archive: &Archive,
+    archive: &dyn NamedArrays,
 ) -> Result<()> {
     let errors = &measured.errors;
     let named = of_budgets.iter();

@@ -4,7 +4,7 @@ use std::path::Path;
 
 use serde::Serialize;
 
-use super::{Archive, Provenance};
+use super::{Archive, NamedArrays, Provenance};
 use crate::arrays::Precision;
 use crate::error::Result;
 use crate::estimates::{Coherence, Delay, Independence, PhaseSpeed};
@@ -69,6 +69,15 @@ impl<'a> CoherenceSummary<'a> {
 /// [`crate::Error::Write`].
 pub fn write_coherence(path: &Path, found: &Coherence) -> Result<()> {
     let archive = Archive::create(path, Precision::F64)?;
+    coherence_arrays(found, &archive)?;
+    archive.finish()
+}
+
+/// The arrays of [`write_coherence`].
+///
+/// # Errors
+/// Those of `archive`.
+pub fn coherence_arrays(found: &Coherence, archive: &dyn NamedArrays) -> Result<()> {
     let line = |name: &str, values: &[f64]| archive.append(name, &[values.len()], values);
     line("frequency", &found.frequency)?;
     line("position", &found.positions())?;
@@ -95,6 +104,5 @@ pub fn write_coherence(path: &Path, found: &Coherence) -> Result<()> {
     line(
         "phase_velocity_error",
         &speeds(|speed| speed.velocity_error),
-    )?;
-    archive.finish()
+    )
 }

@@ -4,8 +4,8 @@ use std::path::Path;
 
 use serde::Serialize;
 
-use super::Archive;
 use super::scan_records::quoted;
+use super::{Archive, NamedArrays};
 use crate::Result;
 use crate::arrays::Precision;
 use crate::localized::{Direct, Family, Journey, OrderRow, Snapshot, Wave};
@@ -50,6 +50,15 @@ impl<'a, T: Serialize> LocalizedSummary<'a, T> {
 /// [`crate::Error::Write`].
 pub fn write_profile(path: &Path, wave: &Wave, profile: &Snapshot) -> Result<()> {
     let archive = Archive::create(path, Precision::F64)?;
+    profile_arrays(wave, profile, &archive)?;
+    archive.finish()
+}
+
+/// The arrays of [`write_profile`].
+///
+/// # Errors
+/// Those of `archive`.
+pub fn profile_arrays(wave: &Wave, profile: &Snapshot, archive: &dyn NamedArrays) -> Result<()> {
     let line = |name: &str, values: &[f64]| archive.append(name, &[values.len()], values);
     line("time", &profile.time)?;
     for (name, values) in [
@@ -64,8 +73,7 @@ pub fn write_profile(path: &Path, wave: &Wave, profile: &Snapshot) -> Result<()>
     line("fast", &profile.fast)?;
     line("ratio", &[wave.ratio])?;
     line("exponent", &[wave.exponent])?;
-    line("order", &[wave.order as f64])?;
-    archive.finish()
+    line("order", &[wave.order as f64])
 }
 
 /// Writes what a launched wave did to the new file `path` (`.npz`): `velocity` (2, sites), at the
@@ -75,6 +83,15 @@ pub fn write_profile(path: &Path, wave: &Wave, profile: &Snapshot) -> Result<()>
 /// [`crate::Error::Write`].
 pub fn write_journey(path: &Path, journey: &Journey) -> Result<()> {
     let archive = Archive::create(path, Precision::F64)?;
+    journey_arrays(journey, &archive)?;
+    archive.finish()
+}
+
+/// The arrays of [`write_journey`].
+///
+/// # Errors
+/// Those of `archive`.
+pub fn journey_arrays(journey: &Journey, archive: &dyn NamedArrays) -> Result<()> {
     let sites = journey.velocity[0].len();
     archive.append("velocity", &[2, sites], &journey.velocity.concat())?;
     let course = &journey.course;
@@ -93,7 +110,7 @@ pub fn write_journey(path: &Path, journey: &Journey) -> Result<()> {
     for (name, values) in &columns {
         archive.append(name, &[values.len()], values)?;
     }
-    archive.finish()
+    Ok(())
 }
 
 /// Orders as CSV, one row for each order, with all digits; unknown values are empty.

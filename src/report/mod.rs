@@ -27,8 +27,8 @@ mod sentences;
 mod snippet;
 mod summary;
 
-pub use archive::Archive;
-pub use arrays::{write_labelled_arrays, write_small_arrays};
+pub use archive::{Archive, NamedArrays};
+pub use arrays::{LabelledArrays, write_labelled_arrays, write_small_arrays};
 pub use attenuation::{
     ATTENUATION_SCHEMA, TRANSMISSION_SCHEMA, attenuation_csv, transmission_csv, versioned_json,
     write_beside,
@@ -36,13 +36,16 @@ pub use attenuation::{
 pub use attenuation_words::{law_sentence, reach_sentence, stop_sentence};
 pub use budget::{BUDGET_SCHEMA, BudgetSummary, ClosureSummary};
 pub use budget_arrays::{write_budget_arrays, write_measured_arrays};
-pub use coherence::{COHERENCE_SCHEMA, CoherenceSummary, write_coherence};
+pub use coherence::{COHERENCE_SCHEMA, CoherenceSummary, coherence_arrays, write_coherence};
 pub use directory::{Contents, ResultDirectory};
 pub use field_file::{FIELD_SCHEMA, FieldFile};
 pub use field_set::{FIELDS_SCHEMA, FieldOutcome, FieldRow, FieldSet, field_names};
 pub use headlines::{Content, Headlines, Movement};
 pub use leftovers::{Hold, Leftover, Leftovers};
-pub use localized::{LOCALIZED_SCHEMA, LocalizedSummary, table_csv, write_journey, write_profile};
+pub use localized::{
+    LOCALIZED_SCHEMA, LocalizedSummary, journey_arrays, profile_arrays, table_csv, write_journey,
+    write_profile,
+};
 pub use netcdf::{ArrayLabels, Attribute, NetCdf};
 #[cfg(feature = "figures")]
 pub use pages::{

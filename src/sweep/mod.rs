@@ -154,8 +154,41 @@ impl Sweep {
         let missing: Vec<usize> = (0..self.members)
             .filter(|member| part.holds(*member) && !outcomes.contains_key(member))
             .collect();
-        observer.stage("chains", missing.len() as u64);
-        for members in missing.chunks(BATCH) {
+        let computed = self.compute_each(&missing, Some(&journal), &mut outcomes, observer);
+        computed.map_err(|error| match error {
+            Error::Cancelled => Error::Paused {
+                known: outcomes.len(),
+                members: self.members,
+            },
+            error => error,
+        })?;
+        journal.sync()?;
+        self.standing(directory, outcomes, missing.len())
+    }
+
+    /// Computes all members without a directory: nothing is saved, and nothing resumes.
+    ///
+    /// # Errors
+    /// As [`Sweep::run`] before any work; [`Error::Cancelled`] when the observer cancels.
+    pub fn compute(&self, observer: &dyn Observer) -> Result<(Request, Outcomes)> {
+        self.check(&CancelOnly(observer))?;
+        let members: Vec<usize> = (0..self.members).collect();
+        let mut outcomes = Outcomes::new();
+        self.compute_each(&members, None, &mut outcomes, observer)?;
+        Ok((self.request.clone(), outcomes))
+    }
+
+    /// Computes members, and adds what became of them to `outcomes`; of a batch that is cancelled, those that
+    /// are done.
+    fn compute_each(
+        &self,
+        members: &[usize],
+        journal: Option<&Journal>,
+        outcomes: &mut Outcomes,
+        observer: &dyn Observer,
+    ) -> Result<()> {
+        observer.stage("chains", members.len() as u64);
+        for members in members.chunks(BATCH) {
             let simulations: Result<Vec<Simulation>> = members
                 .iter()
                 .map(|member| self.simulation(*member))
@@ -166,22 +199,16 @@ impl Sweep {
                 done: &done,
             };
             run_each(&simulations?, &watch, &|i, result| {
-                done.take(members[i], result, &journal);
+                done.take(members[i], result, journal);
                 observer.advance(1);
             });
-            match done.finish() {
-                (more, None) => outcomes.extend(more),
-                (more, Some(Error::Cancelled)) => {
-                    return Err(Error::Paused {
-                        known: outcomes.len() + more.len(),
-                        members: self.members,
-                    });
-                }
-                (_, Some(error)) => return Err(error),
+            let (more, error) = done.finish();
+            outcomes.extend(more);
+            if let Some(error) = error {
+                return Err(error);
             }
         }
-        journal.sync()?;
-        self.standing(directory, outcomes, missing.len())
+        Ok(())
     }
 
     /// Checks that every member is valid, and that one run per thread fits into memory.
@@ -322,14 +349,14 @@ fn is_whole(key: &str) -> bool {
 struct Collected(Mutex<(Outcomes, Option<Error>)>);
 
 impl Collected {
-    fn take(&self, member: usize, result: Result<Run>, journal: &Journal) {
+    fn take(&self, member: usize, result: Result<Run>, journal: Option<&Journal>) {
         let outcome = match result {
             Ok(run) => Outcome::Done(Measures::of(&run)),
             // Neither is the fault of the member.
             Err(error @ (Error::Cancelled | Error::Memory { .. })) => return self.stop(error),
             Err(error) => Outcome::Failed(error.to_string()),
         };
-        if let Err(error) = journal.add(&member, &outcome) {
+        if let Some(Err(error)) = journal.map(|journal| journal.add(&member, &outcome)) {
             return self.stop(error);
         }
         self.lock().0.insert(member, outcome);

@@ -180,8 +180,7 @@ impl Task<'_> {
     }
 
     fn provenance(&self, analysis: &Analysis, read_as: &[String]) -> Provenance {
-        let words = std::env::args_os();
-        let command = words.map(|w| w.to_string_lossy().into_owned()).collect();
+        let command = crate::words::as_text();
         let first = self.field.display();
         let input = match self.files {
             [_, .., last] => {
@@ -311,7 +310,7 @@ pub fn print_plan(typed: &Analyze, files: &[PathBuf]) -> Result<(), Failure> {
 }
 
 /// How a field was read where nothing states it and nothing speaks against it.
-fn conclusions(field: &Field) -> Vec<String> {
+pub fn conclusions(field: &Field) -> Vec<String> {
     let settled = field.notes.iter().filter(|note| !note.is_doubtful());
     let in_words = |note: &Note| match advice::of_note(note) {
         Some(advice) => format!("{}; {advice}", note.message()),
@@ -321,7 +320,7 @@ fn conclusions(field: &Field) -> Vec<String> {
 }
 
 /// What to do about a doubt of an analysis.
-fn advised(doubt: Doubt) -> Option<String> {
+pub fn advised(doubt: Doubt) -> Option<String> {
     Some(match doubt {
         Doubt::Warning(warning) => advice::of_warning(warning).into(),
         Doubt::Unresolved(reason) => advice::of_unresolved(reason),
@@ -421,7 +420,8 @@ pub fn open_options(typed: &Input, memory: Option<u64>) -> OpenOptions {
     }
 }
 
-fn request(typed: &Analyze, draws: bool) -> Request {
+/// What is asked of an analysis; dispersion relations and the part shown need the field.
+pub fn request(typed: &Analyze, draws: bool) -> Request {
     let (prepare, spectra, bands) = (&typed.preparation, &typed.spectra, &typed.bands);
     Request {
         results: results(&typed.work.only),

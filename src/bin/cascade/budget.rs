@@ -178,10 +178,7 @@ pub fn compute(
 
 /// The words typed.
 pub fn command() -> Vec<String> {
-    let words = std::env::args_os();
-    words
-        .map(|word| word.to_string_lossy().into_owned())
-        .collect()
+    crate::words::as_text()
 }
 
 pub fn name_of(run: &Path) -> String {

@@ -81,16 +81,22 @@ impl AverageArgs {
     }
 }
 
+impl Coherence {
+    pub fn request(&self) -> CoherenceRequest {
+        CoherenceRequest {
+            reference: self.reference,
+            averaging: self.averages.averaging(),
+            gaps: self.averages.gaps.into(),
+            alpha: self.averages.significance,
+            threads: self.estimate.threads(),
+            memory: self.averages.memory,
+        }
+    }
+}
+
 /// Runs the command.
 pub fn run(typed: Coherence) -> Result<(), Failure> {
-    let request = CoherenceRequest {
-        reference: typed.reference,
-        averaging: typed.averages.averaging(),
-        gaps: typed.averages.gaps.into(),
-        alpha: typed.averages.significance,
-        threads: typed.estimate.threads(),
-        memory: typed.averages.memory,
-    };
+    let request = typed.request();
     estimate::run(
         &typed.fields,
         &typed.estimate,
@@ -187,7 +193,7 @@ fn lines(found: &Found) -> String {
 }
 
 /// What the user should know, each with what to do.
-fn warnings(found: &Found) -> Vec<[String; 2]> {
+pub fn warnings(found: &Found) -> Vec<[String; 2]> {
     let mut warnings = Vec::new();
     let independence = &found.independence;
     if independence.is_transient() && independence.records < 2 {

@@ -13,8 +13,16 @@ use crate::failure::Failure;
 
 /// The relations to draw over the spectrum of the field of a file; `None` leaves the choice to the field.
 pub fn of(typed: &Analyze, path: &Path, field: &Field) -> Result<Option<Vec<Dispersion>>, Failure> {
+    stated(typed, lattice(path, field)?, field)
+}
+
+/// The same of a field that may carry the lattice of a run.
+pub fn stated(
+    typed: &Analyze,
+    lattice: Option<Result<UnitCell, NoBranches>>,
+    field: &Field,
+) -> Result<Option<Vec<Dispersion>>, Failure> {
     let typed_relations = &typed.dispersion.dispersion;
-    let lattice = lattice(path, field)?;
     let branches = |cell: &UnitCell| Dispersion::lattice(name(cell), cell.clone(), None);
     if typed_relations.is_empty() {
         return Ok(match (&field.dispersion, lattice) {

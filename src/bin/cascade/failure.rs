@@ -2,7 +2,6 @@
 
 use std::io::ErrorKind;
 use std::path::PathBuf;
-use std::process::ExitCode;
 
 use wavecascade::Error;
 use wavecascade::chain::scene::KeyPlace;
@@ -85,7 +84,7 @@ pub const TIMED_OUT: u8 = 124;
 
 impl Failure {
     /// Prints it to standard error. 2: the request was wrong; 1: the run failed; 130: interrupted; 124: the time of `--max-time` is over.
-    pub fn report(&self) -> ExitCode {
+    pub fn report(&self) -> u8 {
         if let Some(mut text) = self.text() {
             if let Some(reason) = reason().filter(|_| self.is_stopped()) {
                 text = format!("{text}: {reason}");
@@ -192,15 +191,15 @@ impl Failure {
         ) || matches!(self, Failure::Converted(error) if matches!(**error, Error::Cancelled))
     }
 
-    fn exit_code(&self) -> ExitCode {
+    fn exit_code(&self) -> u8 {
         match self {
-            _ if self.is_stopped() => ExitCode::from(stopped_code()),
-            Failure::Library(error) if error.is_usage() => ExitCode::from(2),
-            Failure::Converted(error) if error.is_usage() => ExitCode::from(2),
-            Failure::Setting(_) | Failure::Pattern { .. } => ExitCode::from(2),
-            Failure::Throughput(wavecascade_throughput::Error::Shape { .. }) => ExitCode::from(2),
-            Failure::Output(error) if error.kind() == ErrorKind::BrokenPipe => ExitCode::SUCCESS,
-            _ => ExitCode::from(1),
+            _ if self.is_stopped() => stopped_code(),
+            Failure::Library(error) if error.is_usage() => 2,
+            Failure::Converted(error) if error.is_usage() => 2,
+            Failure::Setting(_) | Failure::Pattern { .. } => 2,
+            Failure::Throughput(wavecascade_throughput::Error::Shape { .. }) => 2,
+            Failure::Output(error) if error.kind() == ErrorKind::BrokenPipe => 0,
+            _ => 1,
         }
     }
 }

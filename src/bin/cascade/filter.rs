@@ -130,7 +130,7 @@ pub fn run(typed: Filter) -> Result<(), Failure> {
 }
 
 /// What the user should know of the result, each with what to do.
-fn warnings(typed: &Filter, found: &Filtered) -> Vec<[String; 2]> {
+pub fn warnings(typed: &Filter, found: &Filtered) -> Vec<[String; 2]> {
     // What passes of a field's energy by rounding alone.
     const NOTHING: f64 = 1e-28;
     let (time, space) = (&found.field.time, &found.field.space);
@@ -173,7 +173,8 @@ fn warnings(typed: &Filter, found: &Filtered) -> Vec<[String; 2]> {
 }
 
 impl Filter {
-    fn band(&self) -> Result<Passband, Error> {
+    /// What passes.
+    pub fn band(&self) -> Result<Passband, Error> {
         let band = Passband {
             frequency: self.frequency.map(from_zero),
             wavenumber: self.wavenumber.map(from_zero),

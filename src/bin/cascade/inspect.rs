@@ -198,7 +198,7 @@ fn shape(field: &Field) -> String {
 
 /// The command that analyses the field as it was read here.
 fn command(typed: &Inspect, field: &Field) -> String {
-    let words: Vec<String> = std::env::args().collect();
+    let words = crate::words::as_text();
     let after = words
         .iter()
         .position(|word| word == "inspect")

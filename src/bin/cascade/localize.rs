@@ -1,8 +1,8 @@
 //! `cascade localize`: ratios that carry localized waves, one wave, and its travel along a chain.
 
-mod launch;
-mod profile;
-mod table;
+pub mod launch;
+pub mod profile;
+pub mod table;
 
 use std::io::IsTerminal;
 use std::ops::RangeInclusive;
@@ -117,7 +117,7 @@ fn one_order(text: &str) -> Result<usize, String> {
 }
 
 impl Localize {
-    fn family(&self) -> Family {
+    pub fn family(&self) -> Family {
         Family {
             alternation: match self.alternation {
                 Of::Stiffness => Alternation::Stiffness,
@@ -135,7 +135,7 @@ impl Localize {
         ResultDirectory::create_for(Contents::Localized, out, self.force)
     }
 
-    fn wave(&self, order: usize) -> Result<Wave, Error> {
+    pub fn wave(&self, order: usize) -> Result<Wave, Error> {
         self.family().search(order)?.wave(order)
     }
 }

@@ -1,6 +1,8 @@
 //! The program: arguments, one library call, files, exit code.
 
 mod advice;
+// The allocator of a process is the choice of its program, not of an extension.
+#[cfg(not(feature = "python"))]
 mod allocator;
 mod analyze;
 mod args;
@@ -40,9 +42,14 @@ mod terminal;
 mod text;
 mod transmit;
 mod view_args;
+mod words;
+
+/// The same program as an extension module of Python, with functions on arrays.
+#[cfg(feature = "python")]
+#[path = "../../../python/src/module.rs"]
+mod python;
 
 use std::path::PathBuf;
-use std::process::ExitCode;
 
 use args::{Cli, Command};
 use failure::Failure;
@@ -54,10 +61,16 @@ const FILE_LOST: &str = "was shortened while it was read, or its disk cannot be 
     bytes of the file\nhelp: repeat the command once nothing writes to the file, or copy it to memory \
     first with `--read copy`\n";
 
-fn main() -> ExitCode {
+#[cfg(not(feature = "python"))]
+fn main() -> std::process::ExitCode {
+    program().into()
+}
+
+/// Runs the command that was typed; returns the exit code.
+fn program() -> u8 {
     wavecascade_system::signals::prepare(FILE_LOST);
     match run(&CommandLine::typed()) {
-        Ok(()) => ExitCode::SUCCESS,
+        Ok(()) => 0,
         Err(failure) => failure.report(),
     }
 }

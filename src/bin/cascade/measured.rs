@@ -3,15 +3,16 @@
 use std::path::{Path, PathBuf};
 
 use clap::{Args, ValueEnum};
+use wavecascade::arrays::Sink;
 use wavecascade::budget::measured::{
     Drift, MeasuredMotion, MeasuredOptions, Noise, Uncertainty, from_field,
 };
 use wavecascade::budget::{Budget, BudgetRequest, BudgetUnits, Integration};
-use wavecascade::chain::scene::{SceneSource, Units};
+use wavecascade::chain::scene::{SceneSource, Setup, Units};
 use wavecascade::field::Axis;
 use wavecascade::measure::{self, Dimension, Length, Measure, Speed, Time};
 use wavecascade::observer::Observer;
-use wavecascade::report::{Archive, write_measured_arrays};
+use wavecascade::report::{NamedArrays, write_measured_arrays};
 use wavecascade::{Error, Field, Result};
 
 use crate::analyze::{open_options, print_notes};
@@ -87,6 +88,19 @@ pub fn read(
     quiet: bool,
 ) -> Result<MeasuredInput> {
     let setup = SceneSource::read(scene)?.setup()?;
+    let opened = Field::open(field, &open_options(&typed.input, None))?;
+    print_notes(&opened, quiet);
+    of_field(opened, field, &setup, typed, views)
+}
+
+/// Takes a field, which messages call `path`, as the record of a chain.
+pub fn of_field(
+    mut field: Field,
+    path: &Path,
+    setup: &Setup,
+    typed: &MeasuredArgs,
+    views: &ViewArgs,
+) -> Result<MeasuredInput> {
     if setup.simulation.drive.is_some() {
         return Err(Error::Request {
             option: "scene",
@@ -94,9 +108,6 @@ pub fn read(
             found: "a driven one".into(),
         });
     }
-    let path = field;
-    let mut field = Field::open(path, &open_options(&typed.input, None))?;
-    print_notes(&field, quiet);
     if setup.units == Units::Si {
         to_si(&mut field, path)?;
     }
@@ -141,7 +152,7 @@ pub fn read(
         },
     };
     let stated = field.space.unit.is_some() || typed.input.dx.is_some();
-    let base = request_of(&setup);
+    let base = request_of(setup);
     let request = BudgetRequest {
         pitch: if stated { field.space.step } else { base.pitch },
         units,
@@ -190,7 +201,11 @@ fn axis_to_si<D: Dimension>(axis: &mut Axis, path: &Path, what: &str) -> Result<
 }
 
 impl MeasuredInput {
-    pub fn budget(&self, archive: &Archive, observer: &dyn Observer) -> Result<Budget> {
+    pub fn budget(
+        &self,
+        archive: &(impl Sink + NamedArrays),
+        observer: &dyn Observer,
+    ) -> Result<Budget> {
         let (budget, errors) = self.motion.run(&self.request, archive, observer)?;
         write_measured_arrays(&self.motion, &errors, archive)?;
         Ok(budget)

@@ -64,7 +64,8 @@ impl FromArgMatches for SceneKeys {
 /// Whether the command line ends with `--help scene`, which lists the keys of scenes, too: they are ten
 /// times as many as a command's own options.
 fn asks_for_keys() -> bool {
-    let mut typed = std::env::args().skip_while(|text| text != "--help" && text != "-h");
+    let words = crate::words::as_text().into_iter();
+    let mut typed = words.skip_while(|text| text != "--help" && text != "-h");
     typed.next().is_some() && typed.next().as_deref() == Some("scene")
 }
 

@@ -257,7 +257,11 @@ fn packing(variable: &wavecascade_formats::Variable) -> Option<Packing> {
 }
 
 /// The quantity that a name, or else a unit, stands for.
-fn quantity(path: &str, standard_name: Option<&str>, unit: Option<&str>) -> Option<Quantity> {
+pub(super) fn quantity(
+    path: &str,
+    standard_name: Option<&str>,
+    unit: Option<&str>,
+) -> Option<Quantity> {
     let last = choose::last_name(path).to_ascii_lowercase();
     let names = [Some(last.as_str()), standard_name];
     let by_name = Quantity::ALL.into_iter().find(|quantity| {

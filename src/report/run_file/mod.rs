@@ -8,6 +8,7 @@ mod write;
 
 use std::path::Path;
 
+use super::LabelledArrays;
 use super::new_file::NewFile;
 use crate::chain::Run;
 use crate::chain::scene::Setup;
@@ -77,6 +78,19 @@ impl RunFile {
             true => write::netcdf(working, setup, run, observer),
             false => write::archive(working, setup, run, observer),
         })
+    }
+
+    /// Hands over the arrays of a run with their labels, and its scene and report as attributes.
+    ///
+    /// # Errors
+    /// Those of `file`; [`Error::Cancelled`] when the observer asks to stop.
+    pub fn hand_over(
+        setup: &Setup,
+        run: &Run,
+        file: &dyn LabelledArrays,
+        observer: &dyn Observer,
+    ) -> Result<()> {
+        write::labelled(Path::new("the run"), setup, run, file, observer)
     }
 
     /// Reads a run back.

@@ -2,7 +2,7 @@
 
 use std::path::Path;
 
-use super::super::{Archive, ArrayLabels, Attribute, NetCdf};
+use super::super::{Archive, ArrayLabels, Attribute, LabelledArrays, NetCdf};
 use super::RUN_SCHEMA;
 use crate::arrays::Precision;
 use crate::chain::scene::{Setup, Units};
@@ -33,6 +33,18 @@ pub(super) fn archive(
 /// The same arrays with named dimensions. Scene and report are attributes.
 pub(super) fn netcdf(path: &Path, setup: &Setup, run: &Run, observer: &dyn Observer) -> Result<()> {
     let file = NetCdf::create(path, Precision::F64)?;
+    labelled(path, setup, run, &file, observer)?;
+    file.finish()
+}
+
+/// The same to what takes labelled arrays; messages call it `path`.
+pub(super) fn labelled(
+    path: &Path,
+    setup: &Setup,
+    run: &Run,
+    file: &dyn LabelledArrays,
+    observer: &dyn Observer,
+) -> Result<()> {
     let text = |text: &str| Attribute::Text(text.into());
     file.attribute("schema", text(RUN_SCHEMA));
     file.attribute(
@@ -52,8 +64,7 @@ pub(super) fn netcdf(path: &Path, setup: &Setup, run: &Run, observer: &dyn Obser
             file.describe(labels.name, vec![("_FillValue", gap)]);
         }
         Ok(())
-    })?;
-    file.finish()
+    })
 }
 
 fn report(path: &Path, run: &Run) -> Result<String> {

@@ -14,6 +14,7 @@ use wavecascade::attenuation::{
     TransmissionRequest,
 };
 use wavecascade::chain::scene::{Scene, SceneSource, Setting};
+use wavecascade::observer::Observer;
 use wavecascade::report::{
     ATTENUATION_SCHEMA, attenuation_csv, attenuation_html, attenuation_snippet, versioned_json,
     write_beside,
@@ -146,7 +147,7 @@ struct AttenuationReport<'a> {
 
 /// The value of the key that lets least through.
 #[derive(Debug, Clone, Serialize)]
-struct Best {
+pub struct Best {
     bodies: usize,
     key: String,
     #[serde(flatten)]
@@ -213,10 +214,10 @@ pub fn run(typed: Attenuate) -> Result<(), Failure> {
 }
 
 impl Attenuate {
-    fn compute(
+    pub fn compute(
         &self,
         request: &AttenuationRequest,
-        progress: &Progress,
+        progress: &dyn Observer,
     ) -> Result<(Attenuation, Option<Best>), Error> {
         let attenuation = request.run(self.out.as_deref(), progress)?;
         let Some(bodies) = self.best_at else {
@@ -309,7 +310,7 @@ impl Attenuate {
         Ok(chains)
     }
 
-    fn request(&self) -> Result<AttenuationRequest, Error> {
+    pub fn request(&self) -> Result<AttenuationRequest, Error> {
         if let Some(sites) = self.keys.settings.iter().find(|s| s.key == "sites") {
             return Err(Error::Request {
                 option: "sites",

@@ -12,7 +12,7 @@ use crate::failure::Failure;
 use crate::terminal::{self, Lines, error_size};
 
 /// Default number of cells that a wave travels.
-const CELLS: usize = 1000;
+pub const CELLS: usize = 1000;
 
 #[derive(Debug, Serialize)]
 struct LaunchReport<'a> {

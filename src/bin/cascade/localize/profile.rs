@@ -13,7 +13,7 @@ use crate::failure::Failure;
 use crate::terminal::{self, Lines, error_size, number};
 
 /// Times on each side of the centre.
-const HALF: usize = 2000;
+pub const HALF: usize = 2000;
 
 #[derive(Debug, Serialize)]
 struct ProfileReport {

@@ -25,7 +25,8 @@ struct TableReport<'a> {
     orders: &'a [OrderRow],
 }
 
-pub(super) fn run(typed: &Localize) -> Result<(), Failure> {
+/// What is computed.
+pub fn comparison(typed: &Localize) -> Result<Comparison, Error> {
     let strikes = typed.direct || typed.angles;
     let needless = [
         (
@@ -41,18 +42,18 @@ pub(super) fn run(typed: &Localize) -> Result<(), Failure> {
     ];
     for (option, is_needless, needed) in needless {
         if is_needless {
-            return Err(Failure::Library(Error::Request {
+            return Err(Error::Request {
                 option,
                 expected: format!("{needed} beside it"),
                 found: "it alone".into(),
-            }));
+            });
         }
     }
     let body = match typed.body.material()? {
         Some(material) => typed.body.radius.map(|radius| (radius, material)),
         None => None,
     };
-    let comparison = Comparison {
+    Ok(Comparison {
         family: typed.family(),
         orders: typed.order.clone(),
         cells: strikes.then(|| typed.cells.unwrap_or(CELLS)),
@@ -60,7 +61,11 @@ pub(super) fn run(typed: &Localize) -> Result<(), Failure> {
             ellipse: typed.ellipse.into(),
             body,
         }),
-    };
+    })
+}
+
+pub(super) fn run(typed: &Localize) -> Result<(), Failure> {
+    let comparison = comparison(typed)?;
     let progress = typed.progress();
     progress.begin_writing();
     let directory = typed

@@ -73,7 +73,7 @@ impl CommandLine {
     /// The words that the program was called with. Help, version, and words that no settings could
     /// complete end the program.
     pub fn typed() -> CommandLine {
-        let words: Vec<OsString> = std::env::args_os().collect();
+        let words = crate::words::typed();
         let seen = Cli::command()
             .ignore_errors(true)
             .try_get_matches_from(&words);

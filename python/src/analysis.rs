@@ -1,0 +1,263 @@
+//! Fields to their spectra, filtered fields, coherence.
+
+use std::path::{Path, PathBuf};
+
+use numpy::{PyArrayMethods, ToPyArray};
+use pyo3::prelude::*;
+use pyo3::types::{PyDict, PyList};
+use wavecascade::analyze::{Analysis as Found, Warning, filtered, plan, run as run_plan};
+use wavecascade::arrays::Precision;
+use wavecascade::estimates;
+use wavecascade::field::{Axis, is_run_file};
+use wavecascade::observer::Observer;
+use wavecascade::plot::Style;
+use wavecascade::report::{
+    CoherenceSummary, Provenance, Summary, coherence_arrays, html, write_labelled_arrays,
+};
+use wavecascade::{Error, Field};
+use wavecascade_system::threads::in_pool;
+
+use super::faults::{self, keywords};
+use super::kept::Kept;
+use super::samples::Source;
+use super::typed::{provenance, typed};
+use super::watch;
+use crate::analyze::{advised, conclusions, request};
+use crate::failure::Failure;
+use crate::{advice, dispersion, effect};
+
+/// What an analysis found beside its arrays, from which its page is made.
+#[pyclass(frozen, module = "wavecascade._native")]
+pub struct Analysis(Box<Found>);
+
+#[pymethods]
+impl Analysis {
+    /// Copies of a dataset share it.
+    fn __deepcopy__(slf: Py<Self>, _memo: &Bound<'_, PyAny>) -> Py<Self> {
+        slf
+    }
+
+    /// It does not travel to other processes.
+    fn __reduce__<'py>(&self, py: Python<'py>) -> PyResult<(Bound<'py, PyAny>, ())> {
+        Ok((py.None().bind(py).get_type().into_any(), ()))
+    }
+
+    /// Whether its page can show maps.
+    #[getter]
+    fn has_maps(&self) -> bool {
+        self.0.field_map.is_some()
+    }
+}
+
+/// Runs on the threads that were typed.
+pub fn on_threads<T: Send>(
+    threads: Option<usize>,
+    work: impl FnOnce() -> Result<T, Error> + Send,
+) -> Result<T, Error> {
+    in_pool(threads, work).map_err(|error| Error::Threads {
+        threads: threads.unwrap_or_default(),
+        reason: error.to_string(),
+    })?
+}
+
+/// `(code, message, advice)` of each.
+fn warnings<'py>(py: Python<'py>, found: &[Warning]) -> PyResult<Bound<'py, PyList>> {
+    let told = found.iter().map(|warning| {
+        let advice = keywords(advice::of_warning(warning));
+        (warning.code(), keywords(&warning.message()), advice)
+    });
+    PyList::new(py, told)
+}
+
+/// `cascade analyze`: arrays with labels, attributes, `summary` in JSON, `warnings`, `analysis`.
+#[pyfunction]
+#[pyo3(signature = (source, words, progress=None, maps=true))]
+pub fn analyze<'py>(
+    py: Python<'py>,
+    source: Source,
+    words: Vec<String>,
+    progress: Option<Bound<'py, PyAny>>,
+    maps: bool,
+) -> PyResult<Bound<'py, PyDict>> {
+    let typed = typed!(&words, Analyze);
+    let (opener, from) = (source.opener(), source.from());
+    let path = opener.path();
+    let work = |observer: &dyn Observer| -> Result<_, Failure> {
+        effect::refuse_without_effect(&typed)?;
+        let mut request = request(&typed, maps);
+        let field = opener.open(&typed.input, typed.work.memory, Some(&typed.scan))?;
+        request.show = typed.show.of_field(&field)?;
+        request.dispersion = match &path {
+            Some(path) if is_run_file(path)? => dispersion::of(&typed, path, &field)?,
+            _ => dispersion::stated(&typed, None, &field)?,
+        };
+        let name = path.clone().unwrap_or_else(|| PathBuf::from(&field.name));
+        let plan = plan(&field, &request).map_err(|error| error.of_file(&name))?;
+        let kept = Kept::new(request.precision);
+        let analysis = run_plan(&field, &plan, &kept, observer);
+        let analysis = analysis.map_err(|error| error.of_file(&name))?;
+        field.check_unchanged()?;
+        let input = path.as_ref().map(|path| path.display().to_string());
+        let hash = analysis.content_hash.clone();
+        let provenance = Provenance {
+            read_as: conclusions(&field),
+            ..Provenance::new(provenance(&words), input, hash)
+        };
+        write_labelled_arrays(&analysis, &provenance, &kept)?;
+        let summary = Summary::new(&analysis, &provenance).with_advice(&advised);
+        let summary = summary.to_json().map_err(std::io::Error::from)?;
+        Ok((analysis, kept, summary))
+    };
+    let done = watch::run(py, progress.as_ref(), work)?;
+    let (analysis, kept, summary) = done.map_err(|error| faults::of_failure(py, error, from))?;
+    let out = kept.into_python(py)?;
+    out.set_item("summary", summary)?;
+    out.set_item("warnings", warnings(py, &analysis.warnings)?)?;
+    out.set_item("analysis", Bound::new(py, Analysis(Box::new(analysis)))?)?;
+    Ok(out)
+}
+
+/// The page of an analysis.
+#[pyfunction]
+pub fn report(py: Python<'_>, analysis: &Bound<'_, Analysis>) -> PyResult<String> {
+    let analysis = analysis.get();
+    Ok(py.detach(|| html(&analysis.0, &advised, &Style::screen())))
+}
+
+/// The samples of a field as an array `(time, site)`, with axes, names and notes.
+fn described<'py>(py: Python<'py>, field: &Field) -> PyResult<Bound<'py, PyDict>> {
+    let (times, sites) = (field.n_times(), field.n_sites());
+    let mut values = vec![0.0; times * sites];
+    py.detach(|| field.read_time_major(0..times, 0..sites, &mut values));
+    let array = ndarray::ArrayView2::from_shape((times, sites), &values);
+    let array =
+        array.map_err(|error| pyo3::exceptions::PyRuntimeError::new_err(error.to_string()))?;
+    let out = PyDict::new(py);
+    match field.precision() {
+        Precision::F64 => out.set_item("array", array.to_pyarray(py))?,
+        Precision::F32 => {
+            let array = array.to_pyarray(py).cast_array::<f32>(false)?;
+            out.set_item("array", array)?;
+        }
+    }
+    let places =
+        |axis: &Axis, count: usize| -> Vec<f64> { (0..count).map(|i| axis.at(i)).collect() };
+    for (name, axis, count) in [("time", &field.time, times), ("space", &field.space, sites)] {
+        let coordinates = places(axis, count).to_pyarray(py);
+        let is_counted = *axis == Axis::index();
+        out.set_item(
+            name,
+            (coordinates, axis.step, axis.unit.clone(), is_counted),
+        )?;
+    }
+    out.set_item("name", &field.name)?;
+    out.set_item("quantity", field.quantity.name())?;
+    out.set_item("unit", &field.unit)?;
+    out.set_item("dispersion", &field.dispersion)?;
+    out.set_item("hash", &field.content_hash)?;
+    let notes = field.notes.iter().map(|note| {
+        let advice = advice::of_note(note).map(keywords);
+        (keywords(&note.message()), note.is_doubtful(), advice)
+    });
+    out.set_item("notes", PyList::new(py, notes)?)?;
+    Ok(out)
+}
+
+/// The field that `cascade analyze` reads.
+#[pyfunction]
+pub fn open<'py>(
+    py: Python<'py>,
+    source: Source,
+    words: Vec<String>,
+) -> PyResult<Bound<'py, PyDict>> {
+    let typed = typed!(&words, Analyze);
+    let (opener, from) = (source.opener(), source.from());
+    let work = |_: &dyn Observer| opener.open(&typed.input, typed.work.memory, Some(&typed.scan));
+    let field = watch::run(py, None, work)?;
+    let field = field.map_err(|error| faults::of(py, error, from))?;
+    let out = described(py, &field)?;
+    field
+        .check_unchanged()
+        .map_err(|error| faults::of(py, error, from))?;
+    Ok(out)
+}
+
+/// `cascade filter`: the field that passes, its energies, warnings.
+#[pyfunction]
+pub fn filter<'py>(
+    py: Python<'py>,
+    source: Source,
+    words: Vec<String>,
+) -> PyResult<Bound<'py, PyDict>> {
+    let typed = typed!(&words, Filter);
+    let (opener, from) = (source.opener(), source.from());
+    let name = opener.path();
+    let work = |_: &dyn Observer| {
+        let band = typed.band()?;
+        let field = opener.open(&typed.input, typed.memory, None)?;
+        let threads = typed.how.threads.map(usize::from);
+        let found = on_threads(threads, || filtered(&field, &band, typed.pad, typed.memory));
+        let name = name.unwrap_or_else(|| PathBuf::from(&field.name));
+        let found = found.map_err(|error| error.of_file(&name))?;
+        field.check_unchanged()?;
+        Ok((found, field.precision()))
+    };
+    let found = watch::run(py, None, work)?;
+    let (found, precision) = found.map_err(|error| faults::of(py, error, from))?;
+    let out = described(py, &found.field)?;
+    out.set_item("is_single", precision == Precision::F32)?;
+    out.set_item("energy_before", found.energy_before)?;
+    out.set_item("energy_after", found.energy_after)?;
+    let warnings = crate::filter::warnings(&typed, &found);
+    let warnings = warnings
+        .iter()
+        .map(|[message, advice]| ("filter", keywords(message), keywords(advice)));
+    out.set_item("warnings", PyList::new(py, warnings)?)?;
+    Ok(out)
+}
+
+/// `cascade coherence` of one or several fields.
+#[pyfunction]
+#[pyo3(signature = (sources, words, progress=None))]
+pub fn coherence<'py>(
+    py: Python<'py>,
+    sources: Vec<Source>,
+    words: Vec<String>,
+    progress: Option<Bound<'py, PyAny>>,
+) -> PyResult<Bound<'py, PyDict>> {
+    let typed = typed!(&words, Coherence);
+    let from = sources.first().map_or(faults::From::Memory, Source::from);
+    let openers: Vec<_> = sources.iter().map(Source::opener).collect();
+    let work = |observer: &dyn Observer| -> Result<_, Failure> {
+        let path = openers.first().and_then(|opener| opener.path());
+        let mut fields = Vec::new();
+        for opener in openers {
+            fields.push(opener.open(&typed.estimate.input, typed.averages.memory, None)?);
+        }
+        let all: Vec<&Field> = fields.iter().collect();
+        let name = path
+            .clone()
+            .unwrap_or_else(|| Path::new("field").to_owned());
+        let found = estimates::coherence(&all, &typed.request(), observer);
+        let found = found.map_err(|error| error.of_file(&name))?;
+        all.iter().try_for_each(|field| field.check_unchanged())?;
+        let kept = Kept::new(Precision::F64);
+        coherence_arrays(&found, &kept)?;
+        let input = path.map(|path| path.display().to_string());
+        let hash = fields.first().and_then(|field| field.content_hash.clone());
+        let provenance = Provenance::new(provenance(&words), input, hash);
+        let summary = CoherenceSummary::new(&found, &provenance).to_json();
+        let summary = summary.map_err(std::io::Error::from)?;
+        Ok((found, kept, summary))
+    };
+    let done = watch::run(py, progress.as_ref(), work)?;
+    let (found, kept, summary) = done.map_err(|error| faults::of_failure(py, error, from))?;
+    let out = kept.into_python(py)?;
+    out.set_item("summary", summary)?;
+    let warnings = crate::coherence::warnings(&found);
+    let warnings = warnings
+        .iter()
+        .map(|[message, advice]| ("coherence", keywords(message), keywords(advice)));
+    out.set_item("warnings", PyList::new(py, warnings)?)?;
+    Ok(out)
+}

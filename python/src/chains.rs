@@ -1,0 +1,323 @@
+//! Chains: runs, budgets, sweeps, localized waves, attenuation and transmission.
+
+use std::path::{Path, PathBuf};
+use std::sync::Arc;
+
+use pyo3::prelude::*;
+use pyo3::types::{PyDict, PyList};
+use serde_json::{Value, json};
+use wavecascade::arrays::Precision;
+use wavecascade::attenuation::TransmissionRequest;
+use wavecascade::budget::Motion;
+use wavecascade::chain::scene::{SceneSource, Setting};
+use wavecascade::localized::Exact;
+use wavecascade::observer::Observer;
+use wavecascade::report::{
+    ATTENUATION_SCHEMA, BudgetSummary, LocalizedSummary, Provenance, RunFile, TRANSMISSION_SCHEMA,
+    attenuation_csv, journey_arrays, profile_arrays, table_csv, transmission_csv, versioned_json,
+    write_budget_arrays,
+};
+use wavecascade::sweep::{Outcome, Part, Sweep, read};
+use wavecascade::{Error, Result};
+
+use super::analysis::on_threads;
+use super::faults::{self, From, keywords};
+use super::kept::Kept;
+use super::samples::Source;
+use super::typed::{provenance, typed};
+use super::watch;
+use crate::failure::Failure;
+use crate::localize::{launch, profile, table};
+use crate::{advice, measured};
+
+/// A run with its scene.
+#[pyclass(frozen, module = "wavecascade._native")]
+#[derive(Clone)]
+pub struct Run(Arc<RunFile>);
+
+#[pymethods]
+impl Run {
+    /// Copies of a dataset share it.
+    fn __deepcopy__(slf: Py<Self>, _memo: &Bound<'_, PyAny>) -> Py<Self> {
+        slf
+    }
+
+    /// It does not travel to other processes.
+    fn __reduce__<'py>(&self, py: Python<'py>) -> PyResult<(Bound<'py, PyAny>, ())> {
+        Ok((py.None().bind(py).get_type().into_any(), ()))
+    }
+}
+
+/// A scene as text or as a file, with the keys that are typed over it.
+fn scene(text: Option<String>, path: Option<&Path>, keys: &[Setting]) -> Result<SceneSource> {
+    let source = match (text, path) {
+        (Some(text), _) => SceneSource::new(None, text),
+        (None, Some(path)) => SceneSource::read(path)?,
+        (None, None) => SceneSource::default(),
+    };
+    Ok(source.with(keys.to_vec()))
+}
+
+fn value_error(error: impl std::fmt::Display) -> PyErr {
+    pyo3::exceptions::PyValueError::new_err(error.to_string())
+}
+
+/// `cascade simulate`.
+#[pyfunction]
+#[pyo3(signature = (text, words, progress=None))]
+pub fn simulate<'py>(
+    py: Python<'py>,
+    text: Option<String>,
+    words: Vec<String>,
+    progress: Option<Bound<'py, PyAny>>,
+) -> PyResult<Bound<'py, PyDict>> {
+    let typed = typed!(&words, Simulate);
+    let work = |observer: &dyn Observer| -> Result<_> {
+        let source = scene(text, typed.scene.as_deref(), &typed.keys.settings)?;
+        let setup = source.setup()?;
+        let run = setup.simulation.run(observer);
+        let run = run.map_err(|error| source.locate(error))?;
+        let kept = Kept::new(Precision::F64);
+        RunFile::hand_over(&setup, &run, &kept, observer)?;
+        Ok((RunFile { setup, run }, kept))
+    };
+    let done = watch::run(py, progress.as_ref(), work)?;
+    let (file, kept) = done.map_err(|error| faults::of(py, error, From::Files))?;
+    let out = kept.into_python(py)?;
+    let warnings = file.run.report.warnings.iter();
+    let warnings = warnings.map(|w| ("run", keywords(&w.message()), keywords(advice::of_run(w))));
+    out.set_item("warnings", PyList::new(py, warnings)?)?;
+    let described = serde_json::to_string(&file.setup.description()).map_err(value_error)?;
+    out.set_item("description", described)?;
+    out.set_item("run", Bound::new(py, Run(Arc::new(file)))?)?;
+    Ok(out)
+}
+
+/// What a budget is computed of.
+#[derive(FromPyObject)]
+pub enum Moved<'py> {
+    Run(PyRef<'py, Run>),
+    Field(Source<'py>),
+}
+
+/// `cascade budget`: of a run, of a run file, or of a measured field with the chain of a scene.
+#[pyfunction]
+#[pyo3(signature = (moved, scene_text, words, progress=None))]
+pub fn budget<'py>(
+    py: Python<'py>,
+    moved: Moved,
+    scene_text: Option<String>,
+    words: Vec<String>,
+    progress: Option<Bound<'py, PyAny>>,
+) -> PyResult<Bound<'py, PyDict>> {
+    let typed = typed!(&words, Budget);
+    let (run, source, from) = match &moved {
+        Moved::Run(run) => (Some(Arc::clone(&run.0)), None, From::Memory),
+        Moved::Field(source) => (None, Some(source.opener()), source.from()),
+    };
+    let scene_path = typed.measured.scene.as_deref();
+    let is_measured = scene_text.is_some() || scene_path.is_some();
+    let threads = typed.views.threads.map(usize::from);
+    let work = |observer: &dyn Observer| -> std::result::Result<_, Failure> {
+        typed.views.refuse_without_effect()?;
+        let kept = Kept::new(Precision::F64);
+        let path = source.as_ref().and_then(|source| source.path());
+        let name = path.clone().unwrap_or_else(|| PathBuf::from("field"));
+        let input = path.as_ref().map(|path| path.display().to_string());
+        let provenance = Provenance::new(provenance(&words), input, None);
+        let (found, report) = match (run, source) {
+            (None, Some(source)) if is_measured => {
+                let setup = scene(scene_text, scene_path, &[])?.setup()?;
+                let field = source.open(&typed.measured.input, None, None)?;
+                let read = measured::of_field(field, &name, &setup, &typed.measured, &typed.views);
+                let read = read.map_err(|error| error.of_file(&name))?;
+                let found = on_threads(threads, || read.budget(&kept, observer))?;
+                (found, Some(read.motion.report))
+            }
+            (run, _) => {
+                measured::refuse_options_of_fields(&typed.measured)?;
+                let file = match (run, &path) {
+                    (Some(run), _) => run,
+                    (None, Some(path)) => Arc::new(RunFile::read(path)?),
+                    (None, None) => {
+                        return Err(Failure::Library(Error::Request {
+                            option: "scene",
+                            expected: "the chain that a measured field is a record of".into(),
+                            found: "none".into(),
+                        }));
+                    }
+                };
+                let motion = Motion::of(&file.run)?;
+                let request = typed.views.request(&file.setup);
+                let found = on_threads(threads, || {
+                    wavecascade::budget::run(&motion, &request, &kept, observer)
+                })?;
+                (found, None)
+            }
+        };
+        write_budget_arrays(&found, &kept)?;
+        let summary = BudgetSummary::new(&found, &provenance).with_measurement(report.as_ref());
+        let summary = summary.to_json().map_err(std::io::Error::from)?;
+        let warnings: Vec<_> = report
+            .iter()
+            .flat_map(|report| &report.warnings)
+            .map(|w| (w.message(), advice::of_measured(w).to_owned()))
+            .collect();
+        Ok((kept, summary, warnings))
+    };
+    let done = watch::run(py, progress.as_ref(), work)?;
+    let (kept, summary, warnings) = done.map_err(|error| faults::of_failure(py, error, from))?;
+    let out = kept.into_python(py)?;
+    out.set_item("summary", summary)?;
+    let warnings = warnings.iter();
+    let warnings = warnings.map(|(text, help)| ("budget", keywords(text), keywords(help)));
+    out.set_item("warnings", PyList::new(py, warnings)?)?;
+    Ok(out)
+}
+
+/// `cascade sweep`: names of the columns, and rows in JSON. With a directory, it resumes there.
+#[pyfunction]
+#[pyo3(signature = (text, words, progress=None))]
+pub fn sweep(
+    py: Python<'_>,
+    text: Option<String>,
+    words: Vec<String>,
+    progress: Option<Bound<'_, PyAny>>,
+) -> PyResult<String> {
+    let typed = typed!(&words, Sweep);
+    let threads = typed.how.threads.map(usize::from);
+    let work = |observer: &dyn Observer| -> Result<_> {
+        let source = scene(text, typed.scene.as_deref(), &typed.keys.settings)?;
+        let sweep = Sweep::new(source, &typed.vary)?;
+        on_threads(threads, || match &typed.out {
+            None => sweep.compute(observer),
+            Some(out) => {
+                sweep.run(out, typed.part.unwrap_or(Part::WHOLE), observer)?;
+                read(out)
+            }
+        })
+    };
+    let done = watch::run(py, progress.as_ref(), work)?;
+    let (request, outcomes) = done.map_err(|error| faults::of(py, error, From::Files))?;
+    let rows: serde_json::Result<Vec<Value>> = outcomes
+        .iter()
+        .map(|(&member, outcome)| {
+            let (measures, failure) = match outcome {
+                Outcome::Done(measures) => (serde_json::to_value(measures)?, None),
+                Outcome::Failed(reason) => (json!({}), Some(reason)),
+            };
+            Ok(json!([request.values(member), measures, failure]))
+        })
+        .collect();
+    let rows = rows.map_err(value_error)?;
+    let keys: Vec<&str> = request.vary.iter().map(|axis| axis.key.as_str()).collect();
+    let columns = serde_json::to_value(wavecascade::sweep::Measures::default());
+    let columns = columns.map_err(value_error)?;
+    let columns: Vec<&String> = columns
+        .as_object()
+        .into_iter()
+        .flat_map(|c| c.keys())
+        .collect();
+    Ok(
+        json!({ "keys": keys, "columns": columns, "rows": rows, "scene": request.scene })
+            .to_string(),
+    )
+}
+
+/// `cascade localize`: a table in CSV, or arrays of one wave; and the summary in JSON.
+#[pyfunction]
+#[pyo3(signature = (words, progress=None))]
+pub fn localize<'py>(
+    py: Python<'py>,
+    words: Vec<String>,
+    progress: Option<Bound<'py, PyAny>>,
+) -> PyResult<Bound<'py, PyDict>> {
+    let typed = typed!(&words, Localize);
+    let family = typed.family();
+    let threads = typed.threads.map(usize::from);
+    let work = |observer: &dyn Observer| -> Result<(Kept, Option<String>, Value)> {
+        let kept = Kept::new(Precision::F64);
+        if let Some(order) = typed.profile {
+            let wave = typed.wave(order)?;
+            profile_arrays(&wave, &wave.profile(profile::HALF), &kept)?;
+            let found = json!({ "order": order, "exact": Exact::of(&wave) });
+            return Ok((kept, None, found));
+        }
+        if let Some(order) = typed.launch {
+            let wave = typed.wave(order)?;
+            let journey = wave.journey(typed.cells.unwrap_or(launch::CELLS), observer)?;
+            journey_arrays(&journey, &kept)?;
+            return Ok((kept, None, json!({ "launch": journey })));
+        }
+        let comparison = table::comparison(&typed)?;
+        let rows = comparison.run(observer)?;
+        let found = json!({ "cells": comparison.cells, "orders": rows });
+        Ok((kept, Some(table_csv(&rows)), found))
+    };
+    let done = watch::run(py, progress.as_ref(), |observer| {
+        on_threads(threads, || work(observer))
+    })?;
+    let (kept, csv, found) = done.map_err(|error| faults::of(py, error, From::Memory))?;
+    let out = kept.into_python(py)?;
+    out.set_item("csv", csv)?;
+    let summary = LocalizedSummary::new(family, &found).to_json();
+    out.set_item("summary", summary.map_err(value_error)?)?;
+    Ok(out)
+}
+
+/// A table in CSV, what was found in JSON, and which chains failed with their reasons.
+type Curves = (String, String);
+
+/// `cascade attenuate`.
+#[pyfunction]
+#[pyo3(signature = (words, progress=None))]
+pub fn attenuate(
+    py: Python<'_>,
+    words: Vec<String>,
+    progress: Option<Bound<'_, PyAny>>,
+) -> PyResult<Curves> {
+    let typed = typed!(&words, Attenuate);
+    let threads = typed.how.threads.map(usize::from);
+    let work = |observer: &dyn Observer| -> Result<_> {
+        let request = typed.request()?;
+        on_threads(threads, || typed.compute(&request, observer))
+    };
+    let done = watch::run(py, progress.as_ref(), work)?;
+    let (found, best) = done.map_err(|error| faults::of(py, error, From::Files))?;
+    let csv = attenuation_csv(&found).map_err(value_error)?;
+    let mut whole = serde_json::to_value(&found).map_err(value_error)?;
+    whole["best"] = serde_json::to_value(best).map_err(value_error)?;
+    let json = versioned_json(ATTENUATION_SCHEMA, &whole).map_err(value_error)?;
+    Ok((csv, json))
+}
+
+/// `cascade transmit`.
+#[pyfunction]
+#[pyo3(signature = (text, words, progress=None))]
+pub fn transmit(
+    py: Python<'_>,
+    text: Option<String>,
+    words: Vec<String>,
+    progress: Option<Bound<'_, PyAny>>,
+) -> PyResult<Curves> {
+    let typed = typed!(&words, Transmit);
+    let threads = typed.how.threads.map(usize::from);
+    let work = |observer: &dyn Observer| -> Result<_> {
+        let scene = scene(text, typed.scene.as_deref(), &typed.keys.settings)?;
+        let over = match &typed.over {
+            Some(over) => over.clone(),
+            None => crate::attenuate::default_over(&scene)?,
+        };
+        let request = TransmissionRequest {
+            vary: typed.vary.clone(),
+            locate: !typed.no_extremes,
+            ..TransmissionRequest::new(scene, over)
+        };
+        on_threads(threads, || request.run(typed.out.as_deref(), observer))
+    };
+    let done = watch::run(py, progress.as_ref(), work)?;
+    let found = done.map_err(|error| faults::of(py, error, From::Files))?;
+    let csv = transmission_csv(&found).map_err(value_error)?;
+    let json = versioned_json(TRANSMISSION_SCHEMA, &found).map_err(value_error)?;
+    Ok((csv, json))
+}

@@ -1,0 +1,49 @@
+//! The extension module `wavecascade._native`: the program's commands as functions on arrays.
+//!
+//! Options come as the words of a command line, so that clap judges them as it does for the program, with the
+//! same defaults and messages; the Python code beside it turns keywords into words and results into datasets.
+
+mod analysis;
+mod chains;
+mod faults;
+mod fft;
+mod kept;
+mod samples;
+mod typed;
+mod watch;
+
+use pyo3::prelude::*;
+
+/// The native half of the package.
+#[pymodule]
+mod _native {
+    #[pymodule_export]
+    use super::analysis::{Analysis, analyze, coherence, filter, open, report};
+    #[pymodule_export]
+    use super::chains::{Run, attenuate, budget, localize, simulate, sweep, transmit};
+    #[pymodule_export]
+    use super::fft::{c2c, c2r, r2c};
+    #[pymodule_export]
+    use super::samples::Samples;
+    #[pymodule_export]
+    use super::{program, scene_keys};
+
+    #[pymodule_export]
+    #[allow(non_upper_case_globals)]
+    const version: &str = env!("CARGO_PKG_VERSION");
+}
+
+/// Runs the program with these words, the name of the program first; returns its exit code.
+#[pyfunction]
+fn program(py: Python<'_>, words: Vec<std::ffi::OsString>) -> u8 {
+    // Words are given once in the life of a process, as for the program.
+    let _ = crate::words::GIVEN.set(words);
+    py.detach(crate::program)
+}
+
+/// The keys of scenes.
+#[pyfunction]
+fn scene_keys() -> Vec<&'static str> {
+    let all = wavecascade::chain::scene::properties().iter();
+    all.map(|property| property.name.as_str()).collect()
+}

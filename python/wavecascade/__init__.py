@@ -1,0 +1,47 @@
+"""Where the energy of a wave goes: the spectral cascade of a velocity field v(t, x).
+
+Functions on arrays of NumPy, xarray and Dask with the results of the program ``cascade``, to the bit::
+
+    import wavecascade as wc
+
+    spectra = wc.analyze(velocity, dt="10 us", dx="2 mm")
+    spectra.spacetime_spectrum.plot()
+"""
+
+from importlib.util import find_spec as _find_spec
+
+from wavecascade import fft
+from wavecascade._analysis import (
+    analyze,
+    coherence,
+    filter,
+    open,
+    report,
+    spatial_spectrum,
+    temporal_spectrum,
+)
+from wavecascade._chains import attenuate, budget, localize, simulate, sweep, transmit
+from wavecascade._native import version as __version__
+from wavecascade._words import CascadeWarning
+
+__all__ = [
+    "CascadeWarning",
+    "__version__",
+    "analyze",
+    "attenuate",
+    "budget",
+    "coherence",
+    "fft",
+    "filter",
+    "localize",
+    "open",
+    "report",
+    "simulate",
+    "spatial_spectrum",
+    "sweep",
+    "temporal_spectrum",
+    "transmit",
+]
+
+if _find_spec("xarray") is not None:
+    from wavecascade import _accessor as _accessor

@@ -1,0 +1,90 @@
+import os
+from collections.abc import Callable, Sequence
+from typing import Any, final
+
+import numpy as np
+import numpy.typing as npt
+
+__all__ = [
+    "Analysis",
+    "Run",
+    "Samples",
+    "analyze",
+    "attenuate",
+    "budget",
+    "c2c",
+    "c2r",
+    "coherence",
+    "filter",
+    "localize",
+    "open",
+    "program",
+    "r2c",
+    "report",
+    "scene_keys",
+    "simulate",
+    "sweep",
+    "transmit",
+    "version",
+]
+
+version: str
+
+_Array = npt.NDArray[Any]
+_Coordinates = tuple[list[float], float, str | None, float | None]
+_Progress = Callable[[str, int, int], object] | None
+
+@final
+class Samples:
+    def __new__(
+        cls,
+        array: _Array,
+        *,
+        name: str,
+        quantity: str | None = None,
+        unit: str | None = None,
+        time: _Coordinates | None = None,
+        space: _Coordinates | None = None,
+        axis_names: tuple[str | None, str | None] = ...,
+        start: str | None = None,
+        is_layout_known: bool = False,
+    ) -> Samples: ...
+
+_Source = Samples | Sequence[str | os.PathLike[str]]
+
+@final
+class Analysis:
+    @property
+    def has_maps(self) -> bool: ...
+    def __deepcopy__(self, _memo: object) -> Analysis: ...
+    def __reduce__(self) -> tuple[type[None], tuple[()]]: ...
+
+@final
+class Run:
+    def __deepcopy__(self, _memo: object) -> Run: ...
+    def __reduce__(self) -> tuple[type[None], tuple[()]]: ...
+
+def analyze(
+    source: _Source, words: list[str], progress: _Progress = None, maps: bool = True
+) -> dict[str, Any]: ...
+def report(analysis: Analysis) -> str: ...
+def open(source: _Source, words: list[str]) -> dict[str, Any]: ...
+def filter(source: _Source, words: list[str]) -> dict[str, Any]: ...
+def coherence(
+    sources: Sequence[_Source], words: list[str], progress: _Progress = None
+) -> dict[str, Any]: ...
+def simulate(text: str | None, words: list[str], progress: _Progress = None) -> dict[str, Any]: ...
+def budget(
+    moved: Run | _Source, scene_text: str | None, words: list[str], progress: _Progress = None
+) -> dict[str, Any]: ...
+def sweep(text: str | None, words: list[str], progress: _Progress = None) -> str: ...
+def localize(words: list[str], progress: _Progress = None) -> dict[str, Any]: ...
+def attenuate(words: list[str], progress: _Progress = None) -> tuple[str, str]: ...
+def transmit(text: str | None, words: list[str], progress: _Progress = None) -> tuple[str, str]: ...
+def r2c(a: _Array, axis: int, norm: int, workers: int) -> npt.NDArray[np.complexfloating]: ...
+def c2r(a: _Array, n: int, axis: int, norm: int, workers: int) -> npt.NDArray[np.floating]: ...
+def c2c(
+    a: _Array, is_forward: bool, axis: int, norm: int, workers: int
+) -> npt.NDArray[np.complexfloating]: ...
+def program(words: Sequence[str | os.PathLike[str]]) -> int: ...
+def scene_keys() -> list[str]: ...

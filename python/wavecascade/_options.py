@@ -1,0 +1,186 @@
+"""Keywords of the functions: the options of the program, with ``_`` for ``-``."""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Mapping, Sequence
+from typing import Literal, TypedDict
+
+Step = float | str
+Range = str | slice | tuple[float | None, float | None] | Sequence[float | None]
+Sites = str | slice | tuple[int, int] | Sequence[int]
+StrPath = str | os.PathLike[str]
+
+
+class FieldOptions(TypedDict, total=False):
+    """How a field is read; what is stated here overrides the array, the sidecar and the file."""
+
+    layout: Literal["time-site", "site-time"]
+    dt: Step
+    rate: Step
+    fs: Step
+    dx: Step
+    t0: Step
+    x0: Step
+    time_unit: str
+    space_unit: str
+    unit: str
+    quantity: Literal["velocity", "displacement", "acceleration", "strain-rate", "force"]
+    variable: str
+    time_dim: str
+    space_dim: str
+    at: Mapping[str, object] | str | Sequence[str]
+    select: Mapping[str, object] | str | Sequence[str]
+    jitter: float | str
+    resample: str
+    delays: Literal["refuse", "align", "ignore"]
+    header: Literal["detect", "present", "absent"]
+    time_column: int | str
+    read: Literal["map", "copy"]
+    memory: int | str
+
+
+class OpenOptions(FieldOptions, total=False):
+    """The same for several files with one record each."""
+
+    position_from: StrPath
+    channel: str | int
+    reference: str
+    least_correlation: float
+    equal_positions: Literal["refuse", "average"]
+
+
+class AnalyzeOptions(OpenOptions, total=False):
+    """The options of ``cascade analyze``."""
+
+    sites: Sites
+    times: Range
+    until_arrival: bool
+    arrival_threshold: float
+    gaps: Literal["refuse", "interpolate", "mask"]
+    detrend_field: Literal["none", "mean"]
+    detrend_space: Literal["none", "mean", "linear"]
+    detrend_time: Literal["none", "mean", "linear"]
+    window_time: str
+    window_space: str
+    scaling: Literal["energy", "density", "spectrum"]
+    segment: int
+    overlap: int | float | str
+    pad_time: int
+    pad_space: int
+    reference_site: int
+    reference_time: float
+    band_edge_frequency: float
+    band_edge_wavenumber: float
+    front_window: float
+    noise: float
+    direction_band: Range
+    short_time_sites: int | Sequence[int]
+    short_time_times: float | Sequence[float]
+    short_time_segment: int
+    short_time_hop: int
+    short_space_segment: int
+    short_space_hop: int
+    short_time_window: str
+    dispersion: str | Sequence[str]
+    dispersion_constants: str
+    only: str | Sequence[str]
+    precision: Literal["f64", "f32"]
+    threads: int
+    show_frequency: Range | float
+    show_wavenumber: Range | float
+    show_time: Range | float
+    show_space: Range | float
+
+
+class FilterOptions(FieldOptions, total=False):
+    """The options of ``cascade filter``."""
+
+    frequency: Range
+    wavenumber: Range
+    speed: Range
+    towards: Literal["plus-x", "minus-x", "nowhere"]
+    pad: bool
+    threads: int
+
+
+class CoherenceOptions(FieldOptions, total=False):
+    """The options of ``cascade coherence``."""
+
+    reference: int
+    segment: int
+    overlap: int | float | str
+    window: str
+    multitaper: str | tuple[float, int]
+    detrend: Literal["none", "mean", "linear"]
+    gaps: Literal["refuse", "interpolate", "mask"]
+    significance: float
+    threads: int
+
+
+class BudgetOptions(FieldOptions, total=False):
+    """The options of ``cascade budget``."""
+
+    only: str | Sequence[str]
+    from_samples: bool
+    filter: Literal["gaussian", "box", "sharp"]
+    scales: float | Sequence[float]
+    map_scale: float
+    band_edge_frequency: float
+    band_edge_wavenumber: float
+    between: str | Sequence[str]
+    window_samples: Sites
+    window_sites: Sites
+    threads: int
+    start: int
+    missing: int | Sequence[int]
+    noise: float
+    offset: float
+    gain_error: float | str | Sequence[float]
+    coefficient_error: float | str | Sequence[float]
+    mass_error: float | str | Sequence[float]
+    repetitions: int
+    drift: Literal["none", "constant", "linear"]
+
+
+class LocalizeOptions(TypedDict, total=False):
+    """The options of ``cascade localize``."""
+
+    order: int | str | range
+    alternation: Literal["stiffness", "mass"]
+    exponent: float
+    direct: bool
+    angles: bool
+    ellipse: Literal["approximate", "exact"]
+    material: str
+    young: float | str
+    poisson: float
+    radius: float | str
+    profile: int
+    launch: int
+    cells: int
+    threads: int
+
+
+#: What a sweep takes beside the keys of scenes.
+SWEEP = frozenset({"vary", "out", "part", "threads"})
+#: What attenuation takes beside them.
+ATTENUATE = frozenset(
+    {
+        "angles",
+        "ratios",
+        "bodies",
+        "sense",
+        "lengths",
+        "contacts",
+        "fit",
+        "target",
+        "best_at",
+        "best_over",
+        "band_edge_frequency",
+        "out",
+        "threads",
+    }
+)
+#: What transmission takes beside them.
+TRANSMIT = frozenset({"over", "vary", "no_extremes", "out", "threads"})

@@ -1,0 +1,314 @@
+//! Fields whose samples lie in memory that another owner keeps, at any strides: arrays of other languages.
+
+use std::fmt;
+use std::sync::Arc;
+
+use super::coordinates::{Coordinates, Listed};
+use super::open::{Contents, completed};
+use super::options::OpenOptions;
+use super::sidecar::Sidecar;
+use super::storage::{Arrangement, Bytes, Storage};
+use super::{ByteOrder, Field, Note, Sample, labelled};
+use crate::error::{Error, InputFault, Result};
+
+/// Bytes of another owner, which stay as they are while anything refers to them.
+#[derive(Clone)]
+pub struct SharedBytes(Arc<dyn AsRef<[u8]> + Send + Sync>);
+
+impl SharedBytes {
+    /// What `owner` refers to. It must refer to the same bytes on every call.
+    pub fn new(owner: impl AsRef<[u8]> + Send + Sync + 'static) -> SharedBytes {
+        SharedBytes(Arc::new(owner))
+    }
+
+    pub(super) fn as_slice(&self) -> &[u8] {
+        (*self.0).as_ref()
+    }
+}
+
+impl fmt::Debug for SharedBytes {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        write!(f, "SharedBytes({} bytes)", self.as_slice().len())
+    }
+}
+
+/// Samples `(time, site)` in memory: number `(n, j)` is at byte `start + n strides[0] + j strides[1]`.
+#[derive(Debug, Clone)]
+pub struct MemorySamples {
+    pub bytes: SharedBytes,
+    pub sample: Sample,
+    pub order: ByteOrder,
+    /// Byte of the first sample.
+    pub start: usize,
+    /// Times and sites.
+    pub shape: [usize; 2],
+    /// Bytes from one time to the next, and from one site to the next; of either sign.
+    pub strides: [isize; 2],
+}
+
+/// Coordinates of an axis, one a sample.
+#[derive(Debug, Clone, Default)]
+pub struct ListedAxis {
+    pub values: Vec<f64>,
+    /// Absolute rounding error of the values.
+    pub rounding: f64,
+    pub unit: Option<String>,
+    /// The distance that is stated beside them; taken if it gives each value to the last bit.
+    pub step: Option<f64>,
+}
+
+/// What is known of samples in memory.
+#[derive(Debug, Clone, Default)]
+pub struct MemoryLabels {
+    /// Name of the field in results and messages.
+    pub name: String,
+    /// Name of what the samples measure, from which the quantity follows.
+    pub quantity: Option<String>,
+    pub unit: Option<String>,
+    pub time: Option<ListedAxis>,
+    pub space: Option<ListedAxis>,
+    /// Names of both axes.
+    pub axis_names: [Option<String>; 2],
+    /// Date and time from which times count.
+    pub start: Option<String>,
+    /// Whether it is known which axis is time.
+    pub is_layout_known: bool,
+}
+
+impl MemorySamples {
+    /// The samples in rows, if they lie so; otherwise by their strides.
+    fn storage(self) -> std::result::Result<Storage, InputFault> {
+        let MemorySamples {
+            bytes,
+            sample,
+            order,
+            start,
+            shape,
+            strides,
+        } = self;
+        let size = sample.bytes();
+        let length = bytes.as_slice().len();
+        // From the lowest to the highest byte.
+        let reach = |sign: isize| -> isize {
+            let axes = shape.iter().zip(strides);
+            let parts = axes.map(|(n, s)| (n.saturating_sub(1) as isize).saturating_mul(s));
+            parts
+                .filter(|part| part.signum() == sign)
+                .fold(0, isize::saturating_add)
+        };
+        let start_at = isize::try_from(start).unwrap_or(isize::MAX);
+        let end = (start_at.saturating_add(reach(1)) as usize).saturating_add(size);
+        if end > length || start_at.saturating_add(reach(-1)) < 0 {
+            return Err(InputFault::Overclaimed {
+                claimed: end as u64,
+                most: length as u64,
+            });
+        }
+        let rows_are_times = match shape {
+            [_, 1] => strides[0].unsigned_abs() > size,
+            [1, _] => strides[1].unsigned_abs() <= size,
+            _ => strides[0].unsigned_abs() >= strides[1].unsigned_abs(),
+        };
+        let by_rows = |[time, site]: [isize; 2]| match rows_are_times {
+            true => (time, site),
+            false => (site, time),
+        };
+        let (slow, fast) = by_rows(strides);
+        let (rows, width) = by_rows(shape.map(|n| n as isize));
+        let is_contiguous = fast == size as isize || width == 1;
+        let is_apart = rows == 1 || (slow % size as isize == 0 && slow >= width * size as isize);
+        let arrangement = |row_len: usize| Arrangement {
+            sample,
+            order,
+            start,
+            row_len,
+            rows_are_times,
+        };
+        let bytes = Bytes::Shared(bytes);
+        if is_contiguous && is_apart {
+            let row_len = if rows == 1 {
+                width
+            } else {
+                slow / size as isize
+            };
+            return Ok(Storage::new(bytes, arrangement(row_len as usize)));
+        }
+        Ok(Storage::strided(
+            bytes,
+            arrangement(width as usize),
+            strides,
+        ))
+    }
+}
+
+impl Field {
+    /// A field over samples in memory, which are not copied. Axes come from `options`, else from `labels`, as
+    /// for [`Field::open`]; options that choose among the arrays of a file have no effect.
+    ///
+    /// # Errors
+    /// - [`Error::Input`]: samples outside of their bytes; coordinates that are not even.
+    /// - [`Error::Request`]: a step, an origin or a selection that does not fit.
+    /// - [`Error::Memory`]: samples to resample that exceed [`OpenOptions::memory`].
+    pub fn from_memory(
+        samples: MemorySamples,
+        labels: MemoryLabels,
+        options: &OpenOptions,
+    ) -> Result<Field> {
+        options.check()?;
+        let path = std::path::PathBuf::from(&labels.name);
+        let fault = |fault: InputFault| Error::Input {
+            path: path.clone(),
+            fault,
+        };
+        let stated = options.over(Sidecar::default());
+        let [n_times, n_sites] = samples.shape;
+        if n_times == 0 || n_sites == 0 {
+            return Err(fault(InputFault::Empty));
+        }
+        let storage = samples.storage().map_err(fault)?;
+        let mut notes: Vec<Note> = labels
+            .start
+            .map(|time| Note::Start { time })
+            .into_iter()
+            .collect();
+        let mut axis = |name, listed: Option<ListedAxis>, is_stated: bool| {
+            let found = listed.map_or(Ok(Listed::default()), |listed| {
+                listed.axis(name, is_stated, options)
+            });
+            found.map(|mut found| {
+                notes.extend(found.note.take());
+                found
+            })
+        };
+        let time = axis("time", labels.time, stated.dt.is_some()).map_err(fault)?;
+        let space = axis("space", labels.space, stated.dx.is_some()).map_err(fault)?;
+        let named = labels.quantity.as_deref().unwrap_or_default();
+        let quantity = labelled::quantity(named, None, labels.unit.as_deref());
+        let mut contents = Contents {
+            storage,
+            n_times,
+            n_sites,
+            time: time.even,
+            space: space.even,
+            resampling: [time.resampling, space.resampling],
+            quantity,
+            unit: labels.unit,
+            notes,
+            axis_names: labels.axis_names,
+            channels: Vec::new(),
+            struck: None,
+            dispersion: None,
+        };
+        contents.note_doubts(labels.is_layout_known || stated.layout.is_some());
+        completed(contents, stated, options, &labels.name, &fault)
+    }
+}
+
+impl ListedAxis {
+    fn axis(
+        self,
+        name: &'static str,
+        is_stated: bool,
+        options: &OpenOptions,
+    ) -> std::result::Result<Listed, InputFault> {
+        let by_step = self.step.and_then(|step| {
+            let origin = *self.values.first()?;
+            let is_it = |(i, value): (usize, &f64)| *value == origin + i as f64 * step;
+            let is_step = step > 0.0 && step.is_finite();
+            (is_step && self.values.iter().enumerate().all(is_it)).then_some(Coordinates {
+                origin: Some(origin),
+                step: Some(step),
+                unit: None,
+            })
+        });
+        let even = |even| Listed {
+            even,
+            ..Listed::default()
+        };
+        let mut listed = match (is_stated, by_step) {
+            (true, _) => even(Coordinates::from_first(&self.values)),
+            (false, Some(found)) => even(found),
+            (false, None) => {
+                Coordinates::listed(name, &self.values, self.rounding, options.evenness(name))
+                    .map_err(|uneven| uneven.fault(name))?
+            }
+        };
+        listed.even.unit = self.unit;
+        Ok(listed)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// 6 x 5 numbers, row-major, behind 3 others.
+    fn bytes() -> SharedBytes {
+        let values = (-3..30).flat_map(|i| f64::from(i).to_ne_bytes());
+        SharedBytes::new(values.collect::<Vec<u8>>())
+    }
+
+    fn field(start: usize, shape: [usize; 2], strides: [isize; 2]) -> Result<Field> {
+        let samples = MemorySamples {
+            bytes: bytes(),
+            sample: Sample::F64,
+            order: ByteOrder::NATIVE,
+            start: 8 * start,
+            shape,
+            strides: strides.map(|stride| 8 * stride),
+        };
+        let labels = MemoryLabels::default();
+        Field::from_memory(samples, labels, &OpenOptions::default())
+    }
+
+    #[test]
+    fn val_definition_samples_at_any_strides() {
+        for (start, shape, strides) in [
+            (3, [6, 5], [5, 1]),
+            (3, [5, 6], [1, 5]),
+            (3, [3, 5], [10, 1]),
+            (3, [3, 3], [10, 2]),
+            (3, [3, 2], [2, 15]),
+            (32, [6, 5], [-5, -1]),
+            (28, [6, 5], [-5, 1]),
+            (7, [5, 6], [-1, 5]),
+            (3, [30, 1], [1, 30]),
+            (3, [1, 30], [30, 1]),
+            (3, [6, 1], [5, 1]),
+            (3, [4, 5], [0, 1]),
+        ] {
+            let found = field(start, shape, strides).unwrap();
+            let [times, sites] = shape;
+            let at = |n: usize, j: usize| {
+                (start as isize + n as isize * strides[0] + j as isize * strides[1] - 3) as f64
+            };
+            let mut out = vec![0.0; times * sites];
+            found.read_time_major(0..times, 0..sites, &mut out);
+            let expected = (0..times).flat_map(|n| (0..sites).map(move |j| at(n, j)));
+            assert_eq!(out, expected.collect::<Vec<_>>(), "{strides:?}");
+            found.read_site_major(0..times, 0..sites, &mut out);
+            let expected = (0..sites).flat_map(|j| (0..times).map(move |n| at(n, j)));
+            assert_eq!(out, expected.collect::<Vec<_>>(), "{strides:?}");
+            // A block of it.
+            if times > 2 && sites > 1 {
+                let mut out = vec![0.0; 2];
+                found.read_time_major(1..3, 1..2, &mut out);
+                assert_eq!(out, [at(1, 1), at(2, 1)]);
+            }
+        }
+    }
+
+    #[test]
+    fn samples_outside_of_their_bytes_are_refused() {
+        for (start, shape, strides) in [
+            (3, [7, 5], [5, 1]),
+            (4, [6, 5], [5, 1]),
+            (4, [6, 2], [-1, 1]),
+            (0, [2, isize::MAX as usize], [1, 1]),
+        ] {
+            let found = field(start, shape, strides);
+            assert!(matches!(found, Err(Error::Input { .. })), "{strides:?}");
+        }
+        assert!(field(3, [0, 5], [5, 1]).is_err());
+    }
+}
