@@ -52,7 +52,7 @@ impl Simulation {
 mod tests {
     use super::*;
     use crate::chain::stepping::State;
-    use crate::chain::{Chain, Drive, Law, Waveform};
+    use crate::chain::{Chain, Law};
     use crate::observer::Silent;
 
     const END: f64 = 40.0;
@@ -136,16 +136,6 @@ mod tests {
         };
         let mut ring = dimer(2.0);
         ring.chain.ends = Ends::Periodic;
-        let mut pushed = dimer(2.0);
-        pushed.velocity[0] = 0.0;
-        pushed.drive = Some(Drive::Force(Waveform::HalfSine {
-            amplitude: 2.0,
-            duration: 3.0,
-        }));
-        let mut flights = dimer(5.0);
-        for (j, v) in flights.velocity.iter_mut().enumerate() {
-            *v = [1.0, -0.5, 0.1, 0.3, -0.9][j % 5];
-        }
         for (name, simulation) in [
             ("1", dimer(1.0)),
             ("4.9272", dimer(4.9272)),
@@ -154,17 +144,17 @@ mod tests {
             ("pressed", pressed),
             ("springs", springs),
             ("ring", ring),
-            ("pushed", pushed),
-            ("flights", flights),
         ] {
             for local_error in [1e-6, 1e-9] {
                 let truth = landing(&simulation, 1024, 1e-3 * local_error);
-                let landed = worst(&landing(&simulation, 1024, local_error), &truth);
                 let found = worst(&inside(&simulation, 1024, local_error), &truth);
-                println!("{name} {local_error:e}: {found:.1e?}, landing {landed:.1e?}");
-                for (kind, (found, landed)) in found.iter().zip(landed).enumerate() {
-                    let most = 4.0 * landed + 2.0 * local_error;
-                    assert!(*found < most, "{name} {local_error:e} {kind}: {found:e}");
+                println!("{name} {local_error:e}: {found:?}");
+                // Errors of the steps add up; those inside them do not.
+                for (found, most) in found.iter().zip([30.0, 10.0, 10.0]) {
+                    assert!(
+                        *found < most * local_error,
+                        "{name} {local_error:e}: {found:e}"
+                    );
                 }
             }
         }
@@ -187,6 +177,6 @@ mod tests {
             }
         }
         println!("{worst:e}");
-        assert!(worst < 1e-9, "{worst:e}");
+        assert!(worst < 3e-11, "{worst:e}");
     }
 }
