@@ -14,7 +14,7 @@ use super::frequency::RefinedFlow;
 use super::request::BudgetRequest;
 use super::result::Budget;
 use super::wavenumber::dot;
-use crate::chain::Simulation;
+use crate::chain::{NodeState, Simulation};
 use crate::error::Result;
 use crate::numeric::count_at_or_below;
 use crate::observer::Observer;
@@ -43,16 +43,19 @@ pub(super) fn refine(
         .map(|_| [0, 1].map(|_| Vec::with_capacity(samples)))
         .collect();
     let mut passed = vec![0.0; chosen.len()];
-    let times = (0..samples).map(|i| duration * (i as f64 / INTERVALS as f64));
+    let times: Vec<f64> = (0..samples)
+        .map(|i| duration * (i as f64 / INTERVALS as f64))
+        .collect();
     observer.stage("power flow inside the stepping", samples as u64);
-    simulation.sampled(times, local_error, observer, &mut |place, followed| {
+    let mut keep = |place: NodeState, followed: &[f64]| {
         for ((j, [force, speed]), passed) in chosen.iter().zip(&mut records).zip(&mut passed) {
             let (f, v) = contacts.force_and_speed(*j, place.x, place.v);
             force.push(f);
             speed.push(v);
             *passed = followed[*j];
         }
-    })?;
+    };
+    simulation.sampled(&times, &chosen, local_error, observer, &mut keep)?;
     let dt = duration / INTERVALS as f64;
     let (df, frequency) = (1.0 / (samples as f64 * dt), frequencies(samples, dt));
     let low_bins = count_at_or_below(&frequency, flow.edge);

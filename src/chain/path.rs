@@ -98,35 +98,6 @@ impl Simulation {
     }
 }
 
-impl Simulation {
-    /// Steps through `times`, rising from 0, as [`Simulation::along`] does, and shows each place with
-    /// the energy that the contacts have passed on, followed inside the steps.
-    pub(crate) fn sampled(
-        &self,
-        times: impl Iterator<Item = f64> + Clone,
-        local_error: f64,
-        observer: &dyn Observer,
-        visit: &mut dyn FnMut(NodeState, &[f64]),
-    ) -> Result<()> {
-        let scale = self.velocity_scale(times.clone().last().unwrap_or(0.0));
-        let control = StepControl::LocalError(local_error * scale);
-        let mut stepping = stepping::prepare(&self.task(control, scale, true))?;
-        let (n, m) = (self.chain.n_sites(), self.chain.n_contacts());
-        for t in times {
-            stepping.advance_to(t, observer)?;
-            let state = stepping.state();
-            let place = NodeState {
-                t,
-                x: &state.x[FIRST_SITE..][..n],
-                v: &state.v[FIRST_SITE..][..n],
-            };
-            visit(place, &state.passed[FIRST_CONTACT..][..m]);
-            observer.advance(1);
-        }
-        Ok(())
-    }
-}
-
 struct Walk<'a> {
     simulation: &'a Simulation,
     stepping: Box<dyn Stepping>,

@@ -2,11 +2,12 @@
 
 use super::composed::{self, Splitting};
 use super::correction::Correction;
+use super::dense::Dense;
 use super::islands::Islands;
 use super::pair::{PairStep, Span, StepOutcome, StepScratch};
 use super::system::{State, System};
 use super::tableau::Tableau;
-use super::{Cost, Mark, StepControl, Stepping, Task};
+use super::{Cost, Mark, Samples, StepControl, Stepping, Task};
 use crate::chain::lattice::{Chain, refuse};
 use crate::chain::law::Kernel;
 use crate::numeric::root;
@@ -46,7 +47,7 @@ pub(super) enum Method {
 
 impl Method {
     /// Force evaluations a step.
-    fn evaluations(&self) -> usize {
+    pub(super) fn evaluations(&self) -> usize {
         match self {
             Method::Pair { tableau, .. } => tableau.stages() - 1,
             Method::Composition(splitting) => splitting.drifts.len(),
@@ -65,23 +66,30 @@ enum Shorter {
 
 #[derive(Debug)]
 pub(super) struct Driver<K> {
-    system: System<K>,
-    method: Method,
-    islands: Islands,
-    control: StepControl,
+    pub(super) system: System<K>,
+    pub(super) method: Method,
+    pub(super) islands: Islands,
+    pub(super) control: StepControl,
     energy: bool,
-    time: f64,
-    step: f64,
-    /// Until when the islands hold.
-    surveyed: f64,
+    /// What energies are compared with.
+    pub(super) energy_scale: f64,
+    pub(super) time: f64,
+    pub(super) step: f64,
+    /// Until when the islands hold, and their number.
+    pub(super) surveyed: f64,
+    pub(super) surveys: u64,
     /// By how much more than the horizon the next survey looks ahead.
-    caution: f64,
-    state: State,
-    next: State,
-    scratch: StepScratch,
-    cost: Cost,
+    pub(super) caution: f64,
+    pub(super) state: State,
+    pub(super) next: State,
+    pub(super) scratch: StepScratch,
+    pub(super) cost: Cost,
+    /// Contacts that open or close inside the last step tried.
+    pub(super) opened: Vec<usize>,
+    /// Where states between steps are wanted.
+    pub(super) dense: Option<Box<Dense>>,
     /// Until when an end is driven, and the longest step until then.
-    drive_ends: f64,
+    pub(super) drive_ends: f64,
     drive_step: f64,
 }
 
@@ -109,9 +117,19 @@ impl<K: Kernel> Driver<K> {
             islands: Islands::new(task.window, ahead),
             control: task.control,
             energy: task.energy,
+            energy_scale: task.velocity_scale
+                * task
+                    .chain
+                    .mass
+                    .iter()
+                    .copied()
+                    .fold(f64::INFINITY, f64::min),
             time: 0.0,
             step,
             surveyed: f64::NEG_INFINITY,
+            surveys: 0,
+            opened: Vec::new(),
+            dense: None,
             caution: 1.0,
             next: state.clone(),
             scratch: StepScratch::new(system.places(), evaluations + 1, task.chain.losses.any()),
@@ -133,6 +151,25 @@ impl<K: Kernel> Driver<K> {
             self.state.force[shut.clone()].fill(0.0);
             self.next.force[shut].fill(0.0);
         }
+        self.surveys += 1;
+        if let Some(dense) = &mut self.dense {
+            dense.surveyed = true;
+        }
+    }
+
+    /// Before a step: contacts outside the islands of the step before it carry no force in the state
+    /// that this one overwrites.
+    fn shut_stale(&mut self) {
+        let Some(dense) = self.dense.as_mut().filter(|dense| dense.stale) else {
+            return;
+        };
+        dense.stale = false;
+        for shut in self
+            .islands
+            .shut(self.islands.at_rest.min(self.next.force.len()))
+        {
+            self.next.force[shut].fill(0.0);
+        }
     }
 
     fn attempt(&mut self, h: f64) -> StepOutcome {
@@ -142,6 +179,7 @@ impl<K: Kernel> Driver<K> {
         };
         let span = Span { t: self.time, h };
         let mut all = StepOutcome::default();
+        self.opened.clear();
         for island in &self.islands.active {
             all = all.and(match &self.method {
                 Method::Pair {
@@ -165,6 +203,9 @@ impl<K: Kernel> Driver<K> {
                     &mut self.scratch,
                 ),
             });
+            if self.dense.is_some() {
+                self.opened.extend(self.scratch.events.inside());
+            }
         }
         all
     }
@@ -245,6 +286,9 @@ impl<K: Kernel> Driver<K> {
             self.carry_energies();
         }
         std::mem::swap(&mut self.state, &mut self.next);
+        if let Some(dense) = &mut self.dense {
+            dense.accept(self.time, &self.opened, &mut self.next);
+        }
         self.time = end;
         self.cost.steps += 1;
         self.cost.corrected_contacts += outcome.corrected;
@@ -289,6 +333,7 @@ impl<K: Kernel> Stepping for Driver<K> {
                 let expected = "motion that steps of finite length can follow";
                 return Err(refuse("tolerance", expected, format!("a step of {h:e}")));
             }
+            self.shut_stale();
             if self.time + h > self.surveyed {
                 self.survey(h);
             }
@@ -321,6 +366,34 @@ impl<K: Kernel> Stepping for Driver<K> {
         while self.time < target {
             self.step_towards(target, observer)?;
         }
+        Ok(())
+    }
+
+    fn advance_through(
+        &mut self,
+        samples: Samples,
+        observer: &dyn Observer,
+        visit: &mut dyn FnMut(usize, &State),
+    ) -> Result<()> {
+        let lands = matches!(self.control, StepControl::Fixed(_));
+        let end = samples.times.last().copied().unwrap_or(self.time);
+        if !lands {
+            self.dense = Some(Box::new(Dense::new(&self.state, samples.places)));
+        }
+        for (sample, &t) in samples.times.iter().enumerate() {
+            while self.time < t {
+                self.step_towards(if lands { t } else { end }, observer)?;
+            }
+            if self.time == t {
+                visit(sample, &self.state);
+                continue;
+            }
+            self.find_inside(t, observer)?;
+            if let Some(dense) = &self.dense {
+                visit(sample, &dense.sample);
+            }
+        }
+        self.dense = None;
         Ok(())
     }
 

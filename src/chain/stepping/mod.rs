@@ -2,18 +2,23 @@
 
 mod composed;
 mod correction;
+mod dense;
 mod driver;
 mod energy;
 mod events;
 mod finish;
+mod hermite;
 mod islands;
 mod pair;
 mod quadrature;
+mod rates;
 mod resolved;
 mod stage;
 mod system;
 mod tableau;
 mod together;
+
+use std::ops::Range;
 
 use super::drive::Drive;
 use super::lattice::{Chain, Ends, refuse};
@@ -141,6 +146,16 @@ pub struct Cost {
     pub corrected_contacts: u64,
 }
 
+/// Times at which states are wanted.
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct Samples<'a> {
+    /// Rising, none before the present.
+    pub(crate) times: &'a [f64],
+    /// The places whose positions, velocities and energies passed on their left are wanted, in order. At
+    /// the others nothing is found.
+    pub(crate) places: &'a [Range<usize>],
+}
+
 /// A chain during integration.
 pub(crate) trait Stepping {
     /// Makes one step towards this time, beyond which it does not go; returns where it ends.
@@ -155,6 +170,18 @@ pub(crate) trait Stepping {
     /// # Errors
     /// As [`Stepping::step_towards`].
     fn advance_to(&mut self, time: f64, observer: &dyn Observer) -> Result<()>;
+
+    /// Shows the states at these times, without forces. Steps that adapt to the error lead to the last time as if
+    /// there were no other; fixed steps end at each.
+    ///
+    /// # Errors
+    /// As [`Stepping::step_towards`].
+    fn advance_through(
+        &mut self,
+        samples: Samples,
+        observer: &dyn Observer,
+        visit: &mut dyn FnMut(usize, &State),
+    ) -> Result<()>;
 
     /// The state, with a ghost place at each end.
     fn state(&self) -> &State;

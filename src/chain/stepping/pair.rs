@@ -20,7 +20,7 @@ pub(super) struct StepScratch {
     pub(super) pull: Vec<AlignedRow>,
     pub(super) x: AlignedRow,
     pub(super) v: AlignedRow,
-    error: AlignedRow,
+    pub(super) error: AlignedRow,
     pub(super) events: Events,
 }
 

@@ -1,0 +1,447 @@
+//! States between steps, which change no step.
+//!
+//! Between the last two nodes of three, positions, velocities and the energy that contacts have
+//! passed on follow [`super::hermite`]. At one time of each step that holds samples the forces there
+//! tell by how much the rates of these interpolants are off. Where that is more than the tolerance
+//! allows, and beside contacts that open or close inside the step, where no polynomial follows the
+//! motion, a step of the method itself leads from the step's start to each sample. It is made of as
+//! many places only as its stages reach, so that its bits are those of the whole chain.
+
+use std::ops::Range;
+
+use super::super::law::Kernel;
+use super::driver::{Driver, Method};
+use super::hermite::Nodes;
+use super::islands::Island;
+use super::pair::{PairStep, Span};
+use super::rates::{Blend, Defects, Derive, NodeRows, Press, Rates};
+use super::system::State;
+use super::{StepControl, Stepping};
+use crate::Result;
+use crate::numeric::lanes::WIDTH;
+use crate::observer::Observer;
+
+/// The largest estimated error of an interpolant, in units of the tolerance of a step, of which runs have
+/// an eighth of theirs: errors of samples do not add up.
+const SHARE: f64 = 1.0;
+
+/// Places on each side of an opening contact that are stepped to each sample.
+const BESIDE: usize = 3;
+
+/// Places beyond those that the stages reach, which corrections change.
+const CORRECTED: usize = 8;
+
+/// A part of an island that is stepped to each sample, and the places for which it is.
+#[derive(Debug, Clone, PartialEq)]
+struct Patch {
+    island: Island,
+    places: Vec<Range<usize>>,
+}
+
+/// How the states inside a step are found.
+#[derive(Debug, Clone, PartialEq)]
+enum Inside {
+    /// Not known yet.
+    Unknown,
+    /// All islands are stepped.
+    Stepped,
+    /// Along polynomials, but for these parts.
+    Followed(Vec<Patch>),
+}
+
+/// Nodes, and scratch for states between them.
+#[derive(Debug)]
+pub(super) struct Dense {
+    /// Blocks of which samples are wanted, in order.
+    wanted: Vec<Range<usize>>,
+    /// The state at the start of the last step; that before it is where the next step will be.
+    pub(super) start: State,
+    /// When these were; the first is not known after the first step.
+    times: [Option<f64>; 2],
+    rates: [Rates; 3],
+    inside: Inside,
+    pub(super) sample: State,
+    patch: State,
+    /// Contacts that open or close inside the last step.
+    opened: Vec<usize>,
+    /// Whether the islands are new since the last step.
+    pub(super) surveyed: bool,
+    /// Whether the state that the next step overwrites holds forces of contacts now shut.
+    pub(super) stale: bool,
+    largest: Vec<[f64; 2]>,
+}
+
+impl Dense {
+    pub(super) fn new(state: &State, wanted: &[Range<usize>]) -> Dense {
+        let places = state.x.len();
+        let rates = || Rates::new(places, !state.passed.is_empty());
+        Dense {
+            wanted: blocks_of(wanted),
+            start: state.clone(),
+            times: [None; 2],
+            rates: [rates(), rates(), rates()],
+            inside: Inside::Unknown,
+            sample: state.clone(),
+            patch: state.clone(),
+            opened: Vec::new(),
+            surveyed: false,
+            stale: false,
+            largest: Vec::new(),
+        }
+    }
+
+    /// The nodes of a step just accepted: `next` is the state at its start, and gets the one before.
+    pub(super) fn accept(&mut self, start: f64, opened: &[usize], next: &mut State) {
+        std::mem::swap(&mut self.start, next);
+        self.times = [self.times[1], Some(start)];
+        self.rates.rotate_left(1);
+        self.rates[2].survey = None;
+        self.stale |= std::mem::take(&mut self.surveyed);
+        self.inside = Inside::Unknown;
+        self.opened.clear();
+        self.opened.extend_from_slice(opened);
+    }
+}
+
+impl<K: Kernel> Driver<K> {
+    /// Finds the state at time t inside the last step.
+    pub(super) fn find_inside(&mut self, t: f64, observer: &dyn Observer) -> Result<()> {
+        let Some(mut dense) = self.dense.take() else {
+            return self.advance_to(t, observer);
+        };
+        if dense.inside == Inside::Unknown {
+            dense.inside = self.ways_inside(&mut dense);
+        }
+        let Dense {
+            start,
+            times,
+            rates,
+            inside,
+            sample,
+            patch,
+            wanted,
+            ..
+        } = &mut *dense;
+        let Some(from) = times[1] else {
+            self.dense = Some(dense);
+            return Ok(());
+        };
+        self.leave_alone(t - from, wanted, start, sample);
+        let mut well = true;
+        match (inside, times[0]) {
+            (Inside::Followed(patches), Some(before)) => {
+                let weights = Nodes::new([before, from, self.time]).at(t);
+                let islands = self.islands.active.iter();
+                for blocks in islands.flat_map(|island| common(wanted, &island.blocks)) {
+                    Blend {
+                        island: &Island::part(blocks),
+                        nodes: NodeRows {
+                            states: [&self.next, start, &self.state],
+                            rates: [&rates[0], &rates[1], &rates[2]],
+                        },
+                        weights: &weights,
+                        to: sample,
+                    }
+                    .work();
+                }
+                for part in patches.iter() {
+                    well &= self.step_inside(&part.island, &part.places, [from, t], start, patch);
+                    part.places
+                        .iter()
+                        .for_each(|places| copy(patch, sample, places));
+                }
+                if self.system.has_moving_ends() {
+                    self.system.place_ghosts(t, &mut sample.x, &mut sample.v);
+                }
+            }
+            _ => {
+                let islands = std::mem::take(&mut self.islands.active);
+                for island in &islands {
+                    well &= self.step_inside(island, &[island.places()], [from, t], start, sample);
+                }
+                self.islands.active = islands;
+            }
+        }
+        if !well {
+            self.land_inside(&mut dense, [from, t], observer)?;
+        }
+        self.dense = Some(dense);
+        Ok(())
+    }
+
+    /// Flights, and what outside the islands stays as it was.
+    fn leave_alone(&self, dt: f64, wanted: &[Range<usize>], start: &State, sample: &mut State) {
+        let places: Vec<Range<usize>> = wanted.iter().map(places_of).collect();
+        let gaps = self.islands.gaps.iter();
+        for gap in gaps.flat_map(|gap| common(&places, gap)) {
+            let (x, v) = (&start.x[gap.clone()], &start.v[gap.clone()]);
+            for ((to, x), v) in sample.x[gap.clone()].iter_mut().zip(x).zip(v) {
+                *to = x + dt * v;
+            }
+            sample.v[gap.clone()].copy_from_slice(v);
+            if !start.lost.is_empty() {
+                sample.lost[gap.clone()].copy_from_slice(&start.lost[gap.clone()]);
+            }
+        }
+        let moved = self.islands.at_rest.min(sample.force.len());
+        let shut = self.islands.shut(moved);
+        for shut in shut.flat_map(|shut| common(&places, &shut).collect::<Vec<_>>()) {
+            sample.force[shut.clone()].fill(0.0);
+            if !start.passed.is_empty() {
+                sample.passed[shut.clone()].copy_from_slice(&start.passed[shut]);
+            }
+        }
+    }
+
+    /// Forces at the positions of a sample.
+    fn press_inside(&self, sample: &mut State, t: f64) {
+        let State { x, v, force, .. } = sample;
+        for island in &self.islands.active {
+            Press {
+                system: &self.system,
+                island,
+                x,
+                force,
+            }
+            .work();
+        }
+        if self.system.has_moving_ends() {
+            super::pair::set_end_forces(&self.system, t, [x, v], force);
+        }
+    }
+
+    /// Where polynomials follow the last step, and where not.
+    fn ways_inside(&mut self, dense: &mut Dense) -> Inside {
+        let Dense {
+            start,
+            times,
+            rates,
+            sample,
+            opened,
+            largest,
+            wanted,
+            ..
+        } = dense;
+        let [Some(before), Some(from)] = *times else {
+            return Inside::Stepped;
+        };
+        let StepControl::LocalError(tolerance) = self.control else {
+            return Inside::Stepped;
+        };
+        if self.system.losses.any() {
+            return Inside::Stepped;
+        }
+        let states = [&self.next, &*start, &self.state];
+        for (state, rates) in states.into_iter().zip(rates.iter_mut()) {
+            if rates.survey == Some(self.surveys) {
+                continue;
+            }
+            for island in &self.islands.active {
+                Derive {
+                    system: &self.system,
+                    island,
+                    state,
+                    rates,
+                }
+                .work();
+            }
+            rates.survey = Some(self.surveys);
+        }
+        let nodes = Nodes::new([before, from, self.time]);
+        let (checked, ratio) = nodes.check();
+        let weights = nodes.at(checked);
+        let nodes = NodeRows {
+            states,
+            rates: [&rates[0], &rates[1], &rates[2]],
+        };
+        let allowed = [1.0, self.energy_scale].map(|unit| SHARE * tolerance * unit / ratio);
+        let mut doubtful: Vec<Range<usize>> = opened
+            .iter()
+            .map(|s| s.saturating_sub(BESIDE)..s + BESIDE)
+            .collect();
+        for island in &self.islands.active {
+            Blend {
+                island,
+                nodes,
+                weights: &weights,
+                to: sample,
+            }
+            .work();
+        }
+        if self.system.has_moving_ends() {
+            self.system
+                .place_ghosts(checked, &mut sample.x, &mut sample.v);
+        }
+        if from < self.drive_ends {
+            // What drives the first site has no polynomial.
+            doubtful.push(0..WIDTH);
+        }
+        self.press_inside(sample, checked);
+        for island in &self.islands.active {
+            largest.clear();
+            Defects {
+                system: &self.system,
+                island,
+                nodes,
+                weights: &weights,
+                at: sample,
+                largest,
+            }
+            .work();
+            for (b, off) in island.blocks.clone().zip(largest.iter()) {
+                let follows = off
+                    .iter()
+                    .zip(allowed)
+                    .all(|(off, allowed)| *off <= allowed);
+                if !follows {
+                    doubtful.push(WIDTH * b..WIDTH * (b + 1));
+                }
+            }
+        }
+        let wanted: Vec<Range<usize>> = wanted.iter().map(places_of).collect();
+        doubtful.retain(|places| common(&wanted, places).next().is_some());
+        self.patches(doubtful)
+    }
+
+    /// The parts of islands that hold these places.
+    fn patches(&self, mut doubtful: Vec<Range<usize>>) -> Inside {
+        let Method::Pair { tableau, .. } = &self.method else {
+            return Inside::Stepped;
+        };
+        if self.system.periodic && !doubtful.is_empty() {
+            return Inside::Stepped;
+        }
+        let reach = tableau.stages() + CORRECTED;
+        doubtful.sort_unstable_by_key(|places| places.start);
+        let mut patches: Vec<Patch> = Vec::new();
+        for places in doubtful {
+            for island in &self.islands.active {
+                let all = island.places();
+                let places = places.start.max(all.start)..places.end.min(all.end);
+                if places.is_empty() {
+                    continue;
+                }
+                let first = places.start.saturating_sub(reach) / WIDTH;
+                let last = (places.end + reach).div_ceil(WIDTH);
+                let blocks = first.max(island.blocks.start)..last.min(island.blocks.end);
+                match patches.last_mut() {
+                    Some(patch) if blocks.start < patch.island.blocks.end => {
+                        patch.island.blocks.end = blocks.end.max(patch.island.blocks.end);
+                        patch.places.push(places);
+                    }
+                    _ => patches.push(Patch {
+                        island: Island::part(blocks),
+                        places: vec![places],
+                    }),
+                }
+            }
+        }
+        Inside::Followed(patches)
+    }
+
+    /// One step of the method from the start of the last one; whether these places keep the
+    /// tolerance.
+    fn step_inside(
+        &mut self,
+        island: &Island,
+        places: &[Range<usize>],
+        [from, t]: [f64; 2],
+        start: &State,
+        to: &mut State,
+    ) -> bool {
+        let (
+            Method::Pair {
+                tableau,
+                correction,
+            },
+            StepControl::LocalError(tolerance),
+        ) = (&self.method, self.control)
+        else {
+            return false;
+        };
+        let step = PairStep {
+            system: &self.system,
+            tableau,
+            correction: correction.as_ref(),
+            tolerance,
+            span: Span {
+                t: from,
+                h: t - from,
+            },
+        };
+        let outcome = step.advance(island, start, to, &mut self.scratch);
+        let scratch = &self.scratch;
+        let keeps = |places: &Range<usize>| {
+            let mut errors = scratch.error[places.clone()].iter();
+            errors.all(|error| error.abs() <= tolerance) && scratch.events.resolve(places)
+        };
+        !outcome.leaked && places.iter().all(keeps)
+    }
+
+    /// Steps to a sample as to any time, and returns.
+    fn land_inside(
+        &mut self,
+        dense: &mut Dense,
+        [from, t]: [f64; 2],
+        observer: &dyn Observer,
+    ) -> Result<()> {
+        let kept = (self.time, self.step, self.surveyed, self.caution);
+        let cost = self.cost;
+        let islands = self.islands.clone();
+        let opened = self.opened.clone();
+        let states = [&mut self.state, &mut self.next]
+            .map(|state| std::mem::replace(state, dense.start.clone()));
+        self.time = from;
+        self.step = t - from;
+        let landed = self.advance_to(t, observer);
+        std::mem::swap(&mut dense.sample, &mut self.state);
+        [self.state, self.next] = states;
+        (self.time, self.step, self.surveyed, self.caution) = kept;
+        self.islands = islands;
+        self.opened = opened;
+        self.cost = cost;
+        landed
+    }
+}
+
+/// The blocks that hold these places.
+fn blocks_of(wanted: &[Range<usize>]) -> Vec<Range<usize>> {
+    let mut blocks: Vec<Range<usize>> = Vec::new();
+    for places in wanted {
+        let of = places.start / WIDTH..places.end.div_ceil(WIDTH);
+        match blocks.last_mut() {
+            Some(last) if of.start <= last.end => last.end = last.end.max(of.end),
+            _ => blocks.push(of),
+        }
+    }
+    blocks
+}
+
+fn places_of(blocks: &Range<usize>) -> Range<usize> {
+    WIDTH * blocks.start..WIDTH * blocks.end
+}
+
+/// What a range has in common with each of others.
+fn common<'a>(
+    ranges: &'a [Range<usize>],
+    with: &Range<usize>,
+) -> impl Iterator<Item = Range<usize>> + use<'a> {
+    let with = with.clone();
+    let both = move |range: &Range<usize>| range.start.max(with.start)..range.end.min(with.end);
+    ranges.iter().map(both).filter(|range| !range.is_empty())
+}
+
+/// Copies places and the contacts on their left.
+fn copy(from: &State, to: &mut State, places: &Range<usize>) {
+    for (from, to) in [
+        (&from.x, &mut to.x),
+        (&from.v, &mut to.v),
+        (&from.force, &mut to.force),
+        (&from.passed, &mut to.passed),
+        (&from.lost, &mut to.lost),
+    ] {
+        if !to.is_empty() {
+            to[places.clone()].copy_from_slice(&from[places.clone()]);
+        }
+    }
+}
