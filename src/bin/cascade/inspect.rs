@@ -14,8 +14,8 @@ use crate::args::Input;
 use crate::failure::Failure;
 use crate::scan_args::{ScanArgs, records_json};
 use crate::table::Table;
-use crate::words::quoted;
 use crate::terminal::{self, HEADING, number, paragraphs, styled};
+use crate::words::quoted;
 
 /// What `cascade inspect` takes.
 #[derive(Debug, Args)]
