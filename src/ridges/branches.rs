@@ -136,7 +136,7 @@ fn polynomial(points: &[(f64, f64)], order: usize) -> Option<([f64; 3], f64)> {
     }
     // A second right side is the unit vector of the slope: its solution there is the variance.
     normal[1][order + 1] = 1.0;
-    let solved = super::fit::eliminated(normal)?;
+    let solved = super::fit::eliminated(normal, super::fit::SINGULAR)?;
     let mut value = [0.0; 3];
     for (value, row) in value.iter_mut().zip(&solved) {
         *value = row[0];

@@ -13,8 +13,11 @@ const LEAST_ERROR: f64 = 0.01;
 const ITERATIONS: usize = 100;
 /// Relative step of numerical derivatives.
 const STEP: f64 = 1e-5;
-/// Least part of a parameter's derivative that the others do not explain.
-const SINGULAR: f64 = 1e-10;
+/// Least part of the square of a parameter's derivative that the others do not explain; numerical derivatives are
+/// exact to 1e-10.
+const DEGENERATE: f64 = 1e-7;
+/// The same of equations that are exact to rounding.
+pub(super) const SINGULAR: f64 = 1e-13;
 
 /// A law of dispersion with free parameters.
 #[derive(Debug, Clone, PartialEq)]
@@ -275,7 +278,7 @@ impl RidgeLaw {
             row.chain((0..n).map(|j| f64::from(u8::from(i == j))))
                 .collect()
         });
-        let inverse = eliminated(scaled.collect()).ok_or_else(|| {
+        let inverse = eliminated(scaled.collect(), DEGENERATE).ok_or_else(|| {
             refuse(
                 format!(
                     "parameters that the ridges tell apart: of `{}` only some combination of {} is known; \
@@ -407,7 +410,7 @@ impl<'a> Points<'a> {
                 let row = (0..n).map(|j| matrix[i][j] * if i == j { 1.0 + damping } else { 1.0 });
                 row.chain([-gradient[i]]).collect()
             });
-            let Some(step) = eliminated(damped.collect()) else {
+            let Some(step) = eliminated(damped.collect(), SINGULAR) else {
                 break;
             };
             let tried: Vec<f64> = at.iter().zip(&step).map(|(a, s)| a + s[0]).collect();
@@ -466,16 +469,18 @@ impl<'a> Points<'a> {
     }
 }
 
-/// Solves linear equations with several right sides, which stand behind the square matrix; `None` where it is
-/// singular.
-pub(super) fn eliminated(mut rows: Vec<Vec<f64>>) -> Option<Vec<Vec<f64>>> {
+/// Solves linear equations with several right sides, which stand behind the square matrix; `None` where a pivot is
+/// at most the share `least` of its row.
+pub(super) fn eliminated(mut rows: Vec<Vec<f64>>, least: f64) -> Option<Vec<Vec<f64>>> {
     let n = rows.len();
+    let size = |row: &Vec<f64>| row[..n].iter().fold(0.0, |m: f64, v| m.max(v.abs()));
+    let mut sizes: Vec<f64> = rows.iter().map(size).collect();
     for i in 0..n {
         let largest = (i..n).max_by(|a, b| rows[*a][i].abs().total_cmp(&rows[*b][i].abs()))?;
         rows.swap(i, largest);
-        let before = rows[i][..n].iter().fold(0.0, |m: f64, v| m.max(v.abs()));
+        sizes.swap(i, largest);
         let pivot = rows[i][i];
-        if pivot.is_nan() || pivot.abs() <= SINGULAR * before.min(1.0) {
+        if pivot.is_nan() || pivot.abs() <= least * sizes[i] {
             return None;
         }
         rows[i].iter_mut().for_each(|v| *v /= pivot);
@@ -512,6 +517,14 @@ mod tests {
                 );
             }
         }
+    }
+
+    #[test]
+    fn equations_that_depend_on_each_other_are_not_solved() {
+        let near = |off: f64| vec![vec![1.0, 1.0, 1.0], vec![1.0, 1.0 + off, 2.0]];
+        assert!(eliminated(near(1e-9), DEGENERATE).is_none());
+        let solved = eliminated(near(0.5), DEGENERATE).unwrap();
+        assert!((solved[0][0] + 1.0).abs() < 1e-15 && (solved[1][0] - 2.0).abs() < 1e-15);
     }
 
     #[test]
