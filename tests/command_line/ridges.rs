@@ -12,7 +12,7 @@ fn place() -> Place {
     let values = Array2::from_shape_fn((1024, 48), |(n, j)| {
         let wave = |m: usize| {
             let f = 0.05 + 0.002 * m as f64;
-            let sign = if m % 2 == 0 { 1.0 } else { -1.0 };
+            let sign = if m.is_multiple_of(2) { 1.0 } else { -1.0 };
             let phase = 7.3 * (m * m) as f64;
             (std::f64::consts::TAU * f * (n as f64 - sign * j as f64 / 2.0) + phase).cos()
         };
