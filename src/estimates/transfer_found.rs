@@ -4,7 +4,7 @@ use super::bicoherence_along::normal_quantile;
 use super::ensemble::Independence;
 use crate::field::Axis;
 
-/// What [`transfer`](super::transfer) finds. Errors are standard errors.
+/// What [`transfer`](super::transfer()) finds. Errors are standard errors.
 #[derive(Debug, Clone)]
 pub struct Transfer {
     pub time: Axis,
