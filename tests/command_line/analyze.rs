@@ -409,3 +409,44 @@ fn pictures_of_the_shipped_scenes_are_filled() {
         assert!(rows > 60 && columns > 20, "{scene}: {rows} x {columns}");
     }
 }
+
+/// The commands that an analysis names at its end, with its options of reading; some need one more word.
+#[test]
+fn regress_what_is_left_open_is_named_with_commands_that_run() {
+    let place = test_support::place::Place::new();
+    place.save("noise.npy", &test_support::fields::noise(1024, 20));
+    let words = [
+        "analyze",
+        "noise.npy",
+        "--rate",
+        "1kHz",
+        "--figures",
+        "none",
+    ];
+    let mut command = place.command(words);
+    let output = command.env("COLUMNS", "200").output().unwrap();
+    let said = text(&output.stdout);
+    for name in ["ridges", "spectrum", "coherence", "bicoherence", "transfer"] {
+        let named = format!("cascade {name} noise.npy --rate 1kHz");
+        assert!(said.contains(&named), "{named}\n{said}");
+    }
+    for name in ["ridges", "spectrum", "coherence", "bicoherence"] {
+        let words = [
+            name,
+            "noise.npy",
+            "--rate",
+            "1kHz",
+            "--figures",
+            "none",
+            "--quiet",
+        ];
+        assert_eq!(place.run(&words).status.code(), Some(0), "{name}");
+    }
+    // One pulse has no intervals: repeated records are named.
+    let place = test_support::pulse::place();
+    let said = place.good(&["analyze", "wave.npy", "--figures", "none"]);
+    assert!(
+        said.contains("repeated") && !said.contains("coherence wave.npy"),
+        "{said}"
+    );
+}
