@@ -284,13 +284,11 @@ fn tell(
     }
     let text = terminal::summary(&finished.analysis, &finished.read_as, terminal::width());
     write!(out, "{text}")?;
-    let is_scan = typed.scan.position_from.is_some();
-    if !is_scan {
-        let open = further::questions(&finished.analysis, is_run_file(field)?, field);
+    if typed.scan.position_from.is_none() {
+        let open = further::sentence(&finished.analysis, is_run_file(field)?, field);
         let mut lines = terminal::Lines::new(terminal::width());
-        for (i, [question, command]) in open.iter().enumerate() {
-            let name = if i == 0 { "further" } else { "" };
-            lines.line(name, &format!("{question} -> {command}"));
+        if let Some(open) = open {
+            lines.line("further", &open);
         }
         write!(out, "{}", lines.text)?;
     }

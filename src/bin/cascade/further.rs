@@ -11,52 +11,35 @@ use crate::words::{self, quoted};
 /// Sites from which waves along x can be told apart.
 const WAVES: usize = 16;
 
-/// Questions that are left open, each with its command. `is_run`: the field carries its chain.
-pub fn questions(analysis: &Analysis, is_run: bool, field: &Path) -> Vec<[String; 2]> {
-    let file = quoted(&field.to_string_lossy());
-    let options = input_options(words::as_text());
-    let field = format!("{file}{options}");
+/// What is left open, with the commands that answer it. `is_run`: the field carries its chain.
+pub fn sentence(analysis: &Analysis, is_run: bool, field: &Path) -> Option<String> {
     let mut open = Vec::new();
-    let mut ask = |question: &str, command: String| open.push([question.to_owned(), command]);
-    if is_run {
-        ask(
-            "where the energy goes, with a balance that closes",
-            format!("cascade budget {file}"),
-        );
-    }
     let waves = analysis.axes.n_sites >= WAVES && analysis.direction.is_some();
+    let interval = analysis.interval.filter(|_| !is_run);
+    let is_steady = interval.is_some_and(|interval| interval.factors.is_some());
+    if is_steady {
+        open.push("intervals and lines (spectrum)");
+        if analysis.axes.n_sites > 1 {
+            open.push("delays (coherence)");
+        }
+        open.push("coupled frequencies (bicoherence, transfer)");
+    }
     if waves {
-        ask(
-            "phase and group velocity of each branch",
-            format!("cascade ridges {field}"),
-        );
+        open.push("dispersion (ridges)");
     }
-    let Some(interval) = analysis.interval.filter(|_| !is_run) else {
-        return open;
-    };
-    if interval.factors.is_none() {
-        ask(
-            "how well the spectra of this transient are known, and whether its frequencies are coupled: repeated \
-             records, one a file",
-            format!("cascade spectrum 'shot*'{options}, cascade bicoherence 'shot*'{options}"),
-        );
-        return open;
+    if is_run {
+        open.push("exact balances of energy (budget)");
     }
-    ask(
-        "how well each spectrum is known, and lines in it",
-        format!("cascade spectrum {field}"),
-    );
-    if analysis.axes.n_sites > 1 {
-        ask(
-            "which sites move together, and how late",
-            format!("cascade coherence {field}"),
-        );
-    }
-    ask(
-        "whether frequencies are coupled, and what passes between them",
-        format!("cascade bicoherence {field}, cascade transfer {field} --from A --to B"),
-    );
-    open
+    let of_field = (!open.is_empty()).then(|| {
+        let file = quoted(&field.to_string_lossy());
+        let options = input_options(words::as_text());
+        format!("{} -> cascade COMMAND {file}{options}", open.join(", "))
+    });
+    let of_shots = (interval.is_some() && !is_steady).then(|| {
+        "of repeated records: intervals (spectrum), coupled frequencies (bicoherence)".to_owned()
+    });
+    let all: Vec<String> = of_field.into_iter().chain(of_shots).collect();
+    (!all.is_empty()).then(|| all.join("; "))
 }
 
 /// The options among the words of a command that say how its field is read.
