@@ -232,7 +232,7 @@ fn regress_the_time_allowed_ends_a_command() {
     assert!(place.names().is_empty(), "{:?}", place.names());
 
     let sweep = "sweep --sites 60 --samples 2000 --vary seed=1:2000 --mass-spread 0.1 --out sweep";
-    let words = format!("{sweep} --max-time 1s --quiet");
+    let words = format!("{sweep} --max-time 3s --quiet");
     let output = place.run(&words.split(' ').collect::<Vec<_>>());
     let said = text(&output.stderr);
     assert_eq!(output.status.code(), Some(124), "{said}");

@@ -24,11 +24,11 @@ pub struct Transfer {
 
     /// Index of the site of the input.
     #[arg(long, value_name = "SITE")]
-    pub from: usize,
+    pub from: Option<usize>,
 
     /// Index of the site of the output.
     #[arg(long, value_name = "SITE")]
-    pub to: usize,
+    pub to: Option<usize>,
 
     /// Take the output so many samples later: the time that waves need from one site to the other.
     #[arg(long, value_name = "SAMPLES", default_value_t = 0)]
@@ -50,9 +50,17 @@ pub struct Transfer {
 
 /// Runs the command.
 pub fn run(typed: Transfer) -> Result<(), Failure> {
+    // Not required by the parser: a file of styles is checked against commands without options.
+    let site = |option, site: Option<usize>| {
+        site.ok_or_else(|| Error::Request {
+            option,
+            expected: "the index of a site".into(),
+            found: "none".into(),
+        })
+    };
     let request = TransferRequest {
-        from: typed.from,
-        to: typed.to,
+        from: site("from", typed.from)?,
+        to: site("to", typed.to)?,
         lag: typed.lag,
         highest: typed.highest,
         averaging: typed.averages.averaging(),
