@@ -182,18 +182,18 @@ pub enum Source<'py> {
 
 /// The same without the interpreter.
 pub enum Opener {
-    Memory(MemorySamples, MemoryLabels, bool),
+    Memory(Box<Samples>),
     Files(Vec<PathBuf>),
 }
 
 impl Source<'_> {
     pub fn opener(&self) -> Opener {
         match self {
-            Source::Memory(samples) => Opener::Memory(
-                samples.samples.clone(),
-                samples.labels.clone(),
-                samples.is_record,
-            ),
+            Source::Memory(samples) => Opener::Memory(Box::new(Samples {
+                samples: samples.samples.clone(),
+                labels: samples.labels.clone(),
+                is_record: samples.is_record,
+            })),
             Source::Files(paths) => Opener::Files(paths.clone()),
         }
     }
@@ -216,12 +216,7 @@ impl Opener {
     ) -> Result<Field, Error> {
         let options = open_options(input, memory);
         match self {
-            Opener::Memory(samples, labels, is_record) => Samples {
-                samples,
-                labels,
-                is_record,
-            }
-            .field(&options),
+            Opener::Memory(samples) => samples.field(&options),
             Opener::Files(paths) => match scan {
                 Some(scan) => scan.open(&paths, &options).map(|(field, _)| field),
                 None => Field::open(&paths[0], &options),
@@ -233,7 +228,7 @@ impl Opener {
     pub fn path(&self) -> Option<PathBuf> {
         match self {
             Opener::Files(paths) => paths.first().cloned(),
-            Opener::Memory(..) => None,
+            Opener::Memory(_) => None,
         }
     }
 }

@@ -68,7 +68,7 @@ mod tests {
     /// `scipy.stats.linregress` (SciPy 1.17.1) of a parabola.
     #[test]
     fn val_scipy_regression() {
-        let points: Vec<(f64, f64)> = (0..8).map(|i| f64::from(i)).map(|x| (x, x * x)).collect();
+        let points: Vec<(f64, f64)> = (0..8).map(f64::from).map(|x| (x, x * x)).collect();
         let fit = LineFit::through(&points).unwrap();
         assert!((fit.slope - 7.0).abs() < 1e-14 && (fit.intercept + 7.0).abs() < 1e-13);
         // The residuals x^2 - 7 x + 7 have the square sum 168.
