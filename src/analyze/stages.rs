@@ -181,8 +181,9 @@ impl Stages<'_> {
         let found = site.and_then(|site| Some((site, along_time.reference(site)?)));
         let record = found.as_ref().map(|(_, (record, _))| &record[..]);
         let length = front::window_of(plan, record);
-        let interval = record
-            .map(|record| SpectrumInterval::of_record(record, &plan.window_time, plan.segments));
+        let interval = record.and_then(|record| {
+            SpectrumInterval::of_record(record, &plan.window_time, plan.segments)
+        });
         if let Some(value) = plan.request.band_edge_frequency {
             return Some((BandEdge::Given { value }, length, interval));
         }

@@ -2,7 +2,7 @@
 
 use super::averaging::effective_segments;
 use super::ensemble::{Independence, steadiness};
-use crate::numeric::chi_square_quantile;
+use crate::numeric::{chi_square_quantile, sum_of_squares};
 use crate::prepare::{Detrend, Trend};
 use crate::transform::Segments;
 
@@ -22,23 +22,28 @@ pub struct SpectrumInterval {
 }
 
 impl SpectrumInterval {
-    /// Of the average over `segments` of a record under a window.
-    pub(crate) fn of_record(record: &[f64], window: &[f64], segments: Segments) -> Self {
+    /// Of the average over `segments` of a record under a window; `None` where the record is constant but for
+    /// rounding.
+    pub(crate) fn of_record(record: &[f64], window: &[f64], segments: Segments) -> Option<Self> {
         const ALPHA: f64 = 0.05;
+        const ROUNDING: f64 = 1e-28;
         // An offset is not what moves.
         let mut moving = record.to_vec();
         Trend::remove_from(&mut moving, Detrend::Mean, |_| true, &mut Vec::new());
+        if sum_of_squares(&moving) <= ROUNDING * sum_of_squares(record) {
+            return None;
+        }
         let effective = effective_segments(window, segments);
         let independence =
             Independence::new([1, segments.count(), 1], effective, steadiness(&moving));
         let degrees = (!independence.is_transient()).then_some(2.0 * effective);
-        SpectrumInterval {
+        Some(SpectrumInterval {
             steadiness: independence.steadiness,
             effective_segments: effective,
             alpha: ALPHA,
             degrees_of_freedom: degrees,
             factors: degrees.map(|degrees| interval_factors(degrees, ALPHA)),
-        }
+        })
     }
 }
 
