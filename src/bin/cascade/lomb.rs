@@ -120,7 +120,7 @@ impl Estimate for Found {
         );
         let text = match self.axis {
             LombAxis::Time => format!(
-                "{} of {} records have a sine above the level that noise exceeds anywhere with probability {}",
+                "{} of {} records have a power above the level that white noise exceeds anywhere with probability {}",
                 self.significant(),
                 self.samples.len(),
                 percent(self.alpha)

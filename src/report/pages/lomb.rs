@@ -57,7 +57,7 @@ pub fn lomb_html(
     let significant = found.significant();
     let answer = match found.axis {
         LombAxis::Time => format!(
-            "{significant} of {} records have a sine above the level, {} would of noise",
+            "{significant} of {} records have a power above the level, {} would of white noise",
             found.samples.len(),
             percent(found.alpha)
         ),
