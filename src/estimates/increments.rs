@@ -84,7 +84,15 @@ pub fn increments(
                 all.push((passes.sums()?, passes));
             }
         }
-        let steadiness = |(sums, _): &(Vec<PartSums>, Passes)| steadiness_of(sums);
+        let steadiness = |(sums, passes): &(Vec<PartSums>, Passes)| {
+            let longest = match passes.axis {
+                FieldAxis::Time => first.n_times() / PARTS / 8,
+                FieldAxis::Space => first.n_sites() / 8,
+            };
+            let scales = passes.steps.iter().take_while(|step| **step <= longest);
+            let each = (0..scales.count().max(1)).map(|scale| steadiness_of(sums, scale));
+            each.fold(1.0, f64::min)
+        };
         found.steadiness = all.iter().map(steadiness).fold(1.0, f64::min);
         found.basis = match (fields.len() > 1, found.steadiness >= LEAST_STEADINESS) {
             (true, _) => IntervalBasis::Shots,
@@ -136,12 +144,13 @@ fn steps_of(typed: &Option<Vec<usize>>, n: usize, option: &'static str) -> Resul
     }
 }
 
-/// From the sums of squares of each part over the smallest step.
-fn steadiness_of(shots: &[PartSums]) -> f64 {
+/// From the sums of squares of each part over a step. Noise hides a pulse over the smallest one; steps near the
+/// length of a part have too few values in it.
+fn steadiness_of(shots: &[PartSums], scale: usize) -> f64 {
     let of_one = |parts: &PartSums| {
         let (mut sum, mut squares) = (0.0, 0.0);
         for part in parts {
-            let energy = part.first().map_or(0.0, |sums| sums[2]);
+            let energy = part.get(scale).map_or(0.0, |sums| sums[2]);
             sum += energy;
             squares += energy * energy;
         }
