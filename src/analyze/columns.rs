@@ -169,6 +169,11 @@ impl<'a, T: Real> AlongTime<'a, T> {
                         *sum = row.iter().fold(*sum, |sum, p| sum + p);
                     });
                 }
+                for (j, mut column) in spectra.columns_mut().into_iter().enumerate() {
+                    if prepared.is_left_out(from + j) {
+                        column.fill(f64::NAN);
+                    }
+                }
                 sink.put(LargeArray::TEMPORAL_SPECTRUM, 0, from, spectra.view())?;
             }
             prepared.release_pages();

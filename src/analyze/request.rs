@@ -84,6 +84,10 @@ pub struct Request {
     pub results: Results,
     /// Sites analysed, the end excluded.
     pub sites: Option<std::ops::Range<usize>>,
+    /// Sites of the file that are left out: their spectra are NaN. What needs sites at even distances cannot be
+    /// computed then: [`Results::spatial`], [`Results::spacetime`], [`Results::flux_surrogate`], short-time spectra
+    /// along x.
+    pub without_sites: Vec<usize>,
     pub times: TimeRange,
     pub gaps: Gaps,
     /// Removes the mean over all samples first.
@@ -140,6 +144,7 @@ impl Default for Request {
         Request {
             results: Results::ALL,
             sites: None,
+            without_sites: Vec::new(),
             times: TimeRange::All,
             gaps: Gaps::Refuse,
             detrend_field_mean: false,
@@ -179,7 +184,7 @@ impl Default for Request {
 
 impl Request {
     /// The preparation of the samples before transforms along time in `segments`.
-    pub(crate) fn preparation(&self, segments: Segments) -> Preparation {
+    pub(crate) fn preparation(&self, segments: Segments) -> Preparation<'_> {
         let results = self.results;
         let by_segments = results.temporal || results.spacetime;
         Preparation {
@@ -189,6 +194,7 @@ impl Request {
             },
             transforms_all: results.spatial || results.flux_surrogate || results.short_time,
             gaps: self.gaps,
+            left_out: &self.without_sites,
             precision: self.precision,
             detrend_field_mean: self.detrend_field_mean,
             detrend_space: self.detrend_space,

@@ -14,7 +14,7 @@ use super::result::*;
 use super::rows::SpatialPassResult;
 use super::spacetime::{ByDirection, Frequencies};
 use super::stages::{Clock, FromProfiles, Stages};
-use super::warning::Warning;
+use super::warning::{Sites, Warning};
 use super::{Spectra, front};
 use crate::arrays::{Collect, Precision, Sink};
 use crate::diagnostics::SpectrumMoments;
@@ -114,7 +114,19 @@ fn passes<T: Real>(
         spacetime.as_ref().map(|s| &*s.directions),
     );
     parseval.check(plan.request.precision)?;
-    let warnings = warnings(field, plan, &scans, columns.as_ref(), &rows, (unit, stored));
+    let record = |site: usize| {
+        let mut record = vec![0.0; plan.axes.n_times];
+        prepared.record(site, &mut record);
+        record
+    };
+    let warnings = warnings(
+        (field, &record),
+        plan,
+        &scans,
+        columns.as_ref(),
+        &rows,
+        (unit, stored),
+    );
 
     let power_unit = if stored == 1.0 { unit } else { 1.0 };
     let display = display(plan, columns.as_ref(), &rows, spacetime.as_ref());
@@ -210,7 +222,7 @@ fn display(
 
 /// What to doubt about the field and its results.
 fn warnings(
-    field: &Field,
+    (field, record): (&Field, &dyn Fn(usize) -> Vec<f64>),
     plan: &Plan,
     scans: &[ChannelScan],
     columns: Option<&TemporalPassResult>,
@@ -230,12 +242,22 @@ fn warnings(
         frequency: plan.frequency_bins(),
         wavenumber: plan.wavenumber_bins(),
         padding_time: plan.padding_time(),
+        left_out: &plan.request.without_sites,
+        record,
     };
     let doubts = field.notes.iter().filter(|note| note.is_doubtful());
     let mut warnings: Vec<Warning> = doubts
         .map(|note| Warning::Reading { note: note.clone() })
         .collect();
-    warnings.extend(findings(&found, &plan.request));
+    let mut left_out = plan.request.without_sites.clone();
+    left_out.sort_unstable();
+    left_out.dedup();
+    if !left_out.is_empty() {
+        let rows: Vec<usize> = left_out.iter().map(|j| j - plan.sites.start).collect();
+        let sites = Sites::of(&rows, plan.sites.start, &plan.axes);
+        warnings.push(Warning::SitesLeftOut { sites });
+    }
+    warnings.extend(findings(&found, &plan.request, &plan.axes));
     if stored == 1.0 && unit != 1.0 {
         let largest = scans.iter().fold(0.0, |m: f64, s| m.max(s.largest));
         warnings.push(Warning::Unrepresentable { largest, unit });
@@ -290,7 +312,10 @@ impl Summed<'_> {
         let noise = self.noise_in(&plan.window_time, plan.segments.count());
         let defined = along::defined(&columns.rows, &columns.energies, noise);
         let measure = plan.time_scale.measure * self.stored;
-        let moments = Moments::gather(&columns.rows, &defined, measure, plan.padding_time());
+        let mut moments = Moments::gather(&columns.rows, &defined, measure, plan.padding_time());
+        for site in &plan.request.without_sites {
+            moments.energy[site - plan.sites.start] = f64::NAN;
+        }
         let front = length.map(|length| {
             front::gather(
                 plan,

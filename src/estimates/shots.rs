@@ -122,6 +122,7 @@ impl<'a> Shots<'a> {
     fn prepared<'f>(&'f self, field: &'f Field, block: Option<usize>) -> Result<Prepared<'f>> {
         let preparation = Preparation {
             gaps: self.gaps,
+            left_out: &[],
             precision: Precision::F64,
             reached: self.reached,
             transforms_all: false,

@@ -55,8 +55,10 @@ pub enum Gaps {
 
 /// The preparation of the samples before transforms.
 #[derive(Debug, Clone, Copy)]
-pub(crate) struct Preparation {
+pub(crate) struct Preparation<'a> {
     pub gaps: Gaps,
+    /// Sites of the field that are left out: zeros, whatever their samples are.
+    pub left_out: &'a [usize],
     pub precision: Precision,
     /// Samples of a record, from the first, that segments along time reach.
     pub reached: usize,

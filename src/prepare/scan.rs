@@ -25,6 +25,15 @@ pub(crate) struct ChannelScan {
 }
 
 impl ChannelScan {
+    /// Of a record that is left out.
+    pub const NOTHING: ChannelScan = ChannelScan {
+        largest: 0.0,
+        gaps: 0,
+        first_gap: None,
+        constant: false,
+        clipped_run: 0,
+    };
+
     pub fn of(record: &[f64]) -> ChannelScan {
         let mut low = f64::INFINITY;
         let mut high = f64::NEG_INFINITY;

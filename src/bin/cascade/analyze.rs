@@ -440,8 +440,9 @@ pub fn open_options(typed: &Input, memory: Option<u64>) -> OpenOptions {
 pub fn request(typed: &Analyze, draws: bool) -> Request {
     let (prepare, spectra, bands) = (&typed.preparation, &typed.spectra, &typed.bands);
     Request {
-        results: results(&typed.work.only),
+        results: results(&typed.work.only, prepare.without_sites.is_empty()),
         sites: prepare.sites.clone(),
+        without_sites: prepare.without_sites.clone(),
         times: match prepare.times {
             Some((from, to)) => TimeRange::Interval { from, to },
             None if prepare.until_arrival => TimeRange::UntilArrival {
@@ -498,9 +499,15 @@ fn own(stated: Option<u64>) -> u64 {
     }
 }
 
-fn results(only: &[ResultArg]) -> Results {
+/// Where nothing is named, all that can be computed: along space only if all sites are there.
+fn results(only: &[ResultArg], has_all_sites: bool) -> Results {
     if only.is_empty() {
-        return Results::ALL;
+        return Results {
+            spatial: has_all_sites,
+            spacetime: has_all_sites,
+            flux_surrogate: has_all_sites,
+            ..Results::ALL
+        };
     }
     Results {
         temporal: only.contains(&ResultArg::Temporal),

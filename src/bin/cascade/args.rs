@@ -329,6 +329,9 @@ pub struct Preparation {
     /// Sites to analyse, by index, the end excluded [default: all].
     #[arg(long, value_name = "FIRST:END", value_parser = parse::site_range)]
     pub sites: Option<Range<usize>>,
+    /// Sites to leave out, by index: their spectra are undefined, and spectra along space are not computed.
+    #[arg(long, value_name = "SITE,..", value_delimiter = ',')]
+    pub without_sites: Vec<usize>,
     /// Times to analyse, in units of time, both ends included; one may be left out [default: all].
     #[arg(long, value_name = "FROM:TO", value_parser = parse::interval,
           allow_hyphen_values = true, conflicts_with = "until_arrival")]

@@ -164,7 +164,11 @@ pub fn full() -> Analysis {
                 above: 0.45,
             },
             Warning::DeadChannels {
-                sites: vec![17, 18],
+                sites: Sites {
+                    indices: vec![17, 18],
+                    positions: vec![0.34, 0.36],
+                    unit: Some("m".into()),
+                },
             },
         ],
         axes,
