@@ -51,6 +51,8 @@ pub enum Gaps {
     /// Set to 0 after trends are removed; trends are fitted without them. They count as samples in
     /// the normalisation, so that a density is low by their share.
     Mask,
+    /// Averages over segments leave out those with such samples; nothing is filled.
+    LeaveOut,
 }
 
 /// The preparation of the samples before transforms.

@@ -71,7 +71,7 @@ impl<'a> Prepared<'a> {
             unit: PowerOfTwo::ONE,
             gaps: Vec::new(),
             gaps_by_time: Vec::new(),
-            masked: preparation.gaps == Gaps::Mask,
+            masked: matches!(preparation.gaps, Gaps::Mask | Gaps::LeaveOut),
             field_mean: None,
             space_trends: Vec::new(),
             time_trends: Vec::new(),

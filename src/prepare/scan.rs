@@ -98,7 +98,7 @@ pub(crate) fn fill(record: &[f64], site: usize, gaps: Gaps, into: &mut Vec<Gap>)
         let after = record.get(end).copied();
         for n in time..end {
             let value = match (gaps, before, after) {
-                (Gaps::Refuse | Gaps::Mask, ..) | (_, None, None) => 0.0,
+                (Gaps::Refuse | Gaps::Mask | Gaps::LeaveOut, ..) | (_, None, None) => 0.0,
                 (_, Some(a), Some(b)) => {
                     let weight = (n + 1 - time) as f64 / (run + 1) as f64;
                     a * (1.0 - weight) + b * weight

@@ -7,7 +7,7 @@ use serde::Serialize;
 use super::{Archive, NamedArrays, Provenance};
 use crate::arrays::Precision;
 use crate::error::Result;
-use crate::estimates::{Coherence, Delay, Independence, PhaseSpeed};
+use crate::estimates::{Coherence, Delay, Independence, PhaseSpeed, SegmentsLeft};
 
 /// The schema of the summary of a coherence.
 pub const COHERENCE_SCHEMA: &str = "cascade.coherence/1";
@@ -24,6 +24,8 @@ pub struct CoherenceSummary<'a> {
     segment: usize,
     overlap: usize,
     independence: Independence,
+    /// Of each site, where segments with missing samples are left out.
+    segments_left: Option<&'a SegmentsLeft>,
     alpha: f64,
     level: Option<f64>,
     /// Share of the cells away from the reference, 0 and the Nyquist frequency left out, above the level.
@@ -45,6 +47,7 @@ impl<'a> CoherenceSummary<'a> {
             segment: found.segment[0],
             overlap: found.segment[1],
             independence: found.independence,
+            segments_left: found.segments_left.as_ref(),
             alpha: found.alpha,
             level: found.level(),
             above_level: found.above_level(),
@@ -63,7 +66,8 @@ impl<'a> CoherenceSummary<'a> {
 /// Writes a coherence to the new file `path` (`.npz`): `frequency` (nf), `position` (n); `coherence`, `phase`,
 /// `phase_interval`, `spectrum` (nf, n); `delay`, `delay_error` (n), NaN where there is none;
 /// `speed_frequency`, `wavenumber`, `wavenumber_error`, `phase_velocity`, `phase_velocity_error` of the
-/// frequencies at which enough sites are coherent.
+/// frequencies at which enough sites are coherent. Where segments are left out, `segments`,
+/// `effective_realisations`, `level` (n).
 ///
 /// # Errors
 /// [`crate::Error::Write`].
@@ -81,6 +85,13 @@ pub fn coherence_arrays(found: &Coherence, archive: &dyn NamedArrays) -> Result<
     let line = |name: &str, values: &[f64]| archive.append(name, &[values.len()], values);
     line("frequency", &found.frequency)?;
     line("position", &found.positions())?;
+    if let Some(left) = &found.segments_left {
+        let segments: Vec<f64> = left.left.iter().map(|left| *left as f64).collect();
+        line("segments", &segments)?;
+        line("effective_realisations", &left.effective)?;
+        let level = |site: usize| found.level_at(site).unwrap_or(f64::NAN);
+        line("level", &(0..segments.len()).map(level).collect::<Vec<_>>())?;
+    }
     for (name, array) in [
         ("coherence", &found.coherence),
         ("phase", &found.phase),

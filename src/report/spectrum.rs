@@ -8,7 +8,7 @@ use super::{Archive, Provenance};
 use crate::arrays::Precision;
 use crate::error::Result;
 use crate::estimates::{
-    Independence, LeftOutEach, Line, SpectrumAxis, SpectrumEstimate, interval_factors,
+    Independence, LeftOutEach, Line, SegmentsLeft, SpectrumAxis, SpectrumEstimate, interval_factors,
 };
 
 /// The schema of the summary of spectra with intervals.
@@ -28,6 +28,8 @@ pub struct SpectrumSummary<'a> {
     /// `NW` bins of several tapers, as a frequency (wavenumber).
     half_bandwidth: Option<f64>,
     independence: Independence,
+    /// Of each site, where segments with missing samples are left out.
+    segments_left: Option<&'a SegmentsLeft>,
     steadiness: &'a [f64],
     /// Sites (along space, times) without interval.
     without_interval: usize,
@@ -72,6 +74,7 @@ impl<'a> SpectrumSummary<'a> {
             overlap: found.segment[1],
             half_bandwidth: found.half_bandwidth,
             independence: found.independence,
+            segments_left: found.segments_left.as_ref(),
             steadiness: &found.steadiness,
             without_interval: found.without_interval(),
             steadiness_in_time: found.mean.as_ref().map(|mean| mean.steadiness),
@@ -101,7 +104,7 @@ impl<'a> SpectrumSummary<'a> {
 
 /// Writes spectra to the new file `path` (`.npz`): `frequency` (nf), `position`, `steadiness` (n); `spectrum`,
 /// `degrees_of_freedom`, `low`, `high`, `jackknife_low`, `jackknife_high` (nf, n), NaN where there is no
-/// interval; of several tapers `f_statistic` (nf, n). Along space, `wavenumber` and `time` take the place of
+/// interval; where segments are left out `segments`, `effective_realisations` (n); of several tapers `f_statistic` (nf, n). Along space, `wavenumber` and `time` take the place of
 /// `frequency` and `position`, beside `mean_spectrum`, `mean_low`, `mean_high`, `effective_snapshots` (nk).
 ///
 /// # Errors
@@ -116,6 +119,11 @@ pub fn write_spectrum(path: &Path, found: &SpectrumEstimate) -> Result<()> {
     line(bins, &found.bins)?;
     line(columns, &found.coordinates())?;
     line("steadiness", &found.steadiness)?;
+    if let Some(left) = &found.segments_left {
+        let segments: Vec<f64> = left.left.iter().map(|left| *left as f64).collect();
+        line("segments", &segments)?;
+        line("effective_realisations", &left.effective)?;
+    }
     let plane = |name: &str, values: &mut dyn Iterator<Item = f64>| {
         let values: Vec<f64> = values.collect();
         let (rows, columns) = found.spectrum.dim();

@@ -8,7 +8,7 @@ use crate::analyze::result::Axes;
 use crate::error::{Error, Result};
 use crate::field::Field;
 use crate::numeric::in_band;
-use crate::prepare::Window;
+use crate::prepare::{Gaps, Window};
 use crate::transform::Segments;
 
 /// More threads than any machine has cores are a slip of the hand.
@@ -159,6 +159,15 @@ pub(super) fn check_references(
             found: site.to_string(),
         })
     };
+    if request.gaps == Gaps::LeaveOut {
+        return Err(Error::Request {
+            option: "gaps",
+            expected: "refuse, interpolate or mask: segments are left out of averages over them, which have \
+                       intervals"
+                .into(),
+            found: "leave-out".into(),
+        });
+    }
     check_left_out(request, sites)?;
     let present = |option, site: usize| match request.without_sites.contains(&site) {
         false => Ok(()),

@@ -18,7 +18,8 @@ pub fn of_error(error: &Error) -> Option<String> {
         Error::Scan { fault, .. } => of_scan(fault),
         Error::NonFinite { .. } => Some(
             "state what to do with gaps: `--gaps interpolate` fills them along time, \
-             `--gaps mask` gives them no weight"
+             `--gaps mask` gives them no weight; averages of segments (`cascade spectrum`) can leave out those \
+             that hold them with `--gaps leave-out`"
                 .into(),
         ),
         Error::Changed { .. } => {

@@ -562,6 +562,8 @@ choice!(GapsArg => wavecascade::prepare::Gaps {
     Interpolate => Self::Interpolate,
     /// Count them as zeros, once trends are removed that were fitted without them.
     Mask => Self::Mask,
+    /// Leave the segments that hold them out of averages.
+    LeaveOut => Self::LeaveOut,
 });
 choice!(DetrendArg => wavecascade::prepare::Detrend {
     None => Self::None,

@@ -12,7 +12,7 @@ use wavecascade::plot::{self, Figure, Style};
 use wavecascade::prepare::Window;
 use wavecascade::report::{Provenance, SpectrumSummary, percent, spectrum_html, write_spectrum};
 
-use crate::coherence::AverageArgs;
+use crate::coherence::{AverageArgs, gaps_line, gaps_warning};
 use crate::estimate::{self, Estimate, EstimateArgs};
 use crate::failure::Failure;
 use crate::terminal::{self, Lines, number};
@@ -138,6 +138,7 @@ fn lines(found: &SpectrumEstimate) -> String {
             number(independence.effective)
         ),
     );
+    gaps_line(&mut lines, found.segments_left.as_ref());
     let confidence = percent(1.0 - found.alpha);
     match found.degrees_range() {
         Some([least, median, most]) => {
@@ -201,7 +202,15 @@ fn lines(found: &SpectrumEstimate) -> String {
 /// What the user should know, each with what to do.
 fn warnings(found: &SpectrumEstimate) -> Vec<[String; 2]> {
     let mut warnings = Vec::new();
-    let without = found.without_interval();
+    let columns = match found.along {
+        SpectrumAxis::Time => "sites",
+        SpectrumAxis::Space => "times",
+    };
+    let left = found.segments_left.as_ref();
+    warnings.extend(gaps_warning(left, columns));
+    // Those of which nothing is left are named already.
+    let empty = left.map_or(0, |left| left.empty().len());
+    let without = found.without_interval() - empty;
     if without > 0 {
         let all = found.has_interval.len();
         warnings.push(match found.along {

@@ -1,6 +1,7 @@
 //! Power spectral densities of all sites with intervals, and lines in them.
 
 mod adaptive;
+mod found;
 mod lines;
 mod mean;
 mod pass;
@@ -11,7 +12,9 @@ pub use mean::MeanSpectrum;
 use ndarray::Array2;
 
 use crate::error::{Error, Result};
-use crate::estimates::realisations::{Averaging, Independence, Realisations, Shots, first_of};
+use crate::estimates::realisations::{
+    Averaging, Independence, Realisations, SegmentsLeft, Shots, first_of,
+};
 use crate::field::{Axis, Field, Quantity};
 use crate::observer::Observer;
 use crate::prepare::Gaps;
@@ -79,7 +82,8 @@ pub enum LeftOutEach {
 pub struct LineTest {
     /// `F`, `(frequency, site)`; NaN at 0 and at the Nyquist frequency.
     pub statistic: Array2<f64>,
-    /// Its degrees of freedom: of the line, and of what is beside it.
+    /// Its degrees of freedom: of the line, and of what is beside it, at sites without missing samples. Sites from
+    /// which segments are left out have their own, and are tested by these.
     pub degrees: [f64; 2],
     /// What one cell exceeds by chance with probability `alpha`.
     pub level: f64,
@@ -132,6 +136,9 @@ pub struct SpectrumEstimate {
     /// Half of the interval of `ln S` by the jackknife; NaN where there is none.
     pub jackknife: Array2<f64>,
     pub left_out: LeftOutEach,
+    /// What is left of each site where segments with missing samples are left out; `None` with other
+    /// [`SpectrumRequest::gaps`]. Sites without any segment are NaN.
+    pub segments_left: Option<SegmentsLeft>,
     /// Of several tapers alone.
     pub line_test: Option<LineTest>,
     /// Along space, the mean over the times.
@@ -173,6 +180,7 @@ impl SpectrumEstimate {
     pub fn loudest(&self) -> usize {
         let energy = |j: usize| self.spectrum.column(j).sum();
         (0..self.spectrum.ncols())
+            .filter(|j| energy(*j).is_finite())
             .max_by(|&a, &b| energy(a).total_cmp(&energy(b)))
             .unwrap_or(0)
     }
