@@ -38,9 +38,12 @@ pub(super) fn aliased(
     let of_flat = 1.0 - (from as f64 - 0.5) * bins.step / bins.top();
     let is_wide = bins.len() < FEW_BINS || flat_part(rows, bins) > FLAT_PART;
     let is_flat = FLAT_SHARE.contains(&(share / of_flat)) && is_wide;
-    let is_flat = is_flat || has_floor(rows, bins, of_flat);
     let is_high = share > ALIASING_SHARE;
-    (is_high && (!is_flat || sweeps())).then_some((share, 0.9 * last))
+    let is_folded = match is_flat {
+        true => is_high && sweeps(),
+        false => is_high && !has_floor(rows, bins, of_flat),
+    };
+    is_folded.then_some((share, 0.9 * last))
 }
 
 /// Whether the energy in the top tenth is that of a white floor below other motion: spectra are as

@@ -13,6 +13,7 @@ mod front;
 mod intermediate;
 pub(crate) mod labels;
 mod maps;
+mod noise;
 mod plan;
 mod quality;
 mod reference;

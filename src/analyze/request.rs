@@ -121,6 +121,9 @@ pub struct Request {
     /// Root mean square of the noise in the samples, where it is known: sites and times whose energy
     /// is not at least twice the noise's are undefined.
     pub noise: Option<f64>,
+    /// Subtract the noise of each site from its spectrum along time, and from the measures of it; not where
+    /// [`Results::spacetime`] is wanted. Front windows and short-time spectra keep it.
+    pub subtract_noise: bool,
     /// Frequencies `[from, to]` over which directions are summed; `None`: all.
     pub direction_band: Option<(f64, f64)>,
     /// Dispersion relations that `S(k, f)` is held against; `None`: the one that the field states
@@ -162,6 +165,7 @@ impl Default for Request {
             band_edge_wavenumber: None,
             front_window: None,
             noise: None,
+            subtract_noise: false,
             direction_band: None,
             dispersion: None,
             short_time: ShortTime {

@@ -8,6 +8,7 @@ use super::display::{AxisEnergies, Display};
 use super::maps::Maps;
 use super::plan::{Plan, plan};
 use super::quality::{Findings, findings};
+use super::noise::KnownNoise;
 use super::reference::References;
 use super::request::Request;
 use super::result::*;
@@ -80,7 +81,15 @@ fn passes<T: Real>(
 
     let references = References::find(plan, &prepared, &scans, observer)?;
     clock.lap(plan, "reference");
+    let noise = match plan.request.subtract_noise {
+        true => Some(KnownNoise::find(field, plan, unit, observer)?),
+        false => None,
+    };
+    if noise.is_some() {
+        clock.lap(plan, "noise");
+    }
     let stages = Stages {
+        noise: noise.as_ref(),
         plan,
         prepared: &prepared,
         references,
@@ -119,7 +128,7 @@ fn passes<T: Real>(
         prepared.record(site, &mut record);
         record
     };
-    let warnings = warnings(
+    let mut warnings = warnings(
         (field, &record),
         plan,
         &scans,
@@ -127,6 +136,19 @@ fn passes<T: Real>(
         &rows,
         (unit, stored),
     );
+
+    let noise_left = noise.as_ref().zip(columns.as_ref());
+    let noise_left = noise_left.map(|(noise, columns)| {
+        noise.left(&columns.subtracted, plan.time_scale.measure * stored)
+    });
+    if let Some((floor, left)) = noise_left.as_ref().and_then(|f| Some((f, f.subtracted.as_ref()?))) {
+        warnings.push(Warning::NoiseSubtracted {
+            known: floor.known(),
+            sites: floor.sites.len(),
+            clipped: left.clipped_bins.iter().sum(),
+            bins: floor.known() * plan.axes.frequency.len(),
+        });
+    }
 
     let power_unit = if stored == 1.0 { unit } else { 1.0 };
     let display = display(plan, columns.as_ref(), &rows, spacetime.as_ref());
@@ -142,6 +164,7 @@ fn passes<T: Real>(
         unit,
         stored,
         references,
+        noise: noise.as_ref(),
     };
     let along_space = columns.as_ref().filter(|_| results.temporal);
     let along_space = along_space.map(|columns| summed.along_space(columns, front_length));
@@ -173,6 +196,7 @@ fn passes<T: Real>(
         direction,
         direction_by_frequency,
         interval,
+        noise: noise_left,
         frequency_edge,
         wavenumber_edge,
         along_space,
@@ -300,6 +324,7 @@ struct Summed<'a> {
     /// By which powers are multiplied before they are stored.
     stored: f64,
     references: References,
+    noise: Option<&'a KnownNoise>,
 }
 
 impl Summed<'_> {
@@ -310,7 +335,11 @@ impl Summed<'_> {
     ) -> (Moments, Headline, Option<Front>) {
         let (plan, reference) = (self.plan, self.references.site);
         let noise = self.noise_in(&plan.window_time, plan.segments.count());
-        let defined = along::defined(&columns.rows, &columns.energies, noise);
+        let noise_at = |site: usize| match self.noise {
+            Some(known) => Some(known.energies[site]),
+            None => noise,
+        };
+        let defined = along::defined(&columns.rows, &columns.energies, noise_at);
         let measure = plan.time_scale.measure * self.stored;
         let mut moments = Moments::gather(&columns.rows, &defined, measure, plan.padding_time());
         for site in &plan.request.without_sites {
@@ -339,7 +368,7 @@ impl Summed<'_> {
     fn along_time(&self, rows: &SpatialPassResult) -> (Moments, Headline) {
         let plan = self.plan;
         let noise = self.noise_in(&plan.window_space, 1);
-        let defined = along::defined(&rows.rows, &rows.energies, noise);
+        let defined = along::defined(&rows.rows, &rows.energies, |_| noise);
         let measure = plan.space_scale.measure * self.stored;
         let padded = plan.conventions.padded_space as f64 / plan.axes.n_sites as f64;
         let moments = Moments::gather(&rows.rows, &defined, measure, padded);
@@ -388,7 +417,8 @@ fn parseval(
             .filter(|_| plan.request.results.temporal)
             .and_then(|c| {
                 let samples = sum(&c.energies) / segments * time.energy;
-                residual(total(&c.rows) * time.measure, samples)
+                let subtracted: Vec<f64> = c.subtracted.iter().map(|one| one.total).collect();
+                residual((total(&c.rows) + sum(&subtracted)) * time.measure, samples)
             }),
         space: plan
             .transforms_space()

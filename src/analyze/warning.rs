@@ -67,6 +67,13 @@ pub enum Warning {
     /// Sites with far more energy in the top tenth of the frequency axis than those beside them: at most two
     /// neighbours; `ratio` of these energies.
     NoisyChannels { sites: Sites, ratio: f64 },
+    /// Noise was subtracted from spectra along time: at how many sites, and bins that would have been negative.
+    NoiseSubtracted {
+        known: usize,
+        sites: usize,
+        clipped: usize,
+        bins: usize,
+    },
     /// Sites that were left out on request.
     SitesLeftOut { sites: Sites },
     /// Times at which all sites are zero, between others at which they are not: from the first to the
@@ -122,6 +129,7 @@ impl Warning {
             Warning::LoudChannels { .. } => "loud-channels",
             Warning::NoisyChannels { .. } => "noisy-channels",
             Warning::SitesLeftOut { .. } => "sites-left-out",
+            Warning::NoiseSubtracted { .. } => "noise-subtracted",
             Warning::ZeroTimes { .. } => "zero-times",
             Warning::StartUp { .. } => "start-up",
             Warning::CommonMode { .. } => "common-mode",
@@ -184,6 +192,16 @@ impl Warning {
                 sites.indices.len(),
                 rounded(*ratio),
                 sites.words()
+            ),
+            Warning::NoiseSubtracted {
+                known,
+                sites,
+                clipped,
+                bins,
+            } => format!(
+                "noise is subtracted at {known} of {sites} sites, where it is known; {clipped} of {bins} bins were \
+                 below it and are 0, which leaves a part of it: front windows, short-time spectra and spectra along \
+                 space keep all of it"
             ),
             Warning::SitesLeftOut { sites } => format!(
                 "{} sites are left out: {}; spectra along space, which need sites at even distances, are not \
@@ -261,6 +279,12 @@ impl Warning {
             Warning::DeadChannels { sites } | Warning::SitesLeftOut { sites } => {
                 json!({"sites": sites.indices, "positions": sites.positions})
             }
+            Warning::NoiseSubtracted {
+                known,
+                sites,
+                clipped,
+                bins,
+            } => json!({"known": known, "sites": sites, "clipped": clipped, "bins": bins}),
             Warning::SaturatedChannels { sites, longest } => {
                 json!({"sites": sites.indices, "positions": sites.positions, "longest": longest})
             }

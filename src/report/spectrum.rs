@@ -8,7 +8,8 @@ use super::{Archive, Provenance};
 use crate::arrays::Precision;
 use crate::error::Result;
 use crate::estimates::{
-    Independence, LeftOutEach, Line, SegmentsLeft, SpectrumAxis, SpectrumEstimate, interval_factors,
+    Independence, LeftOutEach, Line, NoiseFloor, SegmentsLeft, SiteNoise, SpectrumAxis,
+    SpectrumEstimate, SubtractedNoise, interval_factors,
 };
 
 /// The schema of the summary of spectra with intervals.
@@ -38,7 +39,27 @@ pub struct SpectrumSummary<'a> {
     alpha: f64,
     degrees_of_freedom: Option<DegreesSummary>,
     jackknife_leaves_out: LeftOutEach,
+    /// Of each site, along time.
+    noise: Option<NoiseSummary<'a>>,
     line_test: Option<LineTestSummary<'a>>,
+}
+
+/// The noise of all sites; `null` where it is not known.
+#[derive(Debug, Serialize)]
+pub(super) struct NoiseSummary<'a> {
+    known: usize,
+    sites: &'a [Option<SiteNoise>],
+    subtracted: Option<&'a SubtractedNoise>,
+}
+
+impl<'a> NoiseSummary<'a> {
+    pub fn new(noise: &'a NoiseFloor) -> Self {
+        NoiseSummary {
+            known: noise.known(),
+            sites: &noise.sites,
+            subtracted: noise.subtracted.as_ref(),
+        }
+    }
 }
 
 /// Degrees of freedom away from 0 and from the Nyquist frequency.
@@ -85,6 +106,7 @@ impl<'a> SpectrumSummary<'a> {
                 largest,
                 interval_factors: interval_factors(median, found.alpha),
             }),
+            noise: found.noise.as_ref().map(NoiseSummary::new),
             jackknife_leaves_out: found.left_out,
             line_test: found.line_test.as_ref().map(|test| LineTestSummary {
                 degrees_of_freedom: test.degrees,
@@ -104,7 +126,7 @@ impl<'a> SpectrumSummary<'a> {
 
 /// Writes spectra to the new file `path` (`.npz`): `frequency` (nf), `position`, `steadiness` (n); `spectrum`,
 /// `degrees_of_freedom`, `low`, `high`, `jackknife_low`, `jackknife_high` (nf, n), NaN where there is no
-/// interval; where segments are left out `segments`, `effective_realisations` (n); of several tapers `f_statistic` (nf, n). Along space, `wavenumber` and `time` take the place of
+/// interval; along time `noise`, `noise_low`, `noise_high` (n), densities; where segments are left out `segments`, `effective_realisations` (n); of several tapers `f_statistic` (nf, n). Along space, `wavenumber` and `time` take the place of
 /// `frequency` and `position`, beside `mean_spectrum`, `mean_low`, `mean_high`, `effective_snapshots` (nk).
 ///
 /// # Errors
@@ -123,6 +145,15 @@ pub fn write_spectrum(path: &Path, found: &SpectrumEstimate) -> Result<()> {
         let segments: Vec<f64> = left.left.iter().map(|left| *left as f64).collect();
         line("segments", &segments)?;
         line("effective_realisations", &left.effective)?;
+    }
+    if let Some(noise) = &found.noise {
+        let of = |part: fn(&SiteNoise) -> f64| -> Vec<f64> {
+            let sites = noise.sites.iter();
+            sites.map(|site| site.as_ref().map_or(f64::NAN, part)).collect()
+        };
+        line("noise", &of(|noise| noise.density))?;
+        line("noise_low", &of(|noise| noise.low))?;
+        line("noise_high", &of(|noise| noise.high))?;
     }
     let plane = |name: &str, values: &mut dyn Iterator<Item = f64>| {
         let values: Vec<f64> = values.collect();

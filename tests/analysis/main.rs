@@ -9,6 +9,7 @@ mod display;
 mod figures_html;
 mod figures_layout;
 mod figures_plot;
+mod gaps;
 mod hard_cases;
 mod headline;
 mod increments;

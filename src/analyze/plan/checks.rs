@@ -168,6 +168,25 @@ pub(super) fn check_references(
             found: "leave-out".into(),
         });
     }
+    if request.subtract_noise {
+        let refuse = |expected: &str, found: &str| {
+            Err(Error::Request {
+                option: "subtract-noise",
+                expected: expected.into(),
+                found: found.into(),
+            })
+        };
+        if request.results.spacetime {
+            let expected = "spectra along time without space-time spectra, which keep the noise";
+            return refuse(expected, "space-time spectra");
+        }
+        if !request.results.temporal {
+            return refuse("spectra along time", "none");
+        }
+        if request.noise.is_some() {
+            return refuse("noise that is found in the field", "noise that is stated");
+        }
+    }
     check_left_out(request, sites)?;
     let present = |option, site: usize| match request.without_sites.contains(&site) {
         false => Ok(()),

@@ -346,6 +346,9 @@ pub fn of_warning(warning: &Warning) -> &'static str {
         Warning::NoisyChannels { .. } => {
             "check the sensors; if it is noise, leave the sites out with `--without-sites`"
         }
+        Warning::NoiseSubtracted { .. } => {
+            "`summary.json` has the noise of each site with its interval, and what clipping added"
+        }
         Warning::SitesLeftOut { .. } => {
             "for the wavenumbers of uneven sites save them with their positions and take spectra by least \
              squares: `cascade lomb --axis space`"

@@ -420,6 +420,10 @@ pub struct Bands {
     /// whose energy is less than twice the noise's are undefined [default: not known].
     #[arg(long, value_name = "RMS", value_parser = parse::positive, allow_negative_numbers = true)]
     pub noise: Option<f64>,
+    /// Subtract the noise of each site, found before the motion arrives or where the spectrum is flat, from spectra
+    /// along time; spectra along both axes are not computed.
+    #[arg(long, conflicts_with = "noise")]
+    pub subtract_noise: bool,
     /// Frequencies, in cycles per unit of time, over which the shares of each direction are taken
     /// [default: all].
     #[arg(long, value_name = "FROM:TO", value_parser = parse::interval,

@@ -5,7 +5,7 @@ use std::path::{Path, PathBuf};
 use clap::{Args, ValueEnum};
 use wavecascade::Error;
 use wavecascade::estimates::{
-    Averaging, LeftOutEach, SpectrumAxis, SpectrumEstimate, SpectrumRequest, Tapers,
+    Averaging, LeftOutEach, NoiseSource, SpectrumAxis, SpectrumEstimate, SpectrumRequest, Tapers,
     interval_factors, spectrum,
 };
 use wavecascade::plot::{self, Figure, Style};
@@ -39,6 +39,10 @@ pub struct Spectrum {
     /// Give all tapers of `--multitaper` the same weight, in place of adaptive ones.
     #[arg(long, requires = "multitaper", help_heading = "Averages")]
     pub equal_weights: bool,
+
+    /// Subtract the noise of each site, where it is known; never below 0.
+    #[arg(long)]
+    pub subtract_noise: bool,
 
     #[command(flatten)]
     pub averages: AverageArgs,
@@ -77,6 +81,7 @@ pub fn run(typed: Spectrum) -> Result<(), Failure> {
         is_whole: typed.periodogram,
         is_adaptive: !typed.equal_weights,
         gaps: typed.averages.gaps.into(),
+        subtract_noise: typed.subtract_noise,
         alpha: typed.averages.significance,
         threads: typed.estimate.threads(),
         memory: typed.averages.memory,
@@ -157,6 +162,7 @@ fn lines(found: &SpectrumEstimate) -> String {
         }
         None => lines.line("interval", "none can be stated"),
     }
+    noise_line(&mut lines, found);
     if found.degrees_range().is_some() && found.left_out == LeftOutEach::Record {
         lines.line(
             "jackknife",
@@ -199,6 +205,48 @@ fn lines(found: &SpectrumEstimate) -> String {
     lines.text
 }
 
+/// How loud the noise is, and what of it was subtracted.
+fn noise_line(lines: &mut Lines, found: &SpectrumEstimate) {
+    let Some(noise) = &found.noise else { return };
+    let Some(median) = noise.median() else {
+        lines.line("noise", "none can be told: no site is quiet at first, or flat below Nyquist");
+        return;
+    };
+    let source = match median.source {
+        NoiseSource::LeadIn { .. } => "before the motion arrives".to_owned(),
+        NoiseSource::Top { from } => {
+            format!("where the spectrum is flat, from {} {}", number(from), found.bin_unit())
+        }
+    };
+    let unit = found.unit.as_ref();
+    let unit = unit.map(|unit| format!(" ({unit})²/{}", found.bin_unit()));
+    let unit = unit.unwrap_or_default();
+    lines.line(
+        "noise",
+        &format!(
+            "at {} of {} sites, {source}: median {} ({} to {}){unit}",
+            noise.known(),
+            noise.sites.len(),
+            number(median.density),
+            number(median.low),
+            number(median.high),
+        ),
+    );
+    if let Some(left) = &noise.subtracted {
+        let clipped: usize = left.clipped_bins.iter().sum();
+        let bins = noise.known() * found.bins.len();
+        let added: f64 = left.clipped_power.iter().sum();
+        lines.line(
+            "subtracted",
+            &format!(
+                "{clipped} of {bins} bins were below the noise and are 0, which adds {} to the mean square of a \
+                 site on average",
+                number(added / noise.known() as f64),
+            ),
+        );
+    }
+}
+
 /// What the user should know, each with what to do.
 fn warnings(found: &SpectrumEstimate) -> Vec<[String; 2]> {
     let mut warnings = Vec::new();
@@ -211,6 +259,19 @@ fn warnings(found: &SpectrumEstimate) -> Vec<[String; 2]> {
     // Those of which nothing is left are named already.
     let empty = left.map_or(0, |left| left.empty().len());
     let without = found.without_interval() - empty;
+    if let Some(noise) = found.noise.as_ref().filter(|noise| noise.subtracted.is_some()) {
+        let unknown = noise.sites.len() - noise.known();
+        if unknown > 0 {
+            warnings.push([
+                format!(
+                    "nothing is subtracted at {unknown} of {} sites, whose noise is not known",
+                    noise.sites.len()
+                ),
+                "record from before the motion arrives, or sample fast enough that noise alone is left at the top"
+                    .into(),
+            ]);
+        }
+    }
     if without > 0 {
         let all = found.has_interval.len();
         warnings.push(match found.along {

@@ -3,7 +3,9 @@
 use ndarray::Array2;
 
 use super::lines::{Line, OFFSETS};
+use super::noise::{LeadIn, Spectra, no_noise};
 use super::pass::{Pass, TileSums};
+use crate::error::Result;
 use super::{LeftOutEach, LineTest, SpectrumAxis, SpectrumEstimate};
 use crate::estimates::realisations::{FactorTable, Independence, TOGETHER};
 use crate::field::Field;
@@ -19,7 +21,7 @@ impl Pass<'_> {
         tiles: &[TileSums],
         left_out: LeftOutEach,
         unit: f64,
-    ) -> SpectrumEstimate {
+    ) -> Result<SpectrumEstimate> {
         let (alpha, length) = (self.request.alpha, self.realisations.segments.length);
         let shape = (self.realisations.bins(), field.n_sites());
         let value = |blocks: fn(&TileSums) -> &Vec<LaneBlock>, m: usize, j: usize| {
@@ -35,7 +37,7 @@ impl Pass<'_> {
             Some(left) => left.records == 0,
             None => false,
         };
-        let spectrum = Array2::from_shape_fn(shape, |(m, j)| {
+        let mut spectrum = Array2::from_shape_fn(shape, |(m, j)| {
             if has_none(j) {
                 return f64::NAN;
             }
@@ -97,7 +99,7 @@ impl Pass<'_> {
             None => vec![left_out_of(0); shape.1],
             Some(_) => (0..shape.1).map(left_out_of).collect(),
         };
-        let jackknife = Array2::from_shape_fn(shape, |(m, j)| {
+        let mut jackknife = Array2::from_shape_fn(shape, |(m, j)| {
             // Realisations of a transient are not independent, its records are.
             let is_known = !sites[j].is_transient() || left_out == LeftOutEach::Record;
             let [all, effective, quantile] = of_sites[j];
@@ -113,9 +115,38 @@ impl Pass<'_> {
         let mut sorted = steadiness.clone();
         sorted.sort_by(f64::total_cmp);
         let frequency = frequencies(length, field.time.step);
+        let noise = (self.request.along == SpectrumAxis::Time).then(|| {
+            let lead_ins = tiles.iter().flat_map(|tile| tile.lead_ins);
+            let lead_ins: Vec<LeadIn> = lead_ins.take(shape.1).collect();
+            let spectra = Spectra {
+                spectrum: &spectrum,
+                degrees: &degrees,
+                frequency: &frequency,
+                length,
+                shared_bins: self.realisations.shared_bins(),
+                alpha,
+                density: 2.0 * density,
+                records: self.shots.count(),
+            };
+            let noise = spectra.noise(&lead_ins);
+            if !self.request.subtract_noise {
+                return noise;
+            }
+            // Logarithms of differences have another spread.
+            jackknife.fill(f64::NAN);
+            let from = usize::from(!has_mean);
+            noise.subtract([&mut spectrum, &mut low, &mut high], (length, from), frequency[1])
+        });
+        if let Some(noise) = &noise
+            && self.request.subtract_noise
+            && noise.known() == 0
+        {
+            return Err(no_noise());
+        }
         let test = || self.line_test(field, tiles, &sites, &frequency, unit);
         let line_test = self.tests_lines().then(test);
-        SpectrumEstimate {
+        Ok(SpectrumEstimate {
+            noise,
             along: SpectrumAxis::Time,
             mean: None,
             mean_is_removed: !has_mean,
@@ -151,7 +182,7 @@ impl Pass<'_> {
             jackknife,
             left_out,
             line_test,
-        }
+        })
     }
 
     fn half_bandwidth(&self, field: &Field) -> Option<f64> {

@@ -4,10 +4,13 @@ mod adaptive;
 mod found;
 mod lines;
 mod mean;
+mod noise;
 mod pass;
 
 pub use lines::Line;
 pub use mean::MeanSpectrum;
+pub use noise::{NoiseFloor, NoiseSource, SiteNoise, SubtractedNoise};
+pub(crate) use noise::no_noise;
 
 use ndarray::Array2;
 
@@ -43,6 +46,8 @@ pub struct SpectrumRequest {
     /// Whether several tapers have Thomson's adaptive weights; else all have the same.
     pub is_adaptive: bool,
     pub gaps: Gaps,
+    /// Subtract the noise of each site from its spectrum, along time.
+    pub subtract_noise: bool,
     /// Probability by which the true spectrum is outside of its interval, and by which a line is found by
     /// chance.
     pub alpha: f64,
@@ -60,6 +65,7 @@ impl Default for SpectrumRequest {
             is_whole: false,
             is_adaptive: true,
             gaps: Gaps::Refuse,
+            subtract_noise: false,
             alpha: 0.05,
             threads: None,
             memory: None,
@@ -139,6 +145,9 @@ pub struct SpectrumEstimate {
     /// What is left of each site where segments with missing samples are left out; `None` with other
     /// [`SpectrumRequest::gaps`]. Sites without any segment are NaN.
     pub segments_left: Option<SegmentsLeft>,
+    /// The noise of each site; `None` along space. Where it was subtracted, intervals hold for the difference, and
+    /// the jackknife has none.
+    pub noise: Option<NoiseFloor>,
     /// Of several tapers alone.
     pub line_test: Option<LineTest>,
     /// Along space, the mean over the times.

@@ -7,7 +7,8 @@ use rayon::prelude::*;
 
 use super::adaptive::{Average, LeftOut, Weights, WithoutOne};
 use super::lines::{LineSums, OFFSETS, TaperSums};
-use super::{LeftOutEach, SpectrumEstimate, SpectrumRequest};
+use super::noise::LeadIn;
+use super::{LeftOutEach, SpectrumAxis, SpectrumEstimate, SpectrumRequest};
 use crate::error::Result;
 use crate::estimates::realisations::{
     Independence, KeptSegments, Realisations, SegmentPairs, SegmentScratch, SegmentsLeft, Shot,
@@ -44,6 +45,7 @@ pub(super) struct TileSums {
     steadiness: [f64; TOGETHER],
     /// Of each site, where segments with missing samples are left out; else empty.
     pub left: Vec<SegmentPairs>,
+    pub lead_ins: [LeadIn; TOGETHER],
     variance: [f64; TOGETHER],
     pub spectrum: Vec<LaneBlock>,
     pub shape: Vec<LaneBlock>,
@@ -163,7 +165,7 @@ impl<'a> Pass<'a> {
         {
             return Err(no_segment_left(self.realisations.segments.length));
         }
-        Ok(self.finish(first, &tiles, left_out, unit))
+        self.finish(first, &tiles, left_out, unit)
     }
 
     /// Bytes that are needed beside the samples.
@@ -244,6 +246,9 @@ impl<'a> Pass<'a> {
         let records = samples.chunks_exact(length).enumerate();
         for ((lane, record), sum) in records.zip(&mut tile.steadiness) {
             let missing = of.missing.get(lane).map_or(&[][..], |missing| missing);
+            if missing.is_empty() && self.request.along == SpectrumAxis::Time {
+                tile.lead_ins[lane].add(record, of.scale * of.scale);
+            }
             scratch.record.clear();
             scratch.record.extend_from_slice(record);
             // An offset is not what moves.
