@@ -1,6 +1,6 @@
 //! Energy at the top of an axis: folded down from beyond it, or a floor of noise.
 
-use super::quality::{Findings, FLAT_PART, flat_part, total};
+use super::quality::{FLAT_PART, Findings, flat_part, total};
 use crate::diagnostics::{Bins, SpectrumMoments};
 use crate::numeric::sum;
 use crate::prepare::Window;
@@ -39,10 +39,9 @@ pub(super) fn aliased(
     let is_wide = bins.len() < FEW_BINS || flat_part(rows, bins) > FLAT_PART;
     let is_flat = FLAT_SHARE.contains(&(share / of_flat)) && is_wide;
     let is_high = share > ALIASING_SHARE;
-    let is_folded = match is_flat {
-        true => is_high && sweeps(),
-        false => is_high && !has_floor(rows, bins, of_flat),
-    };
+    let is_noise = is_flat || has_floor(rows, bins, of_flat);
+    // Below a floor there is other motion, which is not flat in frames either.
+    let is_folded = is_high && (!is_noise || (is_wide && sweeps()));
     is_folded.then_some((share, 0.9 * last))
 }
 

@@ -22,7 +22,7 @@ pub(super) fn defined(
     rows.map(|(j, (row, &energy))| {
         row.total > 0.0 && row.total >= FLOOR * largest && above(j, energy)
     })
-        .collect()
+    .collect()
 }
 
 impl Moments {

@@ -12,7 +12,7 @@ const CLIPPED_RUN: usize = 4;
 /// Energy in the top tenth of the frequency axis over that of the sites beside it; how much these may exceed
 /// the median; its least share of the site's energy.
 const NOISY: f64 = 30.0;
-const NOISY_ALIKE: f64 = 4.0;
+const NOISY_ALIKE: f64 = 10.0;
 const NOISY_SHARE: f64 = 1e-4;
 /// Sites on each side that a noisy one is held against.
 const BESIDE: usize = 2;
@@ -31,7 +31,9 @@ impl Findings<'_> {
         let mut warnings = Vec::new();
         let dead = self.dead(&levels);
         if !dead.is_empty() {
-            warnings.push(Warning::DeadChannels { sites: sites(&dead) });
+            warnings.push(Warning::DeadChannels {
+                sites: sites(&dead),
+            });
         }
         let clipped = |j: &usize| self.scans[*j].clipped_run >= CLIPPED_RUN;
         let clipped: Vec<usize> = (0..self.scans.len()).filter(clipped).collect();
@@ -143,6 +145,8 @@ impl Findings<'_> {
             let row = &rows[live[i]];
             row.top > NOISY * median
                 && row.top > NOISY_SHARE * row.total
+                // The ends of gaps leak.
+                && self.scans[live[i]].gaps == 0
                 && !loud.contains(&live[i])
         };
         let beside = |from: usize, end: usize| {
@@ -180,7 +184,9 @@ fn loud(levels: &[f64]) -> Option<(Vec<usize>, f64)> {
         return None;
     }
     let stands_out = |from: usize, end: usize| {
-        let least = levels[from..end].iter().fold(f64::INFINITY, |m, v| m.min(*v));
+        let least = levels[from..end]
+            .iter()
+            .fold(f64::INFINITY, |m, v| m.min(*v));
         let beside = [from.checked_sub(1), Some(end).filter(|&end| end < n)];
         let is_low = |j: usize| levels[j] > 0.0 && least > LOUD * levels[j];
         beside.into_iter().flatten().all(is_low)

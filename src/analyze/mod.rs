@@ -38,7 +38,7 @@ pub use filtered::{Filtered, filtered};
 pub use plan::{Blocks, Plan, PlanSummary, PlannedStage, plan};
 pub use request::{Request, Results, ShortTime, TimeRange, Welch};
 pub use result::*;
-pub use run::{analyze, run};
+pub use run::{analyze, channel_findings, run};
 pub use warning::{Sites, Warning};
 
 /// Index of the sample nearest to `at`, within `count`.

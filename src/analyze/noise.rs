@@ -72,8 +72,13 @@ impl KnownNoise {
         let window = sum_of_squares(&plan.window_time);
         let variances = floor.sites.iter().map(variance);
         Ok(KnownNoise {
-            power: variances.clone().map(|v| v * window * plan.time_scale.factor).collect(),
-            energies: variances.map(|v| v * window * plan.segments.count() as f64).collect(),
+            power: variances
+                .clone()
+                .map(|v| v * window * plan.time_scale.factor)
+                .collect(),
+            energies: variances
+                .map(|v| v * window * plan.segments.count() as f64)
+                .collect(),
             floor,
             first: usize::from(plan.request.detrend_time != crate::prepare::Detrend::None),
             length: plan.conventions.padded_time,
@@ -81,7 +86,12 @@ impl KnownNoise {
     }
 
     /// Subtracts it from the spectra of `width` sites from `first` on, each a lane; never below 0.
-    pub fn subtract(&self, first: usize, width: usize, power: &mut [LaneBlock]) -> [Subtracted; WIDTH] {
+    pub fn subtract(
+        &self,
+        first: usize,
+        width: usize,
+        power: &mut [LaneBlock],
+    ) -> [Subtracted; WIDTH] {
         let mut done = [Subtracted::default(); WIDTH];
         for (m, row) in power.iter_mut().enumerate().skip(self.first) {
             let lanes = row.0.iter_mut().zip(&self.power[first..first + width]);
@@ -103,7 +113,10 @@ impl KnownNoise {
     pub fn left(&self, done: &[Subtracted], measure: f64) -> NoiseFloor {
         let uncertain = |(noise, power): (&Option<SiteNoise>, &f64)| {
             noise.map_or(0.0, |noise| {
-                0.5 * (noise.high - noise.low) / noise.density * power * self.length as f64 * measure
+                0.5 * (noise.high - noise.low) / noise.density
+                    * power
+                    * self.length as f64
+                    * measure
             })
         };
         NoiseFloor {
@@ -111,7 +124,13 @@ impl KnownNoise {
             subtracted: Some(SubtractedNoise {
                 clipped_bins: done.iter().map(|one| one.clipped_bins).collect(),
                 clipped_power: done.iter().map(|one| one.clipped * measure).collect(),
-                uncertain_power: self.floor.sites.iter().zip(&self.power).map(uncertain).collect(),
+                uncertain_power: self
+                    .floor
+                    .sites
+                    .iter()
+                    .zip(&self.power)
+                    .map(uncertain)
+                    .collect(),
             }),
         }
     }

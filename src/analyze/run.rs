@@ -6,24 +6,24 @@ use super::along::{self, Headline};
 use super::columns::TemporalPassResult;
 use super::display::{AxisEnergies, Display};
 use super::maps::Maps;
+use super::noise::KnownNoise;
 use super::plan::{Plan, plan};
 use super::quality::{Findings, findings};
-use super::noise::KnownNoise;
 use super::reference::References;
-use super::request::Request;
+use super::request::{Request, Results};
 use super::result::*;
 use super::rows::SpatialPassResult;
 use super::spacetime::{ByDirection, Frequencies};
 use super::stages::{Clock, FromProfiles, Stages};
 use super::warning::{Sites, Warning};
 use super::{Spectra, front};
-use crate::arrays::{Collect, Precision, Sink};
+use crate::arrays::{Collect, Nowhere, Precision, Sink};
 use crate::diagnostics::SpectrumMoments;
 use crate::error::Result;
 use crate::field::Field;
 use crate::numeric::{in_band, sum, sum_of_squares};
 use crate::observer::{Observer, Silent};
-use crate::prepare::{ChannelScan, Prepared};
+use crate::prepare::{ChannelScan, Gaps, Prepared};
 use crate::transform::Real;
 
 /// Analyses a field that fits in memory: plan, run, collect.
@@ -34,6 +34,27 @@ pub fn analyze(field: &Field, request: &Request) -> Result<(Analysis, Spectra)> 
     let collect = Collect::default();
     let analysis = run(field, &plan(field, request)?, &collect, &Silent)?;
     Ok((analysis, Spectra::from(collect.into_arrays())))
+}
+
+/// What there is to say about single channels: [gaps](Warning::Gaps), dead, quiet, saturated, loud and noisy ones.
+///
+/// # Errors
+/// As [`plan`]; [`crate::Error::Cancelled`].
+pub fn channel_findings(field: &Field, observer: &dyn Observer) -> Result<Vec<Warning>> {
+    let request = Request {
+        results: Results {
+            temporal: true,
+            ..Results::NONE
+        },
+        // Lines across gaps leak less than zeros into what is held against the neighbours.
+        gaps: Gaps::Interpolate,
+        maps: false,
+        ..Request::default()
+    };
+    let found = run(field, &plan(field, &request)?, &Nowhere, observer)?;
+    let mut warnings = found.warnings;
+    warnings.retain(Warning::is_of_channels);
+    Ok(warnings)
 }
 
 /// Carries out `plan` on the field for which it was made; large arrays go to `sink` block by block.
@@ -138,10 +159,12 @@ fn passes<T: Real>(
     );
 
     let noise_left = noise.as_ref().zip(columns.as_ref());
-    let noise_left = noise_left.map(|(noise, columns)| {
-        noise.left(&columns.subtracted, plan.time_scale.measure * stored)
-    });
-    if let Some((floor, left)) = noise_left.as_ref().and_then(|f| Some((f, f.subtracted.as_ref()?))) {
+    let noise_left = noise_left
+        .map(|(noise, columns)| noise.left(&columns.subtracted, plan.time_scale.measure * stored));
+    if let Some((floor, left)) = noise_left
+        .as_ref()
+        .and_then(|f| Some((f, f.subtracted.as_ref()?)))
+    {
         warnings.push(Warning::NoiseSubtracted {
             known: floor.known(),
             sites: floor.sites.len(),

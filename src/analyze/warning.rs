@@ -145,6 +145,19 @@ impl Warning {
         }
     }
 
+    /// Whether it is about single channels.
+    pub(super) fn is_of_channels(&self) -> bool {
+        matches!(
+            self,
+            Warning::Gaps { .. }
+                | Warning::DeadChannels { .. }
+                | Warning::QuietChannels { .. }
+                | Warning::SaturatedChannels { .. }
+                | Warning::LoudChannels { .. }
+                | Warning::NoisyChannels { .. }
+        )
+    }
+
     /// One sentence with the numbers.
     pub fn message(&self) -> String {
         match self {

@@ -34,8 +34,8 @@ pub(crate) use realisations::first_of;
 pub use realisations::{
     Averaging, Independence, SegmentsLeft, SpectrumInterval, Tapers, interval_factors,
 };
-pub(crate) use spectrum::no_noise;
 pub use slope::{BreakFit, PowerLaw, Slope, SlopeFrames, SlopeRequest, Steepening, slope};
+pub(crate) use spectrum::no_noise;
 pub use spectrum::{
     LeftOutEach, Line, LineTest, MeanSpectrum, NoiseFloor, NoiseSource, SiteNoise, SpectrumAxis,
     SpectrumEstimate, SpectrumRequest, SubtractedNoise, spectrum,

@@ -149,7 +149,9 @@ pub fn write_spectrum(path: &Path, found: &SpectrumEstimate) -> Result<()> {
     if let Some(noise) = &found.noise {
         let of = |part: fn(&SiteNoise) -> f64| -> Vec<f64> {
             let sites = noise.sites.iter();
-            sites.map(|site| site.as_ref().map_or(f64::NAN, part)).collect()
+            sites
+                .map(|site| site.as_ref().map_or(f64::NAN, part))
+                .collect()
         };
         line("noise", &of(|noise| noise.density))?;
         line("noise_low", &of(|noise| noise.low))?;

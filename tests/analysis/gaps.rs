@@ -97,11 +97,17 @@ fn with_gaps(reference: &Reference) -> Array2<f64> {
 fn differs(found: &Array2<f64>, site: usize, expected: Option<&Vec<f64>>) -> f64 {
     let column = found.column(site);
     let Some(expected) = expected else {
-        return if column.iter().all(|v| v.is_nan()) { 0.0 } else { 1.0 };
+        return if column.iter().all(|v| v.is_nan()) {
+            0.0
+        } else {
+            1.0
+        };
     };
     let inside = 1..expected.len() - 1;
     let one = |m: usize| (column[m] / expected[m] - 1.0).abs();
-    inside.map(one).fold(0.0, |a: f64, b| if b.is_nan() { b } else { a.max(b) })
+    inside
+        .map(one)
+        .fold(0.0, |a: f64, b| if a > b { a } else { b })
 }
 
 #[test]
@@ -180,7 +186,11 @@ fn val_scipy_coherence_of_segments_that_both_sites_have() {
     }
     // Of the segments that it shares, a site has the spectrum of itself.
     let alone = spectrum(&[&field], &super::gaps::request(64, 32), &Silent).unwrap();
-    let cells = found.spectrum.column(1).into_iter().zip(alone.spectrum.column(1));
+    let cells = found
+        .spectrum
+        .column(1)
+        .into_iter()
+        .zip(alone.spectrum.column(1));
     cells.for_each(|(a, b)| assert!((a / b - 1.0).abs() < 1e-12));
 }
 
@@ -192,7 +202,9 @@ fn val_estimates_of_several_sites_leave_out_what_any_of_them_misses() {
     let three = values.slice(ndarray::s![.., ..3]).to_owned();
     let kept = |segment: usize| {
         let parts = three.exact_chunks((segment, 3)).into_iter();
-        let parts: Vec<_> = parts.filter(|part| part.iter().all(|v| v.is_finite())).collect();
+        let parts: Vec<_> = parts
+            .filter(|part| part.iter().all(|v| v.is_finite()))
+            .collect();
         field(concatenate(ndarray::Axis(0), &parts).unwrap())
     };
     let given = field(three.clone());
@@ -216,7 +228,9 @@ fn val_estimates_of_several_sites_leave_out_what_any_of_them_misses() {
     let found = bicoherence(&[&given], &of_three(Gaps::LeaveOut), &Silent).unwrap();
     let two = three.select(ndarray::Axis(1), &[0, 2]);
     let parts = two.exact_chunks((32, 2)).into_iter();
-    let parts: Vec<_> = parts.filter(|part| part.iter().all(|v| v.is_finite())).collect();
+    let parts: Vec<_> = parts
+        .filter(|part| part.iter().all(|v| v.is_finite()))
+        .collect();
     let whole = field(concatenate(ndarray::Axis(0), &parts).unwrap());
     let of_two = BicoherenceRequest {
         output: Some(1),
@@ -252,7 +266,10 @@ fn nothing_left_is_an_error_and_so_is_what_cannot_leave_out() {
         gaps: Gaps::LeaveOut,
         ..ModesRequest::default()
     };
-    assert_eq!(option(modes(&[&all], &all_sites, &Silent).unwrap_err()), "gaps");
+    assert_eq!(
+        option(modes(&[&all], &all_sites, &Silent).unwrap_err()),
+        "gaps"
+    );
     let steep = wavecascade::estimates::SlopeRequest {
         gaps: Gaps::LeaveOut,
         axis: wavecascade::estimates::FieldAxis::Time,
@@ -263,7 +280,10 @@ fn nothing_left_is_an_error_and_so_is_what_cannot_leave_out() {
         gaps: Gaps::LeaveOut,
         ..Default::default()
     };
-    assert_eq!(option(wavecascade::analyze(&all, &whole).unwrap_err()), "gaps");
+    assert_eq!(
+        option(wavecascade::analyze(&all, &whole).unwrap_err()),
+        "gaps"
+    );
     // Snapshots that miss a sample go from the mean over the times.
     let mut snapshots = noise(64, 32);
     let full = snapshots.clone();

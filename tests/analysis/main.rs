@@ -2,6 +2,7 @@
 
 mod analyze_stops;
 mod bicoherence;
+mod channels;
 mod coherence;
 mod determinism;
 mod direct_sums;
@@ -15,6 +16,7 @@ mod headline;
 mod increments;
 mod lomb;
 mod modes;
+mod noise;
 mod reference_problems;
 mod ridges;
 mod slope;

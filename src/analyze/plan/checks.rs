@@ -287,7 +287,8 @@ fn check_left_out(request: &Request, sites: &Range<usize>) -> Result<()> {
     match along_space.into_iter().find(|(is_wanted, _)| *is_wanted) {
         None => Ok(()),
         Some((_, what)) => refuse(
-            "spectra along time alone, since spectra along space need sites at even distances".into(),
+            "spectra along time alone, since spectra along space need sites at even distances"
+                .into(),
             what.into(),
         ),
     }

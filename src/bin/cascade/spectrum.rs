@@ -209,13 +209,20 @@ fn lines(found: &SpectrumEstimate) -> String {
 fn noise_line(lines: &mut Lines, found: &SpectrumEstimate) {
     let Some(noise) = &found.noise else { return };
     let Some(median) = noise.median() else {
-        lines.line("noise", "none can be told: no site is quiet at first, or flat below Nyquist");
+        lines.line(
+            "noise",
+            "none can be told: no site is quiet at first, or flat below Nyquist",
+        );
         return;
     };
     let source = match median.source {
         NoiseSource::LeadIn { .. } => "before the motion arrives".to_owned(),
         NoiseSource::Top { from } => {
-            format!("where the spectrum is flat, from {} {}", number(from), found.bin_unit())
+            format!(
+                "where the spectrum is flat, from {} {}",
+                number(from),
+                found.bin_unit()
+            )
         }
     };
     let unit = found.unit.as_ref();
@@ -259,7 +266,11 @@ fn warnings(found: &SpectrumEstimate) -> Vec<[String; 2]> {
     // Those of which nothing is left are named already.
     let empty = left.map_or(0, |left| left.empty().len());
     let without = found.without_interval() - empty;
-    if let Some(noise) = found.noise.as_ref().filter(|noise| noise.subtracted.is_some()) {
+    if let Some(noise) = found
+        .noise
+        .as_ref()
+        .filter(|noise| noise.subtracted.is_some())
+    {
         let unknown = noise.sites.len() - noise.known();
         if unknown > 0 {
             warnings.push([

@@ -425,10 +425,9 @@ impl Pass<'_> {
             // 0 / 0 where none are left.
             Some(left) => left.of as f64 / left.left[j] as f64,
         };
-        let spectrum =
-            Array2::from_shape_fn(shape, |(m, j)| {
-                of(m, j).0 * density * fold(m, length) * part(j)
-            });
+        let spectrum = Array2::from_shape_fn(shape, |(m, j)| {
+            of(m, j).0 * density * fold(m, length) * part(j)
+        });
         let mut found = Coherence {
             frequency: frequencies(length, field.time.step),
             time: field.time.clone(),

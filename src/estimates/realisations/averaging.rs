@@ -2,9 +2,9 @@
 
 use num_complex::Complex;
 
+use super::kept::{KeptSegments, SegmentPairs};
 use crate::error::{Error, Result};
 use crate::prepare::{Detrend, Trend, Window, slepian};
-use super::kept::{KeptSegments, SegmentPairs};
 use crate::transform::{RecordScratch, RecordTransform, Segments};
 
 /// The tapers of a segment.
@@ -340,10 +340,7 @@ fn shared_products(tapers: &[Vec<f64>], segments: Segments, order: i32) -> Vec<f
 /// See [`Realisations::effective_products`], of pairs of segments by their distance.
 fn effective_number(tapers: usize, pairs: &[f64], shared: &[f64]) -> f64 {
     let terms = pairs.iter().zip(shared);
-    let beside: f64 = terms
-        .skip(1)
-        .map(|(pairs, shared)| pairs * shared)
-        .sum();
+    let beside: f64 = terms.skip(1).map(|(pairs, shared)| pairs * shared).sum();
     let all = pairs[0] * tapers as f64;
     all.powi(2) / (pairs[0] * shared[0] + 2.0 * beside)
 }

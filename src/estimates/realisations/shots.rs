@@ -4,12 +4,12 @@ use std::ops::Range;
 
 use rayon::prelude::*;
 
+use super::kept::KeptSegments;
 use crate::arrays::Precision;
 use crate::error::{Error, Result};
 use crate::field::Field;
 use crate::observer::Observer;
 use crate::prepare::{Detrend, Gaps, Preparation, Prepared, ReadAhead, Tiles};
-use super::kept::KeptSegments;
 use crate::system::memory::half_of_free_memory;
 use crate::transform::Segments;
 
@@ -176,7 +176,12 @@ impl Shot<'_> {
     /// Times of a site's missing samples, where segments that hold them are left out.
     pub fn missing(&self, site: usize) -> Vec<usize> {
         match self.leaves_out {
-            true => self.prepared.masked(site).iter().map(|gap| gap.time).collect(),
+            true => self
+                .prepared
+                .masked(site)
+                .iter()
+                .map(|gap| gap.time)
+                .collect(),
             false => Vec::new(),
         }
     }

@@ -5,8 +5,8 @@ use ndarray::Array2;
 use super::lines::{Line, OFFSETS};
 use super::noise::{LeadIn, Spectra, no_noise};
 use super::pass::{Pass, TileSums};
-use crate::error::Result;
 use super::{LeftOutEach, LineTest, SpectrumAxis, SpectrumEstimate};
+use crate::error::Result;
 use crate::estimates::realisations::{FactorTable, Independence, TOGETHER};
 use crate::field::Field;
 use crate::numeric::lanes::LaneBlock;
@@ -135,7 +135,11 @@ impl Pass<'_> {
             // Logarithms of differences have another spread.
             jackknife.fill(f64::NAN);
             let from = usize::from(!has_mean);
-            noise.subtract([&mut spectrum, &mut low, &mut high], (length, from), frequency[1])
+            noise.subtract(
+                [&mut spectrum, &mut low, &mut high],
+                (length, from),
+                frequency[1],
+            )
         });
         if let Some(noise) = &noise
             && self.request.subtract_noise

@@ -9,8 +9,8 @@ mod pass;
 
 pub use lines::Line;
 pub use mean::MeanSpectrum;
-pub use noise::{NoiseFloor, NoiseSource, SiteNoise, SubtractedNoise};
 pub(crate) use noise::no_noise;
+pub use noise::{NoiseFloor, NoiseSource, SiteNoise, SubtractedNoise};
 
 use ndarray::Array2;
 

@@ -330,7 +330,9 @@ impl Spectra<'_> {
         let values: Vec<f64> = bins.clone().map(|m| self.spectrum[[m, j]]).collect();
         let all = bins.clone().map(|m| self.degrees[[m, j]]);
         let total: f64 = all.sum();
-        if !(total > 0.0 && values.iter().all(|v| *v > 0.0)) {
+        let largest = self.spectrum.column(j).fold(0.0, |m: f64, v| m.max(*v));
+        let is_above = |v: &f64| *v > ROUNDING.powi(2) * largest;
+        if !(total > 0.0 && values.iter().all(is_above)) {
             return None;
         }
         // The median of the spectrum is that of noise up to its skewness, less than a half.

@@ -222,13 +222,7 @@ impl<'a> Pass<'a> {
     }
 
     /// Adds the realisations of a shot.
-    fn add(
-        &self,
-        scratch: &mut Scratch,
-        of: &SiteShot,
-        samples: &[f64],
-        tile: &mut TileSums,
-    ) {
+    fn add(&self, scratch: &mut Scratch, of: &SiteShot, samples: &[f64], tile: &mut TileSums) {
         let width = of.width;
         let (bins, tapers) = (self.realisations.bins(), self.weights.tapers());
         if tile.energies.is_empty() {
@@ -417,7 +411,12 @@ impl<'a> Pass<'a> {
         )
     }
 
-    pub fn independence_of(&self, segments: usize, effective: f64, steadiness: f64) -> Independence {
+    pub fn independence_of(
+        &self,
+        segments: usize,
+        effective: f64,
+        steadiness: f64,
+    ) -> Independence {
         let counts = [self.shots.count(), segments, self.weights.tapers()];
         Independence::new(counts, effective, steadiness)
     }
