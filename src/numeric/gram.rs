@@ -5,7 +5,7 @@ use num_complex::Complex;
 /// `G_ij = sum_r conj(a_i) a_j` of the columns of a regression, the last of which is the output: the lower
 /// triangle, row by row.
 #[derive(Debug, Clone)]
-pub(super) struct Gram {
+pub(crate) struct Gram {
     /// Columns, that of the output included.
     columns: usize,
     values: Vec<Complex<f64>>,
@@ -154,7 +154,7 @@ impl Gram {
 
 /// See [`Gram::solve`].
 #[derive(Debug, Clone)]
-pub(super) struct Solution {
+pub(crate) struct Solution {
     pub coefficients: Vec<Complex<f64>>,
     /// How many of them are.
     pub determined: usize,

@@ -5,8 +5,8 @@ use std::ops::Range;
 use rayon::prelude::*;
 
 use super::moments::{PowerSums, SUMS};
-use super::shots::TOGETHER;
 use crate::error::{Error, Result};
+use crate::estimates::realisations::TOGETHER;
 use crate::field::Field;
 use crate::observer::Observer;
 use crate::system::memory::half_of_free_memory;

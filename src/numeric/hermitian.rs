@@ -4,7 +4,7 @@ use ndarray::Array2;
 use num_complex::Complex;
 
 /// Eigenvalues, descending, with the eigenvectors as rows if they were requested.
-pub(super) struct Eigen {
+pub(crate) struct Eigen {
     pub values: Vec<f64>,
     pub vectors: Vec<Vec<Complex<f64>>>,
 }
@@ -22,7 +22,7 @@ const FLOOR: f64 = 1e-3 * f64::EPSILON;
 ///
 /// Source: R. S. Martin, C. Reinsch, J. H. Wilkinson, Numer. Math. 11, 181 (1968); A. Dubrulle, R. S. Martin,
 /// J. H. Wilkinson, Numer. Math. 12, 377 (1968).
-pub(super) fn eigen(matrix: &Array2<Complex<f64>>, with_vectors: bool) -> Eigen {
+pub(crate) fn eigen(matrix: &Array2<Complex<f64>>, with_vectors: bool) -> Eigen {
     let n = matrix.nrows();
     let trace: f64 = (0..n).map(|i| matrix[[i, i]].re).sum();
     let scale = if trace > 0.0 { trace } else { 1.0 };

@@ -12,10 +12,10 @@ use crate::prepare::{Detrend, Gaps, Preparation, Prepared, ReadAhead, Tiles};
 use crate::system::memory::half_of_free_memory;
 
 /// Sites that are read and transformed together: a tile.
-pub(super) const TOGETHER: usize = 8;
+pub(crate) const TOGETHER: usize = 8;
 
 /// Fields with the same axes, one record of every site each.
-pub(super) struct Shots<'a> {
+pub(crate) struct Shots<'a> {
     fields: &'a [&'a Field],
     first: &'a Field,
     gaps: Gaps,
@@ -26,7 +26,7 @@ pub(super) struct Shots<'a> {
 }
 
 /// One of the [`Shots`], open for reading.
-pub(super) struct Shot<'s> {
+pub(crate) struct Shot<'s> {
     prepared: Prepared<'s>,
     block: Option<usize>,
     observer: &'s dyn Observer,

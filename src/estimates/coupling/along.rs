@@ -2,13 +2,11 @@
 
 use ndarray::Array2;
 
-use super::averaging::SegmentScratch;
 use super::bicoherence::{Pass, sidak};
-use super::ensemble::{Independence, steadiness};
-use super::shots::{Shot, TOGETHER};
 use super::spectra::Spectra;
 use super::triples::{TripleSums, Triples};
 use crate::error::Result;
+use crate::estimates::realisations::{Independence, SegmentScratch, Shot, TOGETHER, steadiness};
 
 /// Own bicoherence of sites, gathered at `f3 = f1 + f2`. Arrays are `(frequency f3, site)`, NaN where there is
 /// no power or no pair.

@@ -1,12 +1,13 @@
 //! Bicoherence: coupling of three frequencies, at a site, between two sites and along x.
 
-use super::averaging::{Averaging, Realisations, SegmentScratch, Tapers};
-use super::bicoherence_along::{Along, BicoherenceAlong};
-use super::ensemble::{Independence, steadiness};
-use super::shots::{Shot, Shots, TOGETHER, first_of};
+use super::along::{Along, BicoherenceAlong};
 use super::spectra::{Spectra, last_bin};
 use super::triples::{TripleSums, Triples};
 use crate::error::{Error, Result};
+use crate::estimates::realisations::{
+    Averaging, Independence, Realisations, SegmentScratch, Shot, Shots, TOGETHER, Tapers, first_of,
+    steadiness,
+};
 use crate::field::{Axis, Field};
 use crate::observer::Observer;
 use crate::prepare::Gaps;

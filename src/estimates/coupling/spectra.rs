@@ -1,6 +1,6 @@
 //! The transforms of all realisations of a record, at hand.
 
-use super::averaging::{Realisations, SegmentScratch};
+use crate::estimates::realisations::{Realisations, SegmentScratch};
 
 /// Transforms of one record below the Nyquist frequency, realisation by realisation.
 #[derive(Debug, Clone, Default)]

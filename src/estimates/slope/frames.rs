@@ -2,10 +2,10 @@
 
 use rayon::prelude::*;
 
-use super::averaging::{Realisations, SegmentScratch};
-use super::least_squares::LineFit;
 use crate::error::{Error, Result};
+use crate::estimates::realisations::{Realisations, SegmentScratch};
 use crate::field::Field;
+use crate::numeric::least_squares::LineFit;
 use crate::observer::Observer;
 use crate::system::memory::half_of_free_memory;
 use crate::transform::{RecordTransform, fold};

@@ -1,19 +1,25 @@
 //! Structure functions: moments of increments of the field against scale.
 
-use super::increment_result::{
+mod moments;
+mod result;
+mod sums;
+
+pub use result::{
     AxisIncrements, ExponentBasis, IncrementHistogram, Increments, IncrementsRequest,
     IntervalBasis, ScaleMoments, ScalingExponents,
 };
-use super::increment_sums::{CELLS, Counts, FieldAxis, IncrementPass, PARTS, PartSums, REACH};
-use super::least_squares::{LineFit, mean_of};
-use super::moments::{ORDERS, SIGNED, SUMS, added};
-use super::shots::first_of;
+pub use sums::FieldAxis;
+
 use crate::error::{Error, Result};
+use crate::estimates::realisations::first_of;
 use crate::field::Field;
 use crate::numeric::at_or_below;
+use crate::numeric::least_squares::{LineFit, mean_of};
 use crate::numeric::student_two_sided;
 use crate::observer::Observer;
 use crate::system::threads::in_pool;
+use moments::{ORDERS, SIGNED, SUMS, added};
+use sums::{CELLS, Counts, IncrementPass, PARTS, PartSums, REACH};
 
 /// Structure functions, flatness and histograms of the increments of a field.
 ///

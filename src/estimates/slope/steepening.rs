@@ -1,7 +1,7 @@
 //! The time at which a steepening field forms a shock.
 
-use super::least_squares::LineFit;
-use super::slope_frames::SlopeFrames;
+use super::frames::SlopeFrames;
+use crate::numeric::least_squares::LineFit;
 use crate::numeric::student_two_sided;
 
 /// The gradient has to grow by this factor.

@@ -41,7 +41,7 @@ impl Default for Averaging {
 }
 
 /// The realisations of a record of a certain length, planned.
-pub(super) struct Realisations {
+pub(crate) struct Realisations {
     pub segments: Segments,
     /// Each with `sum w^2 = 1`.
     tapers: Vec<Vec<f64>>,
@@ -53,7 +53,7 @@ pub(super) struct Realisations {
 
 /// Working space of one thread.
 #[derive(Default)]
-pub(super) struct SegmentScratch {
+pub(crate) struct SegmentScratch {
     transform: RecordScratch<f64>,
     segments: Vec<f64>,
     trend: Vec<f64>,
@@ -271,7 +271,7 @@ fn effective_number(tapers: &[Vec<f64>], segments: Segments, order: i32) -> f64 
 
 /// How many independent segments of white noise have the variance of the average over all `segments` under a
 /// window.
-pub(super) fn effective_segments(window: &[f64], segments: Segments) -> f64 {
+pub(crate) fn effective_segments(window: &[f64], segments: Segments) -> f64 {
     let power = crate::numeric::sum_of_squares(window);
     let scaled = window.iter().map(|w| w / power.sqrt()).collect();
     effective_number(&[scaled], segments, 2)

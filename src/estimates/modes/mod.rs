@@ -1,22 +1,27 @@
 //! Spectral proper orthogonal decomposition: the motions that are coherent along x, by frequency.
 
+mod shapes;
+mod snapshots;
+
+pub use shapes::{ModeShapes, ModeWave};
+
 use ndarray::Array2;
 use num_complex::Complex;
 use rayon::prelude::*;
 
-use super::averaging::{Averaging, Realisations, SegmentScratch};
-use super::ensemble::{Independence, steadiness};
-use super::interval::interval_factors;
-use super::mode_shapes::{ModeShapes, ShapeSearch};
-use super::shots::{Shots, TOGETHER, first_of};
-use super::snapshots::{Snapshots, Solved};
 use crate::error::{Error, Result};
+use crate::estimates::realisations::{
+    Averaging, Independence, Realisations, SegmentScratch, Shots, TOGETHER, first_of,
+    interval_factors, steadiness,
+};
 use crate::field::{Axis, Field};
 use crate::observer::Observer;
 use crate::prepare::Gaps;
 use crate::system::memory::{half_of_free_memory, try_filled};
 use crate::system::threads::in_pool;
 use crate::transform::{RecordTransform, fold, frequencies};
+use shapes::ShapeSearch;
+use snapshots::{Snapshots, Solved};
 
 /// All choices of [`modes`].
 #[derive(Debug, Clone, PartialEq)]

@@ -1,10 +1,10 @@
 //! What a transfer between two sites is, and what can be said of it.
 
-use super::bicoherence_along::normal_quantile;
-use super::ensemble::Independence;
+use super::along::normal_quantile;
+use crate::estimates::realisations::Independence;
 use crate::field::Axis;
 
-/// What [`transfer`](super::transfer()) finds. Errors are standard errors.
+/// What [`transfer`](super::transfer::transfer) finds. Errors are standard errors.
 #[derive(Debug, Clone)]
 pub struct Transfer {
     pub time: Axis,

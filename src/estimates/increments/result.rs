@@ -1,7 +1,7 @@
 //! What is requested of increments, and what is found.
 
-use super::increment_sums::FieldAxis;
 use super::moments::ORDERS;
+use super::sums::FieldAxis;
 use crate::field::Axis;
 
 /// All choices of [`increments`](super::increments()).

@@ -2,8 +2,8 @@
 
 use std::f64::consts::TAU;
 
-use super::ensemble::steadiness;
-use super::spectrum::{SpectrumAxis, SpectrumEstimate};
+use super::{SpectrumAxis, SpectrumEstimate};
+use crate::estimates::realisations::steadiness;
 use crate::numeric::student_two_sided;
 
 /// Parts of the record whose means are compared.

@@ -25,7 +25,7 @@ const PARTS: usize = 16;
 const LEAST_STEADINESS: f64 = 1.0 / 3.0;
 
 impl Independence {
-    pub(super) fn new(
+    pub(crate) fn new(
         [records, segments, tapers]: [usize; 3],
         effective_of_one: f64,
         steadiness: f64,
@@ -60,7 +60,7 @@ impl Independence {
 }
 
 /// See [`Independence::steadiness`]; 1 for a record of zeros.
-pub(super) fn steadiness(record: &[f64]) -> f64 {
+pub(crate) fn steadiness(record: &[f64]) -> f64 {
     let length = (record.len() / PARTS).max(1);
     let energies: Vec<f64> = record
         .chunks_exact(length)

@@ -7,13 +7,12 @@ use num_complex::Complex;
 use rayon::prelude::*;
 
 use super::adaptive::{Average, LeftOut, Weights, WithoutOne};
-use super::averaging::{Realisations, SegmentScratch};
-use super::ensemble::{Independence, steadiness};
-use super::interval::FactorTable;
 use super::lines::{Line, LineSums, OFFSETS, TaperSums};
-use super::shots::{Shot, Shots, TOGETHER};
-use super::spectrum::{LeftOutEach, LineTest, SpectrumAxis, SpectrumEstimate, SpectrumRequest};
+use super::{LeftOutEach, LineTest, SpectrumAxis, SpectrumEstimate, SpectrumRequest};
 use crate::error::Result;
+use crate::estimates::realisations::{
+    FactorTable, Independence, Realisations, SegmentScratch, Shot, Shots, TOGETHER, steadiness,
+};
 use crate::field::Field;
 use crate::numeric::lanes::{LaneBlock, widest};
 use crate::numeric::{fisher_level, fisher_tail, student_two_sided};
@@ -440,11 +439,11 @@ impl<'a> Pass<'a> {
 
     fn half_bandwidth(&self, field: &Field) -> Option<f64> {
         match self.request.averaging.tapers {
-            super::Tapers::Slepian { nw, .. } => {
+            crate::estimates::Tapers::Slepian { nw, .. } => {
                 let duration = self.realisations.segments.length as f64 * field.time.step;
                 Some(nw / duration)
             }
-            super::Tapers::Window(_) => None,
+            crate::estimates::Tapers::Window(_) => None,
         }
     }
 
@@ -519,8 +518,8 @@ impl<'a> Pass<'a> {
 
     fn half_bandwidth_bins(&self) -> usize {
         match self.request.averaging.tapers {
-            super::Tapers::Slepian { nw, .. } => nw.ceil() as usize,
-            super::Tapers::Window(_) => 1,
+            crate::estimates::Tapers::Slepian { nw, .. } => nw.ceil() as usize,
+            crate::estimates::Tapers::Window(_) => 1,
         }
     }
 }

@@ -1,22 +1,29 @@
 //! Coherence, phase and delay of all sites against a reference.
 
+mod delay;
+mod phase;
+
+pub use delay::Delay;
+pub use phase::PhaseSpeed;
+
 use std::ops::Range;
 
 use ndarray::parallel::prelude::*;
 use ndarray::{Array2, Axis as Along};
 use num_complex::Complex;
 
-use super::averaging::{Averaging, Realisations, SegmentScratch};
-use super::delay::{Delay, DelaySearch};
-use super::ensemble::{Independence, steadiness};
-use super::phase::{PhaseSpeed, Phases, least_coherence};
-use super::shots::{Shot, Shots, TOGETHER, first_of};
 use crate::error::{Error, Result};
+use crate::estimates::realisations::{
+    Averaging, Independence, Realisations, SegmentScratch, Shot, Shots, TOGETHER, first_of,
+    steadiness,
+};
 use crate::field::{Axis, Field};
 use crate::observer::Observer;
 use crate::prepare::Gaps;
 use crate::system::threads::in_pool;
 use crate::transform::{RecordTransform, fold, frequencies};
+use delay::DelaySearch;
+use phase::{Phases, least_coherence};
 
 /// All choices of [`coherence`].
 #[derive(Debug, Clone, PartialEq)]

@@ -60,7 +60,7 @@ pub fn interval_factors(degrees: f64, alpha: f64) -> [f64; 2] {
 
 /// [`interval_factors`] between two numbers of degrees of freedom, by Chebyshev polynomials: adaptive weights
 /// give each cell its own.
-pub(super) struct FactorTable {
+pub(crate) struct FactorTable {
     /// Ends of `ln nu`.
     low: f64,
     high: f64,

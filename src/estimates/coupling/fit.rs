@@ -3,10 +3,10 @@
 use num_complex::Complex;
 use rayon::prelude::*;
 
-use super::gram::{Gram, Solution};
 use super::spectra::{Spectra, Spectrum};
 use super::transfer::deviation;
 use crate::error::{Error, Result};
+use crate::numeric::gram::{Gram, Solution};
 use crate::numeric::{split_mix, unit_interval};
 use crate::observer::Observer;
 

@@ -1,18 +1,22 @@
 //! Power spectral densities of all sites with intervals, and lines in them.
 
+mod adaptive;
+mod lines;
+mod mean;
+mod pass;
+
+pub use lines::Line;
+pub use mean::MeanSpectrum;
+
 use ndarray::Array2;
 
-use super::averaging::{Averaging, Realisations};
-use super::ensemble::Independence;
-use super::lines::Line;
-use super::mean_spectrum::MeanSpectrum;
-use super::shots::{Shots, first_of};
-use super::spectrum_pass::Pass;
 use crate::error::{Error, Result};
+use crate::estimates::realisations::{Averaging, Independence, Realisations, Shots, first_of};
 use crate::field::{Axis, Field, Quantity};
 use crate::observer::Observer;
 use crate::prepare::Gaps;
 use crate::system::threads::in_pool;
+use pass::Pass;
 
 /// Along which axis spectra are taken.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default, serde::Serialize)]

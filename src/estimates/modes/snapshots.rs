@@ -3,7 +3,7 @@
 use ndarray::Array2;
 use num_complex::Complex;
 
-use super::hermitian::eigen;
+use crate::numeric::hermitian::eigen;
 use crate::numeric::lanes::{LaneBlock, Lanes, SimdKernel, WIDTH, widest};
 
 /// Blocks of products that are summed plainly before their sums are added.

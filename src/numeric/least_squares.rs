@@ -16,7 +16,7 @@ pub struct LineFit {
 
 impl LineFit {
     /// `None` for fewer than three points, or for all at one x.
-    pub(super) fn through(points: &[(f64, f64)]) -> Option<LineFit> {
+    pub(crate) fn through(points: &[(f64, f64)]) -> Option<LineFit> {
         let n = points.len() as f64;
         if points.len() < 3 {
             return None;
@@ -50,7 +50,7 @@ impl LineFit {
 }
 
 /// Mean and half of its interval at `1 - alpha`, of independent values: Student's t. `None` for fewer than two.
-pub(super) fn mean_of(values: &[f64], alpha: f64) -> Option<(f64, f64)> {
+pub(crate) fn mean_of(values: &[f64], alpha: f64) -> Option<(f64, f64)> {
     let n = values.len() as f64;
     if values.len() < 2 {
         return None;

@@ -2,7 +2,7 @@
 
 use num_complex::Complex;
 
-use super::shots::TOGETHER;
+use crate::estimates::realisations::TOGETHER;
 
 /// A line of one record.
 #[derive(Debug, Clone, Copy, PartialEq, serde::Serialize)]

@@ -2,14 +2,14 @@
 
 use num_complex::Complex;
 
-use super::averaging::{Averaging, Realisations, SegmentScratch};
 use super::bicoherence::{LEAST_POWER, only_one_window, refuse};
-use super::ensemble::{Independence, steadiness};
-use super::shots::{Shots, first_of};
+use super::fit::{Fit, OutputFit, Resamplings};
+use super::found::{OutputTransfer, PairTransfer, Transfer, TransferShares};
 use super::spectra::{Spectra, last_bin};
-use super::transfer_fit::{Fit, OutputFit, Resamplings};
-use super::transfer_found::{OutputTransfer, PairTransfer, Transfer, TransferShares};
 use crate::error::{Error, Result};
+use crate::estimates::realisations::{
+    Averaging, Independence, Realisations, SegmentScratch, Shots, first_of, steadiness,
+};
 use crate::field::Field;
 use crate::observer::Observer;
 use crate::prepare::Gaps;

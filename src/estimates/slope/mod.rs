@@ -1,22 +1,29 @@
 //! Power laws of spectra: slope over a band, breaks, slope against time, steepening.
 
+mod breaks;
+mod frames;
+mod steepening;
+
+pub use breaks::BreakFit;
+pub use frames::SlopeFrames;
+pub use steepening::Steepening;
+
 use ndarray::Array2;
 
-use super::averaging::{Averaging, Realisations, SegmentScratch, Tapers};
-use super::breaks::{BreakFit, breaks};
-use super::increment_result::ExponentBasis;
-use super::increment_sums::FieldAxis;
-use super::least_squares::{LineFit, mean_of};
-use super::shots::{Shots, TOGETHER, first_of};
-use super::slope_frames::{Frames, SlopeFrames};
-use super::steepening::Steepening;
 use crate::error::{Error, Result};
+use crate::estimates::increments::{ExponentBasis, FieldAxis};
+use crate::estimates::realisations::{
+    Averaging, Realisations, SegmentScratch, Shots, TOGETHER, Tapers, first_of,
+};
 use crate::field::{Axis, Field};
 use crate::numeric::at_or_below;
+use crate::numeric::least_squares::{LineFit, mean_of};
 use crate::observer::Observer;
 use crate::prepare::Gaps;
 use crate::system::threads::in_pool;
 use crate::transform::{RecordTransform, fold, frequencies, wavenumbers};
+use breaks::breaks;
+use frames::Frames;
 
 /// All choices of [`slope`].
 #[derive(Debug, Clone, PartialEq)]
