@@ -44,13 +44,15 @@ found = wc.slope(
     velocity, dt=times[1] - times[0], dx=x[1] - x[0], band=(4, 40), breaks=0, frames=20, window="none"
 )
 slopes = found.frame_slope
-print(f"slope of the first frame: {float(slopes[0]):.1f}, of the last: {float(slopes[-1]):.2f}")
+for at in (0.6, 0.8, 1.0):
+    one = slopes.sel(frame_time=at, method="nearest")
+    print(f"slope at t = {float(one.frame_time):.2f}: {float(one):.1f}")
 
 # %%
 fig, axes = plt.subplots(figsize=(7, 3.2))
 axes.errorbar(found.frame_time, slopes, found.frame_slope_half, fmt="o", ms=4, label="fitted")
 axes.axhline(-8 / 3, color="k", ls="--", lw=1, label="-8/3, at the shock time")
-axes.set(xlabel="time", ylabel="slope of ln S over ln k", ylim=(-12, 0))
+axes.set(xlabel="time", ylabel="slope of ln S over ln k", xlim=(0.55, 1), ylim=(-14, 0))
 axes.set_title("The spectrum becomes a power law", loc="left")
 axes.legend()
 
@@ -59,5 +61,4 @@ axes.legend()
 
 # %%
 steepening = json.loads(found.attrs["steepening"])
-print({name: value for name, value in steepening.items() if isinstance(value, bool)})
 print(f"shock time: {steepening['shock_time']:.3f}")

@@ -16,16 +16,16 @@ import xarray as xr
 import wavecascade as wc
 
 rng = np.random.default_rng(4)
-t, x = 0.01 * np.arange(4096), 0.5 * np.arange(512)
+t, x = 0.01 * np.arange(2048), 0.5 * np.arange(256)
 velocity = rng.standard_normal((t.size, x.size)) + 2 * np.cos(
-    2 * np.pi * (8 + x / 64)[None, :] * t[:, None]
+    2 * np.pi * (8 + x / 32)[None, :] * t[:, None]
 )
 folder = tempfile.TemporaryDirectory()
 store = Path(folder.name) / "field.zarr"
 xr.Dataset(
     {"velocity": (("time", "x"), velocity, {"units": "m/s"})},
     {"time": ("time", t, {"units": "s"}), "x": ("x", x, {"units": "m"})},
-).to_zarr(store, encoding={"velocity": {"chunks": (1024, 64)}}, consolidated=False)
+).to_zarr(store, encoding={"velocity": {"chunks": (512, 64)}}, consolidated=False)
 
 # %% [markdown]
 # Opened with `chunks={}`, nothing is read. `wc.temporal_spectrum` of it is lazy: a block of the
@@ -34,8 +34,8 @@ xr.Dataset(
 # %%
 field = xr.open_zarr(store, consolidated=False).velocity
 spectrum = wc.temporal_spectrum(field, scaling="density", segment=512, window_time="hann")
-print("field:   ", field.sizes, "chunks of", field.data.chunksize)
-print("spectrum:", spectrum.sizes, "chunks of", spectrum.data.chunksize)
+print("field:   ", field.shape, "chunks of", field.data.chunksize)
+print("spectrum:", spectrum.shape, "chunks of", spectrum.data.chunksize)
 
 # %% [markdown]
 # Computed in blocks, it has the bits of the whole in memory. Here the line rises along x, as it was
@@ -47,7 +47,10 @@ whole = wc.temporal_spectrum(field.compute(), scaling="density", segment=512, wi
 print("same bits:", blocks.values.tobytes() == whole.values.tobytes())
 fig, axes = plt.subplots(figsize=(7, 3.6))
 decibels = 10 * np.log10(blocks.sel(frequency=slice(0, 25)))
-decibels.plot(ax=axes, cmap="viridis", cbar_kwargs={"label": "S(f, x), dB re 1 (m/s)²/Hz"})
+decibels.plot(
+    ax=axes, cmap="viridis", vmin=-25, vmax=10, cbar_kwargs={"label": "S(f, x), dB re 1 (m/s)²/Hz"}
+)
+axes.set(xlabel="position (m)", ylabel="frequency (Hz)")
 axes.set_title("Spectrum of a Zarr store, block by block", loc="left")
 
 # %% [markdown]

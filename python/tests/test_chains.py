@@ -101,17 +101,22 @@ def test_val_program_attenuate_and_transmit(run):
 
 
 @pytest.mark.filterwarnings("ignore::wavecascade.CascadeWarning")
-def test_val_program_analysis_of_a_run_draws_its_lattice(run, run_file, tmp_path):
-    simulated = wc.simulate(SCENE)
+def test_val_program_analysis_of_a_run_draws_its_lattice(run, tmp_path):
+    # Springs, whose chain has branches.
+    springs, typed = {**SCENE, "law": "spring"}, [*TYPED, "--law=spring"]
+    simulated = wc.simulate(springs)
+    run_file = run("simulate", *typed, out="springs.npz")
     for options, words in [
         ({}, []),
         ({"dt": 0.5, "dispersion": "c*abs(k)"}, ["--dt=0.5", "--dispersion=c*abs(k)"]),
     ]:
         if options:
             # Equal bodies and contacts have the constants c and m.
-            simulated = wc.simulate(SCENE, stiffness_ratio=1.0)
-            run_file = run("simulate", *TYPED[:1], "--stiffness-ratio=1", *TYPED[2:], out="other.npz")
-        with np.load(run("analyze", run_file, "--figures", "none", *words) / "spectra.npz") as archive:
+            simulated = wc.simulate(springs, stiffness_ratio=1.0)
+            equal = [word for word in typed if "ratio" not in word]
+            run_file = run("simulate", *equal, "--stiffness-ratio=1", out="other.npz")
+        out = run("analyze", run_file, "--figures", "none", *words, out=f"out{len(words)}")
+        with np.load(out / "spectra.npz") as archive:
             found = wc.analyze(simulated, **options)
             same(found, archive)
             assert "dispersion_frequency" in found and set(archive.files) <= set(found.variables)

@@ -300,10 +300,11 @@ def test_val_xrft_space_time_spectrum(shape):
     found = wc.analyze(da, only="spacetime", scaling="density").spacetime_spectrum
     expected = xrft.power_spectrum(da, dim=["time", "x"], real_dim="time", scaling="density")
     # Cycles per length there, rad here; and exp(-i k x) there, exp(i k x) here.
-    expected = expected.transpose("freq_time", "freq_x").values / (2 * np.pi)
-    n = shape[1]
-    turned = (
-        expected[:, (2 * (n // 2) - np.arange(n)) % n] if n % 2 else np.roll(expected[:, ::-1], 1, axis=1)
+    n, width = shape[1], 0.25 * shape[1]
+    theirs = np.rint(expected.freq_x.values * width).astype(int) % n
+    ours = np.rint(-found.wavenumber_signed.values / (2 * np.pi) * width).astype(int) % n
+    turned = expected.transpose("freq_time", "freq_x").values[:, np.argsort(theirs)][:, ours] / (
+        2 * np.pi
     )
     np.testing.assert_allclose(found, turned, rtol=1e-11, atol=1e-14 * turned.max())
 

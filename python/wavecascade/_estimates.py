@@ -252,8 +252,8 @@ def modes(field: Any, *, progress: Progress = None, **options: Unpack[ModesOptio
     -------
     xarray.Dataset or dict
         ``eigenvalues`` ``(frequency, mode)``, the one-sided power spectral density of each mode
-        integrated over x, descending; ``total`` ``(frequency)``; ``interval`` ``(frequency, end)``, factors of the
-        ends; ``mode_real``, ``mode_imag`` ``(mode_frequency, kept_mode, position)``.
+        integrated over x, descending; ``total`` ``(frequency)``; ``interval`` ``(frequency, end)``,
+        factors of the ends; ``mode_real``, ``mode_imag`` ``(mode_frequency, kept_mode, position)``.
 
     Raises
     ------
