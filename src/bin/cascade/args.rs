@@ -329,6 +329,9 @@ pub struct Preparation {
     /// Sites to analyse, by index, the end excluded [default: all].
     #[arg(long, value_name = "FIRST:END", value_parser = parse::site_range)]
     pub sites: Option<Range<usize>>,
+    /// Sites to leave out, by index: their spectra are undefined, and spectra along space are not computed.
+    #[arg(long, value_name = "SITE,..", value_delimiter = ',')]
+    pub without_sites: Vec<usize>,
     /// Times to analyse, in units of time, both ends included; one may be left out [default: all].
     #[arg(long, value_name = "FROM:TO", value_parser = parse::interval,
           allow_hyphen_values = true, conflicts_with = "until_arrival")]
@@ -417,6 +420,10 @@ pub struct Bands {
     /// whose energy is less than twice the noise's are undefined [default: not known].
     #[arg(long, value_name = "RMS", value_parser = parse::positive, allow_negative_numbers = true)]
     pub noise: Option<f64>,
+    /// Subtract the noise of each site, found before the motion arrives or where the spectrum is flat, from spectra
+    /// along time; spectra along both axes are not computed.
+    #[arg(long, conflicts_with = "noise")]
+    pub subtract_noise: bool,
     /// Frequencies, in cycles per unit of time, over which the shares of each direction are taken
     /// [default: all].
     #[arg(long, value_name = "FROM:TO", value_parser = parse::interval,
@@ -559,6 +566,8 @@ choice!(GapsArg => wavecascade::prepare::Gaps {
     Interpolate => Self::Interpolate,
     /// Count them as zeros, once trends are removed that were fitted without them.
     Mask => Self::Mask,
+    /// Leave the segments that hold them out of averages.
+    LeaveOut => Self::LeaveOut,
 });
 choice!(DetrendArg => wavecascade::prepare::Detrend {
     None => Self::None,
