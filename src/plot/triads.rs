@@ -65,7 +65,10 @@ pub(crate) fn triad_map(found: &Triads) -> HeatChart {
     HeatChart {
         title: String::new(),
         x_label: found.units.wavenumber(),
-        y_label: found.units.wavenumber().replacen("k", "of the larger partner p", 1),
+        y_label: found
+            .units
+            .wavenumber()
+            .replacen("k", "of the larger partner p", 1),
         label: "energy gained, share".into(),
         x: ends.clone(),
         y: ends,
@@ -80,7 +83,10 @@ pub(crate) fn triad_map(found: &Triads) -> HeatChart {
 pub(crate) fn triad_charts(found: &Triads) -> [Chart; 2] {
     let n = shown(found);
     let line = |label: &str, colour: usize, values: &[f64]| {
-        let shares: Vec<f64> = values[..n].iter().map(|value| value / found.energy).collect();
+        let shares: Vec<f64> = values[..n]
+            .iter()
+            .map(|value| value / found.energy)
+            .collect();
         Series::of(label, colour, &found.wavenumber[..n], &shares)
     };
     let zero = || {
@@ -115,9 +121,7 @@ pub(crate) fn triad_charts(found: &Triads) -> [Chart; 2] {
             .map(|k| groups().map(|(_, flux)| flux[k]).sum())
             .collect()
     };
-    let octave = |low: f64, high: f64| {
-        move |d: &Disparity| matches!(d, Disparity::Octave { from } if (low..high).contains(from))
-    };
+    let octave = |low: f64, high: f64| move |d: &Disparity| matches!(d, Disparity::Octave { from } if (low..high).contains(from));
     for (label, colour, low, high) in [
         ("ratios of 2 to 4", BLUE, 2.0, 4.0),
         ("4 to 8", GREEN, 4.0, 8.0),
@@ -141,7 +145,12 @@ pub(crate) fn triad_charts(found: &Triads) -> [Chart; 2] {
         levels: zero(),
         y: around(&series),
         marks,
-        ..Chart::of("", found.units.wavenumber(), "flux past k, share of the energy", series)
+        ..Chart::of(
+            "",
+            found.units.wavenumber(),
+            "flux past k, share of the energy",
+            series,
+        )
     };
     [change, flux]
 }

@@ -61,7 +61,9 @@ pub fn triad_sentences(found: &Triads) -> Vec<(String, String)> {
         say("expansion", text);
     }
     let unexplained = found.unexplained();
-    let most = unexplained.iter().fold(0.0, |m: f64, value| m.max(value.abs()));
+    let most = unexplained
+        .iter()
+        .fold(0.0, |m: f64, value| m.max(value.abs()));
     let rest = match found.law {
         QuadraticLaw::Burgers => "viscosity, sampling",
         QuadraticLaw::Chain { .. } => "losses, drives, ends, sampling",

@@ -112,6 +112,9 @@ pub fn triad_arrays(found: &Triads, file: &dyn LabelledArrays) -> Result<()> {
         .collect();
     to.line("disparity", "group", "", &least)?;
     let flux: Vec<f64> = groups.iter().flat_map(|(_, flux)| flux.clone()).collect();
-    let axes = [("group", groups.len()), ("wavenumber", found.wavenumber.len())];
+    let axes = [
+        ("group", groups.len()),
+        ("wavenumber", found.wavenumber.len()),
+    ];
     to.of_axes("flux_of_group", &axes, &energy, &flux)
 }

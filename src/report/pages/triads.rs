@@ -65,19 +65,25 @@ pub fn triads_html(
         &[
             ("samples", found.samples.to_string()),
             ("energy at the start", number(found.energy)),
-            ("error by sampling", percent(found.sampling_error / found.energy)),
-            ("each triad keeps its energy to", number(found.identities.detailed)),
-            ("sums over pairs are products to", number(found.identities.sums)),
+            (
+                "error by sampling",
+                percent(found.sampling_error / found.energy),
+            ),
+            (
+                "each triad keeps its energy to",
+                number(found.identities.detailed),
+            ),
+            (
+                "sums over pairs are products to",
+                number(found.identities.sums),
+            ),
         ],
     );
     let [from, to] = found.window.map(number);
     let page = Page {
         title: format!("Triads of {name}"),
         sentence: format!("Energy exchanged between wavenumbers from time {from} to {to}"),
-        answers: page::answers(
-            "Which wavenumbers feed which?",
-            triad_sentences(found),
-        ),
+        answers: page::answers("Which wavenumbers feed which?", triad_sentences(found)),
         warnings: page::warnings(
             &warnings
                 .iter()
