@@ -11,7 +11,7 @@ use super::uprights::Mark;
 use crate::budget::{Disparity, Triads};
 
 /// Wavenumbers whose transfers are below this share of the largest are not drawn.
-const SHOWN: f64 = 1e-4;
+const SHOWN: f64 = 2e-3;
 
 /// The map of the pairs, and the flux.
 pub fn triads(found: &Triads, name: &str, style: &Style) -> Figure {
@@ -68,7 +68,7 @@ pub(crate) fn triad_map(found: &Triads) -> HeatChart {
         y_label: found
             .units
             .wavenumber()
-            .replacen("k", "of the larger partner p", 1),
+            .replacen("wavenumber k", "larger partner p", 1),
         label: "energy gained, share".into(),
         x: ends.clone(),
         y: ends,
@@ -145,12 +145,7 @@ pub(crate) fn triad_charts(found: &Triads) -> [Chart; 2] {
         levels: zero(),
         y: around(&series),
         marks,
-        ..Chart::of(
-            "",
-            found.units.wavenumber(),
-            "flux past k, share of the energy",
-            series,
-        )
+        ..Chart::of("", found.units.wavenumber(), "flux past k, share", series)
     };
     [change, flux]
 }

@@ -25,17 +25,36 @@ fn regress_triads_of_a_run_and_of_a_field() {
     let wave = |x: f64| (tau * x).sin() + 0.5 * (2.0 * tau * x).sin();
     let u = Array2::from_shape_fn((5, 32), |(i, j)| wave(j as f64 / 32.0 - 0.01 * i as f64));
     place.save("field.npy", &u);
-    let words = ["triads", "field.npy", "--equation", "burgers", "--dt", "0.01"];
+    let words = [
+        "triads",
+        "field.npy",
+        "--equation",
+        "burgers",
+        "--dt",
+        "0.01",
+    ];
     let said = place.good(&[&words[..], &["--figures", "none"]].concat());
     assert!(said.contains("viscosity"), "{said}");
-    assert_eq!(place.json("field-triads/summary.json")["law"]["name"], "burgers");
+    assert_eq!(
+        place.json("field.npy-triads/summary.json")["law"]["name"],
+        "burgers"
+    );
 
     let before = place.names();
     for (words, named) in [
         (&["triads", "field.npy"][..], "--equation"),
-        (&["triads", "run.npz", "--equation", "burgers", "--force"], "--equation"),
-        (&["triads", "run.npz", "--dx", "2", "--force"], "no options of fields"),
-        (&["triads", "run.npz", "--window-samples", "3:4", "--force"], "--window-samples"),
+        (
+            &["triads", "run.npz", "--equation", "burgers", "--force"],
+            "--equation",
+        ),
+        (
+            &["triads", "run.npz", "--dx", "2", "--force"],
+            "no options of fields",
+        ),
+        (
+            &["triads", "run.npz", "--window-samples", "3:4", "--force"],
+            "--window-samples",
+        ),
     ] {
         let said = place.bad(2, words);
         assert!(said.contains(named), "{said}");

@@ -147,6 +147,7 @@ impl Typed for Triads {
 
 impl Estimate for Found {
     const COMMAND: &'static str = "triads";
+    const EXTENSION: &'static str = "npz";
 
     fn summary(&self, provenance: &Provenance) -> serde_json::Result<String> {
         TriadsSummary::new(self, provenance).to_json()
