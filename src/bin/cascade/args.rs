@@ -97,6 +97,12 @@ pub enum Command {
     /// and from pairs of others, with errors by resampling; and which part of the output is explained where it was
     /// not fitted. Needs twice as many independent realisations as there are pairs.
     Transfer(Box<crate::transfer::Transfer>),
+    /// Find which wavenumbers of a run feed which: transfer by triads, and how local it is.
+    ///
+    /// Where the force is quadratic (springs with alpha, precompressed contacts to second order), or the field obeys
+    /// Burgers' equation, energy is exchanged in triads k = p + q, each of which keeps its energy. The result has what
+    /// each k gained with each partner, the flux past k, and the share of it that triads of near wavenumbers carry.
+    Triads(Box<crate::triads::Triads>),
     /// Estimate the power spectral density of all sites with intervals, and find lines.
     ///
     /// Averaged over segments, over orthogonal tapers (Thomson's method, with adaptive weights), or over

@@ -60,6 +60,8 @@ pub struct Coherence {
     pub frequency: Vec<f64>,
     pub time: Axis,
     pub space: Axis,
+    /// Unit of the samples.
+    pub unit: Option<String>,
     /// Index of the reference.
     pub reference: usize,
     /// Samples of a segment, and shared by neighbours.
@@ -432,6 +434,7 @@ impl Pass<'_> {
             frequency: frequencies(length, field.time.step),
             time: field.time.clone(),
             space: field.space.clone(),
+            unit: field.unit.clone(),
             reference: self.request.reference,
             segment: [length, length - realisations.segments.hop],
             independence,

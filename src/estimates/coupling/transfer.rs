@@ -353,6 +353,7 @@ impl Pass<'_> {
         Transfer {
             time: field.time.clone(),
             space: field.space.clone(),
+            unit: field.unit.clone(),
             from: request.from,
             to: request.to,
             lag: request.lag,
