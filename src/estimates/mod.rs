@@ -14,6 +14,7 @@ mod coupling;
 mod increments;
 mod lomb;
 mod modes;
+mod parts;
 mod realisations;
 mod slope;
 mod spectrum;
@@ -30,8 +31,12 @@ pub use increments::{
 };
 pub use lomb::{Lomb, LombAxis, LombRequest, lomb};
 pub use modes::{ModeShapes, ModeWave, Modes, ModesRequest, modes};
+pub use parts::{Combination, Combined, DividedRequest, Partial, PartialAbout, combine, partial};
+pub(crate) use parts::NodePlace;
 pub(crate) use realisations::first_of;
-pub use realisations::{Averaging, Independence, SpectrumInterval, Tapers, interval_factors};
+pub use realisations::{
+    Averaging, Grid, Independence, Part, SpectrumInterval, Tapers, interval_factors,
+};
 pub use slope::{BreakFit, PowerLaw, Slope, SlopeFrames, SlopeRequest, Steepening, slope};
 pub use spectrum::{
     LeftOutEach, Line, LineTest, MeanSpectrum, SpectrumAxis, SpectrumEstimate, SpectrumRequest,

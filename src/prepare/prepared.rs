@@ -167,6 +167,13 @@ impl<'a> Prepared<'a> {
         self.records(ahead, site..site + 1, out);
     }
 
+    /// The first site without a finite sample at this time.
+    pub fn gap_at(&self, time: usize) -> Option<usize> {
+        let first = self.gaps_by_time.partition_point(|gap| gap.time < time);
+        let gap = self.gaps_by_time.get(first)?;
+        (gap.time == time).then_some(gap.site)
+    }
+
     /// Lets go of the field's pages, where it is larger than memory.
     pub fn release_pages(&self) {
         if self.tiles.ahead.is_some() {

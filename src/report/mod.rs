@@ -26,6 +26,7 @@ mod new_file;
 mod page;
 #[cfg(feature = "figures")]
 mod pages;
+mod partial;
 mod ridges;
 mod run_file;
 mod samples;
@@ -71,6 +72,7 @@ pub use pages::{
     lomb_html, modes_html, ridges_html, slope_html, spectrum_html, sweep_html, transfer_html,
     transmission_html, wave_html,
 };
+pub use partial::{PARTIAL_SCHEMA, read_partial, read_partial_about, write_partial};
 pub use ridges::{RIDGES_SCHEMA, RidgesSummary, ridges_csv, write_ridges};
 pub use run_file::{RUN_SCHEMA, RunFile};
 pub use scan_records::records_csv;

@@ -35,7 +35,8 @@ pub struct SpectrumSummary<'a> {
     steadiness_in_time: Option<f64>,
     alpha: f64,
     degrees_of_freedom: Option<DegreesSummary>,
-    jackknife_leaves_out: LeftOutEach,
+    /// `null` without a jackknife.
+    jackknife_leaves_out: Option<LeftOutEach>,
     line_test: Option<LineTestSummary<'a>>,
 }
 
@@ -82,7 +83,7 @@ impl<'a> SpectrumSummary<'a> {
                 largest,
                 interval_factors: interval_factors(median, found.alpha),
             }),
-            jackknife_leaves_out: found.left_out,
+            jackknife_leaves_out: found.has_jackknife.then_some(found.left_out),
             line_test: found.line_test.as_ref().map(|test| LineTestSummary {
                 degrees_of_freedom: test.degrees,
                 level: test.level,

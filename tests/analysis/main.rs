@@ -14,6 +14,7 @@ mod headline;
 mod increments;
 mod lomb;
 mod modes;
+mod parts;
 mod reference_problems;
 mod ridges;
 mod slope;

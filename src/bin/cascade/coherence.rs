@@ -4,7 +4,9 @@ use std::path::{Path, PathBuf};
 
 use clap::Args;
 use wavecascade::Error;
-use wavecascade::estimates::{Averaging, Coherence as Found, CoherenceRequest, Tapers, coherence};
+use wavecascade::estimates::{
+    Averaging, Coherence as Found, CoherenceRequest, Combined, DividedRequest, Tapers, coherence,
+};
 use wavecascade::plot::{self, Figure, Style};
 use wavecascade::prepare::Window;
 use wavecascade::report::{CoherenceSummary, Provenance, coherence_html, percent, write_coherence};
@@ -13,6 +15,7 @@ use crate::args::{DetrendArg, GapsArg};
 use crate::estimate::{self, Estimate, EstimateArgs};
 use crate::failure::Failure;
 use crate::parse;
+use crate::parts::{self, PartArgs};
 use crate::terminal::{self, Lines, number};
 
 /// What `cascade coherence` takes.
@@ -20,7 +23,7 @@ use crate::terminal::{self, Lines, number};
 pub struct Coherence {
     /// File with the field; several, or patterns such as `'shot*.npy'`, are repeated records (shots) of the
     /// same sites, which are averaged.
-    #[arg(required = true, value_name = "FIELD")]
+    #[arg(required_unless_present = "merge", value_name = "FIELD")]
     pub fields: Vec<PathBuf>,
 
     /// Index of the site that all others are compared with.
@@ -29,6 +32,8 @@ pub struct Coherence {
 
     #[command(flatten)]
     pub averages: AverageArgs,
+    #[command(flatten)]
+    pub parts: PartArgs,
     #[command(flatten)]
     pub estimate: EstimateArgs,
 }
@@ -97,6 +102,17 @@ impl Coherence {
 /// Runs the command.
 pub fn run(typed: Coherence) -> Result<(), Failure> {
     let request = typed.request();
+    if !typed.parts.merge.is_empty() {
+        return parts::merge(&typed.parts.merge, &typed.estimate, |found| match found {
+            Combined::Coherence(found) => Some(*found),
+            _ => None,
+        });
+    }
+    if let Some(part) = typed.parts.part {
+        let request = DividedRequest::from(request);
+        let part = ("coherence", &request, part);
+        return parts::write(&typed.fields, &typed.estimate, typed.averages.memory, part);
+    }
     estimate::run(
         &typed.fields,
         &typed.estimate,

@@ -16,7 +16,7 @@ use crate::budget::command;
 use crate::chain_args::How;
 use crate::failure::Failure;
 use crate::fields::expanded;
-use crate::figure_args::FigureArgs;
+use crate::figure_args::{Drawing, FigureArgs};
 use crate::progress::Progress;
 use crate::terminal::{self, Tone};
 
@@ -86,44 +86,76 @@ pub fn run<E: Estimate>(
     compute: impl FnOnce(&[&Field], &dyn Observer) -> Result<E, Error>,
 ) -> Result<(), Failure> {
     let drawing = typed.figures.drawing()?;
-    let paths = expanded(fields)?;
-    use_threads(typed.threads())?;
-    let default = || named_after(&paths[0], "npy", &format!("-{}", E::COMMAND));
-    let out = typed.out.clone().unwrap_or_else(default);
-    drop(ResultDirectory::create(&out, typed.force)?);
+    let default = |first: &Path| named_after(first, "npy", &format!("-{}", E::COMMAND));
+    let (paths, out) = begin(fields, typed, default)?;
     let progress = Progress::new(!typed.how.quiet && std::io::stderr().is_terminal());
-    let options = OpenOptions {
-        hash: true,
-        uneven: E::UNEVEN,
-        ..open_options(&typed.input, memory)
-    };
-    let mut fields = Vec::new();
-    for path in &paths {
-        let field = Field::open(path, &options)?;
-        print_notes(&field, typed.how.quiet);
-        fields.push(field);
-    }
+    let fields = open(&paths, typed, memory, [true, E::UNEVEN])?;
     let all: Vec<&Field> = fields.iter().collect();
     let found = compute(&all, &progress).map_err(|error| error.of_file(&paths[0]))?;
     let opened: Vec<FileState> = fields.iter().filter_map(Field::file_state).collect();
     let hash = fields[0].content_hash.clone();
     drop(fields);
     progress.begin_writing();
-    let directory = ResultDirectory::create(&out, typed.force)?;
     opened.iter().try_for_each(FileState::check)?;
     let input = paths[0].display().to_string();
     let provenance = Provenance::new(command(), Some(input), hash);
-    let json = found.summary(&provenance).map_err(std::io::Error::from)?;
+    let name = paths[0].file_stem().unwrap_or_default().to_string_lossy();
+    publish(&found, typed, (&out, &name, &provenance), &drawing, &progress)
+}
+
+/// The files that `fields` names, and the directory of the result, which is checked before any work.
+pub fn begin(
+    fields: &[PathBuf],
+    typed: &EstimateArgs,
+    default: impl FnOnce(&Path) -> PathBuf,
+) -> Result<(Vec<PathBuf>, PathBuf), Failure> {
+    let paths = expanded(fields)?;
+    use_threads(typed.threads())?;
+    let out = typed.out.clone().unwrap_or_else(|| default(&paths[0]));
+    drop(ResultDirectory::create(&out, typed.force)?);
+    Ok((paths, out))
+}
+
+/// The fields, hashed and with uneven coordinates if so.
+pub fn open(
+    paths: &[PathBuf],
+    typed: &EstimateArgs,
+    memory: Option<u64>,
+    [hash, uneven]: [bool; 2],
+) -> Result<Vec<Field>, Failure> {
+    let options = OpenOptions {
+        hash,
+        uneven,
+        ..open_options(&typed.input, memory)
+    };
+    let mut fields = Vec::new();
+    for path in paths {
+        let field = Field::open(path, &options)?;
+        print_notes(&field, typed.how.quiet);
+        fields.push(field);
+    }
+    Ok(fields)
+}
+
+/// Writes what was found of the field `name` to the directory `out`, and prints it.
+pub fn publish<E: Estimate>(
+    found: &E,
+    typed: &EstimateArgs,
+    (out, name, provenance): (&Path, &str, &Provenance),
+    drawing: &Drawing,
+    progress: &Progress,
+) -> Result<(), Failure> {
+    let directory = ResultDirectory::create(out, typed.force)?;
+    let json = found.summary(provenance).map_err(std::io::Error::from)?;
     directory.write("summary.json", &json)?;
     found.write_arrays(directory.path())?;
     let warnings = found.warnings();
     if drawing.is_wanted() {
         progress.stage("drawing", 1);
-        let name = paths[0].file_stem().unwrap_or_default().to_string_lossy();
-        let figures = found.figures(&name, &drawing.style);
+        let figures = found.figures(name, &drawing.style);
         let folder = directory.path().join("figures");
         plot::save_all(&figures, &folder, &drawing.formats)?;
-        let page = found.page(&name, &provenance, &warnings, &drawing.style);
+        let page = found.page(name, provenance, &warnings, &drawing.style);
         directory.write("report.html", page.map_err(std::io::Error::from)?)?;
     }
     progress.check()?;

@@ -33,6 +33,7 @@ mod manual;
 mod measured;
 mod modes;
 mod parse;
+mod parts;
 mod progress;
 mod ridges;
 mod saved;

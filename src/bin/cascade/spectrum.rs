@@ -5,7 +5,7 @@ use std::path::{Path, PathBuf};
 use clap::{Args, ValueEnum};
 use wavecascade::Error;
 use wavecascade::estimates::{
-    Averaging, LeftOutEach, SpectrumAxis, SpectrumEstimate, SpectrumRequest, Tapers,
+    Averaging, Combined, DividedRequest, LeftOutEach, SpectrumAxis, SpectrumEstimate, SpectrumRequest, Tapers,
     interval_factors, spectrum,
 };
 use wavecascade::plot::{self, Figure, Style};
@@ -15,6 +15,7 @@ use wavecascade::report::{Provenance, SpectrumSummary, percent, spectrum_html, w
 use crate::coherence::AverageArgs;
 use crate::estimate::{self, Estimate, EstimateArgs};
 use crate::failure::Failure;
+use crate::parts::{self, PartArgs};
 use crate::terminal::{self, Lines, number};
 
 /// What `cascade spectrum` takes.
@@ -22,7 +23,7 @@ use crate::terminal::{self, Lines, number};
 pub struct Spectrum {
     /// File with the field; several, or patterns such as `'shot*.npy'`, are repeated records (shots) of the
     /// same sites, which are averaged.
-    #[arg(required = true, value_name = "FIELD")]
+    #[arg(required_unless_present = "merge", value_name = "FIELD")]
     pub fields: Vec<PathBuf>,
 
     /// Spectra of the records of sites, over frequency, or of the snapshots, over wavenumber.
@@ -40,8 +41,14 @@ pub struct Spectrum {
     #[arg(long, requires = "multitaper", help_heading = "Averages")]
     pub equal_weights: bool,
 
+    /// Leave out the jackknife, which takes each segment a second time; the other intervals stay.
+    #[arg(long, help_heading = "Averages")]
+    pub no_jackknife: bool,
+
     #[command(flatten)]
     pub averages: AverageArgs,
+    #[command(flatten)]
+    pub parts: PartArgs,
     #[command(flatten)]
     pub estimate: EstimateArgs,
 }
@@ -76,11 +83,23 @@ pub fn run(typed: Spectrum) -> Result<(), Failure> {
         averaging,
         is_whole: typed.periodogram,
         is_adaptive: !typed.equal_weights,
+        has_jackknife: !typed.no_jackknife && typed.parts.part.is_none(),
         gaps: typed.averages.gaps.into(),
         alpha: typed.averages.significance,
         threads: typed.estimate.threads(),
         memory: typed.averages.memory,
     };
+    if !typed.parts.merge.is_empty() {
+        return parts::merge(&typed.parts.merge, &typed.estimate, |found| match found {
+            Combined::Spectrum(found) => Some(*found),
+            _ => None,
+        });
+    }
+    if let Some(part) = typed.parts.part {
+        let request = DividedRequest::from(request);
+        let part = ("spectrum", &request, part);
+        return parts::write(&typed.fields, &typed.estimate, typed.averages.memory, part);
+    }
     estimate::run(
         &typed.fields,
         &typed.estimate,
@@ -156,7 +175,7 @@ fn lines(found: &SpectrumEstimate) -> String {
         }
         None => lines.line("interval", "none can be stated"),
     }
-    if found.degrees_range().is_some() && found.left_out == LeftOutEach::Record {
+    if found.degrees_range().is_some() && found.has_jackknife && found.left_out == LeftOutEach::Record {
         lines.line(
             "jackknife",
             "over records, whose segments are not independent",

@@ -13,9 +13,10 @@ use ndarray::{Array2, Axis as Along};
 use num_complex::Complex;
 
 use crate::error::{Error, Result};
+use crate::estimates::parts::Divided;
 use crate::estimates::realisations::{
-    Averaging, Independence, Realisations, SegmentScratch, Shot, Shots, TOGETHER, first_of,
-    steadiness,
+    Averaging, Grid, Independence, Portion, Realisations, RecordTree, SegmentScratch, SegmentTree,
+    Shot, Shots, Sums, TOGETHER, TreeNode, first_of, held_at_once,
 };
 use crate::field::{Axis, Field};
 use crate::observer::Observer;
@@ -26,7 +27,7 @@ use delay::DelaySearch;
 use phase::{Phases, least_coherence};
 
 /// All choices of [`coherence`].
-#[derive(Debug, Clone, PartialEq)]
+#[derive(Debug, Clone, PartialEq, serde::Serialize, serde::Deserialize)]
 pub struct CoherenceRequest {
     /// Index of the site that all others are compared with.
     pub reference: usize,
@@ -35,8 +36,10 @@ pub struct CoherenceRequest {
     /// Probability by which the level of significance is exceeded by chance.
     pub alpha: f64,
     /// Worker threads; `None`: one a core.
+    #[serde(skip)]
     pub threads: Option<usize>,
     /// Bytes of working memory; `None`: half of the free memory.
+    #[serde(skip)]
     pub memory: Option<u64>,
 }
 
@@ -154,144 +157,197 @@ pub fn coherence(
     request: &CoherenceRequest,
     observer: &dyn Observer,
 ) -> Result<Coherence> {
-    let first = check(fields, request)?;
-    let realisations = Realisations::new(&request.averaging, first.n_times())?;
-    let all = fields.len() * realisations.count();
-    if all < 2 {
-        return Err(Error::Request {
-            option: "segment",
-            expected:
-                "at least two realisations: shorter segments, several tapers, or several fields"
-                    .into(),
-            found: "one segment of one field under one taper".into(),
-        });
-    }
+    let grid = Grid::of(first_of(fields)?);
+    let realisations = request.plan(&grid)?;
+    check_count(fields.len() * realisations.count())?;
     in_pool(request.threads, || {
         let (gaps, memory) = (request.gaps, request.memory);
-        let reached = realisations.reached();
-        let pass = Pass {
-            shots: Shots::new(fields, gaps, memory, reached, observer)?,
-            request,
-            realisations: &realisations,
-        };
-        pass.run(first)
+        let shots = Shots::new(fields, gaps, memory, realisations.reached(), observer)?;
+        request
+            .pass(&grid, &realisations, fields.len())
+            .run(&shots)
     })
 }
 
-/// The first of the fields, whose axes all have.
-fn check<'a>(fields: &[&'a Field], request: &CoherenceRequest) -> Result<&'a Field> {
-    let first = first_of(fields)?;
-    let refuse = |option, expected: String, found: String| {
-        Err(Error::Request {
-            option,
-            expected,
-            found,
-        })
-    };
-    if request.reference >= first.n_sites() {
-        let expected = format!("a site from 0 to {}", first.n_sites() - 1);
-        return refuse("reference", expected, request.reference.to_string());
+impl CoherenceRequest {
+    fn check(&self, grid: &Grid) -> Result<()> {
+        let refuse = |option, expected: String, found: String| {
+            Err(Error::Request {
+                option,
+                expected,
+                found,
+            })
+        };
+        if self.reference >= grid.sites {
+            let expected = format!("a site from 0 to {}", grid.sites - 1);
+            return refuse("reference", expected, self.reference.to_string());
+        }
+        if !(self.alpha > 0.0 && self.alpha < 1.0) {
+            let expected = "a probability between 0 and 1".to_owned();
+            return refuse("significance", expected, self.alpha.to_string());
+        }
+        Ok(())
     }
-    if !(request.alpha > 0.0 && request.alpha < 1.0) {
-        let expected = "a probability between 0 and 1".to_owned();
-        return refuse("significance", expected, request.alpha.to_string());
+
+    fn pass<'a>(
+        &'a self,
+        grid: &Grid,
+        realisations: &'a Realisations,
+        records: usize,
+    ) -> Pass<'a> {
+        Pass {
+            request: self,
+            realisations,
+            grid: grid.clone(),
+            records,
+        }
     }
-    Ok(first)
+}
+
+/// That there are two realisations at least.
+fn check_count(realisations: usize) -> Result<()> {
+    if realisations >= 2 {
+        return Ok(());
+    }
+    Err(Error::Request {
+        option: "segment",
+        expected: "at least two realisations: shorter segments, several tapers, or several fields"
+            .into(),
+        found: "one segment of one field under one taper".into(),
+    })
 }
 
 struct Pass<'a> {
-    shots: Shots<'a>,
     request: &'a CoherenceRequest,
     realisations: &'a Realisations,
+    grid: Grid,
+    /// Records of a site.
+    records: usize,
 }
 
-/// Sums over realisations.
-struct Sums {
-    tiles: Vec<TileSums>,
-    /// Of the reference.
-    reference: Vec<f64>,
-    steadiness: f64,
-}
-
-/// Sums of a few sites, `[bin * width + site]`.
-#[derive(Clone)]
-struct TileSums {
-    own: Vec<f64>,
-    cross: Vec<Complex<f64>>,
+#[derive(Default)]
+struct Scratch {
+    segments: SegmentScratch,
+    deviations: Vec<f64>,
+    tree: SegmentTree,
 }
 
 impl Pass<'_> {
-    fn run(&self, first: &Field) -> Result<Coherence> {
-        let bins = self.realisations.bins();
-        let block = self
-            .shots
-            .block("the cross-spectra of this field", self.held(first))?;
-        let tiles = (0..self.shots.tiles()).map(|tile| self.shots.sites(tile).len() * bins);
-        let tiles = tiles.map(|cells| TileSums {
-            own: vec![0.0; cells],
-            cross: vec![Complex::default(); cells],
-        });
-        let mut sums = Sums {
-            tiles: tiles.collect(),
-            reference: vec![0.0; bins],
-            steadiness: 0.0,
-        };
-        let unit = self.shots.each(block, |shot| self.add(shot, &mut sums))?;
-        Ok(self.finish(first, &sums, unit))
+    fn run(&self, shots: &Shots<'_>) -> Result<Coherence> {
+        let whole = (0..self.records).map(|record| self.realisations.whole(record));
+        let (unit, trees) = self.sum(shots, &whole.collect::<Vec<Portion>>())?;
+        Ok(self.finish(trees, unit))
+    }
+
+    /// The sums of every tile over these portions, and the unit of the samples.
+    fn sum(&self, shots: &Shots<'_>, portions: &[Portion]) -> Result<(f64, Vec<RecordTree>)> {
+        let is_all = portions.iter().all(|portion| portion.is_whole);
+        let block = shots.block("the cross-spectra of this field", self.held(is_all))?;
+        let mut trees = Vec::new();
+        trees.resize_with(shots.tiles(), RecordTree::default);
+        let unit = shots.each_portion(block, portions, |shot, portion| {
+            self.add(shot, portion, &mut trees)
+        })?;
+        Ok((unit, trees))
     }
 
     /// Bytes that are needed beside the samples.
-    fn held(&self, field: &Field) -> u64 {
-        let (samples, sites) = (field.n_times() as u64, field.n_sites() as u64);
+    fn held(&self, is_all: bool) -> u64 {
+        let samples = self.grid.times as u64;
+        let sites = self.grid.sites.next_multiple_of(TOGETHER) as u64;
         let bins = self.realisations.bins() as u64;
         let length = self.realisations.segments.length;
         let threads = rayon::current_num_threads() as u64;
         let scratch = RecordTransform::<f64>::working_bytes(length, length, TOGETHER);
-        24 * sites * bins
+        let sums = 8 * Sums::blocks(self.plain(), self.realisations.pieces()) as u64;
+        let of_segments = held_at_once(self.realisations.segments.count());
+        let kept = match is_all {
+            true => held_at_once(self.records),
+            false => 2 * (2 * of_segments + held_at_once(self.records)),
+        };
+        sites * kept * sums
             + 4 * 8 * sites * bins
             + 16 * bins * self.realisations.count() as u64
-            + threads * (8 * TOGETHER as u64 * samples + scratch)
+            + threads * (TOGETHER as u64 * (8 * samples + of_segments * sums) + scratch)
     }
 
-    /// Adds the realisations of one shot.
-    fn add(&self, shot: &Shot<'_>, sums: &mut Sums) -> Result<()> {
-        let bins = self.realisations.bins();
+    /// Blocks of the sums of a tile: of each bin its power, and the real and imaginary part of the product.
+    fn plain(&self) -> usize {
+        3 * self.realisations.bins()
+    }
+
+    fn zeros(&self) -> Sums {
+        Sums::zeros(self.plain(), self.realisations.pieces())
+    }
+
+    /// Adds the realisations of a portion of one shot.
+    fn add(&self, shot: &Shot<'_>, portion: &Portion, trees: &mut [RecordTree]) -> Result<()> {
+        let (bins, tapers) = (self.realisations.bins(), self.realisations.tapers());
         let record = shot.record(self.request.reference);
-        sums.steadiness += steadiness(&record);
         let squared = shot.scale * shot.scale;
         // Conjugate transforms of the reference, realisation by realisation.
-        let mut reference = Vec::with_capacity(self.realisations.count() * bins);
+        let mut reference = Vec::with_capacity(portion.segments.len() * tapers * bins);
         let mut scratch = SegmentScratch::default();
-        self.realisations.each(&record, &mut scratch, |_, spectra| {
-            for (sum, x) in sums.reference.iter_mut().zip(spectra) {
-                *sum += x.norm_sqr() * squared;
-            }
+        let conjugate = |_: usize, spectra: &[Complex<f64>]| {
             reference.extend(spectra.iter().map(|x| x.conj() * squared));
-        });
-        let add = |scratch: &mut SegmentScratch,
+        };
+        self.realisations.each_of(portion, &record, &mut scratch, conjugate);
+        let first = portion.segments.start * tapers;
+        let tile_of_reference = self.request.reference / TOGETHER * TOGETHER;
+        let add = |scratch: &mut Scratch,
                    sites: Range<usize>,
                    samples: &[f64],
-                   sums: &mut TileSums| {
-            self.realisations.each(samples, scratch, |r, spectra| {
-                let reference = &reference[r * bins..][..bins];
-                let width = sites.len();
-                let rows = spectra.chunks_exact(width).zip(reference);
-                let own = sums.own.chunks_exact_mut(width);
-                let sums = own.zip(sums.cross.chunks_exact_mut(width));
-                for ((spectra, reference), (own, cross)) in rows.zip(sums) {
-                    for ((x, own), cross) in spectra.iter().zip(own).zip(cross) {
-                        *own += x.norm_sqr() * squared;
-                        *cross += reference * x;
+                   records: &mut RecordTree| {
+            let Scratch {
+                segments,
+                deviations,
+                tree,
+            } = scratch;
+            let width = sites.len();
+            let visit = |r: usize, spectra: &[Complex<f64>]| {
+                let (segment, taper) = (r / tapers, r % tapers);
+                if taper == 0 {
+                    let sums = tree.open(segment, || self.zeros());
+                    if sites.start == tile_of_reference {
+                        let pieces = (portion, segment, samples, shot.scale);
+                        self.realisations.add_pieces(pieces, deviations, sums);
                     }
                 }
-            });
+                let Some(sums) = tree.current() else {
+                    return;
+                };
+                let reference = &reference[(r - first) * bins..][..bins];
+                let (own, cross) = sums.plain_mut().split_at_mut(bins);
+                let (re, im) = cross.split_at_mut(bins);
+                let rows = spectra.chunks_exact(width).zip(reference);
+                for (((row, reference), own), (re, im)) in
+                    rows.zip(own).zip(re.iter_mut().zip(im))
+                {
+                    let cross = own.0.iter_mut().zip(re.0.iter_mut().zip(&mut im.0));
+                    for (x, (own, (re, im))) in row.iter().zip(cross) {
+                        let product = reference * x;
+                        *own += x.norm_sqr() * squared;
+                        *re += product.re;
+                        *im += product.im;
+                    }
+                }
+                if taper + 1 == tapers {
+                    tree.close();
+                }
+            };
+            self.realisations.each_of(portion, samples, segments, visit);
+            records.take(tree, portion.record, portion.is_whole, false);
         };
-        shot.each_tile("cross-spectra", &mut sums.tiles, add)
+        shot.each_tile("cross-spectra", trees, add)
     }
 
-    fn finish(&self, field: &Field, sums: &Sums, unit: f64) -> Coherence {
-        let realisations = self.realisations;
-        let (records, length) = (self.shots.count(), realisations.segments.length);
+    fn finish(&self, trees: Vec<RecordTree>, unit: f64) -> Coherence {
+        let (realisations, grid) = (self.realisations, &self.grid);
+        let (records, length) = (self.records, realisations.segments.length);
+        let (bins, reference) = (realisations.bins(), self.request.reference);
+        let total = |mut tree: RecordTree| tree.total().unwrap_or_else(|| self.zeros());
+        let tiles: Vec<Sums> = trees.into_iter().map(total).collect();
+        let steadiness = tiles[reference / TOGETHER].steadiness()[reference % TOGETHER];
         let independence = Independence::new(
             [
                 records,
@@ -299,29 +355,29 @@ impl Pass<'_> {
                 realisations.tapers(),
             ],
             realisations.effective(),
-            sums.steadiness / records as f64,
+            steadiness / records as f64,
         );
         // The sums of site j at frequency m.
         let of = |m: usize, j: usize| {
-            let cell = m * self.shots.sites(j / TOGETHER).len() + j % TOGETHER;
-            let tile = &sums.tiles[j / TOGETHER];
-            (tile.own[cell], tile.cross[cell])
+            let (blocks, lane) = (tiles[j / TOGETHER].plain(), j % TOGETHER);
+            let [own, re, im] = [m, bins + m, 2 * bins + m].map(|block| blocks[block].0[lane]);
+            (own, Complex::new(re, im))
         };
-        let shape = (realisations.bins(), field.n_sites());
+        let shape = (bins, grid.sites);
         let coherence = Array2::from_shape_fn(shape, |(m, j)| match of(m, j) {
             // 0 / 0 where one of them is still.
-            (own, cross) if own > 0.0 => (cross.norm_sqr() / (sums.reference[m] * own)).min(1.0),
+            (own, cross) if own > 0.0 => (cross.norm_sqr() / (of(m, reference).0 * own)).min(1.0),
             _ => f64::NAN,
         });
         let phase = Array2::from_shape_fn(shape, |(m, j)| of(m, j).1.arg());
-        let density = field.time.step * unit * unit / (records * realisations.count()) as f64;
+        let density = grid.time.step * unit * unit / (records * realisations.count()) as f64;
         let spectrum =
             Array2::from_shape_fn(shape, |(m, j)| of(m, j).0 * density * fold(m, length));
         let mut found = Coherence {
-            frequency: frequencies(length, field.time.step),
-            time: field.time.clone(),
-            space: field.space.clone(),
-            reference: self.request.reference,
+            frequency: frequencies(length, grid.time.step),
+            time: grid.time.clone(),
+            space: grid.space.clone(),
+            reference,
             segment: [length, length - realisations.segments.hop],
             independence,
             alpha: self.request.alpha,
@@ -329,13 +385,62 @@ impl Pass<'_> {
             coherence,
             phase,
             spectrum,
-            delays: vec![None; field.n_sites()],
+            delays: vec![None; grid.sites],
             speeds: Vec::new(),
         };
         if let (Some(level), Some(independent)) = (found.level(), independence.independent) {
             found.judge(level, independent, realisations.shared_bins());
         }
         found
+    }
+}
+
+impl Divided for CoherenceRequest {
+    type Found = Coherence;
+
+    fn gaps_and_memory(&self) -> (Gaps, Option<u64>) {
+        (self.gaps, self.memory)
+    }
+
+    fn threads(&self) -> Option<usize> {
+        self.threads
+    }
+
+    fn plan(&self, grid: &Grid) -> Result<Realisations> {
+        self.check(grid)?;
+        Realisations::new(&self.averaging, grid.times)
+    }
+
+    fn zeros(&self, grid: &Grid, realisations: &Realisations) -> Vec<Sums> {
+        let pass = self.pass(grid, realisations, 1);
+        vec![pass.zeros(); grid.sites.div_ceil(TOGETHER)]
+    }
+
+    fn about_mean(&self) -> bool {
+        false
+    }
+
+    fn partial(
+        &self,
+        shots: &Shots<'_>,
+        (grid, realisations): (&Grid, &Realisations),
+        portions: &[Portion],
+    ) -> Result<(f64, Vec<Vec<TreeNode>>)> {
+        let (unit, trees) = self
+            .pass(grid, realisations, shots.count())
+            .sum(shots, portions)?;
+        Ok((unit, trees.into_iter().map(RecordTree::into_nodes).collect()))
+    }
+
+    fn combine(
+        &self,
+        (grid, realisations): (&Grid, &Realisations),
+        records: usize,
+        trees: Vec<RecordTree>,
+        unit: f64,
+    ) -> Result<Coherence> {
+        check_count(records * realisations.count())?;
+        Ok(self.pass(grid, realisations, records).finish(trees, unit))
     }
 }
 

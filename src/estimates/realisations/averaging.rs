@@ -2,12 +2,14 @@
 
 use num_complex::Complex;
 
+use super::part::Portion;
 use crate::error::{Error, Result};
 use crate::prepare::{Detrend, Trend, Window, slepian};
 use crate::transform::{RecordScratch, RecordTransform, Segments};
 
 /// The tapers of a segment.
-#[derive(Debug, Clone, PartialEq)]
+#[derive(Debug, Clone, PartialEq, serde::Serialize, serde::Deserialize)]
+#[serde(rename_all = "kebab-case")]
 pub enum Tapers {
     /// One window: Welch's method.
     Window(Window),
@@ -17,7 +19,7 @@ pub enum Tapers {
 }
 
 /// How one record gives several realisations: overlapping segments, each under one or more tapers.
-#[derive(Debug, Clone, PartialEq)]
+#[derive(Debug, Clone, PartialEq, serde::Serialize, serde::Deserialize)]
 pub struct Averaging {
     /// Samples a segment; `None`: the whole record under several tapers, else the power of two at or
     /// below an eighth of it.
@@ -106,17 +108,29 @@ impl Realisations {
         &self,
         records: &[f64],
         scratch: &mut SegmentScratch,
+        visit: impl FnMut(usize, &[Complex<f64>]),
+    ) {
+        self.each_of(&self.whole(0), records, scratch, visit);
+    }
+
+    /// The same of a portion of the segments, `records` with the samples of the portion alone.
+    pub fn each_of(
+        &self,
+        portion: &Portion,
+        records: &[f64],
+        scratch: &mut SegmentScratch,
         mut visit: impl FnMut(usize, &[Complex<f64>]),
     ) {
-        let Segments { record, length, .. } = self.segments;
+        let Segments { length, hop, .. } = self.segments;
         let SegmentScratch {
             transform,
             segments,
             trend,
         } = scratch;
-        for (s, start) in self.segments.starts().enumerate() {
+        for s in portion.segments.clone() {
+            let start = s * hop - portion.samples.start;
             segments.clear();
-            for record in records.chunks_exact(record) {
+            for record in records.chunks_exact(portion.samples.len()) {
                 segments.extend_from_slice(&record[start..start + length]);
             }
             for segment in segments.chunks_exact_mut(length) {

@@ -3,13 +3,20 @@
 
 mod averaging;
 mod ensemble;
+mod grid;
 mod interval;
+mod part;
 mod shots;
+mod tree;
 
 pub use averaging::{Averaging, Tapers};
 pub(crate) use averaging::{Realisations, SegmentScratch};
 pub use ensemble::Independence;
 pub(crate) use ensemble::steadiness;
+pub use grid::Grid;
 pub(crate) use interval::FactorTable;
 pub use interval::{SpectrumInterval, interval_factors};
+pub use part::Part;
+pub(crate) use part::Portion;
 pub(crate) use shots::{Shot, Shots, TOGETHER, first_of};
+pub(crate) use tree::{RecordTree, SegmentTree, Sums, TreeNode, held_at_once};

@@ -2,95 +2,101 @@
 
 use std::ops::Range;
 
-use ndarray::Array2;
 use num_complex::Complex;
 use rayon::prelude::*;
 
 use super::adaptive::{Average, LeftOut, Weights, WithoutOne};
-use super::lines::{Line, LineSums, OFFSETS, TaperSums};
-use super::{LeftOutEach, LineTest, SpectrumAxis, SpectrumEstimate, SpectrumRequest};
+use super::lines::{LINE_BLOCKS, OFFSETS, TaperSums};
+use super::{LeftOutEach, SpectrumEstimate, SpectrumRequest};
 use crate::error::Result;
 use crate::estimates::realisations::{
-    FactorTable, Independence, Realisations, SegmentScratch, Shot, Shots, TOGETHER, steadiness,
+    Grid, Portion, Realisations, RecordTree, SegmentScratch, SegmentTree, Shots, Sums, TOGETHER,
+    TreeNode, held_at_once,
 };
-use crate::field::Field;
 use crate::numeric::lanes::{LaneBlock, widest};
-use crate::numeric::{fisher_level, fisher_tail, student_two_sided};
-use crate::prepare::{Detrend, Trend};
-use crate::transform::{RecordTransform, fold, frequencies};
+use crate::prepare::Detrend;
+use crate::transform::{RecordTransform, fold};
 
 /// Bytes of a cell of a site in the sums and in the results.
 const HELD: u64 = 8 * (4 + 5 + 7);
 
 pub(super) struct Pass<'a> {
-    shots: Shots<'a>,
-    request: &'a SpectrumRequest,
-    realisations: &'a Realisations,
-    weights: Weights,
+    pub request: &'a SpectrumRequest,
+    pub realisations: &'a Realisations,
+    pub grid: Grid,
+    /// Records of a site.
+    pub records: usize,
+    pub weights: Weights,
     /// Transforms of the tapers at the offsets of lines, and the sums of their squares.
     taper_transforms: Vec<[Complex<f64>; OFFSETS.len()]>,
-    gains: [f64; OFFSETS.len()],
+    pub gains: [f64; OFFSETS.len()],
     /// Effective realisations of one record over the number of tapers.
-    effective_segments: f64,
+    pub effective_segments: f64,
 }
 
 /// Sums of a few sites; a block a bin, and a site a lane.
 #[derive(Default)]
-struct TileSums {
+pub(super) struct TileSums {
+    tree: RecordTree,
     /// Over segments and records, `[bin * tapers + taper]`; dropped once the average is known.
     energies: Vec<LaneBlock>,
-    lines: Vec<LineSums>,
-    steadiness: [f64; TOGETHER],
+    /// Of each bin, see [`LINE_BLOCKS`].
+    pub lines: Vec<LaneBlock>,
+    /// Of all records.
+    pub steadiness: [f64; TOGETHER],
     variance: [f64; TOGETHER],
-    spectrum: Vec<LaneBlock>,
-    shape: Vec<LaneBlock>,
+    pub spectrum: Vec<LaneBlock>,
+    pub shape: Vec<LaneBlock>,
     /// Of the jackknife: deviations of the logarithms, and their squares.
-    deviations: Vec<LaneBlock>,
-    squares: Vec<LaneBlock>,
+    pub deviations: Vec<LaneBlock>,
+    pub squares: Vec<LaneBlock>,
 }
 
 #[derive(Default)]
 struct Scratch {
     segments: SegmentScratch,
-    record: Vec<f64>,
-    trend: Vec<f64>,
+    deviations: Vec<f64>,
     tapers: Vec<TaperSums>,
     left: Vec<LaneBlock>,
+    tree: SegmentTree,
 }
 
 impl<'a> Pass<'a> {
     pub fn new(
-        shots: Shots<'a>,
         request: &'a SpectrumRequest,
         realisations: &'a Realisations,
+        grid: Grid,
+        records: usize,
     ) -> Self {
         let taper_transforms = realisations.taper_transforms(&OFFSETS);
         let gain = |d: usize| -> f64 { taper_transforms.iter().map(|u| u[d].norm_sqr()).sum() };
         Pass {
             gains: std::array::from_fn(gain),
-            shots,
             request,
             realisations,
+            grid,
+            records,
             weights: Weights::new(&realisations.concentrations, request.is_adaptive),
             taper_transforms,
             effective_segments: realisations.effective() / realisations.tapers() as f64,
         }
     }
 
-    pub fn run(&self, first: &Field) -> Result<SpectrumEstimate> {
-        let block = self
-            .shots
-            .block("the spectra of this field", self.held(first))?;
+    pub fn run(&self, shots: &Shots<'_>) -> Result<SpectrumEstimate> {
+        let block = shots.block("the spectra of this field", self.held(true))?;
+        let whole: Vec<Portion> = (0..self.records)
+            .map(|record| self.realisations.whole(record))
+            .collect();
         let mut tiles = Vec::new();
-        tiles.resize_with(self.shots.tiles(), TileSums::default);
+        tiles.resize_with(shots.tiles(), TileSums::default);
         let mut left_out = LeftOutEach::Realisation;
-        let unit = if self.shots.count() == 1 {
-            self.shots.each(block, |shot| {
+        let unit = if self.records == 1 {
+            shots.each_portion(block, &whole, |shot, portion| {
                 let visit = |scratch: &mut Scratch,
                              sites: Range<usize>,
                              samples: &[f64],
                              tile: &mut TileSums| {
-                    self.add(scratch, sites.len(), samples, shot.scale, tile);
+                    self.add(scratch, portion, sites.len(), samples, shot.scale, tile);
                     self.average(tile);
                     self.leave_out(scratch, sites.len(), samples, shot.scale, left_out, tile);
                     tile.energies = Vec::new();
@@ -98,117 +104,186 @@ impl<'a> Pass<'a> {
                 shot.each_tile("spectra", &mut tiles, visit)
             })?
         } else {
-            let unit = self
-                .shots
-                .each(block, |shot| self.add_shot(shot, &mut tiles))?;
+            let unit = self.sum(shots, block, &whole, &mut tiles)?;
             tiles.par_iter_mut().for_each(|tile| self.average(tile));
             left_out = self.what_is_left_out(&tiles);
-            self.shots.each(block, |shot| {
-                let visit = |scratch: &mut Scratch,
-                             sites: Range<usize>,
-                             samples: &[f64],
-                             tile: &mut TileSums| {
-                    self.leave_out(scratch, sites.len(), samples, shot.scale, left_out, tile);
-                };
-                shot.each_tile("jackknife", &mut tiles, visit)
-            })?;
+            if self.request.has_jackknife {
+                shots.each(block, |shot| {
+                    let visit =
+                        |scratch: &mut Scratch,
+                         sites: Range<usize>,
+                         samples: &[f64],
+                         tile: &mut TileSums| {
+                            let width = sites.len();
+                            self.leave_out(scratch, width, samples, shot.scale, left_out, tile);
+                        };
+                    shot.each_tile("jackknife", &mut tiles, visit)
+                })?;
+            }
             unit
         };
-        Ok(self.finish(first, &tiles, left_out, unit))
+        Ok(self.finish(&tiles, left_out, unit))
+    }
+
+    /// The nodes of every tile over these portions, and the unit of the samples.
+    pub fn partial(
+        &self,
+        shots: &Shots<'_>,
+        portions: &[Portion],
+    ) -> Result<(f64, Vec<Vec<TreeNode>>)> {
+        let block = shots.block("the spectra of this part", self.held(false))?;
+        let mut tiles = Vec::new();
+        tiles.resize_with(shots.tiles(), TileSums::default);
+        let unit = self.sum(shots, block, portions, &mut tiles)?;
+        let nodes = tiles.into_iter().map(|tile| tile.tree.into_nodes());
+        Ok((unit, nodes.collect()))
+    }
+
+    /// The spectra of the sums of all parts.
+    pub fn combine(&self, trees: Vec<RecordTree>, unit: f64) -> SpectrumEstimate {
+        let of_tree = |tree| {
+            let mut tile = TileSums {
+                tree,
+                ..TileSums::default()
+            };
+            self.average(&mut tile);
+            tile.energies = Vec::new();
+            tile
+        };
+        let tiles: Vec<TileSums> = trees.into_par_iter().map(of_tree).collect();
+        let left_out = match self.records {
+            1 => LeftOutEach::Realisation,
+            _ => self.what_is_left_out(&tiles),
+        };
+        self.finish(&tiles, left_out, unit)
     }
 
     /// Bytes that are needed beside the samples.
-    fn held(&self, field: &Field) -> u64 {
-        let (samples, bins) = (field.n_times() as u64, self.realisations.bins() as u64);
-        let sites = field.n_sites().next_multiple_of(TOGETHER) as u64;
+    fn held(&self, is_all: bool) -> u64 {
+        let (samples, bins) = (self.grid.times as u64, self.realisations.bins() as u64);
+        let sites = self.grid.sites.next_multiple_of(TOGETHER) as u64;
         let length = self.realisations.segments.length;
         let threads = rayon::current_num_threads() as u64;
         let together = TOGETHER as u64;
         let transform = RecordTransform::<f64>::working_bytes(length, length, TOGETHER);
         let energies = 8 * bins * self.weights.tapers() as u64;
-        let scratch = together * (16 * samples + 2 * energies + 48 * bins) + transform;
-        let kept = if self.shots.count() > 1 { energies } else { 0 };
-        sites * (bins * HELD + kept) + threads * scratch
+        let sums = 8 * Sums::blocks(self.plain(), self.realisations.pieces()) as u64;
+        let of_segments = held_at_once(self.realisations.segments.count());
+        let of_records = held_at_once(self.records);
+        let scratch = together * (16 * samples + 2 * energies + 48 * bins + of_segments * sums);
+        let kept = match (is_all, self.records) {
+            (true, 1) => bins * HELD,
+            (true, _) => bins * HELD + of_records * sums,
+            (false, _) => 2 * (2 * of_segments + of_records) * sums,
+        };
+        sites * kept + threads * (scratch + transform)
     }
 
-    fn add_shot(&self, shot: &Shot<'_>, tiles: &mut [TileSums]) -> Result<()> {
-        let visit =
-            |scratch: &mut Scratch, sites: Range<usize>, samples: &[f64], tile: &mut TileSums| {
-                self.add(scratch, sites.len(), samples, shot.scale, tile);
-            };
-        shot.each_tile("spectra", tiles, visit)
+    /// Blocks of the sums of a tile.
+    fn plain(&self) -> usize {
+        let (bins, tapers) = (self.realisations.bins(), self.weights.tapers());
+        bins * tapers + if self.tests_lines() { bins * LINE_BLOCKS } else { 0 }
+    }
+
+    /// Zeros of a tile.
+    pub fn zeros(&self) -> Sums {
+        Sums::zeros(self.plain(), self.realisations.pieces())
+    }
+
+    /// Whether an offset is not what moves.
+    pub fn about_mean(&self) -> bool {
+        self.request.averaging.detrend != Detrend::None
     }
 
     /// Whether there is a test for lines.
-    fn tests_lines(&self) -> bool {
+    pub fn tests_lines(&self) -> bool {
         self.weights.tapers() > 1
     }
 
     /// Realisations of each taper.
-    fn count(&self) -> f64 {
-        (self.realisations.segments.count() * self.shots.count()) as f64
+    pub fn count(&self) -> f64 {
+        (self.realisations.segments.count() * self.records) as f64
     }
 
-    /// Adds the realisations of a shot.
+    fn sum(
+        &self,
+        shots: &Shots<'_>,
+        block: Option<usize>,
+        portions: &[Portion],
+        tiles: &mut [TileSums],
+    ) -> Result<f64> {
+        shots.each_portion(block, portions, |shot, portion| {
+            let visit = |scratch: &mut Scratch,
+                         sites: Range<usize>,
+                         samples: &[f64],
+                         tile: &mut TileSums| {
+                self.add(scratch, portion, sites.len(), samples, shot.scale, tile);
+            };
+            shot.each_tile("spectra", tiles, visit)
+        })
+    }
+
+    /// Adds the realisations of a portion of a shot.
     fn add(
         &self,
         scratch: &mut Scratch,
+        portion: &Portion,
         width: usize,
         samples: &[f64],
         scale: f64,
         tile: &mut TileSums,
     ) {
         let (bins, tapers) = (self.realisations.bins(), self.weights.tapers());
-        if tile.energies.is_empty() {
-            tile.energies = vec![LaneBlock::default(); bins * tapers];
-            let lines = if self.tests_lines() { bins } else { 0 };
-            tile.lines = vec![LineSums::default(); lines];
-        }
-        let length = samples.len() / width;
-        for (record, sum) in samples.chunks_exact(length).zip(&mut tile.steadiness) {
-            scratch.record.clear();
-            scratch.record.extend_from_slice(record);
-            // An offset is not what moves.
-            if self.request.averaging.detrend != Detrend::None {
-                Trend::remove_from(
-                    &mut scratch.record,
-                    Detrend::Mean,
-                    |_| true,
-                    &mut scratch.trend,
-                );
-            }
-            *sum += steadiness(&scratch.record);
-        }
         let squared = scale * scale;
+        let lines = if self.tests_lines() { bins } else { 0 };
         scratch.tapers.clear();
-        scratch
-            .tapers
-            .resize(tile.lines.len(), TaperSums::default());
-        let within = &mut scratch.tapers;
-        self.realisations
-            .each(samples, &mut scratch.segments, |r, spectra| {
-                let taper = r % tapers;
-                let rows = spectra.chunks_exact(width);
-                let sums = tile.energies.chunks_exact_mut(tapers);
-                for (row, sums) in rows.clone().zip(sums) {
-                    for (x, sum) in row.iter().zip(&mut sums[taper].0) {
-                        *sum += squared * x.norm_sqr();
-                    }
+        scratch.tapers.resize(lines, TaperSums::default());
+        let Scratch {
+            segments,
+            deviations,
+            tapers: within,
+            tree,
+            ..
+        } = scratch;
+        let visit = |r: usize, spectra: &[Complex<f64>]| {
+            let (segment, taper) = (r / tapers, r % tapers);
+            if taper == 0 {
+                let sums = tree.open(segment, || self.zeros());
+                let pieces = (portion, segment, samples, scale);
+                self.realisations.add_pieces(pieces, deviations, sums);
+            }
+            let Some(sums) = tree.current() else {
+                return;
+            };
+            let (energies, lines) = sums.plain_mut().split_at_mut(bins * tapers);
+            let rows = spectra.chunks_exact(width);
+            for (row, sums) in rows.clone().zip(energies.chunks_exact_mut(tapers)) {
+                for (x, sum) in row.iter().zip(&mut sums[taper].0) {
+                    *sum += squared * x.norm_sqr();
                 }
-                for (row, sums) in rows.zip(within.iter_mut()) {
-                    sums.add(&self.taper_transforms[taper], row);
+            }
+            for (row, sums) in rows.zip(within.iter_mut()) {
+                sums.add(&self.taper_transforms[taper], row);
+            }
+            if taper + 1 == tapers {
+                for (within, sums) in within.iter_mut().zip(lines.as_chunks_mut().0) {
+                    within.take_into(sums, &self.gains, squared);
                 }
-                if taper + 1 == tapers {
-                    for (within, sums) in within.iter_mut().zip(&mut tile.lines) {
-                        within.take_into(sums, &self.gains, squared);
-                    }
-                }
-            });
+                tree.close();
+            }
+        };
+        self.realisations.each_of(portion, samples, segments, visit);
+        let about_mean = self.about_mean();
+        tile.tree.take(tree, portion.record, portion.is_whole, about_mean);
     }
 
     /// The average of all realisations.
     fn average(&self, tile: &mut TileSums) {
         let (bins, tapers) = (self.realisations.bins(), self.weights.tapers());
+        let total = tile.tree.total().unwrap_or_else(|| self.zeros());
+        tile.steadiness = total.steadiness();
+        tile.energies = total.into_plain();
+        tile.lines = tile.energies.split_off(bins * tapers);
         tile.variance = self.variance(&tile.energies);
         tile.spectrum = vec![LaneBlock::default(); bins];
         tile.shape = vec![LaneBlock::default(); bins];
@@ -253,7 +328,7 @@ impl<'a> Pass<'a> {
         tile: &mut TileSums,
     ) {
         let count = self.count();
-        if count * self.weights.tapers() as f64 <= 1.0 {
+        if !self.request.has_jackknife || count * self.weights.tapers() as f64 <= 1.0 {
             return;
         }
         let (bins, tapers) = (self.realisations.bins(), self.weights.tapers());
@@ -303,223 +378,6 @@ impl<'a> Pass<'a> {
                 let count = self.realisations.segments.count() as f64;
                 without(LeftOut::Record(count, left));
             }
-        }
-    }
-
-    fn steadiness(&self, tiles: &[TileSums], site: usize) -> f64 {
-        let sum = tiles[site / TOGETHER].steadiness[site % TOGETHER];
-        sum / self.shots.count() as f64
-    }
-
-    fn independence(&self, steadiness: f64) -> Independence {
-        Independence::new(
-            [
-                self.shots.count(),
-                self.realisations.segments.count(),
-                self.weights.tapers(),
-            ],
-            self.realisations.effective(),
-            steadiness,
-        )
-    }
-
-    fn what_is_left_out(&self, tiles: &[TileSums]) -> LeftOutEach {
-        let sites = tiles.len() * TOGETHER;
-        let sites = sites.min(self.shots.sites(tiles.len() - 1).end);
-        let is_transient = |j: &usize| self.independence(self.steadiness(tiles, *j)).is_transient();
-        match 2 * (0..sites).filter(is_transient).count() > sites {
-            true => LeftOutEach::Record,
-            false => LeftOutEach::Realisation,
-        }
-    }
-
-    fn finish(
-        &self,
-        field: &Field,
-        tiles: &[TileSums],
-        left_out: LeftOutEach,
-        unit: f64,
-    ) -> SpectrumEstimate {
-        let (alpha, length) = (self.request.alpha, self.realisations.segments.length);
-        let shape = (self.realisations.bins(), field.n_sites());
-        let value = |blocks: fn(&TileSums) -> &Vec<LaneBlock>, m: usize, j: usize| {
-            let blocks = blocks(&tiles[j / TOGETHER]);
-            blocks
-                .get(m)
-                .map_or(f64::NAN, |block| block.0[j % TOGETHER])
-        };
-        let steadiness: Vec<f64> = (0..shape.1).map(|j| self.steadiness(tiles, j)).collect();
-        let sites: Vec<Independence> = steadiness.iter().map(|s| self.independence(*s)).collect();
-        let density = field.time.step * unit * unit;
-        let spectrum = Array2::from_shape_fn(shape, |(m, j)| {
-            value(|tile| &tile.spectrum, m, j) * density * fold(m, length)
-        });
-
-        let records = self.shots.count() as f64;
-        let segments = records * self.effective_segments;
-        let most = 2.0 * segments.max(records) * self.weights.tapers() as f64;
-        let table = FactorTable::new([segments.min(records).min(1.0), most.max(2.0)], alpha);
-        let has_mean = self.request.averaging.detrend == Detrend::None;
-        let degrees = Array2::from_shape_fn(shape, |(m, j)| {
-            // Transforms at 0 and at the Nyquist frequency are real.
-            let one = fold(m, length);
-            if (m == 0 && !has_mean) || spectrum[[m, j]] <= 0.0 {
-                return f64::NAN;
-            }
-            match (sites[j].is_transient(), sites[j].records) {
-                (true, 0..2) => f64::NAN,
-                (true, _) => one * records,
-                (false, _) => one * segments * value(|tile| &tile.shape, m, j),
-            }
-        });
-        let mut low = degrees.clone();
-        let mut high = spectrum.clone();
-        for (low, high) in low.iter_mut().zip(&mut high) {
-            let factors = table.at(*low);
-            *low = *high * factors[0];
-            *high *= factors[1];
-        }
-
-        let (all, effective) = match left_out {
-            LeftOutEach::Realisation => {
-                let all = self.count() * self.weights.tapers() as f64;
-                (all, records * self.realisations.effective())
-            }
-            LeftOutEach::Record => (records, records),
-        };
-        let is_possible = effective >= 2.0 - 1e-9 && all >= 2.0;
-        let quantile = match is_possible {
-            true => student_two_sided(alpha, effective - 1.0),
-            false => f64::NAN,
-        };
-        let jackknife = Array2::from_shape_fn(shape, |(m, j)| {
-            // Realisations of a transient are not independent, its records are.
-            let is_known = !sites[j].is_transient() || left_out == LeftOutEach::Record;
-            if degrees[[m, j]].is_nan() || !is_possible || !is_known {
-                return f64::NAN;
-            }
-            let sum = value(|tile| &tile.deviations, m, j);
-            let squares = value(|tile| &tile.squares, m, j);
-            let variance = (squares - sum * sum / all).max(0.0) * (all - 1.0) / all;
-            quantile * (variance * all / effective).sqrt()
-        });
-
-        let mut sorted = steadiness.clone();
-        sorted.sort_by(f64::total_cmp);
-        let frequency = frequencies(length, field.time.step);
-        let test = || self.line_test(field, tiles, &sites, &frequency, unit);
-        let line_test = self.tests_lines().then(test);
-        SpectrumEstimate {
-            along: SpectrumAxis::Time,
-            mean: None,
-            mean_is_removed: !has_mean,
-            segment: [length, length - self.realisations.segments.hop],
-            half_bandwidth: self.half_bandwidth(field),
-            independence: self.independence(sorted[sorted.len() / 2]),
-            has_interval: sites
-                .iter()
-                .map(|site| !site.is_transient() || site.records > 1)
-                .collect(),
-            time: field.time.clone(),
-            space: field.space.clone(),
-            quantity: field.quantity,
-            unit: field.unit.clone(),
-            bins: frequency,
-            steadiness,
-            alpha,
-            spectrum,
-            degrees,
-            low,
-            high,
-            jackknife,
-            left_out,
-            line_test,
-        }
-    }
-
-    fn half_bandwidth(&self, field: &Field) -> Option<f64> {
-        match self.request.averaging.tapers {
-            crate::estimates::Tapers::Slepian { nw, .. } => {
-                let duration = self.realisations.segments.length as f64 * field.time.step;
-                Some(nw / duration)
-            }
-            crate::estimates::Tapers::Window(_) => None,
-        }
-    }
-
-    fn line_test(
-        &self,
-        field: &Field,
-        tiles: &[TileSums],
-        sites: &[Independence],
-        frequency: &[f64],
-        unit: f64,
-    ) -> LineTest {
-        let (alpha, length) = (self.request.alpha, self.realisations.segments.length);
-        let shape = (self.realisations.bins(), field.n_sites());
-        let inside = 1..length.div_ceil(2);
-        let more = (self.weights.tapers() - 1) as f64;
-        let effective = self.realisations.effective_beside_lines();
-        let [segments, beside] = effective.map(|one| one * self.shots.count() as f64);
-        let degrees = [2.0 * segments, 2.0 * beside];
-        let sums = |m: usize, j: usize, offset: usize| {
-            tiles[j / TOGETHER].lines[m].at(offset, j % TOGETHER)
-        };
-        let f_at = |m: usize, j: usize, offset: usize| match inside.contains(&m) {
-            true => {
-                let (line, rest) = sums(m, j, offset);
-                more * line / rest
-            }
-            false => f64::NAN,
-        };
-        let statistic = Array2::from_shape_fn(shape, |(m, j)| f_at(m, j, 0));
-        let tested = sites.iter().filter(|site| !site.is_transient()).count();
-        let cells = (inside.len() * tested * OFFSETS.len()).max(1) as f64;
-        let level_of_all = fisher_level(alpha / cells, degrees);
-        let line = |m: usize, j: usize, offset: usize| {
-            let ((line, rest), gain) = (sums(m, j, offset), self.gains[offset]);
-            let f = f_at(m, j, offset);
-            let variance = rest / (2.0 * self.count() * more * gain);
-            Line {
-                column: j,
-                at: frequency[m] + OFFSETS[offset] * frequency[1],
-                amplitude: 2.0 * unit * (line / (self.count() * gain)).sqrt(),
-                amplitude_error: 2.0 * unit * (variance / segments).sqrt(),
-                f,
-                probability: fisher_tail(f, degrees),
-            }
-        };
-        let reach = self.half_bandwidth_bins();
-        let mut lines = Vec::new();
-        for j in (0..shape.1).filter(|j| !sites[*j].is_transient()) {
-            // The offset with the largest F of each bin; F is NaN at the ends and of still sites.
-            let best = |m: usize| {
-                let offsets = (0..OFFSETS.len()).map(|offset| (f_at(m, j, offset), offset));
-                offsets.fold((f64::NEG_INFINITY, 0), |a, b| if b.0 > a.0 { b } else { a })
-            };
-            let best: Vec<(f64, usize)> = (0..shape.0).map(best).collect();
-            for m in inside.clone() {
-                let (f, offset) = best[m];
-                let beside = m.saturating_sub(reach)..(m + reach + 1).min(shape.0);
-                if f > level_of_all && best[beside].iter().all(|other| other.0 <= f) {
-                    lines.push(line(m, j, offset));
-                }
-            }
-        }
-        lines.sort_by(|a, b| b.f.total_cmp(&a.f));
-        LineTest {
-            statistic,
-            degrees,
-            level: fisher_level(alpha, degrees),
-            level_of_all,
-            lines,
-        }
-    }
-
-    fn half_bandwidth_bins(&self) -> usize {
-        match self.request.averaging.tapers {
-            crate::estimates::Tapers::Slepian { nw, .. } => nw.ceil() as usize,
-            crate::estimates::Tapers::Window(_) => 1,
         }
     }
 }
