@@ -17,6 +17,7 @@ mod modes;
 mod parts;
 mod realisations;
 mod slope;
+mod spacetime;
 mod spectrum;
 
 pub use crate::numeric::LineFit;
@@ -38,6 +39,7 @@ pub use realisations::{
     Averaging, Grid, Independence, Part, SpectrumInterval, Tapers, interval_factors,
 };
 pub use slope::{BreakFit, PowerLaw, Slope, SlopeFrames, SlopeRequest, Steepening, slope};
+pub use spacetime::{SpaceTimeEstimate, SpaceTimeRequest, spacetime};
 pub use spectrum::{
     LeftOutEach, Line, LineTest, MeanSpectrum, SpectrumAxis, SpectrumEstimate, SpectrumRequest,
     spectrum,

@@ -9,7 +9,10 @@ use serde_json::Value;
 use super::realisations::{
     Grid, Part, Portion, Realisations, RecordTree, Shots, Sums, TreeNode, first_of,
 };
-use super::{Coherence, CoherenceRequest, SpectrumEstimate, SpectrumRequest};
+use super::{
+    Coherence, CoherenceRequest, SpaceTimeEstimate, SpaceTimeRequest, SpectrumEstimate,
+    SpectrumRequest,
+};
 use crate::error::{Error, Result};
 use crate::field::Field;
 use crate::observer::Observer;
@@ -58,6 +61,7 @@ pub(super) trait Divided {
 pub enum DividedRequest {
     Spectrum(SpectrumRequest),
     Coherence(CoherenceRequest),
+    SpaceTime(SpaceTimeRequest),
 }
 
 impl From<SpectrumRequest> for DividedRequest {
@@ -72,19 +76,27 @@ impl From<CoherenceRequest> for DividedRequest {
     }
 }
 
+impl From<SpaceTimeRequest> for DividedRequest {
+    fn from(request: SpaceTimeRequest) -> Self {
+        DividedRequest::SpaceTime(request)
+    }
+}
+
 /// What [`combine`] makes of all parts.
 #[derive(Debug, Clone)]
 pub enum Combined {
     Spectrum(Box<SpectrumEstimate>),
     Coherence(Box<Coherence>),
+    SpaceTime(Box<SpaceTimeEstimate>),
 }
 
-/// The same expression of the request of either estimate.
-macro_rules! of_either {
+/// The same expression of the request of each estimate.
+macro_rules! of_each {
     ($request:expr, $it:ident => $does:expr) => {
         match $request {
             DividedRequest::Spectrum($it) => $does,
             DividedRequest::Coherence($it) => $does,
+            DividedRequest::SpaceTime($it) => $does,
         }
     };
 }
@@ -160,7 +172,7 @@ pub fn partial(
     part: Part,
     observer: &dyn Observer,
 ) -> Result<Partial> {
-    of_either!(request, it => partial_of(it, request, fields, part, observer))
+    of_each!(request, it => partial_of(it, request, fields, part, observer))
 }
 
 fn partial_of<R: Divided + Sync>(
@@ -275,7 +287,7 @@ impl Combination {
                 return refuse(expected, format!("{difference} in {name}"));
             }
         }
-        let realisations = of_either!(&about.request, it => it.plan(&about.grid))?;
+        let realisations = of_each!(&about.request, it => it.plan(&about.grid))?;
         let all = about.fields.len() * realisations.segments.count();
         let mut next = 0;
         let mut before = "";
@@ -297,7 +309,7 @@ impl Combination {
         if next < all {
             return missing(&parts, next..all, all);
         }
-        let zeros = of_either!(&about.request, it => it.zeros(&about.grid, &realisations));
+        let zeros = of_each!(&about.request, it => it.zeros(&about.grid, &realisations));
         let mut trees = Vec::new();
         trees.resize_with(zeros.len(), RecordTree::default);
         let combination = Combination {
@@ -338,7 +350,7 @@ impl Combination {
             );
             return refuse(expected, found);
         }
-        let about_mean = of_either!(&self.about.request, it => it.about_mean());
+        let about_mean = of_each!(&self.about.request, it => it.about_mean());
         let factor = partial.about.unit / self.about.unit;
         for (place, numbers) in partial.nodes.iter().zip(partial.sums.chunks_exact(width)) {
             let mut numbers = numbers;
@@ -382,6 +394,9 @@ impl Combination {
             }
             DividedRequest::Coherence(it) => {
                 Combined::Coherence(Box::new(it.combine(known, records, trees, unit)?))
+            }
+            DividedRequest::SpaceTime(it) => {
+                Combined::SpaceTime(Box::new(it.combine(known, records, trees, unit)?))
             }
         })
     }

@@ -242,6 +242,28 @@ impl<'a> Prepared<'a> {
         }
     }
 
+    /// The records of `sites` at these times, one after the other; those of fields whose trends along time are
+    /// left in place.
+    pub fn piece(&self, times: Range<usize>, sites: Range<usize>, out: &mut [f64]) {
+        let (from, first) = (self.times.start, self.sites.start);
+        let in_field = first + sites.start..first + sites.end;
+        let at_times = from + times.start..from + times.end;
+        self.field.read_site_major(at_times, in_field, out);
+        let gaps = &self.gaps[self.gaps.partition_point(|gap| gap.site < sites.start)..];
+        let gaps = gaps.iter().take_while(|gap| gap.site < sites.end);
+        let gaps = gaps.filter(|gap| times.contains(&gap.time)).map(|gap| {
+            let at = (gap.site - sites.start) * times.len() + gap.time - times.start;
+            (at, gap.value)
+        });
+        for (at, value) in gaps.clone() {
+            out[at] = value;
+        }
+        self.unit.divide(out);
+        if self.masked {
+            gaps.for_each(|(at, _)| out[at] = 0.0);
+        }
+    }
+
     /// The records of `sites`, interleaved, from `ahead` if they were read ahead.
     pub fn columns(&self, ahead: Option<&ReadAhead>, sites: Range<usize>, out: &mut [f64]) {
         let width = sites.len();

@@ -35,6 +35,7 @@ mod sentences;
 mod slope;
 mod slope_words;
 mod snippet;
+mod spacetime;
 mod spectrum;
 mod summary;
 mod transfer;
@@ -69,7 +70,7 @@ pub use netcdf::{ArrayLabels, Attribute, NetCdf};
 pub use pages::{
     analysis_html as html, attenuation_html, bicoherence_html, budget_html, coherence_html,
     comparison_html, comparison_rows, fields_html, increments_html, journey_html, localized_html,
-    lomb_html, modes_html, ridges_html, slope_html, spectrum_html, sweep_html, transfer_html,
+    lomb_html, modes_html, ridges_html, slope_html, spacetime_html, spectrum_html, sweep_html, transfer_html,
     transmission_html, wave_html,
 };
 pub use partial::{PARTIAL_SCHEMA, read_partial, read_partial_about, write_partial};
@@ -83,6 +84,7 @@ pub use snippet::{
     analysis_snippet, attenuation_snippet, budget_snippet, localized_snippet, sweep_snippet,
     transmission_snippet,
 };
+pub use spacetime::{SPACETIME_SCHEMA, SpaceTimeSummary, write_spacetime};
 pub use spectrum::{SPECTRUM_SCHEMA, SpectrumSummary, write_spectrum};
 pub use summary::{Advice, Doubt, Provenance, SCHEMA, SettingInEffect, Summary};
 pub use transfer::{TRANSFER_SCHEMA, TransferSummary, write_transfer};

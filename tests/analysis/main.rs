@@ -18,6 +18,7 @@ mod parts;
 mod reference_problems;
 mod ridges;
 mod slope;
+mod spacetime;
 mod spectra;
 mod spectrum;
 mod transfer;

@@ -44,6 +44,7 @@ mod settings;
 mod show_args;
 mod simulate;
 mod slope;
+mod spacetime;
 mod spectrum;
 mod sweep;
 mod table;

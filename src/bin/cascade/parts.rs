@@ -103,6 +103,23 @@ pub fn write(
     Ok(())
 }
 
+/// The archive of the directory of a partial result, or this file.
+fn file(directory: &Path) -> PathBuf {
+    match directory.is_dir() {
+        true => directory.join(FILE),
+        false => directory.to_owned(),
+    }
+}
+
+/// Whether the first of these is part of a space-time spectrum.
+pub fn is_spacetime(directories: &[PathBuf]) -> Result<bool, Error> {
+    let Some(first) = directories.first() else {
+        return Ok(false);
+    };
+    let about = read_partial_about(&file(first))?;
+    Ok(matches!(about.request, DividedRequest::SpaceTime(_)))
+}
+
 fn lines(sums: &Partial) -> String {
     let mut lines = Lines::new(terminal::width());
     let [from, end] = sums.about.range;
@@ -130,10 +147,6 @@ pub fn merge<E: Estimate>(
     };
     drop(ResultDirectory::create(out, typed.force)?);
     let progress = Progress::new(!typed.how.quiet && std::io::stderr().is_terminal());
-    let file = |directory: &Path| match directory.is_dir() {
-        true => directory.join(FILE),
-        false => directory.to_owned(),
-    };
     let about = |directory: &PathBuf| -> Result<(String, PartialAbout), Error> {
         let about = read_partial_about(&file(directory))?;
         Ok((directory.display().to_string(), about))
@@ -150,7 +163,7 @@ pub fn merge<E: Estimate>(
         return Err(Failure::Library(Error::Request {
             option: "merge",
             expected: format!("parts of `cascade {}`", E::COMMAND),
-            found: "those of another estimate".into(),
+            found: "those of another command".into(),
         }));
     };
     let name = fields.first().map_or("field", String::as_str);

@@ -5,8 +5,8 @@ use std::path::{Path, PathBuf};
 use clap::{Args, ValueEnum};
 use wavecascade::Error;
 use wavecascade::estimates::{
-    Averaging, Combined, DividedRequest, LeftOutEach, SpectrumAxis, SpectrumEstimate, SpectrumRequest, Tapers,
-    interval_factors, spectrum,
+    Averaging, Combined, DividedRequest, LeftOutEach, SpaceTimeRequest, SpectrumAxis, SpectrumEstimate,
+    SpectrumRequest, Tapers, interval_factors, spacetime, spectrum,
 };
 use wavecascade::plot::{self, Figure, Style};
 use wavecascade::prepare::Window;
@@ -15,6 +15,7 @@ use wavecascade::report::{Provenance, SpectrumSummary, percent, spectrum_html, w
 use crate::coherence::AverageArgs;
 use crate::estimate::{self, Estimate, EstimateArgs};
 use crate::failure::Failure;
+use crate::parse;
 use crate::parts::{self, PartArgs};
 use crate::terminal::{self, Lines, number};
 
@@ -26,7 +27,8 @@ pub struct Spectrum {
     #[arg(required_unless_present = "merge", value_name = "FIELD")]
     pub fields: Vec<PathBuf>,
 
-    /// Spectra of the records of sites, over frequency, or of the snapshots, over wavenumber.
+    /// Spectra of the records of sites, over frequency, of the snapshots, over wavenumber, or of both, over
+    /// wavenumber and frequency.
     #[arg(long, value_enum, default_value_t = AlongArg::Time, value_name = "AXIS")]
     pub along: AlongArg,
 
@@ -45,6 +47,23 @@ pub struct Spectrum {
     #[arg(long, help_heading = "Averages")]
     pub no_jackknife: bool,
 
+    /// With `--along both`, taper over the sites [default: hann]; names as for `--window`.
+    #[arg(
+        long,
+        value_name = "WINDOW",
+        conflicts_with = "space_multitaper",
+        help_heading = "Averages"
+    )]
+    pub space_window: Option<Window>,
+    /// With `--along both`, K Slepian tapers over the sites, of space-bandwidth product NW, such as 2,3.
+    #[arg(
+        long,
+        value_name = "NW,K",
+        value_parser = parse::multitaper,
+        help_heading = "Averages"
+    )]
+    pub space_multitaper: Option<(f64, usize)>,
+
     #[command(flatten)]
     pub averages: AverageArgs,
     #[command(flatten)]
@@ -58,29 +77,91 @@ pub struct Spectrum {
 pub enum AlongArg {
     Time,
     Space,
+    Both,
 }
 
-impl From<AlongArg> for SpectrumAxis {
-    fn from(along: AlongArg) -> SpectrumAxis {
-        match along {
-            AlongArg::Time => SpectrumAxis::Time,
-            AlongArg::Space => SpectrumAxis::Space,
+impl Spectrum {
+    fn averaging(&self) -> Averaging {
+        match self.periodogram {
+            true => Averaging {
+                tapers: Tapers::Window(Window::None),
+                ..self.averages.averaging()
+            },
+            false => self.averages.averaging(),
+        }
+    }
+
+    /// The request of `--along both`.
+    fn of_both(&self) -> SpaceTimeRequest {
+        SpaceTimeRequest {
+            averaging: self.averaging(),
+            is_whole: self.periodogram,
+            space: match (self.space_multitaper, self.space_window) {
+                (Some((nw, count)), _) => Tapers::Slepian { nw, count },
+                (None, Some(window)) => Tapers::Window(window),
+                (None, None) if self.periodogram => Tapers::Window(Window::None),
+                (None, None) => Tapers::Window(Window::Hann),
+            },
+            gaps: self.averages.gaps.into(),
+            alpha: self.averages.significance,
+            threads: self.estimate.threads(),
+            memory: self.averages.memory,
+        }
+    }
+
+    /// That options of one axis are not typed for another.
+    fn check(&self, axis: Option<SpectrumAxis>) -> Result<(), Error> {
+        let refuse = |option, expected: &str, found: &str| {
+            Err(Error::Request {
+                option,
+                expected: expected.into(),
+                found: found.into(),
+            })
+        };
+        let is_both = axis.is_none();
+        let along = "it with `--along both` alone";
+        match () {
+            () if !is_both && self.space_window.is_some() => {
+                refuse("space-window", along, "spectra along one axis")
+            }
+            () if !is_both && self.space_multitaper.is_some() => {
+                refuse("space-multitaper", along, "spectra along one axis")
+            }
+            () if is_both && self.no_jackknife => refuse(
+                "no-jackknife",
+                "it with spectra along one axis",
+                "`--along both`, which has none",
+            ),
+            () => Ok(()),
         }
     }
 }
 
 /// Runs the command.
 pub fn run(typed: Spectrum) -> Result<(), Failure> {
-    let averaging = match typed.periodogram {
-        true => Averaging {
-            tapers: Tapers::Window(Window::None),
-            ..typed.averages.averaging()
-        },
-        false => typed.averages.averaging(),
+    if !typed.parts.merge.is_empty() {
+        return merge(&typed);
+    }
+    let memory = typed.averages.memory;
+    let axis = match typed.along {
+        AlongArg::Time => Some(SpectrumAxis::Time),
+        AlongArg::Space => Some(SpectrumAxis::Space),
+        AlongArg::Both => None,
+    };
+    typed.check(axis)?;
+    let Some(along) = axis else {
+        let request = typed.of_both();
+        if let Some(part) = typed.parts.part {
+            let part = ("spectrum", &DividedRequest::from(request), part);
+            return parts::write(&typed.fields, &typed.estimate, memory, part);
+        }
+        return estimate::run(&typed.fields, &typed.estimate, memory, |fields, observer| {
+            spacetime(fields, &request, observer)
+        });
     };
     let request = SpectrumRequest {
-        along: typed.along.into(),
-        averaging,
+        along,
+        averaging: typed.averaging(),
         is_whole: typed.periodogram,
         is_adaptive: !typed.equal_weights,
         has_jackknife: !typed.no_jackknife && typed.parts.part.is_none(),
@@ -89,23 +170,28 @@ pub fn run(typed: Spectrum) -> Result<(), Failure> {
         threads: typed.estimate.threads(),
         memory: typed.averages.memory,
     };
-    if !typed.parts.merge.is_empty() {
-        return parts::merge(&typed.parts.merge, &typed.estimate, |found| match found {
+    if let Some(part) = typed.parts.part {
+        let part = ("spectrum", &DividedRequest::from(request), part);
+        return parts::write(&typed.fields, &typed.estimate, memory, part);
+    }
+    estimate::run(&typed.fields, &typed.estimate, memory, |fields, observer| {
+        spectrum(fields, &request, observer)
+    })
+}
+
+/// Makes the result of parts, along time or along both axes.
+fn merge(typed: &Spectrum) -> Result<(), Failure> {
+    let directories = &typed.parts.merge;
+    match parts::is_spacetime(directories)? {
+        true => parts::merge(directories, &typed.estimate, |found| match found {
+            Combined::SpaceTime(found) => Some(*found),
+            _ => None,
+        }),
+        false => parts::merge(directories, &typed.estimate, |found| match found {
             Combined::Spectrum(found) => Some(*found),
             _ => None,
-        });
+        }),
     }
-    if let Some(part) = typed.parts.part {
-        let request = DividedRequest::from(request);
-        let part = ("spectrum", &request, part);
-        return parts::write(&typed.fields, &typed.estimate, typed.averages.memory, part);
-    }
-    estimate::run(
-        &typed.fields,
-        &typed.estimate,
-        typed.averages.memory,
-        |fields, observer| spectrum(fields, &request, observer),
-    )
 }
 
 impl Estimate for SpectrumEstimate {

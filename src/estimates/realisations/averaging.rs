@@ -133,14 +133,40 @@ impl Realisations {
             for record in records.chunks_exact(portion.samples.len()) {
                 segments.extend_from_slice(&record[start..start + length]);
             }
-            for segment in segments.chunks_exact_mut(length) {
-                Trend::remove_from(segment, self.detrend, |_| true, trend);
-            }
+            self.remove(segments, trend);
             for (k, taper) in self.transforms.iter().enumerate() {
                 let (spectra, _) = taper.transform(segments.chunks_exact(length), transform);
                 visit(s * self.tapers.len() + k, spectra);
             }
         }
+    }
+
+    fn remove(&self, segments: &mut [f64], trend: &mut Vec<f64>) {
+        for segment in segments.chunks_exact_mut(self.segments.length) {
+            Trend::remove_from(segment, self.detrend, |_| true, trend);
+        }
+    }
+
+    /// Removes the trends of segments that follow one another.
+    pub fn remove_trends(&self, segments: &mut [f64], scratch: &mut SegmentScratch) {
+        self.remove(segments, &mut scratch.trend);
+    }
+
+    /// The spectra under one taper of segments that follow one another, without their trends: `[bin * width +
+    /// segment]`.
+    pub fn under_taper<'s>(
+        &self,
+        taper: usize,
+        segments: &[f64],
+        scratch: &'s mut SegmentScratch,
+    ) -> &'s [Complex<f64>] {
+        let segments = segments.chunks_exact(self.segments.length);
+        self.transforms[taper].transform(segments, &mut scratch.transform).0
+    }
+
+    /// The tapers, each with `sum w^2 = 1`.
+    pub fn taper_samples(&self) -> &[Vec<f64>] {
+        &self.tapers
     }
 
     /// `sum_n w_k(n) exp(2 pi i d n / N)` of each taper, what a line that is `d` bins above a bin has there.

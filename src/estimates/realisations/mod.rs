@@ -12,7 +12,7 @@ mod tree;
 pub use averaging::{Averaging, Tapers};
 pub(crate) use averaging::{Realisations, SegmentScratch};
 pub use ensemble::Independence;
-pub(crate) use ensemble::steadiness;
+pub(crate) use ensemble::{LEAST_STEADINESS, steadiness};
 pub use grid::Grid;
 pub(crate) use interval::FactorTable;
 pub use interval::{SpectrumInterval, interval_factors};

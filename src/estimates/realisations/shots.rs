@@ -32,7 +32,7 @@ pub(crate) struct Shots<'a> {
 pub(crate) struct Shot<'s> {
     prepared: Prepared<'s>,
     block: Option<usize>,
-    observer: &'s dyn Observer,
+    pub observer: &'s dyn Observer,
     /// What samples as they are read are multiplied by to be in the unit of the first shot.
     pub scale: f64,
 }
@@ -66,12 +66,22 @@ impl<'a> Shots<'a> {
         self.fields.len()
     }
 
+    /// Bytes of working memory.
+    pub fn memory(&self) -> u64 {
+        self.memory
+    }
+
     /// The same for [`Self::each_portion`] of these.
     #[must_use]
-    pub fn in_portions(mut self, portions: &[Portion]) -> Self {
+    pub fn in_portions(&self, portions: &[Portion]) -> Shots<'a> {
         let lengths = portions.iter().map(|portion| portion.samples.len());
-        self.longest = lengths.max().unwrap_or(0);
-        self
+        self.in_pieces(lengths.max().unwrap_or(0))
+    }
+
+    /// The same, of whose records so many samples are read at once.
+    #[must_use]
+    pub fn in_pieces(&self, longest: usize) -> Shots<'a> {
+        Shots { longest, ..*self }
     }
 
     /// Tiles of all sites.
@@ -222,6 +232,16 @@ impl Shot<'_> {
         let mut record = vec![0.0; self.prepared.n_times()];
         self.prepared.record(site, &mut record);
         record
+    }
+
+    /// Part of the records of a few sites, one after another.
+    pub fn piece(&self, times: Range<usize>, sites: Range<usize>, out: &mut [f64]) {
+        self.prepared.piece(times, sites, out);
+    }
+
+    /// Samples before this time are not read again soon.
+    pub fn release(&self, time: usize) {
+        self.prepared.release_times(0..time);
     }
 
     /// Visits the tiles in parallel: its scratch, its sites, their records one after another, its result.

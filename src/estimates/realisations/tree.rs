@@ -317,6 +317,14 @@ impl RecordTree {
         self.records.free.clear();
     }
 
+    /// The sum of all records in place of their nodes: nothing follows.
+    pub fn settle(&mut self) {
+        if let Some(total) = self.records.total() {
+            self.records = Tree::default();
+            self.records.push(0, 0, total);
+        }
+    }
+
     /// The sum of all records.
     pub fn total(&mut self) -> Option<Sums> {
         self.records.total()
