@@ -126,12 +126,20 @@ fn regress_parts_of_spectra_have_the_bits_of_the_whole() {
 
 #[test]
 fn regress_parts_of_coherence_have_the_bits_of_the_whole() {
-    for (records, samples, reference) in [(1, 1001, 9), (3, 301, 0)] {
+    let slepian = Averaging {
+        tapers: Tapers::Slepian { nw: 2.0, count: 3 },
+        ..averaging(60, 31)
+    };
+    for (records, samples, reference, averaging) in [
+        (1, 1001, 9, averaging(60, 31)),
+        (3, 301, 0, averaging(60, 31)),
+        (2, 501, 0, slepian),
+    ] {
         let fields = shots(records, samples);
         let fields: Vec<&Field> = fields.iter().collect();
         let request = CoherenceRequest {
             reference,
-            averaging: averaging(60, 31),
+            averaging,
             ..CoherenceRequest::default()
         };
         let expected = coherence_bits(&coherence(&fields, &request, &Silent).unwrap());

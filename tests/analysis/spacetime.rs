@@ -95,7 +95,7 @@ fn val_numpy_and_scipy_spectra() {
 fn val_intervals_of_white_noise_hold() {
     let mut noise = Noise(23);
     for (times, sites, request, expected) in [
-        (4096, 24, welch(64, 32), 2.0 * 63.0),
+        (4096, 24, welch(64, 32), 2.0 * 120.4),
         (256, 40, tapers((3.0, 5), (2.0, 3)), 2.0 * 15.0),
     ] {
         let truth = 2.0 * 4.0 * DT * DX / TAU;

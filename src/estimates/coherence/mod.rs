@@ -307,7 +307,7 @@ impl Pass<'_> {
             let visit = |r: usize, spectra: &[Complex<f64>]| {
                 let (segment, taper) = (r / tapers, r % tapers);
                 if taper == 0 {
-                    let sums = tree.open(segment, || self.zeros());
+                    let sums = tree.open(segment, tapers == 1, || self.zeros());
                     if sites.start == tile_of_reference {
                         let pieces = (portion, segment, samples, shot.scale);
                         self.realisations.add_pieces(pieces, deviations, sums);

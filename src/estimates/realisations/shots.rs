@@ -73,15 +73,12 @@ impl<'a> Shots<'a> {
 
     /// The same for [`Self::each_portion`] of these.
     #[must_use]
-    pub fn in_portions(&self, portions: &[Portion]) -> Shots<'a> {
+    pub fn in_portions(self, portions: &[Portion]) -> Self {
         let lengths = portions.iter().map(|portion| portion.samples.len());
-        self.in_pieces(lengths.max().unwrap_or(0))
-    }
-
-    /// The same, of whose records so many samples are read at once.
-    #[must_use]
-    pub fn in_pieces(&self, longest: usize) -> Shots<'a> {
-        Shots { longest, ..*self }
+        Shots {
+            longest: lengths.max().unwrap_or(0),
+            ..self
+        }
     }
 
     /// Tiles of all sites.
@@ -239,9 +236,9 @@ impl Shot<'_> {
         self.prepared.piece(times, sites, out);
     }
 
-    /// Samples before this time are not read again soon.
-    pub fn release(&self, time: usize) {
-        self.prepared.release_times(0..time);
+    /// Samples at these times are not read again soon.
+    pub fn release(&self, times: Range<usize>) {
+        self.prepared.release_times(times);
     }
 
     /// Visits the tiles in parallel: its scratch, its sites, their records one after another, its result.

@@ -176,10 +176,11 @@ struct Tree {
 }
 
 impl Tree {
-    /// The leaf `at`, which follows the last one: empty, or its sibling's sums to add it to.
-    fn open(&mut self, at: usize, zeros: impl FnOnce() -> Sums) -> &mut Sums {
+    /// The leaf `at`, which follows the last one: empty, or its sibling's sums to add it to, if it `is_one`
+    /// number in each cell. (A sum of several has other bits if they are added one by one.)
+    fn open(&mut self, at: usize, is_one: bool, zeros: impl FnOnce() -> Sums) -> &mut Sums {
         let is_sibling = match self.nodes.last() {
-            Some((0, before, _)) => before % 2 == 0 && before + 1 == at,
+            Some((0, before, _)) => is_one && before % 2 == 0 && before + 1 == at,
             _ => false,
         };
         if !is_sibling {
@@ -238,9 +239,14 @@ pub(crate) fn held_at_once(leaves: usize) -> u64 {
 pub(crate) struct SegmentTree(Tree);
 
 impl SegmentTree {
-    /// The sums to add a segment to; [`Self::close`] follows.
-    pub fn open(&mut self, segment: usize, zeros: impl FnOnce() -> Sums) -> &mut Sums {
-        self.0.open(segment, zeros)
+    /// The sums to add a segment to, which `is_one` number in each cell or several; [`Self::close`] follows.
+    pub fn open(
+        &mut self,
+        segment: usize,
+        is_one: bool,
+        zeros: impl FnOnce() -> Sums,
+    ) -> &mut Sums {
+        self.0.open(segment, is_one, zeros)
     }
 
     pub fn close(&mut self) {
@@ -357,7 +363,7 @@ mod tests {
                 let end = range.end.min((record + 1) * SEGMENTS);
                 for one in from..end {
                     let value = leaf(one);
-                    let sums = segments.open(one % SEGMENTS, || Sums::zeros(1, 3));
+                    let sums = segments.open(one % SEGMENTS, true, || Sums::zeros(1, 3));
                     sums.add(&value);
                     segments.close();
                 }

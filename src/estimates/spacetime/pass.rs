@@ -102,8 +102,10 @@ impl<'a> Pass<'a> {
     ) -> Result<(f64, Vec<RecordTree>)> {
         let bins = self.realisations.bins();
         let band = self.rows_at_once(shots.memory(), portions, is_all)?;
-        let shots = shots.in_pieces(self.realisations.segments.length);
-        let block = shots.block("a segment of all sites", 0)?;
+        // Where the field is larger than memory, pages are released behind the reader.
+        let longest = portions.iter().map(|portion| portion.samples.len());
+        let bytes = 8 * (longest.max().unwrap_or(0) * self.grid.sites) as u64;
+        let block = (bytes > shots.memory() / 4).then_some(TOGETHER);
         let mut trees = Vec::new();
         let mut sites = units(self.grid.sites.div_ceil(TOGETHER));
         let mut unit = 1.0;
@@ -127,7 +129,8 @@ impl<'a> Pass<'a> {
                         let add = (shot.scale * shot.scale, segment, taper);
                         self.along_space(add, &rows, &tiles, &mut groups);
                     }
-                    shot.release(one.samples.start - portion.samples.start);
+                    let done = one.samples.start - portion.samples.start;
+                    shot.release(done..done + self.realisations.segments.hop);
                     shot.observer.advance(1);
                 }
                 let of_sites = sites.iter_mut().filter(|_| first == 0);
@@ -212,7 +215,7 @@ impl<'a> Pass<'a> {
                 self.realisations.remove_trends(&mut tile.samples, &mut scratch.segments);
                 return;
             };
-            let sums = unit.segments.open(segment, || {
+            let sums = unit.segments.open(segment, true, || {
                 Sums::zeros(OF_SITES, self.realisations.pieces())
             });
             let pieces = (one, segment, &tile.samples[..], shot.scale);
@@ -271,6 +274,7 @@ impl<'a> Pass<'a> {
     ) {
         let sites = self.grid.sites;
         let blocks = sites.div_ceil(WIDTH);
+        let is_one = self.realisations.tapers() * self.transforms.len() == 1;
         let add = |scratch: &mut Scratch, (group, unit): (usize, &mut Unit)| {
             let first = rows.start + group * ROWS;
             let rows = first..rows.end.min(first + ROWS);
@@ -283,8 +287,8 @@ impl<'a> Pass<'a> {
                 }
             }
             if taper == 0 {
-                unit.segments
-                    .open(segment, || Sums::zeros(rows.len() * blocks, 0));
+                let zeros = || Sums::zeros(rows.len() * blocks, 0);
+                unit.segments.open(segment, is_one, zeros);
             }
             let shape = (rows.len(), sites);
             let profiles = ArrayView2::from_shape(shape, &scratch.profiles);

@@ -248,7 +248,8 @@ impl<'a> Pass<'a> {
         let visit = |r: usize, spectra: &[Complex<f64>]| {
             let (segment, taper) = (r / tapers, r % tapers);
             if taper == 0 {
-                let sums = tree.open(segment, || self.zeros());
+                // Each taper has sums of its own.
+                let sums = tree.open(segment, true, || self.zeros());
                 let pieces = (portion, segment, samples, scale);
                 self.realisations.add_pieces(pieces, deviations, sums);
             }
