@@ -36,11 +36,12 @@ pub use parts::{Combination, Combined, DividedRequest, Partial, PartialAbout, co
 pub(crate) use parts::NodePlace;
 pub(crate) use realisations::first_of;
 pub use realisations::{
-    Averaging, Grid, Independence, Part, SpectrumInterval, Tapers, interval_factors,
+    Averaging, Grid, Independence, Part, SegmentsLeft, SpectrumInterval, Tapers, interval_factors,
 };
 pub use slope::{BreakFit, PowerLaw, Slope, SlopeFrames, SlopeRequest, Steepening, slope};
 pub use spacetime::{SpaceTimeEstimate, SpaceTimeRequest, spacetime};
+pub(crate) use spectrum::no_noise;
 pub use spectrum::{
-    LeftOutEach, Line, LineTest, MeanSpectrum, SpectrumAxis, SpectrumEstimate, SpectrumRequest,
-    spectrum,
+    LeftOutEach, Line, LineTest, MeanSpectrum, NoiseFloor, NoiseSource, SiteNoise, SpectrumAxis,
+    SpectrumEstimate, SpectrumRequest, SubtractedNoise, spectrum,
 };

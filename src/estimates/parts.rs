@@ -8,6 +8,7 @@ use serde_json::Value;
 
 use super::realisations::{
     Grid, Part, Portion, Realisations, RecordTree, Shots, Sums, TreeNode, first_of,
+    refuse_left_out,
 };
 use super::{
     Coherence, CoherenceRequest, SpaceTimeEstimate, SpaceTimeRequest, SpectrumEstimate,
@@ -188,6 +189,7 @@ fn partial_of<R: Divided + Sync>(
     let range = part.range(fields.len() * segments)?;
     let portions = realisations.portions(range.clone());
     let (gaps, memory) = request.gaps_and_memory();
+    refuse_left_out(gaps, "a part of the segments")?;
     let (unit, tiles) = in_pool(request.threads(), || {
         let shots = Shots::new(fields, gaps, memory, realisations.reached(), observer)?;
         request.partial(&shots.in_portions(&portions), (&grid, &realisations), &portions)

@@ -65,6 +65,7 @@ const NAMES: &[&str] = &[
     "part.npz",
     "slope.npz",
     "transfer.npz",
+    "triads.npz",
     "spectrum.npz",
     "budget.npz",
     "budget.nc",
@@ -113,6 +114,7 @@ const FIGURES: &[&str] = &[
     "increments",
     "slope",
     "transfer",
+    "triads",
     "spectrum",
 ];
 

@@ -1,13 +1,12 @@
 //! `S(k, f)` with intervals as files: a summary, and arrays.
 
-use std::path::Path;
-
 use serde::Serialize;
 
-use super::{Archive, NamedArrays, Provenance};
-use crate::arrays::Precision;
+use super::estimate_arrays::{Arrays, Units};
+use super::{LabelledArrays, Provenance};
 use crate::error::Result;
 use crate::estimates::{Independence, SpaceTimeEstimate, interval_factors};
+use crate::unit::compose;
 
 /// The schema of the summary of space-time spectra with intervals.
 pub const SPACETIME_SCHEMA: &str = "cascade.spacetime/1";
@@ -93,24 +92,30 @@ impl<'a> SpaceTimeSummary<'a> {
     }
 }
 
-/// Writes a space-time spectrum to the new file `path` (`.npz`): `frequency` (nf), `wavenumber` (nk);
-/// `spectrum`, `degrees_of_freedom`, `low`, `high` (nf, nk), NaN where there is no interval.
+/// Hands a space-time spectrum to `file`: `frequency` (nf), `wavenumber` (nk); `spectrum`, `degrees_of_freedom`,
+/// `low`, `high` (nf, nk), NaN where there is no interval.
 ///
 /// # Errors
-/// [`crate::Error::Write`].
-pub fn write_spacetime(path: &Path, found: &SpaceTimeEstimate) -> Result<()> {
-    let archive = Archive::create(path, Precision::F64)?;
-    let line = |name: &str, values: &[f64]| archive.append(name, &[values.len()], values);
-    line("frequency", &found.frequency)?;
-    line("wavenumber", &found.wavenumber)?;
-    for (name, array) in [
-        ("spectrum", &found.spectrum),
-        ("degrees_of_freedom", &found.degrees),
-        ("low", &found.low),
-        ("high", &found.high),
+/// Those of `file`.
+pub fn spacetime_arrays(found: &SpaceTimeEstimate, file: &dyn LabelledArrays) -> Result<()> {
+    let to = Arrays(file);
+    let units = Units::of(&found.time, &found.space, found.unit.as_deref());
+    to.line("frequency", "frequency", &units.frequency, &found.frequency)?;
+    to.line("wavenumber", "wavenumber", &units.wavenumber, &found.wavenumber)?;
+    let density = match units.frequency.is_empty() || units.wavenumber.is_empty() {
+        true => String::new(),
+        false => compose(
+            &[&units.density(&units.frequency, "")],
+            &[&units.wavenumber],
+        ),
+    };
+    for (name, unit, array) in [
+        ("spectrum", &density[..], &found.spectrum),
+        ("degrees_of_freedom", "", &found.degrees),
+        ("low", &density, &found.low),
+        ("high", &density, &found.high),
     ] {
-        let values: Vec<f64> = array.iter().copied().collect();
-        NamedArrays::append(&archive, name, &[array.nrows(), array.ncols()], &values)?;
+        to.plane(name, ["frequency", "wavenumber"], unit, array)?;
     }
-    archive.finish()
+    Ok(())
 }

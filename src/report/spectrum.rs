@@ -1,14 +1,13 @@
 //! Spectra with intervals as files: a summary, and arrays.
 
-use std::path::Path;
-
 use serde::Serialize;
 
-use super::{Archive, Provenance};
-use crate::arrays::Precision;
+use super::estimate_arrays::{Arrays, Units};
+use super::{LabelledArrays, Provenance};
 use crate::error::Result;
 use crate::estimates::{
-    Independence, LeftOutEach, Line, SpectrumAxis, SpectrumEstimate, interval_factors,
+    Independence, LeftOutEach, Line, NoiseFloor, SegmentsLeft, SiteNoise, SpectrumAxis,
+    SpectrumEstimate, SubtractedNoise, interval_factors,
 };
 
 /// The schema of the summary of spectra with intervals.
@@ -28,6 +27,8 @@ pub struct SpectrumSummary<'a> {
     /// `NW` bins of several tapers, as a frequency (wavenumber).
     half_bandwidth: Option<f64>,
     independence: Independence,
+    /// Of each site, where segments with missing samples are left out.
+    segments_left: Option<&'a SegmentsLeft>,
     steadiness: &'a [f64],
     /// Sites (along space, times) without interval.
     without_interval: usize,
@@ -37,7 +38,27 @@ pub struct SpectrumSummary<'a> {
     degrees_of_freedom: Option<DegreesSummary>,
     /// `null` without a jackknife.
     jackknife_leaves_out: Option<LeftOutEach>,
+    /// Of each site, along time.
+    noise: Option<NoiseSummary<'a>>,
     line_test: Option<LineTestSummary<'a>>,
+}
+
+/// The noise of all sites; `null` where it is not known.
+#[derive(Debug, Serialize)]
+pub(super) struct NoiseSummary<'a> {
+    known: usize,
+    sites: &'a [Option<SiteNoise>],
+    subtracted: Option<&'a SubtractedNoise>,
+}
+
+impl<'a> NoiseSummary<'a> {
+    pub fn new(noise: &'a NoiseFloor) -> Self {
+        NoiseSummary {
+            known: noise.known(),
+            sites: &noise.sites,
+            subtracted: noise.subtracted.as_ref(),
+        }
+    }
 }
 
 /// Degrees of freedom away from 0 and from the Nyquist frequency.
@@ -73,6 +94,7 @@ impl<'a> SpectrumSummary<'a> {
             overlap: found.segment[1],
             half_bandwidth: found.half_bandwidth,
             independence: found.independence,
+            segments_left: found.segments_left.as_ref(),
             steadiness: &found.steadiness,
             without_interval: found.without_interval(),
             steadiness_in_time: found.mean.as_ref().map(|mean| mean.steadiness),
@@ -84,6 +106,7 @@ impl<'a> SpectrumSummary<'a> {
                 interval_factors: interval_factors(median, found.alpha),
             }),
             jackknife_leaves_out: found.has_jackknife.then_some(found.left_out),
+            noise: found.noise.as_ref().map(NoiseSummary::new),
             line_test: found.line_test.as_ref().map(|test| LineTestSummary {
                 degrees_of_freedom: test.degrees,
                 level: test.level,
@@ -100,46 +123,65 @@ impl<'a> SpectrumSummary<'a> {
     }
 }
 
-/// Writes spectra to the new file `path` (`.npz`): `frequency` (nf), `position`, `steadiness` (n); `spectrum`,
-/// `degrees_of_freedom`, `low`, `high`, `jackknife_low`, `jackknife_high` (nf, n), NaN where there is no
-/// interval; of several tapers `f_statistic` (nf, n). Along space, `wavenumber` and `time` take the place of
-/// `frequency` and `position`, beside `mean_spectrum`, `mean_low`, `mean_high`, `effective_snapshots` (nk).
+/// Hands spectra to `file`: `frequency` (nf), `position`, `steadiness` (n); `spectrum`, `degrees_of_freedom`,
+/// `low`, `high`, `jackknife_low`, `jackknife_high` (nf, n), NaN where there is no interval; along time `noise`, `noise_low`,
+/// `noise_high` (n), densities; where segments are left out `segments`, `effective_realisations` (n); of several tapers
+/// `f_statistic` (nf, n). Along space, `wavenumber` and `time` take the place of `frequency` and `position`,
+/// beside `mean_spectrum`, `mean_low`, `mean_high`, `effective_snapshots` (nk).
 ///
 /// # Errors
-/// [`crate::Error::Write`].
-pub fn write_spectrum(path: &Path, found: &SpectrumEstimate) -> Result<()> {
-    let archive = Archive::create(path, Precision::F64)?;
-    let line = |name: &str, values: &[f64]| archive.append(name, &[values.len()], values);
-    let [bins, columns] = match found.along {
-        SpectrumAxis::Time => ["frequency", "position"],
-        SpectrumAxis::Space => ["wavenumber", "time"],
+/// Those of `file`.
+pub fn spectrum_arrays(found: &SpectrumEstimate, file: &dyn LabelledArrays) -> Result<()> {
+    let to = Arrays(file);
+    let units = Units::of(&found.time, &found.space, found.unit.as_deref());
+    let [(bins, bin_unit), (columns, column_unit)] = match found.along {
+        SpectrumAxis::Time => [("frequency", &units.frequency), ("position", &units.space)],
+        SpectrumAxis::Space => [("wavenumber", &units.wavenumber), ("time", &units.time)],
     };
-    line(bins, &found.bins)?;
-    line(columns, &found.coordinates())?;
-    line("steadiness", &found.steadiness)?;
-    let plane = |name: &str, values: &mut dyn Iterator<Item = f64>| {
+    let density = units.density(bin_unit, "");
+    to.line(bins, bins, bin_unit, &found.bins)?;
+    to.line(columns, columns, column_unit, &found.coordinates())?;
+    to.line("steadiness", columns, "", &found.steadiness)?;
+    if let Some(left) = &found.segments_left {
+        let segments: Vec<f64> = left.left.iter().map(|left| *left as f64).collect();
+        to.line("segments", columns, "", &segments)?;
+        to.line("effective_realisations", columns, "", &left.effective)?;
+    }
+    if let Some(noise) = &found.noise {
+        let of = |part: fn(&SiteNoise) -> f64| -> Vec<f64> {
+            let sites = noise.sites.iter();
+            sites
+                .map(|site| site.as_ref().map_or(f64::NAN, part))
+                .collect()
+        };
+        to.line("noise", columns, &density, &of(|noise| noise.density))?;
+        to.line("noise_low", columns, &density, &of(|noise| noise.low))?;
+        to.line("noise_high", columns, &density, &of(|noise| noise.high))?;
+    }
+    let plane = |name: &str, unit: &str, values: &mut dyn Iterator<Item = f64>| {
         let values: Vec<f64> = values.collect();
-        let (rows, columns) = found.spectrum.dim();
-        archive.append(name, &[rows, columns], &values)
+        let (rows, across) = found.spectrum.dim();
+        to.of_axes(name, &[(bins, rows), (columns, across)], unit, &values)
     };
-    plane("spectrum", &mut found.spectrum.iter().copied())?;
-    plane("degrees_of_freedom", &mut found.degrees.iter().copied())?;
-    plane("low", &mut found.low.iter().copied())?;
-    plane("high", &mut found.high.iter().copied())?;
+    plane("spectrum", &density, &mut found.spectrum.iter().copied())?;
+    let degrees = &mut found.degrees.iter().copied();
+    plane("degrees_of_freedom", "", degrees)?;
+    plane("low", &density, &mut found.low.iter().copied())?;
+    plane("high", &density, &mut found.high.iter().copied())?;
     let jackknife = |sign: f64| {
         let cells = found.spectrum.iter().zip(&found.jackknife);
         cells.map(move |(s, half)| s * (sign * half).exp())
     };
-    plane("jackknife_low", &mut jackknife(-1.0))?;
-    plane("jackknife_high", &mut jackknife(1.0))?;
+    plane("jackknife_low", &density, &mut jackknife(-1.0))?;
+    plane("jackknife_high", &density, &mut jackknife(1.0))?;
     if let Some(test) = &found.line_test {
-        plane("f_statistic", &mut test.statistic.iter().copied())?;
+        plane("f_statistic", "", &mut test.statistic.iter().copied())?;
     }
     if let Some(mean) = &found.mean {
-        line("mean_spectrum", &mean.spectrum)?;
-        line("mean_low", &mean.low)?;
-        line("mean_high", &mean.high)?;
-        line("effective_snapshots", &mean.effective_snapshots)?;
+        to.line("mean_spectrum", bins, &density, &mean.spectrum)?;
+        to.line("mean_low", bins, &density, &mean.low)?;
+        to.line("mean_high", bins, &density, &mean.high)?;
+        to.line("effective_snapshots", bins, "", &mean.effective_snapshots)?;
     }
-    archive.finish()
+    Ok(())
 }

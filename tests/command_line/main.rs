@@ -32,3 +32,4 @@ mod slope;
 mod spectrum;
 mod terminal;
 mod transfer;
+mod triads;

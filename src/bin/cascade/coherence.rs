@@ -1,18 +1,22 @@
 //! `cascade coherence`: all sites of a field against a reference.
 
-use std::path::{Path, PathBuf};
+use std::path::PathBuf;
 
 use clap::Args;
-use wavecascade::Error;
 use wavecascade::estimates::{
-    Averaging, Coherence as Found, CoherenceRequest, Combined, DividedRequest, Tapers, coherence,
+    Averaging, Coherence as Found, CoherenceRequest, Combined, DividedRequest, SegmentsLeft, Tapers,
+    coherence,
 };
+use wavecascade::observer::Observer;
 use wavecascade::plot::{self, Figure, Style};
 use wavecascade::prepare::Window;
-use wavecascade::report::{CoherenceSummary, Provenance, coherence_html, percent, write_coherence};
+use wavecascade::report::{
+    CoherenceSummary, LabelledArrays, Provenance, coherence_arrays, coherence_html, percent,
+};
+use wavecascade::{Error, Field};
 
 use crate::args::{DetrendArg, GapsArg};
-use crate::estimate::{self, Estimate, EstimateArgs};
+use crate::estimate::{self, Computation, Estimate, EstimateArgs, Typed};
 use crate::failure::Failure;
 use crate::parse;
 use crate::parts::{self, PartArgs};
@@ -86,8 +90,29 @@ impl AverageArgs {
     }
 }
 
+impl Typed for Coherence {
+    type Found = Found;
+
+    fn fields(&self) -> &[PathBuf] {
+        &self.fields
+    }
+
+    fn shared(&self) -> &EstimateArgs {
+        &self.estimate
+    }
+
+    fn memory(&self) -> Option<u64> {
+        self.averages.memory
+    }
+
+    fn computation(&self) -> Result<impl Computation<Found>, Error> {
+        let request = self.request();
+        Ok(move |fields: &[&Field], observer: &dyn Observer| coherence(fields, &request, observer))
+    }
+}
+
 impl Coherence {
-    pub fn request(&self) -> CoherenceRequest {
+    fn request(&self) -> CoherenceRequest {
         CoherenceRequest {
             reference: self.reference,
             averaging: self.averages.averaging(),
@@ -99,26 +124,22 @@ impl Coherence {
     }
 }
 
-/// Runs the command.
-pub fn run(typed: Coherence) -> Result<(), Failure> {
-    let request = typed.request();
+/// Runs the command, or a part of it.
+pub fn run(typed: &Coherence) -> Result<(), Failure> {
     if !typed.parts.merge.is_empty() {
         return parts::merge(&typed.parts.merge, &typed.estimate, |found| match found {
             Combined::Coherence(found) => Some(*found),
             _ => None,
         });
     }
-    if let Some(part) = typed.parts.part {
-        let request = DividedRequest::from(request);
-        let part = ("coherence", &request, part);
-        return parts::write(&typed.fields, &typed.estimate, typed.averages.memory, part);
+    match typed.parts.part {
+        Some(part) => {
+            let request = DividedRequest::from(typed.request());
+            let part = ("coherence", &request, part);
+            parts::write(&typed.fields, &typed.estimate, typed.averages.memory, part)
+        }
+        None => estimate::run(typed),
     }
-    estimate::run(
-        &typed.fields,
-        &typed.estimate,
-        typed.averages.memory,
-        |fields, observer| coherence(fields, &request, observer),
-    )
 }
 
 impl Estimate for Found {
@@ -128,8 +149,8 @@ impl Estimate for Found {
         CoherenceSummary::new(self, provenance).to_json()
     }
 
-    fn write_arrays(&self, directory: &Path) -> Result<(), Error> {
-        write_coherence(&directory.join("coherence.npz"), self)
+    fn arrays(&self, to: &dyn LabelledArrays) -> Result<(), Error> {
+        coherence_arrays(self, to)
     }
 
     fn figures(&self, name: &str, style: &Style) -> Vec<Figure> {
@@ -170,6 +191,7 @@ fn lines(found: &Found) -> String {
             number(independence.effective)
         ),
     );
+    gaps_line(&mut lines, found.segments_left.as_ref());
     let (Some(level), Some(above)) = (found.level(), found.above_level()) else {
         lines.line("significance", "none can be stated");
         return lines.text;
@@ -208,9 +230,48 @@ fn lines(found: &Found) -> String {
     lines.text
 }
 
+/// How many segments are left of sites that miss samples.
+pub fn gaps_line(lines: &mut Lines, left: Option<&SegmentsLeft>) {
+    let Some(left) = left.filter(|left| left.incomplete() > 0) else {
+        return;
+    };
+    let [least, median] = left.least_and_median();
+    lines.line(
+        "gaps",
+        &format!(
+            "{} of {} sites lose segments: {median} of {} are left at the median, {least} at the least",
+            left.incomplete(),
+            left.left.len(),
+            left.of,
+        ),
+    );
+}
+
+/// Of sites (or times) of which nothing is left.
+pub fn gaps_warning(left: Option<&SegmentsLeft>, columns: &str) -> Option<[String; 2]> {
+    const SHOWN: usize = 8;
+    let left = left?;
+    let empty = left.empty();
+    let shown: Vec<String> = empty.iter().take(SHOWN).map(usize::to_string).collect();
+    let more = if empty.len() > SHOWN { ", ..." } else { "" };
+    (!empty.is_empty()).then(|| {
+        [
+            format!(
+                "{} of {} {columns} miss samples in all {} segments and are left out: {}{more}",
+                empty.len(),
+                left.left.len(),
+                left.of,
+                shown.join(", "),
+            ),
+            "shorter segments (`--segment`) lose less to a gap; `cascade lomb` needs none".into(),
+        ]
+    })
+}
+
 /// What the user should know, each with what to do.
 pub fn warnings(found: &Found) -> Vec<[String; 2]> {
     let mut warnings = Vec::new();
+    warnings.extend(gaps_warning(found.segments_left.as_ref(), "sites"));
     let independence = &found.independence;
     if independence.is_transient() && independence.records < 2 {
         warnings.push([

@@ -52,6 +52,7 @@ mod terminal;
 mod text;
 mod transfer;
 mod transmit;
+mod triads;
 mod triple_args;
 mod view_args;
 mod words;
@@ -108,14 +109,15 @@ fn run(line: &CommandLine) -> Result<(), Failure> {
 fn one(cli: Cli, fields: &[PathBuf], applied: &Applied) -> Result<(), Failure> {
     match cli.command {
         Command::Analyze(typed) => analyze::run(&typed, fields, applied),
-        Command::Bicoherence(typed) => bicoherence::run(*typed),
-        Command::Transfer(typed) => transfer::run(*typed),
-        Command::Coherence(typed) => coherence::run(*typed),
-        Command::Lomb(typed) => lomb::run(*typed),
-        Command::Ridges(typed) => ridges::run(*typed),
-        Command::Modes(typed) => modes::run(*typed),
-        Command::Increments(typed) => increments::run(*typed),
-        Command::Slope(typed) => slope::run(*typed),
+        Command::Bicoherence(typed) => estimate::run(&*typed),
+        Command::Triads(typed) => estimate::run(&*typed),
+        Command::Transfer(typed) => estimate::run(&*typed),
+        Command::Coherence(typed) => coherence::run(&typed),
+        Command::Lomb(typed) => estimate::run(&*typed),
+        Command::Ridges(typed) => estimate::run(&*typed),
+        Command::Modes(typed) => estimate::run(&*typed),
+        Command::Increments(typed) => estimate::run(&*typed),
+        Command::Slope(typed) => estimate::run(&*typed),
         Command::Spectrum(typed) => spectrum::run(*typed),
         Command::Budget(typed) => budget::run(*typed),
         Command::Compare(typed) => compare::run(*typed),

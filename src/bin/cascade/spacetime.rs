@@ -1,14 +1,44 @@
 //! `cascade spectrum --along both`: `S(k, f)` with intervals.
 
-use std::path::Path;
+use std::path::PathBuf;
 
-use wavecascade::Error;
-use wavecascade::estimates::{SpaceTimeEstimate, interval_factors};
+use wavecascade::estimates::{SpaceTimeEstimate, interval_factors, spacetime};
+use wavecascade::observer::Observer;
 use wavecascade::plot::{self, Figure, Style};
-use wavecascade::report::{Provenance, SpaceTimeSummary, percent, spacetime_html, write_spacetime};
+use wavecascade::report::{
+    LabelledArrays, Provenance, SpaceTimeSummary, percent, spacetime_arrays, spacetime_html,
+};
+use wavecascade::{Error, Field};
 
-use crate::estimate::Estimate;
+use crate::estimate::{Computation, Estimate, EstimateArgs, Typed};
+use crate::spectrum::Spectrum;
 use crate::terminal::{self, Lines, number};
+
+/// What is typed of `cascade spectrum`, for spectra along both axes.
+#[derive(Debug)]
+pub struct SpaceTime(pub Spectrum);
+
+impl Typed for SpaceTime {
+    type Found = SpaceTimeEstimate;
+
+    fn fields(&self) -> &[PathBuf] {
+        &self.0.fields
+    }
+
+    fn shared(&self) -> &EstimateArgs {
+        &self.0.estimate
+    }
+
+    fn memory(&self) -> Option<u64> {
+        self.0.averages.memory
+    }
+
+    fn computation(&self) -> Result<impl Computation<SpaceTimeEstimate>, Error> {
+        self.0.check()?;
+        let request = self.0.of_both();
+        Ok(move |fields: &[&Field], observer: &dyn Observer| spacetime(fields, &request, observer))
+    }
+}
 
 impl Estimate for SpaceTimeEstimate {
     const COMMAND: &'static str = "spectrum";
@@ -17,8 +47,8 @@ impl Estimate for SpaceTimeEstimate {
         SpaceTimeSummary::new(self, provenance).to_json()
     }
 
-    fn write_arrays(&self, directory: &Path) -> Result<(), Error> {
-        write_spacetime(&directory.join("spectrum.npz"), self)
+    fn arrays(&self, to: &dyn LabelledArrays) -> Result<(), Error> {
+        spacetime_arrays(self, to)
     }
 
     fn figures(&self, name: &str, style: &Style) -> Vec<Figure> {

@@ -1,22 +1,26 @@
 //! `cascade spectrum`: power spectral densities of all sites, with intervals.
 
-use std::path::{Path, PathBuf};
+use std::path::PathBuf;
 
 use clap::{Args, ValueEnum};
-use wavecascade::Error;
 use wavecascade::estimates::{
-    Averaging, Combined, DividedRequest, LeftOutEach, SpaceTimeRequest, SpectrumAxis, SpectrumEstimate,
-    SpectrumRequest, Tapers, interval_factors, spacetime, spectrum,
+    Averaging, Combined, DividedRequest, LeftOutEach, NoiseSource, SpaceTimeRequest, SpectrumAxis,
+    SpectrumEstimate, SpectrumRequest, Tapers, interval_factors, spectrum,
 };
+use wavecascade::observer::Observer;
 use wavecascade::plot::{self, Figure, Style};
 use wavecascade::prepare::Window;
-use wavecascade::report::{Provenance, SpectrumSummary, percent, spectrum_html, write_spectrum};
+use wavecascade::report::{
+    LabelledArrays, Provenance, SpectrumSummary, percent, spectrum_arrays, spectrum_html,
+};
+use wavecascade::{Error, Field};
 
-use crate::coherence::AverageArgs;
-use crate::estimate::{self, Estimate, EstimateArgs};
+use crate::coherence::{AverageArgs, gaps_line, gaps_warning};
+use crate::estimate::{self, Computation, Estimate, EstimateArgs, Typed};
 use crate::failure::Failure;
 use crate::parse;
 use crate::parts::{self, PartArgs};
+use crate::spacetime::SpaceTime;
 use crate::terminal::{self, Lines, number};
 
 /// What `cascade spectrum` takes.
@@ -46,6 +50,10 @@ pub struct Spectrum {
     /// Leave out the jackknife, which takes each segment a second time; the other intervals stay.
     #[arg(long, help_heading = "Averages")]
     pub no_jackknife: bool,
+
+    /// Subtract the noise of each site, where it is known; never below 0.
+    #[arg(long)]
+    pub subtract_noise: bool,
 
     /// With `--along both`, taper over the sites [default: hann]; names as for `--window`.
     #[arg(
@@ -92,7 +100,7 @@ impl Spectrum {
     }
 
     /// The request of `--along both`.
-    fn of_both(&self) -> SpaceTimeRequest {
+    pub fn of_both(&self) -> SpaceTimeRequest {
         SpaceTimeRequest {
             averaging: self.averaging(),
             is_whole: self.periodogram,
@@ -109,8 +117,45 @@ impl Spectrum {
         }
     }
 
+    fn axis(&self) -> Option<SpectrumAxis> {
+        match self.along {
+            AlongArg::Time => Some(SpectrumAxis::Time),
+            AlongArg::Space => Some(SpectrumAxis::Space),
+            AlongArg::Both => None,
+        }
+    }
+
+    /// Whether spectra are taken along both axes.
+    pub fn is_both(&self) -> bool {
+        self.axis().is_none()
+    }
+
+    fn request(&self) -> Result<SpectrumRequest, Error> {
+        self.check()?;
+        let Some(along) = self.axis() else {
+            return Err(Error::Request {
+                option: "along",
+                expected: "time or space".into(),
+                found: "both".into(),
+            });
+        };
+        Ok(SpectrumRequest {
+            along,
+            averaging: self.averaging(),
+            is_whole: self.periodogram,
+            is_adaptive: !self.equal_weights,
+            has_jackknife: !self.no_jackknife && self.parts.part.is_none(),
+            gaps: self.averages.gaps.into(),
+            subtract_noise: self.subtract_noise,
+            alpha: self.averages.significance,
+            threads: self.estimate.threads(),
+            memory: self.averages.memory,
+        })
+    }
+
     /// That options of one axis are not typed for another.
-    fn check(&self, axis: Option<SpectrumAxis>) -> Result<(), Error> {
+    pub fn check(&self) -> Result<(), Error> {
+        let is_both = self.is_both();
         let refuse = |option, expected: &str, found: &str| {
             Err(Error::Request {
                 option,
@@ -118,7 +163,6 @@ impl Spectrum {
                 found: found.into(),
             })
         };
-        let is_both = axis.is_none();
         let along = "it with `--along both` alone";
         match () {
             () if !is_both && self.space_window.is_some() => {
@@ -132,51 +176,53 @@ impl Spectrum {
                 "it with spectra along one axis",
                 "`--along both`, which has none",
             ),
+            () if is_both && self.subtract_noise => {
+                refuse("subtract-noise", "it with spectra along one axis", "`--along both`")
+            }
             () => Ok(()),
         }
     }
 }
 
-/// Runs the command.
+impl Typed for Spectrum {
+    type Found = SpectrumEstimate;
+
+    fn fields(&self) -> &[PathBuf] {
+        &self.fields
+    }
+
+    fn shared(&self) -> &EstimateArgs {
+        &self.estimate
+    }
+
+    fn memory(&self) -> Option<u64> {
+        self.averages.memory
+    }
+
+    fn computation(&self) -> Result<impl Computation<SpectrumEstimate>, Error> {
+        let request = self.request()?;
+        Ok(move |fields: &[&Field], observer: &dyn Observer| spectrum(fields, &request, observer))
+    }
+}
+
+/// Runs the command, or a part of it.
 pub fn run(typed: Spectrum) -> Result<(), Failure> {
     if !typed.parts.merge.is_empty() {
         return merge(&typed);
     }
-    let memory = typed.averages.memory;
-    let axis = match typed.along {
-        AlongArg::Time => Some(SpectrumAxis::Time),
-        AlongArg::Space => Some(SpectrumAxis::Space),
-        AlongArg::Both => None,
-    };
-    typed.check(axis)?;
-    let Some(along) = axis else {
-        let request = typed.of_both();
-        if let Some(part) = typed.parts.part {
-            let part = ("spectrum", &DividedRequest::from(request), part);
-            return parts::write(&typed.fields, &typed.estimate, memory, part);
-        }
-        return estimate::run(&typed.fields, &typed.estimate, memory, |fields, observer| {
-            spacetime(fields, &request, observer)
-        });
-    };
-    let request = SpectrumRequest {
-        along,
-        averaging: typed.averaging(),
-        is_whole: typed.periodogram,
-        is_adaptive: !typed.equal_weights,
-        has_jackknife: !typed.no_jackknife && typed.parts.part.is_none(),
-        gaps: typed.averages.gaps.into(),
-        alpha: typed.averages.significance,
-        threads: typed.estimate.threads(),
-        memory: typed.averages.memory,
-    };
     if let Some(part) = typed.parts.part {
-        let part = ("spectrum", &DividedRequest::from(request), part);
-        return parts::write(&typed.fields, &typed.estimate, memory, part);
+        typed.check()?;
+        let request = match typed.is_both() {
+            true => DividedRequest::from(typed.of_both()),
+            false => typed.request()?.into(),
+        };
+        let part = ("spectrum", &request, part);
+        return parts::write(&typed.fields, &typed.estimate, typed.averages.memory, part);
     }
-    estimate::run(&typed.fields, &typed.estimate, memory, |fields, observer| {
-        spectrum(fields, &request, observer)
-    })
+    match typed.is_both() {
+        true => estimate::run(&SpaceTime(typed)),
+        false => estimate::run(&typed),
+    }
 }
 
 /// Makes the result of parts, along time or along both axes.
@@ -201,8 +247,8 @@ impl Estimate for SpectrumEstimate {
         SpectrumSummary::new(self, provenance).to_json()
     }
 
-    fn write_arrays(&self, directory: &Path) -> Result<(), Error> {
-        write_spectrum(&directory.join("spectrum.npz"), self)
+    fn arrays(&self, to: &dyn LabelledArrays) -> Result<(), Error> {
+        spectrum_arrays(self, to)
     }
 
     fn figures(&self, name: &str, style: &Style) -> Vec<Figure> {
@@ -243,6 +289,7 @@ fn lines(found: &SpectrumEstimate) -> String {
             number(independence.effective)
         ),
     );
+    gaps_line(&mut lines, found.segments_left.as_ref());
     let confidence = percent(1.0 - found.alpha);
     match found.degrees_range() {
         Some([least, median, most]) => {
@@ -261,6 +308,7 @@ fn lines(found: &SpectrumEstimate) -> String {
         }
         None => lines.line("interval", "none can be stated"),
     }
+    noise_line(&mut lines, found);
     if found.degrees_range().is_some() && found.has_jackknife && found.left_out == LeftOutEach::Record {
         lines.line(
             "jackknife",
@@ -303,10 +351,84 @@ fn lines(found: &SpectrumEstimate) -> String {
     lines.text
 }
 
+/// How loud the noise is, and what of it was subtracted.
+fn noise_line(lines: &mut Lines, found: &SpectrumEstimate) {
+    let Some(noise) = &found.noise else { return };
+    let Some(median) = noise.median() else {
+        lines.line(
+            "noise",
+            "none can be told: no site is quiet at first, or flat below Nyquist",
+        );
+        return;
+    };
+    let source = match median.source {
+        NoiseSource::LeadIn { .. } => "before the motion arrives".to_owned(),
+        NoiseSource::Top { from } => {
+            format!(
+                "where the spectrum is flat, from {} {}",
+                number(from),
+                found.bin_unit()
+            )
+        }
+    };
+    let unit = found.unit.as_ref();
+    let unit = unit.map(|unit| format!(" ({unit})²/{}", found.bin_unit()));
+    let unit = unit.unwrap_or_default();
+    lines.line(
+        "noise",
+        &format!(
+            "at {} of {} sites, {source}: median {} ({} to {}){unit}",
+            noise.known(),
+            noise.sites.len(),
+            number(median.density),
+            number(median.low),
+            number(median.high),
+        ),
+    );
+    if let Some(left) = &noise.subtracted {
+        let clipped: usize = left.clipped_bins.iter().sum();
+        let bins = noise.known() * found.bins.len();
+        let added: f64 = left.clipped_power.iter().sum();
+        lines.line(
+            "subtracted",
+            &format!(
+                "{clipped} of {bins} bins were below the noise and are 0, which adds {} to the mean square of a \
+                 site on average",
+                number(added / noise.known() as f64),
+            ),
+        );
+    }
+}
+
 /// What the user should know, each with what to do.
 fn warnings(found: &SpectrumEstimate) -> Vec<[String; 2]> {
     let mut warnings = Vec::new();
-    let without = found.without_interval();
+    let columns = match found.along {
+        SpectrumAxis::Time => "sites",
+        SpectrumAxis::Space => "times",
+    };
+    let left = found.segments_left.as_ref();
+    warnings.extend(gaps_warning(left, columns));
+    // Those of which nothing is left are named already.
+    let empty = left.map_or(0, |left| left.empty().len());
+    let without = found.without_interval() - empty;
+    if let Some(noise) = found
+        .noise
+        .as_ref()
+        .filter(|noise| noise.subtracted.is_some())
+    {
+        let unknown = noise.sites.len() - noise.known();
+        if unknown > 0 {
+            warnings.push([
+                format!(
+                    "nothing is subtracted at {unknown} of {} sites, whose noise is not known",
+                    noise.sites.len()
+                ),
+                "record from before the motion arrives, or sample fast enough that noise alone is left at the top"
+                    .into(),
+            ]);
+        }
+    }
     if without > 0 {
         let all = found.has_interval.len();
         warnings.push(match found.along {

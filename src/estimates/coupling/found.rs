@@ -9,6 +9,8 @@ use crate::field::Axis;
 pub struct Transfer {
     pub time: Axis,
     pub space: Axis,
+    /// Unit of the samples.
+    pub unit: Option<String>,
     pub from: usize,
     pub to: usize,
     pub lag: usize,

@@ -10,7 +10,7 @@ use crate::error::{Error, Result};
 use crate::estimates::parts::Divided;
 use crate::estimates::realisations::{
     Averaging, Grid, Independence, LEAST_STEADINESS, Portion, Realisations, RecordTree, Shots, Sums, Tapers,
-    TreeNode, first_of, interval_factors, steadiness,
+    TreeNode, first_of, interval_factors, refuse_left_out, steadiness,
 };
 use crate::field::{Axis, Field, Quantity};
 use crate::observer::Observer;
@@ -218,6 +218,7 @@ impl Divided for SpaceTimeRequest {
             let expected = "a probability between 0 and 1";
             return refuse("significance", expected, self.alpha.to_string());
         }
+        refuse_left_out(self.gaps, "a space-time spectrum")?;
         if grid.sites < 4 {
             let expected = "at least 4 sites for spectra along both axes";
             return refuse("along", expected, grid.sites.to_string());

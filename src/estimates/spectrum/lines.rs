@@ -62,20 +62,21 @@ impl TaperSums {
     }
 
     /// Adds them to the sums of segments, and empties them. `gains`: sums of the squares of the tapers'
-    /// transforms; `squared`: what squares are multiplied by.
+    /// transforms; `squared`: what squares of each site are multiplied by.
     pub fn take_into(
         &mut self,
         sums: &mut [LaneBlock; LINE_BLOCKS],
         gains: &[f64; OFFSETS.len()],
-        squared: f64,
+        squared: &[f64; TOGETHER],
     ) {
         let lines = sums.iter_mut().zip(&self.product);
         for ((sums, products), gain) in lines.zip(gains) {
-            for (sum, product) in sums.0.iter_mut().zip(products) {
+            for ((sum, product), squared) in sums.0.iter_mut().zip(products).zip(squared) {
                 *sum += squared * product.norm_sqr() / gain;
             }
         }
-        for (sum, power) in sums[OFFSETS.len()].0.iter_mut().zip(&self.power) {
+        let powers = sums[OFFSETS.len()].0.iter_mut().zip(&self.power);
+        for ((sum, power), squared) in powers.zip(squared) {
             *sum += squared * power;
         }
         *self = TaperSums::default();

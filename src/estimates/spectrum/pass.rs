@@ -7,15 +7,17 @@ use rayon::prelude::*;
 
 use super::adaptive::{Average, LeftOut, Weights, WithoutOne};
 use super::lines::{LINE_BLOCKS, OFFSETS, TaperSums};
-use super::{LeftOutEach, SpectrumEstimate, SpectrumRequest};
+use super::noise::LeadIn;
+use super::{LeftOutEach, SpectrumAxis, SpectrumEstimate, SpectrumRequest};
 use crate::error::Result;
 use crate::estimates::realisations::{
-    Grid, Portion, Realisations, RecordTree, SegmentScratch, SegmentTree, Shots, Sums, TOGETHER,
-    TreeNode, held_at_once,
+    Grid, Independence, KeptSegments, Portion, Realisations, RecordTree, SegmentPairs,
+    SegmentScratch, SegmentTree, SegmentsLeft, Shot, Shots, Sums, TOGETHER, TreeNode, held_at_once,
+    no_segment_left, steadiness_without,
 };
 use crate::numeric::lanes::{LaneBlock, widest};
-use crate::prepare::Detrend;
-use crate::transform::{RecordTransform, fold};
+use crate::prepare::{Detrend, Gaps, Trend};
+use crate::transform::{RecordTransform, Segments, fold};
 
 /// Bytes of a cell of a site in the sums and in the results.
 const HELD: u64 = 8 * (4 + 5 + 7);
@@ -30,6 +32,8 @@ pub(super) struct Pass<'a> {
     /// Transforms of the tapers at the offsets of lines, and the sums of their squares.
     taper_transforms: Vec<[Complex<f64>; OFFSETS.len()]>,
     pub gains: [f64; OFFSETS.len()],
+    /// What segments have in common by their distance, see [`Realisations::effective_of`].
+    shared: Vec<f64>,
     /// Effective realisations of one record over the number of tapers.
     pub effective_segments: f64,
 }
@@ -43,7 +47,10 @@ pub(super) struct TileSums {
     /// Of each bin, see [`LINE_BLOCKS`].
     pub lines: Vec<LaneBlock>,
     /// Of all records.
-    pub steadiness: [f64; TOGETHER],
+    steadiness: [f64; TOGETHER],
+    /// Of each site, where segments with missing samples are left out; else empty.
+    pub left: Vec<SegmentPairs>,
+    pub lead_ins: [LeadIn; TOGETHER],
     variance: [f64; TOGETHER],
     pub spectrum: Vec<LaneBlock>,
     pub shape: Vec<LaneBlock>,
@@ -52,12 +59,52 @@ pub(super) struct TileSums {
     pub squares: Vec<LaneBlock>,
 }
 
+/// A few sites of one shot.
+struct SiteShot {
+    width: usize,
+    scale: f64,
+    /// Where segments with missing samples are left out: those of each site, and the times of the samples.
+    kept: Vec<KeptSegments>,
+    missing: Vec<Vec<usize>>,
+}
+
+impl SiteShot {
+    fn new(shot: &Shot<'_>, sites: Range<usize>, segments: Segments) -> SiteShot {
+        let kept = sites.clone().map_while(|site| shot.kept(site, segments));
+        SiteShot {
+            width: sites.len(),
+            scale: shot.scale,
+            kept: kept.collect(),
+            missing: sites.map(|site| shot.missing(site)).collect(),
+        }
+    }
+
+    /// What squares of transforms of a segment are multiplied by: 0 where it is left out.
+    fn squared(&self, segment: usize) -> [f64; TOGETHER] {
+        let squared = self.scale * self.scale;
+        std::array::from_fn(|lane| match self.kept.get(lane) {
+            Some(kept) if !kept.has(segment) => 0.0,
+            _ => squared,
+        })
+    }
+
+    /// Segments of each site.
+    fn segments(&self, all: usize) -> [f64; TOGETHER] {
+        std::array::from_fn(|lane| match self.kept.get(lane) {
+            Some(kept) => kept.count() as f64,
+            None => all as f64,
+        })
+    }
+}
+
 #[derive(Default)]
 struct Scratch {
     segments: SegmentScratch,
-    deviations: Vec<f64>,
+    record: Vec<f64>,
+    trend: Vec<f64>,
     tapers: Vec<TaperSums>,
     left: Vec<LaneBlock>,
+    deviations: Vec<f64>,
     tree: SegmentTree,
 }
 
@@ -72,6 +119,7 @@ impl<'a> Pass<'a> {
         let gain = |d: usize| -> f64 { taper_transforms.iter().map(|u| u[d].norm_sqr()).sum() };
         Pass {
             gains: std::array::from_fn(gain),
+            shared: realisations.shared(),
             request,
             realisations,
             grid,
@@ -96,9 +144,10 @@ impl<'a> Pass<'a> {
                              sites: Range<usize>,
                              samples: &[f64],
                              tile: &mut TileSums| {
-                    self.add(scratch, portion, sites.len(), samples, shot.scale, tile);
+                    let of = SiteShot::new(shot, sites, self.realisations.segments);
+                    self.add(scratch, &of, (portion, samples), tile);
                     self.average(tile);
-                    self.leave_out(scratch, sites.len(), samples, shot.scale, left_out, tile);
+                    self.leave_out(scratch, &of, samples, left_out, tile);
                     tile.energies = Vec::new();
                 };
                 shot.each_tile("spectra", &mut tiles, visit)
@@ -109,20 +158,24 @@ impl<'a> Pass<'a> {
             left_out = self.what_is_left_out(&tiles);
             if self.request.has_jackknife {
                 shots.each(block, |shot| {
-                    let visit =
-                        |scratch: &mut Scratch,
-                         sites: Range<usize>,
-                         samples: &[f64],
-                         tile: &mut TileSums| {
-                            let width = sites.len();
-                            self.leave_out(scratch, width, samples, shot.scale, left_out, tile);
-                        };
+                    let visit = |scratch: &mut Scratch,
+                                 sites: Range<usize>,
+                                 samples: &[f64],
+                                 tile: &mut TileSums| {
+                        let of = SiteShot::new(shot, sites, self.realisations.segments);
+                        self.leave_out(scratch, &of, samples, left_out, tile);
+                    };
                     shot.each_tile("jackknife", &mut tiles, visit)
                 })?;
             }
             unit
         };
-        Ok(self.finish(&tiles, left_out, unit))
+        if let Some(left) = self.segments_left(&tiles)
+            && left.left.iter().all(|left| *left == 0)
+        {
+            return Err(no_segment_left(self.realisations.segments.length));
+        }
+        self.finish(&tiles, left_out, (unit, true))
     }
 
     /// The nodes of every tile over these portions, and the unit of the samples.
@@ -140,7 +193,7 @@ impl<'a> Pass<'a> {
     }
 
     /// The spectra of the sums of all parts.
-    pub fn combine(&self, trees: Vec<RecordTree>, unit: f64) -> SpectrumEstimate {
+    pub fn combine(&self, trees: Vec<RecordTree>, unit: f64) -> Result<SpectrumEstimate> {
         let of_tree = |tree| {
             let mut tile = TileSums {
                 tree,
@@ -155,7 +208,7 @@ impl<'a> Pass<'a> {
             1 => LeftOutEach::Realisation,
             _ => self.what_is_left_out(&tiles),
         };
-        self.finish(&tiles, left_out, unit)
+        self.finish(&tiles, left_out, (unit, false))
     }
 
     /// Bytes that are needed beside the samples.
@@ -200,9 +253,29 @@ impl<'a> Pass<'a> {
         self.weights.tapers() > 1
     }
 
-    /// Realisations of each taper.
+    /// Realisations of each taper, at sites without missing samples.
     pub fn count(&self) -> f64 {
         (self.realisations.segments.count() * self.records) as f64
+    }
+
+    /// Realisations of each taper at the sites of a tile; at least 1, so that nothing is divided by 0.
+    pub fn counts(&self, tile: &TileSums) -> [f64; TOGETHER] {
+        std::array::from_fn(|lane| match tile.left.get(lane) {
+            Some(left) => left.segments().max(1.0),
+            None => self.count(),
+        })
+    }
+
+    /// The segments that the averages of each site have left; `None` where none are left out.
+    pub fn segments_left(&self, tiles: &[TileSums]) -> Option<SegmentsLeft> {
+        let sites = tiles.iter().flat_map(|tile| &tile.left);
+        let left: Vec<usize> = sites.clone().map(|site| site.segments() as usize).collect();
+        let effective = |site: &SegmentPairs| self.realisations.effective_of(site, &self.shared);
+        (!left.is_empty()).then(|| SegmentsLeft {
+            of: self.realisations.segments.count() * self.records,
+            left,
+            effective: sites.map(effective).collect(),
+        })
     }
 
     fn sum(
@@ -217,7 +290,8 @@ impl<'a> Pass<'a> {
                          sites: Range<usize>,
                          samples: &[f64],
                          tile: &mut TileSums| {
-                self.add(scratch, portion, sites.len(), samples, shot.scale, tile);
+                let of = SiteShot::new(shot, sites, self.realisations.segments);
+                self.add(scratch, &of, (portion, samples), tile);
             };
             shot.each_tile("spectra", tiles, visit)
         })
@@ -227,14 +301,28 @@ impl<'a> Pass<'a> {
     fn add(
         &self,
         scratch: &mut Scratch,
-        portion: &Portion,
-        width: usize,
-        samples: &[f64],
-        scale: f64,
+        of: &SiteShot,
+        (portion, samples): (&Portion, &[f64]),
         tile: &mut TileSums,
     ) {
+        let width = of.width;
         let (bins, tapers) = (self.realisations.bins(), self.weights.tapers());
-        let squared = scale * scale;
+        let leaves_out = self.request.gaps == Gaps::LeaveOut;
+        if leaves_out {
+            tile.left.resize_with(width, SegmentPairs::default);
+            let distances = self.realisations.distances();
+            let sites = tile.left.iter_mut().zip(&of.kept);
+            sites.for_each(|(left, kept)| left.add(kept, distances));
+            self.add_steadiness(scratch, of, samples, tile);
+        }
+        if portion.is_whole && self.request.along == SpectrumAxis::Time {
+            let records = samples.chunks_exact(samples.len() / width);
+            for ((lane, record), lead_in) in records.enumerate().zip(&mut tile.lead_ins) {
+                if of.missing.get(lane).is_none_or(Vec::is_empty) {
+                    lead_in.add(record, of.scale * of.scale);
+                }
+            }
+        }
         let lines = if self.tests_lines() { bins } else { 0 };
         scratch.tapers.clear();
         scratch.tapers.resize(lines, TaperSums::default());
@@ -247,11 +335,14 @@ impl<'a> Pass<'a> {
         } = scratch;
         let visit = |r: usize, spectra: &[Complex<f64>]| {
             let (segment, taper) = (r / tapers, r % tapers);
+            let squared = of.squared(segment);
             if taper == 0 {
                 // Each taper has sums of its own.
                 let sums = tree.open(segment, true, || self.zeros());
-                let pieces = (portion, segment, samples, scale);
-                self.realisations.add_pieces(pieces, deviations, sums);
+                if !leaves_out {
+                    let pieces = (portion, segment, samples, of.scale);
+                    self.realisations.add_pieces(pieces, deviations, sums);
+                }
             }
             let Some(sums) = tree.current() else {
                 return;
@@ -259,7 +350,8 @@ impl<'a> Pass<'a> {
             let (energies, lines) = sums.plain_mut().split_at_mut(bins * tapers);
             let rows = spectra.chunks_exact(width);
             for (row, sums) in rows.clone().zip(energies.chunks_exact_mut(tapers)) {
-                for (x, sum) in row.iter().zip(&mut sums[taper].0) {
+                let sums = sums[taper].0.iter_mut().zip(&squared);
+                for (x, (sum, squared)) in row.iter().zip(sums) {
                     *sum += squared * x.norm_sqr();
                 }
             }
@@ -268,31 +360,62 @@ impl<'a> Pass<'a> {
             }
             if taper + 1 == tapers {
                 for (within, sums) in within.iter_mut().zip(lines.as_chunks_mut().0) {
-                    within.take_into(sums, &self.gains, squared);
+                    within.take_into(sums, &self.gains, &squared);
                 }
                 tree.close();
             }
         };
         self.realisations.each_of(portion, samples, segments, visit);
         let about_mean = self.about_mean();
-        tile.tree.take(tree, portion.record, portion.is_whole, about_mean);
+        tile.tree
+            .take(tree, portion.record, portion.is_whole, about_mean);
+    }
+
+    /// Adds the steadiness of records with missing samples.
+    fn add_steadiness(
+        &self,
+        scratch: &mut Scratch,
+        of: &SiteShot,
+        samples: &[f64],
+        tile: &mut TileSums,
+    ) {
+        let records = samples.chunks_exact(samples.len() / of.width).enumerate();
+        for ((lane, record), sum) in records.zip(&mut tile.steadiness) {
+            let missing = of.missing.get(lane).map_or(&[][..], |missing| missing);
+            scratch.record.clear();
+            scratch.record.extend_from_slice(record);
+            // An offset is not what moves.
+            if self.about_mean() {
+                Trend::remove_from(
+                    &mut scratch.record,
+                    Detrend::Mean,
+                    |n| missing.binary_search(&n).is_err(),
+                    &mut scratch.trend,
+                );
+            }
+            missing.iter().for_each(|n| scratch.record[*n] = 0.0);
+            *sum += steadiness_without(&scratch.record, missing);
+        }
     }
 
     /// The average of all realisations.
     fn average(&self, tile: &mut TileSums) {
         let (bins, tapers) = (self.realisations.bins(), self.weights.tapers());
         let total = tile.tree.total().unwrap_or_else(|| self.zeros());
-        tile.steadiness = total.steadiness();
+        if self.request.gaps != Gaps::LeaveOut {
+            tile.steadiness = total.steadiness();
+        }
         tile.energies = total.into_plain();
         tile.lines = tile.energies.split_off(bins * tapers);
-        tile.variance = self.variance(&tile.energies);
+        let count = self.counts(tile);
+        tile.variance = self.variance(&tile.energies, &count);
         tile.spectrum = vec![LaneBlock::default(); bins];
         tile.shape = vec![LaneBlock::default(); bins];
         debug_assert_eq!(tile.energies.len(), bins * tapers);
         widest(Average {
             weights: &self.weights,
             energies: &tile.energies,
-            count: self.count(),
+            count,
             variance: tile.variance,
             spectrum: &mut tile.spectrum,
             shape: &mut tile.shape,
@@ -301,7 +424,7 @@ impl<'a> Pass<'a> {
 
     /// Mean square of the tapered samples, tapers weighted by the squares of their concentrations; 1 for
     /// still sites.
-    fn variance(&self, energies: &[LaneBlock]) -> [f64; TOGETHER] {
+    fn variance(&self, energies: &[LaneBlock], count: &[f64; TOGETHER]) -> [f64; TOGETHER] {
         let length = self.realisations.segments.length;
         let concentrations = &self.realisations.concentrations;
         let mut sums = [0.0; TOGETHER];
@@ -314,30 +437,31 @@ impl<'a> Pass<'a> {
             }
         }
         let weights: f64 = concentrations.iter().map(|c| c * c).sum();
-        let all = weights * length as f64 * self.count();
-        sums.map(|sum| if sum > 0.0 { sum / all } else { 1.0 })
+        let all = |lane: usize| weights * length as f64 * count[lane];
+        std::array::from_fn(|lane| match sums[lane] > 0.0 {
+            true => sums[lane] / all(lane),
+            false => 1.0,
+        })
     }
 
     /// Adds what each of a shot's realisations, or the shot, changes if it is left out.
     fn leave_out(
         &self,
         scratch: &mut Scratch,
-        width: usize,
+        of: &SiteShot,
         samples: &[f64],
-        scale: f64,
         left_out: LeftOutEach,
         tile: &mut TileSums,
     ) {
-        let count = self.count();
-        if !self.request.has_jackknife || count * self.weights.tapers() as f64 <= 1.0 {
+        if !self.request.has_jackknife || self.count() * self.weights.tapers() as f64 <= 1.0 {
             return;
         }
+        let (width, count) = (of.width, self.counts(tile));
         let (bins, tapers) = (self.realisations.bins(), self.weights.tapers());
         if tile.deviations.is_empty() {
             tile.deviations = vec![LaneBlock::default(); bins];
             tile.squares = vec![LaneBlock::default(); bins];
         }
-        let squared = scale * scale;
         let Scratch { segments, left, .. } = scratch;
         let (energies, spectrum, variance) = (&tile.energies, &tile.spectrum, tile.variance);
         let (deviations, squares) = (&mut tile.deviations, &mut tile.squares);
@@ -358,27 +482,67 @@ impl<'a> Pass<'a> {
             LeftOutEach::Realisation => {
                 left.resize(bins, LaneBlock::default());
                 self.realisations.each(samples, segments, |r, spectra| {
+                    let squared = of.squared(r / tapers);
+                    if squared[..width].iter().all(|squared| *squared == 0.0) {
+                        return;
+                    }
                     for (row, left) in spectra.chunks_exact(width).zip(left.iter_mut()) {
-                        for (x, left) in row.iter().zip(&mut left.0) {
+                        let left = left.0.iter_mut().zip(&squared);
+                        for (x, (left, squared)) in row.iter().zip(left) {
                             *left = squared * x.norm_sqr();
                         }
                     }
-                    without(LeftOut::Realisation(r % tapers, left));
+                    let has = squared.map(|squared| f64::from(squared > 0.0));
+                    without(LeftOut::Realisation(r % tapers, has, left));
                 });
             }
             LeftOutEach::Record => {
                 left.resize(bins * tapers, LaneBlock::default());
                 self.realisations.each(samples, segments, |r, spectra| {
+                    let squared = of.squared(r / tapers);
                     let rows = spectra.chunks_exact(width);
                     for (row, left) in rows.zip(left.chunks_exact_mut(tapers)) {
-                        for (x, left) in row.iter().zip(&mut left[r % tapers].0) {
+                        let left = left[r % tapers].0.iter_mut().zip(&squared);
+                        for (x, (left, squared)) in row.iter().zip(left) {
                             *left += squared * x.norm_sqr();
                         }
                     }
                 });
-                let count = self.realisations.segments.count() as f64;
-                without(LeftOut::Record(count, left));
+                let all = self.realisations.segments.count();
+                without(LeftOut::Record(of.segments(all), left));
             }
+        }
+    }
+
+    pub fn steadiness(&self, tiles: &[TileSums], site: usize) -> f64 {
+        let sum = tiles[site / TOGETHER].steadiness[site % TOGETHER];
+        sum / self.records as f64
+    }
+
+    pub fn independence(&self, steadiness: f64) -> Independence {
+        self.independence_of(
+            self.realisations.segments.count(),
+            self.realisations.effective(),
+            steadiness,
+        )
+    }
+
+    pub fn independence_of(
+        &self,
+        segments: usize,
+        effective: f64,
+        steadiness: f64,
+    ) -> Independence {
+        let counts = [self.records, segments, self.weights.tapers()];
+        Independence::new(counts, effective, steadiness)
+    }
+
+    fn what_is_left_out(&self, tiles: &[TileSums]) -> LeftOutEach {
+        let sites = self.grid.sites;
+        let is_transient = |j: &usize| self.independence(self.steadiness(tiles, *j)).is_transient();
+        match 2 * (0..sites).filter(is_transient).count() > sites {
+            true => LeftOutEach::Record,
+            false => LeftOutEach::Realisation,
         }
     }
 }

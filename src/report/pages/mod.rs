@@ -17,6 +17,7 @@ mod spacetime;
 mod spectrum;
 mod sweep;
 mod transfer;
+mod triads;
 
 pub use analysis::analysis_html;
 pub use attenuation::{attenuation_html, transmission_html};
@@ -34,3 +35,4 @@ pub use spacetime::spacetime_html;
 pub use spectrum::spectrum_html;
 pub use sweep::sweep_html;
 pub use transfer::transfer_html;
+pub use triads::triads_html;

@@ -1,10 +1,12 @@
-//! From the sums over all realisations to spectra, intervals and lines.
+//! From the sums of the pass to the estimate: intervals, jackknife, lines.
 
 use ndarray::Array2;
 
 use super::lines::{Line, OFFSETS, line_and_rest};
+use super::noise::{LeadIn, Spectra, no_noise};
 use super::pass::{Pass, TileSums};
 use super::{LeftOutEach, LineTest, SpectrumAxis, SpectrumEstimate};
+use crate::error::Result;
 use crate::estimates::realisations::{FactorTable, Independence, TOGETHER};
 use crate::numeric::lanes::LaneBlock;
 use crate::numeric::{fisher_level, fisher_tail, student_two_sided};
@@ -12,38 +14,12 @@ use crate::prepare::Detrend;
 use crate::transform::{fold, frequencies};
 
 impl Pass<'_> {
-    fn steadiness(&self, tiles: &[TileSums], site: usize) -> f64 {
-        let sum = tiles[site / TOGETHER].steadiness[site % TOGETHER];
-        sum / self.records as f64
-    }
-
-    fn independence(&self, steadiness: f64) -> Independence {
-        Independence::new(
-            [
-                self.records,
-                self.realisations.segments.count(),
-                self.weights.tapers(),
-            ],
-            self.realisations.effective(),
-            steadiness,
-        )
-    }
-
-    pub fn what_is_left_out(&self, tiles: &[TileSums]) -> LeftOutEach {
-        let sites = self.grid.sites;
-        let is_transient = |j: &usize| self.independence(self.steadiness(tiles, *j)).is_transient();
-        match 2 * (0..sites).filter(is_transient).count() > sites {
-            true => LeftOutEach::Record,
-            false => LeftOutEach::Realisation,
-        }
-    }
-
     pub fn finish(
         &self,
         tiles: &[TileSums],
         left_out: LeftOutEach,
-        unit: f64,
-    ) -> SpectrumEstimate {
+        (unit, has_noise): (f64, bool),
+    ) -> Result<SpectrumEstimate> {
         let (alpha, length) = (self.request.alpha, self.realisations.segments.length);
         let grid = &self.grid;
         let shape = (self.realisations.bins(), grid.sites);
@@ -56,24 +32,42 @@ impl Pass<'_> {
         let steadiness: Vec<f64> = (0..shape.1).map(|j| self.steadiness(tiles, j)).collect();
         let sites: Vec<Independence> = steadiness.iter().map(|s| self.independence(*s)).collect();
         let density = grid.time.step * unit * unit;
-        let spectrum = Array2::from_shape_fn(shape, |(m, j)| {
+        let has_none = |j: usize| match tiles[j / TOGETHER].left.get(j % TOGETHER) {
+            Some(left) => left.records == 0,
+            None => false,
+        };
+        let mut spectrum = Array2::from_shape_fn(shape, |(m, j)| {
+            if has_none(j) {
+                return f64::NAN;
+            }
             value(|tile| &tile.spectrum, m, j) * density * fold(m, length)
         });
 
         let records = self.records as f64;
         let segments = records * self.effective_segments;
+        let left = self.segments_left(tiles);
+        // Of a site: records, segments of all of them, effective segments.
+        let of_site = |j: usize| match &left {
+            None => (self.records, self.count(), segments),
+            Some(left) => {
+                let pairs = &tiles[j / TOGETHER].left[j % TOGETHER];
+                let effective = left.effective[j] / self.weights.tapers() as f64;
+                (pairs.records, pairs.segments(), effective)
+            }
+        };
         let most = 2.0 * segments.max(records) * self.weights.tapers() as f64;
         let table = FactorTable::new([segments.min(records).min(1.0), most.max(2.0)], alpha);
         let has_mean = self.request.averaging.detrend == Detrend::None;
         let degrees = Array2::from_shape_fn(shape, |(m, j)| {
             // Transforms at 0 and at the Nyquist frequency are real.
             let one = fold(m, length);
-            if (m == 0 && !has_mean) || spectrum[[m, j]] <= 0.0 {
+            if (m == 0 && !has_mean) || spectrum[[m, j]].is_nan() || spectrum[[m, j]] <= 0.0 {
                 return f64::NAN;
             }
-            match (sites[j].is_transient(), sites[j].records) {
+            let (records, _, segments) = of_site(j);
+            match (sites[j].is_transient(), records) {
                 (true, 0..2) => f64::NAN,
-                (true, _) => one * records,
+                (true, _) => one * records as f64,
                 (false, _) => one * segments * value(|tile| &tile.shape, m, j),
             }
         });
@@ -85,22 +79,30 @@ impl Pass<'_> {
             *high *= factors[1];
         }
 
-        let (all, effective) = match left_out {
-            LeftOutEach::Realisation => {
-                let all = self.count() * self.weights.tapers() as f64;
-                (all, records * self.realisations.effective())
-            }
-            LeftOutEach::Record => (records, records),
+        // Of a site: realisations that are left out in turn, their effective number, and Student's quantile.
+        let left_out_of = |j: usize| {
+            let (records, count, segments) = of_site(j);
+            let tapers = self.weights.tapers() as f64;
+            let (all, effective) = match left_out {
+                LeftOutEach::Realisation => (count * tapers, segments * tapers),
+                LeftOutEach::Record => (records as f64, records as f64),
+            };
+            let is_possible = self.request.has_jackknife && effective >= 2.0 - 1e-9 && all >= 2.0;
+            let quantile = match is_possible {
+                true => student_two_sided(alpha, effective - 1.0),
+                false => f64::NAN,
+            };
+            [all, effective, quantile]
         };
-        let is_possible = self.request.has_jackknife && effective >= 2.0 - 1e-9 && all >= 2.0;
-        let quantile = match is_possible {
-            true => student_two_sided(alpha, effective - 1.0),
-            false => f64::NAN,
+        let of_sites: Vec<[f64; 3]> = match left {
+            None => vec![left_out_of(0); shape.1],
+            Some(_) => (0..shape.1).map(left_out_of).collect(),
         };
-        let jackknife = Array2::from_shape_fn(shape, |(m, j)| {
+        let mut jackknife = Array2::from_shape_fn(shape, |(m, j)| {
             // Realisations of a transient are not independent, its records are.
             let is_known = !sites[j].is_transient() || left_out == LeftOutEach::Record;
-            if degrees[[m, j]].is_nan() || !is_possible || !is_known {
+            let [all, effective, quantile] = of_sites[j];
+            if degrees[[m, j]].is_nan() || quantile.is_nan() || !is_known {
                 return f64::NAN;
             }
             let sum = value(|tile| &tile.deviations, m, j);
@@ -112,20 +114,65 @@ impl Pass<'_> {
         let mut sorted = steadiness.clone();
         sorted.sort_by(f64::total_cmp);
         let frequency = frequencies(length, grid.time.step);
+        let has_noise = has_noise && self.request.along == SpectrumAxis::Time;
+        let noise = has_noise.then(|| {
+            let lead_ins = tiles.iter().flat_map(|tile| tile.lead_ins);
+            let lead_ins: Vec<LeadIn> = lead_ins.take(shape.1).collect();
+            let spectra = Spectra {
+                spectrum: &spectrum,
+                degrees: &degrees,
+                frequency: &frequency,
+                length,
+                shared_bins: self.realisations.shared_bins(),
+                alpha,
+                density: 2.0 * density,
+                records: self.records,
+            };
+            let noise = spectra.noise(&lead_ins);
+            if !self.request.subtract_noise {
+                return noise;
+            }
+            // Logarithms of differences have another spread.
+            jackknife.fill(f64::NAN);
+            let from = usize::from(!has_mean);
+            noise.subtract(
+                [&mut spectrum, &mut low, &mut high],
+                (length, from),
+                frequency[1],
+            )
+        });
+        if let Some(noise) = &noise
+            && self.request.subtract_noise
+            && noise.known() == 0
+        {
+            return Err(no_noise());
+        }
         let test = || self.line_test(tiles, &sites, &frequency, unit);
         let line_test = self.tests_lines().then(test);
-        SpectrumEstimate {
+        Ok(SpectrumEstimate {
+            noise,
             along: SpectrumAxis::Time,
             mean: None,
             mean_is_removed: !has_mean,
             segment: [length, length - self.realisations.segments.hop],
             half_bandwidth: self.half_bandwidth(),
-            independence: self.independence(sorted[sorted.len() / 2]),
-            has_jackknife: self.request.has_jackknife,
-            has_interval: sites
-                .iter()
-                .map(|site| !site.is_transient() || site.records > 1)
+            independence: match &left {
+                None => self.independence(sorted[sorted.len() / 2]),
+                Some(left) => {
+                    let records = self.records;
+                    let effective = left.median_effective() / records as f64;
+                    let segments = left.least_and_median()[1] / records;
+                    self.independence_of(segments, effective, sorted[sorted.len() / 2])
+                }
+            },
+            has_interval: (0..shape.1)
+                .map(|j| match of_site(j).0 {
+                    0 => false,
+                    records => !sites[j].is_transient() || records > 1,
+                })
                 .collect(),
+            segments_left: left,
+            has_jackknife: self.request.has_jackknife,
             time: grid.time.clone(),
             space: grid.space.clone(),
             quantity: grid.quantity,
@@ -140,7 +187,7 @@ impl Pass<'_> {
             jackknife,
             left_out,
             line_test,
-        }
+        })
     }
 
     fn half_bandwidth(&self) -> Option<f64> {
@@ -165,8 +212,7 @@ impl Pass<'_> {
         let inside = 1..length.div_ceil(2);
         let more = (self.weights.tapers() - 1) as f64;
         let effective = self.realisations.effective_beside_lines();
-        let [segments, beside] = effective.map(|one| one * self.records as f64);
-        let degrees = [2.0 * segments, 2.0 * beside];
+        let degrees = effective.map(|one| 2.0 * (one * self.records as f64));
         let sums = |m: usize, j: usize, offset: usize| {
             let lines = tiles[j / TOGETHER].lines.as_chunks().0;
             line_and_rest(&lines[m], offset, j % TOGETHER)
@@ -182,15 +228,28 @@ impl Pass<'_> {
         let tested = sites.iter().filter(|site| !site.is_transient()).count();
         let cells = (inside.len() * tested * OFFSETS.len()).max(1) as f64;
         let level_of_all = fisher_level(alpha / cells, degrees);
-        let line = |m: usize, j: usize, offset: usize| {
+        // Of a site from which segments are left out: its own degrees of freedom and level of all cells.
+        let shared = self.realisations.shared_beside_lines();
+        let of_site = |j: usize| match tiles[j / TOGETHER].left.get(j % TOGETHER) {
+            None => (degrees, level_of_all),
+            Some(left) if left.records == 0 => (degrees, f64::INFINITY),
+            Some(left) => {
+                let pairs = left.by_distance();
+                let effective = self.realisations.effective_beside_lines_of(pairs, &shared);
+                let own = effective.map(|one| 2.0 * one);
+                (own, fisher_level(alpha / cells, own))
+            }
+        };
+        let line = |m: usize, j: usize, offset: usize, degrees: [f64; 2]| {
+            let count = self.counts(&tiles[j / TOGETHER])[j % TOGETHER];
             let ((line, rest), gain) = (sums(m, j, offset), self.gains[offset]);
             let f = f_at(m, j, offset);
-            let variance = rest / (2.0 * self.count() * more * gain);
+            let variance = rest / (2.0 * count * more * gain);
             Line {
                 column: j,
                 at: frequency[m] + OFFSETS[offset] * frequency[1],
-                amplitude: 2.0 * unit * (line / (self.count() * gain)).sqrt(),
-                amplitude_error: 2.0 * unit * (variance / segments).sqrt(),
+                amplitude: 2.0 * unit * (line / (count * gain)).sqrt(),
+                amplitude_error: 2.0 * unit * (variance / (0.5 * degrees[0])).sqrt(),
                 f,
                 probability: fisher_tail(f, degrees),
             }
@@ -203,12 +262,13 @@ impl Pass<'_> {
                 let offsets = (0..OFFSETS.len()).map(|offset| (f_at(m, j, offset), offset));
                 offsets.fold((f64::NEG_INFINITY, 0), |a, b| if b.0 > a.0 { b } else { a })
             };
+            let (degrees, level) = of_site(j);
             let best: Vec<(f64, usize)> = (0..shape.0).map(best).collect();
             for m in inside.clone() {
                 let (f, offset) = best[m];
                 let beside = m.saturating_sub(reach)..(m + reach + 1).min(shape.0);
-                if f > level_of_all && best[beside].iter().all(|other| other.0 <= f) {
-                    lines.push(line(m, j, offset));
+                if f > level && best[beside].iter().all(|other| other.0 <= f) {
+                    lines.push(line(m, j, offset, degrees));
                 }
             }
         }
