@@ -101,7 +101,7 @@ fn unfit(path: &Path, expected: &str, found: &str) -> Error {
 }
 
 fn stored(path: &Path, members: &mut Members) -> Result<Stored> {
-    const EXPECTED: &str = "a partial result, as `--part` writes it";
+    const EXPECTED: &str = "a partial result of an estimate";
     let text = members.text("part")?;
     let text = text.ok_or_else(|| unfit(path, EXPECTED, "an archive without `part`"))?;
     let stored: Stored =
