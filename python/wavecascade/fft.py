@@ -26,7 +26,7 @@ _FORWARD = {None: 0, "backward": 0, "ortho": 2, "forward": 1}
 _INVERSE = {None: 1, "backward": 1, "ortho": 2, "forward": 0}
 
 #: Real and complex numbers, of 64 and of 32 bits.
-_TYPES = {"f": (np.float64, np.float32), "c": (np.complex128, np.complex64)}
+_TYPES = {kind: (np.dtype(f"{kind}{2 * size}"), np.dtype(f"{kind}{size}")) for kind, size in (("f", 4), ("c", 8))}
 
 
 def _norm(norm: Norm, norms: dict[Any, int]) -> int:
