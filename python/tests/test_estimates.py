@@ -1,6 +1,8 @@
 """Estimates against the program, SciPy, nitime, xrft and NumPy."""
 
 import json
+import re
+import subprocess
 import warnings
 from unittest import mock
 
@@ -10,6 +12,7 @@ import xarray as xr
 
 import wavecascade as wc
 from conftest import same
+from wavecascade import _options
 
 pytestmark = pytest.mark.filterwarnings("ignore::wavecascade.CascadeWarning")
 
@@ -85,6 +88,35 @@ def test_val_program_uneven_times(run, tmp_path):
     assert found.power.dims == ("frequency", "position")
     with pytest.raises(ValueError, match="time"):
         da.cascade.spectrum()
+
+
+#: Where results go, and what is shown of them: nothing for functions.
+OF_FILES = {
+    "colormap",
+    "db",
+    "decades",
+    "dpi",
+    "figure-size",
+    "figures",
+    "force",
+    "format",
+    "help",
+    "json",
+}
+OF_FILES |= {"max-time", "out", "plan", "quiet", "settings", "style"}
+
+
+@pytest.mark.parametrize("command", ["analyze", "filter", *sorted({command for command, _ in CASES})])
+def test_every_option_of_the_program_is_a_keyword(program, command):
+    text = subprocess.run([program, command, "--help"], capture_output=True, text=True, check=True).stdout
+    options = set(re.findall(r"^ +(?:-\w, )?--([a-z0-9-]+)", text, re.MULTILINE))
+    assert len(options) > 20
+    keywords = (
+        _options.FieldOptions.__annotations__
+        | getattr(_options, f"{command.title()}Options").__annotations__
+    )
+    known = {name.rstrip("_").replace("_", "-") for name in keywords}
+    assert options - known <= OF_FILES
 
 
 def equal(one, other):
