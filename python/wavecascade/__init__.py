@@ -10,7 +10,7 @@ Functions on arrays of NumPy, xarray and Dask with the results of the program ``
 
 from importlib.util import find_spec as _find_spec
 
-from wavecascade import fft
+from wavecascade import distributed, fft
 from wavecascade._analysis import (
     analyze,
     coherence,
@@ -22,19 +22,24 @@ from wavecascade._analysis import (
 )
 from wavecascade._chains import attenuate, budget, localize, simulate, sweep, transmit
 from wavecascade._native import version as __version__
+from wavecascade._segments import Partial, combine, partial
 from wavecascade._words import CascadeWarning
 
 __all__ = [
     "CascadeWarning",
+    "Partial",
     "__version__",
     "analyze",
     "attenuate",
     "budget",
     "coherence",
+    "combine",
+    "distributed",
     "fft",
     "filter",
     "localize",
     "open",
+    "partial",
     "report",
     "simulate",
     "spatial_spectrum",

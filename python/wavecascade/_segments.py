@@ -1,0 +1,488 @@
+"""Averages over segments as partial sums, which add up to the same bits however they are shared out.
+
+Segment ``s`` of a record begins at sample ``s hop``. Sums over segments are those of a binary tree over
+their indices: node ``(k, i)`` holds segments ``i 2^k`` to ``(i + 1) 2^k - 1``, and is node ``(k - 1, 2 i)``
+plus node ``(k - 1, 2 i + 1)``. A :class:`Partial` holds the largest nodes that its segments fill, so that
+the bits of the whole depend neither on the blocks nor on the order in which they arrive.
+"""
+
+from __future__ import annotations
+
+import json
+import os
+import secrets
+from collections.abc import Iterable, Mapping
+from dataclasses import asdict, dataclass, field
+from pathlib import Path
+from typing import Any, Literal
+
+import numpy as np
+import numpy.typing as npt
+
+from wavecascade._axes import Axes, placed
+from wavecascade._results import dataset
+from wavecascade._windows import (
+    columns,
+    detrended,
+    effective_number,
+    interval_factors,
+    pairwise_sum,
+    sum_of,
+    window,
+)
+
+Array = npt.NDArray[Any]
+Of = Literal["temporal", "spacetime", "coherence"]
+Sums = dict[str, Array]
+
+#: Samples of the segments that are transformed at once, in bytes.
+_BATCH = 4 << 20
+#: As in the program: below it, the energy of the segments is that of a transient.
+_LEAST_STEADINESS = 1.0 / 3.0
+
+
+@dataclass(frozen=True)
+class Cut:
+    """How records become segments, and what is summed over them."""
+
+    of: str
+    length: int
+    hop: int
+    window: Any = "hann"
+    window_space: Any = "none"
+    detrend: str = "mean"
+
+    def __post_init__(self) -> None:
+        if self.of not in ("temporal", "spacetime", "coherence"):
+            raise ValueError(f"of: expected temporal, spacetime or coherence, found {self.of!r}")
+        if self.length < 4:
+            raise ValueError(f"segment: expected at least 4 samples, found {self.length}")
+        if not 1 <= self.hop <= self.length:
+            last = self.length - 1
+            raise ValueError(
+                f"overlap: expected 0 to {last} samples, or a share below 1, found {self.length - self.hop}"
+            )
+        if self.detrend not in ("none", "mean", "linear"):
+            raise ValueError(f"detrend: expected none, mean or linear, found {self.detrend!r}")
+        window(self.window, self.length)
+
+    @classmethod
+    def new(
+        cls, of: str, segment: int, overlap: float, window: Any, window_space: Any, detrend: str
+    ) -> Cut:
+        """From what a caller states: an overlap in samples, or as a share of a segment."""
+        shared = int(overlap * segment) if isinstance(overlap, float) else int(overlap)
+
+        def listed(weights: Any) -> Any:
+            return weights if isinstance(weights, str) else tuple(np.asarray(weights, float).tolist())
+
+        return cls(of, segment, segment - shared, listed(window), listed(window_space), detrend)
+
+    def count(self, samples: int) -> int:
+        """Segments that fit in ``samples``."""
+        return 0 if samples < self.length else 1 + (samples - self.length) // self.hop
+
+    def taper(self) -> Array:
+        """The window with sum w^2 = 1."""
+        weights = window(self.window, self.length)
+        return np.asarray(weights / np.sqrt(sum_of(weights * weights)))
+
+
+def _added(a: Sums, b: Sums) -> Sums:
+    return {name: a[name] + b[name] for name in a}
+
+
+@dataclass
+class Partial:
+    """Sums over some segments of a field; see :func:`partial`."""
+
+    cut: Cut
+    axes: Axes
+    sites: int
+    nodes: dict[tuple[int, int], Sums] = field(default_factory=dict)
+
+    @property
+    def ranges(self) -> list[tuple[int, int]]:
+        """The segments it holds, as ``(from, to)`` without ``to``, in order."""
+        found: list[tuple[int, int]] = []
+        for start, stop in sorted((i << k, (i + 1) << k) for k, i in self.nodes):
+            if found and found[-1][1] == start:
+                found[-1] = (found[-1][0], stop)
+            else:
+                found.append((start, stop))
+        return found
+
+    @property
+    def segments(self) -> int:
+        """How many segments it holds."""
+        return sum(1 << k for k, _ in self.nodes)
+
+    def __repr__(self) -> str:
+        held = ", ".join(f"{a} to {b - 1}" for a, b in self.ranges) or "none"
+        return f"<Partial of {self.cut.of}: {self.segments} segments of {self.cut.length}: {held}>"
+
+    def add(self, level: int, index: int, sums: Sums) -> None:
+        """Add a node, and join it with its neighbours as far as they are there."""
+        start, stop = index << level, (index + 1) << level
+        for k, i in self.nodes:
+            if i << k < stop and start < (i + 1) << k:
+                raise ValueError(
+                    f"partials: expected each segment once, found segment {max(start, i << k)} twice"
+                )
+        while (level, index ^ 1) in self.nodes:
+            other = self.nodes.pop((level, index ^ 1))
+            sums = _added(other, sums) if index & 1 else _added(sums, other)
+            level, index = level + 1, index >> 1
+        self.nodes[level, index] = sums
+
+    def total(self) -> Sums:
+        """The sums over all segments, of which none may be missing.
+
+        Raises
+        ------
+        ValueError
+            For no segments, and for a gap between them.
+        """
+        ranges = self.ranges
+        if not ranges or ranges[0][0] != 0 or len(ranges) > 1:
+            first = ranges[0] if ranges else (0, 0)
+            gap = (0, first[0] - 1) if first[0] else (first[1], ranges[1][0] - 1 if ranges[1:] else "on")
+            raise ValueError(
+                f"partials: expected all segments from 0 on, found none of {gap[0]} to {gap[1]}; "
+                "combine the partials that hold them"
+                if ranges
+                else "partials: expected at least one segment, found none"
+            )
+        # As the tree has it where its last nodes lack segments.
+        nodes = [self.nodes[key] for key in sorted(self.nodes, key=lambda key: key[1] << key[0])]
+        total = nodes.pop()
+        while nodes:
+            total = _added(nodes.pop(), total)
+        return total
+
+    def spectrum(self, significance: float = 0.05) -> Any:
+        """The average with its degrees of freedom and intervals; see :func:`combine`."""
+        return averaged(self, significance)
+
+    def save(self, path: str | os.PathLike[str]) -> None:
+        """Write it to an archive ``.npz``, whole or not at all."""
+        path = Path(path)
+        axes = asdict(self.axes)
+        axes["spectra"] = [[*key, unit] for key, unit in self.axes.spectra.items()]
+        head = {"schema": "wavecascade.partial/1", "cut": asdict(self.cut), "axes": axes}
+        head |= {"sites": self.sites}
+        arrays = {"head": np.array(json.dumps(head))}
+        for (k, i), sums in self.nodes.items():
+            arrays |= {f"{k}/{i}/{name}": array for name, array in sums.items()}
+        beside = path.with_name(f".{path.name}.{secrets.token_hex(4)}.npz")
+        try:
+            with beside.open("wb") as file:
+                np.savez(file, **arrays)  # type: ignore[arg-type]
+                file.flush()
+                os.fsync(file.fileno())
+            beside.replace(path)
+        finally:
+            beside.unlink(missing_ok=True)
+
+    @classmethod
+    def load(cls, path: str | os.PathLike[str]) -> Partial:
+        """Read what :meth:`save` wrote.
+
+        Raises
+        ------
+        ValueError
+            For another archive.
+        """
+        with np.load(path, allow_pickle=False) as archive:
+            head = json.loads(str(archive["head"])) if "head" in archive.files else {}
+            if head.get("schema") != "wavecascade.partial/1":
+                raise ValueError(f"{os.fspath(path)}: expected what Partial.save wrote, found no partial")
+            nodes: dict[tuple[int, int], Sums] = {}
+            for name in archive.files:
+                if name != "head":
+                    k, i, what = name.split("/")
+                    nodes.setdefault((int(k), int(i)), {})[what] = archive[name]
+        cut, axes = head["cut"], head["axes"]
+        axes["spectra"] = {(which, scaling): unit for which, scaling, unit in axes["spectra"]}
+        for name in ("window", "window_space"):
+            cut[name] = cut[name] if isinstance(cut[name], str) else tuple(cut[name])
+        return cls(Cut(**cut), Axes(**axes), head["sites"], nodes)
+
+
+def sums_of(cut: Cut, segments: Array, tapers: tuple[Array, Array | None], reference: Array | None) -> Sums:
+    """What is summed, of each of the segments ``(segment, sample, site)``."""
+    x = detrended(segments, cut.detrend)
+    taper, across = tapers
+    compared = None if reference is None else detrended(reference, cut.detrend)
+    # Of the energies, for how evenly they are spread over the segments.
+    energy = pairwise_sum(np.square(x if compared is None else compared))
+    transforms = columns(x * taper[None, :, None], 1, real=True)
+    sums: Sums = {}
+    if cut.of == "spacetime":
+        from wavecascade import fft
+
+        if across is not None:
+            transforms = transforms * across
+        transforms = fft.c2c(transforms, 2, norm="forward", inverse=True)
+        transforms = np.fft.fftshift(transforms, axes=2)
+        energy = energy.sum(axis=1, keepdims=True)
+    elif compared is not None:
+        own = columns(compared * taper[None, :, None], 1, real=True)
+        cross = np.empty(transforms.shape, np.complex128)
+        cross.real = own.real * transforms.real + own.imag * transforms.imag
+        cross.imag = own.real * transforms.imag - own.imag * transforms.real
+        sums = {"reference": own.real * own.real + own.imag * own.imag, "cross": cross}
+    power = transforms.real * transforms.real + transforms.imag * transforms.imag
+    return {**sums, "power": power, "energy": energy, "energy_squared": energy * energy}
+
+
+def add_block(to: Partial, block: Array, first: int, reference: Array | None = None) -> Partial:
+    """Add the segments of ``block``, whose first row is the first sample of segment ``first``."""
+    cut = to.cut
+    count = cut.count(len(block))
+    if count == 0:
+        return to
+    block = np.asarray(block)
+    if block.dtype.kind == "c":
+        raise TypeError(f"field: expected real numbers, found {block.dtype}")
+    reached = (count - 1) * cut.hop + cut.length
+    finite = np.isfinite(block[:reached])
+    if not finite.all():
+        n, j = np.argwhere(~finite)[0]
+        raise ValueError(
+            f"field: expected finite samples, found {block[n, j]} at time {first * cut.hop + n}, site {j} "
+            "of the block; fill gaps first"
+        )
+    weights = window(cut.window_space, block.shape[1]) if cut.of == "spacetime" else None
+    tapers = (cut.taper(), None if weights is None or (weights == 1.0).all() else weights)
+    batch = max(1, _BATCH // (8 * cut.length * block.shape[1])).bit_length() - 1
+    at = first
+    while at < first + count:
+        # The largest node that begins here, is not too much at once, and is filled.
+        lowest = (at & -at).bit_length() - 1 if at else batch
+        level = min(lowest, batch, (first + count - at).bit_length() - 1)
+        n = 1 << level
+
+        def cut_out(samples: Array, at: int = at, n: int = n) -> Array:
+            rows = samples[(at - first) * cut.hop :][: (n - 1) * cut.hop + cut.length]
+            view = np.lib.stride_tricks.sliding_window_view(rows, cut.length, axis=0)[:: cut.hop]
+            return np.ascontiguousarray(view.transpose(0, 2, 1), np.float64)
+
+        compared = None if reference is None else cut_out(reference)
+        sums = sums_of(cut, cut_out(block), tapers, compared)
+        while n > 1:
+            sums = {name: a[0::2] + a[1::2] for name, a in sums.items()}
+            n //= 2
+        to.add(level, at >> level, {name: a[0] for name, a in sums.items()})
+        at += 1 << level
+    return to
+
+
+def partial(
+    field: Any,
+    *,
+    segment: int,
+    overlap: float = 0.5,
+    first: int = 0,
+    of: Of = "temporal",
+    reference: Any = None,
+    window: Any = "hann",
+    window_space: Any = "none",
+    detrend: Literal["none", "mean", "linear"] = "mean",
+    **options: Any,
+) -> Partial:
+    """Sums over the segments of one block of a field, for :func:`combine`.
+
+    With X_s the transforms of the windowed segments, ``of="temporal"`` sums |X_s(f, x)|^2,
+    ``"spacetime"`` |X_s(k, f)|^2, and ``"coherence"`` also conj(X_s(f, r)) X_s(f, x) of a reference r.
+
+    Parameters
+    ----------
+    field
+        Samples ``(time, site)`` of NumPy or xarray; its first row is sample ``first * hop`` of the whole,
+        with ``hop`` the samples of a segment that its neighbour does not share. Rows at the end that fill
+        no segment are left out: the next block begins ``hop`` after the last segment's beginning.
+    segment, overlap
+        Samples of a segment; samples (an integer) or the share (a float) that neighbours have in common.
+    first
+        Index of the block's first segment.
+    of
+        What is summed.
+    reference
+        For ``"coherence"``: a site's index in the block, or the record of the reference, as long as it.
+    window, window_space
+        A name, such as ``"hann"``, ``"none"`` or ``"tukey:0.1"``, or an array of weights; along space
+        for ``"spacetime"`` alone.
+    detrend
+        What is removed from each segment.
+    **options
+        ``dt``, ``dx``, units and so on, as for :func:`analyze`.
+
+    Returns
+    -------
+    Partial
+        The sums; :meth:`Partial.save` and :meth:`Partial.load` take them to other machines.
+
+    Raises
+    ------
+    ValueError
+        For options that do not fit, and for samples that are not finite.
+    """
+    cut = Cut.new(of, segment, overlap, window, window_space, detrend)
+    found = placed(field, options)
+    samples: Array = np.asarray(found.samples)
+    record = reference_of(cut, samples, reference)
+    return add_block(Partial(cut, found.axes, samples.shape[1]), samples, first, record)
+
+
+def reference_of(cut: Cut, samples: Any, reference: Any) -> Any:
+    """The record of the reference as one column; ``None`` where none is asked for."""
+    if (cut.of == "coherence") != (reference is not None):
+        expected = "a site, or its record" if cut.of == "coherence" else f"none with of={cut.of!r}"
+        raise ValueError(f"reference: expected {expected}, found {reference!r}")
+    if reference is None:
+        return None
+    if isinstance(reference, (int, np.integer)):
+        if not 0 <= reference < samples.shape[1]:
+            last = samples.shape[1] - 1
+            raise ValueError(f"reference: expected a site from 0 to {last}, found {reference}")
+        return samples[:, int(reference) : int(reference) + 1]
+    shape = tuple(np.shape(reference))
+    if shape != (samples.shape[0],):
+        raise ValueError(f"reference: expected {samples.shape[0]} samples, found the shape {shape}")
+    return reference[:, None]
+
+
+def combine(partials: Iterable[Partial]) -> Partial:
+    """All segments of several partials, in any order, with the same bits for any of them.
+
+    ``combine(partials).spectrum()`` is the average: an ``xarray.Dataset`` with
+
+    - ``spectrum``, the one-sided power spectral density S = 2 dt <|X|^2> / sum w^2 (over 2 pi and times
+      dx / sum w_x^2 for S(k, f)), of shape (frequency, position) or (frequency, wavenumber_signed),
+    - ``degrees_of_freedom``, and ``low`` and ``high``, the ends of the interval by the chi-square
+      distribution; NaN where the energy is spread over the segments as that of a transient, which is one
+      realisation, and at f = 0 where means are removed,
+    - ``steadiness``, (sum e)^2 / (n sum e^2) of the energies of the n segments,
+    - of coherence also ``coherence``, ``phase`` and ``cross_spectrum``, with the level as an attribute.
+
+    Raises
+    ------
+    ValueError
+        For partials of different fields or options, segments that appear twice, and, from ``spectrum``,
+        segments that are missing.
+    """
+    whole: Partial | None = None
+    for one in partials:
+        if whole is None:
+            whole = Partial(one.cut, one.axes, one.sites, dict(one.nodes))
+            continue
+        if (one.cut, one.sites) != (whole.cut, whole.sites) or not one.axes.agrees(whole.axes):
+            raise ValueError(
+                f"partials: expected those of one field with one set of options, found {whole!r} with "
+                f"{whole.sites} sites and {one!r} with {one.sites} sites, or other steps, windows or units"
+            )
+        for (level, index), sums in sorted(one.nodes.items()):
+            whole.add(level, index, sums)
+    if whole is None:
+        raise ValueError("partials: expected at least one, found none")
+    return whole
+
+
+def averages(whole: Partial, significance: float) -> dict[str, Array]:
+    """The arrays of :func:`combine`'s averages."""
+    cut, axes, sums = whole.cut, whole.axes, whole.total()
+    count, length = whole.segments, cut.length
+    fold = np.where((np.arange(length // 2 + 1) * 2) % length == 0, 1.0, 2.0)[:, None]
+    power = sums["power"]
+    if cut.of == "temporal":
+        # By way of the variance, as the program does.
+        variance = np.add.accumulate(fold * power, axis=0)[-1]
+        variance = np.where(variance > 0.0, variance / (length * count), 1.0)
+        spectrum = (power * (1.0 / variance)) / count * variance * axes.dt * fold
+    elif cut.of == "coherence":
+        spectrum = power * (axes.dt / count) * fold
+    else:
+        weights = window(cut.window_space, whole.sites)
+        along_space = axes.dx / sum_of(weights * weights) / (2.0 * np.pi)
+        spectrum = power * (axes.dt / count * fold * along_space)
+    effective = effective_number(cut.taper(), cut.hop, count)
+    squares = sums["energy_squared"]
+    steadiness = np.divide(
+        sums["energy"] ** 2, count * squares, out=np.ones_like(squares), where=squares > 0.0
+    )
+    # The transforms at 0 and at the Nyquist frequency are real.
+    degrees = np.broadcast_to(fold * effective, spectrum.shape).copy()
+    degrees[:, np.broadcast_to(steadiness, spectrum.shape[1:]) < _LEAST_STEADINESS] = np.nan
+    degrees[~(spectrum > 0.0)] = np.nan
+    if cut.detrend != "none":
+        degrees[0] = np.nan
+    low, high = np.full_like(spectrum, np.nan), np.full_like(spectrum, np.nan)
+    for one in (effective, 2.0 * effective):
+        factors, at = interval_factors(one, significance), degrees == one
+        low[at], high[at] = factors[0] * spectrum[at], factors[1] * spectrum[at]
+    found = {"spectrum": spectrum, "degrees_of_freedom": degrees, "low": low, "high": high}
+    found["steadiness"] = steadiness
+    if cut.of == "coherence":
+        cross, own = sums["cross"], sums["reference"] * power
+        squared = cross.real * cross.real + cross.imag * cross.imag
+        ratio = np.divide(squared, own, out=np.full_like(own, np.nan), where=own > 0.0)
+        found |= {"coherence": np.minimum(ratio, 1.0), "phase": np.angle(cross)}
+        found["cross_spectrum"] = cross * (axes.dt / count) * fold
+    return found
+
+
+def described(cut: Cut, axes: Axes, count: int, significance: float) -> dict[str, Any]:
+    """Attributes of an average."""
+    effective = effective_number(cut.taper(), cut.hop, count)
+    attrs = {
+        "segment": cut.length,
+        "overlap": cut.length - cut.hop,
+        "segments": count,
+        "effective_segments": effective,
+        "window": cut.window if isinstance(cut.window, str) else "given",
+        "detrend": cut.detrend,
+        "significance": significance,
+        "units": json.dumps(dict(axes.units)),
+    }
+    if cut.of == "coherence" and effective >= 2.0:
+        attrs["level"] = -np.expm1(np.log(significance) / (effective - 1.0))
+    return attrs
+
+
+def arranged(
+    cut: Cut, axes: Axes, sites: int, found: Mapping[str, Any], attrs: Mapping[str, Any]
+) -> Any:
+    """Arrays, computed or lazy, with their dimensions and coordinates."""
+    units = axes.units
+    coordinates = [("frequency", axes.frequency(cut.length), units.get("frequency"))]
+    if cut.of == "spacetime":
+        across = "wavenumber_signed"
+        coordinates.append((across, axes.wavenumber_signed(sites), units.get("wavenumber")))
+    else:
+        across = "position"
+        coordinates.append((across, axes.positions(0, sites), units.get("space")))
+    own = axes.spectra.get(("spacetime" if cut.of == "spacetime" else "temporal", "density"))
+    arrays = [(name, [name], values, {"units": unit} if unit else {}) for name, values, unit in coordinates]
+    of_spectrum = {"long_name": "power spectral density"} | ({"units": own} if own else {})
+    # One of the whole field, or of the reference.
+    single = found["steadiness"][0] if cut.of != "temporal" else None
+    for name, array in found.items():
+        if name == "steadiness" and single is not None:
+            continue
+        dims = ["frequency", across][-len(array.shape) :]
+        is_spectrum = name in ("spectrum", "low", "high", "cross_spectrum")
+        arrays.append((name, dims, array, dict(of_spectrum) if is_spectrum else {}))
+    out = dataset({"attributes": {}, "arrays": arrays}, attrs)
+    if single is not None:
+        out["steadiness"] = single if isinstance(out, dict) else ((), single)
+    return out
+
+
+def averaged(whole: Partial, significance: float) -> Any:
+    """The average of a partial that holds all segments."""
+    if not 0.0 < significance < 1.0:
+        raise ValueError(f"significance: expected a probability from 0 to 1, found {significance}")
+    found = averages(whole, significance)
+    attrs = described(whole.cut, whole.axes, whole.segments, significance)
+    return arranged(whole.cut, whole.axes, whole.sites, found, attrs)
