@@ -119,7 +119,7 @@ def _lazy(field: Any, which: str, options: dict[str, object]) -> Any:
         raise ValueError("field: expected times and sites, found one dimension")
     turned = field.transpose(time, space)
     axis = 0 if which == "temporal" else 1
-    blocks = turned.data.rechunk({axis: -1})
+    blocks = _whole(turned, axis)
     # The axes of the result are those of one record, or of one profile.
     one = turned.isel({space if axis == 0 else time: slice(0, 1)})
     one = one.copy(data=np.zeros(one.shape, one.dtype))
@@ -147,6 +147,26 @@ def _lazy(field: Any, which: str, options: dict[str, object]) -> Any:
         place = coords[own]
         out = out.assign_coords({other: (other, place.data, place.attrs)})
     return out
+
+
+def _whole(field: Any, axis: int) -> Any:
+    """The field in blocks of whole records, or of whole profiles, unless far above a chunk's size."""
+    import dask
+
+    chunks = field.data.chunks
+    across = max(chunks[1 - axis])
+    one = field.dtype.itemsize * field.shape[axis]
+    limit = 4 * dask.utils.parse_bytes(dask.config.get("array.chunk-size"))
+    if len(chunks[axis]) > 1 and one * across > limit:
+        dims = field.dims
+        least = max(1, limit // (4 * one))
+        raise ValueError(
+            f"field: expected whole {('records', 'profiles')[axis]} in blocks of at most {limit} bytes, "
+            f"found {len(chunks[axis])} chunks along {dims[axis]}, together {one * across} bytes for "
+            f"{across} along {dims[1 - axis]}; use field.chunk({{{dims[1 - axis]!r}: {least}}}), average "
+            "segments (distributed.averaged), or transform over a store (distributed.plan_spacetime)"
+        )
+    return field.data.rechunk({axis: -1})
 
 
 def _spectrum(field: Any, which: str, options: dict[str, object]) -> Any:

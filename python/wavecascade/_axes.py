@@ -17,7 +17,9 @@ from wavecascade._words import CascadeWarning
 #: Options of fields that say nothing of axes.
 _OTHERS = frozenset({"time_dim", "space_dim", "layout", "at", "select", "read", "memory", "header"})
 #: What can be stated of axes.
-AXES = frozenset(FieldOptions.__annotations__) - _OTHERS - {"resample", "delays", "variable", "time_column"}
+AXES = (
+    frozenset(FieldOptions.__annotations__) - _OTHERS - {"resample", "delays", "variable", "time_column"}
+)
 
 
 @dataclass(frozen=True)
@@ -30,7 +32,7 @@ class Axes:
     x0: float
     #: Of time, space, value, frequency and wavenumber; ``None`` where it is not known.
     units: Mapping[str, str | None]
-    #: Of ``temporal`` and ``spacetime`` spectra, with the scaling ``density`` or ``energy``.
+    #: Of ``temporal`` and ``spacetime`` spectra, by their scaling.
     spectra: Mapping[tuple[str, str], str | None]
 
     def agrees(self, other: Axes) -> bool:
@@ -121,7 +123,7 @@ def _axes(along_time: Any, along_space: Any, options: dict[str, object], n_times
         return attrs, units
 
     spectra: dict[tuple[str, str], str | None] = {}
-    for scaling in ("density", "energy"):
+    for scaling in ("density", "energy", "spectrum"):
         time, units = found(along_time, scaling=scaling, only="temporal", segment=min(n_times, 8))
         spectra["temporal", scaling] = units.get("temporal_spectrum")
         space, units = found(along_space, scaling=scaling, only="spacetime")

@@ -1,14 +1,15 @@
 """Averages over segments as partial sums, which add up to the same bits however they are shared out.
 
 Segment ``s`` of a record begins at sample ``s hop``. Sums over segments are those of a binary tree over
-their indices: node ``(k, i)`` holds segments ``i 2^k`` to ``(i + 1) 2^k - 1``, and is node ``(k - 1, 2 i)``
-plus node ``(k - 1, 2 i + 1)``. A :class:`Partial` holds the largest nodes that its segments fill, so that
-the bits of the whole depend neither on the blocks nor on the order in which they arrive.
+their indices: node ``(k, i)`` holds segments ``i 2^k`` to ``(i + 1) 2^k - 1``, and is the sum of nodes
+``(k - 1, 2 i)`` and ``(k - 1, 2 i + 1)``. A :class:`Partial` holds the largest nodes that its segments
+fill, so that the bits of the whole depend neither on the blocks nor on the order in which they arrive.
 """
 
 from __future__ import annotations
 
 import json
+import math
 import os
 import secrets
 from collections.abc import Iterable, Mapping
@@ -58,10 +59,8 @@ class Cut:
         if self.length < 4:
             raise ValueError(f"segment: expected at least 4 samples, found {self.length}")
         if not 1 <= self.hop <= self.length:
-            last = self.length - 1
-            raise ValueError(
-                f"overlap: expected 0 to {last} samples, or a share below 1, found {self.length - self.hop}"
-            )
+            last, found = self.length - 1, self.length - self.hop
+            raise ValueError(f"overlap: expected 0 to {last} samples, or a share below 1, found {found}")
         if self.detrend not in ("none", "mean", "linear"):
             raise ValueError(f"detrend: expected none, mean or linear, found {self.detrend!r}")
         window(self.window, self.length)
@@ -169,7 +168,7 @@ class Partial:
         path = Path(path)
         axes = asdict(self.axes)
         axes["spectra"] = [[*key, unit] for key, unit in self.axes.spectra.items()]
-        head = {"schema": "wavecascade.partial/1", "cut": asdict(self.cut), "axes": axes}
+        head: dict[str, Any] = {"schema": "wavecascade.partial/1", "cut": asdict(self.cut), "axes": axes}
         head |= {"sites": self.sites}
         arrays = {"head": np.array(json.dumps(head))}
         for (k, i), sums in self.nodes.items():
@@ -209,72 +208,132 @@ class Partial:
         return cls(Cut(**cut), Axes(**axes), head["sites"], nodes)
 
 
-def sums_of(cut: Cut, segments: Array, tapers: tuple[Array, Array | None], reference: Array | None) -> Sums:
-    """What is summed, of each of the segments ``(segment, sample, site)``."""
-    x = detrended(segments, cut.detrend)
-    taper, across = tapers
-    compared = None if reference is None else detrended(reference, cut.detrend)
-    # Of the energies, for how evenly they are spread over the segments.
-    energy = pairwise_sum(np.square(x if compared is None else compared))
-    transforms = columns(x * taper[None, :, None], 1, real=True)
-    sums: Sums = {}
-    if cut.of == "spacetime":
+def _energies(x: Array) -> Sums:
+    """Of the energies of segments, for how evenly they are spread."""
+    energy = pairwise_sum(np.square(x))
+    return {"energy": energy, "energy_squared": energy * energy}
+
+
+def _powers(transforms: Array) -> Array:
+    return np.asarray(transforms.real * transforms.real + transforms.imag * transforms.imag)
+
+
+def _joined(level: int, sums: Sums) -> Sums:
+    """The node of ``2^level`` segments, pair by pair."""
+    for _ in range(level):
+        sums = {name: a[0::2] + a[1::2] for name, a in sums.items()}
+    return {name: a[0] for name, a in sums.items()}
+
+
+@dataclass(frozen=True)
+class Work:
+    """What the segments of a block have in common."""
+
+    cut: Cut
+    taper: Array
+    across: Array | None
+
+    def transforms(self, x: Array) -> Array:
+        """Along time, of segments without their trends."""
+        return columns(x * self.taper[None, :, None], 1, real=True)
+
+    def spacetime(self, segments: Array) -> Sums:
+        """Of segments of all sites."""
         from wavecascade import fft
 
-        if across is not None:
-            transforms = transforms * across
-        transforms = fft.c2c(transforms, 2, norm="forward", inverse=True)
-        transforms = np.fft.fftshift(transforms, axes=2)
-        energy = energy.sum(axis=1, keepdims=True)
-    elif compared is not None:
-        own = columns(compared * taper[None, :, None], 1, real=True)
-        cross = np.empty(transforms.shape, np.complex128)
-        cross.real = own.real * transforms.real + own.imag * transforms.imag
-        cross.imag = own.real * transforms.imag - own.imag * transforms.real
-        sums = {"reference": own.real * own.real + own.imag * own.imag, "cross": cross}
-    power = transforms.real * transforms.real + transforms.imag * transforms.imag
-    return {**sums, "power": power, "energy": energy, "energy_squared": energy * energy}
+        x = detrended(segments, self.cut.detrend)
+        energy = pairwise_sum(np.square(x)).sum(axis=1, keepdims=True)
+        found = self.transforms(x)
+        if self.across is not None:
+            found = found * self.across
+        found = np.fft.fftshift(fft.c2c(found, 2, norm="forward", inverse=True), axes=2)
+        return {"power": _powers(found), "energy": energy, "energy_squared": energy * energy}
+
+    def sites(self, segments: Array, own: Array | None) -> Sums:
+        """Of segments of some sites, beside the transforms of the reference."""
+        x = detrended(segments, self.cut.detrend)
+        found = self.transforms(x)
+        if own is None:
+            return {"power": _powers(found), **_energies(x)}
+        cross = np.empty(found.shape, np.complex128)
+        cross.real = own.real * found.real + own.imag * found.imag
+        cross.imag = own.real * found.imag - own.imag * found.real
+        return {"power": _powers(found), "cross": cross}
 
 
-def add_block(to: Partial, block: Array, first: int, reference: Array | None = None) -> Partial:
-    """Add the segments of ``block``, whose first row is the first sample of segment ``first``."""
+def _check(pieces: list[Array], first_time: int) -> None:
+    """Refuses samples that are no finite real numbers."""
+    for piece in pieces:
+        if piece.dtype.kind not in "fiub":
+            raise TypeError(f"field: expected real numbers, found {piece.dtype}")
+        # In parts, since the answers take memory of their own.
+        step = max(1, _BATCH // max(1, piece.shape[1]))
+        for row in range(0, len(piece), step):
+            finite = np.isfinite(piece[row : row + step])
+            if not finite.all():
+                n, j = np.argwhere(~finite)[0]
+                raise ValueError(
+                    f"field: expected finite samples, found {piece[row + n, j]} at time "
+                    f"{first_time + row + n}, site {j} of the block; fill gaps first"
+                )
+        first_time += len(piece)
+
+
+def add_block(
+    to: Partial, pieces: list[Array], first: int, reference: list[Array] | None = None
+) -> Partial:
+    """Add the segments of a block, whose first row is the first sample of segment ``first``.
+
+    The block and the record of the reference come in pieces, one after another in time.
+    """
     cut = to.cut
-    count = cut.count(len(block))
+    count = cut.count(sum(map(len, pieces)))
     if count == 0:
         return to
-    block = np.asarray(block)
-    if block.dtype.kind == "c":
-        raise TypeError(f"field: expected real numbers, found {block.dtype}")
-    reached = (count - 1) * cut.hop + cut.length
-    finite = np.isfinite(block[:reached])
-    if not finite.all():
-        n, j = np.argwhere(~finite)[0]
-        raise ValueError(
-            f"field: expected finite samples, found {block[n, j]} at time {first * cut.hop + n}, site {j} "
-            "of the block; fill gaps first"
-        )
-    weights = window(cut.window_space, block.shape[1]) if cut.of == "spacetime" else None
-    tapers = (cut.taper(), None if weights is None or (weights == 1.0).all() else weights)
-    batch = max(1, _BATCH // (8 * cut.length * block.shape[1])).bit_length() - 1
+    _check(pieces, first * cut.hop)
+    sites = pieces[0].shape[1]
+    weights = window(cut.window_space, sites) if cut.of == "spacetime" else None
+    across = None if weights is None or (weights == 1.0).all() else weights
+    work = Work(cut, cut.taper(), across)
+    together = sites if cut.of == "spacetime" else min(sites, 8)
+    batch = max(1, _BATCH // (8 * cut.length * together)).bit_length() - 1
+
+    def cut_out(pieces: list[Array], at: int, n: int, columns: slice) -> Array:
+        """``n`` segments of some sites."""
+        start = (at - first) * cut.hop
+        stop, taken = start + (n - 1) * cut.hop + cut.length, []
+        for piece in pieces:
+            if stop > 0 and start < len(piece):
+                taken.append(piece[max(start, 0) : stop, columns])
+            start, stop = start - len(piece), stop - len(piece)
+        rows = taken[0] if len(taken) == 1 else np.concatenate(taken)
+        view = np.lib.stride_tricks.sliding_window_view(rows, cut.length, axis=0)[:: cut.hop]
+        return np.ascontiguousarray(view.transpose(0, 2, 1), np.float64)
+
     at = first
     while at < first + count:
         # The largest node that begins here, is not too much at once, and is filled.
         lowest = (at & -at).bit_length() - 1 if at else batch
         level = min(lowest, batch, (first + count - at).bit_length() - 1)
         n = 1 << level
-
-        def cut_out(samples: Array, at: int = at, n: int = n) -> Array:
-            rows = samples[(at - first) * cut.hop :][: (n - 1) * cut.hop + cut.length]
-            view = np.lib.stride_tricks.sliding_window_view(rows, cut.length, axis=0)[:: cut.hop]
-            return np.ascontiguousarray(view.transpose(0, 2, 1), np.float64)
-
-        compared = None if reference is None else cut_out(reference)
-        sums = sums_of(cut, cut_out(block), tapers, compared)
-        while n > 1:
-            sums = {name: a[0::2] + a[1::2] for name, a in sums.items()}
-            n //= 2
-        to.add(level, at >> level, {name: a[0] for name, a in sums.items()})
-        at += 1 << level
+        if cut.of == "spacetime":
+            sums = _joined(level, work.spacetime(cut_out(pieces, at, n, slice(None))))
+        else:
+            sums, own = {}, None
+            if reference is not None:
+                x = detrended(cut_out(reference, at, n, slice(None)), cut.detrend)
+                own = work.transforms(x)
+                sums = _joined(level, {"reference": _powers(own), **_energies(x)})
+            step = max(8, _BATCH // (8 * cut.length * n))
+            for j in range(0, sites, step):
+                columns = slice(j, min(j + step, sites))
+                part = _joined(level, work.sites(cut_out(pieces, at, n, columns), own))
+                for name, array in part.items():
+                    if name not in sums:
+                        sums[name] = np.empty((*array.shape[:-1], sites), array.dtype)
+                    sums[name][..., columns] = array
+        to.add(level, at >> level, sums)
+        at += n
     return to
 
 
@@ -332,7 +391,8 @@ def partial(
     found = placed(field, options)
     samples: Array = np.asarray(found.samples)
     record = reference_of(cut, samples, reference)
-    return add_block(Partial(cut, found.axes, samples.shape[1]), samples, first, record)
+    whole = Partial(cut, found.axes, samples.shape[1])
+    return add_block(whole, [samples], first, None if record is None else [record])
 
 
 def reference_of(cut: Cut, samples: Any, reference: Any) -> Any:
@@ -380,7 +440,7 @@ def combine(partials: Iterable[Partial]) -> Partial:
         if (one.cut, one.sites) != (whole.cut, whole.sites) or not one.axes.agrees(whole.axes):
             raise ValueError(
                 f"partials: expected those of one field with one set of options, found {whole!r} with "
-                f"{whole.sites} sites and {one!r} with {one.sites} sites, or other steps, windows or units"
+                f"{whole.sites} sites and {one!r} with {one.sites} sites, or other steps or units"
             )
         for (level, index), sums in sorted(one.nodes.items()):
             whole.add(level, index, sums)
@@ -427,9 +487,14 @@ def averages(whole: Partial, significance: float) -> dict[str, Array]:
         cross, own = sums["cross"], sums["reference"] * power
         squared = cross.real * cross.real + cross.imag * cross.imag
         ratio = np.divide(squared, own, out=np.full_like(own, np.nan), where=own > 0.0)
-        found |= {"coherence": np.minimum(ratio, 1.0), "phase": np.angle(cross)}
+        found |= {"coherence": np.minimum(ratio, 1.0), "phase": _angles(cross)}
         found["cross_spectrum"] = cross * (axes.dt / count) * fold
     return found
+
+
+def _angles(z: Array) -> Array:
+    """Phases, each by the C library: NumPy's own differ from it in the last bit."""
+    return np.asarray(np.frompyfunc(math.atan2, 2, 1)(z.imag, z.real).astype(np.float64))
 
 
 def described(cut: Cut, axes: Axes, count: int, significance: float) -> dict[str, Any]:
@@ -450,9 +515,7 @@ def described(cut: Cut, axes: Axes, count: int, significance: float) -> dict[str
     return attrs
 
 
-def arranged(
-    cut: Cut, axes: Axes, sites: int, found: Mapping[str, Any], attrs: Mapping[str, Any]
-) -> Any:
+def arranged(cut: Cut, axes: Axes, sites: int, found: Mapping[str, Any], attrs: Mapping[str, Any]) -> Any:
     """Arrays, computed or lazy, with their dimensions and coordinates."""
     units = axes.units
     coordinates = [("frequency", axes.frequency(cut.length), units.get("frequency"))]
@@ -463,7 +526,9 @@ def arranged(
         across = "position"
         coordinates.append((across, axes.positions(0, sites), units.get("space")))
     own = axes.spectra.get(("spacetime" if cut.of == "spacetime" else "temporal", "density"))
-    arrays = [(name, [name], values, {"units": unit} if unit else {}) for name, values, unit in coordinates]
+    arrays = [
+        (name, [name], values, {"units": unit} if unit else {}) for name, values, unit in coordinates
+    ]
     of_spectrum = {"long_name": "power spectral density"} | ({"units": own} if own else {})
     # One of the whole field, or of the reference.
     single = found["steadiness"][0] if cut.of != "temporal" else None

@@ -1,4 +1,4 @@
-"""Long work in a directory: which tasks are done, by one process at a time, over workers that may be lost."""
+"""Long work in a directory: which tasks are done, over workers that may be lost."""
 
 from __future__ import annotations
 
@@ -154,7 +154,8 @@ def _on_dask(tasks: list[Task], took: Callable[[str, Any, int], None], client: A
     names: dict[Any, str] = {}
     # So many that no thread waits for this process.
     ahead = 2 * max(1, sum(client.nthreads().values()))
-    collected: Any = distributed.as_completed([], with_results=True)
+    as_completed: Any = distributed.as_completed
+    collected = as_completed([], with_results=True)
 
     def start_one() -> None:
         task = next(waiting, None)

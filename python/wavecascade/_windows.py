@@ -185,7 +185,7 @@ def interval_factors(degrees: float, alpha: float) -> tuple[float, float]:
 
 
 def columns(a: Array, axis: int, real: bool) -> Array:
-    """The transform along ``axis``, which is not the last, with the bits of columns for any number of them.
+    """The transform along ``axis``, which is not the last: the same bits for any number of columns.
 
     A single contiguous column would be transformed as a row, by other operations.
     """

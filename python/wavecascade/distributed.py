@@ -1,7 +1,7 @@
 """Fields and sweeps that have outgrown one machine, over Dask or executors of ``concurrent.futures``.
 
-Averages are partial sums with a fixed tree (:func:`averaged`, and :func:`wavecascade.partial` for any other
-engine), whole records go over a store of Zarr (:func:`plan_spacetime`), sweeps are split in parts
+Averages are partial sums with a fixed tree (:func:`averaged`, and :func:`wavecascade.partial` for any
+other engine), whole records go over a store of Zarr (:func:`plan_spacetime`), sweeps are split in parts
 (:func:`sweep`). Nothing is rechunked, and bits depend on neither chunks nor workers.
 """
 
@@ -12,6 +12,7 @@ import shutil
 import subprocess
 import sys
 from collections.abc import Mapping, Sequence
+from itertools import pairwise
 from pathlib import Path
 from typing import Any, Literal
 
@@ -48,7 +49,7 @@ __all__ = [
 ]
 
 #: Partials that are added by one task.
-_FAN_IN = 8
+_FAN_IN = 2
 
 
 def _rows(chunk: Any, start: int, stop: int) -> Any:
@@ -57,9 +58,8 @@ def _rows(chunk: Any, start: int, stop: int) -> Any:
 
 
 def _partial_of(to: Partial, first: int, parts: list[list[Any]], reference: list[Any] | None) -> Partial:
-    block = np.concatenate([np.concatenate(row, axis=1) for row in parts])
-    record = None if reference is None else np.concatenate(reference)
-    return add_block(to, block, first, record)
+    pieces = [row[0] if len(row) == 1 else np.concatenate(row, axis=1) for row in parts]
+    return add_block(to, pieces, first, reference)
 
 
 def _averages_of(whole: Partial, significance: float) -> dict[str, Any]:
@@ -81,9 +81,9 @@ def averaged(
 ) -> Any:
     """Averages over segments of a Dask array, lazy: one task a chunk, then a tree of sums.
 
-    As ``combine([partial(field, ...)]).spectrum()``, with the same bits for any chunks and workers. A chunk
-    of times passes its neighbour the samples that their segments share; a chunk of sites stands by itself,
-    except for ``of="spacetime"``, where a task takes all sites of its times.
+    As ``combine([partial(field, ...)]).spectrum()``, with the same bits for any chunks and workers. A
+    chunk of times passes its neighbour the samples that their segments share; a chunk of sites stands by
+    itself, except for ``of="spacetime"``, where a task takes all sites of its times.
 
     Parameters
     ----------
@@ -121,16 +121,15 @@ def averaged(
         raise ValueError(f"segment: expected at most the {n_times} samples of a record, found {segment}")
     compared = reference_of(cut, samples, reference)
 
-    import dask
     import dask.array
+    from dask.delayed import delayed
 
-    delayed: Any = dask.delayed
     dask_array: Any = dask.array
     ends = np.cumsum((0, *samples.chunks[0])).tolist()
     blocks = samples.to_delayed()
     records: Any = None
     if compared is not None:
-        records = [compared[a:b] for a, b in zip(ends, ends[1:], strict=False)]
+        records = [compared[a:b] for a, b in pairwise(ends)]
         if hasattr(compared, "dask"):
             records = compared.rechunk((samples.chunks[0], 1)).to_delayed()[:, 0]
 
@@ -140,7 +139,7 @@ def averaged(
     results = []
     for width, group in zip(sites, groups, strict=True):
         leaves = []
-        for n, (start, stop) in enumerate(zip(ends, ends[1:], strict=False)):
+        for n, (start, stop) in enumerate(pairwise(ends)):
             # Segments that begin in this chunk.
             first, last = -(-start // cut.hop), min(-(-stop // cut.hop), count) - 1
             if last < first:
@@ -154,10 +153,10 @@ def averaged(
                 if ends[m + 1] >= reach:
                     break
 
-            def taken(chunk: Any, piece: tuple[int, int, int], n: int = n) -> Any:
+            def taken(chunk: Any, piece: tuple[int, int, int]) -> Any:
                 m, low, high = piece
-                is_own = m == n and (low, high) == (0, ends[m + 1] - ends[m])
-                return chunk if is_own else delayed(_rows)(chunk, low, high)
+                is_whole = (low, high) == (0, ends[m + 1] - ends[m])
+                return chunk if is_whole else delayed(_rows)(chunk, low, high)
 
             parts = [[taken(blocks[piece[0], m], piece) for m in group] for piece in pieces]
             record = None if records is None else [taken(records[piece[0]], piece) for piece in pieces]
@@ -182,9 +181,7 @@ def averaged(
         if is_single and of != "temporal":
             pieces_of = pieces_of[:1]
         arrays[name] = dask_array.concatenate(pieces_of, axis=-1)
-    return arranged(
-        cut, found.axes, n_sites, arrays, described(cut, found.axes, count, significance)
-    )
+    return arranged(cut, found.axes, n_sites, arrays, described(cut, found.axes, count, significance))
 
 
 def _part(scene: Scene, vary: Any, out: str, part: str, keys: dict[str, Any]) -> int:
@@ -240,7 +237,7 @@ def sweep(
         begun = sorted({int(path.name.rpartition("-")[2]) for path in beside.glob("*-of-*")})
         if (out / "sweep.json").exists() and not begun:
             raise ValueError(
-                f"{out}: expected a new directory, or a sweep that was split, found one that was begun in one "
+                f"{out}: expected a new directory, or a sweep that was split, found one begun in one "
                 "part; end it with wavecascade.sweep"
             )
         if parts is not None and begun and begun != [parts]:
