@@ -161,6 +161,25 @@ def test_partials_in_any_order_have_the_same_bits(record, tmp_path, of, more):
         wc.combine([parts[0], other])
 
 
+def test_regress_the_tree_of_segments(record):
+    def segment(s):
+        one = wc.partial(record[24 * s : 24 * s + 64], segment=64, overlap=40, first=s)
+        return one.nodes[0, s]["power"]
+
+    def node(level, index, count):
+        if index << level >= count:
+            return None
+        if level == 0:
+            return segment(index)
+        halves = [node(level - 1, 2 * index + i, count) for i in (0, 1)]
+        return halves[0] if halves[1] is None else halves[0] + halves[1]
+
+    for count in (7, 13, 60):
+        whole = wc.partial(record[: 24 * (count - 1) + 64], segment=64, overlap=40)
+        assert whole.segments == count
+        assert whole.total()["power"].tobytes() == node(6, 0, count).tobytes()
+
+
 @pytest.mark.parametrize("of, more", KINDS)
 @pytest.mark.parametrize("chunks", [(1501, 23), (97, 5), ((30, 1, 870, 600), (22, 1))])
 def test_averages_of_dask_arrays_are_lazy_with_the_same_bits(record, labelled, of, more, chunks):
@@ -311,6 +330,11 @@ def test_a_killed_process_is_resumed(stored, tmp_path):
     assert done.returncode == -signal.SIGKILL
     with pytest.raises(ValueError, match="expected a finished store"):
         wc.distributed.open_spacetime(tmp_path / "out")
+    other = wc.distributed.plan_spacetime(
+        path, tmp_path / "out", memory="500 MB", window_time="hann", show=False
+    )
+    with pytest.raises(ValueError, match="expected the same work to resume, found windows"):
+        other.run()
     # As a kill in the middle of a line leaves it.
     with (tmp_path / "out" / ".journal").open("ab") as file:
         file.write(b'["x9')

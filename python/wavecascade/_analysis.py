@@ -68,12 +68,21 @@ def analyze(
     OSError
         For a file that cannot be read.
     """
-    typed: dict[str, object] = dict(options)
-    opened = source(field, typed)
-    files = opened if isinstance(opened, list) else ["field"]
-    said = words("analyze", typed, _ANALYZE, [os.fspath(file) for file in files])
-    found = _native.analyze(opened, said, observed(progress), maps)
+    found = _found(field, dict(options), progress, maps)
     warn(found, stacklevel=3)
+    return _arranged(found)
+
+
+def _found(field: Any, options: dict[str, object], progress: Progress, maps: bool) -> dict[str, Any]:
+    """What the native half finds."""
+    opened = source(field, options)
+    files = opened if isinstance(opened, list) else ["field"]
+    said = words("analyze", options, _ANALYZE, [os.fspath(file) for file in files])
+    return _native.analyze(opened, said, observed(progress), maps)
+
+
+def _arranged(found: dict[str, Any]) -> Any:
+    """The arrays of an analysis."""
     attrs = summary_attrs(found["summary"], ("accuracy", "direction", "low_high", "warnings"))
     out = dataset(found, attrs)
     if hasattr(out, "encoding"):
@@ -169,16 +178,13 @@ def _whole(field: Any, axis: int) -> Any:
     return field.data.rechunk({axis: -1})
 
 
+def quiet(field: Any, options: dict[str, object]) -> Any:
+    """An analysis without its warnings: doubts about a whole field are none about a block of it."""
+    return _arranged(_found(field, options, None, False))
+
+
 def _spectrum(field: Any, which: str, options: dict[str, object]) -> Any:
-    import warnings
-
-    from wavecascade._words import CascadeWarning
-
-    with warnings.catch_warnings():
-        # Doubts about the whole field are none about its spectrum in a block.
-        warnings.simplefilter("ignore", CascadeWarning)
-        found = analyze(field, maps=False, only=which, **options)  # type: ignore[arg-type]
-    return found[f"{which}_spectrum"]
+    return quiet(field, {**options, "only": which})[f"{which}_spectrum"]
 
 
 def temporal_spectrum(field: Any, **options: Unpack[AnalyzeOptions]) -> Any:

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import json
-import warnings
 from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Any
@@ -12,7 +11,6 @@ import numpy as np
 
 from wavecascade._fields import _dims, is_dataarray
 from wavecascade._options import FieldOptions
-from wavecascade._words import CascadeWarning
 
 #: Options of fields that say nothing of axes.
 _OTHERS = frozenset({"time_dim", "space_dim", "layout", "at", "select", "read", "memory", "header"})
@@ -109,13 +107,10 @@ def placed(field: Any, options: Mapping[str, object]) -> Placed:
 
 def _axes(along_time: Any, along_space: Any, options: dict[str, object], n_times: int) -> Axes:
     """What the program makes of the coordinates of fields of zeros."""
-    from wavecascade._analysis import analyze
+    from wavecascade._analysis import quiet
 
     def found(field: Any, **more: Any) -> tuple[dict[str, Any], dict[str, str | None]]:
-        with warnings.catch_warnings():
-            # Zeros are not what is analysed.
-            warnings.simplefilter("ignore", CascadeWarning)
-            result = analyze(field, maps=False, **options, **more)  # type: ignore[arg-type]
+        result = quiet(field, {**options, **more})
         attrs = result["attrs"] if isinstance(result, dict) else result.attrs
         units: dict[str, str | None] = {}
         if not isinstance(result, dict):

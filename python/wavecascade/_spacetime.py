@@ -88,8 +88,8 @@ class SpacetimePlan:
             f"  2. along t    {second} tasks of {self.job.wavenumbers} wavenumbers  "
             f"read {shown(self.bytes_between)}, write {shown(self.bytes_written)}",
             f"  moved         {shown(self.bytes_read + 2 * self.bytes_between + self.bytes_written)}",
-            f"  memory        {shown(self.peak_bytes)} a worker, {shown(self.room.overhead)} of it Python's, "
-            f"of {shown(self.room.limit)}",
+            f"  memory        {shown(self.peak_bytes)} of a worker's {shown(self.room.limit)}, "
+            f"{shown(self.room.overhead)} of it Python's",
             f"  disk          {shown(self.bytes_between + self.bytes_written)} in {self.job.store}, "
             f"{shown(self.bytes_written)} once it is done",
         ]
