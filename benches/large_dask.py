@@ -5,17 +5,19 @@
     target/python/bin/python benches/large_dask.py --gb 1
     target/python/bin/python benches/large_dask.py --gb 10 --only cascade,cascade-welch
 
-Makes a field of white noise in chunks of times (target/large_dask), and has each method transform it on two
-workers of one thread with --memory each, one method after another, each with a cluster of its own:
+Makes a field of white noise in chunks of times (target/large_dask), and has each method transform it on
+two workers of one thread with --memory each, one method after another, each with a cluster of its own:
 
     cascade         S(k, f) of the whole record, by plan_spacetime
-    tasks, p2p      the same by dask.array.fft: rfft along x, rechunk by tasks or peer to peer, fft along t
+    tasks, p2p      the same by dask.array.fft: rfft along x, rechunk by tasks or peer to peer, fft along
+                    t
     xrft            the same by xrft.power_spectrum, which wants the field in one chunk
     cascade-welch   S(f, x) averaged over segments that overlap by half
     xrft-welch      the same by xrft with segments that do not overlap, which are chunks
 
-Prints seconds, the largest resident memory of any worker, and how far the numbers are from those of NumPy at one
-wavenumber, or one site; or what the method failed with. Needs xrft, and up to five times the field on disk.
+Prints seconds, the largest resident memory of any worker, and how far the numbers are from those of NumPy
+at one wavenumber, or of SciPy at one site; or what the method failed with. Needs xrft, and up to five
+times the field on disk.
 """
 
 import argparse
@@ -91,7 +93,7 @@ def spacetime_by_dask(method, memory):
     import dask.array as da
 
     field = da.from_zarr(str(FIELD))
-    nt, nx = field.shape
+    nt = len(field)
     width = max(1, int(memory / 8 / (16 * nt)))
     with dask.config.set({"array.rechunk.method": method}):
         profiles = da.fft.rfft(field, axis=1).rechunk((nt, width))
@@ -100,11 +102,9 @@ def spacetime_by_dask(method, memory):
 
 
 def spacetime_by_xrft():
-    import xarray
     import xrft
 
-    field = xarray.open_zarr(FIELD, consolidated=False)
-    field = next(iter(field.values())) if len(field) else opened()
+    field = opened()
     field = field.assign_coords(time=np.arange(field.shape[0]), x=np.arange(field.shape[1]))
     power = xrft.power_spectrum(field.chunk({"time": -1, "x": -1}), dim=["time", "x"])
     power.rename("power").to_dataset().to_zarr(WORK / "out.zarr")

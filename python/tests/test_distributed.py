@@ -35,7 +35,8 @@ def record() -> np.ndarray:
 @pytest.fixture(scope="module")
 def labelled(record):
     """The same with coordinates and units."""
-    coords = {"time": 5e-4 * np.arange(1501), "x": ("x", 2.0 * np.arange(23), {"units": "mm"})}
+    time = ("time", 5e-4 * np.arange(1501), {"units": "s"})
+    coords = {"time": time, "x": ("x", 2.0 * np.arange(23), {"units": "mm"})}
     return xr.DataArray(record, coords, ("time", "x"), "velocity", {"units": "m/s"})
 
 
@@ -295,6 +296,25 @@ def test_blocks_of_any_size_have_the_same_bits(stored, tmp_path):
     # Another window along space, but the same energy.
     spaced = wc.analyze(field, window_time="hann", window_space="hamming", only="spacetime")
     assert abs(tapered.sum() / spaced.spacetime_spectrum.values.sum() - 1) < 2e-3
+
+
+def test_stores_of_xarray_have_their_coordinates(labelled, tmp_path):
+    plan = wc.distributed.plan_spacetime
+    expected = plan(labelled, tmp_path / "a", memory="2 GB", show=False).run()
+    assert expected.frequency.attrs["units"] == "Hz"
+    assert float(expected.frequency[-1]) == pytest.approx(1000, rel=1e-3)
+    for name, field in {"b": labelled, "c": labelled.T}.items():
+        field.chunk({"x": 7, "time": 400}).to_zarr(tmp_path / f"{name}.zarr")
+        found = plan(tmp_path / f"{name}.zarr", tmp_path / name, memory="350 MB", show=False).run()
+        xr.testing.assert_identical(found.compute(), expected.compute())
+    bare = labelled.T.values
+    zarr.create_array(tmp_path / "d.zarr", data=bare, chunks=(7, 400))
+    options = {"dt": 5e-4, "dx": 2, "layout": "site-time"}
+    found = plan(tmp_path / "d.zarr", tmp_path / "d", memory="2 GB", show=False, **options).run()
+    np.testing.assert_allclose(found.values, expected.values, rtol=1e-12)
+    labelled.to_zarr(tmp_path / "e.zarr", encoding={"velocity": {"scale_factor": 0.5, "dtype": "f8"}})
+    with pytest.raises(ValueError, match="found velocity with scale_factor"):
+        plan(tmp_path / "e.zarr", tmp_path / "e", memory="2 GB")
 
 
 def test_what_does_not_fit_is_refused(record, tmp_path):

@@ -98,8 +98,6 @@ def placed(field: Any, options: Mapping[str, object]) -> Placed:
     if len(shape) != 2:
         raise ValueError(f"field: expected times and sites, found {len(shape)} dimensions")
     if options.get("layout") == "site-time":
-        if not hasattr(field, "T"):
-            raise ValueError("layout: expected an array that can be transposed, found a store of Zarr")
         field, shape = field.T, shape[::-1]
     zeros = np.broadcast_to(np.float64(0.0), (16, 2))
     return Placed(field, _axes(zeros, zeros, {**said, "layout": "time-site"}, 16), ("time", "position"))

@@ -81,7 +81,7 @@ def source_of(field: Any) -> tuple[Any, Any]:
                     f"{path}: expected one array of two dimensions, found {', '.join(arrays) or 'none'}; "
                     "name the array's own path"
                 )
-            return Source(path, arrays[0], False), opened[arrays[0]]
+            return Source(path, arrays[0], False), _labelled(path, arrays[0], opened[arrays[0]])
         return Source(path, None, False), opened
     if hasattr(field, "store_path") and hasattr(field, "chunks"):
         root = getattr(field.store_path.store, "root", None)
@@ -89,6 +89,22 @@ def source_of(field: Any) -> tuple[Any, Any]:
             raise ValueError("field: expected a store of Zarr on a file system, found another")
         return Source(os.path.abspath(Path(root, field.store_path.path)), None, False), field
     return None, field
+
+
+def _labelled(path: str, name: str, array: Any) -> Any:
+    """The array with the coordinates that stand beside it, where its dimensions have names."""
+    scaled = [key for key in ("scale_factor", "add_offset") if key in array.attrs]
+    if scaled:
+        raise ValueError(
+            f"{path}: expected samples as they are, found {name} with {scaled[0]}; open it with xarray, "
+            "and give the DataArray"
+        )
+    dims = getattr(array.metadata, "dimension_names", None) or array.attrs.get("_ARRAY_DIMENSIONS")
+    if not dims or None in dims:
+        return array
+    import xarray
+
+    return xarray.open_zarr(path, consolidated=False)[name]
 
 
 def blocks(source: Any, shape: tuple[int, int], room: Room) -> tuple[tuple[int, ...], int]:

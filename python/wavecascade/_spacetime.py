@@ -260,8 +260,9 @@ def plan_spacetime(
     Parameters
     ----------
     field
-        Samples (time, site): the path of a store of Zarr, which workers read by themselves, a Dask array
-        or a DataArray over one, or an array of NumPy. ``layout="site-time"`` turns an array round.
+        Samples (time, site): the path of a store of Zarr, which workers read by themselves, with the
+        coordinates beside the array, a Dask array or a DataArray over one, or an array of NumPy.
+        ``layout="site-time"`` turns an array round.
     store
         Directory of the result, which all workers reach. Finished blocks are kept there: a plan of the
         same field and store goes on where the last one ended.
@@ -292,10 +293,14 @@ def plan_spacetime(
         raise ValueError(f"scaling: expected energy, density or spectrum, found {scaling!r}")
     source, array = source_of(field)
     given: dict[str, object] = dict(options)
-    if source is not None and given.pop("layout", None) == "site-time":
-        source = Source(source.path, source.array, True)
-        array = np.broadcast_to(np.float64(0), array.shape[::-1])
+    if source is not None and not hasattr(array, "dims"):
+        is_turned = given.pop("layout", None) == "site-time"
+        shape = array.shape[::-1] if is_turned else array.shape
+        array = np.broadcast_to(np.float64(0.0), shape)
+        source = Source(source.path, source.array, is_turned)
     found = placed(array, given)
+    if source is not None and hasattr(array, "dims"):
+        source = Source(source.path, source.array, found.dims[0] != array.dims[0])
     nt, nx = map(int, found.samples.shape)
     if nt < 2 or nx < 2:
         raise ValueError(f"field: expected at least 2 times and 2 sites, found {nt} and {nx}")
