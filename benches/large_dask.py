@@ -129,7 +129,7 @@ def run_one(method, memory):
         n_workers=2,
         threads_per_worker=1,
         memory_limit=memory,
-        dashboard_address=None,
+        dashboard_address=":0",
         silence_logs=50,
         local_directory=WORK,
     )

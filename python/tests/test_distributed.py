@@ -48,7 +48,7 @@ def client(tmp_path_factory):
         n_workers=2,
         threads_per_worker=1,
         memory_limit=LITTLE,
-        dashboard_address=None,
+        dashboard_address=":0",
         local_directory=folder,
         silence_logs=50,
     )
@@ -402,19 +402,16 @@ def test_a_killed_worker_loses_nothing(stored, client, tmp_path):
 # Sweeps.
 
 
-def test_a_sweep_in_parts_is_that_of_one_machine(client, tmp_path):
+def test_val_program_sweep_in_parts(client, run, tmp_path):
+    scene = tmp_path / "scene.toml"
+    scene.write_text("sites = 8\n")
     vary = {"stiffness_ratio": [1, 2, 4.9], "end_time": [3.0, 4.0]}
     expected = wc.sweep({"sites": 8}, vary=vary)
-    for pool, name in ((client, "dask"), (ThreadPoolExecutor(2), "threads")):
-        out = tmp_path / name
-        found = wc.distributed.sweep({"sites": 8}, vary=vary, out=out, pool=pool, parts=3)
-        assert found.equals(expected)
-        assert not (tmp_path / f"{name}-parts").exists()
-    wc.sweep({"sites": 8}, vary=vary, out=tmp_path / "alone")
-    tables = [(tmp_path / name / "table.csv").read_bytes() for name in ("alone", "dask", "threads")]
-    assert tables[0] == tables[1] == tables[2]
+    found = wc.distributed.sweep({"sites": 8}, vary=vary, out=tmp_path / "dask", pool=client, parts=3)
+    assert found.equals(expected) and not (tmp_path / "dask-parts").exists()
     # Parts that are begun go on with the split they were begun with.
     wc.sweep({"sites": 8}, vary=vary, out=tmp_path / "split-parts" / "2-of-3", part="2/3")
+    pool = ThreadPoolExecutor(2)
     with pytest.raises(ValueError, match="parts: expected 3"):
         wc.distributed.sweep({"sites": 8}, vary=vary, out=tmp_path / "split", pool=pool, parts=2)
     told = []
@@ -422,5 +419,8 @@ def test_a_sweep_in_parts_is_that_of_one_machine(client, tmp_path):
         {"sites": 8}, vary=vary, out=tmp_path / "split", pool=pool, progress=lambda *a: told.append(a)
     )
     assert told[-1] == ("parts", 3, 3)
+    run("sweep", scene, "--vary=stiffness_ratio=1,2,4.9", "--vary=end_time=3.0,4.0", out="alone")
+    tables = [(tmp_path / name / "table.csv").read_bytes() for name in ("alone", "dask", "split")]
+    assert tables[0] == tables[1] == tables[2]
     with pytest.raises(ValueError, match="sites"):
         wc.distributed.sweep({"sites": 0}, vary=vary, out=tmp_path / "wrong", pool=pool)

@@ -18,21 +18,11 @@ from typing import Any, Literal
 
 import numpy as np
 
+from wavecascade._averages import arranged, averages, described
 from wavecascade._axes import placed
 from wavecascade._chains import Scene
 from wavecascade._chains import sweep as _sweep
-from wavecascade._segments import (
-    Cut,
-    Of,
-    Partial,
-    add_block,
-    arranged,
-    averages,
-    combine,
-    described,
-    partial,
-    reference_of,
-)
+from wavecascade._segments import Cut, Of, Partial, add_block, combine, partial, reference_of
 from wavecascade._spacetime import SpacetimePlan, open_spacetime, plan_spacetime
 from wavecascade._store import Task, run_each
 from wavecascade._words import Progress
