@@ -1,19 +1,17 @@
-//! Fields to their spectra, filtered fields, coherence.
+//! Fields to their spectra, filtered fields.
 
-use std::path::{Path, PathBuf};
+use std::path::PathBuf;
 
 use numpy::{PyArrayMethods, ToPyArray};
 use pyo3::prelude::*;
 use pyo3::types::{PyDict, PyList};
 use wavecascade::analyze::{Analysis as Found, Warning, filtered, plan, run as run_plan};
 use wavecascade::arrays::Precision;
-use wavecascade::estimates;
+use wavecascade::chain::scene::{SceneSource, Setup};
 use wavecascade::field::{Axis, is_run_file};
 use wavecascade::observer::Observer;
 use wavecascade::plot::Style;
-use wavecascade::report::{
-    CoherenceSummary, Provenance, Summary, coherence_arrays, html, write_labelled_arrays,
-};
+use wavecascade::report::{Provenance, Summary, html, write_labelled_arrays};
 use wavecascade::{Error, Field};
 use wavecascade_system::threads::in_pool;
 
@@ -81,15 +79,26 @@ pub fn analyze<'py>(
 ) -> PyResult<Bound<'py, PyDict>> {
     let typed = typed!(&words, Analyze);
     let (opener, from) = (source.opener(), source.from());
-    let path = opener.path();
+    let (path, scene) = (opener.path(), opener.scene());
     let work = |observer: &dyn Observer| -> Result<_, Failure> {
         effect::refuse_without_effect(&typed)?;
         let mut request = request(&typed, maps);
-        let field = opener.open(&typed.input, typed.work.memory, Some(&typed.scan))?;
+        let mut field = opener.open(&typed.input, typed.work.memory, Some(&typed.scan), false)?;
+        let run = scene.map(|(text, step)| Ok((SceneSource::new(None, text).setup()?, step)));
+        let run: Option<(Setup, f64)> = run.transpose().map_err(Failure::Library)?;
+        if let Some((setup, _)) = &run
+            && setup.simulation.chain.n_sites() != field.n_sites()
+        {
+            // Of a part of the chain it is not known which body was struck.
+            field.struck = None;
+        }
         request.show = typed.show.of_field(&field)?;
         request.dispersion = match &path {
             Some(path) if is_run_file(path)? => dispersion::of(&typed, path, &field)?,
-            _ => dispersion::stated(&typed, None, &field)?,
+            _ => {
+                let lattice = run.map(|(setup, step)| dispersion::of_chain(&setup, step, &field));
+                dispersion::stated(&typed, lattice, &field)?
+            }
         };
         let name = path.clone().unwrap_or_else(|| PathBuf::from(&field.name));
         let plan = plan(&field, &request).map_err(|error| error.of_file(&name))?;
@@ -172,7 +181,8 @@ pub fn open<'py>(
 ) -> PyResult<Bound<'py, PyDict>> {
     let typed = typed!(&words, Analyze);
     let (opener, from) = (source.opener(), source.from());
-    let work = |_: &dyn Observer| opener.open(&typed.input, typed.work.memory, Some(&typed.scan));
+    let work =
+        |_: &dyn Observer| opener.open(&typed.input, typed.work.memory, Some(&typed.scan), false);
     let field = watch::run(py, None, work)?;
     let field = field.map_err(|error| faults::of(py, error, from))?;
     let out = described(py, &field)?;
@@ -184,25 +194,29 @@ pub fn open<'py>(
 
 /// `cascade filter`: the field that passes, its energies, warnings.
 #[pyfunction]
+#[pyo3(signature = (source, words, progress=None))]
 pub fn filter<'py>(
     py: Python<'py>,
     source: Source,
     words: Vec<String>,
+    progress: Option<Bound<'py, PyAny>>,
 ) -> PyResult<Bound<'py, PyDict>> {
     let typed = typed!(&words, Filter);
     let (opener, from) = (source.opener(), source.from());
     let name = opener.path();
-    let work = |_: &dyn Observer| {
+    let work = |observer: &dyn Observer| {
         let band = typed.band()?;
-        let field = opener.open(&typed.input, typed.memory, None)?;
+        let field = opener.open(&typed.input, typed.memory, None, false)?;
         let threads = typed.how.threads.map(usize::from);
-        let found = on_threads(threads, || filtered(&field, &band, typed.pad, typed.memory));
+        let found = on_threads(threads, || {
+            filtered(&field, &band, typed.pad, typed.memory, observer)
+        });
         let name = name.unwrap_or_else(|| PathBuf::from(&field.name));
         let found = found.map_err(|error| error.of_file(&name))?;
         field.check_unchanged()?;
         Ok((found, field.precision()))
     };
-    let found = watch::run(py, None, work)?;
+    let found = watch::run(py, progress.as_ref(), work)?;
     let (found, precision) = found.map_err(|error| faults::of(py, error, from))?;
     let out = described(py, &found.field)?;
     out.set_item("is_single", precision == Precision::F32)?;
@@ -212,52 +226,6 @@ pub fn filter<'py>(
     let warnings = warnings
         .iter()
         .map(|[message, advice]| ("filter", keywords(message), keywords(advice)));
-    out.set_item("warnings", PyList::new(py, warnings)?)?;
-    Ok(out)
-}
-
-/// `cascade coherence` of one or several fields.
-#[pyfunction]
-#[pyo3(signature = (sources, words, progress=None))]
-pub fn coherence<'py>(
-    py: Python<'py>,
-    sources: Vec<Source>,
-    words: Vec<String>,
-    progress: Option<Bound<'py, PyAny>>,
-) -> PyResult<Bound<'py, PyDict>> {
-    let typed = typed!(&words, Coherence);
-    let from = sources.first().map_or(faults::From::Memory, Source::from);
-    let openers: Vec<_> = sources.iter().map(Source::opener).collect();
-    let work = |observer: &dyn Observer| -> Result<_, Failure> {
-        let path = openers.first().and_then(|opener| opener.path());
-        let mut fields = Vec::new();
-        for opener in openers {
-            fields.push(opener.open(&typed.estimate.input, typed.averages.memory, None)?);
-        }
-        let all: Vec<&Field> = fields.iter().collect();
-        let name = path
-            .clone()
-            .unwrap_or_else(|| Path::new("field").to_owned());
-        let found = estimates::coherence(&all, &typed.request(), observer);
-        let found = found.map_err(|error| error.of_file(&name))?;
-        all.iter().try_for_each(|field| field.check_unchanged())?;
-        let kept = Kept::new(Precision::F64);
-        coherence_arrays(&found, &kept)?;
-        let input = path.map(|path| path.display().to_string());
-        let hash = fields.first().and_then(|field| field.content_hash.clone());
-        let provenance = Provenance::new(provenance(&words), input, hash);
-        let summary = CoherenceSummary::new(&found, &provenance).to_json();
-        let summary = summary.map_err(std::io::Error::from)?;
-        Ok((found, kept, summary))
-    };
-    let done = watch::run(py, progress.as_ref(), work)?;
-    let (found, kept, summary) = done.map_err(|error| faults::of_failure(py, error, from))?;
-    let out = kept.into_python(py)?;
-    out.set_item("summary", summary)?;
-    let warnings = crate::coherence::warnings(&found);
-    let warnings = warnings
-        .iter()
-        .map(|[message, advice]| ("coherence", keywords(message), keywords(advice)));
     out.set_item("warnings", PyList::new(py, warnings)?)?;
     Ok(out)
 }

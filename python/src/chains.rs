@@ -7,15 +7,13 @@ use pyo3::prelude::*;
 use pyo3::types::{PyDict, PyList};
 use serde_json::{Value, json};
 use wavecascade::arrays::Precision;
-use wavecascade::attenuation::TransmissionRequest;
 use wavecascade::budget::Motion;
 use wavecascade::chain::scene::{SceneSource, Setting};
 use wavecascade::localized::Exact;
 use wavecascade::observer::Observer;
 use wavecascade::report::{
-    ATTENUATION_SCHEMA, BudgetSummary, LocalizedSummary, Provenance, RunFile, TRANSMISSION_SCHEMA,
-    attenuation_csv, journey_arrays, profile_arrays, table_csv, transmission_csv, versioned_json,
-    write_budget_arrays,
+    BudgetSummary, LocalizedSummary, Provenance, RunFile, attenuation_csv, journey_arrays,
+    profile_arrays, table_csv, transmission_csv, write_budget_arrays,
 };
 use wavecascade::sweep::{Outcome, Part, Sweep, read};
 use wavecascade::{Error, Result};
@@ -128,7 +126,7 @@ pub fn budget<'py>(
         let (found, report) = match (run, source) {
             (None, Some(source)) if is_measured => {
                 let setup = scene(scene_text, scene_path, &[])?.setup()?;
-                let field = source.open(&typed.measured.input, None, None)?;
+                let field = source.open(&typed.measured.input, None, None, false)?;
                 let read = measured::of_field(field, &name, &setup, &typed.measured, &typed.views);
                 let read = read.map_err(|error| error.of_file(&name))?;
                 let found = on_threads(threads, || read.budget(&kept, observer))?;
@@ -278,17 +276,11 @@ pub fn attenuate(
 ) -> PyResult<Curves> {
     let typed = typed!(&words, Attenuate);
     let threads = typed.how.threads.map(usize::from);
-    let work = |observer: &dyn Observer| -> Result<_> {
-        let request = typed.request()?;
-        on_threads(threads, || typed.compute(&request, observer))
-    };
+    let work = |observer: &dyn Observer| on_threads(threads, || typed.find(observer));
     let done = watch::run(py, progress.as_ref(), work)?;
-    let (found, best) = done.map_err(|error| faults::of(py, error, From::Files))?;
-    let csv = attenuation_csv(&found).map_err(value_error)?;
-    let mut whole = serde_json::to_value(&found).map_err(value_error)?;
-    whole["best"] = serde_json::to_value(best).map_err(value_error)?;
-    let json = versioned_json(ATTENUATION_SCHEMA, &whole).map_err(value_error)?;
-    Ok((csv, json))
+    let found = done.map_err(|error| faults::of(py, error, From::Files))?;
+    let csv = attenuation_csv(&found.attenuation).map_err(value_error)?;
+    Ok((csv, found.to_json().map_err(value_error)?))
 }
 
 /// `cascade transmit`.
@@ -303,21 +295,12 @@ pub fn transmit(
     let typed = typed!(&words, Transmit);
     let threads = typed.how.threads.map(usize::from);
     let work = |observer: &dyn Observer| -> Result<_> {
-        let scene = scene(text, typed.scene.as_deref(), &typed.keys.settings)?;
-        let over = match &typed.over {
-            Some(over) => over.clone(),
-            None => crate::attenuate::default_over(&scene)?,
-        };
-        let request = TransmissionRequest {
-            vary: typed.vary.clone(),
-            locate: !typed.no_extremes,
-            ..TransmissionRequest::new(scene, over)
-        };
-        on_threads(threads, || request.run(typed.out.as_deref(), observer))
+        // The typed keys are added where they are looked at.
+        let scene = scene(text, typed.scene.as_deref(), &[])?;
+        on_threads(threads, || typed.find(scene, observer))
     };
     let done = watch::run(py, progress.as_ref(), work)?;
     let found = done.map_err(|error| faults::of(py, error, From::Files))?;
-    let csv = transmission_csv(&found).map_err(value_error)?;
-    let json = versioned_json(TRANSMISSION_SCHEMA, &found).map_err(value_error)?;
-    Ok((csv, json))
+    let csv = transmission_csv(&found.transmission).map_err(value_error)?;
+    Ok((csv, found.to_json().map_err(value_error)?))
 }

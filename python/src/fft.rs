@@ -1,116 +1,104 @@
 //! Transforms of NumPy arrays along one axis: columns by `column-fft`, contiguous rows by realfft and RustFFT.
 
 use std::collections::HashMap;
+use std::collections::hash_map::Entry;
+use std::hash::Hash;
+use std::ops::Mul;
 use std::sync::{Arc, LazyLock, Mutex, MutexGuard, PoisonError};
 
 use column_fft::{
     ColumnFftPlanner, ComplexToRealColumns, FftDirection, FftError, Real, RealToComplexColumns,
     rows,
 };
-use ndarray::{ArrayView2, ArrayViewD, ArrayViewMut2, ArrayViewMutD, Axis};
+use ndarray::{
+    ArrayView1, ArrayView2, ArrayViewD, ArrayViewMut1, ArrayViewMut2, ArrayViewMutD, Axis,
+};
 use num_complex::Complex;
 use numpy::{Element, PyArrayDyn, PyArrayMethods, PyUntypedArray, PyUntypedArrayMethods};
 use pyo3::exceptions::PyValueError;
 use pyo3::prelude::*;
 use rayon::prelude::*;
 
-/// Plans that are kept; with more, all are made anew.
+/// Transforms that are kept; with more, all are made anew.
 const KEPT: usize = 128;
 
-/// Plans of one number type.
+/// Transforms of one number type, by their lengths.
 struct Plans<T: Real> {
     planner: ColumnFftPlanner<T>,
-    inverse: HashMap<usize, Arc<ComplexToRealColumns<T>>>,
-    forward_rows: HashMap<usize, Arc<dyn column_fft::RealToComplex<T>>>,
-    inverse_rows: HashMap<usize, Arc<dyn column_fft::ComplexToReal<T>>>,
-    complex: HashMap<(usize, bool), Arc<column_fft::ComplexToComplexColumns<T>>>,
-    complex_rows: HashMap<(usize, bool), Arc<dyn column_fft::Fft<T>>>,
-    made: usize,
+    forward: HashMap<usize, Arc<Forward<T>>>,
+    inverse: HashMap<usize, Arc<Inverse<T>>>,
+    both: HashMap<(usize, bool), Arc<Both<T>>>,
 }
 
 impl<T: Real> Plans<T> {
     fn new() -> Self {
         Plans {
             planner: ColumnFftPlanner::new(),
+            forward: HashMap::new(),
             inverse: HashMap::new(),
-            forward_rows: HashMap::new(),
-            inverse_rows: HashMap::new(),
-            complex: HashMap::new(),
-            complex_rows: HashMap::new(),
-            made: 0,
+            both: HashMap::new(),
         }
     }
 
-    /// Counts a plan that is about to be made.
-    fn room(&mut self) {
-        if self.made >= KEPT {
+    /// Lets go of all, where no more are kept.
+    fn with_room(&mut self) -> &mut Self {
+        if self.forward.len() + self.inverse.len() + self.both.len() >= KEPT {
             *self = Plans::new();
         }
-        self.made += 1;
+        self
     }
 
-    fn forward(&mut self, len: usize) -> Result<Arc<RealToComplexColumns<T>>, FftError> {
-        if self.made >= KEPT {
-            self.room();
-        }
-        self.planner.plan_fft_forward(len)
+    fn forward(&mut self, len: usize) -> Result<Arc<Forward<T>>, FftError> {
+        let Plans {
+            planner, forward, ..
+        } = self.with_room();
+        known(forward, len, || {
+            Ok(Forward {
+                columns: planner.plan_fft_forward(len)?,
+                rows: rows::plan_fft_forward(len),
+            })
+        })
     }
 
-    fn inverse(&mut self, len: usize) -> Result<Arc<ComplexToRealColumns<T>>, FftError> {
-        if let Some(plan) = self.inverse.get(&len) {
-            return Ok(Arc::clone(plan));
-        }
-        self.room();
-        let plan = ComplexToRealColumns::of(self.planner.plan_fft_forward(len)?).normalized();
-        let plan = Arc::new(plan);
-        self.inverse.insert(len, Arc::clone(&plan));
-        Ok(plan)
+    fn inverse(&mut self, len: usize) -> Result<Arc<Inverse<T>>, FftError> {
+        let Plans {
+            planner, inverse, ..
+        } = self.with_room();
+        known(inverse, len, || {
+            let forward = planner.plan_fft_forward(len)?;
+            Ok(Inverse {
+                len,
+                columns: ComplexToRealColumns::of(forward).normalized(),
+                rows: rows::plan_fft_inverse(len),
+            })
+        })
     }
 
-    fn complex(
-        &mut self,
-        len: usize,
-        is_forward: bool,
-    ) -> Result<Arc<column_fft::ComplexToComplexColumns<T>>, FftError> {
-        if let Some(plan) = self.complex.get(&(len, is_forward)) {
-            return Ok(Arc::clone(plan));
-        }
-        self.room();
-        let plan = self.planner.plan_fft_complex(len, direction(is_forward))?;
-        self.complex.insert((len, is_forward), Arc::clone(&plan));
-        Ok(plan)
-    }
-
-    fn forward_rows(&mut self, len: usize) -> Arc<dyn column_fft::RealToComplex<T>> {
-        if !self.forward_rows.contains_key(&len) {
-            self.room();
-        }
-        let plan = self.forward_rows.entry(len);
-        Arc::clone(plan.or_insert_with(|| rows::plan_fft_forward(len)))
-    }
-
-    fn inverse_rows(&mut self, len: usize) -> Arc<dyn column_fft::ComplexToReal<T>> {
-        if !self.inverse_rows.contains_key(&len) {
-            self.room();
-        }
-        let plan = self.inverse_rows.entry(len);
-        Arc::clone(plan.or_insert_with(|| rows::plan_fft_inverse(len)))
-    }
-
-    fn complex_rows(&mut self, len: usize, is_forward: bool) -> Arc<dyn column_fft::Fft<T>> {
-        if !self.complex_rows.contains_key(&(len, is_forward)) {
-            self.room();
-        }
-        let plan = self.complex_rows.entry((len, is_forward));
-        Arc::clone(plan.or_insert_with(|| rows::plan_fft_complex(len, direction(is_forward))))
+    fn both(&mut self, len: usize, is_forward: bool) -> Result<Arc<Both<T>>, FftError> {
+        let direction = match is_forward {
+            true => FftDirection::Forward,
+            false => FftDirection::Inverse,
+        };
+        let Plans { planner, both, .. } = self.with_room();
+        known(both, (len, is_forward), || {
+            Ok(Both {
+                columns: planner.plan_fft_complex(len, direction)?,
+                rows: rows::plan_fft_complex(len, direction),
+            })
+        })
     }
 }
 
-fn direction(is_forward: bool) -> FftDirection {
-    match is_forward {
-        true => FftDirection::Forward,
-        false => FftDirection::Inverse,
-    }
+/// The transform that is kept, or a new one.
+fn known<K: Eq + Hash, P>(
+    kept: &mut HashMap<K, Arc<P>>,
+    key: K,
+    make: impl FnOnce() -> Result<P, FftError>,
+) -> Result<Arc<P>, FftError> {
+    Ok(Arc::clone(match kept.entry(key) {
+        Entry::Occupied(found) => found.into_mut(),
+        Entry::Vacant(place) => place.insert(Arc::new(make()?)),
+    }))
 }
 
 /// Numbers with plans of their own.
@@ -131,6 +119,11 @@ macro_rules! planned {
 }
 planned!(f32);
 planned!(f64);
+
+/// A transform, with the lock of all let go of: work waits for none, and holds none.
+fn with_plans<T: Planned, P>(find: impl FnOnce(&mut Plans<T>) -> P) -> P {
+    find(&mut T::plans())
+}
 
 /// By what a result is multiplied.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -160,278 +153,245 @@ impl Scale {
     }
 }
 
-/// A transform along the first axis of `(n, columns)`, or of rows where both arrays have them contiguous.
-trait Transform<A, B>: Sync {
-    fn columns(&self, input: ArrayView2<A>, output: ArrayViewMut2<B>, is_parallel: bool);
-    /// `(rows, n)`, each row contiguous.
-    fn rows(&self, input: ArrayView2<A>, output: ArrayViewMut2<B>, is_parallel: bool);
+/// A transform along one axis, of columns or of contiguous rows.
+trait Transform<T, A, B>: Send + Sync {
+    /// Of `(n, columns)`; what is wrong with the shapes.
+    fn columns(
+        &self,
+        input: ArrayView2<A>,
+        output: ArrayViewMut2<B>,
+        in_parallel: bool,
+    ) -> Result<(), FftError>;
+
+    /// What transforms a row, with scratch of its own.
+    fn row(&self) -> Box<dyn FnMut(&[A], &mut [B]) + '_>;
+
+    /// By what columns and rows are multiplied for a scale; nothing for 1.
+    fn factors(&self, scale: Scale, len: usize) -> [Option<T>; 2];
 }
 
-/// Runs `transform` along `axis` of arrays of equal other axes.
-fn along<A, B>(
-    transform: &dyn Transform<A, B>,
-    input: ArrayViewD<A>,
-    mut output: ArrayViewMutD<B>,
-    axis: usize,
+/// A transform with its factors.
+struct Scaled<'a, T, A, B> {
+    transform: &'a dyn Transform<T, A, B>,
+    of_columns: Option<T>,
+    of_rows: Option<T>,
     is_parallel: bool,
-) {
-    let before: usize = input.shape()[..axis].iter().product();
-    let after: usize = input.shape()[axis + 1..].iter().product();
-    let (n, m) = (input.shape()[axis], output.shape()[axis]);
-    if before * after == 0 {
-        return;
+}
+
+impl<T, A, B> Scaled<'_, T, A, B>
+where
+    T: Copy + Send + Sync,
+    A: Sync,
+    B: Copy + Mul<T, Output = B> + Send + Sync,
+{
+    fn columns(&self, input: ArrayView2<A>, mut output: ArrayViewMut2<B>) {
+        let done = self
+            .transform
+            .columns(input, output.view_mut(), self.is_parallel);
+        debug_assert!(done.is_ok());
+        if let Some(factor) = self.of_columns {
+            output.mapv_inplace(|x| x * factor);
+        }
     }
-    let cubes = input
-        .view()
-        .into_shape_with_order((before, n, after))
-        .ok()
-        .zip(
-            output
-                .view_mut()
-                .into_shape_with_order((before, m, after))
-                .ok(),
-        );
-    match cubes {
-        Some((input, output)) if after == 1 => {
-            let (input, output) = (
-                input.index_axis_move(Axis(2), 0),
-                output.index_axis_move(Axis(2), 0),
-            );
-            match is_contiguous(&input) {
-                true => transform.rows(input, output, is_parallel),
-                false => {
-                    transform.columns(input.reversed_axes(), output.reversed_axes(), is_parallel)
+
+    /// `(rows, n)`, each row contiguous.
+    fn rows(&self, input: ArrayView2<A>, mut output: ArrayViewMut2<B>) {
+        let one = |row: &mut Box<dyn FnMut(&[A], &mut [B]) + '_>,
+                   (input, mut output): (ArrayView1<A>, ArrayViewMut1<B>)| {
+            if let (Some(input), Some(output)) = (input.as_slice(), output.as_slice_mut()) {
+                row(input, output);
+                if let Some(factor) = self.of_rows {
+                    output.iter_mut().for_each(|x| *x = *x * factor);
                 }
             }
-        }
-        Some((input, mut output)) => {
-            for (input, output) in input.outer_iter().zip(output.outer_iter_mut()) {
-                transform.columns(input, output, is_parallel);
-            }
-        }
-        None => {
-            // The axis first, then all but one of the others one by one.
-            let ndim = input.ndim();
-            let order: Vec<usize> = std::iter::once(axis)
-                .chain((0..ndim).filter(|&other| other != axis))
-                .collect();
-            let input = input.permuted_axes(order.clone());
-            let output = output.permuted_axes(order);
-            one_by_one(transform, input, output, is_parallel);
-        }
-    }
-}
-
-fn is_contiguous<A>(rows: &ArrayView2<A>) -> bool {
-    rows.strides()[1] == 1 || rows.ncols() <= 1
-}
-
-fn one_by_one<A, B>(
-    transform: &dyn Transform<A, B>,
-    input: ArrayViewD<A>,
-    output: ArrayViewMutD<B>,
-    is_parallel: bool,
-) {
-    if input.ndim() > 2 {
-        let slices = input.axis_iter(Axis(1));
-        let mut output = output;
-        for (input, output) in slices.zip(output.axis_iter_mut(Axis(1))) {
-            one_by_one(transform, input, output, is_parallel);
-        }
-        return;
-    }
-    let (input, output) = match input.ndim() {
-        1 => (input.insert_axis(Axis(1)), output.insert_axis(Axis(1))),
-        _ => (input, output),
-    };
-    let two = (
-        input.into_dimensionality::<ndarray::Ix2>(),
-        output.into_dimensionality::<ndarray::Ix2>(),
-    );
-    if let (Ok(input), Ok(output)) = two {
-        let turned = (input.t(), output);
-        let (rows, mut out) = (turned.0, turned.1);
-        if is_contiguous(&rows) && is_contiguous(&out.view_mut().reversed_axes().view()) {
-            transform.rows(rows, out.reversed_axes(), is_parallel);
-        } else {
-            transform.columns(input, out, is_parallel);
-        }
-    }
-}
-
-/// Each row with scratch of its thread.
-fn each_row<A: Sync, B: Send + Sync, S>(
-    input: ArrayView2<A>,
-    mut output: ArrayViewMut2<B>,
-    is_parallel: bool,
-    scratch: impl Fn() -> S + Sync + Send,
-    row: impl Fn(&mut S, &[A], &mut [B]) + Sync + Send,
-) {
-    let one =
-        |scratch: &mut S,
-         (input, mut output): (ndarray::ArrayView1<A>, ndarray::ArrayViewMut1<B>)| {
-            if let (Some(input), Some(output)) = (input.as_slice(), output.as_slice_mut()) {
-                row(scratch, input, output);
-            }
         };
-    match is_parallel {
-        true => input
-            .axis_iter(Axis(0))
-            .into_par_iter()
-            .zip(output.axis_iter_mut(Axis(0)).into_par_iter())
-            .for_each_init(scratch, one),
-        false => {
-            let mut scratch = scratch();
-            for pair in input.outer_iter().zip(output.outer_iter_mut()) {
-                one(&mut scratch, pair);
+        if self.is_parallel {
+            let input = input.axis_iter(Axis(0)).into_par_iter();
+            let pairs = input.zip(output.axis_iter_mut(Axis(0)).into_par_iter());
+            pairs.for_each_init(|| self.transform.row(), one);
+        } else {
+            let mut row = self.transform.row();
+            let pairs = input.outer_iter().zip(output.outer_iter_mut());
+            pairs.for_each(|pair| one(&mut row, pair));
+        }
+    }
+
+    /// Along `axis` of arrays of equal other axes.
+    fn along(&self, axis: usize, input: ArrayViewD<A>, mut output: ArrayViewMutD<B>) {
+        let before: usize = input.shape()[..axis].iter().product();
+        let after: usize = input.shape()[axis + 1..].iter().product();
+        let (n, m) = (input.shape()[axis], output.shape()[axis]);
+        if before * after == 0 {
+            return;
+        }
+        let from = input.view().into_shape_with_order((before, n, after));
+        let to = output.view_mut().into_shape_with_order((before, m, after));
+        match (from, to) {
+            (Ok(from), Ok(to)) if after == 1 => {
+                let (from, to) = (
+                    from.index_axis_move(Axis(2), 0),
+                    to.index_axis_move(Axis(2), 0),
+                );
+                self.of_either(from, to);
+            }
+            (Ok(from), Ok(mut to)) => {
+                for (from, to) in from.outer_iter().zip(to.outer_iter_mut()) {
+                    self.columns(from, to);
+                }
+            }
+            _ => {
+                // The axis last, then all but one of the others one by one.
+                let others = (0..input.ndim()).filter(|&other| other != axis);
+                let order: Vec<usize> = others.chain([axis]).collect();
+                let input = input.permuted_axes(order.clone());
+                self.one_by_one(input, output.permuted_axes(order));
             }
         }
     }
+
+    /// Of `(rows, n)`, each row contiguous or not.
+    fn of_either(&self, input: ArrayView2<A>, output: ArrayViewMut2<B>) {
+        let is_contiguous = |stride: isize, len: usize| stride == 1 || len <= 1;
+        let rows = is_contiguous(input.strides()[1], input.ncols())
+            && is_contiguous(output.strides()[1], output.ncols());
+        match rows {
+            true => self.rows(input, output),
+            false => self.columns(input.reversed_axes(), output.reversed_axes()),
+        }
+    }
+
+    fn one_by_one(&self, input: ArrayViewD<A>, mut output: ArrayViewMutD<B>) {
+        if input.ndim() > 2 {
+            for (from, to) in input.outer_iter().zip(output.outer_iter_mut()) {
+                self.one_by_one(from, to);
+            }
+            return;
+        }
+        let (input, output) = match input.ndim() {
+            1 => (input.insert_axis(Axis(0)), output.insert_axis(Axis(0))),
+            _ => (input, output),
+        };
+        let two = (input.into_dimensionality(), output.into_dimensionality());
+        if let (Ok(input), Ok(output)) = two {
+            self.of_either(input, output);
+        }
+    }
+}
+
+/// By what a transform without a factor of its own is multiplied.
+fn plain<T: Real>(scale: Scale, len: usize) -> [Option<T>; 2] {
+    [(scale != Scale::One).then(|| T::rounded(scale.factor(len))); 2]
+}
+
+/// Columns by a plan, on one thread or on all of the pool.
+macro_rules! columns {
+    ($plan:expr, $input:expr, $output:expr, $in_parallel:expr) => {
+        match $in_parallel {
+            true => $plan.process_in_parallel($input, $output),
+            false => $plan.process($input, $output),
+        }
+    };
 }
 
 struct Forward<T: Real> {
-    len: usize,
-    plan: Arc<RealToComplexColumns<T>>,
+    columns: Arc<RealToComplexColumns<T>>,
     rows: Arc<dyn column_fft::RealToComplex<T>>,
-    factor: Option<T>,
 }
 
-impl<T: Planned> Transform<T, Complex<T>> for Forward<T> {
+impl<T: Planned> Transform<T, T, Complex<T>> for Forward<T> {
     fn columns(
         &self,
         input: ArrayView2<T>,
-        mut output: ArrayViewMut2<Complex<T>>,
-        is_parallel: bool,
-    ) {
-        let done = match is_parallel {
-            true => self.plan.process_in_parallel(input, output.view_mut()),
-            false => self.plan.process(input, output.view_mut()),
-        };
-        debug_assert!(done.is_ok());
-        if let Some(factor) = self.factor {
-            output.mapv_inplace(|z| z * factor);
-        }
+        output: ArrayViewMut2<Complex<T>>,
+        in_parallel: bool,
+    ) -> Result<(), FftError> {
+        columns!(self.columns, input, output, in_parallel)
     }
 
-    fn rows(&self, input: ArrayView2<T>, output: ArrayViewMut2<Complex<T>>, is_parallel: bool) {
-        let scratch = || (vec![T::default(); self.len], self.rows.make_scratch_vec());
-        each_row(
-            input,
-            output,
-            is_parallel,
-            scratch,
-            |(row, scratch), input, output| {
-                row.copy_from_slice(input);
-                let done = self.rows.process_with_scratch(row, output, scratch);
-                debug_assert!(done.is_ok());
-                if let Some(factor) = self.factor {
-                    output.iter_mut().for_each(|z| *z = *z * factor);
-                }
-            },
-        );
+    fn row(&self) -> Box<dyn FnMut(&[T], &mut [Complex<T>]) + '_> {
+        let (mut row, mut scratch) = (self.rows.make_input_vec(), self.rows.make_scratch_vec());
+        Box::new(move |input, output| {
+            row.copy_from_slice(input);
+            let done = self
+                .rows
+                .process_with_scratch(&mut row, output, &mut scratch);
+            debug_assert!(done.is_ok());
+        })
+    }
+
+    fn factors(&self, scale: Scale, len: usize) -> [Option<T>; 2] {
+        plain(scale, len)
     }
 }
 
 struct Inverse<T: Real> {
     len: usize,
-    plan: Arc<ComplexToRealColumns<T>>,
+    /// Divides by N.
+    columns: ComplexToRealColumns<T>,
     rows: Arc<dyn column_fft::ComplexToReal<T>>,
-    scale: Scale,
 }
 
-impl<T: Planned> Transform<Complex<T>, T> for Inverse<T> {
+impl<T: Planned> Transform<T, Complex<T>, T> for Inverse<T> {
     fn columns(
         &self,
         input: ArrayView2<Complex<T>>,
-        mut output: ArrayViewMut2<T>,
-        is_parallel: bool,
-    ) {
-        let done = match is_parallel {
-            true => self.plan.process_in_parallel(input, output.view_mut()),
-            false => self.plan.process(input, output.view_mut()),
-        };
-        debug_assert!(done.is_ok());
-        // The plan divides by N.
-        let len = self.len as f64;
-        let factor = match self.scale {
-            Scale::Mean => return,
-            Scale::One => T::rounded(len),
-            Scale::Root => T::rounded(len.sqrt()),
-        };
-        output.mapv_inplace(|x| x * factor);
+        output: ArrayViewMut2<T>,
+        in_parallel: bool,
+    ) -> Result<(), FftError> {
+        columns!(self.columns, input, output, in_parallel)
     }
 
-    fn rows(&self, input: ArrayView2<Complex<T>>, output: ArrayViewMut2<T>, is_parallel: bool) {
-        let scratch = || {
-            let bins = vec![Complex::default(); self.len / 2 + 1];
-            (bins, self.rows.make_scratch_vec())
+    fn row(&self) -> Box<dyn FnMut(&[Complex<T>], &mut [T]) + '_> {
+        let (mut bins, mut scratch) = (self.rows.make_input_vec(), self.rows.make_scratch_vec());
+        Box::new(move |input, output| {
+            bins.copy_from_slice(input);
+            // As everywhere, imaginary parts of 0 and of the Nyquist frequency do not count.
+            bins[0].im = T::default();
+            if self.len.is_multiple_of(2) {
+                bins[self.len / 2].im = T::default();
+            }
+            let done = self
+                .rows
+                .process_with_scratch(&mut bins, output, &mut scratch);
+            debug_assert!(done.is_ok());
+        })
+    }
+
+    fn factors(&self, scale: Scale, len: usize) -> [Option<T>; 2] {
+        let of_columns = match scale {
+            Scale::Mean => None,
+            Scale::One => Some(T::rounded(len as f64)),
+            Scale::Root => Some(T::rounded((len as f64).sqrt())),
         };
-        let factor = T::rounded(self.scale.factor(self.len));
-        each_row(
-            input,
-            output,
-            is_parallel,
-            scratch,
-            |(bins, scratch), input, output| {
-                bins.copy_from_slice(input);
-                // As everywhere, imaginary parts of 0 and of the Nyquist frequency do not count.
-                bins[0].im = T::default();
-                if self.len.is_multiple_of(2) {
-                    bins[self.len / 2].im = T::default();
-                }
-                let done = self.rows.process_with_scratch(bins, output, scratch);
-                debug_assert!(done.is_ok());
-                if self.scale != Scale::One {
-                    output.iter_mut().for_each(|x| *x = *x * factor);
-                }
-            },
-        );
+        [of_columns, plain(scale, len)[1]]
     }
 }
 
 struct Both<T: Real> {
-    plan: Arc<column_fft::ComplexToComplexColumns<T>>,
+    columns: Arc<column_fft::ComplexToComplexColumns<T>>,
     rows: Arc<dyn column_fft::Fft<T>>,
-    factor: Option<T>,
 }
 
-impl<T: Planned> Transform<Complex<T>, Complex<T>> for Both<T> {
+impl<T: Planned> Transform<T, Complex<T>, Complex<T>> for Both<T> {
     fn columns(
         &self,
         input: ArrayView2<Complex<T>>,
-        mut output: ArrayViewMut2<Complex<T>>,
-        is_parallel: bool,
-    ) {
-        let done = match is_parallel {
-            true => self.plan.process_in_parallel(input, output.view_mut()),
-            false => self.plan.process(input, output.view_mut()),
-        };
-        debug_assert!(done.is_ok());
-        if let Some(factor) = self.factor {
-            output.mapv_inplace(|z| z * factor);
-        }
+        output: ArrayViewMut2<Complex<T>>,
+        in_parallel: bool,
+    ) -> Result<(), FftError> {
+        columns!(self.columns, input, output, in_parallel)
     }
 
-    fn rows(
-        &self,
-        input: ArrayView2<Complex<T>>,
-        output: ArrayViewMut2<Complex<T>>,
-        is_parallel: bool,
-    ) {
-        let scratch = || vec![Complex::default(); self.rows.get_inplace_scratch_len()];
-        each_row(
-            input,
-            output,
-            is_parallel,
-            scratch,
-            |scratch, input, output| {
-                output.copy_from_slice(input);
-                self.rows.process_with_scratch(output, scratch);
-                if let Some(factor) = self.factor {
-                    output.iter_mut().for_each(|z| *z = *z * factor);
-                }
-            },
-        );
+    fn row(&self) -> Box<dyn FnMut(&[Complex<T>], &mut [Complex<T>]) + '_> {
+        let mut scratch = vec![Complex::default(); self.rows.get_inplace_scratch_len()];
+        Box::new(move |input, output| {
+            output.copy_from_slice(input);
+            self.rows.process_with_scratch(output, &mut scratch);
+        })
+    }
+
+    fn factors(&self, scale: Scale, len: usize) -> [Option<T>; 2] {
+        plain(scale, len)
     }
 }
 
@@ -460,45 +420,74 @@ fn with_workers(workers: usize, work: impl FnOnce(bool) + Send) -> Result<(), St
     Ok(())
 }
 
-/// The result of a transform of `input` to `len` rows along `axis`.
-fn transformed<'py, A: Element + Sync, B: Element>(
+/// How a transform is called.
+struct Call<'py> {
     py: Python<'py>,
-    input: &Bound<'py, PyArrayDyn<A>>,
     axis: usize,
-    len: usize,
+    scale: Scale,
     workers: usize,
-    transform: &(dyn Transform<A, B> + Send),
-) -> PyResult<Bound<'py, PyAny>> {
-    let mut shape = input.shape().to_vec();
-    shape[axis] = len;
-    // SAFETY: every element is written below, or none exists.
-    let output = unsafe { PyArrayDyn::<B>::new(py, shape, false) };
+}
+
+impl<'py> Call<'py> {
+    /// The result of a transform of length `len`, of `bins` along the axis.
+    fn made<T, A, B>(
+        &self,
+        input: &Bound<'py, PyArrayDyn<A>>,
+        [len, bins]: [usize; 2],
+        transform: Result<Arc<impl Transform<T, A, B>>, FftError>,
+    ) -> PyResult<Bound<'py, PyAny>>
+    where
+        T: Planned,
+        A: Element + Sync,
+        B: Element + Copy + Mul<T, Output = B> + Sync,
     {
-        // SAFETY: the new array has no other owner; the input is only read, as by any function that releases
-        // the lock.
-        let (from, to) = unsafe { (input.as_array(), output.as_array_mut()) };
-        py.detach(|| {
-            with_workers(workers, |is_parallel| {
-                along(transform, from, to, axis, is_parallel)
-            })
-        })
-        .map_err(PyValueError::new_err)?;
+        let transform = transform.map_err(|error| PyValueError::new_err(format!("n: {error}")))?;
+        let [of_columns, of_rows] = transform.factors(self.scale, len);
+        let mut shape = input.shape().to_vec();
+        shape[self.axis] = bins;
+        // SAFETY: every element is written below, or none exists.
+        let output = unsafe { PyArrayDyn::<B>::new(self.py, shape, false) };
+        {
+            // SAFETY: the new array has no other owner; the input is only read, as by any function that releases
+            // the lock.
+            let (from, to) = unsafe { (input.as_array(), output.as_array_mut()) };
+            let (axis, workers) = (self.axis, self.workers);
+            let work = |is_parallel| {
+                let scaled = Scaled {
+                    transform: &*transform,
+                    of_columns,
+                    of_rows,
+                    is_parallel,
+                };
+                scaled.along(axis, from, to);
+            };
+            let done = self.py.detach(|| with_workers(workers, work));
+            done.map_err(PyValueError::new_err)?;
+        }
+        Ok(output.into_any())
     }
-    Ok(output.into_any())
 }
 
-fn failed(error: FftError) -> PyErr {
-    PyValueError::new_err(format!("n: {error}"))
-}
-
-fn length_of(array: &Bound<'_, PyUntypedArray>, axis: usize) -> PyResult<usize> {
-    let shape = array.shape();
-    shape.get(axis).copied().ok_or_else(|| {
-        PyValueError::new_err(format!(
-            "axis: expected one below {}, found {axis}",
-            shape.len()
-        ))
-    })
+fn call<'py>(
+    py: Python<'py>,
+    a: &Bound<'py, PyUntypedArray>,
+    axis: usize,
+    norm: u8,
+    workers: usize,
+) -> PyResult<(Call<'py>, usize)> {
+    let shape = a.shape();
+    let Some(&length) = shape.get(axis) else {
+        let text = format!("axis: expected one below {}, found {axis}", shape.len());
+        return Err(PyValueError::new_err(text));
+    };
+    let scale = Scale::of(norm);
+    let call = Call {
+        py,
+        axis,
+        scale,
+        workers,
+    };
+    Ok((call, length))
 }
 
 /// Real numbers to their spectra along `axis`: `n / 2 + 1` bins.
@@ -511,29 +500,15 @@ pub fn r2c<'py>(
     norm: u8,
     workers: usize,
 ) -> PyResult<Bound<'py, PyAny>> {
-    fn typed<'py, T: Planned>(
-        py: Python<'py>,
-        a: &Bound<'py, PyArrayDyn<T>>,
-        (len, axis, norm, workers): (usize, usize, u8, usize),
-    ) -> PyResult<Bound<'py, PyAny>>
-    where
-        Complex<T>: Element,
-    {
-        let scale = Scale::of(norm);
-        let mut plans = T::plans();
-        let transform = Forward {
-            len,
-            plan: plans.forward(len).map_err(failed)?,
-            rows: plans.forward_rows(len),
-            factor: (scale != Scale::One).then(|| T::rounded(scale.factor(len))),
-        };
-        drop(plans);
-        transformed(py, a, axis, len / 2 + 1, workers, &transform)
-    }
-    let with = (length_of(a, axis)?, axis, norm, workers);
+    let (call, n) = call(py, a, axis, norm, workers)?;
+    let lengths = [n, n / 2 + 1];
     match a.cast::<PyArrayDyn<f64>>() {
-        Ok(a) => typed(py, a, with),
-        Err(_) => typed(py, a.cast::<PyArrayDyn<f32>>()?, with),
+        Ok(a) => call.made(a, lengths, with_plans::<f64, _>(|plans| plans.forward(n))),
+        Err(_) => call.made(
+            a.cast()?,
+            lengths,
+            with_plans::<f32, _>(|plans| plans.forward(n)),
+        ),
     }
 }
 
@@ -548,33 +523,18 @@ pub fn c2r<'py>(
     norm: u8,
     workers: usize,
 ) -> PyResult<Bound<'py, PyAny>> {
-    fn typed<'py, T: Planned>(
-        py: Python<'py>,
-        a: &Bound<'py, PyArrayDyn<Complex<T>>>,
-        (len, axis, norm, workers): (usize, usize, u8, usize),
-    ) -> PyResult<Bound<'py, PyAny>>
-    where
-        Complex<T>: Element,
-    {
-        let mut plans = T::plans();
-        let transform = Inverse {
-            len,
-            plan: plans.inverse(len).map_err(failed)?,
-            rows: plans.inverse_rows(len),
-            scale: Scale::of(norm),
-        };
-        drop(plans);
-        transformed(py, a, axis, len, workers, &transform)
-    }
-    let bins = length_of(a, axis)?;
+    let (call, bins) = call(py, a, axis, norm, workers)?;
     if n == 0 || bins != n / 2 + 1 {
         let text = format!("n: expected {} bins, found {bins}", n / 2 + 1);
         return Err(PyValueError::new_err(text));
     }
-    let with = (n, axis, norm, workers);
     match a.cast::<PyArrayDyn<Complex<f64>>>() {
-        Ok(a) => typed(py, a, with),
-        Err(_) => typed(py, a.cast::<PyArrayDyn<Complex<f32>>>()?, with),
+        Ok(a) => call.made(a, [n, n], with_plans::<f64, _>(|plans| plans.inverse(n))),
+        Err(_) => call.made(
+            a.cast()?,
+            [n, n],
+            with_plans::<f32, _>(|plans| plans.inverse(n)),
+        ),
     }
 }
 
@@ -589,28 +549,17 @@ pub fn c2c<'py>(
     norm: u8,
     workers: usize,
 ) -> PyResult<Bound<'py, PyAny>> {
-    fn typed<'py, T: Planned>(
-        py: Python<'py>,
-        a: &Bound<'py, PyArrayDyn<Complex<T>>>,
-        is_forward: bool,
-        (len, axis, norm, workers): (usize, usize, u8, usize),
-    ) -> PyResult<Bound<'py, PyAny>>
-    where
-        Complex<T>: Element,
-    {
-        let scale = Scale::of(norm);
-        let mut plans = T::plans();
-        let transform = Both {
-            plan: plans.complex(len, is_forward).map_err(failed)?,
-            rows: plans.complex_rows(len, is_forward),
-            factor: (scale != Scale::One).then(|| T::rounded(scale.factor(len))),
-        };
-        drop(plans);
-        transformed(py, a, axis, len, workers, &transform)
-    }
-    let with = (length_of(a, axis)?, axis, norm, workers);
+    let (call, n) = call(py, a, axis, norm, workers)?;
     match a.cast::<PyArrayDyn<Complex<f64>>>() {
-        Ok(a) => typed(py, a, is_forward, with),
-        Err(_) => typed(py, a.cast::<PyArrayDyn<Complex<f32>>>()?, is_forward, with),
+        Ok(a) => call.made(
+            a,
+            [n, n],
+            with_plans::<f64, _>(|plans| plans.both(n, is_forward)),
+        ),
+        Err(_) => call.made(
+            a.cast()?,
+            [n, n],
+            with_plans::<f32, _>(|plans| plans.both(n, is_forward)),
+        ),
     }
 }

@@ -5,6 +5,7 @@
 
 mod analysis;
 mod chains;
+mod estimates;
 mod faults;
 mod fft;
 mod kept;
@@ -18,9 +19,11 @@ use pyo3::prelude::*;
 #[pymodule]
 mod _native {
     #[pymodule_export]
-    use super::analysis::{Analysis, analyze, coherence, filter, open, report};
+    use super::analysis::{Analysis, analyze, filter, open, report};
     #[pymodule_export]
     use super::chains::{Run, attenuate, budget, localize, simulate, sweep, transmit};
+    #[pymodule_export]
+    use super::estimates::estimate;
     #[pymodule_export]
     use super::fft::{c2c, c2r, r2c};
     #[pymodule_export]

@@ -42,6 +42,8 @@ pub struct Samples {
     /// Of the array; one of one dimension is the record of one site.
     labels: MemoryLabels,
     is_record: bool,
+    /// Of a run: its scene, and the step of its times.
+    scene: Option<(String, f64)>,
 }
 
 /// `(values, rounding, unit, step)`.
@@ -52,7 +54,8 @@ impl Samples {
     /// `array` is `(time, site)` if `is_layout_known`, else as the option `layout` says.
     #[new]
     #[pyo3(signature = (array, *, name, quantity=None, unit=None, time=None, space=None,
-                        axis_names=(None, None), start=None, is_layout_known=false))]
+                        axis_names=(None, None), start=None, is_layout_known=false, struck=None,
+                        scene=None))]
     #[allow(clippy::too_many_arguments)]
     fn new(
         array: &Bound<'_, PyUntypedArray>,
@@ -64,6 +67,8 @@ impl Samples {
         axis_names: (Option<String>, Option<String>),
         start: Option<String>,
         is_layout_known: bool,
+        struck: Option<usize>,
+        scene: Option<(String, f64)>,
     ) -> PyResult<Samples> {
         let (sample, order) = sample_of(array)?;
         let size = sample.bytes();
@@ -126,8 +131,10 @@ impl Samples {
                 axis_names: [axis_names.0, axis_names.1],
                 start,
                 is_layout_known,
+                struck,
             },
             is_record: array.ndim() == 1,
+            scene,
         })
     }
 }
@@ -193,6 +200,7 @@ impl Source<'_> {
                 samples: samples.samples.clone(),
                 labels: samples.labels.clone(),
                 is_record: samples.is_record,
+                scene: samples.scene.clone(),
             })),
             Source::Files(paths) => Opener::Files(paths.clone()),
         }
@@ -207,20 +215,32 @@ impl Source<'_> {
 }
 
 impl Opener {
-    /// The field, with its hash if it is a file's.
+    /// The field; uneven coordinates are kept if `uneven`.
     pub fn open(
         self,
         input: &Input,
         memory: Option<u64>,
         scan: Option<&ScanArgs>,
+        uneven: bool,
     ) -> Result<Field, Error> {
-        let options = open_options(input, memory);
+        let options = OpenOptions {
+            uneven,
+            ..open_options(input, memory)
+        };
         match self {
             Opener::Memory(samples) => samples.field(&options),
             Opener::Files(paths) => match scan {
                 Some(scan) => scan.open(&paths, &options).map(|(field, _)| field),
                 None => Field::open(&paths[0], &options),
             },
+        }
+    }
+
+    /// The scene of a run in memory, and the step of its times.
+    pub fn scene(&self) -> Option<(String, f64)> {
+        match self {
+            Opener::Memory(samples) => samples.scene.clone(),
+            Opener::Files(_) => None,
         }
     }
 

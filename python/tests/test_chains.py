@@ -100,6 +100,71 @@ def test_val_program_attenuate_and_transmit(run):
     np.testing.assert_array_equal(found["relative_force"], expected["relative_force"])
 
 
+@pytest.mark.filterwarnings("ignore::wavecascade.CascadeWarning")
+def test_val_program_analysis_of_a_run_draws_its_lattice(run, tmp_path):
+    # Springs, whose chain has branches.
+    springs, typed = {**SCENE, "law": "spring"}, [*TYPED, "--law=spring"]
+    simulated = wc.simulate(springs)
+    run_file = run("simulate", *typed, out="springs.npz")
+    for options, words in [
+        ({}, []),
+        ({"dt": 0.5, "dispersion": "c*abs(k)"}, ["--dt=0.5", "--dispersion=c*abs(k)"]),
+    ]:
+        if options:
+            # Equal bodies and contacts have the constants c and m.
+            simulated = wc.simulate(springs, stiffness_ratio=1.0)
+            equal = [word for word in typed if "ratio" not in word]
+            run_file = run("simulate", *equal, "--stiffness-ratio=1", out="other.npz")
+        out = run("analyze", run_file, "--figures", "none", *words, out=f"out{len(words)}")
+        with np.load(out / "spectra.npz") as archive:
+            found = wc.analyze(simulated, **options)
+            same(found, archive)
+            assert "dispersion_frequency" in found and set(archive.files) <= set(found.variables)
+    # A part of the chain keeps its lattice.
+    part = wc.analyze(simulated.isel(position=slice(4, None)))
+    np.testing.assert_array_equal(
+        part.dispersion_frequency[0], wc.analyze(simulated).dispersion_frequency[0]
+    )
+    file = tmp_path / "run.nc"
+    simulated.to_netcdf(file, engine="scipy")
+    again = wc.analyze(xr.open_dataset(file, engine="scipy"))
+    assert "dispersion_frequency" in again
+    assert wc.analyze(simulated, variable="displacement").attrs["quantity"] == "displacement"
+    with pytest.raises(ValueError, match="variable: expected one of"):
+        wc.analyze(simulated.drop_vars("velocity"))
+
+
+def test_val_program_measured_pulses(run, tmp_path):
+    curve = tmp_path / "measured.csv"
+    curve.write_text("bodies,relative_force,error\n2,0.9,0.02\n4,0.8,0.03\n")
+    out = run(
+        "attenuate",
+        "--ratios=3",
+        "--bodies=6",
+        "--sense=chain",
+        f"--measured={curve}",
+        "--figures",
+        "none",
+    )
+    expected = json.loads((out / "attenuation.json").read_text())
+    found = wc.attenuate(ratios=[3], bodies=6, sense="chain", measured=curve)
+    summary = json.loads(found.attrs["summary"])
+    assert summary["measured"] and summary == expected
+    curve.write_text("stiffness_ratio,relative_force\n2,0.9\n")
+    typed = [
+        "--sites=8",
+        "--over=stiffness_ratio=1,2,3",
+        "--no-extremes",
+        f"--measured={curve}",
+        "--figures",
+        "none",
+    ]
+    expected = json.loads((run("transmit", *typed, out="other") / "transmission.json").read_text())
+    found = wc.transmit(sites=8, over="stiffness_ratio=1,2,3", no_extremes=True, measured=curve)
+    summary = json.loads(found.attrs["summary"])
+    assert summary["measured"] and summary == expected
+
+
 def test_val_program_filter(run, field, tmp_path):
     path = tmp_path / "field.npy"
     np.save(path, field)
@@ -110,19 +175,6 @@ def test_val_program_filter(run, field, tmp_path):
         assert found.time.values.tobytes() == archive["time"].tobytes()
     assert 0 < found.attrs["energy_after"] < found.attrs["energy_before"]
     assert wc.filter(field.astype("f4"), frequency=(0, 1)).dtype == np.float32
-
-
-@pytest.mark.filterwarnings("ignore::wavecascade.CascadeWarning")
-def test_val_program_coherence(run, field, tmp_path):
-    path = tmp_path / "field.npy"
-    np.save(path, field)
-    out = run("coherence", path, "--reference=3", "--segment=32", "--figures", "none")
-    found = wc.coherence(field, reference=3, segment=32)
-    with np.load(out / "coherence.npz") as archive:
-        same(found, archive)
-    assert found.coherence.dims == ("frequency", "position")
-    shots = wc.coherence([field, field[::-1]], multitaper=(4, 7))
-    assert json.loads(shots.attrs["independence"])["records"] == 2
 
 
 @pytest.mark.filterwarnings("ignore::wavecascade.CascadeWarning")

@@ -13,7 +13,6 @@ from importlib.util import find_spec as _find_spec
 from wavecascade import distributed, fft
 from wavecascade._analysis import (
     analyze,
-    coherence,
     filter,
     open,
     report,
@@ -21,6 +20,17 @@ from wavecascade._analysis import (
     temporal_spectrum,
 )
 from wavecascade._chains import attenuate, budget, localize, simulate, sweep, transmit
+from wavecascade._estimates import (
+    bicoherence,
+    coherence,
+    increments,
+    lomb,
+    modes,
+    ridges,
+    slope,
+    spectrum,
+    transfer,
+)
 from wavecascade._native import version as __version__
 from wavecascade._segments import Partial, combine, partial
 from wavecascade._words import CascadeWarning
@@ -31,20 +41,28 @@ __all__ = [
     "__version__",
     "analyze",
     "attenuate",
+    "bicoherence",
     "budget",
     "coherence",
     "combine",
     "distributed",
     "fft",
     "filter",
+    "increments",
     "localize",
+    "lomb",
+    "modes",
     "open",
     "partial",
     "report",
+    "ridges",
     "simulate",
+    "slope",
     "spatial_spectrum",
+    "spectrum",
     "sweep",
     "temporal_spectrum",
+    "transfer",
     "transmit",
 ]
 

@@ -2,47 +2,49 @@
 
 from __future__ import annotations
 
+import functools
 import os
-from typing import Any, Unpack
+from collections.abc import Callable
+from typing import Any
 
 import xarray as xr
 
-from wavecascade import _analysis
-from wavecascade._options import AnalyzeOptions, CoherenceOptions, FilterOptions
-from wavecascade._words import Progress
+from wavecascade import _analysis, _estimates
 
 # Untyped in xarray.
 _register: Any = xr
 
 
+def _method(function: Callable[..., Any]) -> Callable[..., Any]:
+    """A function on fields as a method of the accessor."""
+
+    @functools.wraps(function)
+    def method(self: FieldAccessor, *others: Any, **options: Any) -> Any:
+        return function(self._field, *others, **options)
+
+    return method
+
+
 @_register.register_dataarray_accessor("cascade")
 class FieldAccessor:
-    """A field with its functions: ``da.cascade.analyze()``."""
+    """A field with its functions: ``da.cascade.analyze()`` is ``wavecascade.analyze(da)``."""
 
     def __init__(self, field: xr.DataArray) -> None:
         self._field = field
 
-    def analyze(
-        self, *, progress: Progress = None, maps: bool = True, **options: Unpack[AnalyzeOptions]
-    ) -> Any:
-        """As :func:`wavecascade.analyze`."""
-        return _analysis.analyze(self._field, progress=progress, maps=maps, **options)
-
-    def filter(self, **options: Unpack[FilterOptions]) -> Any:
-        """As :func:`wavecascade.filter`."""
-        return _analysis.filter(self._field, **options)
-
-    def coherence(self, *, progress: Progress = None, **options: Unpack[CoherenceOptions]) -> Any:
-        """As :func:`wavecascade.coherence`."""
-        return _analysis.coherence(self._field, progress=progress, **options)
-
-    def temporal_spectrum(self, **options: Unpack[AnalyzeOptions]) -> Any:
-        """As :func:`wavecascade.temporal_spectrum`."""
-        return _analysis.temporal_spectrum(self._field, **options)
-
-    def spatial_spectrum(self, **options: Unpack[AnalyzeOptions]) -> Any:
-        """As :func:`wavecascade.spatial_spectrum`."""
-        return _analysis.spatial_spectrum(self._field, **options)
+    analyze = _method(_analysis.analyze)
+    filter = _method(_analysis.filter)
+    temporal_spectrum = _method(_analysis.temporal_spectrum)
+    spatial_spectrum = _method(_analysis.spatial_spectrum)
+    bicoherence = _method(_estimates.bicoherence)
+    coherence = _method(_estimates.coherence)
+    increments = _method(_estimates.increments)
+    lomb = _method(_estimates.lomb)
+    modes = _method(_estimates.modes)
+    ridges = _method(_estimates.ridges)
+    slope = _method(_estimates.slope)
+    spectrum = _method(_estimates.spectrum)
+    transfer = _method(_estimates.transfer)
 
 
 @_register.register_dataset_accessor("cascade")

@@ -1,9 +1,8 @@
-"""Fields: opened, analysed, filtered, compared."""
+"""Fields: opened, analysed, filtered."""
 
 from __future__ import annotations
 
 import os
-from collections.abc import Sequence
 from pathlib import Path
 from typing import Any, Unpack
 
@@ -11,13 +10,7 @@ import numpy as np
 
 from wavecascade import _native
 from wavecascade._fields import is_dataarray, is_path, source
-from wavecascade._options import (
-    AnalyzeOptions,
-    CoherenceOptions,
-    FieldOptions,
-    FilterOptions,
-    OpenOptions,
-)
+from wavecascade._options import AnalyzeOptions, FieldOptions, FilterOptions, OpenOptions
 from wavecascade._results import dataarray, dataset, summary_attrs, warn
 from wavecascade._words import Progress, observed, words
 
@@ -42,9 +35,8 @@ def analyze(
     field
         Samples ``(time, site)``: a NumPy array of any strides and byte order, which is not copied
         (masked samples are gaps), a pint quantity, an ``xarray.DataArray`` with its coordinates and
-        ``units``, or the path of a file that ``cascade analyze`` reads. A DataArray of
-        :func:`simulate` carries its chain with it no further than its coordinates: analyse the run
-        file for its dispersion branches.
+        ``units``, the Dataset of :func:`simulate`, whose lattice gives the dispersion branches, or
+        the path of a file that ``cascade analyze`` reads.
     progress
         ``True`` for a bar of tqdm, or a function of ``(stage, done, total)``.
     maps
@@ -240,7 +232,7 @@ def open(path: Any, **options: Unpack[OpenOptions]) -> Any:
     return dataarray(_native.open(paths, said))
 
 
-def filter(field: Any, **options: Unpack[FilterOptions]) -> Any:
+def filter(field: Any, *, progress: Progress = None, **options: Unpack[FilterOptions]) -> Any:
     """The part of a field in a band, at a speed, or in a direction of travel.
 
     The field is transformed in time and space, multiplied by 1 or 0, and transformed back.
@@ -249,6 +241,9 @@ def filter(field: Any, **options: Unpack[FilterOptions]) -> Any:
     ----------
     field
         As for :func:`analyze`.
+    progress
+        As for :func:`analyze`; an exception there, or Ctrl-C, ends the work before or behind the
+        transform.
     **options
         ``frequency``, ``wavenumber`` and ``speed`` as ``(from, to)``, whose ends may be ``None``;
         ``towards`` as ``"plus-x"``, ``"minus-x"`` or ``"nowhere"``; ``pad=True`` first doubles both
@@ -268,7 +263,7 @@ def filter(field: Any, **options: Unpack[FilterOptions]) -> Any:
     opened = source(field, typed)
     allowed = frozenset(FilterOptions.__annotations__) | _FIELD
     file = os.fspath(opened[0]) if isinstance(opened, list) else "field"
-    found = _native.filter(opened, words("filter", typed, allowed, [file]))
+    found = _native.filter(opened, words("filter", typed, allowed, [file]), observed(progress))
     warn(found, stacklevel=3)
     if found["is_single"]:
         found["array"] = found["array"].astype(np.float32)
@@ -276,40 +271,3 @@ def filter(field: Any, **options: Unpack[FilterOptions]) -> Any:
     energies = {name: found[name] for name in ("energy_before", "energy_after")}
     (out.attrs if hasattr(out, "dims") else out["attrs"]).update(energies)
     return out
-
-
-def coherence(field: Any, *, progress: Progress = None, **options: Unpack[CoherenceOptions]) -> Any:
-    """Coherence, phase, delay and phase velocity of all sites against a reference.
-
-    Parameters
-    ----------
-    field
-        As for :func:`analyze`, or a sequence of them: repeated records of the same sites.
-    progress
-        As for :func:`analyze`.
-    **options
-        ``reference`` (a site by index), ``segment``, ``overlap``, ``window``, ``multitaper=(4, 7)``,
-        ``detrend``, ``gaps``, ``significance``, and how the field is read.
-
-    Returns
-    -------
-    xarray.Dataset or dict
-        The arrays of ``coherence.npz``.
-
-    Raises
-    ------
-    ValueError
-        For options or samples that do not fit.
-    """
-    fields: Sequence[Any] = field if isinstance(field, (list, tuple)) else [field]
-    typed: dict[str, object] = {}
-    sources = []
-    for one in fields:
-        typed = dict(options)
-        sources.append(source(one, typed))
-    allowed = frozenset(CoherenceOptions.__annotations__) | _FIELD
-    files = ["field"] * len(sources)
-    found = _native.coherence(sources, words("coherence", typed, allowed, files), observed(progress))
-    warn(found, stacklevel=3)
-    parts = ("independence", "segment", "overlap", "alpha", "level", "above_level")
-    return dataset(found, summary_attrs(found["summary"], parts), of_coherence=True)

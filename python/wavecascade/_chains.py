@@ -266,7 +266,8 @@ def attenuate(
         As for :func:`analyze`.
     **keys
         The options of ``cascade attenuate``: ``angles``, ``ratios=[4.9]``, ``bodies``, ``sense``,
-        ``target``, ``best_at``, and keys of scenes.
+        ``target``, ``best_at``, ``measured`` (the path of a measured curve, or with
+        ``measured_field=True`` of a field of velocities), and keys of scenes.
 
     Returns
     -------
@@ -285,7 +286,7 @@ def attenuate(
         files = [os.fspath(scenes)]
     elif scenes is not None:
         files = [os.fspath(one) for one in scenes]
-    said = words("attenuate", keys, ATTENUATE, files, _KEYS)
+    said = words("attenuate", {**keys, "quiet": True}, ATTENUATE | {"quiet"}, files, _KEYS)
     text, summary = _native.attenuate(said, observed(progress))
     return frame(_table(text), {"summary": summary})
 
@@ -301,7 +302,8 @@ def transmit(scene: Scene = None, *, progress: Progress = None, **keys: Any) -> 
         As for :func:`analyze`.
     **keys
         The options of ``cascade transmit``: ``over="stiffness_ratio=1:100:45log"``, ``vary``,
-        ``no_extremes=True``, and keys of scenes.
+        ``no_extremes=True``, ``measured`` (the path of a measured curve, or ``"VALUE=FIELD"``), and
+        keys of scenes.
 
     Returns
     -------
@@ -315,6 +317,6 @@ def transmit(scene: Scene = None, *, progress: Progress = None, **keys: Any) -> 
     """
     scene, rest = _merged(scene, keys, TRANSMIT)
     text, file = _scene(scene)
-    said = words("transmit", rest, TRANSMIT, file, _KEYS)
+    said = words("transmit", {**rest, "quiet": True}, TRANSMIT | {"quiet"}, file, _KEYS)
     table, summary = _native.transmit(text, said, observed(progress))
     return frame(_table(table), {"summary": summary})

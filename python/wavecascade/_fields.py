@@ -13,6 +13,7 @@ from wavecascade import _native
 #: Names of dimensions, as the readers of files know them.
 _TIMES = {"time", "t", "times"}
 _SITES = {"space", "position", "site", "x", "distance", "channel", "trace", "offset", "sites"}
+_SHOTS = {"shot", "shots", "realisation", "realization", "member", "ensemble", "trial", "repetition"}
 _OF_FILES = ("variable", "header", "time_column", "delays", "read", "position_from")
 
 Coordinates = tuple[list[float], float, str | None, float | None]
@@ -26,6 +27,11 @@ def is_path(field: object) -> TypeGuard[str | os.PathLike[str]]:
 def is_dataarray(field: object) -> bool:
     """Whether ``field`` is an ``xarray.DataArray``, without importing xarray."""
     return type(field).__name__ == "DataArray" and hasattr(field, "dims")
+
+
+def is_dataset(field: object) -> bool:
+    """Whether ``field`` is an ``xarray.Dataset``, without importing xarray."""
+    return type(field).__name__ == "Dataset" and hasattr(field, "data_vars")
 
 
 def unit_text(unit: object) -> str | None:
@@ -133,8 +139,99 @@ def _taken(field: Any, options: MutableMapping[str, object]) -> Any:
     return field
 
 
+def shots(
+    field: Any, options: MutableMapping[str, object], dim: object = None, is_record: bool = False
+) -> list[Any]:
+    """Repeated records: those of a sequence, of a leading dimension, or of a dimension of shots.
+
+    Each is ``(time, site)``, or ``(time)`` where ``is_record``.
+    """
+    if isinstance(field, (list, tuple)):
+        return list(field)
+    if is_dataset(field):
+        field = _of_dataset(field, options)
+    if is_dataarray(field):
+        dims = [str(name) for name in field.dims]
+        if dim is not None and dim not in dims:
+            raise ValueError(f"shot_dim: expected one of {', '.join(dims)}, found {dim}")
+        if dim is None:
+            dim = next((name for name in dims if name.lower() in _SHOTS), None)
+        return [field] if dim is None else [field.isel({dim: i}) for i in range(field.sizes[dim])]
+    if dim is not None:
+        raise ValueError("shot_dim: expected named dimensions, found an array without")
+    own = 1 if is_record else 2
+    return list(field) if getattr(field, "ndim", 0) == own + 1 else [field]
+
+
+def pair(one: Any, two: Any) -> Any:
+    """The records of two sites as a field; a scalar coordinate of both says where they are."""
+    if is_dataarray(one) and is_dataarray(two):
+        import xarray
+
+        for name, record in (("field", one), ("other", two)):
+            if record.ndim != 1:
+                raise ValueError(f"{name}: expected a record of one dimension, found {record.ndim}")
+        dim = one.dims[0]
+        if two.dims != one.dims or two.sizes != one.sizes:
+            raise ValueError(
+                f"other: expected a record like the first, {dict(one.sizes)}, found {dict(two.sizes)}"
+            )
+        if dim in one.coords and dim in two.coords and not one.indexes[dim].equals(two.indexes[dim]):
+            raise ValueError(f"other: expected the same {dim} as of the first record, found others")
+        numbers = [plain(record.data)[0] for record in (one, two)]
+        coords = {dim: one.coords[dim]} if dim in one.coords else {}
+        known = {
+            str(name).lower(): str(name)
+            for name in one.coords
+            if one.coords[name].ndim == 0 and name in two.coords and two.coords[name].ndim == 0
+        }
+        space = next((known[name] for name in sorted(known) if name in _SITES), None)
+        if space is not None:
+            places = [record.coords[space] for record in (one, two)]
+            if float(places[0]) != float(places[1]):
+                coords[space] = (space, [float(place) for place in places], places[0].attrs)
+        dims = (dim, space or "site")
+        return xarray.DataArray(np.stack(numbers, axis=1), coords, dims, one.name, one.attrs)
+    first, second = plain(one)[0], plain(two)[0]
+    if first.ndim != 1 or first.shape != second.shape:
+        raise ValueError(
+            "other: expected two records of one dimension and of one length, "
+            f"found shapes {first.shape} and {second.shape}"
+        )
+    return np.stack([first, second], axis=1)
+
+
+def _of_dataset(data: Any, options: MutableMapping[str, object]) -> Any:
+    """The array that ``variable`` names, else the velocity, else the only field."""
+    fields = [str(name) for name in data.data_vars if data[name].ndim >= 2]
+    name = options.pop("variable", None)
+    if name is None:
+        name = "velocity" if "velocity" in fields else fields[0] if len(fields) == 1 else None
+    if name is None or name not in data:
+        found = "none" if name is None else name
+        raise ValueError(f"variable: expected one of {', '.join(fields)}, found {found}")
+    return data[name]
+
+
+def _run(data: Any) -> dict[str, Any]:
+    """What a run says of its lattice, if ``data`` is one."""
+    scene, time = data.attrs.get("scene"), data.coords.get("time")
+    if not str(data.attrs.get("schema", "")).startswith("cascade.run/") or scene is None:
+        return {}
+    if time is None or len(time) < 2:
+        return {}
+    struck = data.attrs.get("struck_site")
+    step = float(time[1] - time[0])
+    return {"scene": (str(scene), step), "struck": None if struck is None else int(struck)}
+
+
 def samples(field: Any, options: MutableMapping[str, object]) -> _native.Samples:
     """An array with what is known of it; options that are used up here are removed."""
+    run: dict[str, Any] = {}
+    if is_dataset(field):
+        data = field
+        field = _of_dataset(data, options)
+        run = _run(data)
     for option in _OF_FILES:
         if options.get(option) is not None:
             raise ValueError(f"{option}: expected a file, whose option it is, found an array")
@@ -167,6 +264,7 @@ def samples(field: Any, options: MutableMapping[str, object]) -> _native.Samples
         axis_names=(time, space),
         start=start,
         is_layout_known=True,
+        **run,
     )
 
 

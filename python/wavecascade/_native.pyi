@@ -14,7 +14,7 @@ __all__ = [
     "budget",
     "c2c",
     "c2r",
-    "coherence",
+    "estimate",
     "filter",
     "localize",
     "open",
@@ -48,6 +48,8 @@ class Samples:
         axis_names: tuple[str | None, str | None] = ...,
         start: str | None = None,
         is_layout_known: bool = False,
+        struck: int | None = None,
+        scene: tuple[str, float] | None = None,
     ) -> Samples: ...
 
 _Source = Samples | Sequence[str | os.PathLike[str]]
@@ -69,8 +71,8 @@ def analyze(
 ) -> dict[str, Any]: ...
 def report(analysis: Analysis) -> str: ...
 def open(source: _Source, words: list[str]) -> dict[str, Any]: ...
-def filter(source: _Source, words: list[str]) -> dict[str, Any]: ...
-def coherence(
+def filter(source: _Source, words: list[str], progress: _Progress = None) -> dict[str, Any]: ...
+def estimate(
     sources: Sequence[_Source], words: list[str], progress: _Progress = None
 ) -> dict[str, Any]: ...
 def simulate(text: str | None, words: list[str], progress: _Progress = None) -> dict[str, Any]: ...

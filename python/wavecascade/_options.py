@@ -104,18 +104,116 @@ class FilterOptions(FieldOptions, total=False):
     threads: int
 
 
-class CoherenceOptions(FieldOptions, total=False):
+class EstimateOptions(FieldOptions, total=False):
+    """Options of all estimates."""
+
+    significance: float
+    threads: int
+
+
+class ShotOptions(EstimateOptions, total=False):
+    """Of estimates of repeated records."""
+
+    shot_dim: str
+
+
+class SegmentOptions(ShotOptions, total=False):
+    """How a record gives several realisations."""
+
+    segment: int
+    overlap: int | float | str
+    detrend: Literal["none", "mean", "linear"]
+    gaps: Literal["refuse", "interpolate", "mask"]
+
+
+class TripleOptions(SegmentOptions, total=False):
+    """The same under one window."""
+
+    window: str
+
+
+class AverageOptions(TripleOptions, total=False):
+    """The same under one window or several tapers."""
+
+    multitaper: str | tuple[float, int]
+
+
+class CoherenceOptions(AverageOptions, total=False):
     """The options of ``cascade coherence``."""
 
     reference: int
-    segment: int
-    overlap: int | float | str
-    window: str
-    multitaper: str | tuple[float, int]
-    detrend: Literal["none", "mean", "linear"]
-    gaps: Literal["refuse", "interpolate", "mask"]
-    significance: float
-    threads: int
+
+
+class SpectrumOptions(AverageOptions, total=False):
+    """The options of ``cascade spectrum``."""
+
+    along: Literal["time", "space"]
+    periodogram: bool
+    equal_weights: bool
+
+
+class ModesOptions(AverageOptions, total=False):
+    """The options of ``cascade modes``."""
+
+    frequencies: float | Sequence[float]
+    modes: int
+
+
+class SlopeOptions(AverageOptions, total=False):
+    """The options of ``cascade slope``."""
+
+    along: Literal["space", "time"]
+    band: Range
+    breaks: int
+    frames: int
+
+
+class BicoherenceOptions(TripleOptions, total=False):
+    """The options of ``cascade bicoherence``."""
+
+    site: int
+    output: int
+    along: Sites
+    every: int
+
+
+class TransferOptions(TripleOptions, total=False):
+    """The options of ``cascade transfer``; ``from`` is a word of Python."""
+
+    from_: int
+    to: int
+    lag: int
+    highest: float
+    resamplings: int
+
+
+class RidgesOptions(SegmentOptions, total=False):
+    """The options of ``cascade ridges``."""
+
+    fit: str | Sequence[str]
+    window_time: str
+    window_space: str
+    cut: Literal["auto", "frequency", "wavenumber"]
+    range: float
+    points: int
+
+
+class IncrementsOptions(ShotOptions, total=False):
+    """The options of ``cascade increments``."""
+
+    separations: int | Sequence[int]
+    lags: int | Sequence[int]
+    band: Range
+    lag_band: Range
+    histograms: int
+
+
+class LombOptions(EstimateOptions, total=False):
+    """The options of ``cascade lomb``."""
+
+    axis: Literal["time", "space"]
+    oversampling: float
+    highest: float
 
 
 class BudgetOptions(FieldOptions, total=False):
@@ -177,10 +275,12 @@ ATTENUATE = frozenset(
         "target",
         "best_at",
         "best_over",
+        "measured",
+        "measured_field",
         "band_edge_frequency",
         "out",
         "threads",
     }
 )
 #: What transmission takes beside them.
-TRANSMIT = frozenset({"over", "vary", "no_extremes", "out", "threads"})
+TRANSMIT = frozenset({"over", "vary", "no_extremes", "measured", "out", "threads"})

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import json
 import warnings
-from collections.abc import Mapping
+from collections.abc import Collection, Mapping
 from typing import TYPE_CHECKING, Any
 
 from wavecascade._words import CascadeWarning
@@ -37,15 +37,7 @@ _NAMED: dict[str, tuple[str, ...]] = {
     "energy_flux": ("time", "contact_position"),
     "energy_passed": ("time", "contact_position"),
     "energy": ("time", "position"),
-    "coherence": ("frequency", "position"),
-    "phase": ("frequency", "position"),
-    "phase_interval": ("frequency", "position"),
-    "spectrum": ("frequency", "position"),
-    "delay": ("position",),
-    "wavenumber_error": ("speed_frequency",),
-    "phase_velocity": ("speed_frequency",),
 }
-_NAMED_OF_COHERENCE = {"wavenumber": ("speed_frequency",)}
 
 
 def _xarray() -> Any:
@@ -63,14 +55,14 @@ def warn(found: Mapping[str, Any], stacklevel: int = 4) -> None:
 
 
 def _axes(
-    name: str, axes: list[str], shape: tuple[int, ...], lengths: Mapping[str, int], known: Any
+    name: str, axes: list[str], shape: tuple[int, ...], lengths: Mapping[str, int]
 ) -> tuple[str, ...]:
     """The dimensions of an array: as they are stated, as its name has it, or of its own."""
     if axes:
         stated = tuple(axes)
     else:
         base = name.removesuffix("_error")
-        stated = known.get(name) or _NAMED.get(name) or _NAMED.get(base) or (name,)
+        stated = _NAMED.get(name) or _NAMED.get(base) or (name,)
     fits = len(stated) == len(shape) and all(
         lengths.get(axis, length) == length for axis, length in zip(stated, shape, strict=True)
     )
@@ -79,17 +71,16 @@ def _axes(
     return tuple(f"{name}_{i}" for i in range(len(shape))) if len(shape) > 1 else (name,)
 
 
-def dataset(found: Mapping[str, Any], attrs: Mapping[str, Any], of_coherence: bool = False) -> Any:
+def dataset(found: Mapping[str, Any], attrs: Mapping[str, Any]) -> Any:
     """All arrays with their dimensions, coordinates and attributes."""
     attrs = {**found["attributes"], **attrs}
     xarray = _xarray()
     if xarray is None:
         return {**{name: array for name, _, array, _ in found["arrays"]}, "attrs": attrs}
     lengths = {name: len(array) for name, _, array, _ in found["arrays"] if array.ndim == 1}
-    known = _NAMED_OF_COHERENCE if of_coherence else {}
     variables = {}
     for name, axes, array, own in found["arrays"]:
-        dims = _axes(name, axes, array.shape, lengths, known)
+        dims = _axes(name, axes, array.shape, lengths)
         own.pop("_FillValue", None)
         variables[name] = (dims, array, own)
     data = {name: one for name, one in variables.items() if one[0] != (name,)}
@@ -122,14 +113,20 @@ def dataarray(found: Mapping[str, Any]) -> Any:
     return xarray.DataArray(found["array"], coords, ("time", "position"), name, attrs)
 
 
-def summary_attrs(summary: str, parts: tuple[str, ...]) -> dict[str, Any]:
-    """Parts of a summary as attributes: numbers and texts as they are, the rest in JSON."""
+def summary_attrs(
+    summary: str, parts: Collection[str] | None = None, without: Collection[str] = ()
+) -> dict[str, Any]:
+    """These parts of a summary, or all but some, as attributes: numbers and texts, the rest in JSON."""
     read = json.loads(summary)
     attrs = {}
-    for part in parts:
+    for part in read if parts is None else parts:
         value = read.get(part)
-        if value is not None:
-            attrs[part] = value if isinstance(value, (str, int, float)) else json.dumps(value)
+        if value is None or part in without:
+            continue
+        if isinstance(value, bool):
+            # A number, since files of NetCDF know no other.
+            value = int(value)
+        attrs[part] = value if isinstance(value, (str, int, float)) else json.dumps(value)
     return attrs
 
 

@@ -9,13 +9,16 @@ from typing import Any
 Progress = bool | Callable[[str, int, int], object] | None
 
 #: Options that are given once for each of several values.
-_REPEATED = frozenset({"at", "select", "dispersion", "vary", "defect"})
+_REPEATED = frozenset({"at", "select", "dispersion", "fit", "vary", "defect"})
 #: Options whose two values are the ends of a range.
 _RANGES = frozenset(
     {
+        "along",
+        "band",
         "band_edge",
         "direction_band",
         "frequency",
+        "lag_band",
         "select",
         "show_frequency",
         "show_space",
@@ -71,7 +74,7 @@ def words(
             raise TypeError(f"{command}() got an unexpected keyword argument {name!r}")
         if value is None:
             continue
-        option = "--" + name.replace("_", "-")
+        option = "--" + name.rstrip("_").replace("_", "-")
         if isinstance(value, bool) and name not in keys:
             said += [option] if value else []
         elif isinstance(value, Mapping):

@@ -9,7 +9,7 @@ from __future__ import annotations
 
 import os
 from collections.abc import Callable
-from typing import Any, Literal
+from typing import Any, Literal, Protocol
 
 import numpy as np
 import numpy.typing as npt
@@ -25,8 +25,8 @@ Array = npt.NDArray[Any]
 _FORWARD = {None: 0, "backward": 0, "ortho": 2, "forward": 1}
 _INVERSE = {None: 1, "backward": 1, "ortho": 2, "forward": 0}
 
-_REAL = {np.dtype(np.float64), np.dtype(np.float32)}
-_COMPLEX = {np.dtype(np.complex128), np.dtype(np.complex64)}
+#: Real and complex numbers, of 64 and of 32 bits.
+_TYPES = {"f": (np.float64, np.float32), "c": (np.complex128, np.complex64)}
 
 
 def _norm(norm: Norm, norms: dict[Any, int]) -> int:
@@ -68,38 +68,39 @@ def _fitted(a: Array, n: int, axis: int) -> Array:
     return padded
 
 
-def _nothing(a: Array, axis: int, n: int, kind: str) -> Array | None:
-    """The result of no numbers, which is none."""
-    if n < 1:
-        raise ValueError(f"n: expected at least 1, found {n}")
-    if a.size:
-        return None
-    shape = list(a.shape)
-    shape[axis] = n
-    single = a.dtype in (np.dtype(np.float32), np.dtype(np.complex64))
-    return np.empty(
-        shape, {"c": (np.complex128, np.complex64), "f": (np.float64, np.float32)}[kind][single]
-    )
-
-
-def _real(a: npt.ArrayLike) -> Array:
+def _numbers(a: npt.ArrayLike, kind: str) -> Array:
+    """Aligned real or complex numbers, of 32 bits where they are no longer."""
     a = np.asarray(a)
-    if a.dtype in _REAL and a.flags.aligned:
+    if a.dtype in _TYPES[kind] and a.flags.aligned:
         return a
-    if a.dtype.kind == "c":
+    if a.dtype.kind == "c" and kind == "f":
         raise TypeError(f"x: expected real numbers, found {a.dtype}")
-    is_single = a.dtype.kind == "f" and a.dtype.itemsize <= 4
-    return np.require(a, np.float32 if is_single else np.float64, "A")
+    bits = 8 * a.dtype.itemsize // (2 if a.dtype.kind == "c" else 1)
+    return np.require(a, _TYPES[kind][a.dtype.kind in "fc" and bits <= 32], "A")
 
 
-def _complex(a: npt.ArrayLike) -> Array:
-    a = np.asarray(a)
-    if a.dtype in _COMPLEX and a.flags.aligned:
-        return a
-    is_single = (a.dtype.kind == "f" and a.dtype.itemsize <= 4) or (
-        a.dtype.kind == "c" and a.dtype.itemsize <= 8
-    )
-    return np.require(a, np.complex64 if is_single else np.complex128, "A")
+def _transformed(
+    native: Callable[[Array, int, int, int], Array],
+    kinds: str,
+    a: npt.ArrayLike,
+    axis: int,
+    lengths: Callable[[int], tuple[int, int]],
+    norm: int,
+    workers: int | None,
+) -> Array:
+    """A native transform of numbers of one kind to another; ``lengths`` are those of both arrays."""
+    a = _numbers(a, kinds[0])
+    axis = _axis(a, axis)
+    before, behind = lengths(a.shape[axis])
+    a = _fitted(a, before, axis)
+    if behind < 1 or before < 1:
+        raise ValueError(f"n: expected at least 1, found {min(before, behind)}")
+    if not a.size:
+        # The result of no numbers, which is none.
+        shape = list(a.shape)
+        shape[axis] = behind
+        return np.empty(shape, _TYPES[kinds[1]][a.dtype in (np.float32, np.complex64)])
+    return native(a, axis, norm, _workers(workers))
 
 
 def r2c(
@@ -135,14 +136,12 @@ def r2c(
     ValueError, TypeError
         For an axis, a length or a type that does not fit.
     """
-    a = _real(a)
-    axis = _axis(a, axis)
-    length = a.shape[axis] if n is None else n
-    a = _fitted(a, length, axis)
-    none = _nothing(a, axis, length // 2 + 1 if length else 0, "c")
-    if none is not None:
-        return none
-    return _native.r2c(a, axis, _norm(norm, _FORWARD), _workers(workers))
+
+    def lengths(have: int) -> tuple[int, int]:
+        count = have if n is None else n
+        return count, count // 2 + 1
+
+    return _transformed(_native.r2c, "fc", a, axis, lengths, _norm(norm, _FORWARD), workers)
 
 
 def c2r(
@@ -158,16 +157,15 @@ def c2r(
     the result, 2 (bins - 1) by default. Imaginary parts of bin 0 and of the Nyquist frequency do not
     count.
     """
-    a = _complex(a)
-    axis = _axis(a, axis)
-    length = 2 * (a.shape[axis] - 1) if n is None else n
-    if length < 1:
-        raise ValueError(f"n: expected at least 1, found {length}")
-    a = _fitted(a, length // 2 + 1, axis)
-    none = _nothing(a, axis, length, "f")
-    if none is not None:
-        return none
-    return _native.c2r(a, length, axis, _norm(norm, _INVERSE), _workers(workers))
+
+    def lengths(have: int) -> tuple[int, int]:
+        count = 2 * (have - 1) if n is None else n
+        return count // 2 + 1, count
+
+    def native(a: Array, axis: int, norm: int, workers: int) -> Array:
+        return _native.c2r(a, lengths(a.shape[axis])[1], axis, norm, workers)
+
+    return _transformed(native, "cf", a, axis, lengths, _norm(norm, _INVERSE), workers)
 
 
 def c2c(
@@ -183,71 +181,58 @@ def c2c(
     With ``inverse`` the kernel is exp(2 pi i m n / N), and by default results are over N. Parameters
     and errors are those of :func:`r2c`.
     """
-    a = _complex(a)
-    axis = _axis(a, axis)
-    length = a.shape[axis] if n is None else n
-    a = _fitted(a, length, axis)
-    none = _nothing(a, axis, length, "c")
-    if none is not None:
-        return none
+
+    def lengths(have: int) -> tuple[int, int]:
+        count = have if n is None else n
+        return count, count
+
+    def native(a: Array, axis: int, norm: int, workers: int) -> Array:
+        return _native.c2c(a, not inverse, axis, norm, workers)
+
     norms = _INVERSE if inverse else _FORWARD
-    return _native.c2c(a, not inverse, axis, _norm(norm, norms), _workers(workers))
+    return _transformed(native, "cc", a, axis, lengths, _norm(norm, norms), workers)
 
 
-def rfft(
-    x: npt.ArrayLike,
-    n: int | None = None,
-    axis: int = -1,
-    norm: Norm = None,
-    overwrite_x: bool = False,
-    workers: int | None = None,
-    *,
-    plan: None = None,
-) -> Array:
-    """As ``scipy.fft.rfft``; see :func:`r2c`. Nothing is overwritten."""
-    return r2c(x, axis, n, norm, workers)
+class _LikeScipy(Protocol):
+    def __call__(
+        self,
+        x: npt.ArrayLike,
+        n: int | None = None,
+        axis: int = -1,
+        norm: Norm = None,
+        overwrite_x: bool = False,
+        workers: int | None = None,
+        *,
+        plan: None = None,
+    ) -> Array: ...
 
 
-def irfft(
-    x: npt.ArrayLike,
-    n: int | None = None,
-    axis: int = -1,
-    norm: Norm = None,
-    overwrite_x: bool = False,
-    workers: int | None = None,
-    *,
-    plan: None = None,
-) -> Array:
-    """As ``scipy.fft.irfft``; see :func:`c2r`. Nothing is overwritten."""
-    return c2r(x, axis, n, norm, workers)
+def _like_scipy(name: str, transform: Callable[..., Array], **fixed: bool) -> _LikeScipy:
+    """A transform under the name and with the arguments that it has in ``scipy.fft``."""
+
+    def function(
+        x: npt.ArrayLike,
+        n: int | None = None,
+        axis: int = -1,
+        norm: Norm = None,
+        overwrite_x: bool = False,
+        workers: int | None = None,
+        *,
+        plan: None = None,
+    ) -> Array:
+        return transform(x, axis, n, norm, workers, **fixed)
+
+    function.__name__ = function.__qualname__ = name
+    function.__doc__ = (
+        f"As ``scipy.fft.{name}``; see :func:`{transform.__name__}`. Nothing is overwritten."
+    )
+    return function
 
 
-def fft(
-    x: npt.ArrayLike,
-    n: int | None = None,
-    axis: int = -1,
-    norm: Norm = None,
-    overwrite_x: bool = False,
-    workers: int | None = None,
-    *,
-    plan: None = None,
-) -> Array:
-    """As ``scipy.fft.fft``; see :func:`c2c`. Nothing is overwritten."""
-    return c2c(x, axis, n, norm, workers)
-
-
-def ifft(
-    x: npt.ArrayLike,
-    n: int | None = None,
-    axis: int = -1,
-    norm: Norm = None,
-    overwrite_x: bool = False,
-    workers: int | None = None,
-    *,
-    plan: None = None,
-) -> Array:
-    """As ``scipy.fft.ifft``; see :func:`c2c`. Nothing is overwritten."""
-    return c2c(x, axis, n, norm, workers, inverse=True)
+rfft = _like_scipy("rfft", r2c)
+irfft = _like_scipy("irfft", c2r)
+fft = _like_scipy("fft", c2c)
+ifft = _like_scipy("ifft", c2c, inverse=True)
 
 
 class _Backend:

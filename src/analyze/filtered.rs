@@ -4,6 +4,7 @@ use ndarray::{Array2, ArrayView2, s};
 
 use crate::error::{Error, Result};
 use crate::field::Field;
+use crate::observer::Observer;
 use crate::system::memory::{available_memory, try_filled};
 use crate::transform::{Passband, SpaceTimeFilter};
 
@@ -28,12 +29,14 @@ pub struct Filtered {
 /// # Errors
 /// [`Error::Request`] for bands with edges in the wrong order; [`Error::NonFinite`] for samples
 /// that are not numbers; [`Error::Memory`] for a field whose transform does not fit, and
-/// [`Error::Refused`] where the system has less memory than was allowed.
+/// [`Error::Refused`] where the system has less memory than was allowed; [`Error::Cancelled`], which is noticed
+/// while samples are read, and before and behind the transform.
 pub fn filtered(
     field: &Field,
     band: &Passband,
     pad: bool,
     memory: Option<u64>,
+    observer: &dyn Observer,
 ) -> Result<Filtered> {
     band.check()?;
     let (times, sites) = (field.n_times(), field.n_sites());
@@ -55,14 +58,16 @@ pub fn filtered(
     fits(arrays)?;
     let working = SpaceTimeFilter::<f64>::working_bytes(shape);
     fits(arrays + rayon::current_num_threads() as u64 * working)?;
-    let values = read_padded(field, shape)?;
+    let values = read_padded(field, shape, observer)?;
     let samples = values.slice(s![..times, ..sites]);
     check_finite(field, samples)?;
     let energy = |values: ArrayView2<f64>| values.iter().map(|v| v * v).sum::<f64>();
     let energy_before = energy(samples);
     let filter = SpaceTimeFilter::new(shape);
     let steps = (field.time.step, field.space.step);
+    observer.stage("filtering", 1);
     let passed = filter.apply(values.view(), steps, band)?;
+    check(observer)?;
     drop(values);
     let passed = match pad {
         true => passed.slice(s![..times, ..sites]).to_owned(),
@@ -85,7 +90,11 @@ pub fn filtered(
 
 /// The samples of a field in an array of at least its shape, zeros behind them. Pages of a mapped
 /// file are let go of as they are read.
-fn read_padded(field: &Field, shape: (usize, usize)) -> Result<Array2<f64>> {
+fn read_padded(
+    field: &Field,
+    shape: (usize, usize),
+    observer: &dyn Observer,
+) -> Result<Array2<f64>> {
     let (times, sites) = (field.n_times(), field.n_sites());
     let len = shape.0 * shape.1;
     let values = try_filled(len, 0.0).map_err(|_| Error::Refused {
@@ -95,6 +104,7 @@ fn read_padded(field: &Field, shape: (usize, usize)) -> Result<Array2<f64>> {
     let mut values = Array2::from_shape_vec(shape, values).expect("a length of this shape");
     let rows = (READ_BYTES / (8 * sites)).clamp(1, times);
     let mut block = vec![0.0; rows * sites];
+    observer.stage("reading", times as u64);
     for from in (0..times).step_by(rows) {
         let to = times.min(from + rows);
         let block = &mut block[..(to - from) * sites];
@@ -104,8 +114,17 @@ fn read_padded(field: &Field, shape: (usize, usize)) -> Result<Array2<f64>> {
             into.iter_mut().zip(row).for_each(|(to, from)| *to = *from);
         }
         field.release_pages();
+        observer.advance((to - from) as u64);
+        check(observer)?;
     }
     Ok(values)
+}
+
+fn check(observer: &dyn Observer) -> Result<()> {
+    match observer.cancelled() {
+        true => Err(Error::Cancelled),
+        false => Ok(()),
+    }
 }
 
 fn check_finite(field: &Field, values: ArrayView2<f64>) -> Result<()> {
@@ -146,7 +165,13 @@ mod tests {
             let expected = arrays + threads * ((2 << 20) + scratch + back);
             let with = |memory| {
                 in_pool(Some(threads as usize), || {
-                    filtered(&field, &Passband::default(), false, Some(memory))
+                    filtered(
+                        &field,
+                        &Passband::default(),
+                        false,
+                        Some(memory),
+                        &crate::observer::Silent,
+                    )
                 })
             };
             match with(expected - 1) {

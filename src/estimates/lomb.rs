@@ -62,6 +62,8 @@ pub struct Lomb {
     pub axis: LombAxis,
     pub time: Axis,
     pub space: Axis,
+    /// Unit of the samples.
+    pub sample_unit: Option<String>,
     /// Of all sites.
     pub positions: Vec<f64>,
     /// In cycles per unit of time, or of length.
@@ -191,6 +193,7 @@ pub fn lomb(field: &Field, request: &LombRequest, observer: &dyn Observer) -> Re
             axis: request.axis,
             time: field.time.clone(),
             space: field.space.clone(),
+            sample_unit: field.unit.clone(),
             positions: field.positions(),
             power: Array2::zeros((frequency.len(), columns)),
             density: Array2::zeros((frequency.len(), columns)),

@@ -73,6 +73,8 @@ pub struct MemoryLabels {
     pub start: Option<String>,
     /// Whether it is known which axis is time.
     pub is_layout_known: bool,
+    /// As [`Field::struck`].
+    pub struck: Option<usize>,
 }
 
 impl MemorySamples {
@@ -196,7 +198,7 @@ impl Field {
             notes,
             axis_names: labels.axis_names,
             channels: Vec::new(),
-            struck: None,
+            struck: labels.struck.filter(|site| *site < n_sites),
             dispersion: None,
         };
         contents.note_doubts(labels.is_layout_known || stated.layout.is_some());

@@ -1,9 +1,13 @@
-//! SIMD lanes, sums, the logarithm, angles, bins of bands, random numbers, roots, quantiles.
+//! SIMD lanes, sums, the logarithm, angles, bins of bands, random numbers, roots,
+//! quantiles, lines through points, complex least squares, eigenvalues of Hermitian matrices.
 
 mod angle;
 mod bins;
 mod golden;
+pub(crate) mod gram;
+pub(crate) mod hermitian;
 pub(crate) mod lanes;
+pub(crate) mod least_squares;
 mod logarithm;
 mod quantile;
 mod random;
@@ -13,6 +17,7 @@ mod sums;
 pub(crate) use angle::*;
 pub(crate) use bins::{at_or_below, count_at_or_below, in_band};
 pub(crate) use golden::GoldenSection;
+pub use least_squares::LineFit;
 pub(crate) use logarithm::ln_normal;
 pub(crate) use quantile::{
     chi_square_level, chi_square_quantile, fisher_level, fisher_tail, student_outside,

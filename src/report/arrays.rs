@@ -119,7 +119,7 @@ fn attribute(value: &Value) -> Option<Attribute> {
     })
 }
 
-fn power_of(analysis: &Analysis) -> Power<'_> {
+pub(super) fn power_of(analysis: &Analysis) -> Power<'_> {
     Power {
         scaling: analysis.conventions.scaling,
         unit: analysis.unit.as_deref(),

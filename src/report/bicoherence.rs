@@ -1,12 +1,9 @@
 //! Bicoherence as files: a summary, and arrays.
 
-use std::path::Path;
-
-use ndarray::Array2;
 use serde::Serialize;
 
-use super::{Archive, Provenance};
-use crate::arrays::Precision;
+use super::estimate_arrays::{Arrays, Units};
+use super::{LabelledArrays, Provenance};
 use crate::error::Result;
 use crate::estimates::{Bicoherence, CoupledTriple, Independence};
 
@@ -91,42 +88,43 @@ impl<'a> BicoherenceSummary<'a> {
     }
 }
 
-/// Writes a bicoherence to the new file `path` (`.npz`): `frequency` (nf); of each triple `first`, `second`,
-/// `third` (frequencies), `bicoherence`, `biphase` (cells); `along_site`, `along_position` (n) and
-/// `along_largest`, `along_first`, `along_biphase`, `along_summed`, `along_largest_level`,
-/// `along_summed_level` (nf, n), left out if no site was chosen.
+/// Hands a bicoherence to `file`: `frequency` (nf); of each triple `first`, `second`, `third` (frequencies),
+/// `bicoherence`, `biphase` (triples); `along_site`, `along_position` (n) and `along_largest`, `along_first`,
+/// `along_biphase`, `along_summed`, `along_largest_level`, `along_summed_level` (nf, n), left out if no site was
+/// chosen.
 ///
 /// # Errors
-/// [`crate::Error::Write`].
-pub fn write_bicoherence(path: &Path, found: &Bicoherence) -> Result<()> {
-    let archive = Archive::create(path, Precision::F64)?;
-    let line = |name: &str, values: &[f64]| archive.append(name, &[values.len()], values);
-    line("frequency", &found.frequency)?;
+/// Those of `file`.
+pub fn bicoherence_arrays(found: &Bicoherence, file: &dyn LabelledArrays) -> Result<()> {
+    let to = Arrays(file);
+    let units = Units::of(&found.time, &found.space, None);
+    let cycles = &units.frequency[..];
+    to.line("frequency", "frequency", cycles, &found.frequency)?;
     let df = found.frequency[1];
     for (i, name) in ["first", "second", "third"].into_iter().enumerate() {
         let of = |bins: &[isize; 3]| bins[i] as f64 * df;
         let values: Vec<f64> = found.map.bins.iter().map(of).collect();
-        line(name, &values)?;
+        to.line(name, "triple", cycles, &values)?;
     }
-    line("bicoherence", &found.map.bicoherence)?;
-    line("biphase", &found.map.biphase)?;
+    to.line("bicoherence", "triple", "", &found.map.bicoherence)?;
+    to.line("biphase", "triple", "rad", &found.map.biphase)?;
     let along = &found.along;
     if along.sites.is_empty() {
-        return archive.finish();
+        return Ok(());
     }
     let sites: Vec<f64> = along.sites.iter().map(|j| *j as f64).collect();
-    line("along_site", &sites)?;
+    to.line("along_site", "along_site", "", &sites)?;
     let positions: Vec<f64> = along.sites.iter().map(|j| found.space.at(*j)).collect();
-    line("along_position", &positions)?;
-    let map = |name: &str, array: &Array2<f64>| {
-        let values: Vec<f64> = array.iter().copied().collect();
-        archive.append(name, &[array.nrows(), array.ncols()], &values)
-    };
-    map("along_largest", &along.largest)?;
-    map("along_first", &along.first)?;
-    map("along_biphase", &along.biphase)?;
-    map("along_summed", &along.summed)?;
-    map("along_largest_level", &along.largest_level)?;
-    map("along_summed_level", &along.summed_level)?;
-    archive.finish()
+    to.line("along_position", "along_site", &units.space, &positions)?;
+    for (name, unit, array) in [
+        ("along_largest", "", &along.largest),
+        ("along_first", cycles, &along.first),
+        ("along_biphase", "rad", &along.biphase),
+        ("along_summed", "", &along.summed),
+        ("along_largest_level", "", &along.largest_level),
+        ("along_summed_level", "", &along.summed_level),
+    ] {
+        to.plane(name, ["frequency", "along_site"], unit, array)?;
+    }
+    Ok(())
 }

@@ -1,11 +1,9 @@
 //! Coherence as files: a summary, and arrays.
 
-use std::path::Path;
-
 use serde::Serialize;
 
-use super::{Archive, NamedArrays, Provenance};
-use crate::arrays::Precision;
+use super::estimate_arrays::{Arrays, Units};
+use super::{LabelledArrays, Provenance};
 use crate::error::Result;
 use crate::estimates::{Coherence, Delay, Independence, PhaseSpeed};
 
@@ -60,49 +58,44 @@ impl<'a> CoherenceSummary<'a> {
     }
 }
 
-/// Writes a coherence to the new file `path` (`.npz`): `frequency` (nf), `position` (n); `coherence`, `phase`,
-/// `phase_interval`, `spectrum` (nf, n); `delay`, `delay_error` (n), NaN where there is none;
-/// `speed_frequency`, `wavenumber`, `wavenumber_error`, `phase_velocity`, `phase_velocity_error` of the
-/// frequencies at which enough sites are coherent.
+/// Hands a coherence to `file`: `frequency` (nf), `position` (n); `coherence`, `phase`, `phase_interval`,
+/// `spectrum` (nf, n); `delay`, `delay_error` (n), NaN where there is none; `speed_frequency`, `wavenumber`,
+/// `wavenumber_error`, `phase_velocity`, `phase_velocity_error` of the frequencies at which enough sites are
+/// coherent.
 ///
 /// # Errors
-/// [`crate::Error::Write`].
-pub fn write_coherence(path: &Path, found: &Coherence) -> Result<()> {
-    let archive = Archive::create(path, Precision::F64)?;
-    coherence_arrays(found, &archive)?;
-    archive.finish()
-}
-
-/// The arrays of [`write_coherence`].
-///
-/// # Errors
-/// Those of `archive`.
-pub fn coherence_arrays(found: &Coherence, archive: &dyn NamedArrays) -> Result<()> {
-    let line = |name: &str, values: &[f64]| archive.append(name, &[values.len()], values);
-    line("frequency", &found.frequency)?;
-    line("position", &found.positions())?;
-    for (name, array) in [
-        ("coherence", &found.coherence),
-        ("phase", &found.phase),
-        ("phase_interval", &found.phase_interval),
-        ("spectrum", &found.spectrum),
+/// Those of `file`.
+pub fn coherence_arrays(found: &Coherence, file: &dyn LabelledArrays) -> Result<()> {
+    let to = Arrays(file);
+    let units = Units::of(&found.time, &found.space, found.unit.as_deref());
+    to.line("frequency", "frequency", &units.frequency, &found.frequency)?;
+    to.line("position", "position", &units.space, &found.positions())?;
+    let density = units.density(&units.frequency, "");
+    for (name, unit, array) in [
+        ("coherence", "", &found.coherence),
+        ("phase", "rad", &found.phase),
+        ("phase_interval", "rad", &found.phase_interval),
+        ("spectrum", &density, &found.spectrum),
     ] {
-        let values: Vec<f64> = array.iter().copied().collect();
-        archive.append(name, &[array.nrows(), array.ncols()], &values)?;
+        to.plane(name, ["frequency", "position"], unit, array)?;
     }
     let delays = |of: fn(&Delay) -> f64| -> Vec<f64> {
         let delays = found.delays.iter().map(|delay| delay.as_ref().map(of));
         delays.map(|delay| delay.unwrap_or(f64::NAN)).collect()
     };
-    line("delay", &delays(|delay| delay.delay))?;
-    line("delay_error", &delays(|delay| delay.error))?;
-    let speeds = |of: fn(&PhaseSpeed) -> f64| -> Vec<f64> { found.speeds.iter().map(of).collect() };
-    line("speed_frequency", &speeds(|speed| speed.frequency))?;
-    line("wavenumber", &speeds(|speed| speed.wavenumber))?;
-    line("wavenumber_error", &speeds(|speed| speed.wavenumber_error))?;
-    line("phase_velocity", &speeds(|speed| speed.velocity))?;
-    line(
-        "phase_velocity_error",
-        &speeds(|speed| speed.velocity_error),
-    )
+    to.line("delay", "position", &units.time, &delays(|d| d.delay))?;
+    to.line("delay_error", "position", &units.time, &delays(|d| d.error))?;
+    let speeds = |name: &str, unit: &str, of: fn(&PhaseSpeed) -> f64| {
+        let values: Vec<f64> = found.speeds.iter().map(of).collect();
+        to.line(name, "speed_frequency", unit, &values)
+    };
+    speeds("speed_frequency", &units.frequency, |s| s.frequency)?;
+    speeds("wavenumber", &units.wavenumber, |s| s.wavenumber)?;
+    speeds("wavenumber_error", &units.wavenumber, |s| {
+        s.wavenumber_error
+    })?;
+    speeds("phase_velocity", &units.velocity, |s| s.velocity)?;
+    speeds("phase_velocity_error", &units.velocity, |s| {
+        s.velocity_error
+    })
 }

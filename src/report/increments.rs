@@ -1,11 +1,9 @@
 //! Structure functions as files: a summary, and arrays.
 
-use std::path::Path;
-
 use serde::Serialize;
 
-use super::{Archive, Provenance};
-use crate::arrays::Precision;
+use super::estimate_arrays::{Arrays, Units};
+use super::{LabelledArrays, Provenance};
 use crate::error::Result;
 use crate::estimates::{
     AxisIncrements, FieldAxis, Increments, IntervalBasis, ScaleMoments, ScalingExponents,
@@ -77,54 +75,64 @@ impl<'a> IncrementsSummary<'a> {
     }
 }
 
-/// Writes structure functions to the new file `path` (`.npz`). For each axis, `space_` and `time_`: `scale`, `pairs`
-/// (n); `structure`, `structure_half` (n, 6), orders 1 to 6; `third`, `flatness`, `skewness` (n) with their `_half`, half
-/// of the interval, NaN where none can be stated; `histogram_scale` (h), `histogram_edges` (cells + 1),
+/// Hands structure functions to `file`. For each axis, `space_` and `time_`: `scale`, `pairs` (n); `structure`,
+/// `structure_half` (n, 6), orders 1 to 6; `third`, `flatness`, `skewness` (n) with their `_half`, half of the
+/// interval, NaN where none can be stated; `histogram_scale` (h), `histogram_edges` (cells + 1),
 /// `histogram_density` (h, cells).
 ///
 /// # Errors
-/// [`crate::Error::Write`].
-pub fn write_increments(path: &Path, found: &Increments) -> Result<()> {
-    let archive = Archive::create(path, Precision::F64)?;
+/// Those of `file`.
+pub fn increments_arrays(found: &Increments, file: &dyn LabelledArrays) -> Result<()> {
+    let units = Units::of(&found.time, &found.space, found.unit.as_deref());
     for axis in &found.axes {
-        let prefix = match axis.axis {
-            FieldAxis::Space => "space",
-            FieldAxis::Time => "time",
-        };
-        let n = axis.scales.len();
-        let write = |name: &str, shape: &[usize], values: &[f64]| {
-            archive.append(&format!("{prefix}_{name}"), shape, values)
-        };
-        let line = |name: &str, of: fn(&ScaleMoments) -> f64| {
-            let values: Vec<f64> = axis.scales.iter().map(of).collect();
-            write(name, &[n], &values)
-        };
-        line("scale", |m| m.scale)?;
-        line("pairs", |m| m.pairs as f64)?;
-        let structure: Vec<f64> = axis.scales.iter().flat_map(|m| m.structure).collect();
-        let orders = structure.len() / n.max(1);
-        write("structure", &[n, orders], &structure)?;
-        let half = axis.scales.iter().flat_map(|m| m.half[..orders].to_vec());
-        write("structure_half", &[n, orders], &half.collect::<Vec<f64>>())?;
-        line("third", |m| m.third)?;
-        line("third_half", ScaleMoments::third_half)?;
-        line("flatness", |m| m.flatness)?;
-        line("flatness_half", ScaleMoments::flatness_half)?;
-        line("skewness", |m| m.skewness)?;
-        line("skewness_half", ScaleMoments::skewness_half)?;
-        let scales = axis.histograms.iter().map(|h| axis.scales[h.index].scale);
-        let scales: Vec<f64> = scales.collect();
-        write("histogram_scale", &[scales.len()], &scales)?;
-        if let Some(first) = axis.histograms.first() {
-            write("histogram_edges", &[first.edges.len()], &first.edges)?;
-            let cells = first.density.len();
-            let density: Vec<f64> = axis
-                .histograms
-                .iter()
-                .flat_map(|h| h.density.iter().copied())
-                .collect();
-            write("histogram_density", &[scales.len(), cells], &density)?;
-        }
+        axis_arrays(axis, &units, &Arrays(file))?;
     }
-    archive.finish()
+    Ok(())
+}
+
+fn axis_arrays(axis: &AxisIncrements, units: &Units, to: &Arrays) -> Result<()> {
+    let (prefix, length) = match axis.axis {
+        FieldAxis::Space => ("space", &units.space),
+        FieldAxis::Time => ("time", &units.time),
+    };
+    let n = axis.scales.len();
+    let named = |name: &str| format!("{prefix}_{name}");
+    let scale = named("scale");
+    let line = |name: &str, unit: &str, of: fn(&ScaleMoments) -> f64| {
+        let values: Vec<f64> = axis.scales.iter().map(of).collect();
+        to.line(&named(name), &scale, unit, &values)
+    };
+    line("scale", length, |m| m.scale)?;
+    line("pairs", "", |m| m.pairs as f64)?;
+    let structure: Vec<f64> = axis.scales.iter().flat_map(|m| m.structure).collect();
+    let orders = structure.len() / n.max(1);
+    let axes = [(&scale[..], n), ("order", orders)];
+    to.of_axes(&named("structure"), &axes, "", &structure)?;
+    let half = axis.scales.iter().flat_map(|m| m.half[..orders].to_vec());
+    let half: Vec<f64> = half.collect();
+    to.of_axes(&named("structure_half"), &axes, "", &half)?;
+    let cubed = units.cubed();
+    line("third", &cubed, |m| m.third)?;
+    line("third_half", &cubed, ScaleMoments::third_half)?;
+    line("flatness", "", |m| m.flatness)?;
+    line("flatness_half", "", ScaleMoments::flatness_half)?;
+    line("skewness", "", |m| m.skewness)?;
+    line("skewness_half", "", ScaleMoments::skewness_half)?;
+    let scales = axis.histograms.iter().map(|h| axis.scales[h.index].scale);
+    let scales: Vec<f64> = scales.collect();
+    let of_histogram = named("histogram_scale");
+    to.line(&of_histogram, &of_histogram, length, &scales)?;
+    let Some(first) = axis.histograms.first() else {
+        return Ok(());
+    };
+    let edges = named("histogram_edges");
+    to.line(&edges, &edges, "", &first.edges)?;
+    let cells = named("histogram_cell");
+    let axes = [
+        (&of_histogram[..], scales.len()),
+        (&cells, first.density.len()),
+    ];
+    let densities = axis.histograms.iter().flat_map(|h| &h.density);
+    let densities: Vec<f64> = densities.copied().collect();
+    to.of_axes(&named("histogram_density"), &axes, "", &densities)
 }

@@ -1,11 +1,9 @@
 //! Spectra by least squares as files: a summary, and arrays.
 
-use std::path::Path;
-
 use serde::Serialize;
 
-use super::{Archive, Provenance};
-use crate::arrays::Precision;
+use super::estimate_arrays::{Arrays, Units};
+use super::{LabelledArrays, Provenance};
 use crate::error::Result;
 use crate::estimates::{Lomb, LombAxis};
 
@@ -79,28 +77,39 @@ impl<'a> LombSummary<'a> {
     }
 }
 
-/// Writes spectra by least squares to the new file `path` (`.npz`): `frequency` (nf); `power`, `density` (nf, n);
-/// `samples`, `level`, `peak_frequency`, `peak_power`, `false_alarm` (n); along time also `position` (n).
+/// Hands spectra by least squares to `file`: `frequency` (nf); `power`, `density` (nf, n); `samples`, `level`,
+/// `peak_frequency`, `peak_power`, `false_alarm` (n); along time also `position` (n).
 ///
 /// # Errors
-/// [`crate::Error::Write`].
-pub fn write_lomb(path: &Path, found: &Lomb) -> Result<()> {
-    let archive = Archive::create(path, Precision::F64)?;
-    let line = |name: &str, values: &[f64]| archive.append(name, &[values.len()], values);
-    line("frequency", &found.frequency)?;
+/// Those of `file`.
+pub fn lomb_arrays(found: &Lomb, file: &dyn LabelledArrays) -> Result<()> {
+    let to = Arrays(file);
+    let units = Units::of(&found.time, &found.space, found.sample_unit.as_deref());
+    let (axis, cycles) = match found.axis {
+        LombAxis::Time => ("position", units.frequency.clone()),
+        LombAxis::Space => ("profiles", units.cycles_per_length()),
+    };
+    to.line("frequency", "frequency", &cycles, &found.frequency)?;
     if found.axis == LombAxis::Time {
-        line("position", &found.positions)?;
+        to.line("position", axis, &units.space, &found.positions)?;
     }
-    for (name, array) in [("power", &found.power), ("density", &found.density)] {
-        let values: Vec<f64> = array.iter().copied().collect();
-        archive.append(name, &[array.nrows(), array.ncols()], &values)?;
-    }
+    let axes = ["frequency", axis];
+    to.plane("power", axes, "", &found.power)?;
+    let density = units.density(&cycles, "");
+    to.plane("density", axes, &density, &found.density)?;
     let samples: Vec<f64> = found.samples.iter().map(|n| *n as f64).collect();
-    line("samples", &samples)?;
-    line("level", &found.level)?;
-    let peak = |i: usize| found.peaks.iter().map(|peak| peak[i]).collect::<Vec<f64>>();
-    line("peak_frequency", &peak(0))?;
-    line("peak_power", &peak(1))?;
-    line("false_alarm", &peak(2))?;
-    archive.finish()
+    to.line("samples", axis, "", &samples)?;
+    to.line("level", axis, "", &found.level)?;
+    for (i, (name, unit)) in [
+        ("peak_frequency", &cycles[..]),
+        ("peak_power", ""),
+        ("false_alarm", ""),
+    ]
+    .into_iter()
+    .enumerate()
+    {
+        let values: Vec<f64> = found.peaks.iter().map(|peak| peak[i]).collect();
+        to.line(name, axis, unit, &values)?;
+    }
+    Ok(())
 }

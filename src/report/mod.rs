@@ -11,6 +11,7 @@ mod budget;
 mod budget_arrays;
 mod coherence;
 mod directory;
+mod estimate_arrays;
 mod field_file;
 mod field_set;
 mod headlines;
@@ -46,23 +47,23 @@ pub use attenuation::{
     write_beside,
 };
 pub use attenuation_words::{law_sentence, reach_sentence, stop_sentence};
-pub use bicoherence::{BICOHERENCE_SCHEMA, BicoherenceSummary, write_bicoherence};
+pub use bicoherence::{BICOHERENCE_SCHEMA, BicoherenceSummary, bicoherence_arrays};
 pub use budget::{BUDGET_SCHEMA, BudgetSummary, ClosureSummary};
 pub use budget_arrays::{describe_budget, write_budget_arrays, write_measured_arrays};
-pub use coherence::{COHERENCE_SCHEMA, CoherenceSummary, coherence_arrays, write_coherence};
+pub use coherence::{COHERENCE_SCHEMA, CoherenceSummary, coherence_arrays};
 pub use directory::{Contents, ResultDirectory};
 pub use field_file::{FIELD_SCHEMA, FieldFile};
 pub use field_set::{FIELDS_SCHEMA, FieldOutcome, FieldRow, FieldSet, field_names};
 pub use headlines::{Content, Headlines, Movement};
 pub use increment_words::increment_sentences;
-pub use increments::{INCREMENTS_SCHEMA, IncrementsSummary, write_increments};
+pub use increments::{INCREMENTS_SCHEMA, IncrementsSummary, increments_arrays};
 pub use leftovers::{Hold, Leftover, Leftovers};
 pub use localized::{
     LOCALIZED_SCHEMA, LocalizedSummary, journey_arrays, profile_arrays, table_csv, write_journey,
     write_profile,
 };
-pub use lomb::{LOMB_SCHEMA, LombSummary, write_lomb};
-pub use modes::{MODES_SCHEMA, ModesSummary, write_modes};
+pub use lomb::{LOMB_SCHEMA, LombSummary, lomb_arrays};
+pub use modes::{MODES_SCHEMA, ModesSummary, modes_arrays};
 pub use netcdf::{ArrayLabels, Attribute, NetCdf};
 #[cfg(feature = "figures")]
 pub use pages::{
@@ -71,16 +72,16 @@ pub use pages::{
     lomb_html, modes_html, ridges_html, slope_html, spectrum_html, sweep_html, transfer_html,
     transmission_html, wave_html,
 };
-pub use ridges::{RIDGES_SCHEMA, RidgesSummary, ridges_csv, write_ridges};
+pub use ridges::{RIDGES_SCHEMA, RidgesSummary, ridges_arrays, ridges_csv};
 pub use run_file::{RUN_SCHEMA, RunFile};
 pub use scan_records::records_csv;
 pub use sentences::{Answer, Sentence, Unresolved, answers, number, percent, sentences};
-pub use slope::{SLOPE_SCHEMA, SlopeSummary, write_slope};
+pub use slope::{SLOPE_SCHEMA, SlopeSummary, slope_arrays};
 pub use slope_words::slope_sentences;
 pub use snippet::{
     analysis_snippet, attenuation_snippet, budget_snippet, localized_snippet, sweep_snippet,
     transmission_snippet,
 };
-pub use spectrum::{SPECTRUM_SCHEMA, SpectrumSummary, write_spectrum};
+pub use spectrum::{SPECTRUM_SCHEMA, SpectrumSummary, spectrum_arrays};
 pub use summary::{Advice, Doubt, Provenance, SCHEMA, SettingInEffect, Summary};
-pub use transfer::{TRANSFER_SCHEMA, TransferSummary, write_transfer};
+pub use transfer::{TRANSFER_SCHEMA, TransferSummary, transfer_arrays};

@@ -1,12 +1,10 @@
 //! Spectral proper orthogonal decompositions as files: a summary, and arrays.
 
-use std::path::Path;
-
 use num_complex::Complex;
 use serde::Serialize;
 
-use super::{Archive, Provenance};
-use crate::arrays::Precision;
+use super::estimate_arrays::{Arrays, Units};
+use super::{LabelledArrays, Provenance};
 use crate::error::Result;
 use crate::estimates::{Independence, ModeShapes, ModeWave, Modes};
 
@@ -75,36 +73,52 @@ impl<'a> ModesSummary<'a> {
     }
 }
 
-/// Writes modes to the new file `path` (`.npz`): `frequency` (nf), `position` (n); `eigenvalues` (nf, modes),
-/// `total` (nf), `interval` (nf, 2), the factors of the ends, NaN where none can be stated; `mode_frequency` (c),
-/// `mode_real`, `mode_imag` (c, kept modes, n).
+/// Hands modes to `file`: `frequency` (nf), `position` (n); `eigenvalues` (nf, modes), `total` (nf), `interval`
+/// (nf, 2), the factors of the ends, NaN where none can be stated; `mode_frequency` (c), `mode_real`,
+/// `mode_imag` (c, kept modes, n).
 ///
 /// # Errors
-/// [`crate::Error::Write`].
-pub fn write_modes(path: &Path, found: &Modes) -> Result<()> {
-    let archive = Archive::create(path, Precision::F64)?;
-    let line = |name: &str, values: &[f64]| archive.append(name, &[values.len()], values);
-    line("frequency", &found.frequency)?;
-    line("position", &found.positions())?;
-    let (bins, rank) = found.eigenvalues.dim();
-    let values: Vec<f64> = found.eigenvalues.iter().copied().collect();
-    archive.append("eigenvalues", &[bins, rank], &values)?;
-    line("total", &found.total)?;
+/// Those of `file`.
+pub fn modes_arrays(found: &Modes, file: &dyn LabelledArrays) -> Result<()> {
+    let to = Arrays(file);
+    let units = Units::of(&found.time, &found.space, found.unit.as_deref());
+    to.line("frequency", "frequency", &units.frequency, &found.frequency)?;
+    to.line("position", "position", &units.space, &found.positions())?;
+    let power = units.density(&units.frequency, &units.space);
+    let axes = ["frequency", "mode"];
+    to.plane("eigenvalues", axes, &power, &found.eigenvalues)?;
+    to.line("total", "frequency", &power, &found.total)?;
+    let bins = found.eigenvalues.nrows();
     let ends = |bin| found.interval(bin).unwrap_or([f64::NAN; 2]);
     let intervals: Vec<f64> = (0..bins).flat_map(ends).collect();
-    archive.append("interval", &[bins, 2], &intervals)?;
+    to.of_axes(
+        "interval",
+        &[("frequency", bins), ("end", 2)],
+        "",
+        &intervals,
+    )?;
     let chosen: Vec<f64> = found.chosen.iter().map(|shapes| shapes.frequency).collect();
-    line("mode_frequency", &chosen)?;
+    let axis = "mode_frequency";
+    to.line(axis, axis, &units.frequency, &chosen)?;
     let kept = found
         .chosen
         .first()
         .map_or(0, |shapes| shapes.modes.nrows());
-    let shape = [chosen.len(), kept, found.n_sites];
-    let parts = |of: fn(&Complex<f64>) -> f64| -> Vec<f64> {
+    let axes = [
+        (axis, chosen.len()),
+        ("kept_mode", kept),
+        ("position", found.n_sites),
+    ];
+    let parts = |name: &str, of: fn(&Complex<f64>) -> f64| {
         let shapes = found.chosen.iter().flat_map(|shapes| &shapes.modes);
-        shapes.map(of).collect()
+        let values: Vec<f64> = shapes.map(of).collect();
+        // The integral of |mode|^2 over x is 1.
+        let unit = match &units.space[..] {
+            "" => String::new(),
+            space => format!("1/√{space}"),
+        };
+        to.of_axes(name, &axes, &unit, &values)
     };
-    archive.append("mode_real", &shape, &parts(|z| z.re))?;
-    archive.append("mode_imag", &shape, &parts(|z| z.im))?;
-    archive.finish()
+    parts("mode_real", |z| z.re)?;
+    parts("mode_imag", |z| z.im)
 }

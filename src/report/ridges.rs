@@ -1,13 +1,13 @@
 //! Ridges as files: a summary, a table, arrays.
 
-use std::path::Path;
-
 use serde::Serialize;
 
-use super::{Archive, Provenance};
-use crate::arrays::Precision;
+use super::arrays::power_of;
+use super::estimate_arrays::{Arrays, Units};
+use super::{LabelledArrays, Provenance};
 use crate::error::Result;
 use crate::ridges::{RidgeCut, RidgeParameter, RidgePoint, Ridges};
+use crate::unit;
 
 /// The schema of the summary of ridges.
 pub const RIDGES_SCHEMA: &str = "cascade.ridges/1";
@@ -158,38 +158,50 @@ pub fn ridges_csv(found: &Ridges) -> String {
     text
 }
 
-/// Writes ridges to the new file `path` (`.npz`): `branch`, `at_frequency` (1 for cuts at a frequency, 0 for
-/// those at a wavenumber) and the columns of [`ridges_csv`], one value a point; of each fit n
-/// `fit_n_wavenumber` and `fit_n_frequency` (branches, wavenumbers).
+/// Hands ridges to `file`: `branch`, `at_frequency` (1 for cuts at a frequency, 0 for those at a wavenumber) and
+/// the columns of [`ridges_csv`], one value a point; of each fit n `fit_n_wavenumber` and `fit_n_frequency`
+/// (branches, wavenumbers).
 ///
 /// # Errors
-/// [`crate::Error::Write`].
-pub fn write_ridges(path: &Path, found: &Ridges) -> Result<()> {
-    let archive = Archive::create(path, Precision::F64)?;
-    let line = |name: &str, values: &[f64]| archive.append(name, &[values.len()], values);
-    let of_ridge = |of: fn(&crate::ridges::Ridge) -> f64| -> Vec<f64> {
+/// Those of `file`.
+pub fn ridges_arrays(found: &Ridges, file: &dyn LabelledArrays) -> Result<()> {
+    let to = Arrays(file);
+    let (axes, sample) = (&found.analysis.axes, found.analysis.unit.as_deref());
+    let units = Units::of(&axes.time, &axes.space, sample);
+    let of_ridge = |name: &str, of: fn(&crate::ridges::Ridge) -> f64| {
         let ridges = found.ridges.iter();
-        ridges
-            .flat_map(|ridge| std::iter::repeat_n(of(ridge), ridge.points.len()))
-            .collect()
+        let values = ridges.flat_map(|ridge| std::iter::repeat_n(of(ridge), ridge.points.len()));
+        to.line(name, "point", "", &values.collect::<Vec<f64>>())
     };
-    line("branch", &of_ridge(|ridge| ridge.branch as f64))?;
-    line(
-        "at_frequency",
-        &of_ridge(|ridge| f64::from(u8::from(ridge.cut == RidgeCut::Frequency))),
-    )?;
+    of_ridge("branch", |ridge| ridge.branch as f64)?;
+    of_ridge("at_frequency", |ridge| {
+        f64::from(u8::from(ridge.cut == RidgeCut::Frequency))
+    })?;
+    let density = power_of(&found.analysis).over_both(axes);
+    let density = unit::split(&density).1;
     for (name, of) in COLUMNS {
-        line(name, &found.points().map(of).collect::<Vec<f64>>())?;
+        let of_column = match name {
+            "frequency" | "frequency_error" => &units.frequency,
+            "wavenumber" | "wavenumber_error" => &units.wavenumber,
+            "power" | "noise" => density,
+            // Along k at some points, along f at others.
+            "width" => "",
+            _ => &units.velocity,
+        };
+        let values: Vec<f64> = found.points().map(of).collect();
+        to.line(name, "point", of_column, &values)?;
     }
     for (n, fit) in found.fits.iter().enumerate() {
         let curve = &fit.curve;
-        line(&format!("fit_{n}_wavenumber"), &curve.wavenumber)?;
-        let shape = [curve.branches.len(), curve.wavenumber.len()];
-        archive.append(
-            &format!("fit_{n}_frequency"),
-            &shape,
-            &curve.branches.concat(),
-        )?;
+        let axis = format!("fit_{n}_wavenumber");
+        to.line(&axis, &axis, &units.wavenumber, &curve.wavenumber)?;
+        let branches = format!("fit_{n}_branch");
+        let axes = [
+            (&branches[..], curve.branches.len()),
+            (&axis, curve.wavenumber.len()),
+        ];
+        let name = format!("fit_{n}_frequency");
+        to.of_axes(&name, &axes, &units.frequency, &curve.branches.concat())?;
     }
-    archive.finish()
+    Ok(())
 }

@@ -1,11 +1,9 @@
 //! Spectral slopes as files: a summary, and arrays.
 
-use std::path::Path;
-
 use serde::Serialize;
 
-use super::{Archive, Provenance};
-use crate::arrays::Precision;
+use super::estimate_arrays::{Arrays, Units};
+use super::{LabelledArrays, Provenance};
 use crate::error::Result;
 use crate::estimates::{BreakFit, FieldAxis, PowerLaw, Slope, Steepening};
 
@@ -57,26 +55,27 @@ impl<'a> SlopeSummary<'a> {
     }
 }
 
-/// Writes a slope to the new file `path` (`.npz`): `wavenumber` or `frequency`, `spectrum`, `compensated` (bins); along x
-/// `frame_time`, `frame_slope`, `frame_slope_half`, `frame_gradient` (frames).
+/// Hands a slope to `file`: `wavenumber` or `frequency`, `spectrum`, `compensated` (bins); along x `frame_time`,
+/// `frame_slope`, `frame_slope_half`, `frame_gradient` (frames).
 ///
 /// # Errors
-/// [`crate::Error::Write`].
-pub fn write_slope(path: &Path, found: &Slope) -> Result<()> {
-    let archive = Archive::create(path, Precision::F64)?;
-    let line = |name: &str, values: &[f64]| archive.append(name, &[values.len()], values);
-    let name = match found.axis {
-        FieldAxis::Space => "wavenumber",
-        FieldAxis::Time => "frequency",
+/// Those of `file`.
+pub fn slope_arrays(found: &Slope, file: &dyn LabelledArrays) -> Result<()> {
+    let to = Arrays(file);
+    let units = Units::of(&found.time, &found.space, found.unit.as_deref());
+    let (name, unit) = match found.axis {
+        FieldAxis::Space => ("wavenumber", &units.wavenumber),
+        FieldAxis::Time => ("frequency", &units.frequency),
     };
-    line(name, &found.abscissa)?;
-    line("spectrum", &found.spectrum)?;
-    line("compensated", &found.compensated())?;
-    if let Some(frames) = &found.frames {
-        line("frame_time", &frames.time)?;
-        line("frame_slope", &frames.slope)?;
-        line("frame_slope_half", &frames.half)?;
-        line("frame_gradient", &frames.gradient)?;
-    }
-    archive.finish()
+    to.line(name, name, unit, &found.abscissa)?;
+    to.line("spectrum", name, &units.density(unit, ""), &found.spectrum)?;
+    to.line("compensated", name, "", &found.compensated())?;
+    let Some(frames) = &found.frames else {
+        return Ok(());
+    };
+    to.line("frame_time", "frame_time", &units.time, &frames.time)?;
+    to.line("frame_slope", "frame_time", "", &frames.slope)?;
+    to.line("frame_slope_half", "frame_time", "", &frames.half)?;
+    let gradient = units.gradient();
+    to.line("frame_gradient", "frame_time", &gradient, &frames.gradient)
 }

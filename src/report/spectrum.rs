@@ -1,11 +1,9 @@
 //! Spectra with intervals as files: a summary, and arrays.
 
-use std::path::Path;
-
 use serde::Serialize;
 
-use super::{Archive, Provenance};
-use crate::arrays::Precision;
+use super::estimate_arrays::{Arrays, Units};
+use super::{LabelledArrays, Provenance};
 use crate::error::Result;
 use crate::estimates::{
     Independence, LeftOutEach, Line, SpectrumAxis, SpectrumEstimate, interval_factors,
@@ -99,46 +97,48 @@ impl<'a> SpectrumSummary<'a> {
     }
 }
 
-/// Writes spectra to the new file `path` (`.npz`): `frequency` (nf), `position`, `steadiness` (n); `spectrum`,
-/// `degrees_of_freedom`, `low`, `high`, `jackknife_low`, `jackknife_high` (nf, n), NaN where there is no
-/// interval; of several tapers `f_statistic` (nf, n). Along space, `wavenumber` and `time` take the place of
-/// `frequency` and `position`, beside `mean_spectrum`, `mean_low`, `mean_high`, `effective_snapshots` (nk).
+/// Hands spectra to `file`: `frequency` (nf), `position`, `steadiness` (n); `spectrum`, `degrees_of_freedom`,
+/// `low`, `high`, `jackknife_low`, `jackknife_high` (nf, n), NaN where there is no interval; of several tapers
+/// `f_statistic` (nf, n). Along space, `wavenumber` and `time` take the place of `frequency` and `position`,
+/// beside `mean_spectrum`, `mean_low`, `mean_high`, `effective_snapshots` (nk).
 ///
 /// # Errors
-/// [`crate::Error::Write`].
-pub fn write_spectrum(path: &Path, found: &SpectrumEstimate) -> Result<()> {
-    let archive = Archive::create(path, Precision::F64)?;
-    let line = |name: &str, values: &[f64]| archive.append(name, &[values.len()], values);
-    let [bins, columns] = match found.along {
-        SpectrumAxis::Time => ["frequency", "position"],
-        SpectrumAxis::Space => ["wavenumber", "time"],
+/// Those of `file`.
+pub fn spectrum_arrays(found: &SpectrumEstimate, file: &dyn LabelledArrays) -> Result<()> {
+    let to = Arrays(file);
+    let units = Units::of(&found.time, &found.space, found.unit.as_deref());
+    let [(bins, bin_unit), (columns, column_unit)] = match found.along {
+        SpectrumAxis::Time => [("frequency", &units.frequency), ("position", &units.space)],
+        SpectrumAxis::Space => [("wavenumber", &units.wavenumber), ("time", &units.time)],
     };
-    line(bins, &found.bins)?;
-    line(columns, &found.coordinates())?;
-    line("steadiness", &found.steadiness)?;
-    let plane = |name: &str, values: &mut dyn Iterator<Item = f64>| {
+    let density = units.density(bin_unit, "");
+    to.line(bins, bins, bin_unit, &found.bins)?;
+    to.line(columns, columns, column_unit, &found.coordinates())?;
+    to.line("steadiness", columns, "", &found.steadiness)?;
+    let plane = |name: &str, unit: &str, values: &mut dyn Iterator<Item = f64>| {
         let values: Vec<f64> = values.collect();
-        let (rows, columns) = found.spectrum.dim();
-        archive.append(name, &[rows, columns], &values)
+        let (rows, across) = found.spectrum.dim();
+        to.of_axes(name, &[(bins, rows), (columns, across)], unit, &values)
     };
-    plane("spectrum", &mut found.spectrum.iter().copied())?;
-    plane("degrees_of_freedom", &mut found.degrees.iter().copied())?;
-    plane("low", &mut found.low.iter().copied())?;
-    plane("high", &mut found.high.iter().copied())?;
+    plane("spectrum", &density, &mut found.spectrum.iter().copied())?;
+    let degrees = &mut found.degrees.iter().copied();
+    plane("degrees_of_freedom", "", degrees)?;
+    plane("low", &density, &mut found.low.iter().copied())?;
+    plane("high", &density, &mut found.high.iter().copied())?;
     let jackknife = |sign: f64| {
         let cells = found.spectrum.iter().zip(&found.jackknife);
         cells.map(move |(s, half)| s * (sign * half).exp())
     };
-    plane("jackknife_low", &mut jackknife(-1.0))?;
-    plane("jackknife_high", &mut jackknife(1.0))?;
+    plane("jackknife_low", &density, &mut jackknife(-1.0))?;
+    plane("jackknife_high", &density, &mut jackknife(1.0))?;
     if let Some(test) = &found.line_test {
-        plane("f_statistic", &mut test.statistic.iter().copied())?;
+        plane("f_statistic", "", &mut test.statistic.iter().copied())?;
     }
     if let Some(mean) = &found.mean {
-        line("mean_spectrum", &mean.spectrum)?;
-        line("mean_low", &mean.low)?;
-        line("mean_high", &mean.high)?;
-        line("effective_snapshots", &mean.effective_snapshots)?;
+        to.line("mean_spectrum", bins, &density, &mean.spectrum)?;
+        to.line("mean_low", bins, &density, &mean.low)?;
+        to.line("mean_high", bins, &density, &mean.high)?;
+        to.line("effective_snapshots", bins, "", &mean.effective_snapshots)?;
     }
-    archive.finish()
+    Ok(())
 }

@@ -1,11 +1,9 @@
 //! A transfer between two sites as files: a summary, and arrays.
 
-use std::path::Path;
-
 use serde::Serialize;
 
-use super::{Archive, Provenance};
-use crate::arrays::Precision;
+use super::estimate_arrays::{Arrays, Units};
+use super::{LabelledArrays, Provenance};
 use crate::error::Result;
 use crate::estimates::{Independence, OutputTransfer, PairTransfer, Transfer, TransferShares};
 
@@ -77,46 +75,58 @@ impl<'a> TransferSummary<'a> {
     }
 }
 
-/// Writes a transfer to the new file `path` (`.npz`): of each output frequency (nf) `frequency`, `input`, `output`,
-/// `magnitude`, `magnitude_error`, `phase`, `linear`, `linear_error`, `gain`, `gain_error`, `residual`, `flux`,
-/// `flux_error`, `above`, `above_error`, `held_out_linear`, `held_out_quadratic`; of each pair (np) `pair_first`, `pair_second`,
-/// `pair_third`, `pair_re`, `pair_im`, `pair_gain`, `pair_gain_error`.
+/// Name, unit and values of an array.
+type Column<'a, T> = (&'a str, &'a str, fn(&T) -> f64);
+
+/// Hands a transfer to `file`: of each output frequency (nf) `frequency`, `input`, `output`, `magnitude`,
+/// `magnitude_error`, `phase`, `linear`, `linear_error`, `gain`, `gain_error`, `residual`, `flux`, `flux_error`,
+/// `above`, `above_error`, `held_out_linear`, `held_out_quadratic`; of each pair (np) `pair_first`,
+/// `pair_second`, `pair_third`, `pair_re`, `pair_im`, `pair_gain`, `pair_gain_error`.
 ///
 /// # Errors
-/// [`crate::Error::Write`].
-pub fn write_transfer(path: &Path, found: &Transfer) -> Result<()> {
-    let archive = Archive::create(path, Precision::F64)?;
-    let line = |name: &str, of: fn(&OutputTransfer) -> f64| {
+/// Those of `file`.
+pub fn transfer_arrays(found: &Transfer, file: &dyn LabelledArrays) -> Result<()> {
+    let to = Arrays(file);
+    let units = Units::of(&found.time, &found.space, found.unit.as_deref());
+    let cycles = &units.frequency[..];
+    let density = &units.density(cycles, "")[..];
+    let passed = &units.density("", "")[..];
+    let of_outputs: [Column<OutputTransfer>; 17] = [
+        ("frequency", cycles, |o| o.frequency),
+        ("input", density, |o| o.input),
+        ("output", density, |o| o.output),
+        ("magnitude", "", |o| o.magnitude),
+        ("magnitude_error", "", |o| o.magnitude_error),
+        ("phase", "rad", |o| o.phase),
+        ("linear", density, |o| o.linear),
+        ("linear_error", density, |o| o.linear_error),
+        ("gain", density, |o| o.gain),
+        ("gain_error", density, |o| o.gain_error),
+        ("residual", density, |o| o.residual),
+        ("flux", passed, |o| o.flux),
+        ("flux_error", passed, |o| o.flux_error),
+        ("above", passed, |o| o.above),
+        ("above_error", passed, |o| o.above_error),
+        ("held_out_linear", "", |o| o.held_out_linear),
+        ("held_out_quadratic", "", |o| o.held_out_quadratic),
+    ];
+    for (name, unit, of) in of_outputs {
         let values: Vec<f64> = found.outputs.iter().map(of).collect();
-        archive.append(name, &[values.len()], &values)
-    };
-    line("frequency", |o| o.frequency)?;
-    line("input", |o| o.input)?;
-    line("output", |o| o.output)?;
-    line("magnitude", |o| o.magnitude)?;
-    line("magnitude_error", |o| o.magnitude_error)?;
-    line("phase", |o| o.phase)?;
-    line("linear", |o| o.linear)?;
-    line("linear_error", |o| o.linear_error)?;
-    line("gain", |o| o.gain)?;
-    line("gain_error", |o| o.gain_error)?;
-    line("residual", |o| o.residual)?;
-    line("flux", |o| o.flux)?;
-    line("flux_error", |o| o.flux_error)?;
-    line("above", |o| o.above)?;
-    line("above_error", |o| o.above_error)?;
-    line("held_out_linear", |o| o.held_out_linear)?;
-    line("held_out_quadratic", |o| o.held_out_quadratic)?;
-    let line = |name: &str, of: fn(&PairTransfer) -> f64| {
+        to.line(name, "frequency", unit, &values)?;
+    }
+    let kernel = units.over_sample();
+    let of_pairs: [Column<PairTransfer>; 7] = [
+        ("pair_first", cycles, |p| p.first),
+        ("pair_second", cycles, |p| p.second),
+        ("pair_third", cycles, |p| p.third),
+        ("pair_re", &kernel, |p| p.re),
+        ("pair_im", &kernel, |p| p.im),
+        ("pair_gain", density, |p| p.gain),
+        ("pair_gain_error", density, |p| p.gain_error),
+    ];
+    for (name, unit, of) in of_pairs {
         let values: Vec<f64> = found.pairs.iter().map(of).collect();
-        archive.append(name, &[values.len()], &values)
-    };
-    line("pair_first", |p| p.first)?;
-    line("pair_second", |p| p.second)?;
-    line("pair_third", |p| p.third)?;
-    line("pair_re", |p| p.re)?;
-    line("pair_im", |p| p.im)?;
-    line("pair_gain", |p| p.gain)?;
-    line("pair_gain_error", |p| p.gain_error)?;
-    archive.finish()
+        to.line(name, "pair", unit, &values)?;
+    }
+    Ok(())
 }

@@ -1,16 +1,18 @@
 //! `cascade bicoherence`: coupling of three frequencies.
 
 use std::ops::Range;
-use std::path::{Path, PathBuf};
+use std::path::PathBuf;
 
 use clap::Args;
-use wavecascade::Error;
 use wavecascade::estimates::{Bicoherence as Found, BicoherenceRequest, bicoherence};
+use wavecascade::observer::Observer;
 use wavecascade::plot::{self, Figure, Style};
-use wavecascade::report::{BicoherenceSummary, Provenance, bicoherence_html, write_bicoherence};
+use wavecascade::report::{
+    BicoherenceSummary, LabelledArrays, Provenance, bicoherence_arrays, bicoherence_html,
+};
+use wavecascade::{Error, Field};
 
-use crate::estimate::{self, Estimate, EstimateArgs};
-use crate::failure::Failure;
+use crate::estimate::{Computation, Estimate, EstimateArgs, Typed};
 use crate::parse;
 use crate::terminal::{self, Lines, number};
 use crate::triple_args::TripleArgs;
@@ -45,35 +47,45 @@ pub struct Bicoherence {
     pub estimate: EstimateArgs,
 }
 
-/// Runs the command.
-pub fn run(typed: Bicoherence) -> Result<(), Failure> {
-    let request = BicoherenceRequest {
-        site: typed.site,
-        output: typed.output,
-        along: Vec::new(),
-        averaging: typed.averages.averaging(),
-        gaps: typed.averages.gaps.into(),
-        alpha: typed.averages.significance,
-        threads: typed.estimate.threads(),
-        memory: typed.averages.memory,
-    };
-    estimate::run(
-        &typed.fields,
-        &typed.estimate,
-        typed.averages.memory,
-        |fields, observer| {
+impl Typed for Bicoherence {
+    type Found = Found;
+
+    fn fields(&self) -> &[PathBuf] {
+        &self.fields
+    }
+
+    fn shared(&self) -> &EstimateArgs {
+        &self.estimate
+    }
+
+    fn memory(&self) -> Option<u64> {
+        self.averages.memory
+    }
+
+    fn computation(&self) -> Result<impl Computation<Found>, Error> {
+        let request = BicoherenceRequest {
+            site: self.site,
+            output: self.output,
+            along: Vec::new(),
+            averaging: self.averages.averaging(),
+            gaps: self.averages.gaps.into(),
+            alpha: self.averages.significance,
+            threads: self.estimate.threads(),
+            memory: self.averages.memory,
+        };
+        Ok(move |fields: &[&Field], observer: &dyn Observer| {
             let all = 0..fields.first().map_or(0, |field| field.n_sites());
-            let along = typed.along.clone().unwrap_or(all);
+            let along = self.along.clone().unwrap_or(all);
             let request = BicoherenceRequest {
-                along: match typed.every {
+                along: match self.every {
                     0 => Vec::new(),
                     every => along.step_by(every).collect(),
                 },
                 ..request
             };
             bicoherence(fields, &request, observer)
-        },
-    )
+        })
+    }
 }
 
 impl Estimate for Found {
@@ -83,8 +95,8 @@ impl Estimate for Found {
         BicoherenceSummary::new(self, provenance).to_json()
     }
 
-    fn write_arrays(&self, directory: &Path) -> Result<(), Error> {
-        write_bicoherence(&directory.join("bicoherence.npz"), self)
+    fn arrays(&self, to: &dyn LabelledArrays) -> Result<(), Error> {
+        bicoherence_arrays(self, to)
     }
 
     fn figures(&self, name: &str, style: &Style) -> Vec<Figure> {

@@ -1,17 +1,19 @@
 //! `cascade coherence`: all sites of a field against a reference.
 
-use std::path::{Path, PathBuf};
+use std::path::PathBuf;
 
 use clap::Args;
-use wavecascade::Error;
 use wavecascade::estimates::{Averaging, Coherence as Found, CoherenceRequest, Tapers, coherence};
+use wavecascade::observer::Observer;
 use wavecascade::plot::{self, Figure, Style};
 use wavecascade::prepare::Window;
-use wavecascade::report::{CoherenceSummary, Provenance, coherence_html, percent, write_coherence};
+use wavecascade::report::{
+    CoherenceSummary, LabelledArrays, Provenance, coherence_arrays, coherence_html, percent,
+};
+use wavecascade::{Error, Field};
 
 use crate::args::{DetrendArg, GapsArg};
-use crate::estimate::{self, Estimate, EstimateArgs};
-use crate::failure::Failure;
+use crate::estimate::{Computation, Estimate, EstimateArgs, Typed};
 use crate::parse;
 use crate::terminal::{self, Lines, number};
 
@@ -81,28 +83,32 @@ impl AverageArgs {
     }
 }
 
-impl Coherence {
-    pub fn request(&self) -> CoherenceRequest {
-        CoherenceRequest {
+impl Typed for Coherence {
+    type Found = Found;
+
+    fn fields(&self) -> &[PathBuf] {
+        &self.fields
+    }
+
+    fn shared(&self) -> &EstimateArgs {
+        &self.estimate
+    }
+
+    fn memory(&self) -> Option<u64> {
+        self.averages.memory
+    }
+
+    fn computation(&self) -> Result<impl Computation<Found>, Error> {
+        let request = CoherenceRequest {
             reference: self.reference,
             averaging: self.averages.averaging(),
             gaps: self.averages.gaps.into(),
             alpha: self.averages.significance,
             threads: self.estimate.threads(),
             memory: self.averages.memory,
-        }
+        };
+        Ok(move |fields: &[&Field], observer: &dyn Observer| coherence(fields, &request, observer))
     }
-}
-
-/// Runs the command.
-pub fn run(typed: Coherence) -> Result<(), Failure> {
-    let request = typed.request();
-    estimate::run(
-        &typed.fields,
-        &typed.estimate,
-        typed.averages.memory,
-        |fields, observer| coherence(fields, &request, observer),
-    )
 }
 
 impl Estimate for Found {
@@ -112,8 +118,8 @@ impl Estimate for Found {
         CoherenceSummary::new(self, provenance).to_json()
     }
 
-    fn write_arrays(&self, directory: &Path) -> Result<(), Error> {
-        write_coherence(&directory.join("coherence.npz"), self)
+    fn arrays(&self, to: &dyn LabelledArrays) -> Result<(), Error> {
+        coherence_arrays(self, to)
     }
 
     fn figures(&self, name: &str, style: &Style) -> Vec<Figure> {

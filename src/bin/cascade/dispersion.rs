@@ -3,6 +3,7 @@
 use std::path::Path;
 
 use wavecascade::analyze::{Constants, Dispersion, parse_constants};
+use wavecascade::chain::scene::Setup;
 use wavecascade::chain::{NoBranches, UnitCell};
 use wavecascade::field::is_run_file;
 use wavecascade::report::RunFile;
@@ -62,10 +63,13 @@ fn lattice(path: &Path, field: &Field) -> Result<Option<Result<UnitCell, NoBranc
         return Ok(None);
     }
     let (setup, step) = RunFile::read_scene(path)?;
+    Ok(Some(of_chain(&setup, step, field)))
+}
+
+/// The lattice of a chain whose run has times so far apart, with time in the unit of the field's axis.
+pub fn of_chain(setup: &Setup, step: f64, field: &Field) -> Result<UnitCell, NoBranches> {
     let cell = UnitCell::of(&setup.simulation.chain);
-    Ok(Some(
-        cell.map(|cell| cell.with_time_unit(step / field.time.step)),
-    ))
+    cell.map(|cell| cell.with_time_unit(step / field.time.step))
 }
 
 fn name(cell: &UnitCell) -> String {

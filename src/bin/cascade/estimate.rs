@@ -4,10 +4,11 @@ use std::io::{IsTerminal, Write};
 use std::path::{Path, PathBuf};
 
 use clap::Args;
+use wavecascade::arrays::Precision;
 use wavecascade::field::{FileState, OpenOptions};
 use wavecascade::observer::Observer;
 use wavecascade::plot::{self, Figure, Style};
-use wavecascade::report::{Provenance, ResultDirectory};
+use wavecascade::report::{Archive, LabelledArrays, Provenance, ResultDirectory};
 use wavecascade::{Error, Field};
 
 use crate::analyze::{named_after, open_options, print_notes, use_threads};
@@ -46,9 +47,32 @@ impl EstimateArgs {
     }
 }
 
+/// What is typed of a command on an estimate: for the program, and for functions on arrays.
+pub trait Typed {
+    type Found: Estimate;
+
+    fn fields(&self) -> &[PathBuf];
+
+    fn shared(&self) -> &EstimateArgs;
+
+    /// Working memory.
+    fn memory(&self) -> Option<u64>;
+
+    /// What makes the estimate of the opened fields.
+    ///
+    /// # Errors
+    /// For what is missing, or contradicts itself, whatever the fields are.
+    fn computation(&self) -> Result<impl Computation<Self::Found>, Error>;
+}
+
+/// Makes an estimate of opened fields.
+pub trait Computation<E>: FnOnce(&[&Field], &dyn Observer) -> Result<E, Error> {}
+
+impl<E, F: FnOnce(&[&Field], &dyn Observer) -> Result<E, Error>> Computation<E> for F {}
+
 /// What an estimate found, as files and in words.
 pub trait Estimate {
-    /// Name of the command: ends the default directory.
+    /// Name of the command: that of the file of arrays, and the end of the default directory.
     const COMMAND: &'static str;
     /// Whether uneven coordinates are taken as they are; else they are refused, or resampled on request.
     const UNEVEN: bool = false;
@@ -56,8 +80,13 @@ pub trait Estimate {
     /// `summary.json`.
     fn summary(&self, provenance: &Provenance) -> serde_json::Result<String>;
 
-    /// Writes the arrays to new files of `directory`.
-    fn write_arrays(&self, directory: &Path) -> Result<(), Error>;
+    /// Hands over the arrays, with their axes and units.
+    fn arrays(&self, to: &dyn LabelledArrays) -> Result<(), Error>;
+
+    /// Writes what stands beside the arrays to new files of `directory`.
+    fn write_beside(&self, _directory: &Path) -> Result<(), Error> {
+        Ok(())
+    }
 
     /// Figures of the field `name`.
     fn figures(&self, name: &str, style: &Style) -> Vec<Figure>;
@@ -78,24 +107,22 @@ pub trait Estimate {
     fn lines(&self) -> String;
 }
 
-/// Opens `fields`, has `compute` make the estimate, and publishes it.
-pub fn run<E: Estimate>(
-    fields: &[PathBuf],
-    typed: &EstimateArgs,
-    memory: Option<u64>,
-    compute: impl FnOnce(&[&Field], &dyn Observer) -> Result<E, Error>,
-) -> Result<(), Failure> {
+/// Opens the fields, makes the estimate, and publishes it.
+pub fn run<T: Typed>(command_typed: &T) -> Result<(), Failure> {
+    let compute = command_typed.computation()?;
+    let typed = command_typed.shared();
     let drawing = typed.figures.drawing()?;
-    let paths = expanded(fields)?;
+    let paths = expanded(command_typed.fields())?;
     use_threads(typed.threads())?;
-    let default = || named_after(&paths[0], "npy", &format!("-{}", E::COMMAND));
+    let name = T::Found::COMMAND;
+    let default = || named_after(&paths[0], "npy", &format!("-{name}"));
     let out = typed.out.clone().unwrap_or_else(default);
     drop(ResultDirectory::create(&out, typed.force)?);
     let progress = Progress::new(!typed.how.quiet && std::io::stderr().is_terminal());
     let options = OpenOptions {
         hash: true,
-        uneven: E::UNEVEN,
-        ..open_options(&typed.input, memory)
+        uneven: T::Found::UNEVEN,
+        ..open_options(&typed.input, command_typed.memory())
     };
     let mut fields = Vec::new();
     for path in &paths {
@@ -115,7 +142,13 @@ pub fn run<E: Estimate>(
     let provenance = Provenance::new(command(), Some(input), hash);
     let json = found.summary(&provenance).map_err(std::io::Error::from)?;
     directory.write("summary.json", &json)?;
-    found.write_arrays(directory.path())?;
+    let archive = Archive::create(
+        &directory.path().join(format!("{name}.npz")),
+        Precision::F64,
+    )?;
+    found.arrays(&archive)?;
+    archive.finish()?;
+    found.write_beside(directory.path())?;
     let warnings = found.warnings();
     if drawing.is_wanted() {
         progress.stage("drawing", 1);

@@ -94,7 +94,7 @@ pub fn run(typed: Filter) -> Result<(), Failure> {
     };
     let field = Field::open(&typed.field, &options)?;
     print_notes(&field, typed.how.quiet);
-    let found = filtered(&field, &band, typed.pad, typed.memory);
+    let found = filtered(&field, &band, typed.pad, typed.memory, &progress);
     let found = found.map_err(|error| error.of_file(&typed.field))?;
     field.check_unchanged()?;
     drop(field);

@@ -1,17 +1,18 @@
 //! `cascade increments`: structure functions and intermittency.
 
-use std::path::{Path, PathBuf};
+use std::path::PathBuf;
 
 use clap::Args;
-use wavecascade::Error;
 use wavecascade::estimates::{Increments as Found, IncrementsRequest, IntervalBasis, increments};
+use wavecascade::observer::Observer;
 use wavecascade::plot::{self, Figure, Style};
 use wavecascade::report::{
-    IncrementsSummary, Provenance, increment_sentences, increments_html, write_increments,
+    IncrementsSummary, LabelledArrays, Provenance, increment_sentences, increments_arrays,
+    increments_html,
 };
+use wavecascade::{Error, Field};
 
-use crate::estimate::{self, Estimate, EstimateArgs};
-use crate::failure::Failure;
+use crate::estimate::{Computation, Estimate, EstimateArgs, Typed};
 use crate::parse;
 use crate::terminal::{self, Lines, number};
 
@@ -49,24 +50,38 @@ pub struct Increments {
     pub estimate: EstimateArgs,
 }
 
-/// Runs the command.
-pub fn run(typed: Increments) -> Result<(), Failure> {
-    let request = IncrementsRequest {
-        separations: typed.separations,
-        lags: typed.lags,
-        band: typed.band,
-        lag_band: typed.lag_band,
-        histograms: typed.histograms,
-        alpha: typed.significance,
-        threads: typed.estimate.threads(),
-        memory: typed.memory,
-    };
-    estimate::run(
-        &typed.fields,
-        &typed.estimate,
-        typed.memory,
-        |fields, observer| increments(fields, &request, observer),
-    )
+impl Typed for Increments {
+    type Found = Found;
+
+    fn fields(&self) -> &[PathBuf] {
+        &self.fields
+    }
+
+    fn shared(&self) -> &EstimateArgs {
+        &self.estimate
+    }
+
+    fn memory(&self) -> Option<u64> {
+        self.memory
+    }
+
+    fn computation(&self) -> Result<impl Computation<Found>, Error> {
+        let request = IncrementsRequest {
+            separations: self.separations.clone(),
+            lags: self.lags.clone(),
+            band: self.band,
+            lag_band: self.lag_band,
+            histograms: self.histograms,
+            alpha: self.significance,
+            threads: self.estimate.threads(),
+            memory: self.memory,
+        };
+        Ok(
+            move |fields: &[&Field], observer: &dyn Observer| {
+                increments(fields, &request, observer)
+            },
+        )
+    }
 }
 
 impl Estimate for Found {
@@ -76,8 +91,8 @@ impl Estimate for Found {
         IncrementsSummary::new(self, provenance).to_json()
     }
 
-    fn write_arrays(&self, directory: &Path) -> Result<(), Error> {
-        write_increments(&directory.join("increments.npz"), self)
+    fn arrays(&self, to: &dyn LabelledArrays) -> Result<(), Error> {
+        increments_arrays(self, to)
     }
 
     fn figures(&self, name: &str, style: &Style) -> Vec<Figure> {

@@ -1,15 +1,17 @@
 //! `cascade lomb`: spectra of records at uneven times or with gaps.
 
-use std::path::{Path, PathBuf};
+use std::path::PathBuf;
 
 use clap::{Args, ValueEnum};
-use wavecascade::Error;
 use wavecascade::estimates::{Lomb as Found, LombAxis, LombRequest, lomb};
+use wavecascade::observer::Observer;
 use wavecascade::plot::{self, Figure, Style};
-use wavecascade::report::{LombSummary, Provenance, lomb_html, percent, write_lomb};
+use wavecascade::report::{
+    LabelledArrays, LombSummary, Provenance, lomb_arrays, lomb_html, percent,
+};
+use wavecascade::{Error, Field};
 
-use crate::estimate::{self, Estimate, EstimateArgs};
-use crate::failure::Failure;
+use crate::estimate::{Computation, Estimate, EstimateArgs, Typed};
 use crate::parse;
 use crate::terminal::{self, Lines, number};
 
@@ -47,33 +49,44 @@ pub enum AxisArg {
     Space,
 }
 
-/// Runs the command.
-pub fn run(typed: Lomb) -> Result<(), Failure> {
-    let request = LombRequest {
-        axis: match typed.axis {
-            AxisArg::Time => LombAxis::Time,
-            AxisArg::Space => LombAxis::Space,
-        },
-        oversampling: typed.oversampling,
-        highest: typed.highest,
-        alpha: typed.significance,
-        threads: typed.estimate.threads(),
-        memory: typed.memory,
-    };
-    let fields = [typed.field];
-    estimate::run(
-        &fields,
-        &typed.estimate,
-        typed.memory,
-        |fields, observer| match fields {
-            [one] => lomb(one, &request, observer),
-            _ => Err(Error::Request {
-                option: "field",
-                expected: "one field".into(),
-                found: fields.len().to_string(),
-            }),
-        },
-    )
+impl Typed for Lomb {
+    type Found = Found;
+
+    fn fields(&self) -> &[PathBuf] {
+        std::slice::from_ref(&self.field)
+    }
+
+    fn shared(&self) -> &EstimateArgs {
+        &self.estimate
+    }
+
+    fn memory(&self) -> Option<u64> {
+        self.memory
+    }
+
+    fn computation(&self) -> Result<impl Computation<Found>, Error> {
+        let request = LombRequest {
+            axis: match self.axis {
+                AxisArg::Time => LombAxis::Time,
+                AxisArg::Space => LombAxis::Space,
+            },
+            oversampling: self.oversampling,
+            highest: self.highest,
+            alpha: self.significance,
+            threads: self.estimate.threads(),
+            memory: self.memory,
+        };
+        Ok(
+            move |fields: &[&Field], observer: &dyn Observer| match fields {
+                [one] => lomb(one, &request, observer),
+                _ => Err(Error::Request {
+                    option: "field",
+                    expected: "one field".into(),
+                    found: fields.len().to_string(),
+                }),
+            },
+        )
+    }
 }
 
 impl Estimate for Found {
@@ -84,8 +97,8 @@ impl Estimate for Found {
         LombSummary::new(self, provenance).to_json()
     }
 
-    fn write_arrays(&self, directory: &Path) -> Result<(), Error> {
-        write_lomb(&directory.join("lomb.npz"), self)
+    fn arrays(&self, to: &dyn LabelledArrays) -> Result<(), Error> {
+        lomb_arrays(self, to)
     }
 
     fn figures(&self, name: &str, style: &Style) -> Vec<Figure> {

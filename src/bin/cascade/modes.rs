@@ -1,16 +1,18 @@
 //! `cascade modes`: motions that are coherent along x, by frequency.
 
-use std::path::{Path, PathBuf};
+use std::path::PathBuf;
 
 use clap::Args;
-use wavecascade::Error;
 use wavecascade::estimates::{Modes as Found, ModesRequest, modes};
+use wavecascade::observer::Observer;
 use wavecascade::plot::{self, Figure, Style};
-use wavecascade::report::{ModesSummary, Provenance, modes_html, percent, write_modes};
+use wavecascade::report::{
+    LabelledArrays, ModesSummary, Provenance, modes_arrays, modes_html, percent,
+};
+use wavecascade::{Error, Field};
 
 use crate::coherence::AverageArgs;
-use crate::estimate::{self, Estimate, EstimateArgs};
-use crate::failure::Failure;
+use crate::estimate::{Computation, Estimate, EstimateArgs, Typed};
 use crate::terminal::{self, Lines, number};
 
 /// What `cascade modes` takes.
@@ -36,23 +38,33 @@ pub struct Modes {
     pub estimate: EstimateArgs,
 }
 
-/// Runs the command.
-pub fn run(typed: Modes) -> Result<(), Failure> {
-    let request = ModesRequest {
-        frequencies: typed.frequencies,
-        modes: typed.modes,
-        averaging: typed.averages.averaging(),
-        gaps: typed.averages.gaps.into(),
-        alpha: typed.averages.significance,
-        threads: typed.estimate.threads(),
-        memory: typed.averages.memory,
-    };
-    estimate::run(
-        &typed.fields,
-        &typed.estimate,
-        typed.averages.memory,
-        |fields, observer| modes(fields, &request, observer),
-    )
+impl Typed for Modes {
+    type Found = Found;
+
+    fn fields(&self) -> &[PathBuf] {
+        &self.fields
+    }
+
+    fn shared(&self) -> &EstimateArgs {
+        &self.estimate
+    }
+
+    fn memory(&self) -> Option<u64> {
+        self.averages.memory
+    }
+
+    fn computation(&self) -> Result<impl Computation<Found>, Error> {
+        let request = ModesRequest {
+            frequencies: self.frequencies.clone(),
+            modes: self.modes,
+            averaging: self.averages.averaging(),
+            gaps: self.averages.gaps.into(),
+            alpha: self.averages.significance,
+            threads: self.estimate.threads(),
+            memory: self.averages.memory,
+        };
+        Ok(move |fields: &[&Field], observer: &dyn Observer| modes(fields, &request, observer))
+    }
 }
 
 impl Estimate for Found {
@@ -62,8 +74,8 @@ impl Estimate for Found {
         ModesSummary::new(self, provenance).to_json()
     }
 
-    fn write_arrays(&self, directory: &Path) -> Result<(), Error> {
-        write_modes(&directory.join("modes.npz"), self)
+    fn arrays(&self, to: &dyn LabelledArrays) -> Result<(), Error> {
+        modes_arrays(self, to)
     }
 
     fn figures(&self, name: &str, style: &Style) -> Vec<Figure> {

@@ -3,18 +3,18 @@
 use std::path::{Path, PathBuf};
 
 use clap::{Args, ValueEnum};
-use wavecascade::Error;
+use wavecascade::observer::Observer;
 use wavecascade::plot::{self, Figure, Style};
 use wavecascade::prepare::Window;
 use wavecascade::report::{
-    Provenance, RidgesSummary, percent, ridges_csv, ridges_html, write_ridges,
+    LabelledArrays, Provenance, RidgesSummary, percent, ridges_arrays, ridges_csv, ridges_html,
 };
 use wavecascade::ridges::{RidgeCut, RidgeLaw, Ridges as Found, RidgesRequest, ridges};
+use wavecascade::{Error, Field};
 
 use crate::advice;
 use crate::args::{DetrendArg, GapsArg};
-use crate::estimate::{self, Estimate, EstimateArgs};
-use crate::failure::Failure;
+use crate::estimate::{Computation, Estimate, EstimateArgs, Typed};
 use crate::parse;
 use crate::terminal::{self, Lines, number};
 
@@ -89,38 +89,48 @@ pub enum CutArg {
     Wavenumber,
 }
 
-/// Runs the command.
-pub fn run(typed: Ridges) -> Result<(), Failure> {
-    let search = &typed.search;
-    let laws = typed.fit.iter().map(|text| RidgeLaw::parse(text));
-    let request = RidgesRequest {
-        segment: search.segment,
-        overlap: search
-            .overlap
-            .zip(search.segment)
-            .map(|(overlap, segment)| overlap.of(segment)),
-        window_time: search.window_time,
-        window_space: search.window_space,
-        detrend: search.detrend.into(),
-        gaps: search.gaps.into(),
-        cut: match search.cut {
-            CutArg::Auto => None,
-            CutArg::Frequency => Some(RidgeCut::Frequency),
-            CutArg::Wavenumber => Some(RidgeCut::Wavenumber),
-        },
-        alpha: search.significance,
-        range: search.range,
-        fewest: search.points,
-        laws: laws.collect::<Result<_, Error>>()?,
-        threads: typed.estimate.threads(),
-        memory: search.memory,
-    };
-    estimate::run(
-        &typed.fields,
-        &typed.estimate,
-        search.memory,
-        |fields, observer| ridges(fields, &request, observer),
-    )
+impl Typed for Ridges {
+    type Found = Found;
+
+    fn fields(&self) -> &[PathBuf] {
+        &self.fields
+    }
+
+    fn shared(&self) -> &EstimateArgs {
+        &self.estimate
+    }
+
+    fn memory(&self) -> Option<u64> {
+        self.search.memory
+    }
+
+    fn computation(&self) -> Result<impl Computation<Found>, Error> {
+        let search = &self.search;
+        let laws = self.fit.iter().map(|text| RidgeLaw::parse(text));
+        let request = RidgesRequest {
+            segment: search.segment,
+            overlap: search
+                .overlap
+                .zip(search.segment)
+                .map(|(overlap, segment)| overlap.of(segment)),
+            window_time: search.window_time,
+            window_space: search.window_space,
+            detrend: search.detrend.into(),
+            gaps: search.gaps.into(),
+            cut: match search.cut {
+                CutArg::Auto => None,
+                CutArg::Frequency => Some(RidgeCut::Frequency),
+                CutArg::Wavenumber => Some(RidgeCut::Wavenumber),
+            },
+            alpha: search.significance,
+            range: search.range,
+            fewest: search.points,
+            laws: laws.collect::<Result<_, Error>>()?,
+            threads: self.estimate.threads(),
+            memory: search.memory,
+        };
+        Ok(move |fields: &[&Field], observer: &dyn Observer| ridges(fields, &request, observer))
+    }
 }
 
 impl Estimate for Found {
@@ -130,14 +140,17 @@ impl Estimate for Found {
         RidgesSummary::new(self, provenance).to_json()
     }
 
-    fn write_arrays(&self, directory: &Path) -> Result<(), Error> {
+    fn arrays(&self, to: &dyn LabelledArrays) -> Result<(), Error> {
+        ridges_arrays(self, to)
+    }
+
+    fn write_beside(&self, directory: &Path) -> Result<(), Error> {
         let path = directory.join("ridges.csv");
         std::fs::write(&path, ridges_csv(self)).map_err(|source| Error::Write {
             path,
             action: "write",
             source,
-        })?;
-        write_ridges(&directory.join("ridges.npz"), self)
+        })
     }
 
     fn figures(&self, name: &str, style: &Style) -> Vec<Figure> {

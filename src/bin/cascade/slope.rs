@@ -1,16 +1,18 @@
 //! `cascade slope`: the power law of a spectrum over a band.
 
-use std::path::{Path, PathBuf};
+use std::path::PathBuf;
 
 use clap::{Args, ValueEnum};
-use wavecascade::Error;
 use wavecascade::estimates::{FieldAxis, Slope as Found, SlopeRequest, slope};
+use wavecascade::observer::Observer;
 use wavecascade::plot::{self, Figure, Style};
-use wavecascade::report::{Provenance, SlopeSummary, slope_html, slope_sentences, write_slope};
+use wavecascade::report::{
+    LabelledArrays, Provenance, SlopeSummary, slope_arrays, slope_html, slope_sentences,
+};
+use wavecascade::{Error, Field};
 
 use crate::coherence::AverageArgs;
-use crate::estimate::{self, Estimate, EstimateArgs};
-use crate::failure::Failure;
+use crate::estimate::{Computation, Estimate, EstimateArgs, Typed};
 use crate::parse;
 use crate::terminal::{self, Lines};
 
@@ -48,34 +50,44 @@ pub enum AlongArg {
     Time,
 }
 
-/// Runs the command.
-pub fn run(typed: Slope) -> Result<(), Failure> {
-    // Not required by the parser: a file of styles is checked against commands without options.
-    let band = typed.band.ok_or_else(|| Error::Request {
-        option: "band",
-        expected: "the band of the fit, such as 1:20".into(),
-        found: "none".into(),
-    })?;
-    let request = SlopeRequest {
-        axis: match typed.along {
-            AlongArg::Space => FieldAxis::Space,
-            AlongArg::Time => FieldAxis::Time,
-        },
-        band,
-        breaks: typed.breaks,
-        frames: typed.frames,
-        averaging: typed.averages.averaging(),
-        gaps: typed.averages.gaps.into(),
-        alpha: typed.averages.significance,
-        threads: typed.estimate.threads(),
-        memory: typed.averages.memory,
-    };
-    estimate::run(
-        &typed.fields,
-        &typed.estimate,
-        typed.averages.memory,
-        |fields, observer| slope(fields, &request, observer),
-    )
+impl Typed for Slope {
+    type Found = Found;
+
+    fn fields(&self) -> &[PathBuf] {
+        &self.fields
+    }
+
+    fn shared(&self) -> &EstimateArgs {
+        &self.estimate
+    }
+
+    fn memory(&self) -> Option<u64> {
+        self.averages.memory
+    }
+
+    fn computation(&self) -> Result<impl Computation<Found>, Error> {
+        // Not required by the parser: a file of styles is checked against commands without options.
+        let band = self.band.ok_or_else(|| Error::Request {
+            option: "band",
+            expected: "the band of the fit, such as 1:20".into(),
+            found: "none".into(),
+        })?;
+        let request = SlopeRequest {
+            axis: match self.along {
+                AlongArg::Space => FieldAxis::Space,
+                AlongArg::Time => FieldAxis::Time,
+            },
+            band,
+            breaks: self.breaks,
+            frames: self.frames,
+            averaging: self.averages.averaging(),
+            gaps: self.averages.gaps.into(),
+            alpha: self.averages.significance,
+            threads: self.estimate.threads(),
+            memory: self.averages.memory,
+        };
+        Ok(move |fields: &[&Field], observer: &dyn Observer| slope(fields, &request, observer))
+    }
 }
 
 impl Estimate for Found {
@@ -85,8 +97,8 @@ impl Estimate for Found {
         SlopeSummary::new(self, provenance).to_json()
     }
 
-    fn write_arrays(&self, directory: &Path) -> Result<(), Error> {
-        write_slope(&directory.join("slope.npz"), self)
+    fn arrays(&self, to: &dyn LabelledArrays) -> Result<(), Error> {
+        slope_arrays(self, to)
     }
 
     fn figures(&self, name: &str, style: &Style) -> Vec<Figure> {

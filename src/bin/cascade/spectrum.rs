@@ -1,20 +1,22 @@
 //! `cascade spectrum`: power spectral densities of all sites, with intervals.
 
-use std::path::{Path, PathBuf};
+use std::path::PathBuf;
 
 use clap::{Args, ValueEnum};
-use wavecascade::Error;
 use wavecascade::estimates::{
     Averaging, LeftOutEach, SpectrumAxis, SpectrumEstimate, SpectrumRequest, Tapers,
     interval_factors, spectrum,
 };
+use wavecascade::observer::Observer;
 use wavecascade::plot::{self, Figure, Style};
 use wavecascade::prepare::Window;
-use wavecascade::report::{Provenance, SpectrumSummary, percent, spectrum_html, write_spectrum};
+use wavecascade::report::{
+    LabelledArrays, Provenance, SpectrumSummary, percent, spectrum_arrays, spectrum_html,
+};
+use wavecascade::{Error, Field};
 
 use crate::coherence::AverageArgs;
-use crate::estimate::{self, Estimate, EstimateArgs};
-use crate::failure::Failure;
+use crate::estimate::{Computation, Estimate, EstimateArgs, Typed};
 use crate::terminal::{self, Lines, number};
 
 /// What `cascade spectrum` takes.
@@ -62,31 +64,41 @@ impl From<AlongArg> for SpectrumAxis {
     }
 }
 
-/// Runs the command.
-pub fn run(typed: Spectrum) -> Result<(), Failure> {
-    let averaging = match typed.periodogram {
-        true => Averaging {
-            tapers: Tapers::Window(Window::None),
-            ..typed.averages.averaging()
-        },
-        false => typed.averages.averaging(),
-    };
-    let request = SpectrumRequest {
-        along: typed.along.into(),
-        averaging,
-        is_whole: typed.periodogram,
-        is_adaptive: !typed.equal_weights,
-        gaps: typed.averages.gaps.into(),
-        alpha: typed.averages.significance,
-        threads: typed.estimate.threads(),
-        memory: typed.averages.memory,
-    };
-    estimate::run(
-        &typed.fields,
-        &typed.estimate,
-        typed.averages.memory,
-        |fields, observer| spectrum(fields, &request, observer),
-    )
+impl Typed for Spectrum {
+    type Found = SpectrumEstimate;
+
+    fn fields(&self) -> &[PathBuf] {
+        &self.fields
+    }
+
+    fn shared(&self) -> &EstimateArgs {
+        &self.estimate
+    }
+
+    fn memory(&self) -> Option<u64> {
+        self.averages.memory
+    }
+
+    fn computation(&self) -> Result<impl Computation<SpectrumEstimate>, Error> {
+        let averaging = match self.periodogram {
+            true => Averaging {
+                tapers: Tapers::Window(Window::None),
+                ..self.averages.averaging()
+            },
+            false => self.averages.averaging(),
+        };
+        let request = SpectrumRequest {
+            along: self.along.into(),
+            averaging,
+            is_whole: self.periodogram,
+            is_adaptive: !self.equal_weights,
+            gaps: self.averages.gaps.into(),
+            alpha: self.averages.significance,
+            threads: self.estimate.threads(),
+            memory: self.averages.memory,
+        };
+        Ok(move |fields: &[&Field], observer: &dyn Observer| spectrum(fields, &request, observer))
+    }
 }
 
 impl Estimate for SpectrumEstimate {
@@ -96,8 +108,8 @@ impl Estimate for SpectrumEstimate {
         SpectrumSummary::new(self, provenance).to_json()
     }
 
-    fn write_arrays(&self, directory: &Path) -> Result<(), Error> {
-        write_spectrum(&directory.join("spectrum.npz"), self)
+    fn arrays(&self, to: &dyn LabelledArrays) -> Result<(), Error> {
+        spectrum_arrays(self, to)
     }
 
     fn figures(&self, name: &str, style: &Style) -> Vec<Figure> {

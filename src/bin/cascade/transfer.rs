@@ -1,15 +1,17 @@
 //! `cascade transfer`: linear and quadratic transfer between two sites.
 
-use std::path::{Path, PathBuf};
+use std::path::PathBuf;
 
 use clap::Args;
-use wavecascade::Error;
 use wavecascade::estimates::{Transfer as Found, TransferRequest, transfer};
+use wavecascade::observer::Observer;
 use wavecascade::plot::{self, Figure, Style};
-use wavecascade::report::{Provenance, TransferSummary, percent, transfer_html, write_transfer};
+use wavecascade::report::{
+    LabelledArrays, Provenance, TransferSummary, percent, transfer_arrays, transfer_html,
+};
+use wavecascade::{Error, Field};
 
-use crate::estimate::{self, Estimate, EstimateArgs};
-use crate::failure::Failure;
+use crate::estimate::{Computation, Estimate, EstimateArgs, Typed};
 use crate::parse;
 use crate::terminal::{self, Lines, number};
 use crate::triple_args::TripleArgs;
@@ -48,34 +50,44 @@ pub struct Transfer {
     pub estimate: EstimateArgs,
 }
 
-/// Runs the command.
-pub fn run(typed: Transfer) -> Result<(), Failure> {
-    // Not required by the parser: a file of styles is checked against commands without options.
-    let site = |option, site: Option<usize>| {
-        site.ok_or_else(|| Error::Request {
-            option,
-            expected: "the index of a site".into(),
-            found: "none".into(),
-        })
-    };
-    let request = TransferRequest {
-        from: site("from", typed.from)?,
-        to: site("to", typed.to)?,
-        lag: typed.lag,
-        highest: typed.highest,
-        averaging: typed.averages.averaging(),
-        gaps: typed.averages.gaps.into(),
-        alpha: typed.averages.significance,
-        resamplings: typed.resamplings,
-        threads: typed.estimate.threads(),
-        memory: typed.averages.memory,
-    };
-    estimate::run(
-        &typed.fields,
-        &typed.estimate,
-        typed.averages.memory,
-        |fields, observer| transfer(fields, &request, observer),
-    )
+impl Typed for Transfer {
+    type Found = Found;
+
+    fn fields(&self) -> &[PathBuf] {
+        &self.fields
+    }
+
+    fn shared(&self) -> &EstimateArgs {
+        &self.estimate
+    }
+
+    fn memory(&self) -> Option<u64> {
+        self.averages.memory
+    }
+
+    fn computation(&self) -> Result<impl Computation<Found>, Error> {
+        // Not required by the parser: a file of styles is checked against commands without options.
+        let site = |option, site: Option<usize>| {
+            site.ok_or_else(|| Error::Request {
+                option,
+                expected: "the index of a site".into(),
+                found: "none".into(),
+            })
+        };
+        let request = TransferRequest {
+            from: site("from", self.from)?,
+            to: site("to", self.to)?,
+            lag: self.lag,
+            highest: self.highest,
+            averaging: self.averages.averaging(),
+            gaps: self.averages.gaps.into(),
+            alpha: self.averages.significance,
+            resamplings: self.resamplings,
+            threads: self.estimate.threads(),
+            memory: self.averages.memory,
+        };
+        Ok(move |fields: &[&Field], observer: &dyn Observer| transfer(fields, &request, observer))
+    }
 }
 
 impl Estimate for Found {
@@ -85,8 +97,8 @@ impl Estimate for Found {
         TransferSummary::new(self, provenance).to_json()
     }
 
-    fn write_arrays(&self, directory: &Path) -> Result<(), Error> {
-        write_transfer(&directory.join("transfer.npz"), self)
+    fn arrays(&self, to: &dyn LabelledArrays) -> Result<(), Error> {
+        transfer_arrays(self, to)
     }
 
     fn figures(&self, name: &str, style: &Style) -> Vec<Figure> {

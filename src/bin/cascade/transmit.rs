@@ -11,6 +11,7 @@ use wavecascade::attenuation::{
     TransmissionRequest, measured_peaks, read_curve,
 };
 use wavecascade::chain::scene::{SceneSource, Units};
+use wavecascade::observer::Observer;
 use wavecascade::plot::Overlay;
 use wavecascade::report::{
     TRANSMISSION_SCHEMA, transmission_csv, transmission_html, transmission_snippet, versioned_json,
@@ -72,18 +73,66 @@ pub struct Transmit {
 
 /// All that is printed and kept.
 #[derive(Debug, Serialize)]
-struct TransmissionReport<'a> {
+pub struct TransmissionReport {
     #[serde(flatten)]
-    transmission: &'a Transmission,
+    pub transmission: Transmission,
     /// Relative forces, or of a field the largest velocity of the last site.
     measured: Vec<Compared>,
     /// Of a field: when that velocity is half of its largest for the last time before it.
     measured_arrivals: Vec<Compared>,
     /// Its value of the key, where there is a velocity but no arrival, measured or computed.
     measured_without_arrival: Vec<f64>,
+    #[serde(skip)]
+    laid_over: MeasuredForces,
+}
+
+impl TransmissionReport {
+    /// # Errors
+    /// None for results of this program.
+    pub fn to_json(&self) -> serde_json::Result<String> {
+        versioned_json(TRANSMISSION_SCHEMA, self)
+    }
+}
+
+impl Transmit {
+    /// Follows the pulse through the chains of `scene` with the typed keys, and lays measured forces beside it.
+    pub fn find(
+        &self,
+        scene: SceneSource,
+        observer: &dyn Observer,
+    ) -> Result<TransmissionReport, Error> {
+        let scene = scene.with(self.keys.settings.clone());
+        let over = match &self.over {
+            Some(over) => over.clone(),
+            None => default_over(&scene)?,
+        };
+        let measured = MeasuredForces::read(self.measured.as_deref(), self.how.quiet)?;
+        let request = TransmissionRequest {
+            also: measured.values(),
+            vary: self.vary.clone(),
+            locate: !self.no_extremes,
+            ..TransmissionRequest::new(scene, over)
+        };
+        let transmission = request.run(self.out.as_deref(), observer)?;
+        let [compared, measured_arrivals] = measured.beside(transmission.curves.first());
+        let measured_without_arrival = match (&measured, compared.as_slice()) {
+            (MeasuredForces::Field { .. }, [velocity]) if measured_arrivals.is_empty() => {
+                vec![velocity.measured.at]
+            }
+            _ => Vec::new(),
+        };
+        Ok(TransmissionReport {
+            measured: compared,
+            measured_arrivals,
+            measured_without_arrival,
+            transmission,
+            laid_over: measured,
+        })
+    }
 }
 
 /// Measured forces.
+#[derive(Debug)]
 enum MeasuredForces {
     Nothing,
     Curve(Vec<MeasuredPoint>),
@@ -170,43 +219,19 @@ pub fn run(typed: Transmit) -> Result<(), Failure> {
         Some(path) => SceneSource::read(path)?,
         None => SceneSource::default(),
     };
-    let scene = scene.with(typed.keys.settings.clone());
-    let over = match &typed.over {
-        Some(over) => over.clone(),
-        None => default_over(&scene)?,
-    };
-    let measured = MeasuredForces::read(typed.measured.as_deref(), typed.how.quiet)?;
-    let request = TransmissionRequest {
-        also: measured.values(),
-        vary: typed.vary.clone(),
-        locate: !typed.no_extremes,
-        ..TransmissionRequest::new(scene, over)
-    };
     let progress = Progress::new(!typed.how.quiet && std::io::stderr().is_terminal());
     progress.begin_writing();
-    let result = request.run(typed.out.as_deref(), &progress);
+    let result = typed.find(scene, &progress);
     progress.clear();
-    let transmission = result?;
-    let [compared, measured_arrivals] = measured.beside(transmission.curves.first());
-    let measured_without_arrival = match (&measured, compared.as_slice()) {
-        (MeasuredForces::Field { .. }, [velocity]) if measured_arrivals.is_empty() => {
-            vec![velocity.measured.at]
-        }
-        _ => Vec::new(),
-    };
-    let found = TransmissionReport {
-        measured: compared,
-        measured_arrivals,
-        measured_without_arrival,
-        transmission: &transmission,
-    };
-    let json = versioned_json(TRANSMISSION_SCHEMA, &found).map_err(std::io::Error::from)?;
+    let found = result?;
+    let (transmission, measured) = (&found.transmission, &found.laid_over);
+    let json = found.to_json().map_err(std::io::Error::from)?;
     let mut main = None;
     if let Some(out) = &typed.out {
-        let csv = transmission_csv(&transmission).map_err(std::io::Error::other)?;
-        let page = transmission_html(&transmission, measured.laid_over());
+        let csv = transmission_csv(transmission).map_err(std::io::Error::other)?;
+        let page = transmission_html(transmission, measured.laid_over());
         let figure =
-            wavecascade::plot::transmission(&transmission, measured.laid_over(), &drawing.style);
+            wavecascade::plot::transmission(transmission, measured.laid_over(), &drawing.style);
         let saved = Saved {
             name: "transmission",
             json: &json,
@@ -237,7 +262,7 @@ pub fn run(typed: Transmit) -> Result<(), Failure> {
 
 /// The summary for the terminal.
 fn told(found: &TransmissionReport, width: usize) -> String {
-    let transmission = found.transmission;
+    let transmission = &found.transmission;
     let mut text = String::new();
     for curve in &transmission.curves {
         text += &curve_text(transmission, curve, width);

@@ -9,6 +9,7 @@ use super::{Attenuate, Where};
 use crate::analyze::print_notes;
 
 /// Measured pulses.
+#[derive(Debug)]
 pub(super) enum MeasuredPulses {
     Nothing,
     /// Relative forces over bodies.

@@ -29,7 +29,7 @@ use crate::progress::Progress;
 use crate::saved::Saved;
 use crate::scene_keys::SceneKeys;
 use crate::terminal;
-use measured::Beside;
+use measured::{Beside, MeasuredPulses};
 pub use summary::{compared_line, failure_lines, without_arrival_line};
 
 /// What `cascade attenuate` takes.
@@ -137,12 +137,22 @@ pub enum Choice {
 
 /// All that is printed and kept.
 #[derive(Debug, Serialize)]
-struct AttenuationReport<'a> {
+pub struct AttenuationReport {
     #[serde(flatten)]
-    attenuation: &'a Attenuation,
+    pub attenuation: Attenuation,
     best: Option<Best>,
     #[serde(flatten)]
     beside: Beside,
+    #[serde(skip)]
+    measured: MeasuredPulses,
+}
+
+impl AttenuationReport {
+    /// # Errors
+    /// None for results of this program.
+    pub fn to_json(&self) -> serde_json::Result<String> {
+        versioned_json(ATTENUATION_SCHEMA, self)
+    }
 }
 
 /// The value of the key that lets least through.
@@ -170,25 +180,19 @@ pub fn run(typed: Attenuate) -> Result<(), Failure> {
         .refuse_without(typed.out.is_some(), "`--out`")?;
     let drawing = typed.figures.drawing()?;
     use_threads(typed.how.threads.map(usize::from))?;
-    let request = typed.request()?;
-    let measured = typed.measured()?;
     let progress = Progress::new(!typed.how.quiet && std::io::stderr().is_terminal());
     progress.begin_writing();
-    let result = typed.compute(&request, &progress);
+    let result = typed.find(&progress);
     progress.clear();
-    let (attenuation, best) = result?;
-    let found = AttenuationReport {
-        attenuation: &attenuation,
-        best,
-        beside: measured.beside(&attenuation),
-    };
-    let json = versioned_json(ATTENUATION_SCHEMA, &found).map_err(std::io::Error::from)?;
+    let found = result?;
+    let (attenuation, measured) = (&found.attenuation, &found.measured);
+    let json = found.to_json().map_err(std::io::Error::from)?;
     let mut main = None;
     if let Some(out) = &typed.out {
-        let csv = attenuation_csv(&attenuation).map_err(std::io::Error::other)?;
-        let page = attenuation_html(&attenuation, measured.laid_over());
+        let csv = attenuation_csv(attenuation).map_err(std::io::Error::other)?;
+        let page = attenuation_html(attenuation, measured.laid_over());
         let figure =
-            wavecascade::plot::attenuation(&attenuation, measured.laid_over(), &drawing.style);
+            wavecascade::plot::attenuation(attenuation, measured.laid_over(), &drawing.style);
         let saved = Saved {
             name: "attenuation",
             json: &json,
@@ -214,7 +218,20 @@ pub fn run(typed: Attenuate) -> Result<(), Failure> {
 }
 
 impl Attenuate {
-    pub fn compute(
+    /// Follows the pulses, and lays measured ones beside them.
+    pub fn find(&self, observer: &dyn Observer) -> Result<AttenuationReport, Error> {
+        let request = self.request()?;
+        let measured = self.measured()?;
+        let (attenuation, best) = self.compute(&request, observer)?;
+        Ok(AttenuationReport {
+            beside: measured.beside(&attenuation),
+            attenuation,
+            best,
+            measured,
+        })
+    }
+
+    fn compute(
         &self,
         request: &AttenuationRequest,
         progress: &dyn Observer,
@@ -310,7 +327,7 @@ impl Attenuate {
         Ok(chains)
     }
 
-    pub fn request(&self) -> Result<AttenuationRequest, Error> {
+    fn request(&self) -> Result<AttenuationRequest, Error> {
         if let Some(sites) = self.keys.settings.iter().find(|s| s.key == "sites") {
             return Err(Error::Request {
                 option: "sites",

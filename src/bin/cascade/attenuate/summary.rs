@@ -12,7 +12,7 @@ const TOLD: usize = 3;
 
 /// The summary for the terminal.
 pub(super) fn told(found: &AttenuationReport, width: usize) -> String {
-    let attenuation = found.attenuation;
+    let attenuation = &found.attenuation;
     let law = format!("law of the force, {} contacts", attenuation.kind.name());
     let mut table = Table::new("chain").words("sense");
     for name in ["ratio", "bodies", "force", "energy", "width", "high"] {

@@ -1,0 +1,188 @@
+"""Estimates of the Python package beside SciPy, nitime, NumPy and PySPOD, arrays in memory to arrays.
+
+    pip install ./python scipy nitime
+    python benches/peers/python_estimates.py [--rounds 5] [--core 1] [--out FILE.md]
+
+Noise with a steep spectrum, one thread pinned to one core; round after round, each once a round,
+and a figure is the median over rounds. What is compared:
+
+coherence    all sites with the first, Hann segments of 1024, half overlapping. SciPy:
+             `signal.coherence`. wavecascade beside it has phases, intervals and delays.
+multitaper   seven tapers, NW = 4, adaptive weights, chi-square degrees of freedom, jackknife, of
+             every site. nitime: `multi_taper_psd(adaptive=True, jackknife=True)`, on a few sites
+             and scaled up. wavecascade beside it has intervals and the F-test.
+bicoherence  of one site, segments of 512, half overlapping. NumPy: products of all pairs at once,
+             one realisation after the other, with indices made beforehand.
+modes        SPOD, segments of 512, half overlapping. NumPy: segments, transforms, the method of
+             snapshots with `linalg.eigh`, all modes of all frequencies. PySPOD, if it is installed,
+             writes its modes to files.
+"""
+
+import argparse
+import os
+import platform
+import statistics
+import tempfile
+import time
+
+parser = argparse.ArgumentParser(
+    description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter
+)
+parser.add_argument("--rounds", type=int, default=5)
+parser.add_argument("--core", type=int, default=1)
+parser.add_argument("--times", type=int, default=16384)
+parser.add_argument("--sites", type=int, default=300)
+parser.add_argument("--peer-sites", type=int, default=10, help="sites of nitime, scaled up to all")
+parser.add_argument("--out")
+options = parser.parse_args()
+os.sched_setaffinity(0, [options.core])
+for name in ("OMP_NUM_THREADS", "MKL_NUM_THREADS", "OPENBLAS_NUM_THREADS"):
+    os.environ[name] = "1"
+
+import nitime
+import numpy as np
+import scipy
+from nitime.algorithms import multi_taper_psd
+from scipy import signal
+
+import wavecascade as wc
+
+SEGMENT = 512
+HOP, LAST = SEGMENT // 2, (SEGMENT - 1) // 2
+rng = np.random.default_rng(1)
+noise = rng.standard_normal((options.times, options.sites))
+field = signal.lfilter([1], [1, -0.9], noise, axis=0)
+records = np.ascontiguousarray(field.T)
+some = records[: options.peer_sites]
+periodic_hann = 0.5 - 0.5 * np.cos(2 * np.pi * np.arange(SEGMENT) / SEGMENT)
+bins = np.arange(1, LAST + 1)
+first, second = (index.ravel() for index in np.meshgrid(bins, bins))
+# Neighbouring bins share power under the Hann window, so wavecascade has none below 2.
+inside = (first >= second) & (second >= 2) & (first + second <= LAST)
+first, second = first[inside], second[inside]
+
+
+def transforms(values):
+    """Of segments along the first axis: `(segment, bin, ...)`."""
+    starts = range(0, options.times - SEGMENT + 1, HOP)
+    segments = np.array([values[s : s + SEGMENT] for s in starts])
+    window = periodic_hann.reshape((SEGMENT,) + (1,) * (values.ndim - 1))
+    return np.fft.rfft((segments - segments.mean(axis=1, keepdims=True)) * window, axis=1)
+
+
+def numpy_bicoherence():
+    x = transforms(field[:, 0])
+    mean, pairs = np.zeros(len(first), complex), np.zeros(len(first))
+    for one in x:
+        product = one[first] * one[second]
+        mean += product * one[first + second].conj()
+        pairs += product.real**2 + product.imag**2
+    powers = (abs(x) ** 2).sum(axis=0)
+    return abs(mean) ** 2 / (pairs * powers[first + second]), np.angle(mean)
+
+
+def numpy_modes():
+    """Eigenvalues and modes of all frequencies."""
+    x = transforms(field)
+    scale = 2 / (len(x) * (periodic_hann**2).sum())
+    eigenvalues, modes = [], []
+    for m in range(1, LAST + 1):
+        snapshots = x[:, m]
+        values, vectors = np.linalg.eigh(snapshots.conj() @ snapshots.T * scale)
+        eigenvalues.append(values[::-1])
+        modes.append((vectors.T @ snapshots)[::-1])
+    return np.array(eigenvalues), modes
+
+
+def pyspod_modes():
+    from pyspod.spod.standard import Standard
+
+    with tempfile.TemporaryDirectory() as folder:
+        settings = {
+            "time_step": 1.0,
+            "n_space_dims": 1,
+            "n_variables": 1,
+            "n_dft": SEGMENT,
+            "overlap": 50,
+            "mean_type": "blockwise",
+            "savedir": folder,
+        }
+        Standard(params=settings).fit(data_list=field[:, :, None])
+
+
+def wc_coherence():
+    return wc.coherence(field, layout="time-site", segment=1024, threads=1)
+
+
+def wc_multitaper():
+    return wc.spectrum(field, layout="time-site", multitaper=(4, 7), threads=1)
+
+
+def wc_bicoherence():
+    return wc.bicoherence(field[:, :1], layout="time-site", segment=SEGMENT, every=0, threads=1)
+
+
+def wc_modes():
+    return wc.modes(field, layout="time-site", segment=SEGMENT, threads=1)
+
+
+def scipy_coherence():
+    return signal.coherence(records[:1], records, nperseg=1024, noverlap=512)
+
+
+def nitime_multitaper():
+    return [multi_taper_psd(r, NW=4, adaptive=True, jackknife=True) for r in some]
+
+
+# What is timed is the same: to rounding, away from 0 and the Nyquist frequency.
+found = wc_coherence()["coherence"].values[1:-1, 1:]
+np.testing.assert_allclose(found, scipy_coherence()[1].T[1:-1, 1:], rtol=1e-9)
+np.testing.assert_allclose(
+    wc_bicoherence()["bicoherence"].values,
+    numpy_bicoherence()[0][np.lexsort((first, second))],
+    atol=1e-12,
+)
+found = wc_modes()["eigenvalues"].values[1:-1]
+expected = numpy_modes()[0][:, : found.shape[1]]
+np.testing.assert_allclose(found[:, :5], expected[:, :5], rtol=1e-9)
+
+ratio = options.sites / len(some)
+works = {
+    "coherence": {"wavecascade": (wc_coherence, 1), "SciPy": (scipy_coherence, 1)},
+    "multitaper": {"wavecascade": (wc_multitaper, 1), "nitime": (nitime_multitaper, ratio)},
+    "bicoherence": {"wavecascade": (wc_bicoherence, 1), "NumPy": (numpy_bicoherence, 1)},
+    "modes": {"wavecascade": (wc_modes, 1), "NumPy": (numpy_modes, 1)},
+}
+try:
+    import pyspod  # noqa: F401
+except ImportError:
+    pass
+else:
+    works["modes"]["PySPOD"] = (pyspod_modes, 1)
+
+times = {(what, who): [] for what, peers in works.items() for who in peers}
+for _ in range(options.rounds):
+    for what, peers in works.items():
+        for who, (work, scale) in peers.items():
+            begin = time.perf_counter()
+            work()
+            times[what, who].append(scale * (time.perf_counter() - begin))
+
+lines = [
+    f"{options.times} samples, {options.sites} sites, one core; wavecascade {wc.__version__}, "
+    f"NumPy {np.__version__}, SciPy {scipy.__version__}, nitime {nitime.__version__}, "
+    f"Python {platform.python_version()}; load {os.getloadavg()[0]:.1f}; "
+    f"median of {options.rounds} rounds",
+    "",
+    "| estimate | library | ms | times as long as wavecascade |",
+    "|---|---|---|---|",
+]
+for (what, who), seconds in times.items():
+    own = statistics.median(times[what, "wavecascade"])
+    took = statistics.median(seconds)
+    lines.append(f"| {what} | {who} | {1e3 * took:.1f} | {took / own:.2f} |")
+text = "\n".join(lines) + "\n"
+print(text)
+if options.out:
+    with open(options.out, "w", encoding="utf-8") as file:
+        file.write(text)

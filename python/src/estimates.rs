@@ -1,0 +1,140 @@
+//! The commands on estimates: fields to arrays with their summary.
+
+use std::path::{Path, PathBuf};
+
+use pyo3::exceptions::PyValueError;
+use pyo3::prelude::*;
+use pyo3::types::{PyDict, PyList};
+use wavecascade::Field;
+use wavecascade::arrays::Precision;
+use wavecascade::observer::Observer;
+use wavecascade::report::Provenance;
+
+use super::faults::{self, keywords};
+use super::kept::Kept;
+use super::samples::{Opener, Source};
+use super::typed::{command, provenance};
+use super::watch;
+use crate::advice;
+use crate::args::Command;
+use crate::estimate::{Estimate, Typed};
+use crate::failure::Failure;
+use crate::fields::expanded;
+
+/// The estimate that the words name, of one or several fields: arrays with labels, `summary` in JSON,
+/// `warnings`.
+#[pyfunction]
+#[pyo3(signature = (sources, words, progress=None))]
+pub fn estimate<'py>(
+    py: Python<'py>,
+    sources: Vec<Source>,
+    words: Vec<String>,
+    progress: Option<Bound<'py, PyAny>>,
+) -> PyResult<Bound<'py, PyDict>> {
+    let from = sources.first().map_or(faults::From::Memory, Source::from);
+    let openers = sources.iter().map(Source::opener).collect();
+    let call = Call {
+        py,
+        from,
+        openers,
+        words: &words,
+        progress,
+    };
+    match command(&words)? {
+        Command::Bicoherence(typed) => call.of(*typed),
+        Command::Coherence(typed) => call.of(*typed),
+        Command::Increments(typed) => call.of(*typed),
+        Command::Lomb(typed) => call.of(*typed),
+        Command::Modes(typed) => call.of(*typed),
+        Command::Ridges(typed) => call.of(*typed),
+        Command::Slope(typed) => call.of(*typed),
+        Command::Spectrum(typed) => call.of(*typed),
+        Command::Transfer(typed) => call.of(*typed),
+        _ => Err(PyValueError::new_err(format!(
+            "expected the words of an estimate, found {words:?}"
+        ))),
+    }
+}
+
+struct Call<'py, 'a> {
+    py: Python<'py>,
+    from: faults::From,
+    openers: Vec<Opener>,
+    words: &'a [String],
+    progress: Option<Bound<'py, PyAny>>,
+}
+
+impl<'py> Call<'py, '_> {
+    fn of<T: Typed + Sync>(self, typed: T) -> PyResult<Bound<'py, PyDict>> {
+        let (py, words, openers) = (self.py, self.words, self.openers);
+        let work = |observer: &dyn Observer| made(&typed, openers, words, observer);
+        let done = watch::run(py, self.progress.as_ref(), work)?;
+        let done = done.map_err(|error| faults::of_failure(py, error, self.from))?;
+        let out = done.arrays.into_python(py)?;
+        out.set_item("summary", done.summary)?;
+        let of_fields = done.doubts.iter();
+        let of_fields = of_fields.map(|(text, help)| ("field", text, help));
+        let name = T::Found::COMMAND;
+        let own = done.warnings.iter().map(|[text, help]| (name, text, help));
+        let all = of_fields.chain(own);
+        let all = all.map(|(of, text, help)| (of, keywords(text), keywords(help)));
+        out.set_item("warnings", PyList::new(py, all.collect::<Vec<_>>())?)?;
+        Ok(out)
+    }
+}
+
+struct Made {
+    arrays: Kept,
+    summary: String,
+    /// Of the fields as they were read.
+    doubts: Vec<(String, String)>,
+    warnings: Vec<[String; 2]>,
+}
+
+/// Opens the fields and makes the estimate.
+fn made<T: Typed>(
+    typed: &T,
+    openers: Vec<Opener>,
+    words: &[String],
+    observer: &dyn Observer,
+) -> Result<Made, Failure> {
+    let compute = typed.computation()?;
+    let mut all = Vec::new();
+    for opener in openers {
+        match opener {
+            Opener::Files(paths) => {
+                let paths = expanded(&paths)?;
+                all.extend(paths.into_iter().map(|path| Opener::Files(vec![path])));
+            }
+            memory => all.push(memory),
+        }
+    }
+    let path: Option<PathBuf> = all.first().and_then(Opener::path);
+    let name = path.clone();
+    let name = name.unwrap_or_else(|| Path::new("field").to_owned());
+    let input = &typed.shared().input;
+    let open = |opener: Opener| opener.open(input, typed.memory(), None, T::Found::UNEVEN);
+    let fields = all.into_iter().map(open);
+    let fields: Vec<Field> = fields.collect::<Result<_, _>>()?;
+    let doubts = fields.iter().flat_map(|field| &field.notes);
+    let doubts = doubts.filter(|note| note.is_doubtful()).map(|note| {
+        let advice = advice::of_note(note).unwrap_or_default();
+        (note.message(), advice.to_owned())
+    });
+    let doubts = doubts.collect();
+    let opened: Vec<&Field> = fields.iter().collect();
+    let found = compute(&opened, observer).map_err(|error| error.of_file(&name))?;
+    fields.iter().try_for_each(Field::check_unchanged)?;
+    let arrays = Kept::new(Precision::F64);
+    found.arrays(&arrays)?;
+    let input = path.map(|path| path.display().to_string());
+    let hash = fields.first().and_then(|field| field.content_hash.clone());
+    let provenance = Provenance::new(provenance(words), input, hash);
+    let summary = found.summary(&provenance).map_err(std::io::Error::from)?;
+    Ok(Made {
+        arrays,
+        summary,
+        doubts,
+        warnings: found.warnings(),
+    })
+}

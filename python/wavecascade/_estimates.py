@@ -1,0 +1,410 @@
+"""Estimates: averages over realisations, with their significance.
+
+All are commands of the program on one or several fields; each function names its command, and
+:func:`_made` does the rest.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import Any, Unpack
+
+from wavecascade import _native
+from wavecascade._fields import pair, shots, source
+from wavecascade._options import (
+    BicoherenceOptions,
+    CoherenceOptions,
+    FieldOptions,
+    IncrementsOptions,
+    LombOptions,
+    ModesOptions,
+    RidgesOptions,
+    SlopeOptions,
+    SpectrumOptions,
+    TransferOptions,
+)
+from wavecascade._results import dataset, summary_attrs, warn
+from wavecascade._words import Progress, observed, words
+
+_OPTIONS: dict[str, Any] = {
+    "bicoherence": BicoherenceOptions,
+    "coherence": CoherenceOptions,
+    "increments": IncrementsOptions,
+    "lomb": LombOptions,
+    "modes": ModesOptions,
+    "ridges": RidgesOptions,
+    "slope": SlopeOptions,
+    "spectrum": SpectrumOptions,
+    "transfer": TransferOptions,
+}
+#: The sites of two records, of which the first is the input.
+_PAIRS: dict[str, dict[str, int]] = {
+    "bicoherence": {"site": 0, "output": 1},
+    "coherence": {"reference": 0},
+    "transfer": {"from_": 0, "to": 1},
+}
+#: Parts of summaries that repeat arrays.
+_IN_ARRAYS = frozenset({"columns", "delays", "outputs", "speeds"})
+
+
+def _made(
+    command: str, field: Any, options: Mapping[str, object], progress: Progress, other: Any = None
+) -> Any:
+    """The estimate of a field, of several, or of two records."""
+    given = dict(options)
+    dim = given.pop("shot_dim", None)
+    fields = shots(field, given, dim, other is not None)
+    if other is not None:
+        sites = _PAIRS[command]
+        for option in sites:
+            if given.get(option) is not None:
+                raise ValueError(
+                    f"{option.rstrip('_')}: expected none beside two records, whose sites are 0 and 1, "
+                    f"found {given[option]}"
+                )
+        given |= sites
+        others = shots(other, given, dim, True)
+        if len(fields) != len(others):
+            raise ValueError(
+                f"other: expected as many records as of the first, {len(fields)}, found {len(others)}"
+            )
+        fields = [pair(one, two) for one, two in zip(fields, others, strict=True)]
+    sources = []
+    typed: dict[str, object] = {}
+    for one in fields:
+        # What a field uses up, it uses up for itself.
+        typed = dict(given)
+        sources.append(source(one, typed))
+    allowed = frozenset(_OPTIONS[command].__annotations__) | frozenset(FieldOptions.__annotations__)
+    names = ["field"] * (1 if command == "lomb" else len(sources))
+    found = _native.estimate(sources, words(command, typed, allowed, names), observed(progress))
+    warn(found, stacklevel=4)
+    arrays = {name for name, *_ in found["arrays"]}
+    return dataset(found, summary_attrs(found["summary"], without=arrays | _IN_ARRAYS))
+
+
+def bicoherence(
+    field: Any, other: Any = None, *, progress: Progress = None, **options: Unpack[BicoherenceOptions]
+) -> Any:
+    """Coupling of three frequencies, f3 = f1 + f2, of one site, between two, and along x.
+
+    b^2(f1, f2) = |<X1 X2 conj(X3)>|^2 / (<|X1 X2|^2> <|X3|^2>), 0 to 1, over realisations: segments and
+    shots. The biphase is the phase of the mean in the numerator.
+
+    Parameters
+    ----------
+    field
+        Samples ``(time, site)`` as for :func:`analyze`. Repeated records of the same sites (shots) are a
+        sequence of them, a leading dimension of an array, or of a DataArray the dimension ``shot`` or
+        ``shot_dim``.
+    other
+        The record of the sum, where ``field`` is the record of the two that are added: both
+        ``(time)``, or ``(shot, time)``.
+    progress
+        As for :func:`analyze`.
+    **options
+        Those of ``cascade bicoherence``: ``site``, ``output``, ``along=(first, end)``, ``every``,
+        ``segment``, ``overlap``, ``window``, ``detrend``, ``gaps``, ``significance``, ``threads``, and
+        how the field is read.
+
+    Returns
+    -------
+    xarray.Dataset or dict
+        ``first``, ``second``, ``third`` (cycles per unit of time), ``bicoherence``, ``biphase`` (rad) of
+        each ``triple``; ``along_largest`` and its neighbours ``(frequency, along_site)``. Levels of
+        significance are attributes.
+
+    Raises
+    ------
+    ValueError
+        For options or samples that do not fit.
+    OSError
+        For a file that cannot be read.
+    """
+    return _made("bicoherence", field, options, progress, other)
+
+
+def coherence(
+    field: Any, other: Any = None, *, progress: Progress = None, **options: Unpack[CoherenceOptions]
+) -> Any:
+    """Coherence, phase, delay and phase velocity of all sites against a reference.
+
+    gamma_j^2 = |S_rj|^2 / (S_rr S_jj) and phase_j = arg S_rj, with S_ij = <conj(X_i) X_j> over
+    realisations: segments, tapers and shots.
+
+    Parameters
+    ----------
+    field
+        As for :func:`bicoherence`.
+    other
+        A record beside that of the reference: both ``(time)``, or ``(shot, time)``.
+    progress
+        As for :func:`analyze`.
+    **options
+        Those of ``cascade coherence``: ``reference`` (a site by index), ``segment``, ``overlap``,
+        ``window``, ``multitaper=(4, 7)``, ``detrend``, ``gaps``, ``significance``, ``threads``, and how
+        the field is read.
+
+    Returns
+    -------
+    xarray.Dataset or dict
+        ``coherence``, ``phase`` and ``phase_interval`` (rad), ``spectrum`` ``(frequency, position)``;
+        ``delay``, ``delay_error`` ``(position)``, positive behind the reference; ``phase_velocity`` and
+        its neighbours ``(speed_frequency)``. Averages (``independence``) and the level of significance
+        are attributes.
+
+    Raises
+    ------
+    ValueError
+        For options or samples that do not fit.
+    OSError
+        For a file that cannot be read.
+    """
+    return _made("coherence", field, options, progress, other)
+
+
+def increments(field: Any, *, progress: Progress = None, **options: Unpack[IncrementsOptions]) -> Any:
+    """Structure functions and intermittency, along x and in time.
+
+    S_p(r) = <|d|^p> with d = v(x + r, t) - v(x, t), p = 1 .. 6, and the same over lags in time.
+
+    Parameters
+    ----------
+    field
+        As for :func:`bicoherence`.
+    progress
+        As for :func:`analyze`.
+    **options
+        Those of ``cascade increments``: ``separations`` (sites), ``lags`` (samples), ``band`` and
+        ``lag_band`` as ``(from, to)`` over which exponents are fitted, ``histograms``,
+        ``significance``, ``threads``, and how the field is read.
+
+    Returns
+    -------
+    xarray.Dataset or dict
+        ``space_structure``, ``space_structure_half`` ``(space_scale, order)``, orders 1 to 6;
+        ``space_third``, ``space_flatness``, ``space_skewness`` ``(space_scale)`` with half of their
+        intervals (``_half``); ``space_histogram_density``; and the same with ``time_``. Exponents are in
+        the attribute ``axes``.
+
+    Raises
+    ------
+    ValueError
+        For options or samples that do not fit.
+    OSError
+        For a file that cannot be read.
+    """
+    return _made("increments", field, options, progress)
+
+
+def lomb(field: Any, *, progress: Progress = None, **options: Unpack[LombOptions]) -> Any:
+    """Spectra of records at uneven times or with gaps, by least squares.
+
+    p(f) is the share of a record's variance that a sine of frequency f beside a constant explains
+    (Lomb and Scargle, with a floating mean), 0 to 1.
+
+    Parameters
+    ----------
+    field
+        As for :func:`analyze`; times (or positions) may be uneven, and samples that are not finite are
+        left out.
+    progress
+        As for :func:`analyze`.
+    **options
+        Those of ``cascade lomb``: ``axis`` as ``"time"`` or ``"space"``, ``oversampling``, ``highest``
+        (cycles per unit of the axis), ``significance``, ``threads``, and how the field is read.
+
+    Returns
+    -------
+    xarray.Dataset or dict
+        ``power`` and ``density`` (one-sided power spectral density) ``(frequency, position)``;
+        ``samples``, ``level``, ``peak_frequency``, ``peak_power``, ``false_alarm`` ``(position)``. Along
+        space there is one column, ``profiles``.
+
+    Raises
+    ------
+    ValueError
+        For options or samples that do not fit.
+    OSError
+        For a file that cannot be read.
+    """
+    return _made("lomb", field, options, progress)
+
+
+def modes(field: Any, *, progress: Progress = None, **options: Unpack[ModesOptions]) -> Any:
+    """Motions that are coherent along x, by frequency (spectral proper orthogonal decomposition).
+
+    At each frequency, int S(x, x', f) phi(x') dx' = lambda phi(x), with S the cross-spectral density
+    over realisations and int |phi|^2 dx = 1.
+
+    Parameters
+    ----------
+    field
+        As for :func:`bicoherence`.
+    progress
+        As for :func:`analyze`.
+    **options
+        Those of ``cascade modes``: ``frequencies`` whose modes are kept, ``modes`` (how many),
+        ``segment``, ``overlap``, ``window``, ``multitaper``, ``detrend``, ``gaps``, ``significance``,
+        ``threads``, and how the field is read.
+
+    Returns
+    -------
+    xarray.Dataset or dict
+        ``eigenvalues`` ``(frequency, mode)``, the one-sided power spectral density of each mode
+        integrated over x, descending; ``total`` ``(frequency)``; ``interval`` ``(frequency, end)``,
+        factors of the ends; ``mode_real``, ``mode_imag`` ``(mode_frequency, kept_mode, position)``.
+
+    Raises
+    ------
+    ValueError
+        For options or samples that do not fit.
+    OSError
+        For a file that cannot be read.
+    """
+    return _made("modes", field, options, progress)
+
+
+def ridges(field: Any, *, progress: Progress = None, **options: Unpack[RidgesOptions]) -> Any:
+    """Dispersion read off S(k, f): ridges above the noise, their velocities, laws fitted to them.
+
+    Phase velocity 2 pi f / k and group velocity 2 pi df / dk, at peaks of S along k or along f.
+
+    Parameters
+    ----------
+    field
+        As for :func:`bicoherence`.
+    progress
+        As for :func:`analyze`.
+    **options
+        Those of ``cascade ridges``: ``fit`` (``"monatomic"``, ``"diatomic"``, a formula such as
+        ``"c*abs(k); c=1"``, or a list), ``segment``, ``overlap``, ``window_time``, ``window_space``,
+        ``cut``, ``range`` (dB), ``points``, ``detrend``, ``gaps``, ``significance``, ``threads``, and
+        how the field is read.
+
+    Returns
+    -------
+    xarray.Dataset or dict
+        ``branch``, ``frequency``, ``wavenumber`` (rad, positive towards +x), ``phase_velocity``,
+        ``group_velocity`` with their errors, ``power``, ``noise``, ``width`` of each ``point``;
+        ``fit_0_frequency`` ``(fit_0_branch, fit_0_wavenumber)``. Fitted parameters are in the attribute
+        ``fits``.
+
+    Raises
+    ------
+    ValueError
+        For options or samples that do not fit.
+    OSError
+        For a file that cannot be read.
+    """
+    return _made("ridges", field, options, progress)
+
+
+def slope(field: Any, *, progress: Progress = None, **options: Unpack[SlopeOptions]) -> Any:
+    """The power law of a spectrum over a band, its breaks, and along x its change in time.
+
+    S = a k^n (or a f^n) by least squares in ln S over the band.
+
+    Parameters
+    ----------
+    field
+        As for :func:`bicoherence`.
+    progress
+        As for :func:`analyze`.
+    **options
+        Those of ``cascade slope``: ``band=(from, to)``, which is required: rad per unit of length, or
+        along time cycles per unit of time; ``along`` as ``"space"`` or ``"time"``, ``breaks``,
+        ``frames``, ``segment``, ``overlap``, ``window``, ``multitaper``, ``detrend``, ``gaps``,
+        ``significance``, ``threads``, and how the field is read.
+
+    Returns
+    -------
+    xarray.Dataset or dict
+        ``spectrum``, ``compensated`` ``(wavenumber)``, or ``(frequency)`` along time; along x
+        ``frame_slope``, ``frame_slope_half``, ``frame_gradient`` ``(frame_time)``. The law with half of
+        its interval is the attribute ``law``; ``breaks`` and ``steepening`` beside it.
+
+    Raises
+    ------
+    ValueError
+        For options or samples that do not fit.
+    OSError
+        For a file that cannot be read.
+    """
+    return _made("slope", field, options, progress)
+
+
+def spectrum(field: Any, *, progress: Progress = None, **options: Unpack[SpectrumOptions]) -> Any:
+    """Power spectral densities of all sites, or of all snapshots, with intervals.
+
+    S(f) = 2 dt / K sum |X(f)|^2 over K realisations: segments, tapers (adaptively weighted) and shots,
+    windows of unit mean square. Intervals are by chi-square with the degrees of freedom, and by the
+    jackknife.
+
+    Parameters
+    ----------
+    field
+        As for :func:`bicoherence`.
+    progress
+        As for :func:`analyze`.
+    **options
+        Those of ``cascade spectrum``: ``along`` as ``"time"`` or ``"space"``, ``periodogram``,
+        ``multitaper=(4, 7)``, ``equal_weights``, ``segment``, ``overlap``, ``window``, ``detrend``,
+        ``gaps``, ``significance``, ``threads``, and how the field is read.
+
+    Returns
+    -------
+    xarray.Dataset or dict
+        ``spectrum``, ``degrees_of_freedom``, ``low``, ``high``, ``jackknife_low``, ``jackknife_high``
+        and of several tapers ``f_statistic`` ``(frequency, position)``, along space
+        ``(wavenumber, time)`` beside ``mean_spectrum`` and its interval; NaN where no interval can be
+        stated. Lines that the test finds are in the attribute ``line_test``.
+
+    Raises
+    ------
+    ValueError
+        For options or samples that do not fit.
+    OSError
+        For a file that cannot be read.
+    """
+    return _made("spectrum", field, options, progress)
+
+
+def transfer(
+    field: Any, other: Any = None, *, progress: Progress = None, **options: Unpack[TransferOptions]
+) -> Any:
+    """Linear and quadratic transfer of energy between two sites.
+
+    Y(f) = L(f) X(f) + sum over f1 + f2 = f of Q(f1, f2) X(f1) X(f2), fitted over realisations.
+
+    Parameters
+    ----------
+    field
+        As for :func:`bicoherence`, with ``from_`` and ``to``, the sites of input and output by index; or
+        the record of the input.
+    other
+        The record of the output, where ``field`` is that of the input: both ``(time)``, or
+        ``(shot, time)``.
+    progress
+        As for :func:`analyze`.
+    **options
+        Those of ``cascade transfer``: ``from_`` and ``to``, ``lag`` (samples), ``highest`` (cycles per
+        unit of time), ``resamplings``, ``segment``, ``overlap``, ``window``, ``detrend``, ``gaps``,
+        ``significance``, ``threads``, and how the field is read.
+
+    Returns
+    -------
+    xarray.Dataset or dict
+        ``input``, ``output``, ``magnitude``, ``phase`` (rad), ``linear``, ``gain``, ``residual``,
+        ``flux``, ``above`` with standard errors ``(frequency)``; ``pair_first``, ``pair_second``,
+        ``pair_re``, ``pair_im``, ``pair_gain`` of each ``pair``. Shares of the output's power are the
+        attribute ``shares``.
+
+    Raises
+    ------
+    ValueError
+        For options or samples that do not fit.
+    OSError
+        For a file that cannot be read.
+    """
+    return _made("transfer", field, options, progress, other)

@@ -1,0 +1,457 @@
+//! Bicoherence: coupling of three frequencies, at a site, between two sites and along x.
+
+use super::along::{Along, BicoherenceAlong};
+use super::spectra::{Spectra, last_bin};
+use super::triples::{TripleSums, Triples};
+use crate::error::{Error, Result};
+use crate::estimates::realisations::{
+    Averaging, Independence, Realisations, SegmentScratch, Shot, Shots, TOGETHER, Tapers, first_of,
+    steadiness,
+};
+use crate::field::{Axis, Field};
+use crate::observer::Observer;
+use crate::prepare::Gaps;
+use crate::system::threads::in_pool;
+use crate::transform::{RecordTransform, frequencies};
+
+/// All choices of [`bicoherence`].
+#[derive(Debug, Clone, PartialEq)]
+pub struct BicoherenceRequest {
+    /// Index of the site of the two frequencies whose sum or difference is taken.
+    pub site: usize,
+    /// Index of the site of the third; `None`: the same.
+    pub output: Option<usize>,
+    /// Sites whose own bicoherence is taken along x, in ascending order.
+    pub along: Vec<usize>,
+    /// One window; `segment: None` is the power of two at or below a 32nd of the record.
+    pub averaging: Averaging,
+    pub gaps: Gaps,
+    /// Probability by which a level is exceeded by chance.
+    pub alpha: f64,
+    /// Worker threads; `None`: one a core.
+    pub threads: Option<usize>,
+    /// Bytes of working memory; `None`: half of the free memory.
+    pub memory: Option<u64>,
+}
+
+impl Default for BicoherenceRequest {
+    fn default() -> Self {
+        BicoherenceRequest {
+            site: 0,
+            output: None,
+            along: Vec::new(),
+            averaging: Averaging::default(),
+            gaps: Gaps::Refuse,
+            alpha: 0.05,
+            threads: None,
+            memory: None,
+        }
+    }
+}
+
+/// What [`bicoherence`] finds.
+#[derive(Debug, Clone)]
+pub struct Bicoherence {
+    /// Frequencies of all bins in cycles per unit of time.
+    pub frequency: Vec<f64>,
+    pub time: Axis,
+    pub space: Axis,
+    /// Indices of the sites of the pair and of the third frequency.
+    pub site: usize,
+    pub output: usize,
+    /// Samples of a segment, and shared by neighbours.
+    pub segment: [usize; 2],
+    pub independence: Independence,
+    pub alpha: f64,
+    pub map: BicoherenceMap,
+    /// Own bicoherence of the sites chosen.
+    pub along: BicoherenceAlong,
+}
+
+/// Bicoherence of all triples, a cell each.
+#[derive(Debug, Clone, PartialEq)]
+pub struct BicoherenceMap {
+    /// Bins of `f1`, `f2` and `f3 = f1 + f2`. `f2` is at most `f1` in size; negative, where the third
+    /// frequency is of another site, for differences. Bins that share power under the window are kept apart.
+    pub bins: Vec<[isize; 3]>,
+    /// `|<X1 X2 X3*>|^2 / (<|X1 X2|^2> <|X3|^2>)`, 0 to 1; NaN where there is no power.
+    pub bicoherence: Vec<f64>,
+    /// Phase of `<X1 X2 X3*>` in rad.
+    pub biphase: Vec<f64>,
+}
+
+/// Three frequencies that are coupled.
+#[derive(Debug, Clone, Copy, PartialEq, serde::Serialize)]
+pub struct CoupledTriple {
+    /// `f1`, `f2` and `f3 = f1 + f2`.
+    pub frequencies: [f64; 3],
+    pub bicoherence: f64,
+    /// In rad.
+    pub biphase: f64,
+    /// Half of the interval of the biphase at `1 - alpha`.
+    pub biphase_interval: f64,
+}
+
+impl Bicoherence {
+    /// The bicoherence that one cell exceeds by chance with probability `alpha`; `None` where no
+    /// significance can be stated.
+    pub fn cell_level(&self) -> Option<f64> {
+        self.independence.level(self.alpha)
+    }
+
+    /// The bicoherence that any cell of the map exceeds by chance with probability `alpha` (correction by
+    /// Sidak).
+    pub fn map_level(&self) -> Option<f64> {
+        self.independence.level(sidak(self.alpha, self.cells()))
+    }
+
+    /// Cells of the map that have a value.
+    pub fn cells(&self) -> usize {
+        let known = self.map.bicoherence.iter().filter(|b| b.is_finite());
+        known.count()
+    }
+
+    /// Cells above a level.
+    pub fn above(&self, level: f64) -> usize {
+        let above = self.map.bicoherence.iter().filter(|b| **b > level);
+        above.count()
+    }
+
+    /// The triples above the level of the map with the largest bicoherence, at most `count`.
+    pub fn strongest(&self, count: usize) -> Vec<CoupledTriple> {
+        let (Some(level), Some(independent)) = (self.map_level(), self.independence.independent)
+        else {
+            return Vec::new();
+        };
+        let map = &self.map;
+        let mut cells: Vec<usize> = (0..map.bins.len())
+            .filter(|cell| map.bicoherence[*cell] > level)
+            .collect();
+        cells.sort_by(|a, b| map.bicoherence[*b].total_cmp(&map.bicoherence[*a]));
+        let spread = (-self.alpha.ln() / (independent - 1.0)).exp_m1();
+        let df = self.frequency[1];
+        let triples = cells.into_iter().take(count).map(|cell| {
+            let b = map.bicoherence[cell];
+            CoupledTriple {
+                frequencies: map.bins[cell].map(|bin| bin as f64 * df),
+                bicoherence: b,
+                biphase: map.biphase[cell],
+                biphase_interval: (spread * (1.0 - b) / b).sqrt().min(1.0).asin(),
+            }
+        });
+        triples.collect()
+    }
+
+    /// What was found, in words.
+    pub fn coupling(&self) -> String {
+        let (Some(cell), Some(map)) = (self.cell_level(), self.map_level()) else {
+            return "no significance can be stated".into();
+        };
+        let cells = self.cells();
+        let (one, any) = (self.above(cell), self.above(map));
+        format!(
+            "{any} of {cells} triples of frequencies are above {map:.3}, which any of them exceeds by chance with \
+             probability {alpha}; {one} are above {cell:.3}, the level of one, where {chance:.0} would be by chance",
+            alpha = self.alpha,
+            chance = self.alpha * cells as f64,
+        )
+    }
+
+    /// Words for the units of time and of length.
+    pub fn units(&self) -> (String, String) {
+        let word = |axis: &Axis, counted: &str| axis.unit.clone().unwrap_or_else(|| counted.into());
+        (word(&self.time, "sample"), word(&self.space, "site"))
+    }
+}
+
+/// What each of `count` independent cells may exceed by chance, so that any of them does with probability
+/// `alpha`: `1 - (1 - alpha)^{1 / count}`. Conservative where cells are positively dependent. Source: Z. Sidak,
+/// J. Am. Stat. Assoc. 62, 626 (1967).
+pub(super) fn sidak(alpha: f64, count: usize) -> f64 {
+    -((-alpha).ln_1p() / count.max(1) as f64).exp_m1()
+}
+
+/// Bicoherence of one site, between two, and along x.
+///
+/// # Equation
+/// With `X` the transforms of the realisations at the frequencies `f1`, `f2`, `f3 = f1 + f2`, and means over
+/// realisations,
+///
+/// ```text
+/// b^2(f1, f2) = |<X1 X2 X3*>|^2 / (<|X1 X2|^2> <|X3|^2>),    biphase = arg <X1 X2 X3*>.
+/// ```
+///
+/// By the inequality of Cauchy and Schwarz `b^2` is at most 1. Of K independent realisations of records
+/// without coupling it has the mean `1 / K` and exceeds `1 - alpha^{1/(K-1)}` with probability alpha. It shows
+/// that phases are coupled, not which frequency feeds which.
+///
+/// # Shapes
+/// Each field is one record of every site (a shot); all have the same axes. The map is a list of triples:
+/// `f1 >= f2 > 0` of one site, which others repeat; between two sites also `f2 < 0`. Without f = 0, below the
+/// Nyquist frequency, and without triples whose `f1` and `f3` (in differences also `|f2|` and `f3`) share power
+/// under the window, which raises `b^2` without coupling. Along x: `(frequency f3, site)`.
+///
+/// # Units
+/// Bicoherence has none; biphase in rad.
+///
+/// # Errors
+/// [`Error::Request`] for fields with different axes, sites that are none, segments that do not fit, several
+/// tapers (the third moment of those of odd order vanishes), and fewer than two realisations;
+/// [`Error::NonFinite`]; [`Error::Memory`]; [`Error::Cancelled`]; [`Error::Threads`].
+///
+/// # Source
+/// Y. C. Kim, E. J. Powers, IEEE Trans. Plasma Sci. 7, 120 (1979), with this normalisation; S. Elgar, R. T.
+/// Guza, IEEE Trans. Acoust. Speech Signal Process. 36, 1667 (1988), for the distribution without coupling.
+pub fn bicoherence(
+    fields: &[&Field],
+    request: &BicoherenceRequest,
+    observer: &dyn Observer,
+) -> Result<Bicoherence> {
+    let first = first_of(fields)?;
+    check(first, request)?;
+    let averaging = with_segment(&request.averaging, first.n_times(), 32);
+    let realisations = Realisations::new(&averaging, first.n_times())?;
+    let length = realisations.segments.length;
+    if fields.len() * realisations.count() < 2 {
+        let expected = "at least two realisations: shorter segments, or several fields";
+        return refuse("segment", expected, "one segment of one field");
+    }
+    let reached = realisations.segments.record - realisations.segments.left_over();
+    let shots = Shots::new(fields, request.gaps, request.memory, reached, observer)?;
+    let pass = Pass {
+        shots,
+        request,
+        realisations: &realisations,
+        step: first.time.step,
+    };
+    if last_bin(length) < 2 * pass.least_distance() {
+        let expected = "more samples, for one triple of frequencies";
+        return refuse("segment", expected, length);
+    }
+    in_pool(request.threads, || pass.run(first))
+}
+
+pub(super) fn refuse<T>(
+    option: &'static str,
+    expected: impl ToString,
+    found: impl ToString,
+) -> Result<T> {
+    Err(Error::Request {
+        option,
+        expected: expected.to_string(),
+        found: found.to_string(),
+    })
+}
+
+/// `averaging` with its segment, by default the power of two at or below this part of the record.
+fn with_segment(averaging: &Averaging, record: usize, part: usize) -> Averaging {
+    let length = match record / part {
+        0..8 => record.min(8),
+        part => 1 << part.ilog2(),
+    };
+    Averaging {
+        segment: averaging.segment.or(Some(length)),
+        ..averaging.clone()
+    }
+}
+
+fn check(first: &Field, request: &BicoherenceRequest) -> Result<()> {
+    let n_sites = first.n_sites();
+    let a_site = format!("a site from 0 to {}", n_sites - 1);
+    if request.site >= n_sites {
+        return refuse("site", a_site, request.site);
+    }
+    if let Some(output) = request.output.filter(|output| *output >= n_sites) {
+        return refuse("output", a_site, output);
+    }
+    if let Some(site) = request.along.iter().find(|site| **site >= n_sites) {
+        return refuse("along", a_site, site);
+    }
+    if request.along.windows(2).any(|pair| pair[0] >= pair[1]) {
+        return refuse("along", "sites in ascending order", "others");
+    }
+    if !(request.alpha > 0.0 && request.alpha < 1.0) {
+        let expected = "a probability between 0 and 1";
+        return refuse("significance", expected, request.alpha);
+    }
+    only_one_window(&request.averaging)
+}
+
+/// # Errors
+/// [`Error::Request`] for several tapers.
+pub(super) fn only_one_window(averaging: &Averaging) -> Result<()> {
+    match averaging.tapers {
+        Tapers::Window(_) => Ok(()),
+        Tapers::Slepian { .. } => refuse(
+            "multitaper",
+            "one window: products of three transforms vanish under tapers of odd order",
+            "several tapers",
+        ),
+    }
+}
+
+pub(super) struct Pass<'a> {
+    pub shots: Shots<'a>,
+    pub request: &'a BicoherenceRequest,
+    pub realisations: &'a Realisations,
+    /// Between two samples.
+    pub step: f64,
+}
+
+impl Pass<'_> {
+    fn run(&self, first: &Field) -> Result<Bicoherence> {
+        let last = last_bin(self.realisations.segments.length);
+        let (site, output) = (
+            self.request.site,
+            self.request.output.unwrap_or(self.request.site),
+        );
+        let least = self.least_distance();
+        let triples = match site == output {
+            true => Triples::of_one(last, least),
+            false => Triples::of_two(last, least),
+        };
+        let own = Triples::of_one(last, least);
+        let mut along = Along::new(self, &own);
+        let block = self.shots.block(
+            "the bispectra of this field",
+            self.held(first, &triples, &own),
+        )?;
+        let mut sums = TripleSums::zeros(&triples);
+        let mut steady = 0.0;
+        let mut seen = 0;
+        self.shots.each(block, |shot| {
+            steady += self.add(shot, [site, output], &triples, &mut sums);
+            seen += 1;
+            along.add(shot, seen == self.shots.count())
+        })?;
+        let of_record = steady / self.shots.count() as f64;
+        Ok(self.finish(first, &triples, &sums, of_record, along))
+    }
+
+    /// Bytes that are needed beside the samples.
+    fn held(&self, field: &Field, triples: &Triples, own: &Triples) -> u64 {
+        let length = self.realisations.segments.length;
+        let spectra = Spectra::bytes(self.realisations);
+        let threads = rayon::current_num_threads() as u64;
+        let together = TOGETHER as u64;
+        let scratch = RecordTransform::<f64>::working_bytes(length, length, TOGETHER);
+        let tile = together * (16 * field.n_times() as u64 + spectra) + scratch;
+        let chosen = self.request.along.len() as u64;
+        let results = 4 * 8 * chosen * (own.last as u64 + 1) * 2;
+        let sums = match self.shots.count() {
+            1 => threads.min(chosen),
+            _ => chosen,
+        };
+        TripleSums::bytes(triples)
+            + 40 * triples.cells() as u64
+            + 2 * spectra
+            + sums * TripleSums::bytes(own)
+            + results
+            + threads * tile
+    }
+
+    /// Adds a shot to the map; returns how steady the less steady of the two records is.
+    fn add(
+        &self,
+        shot: &Shot<'_>,
+        [site, output]: [usize; 2],
+        triples: &Triples,
+        sums: &mut TripleSums,
+    ) -> f64 {
+        let mut scratch = SegmentScratch::default();
+        let mut of = |site: usize| {
+            let record = shot.record(site);
+            let spectra = Spectra::of(self.realisations, &record, 1, shot.scale, &mut scratch);
+            (spectra, steadiness(&record))
+        };
+        let (x, steady) = of(site);
+        if site == output {
+            sums.add(triples, &x[0], &x[0]);
+            return steady;
+        }
+        let (z, other) = of(output);
+        sums.add(triples, &x[0], &z[0]);
+        steady.min(other)
+    }
+
+    /// Bins from which on two are nearly independent under the window: 1 without a taper, 2 of a Hann window.
+    pub fn least_distance(&self) -> usize {
+        let realisations = self.realisations;
+        let far = |distance: &usize| realisations.bin_correlation(*distance) < 0.1;
+        (1..realisations.bins())
+            .find(far)
+            .unwrap_or(realisations.bins())
+    }
+
+    /// The number of independent realisations of records so steady.
+    pub fn independence(&self, steady: f64) -> Independence {
+        let realisations = self.realisations;
+        Independence::new(
+            [self.shots.count(), realisations.segments.count(), 1],
+            realisations.effective_products(3),
+            steady,
+        )
+    }
+
+    fn finish(
+        &self,
+        field: &Field,
+        triples: &Triples,
+        sums: &TripleSums,
+        steady: f64,
+        along: Along<'_>,
+    ) -> Bicoherence {
+        let segments = self.realisations.segments;
+        let powers = sums.largest_powers();
+        let cells = triples.bins().enumerate();
+        let (bicoherence, biphase) = cells
+            .map(|(cell, bins)| sums.cell(cell, bins, powers))
+            .unzip();
+        Bicoherence {
+            frequency: frequencies(segments.length, field.time.step),
+            time: field.time.clone(),
+            space: field.space.clone(),
+            site: self.request.site,
+            output: self.request.output.unwrap_or(self.request.site),
+            segment: [segments.length, segments.length - segments.hop],
+            independence: self.independence(steady),
+            alpha: self.request.alpha,
+            map: BicoherenceMap {
+                bins: triples.bins().collect(),
+                bicoherence,
+                biphase,
+            },
+            along: along.finish(),
+        }
+    }
+}
+
+/// Power of a bin over that of the strongest, below which it holds only rounding.
+pub(super) const LEAST_POWER: f64 = 1e-24;
+
+impl TripleSums {
+    /// The largest power of a bin of the first and of the third kind. Bin 0 has none left once its mean is
+    /// removed, and is in no triple.
+    pub(super) fn largest_powers(&self) -> [f64; 2] {
+        [&self.first, &self.third].map(|powers| powers[1..].iter().fold(0.0, |m: f64, p| m.max(*p)))
+    }
+
+    /// Bicoherence and biphase of a cell, NaN where a bin has no power.
+    pub(super) fn cell(
+        &self,
+        cell: usize,
+        [first, second, third]: [isize; 3],
+        largest: [f64; 2],
+    ) -> (f64, f64) {
+        let [first, second, third] = [first, second, third].map(isize::unsigned_abs);
+        let least = self.first[first].min(self.first[second]);
+        let is_known =
+            least > LEAST_POWER * largest[0] && self.third[third] > LEAST_POWER * largest[1];
+        if !is_known {
+            return (f64::NAN, f64::NAN);
+        }
+        let (re, im) = (self.re[cell], self.im[cell]);
+        let bound = self.pairs[cell] * self.third[third];
+        (((re * re + im * im) / bound).min(1.0), im.atan2(re))
+    }
+}

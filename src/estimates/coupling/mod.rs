@@ -1,0 +1,16 @@
+//! Quadratic coupling between frequencies: bicoherence, and linear and quadratic transfer between two sites.
+
+mod along;
+mod bicoherence;
+mod fit;
+mod found;
+mod spectra;
+mod transfer;
+mod triples;
+
+pub use along::BicoherenceAlong;
+pub use bicoherence::{
+    Bicoherence, BicoherenceMap, BicoherenceRequest, CoupledTriple, bicoherence,
+};
+pub use found::{OutputTransfer, PairTransfer, Transfer, TransferShares};
+pub use transfer::{TransferRequest, transfer};

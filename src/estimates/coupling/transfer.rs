@@ -1,0 +1,399 @@
+//! Linear and quadratic transfer between two sites.
+
+use num_complex::Complex;
+
+use super::bicoherence::{LEAST_POWER, only_one_window, refuse};
+use super::fit::{Fit, OutputFit, Resamplings};
+use super::found::{OutputTransfer, PairTransfer, Transfer, TransferShares};
+use super::spectra::{Spectra, last_bin};
+use crate::error::{Error, Result};
+use crate::estimates::realisations::{
+    Averaging, Independence, Realisations, SegmentScratch, Shots, first_of, steadiness,
+};
+use crate::field::Field;
+use crate::observer::Observer;
+use crate::prepare::Gaps;
+use crate::system::memory::half_of_free_memory;
+use crate::system::threads::in_pool;
+
+/// All choices of [`transfer`].
+#[derive(Debug, Clone, PartialEq)]
+pub struct TransferRequest {
+    /// Index of the site of the input.
+    pub from: usize,
+    /// Index of the site of the output.
+    pub to: usize,
+    /// Samples by which the output is taken later: the time that waves need from one to the other.
+    pub lag: usize,
+    /// Frequency up to which the model has terms; `None`: all below the Nyquist frequency.
+    pub highest: Option<f64>,
+    /// One window; `segment: None` is a power of two that leaves four realisations for each unknown.
+    pub averaging: Averaging,
+    pub gaps: Gaps,
+    /// Probability by which an interval errs.
+    pub alpha: f64,
+    /// How often realisations are drawn anew for the errors.
+    pub resamplings: usize,
+    /// Worker threads; `None`: one a core.
+    pub threads: Option<usize>,
+    /// Bytes of working memory; `None`: half of the free memory.
+    pub memory: Option<u64>,
+}
+
+impl Default for TransferRequest {
+    fn default() -> Self {
+        TransferRequest {
+            from: 0,
+            to: 1,
+            lag: 0,
+            highest: None,
+            averaging: Averaging::default(),
+            gaps: Gaps::Refuse,
+            alpha: 0.05,
+            resamplings: 200,
+            threads: None,
+            memory: None,
+        }
+    }
+}
+
+/// Linear and quadratic transfer from one site to another.
+///
+/// # Equation
+/// With Fourier coefficients `X` of the input and `Y` of the output, at every frequency f,
+///
+/// ```text
+/// Y(f) = L(f) X(f) + sum_{f1 + f2 = f} Q(f1, f2) X(f1) X(f2) + E(f),
+/// ```
+///
+/// sums and differences of frequencies included. L and Q minimize `<|E|^2>`: the normal equations have the
+/// moments of fourth order of the input, which is not taken for Gaussian. The power of the output is then, with
+/// `q` the sum over Q,
+///
+/// ```text
+/// <|Y|^2> = |L|^2 <|X|^2> + Re <q conj(2 L X + q)> + <|E|^2>,
+/// ```
+///
+/// of which each pair has its part of the second term. What chance alone explains, `<|E|^2> / (K - unknowns)` a
+/// term, is counted as residual.
+///
+/// # Shapes
+/// Each field is one record of every site (a shot); all have the same axes.
+///
+/// # Units
+/// Powers as one-sided densities, in the square of the samples' unit over frequency.
+///
+/// # Errors
+/// [`Error::Request`] for fewer independent realisations than twice the unknowns, of which a frequency has one
+/// and as many as there are pairs; for fields with different axes, sites that are none or one, segments that do
+/// not fit, and several tapers; [`Error::NonFinite`]; [`Error::Memory`]; [`Error::Cancelled`];
+/// [`Error::Threads`].
+///
+/// # Source
+/// C. P. Ritz, E. J. Powers, Physica D 20, 320 (1986); K. I. Kim, E. J. Powers, IEEE Trans. Acoust. Speech
+/// Signal Process. 36, 1758 (1988), for inputs of any distribution; J. S. Kim, R. J. Fonck, R. D. Durst, E. Fernandez,
+/// P. W. Terry, S. F. Paul, M. C. Zarnstorff, Phys. Rev. Lett. 79, 841 (1997), for the transfer of energy.
+pub fn transfer(
+    fields: &[&Field],
+    request: &TransferRequest,
+    observer: &dyn Observer,
+) -> Result<Transfer> {
+    let first = first_of(fields)?;
+    check(first, request)?;
+    let record = first.n_times() - request.lag;
+    let averaging = with_segment(&request.averaging, record, fields.len());
+    let realisations = Realisations::new(&averaging, record)?;
+    let length = realisations.segments.length;
+    let df = 1.0 / (length as f64 * first.time.step);
+    let last = match request.highest {
+        Some(highest) => last_bin(length).min((highest / df * (1.0 + 1e-12)) as usize),
+        None => last_bin(length),
+    };
+    if last < 2 {
+        let expected = format!("at least two frequencies, multiples of {df}, below the highest");
+        return refuse("highest", expected, last);
+    }
+    let shots = Shots::new(
+        fields,
+        request.gaps,
+        request.memory,
+        first.n_times(),
+        observer,
+    )?;
+    let pass = Pass {
+        shots,
+        request,
+        realisations: &realisations,
+        last,
+        observer,
+    };
+    in_pool(request.threads, || pass.run(first))
+}
+
+/// `averaging` with its segment: of N samples, about `2 T / N` realisations for `N / 2` unknowns.
+fn with_segment(averaging: &Averaging, record: usize, shots: usize) -> Averaging {
+    let most = ((record * shots) as f64 * 0.9).sqrt() as usize;
+    let length = 1 << most.max(8).ilog2();
+    Averaging {
+        segment: averaging.segment.or(Some(length.min(record))),
+        ..averaging.clone()
+    }
+}
+
+fn check(first: &Field, request: &TransferRequest) -> Result<()> {
+    let n_sites = first.n_sites();
+    let a_site = format!("a site from 0 to {}", n_sites - 1);
+    for (option, site) in [("from", request.from), ("to", request.to)] {
+        if site >= n_sites {
+            return refuse(option, a_site, site);
+        }
+    }
+    if request.from == request.to {
+        return refuse("to", "another site than that of the input", request.to);
+    }
+    if request.lag >= first.n_times() {
+        let expected = format!("a lag below the {} samples of the record", first.n_times());
+        return refuse("lag", expected, request.lag);
+    }
+    if request.highest.is_some_and(|f| !(f > 0.0 && f.is_finite())) {
+        let found = request.highest.unwrap_or(f64::NAN);
+        return refuse("highest", "a frequency above 0", found);
+    }
+    if !(request.alpha > 0.0 && request.alpha < 1.0) {
+        return refuse(
+            "significance",
+            "a probability between 0 and 1",
+            request.alpha,
+        );
+    }
+    if request.resamplings < 20 {
+        return refuse("resamplings", "at least 20", request.resamplings);
+    }
+    only_one_window(&request.averaging)
+}
+
+struct Pass<'a> {
+    shots: Shots<'a>,
+    request: &'a TransferRequest,
+    realisations: &'a Realisations,
+    /// The highest bin of the model.
+    last: usize,
+    observer: &'a dyn Observer,
+}
+
+impl Pass<'_> {
+    fn run(&self, first: &Field) -> Result<Transfer> {
+        let request = self.request;
+        let mut records: Vec<[Spectra; 2]> = Vec::new();
+        let mut steady = 0.0;
+        let mut scratch = SegmentScratch::default();
+        let held = 2 * self.shots.count() as u64 * Spectra::bytes(self.realisations);
+        let block = self.shots.block("the transforms of two sites", held)?;
+        let kept = self.realisations.segments.record;
+        let unit = self.shots.each(block, |shot| {
+            let (input, output) = (shot.record(request.from), shot.record(request.to));
+            let (input, output) = (&input[..kept], &output[request.lag..]);
+            steady += steadiness(input).min(steadiness(output));
+            let mut of = |record: &[f64]| {
+                let spectra = Spectra::of(self.realisations, record, 1, shot.scale, &mut scratch);
+                spectra.into_iter().next().unwrap_or_default()
+            };
+            records.push([of(input), of(output)]);
+            Ok(())
+        })?;
+        clear_rounding(&mut records);
+        let segments = self.realisations.segments;
+        let independence = Independence::new(
+            [records.len(), segments.count(), 1],
+            self.realisations.effective(),
+            steady / records.len() as f64,
+        );
+        let independent = self.enough(&independence)?;
+        let draws = Resamplings::new(
+            [records.len(), segments.count()],
+            independence.is_transient(),
+            request.resamplings,
+        );
+        if draws.blocks() < LEAST_BLOCKS {
+            let expected = format!("at least {LEAST_BLOCKS} blocks of realisations to draw from");
+            return refuse("segment", expected, draws.blocks());
+        }
+        let threads = rayon::current_num_threads() as u64;
+        let needed = held + threads * draws.bytes(self.last) + 8 * self.pairs() * 8;
+        let allowed = request.memory.unwrap_or_else(half_of_free_memory);
+        if needed > allowed {
+            return Err(Error::Memory {
+                what: "the moments of the transfer (see --highest)",
+                needed,
+                allowed,
+            });
+        }
+        self.observer.stage("transfer functions", self.last as u64);
+        let fit = Fit {
+            records: &records,
+            draws: &draws,
+            last: self.last,
+            independent,
+        };
+        let outputs = fit.all(self.observer)?;
+        Ok(self.finish(first, independence, &draws, &outputs, unit))
+    }
+
+    /// Pairs of all outputs together, at most.
+    fn pairs(&self) -> u64 {
+        (self.last * self.last) as u64
+    }
+
+    /// Independent realisations, if there are enough.
+    fn enough(&self, independence: &Independence) -> Result<f64> {
+        let unknowns = self.last;
+        let expected = format!(
+            "at least {} independent realisations, twice the {unknowns} unknowns of a frequency: shorter \
+             segments, fewer frequencies (highest), or more fields",
+            2 * unknowns
+        );
+        let found = match independence.independent {
+            Some(independent) if independent >= 2.0 * unknowns as f64 => return Ok(independent),
+            Some(independent) => format!("{independent:.1}"),
+            None => "one: a transient, or a single segment, is one realisation".into(),
+        };
+        refuse("segment", expected, found)
+    }
+
+    fn finish(
+        &self,
+        field: &Field,
+        independence: Independence,
+        draws: &Resamplings,
+        fits: &[OutputFit],
+        unit: f64,
+    ) -> Transfer {
+        let segments = self.realisations.segments;
+        let df = 1.0 / (segments.length as f64 * field.time.step);
+        let density = 2.0 * field.time.step * unit * unit;
+        let kernel = self.realisations.quadratic_scale() / unit;
+        let mut outputs: Vec<OutputTransfer> = Vec::with_capacity(fits.len());
+        let mut pairs = Vec::new();
+        // Of every resampling, the sum of the gains so far.
+        let mut passed = vec![0.0; draws.count()];
+        let mut flux = 0.0;
+        let factor = density * df;
+        let all: f64 = fits.iter().map(|fit| fit.gain).sum::<f64>() * factor;
+        let of_all = |r: usize| fits.iter().map(|fit| fit.gains[r]).sum::<f64>() * factor;
+        let total: Vec<f64> = (0..draws.count()).map(of_all).collect();
+        for fit in fits {
+            flux -= fit.gain * factor;
+            for (sum, gain) in passed.iter_mut().zip(&fit.gains) {
+                *sum += gain * factor;
+            }
+            outputs.push(OutputTransfer {
+                frequency: fit.bin as f64 * df,
+                input: fit.input * density,
+                output: fit.output * density,
+                magnitude: fit.linear.norm(),
+                phase: fit.linear.arg(),
+                magnitude_error: fit.magnitude_error,
+                linear: fit.linear_change * density,
+                linear_error: fit.linear_error * density,
+                gain: fit.gain * density,
+                gain_error: fit.gain_error * density,
+                residual: fit.residual * density,
+                flux,
+                flux_error: deviation(&passed),
+                above: all + flux,
+                above_error: {
+                    let above = total.iter().zip(&passed).map(|(all, below)| all - below);
+                    deviation(&above.collect::<Vec<f64>>())
+                },
+                held_out_linear: fit.held_out[0] / fit.output,
+                held_out_quadratic: (fit.held_out[1] - fit.held_out[0]) / fit.output,
+                unknowns: fit.pairs.len() + 1,
+                undetermined: fit.pairs.len() + 1 - fit.determined,
+            });
+            for pair in &fit.pairs {
+                let [first, second] = pair.bins;
+                // A pair of two frequencies stands for both orders.
+                let orders = if first == second { 1.0 } else { 2.0 };
+                let value: Complex<f64> = pair.coefficient * (kernel / orders);
+                pairs.push(PairTransfer {
+                    first: first as f64 * df,
+                    second: second as f64 * df,
+                    third: fit.bin as f64 * df,
+                    re: value.re,
+                    im: value.im,
+                    gain: pair.gain * density,
+                    gain_error: pair.gain_error * density,
+                });
+            }
+        }
+        let sum = |of: fn(&OutputFit) -> f64| fits.iter().map(of).sum::<f64>();
+        let all = sum(|fit| fit.output);
+        let of_rest = |of: fn(&OutputFit) -> ([f64; 2], f64)| {
+            let shares = fits.iter().map(|fit| {
+                let ([linear, every], power) = of(fit);
+                let rest = power - linear;
+                if rest > 0.0 {
+                    ((every - linear) / rest).max(-1.0)
+                } else {
+                    0.0
+                }
+            });
+            shares.sum::<f64>() / fits.len() as f64
+        };
+        let across = of_rest(|fit| (fit.stronger, fit.stronger_output));
+        let enough = independence
+            .independent
+            .is_some_and(|k| k >= 4.0 * self.last as f64);
+        let request = self.request;
+        Transfer {
+            time: field.time.clone(),
+            space: field.space.clone(),
+            unit: field.unit.clone(),
+            from: request.from,
+            to: request.to,
+            lag: request.lag,
+            segment: [segments.length, segments.length - segments.hop],
+            independence,
+            alpha: request.alpha,
+            unknowns: self.last,
+            blocks: draws.blocks(),
+            resamplings: draws.count(),
+            outputs,
+            pairs,
+            shares: TransferShares {
+                linear: sum(|fit| fit.input + fit.linear_change) / all,
+                quadratic: sum(|fit| fit.gain) / all,
+                residual: sum(|fit| fit.residual) / all,
+                held_out_linear: sum(|fit| fit.held_out[0]) / all,
+                held_out_quadratic: sum(|fit| fit.held_out[1] - fit.held_out[0]) / all,
+                held_out_of_rest: of_rest(|fit| (fit.held_out, fit.output)),
+                stronger_half_of_rest: enough.then_some(across),
+            },
+        }
+    }
+}
+
+/// Sets inputs that are rounding to 0, so that no term is made of them.
+fn clear_rounding(records: &mut [[Spectra; 2]]) {
+    let mut powers = Vec::new();
+    for [input, _] in records.iter() {
+        input.add_power(&mut powers);
+    }
+    let largest = powers.iter().skip(1).fold(0.0, |m: f64, p| m.max(*p));
+    for (bin, power) in powers.iter().enumerate() {
+        if *power <= LEAST_POWER * largest {
+            records.iter_mut().for_each(|[input, _]| input.clear(bin));
+        }
+    }
+}
+
+/// Blocks of realisations without which no error is stated.
+const LEAST_BLOCKS: usize = 10;
+
+/// Standard deviation of numbers.
+pub(super) fn deviation(values: &[f64]) -> f64 {
+    let count = values.len() as f64;
+    let mean = values.iter().sum::<f64>() / count;
+    let squares: f64 = values.iter().map(|x| (x - mean).powi(2)).sum();
+    (squares / (count - 1.0)).sqrt()
+}

@@ -1,0 +1,166 @@
+//! What is requested of increments, and what is found.
+
+use super::moments::ORDERS;
+use super::sums::FieldAxis;
+use crate::field::Axis;
+
+/// All choices of [`increments`](super::increments()).
+#[derive(Debug, Clone, PartialEq)]
+pub struct IncrementsRequest {
+    /// Separations in sites; `None`: powers of the root of two up to a quarter of the sites.
+    pub separations: Option<Vec<usize>>,
+    /// Lags in samples; `None`: powers of the root of two up to a quarter of the times.
+    pub lags: Option<Vec<usize>>,
+    /// Separations, in units of length, over which exponents are fitted.
+    pub band: Option<(f64, f64)>,
+    /// Lags, in units of time, over which exponents are fitted.
+    pub lag_band: Option<(f64, f64)>,
+    /// Scales of each axis with a histogram.
+    pub histograms: usize,
+    /// Intervals hold with probability `1 - alpha`.
+    pub alpha: f64,
+    /// Worker threads; `None`: one a core.
+    pub threads: Option<usize>,
+    /// Bytes of working memory; `None`: half of the free memory.
+    pub memory: Option<u64>,
+}
+
+impl Default for IncrementsRequest {
+    fn default() -> Self {
+        IncrementsRequest {
+            separations: None,
+            lags: None,
+            band: None,
+            lag_band: None,
+            histograms: 4,
+            alpha: 0.05,
+            threads: None,
+            memory: None,
+        }
+    }
+}
+
+/// What [`increments`](super::increments()) finds.
+#[derive(Debug, Clone)]
+pub struct Increments {
+    pub time: Axis,
+    pub space: Axis,
+    /// Unit of the samples.
+    pub unit: Option<String>,
+    pub shots: usize,
+    /// How evenly the squares of the smallest increments are spread over 16 parts of the times: 1 for a
+    /// stationary record, 1/16 for a pulse.
+    pub steadiness: f64,
+    pub basis: IntervalBasis,
+    pub alpha: f64,
+    /// Along x, then in time; an axis without increments is left out.
+    pub axes: Vec<AxisIncrements>,
+}
+
+impl Increments {
+    /// Words for the units of time and of length.
+    pub fn units(&self) -> (String, String) {
+        let word = |axis: &Axis, counted: &str| axis.unit.clone().unwrap_or_else(|| counted.into());
+        (word(&self.time, "sample"), word(&self.space, "site"))
+    }
+}
+
+/// What the intervals of means rest on.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, serde::Serialize)]
+#[serde(rename_all = "lowercase")]
+pub enum IntervalBasis {
+    /// Each shot is one value.
+    Shots,
+    /// Each of 16 parts of a stationary record is one value.
+    Parts,
+    /// A transient is one realisation.
+    None,
+}
+
+/// Increments along one axis.
+#[derive(Debug, Clone)]
+pub struct AxisIncrements {
+    pub axis: FieldAxis,
+    pub scales: Vec<ScaleMoments>,
+    pub exponents: Option<ScalingExponents>,
+    pub histograms: Vec<IncrementHistogram>,
+}
+
+/// Moments of the increments over one separation or lag.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct ScaleMoments {
+    /// In sites or samples.
+    pub step: usize,
+    /// In units of length or time.
+    pub scale: f64,
+    /// Pairs of finite samples.
+    pub pairs: u64,
+    /// `<|d|^p>`, p from 1 to 6.
+    pub structure: [f64; ORDERS],
+    /// `<d^3>`.
+    pub third: f64,
+    /// `<d^4> / <d^2>^2`: 3 for normal increments.
+    pub flatness: f64,
+    /// `<d^3> / <d^2>^{3/2}`.
+    pub skewness: f64,
+    /// Half of the intervals of the numbers above, in their order; NaN where none can be stated.
+    pub half: [f64; ORDERS + 3],
+}
+
+impl ScaleMoments {
+    pub fn third_half(&self) -> f64 {
+        self.half[ORDERS]
+    }
+
+    pub fn flatness_half(&self) -> f64 {
+        self.half[ORDERS + 1]
+    }
+
+    pub fn skewness_half(&self) -> f64 {
+        self.half[ORDERS + 2]
+    }
+
+    /// The sign of the third moment, if its interval leaves out 0.
+    pub fn third_sign(&self) -> Option<f64> {
+        (self.third.abs() > self.half[ORDERS]).then(|| self.third.signum())
+    }
+}
+
+/// Slopes of `ln S_p` against the logarithm of the scale.
+#[derive(Debug, Clone, Copy, PartialEq, serde::Serialize)]
+pub struct ScalingExponents {
+    /// Smallest and largest scale of the fit.
+    pub band: [f64; 2],
+    pub points: usize,
+    /// Of orders 1 to 6.
+    pub exponents: [f64; ORDERS],
+    /// Half of their intervals: over shots, or of the regression.
+    pub half: [f64; ORDERS],
+    pub basis: ExponentBasis,
+    /// Slopes against `ln S_3` (extended self-similarity).
+    pub relative: [f64; ORDERS],
+}
+
+/// What the interval of an exponent is.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, serde::Serialize)]
+#[serde(rename_all = "lowercase")]
+pub enum ExponentBasis {
+    /// The spread of the exponents of the shots.
+    Shots,
+    /// Of the residuals of the regression alone: it holds the deviations from a power law, but not
+    /// what another record would give.
+    Regression,
+}
+
+/// Histogram of increments over their root mean square.
+#[derive(Debug, Clone, PartialEq)]
+pub struct IncrementHistogram {
+    /// Index of the scale.
+    pub index: usize,
+    /// Edges of the cells, in root mean squares.
+    pub edges: Vec<f64>,
+    /// Probability density of `d / sqrt <d^2>`.
+    pub density: Vec<f64>,
+    /// Increments below the first and above the last edge.
+    pub outside: [u64; 2],
+}

@@ -1,0 +1,436 @@
+//! Spectral proper orthogonal decomposition: the motions that are coherent along x, by frequency.
+
+mod shapes;
+mod snapshots;
+
+pub use shapes::{ModeShapes, ModeWave};
+
+use ndarray::Array2;
+use num_complex::Complex;
+use rayon::prelude::*;
+
+use crate::error::{Error, Result};
+use crate::estimates::realisations::{
+    Averaging, Independence, Realisations, SegmentScratch, Shots, TOGETHER, first_of,
+    interval_factors, steadiness,
+};
+use crate::field::{Axis, Field};
+use crate::observer::Observer;
+use crate::prepare::Gaps;
+use crate::system::memory::{half_of_free_memory, try_filled};
+use crate::system::threads::in_pool;
+use crate::transform::{RecordTransform, fold, frequencies};
+use shapes::ShapeSearch;
+use snapshots::{Snapshots, Solved};
+
+/// All choices of [`modes`].
+#[derive(Debug, Clone, PartialEq)]
+pub struct ModesRequest {
+    /// Frequencies whose modes are kept, each taken as the nearest bin; empty: that of the largest
+    /// eigenvalue.
+    pub frequencies: Vec<f64>,
+    /// Modes that are kept of each of these frequencies.
+    pub modes: usize,
+    pub averaging: Averaging,
+    pub gaps: Gaps,
+    /// The intervals of the eigenvalues hold with probability `1 - alpha`.
+    pub alpha: f64,
+    /// Worker threads; `None`: one a core.
+    pub threads: Option<usize>,
+    /// Bytes of working memory; `None`: half of the free memory.
+    pub memory: Option<u64>,
+}
+
+impl Default for ModesRequest {
+    fn default() -> Self {
+        ModesRequest {
+            frequencies: Vec::new(),
+            modes: 3,
+            averaging: Averaging::default(),
+            gaps: Gaps::Refuse,
+            alpha: 0.05,
+            threads: None,
+            memory: None,
+        }
+    }
+}
+
+/// What [`modes`] finds.
+#[derive(Debug, Clone)]
+pub struct Modes {
+    /// Frequencies in cycles per unit of time.
+    pub frequency: Vec<f64>,
+    pub time: Axis,
+    pub space: Axis,
+    pub n_sites: usize,
+    /// Unit of the samples.
+    pub unit: Option<String>,
+    /// Samples of a segment, and shared by neighbours.
+    pub segment: [usize; 2],
+    pub independence: Independence,
+    pub alpha: f64,
+    /// `(frequency, mode)`, descending: one-sided power spectral density, integrated over x.
+    pub eigenvalues: Array2<f64>,
+    /// One-sided power spectral density of all sites, integrated over x.
+    pub total: Vec<f64>,
+    /// The modes of the chosen frequencies.
+    pub chosen: Vec<ModeShapes>,
+}
+
+impl Modes {
+    /// What an eigenvalue at a frequency is multiplied by for the ends of its interval; `None` where no
+    /// interval can be stated.
+    pub fn interval(&self, bin: usize) -> Option<[f64; 2]> {
+        let independent = self.independence.independent?;
+        // The transform of real samples is real at 0 and at the Nyquist frequency.
+        let is_real = bin == 0 || 2 * bin == self.segment[0];
+        let freedom = if is_real {
+            independent
+        } else {
+            2.0 * independent
+        };
+        Some(interval_factors(freedom, self.alpha))
+    }
+
+    /// Share of the power at a frequency that the first mode holds; NaN where there is none.
+    pub fn leading_share(&self, bin: usize) -> f64 {
+        self.eigenvalues[[bin, 0]] / self.total[bin]
+    }
+
+    /// Share of the power of all frequencies that first modes hold; NaN for a field of zeros.
+    pub fn leading_share_of_all(&self) -> f64 {
+        let first = self.eigenvalues.column(0).sum();
+        first / self.total.iter().sum::<f64>()
+    }
+
+    /// Positions of the sites.
+    pub fn positions(&self) -> Vec<f64> {
+        (0..self.n_sites).map(|j| self.space.at(j)).collect()
+    }
+
+    /// Words for the units of time and of length.
+    pub fn units(&self) -> (String, String) {
+        let word = |axis: &Axis, counted: &str| axis.unit.clone().unwrap_or_else(|| counted.into());
+        (word(&self.time, "sample"), word(&self.space, "site"))
+    }
+}
+
+/// Spectral proper orthogonal decomposition (SPOD) of the records of all sites.
+///
+/// # Equation
+/// Of the K realisations `X_k(f, x)`, scaled so that `|X|^2` is a one-sided power spectral density, the
+/// cross-spectral density `S(x, x') = <X(x) X*(x')>` has the eigenvalues and modes
+///
+/// ```text
+/// sum_x' S(x, x') phi_n(x') dx = lambda_n phi_n(x),    sum_x |phi_n|^2 dx = 1.
+/// ```
+///
+/// They are found from the K x K matrix `M_kl = sum_x X_k* X_l dx / K` of the realisations, whose eigenvalues
+/// they share (method of snapshots), or from S where there are fewer sites than realisations. The eigenvalues
+/// of a frequency sum up to the integral of the power spectral density over x.
+///
+/// Intervals are those of a chi-square variable of 2 K degrees of freedom, K the effective number of
+/// realisations, `2 K lambda / chi^2_{1 - alpha/2}` to `2 K lambda / chi^2_{alpha/2}`. They hold for eigenvalues that are
+/// well apart; the first is too large on average where it is not.
+///
+/// # Shapes
+/// Each field is one record of every site (a shot); all have the same axes. Eigenvalues: `(frequency, mode)`, as
+/// many modes as there are realisations or sites, whichever are fewer.
+///
+/// # Units
+/// Eigenvalues: square of the samples' unit times time times length. Modes: one over the root of length.
+///
+/// # Errors
+/// [`Error::Request`] for fields with different axes, frequencies beyond the Nyquist frequency, segments that do
+/// not fit, and fewer than two realisations; [`Error::NonFinite`]; [`Error::Memory`]; [`Error::Cancelled`];
+/// [`Error::Threads`].
+///
+/// # Source
+/// A. Towne, O. T. Schmidt, T. Colonius, J. Fluid Mech. 847, 821 (2018); O. T. Schmidt, T. Colonius, AIAA J. 58,
+/// 1023 (2020) for the intervals; L. Sirovich, Q. Appl. Math. 45, 561 (1987) for snapshots.
+pub fn modes(fields: &[&Field], request: &ModesRequest, observer: &dyn Observer) -> Result<Modes> {
+    let first = first_of(fields)?;
+    let realisations = Realisations::new(&request.averaging, first.n_times())?;
+    let chosen = check(first, request, &realisations, fields.len())?;
+    in_pool(request.threads, || {
+        let (gaps, memory) = (request.gaps, request.memory);
+        let pass = Pass {
+            shots: Shots::new(fields, gaps, memory, realisations.reached(), observer)?,
+            first,
+            request,
+            realisations: &realisations,
+            chosen: &chosen,
+            observer,
+        };
+        pass.run()
+    })
+}
+
+/// The bins of the chosen frequencies.
+fn check(
+    first: &Field,
+    request: &ModesRequest,
+    realisations: &Realisations,
+    shots: usize,
+) -> Result<Vec<usize>> {
+    let refuse = |option, expected: String, found: String| {
+        Err(Error::Request {
+            option,
+            expected,
+            found,
+        })
+    };
+    if shots * realisations.count() < 2 {
+        let expected =
+            "at least two realisations: shorter segments, several tapers, or several fields";
+        let found = "one segment of one field under one taper";
+        return refuse("segment", expected.into(), found.into());
+    }
+    if request.modes == 0 {
+        return refuse("modes", "at least one mode".into(), "0".into());
+    }
+    if !(request.alpha > 0.0 && request.alpha < 1.0) {
+        let expected = "a probability between 0 and 1".to_owned();
+        return refuse("significance", expected, request.alpha.to_string());
+    }
+    let length = realisations.segments.length;
+    let bin = 1.0 / (length as f64 * first.time.step);
+    let largest = frequencies(length, first.time.step)[length / 2];
+    let mut chosen = Vec::new();
+    for frequency in &request.frequencies {
+        if !(*frequency >= 0.0 && *frequency < largest + 0.5 * bin) {
+            let expected = format!("frequencies from 0 to {largest}");
+            return refuse("frequencies", expected, frequency.to_string());
+        }
+        chosen.push(((frequency / bin).round() as usize).min(length / 2));
+    }
+    chosen.sort_unstable();
+    chosen.dedup();
+    Ok(chosen)
+}
+
+struct Pass<'a> {
+    shots: Shots<'a>,
+    first: &'a Field,
+    request: &'a ModesRequest,
+    realisations: &'a Realisations,
+    chosen: &'a [usize],
+    observer: &'a dyn Observer,
+}
+
+/// What a tile of sites gives.
+#[derive(Default)]
+struct TileSpectra {
+    /// `[(bin * realisations + realisation) * width + site]`, of the bins of a block.
+    spectra: Vec<Complex<f64>>,
+    /// Energies of the parts of the records.
+    parts: [f64; PARTS],
+}
+
+/// Parts of a record whose energies are compared.
+const PARTS: usize = 16;
+
+/// Sizes of the work.
+struct Sizes {
+    /// Bins whose spectra are held together.
+    bins: usize,
+    /// Sites that are read at once.
+    block: Option<usize>,
+}
+
+impl Pass<'_> {
+    fn run(&self) -> Result<Modes> {
+        let (all, n_sites) = (self.count(), self.first.n_sites());
+        let bins = self.realisations.bins();
+        let length = self.realisations.segments.length;
+        let sizes = self.sizes()?;
+        let mut eigenvalues = Array2::zeros((bins, all.min(n_sites)));
+        let mut total = vec![0.0; bins];
+        let mut chosen: Vec<ModeShapes> = Vec::new();
+        let mut parts = [0.0; PARTS];
+        let mut best = 0.0;
+        for from in (0..bins).step_by(sizes.bins) {
+            let to = bins.min(from + sizes.bins);
+            let (tiles, unit) = self.spectra(from, to, sizes.block)?;
+            if from == 0 {
+                for (part, sum) in parts.iter_mut().enumerate() {
+                    *sum = tiles.iter().map(|tile| tile.parts[part]).sum();
+                }
+            }
+            let density = self.first.time.step * unit * unit * self.first.space.step.abs();
+            let snapshots = Snapshots {
+                tiles: &tiles
+                    .iter()
+                    .map(|tile| &tile.spectra[..])
+                    .collect::<Vec<_>>(),
+                n_sites,
+                together: TOGETHER,
+                count: all,
+            };
+            self.observer.stage("eigenvalues", (to - from) as u64);
+            let solve = |bin: usize| -> Result<Solved> {
+                if self.observer.cancelled() {
+                    return Err(Error::Cancelled);
+                }
+                self.observer.advance(1);
+                Ok(snapshots.solve(bin - from, 0))
+            };
+            let solved: Vec<Solved> = (from..to)
+                .into_par_iter()
+                .map(solve)
+                .collect::<Result<_>>()?;
+            for (bin, solved) in (from..).zip(&solved) {
+                let scale = density * fold(bin, length) / all as f64;
+                let row = eigenvalues.row_mut(bin);
+                for (value, found) in row.into_iter().zip(&solved.eigenvalues) {
+                    *value = found.max(0.0) * scale;
+                }
+                total[bin] = solved.trace * scale;
+            }
+            let search = ShapeSearch::new(&self.first.space, n_sites);
+            let shapes = |bin: &usize| {
+                let solved = snapshots.solve(bin - from, self.request.modes);
+                search.shapes(*bin, self.frequency()[*bin], solved)
+            };
+            if self.chosen.is_empty() {
+                let inside = from.max(1)..to.min(length.div_ceil(2));
+                let leading = inside.max_by(|a, b| {
+                    eigenvalues[[*a, 0]]
+                        .total_cmp(&eigenvalues[[*b, 0]])
+                        .then(b.cmp(a))
+                });
+                if let Some(bin) = leading.filter(|bin| eigenvalues[[*bin, 0]] > best) {
+                    best = eigenvalues[[bin, 0]];
+                    chosen = vec![shapes(&bin)];
+                }
+            } else {
+                let inside: Vec<usize> = self
+                    .chosen
+                    .iter()
+                    .copied()
+                    .filter(|bin| (from..to).contains(bin))
+                    .collect();
+                chosen.extend(inside.par_iter().map(shapes).collect::<Vec<_>>());
+            }
+        }
+        Ok(Modes {
+            frequency: self.frequency(),
+            time: self.first.time.clone(),
+            space: self.first.space.clone(),
+            n_sites,
+            unit: self.first.unit.clone(),
+            segment: [length, length - self.realisations.segments.hop],
+            independence: Independence::new(
+                [
+                    self.shots.count(),
+                    self.realisations.segments.count(),
+                    self.realisations.tapers(),
+                ],
+                self.realisations.effective(),
+                steadiness(&parts.map(f64::sqrt)),
+            ),
+            alpha: self.request.alpha,
+            eigenvalues,
+            total,
+            chosen,
+        })
+    }
+
+    fn frequency(&self) -> Vec<f64> {
+        frequencies(self.realisations.segments.length, self.first.time.step)
+    }
+
+    /// Realisations of all shots.
+    fn count(&self) -> usize {
+        self.shots.count() * self.realisations.count()
+    }
+
+    /// # Errors
+    /// [`Error::Memory`].
+    fn sizes(&self) -> Result<Sizes> {
+        let (all, n_sites) = (self.count() as u64, self.first.n_sites() as u64);
+        let (bins, samples) = (self.realisations.bins() as u64, self.first.n_times() as u64);
+        let length = self.realisations.segments.length;
+        let threads = rayon::current_num_threads() as u64;
+        let together = TOGETHER as u64;
+        let rank = all.min(n_sites);
+        let tile = together * (8 * samples + 24 * bins)
+            + RecordTransform::<f64>::working_bytes(length, length, TOGETHER);
+        let solver = 32 * all * (n_sites + together) + 64 * rank * rank;
+        let kept = 8 * bins * (rank + 3)
+            + 16 * (self.chosen.len() as u64 + 1) * self.request.modes as u64 * n_sites;
+        let held = kept + threads * tile.max(solver);
+        let of_a_bin = 16 * all * self.shots.tiles() as u64 * together;
+        let allowed = self.request.memory.unwrap_or_else(half_of_free_memory);
+        let least = held + of_a_bin + 8 * samples * together;
+        if least > allowed {
+            return Err(Error::Memory {
+                what: WHAT,
+                needed: least,
+                allowed,
+            });
+        }
+        // Half of what is left holds spectra, half samples.
+        let spectra = ((allowed - held) / 2).max(of_a_bin);
+        let bins = (spectra / of_a_bin).min(bins);
+        Ok(Sizes {
+            bins: bins as usize,
+            block: self.shots.block(WHAT, held + bins * of_a_bin)?,
+        })
+    }
+
+    /// The spectra of all realisations at the bins `from .. to`, and the unit of the samples.
+    fn spectra(
+        &self,
+        from: usize,
+        to: usize,
+        block: Option<usize>,
+    ) -> Result<(Vec<TileSpectra>, f64)> {
+        let (all, count) = (self.count(), self.realisations.count());
+        let mut tiles: Vec<TileSpectra> = Vec::with_capacity(self.shots.tiles());
+        for tile in 0..self.shots.tiles() {
+            let size = (to - from) * all * self.shots.sites(tile).len();
+            let spectra = try_filled(size, Complex::default()).map_err(|_| Error::Memory {
+                what: WHAT,
+                needed: 16 * size as u64,
+                allowed: half_of_free_memory(),
+            })?;
+            tiles.push(TileSpectra {
+                spectra,
+                parts: [0.0; PARTS],
+            });
+        }
+        let mut shot_number = 0;
+        let unit = self.shots.each(block, |shot| {
+            let first = shot_number * count;
+            let scale = shot.scale;
+            shot.each_tile(
+                "spectra",
+                &mut tiles,
+                |scratch: &mut SegmentScratch, sites, records, out| {
+                    let width = sites.len();
+                    let part = (records.len() / width / PARTS).max(1);
+                    for record in records.chunks_exact(records.len() / width) {
+                        for (sum, part) in out.parts.iter_mut().zip(record.chunks_exact(part)) {
+                            *sum += crate::numeric::sum_of_squares(part);
+                        }
+                    }
+                    self.realisations.each(records, scratch, |r, spectra| {
+                        let rows = spectra.chunks_exact(width).skip(from).take(to - from);
+                        for (m, row) in rows.enumerate() {
+                            let place = (m * all + first + r) * width;
+                            for (to, x) in out.spectra[place..place + width].iter_mut().zip(row) {
+                                *to = x * scale;
+                            }
+                        }
+                    });
+                },
+            )?;
+            shot_number += 1;
+            Ok(())
+        })?;
+        Ok((tiles, unit))
+    }
+}
+
+const WHAT: &str = "the spectra of all realisations at one frequency";

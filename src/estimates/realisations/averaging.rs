@@ -1,0 +1,360 @@
+//! How one record gives several realisations.
+
+use num_complex::Complex;
+
+use crate::error::{Error, Result};
+use crate::prepare::{Detrend, Trend, Window, slepian};
+use crate::transform::{RecordScratch, RecordTransform, Segments};
+
+/// The tapers of a segment.
+#[derive(Debug, Clone, PartialEq)]
+pub enum Tapers {
+    /// One window: Welch's method.
+    Window(Window),
+    /// The first `count` Slepian sequences of time-bandwidth product `nw`: Thomson's multitaper method,
+    /// with equal weights. At most `2 nw - 1` of them keep their energy inside the band.
+    Slepian { nw: f64, count: usize },
+}
+
+/// How one record gives several realisations: overlapping segments, each under one or more tapers.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Averaging {
+    /// Samples a segment; `None`: the whole record under several tapers, else the power of two at or
+    /// below an eighth of it.
+    pub segment: Option<usize>,
+    /// Samples that neighbouring segments share; `None`: half a segment.
+    pub overlap: Option<usize>,
+    pub tapers: Tapers,
+    /// Removed from each segment.
+    pub detrend: Detrend,
+}
+
+impl Default for Averaging {
+    fn default() -> Self {
+        Averaging {
+            segment: None,
+            overlap: None,
+            tapers: Tapers::Window(Window::Hann),
+            detrend: Detrend::Mean,
+        }
+    }
+}
+
+/// The realisations of a record of a certain length, planned.
+pub(crate) struct Realisations {
+    pub segments: Segments,
+    /// Each with `sum w^2 = 1`.
+    tapers: Vec<Vec<f64>>,
+    /// Share of each taper's energy inside its band; 1 of a window.
+    pub concentrations: Vec<f64>,
+    transforms: Vec<RecordTransform<f64>>,
+    detrend: Detrend,
+}
+
+/// Working space of one thread.
+#[derive(Default)]
+pub(crate) struct SegmentScratch {
+    transform: RecordScratch<f64>,
+    segments: Vec<f64>,
+    trend: Vec<f64>,
+}
+
+impl Realisations {
+    /// # Errors
+    /// [`Error::Request`] for segments or tapers that do not fit a record of `n_times` samples.
+    pub fn new(averaging: &Averaging, n_times: usize) -> Result<Self> {
+        let segments = averaging.segments(n_times)?;
+        let (tapers, concentrations) = averaging.weights(segments.length)?;
+        let plan = |taper: &Vec<f64>| RecordTransform::new(taper, segments.length);
+        let transforms = tapers.iter().map(plan).collect();
+        Ok(Realisations {
+            segments,
+            tapers,
+            concentrations,
+            transforms,
+            detrend: averaging.detrend,
+        })
+    }
+
+    /// Realisations of a record.
+    pub fn count(&self) -> usize {
+        self.segments.count() * self.tapers.len()
+    }
+
+    pub fn tapers(&self) -> usize {
+        self.tapers.len()
+    }
+
+    pub fn bins(&self) -> usize {
+        self.segments.length / 2 + 1
+    }
+
+    /// `sum_n w_k(n)` of each taper, the transform at the frequency of a line; 0 of odd ones.
+    pub fn taper_sums(&self) -> Vec<f64> {
+        self.tapers.iter().map(|w| crate::numeric::sum(w)).collect()
+    }
+
+    /// Samples of a record that segments reach.
+    pub fn reached(&self) -> usize {
+        self.segments.record - self.segments.left_over()
+    }
+
+    /// Visits every realisation of `records`, which follow one another: its number and its spectra,
+    /// `[bin * width + record]`. With samples `v` and spacing `dt`, `|X|^2 dt` is the power spectral
+    /// density of one side.
+    pub fn each(
+        &self,
+        records: &[f64],
+        scratch: &mut SegmentScratch,
+        mut visit: impl FnMut(usize, &[Complex<f64>]),
+    ) {
+        let Segments { record, length, .. } = self.segments;
+        let SegmentScratch {
+            transform,
+            segments,
+            trend,
+        } = scratch;
+        for (s, start) in self.segments.starts().enumerate() {
+            segments.clear();
+            for record in records.chunks_exact(record) {
+                segments.extend_from_slice(&record[start..start + length]);
+            }
+            for segment in segments.chunks_exact_mut(length) {
+                Trend::remove_from(segment, self.detrend, |_| true, trend);
+            }
+            for (k, taper) in self.transforms.iter().enumerate() {
+                let (spectra, _) = taper.transform(segments.chunks_exact(length), transform);
+                visit(s * self.tapers.len() + k, spectra);
+            }
+        }
+    }
+
+    /// `sum_n w_k(n) exp(2 pi i d n / N)` of each taper, what a line that is `d` bins above a bin has there.
+    pub fn taper_transforms<const D: usize>(&self, offsets: &[f64; D]) -> Vec<[Complex<f64>; D]> {
+        let length = self.segments.length as f64;
+        let transform = |taper: &Vec<f64>, offset: f64| -> Complex<f64> {
+            let term = |(n, w): (usize, &f64)| {
+                Complex::from_polar(*w, std::f64::consts::TAU * offset * n as f64 / length)
+            };
+            taper.iter().enumerate().map(term).sum()
+        };
+        let of = |taper: &Vec<f64>| offsets.map(|offset| transform(taper, offset));
+        self.tapers.iter().map(of).collect()
+    }
+
+    /// How many independent realisations of white noise have the variance of this average,
+    ///
+    /// ```text
+    /// K = R^2 / sum_{r r'} |sum_n w_r(n) w_r'(n)|^2,
+    /// ```
+    ///
+    /// with the tapers of all segments in their places. Source: Welch (1967), eq. 12, for one window;
+    /// the same sum for several.
+    pub fn effective(&self) -> f64 {
+        self.effective_products(2)
+    }
+
+    /// The same of means of products of `order` transforms, whose phases cancel: the sums of shared tapers
+    /// to that power. Neighbouring products of three have less in common than powers.
+    pub fn effective_products(&self, order: i32) -> f64 {
+        effective_number(&self.tapers, self.segments, order)
+    }
+
+    /// The same of the parts of the transforms along a line and beside it: along `u_k`, the direction of the
+    /// tapers' sums, and at right angles to it.
+    ///
+    /// ```text
+    /// K_1 = S^2 / sum_{s s'} (u^T G u)^2,    K_2 = ((K - 1) S)^2 / sum_{s s'} |P G P|^2,
+    /// ```
+    ///
+    /// over S segments, with `G_kk' = sum_n w_k(n) w_k'(n)` of tapers in the places of both segments and `P` the
+    /// projection at right angles to u. Source: the sum of [`Self::effective`], of linear combinations of tapers.
+    pub fn effective_beside_lines(&self) -> [f64; 2] {
+        let sums = self.taper_sums();
+        let norm = sums.iter().map(|u| u * u).sum::<f64>().sqrt();
+        let direction: Vec<f64> = sums.iter().map(|u| u / norm).collect();
+        let Segments { length, hop, .. } = self.segments;
+        let (count, tapers) = (self.segments.count(), self.tapers.len());
+        let mut all = [count as f64, (count * (tapers - 1)) as f64];
+        let wanted = all.map(|all| all * all);
+        for j in (1..count).take_while(|j| j * hop < length) {
+            let shared = |a: &Vec<f64>, b: &Vec<f64>| -> f64 {
+                let overlapping = a[j * hop..].iter().zip(b);
+                overlapping.map(|(v, w)| v * w).sum()
+            };
+            let rows = self.tapers.iter();
+            let matrix: Vec<Vec<f64>> = rows
+                .map(|a| self.tapers.iter().map(|b| shared(a, b)).collect())
+                .collect();
+            let dot = |a: &[f64]| -> f64 { a.iter().zip(&direction).map(|(a, u)| a * u).sum() };
+            let right: Vec<f64> = matrix.iter().map(|row| dot(row)).collect();
+            let column = |k: usize| -> Vec<f64> { matrix.iter().map(|row| row[k]).collect() };
+            let left: Vec<f64> = (0..tapers).map(|k| dot(&column(k))).collect();
+            let along = dot(&right);
+            let square = |a: f64| a * a;
+            let cells = matrix.iter().enumerate().flat_map(|(k, row)| {
+                let (direction, left, right) = (&direction, &left, &right);
+                row.iter().enumerate().map(move |(i, g)| {
+                    g - right[k] * direction[i] - direction[k] * left[i]
+                        + along * direction[k] * direction[i]
+                })
+            });
+            let beside: f64 = cells.map(square).sum();
+            let pairs = 2.0 * (count - j) as f64;
+            all[0] += pairs * along * along;
+            all[1] += pairs * beside;
+        }
+        [wanted[0] / all[0], wanted[1] / all[1]]
+    }
+
+    /// Neighbouring bins that an average shares, in bins: 1 without a taper, 1.94 of a Hann window.
+    ///
+    /// `B = N sum_n (sum_k w_k(n)^2)^2 / K`, the sum of the squared correlations of a bin with all others.
+    pub fn shared_bins(&self) -> f64 {
+        let length = self.segments.length;
+        let weight = |n: usize| {
+            self.tapers
+                .iter()
+                .map(|taper| taper[n] * taper[n])
+                .sum::<f64>()
+        };
+        let squares: f64 = (0..length).map(|n| weight(n).powi(2)).sum();
+        length as f64 * squares / self.tapers.len() as f64
+    }
+
+    /// What coefficients of products of two transforms are multiplied by to be those of products of Fourier
+    /// coefficients: `N sum w^4 / sum w^3` under the first taper, since a product has it twice.
+    pub fn quadratic_scale(&self) -> f64 {
+        let taper = self.tapers[0].iter();
+        let [cubes, fourths] =
+            [3, 4].map(|order| taper.clone().map(|w| w.powi(order)).sum::<f64>());
+        self.segments.length as f64 * fourths / cubes
+    }
+
+    /// Correlation of the power of a bin with that of the bin `lag` beside it, of white noise under the first
+    /// taper.
+    pub fn bin_correlation(&self, lag: usize) -> f64 {
+        let length = self.segments.length;
+        let squares = self.tapers[0].iter().enumerate();
+        let sum: Complex<f64> = squares
+            .map(|(n, w)| {
+                let turn = std::f64::consts::TAU * (n * lag % length) as f64 / length as f64;
+                Complex::from_polar(w * w, turn)
+            })
+            .sum();
+        sum.norm_sqr()
+    }
+}
+
+/// See [`Realisations::effective_products`]; tapers with `sum w^2 = 1`.
+fn effective_number(tapers: &[Vec<f64>], segments: Segments, order: i32) -> f64 {
+    let Segments { length, hop, .. } = segments;
+    let count = segments.count();
+    let shared = |lag: usize| -> f64 {
+        let pairs = tapers
+            .iter()
+            .flat_map(|a| tapers.iter().map(move |b| (a, b)));
+        let product = |(a, b): (&Vec<f64>, &Vec<f64>)| -> f64 {
+            let overlapping = a[lag..].iter().zip(b);
+            let shared: f64 = overlapping.map(|(v, w)| v * w).sum();
+            shared.abs().powi(order)
+        };
+        pairs.map(product).sum()
+    };
+    let neighbours = (1..count).take_while(|j| j * hop < length);
+    let beside: f64 = neighbours
+        .map(|j| (count - j) as f64 * shared(j * hop))
+        .sum();
+    let all = (count * tapers.len()) as f64;
+    all.powi(2) / (count as f64 * shared(0) + 2.0 * beside)
+}
+
+/// How many independent segments of white noise have the variance of the average over all `segments` under a
+/// window.
+pub(crate) fn effective_segments(window: &[f64], segments: Segments) -> f64 {
+    let power = crate::numeric::sum_of_squares(window);
+    let scaled = window.iter().map(|w| w / power.sqrt()).collect();
+    effective_number(&[scaled], segments, 2)
+}
+
+impl Averaging {
+    /// The segments of a record of `n_times` samples, and how many independent realisations of white noise
+    /// their average has the variance of: those of Welch (1967), eq. 12.
+    ///
+    /// # Errors
+    /// [`Error::Request`] for segments or tapers that do not fit.
+    pub(crate) fn independent(&self, n_times: usize) -> Result<(Segments, f64)> {
+        let realisations = Realisations::new(self, n_times)?;
+        let effective = realisations.effective();
+        Ok((realisations.segments, effective))
+    }
+
+    fn segments(&self, record: usize) -> Result<Segments> {
+        let refuse = |option, expected: String, found: usize| Error::Request {
+            option,
+            expected,
+            found: found.to_string(),
+        };
+        let length = match (self.segment, &self.tapers) {
+            (Some(length), _) => length,
+            (None, Tapers::Slepian { .. }) => record,
+            (None, Tapers::Window(_)) => match record / 8 {
+                0..4 => record.min(4),
+                part => 1 << part.ilog2(),
+            },
+        };
+        if length < 4 || length > record {
+            let expected = format!("a segment of 4 to {record} samples, the record");
+            return Err(refuse("segment", expected, length));
+        }
+        let overlap = self.overlap.unwrap_or(length / 2);
+        if overlap >= length {
+            let expected = format!("an overlap of 0 to {} samples", length - 1);
+            return Err(refuse("overlap", expected, overlap));
+        }
+        Ok(Segments {
+            record,
+            length,
+            hop: length - overlap,
+        })
+    }
+
+    /// The tapers over `length` samples, with `sum w^2 = 1`, and the concentration of each.
+    fn weights(&self, length: usize) -> Result<(Vec<Vec<f64>>, Vec<f64>)> {
+        let refuse = |expected: String, found: String| Error::Request {
+            option: "multitaper",
+            expected,
+            found,
+        };
+        match self.tapers {
+            Tapers::Window(window) => {
+                window.validate(length).map_err(|error| Error::Request {
+                    option: "window",
+                    expected: error.expected,
+                    found: error.found,
+                })?;
+                let samples = window.samples(length);
+                let power = crate::numeric::sum_of_squares(&samples);
+                let scaled = samples.iter().map(|w| w / power.sqrt()).collect();
+                Ok((vec![scaled], vec![1.0]))
+            }
+            Tapers::Slepian { nw, count } => {
+                let half = length as f64 / 2.0;
+                if !(nw >= 1.0 && nw < half) {
+                    let expected = format!("a time-bandwidth product of 1 to below {half}");
+                    return Err(refuse(expected, nw.to_string()));
+                }
+                let most = (2.0 * nw - 1.0).floor() as usize;
+                if count == 0 || count > most {
+                    let expected = format!("1 to {most} tapers, 2 NW - 1");
+                    return Err(refuse(expected, count.to_string()));
+                }
+                let found = slepian::sequences(length, nw, count);
+                let pairs = found
+                    .into_iter()
+                    .map(|one| (one.samples, one.concentration));
+                Ok(pairs.unzip())
+            }
+        }
+    }
+}

@@ -1,0 +1,75 @@
+//! How many of the realisations are independent.
+
+/// How many independent realisations an average stands on.
+#[derive(Debug, Clone, Copy, PartialEq, serde::Serialize)]
+pub struct Independence {
+    /// Records of each site: shots.
+    pub records: usize,
+    /// Segments of a record.
+    pub segments: usize,
+    /// Tapers of a segment.
+    pub tapers: usize,
+    /// The effective number of a stationary record's realisations, of all records together.
+    pub effective: f64,
+    /// How evenly the energy of the reference is spread over its record: `(sum e)^2 / (n sum e^2)` of the
+    /// energies of `n` parts; 1 for a steady record, `1 / n` for a pulse.
+    pub steadiness: f64,
+    /// The number that significance is stated by: `effective` of steady records, else that of the
+    /// records. `None` where it is below 2.
+    pub independent: Option<f64>,
+}
+
+/// Parts of a record whose energies are compared.
+const PARTS: usize = 16;
+/// Narrow-band noise whose parts hold one independent value each has 1/2.
+const LEAST_STEADINESS: f64 = 1.0 / 3.0;
+
+impl Independence {
+    pub(crate) fn new(
+        [records, segments, tapers]: [usize; 3],
+        effective_of_one: f64,
+        steadiness: f64,
+    ) -> Self {
+        let effective = records as f64 * effective_of_one;
+        let independent = match steadiness >= LEAST_STEADINESS {
+            true => effective,
+            false => records as f64,
+        };
+        Independence {
+            records,
+            segments,
+            tapers,
+            effective,
+            steadiness,
+            independent: (independent >= 2.0).then_some(independent),
+        }
+    }
+
+    /// Whether the reference is a transient, whose segments are not independent.
+    pub fn is_transient(&self) -> bool {
+        self.steadiness < LEAST_STEADINESS
+    }
+
+    /// The magnitude-squared coherence (or bicoherence) that one cell exceeds by chance with probability
+    /// `alpha` where the true one is 0: `1 - alpha^{1/(K-1)}`. Source: Carter, Knapp, Nuttall, IEEE
+    /// Trans. Audio Electroacoust. 21, 337 (1973).
+    pub fn level(&self, alpha: f64) -> Option<f64> {
+        let independent = self.independent?;
+        Some(-(alpha.ln() / (independent - 1.0)).exp_m1())
+    }
+}
+
+/// See [`Independence::steadiness`]; 1 for a record of zeros.
+pub(crate) fn steadiness(record: &[f64]) -> f64 {
+    let length = (record.len() / PARTS).max(1);
+    let energies: Vec<f64> = record
+        .chunks_exact(length)
+        .map(crate::numeric::sum_of_squares)
+        .collect();
+    let all: f64 = energies.iter().sum();
+    let squares: f64 = energies.iter().map(|e| e * e).sum();
+    match squares > 0.0 {
+        true => all * all / (energies.len() as f64 * squares),
+        false => 1.0,
+    }
+}

@@ -1,0 +1,232 @@
+//! Repeated records of the same sites, read a few sites at a time in the memory allowed.
+
+use std::ops::Range;
+
+use rayon::prelude::*;
+
+use crate::arrays::Precision;
+use crate::error::{Error, Result};
+use crate::field::Field;
+use crate::observer::Observer;
+use crate::prepare::{Detrend, Gaps, Preparation, Prepared, ReadAhead, Tiles};
+use crate::system::memory::half_of_free_memory;
+
+/// Sites that are read and transformed together: a tile.
+pub(crate) const TOGETHER: usize = 8;
+
+/// Fields with the same axes, one record of every site each.
+pub(crate) struct Shots<'a> {
+    fields: &'a [&'a Field],
+    first: &'a Field,
+    gaps: Gaps,
+    /// Samples of a record that are used.
+    reached: usize,
+    memory: u64,
+    observer: &'a dyn Observer,
+}
+
+/// One of the [`Shots`], open for reading.
+pub(crate) struct Shot<'s> {
+    prepared: Prepared<'s>,
+    block: Option<usize>,
+    observer: &'s dyn Observer,
+    /// What samples as they are read are multiplied by to be in the unit of the first shot.
+    pub scale: f64,
+}
+
+impl<'a> Shots<'a> {
+    /// `memory`: bytes of working memory, by default half of the free memory. `reached`: samples of a
+    /// record that are used.
+    ///
+    /// # Errors
+    /// [`Error::Request`] for no field, and for fields with different axes.
+    pub fn new(
+        fields: &'a [&'a Field],
+        gaps: Gaps,
+        memory: Option<u64>,
+        reached: usize,
+        observer: &'a dyn Observer,
+    ) -> Result<Self> {
+        Ok(Shots {
+            fields,
+            first: first_of(fields)?,
+            gaps,
+            reached,
+            memory: memory.unwrap_or_else(half_of_free_memory),
+            observer,
+        })
+    }
+
+    pub fn count(&self) -> usize {
+        self.fields.len()
+    }
+
+    /// Tiles of all sites.
+    pub fn tiles(&self) -> usize {
+        self.first.n_sites().div_ceil(TOGETHER)
+    }
+
+    /// Sites of a tile.
+    pub fn sites(&self, tile: usize) -> Range<usize> {
+        let from = tile * TOGETHER;
+        from..self.first.n_sites().min(from + TOGETHER)
+    }
+
+    /// Sites that are read at once, where `held` bytes are needed beside the samples, those of all threads
+    /// included; `None` for a field that fits into memory as it is.
+    ///
+    /// # Errors
+    /// [`Error::Memory`], of `what`.
+    pub fn block(&self, what: &'static str, held: u64) -> Result<Option<usize>> {
+        let (samples, sites) = (self.first.n_times() as u64, self.first.n_sites() as u64);
+        let least = held + 8 * samples * TOGETHER as u64;
+        if least > self.memory {
+            return Err(Error::Memory {
+                what,
+                needed: least,
+                allowed: self.memory,
+            });
+        }
+        let left = self.memory - held;
+        if 8 * samples * sites <= left.min(self.memory / 4) {
+            return Ok(None);
+        }
+        let sites = (left / (8 * samples)) as usize;
+        Ok(Some((sites / TOGETHER * TOGETHER).max(TOGETHER)))
+    }
+
+    /// Visits all shots in their order, with the blocks that [`Self::block`] found. Returns the unit of
+    /// the samples as they are read: what they are multiplied by to be in the unit of the field.
+    ///
+    /// # Errors
+    /// [`Error::NonFinite`]; [`Error::Cancelled`]; those of `visit`.
+    pub fn each(
+        &self,
+        block: Option<usize>,
+        mut visit: impl FnMut(&Shot<'_>) -> Result<()>,
+    ) -> Result<f64> {
+        let mut first_unit = None;
+        for field in self.fields {
+            let prepared = self.prepared(field, block)?;
+            let unit = *first_unit.get_or_insert(prepared.unit());
+            visit(&Shot {
+                scale: prepared.unit() / unit,
+                prepared,
+                block,
+                observer: self.observer,
+            })?;
+        }
+        Ok(first_unit.unwrap_or(1.0))
+    }
+
+    fn prepared<'f>(&'f self, field: &'f Field, block: Option<usize>) -> Result<Prepared<'f>> {
+        let preparation = Preparation {
+            gaps: self.gaps,
+            precision: Precision::F64,
+            reached: self.reached,
+            transforms_all: false,
+            detrend_field_mean: false,
+            detrend_space: Detrend::None,
+            detrend_time: Detrend::None,
+        };
+        let tiles = Tiles {
+            sites: TOGETHER,
+            times: 32,
+            ahead: block,
+            memory: self.memory / 4,
+        };
+        let (times, sites) = (0..field.n_times(), 0..field.n_sites());
+        let prepared = Prepared::new(field, times, sites, preparation, tiles, self.observer);
+        prepared.map(|(prepared, _)| prepared)
+    }
+}
+
+impl Shot<'_> {
+    /// The record of a site.
+    pub fn record(&self, site: usize) -> Vec<f64> {
+        let mut record = vec![0.0; self.prepared.n_times()];
+        self.prepared.record(site, &mut record);
+        record
+    }
+
+    /// Visits the tiles in parallel: its scratch, its sites, their records one after another, its result.
+    /// A result is visited by one thread, so its bits depend neither on threads nor on blocks.
+    ///
+    /// # Errors
+    /// [`Error::Cancelled`].
+    pub fn each_tile<S: Default, T: Send>(
+        &self,
+        stage: &'static str,
+        results: &mut [T],
+        visit: impl Fn(&mut S, Range<usize>, &[f64], &mut T) + Sync,
+    ) -> Result<()> {
+        let n_sites = self.prepared.n_sites();
+        self.observer.stage(stage, n_sites as u64);
+        let block = self.block.unwrap_or(n_sites);
+        let mut space = ReadAhead::default();
+        for from in (0..n_sites).step_by(block) {
+            let sites = from..n_sites.min(from + block);
+            let ahead = self.prepared.read_ahead(sites.clone(), &mut space);
+            let tiles = from / TOGETHER..sites.end.div_ceil(TOGETHER);
+            results[tiles]
+                .par_iter_mut()
+                .enumerate()
+                .try_for_each_init(
+                    || (Vec::new(), S::default()),
+                    |(samples, scratch), (i, result)| {
+                        if self.observer.cancelled() {
+                            return Err(Error::Cancelled);
+                        }
+                        let first = from + i * TOGETHER;
+                        let sites = first..sites.end.min(first + TOGETHER);
+                        samples.resize(sites.len() * self.prepared.n_times(), 0.0);
+                        self.prepared.records(ahead, sites.clone(), samples);
+                        self.observer.advance(sites.len() as u64);
+                        visit(scratch, sites, samples, result);
+                        Ok(())
+                    },
+                )?;
+            self.prepared.release_pages();
+        }
+        Ok(())
+    }
+}
+
+/// The first of the fields, whose axes all have.
+///
+/// # Errors
+/// [`Error::Request`].
+pub(crate) fn first_of<'a>(fields: &[&'a Field]) -> Result<&'a Field> {
+    let refuse = |expected: String, found: String| {
+        Err(Error::Request {
+            option: "field",
+            expected,
+            found,
+        })
+    };
+    let Some((first, others)) = fields.split_first() else {
+        return refuse("at least one field".into(), "none".into());
+    };
+    let axes = |field: &Field| {
+        let (time, space) = (&field.time, &field.space);
+        let steps = (time.step, space.origin, space.step);
+        let words = (time.unit.clone(), space.unit.clone(), field.unit.clone());
+        ((field.n_times(), field.n_sites()), steps, words)
+    };
+    let Some(other) = others.iter().find(|other| axes(other) != axes(first)) else {
+        return Ok(first);
+    };
+    let expected = format!(
+        "fields with the axes of {}, {} times by {} sites",
+        first.name,
+        first.n_times(),
+        first.n_sites()
+    );
+    let found = format!(
+        "{} times by {} sites in {}, or another step or unit",
+        other.n_times(),
+        other.n_sites(),
+        other.name
+    );
+    refuse(expected, found)
+}

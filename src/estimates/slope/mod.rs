@@ -1,0 +1,373 @@
+//! Power laws of spectra: slope over a band, breaks, slope against time, steepening.
+
+mod breaks;
+mod frames;
+mod steepening;
+
+pub use breaks::BreakFit;
+pub use frames::SlopeFrames;
+pub use steepening::Steepening;
+
+use ndarray::Array2;
+
+use crate::error::{Error, Result};
+use crate::estimates::increments::{ExponentBasis, FieldAxis};
+use crate::estimates::realisations::{
+    Averaging, Realisations, SegmentScratch, Shots, TOGETHER, Tapers, first_of,
+};
+use crate::field::{Axis, Field};
+use crate::numeric::at_or_below;
+use crate::numeric::least_squares::{LineFit, mean_of};
+use crate::observer::Observer;
+use crate::prepare::Gaps;
+use crate::system::threads::in_pool;
+use crate::transform::{RecordTransform, fold, frequencies, wavenumbers};
+use breaks::breaks;
+use frames::Frames;
+
+/// All choices of [`slope`].
+#[derive(Debug, Clone, PartialEq)]
+pub struct SlopeRequest {
+    /// Of the spectrum over wavenumbers, or over frequencies.
+    pub axis: FieldAxis,
+    /// Wavenumbers in rad per unit of length, or frequencies in cycles per unit of time.
+    pub band: (f64, f64),
+    /// Breaks that are searched in the band, at most 2.
+    pub breaks: usize,
+    /// Frames of times with a slope of their own; along x alone.
+    pub frames: usize,
+    /// Along x a segment is by default all sites.
+    pub averaging: Averaging,
+    /// Along x, snapshots with gaps are left out instead.
+    pub gaps: Gaps,
+    /// Intervals hold with probability `1 - alpha`, and breaks are accepted below `alpha`.
+    pub alpha: f64,
+    /// Worker threads; `None`: one a core.
+    pub threads: Option<usize>,
+    /// Bytes of working memory; `None`: half of the free memory.
+    pub memory: Option<u64>,
+}
+
+impl Default for SlopeRequest {
+    fn default() -> Self {
+        SlopeRequest {
+            axis: FieldAxis::Space,
+            band: (0.0, f64::INFINITY),
+            breaks: 1,
+            frames: 64,
+            averaging: Averaging::default(),
+            gaps: Gaps::Refuse,
+            alpha: 0.05,
+            threads: None,
+            memory: None,
+        }
+    }
+}
+
+/// What [`slope`] finds.
+#[derive(Debug, Clone)]
+pub struct Slope {
+    pub axis: FieldAxis,
+    pub time: Axis,
+    pub space: Axis,
+    /// Unit of the samples.
+    pub unit: Option<String>,
+    pub shots: usize,
+    pub alpha: f64,
+    /// Samples a segment, and shared by neighbours.
+    pub segment: [usize; 2],
+    /// Snapshots with missing samples, which are left out.
+    pub left_out: u64,
+    /// Wavenumbers in rad per unit of length, or frequencies in cycles per unit of time.
+    pub abscissa: Vec<f64>,
+    /// One-sided power spectral density, mean of all sites or times and of all shots.
+    pub spectrum: Vec<f64>,
+    pub law: PowerLaw,
+    /// Accepted breaks.
+    pub breaks: Option<BreakFit>,
+    /// Along x alone.
+    pub frames: Option<SlopeFrames>,
+    pub steepening: Option<Steepening>,
+}
+
+/// `S = prefactor x^slope` over a band.
+#[derive(Debug, Clone, Copy, PartialEq, serde::Serialize)]
+pub struct PowerLaw {
+    /// First and last bin of the fit.
+    pub band: [f64; 2],
+    pub points: usize,
+    pub slope: f64,
+    /// Half of its interval: over shots, or of the regression.
+    pub half: f64,
+    pub basis: ExponentBasis,
+    pub prefactor: f64,
+    /// Root mean square of the residuals of `ln S`.
+    pub scatter: f64,
+}
+
+impl Slope {
+    /// Words for the units of time and of length.
+    pub fn units(&self) -> (String, String) {
+        let word = |axis: &Axis, counted: &str| axis.unit.clone().unwrap_or_else(|| counted.into());
+        (word(&self.time, "sample"), word(&self.space, "site"))
+    }
+
+    /// `S x^{-slope} / prefactor`: 1 where the law holds.
+    pub fn compensated(&self) -> Vec<f64> {
+        let pairs = self.abscissa.iter().zip(&self.spectrum);
+        pairs
+            .map(|(x, s)| s / (self.law.prefactor * x.powf(self.law.slope)))
+            .collect()
+    }
+}
+
+/// The slope of a spectrum over a band, in double logarithmic scales.
+///
+/// # Equation
+/// Least squares of `ln S = a + m ln x` over the bins of the band, each with the same weight,
+///
+/// ```text
+/// m = sum (ln x - <ln x>) ln S / sum (ln x - <ln x>)^2.
+/// ```
+///
+/// S is the mean one-sided power spectral density of all sites over frequencies f, or of all times over
+/// wavenumbers k (`integral S dk = <v^2>`). Over several shots the interval is that of the mean of their slopes;
+/// of one it is that of the regression, from its residuals alone, and is called so. Breaks are those of a
+/// continuous line of several pieces, accepted by an F-test that counts all places that were tried.
+///
+/// # Shapes
+/// Each field is one record of every site (a shot); all have the same axes.
+///
+/// # Units
+/// S: square of the samples' unit, times time or length over rad.
+///
+/// # Errors
+/// [`Error::Request`] for fields with different axes, bands with fewer than three bins of power, more than two breaks, segments
+/// that do not fit; [`Error::NonFinite`]; [`Error::Memory`]; [`Error::Cancelled`]; [`Error::Threads`].
+///
+/// # Source
+/// N. R. Draper, H. Smith, "Applied Regression Analysis" (1998), chapter 1; V. M. R. Muggeo, Stat. Med. 22, 3055
+/// (2003) for lines with breaks.
+pub fn slope(fields: &[&Field], request: &SlopeRequest, observer: &dyn Observer) -> Result<Slope> {
+    let first = first_of(fields)?;
+    let n = match request.axis {
+        FieldAxis::Space => first.n_sites(),
+        FieldAxis::Time => first.n_times(),
+    };
+    let mut averaging = request.averaging.clone();
+    if request.axis == FieldAxis::Space && matches!(averaging.tapers, Tapers::Window(_)) {
+        averaging.segment = averaging.segment.or(Some(n));
+    }
+    let realisations = Realisations::new(&averaging, n)?;
+    if request.breaks > 2 {
+        return refuse(
+            "breaks",
+            "0, 1 or 2 breaks".into(),
+            request.breaks.to_string(),
+        );
+    }
+    if !(request.alpha > 0.0 && request.alpha < 1.0) {
+        let expected = "a probability between 0 and 1".to_owned();
+        return refuse("significance", expected, request.alpha.to_string());
+    }
+    let length = realisations.segments.length;
+    let abscissa = match request.axis {
+        FieldAxis::Space => wavenumbers(length, first.space.step.abs()),
+        FieldAxis::Time => frequencies(length, first.time.step),
+    };
+    let (from, to) = request.band;
+    let is_inside = |x: f64| at_or_below(from, x) && at_or_below(x, to) && x > 0.0;
+    let bins: Vec<usize> = (0..abscissa.len())
+        .filter(|m| is_inside(abscissa[*m]))
+        .collect();
+    if bins.len() < 3 {
+        let expected = format!(
+            "a band with three or more of the bins, which are {} apart, up to {}",
+            abscissa[1],
+            abscissa[abscissa.len() - 1]
+        );
+        return refuse("band", expected, format!("{from}:{to} with {}", bins.len()));
+    }
+    in_pool(request.threads, || {
+        let work = Work {
+            fields,
+            first,
+            request,
+            realisations: &realisations,
+            abscissa: &abscissa,
+            bins: &bins,
+            observer,
+        };
+        work.run()
+    })
+}
+
+fn refuse<T>(option: &'static str, expected: String, found: String) -> Result<T> {
+    Err(Error::Request {
+        option,
+        expected,
+        found,
+    })
+}
+
+/// Powers below this share of the largest of their spectrum are rounding.
+const ROUNDING: f64 = 1e-26;
+
+struct Work<'a> {
+    fields: &'a [&'a Field],
+    first: &'a Field,
+    request: &'a SlopeRequest,
+    realisations: &'a Realisations,
+    abscissa: &'a [f64],
+    /// Those of the band.
+    bins: &'a [usize],
+    observer: &'a dyn Observer,
+}
+
+impl Work<'_> {
+    fn run(&self) -> Result<Slope> {
+        let (spectra, frames, left_out) = match self.request.axis {
+            FieldAxis::Time => (self.in_time()?, None, 0),
+            FieldAxis::Space => {
+                let frames = Frames {
+                    first: self.first,
+                    realisations: self.realisations,
+                    count: self.request.frames,
+                    memory: self.request.memory,
+                    observer: self.observer,
+                };
+                let found: Vec<_> = self
+                    .fields
+                    .iter()
+                    .map(|field| frames.of(field))
+                    .collect::<Result<_>>()?;
+                let spectra = found.iter().map(|one| one.mean()).collect();
+                let left_out = found.iter().map(|one| one.left_out).sum();
+                (spectra, Some(frames.joined(found)), left_out)
+            }
+        };
+        let spectrum = mean_spectrum(&spectra);
+        let points = |spectrum: &[f64]| -> Vec<(f64, f64)> {
+            let bins = self.bins.iter().filter(|m| spectrum[**m] > 0.0);
+            bins.map(|m| (self.abscissa[*m].ln(), spectrum[*m].ln()))
+                .collect()
+        };
+        let all = points(&spectrum);
+        let Some(line) = LineFit::through(&all) else {
+            let expected = "a band with three or more bins of power".to_owned();
+            return refuse("band", expected, format!("{} of them", all.len()));
+        };
+        let of_shots: Vec<f64> = spectra
+            .iter()
+            .filter_map(|one| LineFit::through(&points(one)).map(|line| line.slope))
+            .collect();
+        let (half, basis) = match mean_of(&of_shots, self.request.alpha) {
+            Some((_, half)) => (half, ExponentBasis::Shots),
+            None => (
+                line.half_interval(self.request.alpha),
+                ExponentBasis::Regression,
+            ),
+        };
+        let ends = [all[0].0.exp(), all[all.len() - 1].0.exp()];
+        let slopes = frames.map(|joined| {
+            let of_frame = |row: &[f64]| {
+                let largest = row.iter().copied().fold(0.0, f64::max);
+                let is_known = |m: &usize| row[*m] > ROUNDING * largest;
+                self.bins
+                    .iter()
+                    .all(is_known)
+                    .then(|| LineFit::through(&points(row)))?
+            };
+            SlopeFrames::new(joined, of_frame, self.request.alpha)
+        });
+        let steepening = slopes
+            .as_ref()
+            .and_then(|frames| Steepening::of(frames, self.request.alpha));
+        Ok(Slope {
+            axis: self.request.axis,
+            time: self.first.time.clone(),
+            space: self.first.space.clone(),
+            unit: self.first.unit.clone(),
+            shots: self.fields.len(),
+            alpha: self.request.alpha,
+            segment: [
+                self.realisations.segments.length,
+                self.realisations.segments.length - self.realisations.segments.hop,
+            ],
+            left_out,
+            abscissa: self.abscissa.to_vec(),
+            spectrum,
+            law: PowerLaw {
+                band: ends,
+                points: line.points,
+                slope: line.slope,
+                half,
+                basis,
+                prefactor: line.intercept.exp(),
+                scatter: (line.squares / line.points as f64).sqrt(),
+            },
+            breaks: breaks(&all, self.request.breaks, self.request.alpha),
+            frames: slopes,
+            steepening,
+        })
+    }
+
+    /// The mean spectrum of all sites, of each shot.
+    fn in_time(&self) -> Result<Vec<Vec<f64>>> {
+        let realisations = self.realisations;
+        let (gaps, memory) = (self.request.gaps, self.request.memory);
+        let reached = realisations.reached();
+        let shots = Shots::new(self.fields, gaps, memory, reached, self.observer)?;
+        let (bins, samples) = (realisations.bins(), self.first.n_times() as u64);
+        let length = realisations.segments.length;
+        let threads = rayon::current_num_threads() as u64;
+        let together = TOGETHER as u64;
+        let tile = together * (8 * samples + 16 * bins as u64)
+            + RecordTransform::<f64>::working_bytes(length, length, TOGETHER);
+        let held = threads * tile + 8 * (bins * (shots.tiles() + self.fields.len())) as u64;
+        let block = shots.block("the spectra of this field", held)?;
+        let mut found = Vec::new();
+        let unit = shots.each(block, |shot| {
+            let mut tiles = vec![vec![0.0; bins]; shots.tiles()];
+            shot.each_tile(
+                "spectra",
+                &mut tiles,
+                |scratch: &mut SegmentScratch, sites, records, sums| {
+                    realisations.each(records, scratch, |_, spectra| {
+                        for (sum, row) in sums.iter_mut().zip(spectra.chunks_exact(sites.len())) {
+                            *sum += row.iter().map(|x| x.norm_sqr()).sum::<f64>();
+                        }
+                    });
+                },
+            )?;
+            let mut sums = vec![0.0; bins];
+            for tile in &tiles {
+                for (sum, part) in sums.iter_mut().zip(tile) {
+                    *sum += part * shot.scale * shot.scale;
+                }
+            }
+            found.push(sums);
+            Ok(())
+        })?;
+        let count = (realisations.count() * self.first.n_sites()) as f64;
+        let density = self.first.time.step * unit * unit / count;
+        for spectrum in &mut found {
+            for (m, value) in spectrum.iter_mut().enumerate() {
+                *value *= density * fold(m, length);
+            }
+        }
+        Ok(found)
+    }
+}
+
+fn mean_spectrum(spectra: &[Vec<f64>]) -> Vec<f64> {
+    let rows = spectra.iter().flatten().copied().collect();
+    let shape = (spectra.len(), spectra.first().map_or(0, Vec::len));
+    match Array2::from_shape_vec(shape, rows)
+        .ok()
+        .and_then(|all| all.mean_axis(ndarray::Axis(0)))
+    {
+        Some(mean) => mean.to_vec(),
+        None => Vec::new(),
+    }
+}

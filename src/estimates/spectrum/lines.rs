@@ -1,0 +1,77 @@
+//! Lines: sines of constant amplitude, found by Thomson's F-test.
+
+use num_complex::Complex;
+
+use crate::estimates::realisations::TOGETHER;
+
+/// A line of one record.
+#[derive(Debug, Clone, Copy, PartialEq, serde::Serialize)]
+pub struct Line {
+    /// Index of the site, or of the time.
+    pub column: usize,
+    /// Frequency, or wavenumber, to a quarter of a bin.
+    pub at: f64,
+    /// Of the sine, in the unit of the samples.
+    pub amplitude: f64,
+    /// Its standard error.
+    pub amplitude_error: f64,
+    /// The statistic of the test.
+    pub f: f64,
+    /// By which one cell exceeds it by chance.
+    pub probability: f64,
+}
+
+/// Where in a bin lines are searched, as shares of a bin: a line away from the middle of a bin leaves a part
+/// of itself beside the line that is fitted there, so that F is at most 5 half a bin off with seven tapers.
+pub(super) const OFFSETS: [f64; 4] = [0.0, 0.25, 0.5, -0.25];
+
+/// Sums over segments and records of one cell: the power of the line that fits best at each offset, and all.
+#[derive(Clone, Copy, Default)]
+pub(super) struct LineSums {
+    line: [[f64; TOGETHER]; OFFSETS.len()],
+    power: [f64; TOGETHER],
+}
+
+impl LineSums {
+    /// The power of the line at an offset, and what is left beside it, of a site.
+    pub fn at(&self, offset: usize, lane: usize) -> (f64, f64) {
+        let (line, power) = (self.line[offset][lane], self.power[lane]);
+        // Rounding may leave less than nothing.
+        (line, (power - line).max(f64::EPSILON * power))
+    }
+}
+
+/// Sums over the tapers of one segment of one cell.
+#[derive(Clone, Copy, Default)]
+pub(super) struct TaperSums {
+    product: [[Complex<f64>; TOGETHER]; OFFSETS.len()],
+    power: [f64; TOGETHER],
+}
+
+impl TaperSums {
+    /// Adds the transforms of the sites under a taper with these transforms at the offsets.
+    pub fn add(&mut self, taper: &[Complex<f64>; OFFSETS.len()], transforms: &[Complex<f64>]) {
+        for (product, u) in self.product.iter_mut().zip(taper) {
+            for (product, x) in product.iter_mut().zip(transforms) {
+                *product += u.conj() * x;
+            }
+        }
+        for (power, x) in self.power.iter_mut().zip(transforms) {
+            *power += x.norm_sqr();
+        }
+    }
+
+    /// Adds them to the sums of segments, and empties them. `gains`: sums of the squares of the tapers'
+    /// transforms; `squared`: what squares are multiplied by.
+    pub fn take_into(&mut self, sums: &mut LineSums, gains: &[f64; OFFSETS.len()], squared: f64) {
+        for ((sums, products), gain) in sums.line.iter_mut().zip(&self.product).zip(gains) {
+            for (sum, product) in sums.iter_mut().zip(products) {
+                *sum += squared * product.norm_sqr() / gain;
+            }
+        }
+        for (sum, power) in sums.power.iter_mut().zip(&self.power) {
+            *sum += squared * power;
+        }
+        *self = TaperSums::default();
+    }
+}

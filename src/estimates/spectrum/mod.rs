@@ -1,0 +1,275 @@
+//! Power spectral densities of all sites with intervals, and lines in them.
+
+mod adaptive;
+mod lines;
+mod mean;
+mod pass;
+
+pub use lines::Line;
+pub use mean::MeanSpectrum;
+
+use ndarray::Array2;
+
+use crate::error::{Error, Result};
+use crate::estimates::realisations::{Averaging, Independence, Realisations, Shots, first_of};
+use crate::field::{Axis, Field, Quantity};
+use crate::observer::Observer;
+use crate::prepare::Gaps;
+use crate::system::threads::in_pool;
+use pass::Pass;
+
+/// Along which axis spectra are taken.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, serde::Serialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum SpectrumAxis {
+    /// Records of sites: `S(f)` at each site.
+    #[default]
+    Time,
+    /// Snapshots: `S(k)` at each time, one-sided, per rad; and their mean over time.
+    Space,
+}
+
+/// All choices of [`spectrum`].
+#[derive(Debug, Clone, PartialEq)]
+pub struct SpectrumRequest {
+    pub along: SpectrumAxis,
+    pub averaging: Averaging,
+    /// The whole record as one segment, whatever `averaging` says of segments: under one window, a
+    /// periodogram.
+    pub is_whole: bool,
+    /// Whether several tapers have Thomson's adaptive weights; else all have the same.
+    pub is_adaptive: bool,
+    pub gaps: Gaps,
+    /// Probability by which the true spectrum is outside of its interval, and by which a line is found by
+    /// chance.
+    pub alpha: f64,
+    /// Worker threads; `None`: one a core.
+    pub threads: Option<usize>,
+    /// Bytes of working memory; `None`: half of the free memory.
+    pub memory: Option<u64>,
+}
+
+impl Default for SpectrumRequest {
+    fn default() -> Self {
+        SpectrumRequest {
+            along: SpectrumAxis::Time,
+            averaging: Averaging::default(),
+            is_whole: false,
+            is_adaptive: true,
+            gaps: Gaps::Refuse,
+            alpha: 0.05,
+            threads: None,
+            memory: None,
+        }
+    }
+}
+
+/// What a jackknife leaves out in turn.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, serde::Serialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum LeftOutEach {
+    /// Each segment under each taper.
+    Realisation,
+    /// Each record: most sites are transients.
+    Record,
+}
+
+/// The test for lines, whose statistic has Fisher's distribution where there are none.
+#[derive(Debug, Clone, PartialEq)]
+pub struct LineTest {
+    /// `F`, `(frequency, site)`; NaN at 0 and at the Nyquist frequency.
+    pub statistic: Array2<f64>,
+    /// Its degrees of freedom: of the line, and of what is beside it.
+    pub degrees: [f64; 2],
+    /// What one cell exceeds by chance with probability `alpha`.
+    pub level: f64,
+    /// What any of all cells exceeds by chance with probability at most `alpha`, at four places of each bin.
+    pub level_of_all: f64,
+    /// Where F at a quarter of a bin exceeds `level_of_all`, the most certain first: one a band of the tapers.
+    pub lines: Vec<Line>,
+}
+
+impl LineTest {
+    /// Sites, or times, that have a line.
+    pub fn columns(&self) -> usize {
+        let sites = self.lines.iter().map(|line| line.column);
+        sites.collect::<std::collections::BTreeSet<usize>>().len()
+    }
+}
+
+/// What [`spectrum`] finds. Arrays are `(frequency, site)`, or `(wavenumber, time)` along space: read "time" for
+/// "site" and "snapshot" for "record" then.
+#[derive(Debug, Clone)]
+pub struct SpectrumEstimate {
+    pub along: SpectrumAxis,
+    /// Frequencies in cycles per unit of time, or wavenumbers in rad per unit of length.
+    pub bins: Vec<f64>,
+    pub time: Axis,
+    pub space: Axis,
+    pub quantity: Quantity,
+    /// Unit of the samples.
+    pub unit: Option<String>,
+    /// Samples of a segment, and shared by neighbours.
+    pub segment: [usize; 2],
+    /// Half of the width that a line is spread over, `NW` bins; of several tapers alone.
+    pub half_bandwidth: Option<f64>,
+    /// Of the median of the sites' steadiness.
+    pub independence: Independence,
+    /// How evenly the energy of each site is spread over its record, see [`Independence::steadiness`].
+    pub steadiness: Vec<f64>,
+    /// Whether each site has intervals: it is steady, or there are several records.
+    pub has_interval: Vec<bool>,
+    pub alpha: f64,
+    /// Whether the mean of each segment was removed: then nothing is estimated at 0.
+    pub mean_is_removed: bool,
+    /// One-sided power spectral density, in the square of the samples' unit over frequency.
+    pub spectrum: Array2<f64>,
+    /// Degrees of freedom; NaN where no interval can be stated.
+    pub degrees: Array2<f64>,
+    /// Ends of the interval by the chi-square distribution.
+    pub low: Array2<f64>,
+    pub high: Array2<f64>,
+    /// Half of the interval of `ln S` by the jackknife; NaN where there is none.
+    pub jackknife: Array2<f64>,
+    pub left_out: LeftOutEach,
+    /// Of several tapers alone.
+    pub line_test: Option<LineTest>,
+    /// Along space, the mean over the times.
+    pub mean: Option<MeanSpectrum>,
+}
+
+impl SpectrumEstimate {
+    /// Positions of the sites, or the times.
+    pub fn coordinates(&self) -> Vec<f64> {
+        (0..self.spectrum.ncols())
+            .map(|j| self.coordinate(j))
+            .collect()
+    }
+
+    /// Position of a site, or a time.
+    pub fn coordinate(&self, column: usize) -> f64 {
+        match self.along {
+            SpectrumAxis::Time => self.space.at(column),
+            SpectrumAxis::Space => self.time.at(column),
+        }
+    }
+
+    /// Unit of the bins: of frequency, or of wavenumber.
+    pub fn bin_unit(&self) -> String {
+        let (time_unit, space_unit) = self.units();
+        match self.along {
+            SpectrumAxis::Time => crate::measure::cycles_per(&time_unit),
+            SpectrumAxis::Space => format!("rad/{space_unit}"),
+        }
+    }
+
+    /// Words for the units of time and of length.
+    pub fn units(&self) -> (String, String) {
+        let word = |axis: &Axis, counted: &str| axis.unit.clone().unwrap_or_else(|| counted.into());
+        (word(&self.time, "sample"), word(&self.space, "site"))
+    }
+
+    /// The site with the largest mean square.
+    pub fn loudest(&self) -> usize {
+        let energy = |j: usize| self.spectrum.column(j).sum();
+        (0..self.spectrum.ncols())
+            .max_by(|&a, &b| energy(a).total_cmp(&energy(b)))
+            .unwrap_or(0)
+    }
+
+    /// The least, the median and the largest of the degrees of freedom away from 0 and from the Nyquist
+    /// frequency; `None` where there are none.
+    pub fn degrees_range(&self) -> Option<[f64; 3]> {
+        let inside = ndarray::s![1..self.segment[0].div_ceil(2), ..];
+        let cells = self.degrees.slice(inside);
+        let mut all: Vec<f64> = cells.iter().copied().filter(|d| d.is_finite()).collect();
+        all.sort_by(f64::total_cmp);
+        let last = all.len().checked_sub(1)?;
+        Some([all[0], all[last / 2], all[last]])
+    }
+
+    /// Sites without intervals.
+    pub fn without_interval(&self) -> usize {
+        self.has_interval.iter().filter(|has| !**has).count()
+    }
+}
+
+/// Power spectral density of every site with its interval, and a test for lines.
+///
+/// # Equation
+/// With `X` the transforms of the realisations, `sum w^2 = 1` for each taper,
+///
+/// ```text
+/// S(f) = 2 dt <|X(f)|^2>,    nu = 2 K (sum w_k)^2 / sum w_k^2,
+/// S nu / q(1 - alpha/2)  <  true  <  S nu / q(alpha/2),
+/// ```
+///
+/// with the mean over segments and records, over tapers with the adaptive weights `w_k`, K the effective number
+/// of segments and records, and q the quantiles of the chi-square distribution with `nu` degrees of freedom.
+/// At 0 and at the Nyquist frequency transforms are real: S lacks the factor 2 and nu is half of it. The
+/// jackknife leaves out one realisation at a time; its interval of `ln S` is `t` times
+///
+/// ```text
+/// s^2 = (R - 1) / R  sum (ln S_i - mean ln S_i)^2,
+/// ```
+///
+/// with Student's t of `R - 1` degrees of freedom; `R` of overlapping segments is their effective number. A line
+/// of amplitude A has the transforms `A/2 e^{i phase} U_k`, `U_k = sum_n w_k(n)`:
+///
+/// ```text
+/// mu = sum U_k X_k / sum U_k^2,    F = (K - 1) |mu|^2 sum U_k^2 / sum |X_k - mu U_k|^2,    A = 2 |mu|.
+/// ```
+///
+/// # Shapes
+/// Each field is one record of every site (a shot); all have the same axes. Results: `(frequency, site)`. Along
+/// space, the snapshots of a field take the place of its records: `(wavenumber, time)`.
+///
+/// # Units
+/// The square of the samples' unit over frequency, or over rad per unit of length; amplitudes in the samples' unit.
+///
+/// # Errors
+/// [`Error::Request`] for fields with different axes, an `alpha` that is no probability, and segments or tapers
+/// that do not fit; [`Error::NonFinite`]; [`Error::Memory`]; [`Error::Cancelled`]; [`Error::Threads`].
+///
+/// # Source
+/// D. J. Thomson, Proc. IEEE 70, 1055 (1982), sections V and XIII; D. B. Percival, A. T. Walden, "Spectral
+/// Analysis for Physical Applications" (1993), sections 7.4 and 10.11; D. J. Thomson, A. D. Chave, in "Advances
+/// in Spectrum Analysis and Array Processing" 1 (1991), chapter 2, for the jackknife.
+pub fn spectrum(
+    fields: &[&Field],
+    request: &SpectrumRequest,
+    observer: &dyn Observer,
+) -> Result<SpectrumEstimate> {
+    let given = first_of(fields)?;
+    let turned: Vec<Field>;
+    let exchanged: Vec<&Field>;
+    let (first, fields) = match request.along {
+        SpectrumAxis::Time => (given, fields),
+        SpectrumAxis::Space => {
+            turned = fields.iter().map(|field| field.transposed()).collect();
+            exchanged = turned.iter().collect();
+            (exchanged[0], &exchanged[..])
+        }
+    };
+    if !(request.alpha > 0.0 && request.alpha < 1.0) {
+        return Err(Error::Request {
+            option: "significance",
+            expected: "a probability between 0 and 1".into(),
+            found: request.alpha.to_string(),
+        });
+    }
+    let mut averaging = request.averaging.clone();
+    if request.is_whole {
+        (averaging.segment, averaging.overlap) = (Some(first.n_times()), None);
+    }
+    let realisations = Realisations::new(&averaging, first.n_times())?;
+    in_pool(request.threads, || {
+        let (gaps, memory) = (request.gaps, request.memory);
+        let shots = Shots::new(fields, gaps, memory, realisations.reached(), observer)?;
+        let found = Pass::new(shots, request, &realisations).run(first)?;
+        Ok(match request.along {
+            SpectrumAxis::Time => found,
+            SpectrumAxis::Space => found.along_space(),
+        })
+    })
+}

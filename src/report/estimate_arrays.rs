@@ -1,0 +1,119 @@
+//! Arrays of estimates with their axes and units, on their way to a file or to memory.
+
+use ndarray::Array2;
+
+use super::{ArrayLabels, LabelledArrays};
+use crate::error::Result;
+use crate::field::Axis;
+use crate::unit::{compose, square};
+
+/// Takes the arrays of one estimate.
+pub(super) struct Arrays<'a>(pub &'a dyn LabelledArrays);
+
+impl Arrays<'_> {
+    /// An array of one axis; with the name of the axis it holds its coordinates.
+    pub fn line(&self, name: &str, axis: &str, unit: &str, values: &[f64]) -> Result<()> {
+        self.of_axes(name, &[(axis, values.len())], unit, values)
+    }
+
+    /// An array of two axes.
+    pub fn plane(
+        &self,
+        name: &str,
+        axes: [&str; 2],
+        unit: &str,
+        values: &Array2<f64>,
+    ) -> Result<()> {
+        let (rows, columns) = values.dim();
+        let all: Vec<f64> = values.iter().copied().collect();
+        self.of_axes(name, &[(axes[0], rows), (axes[1], columns)], unit, &all)
+    }
+
+    /// An array of any axes, row-major.
+    pub fn of_axes(
+        &self,
+        name: &str,
+        axes: &[(&str, usize)],
+        unit: &str,
+        values: &[f64],
+    ) -> Result<()> {
+        let about = name.replace('_', " ");
+        let about = about.as_str();
+        let labels = ArrayLabels {
+            name,
+            axes,
+            unit,
+            about,
+        };
+        self.0.append(&labels, values)
+    }
+}
+
+/// Units of the axes and of the samples; empty for those that are not known, and for what is composed of them
+/// alone.
+pub(super) struct Units {
+    pub time: String,
+    pub space: String,
+    pub frequency: String,
+    pub wavenumber: String,
+    pub velocity: String,
+    sample: String,
+}
+
+impl Units {
+    pub fn of(time: &Axis, space: &Axis, sample: Option<&str>) -> Units {
+        let [time, space] = [time, space].map(|axis| axis.unit.clone().unwrap_or_default());
+        let known = |unit: &str, composed: String| match unit.is_empty() {
+            true => String::new(),
+            false => composed,
+        };
+        Units {
+            frequency: known(&time, crate::measure::cycles_per(&time)),
+            wavenumber: known(&space, format!("rad/{space}")),
+            velocity: match time.is_empty() || space.is_empty() {
+                true => String::new(),
+                false => compose(&[&space], &[&time]),
+            },
+            sample: sample.unwrap_or_default().to_owned(),
+            time,
+            space,
+        }
+    }
+
+    /// Of the square of the samples over a unit of `bins`, times one of `length`.
+    pub fn density(&self, bins: &str, length: &str) -> String {
+        compose(&[&square(&self.sample), length], &[bins])
+    }
+
+    /// Of the derivative of the samples along x.
+    pub fn gradient(&self) -> String {
+        match self.sample.is_empty() || self.space.is_empty() {
+            true => String::new(),
+            false => compose(&[&self.sample], &[&self.space]),
+        }
+    }
+
+    /// Cycles per unit of length.
+    pub fn cycles_per_length(&self) -> String {
+        match self.space.is_empty() {
+            true => String::new(),
+            false => crate::measure::cycles_per(&self.space),
+        }
+    }
+
+    /// Of the third power of the samples.
+    pub fn cubed(&self) -> String {
+        match &self.sample[..] {
+            "" => String::new(),
+            sample => format!("({sample})³"),
+        }
+    }
+
+    /// One over that of the samples.
+    pub fn over_sample(&self) -> String {
+        match &self.sample[..] {
+            "" => String::new(),
+            sample => compose(&[], &[sample]),
+        }
+    }
+}
