@@ -5,7 +5,7 @@
     target/python/bin/python benches/large_dask.py --gb 1
     target/python/bin/python benches/large_dask.py --gb 10 --only cascade,cascade-welch
 
-Makes a field of white noise in chunks of times (target/large_dask), and has each method transform it on
+Makes a field of white noise in chunks of times (in target), and has each method transform it on
 two workers of one thread with --memory each, one method after another, each with a cluster of its own:
 
     cascade         S(k, f) of the whole record, by plan_spacetime
@@ -35,7 +35,8 @@ import warnings
 import numpy as np
 
 ROOT = pathlib.Path(__file__).resolve().parent.parent
-WORK = ROOT / "target" / "large_dask"
+# Of the process that was called; those that it starts share it.
+WORK = ROOT / "target" / os.environ.setdefault("LARGE_DASK", f"large_dask-{os.getpid()}")
 FIELD = WORK / "field.zarr"
 ROWS = 512
 SEGMENT = 1024
@@ -199,7 +200,6 @@ def main():
         return make(asked.gb, asked.sites)
     if asked.method:
         return run_one(asked.method, asked.memory)
-    shutil.rmtree(WORK, ignore_errors=True)
     WORK.mkdir(parents=True)
     own = [
         sys.executable,

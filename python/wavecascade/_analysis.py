@@ -154,6 +154,8 @@ def _whole(field: Any, axis: int) -> Any:
     """The field in blocks of whole records, or of whole profiles, unless far above a chunk's size."""
     import dask
 
+    from wavecascade._store import shown
+
     chunks = field.data.chunks
     across = max(chunks[1 - axis])
     one = field.dtype.itemsize * field.shape[axis]
@@ -162,8 +164,8 @@ def _whole(field: Any, axis: int) -> Any:
         dims = field.dims
         least = max(1, limit // (4 * one))
         raise ValueError(
-            f"field: expected whole {('records', 'profiles')[axis]} in blocks of at most {limit} bytes, "
-            f"found {len(chunks[axis])} chunks along {dims[axis]}, together {one * across} bytes for "
+            f"field: expected whole {('records', 'profiles')[axis]} in blocks of at most {shown(limit)}, "
+            f"found {len(chunks[axis])} chunks along {dims[axis]}, together {shown(one * across)} for "
             f"{across} along {dims[1 - axis]}; use field.chunk({{{dims[1 - axis]!r}: {least}}}), average "
             "segments (distributed.averaged), or transform over a store (distributed.plan_spacetime)"
         )
