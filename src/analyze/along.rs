@@ -11,12 +11,18 @@ pub(super) const REFERENCE: f64 = 0.1;
 
 /// Whether each row has energy to measure: at least 1e-6 of the largest, and where the energy of
 /// noise in a row is known, more than that on top of it.
-pub(super) fn defined(rows: &[SpectrumMoments], energies: &[f64], noise: Option<f64>) -> Vec<bool> {
+pub(super) fn defined(
+    rows: &[SpectrumMoments],
+    energies: &[f64],
+    noise: impl Fn(usize) -> Option<f64>,
+) -> Vec<bool> {
     let largest = rows.iter().fold(0.0, |m: f64, row| m.max(row.total));
-    let above = |energy: f64| noise.is_none_or(|noise| energy - noise > noise);
-    let rows = rows.iter().zip(energies);
-    rows.map(|(row, &energy)| row.total > 0.0 && row.total >= FLOOR * largest && above(energy))
-        .collect()
+    let above = |j: usize, energy: f64| noise(j).is_none_or(|noise| energy - noise > noise);
+    let rows = rows.iter().zip(energies).enumerate();
+    rows.map(|(j, (row, &energy))| {
+        row.total > 0.0 && row.total >= FLOOR * largest && above(j, energy)
+    })
+    .collect()
 }
 
 impl Moments {

@@ -6,6 +6,7 @@ use num_complex::Complex;
 
 use super::front::{self, Passed, WindowTransforms};
 use super::intermediate::{self, Intermediate, SpillFile};
+use super::noise::{KnownNoise, Subtracted};
 use super::plan::Plan;
 use super::worker::{RecordSamples, Worker};
 use crate::arrays::{LargeArray, Sink};
@@ -28,6 +29,8 @@ pub(super) struct TemporalPassResult {
     pub passed: Vec<Passed>,
     /// Of the spectra; `None` where they are not written by this pass, or no maps are wanted.
     pub map: Option<MapBuilder>,
+    /// Of the noise at each site, where it is subtracted.
+    pub subtracted: Vec<Subtracted>,
     /// Sum over sites at each frequency, with the map.
     pub frequency_energies: Option<Vec<f64>>,
 }
@@ -41,6 +44,8 @@ pub(super) struct AlongTime<'a, T: Real> {
     plan: &'a Plan,
     prepared: &'a Prepared<'a>,
     transform: RecordTransform<T>,
+    /// Noise that is subtracted from the spectra.
+    pub noise: Option<&'a KnownNoise>,
     /// Transforms of the front windows, if requested.
     pub passage: Option<WindowTransforms<T>>,
 }
@@ -52,6 +57,7 @@ impl<'a, T: Real> AlongTime<'a, T> {
             plan,
             prepared,
             transform,
+            noise: None,
             passage: None,
         }
     }
@@ -67,6 +73,9 @@ impl<'a, T: Real> AlongTime<'a, T> {
             RecordSamples::Records(&record),
             None,
         );
+        if let Some(noise) = self.noise {
+            noise.subtract(j, 1, &mut worker.power);
+        }
         let spectrum: Vec<f64> = worker.power.iter().map(|lanes| lanes.0[0]).collect();
         (sum(&spectrum) > 0.0).then_some((record, spectrum))
     }
@@ -129,6 +138,7 @@ impl<'a, T: Real> AlongTime<'a, T> {
             rows: Vec::with_capacity(nx),
             energies: Vec::with_capacity(nx),
             passed: Vec::new(),
+            subtracted: Vec::new(),
             map: has_map.then(|| plan.map_builder((nf, nx), Keep::Largest)),
             frequency_energies: has_map.then(|| vec![0.0; nf]),
         };
@@ -154,6 +164,7 @@ impl<'a, T: Real> AlongTime<'a, T> {
                 done.rows.push(seen.row);
                 done.energies.push(seen.energy);
                 done.passed.extend(seen.passed);
+                done.subtracted.extend(seen.subtracted);
             }
             if wanted {
                 if stored != 1.0 {
@@ -168,6 +179,11 @@ impl<'a, T: Real> AlongTime<'a, T> {
                     rows.zip(&mut sums[..]).for_each(|(row, sum)| {
                         *sum = row.iter().fold(*sum, |sum, p| sum + p);
                     });
+                }
+                for (j, mut column) in spectra.columns_mut().into_iter().enumerate() {
+                    if prepared.is_left_out(from + j) {
+                        column.fill(f64::NAN);
+                    }
                 }
                 sink.put(LargeArray::TEMPORAL_SPECTRUM, 0, from, spectra.view())?;
             }
@@ -214,6 +230,7 @@ struct SiteFindings {
     row: SpectrumMoments,
     energy: f64,
     passed: Option<Passed>,
+    subtracted: Option<Subtracted>,
 }
 
 impl<T: Real> Stripes<'_, '_, T> {
@@ -301,6 +318,8 @@ impl<T: Real> Stripes<'_, '_, T> {
         };
         let kept = (kept.nrows() > 0).then_some(kept);
         worker.spectra(prepared, sites, seen, kept);
+        let noise = self.all.noise;
+        let subtracted = noise.map(|noise| noise.subtract(first, width, &mut worker.power));
         for (mut row, power) in spectra.outer_iter_mut().zip(&worker.power) {
             row.iter_mut().zip(&power.0).for_each(|(to, &p)| *to = p);
         }
@@ -308,10 +327,12 @@ impl<T: Real> Stripes<'_, '_, T> {
         let mut seen: Vec<SiteFindings> = rows
             .into_iter()
             .zip(&worker.energies)
-            .map(|(row, &energy)| SiteFindings {
+            .enumerate()
+            .map(|(lane, (row, &energy))| SiteFindings {
                 row,
                 energy,
                 passed: None,
+                subtracted: subtracted.map(|subtracted| subtracted[lane]),
             })
             .collect();
         if let Some(passage) = &self.all.passage {

@@ -1,7 +1,9 @@
 //! From a field to its cascade: request, plan, run, result.
 
+mod aliasing;
 mod along;
 mod arrays;
+mod channels;
 mod columns;
 mod dispersion;
 mod display;
@@ -11,6 +13,7 @@ mod front;
 mod intermediate;
 pub(crate) mod labels;
 mod maps;
+mod noise;
 mod plan;
 mod quality;
 mod reference;
@@ -35,8 +38,8 @@ pub use filtered::{Filtered, filtered};
 pub use plan::{Blocks, Plan, PlanSummary, PlannedStage, plan};
 pub use request::{Request, Results, ShortTime, TimeRange, Welch};
 pub use result::*;
-pub use run::{analyze, run};
-pub use warning::Warning;
+pub use run::{analyze, channel_findings, run};
+pub use warning::{Sites, Warning};
 
 /// Index of the sample nearest to `at`, within `count`.
 fn nearest(axis: &crate::field::Axis, at: f64, count: usize) -> usize {

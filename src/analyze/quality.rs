@@ -1,7 +1,7 @@
 //! Defects of the data and of its sampling.
 
-use super::warning::LOUD;
-use super::{Request, Warning};
+use super::aliasing::aliased;
+use super::{Axes, Request, Warning};
 use crate::diagnostics::{Bins, SpectrumMoments};
 use crate::numeric::{sum, sum_of_squares};
 use crate::prepare::{ChannelScan, Window};
@@ -30,7 +30,6 @@ impl Ends {
 }
 
 /// What the passes over the field found, as far as they were made.
-#[derive(Debug)]
 pub(crate) struct Findings<'a> {
     pub scans: &'a [ChannelScan],
     pub first_site: usize,
@@ -48,19 +47,14 @@ pub(crate) struct Findings<'a> {
     pub wavenumber: Bins<'a>,
     /// By how much records are longer with zeros; bin 0 is narrower by that.
     pub padding_time: f64,
+    /// Sites of the file that are left out.
+    pub left_out: &'a [usize],
+    /// The prepared record of a site of the range.
+    pub record: &'a dyn Fn(usize) -> Vec<f64>,
 }
 
-const ALIASING_SHARE: f64 = 0.01;
-/// Share of the top tenth of the axis, over that of a flat spectrum, for spectra as flat as white
-/// noise. The effective bandwidth
-/// of a periodogram of white noise is 0.66 of the axis, and less for few bins.
-const FLAT_SHARE: std::ops::Range<f64> = 0.45..1.5;
-const FLAT_PART: f64 = 0.5;
-/// Energy above the 90 % quantile of spectra with a white floor, as the top tenth foretells it: 0.1 up
-/// to what differs by chance.
-const FLOOR_SHARE: std::ops::Range<f64> = 0.08..0.125;
-/// Bins that are too few to tell flat spectra by their bandwidth.
-const FEW_BINS: usize = 6;
+/// The effective bandwidth of a periodogram of white noise is 0.66 of the axis, and less for few bins.
+pub(super) const FLAT_PART: f64 = 0.5;
 const COMMON_SHARE: f64 = 0.5;
 const STATIC_SHARE: f64 = 0.5;
 /// A jump between the ends, over the root mean square, and over that of neighbours.
@@ -70,8 +64,6 @@ const STEP_OVER_NEIGHBOURS: f64 = 2.0;
 /// square, over its square; and the least part of what is there that it makes up.
 const LEAKED: f64 = 0.025;
 const LEAKED_PART: f64 = 0.6;
-/// Neighbours that are too loud together, at most, and by how much the others may differ.
-const LOUD_TOGETHER: usize = 2;
 /// Times without any motion that look like a recording that dropped out.
 const ZERO_RUN: usize = 2;
 /// Level of a start-up transient over that of the second half of the record: at its first sample, and
@@ -83,19 +75,17 @@ const START_SHARE: f64 = 0.02;
 const NOISE_DEVIATIONS: f64 = 6.0;
 /// Energy in a twentieth of the record: three times that of a steady record.
 const CUT_SHARE: f64 = 0.15;
-/// Equal samples on an extreme that make a record look clipped.
-const CLIPPED_RUN: usize = 4;
 
 /// The warnings these findings give rise to.
-pub(crate) fn findings(found: &Findings, request: &Request) -> Vec<Warning> {
-    let mut warnings = found.of_samples();
+pub(crate) fn findings(found: &Findings, request: &Request, axes: &Axes) -> Vec<Warning> {
+    let mut warnings: Vec<Warning> = found.gaps().into_iter().collect();
+    warnings.extend(found.channels(axes));
     let energy = found.of_ends(|e| e.energy);
     if energy <= 0.0 {
         warnings.push(Warning::NoEnergy);
         return warnings;
     }
     if !found.simulated {
-        warnings.extend(found.loud_channels());
         warnings.extend(found.zero_times());
     }
     let results = request.results;
@@ -113,43 +103,14 @@ impl Findings<'_> {
         sum(&self.ends.iter().map(part).collect::<Vec<_>>())
     }
 
-    /// Gaps, dead and saturated channels.
-    fn of_samples(&self) -> Vec<Warning> {
-        let mut warnings = Vec::new();
+    fn gaps(&self) -> Option<Warning> {
         let (n_times, n_sites) = (self.ends.len(), self.scans.len());
         let gaps: u64 = self.scans.iter().map(|s| s.gaps as u64).sum();
-        if gaps > 0 {
-            warnings.push(Warning::Gaps {
-                samples: gaps,
-                sites: self.scans.iter().filter(|s| s.gaps > 0).count(),
-                share: gaps as f64 / (n_times * n_sites) as f64,
-            });
-        }
-        // Bodies at rest and in free flight are no faults of a sensor.
-        if self.simulated {
-            return warnings;
-        }
-        let sites_where = |holds: &dyn Fn(&ChannelScan) -> bool| -> Vec<usize> {
-            (0..n_sites)
-                .filter(|&j| holds(&self.scans[j]))
-                .map(|j| self.first_site + j)
-                .collect()
-        };
-        if n_times > 1 {
-            let dead = sites_where(&|s| s.constant);
-            if !dead.is_empty() {
-                warnings.push(Warning::DeadChannels { sites: dead });
-            }
-        }
-        let clipped = sites_where(&|s| s.clipped_run >= CLIPPED_RUN);
-        if !clipped.is_empty() {
-            let longest = self.scans.iter().map(|s| s.clipped_run).max();
-            warnings.push(Warning::SaturatedChannels {
-                sites: clipped,
-                longest: longest.unwrap_or_default(),
-            });
-        }
-        warnings
+        (gaps > 0).then(|| Warning::Gaps {
+            samples: gaps,
+            sites: self.scans.iter().filter(|s| s.gaps > 0).count(),
+            share: gaps as f64 / (n_times * n_sites) as f64,
+        })
     }
 
     /// Defects that affect spectra along time.
@@ -164,7 +125,7 @@ impl Findings<'_> {
         if share > STATIC_SHARE {
             warnings.push(Warning::Static { share });
         }
-        if let Some((share, above)) = aliased(rows, &self.frequency) {
+        if let Some((share, above)) = aliased(rows, &self.frequency, || self.sweeps(rows)) {
             warnings.push(Warning::AliasingTime { share, above });
         }
         // A run ends when it was asked to, and its bodies fly on.
@@ -201,45 +162,6 @@ impl Findings<'_> {
         let level = 0.1 * largest(self.first_profile).max(largest(self.last_profile));
         let moving = self.first_profile.iter().filter(|v| v.abs() > level);
         2 * moving.count() > self.scans.len()
-    }
-
-    /// Sites far louder than those beside them, while these are alike: one gain that is wrong.
-    fn loud_channels(&self) -> Option<Warning> {
-        let n = self.scans.len();
-        let level = |j: usize| match self.by_site {
-            Some(rows) => rows[j].total.sqrt(),
-            None => self.scans[j].largest,
-        };
-        let levels: Vec<f64> = (0..n).map(level).collect();
-        let mut sorted: Vec<f64> = levels.iter().copied().filter(|&v| v > 0.0).collect();
-        sorted.sort_by(f64::total_cmp);
-        let quantile = |share: f64| sorted.get((share * sorted.len() as f64) as usize).copied();
-        let (median, most) = (quantile(0.5)?, quantile(0.75)?);
-        // Motion that has reached a part of the sites differs as much.
-        let alike = most <= LOUD * median && LOUD * sorted[sorted.len() / 4] >= median;
-        if n < 3 || !alike {
-            return None;
-        }
-        let is_high = |j: usize| levels[j] > LOUD * median;
-        let mut sites = Vec::new();
-        let mut from = 0;
-        while from < n {
-            let end = (from..n).find(|&j| !is_high(j)).unwrap_or(n);
-            let least = (from..end).map(|j| levels[j]).fold(f64::INFINITY, f64::min);
-            let beside = [from.checked_sub(1), Some(end).filter(|&end| end < n)];
-            let stands_out = |j: usize| levels[j] > 0.0 && least > LOUD * levels[j];
-            if (1..=LOUD_TOGETHER).contains(&(end - from))
-                && beside.into_iter().flatten().all(stands_out)
-            {
-                sites.extend(from..end);
-            }
-            from = end + 1;
-        }
-        let loudest = sites.iter().map(|&j| levels[j]).reduce(f64::max)?;
-        Some(Warning::LoudChannels {
-            sites: sites.iter().map(|j| self.first_site + j).collect(),
-            ratio: loudest / median,
-        })
     }
 
     /// Times at which nothing moves, between others: two or more in a row.
@@ -321,7 +243,7 @@ impl Findings<'_> {
         let Some(rows) = self.by_time.filter(|_| !self.simulated && n_sites > 2) else {
             return warnings;
         };
-        if let Some((share, above)) = aliased(rows, &self.wavenumber) {
+        if let Some((share, above)) = aliased(rows, &self.wavenumber, || false) {
             warnings.push(Warning::AliasingSpace { share, above });
         }
         if request.window_space == Window::None {
@@ -337,12 +259,12 @@ impl Findings<'_> {
     }
 }
 
-fn total(rows: &[SpectrumMoments], part: fn(&SpectrumMoments) -> f64) -> f64 {
+pub(super) fn total(rows: &[SpectrumMoments], part: fn(&SpectrumMoments) -> f64) -> f64 {
     sum(&rows.iter().map(part).collect::<Vec<_>>())
 }
 
 /// The mean effective bandwidth of spectra, weighted by their energy, over the length of the axis.
-fn flat_part(rows: &[SpectrumMoments], bins: &Bins) -> f64 {
+pub(super) fn flat_part(rows: &[SpectrumMoments], bins: &Bins) -> f64 {
     let filled = rows.iter().filter(|r| r.effective_bandwidth.is_finite());
     let filled: Vec<f64> = filled.map(|r| r.effective_bandwidth * r.total).collect();
     sum(&filled) / total(rows, |r| r.total) / bins.centres[bins.len() - 1]
@@ -351,37 +273,6 @@ fn flat_part(rows: &[SpectrumMoments], bins: &Bins) -> f64 {
 /// Whether spectra are as flat as those of white noise.
 pub(super) fn is_noise(rows: &[SpectrumMoments], bins: &Bins) -> bool {
     flat_part(rows, bins) > FLAT_PART
-}
-
-/// Share of energy in the top tenth of an axis, and the lower edge of that tenth, if the share
-/// suggests aliasing. Not decidable for spectra as flat as noise, and those with a floor of it.
-fn aliased(rows: &[SpectrumMoments], bins: &Bins) -> Option<(f64, f64)> {
-    let all = total(rows, |r| r.total);
-    let share = total(rows, |r| r.top) / all;
-    let last = bins.centres[bins.len() - 1];
-    let from = bins.centres.partition_point(|&q| q <= 0.9 * last);
-    let of_flat = 1.0 - (from as f64 - 0.5) * bins.step / bins.top();
-    let is_wide = bins.len() < FEW_BINS || flat_part(rows, bins) > FLAT_PART;
-    let is_flat = FLAT_SHARE.contains(&(share / of_flat)) && is_wide;
-    let is_flat = is_flat || has_floor(rows, bins, of_flat);
-    (share > ALIASING_SHARE && !is_flat).then_some((share, 0.9 * last))
-}
-
-/// Whether the energy in the top tenth is that of a white floor below other motion: spectra are as
-/// dense from their 90 % quantile on as in the top tenth. A row with more than a hundredth of its
-/// energy in a flat top tenth has its quantile in the floor, which then holds a tenth above it. A line
-/// near the end of the axis may do so by chance: rows count whose quantile is below, or that are flat.
-fn has_floor(rows: &[SpectrumMoments], bins: &Bins, of_flat: f64) -> bool {
-    let high = rows.iter().filter(|r| r.top > ALIASING_SHARE * r.total);
-    let (mut above, mut all) = (0.0, 0.0);
-    for row in high {
-        let is_flat = row.effective_bandwidth > FLAT_PART * bins.top();
-        if is_flat || row.quantile_90 < 0.8 * bins.top() {
-            above += row.top / of_flat * (1.0 - row.quantile_90 / bins.top());
-        }
-        all += row.total;
-    }
-    FLOOR_SHARE.contains(&(above / all))
 }
 
 /// Share of the energy in rows whose ends do not meet: they are further apart than half the root mean

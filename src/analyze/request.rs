@@ -84,6 +84,10 @@ pub struct Request {
     pub results: Results,
     /// Sites analysed, the end excluded.
     pub sites: Option<std::ops::Range<usize>>,
+    /// Sites of the file that are left out: their spectra are NaN. What needs sites at even distances cannot be
+    /// computed then: [`Results::spatial`], [`Results::spacetime`], [`Results::flux_surrogate`], short-time spectra
+    /// along x.
+    pub without_sites: Vec<usize>,
     pub times: TimeRange,
     pub gaps: Gaps,
     /// Removes the mean over all samples first.
@@ -117,6 +121,9 @@ pub struct Request {
     /// Root mean square of the noise in the samples, where it is known: sites and times whose energy
     /// is not at least twice the noise's are undefined.
     pub noise: Option<f64>,
+    /// Subtract the noise of each site from its spectrum along time, and from the measures of it; not where
+    /// [`Results::spacetime`] is wanted. Front windows and short-time spectra keep it.
+    pub subtract_noise: bool,
     /// Frequencies `[from, to]` over which directions are summed; `None`: all.
     pub direction_band: Option<(f64, f64)>,
     /// Dispersion relations that `S(k, f)` is held against; `None`: the one that the field states
@@ -140,6 +147,7 @@ impl Default for Request {
         Request {
             results: Results::ALL,
             sites: None,
+            without_sites: Vec::new(),
             times: TimeRange::All,
             gaps: Gaps::Refuse,
             detrend_field_mean: false,
@@ -157,6 +165,7 @@ impl Default for Request {
             band_edge_wavenumber: None,
             front_window: None,
             noise: None,
+            subtract_noise: false,
             direction_band: None,
             dispersion: None,
             short_time: ShortTime {
@@ -179,7 +188,7 @@ impl Default for Request {
 
 impl Request {
     /// The preparation of the samples before transforms along time in `segments`.
-    pub(crate) fn preparation(&self, segments: Segments) -> Preparation {
+    pub(crate) fn preparation(&self, segments: Segments) -> Preparation<'_> {
         let results = self.results;
         let by_segments = results.temporal || results.spacetime;
         Preparation {
@@ -189,6 +198,7 @@ impl Request {
             },
             transforms_all: results.spatial || results.flux_surrogate || results.short_time,
             gaps: self.gaps,
+            left_out: &self.without_sites,
             precision: self.precision,
             detrend_field_mean: self.detrend_field_mean,
             detrend_space: self.detrend_space,

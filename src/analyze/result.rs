@@ -8,7 +8,7 @@ use super::display::Display;
 use super::warning::Warning;
 use crate::diagnostics::Map;
 use crate::error::{Error, Result};
-use crate::estimates::SpectrumInterval;
+use crate::estimates::{NoiseFloor, SpectrumInterval};
 use crate::field::{Axis, Quantity};
 use crate::prepare::WindowGains;
 
@@ -363,6 +363,9 @@ pub struct Analysis {
     pub interval: Option<SpectrumInterval>,
     pub frequency_edge: Option<BandEdge>,
     pub wavenumber_edge: Option<BandEdge>,
+    /// The noise that was subtracted from spectra along time, in the requested scaling; densities of the noise are
+    /// power spectral densities.
+    pub noise: Option<NoiseFloor>,
     /// Redistribution of frequency content along x: one value a site.
     pub along_space: Option<Moments>,
     /// Redistribution of wavenumber content along t: one value a time.

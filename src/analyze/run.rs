@@ -6,23 +6,24 @@ use super::along::{self, Headline};
 use super::columns::TemporalPassResult;
 use super::display::{AxisEnergies, Display};
 use super::maps::Maps;
+use super::noise::KnownNoise;
 use super::plan::{Plan, plan};
 use super::quality::{Findings, findings};
 use super::reference::References;
-use super::request::Request;
+use super::request::{Request, Results};
 use super::result::*;
 use super::rows::SpatialPassResult;
 use super::spacetime::{ByDirection, Frequencies};
 use super::stages::{Clock, FromProfiles, Stages};
-use super::warning::Warning;
+use super::warning::{Sites, Warning};
 use super::{Spectra, front};
-use crate::arrays::{Collect, Precision, Sink};
+use crate::arrays::{Collect, Nowhere, Precision, Sink};
 use crate::diagnostics::SpectrumMoments;
 use crate::error::Result;
 use crate::field::Field;
 use crate::numeric::{in_band, sum, sum_of_squares};
 use crate::observer::{Observer, Silent};
-use crate::prepare::{ChannelScan, Prepared};
+use crate::prepare::{ChannelScan, Gaps, Prepared};
 use crate::transform::Real;
 
 /// Analyses a field that fits in memory: plan, run, collect.
@@ -33,6 +34,27 @@ pub fn analyze(field: &Field, request: &Request) -> Result<(Analysis, Spectra)> 
     let collect = Collect::default();
     let analysis = run(field, &plan(field, request)?, &collect, &Silent)?;
     Ok((analysis, Spectra::from(collect.into_arrays())))
+}
+
+/// What there is to say about single channels: [gaps](Warning::Gaps), dead, quiet, saturated, loud and noisy ones.
+///
+/// # Errors
+/// As [`plan`]; [`crate::Error::Cancelled`].
+pub fn channel_findings(field: &Field, observer: &dyn Observer) -> Result<Vec<Warning>> {
+    let request = Request {
+        results: Results {
+            temporal: true,
+            ..Results::NONE
+        },
+        // Lines across gaps leak less than zeros into what is held against the neighbours.
+        gaps: Gaps::Interpolate,
+        maps: false,
+        ..Request::default()
+    };
+    let found = run(field, &plan(field, &request)?, &Nowhere, observer)?;
+    let mut warnings = found.warnings;
+    warnings.retain(Warning::is_of_channels);
+    Ok(warnings)
 }
 
 /// Carries out `plan` on the field for which it was made; large arrays go to `sink` block by block.
@@ -80,7 +102,15 @@ fn passes<T: Real>(
 
     let references = References::find(plan, &prepared, &scans, observer)?;
     clock.lap(plan, "reference");
+    let noise = match plan.request.subtract_noise {
+        true => Some(KnownNoise::find(field, plan, unit, observer)?),
+        false => None,
+    };
+    if noise.is_some() {
+        clock.lap(plan, "noise");
+    }
     let stages = Stages {
+        noise: noise.as_ref(),
         plan,
         prepared: &prepared,
         references,
@@ -114,7 +144,34 @@ fn passes<T: Real>(
         spacetime.as_ref().map(|s| &*s.directions),
     );
     parseval.check(plan.request.precision)?;
-    let warnings = warnings(field, plan, &scans, columns.as_ref(), &rows, (unit, stored));
+    let record = |site: usize| {
+        let mut record = vec![0.0; plan.axes.n_times];
+        prepared.record(site, &mut record);
+        record
+    };
+    let mut warnings = warnings(
+        (field, &record),
+        plan,
+        &scans,
+        columns.as_ref(),
+        &rows,
+        (unit, stored),
+    );
+
+    let noise_left = noise.as_ref().zip(columns.as_ref());
+    let noise_left = noise_left
+        .map(|(noise, columns)| noise.left(&columns.subtracted, plan.time_scale.measure * stored));
+    if let Some((floor, left)) = noise_left
+        .as_ref()
+        .and_then(|f| Some((f, f.subtracted.as_ref()?)))
+    {
+        warnings.push(Warning::NoiseSubtracted {
+            known: floor.known(),
+            sites: floor.sites.len(),
+            clipped: left.clipped_bins.iter().sum(),
+            bins: floor.known() * plan.axes.frequency.len(),
+        });
+    }
 
     let power_unit = if stored == 1.0 { unit } else { 1.0 };
     let display = display(plan, columns.as_ref(), &rows, spacetime.as_ref());
@@ -130,6 +187,7 @@ fn passes<T: Real>(
         unit,
         stored,
         references,
+        noise: noise.as_ref(),
     };
     let along_space = columns.as_ref().filter(|_| results.temporal);
     let along_space = along_space.map(|columns| summed.along_space(columns, front_length));
@@ -161,6 +219,7 @@ fn passes<T: Real>(
         direction,
         direction_by_frequency,
         interval,
+        noise: noise_left,
         frequency_edge,
         wavenumber_edge,
         along_space,
@@ -210,7 +269,7 @@ fn display(
 
 /// What to doubt about the field and its results.
 fn warnings(
-    field: &Field,
+    (field, record): (&Field, &dyn Fn(usize) -> Vec<f64>),
     plan: &Plan,
     scans: &[ChannelScan],
     columns: Option<&TemporalPassResult>,
@@ -230,12 +289,22 @@ fn warnings(
         frequency: plan.frequency_bins(),
         wavenumber: plan.wavenumber_bins(),
         padding_time: plan.padding_time(),
+        left_out: &plan.request.without_sites,
+        record,
     };
     let doubts = field.notes.iter().filter(|note| note.is_doubtful());
     let mut warnings: Vec<Warning> = doubts
         .map(|note| Warning::Reading { note: note.clone() })
         .collect();
-    warnings.extend(findings(&found, &plan.request));
+    let mut left_out = plan.request.without_sites.clone();
+    left_out.sort_unstable();
+    left_out.dedup();
+    if !left_out.is_empty() {
+        let rows: Vec<usize> = left_out.iter().map(|j| j - plan.sites.start).collect();
+        let sites = Sites::of(&rows, plan.sites.start, &plan.axes);
+        warnings.push(Warning::SitesLeftOut { sites });
+    }
+    warnings.extend(findings(&found, &plan.request, &plan.axes));
     if stored == 1.0 && unit != 1.0 {
         let largest = scans.iter().fold(0.0, |m: f64, s| m.max(s.largest));
         warnings.push(Warning::Unrepresentable { largest, unit });
@@ -278,6 +347,7 @@ struct Summed<'a> {
     /// By which powers are multiplied before they are stored.
     stored: f64,
     references: References,
+    noise: Option<&'a KnownNoise>,
 }
 
 impl Summed<'_> {
@@ -288,9 +358,16 @@ impl Summed<'_> {
     ) -> (Moments, Headline, Option<Front>) {
         let (plan, reference) = (self.plan, self.references.site);
         let noise = self.noise_in(&plan.window_time, plan.segments.count());
-        let defined = along::defined(&columns.rows, &columns.energies, noise);
+        let noise_at = |site: usize| match self.noise {
+            Some(known) => Some(known.energies[site]),
+            None => noise,
+        };
+        let defined = along::defined(&columns.rows, &columns.energies, noise_at);
         let measure = plan.time_scale.measure * self.stored;
-        let moments = Moments::gather(&columns.rows, &defined, measure, plan.padding_time());
+        let mut moments = Moments::gather(&columns.rows, &defined, measure, plan.padding_time());
+        for site in &plan.request.without_sites {
+            moments.energy[site - plan.sites.start] = f64::NAN;
+        }
         let front = length.map(|length| {
             front::gather(
                 plan,
@@ -314,7 +391,7 @@ impl Summed<'_> {
     fn along_time(&self, rows: &SpatialPassResult) -> (Moments, Headline) {
         let plan = self.plan;
         let noise = self.noise_in(&plan.window_space, 1);
-        let defined = along::defined(&rows.rows, &rows.energies, noise);
+        let defined = along::defined(&rows.rows, &rows.energies, |_| noise);
         let measure = plan.space_scale.measure * self.stored;
         let padded = plan.conventions.padded_space as f64 / plan.axes.n_sites as f64;
         let moments = Moments::gather(&rows.rows, &defined, measure, padded);
@@ -363,7 +440,8 @@ fn parseval(
             .filter(|_| plan.request.results.temporal)
             .and_then(|c| {
                 let samples = sum(&c.energies) / segments * time.energy;
-                residual(total(&c.rows) * time.measure, samples)
+                let subtracted: Vec<f64> = c.subtracted.iter().map(|one| one.total).collect();
+                residual((total(&c.rows) + sum(&subtracted)) * time.measure, samples)
             }),
         space: plan
             .transforms_space()

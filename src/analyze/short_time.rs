@@ -70,7 +70,11 @@ pub(super) fn along_time<T: Real>(
     let transform = RecordTransform::<T>::new(&weights, segments.length);
     let scale = Scale::along_time(scaling, &weights, segments.length, segments.length, dt);
     let mut sites: Vec<usize> = match asked.sites.as_slice() {
-        [] => vec![0, (nx - 1) / 2, nx - 1],
+        [] => {
+            let present: Vec<usize> = (0..nx).filter(|j| !prepared.is_left_out(*j)).collect();
+            let last = present.len() - 1;
+            vec![present[0], present[last / 2], present[last]]
+        }
         chosen => chosen.iter().map(|j| j - plan.sites.start).collect(),
     };
     sites.sort_unstable();

@@ -7,6 +7,7 @@ use super::along::FLOOR;
 use super::columns::{AlongTime, TemporalPassResult};
 use super::front::{self, WindowTransforms};
 use super::intermediate::{Intermediate, SpillFile};
+use super::noise::KnownNoise;
 use super::plan::Plan;
 use super::reference::{References, first_with_energy};
 use super::result::{BandEdge, FrontLength, ShortTimeSpectra, Timing};
@@ -27,6 +28,8 @@ pub(super) struct Stages<'a> {
     pub prepared: &'a Prepared<'a>,
     /// Rows that set band edges.
     pub references: References,
+    /// Noise that is subtracted from spectra along time.
+    pub noise: Option<&'a KnownNoise>,
     /// By which powers are multiplied before they are stored.
     pub stored: f64,
     pub sink: &'a dyn Sink,
@@ -110,6 +113,7 @@ impl Stages<'_> {
             return Ok(None);
         }
         let mut along_time = AlongTime::<T>::new(plan, self.prepared);
+        along_time.noise = self.noise;
         clock.lap(plan, "planning along time");
         let found = self.at_reference_site(&along_time);
         let interval = found.and_then(|(.., interval)| interval);

@@ -2,11 +2,49 @@
 
 use serde_json::{Map, Value, json};
 
+use super::Axes;
 use crate::field::Note;
 use crate::measure::digits;
 
 /// How much louder than those beside it a site is that is too loud.
 pub(super) const LOUD: f64 = 100.0;
+
+/// Sites of a finding, by index in the file and by position.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Sites {
+    pub indices: Vec<usize>,
+    pub positions: Vec<f64>,
+    /// Unit of the positions; `None` where sites are counted.
+    pub unit: Option<String>,
+}
+
+impl Sites {
+    /// Rows of the range analysed, the first of which is the site `first` of the file.
+    pub(super) fn of(rows: &[usize], first: usize, axes: &Axes) -> Sites {
+        let space = &axes.space;
+        let is_counted = space.unit.is_none() && space.step == 1.0;
+        Sites {
+            indices: rows.iter().map(|j| first + j).collect(),
+            positions: rows.iter().map(|j| space.at(*j)).collect(),
+            unit: (!is_counted).then(|| axes.space_unit().to_owned()),
+        }
+    }
+
+    /// The first few, in words: `3, 7 at 0.3, 0.7 m`.
+    fn words(&self) -> String {
+        let some = |words: Vec<String>| {
+            let more = if self.indices.len() > 8 { ", ..." } else { "" };
+            format!("{}{more}", words.join(", "))
+        };
+        let indices = some(self.indices.iter().take(8).map(usize::to_string).collect());
+        let Some(unit) = &self.unit else {
+            return indices;
+        };
+        let positions = self.positions.iter().take(8);
+        let positions = some(positions.map(|x| rounded(*x)).collect());
+        format!("{indices} at {positions} {unit}")
+    }
+}
 
 /// A finding about the data or the request, with its numbers.
 #[derive(Debug, Clone, PartialEq)]
@@ -17,12 +55,27 @@ pub enum Warning {
     /// Share of energy in the top tenth of the wavenumber axis.
     AliasingSpace { share: f64, above: f64 },
     /// Sites whose record is constant.
-    DeadChannels { sites: Vec<usize> },
+    DeadChannels { sites: Sites },
     /// Sites that sit on their largest or smallest value for runs of samples.
-    SaturatedChannels { sites: Vec<usize>, longest: usize },
+    SaturatedChannels { sites: Sites, longest: usize },
+    /// Sites that are far quieter than both beside them, at most two neighbours; `ratio` is that of the quietest
+    /// amplitude to the median.
+    QuietChannels { sites: Sites, ratio: f64 },
     /// Sites that are far louder than those beside them: at most two neighbours; `ratio` is that of the
     /// loudest amplitude to the median.
-    LoudChannels { sites: Vec<usize>, ratio: f64 },
+    LoudChannels { sites: Sites, ratio: f64 },
+    /// Sites with far more energy in the top tenth of the frequency axis than those beside them: at most two
+    /// neighbours; `ratio` of these energies.
+    NoisyChannels { sites: Sites, ratio: f64 },
+    /// Noise was subtracted from spectra along time: at how many sites, and bins that would have been negative.
+    NoiseSubtracted {
+        known: usize,
+        sites: usize,
+        clipped: usize,
+        bins: usize,
+    },
+    /// Sites that were left out on request.
+    SitesLeftOut { sites: Sites },
     /// Times at which all sites are zero, between others at which they are not: from the first to the
     /// last of them.
     ZeroTimes {
@@ -72,7 +125,11 @@ impl Warning {
             Warning::AliasingSpace { .. } => "aliasing-space",
             Warning::DeadChannels { .. } => "dead-channels",
             Warning::SaturatedChannels { .. } => "saturated-channels",
+            Warning::QuietChannels { .. } => "quiet-channels",
             Warning::LoudChannels { .. } => "loud-channels",
+            Warning::NoisyChannels { .. } => "noisy-channels",
+            Warning::SitesLeftOut { .. } => "sites-left-out",
+            Warning::NoiseSubtracted { .. } => "noise-subtracted",
             Warning::ZeroTimes { .. } => "zero-times",
             Warning::StartUp { .. } => "start-up",
             Warning::CommonMode { .. } => "common-mode",
@@ -88,6 +145,19 @@ impl Warning {
         }
     }
 
+    /// Whether it is about single channels.
+    pub(super) fn is_of_channels(&self) -> bool {
+        matches!(
+            self,
+            Warning::Gaps { .. }
+                | Warning::DeadChannels { .. }
+                | Warning::QuietChannels { .. }
+                | Warning::SaturatedChannels { .. }
+                | Warning::LoudChannels { .. }
+                | Warning::NoisyChannels { .. }
+        )
+    }
+
     /// One sentence with the numbers.
     pub fn message(&self) -> String {
         match self {
@@ -101,30 +171,56 @@ impl Warning {
                 percent(*share),
                 rounded(*above)
             ),
-            Warning::DeadChannels { sites } => match &sites[..] {
-                [site] => format!("the record of site {site} is constant"),
-                _ => format!(
-                    "{} of the records are constant: sites {}",
-                    sites.len(),
-                    some(sites)
-                ),
+            Warning::DeadChannels { sites } => match sites.indices.len() {
+                1 => format!("the record of site {} is constant", sites.words()),
+                n => format!("{n} of the records are constant: sites {}", sites.words()),
             },
             Warning::SaturatedChannels { sites, longest } => format!(
                 "{} of the records stay on their extreme value for up to {longest} samples: sites {}",
-                sites.len(),
-                some(sites)
+                sites.indices.len(),
+                sites.words()
             ),
-            Warning::LoudChannels { sites, ratio } if sites.len() == 1 => format!(
+            Warning::QuietChannels { sites, ratio } => format!(
+                "{} of the sites are less than 1/{LOUD} as loud as both beside them, down to {} of the median: \
+                 sites {}",
+                sites.indices.len(),
+                rounded(*ratio),
+                sites.words()
+            ),
+            Warning::LoudChannels { sites, ratio } if sites.indices.len() == 1 => format!(
                 "site {} is more than {LOUD} times as loud as those beside it, {} times the median",
-                sites[0],
+                sites.words(),
                 rounded(*ratio)
             ),
             Warning::LoudChannels { sites, ratio } => format!(
                 "{} of the sites are more than {LOUD} times as loud as those beside them, up to {} times \
                  the median: sites {}",
-                sites.len(),
+                sites.indices.len(),
                 rounded(*ratio),
-                some(sites)
+                sites.words()
+            ),
+            Warning::NoisyChannels { sites, ratio } => format!(
+                "{} of the sites have up to {} times the energy of those beside them in the top tenth below \
+                 Nyquist: sites {}",
+                sites.indices.len(),
+                rounded(*ratio),
+                sites.words()
+            ),
+            Warning::NoiseSubtracted {
+                known,
+                sites,
+                clipped,
+                bins,
+            } => format!(
+                "noise is subtracted at {known} of {sites} sites, where it is known; {clipped} of {bins} bins were \
+                 below it and are 0, which leaves a part of it: front windows, short-time spectra and spectra along \
+                 space keep all of it"
+            ),
+            Warning::SitesLeftOut { sites } => format!(
+                "{} sites are left out: {}; spectra along space, which need sites at even distances, are not \
+                 computed",
+                sites.indices.len(),
+                sites.words()
             ),
             Warning::ZeroTimes { times, first, last } => format!(
                 "all sites are zero at {times} times between others, from row {first} to row {last}"
@@ -193,11 +289,23 @@ impl Warning {
                 json!({"share": share, "above": above})
             }
             Warning::Static { share } => json!({"share": share}),
-            Warning::DeadChannels { sites } => json!({"sites": sites}),
-            Warning::SaturatedChannels { sites, longest } => {
-                json!({"sites": sites, "longest": longest})
+            Warning::DeadChannels { sites } | Warning::SitesLeftOut { sites } => {
+                json!({"sites": sites.indices, "positions": sites.positions})
             }
-            Warning::LoudChannels { sites, ratio } => json!({"sites": sites, "ratio": ratio}),
+            Warning::NoiseSubtracted {
+                known,
+                sites,
+                clipped,
+                bins,
+            } => json!({"known": known, "sites": sites, "clipped": clipped, "bins": bins}),
+            Warning::SaturatedChannels { sites, longest } => {
+                json!({"sites": sites.indices, "positions": sites.positions, "longest": longest})
+            }
+            Warning::QuietChannels { sites, ratio }
+            | Warning::LoudChannels { sites, ratio }
+            | Warning::NoisyChannels { sites, ratio } => {
+                json!({"sites": sites.indices, "positions": sites.positions, "ratio": ratio})
+            }
             Warning::ZeroTimes { times, first, last } => {
                 json!({"times": times, "first": first, "last": last})
             }
@@ -235,10 +343,4 @@ fn rounded(value: f64) -> String {
 
 fn percent(share: f64) -> String {
     format!("{:.3} %", 100.0 * share)
-}
-
-fn some(sites: &[usize]) -> String {
-    let shown: Vec<String> = sites.iter().take(8).map(usize::to_string).collect();
-    let more = if sites.len() > 8 { ", ..." } else { "" };
-    format!("{}{more}", shown.join(", "))
 }

@@ -37,6 +37,7 @@ mod spectral;
 mod stepped;
 mod sublattices;
 mod tendency;
+mod triads;
 mod units;
 mod waiting;
 mod wavenumber;
@@ -53,6 +54,10 @@ pub use result::{
     PassedError, Residual, ScaleBudget, WavenumberBudget,
 };
 pub use tendency::{Burgers, Tendency, TendencyBudget, tendency_budget};
+pub use triads::{
+    Disparity, Locality, QuadraticLaw, TriadIdentities, Triads, TriadsRequest, burgers_triads,
+    chain_triads,
+};
 pub use units::BudgetUnits;
 
 use crate::arrays::{Arrays, Sink};

@@ -31,9 +31,12 @@ pub use increments::{
 pub use lomb::{Lomb, LombAxis, LombRequest, lomb};
 pub use modes::{ModeShapes, ModeWave, Modes, ModesRequest, modes};
 pub(crate) use realisations::first_of;
-pub use realisations::{Averaging, Independence, SpectrumInterval, Tapers, interval_factors};
+pub use realisations::{
+    Averaging, Independence, SegmentsLeft, SpectrumInterval, Tapers, interval_factors,
+};
 pub use slope::{BreakFit, PowerLaw, Slope, SlopeFrames, SlopeRequest, Steepening, slope};
+pub(crate) use spectrum::no_noise;
 pub use spectrum::{
-    LeftOutEach, Line, LineTest, MeanSpectrum, SpectrumAxis, SpectrumEstimate, SpectrumRequest,
-    spectrum,
+    LeftOutEach, Line, LineTest, MeanSpectrum, NoiseFloor, NoiseSource, SiteNoise, SpectrumAxis,
+    SpectrumEstimate, SpectrumRequest, SubtractedNoise, spectrum,
 };

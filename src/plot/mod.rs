@@ -40,6 +40,7 @@ mod style;
 mod svg;
 mod ticks;
 mod transfer;
+mod triads;
 mod uprights;
 mod views;
 
@@ -76,6 +77,7 @@ pub use slope::slope;
 pub use spectrum::spectrum;
 pub use style::{Colormap, Depth, Style};
 pub use transfer::transfer;
+pub use triads::triads;
 pub use uprights::Mark;
 pub use views::views;
 
@@ -94,6 +96,7 @@ pub(crate) use spectrum::{
     density_label, mean_spectrum_chart, spectrum_chart, spectrum_lines, spectrum_map,
 };
 pub(crate) use transfer::{transfer_charts, transfer_map};
+pub(crate) use triads::{triad_charts, triad_map};
 
 use crate::analyze::Analysis;
 use crate::{Error, Result};

@@ -135,9 +135,20 @@ pub(crate) fn spectrum_chart(found: &SpectrumEstimate) -> Chart {
         }
     }
     let y = shown([&spectrum, &low, &high]);
+    let noise = found
+        .noise
+        .as_ref()
+        .filter(|noise| noise.subtracted.is_none());
+    let noise = noise.and_then(|noise| noise.sites[site]);
     Chart {
         y,
         log_y: true,
+        levels: noise.map_or(Vec::new(), |noise| {
+            vec![Level {
+                at: noise.density,
+                label: "noise".into(),
+            }]
+        }),
         ..Chart::of(
             match found.along {
                 SpectrumAxis::Time => format!("spectrum of site {site} at {at} {space_unit}"),

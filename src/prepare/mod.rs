@@ -51,12 +51,16 @@ pub enum Gaps {
     /// Set to 0 after trends are removed; trends are fitted without them. They count as samples in
     /// the normalisation, so that a density is low by their share.
     Mask,
+    /// Averages over segments leave out those with such samples; nothing is filled.
+    LeaveOut,
 }
 
 /// The preparation of the samples before transforms.
 #[derive(Debug, Clone, Copy)]
-pub(crate) struct Preparation {
+pub(crate) struct Preparation<'a> {
     pub gaps: Gaps,
+    /// Sites of the field that are left out: zeros, whatever their samples are.
+    pub left_out: &'a [usize],
     pub precision: Precision,
     /// Samples of a record, from the first, that segments along time reach.
     pub reached: usize,

@@ -25,6 +25,8 @@ pub(crate) struct Prepared<'a> {
     /// The same by time, then site.
     pub(super) gaps_by_time: Vec<Gap>,
     masked: bool,
+    /// Whether each site of the range is left out; empty if none is.
+    pub(super) left_out: Vec<bool>,
     field_mean: Option<Trend>,
     /// One a time, or none at all.
     space_trends: Vec<Trend>,
@@ -53,18 +55,23 @@ impl<'a> Prepared<'a> {
         field: &'a Field,
         times: Range<usize>,
         sites: Range<usize>,
-        preparation: Preparation,
+        preparation: Preparation<'_>,
         tiles: Tiles,
         observer: &dyn Observer,
     ) -> Result<(Self, Vec<ChannelScan>)> {
+        let left_out = match preparation.left_out {
+            [] => Vec::new(),
+            left_out => sites.clone().map(|j| left_out.contains(&j)).collect(),
+        };
         let mut prepared = Prepared {
             field,
+            left_out,
             times,
             sites,
             unit: PowerOfTwo::ONE,
             gaps: Vec::new(),
             gaps_by_time: Vec::new(),
-            masked: preparation.gaps == Gaps::Mask,
+            masked: matches!(preparation.gaps, Gaps::Mask | Gaps::LeaveOut),
             field_mean: None,
             space_trends: Vec::new(),
             time_trends: Vec::new(),
@@ -93,7 +100,7 @@ impl<'a> Prepared<'a> {
     fn unit_of(
         &self,
         scans: &[ChannelScan],
-        preparation: Preparation,
+        preparation: Preparation<'_>,
         observer: &dyn Observer,
     ) -> Result<PowerOfTwo> {
         let Preparation {
@@ -233,6 +240,11 @@ impl<'a> Prepared<'a> {
         if self.masked {
             gaps.for_each(|(at, _)| out[at] = 0.0);
         }
+        for (j, record) in sites.zip(out.chunks_exact_mut(n_times)) {
+            if self.is_left_out(j) {
+                record.fill(0.0);
+            }
+        }
     }
 
     /// The records of `sites`, interleaved, from `ahead` if they were read ahead.
@@ -262,6 +274,7 @@ impl<'a> Prepared<'a> {
         if self.masked {
             gaps.for_each(|(at, _)| out[at] = 0.0);
         }
+        self.leave_out(sites, out);
     }
 
     /// Whole profiles of `times`, one after the other.
@@ -289,13 +302,30 @@ impl<'a> Prepared<'a> {
         if self.masked {
             gaps.for_each(|(at, _)| out[at] = 0.0);
         }
+        self.leave_out(0..n_sites, out);
+    }
+
+    /// Whether the site is left out.
+    pub fn is_left_out(&self, site: usize) -> bool {
+        self.left_out.get(site) == Some(&true)
+    }
+
+    /// Zeros in rows of `sites`, where they are left out.
+    fn leave_out(&self, sites: Range<usize>, out: &mut [f64]) {
+        let width = sites.len();
+        let from = sites.start;
+        for j in sites.filter(|j| self.is_left_out(*j)) {
+            let column = out.iter_mut().skip(j - from).step_by(width);
+            column.for_each(|v| *v = 0.0);
+        }
     }
 
     /// Whole snapshots of `times` as a slice of the field, if preparation does not change them.
     pub fn stored_profiles(&self, times: Range<usize>) -> Option<&[f64]> {
         let whole = self.sites == (0..self.field.n_sites());
         let stays = self.tiles.ahead.is_none();
-        let is_stored = whole && stays && self.gaps.is_empty() && self.is_as_stored();
+        let unchanged = self.gaps.is_empty() && self.left_out.is_empty() && self.is_as_stored();
+        let is_stored = whole && stays && unchanged;
         let from = self.times.start;
         is_stored
             .then(|| {

@@ -25,6 +25,15 @@ pub(crate) struct ChannelScan {
 }
 
 impl ChannelScan {
+    /// Of a record that is left out.
+    pub const NOTHING: ChannelScan = ChannelScan {
+        largest: 0.0,
+        gaps: 0,
+        first_gap: None,
+        constant: false,
+        clipped_run: 0,
+    };
+
     pub fn of(record: &[f64]) -> ChannelScan {
         let mut low = f64::INFINITY;
         let mut high = f64::NEG_INFINITY;
@@ -89,7 +98,7 @@ pub(crate) fn fill(record: &[f64], site: usize, gaps: Gaps, into: &mut Vec<Gap>)
         let after = record.get(end).copied();
         for n in time..end {
             let value = match (gaps, before, after) {
-                (Gaps::Refuse | Gaps::Mask, ..) | (_, None, None) => 0.0,
+                (Gaps::Refuse | Gaps::Mask | Gaps::LeaveOut, ..) | (_, None, None) => 0.0,
                 (_, Some(a), Some(b)) => {
                     let weight = (n + 1 - time) as f64 / (run + 1) as f64;
                     a * (1.0 - weight) + b * weight

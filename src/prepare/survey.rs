@@ -34,10 +34,15 @@ pub(crate) fn survey_bytes(field: &Field, n_sites: usize) -> u64 {
 impl Prepared<'_> {
     /// What each record holds; keeps account of its gaps.
     pub(super) fn scan(&mut self, gaps: Gaps, observer: &dyn Observer) -> Result<Vec<ChannelScan>> {
-        let passed = match self.field.is_time_major() {
+        let mut passed = match self.field.is_time_major() {
             true => self.extremes(observer)?.scans(),
             false => vec![None; self.n_sites()],
         };
+        for (passed, left_out) in passed.iter_mut().zip(&self.left_out) {
+            if *left_out {
+                *passed = Some(ChannelScan::NOTHING);
+            }
+        }
         let is_open = |j: usize| passed[j].is_none();
         if (0..self.n_sites()).any(is_open) {
             observer.stage("looking at the samples", self.n_sites() as u64);

@@ -5,7 +5,7 @@ use serde::Serialize;
 use super::estimate_arrays::{Arrays, Units};
 use super::{LabelledArrays, Provenance};
 use crate::error::Result;
-use crate::estimates::{Coherence, Delay, Independence, PhaseSpeed};
+use crate::estimates::{Coherence, Delay, Independence, PhaseSpeed, SegmentsLeft};
 
 /// The schema of the summary of a coherence.
 pub const COHERENCE_SCHEMA: &str = "cascade.coherence/1";
@@ -22,6 +22,8 @@ pub struct CoherenceSummary<'a> {
     segment: usize,
     overlap: usize,
     independence: Independence,
+    /// Of each site, where segments with missing samples are left out.
+    segments_left: Option<&'a SegmentsLeft>,
     alpha: f64,
     level: Option<f64>,
     /// Share of the cells away from the reference, 0 and the Nyquist frequency left out, above the level.
@@ -43,6 +45,7 @@ impl<'a> CoherenceSummary<'a> {
             segment: found.segment[0],
             overlap: found.segment[1],
             independence: found.independence,
+            segments_left: found.segments_left.as_ref(),
             alpha: found.alpha,
             level: found.level(),
             above_level: found.above_level(),
@@ -61,7 +64,7 @@ impl<'a> CoherenceSummary<'a> {
 /// Hands a coherence to `file`: `frequency` (nf), `position` (n); `coherence`, `phase`, `phase_interval`,
 /// `spectrum` (nf, n); `delay`, `delay_error` (n), NaN where there is none; `speed_frequency`, `wavenumber`,
 /// `wavenumber_error`, `phase_velocity`, `phase_velocity_error` of the frequencies at which enough sites are
-/// coherent.
+/// coherent. Where segments are left out, `segments`, `effective_realisations`, `level` (n).
 ///
 /// # Errors
 /// Those of `file`.
@@ -70,6 +73,14 @@ pub fn coherence_arrays(found: &Coherence, file: &dyn LabelledArrays) -> Result<
     let units = Units::of(&found.time, &found.space, found.unit.as_deref());
     to.line("frequency", "frequency", &units.frequency, &found.frequency)?;
     to.line("position", "position", &units.space, &found.positions())?;
+    if let Some(left) = &found.segments_left {
+        let segments: Vec<f64> = left.left.iter().map(|left| *left as f64).collect();
+        to.line("segments", "position", "", &segments)?;
+        to.line("effective_realisations", "position", "", &left.effective)?;
+        let level = |site: usize| found.level_at(site).unwrap_or(f64::NAN);
+        let levels: Vec<f64> = (0..segments.len()).map(level).collect();
+        to.line("level", "position", "", &levels)?;
+    }
     let density = units.density(&units.frequency, "");
     for (name, unit, array) in [
         ("coherence", "", &found.coherence),

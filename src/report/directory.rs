@@ -64,6 +64,7 @@ const NAMES: &[&str] = &[
     "increments.npz",
     "slope.npz",
     "transfer.npz",
+    "triads.npz",
     "spectrum.npz",
     "budget.npz",
     "budget.nc",
@@ -112,6 +113,7 @@ const FIGURES: &[&str] = &[
     "increments",
     "slope",
     "transfer",
+    "triads",
     "spectrum",
 ];
 

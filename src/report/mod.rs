@@ -38,6 +38,8 @@ mod snippet;
 mod spectrum;
 mod summary;
 mod transfer;
+mod triad_words;
+mod triads;
 
 pub use archive::{Archive, NamedArrays};
 pub use array_file::{ArrayFile, ArrayFormat};
@@ -70,7 +72,7 @@ pub use pages::{
     analysis_html as html, attenuation_html, bicoherence_html, budget_html, coherence_html,
     comparison_html, comparison_rows, fields_html, increments_html, journey_html, localized_html,
     lomb_html, modes_html, ridges_html, slope_html, spectrum_html, sweep_html, transfer_html,
-    transmission_html, wave_html,
+    transmission_html, triads_html, wave_html,
 };
 pub use ridges::{RIDGES_SCHEMA, RidgesSummary, ridges_arrays, ridges_csv};
 pub use run_file::{RUN_SCHEMA, RunFile};
@@ -85,3 +87,5 @@ pub use snippet::{
 pub use spectrum::{SPECTRUM_SCHEMA, SpectrumSummary, spectrum_arrays};
 pub use summary::{Advice, Doubt, Provenance, SCHEMA, SettingInEffect, Summary};
 pub use transfer::{TRANSFER_SCHEMA, TransferSummary, transfer_arrays};
+pub use triad_words::triad_sentences;
+pub use triads::{TRIADS_SCHEMA, TriadsSummary, triad_arrays};

@@ -6,7 +6,8 @@ use super::estimate_arrays::{Arrays, Units};
 use super::{LabelledArrays, Provenance};
 use crate::error::Result;
 use crate::estimates::{
-    Independence, LeftOutEach, Line, SpectrumAxis, SpectrumEstimate, interval_factors,
+    Independence, LeftOutEach, Line, NoiseFloor, SegmentsLeft, SiteNoise, SpectrumAxis,
+    SpectrumEstimate, SubtractedNoise, interval_factors,
 };
 
 /// The schema of the summary of spectra with intervals.
@@ -26,6 +27,8 @@ pub struct SpectrumSummary<'a> {
     /// `NW` bins of several tapers, as a frequency (wavenumber).
     half_bandwidth: Option<f64>,
     independence: Independence,
+    /// Of each site, where segments with missing samples are left out.
+    segments_left: Option<&'a SegmentsLeft>,
     steadiness: &'a [f64],
     /// Sites (along space, times) without interval.
     without_interval: usize,
@@ -34,7 +37,27 @@ pub struct SpectrumSummary<'a> {
     alpha: f64,
     degrees_of_freedom: Option<DegreesSummary>,
     jackknife_leaves_out: LeftOutEach,
+    /// Of each site, along time.
+    noise: Option<NoiseSummary<'a>>,
     line_test: Option<LineTestSummary<'a>>,
+}
+
+/// The noise of all sites; `null` where it is not known.
+#[derive(Debug, Serialize)]
+pub(super) struct NoiseSummary<'a> {
+    known: usize,
+    sites: &'a [Option<SiteNoise>],
+    subtracted: Option<&'a SubtractedNoise>,
+}
+
+impl<'a> NoiseSummary<'a> {
+    pub fn new(noise: &'a NoiseFloor) -> Self {
+        NoiseSummary {
+            known: noise.known(),
+            sites: &noise.sites,
+            subtracted: noise.subtracted.as_ref(),
+        }
+    }
 }
 
 /// Degrees of freedom away from 0 and from the Nyquist frequency.
@@ -70,6 +93,7 @@ impl<'a> SpectrumSummary<'a> {
             overlap: found.segment[1],
             half_bandwidth: found.half_bandwidth,
             independence: found.independence,
+            segments_left: found.segments_left.as_ref(),
             steadiness: &found.steadiness,
             without_interval: found.without_interval(),
             steadiness_in_time: found.mean.as_ref().map(|mean| mean.steadiness),
@@ -80,6 +104,7 @@ impl<'a> SpectrumSummary<'a> {
                 largest,
                 interval_factors: interval_factors(median, found.alpha),
             }),
+            noise: found.noise.as_ref().map(NoiseSummary::new),
             jackknife_leaves_out: found.left_out,
             line_test: found.line_test.as_ref().map(|test| LineTestSummary {
                 degrees_of_freedom: test.degrees,
@@ -98,7 +123,8 @@ impl<'a> SpectrumSummary<'a> {
 }
 
 /// Hands spectra to `file`: `frequency` (nf), `position`, `steadiness` (n); `spectrum`, `degrees_of_freedom`,
-/// `low`, `high`, `jackknife_low`, `jackknife_high` (nf, n), NaN where there is no interval; of several tapers
+/// `low`, `high`, `jackknife_low`, `jackknife_high` (nf, n), NaN where there is no interval; along time `noise`, `noise_low`,
+/// `noise_high` (n), densities; where segments are left out `segments`, `effective_realisations` (n); of several tapers
 /// `f_statistic` (nf, n). Along space, `wavenumber` and `time` take the place of `frequency` and `position`,
 /// beside `mean_spectrum`, `mean_low`, `mean_high`, `effective_snapshots` (nk).
 ///
@@ -115,6 +141,22 @@ pub fn spectrum_arrays(found: &SpectrumEstimate, file: &dyn LabelledArrays) -> R
     to.line(bins, bins, bin_unit, &found.bins)?;
     to.line(columns, columns, column_unit, &found.coordinates())?;
     to.line("steadiness", columns, "", &found.steadiness)?;
+    if let Some(left) = &found.segments_left {
+        let segments: Vec<f64> = left.left.iter().map(|left| *left as f64).collect();
+        to.line("segments", columns, "", &segments)?;
+        to.line("effective_realisations", columns, "", &left.effective)?;
+    }
+    if let Some(noise) = &found.noise {
+        let of = |part: fn(&SiteNoise) -> f64| -> Vec<f64> {
+            let sites = noise.sites.iter();
+            sites
+                .map(|site| site.as_ref().map_or(f64::NAN, part))
+                .collect()
+        };
+        to.line("noise", columns, &density, &of(|noise| noise.density))?;
+        to.line("noise_low", columns, &density, &of(|noise| noise.low))?;
+        to.line("noise_high", columns, &density, &of(|noise| noise.high))?;
+    }
     let plane = |name: &str, unit: &str, values: &mut dyn Iterator<Item = f64>| {
         let values: Vec<f64> = values.collect();
         let (rows, across) = found.spectrum.dim();

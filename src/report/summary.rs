@@ -3,6 +3,7 @@
 use serde::Serialize;
 use serde_json::{Map, Value};
 
+use super::spectrum::NoiseSummary;
 use super::{ClosureSummary, Unresolved};
 use crate::analyze::{
     Accuracy, Analysis, BandEdge, FrontLength, Headline, Scaling, Timing, Warning,
@@ -77,6 +78,8 @@ pub struct Summary<'a> {
     conventions: ConventionsSummary<'a>,
     /// Of the temporal spectrum.
     interval: Option<SpectrumInterval>,
+    /// What was subtracted from spectra along time.
+    noise: Option<NoiseSummary<'a>>,
     parseval: ParsevalSummary,
     closure: ClosureSummary,
     direction: Option<DirectionSummary>,
@@ -240,6 +243,7 @@ impl<'a> Summary<'a> {
                 },
             },
             interval: analysis.interval,
+            noise: analysis.noise.as_ref().map(NoiseSummary::new),
             parseval: ParsevalSummary {
                 time: analysis.parseval.time,
                 space: analysis.parseval.space,

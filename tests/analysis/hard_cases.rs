@@ -159,7 +159,7 @@ fn zero_channels_have_no_centroid_and_constant_ones_that_of_zero() {
     assert!(along.centroid[2].is_finite());
     assert_eq!(along.energy[0], 0.0);
     let dead = analysis.warnings.iter().find_map(|w| match w {
-        Warning::DeadChannels { sites } => Some(sites.clone()),
+        Warning::DeadChannels { sites } => Some(sites.indices.clone()),
         _ => None,
     });
     assert_eq!(dead, Some(vec![0, 1]));

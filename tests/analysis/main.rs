@@ -2,6 +2,7 @@
 
 mod analyze_stops;
 mod bicoherence;
+mod channels;
 mod coherence;
 mod determinism;
 mod direct_sums;
@@ -9,11 +10,13 @@ mod display;
 mod figures_html;
 mod figures_layout;
 mod figures_plot;
+mod gaps;
 mod hard_cases;
 mod headline;
 mod increments;
 mod lomb;
 mod modes;
+mod noise;
 mod reference_problems;
 mod ridges;
 mod slope;

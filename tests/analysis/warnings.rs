@@ -112,7 +112,7 @@ fn val_one_channel_a_thousand_times_too_loud_is_named() {
     let of = |field: Array2<f64>| analyzed(&Field::from_array(field), &Request::default()).warnings;
     let loud = |warnings: &[Warning]| {
         warnings.iter().find_map(|warning| match warning {
-            Warning::LoudChannels { sites, ratio } => Some((sites.clone(), *ratio)),
+            Warning::LoudChannels { sites, ratio } => Some((sites.indices.clone(), *ratio)),
             _ => None,
         })
     };

@@ -7,3 +7,4 @@ mod known;
 mod measured;
 mod measured_spectra;
 mod passage;
+mod triads;

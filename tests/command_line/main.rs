@@ -31,3 +31,4 @@ mod slope;
 mod spectrum;
 mod terminal;
 mod transfer;
+mod triads;

@@ -8,7 +8,7 @@ use crate::analyze::result::Axes;
 use crate::error::{Error, Result};
 use crate::field::Field;
 use crate::numeric::in_band;
-use crate::prepare::Window;
+use crate::prepare::{Gaps, Window};
 use crate::transform::Segments;
 
 /// More threads than any machine has cores are a slip of the hand.
@@ -159,11 +159,50 @@ pub(super) fn check_references(
             found: site.to_string(),
         })
     };
+    if request.gaps == Gaps::LeaveOut {
+        return Err(Error::Request {
+            option: "gaps",
+            expected: "refuse, interpolate or mask: segments are left out of averages over them, which have \
+                       intervals"
+                .into(),
+            found: "leave-out".into(),
+        });
+    }
+    if request.subtract_noise {
+        let refuse = |expected: &str, found: &str| {
+            Err(Error::Request {
+                option: "subtract-noise",
+                expected: expected.into(),
+                found: found.into(),
+            })
+        };
+        if request.results.spacetime {
+            let expected = "spectra along time without space-time spectra, which keep the noise";
+            return refuse(expected, "space-time spectra");
+        }
+        if !request.results.temporal {
+            return refuse("spectra along time", "none");
+        }
+        if request.noise.is_some() {
+            return refuse("noise that is found in the field", "noise that is stated");
+        }
+    }
+    check_left_out(request, sites)?;
+    let present = |option, site: usize| match request.without_sites.contains(&site) {
+        false => Ok(()),
+        true => Err(Error::Request {
+            option,
+            expected: "a site that is not left out".into(),
+            found: site.to_string(),
+        }),
+    };
     if let Some(site) = request.reference_site {
         inside("reference-site", sites, site)?;
+        present("reference-site", site)?;
     }
     for &site in &request.short_time.sites {
         inside("short-time-sites", sites, site)?;
+        present("short-time-sites", site)?;
     }
     let (from, to) = (field.time.at(times.start), field.time.at(times.end - 1));
     let asked = request.reference_time.map(|t| ("reference-time", t));
@@ -213,6 +252,46 @@ pub(super) fn check_references(
         });
     }
     Ok(())
+}
+
+/// That sites which are left out are there, leave others, and that nothing is wanted that needs all.
+fn check_left_out(request: &Request, sites: &Range<usize>) -> Result<()> {
+    let refuse = |expected: String, found: String| {
+        Err(Error::Request {
+            option: "without-sites",
+            expected,
+            found,
+        })
+    };
+    let left_out = &request.without_sites;
+    if left_out.is_empty() {
+        return Ok(());
+    }
+    if let Some(site) = left_out.iter().find(|site| !sites.contains(site)) {
+        let expected = format!("sites of the range {}:{}", sites.start, sites.end);
+        return refuse(expected, site.to_string());
+    }
+    if sites.clone().all(|site| left_out.contains(&site)) {
+        return refuse("sites that remain".into(), "all sites".into());
+    }
+    let results = request.results;
+    let along_space = [
+        (results.spatial, "spatial spectra"),
+        (results.spacetime, "space-time spectra"),
+        (results.flux_surrogate, "the flux surrogate"),
+        (
+            results.short_time && !request.short_time.times.is_empty(),
+            "short-time spectra along space",
+        ),
+    ];
+    match along_space.into_iter().find(|(is_wanted, _)| *is_wanted) {
+        None => Ok(()),
+        Some((_, what)) => refuse(
+            "spectra along time alone, since spectra along space need sites at even distances"
+                .into(),
+            what.into(),
+        ),
+    }
 }
 
 /// Checks the window's parameter for its number of samples.

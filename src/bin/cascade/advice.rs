@@ -18,7 +18,8 @@ pub fn of_error(error: &Error) -> Option<String> {
         Error::Scan { fault, .. } => of_scan(fault),
         Error::NonFinite { .. } => Some(
             "state what to do with gaps: `--gaps interpolate` fills them along time, \
-             `--gaps mask` gives them no weight"
+             `--gaps mask` gives them no weight; averages of segments (`cascade spectrum`) can leave out those \
+             that hold them with `--gaps leave-out`"
                 .into(),
         ),
         Error::Changed { .. } => {
@@ -339,13 +340,25 @@ pub fn of_warning(warning: &Warning) -> &'static str {
             "measure at sites closer together; wavenumbers beyond Nyquist fold and may seem to \
              travel backwards"
         }
-        Warning::DeadChannels { .. } => "leave these sites out, or check the sensor",
+        Warning::DeadChannels { .. } | Warning::QuietChannels { .. } => {
+            "check the sensors; leave the sites out of spectra along time with `--without-sites`"
+        }
+        Warning::NoisyChannels { .. } => {
+            "check the sensors; if it is noise, leave the sites out with `--without-sites`"
+        }
+        Warning::NoiseSubtracted { .. } => {
+            "`summary.json` has the noise of each site with its interval, and what clipping added"
+        }
+        Warning::SitesLeftOut { .. } => {
+            "for the wavenumbers of uneven sites save them with their positions and take spectra by least \
+             squares: `cascade lomb --axis space`"
+        }
         Warning::SaturatedChannels { .. } => {
             "lower the gain or the amplitude; clipping makes harmonics that are not there"
         }
         Warning::LoudChannels { .. } => {
             "check their gains and units: their energy decides spectra and directions; leave them out \
-             with `--sites`, or scale them first"
+             with `--without-sites`, or scale them first"
         }
         Warning::ZeroTimes { .. } => {
             "where the recording dropped out, state `nan` there and `--gaps interpolate`"

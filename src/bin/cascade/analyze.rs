@@ -440,8 +440,9 @@ pub fn open_options(typed: &Input, memory: Option<u64>) -> OpenOptions {
 pub fn request(typed: &Analyze, draws: bool) -> Request {
     let (prepare, spectra, bands) = (&typed.preparation, &typed.spectra, &typed.bands);
     Request {
-        results: results(&typed.work.only),
+        results: results(typed),
         sites: prepare.sites.clone(),
+        without_sites: prepare.without_sites.clone(),
         times: match prepare.times {
             Some((from, to)) => TimeRange::Interval { from, to },
             None if prepare.until_arrival => TimeRange::UntilArrival {
@@ -468,6 +469,7 @@ pub fn request(typed: &Analyze, draws: bool) -> Request {
         band_edge_wavenumber: bands.band_edge_wavenumber,
         front_window: bands.front_window,
         noise: bands.noise,
+        subtract_noise: bands.subtract_noise,
         direction_band: bands.direction_band,
         dispersion: None,
         maps: draws,
@@ -498,9 +500,18 @@ fn own(stated: Option<u64>) -> u64 {
     }
 }
 
-fn results(only: &[ResultArg]) -> Results {
+/// Where nothing is named, all that can be computed: along space only if all sites are there, and along both axes
+/// only if noise is not subtracted.
+fn results(typed: &Analyze) -> Results {
+    let only = &typed.work.only;
     if only.is_empty() {
-        return Results::ALL;
+        let has_all_sites = typed.preparation.without_sites.is_empty();
+        return Results {
+            spatial: has_all_sites,
+            spacetime: has_all_sites && !typed.bands.subtract_noise,
+            flux_surrogate: has_all_sites,
+            ..Results::ALL
+        };
     }
     Results {
         temporal: only.contains(&ResultArg::Temporal),

@@ -97,6 +97,12 @@ pub enum Command {
     /// and from pairs of others, with errors by resampling; and which part of the output is explained where it was
     /// not fitted. Needs twice as many independent realisations as there are pairs.
     Transfer(Box<crate::transfer::Transfer>),
+    /// Find which wavenumbers of a run feed which: transfer by triads, and how local it is.
+    ///
+    /// Where the force is quadratic (springs with alpha, precompressed contacts to second order), or the field obeys
+    /// Burgers' equation, energy is exchanged in triads k = p + q, each of which keeps its energy. The result has what
+    /// each k gained with each partner, the flux past k, and the share of it that triads of near wavenumbers carry.
+    Triads(Box<crate::triads::Triads>),
     /// Estimate the power spectral density of all sites with intervals, and find lines.
     ///
     /// Averaged over segments, over orthogonal tapers (Thomson's method, with adaptive weights), or over
@@ -329,6 +335,9 @@ pub struct Preparation {
     /// Sites to analyse, by index, the end excluded [default: all].
     #[arg(long, value_name = "FIRST:END", value_parser = parse::site_range)]
     pub sites: Option<Range<usize>>,
+    /// Sites to leave out, by index: their spectra are undefined, and spectra along space are not computed.
+    #[arg(long, value_name = "SITE,..", value_delimiter = ',')]
+    pub without_sites: Vec<usize>,
     /// Times to analyse, in units of time, both ends included; one may be left out [default: all].
     #[arg(long, value_name = "FROM:TO", value_parser = parse::interval,
           allow_hyphen_values = true, conflicts_with = "until_arrival")]
@@ -417,6 +426,10 @@ pub struct Bands {
     /// whose energy is less than twice the noise's are undefined [default: not known].
     #[arg(long, value_name = "RMS", value_parser = parse::positive, allow_negative_numbers = true)]
     pub noise: Option<f64>,
+    /// Subtract the noise of each site, found before the motion arrives or where the spectrum is flat, from spectra
+    /// along time; spectra along both axes are not computed.
+    #[arg(long, conflicts_with = "noise")]
+    pub subtract_noise: bool,
     /// Frequencies, in cycles per unit of time, over which the shares of each direction are taken
     /// [default: all].
     #[arg(long, value_name = "FROM:TO", value_parser = parse::interval,
@@ -559,6 +572,8 @@ choice!(GapsArg => wavecascade::prepare::Gaps {
     Interpolate => Self::Interpolate,
     /// Count them as zeros, once trends are removed that were fitted without them.
     Mask => Self::Mask,
+    /// Leave the segments that hold them out of averages.
+    LeaveOut => Self::LeaveOut,
 });
 choice!(DetrendArg => wavecascade::prepare::Detrend {
     None => Self::None,

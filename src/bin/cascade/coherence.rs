@@ -3,7 +3,9 @@
 use std::path::PathBuf;
 
 use clap::Args;
-use wavecascade::estimates::{Averaging, Coherence as Found, CoherenceRequest, Tapers, coherence};
+use wavecascade::estimates::{
+    Averaging, Coherence as Found, CoherenceRequest, SegmentsLeft, Tapers, coherence,
+};
 use wavecascade::observer::Observer;
 use wavecascade::plot::{self, Figure, Style};
 use wavecascade::prepare::Window;
@@ -160,6 +162,7 @@ fn lines(found: &Found) -> String {
             number(independence.effective)
         ),
     );
+    gaps_line(&mut lines, found.segments_left.as_ref());
     let (Some(level), Some(above)) = (found.level(), found.above_level()) else {
         lines.line("significance", "none can be stated");
         return lines.text;
@@ -198,9 +201,48 @@ fn lines(found: &Found) -> String {
     lines.text
 }
 
+/// How many segments are left of sites that miss samples.
+pub fn gaps_line(lines: &mut Lines, left: Option<&SegmentsLeft>) {
+    let Some(left) = left.filter(|left| left.incomplete() > 0) else {
+        return;
+    };
+    let [least, median] = left.least_and_median();
+    lines.line(
+        "gaps",
+        &format!(
+            "{} of {} sites lose segments: {median} of {} are left at the median, {least} at the least",
+            left.incomplete(),
+            left.left.len(),
+            left.of,
+        ),
+    );
+}
+
+/// Of sites (or times) of which nothing is left.
+pub fn gaps_warning(left: Option<&SegmentsLeft>, columns: &str) -> Option<[String; 2]> {
+    const SHOWN: usize = 8;
+    let left = left?;
+    let empty = left.empty();
+    let shown: Vec<String> = empty.iter().take(SHOWN).map(usize::to_string).collect();
+    let more = if empty.len() > SHOWN { ", ..." } else { "" };
+    (!empty.is_empty()).then(|| {
+        [
+            format!(
+                "{} of {} {columns} miss samples in all {} segments and are left out: {}{more}",
+                empty.len(),
+                left.left.len(),
+                left.of,
+                shown.join(", "),
+            ),
+            "shorter segments (`--segment`) lose less to a gap; `cascade lomb` needs none".into(),
+        ]
+    })
+}
+
 /// What the user should know, each with what to do.
 pub fn warnings(found: &Found) -> Vec<[String; 2]> {
     let mut warnings = Vec::new();
+    warnings.extend(gaps_warning(found.segments_left.as_ref(), "sites"));
     let independence = &found.independence;
     if independence.is_transient() && independence.records < 2 {
         warnings.push([

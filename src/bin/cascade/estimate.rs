@@ -74,6 +74,8 @@ impl<E, F: FnOnce(&[&Field], &dyn Observer) -> Result<E, Error>> Computation<E> 
 pub trait Estimate {
     /// Name of the command: that of the file of arrays, and the end of the default directory.
     const COMMAND: &'static str;
+    /// Extension of usual files of fields, which the default directory leaves out.
+    const EXTENSION: &'static str = "npy";
     /// Whether uneven coordinates are taken as they are; else they are refused, or resampled on request.
     const UNEVEN: bool = false;
 
@@ -115,7 +117,7 @@ pub fn run<T: Typed>(command_typed: &T) -> Result<(), Failure> {
     let paths = expanded(command_typed.fields())?;
     use_threads(typed.threads())?;
     let name = T::Found::COMMAND;
-    let default = || named_after(&paths[0], "npy", &format!("-{name}"));
+    let default = || named_after(&paths[0], T::Found::EXTENSION, &format!("-{name}"));
     let out = typed.out.clone().unwrap_or_else(default);
     drop(ResultDirectory::create(&out, typed.force)?);
     let progress = Progress::new(!typed.how.quiet && std::io::stderr().is_terminal());

@@ -43,7 +43,7 @@ pub fn sentence(analysis: &Analysis, is_run: bool, field: &Path) -> Option<Strin
 }
 
 /// The options among the words of a command that say how its field is read.
-fn input_options(words: Vec<String>) -> String {
+pub fn input_options(words: Vec<String>) -> String {
     let known = Input::augment_args(Command::new("input"));
     let mut kept = String::new();
     let mut words = words.into_iter();

@@ -5,7 +5,9 @@ use std::path::PathBuf;
 
 use clap::Args;
 use serde_json::{Value, json};
+use wavecascade::analyze::{Warning, channel_findings};
 use wavecascade::field::{Axis, Inspection, OpenOptions, Scanned, inspect};
+use wavecascade::observer::Silent;
 use wavecascade::{Error, Field};
 
 use crate::advice;
@@ -23,6 +25,9 @@ pub struct Inspect {
     /// File to look into; with `--position-from` all files of a scan.
     #[arg(required = true, value_name = "FILE")]
     pub fields: Vec<PathBuf>,
+    /// Read all samples, and name the channels that are dead, quiet, clipped, too loud or noisy.
+    #[arg(long)]
+    pub channels: bool,
     /// Print the list as JSON.
     #[arg(long)]
     pub json: bool,
@@ -39,14 +44,21 @@ pub fn run(typed: Inspect, files: &[PathBuf]) -> Result<(), Failure> {
         ..open_options(&typed.input, None)
     };
     if let Some(scan) = typed.scan.scan() {
-        return list_scan(&typed, &scan.open(files, &options)?);
+        let scanned = scan.open(files, &options)?;
+        let doubts = channels(&typed, &scanned.field)?;
+        return list_scan(&typed, &scanned, &doubts);
     }
     typed.scan.check_files(files)?;
     let file = &files[0];
     let found = inspect(file, &options)?;
+    let doubts = match &found.field {
+        Ok(field) => channels(&typed, field)?,
+        Err(_) => Vec::new(),
+    };
     let mut out = terminal::stdout();
     if typed.json {
-        let text = serde_json::to_string_pretty(&in_json(&found)).map_err(std::io::Error::from)?;
+        let text = serde_json::to_string_pretty(&in_json(&found, &doubts))
+            .map_err(std::io::Error::from)?;
         writeln!(out, "{text}")?;
         return Ok(());
     }
@@ -65,6 +77,7 @@ pub fn run(typed: Inspect, files: &[PathBuf]) -> Result<(), Failure> {
             for line in std::iter::once(shape(field)).chain(notes) {
                 write!(out, "{}", paragraphs(&[line], width))?;
             }
+            print_channels(&mut out, &typed, &doubts)?;
             writeln!(out, "next: {}", command(&typed, field))?;
         }
         Err(error) => {
@@ -78,8 +91,46 @@ pub fn run(typed: Inspect, files: &[PathBuf]) -> Result<(), Failure> {
     Ok(())
 }
 
+/// What is found about single channels, if it is asked for.
+fn channels(typed: &Inspect, field: &Field) -> Result<Vec<Warning>, Failure> {
+    match typed.channels {
+        true => Ok(channel_findings(field, &Silent)?),
+        false => Ok(Vec::new()),
+    }
+}
+
+fn print_channels(
+    out: &mut impl Write,
+    typed: &Inspect,
+    doubts: &[Warning],
+) -> Result<(), Failure> {
+    if !typed.channels {
+        return Ok(());
+    }
+    let width = terminal::width();
+    writeln!(out, "\n{}", styled(HEADING, "channels"))?;
+    if doubts.is_empty() {
+        let text = "none is dead, quiet, clipped, too loud or noisy, or misses samples";
+        write!(out, "{}", paragraphs(&[text.into()], width))?;
+    }
+    for doubt in doubts {
+        write!(out, "{}", paragraphs(&[doubt.message()], width))?;
+    }
+    Ok(())
+}
+
+fn channels_json(doubts: &[Warning]) -> Value {
+    let one = |doubt: &Warning| {
+        let mut found = doubt.numbers();
+        found.insert("code".into(), json!(doubt.code()));
+        found.insert("message".into(), json!(doubt.message()));
+        Value::Object(found)
+    };
+    doubts.iter().map(one).collect()
+}
+
 /// What was taken of the files of a scan: of the first and the last ones, or as JSON of all.
-fn list_scan(typed: &Inspect, scanned: &Scanned) -> Result<(), Failure> {
+fn list_scan(typed: &Inspect, scanned: &Scanned, doubts: &[Warning]) -> Result<(), Failure> {
     const SHOWN: usize = 4;
     let Scanned { field, records } = scanned;
     let mut out = terminal::stdout();
@@ -89,6 +140,7 @@ fn list_scan(typed: &Inspect, scanned: &Scanned) -> Result<(), Failure> {
             "format": "a scan, one record a file",
             "records": records_json(records),
             "field": of_field(field),
+            "channels": channels_json(doubts),
         });
         let text = serde_json::to_string_pretty(&found).map_err(std::io::Error::from)?;
         return Ok(writeln!(out, "{text}")?);
@@ -122,6 +174,7 @@ fn list_scan(typed: &Inspect, scanned: &Scanned) -> Result<(), Failure> {
         ]);
     }
     write!(out, "\n{}", table.text(width))?;
+    print_channels(&mut out, typed, doubts)?;
     Ok(writeln!(out, "next: {}", command(typed, field))?)
 }
 
@@ -209,7 +262,7 @@ fn reason(error: &Error) -> String {
     }
 }
 
-fn in_json(found: &Inspection) -> Value {
+fn in_json(found: &Inspection, doubts: &[Warning]) -> Value {
     let attributes = |values: &[(String, String)]| -> Value {
         values
             .iter()
@@ -236,6 +289,7 @@ fn in_json(found: &Inspection) -> Value {
         "attributes": attributes(&found.attributes),
         "variables": variables.collect::<Vec<_>>(),
         "field": field,
+        "channels": channels_json(doubts),
     })
 }
 

@@ -50,6 +50,7 @@ mod terminal;
 mod text;
 mod transfer;
 mod transmit;
+mod triads;
 mod triple_args;
 mod view_args;
 mod words;
@@ -107,6 +108,7 @@ fn one(cli: Cli, fields: &[PathBuf], applied: &Applied) -> Result<(), Failure> {
     match cli.command {
         Command::Analyze(typed) => analyze::run(&typed, fields, applied),
         Command::Bicoherence(typed) => estimate::run(&*typed),
+        Command::Triads(typed) => estimate::run(&*typed),
         Command::Transfer(typed) => estimate::run(&*typed),
         Command::Coherence(typed) => estimate::run(&*typed),
         Command::Lomb(typed) => estimate::run(&*typed),

@@ -4,7 +4,7 @@ use std::path::PathBuf;
 
 use clap::{Args, ValueEnum};
 use wavecascade::estimates::{
-    Averaging, LeftOutEach, SpectrumAxis, SpectrumEstimate, SpectrumRequest, Tapers,
+    Averaging, LeftOutEach, NoiseSource, SpectrumAxis, SpectrumEstimate, SpectrumRequest, Tapers,
     interval_factors, spectrum,
 };
 use wavecascade::observer::Observer;
@@ -15,7 +15,7 @@ use wavecascade::report::{
 };
 use wavecascade::{Error, Field};
 
-use crate::coherence::AverageArgs;
+use crate::coherence::{AverageArgs, gaps_line, gaps_warning};
 use crate::estimate::{Computation, Estimate, EstimateArgs, Typed};
 use crate::terminal::{self, Lines, number};
 
@@ -41,6 +41,10 @@ pub struct Spectrum {
     /// Give all tapers of `--multitaper` the same weight, in place of adaptive ones.
     #[arg(long, requires = "multitaper", help_heading = "Averages")]
     pub equal_weights: bool,
+
+    /// Subtract the noise of each site, where it is known; never below 0.
+    #[arg(long)]
+    pub subtract_noise: bool,
 
     #[command(flatten)]
     pub averages: AverageArgs,
@@ -93,6 +97,7 @@ impl Typed for Spectrum {
             is_whole: self.periodogram,
             is_adaptive: !self.equal_weights,
             gaps: self.averages.gaps.into(),
+            subtract_noise: self.subtract_noise,
             alpha: self.averages.significance,
             threads: self.estimate.threads(),
             memory: self.averages.memory,
@@ -150,6 +155,7 @@ fn lines(found: &SpectrumEstimate) -> String {
             number(independence.effective)
         ),
     );
+    gaps_line(&mut lines, found.segments_left.as_ref());
     let confidence = percent(1.0 - found.alpha);
     match found.degrees_range() {
         Some([least, median, most]) => {
@@ -168,6 +174,7 @@ fn lines(found: &SpectrumEstimate) -> String {
         }
         None => lines.line("interval", "none can be stated"),
     }
+    noise_line(&mut lines, found);
     if found.degrees_range().is_some() && found.left_out == LeftOutEach::Record {
         lines.line(
             "jackknife",
@@ -210,10 +217,84 @@ fn lines(found: &SpectrumEstimate) -> String {
     lines.text
 }
 
+/// How loud the noise is, and what of it was subtracted.
+fn noise_line(lines: &mut Lines, found: &SpectrumEstimate) {
+    let Some(noise) = &found.noise else { return };
+    let Some(median) = noise.median() else {
+        lines.line(
+            "noise",
+            "none can be told: no site is quiet at first, or flat below Nyquist",
+        );
+        return;
+    };
+    let source = match median.source {
+        NoiseSource::LeadIn { .. } => "before the motion arrives".to_owned(),
+        NoiseSource::Top { from } => {
+            format!(
+                "where the spectrum is flat, from {} {}",
+                number(from),
+                found.bin_unit()
+            )
+        }
+    };
+    let unit = found.unit.as_ref();
+    let unit = unit.map(|unit| format!(" ({unit})²/{}", found.bin_unit()));
+    let unit = unit.unwrap_or_default();
+    lines.line(
+        "noise",
+        &format!(
+            "at {} of {} sites, {source}: median {} ({} to {}){unit}",
+            noise.known(),
+            noise.sites.len(),
+            number(median.density),
+            number(median.low),
+            number(median.high),
+        ),
+    );
+    if let Some(left) = &noise.subtracted {
+        let clipped: usize = left.clipped_bins.iter().sum();
+        let bins = noise.known() * found.bins.len();
+        let added: f64 = left.clipped_power.iter().sum();
+        lines.line(
+            "subtracted",
+            &format!(
+                "{clipped} of {bins} bins were below the noise and are 0, which adds {} to the mean square of a \
+                 site on average",
+                number(added / noise.known() as f64),
+            ),
+        );
+    }
+}
+
 /// What the user should know, each with what to do.
 fn warnings(found: &SpectrumEstimate) -> Vec<[String; 2]> {
     let mut warnings = Vec::new();
-    let without = found.without_interval();
+    let columns = match found.along {
+        SpectrumAxis::Time => "sites",
+        SpectrumAxis::Space => "times",
+    };
+    let left = found.segments_left.as_ref();
+    warnings.extend(gaps_warning(left, columns));
+    // Those of which nothing is left are named already.
+    let empty = left.map_or(0, |left| left.empty().len());
+    let without = found.without_interval() - empty;
+    if let Some(noise) = found
+        .noise
+        .as_ref()
+        .filter(|noise| noise.subtracted.is_some())
+    {
+        let unknown = noise.sites.len() - noise.known();
+        if unknown > 0 {
+            warnings.push([
+                format!(
+                    "nothing is subtracted at {unknown} of {} sites, whose noise is not known",
+                    noise.sites.len()
+                ),
+                "record from before the motion arrives, or sample fast enough that noise alone is left at the top"
+                    .into(),
+            ]);
+        }
+    }
     if without > 0 {
         let all = found.has_interval.len();
         warnings.push(match found.along {

@@ -38,30 +38,32 @@ pub(super) struct DelaySearch {
     transform: ComplexToComplexColumns<f64>,
     length: usize,
     dt: f64,
-    pub level: f64,
-    pub independent: f64,
-    pub shared_bins: f64,
+    shared_bins: f64,
 }
 
 impl DelaySearch {
-    pub fn new(length: usize, dt: f64, [level, independent, shared_bins]: [f64; 3]) -> Self {
+    pub fn new(length: usize, dt: f64, shared_bins: f64) -> Self {
         let points = (FINER * length).next_power_of_two();
         let transform = ComplexToComplexColumns::new(points, FftDirection::Inverse);
         DelaySearch {
             transform: transform.expect("at least four samples"),
             length,
             dt,
-            level,
-            independent,
             shared_bins,
         }
     }
 
     /// The delay of a site with this coherence and this phase of the cross-spectrum, bin by bin from
-    /// frequency 0; `None` with fewer than two coherent frequencies.
-    pub fn find(&self, coherence: &[f64], phase: &[f64]) -> Option<Delay> {
+    /// frequency 0; `None` with fewer than two coherent frequencies, those above the level. `known`: the level and
+    /// the number of independent realisations.
+    pub fn find(
+        &self,
+        coherence: &[f64],
+        phase: &[f64],
+        [level, independent]: [f64; 2],
+    ) -> Option<Delay> {
         let inside = 1..self.length.div_ceil(2);
-        let coherent = |m: &usize| coherence[*m] > self.level;
+        let coherent = |m: &usize| coherence[*m] > level;
         let weight = |m: usize| coherence[m] / (1.0 - coherence[m]).max(f64::EPSILON);
         let bins: Vec<usize> = inside.filter(coherent).collect();
         if bins.len() < LEAST {
@@ -102,7 +104,7 @@ impl DelaySearch {
         }
         let information: f64 = bins.iter().map(|&m| weight(m) * (m as f64).powi(2)).sum();
         let period = self.length as f64 * self.dt;
-        let variance = self.shared_bins / (2.0 * self.independent * information);
+        let variance = self.shared_bins / (2.0 * independent * information);
         Some(Delay {
             delay: tau * period,
             error: variance.sqrt() / (2.0 * PI) * period,

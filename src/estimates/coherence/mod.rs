@@ -14,8 +14,8 @@ use num_complex::Complex;
 
 use crate::error::{Error, Result};
 use crate::estimates::realisations::{
-    Averaging, Independence, Realisations, SegmentScratch, Shot, Shots, TOGETHER, first_of,
-    steadiness,
+    Averaging, Independence, KeptSegments, Realisations, SegmentPairs, SegmentScratch,
+    SegmentsLeft, Shot, Shots, TOGETHER, first_of, no_segment_left, steadiness, steadiness_without,
 };
 use crate::field::{Axis, Field};
 use crate::observer::Observer;
@@ -66,7 +66,11 @@ pub struct Coherence {
     pub reference: usize,
     /// Samples of a segment, and shared by neighbours.
     pub segment: [usize; 2],
+    /// Of the site with the median number of segments, where segments with missing samples are left out.
     pub independence: Independence,
+    /// What is left of each site with the reference, where segments in which either misses samples are left out;
+    /// `None` with other [`CoherenceRequest::gaps`].
+    pub segments_left: Option<SegmentsLeft>,
     pub alpha: f64,
     /// Magnitude-squared coherence `|S_rj|^2 / (S_rr S_jj)`, 0 to 1; NaN where a spectrum is 0.
     pub coherence: Array2<f64>,
@@ -89,17 +93,40 @@ impl Coherence {
         self.independence.level(self.alpha)
     }
 
+    /// The independent realisations of a site with the reference; `None` where no significance can be stated.
+    fn independent_at(&self, site: usize) -> Option<f64> {
+        match &self.segments_left {
+            None => self.independence.independent,
+            Some(_) if self.independence.is_transient() => self.independence.independent,
+            Some(left) => Some(left.effective[site]).filter(|independent| *independent >= 2.0),
+        }
+    }
+
+    /// The [level](Self::level) of a site, from which its own segments may be left out.
+    pub fn level_at(&self, site: usize) -> Option<f64> {
+        let independent = self.independent_at(site);
+        let independence = Independence {
+            independent,
+            ..self.independence
+        };
+        independence.level(self.alpha)
+    }
+
     /// Share of the cells above the level, of those away from the reference, from 0 and from the Nyquist
     /// frequency; `None` where no significance can be stated.
     pub fn above_level(&self) -> Option<f64> {
-        let level = self.level()?;
+        self.level()?;
+        let levels: Vec<Option<f64>> = (0..self.coherence.ncols())
+            .map(|j| self.level_at(j))
+            .collect();
         let inside = 1..self.segment[0].div_ceil(2);
         let rows = self.coherence.slice(ndarray::s![inside, ..]);
         let cells = rows
             .indexed_iter()
-            .filter(|((_, j), g)| *j != self.reference && g.is_finite());
-        let (count, above) = cells.fold((0u64, 0u64), |(count, above), (_, g)| {
-            (count + 1, above + u64::from(*g > level))
+            .filter(|((_, j), g)| *j != self.reference && g.is_finite())
+            .filter_map(|((_, j), g)| Some((*g, levels[j]?)));
+        let (count, above) = cells.fold((0u64, 0u64), |(count, above), (g, level)| {
+            (count + 1, above + u64::from(g > level))
         });
         (count > 0).then(|| above as f64 / count as f64)
     }
@@ -220,6 +247,10 @@ struct Sums {
 struct TileSums {
     own: Vec<f64>,
     cross: Vec<Complex<f64>>,
+    /// Where segments with missing samples are left out: of the reference, in the segments of each site; what is
+    /// left of each.
+    reference: Vec<f64>,
+    left: Vec<SegmentPairs>,
 }
 
 impl Pass<'_> {
@@ -232,6 +263,8 @@ impl Pass<'_> {
         let tiles = tiles.map(|cells| TileSums {
             own: vec![0.0; cells],
             cross: vec![Complex::default(); cells],
+            reference: Vec::new(),
+            left: Vec::new(),
         });
         let mut sums = Sums {
             tiles: tiles.collect(),
@@ -239,6 +272,11 @@ impl Pass<'_> {
             steadiness: 0.0,
         };
         let unit = self.shots.each(block, |shot| self.add(shot, &mut sums))?;
+        if let Some(left) = self.segments_left(&sums)
+            && left.left.iter().all(|left| *left == 0)
+        {
+            return Err(no_segment_left(self.realisations.segments.length));
+        }
         Ok(self.finish(first, &sums, unit))
     }
 
@@ -250,7 +288,7 @@ impl Pass<'_> {
         let threads = rayon::current_num_threads() as u64;
         let scratch = RecordTransform::<f64>::working_bytes(length, length, TOGETHER);
         24 * sites * bins
-            + 4 * 8 * sites * bins
+            + 5 * 8 * sites * bins
             + 16 * bins * self.realisations.count() as u64
             + threads * (8 * TOGETHER as u64 * samples + scratch)
     }
@@ -259,7 +297,13 @@ impl Pass<'_> {
     fn add(&self, shot: &Shot<'_>, sums: &mut Sums) -> Result<()> {
         let bins = self.realisations.bins();
         let record = shot.record(self.request.reference);
-        sums.steadiness += steadiness(&record);
+        let missing = shot.missing(self.request.reference);
+        sums.steadiness += match &missing[..] {
+            [] => steadiness(&record),
+            missing => steadiness_without(&record, missing),
+        };
+        let segments = self.realisations.segments;
+        let of_reference = shot.kept(self.request.reference, segments);
         let squared = shot.scale * shot.scale;
         // Conjugate transforms of the reference, realisation by realisation.
         let mut reference = Vec::with_capacity(self.realisations.count() * bins);
@@ -274,9 +318,15 @@ impl Pass<'_> {
                    sites: Range<usize>,
                    samples: &[f64],
                    sums: &mut TileSums| {
+            let width = sites.len();
+            if let Some(of_reference) = &of_reference {
+                let kept = sites.clone().filter_map(|site| shot.kept(site, segments));
+                let kept: Vec<KeptSegments> = kept.map(|kept| kept.and(of_reference)).collect();
+                self.add_kept(samples, scratch, (&reference, squared), &kept, sums);
+                return;
+            }
             self.realisations.each(samples, scratch, |r, spectra| {
                 let reference = &reference[r * bins..][..bins];
-                let width = sites.len();
                 let rows = spectra.chunks_exact(width).zip(reference);
                 let own = sums.own.chunks_exact_mut(width);
                 let sums = own.zip(sums.cross.chunks_exact_mut(width));
@@ -291,34 +341,95 @@ impl Pass<'_> {
         shot.each_tile("cross-spectra", &mut sums.tiles, add)
     }
 
+    /// Adds the segments that each site keeps with the reference, whose conjugate transforms are given with the
+    /// square that others are multiplied by.
+    fn add_kept(
+        &self,
+        samples: &[f64],
+        scratch: &mut SegmentScratch,
+        (reference, squared): (&[Complex<f64>], f64),
+        kept: &[KeptSegments],
+        sums: &mut TileSums,
+    ) {
+        let (bins, width) = (self.realisations.bins(), kept.len());
+        let tapers = self.realisations.tapers();
+        let distances = self.realisations.distances();
+        sums.reference.resize(sums.own.len(), 0.0);
+        sums.left.resize_with(width, SegmentPairs::default);
+        let left = sums.left.iter_mut().zip(kept);
+        left.for_each(|(left, kept)| left.add(kept, distances));
+        self.realisations.each(samples, scratch, |r, spectra| {
+            let reference = &reference[r * bins..][..bins];
+            for (j, kept) in kept.iter().enumerate() {
+                if !kept.has(r / tapers) {
+                    continue;
+                }
+                for (m, y) in reference.iter().enumerate() {
+                    let (cell, x) = (m * width + j, spectra[m * width + j]);
+                    sums.own[cell] += x.norm_sqr() * squared;
+                    sums.cross[cell] += y * x;
+                    // The transform of the reference has the square already.
+                    sums.reference[cell] += y.norm_sqr() / squared;
+                }
+            }
+        });
+    }
+
+    fn segments_left(&self, sums: &Sums) -> Option<SegmentsLeft> {
+        let shared = self.realisations.shared();
+        let sites = sums.tiles.iter().flat_map(|tile| &tile.left);
+        let left: Vec<usize> = sites.clone().map(|site| site.segments() as usize).collect();
+        let effective = |site: &SegmentPairs| self.realisations.effective_of(site, &shared);
+        (!left.is_empty()).then(|| SegmentsLeft {
+            of: self.realisations.segments.count() * self.shots.count(),
+            left,
+            effective: sites.map(effective).collect(),
+        })
+    }
+
     fn finish(&self, field: &Field, sums: &Sums, unit: f64) -> Coherence {
         let realisations = self.realisations;
         let (records, length) = (self.shots.count(), realisations.segments.length);
+        let left = self.segments_left(sums);
+        let (segments, effective) = match &left {
+            None => (realisations.segments.count(), realisations.effective()),
+            Some(left) => (
+                left.least_and_median()[1] / records,
+                left.median_effective() / records as f64,
+            ),
+        };
         let independence = Independence::new(
-            [
-                records,
-                realisations.segments.count(),
-                realisations.tapers(),
-            ],
-            realisations.effective(),
+            [records, segments, realisations.tapers()],
+            effective,
             sums.steadiness / records as f64,
         );
         // The sums of site j at frequency m.
         let of = |m: usize, j: usize| {
             let cell = m * self.shots.sites(j / TOGETHER).len() + j % TOGETHER;
             let tile = &sums.tiles[j / TOGETHER];
-            (tile.own[cell], tile.cross[cell])
+            let reference = match tile.reference.get(cell) {
+                Some(reference) => *reference,
+                None => sums.reference[m],
+            };
+            (tile.own[cell], tile.cross[cell], reference)
         };
         let shape = (realisations.bins(), field.n_sites());
         let coherence = Array2::from_shape_fn(shape, |(m, j)| match of(m, j) {
             // 0 / 0 where one of them is still.
-            (own, cross) if own > 0.0 => (cross.norm_sqr() / (sums.reference[m] * own)).min(1.0),
+            (own, cross, reference) if own > 0.0 => (cross.norm_sqr() / (reference * own)).min(1.0),
             _ => f64::NAN,
         });
         let phase = Array2::from_shape_fn(shape, |(m, j)| of(m, j).1.arg());
         let density = field.time.step * unit * unit / (records * realisations.count()) as f64;
-        let spectrum =
-            Array2::from_shape_fn(shape, |(m, j)| of(m, j).0 * density * fold(m, length));
+        // Of a site from which segments are left out.
+        let part = |j: usize| match &left {
+            None => 1.0,
+            // 0 / 0 where none are left.
+            Some(left) => left.of as f64 / left.left[j] as f64,
+        };
+        let spectrum = Array2::from_shape_fn(shape, |(m, j)| {
+            of(m, j).0 * density * fold(m, length) * part(j)
+        });
         let mut found = Coherence {
             frequency: frequencies(length, field.time.step),
             time: field.time.clone(),
@@ -327,6 +438,7 @@ impl Pass<'_> {
             reference: self.request.reference,
             segment: [length, length - realisations.segments.hop],
             independence,
+            segments_left: left,
             alpha: self.request.alpha,
             phase_interval: Array2::from_elem(shape, f64::NAN),
             coherence,
@@ -335,31 +447,51 @@ impl Pass<'_> {
             delays: vec![None; field.n_sites()],
             speeds: Vec::new(),
         };
-        if let (Some(level), Some(independent)) = (found.level(), independence.independent) {
-            found.judge(level, independent, realisations.shared_bins());
-        }
+        found.judge(realisations.shared_bins());
         found
     }
 }
 
 impl Coherence {
     /// Intervals, delays and speeds, where the coherence is above the level.
-    fn judge(&mut self, level: f64, independent: f64, shared_bins: f64) {
-        let spread = (-self.alpha.ln() / (independent - 1.0)).exp_m1();
-        self.phase_interval = self.coherence.mapv(|g| match g > level {
-            true => (spread * (1.0 - g) / g).sqrt().min(1.0).asin(),
+    fn judge(&mut self, shared_bins: f64) {
+        let sites = 0..self.coherence.ncols();
+        // Of each site, where significance can be stated: NaN is no number to be above.
+        let known: Vec<[f64; 2]> = sites
+            .map(|j| match (self.level_at(j), self.independent_at(j)) {
+                (Some(level), Some(independent)) => [level, independent],
+                _ => [f64::NAN; 2],
+            })
+            .collect();
+        if known.iter().all(|[level, _]| level.is_nan()) {
+            return;
+        }
+        let spread = |j: usize| (-self.alpha.ln() / (known[j][1] - 1.0)).exp_m1();
+        let spreads: Vec<f64> = (0..known.len()).map(spread).collect();
+        let interval = |((_, j), g): ((usize, usize), &f64)| match *g > known[j][0] {
+            true => (spreads[j] * (1.0 - g) / g).sqrt().min(1.0).asin(),
             false => f64::NAN,
-        });
-        let known = [level, independent, shared_bins];
-        let search = DelaySearch::new(self.segment[0], self.time.step, known);
+        };
+        let intervals: Vec<f64> = self.coherence.indexed_iter().map(interval).collect();
+        self.phase_interval
+            .iter_mut()
+            .zip(intervals)
+            .for_each(|(to, interval)| *to = interval);
+        let search = DelaySearch::new(self.segment[0], self.time.step, shared_bins);
         let columns = self.coherence.axis_iter(Along(1)).into_par_iter();
         self.delays = columns
             .zip(self.phase.axis_iter(Along(1)))
-            .map(|(coherence, phase)| search.find(&coherence.to_vec(), &phase.to_vec()))
+            .zip(known.par_iter())
+            .map(|((coherence, phase), known)| match known[0].is_nan() {
+                true => None,
+                false => search.find(&coherence.to_vec(), &phase.to_vec(), *known),
+            })
             .collect();
         let position: Vec<f64> = (0..self.coherence.ncols())
             .map(|j| self.space.at(j))
             .collect();
+        let least: Vec<f64> = spreads.iter().map(|s| least_coherence(*s)).collect();
+        let independent: Vec<f64> = known.iter().map(|known| known[1]).collect();
         let inside = 1..self.segment[0].div_ceil(2);
         let speeds = inside.filter_map(|m| {
             let phases = Phases {
@@ -368,8 +500,8 @@ impl Coherence {
                 coherence: &self.coherence.row(m).to_vec(),
                 position: &position,
                 reference: self.reference,
-                least: least_coherence(spread),
-                independent,
+                least: &least,
+                independent: &independent,
             };
             phases.speed()
         });

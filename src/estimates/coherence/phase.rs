@@ -40,10 +40,10 @@ pub(super) struct Phases<'a> {
     pub position: &'a [f64],
     /// Index of the reference.
     pub reference: usize,
-    /// Coherence above which a phase is known to [`KNOWN`].
-    pub least: f64,
-    /// Independent realisations.
-    pub independent: f64,
+    /// Coherence above which the phase of each site is known to [`KNOWN`]; NaN where none is.
+    pub least: &'a [f64],
+    /// Independent realisations of each site.
+    pub independent: &'a [f64],
 }
 
 impl Phases<'_> {
@@ -88,7 +88,8 @@ impl Phases<'_> {
         for j in sites {
             let coherence = self.coherence[j];
             // Undefined where a site has no energy.
-            if coherence.is_nan() || coherence <= self.least {
+            let is_known = coherence > self.least[j];
+            if !is_known {
                 return;
             }
             let turns = ((self.phase[j] - before) / TAU).round();
@@ -99,7 +100,7 @@ impl Phases<'_> {
             points.push(Point {
                 x: self.position[j] - self.position[self.reference],
                 phase,
-                weight: 2.0 * self.independent * coherence / noise,
+                weight: 2.0 * self.independent[j] * coherence / noise,
             });
         }
     }

@@ -210,14 +210,21 @@ pub fn bicoherence(
     let first = first_of(fields)?;
     check(first, request)?;
     let averaging = with_segment(&request.averaging, first.n_times(), 32);
-    let realisations = Realisations::new(&averaging, first.n_times())?;
+    let all = Realisations::new(&averaging, first.n_times())?;
+    let reached = all.reached();
+    let shots = Shots::new(fields, request.gaps, request.memory, reached, observer)?;
+    let needed = [request.site, request.output.unwrap_or(request.site)];
+    let needed = needed.iter().chain(&request.along);
+    let needed: Vec<(usize, usize)> = needed.map(|site| (*site, 0)).collect();
+    let realisations = match shots.whole_segments(all.segments, &needed)? {
+        Some(kept) => all.keeping(kept)?,
+        None => all,
+    };
     let length = realisations.segments.length;
     if fields.len() * realisations.count() < 2 {
         let expected = "at least two realisations: shorter segments, or several fields";
         return refuse("segment", expected, "one segment of one field");
     }
-    let reached = realisations.segments.record - realisations.segments.left_over();
-    let shots = Shots::new(fields, request.gaps, request.memory, reached, observer)?;
     let pass = Pass {
         shots,
         request,
@@ -387,7 +394,7 @@ impl Pass<'_> {
     pub fn independence(&self, steady: f64) -> Independence {
         let realisations = self.realisations;
         Independence::new(
-            [self.shots.count(), realisations.segments.count(), 1],
+            [self.shots.count(), realisations.segment_count(), 1],
             realisations.effective_products(3),
             steady,
         )

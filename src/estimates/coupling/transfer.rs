@@ -102,8 +102,8 @@ pub fn transfer(
     check(first, request)?;
     let record = first.n_times() - request.lag;
     let averaging = with_segment(&request.averaging, record, fields.len());
-    let realisations = Realisations::new(&averaging, record)?;
-    let length = realisations.segments.length;
+    let all = Realisations::new(&averaging, record)?;
+    let length = all.segments.length;
     let df = 1.0 / (length as f64 * first.time.step);
     let last = match request.highest {
         Some(highest) => last_bin(length).min((highest / df * (1.0 + 1e-12)) as usize),
@@ -120,6 +120,11 @@ pub fn transfer(
         first.n_times(),
         observer,
     )?;
+    let needed = [(request.from, 0), (request.to, request.lag)];
+    let realisations = match shots.whole_segments(all.segments, &needed)? {
+        Some(kept) => all.keeping(kept)?,
+        None => all,
+    };
     let pass = Pass {
         shots,
         request,
@@ -202,15 +207,15 @@ impl Pass<'_> {
             Ok(())
         })?;
         clear_rounding(&mut records);
-        let segments = self.realisations.segments;
+        let segments = self.realisations.segment_count();
         let independence = Independence::new(
-            [records.len(), segments.count(), 1],
+            [records.len(), segments, 1],
             self.realisations.effective(),
             steady / records.len() as f64,
         );
         let independent = self.enough(&independence)?;
         let draws = Resamplings::new(
-            [records.len(), segments.count()],
+            [records.len(), segments],
             independence.is_transient(),
             request.resamplings,
         );

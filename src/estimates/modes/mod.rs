@@ -150,12 +150,18 @@ impl Modes {
 /// 1023 (2020) for the intervals; L. Sirovich, Q. Appl. Math. 45, 561 (1987) for snapshots.
 pub fn modes(fields: &[&Field], request: &ModesRequest, observer: &dyn Observer) -> Result<Modes> {
     let first = first_of(fields)?;
-    let realisations = Realisations::new(&request.averaging, first.n_times())?;
-    let chosen = check(first, request, &realisations, fields.len())?;
+    let all = Realisations::new(&request.averaging, first.n_times())?;
     in_pool(request.threads, || {
         let (gaps, memory) = (request.gaps, request.memory);
+        let shots = Shots::new(fields, gaps, memory, all.reached(), observer)?;
+        let every: Vec<(usize, usize)> = (0..first.n_sites()).map(|site| (site, 0)).collect();
+        let realisations = match shots.whole_segments(all.segments, &every)? {
+            Some(kept) => all.keeping(kept)?,
+            None => all,
+        };
+        let chosen = check(first, request, &realisations, fields.len())?;
         let pass = Pass {
-            shots: Shots::new(fields, gaps, memory, realisations.reached(), observer)?,
+            shots,
             first,
             request,
             realisations: &realisations,
@@ -323,7 +329,7 @@ impl Pass<'_> {
             independence: Independence::new(
                 [
                     self.shots.count(),
-                    self.realisations.segments.count(),
+                    self.realisations.segment_count(),
                     self.realisations.tapers(),
                 ],
                 self.realisations.effective(),

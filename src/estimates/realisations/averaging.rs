@@ -2,6 +2,7 @@
 
 use num_complex::Complex;
 
+use super::kept::{KeptSegments, SegmentPairs};
 use crate::error::{Error, Result};
 use crate::prepare::{Detrend, Trend, Window, slepian};
 use crate::transform::{RecordScratch, RecordTransform, Segments};
@@ -49,6 +50,8 @@ pub(crate) struct Realisations {
     pub concentrations: Vec<f64>,
     transforms: Vec<RecordTransform<f64>>,
     detrend: Detrend,
+    /// The segments that are visited, of every record; `None`: all.
+    kept: Option<KeptSegments>,
 }
 
 /// Working space of one thread.
@@ -73,12 +76,33 @@ impl Realisations {
             concentrations,
             transforms,
             detrend: averaging.detrend,
+            kept: None,
         })
+    }
+
+    /// Of every record the kept segments alone, which then count as if they followed one another.
+    ///
+    /// # Errors
+    /// [`Error::Request`] where none is kept.
+    pub fn keeping(mut self, kept: KeptSegments) -> Result<Self> {
+        if kept.count() == 0 {
+            return Err(no_segment_left(self.segments.length));
+        }
+        self.kept = Some(kept);
+        Ok(self)
+    }
+
+    /// Segments of a record that are visited.
+    pub fn segment_count(&self) -> usize {
+        match &self.kept {
+            Some(kept) => kept.count(),
+            None => self.segments.count(),
+        }
     }
 
     /// Realisations of a record.
     pub fn count(&self) -> usize {
-        self.segments.count() * self.tapers.len()
+        self.segment_count() * self.tapers.len()
     }
 
     pub fn tapers(&self) -> usize {
@@ -114,7 +138,12 @@ impl Realisations {
             segments,
             trend,
         } = scratch;
-        for (s, start) in self.segments.starts().enumerate() {
+        let starts = self.segments.starts().enumerate();
+        let is_kept = |(s, _): &(usize, usize)| match &self.kept {
+            Some(kept) => kept.has(*s),
+            None => true,
+        };
+        for (s, (_, start)) in starts.filter(is_kept).enumerate() {
             segments.clear();
             for record in records.chunks_exact(record) {
                 segments.extend_from_slice(&record[start..start + length]);
@@ -157,7 +186,39 @@ impl Realisations {
     /// The same of means of products of `order` transforms, whose phases cancel: the sums of shared tapers
     /// to that power. Neighbouring products of three have less in common than powers.
     pub fn effective_products(&self, order: i32) -> f64 {
-        effective_number(&self.tapers, self.segments, order)
+        let shared = shared_products(&self.tapers, self.segments, order);
+        effective_number(self.tapers.len(), &self.pairs(), &shared)
+    }
+
+    /// Pairs of visited segments that overlap, by their distance.
+    fn pairs(&self) -> Vec<f64> {
+        let distances = self.distances();
+        match &self.kept {
+            Some(kept) => kept.pairs(distances),
+            None => {
+                let count = self.segments.count();
+                (0..distances).map(|j| (count - j) as f64).collect()
+            }
+        }
+    }
+
+    /// Distances, in segments, at which segments overlap, 0 among them.
+    pub fn distances(&self) -> usize {
+        let Segments { length, hop, .. } = self.segments;
+        length.div_ceil(hop).min(self.segments.count())
+    }
+
+    /// What pairs of segments of a distance have in common, for [`Self::effective_of`].
+    pub fn shared(&self) -> Vec<f64> {
+        shared_products(&self.tapers, self.segments, 2)
+    }
+
+    /// The same as [`Self::effective`] over the segments of several records that are left.
+    pub fn effective_of(&self, pairs: &SegmentPairs, shared: &[f64]) -> f64 {
+        match pairs.segments() > 0.0 {
+            true => effective_number(self.tapers.len(), pairs.by_distance(), shared),
+            false => 0.0,
+        }
     }
 
     /// The same of the parts of the transforms along a line and beside it: along `u_k`, the direction of the
@@ -170,14 +231,28 @@ impl Realisations {
     /// over S segments, with `G_kk' = sum_n w_k(n) w_k'(n)` of tapers in the places of both segments and `P` the
     /// projection at right angles to u. Source: the sum of [`Self::effective`], of linear combinations of tapers.
     pub fn effective_beside_lines(&self) -> [f64; 2] {
+        self.effective_beside_lines_of(&self.pairs(), &self.shared_beside_lines())
+    }
+
+    /// The same of pairs of segments that are left.
+    pub fn effective_beside_lines_of(&self, pairs: &[f64], shared: &[[f64; 2]]) -> [f64; 2] {
+        let (count, tapers) = (pairs[0], self.tapers.len());
+        let mut all = [count, count * (tapers - 1) as f64];
+        let wanted = all.map(|all| all * all);
+        for (pairs, shared) in pairs.iter().zip(shared).skip(1) {
+            all[0] += 2.0 * pairs * shared[0];
+            all[1] += 2.0 * pairs * shared[1];
+        }
+        [wanted[0] / all[0], wanted[1] / all[1]]
+    }
+
+    /// What pairs of segments of a distance have in common along a line, and beside it.
+    pub fn shared_beside_lines(&self) -> Vec<[f64; 2]> {
         let sums = self.taper_sums();
         let norm = sums.iter().map(|u| u * u).sum::<f64>().sqrt();
         let direction: Vec<f64> = sums.iter().map(|u| u / norm).collect();
-        let Segments { length, hop, .. } = self.segments;
-        let (count, tapers) = (self.segments.count(), self.tapers.len());
-        let mut all = [count as f64, (count * (tapers - 1)) as f64];
-        let wanted = all.map(|all| all * all);
-        for j in (1..count).take_while(|j| j * hop < length) {
+        let hop = self.segments.hop;
+        let of = |j: usize| {
             let shared = |a: &Vec<f64>, b: &Vec<f64>| -> f64 {
                 let overlapping = a[j * hop..].iter().zip(b);
                 overlapping.map(|(v, w)| v * w).sum()
@@ -189,7 +264,7 @@ impl Realisations {
             let dot = |a: &[f64]| -> f64 { a.iter().zip(&direction).map(|(a, u)| a * u).sum() };
             let right: Vec<f64> = matrix.iter().map(|row| dot(row)).collect();
             let column = |k: usize| -> Vec<f64> { matrix.iter().map(|row| row[k]).collect() };
-            let left: Vec<f64> = (0..tapers).map(|k| dot(&column(k))).collect();
+            let left: Vec<f64> = (0..self.tapers.len()).map(|k| dot(&column(k))).collect();
             let along = dot(&right);
             let square = |a: f64| a * a;
             let cells = matrix.iter().enumerate().flat_map(|(k, row)| {
@@ -200,11 +275,9 @@ impl Realisations {
                 })
             });
             let beside: f64 = cells.map(square).sum();
-            let pairs = 2.0 * (count - j) as f64;
-            all[0] += pairs * along * along;
-            all[1] += pairs * beside;
-        }
-        [wanted[0] / all[0], wanted[1] / all[1]]
+            [along * along, beside]
+        };
+        (0..self.distances()).map(of).collect()
     }
 
     /// Neighbouring bins that an average shares, in bins: 1 without a taper, 1.94 of a Hann window.
@@ -246,10 +319,9 @@ impl Realisations {
     }
 }
 
-/// See [`Realisations::effective_products`]; tapers with `sum w^2 = 1`.
-fn effective_number(tapers: &[Vec<f64>], segments: Segments, order: i32) -> f64 {
+/// Sums of the shared parts of tapers with `sum w^2 = 1`, to a power, by the distance of two segments.
+fn shared_products(tapers: &[Vec<f64>], segments: Segments, order: i32) -> Vec<f64> {
     let Segments { length, hop, .. } = segments;
-    let count = segments.count();
     let shared = |lag: usize| -> f64 {
         let pairs = tapers
             .iter()
@@ -261,12 +333,27 @@ fn effective_number(tapers: &[Vec<f64>], segments: Segments, order: i32) -> f64 
         };
         pairs.map(product).sum()
     };
-    let neighbours = (1..count).take_while(|j| j * hop < length);
-    let beside: f64 = neighbours
-        .map(|j| (count - j) as f64 * shared(j * hop))
-        .sum();
-    let all = (count * tapers.len()) as f64;
-    all.powi(2) / (count as f64 * shared(0) + 2.0 * beside)
+    let overlap = (0..segments.count()).take_while(|j| j * hop < length);
+    overlap.map(|j| shared(j * hop)).collect()
+}
+
+/// See [`Realisations::effective_products`], of pairs of segments by their distance.
+fn effective_number(tapers: usize, pairs: &[f64], shared: &[f64]) -> f64 {
+    let terms = pairs.iter().zip(shared);
+    let beside: f64 = terms.skip(1).map(|(pairs, shared)| pairs * shared).sum();
+    let all = pairs[0] * tapers as f64;
+    all.powi(2) / (pairs[0] * shared[0] + 2.0 * beside)
+}
+
+/// Where no segment of a site, or of sites that are needed together, is without missing samples.
+pub(crate) fn no_segment_left(length: usize) -> Error {
+    Error::Request {
+        option: "gaps",
+        expected: format!(
+            "a segment of {length} samples in which none is missing: shorter segments, or sites left out"
+        ),
+        found: "missing samples in every segment".into(),
+    }
 }
 
 /// How many independent segments of white noise have the variance of the average over all `segments` under a
@@ -274,7 +361,10 @@ fn effective_number(tapers: &[Vec<f64>], segments: Segments, order: i32) -> f64 
 pub(crate) fn effective_segments(window: &[f64], segments: Segments) -> f64 {
     let power = crate::numeric::sum_of_squares(window);
     let scaled = window.iter().map(|w| w / power.sqrt()).collect();
-    effective_number(&[scaled], segments, 2)
+    let count = segments.count();
+    let shared = shared_products(&[scaled], segments, 2);
+    let pairs: Vec<f64> = (0..shared.len()).map(|j| (count - j) as f64).collect();
+    effective_number(1, &pairs, &shared)
 }
 
 impl Averaging {

@@ -59,6 +59,21 @@ impl Independence {
     }
 }
 
+/// The same of a record with zeros for the `missing` samples, in ascending order: parts count by the samples they
+/// have, and not at all if that is less than half.
+pub(crate) fn steadiness_without(record: &[f64], missing: &[usize]) -> f64 {
+    let length = (record.len() / PARTS).max(1);
+    let mut energies = Vec::with_capacity(PARTS);
+    for (part, samples) in record.chunks_exact(length).enumerate() {
+        let before = |end: usize| missing.partition_point(|n| *n < end);
+        let there = length + before(part * length) - before((part + 1) * length);
+        if 2 * there >= length {
+            energies.push(crate::numeric::sum_of_squares(samples) * length as f64 / there as f64);
+        }
+    }
+    evenness(&energies)
+}
+
 /// See [`Independence::steadiness`]; 1 for a record of zeros.
 pub(crate) fn steadiness(record: &[f64]) -> f64 {
     let length = (record.len() / PARTS).max(1);
@@ -66,6 +81,10 @@ pub(crate) fn steadiness(record: &[f64]) -> f64 {
         .chunks_exact(length)
         .map(crate::numeric::sum_of_squares)
         .collect();
+    evenness(&energies)
+}
+
+fn evenness(energies: &[f64]) -> f64 {
     let all: f64 = energies.iter().sum();
     let squares: f64 = energies.iter().map(|e| e * e).sum();
     match squares > 0.0 {

@@ -4,12 +4,15 @@
 mod averaging;
 mod ensemble;
 mod interval;
+mod kept;
 mod shots;
 
 pub use averaging::{Averaging, Tapers};
-pub(crate) use averaging::{Realisations, SegmentScratch};
+pub(crate) use averaging::{Realisations, SegmentScratch, no_segment_left};
 pub use ensemble::Independence;
-pub(crate) use ensemble::steadiness;
+pub(crate) use ensemble::{steadiness, steadiness_without};
 pub(crate) use interval::FactorTable;
 pub use interval::{SpectrumInterval, interval_factors};
-pub(crate) use shots::{Shot, Shots, TOGETHER, first_of};
+pub use kept::SegmentsLeft;
+pub(crate) use kept::{KeptSegments, SegmentPairs};
+pub(crate) use shots::{Shot, Shots, TOGETHER, first_of, refuse_left_out};

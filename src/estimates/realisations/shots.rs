@@ -4,12 +4,14 @@ use std::ops::Range;
 
 use rayon::prelude::*;
 
+use super::kept::KeptSegments;
 use crate::arrays::Precision;
 use crate::error::{Error, Result};
 use crate::field::Field;
 use crate::observer::Observer;
 use crate::prepare::{Detrend, Gaps, Preparation, Prepared, ReadAhead, Tiles};
 use crate::system::memory::half_of_free_memory;
+use crate::transform::Segments;
 
 /// Sites that are read and transformed together: a tile.
 pub(crate) const TOGETHER: usize = 8;
@@ -30,6 +32,8 @@ pub(crate) struct Shot<'s> {
     prepared: Prepared<'s>,
     block: Option<usize>,
     observer: &'s dyn Observer,
+    /// Whether segments with missing samples are left out.
+    leaves_out: bool,
     /// What samples as they are read are multiplied by to be in the unit of the first shot.
     pub scale: f64,
 }
@@ -111,6 +115,7 @@ impl<'a> Shots<'a> {
             let unit = *first_unit.get_or_insert(prepared.unit());
             visit(&Shot {
                 scale: prepared.unit() / unit,
+                leaves_out: self.gaps == Gaps::LeaveOut,
                 prepared,
                 block,
                 observer: self.observer,
@@ -119,9 +124,35 @@ impl<'a> Shots<'a> {
         Ok(first_unit.unwrap_or(1.0))
     }
 
+    /// The segments in which no sample of the sites is missing in any shot, `lag` samples later at each of them.
+    /// `None` where missing samples are no reason to leave segments out.
+    ///
+    /// # Errors
+    /// [`Error::Cancelled`]; [`Error::Memory`].
+    pub fn whole_segments(
+        &self,
+        segments: Segments,
+        sites: &[(usize, usize)],
+    ) -> Result<Option<KeptSegments>> {
+        if self.gaps != Gaps::LeaveOut {
+            return Ok(None);
+        }
+        let mut kept = KeptSegments::all(segments);
+        for field in self.fields {
+            let prepared = self.prepared(field, None)?;
+            for (site, lag) in sites {
+                let missing = prepared.masked(*site).iter();
+                let missing = missing.filter_map(|gap| gap.time.checked_sub(*lag));
+                kept = kept.and(&KeptSegments::without(segments, missing));
+            }
+        }
+        Ok(Some(kept))
+    }
+
     fn prepared<'f>(&'f self, field: &'f Field, block: Option<usize>) -> Result<Prepared<'f>> {
         let preparation = Preparation {
             gaps: self.gaps,
+            left_out: &[],
             precision: Precision::F64,
             reached: self.reached,
             transforms_all: false,
@@ -142,6 +173,25 @@ impl<'a> Shots<'a> {
 }
 
 impl Shot<'_> {
+    /// Times of a site's missing samples, where segments that hold them are left out.
+    pub fn missing(&self, site: usize) -> Vec<usize> {
+        match self.leaves_out {
+            true => self
+                .prepared
+                .masked(site)
+                .iter()
+                .map(|gap| gap.time)
+                .collect(),
+            false => Vec::new(),
+        }
+    }
+
+    /// The segments of a site's record without missing samples; `None` where none are left out at all.
+    pub fn kept(&self, site: usize, segments: Segments) -> Option<KeptSegments> {
+        self.leaves_out
+            .then(|| KeptSegments::without(segments, self.missing(site)))
+    }
+
     /// The record of a site.
     pub fn record(&self, site: usize) -> Vec<f64> {
         let mut record = vec![0.0; self.prepared.n_times()];
@@ -189,6 +239,19 @@ impl Shot<'_> {
             self.prepared.release_pages();
         }
         Ok(())
+    }
+}
+
+/// # Errors
+/// [`Error::Request`] where segments with missing samples would be left out, of an estimate `what` that cannot.
+pub(crate) fn refuse_left_out(gaps: Gaps, what: &str) -> Result<()> {
+    match gaps {
+        Gaps::LeaveOut => Err(Error::Request {
+            option: "gaps",
+            expected: format!("refuse, interpolate or mask: {what} needs samples without gaps"),
+            found: "leave-out".into(),
+        }),
+        _ => Ok(()),
     }
 }
 

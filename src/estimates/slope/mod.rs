@@ -13,7 +13,7 @@ use ndarray::Array2;
 use crate::error::{Error, Result};
 use crate::estimates::increments::{ExponentBasis, FieldAxis};
 use crate::estimates::realisations::{
-    Averaging, Realisations, SegmentScratch, Shots, TOGETHER, Tapers, first_of,
+    Averaging, Realisations, SegmentScratch, Shots, TOGETHER, Tapers, first_of, refuse_left_out,
 };
 use crate::field::{Axis, Field};
 use crate::numeric::at_or_below;
@@ -316,6 +316,7 @@ impl Work<'_> {
     fn in_time(&self) -> Result<Vec<Vec<f64>>> {
         let realisations = self.realisations;
         let (gaps, memory) = (self.request.gaps, self.request.memory);
+        refuse_left_out(gaps, "the mean spectrum of all sites")?;
         let reached = realisations.reached();
         let shots = Shots::new(self.fields, gaps, memory, reached, self.observer)?;
         let (bins, samples) = (realisations.bins(), self.first.n_times() as u64);

@@ -54,7 +54,7 @@ impl Weights {
     fn average<L: Lanes>(
         &self,
         energy: impl Fn(usize) -> L,
-        count: impl Fn(usize) -> f64,
+        count: impl Fn(usize) -> L,
         start: L,
     ) -> L {
         let zero = L::splat(0.0);
@@ -64,7 +64,7 @@ impl Weights {
             for k in 0..self.tapers() {
                 let weight = self.weight(k, now);
                 top = top + weight * energy(k);
-                bottom = bottom + weight * L::splat(count(k));
+                bottom = bottom + weight * count(k);
             }
             let next = top / bottom;
             if !self.is_adaptive {
@@ -87,8 +87,8 @@ pub(super) struct Average<'a> {
     pub weights: &'a Weights,
     /// Sums over the realisations of each taper, `[bin * tapers + taper]`.
     pub energies: &'a [LaneBlock],
-    /// Realisations of each taper.
-    pub count: f64,
+    /// Realisations of each taper at each site; above 0.
+    pub count: [f64; WIDTH],
     /// Variance of each site's samples; above 0.
     pub variance: [f64; WIDTH],
     /// The averages, and half of the degrees of freedom of one realisation of each taper.
@@ -103,6 +103,7 @@ impl SimdKernel for Average<'_> {
     fn run<L: Lanes>(self) {
         let tapers = self.weights.tapers();
         let (variance, one) = (L::read(&self.variance), L::splat(1.0));
+        let count = L::read(&self.count);
         let inverse = one / variance;
         let bins = self.energies.chunks_exact(tapers);
         let results = self.spectrum.iter_mut().zip(self.shape);
@@ -112,8 +113,8 @@ impl SimdKernel for Average<'_> {
             for k in 1..tapers {
                 start = start + energy(k);
             }
-            let start = start / L::splat(self.count * tapers as f64);
-            let found = self.weights.average(energy, |_| self.count, start);
+            let start = start / (count * L::splat(tapers as f64));
+            let found = self.weights.average(energy, |_| count, start);
             let (mut sum, mut squares) = (L::splat(0.0), L::splat(0.0));
             for k in 0..tapers {
                 let weight = self.weights.weight(k, found);
@@ -130,7 +131,7 @@ impl SimdKernel for Average<'_> {
 pub(super) struct WithoutOne<'a> {
     pub average: &'a Weights,
     pub energies: &'a [LaneBlock],
-    pub count: f64,
+    pub count: [f64; WIDTH],
     pub variance: [f64; WIDTH],
     pub spectrum: &'a [LaneBlock],
     pub left_out: LeftOut<'a>,
@@ -141,10 +142,10 @@ pub(super) struct WithoutOne<'a> {
 
 /// What is left out.
 pub(super) enum LeftOut<'a> {
-    /// One realisation of a taper, a block a bin.
-    Realisation(usize, &'a [LaneBlock]),
+    /// One realisation of a taper, a block a bin; 0 in place of 1 at sites that do not have it.
+    Realisation(usize, [f64; WIDTH], &'a [LaneBlock]),
     /// This many realisations of every taper, `[bin * tapers + taper]`.
-    Record(f64, &'a [LaneBlock]),
+    Record([f64; WIDTH], &'a [LaneBlock]),
 }
 
 impl SimdKernel for WithoutOne<'_> {
@@ -156,6 +157,11 @@ impl SimdKernel for WithoutOne<'_> {
         let variance = L::read(&self.variance);
         let inverse = L::splat(1.0) / variance;
         let zero = L::splat(0.0);
+        let all = L::read(&self.count);
+        let rest = match &self.left_out {
+            LeftOut::Realisation(_, has, _) => all - L::read(has),
+            LeftOut::Record(count, _) => all - L::read(count),
+        };
         let sums = self.sum.iter_mut().zip(self.squares);
         let bins = self.energies.chunks_exact(tapers).zip(self.spectrum);
         for (m, ((energies, spectrum), (sum, squares))) in bins.zip(sums).enumerate() {
@@ -163,17 +169,16 @@ impl SimdKernel for WithoutOne<'_> {
             let energy = |k: usize| {
                 let all = L::load(&energies[k]);
                 let rest = match &self.left_out {
-                    LeftOut::Realisation(taper, _) if *taper != k => all,
-                    LeftOut::Realisation(_, left) => all - L::load(&left[m]),
+                    LeftOut::Realisation(taper, ..) if *taper != k => all,
+                    LeftOut::Realisation(_, _, left) => all - L::load(&left[m]),
                     LeftOut::Record(_, left) => all - L::load(&left[m * tapers + k]),
                 };
                 // Of one realisation alone, rounding is left.
                 rest.positive() * inverse
             };
             let count = |k: usize| match &self.left_out {
-                LeftOut::Realisation(taper, _) if *taper != k => self.count,
-                LeftOut::Realisation(..) => self.count - 1.0,
-                LeftOut::Record(count, _) => self.count - count,
+                LeftOut::Realisation(taper, ..) if *taper != k => all,
+                _ => rest,
             };
             let without = self.average.average(energy, count, start);
             let ratio = (without / start).map3(zero, zero, |x, _, _| ln_normal(x));

@@ -62,14 +62,19 @@ impl TaperSums {
     }
 
     /// Adds them to the sums of segments, and empties them. `gains`: sums of the squares of the tapers'
-    /// transforms; `squared`: what squares are multiplied by.
-    pub fn take_into(&mut self, sums: &mut LineSums, gains: &[f64; OFFSETS.len()], squared: f64) {
+    /// transforms; `squared`: what squares of each site are multiplied by.
+    pub fn take_into(
+        &mut self,
+        sums: &mut LineSums,
+        gains: &[f64; OFFSETS.len()],
+        squared: &[f64; TOGETHER],
+    ) {
         for ((sums, products), gain) in sums.line.iter_mut().zip(&self.product).zip(gains) {
-            for (sum, product) in sums.iter_mut().zip(products) {
+            for ((sum, product), squared) in sums.iter_mut().zip(products).zip(squared) {
                 *sum += squared * product.norm_sqr() / gain;
             }
         }
-        for (sum, power) in sums.power.iter_mut().zip(&self.power) {
+        for ((sum, power), squared) in sums.power.iter_mut().zip(&self.power).zip(squared) {
             *sum += squared * power;
         }
         *self = TaperSums::default();

@@ -52,10 +52,11 @@ impl SpectrumEstimate {
     }
 
     fn mean_over_time(&self) -> MeanSpectrum {
-        let (bins, times) = self.spectrum.dim();
-        let amplitudes: Vec<f64> = (0..times)
-            .map(|n| self.spectrum.column(n).sum().sqrt())
-            .collect();
+        let bins = self.spectrum.nrows();
+        // Snapshots of which nothing is left do not count.
+        let amplitudes = self.spectrum.columns().into_iter().map(|s| s.sum().sqrt());
+        let amplitudes: Vec<f64> = amplitudes.filter(|a| !a.is_nan()).collect();
+        let times = amplitudes.len();
         let steadiness = steadiness(&amplitudes);
         let is_known = steadiness >= LEAST_STEADINESS && times >= 2 * PARTS;
         let mut found = MeanSpectrum {
@@ -68,7 +69,7 @@ impl SpectrumEstimate {
         let quantile = student_two_sided(self.alpha, (PARTS - 1) as f64);
         let parts = PARTS as f64;
         for (m, row) in self.spectrum.rows().into_iter().enumerate() {
-            let row = row.to_vec();
+            let row: Vec<f64> = row.iter().copied().filter(|s| !s.is_nan()).collect();
             let mean = crate::numeric::sum(&row) / times as f64;
             found.spectrum.push(mean);
             if !is_known || mean <= 0.0 || (m == 0 && self.mean_is_removed) {

@@ -1,17 +1,23 @@
 //! Power spectral densities of all sites with intervals, and lines in them.
 
 mod adaptive;
+mod found;
 mod lines;
 mod mean;
+mod noise;
 mod pass;
 
 pub use lines::Line;
 pub use mean::MeanSpectrum;
+pub(crate) use noise::no_noise;
+pub use noise::{NoiseFloor, NoiseSource, SiteNoise, SubtractedNoise};
 
 use ndarray::Array2;
 
 use crate::error::{Error, Result};
-use crate::estimates::realisations::{Averaging, Independence, Realisations, Shots, first_of};
+use crate::estimates::realisations::{
+    Averaging, Independence, Realisations, SegmentsLeft, Shots, first_of,
+};
 use crate::field::{Axis, Field, Quantity};
 use crate::observer::Observer;
 use crate::prepare::Gaps;
@@ -40,6 +46,8 @@ pub struct SpectrumRequest {
     /// Whether several tapers have Thomson's adaptive weights; else all have the same.
     pub is_adaptive: bool,
     pub gaps: Gaps,
+    /// Subtract the noise of each site from its spectrum, along time.
+    pub subtract_noise: bool,
     /// Probability by which the true spectrum is outside of its interval, and by which a line is found by
     /// chance.
     pub alpha: f64,
@@ -57,6 +65,7 @@ impl Default for SpectrumRequest {
             is_whole: false,
             is_adaptive: true,
             gaps: Gaps::Refuse,
+            subtract_noise: false,
             alpha: 0.05,
             threads: None,
             memory: None,
@@ -79,7 +88,8 @@ pub enum LeftOutEach {
 pub struct LineTest {
     /// `F`, `(frequency, site)`; NaN at 0 and at the Nyquist frequency.
     pub statistic: Array2<f64>,
-    /// Its degrees of freedom: of the line, and of what is beside it.
+    /// Its degrees of freedom: of the line, and of what is beside it, at sites without missing samples. Sites from
+    /// which segments are left out have their own, and are tested by these.
     pub degrees: [f64; 2],
     /// What one cell exceeds by chance with probability `alpha`.
     pub level: f64,
@@ -132,6 +142,12 @@ pub struct SpectrumEstimate {
     /// Half of the interval of `ln S` by the jackknife; NaN where there is none.
     pub jackknife: Array2<f64>,
     pub left_out: LeftOutEach,
+    /// What is left of each site where segments with missing samples are left out; `None` with other
+    /// [`SpectrumRequest::gaps`]. Sites without any segment are NaN.
+    pub segments_left: Option<SegmentsLeft>,
+    /// The noise of each site; `None` along space. Where it was subtracted, intervals hold for the difference, and
+    /// the jackknife has none.
+    pub noise: Option<NoiseFloor>,
     /// Of several tapers alone.
     pub line_test: Option<LineTest>,
     /// Along space, the mean over the times.
@@ -173,6 +189,7 @@ impl SpectrumEstimate {
     pub fn loudest(&self) -> usize {
         let energy = |j: usize| self.spectrum.column(j).sum();
         (0..self.spectrum.ncols())
+            .filter(|j| energy(*j).is_finite())
             .max_by(|&a, &b| energy(a).total_cmp(&energy(b)))
             .unwrap_or(0)
     }

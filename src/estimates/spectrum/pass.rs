@@ -2,51 +2,94 @@
 
 use std::ops::Range;
 
-use ndarray::Array2;
 use num_complex::Complex;
 use rayon::prelude::*;
 
 use super::adaptive::{Average, LeftOut, Weights, WithoutOne};
-use super::lines::{Line, LineSums, OFFSETS, TaperSums};
-use super::{LeftOutEach, LineTest, SpectrumAxis, SpectrumEstimate, SpectrumRequest};
+use super::lines::{LineSums, OFFSETS, TaperSums};
+use super::noise::LeadIn;
+use super::{LeftOutEach, SpectrumAxis, SpectrumEstimate, SpectrumRequest};
 use crate::error::Result;
 use crate::estimates::realisations::{
-    FactorTable, Independence, Realisations, SegmentScratch, Shot, Shots, TOGETHER, steadiness,
+    Independence, KeptSegments, Realisations, SegmentPairs, SegmentScratch, SegmentsLeft, Shot,
+    Shots, TOGETHER, no_segment_left, steadiness, steadiness_without,
 };
 use crate::field::Field;
 use crate::numeric::lanes::{LaneBlock, widest};
-use crate::numeric::{fisher_level, fisher_tail, student_two_sided};
 use crate::prepare::{Detrend, Trend};
-use crate::transform::{RecordTransform, fold, frequencies};
+use crate::transform::{RecordTransform, Segments, fold};
 
 /// Bytes of a cell of a site in the sums and in the results.
 const HELD: u64 = 8 * (4 + 5 + 7);
 
 pub(super) struct Pass<'a> {
-    shots: Shots<'a>,
-    request: &'a SpectrumRequest,
-    realisations: &'a Realisations,
-    weights: Weights,
+    pub shots: Shots<'a>,
+    pub request: &'a SpectrumRequest,
+    pub realisations: &'a Realisations,
+    pub weights: Weights,
     /// Transforms of the tapers at the offsets of lines, and the sums of their squares.
     taper_transforms: Vec<[Complex<f64>; OFFSETS.len()]>,
-    gains: [f64; OFFSETS.len()],
+    pub gains: [f64; OFFSETS.len()],
+    /// What segments have in common by their distance, see [`Realisations::effective_of`].
+    shared: Vec<f64>,
     /// Effective realisations of one record over the number of tapers.
-    effective_segments: f64,
+    pub effective_segments: f64,
 }
 
 /// Sums of a few sites; a block a bin, and a site a lane.
 #[derive(Default)]
-struct TileSums {
+pub(super) struct TileSums {
     /// Over segments and records, `[bin * tapers + taper]`; dropped once the average is known.
     energies: Vec<LaneBlock>,
-    lines: Vec<LineSums>,
+    pub lines: Vec<LineSums>,
     steadiness: [f64; TOGETHER],
+    /// Of each site, where segments with missing samples are left out; else empty.
+    pub left: Vec<SegmentPairs>,
+    pub lead_ins: [LeadIn; TOGETHER],
     variance: [f64; TOGETHER],
-    spectrum: Vec<LaneBlock>,
-    shape: Vec<LaneBlock>,
+    pub spectrum: Vec<LaneBlock>,
+    pub shape: Vec<LaneBlock>,
     /// Of the jackknife: deviations of the logarithms, and their squares.
-    deviations: Vec<LaneBlock>,
-    squares: Vec<LaneBlock>,
+    pub deviations: Vec<LaneBlock>,
+    pub squares: Vec<LaneBlock>,
+}
+
+/// A few sites of one shot.
+struct SiteShot {
+    width: usize,
+    scale: f64,
+    /// Where segments with missing samples are left out: those of each site, and the times of the samples.
+    kept: Vec<KeptSegments>,
+    missing: Vec<Vec<usize>>,
+}
+
+impl SiteShot {
+    fn new(shot: &Shot<'_>, sites: Range<usize>, segments: Segments) -> SiteShot {
+        let kept = sites.clone().map_while(|site| shot.kept(site, segments));
+        SiteShot {
+            width: sites.len(),
+            scale: shot.scale,
+            kept: kept.collect(),
+            missing: sites.map(|site| shot.missing(site)).collect(),
+        }
+    }
+
+    /// What squares of transforms of a segment are multiplied by: 0 where it is left out.
+    fn squared(&self, segment: usize) -> [f64; TOGETHER] {
+        let squared = self.scale * self.scale;
+        std::array::from_fn(|lane| match self.kept.get(lane) {
+            Some(kept) if !kept.has(segment) => 0.0,
+            _ => squared,
+        })
+    }
+
+    /// Segments of each site.
+    fn segments(&self, all: usize) -> [f64; TOGETHER] {
+        std::array::from_fn(|lane| match self.kept.get(lane) {
+            Some(kept) => kept.count() as f64,
+            None => all as f64,
+        })
+    }
 }
 
 #[derive(Default)]
@@ -68,6 +111,7 @@ impl<'a> Pass<'a> {
         let gain = |d: usize| -> f64 { taper_transforms.iter().map(|u| u[d].norm_sqr()).sum() };
         Pass {
             gains: std::array::from_fn(gain),
+            shared: realisations.shared(),
             shots,
             request,
             realisations,
@@ -90,9 +134,10 @@ impl<'a> Pass<'a> {
                              sites: Range<usize>,
                              samples: &[f64],
                              tile: &mut TileSums| {
-                    self.add(scratch, sites.len(), samples, shot.scale, tile);
+                    let of = SiteShot::new(shot, sites, self.realisations.segments);
+                    self.add(scratch, &of, samples, tile);
                     self.average(tile);
-                    self.leave_out(scratch, sites.len(), samples, shot.scale, left_out, tile);
+                    self.leave_out(scratch, &of, samples, left_out, tile);
                     tile.energies = Vec::new();
                 };
                 shot.each_tile("spectra", &mut tiles, visit)
@@ -108,13 +153,19 @@ impl<'a> Pass<'a> {
                              sites: Range<usize>,
                              samples: &[f64],
                              tile: &mut TileSums| {
-                    self.leave_out(scratch, sites.len(), samples, shot.scale, left_out, tile);
+                    let of = SiteShot::new(shot, sites, self.realisations.segments);
+                    self.leave_out(scratch, &of, samples, left_out, tile);
                 };
                 shot.each_tile("jackknife", &mut tiles, visit)
             })?;
             unit
         };
-        Ok(self.finish(first, &tiles, left_out, unit))
+        if let Some(left) = self.segments_left(&tiles)
+            && left.left.iter().all(|left| *left == 0)
+        {
+            return Err(no_segment_left(self.realisations.segments.length));
+        }
+        self.finish(first, &tiles, left_out, unit)
     }
 
     /// Bytes that are needed beside the samples.
@@ -134,30 +185,45 @@ impl<'a> Pass<'a> {
     fn add_shot(&self, shot: &Shot<'_>, tiles: &mut [TileSums]) -> Result<()> {
         let visit =
             |scratch: &mut Scratch, sites: Range<usize>, samples: &[f64], tile: &mut TileSums| {
-                self.add(scratch, sites.len(), samples, shot.scale, tile);
+                let of = SiteShot::new(shot, sites, self.realisations.segments);
+                self.add(scratch, &of, samples, tile);
             };
         shot.each_tile("spectra", tiles, visit)
     }
 
     /// Whether there is a test for lines.
-    fn tests_lines(&self) -> bool {
+    pub fn tests_lines(&self) -> bool {
         self.weights.tapers() > 1
     }
 
-    /// Realisations of each taper.
-    fn count(&self) -> f64 {
+    /// Realisations of each taper, at sites without missing samples.
+    pub fn count(&self) -> f64 {
         (self.realisations.segments.count() * self.shots.count()) as f64
     }
 
+    /// Realisations of each taper at the sites of a tile; at least 1, so that nothing is divided by 0.
+    pub fn counts(&self, tile: &TileSums) -> [f64; TOGETHER] {
+        std::array::from_fn(|lane| match tile.left.get(lane) {
+            Some(left) => left.segments().max(1.0),
+            None => self.count(),
+        })
+    }
+
+    /// The segments that the averages of each site have left; `None` where none are left out.
+    pub fn segments_left(&self, tiles: &[TileSums]) -> Option<SegmentsLeft> {
+        let sites = tiles.iter().flat_map(|tile| &tile.left);
+        let left: Vec<usize> = sites.clone().map(|site| site.segments() as usize).collect();
+        let effective = |site: &SegmentPairs| self.realisations.effective_of(site, &self.shared);
+        (!left.is_empty()).then(|| SegmentsLeft {
+            of: self.realisations.segments.count() * self.shots.count(),
+            left,
+            effective: sites.map(effective).collect(),
+        })
+    }
+
     /// Adds the realisations of a shot.
-    fn add(
-        &self,
-        scratch: &mut Scratch,
-        width: usize,
-        samples: &[f64],
-        scale: f64,
-        tile: &mut TileSums,
-    ) {
+    fn add(&self, scratch: &mut Scratch, of: &SiteShot, samples: &[f64], tile: &mut TileSums) {
+        let width = of.width;
         let (bins, tapers) = (self.realisations.bins(), self.weights.tapers());
         if tile.energies.is_empty() {
             tile.energies = vec![LaneBlock::default(); bins * tapers];
@@ -165,7 +231,18 @@ impl<'a> Pass<'a> {
             tile.lines = vec![LineSums::default(); lines];
         }
         let length = samples.len() / width;
-        for (record, sum) in samples.chunks_exact(length).zip(&mut tile.steadiness) {
+        if !of.kept.is_empty() {
+            tile.left.resize_with(width, SegmentPairs::default);
+            let distances = self.realisations.distances();
+            let sites = tile.left.iter_mut().zip(&of.kept);
+            sites.for_each(|(left, kept)| left.add(kept, distances));
+        }
+        let records = samples.chunks_exact(length).enumerate();
+        for ((lane, record), sum) in records.zip(&mut tile.steadiness) {
+            let missing = of.missing.get(lane).map_or(&[][..], |missing| missing);
+            if missing.is_empty() && self.request.along == SpectrumAxis::Time {
+                tile.lead_ins[lane].add(record, of.scale * of.scale);
+            }
             scratch.record.clear();
             scratch.record.extend_from_slice(record);
             // An offset is not what moves.
@@ -173,13 +250,16 @@ impl<'a> Pass<'a> {
                 Trend::remove_from(
                     &mut scratch.record,
                     Detrend::Mean,
-                    |_| true,
+                    |n| missing.binary_search(&n).is_err(),
                     &mut scratch.trend,
                 );
             }
-            *sum += steadiness(&scratch.record);
+            missing.iter().for_each(|n| scratch.record[*n] = 0.0);
+            *sum += match missing {
+                [] => steadiness(&scratch.record),
+                _ => steadiness_without(&scratch.record, missing),
+            };
         }
-        let squared = scale * scale;
         scratch.tapers.clear();
         scratch
             .tapers
@@ -188,10 +268,12 @@ impl<'a> Pass<'a> {
         self.realisations
             .each(samples, &mut scratch.segments, |r, spectra| {
                 let taper = r % tapers;
+                let squared = of.squared(r / tapers);
                 let rows = spectra.chunks_exact(width);
                 let sums = tile.energies.chunks_exact_mut(tapers);
                 for (row, sums) in rows.clone().zip(sums) {
-                    for (x, sum) in row.iter().zip(&mut sums[taper].0) {
+                    let sums = sums[taper].0.iter_mut().zip(&squared);
+                    for (x, (sum, squared)) in row.iter().zip(sums) {
                         *sum += squared * x.norm_sqr();
                     }
                 }
@@ -200,7 +282,7 @@ impl<'a> Pass<'a> {
                 }
                 if taper + 1 == tapers {
                     for (within, sums) in within.iter_mut().zip(&mut tile.lines) {
-                        within.take_into(sums, &self.gains, squared);
+                        within.take_into(sums, &self.gains, &squared);
                     }
                 }
             });
@@ -209,14 +291,15 @@ impl<'a> Pass<'a> {
     /// The average of all realisations.
     fn average(&self, tile: &mut TileSums) {
         let (bins, tapers) = (self.realisations.bins(), self.weights.tapers());
-        tile.variance = self.variance(&tile.energies);
+        let count = self.counts(tile);
+        tile.variance = self.variance(&tile.energies, &count);
         tile.spectrum = vec![LaneBlock::default(); bins];
         tile.shape = vec![LaneBlock::default(); bins];
         debug_assert_eq!(tile.energies.len(), bins * tapers);
         widest(Average {
             weights: &self.weights,
             energies: &tile.energies,
-            count: self.count(),
+            count,
             variance: tile.variance,
             spectrum: &mut tile.spectrum,
             shape: &mut tile.shape,
@@ -225,7 +308,7 @@ impl<'a> Pass<'a> {
 
     /// Mean square of the tapered samples, tapers weighted by the squares of their concentrations; 1 for
     /// still sites.
-    fn variance(&self, energies: &[LaneBlock]) -> [f64; TOGETHER] {
+    fn variance(&self, energies: &[LaneBlock], count: &[f64; TOGETHER]) -> [f64; TOGETHER] {
         let length = self.realisations.segments.length;
         let concentrations = &self.realisations.concentrations;
         let mut sums = [0.0; TOGETHER];
@@ -238,30 +321,31 @@ impl<'a> Pass<'a> {
             }
         }
         let weights: f64 = concentrations.iter().map(|c| c * c).sum();
-        let all = weights * length as f64 * self.count();
-        sums.map(|sum| if sum > 0.0 { sum / all } else { 1.0 })
+        let all = |lane: usize| weights * length as f64 * count[lane];
+        std::array::from_fn(|lane| match sums[lane] > 0.0 {
+            true => sums[lane] / all(lane),
+            false => 1.0,
+        })
     }
 
     /// Adds what each of a shot's realisations, or the shot, changes if it is left out.
     fn leave_out(
         &self,
         scratch: &mut Scratch,
-        width: usize,
+        of: &SiteShot,
         samples: &[f64],
-        scale: f64,
         left_out: LeftOutEach,
         tile: &mut TileSums,
     ) {
-        let count = self.count();
-        if count * self.weights.tapers() as f64 <= 1.0 {
+        if self.count() * self.weights.tapers() as f64 <= 1.0 {
             return;
         }
+        let (width, count) = (of.width, self.counts(tile));
         let (bins, tapers) = (self.realisations.bins(), self.weights.tapers());
         if tile.deviations.is_empty() {
             tile.deviations = vec![LaneBlock::default(); bins];
             tile.squares = vec![LaneBlock::default(); bins];
         }
-        let squared = scale * scale;
         let Scratch { segments, left, .. } = scratch;
         let (energies, spectrum, variance) = (&tile.energies, &tile.spectrum, tile.variance);
         let (deviations, squares) = (&mut tile.deviations, &mut tile.squares);
@@ -282,45 +366,59 @@ impl<'a> Pass<'a> {
             LeftOutEach::Realisation => {
                 left.resize(bins, LaneBlock::default());
                 self.realisations.each(samples, segments, |r, spectra| {
+                    let squared = of.squared(r / tapers);
+                    if squared[..width].iter().all(|squared| *squared == 0.0) {
+                        return;
+                    }
                     for (row, left) in spectra.chunks_exact(width).zip(left.iter_mut()) {
-                        for (x, left) in row.iter().zip(&mut left.0) {
+                        let left = left.0.iter_mut().zip(&squared);
+                        for (x, (left, squared)) in row.iter().zip(left) {
                             *left = squared * x.norm_sqr();
                         }
                     }
-                    without(LeftOut::Realisation(r % tapers, left));
+                    let has = squared.map(|squared| f64::from(squared > 0.0));
+                    without(LeftOut::Realisation(r % tapers, has, left));
                 });
             }
             LeftOutEach::Record => {
                 left.resize(bins * tapers, LaneBlock::default());
                 self.realisations.each(samples, segments, |r, spectra| {
+                    let squared = of.squared(r / tapers);
                     let rows = spectra.chunks_exact(width);
                     for (row, left) in rows.zip(left.chunks_exact_mut(tapers)) {
-                        for (x, left) in row.iter().zip(&mut left[r % tapers].0) {
+                        let left = left[r % tapers].0.iter_mut().zip(&squared);
+                        for (x, (left, squared)) in row.iter().zip(left) {
                             *left += squared * x.norm_sqr();
                         }
                     }
                 });
-                let count = self.realisations.segments.count() as f64;
-                without(LeftOut::Record(count, left));
+                let all = self.realisations.segments.count();
+                without(LeftOut::Record(of.segments(all), left));
             }
         }
     }
 
-    fn steadiness(&self, tiles: &[TileSums], site: usize) -> f64 {
+    pub fn steadiness(&self, tiles: &[TileSums], site: usize) -> f64 {
         let sum = tiles[site / TOGETHER].steadiness[site % TOGETHER];
         sum / self.shots.count() as f64
     }
 
-    fn independence(&self, steadiness: f64) -> Independence {
-        Independence::new(
-            [
-                self.shots.count(),
-                self.realisations.segments.count(),
-                self.weights.tapers(),
-            ],
+    pub fn independence(&self, steadiness: f64) -> Independence {
+        self.independence_of(
+            self.realisations.segments.count(),
             self.realisations.effective(),
             steadiness,
         )
+    }
+
+    pub fn independence_of(
+        &self,
+        segments: usize,
+        effective: f64,
+        steadiness: f64,
+    ) -> Independence {
+        let counts = [self.shots.count(), segments, self.weights.tapers()];
+        Independence::new(counts, effective, steadiness)
     }
 
     fn what_is_left_out(&self, tiles: &[TileSums]) -> LeftOutEach {
@@ -330,196 +428,6 @@ impl<'a> Pass<'a> {
         match 2 * (0..sites).filter(is_transient).count() > sites {
             true => LeftOutEach::Record,
             false => LeftOutEach::Realisation,
-        }
-    }
-
-    fn finish(
-        &self,
-        field: &Field,
-        tiles: &[TileSums],
-        left_out: LeftOutEach,
-        unit: f64,
-    ) -> SpectrumEstimate {
-        let (alpha, length) = (self.request.alpha, self.realisations.segments.length);
-        let shape = (self.realisations.bins(), field.n_sites());
-        let value = |blocks: fn(&TileSums) -> &Vec<LaneBlock>, m: usize, j: usize| {
-            let blocks = blocks(&tiles[j / TOGETHER]);
-            blocks
-                .get(m)
-                .map_or(f64::NAN, |block| block.0[j % TOGETHER])
-        };
-        let steadiness: Vec<f64> = (0..shape.1).map(|j| self.steadiness(tiles, j)).collect();
-        let sites: Vec<Independence> = steadiness.iter().map(|s| self.independence(*s)).collect();
-        let density = field.time.step * unit * unit;
-        let spectrum = Array2::from_shape_fn(shape, |(m, j)| {
-            value(|tile| &tile.spectrum, m, j) * density * fold(m, length)
-        });
-
-        let records = self.shots.count() as f64;
-        let segments = records * self.effective_segments;
-        let most = 2.0 * segments.max(records) * self.weights.tapers() as f64;
-        let table = FactorTable::new([segments.min(records).min(1.0), most.max(2.0)], alpha);
-        let has_mean = self.request.averaging.detrend == Detrend::None;
-        let degrees = Array2::from_shape_fn(shape, |(m, j)| {
-            // Transforms at 0 and at the Nyquist frequency are real.
-            let one = fold(m, length);
-            if (m == 0 && !has_mean) || spectrum[[m, j]] <= 0.0 {
-                return f64::NAN;
-            }
-            match (sites[j].is_transient(), sites[j].records) {
-                (true, 0..2) => f64::NAN,
-                (true, _) => one * records,
-                (false, _) => one * segments * value(|tile| &tile.shape, m, j),
-            }
-        });
-        let mut low = degrees.clone();
-        let mut high = spectrum.clone();
-        for (low, high) in low.iter_mut().zip(&mut high) {
-            let factors = table.at(*low);
-            *low = *high * factors[0];
-            *high *= factors[1];
-        }
-
-        let (all, effective) = match left_out {
-            LeftOutEach::Realisation => {
-                let all = self.count() * self.weights.tapers() as f64;
-                (all, records * self.realisations.effective())
-            }
-            LeftOutEach::Record => (records, records),
-        };
-        let is_possible = effective >= 2.0 - 1e-9 && all >= 2.0;
-        let quantile = match is_possible {
-            true => student_two_sided(alpha, effective - 1.0),
-            false => f64::NAN,
-        };
-        let jackknife = Array2::from_shape_fn(shape, |(m, j)| {
-            // Realisations of a transient are not independent, its records are.
-            let is_known = !sites[j].is_transient() || left_out == LeftOutEach::Record;
-            if degrees[[m, j]].is_nan() || !is_possible || !is_known {
-                return f64::NAN;
-            }
-            let sum = value(|tile| &tile.deviations, m, j);
-            let squares = value(|tile| &tile.squares, m, j);
-            let variance = (squares - sum * sum / all).max(0.0) * (all - 1.0) / all;
-            quantile * (variance * all / effective).sqrt()
-        });
-
-        let mut sorted = steadiness.clone();
-        sorted.sort_by(f64::total_cmp);
-        let frequency = frequencies(length, field.time.step);
-        let test = || self.line_test(field, tiles, &sites, &frequency, unit);
-        let line_test = self.tests_lines().then(test);
-        SpectrumEstimate {
-            along: SpectrumAxis::Time,
-            mean: None,
-            mean_is_removed: !has_mean,
-            segment: [length, length - self.realisations.segments.hop],
-            half_bandwidth: self.half_bandwidth(field),
-            independence: self.independence(sorted[sorted.len() / 2]),
-            has_interval: sites
-                .iter()
-                .map(|site| !site.is_transient() || site.records > 1)
-                .collect(),
-            time: field.time.clone(),
-            space: field.space.clone(),
-            quantity: field.quantity,
-            unit: field.unit.clone(),
-            bins: frequency,
-            steadiness,
-            alpha,
-            spectrum,
-            degrees,
-            low,
-            high,
-            jackknife,
-            left_out,
-            line_test,
-        }
-    }
-
-    fn half_bandwidth(&self, field: &Field) -> Option<f64> {
-        match self.request.averaging.tapers {
-            crate::estimates::Tapers::Slepian { nw, .. } => {
-                let duration = self.realisations.segments.length as f64 * field.time.step;
-                Some(nw / duration)
-            }
-            crate::estimates::Tapers::Window(_) => None,
-        }
-    }
-
-    fn line_test(
-        &self,
-        field: &Field,
-        tiles: &[TileSums],
-        sites: &[Independence],
-        frequency: &[f64],
-        unit: f64,
-    ) -> LineTest {
-        let (alpha, length) = (self.request.alpha, self.realisations.segments.length);
-        let shape = (self.realisations.bins(), field.n_sites());
-        let inside = 1..length.div_ceil(2);
-        let more = (self.weights.tapers() - 1) as f64;
-        let effective = self.realisations.effective_beside_lines();
-        let [segments, beside] = effective.map(|one| one * self.shots.count() as f64);
-        let degrees = [2.0 * segments, 2.0 * beside];
-        let sums = |m: usize, j: usize, offset: usize| {
-            tiles[j / TOGETHER].lines[m].at(offset, j % TOGETHER)
-        };
-        let f_at = |m: usize, j: usize, offset: usize| match inside.contains(&m) {
-            true => {
-                let (line, rest) = sums(m, j, offset);
-                more * line / rest
-            }
-            false => f64::NAN,
-        };
-        let statistic = Array2::from_shape_fn(shape, |(m, j)| f_at(m, j, 0));
-        let tested = sites.iter().filter(|site| !site.is_transient()).count();
-        let cells = (inside.len() * tested * OFFSETS.len()).max(1) as f64;
-        let level_of_all = fisher_level(alpha / cells, degrees);
-        let line = |m: usize, j: usize, offset: usize| {
-            let ((line, rest), gain) = (sums(m, j, offset), self.gains[offset]);
-            let f = f_at(m, j, offset);
-            let variance = rest / (2.0 * self.count() * more * gain);
-            Line {
-                column: j,
-                at: frequency[m] + OFFSETS[offset] * frequency[1],
-                amplitude: 2.0 * unit * (line / (self.count() * gain)).sqrt(),
-                amplitude_error: 2.0 * unit * (variance / segments).sqrt(),
-                f,
-                probability: fisher_tail(f, degrees),
-            }
-        };
-        let reach = self.half_bandwidth_bins();
-        let mut lines = Vec::new();
-        for j in (0..shape.1).filter(|j| !sites[*j].is_transient()) {
-            // The offset with the largest F of each bin; F is NaN at the ends and of still sites.
-            let best = |m: usize| {
-                let offsets = (0..OFFSETS.len()).map(|offset| (f_at(m, j, offset), offset));
-                offsets.fold((f64::NEG_INFINITY, 0), |a, b| if b.0 > a.0 { b } else { a })
-            };
-            let best: Vec<(f64, usize)> = (0..shape.0).map(best).collect();
-            for m in inside.clone() {
-                let (f, offset) = best[m];
-                let beside = m.saturating_sub(reach)..(m + reach + 1).min(shape.0);
-                if f > level_of_all && best[beside].iter().all(|other| other.0 <= f) {
-                    lines.push(line(m, j, offset));
-                }
-            }
-        }
-        lines.sort_by(|a, b| b.f.total_cmp(&a.f));
-        LineTest {
-            statistic,
-            degrees,
-            level: fisher_level(alpha, degrees),
-            level_of_all,
-            lines,
-        }
-    }
-
-    fn half_bandwidth_bins(&self) -> usize {
-        match self.request.averaging.tapers {
-            crate::estimates::Tapers::Slepian { nw, .. } => nw.ceil() as usize,
-            crate::estimates::Tapers::Window(_) => 1,
         }
     }
 }

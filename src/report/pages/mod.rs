@@ -16,6 +16,7 @@ mod slope;
 mod spectrum;
 mod sweep;
 mod transfer;
+mod triads;
 
 pub use analysis::analysis_html;
 pub use attenuation::{attenuation_html, transmission_html};
@@ -32,3 +33,4 @@ pub use slope::slope_html;
 pub use spectrum::spectrum_html;
 pub use sweep::sweep_html;
 pub use transfer::transfer_html;
+pub use triads::triads_html;

@@ -55,6 +55,7 @@ pub fn full() -> Analysis {
     let wavenumber = ("wavenumber (rad/m)", 0.0, k_high);
     let signed = ("wavenumber (rad/m)", -k_high, k_high);
     Analysis {
+        noise: None,
         name: "chirp <& \"friends\"> 'n' \u{3ba}=4.5.npy".into(),
         content_hash: Some("7f".repeat(32)),
         quantity: Quantity::Velocity,
@@ -164,7 +165,11 @@ pub fn full() -> Analysis {
                 above: 0.45,
             },
             Warning::DeadChannels {
-                sites: vec![17, 18],
+                sites: Sites {
+                    indices: vec![17, 18],
+                    positions: vec![0.34, 0.36],
+                    unit: Some("m".into()),
+                },
             },
         ],
         axes,

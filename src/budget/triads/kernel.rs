@@ -1,0 +1,160 @@
+//! Sums over the pairs of partners of a wavenumber.
+
+use std::f64::consts::TAU;
+
+use ndarray::Array2;
+
+/// The components that take part.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Grid {
+    /// Places in a period.
+    pub points: usize,
+    /// Components 0 up to the largest wavenumber.
+    pub components: usize,
+    /// Whether wavenumbers that add up to a full turn couple too.
+    pub wraps: bool,
+}
+
+/// Coefficients and rates at one sample.
+#[derive(Debug, Clone, Default)]
+pub(super) struct Components {
+    /// Real and imaginary parts of the coefficients.
+    pub value: [Vec<f64>; 2],
+    /// Likewise of what the kernel has as their rates.
+    pub rate: [Vec<f64>; 2],
+    /// `b` and the number of places: what products are multiplied by.
+    pub scale: f64,
+    pub energy: Vec<f64>,
+    /// From the transform of the product: the sum over all pairs.
+    pub transfer: Vec<f64>,
+    /// What terms beyond the quadratic one give.
+    pub beyond: Vec<f64>,
+}
+
+impl Grid {
+    /// Wavenumber of a component in rad a site.
+    pub fn step(&self, k: usize) -> f64 {
+        TAU * k as f64 / self.points as f64
+    }
+
+    /// How many wavenumbers of a period a component counts.
+    pub fn weight(&self, k: usize) -> f64 {
+        if k == 0 || 2 * k == self.points {
+            1.0
+        } else {
+            2.0
+        }
+    }
+
+    /// The largest component, where k and -k are one.
+    fn has_largest(&self, k: usize) -> bool {
+        2 * k == self.points
+    }
+}
+
+/// Adds `weight T(k | p, q)` to the column of the larger partner p, of sums and of differences.
+pub(super) fn add_pairs(grid: &Grid, k: usize, at: &Components, weight: f64, row: &mut [f64]) {
+    let own = Own::of(at, k);
+    // The largest component has the sums of both signs.
+    let sign = if grid.has_largest(k) {
+        2.0
+    } else {
+        grid.weight(k)
+    };
+    let scale = weight * sign * at.scale / 3.0;
+    let half = k.div_ceil(2);
+    for (p, cell) in (half..).zip(&mut row[half..=k]) {
+        let (value, rate) = at.pair(p, k - p, 1.0);
+        let orders = if 2 * p == k { 1.0 } else { 2.0 };
+        *cell += orders * scale * own.transfer(value, rate);
+    }
+    for (p, cell) in (k + 1..).zip(&mut row[k + 1..]) {
+        let (value, rate) = at.pair(p, p - k, -1.0);
+        let orders = if k == 0 && grid.has_largest(p) {
+            1.0
+        } else {
+            2.0
+        };
+        *cell += orders * scale * own.transfer(value, rate);
+    }
+}
+
+/// The same of partners that add up to a full turn with k.
+pub(super) fn add_wrapped(grid: &Grid, k: usize, at: &Components, weight: f64, row: &mut [f64]) {
+    if grid.has_largest(k) {
+        return;
+    }
+    let most = (grid.points - 1) / 2;
+    let own = Own::of(at, k);
+    let scale = weight * grid.weight(k) * at.scale / 3.0;
+    let sum = grid.points - k;
+    let half = sum.div_ceil(2);
+    let end = most.min(sum - 1) + 1;
+    for (p, cell) in (half..).zip(&mut row[half.min(end)..end]) {
+        let q = sum - p;
+        let ([re, im], [rate_re, rate_im]) = at.pair(p, q, 1.0);
+        let orders = if p == q { 1.0 } else { 2.0 };
+        // Both partners have negative wavenumbers.
+        *cell += orders * scale * own.transfer([re, -im], [rate_re, -rate_im]);
+    }
+}
+
+/// `conj(a_k)` and its rate.
+struct Own {
+    value: [f64; 2],
+    rate: [f64; 2],
+}
+
+impl Own {
+    fn of(at: &Components, k: usize) -> Own {
+        let one = |[re, im]: &[Vec<f64>; 2]| [re[k], im[k]];
+        Own {
+            value: one(&at.value),
+            rate: one(&at.rate),
+        }
+    }
+
+    /// `Re(conj(a_k) D - 2 conj(a_k') P)` of a product P and its rate D.
+    #[inline]
+    fn transfer(&self, product: [f64; 2], rate: [f64; 2]) -> f64 {
+        let dot = |a: [f64; 2], b: [f64; 2]| a[0] * b[0] + a[1] * b[1];
+        dot(self.value, rate) - 2.0 * dot(self.rate, product)
+    }
+}
+
+impl Components {
+    /// The product `a_p a_q` and its rate; with `sign` -1 that of `a_p conj(a_q)`.
+    #[inline]
+    fn pair(&self, p: usize, q: usize, sign: f64) -> ([f64; 2], [f64; 2]) {
+        let at = |[re, im]: &[Vec<f64>; 2], m: usize, sign: f64| [re[m], sign * im[m]];
+        let (a, b) = (at(&self.value, p, 1.0), at(&self.value, q, sign));
+        let (da, db) = (at(&self.rate, p, 1.0), at(&self.rate, q, sign));
+        let times =
+            |a: [f64; 2], b: [f64; 2]| [a[0] * b[0] - a[1] * b[1], a[0] * b[1] + a[1] * b[0]];
+        let ([x, y], [z, w]) = (times(da, b), times(a, db));
+        (times(a, b), [x + z, y + w])
+    }
+}
+
+/// The largest sum of the three transfers of a triad.
+pub(super) fn detailed(transfer: &Array2<f64>) -> f64 {
+    let n = transfer.nrows();
+    let mut worst = 0.0f64;
+    for k in 0..n {
+        for p in k.div_ceil(2)..=k {
+            let q = k - p;
+            let mut sum = transfer[[k, p]];
+            if q == 0 {
+                // k with itself and 0: the column of k is of both.
+                sum += if k == 0 { -sum } else { transfer[[0, k]] };
+            } else {
+                sum += transfer[[p, k]];
+                if q != p {
+                    sum += transfer[[q, k]];
+                }
+            }
+            worst = worst.max(sum.abs());
+        }
+    }
+    worst
+}

@@ -1,0 +1,91 @@
+//! Which triads carry a flux: those of near wavenumbers, or of far ones.
+
+use ndarray::Array2;
+
+use super::kernel::Grid;
+
+/// Triads by the ratio s of their largest to their smallest wavenumber, from 2 on, in octaves.
+#[derive(Debug, Clone, PartialEq)]
+pub enum Disparity {
+    /// `from <= s < 2 from`.
+    Octave { from: f64 },
+    /// One of the three is wavenumber 0.
+    WithMean,
+    /// The three add up to a full turn per site.
+    Umklapp,
+}
+
+/// The flux past each wavenumber, by the disparity of the triads that carry it.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Locality {
+    /// Number of the wavenumber past which the flux is largest in magnitude, without 0 and the last.
+    pub at: usize,
+    /// Groups of triads, with the energy that each carried past each wavenumber.
+    pub flux: Vec<(Disparity, Vec<f64>)>,
+}
+
+impl Locality {
+    pub(super) fn of(
+        grid: &Grid,
+        transfer: &Array2<f64>,
+        umklapp: Option<&Array2<f64>>,
+        flux: &[f64],
+    ) -> Locality {
+        let n = grid.components;
+        let octaves = (1..).take_while(|o| 1 << o < 2 * n.max(2)).count().max(1);
+        let mut gained = vec![vec![0.0; n]; octaves + 1];
+        for ((k, p), energy) in transfer.indexed_iter() {
+            let q = k.abs_diff(p);
+            let [least, most] = [k.min(p).min(q), k.max(p).max(q)];
+            let group = match least {
+                0 => octaves,
+                // s is 2 or more: the largest is the sum of the others.
+                _ => ((most / least).max(2).ilog2() as usize - 1).min(octaves - 1),
+            };
+            gained[group][k] += energy;
+        }
+        let mut groups: Vec<(Disparity, Vec<f64>)> = gained
+            .into_iter()
+            .enumerate()
+            .map(|(group, gained)| {
+                let disparity = match group {
+                    _ if group == octaves => Disparity::WithMean,
+                    _ => Disparity::Octave {
+                        from: f64::from(2 << group),
+                    },
+                };
+                (disparity, past(gained))
+            })
+            .collect();
+        if let Some(map) = umklapp {
+            let gained = map.rows().into_iter().map(|row| row.sum()).collect();
+            groups.push((Disparity::Umklapp, past(gained)));
+        }
+        let inner = 1..n.saturating_sub(1).max(2).min(n);
+        let at = inner
+            .max_by(|a, b| flux[*a].abs().total_cmp(&flux[*b].abs()))
+            .unwrap_or(0);
+        Locality { at, flux: groups }
+    }
+
+    /// Share of the largest flux that triads with a ratio below `most` carry.
+    pub fn share_below(&self, most: f64) -> f64 {
+        let carried = |group: &Vec<f64>| group[self.at];
+        let all: f64 = self.flux.iter().map(|(_, flux)| carried(flux)).sum();
+        let local = self.flux.iter().filter(|(disparity, _)| match disparity {
+            Disparity::Octave { from } => 2.0 * from <= most,
+            _ => false,
+        });
+        local.map(|(_, flux)| carried(flux)).sum::<f64>() / all
+    }
+}
+
+/// `- sum up to k`.
+fn past(gained: Vec<f64>) -> Vec<f64> {
+    let mut past = 0.0;
+    let flux = gained.into_iter().map(|gained| {
+        past -= gained;
+        past
+    });
+    flux.collect()
+}

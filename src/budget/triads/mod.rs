@@ -1,0 +1,383 @@
+//! Transfer between wavenumbers by triads, where the equation of motion is quadratic.
+//!
+//! A quadratic term couples three wavenumbers whose sum is 0. Each triad conserves its energy, so the
+//! transfer to a wavenumber splits into parts `T(k | p, q)` from pairs `p + q = k`, and the flux past a
+//! wavenumber into parts from triads of near and of far wavenumbers: how local the cascade is.
+
+mod kernel;
+mod locality;
+mod motions;
+mod source;
+
+use std::ops::Range;
+
+use ndarray::{Array2, ArrayView2};
+use rayon::prelude::*;
+
+use self::kernel::Components;
+pub use self::locality::{Disparity, Locality};
+use self::motions::QuadraticChain;
+use self::source::{Source, WaveField};
+use super::motion::Motion;
+use super::units::BudgetUnits;
+use crate::error::{Error, Result};
+use crate::observer::Observer;
+use crate::system::memory::{half_of_free_memory, try_filled};
+use crate::system::threads::in_pool;
+
+/// The options of [`chain_triads`] and [`burgers_triads`].
+#[derive(Debug, Clone, PartialEq, Default)]
+pub struct TriadsRequest {
+    /// Samples over which transfers are integrated; `None`: all.
+    pub window: Option<Range<usize>>,
+    pub units: BudgetUnits,
+    /// Worker threads; `None`: one per core. The results do not depend on it.
+    pub threads: Option<usize>,
+    /// Bytes of working memory; `None`: half of the free memory.
+    pub memory: Option<u64>,
+}
+
+/// The equation whose triads are found.
+#[derive(Debug, Clone, Copy, PartialEq, serde::Serialize)]
+#[serde(rename_all = "kebab-case", tag = "name")]
+pub enum QuadraticLaw {
+    /// Equal masses, and contacts whose force is `linear r + quadratic r^2` and a rest, about the static state.
+    Chain {
+        mass: f64,
+        linear: f64,
+        quadratic: f64,
+    },
+    /// `u_t + u u_x = d(u)` on a periodic line.
+    Burgers,
+}
+
+/// Energy that wavenumbers gained from others, over the samples of a window.
+///
+/// Rows are wavenumbers k, both signs together; columns the larger partner p.
+#[derive(Debug, Clone)]
+pub struct Triads {
+    pub law: QuadraticLaw,
+    pub units: BudgetUnits,
+    /// Times of the first and the last sample.
+    pub window: [f64; 2],
+    pub samples: usize,
+    /// k, in rad per unit of length.
+    pub wavenumber: Vec<f64>,
+    /// Energy that k gained with the larger partner p: `q = k - p` for `p <= k`, a sum; `q = p - k` beyond, a
+    /// difference.
+    pub transfer: Array2<f64>,
+    /// The same where the three wavenumbers add up to a full turn per site, `q = 2 pi - k - p`; `None` where there is
+    /// no lattice.
+    pub umklapp: Option<Array2<f64>>,
+    /// Energy that k gained from all pairs.
+    pub gained: Vec<f64>,
+    /// Energy at k: at the end less at the start.
+    pub change: Vec<f64>,
+    /// Energy that the terms of the law beyond the quadratic one gave; of a chain.
+    pub beyond: Option<Vec<f64>>,
+    /// Energy that went past k towards larger wavenumbers: `- sum of gained up to k`.
+    pub flux: Vec<f64>,
+    /// Energy at the start.
+    pub energy: f64,
+    /// The error of the flux by the sampling: what every second sample differs by, over three.
+    pub sampling_error: f64,
+    /// The largest flux, and the triads that carry it.
+    pub locality: Locality,
+    pub identities: TriadIdentities,
+}
+
+/// Identities that hold for any motion; deviations are rounding.
+#[derive(Debug, Clone, Copy, PartialEq, serde::Serialize)]
+pub struct TriadIdentities {
+    /// The three transfers of a triad, added up, relative to the largest transfer.
+    pub detailed: f64,
+    /// Transfers summed over pairs against the transform of the product, relative to the largest.
+    pub sums: f64,
+}
+
+impl Triads {
+    /// What the change has beside the quadratic transfer and the rest of the law: losses, drives, ends, sampling.
+    pub fn unexplained(&self) -> Vec<f64> {
+        let explained = |k: usize| {
+            let beyond = self.beyond.as_ref().map_or(0.0, |beyond| beyond[k]);
+            self.gained[k] + beyond
+        };
+        let change = self.change.iter().enumerate();
+        change.map(|(k, change)| change - explained(k)).collect()
+    }
+
+    /// What terms beyond the quadratic one moved, as a share of what it moved.
+    pub fn share_beyond(&self) -> f64 {
+        let moved = |values: &[f64]| values.iter().map(|value| value.abs()).sum::<f64>();
+        let beyond = self.beyond.as_deref().map_or(0.0, moved);
+        let quadratic = moved(&self.gained);
+        if beyond == 0.0 {
+            0.0
+        } else {
+            beyond / quadratic
+        }
+    }
+
+    /// The error that sampling and terms that are not quadratic leave in the flux at the wavenumber of the largest
+    /// one.
+    pub fn flux_error(&self) -> f64 {
+        let beyond = self.beyond.as_deref().unwrap_or_default();
+        let past: f64 = beyond.iter().take(self.locality.at + 1).sum();
+        self.sampling_error.max(past.abs())
+    }
+
+    /// Whether terms beyond the quadratic one moved little enough, a fifth, for triads to describe the transfer.
+    pub fn is_quadratic(&self) -> bool {
+        self.share_beyond() <= 0.2
+    }
+
+    /// Whether the largest flux is one: ten times its error, and more than rounding of the energy.
+    pub fn is_resolved(&self) -> bool {
+        let flux = self.flux[self.locality.at].abs();
+        flux > 10.0 * self.flux_error() && flux > 1e-9 * self.energy
+    }
+}
+
+/// The triads of a chain whose contacts have a quadratic term.
+///
+/// # Equation
+/// With `r_j` the closing of contact j from the static state, `F = a r + b r^2 + ...`, and coefficients
+/// `r^_k = (1/N) sum_j r_j exp(-i k j)`,
+///
+/// ```text
+/// T(k | p, q) = (N b / 3) Re( conj(r^_k) (r^_p r^_q)' - 2 conj(r^_k)' r^_p r^_q ),    p + q = k,
+/// dE(k)/dt = sum T(k | p, q) + rest,    T(k | p, q) + T(p | k, -q) + T(q | k, -p) = 0,
+/// ```
+///
+/// with the prime for the rate of change, and `E(k) = N (m |v^_k|^2 / 2 + a |r^_k|^2 / 2 + Re(conj(r^_k) (b r^2)^_k) / 3)`,
+/// which sums to the energy up to terms beyond the quadratic force. Between two walls, the chain and its mirror image are
+/// one period.
+///
+/// # Shapes
+/// See [`Triads`]; a chain of N sites has N / 2 + 1 wavenumbers, or N + 2 between two walls.
+///
+/// # Units
+/// Energies; wavenumbers in rad per unit of length, for sites `pitch` apart.
+///
+/// # Errors
+/// [`Error::Request`] for masses or contacts that differ, for a law without a quadratic term about its static
+/// state, and for a window of fewer than three samples; [`Error::Memory`]; [`Error::Threads`]; [`Error::Cancelled`].
+///
+/// # Source
+/// R. H. Kraichnan, J. Fluid Mech. 5, 497 (1959), for triads that conserve energy each; the third of the interaction's
+/// energy at each of its wavenumbers is what makes them do so here.
+pub fn chain_triads(
+    motion: &Motion,
+    pitch: f64,
+    request: &TriadsRequest,
+    observer: &dyn Observer,
+) -> Result<Triads> {
+    motion.check()?;
+    let chain = QuadraticChain::of(motion)?;
+    run(&chain, pitch, request, observer)
+}
+
+/// The triads of Burgers' equation, of samples `u[n, j]` at times `t0 + n dt`, over one period `length` along x.
+///
+/// # Equation
+/// With `u^_k` the Fourier coefficients over a period,
+///
+/// ```text
+/// T(k | p, q) = (k / 2) Im( conj(u^_k) u^_p u^_q ),    p + q = k,    E(k) = |u^_k|^2 / 2.
+/// ```
+///
+/// # Shapes
+/// As for [`chain_triads`], without umklapp: the largest wavenumber of an even number of sites is left out.
+///
+/// # Units
+/// The square of the unit of u.
+///
+/// # Errors
+/// [`Error::Request`] for fewer than three times or places, values that are not finite, a step or length that is not
+/// positive; as [`chain_triads`].
+///
+/// # Source
+/// R. H. Kraichnan, J. Fluid Mech. 5, 497 (1959).
+pub fn burgers_triads(
+    u: ArrayView2<f64>,
+    [t0, dt]: [f64; 2],
+    length: f64,
+    request: &TriadsRequest,
+    observer: &dyn Observer,
+) -> Result<Triads> {
+    let field = WaveField::new(u, [t0, dt], length)?;
+    run(&field, length / u.ncols() as f64, request, observer)
+}
+
+/// Samples whose coefficients are at hand at once.
+const BLOCK: usize = 16;
+
+fn run(
+    source: &dyn Source,
+    pitch: f64,
+    request: &TriadsRequest,
+    observer: &dyn Observer,
+) -> Result<Triads> {
+    if !(pitch > 0.0 && pitch.is_finite()) {
+        return refuse("pitch", "a positive length", pitch);
+    }
+    let samples = source.samples();
+    let window = request.window.clone().unwrap_or(0..samples);
+    if window.end > samples || window.len() < 3 {
+        let expected = format!("three samples or more within 0:{samples}");
+        let found = format!("{}:{}", window.start, window.end);
+        return refuse("window-samples", &expected, found);
+    }
+    let grid = source.grid();
+    let cells = grid.components * grid.components;
+    let maps = if grid.wraps { 2 } else { 1 };
+    let needed = 8 * (cells * maps + BLOCK * 6 * grid.components) as u64;
+    let allowed = request.memory.unwrap_or_else(half_of_free_memory);
+    if needed > allowed {
+        return Err(Error::Memory {
+            what: "the transfers of all pairs",
+            needed,
+            allowed,
+        });
+    }
+    let full = |_| Error::Memory {
+        what: "the transfers of all pairs",
+        needed,
+        allowed,
+    };
+    let pairs = try_filled(cells, 0.0).map_err(full)?;
+    let wrapped = try_filled(cells * (maps - 1), 0.0).map_err(full)?;
+    in_pool(request.threads, || {
+        integrate(source, [pairs, wrapped], window, pitch, request, observer)
+    })
+}
+
+fn integrate(
+    source: &dyn Source,
+    [mut transfer, mut umklapp]: [Vec<f64>; 2],
+    window: Range<usize>,
+    pitch: f64,
+    request: &TriadsRequest,
+    observer: &dyn Observer,
+) -> Result<Triads> {
+    let grid = &source.grid();
+    let n = grid.components;
+    observer.stage("triads", window.len() as u64);
+    let [t0, dt] = source.time();
+    let last = window.len() - 1;
+    let weight = |i: usize| if i == 0 || i == last { 0.5 * dt } else { dt };
+    // An odd number of steps has no half of them; its last one counts in full for both.
+    let even = last - last % 2;
+    let coarse = |i: usize| match i {
+        _ if i > even => 0.5 * dt,
+        _ if i == even && even < last => 1.5 * dt,
+        _ if i == 0 || i == even => dt,
+        _ if i.is_multiple_of(2) => 2.0 * dt,
+        _ => 0.0,
+    };
+    let mut total = vec![0.0; n];
+    let mut coarser = vec![0.0; n];
+    let mut beyond = source.has_more().then(|| vec![0.0; n]);
+    let [mut first, mut end] = [Vec::new(), Vec::new()];
+    let numbers: Vec<usize> = window.clone().collect();
+    for (b, block) in numbers.chunks(BLOCK).enumerate() {
+        if observer.cancelled() {
+            return Err(Error::Cancelled);
+        }
+        let at: Vec<Components> = block.par_iter().map(|i| source.components(*i)).collect();
+        for (j, one) in at.iter().enumerate() {
+            let i = b * BLOCK + j;
+            for (k, rate) in one.transfer.iter().enumerate() {
+                total[k] += weight(i) * rate;
+                coarser[k] += coarse(i) * rate;
+            }
+            for (sum, rate) in beyond.iter_mut().flatten().zip(&one.beyond) {
+                *sum += weight(i) * rate;
+            }
+            match i {
+                0 => first.clone_from(&one.energy),
+                _ if i == last => end.clone_from(&one.energy),
+                _ => {}
+            }
+        }
+        let weights: Vec<f64> = (0..block.len()).map(|j| weight(b * BLOCK + j)).collect();
+        let row = |(k, row): (usize, &mut [f64])| {
+            for (one, weight) in at.iter().zip(&weights) {
+                kernel::add_pairs(grid, k, one, *weight, row);
+            }
+        };
+        transfer.par_chunks_mut(n).enumerate().for_each(row);
+        let row = |(k, row): (usize, &mut [f64])| {
+            for (one, weight) in at.iter().zip(&weights) {
+                kernel::add_wrapped(grid, k, one, *weight, row);
+            }
+        };
+        umklapp.par_chunks_mut(n).enumerate().for_each(row);
+        observer.advance(block.len() as u64);
+    }
+    // Both have n rows of n.
+    let matrix = |values| Array2::from_shape_vec((n, n), values).unwrap_or_default();
+    let transfer = matrix(transfer);
+    let umklapp = grid.wraps.then(|| matrix(umklapp));
+    let gained: Vec<f64> = (0..n)
+        .map(|k| {
+            let pairs = crate::numeric::sum(&transfer.row(k).to_vec());
+            let row = umklapp.as_ref().map(|map| map.row(k).to_vec());
+            pairs + row.map_or(0.0, |row| crate::numeric::sum(&row))
+        })
+        .collect();
+    let running = |values: &[f64]| -> Vec<f64> {
+        let mut past = 0.0;
+        let flux = values.iter().map(|value| {
+            past -= value;
+            past
+        });
+        flux.collect()
+    };
+    let largest = |values: &[f64]| {
+        values
+            .iter()
+            .fold(0.0, |most: f64, value| most.max(value.abs()))
+    };
+    let flux = running(&gained);
+    let differences: Vec<f64> = total
+        .iter()
+        .zip(&coarser)
+        .map(|(a, b)| (a - b) / 3.0)
+        .collect();
+    let relative = |off: f64, of: f64| if off == 0.0 { 0.0 } else { off / of };
+    let off: Vec<f64> = gained.iter().zip(&total).map(|(a, b)| a - b).collect();
+    let scale = largest(transfer.as_slice().unwrap_or_default());
+    Ok(Triads {
+        law: source.law(),
+        units: request.units.clone(),
+        window: [window.start, window.end - 1].map(|i| t0 + dt * i as f64),
+        samples: window.len(),
+        wavenumber: (0..n).map(|k| grid.step(k) / pitch).collect(),
+        identities: TriadIdentities {
+            detailed: relative(kernel::detailed(&transfer), scale),
+            sums: relative(largest(&off), scale),
+        },
+        locality: Locality::of(grid, &transfer, umklapp.as_ref(), &flux),
+        change: end
+            .iter()
+            .zip(&first)
+            .map(|(end, first)| end - first)
+            .collect(),
+        energy: crate::numeric::sum(&first),
+        sampling_error: largest(&running(&differences)),
+        beyond,
+        flux,
+        gained,
+        transfer,
+        umklapp,
+    })
+}
+
+fn refuse<T>(option: &'static str, expected: &str, found: impl std::fmt::Display) -> Result<T> {
+    Err(Error::Request {
+        option,
+        expected: expected.to_owned(),
+        found: found.to_string(),
+    })
+}

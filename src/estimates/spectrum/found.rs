@@ -1,0 +1,290 @@
+//! From the sums of the pass to the estimate: intervals, jackknife, lines.
+
+use ndarray::Array2;
+
+use super::lines::{Line, OFFSETS};
+use super::noise::{LeadIn, Spectra, no_noise};
+use super::pass::{Pass, TileSums};
+use super::{LeftOutEach, LineTest, SpectrumAxis, SpectrumEstimate};
+use crate::error::Result;
+use crate::estimates::realisations::{FactorTable, Independence, TOGETHER};
+use crate::field::Field;
+use crate::numeric::lanes::LaneBlock;
+use crate::numeric::{fisher_level, fisher_tail, student_two_sided};
+use crate::prepare::Detrend;
+use crate::transform::{fold, frequencies};
+
+impl Pass<'_> {
+    pub fn finish(
+        &self,
+        field: &Field,
+        tiles: &[TileSums],
+        left_out: LeftOutEach,
+        unit: f64,
+    ) -> Result<SpectrumEstimate> {
+        let (alpha, length) = (self.request.alpha, self.realisations.segments.length);
+        let shape = (self.realisations.bins(), field.n_sites());
+        let value = |blocks: fn(&TileSums) -> &Vec<LaneBlock>, m: usize, j: usize| {
+            let blocks = blocks(&tiles[j / TOGETHER]);
+            blocks
+                .get(m)
+                .map_or(f64::NAN, |block| block.0[j % TOGETHER])
+        };
+        let steadiness: Vec<f64> = (0..shape.1).map(|j| self.steadiness(tiles, j)).collect();
+        let sites: Vec<Independence> = steadiness.iter().map(|s| self.independence(*s)).collect();
+        let density = field.time.step * unit * unit;
+        let has_none = |j: usize| match tiles[j / TOGETHER].left.get(j % TOGETHER) {
+            Some(left) => left.records == 0,
+            None => false,
+        };
+        let mut spectrum = Array2::from_shape_fn(shape, |(m, j)| {
+            if has_none(j) {
+                return f64::NAN;
+            }
+            value(|tile| &tile.spectrum, m, j) * density * fold(m, length)
+        });
+
+        let records = self.shots.count() as f64;
+        let segments = records * self.effective_segments;
+        let left = self.segments_left(tiles);
+        // Of a site: records, segments of all of them, effective segments.
+        let of_site = |j: usize| match &left {
+            None => (self.shots.count(), self.count(), segments),
+            Some(left) => {
+                let pairs = &tiles[j / TOGETHER].left[j % TOGETHER];
+                let effective = left.effective[j] / self.weights.tapers() as f64;
+                (pairs.records, pairs.segments(), effective)
+            }
+        };
+        let most = 2.0 * segments.max(records) * self.weights.tapers() as f64;
+        let table = FactorTable::new([segments.min(records).min(1.0), most.max(2.0)], alpha);
+        let has_mean = self.request.averaging.detrend == Detrend::None;
+        let degrees = Array2::from_shape_fn(shape, |(m, j)| {
+            // Transforms at 0 and at the Nyquist frequency are real.
+            let one = fold(m, length);
+            if (m == 0 && !has_mean) || spectrum[[m, j]].is_nan() || spectrum[[m, j]] <= 0.0 {
+                return f64::NAN;
+            }
+            let (records, _, segments) = of_site(j);
+            match (sites[j].is_transient(), records) {
+                (true, 0..2) => f64::NAN,
+                (true, _) => one * records as f64,
+                (false, _) => one * segments * value(|tile| &tile.shape, m, j),
+            }
+        });
+        let mut low = degrees.clone();
+        let mut high = spectrum.clone();
+        for (low, high) in low.iter_mut().zip(&mut high) {
+            let factors = table.at(*low);
+            *low = *high * factors[0];
+            *high *= factors[1];
+        }
+
+        // Of a site: realisations that are left out in turn, their effective number, and Student's quantile.
+        let left_out_of = |j: usize| {
+            let (records, count, segments) = of_site(j);
+            let tapers = self.weights.tapers() as f64;
+            let (all, effective) = match left_out {
+                LeftOutEach::Realisation => (count * tapers, segments * tapers),
+                LeftOutEach::Record => (records as f64, records as f64),
+            };
+            let is_possible = effective >= 2.0 - 1e-9 && all >= 2.0;
+            let quantile = match is_possible {
+                true => student_two_sided(alpha, effective - 1.0),
+                false => f64::NAN,
+            };
+            [all, effective, quantile]
+        };
+        let of_sites: Vec<[f64; 3]> = match left {
+            None => vec![left_out_of(0); shape.1],
+            Some(_) => (0..shape.1).map(left_out_of).collect(),
+        };
+        let mut jackknife = Array2::from_shape_fn(shape, |(m, j)| {
+            // Realisations of a transient are not independent, its records are.
+            let is_known = !sites[j].is_transient() || left_out == LeftOutEach::Record;
+            let [all, effective, quantile] = of_sites[j];
+            if degrees[[m, j]].is_nan() || quantile.is_nan() || !is_known {
+                return f64::NAN;
+            }
+            let sum = value(|tile| &tile.deviations, m, j);
+            let squares = value(|tile| &tile.squares, m, j);
+            let variance = (squares - sum * sum / all).max(0.0) * (all - 1.0) / all;
+            quantile * (variance * all / effective).sqrt()
+        });
+
+        let mut sorted = steadiness.clone();
+        sorted.sort_by(f64::total_cmp);
+        let frequency = frequencies(length, field.time.step);
+        let noise = (self.request.along == SpectrumAxis::Time).then(|| {
+            let lead_ins = tiles.iter().flat_map(|tile| tile.lead_ins);
+            let lead_ins: Vec<LeadIn> = lead_ins.take(shape.1).collect();
+            let spectra = Spectra {
+                spectrum: &spectrum,
+                degrees: &degrees,
+                frequency: &frequency,
+                length,
+                shared_bins: self.realisations.shared_bins(),
+                alpha,
+                density: 2.0 * density,
+                records: self.shots.count(),
+            };
+            let noise = spectra.noise(&lead_ins);
+            if !self.request.subtract_noise {
+                return noise;
+            }
+            // Logarithms of differences have another spread.
+            jackknife.fill(f64::NAN);
+            let from = usize::from(!has_mean);
+            noise.subtract(
+                [&mut spectrum, &mut low, &mut high],
+                (length, from),
+                frequency[1],
+            )
+        });
+        if let Some(noise) = &noise
+            && self.request.subtract_noise
+            && noise.known() == 0
+        {
+            return Err(no_noise());
+        }
+        let test = || self.line_test(field, tiles, &sites, &frequency, unit);
+        let line_test = self.tests_lines().then(test);
+        Ok(SpectrumEstimate {
+            noise,
+            along: SpectrumAxis::Time,
+            mean: None,
+            mean_is_removed: !has_mean,
+            segment: [length, length - self.realisations.segments.hop],
+            half_bandwidth: self.half_bandwidth(field),
+            independence: match &left {
+                None => self.independence(sorted[sorted.len() / 2]),
+                Some(left) => {
+                    let records = self.shots.count();
+                    let effective = left.median_effective() / records as f64;
+                    let segments = left.least_and_median()[1] / records;
+                    self.independence_of(segments, effective, sorted[sorted.len() / 2])
+                }
+            },
+            has_interval: (0..shape.1)
+                .map(|j| match of_site(j).0 {
+                    0 => false,
+                    records => !sites[j].is_transient() || records > 1,
+                })
+                .collect(),
+            segments_left: left,
+            time: field.time.clone(),
+            space: field.space.clone(),
+            quantity: field.quantity,
+            unit: field.unit.clone(),
+            bins: frequency,
+            steadiness,
+            alpha,
+            spectrum,
+            degrees,
+            low,
+            high,
+            jackknife,
+            left_out,
+            line_test,
+        })
+    }
+
+    fn half_bandwidth(&self, field: &Field) -> Option<f64> {
+        match self.request.averaging.tapers {
+            crate::estimates::Tapers::Slepian { nw, .. } => {
+                let duration = self.realisations.segments.length as f64 * field.time.step;
+                Some(nw / duration)
+            }
+            crate::estimates::Tapers::Window(_) => None,
+        }
+    }
+
+    fn line_test(
+        &self,
+        field: &Field,
+        tiles: &[TileSums],
+        sites: &[Independence],
+        frequency: &[f64],
+        unit: f64,
+    ) -> LineTest {
+        let (alpha, length) = (self.request.alpha, self.realisations.segments.length);
+        let shape = (self.realisations.bins(), field.n_sites());
+        let inside = 1..length.div_ceil(2);
+        let more = (self.weights.tapers() - 1) as f64;
+        let effective = self.realisations.effective_beside_lines();
+        let degrees = effective.map(|one| 2.0 * (one * self.shots.count() as f64));
+        let sums = |m: usize, j: usize, offset: usize| {
+            tiles[j / TOGETHER].lines[m].at(offset, j % TOGETHER)
+        };
+        let f_at = |m: usize, j: usize, offset: usize| match inside.contains(&m) {
+            true => {
+                let (line, rest) = sums(m, j, offset);
+                more * line / rest
+            }
+            false => f64::NAN,
+        };
+        let statistic = Array2::from_shape_fn(shape, |(m, j)| f_at(m, j, 0));
+        let tested = sites.iter().filter(|site| !site.is_transient()).count();
+        let cells = (inside.len() * tested * OFFSETS.len()).max(1) as f64;
+        let level_of_all = fisher_level(alpha / cells, degrees);
+        // Of a site from which segments are left out: its own degrees of freedom and level of all cells.
+        let shared = self.realisations.shared_beside_lines();
+        let of_site = |j: usize| match tiles[j / TOGETHER].left.get(j % TOGETHER) {
+            None => (degrees, level_of_all),
+            Some(left) if left.records == 0 => (degrees, f64::INFINITY),
+            Some(left) => {
+                let pairs = left.by_distance();
+                let effective = self.realisations.effective_beside_lines_of(pairs, &shared);
+                let own = effective.map(|one| 2.0 * one);
+                (own, fisher_level(alpha / cells, own))
+            }
+        };
+        let line = |m: usize, j: usize, offset: usize, degrees: [f64; 2]| {
+            let count = self.counts(&tiles[j / TOGETHER])[j % TOGETHER];
+            let ((line, rest), gain) = (sums(m, j, offset), self.gains[offset]);
+            let f = f_at(m, j, offset);
+            let variance = rest / (2.0 * count * more * gain);
+            Line {
+                column: j,
+                at: frequency[m] + OFFSETS[offset] * frequency[1],
+                amplitude: 2.0 * unit * (line / (count * gain)).sqrt(),
+                amplitude_error: 2.0 * unit * (variance / (0.5 * degrees[0])).sqrt(),
+                f,
+                probability: fisher_tail(f, degrees),
+            }
+        };
+        let reach = self.half_bandwidth_bins();
+        let mut lines = Vec::new();
+        for j in (0..shape.1).filter(|j| !sites[*j].is_transient()) {
+            // The offset with the largest F of each bin; F is NaN at the ends and of still sites.
+            let best = |m: usize| {
+                let offsets = (0..OFFSETS.len()).map(|offset| (f_at(m, j, offset), offset));
+                offsets.fold((f64::NEG_INFINITY, 0), |a, b| if b.0 > a.0 { b } else { a })
+            };
+            let (degrees, level) = of_site(j);
+            let best: Vec<(f64, usize)> = (0..shape.0).map(best).collect();
+            for m in inside.clone() {
+                let (f, offset) = best[m];
+                let beside = m.saturating_sub(reach)..(m + reach + 1).min(shape.0);
+                if f > level && best[beside].iter().all(|other| other.0 <= f) {
+                    lines.push(line(m, j, offset, degrees));
+                }
+            }
+        }
+        lines.sort_by(|a, b| b.f.total_cmp(&a.f));
+        LineTest {
+            statistic,
+            degrees,
+            level: fisher_level(alpha, degrees),
+            level_of_all,
+            lines,
+        }
+    }
+
+    fn half_bandwidth_bins(&self) -> usize {
+        match self.request.averaging.tapers {
+            crate::estimates::Tapers::Slepian { nw, .. } => nw.ceil() as usize,
+            crate::estimates::Tapers::Window(_) => 1,
+        }
+    }
+}

@@ -1,0 +1,393 @@
+//! The noise of each site: a white floor, found where nothing else moves.
+
+use ndarray::Array2;
+
+use crate::error::Error;
+use crate::estimates::realisations::interval_factors;
+use crate::numeric::{LineFit, chi_square_level, student_two_sided, sum_of_squares};
+use crate::transform::fold;
+
+/// Where the noise of a site was found.
+#[derive(Debug, Clone, Copy, PartialEq, serde::Serialize)]
+#[serde(rename_all = "kebab-case", tag = "found_in")]
+pub enum NoiseSource {
+    /// In the samples before the motion arrives, of all records together.
+    LeadIn { samples: usize },
+    /// Where the spectrum is flat: from this frequency to the Nyquist frequency.
+    Top { from: f64 },
+}
+
+/// White noise of a site.
+#[derive(Debug, Clone, Copy, PartialEq, serde::Serialize)]
+pub struct SiteNoise {
+    /// One-sided power spectral density, that of the variance `density / (2 dt)`.
+    pub density: f64,
+    /// Ends of the interval by the chi-square distribution.
+    pub low: f64,
+    pub high: f64,
+    /// Degrees of freedom.
+    pub degrees: f64,
+    pub source: NoiseSource,
+}
+
+/// The noise of all sites.
+///
+/// Of a transient, the variance of the samples before the motion arrives, if these are white. Of a steady record
+/// the mean of the spectrum from half or five eighths of the axis on, if it is flat there: the spectra of all
+/// sites together, in 16 bands, change by less than 0.3 in `ln S` over that part, by 97.5 %, and no band stands
+/// out. Lines are left out. A spectrum that still falls there has no floor that can be told.
+#[derive(Debug, Clone, Default, PartialEq)]
+pub struct NoiseFloor {
+    pub sites: Vec<Option<SiteNoise>>,
+    /// What was subtracted; `None` where nothing was.
+    pub subtracted: Option<SubtractedNoise>,
+}
+
+/// What is left of the bias where noise is subtracted, one value a site; 0 where it has no noise that is known.
+#[derive(Debug, Clone, Default, PartialEq, serde::Serialize)]
+pub struct SubtractedNoise {
+    /// Bins with less power than the noise, which were set to 0.
+    pub clipped_bins: Vec<usize>,
+    /// What that added to the mean square.
+    pub clipped_power: Vec<f64>,
+    /// Half of the interval of the noise's own mean square: how much too little or too much may be subtracted.
+    pub uncertain_power: Vec<f64>,
+}
+
+impl NoiseFloor {
+    /// Sites whose noise was found.
+    pub fn known(&self) -> usize {
+        self.sites.iter().flatten().count()
+    }
+
+    /// Subtracts it from spectra of segments of `length` samples, whose bins are `df` apart, from the bin `first` on.
+    /// The intervals of both are independent, and are added as the roots of their squares.
+    pub(super) fn subtract(
+        mut self,
+        [spectrum, low, high]: [&mut Array2<f64>; 3],
+        (length, first): (usize, usize),
+        df: f64,
+    ) -> NoiseFloor {
+        let mut left = SubtractedNoise::default();
+        for (j, noise) in self.sites.iter().enumerate() {
+            let (mut bins, mut power) = (0, 0.0);
+            if let Some(noise) = noise {
+                for m in first..spectrum.nrows() {
+                    let part = fold(m, length) / 2.0;
+                    let cell = [m, j];
+                    let ends = [
+                        (spectrum[cell] - low[cell]).hypot(part * (noise.high - noise.density)),
+                        (high[cell] - spectrum[cell]).hypot(part * (noise.density - noise.low)),
+                    ];
+                    let rest = spectrum[cell] - part * noise.density;
+                    if rest < 0.0 {
+                        bins += 1;
+                        power -= rest * df;
+                    }
+                    spectrum[cell] = rest.max(0.0);
+                    // `max` would make a number of what is unknown.
+                    let at_least_0 = |value: f64| if value < 0.0 { 0.0 } else { value };
+                    low[cell] = at_least_0(rest - ends[0]);
+                    high[cell] = at_least_0(rest + ends[1]);
+                }
+            }
+            left.clipped_bins.push(bins);
+            left.clipped_power.push(power);
+            let nyquist = 0.5 * length as f64 * df;
+            let half = noise.map_or(0.0, |noise| 0.5 * (noise.high - noise.low));
+            left.uncertain_power.push(half * nyquist);
+        }
+        self.subtracted = Some(left);
+        self
+    }
+
+    /// The median density of the sites of which it was found.
+    pub fn median(&self) -> Option<SiteNoise> {
+        let mut known: Vec<SiteNoise> = self.sites.iter().flatten().copied().collect();
+        known.sort_by(|a, b| a.density.total_cmp(&b.density));
+        known.get(known.len() / 2).copied()
+    }
+}
+
+/// Where noise is to be subtracted and none is known.
+pub(crate) fn no_noise() -> Error {
+    Error::Request {
+        option: "subtract-noise",
+        expected: "a site that is quiet before the motion arrives, or whose spectrum is flat below the Nyquist \
+                   frequency"
+            .into(),
+        found: "neither, so that the noise is not known".into(),
+    }
+}
+
+/// Samples before the motion arrives.
+#[derive(Debug, Clone, Copy, Default)]
+pub(super) struct LeadIn {
+    /// Sum of the squared deviations from their mean.
+    squares: f64,
+    degrees: f64,
+    samples: usize,
+    /// Records that have one.
+    records: usize,
+}
+
+/// Parts of a record of which those at its beginning are compared, at most; samples of a part, at least.
+const PARTS: usize = 64;
+const LEAST_PART: usize = 16;
+/// Parts of a lead-in, at least, and how much louder the motion is.
+const LEAST_PARTS: usize = 4;
+const LOUDER: f64 = 10.0;
+/// Standard deviations by which noise may differ from itself by chance.
+const BY_CHANCE: f64 = 4.0;
+/// Amplitude of rounding, over the largest.
+const ROUNDING: f64 = 1e-13;
+
+impl LeadIn {
+    /// Adds that of another record; `squared`: what squares are multiplied by.
+    pub fn add(&mut self, record: &[f64], squared: f64) {
+        if let Some(quiet) = lead_in(record) {
+            let mean = crate::numeric::sum(quiet) / quiet.len() as f64;
+            let moving: Vec<f64> = quiet.iter().map(|v| v - mean).collect();
+            self.squares += squared * sum_of_squares(&moving);
+            self.degrees += (quiet.len() - 1) as f64;
+            self.samples += quiet.len();
+            self.records += 1;
+        }
+    }
+
+    /// The noise, if each of `records` has a lead-in; `density` makes a variance a density of one side.
+    fn noise(&self, records: usize, alpha: f64, density: f64) -> Option<SiteNoise> {
+        (self.records == records && records > 0).then(|| {
+            let value = density * self.squares / self.degrees;
+            let [low, high] = interval_factors(self.degrees, alpha);
+            SiteNoise {
+                density: value,
+                low: low * value,
+                high: high * value,
+                degrees: self.degrees,
+                source: NoiseSource::LeadIn {
+                    samples: self.samples,
+                },
+            }
+        })
+    }
+}
+
+/// The beginning of a record that is as loud as white noise throughout, before something ten times as loud.
+fn lead_in(record: &[f64]) -> Option<&[f64]> {
+    let length = (record.len() / PARTS).max(LEAST_PART);
+    let power = |part: &[f64]| sum_of_squares(part) / part.len() as f64;
+    let mean = {
+        let first = record.get(..LEAST_PARTS * length)?;
+        crate::numeric::sum(first) / first.len() as f64
+    };
+    let centred: Vec<f64> = record.iter().map(|v| v - mean).collect();
+    let parts: Vec<f64> = centred.chunks_exact(length).map(power).collect();
+    let most = parts.iter().fold(0.0, |m: f64, p| m.max(*p));
+    let spread = (2.0 / length as f64).sqrt();
+    let mut sum: f64 = parts[..LEAST_PARTS].iter().sum();
+    let mut count = LEAST_PARTS;
+    while count < parts.len() {
+        let usual = sum / count as f64;
+        if parts[count] > usual * (1.0 + (BY_CHANCE + 1.0) * spread) {
+            break;
+        }
+        sum += parts[count];
+        count += 1;
+    }
+    // The motion may begin in the last one.
+    let mut count = count - 1;
+    while count + 1 >= LEAST_PARTS {
+        let quiet = &centred[..count * length];
+        let is_quiet = LOUDER * power(quiet) < most && power(quiet) > ROUNDING.powi(2) * most;
+        if is_quiet && is_white(quiet) {
+            return Some(&record[..count * length]);
+        }
+        count /= 2;
+    }
+    None
+}
+
+/// Whether neighbours are independent, and both halves as loud.
+fn is_white(samples: &[f64]) -> bool {
+    let n = samples.len() as f64;
+    let mean = crate::numeric::sum(samples) / n;
+    let squares: f64 = samples.iter().map(|v| (v - mean).powi(2)).sum();
+    let pairs = samples.windows(2);
+    let products: f64 = pairs.map(|pair| (pair[0] - mean) * (pair[1] - mean)).sum();
+    let (a, b) = samples.split_at(samples.len() / 2);
+    let power = |part: &[f64]| {
+        let deviations = part.iter().map(|v| (v - mean).powi(2));
+        deviations.sum::<f64>() / part.len() as f64
+    };
+    // Variance of the logarithm of a mean square of n / 2: 4 / n.
+    let ratio = (power(a) / power(b)).ln();
+    (products / squares).abs() < BY_CHANCE / n.sqrt() && ratio.abs() < BY_CHANCE * (8.0 / n).sqrt()
+}
+
+/// What is known of the spectra in which a floor is looked for.
+pub(super) struct Spectra<'a> {
+    /// `(frequency, site)`.
+    pub spectrum: &'a Array2<f64>,
+    /// NaN where there is no interval.
+    pub degrees: &'a Array2<f64>,
+    pub frequency: &'a [f64],
+    /// Samples of a segment.
+    pub length: usize,
+    /// Bins that an average shares.
+    pub shared_bins: f64,
+    pub alpha: f64,
+    /// Makes a variance a density of one side.
+    pub density: f64,
+    pub records: usize,
+}
+
+/// Where the floor may begin, over the Nyquist frequency.
+const FROM: [f64; 2] = [0.5, 0.625];
+/// Bands of the part that may be flat.
+const BANDS: usize = 16;
+/// Change of `ln S` over the part: 0.69 and 0.47 of `1 / f`, 0.37 of a sampled random walk over the shorter one.
+const MOST_CHANGE: f64 = 0.3;
+/// Scatter of `ln S` of the bands about a line, over that by chance, and what counts as none.
+const MOST_SCATTER: f64 = 2.0;
+const NO_SCATTER: f64 = 0.05;
+/// Share of the bins of noise that are taken for lines.
+const LINES: f64 = 1e-3;
+
+impl Spectra<'_> {
+    /// The noise of all sites.
+    pub fn noise(&self, lead_ins: &[LeadIn]) -> NoiseFloor {
+        let sites = lead_ins.iter();
+        let mut sites: Vec<Option<SiteNoise>> = sites
+            .map(|lead_in| lead_in.noise(self.records, self.alpha, self.density))
+            .collect();
+        // A lead-in decides where there is one.
+        let steady: Vec<usize> = (0..sites.len()).filter(|j| sites[*j].is_none()).collect();
+        if let Some(found) = FROM.iter().find_map(|from| self.floor(*from, &steady)) {
+            for (j, noise) in steady.into_iter().zip(found) {
+                sites[j] = noise;
+            }
+        }
+        NoiseFloor {
+            sites,
+            subtracted: None,
+        }
+    }
+
+    /// The floors of sites from a part of the axis on; `None` where the part is not flat.
+    fn floor(&self, from: f64, sites: &[usize]) -> Option<Vec<Option<SiteNoise>>> {
+        let end = self.length.div_ceil(2);
+        let first = (from * self.length as f64 / 2.0).ceil() as usize;
+        let width = end.saturating_sub(first) / BANDS;
+        if width == 0 {
+            return None;
+        }
+        // Whole bands up to the Nyquist frequency, which is none of them.
+        let first = end - BANDS * width;
+        let parts: Vec<Option<Part>> = sites.iter().map(|j| self.part(*j, first..end)).collect();
+        let known: Vec<&Part> = parts.iter().flatten().collect();
+        if known.is_empty() {
+            return None;
+        }
+        let mut pooled = [0.0; BANDS];
+        for part in &known {
+            let sums = pooled.iter_mut().zip(&part.bands);
+            sums.for_each(|(sum, band)| *sum += band / part.mean / known.len() as f64);
+        }
+        let degrees: f64 = known.iter().map(|part| part.degrees).sum();
+        let is_flat = |bands: &[f64; BANDS], degrees: f64| {
+            let change = self.change(bands, (first, width))?;
+            let by_chance = (2.0 * BANDS as f64 / degrees).sqrt();
+            let is_even = change.scatter < (MOST_SCATTER * by_chance).max(NO_SCATTER);
+            Some((change, is_even))
+        };
+        let (change, is_even) = is_flat(&pooled, degrees)?;
+        if change.value.abs() + change.half > MOST_CHANGE || !is_even {
+            return None;
+        }
+        // A site that differs from the others has another spectrum.
+        let floor = |part: &Part| {
+            let (change, is_even) = is_flat(&part.bands, part.degrees)?;
+            let is_steep = change.value.abs() - change.half > MOST_CHANGE;
+            let [low, high] = interval_factors(part.degrees, self.alpha);
+            (is_even && !is_steep).then_some(SiteNoise {
+                density: part.mean,
+                low: low * part.mean,
+                high: high * part.mean,
+                degrees: part.degrees,
+                source: NoiseSource::Top {
+                    from: self.frequency[first],
+                },
+            })
+        };
+        let floors = parts.iter().map(|part| part.as_ref().and_then(floor));
+        Some(floors.collect())
+    }
+
+    /// The bands of a site, without lines; `None` where its degrees of freedom are not known.
+    fn part(&self, j: usize, bins: std::ops::Range<usize>) -> Option<Part> {
+        let degrees = self.degrees[[bins.start, j]];
+        let values: Vec<f64> = bins.clone().map(|m| self.spectrum[[m, j]]).collect();
+        let all = bins.clone().map(|m| self.degrees[[m, j]]);
+        let total: f64 = all.sum();
+        let largest = self.spectrum.column(j).fold(0.0, |m: f64, v| m.max(*v));
+        let is_above = |v: &f64| *v > ROUNDING.powi(2) * largest;
+        if !(total > 0.0 && values.iter().all(is_above)) {
+            return None;
+        }
+        // The median of the spectrum is that of noise up to its skewness, less than a half.
+        let mut sorted = values.clone();
+        sorted.sort_by(f64::total_cmp);
+        let median = sorted[sorted.len() / 2];
+        let middle = degrees * (1.0 - 2.0 / (9.0 * degrees)).powi(3);
+        let usual = median * degrees / middle;
+        let highest = usual * chi_square_level(LINES / values.len() as f64, degrees) / degrees;
+        let is_line = |v: &f64| *v > highest;
+        let width = values.len() / BANDS;
+        let rest: Vec<f64> = values.iter().copied().filter(|v| !is_line(v)).collect();
+        let mean = crate::numeric::sum(&rest) / rest.len() as f64;
+        let mut bands = [mean; BANDS];
+        for (band, values) in bands.iter_mut().zip(values.chunks_exact(width)) {
+            let rest: Vec<f64> = values.iter().copied().filter(|v| !is_line(v)).collect();
+            if !rest.is_empty() {
+                *band = crate::numeric::sum(&rest) / rest.len() as f64;
+            }
+        }
+        let share = rest.len() as f64 / values.len() as f64;
+        Some(Part {
+            mean,
+            bands,
+            degrees: (total * share / self.shared_bins).max(1.0),
+        })
+    }
+
+    /// How `ln S` changes from the first band to the Nyquist frequency, by a power law.
+    fn change(&self, bands: &[f64; BANDS], (first, width): (usize, usize)) -> Option<Change> {
+        let point = |(i, band): (usize, &f64)| {
+            let middle = first as f64 + (i as f64 + 0.5) * width as f64;
+            (middle.ln(), band.ln())
+        };
+        let points: Vec<(f64, f64)> = bands.iter().enumerate().map(point).collect();
+        let line = LineFit::through(&points)?;
+        let span = ((first + BANDS * width) as f64 / first as f64).ln();
+        Some(Change {
+            value: line.slope * span,
+            half: span * line.slope_error * student_two_sided(0.05, (BANDS - 2) as f64),
+            scatter: (line.squares / (BANDS - 2) as f64).sqrt(),
+        })
+    }
+}
+
+/// The top of the spectrum of a site.
+struct Part {
+    mean: f64,
+    bands: [f64; BANDS],
+    degrees: f64,
+}
+
+struct Change {
+    value: f64,
+    /// Half of the interval at 95 %.
+    half: f64,
+    scatter: f64,
+}

@@ -1,0 +1,282 @@
+//! Transfer by triads: against direct sums, against the change of energy, and refused where it has no meaning.
+
+use std::f64::consts::TAU;
+use std::fs::File;
+
+use ndarray::{Array2, s};
+use ndarray_npy::{NpzReader, read_npy};
+use num_complex::Complex;
+use wavecascade::Error;
+use wavecascade::budget::{
+    Motion, QuadraticLaw, Triads, TriadsRequest, burgers_triads, chain_triads,
+};
+use wavecascade::chain::{Accuracy, Chain, Ends, Law, Losses, Record, Run, Simulation};
+use wavecascade::observer::Silent;
+
+fn largest<'a>(values: impl IntoIterator<Item = &'a f64>) -> f64 {
+    values.into_iter().fold(0.0, |m: f64, x| m.max(x.abs()))
+}
+
+/// `sum_j u_j exp(-i k j) / n`, term by term.
+fn coefficient(u: &[f64], k: usize) -> Complex<f64> {
+    let n = u.len();
+    let term =
+        |(j, u): (usize, &f64)| Complex::from_polar(*u, -TAU * (j * k % n) as f64 / n as f64);
+    u.iter().enumerate().map(term).sum::<Complex<f64>>() / n as f64
+}
+
+/// Three equal rows of a few waves with phases of their own.
+fn waves(n: usize) -> Vec<f64> {
+    let place = |j: usize| TAU * j as f64 / n as f64;
+    let wave = |x: f64| {
+        0.3 + (x + 0.4).sin() + 0.7 * (2.0 * x - 1.1).cos() + 0.2 * (3.0 * x).sin()
+            - 0.4 * (5.0 * x + 2.0).cos()
+    };
+    (0..n).map(|j| wave(place(j))).collect()
+}
+
+#[test]
+fn val_direct_sums_of_burgers() {
+    for n in [16, 21] {
+        let row = waves(n);
+        let u = Array2::from_shape_fn((3, n), |(_, j)| row[j]);
+        let (length, dt) = (4.0, 0.5);
+        let request = TriadsRequest::default();
+        let found = burgers_triads(u.view(), [1.0, dt], length, &request, &Silent).unwrap();
+        assert_eq!(found.window, [1.0, 2.0]);
+        assert!(found.umklapp.is_none());
+        let last = (n - 1) / 2;
+        assert_eq!(found.transfer.dim(), (last + 1, last + 1));
+        let a: Vec<Complex<f64>> = (0..=last).map(|k| coefficient(&row, k)).collect();
+        let signed = |m: isize| match m < 0 {
+            true => a[m.unsigned_abs()].conj(),
+            false => a[m as usize],
+        };
+        let mut expected = Array2::<f64>::zeros((last + 1, last + 1));
+        let most = last as isize;
+        for k in -most..=most {
+            for p in -most..=most {
+                let q = k - p;
+                if q.abs() > most {
+                    continue;
+                }
+                let wavenumber = TAU * k as f64 / length;
+                let rate = 0.5 * wavenumber * (signed(k).conj() * signed(p) * signed(q)).im;
+                let larger = p.abs().max(q.abs()) as usize;
+                // Two steps.
+                expected[[k.unsigned_abs(), larger]] += 2.0 * dt * rate;
+            }
+        }
+        let off = largest(&(&found.transfer - &expected)) / largest(&expected);
+        assert!(off < 1e-15, "{n}: {off:e}");
+        assert!(found.identities.detailed < 1e-15 && found.identities.sums < 2e-15);
+        // Nothing leaves the last wavenumber.
+        assert!(found.flux[last].abs() < 1e-15 * largest(&found.flux));
+    }
+}
+
+/// `ref_budget.npz` (numpy 2.4.6, 3/2-rule), of the wave computed by Chebfun's `spin`.
+#[test]
+fn val_numpy_transfer_of_the_burgers_wave() {
+    let (Some(field), Some(reference)) = (
+        test_support::shared::shared_data("burgers_sine/field.npy"),
+        test_support::shared::shared_data("burgers_sine/ref_budget.npz"),
+    ) else {
+        return;
+    };
+    let u: Array2<f64> = read_npy(field).unwrap();
+    let mut reference = NpzReader::new(File::open(reference).unwrap()).unwrap();
+    let transfer: Array2<f64> = reference.by_name("T").unwrap();
+    let window = 10..31;
+    let request = TriadsRequest {
+        window: Some(window.clone()),
+        ..TriadsRequest::default()
+    };
+    let found = burgers_triads(u.view(), [0.0, 0.05], 16.0, &request, &Silent).unwrap();
+    let rows = transfer.slice(s![window, ..found.gained.len()]);
+    for (k, gained) in found.gained.iter().enumerate() {
+        let column = rows.column(k);
+        let ends = 0.5 * (column[0] + column[column.len() - 1]);
+        let expected = 0.05 * (column.sum() - ends);
+        let off = (gained - expected).abs() / largest(&found.gained);
+        assert!(off < 1e-14, "{k}: {off:e}");
+    }
+    // A wave that steepens feeds ever larger wavenumbers, mostly in triads of near ones.
+    assert!(found.is_resolved() && found.flux.iter().all(|flux| *flux > -1e-12 * found.energy));
+    let local = found.locality.share_below(4.0);
+    assert!((0.5..1.0).contains(&local), "{local}");
+    let all = found.locality.share_below(f64::INFINITY);
+    assert!((all - 1.0).abs() < 1e-12, "{all}");
+}
+
+fn alpha_chain(ends: Ends, sites: usize) -> Chain {
+    Chain {
+        mass: vec![1.5; sites],
+        coefficient: vec![2.0; if ends == Ends::Free { sites - 1 } else { sites }],
+        law: Law::Spring {
+            alpha: 0.25,
+            beta: 0.0,
+        },
+        ends,
+        precompression: 0.0,
+        losses: Losses::default(),
+    }
+}
+
+fn run(chain: Chain, start: impl Fn(f64) -> f64, end: f64, samples: usize) -> Run {
+    let sites = chain.n_sites();
+    let mut simulation = Simulation::impact(chain, 1.0, end, samples);
+    for (j, v) in simulation.velocity.iter_mut().enumerate() {
+        *v = start(j as f64 / sites as f64);
+    }
+    simulation.accuracy = Accuracy::LocalError(1e-12);
+    simulation.estimate_error = false;
+    simulation.record = Record::ALL;
+    simulation.run(&Silent).unwrap()
+}
+
+fn triads(run: &Run, request: &TriadsRequest) -> Triads {
+    chain_triads(&Motion::of(run).unwrap(), 1.0, request, &Silent).unwrap()
+}
+
+/// What each wavenumber has at the end and not at the start is what its pairs gave it.
+#[test]
+fn val_energy_of_alpha_chains_by_wavenumber() {
+    let fixed = Ends::Fixed {
+        left_coefficient: 2.0,
+    };
+    let cases = [
+        (alpha_chain(Ends::Periodic, 24), 24),
+        (alpha_chain(Ends::Periodic, 25), 25),
+        (alpha_chain(fixed, 15), 32),
+    ];
+    for (chain, period) in cases {
+        let wave = |x: f64| 0.4 * (TAU * x).sin() + 0.3 * (2.0 * TAU * x).cos();
+        let run = run(chain, wave, 40.0, 4001);
+        let found = triads(&run, &TriadsRequest::default());
+        assert_eq!(found.wavenumber.len(), period / 2 + 1);
+        let energy = run.chain.energy(
+            run.displacement
+                .as_ref()
+                .unwrap()
+                .row(0)
+                .as_slice()
+                .unwrap(),
+            run.velocity.row(0).as_slice().unwrap(),
+            0.0,
+        );
+        assert!((found.energy / energy - 1.0).abs() < 1e-14);
+        let scale = largest(&found.change);
+        assert!(scale > 0.05 * energy);
+        let off = largest(&found.unexplained()) / scale;
+        // The trapezoid rule over the samples.
+        assert!((1e-9..2e-6).contains(&off), "{period}: {off:e}");
+        let stated = found.sampling_error / scale;
+        assert!(
+            (1e-9..1e-5).contains(&stated) && stated > 0.3 * off,
+            "{stated:e} {off:e}"
+        );
+        let of = found.identities;
+        assert!(of.detailed < 1e-12 && of.sums < 1e-12, "{of:?}");
+        assert!(found.beyond.is_none() && found.is_quadratic());
+    }
+}
+
+/// Umklapp: three wavenumbers of a full turn per site, from two waves of 3/8 of it and of 1/4.
+#[test]
+fn val_waves_that_add_up_to_a_turn() {
+    let wave = |x: f64| 0.4 * (6.0 * TAU * x).sin() + 0.3 * (4.0 * TAU * x).cos();
+    let run = run(alpha_chain(Ends::Periodic, 16), wave, 3.0, 601);
+    let found = triads(&run, &TriadsRequest::default());
+    let umklapp = found.umklapp.as_ref().unwrap();
+    // 6 + 6 + 4 = 16.
+    let of_six = umklapp[[4, 6]];
+    assert!(of_six.abs() > 1e-3 * found.energy);
+    assert!((umklapp[[6, 6]] + of_six).abs() < 1e-12 * of_six.abs());
+    let off = largest(&found.unexplained()) / largest(&found.change);
+    assert!((1e-7..1e-4).contains(&off), "{off:e}");
+}
+
+/// Of a precompressed Hertz chain the terms beyond the quadratic one move less the weaker the waves are.
+#[test]
+fn val_expansion_of_pressed_contacts() {
+    let mut shares = Vec::new();
+    for amplitude in [0.02, 0.04] {
+        let chain = Chain {
+            precompression: 1.0,
+            ends: Ends::Periodic,
+            ..Chain::dimer(32, 1.0)
+        };
+        let wave = |x: f64| amplitude * ((TAU * x).sin() + (2.0 * TAU * x).cos());
+        let run = run(chain, wave, 10.0, 801);
+        let found = triads(&run, &TriadsRequest::default());
+        let QuadraticLaw::Chain {
+            linear, quadratic, ..
+        } = found.law
+        else {
+            panic!("{:?}", found.law);
+        };
+        // F = delta^1.5 about 1.
+        assert!((linear - 1.5).abs() < 1e-15 && (quadratic - 0.375).abs() < 1e-15);
+        let off = largest(&found.unexplained()) / largest(&found.gained);
+        assert!(off < 2e-4, "{off:e}");
+        assert!(found.is_quadratic());
+        shares.push(found.share_beyond());
+    }
+    let growth = shares[1] / shares[0];
+    assert!((1.8..2.6).contains(&growth), "{shares:?}");
+}
+
+#[test]
+fn regress_refusals_name_what_is_missing() {
+    let touching = run(Chain::dimer(12, 1.0), |x| x, 1.0, 5);
+    let dimer = run(
+        Chain {
+            precompression: 1.0,
+            ..Chain::dimer(12, 2.0)
+        },
+        |x| x,
+        1.0,
+        5,
+    );
+    let mut linear = alpha_chain(Ends::Wall, 12);
+    linear.law = Law::Spring {
+        alpha: 0.0,
+        beta: 1.0,
+    };
+    let linear = run(linear, |x| x, 1.0, 5);
+    for (run, option) in [
+        (touching, "precompression"),
+        (dimer, "coefficient"),
+        (linear, "alpha"),
+    ] {
+        let motion = Motion::of(&run).unwrap();
+        let error = chain_triads(&motion, 1.0, &TriadsRequest::default(), &Silent).unwrap_err();
+        assert!(
+            matches!(error, Error::Request { option: found, .. } if found == option),
+            "{error}"
+        );
+    }
+}
+
+/// The same bits from any number of threads.
+#[test]
+fn regress_threads_do_not_matter() {
+    let run = run(
+        alpha_chain(Ends::Wall, 20),
+        |x| (3.0 * TAU * x).sin(),
+        8.0,
+        50,
+    );
+    let of = |threads| {
+        let request = TriadsRequest {
+            threads: Some(threads),
+            ..TriadsRequest::default()
+        };
+        triads(&run, &request)
+    };
+    let (one, three) = (of(1), of(3));
+    assert_eq!(one.transfer, three.transfer);
+    assert_eq!(one.umklapp, three.umklapp);
+    assert_eq!(one.flux, three.flux);
+}
