@@ -86,13 +86,29 @@ def exact(values: Array) -> str:
     return str(sum((Fraction(float(v)) for v in values), Fraction(0)))
 
 
+def _joined(parts: list[list[Array]]) -> Array:
+    """Chunks as one array, one after another, so that there is no more than one copy."""
+    if len(parts) == 1 and len(parts[0]) == 1:
+        return parts[0][0]
+    shape = sum(len(row[0]) for row in parts), sum(part.shape[1] for part in parts[0])
+    whole = np.empty(shape, parts[0][0].dtype)
+    n = 0
+    for row in parts:
+        m = 0
+        for part in row:
+            whole[n : n + part.shape[0], m : m + part.shape[1]] = part
+            m += part.shape[1]
+        n += len(row[0])
+    return whole
+
+
 def along_space(job: Job, i: int, source: Any) -> str:
     """The first half: some times along space, to the store; sum of their squares."""
     start, stop = job.bounds[i], job.bounds[i + 1]
     if isinstance(source, Source):
         rows = source.read(start, stop)
     elif isinstance(source, list):
-        rows = np.concatenate([np.concatenate(parts, axis=1) for parts in source])
+        rows = _joined(source)
     else:
         rows = np.asarray(source)
     nx = job.shape[1]
