@@ -236,6 +236,10 @@ def test_errors_of_averages(record):
         wc.partial(record, segment=64, window="han")
     with pytest.raises(ValueError, match="reference: expected a site from 0 to 22, found 23"):
         wc.distributed.averaged(lazy, segment=64, of="coherence", reference=23)
+    with pytest.raises(ValueError, match="first: expected the index of a segment"):
+        wc.partial(record, segment=64, first=-1)
+    with pytest.raises(ValueError, match="expected at least one segment, found none"):
+        wc.partial(record[:50], segment=64).spectrum()
     with pytest.raises(TypeError, match="segmnet"):
         wc.partial(record, segment=64, segmnet=3)
     gap = record.copy()

@@ -377,6 +377,8 @@ def partial(
     ValueError
         For options that do not fit, and for samples that are not finite.
     """
+    if first < 0:
+        raise ValueError(f"first: expected the index of a segment, from 0 on, found {first}")
     cut = Cut.new(of, segment, overlap, window, window_space, detrend)
     found = placed(field, options)
     samples: Array = np.asarray(found.samples)
