@@ -5,6 +5,7 @@ from __future__ import annotations
 import json
 from collections.abc import Mapping
 from dataclasses import dataclass
+from functools import lru_cache
 from typing import Any
 
 import numpy as np
@@ -99,8 +100,14 @@ def placed(field: Any, options: Mapping[str, object]) -> Placed:
         raise ValueError(f"field: expected times and sites, found {len(shape)} dimensions")
     if options.get("layout") == "site-time":
         field, shape = field.T, shape[::-1]
+    return Placed(field, _stated(tuple(sorted(said.items()))), ("time", "position"))
+
+
+@lru_cache(maxsize=64)
+def _stated(options: tuple[tuple[str, Any], ...]) -> Axes:
+    """The axes of an array that has no coordinates."""
     zeros = np.broadcast_to(np.float64(0.0), (16, 2))
-    return Placed(field, _axes(zeros, zeros, {**said, "layout": "time-site"}, 16), ("time", "position"))
+    return _axes(zeros, zeros, {**dict(options), "layout": "time-site"}, 16)
 
 
 def _axes(along_time: Any, along_space: Any, options: dict[str, object], n_times: int) -> Axes:

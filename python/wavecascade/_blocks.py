@@ -18,6 +18,8 @@ from wavecascade._store import shown, size_of
 _SHARE = 0.75
 #: What Python and the libraries take, where no worker can be asked.
 _OVERHEAD = 220_000_000
+#: What is enough for a task, if its pieces are not below the second.
+_ENOUGH, _GOOD_PIECE = 192_000_000, 1 << 20
 #: Below, a store has more files than any file system likes.
 _LEAST_PIECE = 4096
 
@@ -108,7 +110,9 @@ def _labelled(path: str, name: str, array: Any) -> Any:
 
 
 def blocks(source: Any, shape: tuple[int, int], room: Room) -> tuple[tuple[int, ...], int]:
-    """Bounds of the blocks of times, and wavenumbers of a block, as large as they may be.
+    """Bounds of the blocks of times, and wavenumbers of a block.
+
+    They are as small as gives pieces that are read at a good speed: larger ones take memory alone.
 
     Raises
     ------
@@ -116,44 +120,54 @@ def blocks(source: Any, shape: tuple[int, int], room: Room) -> tuple[tuple[int, 
         Where one wavenumber, one time, or one chunk is too much.
     """
     nt, nx = shape
-    bins = nx // 2 + 1
     room.check(f"the records of one wavenumber at {nt} times need", second_bytes(nt, 1))
-    most = (room.task - second_bytes(nt, 0)) // (SECOND * nt)
-    width = int(max(1, min(bins, most)))
-    while width > 1 and second_bytes(nt, width) > room.task:
-        width -= 1
-    # Blocks of one size, as far as they go.
-    width = -(-bins // -(-bins // width))
     room.check(f"the {nx} sites at one time need", first_bytes(1, nx))
-    rows = (room.task - first_bytes(0, nx)) // (FIRST * nx)
+    decoded, chunk = 0, 1
     if hasattr(source, "dask"):
-        bounds = _joined(source.chunks[0], rows)
         longest = max(source.chunks[0])
         room.check(
             f"a chunk of {longest} times x all {nx} sites (open the field with shorter chunks, or name "
             "the path of its store of Zarr) needs",
             first_bytes(longest, nx),
         )
+        least = first_bytes(longest, nx)
     else:
         if isinstance(source, Source):
             array = source.opened()
             chunk = array.chunks[1 if source.is_turned else 0]
             decoded = int(np.prod(array.chunks)) * array.dtype.itemsize
-            room.check(
-                "a chunk of the field, and its samples at one time, need", decoded + first_bytes(1, nx)
-            )
-            rows = (room.task - first_bytes(0, nx) - decoded) // (FIRST * nx)
-            if rows >= chunk:
-                rows -= rows % chunk
-        rows = min(rows, nt)
-        bounds = (*range(0, nt, rows), nt)
-    piece = 16 * longest_of(bounds) * width
-    if len(bounds) > 2 and width < bins and piece < _LEAST_PIECE:
+        least = decoded + first_bytes(1, nx)
+        room.check("a chunk of the field, and its samples at one time, need", least)
+    least = max(least, second_bytes(nt, 1))
+    task = min(room.task, max(least, _ENOUGH))
+    while True:
+        width = _width(shape, task)
+        rows = (task - first_bytes(0, nx) - decoded) // (FIRST * nx)
+        if hasattr(source, "dask"):
+            bounds = _joined(source.chunks[0], rows)
+        else:
+            rows = min(rows - rows % chunk if rows >= chunk else rows, nt)
+            bounds = (*range(0, nt, rows), nt)
+        piece = 16 * longest_of(bounds) * width
+        is_whole = len(bounds) == 2 or width == nx // 2 + 1
+        if is_whole or piece >= _GOOD_PIECE or task == room.task:
+            break
+        task = min(room.task, 2 * task)
+    if not is_whole and piece < _LEAST_PIECE:
         raise ValueError(
-            f"memory: expected more than {shown(room.limit)} a worker: {shown(16 * nt * bins)} between "
-            f"both halves would be in pieces of {piece} bytes, each a file"
+            f"memory: expected more than {shown(room.limit)} a worker: {shown(16 * nt * (nx // 2 + 1))} "
+            f"between both halves would be in pieces of {piece} bytes, each a file"
         )
     return bounds, width
+
+
+def _width(shape: tuple[int, int], task: int) -> int:
+    """The wavenumbers of a block that a task may take, all blocks alike but for the last."""
+    nt, bins = shape[0], shape[1] // 2 + 1
+    width = int(max(1, min(bins, (task - second_bytes(nt, 0)) // (SECOND * nt))))
+    while width > 1 and second_bytes(nt, width) > task:
+        width -= 1
+    return -(-bins // -(-bins // width))
 
 
 def _joined(chunks: tuple[int, ...], rows: int) -> tuple[int, ...]:
