@@ -20,6 +20,7 @@ use crate::args::Command;
 use crate::estimate::{Estimate, Typed};
 use crate::failure::Failure;
 use crate::fields::expanded;
+use crate::spacetime::SpaceTime;
 
 /// The estimate that the words name, of one or several fields: arrays with labels, `summary` in JSON,
 /// `warnings`.
@@ -48,6 +49,7 @@ pub fn estimate<'py>(
         Command::Modes(typed) => call.of(*typed),
         Command::Ridges(typed) => call.of(*typed),
         Command::Slope(typed) => call.of(*typed),
+        Command::Spectrum(typed) if typed.is_both() => call.of(SpaceTime(*typed)),
         Command::Spectrum(typed) => call.of(*typed),
         Command::Transfer(typed) => call.of(*typed),
         _ => Err(PyValueError::new_err(format!(

@@ -14,8 +14,10 @@ mod coupling;
 mod increments;
 mod lomb;
 mod modes;
+mod parts;
 mod realisations;
 mod slope;
+mod spacetime;
 mod spectrum;
 
 pub use crate::numeric::LineFit;
@@ -30,11 +32,14 @@ pub use increments::{
 };
 pub use lomb::{Lomb, LombAxis, LombRequest, lomb};
 pub use modes::{ModeShapes, ModeWave, Modes, ModesRequest, modes};
+pub use parts::{Combination, Combined, DividedRequest, Partial, PartialAbout, combine, partial};
+pub(crate) use parts::NodePlace;
 pub(crate) use realisations::first_of;
 pub use realisations::{
-    Averaging, Independence, SegmentsLeft, SpectrumInterval, Tapers, interval_factors,
+    Averaging, Grid, Independence, Part, SegmentsLeft, SpectrumInterval, Tapers, interval_factors,
 };
 pub use slope::{BreakFit, PowerLaw, Slope, SlopeFrames, SlopeRequest, Steepening, slope};
+pub use spacetime::{SpaceTimeEstimate, SpaceTimeRequest, spacetime};
 pub(crate) use spectrum::no_noise;
 pub use spectrum::{
     LeftOutEach, Line, LineTest, MeanSpectrum, NoiseFloor, NoiseSource, SiteNoise, SpectrumAxis,

@@ -58,7 +58,7 @@ use storage::Storage;
 /// One axis: `origin + index * step`, in `unit`.
 ///
 /// Without a unit the axis counts samples or sites.
-#[derive(Debug, Clone, PartialEq)]
+#[derive(Debug, Clone, PartialEq, serde::Serialize, serde::Deserialize)]
 pub struct Axis {
     pub origin: f64,
     pub step: f64,

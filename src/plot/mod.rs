@@ -35,6 +35,7 @@ mod scene;
 mod sheet;
 mod short;
 mod slope;
+mod spacetime;
 mod spectrum;
 mod style;
 mod svg;
@@ -74,6 +75,7 @@ pub use ridges::ridges;
 pub use sheet::{Plot, PlotRow, Sheet};
 pub use short::{short_space, short_time};
 pub use slope::slope;
+pub use spacetime::spacetime;
 pub use spectrum::spectrum;
 pub use style::{Colormap, Depth, Style};
 pub use transfer::transfer;
@@ -92,6 +94,7 @@ pub(crate) use modes::mode_charts;
 pub(crate) use scale::{ColorScale, DECADES};
 pub(crate) use short::{edges, within};
 pub(crate) use slope::slope_charts;
+pub(crate) use spacetime::{spacetime_cuts, spacetime_density_label, spacetime_map};
 pub(crate) use spectrum::{
     density_label, mean_spectrum_chart, spectrum_chart, spectrum_lines, spectrum_map,
 };

@@ -35,6 +35,7 @@ fn spectrum_note(found: &SpectrumEstimate) -> String {
         Some([least, median, most]) => format!(
             "{confidence} % intervals by {median:.3} degrees of freedom ({least:.3} to {most:.3}). {}",
             match found.left_out {
+                _ if !found.has_jackknife => "There is no jackknife.",
                 LeftOutEach::Realisation =>
                     "The jackknife leaves out one segment and taper at a time.",
                 LeftOutEach::Record => "The jackknife leaves out one record at a time.",

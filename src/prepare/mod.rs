@@ -27,7 +27,7 @@ pub use window::{Window, WindowError, WindowGains};
 use crate::arrays::Precision;
 
 /// The trend that is removed from a record or a snapshot.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, serde::Serialize)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, serde::Serialize, serde::Deserialize)]
 #[serde(rename_all = "kebab-case")]
 pub enum Detrend {
     #[default]
@@ -39,7 +39,7 @@ pub enum Detrend {
 }
 
 /// The treatment of samples that are not finite.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, serde::Serialize)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, serde::Serialize, serde::Deserialize)]
 #[serde(rename_all = "kebab-case")]
 pub enum Gaps {
     /// The run fails; the error states their number and places.

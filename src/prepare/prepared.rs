@@ -174,6 +174,13 @@ impl<'a> Prepared<'a> {
         self.records(ahead, site..site + 1, out);
     }
 
+    /// The first site without a finite sample at this time.
+    pub fn gap_at(&self, time: usize) -> Option<usize> {
+        let first = self.gaps_by_time.partition_point(|gap| gap.time < time);
+        let gap = self.gaps_by_time.get(first)?;
+        (gap.time == time).then_some(gap.site)
+    }
+
     /// Lets go of the field's pages, where it is larger than memory.
     pub fn release_pages(&self) {
         if self.tiles.ahead.is_some() {
@@ -244,6 +251,28 @@ impl<'a> Prepared<'a> {
             if self.is_left_out(j) {
                 record.fill(0.0);
             }
+        }
+    }
+
+    /// The records of `sites` at these times, one after the other; those of fields whose trends along time are
+    /// left in place.
+    pub fn piece(&self, times: Range<usize>, sites: Range<usize>, out: &mut [f64]) {
+        let (from, first) = (self.times.start, self.sites.start);
+        let in_field = first + sites.start..first + sites.end;
+        let at_times = from + times.start..from + times.end;
+        self.field.read_site_major(at_times, in_field, out);
+        let gaps = &self.gaps[self.gaps.partition_point(|gap| gap.site < sites.start)..];
+        let gaps = gaps.iter().take_while(|gap| gap.site < sites.end);
+        let gaps = gaps.filter(|gap| times.contains(&gap.time)).map(|gap| {
+            let at = (gap.site - sites.start) * times.len() + gap.time - times.start;
+            (at, gap.value)
+        });
+        for (at, value) in gaps.clone() {
+            out[at] = value;
+        }
+        self.unit.divide(out);
+        if self.masked {
+            gaps.for_each(|(at, _)| out[at] = 0.0);
         }
     }
 

@@ -8,7 +8,8 @@ use super::slepian;
 use crate::numeric::{cos_turns, sin_turns};
 
 /// A taper, in its periodic (DFT-even) form.
-#[derive(Debug, Clone, Copy, PartialEq, Default)]
+#[derive(Debug, Clone, Copy, PartialEq, Default, serde::Serialize, serde::Deserialize)]
+#[serde(rename_all = "kebab-case")]
 pub enum Window {
     #[default]
     None,

@@ -62,6 +62,7 @@ const NAMES: &[&str] = &[
     "ridges.npz",
     "modes.npz",
     "increments.npz",
+    "part.npz",
     "slope.npz",
     "transfer.npz",
     "triads.npz",

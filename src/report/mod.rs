@@ -27,6 +27,7 @@ mod new_file;
 mod page;
 #[cfg(feature = "figures")]
 mod pages;
+mod partial;
 mod ridges;
 mod run_file;
 mod samples;
@@ -35,6 +36,7 @@ mod sentences;
 mod slope;
 mod slope_words;
 mod snippet;
+mod spacetime;
 mod spectrum;
 mod summary;
 mod transfer;
@@ -71,9 +73,10 @@ pub use netcdf::{ArrayLabels, Attribute, NetCdf};
 pub use pages::{
     analysis_html as html, attenuation_html, bicoherence_html, budget_html, coherence_html,
     comparison_html, comparison_rows, fields_html, increments_html, journey_html, localized_html,
-    lomb_html, modes_html, ridges_html, slope_html, spectrum_html, sweep_html, transfer_html,
-    transmission_html, triads_html, wave_html,
+    lomb_html, modes_html, ridges_html, slope_html, spacetime_html, spectrum_html, sweep_html,
+    transfer_html, transmission_html, triads_html, wave_html,
 };
+pub use partial::{PARTIAL_SCHEMA, read_partial, read_partial_about, write_partial};
 pub use ridges::{RIDGES_SCHEMA, RidgesSummary, ridges_arrays, ridges_csv};
 pub use run_file::{RUN_SCHEMA, RunFile};
 pub use scan_records::records_csv;
@@ -84,6 +87,7 @@ pub use snippet::{
     analysis_snippet, attenuation_snippet, budget_snippet, localized_snippet, sweep_snippet,
     transmission_snippet,
 };
+pub use spacetime::{SPACETIME_SCHEMA, SpaceTimeSummary, spacetime_arrays};
 pub use spectrum::{SPECTRUM_SCHEMA, SpectrumSummary, spectrum_arrays};
 pub use summary::{Advice, Doubt, Provenance, SCHEMA, SettingInEffect, Summary};
 pub use transfer::{TRANSFER_SCHEMA, TransferSummary, transfer_arrays};

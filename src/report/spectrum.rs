@@ -36,7 +36,8 @@ pub struct SpectrumSummary<'a> {
     steadiness_in_time: Option<f64>,
     alpha: f64,
     degrees_of_freedom: Option<DegreesSummary>,
-    jackknife_leaves_out: LeftOutEach,
+    /// `null` without a jackknife.
+    jackknife_leaves_out: Option<LeftOutEach>,
     /// Of each site, along time.
     noise: Option<NoiseSummary<'a>>,
     line_test: Option<LineTestSummary<'a>>,
@@ -104,8 +105,8 @@ impl<'a> SpectrumSummary<'a> {
                 largest,
                 interval_factors: interval_factors(median, found.alpha),
             }),
+            jackknife_leaves_out: found.has_jackknife.then_some(found.left_out),
             noise: found.noise.as_ref().map(NoiseSummary::new),
-            jackknife_leaves_out: found.left_out,
             line_test: found.line_test.as_ref().map(|test| LineTestSummary {
                 degrees_of_freedom: test.degrees,
                 level: test.level,

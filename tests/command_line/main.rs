@@ -24,6 +24,7 @@ mod localize;
 mod lomb;
 mod long;
 mod modes;
+mod parts;
 mod ridges;
 mod scans;
 mod settings;

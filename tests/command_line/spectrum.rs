@@ -85,7 +85,7 @@ fn regress_what_does_not_fit_is_refused_by_its_option() {
         ("--multitaper 4,9", "--multitaper"),
         ("--equal-weights", "--multitaper"),
         ("--periodogram --segment 64", "--segment"),
-        ("--along both", "--along"),
+        ("--along all", "--along"),
     ] {
         let words: Vec<&str> = ["spectrum", "field.npy"]
             .into_iter()

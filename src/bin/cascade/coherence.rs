@@ -4,7 +4,8 @@ use std::path::PathBuf;
 
 use clap::Args;
 use wavecascade::estimates::{
-    Averaging, Coherence as Found, CoherenceRequest, SegmentsLeft, Tapers, coherence,
+    Averaging, Coherence as Found, CoherenceRequest, Combined, DividedRequest, SegmentsLeft, Tapers,
+    coherence,
 };
 use wavecascade::observer::Observer;
 use wavecascade::plot::{self, Figure, Style};
@@ -15,8 +16,10 @@ use wavecascade::report::{
 use wavecascade::{Error, Field};
 
 use crate::args::{DetrendArg, GapsArg};
-use crate::estimate::{Computation, Estimate, EstimateArgs, Typed};
+use crate::estimate::{self, Computation, Estimate, EstimateArgs, Typed};
+use crate::failure::Failure;
 use crate::parse;
+use crate::parts::{self, PartArgs};
 use crate::terminal::{self, Lines, number};
 
 /// What `cascade coherence` takes.
@@ -24,7 +27,7 @@ use crate::terminal::{self, Lines, number};
 pub struct Coherence {
     /// File with the field; several, or patterns such as `'shot*.npy'`, are repeated records (shots) of the
     /// same sites, which are averaged.
-    #[arg(required = true, value_name = "FIELD")]
+    #[arg(required_unless_present = "merge", value_name = "FIELD")]
     pub fields: Vec<PathBuf>,
 
     /// Index of the site that all others are compared with.
@@ -33,6 +36,8 @@ pub struct Coherence {
 
     #[command(flatten)]
     pub averages: AverageArgs,
+    #[command(flatten)]
+    pub parts: PartArgs,
     #[command(flatten)]
     pub estimate: EstimateArgs,
 }
@@ -101,15 +106,39 @@ impl Typed for Coherence {
     }
 
     fn computation(&self) -> Result<impl Computation<Found>, Error> {
-        let request = CoherenceRequest {
+        let request = self.request();
+        Ok(move |fields: &[&Field], observer: &dyn Observer| coherence(fields, &request, observer))
+    }
+}
+
+impl Coherence {
+    fn request(&self) -> CoherenceRequest {
+        CoherenceRequest {
             reference: self.reference,
             averaging: self.averages.averaging(),
             gaps: self.averages.gaps.into(),
             alpha: self.averages.significance,
             threads: self.estimate.threads(),
             memory: self.averages.memory,
-        };
-        Ok(move |fields: &[&Field], observer: &dyn Observer| coherence(fields, &request, observer))
+        }
+    }
+}
+
+/// Runs the command, or a part of it.
+pub fn run(typed: &Coherence) -> Result<(), Failure> {
+    if !typed.parts.merge.is_empty() {
+        return parts::merge(&typed.parts.merge, &typed.estimate, |found| match found {
+            Combined::Coherence(found) => Some(*found),
+            _ => None,
+        });
+    }
+    match typed.parts.part {
+        Some(part) => {
+            let request = DividedRequest::from(typed.request());
+            let part = ("coherence", &request, part);
+            parts::write(&typed.fields, &typed.estimate, typed.averages.memory, part)
+        }
+        None => estimate::run(typed),
     }
 }
 

@@ -17,7 +17,7 @@ use crate::budget::command;
 use crate::chain_args::How;
 use crate::failure::Failure;
 use crate::fields::expanded;
-use crate::figure_args::FigureArgs;
+use crate::figure_args::{Drawing, FigureArgs};
 use crate::progress::Progress;
 use crate::terminal::{self, Tone};
 
@@ -114,51 +114,81 @@ pub fn run<T: Typed>(command_typed: &T) -> Result<(), Failure> {
     let compute = command_typed.computation()?;
     let typed = command_typed.shared();
     let drawing = typed.figures.drawing()?;
-    let paths = expanded(command_typed.fields())?;
-    use_threads(typed.threads())?;
-    let name = T::Found::COMMAND;
-    let default = || named_after(&paths[0], T::Found::EXTENSION, &format!("-{name}"));
-    let out = typed.out.clone().unwrap_or_else(default);
-    drop(ResultDirectory::create(&out, typed.force)?);
+    let ending = format!("-{}", T::Found::COMMAND);
+    let default = |first: &Path| named_after(first, T::Found::EXTENSION, &ending);
+    let (paths, out) = begin(command_typed.fields(), typed, default)?;
     let progress = Progress::new(!typed.how.quiet && std::io::stderr().is_terminal());
-    let options = OpenOptions {
-        hash: true,
-        uneven: T::Found::UNEVEN,
-        ..open_options(&typed.input, command_typed.memory())
-    };
-    let mut fields = Vec::new();
-    for path in &paths {
-        let field = Field::open(path, &options)?;
-        print_notes(&field, typed.how.quiet);
-        fields.push(field);
-    }
+    let fields = open(&paths, typed, command_typed.memory(), [true, T::Found::UNEVEN])?;
     let all: Vec<&Field> = fields.iter().collect();
     let found = compute(&all, &progress).map_err(|error| error.of_file(&paths[0]))?;
     let opened: Vec<FileState> = fields.iter().filter_map(Field::file_state).collect();
     let hash = fields[0].content_hash.clone();
     drop(fields);
     progress.begin_writing();
-    let directory = ResultDirectory::create(&out, typed.force)?;
     opened.iter().try_for_each(FileState::check)?;
     let input = paths[0].display().to_string();
     let provenance = Provenance::new(command(), Some(input), hash);
-    let json = found.summary(&provenance).map_err(std::io::Error::from)?;
+    let name = paths[0].file_stem().unwrap_or_default().to_string_lossy();
+    publish(&found, typed, (&out, &name, &provenance), &drawing, &progress)
+}
+
+/// The files that `fields` names, and the directory of the result, which is checked before any work.
+pub fn begin(
+    fields: &[PathBuf],
+    typed: &EstimateArgs,
+    default: impl FnOnce(&Path) -> PathBuf,
+) -> Result<(Vec<PathBuf>, PathBuf), Failure> {
+    let paths = expanded(fields)?;
+    use_threads(typed.threads())?;
+    let out = typed.out.clone().unwrap_or_else(|| default(&paths[0]));
+    drop(ResultDirectory::create(&out, typed.force)?);
+    Ok((paths, out))
+}
+
+/// The fields, hashed and with uneven coordinates if so.
+pub fn open(
+    paths: &[PathBuf],
+    typed: &EstimateArgs,
+    memory: Option<u64>,
+    [hash, uneven]: [bool; 2],
+) -> Result<Vec<Field>, Failure> {
+    let options = OpenOptions {
+        hash,
+        uneven,
+        ..open_options(&typed.input, memory)
+    };
+    let mut fields = Vec::new();
+    for path in paths {
+        let field = Field::open(path, &options)?;
+        print_notes(&field, typed.how.quiet);
+        fields.push(field);
+    }
+    Ok(fields)
+}
+
+/// Writes what was found of the field `name` to the directory `out`, and prints it.
+pub fn publish<E: Estimate>(
+    found: &E,
+    typed: &EstimateArgs,
+    (out, name, provenance): (&Path, &str, &Provenance),
+    drawing: &Drawing,
+    progress: &Progress,
+) -> Result<(), Failure> {
+    let directory = ResultDirectory::create(out, typed.force)?;
+    let json = found.summary(provenance).map_err(std::io::Error::from)?;
     directory.write("summary.json", &json)?;
-    let archive = Archive::create(
-        &directory.path().join(format!("{name}.npz")),
-        Precision::F64,
-    )?;
+    let arrays = format!("{}.npz", E::COMMAND);
+    let archive = Archive::create(&directory.path().join(arrays), Precision::F64)?;
     found.arrays(&archive)?;
     archive.finish()?;
     found.write_beside(directory.path())?;
     let warnings = found.warnings();
     if drawing.is_wanted() {
         progress.stage("drawing", 1);
-        let name = paths[0].file_stem().unwrap_or_default().to_string_lossy();
-        let figures = found.figures(&name, &drawing.style);
+        let figures = found.figures(name, &drawing.style);
         let folder = directory.path().join("figures");
         plot::save_all(&figures, &folder, &drawing.formats)?;
-        let page = found.page(&name, &provenance, &warnings, &drawing.style);
+        let page = found.page(name, provenance, &warnings, &drawing.style);
         directory.write("report.html", page.map_err(std::io::Error::from)?)?;
     }
     progress.check()?;

@@ -33,6 +33,7 @@ mod manual;
 mod measured;
 mod modes;
 mod parse;
+mod parts;
 mod progress;
 mod ridges;
 mod saved;
@@ -43,6 +44,7 @@ mod settings;
 mod show_args;
 mod simulate;
 mod slope;
+mod spacetime;
 mod spectrum;
 mod sweep;
 mod table;
@@ -110,13 +112,13 @@ fn one(cli: Cli, fields: &[PathBuf], applied: &Applied) -> Result<(), Failure> {
         Command::Bicoherence(typed) => estimate::run(&*typed),
         Command::Triads(typed) => estimate::run(&*typed),
         Command::Transfer(typed) => estimate::run(&*typed),
-        Command::Coherence(typed) => estimate::run(&*typed),
+        Command::Coherence(typed) => coherence::run(&typed),
         Command::Lomb(typed) => estimate::run(&*typed),
         Command::Ridges(typed) => estimate::run(&*typed),
         Command::Modes(typed) => estimate::run(&*typed),
         Command::Increments(typed) => estimate::run(&*typed),
         Command::Slope(typed) => estimate::run(&*typed),
-        Command::Spectrum(typed) => estimate::run(&*typed),
+        Command::Spectrum(typed) => spectrum::run(*typed),
         Command::Budget(typed) => budget::run(*typed),
         Command::Compare(typed) => compare::run(*typed),
         Command::Inspect(typed) => inspect::run(*typed, fields),

@@ -4,8 +4,8 @@ use std::path::PathBuf;
 
 use clap::{Args, ValueEnum};
 use wavecascade::estimates::{
-    Averaging, LeftOutEach, NoiseSource, SpectrumAxis, SpectrumEstimate, SpectrumRequest, Tapers,
-    interval_factors, spectrum,
+    Averaging, Combined, DividedRequest, LeftOutEach, NoiseSource, SpaceTimeRequest, SpectrumAxis,
+    SpectrumEstimate, SpectrumRequest, Tapers, interval_factors, spectrum,
 };
 use wavecascade::observer::Observer;
 use wavecascade::plot::{self, Figure, Style};
@@ -16,7 +16,11 @@ use wavecascade::report::{
 use wavecascade::{Error, Field};
 
 use crate::coherence::{AverageArgs, gaps_line, gaps_warning};
-use crate::estimate::{Computation, Estimate, EstimateArgs, Typed};
+use crate::estimate::{self, Computation, Estimate, EstimateArgs, Typed};
+use crate::failure::Failure;
+use crate::parse;
+use crate::parts::{self, PartArgs};
+use crate::spacetime::SpaceTime;
 use crate::terminal::{self, Lines, number};
 
 /// What `cascade spectrum` takes.
@@ -24,10 +28,11 @@ use crate::terminal::{self, Lines, number};
 pub struct Spectrum {
     /// File with the field; several, or patterns such as `'shot*.npy'`, are repeated records (shots) of the
     /// same sites, which are averaged.
-    #[arg(required = true, value_name = "FIELD")]
+    #[arg(required_unless_present = "merge", value_name = "FIELD")]
     pub fields: Vec<PathBuf>,
 
-    /// Spectra of the records of sites, over frequency, or of the snapshots, over wavenumber.
+    /// Spectra of the records of sites, over frequency, of the snapshots, over wavenumber, or of both, over
+    /// wavenumber and frequency.
     #[arg(long, value_enum, default_value_t = AlongArg::Time, value_name = "AXIS")]
     pub along: AlongArg,
 
@@ -42,12 +47,35 @@ pub struct Spectrum {
     #[arg(long, requires = "multitaper", help_heading = "Averages")]
     pub equal_weights: bool,
 
+    /// Leave out the jackknife, which takes each segment a second time; the other intervals stay.
+    #[arg(long, help_heading = "Averages")]
+    pub no_jackknife: bool,
+
     /// Subtract the noise of each site, where it is known; never below 0.
     #[arg(long)]
     pub subtract_noise: bool,
 
+    /// With `--along both`, taper over the sites [default: hann]; names as for `--window`.
+    #[arg(
+        long,
+        value_name = "WINDOW",
+        conflicts_with = "space_multitaper",
+        help_heading = "Averages"
+    )]
+    pub space_window: Option<Window>,
+    /// With `--along both`, K Slepian tapers over the sites, of space-bandwidth product NW, such as 2,3.
+    #[arg(
+        long,
+        value_name = "NW,K",
+        value_parser = parse::multitaper,
+        help_heading = "Averages"
+    )]
+    pub space_multitaper: Option<(f64, usize)>,
+
     #[command(flatten)]
     pub averages: AverageArgs,
+    #[command(flatten)]
+    pub parts: PartArgs,
     #[command(flatten)]
     pub estimate: EstimateArgs,
 }
@@ -57,13 +85,101 @@ pub struct Spectrum {
 pub enum AlongArg {
     Time,
     Space,
+    Both,
 }
 
-impl From<AlongArg> for SpectrumAxis {
-    fn from(along: AlongArg) -> SpectrumAxis {
-        match along {
-            AlongArg::Time => SpectrumAxis::Time,
-            AlongArg::Space => SpectrumAxis::Space,
+impl Spectrum {
+    fn averaging(&self) -> Averaging {
+        match self.periodogram {
+            true => Averaging {
+                tapers: Tapers::Window(Window::None),
+                ..self.averages.averaging()
+            },
+            false => self.averages.averaging(),
+        }
+    }
+
+    /// The request of `--along both`.
+    pub fn of_both(&self) -> SpaceTimeRequest {
+        SpaceTimeRequest {
+            averaging: self.averaging(),
+            is_whole: self.periodogram,
+            space: match (self.space_multitaper, self.space_window) {
+                (Some((nw, count)), _) => Tapers::Slepian { nw, count },
+                (None, Some(window)) => Tapers::Window(window),
+                (None, None) if self.periodogram => Tapers::Window(Window::None),
+                (None, None) => Tapers::Window(Window::Hann),
+            },
+            gaps: self.averages.gaps.into(),
+            alpha: self.averages.significance,
+            threads: self.estimate.threads(),
+            memory: self.averages.memory,
+        }
+    }
+
+    fn axis(&self) -> Option<SpectrumAxis> {
+        match self.along {
+            AlongArg::Time => Some(SpectrumAxis::Time),
+            AlongArg::Space => Some(SpectrumAxis::Space),
+            AlongArg::Both => None,
+        }
+    }
+
+    /// Whether spectra are taken along both axes.
+    pub fn is_both(&self) -> bool {
+        self.axis().is_none()
+    }
+
+    fn request(&self) -> Result<SpectrumRequest, Error> {
+        self.check()?;
+        let Some(along) = self.axis() else {
+            return Err(Error::Request {
+                option: "along",
+                expected: "time or space".into(),
+                found: "both".into(),
+            });
+        };
+        Ok(SpectrumRequest {
+            along,
+            averaging: self.averaging(),
+            is_whole: self.periodogram,
+            is_adaptive: !self.equal_weights,
+            has_jackknife: !self.no_jackknife && self.parts.part.is_none(),
+            gaps: self.averages.gaps.into(),
+            subtract_noise: self.subtract_noise,
+            alpha: self.averages.significance,
+            threads: self.estimate.threads(),
+            memory: self.averages.memory,
+        })
+    }
+
+    /// That options of one axis are not typed for another.
+    pub fn check(&self) -> Result<(), Error> {
+        let is_both = self.is_both();
+        let refuse = |option, expected: &str, found: &str| {
+            Err(Error::Request {
+                option,
+                expected: expected.into(),
+                found: found.into(),
+            })
+        };
+        let along = "it with `--along both` alone";
+        match () {
+            () if !is_both && self.space_window.is_some() => {
+                refuse("space-window", along, "spectra along one axis")
+            }
+            () if !is_both && self.space_multitaper.is_some() => {
+                refuse("space-multitaper", along, "spectra along one axis")
+            }
+            () if is_both && self.no_jackknife => refuse(
+                "no-jackknife",
+                "it with spectra along one axis",
+                "`--along both`, which has none",
+            ),
+            () if is_both && self.subtract_noise => {
+                refuse("subtract-noise", "it with spectra along one axis", "`--along both`")
+            }
+            () => Ok(()),
         }
     }
 }
@@ -84,25 +200,43 @@ impl Typed for Spectrum {
     }
 
     fn computation(&self) -> Result<impl Computation<SpectrumEstimate>, Error> {
-        let averaging = match self.periodogram {
-            true => Averaging {
-                tapers: Tapers::Window(Window::None),
-                ..self.averages.averaging()
-            },
-            false => self.averages.averaging(),
-        };
-        let request = SpectrumRequest {
-            along: self.along.into(),
-            averaging,
-            is_whole: self.periodogram,
-            is_adaptive: !self.equal_weights,
-            gaps: self.averages.gaps.into(),
-            subtract_noise: self.subtract_noise,
-            alpha: self.averages.significance,
-            threads: self.estimate.threads(),
-            memory: self.averages.memory,
-        };
+        let request = self.request()?;
         Ok(move |fields: &[&Field], observer: &dyn Observer| spectrum(fields, &request, observer))
+    }
+}
+
+/// Runs the command, or a part of it.
+pub fn run(typed: Spectrum) -> Result<(), Failure> {
+    if !typed.parts.merge.is_empty() {
+        return merge(&typed);
+    }
+    if let Some(part) = typed.parts.part {
+        typed.check()?;
+        let request = match typed.is_both() {
+            true => DividedRequest::from(typed.of_both()),
+            false => typed.request()?.into(),
+        };
+        let part = ("spectrum", &request, part);
+        return parts::write(&typed.fields, &typed.estimate, typed.averages.memory, part);
+    }
+    match typed.is_both() {
+        true => estimate::run(&SpaceTime(typed)),
+        false => estimate::run(&typed),
+    }
+}
+
+/// Makes the result of parts, along time or along both axes.
+fn merge(typed: &Spectrum) -> Result<(), Failure> {
+    let directories = &typed.parts.merge;
+    match parts::is_spacetime(directories)? {
+        true => parts::merge(directories, &typed.estimate, |found| match found {
+            Combined::SpaceTime(found) => Some(*found),
+            _ => None,
+        }),
+        false => parts::merge(directories, &typed.estimate, |found| match found {
+            Combined::Spectrum(found) => Some(*found),
+            _ => None,
+        }),
     }
 }
 
@@ -175,7 +309,7 @@ fn lines(found: &SpectrumEstimate) -> String {
         None => lines.line("interval", "none can be stated"),
     }
     noise_line(&mut lines, found);
-    if found.degrees_range().is_some() && found.left_out == LeftOutEach::Record {
+    if found.degrees_range().is_some() && found.has_jackknife && found.left_out == LeftOutEach::Record {
         lines.line(
             "jackknife",
             "over records, whose segments are not independent",

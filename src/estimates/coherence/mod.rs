@@ -1,32 +1,31 @@
 //! Coherence, phase and delay of all sites against a reference.
 
 mod delay;
+mod pass;
 mod phase;
 
 pub use delay::Delay;
 pub use phase::PhaseSpeed;
 
-use std::ops::Range;
 
 use ndarray::parallel::prelude::*;
 use ndarray::{Array2, Axis as Along};
-use num_complex::Complex;
 
-use crate::error::{Error, Result};
+use crate::error::Result;
+use crate::estimates::parts::Divided;
 use crate::estimates::realisations::{
-    Averaging, Independence, KeptSegments, Realisations, SegmentPairs, SegmentScratch,
-    SegmentsLeft, Shot, Shots, TOGETHER, first_of, no_segment_left, steadiness, steadiness_without,
+    Averaging, Grid, Independence, SegmentsLeft, Shots, first_of,
 };
 use crate::field::{Axis, Field};
 use crate::observer::Observer;
 use crate::prepare::Gaps;
 use crate::system::threads::in_pool;
-use crate::transform::{RecordTransform, fold, frequencies};
 use delay::DelaySearch;
+use pass::check_count;
 use phase::{Phases, least_coherence};
 
 /// All choices of [`coherence`].
-#[derive(Debug, Clone, PartialEq)]
+#[derive(Debug, Clone, PartialEq, serde::Serialize, serde::Deserialize)]
 pub struct CoherenceRequest {
     /// Index of the site that all others are compared with.
     pub reference: usize,
@@ -35,8 +34,10 @@ pub struct CoherenceRequest {
     /// Probability by which the level of significance is exceeded by chance.
     pub alpha: f64,
     /// Worker threads; `None`: one a core.
+    #[serde(skip)]
     pub threads: Option<usize>,
     /// Bytes of working memory; `None`: half of the free memory.
+    #[serde(skip)]
     pub memory: Option<u64>,
 }
 
@@ -183,273 +184,16 @@ pub fn coherence(
     request: &CoherenceRequest,
     observer: &dyn Observer,
 ) -> Result<Coherence> {
-    let first = check(fields, request)?;
-    let realisations = Realisations::new(&request.averaging, first.n_times())?;
-    let all = fields.len() * realisations.count();
-    if all < 2 {
-        return Err(Error::Request {
-            option: "segment",
-            expected:
-                "at least two realisations: shorter segments, several tapers, or several fields"
-                    .into(),
-            found: "one segment of one field under one taper".into(),
-        });
-    }
+    let grid = Grid::of(first_of(fields)?);
+    let realisations = request.plan(&grid)?;
+    check_count(fields.len() * realisations.count())?;
     in_pool(request.threads, || {
         let (gaps, memory) = (request.gaps, request.memory);
-        let reached = realisations.reached();
-        let pass = Pass {
-            shots: Shots::new(fields, gaps, memory, reached, observer)?,
-            request,
-            realisations: &realisations,
-        };
-        pass.run(first)
+        let shots = Shots::new(fields, gaps, memory, realisations.reached(), observer)?;
+        request
+            .pass(&grid, &realisations, fields.len())
+            .run(&shots)
     })
-}
-
-/// The first of the fields, whose axes all have.
-fn check<'a>(fields: &[&'a Field], request: &CoherenceRequest) -> Result<&'a Field> {
-    let first = first_of(fields)?;
-    let refuse = |option, expected: String, found: String| {
-        Err(Error::Request {
-            option,
-            expected,
-            found,
-        })
-    };
-    if request.reference >= first.n_sites() {
-        let expected = format!("a site from 0 to {}", first.n_sites() - 1);
-        return refuse("reference", expected, request.reference.to_string());
-    }
-    if !(request.alpha > 0.0 && request.alpha < 1.0) {
-        let expected = "a probability between 0 and 1".to_owned();
-        return refuse("significance", expected, request.alpha.to_string());
-    }
-    Ok(first)
-}
-
-struct Pass<'a> {
-    shots: Shots<'a>,
-    request: &'a CoherenceRequest,
-    realisations: &'a Realisations,
-}
-
-/// Sums over realisations.
-struct Sums {
-    tiles: Vec<TileSums>,
-    /// Of the reference.
-    reference: Vec<f64>,
-    steadiness: f64,
-}
-
-/// Sums of a few sites, `[bin * width + site]`.
-#[derive(Clone)]
-struct TileSums {
-    own: Vec<f64>,
-    cross: Vec<Complex<f64>>,
-    /// Where segments with missing samples are left out: of the reference, in the segments of each site; what is
-    /// left of each.
-    reference: Vec<f64>,
-    left: Vec<SegmentPairs>,
-}
-
-impl Pass<'_> {
-    fn run(&self, first: &Field) -> Result<Coherence> {
-        let bins = self.realisations.bins();
-        let block = self
-            .shots
-            .block("the cross-spectra of this field", self.held(first))?;
-        let tiles = (0..self.shots.tiles()).map(|tile| self.shots.sites(tile).len() * bins);
-        let tiles = tiles.map(|cells| TileSums {
-            own: vec![0.0; cells],
-            cross: vec![Complex::default(); cells],
-            reference: Vec::new(),
-            left: Vec::new(),
-        });
-        let mut sums = Sums {
-            tiles: tiles.collect(),
-            reference: vec![0.0; bins],
-            steadiness: 0.0,
-        };
-        let unit = self.shots.each(block, |shot| self.add(shot, &mut sums))?;
-        if let Some(left) = self.segments_left(&sums)
-            && left.left.iter().all(|left| *left == 0)
-        {
-            return Err(no_segment_left(self.realisations.segments.length));
-        }
-        Ok(self.finish(first, &sums, unit))
-    }
-
-    /// Bytes that are needed beside the samples.
-    fn held(&self, field: &Field) -> u64 {
-        let (samples, sites) = (field.n_times() as u64, field.n_sites() as u64);
-        let bins = self.realisations.bins() as u64;
-        let length = self.realisations.segments.length;
-        let threads = rayon::current_num_threads() as u64;
-        let scratch = RecordTransform::<f64>::working_bytes(length, length, TOGETHER);
-        24 * sites * bins
-            + 5 * 8 * sites * bins
-            + 16 * bins * self.realisations.count() as u64
-            + threads * (8 * TOGETHER as u64 * samples + scratch)
-    }
-
-    /// Adds the realisations of one shot.
-    fn add(&self, shot: &Shot<'_>, sums: &mut Sums) -> Result<()> {
-        let bins = self.realisations.bins();
-        let record = shot.record(self.request.reference);
-        let missing = shot.missing(self.request.reference);
-        sums.steadiness += match &missing[..] {
-            [] => steadiness(&record),
-            missing => steadiness_without(&record, missing),
-        };
-        let segments = self.realisations.segments;
-        let of_reference = shot.kept(self.request.reference, segments);
-        let squared = shot.scale * shot.scale;
-        // Conjugate transforms of the reference, realisation by realisation.
-        let mut reference = Vec::with_capacity(self.realisations.count() * bins);
-        let mut scratch = SegmentScratch::default();
-        self.realisations.each(&record, &mut scratch, |_, spectra| {
-            for (sum, x) in sums.reference.iter_mut().zip(spectra) {
-                *sum += x.norm_sqr() * squared;
-            }
-            reference.extend(spectra.iter().map(|x| x.conj() * squared));
-        });
-        let add = |scratch: &mut SegmentScratch,
-                   sites: Range<usize>,
-                   samples: &[f64],
-                   sums: &mut TileSums| {
-            let width = sites.len();
-            if let Some(of_reference) = &of_reference {
-                let kept = sites.clone().filter_map(|site| shot.kept(site, segments));
-                let kept: Vec<KeptSegments> = kept.map(|kept| kept.and(of_reference)).collect();
-                self.add_kept(samples, scratch, (&reference, squared), &kept, sums);
-                return;
-            }
-            self.realisations.each(samples, scratch, |r, spectra| {
-                let reference = &reference[r * bins..][..bins];
-                let rows = spectra.chunks_exact(width).zip(reference);
-                let own = sums.own.chunks_exact_mut(width);
-                let sums = own.zip(sums.cross.chunks_exact_mut(width));
-                for ((spectra, reference), (own, cross)) in rows.zip(sums) {
-                    for ((x, own), cross) in spectra.iter().zip(own).zip(cross) {
-                        *own += x.norm_sqr() * squared;
-                        *cross += reference * x;
-                    }
-                }
-            });
-        };
-        shot.each_tile("cross-spectra", &mut sums.tiles, add)
-    }
-
-    /// Adds the segments that each site keeps with the reference, whose conjugate transforms are given with the
-    /// square that others are multiplied by.
-    fn add_kept(
-        &self,
-        samples: &[f64],
-        scratch: &mut SegmentScratch,
-        (reference, squared): (&[Complex<f64>], f64),
-        kept: &[KeptSegments],
-        sums: &mut TileSums,
-    ) {
-        let (bins, width) = (self.realisations.bins(), kept.len());
-        let tapers = self.realisations.tapers();
-        let distances = self.realisations.distances();
-        sums.reference.resize(sums.own.len(), 0.0);
-        sums.left.resize_with(width, SegmentPairs::default);
-        let left = sums.left.iter_mut().zip(kept);
-        left.for_each(|(left, kept)| left.add(kept, distances));
-        self.realisations.each(samples, scratch, |r, spectra| {
-            let reference = &reference[r * bins..][..bins];
-            for (j, kept) in kept.iter().enumerate() {
-                if !kept.has(r / tapers) {
-                    continue;
-                }
-                for (m, y) in reference.iter().enumerate() {
-                    let (cell, x) = (m * width + j, spectra[m * width + j]);
-                    sums.own[cell] += x.norm_sqr() * squared;
-                    sums.cross[cell] += y * x;
-                    // The transform of the reference has the square already.
-                    sums.reference[cell] += y.norm_sqr() / squared;
-                }
-            }
-        });
-    }
-
-    fn segments_left(&self, sums: &Sums) -> Option<SegmentsLeft> {
-        let shared = self.realisations.shared();
-        let sites = sums.tiles.iter().flat_map(|tile| &tile.left);
-        let left: Vec<usize> = sites.clone().map(|site| site.segments() as usize).collect();
-        let effective = |site: &SegmentPairs| self.realisations.effective_of(site, &shared);
-        (!left.is_empty()).then(|| SegmentsLeft {
-            of: self.realisations.segments.count() * self.shots.count(),
-            left,
-            effective: sites.map(effective).collect(),
-        })
-    }
-
-    fn finish(&self, field: &Field, sums: &Sums, unit: f64) -> Coherence {
-        let realisations = self.realisations;
-        let (records, length) = (self.shots.count(), realisations.segments.length);
-        let left = self.segments_left(sums);
-        let (segments, effective) = match &left {
-            None => (realisations.segments.count(), realisations.effective()),
-            Some(left) => (
-                left.least_and_median()[1] / records,
-                left.median_effective() / records as f64,
-            ),
-        };
-        let independence = Independence::new(
-            [records, segments, realisations.tapers()],
-            effective,
-            sums.steadiness / records as f64,
-        );
-        // The sums of site j at frequency m.
-        let of = |m: usize, j: usize| {
-            let cell = m * self.shots.sites(j / TOGETHER).len() + j % TOGETHER;
-            let tile = &sums.tiles[j / TOGETHER];
-            let reference = match tile.reference.get(cell) {
-                Some(reference) => *reference,
-                None => sums.reference[m],
-            };
-            (tile.own[cell], tile.cross[cell], reference)
-        };
-        let shape = (realisations.bins(), field.n_sites());
-        let coherence = Array2::from_shape_fn(shape, |(m, j)| match of(m, j) {
-            // 0 / 0 where one of them is still.
-            (own, cross, reference) if own > 0.0 => (cross.norm_sqr() / (reference * own)).min(1.0),
-            _ => f64::NAN,
-        });
-        let phase = Array2::from_shape_fn(shape, |(m, j)| of(m, j).1.arg());
-        let density = field.time.step * unit * unit / (records * realisations.count()) as f64;
-        // Of a site from which segments are left out.
-        let part = |j: usize| match &left {
-            None => 1.0,
-            // 0 / 0 where none are left.
-            Some(left) => left.of as f64 / left.left[j] as f64,
-        };
-        let spectrum = Array2::from_shape_fn(shape, |(m, j)| {
-            of(m, j).0 * density * fold(m, length) * part(j)
-        });
-        let mut found = Coherence {
-            frequency: frequencies(length, field.time.step),
-            time: field.time.clone(),
-            space: field.space.clone(),
-            unit: field.unit.clone(),
-            reference: self.request.reference,
-            segment: [length, length - realisations.segments.hop],
-            independence,
-            segments_left: left,
-            alpha: self.request.alpha,
-            phase_interval: Array2::from_elem(shape, f64::NAN),
-            coherence,
-            phase,
-            spectrum,
-            delays: vec![None; field.n_sites()],
-            speeds: Vec::new(),
-        };
-        found.judge(realisations.shared_bins());
-        found
-    }
 }
 
 impl Coherence {

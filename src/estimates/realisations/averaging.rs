@@ -3,12 +3,14 @@
 use num_complex::Complex;
 
 use super::kept::{KeptSegments, SegmentPairs};
+use super::part::Portion;
 use crate::error::{Error, Result};
 use crate::prepare::{Detrend, Trend, Window, slepian};
 use crate::transform::{RecordScratch, RecordTransform, Segments};
 
 /// The tapers of a segment.
-#[derive(Debug, Clone, PartialEq)]
+#[derive(Debug, Clone, PartialEq, serde::Serialize, serde::Deserialize)]
+#[serde(rename_all = "kebab-case")]
 pub enum Tapers {
     /// One window: Welch's method.
     Window(Window),
@@ -18,7 +20,7 @@ pub enum Tapers {
 }
 
 /// How one record gives several realisations: overlapping segments, each under one or more tapers.
-#[derive(Debug, Clone, PartialEq)]
+#[derive(Debug, Clone, PartialEq, serde::Serialize, serde::Deserialize)]
 pub struct Averaging {
     /// Samples a segment; `None`: the whole record under several tapers, else the power of two at or
     /// below an eighth of it.
@@ -132,30 +134,85 @@ impl Realisations {
         scratch: &mut SegmentScratch,
         mut visit: impl FnMut(usize, &[Complex<f64>]),
     ) {
-        let Segments { record, length, .. } = self.segments;
-        let SegmentScratch {
-            transform,
-            segments,
-            trend,
-        } = scratch;
         let starts = self.segments.starts().enumerate();
         let is_kept = |(s, _): &(usize, usize)| match &self.kept {
             Some(kept) => kept.has(*s),
             None => true,
         };
         for (s, (_, start)) in starts.filter(is_kept).enumerate() {
-            segments.clear();
-            for record in records.chunks_exact(record) {
-                segments.extend_from_slice(&record[start..start + length]);
-            }
-            for segment in segments.chunks_exact_mut(length) {
-                Trend::remove_from(segment, self.detrend, |_| true, trend);
-            }
-            for (k, taper) in self.transforms.iter().enumerate() {
-                let (spectra, _) = taper.transform(segments.chunks_exact(length), transform);
-                visit(s * self.tapers.len() + k, spectra);
-            }
+            let records = (records, self.segments.record);
+            self.of_segment((s, start), records, scratch, &mut visit);
         }
+    }
+
+    /// The same of a portion of the segments, whatever is kept; `records` with the samples of the portion alone.
+    pub fn each_of(
+        &self,
+        portion: &Portion,
+        records: &[f64],
+        scratch: &mut SegmentScratch,
+        mut visit: impl FnMut(usize, &[Complex<f64>]),
+    ) {
+        for s in portion.segments.clone() {
+            let start = s * self.segments.hop - portion.samples.start;
+            let records = (records, portion.samples.len());
+            self.of_segment((s, start), records, scratch, &mut visit);
+        }
+    }
+
+    /// Visits a segment from the start on, of records of so many samples.
+    fn of_segment(
+        &self,
+        (s, start): (usize, usize),
+        (records, record): (&[f64], usize),
+        scratch: &mut SegmentScratch,
+        visit: &mut impl FnMut(usize, &[Complex<f64>]),
+    ) {
+        let length = self.segments.length;
+        let SegmentScratch {
+            transform,
+            segments,
+            trend,
+        } = scratch;
+        segments.clear();
+        for record in records.chunks_exact(record) {
+            segments.extend_from_slice(&record[start..start + length]);
+        }
+        self.remove(segments, trend);
+        for (k, taper) in self.transforms.iter().enumerate() {
+            let (spectra, _) = taper.transform(segments.chunks_exact(length), transform);
+            visit(s * self.tapers.len() + k, spectra);
+        }
+    }
+
+    fn remove(&self, segments: &mut [f64], trend: &mut Vec<f64>) {
+        for segment in segments.chunks_exact_mut(self.segments.length) {
+            Trend::remove_from(segment, self.detrend, |_| true, trend);
+        }
+    }
+
+    /// Removes the trends of segments that follow one another.
+    pub fn remove_trends(&self, segments: &mut [f64], scratch: &mut SegmentScratch) {
+        self.remove(segments, &mut scratch.trend);
+    }
+
+    /// The spectra under one taper of segments that follow one another, without their trends: `[bin * width +
+    /// segment]`.
+    pub fn under_taper<'s>(
+        &self,
+        taper: usize,
+        segments: &[f64],
+        scratch: &'s mut SegmentScratch,
+    ) -> &'s [Complex<f64>] {
+        let segments = segments.chunks_exact(self.segments.length);
+        self.transforms[taper]
+            .transform(segments, &mut scratch.transform)
+            .0
+    }
+
+    /// The tapers, each with `sum w^2 = 1`.
+    pub fn taper_samples(&self) -> &[Vec<f64>] {
+        &self.tapers
     }
 
     /// `sum_n w_k(n) exp(2 pi i d n / N)` of each taper, what a line that is `d` bins above a bin has there.

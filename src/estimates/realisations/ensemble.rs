@@ -20,9 +20,9 @@ pub struct Independence {
 }
 
 /// Parts of a record whose energies are compared.
-const PARTS: usize = 16;
+pub(super) const PARTS: usize = 16;
 /// Narrow-band noise whose parts hold one independent value each has 1/2.
-const LEAST_STEADINESS: f64 = 1.0 / 3.0;
+pub(crate) const LEAST_STEADINESS: f64 = 1.0 / 3.0;
 
 impl Independence {
     pub(crate) fn new(

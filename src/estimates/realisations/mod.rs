@@ -3,16 +3,23 @@
 
 mod averaging;
 mod ensemble;
+mod grid;
 mod interval;
 mod kept;
+mod part;
 mod shots;
+mod tree;
 
 pub use averaging::{Averaging, Tapers};
 pub(crate) use averaging::{Realisations, SegmentScratch, no_segment_left};
 pub use ensemble::Independence;
-pub(crate) use ensemble::{steadiness, steadiness_without};
+pub(crate) use ensemble::{LEAST_STEADINESS, steadiness, steadiness_without};
+pub use grid::Grid;
 pub(crate) use interval::FactorTable;
 pub use interval::{SpectrumInterval, interval_factors};
 pub use kept::SegmentsLeft;
 pub(crate) use kept::{KeptSegments, SegmentPairs};
+pub use part::Part;
+pub(crate) use part::Portion;
 pub(crate) use shots::{Shot, Shots, TOGETHER, first_of, refuse_left_out};
+pub(crate) use tree::{RecordTree, SegmentTree, Sums, TreeNode, held_at_once};

@@ -5,6 +5,7 @@ use std::ops::Range;
 use rayon::prelude::*;
 
 use super::kept::KeptSegments;
+use super::part::Portion;
 use crate::arrays::Precision;
 use crate::error::{Error, Result};
 use crate::field::Field;
@@ -23,6 +24,8 @@ pub(crate) struct Shots<'a> {
     gaps: Gaps,
     /// Samples of a record that are used.
     reached: usize,
+    /// Samples of a record that are read at once.
+    longest: usize,
     memory: u64,
     observer: &'a dyn Observer,
 }
@@ -31,7 +34,7 @@ pub(crate) struct Shots<'a> {
 pub(crate) struct Shot<'s> {
     prepared: Prepared<'s>,
     block: Option<usize>,
-    observer: &'s dyn Observer,
+    pub observer: &'s dyn Observer,
     /// Whether segments with missing samples are left out.
     leaves_out: bool,
     /// What samples as they are read are multiplied by to be in the unit of the first shot.
@@ -51,11 +54,13 @@ impl<'a> Shots<'a> {
         reached: usize,
         observer: &'a dyn Observer,
     ) -> Result<Self> {
+        let first = first_of(fields)?;
         Ok(Shots {
             fields,
-            first: first_of(fields)?,
+            first,
             gaps,
             reached,
+            longest: first.n_times(),
             memory: memory.unwrap_or_else(half_of_free_memory),
             observer,
         })
@@ -63,6 +68,21 @@ impl<'a> Shots<'a> {
 
     pub fn count(&self) -> usize {
         self.fields.len()
+    }
+
+    /// Bytes of working memory.
+    pub fn memory(&self) -> u64 {
+        self.memory
+    }
+
+    /// The same for [`Self::each_portion`] of these.
+    #[must_use]
+    pub fn in_portions(self, portions: &[Portion]) -> Self {
+        let lengths = portions.iter().map(|portion| portion.samples.len());
+        Shots {
+            longest: lengths.max().unwrap_or(0),
+            ..self
+        }
     }
 
     /// Tiles of all sites.
@@ -82,7 +102,7 @@ impl<'a> Shots<'a> {
     /// # Errors
     /// [`Error::Memory`], of `what`.
     pub fn block(&self, what: &'static str, held: u64) -> Result<Option<usize>> {
-        let (samples, sites) = (self.first.n_times() as u64, self.first.n_sites() as u64);
+        let (samples, sites) = (self.longest as u64, self.first.n_sites() as u64);
         let least = held + 8 * samples * TOGETHER as u64;
         if least > self.memory {
             return Err(Error::Memory {
@@ -111,17 +131,74 @@ impl<'a> Shots<'a> {
     ) -> Result<f64> {
         let mut first_unit = None;
         for field in self.fields {
-            let prepared = self.prepared(field, block)?;
-            let unit = *first_unit.get_or_insert(prepared.unit());
-            visit(&Shot {
-                scale: prepared.unit() / unit,
-                leaves_out: self.gaps == Gaps::LeaveOut,
-                prepared,
-                block,
-                observer: self.observer,
-            })?;
+            self.visit(field, 0..field.n_times(), block, &mut first_unit, &mut visit)?;
         }
         Ok(first_unit.unwrap_or(1.0))
+    }
+
+    /// Visits portions of the shots in their order, whose samples alone are read.
+    ///
+    /// # Errors
+    /// Those of [`Self::each`]; [`Error::Request`] for interpolated gaps that reach into another portion.
+    pub fn each_portion(
+        &self,
+        block: Option<usize>,
+        portions: &[Portion],
+        mut visit: impl FnMut(&Shot<'_>, &Portion) -> Result<()>,
+    ) -> Result<f64> {
+        let mut first_unit = None;
+        for portion in portions {
+            let Some(field) = self.fields.get(portion.record) else {
+                continue;
+            };
+            let mut visit = |shot: &Shot<'_>| {
+                self.check_cuts(field, portion, shot)?;
+                visit(shot, portion)
+            };
+            let samples = portion.samples.clone();
+            self.visit(field, samples, block, &mut first_unit, &mut visit)?;
+        }
+        Ok(first_unit.unwrap_or(1.0))
+    }
+
+    fn visit(
+        &self,
+        field: &Field,
+        times: Range<usize>,
+        block: Option<usize>,
+        first_unit: &mut Option<f64>,
+        visit: &mut impl FnMut(&Shot<'_>) -> Result<()>,
+    ) -> Result<()> {
+        let prepared = self.prepared(field, times, block)?;
+        let unit = *first_unit.get_or_insert(prepared.unit());
+        visit(&Shot {
+            scale: prepared.unit() / unit,
+            leaves_out: self.gaps == Gaps::LeaveOut,
+            prepared,
+            block,
+            observer: self.observer,
+        })
+    }
+
+    /// That no gap at the ends of a portion was filled from one side alone.
+    fn check_cuts(&self, field: &Field, portion: &Portion, shot: &Shot<'_>) -> Result<()> {
+        if self.gaps != Gaps::Interpolate {
+            return Ok(());
+        }
+        let Range { start, end } = portion.samples;
+        let cuts = [(start > 0).then_some(start), (end < field.n_times()).then_some(end - 1)];
+        for time in cuts.into_iter().flatten() {
+            if let Some(site) = shot.prepared.gap_at(time - start) {
+                return Err(Error::Request {
+                    option: "gaps",
+                    expected: "finite samples where this part ends, since it reads no others: other parts, or \
+                               gaps that are masked"
+                        .into(),
+                    found: format!("none at time row {time}, site {site} of {}", field.name),
+                });
+            }
+        }
+        Ok(())
     }
 
     /// The segments in which no sample of the sites is missing in any shot, `lag` samples later at each of them.
@@ -139,7 +216,7 @@ impl<'a> Shots<'a> {
         }
         let mut kept = KeptSegments::all(segments);
         for field in self.fields {
-            let prepared = self.prepared(field, None)?;
+            let prepared = self.prepared(field, 0..field.n_times(), None)?;
             for (site, lag) in sites {
                 let missing = prepared.masked(*site).iter();
                 let missing = missing.filter_map(|gap| gap.time.checked_sub(*lag));
@@ -149,12 +226,17 @@ impl<'a> Shots<'a> {
         Ok(Some(kept))
     }
 
-    fn prepared<'f>(&'f self, field: &'f Field, block: Option<usize>) -> Result<Prepared<'f>> {
+    fn prepared<'f>(
+        &self,
+        field: &'f Field,
+        times: Range<usize>,
+        block: Option<usize>,
+    ) -> Result<Prepared<'f>> {
         let preparation = Preparation {
             gaps: self.gaps,
             left_out: &[],
             precision: Precision::F64,
-            reached: self.reached,
+            reached: self.reached.min(times.end) - times.start,
             transforms_all: false,
             detrend_field_mean: false,
             detrend_space: Detrend::None,
@@ -166,7 +248,7 @@ impl<'a> Shots<'a> {
             ahead: block,
             memory: self.memory / 4,
         };
-        let (times, sites) = (0..field.n_times(), 0..field.n_sites());
+        let sites = 0..field.n_sites();
         let prepared = Prepared::new(field, times, sites, preparation, tiles, self.observer);
         prepared.map(|(prepared, _)| prepared)
     }
@@ -197,6 +279,16 @@ impl Shot<'_> {
         let mut record = vec![0.0; self.prepared.n_times()];
         self.prepared.record(site, &mut record);
         record
+    }
+
+    /// Part of the records of a few sites, one after another.
+    pub fn piece(&self, times: Range<usize>, sites: Range<usize>, out: &mut [f64]) {
+        self.prepared.piece(times, sites, out);
+    }
+
+    /// Samples at these times are not read again soon.
+    pub fn release(&self, times: Range<usize>) {
+        self.prepared.release_times(times);
     }
 
     /// Visits the tiles in parallel: its scratch, its sites, their records one after another, its result.

@@ -2,13 +2,12 @@
 
 use ndarray::Array2;
 
-use super::lines::{Line, OFFSETS};
+use super::lines::{Line, OFFSETS, line_and_rest};
 use super::noise::{LeadIn, Spectra, no_noise};
 use super::pass::{Pass, TileSums};
 use super::{LeftOutEach, LineTest, SpectrumAxis, SpectrumEstimate};
 use crate::error::Result;
 use crate::estimates::realisations::{FactorTable, Independence, TOGETHER};
-use crate::field::Field;
 use crate::numeric::lanes::LaneBlock;
 use crate::numeric::{fisher_level, fisher_tail, student_two_sided};
 use crate::prepare::Detrend;
@@ -17,13 +16,13 @@ use crate::transform::{fold, frequencies};
 impl Pass<'_> {
     pub fn finish(
         &self,
-        field: &Field,
         tiles: &[TileSums],
         left_out: LeftOutEach,
-        unit: f64,
+        (unit, has_noise): (f64, bool),
     ) -> Result<SpectrumEstimate> {
         let (alpha, length) = (self.request.alpha, self.realisations.segments.length);
-        let shape = (self.realisations.bins(), field.n_sites());
+        let grid = &self.grid;
+        let shape = (self.realisations.bins(), grid.sites);
         let value = |blocks: fn(&TileSums) -> &Vec<LaneBlock>, m: usize, j: usize| {
             let blocks = blocks(&tiles[j / TOGETHER]);
             blocks
@@ -32,7 +31,7 @@ impl Pass<'_> {
         };
         let steadiness: Vec<f64> = (0..shape.1).map(|j| self.steadiness(tiles, j)).collect();
         let sites: Vec<Independence> = steadiness.iter().map(|s| self.independence(*s)).collect();
-        let density = field.time.step * unit * unit;
+        let density = grid.time.step * unit * unit;
         let has_none = |j: usize| match tiles[j / TOGETHER].left.get(j % TOGETHER) {
             Some(left) => left.records == 0,
             None => false,
@@ -44,12 +43,12 @@ impl Pass<'_> {
             value(|tile| &tile.spectrum, m, j) * density * fold(m, length)
         });
 
-        let records = self.shots.count() as f64;
+        let records = self.records as f64;
         let segments = records * self.effective_segments;
         let left = self.segments_left(tiles);
         // Of a site: records, segments of all of them, effective segments.
         let of_site = |j: usize| match &left {
-            None => (self.shots.count(), self.count(), segments),
+            None => (self.records, self.count(), segments),
             Some(left) => {
                 let pairs = &tiles[j / TOGETHER].left[j % TOGETHER];
                 let effective = left.effective[j] / self.weights.tapers() as f64;
@@ -88,7 +87,7 @@ impl Pass<'_> {
                 LeftOutEach::Realisation => (count * tapers, segments * tapers),
                 LeftOutEach::Record => (records as f64, records as f64),
             };
-            let is_possible = effective >= 2.0 - 1e-9 && all >= 2.0;
+            let is_possible = self.request.has_jackknife && effective >= 2.0 - 1e-9 && all >= 2.0;
             let quantile = match is_possible {
                 true => student_two_sided(alpha, effective - 1.0),
                 false => f64::NAN,
@@ -114,8 +113,9 @@ impl Pass<'_> {
 
         let mut sorted = steadiness.clone();
         sorted.sort_by(f64::total_cmp);
-        let frequency = frequencies(length, field.time.step);
-        let noise = (self.request.along == SpectrumAxis::Time).then(|| {
+        let frequency = frequencies(length, grid.time.step);
+        let has_noise = has_noise && self.request.along == SpectrumAxis::Time;
+        let noise = has_noise.then(|| {
             let lead_ins = tiles.iter().flat_map(|tile| tile.lead_ins);
             let lead_ins: Vec<LeadIn> = lead_ins.take(shape.1).collect();
             let spectra = Spectra {
@@ -126,7 +126,7 @@ impl Pass<'_> {
                 shared_bins: self.realisations.shared_bins(),
                 alpha,
                 density: 2.0 * density,
-                records: self.shots.count(),
+                records: self.records,
             };
             let noise = spectra.noise(&lead_ins);
             if !self.request.subtract_noise {
@@ -147,7 +147,7 @@ impl Pass<'_> {
         {
             return Err(no_noise());
         }
-        let test = || self.line_test(field, tiles, &sites, &frequency, unit);
+        let test = || self.line_test(tiles, &sites, &frequency, unit);
         let line_test = self.tests_lines().then(test);
         Ok(SpectrumEstimate {
             noise,
@@ -155,11 +155,11 @@ impl Pass<'_> {
             mean: None,
             mean_is_removed: !has_mean,
             segment: [length, length - self.realisations.segments.hop],
-            half_bandwidth: self.half_bandwidth(field),
+            half_bandwidth: self.half_bandwidth(),
             independence: match &left {
                 None => self.independence(sorted[sorted.len() / 2]),
                 Some(left) => {
-                    let records = self.shots.count();
+                    let records = self.records;
                     let effective = left.median_effective() / records as f64;
                     let segments = left.least_and_median()[1] / records;
                     self.independence_of(segments, effective, sorted[sorted.len() / 2])
@@ -172,10 +172,11 @@ impl Pass<'_> {
                 })
                 .collect(),
             segments_left: left,
-            time: field.time.clone(),
-            space: field.space.clone(),
-            quantity: field.quantity,
-            unit: field.unit.clone(),
+            has_jackknife: self.request.has_jackknife,
+            time: grid.time.clone(),
+            space: grid.space.clone(),
+            quantity: grid.quantity,
+            unit: grid.unit.clone(),
             bins: frequency,
             steadiness,
             alpha,
@@ -189,10 +190,10 @@ impl Pass<'_> {
         })
     }
 
-    fn half_bandwidth(&self, field: &Field) -> Option<f64> {
+    fn half_bandwidth(&self) -> Option<f64> {
         match self.request.averaging.tapers {
             crate::estimates::Tapers::Slepian { nw, .. } => {
-                let duration = self.realisations.segments.length as f64 * field.time.step;
+                let duration = self.realisations.segments.length as f64 * self.grid.time.step;
                 Some(nw / duration)
             }
             crate::estimates::Tapers::Window(_) => None,
@@ -201,20 +202,20 @@ impl Pass<'_> {
 
     fn line_test(
         &self,
-        field: &Field,
         tiles: &[TileSums],
         sites: &[Independence],
         frequency: &[f64],
         unit: f64,
     ) -> LineTest {
         let (alpha, length) = (self.request.alpha, self.realisations.segments.length);
-        let shape = (self.realisations.bins(), field.n_sites());
+        let shape = (self.realisations.bins(), self.grid.sites);
         let inside = 1..length.div_ceil(2);
         let more = (self.weights.tapers() - 1) as f64;
         let effective = self.realisations.effective_beside_lines();
-        let degrees = effective.map(|one| 2.0 * (one * self.shots.count() as f64));
+        let degrees = effective.map(|one| 2.0 * (one * self.records as f64));
         let sums = |m: usize, j: usize, offset: usize| {
-            tiles[j / TOGETHER].lines[m].at(offset, j % TOGETHER)
+            let lines = tiles[j / TOGETHER].lines.as_chunks().0;
+            line_and_rest(&lines[m], offset, j % TOGETHER)
         };
         let f_at = |m: usize, j: usize, offset: usize| match inside.contains(&m) {
             true => {

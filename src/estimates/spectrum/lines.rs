@@ -3,6 +3,7 @@
 use num_complex::Complex;
 
 use crate::estimates::realisations::TOGETHER;
+use crate::numeric::lanes::LaneBlock;
 
 /// A line of one record.
 #[derive(Debug, Clone, Copy, PartialEq, serde::Serialize)]
@@ -25,20 +26,19 @@ pub struct Line {
 /// of itself beside the line that is fitted there, so that F is at most 5 half a bin off with seven tapers.
 pub(super) const OFFSETS: [f64; 4] = [0.0, 0.25, 0.5, -0.25];
 
-/// Sums over segments and records of one cell: the power of the line that fits best at each offset, and all.
-#[derive(Clone, Copy, Default)]
-pub(super) struct LineSums {
-    line: [[f64; TOGETHER]; OFFSETS.len()],
-    power: [f64; TOGETHER],
-}
+/// Blocks of sums over segments and records of one cell: the power of the line that fits best at each offset,
+/// and all.
+pub(crate) const LINE_BLOCKS: usize = OFFSETS.len() + 1;
 
-impl LineSums {
-    /// The power of the line at an offset, and what is left beside it, of a site.
-    pub fn at(&self, offset: usize, lane: usize) -> (f64, f64) {
-        let (line, power) = (self.line[offset][lane], self.power[lane]);
-        // Rounding may leave less than nothing.
-        (line, (power - line).max(f64::EPSILON * power))
-    }
+/// The power of the line at an offset, and what is left beside it, of a site.
+pub(crate) fn line_and_rest(
+    sums: &[LaneBlock; LINE_BLOCKS],
+    offset: usize,
+    lane: usize,
+) -> (f64, f64) {
+    let (line, power) = (sums[offset].0[lane], sums[OFFSETS.len()].0[lane]);
+    // Rounding may leave less than nothing.
+    (line, (power - line).max(f64::EPSILON * power))
 }
 
 /// Sums over the tapers of one segment of one cell.
@@ -65,16 +65,18 @@ impl TaperSums {
     /// transforms; `squared`: what squares of each site are multiplied by.
     pub fn take_into(
         &mut self,
-        sums: &mut LineSums,
+        sums: &mut [LaneBlock; LINE_BLOCKS],
         gains: &[f64; OFFSETS.len()],
         squared: &[f64; TOGETHER],
     ) {
-        for ((sums, products), gain) in sums.line.iter_mut().zip(&self.product).zip(gains) {
-            for ((sum, product), squared) in sums.iter_mut().zip(products).zip(squared) {
+        let lines = sums.iter_mut().zip(&self.product);
+        for ((sums, products), gain) in lines.zip(gains) {
+            for ((sum, product), squared) in sums.0.iter_mut().zip(products).zip(squared) {
                 *sum += squared * product.norm_sqr() / gain;
             }
         }
-        for ((sum, power), squared) in sums.power.iter_mut().zip(&self.power).zip(squared) {
+        let powers = sums[OFFSETS.len()].0.iter_mut().zip(&self.power);
+        for ((sum, power), squared) in powers.zip(squared) {
             *sum += squared * power;
         }
         *self = TaperSums::default();

@@ -15,17 +15,19 @@ pub use noise::{NoiseFloor, NoiseSource, SiteNoise, SubtractedNoise};
 use ndarray::Array2;
 
 use crate::error::{Error, Result};
+use crate::estimates::parts::Divided;
 use crate::estimates::realisations::{
-    Averaging, Independence, Realisations, SegmentsLeft, Shots, first_of,
+    Averaging, Grid, Independence, Portion, Realisations, RecordTree, SegmentsLeft, Shots, Sums,
+    TOGETHER, TreeNode, first_of,
 };
 use crate::field::{Axis, Field, Quantity};
 use crate::observer::Observer;
-use crate::prepare::Gaps;
+use crate::prepare::{Detrend, Gaps};
 use crate::system::threads::in_pool;
 use pass::Pass;
 
 /// Along which axis spectra are taken.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, serde::Serialize)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, serde::Serialize, serde::Deserialize)]
 #[serde(rename_all = "kebab-case")]
 pub enum SpectrumAxis {
     /// Records of sites: `S(f)` at each site.
@@ -36,7 +38,7 @@ pub enum SpectrumAxis {
 }
 
 /// All choices of [`spectrum`].
-#[derive(Debug, Clone, PartialEq)]
+#[derive(Debug, Clone, PartialEq, serde::Serialize, serde::Deserialize)]
 pub struct SpectrumRequest {
     pub along: SpectrumAxis,
     pub averaging: Averaging,
@@ -45,6 +47,8 @@ pub struct SpectrumRequest {
     pub is_whole: bool,
     /// Whether several tapers have Thomson's adaptive weights; else all have the same.
     pub is_adaptive: bool,
+    /// Whether there is a jackknife, which takes each realisation a second time.
+    pub has_jackknife: bool,
     pub gaps: Gaps,
     /// Subtract the noise of each site from its spectrum, along time.
     pub subtract_noise: bool,
@@ -52,8 +56,10 @@ pub struct SpectrumRequest {
     /// chance.
     pub alpha: f64,
     /// Worker threads; `None`: one a core.
+    #[serde(skip)]
     pub threads: Option<usize>,
     /// Bytes of working memory; `None`: half of the free memory.
+    #[serde(skip)]
     pub memory: Option<u64>,
 }
 
@@ -64,6 +70,7 @@ impl Default for SpectrumRequest {
             averaging: Averaging::default(),
             is_whole: false,
             is_adaptive: true,
+            has_jackknife: true,
             gaps: Gaps::Refuse,
             subtract_noise: false,
             alpha: 0.05,
@@ -139,13 +146,15 @@ pub struct SpectrumEstimate {
     /// Ends of the interval by the chi-square distribution.
     pub low: Array2<f64>,
     pub high: Array2<f64>,
+    /// Whether a jackknife was asked for.
+    pub has_jackknife: bool,
     /// Half of the interval of `ln S` by the jackknife; NaN where there is none.
     pub jackknife: Array2<f64>,
     pub left_out: LeftOutEach,
     /// What is left of each site where segments with missing samples are left out; `None` with other
     /// [`SpectrumRequest::gaps`]. Sites without any segment are NaN.
     pub segments_left: Option<SegmentsLeft>,
-    /// The noise of each site; `None` along space. Where it was subtracted, intervals hold for the difference, and
+    /// The noise of each site; `None` along space, and of a result made of parts. Where it was subtracted, intervals hold for the difference, and
     /// the jackknife has none.
     pub noise: Option<NoiseFloor>,
     /// Of several tapers alone.
@@ -268,25 +277,96 @@ pub fn spectrum(
             (exchanged[0], &exchanged[..])
         }
     };
-    if !(request.alpha > 0.0 && request.alpha < 1.0) {
-        return Err(Error::Request {
-            option: "significance",
-            expected: "a probability between 0 and 1".into(),
-            found: request.alpha.to_string(),
-        });
-    }
-    let mut averaging = request.averaging.clone();
-    if request.is_whole {
-        (averaging.segment, averaging.overlap) = (Some(first.n_times()), None);
-    }
-    let realisations = Realisations::new(&averaging, first.n_times())?;
+    let realisations = request.realisations(first.n_times())?;
     in_pool(request.threads, || {
         let (gaps, memory) = (request.gaps, request.memory);
         let shots = Shots::new(fields, gaps, memory, realisations.reached(), observer)?;
-        let found = Pass::new(shots, request, &realisations).run(first)?;
+        let found = Pass::new(request, &realisations, Grid::of(first), fields.len()).run(&shots)?;
         Ok(match request.along {
             SpectrumAxis::Time => found,
             SpectrumAxis::Space => found.along_space(),
         })
     })
+}
+
+impl SpectrumRequest {
+    /// # Errors
+    /// [`Error::Request`].
+    pub(super) fn realisations(&self, times: usize) -> Result<Realisations> {
+        if !(self.alpha > 0.0 && self.alpha < 1.0) {
+            return Err(Error::Request {
+                option: "significance",
+                expected: "a probability between 0 and 1".into(),
+                found: self.alpha.to_string(),
+            });
+        }
+        let mut averaging = self.averaging.clone();
+        if self.is_whole {
+            (averaging.segment, averaging.overlap) = (Some(times), None);
+        }
+        Realisations::new(&averaging, times)
+    }
+}
+
+impl Divided for SpectrumRequest {
+    type Found = SpectrumEstimate;
+
+    fn gaps_and_memory(&self) -> (Gaps, Option<u64>) {
+        (self.gaps, self.memory)
+    }
+
+    fn threads(&self) -> Option<usize> {
+        self.threads
+    }
+
+    fn plan(&self, grid: &Grid) -> Result<Realisations> {
+        let refuse = |option, expected: &str, found: &str| {
+            Err(Error::Request {
+                option,
+                expected: expected.into(),
+                found: found.into(),
+            })
+        };
+        if self.along == SpectrumAxis::Space {
+            let expected = "spectra along time, or along both axes, in parts";
+            return refuse("along", expected, "snapshots, each with a result of its own");
+        }
+        if self.has_jackknife {
+            let expected = "parts without a jackknife, which compares the mean of all realisations with each";
+            return refuse("part", expected, "a jackknife");
+        }
+        if self.subtract_noise {
+            let expected = "parts without noise subtracted, which is read off the beginning of each record";
+            return refuse("subtract-noise", expected, "it with parts");
+        }
+        self.realisations(grid.times)
+    }
+
+    fn zeros(&self, grid: &Grid, realisations: &Realisations) -> Vec<Sums> {
+        let pass = Pass::new(self, realisations, grid.clone(), 1);
+        vec![pass.zeros(); grid.sites.div_ceil(TOGETHER)]
+    }
+
+    fn about_mean(&self) -> bool {
+        self.averaging.detrend != Detrend::None
+    }
+
+    fn partial(
+        &self,
+        shots: &Shots<'_>,
+        (grid, realisations): (&Grid, &Realisations),
+        portions: &[Portion],
+    ) -> Result<(f64, Vec<Vec<TreeNode>>)> {
+        Pass::new(self, realisations, grid.clone(), shots.count()).partial(shots, portions)
+    }
+
+    fn combine(
+        &self,
+        (grid, realisations): (&Grid, &Realisations),
+        records: usize,
+        trees: Vec<RecordTree>,
+        unit: f64,
+    ) -> Result<SpectrumEstimate> {
+        Pass::new(self, realisations, grid.clone(), records).combine(trees, unit)
+    }
 }

@@ -6,26 +6,28 @@ use num_complex::Complex;
 use rayon::prelude::*;
 
 use super::adaptive::{Average, LeftOut, Weights, WithoutOne};
-use super::lines::{LineSums, OFFSETS, TaperSums};
+use super::lines::{LINE_BLOCKS, OFFSETS, TaperSums};
 use super::noise::LeadIn;
 use super::{LeftOutEach, SpectrumAxis, SpectrumEstimate, SpectrumRequest};
 use crate::error::Result;
 use crate::estimates::realisations::{
-    Independence, KeptSegments, Realisations, SegmentPairs, SegmentScratch, SegmentsLeft, Shot,
-    Shots, TOGETHER, no_segment_left, steadiness, steadiness_without,
+    Grid, Independence, KeptSegments, Portion, Realisations, RecordTree, SegmentPairs,
+    SegmentScratch, SegmentTree, SegmentsLeft, Shot, Shots, Sums, TOGETHER, TreeNode, held_at_once,
+    no_segment_left, steadiness_without,
 };
-use crate::field::Field;
 use crate::numeric::lanes::{LaneBlock, widest};
-use crate::prepare::{Detrend, Trend};
+use crate::prepare::{Detrend, Gaps, Trend};
 use crate::transform::{RecordTransform, Segments, fold};
 
 /// Bytes of a cell of a site in the sums and in the results.
 const HELD: u64 = 8 * (4 + 5 + 7);
 
 pub(super) struct Pass<'a> {
-    pub shots: Shots<'a>,
     pub request: &'a SpectrumRequest,
     pub realisations: &'a Realisations,
+    pub grid: Grid,
+    /// Records of a site.
+    pub records: usize,
     pub weights: Weights,
     /// Transforms of the tapers at the offsets of lines, and the sums of their squares.
     taper_transforms: Vec<[Complex<f64>; OFFSETS.len()]>,
@@ -39,9 +41,12 @@ pub(super) struct Pass<'a> {
 /// Sums of a few sites; a block a bin, and a site a lane.
 #[derive(Default)]
 pub(super) struct TileSums {
+    tree: RecordTree,
     /// Over segments and records, `[bin * tapers + taper]`; dropped once the average is known.
     energies: Vec<LaneBlock>,
-    pub lines: Vec<LineSums>,
+    /// Of each bin, see [`LINE_BLOCKS`].
+    pub lines: Vec<LaneBlock>,
+    /// Of all records.
     steadiness: [f64; TOGETHER],
     /// Of each site, where segments with missing samples are left out; else empty.
     pub left: Vec<SegmentPairs>,
@@ -99,43 +104,48 @@ struct Scratch {
     trend: Vec<f64>,
     tapers: Vec<TaperSums>,
     left: Vec<LaneBlock>,
+    deviations: Vec<f64>,
+    tree: SegmentTree,
 }
 
 impl<'a> Pass<'a> {
     pub fn new(
-        shots: Shots<'a>,
         request: &'a SpectrumRequest,
         realisations: &'a Realisations,
+        grid: Grid,
+        records: usize,
     ) -> Self {
         let taper_transforms = realisations.taper_transforms(&OFFSETS);
         let gain = |d: usize| -> f64 { taper_transforms.iter().map(|u| u[d].norm_sqr()).sum() };
         Pass {
             gains: std::array::from_fn(gain),
             shared: realisations.shared(),
-            shots,
             request,
             realisations,
+            grid,
+            records,
             weights: Weights::new(&realisations.concentrations, request.is_adaptive),
             taper_transforms,
             effective_segments: realisations.effective() / realisations.tapers() as f64,
         }
     }
 
-    pub fn run(&self, first: &Field) -> Result<SpectrumEstimate> {
-        let block = self
-            .shots
-            .block("the spectra of this field", self.held(first))?;
+    pub fn run(&self, shots: &Shots<'_>) -> Result<SpectrumEstimate> {
+        let block = shots.block("the spectra of this field", self.held(true))?;
+        let whole: Vec<Portion> = (0..self.records)
+            .map(|record| self.realisations.whole(record))
+            .collect();
         let mut tiles = Vec::new();
-        tiles.resize_with(self.shots.tiles(), TileSums::default);
+        tiles.resize_with(shots.tiles(), TileSums::default);
         let mut left_out = LeftOutEach::Realisation;
-        let unit = if self.shots.count() == 1 {
-            self.shots.each(block, |shot| {
+        let unit = if self.records == 1 {
+            shots.each_portion(block, &whole, |shot, portion| {
                 let visit = |scratch: &mut Scratch,
                              sites: Range<usize>,
                              samples: &[f64],
                              tile: &mut TileSums| {
                     let of = SiteShot::new(shot, sites, self.realisations.segments);
-                    self.add(scratch, &of, samples, tile);
+                    self.add(scratch, &of, (portion, samples), tile);
                     self.average(tile);
                     self.leave_out(scratch, &of, samples, left_out, tile);
                     tile.energies = Vec::new();
@@ -143,21 +153,21 @@ impl<'a> Pass<'a> {
                 shot.each_tile("spectra", &mut tiles, visit)
             })?
         } else {
-            let unit = self
-                .shots
-                .each(block, |shot| self.add_shot(shot, &mut tiles))?;
+            let unit = self.sum(shots, block, &whole, &mut tiles)?;
             tiles.par_iter_mut().for_each(|tile| self.average(tile));
             left_out = self.what_is_left_out(&tiles);
-            self.shots.each(block, |shot| {
-                let visit = |scratch: &mut Scratch,
-                             sites: Range<usize>,
-                             samples: &[f64],
-                             tile: &mut TileSums| {
-                    let of = SiteShot::new(shot, sites, self.realisations.segments);
-                    self.leave_out(scratch, &of, samples, left_out, tile);
-                };
-                shot.each_tile("jackknife", &mut tiles, visit)
-            })?;
+            if self.request.has_jackknife {
+                shots.each(block, |shot| {
+                    let visit = |scratch: &mut Scratch,
+                                 sites: Range<usize>,
+                                 samples: &[f64],
+                                 tile: &mut TileSums| {
+                        let of = SiteShot::new(shot, sites, self.realisations.segments);
+                        self.leave_out(scratch, &of, samples, left_out, tile);
+                    };
+                    shot.each_tile("jackknife", &mut tiles, visit)
+                })?;
+            }
             unit
         };
         if let Some(left) = self.segments_left(&tiles)
@@ -165,30 +175,77 @@ impl<'a> Pass<'a> {
         {
             return Err(no_segment_left(self.realisations.segments.length));
         }
-        self.finish(first, &tiles, left_out, unit)
+        self.finish(&tiles, left_out, (unit, true))
+    }
+
+    /// The nodes of every tile over these portions, and the unit of the samples.
+    pub fn partial(
+        &self,
+        shots: &Shots<'_>,
+        portions: &[Portion],
+    ) -> Result<(f64, Vec<Vec<TreeNode>>)> {
+        let block = shots.block("the spectra of this part", self.held(false))?;
+        let mut tiles = Vec::new();
+        tiles.resize_with(shots.tiles(), TileSums::default);
+        let unit = self.sum(shots, block, portions, &mut tiles)?;
+        let nodes = tiles.into_iter().map(|tile| tile.tree.into_nodes());
+        Ok((unit, nodes.collect()))
+    }
+
+    /// The spectra of the sums of all parts.
+    pub fn combine(&self, trees: Vec<RecordTree>, unit: f64) -> Result<SpectrumEstimate> {
+        let of_tree = |tree| {
+            let mut tile = TileSums {
+                tree,
+                ..TileSums::default()
+            };
+            self.average(&mut tile);
+            tile.energies = Vec::new();
+            tile
+        };
+        let tiles: Vec<TileSums> = trees.into_par_iter().map(of_tree).collect();
+        let left_out = match self.records {
+            1 => LeftOutEach::Realisation,
+            _ => self.what_is_left_out(&tiles),
+        };
+        self.finish(&tiles, left_out, (unit, false))
     }
 
     /// Bytes that are needed beside the samples.
-    fn held(&self, field: &Field) -> u64 {
-        let (samples, bins) = (field.n_times() as u64, self.realisations.bins() as u64);
-        let sites = field.n_sites().next_multiple_of(TOGETHER) as u64;
+    fn held(&self, is_all: bool) -> u64 {
+        let (samples, bins) = (self.grid.times as u64, self.realisations.bins() as u64);
+        let sites = self.grid.sites.next_multiple_of(TOGETHER) as u64;
         let length = self.realisations.segments.length;
         let threads = rayon::current_num_threads() as u64;
         let together = TOGETHER as u64;
         let transform = RecordTransform::<f64>::working_bytes(length, length, TOGETHER);
         let energies = 8 * bins * self.weights.tapers() as u64;
-        let scratch = together * (16 * samples + 2 * energies + 48 * bins) + transform;
-        let kept = if self.shots.count() > 1 { energies } else { 0 };
-        sites * (bins * HELD + kept) + threads * scratch
+        let sums = 8 * Sums::blocks(self.plain(), self.realisations.pieces()) as u64;
+        let of_segments = held_at_once(self.realisations.segments.count());
+        let of_records = held_at_once(self.records);
+        let scratch = together * (16 * samples + 2 * energies + 48 * bins + of_segments * sums);
+        let kept = match (is_all, self.records) {
+            (true, 1) => bins * HELD,
+            (true, _) => bins * HELD + of_records * sums,
+            (false, _) => 2 * (2 * of_segments + of_records) * sums,
+        };
+        sites * kept + threads * (scratch + transform)
     }
 
-    fn add_shot(&self, shot: &Shot<'_>, tiles: &mut [TileSums]) -> Result<()> {
-        let visit =
-            |scratch: &mut Scratch, sites: Range<usize>, samples: &[f64], tile: &mut TileSums| {
-                let of = SiteShot::new(shot, sites, self.realisations.segments);
-                self.add(scratch, &of, samples, tile);
-            };
-        shot.each_tile("spectra", tiles, visit)
+    /// Blocks of the sums of a tile.
+    fn plain(&self) -> usize {
+        let (bins, tapers) = (self.realisations.bins(), self.weights.tapers());
+        bins * tapers + if self.tests_lines() { bins * LINE_BLOCKS } else { 0 }
+    }
+
+    /// Zeros of a tile.
+    pub fn zeros(&self) -> Sums {
+        Sums::zeros(self.plain(), self.realisations.pieces())
+    }
+
+    /// Whether an offset is not what moves.
+    pub fn about_mean(&self) -> bool {
+        self.request.averaging.detrend != Detrend::None
     }
 
     /// Whether there is a test for lines.
@@ -198,7 +255,7 @@ impl<'a> Pass<'a> {
 
     /// Realisations of each taper, at sites without missing samples.
     pub fn count(&self) -> f64 {
-        (self.realisations.segments.count() * self.shots.count()) as f64
+        (self.realisations.segments.count() * self.records) as f64
     }
 
     /// Realisations of each taper at the sites of a tile; at least 1, so that nothing is divided by 0.
@@ -215,38 +272,120 @@ impl<'a> Pass<'a> {
         let left: Vec<usize> = sites.clone().map(|site| site.segments() as usize).collect();
         let effective = |site: &SegmentPairs| self.realisations.effective_of(site, &self.shared);
         (!left.is_empty()).then(|| SegmentsLeft {
-            of: self.realisations.segments.count() * self.shots.count(),
+            of: self.realisations.segments.count() * self.records,
             left,
             effective: sites.map(effective).collect(),
         })
     }
 
-    /// Adds the realisations of a shot.
-    fn add(&self, scratch: &mut Scratch, of: &SiteShot, samples: &[f64], tile: &mut TileSums) {
+    fn sum(
+        &self,
+        shots: &Shots<'_>,
+        block: Option<usize>,
+        portions: &[Portion],
+        tiles: &mut [TileSums],
+    ) -> Result<f64> {
+        shots.each_portion(block, portions, |shot, portion| {
+            let visit = |scratch: &mut Scratch,
+                         sites: Range<usize>,
+                         samples: &[f64],
+                         tile: &mut TileSums| {
+                let of = SiteShot::new(shot, sites, self.realisations.segments);
+                self.add(scratch, &of, (portion, samples), tile);
+            };
+            shot.each_tile("spectra", tiles, visit)
+        })
+    }
+
+    /// Adds the realisations of a portion of a shot.
+    fn add(
+        &self,
+        scratch: &mut Scratch,
+        of: &SiteShot,
+        (portion, samples): (&Portion, &[f64]),
+        tile: &mut TileSums,
+    ) {
         let width = of.width;
         let (bins, tapers) = (self.realisations.bins(), self.weights.tapers());
-        if tile.energies.is_empty() {
-            tile.energies = vec![LaneBlock::default(); bins * tapers];
-            let lines = if self.tests_lines() { bins } else { 0 };
-            tile.lines = vec![LineSums::default(); lines];
-        }
-        let length = samples.len() / width;
-        if !of.kept.is_empty() {
+        let leaves_out = self.request.gaps == Gaps::LeaveOut;
+        if leaves_out {
             tile.left.resize_with(width, SegmentPairs::default);
             let distances = self.realisations.distances();
             let sites = tile.left.iter_mut().zip(&of.kept);
             sites.for_each(|(left, kept)| left.add(kept, distances));
+            self.add_steadiness(scratch, of, samples, tile);
         }
-        let records = samples.chunks_exact(length).enumerate();
+        if portion.is_whole && self.request.along == SpectrumAxis::Time {
+            let records = samples.chunks_exact(samples.len() / width);
+            for ((lane, record), lead_in) in records.enumerate().zip(&mut tile.lead_ins) {
+                if of.missing.get(lane).is_none_or(Vec::is_empty) {
+                    lead_in.add(record, of.scale * of.scale);
+                }
+            }
+        }
+        let lines = if self.tests_lines() { bins } else { 0 };
+        scratch.tapers.clear();
+        scratch.tapers.resize(lines, TaperSums::default());
+        let Scratch {
+            segments,
+            deviations,
+            tapers: within,
+            tree,
+            ..
+        } = scratch;
+        let visit = |r: usize, spectra: &[Complex<f64>]| {
+            let (segment, taper) = (r / tapers, r % tapers);
+            let squared = of.squared(segment);
+            if taper == 0 {
+                // Each taper has sums of its own.
+                let sums = tree.open(segment, true, || self.zeros());
+                if !leaves_out {
+                    let pieces = (portion, segment, samples, of.scale);
+                    self.realisations.add_pieces(pieces, deviations, sums);
+                }
+            }
+            let Some(sums) = tree.current() else {
+                return;
+            };
+            let (energies, lines) = sums.plain_mut().split_at_mut(bins * tapers);
+            let rows = spectra.chunks_exact(width);
+            for (row, sums) in rows.clone().zip(energies.chunks_exact_mut(tapers)) {
+                let sums = sums[taper].0.iter_mut().zip(&squared);
+                for (x, (sum, squared)) in row.iter().zip(sums) {
+                    *sum += squared * x.norm_sqr();
+                }
+            }
+            for (row, sums) in rows.zip(within.iter_mut()) {
+                sums.add(&self.taper_transforms[taper], row);
+            }
+            if taper + 1 == tapers {
+                for (within, sums) in within.iter_mut().zip(lines.as_chunks_mut().0) {
+                    within.take_into(sums, &self.gains, &squared);
+                }
+                tree.close();
+            }
+        };
+        self.realisations.each_of(portion, samples, segments, visit);
+        let about_mean = self.about_mean();
+        tile.tree
+            .take(tree, portion.record, portion.is_whole, about_mean);
+    }
+
+    /// Adds the steadiness of records with missing samples.
+    fn add_steadiness(
+        &self,
+        scratch: &mut Scratch,
+        of: &SiteShot,
+        samples: &[f64],
+        tile: &mut TileSums,
+    ) {
+        let records = samples.chunks_exact(samples.len() / of.width).enumerate();
         for ((lane, record), sum) in records.zip(&mut tile.steadiness) {
             let missing = of.missing.get(lane).map_or(&[][..], |missing| missing);
-            if missing.is_empty() && self.request.along == SpectrumAxis::Time {
-                tile.lead_ins[lane].add(record, of.scale * of.scale);
-            }
             scratch.record.clear();
             scratch.record.extend_from_slice(record);
             // An offset is not what moves.
-            if self.request.averaging.detrend != Detrend::None {
+            if self.about_mean() {
                 Trend::remove_from(
                     &mut scratch.record,
                     Detrend::Mean,
@@ -255,42 +394,19 @@ impl<'a> Pass<'a> {
                 );
             }
             missing.iter().for_each(|n| scratch.record[*n] = 0.0);
-            *sum += match missing {
-                [] => steadiness(&scratch.record),
-                _ => steadiness_without(&scratch.record, missing),
-            };
+            *sum += steadiness_without(&scratch.record, missing);
         }
-        scratch.tapers.clear();
-        scratch
-            .tapers
-            .resize(tile.lines.len(), TaperSums::default());
-        let within = &mut scratch.tapers;
-        self.realisations
-            .each(samples, &mut scratch.segments, |r, spectra| {
-                let taper = r % tapers;
-                let squared = of.squared(r / tapers);
-                let rows = spectra.chunks_exact(width);
-                let sums = tile.energies.chunks_exact_mut(tapers);
-                for (row, sums) in rows.clone().zip(sums) {
-                    let sums = sums[taper].0.iter_mut().zip(&squared);
-                    for (x, (sum, squared)) in row.iter().zip(sums) {
-                        *sum += squared * x.norm_sqr();
-                    }
-                }
-                for (row, sums) in rows.zip(within.iter_mut()) {
-                    sums.add(&self.taper_transforms[taper], row);
-                }
-                if taper + 1 == tapers {
-                    for (within, sums) in within.iter_mut().zip(&mut tile.lines) {
-                        within.take_into(sums, &self.gains, &squared);
-                    }
-                }
-            });
     }
 
     /// The average of all realisations.
     fn average(&self, tile: &mut TileSums) {
         let (bins, tapers) = (self.realisations.bins(), self.weights.tapers());
+        let total = tile.tree.total().unwrap_or_else(|| self.zeros());
+        if self.request.gaps != Gaps::LeaveOut {
+            tile.steadiness = total.steadiness();
+        }
+        tile.energies = total.into_plain();
+        tile.lines = tile.energies.split_off(bins * tapers);
         let count = self.counts(tile);
         tile.variance = self.variance(&tile.energies, &count);
         tile.spectrum = vec![LaneBlock::default(); bins];
@@ -337,7 +453,7 @@ impl<'a> Pass<'a> {
         left_out: LeftOutEach,
         tile: &mut TileSums,
     ) {
-        if self.count() * self.weights.tapers() as f64 <= 1.0 {
+        if !self.request.has_jackknife || self.count() * self.weights.tapers() as f64 <= 1.0 {
             return;
         }
         let (width, count) = (of.width, self.counts(tile));
@@ -400,7 +516,7 @@ impl<'a> Pass<'a> {
 
     pub fn steadiness(&self, tiles: &[TileSums], site: usize) -> f64 {
         let sum = tiles[site / TOGETHER].steadiness[site % TOGETHER];
-        sum / self.shots.count() as f64
+        sum / self.records as f64
     }
 
     pub fn independence(&self, steadiness: f64) -> Independence {
@@ -417,13 +533,12 @@ impl<'a> Pass<'a> {
         effective: f64,
         steadiness: f64,
     ) -> Independence {
-        let counts = [self.shots.count(), segments, self.weights.tapers()];
+        let counts = [self.records, segments, self.weights.tapers()];
         Independence::new(counts, effective, steadiness)
     }
 
     fn what_is_left_out(&self, tiles: &[TileSums]) -> LeftOutEach {
-        let sites = tiles.len() * TOGETHER;
-        let sites = sites.min(self.shots.sites(tiles.len() - 1).end);
+        let sites = self.grid.sites;
         let is_transient = |j: &usize| self.independence(self.steadiness(tiles, *j)).is_transient();
         match 2 * (0..sites).filter(is_transient).count() > sites {
             true => LeftOutEach::Record,

@@ -12,7 +12,7 @@ use std::ops::{Add, Div, Mul, Sub};
 pub(crate) const WIDTH: usize = 8;
 
 /// A block of numbers on a cache line of its own.
-#[derive(Debug, Clone, Copy, Default, bytemuck::Zeroable, bytemuck::Pod)]
+#[derive(Debug, Clone, Copy, Default, PartialEq, bytemuck::Zeroable, bytemuck::Pod)]
 #[repr(C, align(64))]
 pub(crate) struct LaneBlock(pub(crate) [f64; WIDTH]);
 

@@ -1,0 +1,172 @@
+//! `--part` and `--merge`: an estimate summed in several processes.
+
+use std::io::{IsTerminal, Write};
+use std::path::{Path, PathBuf};
+
+use clap::Args;
+use wavecascade::Error;
+use wavecascade::estimates::{
+    Combination, Combined, DividedRequest, Part, Partial, PartialAbout, partial,
+};
+use wavecascade::field::FileState;
+use wavecascade::report::{
+    PARTIAL_SCHEMA, Provenance, ResultDirectory, read_partial, read_partial_about, write_partial,
+};
+
+use crate::analyze::{named_after, use_threads};
+use crate::budget::command;
+use crate::estimate::{self, Estimate, EstimateArgs};
+use crate::failure::Failure;
+use crate::progress::Progress;
+use crate::terminal::{self, Lines};
+
+/// How an estimate is divided among processes.
+#[derive(Debug, Args)]
+#[command(next_help_heading = "Parts")]
+pub struct PartArgs {
+    /// Sum the I-th of N parts of the segments of all records, such as 3/64, and write a partial result; only
+    /// the samples of these segments are read. There is no jackknife in parts.
+    #[arg(long, value_name = "I/N", value_parser = part)]
+    pub part: Option<Part>,
+    /// Make the result of these directories, which `--part` has written: all parts, in any order.
+    #[arg(
+        long,
+        value_name = "DIR",
+        num_args = 1..,
+        requires = "out",
+        conflicts_with_all = ["fields", "part", "Input", "AverageArgs"]
+    )]
+    pub merge: Vec<PathBuf>,
+}
+
+/// A part and their number.
+fn part(text: &str) -> Result<Part, String> {
+    let expected = "expected a part and their number, such as 3/64: from 1/64 to 64/64";
+    let (number, of) = text.split_once('/').ok_or(expected)?;
+    match (number.trim().parse(), of.trim().parse()) {
+        (Ok(number), Ok(of)) => Part::new(number, of).map_err(|_| expected.to_owned()),
+        _ => Err(expected.into()),
+    }
+}
+
+/// The archive of a partial result.
+const FILE: &str = "part.npz";
+
+/// `summary.json` of a partial result.
+#[derive(serde::Serialize)]
+struct PartSummary<'a> {
+    schema: &'static str,
+    provenance: &'a Provenance,
+    #[serde(flatten)]
+    about: &'a PartialAbout,
+}
+
+/// Sums a part, and writes it.
+pub fn write(
+    fields: &[PathBuf],
+    typed: &EstimateArgs,
+    memory: Option<u64>,
+    (name, request, part): (&str, &DividedRequest, Part),
+) -> Result<(), Failure> {
+    let ending = format!("-{name}-{}-of-{}", part.number, part.of);
+    let (paths, out) = estimate::begin(fields, typed, |first| {
+        named_after(first, "npy", &ending)
+    })?;
+    let progress = Progress::new(!typed.how.quiet && std::io::stderr().is_terminal());
+    let fields = estimate::open(&paths, typed, memory, [false, false])?;
+    let all: Vec<_> = fields.iter().collect();
+    let sums = partial(&all, request, part, &progress).map_err(|error| error.of_file(&paths[0]))?;
+    let opened: Vec<FileState> = all.iter().filter_map(|field| field.file_state()).collect();
+    drop(fields);
+    progress.begin_writing();
+    let directory = ResultDirectory::create(&out, typed.force)?;
+    opened.iter().try_for_each(FileState::check)?;
+    let provenance = Provenance::new(command(), Some(paths[0].display().to_string()), None);
+    let summary = PartSummary {
+        schema: PARTIAL_SCHEMA,
+        provenance: &provenance,
+        about: &sums.about,
+    };
+    let json = serde_json::to_string_pretty(&summary).map_err(std::io::Error::from)?;
+    directory.write("summary.json", &json)?;
+    write_partial(&directory.path().join(FILE), &sums)?;
+    progress.check()?;
+    let published = directory.publish()?;
+    progress.clear();
+    let mut stdout = terminal::stdout();
+    if typed.how.json {
+        writeln!(stdout, "{json}")?;
+    } else if !typed.how.quiet {
+        write!(stdout, "{}", lines(&sums))?;
+        writeln!(stdout, "wrote {}", published.join(FILE).display())?;
+    }
+    Ok(())
+}
+
+/// The archive of the directory of a partial result, or this file.
+fn file(directory: &Path) -> PathBuf {
+    match directory.is_dir() {
+        true => directory.join(FILE),
+        false => directory.to_owned(),
+    }
+}
+
+/// Whether the first of these is part of a space-time spectrum.
+pub fn is_spacetime(directories: &[PathBuf]) -> Result<bool, Error> {
+    let Some(first) = directories.first() else {
+        return Ok(false);
+    };
+    let about = read_partial_about(&file(first))?;
+    Ok(matches!(about.request, DividedRequest::SpaceTime(_)))
+}
+
+fn lines(sums: &Partial) -> String {
+    let mut lines = Lines::new(terminal::width());
+    let [from, end] = sums.about.range;
+    lines.line(
+        "part",
+        &format!(
+            "{}: segments {from} to {} of all records, counted from 0",
+            sums.about.part,
+            end - 1
+        ),
+    );
+    lines.text
+}
+
+/// Makes the result of all parts, which `choose` picks if it is that of this command.
+pub fn merge<E: Estimate>(
+    directories: &[PathBuf],
+    typed: &EstimateArgs,
+    choose: impl FnOnce(Combined) -> Option<E>,
+) -> Result<(), Failure> {
+    let drawing = typed.figures.drawing()?;
+    use_threads(typed.threads())?;
+    let Some(out) = &typed.out else {
+        return Ok(());
+    };
+    drop(ResultDirectory::create(out, typed.force)?);
+    let progress = Progress::new(!typed.how.quiet && std::io::stderr().is_terminal());
+    let about = |directory: &PathBuf| -> Result<(String, PartialAbout), Error> {
+        let about = read_partial_about(&file(directory))?;
+        Ok((directory.display().to_string(), about))
+    };
+    let parts: Result<Vec<_>, Error> = directories.iter().map(about).collect();
+    let parts = parts?;
+    let fields = parts[0].1.fields.clone();
+    let (mut combination, order) = Combination::new(parts)?;
+    for at in order {
+        progress.check()?;
+        combination.add(&read_partial(&file(&directories[at]))?)?;
+    }
+    let Some(found) = choose(combination.finish()?) else {
+        return Err(Failure::Library(Error::Request {
+            option: "merge",
+            expected: format!("parts of `cascade {}`", E::COMMAND),
+            found: "those of another command".into(),
+        }));
+    };
+    let name = fields.first().map_or("field", String::as_str);
+    let provenance = Provenance::new(command(), Some(fields.join(", ")), None);
+    estimate::publish(&found, typed, (out, name, &provenance), &drawing, &progress)
+}

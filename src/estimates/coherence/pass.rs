@@ -1,0 +1,421 @@
+//! The pass over the records of [`super::coherence()`].
+
+use std::ops::Range;
+
+use ndarray::Array2;
+use num_complex::Complex;
+
+use super::{Coherence, CoherenceRequest};
+use crate::error::{Error, Result};
+use crate::estimates::parts::Divided;
+use crate::estimates::realisations::{
+    Grid, Independence, KeptSegments, Portion, Realisations, RecordTree, SegmentPairs,
+    SegmentScratch, SegmentTree, SegmentsLeft, Shot, Shots, Sums, TOGETHER, TreeNode, held_at_once,
+    no_segment_left, steadiness_without,
+};
+use crate::prepare::Gaps;
+use crate::transform::{RecordTransform, fold, frequencies};
+
+impl CoherenceRequest {
+    fn check(&self, grid: &Grid) -> Result<()> {
+        let refuse = |option, expected: String, found: String| {
+            Err(Error::Request {
+                option,
+                expected,
+                found,
+            })
+        };
+        if self.reference >= grid.sites {
+            let expected = format!("a site from 0 to {}", grid.sites - 1);
+            return refuse("reference", expected, self.reference.to_string());
+        }
+        if !(self.alpha > 0.0 && self.alpha < 1.0) {
+            let expected = "a probability between 0 and 1".to_owned();
+            return refuse("significance", expected, self.alpha.to_string());
+        }
+        Ok(())
+    }
+
+    pub(super) fn pass<'a>(
+        &'a self,
+        grid: &Grid,
+        realisations: &'a Realisations,
+        records: usize,
+    ) -> Pass<'a> {
+        Pass {
+            request: self,
+            realisations,
+            grid: grid.clone(),
+            records,
+        }
+    }
+}
+
+/// That there are two realisations at least.
+pub(super) fn check_count(realisations: usize) -> Result<()> {
+    if realisations >= 2 {
+        return Ok(());
+    }
+    Err(Error::Request {
+        option: "segment",
+        expected: "at least two realisations: shorter segments, several tapers, or several fields"
+            .into(),
+        found: "one segment of one field under one taper".into(),
+    })
+}
+
+pub(super) struct Pass<'a> {
+    request: &'a CoherenceRequest,
+    realisations: &'a Realisations,
+    grid: Grid,
+    /// Records of a site.
+    records: usize,
+}
+
+#[derive(Default)]
+struct Scratch {
+    segments: SegmentScratch,
+    deviations: Vec<f64>,
+    tree: SegmentTree,
+}
+
+/// Sums of a few sites.
+#[derive(Default)]
+struct TileSums {
+    tree: RecordTree,
+    /// Where segments with missing samples are left out: what is left of each site.
+    left: Vec<SegmentPairs>,
+}
+
+/// Sums over realisations.
+struct AllSums {
+    tiles: Vec<TileSums>,
+    /// Of the reference, where segments with missing samples are left out.
+    steadiness: f64,
+}
+
+/// Blocks of a bin: power of the site, real and imaginary part of the product with the reference; and power of the
+/// reference in the segments of the site, where segments are left out.
+const BLOCKS: usize = 3;
+
+/// The conjugate transforms of the reference over a portion.
+struct Reference {
+    spectra: Vec<Complex<f64>>,
+    /// Of the first of them.
+    first: usize,
+    squared: f64,
+    kept: Option<KeptSegments>,
+}
+
+impl Pass<'_> {
+    pub fn run(&self, shots: &Shots<'_>) -> Result<Coherence> {
+        let whole = (0..self.records).map(|record| self.realisations.whole(record));
+        let (unit, sums) = self.sum(shots, &whole.collect::<Vec<Portion>>())?;
+        if let Some(left) = self.segments_left(&sums)
+            && left.left.iter().all(|left| *left == 0)
+        {
+            return Err(no_segment_left(self.realisations.segments.length));
+        }
+        Ok(self.finish(sums, unit))
+    }
+
+    /// The sums of every tile over these portions, and the unit of the samples.
+    fn sum(&self, shots: &Shots<'_>, portions: &[Portion]) -> Result<(f64, AllSums)> {
+        let is_all = portions.iter().all(|portion| portion.is_whole);
+        let block = shots.block("the cross-spectra of this field", self.held(is_all))?;
+        let mut tiles = Vec::new();
+        tiles.resize_with(shots.tiles(), TileSums::default);
+        let mut sums = AllSums {
+            tiles,
+            steadiness: 0.0,
+        };
+        let unit = shots.each_portion(block, portions, |shot, portion| {
+            self.add(shot, portion, &mut sums)
+        })?;
+        Ok((unit, sums))
+    }
+
+    fn leaves_out(&self) -> bool {
+        self.request.gaps == Gaps::LeaveOut
+    }
+
+    /// Bytes that are needed beside the samples.
+    fn held(&self, is_all: bool) -> u64 {
+        let samples = self.grid.times as u64;
+        let sites = self.grid.sites.next_multiple_of(TOGETHER) as u64;
+        let bins = self.realisations.bins() as u64;
+        let length = self.realisations.segments.length;
+        let threads = rayon::current_num_threads() as u64;
+        let scratch = RecordTransform::<f64>::working_bytes(length, length, TOGETHER);
+        let sums = 8 * Sums::blocks(self.plain(), self.realisations.pieces()) as u64;
+        let of_segments = held_at_once(self.realisations.segments.count());
+        let kept = match is_all {
+            true => held_at_once(self.records),
+            false => 2 * (2 * of_segments + held_at_once(self.records)),
+        };
+        sites * kept * sums
+            + 4 * 8 * sites * bins
+            + 16 * bins * self.realisations.count() as u64
+            + threads * (TOGETHER as u64 * (8 * samples + of_segments * sums) + scratch)
+    }
+
+    /// Blocks of the sums of a tile.
+    fn plain(&self) -> usize {
+        (BLOCKS + usize::from(self.leaves_out())) * self.realisations.bins()
+    }
+
+    fn zeros(&self) -> Sums {
+        Sums::zeros(self.plain(), self.realisations.pieces())
+    }
+
+    /// The transforms of the reference.
+    fn reference(&self, shot: &Shot<'_>, portion: &Portion, record: &[f64]) -> Reference {
+        let (bins, tapers) = (self.realisations.bins(), self.realisations.tapers());
+        let squared = shot.scale * shot.scale;
+        let mut spectra = Vec::with_capacity(portion.segments.len() * tapers * bins);
+        let mut scratch = SegmentScratch::default();
+        let conjugate = |_: usize, found: &[Complex<f64>]| {
+            spectra.extend(found.iter().map(|x| x.conj() * squared));
+        };
+        self.realisations
+            .each_of(portion, record, &mut scratch, conjugate);
+        Reference {
+            spectra,
+            first: portion.segments.start * tapers,
+            squared,
+            kept: shot.kept(self.request.reference, self.realisations.segments),
+        }
+    }
+
+    /// Adds the realisations of a portion of one shot.
+    fn add(&self, shot: &Shot<'_>, portion: &Portion, sums: &mut AllSums) -> Result<()> {
+        let record = shot.record(self.request.reference);
+        if self.leaves_out() {
+            let missing = shot.missing(self.request.reference);
+            sums.steadiness += steadiness_without(&record, &missing);
+        }
+        let reference = self.reference(shot, portion, &record);
+        let segments = self.realisations.segments;
+        let distances = self.realisations.distances();
+        let add = |scratch: &mut Scratch,
+                   sites: Range<usize>,
+                   samples: &[f64],
+                   tile: &mut TileSums| {
+            // The segments that each site keeps with the reference; none where none are left out.
+            let kept = reference.kept.iter().flat_map(|of_reference| {
+                let kept = sites.clone().filter_map(|site| shot.kept(site, segments));
+                kept.map(|kept| kept.and(of_reference))
+            });
+            let kept: Vec<KeptSegments> = kept.collect();
+            tile.left.resize_with(kept.len(), SegmentPairs::default);
+            let left = tile.left.iter_mut().zip(&kept);
+            left.for_each(|(left, kept)| left.add(kept, distances));
+            self.add_tile(scratch, (shot.scale, portion), (sites, samples), (&reference, &kept));
+            tile.tree
+                .take(&mut scratch.tree, portion.record, portion.is_whole, false);
+        };
+        shot.each_tile("cross-spectra", &mut sums.tiles, add)
+    }
+
+    /// Adds the segments of a tile to the tree of `scratch`.
+    fn add_tile(
+        &self,
+        scratch: &mut Scratch,
+        (scale, portion): (f64, &Portion),
+        (sites, samples): (Range<usize>, &[f64]),
+        (reference, kept): (&Reference, &[KeptSegments]),
+    ) {
+        let (bins, tapers) = (self.realisations.bins(), self.realisations.tapers());
+        let Scratch {
+            segments,
+            deviations,
+            tree,
+        } = scratch;
+        let has_reference = sites.contains(&self.request.reference);
+        let width = sites.len();
+        let visit = |r: usize, spectra: &[Complex<f64>]| {
+            let (segment, taper) = (r / tapers, r % tapers);
+            if taper == 0 {
+                let sums = tree.open(segment, tapers == 1, || self.zeros());
+                if has_reference && kept.is_empty() {
+                    let pieces = (portion, segment, samples, scale);
+                    self.realisations.add_pieces(pieces, deviations, sums);
+                }
+            }
+            let Some(sums) = tree.current() else {
+                return;
+            };
+            let other = &reference.spectra[(r - reference.first) * bins..][..bins];
+            // 0 for a segment that a site has not.
+            let has: [f64; TOGETHER] = std::array::from_fn(|lane| match kept.get(lane) {
+                Some(kept) if !kept.has(segment) => 0.0,
+                _ => 1.0,
+            });
+            let (own, cross) = sums.plain_mut().split_at_mut(bins);
+            let (re, cross) = cross.split_at_mut(bins);
+            let (im, beside) = cross.split_at_mut(bins);
+            let rows = spectra.chunks_exact(width).zip(other);
+            for (((row, y), own), (re, im)) in rows.zip(own).zip(re.iter_mut().zip(im)) {
+                let cells = own.0.iter_mut().zip(re.0.iter_mut().zip(&mut im.0));
+                for ((x, has), (own, (re, im))) in row.iter().zip(&has).zip(cells) {
+                    let product = y * x;
+                    *own += has * (x.norm_sqr() * reference.squared);
+                    *re += has * product.re;
+                    *im += has * product.im;
+                }
+            }
+            for (y, beside) in other.iter().zip(beside) {
+                // The transform of the reference has the square already.
+                let power = y.norm_sqr() / reference.squared;
+                beside.0.iter_mut().zip(&has).for_each(|(sum, has)| *sum += has * power);
+            }
+            if taper + 1 == tapers {
+                tree.close();
+            }
+        };
+        self.realisations.each_of(portion, samples, segments, visit);
+    }
+
+    fn segments_left(&self, sums: &AllSums) -> Option<SegmentsLeft> {
+        let shared = self.realisations.shared();
+        let sites = sums.tiles.iter().flat_map(|tile| &tile.left);
+        let left: Vec<usize> = sites.clone().map(|site| site.segments() as usize).collect();
+        let effective = |site: &SegmentPairs| self.realisations.effective_of(site, &shared);
+        (!left.is_empty()).then(|| SegmentsLeft {
+            of: self.realisations.segments.count() * self.records,
+            left,
+            effective: sites.map(effective).collect(),
+        })
+    }
+
+    fn finish(&self, sums: AllSums, unit: f64) -> Coherence {
+        let (realisations, grid) = (self.realisations, &self.grid);
+        let (records, length) = (self.records, realisations.segments.length);
+        let left = self.segments_left(&sums);
+        let (bins, reference) = (realisations.bins(), self.request.reference);
+        let total = |mut tile: TileSums| tile.tree.total().unwrap_or_else(|| self.zeros());
+        let tiles: Vec<Sums> = sums.tiles.into_iter().map(total).collect();
+        let steadiness = match self.leaves_out() {
+            true => sums.steadiness,
+            false => tiles[reference / TOGETHER].steadiness()[reference % TOGETHER],
+        };
+        let (segments, effective) = match &left {
+            None => (realisations.segments.count(), realisations.effective()),
+            Some(left) => (
+                left.least_and_median()[1] / records,
+                left.median_effective() / records as f64,
+            ),
+        };
+        let independence = Independence::new(
+            [records, segments, realisations.tapers()],
+            effective,
+            steadiness / records as f64,
+        );
+        // The sums of site j at frequency m: its power, the product, and the power of the reference.
+        let block = |what: usize, m: usize, j: usize| {
+            tiles[j / TOGETHER].plain()[what * bins + m].0[j % TOGETHER]
+        };
+        let of = |m: usize, j: usize| {
+            let [own, re, im] = [0, 1, 2].map(|what| block(what, m, j));
+            let reference = match self.leaves_out() {
+                true => block(BLOCKS, m, j),
+                false => block(0, m, reference),
+            };
+            (own, Complex::new(re, im), reference)
+        };
+        let shape = (bins, grid.sites);
+        let coherence = Array2::from_shape_fn(shape, |(m, j)| match of(m, j) {
+            // 0 / 0 where one of them is still.
+            (own, cross, reference) if own > 0.0 => (cross.norm_sqr() / (reference * own)).min(1.0),
+            _ => f64::NAN,
+        });
+        let phase = Array2::from_shape_fn(shape, |(m, j)| of(m, j).1.arg());
+        let density = grid.time.step * unit * unit / (records * realisations.count()) as f64;
+        // Of a site from which segments are left out.
+        let part = |j: usize| match &left {
+            None => 1.0,
+            // 0 / 0 where none are left.
+            Some(left) => left.of as f64 / left.left[j] as f64,
+        };
+        let spectrum = Array2::from_shape_fn(shape, |(m, j)| {
+            of(m, j).0 * density * fold(m, length) * part(j)
+        });
+        let mut found = Coherence {
+            frequency: frequencies(length, grid.time.step),
+            time: grid.time.clone(),
+            space: grid.space.clone(),
+            unit: grid.unit.clone(),
+            reference,
+            segment: [length, length - realisations.segments.hop],
+            independence,
+            segments_left: left,
+            alpha: self.request.alpha,
+            phase_interval: Array2::from_elem(shape, f64::NAN),
+            coherence,
+            phase,
+            spectrum,
+            delays: vec![None; grid.sites],
+            speeds: Vec::new(),
+        };
+        found.judge(realisations.shared_bins());
+        found
+    }
+}
+
+impl Divided for CoherenceRequest {
+    type Found = Coherence;
+
+    fn gaps_and_memory(&self) -> (Gaps, Option<u64>) {
+        (self.gaps, self.memory)
+    }
+
+    fn threads(&self) -> Option<usize> {
+        self.threads
+    }
+
+    fn plan(&self, grid: &Grid) -> Result<Realisations> {
+        self.check(grid)?;
+        Realisations::new(&self.averaging, grid.times)
+    }
+
+    fn zeros(&self, grid: &Grid, realisations: &Realisations) -> Vec<Sums> {
+        let pass = self.pass(grid, realisations, 1);
+        vec![pass.zeros(); grid.sites.div_ceil(TOGETHER)]
+    }
+
+    fn about_mean(&self) -> bool {
+        false
+    }
+
+    fn partial(
+        &self,
+        shots: &Shots<'_>,
+        (grid, realisations): (&Grid, &Realisations),
+        portions: &[Portion],
+    ) -> Result<(f64, Vec<Vec<TreeNode>>)> {
+        let (unit, sums) = self
+            .pass(grid, realisations, shots.count())
+            .sum(shots, portions)?;
+        let nodes = sums.tiles.into_iter().map(|tile| tile.tree.into_nodes());
+        Ok((unit, nodes.collect()))
+    }
+
+    fn combine(
+        &self,
+        (grid, realisations): (&Grid, &Realisations),
+        records: usize,
+        trees: Vec<RecordTree>,
+        unit: f64,
+    ) -> Result<Coherence> {
+        check_count(records * realisations.count())?;
+        let tile = |tree| TileSums {
+            tree,
+            left: Vec::new(),
+        };
+        let sums = AllSums {
+            tiles: trees.into_iter().map(tile).collect(),
+            steadiness: 0.0,
+        };
+        Ok(self.pass(grid, realisations, records).finish(sums, unit))
+    }
+}

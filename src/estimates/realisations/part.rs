@@ -1,0 +1,145 @@
+//! A part of all realisations: a contiguous range of the segments of all records.
+
+use std::fmt;
+use std::ops::Range;
+
+use super::averaging::Realisations;
+use super::ensemble::PARTS;
+use super::shots::TOGETHER;
+use super::tree::Sums;
+use crate::error::{Error, Result};
+
+/// One of several parts of the realisations of an estimate.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, serde::Serialize, serde::Deserialize)]
+pub struct Part {
+    /// From 1 on.
+    pub number: usize,
+    pub of: usize,
+}
+
+impl fmt::Display for Part {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        write!(f, "{}/{}", self.number, self.of)
+    }
+}
+
+impl Part {
+    /// # Errors
+    /// [`Error::Request`] unless `1 <= number <= of`.
+    pub fn new(number: usize, of: usize) -> Result<Part> {
+        match (1..=of).contains(&number) {
+            true => Ok(Part { number, of }),
+            false => Err(Error::Request {
+                option: "part",
+                expected: "a part and their number, as 3/64: from 1/64 to 64/64".into(),
+                found: format!("{number}/{of}"),
+            }),
+        }
+    }
+
+    /// Its share of `realisations`, all parts alike but for one.
+    ///
+    /// # Errors
+    /// [`Error::Request`] for more parts than realisations.
+    pub(crate) fn range(self, realisations: usize) -> Result<Range<usize>> {
+        if self.of > realisations {
+            return Err(Error::Request {
+                option: "part",
+                expected: format!("at most as many parts as segments of all records, {realisations}"),
+                found: self.to_string(),
+            });
+        }
+        let end = |part: usize| (part as u128 * realisations as u128 / self.of as u128) as usize;
+        Ok(end(self.number - 1)..end(self.number))
+    }
+}
+
+/// The segments of one record that belong to a part, and the samples that they reach.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub(crate) struct Portion {
+    pub record: usize,
+    pub segments: Range<usize>,
+    /// Of the record; the last portion has those behind the last segment, too.
+    pub samples: Range<usize>,
+    pub is_whole: bool,
+}
+
+impl Realisations {
+    /// The portions of a range of the segments of all records.
+    pub fn portions(&self, range: Range<usize>) -> Vec<Portion> {
+        let segments = self.segments.count();
+        let records = range.start / segments..range.end.div_ceil(segments);
+        let portion = |record: usize| {
+            let first = record * segments;
+            let from = range.start.max(first) - first;
+            let end = range.end.min(first + segments) - first;
+            let samples = match end == segments {
+                true => self.segments.record,
+                false => (end - 1) * self.segments.hop + self.segments.length,
+            };
+            Portion {
+                record,
+                segments: from..end,
+                samples: from * self.segments.hop..samples,
+                is_whole: end - from == segments,
+            }
+        };
+        records.map(portion).collect()
+    }
+
+    /// All segments of a record.
+    pub fn whole(&self, record: usize) -> Portion {
+        Portion {
+            record,
+            segments: 0..self.segments.count(),
+            samples: 0..self.segments.record,
+            is_whole: true,
+        }
+    }
+
+    /// Pieces of a record whose energies are compared, and what they leave over.
+    pub fn pieces(&self) -> usize {
+        self.reached() / self.piece_length() + 1
+    }
+
+    fn piece_length(&self) -> usize {
+        (self.reached() / PARTS).max(1)
+    }
+
+    /// Adds the samples of up to eight `records`, times `scale`, from the start of a segment to that of the
+    /// next.
+    pub fn add_pieces(
+        &self,
+        (portion, segment, records, scale): (&Portion, usize, &[f64], f64),
+        scratch: &mut Vec<f64>,
+        sums: &mut Sums,
+    ) {
+        let (length, last) = (self.piece_length(), self.pieces() - 1);
+        let mut from = segment * self.segments.hop;
+        let end = match segment + 1 == self.segments.count() {
+            true => self.reached(),
+            false => from + self.segments.hop,
+        };
+        while from < end {
+            let piece = (from / length).min(last);
+            let to = match piece == last {
+                true => end,
+                false => end.min((piece + 1) * length),
+            };
+            let samples = from - portion.samples.start..to - portion.samples.start;
+            let count = samples.len() as f64;
+            let (mut means, mut squares) = ([0.0; TOGETHER], [0.0; TOGETHER]);
+            let records = records.chunks_exact(portion.samples.len());
+            for (record, (mean, squares)) in records.zip(means.iter_mut().zip(&mut squares)) {
+                let record = &record[samples.clone()];
+                let centre = crate::numeric::sum(record) / count;
+                scratch.clear();
+                scratch.extend(record.iter().map(|v| v - centre));
+                *mean = centre * scale;
+                *squares = crate::numeric::sum_of_squares(scratch) * (scale * scale);
+            }
+            sums.add_piece(piece, count, means, squares);
+            from = to;
+        }
+    }
+}

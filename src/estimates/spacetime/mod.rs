@@ -1,0 +1,370 @@
+//! `S(k, f)` averaged over segments, records and tapers along both axes, with intervals.
+
+mod pass;
+
+use std::f64::consts::TAU;
+
+use ndarray::Array2;
+
+use crate::error::{Error, Result};
+use crate::estimates::parts::Divided;
+use crate::estimates::realisations::{
+    Averaging, Grid, Independence, LEAST_STEADINESS, Portion, Realisations, RecordTree, Shots, Sums, Tapers,
+    TreeNode, first_of, interval_factors, refuse_left_out, steadiness,
+};
+use crate::field::{Axis, Field, Quantity};
+use crate::observer::Observer;
+use crate::prepare::{Detrend, Gaps, Window};
+use crate::system::threads::in_pool;
+use crate::transform::{fold, frequencies, wavenumbers_signed};
+use pass::{Pass, Totals};
+
+/// All choices of [`spacetime`].
+#[derive(Debug, Clone, PartialEq, serde::Serialize, serde::Deserialize)]
+pub struct SpaceTimeRequest {
+    /// Along time.
+    pub averaging: Averaging,
+    /// The whole record as one segment, whatever `averaging` says of segments.
+    pub is_whole: bool,
+    /// Along space, over all sites.
+    pub space: Tapers,
+    pub gaps: Gaps,
+    /// Probability by which the true spectrum is outside of its interval.
+    pub alpha: f64,
+    /// Worker threads; `None`: one a core.
+    #[serde(skip)]
+    pub threads: Option<usize>,
+    /// Bytes of working memory; `None`: half of the free memory.
+    #[serde(skip)]
+    pub memory: Option<u64>,
+}
+
+impl Default for SpaceTimeRequest {
+    fn default() -> Self {
+        SpaceTimeRequest {
+            averaging: Averaging::default(),
+            is_whole: false,
+            space: Tapers::Window(Window::Hann),
+            gaps: Gaps::Refuse,
+            alpha: 0.05,
+            threads: None,
+            memory: None,
+        }
+    }
+}
+
+/// What [`spacetime`] finds. Arrays are `(frequency, wavenumber)`.
+#[derive(Debug, Clone)]
+pub struct SpaceTimeEstimate {
+    /// Frequencies in cycles per unit of time.
+    pub frequency: Vec<f64>,
+    /// Wavenumbers in rad per unit of length, ascending; positive ones travel towards +x.
+    pub wavenumber: Vec<f64>,
+    pub time: Axis,
+    pub space: Axis,
+    pub quantity: Quantity,
+    /// Unit of the samples.
+    pub unit: Option<String>,
+    /// Samples of a segment, and shared by neighbours.
+    pub segment: [usize; 2],
+    /// Tapers of a segment, and of its sites.
+    pub tapers: [usize; 2],
+    /// Half of the width that a wave is spread over, in frequency and in wavenumber; of several tapers alone.
+    pub half_bandwidth: [Option<f64>; 2],
+    /// Of the site at which half of the energy lies at sites that are less steady.
+    pub independence: Independence,
+    /// How evenly the energy is spread over the sites, see [`Independence::steadiness`]. Below a third the
+    /// tapers along space count as one.
+    pub evenness: f64,
+    pub alpha: f64,
+    /// Whether the mean of each segment was removed: then nothing is estimated at f = 0.
+    pub mean_is_removed: bool,
+    /// Power spectral density, one-sided in f and two-sided in k, in the square of the samples' unit over
+    /// frequency and wavenumber.
+    pub spectrum: Array2<f64>,
+    /// Degrees of freedom; NaN where no interval can be stated.
+    pub degrees: Array2<f64>,
+    /// Ends of the interval by the chi-square distribution.
+    pub low: Array2<f64>,
+    pub high: Array2<f64>,
+    /// The integral of the spectrum over f and k.
+    pub power: f64,
+    /// Mean square of the samples of all segments, less what was removed from each.
+    pub mean_square: f64,
+    /// `power` over the mean square under the squares of the tapers, minus 1: Parseval's identity.
+    pub parseval: f64,
+}
+
+impl SpaceTimeEstimate {
+    /// Words for the units of time and of length.
+    pub fn units(&self) -> (String, String) {
+        let word = |axis: &Axis, counted: &str| axis.unit.clone().unwrap_or_else(|| counted.into());
+        (word(&self.time, "sample"), word(&self.space, "site"))
+    }
+
+    /// Whether intervals are stated.
+    pub fn has_interval(&self) -> bool {
+        self.independence.records > 1 || !self.independence.is_transient()
+    }
+
+    /// Degrees of freedom of the cells whose transforms are complex; `None` without intervals.
+    pub fn inner_degrees(&self) -> Option<f64> {
+        let most = self.degrees.iter().copied().fold(f64::NAN, f64::max);
+        most.is_finite().then_some(most)
+    }
+
+    /// Row and column of the largest density where an interval may be.
+    pub fn largest(&self) -> (usize, usize) {
+        let first = usize::from(self.mean_is_removed);
+        let cells = self.spectrum.indexed_iter().filter(|((m, _), _)| *m >= first);
+        cells
+            .max_by(|a, b| a.1.total_cmp(b.1))
+            .map_or((0, 0), |(at, _)| at)
+    }
+
+    /// Shares of the power that travel towards +x, towards -x, and neither: at f = 0, at k = 0 and at the
+    /// Nyquist wavenumber.
+    pub fn directions(&self) -> [f64; 3] {
+        let (mut shares, sites) = ([0.0; 3], self.wavenumber.len());
+        for ((m, i), s) in self.spectrum.indexed_iter() {
+            let is_nyquist = sites % 2 == 0 && i == 0;
+            let kind = match self.wavenumber[i] {
+                _ if m == 0 || is_nyquist => 2,
+                k if k > 0.0 => 0,
+                k if k < 0.0 => 1,
+                _ => 2,
+            };
+            shares[kind] += s;
+        }
+        let all: f64 = shares.iter().sum();
+        shares.map(|share| if all > 0.0 { share / all } else { f64::NAN })
+    }
+}
+
+/// `S(k, f)` averaged over segments in time, records, and tapers in time and space.
+///
+/// # Equation
+/// With `w_a` the tapers along time, `u_b` those along space, each with `sum w^2 = 1`, over all segments and
+/// records
+///
+/// ```text
+/// X(k, f) = sum_n sum_j w_a(n) u_b(j) v(n, j) exp(i (k x_j - 2 pi f t_n)),
+/// S(k, f) = 2 dt dx / (2 pi) <|X(k, f)|^2>,    nu = 2 K,
+/// S nu / q(1 - alpha/2)  <  true  <  S nu / q(alpha/2),
+/// ```
+///
+/// with K the effective number of realisations, `K = (records) (segments and tapers in time, Welch) (tapers in
+/// space)`, and q the quantiles of the chi-square distribution. At f = 0 and at the Nyquist frequency S lacks
+/// the factor 2; where k is 0 or Nyquist as well, transforms are real and `nu = K`. All tapers have the same
+/// weight. The integral of S over f and k is the mean of `sum_n sum_j w_a(n)^2 u_b(j)^2 v(n, j)^2` (Parseval),
+/// without tapers the mean square.
+///
+/// The interval holds for records that are stationary in time and alike along space. If most of the energy is
+/// at sites with a transient, only records count; if it is at a few sites, tapers along space count as one.
+///
+/// # Shapes
+/// Each field is one record of every site (a shot); all have the same axes. Results: `(frequency, wavenumber)`,
+/// k ascending through 0.
+///
+/// # Units
+/// The square of the samples' unit over frequency and over rad per unit of length.
+///
+/// # Errors
+/// [`Error::Request`] for fields with different axes, fewer than four sites, an `alpha` that is no probability,
+/// and segments or tapers that do not fit; [`Error::Parseval`]; [`Error::NonFinite`]; [`Error::Memory`];
+/// [`Error::Cancelled`]; [`Error::Threads`].
+///
+/// # Source
+/// J. Capon, Proc. IEEE 57, 1408 (1969), section II, for the estimate by segments; P. D. Welch (1967), eq. 12,
+/// and D. J. Thomson (1982) for the effective number.
+pub fn spacetime(
+    fields: &[&Field],
+    request: &SpaceTimeRequest,
+    observer: &dyn Observer,
+) -> Result<SpaceTimeEstimate> {
+    let grid = Grid::of(first_of(fields)?);
+    let realisations = request.plan(&grid)?;
+    in_pool(request.threads, || {
+        let (gaps, memory) = (request.gaps, request.memory);
+        let portions = realisations.portions(0..fields.len() * realisations.segments.count());
+        let shots = Shots::new(fields, gaps, memory, realisations.reached(), observer)?;
+        let pass = Pass::new(request, &realisations, grid.clone())?;
+        let (unit, trees) = pass.sum(&shots, &portions, true)?;
+        let known = (&grid, &realisations);
+        request.combine(known, fields.len(), trees, unit)
+    })
+}
+
+impl Divided for SpaceTimeRequest {
+    type Found = SpaceTimeEstimate;
+
+    fn gaps_and_memory(&self) -> (Gaps, Option<u64>) {
+        (self.gaps, self.memory)
+    }
+
+    fn threads(&self) -> Option<usize> {
+        self.threads
+    }
+
+    fn plan(&self, grid: &Grid) -> Result<Realisations> {
+        let refuse = |option, expected: &str, found: String| {
+            Err(Error::Request {
+                option,
+                expected: expected.into(),
+                found,
+            })
+        };
+        if !(self.alpha > 0.0 && self.alpha < 1.0) {
+            let expected = "a probability between 0 and 1";
+            return refuse("significance", expected, self.alpha.to_string());
+        }
+        refuse_left_out(self.gaps, "a space-time spectrum")?;
+        if grid.sites < 4 {
+            let expected = "at least 4 sites for spectra along both axes";
+            return refuse("along", expected, grid.sites.to_string());
+        }
+        let mut averaging = self.averaging.clone();
+        if self.is_whole {
+            (averaging.segment, averaging.overlap) = (Some(grid.times), None);
+        }
+        Realisations::new(&averaging, grid.times)
+    }
+
+    fn zeros(&self, grid: &Grid, realisations: &Realisations) -> Vec<Sums> {
+        pass::zeros(grid, realisations)
+    }
+
+    fn about_mean(&self) -> bool {
+        self.averaging.detrend != Detrend::None
+    }
+
+    fn partial(
+        &self,
+        shots: &Shots<'_>,
+        (grid, realisations): (&Grid, &Realisations),
+        portions: &[Portion],
+    ) -> Result<(f64, Vec<Vec<TreeNode>>)> {
+        let pass = Pass::new(self, realisations, grid.clone())?;
+        let (unit, trees) = pass.sum(shots, portions, false)?;
+        Ok((unit, trees.into_iter().map(RecordTree::into_nodes).collect()))
+    }
+
+    fn combine(
+        &self,
+        (grid, realisations): (&Grid, &Realisations),
+        records: usize,
+        trees: Vec<RecordTree>,
+        unit: f64,
+    ) -> Result<SpaceTimeEstimate> {
+        let pass = Pass::new(self, realisations, grid.clone())?;
+        self.finish(&pass, records, &pass.totals(trees), unit)
+    }
+}
+
+/// By how much the power may differ from the energy of the samples.
+const PARSEVAL: f64 = 1e-10;
+
+impl SpaceTimeRequest {
+    fn finish(
+        &self,
+        pass: &Pass<'_>,
+        records: usize,
+        totals: &Totals,
+        unit: f64,
+    ) -> Result<SpaceTimeEstimate> {
+        let (grid, time) = (&pass.grid, pass.realisations);
+        let (length, sites) = (time.segments.length, grid.sites);
+        let count = (records * time.segments.count()) as f64;
+        let tapers = [time.tapers(), pass.space.tapers()];
+        let all = count * (tapers[0] * tapers[1]) as f64;
+        let scale = unit * unit;
+        let density = grid.time.step * grid.space.step / TAU * scale;
+        let spectrum = Array2::from_shape_fn((time.bins(), sites), |(m, i)| {
+            totals.power(m, i) / all * density * fold(m, length)
+        });
+        let cell = 1.0 / (length as f64 * grid.time.step) * TAU
+            / (sites as f64 * grid.space.step);
+        let values: Vec<f64> = spectrum.iter().copied().collect();
+        let power = crate::numeric::sum(&values) * cell;
+        let tapered = totals.tapered() / count * scale;
+        let parseval = match tapered > 0.0 {
+            true => power / tapered - 1.0,
+            false => 0.0,
+        };
+        if parseval.is_nan() || parseval.abs() > PARSEVAL {
+            return Err(Error::Parseval {
+                spectra: "spacetime_spectrum",
+                residual: parseval,
+                bound: PARSEVAL,
+            });
+        }
+        let evenness = steadiness(&totals.site_amplitudes());
+        let of_space = match evenness >= LEAST_STEADINESS {
+            true => pass.space.effective(),
+            false => 1.0,
+        };
+        let independence = Independence::new(
+            [records, time.segments.count(), tapers[0] * tapers[1]],
+            time.effective() * of_space,
+            totals.steadiness(records),
+        );
+        let degrees_of = match (independence.is_transient(), records) {
+            (true, 0..2) => f64::NAN,
+            (true, _) => 2.0 * records as f64,
+            (false, _) => 2.0 * independence.effective,
+        };
+        let factors = [1.0, 0.5].map(|real| match degrees_of.is_finite() {
+            true => interval_factors(real * degrees_of, self.alpha),
+            false => [f64::NAN; 2],
+        });
+        let mean_is_removed = self.about_mean();
+        let wavenumber = wavenumbers_signed(sites, grid.space.step);
+        // Of a row and a column, whether transforms are real.
+        let is_real = |m: usize, i: usize| {
+            let at_end = sites % 2 == 0 && i == 0;
+            fold(m, length) == 1.0 && (i == sites / 2 || at_end)
+        };
+        let is_known = |m: usize, s: f64| s > 0.0 && !(m == 0 && mean_is_removed);
+        let of = |value: &dyn Fn(usize, f64) -> f64| {
+            Array2::from_shape_fn(spectrum.dim(), |(m, i)| match spectrum[[m, i]] {
+                s if is_known(m, s) => value(usize::from(is_real(m, i)), s),
+                _ => f64::NAN,
+            })
+        };
+        let degrees = of(&|real, _| degrees_of / (1 + real) as f64);
+        let low = of(&|real, s| s * factors[real][0]);
+        let high = of(&|real, s| s * factors[real][1]);
+        let duration = length as f64 * grid.time.step;
+        let extent = sites as f64 * grid.space.step;
+        let half = |tapers: &Tapers, over: f64| match tapers {
+            Tapers::Slepian { nw, .. } => Some(nw / over),
+            Tapers::Window(_) => None,
+        };
+        Ok(SpaceTimeEstimate {
+            frequency: frequencies(length, grid.time.step),
+            wavenumber,
+            time: grid.time.clone(),
+            space: grid.space.clone(),
+            quantity: grid.quantity,
+            unit: grid.unit.clone(),
+            segment: [length, length - time.segments.hop],
+            tapers,
+            half_bandwidth: [
+                half(&self.averaging.tapers, duration),
+                half(&self.space, extent / TAU),
+            ],
+            independence,
+            evenness,
+            alpha: self.alpha,
+            mean_is_removed,
+            degrees,
+            low,
+            high,
+            power,
+            mean_square: totals.square() / (count * (length * sites) as f64) * scale,
+            parseval,
+            spectrum,
+        })
+    }
+}
+

@@ -1,0 +1,432 @@
+//! The pass over the segments of [`super::spacetime()`].
+
+use ndarray::ArrayView2;
+use num_complex::Complex;
+use rayon::prelude::*;
+
+use super::SpaceTimeRequest;
+use crate::error::{Error, Result};
+use crate::estimates::realisations::{
+    Averaging, Grid, Portion, Realisations, RecordTree, SegmentScratch, SegmentTree, Shot, Shots,
+    Sums, TOGETHER, held_at_once,
+};
+use crate::numeric::lanes::{LaneBlock, WIDTH};
+use crate::prepare::Detrend;
+use crate::transform::{ComplexScratch, ComplexTransform};
+
+/// Rows of the result that are summed together: those that pass through a transform at once.
+const ROWS: usize = ComplexTransform::<f64>::TOGETHER;
+
+/// Blocks of a tile of sites: the energy under the squares of the tapers along time, and the squares.
+const OF_SITES: usize = 2;
+
+pub(super) struct Pass<'a> {
+    request: &'a SpaceTimeRequest,
+    pub realisations: &'a Realisations,
+    /// Along space, all sites as one segment.
+    pub space: Realisations,
+    pub grid: Grid,
+    transforms: Vec<ComplexTransform<f64>>,
+    /// Means over the tapers of their squares, along time and along space.
+    squares: [Vec<f64>; 2],
+}
+
+/// Sums of the tiles of the result, in groups of rows, then of the tiles of sites.
+pub(super) fn zeros(grid: &Grid, realisations: &Realisations) -> Vec<Sums> {
+    let bins = realisations.bins();
+    let rows = (0..bins.div_ceil(ROWS)).map(|group| {
+        let rows = ROWS.min(bins - group * ROWS);
+        Sums::zeros(rows * grid.sites.div_ceil(WIDTH), 0)
+    });
+    let tiles = 0..grid.sites.div_ceil(TOGETHER);
+    let sites = tiles.map(|_| Sums::zeros(OF_SITES, realisations.pieces()));
+    rows.chain(sites).collect()
+}
+
+/// What is summed of one tile.
+#[derive(Default)]
+struct Unit {
+    segments: SegmentTree,
+    records: RecordTree,
+}
+
+/// A tile of sites in a segment: its samples less their trend, and their transforms under one taper.
+#[derive(Default)]
+struct Tile {
+    samples: Vec<f64>,
+    spectra: Vec<Complex<f64>>,
+}
+
+#[derive(Default)]
+struct Scratch {
+    space: ComplexScratch<f64>,
+    profiles: Vec<Complex<f64>>,
+}
+
+#[derive(Default)]
+struct TimeScratch {
+    segments: SegmentScratch,
+    numbers: Vec<f64>,
+}
+
+impl<'a> Pass<'a> {
+    pub fn new(
+        request: &'a SpaceTimeRequest,
+        realisations: &'a Realisations,
+        grid: Grid,
+    ) -> Result<Self> {
+        let along_space = Averaging {
+            segment: Some(grid.sites),
+            overlap: Some(0),
+            tapers: request.space.clone(),
+            detrend: Detrend::None,
+        };
+        let space = Realisations::new(&along_space, grid.sites).map_err(of_space)?;
+        let plan = |taper: &Vec<f64>| ComplexTransform::new(taper, grid.sites);
+        Ok(Pass {
+            transforms: space.taper_samples().iter().map(plan).collect(),
+            squares: [mean_squares(realisations), mean_squares(&space)],
+            request,
+            realisations,
+            space,
+            grid,
+        })
+    }
+
+    /// The sums of every tile over these portions, and the unit of the samples. `is_all`: there are no others.
+    pub fn sum(
+        &self,
+        shots: &Shots<'_>,
+        portions: &[Portion],
+        is_all: bool,
+    ) -> Result<(f64, Vec<RecordTree>)> {
+        let bins = self.realisations.bins();
+        let band = self.rows_at_once(shots.memory(), portions, is_all)?;
+        // Where the field is larger than memory, pages are released behind the reader.
+        let longest = portions.iter().map(|portion| portion.samples.len());
+        let bytes = 8 * (longest.max().unwrap_or(0) * self.grid.sites) as u64;
+        let block = (bytes > shots.memory() / 4).then_some(TOGETHER);
+        let mut trees = Vec::new();
+        let mut sites = units(self.grid.sites.div_ceil(TOGETHER));
+        let mut unit = 1.0;
+        for first in (0..bins).step_by(band) {
+            let rows = first..bins.min(first + band);
+            let mut groups = units(rows.len().div_ceil(ROWS));
+            let mut tiles = Vec::new();
+            tiles.resize_with(sites.len(), Tile::default);
+            unit = shots.each_portion(block, portions, |shot, portion| {
+                let work = portion.segments.len() as u64;
+                shot.observer.stage("segments of all sites", work);
+                for segment in portion.segments.clone() {
+                    if shot.observer.cancelled() {
+                        return Err(Error::Cancelled);
+                    }
+                    let one = self.one(portion, segment);
+                    let known = (first == 0).then_some(&mut sites[..]);
+                    self.read(shot, portion, &one, &mut tiles, known);
+                    for taper in 0..self.realisations.tapers() {
+                        self.along_time(taper, &mut tiles);
+                        let add = (shot.scale * shot.scale, segment, taper);
+                        self.along_space(add, &rows, &tiles, &mut groups);
+                    }
+                    let done = one.samples.start - portion.samples.start;
+                    shot.release(done..done + self.realisations.segments.hop);
+                    shot.observer.advance(1);
+                }
+                let of_sites = sites.iter_mut().filter(|_| first == 0);
+                for unit in groups.iter_mut().chain(of_sites) {
+                    let Unit { segments, records } = unit;
+                    records.take(segments, portion.record, portion.is_whole, self.about_mean());
+                }
+                Ok(())
+            })?;
+            trees.extend(groups.into_iter().map(|group| settled(group.records, is_all)));
+        }
+        trees.extend(sites.into_iter().map(|tile| settled(tile.records, is_all)));
+        Ok((unit, trees))
+    }
+
+    fn about_mean(&self) -> bool {
+        self.request.averaging.detrend != Detrend::None
+    }
+
+    /// A segment by itself.
+    fn one(&self, portion: &Portion, segment: usize) -> Portion {
+        let start = segment * self.realisations.segments.hop;
+        Portion {
+            record: portion.record,
+            segments: segment..segment + 1,
+            samples: start..start + self.realisations.segments.length,
+            is_whole: false,
+        }
+    }
+
+    /// Rows of the result that are summed in one pass over the samples.
+    fn rows_at_once(&self, memory: u64, portions: &[Portion], is_all: bool) -> Result<usize> {
+        let (bins, length) = (self.realisations.bins(), self.realisations.segments.length);
+        let sites = self.grid.sites.next_multiple_of(TOGETHER) as u64;
+        let threads = rayon::current_num_threads() as u64;
+        let segments = held_at_once(self.realisations.segments.count());
+        let records = held_at_once(portions.len());
+        // A complex row, its sums in the trees, and those that stay; then what does not depend on the rows.
+        let stay = match is_all {
+            true => 1,
+            false => 4 * segments + 2 * records,
+        };
+        let row = sites * (16 + 8 * (segments + records + 1));
+        let scratch = ComplexTransform::<f64>::working_bytes(self.grid.sites, self.grid.sites)
+            + 16 * ROWS as u64 * sites
+            + crate::transform::RecordTransform::<f64>::working_bytes(length, length, TOGETHER)
+            + 24 * (TOGETHER * length) as u64;
+        let pieces = 8 * Sums::blocks(OF_SITES, self.realisations.pieces()) as u64;
+        let fixed = 8 * length as u64 * sites
+            + (8 * stay + 4 * 8) * sites * bins as u64
+            + sites * pieces * (segments + records + 1)
+            + threads * scratch;
+        let needed = fixed + ROWS as u64 * row;
+        if needed > memory {
+            return Err(Error::Memory {
+                what: "the space-time spectrum of this field",
+                needed,
+                allowed: memory,
+            });
+        }
+        let rows = ((memory - fixed) / row) as usize / ROWS * ROWS;
+        Ok(rows.clamp(ROWS, bins.next_multiple_of(ROWS)))
+    }
+
+    /// Reads a segment of all sites, removes its trends, and adds its energies to `sites`, if there are any.
+    fn read(
+        &self,
+        shot: &Shot<'_>,
+        portion: &Portion,
+        one: &Portion,
+        tiles: &mut [Tile],
+        sites: Option<&mut [Unit]>,
+    ) {
+        let (start, segment) = (portion.samples.start, one.segments.start);
+        let times = one.samples.start - start..one.samples.end - start;
+        let read = |scratch: &mut TimeScratch, i: usize, tile: &mut Tile, sums: Option<&mut Unit>| {
+            let from = i * TOGETHER;
+            let columns = from..self.grid.sites.min(from + TOGETHER);
+            tile.samples.resize(columns.len() * times.len(), 0.0);
+            shot.piece(times.clone(), columns, &mut tile.samples);
+            let Some(unit) = sums else {
+                self.realisations.remove_trends(&mut tile.samples, &mut scratch.segments);
+                return;
+            };
+            let sums = unit.segments.open(segment, true, || {
+                Sums::zeros(OF_SITES, self.realisations.pieces())
+            });
+            let pieces = (one, segment, &tile.samples[..], shot.scale);
+            self.realisations.add_pieces(pieces, &mut scratch.numbers, sums);
+            self.realisations.remove_trends(&mut tile.samples, &mut scratch.segments);
+            let squared = shot.scale * shot.scale;
+            let records = tile.samples.chunks_exact(times.len()).enumerate();
+            for (lane, record) in records {
+                let weighted = record.iter().zip(&self.squares[0]).map(|(v, w)| v * v * w);
+                scratch.numbers.clear();
+                scratch.numbers.extend(weighted);
+                let [tapered, all] = sums.plain_mut() else {
+                    return;
+                };
+                tapered.0[lane] += squared * crate::numeric::sum(&scratch.numbers);
+                all.0[lane] += squared * crate::numeric::sum_of_squares(record);
+            }
+            unit.segments.close();
+        };
+        match sites {
+            Some(sites) => tiles
+                .par_iter_mut()
+                .zip(sites)
+                .enumerate()
+                .for_each_init(TimeScratch::default, |scratch, (i, (tile, unit))| {
+                    read(scratch, i, tile, Some(unit));
+                }),
+            None => tiles
+                .par_iter_mut()
+                .enumerate()
+                .for_each_init(TimeScratch::default, |scratch, (i, tile)| {
+                    read(scratch, i, tile, None);
+                }),
+        }
+    }
+
+    /// Transforms all sites under a taper along time.
+    fn along_time(&self, taper: usize, tiles: &mut [Tile]) {
+        tiles
+            .par_iter_mut()
+            .for_each_init(TimeScratch::default, |scratch, tile| {
+                let Tile { samples, spectra } = tile;
+                let found = self.realisations.under_taper(taper, samples, &mut scratch.segments);
+                spectra.clear();
+                spectra.extend_from_slice(found);
+            });
+    }
+
+    /// Transforms these rows under all tapers along space, and adds their powers.
+    fn along_space(
+        &self,
+        (squared, segment, taper): (f64, usize, usize),
+        rows: &std::ops::Range<usize>,
+        tiles: &[Tile],
+        groups: &mut [Unit],
+    ) {
+        let sites = self.grid.sites;
+        let blocks = sites.div_ceil(WIDTH);
+        let is_one = self.realisations.tapers() * self.transforms.len() == 1;
+        let add = |scratch: &mut Scratch, (group, unit): (usize, &mut Unit)| {
+            let first = rows.start + group * ROWS;
+            let rows = first..rows.end.min(first + ROWS);
+            scratch.profiles.clear();
+            for row in rows.clone() {
+                for (i, tile) in tiles.iter().enumerate() {
+                    let width = TOGETHER.min(sites - i * TOGETHER);
+                    let cells = &tile.spectra[row * width..][..width];
+                    scratch.profiles.extend_from_slice(cells);
+                }
+            }
+            if taper == 0 {
+                let zeros = || Sums::zeros(rows.len() * blocks, 0);
+                unit.segments.open(segment, is_one, zeros);
+            }
+            let shape = (rows.len(), sites);
+            let profiles = ArrayView2::from_shape(shape, &scratch.profiles);
+            let (Some(sums), Ok(profiles)) = (unit.segments.current(), profiles) else {
+                return;
+            };
+            for transform in &self.transforms {
+                let powers = transform.powers(profiles, &mut scratch.space);
+                let sums = sums.plain_mut().chunks_exact_mut(blocks);
+                for (powers, sums) in powers.chunks_exact(sites).zip(sums) {
+                    let sums: &mut [f64] = bytemuck::cast_slice_mut(sums);
+                    for (sum, power) in sums.iter_mut().zip(powers) {
+                        *sum += squared * power;
+                    }
+                }
+            }
+            if taper + 1 == self.realisations.tapers() {
+                unit.segments.close();
+            }
+        };
+        groups
+            .par_iter_mut()
+            .enumerate()
+            .for_each_init(Scratch::default, add);
+    }
+
+    /// The sums of all records.
+    pub fn totals(&self, trees: Vec<RecordTree>) -> Totals {
+        let zeros = zeros(&self.grid, self.realisations);
+        let total = |(mut tree, zeros): (RecordTree, Sums)| tree.total().unwrap_or(zeros);
+        let mut groups: Vec<Sums> = trees.into_iter().zip(zeros).map(total).collect();
+        let tiles = groups.split_off(self.realisations.bins().div_ceil(ROWS));
+        Totals {
+            groups,
+            tiles,
+            sites: self.grid.sites,
+            space: self.squares[1].clone(),
+        }
+    }
+}
+
+fn units(count: usize) -> Vec<Unit> {
+    let mut units = Vec::new();
+    units.resize_with(count, Unit::default);
+    units
+}
+
+/// The total in place of its nodes, where no other part follows.
+fn settled(mut tree: RecordTree, is_all: bool) -> RecordTree {
+    if is_all {
+        tree.settle();
+    }
+    tree
+}
+
+/// An error of the tapers along space, with its option.
+fn of_space(error: Error) -> Error {
+    match error {
+        Error::Request {
+            option,
+            expected,
+            found,
+        } => Error::Request {
+            option: match option {
+                "window" => "space-window",
+                "multitaper" => "space-multitaper",
+                option => option,
+            },
+            expected,
+            found,
+        },
+        error => error,
+    }
+}
+
+/// The mean over the tapers of their squares.
+fn mean_squares(realisations: &Realisations) -> Vec<f64> {
+    let tapers = realisations.taper_samples();
+    let square = |n: usize| tapers.iter().map(|taper| taper[n] * taper[n]).sum::<f64>();
+    (0..realisations.segments.length)
+        .map(|n| square(n) / tapers.len() as f64)
+        .collect()
+}
+
+/// Sums over all realisations.
+pub(super) struct Totals {
+    groups: Vec<Sums>,
+    tiles: Vec<Sums>,
+    sites: usize,
+    /// Mean of the squares of the tapers along space.
+    space: Vec<f64>,
+}
+
+impl Totals {
+    /// `|X|^2` of a cell, over all realisations.
+    pub fn power(&self, row: usize, column: usize) -> f64 {
+        let blocks = self.sites.div_ceil(WIDTH);
+        let block = row % ROWS * blocks + column / WIDTH;
+        self.groups[row / ROWS].plain()[block].0[column % WIDTH]
+    }
+
+    fn of_site(&self, what: usize) -> impl Iterator<Item = f64> + '_ {
+        let lane = move |j: usize| {
+            let block: &LaneBlock = &self.tiles[j / TOGETHER].plain()[what];
+            block.0[j % TOGETHER]
+        };
+        (0..self.sites).map(lane)
+    }
+
+    /// Energy under the squares of the tapers, of all segments.
+    pub fn tapered(&self) -> f64 {
+        let weighted = self.of_site(0).zip(&self.space).map(|(e, w)| e * w);
+        crate::numeric::sum(&weighted.collect::<Vec<f64>>())
+    }
+
+    /// Squares of the samples of all segments.
+    pub fn square(&self) -> f64 {
+        crate::numeric::sum(&self.of_site(1).collect::<Vec<f64>>())
+    }
+
+    /// Roots of the energies of the sites.
+    pub fn site_amplitudes(&self) -> Vec<f64> {
+        self.of_site(1).map(f64::sqrt).collect()
+    }
+
+    /// The steadiness of the site at which half of the energy lies at sites that are less steady.
+    pub fn steadiness(&self, records: usize) -> f64 {
+        let of = |j: usize| self.tiles[j / TOGETHER].steadiness()[j % TOGETHER] / records as f64;
+        let mut sites: Vec<(f64, f64)> = self.of_site(1).enumerate().map(|(j, e)| (of(j), e)).collect();
+        sites.sort_by(|a, b| a.0.total_cmp(&b.0));
+        let half = 0.5 * sites.iter().map(|(_, energy)| energy).sum::<f64>();
+        let mut below = 0.0;
+        for (steadiness, energy) in &sites {
+            below += energy;
+            if below > half {
+                return *steadiness;
+            }
+        }
+        1.0
+    }
+}

@@ -1,0 +1,122 @@
+//! Sums over a part of the realisations of an estimate, as a file.
+
+use std::path::Path;
+
+use serde::{Deserialize, Serialize};
+
+use super::{Archive, NamedArrays};
+use crate::arrays::Precision;
+use crate::error::{Error, Result};
+use crate::estimates::{NodePlace, Partial, PartialAbout};
+use crate::field::{Members, read_members};
+
+/// The schema of partial results.
+pub const PARTIAL_SCHEMA: &str = "cascade.part/1";
+
+/// What the file says of itself.
+#[derive(Serialize, Deserialize)]
+struct Stored {
+    schema: String,
+    /// BLAKE3 hash of the arrays.
+    checksum: String,
+    about: PartialAbout,
+}
+
+/// A row of the array `nodes`.
+const COLUMNS: usize = 3;
+
+fn checksum(nodes: &[f64], sums: &[f64]) -> String {
+    let mut hasher = blake3::Hasher::new();
+    for number in nodes.iter().chain(sums) {
+        hasher.update(&number.to_le_bytes());
+    }
+    hasher.finalize().to_hex().to_string()
+}
+
+/// Writes a partial result to the new file `path` (`.npz`): the text `part`, JSON with the request, the axes,
+/// the range of segments and a checksum; `nodes` (n, 3), the record of each node (-1: its leaves are records),
+/// its level and its index; `sums` (n, m).
+///
+/// # Errors
+/// [`Error::Write`].
+pub fn write_partial(path: &Path, partial: &Partial) -> Result<()> {
+    let number = |record: Option<usize>| record.map_or(-1.0, |record| record as f64);
+    let row = |node: &NodePlace| [number(node.record), f64::from(node.level), node.index as f64];
+    let nodes: Vec<f64> = partial.nodes.iter().flat_map(row).collect();
+    let count = partial.nodes.len();
+    let stored = Stored {
+        schema: PARTIAL_SCHEMA.into(),
+        checksum: checksum(&nodes, &partial.sums),
+        about: partial.about.clone(),
+    };
+    let text = serde_json::to_string(&stored).map_err(std::io::Error::from);
+    let archive = Archive::create(path, Precision::F64)?;
+    archive.append_text("part", &text.map_err(Error::write("describe", path))?)?;
+    NamedArrays::append(&archive, "nodes", &[count, COLUMNS], &nodes)?;
+    let width = partial.sums.len() / count.max(1);
+    NamedArrays::append(&archive, "sums", &[count, width], &partial.sums)?;
+    archive.finish()
+}
+
+/// What a partial result is part of, without its sums.
+///
+/// # Errors
+/// [`Error::Unfit`] for a file that is no partial result; those of reading.
+pub fn read_partial_about(path: &Path) -> Result<PartialAbout> {
+    read_members(path, |members| Ok(stored(path, members)?.about))
+}
+
+/// A partial result.
+///
+/// # Errors
+/// [`Error::Unfit`] for a file that is no partial result, or damaged; those of reading.
+pub fn read_partial(path: &Path) -> Result<Partial> {
+    read_members(path, |members| {
+        let stored = stored(path, members)?;
+        let nodes = array(path, members, "nodes")?;
+        let sums = array(path, members, "sums")?;
+        if checksum(&nodes, &sums) != stored.checksum {
+            return Err(unfit(path, "the sums that were written", "others: a damaged file"));
+        }
+        let (rows, _) = nodes.as_chunks::<COLUMNS>();
+        let place = |row: &[f64; COLUMNS]| NodePlace {
+            record: (row[0] >= 0.0).then_some(row[0] as usize),
+            level: row[1] as u32,
+            index: row[2] as usize,
+        };
+        Ok(Partial {
+            about: stored.about,
+            nodes: rows.iter().map(place).collect(),
+            sums,
+        })
+    })
+}
+
+fn unfit(path: &Path, expected: &str, found: &str) -> Error {
+    Error::Unfit {
+        path: path.to_owned(),
+        expected: expected.into(),
+        found: found.into(),
+    }
+}
+
+fn stored(path: &Path, members: &mut Members) -> Result<Stored> {
+    const EXPECTED: &str = "a partial result of an estimate";
+    let text = members.text("part")?;
+    let text = text.ok_or_else(|| unfit(path, EXPECTED, "an archive without `part`"))?;
+    let stored: Stored =
+        serde_json::from_str(&text).map_err(|error| unfit(path, EXPECTED, &error.to_string()))?;
+    match stored.schema == PARTIAL_SCHEMA {
+        true => Ok(stored),
+        false => {
+            let found = format!("the layout {:?}", stored.schema);
+            Err(unfit(path, &format!("the layout {PARTIAL_SCHEMA:?}"), &found))
+        }
+    }
+}
+
+fn array(path: &Path, members: &mut Members, name: &str) -> Result<Vec<f64>> {
+    let found = members.array(name)?;
+    let missing = || unfit(path, &format!("an array `{name}`"), "none");
+    found.map(|(_, values)| values).ok_or_else(missing)
+}

@@ -1,0 +1,252 @@
+//! Averages in parts have the bits of the whole, however the segments are cut.
+
+use ndarray::Array2;
+use wavecascade::estimates::{
+    Averaging, Coherence, CoherenceRequest, Combined, DividedRequest, Part, Partial,
+    SpectrumEstimate, SpectrumRequest, Tapers, coherence, combine, partial, spectrum,
+};
+use wavecascade::observer::Silent;
+use wavecascade::prepare::{Detrend, Gaps};
+use wavecascade::{Error, Field};
+
+/// Noise with a slow swing and an offset, 11 sites of an odd number of samples.
+fn shots(count: usize, samples: usize) -> Vec<Field> {
+    let shot = |shot: usize| {
+        let values = Array2::from_shape_fn((samples, 11), |(n, j)| {
+            let hashed = (n * 7919 + j * 104_729 + shot * 1_299_709) as u64;
+            let mixed = hashed.wrapping_mul(0x9e37_79b9_7f4a_7c15) >> 40;
+            let noise = mixed as f64 / f64::from(1 << 24) - 0.5;
+            3.0 + j as f64 * noise + (0.01 * n as f64).sin()
+        });
+        let mut field = Field::from_array(values);
+        field.time.step = 1e-3;
+        field.name = format!("shot{shot}");
+        field
+    };
+    (0..count).map(shot).collect()
+}
+
+fn averaging(segment: usize, overlap: usize) -> Averaging {
+    Averaging {
+        segment: Some(segment),
+        overlap: Some(overlap),
+        ..Averaging::default()
+    }
+}
+
+fn welch(segment: usize, overlap: usize) -> SpectrumRequest {
+    SpectrumRequest {
+        averaging: averaging(segment, overlap),
+        has_jackknife: false,
+        ..SpectrumRequest::default()
+    }
+}
+
+fn multitaper(segment: usize) -> SpectrumRequest {
+    SpectrumRequest {
+        averaging: Averaging {
+            tapers: Tapers::Slepian { nw: 3.0, count: 4 },
+            ..averaging(segment, segment / 3)
+        },
+        ..welch(segment, 0)
+    }
+}
+
+fn parts_of(fields: &[&Field], request: &DividedRequest, of: usize) -> Vec<Partial> {
+    let part = |number| {
+        let part = Part::new(number, of).unwrap();
+        partial(fields, request, part, &Silent).unwrap()
+    };
+    (1..=of).map(part).collect()
+}
+
+/// A number for every bit of the arrays.
+fn bits<'a>(arrays: impl IntoIterator<Item = &'a Array2<f64>>) -> Vec<u64> {
+    let numbers = arrays.into_iter().flatten();
+    numbers.map(|v| v.to_bits()).collect()
+}
+
+fn spectrum_bits(found: &SpectrumEstimate) -> Vec<u64> {
+    let test = found.line_test.as_ref().map(|test| &test.statistic);
+    let arrays = [&found.spectrum, &found.degrees, &found.low, &found.high];
+    let mut bits = bits(arrays.into_iter().chain(test));
+    bits.extend(found.steadiness.iter().map(|v| v.to_bits()));
+    bits
+}
+
+fn coherence_bits(found: &Coherence) -> Vec<u64> {
+    let delays = found.delays.iter().flatten();
+    let numbers = delays.flat_map(|delay| [delay.delay, delay.error]);
+    let mut bits = bits([&found.coherence, &found.phase, &found.phase_interval, &found.spectrum]);
+    bits.extend(numbers.chain([found.independence.steadiness]).map(f64::to_bits));
+    bits
+}
+
+#[test]
+fn regress_parts_of_spectra_have_the_bits_of_the_whole() {
+    for (records, samples, request) in [
+        (1, 1001, welch(64, 32)),
+        (3, 777, welch(50, 17)),
+        (1, 1203, multitaper(128)),
+        (2, 501, multitaper(501)),
+        (1, 300, SpectrumRequest {
+            averaging: Averaging {
+                detrend: Detrend::None,
+                ..averaging(40, 39)
+            },
+            ..welch(40, 39)
+        }),
+    ] {
+        let fields = shots(records, samples);
+        let fields: Vec<&Field> = fields.iter().collect();
+        let with_jackknife = SpectrumRequest {
+            has_jackknife: true,
+            ..request.clone()
+        };
+        let whole = spectrum(&fields, &request, &Silent).unwrap();
+        let expected = spectrum_bits(&whole);
+        let known = spectrum(&fields, &with_jackknife, &Silent).unwrap();
+        assert_eq!(spectrum_bits(&known), expected);
+        assert!(whole.jackknife.iter().all(|v| v.is_nan()));
+        for of in [1, 2, 3, 7] {
+            if of > records * whole.independence.segments {
+                continue;
+            }
+            let mut parts = parts_of(&fields, &request.clone().into(), of);
+            parts.rotate_left(of / 2);
+            parts.reverse();
+            let Combined::Spectrum(found) = combine(&parts).unwrap() else {
+                panic!("a spectrum");
+            };
+            assert_eq!(spectrum_bits(&found), expected, "{records} {samples} {of}");
+            assert_eq!(found.independence, whole.independence);
+        }
+    }
+}
+
+#[test]
+fn regress_parts_of_coherence_have_the_bits_of_the_whole() {
+    let slepian = Averaging {
+        tapers: Tapers::Slepian { nw: 2.0, count: 3 },
+        ..averaging(60, 31)
+    };
+    for (records, samples, reference, averaging) in [
+        (1, 1001, 9, averaging(60, 31)),
+        (3, 301, 0, averaging(60, 31)),
+        (2, 501, 0, slepian),
+    ] {
+        let fields = shots(records, samples);
+        let fields: Vec<&Field> = fields.iter().collect();
+        let request = CoherenceRequest {
+            reference,
+            averaging,
+            ..CoherenceRequest::default()
+        };
+        let expected = coherence_bits(&coherence(&fields, &request, &Silent).unwrap());
+        for of in [1, 2, 3, 7] {
+            let mut parts = parts_of(&fields, &request.clone().into(), of);
+            parts.reverse();
+            let Combined::Coherence(found) = combine(&parts).unwrap() else {
+                panic!("a coherence");
+            };
+            assert_eq!(coherence_bits(&found), expected, "{records} {samples} {of}");
+        }
+    }
+}
+
+/// In little memory, with few threads.
+#[test]
+fn regress_blocks_and_threads_do_not_move_a_bit_of_parts() {
+    let fields = shots(2, 4001);
+    let fields: Vec<&Field> = fields.iter().collect();
+    let request = welch(64, 32);
+    let expected = spectrum_bits(&spectrum(&fields, &request, &Silent).unwrap());
+    let small = SpectrumRequest {
+        threads: Some(1),
+        memory: Some(2 << 20),
+        ..request
+    };
+    let Combined::Spectrum(found) = combine(&parts_of(&fields, &small.into(), 5)).unwrap() else {
+        panic!("a spectrum");
+    };
+    assert_eq!(spectrum_bits(&found), expected);
+}
+
+/// Samples outside of a part are not read: here they are not finite.
+#[test]
+fn regress_a_part_reads_its_own_samples_alone() {
+    let whole = shots(1, 1000);
+    let mut values = Array2::from_elem((1000, 11), f64::NAN);
+    let mut samples = vec![0.0; 11_000];
+    whole[0].read_time_major(0..1000, 0..11, &mut samples);
+    // Of 30 segments of 64 samples every 32, segments 10 to 19 reach samples 320 to 671.
+    for n in 320..672 {
+        for j in 0..11 {
+            values[[n, j]] = samples[n * 11 + j];
+        }
+    }
+    let mut cut = Field::from_array(values);
+    (cut.time.step, cut.name) = (1e-3, "shot0".into());
+    let request = DividedRequest::from(welch(64, 32));
+    let part = Part::new(2, 3).unwrap();
+    let found = partial(&[&cut], &request, part, &Silent).unwrap();
+    assert_eq!(found.about.range, [10, 20]);
+    assert_eq!(found, partial(&[&whole[0]], &request, part, &Silent).unwrap());
+    // A gap at the cut cannot be filled from one side.
+    let mut samples = samples;
+    samples[671 * 11 + 4] = f64::NAN;
+    let mut gappy = Field::from_array(Array2::from_shape_vec((1000, 11), samples).unwrap());
+    gappy.time.step = 1e-3;
+    let filled = SpectrumRequest {
+        gaps: Gaps::Interpolate,
+        ..welch(64, 32)
+    };
+    let error = partial(&[&gappy], &filled.into(), part, &Silent).unwrap_err();
+    assert!(error.to_string().contains("time row 671, site 4"), "{error}");
+}
+
+#[test]
+fn regress_what_is_missing_twice_or_foreign_is_named() {
+    let fields = shots(1, 500);
+    let fields: Vec<&Field> = fields.iter().collect();
+    let request = DividedRequest::from(welch(64, 32));
+    let parts = parts_of(&fields, &request, 5);
+    let foreign = parts_of(&fields, &welch(64, 30).into(), 5);
+    let said = |parts: &[&Partial]| {
+        let parts: Vec<Partial> = parts.iter().map(|part| (*part).clone()).collect();
+        let error = combine(&parts).unwrap_err();
+        assert!(matches!(error, Error::Request { option: "merge", .. }));
+        error.to_string()
+    };
+    let [a, b, c, d, e] = &parts[..] else {
+        panic!("five parts");
+    };
+    assert!(said(&[a, c, d]).contains("no part 2/5"), "{}", said(&[a, c, d]));
+    assert!(said(&[b, d, e]).contains("no part 1/5"));
+    assert!(said(&[a, b, c, d]).contains("no part 5/5"));
+    assert!(said(&[a, b, b, c, d, e]).contains("in part 2/5 and part 2/5"));
+    let text = said(&[a, b, c, d, &foreign[4]]);
+    assert!(text.contains("overlap 30 in place of 32 in part 5/5"), "{text}");
+    assert!(said(&[]).contains("none"));
+    // Parts of different cuts may be combined.
+    let halves = parts_of(&fields, &request, 2);
+    let quarters = parts_of(&fields, &request, 4);
+    combine(&[halves[1].clone(), quarters[0].clone(), quarters[1].clone()]).unwrap();
+    // What no part can hold.
+    let part = Part::new(1, 2).unwrap();
+    for refused in [
+        SpectrumRequest {
+            has_jackknife: true,
+            ..welch(64, 32)
+        },
+        SpectrumRequest {
+            along: wavecascade::estimates::SpectrumAxis::Space,
+            ..welch(8, 4)
+        },
+        welch(500, 0),
+    ] {
+        let error = partial(&fields, &refused.into(), part, &Silent).unwrap_err();
+        assert!(matches!(error, Error::Request { .. }), "{error}");
+    }
+    assert!(Part::new(0, 2).is_err() && Part::new(3, 2).is_err());
+}

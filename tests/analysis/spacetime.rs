@@ -1,0 +1,244 @@
+//! `S(k, f)` with intervals against NumPy and SciPy (`data/spacetime.json`, made by
+//! `data/make_spacetime.py`), noise whose spectrum is known, and waves.
+
+use std::f64::consts::TAU;
+
+use ndarray::Array2;
+use wavecascade::estimates::{
+    Averaging, Combined, DividedRequest, Part, SpaceTimeEstimate, SpaceTimeRequest, Tapers, combine,
+    partial, spacetime,
+};
+use wavecascade::observer::Silent;
+use wavecascade::prepare::{Detrend, Window};
+use wavecascade::{Error, Field};
+
+const DT: f64 = 0.25;
+const DX: f64 = 0.5;
+
+fn field(values: Array2<f64>) -> Field {
+    let mut field = Field::from_array(values);
+    (field.time.step, field.space.step) = (DT, DX);
+    field
+}
+
+struct Noise(u64);
+
+impl Noise {
+    fn next(&mut self) -> f64 {
+        self.0 = (1_103_515_245 * self.0 + 12_345) % (1 << 31);
+        self.0 as f64 / f64::from(1 << 30) - 1.0
+    }
+
+    /// Nearly Gaussian, of variance 4.
+    fn gaussian(&mut self) -> f64 {
+        (0..12).map(|_| self.next()).sum()
+    }
+}
+
+fn welch(segment: usize, overlap: usize) -> SpaceTimeRequest {
+    SpaceTimeRequest {
+        averaging: Averaging {
+            segment: Some(segment),
+            overlap: Some(overlap),
+            ..Averaging::default()
+        },
+        ..SpaceTimeRequest::default()
+    }
+}
+
+fn tapers(time: (f64, usize), space: (f64, usize)) -> SpaceTimeRequest {
+    let slepian = |(nw, count)| Tapers::Slepian { nw, count };
+    SpaceTimeRequest {
+        averaging: Averaging {
+            tapers: slepian(time),
+            detrend: Detrend::None,
+            ..Averaging::default()
+        },
+        space: slepian(space),
+        ..SpaceTimeRequest::default()
+    }
+}
+
+fn found(field: &Field, request: &SpaceTimeRequest) -> SpaceTimeEstimate {
+    spacetime(&[field], request, &Silent).unwrap()
+}
+
+#[derive(serde::Deserialize)]
+struct Reference {
+    welch: Vec<f64>,
+    tapers: Vec<f64>,
+}
+
+#[test]
+fn val_numpy_and_scipy_spectra() {
+    let text = include_str!("../data/spacetime.json");
+    let reference: Reference = serde_json::from_str(text).unwrap();
+    for (times, sites, request, expected) in [
+        (52, 10, welch(16, 8), reference.welch),
+        (45, 9, tapers((2.0, 3), (2.0, 2)), reference.tapers),
+    ] {
+        let mut noise = Noise(5);
+        let values = Array2::from_shape_fn((times, sites), |_| noise.next());
+        let found = found(&field(values), &request);
+        let largest = expected.iter().copied().fold(0.0, f64::max);
+        assert_eq!(found.spectrum.len(), expected.len());
+        let errors = found.spectrum.iter().zip(&expected);
+        let worst = errors.map(|(a, b)| (a - b).abs() / largest);
+        let worst = worst.fold(0.0, f64::max);
+        assert!(worst < 2e-13, "{times}: {worst:e}");
+        assert!(found.parseval.abs() < 1e-13, "{:e}", found.parseval);
+    }
+}
+
+/// White noise lies in the intervals as often as they say; its density is `2 variance dt dx / (2 pi)`.
+#[test]
+fn val_intervals_of_white_noise_hold() {
+    let mut noise = Noise(23);
+    for (times, sites, request, expected) in [
+        (4096, 24, welch(64, 32), 2.0 * 120.4),
+        (256, 40, tapers((3.0, 5), (2.0, 3)), 2.0 * 15.0),
+    ] {
+        let truth = 2.0 * 4.0 * DT * DX / TAU;
+        let (mut inside, mut all) = (0, 0);
+        for _ in 0..2 {
+            let values = Array2::from_shape_fn((times, sites), |_| noise.gaussian());
+            let found = found(&field(values), &request);
+            let degrees = found.inner_degrees().unwrap();
+            assert!((0.93..1.07).contains(&(degrees / expected)), "{degrees}");
+            let ends = found.low.indexed_iter().zip(&found.high);
+            let rows = 4..found.frequency.len() - 4;
+            for (((m, _), low), high) in ends {
+                if rows.contains(&m) {
+                    all += 1;
+                    inside += u32::from(*low < truth && truth < *high);
+                }
+            }
+        }
+        let share = f64::from(inside) / f64::from(all);
+        println!("{sites} sites: {share:.4} of {all} cells");
+        assert!((share - 0.95).abs() < 0.015, "{share}");
+    }
+}
+
+/// A wave travels towards +x at positive k; its power is that of the samples.
+#[test]
+fn val_plane_waves_at_their_wavenumber_and_frequency() {
+    let (times, sites) = (1000, 20);
+    let (bin, wave) = (11, 3);
+    let frequency = f64::from(bin) / (64.0 * DT);
+    for (sign, shares) in [(1.0, [1.0, 0.0, 0.0]), (-1.0, [0.0, 1.0, 0.0])] {
+        let k = sign * TAU * f64::from(wave) / (sites as f64 * DX);
+        let values = Array2::from_shape_fn((times, sites), |(n, j)| {
+            3.0 * (k * j as f64 * DX - TAU * frequency * n as f64 * DT).cos()
+        });
+        let whole = SpaceTimeRequest {
+            space: Tapers::Window(Window::None),
+            averaging: Averaging {
+                tapers: Tapers::Window(Window::None),
+                ..welch(64, 0).averaging
+            },
+            ..SpaceTimeRequest::default()
+        };
+        for request in [welch(64, 32), whole] {
+            let found = found(&field(values.clone()), &request);
+            let (row, column) = found.largest();
+            assert!((found.frequency[row] - frequency).abs() < 1e-12);
+            assert!((found.wavenumber[column] - k).abs() < 1e-12);
+            for (share, expected) in found.directions().iter().zip(shares) {
+                assert!((share - expected).abs() < 1e-9, "{share}");
+            }
+            assert!((found.power / 4.5 - 1.0).abs() < 1e-12, "{}", found.power);
+            assert!((found.mean_square / 4.5 - 1.0).abs() < 1e-12);
+        }
+    }
+}
+
+/// A pulse that passes all sites is a transient, though the energy of all of them is steady.
+#[test]
+fn regress_a_transient_has_no_interval_without_shots() {
+    let pulse = |shot: u64| {
+        let mut noise = Noise(shot);
+        field(Array2::from_shape_fn((640, 16), |(n, j)| {
+            let late = (n as f64 - 40.0 * j as f64 - 10.0) / 6.0;
+            (-late * late).exp() + 1e-3 * noise.next()
+        }))
+    };
+    let shots: Vec<Field> = (0..3).map(pulse).collect();
+    let request = welch(64, 32);
+    let one = found(&shots[0], &request);
+    assert!(!one.has_interval() && one.independence.is_transient());
+    assert!(one.low.iter().chain(&one.degrees).all(|v| v.is_nan()));
+    let all: Vec<&Field> = shots.iter().collect();
+    let three = spacetime(&all, &request, &Silent).unwrap();
+    assert_eq!(three.inner_degrees(), Some(6.0));
+    // Energy at one site of many: tapers along space see the same.
+    let mut noise = Noise(9);
+    let values = Array2::from_shape_fn((512, 32), |(_, j)| match j {
+        7 => noise.gaussian(),
+        _ => 1e-3 * noise.gaussian(),
+    });
+    let narrow = found(&field(values), &tapers((3.0, 5), (2.0, 3)));
+    let degrees = narrow.inner_degrees().unwrap();
+    assert!((degrees - 10.0).abs() < 1e-6, "{degrees}");
+}
+
+#[test]
+fn regress_parts_blocks_and_threads_do_not_move_a_bit() {
+    let shot = |seed: u64| {
+        let mut noise = Noise(seed);
+        field(Array2::from_shape_fn((701, 27), |_| noise.next()))
+    };
+    let shots: Vec<Field> = (1..3).map(shot).collect();
+    let shots: Vec<&Field> = shots.iter().collect();
+    let slepian = SpaceTimeRequest {
+        averaging: Averaging {
+            tapers: Tapers::Slepian { nw: 2.0, count: 2 },
+            ..welch(64, 30).averaging
+        },
+        space: Tapers::Slepian { nw: 2.0, count: 3 },
+        ..SpaceTimeRequest::default()
+    };
+    let bits = |found: &SpaceTimeEstimate| -> Vec<u64> {
+        let arrays = [&found.spectrum, &found.degrees, &found.low, &found.high];
+        let numbers = arrays.into_iter().flatten().copied();
+        let more = [found.power, found.mean_square, found.parseval, found.evenness];
+        numbers.chain(more).map(f64::to_bits).collect()
+    };
+    for (fields, request) in [(&shots[..1], welch(64, 32)), (&shots[..], slepian)] {
+        let expected = bits(&spacetime(fields, &request, &Silent).unwrap());
+        // The least memory that is not refused sums four rows at a time.
+        let of = |threads, memory| {
+            let request = SpaceTimeRequest {
+                threads: Some(threads),
+                memory,
+                ..request.clone()
+            };
+            spacetime(fields, &request, &Silent)
+        };
+        let Err(Error::Memory { needed, .. }) = of(2, Some(1)) else {
+            panic!("a byte is not enough");
+        };
+        for memory in [None, Some(needed + 4096)] {
+            assert_eq!(bits(&of(2, memory).unwrap()), expected, "{memory:?}");
+        }
+        let request = DividedRequest::from(request);
+        for of in [1, 2, 3, 7] {
+            let part = |number| {
+                let part = Part::new(number, of).unwrap();
+                partial(fields, &request, part, &Silent).unwrap()
+            };
+            let parts: Vec<_> = (1..=of).rev().map(part).collect();
+            let Combined::SpaceTime(found) = combine(&parts).unwrap() else {
+                panic!("a space-time spectrum");
+            };
+            assert_eq!(bits(&found), expected, "{of}");
+        }
+    }
+    // Three sites have no wavenumbers to speak of, and tapers have to fit.
+    let narrow = field(Array2::zeros((64, 3)));
+    let error = spacetime(&[&narrow], &welch(16, 8), &Silent).unwrap_err();
+    assert!(matches!(error, Error::Request { option: "along", .. }));
+    let wide = tapers((2.0, 3), (2.0, 4));
+    let error = spacetime(&shots, &wide, &Silent).unwrap_err();
+    assert!(matches!(error, Error::Request { option: "space-multitaper", .. }), "{error}");
+}

@@ -1,0 +1,54 @@
+"""Writes spacetime.json: space-time spectra by NumPy's transforms and SciPy's windows.
+
+Needs numpy and scipy. The fields are those of `analysis/spacetime.rs`: numbers of a linear congruential
+generator, row by row.
+"""
+
+import json
+from pathlib import Path
+
+import numpy as np
+from scipy.signal import detrend
+from scipy.signal.windows import dpss, get_window
+
+DT, DX = 0.25, 0.5
+
+
+def field(times, sites):
+    values, state = [], 5
+    for _ in range(times * sites):
+        state = (1103515245 * state + 12345) % 2**31
+        values.append(state / 2**30 - 1)
+    return np.reshape(values, (times, sites))
+
+
+def spectrum(values, segment, hop, time_tapers, space_tapers, kind):
+    times, sites = values.shape
+    total, count = 0.0, 0
+    for start in range(0, times - segment + 1, hop):
+        part = values[start : start + segment]
+        if kind:
+            part = detrend(part, axis=0, type=kind)
+        for w in time_tapers:
+            for u in space_tapers:
+                w, u = w / np.sqrt(sum(w**2)), u / np.sqrt(sum(u**2))
+                x = np.fft.fft(part * w[:, None] * u, axis=0)[: segment // 2 + 1]
+                x = np.fft.fftshift(np.fft.ifft(x, axis=1) * sites, axes=1)
+                total = total + abs(x) ** 2
+                count += 1
+    fold = np.full(segment // 2 + 1, 2.0)
+    fold[0] = 1
+    if segment % 2 == 0:
+        fold[-1] = 1
+    return (fold[:, None] * total / count * DT * DX / (2 * np.pi)).ravel().tolist()
+
+
+found = {
+    "welch": spectrum(
+        field(52, 10), 16, 8, [get_window("hann", 16)], [get_window("hann", 10)], "constant"
+    ),
+    "tapers": spectrum(
+        field(45, 9), 45, 45, dpss(45, 2, 3), dpss(9, 2, 2), None
+    ),
+}
+Path(__file__).with_name("spacetime.json").write_text(json.dumps(found))
