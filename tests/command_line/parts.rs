@@ -113,6 +113,6 @@ fn regress_what_is_no_part_is_refused() {
     let middle = bytes.len() / 2;
     bytes[middle] ^= 1;
     std::fs::write(&path, bytes).unwrap();
-    let said = place.bad(2, &["coherence", "--merge", "part", "--out", "out"]);
+    let said = place.bad(1, &["coherence", "--merge", "part", "--out", "out"]);
     assert!(said.contains("part.npz"), "{said}");
 }
