@@ -54,7 +54,8 @@ axes.set(xlabel="position (m)", ylabel="frequency (Hz)")
 axes.set_title("Spectrum of a Zarr store, block by block", loc="left")
 
 # %% [markdown]
-# The plan of a terabyte is the same. Dask computes shapes and chunks without a sample:
+# A terabyte in long records is another matter. A block of whole records would be of 64 GiB, and is
+# refused:
 
 # %%
 import dask.array
@@ -65,18 +66,20 @@ big = xr.DataArray(
     ("time", "x"),
     "velocity",
 )
-lazy = wc.temporal_spectrum(big, scaling="density", segment=2**16, window_time="hann")
-whole_records = big.data.rechunk({0: -1}).chunksize
-print(f"field:    {big.nbytes / 2**40:.0f} TiB in {big.data.npartitions} chunks")
-print(f"spectrum: {lazy.nbytes / 2**30:.0f} GiB in {lazy.data.npartitions} blocks, one task each")
-print(f"a task reads {np.prod(whole_records) * 8 / 2**30:.0f} GiB: records of {whole_records[1]} sites")
+print(f"{big.nbytes / 2**40:.0f} TiB in {big.data.npartitions} chunks")
+try:
+    wc.temporal_spectrum(big, scaling="density", segment=2**16, window_time="hann")
+except ValueError as error:
+    print(error)
 
 # %% [markdown]
-# A task of this size is too large for most workers: smaller chunks along x, not along time, make it
-# smaller.
+# An average over segments needs no whole records: each chunk gives its sums, whatever its size, and the
+# bits depend on neither chunks nor workers
+# ([Fields larger than one machine](../guide/distributed.md)). Dask computes shapes without a sample:
 
 # %%
-finer = big.chunk({"x": 64})
-lazy = wc.temporal_spectrum(finer, scaling="density", segment=2**16, window_time="hann")
-print(f"{lazy.data.npartitions} tasks of {2**22 * 64 * 8 / 2**30:.0f} GiB")
+lazy = wc.distributed.averaged(big, segment=2**16)
+print(f"S(f, x): {lazy.spectrum.nbytes / 2**30:.0f} GiB in {lazy.spectrum.data.npartitions} blocks")
+small = wc.distributed.averaged(field, segment=512, detrend="none").compute()
+print("as above:", np.allclose(small.spectrum, blocks, rtol=1e-12, atol=0))
 folder.cleanup()

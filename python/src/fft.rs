@@ -153,6 +153,9 @@ impl Scale {
     }
 }
 
+/// What transforms a row, with scratch of its own.
+type Row<'a, A, B> = Box<dyn FnMut(&[A], &mut [B]) + 'a>;
+
 /// A transform along one axis, of columns or of contiguous rows.
 trait Transform<T, A, B>: Send + Sync {
     /// Of `(n, columns)`; what is wrong with the shapes.
@@ -163,8 +166,7 @@ trait Transform<T, A, B>: Send + Sync {
         in_parallel: bool,
     ) -> Result<(), FftError>;
 
-    /// What transforms a row, with scratch of its own.
-    fn row(&self) -> Box<dyn FnMut(&[A], &mut [B]) + '_>;
+    fn row(&self) -> Row<'_, A, B>;
 
     /// By what columns and rows are multiplied for a scale; nothing for 1.
     fn factors(&self, scale: Scale, len: usize) -> [Option<T>; 2];
@@ -196,7 +198,7 @@ where
 
     /// `(rows, n)`, each row contiguous.
     fn rows(&self, input: ArrayView2<A>, mut output: ArrayViewMut2<B>) {
-        let one = |row: &mut Box<dyn FnMut(&[A], &mut [B]) + '_>,
+        let one = |row: &mut Row<'_, A, B>,
                    (input, mut output): (ArrayView1<A>, ArrayViewMut1<B>)| {
             if let (Some(input), Some(output)) = (input.as_slice(), output.as_slice_mut()) {
                 row(input, output);
@@ -308,7 +310,7 @@ impl<T: Planned> Transform<T, T, Complex<T>> for Forward<T> {
         columns!(self.columns, input, output, in_parallel)
     }
 
-    fn row(&self) -> Box<dyn FnMut(&[T], &mut [Complex<T>]) + '_> {
+    fn row(&self) -> Row<'_, T, Complex<T>> {
         let (mut row, mut scratch) = (self.rows.make_input_vec(), self.rows.make_scratch_vec());
         Box::new(move |input, output| {
             row.copy_from_slice(input);
@@ -341,7 +343,7 @@ impl<T: Planned> Transform<T, Complex<T>, T> for Inverse<T> {
         columns!(self.columns, input, output, in_parallel)
     }
 
-    fn row(&self) -> Box<dyn FnMut(&[Complex<T>], &mut [T]) + '_> {
+    fn row(&self) -> Row<'_, Complex<T>, T> {
         let (mut bins, mut scratch) = (self.rows.make_input_vec(), self.rows.make_scratch_vec());
         Box::new(move |input, output| {
             bins.copy_from_slice(input);
@@ -382,7 +384,7 @@ impl<T: Planned> Transform<T, Complex<T>, Complex<T>> for Both<T> {
         columns!(self.columns, input, output, in_parallel)
     }
 
-    fn row(&self) -> Box<dyn FnMut(&[Complex<T>], &mut [Complex<T>]) + '_> {
+    fn row(&self) -> Row<'_, Complex<T>, Complex<T>> {
         let mut scratch = vec![Complex::default(); self.rows.get_inplace_scratch_len()];
         Box::new(move |input, output| {
             output.copy_from_slice(input);

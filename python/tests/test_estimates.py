@@ -1,6 +1,8 @@
 """Estimates against the program, SciPy, nitime, xrft and NumPy."""
 
 import json
+import re
+import subprocess
 import warnings
 from unittest import mock
 
@@ -10,6 +12,7 @@ import xarray as xr
 
 import wavecascade as wc
 from conftest import same
+from wavecascade import _options
 
 pytestmark = pytest.mark.filterwarnings("ignore::wavecascade.CascadeWarning")
 
@@ -65,7 +68,8 @@ def test_val_program_every_array_and_the_summary(field, run, tmp_path, command, 
         if part in found.attrs and part != "provenance":
             attr = found.attrs[part]
             assert (json.loads(attr) if isinstance(value, (list, dict)) else attr) == value, part
-    assert {"schema", "provenance"} <= set(found.attrs)
+    told = {part for part, value in summary.items() if value is not None} - set(found.variables)
+    assert told - {"columns", "delays", "outputs", "speeds"} == set(found.attrs)
     # Files of NetCDF take all attributes.
     found.to_netcdf(tmp_path / "found.nc", engine="scipy")
     assert set(function(field.T, layout="site-time", **options).variables) == set(found.variables)
@@ -84,6 +88,35 @@ def test_val_program_uneven_times(run, tmp_path):
     assert found.power.dims == ("frequency", "position")
     with pytest.raises(ValueError, match="time"):
         da.cascade.spectrum()
+
+
+#: Where results go, and what is shown of them: nothing for functions.
+OF_FILES = {
+    "colormap",
+    "db",
+    "decades",
+    "dpi",
+    "figure-size",
+    "figures",
+    "force",
+    "format",
+    "help",
+    "json",
+}
+OF_FILES |= {"max-time", "out", "plan", "quiet", "settings", "style"}
+
+
+@pytest.mark.parametrize("command", ["analyze", "filter", *sorted({command for command, _ in CASES})])
+def test_every_option_of_the_program_is_a_keyword(program, command):
+    text = subprocess.run([program, command, "--help"], capture_output=True, text=True, check=True).stdout
+    options = set(re.findall(r"^ +(?:-\w, )?--([a-z0-9-]+)", text, re.MULTILINE))
+    assert len(options) > 20
+    keywords = (
+        _options.FieldOptions.__annotations__
+        | getattr(_options, f"{command.title()}Options").__annotations__
+    )
+    known = {name.rstrip("_").replace("_", "-") for name in keywords}
+    assert options - known <= OF_FILES
 
 
 def equal(one, other):
@@ -186,7 +219,7 @@ def test_coordinates_and_units(field):
     assert da.cascade.transfer(from_=0, to=1, segment=16).pair_re.dims == ("pair",)
     found = da.cascade.ridges(segment=64)
     assert found.frequency.dims == ("point",) and found.group_velocity.attrs["units"] == "mm/s"
-    assert wc.coherence.__doc__ in (xr.DataArray.cascade.coherence.__doc__,)
+    assert da.cascade.coherence.__doc__ == wc.coherence.__doc__
 
 
 def test_without_units_there_are_none(field):

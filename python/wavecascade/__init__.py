@@ -10,7 +10,7 @@ Functions on arrays of NumPy, xarray and Dask with the results of the program ``
 
 from importlib.util import find_spec as _find_spec
 
-from wavecascade import fft
+from wavecascade import distributed, fft
 from wavecascade._analysis import (
     analyze,
     filter,
@@ -32,16 +32,20 @@ from wavecascade._estimates import (
     transfer,
 )
 from wavecascade._native import version as __version__
+from wavecascade._segments import Partial, combine, partial
 from wavecascade._words import CascadeWarning
 
 __all__ = [
     "CascadeWarning",
+    "Partial",
     "__version__",
     "analyze",
     "attenuate",
     "bicoherence",
     "budget",
     "coherence",
+    "combine",
+    "distributed",
     "fft",
     "filter",
     "increments",
@@ -49,6 +53,7 @@ __all__ = [
     "lomb",
     "modes",
     "open",
+    "partial",
     "report",
     "ridges",
     "simulate",

@@ -60,12 +60,21 @@ def analyze(
     OSError
         For a file that cannot be read.
     """
-    typed: dict[str, object] = dict(options)
-    opened = source(field, typed)
-    files = opened if isinstance(opened, list) else ["field"]
-    said = words("analyze", typed, _ANALYZE, [os.fspath(file) for file in files])
-    found = _native.analyze(opened, said, observed(progress), maps)
+    found = _found(field, dict(options), progress, maps)
     warn(found, stacklevel=3)
+    return _arranged(found)
+
+
+def _found(field: Any, options: dict[str, object], progress: Progress, maps: bool) -> dict[str, Any]:
+    """What the native half finds."""
+    opened = source(field, options)
+    files = opened if isinstance(opened, list) else ["field"]
+    said = words("analyze", options, _ANALYZE, [os.fspath(file) for file in files])
+    return _native.analyze(opened, said, observed(progress), maps)
+
+
+def _arranged(found: dict[str, Any]) -> Any:
+    """The arrays of an analysis."""
     attrs = summary_attrs(found["summary"], ("accuracy", "direction", "low_high", "warnings"))
     out = dataset(found, attrs)
     if hasattr(out, "encoding"):
@@ -111,7 +120,7 @@ def _lazy(field: Any, which: str, options: dict[str, object]) -> Any:
         raise ValueError("field: expected times and sites, found one dimension")
     turned = field.transpose(time, space)
     axis = 0 if which == "temporal" else 1
-    blocks = turned.data.rechunk({axis: -1})
+    blocks = _whole(turned, axis)
     # The axes of the result are those of one record, or of one profile.
     one = turned.isel({space if axis == 0 else time: slice(0, 1)})
     one = one.copy(data=np.zeros(one.shape, one.dtype))
@@ -141,16 +150,35 @@ def _lazy(field: Any, which: str, options: dict[str, object]) -> Any:
     return out
 
 
+def _whole(field: Any, axis: int) -> Any:
+    """The field in blocks of whole records, or of whole profiles, unless far above a chunk's size."""
+    import dask
+
+    from wavecascade._store import shown
+
+    chunks = field.data.chunks
+    across = max(chunks[1 - axis])
+    one = field.dtype.itemsize * field.shape[axis]
+    limit = 4 * dask.utils.parse_bytes(dask.config.get("array.chunk-size"))
+    if len(chunks[axis]) > 1 and one * across > limit:
+        dims = field.dims
+        least = max(1, limit // (4 * one))
+        raise ValueError(
+            f"field: expected whole {('records', 'profiles')[axis]} in blocks of at most {shown(limit)}, "
+            f"found {len(chunks[axis])} chunks along {dims[axis]}, together {shown(one * across)} for "
+            f"{across} along {dims[1 - axis]}; use field.chunk({{{dims[1 - axis]!r}: {least}}}), average "
+            "segments (distributed.averaged), or transform over a store (distributed.plan_spacetime)"
+        )
+    return field.data.rechunk({axis: -1})
+
+
+def quiet(field: Any, options: dict[str, object]) -> Any:
+    """An analysis without its warnings: doubts about a whole field are none about a block of it."""
+    return _arranged(_found(field, options, None, False))
+
+
 def _spectrum(field: Any, which: str, options: dict[str, object]) -> Any:
-    import warnings
-
-    from wavecascade._words import CascadeWarning
-
-    with warnings.catch_warnings():
-        # Doubts about the whole field are none about its spectrum in a block.
-        warnings.simplefilter("ignore", CascadeWarning)
-        found = analyze(field, maps=False, only=which, **options)  # type: ignore[arg-type]
-    return found[f"{which}_spectrum"]
+    return quiet(field, {**options, "only": which})[f"{which}_spectrum"]
 
 
 def temporal_spectrum(field: Any, **options: Unpack[AnalyzeOptions]) -> Any:

@@ -10,6 +10,7 @@ Step = float | str
 Range = str | slice | tuple[float | None, float | None] | Sequence[float | None]
 Sites = str | slice | tuple[int, int] | Sequence[int]
 StrPath = str | os.PathLike[str]
+Gaps = Literal["refuse", "interpolate", "mask", "leave-out"]
 
 
 class FieldOptions(TypedDict, total=False):
@@ -57,7 +58,8 @@ class AnalyzeOptions(OpenOptions, total=False):
     times: Range
     until_arrival: bool
     arrival_threshold: float
-    gaps: Literal["refuse", "interpolate", "mask"]
+    without_sites: int | Sequence[int]
+    gaps: Gaps
     detrend_field: Literal["none", "mean"]
     detrend_space: Literal["none", "mean", "linear"]
     detrend_time: Literal["none", "mean", "linear"]
@@ -74,6 +76,7 @@ class AnalyzeOptions(OpenOptions, total=False):
     band_edge_wavenumber: float
     front_window: float
     noise: float
+    subtract_noise: bool
     direction_band: Range
     short_time_sites: int | Sequence[int]
     short_time_times: float | Sequence[float]
@@ -123,7 +126,7 @@ class SegmentOptions(ShotOptions, total=False):
     segment: int
     overlap: int | float | str
     detrend: Literal["none", "mean", "linear"]
-    gaps: Literal["refuse", "interpolate", "mask"]
+    gaps: Gaps
 
 
 class TripleOptions(SegmentOptions, total=False):
@@ -150,6 +153,7 @@ class SpectrumOptions(AverageOptions, total=False):
     along: Literal["time", "space"]
     periodogram: bool
     equal_weights: bool
+    subtract_noise: bool
 
 
 class ModesOptions(AverageOptions, total=False):

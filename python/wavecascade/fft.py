@@ -26,7 +26,10 @@ _FORWARD = {None: 0, "backward": 0, "ortho": 2, "forward": 1}
 _INVERSE = {None: 1, "backward": 1, "ortho": 2, "forward": 0}
 
 #: Real and complex numbers, of 64 and of 32 bits.
-_TYPES = {"f": (np.float64, np.float32), "c": (np.complex128, np.complex64)}
+_TYPES = {
+    "f": (np.dtype(np.float64), np.dtype(np.float32)),
+    "c": (np.dtype(np.complex128), np.dtype(np.complex64)),
+}
 
 
 def _norm(norm: Norm, norms: dict[Any, int]) -> int:
@@ -55,10 +58,10 @@ def _axis(a: Array, axis: int) -> int:
 def _fitted(a: Array, n: int, axis: int) -> Array:
     """The first ``n`` samples along ``axis``, zeros behind them."""
     have = a.shape[axis]
-    if have == n:
-        return a
     if n < 1:
         raise ValueError(f"n: expected at least 1, found {n}")
+    if have == n:
+        return a
     if have > n:
         return a[(slice(None),) * axis + (slice(n),)]
     shape = list(a.shape)
@@ -79,28 +82,10 @@ def _numbers(a: npt.ArrayLike, kind: str) -> Array:
     return np.require(a, _TYPES[kind][a.dtype.kind in "fc" and bits <= 32], "A")
 
 
-def _transformed(
-    native: Callable[[Array, int, int, int], Array],
-    kinds: str,
-    a: npt.ArrayLike,
-    axis: int,
-    lengths: Callable[[int], tuple[int, int]],
-    norm: int,
-    workers: int | None,
-) -> Array:
-    """A native transform of numbers of one kind to another; ``lengths`` are those of both arrays."""
-    a = _numbers(a, kinds[0])
-    axis = _axis(a, axis)
-    before, behind = lengths(a.shape[axis])
-    a = _fitted(a, before, axis)
-    if behind < 1 or before < 1:
-        raise ValueError(f"n: expected at least 1, found {min(before, behind)}")
-    if not a.size:
-        # The result of no numbers, which is none.
-        shape = list(a.shape)
-        shape[axis] = behind
-        return np.empty(shape, _TYPES[kinds[1]][a.dtype in (np.float32, np.complex64)])
-    return native(a, axis, norm, _workers(workers))
+def _nothing(a: Array, axis: int, n: int, kind: str) -> Array:
+    """The result of no numbers, which is none."""
+    shape = (*a.shape[:axis], n, *a.shape[axis + 1 :])
+    return np.empty(shape, _TYPES[kind][a.dtype.itemsize == 4 * (1 + (a.dtype.kind == "c"))])
 
 
 def r2c(
@@ -136,12 +121,13 @@ def r2c(
     ValueError, TypeError
         For an axis, a length or a type that does not fit.
     """
-
-    def lengths(have: int) -> tuple[int, int]:
-        count = have if n is None else n
-        return count, count // 2 + 1
-
-    return _transformed(_native.r2c, "fc", a, axis, lengths, _norm(norm, _FORWARD), workers)
+    a = _numbers(a, "f")
+    axis = _axis(a, axis)
+    length = a.shape[axis] if n is None else n
+    a = _fitted(a, length, axis)
+    if not a.size:
+        return _nothing(a, axis, length // 2 + 1, "c")
+    return _native.r2c(a, axis, _norm(norm, _FORWARD), _workers(workers))
 
 
 def c2r(
@@ -157,15 +143,13 @@ def c2r(
     the result, 2 (bins - 1) by default. Imaginary parts of bin 0 and of the Nyquist frequency do not
     count.
     """
-
-    def lengths(have: int) -> tuple[int, int]:
-        count = 2 * (have - 1) if n is None else n
-        return count // 2 + 1, count
-
-    def native(a: Array, axis: int, norm: int, workers: int) -> Array:
-        return _native.c2r(a, lengths(a.shape[axis])[1], axis, norm, workers)
-
-    return _transformed(native, "cf", a, axis, lengths, _norm(norm, _INVERSE), workers)
+    a = _numbers(a, "c")
+    axis = _axis(a, axis)
+    length = 2 * (a.shape[axis] - 1) if n is None else n
+    a = _fitted(a, length // 2 + 1 if length > 0 else length, axis)
+    if not a.size:
+        return _nothing(a, axis, length, "f")
+    return _native.c2r(a, length, axis, _norm(norm, _INVERSE), _workers(workers))
 
 
 def c2c(
@@ -181,16 +165,14 @@ def c2c(
     With ``inverse`` the kernel is exp(2 pi i m n / N), and by default results are over N. Parameters
     and errors are those of :func:`r2c`.
     """
-
-    def lengths(have: int) -> tuple[int, int]:
-        count = have if n is None else n
-        return count, count
-
-    def native(a: Array, axis: int, norm: int, workers: int) -> Array:
-        return _native.c2c(a, not inverse, axis, norm, workers)
-
+    a = _numbers(a, "c")
+    axis = _axis(a, axis)
+    length = a.shape[axis] if n is None else n
+    a = _fitted(a, length, axis)
+    if not a.size:
+        return _nothing(a, axis, length, "c")
     norms = _INVERSE if inverse else _FORWARD
-    return _transformed(native, "cc", a, axis, lengths, _norm(norm, norms), workers)
+    return _native.c2c(a, not inverse, axis, _norm(norm, norms), _workers(workers))
 
 
 class _LikeScipy(Protocol):

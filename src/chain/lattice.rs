@@ -196,6 +196,12 @@ impl Chain {
         }
     }
 
+    /// Whether energy reaches the sites beyond a contact through that contact alone, and none is put in or
+    /// lost: what has passed it is by how much their energy has grown.
+    pub(crate) fn is_closed(&self, driven: bool) -> bool {
+        !driven && !self.losses.any() && self.ends != Ends::Periodic
+    }
+
     /// Magnitudes of the energies of all contacts, added up; a wall before site 0 is at rest.
     pub(super) fn stored_energy(&self, displacement: &[f64]) -> f64 {
         let of = |coefficient: f64, r: f64| {

@@ -73,6 +73,29 @@ impl Run {
         Some(Peak { value, time, error })
     }
 
+    /// By how much an error of the velocities can change the largest force of contact j: an error of the
+    /// speed v of a mass m becomes one of the overlap by the same energy, `k x^2 = m v^2`, which changes the
+    /// force by `sqrt(k m) v`, with the largest stiffness k sampled and the heavier mass.
+    pub(crate) fn impedance(&self, contact: usize) -> Option<f64> {
+        let x = self.displacement.as_ref()?;
+        let chain = &self.chain;
+        let right = match contact + 1 {
+            j if j < chain.n_sites() => Some(j),
+            _ if chain.ends == Ends::Periodic => Some(0),
+            _ => None,
+        };
+        let (c, d0) = (chain.coefficient[contact], chain.static_overlap(contact));
+        let overlaps = x
+            .rows()
+            .into_iter()
+            .map(|row| row[contact] - right.map_or(0.0, |right| row[right]));
+        let stiffest = overlaps
+            .map(|r| chain.law.stiffness(c, d0, r).abs())
+            .fold(0.0, f64::max);
+        let heavier = right.map_or(0.0, |right| chain.mass[right]);
+        Some((stiffest * heavier.max(chain.mass[contact])).sqrt())
+    }
+
     /// Acceleration of a site at a sample, from the forces recorded there.
     fn acceleration(&self, sample: usize, site: usize) -> f64 {
         let Run {

@@ -4,7 +4,7 @@ use super::lattice::refuse;
 use super::recorder::{Recorder, SampleTimes};
 use super::result::{Run, RunReport, RunWarning};
 use super::simulation::{Accuracy, EndTime, Record, Simulation};
-use super::stepping::{self, FIRST_SITE, State, StepControl, Stepping, Task};
+use super::stepping::{self, Cost, FIRST_SITE, State, StepControl, Stepping, Task};
 use crate::observer::Observer;
 use crate::{Error, Result};
 
@@ -33,6 +33,12 @@ const SENSITIVE: f64 = 1e4;
 /// Samples at which a run is checked. The steps of the checking run end on no other samples, so
 /// that the two runs differ even if every step of the checked run ends on a sample.
 pub(super) const CHECKED_SAMPLES: usize = 128;
+
+/// Local error of a run of changed masses.
+const PERTURBED_ERROR: f64 = 1e-11;
+
+/// Parts of a contact time to one of which an arrival is located.
+const ARRIVAL_PARTS: u32 = 1000;
 
 /// Runs by which the speeds of a driven chain are found, and their local error.
 const MOST_PILOTS: usize = 4;
@@ -121,7 +127,10 @@ impl Simulation {
         self.check()?;
         let end = match self.end_time {
             EndTime::At(end) => end,
-            EndTime::Arrival => self.arrival_time(self.velocity_scale(f64::INFINITY), observer)?,
+            EndTime::Arrival => {
+                self.arrival_time(self.velocity_scale(f64::INFINITY), observer)?
+                    .0
+            }
         };
         let scale = self.velocity_scale(end);
         let (local, tolerance) = match self.accuracy {
@@ -264,7 +273,8 @@ impl Simulation {
     }
 
     /// How much a relative change of 1e-9 of the masses, up and down in the order of Thue and
-    /// Morse, changes the velocities. A change of the impact alone would only scale the motion.
+    /// Morse, changes the velocities. A change of the impact alone would only scale the motion. Steps whose
+    /// errors are far below such a change tell it as well as finer ones.
     fn amplification(
         &self,
         run: &Run,
@@ -279,12 +289,22 @@ impl Simulation {
             let up = j.count_ones() % 2 == 0;
             *mass *= 1.0 + if up { change } else { -change };
         }
-        let control = StepControl::LocalError(local * scale);
+        let control = StepControl::LocalError(local.max(PERTURBED_ERROR) * scale);
         let other = other.once(control, scale, samples, Record::default(), observer)?;
         Ok(samples.largest_difference(&other.velocity, &run.velocity) / (change * scale))
     }
 
-    fn arrival_time(&self, scale: f64, observer: &dyn Observer) -> Result<f64> {
+    /// When the last site first moves at a thousandth of the velocity scale, as [`EndTime::Arrival`] finds it,
+    /// and what finding it cost.
+    ///
+    /// # Errors
+    /// As [`Simulation::run`].
+    pub(crate) fn arrival(&self, observer: &dyn Observer) -> Result<(f64, Cost)> {
+        self.check()?;
+        self.arrival_time(self.velocity_scale(f64::INFINITY), observer)
+    }
+
+    fn arrival_time(&self, scale: f64, observer: &dyn Observer) -> Result<(f64, Cost)> {
         let n = self.chain.n_sites();
         let still = |state: &State| state.v[FIRST_SITE + n - 1].abs() < 1e-3 * scale;
         let control = match self.accuracy {
@@ -292,9 +312,10 @@ impl Simulation {
             _ => StepControl::LocalError(1e-7 * scale),
         };
         let mut stepping = self.prepare(control, scale, false)?;
-        let mut unit = self.contact_time(scale);
+        let unit = self.contact_time(scale);
         let mut time = 0.0;
         let latest = self.latest_arrival(scale);
+        let mut before = stepping.mark();
         while still(stepping.state()) {
             if observer.cancelled() {
                 return Err(Error::Cancelled);
@@ -303,6 +324,7 @@ impl Simulation {
                 let expected = "a front that reaches the last site for `auto`";
                 return Err(refuse("end-time", expected, format!("none until {time:e}")));
             }
+            before = stepping.mark();
             time += unit;
             stepping.advance_to(time, observer)?;
         }
@@ -313,16 +335,23 @@ impl Simulation {
                 "a moving one",
             ));
         }
-        // Located to a thousandth of a contact time by running the last stretch again.
-        let mut stepping = self.prepare(control, scale, false)?;
-        time -= unit;
-        stepping.advance_to(time.max(0.0), observer)?;
-        unit *= 1e-3;
-        while still(stepping.state()) {
-            time += unit;
-            stepping.advance_to(time, observer)?;
+        // Located to a thousandth of a contact time by halving the last stretch, on which the site starts
+        // from rest.
+        let start = before.time;
+        let at = |part: u32| start + unit * (f64::from(part) / f64::from(ARRIVAL_PARTS));
+        let (mut resting, mut moving) = (0, ARRIVAL_PARTS);
+        while moving - resting > 1 {
+            let part = (resting + moving) / 2;
+            stepping.reset(&before);
+            stepping.advance_to(at(part), observer)?;
+            if still(stepping.state()) {
+                resting = part;
+                before = stepping.mark();
+            } else {
+                moving = part;
+            }
         }
-        Ok(time)
+        Ok((at(moving), stepping.cost()))
     }
 
     /// Until when the arrival of a front is waited for: twice the time that one needs which passes a
@@ -374,5 +403,37 @@ impl Simulation {
             }
         }
         recorder.finish(control, stepping.cost())
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::super::lattice::Chain;
+    use super::*;
+    use crate::observer::Silent;
+
+    /// The last site passes the level within the last part of a contact time, and the search costs little
+    /// more than one run to there.
+    #[test]
+    fn val_definition_arrivals() {
+        for kappa in [1.0, 20.0] {
+            let mut s = Simulation::impact(Chain::dimer(30, kappa), 1.0, 1.0, 2);
+            s.estimate_error = false;
+            let (time, cost) = s.arrival(&Silent).unwrap();
+            let part = s.contact_time(1.0) / f64::from(ARRIVAL_PARTS);
+            s.accuracy = Accuracy::LocalError(1e-9);
+            s.record = Record::default();
+            let [before, after] = [time - part, time].map(|end| {
+                s.end_time = EndTime::At(end);
+                let run = s.run(&Silent).unwrap();
+                run.velocity[[1, s.chain.n_sites() - 1]]
+            });
+            assert!(before < 1e-3 && after >= 1e-3, "{kappa}: {before} {after}");
+            s.accuracy = Accuracy::LocalError(1e-7);
+            let once = s.run(&Silent).unwrap().report.cost.forces;
+            let share = cost.forces as f64 / once as f64;
+            println!("{kappa}: {share}");
+            assert!((1.0..1.5).contains(&share), "{kappa}: {share}");
+        }
     }
 }

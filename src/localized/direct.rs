@@ -3,15 +3,16 @@
 use rayon::prelude::*;
 
 use super::leak::{Leak, LeakScan, minima};
+use super::vertex::{Bracket, Sense};
 use crate::Result;
-use crate::numeric::GoldenSection;
 use crate::observer::Observer;
 
 /// A local minimum or maximum of the leak.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct LeakExtremum {
     pub ratio: f64,
-    /// Relative uncertainty of the ratio, as bracketed by the simulated chains.
+    /// Relative uncertainty of the ratio, as bracketed by the simulated chains: of a maximum about 1e-3, and
+    /// more where leaks are ragged.
     pub error: f64,
     /// Leak per cell at that ratio.
     pub leak: f64,
@@ -25,120 +26,200 @@ pub struct LeakCurve {
     pub minima: Vec<LeakExtremum>,
     /// The largest leak between each minimum and the next.
     pub maxima: Vec<LeakExtremum>,
+    /// Contact forces computed in all.
+    pub forces: u64,
 }
 
 impl LeakScan {
     /// The leaks at the given ratios, sorted, and their refined extrema.
     ///
     /// Near a localized wave the leak falls to zero as `|ratio - exact|^q` with q a little above 2,
-    /// more steeply on one side than on the other. The vertex of a parabola through three leaks is
-    /// therefore off by a tenth of their spacing. High orders have a second, shallower minimum a
-    /// fraction of a percent below, which can be mistaken for the first. Each minimum is therefore
-    /// resampled at a closer spacing. Each minimum found there is refined by golden-section search,
-    /// which needs only a leak that falls and then rises. The search ends early where the leak is
-    /// at rounding level, or flat, as on chains too short for the transients of the impact to fade.
+    /// more steeply on one side than on the other. Its square root, the amplitude of what is left behind,
+    /// is close to a line on either side, and the two lines meet at the minimum. The search ends where
+    /// the leak is at rounding level, or flat, as on chains too short for the transients of the impact
+    /// to fade. High orders have a second, shallower minimum a fraction of a percent below, which can
+    /// be mistaken for the first. Unless the leak found is at rounding level and its neighbours far above
+    /// it, the minimum is therefore resampled at a closer spacing, and each minimum found there is refined.
     /// The smallest leak is the result. Its error extends to the nearest ratios beyond which every
-    /// leak exceeds four times the smallest.
+    /// leak exceeds four times the smallest; two more chains tell these apart.
     ///
     /// # Errors
     /// As [`LeakScan::run`].
     pub fn curve(&self, ratios: &[f64], observer: &dyn Observer) -> Result<LeakCurve> {
         let mut ratios = ratios.to_vec();
         ratios.sort_by(f64::total_cmp);
-        let leaks = self.run(&ratios, observer)?;
+        let leaks = self.survey(&ratios, observer)?;
         let least = minima(&leaks);
         let most: Vec<usize> = (least.windows(2))
             .filter_map(|pair| (pair[0] + 1..pair[1]).max_by(by_leak(&leaks)))
             .collect();
         observer.stage("extremes", (least.len() + most.len()) as u64);
-        let each = |indices: &[usize], find: &(dyn Fn(usize) -> Result<LeakExtremum> + Sync)| {
+        let each = |indices: &[usize], find: &(dyn Fn([Leak; 3]) -> Result<Found> + Sync)| {
             (indices.par_iter())
                 .map(|&i| {
-                    let extreme = find(i);
+                    let found = find([leaks[i - 1], leaks[i], leaks[i + 1]]);
                     observer.advance(1);
-                    extreme
+                    found
                 })
-                .collect::<Result<Vec<LeakExtremum>>>()
+                .collect::<Result<Vec<Found>>>()
         };
-        let around = |i: usize| [leaks[i - 1], leaks[i], leaks[i + 1]];
-        let minima = each(&least, &|i| self.least(around(i), observer))?;
-        let maxima = each(&most, &|i| {
-            let mut seen = around(i).to_vec();
-            let (best, width) =
-                self.narrow([0, 1, 2], &mut seen, ExtremumKind::Most, NEAR, observer)?;
-            Ok(extreme(&best, width))
-        })?;
+        let minima = each(&least, &|around| self.least(around, observer))?;
+        let maxima = each(&most, &|around| self.most(around, observer))?;
+        let forces = leaks.iter().map(|leak| leak.forces);
+        let found = minima.iter().chain(&maxima).map(|found| found.forces);
         Ok(LeakCurve {
+            forces: forces.chain(found).sum(),
+            minima: minima.iter().map(|found| found.extremum).collect(),
+            maxima: maxima.iter().map(|found| found.extremum).collect(),
             leaks,
-            minima,
-            maxima,
         })
     }
 
     /// The smallest leak near the middle one of three leaks.
-    fn least(&self, around: [Leak; 3], observer: &dyn Observer) -> Result<LeakExtremum> {
-        let mut seen = around.to_vec();
-        let (near, _) = self.narrow([0, 1, 2], &mut seen, ExtremumKind::Least, NEAR, observer)?;
-        let parts = (-CLOSER..=CLOSER).map(|j| near.ratio * (1.0 + NEAR * f64::from(j)));
-        let closer: Result<Vec<Leak>> = parts.map(|ratio| self.leak(ratio, observer)).collect();
-        let mut closer = closer?;
-        let mut best = near;
-        for i in minima(&closer) {
-            let around = [i - 1, i, i + 1];
-            let (found, _) =
-                self.narrow(around, &mut closer, ExtremumKind::Least, FINEST, observer)?;
-            if found.per_cell < best.per_cell {
-                best = found;
-            }
-        }
-        seen.extend(closer);
-        let error = uncertainty(seen, &best, 4.0 * best.per_cell.max(self.rounding()));
-        Ok(extreme(&best, error))
-    }
-
-    /// Golden-section search between the first and the last of three leaks in `seen`, to the
-    /// relative width `enough`. Appends every measured leak to `seen`. Returns the best leak and
-    /// the remaining relative width.
-    fn narrow(
-        &self,
-        around: [usize; 3],
-        seen: &mut Vec<Leak>,
-        sense: ExtremumKind,
-        enough: f64,
-        observer: &dyn Observer,
-    ) -> Result<(Leak, f64)> {
-        let better = |a: &Leak, b: &Leak| match sense {
-            ExtremumKind::Least => a.per_cell < b.per_cell,
-            ExtremumKind::Most => a.per_cell > b.per_cell,
-        };
-        let [mut low, mut best, mut high] = around.map(|i| seen[i]);
-        let mut at = |log: f64| {
-            let leak = self.leak(log.exp(), observer)?;
-            seen.push(leak);
-            Ok::<Leak, crate::Error>(leak)
-        };
-        let logs = [low, high].map(|leak: Leak| leak.ratio.ln());
-        let mut search = GoldenSection::new(logs, &mut at)?;
-        while high.ratio / low.ratio - 1.0 > enough {
-            let [left, right] = search.inner.map(|(_, leak)| leak);
-            for found in [left, right] {
-                if better(&found, &best) {
+    fn least(&self, around: [Leak; 3], observer: &dyn Observer) -> Result<Found> {
+        let mut seen = Vec::new();
+        let mut best = self.descend(around, &mut seen, observer)?;
+        let beside = around[0].per_cell.min(around[2].per_cell);
+        let alone = best.per_cell < self.rounding() && beside > DISTINCT * self.rounding();
+        if !alone {
+            let parts = (-CLOSER..=CLOSER).map(|j| match j {
+                0 => Ok(best),
+                j => {
+                    let ratio = best.ratio * (1.0 + NEAR * f64::from(j));
+                    let leak = self.beside(&around, ratio, best.per_cell, observer)?;
+                    seen.push(leak);
+                    Ok(leak)
+                }
+            });
+            let closer: Vec<Leak> = parts.collect::<Result<_>>()?;
+            for i in minima(&closer) {
+                let around = [closer[i - 1], closer[i], closer[i + 1]];
+                let found = self.descend(around, &mut seen, observer)?;
+                if found.per_cell < best.per_cell {
                     best = found;
                 }
             }
-            let flat = |end: &Leak| end.per_cell < 2.0 * best.per_cell;
-            let told = best.per_cell < self.rounding() || (flat(&low) && flat(&high));
-            if sense == ExtremumKind::Least && told {
+        }
+        let bound = 4.0 * best.per_cell.max(self.rounding());
+        for side in [-1.0, 1.0] {
+            self.look_beside(&best, side, bound, &around, &mut seen, observer)?;
+        }
+        let forces = seen.iter().map(|leak| leak.forces).sum();
+        seen.extend(around);
+        let error = uncertainty(seen, &best, bound);
+        Ok(Found::new(&best, error, forces))
+    }
+
+    /// Closes in on the smallest leak between the first and the last of three. Appends every measured
+    /// leak to `seen`.
+    fn descend(
+        &self,
+        around: [Leak; 3],
+        seen: &mut Vec<Leak>,
+        observer: &dyn Observer,
+    ) -> Result<Leak> {
+        let mut bracket = Bracket::new(around.map(|leak| point(leak, Sense::Least)), Sense::Least);
+        let mut best = around[1];
+        for _ in 0..MOST_LEAKS {
+            let least = bracket.best().1;
+            let flat = bracket.ends().iter().all(|end| end.1 < 2.0 * least);
+            if least < self.rounding() || flat || bracket.width() <= FINEST {
                 break;
             }
-            let left_is_better = better(&left, &right);
-            match left_is_better {
-                true => high = right,
-                false => low = left,
+            let ratio = bracket.next_of_amplitudes().exp();
+            let leak = self.beside(&around, ratio, least, observer)?;
+            seen.push(leak);
+            if bracket.narrow(point(leak, Sense::Least)) {
+                best = leak;
             }
-            search.narrow(left_is_better, &mut at)?;
         }
-        Ok((best, high.ratio / low.ratio - 1.0))
+        Ok(best)
+    }
+
+    /// Measures leaks on one side of the smallest, the first about where four times the bound is reached,
+    /// until one exceeds the bound.
+    fn look_beside(
+        &self,
+        best: &Leak,
+        side: f64,
+        bound: f64,
+        around: &[Leak; 3],
+        seen: &mut Vec<Leak>,
+        observer: &dyn Observer,
+    ) -> Result<()> {
+        let distance = |leak: &Leak| side * (leak.ratio / best.ratio - 1.0);
+        let nearest = (seen.iter().chain(around))
+            .filter(|leak| distance(leak) > 0.0 && leak.per_cell > bound)
+            .min_by(|a, b| distance(a).total_cmp(&distance(b)));
+        let Some(nearest) = nearest else {
+            return Ok(());
+        };
+        let reached = distance(nearest);
+        let mut aside = reached * (4.0 * bound / nearest.per_cell).sqrt();
+        while aside < 0.5 * reached {
+            let ratio = best.ratio * (1.0 + side * aside);
+            let leak = self.beside(around, ratio, bound, observer)?;
+            seen.push(leak);
+            if leak.per_cell > bound {
+                break;
+            }
+            aside *= 2.0;
+        }
+        Ok(())
+    }
+
+    /// The largest leak near the middle one of three leaks.
+    ///
+    /// Where pulses lose much, waves that catch up make the leak ragged, and there are several humps between
+    /// the three: two more leaks choose one.
+    fn most(&self, around: [Leak; 3], observer: &dyn Observer) -> Result<Found> {
+        let mut forces = 0;
+        let mut measure = |ratio: f64| {
+            let leak = self.beside(&around, ratio, around[1].per_cell, observer)?;
+            forces += leak.forces;
+            Ok::<Leak, crate::Error>(leak)
+        };
+        let [low, high] = [around[0].ratio.ln(), around[2].ratio.ln()];
+        let mut known = around.to_vec();
+        for share in HUMPS {
+            known.push(measure((low + share * (high - low)).exp())?);
+        }
+        known.sort_by(|a, b| a.ratio.total_cmp(&b.ratio));
+        let highest = (1..known.len() - 1).max_by(by_leak(&known)).unwrap_or(1);
+        let near = [known[highest - 1], known[highest], known[highest + 1]];
+        let mut bracket = Bracket::new(near.map(|leak| point(leak, Sense::Most)), Sense::Most);
+        let mut best = near[1];
+        for _ in 0..MOST_LEAKS {
+            if bracket.width() <= NEAR {
+                break;
+            }
+            let leak = measure(bracket.next_of_parabola(NEAR / 3.0).exp())?;
+            if bracket.narrow(point(leak, Sense::Most)) {
+                best = leak;
+            }
+        }
+        Ok(Found::new(&best, top_width(&bracket, &around), forces))
+    }
+
+    /// A leak of about this size at a ratio near those of three leaks, through whose times of arrival a
+    /// parabola gives that of this one.
+    fn beside(
+        &self,
+        around: &[Leak; 3],
+        ratio: f64,
+        size: f64,
+        observer: &dyn Observer,
+    ) -> Result<Leak> {
+        let at = around.map(|leak| leak.ratio.ln());
+        let x = ratio.ln();
+        let arrival: f64 = (0..3)
+            .map(|i| {
+                let others = (0..3).filter(|&j| j != i);
+                let weight: f64 = others.map(|j| (x - at[j]) / (at[i] - at[j])).product();
+                weight * around[i].arrival
+            })
+            .sum();
+        self.leak(ratio, size, Some(arrival), observer)
     }
 
     /// A leak at the level of rounding.
@@ -147,18 +228,31 @@ impl LeakScan {
     }
 }
 
-fn extreme(leak: &Leak, error: f64) -> LeakExtremum {
-    LeakExtremum {
-        ratio: leak.ratio,
-        error,
-        leak: leak.per_cell,
+/// An extremum and what it cost.
+struct Found {
+    extremum: LeakExtremum,
+    forces: u64,
+}
+
+impl Found {
+    fn new(leak: &Leak, error: f64, forces: u64) -> Found {
+        let extremum = LeakExtremum {
+            ratio: leak.ratio,
+            error,
+            leak: leak.per_cell,
+        };
+        Found { extremum, forces }
     }
 }
 
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-enum ExtremumKind {
-    Least,
-    Most,
+/// Logarithm of the ratio, and the leak; one that could not be measured is the worst.
+fn point(leak: Leak, sense: Sense) -> (f64, f64) {
+    let worst = match sense {
+        Sense::Least => f64::INFINITY,
+        Sense::Most => f64::NEG_INFINITY,
+    };
+    let measured = Some(leak.per_cell).filter(|leak| !leak.is_nan());
+    (leak.ratio.ln(), measured.unwrap_or(worst))
 }
 
 fn by_leak(leaks: &[Leak]) -> impl Fn(&usize, &usize) -> std::cmp::Ordering {
@@ -181,9 +275,30 @@ fn uncertainty(mut seen: Vec<Leak>, best: &Leak, bound: f64) -> f64 {
     distance(first.saturating_sub(1)).max(distance((last + 1).min(seen.len() - 1)))
 }
 
+/// Relative uncertainty of the ratio of the largest leak: leaks beside it that fall short of it by more than
+/// the curvature between the outer leaks explains are ragged, and so is the top.
+fn top_width(bracket: &Bracket, around: &[Leak; 3]) -> f64 {
+    let (top, most) = bracket.best();
+    let fall = (bracket.ends().iter()).fold(0.0, |fall: f64, end| fall.max(most - end.1));
+    let outer = [around[0], around[2]].map(|leak| point(leak, Sense::Most));
+    let curvature = outer.map(|(at, leak)| (most - leak) / (at - top).powi(2));
+    let width = 2.0 * (fall / curvature[0].min(curvature[1])).sqrt();
+    let farthest = (outer[1].0 - top).max(top - outer[0].0);
+    // Also where it is not a number.
+    let ragged = if width < farthest { width } else { farthest };
+    bracket.width().max(ragged)
+}
+
 /// Relative spacing of ratios that resolves the two minima of a high order.
 const NEAR: f64 = 1e-3;
 /// Ratios at that spacing on either side of a minimum.
 const CLOSER: i32 = 12;
 /// Relative width of a bracket at which the search ends.
 const FINEST: f64 = 1e-8;
+/// Leaks beside a minimum above this many times rounding tell the two minima of a high order apart: the
+/// shallower leak is then far above rounding.
+const DISTINCT: f64 = 1e6;
+/// Where a bracket is looked at first for its highest hump: golden sections.
+const HUMPS: [f64; 2] = [0.381_966, 0.618_034];
+/// Most leaks measured in a bracket.
+const MOST_LEAKS: usize = 50;

@@ -46,6 +46,7 @@ mod row;
 mod search;
 mod series;
 mod slow;
+mod vertex;
 mod wave;
 
 pub use angle::{Angle, Cylinders};

@@ -191,7 +191,7 @@ impl Sweep {
         for members in members.chunks(BATCH) {
             let simulations: Result<Vec<Simulation>> = members
                 .iter()
-                .map(|member| self.simulation(*member))
+                .map(|member| self.simulation(*member).map(measures::without_flow))
                 .collect();
             let done = Collected::default();
             let watch = SweepObserver {

@@ -13,6 +13,7 @@ mod faults;
 mod fields;
 mod files;
 mod filter;
+mod gaps;
 mod general;
 mod increments;
 mod inputs;

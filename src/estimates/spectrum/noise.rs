@@ -253,6 +253,8 @@ const MOST_SCATTER: f64 = 2.0;
 const NO_SCATTER: f64 = 0.05;
 /// Share of the bins of noise that are taken for lines.
 const LINES: f64 = 1e-3;
+/// Bins that a line takes; a tenth of all may be lines.
+const LINE_BINS: usize = 4;
 
 impl Spectra<'_> {
     /// The noise of all sites.
@@ -286,7 +288,8 @@ impl Spectra<'_> {
         let first = end - BANDS * width;
         let parts: Vec<Option<Part>> = sites.iter().map(|j| self.part(*j, first..end)).collect();
         let known: Vec<&Part> = parts.iter().flatten().collect();
-        if known.is_empty() {
+        // Where most sites have something else at the top, so may the others.
+        if 2 * known.len() <= sites.len() {
             return None;
         }
         let mut pooled = [0.0; BANDS];
@@ -345,13 +348,19 @@ impl Spectra<'_> {
         let is_line = |v: &f64| *v > highest;
         let width = values.len() / BANDS;
         let rest: Vec<f64> = values.iter().copied().filter(|v| !is_line(v)).collect();
+        // More are no lines: the spectrum rises there.
+        let lines = values.len() - rest.len();
+        if lines > LINE_BINS.max(values.len() / 10) {
+            return None;
+        }
         let mean = crate::numeric::sum(&rest) / rest.len() as f64;
         let mut bands = [mean; BANDS];
         for (band, values) in bands.iter_mut().zip(values.chunks_exact(width)) {
             let rest: Vec<f64> = values.iter().copied().filter(|v| !is_line(v)).collect();
-            if !rest.is_empty() {
-                *band = crate::numeric::sum(&rest) / rest.len() as f64;
+            if rest.is_empty() {
+                return None;
             }
+            *band = crate::numeric::sum(&rest) / rest.len() as f64;
         }
         let share = rest.len() as f64 / values.len() as f64;
         Some(Part {

@@ -1,0 +1,432 @@
+"""Partial sums, planned transforms and sweeps over several processes: the same bits, whatever is lost."""
+
+import json
+import os
+import shutil
+import signal
+import subprocess
+import sys
+from concurrent.futures import ThreadPoolExecutor
+from itertools import pairwise
+
+import numpy as np
+import pytest
+
+import wavecascade as wc
+
+xr = pytest.importorskip("xarray")
+da = pytest.importorskip("dask.array")
+zarr = pytest.importorskip("zarr")
+distributed = pytest.importorskip("distributed")
+
+KINDS = [("temporal", {}), ("coherence", {"reference": 3}), ("spacetime", {})]
+#: Of a pool that shares no memory but has little of it.
+LITTLE = "420 MB"
+
+
+@pytest.fixture(scope="module")
+def record() -> np.ndarray:
+    """Noise beside a wave, of lengths without a divisor in common with any chunk."""
+    rng = np.random.default_rng(53)
+    t, x = np.arange(1501)[:, None], np.arange(23)[None, :]
+    return rng.standard_normal((1501, 23)) + 3 * np.cos(0.3 * x - 0.7 * t) + 2
+
+
+@pytest.fixture(scope="module")
+def labelled(record):
+    """The same with coordinates and units."""
+    time = ("time", 5e-4 * np.arange(1501), {"units": "s"})
+    coords = {"time": time, "x": ("x", 2.0 * np.arange(23), {"units": "mm"})}
+    return xr.DataArray(record, coords, ("time", "x"), "velocity", {"units": "m/s"})
+
+
+@pytest.fixture(scope="module")
+def client(tmp_path_factory):
+    """Two workers of little memory."""
+    folder = tmp_path_factory.mktemp("workers")
+    cluster = distributed.LocalCluster(
+        n_workers=2,
+        threads_per_worker=1,
+        memory_limit=LITTLE,
+        dashboard_address=":0",
+        local_directory=folder,
+        silence_logs=50,
+    )
+    with cluster, distributed.Client(cluster) as client:
+        yield client
+
+
+def same_bits(found, expected) -> None:
+    assert set(found.variables) == set(expected.variables)
+    for name in expected.variables:
+        a, b = found[name], expected[name]
+        assert a.dims == b.dims and a.attrs == b.attrs, name
+        assert np.asarray(a.values).tobytes() == np.asarray(b.values).tobytes(), name
+    assert found.attrs == expected.attrs
+
+
+# Averages over segments.
+
+
+@pytest.mark.parametrize("detrend, window", [("mean", "hann"), ("linear", "tukey:0.3"), ("none", "none")])
+def test_val_program_has_the_same_bits(record, run, tmp_path, detrend, window):
+    np.save(tmp_path / "field.npy", record[:300])
+    options = [
+        "--segment=128",
+        f"--detrend={detrend}",
+        f"--window={window}",
+        "--dt=0.5",
+        "--figures=none",
+    ]
+    out = run("spectrum", tmp_path / "field.npy", *options)
+    found = wc.partial(record[:300], segment=128, detrend=detrend, window=window, dt=0.5).spectrum()
+    with np.load(out / "spectrum.npz") as archive:
+        assert found.segments == 3
+        assert found.spectrum.values.tobytes() == archive["spectrum"].tobytes()
+        np.testing.assert_array_equal(found.frequency, archive["frequency"])
+        for name in ("degrees_of_freedom", "low", "high"):
+            np.testing.assert_allclose(found[name], archive[name], rtol=1e-12)
+
+
+def test_val_program_coherence_and_welch(record, run, tmp_path):
+    np.save(tmp_path / "field.npy", record)
+    out = run("spectrum", tmp_path / "field.npy", "--segment=128", "--dt=0.5", out="spectrum")
+    spectrum = wc.partial(record, segment=128, dt=0.5).spectrum().spectrum.values
+    with np.load(out / "spectrum.npz") as archive:
+        assert spectrum.tobytes() == archive["spectrum"].tobytes()
+    out = run("coherence", tmp_path / "field.npy", "--reference=3", "--segment=128", "--dt=0.5")
+    found = wc.partial(record, of="coherence", reference=3, segment=128, dt=0.5).spectrum()
+    with np.load(out / "coherence.npz") as archive:
+        for name in ("coherence", "phase", "spectrum"):
+            assert found[name].values.tobytes() == archive[name].tobytes(), name
+    level = json.loads((out / "summary.json").read_text())["level"]
+    assert found.attrs["level"] == pytest.approx(level, rel=1e-12)
+    signal_ = pytest.importorskip("scipy.signal")
+    f, power = signal_.welch(record, 2.0, "hann", 128, 64, axis=0, detrend="constant")
+    np.testing.assert_allclose(found.spectrum[1:], power[1:], rtol=1e-12)
+    np.testing.assert_allclose(found.frequency, f, rtol=1e-15)
+
+
+def test_val_analyze_spacetime_of_segments(record):
+    options = {"dt": 0.5, "dx": "2 mm", "segment": 128}
+    whole = wc.analyze(record, window_time="hann", scaling="density", only="spacetime", **options)
+    found = wc.partial(record, of="spacetime", detrend="none", **options).spectrum()
+    expected = whole.spacetime_spectrum
+    np.testing.assert_array_equal(found.wavenumber_signed, expected.wavenumber_signed)
+    assert found.spectrum.attrs["units"] == expected.attrs["units"]
+    np.testing.assert_allclose(found.spectrum, expected, rtol=0, atol=1e-15 * expected.values.max())
+
+
+def test_val_scipy_intervals_and_windows(record):
+    stats = pytest.importorskip("scipy.stats")
+    from scipy.signal import get_window
+
+    from wavecascade import _windows
+
+    for degrees in (0.7, 2, 7.3, 30, 500.5, 20000):
+        for share in (0.005, 0.025, 0.5, 0.975):
+            expected = stats.chi2.ppf(share, degrees)
+            assert _windows.chi_square_quantile(share, degrees) == pytest.approx(expected, rel=1e-11)
+    names = {"blackman-harris": "blackmanharris", "flat-top": "flattop", "none": "boxcar"}
+    for name in ("hann", "hamming", "blackman-harris", "flat-top", "none"):
+        for n in (7, 128):
+            expected = get_window(names.get(name, name), n)
+            np.testing.assert_allclose(_windows.window(name, n), expected, rtol=0, atol=5e-16)
+    # A transient is one realisation, and has no interval.
+    pulse = np.exp(-(((np.arange(1501) - 700.0) / 20) ** 2))[:, None] * np.ones(3)
+    found = wc.partial(pulse, segment=64).spectrum()
+    assert (found.steadiness < 1 / 3).all() and found.low.isnull().all() and (found.spectrum > 0).all()
+    assert wc.partial(record, segment=64).spectrum().low[1:].notnull().all()
+
+
+@pytest.mark.parametrize("of, more", KINDS)
+def test_partials_in_any_order_have_the_same_bits(record, tmp_path, of, more):
+    whole = wc.partial(record, of=of, segment=64, overlap=40, **more)
+    expected = whole.spectrum()
+    # Blocks of segments 0 to 4, 5 to 23, and the rest; hop 24.
+    starts = [0, 5, 24, whole.segments]
+    parts = []
+    for first, last in pairwise(starts):
+        rows = record[first * 24 : (last - 1) * 24 + 64]
+        one = wc.partial(rows, of=of, segment=64, overlap=40, first=first, **more)
+        one.save(tmp_path / f"{first}.npz")
+        parts.append(wc.Partial.load(tmp_path / f"{first}.npz"))
+    for order in ([0, 1, 2], [2, 0, 1], [1, 2, 0]):
+        same_bits(wc.combine(parts[i] for i in order).spectrum(), expected)
+    with pytest.raises(ValueError, match="found none of 5 to 23"):
+        wc.combine([parts[0], parts[2]]).spectrum()
+    with pytest.raises(ValueError, match="found none of 0 to 4"):
+        wc.combine(parts[1:]).spectrum()
+    with pytest.raises(ValueError, match="segment 5 twice"):
+        wc.combine([parts[1], parts[1]])
+    other = wc.partial(record, of=of, segment=64, overlap=40, dt=0.5, **more)
+    with pytest.raises(ValueError, match="one field"):
+        wc.combine([parts[0], other])
+
+
+def test_regress_the_tree_of_segments(record):
+    def segment(s):
+        one = wc.partial(record[24 * s : 24 * s + 64], segment=64, overlap=40, first=s)
+        return one.nodes[0, s]["power"]
+
+    def node(level, index, count):
+        if index << level >= count:
+            return None
+        if level == 0:
+            return segment(index)
+        halves = [node(level - 1, 2 * index + i, count) for i in (0, 1)]
+        return halves[0] if halves[1] is None else halves[0] + halves[1]
+
+    for count in (7, 13, 60):
+        whole = wc.partial(record[: 24 * (count - 1) + 64], segment=64, overlap=40)
+        assert whole.segments == count
+        assert whole.total()["power"].tobytes() == node(6, 0, count).tobytes()
+
+
+@pytest.mark.parametrize("of, more", KINDS)
+@pytest.mark.parametrize("chunks", [(1501, 23), (97, 5), ((30, 1, 870, 600), (22, 1))])
+def test_averages_of_dask_arrays_are_lazy_with_the_same_bits(record, labelled, of, more, chunks):
+    lazy = labelled.copy(data=da.from_array(record, chunks=chunks))
+    found = wc.distributed.averaged(lazy, of=of, segment=128, **more)
+    assert hasattr(found.spectrum.data, "dask")
+    same_bits(
+        found.compute(scheduler="synchronous"),
+        wc.partial(labelled, of=of, segment=128, **more).spectrum(),
+    )
+
+
+def test_averages_of_single_precision(record, labelled):
+    single = labelled.astype("f4")
+    lazy = single.copy(data=da.from_array(single.values, chunks=(100, 4)))
+    found = wc.distributed.averaged(lazy.transpose(), segment=128).compute()
+    same_bits(found, wc.partial(single.astype("f8"), segment=128).spectrum())
+
+
+@pytest.mark.parametrize("which", ["temporal", "spatial"])
+def test_blockwise_spectra_of_odd_chunks_and_single_precision(labelled, which):
+    single = labelled.astype("f4")
+    spectrum = getattr(wc, f"{which}_spectrum")
+    for chunks in [(1501, (7, 1, 15)), ((1, 500, 1000), 23)]:
+        lazy = spectrum(single.copy(data=da.from_array(single.values, chunks=chunks)))
+        eager = spectrum(single)
+        assert lazy.dims == eager.dims and lazy.attrs == eager.attrs
+        assert lazy.compute().values.tobytes() == eager.values.tobytes()
+        # A chunk that is whole along its records stays by itself.
+        blocks = [n for n in lazy.data.numblocks if n > 1]
+        assert blocks == ([3] if (chunks[0] == 1501) == (which == "temporal") else [])
+    wide = xr.DataArray(da.zeros((1 << 20, 4096), chunks=(1024, 4096)), dims=("time", "x"))
+    with pytest.raises(ValueError, match=r"1024 chunks along time.*field\.chunk\(\{'x': 16\}\)"):
+        wc.temporal_spectrum(wide)
+
+
+def test_errors_of_averages(record):
+    lazy = da.from_array(record, chunks=(100, 23))
+    with pytest.raises(ValueError, match="segment: expected at most the 1501 samples"):
+        wc.distributed.averaged(lazy, segment=4000)
+    with pytest.raises(ValueError, match="overlap: expected 0 to 63"):
+        wc.partial(record, segment=64, overlap=64)
+    with pytest.raises(ValueError, match="window: expected none, hann"):
+        wc.partial(record, segment=64, window="han")
+    with pytest.raises(ValueError, match="reference: expected a site from 0 to 22, found 23"):
+        wc.distributed.averaged(lazy, segment=64, of="coherence", reference=23)
+    with pytest.raises(ValueError, match="first: expected the index of a segment"):
+        wc.partial(record, segment=64, first=-1)
+    with pytest.raises(ValueError, match="expected at least one segment, found none"):
+        wc.partial(record[:50], segment=64).spectrum()
+    with pytest.raises(TypeError, match="segmnet"):
+        wc.partial(record, segment=64, segmnet=3)
+    gap = record.copy()
+    gap[700, 5] = np.nan
+    with pytest.raises(ValueError, match="found nan at time 700, site 5"):
+        wc.distributed.averaged(da.from_array(gap, chunks=(1501, 23)), segment=64).compute()
+
+
+# S(k, f) of whole records.
+
+
+@pytest.mark.filterwarnings("ignore::wavecascade.CascadeWarning")
+@pytest.mark.parametrize("shape", [(301, 31), (256, 16), (64, 7)])
+@pytest.mark.parametrize("scaling", ["energy", "density", "spectrum"])
+def test_val_analyze_spacetime(record, tmp_path, shape, scaling, capsys):
+    field = record.ravel()[: shape[0] * shape[1]].reshape(shape)
+    options = {"dt": "2 ms", "dx": "3 mm", "unit": "m/s", "scaling": scaling}
+    expected = wc.analyze(field, only="spacetime", **options).spacetime_spectrum
+    plan = wc.distributed.plan_spacetime(field, tmp_path / "out", memory="2 GB", **options)
+    assert capsys.readouterr().out.strip() == str(plan)
+    assert not (tmp_path / "out").exists() and plan.tasks == 2
+    found = plan.run()
+    assert hasattr(found.data, "dask") and found.attrs["units"] == expected.attrs["units"]
+    for name in expected.coords:
+        np.testing.assert_array_equal(found[name], expected[name])
+    np.testing.assert_allclose(found, expected, rtol=0, atol=2e-15 * expected.values.max())
+    assert abs(found.attrs["parseval"]) < 1e-14
+    # Nothing but the result is left, and it opens by itself.
+    names = {entry.name for entry in (tmp_path / "out").iterdir()}
+    assert names == {"zarr.json", "frequency", "side", "wavenumber", "spacetime_spectrum"}
+    opened = xr.open_zarr(tmp_path / "out", consolidated=False)
+    assert opened.spacetime_spectrum.dims == ("frequency", "side", "wavenumber")
+    options["scaling"] = "density" if scaling == "energy" else "energy"
+    with pytest.raises(ValueError, match="expected the same work to resume, found scaling"):
+        wc.distributed.plan_spacetime(field, tmp_path / "out", memory="2 GB", **options).run()
+
+
+@pytest.fixture(scope="module")
+def stored(tmp_path_factory):
+    """A field in a store of Zarr, and S(k, f) of it in one block."""
+    folder = tmp_path_factory.mktemp("stored")
+    field = np.random.default_rng(54).standard_normal((2003, 501))
+    array = zarr.create_array(folder / "field", shape=field.shape, chunks=(100, 167), dtype="f8")
+    array[:] = field
+    plan = wc.distributed.plan_spacetime(folder / "field", folder / "out", memory="2 GB", show=False)
+    return folder / "field", field, plan.run().values
+
+
+def test_blocks_of_any_size_have_the_same_bits(stored, tmp_path):
+    path, field, expected = stored
+    windows = {"window_time": "hann", "window_space": np.hamming(501)}
+    whole = wc.distributed.plan_spacetime(field, tmp_path / "whole", memory="2 GB", show=False, **windows)
+    tapered = whole.run().values
+    sources = {
+        "path": path,
+        "array": zarr.open_array(path, mode="r"),
+        "dask": da.from_array(field, chunks=((70,) * 28 + (43,), (500, 1))),
+        "numpy": field,
+    }
+    for name, source in sources.items():
+        plan = wc.distributed.plan_spacetime(source, tmp_path / name, memory="347 MB", show=False)
+        assert plan.blocks[0] > 2 and plan.blocks[1] >= 1, plan
+        with ThreadPoolExecutor(2) as pool:
+            assert plan.run(pool).values.tobytes() == expected.tobytes(), name
+    plan = wc.distributed.plan_spacetime(path, tmp_path / "w", memory="347 MB", show=False, **windows)
+    assert plan.run().values.tobytes() == tapered.tobytes()
+    # Another window along space, but the same energy.
+    spaced = wc.analyze(field, window_time="hann", window_space="hamming", only="spacetime")
+    assert abs(tapered.sum() / spaced.spacetime_spectrum.values.sum() - 1) < 2e-3
+
+
+def test_stores_of_xarray_have_their_coordinates(labelled, tmp_path):
+    plan = wc.distributed.plan_spacetime
+    expected = plan(labelled, tmp_path / "a", memory="2 GB", show=False).run()
+    assert expected.frequency.attrs["units"] == "Hz"
+    assert float(expected.frequency[-1]) == pytest.approx(1000, rel=1e-3)
+    for name, field in {"b": labelled, "c": labelled.T}.items():
+        field.chunk({"x": 7, "time": 400}).to_zarr(tmp_path / f"{name}.zarr")
+        found = plan(tmp_path / f"{name}.zarr", tmp_path / name, memory="350 MB", show=False).run()
+        xr.testing.assert_identical(found.compute(), expected.compute())
+    bare = labelled.T.values
+    zarr.create_array(tmp_path / "d.zarr", data=bare, chunks=(7, 400))
+    options = {"dt": 5e-4, "dx": 2, "layout": "site-time"}
+    found = plan(tmp_path / "d.zarr", tmp_path / "d", memory="2 GB", show=False, **options).run()
+    np.testing.assert_allclose(found.values, expected.values, rtol=1e-12)
+    labelled.to_zarr(tmp_path / "e.zarr", encoding={"velocity": {"scale_factor": 0.5, "dtype": "f8"}})
+    with pytest.raises(ValueError, match="found velocity with scale_factor"):
+        plan(tmp_path / "e.zarr", tmp_path / "e", memory="2 GB")
+
+
+def test_what_does_not_fit_is_refused(record, tmp_path):
+    plan = wc.distributed.plan_spacetime
+    with pytest.raises(
+        ValueError, match=r"memory: expected at least .* found 250 MB: the records of one"
+    ):
+        plan(record, tmp_path / "out", memory="250 MB")
+    long = da.zeros((100_000, 400), chunks=(50_000, 400))
+    with pytest.raises(ValueError, match="a chunk of 50000 times x all 400 sites .*shorter chunks"):
+        plan(long, tmp_path / "out", memory="600 MB")
+    with pytest.raises(ValueError, match="memory: expected what a worker may take"):
+        plan(record, tmp_path / "out")
+    (tmp_path / "out").mkdir()
+    (tmp_path / "out" / "mine").touch()
+    with pytest.raises(ValueError, match="found something else"):
+        plan(record, tmp_path / "out", memory="1 GB", show=False).run()
+    gap = record.copy()
+    gap[700, 5] = np.inf
+    with pytest.raises(ValueError, match="found others at time 700"):
+        plan(gap, tmp_path / "gap", memory="1 GB", show=False).run()
+
+
+def test_a_killed_process_is_resumed(stored, tmp_path):
+    path, _, expected = stored
+    code = (
+        "import os, sys, signal, wavecascade as wc\n"
+        "plan = wc.distributed.plan_spacetime(sys.argv[1], sys.argv[2], memory='342 MB', show=False)\n"
+        "kill = lambda stage, done, total: done > 1 and os.kill(os.getpid(), signal.SIGKILL)\n"
+        "plan.run(progress=kill)\n"
+    )
+    done = subprocess.run([sys.executable, "-c", code, str(path), str(tmp_path / "out")])
+    assert done.returncode == -signal.SIGKILL
+    with pytest.raises(ValueError, match="expected a finished store"):
+        wc.distributed.open_spacetime(tmp_path / "out")
+    other = wc.distributed.plan_spacetime(
+        path, tmp_path / "out", memory="500 MB", window_time="hann", show=False
+    )
+    with pytest.raises(ValueError, match="expected the same work to resume, found windows"):
+        other.run()
+    # As a kill in the middle of a line leaves it.
+    with (tmp_path / "out" / ".journal").open("ab") as file:
+        file.write(b'["x9')
+    plan = wc.distributed.plan_spacetime(path, tmp_path / "out", memory="500 MB", show=False)
+    counted = []
+    found = plan.run(progress=lambda stage, done, total: counted.append(stage))
+    assert counted.count("along x") == plan.blocks[0] - 2 and found.values.tobytes() == expected.tobytes()
+    counted.clear()
+    plan.run(progress=lambda stage, done, total: counted.append(stage))
+    assert counted == []
+    # A field that has changed is another.
+    shutil.copytree(path, tmp_path / "field")
+    begun = wc.distributed.plan_spacetime(tmp_path / "field", tmp_path / "b", memory="1 GB", show=False)
+    begun.run()
+    zarr.open_array(tmp_path / "field", mode="r+")[0, 0] = 7.0
+    with pytest.raises(ValueError, match="expected the same work to resume, found field"):
+        wc.distributed.plan_spacetime(tmp_path / "field", tmp_path / "b", memory="1 GB", show=False).run()
+
+
+def test_a_killed_worker_loses_nothing(stored, client, tmp_path):
+    path, field, expected = stored
+    # No more than the client's workers have.
+    overhead = wc.distributed.plan_spacetime(path, tmp_path / "out", client, show=False).room.overhead
+    memory = int((overhead + 40_000_000) / 0.75)
+    plan = wc.distributed.plan_spacetime(path, tmp_path / "out", client, memory=memory, show=False)
+    assert plan.room.limit == memory and plan.blocks[0] > 2
+    killed = []
+
+    def kill(stage, done, total):
+        if not killed:
+            killed.append(next(iter(client.run(os.getpid).values())))
+            os.kill(killed[-1], signal.SIGKILL)
+
+    found = plan.run(client, progress=kill)
+    assert len(killed) == 1 and found.values.tobytes() == expected.tobytes()
+    client.wait_for_workers(2)
+
+    lazy = wc.distributed.averaged(da.from_zarr(os.fspath(path)), segment=128)
+    running = client.compute(lazy.spectrum.data)
+    os.kill(next(iter(client.run(os.getpid).values())), signal.SIGKILL)
+    averaged = wc.partial(field, segment=128).spectrum().spectrum.values
+    assert running.result().tobytes() == averaged.tobytes()
+
+
+# Sweeps.
+
+
+def test_val_program_sweep_in_parts(client, run, tmp_path):
+    scene = tmp_path / "scene.toml"
+    scene.write_text("sites = 8\n")
+    vary = {"stiffness_ratio": [1, 2, 4.9], "end_time": [3.0, 4.0]}
+    expected = wc.sweep({"sites": 8}, vary=vary)
+    found = wc.distributed.sweep({"sites": 8}, vary=vary, out=tmp_path / "dask", pool=client, parts=3)
+    assert found.equals(expected) and not (tmp_path / "dask-parts").exists()
+    # Parts that are begun go on with the split they were begun with.
+    wc.sweep({"sites": 8}, vary=vary, out=tmp_path / "split-parts" / "2-of-3", part="2/3")
+    pool = ThreadPoolExecutor(2)
+    with pytest.raises(ValueError, match="parts: expected 3"):
+        wc.distributed.sweep({"sites": 8}, vary=vary, out=tmp_path / "split", pool=pool, parts=2)
+    told = []
+    wc.distributed.sweep(
+        {"sites": 8}, vary=vary, out=tmp_path / "split", pool=pool, progress=lambda *a: told.append(a)
+    )
+    assert told[-1] == ("parts", 3, 3)
+    run("sweep", scene, "--vary=stiffness_ratio=1,2,4.9", "--vary=end_time=3.0,4.0", out="alone")
+    tables = [(tmp_path / name / "table.csv").read_bytes() for name in ("alone", "dask", "split")]
+    assert tables[0] == tables[1] == tables[2]
+    with pytest.raises(ValueError, match="sites"):
+        wc.distributed.sweep({"sites": 0}, vary=vary, out=tmp_path / "wrong", pool=pool)

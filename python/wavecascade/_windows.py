@@ -1,0 +1,197 @@
+"""Windows, sums and trends in the order of operations of the program, for arrays of segments."""
+
+from __future__ import annotations
+
+import math
+from typing import Any
+
+import numpy as np
+import numpy.typing as npt
+
+Array = npt.NDArray[Any]
+
+NAMES = "none, hann, hamming, blackman-harris, flat-top, tukey[:SHARE], or an array of weights"
+
+_SUMS = {
+    "hann": (0.5, 0.5),
+    "hamming": (0.54, 0.46),
+    "blackman-harris": (0.35875, 0.48829, 0.14128, 0.01168),
+    "flat-top": (0.21557895, 0.41663158, 0.277263158, 0.083578947, 0.006947368),
+}
+#: Terms that are added plainly before sums are paired, and those that are added side by side.
+_LEAF, _LANES = 256, 8
+
+
+def pairwise_sum(x: Array) -> Array:
+    """Sum over the second axis of ``(segment, sample, ...)``: pairwise, by a tree of the length alone."""
+    n = x.shape[1]
+    if n > _LEAF:
+        half = -(-(n // 2) // _LEAF) * _LEAF
+        return pairwise_sum(x[:, :half]) + pairwise_sum(x[:, half:])
+    whole = n // _LANES * _LANES
+    lanes = np.zeros((x.shape[0], _LANES, *x.shape[2:]))
+    for at in range(0, whole, _LANES):
+        lanes += x[:, at : at + _LANES]
+    tail = np.zeros((x.shape[0], *x.shape[2:]))
+    for at in range(whole, n):
+        tail += x[:, at]
+    a, b, c, d, e, f, g, h = (lanes[:, i] for i in range(_LANES))
+    return (((a + e) + (b + f)) + ((c + g) + (d + h))) + tail
+
+
+def sum_of(x: Array) -> float:
+    """The same of one record."""
+    return float(pairwise_sum(np.asarray(x, np.float64)[None, :])[0])
+
+
+def _cos_turns(p: int, q: int) -> float:
+    """cos(2 pi p / q), reduced to an eighth of a cycle in integers."""
+    p %= q
+    p = min(p, q - p)
+    if 8 * p <= q:
+        return math.cos(math.pi * (2 * p / q))
+    if 4 * p <= q:
+        return math.sin(math.pi * ((q - 4 * p) / (2 * q)))
+    if 8 * p < 3 * q:
+        return -math.sin(math.pi * ((4 * p - q) / (2 * q)))
+    return -math.cos(math.pi * ((q - 2 * p) / q))
+
+
+def window(name: object, n: int) -> Array:
+    """The ``n`` samples of a window in its periodic form, or an array of as many weights.
+
+    Raises
+    ------
+    ValueError
+        For a name that is none, weights of another length, and weights that are all 0.
+    """
+    if not isinstance(name, str):
+        weights = np.array(name, np.float64)
+        if weights.shape != (n,) or not np.isfinite(weights).all() or not weights.any():
+            raise ValueError(
+                f"window: expected {n} finite weights, one a sample, found an array of {weights.shape}"
+            )
+        return weights
+    base, _, parameter = name.partition(":")
+    try:
+        share = float(parameter) if parameter else 0.25
+    except ValueError:
+        share = math.nan
+    known = base in ("none", *_SUMS) and not parameter
+    if not known and not (base == "tukey" and 0.0 <= share <= 1.0):
+        raise ValueError(f"window: expected {NAMES}, found {name!r}")
+    if n <= 1:
+        return np.ones(n)
+
+    def sample(j: int) -> float:
+        if base == "none" or (base == "tukey" and 2.0 * j >= share * n):
+            return 1.0
+        if base == "tukey":
+            s = math.sin(math.pi * (j / (share * n)))
+            return s * s
+        total = 0.0
+        for k, a in enumerate(_SUMS[base]):
+            total += a * _cos_turns(2 * k * j + k * n, 2 * n)
+        return total
+
+    half = [sample(j) for j in range(n // 2 + 1)]
+    return np.array([half[min(j, n - j)] for j in range(n)])
+
+
+def detrended(x: Array, kind: str) -> Array:
+    """Segments ``(segment, sample, site)`` without their means or lines."""
+    if kind == "none":
+        return x
+    n = x.shape[1]
+    high = pairwise_sum(x) / n
+    rest = x - high[:, None]
+    low = pairwise_sum(rest) / n
+    if kind == "mean":
+        return rest - low[:, None]
+    index = np.arange(n) - (n - 1.0) / 2.0
+    mean = sum_of(index) / n
+    spread = sum_of((index - mean) ** 2)
+    slope = np.zeros_like(low)
+    if spread > 0.0:
+        slope = pairwise_sum((index - mean)[None, :, None] * (rest - low[:, None])) / spread
+        low = low - slope * mean
+    return rest - (low[:, None] + slope[:, None] * index[None, :, None])
+
+
+def effective_number(weights: Array, hop: int, count: int) -> float:
+    """How many independent segments of white noise have the variance of the average of ``count``.
+
+    S^2 / sum_{s s'} (sum_n w_s(n) w_s'(n))^2 / (sum w^2)^2. Source: Welch (1967), eq. 12.
+    """
+    power = math.fsum(weights * weights)
+    beside, j = 0.0, 1
+    while j < count and j * hop < len(weights):
+        shared = math.fsum(weights[j * hop :] * weights[: len(weights) - j * hop]) / power
+        beside += (count - j) * shared**2
+        j += 1
+    return count**2 / (count + 2.0 * beside)
+
+
+def _gamma_share(a: float, x: float) -> float:
+    """The regularized lower incomplete gamma function P(a, x); DLMF 8.11.4 and 8.9.2."""
+    if x <= 0.0:
+        return 0.0
+    scale = math.exp(a * math.log(x) - x - math.lgamma(a))
+    if x < a + 1.0:
+        term = total = 1.0 / a
+        k = a
+        while term > 1e-17 * total:
+            k += 1.0
+            term *= x / k
+            total += term
+        return scale * total
+    # Lentz' method.
+    tiny = 1e-300
+    b = x + 1.0 - a
+    c, d = 1.0 / tiny, 1.0 / b
+    h = d
+    for i in range(1, 100_000):
+        an = -i * (i - a)
+        b += 2.0
+        d = an * d + b
+        d = 1.0 / (d if abs(d) > tiny else tiny)
+        c = b + an / c
+        c = c if abs(c) > tiny else tiny
+        h *= d * c
+        if abs(d * c - 1.0) < 1e-16:
+            break
+    return 1.0 - scale * h
+
+
+def chi_square_quantile(share: float, degrees: float) -> float:
+    """The value that chi-square of ``degrees`` stays below with probability ``share``."""
+    low, high = 0.0, degrees + 10.0
+    while _gamma_share(0.5 * degrees, 0.5 * high) < share:
+        high *= 2.0
+    while True:
+        middle = 0.5 * (low + high)
+        if not low < middle < high:
+            return middle
+        if _gamma_share(0.5 * degrees, 0.5 * middle) < share:
+            low = middle
+        else:
+            high = middle
+
+
+def interval_factors(degrees: float, alpha: float) -> tuple[float, float]:
+    """What a spectrum is multiplied by for the ends of its interval at ``1 - alpha``."""
+    low = degrees / chi_square_quantile(1.0 - 0.5 * alpha, degrees)
+    return low, degrees / chi_square_quantile(0.5 * alpha, degrees)
+
+
+def columns(a: Array, axis: int, real: bool) -> Array:
+    """The transform along ``axis``, which is not the last: the same bits for any number of columns.
+
+    A single contiguous column would be transformed as a row, by other operations.
+    """
+    from wavecascade import fft
+
+    transform = fft.r2c if real else fft.c2c
+    if a.shape[-1] == 1:
+        return transform(np.repeat(a, 2, axis=-1), axis)[..., :1]
+    return transform(a, axis)
