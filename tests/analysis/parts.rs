@@ -209,7 +209,6 @@ fn regress_a_part_reads_its_own_samples_alone() {
         partial(&[&whole[0]], &request, part, &Silent).unwrap()
     );
     // A gap at the cut cannot be filled from one side.
-    let mut samples = samples;
     samples[671 * 11 + 4] = f64::NAN;
     let mut gappy = Field::from_array(Array2::from_shape_vec((1000, 11), samples).unwrap());
     gappy.time.step = 1e-3;
