@@ -336,10 +336,10 @@ def test_val_xrft_space_time_spectrum(shape):
     n, width = shape[1], 0.25 * shape[1]
     theirs = np.rint(expected.freq_x.values * width).astype(int) % n
     ours = np.rint(-found.wavenumber_signed.values / (2 * np.pi) * width).astype(int) % n
-    turned = expected.transpose("freq_time", "freq_x").values[:, np.argsort(theirs)][:, ours] / (
+    ordered = expected.transpose("freq_time", "freq_x").values[:, np.argsort(theirs)][:, ours] / (
         2 * np.pi
     )
-    np.testing.assert_allclose(found, turned, rtol=1e-11, atol=1e-14 * turned.max())
+    np.testing.assert_allclose(found, ordered, rtol=1e-11, atol=1e-14 * ordered.max())
 
 
 def segments(values, length):

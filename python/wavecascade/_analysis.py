@@ -118,19 +118,19 @@ def _lazy(field: Any, which: str, options: dict[str, object]) -> Any:
     time, space = _dims(field, options)
     if space is None:
         raise ValueError("field: expected times and sites, found one dimension")
-    turned = field.transpose(time, space)
+    ordered = field.transpose(time, space)
     axis = 0 if which == "temporal" else 1
-    blocks = _whole(turned, axis)
+    blocks = _whole(ordered, axis)
     # The axes of the result are those of one record, or of one profile.
-    one = turned.isel({space if axis == 0 else time: slice(0, 1)})
+    one = ordered.isel({space if axis == 0 else time: slice(0, 1)})
     one = one.copy(data=np.zeros(one.shape, one.dtype))
     like = _spectrum(one, which, {**options, "noise": None})
     whole = like.dims[0] if axis == 0 else like.dims[1]
     length = like.sizes[whole]
-    coords = {dim: turned.coords[dim] for dim in (time, space) if dim in turned.coords}
+    coords = {dim: ordered.coords[dim] for dim in (time, space) if dim in ordered.coords}
 
     def block(values: Any) -> Any:
-        part = xarray.DataArray(values, dims=(time, space), attrs=turned.attrs)
+        part = xarray.DataArray(values, dims=(time, space), attrs=ordered.attrs)
         steps = {dim: coords[dim].data for dim in (time, space) if dim in coords}
         kept = time if axis == 0 else space
         if kept in steps:

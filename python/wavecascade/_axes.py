@@ -87,14 +87,14 @@ def placed(field: Any, options: Mapping[str, object]) -> Placed:
         time, space = _dims(field, options)
         if space is None:
             raise ValueError("field: expected times and sites, found one dimension")
-        turned = field.transpose(time, space)
-        n_times, n_sites = turned.shape
+        ordered = field.transpose(time, space)
+        n_times, n_sites = ordered.shape
         zeros = np.broadcast_to(np.float64(0.0), (n_times, 1))
-        along_time = turned.isel({space: slice(0, 1)}).copy(data=zeros)
+        along_time = ordered.isel({space: slice(0, 1)}).copy(data=zeros)
         zeros = np.broadcast_to(np.float64(0.0), (min(2, n_times), n_sites))
-        along_space = turned.isel({time: slice(0, 2)}).copy(data=zeros)
+        along_space = ordered.isel({time: slice(0, 2)}).copy(data=zeros)
         axes = _axes(along_time, along_space, {**said, "time_dim": time, "space_dim": space}, n_times)
-        return Placed(turned.data, axes, (time, space))
+        return Placed(ordered.data, axes, (time, space))
     shape = tuple(getattr(field, "shape", np.shape(field)))
     if len(shape) != 2:
         raise ValueError(f"field: expected times and sites, found {len(shape)} dimensions")

@@ -388,7 +388,7 @@ def partial(
 
 
 def reference_of(cut: Cut, samples: Any, reference: Any) -> Any:
-    """The record of the reference as one column; ``None`` where none is asked for."""
+    """The record of the reference as one column; ``None`` without a reference."""
     if (cut.of == "coherence") != (reference is not None):
         expected = "a site, or its record" if cut.of == "coherence" else f"none with of={cut.of!r}"
         raise ValueError(f"reference: expected {expected}, found {reference!r}")

@@ -360,7 +360,7 @@ def _scale(
 
 
 def finished(path: Path) -> dict[str, Any] | None:
-    """What a finished store was asked for."""
+    """The request that a finished store answers."""
     if not (path / "zarr.json").exists():
         return None
     text = json.loads((path / "zarr.json").read_text())

@@ -32,8 +32,8 @@ pub use increments::{
 };
 pub use lomb::{Lomb, LombAxis, LombRequest, lomb};
 pub use modes::{ModeShapes, ModeWave, Modes, ModesRequest, modes};
-pub use parts::{Combination, Combined, DividedRequest, Partial, PartialAbout, combine, partial};
 pub(crate) use parts::NodePlace;
+pub use parts::{Combination, Combined, DividedRequest, Partial, PartialAbout, combine, partial};
 pub(crate) use realisations::first_of;
 pub use realisations::{
     Averaging, Grid, Independence, Part, SegmentsLeft, SpectrumInterval, Tapers, interval_factors,

@@ -7,8 +7,7 @@ use serde::{Deserialize, Serialize};
 use serde_json::Value;
 
 use super::realisations::{
-    Grid, Part, Portion, Realisations, RecordTree, Shots, Sums, TreeNode, first_of,
-    refuse_left_out,
+    Grid, Part, Portion, Realisations, RecordTree, Shots, Sums, TreeNode, first_of, refuse_left_out,
 };
 use super::{
     Coherence, CoherenceRequest, SpaceTimeEstimate, SpaceTimeRequest, SpectrumEstimate,
@@ -192,7 +191,11 @@ fn partial_of<R: Divided + Sync>(
     refuse_left_out(gaps, "a part of the segments")?;
     let (unit, tiles) = in_pool(request.threads(), || {
         let shots = Shots::new(fields, gaps, memory, realisations.reached(), observer)?;
-        request.partial(&shots.in_portions(&portions), (&grid, &realisations), &portions)
+        request.partial(
+            &shots.in_portions(&portions),
+            (&grid, &realisations),
+            &portions,
+        )
     })?;
     let mut nodes = Vec::new();
     let mut sums = Vec::new();
@@ -234,7 +237,12 @@ fn partial_of<R: Divided + Sync>(
 /// # Errors
 /// Those of [`Combination`].
 pub fn combine(partials: &[Partial]) -> Result<Combined> {
-    let named = |partial: &Partial| (format!("part {}", partial.about.part), partial.about.clone());
+    let named = |partial: &Partial| {
+        (
+            format!("part {}", partial.about.part),
+            partial.about.clone(),
+        )
+    };
     let (mut combination, order) = Combination::new(partials.iter().map(named).collect())?;
     for at in order {
         combination.add(&partials[at])?;
@@ -300,7 +308,10 @@ impl Combination {
                 return refuse(expected, format!("{from} to {end} in {name}"));
             }
             if from < next {
-                let found = format!("segments {from} to {} in {before} and {name}", next.min(end) - 1);
+                let found = format!(
+                    "segments {from} to {} in {before} and {name}",
+                    next.min(end) - 1
+                );
                 return refuse("each part once".into(), found);
             }
             if from > next {
@@ -342,8 +353,14 @@ impl Combination {
         }
         let is_whole = covered == end && partial.sums.len() == width * partial.nodes.len();
         if from != self.next || !is_whole {
-            let expected = format!("the sums over segments {} and on, {width} a node", self.next);
-            let name = self.names.iter().find(|name| name.contains(&partial.about.part.to_string()));
+            let expected = format!(
+                "the sums over segments {} and on, {width} a node",
+                self.next
+            );
+            let name = self
+                .names
+                .iter()
+                .find(|name| name.contains(&partial.about.part.to_string()));
             let found = format!(
                 "{} nodes of segments {from} to {covered}, {} sums in {}",
                 partial.nodes.len(),
@@ -409,7 +426,11 @@ fn missing<T>(parts: &[(String, PartialAbout)], range: Range<usize>, all: usize)
     let of = parts[0].1.part.of;
     let is_regular = parts.iter().all(|(_, about)| about.part.of == of);
     let lacks = |number: &usize| {
-        let own = Part { number: *number, of }.range(all);
+        let own = Part {
+            number: *number,
+            of,
+        }
+        .range(all);
         own.is_ok_and(|own| own.start < range.end && own.end > range.start)
     };
     let numbers: Vec<String> = (1..=of)

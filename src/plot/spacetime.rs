@@ -43,10 +43,13 @@ fn spacetime_note(found: &SpaceTimeEstimate) -> String {
 pub(crate) fn spacetime_density_label(found: &SpaceTimeEstimate) -> String {
     let (time_unit, space_unit) = found.units();
     let per = format!("({} · rad/{space_unit})", cycles_per(&time_unit));
-    label("power spectral density", &match &found.unit {
-        Some(unit) => format!("({unit})²/{per}"),
-        None => format!("per {per}"),
-    })
+    label(
+        "power spectral density",
+        &match &found.unit {
+            Some(unit) => format!("({unit})²/{per}"),
+            None => format!("per {per}"),
+        },
+    )
 }
 
 fn axis_labels(found: &SpaceTimeEstimate) -> [String; 2] {

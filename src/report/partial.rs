@@ -41,7 +41,13 @@ fn checksum(nodes: &[f64], sums: &[f64]) -> String {
 /// [`Error::Write`].
 pub fn write_partial(path: &Path, partial: &Partial) -> Result<()> {
     let number = |record: Option<usize>| record.map_or(-1.0, |record| record as f64);
-    let row = |node: &NodePlace| [number(node.record), f64::from(node.level), node.index as f64];
+    let row = |node: &NodePlace| {
+        [
+            number(node.record),
+            f64::from(node.level),
+            node.index as f64,
+        ]
+    };
     let nodes: Vec<f64> = partial.nodes.iter().flat_map(row).collect();
     let count = partial.nodes.len();
     let stored = Stored {
@@ -76,7 +82,11 @@ pub fn read_partial(path: &Path) -> Result<Partial> {
         let nodes = array(path, members, "nodes")?;
         let sums = array(path, members, "sums")?;
         if checksum(&nodes, &sums) != stored.checksum {
-            return Err(unfit(path, "the sums that were written", "others: a damaged file"));
+            return Err(unfit(
+                path,
+                "the sums that were written",
+                "others: a damaged file",
+            ));
         }
         let (rows, _) = nodes.as_chunks::<COLUMNS>();
         let place = |row: &[f64; COLUMNS]| NodePlace {
@@ -110,7 +120,11 @@ fn stored(path: &Path, members: &mut Members) -> Result<Stored> {
         true => Ok(stored),
         false => {
             let found = format!("the layout {:?}", stored.schema);
-            Err(unfit(path, &format!("the layout {PARTIAL_SCHEMA:?}"), &found))
+            Err(unfit(
+                path,
+                &format!("the layout {PARTIAL_SCHEMA:?}"),
+                &found,
+            ))
         }
     }
 }

@@ -101,7 +101,12 @@ pub fn spacetime_arrays(found: &SpaceTimeEstimate, file: &dyn LabelledArrays) ->
     let to = Arrays(file);
     let units = Units::of(&found.time, &found.space, found.unit.as_deref());
     to.line("frequency", "frequency", &units.frequency, &found.frequency)?;
-    to.line("wavenumber", "wavenumber", &units.wavenumber, &found.wavenumber)?;
+    to.line(
+        "wavenumber",
+        "wavenumber",
+        &units.wavenumber,
+        &found.wavenumber,
+    )?;
     let density = match units.frequency.is_empty() || units.wavenumber.is_empty() {
         true => String::new(),
         false => compose(

@@ -77,8 +77,17 @@ fn spectrum_bits(found: &SpectrumEstimate) -> Vec<u64> {
 fn coherence_bits(found: &Coherence) -> Vec<u64> {
     let delays = found.delays.iter().flatten();
     let numbers = delays.flat_map(|delay| [delay.delay, delay.error]);
-    let mut bits = bits([&found.coherence, &found.phase, &found.phase_interval, &found.spectrum]);
-    bits.extend(numbers.chain([found.independence.steadiness]).map(f64::to_bits));
+    let mut bits = bits([
+        &found.coherence,
+        &found.phase,
+        &found.phase_interval,
+        &found.spectrum,
+    ]);
+    bits.extend(
+        numbers
+            .chain([found.independence.steadiness])
+            .map(f64::to_bits),
+    );
     bits
 }
 
@@ -89,13 +98,17 @@ fn regress_parts_of_spectra_have_the_bits_of_the_whole() {
         (3, 777, welch(50, 17)),
         (1, 1203, multitaper(128)),
         (2, 501, multitaper(501)),
-        (1, 300, SpectrumRequest {
-            averaging: Averaging {
-                detrend: Detrend::None,
-                ..averaging(40, 39)
+        (
+            1,
+            300,
+            SpectrumRequest {
+                averaging: Averaging {
+                    detrend: Detrend::None,
+                    ..averaging(40, 39)
+                },
+                ..welch(40, 39)
             },
-            ..welch(40, 39)
-        }),
+        ),
     ] {
         let fields = shots(records, samples);
         let fields: Vec<&Field> = fields.iter().collect();
@@ -191,9 +204,11 @@ fn regress_a_part_reads_its_own_samples_alone() {
     let part = Part::new(2, 3).unwrap();
     let found = partial(&[&cut], &request, part, &Silent).unwrap();
     assert_eq!(found.about.range, [10, 20]);
-    assert_eq!(found, partial(&[&whole[0]], &request, part, &Silent).unwrap());
+    assert_eq!(
+        found,
+        partial(&[&whole[0]], &request, part, &Silent).unwrap()
+    );
     // A gap at the cut cannot be filled from one side.
-    let mut samples = samples;
     samples[671 * 11 + 4] = f64::NAN;
     let mut gappy = Field::from_array(Array2::from_shape_vec((1000, 11), samples).unwrap());
     gappy.time.step = 1e-3;
@@ -202,7 +217,10 @@ fn regress_a_part_reads_its_own_samples_alone() {
         ..welch(64, 32)
     };
     let error = partial(&[&gappy], &filled.into(), part, &Silent).unwrap_err();
-    assert!(error.to_string().contains("time row 671, site 4"), "{error}");
+    assert!(
+        error.to_string().contains("time row 671, site 4"),
+        "{error}"
+    );
 }
 
 #[test]
@@ -215,18 +233,31 @@ fn regress_what_is_missing_twice_or_foreign_is_named() {
     let said = |parts: &[&Partial]| {
         let parts: Vec<Partial> = parts.iter().map(|part| (*part).clone()).collect();
         let error = combine(&parts).unwrap_err();
-        assert!(matches!(error, Error::Request { option: "merge", .. }));
+        assert!(matches!(
+            error,
+            Error::Request {
+                option: "merge",
+                ..
+            }
+        ));
         error.to_string()
     };
     let [a, b, c, d, e] = &parts[..] else {
         panic!("five parts");
     };
-    assert!(said(&[a, c, d]).contains("no part 2/5"), "{}", said(&[a, c, d]));
+    assert!(
+        said(&[a, c, d]).contains("no part 2/5"),
+        "{}",
+        said(&[a, c, d])
+    );
     assert!(said(&[b, d, e]).contains("no part 1/5"));
     assert!(said(&[a, b, c, d]).contains("no part 5/5"));
     assert!(said(&[a, b, b, c, d, e]).contains("in part 2/5 and part 2/5"));
     let text = said(&[a, b, c, d, &foreign[4]]);
-    assert!(text.contains("overlap 30 in place of 32 in part 5/5"), "{text}");
+    assert!(
+        text.contains("overlap 30 in place of 32 in part 5/5"),
+        "{text}"
+    );
     assert!(said(&[]).contains("none"));
     // Parts of different cuts may be combined.
     let halves = parts_of(&fields, &request, 2);

@@ -5,8 +5,8 @@ use std::f64::consts::TAU;
 
 use ndarray::Array2;
 use wavecascade::estimates::{
-    Averaging, Combined, DividedRequest, Part, SpaceTimeEstimate, SpaceTimeRequest, Tapers, combine,
-    partial, spacetime,
+    Averaging, Combined, DividedRequest, Part, SpaceTimeEstimate, SpaceTimeRequest, Tapers,
+    combine, partial, spacetime,
 };
 use wavecascade::observer::Silent;
 use wavecascade::prepare::{Detrend, Window};
@@ -201,7 +201,12 @@ fn regress_parts_blocks_and_threads_do_not_move_a_bit() {
     let bits = |found: &SpaceTimeEstimate| -> Vec<u64> {
         let arrays = [&found.spectrum, &found.degrees, &found.low, &found.high];
         let numbers = arrays.into_iter().flatten().copied();
-        let more = [found.power, found.mean_square, found.parseval, found.evenness];
+        let more = [
+            found.power,
+            found.mean_square,
+            found.parseval,
+            found.evenness,
+        ];
         numbers.chain(more).map(f64::to_bits).collect()
     };
     for (fields, request) in [(&shots[..1], welch(64, 32)), (&shots[..], slepian)] {
@@ -237,8 +242,23 @@ fn regress_parts_blocks_and_threads_do_not_move_a_bit() {
     // Three sites have no wavenumbers to speak of, and tapers have to fit.
     let narrow = field(Array2::zeros((64, 3)));
     let error = spacetime(&[&narrow], &welch(16, 8), &Silent).unwrap_err();
-    assert!(matches!(error, Error::Request { option: "along", .. }));
+    assert!(matches!(
+        error,
+        Error::Request {
+            option: "along",
+            ..
+        }
+    ));
     let wide = tapers((2.0, 3), (2.0, 4));
     let error = spacetime(&shots, &wide, &Silent).unwrap_err();
-    assert!(matches!(error, Error::Request { option: "space-multitaper", .. }), "{error}");
+    assert!(
+        matches!(
+            error,
+            Error::Request {
+                option: "space-multitaper",
+                ..
+            }
+        ),
+        "{error}"
+    );
 }

@@ -4,8 +4,8 @@ use std::path::PathBuf;
 
 use clap::Args;
 use wavecascade::estimates::{
-    Averaging, Coherence as Found, CoherenceRequest, Combined, DividedRequest, SegmentsLeft, Tapers,
-    coherence,
+    Averaging, Coherence as Found, CoherenceRequest, Combined, DividedRequest, SegmentsLeft,
+    Tapers, coherence,
 };
 use wavecascade::observer::Observer;
 use wavecascade::plot::{self, Figure, Style};

@@ -118,7 +118,12 @@ pub fn run<T: Typed>(command_typed: &T) -> Result<(), Failure> {
     let default = |first: &Path| named_after(first, T::Found::EXTENSION, &ending);
     let (paths, out) = begin(command_typed.fields(), typed, default)?;
     let progress = Progress::new(!typed.how.quiet && std::io::stderr().is_terminal());
-    let fields = open(&paths, typed, command_typed.memory(), [true, T::Found::UNEVEN])?;
+    let fields = open(
+        &paths,
+        typed,
+        command_typed.memory(),
+        [true, T::Found::UNEVEN],
+    )?;
     let all: Vec<&Field> = fields.iter().collect();
     let found = compute(&all, &progress).map_err(|error| error.of_file(&paths[0]))?;
     let opened: Vec<FileState> = fields.iter().filter_map(Field::file_state).collect();
@@ -129,7 +134,13 @@ pub fn run<T: Typed>(command_typed: &T) -> Result<(), Failure> {
     let input = paths[0].display().to_string();
     let provenance = Provenance::new(command(), Some(input), hash);
     let name = paths[0].file_stem().unwrap_or_default().to_string_lossy();
-    publish(&found, typed, (&out, &name, &provenance), &drawing, &progress)
+    publish(
+        &found,
+        typed,
+        (&out, &name, &provenance),
+        &drawing,
+        &progress,
+    )
 }
 
 /// The files that `fields` names, and the directory of the result, which is checked before any work.

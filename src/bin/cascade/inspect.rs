@@ -242,7 +242,8 @@ fn command(typed: &Inspect, field: &Field) -> String {
         .iter()
         .position(|word| word == "inspect")
         .map_or(1, |at| at + 1);
-    let mut rest: Vec<String> = words[after..].iter().map(|word| quoted(word)).collect();
+    let rest = words[after..].iter().filter(|word| *word != "--channels");
+    let mut rest: Vec<String> = rest.map(|word| quoted(word)).collect();
     let counts = |axis: &Axis| *axis == Axis::index();
     if counts(&field.time) && typed.input.dt.is_none() && typed.input.rate.is_none() {
         rest.push("--dt STEP".into());

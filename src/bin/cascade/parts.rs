@@ -69,9 +69,7 @@ pub fn write(
     (name, request, part): (&str, &DividedRequest, Part),
 ) -> Result<(), Failure> {
     let ending = format!("-{name}-{}-of-{}", part.number, part.of);
-    let (paths, out) = estimate::begin(fields, typed, |first| {
-        named_after(first, "npy", &ending)
-    })?;
+    let (paths, out) = estimate::begin(fields, typed, |first| named_after(first, "npy", &ending))?;
     let progress = Progress::new(!typed.how.quiet && std::io::stderr().is_terminal());
     let fields = estimate::open(&paths, typed, memory, [false, false])?;
     let all: Vec<_> = fields.iter().collect();

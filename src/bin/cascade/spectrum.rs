@@ -176,9 +176,11 @@ impl Spectrum {
                 "it with spectra along one axis",
                 "`--along both`, which has none",
             ),
-            () if is_both && self.subtract_noise => {
-                refuse("subtract-noise", "it with spectra along one axis", "`--along both`")
-            }
+            () if is_both && self.subtract_noise => refuse(
+                "subtract-noise",
+                "it with spectra along one axis",
+                "`--along both`",
+            ),
             () => Ok(()),
         }
     }
@@ -309,7 +311,10 @@ fn lines(found: &SpectrumEstimate) -> String {
         None => lines.line("interval", "none can be stated"),
     }
     noise_line(&mut lines, found);
-    if found.degrees_range().is_some() && found.has_jackknife && found.left_out == LeftOutEach::Record {
+    if found.degrees_range().is_some()
+        && found.has_jackknife
+        && found.left_out == LeftOutEach::Record
+    {
         lines.line(
             "jackknife",
             "over records, whose segments are not independent",

@@ -7,7 +7,6 @@ mod phase;
 pub use delay::Delay;
 pub use phase::PhaseSpeed;
 
-
 use ndarray::parallel::prelude::*;
 use ndarray::{Array2, Axis as Along};
 
@@ -190,9 +189,7 @@ pub fn coherence(
     in_pool(request.threads, || {
         let (gaps, memory) = (request.gaps, request.memory);
         let shots = Shots::new(fields, gaps, memory, realisations.reached(), observer)?;
-        request
-            .pass(&grid, &realisations, fields.len())
-            .run(&shots)
+        request.pass(&grid, &realisations, fields.len()).run(&shots)
     })
 }
 

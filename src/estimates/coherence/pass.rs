@@ -197,23 +197,26 @@ impl Pass<'_> {
         let reference = self.reference(shot, portion, &record);
         let segments = self.realisations.segments;
         let distances = self.realisations.distances();
-        let add = |scratch: &mut Scratch,
-                   sites: Range<usize>,
-                   samples: &[f64],
-                   tile: &mut TileSums| {
-            // The segments that each site keeps with the reference; none where none are left out.
-            let kept = reference.kept.iter().flat_map(|of_reference| {
-                let kept = sites.clone().filter_map(|site| shot.kept(site, segments));
-                kept.map(|kept| kept.and(of_reference))
-            });
-            let kept: Vec<KeptSegments> = kept.collect();
-            tile.left.resize_with(kept.len(), SegmentPairs::default);
-            let left = tile.left.iter_mut().zip(&kept);
-            left.for_each(|(left, kept)| left.add(kept, distances));
-            self.add_tile(scratch, (shot.scale, portion), (sites, samples), (&reference, &kept));
-            tile.tree
-                .take(&mut scratch.tree, portion.record, portion.is_whole, false);
-        };
+        let add =
+            |scratch: &mut Scratch, sites: Range<usize>, samples: &[f64], tile: &mut TileSums| {
+                // The segments that each site keeps with the reference; none where none are left out.
+                let kept = reference.kept.iter().flat_map(|of_reference| {
+                    let kept = sites.clone().filter_map(|site| shot.kept(site, segments));
+                    kept.map(|kept| kept.and(of_reference))
+                });
+                let kept: Vec<KeptSegments> = kept.collect();
+                tile.left.resize_with(kept.len(), SegmentPairs::default);
+                let left = tile.left.iter_mut().zip(&kept);
+                left.for_each(|(left, kept)| left.add(kept, distances));
+                self.add_tile(
+                    scratch,
+                    (shot.scale, portion),
+                    (sites, samples),
+                    (&reference, &kept),
+                );
+                tile.tree
+                    .take(&mut scratch.tree, portion.record, portion.is_whole, false);
+            };
         shot.each_tile("cross-spectra", &mut sums.tiles, add)
     }
 
@@ -267,7 +270,11 @@ impl Pass<'_> {
             for (y, beside) in other.iter().zip(beside) {
                 // The transform of the reference has the square already.
                 let power = y.norm_sqr() / reference.squared;
-                beside.0.iter_mut().zip(&has).for_each(|(sum, has)| *sum += has * power);
+                beside
+                    .0
+                    .iter_mut()
+                    .zip(&has)
+                    .for_each(|(sum, has)| *sum += has * power);
             }
             if taper + 1 == tapers {
                 tree.close();

@@ -45,7 +45,9 @@ impl Part {
         if self.of > realisations {
             return Err(Error::Request {
                 option: "part",
-                expected: format!("at most as many parts as segments of all records, {realisations}"),
+                expected: format!(
+                    "at most as many parts as segments of all records, {realisations}"
+                ),
                 found: self.to_string(),
             });
         }

@@ -131,7 +131,13 @@ impl<'a> Shots<'a> {
     ) -> Result<f64> {
         let mut first_unit = None;
         for field in self.fields {
-            self.visit(field, 0..field.n_times(), block, &mut first_unit, &mut visit)?;
+            self.visit(
+                field,
+                0..field.n_times(),
+                block,
+                &mut first_unit,
+                &mut visit,
+            )?;
         }
         Ok(first_unit.unwrap_or(1.0))
     }
@@ -186,7 +192,10 @@ impl<'a> Shots<'a> {
             return Ok(());
         }
         let Range { start, end } = portion.samples;
-        let cuts = [(start > 0).then_some(start), (end < field.n_times()).then_some(end - 1)];
+        let cuts = [
+            (start > 0).then_some(start),
+            (end < field.n_times()).then_some(end - 1),
+        ];
         for time in cuts.into_iter().flatten() {
             if let Some(site) = shot.prepared.gap_at(time - start) {
                 return Err(Error::Request {

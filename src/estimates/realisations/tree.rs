@@ -62,7 +62,13 @@ impl Sums {
     }
 
     /// Adds a piece of the records: its mean and the squares of the deviations from it, in each lane.
-    pub fn add_piece(&mut self, piece: usize, count: f64, mean: [f64; WIDTH], squares: [f64; WIDTH]) {
+    pub fn add_piece(
+        &mut self,
+        piece: usize,
+        count: f64,
+        mean: [f64; WIDTH],
+        squares: [f64; WIDTH],
+    ) {
         let later = [[count; WIDTH], mean, squares].map(LaneBlock);
         add_pieces(&mut self.pieces_mut()[piece..=piece], &[later]);
     }
@@ -96,7 +102,11 @@ impl Sums {
             let of = |piece: &[LaneBlock; PIECE], what: usize| piece[what].0[lane];
             let all: f64 = pieces.iter().map(|piece| of(piece, 0)).sum();
             let weighted = pieces.iter().map(|piece| of(piece, 0) * of(piece, 1));
-            let mean = if about_mean { weighted.sum::<f64>() / all } else { 0.0 };
+            let mean = if about_mean {
+                weighted.sum::<f64>() / all
+            } else {
+                0.0
+            };
             // The last piece is what the others, which are equally long, leave over.
             let equal = &pieces[..pieces.len().saturating_sub(1)];
             let energies = equal
@@ -124,7 +134,9 @@ impl Sums {
     pub fn rescale(&mut self, factor: f64) {
         let squared = factor * factor;
         let scale = |block: &mut LaneBlock, by: f64| block.0.iter_mut().for_each(|v| *v *= by);
-        self.plain_mut().iter_mut().for_each(|block| scale(block, squared));
+        self.plain_mut()
+            .iter_mut()
+            .for_each(|block| scale(block, squared));
         for [_, mean, squares] in self.pieces_mut() {
             scale(mean, factor);
             scale(squares, squared);
@@ -285,12 +297,13 @@ impl RecordTree {
             return;
         }
         let nodes = segments.0.nodes.drain(..);
-        self.loose.extend(nodes.map(|(level, index, sums)| TreeNode {
-            record: Some(record),
-            level,
-            index,
-            sums,
-        }));
+        self.loose
+            .extend(nodes.map(|(level, index, sums)| TreeNode {
+                record: Some(record),
+                level,
+                index,
+                sums,
+            }));
     }
 
     /// All nodes.

@@ -9,8 +9,8 @@ use ndarray::Array2;
 use crate::error::{Error, Result};
 use crate::estimates::parts::Divided;
 use crate::estimates::realisations::{
-    Averaging, Grid, Independence, LEAST_STEADINESS, Portion, Realisations, RecordTree, Shots, Sums, Tapers,
-    TreeNode, first_of, interval_factors, refuse_left_out, steadiness,
+    Averaging, Grid, Independence, LEAST_STEADINESS, Portion, Realisations, RecordTree, Shots,
+    Sums, Tapers, TreeNode, first_of, interval_factors, refuse_left_out, steadiness,
 };
 use crate::field::{Axis, Field, Quantity};
 use crate::observer::Observer;
@@ -116,7 +116,10 @@ impl SpaceTimeEstimate {
     /// Row and column of the largest density where an interval may be.
     pub fn largest(&self) -> (usize, usize) {
         let first = usize::from(self.mean_is_removed);
-        let cells = self.spectrum.indexed_iter().filter(|((m, _), _)| *m >= first);
+        let cells = self
+            .spectrum
+            .indexed_iter()
+            .filter(|((m, _), _)| *m >= first);
         cells
             .max_by(|a, b| a.1.total_cmp(b.1))
             .map_or((0, 0), |(at, _)| at)
@@ -246,7 +249,10 @@ impl Divided for SpaceTimeRequest {
     ) -> Result<(f64, Vec<Vec<TreeNode>>)> {
         let pass = Pass::new(self, realisations, grid.clone())?;
         let (unit, trees) = pass.sum(shots, portions, false)?;
-        Ok((unit, trees.into_iter().map(RecordTree::into_nodes).collect()))
+        Ok((
+            unit,
+            trees.into_iter().map(RecordTree::into_nodes).collect(),
+        ))
     }
 
     fn combine(
@@ -282,8 +288,7 @@ impl SpaceTimeRequest {
         let spectrum = Array2::from_shape_fn((time.bins(), sites), |(m, i)| {
             totals.power(m, i) / all * density * fold(m, length)
         });
-        let cell = 1.0 / (length as f64 * grid.time.step) * TAU
-            / (sites as f64 * grid.space.step);
+        let cell = 1.0 / (length as f64 * grid.time.step) * TAU / (sites as f64 * grid.space.step);
         let values: Vec<f64> = spectrum.iter().copied().collect();
         let power = crate::numeric::sum(&values) * cell;
         let tapered = totals.tapered() / count * scale;
@@ -367,4 +372,3 @@ impl SpaceTimeRequest {
         })
     }
 }
-

@@ -136,11 +136,20 @@ impl<'a> Pass<'a> {
                 let of_sites = sites.iter_mut().filter(|_| first == 0);
                 for unit in groups.iter_mut().chain(of_sites) {
                     let Unit { segments, records } = unit;
-                    records.take(segments, portion.record, portion.is_whole, self.about_mean());
+                    records.take(
+                        segments,
+                        portion.record,
+                        portion.is_whole,
+                        self.about_mean(),
+                    );
                 }
                 Ok(())
             })?;
-            trees.extend(groups.into_iter().map(|group| settled(group.records, is_all)));
+            trees.extend(
+                groups
+                    .into_iter()
+                    .map(|group| settled(group.records, is_all)),
+            );
         }
         trees.extend(sites.into_iter().map(|tile| settled(tile.records, is_all)));
         Ok((unit, trees))
@@ -206,49 +215,52 @@ impl<'a> Pass<'a> {
     ) {
         let (start, segment) = (portion.samples.start, one.segments.start);
         let times = one.samples.start - start..one.samples.end - start;
-        let read = |scratch: &mut TimeScratch, i: usize, tile: &mut Tile, sums: Option<&mut Unit>| {
-            let from = i * TOGETHER;
-            let columns = from..self.grid.sites.min(from + TOGETHER);
-            tile.samples.resize(columns.len() * times.len(), 0.0);
-            shot.piece(times.clone(), columns, &mut tile.samples);
-            let Some(unit) = sums else {
-                self.realisations.remove_trends(&mut tile.samples, &mut scratch.segments);
-                return;
-            };
-            let sums = unit.segments.open(segment, true, || {
-                Sums::zeros(OF_SITES, self.realisations.pieces())
-            });
-            let pieces = (one, segment, &tile.samples[..], shot.scale);
-            self.realisations.add_pieces(pieces, &mut scratch.numbers, sums);
-            self.realisations.remove_trends(&mut tile.samples, &mut scratch.segments);
-            let squared = shot.scale * shot.scale;
-            let records = tile.samples.chunks_exact(times.len()).enumerate();
-            for (lane, record) in records {
-                let weighted = record.iter().zip(&self.squares[0]).map(|(v, w)| v * v * w);
-                scratch.numbers.clear();
-                scratch.numbers.extend(weighted);
-                let [tapered, all] = sums.plain_mut() else {
+        let read =
+            |scratch: &mut TimeScratch, i: usize, tile: &mut Tile, sums: Option<&mut Unit>| {
+                let from = i * TOGETHER;
+                let columns = from..self.grid.sites.min(from + TOGETHER);
+                tile.samples.resize(columns.len() * times.len(), 0.0);
+                shot.piece(times.clone(), columns, &mut tile.samples);
+                let Some(unit) = sums else {
+                    self.realisations
+                        .remove_trends(&mut tile.samples, &mut scratch.segments);
                     return;
                 };
-                tapered.0[lane] += squared * crate::numeric::sum(&scratch.numbers);
-                all.0[lane] += squared * crate::numeric::sum_of_squares(record);
-            }
-            unit.segments.close();
-        };
+                let sums = unit.segments.open(segment, true, || {
+                    Sums::zeros(OF_SITES, self.realisations.pieces())
+                });
+                let pieces = (one, segment, &tile.samples[..], shot.scale);
+                self.realisations
+                    .add_pieces(pieces, &mut scratch.numbers, sums);
+                self.realisations
+                    .remove_trends(&mut tile.samples, &mut scratch.segments);
+                let squared = shot.scale * shot.scale;
+                let records = tile.samples.chunks_exact(times.len()).enumerate();
+                for (lane, record) in records {
+                    let weighted = record.iter().zip(&self.squares[0]).map(|(v, w)| v * v * w);
+                    scratch.numbers.clear();
+                    scratch.numbers.extend(weighted);
+                    let [tapered, all] = sums.plain_mut() else {
+                        return;
+                    };
+                    tapered.0[lane] += squared * crate::numeric::sum(&scratch.numbers);
+                    all.0[lane] += squared * crate::numeric::sum_of_squares(record);
+                }
+                unit.segments.close();
+            };
         match sites {
-            Some(sites) => tiles
-                .par_iter_mut()
-                .zip(sites)
-                .enumerate()
-                .for_each_init(TimeScratch::default, |scratch, (i, (tile, unit))| {
+            Some(sites) => tiles.par_iter_mut().zip(sites).enumerate().for_each_init(
+                TimeScratch::default,
+                |scratch, (i, (tile, unit))| {
                     read(scratch, i, tile, Some(unit));
-                }),
-            None => tiles
-                .par_iter_mut()
-                .enumerate()
-                .for_each_init(TimeScratch::default, |scratch, (i, tile)| {
+                },
+            ),
+            None => tiles.par_iter_mut().enumerate().for_each_init(
+                TimeScratch::default,
+                |scratch, (i, tile)| {
                     read(scratch, i, tile, None);
-                }),
+                },
+            ),
         }
     }
 
@@ -258,7 +270,9 @@ impl<'a> Pass<'a> {
             .par_iter_mut()
             .for_each_init(TimeScratch::default, |scratch, tile| {
                 let Tile { samples, spectra } = tile;
-                let found = self.realisations.under_taper(taper, samples, &mut scratch.segments);
+                let found = self
+                    .realisations
+                    .under_taper(taper, samples, &mut scratch.segments);
                 spectra.clear();
                 spectra.extend_from_slice(found);
             });
@@ -417,7 +431,11 @@ impl Totals {
     /// The steadiness of the site at which half of the energy lies at sites that are less steady.
     pub fn steadiness(&self, records: usize) -> f64 {
         let of = |j: usize| self.tiles[j / TOGETHER].steadiness()[j % TOGETHER] / records as f64;
-        let mut sites: Vec<(f64, f64)> = self.of_site(1).enumerate().map(|(j, e)| (of(j), e)).collect();
+        let mut sites: Vec<(f64, f64)> = self
+            .of_site(1)
+            .enumerate()
+            .map(|(j, e)| (of(j), e))
+            .collect();
         sites.sort_by(|a, b| a.0.total_cmp(&b.0));
         let half = 0.5 * sites.iter().map(|(_, energy)| energy).sum::<f64>();
         let mut below = 0.0;

@@ -329,14 +329,20 @@ impl Divided for SpectrumRequest {
         };
         if self.along == SpectrumAxis::Space {
             let expected = "spectra along time, or along both axes, in parts";
-            return refuse("along", expected, "snapshots, each with a result of its own");
+            return refuse(
+                "along",
+                expected,
+                "snapshots, each with a result of its own",
+            );
         }
         if self.has_jackknife {
-            let expected = "parts without a jackknife, which compares the mean of all realisations with each";
+            let expected =
+                "parts without a jackknife, which compares the mean of all realisations with each";
             return refuse("part", expected, "a jackknife");
         }
         if self.subtract_noise {
-            let expected = "parts without noise subtracted, which is read off the beginning of each record";
+            let expected =
+                "parts without noise subtracted, which is read off the beginning of each record";
             return refuse("subtract-noise", expected, "it with parts");
         }
         self.realisations(grid.times)

@@ -235,7 +235,12 @@ impl<'a> Pass<'a> {
     /// Blocks of the sums of a tile.
     fn plain(&self) -> usize {
         let (bins, tapers) = (self.realisations.bins(), self.weights.tapers());
-        bins * tapers + if self.tests_lines() { bins * LINE_BLOCKS } else { 0 }
+        bins * tapers
+            + if self.tests_lines() {
+                bins * LINE_BLOCKS
+            } else {
+                0
+            }
     }
 
     /// Zeros of a tile.

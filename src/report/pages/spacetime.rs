@@ -92,7 +92,10 @@ pub fn spacetime_html(
             ("samples a segment", found.segment[0].to_string()),
             ("effective realisations", number(independence.effective)),
             ("power", format!("{}{unit}", number(found.power))),
-            ("mean square", format!("{}{unit}", number(found.mean_square))),
+            (
+                "mean square",
+                format!("{}{unit}", number(found.mean_square)),
+            ),
             ("Parseval residual", format!("{:.1e}", found.parseval)),
         ],
     );
