@@ -170,9 +170,9 @@ impl Coherence {
 /// Phases in rad, delays in units of time, wavenumbers in rad per unit of length.
 ///
 /// # Errors
-/// [`Error::Request`] for fields with different axes, a reference that is no site, segments that do not fit, and
+/// [`crate::Error::Request`] for fields with different axes, a reference that is no site, segments that do not fit, and
 /// fewer than two realisations, with which the coherence is 1 whatever the data are;
-/// [`Error::NonFinite`]; [`Error::Memory`]; [`Error::Cancelled`]; [`Error::Threads`].
+/// [`crate::Error::NonFinite`]; [`crate::Error::Memory`]; [`crate::Error::Cancelled`]; [`crate::Error::Threads`].
 ///
 /// # Source
 /// J. S. Bendat, A. G. Piersol, "Random Data", 4th ed. (2010), sections 9.2 and 11.2; G. C. Carter, C. H.
