@@ -95,7 +95,7 @@ impl Following<'_> {
             arrived,
         } = self.peaks(contacts.clone())?;
         let mut passages = vec![PulsePassage::default(); contacts.len()];
-        let mut watch = (self.simulation).watch(self.resolution, true, self.observer)?;
+        let mut watch = self.simulation.watch(self.resolution, self.observer)?;
         let start = self.start(&watch);
         for ((passage, [peak, _]), contact) in passages.iter_mut().zip(&peaks).zip(contacts.clone())
         {
@@ -158,7 +158,7 @@ impl Following<'_> {
     /// Largest force of each contact and largest velocity of the site before it, until the end.
     fn peaks(&self, contacts: Range<usize>) -> Result<Peaks> {
         let simulation = self.simulation;
-        let mut watch = simulation.watch(self.resolution, false, self.observer)?;
+        let mut watch = simulation.watch(self.resolution, self.observer)?;
         let scale = simulation.speed();
         let last = simulation.chain.n_sites() - 1;
         let latest = PATIENCE * (last + 10) as f64 * simulation.contact_time(scale);
@@ -251,8 +251,7 @@ impl Following<'_> {
                 let time = course.time(share(front));
                 if time > peak.time {
                     let time = crossing(watch, signal, time, front)?;
-                    let instant = watch.at(time)?;
-                    passage.energy = Some(passed(self.simulation, &instant, start)[contact]);
+                    passage.energy = Some(watch.at(time)?.passed[contact]);
                 }
             }
         }
@@ -279,22 +278,6 @@ fn site_energies(simulation: &Simulation, instant: &StateView) -> Vec<f64> {
     };
     chain.site_energies(instant.x, instant.v, wall, &mut energies);
     energies
-}
-
-/// Energy that has passed each contact: as followed along the steps, or by how much the energy of the sites
-/// beyond it has grown, summed from the far end, where little has arrived.
-fn passed(simulation: &Simulation, instant: &StateView, start: &[f64]) -> Vec<f64> {
-    if let Some(flow) = instant.flow {
-        return flow.passed.to_vec();
-    }
-    let now = site_energies(simulation, instant);
-    let mut passed = vec![0.0; simulation.chain.n_contacts()];
-    let mut beyond = 0.0;
-    for site in (1..now.len()).rev() {
-        beyond += now[site] - start[site];
-        passed[site - 1] = beyond;
-    }
-    passed
 }
 
 /// Updates `highest` with the maximum of the last step, which is located only if it may be larger.
@@ -370,15 +353,15 @@ impl Splits {
             summed.collect::<Vec<f64>>()
         };
         let lost = if simulation.chain.losses.any() {
-            sums(instant.flow.map_or(&[], |flow| flow.lost), 0.0)
+            sums(instant.lost, 0.0)
         } else {
             vec![0.0; now.len()]
         };
-        let given = sums(start, instant.flow.map_or(0.0, |flow| flow.input));
+        let given = sums(start, instant.input);
         Splits {
             total: given.last().copied().unwrap_or(0.0),
             behind: sums(&now, 0.0),
-            passed: passed(simulation, instant, start),
+            passed: instant.passed.to_vec(),
             lost,
             given,
         }

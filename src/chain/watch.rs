@@ -60,14 +60,11 @@ pub(crate) struct ObservedRun<'a> {
 }
 
 impl Simulation {
-    /// Energies are followed along the steps on demand, and where they do not follow from the states.
-    ///
     /// # Errors
     /// As [`Simulation::check`].
     pub(crate) fn watch<'a>(
         &'a self,
         resolution: Resolution,
-        energies: bool,
         observer: &'a dyn Observer,
     ) -> Result<ObservedRun<'a>> {
         self.check()?;
@@ -84,8 +81,7 @@ impl Simulation {
                 StepControl::LocalError(local.max(LEAST_LOCAL_ERROR) * scale)
             }
         };
-        let follows_energy = energies && !self.chain.is_closed(self.drive.is_some());
-        let stepping = stepping::prepare(&self.task(control, scale, follows_energy))?;
+        let stepping = stepping::prepare(&self.task(control, scale, true))?;
         let mark = stepping.mark();
         Ok(ObservedRun {
             simulation: self,
@@ -178,11 +174,9 @@ impl<'a> ObservedRun<'a> {
         StateView {
             x: &state.x[FIRST_SITE..][..n],
             v: &state.v[FIRST_SITE..][..n],
-            flow: (!state.passed.is_empty()).then(|| EnergyFlow {
-                passed: &state.passed[FIRST_CONTACT..][..m],
-                lost: &state.lost[FIRST_SITE..][..n],
-                input: state.passed[FIRST_CONTACT - 1],
-            }),
+            passed: &state.passed[FIRST_CONTACT..][..m],
+            lost: &state.lost[FIRST_SITE..][..n],
+            input: state.passed[FIRST_CONTACT - 1],
             wall: state.x[0],
         }
     }
@@ -216,20 +210,13 @@ impl<'a> ObservedRun<'a> {
 pub(crate) struct StateView<'a> {
     pub(crate) x: &'a [f64],
     pub(crate) v: &'a [f64],
-    /// Not followed where it is by how much the energies of the sites have changed.
-    pub(crate) flow: Option<EnergyFlow<'a>>,
-    /// Displacement of a wall before site 0.
-    pub(crate) wall: f64,
-}
-
-/// Energy followed along the steps.
-#[derive(Debug, Clone, Copy)]
-pub(crate) struct EnergyFlow<'a> {
-    /// Passed through each contact so far, and lost at each site.
+    /// Energy passed through each contact so far, and lost at each site.
     pub(crate) passed: &'a [f64],
     pub(crate) lost: &'a [f64],
-    /// Put in by a drive.
+    /// Energy put in by a drive.
     pub(crate) input: f64,
+    /// Displacement of a wall before site 0.
+    pub(crate) wall: f64,
 }
 
 /// A signal over a piece of time.

@@ -100,10 +100,6 @@ fn val_quadrature_energy_passed_by_the_last_contact() {
         let passed = run.energy_passed.unwrap()[[1, 14]];
         let off = found.energy_passed_last.unwrap() - passed;
         let steps = found.steps as f64 / run.report.cost.steps as f64;
-        println!(
-            "{:?}: {passed}, off {off:e}, steps {steps}",
-            sweep.values(*member)
-        );
         assert!(passed > 1e-6 && off.abs() < 1e-8, "{off:e}");
         assert!((0.4..0.8).contains(&steps), "{steps}");
         simulation.record.energy = false;

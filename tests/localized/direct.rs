@@ -48,7 +48,6 @@ fn val_exact_ratios_least_leaks() {
             assert!(most.ratio.value() > a && most.ratio.value() < b);
             // Leaks are ragged beyond order 1.
             let most_error = if pair[0].order == 1 { 0.1 } else { 2e-3 };
-            println!("{most:?}");
             assert!(most.leak > 1e-4 && most.error < most_error, "{most:?}");
         }
     }
@@ -167,7 +166,6 @@ fn regress_work_of_extremes() {
     let curve = scan.curve(&ratios, &Silent).unwrap();
     assert_eq!((curve.minima.len(), curve.maxima.len()), (2, 1));
     let millions = curve.forces as f64 * 1e-6;
-    println!("{millions}: {:?} {:?}", curve.minima, curve.maxima);
     assert!((62.0..64.5).contains(&millions), "{millions}");
 }
 
