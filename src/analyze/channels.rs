@@ -135,7 +135,8 @@ impl Findings<'_> {
     }
 
     /// Sites with far more energy in the top tenth of the frequency axis than those beside them, while these are
-    /// alike; over that of those beside them. Not those that are `loud` anyway.
+    /// alike; over that of those beside them. Not those that are `loud` anyway, nor those at an end of the array, where
+    /// motion that is driven there may die away from one site to the next.
     fn noisy(&self, loud: &[usize]) -> Option<(Vec<usize>, f64)> {
         let rows = self.by_site?;
         let live = self.live();
@@ -156,7 +157,10 @@ impl Findings<'_> {
         let stands_out = |from: usize, end: usize| {
             let least = (from..end).map(top).fold(f64::INFINITY, f64::min);
             let beside = |i: usize| NOISY * top(i) < least && top(i) < NOISY_ALIKE * median;
-            live.len() > 2 * BESIDE + TOGETHER && self::both(from, end, live.len(), beside)
+            from > 0
+                && end < live.len()
+                && live.len() > 2 * BESIDE + TOGETHER
+                && self::both(from, end, live.len(), beside)
         };
         let found = outstanding(live.len(), is_high, stands_out);
         let most_beside = |i: usize| beside(i, i + 1).map(top).fold(0.0, f64::max);
