@@ -207,7 +207,7 @@ fn val_expansion_of_pressed_contacts() {
             ends: Ends::Periodic,
             ..Chain::dimer(32, 1.0)
         };
-        let wave = |x: f64| amplitude * ((TAU * x).sin() + (2.0 * TAU * x).cos());
+        let wave = |x: f64| amplitude * ((TAU * x).sin() + (2.0 * TAU * x).sin());
         let run = run(chain, wave, 10.0, 801);
         let found = triads(&run, &TriadsRequest::default());
         let QuadraticLaw::Chain {

@@ -429,7 +429,7 @@ fn regress_what_is_left_open_is_named_with_commands_that_run() {
     let named = "cascade COMMAND noise.npy --rate 1kHz\n";
     assert!(said.contains(named), "{said}");
     for name in [
-        "(ridges)",
+        "(ridges, spectrum --along both)",
         "(spectrum)",
         "(coherence)",
         "(bicoherence, transfer)",

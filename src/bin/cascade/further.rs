@@ -18,17 +18,17 @@ pub fn sentence(analysis: &Analysis, is_run: bool, field: &Path) -> Option<Strin
     let interval = analysis.interval.filter(|_| !is_run);
     let is_steady = interval.is_some_and(|interval| interval.factors.is_some());
     if is_steady {
-        open.push(match waves {
-            true => "intervals and lines (spectrum; of S(k, f): spectrum --along both)",
-            false => "intervals and lines (spectrum)",
-        });
+        open.push("intervals and lines (spectrum)");
         if analysis.axes.n_sites > 1 {
             open.push("delays (coherence)");
         }
         open.push("coupled frequencies (bicoherence, transfer)");
     }
     if waves {
-        open.push("dispersion (ridges)");
+        open.push(match is_steady {
+            true => "dispersion (ridges, spectrum --along both)",
+            false => "dispersion (ridges)",
+        });
     }
     if is_run {
         open.push("exact balances of energy (budget)");

@@ -5,7 +5,8 @@ use std::ffi::OsString;
 use std::io::Write;
 use std::path::{Path, PathBuf};
 
-use clap::{Args, Command, CommandFactory, FromArgMatches};
+use clap::error::ErrorKind;
+use clap::{Arg, Args, Command, CommandFactory, FromArgMatches};
 
 use super::file::{self, Setting};
 use super::keys::Kind;
@@ -100,14 +101,20 @@ fn checked(kind: Kind, path: &Path) -> Result<Vec<Setting>, Failure> {
     Ok(all)
 }
 
-/// The shortest command line of a command.
+/// The shortest command line of a command: files that it requires, also those required unless an option is
+/// there.
 fn least(command: &Command) -> Vec<OsString> {
-    let required = command
-        .get_positionals()
-        .filter(|arg| arg.is_required_set());
-    let named = [OsString::from("cascade"), command.get_name().into()];
-    named
-        .into_iter()
-        .chain(required.map(|_| "FILE".into()))
-        .collect()
+    let words = |is_given: fn(&&Arg) -> bool| -> Vec<OsString> {
+        let named = [OsString::from("cascade"), command.get_name().into()];
+        let files = command.get_positionals().filter(is_given);
+        named
+            .into_iter()
+            .chain(files.map(|_| "FILE".into()))
+            .collect()
+    };
+    let required = words(|arg| arg.is_required_set());
+    match Cli::command().try_get_matches_from(&required) {
+        Err(error) if error.kind() == ErrorKind::MissingRequiredArgument => words(|_| true),
+        _ => required,
+    }
 }
