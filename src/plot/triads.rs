@@ -3,7 +3,7 @@
 use ndarray::Array2;
 
 use super::Figure;
-use super::chart::{BLACK, BLUE, Chart, GREEN, Level, Look, SKY, Series, VERMILLION};
+use super::chart::{BLUE, Chart, GREEN, Level, Look, PURPLE, SKY, Series, VERMILLION};
 use super::heat_chart::HeatChart;
 use super::sheet::{PlotRow, Sheet};
 use super::style::Style;
@@ -102,7 +102,7 @@ pub(crate) fn triad_charts(found: &Triads) -> [Chart; 2] {
         low - space..high + space
     };
     let mut series = vec![
-        line("change of energy", BLACK, &found.change).with(Look::Dashed),
+        line("change of energy", PURPLE, &found.change).with(Look::Dashed),
         line("gained from pairs", VERMILLION, &found.gained),
     ];
     if let Some(beyond) = &found.beyond {
@@ -113,7 +113,7 @@ pub(crate) fn triad_charts(found: &Triads) -> [Chart; 2] {
         y: around(&series),
         ..Chart::of("", found.units.wavenumber(), "energy gained, share", series)
     };
-    let mut series = vec![line("all triads", BLACK, &found.flux)];
+    let mut series = vec![line("all triads", PURPLE, &found.flux)];
     // Triads of near wavenumbers, of far ones, and the rest.
     let sum = |wanted: &dyn Fn(&Disparity) -> bool| -> Vec<f64> {
         let groups = || found.locality.flux.iter().filter(|(d, _)| wanted(d));

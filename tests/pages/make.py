@@ -68,4 +68,21 @@ run("sweep", "--vary", "stiffness_ratio=1:10:8", "--vary", "striker_velocity=0.5
 run("localize", "--order", "1..4", "--direct", "--cells", "40", "--out", "localized", "--force")
 run("localize", "--profile", "2", "--out", "wave", "--force")
 run("localize", "--launch", "2", "--cells", "60", "--out", "launched", "--force")
+run("simulate", root / "examples/scenes/fput.toml", "--end-time", "800", "--samples", "1024", "--out", "fput.npz", "--force")
+run("triads", "fput.npz", "--out", "of-triads", "--force")
+lattice = root / "examples/data/lattice_impact.npy"
+for name, *words in [
+    ("spectrum", "noise.npy"),
+    ("spacetime", "noise.npy", "--along", "both"),
+    ("coherence", "noise.npy"),
+    ("bicoherence", "noise.npy", "--segment", "64"),
+    ("transfer", "long.npy", "--from", "0", "--to", "1", "--segment", "64"),
+    ("modes", "noise.npy", "--segment", "64"),
+    ("increments", "noise.npy"),
+    ("slope", "noise.npy", "--band", "0.5:2.5"),
+    ("ridges", lattice),
+    ("lomb", "gaps.npy", "--dt", "1ms"),
+]:
+    command = "spectrum" if name == "spacetime" else name
+    run(command, *words, "--out", f"of-{name}", "--force")
 print(f"{len(list(directory.glob('*/report.html')))} pages in {directory}")

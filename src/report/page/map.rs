@@ -187,6 +187,15 @@ impl MapData {
         }
     }
 
+    /// Of values of both signs, with colours that diverge from 0 up to a magnitude.
+    pub fn signed(self, limit: f64) -> Self {
+        let signed = MapData {
+            signed: true,
+            ..self
+        };
+        signed.linear().with_limit(limit)
+    }
+
     /// With the curve beside it along x at first.
     pub fn along_x(mut self) -> Self {
         self.along = "x";

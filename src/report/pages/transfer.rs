@@ -64,8 +64,7 @@ pub fn transfer_html(
         &map.label,
         map.values.view(),
     )
-    .linear()
-    .with_range(Some([map.scale.start, map.scale.end]));
+    .signed(map.scale.end);
     rows.push(vec![map.into()]);
     let (independence, shares) = (&found.independence, &found.shares);
     let json = TransferSummary::new(found, provenance).to_json()?;

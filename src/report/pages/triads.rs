@@ -52,8 +52,7 @@ pub fn triads_html(
         &map.label,
         map.values.view(),
     )
-    .linear()
-    .with_range(Some([map.scale.start, map.scale.end]));
+    .signed(map.scale.end);
     let mut rows: Vec<Vec<Picture>> = vec![vec![map.into()]];
     for (i, chart) in triad_charts(found).into_iter().enumerate() {
         let group = CurveGroup::of_chart(&format!("chart-{i}"), "", &chart);
