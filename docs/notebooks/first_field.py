@@ -24,9 +24,6 @@ for name in ("temporal_spectrum", "spatial_spectrum", "spacetime_spectrum"):
     print(name, spectra[name].dims, spectra[name].shape)
 
 # %% [markdown]
-# The doubt is for the user to judge: site 0 is the body that was struck.
-
-# %% [markdown]
 # The result is an `xarray.Dataset` with dimensions, coordinates and units. Energy is conserved on the
 # way: the sum over each spectrum is that of the samples, to rounding.
 

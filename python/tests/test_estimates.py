@@ -23,7 +23,7 @@ def said(options) -> list[str]:
     """Keywords as they are typed."""
     found = []
     for name, value in options.items():
-        if isinstance(value, tuple) and name != "multitaper":
+        if isinstance(value, tuple) and not name.endswith("multitaper"):
             value = ":".join("" if end is None else str(end) for end in value)
         elif isinstance(value, (list, tuple)):
             value = ",".join(map(str, value))
@@ -37,6 +37,7 @@ CASES = [
     ("spectrum", {"multitaper": (4, 7), "significance": 0.1}),
     ("spectrum", {"multitaper": (3, 4), "equal_weights": True, "segment": 64, "threads": 1}),
     ("spectrum", {"along": "space", "periodogram": True, "dx": "2 mm"}),
+    ("spectrum", {"along": "both", "segment": 64, "space_multitaper": (2, 3)}),
     ("coherence", {"reference": 3, "segment": 32, "overlap": 0.25, "window": "hamming"}),
     ("coherence", {"multitaper": (4, 7), "detrend": "linear"}),
     ("bicoherence", {"segment": 32, "along": (2, 9), "every": 3}),
@@ -103,7 +104,7 @@ OF_FILES = {
     "help",
     "json",
 }
-OF_FILES |= {"max-time", "out", "plan", "quiet", "settings", "style"}
+OF_FILES |= {"max-time", "merge", "out", "part", "plan", "quiet", "settings", "style"}
 
 
 @pytest.mark.parametrize("command", ["analyze", "filter", *sorted({command for command, _ in CASES})])

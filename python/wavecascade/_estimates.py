@@ -348,17 +348,19 @@ def spectrum(field: Any, *, progress: Progress = None, **options: Unpack[Spectru
     progress
         As for :func:`analyze`.
     **options
-        Those of ``cascade spectrum``: ``along`` as ``"time"`` or ``"space"``, ``periodogram``,
-        ``multitaper=(4, 7)``, ``equal_weights``, ``segment``, ``overlap``, ``window``, ``detrend``,
-        ``gaps``, ``significance``, ``threads``, and how the field is read.
+        Those of ``cascade spectrum``: ``along`` as ``"time"``, ``"space"`` or ``"both"`` (then
+        ``space_window`` or ``space_multitaper``), ``periodogram``, ``multitaper=(4, 7)``,
+        ``equal_weights``, ``no_jackknife``, ``subtract_noise``, ``segment``, ``overlap``, ``window``,
+        ``detrend``, ``gaps``, ``significance``, ``threads``, and how the field is read.
 
     Returns
     -------
     xarray.Dataset or dict
         ``spectrum``, ``degrees_of_freedom``, ``low``, ``high``, ``jackknife_low``, ``jackknife_high``
         and of several tapers ``f_statistic`` ``(frequency, position)``, along space
-        ``(wavenumber, time)`` beside ``mean_spectrum`` and its interval; NaN where no interval can be
-        stated. Lines that the test finds are in the attribute ``line_test``.
+        ``(wavenumber, time)`` beside ``mean_spectrum`` and its interval, along both ``(frequency,
+        wavenumber)`` of both signs; NaN where no interval can be stated. Lines that the test finds are
+        in the attribute ``line_test``.
 
     Raises
     ------

@@ -150,9 +150,12 @@ class CoherenceOptions(AverageOptions, total=False):
 class SpectrumOptions(AverageOptions, total=False):
     """The options of ``cascade spectrum``."""
 
-    along: Literal["time", "space"]
+    along: Literal["time", "space", "both"]
     periodogram: bool
     equal_weights: bool
+    no_jackknife: bool
+    space_window: str
+    space_multitaper: str | tuple[float, int]
     subtract_noise: bool
 
 
