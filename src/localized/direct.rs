@@ -12,7 +12,7 @@ use crate::observer::Observer;
 pub struct LeakExtremum {
     pub ratio: f64,
     /// Relative uncertainty of the ratio, as bracketed by the simulated chains: of a maximum about 1e-3, and
-    /// more where leaks are ragged.
+    /// 5e-2 where the pulse loses more than 1 % a cell, so that leaks are ragged.
     pub error: f64,
     /// Leak per cell at that ratio.
     pub leak: f64,
@@ -198,7 +198,13 @@ impl LeakScan {
                 best = leak;
             }
         }
-        Ok(Found::new(&best, top_width(&bracket, &around), forces))
+        let width = top_width(&bracket, &around);
+        let error = if best.per_cell > RAGGED {
+            width.max(HUMPED)
+        } else {
+            width
+        };
+        Ok(Found::new(&best, error, forces))
     }
 
     /// A leak of about this size at a ratio near those of three leaks, through whose times of arrival a
@@ -298,6 +304,10 @@ const FINEST: f64 = 1e-8;
 /// Leaks beside a minimum above this many times rounding tell the two minima of a high order apart: the
 /// shallower leak is then far above rounding.
 const DISTINCT: f64 = 1e6;
+/// Leak a cell above which the pulse is overtaken by the waves that it sheds, and the relative range over which
+/// humps of the leak then differ by less than their order changes with the length of the chain.
+const RAGGED: f64 = 1e-2;
+const HUMPED: f64 = 5e-2;
 /// Where a bracket is looked at first for its highest hump: golden sections.
 const HUMPS: [f64; 2] = [0.381_966, 0.618_034];
 /// Most leaks measured in a bracket.
