@@ -91,7 +91,7 @@ pub fn run(typed: Inspect, files: &[PathBuf]) -> Result<(), Failure> {
     Ok(())
 }
 
-/// What is found about single channels, if it is asked for.
+/// What is found about single channels, if it is requested.
 fn channels(typed: &Inspect, field: &Field) -> Result<Vec<Warning>, Failure> {
     match typed.channels {
         true => Ok(channel_findings(field, &Silent)?),

@@ -79,7 +79,7 @@ impl Pass<'_> {
             *high *= factors[1];
         }
 
-        // Of a site: realisations that are left out in turn, their effective number, and Student's quantile.
+        // Of a site: realisations that are left out one by one, their effective number, and Student's quantile.
         let left_out_of = |j: usize| {
             let (records, count, segments) = of_site(j);
             let tapers = self.weights.tapers() as f64;

@@ -146,7 +146,7 @@ pub struct SpectrumEstimate {
     /// Ends of the interval by the chi-square distribution.
     pub low: Array2<f64>,
     pub high: Array2<f64>,
-    /// Whether a jackknife was asked for.
+    /// Whether a jackknife was requested.
     pub has_jackknife: bool,
     /// Half of the interval of `ln S` by the jackknife; NaN where there is none.
     pub jackknife: Array2<f64>,
