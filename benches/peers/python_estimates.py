@@ -1,25 +1,30 @@
-"""Estimates of the Python package beside SciPy, nitime, NumPy and PySPOD, arrays in memory to arrays.
+"""Estimates of the Python package beside SciPy, nitime, pybispectra, NumPy and PySPOD, arrays in
+memory to arrays.
 
-    pip install ./python scipy nitime
+    pip install ./python scipy nitime pybispectra==1.3.2 pyspod==2.0.0
     python benches/peers/python_estimates.py [--rounds 5] [--core 1] [--out FILE.md]
 
 Noise with a steep spectrum, one thread pinned to one core; round after round, each once a round,
-and a figure is the median over rounds. What is compared:
+and a figure is the median over rounds of the processor time, which other processes disturb less
+than the time of a clock. What is compared:
 
 coherence    all sites with the first, Hann segments of 1024, half overlapping. SciPy:
              `signal.coherence`. wavecascade beside it has phases, intervals and delays.
 multitaper   seven tapers, NW = 4, adaptive weights, chi-square degrees of freedom, jackknife, of
              every site. nitime: `multi_taper_psd(adaptive=True, jackknife=True)`, on a few sites
              and scaled up. wavecascade beside it has intervals and the F-test.
-bicoherence  of one site, segments of 512, half overlapping. NumPy: products of all pairs at once,
-             one realisation after the other, with indices made beforehand.
+bicoherence  of one site, and of all, each by itself; segments of 512, half overlapping. NumPy:
+             products of all pairs at once, one realisation after the other, with indices made
+             beforehand. pybispectra: `Bispectrum`, and with `Threenorm` for its bicoherence, from
+             transforms made by NumPy. Peers of all sites: one, scaled up.
 modes        SPOD, segments of 512, half overlapping. NumPy: segments, transforms, the method of
-             snapshots with `linalg.eigh`, all modes of all frequencies. PySPOD, if it is installed,
-             writes its modes to files.
+             snapshots with `linalg.eigh`, all modes of all frequencies. PySPOD writes its modes to
+             files.
 """
 
 import argparse
 import contextlib
+import functools
 import io
 import os
 import platform
@@ -53,6 +58,10 @@ try:
     from pyspod.spod.standard import Standard
 except ImportError:
     Standard = None
+try:
+    import pybispectra
+except ImportError:
+    pybispectra = None
 
 SEGMENT = 512
 HOP, LAST = SEGMENT // 2, (SEGMENT - 1) // 2
@@ -61,6 +70,7 @@ noise = rng.standard_normal((options.times, options.sites))
 field = signal.lfilter([1], [1, -0.9], noise, axis=0)
 records = np.ascontiguousarray(field.T)
 some = records[: options.peer_sites]
+one_site = np.ascontiguousarray(field[:, 0])
 periodic_hann = 0.5 - 0.5 * np.cos(2 * np.pi * np.arange(SEGMENT) / SEGMENT)
 bins = np.arange(1, LAST + 1)
 first, second = (index.ravel() for index in np.meshgrid(bins, bins))
@@ -78,7 +88,7 @@ def transforms(values):
 
 
 def numpy_bicoherence():
-    x = transforms(field[:, 0])
+    x = transforms(one_site)
     mean, pairs = np.zeros(len(first), complex), np.zeros(len(first))
     for one in x:
         product = one[first] * one[second]
@@ -86,6 +96,13 @@ def numpy_bicoherence():
         pairs += product.real**2 + product.imag**2
     powers = (abs(x) ** 2).sum(axis=0)
     return abs(mean) ** 2 / (pairs * powers[first + second]), np.angle(mean)
+
+
+def pybispectra_moments(*kinds):
+    x = transforms(one_site)[:, None, : LAST + 1]
+    for kind in kinds:
+        peer = kind(x, np.arange(LAST + 1, dtype=float), SEGMENT, verbose=False)
+        peer.compute(indices=((0,), (0,), (0,)), n_jobs=1)
 
 
 def numpy_modes():
@@ -118,7 +135,12 @@ def wc_multitaper():
 
 
 def wc_bicoherence():
-    return wc.bicoherence(field[:, :1], layout="time-site", segment=SEGMENT, every=0, threads=1)
+    record = one_site[:, None]
+    return wc.bicoherence(record, layout="time-site", segment=SEGMENT, every=0, threads=1)
+
+
+def wc_bicoherence_of_all():
+    return wc.bicoherence(field, layout="time-site", segment=SEGMENT, threads=1)
 
 
 def wc_modes():
@@ -150,24 +172,38 @@ works = {
     "coherence": {"wavecascade": (wc_coherence, 1), "SciPy": (scipy_coherence, 1)},
     "multitaper": {"wavecascade": (wc_multitaper, 1), "nitime": (nitime_multitaper, ratio)},
     "bicoherence": {"wavecascade": (wc_bicoherence, 1), "NumPy": (numpy_bicoherence, 1)},
+    "bicoherence of all sites": {
+        "wavecascade": (wc_bicoherence_of_all, 1),
+        "NumPy": (numpy_bicoherence, options.sites),
+    },
     "modes": {"wavecascade": (wc_modes, 1), "NumPy": (numpy_modes, 1)},
 }
 if Standard is not None:
     works["modes"]["PySPOD"] = (pyspod_modes, 1)
+if pybispectra is not None:
+    kinds = {
+        "pybispectra, bispectrum alone": [pybispectra.Bispectrum],
+        "pybispectra": [pybispectra.Bispectrum, pybispectra.Threenorm],
+    }
+    for what, times_one in [("bicoherence", 1), ("bicoherence of all sites", options.sites)]:
+        for who, of in kinds.items():
+            works[what][who] = (functools.partial(pybispectra_moments, *of), times_one)
+            # It compiles what it calls first.
+            works[what][who][0]()
 
 times = {(what, who): [] for what, peers in works.items() for who in peers}
 for _ in range(options.rounds):
     for what, peers in works.items():
         for who, (work, scale) in peers.items():
-            begin = time.perf_counter()
+            begin = time.process_time()
             work()
-            times[what, who].append(scale * (time.perf_counter() - begin))
+            times[what, who].append(scale * (time.process_time() - begin))
 
 lines = [
     f"{options.times} samples, {options.sites} sites, one core; wavecascade {wc.__version__}, "
     f"NumPy {np.__version__}, SciPy {scipy.__version__}, nitime {nitime.__version__}, "
     f"Python {platform.python_version()}; load {os.getloadavg()[0]:.1f}; "
-    f"median of {options.rounds} rounds",
+    f"processor time, median of {options.rounds} rounds",
     "",
     "| estimate | library | ms | times as long as wavecascade |",
     "|---|---|---|---|",

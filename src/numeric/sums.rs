@@ -21,46 +21,60 @@ pub(crate) fn sum_of_squares(x: &[f64]) -> f64 {
 pub(crate) fn interleaved_sums_of_squares(rows: &[f64], width: usize, sums: &mut Vec<f64>) {
     sums.clear();
     if width == LANES {
-        sums.extend(squares_across(rows.as_chunks().0));
+        sums.extend(squares_across(rows.as_chunks().0, &[0.0; LANES]));
         return;
     }
     let column = |c| -> Vec<f64> { rows.iter().skip(c).step_by(width).copied().collect() };
     sums.extend((0..width).map(|c| sum_of_squares(&column(c))));
 }
 
-/// The tree of [`fold`] for eight columns at once.
-fn squares_across(rows: &[[f64; LANES]]) -> [f64; LANES] {
-    if rows.len() > LEAF {
-        let half = (rows.len() / 2).next_multiple_of(LEAF);
-        let (a, b) = (squares_across(&rows[..half]), squares_across(&rows[half..]));
-        return std::array::from_fn(|c| a[c] + b[c]);
-    }
-    widest(Squares(rows))
+/// [`sum`] of each of eight columns less an offset, with the same bits.
+pub(crate) fn sums_across(rows: &[[f64; LANES]], offsets: &[f64; LANES]) -> [f64; LANES] {
+    across::<false>(rows, offsets)
 }
 
-/// Of a leaf.
-struct Squares<'a>(&'a [[f64; LANES]]);
+/// [`sum_of_squares`] of each of eight columns less an offset, with the same bits.
+pub(crate) fn squares_across(rows: &[[f64; LANES]], offsets: &[f64; LANES]) -> [f64; LANES] {
+    across::<true>(rows, offsets)
+}
 
-impl SimdKernel for Squares<'_> {
+/// The tree of [`fold`] for eight columns at once.
+fn across<const SQUARES: bool>(rows: &[[f64; LANES]], offsets: &[f64; LANES]) -> [f64; LANES] {
+    if rows.len() > LEAF {
+        let half = (rows.len() / 2).next_multiple_of(LEAF);
+        let (a, b) = rows.split_at(half);
+        let (a, b) = (across::<SQUARES>(a, offsets), across::<SQUARES>(b, offsets));
+        return std::array::from_fn(|c| a[c] + b[c]);
+    }
+    widest(Leaf::<SQUARES>(rows, offsets))
+}
+
+struct Leaf<'a, const SQUARES: bool>(&'a [[f64; LANES]], &'a [f64; LANES]);
+
+impl<const SQUARES: bool> Leaf<'_, SQUARES> {
+    #[inline(always)]
+    fn add<L: Lanes>(sum: L, row: &[f64; LANES], offset: L) -> L {
+        let v = L::read(row) - offset;
+        sum + if SQUARES { v * v } else { v }
+    }
+}
+
+impl<const SQUARES: bool> SimdKernel for Leaf<'_, SQUARES> {
     type Output = [f64; LANES];
 
     #[inline(always)]
     fn run<L: Lanes>(self) -> [f64; LANES] {
-        let zero = L::splat(0.0);
-        let add = |sum: &mut L, row: &[f64; LANES]| {
-            let v = L::read(row);
-            *sum = *sum + v * v;
-        };
+        let (zero, offset) = (L::splat(0.0), L::read(self.1));
         let mut lanes = [zero; LANES];
         let (chunks, rest) = self.0.as_chunks::<LANES>();
         for chunk in chunks {
             for (lane, row) in lanes.iter_mut().zip(chunk) {
-                add(lane, row);
+                *lane = Self::add(*lane, row, offset);
             }
         }
         let mut tail = zero;
         for row in rest {
-            add(&mut tail, row);
+            tail = Self::add(tail, row, offset);
         }
         let [a, b, c, d, e, f, g, h] = lanes;
         let mut sums = [0.0; LANES];
@@ -123,6 +137,19 @@ mod tests {
                     );
                 }
             }
+        }
+        let rows: Vec<[f64; 8]> = (0..777u32)
+            .map(|n| std::array::from_fn(|c| (f64::from(n) * 0.3 + c as f64).sin()))
+            .collect();
+        let offsets = std::array::from_fn(|c| 0.1 * c as f64);
+        let (sums, squares) = (
+            sums_across(&rows, &offsets),
+            squares_across(&rows, &offsets),
+        );
+        for c in 0..8 {
+            let column: Vec<f64> = rows.iter().map(|row| row[c] - offsets[c]).collect();
+            assert_eq!(sums[c].to_bits(), sum(&column).to_bits());
+            assert_eq!(squares[c].to_bits(), sum_of_squares(&column).to_bits());
         }
     }
 

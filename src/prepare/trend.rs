@@ -1,7 +1,8 @@
 //! Trends: the mean or the least-squares line of a record.
 
 use super::Detrend;
-use crate::numeric::sum;
+use crate::numeric::lanes::{Lanes, SimdKernel, WIDTH, on_lines, widest};
+use crate::numeric::{sum, sums_across};
 
 /// A trend `high + low + slope (i - (n - 1) / 2)` over the indices of a record.
 ///
@@ -80,6 +81,59 @@ impl Trend {
             *v = trend.remove(*v, i);
         }
     }
+
+    /// Records that are interleaved, `width` to a row, each without its trend, with the bits of
+    /// [`Self::remove_from`]; in `room`.
+    pub fn removed_across<'r>(
+        (rows, width): (&[f64], usize),
+        kind: Detrend,
+        room: &'r mut Vec<f64>,
+        scratch: &mut Vec<f64>,
+    ) -> &'r [f64] {
+        let out = on_lines(room, rows.len());
+        if width == WIDTH && kind == Detrend::Mean {
+            let (rows, out) = (rows.as_chunks().0, out.as_chunks_mut().0);
+            let count = rows.len() as f64;
+            let high = sums_across(rows, &[0.0; WIDTH]).map(|sum| sum / count);
+            let low = sums_across(rows, &high).map(|sum| sum / count);
+            widest(WithoutMeans {
+                rows,
+                high,
+                low,
+                out,
+            });
+        } else {
+            let mut record = Vec::with_capacity(rows.len() / width);
+            for column in 0..width {
+                record.clear();
+                record.extend(rows.iter().skip(column).step_by(width));
+                Trend::remove_from(&mut record, kind, |_| true, scratch);
+                let places = out.iter_mut().skip(column).step_by(width);
+                places.zip(&record).for_each(|(to, v)| *to = *v);
+            }
+        }
+        out
+    }
+}
+
+/// Eight records less their means.
+struct WithoutMeans<'a> {
+    rows: &'a [[f64; WIDTH]],
+    high: [f64; WIDTH],
+    low: [f64; WIDTH],
+    out: &'a mut [[f64; WIDTH]],
+}
+
+impl SimdKernel for WithoutMeans<'_> {
+    type Output = ();
+
+    #[inline(always)]
+    fn run<L: Lanes>(self) {
+        let (high, low) = (L::read(&self.high), L::read(&self.low));
+        for (row, out) in self.rows.iter().zip(self.out) {
+            ((L::read(row) - high) - low).write(out);
+        }
+    }
 }
 
 #[cfg(test)]
@@ -108,6 +162,33 @@ mod tests {
         );
         for (i, &v) in record.iter().enumerate().filter(|(_, v)| v.is_finite()) {
             assert!(trend.remove(v, i).abs() < 1e-14);
+        }
+    }
+
+    #[test]
+    fn regress_interleaved_records_lose_their_trends_bit_by_bit() {
+        for (width, kind) in [
+            (8, Detrend::Mean),
+            (8, Detrend::Linear),
+            (3, Detrend::Mean),
+            (1, Detrend::Mean),
+        ] {
+            let value = |c: usize, n: usize| 1e3 * c as f64 + n as f64 + (n as f64 * 0.9).cos();
+            let rows: Vec<f64> = (0..width * 333)
+                .map(|i| value(i % width, i / width))
+                .collect();
+            let mut room = Vec::new();
+            let found = Trend::removed_across((&rows, width), kind, &mut room, &mut Vec::new());
+            for c in 0..width {
+                let mut record: Vec<f64> = (0..333).map(|n| value(c, n)).collect();
+                Trend::remove_from(&mut record, kind, |_| true, &mut Vec::new());
+                let same = found.iter().skip(c).step_by(width).zip(&record);
+                assert!(same.clone().count() == 333);
+                assert!(
+                    same.into_iter().all(|(a, b)| a.to_bits() == b.to_bits()),
+                    "{width} {c}"
+                );
+            }
         }
     }
 

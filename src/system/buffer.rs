@@ -32,6 +32,11 @@ impl<T: Pod> Buffer<T> {
         })
     }
 
+    /// All numbers, row by row.
+    pub fn numbers_mut(&mut self) -> &mut [T] {
+        cast_slice_mut(&mut self.pages)
+    }
+
     /// The start of the memory as an array.
     ///
     /// # Errors

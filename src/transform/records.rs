@@ -7,6 +7,7 @@ use num_complex::Complex;
 
 use super::Real;
 use super::taper::Taper;
+use crate::numeric::lanes::on_lines;
 use crate::system::prefetch::{LINE, prefetch_after};
 use column_fft::{Columns, ColumnsMut, RealToComplexColumns};
 
@@ -168,6 +169,56 @@ impl<T: Real> RecordTransform<T> {
             self.taper.add_mean(mean, spectrum.iter_mut());
         }
         energies
+    }
+}
+
+impl RecordTransform<f64> {
+    /// The spectra alone of `width` interleaved records, bin by bin, in `scratch`, with the bits of
+    /// [`Self::transform`].
+    ///
+    /// # Panics
+    /// If there are fewer samples than in the plan.
+    pub(crate) fn spectra_of_rows<'s>(
+        &self,
+        rows: &[f64],
+        width: usize,
+        scratch: &'s mut RecordScratch<f64>,
+    ) -> &'s [Complex<f64>] {
+        let (length, bins) = (self.padded(), self.bins());
+        let RecordScratch {
+            spectra,
+            means,
+            input,
+            columns,
+            ..
+        } = scratch;
+        let spectra = on_lines(spectra, width * bins);
+        self.taper.means_across(rows, width, means);
+        let is_plain = self.taper.is_plain() && length == self.taper.samples;
+        let input = match is_plain && means.iter().all(|&mean| mean == 0.0) {
+            true => rows,
+            false => {
+                let input = on_lines(input, width * length);
+                let (weighed, padding) = input.split_at_mut(width * self.taper.samples);
+                self.taper.weigh_rows(rows, means, weighed);
+                padding.fill(0.0);
+                &input[..]
+            }
+        };
+        let input = Columns::new(input, length, width, width).expect("the buffer's own shape");
+        let output = ColumnsMut::new(&mut spectra[..], bins, width, width);
+        let output = output.expect("the buffer's own shape");
+        let needed = self.plan.scratch_len_for(&input, &output);
+        if columns.len() < needed {
+            columns.resize(needed, Complex::default());
+        }
+        let transformed = self.plan.process_with_scratch(input, output, columns);
+        transformed.expect("shapes of the plan");
+        for (c, &mean) in means.iter().enumerate() {
+            let spectrum = spectra.iter_mut().skip(c).step_by(width);
+            self.taper.add_mean(mean, spectrum);
+        }
+        spectra
     }
 }
 

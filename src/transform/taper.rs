@@ -74,7 +74,16 @@ impl Taper {
                 interleaved_sums_of_squares(tapered, width, energies);
             }
         }
+        self.means_across(values, width, means);
+    }
+
+    /// The means alone.
+    pub(super) fn means_across(&self, values: &[f64], width: usize, means: &mut Vec<f64>) {
         means.clear();
+        if width == 1 {
+            means.push(dominant_mean(values));
+            return;
+        }
         means.resize(width, 0.0);
         for c in one_sided(values, width) {
             let record: Vec<f64> = values.iter().skip(c).step_by(width).copied().collect();
@@ -92,6 +101,35 @@ impl Taper {
                 .zip(means)
                 .map(|(v, mean)| T::rounded((v - mean) * weight));
             input.extend(weighed);
+        }
+    }
+
+    /// Each sample of interleaved records less the record's mean, times its weight, to `out`.
+    pub(super) fn weigh_rows(&self, values: &[f64], means: &[f64], out: &mut [f64]) {
+        let ones;
+        let window = match &self.window {
+            Some(window) => window,
+            None => {
+                ones = vec![1.0; self.samples];
+                &ones
+            }
+        };
+        if let Ok(means) = means.try_into() {
+            let (rows, out) = (values.as_chunks().0, out.as_chunks_mut().0);
+            widest(Weigh {
+                rows,
+                means,
+                window,
+                out,
+            });
+            return;
+        }
+        let width = means.len();
+        let rows = values.chunks_exact(width).zip(out.chunks_exact_mut(width));
+        for ((row, out), weight) in rows.zip(window) {
+            for ((v, mean), out) in row.iter().zip(means).zip(out) {
+                *out = (v - mean) * weight;
+            }
         }
     }
 
@@ -184,6 +222,26 @@ impl SimdKernel for Widen<'_> {
         }
         low.write(self.low);
         high.write(self.high);
+    }
+}
+
+/// See [`Taper::weigh_rows`].
+struct Weigh<'a> {
+    rows: &'a [[f64; WIDTH]],
+    means: &'a [f64; WIDTH],
+    window: &'a [f64],
+    out: &'a mut [[f64; WIDTH]],
+}
+
+impl SimdKernel for Weigh<'_> {
+    type Output = ();
+
+    #[inline(always)]
+    fn run<L: Lanes>(self) {
+        let means = L::read(self.means);
+        for ((row, out), weight) in self.rows.iter().zip(self.out).zip(self.window) {
+            ((L::read(row) - means) * L::splat(*weight)).write(out);
+        }
     }
 }
 

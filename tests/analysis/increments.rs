@@ -297,6 +297,18 @@ fn regress_one_transient_has_no_interval() {
     assert_eq!(steady.basis, IntervalBasis::Parts);
 }
 
+/// Over the smallest lag the noise hides a pulse that makes up most of what is found over longer ones.
+#[test]
+fn regress_one_transient_in_noise_has_no_interval() {
+    let mut values = noise(2048, 6) * 0.03;
+    for ((n, j), v) in values.indexed_iter_mut() {
+        let t = (n as f64 - 300.0 - 5.0 * j as f64) / 20.0;
+        *v += (-t * t).exp();
+    }
+    let found = found(&field(values), &IncrementsRequest::default());
+    assert_eq!(found.basis, IntervalBasis::None, "{}", found.steadiness);
+}
+
 #[test]
 fn regress_what_is_refused() {
     let steady = field(noise(64, 16));

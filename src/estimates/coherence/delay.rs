@@ -2,10 +2,13 @@
 
 use std::f64::consts::{PI, TAU};
 
-use column_fft::{Columns, ColumnsMut, ComplexToComplexColumns};
+use column_fft::{Columns, ColumnsMut, ComplexToRealColumns};
+use ndarray::{Array2, s};
 use num_complex::Complex;
+use rayon::prelude::*;
 
-use crate::transform::FftDirection;
+use crate::estimates::realisations::TOGETHER;
+use crate::numeric::lanes::on_lines;
 
 /// The delay of a site behind the reference.
 #[derive(Debug, Clone, Copy, PartialEq, serde::Serialize)]
@@ -35,80 +38,162 @@ const LEAST: usize = 2;
 ///
 /// Source: C. H. Knapp, G. C. Carter, IEEE Trans. Acoust. Speech Signal Process. 24, 320 (1976).
 pub(super) struct DelaySearch {
-    transform: ComplexToComplexColumns<f64>,
+    transform: ComplexToRealColumns<f64>,
     length: usize,
     dt: f64,
     shared_bins: f64,
 }
 
+/// Working space of one thread.
+#[derive(Default)]
+struct Room {
+    sums: Vec<Complex<f64>>,
+    found: Vec<f64>,
+    scratch: Vec<Complex<f64>>,
+}
+
+/// A coherent frequency: its bin, weight and phase.
+#[derive(Debug, Clone, Copy)]
+struct Coherent {
+    bin: f64,
+    weight: f64,
+    phase: f64,
+}
+
 impl DelaySearch {
     pub fn new(length: usize, dt: f64, shared_bins: f64) -> Self {
         let points = (FINER * length).next_power_of_two();
-        let transform = ComplexToComplexColumns::new(points, FftDirection::Inverse);
         DelaySearch {
-            transform: transform.expect("at least four samples"),
+            transform: ComplexToRealColumns::new(points).expect("at least four samples"),
             length,
             dt,
             shared_bins,
         }
     }
 
-    /// The delay of a site with this coherence and this phase of the cross-spectrum, bin by bin from
-    /// frequency 0; `None` with fewer than two coherent frequencies, those above the level. `known`: the level and
-    /// the number of independent realisations.
+    /// The delay of each site, from the coherence and the phase of its cross-spectrum, `(frequency, site)`; `None`
+    /// with fewer than two coherent frequencies, those above the level. `known`: the level and the number of
+    /// independent realisations of each site, NaN where there are none.
     pub fn find(
         &self,
-        coherence: &[f64],
-        phase: &[f64],
-        [level, independent]: [f64; 2],
-    ) -> Option<Delay> {
-        let inside = 1..self.length.div_ceil(2);
-        let coherent = |m: &usize| coherence[*m] > level;
-        let weight = |m: usize| coherence[m] / (1.0 - coherence[m]).max(f64::EPSILON);
-        let bins: Vec<usize> = inside.filter(coherent).collect();
-        if bins.len() < LEAST {
-            return None;
+        coherence: &Array2<f64>,
+        phase: &Array2<f64>,
+        known: &[[f64; 2]],
+    ) -> Vec<Option<Delay>> {
+        let tiles = known.par_chunks(TOGETHER).enumerate();
+        let found = tiles.map_init(Room::default, |room, (tile, known)| {
+            let sites = tile * TOGETHER..tile * TOGETHER + known.len();
+            let inside = 1..self.length.div_ceil(2);
+            let cells = s![inside.clone(), sites];
+            let (coherence, phase) = (coherence.slice(cells), phase.slice(cells));
+            let mut coherent = vec![Vec::new(); known.len()];
+            let rows = coherence.outer_iter().zip(phase.outer_iter());
+            for (m, (coherence, phase)) in inside.zip(rows) {
+                let cells = coherence.iter().zip(phase).zip(known);
+                for (site, ((g, phase), [level, _])) in coherent.iter_mut().zip(cells) {
+                    if g > level {
+                        site.push(Coherent {
+                            bin: m as f64,
+                            weight: g / (1.0 - g).max(f64::EPSILON),
+                            phase: *phase,
+                        });
+                    }
+                }
+            }
+            self.of_tile(&coherent, known, room)
+        });
+        let found: Vec<Vec<Option<Delay>>> = found.collect();
+        found.concat()
+    }
+
+    /// The same of a few sites, of each its coherent frequencies.
+    fn of_tile(
+        &self,
+        coherent: &[Vec<Coherent>],
+        known: &[[f64; 2]],
+        room: &mut Room,
+    ) -> Vec<Option<Delay>> {
+        if coherent.iter().all(|site| site.len() < LEAST) {
+            return vec![None; known.len()];
         }
+        let largest = self.largest(coherent, room);
+        let sites = coherent.iter().zip(known).zip(largest);
+        sites
+            .map(|((site, [_, independent]), largest)| {
+                (site.len() >= LEAST).then(|| self.refined(site, largest, *independent))
+            })
+            .collect()
+    }
+
+    /// The points of the search with the largest sums.
+    fn largest(&self, coherent: &[Vec<Coherent>], room: &mut Room) -> [usize; TOGETHER] {
+        let (points, bins) = (self.transform.len(), self.transform.bins());
+        let sums = on_lines(&mut room.sums, bins * TOGETHER);
+        sums.fill(Complex::default());
+        for (lane, site) in coherent.iter().enumerate() {
+            for one in site {
+                let place = one.bin as usize * TOGETHER + lane;
+                sums[place] = Complex::from_polar(one.weight, one.phase);
+            }
+        }
+        let found = on_lines(&mut room.found, points * TOGETHER);
+        let input = Columns::new(&*sums, bins, TOGETHER, TOGETHER);
+        let output = ColumnsMut::new(&mut *found, points, TOGETHER, TOGETHER);
+        let (input, output) = (input.expect("as long"), output.expect("as long"));
+        room.scratch
+            .resize(self.transform.scratch_len(), Complex::default());
+        let transformed = self
+            .transform
+            .process_with_scratch(input, output, &mut room.scratch);
+        transformed.expect("shapes of the plan");
+        let (rows, _) = found.as_chunks::<TOGETHER>();
+        let (mut most, mut at) = ([f64::NEG_INFINITY; TOGETHER], [0; TOGETHER]);
+        for (point, row) in rows.iter().enumerate() {
+            for ((most, at), v) in most.iter_mut().zip(&mut at).zip(row) {
+                let is_larger = v > most;
+                *most = if is_larger { *v } else { *most };
+                *at = if is_larger { point } else { *at };
+            }
+        }
+        at
+    }
+
+    /// The maximum next to a point of the search.
+    fn refined(&self, coherent: &[Coherent], largest: usize, independent: f64) -> Delay {
         let points = self.transform.len();
-        let mut sums = vec![Complex::default(); points];
-        for &m in &bins {
-            sums[m] = Complex::from_polar(weight(m), phase[m]);
-        }
-        let mut found = vec![Complex::default(); points];
-        let input = Columns::new(&sums, points, 1, 1).ok()?;
-        let output = ColumnsMut::new(&mut found, points, 1, 1).ok()?;
-        self.transform.process(input, output).ok()?;
-        let largest = (0..points).max_by(|&a, &b| found[a].re.total_cmp(&found[b].re))?;
-        let signed = |point: usize| match 2 * point > points {
-            true => point as f64 - points as f64,
-            false => point as f64,
+        let signed = match 2 * largest > points {
+            true => largest as f64 - points as f64,
+            false => largest as f64,
         };
         // In cycles of the lowest frequency.
-        let mut tau = signed(largest) / points as f64;
-        let angle = |m: usize, tau: f64| phase[m] + TAU * m as f64 * tau;
+        let mut tau = signed / points as f64;
         for _ in 0..8 {
-            let slope: f64 = bins
-                .iter()
-                .map(|&m| -weight(m) * m as f64 * angle(m, tau).sin())
-                .sum();
-            let bend: f64 = bins
-                .iter()
-                .map(|&m| -weight(m) * (m as f64).powi(2) * angle(m, tau).cos())
-                .sum();
+            let (mut slope, mut bend) = (0.0, 0.0);
+            for one in coherent {
+                let (sin, cos) = (one.phase + TAU * one.bin * tau).sin_cos();
+                slope -= one.weight * one.bin * sin;
+                bend -= one.weight * one.bin * one.bin * cos;
+            }
             // Within the lobe that the search found.
             let step = slope / bend / TAU;
             if bend >= 0.0 || step.abs() > 1.0 / points as f64 {
                 break;
             }
             tau -= step;
+            if step.abs() <= f64::EPSILON * tau.abs() {
+                break;
+            }
         }
-        let information: f64 = bins.iter().map(|&m| weight(m) * (m as f64).powi(2)).sum();
+        let information: f64 = coherent
+            .iter()
+            .map(|one| one.weight * one.bin * one.bin)
+            .sum();
         let period = self.length as f64 * self.dt;
         let variance = self.shared_bins / (2.0 * independent * information);
-        Some(Delay {
+        Delay {
             delay: tau * period,
             error: variance.sqrt() / (2.0 * PI) * period,
-            frequencies: bins.len(),
-        })
+            frequencies: coherent.len(),
+        }
     }
 }

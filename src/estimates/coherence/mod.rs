@@ -3,12 +3,12 @@
 mod delay;
 mod pass;
 mod phase;
+mod products;
 
 pub use delay::Delay;
 pub use phase::PhaseSpeed;
 
-use ndarray::parallel::prelude::*;
-use ndarray::{Array2, Axis as Along};
+use ndarray::Array2;
 
 use crate::error::Result;
 use crate::estimates::parts::Divided;
@@ -219,15 +219,7 @@ impl Coherence {
             .zip(intervals)
             .for_each(|(to, interval)| *to = interval);
         let search = DelaySearch::new(self.segment[0], self.time.step, shared_bins);
-        let columns = self.coherence.axis_iter(Along(1)).into_par_iter();
-        self.delays = columns
-            .zip(self.phase.axis_iter(Along(1)))
-            .zip(known.par_iter())
-            .map(|((coherence, phase), known)| match known[0].is_nan() {
-                true => None,
-                false => search.find(&coherence.to_vec(), &phase.to_vec(), *known),
-            })
-            .collect();
+        self.delays = search.find(&self.coherence, &self.phase, &known);
         let position: Vec<f64> = (0..self.coherence.ncols())
             .map(|j| self.space.at(j))
             .collect();

@@ -5,14 +5,16 @@ use std::ops::Range;
 use ndarray::Array2;
 use num_complex::Complex;
 
+use super::products::Products;
 use super::{Coherence, CoherenceRequest};
 use crate::error::{Error, Result};
 use crate::estimates::parts::Divided;
 use crate::estimates::realisations::{
-    Grid, Independence, KeptSegments, Portion, Realisations, RecordTree, SegmentPairs,
+    Grid, Independence, KeptSegments, Portion, Realisations, RecordTree, Records, SegmentPairs,
     SegmentScratch, SegmentTree, SegmentsLeft, Shot, Shots, Sums, TOGETHER, TreeNode, held_at_once,
     no_segment_left, steadiness_without,
 };
+use crate::numeric::lanes::LaneBlock;
 use crate::prepare::Gaps;
 use crate::transform::{RecordTransform, fold, frequencies};
 
@@ -177,6 +179,7 @@ impl Pass<'_> {
         let conjugate = |_: usize, found: &[Complex<f64>]| {
             spectra.extend(found.iter().map(|x| x.conj() * squared));
         };
+        let record = Records::side_by_side(record, 1);
         self.realisations
             .each_of(portion, record, &mut scratch, conjugate);
         Reference {
@@ -197,26 +200,28 @@ impl Pass<'_> {
         let reference = self.reference(shot, portion, &record);
         let segments = self.realisations.segments;
         let distances = self.realisations.distances();
-        let add =
-            |scratch: &mut Scratch, sites: Range<usize>, samples: &[f64], tile: &mut TileSums| {
-                // The segments that each site keeps with the reference; none where none are left out.
-                let kept = reference.kept.iter().flat_map(|of_reference| {
-                    let kept = sites.clone().filter_map(|site| shot.kept(site, segments));
-                    kept.map(|kept| kept.and(of_reference))
-                });
-                let kept: Vec<KeptSegments> = kept.collect();
-                tile.left.resize_with(kept.len(), SegmentPairs::default);
-                let left = tile.left.iter_mut().zip(&kept);
-                left.for_each(|(left, kept)| left.add(kept, distances));
-                self.add_tile(
-                    scratch,
-                    (shot.scale, portion),
-                    (sites, samples),
-                    (&reference, &kept),
-                );
-                tile.tree
-                    .take(&mut scratch.tree, portion.record, portion.is_whole, false);
-            };
+        let add = |scratch: &mut Scratch,
+                   sites: Range<usize>,
+                   records: Records<'_>,
+                   tile: &mut TileSums| {
+            // The segments that each site keeps with the reference; none where none are left out.
+            let kept = reference.kept.iter().flat_map(|of_reference| {
+                let kept = sites.clone().filter_map(|site| shot.kept(site, segments));
+                kept.map(|kept| kept.and(of_reference))
+            });
+            let kept: Vec<KeptSegments> = kept.collect();
+            tile.left.resize_with(kept.len(), SegmentPairs::default);
+            let left = tile.left.iter_mut().zip(&kept);
+            left.for_each(|(left, kept)| left.add(kept, distances));
+            self.add_tile(
+                scratch,
+                (shot.scale, portion),
+                (sites, records),
+                (&reference, &kept),
+            );
+            tile.tree
+                .take(&mut scratch.tree, portion.record, portion.is_whole, false);
+        };
         shot.each_tile("cross-spectra", &mut sums.tiles, add)
     }
 
@@ -225,7 +230,7 @@ impl Pass<'_> {
         &self,
         scratch: &mut Scratch,
         (scale, portion): (f64, &Portion),
-        (sites, samples): (Range<usize>, &[f64]),
+        (sites, records): (Range<usize>, Records<'_>),
         (reference, kept): (&Reference, &[KeptSegments]),
     ) {
         let (bins, tapers) = (self.realisations.bins(), self.realisations.tapers());
@@ -235,19 +240,24 @@ impl Pass<'_> {
             tree,
         } = scratch;
         let has_reference = sites.contains(&self.request.reference);
-        let width = sites.len();
         let visit = |r: usize, spectra: &[Complex<f64>]| {
             let (segment, taper) = (r / tapers, r % tapers);
+            let mut is_new = false;
             if taper == 0 {
-                let sums = tree.open(segment, tapers == 1, || self.zeros());
+                let opened = tree.open_unwritten(segment, tapers == 1, || self.zeros());
+                is_new = opened.1;
                 if has_reference && kept.is_empty() {
-                    let pieces = (portion, segment, samples, scale);
-                    self.realisations.add_pieces(pieces, deviations, sums);
+                    let pieces = (portion, segment, records, scale);
+                    self.realisations.add_pieces(pieces, deviations, opened.0);
                 }
             }
             let Some(sums) = tree.current() else {
                 return;
             };
+            if is_new && (records.width() < TOGETHER || self.leaves_out()) {
+                sums.plain_mut().fill(LaneBlock::default());
+                is_new = false;
+            }
             let other = &reference.spectra[(r - reference.first) * bins..][..bins];
             // 0 for a segment that a site has not.
             let has: [f64; TOGETHER] = std::array::from_fn(|lane| match kept.get(lane) {
@@ -257,16 +267,15 @@ impl Pass<'_> {
             let (own, cross) = sums.plain_mut().split_at_mut(bins);
             let (re, cross) = cross.split_at_mut(bins);
             let (im, beside) = cross.split_at_mut(bins);
-            let rows = spectra.chunks_exact(width).zip(other);
-            for (((row, y), own), (re, im)) in rows.zip(own).zip(re.iter_mut().zip(im)) {
-                let cells = own.0.iter_mut().zip(re.0.iter_mut().zip(&mut im.0));
-                for ((x, has), (own, (re, im))) in row.iter().zip(&has).zip(cells) {
-                    let product = y * x;
-                    *own += has * (x.norm_sqr() * reference.squared);
-                    *re += has * product.re;
-                    *im += has * product.im;
-                }
-            }
+            let products = Products {
+                spectra,
+                width: records.width(),
+                reference: other,
+                squared: reference.squared,
+                has: &has,
+                sums: [own, re, im],
+            };
+            products.add(is_new);
             for (y, beside) in other.iter().zip(beside) {
                 // The transform of the reference has the square already.
                 let power = y.norm_sqr() / reference.squared;
@@ -280,7 +289,7 @@ impl Pass<'_> {
                 tree.close();
             }
         };
-        self.realisations.each_of(portion, samples, segments, visit);
+        self.realisations.each_of(portion, records, segments, visit);
     }
 
     fn segments_left(&self, sums: &AllSums) -> Option<SegmentsLeft> {
@@ -318,25 +327,6 @@ impl Pass<'_> {
             effective,
             steadiness / records as f64,
         );
-        // The sums of site j at frequency m: its power, the product, and the power of the reference.
-        let block = |what: usize, m: usize, j: usize| {
-            tiles[j / TOGETHER].plain()[what * bins + m].0[j % TOGETHER]
-        };
-        let of = |m: usize, j: usize| {
-            let [own, re, im] = [0, 1, 2].map(|what| block(what, m, j));
-            let reference = match self.leaves_out() {
-                true => block(BLOCKS, m, j),
-                false => block(0, m, reference),
-            };
-            (own, Complex::new(re, im), reference)
-        };
-        let shape = (bins, grid.sites);
-        let coherence = Array2::from_shape_fn(shape, |(m, j)| match of(m, j) {
-            // 0 / 0 where one of them is still.
-            (own, cross, reference) if own > 0.0 => (cross.norm_sqr() / (reference * own)).min(1.0),
-            _ => f64::NAN,
-        });
-        let phase = Array2::from_shape_fn(shape, |(m, j)| of(m, j).1.arg());
         let density = grid.time.step * unit * unit / (records * realisations.count()) as f64;
         // Of a site from which segments are left out.
         let part = |j: usize| match &left {
@@ -344,9 +334,34 @@ impl Pass<'_> {
             // 0 / 0 where none are left.
             Some(left) => left.of as f64 / left.left[j] as f64,
         };
-        let spectrum = Array2::from_shape_fn(shape, |(m, j)| {
-            of(m, j).0 * density * fold(m, length) * part(j)
-        });
+        let parts: Vec<f64> = (0..grid.sites).map(part).collect();
+        let shape = (bins, grid.sites);
+        let [mut coherence, mut phase, mut spectrum] = [(); 3].map(|()| Array2::zeros(shape));
+        let rows = coherence.rows_mut().into_iter().zip(phase.rows_mut());
+        for (m, ((mut g, mut phase), mut s)) in rows.zip(spectrum.rows_mut()).enumerate() {
+            let scale = density * fold(m, length);
+            // Power, product and, where segments are left out, power of the reference in those that are not.
+            let block = |tile: &Sums, what: usize| tile.plain()[what * bins + m].0;
+            let whole = block(&tiles[reference / TOGETHER], 0)[reference % TOGETHER];
+            for (t, tile) in tiles.iter().enumerate() {
+                let [own, re, im] = [0, 1, 2].map(|what| block(tile, what));
+                let beside = match self.leaves_out() {
+                    true => block(tile, BLOCKS),
+                    false => [whole; TOGETHER],
+                };
+                let sites = t * TOGETHER..grid.sites.min((t + 1) * TOGETHER);
+                for (lane, j) in sites.enumerate() {
+                    let cross = Complex::new(re[lane], im[lane]);
+                    g[j] = match own[lane] > 0.0 {
+                        true => (cross.norm_sqr() / (beside[lane] * own[lane])).min(1.0),
+                        // 0 / 0 where one of them is still.
+                        false => f64::NAN,
+                    };
+                    phase[j] = cross.arg();
+                    s[j] = own[lane] * scale * parts[j];
+                }
+            }
+        }
         let mut found = Coherence {
             frequency: frequencies(length, grid.time.step),
             time: grid.time.clone(),

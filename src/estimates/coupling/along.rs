@@ -6,7 +6,9 @@ use super::bicoherence::{Pass, sidak};
 use super::spectra::Spectra;
 use super::triples::{TripleSums, Triples};
 use crate::error::Result;
-use crate::estimates::realisations::{Independence, SegmentScratch, Shot, TOGETHER, steadiness};
+use crate::estimates::realisations::{
+    Independence, Records, SegmentScratch, Shot, TOGETHER, steadiness,
+};
 
 /// Own bicoherence of sites, gathered at `f3 = f1 + f2`. Arrays are `(frequency f3, site)`, NaN where there is
 /// no power or no pair.
@@ -56,6 +58,7 @@ struct TileWork {
 #[derive(Debug, Clone, Copy)]
 struct Found {
     largest: f64,
+    cell: usize,
     first: usize,
     biphase: f64,
     summed: f64,
@@ -94,31 +97,28 @@ impl<'a> Along<'a> {
         let one = TripleSums::zeros(triples);
         let visit = |scratch: &mut SegmentScratch,
                      sites: std::ops::Range<usize>,
-                     samples: &[f64],
+                     records: Records<'_>,
                      work: &mut TileWork| {
-            let from = sites.start;
-            let n_times = samples.len() / sites.len();
-            let record = |site: usize| &samples[(site - from) * n_times..][..n_times];
             let chosen = pass.request.along.iter().copied();
             let chosen: Vec<usize> = chosen.filter(|site| sites.contains(site)).collect();
             if chosen.is_empty() {
                 return;
             }
-            let records: Vec<f64> = chosen
+            let of: Vec<Vec<f64>> = chosen
                 .iter()
-                .flat_map(|site| record(*site))
-                .copied()
+                .map(|site| records.record(site - sites.start))
                 .collect();
-            let spectra = Spectra::of(
-                pass.realisations,
-                &records,
-                chosen.len(),
-                shot.scale,
-                scratch,
-            );
+            let spectra = match chosen.len() == sites.len() {
+                true => Spectra::of(pass.realisations, records, shot.scale, scratch),
+                false => {
+                    let some = of.concat();
+                    let some = Records::one_after_another(&some, records.length());
+                    Spectra::of(pass.realisations, some, shot.scale, scratch)
+                }
+            };
             work.steady.resize(chosen.len(), 0.0);
-            for (c, (site, spectra)) in chosen.iter().zip(&spectra).enumerate() {
-                work.steady[c] += steadiness(record(*site));
+            for (c, (record, spectra)) in of.iter().zip(&spectra).enumerate() {
+                work.steady[c] += steadiness(record);
                 if work.sums.len() <= c {
                     work.sums.push(one.clone());
                 }
@@ -186,6 +186,7 @@ impl Pass<'_> {
 fn gathered(triples: &Triples, sums: &TripleSums) -> Vec<Found> {
     let nothing = Found {
         largest: f64::NAN,
+        cell: 0,
         first: 0,
         biphase: f64::NAN,
         summed: 0.0,
@@ -194,7 +195,7 @@ fn gathered(triples: &Triples, sums: &TripleSums) -> Vec<Found> {
     let mut all = vec![nothing; triples.last + 1];
     let powers = sums.largest_powers();
     for (cell, bins) in triples.bins().enumerate() {
-        let (b, biphase) = sums.cell(cell, bins, powers);
+        let b = sums.bicoherence(cell, bins, powers);
         let found = &mut all[bins[2] as usize];
         if b.is_nan() {
             continue;
@@ -202,9 +203,12 @@ fn gathered(triples: &Triples, sums: &TripleSums) -> Vec<Found> {
         found.pairs += 1;
         found.summed += b;
         if found.largest.is_nan() || b > found.largest {
-            (found.largest, found.biphase) = (b, biphase);
+            (found.largest, found.cell) = (b, cell);
             found.first = bins[0] as usize;
         }
+    }
+    for found in all.iter_mut().filter(|found| found.pairs > 0) {
+        found.biphase = sums.biphase(found.cell);
     }
     all
 }

@@ -5,8 +5,8 @@ use super::spectra::{Spectra, last_bin};
 use super::triples::{TripleSums, Triples};
 use crate::error::{Error, Result};
 use crate::estimates::realisations::{
-    Averaging, Independence, Realisations, SegmentScratch, Shot, Shots, TOGETHER, Tapers, first_of,
-    steadiness,
+    Averaging, Independence, Realisations, Records, SegmentScratch, Shot, Shots, TOGETHER, Tapers,
+    first_of, steadiness,
 };
 use crate::field::{Axis, Field};
 use crate::observer::Observer;
@@ -368,7 +368,8 @@ impl Pass<'_> {
         let mut scratch = SegmentScratch::default();
         let mut of = |site: usize| {
             let record = shot.record(site);
-            let spectra = Spectra::of(self.realisations, &record, 1, shot.scale, &mut scratch);
+            let one = Records::side_by_side(&record, 1);
+            let spectra = Spectra::of(self.realisations, one, shot.scale, &mut scratch);
             (spectra, steadiness(&record))
         };
         let (x, steady) = of(site);
@@ -444,21 +445,35 @@ impl TripleSums {
     }
 
     /// Bicoherence and biphase of a cell, NaN where a bin has no power.
-    pub(super) fn cell(
+    pub(super) fn cell(&self, cell: usize, bins: [isize; 3], largest: [f64; 2]) -> (f64, f64) {
+        let bicoherence = self.bicoherence(cell, bins, largest);
+        match bicoherence.is_nan() {
+            true => (f64::NAN, f64::NAN),
+            false => (bicoherence, self.biphase(cell)),
+        }
+    }
+
+    /// Bicoherence of a cell, NaN where a bin has no power.
+    pub(super) fn bicoherence(
         &self,
         cell: usize,
         [first, second, third]: [isize; 3],
         largest: [f64; 2],
-    ) -> (f64, f64) {
+    ) -> f64 {
         let [first, second, third] = [first, second, third].map(isize::unsigned_abs);
         let least = self.first[first].min(self.first[second]);
         let is_known =
             least > LEAST_POWER * largest[0] && self.third[third] > LEAST_POWER * largest[1];
         if !is_known {
-            return (f64::NAN, f64::NAN);
+            return f64::NAN;
         }
         let (re, im) = (self.re[cell], self.im[cell]);
         let bound = self.pairs[cell] * self.third[third];
-        (((re * re + im * im) / bound).min(1.0), im.atan2(re))
+        ((re * re + im * im) / bound).min(1.0)
+    }
+
+    /// Phase of the sum of a cell.
+    pub(super) fn biphase(&self, cell: usize) -> f64 {
+        self.im[cell].atan2(self.re[cell])
     }
 }

@@ -1,11 +1,14 @@
 //! The transforms of all realisations of a record, at hand.
 
-use crate::estimates::realisations::{Realisations, SegmentScratch};
+use crate::estimates::realisations::{Realisations, Records, SegmentScratch};
+use crate::numeric::lanes::WIDTH;
 
 /// Transforms of one record below the Nyquist frequency, realisation by realisation.
 #[derive(Debug, Clone, Default)]
 pub(super) struct Spectra {
     bins: usize,
+    /// Numbers of a realisation: its bins, and zeros, so that blocks may begin at any bin.
+    stride: usize,
     re: Vec<f64>,
     im: Vec<f64>,
     power: Vec<f64>,
@@ -19,38 +22,48 @@ pub(super) struct Spectrum<'s> {
     pub power: &'s [f64],
 }
 
+/// See [`Spectra`].
+fn stride(bins: usize) -> usize {
+    (bins + WIDTH).next_multiple_of(WIDTH)
+}
+
 /// The highest bin below the Nyquist frequency of segments of this length.
 pub(super) fn last_bin(length: usize) -> usize {
     (length - 1) / 2
 }
 
 impl Spectra {
-    /// Of `width` records that follow one another, multiplied by `scale`.
+    /// Of each of the records, multiplied by `scale`.
     pub fn of(
         realisations: &Realisations,
-        records: &[f64],
-        width: usize,
+        records: Records<'_>,
         scale: f64,
         scratch: &mut SegmentScratch,
     ) -> Vec<Spectra> {
-        let bins = last_bin(realisations.segments.length) + 1;
-        let all = bins * realisations.count();
+        let (bins, width) = (last_bin(realisations.segments.length) + 1, records.width());
+        let stride = stride(bins);
+        let zeros = vec![0.0; stride * realisations.count()];
         let mut found = vec![
             Spectra {
                 bins,
-                re: Vec::with_capacity(all),
-                im: Vec::with_capacity(all),
-                power: Vec::with_capacity(all),
+                stride,
+                re: zeros.clone(),
+                im: zeros.clone(),
+                power: zeros,
             };
             width
         ];
-        realisations.each(records, scratch, |_, spectra| {
-            for row in spectra.chunks_exact(width).take(bins) {
-                for (x, one) in row.iter().zip(&mut found) {
+        realisations.each(records, scratch, |r, spectra| {
+            for (c, one) in found.iter_mut().enumerate() {
+                let range = r * stride..r * stride + bins;
+                let parts = one.re[range.clone()]
+                    .iter_mut()
+                    .zip(&mut one.im[range.clone()]);
+                let places = parts.zip(&mut one.power[range]);
+                let spectrum = spectra.iter().skip(c).step_by(width);
+                for (x, ((re, im), power)) in spectrum.zip(places) {
                     let x = x * scale;
-                    one.re.push(x.re);
-                    one.im.push(x.im);
-                    one.power.push(x.norm_sqr());
+                    (*re, *im, *power) = (x.re, x.im, x.norm_sqr());
                 }
             }
         });
@@ -60,13 +73,13 @@ impl Spectra {
     /// Bytes of one record's, of segments of this length.
     pub fn bytes(realisations: &Realisations) -> u64 {
         let bins = last_bin(realisations.segments.length) + 1;
-        24 * (bins * realisations.count()) as u64
+        24 * (stride(bins) * realisations.count()) as u64
     }
 
     /// Sums of the power of each bin over all realisations, added to `sums`.
     pub fn add_power(&self, sums: &mut Vec<f64>) {
         sums.resize(self.bins, 0.0);
-        for power in self.power.chunks_exact(self.bins) {
+        for power in self.power.chunks_exact(self.stride) {
             for (sum, power) in sums.iter_mut().zip(power) {
                 *sum += power;
             }
@@ -79,17 +92,17 @@ impl Spectra {
             values
                 .iter_mut()
                 .skip(bin)
-                .step_by(self.bins)
+                .step_by(self.stride)
                 .for_each(|v| *v = 0.0);
         }
     }
 
     pub fn count(&self) -> usize {
-        self.re.len() / self.bins.max(1)
+        self.re.len() / self.stride.max(1)
     }
 
     pub fn get(&self, realisation: usize) -> Spectrum<'_> {
-        let range = realisation * self.bins..(realisation + 1) * self.bins;
+        let range = realisation * self.stride..(realisation + 1) * self.stride;
         Spectrum {
             re: &self.re[range.clone()],
             im: &self.im[range.clone()],

@@ -8,7 +8,7 @@ use super::found::{OutputTransfer, PairTransfer, Transfer, TransferShares};
 use super::spectra::{Spectra, last_bin};
 use crate::error::{Error, Result};
 use crate::estimates::realisations::{
-    Averaging, Independence, Realisations, SegmentScratch, Shots, first_of, steadiness,
+    Averaging, Independence, Realisations, Records, SegmentScratch, Shots, first_of, steadiness,
 };
 use crate::field::Field;
 use crate::observer::Observer;
@@ -200,7 +200,8 @@ impl Pass<'_> {
             let (input, output) = (&input[..kept], &output[request.lag..]);
             steady += steadiness(input).min(steadiness(output));
             let mut of = |record: &[f64]| {
-                let spectra = Spectra::of(self.realisations, record, 1, shot.scale, &mut scratch);
+                let record = Records::side_by_side(record, 1);
+                let spectra = Spectra::of(self.realisations, record, shot.scale, &mut scratch);
                 spectra.into_iter().next().unwrap_or_default()
             };
             records.push([of(input), of(output)]);

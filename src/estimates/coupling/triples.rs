@@ -4,7 +4,8 @@ use std::ops::Range;
 
 use rayon::prelude::*;
 
-use super::spectra::Spectra;
+use super::spectra::{Spectra, Spectrum};
+use crate::numeric::lanes::{Lanes, SimdKernel, WIDTH, widest};
 
 /// The triples of bins that hold all there is: no bin 0, none at or above the Nyquist frequency.
 #[derive(Debug, Clone, PartialEq, Eq)]
@@ -93,6 +94,7 @@ pub(super) struct TripleSums {
 
 /// The sums of a row.
 struct RowSums<'a> {
+    row: &'a TripleRow,
     re: &'a mut [f64],
     im: &'a mut [f64],
     pairs: &'a mut [f64],
@@ -133,41 +135,142 @@ impl TripleSums {
             let (im_row, im_rest) = std::mem::take(&mut im).split_at_mut(row.first.len());
             let (pairs_row, pairs_rest) = std::mem::take(&mut pairs).split_at_mut(row.first.len());
             (re, im, pairs) = (re_rest, im_rest, pairs_rest);
-            let sums = RowSums {
+            rows.push(RowSums {
+                row,
                 re: re_row,
                 im: im_row,
                 pairs: pairs_row,
-            };
-            rows.push((row, sums));
+            });
         }
-        rows.into_par_iter()
-            .for_each(|(row, mut sums)| sums.add(row, x, z));
+        // Few enough tasks that each reads the transforms for many rows.
+        let group = rows.len().div_ceil(4 * rayon::current_num_threads()).max(1);
+        let groups = rows.par_chunks_mut(group);
+        groups.for_each(|rows| widest(AddProducts { rows, x, z }));
+    }
+}
+
+/// Realisations whose transforms are multiplied while they are in L1.
+const AT_ONCE: usize = 4;
+
+/// Adds all realisations to these rows. A cell is summed in their order.
+struct AddProducts<'a, 's> {
+    rows: &'a mut [RowSums<'s>],
+    x: &'a Spectra,
+    z: &'a Spectra,
+}
+
+impl SimdKernel for AddProducts<'_, '_> {
+    type Output = ();
+
+    #[inline(always)]
+    fn run<L: Lanes>(self) {
+        let AddProducts { rows, x, z } = self;
+        let count = x.count();
+        for from in (0..count).step_by(AT_ONCE) {
+            for sums in rows.iter_mut() {
+                match count - from {
+                    1 => sums.add::<L, 1>(from, x, z),
+                    2 => sums.add::<L, 2>(from, x, z),
+                    3 => sums.add::<L, 3>(from, x, z),
+                    _ => sums.add::<L, AT_ONCE>(from, x, z),
+                }
+            }
+        }
     }
 }
 
 impl RowSums<'_> {
-    fn add(&mut self, row: &TripleRow, x: &Spectra, z: &Spectra) {
-        let (first, count) = (row.first.clone(), row.first.len());
-        let third = (first.start as isize + row.second) as usize;
-        let third = third..third + count;
-        let size = row.second.unsigned_abs();
-        for r in 0..x.count() {
-            let (x, z) = (x.get(r), z.get(r));
-            // The transform at -f is the conjugate of that at f.
-            let sign = if row.second < 0 { -1.0 } else { 1.0 };
-            let (b_re, b_im, b_power) = (x.re[size], sign * x.im[size], x.power[size]);
-            let (x_re, x_im) = (&x.re[first.clone()], &x.im[first.clone()]);
-            let power = &x.power[first.clone()];
-            let (z_re, z_im) = (&z.re[third.clone()], &z.im[third.clone()]);
-            let (re, im) = (&mut self.re[..count], &mut self.im[..count]);
-            let pairs = &mut self.pairs[..count];
-            for i in 0..count {
-                let p_re = x_re[i] * b_re - x_im[i] * b_im;
-                let p_im = x_re[i] * b_im + x_im[i] * b_re;
-                re[i] += p_re * z_re[i] + p_im * z_im[i];
-                im[i] += p_im * z_re[i] - p_re * z_im[i];
-                pairs[i] += power[i] * b_power;
+    /// Adds `R` realisations from `from` on.
+    #[inline(always)]
+    fn add<L: Lanes, const R: usize>(&mut self, from: usize, x: &Spectra, z: &Spectra) {
+        let blocks = self.re.len().div_ceil(WIDTH);
+        let mut factors = [Factors::<L>::of(self.row, blocks, x.get(from), z.get(from)); R];
+        for (r, factors) in factors.iter_mut().enumerate() {
+            *factors = Factors::of(self.row, blocks, x.get(from + r), z.get(from + r));
+        }
+        let (re, re_tail) = self.re.as_chunks_mut();
+        let (im, im_tail) = self.im.as_chunks_mut();
+        let (pairs, pairs_tail) = self.pairs.as_chunks_mut();
+        for (b, ((re, im), pairs)) in re.iter_mut().zip(im).zip(pairs).enumerate() {
+            add_block(b, &factors, [re, im, pairs]);
+        }
+        if !re_tail.is_empty() {
+            let mut tail = [[0.0; WIDTH]; 3];
+            let parts = [re_tail, im_tail, pairs_tail];
+            for (tail, part) in tail.iter_mut().zip(&parts) {
+                tail[..part.len()].copy_from_slice(part);
+            }
+            let [re, im, pairs] = &mut tail;
+            add_block(blocks - 1, &factors, [re, im, pairs]);
+            for (tail, part) in tail.iter().zip(parts) {
+                part.copy_from_slice(&tail[..part.len()]);
             }
         }
     }
+}
+
+/// Adds the products of some realisations to a block of a row's sums.
+#[inline(always)]
+fn add_block<L: Lanes, const R: usize>(
+    b: usize,
+    factors: &[Factors<'_, L>; R],
+    [re, im, pairs]: [&mut [f64; WIDTH]; 3],
+) {
+    let zero = L::splat(0.0);
+    let (mut sum_re, mut sum_im, mut sum) = (L::read(re), L::read(im), L::read(pairs));
+    for one in factors {
+        let (x_re, x_im) = (L::read(&one.x[0][b]), L::read(&one.x[1][b]));
+        let (z_re, z_im) = (L::read(&one.z[0][b]), L::read(&one.z[1][b]));
+        let p_re = x_re.fused(one.re, zero - x_im * one.im);
+        let p_im = x_re.fused(one.im, x_im * one.re);
+        sum_re = p_im.fused(z_im, p_re.fused(z_re, sum_re));
+        sum_im = (zero - p_re).fused(z_im, p_im.fused(z_re, sum_im));
+        sum = L::read(&one.x[2][b]).fused(one.power, sum);
+    }
+    sum_re.write(re);
+    sum_im.write(im);
+    sum.write(pairs);
+}
+
+/// What is multiplied in one realisation of a row.
+#[derive(Clone, Copy)]
+struct Factors<'s, L> {
+    /// The transform at the second frequency, and its power.
+    re: L,
+    im: L,
+    power: L,
+    /// Transforms at the first frequencies, and their powers.
+    x: [&'s [[f64; WIDTH]]; 3],
+    /// Transforms at the third.
+    z: [&'s [[f64; WIDTH]]; 2],
+}
+
+impl<'s, L: Lanes> Factors<'s, L> {
+    #[inline(always)]
+    fn of(row: &TripleRow, blocks: usize, x: Spectrum<'s>, z: Spectrum<'s>) -> Self {
+        let (first, size) = (row.first.start, row.second.unsigned_abs());
+        let third = first.wrapping_add_signed(row.second);
+        // The transform at -f is the conjugate of that at f.
+        let sign = if row.second < 0 { -1.0 } else { 1.0 };
+        Factors {
+            re: L::splat(x.re[size]),
+            im: L::splat(sign * x.im[size]),
+            power: L::splat(x.power[size]),
+            x: [
+                blocks_from(x.re, first, blocks),
+                blocks_from(x.im, first, blocks),
+                blocks_from(x.power, first, blocks),
+            ],
+            z: [
+                blocks_from(z.re, third, blocks),
+                blocks_from(z.im, third, blocks),
+            ],
+        }
+    }
+}
+
+/// So many blocks from a bin on, the last of which may reach into the padding.
+#[inline(always)]
+fn blocks_from(values: &[f64], first: usize, blocks: usize) -> &[[f64; WIDTH]] {
+    values[first..first + blocks * WIDTH].as_chunks().0
 }

@@ -15,13 +15,15 @@ use crate::estimates::realisations::{
     interval_factors, steadiness,
 };
 use crate::field::{Axis, Field};
+use crate::numeric::lanes::{Lanes, SimdKernel, WIDTH, widest};
 use crate::observer::Observer;
 use crate::prepare::Gaps;
-use crate::system::memory::{half_of_free_memory, try_filled};
+use crate::system::buffer::Buffer;
+use crate::system::memory::half_of_free_memory;
 use crate::system::threads::in_pool;
 use crate::transform::{RecordTransform, fold, frequencies};
 use shapes::ShapeSearch;
-use snapshots::{Snapshots, Solved};
+use snapshots::{Cell, Snapshots};
 
 /// All choices of [`modes`].
 #[derive(Debug, Clone, PartialEq)]
@@ -225,10 +227,9 @@ struct Pass<'a> {
 }
 
 /// What a tile of sites gives.
-#[derive(Default)]
-struct TileSpectra {
-    /// `[(bin * realisations + realisation) * width + site]`, of the bins of a block.
-    spectra: Vec<Complex<f64>>,
+struct TileSpectra<'s> {
+    /// `[bin * realisations + realisation]`, of the bins of a block.
+    cells: &'s mut [Cell],
     /// Energies of the parts of the records.
     parts: [f64; PARTS],
 }
@@ -257,7 +258,8 @@ impl Pass<'_> {
         let mut best = 0.0;
         for from in (0..bins).step_by(sizes.bins) {
             let to = bins.min(from + sizes.bins);
-            let (tiles, unit) = self.spectra(from, to, sizes.block)?;
+            let mut room = Buffer::<Cell>::zeros((self.shots.tiles(), (to - from) * all))?;
+            let (tiles, unit) = self.spectra(from, to, sizes.block, room.numbers_mut())?;
             if from == 0 {
                 for (part, sum) in parts.iter_mut().enumerate() {
                     *sum = tiles.iter().map(|tile| tile.parts[part]).sum();
@@ -265,33 +267,29 @@ impl Pass<'_> {
             }
             let density = self.first.time.step * unit * unit * self.first.space.step.abs();
             let snapshots = Snapshots {
-                tiles: &tiles
-                    .iter()
-                    .map(|tile| &tile.spectra[..])
-                    .collect::<Vec<_>>(),
+                tiles: &tiles.iter().map(|tile| &*tile.cells).collect::<Vec<_>>(),
                 n_sites,
-                together: TOGETHER,
                 count: all,
             };
             self.observer.stage("eigenvalues", (to - from) as u64);
-            let solve = |bin: usize| -> Result<Solved> {
+            let starts: Vec<usize> = (from..to).step_by(WIDTH).collect();
+            let solve = |first: &usize| -> Result<Vec<(Vec<f64>, f64)>> {
                 if self.observer.cancelled() {
                     return Err(Error::Cancelled);
                 }
-                self.observer.advance(1);
-                Ok(snapshots.solve(bin - from, 0))
+                let end = to.min(first + WIDTH);
+                self.observer.advance((end - first) as u64);
+                Ok(snapshots.eigenvalues(first - from..end - from))
             };
-            let solved: Vec<Solved> = (from..to)
-                .into_par_iter()
-                .map(solve)
-                .collect::<Result<_>>()?;
-            for (bin, solved) in (from..).zip(&solved) {
+            let solved: Vec<Vec<(Vec<f64>, f64)>> =
+                starts.par_iter().map(solve).collect::<Result<_>>()?;
+            for (bin, (values, trace)) in (from..).zip(solved.into_iter().flatten()) {
                 let scale = density * fold(bin, length) / all as f64;
                 let row = eigenvalues.row_mut(bin);
-                for (value, found) in row.into_iter().zip(&solved.eigenvalues) {
+                for (value, found) in row.into_iter().zip(values) {
                     *value = found.max(0.0) * scale;
                 }
-                total[bin] = solved.trace * scale;
+                total[bin] = trace * scale;
             }
             let search = ShapeSearch::new(&self.first.space, n_sites);
             let shapes = |bin: &usize| {
@@ -362,7 +360,7 @@ impl Pass<'_> {
         let rank = all.min(n_sites);
         let tile = together * (8 * samples + 24 * bins)
             + RecordTransform::<f64>::working_bytes(length, length, TOGETHER);
-        let solver = 32 * all * (n_sites + together) + 64 * rank * rank;
+        let solver = 32 * all * (n_sites + together) + (16 * WIDTH as u64 + 64) * rank * rank;
         let kept = 8 * bins * (rank + 3)
             + 16 * (self.chosen.len() as u64 + 1) * self.request.modes as u64 * n_sites;
         let held = kept + threads * tile.max(solver);
@@ -385,27 +383,23 @@ impl Pass<'_> {
         })
     }
 
-    /// The spectra of all realisations at the bins `from .. to`, and the unit of the samples.
-    fn spectra(
+    /// The spectra of all realisations at the bins `from .. to`, in `cells`, which are 0, and the unit of the
+    /// samples.
+    fn spectra<'c>(
         &self,
         from: usize,
         to: usize,
         block: Option<usize>,
-    ) -> Result<(Vec<TileSpectra>, f64)> {
+        cells: &'c mut [Cell],
+    ) -> Result<(Vec<TileSpectra<'c>>, f64)> {
         let (all, count) = (self.count(), self.realisations.count());
-        let mut tiles: Vec<TileSpectra> = Vec::with_capacity(self.shots.tiles());
-        for tile in 0..self.shots.tiles() {
-            let size = (to - from) * all * self.shots.sites(tile).len();
-            let spectra = try_filled(size, Complex::default()).map_err(|_| Error::Memory {
-                what: WHAT,
-                needed: 16 * size as u64,
-                allowed: half_of_free_memory(),
-            })?;
-            tiles.push(TileSpectra {
-                spectra,
+        let mut tiles: Vec<TileSpectra<'c>> = cells
+            .chunks_exact_mut((to - from) * all)
+            .map(|cells| TileSpectra {
+                cells,
                 parts: [0.0; PARTS],
-            });
-        }
+            })
+            .collect();
         let mut shot_number = 0;
         let unit = self.shots.each(block, |shot| {
             let first = shot_number * count;
@@ -414,19 +408,29 @@ impl Pass<'_> {
                 "spectra",
                 &mut tiles,
                 |scratch: &mut SegmentScratch, sites, records, out| {
-                    let width = sites.len();
-                    let part = (records.len() / width / PARTS).max(1);
-                    for record in records.chunks_exact(records.len() / width) {
-                        for (sum, part) in out.parts.iter_mut().zip(record.chunks_exact(part)) {
-                            *sum += crate::numeric::sum_of_squares(part);
-                        }
+                    let (width, mut room) = (sites.len(), Vec::new());
+                    let part = (records.length() / PARTS).max(1);
+                    let parts = PARTS.min(records.length() / part);
+                    for (p, sum) in out.parts.iter_mut().enumerate().take(parts) {
+                        let squares = records.squares(p * part..(p + 1) * part, &mut room);
+                        *sum = squares[..width].iter().fold(*sum, |sum, one| sum + one);
                     }
                     self.realisations.each(records, scratch, |r, spectra| {
-                        let rows = spectra.chunks_exact(width).skip(from).take(to - from);
-                        for (m, row) in rows.enumerate() {
-                            let place = (m * all + first + r) * width;
-                            for (to, x) in out.spectra[place..place + width].iter_mut().zip(row) {
-                                *to = x * scale;
+                        let rows = &spectra[from * width..to * width];
+                        let cells = &mut out.cells[first + r..];
+                        if let (TOGETHER, (rows, [])) = (width, rows.as_chunks()) {
+                            return widest(Scattered {
+                                rows,
+                                scale,
+                                every: all,
+                                cells,
+                            });
+                        }
+                        let cells = cells.iter_mut().step_by(all);
+                        for (row, [re, im]) in rows.chunks_exact(width).zip(cells) {
+                            let parts = re.0.iter_mut().zip(&mut im.0);
+                            for (x, (re, im)) in row.iter().zip(parts) {
+                                (*re, *im) = (x.re * scale, x.im * scale);
                             }
                         }
                     });
@@ -436,6 +440,29 @@ impl Pass<'_> {
             Ok(())
         })?;
         Ok((tiles, unit))
+    }
+}
+
+/// Puts eight records' spectra at every so many cells.
+struct Scattered<'a> {
+    rows: &'a [[Complex<f64>; TOGETHER]],
+    scale: f64,
+    every: usize,
+    cells: &'a mut [Cell],
+}
+
+impl SimdKernel for Scattered<'_> {
+    type Output = ();
+
+    #[inline(always)]
+    fn run<L: Lanes>(self) {
+        let scale = L::splat(self.scale);
+        let cells = self.cells.iter_mut().step_by(self.every);
+        for (row, [re, im]) in self.rows.iter().zip(cells) {
+            let [x_re, x_im] = L::parts(row);
+            (x_re * scale).store(re);
+            (x_im * scale).store(im);
+        }
     }
 }
 

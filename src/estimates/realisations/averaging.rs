@@ -4,6 +4,7 @@ use num_complex::Complex;
 
 use super::kept::{KeptSegments, SegmentPairs};
 use super::part::Portion;
+use super::records::Records;
 use crate::error::{Error, Result};
 use crate::prepare::{Detrend, Trend, Window, slepian};
 use crate::transform::{RecordScratch, RecordTransform, Segments};
@@ -60,6 +61,8 @@ pub(crate) struct Realisations {
 #[derive(Default)]
 pub(crate) struct SegmentScratch {
     transform: RecordScratch<f64>,
+    /// Of a segment, and without trends.
+    rows: Vec<f64>,
     segments: Vec<f64>,
     trend: Vec<f64>,
 }
@@ -125,12 +128,11 @@ impl Realisations {
         self.segments.record - self.segments.left_over()
     }
 
-    /// Visits every realisation of `records`, which follow one another: its number and its spectra,
-    /// `[bin * width + record]`. With samples `v` and spacing `dt`, `|X|^2 dt` is the power spectral
-    /// density of one side.
+    /// Visits every realisation of `records`: its number and its spectra, `[bin * width + record]`. With samples `v`
+    /// and spacing `dt`, `|X|^2 dt` is the power spectral density of one side.
     pub fn each(
         &self,
-        records: &[f64],
+        records: Records<'_>,
         scratch: &mut SegmentScratch,
         mut visit: impl FnMut(usize, &[Complex<f64>]),
     ) {
@@ -140,7 +142,6 @@ impl Realisations {
             None => true,
         };
         for (s, (_, start)) in starts.filter(is_kept).enumerate() {
-            let records = (records, self.segments.record);
             self.of_segment((s, start), records, scratch, &mut visit);
         }
     }
@@ -149,51 +150,47 @@ impl Realisations {
     pub fn each_of(
         &self,
         portion: &Portion,
-        records: &[f64],
+        records: Records<'_>,
         scratch: &mut SegmentScratch,
         mut visit: impl FnMut(usize, &[Complex<f64>]),
     ) {
         for s in portion.segments.clone() {
             let start = s * self.segments.hop - portion.samples.start;
-            let records = (records, portion.samples.len());
             self.of_segment((s, start), records, scratch, &mut visit);
         }
     }
 
-    /// Visits a segment from the start on, of records of so many samples.
+    /// Visits a segment from the start on.
     fn of_segment(
         &self,
         (s, start): (usize, usize),
-        (records, record): (&[f64], usize),
+        records: Records<'_>,
         scratch: &mut SegmentScratch,
         visit: &mut impl FnMut(usize, &[Complex<f64>]),
     ) {
-        let length = self.segments.length;
         let SegmentScratch {
             transform,
+            rows,
             segments,
             trend,
         } = scratch;
-        segments.clear();
-        for record in records.chunks_exact(record) {
-            segments.extend_from_slice(&record[start..start + length]);
-        }
-        self.remove(segments, trend);
+        let width = records.width();
+        let rows = records.rows(start..start + self.segments.length, rows);
+        let rows = match self.detrend {
+            Detrend::None => rows,
+            kind => Trend::removed_across((rows, width), kind, segments, trend),
+        };
         for (k, taper) in self.transforms.iter().enumerate() {
-            let (spectra, _) = taper.transform(segments.chunks_exact(length), transform);
+            let spectra = taper.spectra_of_rows(rows, width, transform);
             visit(s * self.tapers.len() + k, spectra);
-        }
-    }
-
-    fn remove(&self, segments: &mut [f64], trend: &mut Vec<f64>) {
-        for segment in segments.chunks_exact_mut(self.segments.length) {
-            Trend::remove_from(segment, self.detrend, |_| true, trend);
         }
     }
 
     /// Removes the trends of segments that follow one another.
     pub fn remove_trends(&self, segments: &mut [f64], scratch: &mut SegmentScratch) {
-        self.remove(segments, &mut scratch.trend);
+        for segment in segments.chunks_exact_mut(self.segments.length) {
+            Trend::remove_from(segment, self.detrend, |_| true, &mut scratch.trend);
+        }
     }
 
     /// The spectra under one taper of segments that follow one another, without their trends: `[bin * width +
@@ -450,6 +447,10 @@ impl Averaging {
                 part => 1 << part.ilog2(),
             },
         };
+        if record < 4 {
+            let expected = "a record of at least 4 samples, for one segment".to_owned();
+            return Err(refuse("segment", expected, record));
+        }
         if length < 4 || length > record {
             let expected = format!("a segment of 4 to {record} samples, the record");
             return Err(refuse("segment", expected, length));

@@ -23,10 +23,13 @@ pub struct SpectrumInterval {
 
 impl SpectrumInterval {
     /// Of the average over `segments` of a record under a window; `None` where the record is constant but for
-    /// rounding.
+    /// rounding, and where no frequency lies between 0 and the Nyquist frequency.
     pub(crate) fn of_record(record: &[f64], window: &[f64], segments: Segments) -> Option<Self> {
         const ALPHA: f64 = 0.05;
         const ROUNDING: f64 = 1e-28;
+        if segments.length < 3 {
+            return None;
+        }
         // An offset is not what moves.
         let mut moving = record.to_vec();
         Trend::remove_from(&mut moving, Detrend::Mean, |_| true, &mut Vec::new());
@@ -126,6 +129,17 @@ mod tests {
         let [low, high] = interval_factors(2.0, 0.05);
         assert!((low * -0.025_f64.ln() - 1.0).abs() < 1e-13, "{low}");
         assert!((high * -(-0.025_f64).ln_1p() - 1.0).abs() < 1e-13, "{high}");
+    }
+
+    /// Less their mean, two samples are as steady as can be whatever they are.
+    #[test]
+    fn regress_two_samples_have_no_interval() {
+        let of = |record: &[f64]| {
+            let segments = Segments::whole(record.len());
+            SpectrumInterval::of_record(record, &vec![1.0; record.len()], segments)
+        };
+        assert_eq!(of(&[0.3, -2.0]), None);
+        assert!(of(&[0.3, -2.0, 1.1]).is_some());
     }
 
     #[test]

@@ -7,6 +7,7 @@ mod grid;
 mod interval;
 mod kept;
 mod part;
+mod records;
 mod shots;
 mod tree;
 
@@ -21,5 +22,6 @@ pub use kept::SegmentsLeft;
 pub(crate) use kept::{KeptSegments, SegmentPairs};
 pub use part::Part;
 pub(crate) use part::Portion;
+pub(crate) use records::Records;
 pub(crate) use shots::{Shot, Shots, TOGETHER, first_of, refuse_left_out};
 pub(crate) use tree::{RecordTree, SegmentTree, Sums, TreeNode, held_at_once};

@@ -5,7 +5,7 @@ use std::ops::Range;
 
 use super::averaging::Realisations;
 use super::ensemble::PARTS;
-use super::shots::TOGETHER;
+use super::records::Records;
 use super::tree::Sums;
 use crate::error::{Error, Result};
 
@@ -108,11 +108,11 @@ impl Realisations {
         (self.reached() / PARTS).max(1)
     }
 
-    /// Adds the samples of up to eight `records`, times `scale`, from the start of a segment to that of the
-    /// next.
+    /// Adds the samples of up to eight `records`, those of a portion, times `scale`, from the start of a segment
+    /// to that of the next.
     pub fn add_pieces(
         &self,
-        (portion, segment, records, scale): (&Portion, usize, &[f64], f64),
+        (portion, segment, records, scale): (&Portion, usize, Records<'_>, f64),
         scratch: &mut Vec<f64>,
         sums: &mut Sums,
     ) {
@@ -130,16 +130,9 @@ impl Realisations {
             };
             let samples = from - portion.samples.start..to - portion.samples.start;
             let count = samples.len() as f64;
-            let (mut means, mut squares) = ([0.0; TOGETHER], [0.0; TOGETHER]);
-            let records = records.chunks_exact(portion.samples.len());
-            for (record, (mean, squares)) in records.zip(means.iter_mut().zip(&mut squares)) {
-                let record = &record[samples.clone()];
-                let centre = crate::numeric::sum(record) / count;
-                scratch.clear();
-                scratch.extend(record.iter().map(|v| v - centre));
-                *mean = centre * scale;
-                *squares = crate::numeric::sum_of_squares(scratch) * (scale * scale);
-            }
+            let [means, squares] = records.mean_and_squares(samples, scratch);
+            let means = means.map(|mean| mean * scale);
+            let squares = squares.map(|squares| squares * (scale * scale));
             sums.add_piece(piece, count, means, squares);
             from = to;
         }

@@ -6,9 +6,11 @@ use rayon::prelude::*;
 
 use super::kept::KeptSegments;
 use super::part::Portion;
+use super::records::Records;
 use crate::arrays::Precision;
 use crate::error::{Error, Result};
 use crate::field::Field;
+use crate::numeric::lanes::on_lines;
 use crate::observer::Observer;
 use crate::prepare::{Detrend, Gaps, Preparation, Prepared, ReadAhead, Tiles};
 use crate::system::memory::half_of_free_memory;
@@ -88,12 +90,6 @@ impl<'a> Shots<'a> {
     /// Tiles of all sites.
     pub fn tiles(&self) -> usize {
         self.first.n_sites().div_ceil(TOGETHER)
-    }
-
-    /// Sites of a tile.
-    pub fn sites(&self, tile: usize) -> Range<usize> {
-        let from = tile * TOGETHER;
-        from..self.first.n_sites().min(from + TOGETHER)
     }
 
     /// Sites that are read at once, where `held` bytes are needed beside the samples, those of all threads
@@ -300,7 +296,7 @@ impl Shot<'_> {
         self.prepared.release_times(times);
     }
 
-    /// Visits the tiles in parallel: its scratch, its sites, their records one after another, its result.
+    /// Visits the tiles in parallel: its scratch, its sites, their records side by side, its result.
     /// A result is visited by one thread, so its bits depend neither on threads nor on blocks.
     ///
     /// # Errors
@@ -309,7 +305,7 @@ impl Shot<'_> {
         &self,
         stage: &'static str,
         results: &mut [T],
-        visit: impl Fn(&mut S, Range<usize>, &[f64], &mut T) + Sync,
+        visit: impl Fn(&mut S, Range<usize>, Records<'_>, &mut T) + Sync,
     ) -> Result<()> {
         let n_sites = self.prepared.n_sites();
         self.observer.stage(stage, n_sites as u64);
@@ -324,16 +320,18 @@ impl Shot<'_> {
                 .enumerate()
                 .try_for_each_init(
                     || (Vec::new(), S::default()),
-                    |(samples, scratch), (i, result)| {
+                    |(room, scratch), (i, result)| {
                         if self.observer.cancelled() {
                             return Err(Error::Cancelled);
                         }
                         let first = from + i * TOGETHER;
                         let sites = first..sites.end.min(first + TOGETHER);
-                        samples.resize(sites.len() * self.prepared.n_times(), 0.0);
-                        self.prepared.records(ahead, sites.clone(), samples);
-                        self.observer.advance(sites.len() as u64);
-                        visit(scratch, sites, samples, result);
+                        let width = sites.len();
+                        let samples = on_lines(room, width * self.prepared.n_times());
+                        self.prepared.columns(ahead, sites.clone(), samples);
+                        self.observer.advance(width as u64);
+                        let records = Records::side_by_side(samples, width);
+                        visit(scratch, sites, records, result);
                         Ok(())
                     },
                 )?;

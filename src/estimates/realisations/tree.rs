@@ -4,7 +4,7 @@
 //! `i` is the sum over the leaves `i 2^l` to `(i + 1) 2^l - 1`, and is made of its two halves, whatever else
 //! is known. So the sum of all has the same bits however the leaves were cut into parts, blocks or threads.
 
-use crate::numeric::lanes::{LaneBlock, WIDTH};
+use crate::numeric::lanes::{LaneBlock, Lanes, SimdKernel, WIDTH, widest};
 
 /// Blocks of a piece of a record: samples, mean, and sum of the squares of the deviations.
 const PIECE: usize = 3;
@@ -75,11 +75,11 @@ impl Sums {
 
     /// Adds what follows in the index.
     fn add(&mut self, later: &Sums) {
-        for (sum, value) in self.plain_mut().iter_mut().zip(later.plain()) {
-            for (sum, value) in sum.0.iter_mut().zip(value.0) {
-                *sum += value;
-            }
-        }
+        let plain = self.plain;
+        widest(AddBlocks {
+            sums: &mut self.blocks[..plain],
+            values: later.plain(),
+        });
         let Some((steadiness, pieces)) = later.blocks[self.plain..].split_last() else {
             return;
         };
@@ -143,8 +143,26 @@ impl Sums {
         }
     }
 
-    fn clear(&mut self) {
-        self.blocks.fill(LaneBlock::default());
+    /// All but the plain sums.
+    fn clear_pieces(&mut self) {
+        self.blocks[self.plain..].fill(LaneBlock::default());
+    }
+}
+
+/// Adds numbers to others.
+struct AddBlocks<'a> {
+    sums: &'a mut [LaneBlock],
+    values: &'a [LaneBlock],
+}
+
+impl SimdKernel for AddBlocks<'_> {
+    type Output = ();
+
+    #[inline(always)]
+    fn run<L: Lanes>(self) {
+        for (sum, value) in self.sums.iter_mut().zip(self.values) {
+            (L::load(sum) + L::load(value)).store(sum);
+        }
     }
 }
 
@@ -189,15 +207,16 @@ struct Tree {
 
 impl Tree {
     /// The leaf `at`, which follows the last one: empty, or its sibling's sums to add it to, if it `is_one`
-    /// number in each cell. (A sum of several has other bits if they are added one by one.)
-    fn open(&mut self, at: usize, is_one: bool, zeros: impl FnOnce() -> Sums) -> &mut Sums {
+    /// number in each cell. (A sum of several has other bits if they are added one by one.) If it is empty, which is
+    /// also returned, the plain sums hold anything.
+    fn open(&mut self, at: usize, is_one: bool, zeros: impl FnOnce() -> Sums) -> (&mut Sums, bool) {
         let is_sibling = match self.nodes.last() {
             Some((0, before, _)) => is_one && before % 2 == 0 && before + 1 == at,
             _ => false,
         };
         if !is_sibling {
             let mut sums = self.free.pop().unwrap_or_else(zeros);
-            sums.clear();
+            sums.clear_pieces();
             self.nodes.push((0, at, sums));
         }
         let last = self.nodes.len() - 1;
@@ -205,7 +224,7 @@ impl Tree {
         if is_sibling {
             (*level, *index) = (1, at / 2);
         }
-        sums
+        (sums, !is_sibling)
     }
 
     /// Adds a node, which follows the last one.
@@ -258,6 +277,20 @@ impl SegmentTree {
         is_one: bool,
         zeros: impl FnOnce() -> Sums,
     ) -> &mut Sums {
+        let (sums, is_empty) = self.0.open(segment, is_one, zeros);
+        if is_empty {
+            sums.plain_mut().fill(LaneBlock::default());
+        }
+        sums
+    }
+
+    /// The same; where it returns true, the plain sums hold anything and are to be written, not added to.
+    pub fn open_unwritten(
+        &mut self,
+        segment: usize,
+        is_one: bool,
+        zeros: impl FnOnce() -> Sums,
+    ) -> (&mut Sums, bool) {
         self.0.open(segment, is_one, zeros)
     }
 

@@ -3,7 +3,7 @@
 use rayon::prelude::*;
 
 use crate::error::{Error, Result};
-use crate::estimates::realisations::{Realisations, SegmentScratch};
+use crate::estimates::realisations::{Realisations, Records, SegmentScratch};
 use crate::field::Field;
 use crate::numeric::least_squares::LineFit;
 use crate::observer::Observer;
@@ -106,7 +106,8 @@ impl Frames<'_> {
                     let steps = row.windows(2).map(|pair| (pair[1] - pair[0]).abs());
                     inverse += step / steps.fold(0.0, f64::max);
                 }
-                self.realisations.each(&whole, segments, |_, spectra| {
+                let whole = Records::one_after_another(&whole, n_sites);
+                self.realisations.each(whole, segments, |_, spectra| {
                     for (sum, row) in sums.iter_mut().zip(spectra.chunks_exact(width)) {
                         *sum += row.iter().map(|x| x.norm_sqr()).sum::<f64>();
                     }

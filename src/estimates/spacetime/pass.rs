@@ -7,8 +7,8 @@ use rayon::prelude::*;
 use super::SpaceTimeRequest;
 use crate::error::{Error, Result};
 use crate::estimates::realisations::{
-    Averaging, Grid, Portion, Realisations, RecordTree, SegmentScratch, SegmentTree, Shot, Shots,
-    Sums, TOGETHER, held_at_once,
+    Averaging, Grid, Portion, Realisations, RecordTree, Records, SegmentScratch, SegmentTree, Shot,
+    Shots, Sums, TOGETHER, held_at_once,
 };
 use crate::numeric::lanes::{LaneBlock, WIDTH};
 use crate::prepare::Detrend;
@@ -229,7 +229,8 @@ impl<'a> Pass<'a> {
                 let sums = unit.segments.open(segment, true, || {
                     Sums::zeros(OF_SITES, self.realisations.pieces())
                 });
-                let pieces = (one, segment, &tile.samples[..], shot.scale);
+                let records = Records::one_after_another(&tile.samples, times.len());
+                let pieces = (one, segment, records, shot.scale);
                 self.realisations
                     .add_pieces(pieces, &mut scratch.numbers, sums);
                 self.realisations

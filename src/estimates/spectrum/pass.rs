@@ -11,7 +11,7 @@ use super::noise::LeadIn;
 use super::{LeftOutEach, SpectrumAxis, SpectrumEstimate, SpectrumRequest};
 use crate::error::Result;
 use crate::estimates::realisations::{
-    Grid, Independence, KeptSegments, Portion, Realisations, RecordTree, SegmentPairs,
+    Grid, Independence, KeptSegments, Portion, Realisations, RecordTree, Records, SegmentPairs,
     SegmentScratch, SegmentTree, SegmentsLeft, Shot, Shots, Sums, TOGETHER, TreeNode, held_at_once,
     no_segment_left, steadiness_without,
 };
@@ -142,12 +142,12 @@ impl<'a> Pass<'a> {
             shots.each_portion(block, &whole, |shot, portion| {
                 let visit = |scratch: &mut Scratch,
                              sites: Range<usize>,
-                             samples: &[f64],
+                             records: Records<'_>,
                              tile: &mut TileSums| {
                     let of = SiteShot::new(shot, sites, self.realisations.segments);
-                    self.add(scratch, &of, (portion, samples), tile);
+                    self.add(scratch, &of, (portion, records), tile);
                     self.average(tile);
-                    self.leave_out(scratch, &of, samples, left_out, tile);
+                    self.leave_out(scratch, &of, records, left_out, tile);
                     tile.energies = Vec::new();
                 };
                 shot.each_tile("spectra", &mut tiles, visit)
@@ -160,10 +160,10 @@ impl<'a> Pass<'a> {
                 shots.each(block, |shot| {
                     let visit = |scratch: &mut Scratch,
                                  sites: Range<usize>,
-                                 samples: &[f64],
+                                 records: Records<'_>,
                                  tile: &mut TileSums| {
                         let of = SiteShot::new(shot, sites, self.realisations.segments);
-                        self.leave_out(scratch, &of, samples, left_out, tile);
+                        self.leave_out(scratch, &of, records, left_out, tile);
                     };
                     shot.each_tile("jackknife", &mut tiles, visit)
                 })?;
@@ -293,10 +293,10 @@ impl<'a> Pass<'a> {
         shots.each_portion(block, portions, |shot, portion| {
             let visit = |scratch: &mut Scratch,
                          sites: Range<usize>,
-                         samples: &[f64],
+                         records: Records<'_>,
                          tile: &mut TileSums| {
                 let of = SiteShot::new(shot, sites, self.realisations.segments);
-                self.add(scratch, &of, (portion, samples), tile);
+                self.add(scratch, &of, (portion, records), tile);
             };
             shot.each_tile("spectra", tiles, visit)
         })
@@ -307,7 +307,7 @@ impl<'a> Pass<'a> {
         &self,
         scratch: &mut Scratch,
         of: &SiteShot,
-        (portion, samples): (&Portion, &[f64]),
+        (portion, records): (&Portion, Records<'_>),
         tile: &mut TileSums,
     ) {
         let width = of.width;
@@ -318,13 +318,13 @@ impl<'a> Pass<'a> {
             let distances = self.realisations.distances();
             let sites = tile.left.iter_mut().zip(&of.kept);
             sites.for_each(|(left, kept)| left.add(kept, distances));
-            self.add_steadiness(scratch, of, samples, tile);
+            self.add_steadiness(scratch, of, records, tile);
         }
         if portion.is_whole && self.request.along == SpectrumAxis::Time {
-            let records = samples.chunks_exact(samples.len() / width);
-            for ((lane, record), lead_in) in records.enumerate().zip(&mut tile.lead_ins) {
+            for (lane, lead_in) in tile.lead_ins.iter_mut().enumerate().take(width) {
                 if of.missing.get(lane).is_none_or(Vec::is_empty) {
-                    lead_in.add(record, of.scale * of.scale);
+                    records.copy(lane, 0..records.length(), &mut scratch.record);
+                    lead_in.add(&scratch.record, of.scale * of.scale);
                 }
             }
         }
@@ -345,7 +345,7 @@ impl<'a> Pass<'a> {
                 // Each taper has sums of its own.
                 let sums = tree.open(segment, true, || self.zeros());
                 if !leaves_out {
-                    let pieces = (portion, segment, samples, of.scale);
+                    let pieces = (portion, segment, records, of.scale);
                     self.realisations.add_pieces(pieces, deviations, sums);
                 }
             }
@@ -370,7 +370,7 @@ impl<'a> Pass<'a> {
                 tree.close();
             }
         };
-        self.realisations.each_of(portion, samples, segments, visit);
+        self.realisations.each_of(portion, records, segments, visit);
         let about_mean = self.about_mean();
         tile.tree
             .take(tree, portion.record, portion.is_whole, about_mean);
@@ -381,14 +381,12 @@ impl<'a> Pass<'a> {
         &self,
         scratch: &mut Scratch,
         of: &SiteShot,
-        samples: &[f64],
+        records: Records<'_>,
         tile: &mut TileSums,
     ) {
-        let records = samples.chunks_exact(samples.len() / of.width).enumerate();
-        for ((lane, record), sum) in records.zip(&mut tile.steadiness) {
+        for (lane, sum) in tile.steadiness.iter_mut().enumerate().take(of.width) {
             let missing = of.missing.get(lane).map_or(&[][..], |missing| missing);
-            scratch.record.clear();
-            scratch.record.extend_from_slice(record);
+            records.copy(lane, 0..records.length(), &mut scratch.record);
             // An offset is not what moves.
             if self.about_mean() {
                 Trend::remove_from(
@@ -454,7 +452,7 @@ impl<'a> Pass<'a> {
         &self,
         scratch: &mut Scratch,
         of: &SiteShot,
-        samples: &[f64],
+        records: Records<'_>,
         left_out: LeftOutEach,
         tile: &mut TileSums,
     ) {
@@ -486,7 +484,7 @@ impl<'a> Pass<'a> {
         match left_out {
             LeftOutEach::Realisation => {
                 left.resize(bins, LaneBlock::default());
-                self.realisations.each(samples, segments, |r, spectra| {
+                self.realisations.each(records, segments, |r, spectra| {
                     let squared = of.squared(r / tapers);
                     if squared[..width].iter().all(|squared| *squared == 0.0) {
                         return;
@@ -503,7 +501,7 @@ impl<'a> Pass<'a> {
             }
             LeftOutEach::Record => {
                 left.resize(bins * tapers, LaneBlock::default());
-                self.realisations.each(samples, segments, |r, spectra| {
+                self.realisations.each(records, segments, |r, spectra| {
                     let squared = of.squared(r / tapers);
                     let rows = spectra.chunks_exact(width);
                     for (row, left) in rows.zip(left.chunks_exact_mut(tapers)) {

@@ -1,12 +1,14 @@
 //! Vectors of eight numbers in the widest registers that the processor has.
 //!
-//! Every operation rounds each lane like a scalar, and products are never fused with sums, so all
-//! instruction sets give the same bits.
+//! Every operation rounds each lane like a scalar, and products are fused with sums in [`Lanes::fused`] alone,
+//! so all others give the same bits with all instruction sets.
 
 #[cfg(target_arch = "x86_64")]
 mod x86;
 
 use std::ops::{Add, Div, Mul, Sub};
+
+use num_complex::Complex;
 
 /// Lanes of a block.
 pub(crate) const WIDTH: usize = 8;
@@ -41,6 +43,19 @@ impl std::ops::DerefMut for AlignedRow {
     fn deref_mut(&mut self) -> &mut [f64] {
         bytemuck::cast_slice_mut(&mut self.0)
     }
+}
+
+/// The first `length` numbers of `room` that start on a cache line, whatever they hold.
+pub(crate) fn on_lines<T: Copy + Default>(room: &mut Vec<T>, length: usize) -> &mut [T] {
+    let spare = align_of::<LaneBlock>() / size_of::<T>();
+    if room.len() < length + spare {
+        room.resize(length + spare, T::default());
+    }
+    let first = room
+        .as_ptr()
+        .align_offset(align_of::<LaneBlock>())
+        .min(spare);
+    &mut room[first..first + length]
 }
 
 /// One number, or several that undergo the same.
@@ -102,6 +117,22 @@ pub(crate) trait Lanes: Number {
 
     /// A bit for each lane, the first lowest: whether it is above 0.
     fn positive_mask(self) -> u8;
+
+    /// Real and imaginary parts of complex numbers.
+    fn parts(from: &[Complex<f64>; WIDTH]) -> [Self; 2];
+
+    /// `self * factor + term`, rounded once where the processor has an instruction for it: the only operation
+    /// whose bits depend on the instruction set. For sums over transforms, whose bits do so, too.
+    fn fused(self, factor: Self, term: Self) -> Self;
+
+    /// The sum of all lanes.
+    #[inline(always)]
+    fn sum(self) -> f64 {
+        let mut lanes = [0.0; WIDTH];
+        self.write(&mut lanes);
+        let [a, b, c, d, e, f, g, h] = lanes;
+        ((a + e) + (b + f)) + ((c + g) + (d + h))
+    }
 }
 
 /// Work that is compiled once for each instruction set, with explicit lanes or with loops that the
@@ -122,8 +153,9 @@ pub(crate) fn widest<W: SimdKernel>(work: W) -> W::Output {
             // SAFETY: the feature that this needs was found just above.
             return unsafe { x86::with_avx512(work) };
         }
-        if std::arch::is_x86_feature_detected!("avx2") {
-            // SAFETY: the feature that this needs was found just above.
+        if std::arch::is_x86_feature_detected!("avx2") && std::arch::is_x86_feature_detected!("fma")
+        {
+            // SAFETY: the features that this needs were found just above.
             return unsafe { x86::with_avx2(work) };
         }
     }
@@ -248,6 +280,19 @@ impl Lanes for Portable {
         let bit = |l: usize| u8::from(self.0[l] > 0.0) << l;
         (0..WIDTH).fold(0, |mask, l| mask | bit(l))
     }
+
+    #[inline(always)]
+    fn parts(from: &[Complex<f64>; WIDTH]) -> [Portable; 2] {
+        [
+            Portable(std::array::from_fn(|l| from[l].re)),
+            Portable(std::array::from_fn(|l| from[l].im)),
+        ]
+    }
+
+    #[inline(always)]
+    fn fused(self, factor: Portable, term: Portable) -> Portable {
+        self * factor + term
+    }
 }
 
 #[cfg(test)]
@@ -268,7 +313,12 @@ mod tests {
             ];
             let [a, b] = [L::load(&blocks[0]), L::read(&blocks[1].0)];
             let nan = L::splat(f64::NAN);
+            let complex: [Complex<f64>; WIDTH] =
+                std::array::from_fn(|l| Complex::new(blocks[0].0[l], blocks[1].0[l]));
+            let [re, im] = L::parts(&complex);
             let results = [
+                re,
+                im,
                 a + b,
                 a - b,
                 a * b,
@@ -306,8 +356,9 @@ mod tests {
         let portable = Sample.run::<Portable>();
         assert_eq!(widest(Sample), portable);
         #[cfg(target_arch = "x86_64")]
-        if std::arch::is_x86_feature_detected!("avx2") {
-            // SAFETY: the feature was found just above.
+        if std::arch::is_x86_feature_detected!("avx2") && std::arch::is_x86_feature_detected!("fma")
+        {
+            // SAFETY: the features were found just above.
             assert_eq!(unsafe { x86::with_avx2(Sample) }, portable);
         }
     }

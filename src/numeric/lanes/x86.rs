@@ -4,6 +4,8 @@
 //! instructions; that makes every call of an intrinsic below sound. Pointers are those of whole,
 //! aligned blocks.
 
+use num_complex::Complex;
+
 use super::{Add, Div, LaneBlock, Lanes, Mul, Number, SimdKernel, Sub, WIDTH};
 use std::arch::x86_64::*;
 
@@ -12,7 +14,7 @@ pub(super) fn with_avx512<W: SimdKernel>(work: W) -> W::Output {
     work.run::<Avx512>()
 }
 
-#[target_feature(enable = "avx2")]
+#[target_feature(enable = "avx2,fma")]
 pub(super) fn with_avx2<W: SimdKernel>(work: W) -> W::Output {
     work.run::<Avx2>()
 }
@@ -156,6 +158,24 @@ impl Lanes for Avx512 {
     fn positive_mask(self) -> u8 {
         unsafe { _mm512_cmp_pd_mask::<_CMP_GT_OQ>(self.0, _mm512_setzero_pd()) }
     }
+
+    #[inline(always)]
+    fn parts(from: &[Complex<f64>; WIDTH]) -> [Avx512; 2] {
+        let start = from.as_ptr().cast::<f64>();
+        unsafe {
+            let (low, high) = (_mm512_loadu_pd(start), _mm512_loadu_pd(start.add(WIDTH)));
+            let even = _mm512_setr_epi64(0, 2, 4, 6, 8, 10, 12, 14);
+            let odd = _mm512_setr_epi64(1, 3, 5, 7, 9, 11, 13, 15);
+            let re = _mm512_permutex2var_pd(low, even, high);
+            let im = _mm512_permutex2var_pd(low, odd, high);
+            [Avx512(re), Avx512(im)]
+        }
+    }
+
+    #[inline(always)]
+    fn fused(self, factor: Avx512, term: Avx512) -> Avx512 {
+        Avx512(unsafe { _mm512_fmadd_pd(self.0, factor.0, term.0) })
+    }
 }
 
 impl Number for Avx2 {
@@ -203,6 +223,12 @@ fn last_of(left: __m256d, right: __m256d) -> __m256d {
 #[inline(always)]
 fn first_of(left: __m256d, right: __m256d) -> __m256d {
     unsafe { _mm256_shuffle_pd::<0b0101>(left, _mm256_permute2f128_pd::<0x21>(left, right)) }
+}
+
+/// From 0, 2, 1, 3 to 0, 1, 2, 3.
+#[inline(always)]
+fn in_turn(lanes: __m256d) -> __m256d {
+    unsafe { _mm256_permute4x64_pd::<0b11_01_10_00>(lanes) }
 }
 
 impl Lanes for Avx2 {
@@ -280,6 +306,37 @@ impl Lanes for Avx2 {
             let low = _mm256_cmp_pd::<_CMP_GT_OQ>(self.0, zero);
             let high = _mm256_cmp_pd::<_CMP_GT_OQ>(self.1, zero);
             (_mm256_movemask_pd(low) | _mm256_movemask_pd(high) << 4) as u8
+        }
+    }
+
+    #[inline(always)]
+    fn parts(from: &[Complex<f64>; WIDTH]) -> [Avx2; 2] {
+        let start = from.as_ptr().cast::<f64>();
+        unsafe {
+            let (a, b) = (_mm256_loadu_pd(start), _mm256_loadu_pd(start.add(4)));
+            let (c, d) = (
+                _mm256_loadu_pd(start.add(8)),
+                _mm256_loadu_pd(start.add(12)),
+            );
+            let re = Avx2(
+                in_turn(_mm256_unpacklo_pd(a, b)),
+                in_turn(_mm256_unpacklo_pd(c, d)),
+            );
+            let im = Avx2(
+                in_turn(_mm256_unpackhi_pd(a, b)),
+                in_turn(_mm256_unpackhi_pd(c, d)),
+            );
+            [re, im]
+        }
+    }
+
+    #[inline(always)]
+    fn fused(self, factor: Avx2, term: Avx2) -> Avx2 {
+        unsafe {
+            Avx2(
+                _mm256_fmadd_pd(self.0, factor.0, term.0),
+                _mm256_fmadd_pd(self.1, factor.1, term.1),
+            )
         }
     }
 }

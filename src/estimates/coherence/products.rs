@@ -1,0 +1,84 @@
+//! Products of the transforms of a few sites with those of the reference.
+
+use num_complex::Complex;
+
+use crate::estimates::realisations::TOGETHER;
+use crate::numeric::lanes::{LaneBlock, Lanes, SimdKernel, widest};
+
+/// What one realisation of a tile adds to its sums.
+pub(super) struct Products<'a> {
+    /// `[bin * width + site]`.
+    pub spectra: &'a [Complex<f64>],
+    pub width: usize,
+    /// The conjugate transform of the reference, times `squared`.
+    pub reference: &'a [Complex<f64>],
+    /// What powers are multiplied by.
+    pub squared: f64,
+    /// 1, or 0 for a site whose realisation does not count.
+    pub has: &'a [f64; TOGETHER],
+    /// A block a bin: power, real and imaginary part of the product with the reference.
+    pub sums: [&'a mut [LaneBlock]; 3],
+}
+
+impl Products<'_> {
+    /// Adds them; in place of what the sums of eight sites hold, if these are new.
+    pub fn add(self, is_new: bool) {
+        if self.width == TOGETHER {
+            return match is_new {
+                true => widest(OfEight::<true>(self)),
+                false => widest(OfEight::<false>(self)),
+            };
+        }
+        let [own, re, im] = self.sums;
+        let rows = self.spectra.chunks_exact(self.width).zip(self.reference);
+        for (((row, y), own), (re, im)) in rows.zip(own).zip(re.iter_mut().zip(im)) {
+            let cells = own.0.iter_mut().zip(re.0.iter_mut().zip(&mut im.0));
+            for ((x, has), (own, (re, im))) in row.iter().zip(self.has).zip(cells) {
+                let product = y * x;
+                *own += has * (x.norm_sqr() * self.squared);
+                *re += has * product.re;
+                *im += has * product.im;
+            }
+        }
+    }
+}
+
+/// The same of eight sites, with the same bits.
+struct OfEight<'a, const IS_NEW: bool>(Products<'a>);
+
+impl<const IS_NEW: bool> OfEight<'_, IS_NEW> {
+    #[inline(always)]
+    fn add<L: Lanes>(sum: &mut LaneBlock, value: L) {
+        let before = match IS_NEW {
+            true => L::splat(0.0),
+            false => L::load(sum),
+        };
+        (before + value).store(sum);
+    }
+}
+
+impl<const IS_NEW: bool> SimdKernel for OfEight<'_, IS_NEW> {
+    type Output = ();
+
+    #[inline(always)]
+    fn run<L: Lanes>(self) {
+        let Products {
+            spectra,
+            reference,
+            squared,
+            has,
+            sums: [own, re, im],
+            ..
+        } = self.0;
+        let (rows, _) = spectra.as_chunks::<TOGETHER>();
+        let (squared, has) = (L::splat(squared), L::read(has));
+        let rows = rows.iter().zip(reference);
+        for (((row, y), own), (re, im)) in rows.zip(own).zip(re.iter_mut().zip(im)) {
+            let [x_re, x_im] = L::parts(row);
+            let (y_re, y_im) = (L::splat(y.re), L::splat(y.im));
+            Self::add(own, has * ((x_re * x_re + x_im * x_im) * squared));
+            Self::add(re, has * (y_re * x_re - y_im * x_im));
+            Self::add(im, has * (y_re * x_im + y_im * x_re));
+        }
+    }
+}
