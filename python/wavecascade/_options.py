@@ -190,7 +190,7 @@ class TransferOptions(TripleOptions, total=False):
     from_: int
     to: int
     lag: int
-    highest: float
+    highest: Step
     resamplings: int
 
 

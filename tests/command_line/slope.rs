@@ -36,8 +36,17 @@ fn regress_a_power_law_is_found_and_written() {
     for name in ["report.html", "slope.npz", "figures/slope.png"] {
         assert!(place.path(format!("field-slope/{name}")).exists());
     }
+    // Sites that are 1 mm apart: the same band in another unit.
+    let again = ["--dx", "1mm", "--figures", "none", "--out", "again"];
+    let in_metres = ["slope", "field.npy", "--band", "100rad/m:1.5rad/mm"];
+    place.good(&[&in_metres[..], &periodic, &again].concat());
+    let again = place.json("again/summary.json")["law"]["slope"].as_f64();
+    assert!((again.unwrap() - slope).abs() < 1e-12, "{again:?}");
     let before = place.names();
     for (words, named) in [
+        ("--band 1kHz:2kHz", "--along time"),
+        ("--band 1rad/m:2rad/m", "no unit"),
+        ("--band 1.5:0.1", "lower"),
         ("--band 0.1:0.15", "--band"),
         ("--band 0.1:1.5 --breaks 3", "--breaks"),
         ("", "--band"),

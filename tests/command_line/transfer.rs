@@ -69,6 +69,7 @@ fn regress_what_does_not_fit_is_refused_by_its_option() {
         ("--from 0 --to 1 --lag 4096", "--lag"),
         ("--from 0 --to 1 --segment 256", "realisations"),
         ("--from 0 --to 1 --highest 1e-9", "--highest"),
+        ("--from 0 --to 1 --highest 1kHz", "no unit"),
         ("--from 0 --to 1 --resamplings 3", "--resamplings"),
     ] {
         let words: Vec<&str> = ["transfer", "field.npy"]

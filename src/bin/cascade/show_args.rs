@@ -94,26 +94,34 @@ impl ShowArgs {
     }
 }
 
+/// A number in the unit of an axis, which a field may not have.
+pub fn of_axis<D: Dimension>(
+    option: &'static str,
+    measure: Measure<D>,
+    unit: Option<&str>,
+) -> Result<f64, Error> {
+    let found = format!("{measure:?}");
+    let value = match unit {
+        Some(unit) => measure.in_unit(unit),
+        None if measure.has_unit => None,
+        None => Some(measure.value),
+    };
+    value.ok_or_else(|| Error::Request {
+        option,
+        expected: match unit {
+            Some(unit) => format!("a number in {unit}, the unit of the axis"),
+            None => "a number, since the axis has no unit".into(),
+        },
+        found,
+    })
+}
+
 fn axis<D: Dimension + Copy>(
     option: &'static str,
     typed: Option<Limits<D>>,
     unit: Option<&str>,
 ) -> Result<ShowAxis, Error> {
-    let number = |measure: Measure<D>| {
-        let value = match unit {
-            Some(unit) => measure.in_unit(unit),
-            None if measure.has_unit => None,
-            None => Some(measure.value),
-        };
-        value.ok_or_else(|| Error::Request {
-            option,
-            expected: match unit {
-                Some(unit) => format!("a number in {unit}, the unit of the axis"),
-                None => "a number, since the axis has no unit".into(),
-            },
-            found: format!("{measure:?}"),
-        })
-    };
+    let number = |measure: Measure<D>| of_axis(option, measure, unit);
     let end = |measure: Option<Measure<D>>, open: f64| measure.map_or(Ok(open), number);
     Ok(match typed {
         None => ShowAxis::Auto,

@@ -4,6 +4,7 @@ use std::path::PathBuf;
 
 use clap::Args;
 use wavecascade::estimates::{Transfer as Found, TransferRequest, transfer};
+use wavecascade::measure::{Frequency, Measure, cycles_per};
 use wavecascade::observer::Observer;
 use wavecascade::plot::{self, Figure, Style};
 use wavecascade::report::{
@@ -13,6 +14,7 @@ use wavecascade::{Error, Field};
 
 use crate::estimate::{Computation, Estimate, EstimateArgs, Typed};
 use crate::parse;
+use crate::show_args::of_axis;
 use crate::terminal::{self, Lines, number};
 use crate::triple_args::TripleArgs;
 
@@ -36,9 +38,10 @@ pub struct Transfer {
     #[arg(long, value_name = "SAMPLES", default_value_t = 0)]
     pub lag: usize,
 
-    /// Frequency up to which there are terms, in cycles per unit of time [default: all below Nyquist].
-    #[arg(long, value_name = "FREQUENCY", value_parser = parse::positive)]
-    pub highest: Option<f64>,
+    /// Frequency up to which there are terms, in cycles per unit of time, or with its unit (2kHz) [default: all below
+    /// Nyquist].
+    #[arg(long, value_name = "FREQUENCY", value_parser = parse::step::<Frequency>)]
+    pub highest: Option<Measure<Frequency>>,
 
     /// How often realisations are drawn anew for the errors.
     #[arg(long, value_name = "N", default_value_t = 200)]
@@ -78,7 +81,7 @@ impl Typed for Transfer {
             from: site("from", self.from)?,
             to: site("to", self.to)?,
             lag: self.lag,
-            highest: self.highest,
+            highest: None,
             averaging: self.averages.averaging(),
             gaps: self.averages.gaps.into(),
             alpha: self.averages.significance,
@@ -86,7 +89,17 @@ impl Typed for Transfer {
             threads: self.estimate.threads(),
             memory: self.averages.memory,
         };
-        Ok(move |fields: &[&Field], observer: &dyn Observer| transfer(fields, &request, observer))
+        let typed = self.highest;
+        Ok(move |fields: &[&Field], observer: &dyn Observer| {
+            let unit = fields.first().and_then(|field| field.time.unit.as_deref());
+            let unit = unit.map(cycles_per);
+            let highest = typed.map(|typed| of_axis("highest", typed, unit.as_deref()));
+            let request = TransferRequest {
+                highest: highest.transpose()?,
+                ..request.clone()
+            };
+            transfer(fields, &request, observer)
+        })
     }
 }
 

@@ -7,8 +7,8 @@ use rayon::prelude::*;
 use super::SpaceTimeRequest;
 use crate::error::{Error, Result};
 use crate::estimates::realisations::{
-    Average, Averaging, Grid, Portion, Realisations, RecordTree, Records, SegmentScratch, SegmentTree, Shot,
-    Shots, Sums, TOGETHER, Weights, held_at_once,
+    Average, Averaging, Grid, Portion, Realisations, RecordTree, Records, SegmentScratch,
+    SegmentTree, Shot, Shots, Sums, TOGETHER, Weights, held_at_once,
 };
 use crate::numeric::lanes::{LaneBlock, WIDTH, widest};
 use crate::prepare::Detrend;
