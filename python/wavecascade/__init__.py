@@ -19,7 +19,7 @@ from wavecascade._analysis import (
     spatial_spectrum,
     temporal_spectrum,
 )
-from wavecascade._chains import attenuate, budget, localize, simulate, sweep, transmit
+from wavecascade._chains import attenuate, budget, localize, simulate, sweep, transmit, triads
 from wavecascade._estimates import (
     bicoherence,
     coherence,
@@ -32,7 +32,7 @@ from wavecascade._estimates import (
     transfer,
 )
 from wavecascade._native import version as __version__
-from wavecascade._segments import Partial, combine, partial
+from wavecascade._parts import Partial, combine, partial
 from wavecascade._words import CascadeWarning
 
 __all__ = [
@@ -64,6 +64,7 @@ __all__ = [
     "temporal_spectrum",
     "transfer",
     "transmit",
+    "triads",
 ]
 
 if _find_spec("xarray") is not None:

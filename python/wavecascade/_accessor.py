@@ -9,7 +9,7 @@ from typing import Any
 
 import xarray as xr
 
-from wavecascade import _analysis, _estimates
+from wavecascade import _analysis, _chains, _estimates
 
 # Untyped in xarray.
 _register: Any = xr
@@ -45,6 +45,7 @@ class FieldAccessor:
     slope = _method(_estimates.slope)
     spectrum = _method(_estimates.spectrum)
     transfer = _method(_estimates.transfer)
+    triads = _method(_chains.triads)
 
 
 @_register.register_dataset_accessor("cascade")

@@ -44,7 +44,7 @@ _PAIRS: dict[str, dict[str, int]] = {
     "transfer": {"from_": 0, "to": 1},
 }
 #: Parts of summaries that repeat arrays.
-_IN_ARRAYS = frozenset({"columns", "delays", "outputs", "speeds"})
+IN_ARRAYS = frozenset({"columns", "delays", "outputs", "speeds"})
 
 
 def _made(
@@ -80,7 +80,7 @@ def _made(
     found = _native.estimate(sources, words(command, typed, allowed, names), observed(progress))
     warn(found, stacklevel=4)
     arrays = {name for name, *_ in found["arrays"]}
-    return dataset(found, summary_attrs(found["summary"], without=arrays | _IN_ARRAYS))
+    return dataset(found, summary_attrs(found["summary"], without=arrays | IN_ARRAYS))
 
 
 def bicoherence(

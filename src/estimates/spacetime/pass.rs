@@ -8,7 +8,7 @@ use super::SpaceTimeRequest;
 use crate::error::{Error, Result};
 use crate::estimates::realisations::{
     Averaging, Grid, Portion, Realisations, RecordTree, SegmentScratch, SegmentTree, Shot, Shots,
-    Sums, TOGETHER, held_at_once,
+    Sums, TOGETHER, held_at_once, nodes_of,
 };
 use crate::numeric::lanes::{LaneBlock, WIDTH};
 use crate::prepare::Detrend;
@@ -180,7 +180,7 @@ impl<'a> Pass<'a> {
         // A complex row, its sums in the trees, and those that stay; then what does not depend on the rows.
         let stay = match is_all {
             true => 1,
-            false => 4 * segments + 2 * records,
+            false => 2 * nodes_of(portions, segments, records),
         };
         let row = sites * (16 + 8 * (segments + records + 1));
         let scratch = ComplexTransform::<f64>::working_bytes(self.grid.sites, self.grid.sites)
