@@ -8,8 +8,8 @@ use pyo3::prelude::*;
 use pyo3::types::{PyDict, PyType};
 use wavecascade::Field;
 use wavecascade::estimates::{
-    BlockPlace, Combined, DividedRequest, Part, Partial as Sums, combine as combined, join, outline,
-    partial as sum, partial_of_block,
+    BlockPlace, Combined, DividedRequest, Part, Partial as Sums, combine as combined, join,
+    outline, partial as sum, partial_of_block,
 };
 use wavecascade::observer::Observer;
 use wavecascade::report::{PartialArrays, Provenance, read_partial, write_partial};
@@ -32,13 +32,13 @@ impl Partial {
     #[new]
     fn new(
         about: String,
-        nodes: PyReadonlyArray1<'_, f64>,
-        sums: PyReadonlyArray1<'_, f64>,
+        nodes: Bound<'_, PyArray1<f64>>,
+        sums: Bound<'_, PyArray1<f64>>,
     ) -> PyResult<Partial> {
         let arrays = PartialArrays {
             about,
-            nodes: nodes.as_slice()?.to_vec(),
-            sums: sums.as_slice()?.to_vec(),
+            nodes: numbers(nodes)?,
+            sums: numbers(sums)?,
         };
         let read = arrays.partial();
         let read = read.map_err(|error| PyValueError::new_err(format!("partial: {error}")))?;
@@ -112,6 +112,17 @@ impl Partial {
     }
 }
 
+/// The numbers of an array; buffers that came from another process may lie at any byte.
+fn numbers(array: Bound<'_, PyArray1<f64>>) -> PyResult<Vec<f64>> {
+    let flags = array.getattr("flags")?;
+    let aligned = match flags.getattr("aligned")?.extract()? {
+        true => array,
+        false => array.call_method0("copy")?.cast_into()?,
+    };
+    let read: PyReadonlyArray1<'_, f64> = aligned.extract()?;
+    Ok(read.as_slice()?.to_vec())
+}
+
 /// What the words of an estimate that is summed in parts say.
 struct Asked {
     command: Command,
@@ -129,9 +140,8 @@ impl Asked {
                 return Err(PyValueError::new_err(text));
             }
         };
-        let request = request.map_err(|error| {
-            Python::attach(|py| faults::of(py, error, faults::From::Memory))
-        })?;
+        let request = request
+            .map_err(|error| Python::attach(|py| faults::of(py, error, faults::From::Memory)))?;
         Ok(Asked { command, request })
     }
 
@@ -255,8 +265,12 @@ pub fn outlined<'py>(
         let (fields, _) = asked.open(vec![opener])?;
         let found = outline(&fields[0], times, &asked.request)?;
         let cut = found.segments;
-        Ok((result(&found.result, &[])?, (cut.length, cut.hop, cut.count())))
+        Ok((
+            result(&found.result, &[])?,
+            (cut.length, cut.hop, cut.count()),
+        ))
     };
-    let (found, cut) = work().map_err(|error| faults::of_failure(py, error, faults::From::Memory))?;
+    let (found, cut) =
+        work().map_err(|error| faults::of_failure(py, error, faults::From::Memory))?;
     Ok((found.into_python(py)?, cut))
 }

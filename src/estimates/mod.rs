@@ -34,8 +34,8 @@ pub use lomb::{Lomb, LombAxis, LombRequest, lomb};
 pub use modes::{ModeShapes, ModeWave, Modes, ModesRequest, modes};
 pub(crate) use parts::NodePlace;
 pub use parts::{
-    BlockPlace, Combination, Combined, DividedRequest, Outline, Partial, PartialAbout, combine, join, outline,
-    partial, partial_of_block,
+    BlockPlace, Combination, Combined, DividedRequest, Outline, Partial, PartialAbout, combine,
+    join, outline, partial, partial_of_block,
 };
 pub(crate) use realisations::first_of;
 pub use realisations::{

@@ -291,8 +291,9 @@ fn cut_out(whole: &Field, rows: std::ops::Range<usize>) -> Field {
     let values = Array2::from_shape_vec((rows.len(), sites), samples).unwrap();
     let mut block = Field::from_array(values);
     block.name.clone_from(&whole.name);
-    // Coordinates of a block round otherwise.
-    block.time.step = whole.time.step * (1.0 + 1e-15);
+    // Coordinates of a block round otherwise; those of the first one count.
+    let rounding = if rows.start > 0 { 1e-15 } else { 0.0 };
+    block.time.step = whole.time.step * (1.0 + rounding);
     block.time.origin = whole.time.at(rows.start);
     block
 }
@@ -351,7 +352,9 @@ fn regress_blocks_have_the_bits_of_the_whole() {
         };
         let known = bits_of(std::slice::from_ref(&expected));
         let as_whole = match &request {
-            DividedRequest::Spectrum(it) => spectrum_bits(&spectrum(&[whole], it, &Silent).unwrap()),
+            DividedRequest::Spectrum(it) => {
+                spectrum_bits(&spectrum(&[whole], it, &Silent).unwrap())
+            }
             DividedRequest::Coherence(it) => {
                 coherence_bits(&coherence(&[whole], it, &Silent).unwrap())
             }
@@ -360,16 +363,16 @@ fn regress_blocks_have_the_bits_of_the_whole() {
                 bits([&found.spectrum, &found.low, &found.degrees])
             }
         };
-        assert_eq!(known, as_whole);
-        assert_eq!(bits_of(&parts), known);
+        assert!(known == as_whole);
+        assert!(bits_of(&parts) == known);
         // Joined from behind and from before.
         let behind = join(&parts[1..]).unwrap();
         assert!(behind.bytes() <= parts[1..].iter().map(Partial::bytes).sum());
-        assert_eq!(bits_of(&[behind, parts[0].clone()]), known);
+        assert!(bits_of(&[behind, parts[0].clone()]) == known);
         let last = parts.len() - 1;
         let before = join(&parts[..last]).unwrap();
-        assert_eq!(bits_of(&[parts[last].clone(), before]), known);
-        assert_eq!(bits_of(&[join(&parts).unwrap()]), known);
+        assert!(bits_of(&[parts[last].clone(), before]) == known);
+        assert!(bits_of(&[join(&parts).unwrap()]) == known);
     }
 }
 
@@ -386,7 +389,7 @@ fn regress_joined_parts_of_shots_have_the_bits_of_the_whole() {
         let Combined::Spectrum(found) = combine(&two).unwrap() else {
             panic!("a spectrum");
         };
-        assert_eq!(spectrum_bits(&found), expected, "{at}");
+        assert!(spectrum_bits(&found) == expected, "{at}");
     }
 }
 
@@ -399,17 +402,29 @@ fn regress_blocks_that_do_not_fit_are_refused() {
         let place = BlockPlace { first, record };
         partial_of_block(&block, place, &request, &Silent).map_err(|error| error.to_string())
     };
-    assert_eq!(said(0..63, 0, 500).unwrap_err(), "first: expected a block that holds a segment: 64 samples from a multiple of 32 on, found samples 0 to 62");
+    assert_eq!(
+        said(0..63, 0, 500).unwrap_err(),
+        "first: expected a block that holds a segment: 64 samples from a multiple of 32 on, found samples 0 to 62"
+    );
     assert!(said(0..94, 1, 500).is_err());
     assert_eq!(said(0..95, 1, 500).unwrap().about.range, [1, 2]);
     let behind = said(0..100, 401, 500).unwrap_err();
-    assert!(behind.contains("a block of the 500 samples of a record, found samples 401 to 500"), "{behind}");
+    assert!(
+        behind.contains("a block of the 500 samples of a record, found samples 401 to 500"),
+        "{behind}"
+    );
     // A gap is named by its place in the record.
     let mut values = Array2::zeros((64, 11));
     values[[5, 3]] = f64::NAN;
-    let place = BlockPlace { first: 320, record: 500 };
+    let place = BlockPlace {
+        first: 320,
+        record: 500,
+    };
     let error = partial_of_block(&Field::from_array(values), place, &request, &Silent).unwrap_err();
-    assert!(error.to_string().contains("time row 325, site 3"), "{error}");
+    assert!(
+        error.to_string().contains("time row 325, site 3"),
+        "{error}"
+    );
     // A gap between blocks.
     let parts = blocks_of(whole, &request, [64, 32], &[0, 2, 4, 14]);
     let error = join(&[&parts[0], &parts[2]]).unwrap_err().to_string();

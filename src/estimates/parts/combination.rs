@@ -89,10 +89,7 @@ impl Combination {
     }
 
     /// Of all segments, or of some that follow one another.
-    fn over(
-        parts: Vec<(String, PartialAbout)>,
-        is_all: bool,
-    ) -> Result<(Combination, Vec<usize>)> {
+    fn over(parts: Vec<(String, PartialAbout)>, is_all: bool) -> Result<(Combination, Vec<usize>)> {
         let mut order: Vec<usize> = (0..parts.len()).collect();
         order.sort_by_key(|&at| parts[at].1.range);
         let Some(&first) = order.first() else {
@@ -135,7 +132,10 @@ impl Combination {
         let mut trees = Vec::new();
         trees.resize_with(zeros.len(), RecordTree::default);
         let combination = Combination {
-            names: parts.into_iter().map(|(name, about)| (about.range[0], name)).collect(),
+            names: parts
+                .into_iter()
+                .map(|(name, about)| (about.range[0], name))
+                .collect(),
             about,
             realisations,
             zeros,

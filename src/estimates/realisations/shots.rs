@@ -152,13 +152,7 @@ impl<'a> Shots<'a> {
     ) -> Result<f64> {
         let mut first_unit = None;
         for field in self.fields {
-            self.visit(
-                field,
-                self.held.clone(),
-                block,
-                &mut first_unit,
-                &mut visit,
-            )?;
+            self.visit(field, self.held.clone(), block, &mut first_unit, &mut visit)?;
         }
         Ok(first_unit.unwrap_or(1.0))
     }
