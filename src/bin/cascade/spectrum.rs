@@ -43,8 +43,8 @@ pub struct Spectrum {
         help_heading = "Averages"
     )]
     pub periodogram: bool,
-    /// Give all tapers of `--multitaper` the same weight, in place of adaptive ones.
-    #[arg(long, requires = "multitaper", help_heading = "Averages")]
+    /// Give all tapers of `--multitaper` (and `--space-multitaper`) the same weight, in place of adaptive ones.
+    #[arg(long, help_heading = "Averages")]
     pub equal_weights: bool,
 
     /// Leave out the jackknife, which takes each segment a second time; the other intervals stay.
@@ -110,6 +110,7 @@ impl Spectrum {
                 (None, None) if self.periodogram => Tapers::Window(Window::None),
                 (None, None) => Tapers::Window(Window::Hann),
             },
+            is_adaptive: !self.equal_weights,
             gaps: self.averages.gaps.into(),
             alpha: self.averages.significance,
             threads: self.estimate.threads(),
@@ -177,7 +178,13 @@ impl Spectrum {
             })
         };
         let along = "it with `--along both` alone";
+        let has_tapers = self.averages.multitaper.is_some() || self.space_multitaper.is_some();
         match () {
+            () if self.equal_weights && !has_tapers => refuse(
+                "equal-weights",
+                "it with `--multitaper` or `--space-multitaper`",
+                "one taper, which has no weight",
+            ),
             () if !is_both && self.space_window.is_some() => {
                 refuse("space-window", along, "spectra along one axis")
             }

@@ -1,6 +1,7 @@
 //! What every average shares: segments, tapers and shots, read in the memory allowed; their effective
 //! number, and the intervals that follow from it.
 
+mod adaptive;
 mod averaging;
 mod ensemble;
 mod grid;
@@ -10,6 +11,7 @@ mod part;
 mod shots;
 mod tree;
 
+pub(crate) use adaptive::{Average, LeftOut, Weights, WithoutOne};
 pub use averaging::{Averaging, Tapers};
 pub(crate) use averaging::{Realisations, SegmentScratch, no_segment_left};
 pub use ensemble::Independence;

@@ -1,6 +1,5 @@
 //! Power spectral densities of all sites with intervals, and lines in them.
 
-mod adaptive;
 mod found;
 mod lines;
 mod mean;

@@ -5,15 +5,14 @@ use std::ops::Range;
 use num_complex::Complex;
 use rayon::prelude::*;
 
-use super::adaptive::{Average, LeftOut, Weights, WithoutOne};
 use super::lines::{LINE_BLOCKS, OFFSETS, TaperSums};
 use super::noise::LeadIn;
 use super::{LeftOutEach, SpectrumAxis, SpectrumEstimate, SpectrumRequest};
 use crate::error::Result;
 use crate::estimates::realisations::{
-    Grid, Independence, KeptSegments, Portion, Realisations, RecordTree, SegmentPairs,
-    SegmentScratch, SegmentTree, SegmentsLeft, Shot, Shots, Sums, TOGETHER, TreeNode, held_at_once,
-    no_segment_left, nodes_of, steadiness_without,
+    Average, Grid, Independence, KeptSegments, LeftOut, Portion, Realisations, RecordTree,
+    SegmentPairs, SegmentScratch, SegmentTree, SegmentsLeft, Shot, Shots, Sums, TOGETHER, TreeNode,
+    Weights, WithoutOne, held_at_once, no_segment_left, nodes_of, steadiness_without,
 };
 use crate::numeric::lanes::{LaneBlock, widest};
 use crate::prepare::{Detrend, Gaps, Trend};
