@@ -5,8 +5,9 @@
     target/python/bin/python benches/large_dask.py --gb 1
     target/python/bin/python benches/large_dask.py --gb 10 --folder /large/disk --log large_dask.txt
 
-Makes a field of white noise in chunks of times, in a new folder of --folder, and has each method transform
-it on two workers of one thread with --memory each, one method after another, each with a cluster of its own:
+Makes a field of white noise in chunks of times, in a new folder of --folder, and has each method
+transform it on two workers of one thread with --memory each, one method after another, each with a
+cluster of its own:
 
     cascade         S(k, f) of the whole record, by plan_spacetime
     tasks, p2p      the same by dask.array.fft: rfft along x, rechunk by tasks or peer to peer, fft along
@@ -15,11 +16,11 @@ it on two workers of one thread with --memory each, one method after another, ea
     cascade-welch   S(f, x) averaged over segments that overlap by half
     xrft-welch      the same by xrft with segments that do not overlap, which are chunks
 
-Prints seconds, the largest resident memory of any worker, and how far the numbers are from those of NumPy
-at one wavenumber, or of SciPy at one site; or what the method failed with. A method that is not done after
---timeout seconds, or that the system kills, is named, and the next one follows. Needs xrft, and three and
-a half times the field on disk, which is looked for before. The folder is removed at the end, also after
-Ctrl-C or SIGTERM.
+Prints seconds, the largest resident memory of any worker, and how far the numbers are from those of
+NumPy at one wavenumber, or of SciPy at one site; or what the method failed with. A method that is not
+done after --timeout seconds, or that the system kills, is named, and the next one follows. Needs xrft,
+and three and a half times the field on disk, which is looked for before. The folder is removed at the
+end, also after Ctrl-C or SIGTERM.
 """
 
 import argparse
@@ -288,8 +289,7 @@ def run_all(asked, work, log):
 def versions():
     from importlib.metadata import version
 
-    names = ["wavecascade", "dask", "xrft", "zarr", "numpy"]
-    return ", ".join(f"{name} {version(name)}" for name in names)
+    return ", ".join(f"{name} {version(name)}" for name in ("dask", "xrft", "zarr", "numpy"))
 
 
 if __name__ == "__main__":

@@ -199,13 +199,13 @@ def test_val_scipy_windows():
     """Of the transforms over a store."""
     from scipy.signal import get_window
 
-    from wavecascade import _windows
+    from wavecascade._large import windows
 
     names = {"blackman-harris": "blackmanharris", "flat-top": "flattop", "none": "boxcar"}
     for name in ("hann", "hamming", "blackman-harris", "flat-top", "none"):
         for n in (7, 128):
             expected = get_window(names.get(name, name), n)
-            np.testing.assert_allclose(_windows.window(name, n), expected, rtol=0, atol=5e-16)
+            np.testing.assert_allclose(windows.window(name, n), expected, rtol=0, atol=5e-16)
 
 
 def test_val_welch(record):

@@ -15,13 +15,14 @@ from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
-from wavecascade._averaged import averaged
-from wavecascade._chains import Scene
-from wavecascade._chains import sweep as _sweep
-from wavecascade._parts import Partial, combine, partial
-from wavecascade._spacetime import SpacetimePlan, open_spacetime, plan_spacetime
-from wavecascade._store import Task, run_each
-from wavecascade._words import Progress
+from wavecascade._commands.chains import Scene
+from wavecascade._commands.chains import sweep as _sweep
+from wavecascade._commands.parts import combine, partial
+from wavecascade._keywords.words import Progress
+from wavecascade._large.averaged import averaged
+from wavecascade._large.spacetime import SpacetimePlan, open_spacetime, plan_spacetime
+from wavecascade._large.store import Task, run_each
+from wavecascade._native import Partial
 
 __all__ = [
     "Partial",

@@ -13,11 +13,11 @@ import numpy as np
 import numpy.typing as npt
 
 from wavecascade import _native
-from wavecascade._axes import AXES, Axes, Placed, placed
-from wavecascade._fields import is_dataarray, plain
-from wavecascade._options import PartialOptions
-from wavecascade._parts import Divided, words_of
-from wavecascade._results import dataset, summary_attrs
+from wavecascade._arrays.axes import AXES, Axes, Placed, placed
+from wavecascade._arrays.fields import is_dataarray, plain
+from wavecascade._arrays.results import dataset, summary_attrs
+from wavecascade._commands.parts import Divided, words_of
+from wavecascade._keywords.options import SpectrumOptions
 
 Array = npt.NDArray[Any]
 
@@ -50,13 +50,15 @@ class Work:
     words: list[str]
     #: Of the record.
     times: int
-    labels: Mapping[str, str | None]
+    name: str
+    quantity: str | None
+    unit: str | None
 
     def samples(self, values: Array) -> _native.Samples:
         """An array ``(time, site)`` as samples."""
-        named = {name: label for name, label in self.labels.items() if name != "name"}
-        name = self.labels["name"] or "field"
-        return _native.Samples(values, name=name, is_layout_known=True, **named)
+        return _native.Samples(
+            values, name=self.name, quantity=self.quantity, unit=self.unit, is_layout_known=True
+        )
 
     def partial(self, first: int, pieces: list[list[Any]], reference: list[Any] | None) -> Any:
         """The sums of a block, which comes in rows of chunks; the reference becomes its first site."""
@@ -115,7 +117,7 @@ def averaged(
     estimate: Divided = "spectrum",
     *,
     reference: int | Any = None,
-    **options: Unpack[PartialOptions],
+    **options: Unpack[SpectrumOptions],
 ) -> Any:
     """Averages over the segments of a Dask array, lazy: one task a chunk, then a tree of sums.
 
@@ -165,7 +167,7 @@ def averaged(
         raise ValueError(f"reference: expected none with {estimate}, found {reference!r}")
     is_both = own.get("along") == "both"
     said = words_of(estimate, {**own, **_stated(found.axes), **_quantity(of_field)}, ["field"])
-    work = Work(said, n_times, _labels(field, found))
+    work = _work(said, n_times, field, found)
     # Without a look at samples; other sites have arrays of the same kinds.
     silent = np.broadcast_to(np.float64(0.0), (2, n_sites if is_both else 2))
     known, cut = _native.outline(work.samples(silent), said, n_times)
@@ -277,14 +279,10 @@ def _quantity(options: Mapping[str, object]) -> dict[str, object]:
     return {"quantity": options["quantity"]} if options.get("quantity") else {}
 
 
-def _labels(field: Any, found: Placed) -> dict[str, str | None]:
-    """Name, quantity and unit, as of a whole field."""
-    labels: dict[str, str | None] = {
-        "name": None,
-        "quantity": None,
-        "unit": found.axes.units.get("value"),
-    }
-    if is_dataarray(field):
-        name = None if field.name is None else str(field.name)
-        labels |= {"name": name, "quantity": field.attrs.get("standard_name") or name}
-    return labels
+def _work(said: list[str], n_times: int, field: Any, found: Placed) -> Work:
+    """With the name, the quantity and the unit of a whole field."""
+    unit = found.axes.units.get("value")
+    if not is_dataarray(field):
+        return Work(said, n_times, "field", None, unit)
+    name = None if field.name is None else str(field.name)
+    return Work(said, n_times, name or "field", field.attrs.get("standard_name") or name, unit)

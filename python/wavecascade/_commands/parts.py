@@ -6,12 +6,11 @@ from collections.abc import Iterable, Mapping
 from typing import Any, Literal, Unpack
 
 from wavecascade import _native
-from wavecascade._estimates import IN_ARRAYS
-from wavecascade._fields import shots, source
-from wavecascade._native import Partial
-from wavecascade._options import CoherenceOptions, FieldOptions, PartialOptions, SpectrumOptions
-from wavecascade._results import dataset, summary_attrs, warn
-from wavecascade._words import Progress, observed, words
+from wavecascade._arrays.fields import shots, source
+from wavecascade._arrays.results import dataset, summary_attrs, warn
+from wavecascade._commands.estimates import IN_ARRAYS
+from wavecascade._keywords.options import CoherenceOptions, FieldOptions, PartialOptions, SpectrumOptions
+from wavecascade._keywords.words import Progress, observed, words
 
 Divided = Literal["spectrum", "coherence"]
 
@@ -41,7 +40,7 @@ def partial(
     times: int | None = None,
     progress: Progress = None,
     **options: Unpack[PartialOptions],
-) -> Partial:
+) -> _native.Partial:
     """Sums over some of the segments of a record, for :func:`combine`.
 
     The segments of a record are the leaves of a binary tree, and so are the records: node (l, i) is
@@ -102,7 +101,7 @@ def partial(
     return _native.partial(sources, said, place, observed(progress))
 
 
-def combine(partials: Iterable[Partial]) -> Any:
+def combine(partials: Iterable[_native.Partial]) -> Any:
     """The result of all segments, of partials in any order.
 
     It has the bits of one call over everything: of :func:`spectrum` with ``no_jackknife=True``, or of

@@ -12,8 +12,9 @@ from typing import Any, Unpack
 import numpy as np
 
 from wavecascade import _native
-from wavecascade._fields import is_path, source
-from wavecascade._options import (
+from wavecascade._arrays.fields import is_path, source
+from wavecascade._arrays.results import dataset, frame, summary_attrs, warn
+from wavecascade._keywords.options import (
     ATTENUATE,
     SWEEP,
     TRANSMIT,
@@ -22,8 +23,7 @@ from wavecascade._options import (
     LocalizeOptions,
     TriadsOptions,
 )
-from wavecascade._results import dataset, frame, summary_attrs, warn
-from wavecascade._words import Progress, _one, observed, words
+from wavecascade._keywords.words import Progress, observed, one_word, words
 
 Scene = Mapping[str, object] | str | os.PathLike[str] | None
 
@@ -38,7 +38,7 @@ def _toml(value: Any) -> str:
         return json.dumps(value)
     if (isinstance(value, (Sequence, np.ndarray)) and np.ndim(value) != 0) or isinstance(value, list):
         return "[" + ", ".join(_toml(one) for one in value) + "]"
-    return _one(value)
+    return one_word(value)
 
 
 def _scene(scene: Scene) -> tuple[str | None, list[str]]:

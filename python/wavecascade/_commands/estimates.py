@@ -10,8 +10,9 @@ from collections.abc import Mapping
 from typing import Any, Unpack
 
 from wavecascade import _native
-from wavecascade._fields import pair, shots, source
-from wavecascade._options import (
+from wavecascade._arrays.fields import pair, shots, source
+from wavecascade._arrays.results import dataset, summary_attrs, warn
+from wavecascade._keywords.options import (
     BicoherenceOptions,
     CoherenceOptions,
     FieldOptions,
@@ -23,8 +24,7 @@ from wavecascade._options import (
     SpectrumOptions,
     TransferOptions,
 )
-from wavecascade._results import dataset, summary_attrs, warn
-from wavecascade._words import Progress, observed, words
+from wavecascade._keywords.words import Progress, observed, words
 
 _OPTIONS: dict[str, Any] = {
     "bicoherence": BicoherenceOptions,
