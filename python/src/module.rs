@@ -9,7 +9,9 @@ mod estimates;
 mod faults;
 mod fft;
 mod kept;
+mod parts;
 mod samples;
+mod triads;
 mod typed;
 mod watch;
 
@@ -27,7 +29,11 @@ mod _native {
     #[pymodule_export]
     use super::fft::{c2c, c2r, r2c};
     #[pymodule_export]
+    use super::parts::{Partial, combine, joined, outlined, partial};
+    #[pymodule_export]
     use super::samples::Samples;
+    #[pymodule_export]
+    use super::triads::triads;
     #[pymodule_export]
     use super::{program, scene_keys};
 

@@ -145,13 +145,26 @@ impl Spectrum {
             averaging: self.averaging(),
             is_whole: self.periodogram,
             is_adaptive: !self.equal_weights,
-            has_jackknife: !self.no_jackknife && self.parts.part.is_none(),
+            has_jackknife: !self.no_jackknife,
             gaps: self.averages.gaps.into(),
             subtract_noise: self.subtract_noise,
             alpha: self.averages.significance,
             threads: self.estimate.threads(),
             memory: self.averages.memory,
         })
+    }
+
+    /// What is summed in parts, which have no jackknife.
+    pub fn divided(&self) -> Result<DividedRequest, Error> {
+        if self.is_both() {
+            self.check()?;
+            return Ok(self.of_both().into());
+        }
+        let request = SpectrumRequest {
+            has_jackknife: false,
+            ..self.request()?
+        };
+        Ok(request.into())
     }
 
     /// That options of one axis are not typed for another.
@@ -220,12 +233,7 @@ pub fn run(typed: Spectrum) -> Result<(), Failure> {
         return merge(&typed);
     }
     if let Some(part) = typed.parts.part {
-        typed.check()?;
-        let request = match typed.is_both() {
-            true => DividedRequest::from(typed.of_both()),
-            false => typed.request()?.into(),
-        };
-        let part = ("spectrum", &request, part);
+        let part = ("spectrum", &typed.divided()?, part);
         return parts::write(&typed.fields, &typed.estimate, typed.averages.memory, part);
     }
     match typed.is_both() {

@@ -23,7 +23,7 @@ pub use interval::{SpectrumInterval, interval_factors};
 pub use kept::SegmentsLeft;
 pub(crate) use kept::{KeptSegments, SegmentPairs};
 pub use part::Part;
-pub(crate) use part::Portion;
+pub(crate) use part::{Portion, nodes_of};
 pub(crate) use records::Records;
 pub(crate) use shots::{Shot, Shots, TOGETHER, first_of, refuse_left_out};
 pub(crate) use tree::{RecordTree, SegmentTree, Sums, TreeNode, held_at_once};

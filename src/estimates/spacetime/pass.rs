@@ -8,7 +8,7 @@ use super::SpaceTimeRequest;
 use crate::error::{Error, Result};
 use crate::estimates::realisations::{
     Average, Averaging, Grid, Portion, Realisations, RecordTree, Records, SegmentScratch,
-    SegmentTree, Shot, Shots, Sums, TOGETHER, Weights, held_at_once,
+    SegmentTree, Shot, Shots, Sums, TOGETHER, Weights, held_at_once, nodes_of,
 };
 use crate::numeric::lanes::{LaneBlock, WIDTH, widest};
 use crate::prepare::Detrend;
@@ -183,7 +183,7 @@ impl<'a> Pass<'a> {
         // A complex row, its sums in the trees, and those that stay; then what does not depend on the rows.
         let stay = match is_all {
             true => 1,
-            false => 4 * segments + 2 * records,
+            false => 2 * nodes_of(portions, segments, records),
         };
         let pairs = self.pairs as u64;
         let row = sites * (16 + 8 * pairs * (segments + records + 1));
