@@ -33,8 +33,8 @@ fn spacetime_note(found: &SpaceTimeEstimate) -> String {
     match found.degrees_range() {
         Some([least, _, most]) => {
             let degrees = match least < most {
-                true => format!("{least:.3} to {most:.3}"),
-                false => format!("{most:.3}"),
+                true => format!("{least:.1} to {most:.1}"),
+                false => format!("{most:.1}"),
             };
             format!(
                 "{confidence} % intervals by {degrees} degrees of freedom. Positive k travels towards +x."
