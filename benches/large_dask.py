@@ -19,8 +19,8 @@ cluster of its own:
 Prints seconds, the largest resident memory of any worker, and how far the numbers are from those of
 NumPy at one wavenumber, or of SciPy at one site; or what the method failed with. A method that is not
 done after --timeout seconds, or that the system kills, is named, and the next one follows. Needs xrft,
-and three and a half times the field on disk, which is looked for before. The folder is removed at the
-end, also after Ctrl-C or SIGTERM.
+and three times the field on disk, which is looked for before. The folder is removed at the end, also
+after Ctrl-C or SIGTERM.
 """
 
 import argparse
@@ -42,7 +42,7 @@ ROOT = pathlib.Path(__file__).resolve().parent.parent
 WORK = pathlib.Path(os.environ.get("LARGE_DASK", ROOT / "target"))
 FIELD = WORK / "field.zarr"
 # Disk that is needed, in sizes of the field: itself, what is between both halves, and results.
-DISK = 3.5
+DISK = 3
 ROWS = 512
 SEGMENT = 1024
 METHODS = ["cascade", "tasks", "p2p", "xrft", "cascade-welch", "xrft-welch"]

@@ -17,8 +17,8 @@ mod watch;
 
 use pyo3::prelude::*;
 
-/// The native half of the package.
-#[pymodule]
+/// The native half of the package. Without the lock of the interpreter it has not been tried.
+#[pymodule(gil_used = true)]
 mod _native {
     #[pymodule_export]
     use super::analysis::{Analysis, analyze, filter, open, report};

@@ -161,7 +161,7 @@ impl Asked {
         let Some((input, memory, part)) = self.input() else {
             return Ok((Vec::new(), None));
         };
-        let open = |opener: Opener| opener.open(input, memory, None, false);
+        let open = |opener: Opener| opener.open_unhashed(input, memory);
         let fields = each_field(openers)?.into_iter().map(open);
         Ok((fields.collect::<Result<_, _>>()?, part))
     }

@@ -32,7 +32,7 @@ pub(super) trait Divided {
     fn threads(&self) -> Option<usize>;
 
     /// # Errors
-    /// [`Error::Request`] for what does not fit the fields, and what cannot be summed in parts.
+    /// [`crate::Error::Request`] for what does not fit the fields, and what cannot be summed in parts.
     fn plan(&self, grid: &Grid) -> Result<Realisations>;
 
     /// The sums of every tile of the result, all zero.
@@ -185,7 +185,7 @@ impl Partial {
 /// only their samples; the last part of a record reads those behind its last segment, too.
 ///
 /// # Errors
-/// Those of the estimate; [`Error::Request`] for spectra along space and for a jackknife (which needs each
+/// Those of the estimate; [`crate::Error::Request`] for spectra along space and for a jackknife (which needs each
 /// realisation beside the mean of all), for more parts than segments, and for gaps that would be interpolated
 /// beyond the part's own samples.
 pub fn partial(
@@ -214,7 +214,8 @@ pub struct BlockPlace {
 /// that is not in this one. Samples behind the last segment may be left out.
 ///
 /// # Errors
-/// Those of [`partial`]; [`Error::Request`] for a block that is not in the record, or that no segment lies in.
+/// Those of [`partial`]; [`crate::Error::Request`] for a block that is not in the record, or that no segment lies
+/// in.
 pub fn partial_of_block(
     field: &Field,
     place: BlockPlace,

@@ -23,8 +23,11 @@ Array = npt.NDArray[Any]
 
 #: Partials that are joined by one task.
 _FAN_IN = 2
-#: Bytes of a cell of a result while it is made, and of a result that is made at once.
-_OF_A_CELL, _LEAST_AT_ONCE = 128, 64 << 20
+#: Sites that the library sums together.
+_TOGETHER = 8
+#: Bytes of a cell of a result while it is made, nodes of the tree that a task has at hand, and bytes
+#: that a task may have in any case.
+_OF_A_CELL, _NODES, _LEAST_AT_ONCE = 128, 12, 64 << 20
 #: What an array is over if it is known of each place by itself.
 _PLACES = frozenset({"frequency", "position", "wavenumber"})
 #: Parts of a summary that are known without samples.
@@ -180,7 +183,11 @@ def averaged(
     from dask.delayed import delayed
 
     dask_array: Any = dask.array
-    groups = [(0, n_sites)] if is_both else _groups(samples, cut[0] // 2 + 1)
+    groups = [(0, n_sites)]
+    if not is_both:
+        # One segment of as many sites as are summed together.
+        node = work.partial(0, [[np.zeros((cut[0], _TOGETHER))]], None).nbytes // _TOGETHER
+        groups = _groups(samples, _OF_A_CELL * (cut[0] // 2 + 1) + _NODES * node)
     wholes = [_whole(work, cut, samples[:, a:b], compared) for a, b in groups]
     is_compared = compared is not None
     results = [delayed(_finished)(whole, names, is_compared) for whole in wholes]
@@ -204,10 +211,10 @@ def averaged(
     return out
 
 
-def _groups(samples: Any, bins: int) -> list[tuple[int, int]]:
-    """Sites that are taken together: chunks, or pieces of those whose results are much larger."""
+def _groups(samples: Any, of_a_site: int) -> list[tuple[int, int]]:
+    """Sites that are taken together: chunks, or pieces of those whose sums are much larger."""
     at_once = max(_LEAST_AT_ONCE, 2 * math.prod(samples.chunksize) * samples.dtype.itemsize)
-    most = max(8, at_once // (_OF_A_CELL * bins) // 8 * 8)
+    most = max(_TOGETHER, at_once // of_a_site // _TOGETHER * _TOGETHER)
     ends = np.cumsum((0, *samples.chunks[1])).tolist()
     pieces = [(a, b, -(-(b - a) // most)) for a, b in pairwise(ends)]
     return [(a + i * (b - a) // n, a + (i + 1) * (b - a) // n) for a, b, n in pieces for i in range(n)]
