@@ -3,10 +3,11 @@
 
     python/check --prepare && target/python/bin/pip install target/wheels/*.whl
     target/python/bin/python benches/large_dask.py --gb 1
-    target/python/bin/python benches/large_dask.py --gb 10 --only cascade,cascade-welch
+    target/python/bin/python benches/large_dask.py --gb 10 --folder /large/disk --log large_dask.txt
 
-Makes a field of white noise in chunks of times (in target), and has each method transform it on
-two workers of one thread with --memory each, one method after another, each with a cluster of its own:
+Makes a field of white noise in chunks of times, in a new folder of --folder, and has each method
+transform it on two workers of one thread with --memory each, one method after another, each with a
+cluster of its own:
 
     cascade         S(k, f) of the whole record, by plan_spacetime
     tasks, p2p      the same by dask.array.fft: rfft along x, rechunk by tasks or peer to peer, fft along
@@ -15,9 +16,11 @@ two workers of one thread with --memory each, one method after another, each wit
     cascade-welch   S(f, x) averaged over segments that overlap by half
     xrft-welch      the same by xrft with segments that do not overlap, which are chunks
 
-Prints seconds, the largest resident memory of any worker, and how far the numbers are from those of NumPy
-at one wavenumber, or of SciPy at one site; or what the method failed with. Needs xrft, and up to five
-times the field on disk.
+Prints seconds, the largest resident memory of any worker, and how far the numbers are from those of
+NumPy at one wavenumber, or of SciPy at one site; or what the method failed with. A method that is not
+done after --timeout seconds, or that the system kills, is named, and the next one follows. Needs xrft,
+and three times the field on disk, which is looked for before. The folder is removed at the end, also
+after Ctrl-C or SIGTERM.
 """
 
 import argparse
@@ -35,9 +38,11 @@ import warnings
 import numpy as np
 
 ROOT = pathlib.Path(__file__).resolve().parent.parent
-# Of the process that was called; those that it starts share it.
-WORK = ROOT / "target" / os.environ.setdefault("LARGE_DASK", f"large_dask-{os.getpid()}")
+# Of the process that was called; those that it starts are given it.
+WORK = pathlib.Path(os.environ.get("LARGE_DASK", ROOT / "target"))
 FIELD = WORK / "field.zarr"
+# Disk that is needed, in sizes of the field: itself, what is between both halves, and results.
+DISK = 3
 ROWS = 512
 SEGMENT = 1024
 METHODS = ["cascade", "tasks", "p2p", "xrft", "cascade-welch", "xrft-welch"]
@@ -193,6 +198,8 @@ def main():
     parser.add_argument("--memory", default="450 MB", help="of each of the two workers")
     parser.add_argument("--only", default=",".join(METHODS), help="methods, separated by commas")
     parser.add_argument("--timeout", type=float, default=900.0, help="seconds for each method")
+    parser.add_argument("--folder", type=pathlib.Path, default=ROOT / "target", help="on which disk")
+    parser.add_argument("--log", type=pathlib.Path, help="a new file for what is printed")
     parser.add_argument("--method", choices=METHODS, help=argparse.SUPPRESS)
     parser.add_argument("--make", action="store_true", help=argparse.SUPPRESS)
     asked = parser.parse_args()
@@ -200,7 +207,32 @@ def main():
         return make(asked.gb, asked.sites)
     if asked.method:
         return run_one(asked.method, asked.memory)
-    WORK.mkdir(parents=True)
+    unknown = set(asked.only.split(",")) - set(METHODS)
+    if unknown:
+        parser.error(f"--only: expected {', '.join(METHODS)}, found {', '.join(sorted(unknown))}")
+    asked.folder.mkdir(parents=True, exist_ok=True)
+    needed, free = DISK * asked.gb * 1e9, shutil.disk_usage(asked.folder).free
+    if free < needed:
+        parser.error(
+            f"--folder: expected {needed / 1e9:.0f} GB free, found {free / 1e9:.0f} GB in {asked.folder}"
+        )
+    log = asked.log.open("x") if asked.log else None
+    signal.signal(signal.SIGTERM, lambda *_: sys.exit(143))
+    work = asked.folder.resolve() / f"large_dask-{os.getpid()}"
+    work.mkdir()
+    try:
+        run_all(asked, work, log)
+    finally:
+        shutil.rmtree(work, ignore_errors=True)
+
+
+def run_all(asked, work, log):
+    def say(text):
+        print(text, flush=True)
+        if log:
+            print(text, file=log, flush=True)
+
+    environment = {**os.environ, "LARGE_DASK": str(work)}
     own = [
         sys.executable,
         __file__,
@@ -211,50 +243,53 @@ def main():
         "--memory",
         asked.memory,
     ]
-    try:
-        subprocess.run([*own, "--make"], check=True)
-        print(f"field of {asked.gb:g} GB, {asked.sites} sites; two workers of {asked.memory}", flush=True)
-        for method in asked.only.split(","):
-            child = subprocess.Popen(
-                [*own, "--method", method],
-                stdout=subprocess.PIPE,
-                stderr=subprocess.PIPE,
-                text=True,
-                start_new_session=True,
-            )
+    started = time.monotonic()
+    subprocess.run([*own, "--make"], check=True, env=environment)
+    say(f"field of {asked.gb:g} GB, {asked.sites} sites; two workers of {asked.memory}")
+    say(f"{time.strftime('%Y-%m-%d %H:%M')}, made in {time.monotonic() - started:.0f} s")
+    say(f"load {os.getloadavg()[0]:.1f} on {os.cpu_count()} cores; {versions()}")
+    for method in asked.only.split(","):
+        child = subprocess.Popen(
+            [*own, "--method", method],
+            stdout=subprocess.PIPE,
+            stderr=subprocess.PIPE,
+            text=True,
+            start_new_session=True,
+            env=environment,
+        )
+        try:
+            said, faults = child.communicate(timeout=asked.timeout)
+        except subprocess.TimeoutExpired:
+            said, faults = "", f"not done after {asked.timeout:.0f} s"
+        finally:
+            # Its workers, too.
             try:
-                said, faults = child.communicate(timeout=asked.timeout)
-            except subprocess.TimeoutExpired:
-                said, faults = "", f"not done after {asked.timeout:.0f} s"
-            finally:
-                try:
-                    os.killpg(child.pid, signal.SIGKILL)
-                except ProcessLookupError:
-                    pass
-                child.wait()
-            lines = [line for line in said.splitlines() if line.startswith("{")]
-            if lines:
-                found = json.loads(lines[-1])
-                apart = "" if found["apart"] is None else f", {found['apart']:.1e} from NumPy or SciPy"
-                print(
-                    f"{method:14} {found['seconds']:7.1f} s, peak {found['peak'] / 1e6:4.0f} MB{apart}",
-                    flush=True,
-                )
-            else:
-                last = faults.strip().splitlines()[-1] if faults.strip() else "nothing"
-                print(f"{method:14} failed: {last[:300]}", flush=True)
-            if method == "cascade":
-                print(
-                    "\n".join(line for line in faults.splitlines() if line.startswith(("S(k", "  ")))[
-                        :2000
-                    ],
-                    flush=True,
-                )
-            for path in WORK.iterdir():
-                if path != FIELD:
-                    shutil.rmtree(path, ignore_errors=True) if path.is_dir() else path.unlink()
-    finally:
-        shutil.rmtree(WORK, ignore_errors=True)
+                os.killpg(child.pid, signal.SIGKILL)
+            except ProcessLookupError:
+                pass
+            child.wait()
+        lines = [line for line in said.splitlines() if line.startswith("{")]
+        if lines:
+            found = json.loads(lines[-1])
+            apart = "" if found["apart"] is None else f", {found['apart']:.1e} from NumPy or SciPy"
+            peak = f"peak {found['peak'] / 1e6:4.0f} MB"
+            say(f"{method:14} {found['seconds']:7.1f} s, {peak}{apart}")
+        else:
+            ended = f"ended by signal {-child.returncode}" if child.returncode < 0 else "nothing"
+            last = faults.strip().splitlines()[-1] if faults.strip() else ended
+            say(f"{method:14} failed: {last[:300]}")
+        if method == "cascade":
+            plan = [line for line in faults.splitlines() if line.startswith(("S(k", "  "))]
+            say("\n".join(plan)[:2000])
+        for path in work.iterdir():
+            if path.name != FIELD.name:
+                shutil.rmtree(path, ignore_errors=True) if path.is_dir() else path.unlink()
+
+
+def versions():
+    from importlib.metadata import version
+
+    return ", ".join(f"{name} {version(name)}" for name in ("dask", "xrft", "zarr", "numpy"))
 
 
 if __name__ == "__main__":

@@ -33,6 +33,12 @@ use crate::{advice, measured};
 #[derive(Clone)]
 pub struct Run(Arc<RunFile>);
 
+impl Run {
+    pub fn file(&self) -> Arc<RunFile> {
+        Arc::clone(&self.0)
+    }
+}
+
 #[pymethods]
 impl Run {
     /// Copies of a dataset share it.

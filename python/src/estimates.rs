@@ -72,20 +72,13 @@ impl<'py> Call<'py, '_> {
         let work = |observer: &dyn Observer| made(&typed, openers, words, observer);
         let done = watch::run(py, self.progress.as_ref(), work)?;
         let done = done.map_err(|error| faults::of_failure(py, error, self.from))?;
-        let out = done.arrays.into_python(py)?;
-        out.set_item("summary", done.summary)?;
-        let of_fields = done.doubts.iter();
-        let of_fields = of_fields.map(|(text, help)| ("field", text, help));
-        let name = T::Found::COMMAND;
-        let own = done.warnings.iter().map(|[text, help]| (name, text, help));
-        let all = of_fields.chain(own);
-        let all = all.map(|(of, text, help)| (of, keywords(text), keywords(help)));
-        out.set_item("warnings", PyList::new(py, all.collect::<Vec<_>>())?)?;
-        Ok(out)
+        done.into_python(py)
     }
 }
 
-struct Made {
+/// What an estimate found, on its way to Python.
+pub struct Made {
+    command: &'static str,
     arrays: Kept,
     summary: String,
     /// Of the fields as they were read.
@@ -93,14 +86,36 @@ struct Made {
     warnings: Vec<[String; 2]>,
 }
 
-/// Opens the fields and makes the estimate.
-fn made<T: Typed>(
-    typed: &T,
-    openers: Vec<Opener>,
-    words: &[String],
-    observer: &dyn Observer,
-) -> Result<Made, Failure> {
-    let compute = typed.computation()?;
+impl Made {
+    pub fn new<E: Estimate>(found: &E, provenance: &Provenance) -> Result<Made, Failure> {
+        let arrays = Kept::new(Precision::F64);
+        found.arrays(&arrays)?;
+        let summary = found.summary(provenance).map_err(std::io::Error::from)?;
+        Ok(Made {
+            command: E::COMMAND,
+            arrays,
+            summary,
+            doubts: Vec::new(),
+            warnings: found.warnings(),
+        })
+    }
+
+    pub fn into_python(self, py: Python<'_>) -> PyResult<Bound<'_, PyDict>> {
+        let out = self.arrays.into_python(py)?;
+        out.set_item("summary", self.summary)?;
+        let of_fields = self.doubts.iter();
+        let of_fields = of_fields.map(|(text, help)| ("field", text, help));
+        let own = self.warnings.iter();
+        let own = own.map(|[text, help]| (self.command, text, help));
+        let all = of_fields.chain(own);
+        let all = all.map(|(of, text, help)| (of, keywords(text), keywords(help)));
+        out.set_item("warnings", PyList::new(py, all.collect::<Vec<_>>())?)?;
+        Ok(out)
+    }
+}
+
+/// The fields in memory or in files, of which patterns of paths may be several.
+pub fn each_field(openers: Vec<Opener>) -> Result<Vec<Opener>, Failure> {
     let mut all = Vec::new();
     for opener in openers {
         match opener {
@@ -111,6 +126,18 @@ fn made<T: Typed>(
             memory => all.push(memory),
         }
     }
+    Ok(all)
+}
+
+/// Opens the fields and makes the estimate.
+fn made<T: Typed>(
+    typed: &T,
+    openers: Vec<Opener>,
+    words: &[String],
+    observer: &dyn Observer,
+) -> Result<Made, Failure> {
+    let compute = typed.computation()?;
+    let all = each_field(openers)?;
     let path: Option<PathBuf> = all.first().and_then(Opener::path);
     let name = path.clone();
     let name = name.unwrap_or_else(|| Path::new("field").to_owned());
@@ -127,16 +154,11 @@ fn made<T: Typed>(
     let opened: Vec<&Field> = fields.iter().collect();
     let found = compute(&opened, observer).map_err(|error| error.of_file(&name))?;
     fields.iter().try_for_each(Field::check_unchanged)?;
-    let arrays = Kept::new(Precision::F64);
-    found.arrays(&arrays)?;
     let input = path.map(|path| path.display().to_string());
     let hash = fields.first().and_then(|field| field.content_hash.clone());
     let provenance = Provenance::new(provenance(words), input, hash);
-    let summary = found.summary(&provenance).map_err(std::io::Error::from)?;
     Ok(Made {
-        arrays,
-        summary,
         doubts,
-        warnings: found.warnings(),
+        ..Made::new(&found, &provenance)?
     })
 }

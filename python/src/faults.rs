@@ -28,7 +28,10 @@ pub fn of_failure(py: Python<'_>, failure: Failure, from: From) -> PyErr {
             option,
             expected,
             found,
-        }) => format!("{option}: expected {expected}, found {found}"),
+        }) => {
+            let option = option.replace('-', "_");
+            format!("{option}: expected {expected}, found {found}")
+        }
         Failure::Library(error) => error.to_string(),
         other => other.text().unwrap_or_default(),
     };

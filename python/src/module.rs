@@ -9,14 +9,16 @@ mod estimates;
 mod faults;
 mod fft;
 mod kept;
+mod parts;
 mod samples;
+mod triads;
 mod typed;
 mod watch;
 
 use pyo3::prelude::*;
 
-/// The native half of the package.
-#[pymodule]
+/// The native half of the package. Without the lock of the interpreter it has not been tried.
+#[pymodule(gil_used = true)]
 mod _native {
     #[pymodule_export]
     use super::analysis::{Analysis, analyze, filter, open, report};
@@ -27,7 +29,11 @@ mod _native {
     #[pymodule_export]
     use super::fft::{c2c, c2r, r2c};
     #[pymodule_export]
+    use super::parts::{Partial, combine, joined, outlined, partial};
+    #[pymodule_export]
     use super::samples::Samples;
+    #[pymodule_export]
+    use super::triads::triads;
     #[pymodule_export]
     use super::{program, scene_keys};
 

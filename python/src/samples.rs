@@ -227,11 +227,24 @@ impl Opener {
             uneven,
             ..open_options(input, memory)
         };
+        self.with(&options, scan)
+    }
+
+    /// The field without the hash of its file, which reads all of it.
+    pub fn open_unhashed(self, input: &Input, memory: Option<u64>) -> Result<Field, Error> {
+        let options = OpenOptions {
+            hash: false,
+            ..open_options(input, memory)
+        };
+        self.with(&options, None)
+    }
+
+    fn with(self, options: &OpenOptions, scan: Option<&ScanArgs>) -> Result<Field, Error> {
         match self {
-            Opener::Memory(samples) => samples.field(&options),
+            Opener::Memory(samples) => samples.field(options),
             Opener::Files(paths) => match scan {
-                Some(scan) => scan.open(&paths, &options).map(|(field, _)| field),
-                None => Field::open(&paths[0], &options),
+                Some(scan) => scan.open(&paths, options).map(|(field, _)| field),
+                None => Field::open(&paths[0], options),
             },
         }
     }

@@ -12,7 +12,7 @@ import xarray as xr
 
 import wavecascade as wc
 from conftest import same
-from wavecascade import _options
+from wavecascade._keywords import options as options_of
 
 pytestmark = pytest.mark.filterwarnings("ignore::wavecascade.CascadeWarning")
 
@@ -113,8 +113,8 @@ def test_every_option_of_the_program_is_a_keyword(program, command):
     options = set(re.findall(r"^ +(?:-\w, )?--([a-z0-9-]+)", text, re.MULTILINE))
     assert len(options) > 20
     keywords = (
-        _options.FieldOptions.__annotations__
-        | getattr(_options, f"{command.title()}Options").__annotations__
+        options_of.FieldOptions.__annotations__
+        | getattr(options_of, f"{command.title()}Options").__annotations__
     )
     known = {name.rstrip("_").replace("_", "-") for name in keywords}
     assert options - known <= OF_FILES

@@ -11,7 +11,7 @@ Functions on arrays of NumPy, xarray and Dask with the results of the program ``
 from importlib.util import find_spec as _find_spec
 
 from wavecascade import distributed, fft
-from wavecascade._analysis import (
+from wavecascade._commands.analysis import (
     analyze,
     filter,
     open,
@@ -19,8 +19,8 @@ from wavecascade._analysis import (
     spatial_spectrum,
     temporal_spectrum,
 )
-from wavecascade._chains import attenuate, budget, localize, simulate, sweep, transmit
-from wavecascade._estimates import (
+from wavecascade._commands.chains import attenuate, budget, localize, simulate, sweep, transmit, triads
+from wavecascade._commands.estimates import (
     bicoherence,
     coherence,
     increments,
@@ -31,9 +31,10 @@ from wavecascade._estimates import (
     spectrum,
     transfer,
 )
+from wavecascade._commands.parts import combine, partial
+from wavecascade._keywords.words import CascadeWarning
+from wavecascade._native import Partial
 from wavecascade._native import version as __version__
-from wavecascade._segments import Partial, combine, partial
-from wavecascade._words import CascadeWarning
 
 __all__ = [
     "CascadeWarning",
@@ -64,6 +65,7 @@ __all__ = [
     "temporal_spectrum",
     "transfer",
     "transmit",
+    "triads",
 ]
 
 if _find_spec("xarray") is not None:

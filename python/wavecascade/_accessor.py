@@ -9,7 +9,7 @@ from typing import Any
 
 import xarray as xr
 
-from wavecascade import _analysis, _estimates
+from wavecascade._commands import analysis, chains, estimates
 
 # Untyped in xarray.
 _register: Any = xr
@@ -32,19 +32,20 @@ class FieldAccessor:
     def __init__(self, field: xr.DataArray) -> None:
         self._field = field
 
-    analyze = _method(_analysis.analyze)
-    filter = _method(_analysis.filter)
-    temporal_spectrum = _method(_analysis.temporal_spectrum)
-    spatial_spectrum = _method(_analysis.spatial_spectrum)
-    bicoherence = _method(_estimates.bicoherence)
-    coherence = _method(_estimates.coherence)
-    increments = _method(_estimates.increments)
-    lomb = _method(_estimates.lomb)
-    modes = _method(_estimates.modes)
-    ridges = _method(_estimates.ridges)
-    slope = _method(_estimates.slope)
-    spectrum = _method(_estimates.spectrum)
-    transfer = _method(_estimates.transfer)
+    analyze = _method(analysis.analyze)
+    filter = _method(analysis.filter)
+    temporal_spectrum = _method(analysis.temporal_spectrum)
+    spatial_spectrum = _method(analysis.spatial_spectrum)
+    bicoherence = _method(estimates.bicoherence)
+    coherence = _method(estimates.coherence)
+    increments = _method(estimates.increments)
+    lomb = _method(estimates.lomb)
+    modes = _method(estimates.modes)
+    ridges = _method(estimates.ridges)
+    slope = _method(estimates.slope)
+    spectrum = _method(estimates.spectrum)
+    transfer = _method(estimates.transfer)
+    triads = _method(chains.triads)
 
 
 @_register.register_dataset_accessor("cascade")
@@ -56,4 +57,4 @@ class AnalysisAccessor:
 
     def report(self, path: str | os.PathLike[str]) -> None:
         """As :func:`wavecascade.report`."""
-        _analysis.report(self._analysis, path)
+        analysis.report(self._analysis, path)

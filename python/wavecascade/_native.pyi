@@ -7,6 +7,7 @@ import numpy.typing as npt
 
 __all__ = [
     "Analysis",
+    "Partial",
     "Run",
     "Samples",
     "analyze",
@@ -14,10 +15,14 @@ __all__ = [
     "budget",
     "c2c",
     "c2r",
+    "combine",
     "estimate",
     "filter",
+    "join",
     "localize",
     "open",
+    "outline",
+    "partial",
     "program",
     "r2c",
     "report",
@@ -25,6 +30,7 @@ __all__ = [
     "simulate",
     "sweep",
     "transmit",
+    "triads",
     "version",
 ]
 
@@ -66,6 +72,25 @@ class Run:
     def __deepcopy__(self, _memo: object) -> Run: ...
     def __reduce__(self) -> tuple[type[None], tuple[()]]: ...
 
+@final
+class Partial:
+    def __new__(
+        cls, about: str, nodes: npt.NDArray[np.float64], sums: npt.NDArray[np.float64]
+    ) -> Partial: ...
+    @property
+    def nbytes(self) -> int: ...
+    @property
+    def segments(self) -> tuple[int, int]: ...
+    @property
+    def estimate(self) -> str: ...
+    def save(self, path: str | os.PathLike[str]) -> None: ...
+    @staticmethod
+    def load(path: str | os.PathLike[str]) -> Partial: ...
+    def __reduce__(
+        self,
+    ) -> tuple[type[Partial], tuple[str, npt.NDArray[np.float64], npt.NDArray[np.float64]]]: ...
+    def __sizeof__(self) -> int: ...
+
 def analyze(
     source: _Source, words: list[str], progress: _Progress = None, maps: bool = True
 ) -> dict[str, Any]: ...
@@ -75,10 +100,22 @@ def filter(source: _Source, words: list[str], progress: _Progress = None) -> dic
 def estimate(
     sources: Sequence[_Source], words: list[str], progress: _Progress = None
 ) -> dict[str, Any]: ...
+def partial(
+    sources: Sequence[_Source],
+    words: list[str],
+    place: tuple[int, int] | None = None,
+    progress: _Progress = None,
+) -> Partial: ...
+def combine(partials: Sequence[Partial]) -> dict[str, Any]: ...
+def join(partials: Sequence[Partial]) -> Partial: ...
+def outline(
+    source: _Source, words: list[str], times: int
+) -> tuple[dict[str, Any], tuple[int, int, int]]: ...
 def simulate(text: str | None, words: list[str], progress: _Progress = None) -> dict[str, Any]: ...
 def budget(
     moved: Run | _Source, scene_text: str | None, words: list[str], progress: _Progress = None
 ) -> dict[str, Any]: ...
+def triads(moved: Run | _Source, words: list[str], progress: _Progress = None) -> dict[str, Any]: ...
 def sweep(text: str | None, words: list[str], progress: _Progress = None) -> str: ...
 def localize(words: list[str], progress: _Progress = None) -> dict[str, Any]: ...
 def attenuate(words: list[str], progress: _Progress = None) -> tuple[str, str]: ...

@@ -12,20 +12,17 @@ import shutil
 import subprocess
 import sys
 from collections.abc import Mapping, Sequence
-from itertools import pairwise
 from pathlib import Path
-from typing import Any, Literal
+from typing import Any
 
-import numpy as np
-
-from wavecascade._averages import arranged, averages, described
-from wavecascade._axes import placed
-from wavecascade._chains import Scene
-from wavecascade._chains import sweep as _sweep
-from wavecascade._segments import Cut, Of, Partial, add_block, combine, partial, reference_of
-from wavecascade._spacetime import SpacetimePlan, open_spacetime, plan_spacetime
-from wavecascade._store import Task, run_each
-from wavecascade._words import Progress
+from wavecascade._commands.chains import Scene
+from wavecascade._commands.chains import sweep as _sweep
+from wavecascade._commands.parts import combine, partial
+from wavecascade._keywords.words import Progress
+from wavecascade._large.averaged import averaged
+from wavecascade._large.spacetime import SpacetimePlan, open_spacetime, plan_spacetime
+from wavecascade._large.store import Task, run_each
+from wavecascade._native import Partial
 
 __all__ = [
     "Partial",
@@ -37,141 +34,6 @@ __all__ = [
     "plan_spacetime",
     "sweep",
 ]
-
-#: Partials that are added by one task.
-_FAN_IN = 2
-
-
-def _rows(chunk: Any, start: int, stop: int) -> Any:
-    """Some times of a chunk, as a copy that does not hold the rest."""
-    return np.array(chunk[start:stop])
-
-
-def _partial_of(to: Partial, first: int, parts: list[list[Any]], reference: list[Any] | None) -> Partial:
-    pieces = [row[0] if len(row) == 1 else np.concatenate(row, axis=1) for row in parts]
-    return add_block(to, pieces, first, reference)
-
-
-def _averages_of(whole: Partial, significance: float) -> dict[str, Any]:
-    return averages(whole, significance)
-
-
-def averaged(
-    field: Any,
-    *,
-    segment: int,
-    overlap: float = 0.5,
-    of: Of = "temporal",
-    reference: int | Any = None,
-    window: Any = "hann",
-    window_space: Any = "none",
-    detrend: Literal["none", "mean", "linear"] = "mean",
-    significance: float = 0.05,
-    **options: Any,
-) -> Any:
-    """Averages over segments of a Dask array, lazy: one task a chunk, then a tree of sums.
-
-    As ``combine([partial(field, ...)]).spectrum()``, with the same bits for any chunks and workers. A
-    chunk of times passes its neighbour the samples that their segments share; a chunk of sites stands by
-    itself, except for ``of="spacetime"``, where a task takes all sites of its times.
-
-    Parameters
-    ----------
-    field
-        ``xarray.DataArray`` over Dask, or a Dask array ``(time, site)``, in chunks of any sizes.
-    reference
-        For ``of="coherence"``, a site's index, or the record of the reference.
-    significance
-        Probability with which the true spectrum is outside of its interval.
-    segment, overlap, of, window, window_space, detrend, **options
-        As for :func:`wavecascade.partial`.
-
-    Returns
-    -------
-    xarray.Dataset
-        The arrays of :func:`wavecascade.combine`, lazy.
-
-    Raises
-    ------
-    ValueError
-        For options that do not fit; when it is computed, for samples that are not finite.
-    """
-    cut = Cut.new(of, segment, overlap, window, window_space, detrend)
-    found = placed(field, options)
-    samples = found.samples
-    if not found.is_lazy:
-        raise ValueError(
-            f"field: expected a Dask array, found {type(samples).__name__}; use partial and combine"
-        )
-    if not 0.0 < significance < 1.0:
-        raise ValueError(f"significance: expected a probability from 0 to 1, found {significance}")
-    n_times, n_sites = map(int, samples.shape)
-    count = cut.count(n_times)
-    if count == 0:
-        raise ValueError(f"segment: expected at most the {n_times} samples of a record, found {segment}")
-    compared = reference_of(cut, samples, reference)
-
-    import dask.array
-    from dask.delayed import delayed
-
-    dask_array: Any = dask.array
-    ends = np.cumsum((0, *samples.chunks[0])).tolist()
-    blocks = samples.to_delayed()
-    records: Any = None
-    if compared is not None:
-        records = [compared[a:b] for a, b in pairwise(ends)]
-        if hasattr(compared, "dask"):
-            records = compared.rechunk((samples.chunks[0], 1)).to_delayed()[:, 0]
-
-    # Sites that are taken together: chunks by themselves, or all.
-    sites = samples.chunks[1] if of != "spacetime" else (n_sites,)
-    groups = [[m] for m in range(len(sites))] if of != "spacetime" else [list(range(blocks.shape[1]))]
-    results = []
-    for width, group in zip(sites, groups, strict=True):
-        leaves = []
-        for n, (start, stop) in enumerate(pairwise(ends)):
-            # Segments that begin in this chunk.
-            first, last = -(-start // cut.hop), min(-(-stop // cut.hop), count) - 1
-            if last < first:
-                continue
-            reach = last * cut.hop + cut.length
-            pieces = []
-            for m in range(n, len(ends) - 1):
-                low, high = max(first * cut.hop, ends[m]) - ends[m], min(reach, ends[m + 1]) - ends[m]
-                if low < high:
-                    pieces.append((m, low, high))
-                if ends[m + 1] >= reach:
-                    break
-
-            def taken(chunk: Any, piece: tuple[int, int, int]) -> Any:
-                m, low, high = piece
-                is_whole = (low, high) == (0, ends[m + 1] - ends[m])
-                return chunk if is_whole else delayed(_rows)(chunk, low, high)
-
-            parts = [[taken(blocks[piece[0], m], piece) for m in group] for piece in pieces]
-            record = None if records is None else [taken(records[piece[0]], piece) for piece in pieces]
-            empty = Partial(cut, found.axes, int(width))
-            leaves.append(delayed(_partial_of)(empty, first, parts, record))
-        while len(leaves) > 1:
-            leaves = [delayed(combine)(leaves[i : i + _FAN_IN]) for i in range(0, len(leaves), _FAN_IN)]
-        results.append(delayed(_averages_of)(leaves[0], significance))
-
-    bins = segment // 2 + 1
-    arrays: dict[str, Any] = {}
-    names = ["spectrum", "degrees_of_freedom", "low", "high", "steadiness"]
-    names += ["coherence", "phase", "cross_spectrum"] if of == "coherence" else []
-    for name in names:
-        is_single = name == "steadiness"
-        dtype = np.complex128 if name == "cross_spectrum" else np.float64
-        pieces_of = []
-        for width, result in zip(sites, results, strict=True):
-            single = (int(width) if of == "temporal" else 1,)
-            shape = single if is_single else (bins, int(width))
-            pieces_of.append(dask_array.from_delayed(result[name], shape, dtype))
-        if is_single and of != "temporal":
-            pieces_of = pieces_of[:1]
-        arrays[name] = dask_array.concatenate(pieces_of, axis=-1)
-    return arranged(cut, found.axes, n_sites, arrays, described(cut, found.axes, count, significance))
 
 
 def _part(scene: Scene, vary: Any, out: str, part: str, keys: dict[str, Any]) -> int:

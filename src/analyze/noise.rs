@@ -54,7 +54,7 @@ impl KnownNoise {
         let found = spectrum(&[field], &request, observer)?.noise;
         let sites = found.map(|noise| noise.sites).unwrap_or_default();
         let of_plan = plan.sites.clone().map(|site| {
-            let is_left_out = plan.request.without_sites.contains(&site);
+            let is_left_out = plan.is_left_out(site - plan.sites.start);
             sites.get(site).copied().flatten().filter(|_| !is_left_out)
         });
         let sites: Vec<Option<SiteNoise>> = of_plan.collect();
@@ -83,6 +83,11 @@ impl KnownNoise {
             first: usize::from(plan.request.detrend_time != crate::prepare::Detrend::None),
             length: plan.conventions.padded_time,
         })
+    }
+
+    /// Whether that of a site in the range analysed is known.
+    pub fn is_known(&self, site: usize) -> bool {
+        self.floor.sites[site].is_some()
     }
 
     /// Subtracts it from the spectra of `width` sites from `first` on, each a lane; never below 0.

@@ -3,8 +3,9 @@
 use super::along::REFERENCE;
 use super::front::arrival;
 use super::nearest;
+use super::noise::KnownNoise;
 use super::plan::Plan;
-use crate::error::Result;
+use crate::error::{Error, Result};
 use crate::observer::Observer;
 use crate::prepare::{ChannelScan, Prepared};
 
@@ -21,17 +22,24 @@ pub(super) struct References {
 impl References {
     /// As requested, otherwise by the rules of
     /// [`Request::reference_site`](super::Request::reference_site) and
-    /// [`Request::reference_time`](super::Request::reference_time).
+    /// [`Request::reference_time`](super::Request::reference_time). Where noise is subtracted, a site by
+    /// default is one whose noise is known.
+    ///
+    /// # Errors
+    /// [`Error::Request`] for a requested site whose noise is unknown where that of others is subtracted;
+    /// those of reading.
     pub fn find(
         plan: &Plan,
         prepared: &Prepared,
         scans: &[ChannelScan],
+        noise: Option<&KnownNoise>,
         observer: &dyn Observer,
     ) -> Result<References> {
         let results = plan.request.results;
+        let is_known = |site: usize| noise.is_none_or(|noise| noise.is_known(site));
         let site = || match plan.request.reference_site {
             Some(site) => Some(site - plan.sites.start),
-            None => behind_the_struck(plan, prepared, scans),
+            None => behind_the_struck(plan, prepared, scans).filter(|site| is_known(*site)),
         };
         let time = || match plan.request.reference_time {
             Some(t) => Some(nearest(&plan.axes.time, t, plan.axes.n_times)),
@@ -41,13 +49,25 @@ impl References {
             site: results.temporal.then(site).flatten(),
             time: results.spatial.then(time).flatten(),
         };
+        if let Some(site) = found.site.filter(|site| !is_known(*site)) {
+            return Err(Error::Request {
+                option: "reference-site",
+                expected: "a site whose noise is known, since noise is subtracted".into(),
+                found: format!("{}, whose noise is not known", site + plan.sites.start),
+            });
+        }
         let by_energy = [
             results.temporal && found.site.is_none(),
             results.spatial && found.time.is_none(),
         ];
         if by_energy.contains(&true) {
-            let (sites, times) = prepared.energies(observer)?;
+            let (mut sites, times) = prepared.energies(observer)?;
             if by_energy[0] {
+                for (site, energy) in sites.iter_mut().enumerate() {
+                    if !is_known(site) {
+                        *energy = 0.0;
+                    }
+                }
                 found.site = first_with_energy(&sites, REFERENCE);
             }
             if by_energy[1] {

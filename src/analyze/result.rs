@@ -104,8 +104,8 @@ fn unit<'a>(axis: &'a Axis, counted: &'a str, stepped: &'a str) -> &'a str {
 /// - `low_share` and `high_share`: the cumulative energy up to the band edge, and the rest.
 ///
 /// Rows with energy below 1e-6 of the largest, or below the noise if known
-/// ([`Request::noise`](super::Request::noise)), are NaN except for the energy; so are all rows of
-/// an axis with a single bin. Units: those of the axis for the first four, otherwise shares and
+/// ([`Request::noise`](super::Request::noise)), are NaN except for the energy; so are the sites that
+/// [`UndefinedRows`] names, and all rows of an axis with a single bin. Units: those of the axis for the first four, otherwise shares and
 /// numbers.
 #[derive(Debug, Clone, Default)]
 pub struct Moments {
@@ -121,6 +121,27 @@ pub struct Moments {
     pub high_share: Vec<f64>,
     /// Integral of the row's spectrum (0 for a row without energy), in the requested scaling.
     pub energy: Vec<f64>,
+    /// Why rows are NaN.
+    pub undefined: UndefinedRows,
+}
+
+/// Rows without measures, by the first of these reasons.
+#[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
+pub struct UndefinedRows {
+    /// Sites left out on request ([`Request::without_sites`](super::Request::without_sites)).
+    pub left_out: usize,
+    /// Sites whose noise is unknown where that of others is subtracted
+    /// ([`Request::subtract_noise`](super::Request::subtract_noise)): compared with those, they would seem to
+    /// have gained energy at high frequency.
+    pub noise_unknown: usize,
+    /// Rows with too little energy.
+    pub quiet: usize,
+}
+
+impl UndefinedRows {
+    pub fn total(self) -> usize {
+        self.left_out + self.noise_unknown + self.quiet
+    }
 }
 
 /// How a band edge came about.

@@ -100,8 +100,6 @@ fn passes<T: Real>(
     let unit = prepared.unit();
     let stored = stored_square(unit, plan.request.precision);
 
-    let references = References::find(plan, &prepared, &scans, observer)?;
-    clock.lap(plan, "reference");
     let noise = match plan.request.subtract_noise {
         true => Some(KnownNoise::find(field, plan, unit, observer)?),
         false => None,
@@ -109,6 +107,8 @@ fn passes<T: Real>(
     if noise.is_some() {
         clock.lap(plan, "noise");
     }
+    let references = References::find(plan, &prepared, &scans, noise.as_ref(), observer)?;
+    clock.lap(plan, "reference");
     let stages = Stages {
         noise: noise.as_ref(),
         plan,
@@ -362,9 +362,21 @@ impl Summed<'_> {
             Some(known) => Some(known.energies[site]),
             None => noise,
         };
-        let defined = along::defined(&columns.rows, &columns.energies, noise_at);
+        let mut defined = along::defined(&columns.rows, &columns.energies, noise_at);
+        let mut undefined = UndefinedRows::default();
+        for (row, defined) in defined.iter_mut().enumerate() {
+            if plan.is_left_out(row) {
+                undefined.left_out += 1;
+                *defined = false;
+            } else if self.noise.is_some_and(|noise| !noise.is_known(row)) {
+                undefined.noise_unknown += 1;
+                *defined = false;
+            }
+        }
         let measure = plan.time_scale.measure * self.stored;
         let mut moments = Moments::gather(&columns.rows, &defined, measure, plan.padding_time());
+        undefined.quiet = moments.undefined.quiet - undefined.total();
+        moments.undefined = undefined;
         for site in &plan.request.without_sites {
             moments.energy[site - plan.sites.start] = f64::NAN;
         }

@@ -216,12 +216,15 @@ impl Warning {
                  below it and are 0, which leaves a part of it: front windows, short-time spectra and spectra along \
                  space keep all of it"
             ),
-            Warning::SitesLeftOut { sites } => format!(
-                "{} sites are left out: {}; spectra along space, which need sites at even distances, are not \
-                 computed",
-                sites.indices.len(),
-                sites.words()
-            ),
+            Warning::SitesLeftOut { sites } => {
+                let which = match sites.indices.len() {
+                    1 => format!("site {} is left out", sites.words()),
+                    many => format!("{many} sites are left out: {}", sites.words()),
+                };
+                format!(
+                    "{which}; spectra along space, which need sites at even distances, are not computed"
+                )
+            }
             Warning::ZeroTimes { times, first, last } => format!(
                 "all sites are zero at {times} times between others, from row {first} to row {last}"
             ),
@@ -259,7 +262,11 @@ impl Warning {
                 sites,
                 share,
             } => format!(
-                "{samples} samples at {sites} sites were not finite ({} of the field)",
+                "{samples} samples at {} were not finite ({} of the field)",
+                match sites {
+                    1 => "one site".into(),
+                    _ => format!("{sites} sites"),
+                },
                 percent(*share)
             ),
             Warning::TransientCut { first, last } => format!(

@@ -232,6 +232,15 @@ impl Error {
         }
     }
 
+    /// The error where sample 0 of the field is sample `before` of a record.
+    #[must_use]
+    pub(crate) fn later(mut self, before: usize) -> Error {
+        if let Error::NonFinite { first, .. } = &mut self {
+            first.0 += before;
+        }
+        self
+    }
+
     /// An error of memory with what is in use beside it.
     #[must_use]
     pub fn beside(self, used: u64) -> Error {

@@ -33,7 +33,10 @@ pub use increments::{
 pub use lomb::{Lomb, LombAxis, LombRequest, lomb};
 pub use modes::{ModeShapes, ModeWave, Modes, ModesRequest, modes};
 pub(crate) use parts::NodePlace;
-pub use parts::{Combination, Combined, DividedRequest, Partial, PartialAbout, combine, partial};
+pub use parts::{
+    BlockPlace, Combination, Combined, DividedRequest, Outline, Partial, PartialAbout, combine,
+    join, outline, partial, partial_of_block,
+};
 pub(crate) use realisations::first_of;
 pub use realisations::{
     Averaging, Grid, Independence, Part, SegmentsLeft, SpectrumInterval, Tapers, interval_factors,

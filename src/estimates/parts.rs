@@ -1,10 +1,11 @@
 //! Averages in parts: one process sums a range of the realisations, another one combines the sums.
 
-use std::fmt;
+mod combination;
+mod outline;
+
 use std::ops::Range;
 
 use serde::{Deserialize, Serialize};
-use serde_json::Value;
 
 use super::realisations::{
     Grid, Part, Portion, Realisations, RecordTree, Shots, Sums, TreeNode, first_of, refuse_left_out,
@@ -13,11 +14,14 @@ use super::{
     Coherence, CoherenceRequest, SpaceTimeEstimate, SpaceTimeRequest, SpectrumEstimate,
     SpectrumRequest,
 };
-use crate::error::{Error, Result};
+use crate::error::Result;
 use crate::field::Field;
 use crate::observer::Observer;
 use crate::prepare::Gaps;
 use crate::system::threads::in_pool;
+
+pub use combination::{Combination, combine, join};
+pub use outline::{Outline, outline};
 
 /// An estimate whose sums over realisations are known in parts.
 pub(super) trait Divided {
@@ -28,7 +32,7 @@ pub(super) trait Divided {
     fn threads(&self) -> Option<usize>;
 
     /// # Errors
-    /// [`Error::Request`] for what does not fit the fields, and what cannot be summed in parts.
+    /// [`crate::Error::Request`] for what does not fit the fields, and what cannot be summed in parts.
     fn plan(&self, grid: &Grid) -> Result<Realisations>;
 
     /// The sums of every tile of the result, all zero.
@@ -100,6 +104,7 @@ macro_rules! of_each {
         }
     };
 }
+use of_each;
 
 /// What a partial result is part of.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
@@ -108,12 +113,22 @@ pub struct PartialAbout {
     pub grid: Grid,
     /// Names of the fields, one a record.
     pub fields: Vec<String>,
-    pub part: Part,
+    /// `None` where it is one of no certain number: a block, or parts that were joined.
+    pub part: Option<Part>,
     /// The segments of all records that are summed: from the first to before the second, segment `s` of
     /// record `r` counted as `r` times the segments of a record, plus `s`.
     pub range: [usize; 2],
     /// What the samples were divided by, a power of two.
     pub unit: f64,
+}
+
+impl PartialAbout {
+    fn name(&self) -> String {
+        match self.part {
+            Some(part) => format!("part {part}"),
+            None => format!("segments {} to {}", self.range[0], self.range[1] - 1),
+        }
+    }
 }
 
 /// Place of a node in the trees.
@@ -150,6 +165,13 @@ pub struct Partial {
     pub(crate) sums: Vec<f64>,
 }
 
+impl Partial {
+    /// Bytes of the sums.
+    pub fn bytes(&self) -> usize {
+        8 * self.sums.len()
+    }
+}
+
 /// Sums over a part of the realisations of an estimate.
 ///
 /// # Equation
@@ -163,7 +185,7 @@ pub struct Partial {
 /// only their samples; the last part of a record reads those behind its last segment, too.
 ///
 /// # Errors
-/// Those of the estimate; [`Error::Request`] for spectra along space and for a jackknife (which needs each
+/// Those of the estimate; [`crate::Error::Request`] for spectra along space and for a jackknife (which needs each
 /// realisation beside the mean of all), for more parts than segments, and for gaps that would be interpolated
 /// beyond the part's own samples.
 pub fn partial(
@@ -172,31 +194,95 @@ pub fn partial(
     part: Part,
     observer: &dyn Observer,
 ) -> Result<Partial> {
-    of_each!(request, it => partial_of(it, request, fields, part, observer))
+    let share = Share::Part(part);
+    of_each!(request, it => partial_of(it, request, fields, &share, observer))
+}
+
+/// The place of a block of samples in its record.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct BlockPlace {
+    /// Index in the record of the block's first sample.
+    pub first: usize,
+    /// Samples of the record.
+    pub record: usize,
+}
+
+/// Sums over the segments that lie in a block of a record, of which nothing else is at hand.
+///
+/// As [`partial`], whose bits its sums have. `field` holds the samples from `place.first` on. Blocks that hold
+/// every segment once overlap by what two segments share: the next one begins where the first segment begins
+/// that is not in this one. Samples behind the last segment may be left out.
+///
+/// # Errors
+/// Those of [`partial`]; [`crate::Error::Request`] for a block that is not in the record, or that no segment lies
+/// in.
+pub fn partial_of_block(
+    field: &Field,
+    place: BlockPlace,
+    request: &DividedRequest,
+    observer: &dyn Observer,
+) -> Result<Partial> {
+    let share = Share::Block(place);
+    of_each!(request, it => partial_of(it, request, &[field], &share, observer))
+}
+
+/// Which realisations are summed.
+enum Share {
+    Part(Part),
+    Block(BlockPlace),
 }
 
 fn partial_of<R: Divided + Sync>(
     request: &R,
     named: &DividedRequest,
     fields: &[&Field],
-    part: Part,
+    share: &Share,
     observer: &dyn Observer,
 ) -> Result<Partial> {
-    let grid = Grid::of(first_of(fields)?);
+    let first = first_of(fields)?;
+    let mut grid = Grid::of(first);
+    if let Share::Block(place) = share {
+        grid.times = place.record;
+    }
     let realisations = request.plan(&grid)?;
     let segments = realisations.segments.count();
-    let range = part.range(fields.len() * segments)?;
-    let portions = realisations.portions(range.clone());
+    let (part, range, portions) = match share {
+        Share::Part(part) => {
+            let range = part.range(fields.len() * segments)?;
+            (Some(*part), range.clone(), realisations.portions(range))
+        }
+        Share::Block(place) => {
+            let samples = place.first..place.first.saturating_add(first.n_times());
+            let portion = realisations.portion_of_block(samples)?;
+            (None, portion.segments.clone(), vec![portion])
+        }
+    };
     let (gaps, memory) = request.gaps_and_memory();
     refuse_left_out(gaps, "a part of the segments")?;
     let (unit, tiles) = in_pool(request.threads(), || {
-        let shots = Shots::new(fields, gaps, memory, realisations.reached(), observer)?;
+        let mut shots = Shots::new(fields, gaps, memory, realisations.reached(), observer)?;
+        if let Share::Block(place) = share {
+            shots = shots.of_block(place.first, place.record);
+        }
         request.partial(
             &shots.in_portions(&portions),
             (&grid, &realisations),
             &portions,
         )
     })?;
+    let about = PartialAbout {
+        request: named.clone(),
+        grid,
+        fields: fields.iter().map(|field| field.name.clone()).collect(),
+        part,
+        range: [range.start, range.end],
+        unit,
+    };
+    Ok(flattened(about, &tiles, segments))
+}
+
+/// A partial result of the nodes of all tiles.
+fn flattened(about: PartialAbout, tiles: &[Vec<TreeNode>], segments: usize) -> Partial {
     let mut nodes = Vec::new();
     let mut sums = Vec::new();
     let places = tiles.first().into_iter().flatten().enumerate();
@@ -214,270 +300,9 @@ fn partial_of<R: Divided + Sync>(
     order.sort_by_key(|(_, place)| place.range(segments).map(|range| range.start));
     for (at, place) in order {
         nodes.push(place);
-        for tile in &tiles {
+        for tile in tiles {
             sums.extend_from_slice(tile[at].sums.numbers());
         }
     }
-    Ok(Partial {
-        about: PartialAbout {
-            request: named.clone(),
-            grid,
-            fields: fields.iter().map(|field| field.name.clone()).collect(),
-            part,
-            range: [range.start, range.end],
-            unit,
-        },
-        nodes,
-        sums,
-    })
-}
-
-/// The result of all parts, in any order: that of the whole run, bit for bit.
-///
-/// # Errors
-/// Those of [`Combination`].
-pub fn combine(partials: &[Partial]) -> Result<Combined> {
-    let named = |partial: &Partial| {
-        (
-            format!("part {}", partial.about.part),
-            partial.about.clone(),
-        )
-    };
-    let (mut combination, order) = Combination::new(partials.iter().map(named).collect())?;
-    for at in order {
-        combination.add(&partials[at])?;
-    }
-    combination.finish()
-}
-
-/// Parts that are combined one after the other, so that one at a time is in memory.
-pub struct Combination {
-    names: Vec<String>,
-    about: PartialAbout,
-    realisations: Realisations,
-    zeros: Vec<Sums>,
-    trees: Vec<RecordTree>,
-    /// The next segment of all records.
-    next: usize,
-}
-
-impl fmt::Debug for Combination {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        f.debug_struct("Combination")
-            .field("about", &self.about)
-            .field("next", &self.next)
-            .finish_non_exhaustive()
-    }
-}
-
-fn refuse<T>(expected: String, found: String) -> Result<T> {
-    Err(Error::Request {
-        option: "merge",
-        expected,
-        found,
-    })
-}
-
-impl Combination {
-    /// Of parts with their names, and the order in which to [`add`](Self::add) them.
-    ///
-    /// # Errors
-    /// [`Error::Request`] for parts of another request or of other fields, for missing parts, and for those
-    /// that are there twice.
-    pub fn new(parts: Vec<(String, PartialAbout)>) -> Result<(Combination, Vec<usize>)> {
-        let mut order: Vec<usize> = (0..parts.len()).collect();
-        order.sort_by_key(|&at| parts[at].1.range);
-        let Some(&first) = order.first() else {
-            return refuse("at least one part".into(), "none".into());
-        };
-        let about = parts[first].1.clone();
-        for (name, other) in &parts {
-            if let Some(difference) = difference(&about, other) {
-                let expected = format!("parts of one result, as {}", parts[first].0);
-                return refuse(expected, format!("{difference} in {name}"));
-            }
-        }
-        let realisations = of_each!(&about.request, it => it.plan(&about.grid))?;
-        let all = about.fields.len() * realisations.segments.count();
-        let mut next = 0;
-        let mut before = "";
-        for &at in &order {
-            let (name, [from, end]) = (&parts[at].0, parts[at].1.range);
-            if from >= end || end > all {
-                let expected = format!("segments among the {all} of all records");
-                return refuse(expected, format!("{from} to {end} in {name}"));
-            }
-            if from < next {
-                let found = format!(
-                    "segments {from} to {} in {before} and {name}",
-                    next.min(end) - 1
-                );
-                return refuse("each part once".into(), found);
-            }
-            if from > next {
-                return missing(&parts, next..from, all);
-            }
-            (next, before) = (end, name);
-        }
-        if next < all {
-            return missing(&parts, next..all, all);
-        }
-        let zeros = of_each!(&about.request, it => it.zeros(&about.grid, &realisations));
-        let mut trees = Vec::new();
-        trees.resize_with(zeros.len(), RecordTree::default);
-        let combination = Combination {
-            names: parts.into_iter().map(|(name, _)| name).collect(),
-            about,
-            realisations,
-            zeros,
-            trees,
-            next: 0,
-        };
-        Ok((combination, order))
-    }
-
-    /// Adds the part that follows.
-    ///
-    /// # Errors
-    /// [`Error::Request`] for a part that does not follow, and sums that are not those of its request.
-    pub fn add(&mut self, partial: &Partial) -> Result<()> {
-        let width: usize = self.zeros.iter().map(|sums| sums.numbers().len()).sum();
-        let segments = self.realisations.segments.count();
-        let [from, end] = partial.about.range;
-        let mut covered = from;
-        for node in &partial.nodes {
-            match node.range(segments) {
-                Some(range) if range.start == covered => covered = range.end,
-                _ => break,
-            }
-        }
-        let is_whole = covered == end && partial.sums.len() == width * partial.nodes.len();
-        if from != self.next || !is_whole {
-            let expected = format!(
-                "the sums over segments {} and on, {width} a node",
-                self.next
-            );
-            let name = self
-                .names
-                .iter()
-                .find(|name| name.contains(&partial.about.part.to_string()));
-            let found = format!(
-                "{} nodes of segments {from} to {covered}, {} sums in {}",
-                partial.nodes.len(),
-                partial.sums.len(),
-                name.map_or("a part", |name| name)
-            );
-            return refuse(expected, found);
-        }
-        let about_mean = of_each!(&self.about.request, it => it.about_mean());
-        let factor = partial.about.unit / self.about.unit;
-        for (place, numbers) in partial.nodes.iter().zip(partial.sums.chunks_exact(width)) {
-            let mut numbers = numbers;
-            for (tree, zeros) in self.trees.iter_mut().zip(&self.zeros) {
-                let (own, others) = numbers.split_at(zeros.numbers().len());
-                numbers = others;
-                let mut sums = zeros.clone();
-                sums.set(own);
-                if factor != 1.0 {
-                    sums.rescale(factor);
-                }
-                let node = TreeNode {
-                    record: place.record,
-                    level: place.level,
-                    index: place.index,
-                    sums,
-                };
-                tree.push(node, segments, about_mean);
-            }
-        }
-        self.next = end;
-        Ok(())
-    }
-
-    /// The result.
-    ///
-    /// # Errors
-    /// [`Error::Request`] before all parts are added.
-    pub fn finish(self) -> Result<Combined> {
-        let records = self.about.fields.len();
-        let all = records * self.realisations.segments.count();
-        if self.next != all {
-            let found = format!("those of {} of {all} segments", self.next);
-            return refuse("all parts".into(), found);
-        }
-        let known = (&self.about.grid, &self.realisations);
-        let (trees, unit) = (self.trees, self.about.unit);
-        Ok(match &self.about.request {
-            DividedRequest::Spectrum(it) => {
-                Combined::Spectrum(Box::new(it.combine(known, records, trees, unit)?))
-            }
-            DividedRequest::Coherence(it) => {
-                Combined::Coherence(Box::new(it.combine(known, records, trees, unit)?))
-            }
-            DividedRequest::SpaceTime(it) => {
-                Combined::SpaceTime(Box::new(it.combine(known, records, trees, unit)?))
-            }
-        })
-    }
-}
-
-/// The parts without which a range of segments is unknown.
-fn missing<T>(parts: &[(String, PartialAbout)], range: Range<usize>, all: usize) -> Result<T> {
-    let of = parts[0].1.part.of;
-    let is_regular = parts.iter().all(|(_, about)| about.part.of == of);
-    let lacks = |number: &usize| {
-        let own = Part {
-            number: *number,
-            of,
-        }
-        .range(all);
-        own.is_ok_and(|own| own.start < range.end && own.end > range.start)
-    };
-    let numbers: Vec<String> = (1..=of)
-        .filter(|_| is_regular)
-        .filter(lacks)
-        .take(8)
-        .map(|number| format!("{number}/{of}"))
-        .collect();
-    let found = match numbers.is_empty() {
-        true => format!("no segments {} to {}", range.start, range.end - 1),
-        false => format!("no part {}", numbers.join(", ")),
-    };
-    refuse("all parts of one result".into(), found)
-}
-
-/// What differs between the results that two parts belong to.
-fn difference(a: &PartialAbout, b: &PartialAbout) -> Option<String> {
-    let json = |value: serde_json::Result<Value>| value.unwrap_or(Value::Null);
-    let of = |about: &PartialAbout| {
-        [
-            json(serde_json::to_value(&about.request)),
-            json(serde_json::to_value(&about.grid)),
-            json(serde_json::to_value(&about.fields)),
-        ]
-    };
-    let names = ["", "", "fields"];
-    let pairs = of(a).into_iter().zip(of(b)).zip(names);
-    pairs
-        .filter_map(|((a, b), name)| differing(name, &a, &b))
-        .next()
-}
-
-/// The first key whose values differ, with the second of them.
-fn differing(key: &str, a: &Value, b: &Value) -> Option<String> {
-    if a == b {
-        return None;
-    }
-    if let (Value::Object(a), Value::Object(b)) = (a, b) {
-        let keys = a.keys().chain(b.keys());
-        return keys
-            .filter_map(|key| {
-                let of = |map: &serde_json::Map<String, Value>| {
-                    map.get(key).cloned().unwrap_or(Value::Null)
-                };
-                differing(key, &of(a), &of(b))
-            })
-            .next();
-    }
-    Some(format!("{key} {b} in place of {a}"))
+    Partial { about, nodes, sums }
 }

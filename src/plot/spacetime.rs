@@ -30,10 +30,16 @@ pub fn spacetime(found: &SpaceTimeEstimate, name: &str, style: &Style) -> Figure
 
 fn spacetime_note(found: &SpaceTimeEstimate) -> String {
     let confidence = 100.0 * (1.0 - found.alpha);
-    match found.inner_degrees() {
-        Some(degrees) => format!(
-            "{confidence} % intervals by {degrees:.3} degrees of freedom. Positive k travels towards +x."
-        ),
+    match found.degrees_range() {
+        Some([least, _, most]) => {
+            let degrees = match least < most {
+                true => format!("{least:.1} to {most:.1}"),
+                false => format!("{most:.1}"),
+            };
+            format!(
+                "{confidence} % intervals by {degrees} degrees of freedom. Positive k travels towards +x."
+            )
+        }
         None => "No interval can be stated: one record of a transient is one realisation. Positive k travels \
                  towards +x."
             .into(),

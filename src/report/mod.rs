@@ -76,7 +76,7 @@ pub use pages::{
     lomb_html, modes_html, ridges_html, slope_html, spacetime_html, spectrum_html, sweep_html,
     transfer_html, transmission_html, triads_html, wave_html,
 };
-pub use partial::{PARTIAL_SCHEMA, read_partial, read_partial_about, write_partial};
+pub use partial::{PARTIAL_SCHEMA, PartialArrays, read_partial, read_partial_about, write_partial};
 pub use ridges::{RIDGES_SCHEMA, RidgesSummary, ridges_arrays, ridges_csv};
 pub use run_file::{RUN_SCHEMA, RunFile};
 pub use scan_records::records_csv;

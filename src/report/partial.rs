@@ -33,13 +33,37 @@ fn checksum(nodes: &[f64], sums: &[f64]) -> String {
     hasher.finalize().to_hex().to_string()
 }
 
-/// Writes a partial result to the new file `path` (`.npz`): the text `part`, JSON with the request, the axes,
-/// the range of segments and a checksum; `nodes` (n, 3), the record of each node (-1: its leaves are records),
-/// its level and its index; `sums` (n, m).
-///
-/// # Errors
-/// [`Error::Write`].
-pub fn write_partial(path: &Path, partial: &Partial) -> Result<()> {
+/// A partial result as arrays: the text of what it is part of, in JSON, and the arrays of [`write_partial`].
+#[derive(Debug, Clone, PartialEq)]
+pub struct PartialArrays {
+    pub about: String,
+    pub nodes: Vec<f64>,
+    pub sums: Vec<f64>,
+}
+
+impl PartialArrays {
+    /// # Errors
+    /// Those of JSON.
+    pub fn new(partial: &Partial) -> serde_json::Result<PartialArrays> {
+        Ok(PartialArrays {
+            about: serde_json::to_string(&partial.about)?,
+            nodes: rows_of(partial),
+            sums: partial.sums.clone(),
+        })
+    }
+
+    /// # Errors
+    /// Those of JSON. What the sums belong to is checked where they are combined.
+    pub fn partial(self) -> serde_json::Result<Partial> {
+        Ok(Partial {
+            about: serde_json::from_str(&self.about)?,
+            nodes: places_of(&self.nodes),
+            sums: self.sums,
+        })
+    }
+}
+
+fn rows_of(partial: &Partial) -> Vec<f64> {
     let number = |record: Option<usize>| record.map_or(-1.0, |record| record as f64);
     let row = |node: &NodePlace| {
         [
@@ -48,7 +72,27 @@ pub fn write_partial(path: &Path, partial: &Partial) -> Result<()> {
             node.index as f64,
         ]
     };
-    let nodes: Vec<f64> = partial.nodes.iter().flat_map(row).collect();
+    partial.nodes.iter().flat_map(row).collect()
+}
+
+fn places_of(nodes: &[f64]) -> Vec<NodePlace> {
+    let (rows, _) = nodes.as_chunks::<COLUMNS>();
+    let place = |row: &[f64; COLUMNS]| NodePlace {
+        record: (row[0] >= 0.0).then_some(row[0] as usize),
+        level: row[1] as u32,
+        index: row[2] as usize,
+    };
+    rows.iter().map(place).collect()
+}
+
+/// Writes a partial result to the new file `path` (`.npz`): the text `part`, JSON with the request, the axes,
+/// the range of segments and a checksum; `nodes` (n, 3), the record of each node (-1: its leaves are records),
+/// its level and its index; `sums` (n, m).
+///
+/// # Errors
+/// [`Error::Write`].
+pub fn write_partial(path: &Path, partial: &Partial) -> Result<()> {
+    let nodes = rows_of(partial);
     let count = partial.nodes.len();
     let stored = Stored {
         schema: PARTIAL_SCHEMA.into(),
@@ -88,15 +132,9 @@ pub fn read_partial(path: &Path) -> Result<Partial> {
                 "others: a damaged file",
             ));
         }
-        let (rows, _) = nodes.as_chunks::<COLUMNS>();
-        let place = |row: &[f64; COLUMNS]| NodePlace {
-            record: (row[0] >= 0.0).then_some(row[0] as usize),
-            level: row[1] as u32,
-            index: row[2] as usize,
-        };
         Ok(Partial {
             about: stored.about,
-            nodes: rows.iter().map(place).collect(),
+            nodes: places_of(&nodes),
             sums,
         })
     })

@@ -1,6 +1,8 @@
 //! The sentences of an analysis, the same on the terminal and on the page.
 
-use crate::analyze::{Analysis, Axes, BandEdge, Front, FrontLength, Headline, Moments, Spot};
+use crate::analyze::{
+    Analysis, Axes, BandEdge, Front, FrontLength, Headline, Moments, Spot, UndefinedRows,
+};
 
 /// A line of a summary.
 #[derive(Debug, Clone, PartialEq, Eq)]
@@ -197,15 +199,13 @@ impl<'a> Along<'a> {
                 ..detail("band edge", self.edge(edge, headline))
             });
         }
-        let undefined = moments.entropy.iter().filter(|x| x.is_nan()).count();
-        let all = moments.entropy.len();
         let mut text = shares(headline, &*self.place, "the last with energy")
             .unwrap_or_else(|| "undefined: no band edge".into());
-        if undefined > 0 && undefined < all {
-            text += &format!(
-                "; {undefined} of {all} {} have too little energy to tell",
-                self.rows
-            );
+        let all = moments.entropy.len();
+        if moments.undefined.total() < all
+            && let Some(why) = undefined_rows(moments.undefined)
+        {
+            text += &format!("; of {all} {}, {why}", self.rows);
         }
         said.push(detail("high band", text));
     }
@@ -385,6 +385,30 @@ impl<'a> Along<'a> {
             ),
         }
     }
+}
+
+/// How many rows have no measures, and why; `None` where all have.
+fn undefined_rows(rows: UndefinedRows) -> Option<String> {
+    let many = |count: usize, one: &str, more: &str| match count {
+        0 => None,
+        1 => Some(format!("1 {one}")),
+        _ => Some(format!("{count} {more}")),
+    };
+    let reasons = [
+        many(
+            rows.quiet,
+            "has too little energy to tell",
+            "have too little energy to tell",
+        ),
+        many(rows.left_out, "is left out", "are left out"),
+        many(
+            rows.noise_unknown,
+            "has noise that is not known",
+            "have noise that is not known",
+        ),
+    ];
+    let reasons: Vec<String> = reasons.into_iter().flatten().collect();
+    (!reasons.is_empty()).then(|| reasons.join(", "))
 }
 
 /// The share of the high band at the places of a headline; rows that play several parts are named

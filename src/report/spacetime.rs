@@ -3,9 +3,10 @@
 use serde::Serialize;
 
 use super::estimate_arrays::{Arrays, Units};
+use super::spectrum::DegreesSummary;
 use super::{LabelledArrays, Provenance};
 use crate::error::Result;
-use crate::estimates::{Independence, SpaceTimeEstimate, interval_factors};
+use crate::estimates::{Independence, SpaceTimeEstimate};
 use crate::unit::compose;
 
 /// The schema of the summary of space-time spectra with intervals.
@@ -29,8 +30,7 @@ pub struct SpaceTimeSummary<'a> {
     evenness_along_space: f64,
     alpha: f64,
     /// Of cells whose transforms are complex.
-    degrees_of_freedom: Option<f64>,
-    interval_factors: Option<[f64; 2]>,
+    degrees_of_freedom: Option<DegreesSummary>,
     power: f64,
     mean_square: f64,
     parseval_residual: f64,
@@ -52,7 +52,7 @@ struct Largest {
 impl<'a> SpaceTimeSummary<'a> {
     pub fn new(found: &'a SpaceTimeEstimate, provenance: &'a Provenance) -> Self {
         let (time_unit, space_unit) = found.units();
-        let degrees = found.inner_degrees();
+        let degrees = found.degrees_range();
         let (row, column) = found.largest();
         let [towards_plus_x, towards_minus_x, undirected] = found.directions();
         SpaceTimeSummary {
@@ -69,8 +69,7 @@ impl<'a> SpaceTimeSummary<'a> {
             independence: found.independence,
             evenness_along_space: found.evenness,
             alpha: found.alpha,
-            degrees_of_freedom: degrees,
-            interval_factors: degrees.map(|degrees| interval_factors(degrees, found.alpha)),
+            degrees_of_freedom: degrees.map(|degrees| DegreesSummary::new(degrees, found.alpha)),
             power: found.power,
             mean_square: found.mean_square,
             parseval_residual: found.parseval,

@@ -63,12 +63,23 @@ impl<'a> NoiseSummary<'a> {
 
 /// Degrees of freedom away from 0 and from the Nyquist frequency.
 #[derive(Debug, Serialize)]
-struct DegreesSummary {
+pub(super) struct DegreesSummary {
     least: f64,
     median: f64,
     largest: f64,
     /// Of the interval with the median.
     interval_factors: [f64; 2],
+}
+
+impl DegreesSummary {
+    pub fn new([least, median, largest]: [f64; 3], alpha: f64) -> Self {
+        DegreesSummary {
+            least,
+            median,
+            largest,
+            interval_factors: interval_factors(median, alpha),
+        }
+    }
 }
 
 #[derive(Debug, Serialize)]
@@ -99,12 +110,7 @@ impl<'a> SpectrumSummary<'a> {
             without_interval: found.without_interval(),
             steadiness_in_time: found.mean.as_ref().map(|mean| mean.steadiness),
             alpha: found.alpha,
-            degrees_of_freedom: degrees.map(|[least, median, largest]| DegreesSummary {
-                least,
-                median,
-                largest,
-                interval_factors: interval_factors(median, found.alpha),
-            }),
+            degrees_of_freedom: degrees.map(|degrees| DegreesSummary::new(degrees, found.alpha)),
             jackknife_leaves_out: found.has_jackknife.then_some(found.left_out),
             noise: found.noise.as_ref().map(NoiseSummary::new),
             line_test: found.line_test.as_ref().map(|test| LineTestSummary {

@@ -2,7 +2,7 @@
 
 use ndarray::{Array2, s};
 use test_support::fields::{noise, struck};
-use wavecascade::analyze::{Request, Results, analyze};
+use wavecascade::analyze::{Request, Results, UndefinedRows, analyze};
 use wavecascade::estimates::{
     Averaging, NoiseFloor, NoiseSource, SpectrumEstimate, SpectrumRequest, spectrum,
 };
@@ -232,6 +232,32 @@ fn val_centroids_and_shares_without_the_noise() {
     let whole = noise.sites[7].unwrap().density / 2.0 * TIMES as f64;
     let rest = along.energy[7] - left.clipped_power[7] + whole;
     assert!((rest / with.energy[7] - 1.0).abs() < 1e-12);
+    // Noise that falls to the Nyquist frequency is not white, and not known; one site is left out.
+    let mut coloured = &motion + &floor;
+    for n in 1..coloured.nrows() {
+        coloured[[n, 180]] = motion[[n, 180]] + 0.5 * (floor[[n, 180]] + floor[[n - 1, 180]]);
+    }
+    let but_one = Request {
+        without_sites: vec![3, 3],
+        ..request(true)
+    };
+    let (compared, _) = analyze(&Field::from_array(some(&coloured)), &but_one).unwrap();
+    let rows = compared.along_space.as_ref().unwrap();
+    let expected = UndefinedRows {
+        left_out: 1,
+        noise_unknown: 1,
+        quiet: 0,
+    };
+    assert_eq!(rows.undefined, expected);
+    for site in [3, 30] {
+        assert!(rows.high_share[site].is_nan() && rows.centroid[site].is_nan());
+    }
+    let said: Vec<String> = wavecascade::report::sentences(&compared)
+        .into_iter()
+        .map(|sentence| sentence.text)
+        .collect();
+    let expected = "; of 50 sites, 1 is left out, 1 has noise that is not known";
+    assert!(said.iter().any(|text| text.contains(expected)), "{said:?}");
     // Averages over segments clip less.
     let welch = Request {
         welch: Some(wavecascade::analyze::Welch {
@@ -260,4 +286,10 @@ fn val_centroids_and_shares_without_the_noise() {
     };
     assert_eq!(option(&all, some(&floor)), "subtract-noise");
     assert_eq!(option(&request(true), some(&motion)), "subtract-noise");
+    let from_it = Request {
+        reference_site: Some(30),
+        band_edge_frequency: None,
+        ..request(true)
+    };
+    assert_eq!(option(&from_it, some(&coloured)), "reference-site");
 }

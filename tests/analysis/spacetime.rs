@@ -55,7 +55,15 @@ fn tapers(time: (f64, usize), space: (f64, usize)) -> SpaceTimeRequest {
             ..Averaging::default()
         },
         space: slepian(space),
+        is_adaptive: false,
         ..SpaceTimeRequest::default()
+    }
+}
+
+fn adaptive(time: (f64, usize), space: (f64, usize)) -> SpaceTimeRequest {
+    SpaceTimeRequest {
+        is_adaptive: true,
+        ..tapers(time, space)
     }
 }
 
@@ -67,6 +75,7 @@ fn found(field: &Field, request: &SpaceTimeRequest) -> SpaceTimeEstimate {
 struct Reference {
     welch: Vec<f64>,
     tapers: Vec<f64>,
+    steep: [Vec<f64>; 2],
 }
 
 #[test]
@@ -90,6 +99,49 @@ fn val_numpy_and_scipy_spectra() {
     }
 }
 
+/// Waves that are 1e6 times as strong as the noise leak through equal weights over the whole plane; SciPy's
+/// sequences and a fixed-point iteration in NumPy give the adaptive average and its degrees of freedom.
+#[test]
+fn val_adaptive_weights_by_numpy() {
+    let text = include_str!("../data/spacetime.json");
+    let reference: Reference = serde_json::from_str(text).unwrap();
+    let mut noise = Noise(5);
+    let values = Array2::from_shape_fn((45, 9), |(n, j)| {
+        1e3 * (0.9 * n as f64 - 1.1 * j as f64).cos() + noise.next()
+    });
+    let request = adaptive((2.5, 4), (2.0, 3));
+    let [one, equal] = [true, false].map(|is_adaptive| {
+        let request = SpaceTimeRequest {
+            is_adaptive,
+            ..request.clone()
+        };
+        found(&field(values.clone()), &request)
+    });
+    let [spectrum, degrees] = &reference.steep;
+    let errors = |found: &Array2<f64>, expected: &[f64]| {
+        let errors = found.iter().zip(expected);
+        errors.fold(0.0, |m: f64, (a, b)| m.max((a / b - 1.0).abs()))
+    };
+    let worst = [
+        errors(&one.spectrum, spectrum),
+        errors(&one.degrees, degrees),
+    ];
+    println!("spectrum {:e}, degrees {:e}", worst[0], worst[1]);
+    assert!(worst.iter().all(|error| *error < 2e-9), "{worst:?}");
+    assert!(one.parseval.abs() < 1e-12, "{:e}", one.parseval);
+    let [least, _, most] = one.degrees_range().unwrap();
+    assert!(least < 5.0 && most > 20.0 && most <= 24.0, "{least} {most}");
+    let lowest =
+        |found: &SpaceTimeEstimate| found.spectrum.iter().copied().fold(f64::INFINITY, f64::min);
+    let leaked = lowest(&equal) / lowest(&one);
+    println!("lowest density: {leaked} of that by adaptive weights");
+    assert!(leaked > 2.0, "{leaked}");
+    // A still field has no energy to weigh.
+    let still = found(&field(Array2::zeros((45, 9))), &request);
+    assert!(still.spectrum.iter().all(|s| *s == 0.0));
+    assert!(still.degrees.iter().all(|d| d.is_nan()));
+}
+
 /// White noise lies in the intervals as often as they say; its density is `2 variance dt dx / (2 pi)`.
 #[test]
 fn val_intervals_of_white_noise_hold() {
@@ -97,13 +149,14 @@ fn val_intervals_of_white_noise_hold() {
     for (times, sites, request, expected) in [
         (4096, 24, welch(64, 32), 2.0 * 120.4),
         (256, 40, tapers((3.0, 5), (2.0, 3)), 2.0 * 15.0),
+        (256, 40, adaptive((3.0, 5), (2.0, 3)), 2.0 * 14.9),
     ] {
         let truth = 2.0 * 4.0 * DT * DX / TAU;
         let (mut inside, mut all) = (0, 0);
         for _ in 0..2 {
             let values = Array2::from_shape_fn((times, sites), |_| noise.gaussian());
             let found = found(&field(values), &request);
-            let degrees = found.inner_degrees().unwrap();
+            let [_, degrees, _] = found.degrees_range().unwrap();
             assert!((0.93..1.07).contains(&(degrees / expected)), "{degrees}");
             let ends = found.low.indexed_iter().zip(&found.high);
             let rows = 4..found.frequency.len() - 4;
@@ -170,7 +223,7 @@ fn regress_a_transient_has_no_interval_without_shots() {
     assert!(one.low.iter().chain(&one.degrees).all(|v| v.is_nan()));
     let all: Vec<&Field> = shots.iter().collect();
     let three = spacetime(&all, &request, &Silent).unwrap();
-    assert_eq!(three.inner_degrees(), Some(6.0));
+    assert_eq!(three.degrees_range(), Some([6.0; 3]));
     // Energy at one site of many: tapers along space see the same.
     let mut noise = Noise(9);
     let values = Array2::from_shape_fn((512, 32), |(_, j)| match j {
@@ -178,7 +231,7 @@ fn regress_a_transient_has_no_interval_without_shots() {
         _ => 1e-3 * noise.gaussian(),
     });
     let narrow = found(&field(values), &tapers((3.0, 5), (2.0, 3)));
-    let degrees = narrow.inner_degrees().unwrap();
+    let [_, degrees, _] = narrow.degrees_range().unwrap();
     assert!((degrees - 10.0).abs() < 1e-6, "{degrees}");
 }
 
@@ -209,7 +262,15 @@ fn regress_parts_blocks_and_threads_do_not_move_a_bit() {
         ];
         numbers.chain(more).map(f64::to_bits).collect()
     };
-    for (fields, request) in [(&shots[..1], welch(64, 32)), (&shots[..], slepian)] {
+    let equal = SpaceTimeRequest {
+        is_adaptive: false,
+        ..slepian.clone()
+    };
+    for (fields, request) in [
+        (&shots[..1], welch(64, 32)),
+        (&shots[..], slepian),
+        (&shots[1..], equal),
+    ] {
         let expected = bits(&spacetime(fields, &request, &Silent).unwrap());
         // The least memory that is not refused sums four rows at a time.
         let of = |threads, memory| {

@@ -100,6 +100,8 @@ fn regress_what_is_no_part_is_refused() {
         ("spectrum --merge part --out out", "cascade spectrum"),
         ("coherence --merge part --out out --segment 64", "--segment"),
         ("spectrum", "FIELD"),
+        ("analyze field.npy --part 3/64", "cascade spectrum FIELD"),
+        ("analyze --merge part", "cascade spectrum FIELD"),
     ] {
         let words: Vec<&str> = words.split(' ').collect();
         let said = place.bad(2, &words);

@@ -286,6 +286,12 @@ impl Plan {
         self.request.results.spatial || self.request.results.flux_surrogate
     }
 
+    /// Whether a site of the range analysed, counted from its first, is left out on request.
+    pub fn is_left_out(&self, row: usize) -> bool {
+        let site = self.sites.start + row;
+        self.request.without_sites.contains(&site)
+    }
+
     /// Whether the field is read piece by piece, and its pages are released.
     pub fn streams(&self) -> bool {
         self.tiles.ahead.is_some()

@@ -4,6 +4,7 @@ use std::ops::Range;
 use std::path::PathBuf;
 use std::time::Duration;
 
+use clap::builder::UnknownArgumentValueParser;
 use clap::{Args, Parser, Subcommand, ValueEnum};
 use wavecascade::field::{At, Resample, Selection};
 use wavecascade::measure::{Frequency, Length, Measure, Time};
@@ -197,6 +198,14 @@ pub enum Command {
     },
 }
 
+/// Refuses an option with the commands that have it.
+fn in_parts() -> UnknownArgumentValueParser {
+    UnknownArgumentValueParser::suggest(
+        "an analysis is of whole records; averages over segments are made in parts by `cascade spectrum FIELD \
+         --part 3/64`, with `--along both` also over wavenumbers, and by `cascade coherence`",
+    )
+}
+
 /// What `cascade analyze` takes.
 #[derive(Debug, Args)]
 pub struct Analyze {
@@ -210,6 +219,12 @@ pub struct Analyze {
     /// its own in it, beside index.html and headlines.csv; by default fields-cascade.
     #[arg(long, short, value_name = "DIR")]
     pub out: Option<PathBuf>,
+
+    /// Where it is looked for, though it is none of a whole record.
+    #[arg(long, hide = true, value_parser = in_parts(), value_name = "I/N")]
+    pub part: Option<String>,
+    #[arg(long, hide = true, value_parser = in_parts(), value_name = "DIR")]
+    pub merge: Option<String>,
 
     /// Replace an existing result.
     #[arg(long)]

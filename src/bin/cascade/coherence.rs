@@ -112,6 +112,11 @@ impl Typed for Coherence {
 }
 
 impl Coherence {
+    /// What is summed in parts.
+    pub fn divided(&self) -> DividedRequest {
+        self.request().into()
+    }
+
     fn request(&self) -> CoherenceRequest {
         CoherenceRequest {
             reference: self.reference,
@@ -134,8 +139,7 @@ pub fn run(typed: &Coherence) -> Result<(), Failure> {
     }
     match typed.parts.part {
         Some(part) => {
-            let request = DividedRequest::from(typed.request());
-            let part = ("coherence", &request, part);
+            let part = ("coherence", &typed.divided(), part);
             parts::write(&typed.fields, &typed.estimate, typed.averages.memory, part)
         }
         None => estimate::run(typed),

@@ -95,7 +95,7 @@ pub fn write(
     if typed.how.json {
         writeln!(stdout, "{json}")?;
     } else if !typed.how.quiet {
-        write!(stdout, "{}", lines(&sums))?;
+        write!(stdout, "{}", lines(part, &sums))?;
         writeln!(stdout, "wrote {}", published.join(FILE).display())?;
     }
     Ok(())
@@ -118,14 +118,13 @@ pub fn is_spacetime(directories: &[PathBuf]) -> Result<bool, Error> {
     Ok(matches!(about.request, DividedRequest::SpaceTime(_)))
 }
 
-fn lines(sums: &Partial) -> String {
+fn lines(part: Part, sums: &Partial) -> String {
     let mut lines = Lines::new(terminal::width());
     let [from, end] = sums.about.range;
     lines.line(
         "part",
         &format!(
-            "{}: segments {from} to {} of all records, counted from 0",
-            sums.about.part,
+            "{part}: segments {from} to {} of all records, counted from 0",
             end - 1
         ),
     );

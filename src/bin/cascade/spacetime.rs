@@ -91,17 +91,19 @@ fn lines(found: &SpaceTimeEstimate) -> String {
             number(independence.effective)
         ),
     );
-    match found.inner_degrees() {
-        Some(degrees) => {
+    match found.degrees_range() {
+        Some([least, degrees, most]) => {
             let [low, high] = interval_factors(degrees, found.alpha);
             lines.line(
                 "interval",
                 &format!(
-                    "{} from {} to {} of a value, by {} degrees of freedom",
+                    "{} from {} to {} of a value, by {} degrees of freedom ({} to {})",
                     percent(1.0 - found.alpha),
                     number(low),
                     number(high),
-                    number(degrees)
+                    number(degrees),
+                    number(least),
+                    number(most)
                 ),
             );
         }

@@ -43,8 +43,8 @@ pub struct Spectrum {
         help_heading = "Averages"
     )]
     pub periodogram: bool,
-    /// Give all tapers of `--multitaper` the same weight, in place of adaptive ones.
-    #[arg(long, requires = "multitaper", help_heading = "Averages")]
+    /// Give all tapers of `--multitaper` (and `--space-multitaper`) the same weight, in place of adaptive ones.
+    #[arg(long, help_heading = "Averages")]
     pub equal_weights: bool,
 
     /// Leave out the jackknife, which takes each segment a second time; the other intervals stay.
@@ -110,6 +110,7 @@ impl Spectrum {
                 (None, None) if self.periodogram => Tapers::Window(Window::None),
                 (None, None) => Tapers::Window(Window::Hann),
             },
+            is_adaptive: !self.equal_weights,
             gaps: self.averages.gaps.into(),
             alpha: self.averages.significance,
             threads: self.estimate.threads(),
@@ -144,13 +145,26 @@ impl Spectrum {
             averaging: self.averaging(),
             is_whole: self.periodogram,
             is_adaptive: !self.equal_weights,
-            has_jackknife: !self.no_jackknife && self.parts.part.is_none(),
+            has_jackknife: !self.no_jackknife,
             gaps: self.averages.gaps.into(),
             subtract_noise: self.subtract_noise,
             alpha: self.averages.significance,
             threads: self.estimate.threads(),
             memory: self.averages.memory,
         })
+    }
+
+    /// What is summed in parts, which have no jackknife.
+    pub fn divided(&self) -> Result<DividedRequest, Error> {
+        if self.is_both() {
+            self.check()?;
+            return Ok(self.of_both().into());
+        }
+        let request = SpectrumRequest {
+            has_jackknife: false,
+            ..self.request()?
+        };
+        Ok(request.into())
     }
 
     /// That options of one axis are not typed for another.
@@ -164,7 +178,13 @@ impl Spectrum {
             })
         };
         let along = "it with `--along both` alone";
+        let has_tapers = self.averages.multitaper.is_some() || self.space_multitaper.is_some();
         match () {
+            () if self.equal_weights && !has_tapers => refuse(
+                "equal-weights",
+                "it with `--multitaper` or `--space-multitaper`",
+                "one taper, which has no weight",
+            ),
             () if !is_both && self.space_window.is_some() => {
                 refuse("space-window", along, "spectra along one axis")
             }
@@ -213,12 +233,7 @@ pub fn run(typed: Spectrum) -> Result<(), Failure> {
         return merge(&typed);
     }
     if let Some(part) = typed.parts.part {
-        typed.check()?;
-        let request = match typed.is_both() {
-            true => DividedRequest::from(typed.of_both()),
-            false => typed.request()?.into(),
-        };
-        let part = ("spectrum", &request, part);
+        let part = ("spectrum", &typed.divided()?, part);
         return parts::write(&typed.fields, &typed.estimate, typed.averages.memory, part);
     }
     match typed.is_both() {

@@ -58,14 +58,15 @@ impl Triads {
         }
     }
 
-    fn of_run(&self, observer: &dyn Observer) -> Result<Found, Error> {
-        let file = RunFile::read(&self.run[0])?;
+    /// Of a run and its scene.
+    pub fn of_run(&self, file: &RunFile, observer: &dyn Observer) -> Result<Found, Error> {
         let motion = Motion::of(&file.run)?;
         let base = request_of(&file.setup);
         chain_triads(&motion, base.pitch, &self.request(base.units), observer)
     }
 
-    fn of_field(&self, field: &Field, observer: &dyn Observer) -> Result<Found, Error> {
+    /// Of a field that obeys the equation that is typed.
+    pub fn of_field(&self, field: &Field, observer: &dyn Observer) -> Result<Found, Error> {
         let (times, sites) = (field.n_times(), field.n_sites());
         let needed = 8 * (times as u64) * (sites as u64);
         let allowed = self.memory.unwrap_or(u64::MAX);
@@ -111,6 +112,24 @@ impl Typed for Triads {
     fn computation(&self) -> Result<impl Computation<Found>, Error> {
         let path = &self.run[0];
         let is_run = path.is_file() && is_run_file(path)?;
+        if path.is_file() {
+            self.check(&path.display().to_string(), is_run, words::as_text())?;
+        }
+        Ok(
+            move |fields: &[&Field], observer: &dyn Observer| match is_run {
+                true => self.of_run(&RunFile::read(path)?, observer),
+                false => self.of_field(fields[0], observer),
+            },
+        )
+    }
+}
+
+impl Triads {
+    /// That there is an equation of a field, and that a run has neither another one nor axes among the words.
+    ///
+    /// # Errors
+    /// [`Error::Request`].
+    pub fn check(&self, name: &str, is_run: bool, words: Vec<String>) -> Result<(), Error> {
         let refuse = |option, expected: &str, found: String| {
             Err(Error::Request {
                 option,
@@ -118,30 +137,24 @@ impl Typed for Triads {
                 found,
             })
         };
-        let typed = input_options(words::as_text());
+        let typed = input_options(words);
         match self.equation {
             Some(_) if is_run => {
-                let found = format!("{}, a run with a law of its own", path.display());
-                return refuse("equation", "a field that is no run", found);
+                let found = format!("{name}, a run with a law of its own");
+                refuse("equation", "a field that is no run", found)
             }
-            None if !is_run && path.is_file() => {
+            None if !is_run => {
                 let expected = "the equation of a field that is no run, such as burgers, or a run file of \
                                 `cascade simulate`";
-                let found = format!("none, and {} is no run", path.display());
-                return refuse("equation", expected, found);
+                let found = format!("none, and {name} is no run");
+                refuse("equation", expected, found)
             }
             None if !typed.is_empty() => {
                 let expected = "no options of fields with a run file, which has its own axes";
-                return refuse("run", expected, typed.trim().to_owned());
+                refuse("run", expected, typed.trim().to_owned())
             }
-            _ => {}
+            _ => Ok(()),
         }
-        Ok(
-            move |fields: &[&Field], observer: &dyn Observer| match is_run {
-                true => self.of_run(observer),
-                false => self.of_field(fields[0], observer),
-            },
-        )
     }
 }
 

@@ -11,7 +11,7 @@ use crate::estimates::parts::Divided;
 use crate::estimates::realisations::{
     Grid, Independence, KeptSegments, Portion, Realisations, RecordTree, SegmentPairs,
     SegmentScratch, SegmentTree, SegmentsLeft, Shot, Shots, Sums, TOGETHER, TreeNode, held_at_once,
-    no_segment_left, steadiness_without,
+    no_segment_left, nodes_of, steadiness_without,
 };
 use crate::prepare::Gaps;
 use crate::transform::{RecordTransform, fold, frequencies};
@@ -122,7 +122,8 @@ impl Pass<'_> {
     /// The sums of every tile over these portions, and the unit of the samples.
     fn sum(&self, shots: &Shots<'_>, portions: &[Portion]) -> Result<(f64, AllSums)> {
         let is_all = portions.iter().all(|portion| portion.is_whole);
-        let block = shots.block("the cross-spectra of this field", self.held(is_all))?;
+        let held = self.held(shots.longest(), portions, is_all);
+        let block = shots.block("the cross-spectra of this field", held)?;
         let mut tiles = Vec::new();
         tiles.resize_with(shots.tiles(), TileSums::default);
         let mut sums = AllSums {
@@ -139,9 +140,9 @@ impl Pass<'_> {
         self.request.gaps == Gaps::LeaveOut
     }
 
-    /// Bytes that are needed beside the samples.
-    fn held(&self, is_all: bool) -> u64 {
-        let samples = self.grid.times as u64;
+    /// Bytes that are needed beside the samples, of which so many of a record are read.
+    fn held(&self, samples: usize, portions: &[Portion], is_all: bool) -> u64 {
+        let samples = samples as u64;
         let sites = self.grid.sites.next_multiple_of(TOGETHER) as u64;
         let bins = self.realisations.bins() as u64;
         let length = self.realisations.segments.length;
@@ -151,11 +152,13 @@ impl Pass<'_> {
         let of_segments = held_at_once(self.realisations.segments.count());
         let kept = match is_all {
             true => held_at_once(self.records),
-            false => 2 * (2 * of_segments + held_at_once(self.records)),
+            false => 2 * nodes_of(portions, of_segments, held_at_once(self.records)),
         };
+        let longest = portions.iter().map(|portion| portion.segments.len());
+        let realisations = longest.max().unwrap_or(0) * self.realisations.tapers();
         sites * kept * sums
             + 4 * 8 * sites * bins
-            + 16 * bins * self.realisations.count() as u64
+            + 16 * bins * realisations as u64
             + threads * (TOGETHER as u64 * (8 * samples + of_segments * sums) + scratch)
     }
 

@@ -14,9 +14,18 @@ use crate::transform::{RecordScratch, RecordTransform, Segments};
 pub enum Tapers {
     /// One window: Welch's method.
     Window(Window),
-    /// The first `count` Slepian sequences of time-bandwidth product `nw`: Thomson's multitaper method,
-    /// with equal weights. At most `2 nw - 1` of them keep their energy inside the band.
+    /// The first `count` Slepian sequences of time-bandwidth product `nw`: Thomson's multitaper method.
+    /// At most `2 nw - 1` of them keep their energy inside the band.
     Slepian { nw: f64, count: usize },
+}
+
+impl Tapers {
+    pub fn count(&self) -> usize {
+        match self {
+            Tapers::Window(_) => 1,
+            Tapers::Slepian { count, .. } => *count,
+        }
+    }
 }
 
 /// How one record gives several realisations: overlapping segments, each under one or more tapers.

@@ -1,6 +1,7 @@
 //! What every average shares: segments, tapers and shots, read in the memory allowed; their effective
 //! number, and the intervals that follow from it.
 
+mod adaptive;
 mod averaging;
 mod ensemble;
 mod grid;
@@ -10,6 +11,7 @@ mod part;
 mod shots;
 mod tree;
 
+pub(crate) use adaptive::{Average, LeftOut, Weights, WithoutOne};
 pub use averaging::{Averaging, Tapers};
 pub(crate) use averaging::{Realisations, SegmentScratch, no_segment_left};
 pub use ensemble::Independence;
@@ -20,6 +22,6 @@ pub use interval::{SpectrumInterval, interval_factors};
 pub use kept::SegmentsLeft;
 pub(crate) use kept::{KeptSegments, SegmentPairs};
 pub use part::Part;
-pub(crate) use part::Portion;
+pub(crate) use part::{Portion, nodes_of};
 pub(crate) use shots::{Shot, Shots, TOGETHER, first_of, refuse_left_out};
 pub(crate) use tree::{RecordTree, SegmentTree, Sums, TreeNode, held_at_once};

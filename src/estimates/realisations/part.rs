@@ -8,6 +8,7 @@ use super::ensemble::PARTS;
 use super::shots::TOGETHER;
 use super::tree::Sums;
 use crate::error::{Error, Result};
+use crate::transform::Segments;
 
 /// One of several parts of the realisations of an estimate.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, serde::Serialize, serde::Deserialize)]
@@ -66,7 +67,55 @@ pub(crate) struct Portion {
     pub is_whole: bool,
 }
 
+/// The most nodes of the trees of a part, where trees over the segments and over the records hold so many sums.
+pub(crate) fn nodes_of(portions: &[Portion], of_segments: u64, of_records: u64) -> u64 {
+    let segments: usize = portions.iter().map(|portion| portion.segments.len()).sum();
+    (2 * of_segments + of_records).min(segments as u64)
+}
+
 impl Realisations {
+    /// The portion of a block of one record: the segments that lie in it.
+    ///
+    /// # Errors
+    /// [`Error::Request`] for a block that is not in the record, or holds no segment.
+    pub fn portion_of_block(&self, samples: Range<usize>) -> Result<Portion> {
+        let Segments {
+            record,
+            length,
+            hop,
+        } = self.segments;
+        let refuse = |expected: String| {
+            Err(Error::Request {
+                option: "first",
+                expected,
+                found: format!("samples {} to {}", samples.start, samples.end.max(1) - 1),
+            })
+        };
+        if samples.end > record {
+            return refuse(format!("a block of the {record} samples of a record"));
+        }
+        let from = samples.start.div_ceil(hop);
+        let end = match samples.len() >= length {
+            true => ((samples.end - length) / hop + 1).min(self.segments.count()),
+            false => 0,
+        };
+        if end <= from {
+            return refuse(format!(
+                "a block that holds a segment: {length} samples from a multiple of {hop} on"
+            ));
+        }
+        let reached = (end - 1) * hop + length;
+        Ok(Portion {
+            record: 0,
+            segments: from..end,
+            samples: from * hop..match end == self.segments.count() {
+                true => samples.end,
+                false => reached,
+            },
+            is_whole: end - from == self.segments.count(),
+        })
+    }
+
     /// The portions of a range of the segments of all records.
     pub fn portions(&self, range: Range<usize>) -> Vec<Portion> {
         let segments = self.segments.count();

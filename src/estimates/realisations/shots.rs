@@ -22,6 +22,10 @@ pub(crate) struct Shots<'a> {
     fields: &'a [&'a Field],
     first: &'a Field,
     gaps: Gaps,
+    /// The samples of each record that the fields hold.
+    held: Range<usize>,
+    /// Samples of a record.
+    record: usize,
     /// Samples of a record that are used.
     reached: usize,
     /// Samples of a record that are read at once.
@@ -59,6 +63,8 @@ impl<'a> Shots<'a> {
             fields,
             first,
             gaps,
+            held: 0..first.n_times(),
+            record: first.n_times(),
             reached,
             longest: first.n_times(),
             memory: memory.unwrap_or_else(half_of_free_memory),
@@ -73,6 +79,21 @@ impl<'a> Shots<'a> {
     /// Bytes of working memory.
     pub fn memory(&self) -> u64 {
         self.memory
+    }
+
+    /// The same of fields that hold the samples of records of `record` samples from the one at `first` on.
+    #[must_use]
+    pub fn of_block(self, first: usize, record: usize) -> Self {
+        Shots {
+            held: first..first + self.first.n_times(),
+            record,
+            ..self
+        }
+    }
+
+    /// Samples of a record that are read at once.
+    pub fn longest(&self) -> usize {
+        self.longest
     }
 
     /// The same for [`Self::each_portion`] of these.
@@ -131,13 +152,7 @@ impl<'a> Shots<'a> {
     ) -> Result<f64> {
         let mut first_unit = None;
         for field in self.fields {
-            self.visit(
-                field,
-                0..field.n_times(),
-                block,
-                &mut first_unit,
-                &mut visit,
-            )?;
+            self.visit(field, self.held.clone(), block, &mut first_unit, &mut visit)?;
         }
         Ok(first_unit.unwrap_or(1.0))
     }
@@ -194,7 +209,7 @@ impl<'a> Shots<'a> {
         let Range { start, end } = portion.samples;
         let cuts = [
             (start > 0).then_some(start),
-            (end < field.n_times()).then_some(end - 1),
+            (end < self.record).then_some(end - 1),
         ];
         for time in cuts.into_iter().flatten() {
             if let Some(site) = shot.prepared.gap_at(time - start) {
@@ -225,7 +240,7 @@ impl<'a> Shots<'a> {
         }
         let mut kept = KeptSegments::all(segments);
         for field in self.fields {
-            let prepared = self.prepared(field, 0..field.n_times(), None)?;
+            let prepared = self.prepared(field, self.held.clone(), None)?;
             for (site, lag) in sites {
                 let missing = prepared.masked(*site).iter();
                 let missing = missing.filter_map(|gap| gap.time.checked_sub(*lag));
@@ -235,6 +250,7 @@ impl<'a> Shots<'a> {
         Ok(Some(kept))
     }
 
+    /// These samples of a record, which are `times` behind its beginning.
     fn prepared<'f>(
         &self,
         field: &'f Field,
@@ -258,7 +274,10 @@ impl<'a> Shots<'a> {
             memory: self.memory / 4,
         };
         let sites = 0..field.n_sites();
-        let prepared = Prepared::new(field, times, sites, preparation, tiles, self.observer);
+        let before = self.held.start;
+        let rows = times.start - before..times.end - before;
+        let prepared = Prepared::new(field, rows, sites, preparation, tiles, self.observer);
+        let prepared = prepared.map_err(|error| error.later(before));
         prepared.map(|(prepared, _)| prepared)
     }
 }

@@ -125,6 +125,12 @@ impl Sums {
         pieces.fill([LaneBlock::default(); PIECE]);
     }
 
+    /// Zeros as the sums of so many whole records of zeros.
+    pub fn of_silence(mut self, records: usize) -> Sums {
+        (0..records).for_each(|_| self.complete(true));
+        self
+    }
+
     /// Sums of the steadiness of whole records, of each lane; 1 for records of zeros.
     pub fn steadiness(&self) -> [f64; WIDTH] {
         self.blocks.last().map_or([0.0; WIDTH], |block| block.0)
@@ -277,8 +283,8 @@ pub(crate) struct RecordTree {
     records: Tree,
     /// Of records that are not whole, in order.
     loose: Vec<TreeNode>,
-    /// Segments of the record that is being combined.
-    segments: SegmentTree,
+    /// The record that is being combined, and its segments.
+    open: (usize, SegmentTree),
 }
 
 impl RecordTree {
@@ -307,7 +313,9 @@ impl RecordTree {
     }
 
     /// All nodes.
-    pub fn into_nodes(self) -> Vec<TreeNode> {
+    pub fn into_nodes(mut self) -> Vec<TreeNode> {
+        let (record, mut segments) = std::mem::take(&mut self.open);
+        self.take(&mut segments, record, false, false);
         let whole = self.records.nodes.into_iter();
         let whole = whole.map(|(level, index, sums)| TreeNode {
             record: None,
@@ -324,16 +332,24 @@ impl RecordTree {
         match node.record {
             None => self.records.push(node.level, node.index, node.sums),
             Some(record) => {
-                let mut tree = std::mem::take(&mut self.segments);
+                let (_, mut tree) = std::mem::take(&mut self.open);
                 tree.0.push(node.level, node.index, node.sums);
                 if end == segments {
-                    self.take(&mut tree, record, true, about_mean);
+                    let is_whole = matches!(tree.0.nodes.first(), Some((_, 0, _)));
+                    self.take(&mut tree, record, is_whole, about_mean);
                 }
                 tree.0.free.clear();
-                self.segments = tree;
+                self.open = (record, tree);
             }
         }
         self.records.free.clear();
+    }
+
+    /// Of the sums of all records.
+    pub fn of_total(total: Sums) -> RecordTree {
+        let mut tree = RecordTree::default();
+        tree.records.push(0, 0, total);
+        tree
     }
 
     /// The sum of all records in place of their nodes: nothing follows.

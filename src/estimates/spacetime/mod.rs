@@ -9,8 +9,8 @@ use ndarray::Array2;
 use crate::error::{Error, Result};
 use crate::estimates::parts::Divided;
 use crate::estimates::realisations::{
-    Averaging, Grid, Independence, LEAST_STEADINESS, Portion, Realisations, RecordTree, Shots,
-    Sums, Tapers, TreeNode, first_of, interval_factors, refuse_left_out, steadiness,
+    Averaging, FactorTable, Grid, Independence, LEAST_STEADINESS, Portion, Realisations,
+    RecordTree, Shots, Sums, Tapers, TreeNode, first_of, refuse_left_out, steadiness,
 };
 use crate::field::{Axis, Field, Quantity};
 use crate::observer::Observer;
@@ -28,6 +28,8 @@ pub struct SpaceTimeRequest {
     pub is_whole: bool,
     /// Along space, over all sites.
     pub space: Tapers,
+    /// Whether several tapers have Thomson's adaptive weights; else all have the same.
+    pub is_adaptive: bool,
     pub gaps: Gaps,
     /// Probability by which the true spectrum is outside of its interval.
     pub alpha: f64,
@@ -45,6 +47,7 @@ impl Default for SpaceTimeRequest {
             averaging: Averaging::default(),
             is_whole: false,
             space: Tapers::Window(Window::Hann),
+            is_adaptive: true,
             gaps: Gaps::Refuse,
             alpha: 0.05,
             threads: None,
@@ -91,7 +94,8 @@ pub struct SpaceTimeEstimate {
     pub power: f64,
     /// Mean square of the samples of all segments, less what was removed from each.
     pub mean_square: f64,
-    /// `power` over the mean square under the squares of the tapers, minus 1: Parseval's identity.
+    /// The integral of the spectrum by equal weights over the mean square under the squares of the tapers,
+    /// minus 1: Parseval's identity.
     pub parseval: f64,
 }
 
@@ -107,10 +111,17 @@ impl SpaceTimeEstimate {
         self.independence.records > 1 || !self.independence.is_transient()
     }
 
-    /// Degrees of freedom of the cells whose transforms are complex; `None` without intervals.
-    pub fn inner_degrees(&self) -> Option<f64> {
-        let most = self.degrees.iter().copied().fold(f64::NAN, f64::max);
-        most.is_finite().then_some(most)
+    /// The least, the median and the largest of the degrees of freedom where transforms are complex; `None`
+    /// without intervals.
+    pub fn degrees_range(&self) -> Option<[f64; 3]> {
+        let (length, sites) = (self.segment[0], self.wavenumber.len());
+        let cells = self.degrees.indexed_iter();
+        let complex =
+            cells.filter(|((m, i), d)| d.is_finite() && !is_real([*m, *i], length, sites));
+        let mut all: Vec<f64> = complex.map(|(_, d)| *d).collect();
+        all.sort_by(f64::total_cmp);
+        let last = all.len().checked_sub(1)?;
+        Some([all[0], all[last / 2], all[last]])
     }
 
     /// Row and column of the largest density where an interval may be.
@@ -144,6 +155,12 @@ impl SpaceTimeEstimate {
     }
 }
 
+/// Whether the transform of a cell is a real number.
+fn is_real([m, i]: [usize; 2], length: usize, sites: usize) -> bool {
+    let at_end = sites.is_multiple_of(2) && i == 0;
+    fold(m, length) == 1.0 && (i == sites / 2 || at_end)
+}
+
 /// `S(k, f)` averaged over segments in time, records, and tapers in time and space.
 ///
 /// # Equation
@@ -158,9 +175,14 @@ impl SpaceTimeEstimate {
 ///
 /// with K the effective number of realisations, `K = (records) (segments and tapers in time, Welch) (tapers in
 /// space)`, and q the quantiles of the chi-square distribution. At f = 0 and at the Nyquist frequency S lacks
-/// the factor 2; where k is 0 or Nyquist as well, transforms are real and `nu = K`. All tapers have the same
-/// weight. The integral of S over f and k is the mean of `sum_n sum_j w_a(n)^2 u_b(j)^2 v(n, j)^2` (Parseval),
-/// without tapers the mean square.
+/// the factor 2; where k is 0 or Nyquist as well, transforms are real and `nu` is half as large. With equal
+/// weights of all tapers the integral of S over f and k is the mean of
+/// `sum_n sum_j w_a(n)^2 u_b(j)^2 v(n, j)^2` (Parseval), without tapers the mean square.
+///
+/// With adaptive weights the mean over the pairs of tapers is weighted as over the tapers of
+/// [`spectrum()`](super::spectrum()), with the concentration `l_a l_b` of a pair and the mean square of all
+/// samples under the tapers: leakage from anywhere in the (k, f) plane counts less where S is low. Then
+/// `nu = 2 K (sum w)^2 / (P sum w^2)` over the P pairs.
 ///
 /// The interval holds for records that are stationary in time and alike along space. If most of the energy is
 /// at sites with a transient, only records count; if it is at a few sites, tapers along space count as one.
@@ -179,7 +201,8 @@ impl SpaceTimeEstimate {
 ///
 /// # Source
 /// J. Capon, Proc. IEEE 57, 1408 (1969), section II, for the estimate by segments; P. D. Welch (1967), eq. 12,
-/// and D. J. Thomson (1982) for the effective number.
+/// and D. J. Thomson (1982) for the effective number and for the weights; A. Hanssen, Signal Process. 58, 327
+/// (1997), for products of tapers along both axes.
 pub fn spacetime(
     fields: &[&Field],
     request: &SpaceTimeRequest,
@@ -234,7 +257,7 @@ impl Divided for SpaceTimeRequest {
     }
 
     fn zeros(&self, grid: &Grid, realisations: &Realisations) -> Vec<Sums> {
-        pass::zeros(grid, realisations)
+        pass::zeros(grid, realisations, self.pairs())
     }
 
     fn about_mean(&self) -> bool {
@@ -263,7 +286,7 @@ impl Divided for SpaceTimeRequest {
         unit: f64,
     ) -> Result<SpaceTimeEstimate> {
         let pass = Pass::new(self, realisations, grid.clone())?;
-        self.finish(&pass, records, &pass.totals(trees), unit)
+        self.finish(&pass, records, &pass.totals(records, trees), unit)
     }
 }
 
@@ -271,6 +294,14 @@ impl Divided for SpaceTimeRequest {
 const PARSEVAL: f64 = 1e-10;
 
 impl SpaceTimeRequest {
+    /// Pairs of tapers that have sums of their own: all where weights are adaptive, else one.
+    fn pairs(&self) -> usize {
+        match self.is_adaptive {
+            true => self.averaging.tapers.count() * self.space.count(),
+            false => 1,
+        }
+    }
+
     fn finish(
         &self,
         pass: &Pass<'_>,
@@ -282,18 +313,24 @@ impl SpaceTimeRequest {
         let (length, sites) = (time.segments.length, grid.sites);
         let count = (records * time.segments.count()) as f64;
         let tapers = [time.tapers(), pass.space.tapers()];
-        let all = count * (tapers[0] * tapers[1]) as f64;
         let scale = unit * unit;
         let density = grid.time.step * grid.space.step / TAU * scale;
-        let spectrum = Array2::from_shape_fn((time.bins(), sites), |(m, i)| {
-            totals.power(m, i) / all * density * fold(m, length)
-        });
         let cell = 1.0 / (length as f64 * grid.time.step) * TAU / (sites as f64 * grid.space.step);
-        let values: Vec<f64> = spectrum.iter().copied().collect();
-        let power = crate::numeric::sum(&values) * cell;
+        let of = |mean: &dyn Fn(usize, usize) -> f64| {
+            let value = |(m, i)| mean(m, i) * density * fold(m, length);
+            let spectrum = Array2::from_shape_fn((time.bins(), sites), value);
+            let values: Vec<f64> = spectrum.iter().copied().collect();
+            let power = crate::numeric::sum(&values) * cell;
+            (spectrum, power)
+        };
+        let (spectrum, power) = of(&|m, i| totals.mean(m, i));
+        let equal = match self.pairs() {
+            1 => power,
+            _ => of(&|m, i| totals.equal(m, i)).1,
+        };
         let tapered = totals.tapered() / count * scale;
         let parseval = match tapered > 0.0 {
-            true => power / tapered - 1.0,
+            true => equal / tapered - 1.0,
             false => 0.0,
         };
         if parseval.is_nan() || parseval.abs() > PARSEVAL {
@@ -313,32 +350,41 @@ impl SpaceTimeRequest {
             time.effective() * of_space,
             totals.steadiness(records),
         );
-        let degrees_of = match (independence.is_transient(), records) {
-            (true, 0..2) => f64::NAN,
-            (true, _) => 2.0 * records as f64,
-            (false, _) => 2.0 * independence.effective,
+        // Realisations that count, if they have the same weight; by the shares of the weights otherwise.
+        let (most, is_by_weights) = match (independence.is_transient(), records) {
+            (true, 0..2) => (f64::NAN, false),
+            (true, _) => (2.0 * records as f64, false),
+            (false, _) => (2.0 * independence.effective, self.pairs() > 1),
         };
-        let factors = [1.0, 0.5].map(|real| match degrees_of.is_finite() {
-            true => interval_factors(real * degrees_of, self.alpha),
-            false => [f64::NAN; 2],
-        });
         let mean_is_removed = self.about_mean();
         let wavenumber = wavenumbers_signed(sites, grid.space.step);
-        // Of a row and a column, whether transforms are real.
-        let is_real = |m: usize, i: usize| {
-            let at_end = sites % 2 == 0 && i == 0;
-            fold(m, length) == 1.0 && (i == sites / 2 || at_end)
-        };
-        let is_known = |m: usize, s: f64| s > 0.0 && !(m == 0 && mean_is_removed);
-        let of = |value: &dyn Fn(usize, f64) -> f64| {
-            Array2::from_shape_fn(spectrum.dim(), |(m, i)| match spectrum[[m, i]] {
-                s if is_known(m, s) => value(usize::from(is_real(m, i)), s),
-                _ => f64::NAN,
-            })
-        };
-        let degrees = of(&|real, _| degrees_of / (1 + real) as f64);
-        let low = of(&|real, s| s * factors[real][0]);
-        let high = of(&|real, s| s * factors[real][1]);
+        let degrees = Array2::from_shape_fn(spectrum.dim(), |(m, i)| {
+            if spectrum[[m, i]] <= 0.0 || (m == 0 && mean_is_removed) {
+                return f64::NAN;
+            }
+            let real = if is_real([m, i], length, sites) {
+                0.5
+            } else {
+                1.0
+            };
+            let share = if is_by_weights {
+                totals.share(m, i)
+            } else {
+                1.0
+            };
+            most * real * share
+        });
+        let least = 0.5 * most / self.pairs() as f64;
+        let table = most
+            .is_finite()
+            .then(|| FactorTable::new([least, most], self.alpha));
+        let mut low = degrees.clone();
+        let mut high = spectrum.clone();
+        for (low, high) in low.iter_mut().zip(&mut high) {
+            let factors = table.as_ref().map_or([f64::NAN; 2], |table| table.at(*low));
+            *low = *high * factors[0];
+            *high *= factors[1];
+        }
         let duration = length as f64 * grid.time.step;
         let extent = sites as f64 * grid.space.step;
         let half = |tapers: &Tapers, over: f64| match tapers {

@@ -7,12 +7,12 @@ use rayon::prelude::*;
 use super::SpaceTimeRequest;
 use crate::error::{Error, Result};
 use crate::estimates::realisations::{
-    Averaging, Grid, Portion, Realisations, RecordTree, SegmentScratch, SegmentTree, Shot, Shots,
-    Sums, TOGETHER, held_at_once,
+    Average, Averaging, Grid, Portion, Realisations, RecordTree, SegmentScratch, SegmentTree, Shot,
+    Shots, Sums, TOGETHER, Weights, held_at_once, nodes_of,
 };
-use crate::numeric::lanes::{LaneBlock, WIDTH};
+use crate::numeric::lanes::{LaneBlock, WIDTH, widest};
 use crate::prepare::Detrend;
-use crate::transform::{ComplexScratch, ComplexTransform};
+use crate::transform::{ComplexScratch, ComplexTransform, fold};
 
 /// Rows of the result that are summed together: those that pass through a transform at once.
 const ROWS: usize = ComplexTransform::<f64>::TOGETHER;
@@ -27,16 +27,18 @@ pub(super) struct Pass<'a> {
     pub space: Realisations,
     pub grid: Grid,
     transforms: Vec<ComplexTransform<f64>>,
+    /// Pairs of tapers that have sums of their own, taper along time by taper along space.
+    pairs: usize,
     /// Means over the tapers of their squares, along time and along space.
     squares: [Vec<f64>; 2],
 }
 
 /// Sums of the tiles of the result, in groups of rows, then of the tiles of sites.
-pub(super) fn zeros(grid: &Grid, realisations: &Realisations) -> Vec<Sums> {
+pub(super) fn zeros(grid: &Grid, realisations: &Realisations, pairs: usize) -> Vec<Sums> {
     let bins = realisations.bins();
     let rows = (0..bins.div_ceil(ROWS)).map(|group| {
         let rows = ROWS.min(bins - group * ROWS);
-        Sums::zeros(rows * grid.sites.div_ceil(WIDTH), 0)
+        Sums::zeros(rows * grid.sites.div_ceil(WIDTH) * pairs, 0)
     });
     let tiles = 0..grid.sites.div_ceil(TOGETHER);
     let sites = tiles.map(|_| Sums::zeros(OF_SITES, realisations.pieces()));
@@ -86,6 +88,7 @@ impl<'a> Pass<'a> {
         Ok(Pass {
             transforms: space.taper_samples().iter().map(plan).collect(),
             squares: [mean_squares(realisations), mean_squares(&space)],
+            pairs: request.pairs(),
             request,
             realisations,
             space,
@@ -180,16 +183,17 @@ impl<'a> Pass<'a> {
         // A complex row, its sums in the trees, and those that stay; then what does not depend on the rows.
         let stay = match is_all {
             true => 1,
-            false => 4 * segments + 2 * records,
+            false => 2 * nodes_of(portions, segments, records),
         };
-        let row = sites * (16 + 8 * (segments + records + 1));
+        let pairs = self.pairs as u64;
+        let row = sites * (16 + 8 * pairs * (segments + records + 1));
         let scratch = ComplexTransform::<f64>::working_bytes(self.grid.sites, self.grid.sites)
             + 16 * ROWS as u64 * sites
             + crate::transform::RecordTransform::<f64>::working_bytes(length, length, TOGETHER)
             + 24 * (TOGETHER * length) as u64;
         let pieces = 8 * Sums::blocks(OF_SITES, self.realisations.pieces()) as u64;
         let fixed = 8 * length as u64 * sites
-            + (8 * stay + 4 * 8) * sites * bins as u64
+            + (8 * pairs * stay + 6 * 8) * sites * bins as u64
             + sites * pieces * (segments + records + 1)
             + threads * scratch;
         let needed = fixed + ROWS as u64 * row;
@@ -288,7 +292,7 @@ impl<'a> Pass<'a> {
     ) {
         let sites = self.grid.sites;
         let blocks = sites.div_ceil(WIDTH);
-        let is_one = self.realisations.tapers() * self.transforms.len() == 1;
+        let is_one = self.realisations.tapers() * self.transforms.len() == self.pairs;
         let add = |scratch: &mut Scratch, (group, unit): (usize, &mut Unit)| {
             let first = rows.start + group * ROWS;
             let rows = first..rows.end.min(first + ROWS);
@@ -301,7 +305,7 @@ impl<'a> Pass<'a> {
                 }
             }
             if taper == 0 {
-                let zeros = || Sums::zeros(rows.len() * blocks, 0);
+                let zeros = || Sums::zeros(rows.len() * blocks * self.pairs, 0);
                 unit.segments.open(segment, is_one, zeros);
             }
             let shape = (rows.len(), sites);
@@ -309,13 +313,20 @@ impl<'a> Pass<'a> {
             let (Some(sums), Ok(profiles)) = (unit.segments.current(), profiles) else {
                 return;
             };
-            for transform in &self.transforms {
+            for (i, transform) in self.transforms.iter().enumerate() {
                 let powers = transform.powers(profiles, &mut scratch.space);
-                let sums = sums.plain_mut().chunks_exact_mut(blocks);
+                let sums = sums.plain_mut().chunks_exact_mut(blocks * self.pairs);
+                // With sums of its own, where those of this pair begin.
+                let pair = match self.pairs {
+                    1 => 0,
+                    _ => taper * self.transforms.len() + i,
+                };
                 for (powers, sums) in powers.chunks_exact(sites).zip(sums) {
-                    let sums: &mut [f64] = bytemuck::cast_slice_mut(sums);
-                    for (sum, power) in sums.iter_mut().zip(powers) {
-                        *sum += squared * power;
+                    let sums = sums.iter_mut().skip(pair).step_by(self.pairs);
+                    for (powers, sums) in powers.chunks(WIDTH).zip(sums) {
+                        for (sum, power) in sums.0.iter_mut().zip(powers) {
+                            *sum += squared * power;
+                        }
                     }
                 }
             }
@@ -329,17 +340,74 @@ impl<'a> Pass<'a> {
             .for_each_init(Scratch::default, add);
     }
 
-    /// The sums of all records.
-    pub fn totals(&self, trees: Vec<RecordTree>) -> Totals {
-        let zeros = zeros(&self.grid, self.realisations);
+    /// The sums of all `records`.
+    pub fn totals(&self, records: usize, trees: Vec<RecordTree>) -> Totals {
+        let zeros = zeros(&self.grid, self.realisations, self.pairs);
         let total = |(mut tree, zeros): (RecordTree, Sums)| tree.total().unwrap_or(zeros);
         let mut groups: Vec<Sums> = trees.into_iter().zip(zeros).map(total).collect();
         let tiles = groups.split_off(self.realisations.bins().div_ceil(ROWS));
+        let groups: Vec<Vec<LaneBlock>> = groups.into_iter().map(Sums::into_plain).collect();
+        let pairs = self.realisations.tapers() * self.space.tapers();
+        let count = (records * self.realisations.segments.count()) as f64;
+        let weighted = (self.pairs > 1).then(|| self.weighted(&groups, count));
         Totals {
             groups,
+            weighted,
             tiles,
             sites: self.grid.sites,
+            pairs: self.pairs,
+            realisations: count * pairs as f64,
             space: self.squares[1].clone(),
+        }
+    }
+
+    /// Averages over the pairs of tapers, of which each has `count` realisations, by adaptive weights.
+    fn weighted(&self, groups: &[Vec<LaneBlock>], count: f64) -> Weighted {
+        // Concentrations that round to 1 would leave nothing to weigh cells without energy by.
+        let [time, space] = [
+            &self.realisations.concentrations,
+            &self.space.concentrations,
+        ];
+        let products = time.iter().flat_map(|a| space.iter().map(move |b| a * b));
+        let concentrations: Vec<f64> = products.map(|l| l.min(1.0 - f64::EPSILON)).collect();
+        let variance = self.variance(groups, &concentrations, count);
+        let weights = Weights::new(&concentrations, true);
+        let of_group = |energies: &Vec<LaneBlock>| {
+            let cells = energies.len() / self.pairs;
+            let mut spectrum = vec![LaneBlock::default(); cells];
+            let mut shape = vec![LaneBlock::default(); cells];
+            widest(Average {
+                weights: &weights,
+                energies,
+                count: [count; WIDTH],
+                variance: [variance; WIDTH],
+                spectrum: &mut spectrum,
+                shape: &mut shape,
+            });
+            [spectrum, shape]
+        };
+        Weighted(groups.par_iter().map(of_group).collect())
+    }
+
+    /// Mean square of the tapered samples, pairs of tapers weighted by the squares of their concentrations; 1
+    /// of still fields.
+    fn variance(&self, groups: &[Vec<LaneBlock>], concentrations: &[f64], count: f64) -> f64 {
+        let length = self.realisations.segments.length;
+        let of_row = self.grid.sites.div_ceil(WIDTH) * self.pairs;
+        let rows = groups.iter().flat_map(|group| group.chunks_exact(of_row));
+        let mut sum = 0.0;
+        for (m, row) in rows.enumerate() {
+            for cell in row.chunks_exact(self.pairs) {
+                for (energy, concentration) in cell.iter().zip(concentrations) {
+                    let weight = fold(m, length) * concentration * concentration;
+                    sum += weight * energy.0.iter().sum::<f64>();
+                }
+            }
+        }
+        let weights: f64 = concentrations.iter().map(|l| l * l).sum();
+        match sum > 0.0 {
+            true => sum / (weights * (length * self.grid.sites) as f64 * count),
+            false => 1.0,
         }
     }
 }
@@ -387,21 +455,55 @@ fn mean_squares(realisations: &Realisations) -> Vec<f64> {
         .collect()
 }
 
+/// Averages by adaptive weights, and half of the degrees of freedom of one realisation of each pair of tapers;
+/// of each group of rows, `[row * blocks + block]`.
+struct Weighted(Vec<[Vec<LaneBlock>; 2]>);
+
 /// Sums over all realisations.
 pub(super) struct Totals {
-    groups: Vec<Sums>,
+    /// `[(row * blocks + block) * pairs + pair]`.
+    groups: Vec<Vec<LaneBlock>>,
+    weighted: Option<Weighted>,
     tiles: Vec<Sums>,
     sites: usize,
+    pairs: usize,
+    /// Of all pairs.
+    realisations: f64,
     /// Mean of the squares of the tapers along space.
     space: Vec<f64>,
 }
 
 impl Totals {
-    /// `|X|^2` of a cell, over all realisations.
-    pub fn power(&self, row: usize, column: usize) -> f64 {
-        let blocks = self.sites.div_ceil(WIDTH);
-        let block = row % ROWS * blocks + column / WIDTH;
-        self.groups[row / ROWS].plain()[block].0[column % WIDTH]
+    fn cell(&self, row: usize, column: usize) -> usize {
+        row % ROWS * self.sites.div_ceil(WIDTH) + column / WIDTH
+    }
+
+    /// The mean of `|X|^2` of a cell, by adaptive weights if there are any.
+    pub fn mean(&self, row: usize, column: usize) -> f64 {
+        match &self.weighted {
+            None => self.equal(row, column),
+            Some(Weighted(groups)) => {
+                groups[row / ROWS][0][self.cell(row, column)].0[column % WIDTH]
+            }
+        }
+    }
+
+    /// The mean of `|X|^2` of a cell, by equal weights.
+    pub fn equal(&self, row: usize, column: usize) -> f64 {
+        let from = self.cell(row, column) * self.pairs;
+        let pairs = &self.groups[row / ROWS][from..][..self.pairs];
+        pairs.iter().map(|sum| sum.0[column % WIDTH]).sum::<f64>() / self.realisations
+    }
+
+    /// Degrees of freedom of a cell over those with equal weights.
+    pub fn share(&self, row: usize, column: usize) -> f64 {
+        match &self.weighted {
+            None => 1.0,
+            Some(Weighted(groups)) => {
+                let shape = &groups[row / ROWS][1][self.cell(row, column)];
+                shape.0[column % WIDTH] / self.pairs as f64
+            }
+        }
     }
 
     fn of_site(&self, what: usize) -> impl Iterator<Item = f64> + '_ {

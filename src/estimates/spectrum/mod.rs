@@ -1,6 +1,5 @@
 //! Power spectral densities of all sites with intervals, and lines in them.
 
-mod adaptive;
 mod found;
 mod lines;
 mod mean;
@@ -80,7 +79,7 @@ impl Default for SpectrumRequest {
     }
 }
 
-/// What a jackknife leaves out in turn.
+/// What a jackknife leaves out, one after another.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, serde::Serialize)]
 #[serde(rename_all = "kebab-case")]
 pub enum LeftOutEach {
@@ -267,13 +266,13 @@ pub fn spectrum(
     observer: &dyn Observer,
 ) -> Result<SpectrumEstimate> {
     let given = first_of(fields)?;
-    let turned: Vec<Field>;
+    let transposed: Vec<Field>;
     let exchanged: Vec<&Field>;
     let (first, fields) = match request.along {
         SpectrumAxis::Time => (given, fields),
         SpectrumAxis::Space => {
-            turned = fields.iter().map(|field| field.transposed()).collect();
-            exchanged = turned.iter().collect();
+            transposed = fields.iter().map(|field| field.transposed()).collect();
+            exchanged = transposed.iter().collect();
             (exchanged[0], &exchanged[..])
         }
     };

@@ -5,15 +5,14 @@ use std::ops::Range;
 use num_complex::Complex;
 use rayon::prelude::*;
 
-use super::adaptive::{Average, LeftOut, Weights, WithoutOne};
 use super::lines::{LINE_BLOCKS, OFFSETS, TaperSums};
 use super::noise::LeadIn;
 use super::{LeftOutEach, SpectrumAxis, SpectrumEstimate, SpectrumRequest};
 use crate::error::Result;
 use crate::estimates::realisations::{
-    Grid, Independence, KeptSegments, Portion, Realisations, RecordTree, SegmentPairs,
-    SegmentScratch, SegmentTree, SegmentsLeft, Shot, Shots, Sums, TOGETHER, TreeNode, held_at_once,
-    no_segment_left, steadiness_without,
+    Average, Grid, Independence, KeptSegments, LeftOut, Portion, Realisations, RecordTree,
+    SegmentPairs, SegmentScratch, SegmentTree, SegmentsLeft, Shot, Shots, Sums, TOGETHER, TreeNode,
+    Weights, WithoutOne, held_at_once, no_segment_left, nodes_of, steadiness_without,
 };
 use crate::numeric::lanes::{LaneBlock, widest};
 use crate::prepare::{Detrend, Gaps, Trend};
@@ -131,7 +130,8 @@ impl<'a> Pass<'a> {
     }
 
     pub fn run(&self, shots: &Shots<'_>) -> Result<SpectrumEstimate> {
-        let block = shots.block("the spectra of this field", self.held(true))?;
+        let held = self.held(shots.longest(), None);
+        let block = shots.block("the spectra of this field", held)?;
         let whole: Vec<Portion> = (0..self.records)
             .map(|record| self.realisations.whole(record))
             .collect();
@@ -184,7 +184,8 @@ impl<'a> Pass<'a> {
         shots: &Shots<'_>,
         portions: &[Portion],
     ) -> Result<(f64, Vec<Vec<TreeNode>>)> {
-        let block = shots.block("the spectra of this part", self.held(false))?;
+        let held = self.held(shots.longest(), Some(portions));
+        let block = shots.block("the spectra of this part", held)?;
         let mut tiles = Vec::new();
         tiles.resize_with(shots.tiles(), TileSums::default);
         let unit = self.sum(shots, block, portions, &mut tiles)?;
@@ -211,9 +212,9 @@ impl<'a> Pass<'a> {
         self.finish(&tiles, left_out, (unit, false))
     }
 
-    /// Bytes that are needed beside the samples.
-    fn held(&self, is_all: bool) -> u64 {
-        let (samples, bins) = (self.grid.times as u64, self.realisations.bins() as u64);
+    /// Bytes that are needed beside the samples, of which so many of a record are read; of these portions, or all.
+    fn held(&self, samples: usize, portions: Option<&[Portion]>) -> u64 {
+        let (samples, bins) = (samples as u64, self.realisations.bins() as u64);
         let sites = self.grid.sites.next_multiple_of(TOGETHER) as u64;
         let length = self.realisations.segments.length;
         let threads = rayon::current_num_threads() as u64;
@@ -224,10 +225,10 @@ impl<'a> Pass<'a> {
         let of_segments = held_at_once(self.realisations.segments.count());
         let of_records = held_at_once(self.records);
         let scratch = together * (16 * samples + 2 * energies + 48 * bins + of_segments * sums);
-        let kept = match (is_all, self.records) {
-            (true, 1) => bins * HELD,
-            (true, _) => bins * HELD + of_records * sums,
-            (false, _) => 2 * (2 * of_segments + of_records) * sums,
+        let kept = match (portions, self.records) {
+            (None, 1) => bins * HELD,
+            (None, _) => bins * HELD + of_records * sums,
+            (Some(portions), _) => 2 * nodes_of(portions, of_segments, of_records) * sums,
         };
         sites * kept + threads * (scratch + transform)
     }

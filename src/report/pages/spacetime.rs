@@ -21,7 +21,8 @@ const DEFINITIONS: [(&str, &str); 5] = [
     (
         "Degrees of freedom",
         "Twice the number of independent realisations: segments, records, and tapers along both axes. \
-         Overlapping segments count by their effective number.",
+         Overlapping segments count by their effective number, tapers by their weights: those that leak count less \
+         where the spectrum is low.",
     ),
     (
         "Interval",
@@ -66,15 +67,19 @@ pub fn spacetime_html(
         ]);
     }
     let independence = &found.independence;
-    let interval = match found.inner_degrees() {
-        Some(degrees) => {
+    let interval = match found.degrees_range() {
+        Some([least, degrees, most]) => {
             let [low, high] = interval_factors(degrees, found.alpha);
             format!(
-                "With probability {} the true density is between {} and {} of a value: {} degrees of freedom",
+                "With probability {} the true density is between {} and {} of a value: {} degrees of freedom{}",
                 percent(1.0 - found.alpha),
                 number(low),
                 number(high),
-                number(degrees)
+                number(degrees),
+                match least < most {
+                    true => format!(" ({} to {})", number(least), number(most)),
+                    false => String::new(),
+                }
             )
         }
         None => "No interval can be stated: a transient is one realisation".into(),

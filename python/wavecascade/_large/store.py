@@ -10,7 +10,7 @@ from contextlib import contextmanager
 from pathlib import Path
 from typing import Any
 
-from wavecascade._words import Progress, observed
+from wavecascade._keywords.words import Progress, observed
 
 Task = tuple[str, Callable[..., Any], tuple[Any, ...]]
 

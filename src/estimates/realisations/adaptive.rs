@@ -20,7 +20,7 @@ const CHANGE: f64 = 1e-13;
 /// solved by iteration. Degrees of freedom: `2 (sum w_k)^2 / sum w_k^2`.
 ///
 /// Source: Thomson (1982), eq. 5.2 to 5.4; Percival and Walden (1993), eq. 368a, 370a and 370b.
-pub(super) struct Weights {
+pub(crate) struct Weights {
     /// Of each taper; all 1 for equal weights.
     concentrations: Vec<f64>,
     is_adaptive: bool,
@@ -82,14 +82,14 @@ impl Weights {
     }
 }
 
-/// Averages of all bins of a tile.
-pub(super) struct Average<'a> {
+/// Averages of all cells of a tile.
+pub(crate) struct Average<'a> {
     pub weights: &'a Weights,
-    /// Sums over the realisations of each taper, `[bin * tapers + taper]`.
+    /// Sums over the realisations of each taper, `[cell * tapers + taper]`.
     pub energies: &'a [LaneBlock],
-    /// Realisations of each taper at each site; above 0.
+    /// Realisations of each taper in each lane; above 0.
     pub count: [f64; WIDTH],
-    /// Variance of each site's samples; above 0.
+    /// Variance of the samples of each lane; above 0.
     pub variance: [f64; WIDTH],
     /// The averages, and half of the degrees of freedom of one realisation of each taper.
     pub spectrum: &'a mut [LaneBlock],
@@ -128,7 +128,7 @@ impl SimdKernel for Average<'_> {
 }
 
 /// The averages without one realisation, or without a whole record: sums of the deviations of their logarithms.
-pub(super) struct WithoutOne<'a> {
+pub(crate) struct WithoutOne<'a> {
     pub average: &'a Weights,
     pub energies: &'a [LaneBlock],
     pub count: [f64; WIDTH],
@@ -141,7 +141,7 @@ pub(super) struct WithoutOne<'a> {
 }
 
 /// What is left out.
-pub(super) enum LeftOut<'a> {
+pub(crate) enum LeftOut<'a> {
     /// One realisation of a taper, a block a bin; 0 in place of 1 at sites that do not have it.
     Realisation(usize, [f64; WIDTH], &'a [LaneBlock]),
     /// This many realisations of every taper, `[bin * tapers + taper]`.

@@ -1,4 +1,4 @@
-"""Windows, sums and trends in the order of operations of the program, for arrays of segments."""
+"""Windows and sums in the order of operations of the program, for what is transformed over a store."""
 
 from __future__ import annotations
 
@@ -96,92 +96,6 @@ def window(name: object, n: int) -> Array:
 
     half = [sample(j) for j in range(n // 2 + 1)]
     return np.array([half[min(j, n - j)] for j in range(n)])
-
-
-def detrended(x: Array, kind: str) -> Array:
-    """Segments ``(segment, sample, site)`` without their means or lines."""
-    if kind == "none":
-        return x
-    n = x.shape[1]
-    high = pairwise_sum(x) / n
-    rest = x - high[:, None]
-    low = pairwise_sum(rest) / n
-    if kind == "mean":
-        return rest - low[:, None]
-    index = np.arange(n) - (n - 1.0) / 2.0
-    mean = sum_of(index) / n
-    spread = sum_of((index - mean) ** 2)
-    slope = np.zeros_like(low)
-    if spread > 0.0:
-        slope = pairwise_sum((index - mean)[None, :, None] * (rest - low[:, None])) / spread
-        low = low - slope * mean
-    return rest - (low[:, None] + slope[:, None] * index[None, :, None])
-
-
-def effective_number(weights: Array, hop: int, count: int) -> float:
-    """How many independent segments of white noise have the variance of the average of ``count``.
-
-    S^2 / sum_{s s'} (sum_n w_s(n) w_s'(n))^2 / (sum w^2)^2. Source: Welch (1967), eq. 12.
-    """
-    power = math.fsum(weights * weights)
-    beside, j = 0.0, 1
-    while j < count and j * hop < len(weights):
-        shared = math.fsum(weights[j * hop :] * weights[: len(weights) - j * hop]) / power
-        beside += (count - j) * shared**2
-        j += 1
-    return count**2 / (count + 2.0 * beside)
-
-
-def _gamma_share(a: float, x: float) -> float:
-    """The regularized lower incomplete gamma function P(a, x); DLMF 8.11.4 and 8.9.2."""
-    if x <= 0.0:
-        return 0.0
-    scale = math.exp(a * math.log(x) - x - math.lgamma(a))
-    if x < a + 1.0:
-        term = total = 1.0 / a
-        k = a
-        while term > 1e-17 * total:
-            k += 1.0
-            term *= x / k
-            total += term
-        return scale * total
-    # Lentz' method.
-    tiny = 1e-300
-    b = x + 1.0 - a
-    c, d = 1.0 / tiny, 1.0 / b
-    h = d
-    for i in range(1, 100_000):
-        an = -i * (i - a)
-        b += 2.0
-        d = an * d + b
-        d = 1.0 / (d if abs(d) > tiny else tiny)
-        c = b + an / c
-        c = c if abs(c) > tiny else tiny
-        h *= d * c
-        if abs(d * c - 1.0) < 1e-16:
-            break
-    return 1.0 - scale * h
-
-
-def chi_square_quantile(share: float, degrees: float) -> float:
-    """The value that chi-square of ``degrees`` stays below with probability ``share``."""
-    low, high = 0.0, degrees + 10.0
-    while _gamma_share(0.5 * degrees, 0.5 * high) < share:
-        high *= 2.0
-    while True:
-        middle = 0.5 * (low + high)
-        if not low < middle < high:
-            return middle
-        if _gamma_share(0.5 * degrees, 0.5 * middle) < share:
-            low = middle
-        else:
-            high = middle
-
-
-def interval_factors(degrees: float, alpha: float) -> tuple[float, float]:
-    """What a spectrum is multiplied by for the ends of its interval at ``1 - alpha``."""
-    low = degrees / chi_square_quantile(1.0 - 0.5 * alpha, degrees)
-    return low, degrees / chi_square_quantile(0.5 * alpha, degrees)
 
 
 def columns(a: Array, axis: int, real: bool) -> Array:

@@ -9,10 +9,10 @@ from typing import Any, Unpack
 import numpy as np
 
 from wavecascade import _native
-from wavecascade._fields import is_dataarray, is_path, source
-from wavecascade._options import AnalyzeOptions, FieldOptions, FilterOptions, OpenOptions
-from wavecascade._results import dataarray, dataset, summary_attrs, warn
-from wavecascade._words import Progress, observed, words
+from wavecascade._arrays.fields import is_dataarray, is_path, source
+from wavecascade._arrays.results import dataarray, dataset, summary_attrs, warn
+from wavecascade._keywords.options import AnalyzeOptions, FieldOptions, FilterOptions, OpenOptions
+from wavecascade._keywords.words import Progress, observed, words
 
 _ANALYZE = frozenset(AnalyzeOptions.__annotations__) | frozenset(OpenOptions.__annotations__)
 _FIELD = frozenset(FieldOptions.__annotations__)
@@ -113,9 +113,9 @@ def _lazy(field: Any, which: str, options: dict[str, object]) -> Any:
     import dask.array
     import xarray
 
-    from wavecascade._fields import _dims
+    from wavecascade._arrays.fields import dims_of
 
-    time, space = _dims(field, options)
+    time, space = dims_of(field, options)
     if space is None:
         raise ValueError("field: expected times and sites, found one dimension")
     ordered = field.transpose(time, space)
@@ -154,7 +154,7 @@ def _whole(field: Any, axis: int) -> Any:
     """The field in blocks of whole records, or of whole profiles, unless far above a chunk's size."""
     import dask
 
-    from wavecascade._store import shown
+    from wavecascade._large.store import shown
 
     chunks = field.data.chunks
     across = max(chunks[1 - axis])

@@ -12,17 +12,18 @@ from typing import Any, Unpack
 import numpy as np
 
 from wavecascade import _native
-from wavecascade._fields import is_path, source
-from wavecascade._options import (
+from wavecascade._arrays.fields import is_path, source
+from wavecascade._arrays.results import dataset, frame, summary_attrs, warn
+from wavecascade._keywords.options import (
     ATTENUATE,
     SWEEP,
     TRANSMIT,
     BudgetOptions,
     FieldOptions,
     LocalizeOptions,
+    TriadsOptions,
 )
-from wavecascade._results import dataset, frame, summary_attrs, warn
-from wavecascade._words import Progress, _one, observed, words
+from wavecascade._keywords.words import Progress, observed, one_word, words
 
 Scene = Mapping[str, object] | str | os.PathLike[str] | None
 
@@ -37,7 +38,7 @@ def _toml(value: Any) -> str:
         return json.dumps(value)
     if (isinstance(value, (Sequence, np.ndarray)) and np.ndim(value) != 0) or isinstance(value, list):
         return "[" + ", ".join(_toml(one) for one in value) + "]"
-    return _one(value)
+    return one_word(value)
 
 
 def _scene(scene: Scene) -> tuple[str | None, list[str]]:
@@ -103,6 +104,14 @@ def simulate(scene: Scene = None, *, progress: Progress = None, **keys: Any) -> 
     return out
 
 
+def _handle(run: Any) -> Any:
+    """The run of :func:`simulate` behind its arrays, if they are one's."""
+    held = getattr(run, "encoding", run)
+    if not isinstance(held, dict):
+        return None
+    return held.get("cascade_run") if hasattr(run, "encoding") else held.get("run")
+
+
 def budget(
     run: Any, scene: Scene = None, *, progress: Progress = None, **options: Unpack[BudgetOptions]
 ) -> Any:
@@ -133,10 +142,7 @@ def budget(
     """
     typed: dict[str, Any] = dict(options)
     text, file = _scene(scene)
-    held = getattr(run, "encoding", run)
-    handle = None
-    if isinstance(held, dict):
-        handle = held.get("cascade_run") if hasattr(run, "encoding") else held.get("run")
+    handle = _handle(run)
     moved: Any
     if handle is not None and scene is None:
         moved, name = handle, "run"
@@ -154,6 +160,47 @@ def budget(
     found = _native.budget(moved, text, said, observed(progress))
     warn(found, stacklevel=3)
     return dataset(found, summary_attrs(found["summary"], ("closure", "measurement", "units")))
+
+
+def triads(run: Any, *, progress: Progress = None, **options: Unpack[TriadsOptions]) -> Any:
+    """Which wavenumbers feed which: transfers by triads k = p + q, where the law is quadratic.
+
+    T(k|p,q) = N b / 3 Re[r_k* d(r_p r_q)/dt - 2 dr_k*/dt r_p r_q] of a chain with the force a r + b r^2;
+    T(k|p,q) = (k / 2) Im(u_k* u_p u_q) of Burgers' equation u_t + u u_x = nu u_xx, over a window of time.
+
+    Parameters
+    ----------
+    run
+        What :func:`simulate` returned in this process, or the path of a run file; with ``equation``, a
+        field over one period along x, as for :func:`analyze`.
+    progress
+        As for :func:`analyze`.
+    **options
+        Those of ``cascade triads``: ``equation="burgers"``, ``window_samples=(first, end)``,
+        ``memory``, ``threads``, and how a field is read.
+
+    Returns
+    -------
+    xarray.Dataset or dict
+        ``transfer`` and on a lattice ``umklapp`` ``(wavenumber, partner)``; ``gained``, ``change``,
+        ``flux`` ``(wavenumber)``; ``flux_of_group`` ``(group, wavenumber)``. What the triads say is in
+        attributes.
+
+    Raises
+    ------
+    ValueError
+        For a law without a quadratic term, options that do not fit, or a dataset that is no run.
+    OSError
+        For a file that cannot be read.
+    """
+    typed: dict[str, Any] = dict(options)
+    handle = None if "equation" in typed else _handle(run)
+    moved: Any = source(run, typed) if handle is None else handle
+    name = os.fspath(moved[0]) if isinstance(moved, list) else "run" if handle is not None else "field"
+    allowed = frozenset(TriadsOptions.__annotations__) | frozenset(FieldOptions.__annotations__)
+    found = _native.triads(moved, words("triads", typed, allowed, [name]), observed(progress))
+    warn(found, stacklevel=3)
+    return dataset(found, summary_attrs(found["summary"], without={name for name, *_ in found["arrays"]}))
 
 
 def _number(text: str) -> Any:

@@ -7,7 +7,7 @@ import warnings
 from collections.abc import Collection, Mapping
 from typing import TYPE_CHECKING, Any
 
-from wavecascade._words import CascadeWarning
+from wavecascade._keywords.words import CascadeWarning
 
 if TYPE_CHECKING:
     import xarray as xr

@@ -12,7 +12,7 @@ from typing import Any, Literal
 import numpy as np
 import numpy.typing as npt
 
-from wavecascade._windows import columns, pairwise_sum, window
+from wavecascade._large.windows import columns, pairwise_sum, window
 
 Array = npt.NDArray[Any]
 

@@ -38,11 +38,11 @@ class CascadeWarning(UserWarning):
     """A reason for doubt in a result, with what to do about it."""
 
 
-def _one(value: object) -> str:
+def one_word(value: object) -> str:
     if isinstance(value, bool):
         return "true" if value else "false"
     if hasattr(value, "item") and getattr(value, "ndim", None) == 0:
-        return _one(value.item())
+        return one_word(value.item())
     if isinstance(value, float):
         return repr(value)
     return os.fspath(value) if isinstance(value, os.PathLike) else str(value)
@@ -57,7 +57,7 @@ def _range(value: Any) -> str:
         ends = tuple(value)
     if len(ends) != 2:
         raise ValueError(f"expected two ends, found {value!r}")
-    return ":".join("" if end is None else _one(end) for end in ends)
+    return ":".join("" if end is None else one_word(end) for end in ends)
 
 
 def words(
@@ -85,7 +85,7 @@ def words(
         elif name in _RANGES and isinstance(value, (slice, tuple, list)):
             said.append(f"{option}={_range(value)}")
         elif isinstance(value, str) or not isinstance(value, Iterable):
-            said.append(f"{option}={_one(value)}")
+            said.append(f"{option}={one_word(value)}")
         elif name in _REPEATED:
             said += [f"{option}={_table(one)}" for one in value]
         else:
@@ -95,16 +95,16 @@ def words(
 
 def _table(value: Any) -> str:
     if isinstance(value, Mapping):
-        return ",".join(f"{key}={_one(one)}" for key, one in value.items())
-    return _one(value)
+        return ",".join(f"{key}={one_word(one)}" for key, one in value.items())
+    return one_word(value)
 
 
 def _listed(value: Any) -> str:
     if isinstance(value, range) and value.step == 1 and len(value):
         return f"{value.start}..{value.stop - 1}"
     if isinstance(value, str) or not isinstance(value, Iterable):
-        return _one(value)
-    return ",".join(_one(one) for one in value)
+        return one_word(value)
+    return ",".join(one_word(one) for one in value)
 
 
 class _Bar:

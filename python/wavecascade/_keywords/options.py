@@ -159,6 +159,12 @@ class SpectrumOptions(AverageOptions, total=False):
     subtract_noise: bool
 
 
+class PartialOptions(SpectrumOptions, total=False):
+    """Those of the estimates that are summed in parts."""
+
+    reference: int
+
+
 class ModesOptions(AverageOptions, total=False):
     """The options of ``cascade modes``."""
 
@@ -246,6 +252,14 @@ class BudgetOptions(FieldOptions, total=False):
     mass_error: float | str | Sequence[float]
     repetitions: int
     drift: Literal["none", "constant", "linear"]
+
+
+class TriadsOptions(FieldOptions, total=False):
+    """The options of ``cascade triads``."""
+
+    equation: Literal["burgers"]
+    window_samples: Sites
+    threads: int
 
 
 class LocalizeOptions(TypedDict, total=False):

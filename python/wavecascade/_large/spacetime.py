@@ -14,13 +14,21 @@ from typing import Any, Literal
 import numpy as np
 import numpy.typing as npt
 
-from wavecascade._axes import Axes, placed
-from wavecascade._blocks import Room, blocks, bytes_read, identity_of, longest_of, source_of
-from wavecascade._halves import CHUNK, Job, Source, along_space, along_time, first_bytes, second_bytes
+from wavecascade._arrays.axes import Axes, placed
+from wavecascade._keywords.words import Progress
+from wavecascade._large.blocks import Room, blocks, bytes_read, identity_of, longest_of, source_of
+from wavecascade._large.halves import (
+    CHUNK,
+    Job,
+    Source,
+    along_space,
+    along_time,
+    first_bytes,
+    second_bytes,
+)
+from wavecascade._large.store import Journal, Task, differing, run_each, shown
+from wavecascade._large.windows import sum_of, window
 from wavecascade._native import version
-from wavecascade._store import Journal, Task, differing, run_each, shown
-from wavecascade._windows import sum_of, window
-from wavecascade._words import Progress
 
 Array = npt.NDArray[Any]
 #: Name of the journal of a store that is not finished.

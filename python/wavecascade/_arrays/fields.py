@@ -88,7 +88,7 @@ def _coordinates(coordinate: Any) -> tuple[Coordinates, str | None]:
     return (listed, largest * relative, unit, None if step is None else float(step)), start
 
 
-def _dims(field: Any, options: Mapping[str, object]) -> tuple[str, str | None]:
+def dims_of(field: Any, options: Mapping[str, object]) -> tuple[str, str | None]:
     """The dimensions of times and of sites."""
     dims = [str(dim) for dim in field.dims]
     given = [options.get("time_dim"), options.get("space_dim")]
@@ -242,7 +242,7 @@ def samples(field: Any, options: MutableMapping[str, object]) -> _native.Samples
         values, unit = plain(field)
         return _native.Samples(values, name="field", unit=unit)
     field = _taken(field, options)
-    time, space = _dims(field, options)
+    time, space = dims_of(field, options)
     for option in ("layout", "time_dim", "space_dim"):
         options.pop(option, None)
     field = field.transpose(*([time] if space is None else [time, space]))

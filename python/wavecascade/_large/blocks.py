@@ -11,8 +11,8 @@ from typing import Any
 
 import numpy as np
 
-from wavecascade._halves import CHUNK, FIRST, SECOND, Source, first_bytes, ready, second_bytes
-from wavecascade._store import shown, size_of
+from wavecascade._large.halves import CHUNK, FIRST, SECOND, Source, first_bytes, ready, second_bytes
+from wavecascade._large.store import shown, size_of
 
 #: Share of a worker's memory that is used: Dask pauses workers from 0.8 on.
 _SHARE = 0.75

@@ -10,8 +10,9 @@ from collections.abc import Mapping
 from typing import Any, Unpack
 
 from wavecascade import _native
-from wavecascade._fields import pair, shots, source
-from wavecascade._options import (
+from wavecascade._arrays.fields import pair, shots, source
+from wavecascade._arrays.results import dataset, summary_attrs, warn
+from wavecascade._keywords.options import (
     BicoherenceOptions,
     CoherenceOptions,
     FieldOptions,
@@ -23,8 +24,7 @@ from wavecascade._options import (
     SpectrumOptions,
     TransferOptions,
 )
-from wavecascade._results import dataset, summary_attrs, warn
-from wavecascade._words import Progress, observed, words
+from wavecascade._keywords.words import Progress, observed, words
 
 _OPTIONS: dict[str, Any] = {
     "bicoherence": BicoherenceOptions,
@@ -44,7 +44,7 @@ _PAIRS: dict[str, dict[str, int]] = {
     "transfer": {"from_": 0, "to": 1},
 }
 #: Parts of summaries that repeat arrays.
-_IN_ARRAYS = frozenset({"columns", "delays", "outputs", "speeds"})
+IN_ARRAYS = frozenset({"columns", "delays", "outputs", "speeds"})
 
 
 def _made(
@@ -80,7 +80,7 @@ def _made(
     found = _native.estimate(sources, words(command, typed, allowed, names), observed(progress))
     warn(found, stacklevel=4)
     arrays = {name for name, *_ in found["arrays"]}
-    return dataset(found, summary_attrs(found["summary"], without=arrays | _IN_ARRAYS))
+    return dataset(found, summary_attrs(found["summary"], without=arrays | IN_ARRAYS))
 
 
 def bicoherence(

@@ -10,8 +10,8 @@ from typing import Any
 
 import numpy as np
 
-from wavecascade._fields import _dims, is_dataarray
-from wavecascade._options import FieldOptions
+from wavecascade._arrays.fields import dims_of, is_dataarray
+from wavecascade._keywords.options import FieldOptions
 
 #: Options of fields that say nothing of axes.
 _OTHERS = frozenset({"time_dim", "space_dim", "layout", "at", "select", "read", "memory", "header"})
@@ -84,7 +84,7 @@ def placed(field: Any, options: Mapping[str, object]) -> Placed:
         raise TypeError(f"got an unexpected keyword argument {unknown[0]!r}")
     said = {name: value for name, value in options.items() if name in AXES and value is not None}
     if is_dataarray(field):
-        time, space = _dims(field, options)
+        time, space = dims_of(field, options)
         if space is None:
             raise ValueError("field: expected times and sites, found one dimension")
         ordered = field.transpose(time, space)
@@ -112,7 +112,7 @@ def _stated(options: tuple[tuple[str, Any], ...]) -> Axes:
 
 def _axes(along_time: Any, along_space: Any, options: dict[str, object], n_times: int) -> Axes:
     """What the program makes of the coordinates of fields of zeros."""
-    from wavecascade._analysis import quiet
+    from wavecascade._commands.analysis import quiet
 
     def found(field: Any, **more: Any) -> tuple[dict[str, Any], dict[str, str | None]]:
         result = quiet(field, {**options, **more})

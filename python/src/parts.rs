@@ -1,0 +1,276 @@
+//! Averages in parts: sums over blocks of a record, and the result of all.
+
+use std::path::{Path, PathBuf};
+
+use numpy::{IntoPyArray, PyArray1, PyReadonlyArray1};
+use pyo3::exceptions::PyValueError;
+use pyo3::prelude::*;
+use pyo3::types::{PyDict, PyType};
+use wavecascade::Field;
+use wavecascade::estimates::{
+    BlockPlace, Combined, DividedRequest, Part, Partial as Sums, combine as combined, join,
+    outline, partial as sum, partial_of_block,
+};
+use wavecascade::observer::Observer;
+use wavecascade::report::{PartialArrays, Provenance, read_partial, write_partial};
+
+use super::estimates::{Made, each_field};
+use super::faults;
+use super::samples::{Opener, Source};
+use super::typed::{command, provenance};
+use super::watch;
+use crate::args::{Command, Input};
+use crate::estimate::{Estimate, Typed};
+use crate::failure::Failure;
+
+/// Sums over some segments of a record, of :func:`partial`.
+#[pyclass(frozen, module = "wavecascade._native")]
+pub struct Partial(Sums);
+
+#[pymethods]
+impl Partial {
+    #[new]
+    fn new(
+        about: String,
+        nodes: Bound<'_, PyArray1<f64>>,
+        sums: Bound<'_, PyArray1<f64>>,
+    ) -> PyResult<Partial> {
+        let arrays = PartialArrays {
+            about,
+            nodes: numbers(nodes)?,
+            sums: numbers(sums)?,
+        };
+        let read = arrays.partial();
+        let read = read.map_err(|error| PyValueError::new_err(format!("partial: {error}")))?;
+        Ok(Partial(read))
+    }
+
+    #[allow(clippy::type_complexity)]
+    fn __reduce__<'py>(
+        &self,
+        py: Python<'py>,
+    ) -> PyResult<(
+        Bound<'py, PyType>,
+        (String, Bound<'py, PyArray1<f64>>, Bound<'py, PyArray1<f64>>),
+    )> {
+        let arrays = PartialArrays::new(&self.0);
+        let arrays = arrays.map_err(|error| PyValueError::new_err(error.to_string()))?;
+        let PartialArrays { about, nodes, sums } = arrays;
+        let numbers = (about, nodes.into_pyarray(py), sums.into_pyarray(py));
+        Ok((py.get_type::<Partial>(), numbers))
+    }
+
+    /// Bytes of memory.
+    fn __sizeof__(&self) -> usize {
+        self.nbytes()
+    }
+
+    fn __repr__(&self) -> String {
+        let [from, end] = self.0.about.range;
+        let sites = self.0.about.grid.sites;
+        format!(
+            "<Partial of {}: segments {from} to {}, {sites} sites>",
+            self.estimate(),
+            end - 1
+        )
+    }
+
+    /// Bytes of the sums.
+    #[getter]
+    fn nbytes(&self) -> usize {
+        self.0.bytes()
+    }
+
+    /// The segments of all records that it holds: the first, and the one behind the last.
+    #[getter]
+    fn segments(&self) -> (usize, usize) {
+        let [from, end] = self.0.about.range;
+        (from, end)
+    }
+
+    /// What is estimated.
+    #[getter]
+    fn estimate(&self) -> &'static str {
+        match self.0.about.request {
+            DividedRequest::Coherence(_) => "coherence",
+            DividedRequest::SpaceTime(_) | DividedRequest::Spectrum(_) => "spectrum",
+        }
+    }
+
+    /// Write it to a new archive ``.npz``, which ``cascade spectrum --merge`` reads as well.
+    fn save(&self, py: Python<'_>, path: PathBuf) -> PyResult<()> {
+        let written = py.detach(|| write_partial(&path, &self.0));
+        written.map_err(|error| faults::of(py, error, faults::From::Files))
+    }
+
+    /// Read what :meth:`save` or ``cascade spectrum --part`` wrote.
+    #[staticmethod]
+    fn load(py: Python<'_>, path: PathBuf) -> PyResult<Partial> {
+        let read = py.detach(|| read_partial(&path));
+        let read = read.map_err(|error| faults::of(py, error, faults::From::Files))?;
+        Ok(Partial(read))
+    }
+}
+
+/// The numbers of an array; buffers that came from another process may lie at any byte.
+fn numbers(array: Bound<'_, PyArray1<f64>>) -> PyResult<Vec<f64>> {
+    let flags = array.getattr("flags")?;
+    let aligned = match flags.getattr("aligned")?.extract()? {
+        true => array,
+        false => array.call_method0("copy")?.cast_into()?,
+    };
+    let read: PyReadonlyArray1<'_, f64> = aligned.extract()?;
+    Ok(read.as_slice()?.to_vec())
+}
+
+/// What the words of an estimate that is summed in parts say.
+struct Asked {
+    command: Command,
+    request: DividedRequest,
+}
+
+impl Asked {
+    fn new(words: &[String]) -> PyResult<Asked> {
+        let command = command(words)?;
+        let request = match &command {
+            Command::Spectrum(typed) => typed.divided(),
+            Command::Coherence(typed) => Ok(typed.divided()),
+            _ => {
+                let text = format!("estimate: expected spectrum or coherence, found {words:?}");
+                return Err(PyValueError::new_err(text));
+            }
+        };
+        let request = request
+            .map_err(|error| Python::attach(|py| faults::of(py, error, faults::From::Memory)))?;
+        Ok(Asked { command, request })
+    }
+
+    fn input(&self) -> Option<(&Input, Option<u64>, Option<Part>)> {
+        match &self.command {
+            Command::Spectrum(typed) => {
+                Some((&typed.shared().input, typed.memory(), typed.parts.part))
+            }
+            Command::Coherence(typed) => {
+                Some((&typed.shared().input, typed.memory(), typed.parts.part))
+            }
+            _ => None,
+        }
+    }
+
+    fn open(&self, openers: Vec<Opener>) -> Result<(Vec<Field>, Option<Part>), Failure> {
+        let Some((input, memory, part)) = self.input() else {
+            return Ok((Vec::new(), None));
+        };
+        let open = |opener: Opener| opener.open_unhashed(input, memory);
+        let fields = each_field(openers)?.into_iter().map(open);
+        Ok((fields.collect::<Result<_, _>>()?, part))
+    }
+}
+
+/// Sums over a part of the segments of fields; or, with the place of its first sample in a record and the samples
+/// of the record, of those of a block.
+#[pyfunction]
+#[pyo3(signature = (sources, words, place=None, progress=None))]
+pub fn partial(
+    py: Python<'_>,
+    sources: Vec<Source>,
+    words: Vec<String>,
+    place: Option<(usize, usize)>,
+    progress: Option<Bound<'_, PyAny>>,
+) -> PyResult<Partial> {
+    let from = sources.first().map_or(faults::From::Memory, Source::from);
+    let openers: Vec<Opener> = sources.iter().map(Source::opener).collect();
+    let name = openers.first().and_then(Opener::path);
+    let asked = Asked::new(&words)?;
+    let work = |observer: &dyn Observer| -> Result<Sums, Failure> {
+        let (fields, part) = asked.open(openers)?;
+        let opened: Vec<&Field> = fields.iter().collect();
+        let found = match (place, &opened[..]) {
+            (Some((first, record)), [field]) => {
+                let place = BlockPlace { first, record };
+                partial_of_block(field, place, &asked.request, observer)
+            }
+            _ => {
+                let whole = Part { number: 1, of: 1 };
+                sum(&opened, &asked.request, part.unwrap_or(whole), observer)
+            }
+        };
+        let name = name.unwrap_or_else(|| Path::new("field").to_owned());
+        let found = found.map_err(|error| error.of_file(&name))?;
+        fields.iter().try_for_each(Field::check_unchanged)?;
+        Ok(found)
+    };
+    let done = watch::run(py, progress.as_ref(), work)?;
+    let done = done.map_err(|error| faults::of_failure(py, error, from))?;
+    Ok(Partial(done))
+}
+
+fn made<E: Estimate>(found: &E, fields: &[String]) -> Result<Made, Failure> {
+    let words = [format!("{}.combine", E::COMMAND)];
+    let provenance = Provenance::new(provenance(&words), Some(fields.join(", ")), None);
+    Made::new(found, &provenance)
+}
+
+fn result(found: &Combined, fields: &[String]) -> Result<Made, Failure> {
+    match found {
+        Combined::Spectrum(found) => made(&**found, fields),
+        Combined::Coherence(found) => made(&**found, fields),
+        Combined::SpaceTime(found) => made(&**found, fields),
+    }
+}
+
+fn sums<'a>(partials: &'a [PyRef<'_, Partial>]) -> Vec<&'a Sums> {
+    partials.iter().map(|partial| &partial.0).collect()
+}
+
+/// The result of all parts, in any order, as :func:`estimate` has it.
+#[pyfunction]
+pub fn combine<'py>(
+    py: Python<'py>,
+    partials: Vec<PyRef<'py, Partial>>,
+) -> PyResult<Bound<'py, PyDict>> {
+    let parts = sums(&partials);
+    let fields = parts.first().map(|part| part.about.fields.clone());
+    let fields = fields.unwrap_or_default();
+    let found = watch::run(py, None, |_: &dyn Observer| -> Result<Made, Failure> {
+        result(&combined(&parts)?, &fields)
+    })?;
+    let found = found.map_err(|error| faults::of_failure(py, error, faults::From::Memory))?;
+    found.into_python(py)
+}
+
+/// One partial of several whose segments follow one another.
+#[pyfunction]
+#[pyo3(name = "join")]
+pub fn joined(py: Python<'_>, partials: Vec<PyRef<'_, Partial>>) -> PyResult<Partial> {
+    let parts = sums(&partials);
+    let found = py.detach(|| join(&parts));
+    let found = found.map_err(|error| faults::of(py, error, faults::From::Memory))?;
+    Ok(Partial(found))
+}
+
+/// A result of zeros at the sites of `source`, as :func:`estimate` has it, and how records of `times` samples are
+/// cut: samples of a segment, samples to the next, segments.
+#[pyfunction]
+#[pyo3(name = "outline")]
+pub fn outlined<'py>(
+    py: Python<'py>,
+    source: Source,
+    words: Vec<String>,
+    times: usize,
+) -> PyResult<(Bound<'py, PyDict>, (usize, usize, usize))> {
+    let opener = source.opener();
+    let asked = Asked::new(&words)?;
+    let work = || -> Result<_, Failure> {
+        let (fields, _) = asked.open(vec![opener])?;
+        let found = outline(&fields[0], times, &asked.request)?;
+        let cut = found.segments;
+        Ok((
+            result(&found.result, &[])?,
+            (cut.length, cut.hop, cut.count()),
+        ))
+    };
+    let (found, cut) =
+        work().map_err(|error| faults::of_failure(py, error, faults::From::Memory))?;
+    Ok((found.into_python(py)?, cut))
+}

@@ -1,0 +1,1 @@
+"""Arrays of the caller to fields, and results to arrays of the caller."""

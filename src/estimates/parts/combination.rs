@@ -1,0 +1,304 @@
+//! Parts to the result of all, or to one part.
+
+use std::borrow::Borrow;
+use std::fmt;
+use std::ops::Range;
+
+use serde_json::Value;
+
+use super::{Combined, Divided, DividedRequest, Partial, PartialAbout, flattened, of_each};
+use crate::error::{Error, Result};
+use crate::estimates::realisations::{Part, Realisations, RecordTree, Sums, TreeNode};
+
+/// The result of all parts, in any order: that of the whole run, bit for bit.
+///
+/// # Errors
+/// Those of [`Combination`].
+pub fn combine<P: Borrow<Partial>>(partials: &[P]) -> Result<Combined> {
+    let (mut combination, order) = Combination::new(named(partials))?;
+    for at in order {
+        combination.add(partials[at].borrow())?;
+    }
+    combination.finish()
+}
+
+/// One partial result of several whose segments follow one another, in any order: siblings in the trees become
+/// their sums, so that it is smaller than all of them.
+///
+/// # Errors
+/// Those of [`Combination`], but for segments that are missing before and behind.
+pub fn join<P: Borrow<Partial>>(partials: &[P]) -> Result<Partial> {
+    let (mut combination, order) = Combination::over(named(partials), false)?;
+    let from = combination.next;
+    for at in order {
+        combination.add(partials[at].borrow())?;
+    }
+    let segments = combination.realisations.segments.count();
+    let trees = combination.trees.into_iter();
+    let tiles: Vec<_> = trees.map(RecordTree::into_nodes).collect();
+    let about = PartialAbout {
+        part: None,
+        range: [from, combination.next],
+        ..combination.about
+    };
+    Ok(flattened(about, &tiles, segments))
+}
+
+fn named<P: Borrow<Partial>>(partials: &[P]) -> Vec<(String, PartialAbout)> {
+    let about = partials.iter().map(|partial| &partial.borrow().about);
+    about.map(|about| (about.name(), about.clone())).collect()
+}
+
+/// Parts that are combined one after the other, so that one at a time is in memory.
+pub struct Combination {
+    /// Of the part that begins with each segment.
+    names: Vec<(usize, String)>,
+    about: PartialAbout,
+    realisations: Realisations,
+    zeros: Vec<Sums>,
+    trees: Vec<RecordTree>,
+    /// The next segment of all records.
+    next: usize,
+}
+
+impl fmt::Debug for Combination {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.debug_struct("Combination")
+            .field("about", &self.about)
+            .field("next", &self.next)
+            .finish_non_exhaustive()
+    }
+}
+
+fn refuse<T>(expected: String, found: String) -> Result<T> {
+    Err(Error::Request {
+        option: "merge",
+        expected,
+        found,
+    })
+}
+
+impl Combination {
+    /// Of parts with their names, and the order in which to [`add`](Self::add) them.
+    ///
+    /// # Errors
+    /// [`Error::Request`] for parts of another request or of other fields, for missing parts, and for those
+    /// that are there twice.
+    pub fn new(parts: Vec<(String, PartialAbout)>) -> Result<(Combination, Vec<usize>)> {
+        Self::over(parts, true)
+    }
+
+    /// Of all segments, or of some that follow one another.
+    fn over(parts: Vec<(String, PartialAbout)>, is_all: bool) -> Result<(Combination, Vec<usize>)> {
+        let mut order: Vec<usize> = (0..parts.len()).collect();
+        order.sort_by_key(|&at| parts[at].1.range);
+        let Some(&first) = order.first() else {
+            return refuse("at least one part".into(), "none".into());
+        };
+        let about = parts[first].1.clone();
+        for (name, other) in &parts {
+            if let Some(difference) = difference(&about, other) {
+                let expected = format!("parts of one result, as {}", parts[first].0);
+                return refuse(expected, format!("{difference} in {name}"));
+            }
+        }
+        let realisations = of_each!(&about.request, it => it.plan(&about.grid))?;
+        let all = about.fields.len() * realisations.segments.count();
+        let start = if is_all { 0 } else { about.range[0] };
+        let mut next = start;
+        let mut before = "";
+        for &at in &order {
+            let (name, [from, end]) = (&parts[at].0, parts[at].1.range);
+            if from >= end || end > all {
+                let expected = format!("segments among the {all} of all records");
+                return refuse(expected, format!("{from} to {end} in {name}"));
+            }
+            if from < next {
+                let found = format!(
+                    "segments {from} to {} in {before} and {name}",
+                    next.min(end) - 1
+                );
+                return refuse("each part once".into(), found);
+            }
+            if from > next {
+                return missing(&parts, next..from, all);
+            }
+            (next, before) = (end, name);
+        }
+        if is_all && next < all {
+            return missing(&parts, next..all, all);
+        }
+        let zeros = of_each!(&about.request, it => it.zeros(&about.grid, &realisations));
+        let mut trees = Vec::new();
+        trees.resize_with(zeros.len(), RecordTree::default);
+        let combination = Combination {
+            names: parts
+                .into_iter()
+                .map(|(name, about)| (about.range[0], name))
+                .collect(),
+            about,
+            realisations,
+            zeros,
+            trees,
+            next: start,
+        };
+        Ok((combination, order))
+    }
+
+    /// Adds the part that follows.
+    ///
+    /// # Errors
+    /// [`Error::Request`] for a part that does not follow, and sums that are not those of its request.
+    pub fn add(&mut self, partial: &Partial) -> Result<()> {
+        let width: usize = self.zeros.iter().map(|sums| sums.numbers().len()).sum();
+        let segments = self.realisations.segments.count();
+        let [from, end] = partial.about.range;
+        let mut covered = from;
+        for node in &partial.nodes {
+            match node.range(segments) {
+                Some(range) if range.start == covered => covered = range.end,
+                _ => break,
+            }
+        }
+        let is_whole = covered == end && partial.sums.len() == width * partial.nodes.len();
+        if from != self.next || !is_whole {
+            let expected = format!(
+                "the sums over segments {} and on, {width} a node",
+                self.next
+            );
+            let name = self.names.iter().find(|(first, _)| *first == from);
+            let found = format!(
+                "{} nodes of segments {from} to {covered}, {} sums in {}",
+                partial.nodes.len(),
+                partial.sums.len(),
+                name.map_or("a part", |(_, name)| name)
+            );
+            return refuse(expected, found);
+        }
+        let about_mean = of_each!(&self.about.request, it => it.about_mean());
+        let factor = partial.about.unit / self.about.unit;
+        for (place, numbers) in partial.nodes.iter().zip(partial.sums.chunks_exact(width)) {
+            let mut numbers = numbers;
+            for (tree, zeros) in self.trees.iter_mut().zip(&self.zeros) {
+                let (own, others) = numbers.split_at(zeros.numbers().len());
+                numbers = others;
+                let mut sums = zeros.clone();
+                sums.set(own);
+                if factor != 1.0 {
+                    sums.rescale(factor);
+                }
+                let node = TreeNode {
+                    record: place.record,
+                    level: place.level,
+                    index: place.index,
+                    sums,
+                };
+                tree.push(node, segments, about_mean);
+            }
+        }
+        self.next = end;
+        Ok(())
+    }
+
+    /// The result.
+    ///
+    /// # Errors
+    /// [`Error::Request`] before all parts are added.
+    pub fn finish(self) -> Result<Combined> {
+        let records = self.about.fields.len();
+        let all = records * self.realisations.segments.count();
+        if self.next != all {
+            let found = format!("those of {} of {all} segments", self.next);
+            return refuse("all parts".into(), found);
+        }
+        let known = (&self.about.grid, &self.realisations);
+        let (trees, unit) = (self.trees, self.about.unit);
+        Ok(match &self.about.request {
+            DividedRequest::Spectrum(it) => {
+                Combined::Spectrum(Box::new(it.combine(known, records, trees, unit)?))
+            }
+            DividedRequest::Coherence(it) => {
+                Combined::Coherence(Box::new(it.combine(known, records, trees, unit)?))
+            }
+            DividedRequest::SpaceTime(it) => {
+                Combined::SpaceTime(Box::new(it.combine(known, records, trees, unit)?))
+            }
+        })
+    }
+}
+
+/// The parts without which a range of segments is unknown.
+fn missing<T>(parts: &[(String, PartialAbout)], range: Range<usize>, all: usize) -> Result<T> {
+    let of_first = parts[0].1.part.map(|part| part.of);
+    let mut others = parts.iter();
+    let is_regular = others.all(|(_, about)| about.part.map(|part| part.of) == of_first);
+    let of = of_first.filter(|_| is_regular).unwrap_or(0);
+    let lacks = |number: &usize| {
+        let own = Part {
+            number: *number,
+            of,
+        }
+        .range(all);
+        own.is_ok_and(|own| own.start < range.end && own.end > range.start)
+    };
+    let numbers: Vec<String> = (1..=of)
+        .filter(lacks)
+        .take(8)
+        .map(|number| format!("{number}/{of}"))
+        .collect();
+    let found = match numbers.is_empty() {
+        true => format!("no segments {} to {}", range.start, range.end - 1),
+        false => format!("no part {}", numbers.join(", ")),
+    };
+    refuse("all parts of one result".into(), found)
+}
+
+/// What differs between the results that two parts belong to.
+fn difference(a: &PartialAbout, b: &PartialAbout) -> Option<String> {
+    let json = |value: serde_json::Result<Value>| value.unwrap_or(Value::Null);
+    // Blocks have coordinates of their own, which round.
+    let is_near = |x: f64, y: f64, scale: f64| (x - y).abs() <= 1e-6 * scale.abs();
+    let steps = [(&a.grid.time, &b.grid.time), (&a.grid.space, &b.grid.space)];
+    let is_like = steps.iter().all(|(a, b)| is_near(a.step, b.step, a.step))
+        && is_near(a.grid.space.origin, b.grid.space.origin, a.grid.space.step);
+    let grid = |about: &PartialAbout| {
+        let mut grid = about.grid.clone();
+        grid.time.origin = a.grid.time.origin;
+        if is_like {
+            grid.time.step = a.grid.time.step;
+            (grid.space.origin, grid.space.step) = (a.grid.space.origin, a.grid.space.step);
+        }
+        grid
+    };
+    let of = |about: &PartialAbout| {
+        [
+            json(serde_json::to_value(&about.request)),
+            json(serde_json::to_value(grid(about))),
+            json(serde_json::to_value(&about.fields)),
+        ]
+    };
+    let names = ["", "", "fields"];
+    let pairs = of(a).into_iter().zip(of(b)).zip(names);
+    pairs
+        .filter_map(|((a, b), name)| differing(name, &a, &b))
+        .next()
+}
+
+/// The first key whose values differ, with the second of them.
+fn differing(key: &str, a: &Value, b: &Value) -> Option<String> {
+    if a == b {
+        return None;
+    }
+    if let (Value::Object(a), Value::Object(b)) = (a, b) {
+        let keys = a.keys().chain(b.keys());
+        return keys
+            .filter_map(|key| {
+                let of = |map: &serde_json::Map<String, Value>| {
+                    map.get(key).cloned().unwrap_or(Value::Null)
+                };
+                differing(key, &of(a), &of(b))
+            })
+            .next();
+    }
+    Some(format!("{key} {b} in place of {a}"))
+}
