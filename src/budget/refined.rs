@@ -23,19 +23,15 @@ use crate::transform::{fold, frequencies};
 /// Intervals between samples; a power of two less one, so that records have a fast length.
 const INTERVALS: usize = (1 << 19) - 1;
 
-/// Puts refined flows, and their residual, in place of that of the samples.
+/// Of the record whose low band ends at this frequency.
 pub(super) fn refine(
     simulation: &Simulation,
     contacts: &Contacts,
     local_error: f64,
     request: &BudgetRequest,
+    [edge, duration]: [f64; 2],
     observer: &dyn Observer,
-    budget: &mut Budget,
-) -> Result<()> {
-    let (Some(flow), end) = (&mut budget.frequency, budget.time[budget.time.len() - 1]) else {
-        return Ok(());
-    };
-    let duration = end - budget.time[0];
+) -> Result<Vec<RefinedFlow>> {
     let chosen = chosen(contacts, request);
     let samples = INTERVALS + 1;
     let mut records: Vec<[Vec<f64>; 2]> = chosen
@@ -46,7 +42,6 @@ pub(super) fn refine(
     let times: Vec<f64> = (0..samples)
         .map(|i| duration * (i as f64 / INTERVALS as f64))
         .collect();
-    observer.stage("power flow inside the stepping", samples as u64);
     let mut keep = |place: NodeState, followed: &[f64]| {
         for ((j, [force, speed]), passed) in chosen.iter().zip(&mut records).zip(&mut passed) {
             let (f, v) = contacts.force_and_speed(*j, place.x, place.v);
@@ -58,10 +53,11 @@ pub(super) fn refine(
     simulation.sampled(&times, &chosen, local_error, observer, &mut keep)?;
     let dt = duration / INTERVALS as f64;
     let (df, frequency) = (1.0 / (samples as f64 * dt), frequencies(samples, dt));
-    let low_bins = count_at_or_below(&frequency, flow.edge);
+    let low_bins = count_at_or_below(&frequency, edge);
     let plan = rows::plan_fft_forward(samples);
     let mut work = plan.make_scratch_vec();
     let [mut of_force, mut of_speed] = [0, 1].map(|_| plan.make_output_vec());
+    let mut flows = Vec::with_capacity(chosen.len());
     for ((contact, [mut force, mut speed]), passed) in chosen.into_iter().zip(records).zip(passed) {
         force[0] *= 0.5;
         force[samples - 1] *= 0.5;
@@ -72,22 +68,26 @@ pub(super) fn refine(
         let power = spectra.map(|(bin, (f, v))| dt * dt * fold(bin, samples) * dot(*f, *v));
         let power: Vec<f64> = power.collect();
         let band = |power: &[f64]| df * crate::numeric::sum(power);
-        flow.refined.push(RefinedFlow {
+        flows.push(RefinedFlow {
             contact,
             low: band(&power[..low_bins]),
             high: band(&power[low_bins..]),
             passed,
         });
     }
-    let off = flow
-        .refined
-        .iter()
-        .map(|of| (of.low + of.high - of.passed).abs());
+    Ok(flows)
+}
+
+/// Puts refined flows, and their residual, in place of that of the samples.
+pub(super) fn put_into(budget: &mut Budget, flows: Vec<RefinedFlow>) {
+    let off = flows.iter().map(|of| (of.low + of.high - of.passed).abs());
     let off: Vec<f64> = off.collect();
     if !off.is_empty() {
         budget.closure.frequency = budget.relative(worst_of(0.0, &off));
     }
-    Ok(())
+    if let Some(flow) = &mut budget.frequency {
+        flow.refined = flows;
+    }
 }
 
 /// The first, the middle and the last contact between two sites, and the requested ones.

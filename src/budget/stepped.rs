@@ -1,5 +1,7 @@
 //! Integrals of rates inside the stepping: the chain is stepped anew from its first sample.
 
+use rayon::prelude::*;
+
 use super::balance::{RunningBalance, energy_rates, worst_of};
 use super::contacts::Contacts;
 use super::modes::{Basis, Modes};
@@ -11,14 +13,20 @@ use super::result::{Budget, IntegratedFluxCheck, Integration, PassedError};
 use super::scale::{PlannedFilter, Scales};
 use super::scale_terms::{ScaleScratch, ScaleTerms};
 use super::waiting::{ShownArray, Waiting};
-use super::wavenumber::{Terms, TransferScratch, Transfers};
+use super::wavenumber::{Terms, Transfers};
 use crate::arrays::{LargeArray, Sink};
 use crate::chain::{Node, NodeState, NodeVisitor, Quintic, Scheme, Simulation, openings};
 use crate::error::Result;
-use crate::observer::Observer;
+use crate::observer::{CancelOnly, Observer};
 
 /// Error of a velocity a step, relative to the velocity scale.
 const LOCAL_ERROR: f64 = 1e-12;
+
+/// Nodes and samples that are evaluated together, on all threads; with many sites fewer, down to the
+/// number that a thread takes.
+const TOGETHER: usize = 64;
+const ALONE: usize = 8;
+const SITES_TOGETHER: usize = 1 << 15;
 
 /// Share of the energy from which on a filtered contact's opening counts.
 const NOTICED: f64 = 1e-20;
@@ -75,8 +83,6 @@ pub(super) fn close(
         start: motion.time[0],
         contacts,
         spectral: wavenumbers.map(|count| SpectralFlux {
-            scratch: transfers.scratch(),
-            terms: Terms::default(),
             rates: Vec::new(),
             transfers: &transfers,
             balance: RunningBalance::default(),
@@ -87,13 +93,11 @@ pub(super) fn close(
                 first: 0,
                 outcome: Ok(()),
             },
-            recorded: Terms::default(),
             departure: 0.0,
         }),
         scale: match (&scales, &budget.scales) {
             (Some(scales), Some(found)) => scales.at(found.map_scale).map(|planned| ScaleFlux {
                 scratch: ScaleScratch::default(),
-                terms: ScaleTerms::default(),
                 scales,
                 planned,
                 balance: RunningBalance::default(),
@@ -101,21 +105,32 @@ pub(super) fn close(
             }),
             _ => None,
         },
+        places: Vec::new(),
+        waiting: 0,
     };
     let times: Vec<f64> = motion.time.iter().map(|t| t - motion.time[0]).collect();
     observer.stage("integrals inside the stepping", times.len() as u64);
-    simulation.along(&times, LOCAL_ERROR, observer, &mut followed)?;
+    let low_band = budget.frequency.as_ref().map(|flow| flow.edge);
+    let (followed_to_end, flows) = rayon::join(
+        || -> Result<()> {
+            simulation.along(&times, LOCAL_ERROR, observer, &mut followed)?;
+            followed.evaluate();
+            Ok(())
+        },
+        || match low_band {
+            Some(edge) => {
+                let span = [edge, motion.duration()];
+                let watch = CancelOnly(observer);
+                refined::refine(&simulation, contacts, LOCAL_ERROR, request, span, &watch)
+            }
+            None => Ok(Vec::new()),
+        },
+    );
+    followed_to_end?;
     let Followed {
         spectral, scale, ..
     } = followed;
-    refined::refine(
-        &simulation,
-        contacts,
-        LOCAL_ERROR,
-        request,
-        observer,
-        budget,
-    )?;
+    refined::put_into(budget, flows?);
     if let Some(spectral) = spectral {
         spectral.put_into(budget)?;
     }
@@ -143,18 +158,31 @@ struct Followed<'a, 'm> {
     contacts: &'a Contacts<'a>,
     spectral: Option<SpectralFlux<'a>>,
     scale: Option<ScaleFlux<'a>>,
+    /// Places on the way, of which the first ones wait to be evaluated.
+    places: Vec<Visited>,
+    waiting: usize,
+}
+
+/// A place on the way, and the terms there.
+#[derive(Debug)]
+struct Visited {
+    visit: Node,
+    t: f64,
+    x: Vec<f64>,
+    v: Vec<f64>,
+    spectral: Terms,
+    /// Those of the record, at a sample.
+    recorded: Terms,
+    scale: ScaleTerms,
 }
 
 struct SpectralFlux<'a> {
     transfers: &'a Transfers<'a>,
-    scratch: TransferScratch,
-    terms: Terms,
     rates: Vec<f64>,
     balance: RunningBalance,
     passage: Passage,
     rows: FluxRows<'a>,
-    /// Terms of the record at a sample, and the largest difference of E(k) from them.
-    recorded: Terms,
+    /// The largest difference of E(k) from that of the record.
     departure: f64,
 }
 
@@ -200,60 +228,110 @@ struct ScaleFlux<'a> {
     scales: &'a Scales<'a>,
     planned: &'a PlannedFilter,
     scratch: ScaleScratch,
-    terms: ScaleTerms,
     balance: RunningBalance,
     /// Energy of a filtered contact whose opening counts.
     noticed: f64,
 }
 
-impl NodeVisitor for Followed<'_, '_> {
-    fn visit(&mut self, visit: Node, place: NodeState) {
-        let at = instant(self.start, place);
-        if let Some(SpectralFlux {
-            transfers,
+impl Followed<'_, '_> {
+    /// Evaluates the places that wait, on all threads, and adds them up in order.
+    fn evaluate(&mut self) {
+        let Followed {
+            motion,
+            start,
+            spectral,
+            scale,
+            places,
+            waiting,
+            ..
+        } = self;
+        let places = &mut places[..std::mem::take(waiting)];
+        let transfers = spectral.as_ref().map(|flux| flux.transfers);
+        let scales = scale.as_ref().map(|flux| (flux.scales, flux.planned));
+        let scratch = || {
+            let of_spectra = transfers.map(Transfers::scratch);
+            (of_spectra, ScaleScratch::default())
+        };
+        places.par_iter_mut().with_min_len(ALONE).for_each_init(
             scratch,
-            terms,
-            rates,
-            balance,
-            passage,
-            rows,
-            recorded,
-            departure,
-        }) = &mut self.spectral
-        {
-            transfers.evaluate(at, scratch, terms);
-            match visit {
-                Node::Node(weight) => {
-                    energy_rates(terms, rates);
-                    balance.add(weight, rates);
-                    passage.add(weight, terms);
+            |(of_spectra, of_scales), place| {
+                let at = ChainState {
+                    t: *start + place.t,
+                    x: &place.x,
+                    v: &place.v,
+                };
+                if let (Some(transfers), Some(scratch)) = (transfers, of_spectra) {
+                    transfers.evaluate(at, scratch, &mut place.spectral);
+                    if let Node::Sample(i) = place.visit {
+                        transfers.evaluate(motion.at(i), scratch, &mut place.recorded);
+                    }
                 }
-                Node::Sample(i) => {
-                    balance.compare(&terms.energy);
-                    let last = i + 1 == self.motion.samples();
-                    rows.push(i, passage.sample(i, &terms.energy), last);
-                    transfers.evaluate(self.motion.at(i), scratch, recorded);
-                    let pairs = terms.energy.iter().zip(&recorded.energy);
-                    let off: Vec<f64> = pairs.map(|(a, b)| (a - b).abs()).collect();
-                    *departure = worst_of(*departure, &off);
+                if let Some((scales, planned)) = scales {
+                    scales.load(at, of_scales);
+                    scales.terms(planned, of_scales, &mut place.scale);
+                }
+            },
+        );
+        for place in places {
+            if let Some(flux) = spectral {
+                flux.add(place, motion.samples());
+            }
+            if let Some(flux) = scale {
+                match place.visit {
+                    Node::Node(weight) => flux.balance.add(weight, &place.scale.energy_rate),
+                    Node::Sample(_) => flux.balance.compare(&place.scale.energy),
                 }
             }
         }
-        if let Some(ScaleFlux {
-            scales,
-            planned,
-            scratch,
-            terms,
-            balance,
-            ..
-        }) = &mut self.scale
-        {
-            scales.load(at, scratch);
-            scales.terms(planned, scratch, terms);
-            match visit {
-                Node::Node(weight) => balance.add(weight, &terms.energy_rate),
-                Node::Sample(_) => balance.compare(&terms.energy),
+    }
+}
+
+impl SpectralFlux<'_> {
+    fn add(&mut self, place: &Visited, samples: usize) {
+        let terms = &place.spectral;
+        match place.visit {
+            Node::Node(weight) => {
+                energy_rates(terms, &mut self.rates);
+                self.balance.add(weight, &self.rates);
+                self.passage.add(weight, terms);
             }
+            Node::Sample(i) => {
+                self.balance.compare(&terms.energy);
+                let last = i + 1 == samples;
+                self.rows
+                    .push(i, self.passage.sample(i, &terms.energy), last);
+                let pairs = terms.energy.iter().zip(&place.recorded.energy);
+                let off: Vec<f64> = pairs.map(|(a, b)| (a - b).abs()).collect();
+                self.departure = worst_of(self.departure, &off);
+            }
+        }
+    }
+}
+
+impl NodeVisitor for Followed<'_, '_> {
+    fn visit(&mut self, visit: Node, place: NodeState) {
+        if self.waiting == self.places.len() {
+            self.places.push(Visited {
+                visit,
+                t: place.t,
+                x: Vec::new(),
+                v: Vec::new(),
+                spectral: Terms::default(),
+                recorded: Terms::default(),
+                scale: ScaleTerms::default(),
+            });
+        }
+        if let Some(next) = self.places.get_mut(self.waiting) {
+            (next.visit, next.t) = (visit, place.t);
+            for (kept, row) in [(&mut next.x, place.x), (&mut next.v, place.v)] {
+                kept.clear();
+                kept.extend_from_slice(row);
+            }
+        }
+        self.waiting += 1;
+        let most = SITES_TOGETHER / place.x.len().max(1);
+        if self.waiting >= most.clamp(ALONE, TOGETHER) {
+            self.evaluate();
         }
     }
 

@@ -4,6 +4,7 @@ pub mod contact;
 mod dispersion;
 mod drive;
 mod elliptic;
+mod growth;
 mod inside;
 mod lattice;
 mod law;

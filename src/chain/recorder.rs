@@ -1,6 +1,6 @@
 //! The samples of a run, and the arrays that are filled at them.
 
-use ndarray::{Array1, Array2};
+use ndarray::{Array1, Array2, ArrayView1};
 
 use super::lattice::refuse;
 use super::result::{Run, RunReport};
@@ -51,13 +51,14 @@ impl SampleTimes {
         self.end * (self.index(sample) as f64 / self.last as f64)
     }
 
-    /// Between the rows at these samples and those at all samples.
-    pub(super) fn largest_difference(&self, few: &Array2<f64>, all: &Array2<f64>) -> f64 {
+    /// The largest difference of each row at these samples from that at all samples.
+    pub(super) fn differences(&self, few: &Array2<f64>, all: &Array2<f64>) -> Vec<f64> {
         let rows = few.rows().into_iter().enumerate();
-        rows.fold(0.0, |worst, (sample, row)| {
+        let largest = |(sample, row): (usize, ArrayView1<f64>)| {
             let pairs = row.into_iter().zip(all.row(self.index(sample)));
-            pairs.fold(worst, |worst: f64, (a, b)| worst.max((a - b).abs()))
-        })
+            pairs.fold(0.0, |worst: f64, (a, b)| worst.max((a - b).abs()))
+        };
+        rows.map(largest).collect()
     }
 }
 

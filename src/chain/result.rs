@@ -58,6 +58,14 @@ pub enum RunWarning {
         /// masses that caused it; too small where the velocities are then nothing alike.
         amplification: f64,
     },
+    /// The tolerance was given up after a pair of runs: the chain amplifies their difference, and
+    /// rounding with it, beyond the tolerance.
+    Amplifies {
+        tolerance: f64,
+        reached: f64,
+        /// The error that rounding alone leaves, estimated from the growth of the difference.
+        rounding: f64,
+    },
     /// The tolerance is below the rounding error of the velocities, which have the error `reached`.
     Rounding { tolerance: f64, reached: f64 },
     /// The energy changed by `drift` of its largest value, which neither work nor losses explain;

@@ -1,5 +1,6 @@
 //! Running a simulation to the requested accuracy.
 
+use super::growth::{Checks, grown_rounding};
 use super::lattice::refuse;
 use super::recorder::{Recorder, SampleTimes};
 use super::result::{Run, RunReport, RunWarning};
@@ -29,6 +30,19 @@ const ROUNDING: f64 = 1e-12;
 
 /// Chains that amplify less than this leave tolerances to be had down to rounding.
 const SENSITIVE: f64 = 1e4;
+
+/// A pair of runs that misses the tolerance by less is no sign of growth.
+const EXCESS: f64 = 30.0;
+
+/// The power of the error as which the local error is to fall: amplified errors of struck dimers of 300
+/// sites fell as the local one to the power of 0.3 to 0.8.
+const FALL: f64 = 1.25;
+
+/// Below this, rounding is no matter of growth: it is what [`SENSITIVE`] chains make of 1e-13.
+const LEAST_GROWN: f64 = 1e-9;
+
+/// The least early difference of two runs, over the coarser local error.
+const LEAST_EARLY: f64 = 0.01;
 
 /// Samples at which a run is checked. The steps of the checking run end on no other samples, so
 /// that the two runs differ even if every step of the checked run ends on a sample.
@@ -63,7 +77,8 @@ impl Simulation {
     /// Runs the simulation.
     ///
     /// A tolerance is checked by a second run of larger steps; while twice the difference of the two
-    /// is more than the tolerance, the steps are made smaller. A change of the energy that neither
+    /// is more than the tolerance, the steps are made smaller, unless the difference grows so fast
+    /// that rounding would, too. A change of the energy that neither
     /// work nor losses explain, beyond what errors within the tolerance can make, is warned of, and
     /// is an error where it is more than a tenth of the energy.
     ///
@@ -137,7 +152,13 @@ impl Simulation {
             Accuracy::Step(step) => {
                 let samples = SampleTimes::all(end, self.samples);
                 let control = StepControl::Fixed(step);
-                return self.once(control, scale, samples, self.record, observer);
+                return self.once(
+                    control,
+                    scale,
+                    (samples, &mut Checks::default()),
+                    self.record,
+                    observer,
+                );
             }
             Accuracy::LocalError(local) => (local, None),
             Accuracy::Tolerance(tolerance) => (self.local_error_for(tolerance), Some(tolerance)),
@@ -148,41 +169,52 @@ impl Simulation {
             Some(_) => self.driven_scale(scale, few, observer)?,
             None => scale,
         };
-        let with = |local: f64, record, samples| {
+        let with = |local: f64, record, samples, checks: &mut Checks| {
             let control = StepControl::LocalError(local * scale);
-            self.once(control, scale, samples, record, observer)
+            self.once(control, scale, (samples, checks), record, observer)
         };
         if !self.estimate_error {
-            return with(local, self.record, all);
+            return with(local, self.record, all, &mut Checks::default());
         }
         let mut coarse = FIRST_CHECK * local;
         let mut best = (f64::INFINITY, local);
-        let mut finest: Option<(f64, Run)> = None;
+        let mut finest: Option<(f64, Run, Checks)> = None;
         loop {
             let mut local = (coarse * CHECK_FACTOR).max(LEAST_LOCAL_ERROR);
-            let mut run = with(local, self.record, all)?;
-            let difference = match finest.take() {
+            let mut checks = Checks::of(all, self.chain.n_sites());
+            let mut run = with(local, self.record, all, &mut checks)?;
+            let (difference, course) = match finest.take() {
                 // The finer run of the last pair is the coarser one of this.
-                Some((at, other)) if at == coarse => {
-                    all.largest_difference(&other.velocity, &run.velocity)
+                Some((at, other, others)) if at == coarse => {
+                    let rows = all.differences(&other.velocity, &run.velocity);
+                    (largest(&rows), checks.differences(&others).unwrap_or(rows))
                 }
-                _ => self.difference(&run, coarse, few, &with)?,
+                _ => self.difference(&run, &checks, coarse, few, &with)?,
             };
             let error = SURE * difference / scale;
             run.report.error = Some(error);
             let Some(tolerance) = tolerance.filter(|tolerance| error > *tolerance) else {
                 return Ok(run);
             };
+            let rounding = grown_rounding(&course, LEAST_EARLY * coarse * scale, scale);
+            if error > EXCESS * tolerance && rounding > tolerance.max(LEAST_GROWN) {
+                run.report.warnings.push(RunWarning::Amplifies {
+                    tolerance,
+                    reached: error,
+                    rounding,
+                });
+                return Ok(run);
+            }
             let stuck = error > 0.5 * best.0 && coarse < ROUNDING;
             if !stuck && local > LEAST_LOCAL_ERROR {
                 if error < best.0 {
                     best = (error, local);
                 }
-                // The error falls about as the local one does.
-                let shorter = (0.5 * tolerance / error).min(CHECK_FACTOR);
+                // The error falls about as the local one does, or more slowly where it is amplified.
+                let shorter = (0.5 * tolerance / error).powf(FALL).min(CHECK_FACTOR);
                 coarse = (coarse * shorter).max(LEAST_CHECK * LEAST_LOCAL_ERROR);
                 // Where samples are many, they dictate the steps of the finer run.
-                finest = (few.number() == all.number()).then_some((local, run));
+                finest = (few.number() == all.number()).then_some((local, run, checks));
                 continue;
             }
             let mut reached = error;
@@ -190,7 +222,7 @@ impl Simulation {
                 // Shorter steps only gather more rounding.
                 (reached, local) = best;
                 drop(run);
-                run = with(local, self.record, all)?;
+                run = with(local, self.record, all, &mut Checks::default())?;
                 run.report.error = Some(reached);
             }
             let amplification = self.amplification(&run, local, scale, few, observer)?;
@@ -208,27 +240,32 @@ impl Simulation {
     }
 
     /// The largest difference of a velocity between a run and one with another local error, at the
-    /// given samples. If dense samples force both runs to the same steps, they agree to the last
-    /// bit, which is no check. The difference is then taken at fewer samples, and finally only at
-    /// the end of a run whose steps end elsewhere.
+    /// given samples, and the largest at each of equally distant times. If dense samples force both
+    /// runs to the same steps, they agree to the last bit, which is no check. The difference is then
+    /// taken at fewer samples, and finally only at the end of a run whose steps end elsewhere.
     fn difference(
         &self,
         run: &Run,
+        checks: &Checks,
         local: f64,
         mut samples: SampleTimes,
-        with: &dyn Fn(f64, Record, SampleTimes) -> Result<Run>,
-    ) -> Result<f64> {
+        with: &dyn Fn(f64, Record, SampleTimes, &mut Checks) -> Result<Run>,
+    ) -> Result<(f64, Vec<f64>)> {
         loop {
-            let check = with(local, Record::default(), samples)?;
-            let difference = samples.largest_difference(&check.velocity, &run.velocity);
+            let mut others = Checks::of(samples, self.chain.n_sites());
+            let check = with(local, Record::default(), samples, &mut others)?;
+            let rows = samples.differences(&check.velocity, &run.velocity);
+            let difference = largest(&rows);
             if difference != 0.0 {
-                return Ok(difference);
+                return Ok((difference, others.differences(checks).unwrap_or(rows)));
             }
             if samples.number() == 2 {
-                let cut = with(local, Record::default(), samples.cut_in(3))?;
+                let samples = samples.cut_in(3);
+                let cut = with(local, Record::default(), samples, &mut Checks::default())?;
                 let last = |run: &Run| run.velocity.row(run.velocity.nrows() - 1).to_owned();
                 let pairs = last(&cut).into_iter().zip(last(run));
-                return Ok(pairs.fold(0.0, |worst: f64, (a, b)| worst.max((a - b).abs())));
+                let difference = pairs.fold(0.0, |worst: f64, (a, b)| worst.max((a - b).abs()));
+                return Ok((difference, Vec::new()));
             }
             samples = samples.at_most((samples.number() / 4).max(1));
         }
@@ -245,7 +282,8 @@ impl Simulation {
         let mut scale = guess;
         for _ in 0..MOST_PILOTS {
             let control = StepControl::LocalError(PILOT_ERROR * scale);
-            let pilot = self.once(control, scale, samples, Record::default(), observer)?;
+            let wanted = (samples, &mut Checks::default());
+            let pilot = self.once(control, scale, wanted, Record::default(), observer)?;
             let speeds = pilot.velocity.iter();
             let seen = speeds.fold(0.0, |most: f64, v| most.max(v.abs()));
             if seen == 0.0 {
@@ -290,8 +328,10 @@ impl Simulation {
             *mass *= 1.0 + if up { change } else { -change };
         }
         let control = StepControl::LocalError(local.max(PERTURBED_ERROR) * scale);
-        let other = other.once(control, scale, samples, Record::default(), observer)?;
-        Ok(samples.largest_difference(&other.velocity, &run.velocity) / (change * scale))
+        let wanted = (samples, &mut Checks::default());
+        let other = other.once(control, scale, wanted, Record::default(), observer)?;
+        let rows = samples.differences(&other.velocity, &run.velocity);
+        Ok(largest(&rows) / (change * scale))
     }
 
     /// When the last site first moves at a thousandth of the velocity scale, as [`EndTime::Arrival`] finds it,
@@ -387,15 +427,21 @@ impl Simulation {
         &self,
         control: StepControl,
         scale: f64,
-        samples: SampleTimes,
+        (samples, checks): (SampleTimes, &mut Checks),
         record: Record,
         observer: &dyn Observer,
     ) -> Result<Run> {
         observer.stage("stepping", samples.number() as u64);
         let mut stepping = self.prepare(control, scale, record.energy)?;
         let mut recorder = Recorder::new(self, record, scale, samples);
+        let end = samples.time(samples.number() - 1);
         for sample in 0..samples.number() {
-            stepping.advance_to(samples.time(sample), observer)?;
+            let time = samples.time(sample);
+            while let Some(at) = checks.next_time(end).filter(|at| *at <= time) {
+                stepping.advance_to(at, observer)?;
+                checks.keep(stepping.state());
+            }
+            stepping.advance_to(time, observer)?;
             recorder.keep(sample, stepping.state());
             observer.advance(1);
             if sample % 64 == 0 && observer.cancelled() {
@@ -404,6 +450,10 @@ impl Simulation {
         }
         recorder.finish(control, stepping.cost())
     }
+}
+
+fn largest(differences: &[f64]) -> f64 {
+    differences.iter().fold(0.0, |a: f64, b| a.max(*b))
 }
 
 #[cfg(test)]

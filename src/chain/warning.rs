@@ -14,6 +14,14 @@ impl RunWarning {
                 "velocities stand to {reached:.1e}, not to {tolerance:.1e}, whatever the steps: the \
                  chain amplifies a relative change of its masses at least {amplification:.1e} times"
             ),
+            RunWarning::Amplifies {
+                tolerance,
+                reached,
+                rounding,
+            } => format!(
+                "velocities stand to {reached:.1e}, not to {tolerance:.1e}, and were not stepped finer: \
+                 two runs grow apart so fast that rounding alone leaves about {rounding:.0e}"
+            ),
             RunWarning::Rounding { tolerance, reached } => format!(
                 "velocities stand to {reached:.1e}, not to {tolerance:.1e}: rounding leaves no more"
             ),

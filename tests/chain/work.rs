@@ -1,7 +1,20 @@
 //! The work of one run each of the schemes, so that a change of it is seen.
 
-use wavecascade::chain::{Accuracy, Chain, Record, Scheme, Simulation};
-use wavecascade::observer::Silent;
+use std::sync::atomic::{AtomicUsize, Ordering};
+
+use wavecascade::chain::{Accuracy, Chain, Record, RunWarning, Scheme, Simulation};
+use wavecascade::observer::{Observer, Silent};
+
+/// Counts integrations.
+#[derive(Default)]
+struct Integrations(AtomicUsize);
+
+impl Observer for Integrations {
+    fn stage(&self, name: &'static str, _units: u64) {
+        assert_eq!(name, "stepping");
+        self.0.fetch_add(1, Ordering::Relaxed);
+    }
+}
 
 fn work(scheme: Scheme, accuracy: Accuracy) -> [u64; 4] {
     let mut simulation = Simulation::impact(Chain::dimer(60, 4.9272), 1.0, 50.0, 11);
@@ -71,5 +84,29 @@ fn regress_few_steps_near_rounding_are_repeated() {
             cost.corrected_contacts,
         ];
         assert_eq!(found, expected, "{kappa}");
+    }
+}
+
+/// Where two runs grow apart so fast that rounding would, too, no third one is made.
+#[test]
+fn regress_one_pair_of_runs_where_rounding_is_amplified() {
+    for (kappa, record, amplifies, cost) in [
+        (8.0, Record::ALL, true, Some([3152, 3_925_312])),
+        (9.2276, Record::default(), true, None),
+        (100.0, Record::default(), false, None),
+    ] {
+        let mut simulation = Simulation::impact(Chain::dimer(300, kappa), 1.0, 250.0, 2);
+        simulation.record = record;
+        simulation.accuracy = Accuracy::Tolerance(1e-6);
+        let integrations = Integrations::default();
+        let report = simulation.run(&integrations).unwrap().report;
+        let warned = matches!(report.warnings[..], [RunWarning::Amplifies { .. }]);
+        println!("{kappa}: {:?}, {:?}", report.cost, report.error);
+        assert_eq!(warned, amplifies, "{kappa}");
+        assert_eq!(warned, report.error.unwrap() > 1e-6);
+        assert_eq!(integrations.0.into_inner(), 2, "{kappa}");
+        if let Some(expected) = cost {
+            assert_eq!([report.cost.steps, report.cost.forces], expected);
+        }
     }
 }

@@ -425,6 +425,10 @@ pub fn of_run(warning: &RunWarning) -> &'static str {
             "state a larger `tolerance` or an earlier `end_time`; where single velocities are \
              not to be had, compare energies and spectra, over several seeds"
         }
+        RunWarning::Amplifies { .. } => {
+            "state a `tolerance` larger than what rounding leaves, or an earlier `end_time`; where \
+             single velocities are not to be had, compare energies and spectra, over several seeds"
+        }
         RunWarning::Rounding { .. } => "state a larger `tolerance`",
         RunWarning::EnergyBalance { .. } => {
             "state a smaller `tolerance`, or with a method of fixed steps a smaller `step`"

@@ -59,6 +59,7 @@ pub(super) struct Dense {
     /// When these were; the first is not known after the first step.
     times: [Option<f64>; 2],
     rates: [Rates; 3],
+    nodes: Option<Nodes>,
     inside: Inside,
     pub(super) sample: State,
     patch: State,
@@ -80,6 +81,7 @@ impl Dense {
             start: state.clone(),
             times: [None; 2],
             rates: [rates(), rates(), rates()],
+            nodes: None,
             inside: Inside::Unknown,
             sample: state.clone(),
             patch: state.clone(),
@@ -97,6 +99,7 @@ impl Dense {
         self.rates.rotate_left(1);
         self.rates[2].survey = None;
         self.stale |= std::mem::take(&mut self.surveyed);
+        self.nodes = None;
         self.inside = Inside::Unknown;
         self.opened.clear();
         self.opened.extend_from_slice(opened);
@@ -120,6 +123,7 @@ impl<K: Kernel> Driver<K> {
             sample,
             patch,
             wanted,
+            nodes,
             ..
         } = &mut *dense;
         let Some(from) = times[1] else {
@@ -130,9 +134,12 @@ impl<K: Kernel> Driver<K> {
         let mut well = true;
         match (inside, times[0]) {
             (Inside::Followed(patches), Some(before)) => {
-                let weights = Nodes::new([before, from, self.time]).at(t);
+                let nodes = nodes.get_or_insert_with(|| Nodes::new([before, from, self.time]));
+                let weights = nodes.at(t, false);
                 let islands = self.islands.active.iter();
-                for blocks in islands.flat_map(|island| common(wanted, &island.blocks)) {
+                for blocks in
+                    islands.flat_map(|island| common(wanted.iter().cloned(), &island.blocks))
+                {
                     Blend {
                         island: &Island::part(blocks),
                         nodes: NodeRows {
@@ -171,24 +178,25 @@ impl<K: Kernel> Driver<K> {
 
     /// Flights, and what outside the islands stays as it was.
     fn leave_alone(&self, dt: f64, wanted: &[Range<usize>], start: &State, sample: &mut State) {
-        let places: Vec<Range<usize>> = wanted.iter().map(places_of).collect();
-        let gaps = self.islands.gaps.iter();
-        for gap in gaps.flat_map(|gap| common(&places, gap)) {
-            let (x, v) = (&start.x[gap.clone()], &start.v[gap.clone()]);
-            for ((to, x), v) in sample.x[gap.clone()].iter_mut().zip(x).zip(v) {
-                *to = x + dt * v;
-            }
-            sample.v[gap.clone()].copy_from_slice(v);
-            if !start.lost.is_empty() {
-                sample.lost[gap.clone()].copy_from_slice(&start.lost[gap.clone()]);
+        for gap in &self.islands.gaps {
+            for gap in common(wanted.iter().map(places_of), gap) {
+                let (x, v) = (&start.x[gap.clone()], &start.v[gap.clone()]);
+                for ((to, x), v) in sample.x[gap.clone()].iter_mut().zip(x).zip(v) {
+                    *to = x + dt * v;
+                }
+                sample.v[gap.clone()].copy_from_slice(v);
+                if !start.lost.is_empty() {
+                    sample.lost[gap.clone()].copy_from_slice(&start.lost[gap.clone()]);
+                }
             }
         }
         let moved = self.islands.at_rest.min(sample.force.len());
-        let shut = self.islands.shut(moved);
-        for shut in shut.flat_map(|shut| common(&places, &shut).collect::<Vec<_>>()) {
-            sample.force[shut.clone()].fill(0.0);
-            if !start.passed.is_empty() {
-                sample.passed[shut.clone()].copy_from_slice(&start.passed[shut]);
+        for shut in self.islands.shut(moved) {
+            for shut in common(wanted.iter().map(places_of), &shut) {
+                sample.force[shut.clone()].fill(0.0);
+                if !start.passed.is_empty() {
+                    sample.passed[shut.clone()].copy_from_slice(&start.passed[shut]);
+                }
             }
         }
     }
@@ -249,7 +257,7 @@ impl<K: Kernel> Driver<K> {
         }
         let nodes = Nodes::new([before, from, self.time]);
         let (checked, ratio) = nodes.check();
-        let weights = nodes.at(checked);
+        let weights = nodes.at(checked, true);
         let nodes = NodeRows {
             states,
             rates: [&rates[0], &rates[1], &rates[2]],
@@ -298,8 +306,8 @@ impl<K: Kernel> Driver<K> {
                 }
             }
         }
-        let wanted: Vec<Range<usize>> = wanted.iter().map(places_of).collect();
-        doubtful.retain(|places| common(&wanted, places).next().is_some());
+        let wanted = |places: &Range<usize>| common(wanted.iter().map(places_of), places).next();
+        doubtful.retain(|places| wanted(places).is_some());
         self.patches(doubtful)
     }
 
@@ -423,12 +431,12 @@ fn places_of(blocks: &Range<usize>) -> Range<usize> {
 
 /// What a range has in common with each of others.
 fn common<'a>(
-    ranges: &'a [Range<usize>],
+    ranges: impl Iterator<Item = Range<usize>> + 'a,
     with: &Range<usize>,
-) -> impl Iterator<Item = Range<usize>> + use<'a> {
+) -> impl Iterator<Item = Range<usize>> + 'a {
     let with = with.clone();
-    let both = move |range: &Range<usize>| range.start.max(with.start)..range.end.min(with.end);
-    ranges.iter().map(both).filter(|range| !range.is_empty())
+    let both = move |range: Range<usize>| range.start.max(with.start)..range.end.min(with.end);
+    ranges.map(both).filter(|range| !range.is_empty())
 }
 
 /// Copies places and the contacts on their left.

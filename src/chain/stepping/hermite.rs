@@ -21,17 +21,46 @@ pub(super) struct Weights {
 }
 
 /// Two intervals between three times.
-#[derive(Debug, Clone, Copy)]
+#[derive(Debug, Clone, Copy, PartialEq)]
 pub(super) struct Nodes {
     middle: f64,
     lengths: [f64; 2],
+    each: [Node; 3],
+}
+
+/// A node, and what the other two make of it.
+#[derive(Debug, Clone, Copy, PartialEq, Default)]
+struct Node {
+    at: f64,
+    others: [f64; 2],
+    /// One over the distances of these.
+    inverse: [f64; 2],
+    /// The Taylor series of the inverse of their factors about this node.
+    first: f64,
+    second: f64,
 }
 
 impl Nodes {
     pub(super) fn new([before, start, end]: [f64; 3]) -> Nodes {
+        let lengths = [start - before, end - start];
+        let at = [-lengths[0] / lengths[1], 0.0, 1.0];
+        let node = |i: usize| {
+            let others = [at[(i + 1) % 3], at[(i + 2) % 3]];
+            let inverse = others.map(|other| 1.0 / (at[i] - other));
+            let first = 3.0 * (inverse[0] + inverse[1]);
+            let squares = 3.0 * (inverse[0] * inverse[0] + inverse[1] * inverse[1]);
+            Node {
+                at: at[i],
+                others,
+                inverse,
+                first,
+                second: first * first + squares,
+            }
+        };
         Nodes {
             middle: start,
-            lengths: [start - before, end - start],
+            lengths,
+            each: [node(0), node(1), node(2)],
         }
     }
 
@@ -48,41 +77,39 @@ impl Nodes {
         (self.middle + CHECKED * h, h * largest / rate)
     }
 
-    /// Weights at time t.
-    pub(super) fn at(&self, t: f64) -> Weights {
-        let [before, h] = self.lengths;
-        let nodes = [-before / h, 0.0, 1.0];
+    /// Weights at time t, those of the rate where it is wanted.
+    pub(super) fn at(&self, t: f64, rate: bool) -> Weights {
+        let h = self.lengths[1];
         let dt = t - self.middle;
         let u = dt / h;
         let mut values = [[0.0; 3]; 3];
         let mut rates = [[0.0; 3]; 3];
-        for i in 0..3 {
-            let others = [nodes[(i + 1) % 3], nodes[(i + 2) % 3]];
-            let d = u - nodes[i];
-            // The other nodes' factors, and the Taylor series of their inverse about this node.
-            let share = |other: f64| (u - other) / (nodes[i] - other);
-            let product = share(others[0]) * share(others[1]);
-            let factor = product.powi(3);
-            let slope = 3.0
-                * product
-                * product
-                * (share(others[0]) / (nodes[i] - others[1])
-                    + share(others[1]) / (nodes[i] - others[0]));
-            let inverse = others.map(|other| 1.0 / (nodes[i] - other));
-            let first = 3.0 * (inverse[0] + inverse[1]);
-            let squares = 3.0 * (inverse[0] * inverse[0] + inverse[1] * inverse[1]);
-            let second = first * first + squares;
-            for (k, (p, dp)) in [
+        for (i, node) in self.each.iter().enumerate() {
+            let Node {
+                at,
+                others,
+                inverse,
+                first,
+                second,
+            } = *node;
+            let d = u - at;
+            let share = [0, 1].map(|k| (u - others[k]) * inverse[k]);
+            let product = share[0] * share[1];
+            let factor = product * product * product;
+            let mut unit = 1.0;
+            let terms = [
                 (1.0 - d * (first - 0.5 * second * d), second * d - first),
                 (d * (1.0 - first * d), 1.0 - 2.0 * first * d),
                 (0.5 * d * d, d),
-            ]
-            .into_iter()
-            .enumerate()
-            {
-                let unit = h.powi(k as i32);
+            ];
+            for (k, (p, dp)) in terms.into_iter().enumerate() {
                 values[i][k] = unit * factor * p;
-                rates[i][k] = unit / h * (slope * p + factor * dp);
+                if rate {
+                    let bend = share[0] * inverse[1] + share[1] * inverse[0];
+                    let slope = 3.0 * product * product * bend;
+                    rates[i][k] = unit / h * (slope * p + factor * dp);
+                }
+                unit *= h;
             }
         }
         let pick = |w: [[f64; 3]; 3]| {
@@ -144,11 +171,11 @@ mod tests {
             let d = |t: f64| f64::from(power) * t.powi(power - 1);
             let s = |t: f64| f64::from(power * (power - 1)) * t.powi(power - 2);
             let [p, q, r] = [times.map(f), times.map(d), times.map(s)];
-            let error = |t: f64| nodes.at(t).value(p, q, r) - f(t);
+            let error = |t: f64| nodes.at(t, false).value(p, q, r) - f(t);
             let worst = (0..=1000)
                 .map(|i| error(0.42 + 0.18 * f64::from(i) / 1000.0).abs())
                 .fold(0.0, f64::max);
-            let off = (nodes.at(checked).rate(p, q, r) - d(checked)).abs();
+            let off = (nodes.at(checked, true).rate(p, q, r) - d(checked)).abs();
             if power == 9 {
                 assert!(
                     (off * ratio / worst - 1.0).abs() < 1e-4,
