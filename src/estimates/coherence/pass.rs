@@ -182,7 +182,7 @@ impl Pass<'_> {
         let conjugate = |_: usize, found: &[Complex<f64>]| {
             spectra.extend(found.iter().map(|x| x.conj() * squared));
         };
-        let record = Records::side_by_side(record, 1);
+        let record = Records::interleaved(record, 1);
         self.realisations
             .each_of(portion, record, &mut scratch, conjugate);
         Reference {

@@ -368,7 +368,7 @@ impl Pass<'_> {
         let mut scratch = SegmentScratch::default();
         let mut of = |site: usize| {
             let record = shot.record(site);
-            let one = Records::side_by_side(&record, 1);
+            let one = Records::interleaved(&record, 1);
             let spectra = Spectra::of(self.realisations, one, shot.scale, &mut scratch);
             (spectra, steadiness(&record))
         };

@@ -200,7 +200,7 @@ impl Pass<'_> {
             let (input, output) = (&input[..kept], &output[request.lag..]);
             steady += steadiness(input).min(steadiness(output));
             let mut of = |record: &[f64]| {
-                let record = Records::side_by_side(record, 1);
+                let record = Records::interleaved(record, 1);
                 let spectra = Spectra::of(self.realisations, record, shot.scale, &mut scratch);
                 spectra.into_iter().next().unwrap_or_default()
             };

@@ -1,4 +1,4 @@
-//! Records of a few sites, side by side or one after another.
+//! Records of a few sites, interleaved or one after another.
 
 use std::ops::Range;
 
@@ -16,7 +16,7 @@ pub(crate) struct Records<'r> {
 
 impl<'r> Records<'r> {
     /// A row of `width` samples for each time.
-    pub fn side_by_side(samples: &'r [f64], width: usize) -> Self {
+    pub fn interleaved(samples: &'r [f64], width: usize) -> Self {
         Records {
             samples,
             width,
@@ -123,32 +123,32 @@ impl<'r> Records<'r> {
 mod tests {
     use super::*;
 
-    /// Side by side and one after another: the same bits, of eight and of fewer.
+    /// Interleaved and one after another: the same bits, of eight and of fewer.
     #[test]
     fn regress_order_in_memory_does_not_move_a_bit() {
         for width in [8, 3, 1] {
             let value = |record: usize, n: usize| 3.0 + (n as f64 * 0.7 + record as f64).sin();
             let length = 700;
-            let aside: Vec<f64> = (0..length * width)
+            let interleaved: Vec<f64> = (0..length * width)
                 .map(|i| value(i % width, i / width))
                 .collect();
-            let after: Vec<f64> = (0..length * width)
+            let apart: Vec<f64> = (0..length * width)
                 .map(|i| value(i / length, i % length))
                 .collect();
-            let aside = Records::side_by_side(&aside, width);
-            let after = Records::one_after_another(&after, length);
-            assert_eq!((aside.length(), after.width()), (length, width));
+            let interleaved = Records::interleaved(&interleaved, width);
+            let apart = Records::one_after_another(&apart, length);
+            assert_eq!((interleaved.length(), apart.width()), (length, width));
             let (mut room, mut other) = (Vec::new(), Vec::new());
             assert_eq!(
-                aside.rows(3..690, &mut room),
-                after.rows(3..690, &mut other)
+                interleaved.rows(3..690, &mut room),
+                apart.rows(3..690, &mut other)
             );
             let mut of = |records: &Records<'_>| {
                 let moments = records.mean_and_squares(3..690, &mut room);
                 (moments, records.squares(5..600, &mut room))
             };
-            assert_eq!(of(&aside), of(&after));
-            assert_eq!(aside.record(width - 1), after.record(width - 1));
+            assert_eq!(of(&interleaved), of(&apart));
+            assert_eq!(interleaved.record(width - 1), apart.record(width - 1));
         }
     }
 }

@@ -315,7 +315,7 @@ impl Shot<'_> {
         self.prepared.release_times(times);
     }
 
-    /// Visits the tiles in parallel: its scratch, its sites, their records side by side, its result.
+    /// Visits the tiles in parallel: its scratch, its sites, their records interleaved, its result.
     /// A result is visited by one thread, so its bits depend neither on threads nor on blocks.
     ///
     /// # Errors
@@ -349,7 +349,7 @@ impl Shot<'_> {
                         let samples = on_lines(room, width * self.prepared.n_times());
                         self.prepared.columns(ahead, sites.clone(), samples);
                         self.observer.advance(width as u64);
-                        let records = Records::side_by_side(samples, width);
+                        let records = Records::interleaved(samples, width);
                         visit(scratch, sites, records, result);
                         Ok(())
                     },
