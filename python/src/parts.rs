@@ -6,13 +6,13 @@ use numpy::{IntoPyArray, PyArray1, PyReadonlyArray1};
 use pyo3::exceptions::PyValueError;
 use pyo3::prelude::*;
 use pyo3::types::{PyDict, PyType};
-use wavecascade::Field;
 use wavecascade::estimates::{
     BlockPlace, Combined, DividedRequest, Part, Partial as Sums, combine as combined, join,
     outline, partial as sum, partial_of_block,
 };
 use wavecascade::observer::Observer;
 use wavecascade::report::{PartialArrays, Provenance, read_partial, write_partial};
+use wavecascade::{Error, Field};
 
 use super::estimates::{Made, each_field};
 use super::faults;
@@ -71,7 +71,7 @@ impl Partial {
         format!(
             "<Partial of {}: segments {from} to {}, {sites} sites>",
             self.estimate(),
-            end - 1
+            end.saturating_sub(1)
         )
     }
 
@@ -190,7 +190,12 @@ pub fn partial(
                 let place = BlockPlace { first, record };
                 partial_of_block(field, place, &asked.request, observer)
             }
-            _ => {
+            (Some(_), several) => Err(Error::Request {
+                option: "field",
+                expected: "one field, of which the block is a part".into(),
+                found: several.len().to_string(),
+            }),
+            (None, _) => {
                 let whole = Part { number: 1, of: 1 };
                 sum(&opened, &asked.request, part.unwrap_or(whole), observer)
             }

@@ -222,7 +222,9 @@ impl Simulation {
                 // Shorter steps only gather more rounding.
                 (reached, local) = best;
                 drop(run);
-                run = with(local, self.record, all, &mut Checks::default())?;
+                // The steps whose error is stated end where those did.
+                let mut checks = Checks::of(all, self.chain.n_sites());
+                run = with(local, self.record, all, &mut checks)?;
                 run.report.error = Some(reached);
             }
             let amplification = self.amplification(&run, local, scale, few, observer)?;

@@ -126,7 +126,11 @@ impl PartialAbout {
     fn name(&self) -> String {
         match self.part {
             Some(part) => format!("part {part}"),
-            None => format!("segments {} to {}", self.range[0], self.range[1] - 1),
+            None => format!(
+                "segments {} to {}",
+                self.range[0],
+                self.range[1].saturating_sub(1)
+            ),
         }
     }
 }

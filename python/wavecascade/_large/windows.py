@@ -96,16 +96,3 @@ def window(name: object, n: int) -> Array:
 
     half = [sample(j) for j in range(n // 2 + 1)]
     return np.array([half[min(j, n - j)] for j in range(n)])
-
-
-def columns(a: Array, axis: int, real: bool) -> Array:
-    """The transform along ``axis``, which is not the last: the same bits for any number of columns.
-
-    A single contiguous column would be transformed as a row, by other operations.
-    """
-    from wavecascade import fft
-
-    transform = fft.r2c if real else fft.c2c
-    if a.shape[-1] == 1:
-        return transform(np.repeat(a, 2, axis=-1), axis)[..., :1]
-    return transform(a, axis)

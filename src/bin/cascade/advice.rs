@@ -44,6 +44,11 @@ pub fn of_error(error: &Error) -> Option<String> {
         Error::Memory { what: "the transform of the field", .. } => Some(
             "raise `--memory`, or filter a part of the field: save fewer sites or times".into(),
         ),
+        Error::Memory { what: "the space-time spectrum of this field", .. } => Some(
+            "raise `--memory`, choose fewer sites or times, shorter segments or fewer tapers, or give all tapers \
+             the same weight (`--equal-weights`), which keeps one sum for all of them"
+                .into(),
+        ),
         Error::Memory { .. } => {
             Some("raise `--memory`, choose fewer sites or times, or ask for less: `--threads 1`, `--only`".into())
         }

@@ -153,14 +153,17 @@ impl Combination {
         let width: usize = self.zeros.iter().map(|sums| sums.numbers().len()).sum();
         let segments = self.realisations.segments.count();
         let [from, end] = partial.about.range;
-        let mut covered = from;
+        let (mut covered, mut nodes) = (from, 0);
         for node in &partial.nodes {
             match node.range(segments) {
                 Some(range) if range.start == covered => covered = range.end,
                 _ => break,
             }
+            nodes += 1;
         }
-        let is_whole = covered == end && partial.sums.len() == width * partial.nodes.len();
+        let is_whole = covered == end
+            && nodes == partial.nodes.len()
+            && partial.sums.len() == width * partial.nodes.len();
         if from != self.next || !is_whole {
             let expected = format!(
                 "the sums over segments {} and on, {width} a node",

@@ -35,14 +35,19 @@ pub(super) struct Pass<'a> {
 
 /// Sums of the tiles of the result, in groups of rows, then of the tiles of sites.
 pub(super) fn zeros(grid: &Grid, realisations: &Realisations, pairs: usize) -> Vec<Sums> {
+    let tiles = realisations.bins().div_ceil(ROWS) + grid.sites.div_ceil(TOGETHER);
+    (0..tiles)
+        .map(|tile| tile_zeros(grid, realisations, pairs, tile))
+        .collect()
+}
+
+fn tile_zeros(grid: &Grid, realisations: &Realisations, pairs: usize, tile: usize) -> Sums {
     let bins = realisations.bins();
-    let rows = (0..bins.div_ceil(ROWS)).map(|group| {
-        let rows = ROWS.min(bins - group * ROWS);
-        Sums::zeros(rows * grid.sites.div_ceil(WIDTH) * pairs, 0)
-    });
-    let tiles = 0..grid.sites.div_ceil(TOGETHER);
-    let sites = tiles.map(|_| Sums::zeros(OF_SITES, realisations.pieces()));
-    rows.chain(sites).collect()
+    if tile >= bins.div_ceil(ROWS) {
+        return Sums::zeros(OF_SITES, realisations.pieces());
+    }
+    let rows = ROWS.min(bins - tile * ROWS);
+    Sums::zeros(rows * grid.sites.div_ceil(WIDTH) * pairs, 0)
 }
 
 /// What is summed of one tile.
@@ -343,11 +348,15 @@ impl<'a> Pass<'a> {
 
     /// The sums of all `records`.
     pub fn totals(&self, records: usize, trees: Vec<RecordTree>) -> Totals {
-        let zeros = zeros(&self.grid, self.realisations, self.pairs);
-        let total = |(mut tree, zeros): (RecordTree, Sums)| tree.total().unwrap_or(zeros);
-        let mut groups: Vec<Sums> = trees.into_iter().zip(zeros).map(total).collect();
-        let tiles = groups.split_off(self.realisations.bins().div_ceil(ROWS));
-        let groups: Vec<Vec<LaneBlock>> = groups.into_iter().map(Sums::into_plain).collect();
+        let groups = self.realisations.bins().div_ceil(ROWS);
+        let total = |(tile, mut tree): (usize, RecordTree)| {
+            let zeros = || tile_zeros(&self.grid, self.realisations, self.pairs, tile);
+            tree.total().unwrap_or_else(zeros)
+        };
+        let mut groups_and_tiles = trees.into_iter().enumerate().map(total);
+        let groups = groups_and_tiles.by_ref().take(groups);
+        let groups: Vec<Vec<LaneBlock>> = groups.map(Sums::into_plain).collect();
+        let tiles = groups_and_tiles.collect();
         let pairs = self.realisations.tapers() * self.space.tapers();
         let count = (records * self.realisations.segments.count()) as f64;
         let weighted = (self.pairs > 1).then(|| self.weighted(&groups, count));
