@@ -140,13 +140,13 @@ impl SimdKernel for Diagonalize<'_> {
                     let inverse = one / r;
                     let (sin, cos) = (r.choose(f * inverse, zero), r.choose(g * inverse, one));
                     let rest = old_d - p;
-                    let turned = (L::load(&d[i]) - rest) * sin + two * cos * b;
-                    let moved = sin * turned;
+                    let rotated = (L::load(&d[i]) - rest) * sin + two * cos * b;
+                    let moved = sin * rotated;
                     here.choose(rest + moved, old_d).store(&mut d[i + 1]);
                     s = here.choose(sin, s);
                     c = here.choose(cos, c);
                     p = here.choose(moved, p);
-                    g = here.choose(cos * turned - b, g);
+                    g = here.choose(cos * rotated - b, g);
                 }
                 let old = L::load(&d[l]);
                 works.choose(old - p, old).store(&mut d[l]);
@@ -176,7 +176,7 @@ struct Reduced {
 }
 
 impl Reduced {
-    /// Keeps the reflections if they are asked for.
+    /// Keeps the reflections if they are wanted.
     fn of(mut a: Planes, keeps: bool) -> Reduced {
         let n = a.n;
         let one = Complex::new(1.0, 0.0);

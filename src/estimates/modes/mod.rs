@@ -12,7 +12,7 @@ use rayon::prelude::*;
 use crate::error::{Error, Result};
 use crate::estimates::realisations::{
     Averaging, Independence, Realisations, SegmentScratch, Shots, TOGETHER, first_of,
-    interval_factors, steadiness,
+    interval_factors, steadiness, steadiness_of_sites,
 };
 use crate::field::{Axis, Field};
 use crate::numeric::lanes::{Lanes, SimdKernel, WIDTH, widest};
@@ -230,8 +230,8 @@ struct Pass<'a> {
 struct TileSpectra<'s> {
     /// `[bin * realisations + realisation]`, of the bins of a block.
     cells: &'s mut [Cell],
-    /// Energies of the parts of the records.
-    parts: [f64; PARTS],
+    /// Energies of the parts of each record.
+    parts: [[f64; TOGETHER]; PARTS],
 }
 
 /// Parts of a record whose energies are compared.
@@ -254,16 +254,24 @@ impl Pass<'_> {
         let mut eigenvalues = Array2::zeros((bins, all.min(n_sites)));
         let mut total = vec![0.0; bins];
         let mut chosen: Vec<ModeShapes> = Vec::new();
-        let mut parts = [0.0; PARTS];
+        let mut sites = Vec::new();
         let mut best = 0.0;
         for from in (0..bins).step_by(sizes.bins) {
             let to = bins.min(from + sizes.bins);
             let mut room = Buffer::<Cell>::zeros((self.shots.tiles(), (to - from) * all))?;
             let (tiles, unit) = self.spectra(from, to, sizes.block, room.numbers_mut())?;
             if from == 0 {
-                for (part, sum) in parts.iter_mut().enumerate() {
-                    *sum = tiles.iter().map(|tile| tile.parts[part]).sum();
-                }
+                let energies = |site: usize| {
+                    tiles[site / TOGETHER]
+                        .parts
+                        .map(|part| part[site % TOGETHER])
+                };
+                let of_site = |site: usize| {
+                    let energies: [f64; PARTS] = energies(site);
+                    let energy: f64 = energies.iter().sum();
+                    (steadiness(&energies.map(f64::sqrt)), energy)
+                };
+                sites = (0..n_sites).map(of_site).collect();
             }
             let density = self.first.time.step * unit * unit * self.first.space.step.abs();
             let snapshots = Snapshots {
@@ -331,7 +339,7 @@ impl Pass<'_> {
                     self.realisations.tapers(),
                 ],
                 self.realisations.effective(),
-                steadiness(&parts.map(f64::sqrt)),
+                steadiness_of_sites(sites),
             ),
             alpha: self.request.alpha,
             eigenvalues,
@@ -397,7 +405,7 @@ impl Pass<'_> {
             .chunks_exact_mut((to - from) * all)
             .map(|cells| TileSpectra {
                 cells,
-                parts: [0.0; PARTS],
+                parts: [[0.0; TOGETHER]; PARTS],
             })
             .collect();
         let mut shot_number = 0;
@@ -411,9 +419,11 @@ impl Pass<'_> {
                     let (width, mut room) = (sites.len(), Vec::new());
                     let part = (records.length() / PARTS).max(1);
                     let parts = PARTS.min(records.length() / part);
-                    for (p, sum) in out.parts.iter_mut().enumerate().take(parts) {
+                    for (p, sums) in out.parts.iter_mut().enumerate().take(parts) {
                         let squares = records.squares(p * part..(p + 1) * part, &mut room);
-                        *sum = squares[..width].iter().fold(*sum, |sum, one| sum + one);
+                        for (sum, square) in sums.iter_mut().zip(&squares[..width]) {
+                            *sum += square;
+                        }
                     }
                     self.realisations.each(records, scratch, |r, spectra| {
                         let rows = &spectra[from * width..to * width];

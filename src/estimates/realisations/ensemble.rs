@@ -84,6 +84,21 @@ pub(crate) fn steadiness(record: &[f64]) -> f64 {
     evenness(&energies)
 }
 
+/// Of sites with their steadiness and energy, that of the one at which half of the energy lies at sites that are
+/// less steady: a pulse that passes all sites is a transient at each, though the energy of all of them is steady.
+pub(crate) fn steadiness_of_sites(mut sites: Vec<(f64, f64)>) -> f64 {
+    sites.sort_by(|a, b| a.0.total_cmp(&b.0));
+    let half = 0.5 * sites.iter().map(|(_, energy)| energy).sum::<f64>();
+    let mut below = 0.0;
+    for (steadiness, energy) in &sites {
+        below += energy;
+        if below > half {
+            return *steadiness;
+        }
+    }
+    1.0
+}
+
 fn evenness(energies: &[f64]) -> f64 {
     let all: f64 = energies.iter().sum();
     let squares: f64 = energies.iter().map(|e| e * e).sum();

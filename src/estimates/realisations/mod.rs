@@ -16,7 +16,7 @@ pub(crate) use adaptive::{Average, LeftOut, Weights, WithoutOne};
 pub use averaging::{Averaging, Tapers};
 pub(crate) use averaging::{Realisations, SegmentScratch, no_segment_left};
 pub use ensemble::Independence;
-pub(crate) use ensemble::{LEAST_STEADINESS, steadiness, steadiness_without};
+pub(crate) use ensemble::{LEAST_STEADINESS, steadiness, steadiness_of_sites, steadiness_without};
 pub use grid::Grid;
 pub(crate) use interval::FactorTable;
 pub use interval::{SpectrumInterval, interval_factors};

@@ -8,7 +8,7 @@ use super::SpaceTimeRequest;
 use crate::error::{Error, Result};
 use crate::estimates::realisations::{
     Average, Averaging, Grid, Portion, Realisations, RecordTree, Records, SegmentScratch,
-    SegmentTree, Shot, Shots, Sums, TOGETHER, Weights, held_at_once, nodes_of,
+    SegmentTree, Shot, Shots, Sums, TOGETHER, Weights, held_at_once, nodes_of, steadiness_of_sites,
 };
 use crate::numeric::lanes::{LaneBlock, WIDTH, widest};
 use crate::prepare::Detrend;
@@ -543,20 +543,7 @@ impl Totals {
     /// The steadiness of the site at which half of the energy lies at sites that are less steady.
     pub fn steadiness(&self, records: usize) -> f64 {
         let of = |j: usize| self.tiles[j / TOGETHER].steadiness()[j % TOGETHER] / records as f64;
-        let mut sites: Vec<(f64, f64)> = self
-            .of_site(1)
-            .enumerate()
-            .map(|(j, e)| (of(j), e))
-            .collect();
-        sites.sort_by(|a, b| a.0.total_cmp(&b.0));
-        let half = 0.5 * sites.iter().map(|(_, energy)| energy).sum::<f64>();
-        let mut below = 0.0;
-        for (steadiness, energy) in &sites {
-            below += energy;
-            if below > half {
-                return *steadiness;
-            }
-        }
-        1.0
+        let energies = self.of_site(1).enumerate();
+        steadiness_of_sites(energies.map(|(j, energy)| (of(j), energy)).collect())
     }
 }
