@@ -213,10 +213,10 @@ impl Coherence {
             true => (spreads[j] * (1.0 - g) / g).sqrt().min(1.0).asin(),
             false => f64::NAN,
         };
-        let intervals: Vec<f64> = self.coherence.indexed_iter().map(interval).collect();
+        let cells = self.coherence.indexed_iter().map(interval);
         self.phase_interval
             .iter_mut()
-            .zip(intervals)
+            .zip(cells)
             .for_each(|(to, interval)| *to = interval);
         let search = DelaySearch::new(self.segment[0], self.time.step, shared_bins);
         self.delays = search.find(&self.coherence, &self.phase, &known);
