@@ -1,11 +1,17 @@
-//! What an analysis holds at most, by an allocator that keeps count, against what its plan says.
+//! What an analysis, or an average, holds at most, by an allocator that keeps count, against what it says that it needs.
 
 use std::alloc::{GlobalAlloc, Layout, System};
+use std::cell::RefCell;
 use std::sync::atomic::{AtomicUsize, Ordering};
+use std::sync::{Mutex, MutexGuard, PoisonError};
 
 use ndarray::Array2;
 use wavecascade::analyze::{Request, plan, run};
 use wavecascade::arrays::Nowhere;
+use wavecascade::estimates::{
+    Averaging, CoherenceRequest, Combination, DividedRequest, Part, Partial, SpaceTimeRequest,
+    SpectrumRequest, Tapers, coherence, combine, join, outline, partial,
+};
 use wavecascade::observer::Silent;
 use wavecascade::{Error, Field};
 
@@ -33,10 +39,33 @@ unsafe impl GlobalAlloc for Counting {
 #[global_allocator]
 static ALLOCATOR: Counting = Counting;
 
+/// One test at a time, since others would be counted with it.
+fn alone() -> MutexGuard<'static, ()> {
+    static ONE: Mutex<()> = Mutex::new(());
+    ONE.lock().unwrap_or_else(PoisonError::into_inner)
+}
+
+/// Bytes that `work` takes at most beside what is held before.
+fn taken<T>(work: impl FnOnce() -> T) -> (u64, T) {
+    let before = HELD.load(Ordering::Relaxed);
+    MOST.store(before, Ordering::Relaxed);
+    let made = work();
+    ((MOST.load(Ordering::Relaxed) - before) as u64, made)
+}
+
+/// The bytes that a refusal says are needed.
+fn needed<T>(refused: Result<T, Error>) -> u64 {
+    match refused.map(|_| ()) {
+        Err(Error::Memory { needed, .. }) => needed,
+        other => panic!("a refusal: {other:?}"),
+    }
+}
+
 /// Long records, wide profiles, lengths that are primes: each with all the memory it wants, and in the
-/// least that is accepted. One test, since others would be counted with it.
+/// least that is accepted.
 #[test]
 fn no_more_is_held_than_the_plan_says() {
+    let _alone = alone();
     for (n_times, n_sites) in [
         (20_011, 61),
         (61, 20_011),
@@ -80,6 +109,168 @@ fn no_more_is_held_than_the_plan_says() {
                 assert!(
                     threads > 1 || 10 * needed <= 21 * held,
                     "{case}: {held} of {needed}"
+                );
+            }
+        }
+    }
+}
+
+fn field((n_times, n_sites): (usize, usize)) -> Field {
+    let value = |(n, j): (usize, usize)| ((n * n % 8191 * 31 + j * 7) as f64).sin();
+    Field::from_array(Array2::from_shape_fn((n_times, n_sites), value))
+}
+
+fn averaging(segment: usize, tapers: Tapers) -> Averaging {
+    Averaging {
+        segment: Some(segment),
+        tapers,
+        ..Averaging::default()
+    }
+}
+
+const SLEPIAN: Tapers = Tapers::Slepian { nw: 3.0, count: 5 };
+const FEW: Tapers = Tapers::Slepian { nw: 2.0, count: 2 };
+
+/// Combining parts, one at a time or all at hand, joining them, and outlines: plain and by adaptive weights.
+#[test]
+fn parts_hold_no_more_than_is_counted() {
+    let _alone = alone();
+    let spacetime = |shape, averaging: Averaging, space| {
+        let request = SpaceTimeRequest {
+            averaging,
+            space,
+            ..SpaceTimeRequest::default()
+        };
+        (shape, DividedRequest::from(request))
+    };
+    let spectrum = |shape, averaging| {
+        let request = SpectrumRequest {
+            averaging,
+            has_jackknife: false,
+            ..SpectrumRequest::default()
+        };
+        (shape, DividedRequest::from(request))
+    };
+    let coherence = |shape, averaging| {
+        let request = CoherenceRequest {
+            averaging,
+            ..CoherenceRequest::default()
+        };
+        (shape, DividedRequest::from(request))
+    };
+    let hann = || Averaging::default().tapers;
+    let off = RefCell::new(Vec::new());
+    for (records, parts, (shape, request)) in [
+        (1, 3, spacetime((2000, 93), averaging(200, hann()), hann())),
+        (
+            1,
+            3,
+            spacetime((2000, 93), averaging(200, SLEPIAN), SLEPIAN),
+        ),
+        (3, 5, spacetime((600, 93), averaging(200, SLEPIAN), hann())),
+        // As little to add as there can be.
+        (1, 1, spacetime((400, 93), averaging(400, FEW), FEW)),
+        (1, 4, spectrum((6000, 50), averaging(500, hann()))),
+        (3, 4, spectrum((3000, 50), averaging(500, SLEPIAN))),
+        (1, 4, coherence((6000, 50), averaging(500, hann()))),
+        (3, 2, coherence((8000, 9), averaging(4000, SLEPIAN))),
+    ] {
+        let fields = vec![field(shape); records];
+        let fields: Vec<&Field> = fields.iter().collect();
+        let parts: Vec<Partial> = (1..=parts)
+            .map(|number| Part::new(number, parts).unwrap())
+            .map(|part| partial(&fields, &request, part, &Silent).unwrap())
+            .collect();
+        let held: u64 = parts.iter().map(|part| part.bytes() as u64).sum();
+        let case = format!("{records} {shape:?} {request:?}");
+        let check = |what: &str, (most, counted): (u64, u64), slack: u64| {
+            println!("{what}: {most} of {counted}, {case}");
+            if most > counted || 10 * counted > slack * most {
+                off.borrow_mut()
+                    .push(format!("{what}: {most} of {counted}, {case}"));
+            }
+        };
+
+        let named = || {
+            let about = parts.iter().map(|part| part.about.clone()).enumerate();
+            about
+                .map(|(at, about)| (at.to_string(), about))
+                .collect::<Vec<_>>()
+        };
+        let counted = needed(Combination::new(named(), Some(1)));
+        let merge = |memory| {
+            let (mut combination, order) = Combination::new(named(), Some(memory))?;
+            for at in order {
+                // As if it were read.
+                combination.add(&parts[at].clone())?;
+            }
+            combination.finish()
+        };
+        assert_eq!(needed(merge(counted - 1)), counted);
+        let (most, merged) = taken(|| merge(counted));
+        merged.unwrap();
+        check("merge", (most, counted), 20);
+
+        let counted = needed(combine(&parts, Some(1)));
+        let (most, combined) = taken(|| combine(&parts, Some(counted)));
+        combined.unwrap();
+        check("combine", (held + most, counted), 20);
+
+        let last = &parts[parts.len() / 2..];
+        let held = last.iter().map(|part| part.bytes() as u64).sum::<u64>();
+        let counted = needed(join(last, Some(1)));
+        let (most, joined) = taken(|| join(last, Some(counted)));
+        joined.unwrap();
+        check("join", (held + most, counted), 20);
+
+        let (few, times) = (field((4, shape.1)), shape.0);
+        let of = |memory| {
+            let mut request = request.clone();
+            match &mut request {
+                DividedRequest::Spectrum(it) => it.memory = memory,
+                DividedRequest::Coherence(it) => it.memory = memory,
+                DividedRequest::SpaceTime(it) => it.memory = memory,
+            }
+            outline(&few, times, &request)
+        };
+        let counted = needed(of(Some(1)));
+        let (most, outlined) = taken(|| of(Some(counted)));
+        outlined.unwrap();
+        check("outline", (most, counted), 20);
+    }
+    assert_eq!(off.into_inner(), Vec::<String>::new());
+}
+
+/// Segments so long that the search of delays takes the most.
+#[test]
+fn coherence_holds_no_more_than_is_counted() {
+    let _alone = alone();
+    for (shape, segment, tapers) in [
+        ((40_000, 3), 40_000, SLEPIAN),
+        ((70_000, 17), 33_000, Averaging::default().tapers),
+        ((40_000, 9), 2_000, SLEPIAN),
+    ] {
+        let field = field(shape);
+        for threads in [1, 2, 5] {
+            let of = |memory| {
+                let request = CoherenceRequest {
+                    averaging: averaging(segment, tapers.clone()),
+                    threads: Some(threads),
+                    memory: Some(memory),
+                    ..CoherenceRequest::default()
+                };
+                coherence(&[&field], &request, &Silent)
+            };
+            let counted = needed(of(1));
+            for allowed in [counted, 4 << 30] {
+                let (most, found) = taken(|| of(allowed));
+                assert!(found.unwrap().delays[2].is_some());
+                let case = format!("{shape:?} {segment} {threads} threads, {allowed} allowed");
+                println!("{case}: {most} of {counted}");
+                assert!(most <= counted, "{case}: {most} of {counted}");
+                assert!(
+                    threads > 1 || 10 * counted <= 20 * most,
+                    "{case}: {most} of {counted}"
                 );
             }
         }

@@ -22,6 +22,7 @@ use super::watch;
 use crate::args::{Command, Input};
 use crate::estimate::{Estimate, Typed};
 use crate::failure::Failure;
+use crate::parse;
 
 /// Sums over some segments of a record, of :func:`partial`.
 #[pyclass(frozen, module = "wavecascade._native")]
@@ -228,17 +229,24 @@ fn sums<'a>(partials: &'a [PyRef<'_, Partial>]) -> Vec<&'a Sums> {
     partials.iter().map(|partial| &partial.0).collect()
 }
 
-/// The result of all parts, in any order, as :func:`estimate` has it.
+/// The result of all parts, in any order, as :func:`estimate` has it, in so much memory as `memory` says.
 #[pyfunction]
+#[pyo3(signature = (partials, memory=None))]
 pub fn combine<'py>(
     py: Python<'py>,
     partials: Vec<PyRef<'py, Partial>>,
+    memory: Option<&str>,
 ) -> PyResult<Bound<'py, PyDict>> {
+    let size = |text: &str| {
+        let refuse = |expected| format!("memory: {expected}, found {text:?}");
+        parse::bytes(text).map_err(|expected| PyValueError::new_err(refuse(expected)))
+    };
+    let memory = memory.map(size).transpose()?;
     let parts = sums(&partials);
     let fields = parts.first().map(|part| part.about.fields.clone());
     let fields = fields.unwrap_or_default();
     let found = watch::run(py, None, |_: &dyn Observer| -> Result<Made, Failure> {
-        result(&combined(&parts)?, &fields)
+        result(&combined(&parts, memory)?, &fields)
     })?;
     let found = found.map_err(|error| faults::of_failure(py, error, faults::From::Memory))?;
     found.into_python(py)
@@ -249,7 +257,7 @@ pub fn combine<'py>(
 #[pyo3(name = "join")]
 pub fn joined(py: Python<'_>, partials: Vec<PyRef<'_, Partial>>) -> PyResult<Partial> {
     let parts = sums(&partials);
-    let found = py.detach(|| join(&parts));
+    let found = py.detach(|| join(&parts, None));
     let found = found.map_err(|error| faults::of(py, error, faults::From::Memory))?;
     Ok(Partial(found))
 }

@@ -1,6 +1,7 @@
 //! Averages in parts: one process sums a range of the realisations, another one combines the sums.
 
 mod combination;
+mod memory;
 mod outline;
 
 use std::ops::Range;
@@ -8,7 +9,8 @@ use std::ops::Range;
 use serde::{Deserialize, Serialize};
 
 use super::realisations::{
-    Grid, Part, Portion, Realisations, RecordTree, Shots, Sums, TreeNode, first_of, refuse_left_out,
+    Grid, Part, Portion, Realisations, RecordTree, Shots, SumsShape, TreeNode, first_of,
+    refuse_left_out,
 };
 use super::{
     Coherence, CoherenceRequest, SpaceTimeEstimate, SpaceTimeRequest, SpectrumEstimate,
@@ -21,6 +23,7 @@ use crate::prepare::Gaps;
 use crate::system::threads::in_pool;
 
 pub use combination::{Combination, combine, join};
+pub(super) use memory::Finishing;
 pub use outline::{Outline, outline};
 
 /// An estimate whose sums over realisations are known in parts.
@@ -35,8 +38,11 @@ pub(super) trait Divided {
     /// [`crate::Error::Request`] for what does not fit the fields, and what cannot be summed in parts.
     fn plan(&self, grid: &Grid) -> Result<Realisations>;
 
-    /// The sums of every tile of the result, all zero.
-    fn zeros(&self, grid: &Grid, realisations: &Realisations) -> Vec<Sums>;
+    /// Blocks of the sums of the tiles of the result, in order: of so many tiles each.
+    fn tiles(&self, grid: &Grid, realisations: &Realisations) -> Vec<(SumsShape, usize)>;
+
+    /// What [`Self::combine`] holds.
+    fn finishing(&self, known: (&Grid, &Realisations)) -> Finishing;
 
     /// Whether the energy of a record is that about its mean.
     fn about_mean(&self) -> bool;
@@ -57,6 +63,9 @@ pub(super) trait Divided {
         trees: Vec<RecordTree>,
         unit: f64,
     ) -> Result<Self::Found>;
+
+    /// The result of a record of zeros, counted as steady, without the sums of all tiles.
+    fn silent(&self, known: (&Grid, &Realisations)) -> Result<Self::Found>;
 }
 
 /// The request of an estimate that [`partial`] knows.
@@ -288,7 +297,8 @@ fn partial_of<R: Divided + Sync>(
 /// A partial result of the nodes of all tiles.
 fn flattened(about: PartialAbout, tiles: &[Vec<TreeNode>], segments: usize) -> Partial {
     let mut nodes = Vec::new();
-    let mut sums = Vec::new();
+    let all = tiles.iter().flatten();
+    let mut sums = Vec::with_capacity(all.map(|node| node.sums.numbers().len()).sum());
     let places = tiles.first().into_iter().flatten().enumerate();
     let mut order: Vec<(usize, NodePlace)> = places
         .map(|(at, node)| {

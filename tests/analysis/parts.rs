@@ -129,7 +129,7 @@ fn regress_parts_of_spectra_have_the_bits_of_the_whole() {
             let mut parts = parts_of(&fields, &request.clone().into(), of);
             parts.rotate_left(of / 2);
             parts.reverse();
-            let Combined::Spectrum(found) = combine(&parts).unwrap() else {
+            let Combined::Spectrum(found) = combine(&parts, None).unwrap() else {
                 panic!("a spectrum");
             };
             assert_eq!(spectrum_bits(&found), expected, "{records} {samples} {of}");
@@ -160,7 +160,7 @@ fn regress_parts_of_coherence_have_the_bits_of_the_whole() {
         for of in [1, 2, 3, 7] {
             let mut parts = parts_of(&fields, &request.clone().into(), of);
             parts.reverse();
-            let Combined::Coherence(found) = combine(&parts).unwrap() else {
+            let Combined::Coherence(found) = combine(&parts, None).unwrap() else {
                 panic!("a coherence");
             };
             assert_eq!(coherence_bits(&found), expected, "{records} {samples} {of}");
@@ -180,7 +180,8 @@ fn regress_blocks_and_threads_do_not_move_a_bit_of_parts() {
         memory: Some(2 << 20),
         ..request
     };
-    let Combined::Spectrum(found) = combine(&parts_of(&fields, &small.into(), 5)).unwrap() else {
+    let Combined::Spectrum(found) = combine(&parts_of(&fields, &small.into(), 5), None).unwrap()
+    else {
         panic!("a spectrum");
     };
     assert_eq!(spectrum_bits(&found), expected);
@@ -233,7 +234,7 @@ fn regress_what_is_missing_twice_or_foreign_is_named() {
     let foreign = parts_of(&fields, &welch(64, 30).into(), 5);
     let said = |parts: &[&Partial]| {
         let parts: Vec<Partial> = parts.iter().map(|part| (*part).clone()).collect();
-        let error = combine(&parts).unwrap_err();
+        let error = combine(&parts, None).unwrap_err();
         assert!(matches!(
             error,
             Error::Request {
@@ -263,7 +264,11 @@ fn regress_what_is_missing_twice_or_foreign_is_named() {
     // Parts of different cuts may be combined.
     let halves = parts_of(&fields, &request, 2);
     let quarters = parts_of(&fields, &request, 4);
-    combine(&[halves[1].clone(), quarters[0].clone(), quarters[1].clone()]).unwrap();
+    combine(
+        &[halves[1].clone(), quarters[0].clone(), quarters[1].clone()],
+        None,
+    )
+    .unwrap();
     // What no part can hold.
     let part = Part::new(1, 2).unwrap();
     for refused in [
@@ -345,7 +350,7 @@ fn regress_blocks_have_the_bits_of_the_whole() {
         let parts = blocks_of(whole, &request, [64, hop], &cuts);
         let one = Part::new(1, 1).unwrap();
         let expected = partial(&[whole], &request, one, &Silent).unwrap();
-        let bits_of = |parts: &[Partial]| match combine(parts).unwrap() {
+        let bits_of = |parts: &[Partial]| match combine(parts, None).unwrap() {
             Combined::Spectrum(found) => spectrum_bits(&found),
             Combined::Coherence(found) => coherence_bits(&found),
             Combined::SpaceTime(found) => bits([&found.spectrum, &found.low, &found.degrees]),
@@ -366,13 +371,13 @@ fn regress_blocks_have_the_bits_of_the_whole() {
         assert!(known == as_whole);
         assert!(bits_of(&parts) == known);
         // Joined from behind and from before.
-        let behind = join(&parts[1..]).unwrap();
+        let behind = join(&parts[1..], None).unwrap();
         assert!(behind.bytes() <= parts[1..].iter().map(Partial::bytes).sum());
         assert!(bits_of(&[behind, parts[0].clone()]) == known);
         let last = parts.len() - 1;
-        let before = join(&parts[..last]).unwrap();
+        let before = join(&parts[..last], None).unwrap();
         assert!(bits_of(&[parts[last].clone(), before]) == known);
-        assert!(bits_of(&[join(&parts).unwrap()]) == known);
+        assert!(bits_of(&[join(&parts, None).unwrap()]) == known);
     }
 }
 
@@ -385,8 +390,11 @@ fn regress_joined_parts_of_shots_have_the_bits_of_the_whole() {
     let expected = spectrum_bits(&spectrum(&fields, &request, &Silent).unwrap());
     let parts = parts_of(&fields, &request.into(), 7);
     for at in 1..7 {
-        let two = [join(&parts[..at]).unwrap(), join(&parts[at..]).unwrap()];
-        let Combined::Spectrum(found) = combine(&two).unwrap() else {
+        let two = [
+            join(&parts[..at], None).unwrap(),
+            join(&parts[at..], None).unwrap(),
+        ];
+        let Combined::Spectrum(found) = combine(&two, None).unwrap() else {
             panic!("a spectrum");
         };
         assert!(spectrum_bits(&found) == expected, "{at}");
@@ -427,9 +435,9 @@ fn regress_blocks_that_do_not_fit_are_refused() {
     );
     // A gap between blocks.
     let parts = blocks_of(whole, &request, [64, 32], &[0, 2, 4, 14]);
-    let error = join(&[&parts[0], &parts[2]]).unwrap_err().to_string();
+    let error = join(&[&parts[0], &parts[2]], None).unwrap_err().to_string();
     assert!(error.contains("no segments 2 to 3"), "{error}");
-    let error = combine(&parts[1..]).unwrap_err().to_string();
+    let error = combine(&parts[1..], None).unwrap_err().to_string();
     assert!(error.contains("no segments 0 to 1"), "{error}");
 }
 

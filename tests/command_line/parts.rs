@@ -76,6 +76,53 @@ fn regress_merged_parts_are_the_whole() {
     assert_eq!(summary["range"][0], 0);
 }
 
+/// Parts whose sums exceed the memory allowed are refused before they are read.
+#[test]
+fn regress_a_merge_in_too_little_memory_is_refused() {
+    let place = Place::new();
+    place.save("field.npy", &noise(600, 64));
+    for (name, words) in [
+        (
+            "spectrum",
+            "spectrum field.npy --along both --segment 100 --multitaper 3,5 --space-multitaper 3,5",
+        ),
+        ("spectrum", "spectrum field.npy --along both --segment 100"),
+        (
+            "spectrum",
+            "spectrum field.npy --segment 100 --multitaper 3,5",
+        ),
+        ("coherence", "coherence field.npy --segment 100"),
+    ] {
+        let words: Vec<&str> = words.split(' ').chain(["--force"]).collect();
+        for (part, out) in [("1/2", "a"), ("2/2", "b")] {
+            place.good(&[&words[..], &["--part", part, "--out", out]].concat());
+        }
+        let merge = [
+            name,
+            "--merge",
+            "a",
+            "b",
+            "--out",
+            "merged",
+            "--figures",
+            "none",
+            "--force",
+            "--memory",
+        ];
+        let said = place.bad(2, &[&merge[..], &["200kB"]].concat());
+        for expected in [
+            "the result of these parts needs ",
+            " of memory, allowed are 195.32 KiB",
+            "raise `--memory`",
+        ] {
+            assert!(said.contains(expected), "{words:?}: {said}");
+        }
+        assert!(!place.path("merged").exists());
+        place.good(&[&merge[..], &["40MB"]].concat());
+        std::fs::remove_dir_all(place.path("merged")).unwrap();
+    }
+}
+
 #[test]
 fn regress_what_is_no_part_is_refused() {
     let place = Place::new();
@@ -99,6 +146,8 @@ fn regress_what_is_no_part_is_refused() {
         ("spectrum --merge part", "--out"),
         ("spectrum --merge part --out out", "cascade spectrum"),
         ("coherence --merge part --out out --segment 64", "--segment"),
+        ("coherence --merge part --out out --gaps mask", "--gaps"),
+        ("coherence --merge part --out out --memory 0", "--memory"),
         ("spectrum", "FIELD"),
         ("analyze field.npy --part 3/64", "cascade spectrum FIELD"),
         ("analyze --merge part", "cascade spectrum FIELD"),

@@ -101,7 +101,7 @@ def partial(
     return _native.partial(sources, said, place, observed(progress))
 
 
-def combine(partials: Iterable[_native.Partial]) -> Any:
+def combine(partials: Iterable[_native.Partial], *, memory: int | str | None = None) -> Any:
     """The result of all segments, of partials in any order.
 
     It has the bits of one call over everything: of :func:`spectrum` with ``no_jackknife=True``, or of
@@ -111,6 +111,9 @@ def combine(partials: Iterable[_native.Partial]) -> Any:
     ----------
     partials
         Those of :func:`partial`, or of :meth:`Partial.load`.
+    memory
+        Bytes, or a size such as ``"2 GB"``, that the partials and the result may take; by default half of the
+        free memory, beside the partials.
 
     Returns
     -------
@@ -122,7 +125,9 @@ def combine(partials: Iterable[_native.Partial]) -> Any:
     ------
     ValueError
         For segments that are missing or there twice, and for partials of different fields or options.
+    MemoryError
+        For a result that needs more.
     """
-    found = _native.combine(list(partials))
+    found = _native.combine(list(partials), None if memory is None else str(memory))
     warn(found, stacklevel=3)
     return arranged(found)

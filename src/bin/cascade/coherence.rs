@@ -2,7 +2,7 @@
 
 use std::path::PathBuf;
 
-use clap::Args;
+use clap::{ArgGroup, Args};
 use wavecascade::estimates::{
     Averaging, Coherence as Found, CoherenceRequest, Combined, DividedRequest, SegmentsLeft,
     Tapers, coherence,
@@ -42,9 +42,21 @@ pub struct Coherence {
     pub estimate: EstimateArgs,
 }
 
+/// Options of averages that belong to the parts of a result, and not to what makes it of them.
+const OF_PARTS: [&str; 7] = [
+    "segment",
+    "overlap",
+    "window",
+    "multitaper",
+    "detrend",
+    "gaps",
+    "significance",
+];
+
 /// How a record gives several realisations.
 #[derive(Debug, Args)]
 #[command(next_help_heading = "Averages")]
+#[command(group = ArgGroup::new("averaging").multiple(true).args(OF_PARTS))]
 pub struct AverageArgs {
     /// Samples a segment [default: a power of two near an eighth of the record; with `--multitaper` all].
     #[arg(long, value_name = "SAMPLES")]
@@ -132,7 +144,8 @@ impl Coherence {
 /// Runs the command, or a part of it.
 pub fn run(typed: &Coherence) -> Result<(), Failure> {
     if !typed.parts.merge.is_empty() {
-        return parts::merge(&typed.parts.merge, &typed.estimate, |found| match found {
+        let how = (&typed.estimate, typed.averages.memory);
+        return parts::merge(&typed.parts.merge, how, |found| match found {
             Combined::Coherence(found) => Some(*found),
             _ => None,
         });

@@ -28,13 +28,13 @@ pub struct PartArgs {
     /// the samples of these segments are read. There is no jackknife in parts.
     #[arg(long, value_name = "I/N", value_parser = part)]
     pub part: Option<Part>,
-    /// Make the result of these directories, which `--part` has written: all parts, in any order.
+    /// Make the result of these directories, which `--part` has written: all parts, in any order, in `--memory`.
     #[arg(
         long,
         value_name = "DIR",
         num_args = 1..,
         requires = "out",
-        conflicts_with_all = ["fields", "part", "Input", "AverageArgs"]
+        conflicts_with_all = ["fields", "part", "Input", "averaging"]
     )]
     pub merge: Vec<PathBuf>,
 }
@@ -131,10 +131,10 @@ fn lines(part: Part, sums: &Partial) -> String {
     lines.text
 }
 
-/// Makes the result of all parts, which `choose` picks if it is that of this command.
+/// Makes the result of all parts in the memory allowed, which `choose` picks if it is that of this command.
 pub fn merge<E: Estimate>(
     directories: &[PathBuf],
-    typed: &EstimateArgs,
+    (typed, memory): (&EstimateArgs, Option<u64>),
     choose: impl FnOnce(Combined) -> Option<E>,
 ) -> Result<(), Failure> {
     let drawing = typed.figures.drawing()?;
@@ -151,7 +151,7 @@ pub fn merge<E: Estimate>(
     let parts: Result<Vec<_>, Error> = directories.iter().map(about).collect();
     let parts = parts?;
     let fields = parts[0].1.fields.clone();
-    let (mut combination, order) = Combination::new(parts)?;
+    let (mut combination, order) = Combination::new(parts, memory)?;
     for at in order {
         progress.check()?;
         combination.add(&read_partial(&file(&directories[at]))?)?;

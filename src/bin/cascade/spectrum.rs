@@ -245,12 +245,13 @@ pub fn run(typed: Spectrum) -> Result<(), Failure> {
 /// Makes the result of parts, along time or along both axes.
 fn merge(typed: &Spectrum) -> Result<(), Failure> {
     let directories = &typed.parts.merge;
+    let how = (&typed.estimate, typed.averages.memory);
     match parts::is_spacetime(directories)? {
-        true => parts::merge(directories, &typed.estimate, |found| match found {
+        true => parts::merge(directories, how, |found| match found {
             Combined::SpaceTime(found) => Some(*found),
             _ => None,
         }),
-        false => parts::merge(directories, &typed.estimate, |found| match found {
+        false => parts::merge(directories, how, |found| match found {
             Combined::Spectrum(found) => Some(*found),
             _ => None,
         }),

@@ -1,18 +1,20 @@
 //! The pass over the records of [`super::coherence()`].
 
+use std::borrow::Borrow;
 use std::ops::Range;
 
 use ndarray::Array2;
 use num_complex::Complex;
 
+use super::delay::DelaySearch;
 use super::products::Products;
 use super::{Coherence, CoherenceRequest};
 use crate::error::{Error, Result};
-use crate::estimates::parts::Divided;
+use crate::estimates::parts::{Divided, Finishing};
 use crate::estimates::realisations::{
     Grid, Independence, KeptSegments, Portion, Realisations, RecordTree, Records, SegmentPairs,
-    SegmentScratch, SegmentTree, SegmentsLeft, Shot, Shots, Sums, TOGETHER, TreeNode, held_at_once,
-    no_segment_left, nodes_of, steadiness_without,
+    SegmentScratch, SegmentTree, SegmentsLeft, Shot, Shots, Sums, SumsShape, TOGETHER, TreeNode,
+    held_at_once, no_segment_left, nodes_of, steadiness_without,
 };
 use crate::numeric::lanes::LaneBlock;
 use crate::prepare::Gaps;
@@ -100,6 +102,10 @@ struct AllSums {
 /// reference in the segments of the site, where segments are left out.
 const BLOCKS: usize = 3;
 
+/// Bytes of a site, and of a frequency, beside the arrays: delays, velocities and what they are found with.
+const OF_SITE: u64 = 256;
+const OF_BIN: u64 = 192;
+
 /// The conjugate transforms of the reference over a portion.
 struct Reference {
     spectra: Vec<Complex<f64>>,
@@ -146,11 +152,13 @@ impl Pass<'_> {
     fn held(&self, samples: usize, portions: &[Portion], is_all: bool) -> u64 {
         let samples = samples as u64;
         let sites = self.grid.sites.next_multiple_of(TOGETHER) as u64;
+        let of_results = self.of_results();
         let bins = self.realisations.bins() as u64;
         let length = self.realisations.segments.length;
-        let threads = rayon::current_num_threads() as u64;
+        let threads = self.threads();
         let scratch = RecordTransform::<f64>::working_bytes(length, length, TOGETHER);
-        let sums = 8 * Sums::blocks(self.plain(), self.realisations.pieces()) as u64;
+        // Of a site.
+        let sums = self.shape().bytes() / TOGETHER as u64;
         let of_segments = held_at_once(self.realisations.segments.count());
         let kept = match is_all {
             true => held_at_once(self.records),
@@ -158,10 +166,29 @@ impl Pass<'_> {
         };
         let longest = portions.iter().map(|portion| portion.segments.len());
         let realisations = longest.max().unwrap_or(0) * self.realisations.tapers();
-        sites * kept * sums
-            + 4 * 8 * sites * bins
-            + 16 * bins * realisations as u64
-            + threads * (TOGETHER as u64 * (8 * samples + of_segments * sums) + scratch)
+        let pass = 16 * bins * realisations as u64
+            + threads * (TOGETHER as u64 * (8 * samples + of_segments * sums) + scratch);
+        // Delays are searched once the sums are gone.
+        of_results.result
+            + (sites * kept * sums + pass).max(of_results.later)
+            + self.realisations.bytes()
+    }
+
+    /// Threads that have a tile.
+    fn threads(&self) -> u64 {
+        let tiles = self.grid.sites.div_ceil(TOGETHER);
+        tiles.min(rayon::current_num_threads()) as u64
+    }
+
+    /// Bytes of the arrays, and of the search of delays.
+    fn of_results(&self) -> Finishing {
+        let (bins, sites) = (self.realisations.bins() as u64, self.grid.sites as u64);
+        let length = self.realisations.segments.length;
+        Finishing {
+            result: (4 * 8 * bins + OF_SITE).saturating_mul(sites) + OF_BIN * bins,
+            averages: 0,
+            later: DelaySearch::working_bytes(length, self.threads()),
+        }
     }
 
     /// Blocks of the sums of a tile.
@@ -169,8 +196,15 @@ impl Pass<'_> {
         (BLOCKS + usize::from(self.leaves_out())) * self.realisations.bins()
     }
 
+    fn shape(&self) -> SumsShape {
+        SumsShape {
+            plain: self.plain(),
+            pieces: self.realisations.pieces(),
+        }
+    }
+
     fn zeros(&self) -> Sums {
-        Sums::zeros(self.plain(), self.realisations.pieces())
+        self.shape().zeros()
     }
 
     /// The transforms of the reference.
@@ -308,15 +342,35 @@ impl Pass<'_> {
     }
 
     fn finish(&self, sums: AllSums, unit: f64) -> Coherence {
-        let (realisations, grid) = (self.realisations, &self.grid);
-        let (records, length) = (self.records, realisations.segments.length);
         let left = self.segments_left(&sums);
-        let (bins, reference) = (realisations.bins(), self.request.reference);
         let total = |mut tile: TileSums| tile.tree.total().unwrap_or_else(|| self.zeros());
         let tiles: Vec<Sums> = sums.tiles.into_iter().map(total).collect();
+        let mut found = self.estimate(&tiles, left, (sums.steadiness, unit));
+        drop(tiles);
+        found.judge(self.realisations.shared_bins());
+        found
+    }
+
+    /// The estimate of records of zeros, counted as steady: all tiles are one, and nothing is coherent.
+    fn silent(&self) -> Coherence {
+        let zeros = self.zeros().of_silence(1);
+        let tiles = vec![&zeros; self.grid.sites.div_ceil(TOGETHER)];
+        self.estimate(&tiles, None, (1.0, 1.0))
+    }
+
+    /// What sums over all realisations say, without intervals, delays and speeds.
+    fn estimate<S: Borrow<Sums>>(
+        &self,
+        tiles: &[S],
+        left: Option<SegmentsLeft>,
+        (steadiness, unit): (f64, f64),
+    ) -> Coherence {
+        let (realisations, grid) = (self.realisations, &self.grid);
+        let (records, length) = (self.records, realisations.segments.length);
+        let (bins, reference) = (realisations.bins(), self.request.reference);
         let steadiness = match self.leaves_out() {
-            true => sums.steadiness,
-            false => tiles[reference / TOGETHER].steadiness()[reference % TOGETHER],
+            true => steadiness,
+            false => tiles[reference / TOGETHER].borrow().steadiness()[reference % TOGETHER],
         };
         let (segments, effective) = match &left {
             None => (realisations.segments.count(), realisations.effective()),
@@ -345,8 +399,8 @@ impl Pass<'_> {
             let scale = density * fold(m, length);
             // Power, product and, where segments are left out, power of the reference in those that are not.
             let block = |tile: &Sums, what: usize| tile.plain()[what * bins + m].0;
-            let whole = block(&tiles[reference / TOGETHER], 0)[reference % TOGETHER];
-            for (t, tile) in tiles.iter().enumerate() {
+            let whole = block(tiles[reference / TOGETHER].borrow(), 0)[reference % TOGETHER];
+            for (t, tile) in tiles.iter().map(Borrow::borrow).enumerate() {
                 let [own, re, im] = [0, 1, 2].map(|what| block(tile, what));
                 let beside = match self.leaves_out() {
                     true => block(tile, BLOCKS),
@@ -365,7 +419,7 @@ impl Pass<'_> {
                 }
             }
         }
-        let mut found = Coherence {
+        Coherence {
             frequency: frequencies(length, grid.time.step),
             time: grid.time.clone(),
             space: grid.space.clone(),
@@ -381,9 +435,7 @@ impl Pass<'_> {
             spectrum,
             delays: vec![None; grid.sites],
             speeds: Vec::new(),
-        };
-        found.judge(realisations.shared_bins());
-        found
+        }
     }
 }
 
@@ -403,9 +455,13 @@ impl Divided for CoherenceRequest {
         Realisations::new(&self.averaging, grid.times)
     }
 
-    fn zeros(&self, grid: &Grid, realisations: &Realisations) -> Vec<Sums> {
+    fn tiles(&self, grid: &Grid, realisations: &Realisations) -> Vec<(SumsShape, usize)> {
         let pass = self.pass(grid, realisations, 1);
-        vec![pass.zeros(); grid.sites.div_ceil(TOGETHER)]
+        vec![(pass.shape(), grid.sites.div_ceil(TOGETHER))]
+    }
+
+    fn finishing(&self, (grid, realisations): (&Grid, &Realisations)) -> Finishing {
+        self.pass(grid, realisations, 1).of_results()
     }
 
     fn about_mean(&self) -> bool {
@@ -442,5 +498,10 @@ impl Divided for CoherenceRequest {
             steadiness: 0.0,
         };
         Ok(self.pass(grid, realisations, records).finish(sums, unit))
+    }
+
+    fn silent(&self, (grid, realisations): (&Grid, &Realisations)) -> Result<Coherence> {
+        check_count(realisations.count())?;
+        Ok(self.pass(grid, realisations, 1).silent())
     }
 }

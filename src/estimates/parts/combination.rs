@@ -6,16 +6,19 @@ use std::ops::Range;
 
 use serde_json::Value;
 
+use super::memory::{Counted, Held, places};
 use super::{Combined, Divided, DividedRequest, Partial, PartialAbout, flattened, of_each};
 use crate::error::{Error, Result};
-use crate::estimates::realisations::{Part, Realisations, RecordTree, Sums, TreeNode};
+use crate::estimates::realisations::{Part, Realisations, RecordTree, SumsShape, TreeNode};
 
-/// The result of all parts, in any order: that of the whole run, bit for bit.
+/// The result of all parts, in any order: that of the whole run, bit for bit. `memory`: bytes that the parts and
+/// the work may take; `None`: half of the free memory beside the parts.
 ///
 /// # Errors
 /// Those of [`Combination`].
-pub fn combine<P: Borrow<Partial>>(partials: &[P]) -> Result<Combined> {
-    let (mut combination, order) = Combination::new(named(partials))?;
+pub fn combine<P: Borrow<Partial>>(partials: &[P], memory: Option<u64>) -> Result<Combined> {
+    let (mut combination, order) =
+        Combination::over(named(partials), true, held(partials), memory)?;
     for at in order {
         combination.add(partials[at].borrow())?;
     }
@@ -23,12 +26,13 @@ pub fn combine<P: Borrow<Partial>>(partials: &[P]) -> Result<Combined> {
 }
 
 /// One partial result of several whose segments follow one another, in any order: siblings in the trees become
-/// their sums, so that it is smaller than all of them.
+/// their sums, so that it is smaller than all of them. `memory` as for [`combine`].
 ///
 /// # Errors
 /// Those of [`Combination`], but for segments that are missing before and behind.
-pub fn join<P: Borrow<Partial>>(partials: &[P]) -> Result<Partial> {
-    let (mut combination, order) = Combination::over(named(partials), false)?;
+pub fn join<P: Borrow<Partial>>(partials: &[P], memory: Option<u64>) -> Result<Partial> {
+    let (mut combination, order) =
+        Combination::over(named(partials), false, held(partials), memory)?;
     let from = combination.next;
     for at in order {
         combination.add(partials[at].borrow())?;
@@ -49,13 +53,22 @@ fn named<P: Borrow<Partial>>(partials: &[P]) -> Vec<(String, PartialAbout)> {
     about.map(|about| (about.name(), about.clone())).collect()
 }
 
+/// The bytes of all parts, which the caller has at hand.
+fn held<P: Borrow<Partial>>(partials: &[P]) -> Held {
+    let bytes = partials
+        .iter()
+        .map(|partial| partial.borrow().bytes() as u64);
+    Held::All(bytes.sum())
+}
+
 /// Parts that are combined one after the other, so that one at a time is in memory.
 pub struct Combination {
     /// Of the part that begins with each segment.
     names: Vec<(usize, String)>,
     about: PartialAbout,
     realisations: Realisations,
-    zeros: Vec<Sums>,
+    /// Of so many tiles each.
+    tiles: Vec<(SumsShape, usize)>,
     trees: Vec<RecordTree>,
     /// The next segment of all records.
     next: usize,
@@ -79,17 +92,26 @@ fn refuse<T>(expected: String, found: String) -> Result<T> {
 }
 
 impl Combination {
-    /// Of parts with their names, and the order in which to [`add`](Self::add) them.
+    /// Of parts with their names, and the order in which to [`add`](Self::add) them. `memory`: bytes that the
+    /// work may take, one part at a time included; `None`: half of the free memory.
     ///
     /// # Errors
     /// [`Error::Request`] for parts of another request or of other fields, for missing parts, and for those
-    /// that are there twice.
-    pub fn new(parts: Vec<(String, PartialAbout)>) -> Result<(Combination, Vec<usize>)> {
-        Self::over(parts, true)
+    /// that are there twice; [`Error::Memory`].
+    pub fn new(
+        parts: Vec<(String, PartialAbout)>,
+        memory: Option<u64>,
+    ) -> Result<(Combination, Vec<usize>)> {
+        Self::over(parts, true, Held::OneByOne, memory)
     }
 
     /// Of all segments, or of some that follow one another.
-    fn over(parts: Vec<(String, PartialAbout)>, is_all: bool) -> Result<(Combination, Vec<usize>)> {
+    fn over(
+        parts: Vec<(String, PartialAbout)>,
+        is_all: bool,
+        held: Held,
+        memory: Option<u64>,
+    ) -> Result<(Combination, Vec<usize>)> {
         let mut order: Vec<usize> = (0..parts.len()).collect();
         order.sort_by_key(|&at| parts[at].1.range);
         let Some(&first) = order.first() else {
@@ -128,9 +150,22 @@ impl Combination {
         if is_all && next < all {
             return missing(&parts, next..all, all);
         }
-        let zeros = of_each!(&about.request, it => it.zeros(&about.grid, &realisations));
+        let known = (&about.grid, &realisations);
+        let tiles = of_each!(&about.request, it => it.tiles(known.0, known.1));
+        let counted = Counted::new(
+            order.iter().map(|&at| parts[at].1.range),
+            (&realisations, &tiles),
+            held,
+        );
+        match is_all {
+            true => {
+                let finishing = of_each!(&about.request, it => it.finishing(known));
+                counted.check("the result of these parts", finishing, memory)?;
+            }
+            false => counted.check_joined("one part of these", memory)?,
+        }
         let mut trees = Vec::new();
-        trees.resize_with(zeros.len(), RecordTree::default);
+        trees.resize_with(tiles.iter().map(|tiles| tiles.1).sum(), RecordTree::default);
         let combination = Combination {
             names: parts
                 .into_iter()
@@ -138,7 +173,7 @@ impl Combination {
                 .collect(),
             about,
             realisations,
-            zeros,
+            tiles,
             trees,
             next: start,
         };
@@ -150,7 +185,9 @@ impl Combination {
     /// # Errors
     /// [`Error::Request`] for a part that does not follow, and sums that are not those of its request.
     pub fn add(&mut self, partial: &Partial) -> Result<()> {
-        let width: usize = self.zeros.iter().map(|sums| sums.numbers().len()).sum();
+        let shapes = self.tiles.iter();
+        let shapes = shapes.flat_map(|(shape, count)| std::iter::repeat_n(*shape, *count));
+        let width: usize = shapes.clone().map(SumsShape::numbers).sum();
         let segments = self.realisations.segments.count();
         let [from, end] = partial.about.range;
         let (mut covered, mut nodes) = (from, 0);
@@ -161,8 +198,10 @@ impl Combination {
             }
             nodes += 1;
         }
+        // In as few nodes as there can be: more of them would take more memory than was counted.
         let is_whole = covered == end
             && nodes == partial.nodes.len()
+            && nodes == places(from..end, segments).len()
             && partial.sums.len() == width * partial.nodes.len();
         if from != self.next || !is_whole {
             let expected = format!(
@@ -182,10 +221,10 @@ impl Combination {
         let factor = partial.about.unit / self.about.unit;
         for (place, numbers) in partial.nodes.iter().zip(partial.sums.chunks_exact(width)) {
             let mut numbers = numbers;
-            for (tree, zeros) in self.trees.iter_mut().zip(&self.zeros) {
-                let (own, others) = numbers.split_at(zeros.numbers().len());
+            for (tree, shape) in self.trees.iter_mut().zip(shapes.clone()) {
+                let (own, others) = numbers.split_at(shape.numbers());
                 numbers = others;
-                let mut sums = zeros.clone();
+                let mut sums = shape.zeros();
                 sums.set(own);
                 if factor != 1.0 {
                     sums.rescale(factor);

@@ -66,6 +66,13 @@ pub(crate) struct Realisations {
     kept: Option<KeptSegments>,
 }
 
+/// Bytes of so many tapers of `length` samples and of the plans of their transforms, at most: a sample has a weight, a
+/// copy of it in the plan, half a value of its transform and factors of the plan.
+pub(crate) fn bytes_of_tapers(count: usize, length: usize) -> u64 {
+    const OF_PLAN: usize = 16 << 10;
+    (count as u64).saturating_mul((64 * length + OF_PLAN) as u64)
+}
+
 /// Working space of one thread.
 #[derive(Default)]
 pub(crate) struct SegmentScratch {
@@ -130,6 +137,11 @@ impl Realisations {
     /// `sum_n w_k(n)` of each taper, the transform at the frequency of a line; 0 of odd ones.
     pub fn taper_sums(&self) -> Vec<f64> {
         self.tapers.iter().map(|w| crate::numeric::sum(w)).collect()
+    }
+
+    /// Bytes of the tapers and of the plans of their transforms, at most.
+    pub fn bytes(&self) -> u64 {
+        bytes_of_tapers(self.tapers.len(), self.segments.length)
     }
 
     /// Samples of a record that segments reach.

@@ -14,7 +14,7 @@ mod tree;
 
 pub(crate) use adaptive::{Average, LeftOut, Weights, WithoutOne};
 pub use averaging::{Averaging, Tapers};
-pub(crate) use averaging::{Realisations, SegmentScratch, no_segment_left};
+pub(crate) use averaging::{Realisations, SegmentScratch, bytes_of_tapers, no_segment_left};
 pub use ensemble::Independence;
 pub(crate) use ensemble::{LEAST_STEADINESS, steadiness, steadiness_of_sites, steadiness_without};
 pub use grid::Grid;
@@ -26,4 +26,6 @@ pub use part::Part;
 pub(crate) use part::{Portion, nodes_of};
 pub(crate) use records::Records;
 pub(crate) use shots::{Shot, Shots, TOGETHER, first_of, refuse_left_out};
-pub(crate) use tree::{RecordTree, SegmentTree, Sums, TreeNode, held_at_once};
+pub(crate) use tree::{
+    RecordTree, SegmentTree, Sums, SumsShape, TreeNode, held_at_once, nodes_within,
+};

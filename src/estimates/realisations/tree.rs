@@ -4,6 +4,8 @@
 //! `i` is the sum over the leaves `i 2^l` to `(i + 1) 2^l - 1`, and is made of its two halves, whatever else
 //! is known. So the sum of all has the same bits however the leaves were cut into parts, blocks or threads.
 
+use std::ops::Range;
+
 use crate::numeric::lanes::{LaneBlock, Lanes, SimdKernel, WIDTH, widest};
 
 /// Blocks of a piece of a record: samples, mean, and sum of the squares of the deviations.
@@ -16,6 +18,28 @@ pub(crate) struct Sums {
     /// whole records.
     blocks: Vec<LaneBlock>,
     plain: usize,
+}
+
+/// How many blocks of sums a tile has, see [`Sums::zeros`].
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct SumsShape {
+    pub plain: usize,
+    pub pieces: usize,
+}
+
+impl SumsShape {
+    pub fn zeros(self) -> Sums {
+        Sums::zeros(self.plain, self.pieces)
+    }
+
+    /// Numbers in all.
+    pub fn numbers(self) -> usize {
+        WIDTH * Sums::blocks(self.plain, self.pieces)
+    }
+
+    pub fn bytes(self) -> u64 {
+        8 * self.numbers() as u64
+    }
 }
 
 impl Sums {
@@ -263,6 +287,19 @@ impl Tree {
     }
 }
 
+/// Level and index of the complete nodes of a range of leaves, in order.
+pub(crate) fn nodes_within(leaves: Range<usize>) -> impl Iterator<Item = (u32, usize)> {
+    let mut at = leaves.start;
+    std::iter::from_fn(move || {
+        let level = at
+            .trailing_zeros()
+            .min(leaves.end.checked_sub(at)?.checked_ilog2()?);
+        let index = at >> level;
+        at += 1 << level;
+        Some((level, index))
+    })
+}
+
 /// The largest number of sums that a tree over so many leaves holds at once.
 pub(crate) fn held_at_once(leaves: usize) -> u64 {
     match leaves {
@@ -376,6 +413,11 @@ impl RecordTree {
             }
         }
         self.records.free.clear();
+    }
+
+    /// Nodes that are held.
+    pub fn count(&self) -> usize {
+        self.records.nodes.len() + self.loose.len() + self.open.1.0.nodes.len()
     }
 
     /// Of the sums of all records.

@@ -7,10 +7,10 @@ use std::f64::consts::TAU;
 use ndarray::Array2;
 
 use crate::error::{Error, Result};
-use crate::estimates::parts::Divided;
+use crate::estimates::parts::{Divided, Finishing};
 use crate::estimates::realisations::{
     Averaging, FactorTable, Grid, Independence, LEAST_STEADINESS, Portion, Realisations,
-    RecordTree, Shots, Sums, Tapers, TreeNode, first_of, refuse_left_out, steadiness,
+    RecordTree, Shots, SumsShape, Tapers, TreeNode, first_of, refuse_left_out, steadiness,
 };
 use crate::field::{Axis, Field, Quantity};
 use crate::observer::Observer;
@@ -256,8 +256,12 @@ impl Divided for SpaceTimeRequest {
         Realisations::new(&averaging, grid.times)
     }
 
-    fn zeros(&self, grid: &Grid, realisations: &Realisations) -> Vec<Sums> {
-        pass::zeros(grid, realisations, self.pairs())
+    fn tiles(&self, grid: &Grid, realisations: &Realisations) -> Vec<(SumsShape, usize)> {
+        pass::tiles(grid, realisations, self.pairs())
+    }
+
+    fn finishing(&self, (grid, realisations): (&Grid, &Realisations)) -> Finishing {
+        pass::finishing(grid, realisations, [self.space.count(), self.pairs()])
     }
 
     fn about_mean(&self) -> bool {
@@ -287,6 +291,11 @@ impl Divided for SpaceTimeRequest {
     ) -> Result<SpaceTimeEstimate> {
         let pass = Pass::new(self, realisations, grid.clone())?;
         self.finish(&pass, records, &pass.totals(records, trees), unit)
+    }
+
+    fn silent(&self, (grid, realisations): (&Grid, &Realisations)) -> Result<SpaceTimeEstimate> {
+        let pass = Pass::new(self, realisations, grid.clone())?;
+        self.finish(&pass, 1, &pass.silence(), 1.0)
     }
 }
 

@@ -6,9 +6,11 @@ use rayon::prelude::*;
 
 use super::SpaceTimeRequest;
 use crate::error::{Error, Result};
+use crate::estimates::parts::Finishing;
 use crate::estimates::realisations::{
     Average, Averaging, Grid, Portion, Realisations, RecordTree, Records, SegmentScratch,
-    SegmentTree, Shot, Shots, Sums, TOGETHER, Weights, held_at_once, nodes_of, steadiness_of_sites,
+    SegmentTree, Shot, Shots, Sums, SumsShape, TOGETHER, Weights, bytes_of_tapers, held_at_once,
+    nodes_of, steadiness_of_sites,
 };
 use crate::numeric::lanes::{LaneBlock, WIDTH, widest};
 use crate::prepare::Detrend;
@@ -16,6 +18,9 @@ use crate::transform::{ComplexScratch, ComplexTransform, fold};
 
 /// Rows of the result that are summed together: those that pass through a transform at once.
 const ROWS: usize = ComplexTransform::<f64>::TOGETHER;
+
+/// Bytes of a site beside the spectra.
+const OF_SITE: u64 = 128;
 
 /// Blocks of a tile of sites: the energy under the squares of the tapers along time, and the squares.
 const OF_SITES: usize = 2;
@@ -33,21 +38,48 @@ pub(super) struct Pass<'a> {
     squares: [Vec<f64>; 2],
 }
 
-/// Sums of the tiles of the result, in groups of rows, then of the tiles of sites.
-pub(super) fn zeros(grid: &Grid, realisations: &Realisations, pairs: usize) -> Vec<Sums> {
-    let tiles = realisations.bins().div_ceil(ROWS) + grid.sites.div_ceil(TOGETHER);
-    (0..tiles)
-        .map(|tile| tile_zeros(grid, realisations, pairs, tile))
-        .collect()
+/// Blocks of the tiles of the result: groups of rows, the last of which may have fewer, then tiles of sites.
+pub(super) fn tiles(
+    grid: &Grid,
+    realisations: &Realisations,
+    pairs: usize,
+) -> Vec<(SumsShape, usize)> {
+    let bins = realisations.bins();
+    let of_rows = |rows: usize| SumsShape {
+        plain: rows * grid.sites.div_ceil(WIDTH) * pairs,
+        pieces: 0,
+    };
+    let of_sites = SumsShape {
+        plain: OF_SITES,
+        pieces: realisations.pieces(),
+    };
+    vec![
+        (of_rows(ROWS), bins / ROWS),
+        (
+            of_rows(bins % ROWS),
+            usize::from(!bins.is_multiple_of(ROWS)),
+        ),
+        (of_sites, grid.sites.div_ceil(TOGETHER)),
+    ]
 }
 
-fn tile_zeros(grid: &Grid, realisations: &Realisations, pairs: usize, tile: usize) -> Sums {
-    let bins = realisations.bins();
-    if tile >= bins.div_ceil(ROWS) {
-        return Sums::zeros(OF_SITES, realisations.pieces());
+/// Bytes of the result, and of the averages of all pairs of tapers.
+pub(super) fn finishing(grid: &Grid, realisations: &Realisations, pairs: [usize; 2]) -> Finishing {
+    let [tapers_along_space, with_sums] = pairs;
+    let (bins, sites) = (realisations.bins() as u64, grid.sites as u64);
+    let blocks = sites.next_multiple_of(WIDTH as u64);
+    let arrays = 4 * 8 * bins + OF_SITE;
+    Finishing {
+        result: arrays.saturating_mul(sites)
+            + 8 * bins
+            + bytes_of_tapers(tapers_along_space, grid.sites),
+        // The average, and the shape of its distribution.
+        averages: match with_sums {
+            1 => 0,
+            _ => (2 * 8 * bins).saturating_mul(blocks),
+        },
+        later: 0,
     }
-    let rows = ROWS.min(bins - tile * ROWS);
-    Sums::zeros(rows * grid.sites.div_ceil(WIDTH) * pairs, 0)
 }
 
 /// What is summed of one tile.
@@ -349,11 +381,13 @@ impl<'a> Pass<'a> {
     /// The sums of all `records`.
     pub fn totals(&self, records: usize, trees: Vec<RecordTree>) -> Totals {
         let groups = self.realisations.bins().div_ceil(ROWS);
-        let total = |(tile, mut tree): (usize, RecordTree)| {
-            let zeros = || tile_zeros(&self.grid, self.realisations, self.pairs, tile);
-            tree.total().unwrap_or_else(zeros)
+        let shapes = tiles(&self.grid, self.realisations, self.pairs);
+        let shapes = shapes.into_iter();
+        let shapes = shapes.flat_map(|(shape, count)| std::iter::repeat_n(shape, count));
+        let total = |(mut tree, shape): (RecordTree, SumsShape)| {
+            tree.total().unwrap_or_else(|| shape.zeros())
         };
-        let mut groups_and_tiles = trees.into_iter().enumerate().map(total);
+        let mut groups_and_tiles = trees.into_iter().zip(shapes).map(total);
         let groups = groups_and_tiles.by_ref().take(groups);
         let groups: Vec<Vec<LaneBlock>> = groups.map(Sums::into_plain).collect();
         let tiles = groups_and_tiles.collect();
@@ -367,6 +401,19 @@ impl<'a> Pass<'a> {
             sites: self.grid.sites,
             pairs: self.pairs,
             realisations: count * pairs as f64,
+            space: self.squares[1].clone(),
+        }
+    }
+
+    /// Those of records of zeros, counted as steady: nothing is held.
+    pub fn silence(&self) -> Totals {
+        Totals {
+            groups: Vec::new(),
+            weighted: None,
+            tiles: Vec::new(),
+            sites: self.grid.sites,
+            pairs: self.pairs,
+            realisations: 1.0,
             space: self.squares[1].clone(),
         }
     }
@@ -469,7 +516,7 @@ fn mean_squares(realisations: &Realisations) -> Vec<f64> {
 /// of each group of rows, `[row * blocks + block]`.
 struct Weighted(Vec<[Vec<LaneBlock>; 2]>);
 
-/// Sums over all realisations.
+/// Sums over all realisations; 0 where there are none.
 pub(super) struct Totals {
     /// `[(row * blocks + block) * pairs + pair]`.
     groups: Vec<Vec<LaneBlock>>,
@@ -500,8 +547,10 @@ impl Totals {
 
     /// The mean of `|X|^2` of a cell, by equal weights.
     pub fn equal(&self, row: usize, column: usize) -> f64 {
-        let from = self.cell(row, column) * self.pairs;
-        let pairs = &self.groups[row / ROWS][from..][..self.pairs];
+        let Some(group) = self.groups.get(row / ROWS) else {
+            return 0.0;
+        };
+        let pairs = &group[self.cell(row, column) * self.pairs..][..self.pairs];
         pairs.iter().map(|sum| sum.0[column % WIDTH]).sum::<f64>() / self.realisations
     }
 
@@ -518,8 +567,8 @@ impl Totals {
 
     fn of_site(&self, what: usize) -> impl Iterator<Item = f64> + '_ {
         let lane = move |j: usize| {
-            let block: &LaneBlock = &self.tiles[j / TOGETHER].plain()[what];
-            block.0[j % TOGETHER]
+            let tile = self.tiles.get(j / TOGETHER);
+            tile.map_or(0.0, |tile| tile.plain()[what].0[j % TOGETHER])
         };
         (0..self.sites).map(lane)
     }
@@ -542,7 +591,10 @@ impl Totals {
 
     /// The steadiness of the site at which half of the energy lies at sites that are less steady.
     pub fn steadiness(&self, records: usize) -> f64 {
-        let of = |j: usize| self.tiles[j / TOGETHER].steadiness()[j % TOGETHER] / records as f64;
+        let of = |j: usize| {
+            let tile = self.tiles.get(j / TOGETHER);
+            tile.map_or(1.0, |tile| tile.steadiness()[j % TOGETHER] / records as f64)
+        };
         let energies = self.of_site(1).enumerate();
         steadiness_of_sites(energies.map(|(j, energy)| (of(j), energy)).collect())
     }

@@ -3,6 +3,7 @@
 mod found;
 mod lines;
 mod mean;
+mod memory;
 mod noise;
 mod pass;
 
@@ -14,10 +15,10 @@ pub use noise::{NoiseFloor, NoiseSource, SiteNoise, SubtractedNoise};
 use ndarray::Array2;
 
 use crate::error::{Error, Result};
-use crate::estimates::parts::Divided;
+use crate::estimates::parts::{Divided, Finishing};
 use crate::estimates::realisations::{
-    Averaging, Grid, Independence, Portion, Realisations, RecordTree, SegmentsLeft, Shots, Sums,
-    TOGETHER, TreeNode, first_of,
+    Averaging, Grid, Independence, Portion, Realisations, RecordTree, SegmentsLeft, Shots,
+    SumsShape, TOGETHER, TreeNode, first_of,
 };
 use crate::field::{Axis, Field, Quantity};
 use crate::observer::Observer;
@@ -347,9 +348,12 @@ impl Divided for SpectrumRequest {
         self.realisations(grid.times)
     }
 
-    fn zeros(&self, grid: &Grid, realisations: &Realisations) -> Vec<Sums> {
-        let pass = Pass::new(self, realisations, grid.clone(), 1);
-        vec![pass.zeros(); grid.sites.div_ceil(TOGETHER)]
+    fn tiles(&self, grid: &Grid, realisations: &Realisations) -> Vec<(SumsShape, usize)> {
+        vec![(memory::shape(realisations), grid.sites.div_ceil(TOGETHER))]
+    }
+
+    fn finishing(&self, (grid, realisations): (&Grid, &Realisations)) -> Finishing {
+        memory::finishing(grid, realisations, &self.averaging.tapers)
     }
 
     fn about_mean(&self) -> bool {
@@ -373,5 +377,9 @@ impl Divided for SpectrumRequest {
         unit: f64,
     ) -> Result<SpectrumEstimate> {
         Pass::new(self, realisations, grid.clone(), records).combine(trees, unit)
+    }
+
+    fn silent(&self, (grid, realisations): (&Grid, &Realisations)) -> Result<SpectrumEstimate> {
+        Pass::new(self, realisations, grid.clone(), 1).silent()
     }
 }

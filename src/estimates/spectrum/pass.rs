@@ -1,11 +1,13 @@
 //! The pass over the records of [`super::spectrum()`].
 
+use std::borrow::Borrow;
 use std::ops::Range;
 
 use num_complex::Complex;
 use rayon::prelude::*;
 
-use super::lines::{LINE_BLOCKS, OFFSETS, TaperSums};
+use super::lines::{OFFSETS, TaperSums};
+use super::memory::{shape, tests_lines};
 use super::noise::LeadIn;
 use super::{LeftOutEach, SpectrumAxis, SpectrumEstimate, SpectrumRequest};
 use crate::error::Result;
@@ -212,6 +214,18 @@ impl<'a> Pass<'a> {
         self.finish(&tiles, left_out, (unit, false))
     }
 
+    /// The spectra of records of zeros, counted as steady: all tiles are one.
+    pub fn silent(&self) -> Result<SpectrumEstimate> {
+        let mut tile = TileSums {
+            tree: RecordTree::of_total(self.zeros().of_silence(1)),
+            ..TileSums::default()
+        };
+        self.average(&mut tile);
+        tile.energies = Vec::new();
+        let tiles = vec![&tile; self.grid.sites.div_ceil(TOGETHER)];
+        self.finish(&tiles, LeftOutEach::Realisation, (1.0, false))
+    }
+
     /// Bytes that are needed beside the samples, of which so many of a record are read; of these portions, or all.
     fn held(&self, samples: usize, portions: Option<&[Portion]>) -> u64 {
         let (samples, bins) = (samples as u64, self.realisations.bins() as u64);
@@ -221,7 +235,8 @@ impl<'a> Pass<'a> {
         let together = TOGETHER as u64;
         let transform = RecordTransform::<f64>::working_bytes(length, length, TOGETHER);
         let energies = 8 * bins * self.weights.tapers() as u64;
-        let sums = 8 * Sums::blocks(self.plain(), self.realisations.pieces()) as u64;
+        // Of a site.
+        let sums = shape(self.realisations).bytes() / together;
         let of_segments = held_at_once(self.realisations.segments.count());
         let of_records = held_at_once(self.records);
         let scratch = together * (16 * samples + 2 * energies + 48 * bins + of_segments * sums);
@@ -233,20 +248,9 @@ impl<'a> Pass<'a> {
         sites * kept + threads * (scratch + transform)
     }
 
-    /// Blocks of the sums of a tile.
-    fn plain(&self) -> usize {
-        let (bins, tapers) = (self.realisations.bins(), self.weights.tapers());
-        bins * tapers
-            + if self.tests_lines() {
-                bins * LINE_BLOCKS
-            } else {
-                0
-            }
-    }
-
     /// Zeros of a tile.
-    pub fn zeros(&self) -> Sums {
-        Sums::zeros(self.plain(), self.realisations.pieces())
+    fn zeros(&self) -> Sums {
+        shape(self.realisations).zeros()
     }
 
     /// Whether an offset is not what moves.
@@ -256,7 +260,7 @@ impl<'a> Pass<'a> {
 
     /// Whether there is a test for lines.
     pub fn tests_lines(&self) -> bool {
-        self.weights.tapers() > 1
+        tests_lines(self.realisations)
     }
 
     /// Realisations of each taper, at sites without missing samples.
@@ -273,8 +277,8 @@ impl<'a> Pass<'a> {
     }
 
     /// The segments that the averages of each site have left; `None` where none are left out.
-    pub fn segments_left(&self, tiles: &[TileSums]) -> Option<SegmentsLeft> {
-        let sites = tiles.iter().flat_map(|tile| &tile.left);
+    pub fn segments_left<T: Borrow<TileSums>>(&self, tiles: &[T]) -> Option<SegmentsLeft> {
+        let sites = tiles.iter().flat_map(|tile| &tile.borrow().left);
         let left: Vec<usize> = sites.clone().map(|site| site.segments() as usize).collect();
         let effective = |site: &SegmentPairs| self.realisations.effective_of(site, &self.shared);
         (!left.is_empty()).then(|| SegmentsLeft {
@@ -518,8 +522,8 @@ impl<'a> Pass<'a> {
         }
     }
 
-    pub fn steadiness(&self, tiles: &[TileSums], site: usize) -> f64 {
-        let sum = tiles[site / TOGETHER].steadiness[site % TOGETHER];
+    pub fn steadiness<T: Borrow<TileSums>>(&self, tiles: &[T], site: usize) -> f64 {
+        let sum = tiles[site / TOGETHER].borrow().steadiness[site % TOGETHER];
         sum / self.records as f64
     }
 
