@@ -152,7 +152,7 @@ impl<T: Real> RecordTransform<T> {
             Some(numbers) => numbers,
             None => {
                 input.clear();
-                self.taper.weigh_across(values, means, input);
+                self.taper.window_across(values, means, input);
                 input.resize(width * length, T::zero());
                 &input[..]
             }
@@ -199,8 +199,8 @@ impl RecordTransform<f64> {
             true => rows,
             false => {
                 let input = on_lines(input, width * length);
-                let (weighed, padding) = input.split_at_mut(width * self.taper.samples);
-                self.taper.weigh_rows(rows, means, weighed);
+                let (windowed, padding) = input.split_at_mut(width * self.taper.samples);
+                self.taper.window_rows(rows, means, windowed);
                 padding.fill(0.0);
                 &input[..]
             }

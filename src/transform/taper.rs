@@ -93,19 +93,19 @@ impl Taper {
 
     /// Appends each sample of interleaved records less the record's mean, times its weight, to
     /// `input`.
-    pub(super) fn weigh_across<T: Real>(&self, values: &[f64], means: &[f64], input: &mut Vec<T>) {
+    pub(super) fn window_across<T: Real>(&self, values: &[f64], means: &[f64], input: &mut Vec<T>) {
         for (n, row) in values.chunks_exact(means.len()).enumerate() {
             let weight = self.window.as_ref().map_or(1.0, |window| window[n]);
-            let weighed = row
+            let windowed = row
                 .iter()
                 .zip(means)
                 .map(|(v, mean)| T::rounded((v - mean) * weight));
-            input.extend(weighed);
+            input.extend(windowed);
         }
     }
 
     /// Each sample of interleaved records less the record's mean, times its weight, to `out`.
-    pub(super) fn weigh_rows(&self, values: &[f64], means: &[f64], out: &mut [f64]) {
+    pub(super) fn window_rows(&self, values: &[f64], means: &[f64], out: &mut [f64]) {
         let ones;
         let window = match &self.window {
             Some(window) => window,
@@ -116,7 +116,7 @@ impl Taper {
         };
         if let Ok(means) = means.try_into() {
             let (rows, out) = (values.as_chunks().0, out.as_chunks_mut().0);
-            widest(Weigh {
+            widest(WindowRows {
                 rows,
                 means,
                 window,
@@ -225,15 +225,15 @@ impl SimdKernel for Widen<'_> {
     }
 }
 
-/// See [`Taper::weigh_rows`].
-struct Weigh<'a> {
+/// See [`Taper::window_rows`].
+struct WindowRows<'a> {
     rows: &'a [[f64; WIDTH]],
     means: &'a [f64; WIDTH],
     window: &'a [f64],
     out: &'a mut [[f64; WIDTH]],
 }
 
-impl SimdKernel for Weigh<'_> {
+impl SimdKernel for WindowRows<'_> {
     type Output = ();
 
     #[inline(always)]

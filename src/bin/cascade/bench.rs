@@ -322,7 +322,7 @@ columns: each by itself; plane: both axes; short-time: segments of 256 samples, 
 columns; ms: median (of the processor's time with one thread); GFLOP/s: 2.5 n log2 n for a column,
 plane or segment of n samples; of bound: array read and spectra written once at the rate of a copy;
 rel. error: the one to expect of cascade, where one is stated; x: how many times as long as cascade,
-median over rounds (planes: columns as named, rows by rustfft; short-time: weighed copies of segments,
+median over rounds (planes: columns as named, rows by rustfft; short-time: windowed copies of segments,
 made anew each round)
 ";
 
