@@ -325,12 +325,8 @@ fn folded_sin_cos(angle_deg: f64) -> Result<(f64, f64)> {
             found: angle_deg.to_string(),
         });
     }
-    let turned = angle_deg.abs() % 180.0;
-    let folded = if turned > 90.0 {
-        180.0 - turned
-    } else {
-        turned
-    };
+    let angle = angle_deg.abs() % 180.0;
+    let folded = if angle > 90.0 { 180.0 - angle } else { angle };
     Ok(if folded <= 45.0 {
         folded.to_radians().sin_cos()
     } else {

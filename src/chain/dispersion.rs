@@ -179,14 +179,14 @@ fn singular_values(mut columns: Vec<Vec<Complex<f64>>>) -> Vec<f64> {
     let n = columns.len();
     let square = |column: &[Complex<f64>]| column.iter().map(Complex::norm_sqr).sum::<f64>();
     for _ in 0..SWEEPS {
-        let mut turned = false;
+        let mut rotated = false;
         for i in 0..n {
             for j in i + 1..n {
                 let (left, right) = columns.split_at_mut(j);
-                turned |= orthogonalize(&mut left[i], &mut right[0]);
+                rotated |= orthogonalize(&mut left[i], &mut right[0]);
             }
         }
-        if !turned {
+        if !rotated {
             break;
         }
     }

@@ -84,7 +84,7 @@ impl ReadBlock<'_> {
                         self.ask_for_row(samples, row + AHEAD);
                         &self.row(samples, row)[left..left + width]
                     });
-                    let tile = turned_tile(rows, decode);
+                    let tile = transposed_tile(rows, decode);
                     for (c, column) in tile[..width].iter().enumerate() {
                         let out = &mut out[(left + c) * n_rows + top..][..height];
                         match out.first_chunk_mut() {
@@ -135,7 +135,7 @@ impl StridedBlock<'_> {
 }
 
 /// Transposes at most 8 rows of at most 8 samples; whole rows have a length known to the compiler.
-fn turned_tile<'s, const N: usize>(
+fn transposed_tile<'s, const N: usize>(
     rows: impl Iterator<Item = &'s [[u8; N]]>,
     decode: impl Fn([u8; N]) -> f64,
 ) -> [[f64; TILE]; TILE] {

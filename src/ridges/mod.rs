@@ -383,11 +383,11 @@ impl Search<'_> {
             found.extend(self.found(&at_frequencies, RidgeCut::Frequency));
         }
         if by_wavenumber {
-            let turned = self.power.t();
-            let turned = turned.as_standard_layout();
+            let transposed = self.power.t();
+            let transposed = transposed.as_standard_layout();
             let around = [None, Some(nk)];
             let at_wavenumbers = cuts(
-                turned.view(),
+                transposed.view(),
                 &along_f,
                 &along_k,
                 &wavenumbers,

@@ -25,7 +25,7 @@ pub struct RecordTransform<T: Real> {
 #[derive(Debug, Clone)]
 pub struct RecordScratch<T> {
     /// Contiguous records, transposed.
-    turned: Vec<f64>,
+    transposed: Vec<f64>,
     spectra: Vec<Complex<T>>,
     energies: Vec<f64>,
     means: Vec<f64>,
@@ -37,7 +37,7 @@ pub struct RecordScratch<T> {
 impl<T> Default for RecordScratch<T> {
     fn default() -> Self {
         RecordScratch {
-            turned: Vec::new(),
+            transposed: Vec::new(),
             spectra: Vec::new(),
             energies: Vec::new(),
             means: Vec::new(),
@@ -112,14 +112,14 @@ impl<T: Real> RecordTransform<T> {
         scratch: &'s mut RecordScratch<T>,
     ) -> &'s [f64] {
         let records: Vec<&[f64]> = records.collect();
-        let mut turned = std::mem::take(&mut scratch.turned);
-        turned.resize(records.len() * self.taper.samples, 0.0);
+        let mut transposed = std::mem::take(&mut scratch.transposed);
+        transposed.resize(records.len() * self.taper.samples, 0.0);
         for record in &records {
             assert_eq!(record.len(), self.taper.samples);
         }
-        turn(&records, &mut turned);
-        self.transform_columns(&turned, spectra, scratch);
-        scratch.turned = turned;
+        transpose(&records, &mut transposed);
+        self.transform_columns(&transposed, spectra, scratch);
+        scratch.transposed = transposed;
         &scratch.energies
     }
 
@@ -223,12 +223,12 @@ impl RecordTransform<f64> {
 }
 
 /// Records of one length to rows of one sample each.
-fn turn(records: &[&[f64]], turned: &mut [f64]) {
+fn transpose(records: &[&[f64]], transposed: &mut [f64]) {
     /// Samples of a cache line.
     const SAMPLES: usize = LINE / size_of::<f64>();
     if let &[a, b, c, d, e, f, g, h] = records {
         let length = a.len();
-        let (rows, _) = turned.as_chunks_mut();
+        let (rows, _) = transposed.as_chunks_mut();
         let columns = a.iter().zip(b).zip(c).zip(d).zip(e).zip(f).zip(g).zip(h);
         for (n, (row, columns)) in rows.iter_mut().zip(columns).enumerate() {
             let (((((((a, b), c), d), e), f), g), h) = columns;
@@ -242,7 +242,10 @@ fn turn(records: &[&[f64]], turned: &mut [f64]) {
         }
         return;
     }
-    for (n, row) in turned.chunks_exact_mut(records.len().max(1)).enumerate() {
+    for (n, row) in transposed
+        .chunks_exact_mut(records.len().max(1))
+        .enumerate()
+    {
         for (v, record) in row.iter_mut().zip(records) {
             *v = record[n];
         }
