@@ -226,29 +226,35 @@ impl Following<'_> {
             return Ok(());
         }
         let signal = Signal::Force(contact);
-        let course = watch.interpolant(signal);
-        let looks = course.samples();
+        let interpolant = watch.interpolant(signal);
+        let looks = interpolant.samples();
         for look in 0..SAMPLES_PER_STEP {
             let (a, b) = (looks[look], looks[look + 1]);
-            let share = |level| course.passes(level, LOOK * look as f64, LOOK * (look + 1) as f64);
+            let share =
+                |level| interpolant.passes(level, LOOK * look as f64, LOOK * (look + 1) as f64);
             let rises = |level| a < level && b >= level;
             let front = FRONT * peak.value;
             if passage.arrival.is_none() && rises(front) {
-                let time = course.time(share(front));
+                let time = interpolant.time(share(front));
                 passage.arrival = Some(crossing(watch, signal, time, front)?);
             }
             let half = 0.5 * peak.value;
-            if rises(half) && course.time(share(half)) < peak.time {
-                passage.rise = Some(crossing(watch, signal, course.time(share(half)), half)?);
+            if rises(half) && interpolant.time(share(half)) < peak.time {
+                passage.rise = Some(crossing(
+                    watch,
+                    signal,
+                    interpolant.time(share(half)),
+                    half,
+                )?);
             }
             if passage.fall.is_none() && a > half && b <= half {
-                let time = course.time(share(half));
+                let time = interpolant.time(share(half));
                 if time > peak.time {
                     passage.fall = Some(crossing(watch, signal, time, half)?);
                 }
             }
             if passage.energy.is_none() && a > front && b <= front {
-                let time = course.time(share(front));
+                let time = interpolant.time(share(front));
                 if time > peak.time {
                     let time = crossing(watch, signal, time, front)?;
                     passage.energy = Some(watch.at(time)?.passed[contact]);
@@ -282,20 +288,20 @@ fn site_energies(simulation: &Simulation, instant: &StateView) -> Vec<f64> {
 
 /// Updates `highest` with the maximum of the last step, which is located only if it may be larger.
 fn raise(watch: &mut ObservedRun, signal: Signal, highest: &mut Highest) -> Result<()> {
-    let course = watch.interpolant(signal);
-    if course.value(0.0).max(course.value(1.0)) < RISE * highest.value {
+    let interpolant = watch.interpolant(signal);
+    if interpolant.value(0.0).max(interpolant.value(1.0)) < RISE * highest.value {
         return Ok(());
     }
-    let looks = course.samples();
+    let looks = interpolant.samples();
     let best =
         (0..=SAMPLES_PER_STEP).fold(0, |best, i| if looks[i] > looks[best] { i } else { best });
     let around = |at: f64| [(at - LOOK).max(0.0), (at + LOOK).min(1.0)];
     let [from, to] = around(LOOK * best as f64);
-    let (share, value) = course.largest(from, to);
+    let (share, value) = interpolant.largest(from, to);
     if share > 1.0 - EDGE || value < (1.0 - DOUBT) * highest.value {
         return Ok(());
     }
-    let close = watch.near(signal, course.time(share))?;
+    let close = watch.near(signal, interpolant.time(share))?;
     let (share, value) = close.largest(0.0, 1.0);
     if value > highest.value {
         let time = close.time(share);
@@ -313,12 +319,12 @@ fn moves_at(watch: &mut ObservedRun, site: usize, highest: Highest) -> Result<Op
         return Ok(None);
     }
     let signal = Signal::Velocity(site);
-    let course = watch.interpolant(signal);
-    let looks = course.samples();
+    let interpolant = watch.interpolant(signal);
+    let looks = interpolant.samples();
     let rises = (0..SAMPLES_PER_STEP).filter(|&look| looks[look] < half && looks[look + 1] >= half);
     let mut times = rises.map(|look| {
-        let share = course.passes(half, LOOK * look as f64, LOOK * (look + 1) as f64);
-        course.time(share)
+        let share = interpolant.passes(half, LOOK * look as f64, LOOK * (look + 1) as f64);
+        interpolant.time(share)
     });
     match times.rfind(|time| *time < highest.time) {
         Some(time) => Ok(Some(crossing(watch, signal, time, half)?)),

@@ -72,14 +72,18 @@ impl Checks {
 }
 
 /// The error that rounding alone leaves at the end, relative to the velocity scale, where two runs
-/// differ by `course` at equally distant times. Early differences count as `least` or more: before a
+/// differ by `differences` at equally distant times. Early differences count as `least` or more: before a
 /// first contact there are none.
-pub(super) fn grown_rounding(course: &[f64], least: f64, scale: f64) -> f64 {
-    let Some(last) = course.len().checked_sub(1).filter(|n| *n >= LEAST_PARTS) else {
+pub(super) fn grown_rounding(differences: &[f64], least: f64, scale: f64) -> f64 {
+    let Some(last) = differences
+        .len()
+        .checked_sub(1)
+        .filter(|n| *n >= LEAST_PARTS)
+    else {
         return 0.0;
     };
     let mut largest = 0.0f64;
-    let so_far: Vec<f64> = course
+    let so_far: Vec<f64> = differences
         .iter()
         .map(|difference| {
             largest = largest.max(*difference);
@@ -101,19 +105,19 @@ mod tests {
 
     #[test]
     fn val_closed_form_growth() {
-        let course = |rate: f64, most: f64| -> Vec<f64> {
+        let differences = |rate: f64, most: f64| -> Vec<f64> {
             let at = |i: usize| (1e-7 * (rate * i as f64).exp()).min(most);
             (0..=32).map(at).collect()
         };
         // Over 28 parts, also where it ends before.
         for most in [1.0, 2e-2] {
-            let found = grown_rounding(&course(0.5, most), 1e-12, 1.0);
+            let found = grown_rounding(&differences(0.5, most), 1e-12, 1.0);
             assert!(
                 (found / (1e-13 * 14f64.exp()) - 1.0).abs() < 0.05,
                 "{found:e}"
             );
         }
-        assert!(grown_rounding(&course(0.0, 1.0), 1e-12, 1.0) < 2e-13);
+        assert!(grown_rounding(&differences(0.0, 1.0), 1e-12, 1.0) < 2e-13);
         // A difference that jumps does not go on to do so.
         let mut jump = vec![1e-9; 33];
         jump[5..].fill(2e-2);

@@ -183,7 +183,7 @@ impl Simulation {
             let mut local = (coarse * CHECK_FACTOR).max(LEAST_LOCAL_ERROR);
             let mut checks = Checks::of(all, self.chain.n_sites());
             let mut run = with(local, self.record, all, &mut checks)?;
-            let (difference, course) = match finest.take() {
+            let (difference, differences) = match finest.take() {
                 // The finer run of the last pair is the coarser one of this.
                 Some((at, other, others)) if at == coarse => {
                     let rows = all.differences(&other.velocity, &run.velocity);
@@ -196,7 +196,7 @@ impl Simulation {
             let Some(tolerance) = tolerance.filter(|tolerance| error > *tolerance) else {
                 return Ok(run);
             };
-            let rounding = grown_rounding(&course, LEAST_EARLY * coarse * scale, scale);
+            let rounding = grown_rounding(&differences, LEAST_EARLY * coarse * scale, scale);
             if error > EXCESS * tolerance && rounding > tolerance.max(LEAST_GROWN) {
                 run.report.warnings.push(RunWarning::Amplifies {
                     tolerance,

@@ -40,7 +40,7 @@ pub struct Journey {
     pub stepping_error: f64,
     /// After each cell.
     #[serde(skip)]
-    pub course: Vec<Travel>,
+    pub travels: Vec<Travel>,
     /// Velocities of all sites at the start and at the end.
     #[serde(skip)]
     pub velocity: [Vec<f64>; 2],
@@ -78,14 +78,14 @@ impl Wave {
         coarser.samples = 2;
         coarser.record = Record::default();
         let coarser = coarser.run(observer)?;
-        let course: Vec<Travel> = (1..=cells)
+        let travels: Vec<Travel> = (1..=cells)
             .filter_map(|cell| self.travelled(&run, cell))
             .collect();
         let (start, end) = (run.velocity.row(0), run.velocity.row(cells));
         let largest = start.iter().fold(0.0, |m: f64, v| m.max(v.abs()));
         let difference = (end.iter().zip(coarser.velocity.row(1)))
             .fold(0.0, |m: f64, (a, b)| m.max((a - b).abs()));
-        let arrived = course.last().copied().ok_or_else(|| Error::Unresolved {
+        let arrived = travels.last().copied().ok_or_else(|| Error::Unresolved {
             what: "the launched wave".into(),
             expected: "a run with displacements".into(),
             found: "one without".into(),
@@ -96,7 +96,7 @@ impl Wave {
             local_error: LOCAL_ERROR,
             arrived,
             stepping_error: difference / largest,
-            course,
+            travels,
             velocity: [start.to_vec(), end.to_vec()],
         })
     }

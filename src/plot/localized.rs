@@ -83,20 +83,20 @@ pub(crate) fn journey_charts(journey: &Journey) -> Vec<Chart> {
     ];
     // Zeros are drawn as rounding.
     let along = |value: &dyn Fn(usize) -> f64| -> Vec<(f64, f64)> {
-        (0..journey.course.len())
-            .map(|i| (journey.course[i].cells as f64, value(i).abs().max(1e-17)))
+        (0..journey.travels.len())
+            .map(|i| (journey.travels[i].cells as f64, value(i).abs().max(1e-17)))
             .collect()
     };
-    let course = vec![
+    let changes = vec![
         Series::line(
             "shape change",
             BLUE,
-            along(&|i| journey.course[i].shape_change),
+            along(&|i| journey.travels[i].shape_change),
         ),
         Series::line(
             "energy drift",
             VERMILLION,
-            along(&|i| journey.course[i].energy_drift),
+            along(&|i| journey.travels[i].energy_drift),
         ),
     ];
     vec![
@@ -113,7 +113,7 @@ pub(crate) fn journey_charts(journey: &Journey) -> Vec<Chart> {
                 "what changes on the way",
                 "cells travelled",
                 "relative change",
-                course,
+                changes,
             )
         },
     ]

@@ -94,17 +94,17 @@ pub fn write_journey(path: &Path, journey: &Journey) -> Result<()> {
 pub fn journey_arrays(journey: &Journey, archive: &dyn NamedArrays) -> Result<()> {
     let sites = journey.velocity[0].len();
     archive.append("velocity", &[2, sites], &journey.velocity.concat())?;
-    let course = &journey.course;
+    let travels = &journey.travels;
     let columns: [(&str, Vec<f64>); 4] = [
-        ("cells", course.iter().map(|t| t.cells as f64).collect()),
+        ("cells", travels.iter().map(|t| t.cells as f64).collect()),
         (
             "shape_change",
-            course.iter().map(|t| t.shape_change).collect(),
+            travels.iter().map(|t| t.shape_change).collect(),
         ),
-        ("leak", course.iter().map(|t| t.leak).collect()),
+        ("leak", travels.iter().map(|t| t.leak).collect()),
         (
             "energy_drift",
-            course.iter().map(|t| t.energy_drift).collect(),
+            travels.iter().map(|t| t.energy_drift).collect(),
         ),
     ];
     for (name, values) in &columns {

@@ -169,8 +169,8 @@ fn val_chain_a_journey_keeps_the_shape() {
         };
         let wave = family.search(order).unwrap().wave(order).unwrap();
         let journey = wave.journey(120, &Silent).unwrap();
-        assert_eq!((journey.course.len(), journey.order), (120, order));
-        assert_eq!(journey.arrived, journey.course[119]);
+        assert_eq!((journey.travels.len(), journey.order), (120, order));
+        assert_eq!(journey.arrived, journey.travels[119]);
         assert!(
             journey.arrived.shape_change < 10.0 * journey.stepping_error,
             "{order}"
@@ -178,7 +178,7 @@ fn val_chain_a_journey_keeps_the_shape() {
         assert!((1e-14..3e-10).contains(&journey.stepping_error));
         assert!(
             journey
-                .course
+                .travels
                 .iter()
                 .all(|t| t.leak < 1e-20 && t.energy_drift.abs() < 1e-12)
         );

@@ -75,7 +75,7 @@ pub enum DriveTyped {
     Wall,
 }
 
-/// The course of a drive.
+/// The waveform of a drive.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "kebab-case")]
 pub enum WaveformTyped {

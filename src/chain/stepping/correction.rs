@@ -185,19 +185,19 @@ impl Correction {
             *force = kernel.power(overlap.at(c).max(0.0));
         }
         let own = |weights: &Weights| -> f64 { weights.iter().map(|&(j, w)| w * forces[j]).sum() };
-        let course = PressingCourse {
+        let force = PressingForce {
             correction: self,
             kernel,
             overlap,
         };
         let mut missed = MissedByStages::default();
-        let wholes = spans.map(|span| span.map_or([0.0; 2], |span| course.fixed_part(span)));
+        let wholes = spans.map(|span| span.map_or([0.0; 2], |span| force.fixed_part(span)));
         for &(stage, _) in tableau.bp.iter().filter(|(stage, _)| *stage > 0) {
             let c = tableau.c[stage];
             let (mut impulse, mut first) = (0.0, 0.0);
             for (span, whole) in spans.iter().zip(wholes) {
                 if let Some(span) = *span {
-                    let [i, m] = course.up_to(span, whole, c);
+                    let [i, m] = force.up_to(span, whole, c);
                     (impulse, first) = (impulse + i, first + m);
                 }
             }
@@ -218,13 +218,13 @@ pub(super) struct MissedByStages {
 }
 
 /// The force along an overlap, for integrals of it and of its product with `s`.
-struct PressingCourse<'a, K> {
+struct PressingForce<'a, K> {
     correction: &'a Correction,
     kernel: K,
     overlap: &'a Quintic,
 }
 
-impl<K: Kernel> PressingCourse<'_, K> {
+impl<K: Kernel> PressingForce<'_, K> {
     /// Between an opening and another place.
     fn beside(&self, opening: f64, end: f64) -> [f64; 2] {
         let length = end - opening;
