@@ -35,7 +35,9 @@ pub(super) fn finishing(grid: &Grid, realisations: &Realisations, tapers: &Taper
         true => (2 + LINE_BLOCKS as u64, 6),
         false => (2, 5),
     };
-    let threads = rayon::current_num_threads() as u64;
+    // Those that have a tile.
+    let tiles = grid.sites.div_ceil(TOGETHER);
+    let threads = tiles.min(rayon::current_num_threads()) as u64;
     let tile = shape(realisations).bytes() + 8 * bins * blocks * TOGETHER as u64;
     let of_site = bins * 8 * arrays + OF_SITE;
     let averages = bins * (8 * blocks + bytes_of_lines(tapers));
