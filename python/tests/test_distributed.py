@@ -7,7 +7,10 @@ import shutil
 import signal
 import subprocess
 import sys
+import time
+import warnings
 from concurrent.futures import ThreadPoolExecutor
+from contextlib import contextmanager
 from itertools import pairwise
 
 import numpy as np
@@ -15,6 +18,8 @@ import pytest
 
 import wavecascade as wc
 from conftest import same
+from wavecascade._large.averaged import _bytes_of_a_node
+from wavecascade._large.workers import WorkerMemory
 
 xr = pytest.importorskip("xarray")
 da = pytest.importorskip("dask.array")
@@ -193,6 +198,142 @@ def test_averages_of_bare_dask_arrays_of_single_precision(record):
     assert (
         float(own.steadiness) == level and own.attrs["level"] == wc.coherence(record, segment=128).level
     )
+
+
+@contextmanager
+def heard(action="always"):
+    """What reaches the user meanwhile."""
+    found = []
+    with warnings.catch_warnings(record=True) as caught:
+        warnings.simplefilter(action)
+        yield found
+        found += [str(one.message) for one in caught if one.category is wc.CascadeWarning]
+
+
+@pytest.fixture(scope="module")
+def bursts(record):
+    """The same with transients at two sites far apart."""
+    field = record.copy()
+    field[:, [3, 17]] = 0.0
+    field[200:260, [3, 17]] = record[:60, [3, 17]]
+    return field
+
+
+def whole_and_parts(estimate, options):
+    """A warning of a whole run as it is, and as it is where sites are in several chunks."""
+    with heard() as whole:
+        estimate(**options)
+    assert len(whole) == 1
+    return whole[0], whole[0].replace("2 of 23 sites", "some of 23 sites")
+
+
+def test_warnings_of_tasks_reach_the_user_once(bursts):
+    averaged = wc.distributed.averaged
+    whole, parts = whole_and_parts(wc.spectrum, {"field": bursts, "segment": 128, "no_jackknife": True})
+    assert whole.startswith("2 of 23 sites have a transient") and whole != parts
+    for chunks, expected in (((400, 5), parts), ((400, 23), whole), ((1501, 1), parts)):
+        lazy = averaged(da.from_array(bursts, chunks=chunks), segment=128)
+        with heard() as found:
+            lazy.compute(scheduler="threads")
+        assert found == [expected]
+        # Each computation by itself, and each array.
+        lazy = averaged(da.from_array(bursts, chunks=chunks), segment=128)
+        with heard() as found:
+            lazy.spectrum.compute(scheduler="threads")
+        assert found == [expected]
+    # Sites that are steady say nothing of others.
+    with heard() as found:
+        averaged(da.from_array(bursts, chunks=(400, 5)), segment=128).spectrum[:, 5:10].compute(
+            scheduler="threads"
+        )
+    assert found == []
+    options = {"segment": 128, "reference": 3}
+    _, expected = whole_and_parts(wc.coherence, {"field": bursts, **options})
+    assert expected.startswith("the record of the reference is a transient")
+    with heard() as found:
+        averaged(da.from_array(bursts, chunks=(400, 5)), "coherence", **options).compute(
+            scheduler="threads"
+        )
+    assert found == [expected]
+    options = {"segment": 128, "along": "both"}
+    _, expected = whole_and_parts(wc.spectrum, {"field": bursts[:, [3, 17] * 4], **options})
+    assert expected.startswith("most of the energy is at sites with a transient")
+    with heard() as found:
+        averaged(da.from_array(bursts[:, [3, 17] * 4], chunks=(400, 3)), **options).compute(
+            scheduler="threads"
+        )
+    assert found == [expected]
+
+
+def test_warnings_of_workers_reach_the_client_once(bursts, client):
+    _, expected = whole_and_parts(wc.spectrum, {"field": bursts, "segment": 128, "no_jackknife": True})
+    lazy = wc.distributed.averaged(da.from_array(bursts, chunks=(400, 5)), segment=128)
+    before = len(client.get_events("warn"))
+    with heard("default") as found:
+        client.compute(lazy).result()
+        # They come on the same way as the results, but another thread takes them.
+        time.sleep(0.2)
+    assert found == [expected]
+    assert 1 <= len(client.get_events("warn")) - before <= 2
+    # A worker in the process of the client.
+    local = {"processes": False, "n_workers": 1, "dashboard_address": ":0", "silence_logs": 50}
+    with distributed.LocalCluster(**local) as cluster, distributed.Client(cluster) as other:
+        lazy = wc.distributed.averaged(da.from_array(bursts, chunks=(400, 5)), segment=128)
+        with heard() as found:
+            other.compute(lazy).result()
+            time.sleep(0.2)
+        assert found == [expected]
+
+
+def test_tasks_keep_to_the_memory_of_their_worker(record, client, monkeypatch):
+    averaged, here = wc.distributed.averaged, {"scheduler": "threads"}
+    assert WorkerMemory.here() is None
+    there = client.submit(WorkerMemory.here).result()
+    assert there.limit == 420_000_000 and there.at_once == 1 and 50e6 < there.overhead <= 220e6
+    assert there.task == int(0.75 * 420_000_000 - there.overhead)
+    workers = client.run(os.getpid)
+    # 384 bytes a sample.
+    long = averaged(da.zeros((1_000_000, 8), chunks=(500_000, 8)), segment=1_000_000)
+    message = (
+        r"the spectra of this part needs .* of memory, allowed are .*, the share of a task in a worker "
+        r"of 420 MB that runs 1 at once, beside .* of Python; give workers more memory or fewer threads"
+    )
+    with pytest.raises(MemoryError, match=message):
+        client.compute(long.spectrum).result()
+    assert client.run(os.getpid) == workers
+    # What is stated is taken.
+    lazy = da.from_array(record, chunks=(1501, 23))
+    stated = averaged(lazy, segment=128, memory="30 kB")
+    for result in (lambda: client.compute(stated).result(), lambda: stated.compute(**here)):
+        with pytest.raises(MemoryError, match=r"allowed are 29.30 KiB\nraise"):
+            result()
+    # Bits are those without a limit, in the least memory that does.
+    for options, least in (({}, 2_000_000), ({"along": "both"}, 1_000_000)):
+        again = averaged(lazy, segment=128, threads=1, **options)
+        expected = again.compute(**here)
+        same_arrays(client.compute(again).result(), expected)
+        with monkeypatch.context() as patched:
+            patched.setattr(
+                WorkerMemory, "here", lambda least=least: WorkerMemory(2 * least, least // 2, 1)
+            )
+            same_arrays(again.compute(**here), expected)
+            patched.setattr(WorkerMemory, "here", lambda: WorkerMemory(1_000_000, 700_000, 1))
+            with pytest.raises(MemoryError, match="allowed are 48.83 KiB, the share of a task"):
+                again.compute(**here)
+
+
+@pytest.mark.parametrize("options", [kind for kind in KINDS if "along" not in kind])
+@pytest.mark.parametrize(("segment", "times"), [(64, 1501), (9, 30), (100, 110)])
+def test_bytes_of_a_node_are_known_without_sums(options, segment, times):
+    noise = np.random.default_rng(55).standard_normal((segment, 8))
+    options = {**options, "segment": segment, "overlap": segment // 3}
+    if "multitaper" in options:
+        options["multitaper"] = (2, 3)
+    node = wc.partial(noise, first=0, times=times, **options)
+    count = (times - segment) // (segment - segment // 3) + 1
+    cut = segment, segment - segment // 3, count
+    tapers = 3 if "multitaper" in options else 1
+    assert 8 * _bytes_of_a_node(options.get("estimate", "spectrum"), cut, tapers) == node.nbytes
 
 
 def test_val_scipy_windows():
@@ -425,10 +566,10 @@ def test_a_killed_process_is_resumed(stored, tmp_path):
 def test_a_killed_worker_loses_nothing(stored, client, tmp_path):
     path, field, expected = stored
     # No more than the client's workers have.
-    overhead = wc.distributed.plan_spacetime(path, tmp_path / "out", client, show=False).room.overhead
+    overhead = wc.distributed.plan_spacetime(path, tmp_path / "out", client, show=False).worker.overhead
     memory = int((overhead + 40_000_000) / 0.75)
     plan = wc.distributed.plan_spacetime(path, tmp_path / "out", client, memory=memory, show=False)
-    assert plan.room.limit == memory and plan.blocks[0] > 2
+    assert plan.worker.limit == memory and plan.blocks[0] > 2
     killed = []
 
     def kill(stage, done, total):
