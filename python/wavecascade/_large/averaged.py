@@ -128,7 +128,7 @@ def _joined(partials: list[Any]) -> Any:
 def _finished(
     work: Work, whole: Any, names: list[str], without_first: bool, of_sites: int | None
 ) -> dict[str, Any]:
-    """These arrays of the result of a partial that holds all segments, of all sites or some of so many."""
+    """These arrays of the result of all segments; ``of_sites`` in all, where these are only some."""
     found = _native.combine([whole])
     for _, message, advice in found["warnings"]:
         if of_sites is not None:
@@ -179,8 +179,8 @@ def averaged(
     ValueError
         For options that do not fit; when it is computed, for samples that do not.
     MemoryError
-        When it is computed, for sums beyond ``memory``, by default the share of a task in the memory limit
-        of a worker of Dask.
+        When it is computed, for sums beyond ``memory``: by default, in a worker of Dask, the share of a
+        task in its memory limit.
 
     Warns
     -----

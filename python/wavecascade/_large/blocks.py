@@ -107,7 +107,8 @@ def blocks(source: Any, shape: tuple[int, int], worker: WorkerMemory) -> tuple[t
     if not is_whole and piece < _LEAST_PIECE:
         raise ValueError(
             f"memory: expected more than {shown(worker.limit)} a worker: "
-            f"{shown(16 * nt * (nx // 2 + 1))} between both halves would be in pieces of {piece} bytes, each a file"
+            f"{shown(16 * nt * (nx // 2 + 1))} between both halves would be in pieces of {piece} bytes, "
+            "each a file"
         )
     return bounds, width
 
