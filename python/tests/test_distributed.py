@@ -295,8 +295,8 @@ def test_tasks_keep_to_the_memory_of_their_worker(record, client, monkeypatch):
     # 384 bytes a sample.
     long = averaged(da.zeros((1_000_000, 8), chunks=(500_000, 8)), segment=1_000_000)
     message = (
-        r"the spectra of this part needs .* of memory, allowed are .*, the share of a task in a worker "
-        r"of 420 MB that runs 1 at once, beside .* of Python; give workers more memory or fewer threads"
+        r"the spectra of this part needs .* of memory, allowed are .*, in a worker of 420 MB that runs "
+        r"1 tasks at once beside .* of Python; give workers more memory or fewer threads"
     )
     with pytest.raises(MemoryError, match=message):
         client.compute(long.spectrum).result()
@@ -318,7 +318,7 @@ def test_tasks_keep_to_the_memory_of_their_worker(record, client, monkeypatch):
             )
             same_arrays(again.compute(**here), expected)
             patched.setattr(WorkerMemory, "here", lambda: WorkerMemory(1_000_000, 700_000, 1))
-            with pytest.raises(MemoryError, match="allowed are 48.83 KiB, the share of a task"):
+            with pytest.raises(MemoryError, match="allowed are 48.83 KiB, in a worker of 1 MB"):
                 again.compute(**here)
 
 

@@ -85,9 +85,9 @@ class Work:
             return _native.partial([samples], words, (first, self.times))
         except MemoryError as error:
             raise MemoryError(
-                f"{error}, the share of a task in a worker of {shown(worker.limit)} that runs "
-                f"{worker.at_once} at once, beside {shown(worker.overhead)} of Python; give workers more "
-                "memory or fewer threads, or take shorter segments or smaller chunks"
+                f"{error}, in a worker of {shown(worker.limit)} that runs {worker.at_once} tasks at once "
+                f"beside {shown(worker.overhead)} of Python; give workers more memory or fewer threads, or "
+                "take shorter segments or smaller chunks"
             ) from None
 
 
