@@ -86,8 +86,8 @@ class Work:
         except MemoryError as error:
             raise MemoryError(
                 f"{error}, in a worker of {shown(worker.limit)} that runs {worker.at_once} tasks at once "
-                f"beside {shown(worker.overhead)} of Python; give workers more memory or fewer threads, or "
-                "take shorter segments or smaller chunks"
+                f"beside {shown(worker.overhead)} of Python; give workers more memory or fewer threads, "
+                "or take shorter segments or smaller chunks"
             ) from None
 
 
