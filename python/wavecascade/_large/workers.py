@@ -127,7 +127,7 @@ def warn_once(message: str, computation: str) -> None:
         else:
             import distributed
 
-            # The client has the warning; here it would go to the log of the worker as well.
+            # The client shows it; it is not to appear in the output of the worker as well.
             warnings.filterwarnings(
                 "ignore", category=CascadeWarning, module=__name__.replace(".", r"\.")
             )
