@@ -316,8 +316,11 @@ def test_errors_of_averages(record):
         wc.partial(record, segment=64, window="han")
     with pytest.raises(ValueError, match="reference: expected a site from 0 to 22, found 23"):
         averaged(lazy, "coherence", segment=64, reference=23)
-    with pytest.raises(ValueError, match="estimate: expected spectrum or coherence, found 'modes'"):
-        averaged(lazy, "modes")
+    for other in ("modes", "bicoherence"):
+        with pytest.raises(
+            ValueError, match=f"estimate: expected spectrum or coherence, found '{other}'"
+        ):
+            averaged(lazy, other)
     with pytest.raises(
         ValueError, match="along: expected spectra along time, or along both axes, in parts"
     ):

@@ -31,6 +31,10 @@ fn regress_merged_parts_are_the_whole() {
             "coherence",
             "coherence field.npy --segment 100 --reference 2",
         ),
+        (
+            "bicoherence",
+            "bicoherence field.npy --segment 64 --site 1 --output 3 --every 2",
+        ),
     ] {
         let words: Vec<&str> = words
             .split(' ')

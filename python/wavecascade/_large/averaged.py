@@ -9,7 +9,7 @@ import uuid
 from collections.abc import Mapping
 from dataclasses import dataclass
 from itertools import pairwise
-from typing import Any, Unpack
+from typing import Any, Literal, Unpack, get_args
 
 import numpy as np
 import numpy.typing as npt
@@ -18,12 +18,13 @@ from wavecascade import _native
 from wavecascade._arrays.axes import AXES, Axes, Placed, placed
 from wavecascade._arrays.fields import is_dataarray, plain
 from wavecascade._arrays.results import dataset, summary_attrs
-from wavecascade._commands.parts import Divided, words_of
+from wavecascade._commands.parts import words_of
 from wavecascade._keywords.options import SpectrumOptions
 from wavecascade._large.store import shown
 from wavecascade._large.workers import WorkerMemory, warn_once
 
 Array = npt.NDArray[Any]
+Averaged = Literal["spectrum", "coherence"]
 
 #: Partials that are joined by one task.
 _FAN_IN = 2
@@ -145,7 +146,7 @@ def _finished(
 
 def averaged(
     field: Any,
-    estimate: Divided = "spectrum",
+    estimate: Averaged = "spectrum",
     *,
     reference: int | Any = None,
     **options: Unpack[SpectrumOptions],
@@ -188,6 +189,11 @@ def averaged(
         When it is computed, once, as of :func:`spectrum` and :func:`coherence`; workers of a
         ``distributed.Client`` warn there. Of sites in several chunks it says that some have a transient.
     """
+    if estimate not in get_args(Averaged):
+        raise ValueError(
+            f"estimate: expected spectrum or coherence, found {estimate!r}; a bicoherence is summed by "
+            "partial and combine"
+        )
     own: dict[str, Any] = dict(options)
     of_field = {
         name: own.pop(name) for name in list(own) if name in AXES | {"time_dim", "space_dim", "layout"}
@@ -249,7 +255,7 @@ def averaged(
     return out
 
 
-def _bytes_of_a_node(estimate: Divided, cut: tuple[int, int, int], tapers: int) -> int:
+def _bytes_of_a_node(estimate: Averaged, cut: tuple[int, int, int], tapers: int) -> int:
     """Bytes of a site in a node of the tree: sums of each frequency, and of the pieces of its record."""
     length, hop, count = cut
     # Power and product with the reference; or power under each taper and, of several, the test for lines.

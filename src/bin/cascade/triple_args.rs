@@ -9,6 +9,7 @@ use crate::parse;
 
 /// How a record gives several realisations, under one window.
 #[derive(Debug, Args)]
+#[group(id = "AverageArgs")]
 #[command(next_help_heading = "Averages")]
 pub struct TripleArgs {
     /// Samples a segment [default: a power of two that leaves enough segments].

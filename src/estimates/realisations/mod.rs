@@ -26,4 +26,4 @@ pub use part::Part;
 pub(crate) use part::{Portion, nodes_of};
 pub(crate) use records::Records;
 pub(crate) use shots::{Shot, Shots, TOGETHER, first_of, refuse_left_out};
-pub(crate) use tree::{RecordTree, SegmentTree, Sums, TreeNode, held_at_once};
+pub(crate) use tree::{RecordTree, SegmentTree, Sums, TreeNode, held_at_once, nodes_within};

@@ -4,6 +4,8 @@
 //! `i` is the sum over the leaves `i 2^l` to `(i + 1) 2^l - 1`, and is made of its two halves, whatever else
 //! is known. So the sum of all has the same bits however the leaves were cut into parts, blocks or threads.
 
+use std::ops::Range;
+
 use crate::numeric::lanes::{LaneBlock, Lanes, SimdKernel, WIDTH, widest};
 
 /// Blocks of a piece of a record: samples, mean, and sum of the squares of the deviations.
@@ -136,13 +138,14 @@ impl Sums {
         self.blocks.last().map_or([0.0; WIDTH], |block| block.0)
     }
 
-    /// Multiplies the samples by a power of two.
-    pub fn rescale(&mut self, factor: f64) {
+    /// Multiplies the samples by a power of two, of which a plain sum has the power that `order` tells of its
+    /// block.
+    pub fn rescale(&mut self, factor: f64, order: impl Fn(usize) -> i32) {
         let squared = factor * factor;
         let scale = |block: &mut LaneBlock, by: f64| block.0.iter_mut().for_each(|v| *v *= by);
-        self.plain_mut()
-            .iter_mut()
-            .for_each(|block| scale(block, squared));
+        for (at, block) in self.plain_mut().iter_mut().enumerate() {
+            scale(block, factor.powi(order(at)));
+        }
         for [_, mean, squares] in self.pieces_mut() {
             scale(mean, factor);
             scale(squares, squared);
@@ -263,6 +266,19 @@ impl Tree {
     }
 }
 
+/// Level and index of the complete nodes of a range of leaves, in order.
+pub(crate) fn nodes_within(leaves: Range<usize>) -> impl Iterator<Item = (u32, usize)> {
+    let mut at = leaves.start;
+    std::iter::from_fn(move || {
+        let level = at
+            .trailing_zeros()
+            .min(leaves.end.checked_sub(at)?.checked_ilog2()?);
+        let index = at >> level;
+        at += 1 << level;
+        Some((level, index))
+    })
+}
+
 /// The largest number of sums that a tree over so many leaves holds at once.
 pub(crate) fn held_at_once(leaves: usize) -> u64 {
     match leaves {
@@ -302,6 +318,11 @@ impl SegmentTree {
 
     pub fn close(&mut self) {
         self.0.join();
+    }
+
+    /// Adds a node whose leaves are known, which follows the last one.
+    pub fn push(&mut self, level: u32, index: usize, sums: Sums) {
+        self.0.push(level, index, sums);
     }
 
     /// The sums of the segment that was opened last.
