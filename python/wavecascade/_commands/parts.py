@@ -6,9 +6,9 @@ from collections.abc import Iterable, Mapping
 from typing import Any, Literal, Unpack
 
 from wavecascade import _native
-from wavecascade._arrays.fields import shots, source
-from wavecascade._arrays.results import dataset, summary_attrs, warn
-from wavecascade._commands.estimates import IN_ARRAYS
+from wavecascade._arrays.fields import shots
+from wavecascade._arrays.results import warn
+from wavecascade._commands.estimates import arranged, opened
 from wavecascade._keywords.options import (
     BicoherenceOptions,
     CoherenceOptions,
@@ -33,12 +33,6 @@ def words_of(estimate: str, options: Mapping[str, object], names: Iterable[str])
         raise ValueError(f"estimate: expected spectrum, coherence or bicoherence, found {estimate!r}")
     allowed = frozenset(_OPTIONS[estimate].__annotations__) | frozenset(FieldOptions.__annotations__)
     return words(estimate, options, allowed | {"part"}, names)
-
-
-def arranged(found: Mapping[str, Any]) -> Any:
-    """What the native half found, as a dataset."""
-    arrays = {name for name, *_ in found["arrays"]}
-    return dataset(found, summary_attrs(found["summary"], without=arrays | IN_ARRAYS))
 
 
 def partial(
@@ -100,11 +94,7 @@ def partial(
         if first < 0 or times < 1:
             raise ValueError(f"first: expected samples from 0 on, found {first} of {times}")
         place = (int(first), int(times))
-    typed: dict[str, object] = {}
-    sources = []
-    for one in fields:
-        typed = dict(given)
-        sources.append(source(one, typed))
+    sources, typed = opened(fields, given)
     if part is not None:
         typed["part"] = part if isinstance(part, str) else "/".join(map(str, part))
     said = words_of(estimate, typed, ["field"] * len(sources))
