@@ -2,6 +2,7 @@
 
 use std::alloc::{GlobalAlloc, Layout, System};
 use std::cell::RefCell;
+use std::ops::Range;
 use std::sync::atomic::{AtomicUsize, Ordering};
 use std::sync::{Mutex, MutexGuard, PoisonError};
 
@@ -9,8 +10,8 @@ use ndarray::Array2;
 use wavecascade::analyze::{Request, plan, run};
 use wavecascade::arrays::Nowhere;
 use wavecascade::estimates::{
-    Averaging, CoherenceRequest, Combination, DividedRequest, Part, Partial, SpaceTimeRequest,
-    SpectrumRequest, Tapers, coherence, combine, join, outline, partial,
+    Averaging, BicoherenceRequest, CoherenceRequest, Combination, DividedRequest, Part, Partial,
+    SpaceTimeRequest, SpectrumRequest, Tapers, coherence, combine, join, outline, partial,
 };
 use wavecascade::observer::Silent;
 use wavecascade::{Error, Field};
@@ -159,6 +160,15 @@ fn parts_hold_no_more_than_is_counted() {
         (shape, DividedRequest::from(request))
     };
     let hann = || Averaging::default().tapers;
+    let bicoherence = |shape, output, along: Range<usize>| {
+        let request = BicoherenceRequest {
+            output,
+            along: along.collect(),
+            averaging: averaging(200, hann()),
+            ..BicoherenceRequest::default()
+        };
+        (shape, DividedRequest::from(request))
+    };
     let off = RefCell::new(Vec::new());
     for (records, parts, (shape, request)) in [
         (1, 3, spacetime((2000, 93), averaging(200, hann()), hann())),
@@ -174,6 +184,9 @@ fn parts_hold_no_more_than_is_counted() {
         (3, 4, spectrum((3000, 50), averaging(500, SLEPIAN))),
         (1, 4, coherence((6000, 50), averaging(500, hann()))),
         (3, 2, coherence((8000, 9), averaging(4000, SLEPIAN))),
+        (1, 3, bicoherence((4000, 19), None, 0..0)),
+        (1, 3, bicoherence((4000, 19), Some(3), 0..19)),
+        (3, 2, bicoherence((700, 19), None, 5..17)),
     ] {
         let fields = vec![field(shape); records];
         let fields: Vec<&Field> = fields.iter().collect();
@@ -230,6 +243,7 @@ fn parts_hold_no_more_than_is_counted() {
                 DividedRequest::Spectrum(it) => it.memory = memory,
                 DividedRequest::Coherence(it) => it.memory = memory,
                 DividedRequest::SpaceTime(it) => it.memory = memory,
+                DividedRequest::Bicoherence(it) => it.memory = memory,
             }
             outline(&few, times, &request)
         };

@@ -19,10 +19,11 @@ use super::faults;
 use super::samples::{Opener, Source};
 use super::typed::{command, provenance};
 use super::watch;
-use crate::args::{Command, Input};
-use crate::estimate::{Estimate, Typed};
+use crate::args::Command;
+use crate::estimate::Estimate;
 use crate::failure::Failure;
 use crate::parse;
+use crate::parts::InParts;
 
 /// Sums over some segments of a record, of :func:`partial`.
 #[pyclass(frozen, module = "wavecascade._native")]
@@ -95,6 +96,7 @@ impl Partial {
         match self.0.about.request {
             DividedRequest::Coherence(_) => "coherence",
             DividedRequest::SpaceTime(_) | DividedRequest::Spectrum(_) => "spectrum",
+            DividedRequest::Bicoherence(_) => "bicoherence",
         }
     }
 
@@ -124,47 +126,38 @@ fn numbers(array: Bound<'_, PyArray1<f64>>) -> PyResult<Vec<f64>> {
     Ok(read.as_slice()?.to_vec())
 }
 
-/// What the words of an estimate that is summed in parts say.
-struct Asked {
-    command: Command,
+/// Fields that are summed in parts, and how.
+struct Opened {
+    fields: Vec<Field>,
+    part: Option<Part>,
     request: DividedRequest,
 }
 
-impl Asked {
-    fn new(words: &[String]) -> PyResult<Asked> {
-        let command = command(words)?;
-        let request = match &command {
-            Command::Spectrum(typed) => typed.divided(),
-            Command::Coherence(typed) => Ok(typed.divided()),
-            _ => {
-                let text = format!("estimate: expected spectrum or coherence, found {words:?}");
-                return Err(PyValueError::new_err(text));
-            }
-        };
-        let request = request
-            .map_err(|error| Python::attach(|py| faults::of(py, error, faults::From::Memory)))?;
-        Ok(Asked { command, request })
-    }
-
-    fn input(&self) -> Option<(&Input, Option<u64>, Option<Part>)> {
-        match &self.command {
-            Command::Spectrum(typed) => {
-                Some((&typed.shared().input, typed.memory(), typed.parts.part))
-            }
-            Command::Coherence(typed) => {
-                Some((&typed.shared().input, typed.memory(), typed.parts.part))
-            }
-            _ => None,
+impl Opened {
+    /// What these words say of these fields.
+    fn new(words: &Command, openers: Vec<Opener>) -> Result<Opened, Failure> {
+        match words {
+            Command::Spectrum(typed) => Self::of(&**typed, openers),
+            Command::Coherence(typed) => Self::of(&**typed, openers),
+            Command::Bicoherence(typed) => Self::of(&**typed, openers),
+            _ => Err(Failure::Library(Error::Request {
+                option: "estimate",
+                expected: "spectrum, coherence or bicoherence".into(),
+                found: "another command".into(),
+            })),
         }
     }
 
-    fn open(&self, openers: Vec<Opener>) -> Result<(Vec<Field>, Option<Part>), Failure> {
-        let Some((input, memory, part)) = self.input() else {
-            return Ok((Vec::new(), None));
-        };
-        let open = |opener: Opener| opener.open_unhashed(input, memory);
+    fn of<T: InParts>(typed: &T, openers: Vec<Opener>) -> Result<Opened, Failure> {
+        let open = |opener: Opener| opener.open_unhashed(&typed.shared().input, typed.memory());
         let fields = each_field(openers)?.into_iter().map(open);
-        Ok((fields.collect::<Result<_, _>>()?, part))
+        let fields = fields.collect::<Result<Vec<Field>, _>>()?;
+        let n_sites = fields.first().map_or(0, Field::n_sites);
+        Ok(Opened {
+            part: typed.parts().part,
+            request: typed.divided(n_sites)?,
+            fields,
+        })
     }
 }
 
@@ -182,14 +175,18 @@ pub fn partial(
     let from = sources.first().map_or(faults::From::Memory, Source::from);
     let openers: Vec<Opener> = sources.iter().map(Source::opener).collect();
     let name = openers.first().and_then(Opener::path);
-    let asked = Asked::new(&words)?;
+    let words = command(&words)?;
     let work = |observer: &dyn Observer| -> Result<Sums, Failure> {
-        let (fields, part) = asked.open(openers)?;
+        let Opened {
+            fields,
+            part,
+            request,
+        } = Opened::new(&words, openers)?;
         let opened: Vec<&Field> = fields.iter().collect();
         let found = match (place, &opened[..]) {
             (Some((first, record)), [field]) => {
                 let place = BlockPlace { first, record };
-                partial_of_block(field, place, &asked.request, observer)
+                partial_of_block(field, place, &request, observer)
             }
             (Some(_), several) => Err(Error::Request {
                 option: "field",
@@ -198,7 +195,7 @@ pub fn partial(
             }),
             (None, _) => {
                 let whole = Part { number: 1, of: 1 };
-                sum(&opened, &asked.request, part.unwrap_or(whole), observer)
+                sum(&opened, &request, part.unwrap_or(whole), observer)
             }
         };
         let name = name.unwrap_or_else(|| Path::new("field").to_owned());
@@ -222,6 +219,7 @@ fn result(found: &Combined, fields: &[String]) -> Result<Made, Failure> {
         Combined::Spectrum(found) => made(&**found, fields),
         Combined::Coherence(found) => made(&**found, fields),
         Combined::SpaceTime(found) => made(&**found, fields),
+        Combined::Bicoherence(found) => made(&**found, fields),
     }
 }
 
@@ -273,10 +271,12 @@ pub fn outlined<'py>(
     times: usize,
 ) -> PyResult<(Bound<'py, PyDict>, (usize, usize, usize))> {
     let opener = source.opener();
-    let asked = Asked::new(&words)?;
+    let words = command(&words)?;
     let work = || -> Result<_, Failure> {
-        let (fields, _) = asked.open(vec![opener])?;
-        let found = outline(&fields[0], times, &asked.request)?;
+        let Opened {
+            fields, request, ..
+        } = Opened::new(&words, vec![opener])?;
+        let found = outline(&fields[0], times, &request)?;
         let cut = found.segments;
         Ok((
             result(&found.result, &[])?,

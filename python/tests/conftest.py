@@ -41,6 +41,40 @@ def field() -> np.ndarray:
     return rng.standard_normal((207, 31)) + 3 * np.cos(0.3 * x - 0.7 * t)
 
 
+@pytest.fixture(scope="module")
+def record() -> np.ndarray:
+    """Noise beside a wave, of lengths without a divisor in common with any chunk."""
+    rng = np.random.default_rng(53)
+    t, x = np.arange(1501)[:, None], np.arange(23)[None, :]
+    return rng.standard_normal((1501, 23)) + 3 * np.cos(0.3 * x - 0.7 * t) + 2
+
+
+@pytest.fixture(scope="module")
+def labelled(record):
+    """The same with coordinates and units."""
+    xr = pytest.importorskip("xarray")
+    time = ("time", 5e-4 * np.arange(1501), {"units": "s"})
+    coords = {"time": time, "x": ("x", 2.0 * np.arange(23), {"units": "mm"})}
+    return xr.DataArray(record, coords, ("time", "x"), "velocity", {"units": "m/s"})
+
+
+@pytest.fixture(scope="module")
+def client(tmp_path_factory):
+    """Two workers of little memory."""
+    distributed = pytest.importorskip("distributed")
+    folder = tmp_path_factory.mktemp("workers")
+    cluster = distributed.LocalCluster(
+        n_workers=2,
+        threads_per_worker=1,
+        memory_limit="420 MB",
+        dashboard_address=":0",
+        local_directory=folder,
+        silence_logs=50,
+    )
+    with cluster, distributed.Client(cluster) as client:
+        yield client
+
+
 def same(found, archive) -> None:
     """That every array of an archive is found, with the same type and bits."""
     names = [name for name in archive.files if archive[name].dtype.kind == "f"]

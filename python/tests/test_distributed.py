@@ -1,198 +1,21 @@
-"""Partial sums, planned transforms and sweeps over several processes: the same bits, whatever is lost."""
+"""Planned transforms and sweeps over several processes: the same bits, whatever is lost."""
 
-import json
 import os
-import pickle
 import shutil
 import signal
 import subprocess
 import sys
 from concurrent.futures import ThreadPoolExecutor
-from itertools import pairwise
 
 import numpy as np
 import pytest
 
 import wavecascade as wc
-from conftest import same
 
 xr = pytest.importorskip("xarray")
 da = pytest.importorskip("dask.array")
 zarr = pytest.importorskip("zarr")
 distributed = pytest.importorskip("distributed")
-
-KINDS = [
-    {},
-    {"multitaper": (3, 4), "detrend": "linear"},
-    {"window": "tukey:0.3", "detrend": "none"},
-    {"estimate": "coherence", "reference": 3},
-    {"along": "both", "space_window": "hamming"},
-    {"along": "both", "multitaper": (2, 3), "space_multitaper": (2, 2)},
-]
-#: Of a pool that shares no memory but has little of it.
-LITTLE = "420 MB"
-
-
-@pytest.fixture(scope="module")
-def record() -> np.ndarray:
-    """Noise beside a wave, of lengths without a divisor in common with any chunk."""
-    rng = np.random.default_rng(53)
-    t, x = np.arange(1501)[:, None], np.arange(23)[None, :]
-    return rng.standard_normal((1501, 23)) + 3 * np.cos(0.3 * x - 0.7 * t) + 2
-
-
-@pytest.fixture(scope="module")
-def labelled(record):
-    """The same with coordinates and units."""
-    time = ("time", 5e-4 * np.arange(1501), {"units": "s"})
-    coords = {"time": time, "x": ("x", 2.0 * np.arange(23), {"units": "mm"})}
-    return xr.DataArray(record, coords, ("time", "x"), "velocity", {"units": "m/s"})
-
-
-@pytest.fixture(scope="module")
-def client(tmp_path_factory):
-    """Two workers of little memory."""
-    folder = tmp_path_factory.mktemp("workers")
-    cluster = distributed.LocalCluster(
-        n_workers=2,
-        threads_per_worker=1,
-        memory_limit=LITTLE,
-        dashboard_address=":0",
-        local_directory=folder,
-        silence_logs=50,
-    )
-    with cluster, distributed.Client(cluster) as client:
-        yield client
-
-
-def same_bits(found, expected) -> None:
-    assert set(found.variables) == set(expected.variables)
-    for name in expected.variables:
-        a, b = found[name], expected[name]
-        assert a.dims == b.dims and a.attrs == b.attrs, name
-        assert np.asarray(a.values).tobytes() == np.asarray(b.values).tobytes(), name
-    assert found.attrs == expected.attrs
-
-
-# Averages over segments.
-
-
-def whole_of(field, estimate="spectrum", **options):
-    """The estimate of a whole field, as partial sums know it."""
-    if estimate == "coherence":
-        return wc.coherence(field, **options)
-    more = {} if options.get("along") == "both" else {"no_jackknife": True}
-    found = wc.spectrum(field, **options, **more)
-    # The noise is read off whole records.
-    noise = [name for name in found.variables if str(name).startswith("noise")]
-    return found.drop_vars(noise)
-
-
-def same_arrays(found, expected, names=None) -> None:
-    """That arrays have the same bits, units and places, whatever their summaries say."""
-    for name in expected.variables if names is None else names:
-        a, b = found[name], expected[name]
-        assert a.dims == b.dims and a.attrs == b.attrs, name
-        assert np.asarray(a.values).tobytes() == np.asarray(b.values).tobytes(), name
-
-
-def blocks(record, cuts, length, hop, **options):
-    """Partial sums of the segments between cuts, each from its own samples alone."""
-    for first, last in pairwise(cuts):
-        rows = record[first * hop : (last - 1) * hop + length]
-        place = {"first": first * hop, "times": len(record)}
-        yield wc.partial(rows, segment=length, overlap=length - hop, **place, **options)
-
-
-@pytest.mark.parametrize("options", KINDS)
-def test_blocks_have_the_bits_of_the_whole_run(record, run, tmp_path, options):
-    words = {"dt": 0.5, "dx": "2 mm"}
-    # Segments 0 to 4, 5 to 23, and the rest of 60.
-    parts = list(blocks(record, [0, 5, 24, 60], 64, 24, **words, **options))
-    assert [one.segments for one in parts] == [(0, 5), (5, 24), (24, 60)]
-    expected = whole_of(record, segment=64, overlap=40, **words, **options)
-    for order in ([0, 1, 2], [2, 0, 1], [1, 2, 0]):
-        same_arrays(wc.combine([parts[i] for i in order]), expected)
-    # The files are those of the program.
-    command = options.get("estimate", "spectrum")
-    files = [tmp_path / f"{i}.npz" for i in range(3)]
-    for one, path in zip(parts, files, strict=True):
-        one.save(path)
-    same_bits(wc.combine(wc.Partial.load(path) for path in files), wc.combine(parts))
-    same_bits(wc.combine(pickle.loads(pickle.dumps(parts))), wc.combine(parts))
-    # Buffers from other processes lie at any byte.
-    about, nodes, sums = parts[0].__reduce__()[1]
-    apart = [np.frombuffer(b" " + array.tobytes(), offset=1) for array in (nodes, sums)]
-    same_bits(wc.combine([wc.Partial(about, *apart), *parts[1:]]), wc.combine(parts))
-    out = run(command, "--merge", *files, out="merged")
-    with np.load(out / f"{command}.npz") as archive:
-        same(wc.combine(parts), archive)
-    np.save(tmp_path / "field.npy", record)
-    typed = ["--segment=64", "--overlap=40", "--dt=0.5", "--dx=2 mm"]
-    typed += [f"--{name.replace('_', '-')}={text(value)}" for name, value in options.items()]
-    typed = [word for word in typed if "estimate" not in word]
-    out = run(command, tmp_path / "field.npy", *typed, "--part=2/3", out="second")
-    second = wc.partial(record, segment=64, overlap=40, part=(2, 3), **words, **options)
-    theirs = wc.Partial.load(out / "part.npz")
-    assert second.segments == theirs.segments == (20, 40)
-    ours = [wc.partial(record, segment=64, overlap=40, part=f"{i}/3", **words, **options) for i in (1, 3)]
-    same_arrays(wc.combine([*ours, second]), expected)
-
-
-def text(value) -> str:
-    return ",".join(map(str, value)) if isinstance(value, tuple) else str(value)
-
-
-def test_blocks_of_labelled_fields_and_shots(record, labelled):
-    expected = whole_of(labelled, segment=128)
-    hop = 64
-    found = []
-    for first, last in pairwise([0, 9, 22]):
-        rows = labelled.isel(time=slice(first * hop, (last - 1) * hop + 128))
-        found.append(wc.partial(rows, segment=128, first=first * hop, times=1501))
-    same_arrays(wc.combine(found), expected)
-    # Parts of several records.
-    shots = np.stack([record[:700], record[700:1400]])
-    expected = whole_of(shots, segment=100)
-    parts = [wc.partial(shots, segment=100, part=(i, 4)) for i in (4, 2, 1, 3)]
-    same_arrays(wc.combine(parts), expected)
-
-
-@pytest.mark.parametrize("options", KINDS)
-@pytest.mark.parametrize("chunks", [(1501, 23), (97, 5), ((30, 1, 870, 600), (22, 1))])
-def test_averages_of_dask_arrays_are_lazy_with_the_same_bits(record, labelled, options, chunks):
-    lazy = labelled.copy(data=da.from_array(record, chunks=chunks))
-    found = wc.distributed.averaged(lazy, segment=128, **options)
-    assert hasattr(found.spectrum.data, "dask")
-    expected = whole_of(labelled, segment=128, **options)
-    names = [name for name in expected.variables if name in found]
-    least = {"frequency", "spectrum"} | ({"delay"} if "reference" in options else {"low", "high"})
-    assert least <= set(names)
-    same_arrays(found.compute(scheduler="synchronous"), expected, names)
-
-
-def test_averages_of_bare_dask_arrays_of_single_precision(record):
-    single = record.astype("f4")
-    lazy = da.from_array(single, chunks=(100, 4))
-    for options in ({}, {"dt": "2 ms", "dx": 3, "unit": "m/s"}):
-        expected = whole_of(single, segment=128, **options)
-        found = wc.distributed.averaged(lazy, segment=128, **options).compute()
-        names = [name for name in expected.variables if name in found]
-        assert "position" in names
-        same_arrays(found, expected, names)
-        assert found.attrs["time_unit"] == whole_of(single, segment=128, dt=options.get("dt")).time_unit
-    # A reference that is no site.
-    other = record[:, 3] + record[:, 5]
-    beside = np.concatenate([other[:, None], record], axis=1)
-    expected = wc.coherence(beside, segment=128)
-    lazy = da.from_array(record, chunks=(300, 7))
-    found = wc.distributed.averaged(lazy, "coherence", reference=other, segment=128).compute()
-    assert found.coherence.values.tobytes() == np.ascontiguousarray(expected.coherence[:, 1:]).tobytes()
-    level = json.loads(wc.coherence(record, segment=128).attrs["independence"])["steadiness"]
-    own = wc.distributed.averaged(lazy, "coherence", segment=128).compute()
-    assert (
-        float(own.steadiness) == level and own.attrs["level"] == wc.coherence(record, segment=128).level
-    )
 
 
 def test_val_scipy_windows():
@@ -206,14 +29,6 @@ def test_val_scipy_windows():
         for n in (7, 128):
             expected = get_window(names.get(name, name), n)
             np.testing.assert_allclose(windows.window(name, n), expected, rtol=0, atol=5e-16)
-
-
-def test_val_welch(record):
-    signal_ = pytest.importorskip("scipy.signal")
-    f, power = signal_.welch(record, 2.0, "hann", 128, 64, axis=0, detrend="constant")
-    found = wc.combine(blocks(record, [0, 7, 22], 128, 64, dt=0.5))
-    np.testing.assert_allclose(found.spectrum[1:], power[1:], rtol=1e-12)
-    np.testing.assert_allclose(found.frequency, f, rtol=1e-15)
 
 
 @pytest.mark.parametrize("which", ["temporal", "spatial"])
@@ -231,56 +46,6 @@ def test_blockwise_spectra_of_odd_chunks_and_single_precision(labelled, which):
     wide = xr.DataArray(da.zeros((1 << 20, 4096), chunks=(1024, 4096)), dims=("time", "x"))
     with pytest.raises(ValueError, match=r"1024 chunks along time.*field\.chunk\(\{'x': 16\}\)"):
         wc.temporal_spectrum(wide)
-
-
-def test_errors_of_averages(record):
-    averaged = wc.distributed.averaged
-    lazy = da.from_array(record, chunks=(100, 23))
-    with pytest.raises(
-        ValueError, match="segment: expected a segment of 4 to 1501 samples, the record, found 4000"
-    ):
-        averaged(lazy, segment=4000)
-    with pytest.raises(ValueError, match="overlap"):
-        wc.partial(record, segment=64, overlap=64)
-    with pytest.raises(ValueError, match="han"):
-        wc.partial(record, segment=64, window="han")
-    with pytest.raises(ValueError, match="reference: expected a site from 0 to 22, found 23"):
-        averaged(lazy, "coherence", segment=64, reference=23)
-    with pytest.raises(ValueError, match="estimate: expected spectrum or coherence, found 'modes'"):
-        averaged(lazy, "modes")
-    with pytest.raises(
-        ValueError, match="along: expected spectra along time, or along both axes, in parts"
-    ):
-        averaged(lazy, along="space")
-    with pytest.raises(ValueError, match="first: expected samples from 0 on"):
-        wc.partial(record, segment=64, first=-1, times=1501)
-    with pytest.raises(ValueError, match="first: expected it together with times"):
-        wc.partial(record, segment=64, first=3)
-    with pytest.raises(ValueError, match="first: expected a block of the 1500 samples of a record"):
-        wc.partial(record, segment=64, first=0, times=1500)
-    with pytest.raises(TypeError, match="segmnet"):
-        wc.partial(record, segment=64, segmnet=3)
-    gap = record.copy()
-    gap[700, 5] = np.nan
-    with pytest.raises(ValueError, match="time row 700, site 5"):
-        averaged(da.from_array(gap, chunks=(600, 23)), segment=64).compute()
-    parts = list(blocks(record, [0, 5, 24, 60], 64, 24))
-    with pytest.raises(ValueError, match="found no segments 5 to 23"):
-        wc.combine([parts[0], parts[2]])
-    with pytest.raises(ValueError, match="found no segments 0 to 4"):
-        wc.combine(parts[1:])
-    with pytest.raises(ValueError, match="each part once, found segments 5 to 23"):
-        wc.combine([*parts, parts[1]])
-    other = wc.partial(record, segment=64, overlap=40, dt=0.5)
-    with pytest.raises(ValueError, match="parts of one result"):
-        wc.combine([parts[0], other])
-    with pytest.raises(ValueError, match="at least one part"):
-        wc.combine([])
-    with pytest.raises(ValueError, match="partial: "):
-        wc.Partial("{}", np.zeros(3), np.zeros(3))
-    about, nodes, sums = parts[0].__reduce__()[1]
-    with pytest.raises(ValueError, match="the sums over segments 0 and on"):
-        wc.combine([wc.Partial(about, nodes, sums[:-1]), *parts[1:]])
 
 
 # S(k, f) of whole records.
@@ -425,10 +190,10 @@ def test_a_killed_process_is_resumed(stored, tmp_path):
 def test_a_killed_worker_loses_nothing(stored, client, tmp_path):
     path, field, expected = stored
     # No more than the client's workers have.
-    overhead = wc.distributed.plan_spacetime(path, tmp_path / "out", client, show=False).room.overhead
+    overhead = wc.distributed.plan_spacetime(path, tmp_path / "out", client, show=False).worker.overhead
     memory = int((overhead + 40_000_000) / 0.75)
     plan = wc.distributed.plan_spacetime(path, tmp_path / "out", client, memory=memory, show=False)
-    assert plan.room.limit == memory and plan.blocks[0] > 2
+    assert plan.worker.limit == memory and plan.blocks[0] > 2
     killed = []
 
     def kill(stage, done, total):

@@ -1,5 +1,6 @@
 """Estimates against the program, SciPy, nitime, xrft and NumPy."""
 
+import inspect
 import json
 import re
 import subprocess
@@ -376,6 +377,16 @@ def test_val_numpy_bicoherence(length):
     below = (abs(product) ** 2).mean(axis=0) * (abs(x[:, one + two]) ** 2).mean(axis=0)
     np.testing.assert_allclose(found["bicoherence"], abs(mean) ** 2 / below, atol=1e-12)
     np.testing.assert_allclose(np.exp(1j * found.biphase), mean / abs(mean), atol=1e-9)
+
+
+@pytest.mark.parametrize("name", ["analyze", *sorted({command for command, _ in CASES})])
+def test_help_names_every_parameter(name):
+    function = getattr(wc, name)
+    head, *sections = re.split(r"\n\n(\w+)\n-+\n", inspect.getdoc(function))
+    assert head and sections[::2] == ["Parameters", "Returns", "Raises"]
+    listed = [line.lstrip("*") for line in sections[1].splitlines() if not line.startswith(" ")]
+    assert listed == list(inspect.signature(function).parameters)
+    assert sections[5].split()[0] == "ValueError" and "\nOSError\n" in sections[5]
 
 
 def test_dask_arrays_are_fields(field):

@@ -9,12 +9,12 @@ use std::ops::Range;
 use serde::{Deserialize, Serialize};
 
 use super::realisations::{
-    Grid, Part, Portion, Realisations, RecordTree, Shots, SumsShape, TreeNode, first_of,
+    Grid, Part, Portion, Realisations, RecordTree, Shots, Sums, SumsShape, TreeNode, first_of,
     refuse_left_out,
 };
 use super::{
-    Coherence, CoherenceRequest, SpaceTimeEstimate, SpaceTimeRequest, SpectrumEstimate,
-    SpectrumRequest,
+    Bicoherence, BicoherenceRequest, Coherence, CoherenceRequest, SpaceTimeEstimate,
+    SpaceTimeRequest, SpectrumEstimate, SpectrumRequest,
 };
 use crate::error::Result;
 use crate::field::Field;
@@ -47,6 +47,12 @@ pub(super) trait Divided {
     /// Whether the energy of a record is that about its mean.
     fn about_mean(&self) -> bool;
 
+    /// Multiplies the samples that were summed in a tile by a power of two.
+    fn rescale(&self, sums: &mut Sums, factor: f64, realisations: &Realisations) {
+        let _ = realisations;
+        sums.rescale(factor, |_| 2);
+    }
+
     /// The nodes of every tile over these portions, and the unit of the samples.
     fn partial(
         &self,
@@ -75,6 +81,7 @@ pub enum DividedRequest {
     Spectrum(SpectrumRequest),
     Coherence(CoherenceRequest),
     SpaceTime(SpaceTimeRequest),
+    Bicoherence(BicoherenceRequest),
 }
 
 impl From<SpectrumRequest> for DividedRequest {
@@ -95,12 +102,19 @@ impl From<SpaceTimeRequest> for DividedRequest {
     }
 }
 
+impl From<BicoherenceRequest> for DividedRequest {
+    fn from(request: BicoherenceRequest) -> Self {
+        DividedRequest::Bicoherence(request)
+    }
+}
+
 /// What [`combine`] makes of all parts.
 #[derive(Debug, Clone)]
 pub enum Combined {
     Spectrum(Box<SpectrumEstimate>),
     Coherence(Box<Coherence>),
     SpaceTime(Box<SpaceTimeEstimate>),
+    Bicoherence(Box<Bicoherence>),
 }
 
 /// The same expression of the request of each estimate.
@@ -110,6 +124,7 @@ macro_rules! of_each {
             DividedRequest::Spectrum($it) => $does,
             DividedRequest::Coherence($it) => $does,
             DividedRequest::SpaceTime($it) => $does,
+            DividedRequest::Bicoherence($it) => $does,
         }
     };
 }

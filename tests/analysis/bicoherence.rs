@@ -361,3 +361,26 @@ fn regress_threads_and_blocks_do_not_matter() {
         }
     }
 }
+
+/// Amplitudes whose fourth powers would leave the range of numbers, or nearly so.
+#[test]
+fn regress_powers_of_two_do_not_move_a_bit() {
+    let mut noise = Noise(3);
+    let values = Array2::from_shape_fn((600, 3), |_| noise.gaussian());
+    let request = BicoherenceRequest {
+        output: Some(2),
+        along: vec![0, 1],
+        ..request(64, 32)
+    };
+    let bits = |amplitude: f64| {
+        let found = found(&values * amplitude, &request);
+        let map = found.map.bicoherence.iter().chain(&found.map.biphase);
+        let along = found.along.largest.iter().chain(&found.along.summed);
+        map.chain(along).map(|v| v.to_bits()).collect::<Vec<_>>()
+    };
+    let expected = bits(1.0);
+    assert!(expected.iter().any(|v| f64::from_bits(*v) > 0.1));
+    for exponent in [-900, -190, -40, 60, 190, 900] {
+        assert!(bits(2f64.powi(exponent)) == expected, "{exponent}");
+    }
+}

@@ -2,9 +2,9 @@
 
 use ndarray::Array2;
 use wavecascade::estimates::{
-    Averaging, BlockPlace, Coherence, CoherenceRequest, Combined, DividedRequest, Part, Partial,
-    SpaceTimeRequest, SpectrumEstimate, SpectrumRequest, Tapers, coherence, combine, join, outline,
-    partial, partial_of_block, spacetime, spectrum,
+    Averaging, Bicoherence, BicoherenceRequest, BlockPlace, Coherence, CoherenceRequest, Combined,
+    DividedRequest, Part, Partial, SpaceTimeRequest, SpectrumEstimate, SpectrumRequest, Tapers,
+    bicoherence, coherence, combine, join, outline, partial, partial_of_block, spacetime, spectrum,
 };
 use wavecascade::observer::Silent;
 use wavecascade::prepare::{Detrend, Gaps};
@@ -92,6 +92,22 @@ fn coherence_bits(found: &Coherence) -> Vec<u64> {
     bits
 }
 
+fn bicoherence_bits(found: &Bicoherence) -> Vec<u64> {
+    let along = &found.along;
+    let mut bits = bits([
+        &along.largest,
+        &along.first,
+        &along.biphase,
+        &along.summed,
+        &along.largest_level,
+        &along.summed_level,
+    ]);
+    let map = found.map.bicoherence.iter().chain(&found.map.biphase);
+    let numbers = map.chain([&found.independence.steadiness]);
+    bits.extend(numbers.map(|v| v.to_bits()));
+    bits
+}
+
 #[test]
 fn regress_parts_of_spectra_have_the_bits_of_the_whole() {
     for (records, samples, request) in [
@@ -164,6 +180,56 @@ fn regress_parts_of_coherence_have_the_bits_of_the_whole() {
                 panic!("a coherence");
             };
             assert_eq!(coherence_bits(&found), expected, "{records} {samples} {of}");
+        }
+    }
+}
+
+/// Of one site and between two; records that grow beyond 2^200, so that parts have other units.
+#[test]
+fn regress_parts_of_bicoherence_have_the_bits_of_the_whole() {
+    let growing = |field: &Field| {
+        let mut samples = vec![0.0; field.n_times() * field.n_sites()];
+        field.read_time_major(0..field.n_times(), 0..field.n_sites(), &mut samples);
+        for (row, samples) in samples.chunks_exact_mut(field.n_sites()).enumerate() {
+            let by = (150.0 + 100.0 * row as f64 / field.n_times() as f64).exp2();
+            samples.iter_mut().for_each(|v| *v *= by);
+        }
+        let shape = (field.n_times(), field.n_sites());
+        let mut grown = Field::from_array(Array2::from_shape_vec(shape, samples).unwrap());
+        (grown.time, grown.name) = (field.time.clone(), field.name.clone());
+        grown
+    };
+    for (records, samples, output, along, averaging) in [
+        (1, 1001, None, vec![0, 3, 9, 10], averaging(60, 31)),
+        (1, 1290, Some(7), (0..11).collect(), averaging(64, 32)),
+        (3, 301, Some(2), Vec::new(), averaging(60, 31)),
+        (3, 405, None, vec![8], averaging(33, 20)),
+    ] {
+        let fields: Vec<Field> = shots(records, samples).iter().map(growing).collect();
+        let fields: Vec<&Field> = fields.iter().collect();
+        let request = BicoherenceRequest {
+            site: 9,
+            output,
+            along,
+            averaging,
+            ..BicoherenceRequest::default()
+        };
+        let expected = bicoherence(&fields, &request, &Silent).unwrap();
+        let expected = bicoherence_bits(&expected);
+        for of in [1, 2, 3, 7] {
+            let mut parts = parts_of(&fields, &request.clone().into(), of);
+            let units = parts.iter().map(|part| part.about.unit);
+            assert!(
+                of == 1 || records > 1 || units.clone().any(|unit| unit != parts[0].about.unit)
+            );
+            parts.reverse();
+            let Combined::Bicoherence(found) = combine(&parts, None).unwrap() else {
+                panic!("a bicoherence");
+            };
+            assert!(
+                bicoherence_bits(&found) == expected,
+                "{records} {samples} {of}"
+            );
         }
     }
 }
@@ -346,6 +412,18 @@ fn regress_blocks_have_the_bits_of_the_whole() {
             32,
             vec![0, 5, 16, 17, 30],
         ),
+        (
+            BicoherenceRequest {
+                site: 4,
+                output: Some(1),
+                along: vec![0, 9],
+                averaging: averaging(64, 32),
+                ..BicoherenceRequest::default()
+            }
+            .into(),
+            32,
+            vec![0, 3, 16, 29, 30],
+        ),
     ] {
         let parts = blocks_of(whole, &request, [64, hop], &cuts);
         let one = Part::new(1, 1).unwrap();
@@ -354,6 +432,7 @@ fn regress_blocks_have_the_bits_of_the_whole() {
             Combined::Spectrum(found) => spectrum_bits(&found),
             Combined::Coherence(found) => coherence_bits(&found),
             Combined::SpaceTime(found) => bits([&found.spectrum, &found.low, &found.degrees]),
+            Combined::Bicoherence(found) => bicoherence_bits(&found),
         };
         let known = bits_of(std::slice::from_ref(&expected));
         let as_whole = match &request {
@@ -366,6 +445,9 @@ fn regress_blocks_have_the_bits_of_the_whole() {
             DividedRequest::SpaceTime(it) => {
                 let found = spacetime(&[whole], it, &Silent).unwrap();
                 bits([&found.spectrum, &found.low, &found.degrees])
+            }
+            DividedRequest::Bicoherence(it) => {
+                bicoherence_bits(&bicoherence(&[whole], it, &Silent).unwrap())
             }
         };
         assert!(known == as_whole);
@@ -455,4 +537,60 @@ fn regress_an_outline_has_the_axes_of_the_result() {
     assert_eq!(found.spectrum.dim(), known.spectrum.dim());
     assert_eq!(found.independence.effective, known.independence.effective);
     assert!(found.independence.steadiness == 1.0 && found.spectrum.iter().all(|v| *v == 0.0));
+}
+
+/// Without its samples, and without the sums that a record of zeros has.
+#[test]
+fn regress_an_outline_is_the_result_of_zeros() {
+    let mut zeros = Field::from_array(Array2::zeros((1013, 11)));
+    zeros.time.step = 1e-3;
+    let few = cut_out(&zeros, 0..2);
+    let slepian = Tapers::Slepian { nw: 2.0, count: 3 };
+    let tapered = || Averaging {
+        tapers: slepian.clone(),
+        ..averaging(64, 32)
+    };
+    let bits_of = |found: &Combined| match found {
+        Combined::Spectrum(found) => spectrum_bits(found),
+        Combined::Coherence(found) => coherence_bits(found),
+        Combined::SpaceTime(found) => {
+            let all = [found.power, found.parseval, found.evenness];
+            let all = all.map(f64::to_bits).into_iter();
+            let arrays = [&found.spectrum, &found.low, &found.high, &found.degrees];
+            bits(arrays).into_iter().chain(all).collect()
+        }
+        Combined::Bicoherence(found) => bicoherence_bits(found),
+    };
+    for request in [
+        welch(64, 32).into(),
+        multitaper(64).into(),
+        DividedRequest::from(CoherenceRequest {
+            averaging: tapered(),
+            ..CoherenceRequest::default()
+        }),
+        SpaceTimeRequest {
+            averaging: averaging(64, 32),
+            ..SpaceTimeRequest::default()
+        }
+        .into(),
+        SpaceTimeRequest {
+            averaging: tapered(),
+            space: slepian.clone(),
+            ..SpaceTimeRequest::default()
+        }
+        .into(),
+        BicoherenceRequest {
+            output: Some(3),
+            along: vec![1, 9],
+            averaging: averaging(64, 32),
+            ..BicoherenceRequest::default()
+        }
+        .into(),
+    ] {
+        let whole = Part::new(1, 1).unwrap();
+        let known = partial(&[&zeros], &request, whole, &Silent).unwrap();
+        let known = combine(&[known], None).unwrap();
+        let found = outline(&few, 1013, &request).unwrap().result;
+        assert!(bits_of(&found) == bits_of(&known), "{request:?}");
+    }
 }

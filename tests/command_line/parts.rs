@@ -31,6 +31,10 @@ fn regress_merged_parts_are_the_whole() {
             "coherence",
             "coherence field.npy --segment 100 --reference 2",
         ),
+        (
+            "bicoherence",
+            "bicoherence field.npy --segment 64 --site 1 --output 3 --every 2",
+        ),
     ] {
         let words: Vec<&str> = words
             .split(' ')
@@ -92,6 +96,7 @@ fn regress_a_merge_in_too_little_memory_is_refused() {
             "spectrum field.npy --segment 100 --multitaper 3,5",
         ),
         ("coherence", "coherence field.npy --segment 100"),
+        ("bicoherence", "bicoherence field.npy --segment 64"),
     ] {
         let words: Vec<&str> = words.split(' ').chain(["--force"]).collect();
         for (part, out) in [("1/2", "a"), ("2/2", "b")] {
@@ -147,6 +152,7 @@ fn regress_what_is_no_part_is_refused() {
         ("spectrum --merge part --out out", "cascade spectrum"),
         ("coherence --merge part --out out --segment 64", "--segment"),
         ("coherence --merge part --out out --gaps mask", "--gaps"),
+        ("bicoherence --merge part --out out --gaps mask", "--gaps"),
         ("coherence --merge part --out out --memory 0", "--memory"),
         ("spectrum", "FIELD"),
         ("analyze field.npy --part 3/64", "cascade spectrum FIELD"),

@@ -11,6 +11,7 @@ import numpy as np
 from wavecascade import _native
 from wavecascade._arrays.fields import is_dataarray, is_path, source
 from wavecascade._arrays.results import dataarray, dataset, summary_attrs, warn
+from wavecascade._commands.documented import documented
 from wavecascade._keywords.options import AnalyzeOptions, FieldOptions, FilterOptions, OpenOptions
 from wavecascade._keywords.words import Progress, observed, words
 
@@ -18,6 +19,7 @@ _ANALYZE = frozenset(AnalyzeOptions.__annotations__) | frozenset(OpenOptions.__a
 _FIELD = frozenset(FieldOptions.__annotations__)
 
 
+@documented
 def analyze(
     field: Any,
     *,
@@ -52,13 +54,6 @@ def analyze(
         The arrays of ``spectra.nc`` with their dimensions, coordinates and units; settings, Parseval
         residuals and accuracy are attributes. Without xarray a dictionary of the arrays, whose
         attributes are under ``"attrs"``. Bits are those of the program.
-
-    Raises
-    ------
-    ValueError
-        For options or samples that do not fit.
-    OSError
-        For a file that cannot be read.
     """
     found = _found(field, dict(options), progress, maps)
     warn(found, stacklevel=3)
@@ -181,6 +176,12 @@ def _spectrum(field: Any, which: str, options: dict[str, object]) -> Any:
     return quiet(field, {**options, "only": which})[f"{which}_spectrum"]
 
 
+def _one_axis(field: Any, which: str, options: dict[str, object]) -> Any:
+    """A spectrum along one axis, lazy where its field is."""
+    is_lazy = is_dataarray(field) and hasattr(field.data, "dask")
+    return (_lazy if is_lazy else _spectrum)(field, which, options)
+
+
 def temporal_spectrum(field: Any, **options: Unpack[AnalyzeOptions]) -> Any:
     """S(f, x), the spectrum of each site's record: shape (frequency, position).
 
@@ -188,10 +189,7 @@ def temporal_spectrum(field: Any, **options: Unpack[AnalyzeOptions]) -> Any:
     For a DataArray over Dask it is lazy and blockwise by sites: each block is analysed with whole
     records when it is computed, and no block waits for another.
     """
-    typed: dict[str, object] = dict(options)
-    if is_dataarray(field) and hasattr(field.data, "dask"):
-        return _lazy(field, "temporal", typed)
-    return _spectrum(field, "temporal", typed)
+    return _one_axis(field, "temporal", dict(options))
 
 
 def spatial_spectrum(field: Any, **options: Unpack[AnalyzeOptions]) -> Any:
@@ -200,10 +198,7 @@ def spatial_spectrum(field: Any, **options: Unpack[AnalyzeOptions]) -> Any:
     As ``analyze(field, only="spatial")["spatial_spectrum"]``, with the same options and errors. For
     a DataArray over Dask it is lazy and blockwise by times.
     """
-    typed: dict[str, object] = dict(options)
-    if is_dataarray(field) and hasattr(field.data, "dask"):
-        return _lazy(field, "spatial", typed)
-    return _spectrum(field, "spatial", typed)
+    return _one_axis(field, "spatial", dict(options))
 
 
 def open(path: Any, **options: Unpack[OpenOptions]) -> Any:

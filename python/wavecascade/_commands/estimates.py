@@ -1,17 +1,18 @@
 """Estimates: averages over realisations, with their significance.
 
-All are commands of the program on one or several fields; each function names its command, and
-:func:`_made` does the rest.
+All are commands of the program on one or several fields; each function names its command,
+:func:`_made` does the rest, and :func:`documented` adds what all docstrings have in common.
 """
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
 from typing import Any, Unpack
 
 from wavecascade import _native
 from wavecascade._arrays.fields import pair, shots, source
 from wavecascade._arrays.results import dataset, summary_attrs, warn
+from wavecascade._commands.documented import documented
 from wavecascade._keywords.options import (
     BicoherenceOptions,
     CoherenceOptions,
@@ -44,7 +45,7 @@ _PAIRS: dict[str, dict[str, int]] = {
     "transfer": {"from_": 0, "to": 1},
 }
 #: Parts of summaries that repeat arrays.
-IN_ARRAYS = frozenset({"columns", "delays", "outputs", "speeds"})
+_IN_ARRAYS = frozenset({"columns", "delays", "outputs", "speeds"})
 
 
 def _made(
@@ -69,20 +70,32 @@ def _made(
                 f"other: expected as many records as of the first, {len(fields)}, found {len(others)}"
             )
         fields = [pair(one, two) for one, two in zip(fields, others, strict=True)]
-    sources = []
-    typed: dict[str, object] = {}
-    for one in fields:
-        # What a field uses up, it uses up for itself.
-        typed = dict(given)
-        sources.append(source(one, typed))
+    sources, typed = opened(fields, given)
     allowed = frozenset(_OPTIONS[command].__annotations__) | frozenset(FieldOptions.__annotations__)
     names = ["field"] * (1 if command == "lomb" else len(sources))
     found = _native.estimate(sources, words(command, typed, allowed, names), observed(progress))
     warn(found, stacklevel=4)
+    return arranged(found)
+
+
+def opened(fields: Iterable[Any], options: Mapping[str, object]) -> tuple[list[Any], dict[str, object]]:
+    """Fields as sources of the native half, and the options that they leave."""
+    sources = []
+    left: dict[str, object] = {}
+    for one in fields:
+        # What a field uses up, it uses up for itself.
+        left = dict(options)
+        sources.append(source(one, left))
+    return sources, left
+
+
+def arranged(found: Mapping[str, Any]) -> Any:
+    """What the native half found, as a dataset."""
     arrays = {name for name, *_ in found["arrays"]}
-    return dataset(found, summary_attrs(found["summary"], without=arrays | IN_ARRAYS))
+    return dataset(found, summary_attrs(found["summary"], without=arrays | _IN_ARRAYS))
 
 
+@documented
 def bicoherence(
     field: Any, other: Any = None, *, progress: Progress = None, **options: Unpack[BicoherenceOptions]
 ) -> Any:
@@ -100,8 +113,6 @@ def bicoherence(
     other
         The record of the sum, where ``field`` is the record of the two that are added: both
         ``(time)``, or ``(shot, time)``.
-    progress
-        As for :func:`analyze`.
     **options
         Those of ``cascade bicoherence``: ``site``, ``output``, ``along=(first, end)``, ``every``,
         ``segment``, ``overlap``, ``window``, ``detrend``, ``gaps``, ``significance``, ``threads``, and
@@ -113,17 +124,11 @@ def bicoherence(
         ``first``, ``second``, ``third`` (cycles per unit of time), ``bicoherence``, ``biphase`` (rad) of
         each ``triple``; ``along_largest`` and its neighbours ``(frequency, along_site)``. Levels of
         significance are attributes.
-
-    Raises
-    ------
-    ValueError
-        For options or samples that do not fit.
-    OSError
-        For a file that cannot be read.
     """
     return _made("bicoherence", field, options, progress, other)
 
 
+@documented
 def coherence(
     field: Any, other: Any = None, *, progress: Progress = None, **options: Unpack[CoherenceOptions]
 ) -> Any:
@@ -134,12 +139,8 @@ def coherence(
 
     Parameters
     ----------
-    field
-        As for :func:`bicoherence`.
     other
         A record beside that of the reference: both ``(time)``, or ``(shot, time)``.
-    progress
-        As for :func:`analyze`.
     **options
         Those of ``cascade coherence``: ``reference`` (a site by index), ``segment``, ``overlap``,
         ``window``, ``multitaper=(4, 7)``, ``detrend``, ``gaps``, ``significance``, ``threads``, and how
@@ -152,17 +153,11 @@ def coherence(
         ``delay``, ``delay_error`` ``(position)``, positive behind the reference; ``phase_velocity`` and
         its neighbours ``(speed_frequency)``. Averages (``independence``) and the level of significance
         are attributes.
-
-    Raises
-    ------
-    ValueError
-        For options or samples that do not fit.
-    OSError
-        For a file that cannot be read.
     """
     return _made("coherence", field, options, progress, other)
 
 
+@documented
 def increments(field: Any, *, progress: Progress = None, **options: Unpack[IncrementsOptions]) -> Any:
     """Structure functions and intermittency, along x and in time.
 
@@ -170,10 +165,6 @@ def increments(field: Any, *, progress: Progress = None, **options: Unpack[Incre
 
     Parameters
     ----------
-    field
-        As for :func:`bicoherence`.
-    progress
-        As for :func:`analyze`.
     **options
         Those of ``cascade increments``: ``separations`` (sites), ``lags`` (samples), ``band`` and
         ``lag_band`` as ``(from, to)`` over which exponents are fitted, ``histograms``,
@@ -186,17 +177,11 @@ def increments(field: Any, *, progress: Progress = None, **options: Unpack[Incre
         ``space_third``, ``space_flatness``, ``space_skewness`` ``(space_scale)`` with half of their
         intervals (``_half``); ``space_histogram_density``; and the same with ``time_``. Exponents are in
         the attribute ``axes``.
-
-    Raises
-    ------
-    ValueError
-        For options or samples that do not fit.
-    OSError
-        For a file that cannot be read.
     """
     return _made("increments", field, options, progress)
 
 
+@documented
 def lomb(field: Any, *, progress: Progress = None, **options: Unpack[LombOptions]) -> Any:
     """Spectra of records at uneven times or with gaps, by least squares.
 
@@ -208,8 +193,6 @@ def lomb(field: Any, *, progress: Progress = None, **options: Unpack[LombOptions
     field
         As for :func:`analyze`; times (or positions) may be uneven, and samples that are not finite are
         left out.
-    progress
-        As for :func:`analyze`.
     **options
         Those of ``cascade lomb``: ``axis`` as ``"time"`` or ``"space"``, ``oversampling``, ``highest``
         (cycles per unit of the axis), ``significance``, ``threads``, and how the field is read.
@@ -220,17 +203,11 @@ def lomb(field: Any, *, progress: Progress = None, **options: Unpack[LombOptions
         ``power`` and ``density`` (one-sided power spectral density) ``(frequency, position)``;
         ``samples``, ``level``, ``peak_frequency``, ``peak_power``, ``false_alarm`` ``(position)``. Along
         space there is one column, ``profiles``.
-
-    Raises
-    ------
-    ValueError
-        For options or samples that do not fit.
-    OSError
-        For a file that cannot be read.
     """
     return _made("lomb", field, options, progress)
 
 
+@documented
 def modes(field: Any, *, progress: Progress = None, **options: Unpack[ModesOptions]) -> Any:
     """Motions that are coherent along x, by frequency (spectral proper orthogonal decomposition).
 
@@ -239,10 +216,6 @@ def modes(field: Any, *, progress: Progress = None, **options: Unpack[ModesOptio
 
     Parameters
     ----------
-    field
-        As for :func:`bicoherence`.
-    progress
-        As for :func:`analyze`.
     **options
         Those of ``cascade modes``: ``frequencies`` whose modes are kept, ``modes`` (how many),
         ``segment``, ``overlap``, ``window``, ``multitaper``, ``detrend``, ``gaps``, ``significance``,
@@ -254,17 +227,11 @@ def modes(field: Any, *, progress: Progress = None, **options: Unpack[ModesOptio
         ``eigenvalues`` ``(frequency, mode)``, the one-sided power spectral density of each mode
         integrated over x, descending; ``total`` ``(frequency)``; ``interval`` ``(frequency, end)``,
         factors of the ends; ``mode_real``, ``mode_imag`` ``(mode_frequency, kept_mode, position)``.
-
-    Raises
-    ------
-    ValueError
-        For options or samples that do not fit.
-    OSError
-        For a file that cannot be read.
     """
     return _made("modes", field, options, progress)
 
 
+@documented
 def ridges(field: Any, *, progress: Progress = None, **options: Unpack[RidgesOptions]) -> Any:
     """Dispersion read off S(k, f): ridges above the noise, their velocities, laws fitted to them.
 
@@ -272,10 +239,6 @@ def ridges(field: Any, *, progress: Progress = None, **options: Unpack[RidgesOpt
 
     Parameters
     ----------
-    field
-        As for :func:`bicoherence`.
-    progress
-        As for :func:`analyze`.
     **options
         Those of ``cascade ridges``: ``fit`` (``"monatomic"``, ``"diatomic"``, a formula such as
         ``"c*abs(k); c=1"``, or a list), ``segment``, ``overlap``, ``window_time``, ``window_space``,
@@ -289,17 +252,11 @@ def ridges(field: Any, *, progress: Progress = None, **options: Unpack[RidgesOpt
         ``group_velocity`` with their errors, ``power``, ``noise``, ``width`` of each ``point``;
         ``fit_0_frequency`` ``(fit_0_branch, fit_0_wavenumber)``. Fitted parameters are in the attribute
         ``fits``.
-
-    Raises
-    ------
-    ValueError
-        For options or samples that do not fit.
-    OSError
-        For a file that cannot be read.
     """
     return _made("ridges", field, options, progress)
 
 
+@documented
 def slope(field: Any, *, progress: Progress = None, **options: Unpack[SlopeOptions]) -> Any:
     """The power law of a spectrum over a band, its breaks, and along x its change in time.
 
@@ -307,10 +264,6 @@ def slope(field: Any, *, progress: Progress = None, **options: Unpack[SlopeOptio
 
     Parameters
     ----------
-    field
-        As for :func:`bicoherence`.
-    progress
-        As for :func:`analyze`.
     **options
         Those of ``cascade slope``: ``band=(from, to)``, which is required: rad per unit of length, or
         along time cycles per unit of time; ``along`` as ``"space"`` or ``"time"``, ``breaks``,
@@ -323,17 +276,11 @@ def slope(field: Any, *, progress: Progress = None, **options: Unpack[SlopeOptio
         ``spectrum``, ``compensated`` ``(wavenumber)``, or ``(frequency)`` along time; along x
         ``frame_slope``, ``frame_slope_half``, ``frame_gradient`` ``(frame_time)``. The law with half of
         its interval is the attribute ``law``; ``breaks`` and ``steepening`` beside it.
-
-    Raises
-    ------
-    ValueError
-        For options or samples that do not fit.
-    OSError
-        For a file that cannot be read.
     """
     return _made("slope", field, options, progress)
 
 
+@documented
 def spectrum(field: Any, *, progress: Progress = None, **options: Unpack[SpectrumOptions]) -> Any:
     """Power spectral densities of all sites, or of all snapshots, with intervals.
 
@@ -343,10 +290,6 @@ def spectrum(field: Any, *, progress: Progress = None, **options: Unpack[Spectru
 
     Parameters
     ----------
-    field
-        As for :func:`bicoherence`.
-    progress
-        As for :func:`analyze`.
     **options
         Those of ``cascade spectrum``: ``along`` as ``"time"``, ``"space"`` or ``"both"`` (then
         ``space_window`` or ``space_multitaper``), ``periodogram``, ``multitaper=(4, 7)``,
@@ -361,17 +304,11 @@ def spectrum(field: Any, *, progress: Progress = None, **options: Unpack[Spectru
         ``(wavenumber, time)`` beside ``mean_spectrum`` and its interval, along both ``(frequency,
         wavenumber)`` of both signs; NaN where no interval can be stated. Lines that the test finds are
         in the attribute ``line_test``.
-
-    Raises
-    ------
-    ValueError
-        For options or samples that do not fit.
-    OSError
-        For a file that cannot be read.
     """
     return _made("spectrum", field, options, progress)
 
 
+@documented
 def transfer(
     field: Any, other: Any = None, *, progress: Progress = None, **options: Unpack[TransferOptions]
 ) -> Any:
@@ -387,8 +324,6 @@ def transfer(
     other
         The record of the output, where ``field`` is that of the input: both ``(time)``, or
         ``(shot, time)``.
-    progress
-        As for :func:`analyze`.
     **options
         Those of ``cascade transfer``: ``from_`` and ``to``, ``lag`` (samples), ``highest`` (cycles per
         unit of time), ``resamplings``, ``segment``, ``overlap``, ``window``, ``detrend``, ``gaps``,
@@ -401,12 +336,5 @@ def transfer(
         ``flux``, ``above`` with standard errors ``(frequency)``; ``pair_first``, ``pair_second``,
         ``pair_re``, ``pair_im``, ``pair_gain`` of each ``pair``. Shares of the output's power are the
         attribute ``shares``.
-
-    Raises
-    ------
-    ValueError
-        For options or samples that do not fit.
-    OSError
-        For a file that cannot be read.
     """
     return _made("transfer", field, options, progress, other)

@@ -6,29 +6,33 @@ from collections.abc import Iterable, Mapping
 from typing import Any, Literal, Unpack
 
 from wavecascade import _native
-from wavecascade._arrays.fields import shots, source
-from wavecascade._arrays.results import dataset, summary_attrs, warn
-from wavecascade._commands.estimates import IN_ARRAYS
-from wavecascade._keywords.options import CoherenceOptions, FieldOptions, PartialOptions, SpectrumOptions
+from wavecascade._arrays.fields import shots
+from wavecascade._arrays.results import warn
+from wavecascade._commands.estimates import arranged, opened
+from wavecascade._keywords.options import (
+    BicoherenceOptions,
+    CoherenceOptions,
+    FieldOptions,
+    PartialOptions,
+    SpectrumOptions,
+)
 from wavecascade._keywords.words import Progress, observed, words
 
-Divided = Literal["spectrum", "coherence"]
+Divided = Literal["spectrum", "coherence", "bicoherence"]
 
-_OPTIONS: dict[str, Any] = {"spectrum": SpectrumOptions, "coherence": CoherenceOptions}
+_OPTIONS: dict[str, Any] = {
+    "spectrum": SpectrumOptions,
+    "coherence": CoherenceOptions,
+    "bicoherence": BicoherenceOptions,
+}
 
 
 def words_of(estimate: str, options: Mapping[str, object], names: Iterable[str]) -> list[str]:
     """The words of the command of an estimate that is summed in parts."""
     if estimate not in _OPTIONS:
-        raise ValueError(f"estimate: expected spectrum or coherence, found {estimate!r}")
+        raise ValueError(f"estimate: expected spectrum, coherence or bicoherence, found {estimate!r}")
     allowed = frozenset(_OPTIONS[estimate].__annotations__) | frozenset(FieldOptions.__annotations__)
     return words(estimate, options, allowed | {"part"}, names)
-
-
-def arranged(found: Mapping[str, Any]) -> Any:
-    """What the native half found, as a dataset."""
-    arrays = {name for name, *_ in found["arrays"]}
-    return dataset(found, summary_attrs(found["summary"], without=arrays | IN_ARRAYS))
 
 
 def partial(
@@ -50,9 +54,9 @@ def partial(
     Parameters
     ----------
     field
-        As for :func:`spectrum` and :func:`coherence`, the whole of it or a block.
+        As for :func:`spectrum`, :func:`coherence` and :func:`bicoherence`, the whole of it or a block.
     estimate
-        ``"spectrum"`` or ``"coherence"``.
+        ``"spectrum"``, ``"coherence"`` or ``"bicoherence"``.
     part
         ``"3/64"`` or ``(3, 64)``: the segments of the third of 64 parts, whose samples alone are read.
     first, times
@@ -63,8 +67,8 @@ def partial(
     progress
         As for :func:`analyze`.
     **options
-        Those of :func:`spectrum`, along time or both axes, or of :func:`coherence`. There is no
-        jackknife.
+        Those of :func:`spectrum`, along time or both axes, of :func:`coherence` or of
+        :func:`bicoherence`. There is no jackknife.
 
     Returns
     -------
@@ -90,11 +94,7 @@ def partial(
         if first < 0 or times < 1:
             raise ValueError(f"first: expected samples from 0 on, found {first} of {times}")
         place = (int(first), int(times))
-    typed: dict[str, object] = {}
-    sources = []
-    for one in fields:
-        typed = dict(given)
-        sources.append(source(one, typed))
+    sources, typed = opened(fields, given)
     if part is not None:
         typed["part"] = part if isinstance(part, str) else "/".join(map(str, part))
     said = words_of(estimate, typed, ["field"] * len(sources))
@@ -104,8 +104,8 @@ def partial(
 def combine(partials: Iterable[_native.Partial], *, memory: int | str | None = None) -> Any:
     """The result of all segments, of partials in any order.
 
-    It has the bits of one call over everything: of :func:`spectrum` with ``no_jackknife=True``, or of
-    :func:`coherence`, and of ``cascade spectrum --merge``.
+    It has the bits of one call over everything: of :func:`spectrum` with ``no_jackknife=True``, of
+    :func:`coherence` or :func:`bicoherence`, and of ``cascade spectrum --merge`` and so on.
 
     Parameters
     ----------
@@ -118,8 +118,8 @@ def combine(partials: Iterable[_native.Partial], *, memory: int | str | None = N
     Returns
     -------
     xarray.Dataset or dict
-        The arrays of :func:`spectrum` or :func:`coherence`. There are no noise floors, and intervals of a
-        jackknife are NaN.
+        The arrays of :func:`spectrum`, :func:`coherence` or :func:`bicoherence`. There are no noise
+        floors, and intervals of a jackknife are NaN.
 
     Raises
     ------

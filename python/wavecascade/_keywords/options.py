@@ -159,10 +159,17 @@ class SpectrumOptions(AverageOptions, total=False):
     subtract_noise: bool
 
 
-class PartialOptions(SpectrumOptions, total=False):
-    """Those of the estimates that are summed in parts."""
+class PartialOptions(AverageOptions, total=False):
+    """Those of the estimates that are summed in parts: spectra, coherence and bicoherence."""
 
+    along: Literal["time", "both"] | Sites
+    equal_weights: bool
+    space_window: str
+    space_multitaper: str | tuple[float, int]
     reference: int
+    site: int
+    output: int
+    every: int
 
 
 class ModesOptions(AverageOptions, total=False):

@@ -4,10 +4,12 @@ from __future__ import annotations
 
 import json
 import math
+import re
+import uuid
 from collections.abc import Mapping
 from dataclasses import dataclass
 from itertools import pairwise
-from typing import Any, Unpack
+from typing import Any, Literal, Unpack, get_args
 
 import numpy as np
 import numpy.typing as npt
@@ -16,10 +18,13 @@ from wavecascade import _native
 from wavecascade._arrays.axes import AXES, Axes, Placed, placed
 from wavecascade._arrays.fields import is_dataarray, plain
 from wavecascade._arrays.results import dataset, summary_attrs
-from wavecascade._commands.parts import Divided, words_of
+from wavecascade._commands.parts import words_of
 from wavecascade._keywords.options import SpectrumOptions
+from wavecascade._large.store import shown
+from wavecascade._large.workers import WorkerMemory, warn_once
 
 Array = npt.NDArray[Any]
+Averaged = Literal["spectrum", "coherence"]
 
 #: Partials that are joined by one task.
 _FAN_IN = 2
@@ -30,6 +35,8 @@ _TOGETHER = 8
 _OF_A_CELL, _NODES, _LEAST_AT_ONCE = 128, 12, 64 << 20
 #: What an array is over if it is known of each place by itself.
 _PLACES = frozenset({"frequency", "position", "wavenumber"})
+#: How a warning begins that is of each site by itself.
+_COUNTED = re.compile(r"^\d+ of \d+ sites ")
 #: Parts of a summary that are known without samples.
 _KNOWN = (
     "along",
@@ -56,6 +63,8 @@ class Work:
     name: str
     quantity: str | None
     unit: str | None
+    #: By which its warnings are known to be of one computation.
+    computation: str
 
     def samples(self, values: Array) -> _native.Samples:
         """An array ``(time, site)`` as samples."""
@@ -67,7 +76,20 @@ class Work:
         """The sums of a block, which comes in rows of chunks; the reference becomes its first site."""
         rows = [[plain(piece)[0] for piece in row] for row in pieces]
         columns = [] if reference is None else [plain(piece)[0] for piece in reference]
-        return _native.partial([self.samples(_assembled(rows, columns))], self.words, (first, self.times))
+        samples = self.samples(_assembled(rows, columns))
+        is_stated = any(word.startswith("--memory=") for word in self.words)
+        worker = None if is_stated else WorkerMemory.here()
+        if worker is None:
+            return _native.partial([samples], self.words, (first, self.times))
+        words = [*self.words, f"--memory={max(1, worker.task)}"]
+        try:
+            return _native.partial([samples], words, (first, self.times))
+        except MemoryError as error:
+            raise MemoryError(
+                f"{error}, in a worker of {shown(worker.limit)} that runs {worker.at_once} tasks at once "
+                f"beside {shown(worker.overhead)} of Python; give workers more memory or fewer threads, "
+                "or take shorter segments or smaller chunks"
+            ) from None
 
 
 def _assembled(rows: list[list[Array]], columns: list[Array]) -> Array:
@@ -104,9 +126,16 @@ def _joined(partials: list[Any]) -> Any:
     return _native.join(partials)
 
 
-def _finished(whole: Any, names: list[str], without_first: bool) -> dict[str, Any]:
-    """These arrays of the result of a partial that holds all segments."""
+def _finished(
+    work: Work, whole: Any, names: list[str], without_first: bool, of_sites: int | None
+) -> dict[str, Any]:
+    """These arrays of the result of all segments; ``of_sites`` in all, where these are only some."""
     found = _native.combine([whole])
+    for _, message, advice in found["warnings"]:
+        if of_sites is not None:
+            # What other groups of sites find is not known here, and all that warn are to say the same.
+            message = _COUNTED.sub(f"some of {of_sites} sites ", message)
+        warn_once(f"{message} ({advice})", work.computation)
     arrays = {name: array for name, _, array, _ in found["arrays"] if name in names}
     if without_first:
         arrays = {name: array[..., 1:] for name, array in arrays.items()}
@@ -117,7 +146,7 @@ def _finished(whole: Any, names: list[str], without_first: bool) -> dict[str, An
 
 def averaged(
     field: Any,
-    estimate: Divided = "spectrum",
+    estimate: Averaged = "spectrum",
     *,
     reference: int | Any = None,
     **options: Unpack[SpectrumOptions],
@@ -150,7 +179,21 @@ def averaged(
     ------
     ValueError
         For options that do not fit; when it is computed, for samples that do not.
+    MemoryError
+        When it is computed, for sums beyond ``memory``: by default, in a worker of Dask, the share of a
+        task in its memory limit.
+
+    Warns
+    -----
+    CascadeWarning
+        When it is computed, once, as of :func:`spectrum` and :func:`coherence`; workers of a
+        ``distributed.Client`` warn there. Of sites in several chunks it says that some have a transient.
     """
+    if estimate not in get_args(Averaged):
+        raise ValueError(
+            f"estimate: expected spectrum or coherence, found {estimate!r}; a bicoherence is summed by "
+            "partial and combine"
+        )
     own: dict[str, Any] = dict(options)
     of_field = {
         name: own.pop(name) for name in list(own) if name in AXES | {"time_dim", "space_dim", "layout"}
@@ -185,12 +228,13 @@ def averaged(
     dask_array: Any = dask.array
     groups = [(0, n_sites)]
     if not is_both:
-        # One segment of as many sites as are summed together.
-        node = work.partial(0, [[np.zeros((cut[0], _TOGETHER))]], None).nbytes // _TOGETHER
+        tapers = json.loads(known["summary"])["independence"]["tapers"]
+        node = _bytes_of_a_node(estimate, cut, tapers)
         groups = _groups(samples, _OF_A_CELL * (cut[0] // 2 + 1) + _NODES * node)
     wholes = [_whole(work, cut, samples[:, a:b], compared) for a, b in groups]
     is_compared = compared is not None
-    results = [delayed(_finished)(whole, names, is_compared) for whole in wholes]
+    of_sites = n_sites if len(groups) > 1 else None
+    results = [delayed(_finished)(work, whole, names, is_compared, of_sites) for whole in wholes]
     arrays = []
     for name, dims, array, attrs in kept:
         blocks = []
@@ -209,6 +253,16 @@ def averaged(
         single = dask_array.from_delayed(results[0]["steadiness"], (), np.float64)
         out["steadiness"] = single if isinstance(out, dict) else ((), single)
     return out
+
+
+def _bytes_of_a_node(estimate: Averaged, cut: tuple[int, int, int], tapers: int) -> int:
+    """Bytes of a site in a node of the tree: sums of each frequency, and of the pieces of its record."""
+    length, hop, count = cut
+    # Power and product with the reference; or power under each taper and, of several, the test for lines.
+    of_a_bin = 3 if estimate == "coherence" else tapers + (5 if tapers > 1 else 0)
+    reached = (count - 1) * hop + length
+    pieces = reached // max(1, reached // 16) + 1
+    return 8 * (of_a_bin * (length // 2 + 1) + 3 * pieces + 1)
 
 
 def _groups(samples: Any, of_a_site: int) -> list[tuple[int, int]]:
@@ -289,7 +343,9 @@ def _quantity(options: Mapping[str, object]) -> dict[str, object]:
 def _work(said: list[str], n_times: int, field: Any, found: Placed) -> Work:
     """With the name, the quantity and the unit of a whole field."""
     unit = found.axes.units.get("value")
+    computation = uuid.uuid4().hex
     if not is_dataarray(field):
-        return Work(said, n_times, "field", None, unit)
+        return Work(said, n_times, "field", None, unit, computation)
     name = None if field.name is None else str(field.name)
-    return Work(said, n_times, name or "field", field.attrs.get("standard_name") or name, unit)
+    quantity = field.attrs.get("standard_name") or name
+    return Work(said, n_times, name or "field", quantity, unit, computation)

@@ -4,69 +4,20 @@ from __future__ import annotations
 
 import hashlib
 import os
-from dataclasses import dataclass
 from itertools import pairwise
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 
-from wavecascade._large.halves import CHUNK, FIRST, SECOND, Source, first_bytes, ready, second_bytes
-from wavecascade._large.store import shown, size_of
+from wavecascade._large.halves import CHUNK, FIRST, SECOND, Source, first_bytes, second_bytes
+from wavecascade._large.store import shown
+from wavecascade._large.workers import WorkerMemory
 
-#: Share of a worker's memory that is used: Dask pauses workers from 0.8 on.
-_SHARE = 0.75
-#: What Python and the libraries take, where no worker can be asked.
-_OVERHEAD = 220_000_000
 #: What is enough for a task, if its pieces are not below the second.
 _ENOUGH, _GOOD_PIECE = 192_000_000, 1 << 20
 #: Below, a store has more files than any file system likes.
 _LEAST_PIECE = 4096
-
-
-@dataclass(frozen=True)
-class Room:
-    """Memory of a worker: all of it, what Python takes, and tasks that share the rest."""
-
-    limit: int
-    overhead: int
-    at_once: int
-
-    @property
-    def task(self) -> int:
-        """What one task may take."""
-        return max(0, int((_SHARE * self.limit - self.overhead) / self.at_once))
-
-    def check(self, what: str, needed: int) -> None:
-        """Refuses what does not fit."""
-        if needed > self.task:
-            more = (self.at_once * needed + self.overhead) / _SHARE
-            raise ValueError(
-                f"memory: expected at least {shown(more)} a worker, found {shown(self.limit)}: {what} "
-                f"{shown(needed)} for each of {self.at_once} tasks at once, and Python takes "
-                f"{shown(self.overhead)}; give workers more memory, or fewer threads"
-            )
-
-    @classmethod
-    def of(cls, pool: Any, memory: int | str | None, at_once: int | None) -> Room:
-        """What a client's workers have, or what is stated."""
-        limit = None if memory is None else size_of(memory)
-        overhead, threads = _OVERHEAD, 1
-        if hasattr(pool, "scheduler_info"):
-            workers = pool.scheduler_info(n_workers=-1)["workers"].values()
-            limits = [one["memory_limit"] for one in workers if one["memory_limit"]]
-            if limits:
-                limit = min([*limits, *([] if limit is None else [limit])])
-            threads = max((one["nthreads"] for one in workers), default=1)
-            try:
-                overhead = max(pool.run(ready).values(), default=_OVERHEAD)
-            except OSError:
-                overhead = _OVERHEAD
-        if limit is None:
-            raise ValueError(
-                "memory: expected what a worker may take, such as '2 GB', or workers with a limit"
-            )
-        return cls(limit, overhead, at_once or threads)
 
 
 def source_of(field: Any) -> tuple[Any, Any]:
@@ -109,7 +60,7 @@ def _labelled(path: str, name: str, array: Any) -> Any:
     return xarray.open_zarr(path, consolidated=False)[name]
 
 
-def blocks(source: Any, shape: tuple[int, int], room: Room) -> tuple[tuple[int, ...], int]:
+def blocks(source: Any, shape: tuple[int, int], worker: WorkerMemory) -> tuple[tuple[int, ...], int]:
     """Bounds of the blocks of times, and wavenumbers of a block.
 
     They are as small as gives pieces that are read at a good speed: larger ones take memory alone.
@@ -120,12 +71,12 @@ def blocks(source: Any, shape: tuple[int, int], room: Room) -> tuple[tuple[int, 
         Where one wavenumber, one time, or one chunk is too much.
     """
     nt, nx = shape
-    room.check(f"the records of one wavenumber at {nt} times need", second_bytes(nt, 1))
-    room.check(f"the {nx} sites at one time need", first_bytes(1, nx))
+    worker.check(f"the records of one wavenumber at {nt} times need", second_bytes(nt, 1))
+    worker.check(f"the {nx} sites at one time need", first_bytes(1, nx))
     decoded, chunk = 0, 1
     if hasattr(source, "dask"):
         longest = max(source.chunks[0])
-        room.check(
+        worker.check(
             f"a chunk of {longest} times x all {nx} sites (open the field with shorter chunks, or name "
             "the path of its store of Zarr) needs",
             first_bytes(longest, nx),
@@ -137,9 +88,9 @@ def blocks(source: Any, shape: tuple[int, int], room: Room) -> tuple[tuple[int, 
             chunk = array.chunks[1 if source.is_turned else 0]
             decoded = int(np.prod(array.chunks)) * array.dtype.itemsize
         least = decoded + first_bytes(1, nx)
-        room.check("a chunk of the field, and its samples at one time, need", least)
+        worker.check("a chunk of the field, and its samples at one time, need", least)
     least = max(least, second_bytes(nt, 1))
-    task = min(room.task, max(least, _ENOUGH))
+    task = min(worker.task, max(least, _ENOUGH))
     while True:
         width = _width(shape, task)
         rows = (task - first_bytes(0, nx) - decoded) // (FIRST * nx)
@@ -150,13 +101,14 @@ def blocks(source: Any, shape: tuple[int, int], room: Room) -> tuple[tuple[int, 
             bounds = (*range(0, nt, rows), nt)
         piece = 16 * longest_of(bounds) * width
         is_whole = len(bounds) == 2 or width == nx // 2 + 1
-        if is_whole or piece >= _GOOD_PIECE or task == room.task:
+        if is_whole or piece >= _GOOD_PIECE or task == worker.task:
             break
-        task = min(room.task, 2 * task)
+        task = min(worker.task, 2 * task)
     if not is_whole and piece < _LEAST_PIECE:
         raise ValueError(
-            f"memory: expected more than {shown(room.limit)} a worker: {shown(16 * nt * (nx // 2 + 1))} "
-            f"between both halves would be in pieces of {piece} bytes, each a file"
+            f"memory: expected more than {shown(worker.limit)} a worker: "
+            f"{shown(16 * nt * (nx // 2 + 1))} between both halves would be in pieces of {piece} bytes, "
+            "each a file"
         )
     return bounds, width
 

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import os
 from dataclasses import dataclass
 from fractions import Fraction
 from itertools import pairwise
@@ -185,15 +184,3 @@ def first_bytes(rows: int, nx: int) -> int:
 def second_bytes(nt: int, width: int) -> int:
     """Memory of a task of the second half."""
     return nt * (SECOND * width + RECORD) + 2 * CHUNK
-
-
-def ready() -> int:
-    """Loads what tasks need, and says how much memory this process takes."""
-    import zarr
-
-    import wavecascade.fft
-
-    wavecascade.fft.r2c(np.zeros((8, 8)))
-    del zarr
-    with open("/proc/self/statm") as file:
-        return int(file.read().split()[1]) * os.sysconf("SC_PAGE_SIZE")

@@ -16,7 +16,7 @@ import numpy.typing as npt
 
 from wavecascade._arrays.axes import Axes, placed
 from wavecascade._keywords.words import Progress
-from wavecascade._large.blocks import Room, blocks, bytes_read, identity_of, longest_of, source_of
+from wavecascade._large.blocks import blocks, bytes_read, identity_of, longest_of, source_of
 from wavecascade._large.halves import (
     CHUNK,
     Job,
@@ -28,6 +28,7 @@ from wavecascade._large.halves import (
 )
 from wavecascade._large.store import Journal, Task, differing, run_each, shown
 from wavecascade._large.windows import sum_of, window
+from wavecascade._large.workers import WorkerMemory
 from wavecascade._native import version
 
 Array = npt.NDArray[Any]
@@ -44,7 +45,7 @@ class SpacetimePlan:
     axes: Axes
     source: Any
     scaling: str
-    room: Room
+    worker: WorkerMemory
     parseval_factor: float
     identity: dict[str, Any]
     bytes_read: int
@@ -81,7 +82,7 @@ class SpacetimePlan:
         rows = longest_of(self.job.bounds)
         nt, nx = self.job.shape
         task = max(first_bytes(rows, nx), second_bytes(nt, self.job.wavenumbers))
-        return self.room.overhead + self.room.at_once * task
+        return self.worker.overhead + self.worker.at_once * task
 
     def __str__(self) -> str:
         nt, nx = self.job.shape
@@ -96,8 +97,8 @@ class SpacetimePlan:
             f"  2. along t    {second} tasks of {self.job.wavenumbers} wavenumbers  "
             f"read {shown(self.bytes_between)}, write {shown(self.bytes_written)}",
             f"  moved         {shown(self.bytes_read + 2 * self.bytes_between + self.bytes_written)}",
-            f"  memory        {shown(self.peak_bytes)} of a worker's {shown(self.room.limit)}, "
-            f"{shown(self.room.overhead)} of it Python's",
+            f"  memory        {shown(self.peak_bytes)} of a worker's {shown(self.worker.limit)}, "
+            f"{shown(self.worker.overhead)} of it Python's",
             f"  disk          {shown(self.bytes_between + self.bytes_written)} in {self.job.store}, "
             f"{shown(self.bytes_written)} once it is done",
         ]
@@ -313,14 +314,14 @@ def plan_spacetime(
     if nt < 2 or nx < 2:
         raise ValueError(f"field: expected at least 2 times and 2 sites, found {nt} and {nx}")
     samples: Any = found.samples if source is None else source
-    room = Room.of(pool, memory, at_once)
-    bounds, width = blocks(samples, (nt, nx), room)
+    worker = WorkerMemory.of(pool, memory, at_once)
+    bounds, width = blocks(samples, (nt, nx), worker)
     held = finished(Path(store)) or Journal.read(Path(store) / JOURNAL)[0]
     if held is not None and "bounds" in held:
         # Blocks that were begun are kept, if they fit.
         bounds, width = tuple(held["bounds"]), held["wavenumbers"]
     needed = max(first_bytes(longest_of(bounds), nx), second_bytes(nt, width))
-    room.check("the blocks that the store was begun with need", needed)
+    worker.check("the blocks that the store was begun with need", needed)
 
     weights = window(window_time, nt), window(window_space, nx)
     factor, total = _scale(scaling, weights, (nt, nx), found.axes)
@@ -343,7 +344,7 @@ def plan_spacetime(
         found.axes,
         samples,
         scaling,
-        room,
+        worker,
         total,
         identity,
         bytes_read(samples, bounds),

@@ -202,7 +202,7 @@ pub enum Command {
 fn in_parts() -> UnknownArgumentValueParser {
     UnknownArgumentValueParser::suggest(
         "an analysis is of whole records; averages over segments are made in parts by `cascade spectrum FIELD \
-         --part 3/64`, with `--along both` also over wavenumbers, and by `cascade coherence`",
+         --part 3/64`, with `--along both` also over wavenumbers, by `cascade coherence` and by `cascade bicoherence`",
     )
 }
 

@@ -4,7 +4,9 @@ use std::ops::Range;
 use std::path::PathBuf;
 
 use clap::Args;
-use wavecascade::estimates::{Bicoherence as Found, BicoherenceRequest, bicoherence};
+use wavecascade::estimates::{
+    Bicoherence as Found, BicoherenceRequest, Combined, DividedRequest, bicoherence,
+};
 use wavecascade::observer::Observer;
 use wavecascade::plot::{self, Figure, Style};
 use wavecascade::report::{
@@ -13,7 +15,9 @@ use wavecascade::report::{
 use wavecascade::{Error, Field};
 
 use crate::estimate::{Computation, Estimate, EstimateArgs, Typed};
+use crate::failure::Failure;
 use crate::parse;
+use crate::parts::{self, InParts, PartArgs};
 use crate::terminal::{self, Lines, number};
 use crate::triple_args::TripleArgs;
 
@@ -22,7 +26,7 @@ use crate::triple_args::TripleArgs;
 pub struct Bicoherence {
     /// File with the field; several, or patterns such as `'shot*.npy'`, are repeated records (shots) of the
     /// same sites, which are averaged.
-    #[arg(required = true, value_name = "FIELD")]
+    #[arg(required_unless_present = "merge", value_name = "FIELD")]
     pub fields: Vec<PathBuf>,
 
     /// Index of the site of the two frequencies that are added.
@@ -44,6 +48,8 @@ pub struct Bicoherence {
     #[command(flatten)]
     pub averages: TripleArgs,
     #[command(flatten)]
+    pub parts: PartArgs,
+    #[command(flatten)]
     pub estimate: EstimateArgs,
 }
 
@@ -63,29 +69,48 @@ impl Typed for Bicoherence {
     }
 
     fn computation(&self) -> Result<impl Computation<Found>, Error> {
-        let request = BicoherenceRequest {
+        Ok(|fields: &[&Field], observer: &dyn Observer| {
+            let n_sites = fields.first().map_or(0, |field| field.n_sites());
+            bicoherence(fields, &self.request(n_sites), observer)
+        })
+    }
+}
+
+impl InParts for Bicoherence {
+    fn parts(&self) -> &PartArgs {
+        &self.parts
+    }
+
+    fn divided(&self, n_sites: usize) -> Result<DividedRequest, Error> {
+        Ok(self.request(n_sites).into())
+    }
+}
+
+impl Bicoherence {
+    fn request(&self, n_sites: usize) -> BicoherenceRequest {
+        let along = self.along.clone().unwrap_or(0..n_sites);
+        BicoherenceRequest {
             site: self.site,
             output: self.output,
-            along: Vec::new(),
+            along: match self.every {
+                0 => Vec::new(),
+                every => along.step_by(every).collect(),
+            },
             averaging: self.averages.averaging(),
             gaps: self.averages.gaps.into(),
             alpha: self.averages.significance,
             threads: self.estimate.threads(),
             memory: self.averages.memory,
-        };
-        Ok(move |fields: &[&Field], observer: &dyn Observer| {
-            let all = 0..fields.first().map_or(0, |field| field.n_sites());
-            let along = self.along.clone().unwrap_or(all);
-            let request = BicoherenceRequest {
-                along: match self.every {
-                    0 => Vec::new(),
-                    every => along.step_by(every).collect(),
-                },
-                ..request
-            };
-            bicoherence(fields, &request, observer)
-        })
+        }
     }
+}
+
+/// Runs the command, or a part of it.
+pub fn run(typed: &Bicoherence) -> Result<(), Failure> {
+    parts::run(typed, |found| match found {
+        Combined::Bicoherence(found) => Some(*found),
+        _ => None,
+    })
 }
 
 impl Estimate for Found {

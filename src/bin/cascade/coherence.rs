@@ -16,10 +16,10 @@ use wavecascade::report::{
 use wavecascade::{Error, Field};
 
 use crate::args::{DetrendArg, GapsArg};
-use crate::estimate::{self, Computation, Estimate, EstimateArgs, Typed};
+use crate::estimate::{Computation, Estimate, EstimateArgs, Typed};
 use crate::failure::Failure;
 use crate::parse;
-use crate::parts::{self, PartArgs};
+use crate::parts::{self, InParts, PartArgs};
 use crate::terminal::{self, Lines, number};
 
 /// What `cascade coherence` takes.
@@ -123,12 +123,17 @@ impl Typed for Coherence {
     }
 }
 
-impl Coherence {
-    /// What is summed in parts.
-    pub fn divided(&self) -> DividedRequest {
-        self.request().into()
+impl InParts for Coherence {
+    fn parts(&self) -> &PartArgs {
+        &self.parts
     }
 
+    fn divided(&self, _n_sites: usize) -> Result<DividedRequest, Error> {
+        Ok(self.request().into())
+    }
+}
+
+impl Coherence {
     fn request(&self) -> CoherenceRequest {
         CoherenceRequest {
             reference: self.reference,
@@ -143,20 +148,10 @@ impl Coherence {
 
 /// Runs the command, or a part of it.
 pub fn run(typed: &Coherence) -> Result<(), Failure> {
-    if !typed.parts.merge.is_empty() {
-        let how = (&typed.estimate, typed.averages.memory);
-        return parts::merge(&typed.parts.merge, how, |found| match found {
-            Combined::Coherence(found) => Some(*found),
-            _ => None,
-        });
-    }
-    match typed.parts.part {
-        Some(part) => {
-            let part = ("coherence", &typed.divided(), part);
-            parts::write(&typed.fields, &typed.estimate, typed.averages.memory, part)
-        }
-        None => estimate::run(typed),
-    }
+    parts::run(typed, |found| match found {
+        Combined::Coherence(found) => Some(*found),
+        _ => None,
+    })
 }
 
 impl Estimate for Found {

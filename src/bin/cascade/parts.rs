@@ -15,7 +15,7 @@ use wavecascade::report::{
 
 use crate::analyze::{named_after, use_threads};
 use crate::budget::command;
-use crate::estimate::{self, Estimate, EstimateArgs};
+use crate::estimate::{self, Estimate, EstimateArgs, Typed};
 use crate::failure::Failure;
 use crate::progress::Progress;
 use crate::terminal::{self, Lines};
@@ -49,6 +49,17 @@ fn part(text: &str) -> Result<Part, String> {
     }
 }
 
+/// What is typed of an estimate that is summed in parts.
+pub trait InParts: Typed {
+    fn parts(&self) -> &PartArgs;
+
+    /// What is summed, of fields with so many sites.
+    ///
+    /// # Errors
+    /// For options that contradict themselves.
+    fn divided(&self, n_sites: usize) -> Result<DividedRequest, Error>;
+}
+
 /// The archive of a partial result.
 const FILE: &str = "part.npz";
 
@@ -61,19 +72,33 @@ struct PartSummary<'a> {
     about: &'a PartialAbout,
 }
 
-/// Sums a part, and writes it.
-pub fn write(
-    fields: &[PathBuf],
-    typed: &EstimateArgs,
-    memory: Option<u64>,
-    (name, request, part): (&str, &DividedRequest, Part),
+/// Runs a command, a part of it, or makes the result of all parts, which `choose` picks if it is that of the
+/// command.
+pub fn run<T: InParts>(
+    typed: &T,
+    choose: impl FnOnce(Combined) -> Option<T::Found>,
 ) -> Result<(), Failure> {
+    let PartArgs { part, merge: all } = typed.parts();
+    match part {
+        _ if !all.is_empty() => merge(all, (typed.shared(), typed.memory()), choose),
+        Some(part) => write(typed, *part),
+        None => estimate::run(typed),
+    }
+}
+
+/// Sums a part, and writes it.
+pub fn write<T: InParts>(typed: &T, part: Part) -> Result<(), Failure> {
+    let (memory, name) = (typed.memory(), T::Found::COMMAND);
+    let (command_line, fields) = (typed, typed.fields());
+    let typed = typed.shared();
     let ending = format!("-{name}-{}-of-{}", part.number, part.of);
     let (paths, out) = estimate::begin(fields, typed, |first| named_after(first, "npy", &ending))?;
     let progress = Progress::new(!typed.how.quiet && std::io::stderr().is_terminal());
     let fields = estimate::open(&paths, typed, memory, [false, false])?;
     let all: Vec<_> = fields.iter().collect();
-    let sums = partial(&all, request, part, &progress).map_err(|error| error.of_file(&paths[0]))?;
+    let request = command_line.divided(all.first().map_or(0, |field| field.n_sites()))?;
+    let sums =
+        partial(&all, &request, part, &progress).map_err(|error| error.of_file(&paths[0]))?;
     let opened: Vec<FileState> = all.iter().filter_map(|field| field.file_state()).collect();
     drop(fields);
     progress.begin_writing();

@@ -19,7 +19,7 @@ use crate::coherence::{AverageArgs, gaps_line, gaps_warning};
 use crate::estimate::{self, Computation, Estimate, EstimateArgs, Typed};
 use crate::failure::Failure;
 use crate::parse;
-use crate::parts::{self, PartArgs};
+use crate::parts::{self, InParts, PartArgs};
 use crate::spacetime::SpaceTime;
 use crate::terminal::{self, Lines, number};
 
@@ -154,19 +154,6 @@ impl Spectrum {
         })
     }
 
-    /// What is summed in parts, which have no jackknife.
-    pub fn divided(&self) -> Result<DividedRequest, Error> {
-        if self.is_both() {
-            self.check()?;
-            return Ok(self.of_both().into());
-        }
-        let request = SpectrumRequest {
-            has_jackknife: false,
-            ..self.request()?
-        };
-        Ok(request.into())
-    }
-
     /// That options of one axis are not typed for another.
     pub fn check(&self) -> Result<(), Error> {
         let is_both = self.is_both();
@@ -227,14 +214,32 @@ impl Typed for Spectrum {
     }
 }
 
+impl InParts for Spectrum {
+    fn parts(&self) -> &PartArgs {
+        &self.parts
+    }
+
+    /// Parts have no jackknife.
+    fn divided(&self, _n_sites: usize) -> Result<DividedRequest, Error> {
+        if self.is_both() {
+            self.check()?;
+            return Ok(self.of_both().into());
+        }
+        let request = SpectrumRequest {
+            has_jackknife: false,
+            ..self.request()?
+        };
+        Ok(request.into())
+    }
+}
+
 /// Runs the command, or a part of it.
 pub fn run(typed: Spectrum) -> Result<(), Failure> {
     if !typed.parts.merge.is_empty() {
         return merge(&typed);
     }
     if let Some(part) = typed.parts.part {
-        let part = ("spectrum", &typed.divided()?, part);
-        return parts::write(&typed.fields, &typed.estimate, typed.averages.memory, part);
+        return parts::write(&typed, part);
     }
     match typed.is_both() {
         true => estimate::run(&SpaceTime(typed)),

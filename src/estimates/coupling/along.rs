@@ -1,13 +1,16 @@
 //! Bicoherence of chosen sites along x: of each output frequency its largest and its sum.
 
+use std::ops::Range;
+
 use ndarray::Array2;
 
-use super::bicoherence::{Pass, sidak};
+use super::bicoherence::sidak;
+use super::pass::{Pass, Scratch, Steadiness};
+use super::products::TripleSums;
 use super::spectra::Spectra;
-use super::triples::{TripleSums, Triples};
-use crate::error::Result;
+use super::triples::Triples;
 use crate::estimates::realisations::{
-    Independence, Records, SegmentScratch, Shot, TOGETHER, steadiness,
+    Independence, Portion, Realisations, RecordTree, Records, Shot, Sums, TOGETHER,
 };
 
 /// Own bicoherence of sites, gathered at `f3 = f1 + f2`. Arrays are `(frequency f3, site)`, NaN where there is
@@ -44,19 +47,19 @@ impl BicoherenceAlong {
     }
 }
 
-/// The work of a tile of sites.
-#[derive(Default, Clone)]
-struct TileWork {
-    /// Of each chosen site of the tile, while shots are added.
-    sums: Vec<TripleSums>,
-    steady: Vec<f64>,
-    /// Columns of the result.
+/// Sums of the chosen sites of a tile.
+#[derive(Default)]
+pub(super) struct TileSums {
+    pub steadiness: Steadiness,
+    /// Of each chosen site.
+    pub products: Vec<RecordTree>,
+    /// Of each chosen site, once all its records are summed.
     found: Vec<Vec<Found>>,
 }
 
 /// Of one output frequency.
 #[derive(Debug, Clone, Copy)]
-struct Found {
+pub(super) struct Found {
     largest: f64,
     cell: usize,
     first: usize,
@@ -65,88 +68,94 @@ struct Found {
     pairs: usize,
 }
 
-/// Sums along x, while shots are added.
-pub(super) struct Along<'a> {
-    pass: &'a Pass<'a>,
-    triples: &'a Triples,
-    tiles: Vec<TileWork>,
+impl TileSums {
+    /// Of so many chosen sites of which nothing but zeros is known, counted as steady.
+    pub fn silent(chosen: usize) -> TileSums {
+        TileSums {
+            steadiness: Steadiness::silent(),
+            products: Vec::new(),
+            found: vec![Vec::new(); chosen],
+        }
+    }
+
+    /// What is found at each chosen site, in place of its sums, which are returned.
+    pub fn gather(&mut self, pass: &Pass<'_>) -> Vec<Sums> {
+        let mut free = Vec::new();
+        for tree in self.products.drain(..) {
+            let total = pass.total(tree, &pass.own);
+            self.found.push(gathered(&pass.own, &total));
+            free.push(total);
+        }
+        free
+    }
 }
 
-impl<'a> Along<'a> {
-    pub fn new(pass: &'a Pass<'a>, triples: &'a Triples) -> Along<'a> {
-        let tiles = match pass.request.along.is_empty() {
-            true => Vec::new(),
-            false => vec![TileWork::default(); pass.shots.tiles()],
+/// Bytes of the arrays, and of what they are made of, at so many sites.
+pub(super) fn bytes(realisations: &Realisations, sites: usize) -> [u64; 2] {
+    let arrays = 6 * size_of::<f64>() * realisations.bins();
+    let found = size_of::<Found>() * realisations.bins();
+    [arrays, found].map(|bytes| (bytes * sites) as u64)
+}
+
+impl Pass<'_> {
+    /// The chosen sites among these.
+    pub fn chosen(&self, sites: &Range<usize>) -> &[usize] {
+        let along = &self.request.along;
+        let before = |end: usize| along.partition_point(|site| *site < end);
+        &along[before(sites.start)..before(sites.end)]
+    }
+
+    /// Adds a portion of a shot to the sums of a tile.
+    pub fn add_tile(
+        &self,
+        scratch: &mut Scratch,
+        (shot, portion): (&Shot<'_>, &Portion),
+        (sites, records): (Range<usize>, Records<'_>),
+        tile: &mut TileSums,
+    ) {
+        let chosen = self.chosen(&sites);
+        if chosen.is_empty() {
+            return;
+        }
+        let some: Vec<f64>;
+        let records = match chosen.len() == sites.len() {
+            true => records,
+            false => {
+                let chosen = chosen.iter().map(|site| records.record(site - sites.start));
+                some = chosen.collect::<Vec<_>>().concat();
+                Records::one_after_another(&some, records.length())
+            }
         };
-        Along {
-            pass,
-            triples,
-            tiles,
+        self.add_steadiness(
+            scratch,
+            (shot, portion),
+            (chosen, records),
+            &mut tile.steadiness,
+        );
+        let segments = &mut scratch.segments;
+        let spectra = Spectra::of(self.realisations, portion, records, shot.scale, segments);
+        tile.products.resize_with(chosen.len(), RecordTree::default);
+        for (tree, spectra) in tile.products.iter_mut().zip(&spectra) {
+            let into = (tree, &mut scratch.free);
+            self.add_products(&self.own, portion, [spectra, spectra], into);
         }
     }
 
-    /// Adds a shot.
-    ///
-    /// # Errors
-    /// [`crate::Error::Cancelled`].
-    pub fn add(&mut self, shot: &Shot<'_>, is_last: bool) -> Result<()> {
-        if self.tiles.is_empty() {
-            return Ok(());
-        }
-        let (pass, triples) = (self.pass, self.triples);
-        let one = TripleSums::zeros(triples);
-        let visit = |scratch: &mut SegmentScratch,
-                     sites: std::ops::Range<usize>,
-                     records: Records<'_>,
-                     work: &mut TileWork| {
-            let chosen = pass.request.along.iter().copied();
-            let chosen: Vec<usize> = chosen.filter(|site| sites.contains(site)).collect();
-            if chosen.is_empty() {
-                return;
-            }
-            let of: Vec<Vec<f64>> = chosen
-                .iter()
-                .map(|site| records.record(site - sites.start))
-                .collect();
-            let spectra = match chosen.len() == sites.len() {
-                true => Spectra::of(pass.realisations, records, shot.scale, scratch),
-                false => {
-                    let some = of.concat();
-                    let some = Records::one_after_another(&some, records.length());
-                    Spectra::of(pass.realisations, some, shot.scale, scratch)
-                }
-            };
-            work.steady.resize(chosen.len(), 0.0);
-            for (c, (record, spectra)) in of.iter().zip(&spectra).enumerate() {
-                work.steady[c] += steadiness(record);
-                if work.sums.len() <= c {
-                    work.sums.push(one.clone());
-                }
-                work.sums[c].add(triples, spectra, spectra);
-                if is_last {
-                    work.found.push(gathered(triples, &work.sums[c]));
-                    work.sums[c] = TripleSums::default();
-                }
-            }
-        };
-        shot.each_tile("bispectra", &mut self.tiles, visit)
-    }
-
-    pub fn finish(self) -> BicoherenceAlong {
-        let sites = self.pass.request.along.clone();
-        let columns: Vec<(&Vec<Found>, Independence)> = self
-            .tiles
-            .iter()
-            .flat_map(|work| work.found.iter().zip(&work.steady))
-            .map(|(found, steady)| {
-                let steady = steady / self.pass.shots.count() as f64;
-                (found, self.pass.independence(steady))
+    /// What was found along x.
+    pub fn along(&self, tiles: Vec<TileSums>) -> BicoherenceAlong {
+        let sites = self.request.along.clone();
+        let columns: Vec<(Vec<Found>, Independence)> = tiles
+            .into_iter()
+            .flat_map(|tile| {
+                let steadiness = tile.steadiness.of_sites();
+                tile.found.into_iter().zip(steadiness)
             })
+            .map(|(found, steadiness)| (found, self.independence(steadiness)))
             .collect();
-        let alpha = self.pass.request.alpha;
-        let bins = self.pass.realisations.bins();
-        let df = 1.0 / (self.pass.realisations.segments.length as f64 * self.pass.step);
-        let spread = self.pass.spread_of_pairs();
+        let alpha = self.request.alpha;
+        let bins = self.realisations.bins();
+        let df = 1.0 / (self.realisations.segments.length as f64 * self.grid.time.step);
+        let spread = self.spread_of_pairs();
         let array = |of: &dyn Fn(&Found, &Independence) -> f64| {
             Array2::from_shape_fn((bins, sites.len()), |(m, j)| {
                 let (found, independence) = &columns[j];
@@ -172,9 +181,7 @@ impl<'a> Along<'a> {
             sites,
         }
     }
-}
 
-impl Pass<'_> {
     /// Sum of the squared correlations of a pair with all others of the same sum: 1 without a taper.
     fn spread_of_pairs(&self) -> f64 {
         let beside = (1..TOGETHER).map(|lag| self.realisations.bin_correlation(lag).powi(2));
@@ -183,7 +190,8 @@ impl Pass<'_> {
 }
 
 /// The largest and the sum at each output frequency.
-fn gathered(triples: &Triples, sums: &TripleSums) -> Vec<Found> {
+fn gathered(triples: &Triples, sums: &Sums) -> Vec<Found> {
+    let sums = TripleSums::of(triples, sums);
     let nothing = Found {
         largest: f64::NAN,
         cell: 0,
@@ -193,9 +201,9 @@ fn gathered(triples: &Triples, sums: &TripleSums) -> Vec<Found> {
         pairs: 0,
     };
     let mut all = vec![nothing; triples.last + 1];
-    let powers = sums.largest_powers();
+    let scale = sums.scale();
     for (cell, bins) in triples.bins().enumerate() {
-        let b = sums.bicoherence(cell, bins, powers);
+        let b = sums.bicoherence(cell, bins, &scale);
         let found = &mut all[bins[2] as usize];
         if b.is_nan() {
             continue;

@@ -1,21 +1,20 @@
 //! Bicoherence: coupling of three frequencies, at a site, between two sites and along x.
 
-use super::along::{Along, BicoherenceAlong};
-use super::spectra::{Spectra, last_bin};
-use super::triples::{TripleSums, Triples};
+use super::along::BicoherenceAlong;
+use super::pass::Pass;
+use super::spectra::last_bin;
 use crate::error::{Error, Result};
+use crate::estimates::parts::Divided;
 use crate::estimates::realisations::{
-    Averaging, Independence, Realisations, Records, SegmentScratch, Shot, Shots, TOGETHER, Tapers,
-    first_of, steadiness,
+    Averaging, Grid, Independence, Realisations, Shots, Tapers, first_of,
 };
 use crate::field::{Axis, Field};
 use crate::observer::Observer;
 use crate::prepare::Gaps;
 use crate::system::threads::in_pool;
-use crate::transform::{RecordTransform, frequencies};
 
 /// All choices of [`bicoherence`].
-#[derive(Debug, Clone, PartialEq)]
+#[derive(Debug, Clone, PartialEq, serde::Serialize, serde::Deserialize)]
 pub struct BicoherenceRequest {
     /// Index of the site of the two frequencies whose sum or difference is taken.
     pub site: usize,
@@ -29,8 +28,10 @@ pub struct BicoherenceRequest {
     /// Probability by which a level is exceeded by chance.
     pub alpha: f64,
     /// Worker threads; `None`: one a core.
+    #[serde(skip)]
     pub threads: Option<usize>,
     /// Bytes of working memory; `None`: half of the free memory.
+    #[serde(skip)]
     pub memory: Option<u64>,
 }
 
@@ -208,34 +209,71 @@ pub fn bicoherence(
     observer: &dyn Observer,
 ) -> Result<Bicoherence> {
     let first = first_of(fields)?;
-    check(first, request)?;
-    let averaging = with_segment(&request.averaging, first.n_times(), 32);
-    let all = Realisations::new(&averaging, first.n_times())?;
-    let reached = all.reached();
-    let shots = Shots::new(fields, request.gaps, request.memory, reached, observer)?;
-    let needed = [request.site, request.output.unwrap_or(request.site)];
+    let grid = Grid::of(first);
+    let all = request.plan(&grid)?;
+    let (memory, reached) = (request.memory, all.reached());
+    let shots = Shots::new(fields, request.gaps, memory, reached, observer)?;
+    let needed = [request.site, request.output()];
     let needed = needed.iter().chain(&request.along);
     let needed: Vec<(usize, usize)> = needed.map(|site| (*site, 0)).collect();
     let realisations = match shots.whole_segments(all.segments, &needed)? {
         Some(kept) => all.keeping(kept)?,
         None => all,
     };
-    let length = realisations.segments.length;
-    if fields.len() * realisations.count() < 2 {
-        let expected = "at least two realisations: shorter segments, or several fields";
-        return refuse("segment", expected, "one segment of one field");
+    check_count(fields.len() * realisations.count())?;
+    in_pool(request.threads, || {
+        Pass::new(request, &grid, &realisations, fields.len()).run(&shots)
+    })
+}
+
+/// That there are two realisations at least.
+pub(super) fn check_count(realisations: usize) -> Result<()> {
+    if realisations >= 2 {
+        return Ok(());
     }
-    let pass = Pass {
-        shots,
-        request,
-        realisations: &realisations,
-        step: first.time.step,
-    };
-    if last_bin(length) < 2 * pass.least_distance() {
-        let expected = "more samples, for one triple of frequencies";
-        return refuse("segment", expected, length);
+    let expected = "at least two realisations: shorter segments, or several fields";
+    refuse("segment", expected, "one segment of one field")
+}
+
+impl BicoherenceRequest {
+    /// Index of the site of the third frequency.
+    pub fn output(&self) -> usize {
+        self.output.unwrap_or(self.site)
     }
-    in_pool(request.threads, || pass.run(first))
+
+    /// The realisations of a record, of which a triple can be made.
+    pub(super) fn realisations(&self, grid: &Grid) -> Result<Realisations> {
+        self.check(grid.sites)?;
+        let averaging = with_segment(&self.averaging, grid.times, 32);
+        let all = Realisations::new(&averaging, grid.times)?;
+        let length = all.segments.length;
+        if last_bin(length) < 2 * all.least_distance() {
+            let expected = "more samples, for one triple of frequencies";
+            return refuse("segment", expected, length);
+        }
+        Ok(all)
+    }
+
+    fn check(&self, n_sites: usize) -> Result<()> {
+        let a_site = format!("a site from 0 to {}", n_sites - 1);
+        if self.site >= n_sites {
+            return refuse("site", a_site, self.site);
+        }
+        if self.output() >= n_sites {
+            return refuse("output", a_site, self.output());
+        }
+        if let Some(site) = self.along.iter().find(|site| **site >= n_sites) {
+            return refuse("along", a_site, site);
+        }
+        if self.along.windows(2).any(|pair| pair[0] >= pair[1]) {
+            return refuse("along", "sites in ascending order", "others");
+        }
+        if !(self.alpha > 0.0 && self.alpha < 1.0) {
+            let expected = "a probability between 0 and 1";
+            return refuse("significance", expected, self.alpha);
+        }
+        only_one_window(&self.averaging)
+    }
 }
 
 pub(super) fn refuse<T>(
@@ -262,28 +300,6 @@ fn with_segment(averaging: &Averaging, record: usize, part: usize) -> Averaging 
     }
 }
 
-fn check(first: &Field, request: &BicoherenceRequest) -> Result<()> {
-    let n_sites = first.n_sites();
-    let a_site = format!("a site from 0 to {}", n_sites - 1);
-    if request.site >= n_sites {
-        return refuse("site", a_site, request.site);
-    }
-    if let Some(output) = request.output.filter(|output| *output >= n_sites) {
-        return refuse("output", a_site, output);
-    }
-    if let Some(site) = request.along.iter().find(|site| **site >= n_sites) {
-        return refuse("along", a_site, site);
-    }
-    if request.along.windows(2).any(|pair| pair[0] >= pair[1]) {
-        return refuse("along", "sites in ascending order", "others");
-    }
-    if !(request.alpha > 0.0 && request.alpha < 1.0) {
-        let expected = "a probability between 0 and 1";
-        return refuse("significance", expected, request.alpha);
-    }
-    only_one_window(&request.averaging)
-}
-
 /// # Errors
 /// [`Error::Request`] for several tapers.
 pub(super) fn only_one_window(averaging: &Averaging) -> Result<()> {
@@ -294,186 +310,5 @@ pub(super) fn only_one_window(averaging: &Averaging) -> Result<()> {
             "one window: products of three transforms vanish under tapers of odd order",
             "several tapers",
         ),
-    }
-}
-
-pub(super) struct Pass<'a> {
-    pub shots: Shots<'a>,
-    pub request: &'a BicoherenceRequest,
-    pub realisations: &'a Realisations,
-    /// Between two samples.
-    pub step: f64,
-}
-
-impl Pass<'_> {
-    fn run(&self, first: &Field) -> Result<Bicoherence> {
-        let last = last_bin(self.realisations.segments.length);
-        let (site, output) = (
-            self.request.site,
-            self.request.output.unwrap_or(self.request.site),
-        );
-        let least = self.least_distance();
-        let triples = match site == output {
-            true => Triples::of_one(last, least),
-            false => Triples::of_two(last, least),
-        };
-        let own = Triples::of_one(last, least);
-        let mut along = Along::new(self, &own);
-        let block = self.shots.block(
-            "the bispectra of this field",
-            self.held(first, &triples, &own),
-        )?;
-        let mut sums = TripleSums::zeros(&triples);
-        let mut steady = 0.0;
-        let mut seen = 0;
-        self.shots.each(block, |shot| {
-            steady += self.add(shot, [site, output], &triples, &mut sums);
-            seen += 1;
-            along.add(shot, seen == self.shots.count())
-        })?;
-        let of_record = steady / self.shots.count() as f64;
-        Ok(self.finish(first, &triples, &sums, of_record, along))
-    }
-
-    /// Bytes that are needed beside the samples.
-    fn held(&self, field: &Field, triples: &Triples, own: &Triples) -> u64 {
-        let length = self.realisations.segments.length;
-        let spectra = Spectra::bytes(self.realisations);
-        let threads = rayon::current_num_threads() as u64;
-        let together = TOGETHER as u64;
-        let scratch = RecordTransform::<f64>::working_bytes(length, length, TOGETHER);
-        let tile = together * (16 * field.n_times() as u64 + spectra) + scratch;
-        let chosen = self.request.along.len() as u64;
-        let results = 4 * 8 * chosen * (own.last as u64 + 1) * 2;
-        let sums = match self.shots.count() {
-            1 => threads.min(chosen),
-            _ => chosen,
-        };
-        TripleSums::bytes(triples)
-            + 40 * triples.cells() as u64
-            + 2 * spectra
-            + sums * TripleSums::bytes(own)
-            + results
-            + threads * tile
-    }
-
-    /// Adds a shot to the map; returns how steady the less steady of the two records is.
-    fn add(
-        &self,
-        shot: &Shot<'_>,
-        [site, output]: [usize; 2],
-        triples: &Triples,
-        sums: &mut TripleSums,
-    ) -> f64 {
-        let mut scratch = SegmentScratch::default();
-        let mut of = |site: usize| {
-            let record = shot.record(site);
-            let one = Records::interleaved(&record, 1);
-            let spectra = Spectra::of(self.realisations, one, shot.scale, &mut scratch);
-            (spectra, steadiness(&record))
-        };
-        let (x, steady) = of(site);
-        if site == output {
-            sums.add(triples, &x[0], &x[0]);
-            return steady;
-        }
-        let (z, other) = of(output);
-        sums.add(triples, &x[0], &z[0]);
-        steady.min(other)
-    }
-
-    /// Bins from which on two are nearly independent under the window: 1 without a taper, 2 of a Hann window.
-    pub fn least_distance(&self) -> usize {
-        let realisations = self.realisations;
-        let far = |distance: &usize| realisations.bin_correlation(*distance) < 0.1;
-        (1..realisations.bins())
-            .find(far)
-            .unwrap_or(realisations.bins())
-    }
-
-    /// The number of independent realisations of records so steady.
-    pub fn independence(&self, steady: f64) -> Independence {
-        let realisations = self.realisations;
-        Independence::new(
-            [self.shots.count(), realisations.segment_count(), 1],
-            realisations.effective_products(3),
-            steady,
-        )
-    }
-
-    fn finish(
-        &self,
-        field: &Field,
-        triples: &Triples,
-        sums: &TripleSums,
-        steady: f64,
-        along: Along<'_>,
-    ) -> Bicoherence {
-        let segments = self.realisations.segments;
-        let powers = sums.largest_powers();
-        let cells = triples.bins().enumerate();
-        let (bicoherence, biphase) = cells
-            .map(|(cell, bins)| sums.cell(cell, bins, powers))
-            .unzip();
-        Bicoherence {
-            frequency: frequencies(segments.length, field.time.step),
-            time: field.time.clone(),
-            space: field.space.clone(),
-            site: self.request.site,
-            output: self.request.output.unwrap_or(self.request.site),
-            segment: [segments.length, segments.length - segments.hop],
-            independence: self.independence(steady),
-            alpha: self.request.alpha,
-            map: BicoherenceMap {
-                bins: triples.bins().collect(),
-                bicoherence,
-                biphase,
-            },
-            along: along.finish(),
-        }
-    }
-}
-
-/// Power of a bin over that of the strongest, below which it holds only rounding.
-pub(super) const LEAST_POWER: f64 = 1e-24;
-
-impl TripleSums {
-    /// The largest power of a bin of the first and of the third kind. Bin 0 has none left once its mean is
-    /// removed, and is in no triple.
-    pub(super) fn largest_powers(&self) -> [f64; 2] {
-        [&self.first, &self.third].map(|powers| powers[1..].iter().fold(0.0, |m: f64, p| m.max(*p)))
-    }
-
-    /// Bicoherence and biphase of a cell, NaN where a bin has no power.
-    pub(super) fn cell(&self, cell: usize, bins: [isize; 3], largest: [f64; 2]) -> (f64, f64) {
-        let bicoherence = self.bicoherence(cell, bins, largest);
-        match bicoherence.is_nan() {
-            true => (f64::NAN, f64::NAN),
-            false => (bicoherence, self.biphase(cell)),
-        }
-    }
-
-    /// Bicoherence of a cell, NaN where a bin has no power.
-    pub(super) fn bicoherence(
-        &self,
-        cell: usize,
-        [first, second, third]: [isize; 3],
-        largest: [f64; 2],
-    ) -> f64 {
-        let [first, second, third] = [first, second, third].map(isize::unsigned_abs);
-        let least = self.first[first].min(self.first[second]);
-        let is_known =
-            least > LEAST_POWER * largest[0] && self.third[third] > LEAST_POWER * largest[1];
-        if !is_known {
-            return f64::NAN;
-        }
-        let (re, im) = (self.re[cell], self.im[cell]);
-        let bound = self.pairs[cell] * self.third[third];
-        ((re * re + im * im) / bound).min(1.0)
-    }
-
-    /// Phase of the sum of a cell.
-    pub(super) fn biphase(&self, cell: usize) -> f64 {
-        self.im[cell].atan2(self.re[cell])
     }
 }

@@ -4,6 +4,8 @@ mod along;
 mod bicoherence;
 mod fit;
 mod found;
+mod pass;
+mod products;
 mod spectra;
 mod transfer;
 mod triples;

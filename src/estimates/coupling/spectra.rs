@@ -1,6 +1,8 @@
 //! The transforms of all realisations of a record, at hand.
 
-use crate::estimates::realisations::{Realisations, Records, SegmentScratch};
+use num_complex::Complex;
+
+use crate::estimates::realisations::{Portion, Realisations, Records, SegmentScratch};
 use crate::numeric::lanes::WIDTH;
 
 /// Transforms of one record below the Nyquist frequency, realisation by realisation.
@@ -33,16 +35,21 @@ pub(super) fn last_bin(length: usize) -> usize {
 }
 
 impl Spectra {
-    /// Of each of the records, multiplied by `scale`.
+    /// Of each of the records of a portion, multiplied by `scale`; of whole records, those that are kept.
     pub fn of(
         realisations: &Realisations,
+        portion: &Portion,
         records: Records<'_>,
         scale: f64,
         scratch: &mut SegmentScratch,
     ) -> Vec<Spectra> {
         let (bins, width) = (last_bin(realisations.segments.length) + 1, records.width());
         let stride = stride(bins);
-        let zeros = vec![0.0; stride * realisations.count()];
+        let (first, count) = match portion.is_whole {
+            true => (0, realisations.count()),
+            false => (portion.segments.start, portion.segments.len()),
+        };
+        let zeros = vec![0.0; stride * count];
         let mut found = vec![
             Spectra {
                 bins,
@@ -53,9 +60,9 @@ impl Spectra {
             };
             width
         ];
-        realisations.each(records, scratch, |r, spectra| {
+        let visit = |r: usize, spectra: &[Complex<f64>]| {
             for (c, one) in found.iter_mut().enumerate() {
-                let range = r * stride..r * stride + bins;
+                let range = (r - first) * stride..(r - first) * stride + bins;
                 let parts = one.re[range.clone()]
                     .iter_mut()
                     .zip(&mut one.im[range.clone()]);
@@ -66,14 +73,17 @@ impl Spectra {
                     (*re, *im, *power) = (x.re, x.im, x.norm_sqr());
                 }
             }
-        });
+        };
+        match portion.is_whole {
+            true => realisations.each(records, scratch, visit),
+            false => realisations.each_of(portion, records, scratch, visit),
+        }
         found
     }
 
-    /// Bytes of one record's, of segments of this length.
-    pub fn bytes(realisations: &Realisations) -> u64 {
-        let bins = last_bin(realisations.segments.length) + 1;
-        24 * (stride(bins) * realisations.count()) as u64
+    /// Bytes of so many realisations of one record, of segments of this length.
+    pub fn bytes(length: usize, count: usize) -> u64 {
+        24 * (stride(last_bin(length) + 1) * count) as u64
     }
 
     /// Sums of the power of each bin over all realisations, added to `sums`.

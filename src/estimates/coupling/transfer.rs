@@ -2,9 +2,10 @@
 
 use num_complex::Complex;
 
-use super::bicoherence::{LEAST_POWER, only_one_window, refuse};
+use super::bicoherence::{only_one_window, refuse};
 use super::fit::{Fit, OutputFit, Resamplings};
 use super::found::{OutputTransfer, PairTransfer, Transfer, TransferShares};
+use super::products::LEAST_POWER;
 use super::spectra::{Spectra, last_bin};
 use crate::error::{Error, Result};
 use crate::estimates::realisations::{
@@ -192,7 +193,9 @@ impl Pass<'_> {
         let mut records: Vec<[Spectra; 2]> = Vec::new();
         let mut steady = 0.0;
         let mut scratch = SegmentScratch::default();
-        let held = 2 * self.shots.count() as u64 * Spectra::bytes(self.realisations);
+        let whole = self.realisations.whole(0);
+        let (length, count) = (self.realisations.segments.length, self.realisations.count());
+        let held = 2 * self.shots.count() as u64 * Spectra::bytes(length, count);
         let block = self.shots.block("the transforms of two sites", held)?;
         let kept = self.realisations.segments.record;
         let unit = self.shots.each(block, |shot| {
@@ -201,7 +204,8 @@ impl Pass<'_> {
             steady += steadiness(input).min(steadiness(output));
             let mut of = |record: &[f64]| {
                 let record = Records::interleaved(record, 1);
-                let spectra = Spectra::of(self.realisations, record, shot.scale, &mut scratch);
+                let of = (self.realisations, &whole);
+                let spectra = Spectra::of(of.0, of.1, record, shot.scale, &mut scratch);
                 spectra.into_iter().next().unwrap_or_default()
             };
             records.push([of(input), of(output)]);

@@ -227,7 +227,7 @@ impl Combination {
                 let mut sums = shape.zeros();
                 sums.set(own);
                 if factor != 1.0 {
-                    sums.rescale(factor);
+                    of_each!(&self.about.request, it => it.rescale(&mut sums, factor, &self.realisations));
                 }
                 let node = TreeNode {
                     record: place.record,
@@ -264,6 +264,9 @@ impl Combination {
             }
             DividedRequest::SpaceTime(it) => {
                 Combined::SpaceTime(Box::new(it.combine(known, records, trees, unit)?))
+            }
+            DividedRequest::Bicoherence(it) => {
+                Combined::Bicoherence(Box::new(it.combine(known, records, trees, unit)?))
             }
         })
     }

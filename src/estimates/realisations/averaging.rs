@@ -379,6 +379,12 @@ impl Realisations {
         self.segments.length as f64 * fourths / cubes
     }
 
+    /// Bins from which on two are nearly independent under the window: 1 without a taper, 2 of a Hann window.
+    pub fn least_distance(&self) -> usize {
+        let is_far = |distance: &usize| self.bin_correlation(*distance) < 0.1;
+        (1..self.bins()).find(is_far).unwrap_or(self.bins())
+    }
+
     /// Correlation of the power of a bin with that of the bin `lag` beside it, of white noise under the first
     /// taper.
     pub fn bin_correlation(&self, lag: usize) -> f64 {

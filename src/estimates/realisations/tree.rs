@@ -160,13 +160,14 @@ impl Sums {
         self.blocks.last().map_or([0.0; WIDTH], |block| block.0)
     }
 
-    /// Multiplies the samples by a power of two.
-    pub fn rescale(&mut self, factor: f64) {
+    /// Multiplies the samples by a power of two, of which a plain sum has the power that `order` tells of its
+    /// block.
+    pub fn rescale(&mut self, factor: f64, order: impl Fn(usize) -> i32) {
         let squared = factor * factor;
         let scale = |block: &mut LaneBlock, by: f64| block.0.iter_mut().for_each(|v| *v *= by);
-        self.plain_mut()
-            .iter_mut()
-            .for_each(|block| scale(block, squared));
+        for (at, block) in self.plain_mut().iter_mut().enumerate() {
+            scale(block, factor.powi(order(at)));
+        }
         for [_, mean, squares] in self.pieces_mut() {
             scale(mean, factor);
             scale(squares, squared);
@@ -339,6 +340,11 @@ impl SegmentTree {
 
     pub fn close(&mut self) {
         self.0.join();
+    }
+
+    /// Adds a node whose leaves are known, which follows the last one.
+    pub fn push(&mut self, level: u32, index: usize, sums: Sums) {
+        self.0.push(level, index, sums);
     }
 
     /// The sums of the segment that was opened last.
