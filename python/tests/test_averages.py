@@ -354,3 +354,17 @@ def test_errors_of_averages(record):
     about, nodes, sums = parts[0].__reduce__()[1]
     with pytest.raises(ValueError, match="the sums over segments 0 and on"):
         wc.combine([wc.Partial(about, nodes, sums[:-1]), *parts[1:]])
+
+
+def test_combining_takes_the_memory_it_may(record):
+    tapers = {"along": "both", "multitaper": (3, 5), "space_multitaper": (2, 3)}
+    parts = list(blocks(record, [0, 7, 22], 128, 64, **tapers))
+    same_bits(wc.combine(parts, memory="300 MB"), wc.combine(parts))
+    same_bits(wc.combine(parts, memory=300_000_000), wc.combine(parts))
+    for memory in ("1 MB", 1_000_000):
+        with pytest.raises(
+            MemoryError, match="the result of these parts needs .* allowed are 976.57 KiB"
+        ):
+            wc.combine(parts, memory=memory)
+    with pytest.raises(ValueError, match='memory: expected a size such as 500MB or 2GiB, found "much"'):
+        wc.combine(parts, memory="much")

@@ -112,8 +112,8 @@ def combine(partials: Iterable[_native.Partial], *, memory: int | str | None = N
     partials
         Those of :func:`partial`, or of :meth:`Partial.load`.
     memory
-        Bytes, or a size such as ``"2 GB"``, that the partials and the result may take; by default half of the
-        free memory, beside the partials.
+        Bytes, or a size such as ``"2 GB"``, that the partials and the result may take; by default half of
+        the free memory, beside the partials.
 
     Returns
     -------
