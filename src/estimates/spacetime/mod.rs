@@ -1,6 +1,7 @@
 //! `S(k, f)` averaged over segments, records and tapers along both axes, with intervals.
 
 mod pass;
+mod totals;
 
 use std::f64::consts::TAU;
 
@@ -17,7 +18,8 @@ use crate::observer::Observer;
 use crate::prepare::{Detrend, Gaps, Window};
 use crate::system::threads::in_pool;
 use crate::transform::{fold, frequencies, wavenumbers_signed};
-use pass::{Pass, Totals};
+use pass::Pass;
+use totals::Totals;
 
 /// All choices of [`spacetime`].
 #[derive(Debug, Clone, PartialEq, serde::Serialize, serde::Deserialize)]
@@ -257,11 +259,11 @@ impl Divided for SpaceTimeRequest {
     }
 
     fn tiles(&self, grid: &Grid, realisations: &Realisations) -> Vec<(SumsShape, usize)> {
-        pass::tiles(grid, realisations, self.pairs())
+        totals::tiles(grid, realisations, self.pairs())
     }
 
     fn finishing(&self, (grid, realisations): (&Grid, &Realisations)) -> Finishing {
-        pass::finishing(grid, realisations, [self.space.count(), self.pairs()])
+        totals::finishing(grid, realisations, [self.space.count(), self.pairs()])
     }
 
     fn about_mean(&self) -> bool {
