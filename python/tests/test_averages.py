@@ -27,6 +27,8 @@ KINDS = [
     {"estimate": "coherence", "reference": 3},
     {"along": "both", "space_window": "hamming"},
     {"along": "both", "multitaper": (2, 3), "space_multitaper": (2, 2)},
+    {"estimate": "bicoherence", "site": 2, "every": 1},
+    {"estimate": "bicoherence", "site": 22, "output": 5, "along": "1:20", "every": 3},
 ]
 
 
@@ -41,8 +43,8 @@ def same_bits(found, expected) -> None:
 
 def whole_of(field, estimate="spectrum", **options):
     """The estimate of a whole field, as partial sums know it."""
-    if estimate == "coherence":
-        return wc.coherence(field, **options)
+    if estimate != "spectrum":
+        return getattr(wc, estimate)(field, **options)
     more = {} if options.get("along") == "both" else {"no_jackknife": True}
     found = wc.spectrum(field, **options, **more)
     # The noise is read off whole records.
@@ -125,11 +127,12 @@ def test_blocks_of_labelled_fields_and_shots(record, labelled):
 def test_averages_of_dask_arrays_are_lazy_with_the_same_bits(record, labelled, options, chunks):
     lazy = labelled.copy(data=da.from_array(record, chunks=chunks))
     found = wc.distributed.averaged(lazy, segment=128, **options)
-    assert hasattr(found.spectrum.data, "dask")
+    main = options.get("estimate", "spectrum")
+    assert hasattr(found[main].data, "dask")
     expected = whole_of(labelled, segment=128, **options)
     names = [name for name in expected.variables if name in found]
-    least = {"frequency", "spectrum"} | ({"delay"} if "reference" in options else {"low", "high"})
-    assert least <= set(names)
+    least = {"coherence": {"delay"}, "bicoherence": set(expected.variables), "spectrum": {"low", "high"}}
+    assert {"frequency", main} | least[main] <= set(names)
     same_arrays(found.compute(scheduler="synchronous"), expected, names)
 
 
@@ -281,7 +284,7 @@ def test_tasks_keep_to_the_memory_of_their_worker(record, client, monkeypatch):
                 again.compute(**here)
 
 
-@pytest.mark.parametrize("options", [kind for kind in KINDS if "along" not in kind])
+@pytest.mark.parametrize("options", [kind for kind in KINDS if not {"along", "site"} & set(kind)])
 @pytest.mark.parametrize(("segment", "times"), [(64, 1501), (9, 30), (100, 110)])
 def test_bytes_of_a_node_are_known_without_sums(options, segment, times):
     noise = np.random.default_rng(55).standard_normal((segment, 8))
@@ -316,11 +319,20 @@ def test_errors_of_averages(record):
         wc.partial(record, segment=64, window="han")
     with pytest.raises(ValueError, match="reference: expected a site from 0 to 22, found 23"):
         averaged(lazy, "coherence", segment=64, reference=23)
-    for other in ("modes", "bicoherence"):
-        with pytest.raises(
-            ValueError, match=f"estimate: expected spectrum or coherence, found '{other}'"
-        ):
-            averaged(lazy, other)
+    with pytest.raises(
+        ValueError, match="estimate: expected spectrum, coherence or bicoherence, found 'modes'"
+    ):
+        averaged(lazy, "modes")
+    for options, message in (
+        ({"site": 23}, "site: expected a site from 0 to 22, found 23"),
+        ({"output": -1}, "output: expected a site from 0 to 22, found -1"),
+        ({"along": (3, 24)}, "along: expected sites from 0 to 22, found 3 to 23"),
+        ({"along": slice(None, 5)}, "along: expected two site indices"),
+        ({"every": -1}, "every: expected a number of sites"),
+        ({"reference": 3}, "reference: expected none with bicoherence, found 3"),
+    ):
+        with pytest.raises(ValueError, match=message):
+            averaged(lazy, "bicoherence", segment=64, **options)
     with pytest.raises(
         ValueError, match="along: expected spectra along time, or along both axes, in parts"
     ):

@@ -48,7 +48,8 @@ def one_word(value: object) -> str:
     return os.fspath(value) if isinstance(value, os.PathLike) else str(value)
 
 
-def _range(value: Any) -> str:
+def range_word(value: Any) -> str:
+    """Two ends as one word."""
     if isinstance(value, slice):
         if value.step not in (None, 1):
             raise ValueError(f"expected a slice without a step, found {value!r}")
@@ -80,10 +81,10 @@ def words(
         elif isinstance(value, Mapping):
             for axis, part in value.items():
                 is_range = isinstance(part, (slice, tuple, list))
-                text = _range(part) if is_range and name == "select" else _listed(part)
+                text = range_word(part) if is_range and name == "select" else _listed(part)
                 said.append(f"{option}={axis}={text}")
         elif name in _RANGES and isinstance(value, (slice, tuple, list)):
-            said.append(f"{option}={_range(value)}")
+            said.append(f"{option}={range_word(value)}")
         elif isinstance(value, str) or not isinstance(value, Iterable):
             said.append(f"{option}={one_word(value)}")
         elif name in _REPEATED:

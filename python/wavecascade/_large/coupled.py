@@ -1,0 +1,140 @@
+"""Bicoherence over segments of Dask arrays: of the sites of its map, and of sites along x in groups."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping
+from itertools import pairwise
+from typing import Any
+
+import numpy as np
+
+from wavecascade import _native
+from wavecascade._arrays.axes import Placed
+from wavecascade._arrays.results import dataset, summary_attrs
+from wavecascade._commands.parts import words_of
+from wavecascade._keywords.words import range_word
+from wavecascade._large.tasks import (
+    NODES,
+    Work,
+    at_once,
+    finished,
+    independence_of,
+    stated,
+    summed,
+    work_of,
+)
+
+#: Parts of the summary that are known without samples.
+_KNOWN = ("time_unit", "space_unit", "segment", "overlap", "alpha", "cell_level")
+#: Sums of a triple, and of a bin.
+_OF_A_TRIPLE, _OF_A_BIN = 3, 2
+
+
+def coupled(field: Any, found: Placed, own: Mapping[str, Any], of_field: Mapping[str, object]) -> Any:
+    """The bicoherence of a field, lazy."""
+    import dask.array
+    from dask.delayed import delayed
+
+    dask_array: Any = dask.array
+    from_delayed = dask_array.from_delayed
+    samples = found.samples
+    n_times, n_sites = map(int, samples.shape)
+    shared = {
+        name: value for name, value in own.items() if name not in ("site", "output", "along", "every")
+    }
+    shared |= stated(found.axes, of_field)
+    site, output = _site("site", own.get("site", 0), n_sites), own.get("output")
+    output = site if output is None else _site("output", output, n_sites)
+    columns = [site] if site == output else [site, output]
+    of_map: dict[str, object] = {**shared, "every": 0}
+    if site != output:
+        of_map["output"] = 1
+    work, known, cut = _planned(of_map, n_times, field, found)
+    whole = summed(work, cut, samples[:, columns], None)
+    values = ["bicoherence", "biphase"]
+    result = delayed(finished)(work, whole, values, False, None)
+    arrays = []
+    for name, dims, array, attrs in known["arrays"]:
+        lazy = from_delayed(result[name], array.shape, array.dtype) if name in values else array
+        arrays.append((name, dims, lazy, attrs))
+    chosen = _chosen(own.get("along"), own.get("every"), n_sites)
+    if chosen:
+        work, silent, cut = _planned(shared, n_times, field, found)
+        bins = cut[0] // 2 + 1
+        triples = sum(name == "first" and len(array) for name, _, array, _ in silent["arrays"])
+        groups = _groups(samples, chosen, 8 * NODES * (_OF_A_TRIPLE * triples + _OF_A_BIN * bins))
+        planes = [one for one in silent["arrays"] if one[0].startswith("along_")]
+        names = [name for name, *_ in planes]
+        parts = []
+        for group in groups:
+            sites = samples[:, slice(group.start, group.stop, group.step)]
+            whole = summed(work, cut, sites, None)
+            parts.append((len(group), delayed(_along)(whole, names)))
+        places = np.array(chosen, float)
+        positions = found.axes.x0 + places * found.axes.dx
+        for name, dims, array, attrs in planes:
+            if array.ndim == 1:
+                arrays.append((name, dims, places if name == "along_site" else positions, attrs))
+                continue
+            blocks = [from_delayed(part[name], (bins, n), array.dtype) for n, part in parts]
+            arrays.append((name, dims, dask_array.concatenate(blocks, axis=-1), attrs))
+    attrs = summary_attrs(known["summary"], _KNOWN) | independence_of(known)
+    for name, j in (("", site), ("output_", output)):
+        attrs |= {name.rstrip("_") or "site": j, f"{name}position": found.axes.x0 + j * found.axes.dx}
+    out = dataset({"attributes": {}, "arrays": arrays}, attrs)
+    single = from_delayed(result["steadiness"], (), np.float64)
+    out["steadiness"] = single if isinstance(out, dict) else ((), single)
+    return out
+
+
+def _planned(
+    options: Mapping[str, object], n_times: int, field: Any, found: Placed
+) -> tuple[Work, dict[str, Any], tuple[int, int, int]]:
+    """Words, a result of zeros, and segments, of two sites."""
+    said = words_of("bicoherence", options, ["field"])
+    work = work_of(said, n_times, field, found)
+    known, cut = _native.outline(work.samples(np.broadcast_to(np.float64(0.0), (2, 2))), said, n_times)
+    return work, known, cut
+
+
+def _along(whole: Any, names: list[str]) -> dict[str, Any]:
+    """What was found along x; warnings are of the map, which is of no site that is meant."""
+    found = _native.combine([whole])
+    return {name: array for name, _, array, _ in found["arrays"] if name in names}
+
+
+def _site(option: str, value: Any, n_sites: int) -> int:
+    if not isinstance(value, (int, np.integer)) or not 0 <= value < n_sites:
+        raise ValueError(f"{option}: expected a site from 0 to {n_sites - 1}, found {value!r}")
+    return int(value)
+
+
+def _chosen(along: Any, every: Any, n_sites: int) -> range:
+    """Sites that are followed along x."""
+    step = 1 if every is None else int(every)
+    first, end = 0, n_sites
+    if along is not None:
+        ends = str(along if isinstance(along, str) else range_word(along)).split(":")
+        if len(ends) != 2 or not all(one.strip().isdigit() for one in ends):
+            raise ValueError(f"along: expected two site indices, the end excluded, found {along!r}")
+        first, end = map(int, ends)
+    if not 0 <= first < end <= n_sites:
+        raise ValueError(f"along: expected sites from 0 to {n_sites - 1}, found {first} to {end - 1}")
+    if step < 0:
+        raise ValueError(f"every: expected a number of sites, or 0 for none, found {every!r}")
+    return range(first, end, step) if step else range(0)
+
+
+def _groups(samples: Any, chosen: range, of_a_site: int) -> list[range]:
+    """Chosen sites of a chunk that are summed together."""
+    most = max(1, at_once(samples) // of_a_site)
+    ends = np.cumsum((0, *samples.chunks[1])).tolist()
+    groups = []
+    for a, b in pairwise(ends):
+        step = chosen.step
+        low = chosen.start + step * max(0, -((chosen.start - a) // step))
+        of_chunk = range(low, min(b, chosen.stop), step)
+        n = math.ceil(len(of_chunk) / most)
+        groups += [of_chunk[i * len(of_chunk) // n : (i + 1) * len(of_chunk) // n] for i in range(n)]
+    return groups
