@@ -1,0 +1,239 @@
+//! Sums over all realisations of [`super::spacetime()`], their averages, and the memory that these take.
+
+use rayon::prelude::*;
+
+use super::pass::{OF_SITES, Pass, ROWS};
+use crate::estimates::parts::Finishing;
+use crate::estimates::realisations::{
+    Average, Grid, Realisations, RecordTree, Sums, SumsShape, TOGETHER, Weights, bytes_of_tapers,
+    steadiness_of_sites,
+};
+use crate::numeric::lanes::{LaneBlock, WIDTH, widest};
+use crate::transform::fold;
+
+/// Bytes of a site beside the spectra.
+const OF_SITE: u64 = 128;
+
+/// Blocks of the tiles of the result: groups of rows, the last of which may have fewer, then tiles of sites.
+pub(super) fn tiles(
+    grid: &Grid,
+    realisations: &Realisations,
+    pairs: usize,
+) -> Vec<(SumsShape, usize)> {
+    let bins = realisations.bins();
+    let of_rows = |rows: usize| SumsShape {
+        plain: rows * grid.sites.div_ceil(WIDTH) * pairs,
+        pieces: 0,
+    };
+    let of_sites = SumsShape {
+        plain: OF_SITES,
+        pieces: realisations.pieces(),
+    };
+    vec![
+        (of_rows(ROWS), bins / ROWS),
+        (
+            of_rows(bins % ROWS),
+            usize::from(!bins.is_multiple_of(ROWS)),
+        ),
+        (of_sites, grid.sites.div_ceil(TOGETHER)),
+    ]
+}
+
+/// Bytes of the result, and of the averages of all pairs of tapers.
+pub(super) fn finishing(grid: &Grid, realisations: &Realisations, pairs: [usize; 2]) -> Finishing {
+    let [tapers_along_space, with_sums] = pairs;
+    let (bins, sites) = (realisations.bins() as u64, grid.sites as u64);
+    let blocks = sites.next_multiple_of(WIDTH as u64);
+    let arrays = 4 * 8 * bins + OF_SITE;
+    Finishing {
+        result: arrays.saturating_mul(sites)
+            + 8 * bins
+            + bytes_of_tapers(tapers_along_space, grid.sites),
+        // The average, and the shape of its distribution.
+        averages: match with_sums {
+            1 => 0,
+            _ => (2 * 8 * bins).saturating_mul(blocks),
+        },
+        later: 0,
+    }
+}
+
+impl Pass<'_> {
+    /// The sums of all `records`.
+    pub fn totals(&self, records: usize, trees: Vec<RecordTree>) -> Totals {
+        let groups = self.realisations.bins().div_ceil(ROWS);
+        let shapes = tiles(&self.grid, self.realisations, self.pairs);
+        let shapes = shapes.into_iter();
+        let shapes = shapes.flat_map(|(shape, count)| std::iter::repeat_n(shape, count));
+        let total = |(mut tree, shape): (RecordTree, SumsShape)| {
+            tree.total().unwrap_or_else(|| shape.zeros())
+        };
+        let mut groups_and_tiles = trees.into_iter().zip(shapes).map(total);
+        let groups = groups_and_tiles.by_ref().take(groups);
+        let groups: Vec<Vec<LaneBlock>> = groups.map(Sums::into_plain).collect();
+        let tiles = groups_and_tiles.collect();
+        let pairs = self.realisations.tapers() * self.space.tapers();
+        let count = (records * self.realisations.segments.count()) as f64;
+        let weighted = (self.pairs > 1).then(|| self.weighted(&groups, count));
+        Totals {
+            groups,
+            weighted,
+            tiles,
+            sites: self.grid.sites,
+            pairs: self.pairs,
+            realisations: count * pairs as f64,
+            space: self.squares[1].clone(),
+        }
+    }
+
+    /// Those of records of zeros, counted as steady: nothing is held.
+    pub fn silence(&self) -> Totals {
+        Totals {
+            groups: Vec::new(),
+            weighted: None,
+            tiles: Vec::new(),
+            sites: self.grid.sites,
+            pairs: self.pairs,
+            realisations: 1.0,
+            space: self.squares[1].clone(),
+        }
+    }
+
+    /// Averages over the pairs of tapers, of which each has `count` realisations, by adaptive weights.
+    fn weighted(&self, groups: &[Vec<LaneBlock>], count: f64) -> Weighted {
+        // Concentrations that round to 1 would leave nothing to weigh cells without energy by.
+        let [time, space] = [
+            &self.realisations.concentrations,
+            &self.space.concentrations,
+        ];
+        let products = time.iter().flat_map(|a| space.iter().map(move |b| a * b));
+        let concentrations: Vec<f64> = products.map(|l| l.min(1.0 - f64::EPSILON)).collect();
+        let variance = self.variance(groups, &concentrations, count);
+        let weights = Weights::new(&concentrations, true);
+        let of_group = |energies: &Vec<LaneBlock>| {
+            let cells = energies.len() / self.pairs;
+            let mut spectrum = vec![LaneBlock::default(); cells];
+            let mut shape = vec![LaneBlock::default(); cells];
+            widest(Average {
+                weights: &weights,
+                energies,
+                count: [count; WIDTH],
+                variance: [variance; WIDTH],
+                spectrum: &mut spectrum,
+                shape: &mut shape,
+            });
+            [spectrum, shape]
+        };
+        Weighted(groups.par_iter().map(of_group).collect())
+    }
+
+    /// Mean square of the tapered samples, pairs of tapers weighted by the squares of their concentrations; 1
+    /// of still fields.
+    fn variance(&self, groups: &[Vec<LaneBlock>], concentrations: &[f64], count: f64) -> f64 {
+        let length = self.realisations.segments.length;
+        let of_row = self.grid.sites.div_ceil(WIDTH) * self.pairs;
+        let rows = groups.iter().flat_map(|group| group.chunks_exact(of_row));
+        let mut sum = 0.0;
+        for (m, row) in rows.enumerate() {
+            for cell in row.chunks_exact(self.pairs) {
+                for (energy, concentration) in cell.iter().zip(concentrations) {
+                    let weight = fold(m, length) * concentration * concentration;
+                    sum += weight * energy.0.iter().sum::<f64>();
+                }
+            }
+        }
+        let weights: f64 = concentrations.iter().map(|l| l * l).sum();
+        match sum > 0.0 {
+            true => sum / (weights * (length * self.grid.sites) as f64 * count),
+            false => 1.0,
+        }
+    }
+}
+
+/// Averages by adaptive weights, and half of the degrees of freedom of one realisation of each pair of tapers;
+/// of each group of rows, `[row * blocks + block]`.
+struct Weighted(Vec<[Vec<LaneBlock>; 2]>);
+
+/// Sums over all realisations; 0 where there are none.
+pub(super) struct Totals {
+    /// `[(row * blocks + block) * pairs + pair]`.
+    groups: Vec<Vec<LaneBlock>>,
+    weighted: Option<Weighted>,
+    tiles: Vec<Sums>,
+    sites: usize,
+    pairs: usize,
+    /// Of all pairs.
+    realisations: f64,
+    /// Mean of the squares of the tapers along space.
+    space: Vec<f64>,
+}
+
+impl Totals {
+    fn cell(&self, row: usize, column: usize) -> usize {
+        row % ROWS * self.sites.div_ceil(WIDTH) + column / WIDTH
+    }
+
+    /// The mean of `|X|^2` of a cell, by adaptive weights if there are any.
+    pub fn mean(&self, row: usize, column: usize) -> f64 {
+        match &self.weighted {
+            None => self.equal(row, column),
+            Some(Weighted(groups)) => {
+                groups[row / ROWS][0][self.cell(row, column)].0[column % WIDTH]
+            }
+        }
+    }
+
+    /// The mean of `|X|^2` of a cell, by equal weights.
+    pub fn equal(&self, row: usize, column: usize) -> f64 {
+        let Some(group) = self.groups.get(row / ROWS) else {
+            return 0.0;
+        };
+        let pairs = &group[self.cell(row, column) * self.pairs..][..self.pairs];
+        pairs.iter().map(|sum| sum.0[column % WIDTH]).sum::<f64>() / self.realisations
+    }
+
+    /// Degrees of freedom of a cell over those with equal weights.
+    pub fn share(&self, row: usize, column: usize) -> f64 {
+        match &self.weighted {
+            None => 1.0,
+            Some(Weighted(groups)) => {
+                let shape = &groups[row / ROWS][1][self.cell(row, column)];
+                shape.0[column % WIDTH] / self.pairs as f64
+            }
+        }
+    }
+
+    fn of_site(&self, what: usize) -> impl Iterator<Item = f64> + '_ {
+        let lane = move |j: usize| {
+            let tile = self.tiles.get(j / TOGETHER);
+            tile.map_or(0.0, |tile| tile.plain()[what].0[j % TOGETHER])
+        };
+        (0..self.sites).map(lane)
+    }
+
+    /// Energy under the squares of the tapers, of all segments.
+    pub fn tapered(&self) -> f64 {
+        let weighted = self.of_site(0).zip(&self.space).map(|(e, w)| e * w);
+        crate::numeric::sum(&weighted.collect::<Vec<f64>>())
+    }
+
+    /// Squares of the samples of all segments.
+    pub fn square(&self) -> f64 {
+        crate::numeric::sum(&self.of_site(1).collect::<Vec<f64>>())
+    }
+
+    /// Roots of the energies of the sites.
+    pub fn site_amplitudes(&self) -> Vec<f64> {
+        self.of_site(1).map(f64::sqrt).collect()
+    }
+
+    /// The steadiness of the site at which half of the energy lies at sites that are less steady.
+    pub fn steadiness(&self, records: usize) -> f64 {
+        let of = |j: usize| {
+            let tile = self.tiles.get(j / TOGETHER);
+            tile.map_or(1.0, |tile| tile.steadiness()[j % TOGETHER] / records as f64)
+        };
+        let energies = self.of_site(1).enumerate();
+        steadiness_of_sites(energies.map(|(j, energy)| (of(j), energy)).collect())
+    }
+}
