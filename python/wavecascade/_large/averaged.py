@@ -8,7 +8,6 @@ from typing import Any, Unpack, get_args
 
 import numpy as np
 
-from wavecascade import _native
 from wavecascade._arrays.axes import AXES, placed
 from wavecascade._arrays.fields import is_dataarray
 from wavecascade._arrays.results import dataset, summary_attrs
@@ -109,9 +108,8 @@ def averaged(
     is_both = own.get("along") == "both"
     said = words_of(estimate, own | stated(found.axes, of_field), ["field"])
     work = work_of(said, n_times, field, found)
-    # Without a look at samples; other sites have arrays of the same kinds.
-    silent = np.broadcast_to(np.float64(0.0), (2, n_sites if is_both else 2))
-    known, cut = _native.outline(work.samples(silent), said, n_times)
+    # Other sites have arrays of the same kinds.
+    known, cut = work.outline(n_sites if is_both else 2)
     kept = [one for one in known["arrays"] if set(one[1]) <= _PLACES and one[1] != [one[0]]]
     # There is no jackknife in parts.
     kept = [one for one in kept if not one[0].startswith("jackknife")]
