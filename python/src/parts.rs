@@ -227,6 +227,15 @@ fn sums<'a>(partials: &'a [PyRef<'_, Partial>]) -> Vec<&'a Sums> {
     partials.iter().map(|partial| &partial.0).collect()
 }
 
+/// Working memory.
+fn bytes(memory: Option<&str>) -> PyResult<Option<u64>> {
+    let size = |text: &str| {
+        let refuse = |expected| format!("memory: {expected}, found {text:?}");
+        parse::bytes(text).map_err(|expected| PyValueError::new_err(refuse(expected)))
+    };
+    memory.map(size).transpose()
+}
+
 /// The result of all parts, in any order, as :func:`estimate` has it, in so much memory as `memory` says.
 #[pyfunction]
 #[pyo3(signature = (partials, memory=None))]
@@ -235,11 +244,7 @@ pub fn combine<'py>(
     partials: Vec<PyRef<'py, Partial>>,
     memory: Option<&str>,
 ) -> PyResult<Bound<'py, PyDict>> {
-    let size = |text: &str| {
-        let refuse = |expected| format!("memory: {expected}, found {text:?}");
-        parse::bytes(text).map_err(|expected| PyValueError::new_err(refuse(expected)))
-    };
-    let memory = memory.map(size).transpose()?;
+    let memory = bytes(memory)?;
     let parts = sums(&partials);
     let fields = parts.first().map(|part| part.about.fields.clone());
     let fields = fields.unwrap_or_default();
@@ -250,12 +255,17 @@ pub fn combine<'py>(
     found.into_python(py)
 }
 
-/// One partial of several whose segments follow one another.
+/// One partial of several whose segments follow one another, in so much memory as `memory` says.
 #[pyfunction]
-#[pyo3(name = "join")]
-pub fn joined(py: Python<'_>, partials: Vec<PyRef<'_, Partial>>) -> PyResult<Partial> {
+#[pyo3(name = "join", signature = (partials, memory=None))]
+pub fn joined(
+    py: Python<'_>,
+    partials: Vec<PyRef<'_, Partial>>,
+    memory: Option<&str>,
+) -> PyResult<Partial> {
+    let memory = bytes(memory)?;
     let parts = sums(&partials);
-    let found = py.detach(|| join(&parts, None));
+    let found = py.detach(|| join(&parts, memory));
     let found = found.map_err(|error| faults::of(py, error, faults::From::Memory))?;
     Ok(Partial(found))
 }

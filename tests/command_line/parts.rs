@@ -154,6 +154,12 @@ fn regress_what_is_no_part_is_refused() {
         ("coherence --merge part --out out --gaps mask", "--gaps"),
         ("bicoherence --merge part --out out --gaps mask", "--gaps"),
         ("coherence --merge part --out out --memory 0", "--memory"),
+        (
+            "coherence --merge part --out out --reference 1",
+            "--reference",
+        ),
+        ("spectrum --merge part --out out --along both", "--along"),
+        ("bicoherence --merge part --out out --every 2", "--every"),
         ("spectrum", "FIELD"),
         ("analyze field.npy --part 3/64", "cascade spectrum FIELD"),
         ("analyze --merge part", "cascade spectrum FIELD"),

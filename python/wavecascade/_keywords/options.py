@@ -159,17 +159,22 @@ class SpectrumOptions(AverageOptions, total=False):
     subtract_noise: bool
 
 
-class PartialOptions(AverageOptions, total=False):
+class DividedOptions(AverageOptions, total=False):
     """Those of the estimates that are summed in parts: spectra, coherence and bicoherence."""
 
     along: Literal["time", "both"] | Sites
     equal_weights: bool
     space_window: str
     space_multitaper: str | tuple[float, int]
-    reference: int
     site: int
     output: int
     every: int
+
+
+class PartialOptions(DividedOptions, total=False):
+    """The same, with a reference by its index."""
+
+    reference: int
 
 
 class ModesOptions(AverageOptions, total=False):

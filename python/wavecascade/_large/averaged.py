@@ -12,7 +12,7 @@ from wavecascade._arrays.axes import AXES, placed
 from wavecascade._arrays.fields import is_dataarray
 from wavecascade._arrays.results import dataset, summary_attrs
 from wavecascade._commands.parts import Divided, words_of
-from wavecascade._keywords.options import PartialOptions
+from wavecascade._keywords.options import DividedOptions
 from wavecascade._large.coupled import coupled
 from wavecascade._large.tasks import NODES, at_once, finished, independence_of, stated, summed, work_of
 
@@ -43,7 +43,7 @@ def averaged(
     estimate: Divided = "spectrum",
     *,
     reference: int | Any = None,
-    **options: Unpack[PartialOptions],
+    **options: Unpack[DividedOptions],
 ) -> Any:
     """Averages over the segments of a Dask array, lazy: one task a chunk, then a tree of sums.
 

@@ -9,7 +9,6 @@ from typing import Any
 
 import numpy as np
 
-from wavecascade import _native
 from wavecascade._arrays.axes import Placed
 from wavecascade._arrays.results import dataset, summary_attrs
 from wavecascade._commands.parts import words_of
@@ -18,6 +17,7 @@ from wavecascade._large.tasks import (
     NODES,
     Work,
     at_once,
+    combined,
     finished,
     independence_of,
     stated,
@@ -100,7 +100,7 @@ def _planned(
 
 def _along(whole: Any, names: list[str]) -> dict[str, Any]:
     """What was found along x; warnings are of the map, which is of no site that is meant."""
-    found = _native.combine([whole])
+    found = combined(whole)
     return {name: array for name, _, array, _ in found["arrays"] if name in names}
 
 

@@ -113,15 +113,26 @@ def _partial_of(work: Work, first: int, pieces: list[list[Any]], reference: list
     return work.partial(first, pieces, reference)
 
 
+def _memory() -> str | None:
+    """What a task may take, in a worker that has a limit."""
+    worker = WorkerMemory.here()
+    return None if worker is None else str(max(1, worker.task))
+
+
 def _joined(partials: list[Any]) -> Any:
-    return _native.join(partials)
+    return _native.join(partials, _memory())
+
+
+def combined(whole: Any) -> dict[str, Any]:
+    """The result of all segments."""
+    return _native.combine([whole], _memory())
 
 
 def finished(
     work: Work, whole: Any, names: list[str], without_first: bool, of_sites: int | None
 ) -> dict[str, Any]:
     """These arrays of the result of all segments; ``of_sites`` in all, where these are only some."""
-    found = _native.combine([whole])
+    found = combined(whole)
     for _, message, advice in found["warnings"]:
         if of_sites is not None:
             # What other groups of sites find is not known here, and all that warn are to say the same.

@@ -30,19 +30,25 @@ pub struct Bicoherence {
     pub fields: Vec<PathBuf>,
 
     /// Index of the site of the two frequencies that are added.
-    #[arg(long, short, value_name = "SITE", default_value_t = 0)]
+    #[arg(
+        long,
+        conflicts_with = "merge",
+        short,
+        value_name = "SITE",
+        default_value_t = 0
+    )]
     pub site: usize,
 
     /// Index of the site of their sum and difference [default: the same, where differences repeat sums].
-    #[arg(long, value_name = "SITE")]
+    #[arg(long, conflicts_with = "merge", value_name = "SITE")]
     pub output: Option<usize>,
 
     /// Sites whose own bicoherence is followed along x, the end excluded [default: all].
-    #[arg(long, value_name = "FIRST:END", value_parser = parse::site_range)]
+    #[arg(long, conflicts_with = "merge", value_name = "FIRST:END", value_parser = parse::site_range)]
     pub along: Option<Range<usize>>,
 
     /// Of these every N-th; 0 for none.
-    #[arg(long, value_name = "N", default_value_t = 1)]
+    #[arg(long, conflicts_with = "merge", value_name = "N", default_value_t = 1)]
     pub every: usize,
 
     #[command(flatten)]

@@ -31,7 +31,13 @@ pub struct Coherence {
     pub fields: Vec<PathBuf>,
 
     /// Index of the site that all others are compared with.
-    #[arg(long, short, value_name = "SITE", default_value_t = 0)]
+    #[arg(
+        long,
+        conflicts_with = "merge",
+        short,
+        value_name = "SITE",
+        default_value_t = 0
+    )]
     pub reference: usize,
 
     #[command(flatten)]

@@ -33,33 +33,33 @@ pub struct Spectrum {
 
     /// Spectra of the records of sites, over frequency, of the snapshots, over wavenumber, or of both, over
     /// wavenumber and frequency.
-    #[arg(long, value_enum, default_value_t = AlongArg::Time, value_name = "AXIS")]
+    #[arg(long, conflicts_with = "merge", value_enum, default_value_t = AlongArg::Time, value_name = "AXIS")]
     pub along: AlongArg,
 
     /// The whole record as one segment, without a taper: a periodogram, of two degrees of freedom.
     #[arg(
         long,
-        conflicts_with_all = ["segment", "window", "multitaper"],
+        conflicts_with_all = ["merge", "segment", "window", "multitaper"],
         help_heading = "Averages"
     )]
     pub periodogram: bool,
     /// Give all tapers of `--multitaper` (and `--space-multitaper`) the same weight, in place of adaptive ones.
-    #[arg(long, help_heading = "Averages")]
+    #[arg(long, conflicts_with = "merge", help_heading = "Averages")]
     pub equal_weights: bool,
 
     /// Leave out the jackknife, which takes each segment a second time; the other intervals stay.
-    #[arg(long, help_heading = "Averages")]
+    #[arg(long, conflicts_with = "merge", help_heading = "Averages")]
     pub no_jackknife: bool,
 
     /// Subtract the noise of each site, where it is known; never below 0.
-    #[arg(long)]
+    #[arg(long, conflicts_with = "merge")]
     pub subtract_noise: bool,
 
     /// With `--along both`, taper over the sites [default: hann]; names as for `--window`.
     #[arg(
         long,
         value_name = "WINDOW",
-        conflicts_with = "space_multitaper",
+        conflicts_with_all = ["merge", "space_multitaper"],
         help_heading = "Averages"
     )]
     pub space_window: Option<Window>,
@@ -68,6 +68,7 @@ pub struct Spectrum {
         long,
         value_name = "NW,K",
         value_parser = parse::multitaper,
+        conflicts_with = "merge",
         help_heading = "Averages"
     )]
     pub space_multitaper: Option<(f64, usize)>,
