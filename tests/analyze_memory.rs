@@ -224,8 +224,8 @@ fn parts_hold_no_more_than_is_counted() {
         merged.unwrap();
         check("merge", (most, counted), 20);
 
-        let counted = needed(combine(&parts, Some(1)));
-        let (most, combined) = taken(|| combine(&parts, Some(counted)));
+        let counted = needed(combine(&parts, Some(1), None));
+        let (most, combined) = taken(|| combine(&parts, Some(counted), None));
         combined.unwrap();
         check("combine", (held + most, counted), 20);
 

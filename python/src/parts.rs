@@ -238,18 +238,19 @@ fn bytes(memory: Option<&str>) -> PyResult<Option<u64>> {
 
 /// The result of all parts, in any order, as :func:`estimate` has it, in so much memory as `memory` says.
 #[pyfunction]
-#[pyo3(signature = (partials, memory=None))]
+#[pyo3(signature = (partials, memory=None, threads=None))]
 pub fn combine<'py>(
     py: Python<'py>,
     partials: Vec<PyRef<'py, Partial>>,
     memory: Option<&str>,
+    threads: Option<usize>,
 ) -> PyResult<Bound<'py, PyDict>> {
     let memory = bytes(memory)?;
     let parts = sums(&partials);
     let fields = parts.first().map(|part| part.about.fields.clone());
     let fields = fields.unwrap_or_default();
     let found = watch::run(py, None, |_: &dyn Observer| -> Result<Made, Failure> {
-        result(&combined(&parts, memory)?, &fields)
+        result(&combined(&parts, memory, threads)?, &fields)
     })?;
     let found = found.map_err(|error| faults::of_failure(py, error, faults::From::Memory))?;
     found.into_python(py)

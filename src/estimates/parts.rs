@@ -9,7 +9,7 @@ use std::ops::Range;
 use serde::{Deserialize, Serialize};
 
 use super::realisations::{
-    Grid, Part, Portion, Realisations, RecordTree, Shots, Sums, SumsShape, TreeNode, first_of,
+    Grid, Part, Portion, Realisations, RecordTree, Shots, SumsShape, TreeNode, first_of,
     refuse_left_out,
 };
 use super::{
@@ -25,6 +25,9 @@ use crate::system::threads::in_pool;
 pub use combination::{Combination, combine, join};
 pub(super) use memory::Finishing;
 pub use outline::{Outline, outline};
+
+/// Of a tile and a block, by their indices.
+pub(super) type Orders = Box<dyn Fn(usize, usize) -> i32 + Send + Sync>;
 
 /// An estimate whose sums over realisations are known in parts.
 pub(super) trait Divided {
@@ -47,10 +50,9 @@ pub(super) trait Divided {
     /// Whether the energy of a record is that about its mean.
     fn about_mean(&self) -> bool;
 
-    /// Multiplies the samples that were summed in a tile by a power of two.
-    fn rescale(&self, sums: &mut Sums, factor: f64, realisations: &Realisations) {
-        let _ = realisations;
-        sums.rescale(factor, |_| 2);
+    /// The power of the samples in each block of the plain sums of a tile.
+    fn orders(&self, _known: (&Grid, &Realisations)) -> Orders {
+        Box::new(|_, _| 2)
     }
 
     /// The nodes of every tile over these portions, and the unit of the samples.

@@ -20,6 +20,7 @@ pub(crate) struct Prepared<'a> {
     pub(super) sites: Range<usize>,
     /// Amplitudes are divided by this power of two, so that their squares stay in range.
     unit: PowerOfTwo,
+    is_silent: bool,
     /// By site, then time; indices are those of the range.
     pub(super) gaps: Vec<Gap>,
     /// The same by time, then site.
@@ -69,6 +70,7 @@ impl<'a> Prepared<'a> {
             times,
             sites,
             unit: PowerOfTwo::ONE,
+            is_silent: false,
             gaps: Vec::new(),
             gaps_by_time: Vec::new(),
             masked: matches!(preparation.gaps, Gaps::Mask | Gaps::LeaveOut),
@@ -78,7 +80,7 @@ impl<'a> Prepared<'a> {
             tiles,
         };
         let scans = prepared.scan(preparation.gaps, observer)?;
-        prepared.unit = prepared.unit_of(&scans, preparation, observer)?;
+        (prepared.unit, prepared.is_silent) = prepared.unit_of(&scans, preparation, observer)?;
 
         if preparation.detrend_field_mean {
             prepared.field_mean = Some(prepared.mean(observer)?);
@@ -92,7 +94,7 @@ impl<'a> Prepared<'a> {
         Ok((prepared, scans))
     }
 
-    /// The unit of what is transformed. Samples that no segment reaches do not count, unless they are
+    /// The unit of what is transformed, and whether that is 0 everywhere. Samples that no segment reaches do not count, unless they are
     /// transformed along space.
     ///
     /// # Errors
@@ -102,7 +104,7 @@ impl<'a> Prepared<'a> {
         scans: &[ChannelScan],
         preparation: Preparation<'_>,
         observer: &dyn Observer,
-    ) -> Result<PowerOfTwo> {
+    ) -> Result<(PowerOfTwo, bool)> {
         let Preparation {
             precision,
             transforms_all,
@@ -114,7 +116,7 @@ impl<'a> Prepared<'a> {
         let unit = PowerOfTwo::near(transformed, precision);
         match unit.loses(reached, precision) {
             true => Err(Error::Range { reached, largest }),
-            false => Ok(unit),
+            false => Ok((unit, transformed == 0.0)),
         }
     }
 
@@ -150,6 +152,11 @@ impl<'a> Prepared<'a> {
     /// Sites of the whole field.
     pub fn sites_in_file(&self) -> usize {
         self.field.n_sites()
+    }
+
+    /// Whether all samples that are transformed are 0.
+    pub fn is_silent(&self) -> bool {
+        self.is_silent
     }
 
     /// The amplitude that prepared samples count as 1.

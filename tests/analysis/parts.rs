@@ -145,7 +145,7 @@ fn regress_parts_of_spectra_have_the_bits_of_the_whole() {
             let mut parts = parts_of(&fields, &request.clone().into(), of);
             parts.rotate_left(of / 2);
             parts.reverse();
-            let Combined::Spectrum(found) = combine(&parts, None).unwrap() else {
+            let Combined::Spectrum(found) = combine(&parts, None, None).unwrap() else {
                 panic!("a spectrum");
             };
             assert_eq!(spectrum_bits(&found), expected, "{records} {samples} {of}");
@@ -176,7 +176,7 @@ fn regress_parts_of_coherence_have_the_bits_of_the_whole() {
         for of in [1, 2, 3, 7] {
             let mut parts = parts_of(&fields, &request.clone().into(), of);
             parts.reverse();
-            let Combined::Coherence(found) = combine(&parts, None).unwrap() else {
+            let Combined::Coherence(found) = combine(&parts, None, None).unwrap() else {
                 panic!("a coherence");
             };
             assert_eq!(coherence_bits(&found), expected, "{records} {samples} {of}");
@@ -223,7 +223,7 @@ fn regress_parts_of_bicoherence_have_the_bits_of_the_whole() {
                 of == 1 || records > 1 || units.clone().any(|unit| unit != parts[0].about.unit)
             );
             parts.reverse();
-            let Combined::Bicoherence(found) = combine(&parts, None).unwrap() else {
+            let Combined::Bicoherence(found) = combine(&parts, None, None).unwrap() else {
                 panic!("a bicoherence");
             };
             assert!(
@@ -231,6 +231,120 @@ fn regress_parts_of_bicoherence_have_the_bits_of_the_whole() {
                 "{records} {samples} {of}"
             );
         }
+    }
+}
+
+/// Records that are silent at first, that fall and that rise, so far that one part's unit would make fourth
+/// powers of another's leave the range of numbers.
+#[test]
+fn regress_parts_far_apart_in_amplitude_have_the_result_of_the_whole() {
+    let scaled = |field: &Field, by: &dyn Fn(usize) -> f64| {
+        let (times, sites) = (field.n_times(), field.n_sites());
+        let mut samples = vec![0.0; times * sites];
+        field.read_time_major(0..times, 0..sites, &mut samples);
+        for (row, samples) in samples.chunks_exact_mut(sites).enumerate() {
+            samples.iter_mut().for_each(|v| *v *= by(row));
+        }
+        let mut made = Field::from_array(Array2::from_shape_vec((times, sites), samples).unwrap());
+        (made.time, made.name) = (field.time.clone(), field.name.clone());
+        made
+    };
+    let of = |averaging| BicoherenceRequest {
+        site: 1,
+        along: vec![4],
+        averaging,
+        ..BicoherenceRequest::default()
+    };
+    let whole = &shots(1, 1000)[0];
+    let amplitudes: [&dyn Fn(usize) -> f64; 5] = [
+        &|n| if n < 600 { 0.0 } else { 1e-90 },
+        &|n| if n < 500 { 1e-90 } else { 1.0 },
+        &|n| if n < 500 { 1.0 } else { 1e-90 },
+        &|n| if n < 500 { 1e-160 } else { 1e40 },
+        &|n| if n < 500 { 1e-160 } else { 1e-90 },
+    ];
+    for (case, by) in amplitudes.iter().enumerate() {
+        let field = scaled(whole, by);
+        // Their segments of the smaller part alone are far below rounding.
+        for request in [
+            DividedRequest::from(of(averaging(64, 32))),
+            welch(64, 32).into(),
+        ] {
+            let mut parts = parts_of(&[&field], &request, 3);
+            parts.reverse();
+            let numbers = |combined: Combined| match combined {
+                Combined::Bicoherence(found) => [
+                    found.map.bicoherence,
+                    found.along.largest.into_raw_vec_and_offset().0,
+                ]
+                .concat(),
+                Combined::Spectrum(found) => found.spectrum.into_raw_vec_and_offset().0,
+                _ => Vec::new(),
+            };
+            let joined = [join(&parts[..2], None).unwrap(), parts[2].clone()];
+            let expected = match &request {
+                DividedRequest::Bicoherence(it) => {
+                    Combined::Bicoherence(Box::new(bicoherence(&[&field], it, &Silent).unwrap()))
+                }
+                DividedRequest::Spectrum(it) => {
+                    Combined::Spectrum(Box::new(spectrum(&[&field], it, &Silent).unwrap()))
+                }
+                _ => continue,
+            };
+            let expected = numbers(expected);
+            for parts in [&parts[..], &joined] {
+                let found = numbers(combine(parts, None, None).unwrap());
+                let bits = |values: &[f64]| values.iter().map(|v| v.to_bits()).collect::<Vec<_>>();
+                assert!(bits(&found) == bits(&expected), "{case}");
+            }
+        }
+    }
+    // Of shots.
+    let small = scaled(whole, &|_| 2f64.powi(-300));
+    let silent = scaled(whole, &|_| 0.0);
+    let request = of(averaging(64, 32));
+    let of_shots = |shots: &[&Field]| {
+        bicoherence(shots, &request, &Silent)
+            .unwrap()
+            .map
+            .bicoherence
+    };
+    let expected = of_shots(&[whole, &small]);
+    assert_eq!(expected, of_shots(&[whole, &silent]));
+    assert_eq!(of_shots(&[&small, whole]), expected);
+    assert_eq!(of_shots(&[&silent, &small]), of_shots(&[&small, &silent]));
+    assert_eq!(of_shots(&[&silent, &small]), of_shots(&[whole, &silent]));
+}
+
+/// Descriptions that no part has: changed by hand, since the checksum is that of the sums.
+#[test]
+fn regress_descriptions_changed_by_hand_are_refused() {
+    let fields = shots(1, 500);
+    let fields: Vec<&Field> = fields.iter().collect();
+    let own: DividedRequest = BicoherenceRequest {
+        averaging: averaging(64, 32),
+        along: vec![0],
+        ..BicoherenceRequest::default()
+    }
+    .into();
+    for request in [own, welch(64, 32).into()] {
+        let parts = parts_of(&fields, &request, 2);
+        let refused = |change: &dyn Fn(&mut Partial)| {
+            let mut parts = parts.clone();
+            parts.iter_mut().for_each(change);
+            assert!(combine(&parts, None, None).is_err());
+        };
+        refused(&|part| part.about.unit = 0.0);
+        refused(&|part| part.about.unit = f64::INFINITY);
+        refused(&|part| part.about.grid.sites = 0);
+        refused(&|part| part.about.grid.sites = 1 << 60);
+        refused(&|part| part.about.fields = vec!["a".into(); 3]);
+        refused(&|part| {
+            part.about.range[0] += 1;
+            if let Some(part) = &mut part.about.part {
+                part.of = 1 << 60;
+            }
+        });
     }
 }
 
@@ -246,7 +360,8 @@ fn regress_blocks_and_threads_do_not_move_a_bit_of_parts() {
         memory: Some(2 << 20),
         ..request
     };
-    let Combined::Spectrum(found) = combine(&parts_of(&fields, &small.into(), 5), None).unwrap()
+    let Combined::Spectrum(found) =
+        combine(&parts_of(&fields, &small.into(), 5), None, None).unwrap()
     else {
         panic!("a spectrum");
     };
@@ -300,7 +415,7 @@ fn regress_what_is_missing_twice_or_foreign_is_named() {
     let foreign = parts_of(&fields, &welch(64, 30).into(), 5);
     let said = |parts: &[&Partial]| {
         let parts: Vec<Partial> = parts.iter().map(|part| (*part).clone()).collect();
-        let error = combine(&parts, None).unwrap_err();
+        let error = combine(&parts, None, None).unwrap_err();
         assert!(matches!(
             error,
             Error::Request {
@@ -332,6 +447,7 @@ fn regress_what_is_missing_twice_or_foreign_is_named() {
     let quarters = parts_of(&fields, &request, 4);
     combine(
         &[halves[1].clone(), quarters[0].clone(), quarters[1].clone()],
+        None,
         None,
     )
     .unwrap();
@@ -428,7 +544,7 @@ fn regress_blocks_have_the_bits_of_the_whole() {
         let parts = blocks_of(whole, &request, [64, hop], &cuts);
         let one = Part::new(1, 1).unwrap();
         let expected = partial(&[whole], &request, one, &Silent).unwrap();
-        let bits_of = |parts: &[Partial]| match combine(parts, None).unwrap() {
+        let bits_of = |parts: &[Partial]| match combine(parts, None, None).unwrap() {
             Combined::Spectrum(found) => spectrum_bits(&found),
             Combined::Coherence(found) => coherence_bits(&found),
             Combined::SpaceTime(found) => bits([&found.spectrum, &found.low, &found.degrees]),
@@ -476,7 +592,7 @@ fn regress_joined_parts_of_shots_have_the_bits_of_the_whole() {
             join(&parts[..at], None).unwrap(),
             join(&parts[at..], None).unwrap(),
         ];
-        let Combined::Spectrum(found) = combine(&two, None).unwrap() else {
+        let Combined::Spectrum(found) = combine(&two, None, None).unwrap() else {
             panic!("a spectrum");
         };
         assert!(spectrum_bits(&found) == expected, "{at}");
@@ -519,7 +635,7 @@ fn regress_blocks_that_do_not_fit_are_refused() {
     let parts = blocks_of(whole, &request, [64, 32], &[0, 2, 4, 14]);
     let error = join(&[&parts[0], &parts[2]], None).unwrap_err().to_string();
     assert!(error.contains("no segments 2 to 3"), "{error}");
-    let error = combine(&parts[1..], None).unwrap_err().to_string();
+    let error = combine(&parts[1..], None, None).unwrap_err().to_string();
     assert!(error.contains("no segments 0 to 1"), "{error}");
 }
 
@@ -589,7 +705,7 @@ fn regress_an_outline_is_the_result_of_zeros() {
     ] {
         let whole = Part::new(1, 1).unwrap();
         let known = partial(&[&zeros], &request, whole, &Silent).unwrap();
-        let known = combine(&[known], None).unwrap();
+        let known = combine(&[known], None, None).unwrap();
         let found = outline(&few, 1013, &request).unwrap().result;
         assert!(bits_of(&found) == bits_of(&known), "{request:?}");
     }

@@ -294,7 +294,7 @@ fn regress_parts_blocks_and_threads_do_not_move_a_bit() {
                 partial(fields, &request, part, &Silent).unwrap()
             };
             let parts: Vec<_> = (1..=of).rev().map(part).collect();
-            let Combined::SpaceTime(found) = combine(&parts, None).unwrap() else {
+            let Combined::SpaceTime(found) = combine(&parts, None, None).unwrap() else {
                 panic!("a space-time spectrum");
             };
             assert_eq!(bits(&found), expected, "{of}");

@@ -30,7 +30,7 @@ impl CoherenceRequest {
             })
         };
         if self.reference >= grid.sites {
-            let expected = format!("a site from 0 to {}", grid.sites - 1);
+            let expected = format!("a site from 0 to {}", grid.sites.saturating_sub(1));
             return refuse("reference", expected, self.reference.to_string());
         }
         if !(self.alpha > 0.0 && self.alpha < 1.0) {
@@ -162,7 +162,7 @@ impl Pass<'_> {
         let of_segments = held_at_once(self.realisations.segments.count());
         let kept = match is_all {
             true => held_at_once(self.records),
-            false => 2 * nodes_of(portions, of_segments, held_at_once(self.records)),
+            false => 2 * nodes_of(portions),
         };
         let longest = portions.iter().map(|portion| portion.segments.len());
         let realisations = longest.max().unwrap_or(0) * self.realisations.tapers();
@@ -185,7 +185,9 @@ impl Pass<'_> {
         let (bins, sites) = (self.realisations.bins() as u64, self.grid.sites as u64);
         let length = self.realisations.segments.length;
         Finishing {
-            result: (4 * 8 * bins + OF_SITE).saturating_mul(sites) + OF_BIN * bins,
+            result: (4 * 8 * bins + OF_SITE)
+                .saturating_mul(sites)
+                .saturating_add(OF_BIN * bins),
             averages: 0,
             later: DelaySearch::working_bytes(length, self.threads()),
         }
@@ -409,7 +411,7 @@ impl Pass<'_> {
                 let sites = t * TOGETHER..grid.sites.min((t + 1) * TOGETHER);
                 for (lane, j) in sites.enumerate() {
                     let cross = Complex::new(re[lane], im[lane]);
-                    g[j] = match own[lane] > 0.0 {
+                    g[j] = match own[lane] > 0.0 && beside[lane] > 0.0 {
                         true => (cross.norm_sqr() / (beside[lane] * own[lane])).min(1.0),
                         // 0 / 0 where one of them is still.
                         false => f64::NAN,

@@ -137,7 +137,9 @@ impl Pass<'_> {
         tile.products.resize_with(chosen.len(), RecordTree::default);
         for (tree, spectra) in tile.products.iter_mut().zip(&spectra) {
             let into = (tree, &mut scratch.free);
-            self.add_products(&self.own, portion, [spectra, spectra], into);
+            // Tiles are in parallel where there are several.
+            let is_parallel = self.chosen_by_tile().nth(1).is_none();
+            self.add_products(&self.own, portion, [spectra, spectra], into, is_parallel);
         }
     }
 

@@ -255,7 +255,7 @@ impl BicoherenceRequest {
     }
 
     fn check(&self, n_sites: usize) -> Result<()> {
-        let a_site = format!("a site from 0 to {}", n_sites - 1);
+        let a_site = format!("a site from 0 to {}", n_sites.saturating_sub(1));
         if self.site >= n_sites {
             return refuse("site", a_site, self.site);
         }

@@ -4,11 +4,11 @@ use rayon::prelude::*;
 
 use super::along::{self, TileSums};
 use super::bicoherence::{Bicoherence, BicoherenceMap, BicoherenceRequest, check_count};
-use super::products::{TripleSums, order, plain, sum_products, working_bytes};
+use super::products::{TripleSums, blocks, order, sum_products, working_bytes};
 use super::spectra::{Spectra, last_bin};
 use super::triples::Triples;
 use crate::error::Result;
-use crate::estimates::parts::{Divided, Finishing};
+use crate::estimates::parts::{Divided, Finishing, Orders};
 use crate::estimates::realisations::{
     Grid, Independence, Portion, Realisations, RecordTree, Records, SegmentScratch, SegmentTree,
     Shot, Shots, Sums, SumsShape, TOGETHER, TreeNode, held_at_once, nodes_of, nodes_within,
@@ -47,8 +47,9 @@ pub(super) struct Scratch {
 #[derive(Default)]
 pub(super) struct Steadiness {
     tree: RecordTree,
-    /// Where segments with missing samples are left out: the sum over records.
+    /// Where segments with missing samples are left out: the sum over records, and that of the least steady one.
     without: [f64; TOGETHER],
+    least_without: f64,
 }
 
 impl Steadiness {
@@ -57,6 +58,15 @@ impl Steadiness {
         Steadiness {
             tree: RecordTree::default(),
             without: [1.0; TOGETHER],
+            least_without: 1.0,
+        }
+    }
+
+    /// The sum over records of the least steady site.
+    pub fn of_least(mut self) -> f64 {
+        match self.tree.total() {
+            Some(total) => total.least_steadiness(),
+            None => self.least_without,
         }
     }
 
@@ -150,29 +160,28 @@ impl<'a> Pass<'a> {
         let count = segments.max().unwrap_or(0);
         let spectra = Spectra::bytes(length, count);
         let (threads, together) = (rayon::current_num_threads() as u64, TOGETHER as u64);
-        let (of_segments, of_records) = (
-            held_at_once(self.realisations.segments.count()),
-            held_at_once(self.records),
-        );
-        let nodes = match portions.iter().all(|portion| portion.is_whole) && gathers {
-            true => of_records + 1,
-            false => 2 * nodes_of(portions, of_segments, of_records),
+        let nodes = match gathers {
+            true => held_at_once(self.records) + 1,
+            false => 2 * nodes_of(portions),
         };
         let chosen = self.request.along.len() as u64;
+        // Those that have a tile; the map has one.
+        let tiles = threads.min(self.chosen_by_tile().count().max(1) as u64);
         let along = match self.records == 1 && gathers {
-            true => threads.min(chosen) * together,
-            false => chosen * nodes,
+            true => (tiles * together).min(chosen),
+            false => chosen * nodes + tiles,
         };
         let scratch = RecordTransform::<f64>::working_bytes(length, length, TOGETHER);
-        let rooms = [&self.triples, &self.own].map(|triples| working_bytes(triples, count));
-        let tile = together * (16 * samples as u64 + spectra) + scratch + rooms[0].max(rooms[1]);
+        let of_triples = [&self.triples, &self.own].map(|triples| working_bytes(triples, count));
+        let tile = together * (16 * samples as u64 + spectra) + scratch;
         let results = 96 * chosen * self.realisations.bins() as u64;
         nodes * TripleSums::bytes(&self.triples)
             + 40 * self.triples.cells() as u64
             + 2 * spectra
             + along * TripleSums::bytes(&self.own)
             + results
-            + threads * tile
+            + tiles * tile
+            + threads * of_triples[0].max(of_triples[1])
     }
 
     /// Adds a portion of a shot to the map.
@@ -201,6 +210,7 @@ impl<'a> Pass<'a> {
             portion,
             [x, z],
             (&mut sums.map, &mut Vec::new()),
+            true,
         );
     }
 
@@ -211,20 +221,22 @@ impl<'a> Pass<'a> {
         portion: &Portion,
         [x, z]: [&Spectra; 2],
         (tree, free): (&mut RecordTree, &mut Vec<Sums>),
+        is_parallel: bool,
     ) {
         let mut segments = SegmentTree::default();
         let mut empty = || free.pop().unwrap_or_else(|| TripleSums::zeros(triples));
         if portion.is_whole {
             // The sum of all in place of nodes that would be added.
             let mut sums = empty();
-            sum_products(triples, x, z, &(0..x.count()), &mut sums);
+            sum_products(triples, x, z, &(0..x.count()), (&mut sums, is_parallel));
             segments.push(0, 0, sums);
         } else {
             let first = portion.segments.start;
             for (level, index) in nodes_within(portion.segments.clone()) {
                 let start = (index << level) - first;
                 let mut sums = empty();
-                sum_products(triples, x, z, &(start..start + (1 << level)), &mut sums);
+                let range = start..start + (1 << level);
+                sum_products(triples, x, z, &range, (&mut sums, is_parallel));
                 segments.push(level, index, sums);
             }
         }
@@ -240,9 +252,13 @@ impl<'a> Pass<'a> {
         into: &mut Steadiness,
     ) {
         if self.request.gaps == Gaps::LeaveOut {
+            let mut least = 1.0_f64;
             for (lane, (sum, site)) in into.without.iter_mut().zip(sites).enumerate() {
-                *sum += steadiness_without(&records.record(lane), &shot.missing(*site));
+                let one = steadiness_without(&records.record(lane), &shot.missing(*site));
+                *sum += one;
+                least = least.min(one);
             }
+            into.least_without += least;
             return;
         }
         let Scratch {
@@ -285,8 +301,8 @@ impl<'a> Pass<'a> {
     /// The estimate of records of zeros, counted as steady.
     fn silent(&self) -> Bicoherence {
         let cells = std::iter::repeat_n((f64::NAN, f64::NAN), self.triples.cells());
-        let tiles = self.tiles();
-        let tiles = tiles.map(|sites| TileSums::silent(self.chosen(&sites).len()));
+        let tiles = self.chosen_by_tile();
+        let tiles = tiles.map(|chosen| TileSums::silent(chosen.len()));
         self.estimate(cells, Steadiness::silent(), tiles.collect())
     }
 
@@ -306,12 +322,8 @@ impl<'a> Pass<'a> {
             bicoherence.push(value);
             biphase.push(phase);
         }
-        // The less steady of two.
-        let steadiness = steadiness.of_sites();
-        let steadiness = match self.request.site == self.request.output() {
-            true => steadiness[0],
-            false => steadiness[0].min(steadiness[1]),
-        };
+        // Of two the less steady one, in each record.
+        let steadiness = steadiness.of_least();
         Bicoherence {
             frequency: frequencies(segments.length, self.grid.time.step),
             time: self.grid.time.clone(),
@@ -330,14 +342,15 @@ impl<'a> Pass<'a> {
         }
     }
 
-    /// The sites of each tile.
-    fn tiles(&self) -> impl Iterator<Item = std::ops::Range<usize>> {
-        let sites = self.grid.sites;
-        (0..sites)
-            .step_by(TOGETHER)
-            .map(move |first| first..sites.min(first + TOGETHER))
+    /// The chosen sites of each tile that has some.
+    pub fn chosen_by_tile(&self) -> impl Iterator<Item = &[usize]> {
+        let along = &self.request.along;
+        along.chunk_by(|a, b| a / TOGETHER == b / TOGETHER)
     }
 }
+
+/// Index of the tile of the map.
+const MAP: usize = 1;
 
 /// Tiles are, in this order: how steady the map's records are, the map; and of each tile of sites, some of which are
 /// chosen, how steady their records are, and each of them.
@@ -364,11 +377,8 @@ impl Divided for BicoherenceRequest {
         };
         let own = TripleSums::shape(&pass.own);
         let mut tiles = vec![(steadiness, 1), (TripleSums::shape(&pass.triples), 1)];
-        for sites in pass.tiles() {
-            let chosen = pass.chosen(&sites).len();
-            if chosen > 0 {
-                tiles.extend([(steadiness, 1), (own, chosen)]);
-            }
+        for chosen in pass.chosen_by_tile() {
+            tiles.extend([(steadiness, 1), (own, chosen.len())]);
         }
         tiles
     }
@@ -378,7 +388,8 @@ impl Divided for BicoherenceRequest {
         let [arrays, found] = along::bytes(realisations, self.along.len());
         let (bins, sites) = (realisations.bins() as u64, grid.sites as u64);
         Finishing {
-            result: 40 * pass.triples.cells() as u64 + arrays + OF_BIN * bins + OF_SITE * sites,
+            result: (40 * pass.triples.cells() as u64 + arrays + OF_BIN * bins)
+                .saturating_add(OF_SITE.saturating_mul(sites)),
             averages: found,
             later: 0,
         }
@@ -393,15 +404,10 @@ impl Divided for BicoherenceRequest {
         false
     }
 
-    fn rescale(&self, sums: &mut Sums, factor: f64, realisations: &Realisations) {
-        let last = last_bin(realisations.segments.length);
-        let least = realisations.least_distance();
-        let own = Triples::of_one(last, least);
-        let triples = match sums.plain().len() == plain(&own) {
-            true => own,
-            false => Triples::of_two(last, least),
-        };
-        sums.rescale(factor, |block| order(&triples, block));
+    fn orders(&self, (grid, realisations): (&Grid, &Realisations)) -> Orders {
+        let pass = Pass::new(self, grid, realisations, 1);
+        let [map, own] = [&pass.triples, &pass.own].map(blocks);
+        Box::new(move |tile, block| order(if tile == MAP { map } else { own }, block))
     }
 
     fn partial(
@@ -413,8 +419,8 @@ impl Divided for BicoherenceRequest {
         let pass = Pass::new(self, grid, realisations, shots.count());
         let (unit, sums) = pass.sum(shots, portions, false)?;
         let mut trees = vec![sums.steadiness.tree, sums.map];
-        for (sites, tile) in pass.tiles().zip(sums.tiles) {
-            if !pass.chosen(&sites).is_empty() {
+        for tile in sums.tiles {
+            if !tile.products.is_empty() {
                 trees.push(tile.steadiness.tree);
                 trees.extend(tile.products);
             }
@@ -438,17 +444,14 @@ impl Divided for BicoherenceRequest {
         let mut next = || trees.next().unwrap_or_default();
         let of_records = |tree| Steadiness {
             tree,
-            without: [0.0; TOGETHER],
+            ..Steadiness::default()
         };
         let (steadiness, map) = (of_records(next()), next());
         let mut tiles: Vec<TileSums> = Vec::new();
-        for sites in pass.tiles() {
-            let chosen = pass.chosen(&sites).len();
+        for chosen in pass.chosen_by_tile() {
             let mut tile = TileSums::default();
-            if chosen > 0 {
-                tile.steadiness = of_records(next());
-                tile.products = (0..chosen).map(|_| next()).collect();
-            }
+            tile.steadiness = of_records(next());
+            tile.products = chosen.iter().map(|_| next()).collect();
             tiles.push(tile);
         }
         tiles.par_iter_mut().for_each(|tile| {

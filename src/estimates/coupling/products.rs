@@ -36,23 +36,23 @@ pub(super) struct SumScale {
     by: [f64; 3],
 }
 
-/// Sums of three kinds.
+/// Sums of products, `[re, im, pairs]`; or of powers, `[first, third, nothing]`.
 type Kinds<'a> = [&'a mut [f64]; 3];
 
 /// Blocks of a kind with a number a triple, and with a number a bin.
-fn blocks(triples: &Triples) -> [usize; 2] {
+pub(super) fn blocks(triples: &Triples) -> [usize; 2] {
     [triples.cells(), triples.last + 1].map(|numbers| numbers.div_ceil(WIDTH))
 }
 
 /// Blocks of all sums.
-pub(super) fn plain(triples: &Triples) -> usize {
+fn plain(triples: &Triples) -> usize {
     let [cells, bins] = blocks(triples);
     3 * cells + 2 * bins
 }
 
-/// The power of the samples in a block of the sums.
-pub(super) fn order(triples: &Triples, block: usize) -> i32 {
-    match block / blocks(triples)[0].max(1) {
+/// The power of the samples in a block of sums with so many blocks a kind.
+pub(super) fn order([cells, _]: [usize; 2], block: usize) -> i32 {
+    match block / cells.max(1) {
         0 | 1 => 3,
         2 => 4,
         _ => 2,
@@ -136,7 +136,11 @@ impl TripleSums<'_> {
         }
         let (re, im) = (self.re[cell] * scale.by[0], self.im[cell] * scale.by[0]);
         let bound = (self.pairs[cell] * scale.by[1]) * (self.third[third] * scale.by[2]);
-        ((re * re + im * im) / bound).min(1.0)
+        // `min` would make 1 of what is no number.
+        match (re * re + im * im) / bound {
+            above if above > 1.0 => 1.0,
+            found => found,
+        }
     }
 
     /// Phase of the sum of a cell.
@@ -160,13 +164,13 @@ pub(super) fn working_bytes(triples: &Triples, count: usize) -> u64 {
 }
 
 /// The sums over a range of the realisations of `x`, whose pairs are multiplied, and of `z`, in place of what is in
-/// `sums`. Rows in parallel.
+/// `sums`; rows in parallel where that is wished.
 pub(super) fn sum_products(
     triples: &Triples,
     x: &Spectra,
     z: &Spectra,
     range: &Range<usize>,
-    sums: &mut Sums,
+    (sums, is_parallel): (&mut Sums, bool),
 ) {
     let [cells, bins] = blocks(triples).map(|blocks| WIDTH * blocks);
     let numbers: &mut [f64] = bytemuck::cast_slice_mut(sums.plain_mut());
@@ -204,52 +208,59 @@ pub(super) fn sum_products(
         });
         groups.push((rows, kinds));
     }
-    groups
-        .into_par_iter()
-        .for_each_init(Vec::new, |rooms, (rows, kinds)| {
-            let add = |range, sums: Kinds<'_>, is_new| {
-                widest(AddProducts {
-                    rows,
-                    range,
-                    sums,
-                    is_new,
-                    x,
-                    z,
-                });
-            };
-            sum_tree(range.clone(), kinds, true, &add, rooms);
-        });
+    let sum = |scratch: &mut Vec<Vec<f64>>, (rows, kinds): (&[TripleRow], Kinds<'_>)| {
+        let add = |range, sums: Kinds<'_>, is_new| {
+            widest(AddProducts {
+                rows,
+                range,
+                sums,
+                is_new,
+                x,
+                z,
+            });
+        };
+        sum_tree(range.clone(), kinds, true, &add, scratch);
+    };
+    match is_parallel {
+        true => groups.into_par_iter().for_each_init(Vec::new, sum),
+        false => {
+            let mut scratch = Vec::new();
+            groups
+                .into_iter()
+                .for_each(|group| sum(&mut scratch, group));
+        }
+    }
 }
 
 /// The sums of a tree over a range of leaves that begins with a node as large as half of it or more, written or
-/// added to others. `leaves` does so with up to [`AT_ONCE`] of them; `rooms`: space for sums of nodes below.
+/// added to others. `leaves` does so with up to [`AT_ONCE`] of them; `scratch`: space for sums of nodes below.
 fn sum_tree(
     range: Range<usize>,
     mut sums: Kinds<'_>,
     is_new: bool,
     leaves: &impl Fn(Range<usize>, Kinds<'_>, bool),
-    rooms: &mut Vec<Vec<f64>>,
+    scratch: &mut Vec<Vec<f64>>,
 ) {
     let count = range.len();
     if count <= AT_ONCE {
         return leaves(range, sums, is_new);
     }
     if !is_new {
-        let mut room = rooms.pop().unwrap_or_default();
+        let mut sums_below = scratch.pop().unwrap_or_default();
         let [a, b, c] = sums.each_ref().map(|kind| kind.len());
-        room.resize(a + b + c, 0.0);
-        let (first, others) = room.split_at_mut(a);
+        sums_below.resize(a + b + c, 0.0);
+        let (first, others) = sums_below.split_at_mut(a);
         let (second, third) = others.split_at_mut(b);
-        sum_tree(range, [first, second, third], true, leaves, rooms);
-        let values = [0..a, a..a + b, a + b..a + b + c].map(|part| &room[part]);
+        sum_tree(range, [first, second, third], true, leaves, scratch);
+        let values = [0..a, a..a + b, a + b..a + b + c].map(|part| &sums_below[part]);
         widest(AddSums { sums, values });
-        rooms.push(room);
+        scratch.push(sums_below);
         return;
     }
     let middle = range.start + (1 << (count - 1).ilog2());
     let left: Kinds<'_> = sums.each_mut().map(|kind| &mut **kind);
-    sum_tree(range.start..middle, left, true, leaves, rooms);
-    sum_tree(middle..range.end, sums, false, leaves, rooms);
+    sum_tree(range.start..middle, left, true, leaves, scratch);
+    sum_tree(middle..range.end, sums, false, leaves, scratch);
 }
 
 /// Adds numbers to others.

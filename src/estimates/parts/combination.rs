@@ -7,16 +7,25 @@ use std::ops::Range;
 use serde_json::Value;
 
 use super::memory::{Counted, Held, places};
-use super::{Combined, Divided, DividedRequest, Partial, PartialAbout, flattened, of_each};
+use super::{Combined, Divided, DividedRequest, Orders, Partial, PartialAbout, flattened, of_each};
 use crate::error::{Error, Result};
 use crate::estimates::realisations::{Part, Realisations, RecordTree, SumsShape, TreeNode};
+use crate::system::threads::in_pool;
 
 /// The result of all parts, in any order: that of the whole run, bit for bit. `memory`: bytes that the parts and
-/// the work may take; `None`: half of the free memory beside the parts.
+/// the work may take; `None`: half of the free memory beside the parts. `threads`: worker threads; `None`: one a core.
 ///
 /// # Errors
-/// Those of [`Combination`].
-pub fn combine<P: Borrow<Partial>>(partials: &[P], memory: Option<u64>) -> Result<Combined> {
+/// Those of [`Combination`]; [`Error::Threads`].
+pub fn combine<P: Borrow<Partial> + Sync>(
+    partials: &[P],
+    memory: Option<u64>,
+    threads: Option<usize>,
+) -> Result<Combined> {
+    in_pool(threads, || combined(partials, memory))
+}
+
+fn combined<P: Borrow<Partial>>(partials: &[P], memory: Option<u64>) -> Result<Combined> {
     let (mut combination, order) =
         Combination::over(named(partials), true, held(partials), memory)?;
     for at in order {
@@ -43,6 +52,7 @@ pub fn join<P: Borrow<Partial>>(partials: &[P], memory: Option<u64>) -> Result<P
     let about = PartialAbout {
         part: None,
         range: [from, combination.next],
+        unit: combination.unit.unwrap_or(1.0),
         ..combination.about
     };
     Ok(flattened(about, &tiles, segments))
@@ -70,6 +80,9 @@ pub struct Combination {
     /// Of so many tiles each.
     tiles: Vec<(SumsShape, usize)>,
     trees: Vec<RecordTree>,
+    orders: Orders,
+    /// The unit of what is summed; `None` before a part that is not silent.
+    unit: Option<f64>,
     /// The next segment of all records.
     next: usize,
 }
@@ -125,7 +138,13 @@ impl Combination {
             }
         }
         let realisations = of_each!(&about.request, it => it.plan(&about.grid))?;
-        let all = about.fields.len() * realisations.segments.count();
+        let segments = realisations.segments.count();
+        let Some(all) = about.fields.len().checked_mul(segments) else {
+            return refuse(
+                "fewer segments".into(),
+                format!("{segments} of each record"),
+            );
+        };
         let start = if is_all { 0 } else { about.range[0] };
         let mut next = start;
         let mut before = "";
@@ -134,6 +153,10 @@ impl Combination {
             if from >= end || end > all {
                 let expected = format!("segments among the {all} of all records");
                 return refuse(expected, format!("{from} to {end} in {name}"));
+            }
+            let unit = parts[at].1.unit;
+            if !(unit > 0.0 && unit.is_finite()) {
+                return refuse("a unit above 0".into(), format!("{unit} in {name}"));
             }
             if from < next {
                 let found = format!(
@@ -152,6 +175,13 @@ impl Combination {
         }
         let known = (&about.grid, &realisations);
         let tiles = of_each!(&about.request, it => it.tiles(known.0, known.1));
+        if tiles
+            .iter()
+            .all(|(shape, count)| shape.numbers() == 0 || *count == 0)
+        {
+            return refuse("a field with sites".into(), "none".into());
+        }
+        let orders = of_each!(&about.request, it => it.orders(known));
         let counted = Counted::new(
             order.iter().map(|&at| parts[at].1.range),
             (&realisations, &tiles),
@@ -160,7 +190,12 @@ impl Combination {
         match is_all {
             true => {
                 let finishing = of_each!(&about.request, it => it.finishing(known));
-                counted.check("the result of these parts", finishing, memory)?;
+                let what = match &about.request {
+                    DividedRequest::SpaceTime(_) => "the space-time spectrum of these parts",
+                    DividedRequest::Bicoherence(_) => "the bicoherence of these parts",
+                    _ => "the result of these parts",
+                };
+                counted.check(what, finishing, memory)?;
             }
             false => counted.check_joined("one part of these", memory)?,
         }
@@ -175,6 +210,8 @@ impl Combination {
             realisations,
             tiles,
             trees,
+            orders,
+            unit: None,
             next: start,
         };
         Ok((combination, order))
@@ -185,9 +222,7 @@ impl Combination {
     /// # Errors
     /// [`Error::Request`] for a part that does not follow, and sums that are not those of its request.
     pub fn add(&mut self, partial: &Partial) -> Result<()> {
-        let shapes = self.tiles.iter();
-        let shapes = shapes.flat_map(|(shape, count)| std::iter::repeat_n(*shape, *count));
-        let width: usize = shapes.clone().map(SumsShape::numbers).sum();
+        let width: usize = self.shapes().map(SumsShape::numbers).sum();
         let segments = self.realisations.segments.count();
         let [from, end] = partial.about.range;
         let (mut covered, mut nodes) = (from, 0);
@@ -218,16 +253,18 @@ impl Combination {
             return refuse(expected, found);
         }
         let about_mean = of_each!(&self.about.request, it => it.about_mean());
-        let factor = partial.about.unit / self.about.unit;
+        let factor = self.factor(partial);
+        let shapes: Vec<SumsShape> = self.shapes().collect();
         for (place, numbers) in partial.nodes.iter().zip(partial.sums.chunks_exact(width)) {
             let mut numbers = numbers;
-            for (tree, shape) in self.trees.iter_mut().zip(shapes.clone()) {
+            let tiles = self.trees.iter_mut().zip(&shapes).enumerate();
+            for (tile, (tree, shape)) in tiles {
                 let (own, others) = numbers.split_at(shape.numbers());
                 numbers = others;
                 let mut sums = shape.zeros();
                 sums.set(own);
                 if factor != 1.0 {
-                    of_each!(&self.about.request, it => it.rescale(&mut sums, factor, &self.realisations));
+                    sums.rescale(factor, |block| (self.orders)(tile, block));
                 }
                 let node = TreeNode {
                     record: place.record,
@@ -242,6 +279,46 @@ impl Combination {
         Ok(())
     }
 
+    /// Of each tile.
+    fn shapes(&self) -> impl Iterator<Item = SumsShape> {
+        let tiles = self.tiles.iter();
+        tiles.flat_map(|(shape, count)| std::iter::repeat_n(*shape, *count))
+    }
+
+    /// Whether these are sums over zeros, whose unit says nothing.
+    fn is_silent(&self, partial: &Partial) -> bool {
+        let mut numbers = &partial.sums[..];
+        partial.nodes.iter().all(|_| {
+            self.shapes().all(|shape| {
+                let (own, others) = numbers.split_at(shape.numbers());
+                numbers = others;
+                shape.are_silent(own)
+            })
+        })
+    }
+
+    /// What the samples of a part are multiplied by to be in the unit of what is summed: the largest of all units, so
+    /// that nothing leaves the range of numbers but what is too small to count.
+    fn factor(&mut self, partial: &Partial) -> f64 {
+        let unit = partial.about.unit;
+        match self.unit {
+            Some(largest) if unit <= largest => unit / largest,
+            _ if self.is_silent(partial) => 1.0,
+            before => {
+                self.unit = Some(unit);
+                if let Some(before) = before {
+                    let trees = self.trees.iter_mut().enumerate();
+                    for (tile, tree) in trees {
+                        for sums in tree.sums_mut() {
+                            sums.rescale(before / unit, |block| (self.orders)(tile, block));
+                        }
+                    }
+                }
+                1.0
+            }
+        }
+    }
+
     /// The result.
     ///
     /// # Errors
@@ -254,7 +331,7 @@ impl Combination {
             return refuse("all parts".into(), found);
         }
         let known = (&self.about.grid, &self.realisations);
-        let (trees, unit) = (self.trees, self.about.unit);
+        let (trees, unit) = (self.trees, self.unit.unwrap_or(1.0));
         Ok(match &self.about.request {
             DividedRequest::Spectrum(it) => {
                 Combined::Spectrum(Box::new(it.combine(known, records, trees, unit)?))
@@ -277,7 +354,8 @@ fn missing<T>(parts: &[(String, PartialAbout)], range: Range<usize>, all: usize)
     let of_first = parts[0].1.part.map(|part| part.of);
     let mut others = parts.iter();
     let is_regular = others.all(|(_, about)| about.part.map(|part| part.of) == of_first);
-    let of = of_first.filter(|_| is_regular).unwrap_or(0);
+    let of = of_first.filter(|of| is_regular && *of <= all);
+    let of = of.unwrap_or(0);
     let lacks = |number: &usize| {
         let own = Part {
             number: *number,
@@ -300,6 +378,9 @@ fn missing<T>(parts: &[(String, PartialAbout)], range: Range<usize>, all: usize)
 
 /// What differs between the results that two parts belong to.
 fn difference(a: &PartialAbout, b: &PartialAbout) -> Option<String> {
+    if (&a.request, &a.grid, &a.fields) == (&b.request, &b.grid, &b.fields) {
+        return None;
+    }
     let json = |value: serde_json::Result<Value>| value.unwrap_or(Value::Null);
     // Blocks have coordinates of their own, which round.
     let is_near = |x: f64, y: f64, scale: f64| (x - y).abs() <= 1e-6 * scale.abs();

@@ -6,7 +6,7 @@ use std::ops::Range;
 use super::averaging::Realisations;
 use super::ensemble::PARTS;
 use super::records::Records;
-use super::tree::Sums;
+use super::tree::{Sums, held_at_once, nodes_within};
 use crate::error::{Error, Result};
 use crate::transform::Segments;
 
@@ -67,10 +67,15 @@ pub(crate) struct Portion {
     pub is_whole: bool,
 }
 
-/// The most nodes of the trees of a part, where trees over the segments and over the records hold so many sums.
-pub(crate) fn nodes_of(portions: &[Portion], of_segments: u64, of_records: u64) -> u64 {
-    let segments: usize = portions.iter().map(|portion| portion.segments.len()).sum();
-    (2 * of_segments + of_records).min(segments as u64)
+/// The most nodes of the trees of a part while it is summed: those of segments of records of which it has some, and
+/// of whole records.
+pub(crate) fn nodes_of(portions: &[Portion]) -> u64 {
+    let loose = portions.iter().filter(|portion| !portion.is_whole);
+    let loose: usize = loose
+        .map(|portion| nodes_within(portion.segments.clone()).count())
+        .sum();
+    let whole = portions.iter().filter(|portion| portion.is_whole).count();
+    loose as u64 + if whole > 0 { held_at_once(whole) } else { 0 }
 }
 
 impl Realisations {

@@ -36,6 +36,66 @@ pub(crate) struct Shots<'a> {
     observer: &'a dyn Observer,
 }
 
+/// Fourth powers stay in the range of numbers.
+const MOST_SCALE: f64 = f64::from_bits((1023 + 230) << 52);
+
+/// The unit in which the samples of several records are summed.
+struct CommonUnit<'a> {
+    records: Vec<(&'a Field, Range<usize>)>,
+    value: Option<f64>,
+}
+
+impl<'a> CommonUnit<'a> {
+    fn of(records: Vec<(&'a Field, Range<usize>)>) -> Self {
+        CommonUnit {
+            records,
+            value: None,
+        }
+    }
+
+    /// What the samples of a record, as they are read, are multiplied by, so that products of four transforms stay in
+    /// the range of numbers.
+    ///
+    /// # Errors
+    /// [`Error::Request`] for a record with amplitudes beyond all that were foreseen.
+    fn scale(&mut self, shots: &Shots<'_>, prepared: &Prepared<'_>) -> Result<f64> {
+        let unit = match self.value {
+            Some(unit) => unit,
+            // Of amplitudes that are neither tiny nor 0 there is no other unit but of larger ones.
+            None if self.records.len() == 1
+                || (prepared.unit() >= 1.0 && !prepared.is_silent()) =>
+            {
+                prepared.unit()
+            }
+            None => {
+                let mut largest = None::<f64>;
+                for (field, times) in &self.records {
+                    let other = shots.prepared(field, times.clone(), None)?;
+                    if !other.is_silent() {
+                        largest = Some(largest.map_or(other.unit(), |unit| unit.max(other.unit())));
+                    }
+                }
+                largest.unwrap_or(1.0)
+            }
+        };
+        self.value = Some(unit);
+        if prepared.is_silent() {
+            return Ok(1.0);
+        }
+        let scale = prepared.unit() / unit;
+        if scale > MOST_SCALE {
+            return Err(Error::Request {
+                option: "field",
+                expected:
+                    "records whose amplitudes differ by less than 2^230, or the largest first"
+                        .into(),
+                found: format!("amplitudes near {:.1e} and {unit:.1e}", prepared.unit()),
+            });
+        }
+        Ok(scale)
+    }
+}
+
 /// One of the [`Shots`], open for reading.
 pub(crate) struct Shot<'s> {
     prepared: Prepared<'s>,
@@ -146,11 +206,12 @@ impl<'a> Shots<'a> {
         block: Option<usize>,
         mut visit: impl FnMut(&Shot<'_>) -> Result<()>,
     ) -> Result<f64> {
-        let mut first_unit = None;
+        let whole = self.fields.iter().map(|field| (*field, self.held.clone()));
+        let mut unit = CommonUnit::of(whole.collect());
         for field in self.fields {
-            self.visit(field, self.held.clone(), block, &mut first_unit, &mut visit)?;
+            self.visit(field, self.held.clone(), block, &mut unit, &mut visit)?;
         }
-        Ok(first_unit.unwrap_or(1.0))
+        Ok(unit.value.unwrap_or(1.0))
     }
 
     /// Visits portions of the shots in their order, whose samples alone are read.
@@ -163,7 +224,11 @@ impl<'a> Shots<'a> {
         portions: &[Portion],
         mut visit: impl FnMut(&Shot<'_>, &Portion) -> Result<()>,
     ) -> Result<f64> {
-        let mut first_unit = None;
+        let all = portions.iter().filter_map(|portion| {
+            let field = self.fields.get(portion.record)?;
+            Some((*field, portion.samples.clone()))
+        });
+        let mut unit = CommonUnit::of(all.collect());
         for portion in portions {
             let Some(field) = self.fields.get(portion.record) else {
                 continue;
@@ -173,9 +238,9 @@ impl<'a> Shots<'a> {
                 visit(shot, portion)
             };
             let samples = portion.samples.clone();
-            self.visit(field, samples, block, &mut first_unit, &mut visit)?;
+            self.visit(field, samples, block, &mut unit, &mut visit)?;
         }
-        Ok(first_unit.unwrap_or(1.0))
+        Ok(unit.value.unwrap_or(1.0))
     }
 
     fn visit(
@@ -183,13 +248,13 @@ impl<'a> Shots<'a> {
         field: &Field,
         times: Range<usize>,
         block: Option<usize>,
-        first_unit: &mut Option<f64>,
+        unit: &mut CommonUnit<'_>,
         visit: &mut impl FnMut(&Shot<'_>) -> Result<()>,
     ) -> Result<()> {
         let prepared = self.prepared(field, times, block)?;
-        let unit = *first_unit.get_or_insert(prepared.unit());
+        let scale = unit.scale(self, &prepared)?;
         visit(&Shot {
-            scale: prepared.unit() / unit,
+            scale,
             leaves_out: self.gaps == Gaps::LeaveOut,
             prepared,
             block,

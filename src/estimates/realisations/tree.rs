@@ -10,12 +10,14 @@ use crate::numeric::lanes::{LaneBlock, Lanes, SimdKernel, WIDTH, widest};
 
 /// Blocks of a piece of a record: samples, mean, and sum of the squares of the deviations.
 const PIECE: usize = 3;
+/// Blocks over whole records.
+const OF_RECORDS: usize = 2;
 
 /// Sums of the tiles of a result, and of how the energy of its sites is spread over their records.
 #[derive(Debug, Clone, PartialEq)]
 pub(crate) struct Sums {
-    /// Plain sums; then the pieces of the record that is being summed; then the sum of the steadiness of
-    /// whole records.
+    /// Plain sums; then the pieces of the record that is being summed; then two sums over whole records: of the
+    /// steadiness of the least steady lane, and of each.
     blocks: Vec<LaneBlock>,
     plain: usize,
 }
@@ -40,6 +42,17 @@ impl SumsShape {
     pub fn bytes(self) -> u64 {
         8 * self.numbers() as u64
     }
+
+    /// Whether these numbers of sums are those over zeros.
+    pub fn are_silent(self, numbers: &[f64]) -> bool {
+        let (plain, others) = numbers.split_at(WIDTH * self.plain);
+        let (pieces, _) = others.as_chunks::<{ WIDTH * PIECE }>();
+        // The first block of a piece counts samples.
+        let mut sums = plain
+            .iter()
+            .chain(pieces.iter().flat_map(|piece| &piece[WIDTH..]));
+        sums.all(|sum| *sum == 0.0)
+    }
 }
 
 impl Sums {
@@ -53,7 +66,12 @@ impl Sums {
 
     /// Blocks in all.
     pub fn blocks(plain: usize, pieces: usize) -> usize {
-        plain + if pieces > 0 { PIECE * pieces + 1 } else { 0 }
+        plain
+            + if pieces > 0 {
+                PIECE * pieces + OF_RECORDS
+            } else {
+                0
+            }
     }
 
     /// From the numbers of [`Self::numbers`].
@@ -104,25 +122,29 @@ impl Sums {
             sums: &mut self.blocks[..plain],
             values: later.plain(),
         });
-        let Some((steadiness, pieces)) = later.blocks[self.plain..].split_last() else {
+        let Some((pieces, of_records)) = later.blocks[plain..].split_last_chunk::<OF_RECORDS>()
+        else {
             return;
         };
         add_pieces(self.pieces_mut(), pieces.as_chunks().0);
-        if let Some(sum) = self.blocks.last_mut() {
-            for (sum, value) in sum.0.iter_mut().zip(steadiness.0) {
-                *sum += value;
-            }
-        }
+        let first = self.blocks.len() - OF_RECORDS;
+        widest(AddBlocks {
+            sums: &mut self.blocks[first..],
+            values: of_records,
+        });
     }
 
     /// A record is complete: its pieces become its steadiness, about the mean of the record or about 0.
     fn complete(&mut self, about_mean: bool) {
         let plain = self.plain;
-        let Some((steadiness, pieces)) = self.blocks[plain..].split_last_mut() else {
+        let blocks = &mut self.blocks[plain..];
+        let Some((pieces, [least, steadiness])) = blocks.split_last_chunk_mut::<OF_RECORDS>()
+        else {
             return;
         };
+        let mut of_lanes = [1.0; WIDTH];
         let pieces: &mut [[LaneBlock; PIECE]] = pieces.as_chunks_mut().0;
-        for lane in 0..WIDTH {
+        for (lane, own) in of_lanes.iter_mut().enumerate() {
             let of = |piece: &[LaneBlock; PIECE], what: usize| piece[what].0[lane];
             let all: f64 = pieces.iter().map(|piece| of(piece, 0)).sum();
             let weighted = pieces.iter().map(|piece| of(piece, 0) * of(piece, 1));
@@ -141,11 +163,12 @@ impl Sums {
                 sum += energy;
                 squares += energy * energy;
             }
-            steadiness.0[lane] += match squares > 0.0 {
-                true => sum * sum / (equal.len() as f64 * squares),
-                false => 1.0,
-            };
+            if squares > 0.0 {
+                *own = sum * sum / (equal.len() as f64 * squares);
+            }
+            steadiness.0[lane] += *own;
         }
+        least.0[0] += of_lanes.iter().fold(1.0, |least: f64, one| least.min(*one));
         pieces.fill([LaneBlock::default(); PIECE]);
     }
 
@@ -158,6 +181,12 @@ impl Sums {
     /// Sums of the steadiness of whole records, of each lane; 1 for records of zeros.
     pub fn steadiness(&self) -> [f64; WIDTH] {
         self.blocks.last().map_or([0.0; WIDTH], |block| block.0)
+    }
+
+    /// Sum over whole records of the steadiness of the least steady lane.
+    pub fn least_steadiness(&self) -> f64 {
+        let blocks = self.blocks[self.plain..].last_chunk::<OF_RECORDS>();
+        blocks.map_or(0.0, |[least, _]| least.0[0])
     }
 
     /// Multiplies the samples by a power of two, of which a plain sum has the power that `order` tells of its
@@ -419,6 +448,14 @@ impl RecordTree {
             }
         }
         self.records.free.clear();
+    }
+
+    /// All sums.
+    pub fn sums_mut(&mut self) -> impl Iterator<Item = &mut Sums> {
+        let of_segments = self.open.1.0.nodes.iter_mut();
+        let nodes = self.records.nodes.iter_mut().chain(of_segments);
+        let loose = self.loose.iter_mut().map(|node| &mut node.sums);
+        nodes.map(|(_, _, sums)| sums).chain(loose)
     }
 
     /// Nodes that are held.

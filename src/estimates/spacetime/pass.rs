@@ -171,7 +171,7 @@ impl<'a> Pass<'a> {
         // A complex row, its sums in the trees, and those that stay; then what does not depend on the rows.
         let stay = match is_all {
             true => 1,
-            false => 2 * nodes_of(portions, segments, records),
+            false => 2 * nodes_of(portions),
         };
         let pairs = self.pairs as u64;
         let row = sites * (16 + 8 * pairs * (segments + records + 1));

@@ -29,7 +29,7 @@ pub(super) fn shape(realisations: &Realisations) -> SumsShape {
 /// Bytes of the result but for lines, with one tile of sums, and of the averages that it is made of, with lines.
 pub(super) fn finishing(grid: &Grid, realisations: &Realisations, tapers: &Tapers) -> Finishing {
     let bins = realisations.bins() as u64;
-    let sites = grid.sites.next_multiple_of(TOGETHER) as u64;
+    let sites = (grid.sites as u64).saturating_add(TOGETHER as u64 - 1);
     // Spectrum, shape, lines; spectrum, degrees, ends of two intervals, statistic.
     let (blocks, arrays) = match tests_lines(realisations) {
         true => (2 + LINE_BLOCKS as u64, 6),
@@ -42,8 +42,12 @@ pub(super) fn finishing(grid: &Grid, realisations: &Realisations, tapers: &Taper
     let of_site = bins * 8 * arrays + OF_SITE;
     let averages = bins * (8 * blocks + bytes_of_lines(tapers));
     Finishing {
-        result: of_site.saturating_mul(sites) + tile + OF_BIN * bins,
-        averages: averages.saturating_mul(sites) + threads * tile,
+        result: of_site
+            .saturating_mul(sites)
+            .saturating_add(tile + OF_BIN * bins),
+        averages: averages
+            .saturating_mul(sites)
+            .saturating_add(threads * tile),
         later: 0,
     }
 }

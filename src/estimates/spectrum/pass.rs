@@ -231,7 +231,9 @@ impl<'a> Pass<'a> {
         let (samples, bins) = (samples as u64, self.realisations.bins() as u64);
         let sites = self.grid.sites.next_multiple_of(TOGETHER) as u64;
         let length = self.realisations.segments.length;
-        let threads = rayon::current_num_threads() as u64;
+        // Those that have a tile.
+        let tiles = self.grid.sites.div_ceil(TOGETHER);
+        let threads = tiles.min(rayon::current_num_threads()) as u64;
         let together = TOGETHER as u64;
         let transform = RecordTransform::<f64>::working_bytes(length, length, TOGETHER);
         let energies = 8 * bins * self.weights.tapers() as u64;
@@ -243,7 +245,7 @@ impl<'a> Pass<'a> {
         let kept = match (portions, self.records) {
             (None, 1) => bins * HELD,
             (None, _) => bins * HELD + of_records * sums,
-            (Some(portions), _) => 2 * nodes_of(portions, of_segments, of_records) * sums,
+            (Some(portions), _) => 2 * nodes_of(portions) * sums,
         };
         sites * kept + threads * (scratch + transform)
     }
