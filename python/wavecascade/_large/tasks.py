@@ -25,7 +25,7 @@ Array = npt.NDArray[Any]
 #: Partials that are joined by one task.
 _FAN_IN = 2
 #: Nodes of the tree that a task has at hand, and bytes that it may have in any case.
-NODES, _LEAST_AT_ONCE = 12, 64 << 20
+NODES, _LEAST_AT_HAND = 12, 64 << 20
 #: How a warning begins that is of each site by itself.
 _COUNTED = re.compile(r"^\d+ of \d+ sites ")
 
@@ -185,9 +185,9 @@ def summed(work: Work, cut: tuple[int, int, int], samples: Any, compared: Any) -
     return leaves[0]
 
 
-def at_once(samples: Any) -> int:
+def sums_at_hand(samples: Any) -> int:
     """Bytes of sums that a task may have."""
-    return max(_LEAST_AT_ONCE, 2 * math.prod(samples.chunksize) * samples.dtype.itemsize)
+    return max(_LEAST_AT_HAND, 2 * math.prod(samples.chunksize) * samples.dtype.itemsize)
 
 
 def independence_of(known: Mapping[str, Any]) -> dict[str, Any]:
@@ -198,20 +198,20 @@ def independence_of(known: Mapping[str, Any]) -> dict[str, Any]:
 
 def stated(axes: Axes, of_field: Mapping[str, object]) -> dict[str, object]:
     """Axes and quantity as options; axes that count samples or sites are not stated."""
-    said: dict[str, object] = {}
+    options: dict[str, object] = {}
     for step, origin, name in (("dt", "t0", "time"), ("dx", "x0", "space")):
         place = (axes.dt, axes.t0) if name == "time" else (axes.dx, axes.x0)
         if axes.units.get(name) is not None or place != (1.0, 0.0):
-            said |= {step: place[0], origin: place[1], f"{name}_unit": axes.units.get(name)}
-    return said | ({"quantity": of_field["quantity"]} if of_field.get("quantity") else {})
+            options |= {step: place[0], origin: place[1], f"{name}_unit": axes.units.get(name)}
+    return options | ({"quantity": of_field["quantity"]} if of_field.get("quantity") else {})
 
 
-def work_of(said: list[str], n_times: int, field: Any, found: Placed) -> Work:
+def work_of(words: list[str], n_times: int, field: Any, found: Placed) -> Work:
     """With the name, the quantity and the unit of a whole field."""
     unit = found.axes.units.get("value")
     computation = uuid.uuid4().hex
     if not is_dataarray(field):
-        return Work(said, n_times, "field", None, unit, computation)
+        return Work(words, n_times, "field", None, unit, computation)
     name = None if field.name is None else str(field.name)
     quantity = field.attrs.get("standard_name") or name
-    return Work(said, n_times, name or "field", quantity, unit, computation)
+    return Work(words, n_times, name or "field", quantity, unit, computation)
