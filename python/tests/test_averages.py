@@ -160,6 +160,21 @@ def test_averages_of_bare_dask_arrays_of_single_precision(record):
     )
 
 
+def test_levels_are_stated_of_steady_records_alone(record, bursts):
+    averaged, options = wc.distributed.averaged, {"segment": 128, "site": 3, "every": 0}
+    for field, output in ((record, 3), (record, 5), (bursts, 3), (bursts, 5)):
+        lazy = averaged(da.from_array(field, chunks=(400, 5)), "bicoherence", output=output, **options)
+        assert hasattr(lazy.cell_level.data, "dask") and lazy.cell_level.dims == ()
+        assert "cell_level" not in lazy.attrs
+        with heard() as found:
+            level = float(lazy.cell_level.compute(scheduler="synchronous"))
+            expected = wc.bicoherence(field, output=output, **options)
+        if field is record:
+            assert level == expected.attrs["cell_level"] and found == []
+        else:
+            assert np.isnan(level) and "cell_level" not in expected.attrs and len(found) == 2
+
+
 @contextmanager
 def heard(action="always"):
     """What reaches the user meanwhile."""

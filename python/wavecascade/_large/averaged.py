@@ -78,7 +78,8 @@ def averaged(
     -------
     xarray.Dataset
         The arrays of the estimate that are known of each site (or wavenumber) by itself, lazy, and
-        ``steadiness``; the level of significance of a steady reference is an attribute.
+        ``steadiness``. The attribute ``level`` of a coherence is the level of significance of a steady
+        reference. The level of a cell of a bicoherence, ``cell_level``, is lazy: NaN for a transient.
 
     Raises
     ------
@@ -91,8 +92,9 @@ def averaged(
     Warns
     -----
     CascadeWarning
-        When it is computed, once, as of :func:`spectrum` and :func:`coherence`; workers of a
-        ``distributed.Client`` warn there. Of sites in several chunks it says that some have a transient.
+        When it is computed, once, as of :func:`spectrum`, :func:`coherence` and :func:`bicoherence`. Each
+        process of the workers of a ``distributed.Client`` sends it there once, and the default filters of
+        Python show one. Of sites in several chunks it says that some have a transient.
     """
     if estimate not in get_args(Divided):
         raise ValueError(f"estimate: expected spectrum, coherence or bicoherence, found {estimate!r}")

@@ -27,7 +27,7 @@ from wavecascade._large.tasks import (
 )
 
 #: Parts of the summary that are known without samples.
-_ATTRIBUTES_OF_MAP = ("time_unit", "space_unit", "segment", "overlap", "alpha", "cell_level")
+_ATTRIBUTES_OF_MAP = ("time_unit", "space_unit", "segment", "overlap", "alpha")
 #: Sums of a triple, and of a bin.
 _OF_A_TRIPLE, _OF_A_BIN = 3, 2
 
@@ -48,7 +48,7 @@ def coupled(field: Any, found: Placed, own: Mapping[str, Any], of_field: Mapping
     attrs = summary_attrs(known["summary"], _ATTRIBUTES_OF_MAP) | independence_of(known)
     for name, j in (("", site), ("output_", output)):
         attrs |= {name.rstrip("_") or "site": j, f"{name}position": found.axes.x0 + j * found.axes.dx}
-    return lazy_dataset(arrays, attrs, result, ["steadiness"])
+    return lazy_dataset(arrays, attrs, result, ["steadiness", "cell_level"])
 
 
 def _map(

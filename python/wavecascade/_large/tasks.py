@@ -131,7 +131,7 @@ def combined(whole: Any) -> dict[str, Any]:
 def finished(
     work: Work, whole: Any, names: list[str], without_first: bool, of_sites: int | None
 ) -> dict[str, Any]:
-    """These arrays of the result of all segments; ``of_sites`` in all, where these are only some."""
+    """These arrays and all scalars of all segments; ``of_sites`` in all, where these are only some."""
     found = combined(whole)
     for _, message, advice in found["warnings"]:
         if of_sites is not None:
@@ -141,9 +141,14 @@ def finished(
     arrays = {name: array for name, _, array, _ in found["arrays"] if name in names}
     if without_first:
         arrays = {name: array[..., 1:] for name, array in arrays.items()}
-    if "steadiness" not in arrays:
-        arrays["steadiness"] = np.float64(json.loads(found["summary"])["independence"]["steadiness"])
-    return arrays
+    summary = json.loads(found["summary"])
+    # A transient has no level.
+    level = summary.get("cell_level")
+    scalars = {
+        "steadiness": np.float64(summary["independence"]["steadiness"]),
+        "cell_level": np.float64(np.nan if level is None else level),
+    }
+    return scalars | arrays
 
 
 def summed(work: Work, cut: tuple[int, int, int], samples: Any, compared: Any) -> Any:
