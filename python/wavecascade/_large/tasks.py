@@ -186,7 +186,9 @@ def summed(work: Work, cut: tuple[int, int, int], samples: Any, compared: Any) -
         record = None if records is None else [taken(records[piece[0]], piece) for piece in pieces]
         leaves.append(delayed(_partial_of)(work, first * hop, parts, record))
     while len(leaves) > 1:
-        leaves = [delayed(_joined)(leaves[i : i + _FAN_IN]) for i in range(0, len(leaves), _FAN_IN)]
+        groups = [leaves[i : i + _FAN_IN] for i in range(0, len(leaves), _FAN_IN)]
+        # One that is left over goes up as it is.
+        leaves = [delayed(_joined)(group) if len(group) > 1 else group[0] for group in groups]
     return leaves[0]
 
 
