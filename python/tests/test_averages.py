@@ -13,6 +13,7 @@ import pytest
 
 import wavecascade as wc
 from conftest import same
+from wavecascade import _native
 from wavecascade._large.averaged import _bytes_of_a_node
 from wavecascade._large.workers import WorkerMemory
 
@@ -134,6 +135,16 @@ def test_averages_of_dask_arrays_are_lazy_with_the_same_bits(record, labelled, o
     least = {"coherence": {"delay"}, "bicoherence": set(expected.variables), "spectrum": {"low", "high"}}
     assert {"frequency", main} | least[main] <= set(names)
     same_arrays(found.compute(scheduler="synchronous"), expected, names)
+
+
+def test_sums_that_are_left_over_are_not_copied(record, monkeypatch):
+    joined, join = [], _native.join
+    monkeypatch.setattr(_native, "join", lambda *given: joined.append(len(given[0])) or join(*given))
+    # 9 chunks of times.
+    lazy = wc.distributed.averaged(da.from_array(record, chunks=((160,) * 9 + (61,), 23)), segment=128)
+    found = lazy.compute(scheduler="synchronous")
+    assert joined == [2] * 8
+    same_arrays(found, whole_of(record, segment=128), ["spectrum", "low", "high"])
 
 
 def test_averages_of_bare_dask_arrays_of_single_precision(record):
@@ -343,11 +354,16 @@ def test_errors_of_averages(record):
         ({"output": -1}, "output: expected a site from 0 to 22, found -1"),
         ({"along": (3, 24)}, "along: expected sites from 0 to 22, found 3 to 23"),
         ({"along": slice(None, 5)}, "along: expected two site indices"),
-        ({"every": -1}, "every: expected a number of sites"),
+        ({"every": -1}, "every: expected a whole number of sites, or 0 for none, found -1"),
+        ({"every": 2.7}, "every: expected a whole number of sites, or 0 for none, found 2.7"),
         ({"reference": 3}, "reference: expected none with bicoherence, found 3"),
     ):
         with pytest.raises(ValueError, match=message):
             averaged(lazy, "bicoherence", segment=64, **options)
+    for estimate in ("spectrum", "coherence", "bicoherence"):
+        message = "part: expected none, since the chunks are the parts, found '1/2'; use partial"
+        with pytest.raises(ValueError, match=message):
+            averaged(lazy, estimate, segment=64, part="1/2")
     with pytest.raises(
         ValueError, match="along: expected spectra along time, or along both axes, in parts"
     ):

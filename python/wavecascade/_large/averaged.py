@@ -99,6 +99,11 @@ def averaged(
     if estimate not in get_args(Divided):
         raise ValueError(f"estimate: expected spectrum, coherence or bicoherence, found {estimate!r}")
     own: dict[str, Any] = dict(options)
+    if own.get("part") is not None:
+        raise ValueError(
+            f"part: expected none, since the chunks are the parts, found {own['part']!r}; "
+            "use partial for a part of a record"
+        )
     of_field = {
         name: own.pop(name) for name in list(own) if name in AXES | {"time_dim", "space_dim", "layout"}
     }

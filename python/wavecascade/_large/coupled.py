@@ -79,6 +79,9 @@ def _along_x(
     """The arrays of the sites that are followed along x."""
     from dask.delayed import delayed
 
+    # These words also ask for the map of site 0, so that each group sums that of its first site as well,
+    # which costs what one more site does. The library has no words for sites without a map, and to gather
+    # the first site from the cells of its map, with its levels, would be its work a second time.
     work, silent, cut = _planned(shared, field, found)
     bins = cut[0] // 2 + 1
     triples = sum(name == "first" and len(array) for name, _, array, _ in silent["arrays"])
@@ -126,7 +129,10 @@ def _site(option: str, value: Any, n_sites: int) -> int:
 
 def _chosen(along: Any, every: Any, n_sites: int) -> range:
     """Sites that are followed along x."""
-    step = 1 if every is None else int(every)
+    step = 1 if every is None else every
+    if not isinstance(step, (int, np.integer)) or step < 0:
+        raise ValueError(f"every: expected a whole number of sites, or 0 for none, found {every!r}")
+    step = int(step)
     first, end = 0, n_sites
     if along is not None:
         ends = str(along if isinstance(along, str) else range_word(along)).split(":")
@@ -135,8 +141,6 @@ def _chosen(along: Any, every: Any, n_sites: int) -> range:
         first, end = map(int, ends)
     if not 0 <= first < end <= n_sites:
         raise ValueError(f"along: expected sites from 0 to {n_sites - 1}, found {first} to {end - 1}")
-    if step < 0:
-        raise ValueError(f"every: expected a number of sites, or 0 for none, found {every!r}")
     return range(first, end, step) if step else range(0)
 
 
