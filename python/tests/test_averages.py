@@ -14,6 +14,7 @@ import pytest
 import wavecascade as wc
 from conftest import same
 from wavecascade import _native
+from wavecascade._large import workers
 from wavecascade._large.averaged import _bytes_of_a_node
 from wavecascade._large.workers import WorkerMemory
 
@@ -279,16 +280,17 @@ def test_tasks_keep_to_the_memory_of_their_worker(record, client, monkeypatch):
     there = client.submit(WorkerMemory.here).result()
     assert there.limit == 420_000_000 and there.at_once == 1 and 50e6 < there.overhead <= 220e6
     assert there.task == int(0.75 * 420_000_000 - there.overhead)
-    workers = client.run(os.getpid)
+    processes = client.run(os.getpid)
     # 384 bytes a sample.
     long = averaged(da.zeros((1_000_000, 8), chunks=(500_000, 8)), segment=1_000_000)
     message = (
         r"the spectra of this part needs .* of memory, allowed are .*, in a worker of 420 MB that runs "
-        r"1 tasks at once beside .* of Python; give workers more memory or fewer threads"
+        r"1 tasks at once beside .* of Python and 128 MB of samples in each; give workers more memory or "
+        r"fewer threads"
     )
     with pytest.raises(MemoryError, match=message):
         client.compute(long.spectrum).result()
-    assert client.run(os.getpid) == workers
+    assert client.run(os.getpid) == processes
     # What is stated is taken.
     lazy = da.from_array(record, chunks=(1501, 23))
     stated = averaged(lazy, segment=128, memory="30 kB")
@@ -296,7 +298,10 @@ def test_tasks_keep_to_the_memory_of_their_worker(record, client, monkeypatch):
         with pytest.raises(MemoryError, match=r"allowed are 29.30 KiB\nraise"):
             result()
     # Bits are those without a limit, in the least memory that does.
-    for options, least in (({}, 2_000_000), ({"along": "both"}, 1_000_000)):
+    # Segments reach sample 1472.
+    samples = 8 * 23 * 1472
+    for options, sums in (({}, 2_000_000), ({"along": "both"}, 1_000_000)):
+        least = sums + samples
         again = averaged(lazy, segment=128, threads=1, **options)
         expected = again.compute(**here)
         same_arrays(client.compute(again).result(), expected)
@@ -305,9 +310,65 @@ def test_tasks_keep_to_the_memory_of_their_worker(record, client, monkeypatch):
                 WorkerMemory, "here", lambda least=least: WorkerMemory(2 * least, least // 2, 1)
             )
             same_arrays(again.compute(**here), expected)
-            patched.setattr(WorkerMemory, "here", lambda: WorkerMemory(1_000_000, 700_000, 1))
-            with pytest.raises(MemoryError, match="allowed are 48.83 KiB, in a worker of 1 MB"):
+            small = WorkerMemory(2_000_000, 1_450_000 - samples, 1)
+            patched.setattr(WorkerMemory, "here", lambda small=small: small)
+            with pytest.raises(MemoryError, match="allowed are 48.83 KiB, in a worker of 2 MB"):
                 again.compute(**here)
+
+
+def test_all_tasks_have_the_memory_and_threads_of_one(record, monkeypatch):
+    averaged, given = wc.distributed.averaged, {"partial": [], "join": [], "combine": []}
+
+    def watch(name, function):
+        def watched(*arguments, **keywords):
+            given[name].append((arguments, keywords))
+            return function(*arguments, **keywords)
+
+        monkeypatch.setattr(_native, name, watched)
+
+    def words_given(begin):
+        words = [word for (_, words, _), _ in given["partial"] for word in words]
+        return [word.removeprefix(begin) for word in words if word.startswith(begin)]
+
+    for name in given:
+        watch(name, getattr(_native, name))
+    lazy = da.from_array(record, chunks=((600, 901), 23))
+    kinds = [{}, {"estimate": "bicoherence", "site": 2, "every": 8}]
+    # What is stated, as it is.
+    for kind in kinds:
+        averaged(lazy, segment=128, memory="300 MB", threads=2, **kind).compute(scheduler="synchronous")
+        for (_, words, _), _ in given["partial"]:
+            assert {"--memory=300 MB", "--threads=2"} < set(words)
+        assert {arguments[1] for arguments, _ in given["join"]} == {"300 MB"}
+        assert {arguments[1:] for arguments, _ in given["combine"]} == {("300 MB",)}
+        assert all(keywords == {"threads": 2} for _, keywords in given["combine"])
+        assert all(given.values())
+        for calls in given.values():
+            calls.clear()
+    # Else the share of a task in a worker, and one core. Of it go samples: those of two chunks and their
+    # copy, 0 to 704, and those of one, 640 to 1472.
+    worker = WorkerMemory(100_000_000, 25_000_000, 1)
+    monkeypatch.setattr(WorkerMemory, "here", lambda: worker)
+    monkeypatch.setattr(workers, "_worker", lambda: worker)
+    found = averaged(lazy, segment=128).compute(scheduler="synchronous")
+    held = [2 * 8 * 23 * 704, 8 * 23 * 832]
+    shares = sorted(int(word) for word in words_given("--memory="))
+    assert shares == sorted(50_000_000 - samples for samples in held)
+    assert words_given("--threads=") == ["1", "1"]
+    assert [arguments[1] for arguments, _ in given["join"]] == ["50000000"]
+    assert [keywords for _, keywords in given["combine"]] == [{"threads": 1}]
+    assert [arguments[1] for arguments, _ in given["combine"]] == ["50000000"]
+    same_arrays(found, whole_of(record, segment=128), ["spectrum", "low", "high"])
+    # One core also in a worker without a limit.
+    monkeypatch.setattr(WorkerMemory, "here", lambda: None)
+    for calls in given.values():
+        calls.clear()
+    averaged(lazy, segment=128).compute(scheduler="synchronous")
+    assert words_given("--threads=") == ["1", "1"]
+    assert words_given("--memory=") == []
+    assert [(arguments[1], keywords) for arguments, keywords in given["combine"]] == [
+        (None, {"threads": 1})
+    ]
 
 
 @pytest.mark.parametrize("options", [kind for kind in KINDS if not {"along", "site"} & set(kind)])

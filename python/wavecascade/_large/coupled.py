@@ -92,7 +92,7 @@ def _along_x(
     for group in _groups_of_chosen(found.samples, chosen, of_a_site):
         sites = found.samples[:, slice(group.start, group.stop, group.step)]
         whole = summed(work, cut, sites, None)
-        parts.append((len(group), delayed(_found_along)(whole, names)))
+        parts.append((len(group), delayed(_found_along)(work, whole, names)))
     places = np.array(chosen, float)
     positions = found.axes.x0 + places * found.axes.dx
     arrays = []
@@ -115,9 +115,9 @@ def _planned(
     return work, known, cut
 
 
-def _found_along(whole: Any, names: list[str]) -> dict[str, Any]:
+def _found_along(work: Work, whole: Any, names: list[str]) -> dict[str, Any]:
     """What was found along x; warnings are of the map, which is of no site that is meant."""
-    found = combined(whole)
+    found = combined(work, whole)
     return {name: array for name, _, array, _ in found["arrays"] if name in names}
 
 

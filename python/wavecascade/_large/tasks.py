@@ -17,8 +17,7 @@ import numpy.typing as npt
 from wavecascade import _native
 from wavecascade._arrays.axes import Axes, Placed
 from wavecascade._arrays.fields import is_dataarray, plain
-from wavecascade._large.store import shown
-from wavecascade._large.workers import WorkerMemory, warn_once
+from wavecascade._large.workers import Share, warn_once
 
 Array = npt.NDArray[Any]
 
@@ -49,8 +48,14 @@ class Work:
             values, name=self.name, quantity=self.quantity, unit=self.unit, is_layout_known=True
         )
 
-    def _states(self, option: str) -> bool:
-        return any(word.startswith(f"{option}=") for word in self.words)
+    def stated(self, option: str) -> str | None:
+        """What the words say of an option."""
+        begin = f"--{option}="
+        return next((word.removeprefix(begin) for word in self.words if word.startswith(begin)), None)
+
+    def share(self, samples: int = 0) -> Share:
+        """What a task may take beside so many bytes of samples."""
+        return Share.of(self.stated("memory"), self.stated("threads"), samples)
 
     def outline(self, sites: int) -> tuple[dict[str, Any], tuple[int, int, int]]:
         """A result at so many sites without a look at samples, and how records are cut."""
@@ -63,24 +68,18 @@ class Work:
         """The sums of a block, which comes in rows of chunks; the reference becomes its first site."""
         rows = [[plain(piece)[0] for piece in row] for row in pieces]
         columns = [] if reference is None else [plain(piece)[0] for piece in reference]
-        samples = self.samples(_assembled(rows, columns))
-        worker = WorkerMemory.here()
-        if worker is None:
-            return _native.partial([samples], self.words, (first, self.times))
-        # A thread of a worker is one core, and has its share of the memory.
-        options = {"--memory": max(1, worker.task), "--threads": 1}
-        own = {option: value for option, value in options.items() if not self._states(option)}
-        words = [*self.words, *(f"{option}={value}" for option, value in own.items())]
-        try:
-            return _native.partial([samples], words, (first, self.times))
-        except MemoryError as error:
-            if "--memory" not in own:
-                raise
-            raise MemoryError(
-                f"{error}, in a worker of {shown(worker.limit)} that runs {worker.at_once} tasks at once "
-                f"beside {shown(worker.overhead)} of Python; give workers more memory or fewer threads, "
-                "or take shorter segments or smaller chunks"
-            ) from None
+        block = _assembled(rows, columns)
+        own = [piece for row in rows for piece in row] + columns
+        held = sum(piece.nbytes for piece in own) + (0 if own[0] is block else block.nbytes)
+        share = self.share(held)
+        options = {"memory": share.memory, "threads": share.threads}
+        words = self.words + [
+            f"--{option}={value}"
+            for option, value in options.items()
+            if value is not None and self.stated(option) is None
+        ]
+        with share.explained():
+            return _native.partial([self.samples(block)], words, (first, self.times))
 
 
 def _assembled(rows: list[list[Array]], columns: list[Array]) -> Array:
@@ -113,26 +112,24 @@ def _partial_of(work: Work, first: int, pieces: list[list[Any]], reference: list
     return work.partial(first, pieces, reference)
 
 
-def _memory() -> str | None:
-    """What a task may take, in a worker that has a limit."""
-    worker = WorkerMemory.here()
-    return None if worker is None else str(max(1, worker.task))
+def _joined(work: Work, partials: list[Any]) -> Any:
+    share = work.share()
+    with share.explained():
+        return _native.join(partials, share.memory)
 
 
-def _joined(partials: list[Any]) -> Any:
-    return _native.join(partials, _memory())
-
-
-def combined(whole: Any) -> dict[str, Any]:
+def combined(work: Work, whole: Any) -> dict[str, Any]:
     """The result of all segments."""
-    return _native.combine([whole], _memory())
+    share = work.share()
+    with share.explained():
+        return _native.combine([whole], share.memory, threads=share.threads)
 
 
 def finished(
     work: Work, whole: Any, names: list[str], without_first: bool, of_sites: int | None
 ) -> dict[str, Any]:
     """These arrays and all scalars of all segments; ``of_sites`` in all, where these are only some."""
-    found = combined(whole)
+    found = combined(work, whole)
     for _, message, advice in found["warnings"]:
         if of_sites is not None:
             # What other groups of sites find is not known here, and all that warn are to say the same.
@@ -188,7 +185,7 @@ def summed(work: Work, cut: tuple[int, int, int], samples: Any, compared: Any) -
     while len(leaves) > 1:
         groups = [leaves[i : i + _FAN_IN] for i in range(0, len(leaves), _FAN_IN)]
         # One that is left over goes up as it is.
-        leaves = [delayed(_joined)(group) if len(group) > 1 else group[0] for group in groups]
+        leaves = [delayed(_joined)(work, group) if len(group) > 1 else group[0] for group in groups]
     return leaves[0]
 
 
