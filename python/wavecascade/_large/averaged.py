@@ -13,6 +13,7 @@ from wavecascade._arrays.fields import is_dataarray
 from wavecascade._arrays.results import summary_attrs
 from wavecascade._commands.parts import Divided, words_of
 from wavecascade._keywords.options import DividedOptions
+from wavecascade._large.columns import Reference
 from wavecascade._large.coupled import coupled
 from wavecascade._large.lazy import lazy_array, lazy_dataset
 from wavecascade._large.tasks import (
@@ -123,12 +124,12 @@ def averaged(
     is_both = own.get("along") == "both"
     # Other sites have arrays of the same kinds.
     known, cut = work.outline(n_sites if is_both else 2)
-    groups = [(0, n_sites)]
+    groups = [range(n_sites)]
     if not is_both:
         tapers = json.loads(known["summary"])["independence"]["tapers"]
         node = _bytes_of_a_node(estimate, cut, tapers)
         groups = _groups_of_sites(found.samples, _OF_A_CELL * (cut[0] // 2 + 1) + NODES * node)
-    wholes = [summed(work, cut, found.samples[:, a:b], compared) for a, b in groups]
+    wholes = [summed(work, cut, found.samples, sites, compared) for sites in groups]
     return _dataset(work, known, found.axes, groups, wholes, compared is not None)
 
 
@@ -136,7 +137,7 @@ def _dataset(
     work: Work,
     known: dict[str, Any],
     axes: Axes,
-    groups: list[tuple[int, int]],
+    groups: list[range],
     wholes: list[Any],
     is_compared: bool,
 ) -> Any:
@@ -150,13 +151,13 @@ def _dataset(
         if set(one[1]) <= _PLACES and one[1] != [one[0]] and not one[0].startswith("jackknife")
     ]
     names = [name for name, *_ in kept]
-    n_sites = groups[-1][1]
+    n_sites = groups[-1].stop
     of_sites = n_sites if len(groups) > 1 else None
     results = [delayed(finished)(work, whole, names, is_compared, of_sites) for whole in wholes]
     arrays = []
     for name, dims, array, attrs in kept:
         is_of_sites = dims[-1] == "position"
-        lengths = [b - a if is_of_sites else array.shape[-1] for a, b in groups]
+        lengths = [len(sites) if is_of_sites else array.shape[-1] for sites in groups]
         parts = list(zip(lengths, results, strict=True))
         arrays.append((name, dims, lazy_array(parts, name, array), attrs))
     for name, dims, array, attrs in known["arrays"][:2]:
@@ -179,15 +180,17 @@ def _bytes_of_a_node(estimate: Divided, cut: tuple[int, int, int], tapers: int) 
     return 8 * (of_a_bin * (length // 2 + 1) + 3 * pieces + 1)
 
 
-def _groups_of_sites(samples: Any, of_a_site: int) -> list[tuple[int, int]]:
+def _groups_of_sites(samples: Any, of_a_site: int) -> list[range]:
     """Sites that are taken together: chunks, or pieces of those whose sums are much larger."""
     most = max(_TOGETHER, sums_at_hand(samples) // of_a_site // _TOGETHER * _TOGETHER)
     ends = np.cumsum((0, *samples.chunks[1])).tolist()
     pieces = [(a, b, -(-(b - a) // most)) for a, b in pairwise(ends)]
-    return [(a + i * (b - a) // n, a + (i + 1) * (b - a) // n) for a, b, n in pieces for i in range(n)]
+    return [
+        range(a + i * (b - a) // n, a + (i + 1) * (b - a) // n) for a, b, n in pieces for i in range(n)
+    ]
 
 
-def _reference(samples: Any, estimate: Divided, reference: Any) -> Any:
+def _reference(samples: Any, estimate: Divided, reference: Any) -> Reference | None:
     """The record of the reference of a coherence."""
     if estimate != "coherence":
         if reference is not None:
@@ -198,8 +201,8 @@ def _reference(samples: Any, estimate: Divided, reference: Any) -> Any:
         if not 0 <= reference < samples.shape[1]:
             last = samples.shape[1] - 1
             raise ValueError(f"reference: expected a site from 0 to {last}, found {reference}")
-        return samples[:, int(reference)]
+        return Reference(samples[:, int(reference)], int(reference))
     shape = tuple(np.shape(reference))
     if shape != (samples.shape[0],):
         raise ValueError(f"reference: expected {samples.shape[0]} samples, found the shape {shape}")
-    return reference.data if is_dataarray(reference) else reference
+    return Reference(reference.data if is_dataarray(reference) else reference, None)

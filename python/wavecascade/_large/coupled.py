@@ -63,7 +63,7 @@ def _map(
         options["output"] = 1
         columns.append(output)
     work, known, cut = _planned(options, field, found)
-    whole = summed(work, cut, found.samples[:, columns], None)
+    whole = summed(work, cut, found.samples, columns, None)
     values = ["bicoherence", "biphase"]
     result = delayed(finished)(work, whole, values, False, None)
     arrays = []
@@ -90,8 +90,7 @@ def _along_x(
     names = [name for name, *_ in planes]
     parts = []
     for group in _groups_of_chosen(found.samples, chosen, of_a_site):
-        sites = found.samples[:, slice(group.start, group.stop, group.step)]
-        whole = summed(work, cut, sites, None)
+        whole = summed(work, cut, found.samples, group, None)
         parts.append((len(group), delayed(_found_along)(work, whole, names)))
     places = np.array(chosen, float)
     positions = found.axes.x0 + places * found.axes.dx

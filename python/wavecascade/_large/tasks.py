@@ -17,6 +17,7 @@ import numpy.typing as npt
 from wavecascade import _native
 from wavecascade._arrays.axes import Axes, Placed
 from wavecascade._arrays.fields import is_dataarray, plain
+from wavecascade._large.columns import Columns, Reference
 from wavecascade._large.workers import Share, warn_once
 
 Array = npt.NDArray[Any]
@@ -64,12 +65,14 @@ class Work:
         silent = np.broadcast_to(np.float64(0.0), (2, sites))
         return _native.outline(self.samples(silent), words, self.times)
 
-    def partial(self, first: int, pieces: list[list[Any]], reference: list[Any] | None) -> Any:
+    def partial(
+        self, first: int, pieces: list[list[Any]], reference: list[Any] | None, columns: Columns
+    ) -> Any:
         """The sums of a block, which comes in rows of chunks; the reference becomes its first site."""
         rows = [[plain(piece)[0] for piece in row] for row in pieces]
-        columns = [] if reference is None else [plain(piece)[0] for piece in reference]
-        block = _assembled(rows, columns)
-        own = [piece for row in rows for piece in row] + columns
+        records = [] if reference is None else [plain(piece)[0] for piece in reference]
+        block = _assembled(rows, records)
+        own = [piece for row in rows for piece in row] + records
         held = sum(piece.nbytes for piece in own) + (0 if own[0] is block else block.nbytes)
         share = self.share(held)
         options = {"memory": share.memory, "threads": share.threads}
@@ -78,8 +81,12 @@ class Work:
             for option, value in options.items()
             if value is not None and self.stated(option) is None
         ]
-        with share.explained():
-            return _native.partial([self.samples(block)], words, (first, self.times))
+        try:
+            with share.explained():
+                return _native.partial([self.samples(block)], words, (first, self.times))
+        except ValueError as error:
+            # The library counts the sites of the block.
+            raise ValueError(columns.explained(str(error), block, first)) from None
 
 
 def _assembled(rows: list[list[Array]], columns: list[Array]) -> Array:
@@ -108,8 +115,10 @@ def _rows(chunk: Any, start: int, stop: int) -> Any:
     return np.array(chunk[start:stop])
 
 
-def _partial_of(work: Work, first: int, pieces: list[list[Any]], reference: list[Any] | None) -> Any:
-    return work.partial(first, pieces, reference)
+def _partial_of(
+    work: Work, first: int, pieces: list[list[Any]], reference: list[Any] | None, columns: Columns
+) -> Any:
+    return work.partial(first, pieces, reference, columns)
 
 
 def _joined(work: Work, partials: list[Any]) -> Any:
@@ -148,15 +157,24 @@ def finished(
     return scalars | arrays
 
 
-def summed(work: Work, cut: tuple[int, int, int], samples: Any, compared: Any) -> Any:
-    """The sums over all segments of some sites."""
+def summed(
+    work: Work,
+    cut: tuple[int, int, int],
+    samples: Any,
+    sites: range | list[int],
+    reference: Reference | None,
+) -> Any:
+    """The sums over all segments of these sites of a field."""
     from dask.delayed import delayed
 
     length, hop, count = cut
     ends = np.cumsum((0, *samples.chunks[0])).tolist()
-    blocks = samples.to_delayed()
+    index = slice(sites.start, sites.stop, sites.step) if isinstance(sites, range) else sites
+    blocks = samples[:, index].to_delayed()
+    columns = Columns.of(sites, reference)
     records: Any = None
-    if compared is not None:
+    if reference is not None:
+        compared = reference.record
         records = [compared[a:b] for a, b in pairwise(ends)]
         if hasattr(compared, "dask"):
             records = compared.rechunk((samples.chunks[0],)).to_delayed()
@@ -181,7 +199,7 @@ def summed(work: Work, cut: tuple[int, int, int], samples: Any, compared: Any) -
                 break
         parts = [[taken(block, piece) for block in blocks[piece[0]]] for piece in pieces]
         record = None if records is None else [taken(records[piece[0]], piece) for piece in pieces]
-        leaves.append(delayed(_partial_of)(work, first * hop, parts, record))
+        leaves.append(delayed(_partial_of)(work, first * hop, parts, record, columns))
     while len(leaves) > 1:
         groups = [leaves[i : i + _FAN_IN] for i in range(0, len(leaves), _FAN_IN)]
         # One that is left over goes up as it is.
