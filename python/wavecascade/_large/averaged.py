@@ -88,7 +88,7 @@ def averaged(
         For options that do not fit; when it is computed, for samples that do not.
     MemoryError
         When it is computed, for sums beyond ``memory``: by default, in a worker of Dask, the share of a
-        task in its memory limit.
+        task in its memory limit, less the samples that the task holds.
 
     Warns
     -----
