@@ -13,6 +13,8 @@ import pytest
 
 import wavecascade as wc
 from conftest import same
+from wavecascade import _native
+from wavecascade._large import workers
 from wavecascade._large.averaged import _bytes_of_a_node
 from wavecascade._large.workers import WorkerMemory
 
@@ -136,6 +138,16 @@ def test_averages_of_dask_arrays_are_lazy_with_the_same_bits(record, labelled, o
     same_arrays(found.compute(scheduler="synchronous"), expected, names)
 
 
+def test_sums_that_are_left_over_are_not_copied(record, monkeypatch):
+    joined, join = [], _native.join
+    monkeypatch.setattr(_native, "join", lambda *given: joined.append(len(given[0])) or join(*given))
+    # 9 chunks of times.
+    lazy = wc.distributed.averaged(da.from_array(record, chunks=((160,) * 9 + (61,), 23)), segment=128)
+    found = lazy.compute(scheduler="synchronous")
+    assert joined == [2] * 8
+    same_arrays(found, whole_of(record, segment=128), ["spectrum", "low", "high"])
+
+
 def test_averages_of_bare_dask_arrays_of_single_precision(record):
     single = record.astype("f4")
     lazy = da.from_array(single, chunks=(100, 4))
@@ -158,6 +170,21 @@ def test_averages_of_bare_dask_arrays_of_single_precision(record):
     assert (
         float(own.steadiness) == level and own.attrs["level"] == wc.coherence(record, segment=128).level
     )
+
+
+def test_levels_are_stated_of_steady_records_alone(record, bursts):
+    averaged, options = wc.distributed.averaged, {"segment": 128, "site": 3, "every": 0}
+    for field, output in ((record, 3), (record, 5), (bursts, 3), (bursts, 5)):
+        lazy = averaged(da.from_array(field, chunks=(400, 5)), "bicoherence", output=output, **options)
+        assert hasattr(lazy.cell_level.data, "dask") and lazy.cell_level.dims == ()
+        assert "cell_level" not in lazy.attrs
+        with heard() as found:
+            level = float(lazy.cell_level.compute(scheduler="synchronous"))
+            expected = wc.bicoherence(field, output=output, **options)
+        if field is record:
+            assert level == expected.attrs["cell_level"] and found == []
+        else:
+            assert np.isnan(level) and "cell_level" not in expected.attrs and len(found) == 2
 
 
 @contextmanager
@@ -253,16 +280,17 @@ def test_tasks_keep_to_the_memory_of_their_worker(record, client, monkeypatch):
     there = client.submit(WorkerMemory.here).result()
     assert there.limit == 420_000_000 and there.at_once == 1 and 50e6 < there.overhead <= 220e6
     assert there.task == int(0.75 * 420_000_000 - there.overhead)
-    workers = client.run(os.getpid)
+    processes = client.run(os.getpid)
     # 384 bytes a sample.
     long = averaged(da.zeros((1_000_000, 8), chunks=(500_000, 8)), segment=1_000_000)
     message = (
         r"the spectra of this part needs .* of memory, allowed are .*, in a worker of 420 MB that runs "
-        r"1 tasks at once beside .* of Python; give workers more memory or fewer threads"
+        r"1 tasks at once beside .* of Python and 128 MB of samples in each; give workers more memory or "
+        r"fewer threads"
     )
     with pytest.raises(MemoryError, match=message):
         client.compute(long.spectrum).result()
-    assert client.run(os.getpid) == workers
+    assert client.run(os.getpid) == processes
     # What is stated is taken.
     lazy = da.from_array(record, chunks=(1501, 23))
     stated = averaged(lazy, segment=128, memory="30 kB")
@@ -270,7 +298,10 @@ def test_tasks_keep_to_the_memory_of_their_worker(record, client, monkeypatch):
         with pytest.raises(MemoryError, match=r"allowed are 29.30 KiB\nraise"):
             result()
     # Bits are those without a limit, in the least memory that does.
-    for options, least in (({}, 2_000_000), ({"along": "both"}, 1_000_000)):
+    # Segments reach sample 1472.
+    samples = 8 * 23 * 1472
+    for options, sums in (({}, 2_000_000), ({"along": "both"}, 1_000_000)):
+        least = sums + samples
         again = averaged(lazy, segment=128, threads=1, **options)
         expected = again.compute(**here)
         same_arrays(client.compute(again).result(), expected)
@@ -279,9 +310,65 @@ def test_tasks_keep_to_the_memory_of_their_worker(record, client, monkeypatch):
                 WorkerMemory, "here", lambda least=least: WorkerMemory(2 * least, least // 2, 1)
             )
             same_arrays(again.compute(**here), expected)
-            patched.setattr(WorkerMemory, "here", lambda: WorkerMemory(1_000_000, 700_000, 1))
-            with pytest.raises(MemoryError, match="allowed are 48.83 KiB, in a worker of 1 MB"):
+            small = WorkerMemory(2_000_000, 1_450_000 - samples, 1)
+            patched.setattr(WorkerMemory, "here", lambda small=small: small)
+            with pytest.raises(MemoryError, match="allowed are 48.83 KiB, in a worker of 2 MB"):
                 again.compute(**here)
+
+
+def test_all_tasks_have_the_memory_and_threads_of_one(record, monkeypatch):
+    averaged, given = wc.distributed.averaged, {"partial": [], "join": [], "combine": []}
+
+    def watch(name, function):
+        def watched(*arguments, **keywords):
+            given[name].append((arguments, keywords))
+            return function(*arguments, **keywords)
+
+        monkeypatch.setattr(_native, name, watched)
+
+    def words_given(begin):
+        words = [word for (_, words, _), _ in given["partial"] for word in words]
+        return [word.removeprefix(begin) for word in words if word.startswith(begin)]
+
+    for name in given:
+        watch(name, getattr(_native, name))
+    lazy = da.from_array(record, chunks=((600, 901), 23))
+    kinds = [{}, {"estimate": "bicoherence", "site": 2, "every": 8}]
+    # What is stated, as it is.
+    for kind in kinds:
+        averaged(lazy, segment=128, memory="300 MB", threads=2, **kind).compute(scheduler="synchronous")
+        for (_, words, _), _ in given["partial"]:
+            assert {"--memory=300 MB", "--threads=2"} < set(words)
+        assert {arguments[1] for arguments, _ in given["join"]} == {"300 MB"}
+        assert {arguments[1:] for arguments, _ in given["combine"]} == {("300 MB",)}
+        assert all(keywords == {"threads": 2} for _, keywords in given["combine"])
+        assert all(given.values())
+        for calls in given.values():
+            calls.clear()
+    # Else the share of a task in a worker, and one core. Of it go samples: those of two chunks and their
+    # copy, 0 to 704, and those of one, 640 to 1472.
+    worker = WorkerMemory(100_000_000, 25_000_000, 1)
+    monkeypatch.setattr(WorkerMemory, "here", lambda: worker)
+    monkeypatch.setattr(workers, "_worker", lambda: worker)
+    found = averaged(lazy, segment=128).compute(scheduler="synchronous")
+    held = [2 * 8 * 23 * 704, 8 * 23 * 832]
+    shares = sorted(int(word) for word in words_given("--memory="))
+    assert shares == sorted(50_000_000 - samples for samples in held)
+    assert words_given("--threads=") == ["1", "1"]
+    assert [arguments[1] for arguments, _ in given["join"]] == ["50000000"]
+    assert [keywords for _, keywords in given["combine"]] == [{"threads": 1}]
+    assert [arguments[1] for arguments, _ in given["combine"]] == ["50000000"]
+    same_arrays(found, whole_of(record, segment=128), ["spectrum", "low", "high"])
+    # One core also in a worker without a limit.
+    monkeypatch.setattr(WorkerMemory, "here", lambda: None)
+    for calls in given.values():
+        calls.clear()
+    averaged(lazy, segment=128).compute(scheduler="synchronous")
+    assert words_given("--threads=") == ["1", "1"]
+    assert words_given("--memory=") == []
+    assert [(arguments[1], keywords) for arguments, keywords in given["combine"]] == [
+        (None, {"threads": 1})
+    ]
 
 
 @pytest.mark.parametrize("options", [kind for kind in KINDS if not {"along", "site"} & set(kind)])
@@ -328,11 +415,16 @@ def test_errors_of_averages(record):
         ({"output": -1}, "output: expected a site from 0 to 22, found -1"),
         ({"along": (3, 24)}, "along: expected sites from 0 to 22, found 3 to 23"),
         ({"along": slice(None, 5)}, "along: expected two site indices"),
-        ({"every": -1}, "every: expected a number of sites"),
+        ({"every": -1}, "every: expected a whole number of sites, or 0 for none, found -1"),
+        ({"every": 2.7}, "every: expected a whole number of sites, or 0 for none, found 2.7"),
         ({"reference": 3}, "reference: expected none with bicoherence, found 3"),
     ):
         with pytest.raises(ValueError, match=message):
             averaged(lazy, "bicoherence", segment=64, **options)
+    for estimate in ("spectrum", "coherence", "bicoherence"):
+        message = "part: expected none, since the chunks are the parts, found '1/2'; use partial"
+        with pytest.raises(ValueError, match=message):
+            averaged(lazy, estimate, segment=64, part="1/2")
     with pytest.raises(
         ValueError, match="along: expected spectra along time, or along both axes, in parts"
     ):

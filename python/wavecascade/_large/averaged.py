@@ -8,13 +8,24 @@ from typing import Any, Unpack, get_args
 
 import numpy as np
 
-from wavecascade._arrays.axes import AXES, placed
+from wavecascade._arrays.axes import AXES, Axes, placed
 from wavecascade._arrays.fields import is_dataarray
-from wavecascade._arrays.results import dataset, summary_attrs
+from wavecascade._arrays.results import summary_attrs
 from wavecascade._commands.parts import Divided, words_of
 from wavecascade._keywords.options import DividedOptions
+from wavecascade._large.columns import Reference
 from wavecascade._large.coupled import coupled
-from wavecascade._large.tasks import NODES, at_once, finished, independence_of, stated, summed, work_of
+from wavecascade._large.lazy import lazy_array, lazy_dataset
+from wavecascade._large.tasks import (
+    NODES,
+    Work,
+    finished,
+    independence_of,
+    stated,
+    summed,
+    sums_at_hand,
+    work_of,
+)
 
 #: Sites that the library sums together.
 _TOGETHER = 8
@@ -22,8 +33,8 @@ _TOGETHER = 8
 _OF_A_CELL = 128
 #: What an array is over if it is known of each place by itself.
 _PLACES = frozenset({"frequency", "position", "wavenumber"})
-#: Parts of a summary that are known without samples.
-_KNOWN = (
+#: Parts of a summary that are known without samples; ``level`` is that of a steady reference.
+_ATTRIBUTES_OF_AVERAGES = (
     "along",
     "time_unit",
     "space_unit",
@@ -68,7 +79,8 @@ def averaged(
     -------
     xarray.Dataset
         The arrays of the estimate that are known of each site (or wavenumber) by itself, lazy, and
-        ``steadiness``; the level of significance of a steady reference is an attribute.
+        ``steadiness``. The attribute ``level`` of a coherence is the level of significance of a steady
+        reference. The level of a cell of a bicoherence, ``cell_level``, is lazy: NaN for a transient.
 
     Raises
     ------
@@ -76,75 +88,86 @@ def averaged(
         For options that do not fit; when it is computed, for samples that do not.
     MemoryError
         When it is computed, for sums beyond ``memory``: by default, in a worker of Dask, the share of a
-        task in its memory limit.
+        task in its memory limit, less the samples that the task holds.
 
     Warns
     -----
     CascadeWarning
-        When it is computed, once, as of :func:`spectrum` and :func:`coherence`; workers of a
-        ``distributed.Client`` warn there. Of sites in several chunks it says that some have a transient.
+        When it is computed, once, as of :func:`spectrum`, :func:`coherence` and :func:`bicoherence`. Each
+        process of the workers of a ``distributed.Client`` sends it there once, and the default filters of
+        Python show one. Of sites in several chunks it says that some have a transient.
     """
     if estimate not in get_args(Divided):
         raise ValueError(f"estimate: expected spectrum, coherence or bicoherence, found {estimate!r}")
     own: dict[str, Any] = dict(options)
+    if own.get("part") is not None:
+        raise ValueError(
+            f"part: expected none, since the chunks are the parts, found {own['part']!r}; "
+            "use partial for a part of a record"
+        )
     of_field = {
         name: own.pop(name) for name in list(own) if name in AXES | {"time_dim", "space_dim", "layout"}
     }
     found = placed(field, of_field)
-    samples = found.samples
     if not found.is_lazy:
         raise ValueError(
-            f"field: expected a Dask array, found {type(samples).__name__}; use partial and combine"
+            f"field: expected a Dask array, found {type(found.samples).__name__}; use partial and combine"
         )
-    if estimate == "bicoherence" and reference is None:
+    compared = _reference(found.samples, estimate, reference)
+    if estimate == "bicoherence":
         return coupled(field, found, own, of_field)
-    n_times, n_sites = map(int, samples.shape)
-    compared = None
-    if estimate == "coherence":
-        compared = _reference(samples, 0 if reference is None else reference)
+    n_times, n_sites = map(int, found.samples.shape)
+    if compared is not None:
         own["reference"] = 0
-    elif reference is not None:
-        raise ValueError(f"reference: expected none with {estimate}, found {reference!r}")
+    words = words_of(estimate, own | stated(found.axes, of_field), ["field"])
+    work = work_of(words, n_times, field, found)
     is_both = own.get("along") == "both"
-    said = words_of(estimate, own | stated(found.axes, of_field), ["field"])
-    work = work_of(said, n_times, field, found)
     # Other sites have arrays of the same kinds.
     known, cut = work.outline(n_sites if is_both else 2)
-    kept = [one for one in known["arrays"] if set(one[1]) <= _PLACES and one[1] != [one[0]]]
-    # There is no jackknife in parts.
-    kept = [one for one in kept if not one[0].startswith("jackknife")]
-    names = [name for name, *_ in kept]
-
-    import dask.array
-    from dask.delayed import delayed
-
-    dask_array: Any = dask.array
-    groups = [(0, n_sites)]
+    groups = [range(n_sites)]
     if not is_both:
         tapers = json.loads(known["summary"])["independence"]["tapers"]
         node = _bytes_of_a_node(estimate, cut, tapers)
-        groups = _groups(samples, _OF_A_CELL * (cut[0] // 2 + 1) + NODES * node)
-    wholes = [summed(work, cut, samples[:, a:b], compared) for a, b in groups]
-    is_compared = compared is not None
+        groups = _groups_of_sites(found.samples, _OF_A_CELL * (cut[0] // 2 + 1) + NODES * node)
+    wholes = [summed(work, cut, found.samples, sites, compared) for sites in groups]
+    return _dataset(work, known, found.axes, groups, wholes, compared is not None)
+
+
+def _dataset(
+    work: Work,
+    known: dict[str, Any],
+    axes: Axes,
+    groups: list[range],
+    wholes: list[Any],
+    is_compared: bool,
+) -> Any:
+    """What the sums over these groups of sites give."""
+    from dask.delayed import delayed
+
+    # What is over sites or wavenumbers; there is no jackknife in parts.
+    kept = [
+        one
+        for one in known["arrays"]
+        if set(one[1]) <= _PLACES and one[1] != [one[0]] and not one[0].startswith("jackknife")
+    ]
+    names = [name for name, *_ in kept]
+    n_sites = groups[-1].stop
     of_sites = n_sites if len(groups) > 1 else None
     results = [delayed(finished)(work, whole, names, is_compared, of_sites) for whole in wholes]
     arrays = []
     for name, dims, array, attrs in kept:
-        blocks = []
-        for (a, b), result in zip(groups, results, strict=True):
-            shape = (*array.shape[:-1], b - a if dims[-1] == "position" else array.shape[-1])
-            blocks.append(dask_array.from_delayed(result[name], shape, array.dtype))
-        arrays.append((name, dims, dask_array.concatenate(blocks, axis=-1), attrs))
+        is_of_sites = dims[-1] == "position"
+        lengths = [len(sites) if is_of_sites else array.shape[-1] for sites in groups]
+        parts = list(zip(lengths, results, strict=True))
+        arrays.append((name, dims, lazy_array(parts, name, array), attrs))
     for name, dims, array, attrs in known["arrays"][:2]:
-        places = found.axes.positions(0, n_sites) if name == "position" else array
+        places = axes.positions(0, n_sites) if name == "position" else array
         arrays.insert(0, (name, dims, places, attrs))
     summary = json.loads(known["summary"])
-    attrs = summary_attrs(known["summary"], [name for name in _KNOWN if name in summary])
-    out = dataset({"attributes": {}, "arrays": arrays}, attrs | independence_of(known))
-    if "steadiness" not in names:
-        single = dask_array.from_delayed(results[0]["steadiness"], (), np.float64)
-        out["steadiness"] = single if isinstance(out, dict) else ((), single)
-    return out
+    attrs = summary_attrs(known["summary"], [name for name in _ATTRIBUTES_OF_AVERAGES if name in summary])
+    # Of a spectrum along time it is known of each site.
+    scalars = [] if "steadiness" in names else ["steadiness"]
+    return lazy_dataset(arrays, attrs | independence_of(known), results[0], scalars)
 
 
 def _bytes_of_a_node(estimate: Divided, cut: tuple[int, int, int], tapers: int) -> int:
@@ -157,22 +180,29 @@ def _bytes_of_a_node(estimate: Divided, cut: tuple[int, int, int], tapers: int) 
     return 8 * (of_a_bin * (length // 2 + 1) + 3 * pieces + 1)
 
 
-def _groups(samples: Any, of_a_site: int) -> list[tuple[int, int]]:
+def _groups_of_sites(samples: Any, of_a_site: int) -> list[range]:
     """Sites that are taken together: chunks, or pieces of those whose sums are much larger."""
-    most = max(_TOGETHER, at_once(samples) // of_a_site // _TOGETHER * _TOGETHER)
+    most = max(_TOGETHER, sums_at_hand(samples) // of_a_site // _TOGETHER * _TOGETHER)
     ends = np.cumsum((0, *samples.chunks[1])).tolist()
     pieces = [(a, b, -(-(b - a) // most)) for a, b in pairwise(ends)]
-    return [(a + i * (b - a) // n, a + (i + 1) * (b - a) // n) for a, b, n in pieces for i in range(n)]
+    return [
+        range(a + i * (b - a) // n, a + (i + 1) * (b - a) // n) for a, b, n in pieces for i in range(n)
+    ]
 
 
-def _reference(samples: Any, reference: Any) -> Any:
-    """The record of the reference."""
+def _reference(samples: Any, estimate: Divided, reference: Any) -> Reference | None:
+    """The record of the reference of a coherence."""
+    if estimate != "coherence":
+        if reference is not None:
+            raise ValueError(f"reference: expected none with {estimate}, found {reference!r}")
+        return None
+    reference = 0 if reference is None else reference
     if isinstance(reference, (int, np.integer)):
         if not 0 <= reference < samples.shape[1]:
             last = samples.shape[1] - 1
             raise ValueError(f"reference: expected a site from 0 to {last}, found {reference}")
-        return samples[:, int(reference)]
+        return Reference(samples[:, int(reference)], int(reference))
     shape = tuple(np.shape(reference))
     if shape != (samples.shape[0],):
         raise ValueError(f"reference: expected {samples.shape[0]} samples, found the shape {shape}")
-    return reference.data if is_dataarray(reference) else reference
+    return Reference(reference.data if is_dataarray(reference) else reference, None)

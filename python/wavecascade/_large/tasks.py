@@ -17,15 +17,15 @@ import numpy.typing as npt
 from wavecascade import _native
 from wavecascade._arrays.axes import Axes, Placed
 from wavecascade._arrays.fields import is_dataarray, plain
-from wavecascade._large.store import shown
-from wavecascade._large.workers import WorkerMemory, warn_once
+from wavecascade._large.columns import Columns, Reference
+from wavecascade._large.workers import Share, warn_once
 
 Array = npt.NDArray[Any]
 
 #: Partials that are joined by one task.
 _FAN_IN = 2
 #: Nodes of the tree that a task has at hand, and bytes that it may have in any case.
-NODES, _LEAST_AT_ONCE = 12, 64 << 20
+NODES, _LEAST_AT_HAND = 12, 64 << 20
 #: How a warning begins that is of each site by itself.
 _COUNTED = re.compile(r"^\d+ of \d+ sites ")
 
@@ -49,8 +49,14 @@ class Work:
             values, name=self.name, quantity=self.quantity, unit=self.unit, is_layout_known=True
         )
 
-    def _states(self, option: str) -> bool:
-        return any(word.startswith(f"{option}=") for word in self.words)
+    def stated(self, option: str) -> str | None:
+        """What the words say of an option."""
+        begin = f"--{option}="
+        return next((word.removeprefix(begin) for word in self.words if word.startswith(begin)), None)
+
+    def share(self, samples: int = 0) -> Share:
+        """What a task may take beside so many bytes of samples."""
+        return Share.of(self.stated("memory"), self.stated("threads"), samples)
 
     def outline(self, sites: int) -> tuple[dict[str, Any], tuple[int, int, int]]:
         """A result at so many sites without a look at samples, and how records are cut."""
@@ -59,28 +65,28 @@ class Work:
         silent = np.broadcast_to(np.float64(0.0), (2, sites))
         return _native.outline(self.samples(silent), words, self.times)
 
-    def partial(self, first: int, pieces: list[list[Any]], reference: list[Any] | None) -> Any:
+    def partial(
+        self, first: int, pieces: list[list[Any]], reference: list[Any] | None, columns: Columns
+    ) -> Any:
         """The sums of a block, which comes in rows of chunks; the reference becomes its first site."""
         rows = [[plain(piece)[0] for piece in row] for row in pieces]
-        columns = [] if reference is None else [plain(piece)[0] for piece in reference]
-        samples = self.samples(_assembled(rows, columns))
-        worker = WorkerMemory.here()
-        if worker is None:
-            return _native.partial([samples], self.words, (first, self.times))
-        # A thread of a worker is one core, and has its share of the memory.
-        options = {"--memory": max(1, worker.task), "--threads": 1}
-        own = {option: value for option, value in options.items() if not self._states(option)}
-        words = [*self.words, *(f"{option}={value}" for option, value in own.items())]
+        records = [] if reference is None else [plain(piece)[0] for piece in reference]
+        block = _assembled(rows, records)
+        own = [piece for row in rows for piece in row] + records
+        held = sum(piece.nbytes for piece in own) + (0 if own[0] is block else block.nbytes)
+        share = self.share(held)
+        options = {"memory": share.memory, "threads": share.threads}
+        words = self.words + [
+            f"--{option}={value}"
+            for option, value in options.items()
+            if value is not None and self.stated(option) is None
+        ]
         try:
-            return _native.partial([samples], words, (first, self.times))
-        except MemoryError as error:
-            if "--memory" not in own:
-                raise
-            raise MemoryError(
-                f"{error}, in a worker of {shown(worker.limit)} that runs {worker.at_once} tasks at once "
-                f"beside {shown(worker.overhead)} of Python; give workers more memory or fewer threads, "
-                "or take shorter segments or smaller chunks"
-            ) from None
+            with share.explained():
+                return _native.partial([self.samples(block)], words, (first, self.times))
+        except ValueError as error:
+            # The library counts the sites of the block.
+            raise ValueError(columns.explained(str(error), block, first)) from None
 
 
 def _assembled(rows: list[list[Array]], columns: list[Array]) -> Array:
@@ -109,30 +115,30 @@ def _rows(chunk: Any, start: int, stop: int) -> Any:
     return np.array(chunk[start:stop])
 
 
-def _partial_of(work: Work, first: int, pieces: list[list[Any]], reference: list[Any] | None) -> Any:
-    return work.partial(first, pieces, reference)
+def _partial_of(
+    work: Work, first: int, pieces: list[list[Any]], reference: list[Any] | None, columns: Columns
+) -> Any:
+    return work.partial(first, pieces, reference, columns)
 
 
-def _memory() -> str | None:
-    """What a task may take, in a worker that has a limit."""
-    worker = WorkerMemory.here()
-    return None if worker is None else str(max(1, worker.task))
+def _joined(work: Work, partials: list[Any]) -> Any:
+    share = work.share()
+    with share.explained():
+        return _native.join(partials, share.memory)
 
 
-def _joined(partials: list[Any]) -> Any:
-    return _native.join(partials, _memory())
-
-
-def combined(whole: Any) -> dict[str, Any]:
+def combined(work: Work, whole: Any) -> dict[str, Any]:
     """The result of all segments."""
-    return _native.combine([whole], _memory())
+    share = work.share()
+    with share.explained():
+        return _native.combine([whole], share.memory, threads=share.threads)
 
 
 def finished(
     work: Work, whole: Any, names: list[str], without_first: bool, of_sites: int | None
 ) -> dict[str, Any]:
-    """These arrays of the result of all segments; ``of_sites`` in all, where these are only some."""
-    found = combined(whole)
+    """These arrays and all scalars of all segments; ``of_sites`` in all, where these are only some."""
+    found = combined(work, whole)
     for _, message, advice in found["warnings"]:
         if of_sites is not None:
             # What other groups of sites find is not known here, and all that warn are to say the same.
@@ -141,20 +147,34 @@ def finished(
     arrays = {name: array for name, _, array, _ in found["arrays"] if name in names}
     if without_first:
         arrays = {name: array[..., 1:] for name, array in arrays.items()}
-    if "steadiness" not in arrays:
-        arrays["steadiness"] = np.float64(json.loads(found["summary"])["independence"]["steadiness"])
-    return arrays
+    summary = json.loads(found["summary"])
+    # A transient has no level.
+    level = summary.get("cell_level")
+    scalars = {
+        "steadiness": np.float64(summary["independence"]["steadiness"]),
+        "cell_level": np.float64(np.nan if level is None else level),
+    }
+    return scalars | arrays
 
 
-def summed(work: Work, cut: tuple[int, int, int], samples: Any, compared: Any) -> Any:
-    """The sums over all segments of some sites."""
+def summed(
+    work: Work,
+    cut: tuple[int, int, int],
+    samples: Any,
+    sites: range | list[int],
+    reference: Reference | None,
+) -> Any:
+    """The sums over all segments of these sites of a field."""
     from dask.delayed import delayed
 
     length, hop, count = cut
     ends = np.cumsum((0, *samples.chunks[0])).tolist()
-    blocks = samples.to_delayed()
+    index = slice(sites.start, sites.stop, sites.step) if isinstance(sites, range) else sites
+    blocks = samples[:, index].to_delayed()
+    columns = Columns.of(sites, reference)
     records: Any = None
-    if compared is not None:
+    if reference is not None:
+        compared = reference.record
         records = [compared[a:b] for a, b in pairwise(ends)]
         if hasattr(compared, "dask"):
             records = compared.rechunk((samples.chunks[0],)).to_delayed()
@@ -179,15 +199,17 @@ def summed(work: Work, cut: tuple[int, int, int], samples: Any, compared: Any) -
                 break
         parts = [[taken(block, piece) for block in blocks[piece[0]]] for piece in pieces]
         record = None if records is None else [taken(records[piece[0]], piece) for piece in pieces]
-        leaves.append(delayed(_partial_of)(work, first * hop, parts, record))
+        leaves.append(delayed(_partial_of)(work, first * hop, parts, record, columns))
     while len(leaves) > 1:
-        leaves = [delayed(_joined)(leaves[i : i + _FAN_IN]) for i in range(0, len(leaves), _FAN_IN)]
+        groups = [leaves[i : i + _FAN_IN] for i in range(0, len(leaves), _FAN_IN)]
+        # One that is left over goes up as it is.
+        leaves = [delayed(_joined)(work, group) if len(group) > 1 else group[0] for group in groups]
     return leaves[0]
 
 
-def at_once(samples: Any) -> int:
+def sums_at_hand(samples: Any) -> int:
     """Bytes of sums that a task may have."""
-    return max(_LEAST_AT_ONCE, 2 * math.prod(samples.chunksize) * samples.dtype.itemsize)
+    return max(_LEAST_AT_HAND, 2 * math.prod(samples.chunksize) * samples.dtype.itemsize)
 
 
 def independence_of(known: Mapping[str, Any]) -> dict[str, Any]:
@@ -198,20 +220,20 @@ def independence_of(known: Mapping[str, Any]) -> dict[str, Any]:
 
 def stated(axes: Axes, of_field: Mapping[str, object]) -> dict[str, object]:
     """Axes and quantity as options; axes that count samples or sites are not stated."""
-    said: dict[str, object] = {}
+    options: dict[str, object] = {}
     for step, origin, name in (("dt", "t0", "time"), ("dx", "x0", "space")):
         place = (axes.dt, axes.t0) if name == "time" else (axes.dx, axes.x0)
         if axes.units.get(name) is not None or place != (1.0, 0.0):
-            said |= {step: place[0], origin: place[1], f"{name}_unit": axes.units.get(name)}
-    return said | ({"quantity": of_field["quantity"]} if of_field.get("quantity") else {})
+            options |= {step: place[0], origin: place[1], f"{name}_unit": axes.units.get(name)}
+    return options | ({"quantity": of_field["quantity"]} if of_field.get("quantity") else {})
 
 
-def work_of(said: list[str], n_times: int, field: Any, found: Placed) -> Work:
+def work_of(words: list[str], n_times: int, field: Any, found: Placed) -> Work:
     """With the name, the quantity and the unit of a whole field."""
     unit = found.axes.units.get("value")
     computation = uuid.uuid4().hex
     if not is_dataarray(field):
-        return Work(said, n_times, "field", None, unit, computation)
+        return Work(words, n_times, "field", None, unit, computation)
     name = None if field.name is None else str(field.name)
     quantity = field.attrs.get("standard_name") or name
-    return Work(said, n_times, name or "field", quantity, unit, computation)
+    return Work(words, n_times, name or "field", quantity, unit, computation)

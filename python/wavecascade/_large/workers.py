@@ -6,6 +6,8 @@ import os
 import sys
 import threading
 import warnings
+from collections.abc import Iterator
+from contextlib import contextmanager
 from dataclasses import dataclass
 from typing import Any
 
@@ -77,6 +79,44 @@ class WorkerMemory:
         except OSError:
             overhead = _OVERHEAD
         return cls(limit, overhead, worker.state.nthreads)
+
+
+@dataclass(frozen=True)
+class Share:
+    """What one task may take: bytes or a size, and threads; ``None`` leaves it to the library."""
+
+    memory: str | None
+    threads: int | None
+    #: Whose memory is shared, and bytes of samples that the task holds beside it.
+    worker: WorkerMemory | None
+    samples: int
+
+    @classmethod
+    def of(cls, memory: str | None, threads: str | None, samples: int = 0) -> Share:
+        """What is stated; else what a task has in a worker of Dask, beside so many bytes of samples."""
+        # A thread of a worker is one core.
+        cores = int(threads) if threads is not None else None if _worker() is None else 1
+        worker = WorkerMemory.here() if memory is None else None
+        if worker is None:
+            return cls(memory, cores, None, samples)
+        return cls(str(max(1, worker.task - samples)), cores, worker, samples)
+
+    @contextmanager
+    def explained(self) -> Iterator[None]:
+        """Errors of memory in here say whose it is."""
+        try:
+            yield
+        except MemoryError as error:
+            if self.worker is None:
+                raise
+            beside = f"{shown(self.worker.overhead)} of Python"
+            if self.samples > 0:
+                beside += f" and {shown(self.samples)} of samples in each"
+            raise MemoryError(
+                f"{error}, in a worker of {shown(self.worker.limit)} that runs {self.worker.at_once} "
+                f"tasks at once beside {beside}; give workers more memory or fewer threads, or take "
+                "shorter segments or smaller chunks"
+            ) from None
 
 
 def _worker() -> Any:
