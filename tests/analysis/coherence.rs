@@ -341,3 +341,18 @@ fn regress_threads_and_blocks_do_not_matter() {
         }
     }
 }
+
+/// 0 / 0 is no coherence of 1.
+#[test]
+fn regress_a_silent_reference_has_no_coherence() {
+    let mut values = records();
+    values.column_mut(0).fill(0.0);
+    let request = CoherenceRequest {
+        averaging: segments(64, 32),
+        ..CoherenceRequest::default()
+    };
+    let found = found(&field(values, 1.0), &request);
+    assert!(found.coherence.iter().all(|g| g.is_nan()));
+    assert!(found.above_level().is_none() && found.delays.iter().all(Option::is_none));
+    assert!(found.spectrum.column(1).iter().any(|s| *s > 0.0));
+}

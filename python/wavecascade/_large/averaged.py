@@ -177,7 +177,7 @@ def _bytes_of_a_node(estimate: Divided, cut: tuple[int, int, int], tapers: int) 
     of_a_bin = 3 if estimate == "coherence" else tapers + (5 if tapers > 1 else 0)
     reached = (count - 1) * hop + length
     pieces = reached // max(1, reached // 16) + 1
-    return 8 * (of_a_bin * (length // 2 + 1) + 3 * pieces + 1)
+    return 8 * (of_a_bin * (length // 2 + 1) + 3 * pieces + 2)
 
 
 def _groups_of_sites(samples: Any, of_a_site: int) -> list[range]:
