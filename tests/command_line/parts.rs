@@ -116,12 +116,19 @@ fn regress_a_merge_in_too_little_memory_is_refused() {
         ];
         let said = place.bad(2, &[&merge[..], &["200kB"]].concat());
         for expected in [
-            "the result of these parts needs ",
+            " of these parts needs ",
             " of memory, allowed are 195.32 KiB",
             "raise `--memory`",
         ] {
             assert!(said.contains(expected), "{words:?}: {said}");
         }
+        // What helps this estimate, and no other.
+        assert_eq!(
+            said.contains("--equal-weights"),
+            words.contains(&"both"),
+            "{said}"
+        );
+        assert_eq!(said.contains("--every"), name == "bicoherence", "{said}");
         assert!(!place.path("merged").exists());
         place.good(&[&merge[..], &["40MB"]].concat());
         std::fs::remove_dir_all(place.path("merged")).unwrap();
