@@ -467,7 +467,7 @@ def test_combining_takes_the_memory_it_may(record):
     same_bits(wc.combine(parts, memory=300_000_000), wc.combine(parts))
     for memory in ("1 MB", 1_000_000):
         with pytest.raises(
-            MemoryError, match="the result of these parts needs .* allowed are 976.57 KiB"
+            MemoryError, match="the space-time spectrum of these parts needs .* allowed are 976.57 KiB"
         ):
             wc.combine(parts, memory=memory)
     with pytest.raises(ValueError, match='memory: expected a size such as 500MB or 2GiB, found "much"'):
