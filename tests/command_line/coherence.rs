@@ -3,7 +3,7 @@
 use ndarray::Array2;
 use ndarray_npy::NpzReader;
 use test_support::fields::noise;
-use test_support::place::Place;
+use test_support::place::{Place, text};
 
 /// A site that follows its neighbour three samples later, in noise, and one that does not.
 fn place() -> Place {
@@ -74,4 +74,27 @@ fn regress_what_does_not_fit_is_refused_by_its_option() {
         assert!(said.contains(named), "{words:?}: {said}");
         assert_eq!(place.names(), before, "{words:?}");
     }
+}
+
+#[test]
+fn regress_a_silent_reference_is_said() {
+    let place = Place::new();
+    let mut field = noise(400, 3);
+    field.column_mut(1).fill(0.0);
+    place.save("field.npy", &field);
+    let words = [
+        "coherence",
+        "field.npy",
+        "--segment",
+        "64",
+        "--out",
+        "out",
+        "--reference",
+        "1",
+    ];
+    let output = place.run(&words);
+    let said = text(&[output.stdout, output.stderr].concat());
+    assert!(output.status.success());
+    assert!(said.contains("site 1, is silent"), "{said}");
+    assert!(said.contains("none can be stated"), "{said}");
 }

@@ -291,6 +291,20 @@ pub fn warnings(found: &Found) -> Vec<[String; 2]> {
     let mut warnings = Vec::new();
     warnings.extend(gaps_warning(found.segments_left.as_ref(), "sites"));
     let independence = &found.independence;
+    if found
+        .spectrum
+        .column(found.reference)
+        .iter()
+        .all(|s| *s == 0.0)
+    {
+        warnings.push([
+            format!(
+                "the record of the reference, site {}, is silent: nothing is coherent with it",
+                found.reference
+            ),
+            "compare with another site (`--reference`)".into(),
+        ]);
+    }
     if independence.is_transient() && independence.records < 2 {
         warnings.push([
             format!(

@@ -149,6 +149,9 @@ impl Bicoherence {
             return "no significance can be stated".into();
         };
         let cells = self.cells();
+        if cells == 0 {
+            return "no triple of frequencies has power at all three".into();
+        }
         let (one, any) = (self.above(cell), self.above(map));
         format!(
             "{any} of {cells} triples of frequencies are above {map:.3}, which any of them exceeds by chance with \

@@ -1,0 +1,244 @@
+//! Blocks of a record of which nothing else is at hand, parts that were joined, and outlines.
+
+use super::*;
+
+/// A block of a record, with nothing before and behind it.
+fn cut_out(whole: &Field, rows: std::ops::Range<usize>) -> Field {
+    let sites = whole.n_sites();
+    let mut samples = vec![0.0; rows.len() * sites];
+    whole.read_time_major(rows.clone(), 0..sites, &mut samples);
+    let values = Array2::from_shape_vec((rows.len(), sites), samples).unwrap();
+    let mut block = Field::from_array(values);
+    block.name.clone_from(&whole.name);
+    // Coordinates of a block round otherwise; those of the first one count.
+    let rounding = if rows.start > 0 { 1e-15 } else { 0.0 };
+    block.time.step = whole.time.step * (1.0 + rounding);
+    block.time.origin = whole.time.at(rows.start);
+    block
+}
+
+/// Blocks of the segments between these, of one record.
+fn blocks_of(
+    whole: &Field,
+    request: &DividedRequest,
+    [length, hop]: [usize; 2],
+    cuts: &[usize],
+) -> Vec<Partial> {
+    let record = whole.n_times();
+    let block = |ends: &[usize]| {
+        let first = ends[0] * hop;
+        let rows = first..((ends[1] - 1) * hop + length).min(record);
+        let place = BlockPlace { first, record };
+        partial_of_block(&cut_out(whole, rows), place, request, &Silent).unwrap()
+    };
+    cuts.windows(2).map(block).collect()
+}
+
+#[test]
+fn regress_blocks_have_the_bits_of_the_whole() {
+    let whole = &shots(1, 1013)[0];
+    // Segments of 64 samples every 32: 30; every 43: 23.
+    for (request, hop, cuts) in [
+        (DividedRequest::from(welch(64, 32)), 32, vec![0, 1, 7, 30]),
+        (multitaper(64).into(), 43, vec![0, 22, 23]),
+        (
+            CoherenceRequest {
+                reference: 9,
+                averaging: averaging(64, 32),
+                ..CoherenceRequest::default()
+            }
+            .into(),
+            32,
+            vec![0, 13, 14, 30],
+        ),
+        (
+            SpaceTimeRequest {
+                averaging: averaging(64, 32),
+                ..SpaceTimeRequest::default()
+            }
+            .into(),
+            32,
+            vec![0, 5, 16, 17, 30],
+        ),
+        (
+            BicoherenceRequest {
+                site: 4,
+                output: Some(1),
+                along: vec![0, 9],
+                averaging: averaging(64, 32),
+                ..BicoherenceRequest::default()
+            }
+            .into(),
+            32,
+            vec![0, 3, 16, 29, 30],
+        ),
+    ] {
+        let parts = blocks_of(whole, &request, [64, hop], &cuts);
+        let one = Part::new(1, 1).unwrap();
+        let expected = partial(&[whole], &request, one, &Silent).unwrap();
+        let bits_of = |parts: &[Partial]| match combine(parts, None, None).unwrap() {
+            Combined::Spectrum(found) => spectrum_bits(&found),
+            Combined::Coherence(found) => coherence_bits(&found),
+            Combined::SpaceTime(found) => bits([&found.spectrum, &found.low, &found.degrees]),
+            Combined::Bicoherence(found) => bicoherence_bits(&found),
+        };
+        let known = bits_of(std::slice::from_ref(&expected));
+        let as_whole = match &request {
+            DividedRequest::Spectrum(it) => {
+                spectrum_bits(&spectrum(&[whole], it, &Silent).unwrap())
+            }
+            DividedRequest::Coherence(it) => {
+                coherence_bits(&coherence(&[whole], it, &Silent).unwrap())
+            }
+            DividedRequest::SpaceTime(it) => {
+                let found = spacetime(&[whole], it, &Silent).unwrap();
+                bits([&found.spectrum, &found.low, &found.degrees])
+            }
+            DividedRequest::Bicoherence(it) => {
+                bicoherence_bits(&bicoherence(&[whole], it, &Silent).unwrap())
+            }
+        };
+        assert!(known == as_whole);
+        assert!(bits_of(&parts) == known);
+        // Joined from behind and from before.
+        let behind = join(&parts[1..], None).unwrap();
+        assert!(behind.bytes() <= parts[1..].iter().map(Partial::bytes).sum());
+        assert!(bits_of(&[behind, parts[0].clone()]) == known);
+        let last = parts.len() - 1;
+        let before = join(&parts[..last], None).unwrap();
+        assert!(bits_of(&[parts[last].clone(), before]) == known);
+        assert!(bits_of(&[join(&parts, None).unwrap()]) == known);
+    }
+}
+
+/// Parts of several records, cut within them.
+#[test]
+fn regress_joined_parts_of_shots_have_the_bits_of_the_whole() {
+    let fields = shots(4, 300);
+    let fields: Vec<&Field> = fields.iter().collect();
+    let request = welch(64, 32);
+    let expected = spectrum_bits(&spectrum(&fields, &request, &Silent).unwrap());
+    let parts = parts_of(&fields, &request.into(), 7);
+    for at in 1..7 {
+        let two = [
+            join(&parts[..at], None).unwrap(),
+            join(&parts[at..], None).unwrap(),
+        ];
+        let Combined::Spectrum(found) = combine(&two, None, None).unwrap() else {
+            panic!("a spectrum");
+        };
+        assert!(spectrum_bits(&found) == expected, "{at}");
+    }
+}
+
+#[test]
+fn regress_blocks_that_do_not_fit_are_refused() {
+    let whole = &shots(1, 500)[0];
+    let request = DividedRequest::from(welch(64, 32));
+    let said = |rows: std::ops::Range<usize>, first, record| {
+        let block = cut_out(whole, rows);
+        let place = BlockPlace { first, record };
+        partial_of_block(&block, place, &request, &Silent).map_err(|error| error.to_string())
+    };
+    assert_eq!(
+        said(0..63, 0, 500).unwrap_err(),
+        "first: expected a block that holds a segment: 64 samples from a multiple of 32 on, found samples 0 to 62"
+    );
+    assert!(said(0..94, 1, 500).is_err());
+    assert_eq!(said(0..95, 1, 500).unwrap().about.range, [1, 2]);
+    let behind = said(0..100, 401, 500).unwrap_err();
+    assert!(
+        behind.contains("a block of the 500 samples of a record, found samples 401 to 500"),
+        "{behind}"
+    );
+    // A gap is named by its place in the record.
+    let mut values = Array2::zeros((64, 11));
+    values[[5, 3]] = f64::NAN;
+    let place = BlockPlace {
+        first: 320,
+        record: 500,
+    };
+    let error = partial_of_block(&Field::from_array(values), place, &request, &Silent).unwrap_err();
+    assert!(
+        error.to_string().contains("time row 325, site 3"),
+        "{error}"
+    );
+    // A gap between blocks.
+    let parts = blocks_of(whole, &request, [64, 32], &[0, 2, 4, 14]);
+    let error = join(&[&parts[0], &parts[2]], None).unwrap_err().to_string();
+    assert!(error.contains("no segments 2 to 3"), "{error}");
+    let error = combine(&parts[1..], None, None).unwrap_err().to_string();
+    assert!(error.contains("no segments 0 to 1"), "{error}");
+}
+
+#[test]
+fn regress_an_outline_has_the_axes_of_the_result() {
+    let whole = &shots(1, 1013)[0];
+    let request = welch(64, 32);
+    let few = cut_out(whole, 0..2);
+    let outline = outline(&few, 1013, &request.clone().into()).unwrap();
+    assert_eq!((outline.segments.hop, outline.segments.count()), (32, 30));
+    let Combined::Spectrum(found) = outline.result else {
+        panic!("a spectrum");
+    };
+    let known = spectrum(&[whole], &request, &Silent).unwrap();
+    assert_eq!(found.spectrum.dim(), known.spectrum.dim());
+    assert_eq!(found.independence.effective, known.independence.effective);
+    assert!(found.independence.steadiness == 1.0 && found.spectrum.iter().all(|v| *v == 0.0));
+}
+
+/// Without its samples, and without the sums that a record of zeros has.
+#[test]
+fn regress_an_outline_is_the_result_of_zeros() {
+    let mut zeros = Field::from_array(Array2::zeros((1013, 11)));
+    zeros.time.step = 1e-3;
+    let few = cut_out(&zeros, 0..2);
+    let slepian = Tapers::Slepian { nw: 2.0, count: 3 };
+    let tapered = || Averaging {
+        tapers: slepian.clone(),
+        ..averaging(64, 32)
+    };
+    let bits_of = |found: &Combined| match found {
+        Combined::Spectrum(found) => spectrum_bits(found),
+        Combined::Coherence(found) => coherence_bits(found),
+        Combined::SpaceTime(found) => {
+            let all = [found.power, found.parseval, found.evenness];
+            let all = all.map(f64::to_bits).into_iter();
+            let arrays = [&found.spectrum, &found.low, &found.high, &found.degrees];
+            bits(arrays).into_iter().chain(all).collect()
+        }
+        Combined::Bicoherence(found) => bicoherence_bits(found),
+    };
+    for request in [
+        welch(64, 32).into(),
+        multitaper(64).into(),
+        DividedRequest::from(CoherenceRequest {
+            averaging: tapered(),
+            ..CoherenceRequest::default()
+        }),
+        SpaceTimeRequest {
+            averaging: averaging(64, 32),
+            ..SpaceTimeRequest::default()
+        }
+        .into(),
+        SpaceTimeRequest {
+            averaging: tapered(),
+            space: slepian.clone(),
+            ..SpaceTimeRequest::default()
+        }
+        .into(),
+        BicoherenceRequest {
+            output: Some(3),
+            along: vec![1, 9],
+            averaging: averaging(64, 32),
+            ..BicoherenceRequest::default()
+        }
+        .into(),
+    ] {
+        let whole = Part::new(1, 1).unwrap();
+        let known = partial(&[&zeros], &request, whole, &Silent).unwrap();
+        let known = combine(&[known], None, None).unwrap();
+        let found = outline(&few, 1013, &request).unwrap().result;
+        assert!(bits_of(&found) == bits_of(&known), "{request:?}");
+    }
+}
